@@ -1,0 +1,77 @@
+// The partial model of a site: a function of the set of (scan, pose) merged into it, independent of
+// their order to the bit (algorithm.md section 4).
+#ifndef VANTAGE_CORE_MODEL_PARTIAL_MODEL_H_
+#define VANTAGE_CORE_MODEL_PARTIAL_MODEL_H_
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "core/model/planning_view.h"
+#include "core/parallel/parallel.h"
+#include "core/sensor/scan.h"
+
+namespace vantage {
+
+struct ModelConfig {
+  double voxel_size = 0.05;  // m, [0.01, 0.5]
+  // Neighbouring samples are one surface unless the segment between them makes less than this angle
+  // with the line of sight, rad.
+  double discontinuity_angle = 0.14;
+  // Scans beyond this box (m, around the model's origin, half side per axis) are refused.
+  Eigen::Vector3d max_half_extent = Eigen::Vector3d(200, 200, 50);
+
+  absl::Status Validate() const;
+};
+
+// What merging a scan did.
+struct MergeReport {
+  uint64_t version = 0;       // of the model afterwards
+  size_t samples = 0;         // that took part
+  size_t empty_voxels = 0;    // of this scan
+  size_t surface_voxels = 0;  // of this scan
+  size_t changed_bricks = 0;  // of the model
+  double carve_seconds = 0;   // range image to per-scan voxels
+  double merge_seconds = 0;   // into the model, frontier and attributes included
+};
+
+class PartialModel {
+ public:
+  // INVALID_ARGUMENT when the configuration is impossible.
+  static absl::StatusOr<std::unique_ptr<PartialModel>> Create(const ModelConfig& config);
+  ~PartialModel();
+
+  // Merges a scan at a pose (rigid, scanner to model frame). `id` is unique within the model.
+  // ALREADY_EXISTS: the id is in the model. INVALID_ARGUMENT: the image is not valid.
+  // OUT_OF_RANGE: the site would exceed its extent; the figure is in the message.
+  // On error the model is as it was.
+  absl::StatusOr<MergeReport> Insert(absl::string_view id, const Scan& scan,
+                                     const Eigen::Isometry3d& T_model_scan, Parallel& parallel);
+
+  // Takes a scan out: the model is then, bit for bit, as if it had never come. NOT_FOUND.
+  absl::StatusOr<MergeReport> Withdraw(absl::string_view id, Parallel& parallel);
+
+  // The model as it stands. Cheap: shares all bricks. Safe to hold while the model goes on.
+  std::shared_ptr<const PlanningView> Publish() const;
+
+  // SHA-like 64-bit digest of everything the model says (not of version or history).
+  uint64_t Digest() const;
+
+  const ModelConfig& config() const;
+  uint64_t version() const;
+  std::vector<std::string> scans() const;  // sorted
+
+ private:
+  struct State;
+  explicit PartialModel(std::unique_ptr<State> state);
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_MODEL_PARTIAL_MODEL_H_

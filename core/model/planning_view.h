@@ -1,0 +1,121 @@
+// The model as planners, exports and readers see it: immutable, one per version, sharing the bricks
+// that did not change with the versions before (algorithm.md section 4, 'Planning view').
+#ifndef VANTAGE_CORE_MODEL_PLANNING_VIEW_H_
+#define VANTAGE_CORE_MODEL_PLANNING_VIEW_H_
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "core/model/voxel.h"
+
+namespace vantage {
+
+// A box of voxels, half open: min <= index < max.
+struct VoxelBox {
+  VoxelIndex min = VoxelIndex::Zero();
+  VoxelIndex max = VoxelIndex::Zero();
+
+  bool empty() const { return (max.array() <= min.array()).any(); }
+  bool Contains(const VoxelIndex& v) const {
+    return (v.array() >= min.array()).all() && (v.array() < max.array()).all();
+  }
+};
+
+// Where a scanner stood.
+struct Stand {
+  Eigen::Vector3d position;  // m, model frame, centre of projection
+  double floor_height = 0;   // m, z of the floor below it
+  double clearance = 0.35;   // m, radius of the upright cylinder known to be free
+};
+
+class PlanningView {
+ public:
+  struct BrickAt {
+    VoxelIndex brick;  // brick coordinates: voxel index / 8
+    std::shared_ptr<const Brick> contents;
+  };
+
+  // `voxel_size` in m, > 0. Bricks not listed are unknown. Order does not matter.
+  PlanningView(double voxel_size, uint64_t version, std::vector<BrickAt> bricks,
+               std::vector<Stand> stands);
+
+  double voxel_size() const { return voxel_size_; }
+  uint64_t version() const { return version_; }
+  const std::vector<Stand>& stands() const { return stands_; }
+
+  // The smallest box of whole bricks that holds everything that is not unknown.
+  const VoxelBox& bounds() const { return bounds_; }
+
+  VoxelIndex At(const Eigen::Vector3d& point) const {
+    return (point / voxel_size_).array().floor().cast<int>();
+  }
+  Eigen::Vector3d Centre(const VoxelIndex& v) const {
+    return (v.cast<double>().array() + 0.5) * voxel_size_;
+  }
+
+  // kUnknown outside the bounds.
+  VoxelState State(const VoxelIndex& v) const {
+    const Brick* brick = Find(v);
+    return brick == nullptr ? VoxelState::kUnknown : brick->state[Brick::LocalOf(v)];
+  }
+  bool Empty(const VoxelIndex& v) const { return State(v) == VoxelState::kEmpty; }
+
+  // Attributes of a voxel that has area, else null.
+  const SurfaceVoxel* Surface(const VoxelIndex& v) const {
+    const Brick* brick = Find(v);
+    return brick == nullptr ? nullptr : brick->Surface(Brick::LocalOf(v));
+  }
+
+  // Calls fn(VoxelIndex, VoxelState, const SurfaceVoxel&) for every voxel that has area, always in
+  // the same order (bricks by z, y, x; voxels within a brick likewise).
+  template <typename Fn>
+  void ForEachSurface(Fn&& fn) const {
+    for (const BrickAt& at : bricks_) {
+      size_t rank = 0;
+      for (int word = 0; word < Brick::kSide; ++word) {
+        for (uint64_t bits = at.contents->surface_mask[word]; bits != 0; bits &= bits - 1) {
+          const int local = word * 64 + std::countr_zero(bits);
+          fn(Global(at.brick, local), at.contents->state[local], at.contents->surface[rank++]);
+        }
+      }
+    }
+  }
+
+  size_t SurfaceCount() const { return surface_count_; }
+
+  // The listed bricks that are not wholly unknown, in that same order.
+  std::span<const BrickAt> bricks() const { return bricks_; }
+
+  static VoxelIndex Global(const VoxelIndex& brick, int local) {
+    return {brick.x() * 8 + (local & 7), brick.y() * 8 + ((local >> 3) & 7),
+            brick.z() * 8 + (local >> 6)};
+  }
+
+ private:
+  const Brick* Find(const VoxelIndex& v) const {
+    if (!bounds_.Contains(v)) return nullptr;
+    const VoxelIndex b = Brick::Of(v) - first_brick_;
+    return table_[static_cast<size_t>(b.x()) +
+                  static_cast<size_t>(table_size_.x()) *
+                      (static_cast<size_t>(b.y()) +
+                       static_cast<size_t>(table_size_.y()) * static_cast<size_t>(b.z()))];
+  }
+
+  double voxel_size_;
+  uint64_t version_;
+  VoxelBox bounds_;
+  VoxelIndex first_brick_ = VoxelIndex::Zero();
+  VoxelIndex table_size_ = VoxelIndex::Zero();
+  std::vector<BrickAt> bricks_;
+  std::vector<const Brick*> table_;  // dense over the bounds; null is unknown
+  std::vector<Stand> stands_;
+  size_t surface_count_ = 0;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_MODEL_PLANNING_VIEW_H_

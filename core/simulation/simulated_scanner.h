@@ -1,0 +1,54 @@
+// A panoramic scanner in a mesh, with the faults of a real one.
+#ifndef VANTAGE_CORE_SIMULATION_SIMULATED_SCANNER_H_
+#define VANTAGE_CORE_SIMULATION_SIMULATED_SCANNER_H_
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <memory>
+
+#include "core/parallel/parallel.h"
+#include "core/sensor/range_image.h"
+#include "core/sensor/scanner_model.h"
+#include "core/simulation/triangle_mesh.h"
+
+namespace vantage {
+
+struct ScanFaults {
+  bool range_noise = true;       // the scanner model's sigma, Gaussian
+  double grazing_dropout = 1.0;  // probability of no return rises from 0 at 80 degrees of
+                                 // incidence to this at 90
+  bool glass_drops_out = true;   // glass returns nothing unless nearly head on; what is behind
+                                 // it is not seen either
+  bool mirror_phantoms = true;   // mirrors return what they reflect
+  double dark_dropout = 0.5;     // of dark surfaces
+  double beam_divergence =
+      0.0003;         // rad, full angle; edges inside the beam give mixed pixels. 0: none
+  double tilt = 0.0;  // rad, one sigma of roll and pitch of a set-up tripod
+};
+
+// Ray tracing by Embree. Thread safe: const methods only.
+class SimulatedScanner {
+ public:
+  explicit SimulatedScanner(const TriangleMesh& mesh);
+  ~SimulatedScanner();
+
+  // Scans from a pose (rigid, scanner to scene frame). The same arguments give the same image on
+  // any number of threads. Ranges outside the scanner's interval: nearer is no information, farther
+  // no return.
+  RangeImage Scan(const ScannerModel& scanner, const Eigen::Isometry3d& T_scene_scan,
+                  const ScanFaults& faults, uint64_t seed, Parallel& parallel) const;
+
+  // True when nothing lies on the open segment from a to b.
+  bool Visible(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const;
+
+  // Distance to the nearest surface, m, at most `limit`.
+  double Clearance(const Eigen::Vector3d& point, double limit) const;
+
+ private:
+  struct Tracer;
+  std::unique_ptr<Tracer> tracer_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_SIMULATION_SIMULATED_SCANNER_H_
