@@ -1,0 +1,157 @@
+#include "core/sensor/encoding.h"
+
+#include <cmath>
+#include <cstdint>
+
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+#include "core/sensor/byte_order.h"
+
+namespace vantage {
+namespace {
+
+constexpr absl::string_view kMagic = "VRIM";
+constexpr uint16_t kVersion = 1;
+constexpr uint16_t kFullTurn = 1;
+constexpr size_t kHeaderBytes = 32;
+constexpr uint32_t kMaxUnits = 10'000'000;
+constexpr uint32_t kNoReturnCode = 0;
+constexpr uint32_t kNoInformationCode = 1;
+constexpr uint32_t kFirstDifferenceCode = 2;
+
+// The range in units; 0 is no return.
+uint32_t Units(float range) {
+  if (!RangeImage::IsRange(range)) return 0;
+  const double units = std::round(static_cast<double>(range) / kEncodedRangeUnit);
+  if (units > kMaxUnits) return 0;
+  return units < 1 ? 1 : static_cast<uint32_t>(units);
+}
+
+uint32_t ZigZag(int32_t d) {
+  return d >= 0 ? 2 * static_cast<uint32_t>(d) : 2 * static_cast<uint32_t>(-(d + 1)) + 1;
+}
+
+int64_t UnZigZag(uint32_t z) {
+  return (z & 1) != 0 ? -static_cast<int64_t>(z >> 1) - 1 : static_cast<int64_t>(z >> 1);
+}
+
+// Decodes one column's planes into `cells` (rows floats). False when a range is out of bounds.
+bool DecodeColumn(const char* planes, size_t rows, float* cells) {
+  int64_t before = 0;
+  for (size_t row = 0; row < rows; ++row) {
+    uint32_t code = 0;
+    for (size_t plane = 0; plane < 4; ++plane) {
+      code |= static_cast<uint32_t>(static_cast<uint8_t>(planes[plane * rows + row]))
+              << (8 * plane);
+    }
+    if (code == kNoReturnCode) {
+      cells[row] = RangeImage::kNoReturn;
+    } else if (code == kNoInformationCode) {
+      cells[row] = RangeImage::kNoInformation;
+    } else {
+      before += UnZigZag(code - kFirstDifferenceCode);
+      if (before < 1 || before > kMaxUnits) return false;
+      cells[row] = static_cast<float>(static_cast<double>(before) * kEncodedRangeUnit);
+    }
+  }
+  return true;
+}
+
+}  // namespace
+
+size_t EncodedSize(size_t columns, size_t rows) {
+  return kHeaderBytes + 8 * rows + columns * (8 + 4 * rows);
+}
+
+std::string EncodeRangeImage(const RangeImage& image) {
+  const size_t rows = image.elevation.size();
+  std::string out;
+  out.reserve(EncodedSize(image.azimuth.size(), rows));
+  out.append(kMagic.data(), kMagic.size());
+  AppendLittleEndian(kVersion, out);
+  AppendLittleEndian(image.full_turn ? kFullTurn : uint16_t{0}, out);
+  AppendLittleEndian(static_cast<uint32_t>(image.azimuth.size()), out);
+  AppendLittleEndian(static_cast<uint32_t>(rows), out);
+  AppendLittleEndian(image.native_azimuth_step, out);
+  AppendLittleEndian(image.native_elevation_step, out);
+  for (const double elevation : image.elevation) AppendLittleEndian(elevation, out);
+  for (size_t column = 0; column < image.azimuth.size(); ++column) {
+    AppendLittleEndian(image.azimuth[column], out);
+    const size_t planes = out.size();
+    out.resize(planes + 4 * rows);
+    int32_t before = 0;
+    for (size_t row = 0; row < rows; ++row) {
+      const float range = image.range[column * rows + row];
+      uint32_t code = kNoReturnCode;
+      if (range == RangeImage::kNoInformation) {
+        code = kNoInformationCode;
+      } else if (const auto units = static_cast<int32_t>(Units(range)); units > 0) {
+        code = kFirstDifferenceCode + ZigZag(units - before);
+        before = units;
+      }
+      for (size_t plane = 0; plane < 4; ++plane) {
+        out[planes + plane * rows + row] = static_cast<char>(code >> (8 * plane));
+      }
+    }
+  }
+  return out;
+}
+
+absl::StatusOr<RangeImage> DecodeRangeImage(absl::string_view bytes, size_t max_cells) {
+  if (bytes.size() < kHeaderBytes || bytes.substr(0, kMagic.size()) != kMagic) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "range image: ", bytes.size(), " bytes that do not begin with a header (magic ", kMagic,
+        "); send an encoded range image, not a PTX or PCD file"));
+  }
+  const auto version = LoadLittleEndian<uint16_t>(bytes.data() + 4);
+  if (version != kVersion) {
+    return absl::InvalidArgumentError(absl::StrCat("range image: version ", version,
+                                                   " is not known; this build reads ", kVersion));
+  }
+  const auto flags = LoadLittleEndian<uint16_t>(bytes.data() + 6);
+  if ((flags & ~kFullTurn) != 0) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("range image: flags ", flags, " are not known; only bit 0 may be set"));
+  }
+  const uint64_t columns = LoadLittleEndian<uint32_t>(bytes.data() + 8);
+  const uint64_t rows = LoadLittleEndian<uint32_t>(bytes.data() + 12);
+  if (columns < 2 || rows < 2) {
+    return absl::InvalidArgumentError(absl::StrCat("range image: ", columns, " columns x ", rows,
+                                                   " rows; at least 2 x 2 are needed"));
+  }
+  if (columns > max_cells || rows > max_cells / columns) {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "range image: ", columns, " columns x ", rows, " rows are more than the limit of ",
+        max_cells, " cells; thin the scan (and keep the native steps)"));
+  }
+  if (bytes.size() != EncodedSize(columns, rows)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "range image: ", bytes.size(), " bytes, but ", columns, " columns x ", rows, " rows take ",
+        EncodedSize(columns, rows), "; the data are truncated or padded: send them again"));
+  }
+  RangeImage image;
+  image.full_turn = (flags & kFullTurn) != 0;
+  image.native_azimuth_step = LoadLittleEndian<double>(bytes.data() + 16);
+  image.native_elevation_step = LoadLittleEndian<double>(bytes.data() + 24);
+  const char* at = bytes.data() + kHeaderBytes;
+  image.elevation.resize(rows);
+  for (double& elevation : image.elevation) {
+    elevation = LoadLittleEndian<double>(at);
+    at += 8;
+  }
+  image.azimuth.resize(columns);
+  image.range.resize(columns * rows);
+  for (uint64_t column = 0; column < columns; ++column) {
+    image.azimuth[column] = LoadLittleEndian<double>(at);
+    at += 8;
+    if (!DecodeColumn(at, rows, image.range.data() + column * rows)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("range image: column ", column, " holds a range outside 0.1 mm to 1 km"));
+    }
+    at += 4 * rows;
+  }
+  if (absl::Status valid = image.Validate(); !valid.ok()) return valid;
+  return image;
+}
+
+}  // namespace vantage

@@ -1,0 +1,55 @@
+// A range image as bytes: what travels and what is stored. Little-endian throughout.
+//
+//   offset  size      what
+//        0     4      magic "VRIM"
+//        4     2      version, 1 (u16)
+//        6     2      flags (u16): bit 0 full turn; all others 0
+//        8     4      columns (u32)
+//       12     4      rows (u32)
+//       16     8      native azimuth step, rad (f64)
+//       24     8      native elevation step, rad (f64)
+//       32     8 rows elevations, rad (f64), rising
+//   then, for each column in order of rising azimuth, 8 + 4 rows bytes:
+//        0     8      azimuth, rad (f64)
+//        8     4 rows its cells from bottom to top, one u32 code each, as four planes: the lowest
+//                     bytes of all codes, then the second lowest, the third, the highest
+//
+// A range is a whole number of 0.1 mm from 1 to 10,000,000 (1 km). The code of a cell is
+//   0      no return
+//   1      no information
+//   2 + z  a range that differs by d from the range before it in the same column (0 before the
+//          first one); z = 2 d for d >= 0 and -2 d - 1 for d < 0
+// Differences are small and split into planes their upper bytes are runs of zeros, which general
+// compressors shorten well. Nothing refers back beyond its column: a scanner can send each column
+// as soon as it has turned past it, and pieces may be cut anywhere.
+//
+// Every valid image has exactly one encoding, so equal bytes and equal images mean the same.
+#ifndef VANTAGE_CORE_SENSOR_ENCODING_H_
+#define VANTAGE_CORE_SENSOR_ENCODING_H_
+
+#include <cstddef>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "core/sensor/range_image.h"
+
+namespace vantage {
+
+inline constexpr double kEncodedRangeUnit = 1e-4;  // m
+
+// The size of an encoding, bytes.
+size_t EncodedSize(size_t columns, size_t rows);
+
+// `image` must be valid. Ranges are rounded to 0.1 mm, but never to 0; beyond 1 km they become no
+// return.
+std::string EncodeRangeImage(const RangeImage& image);
+
+// INVALID_ARGUMENT: not a range image, an unknown version, truncated or too long, or what
+// RangeImage::Validate() finds; names the field. RESOURCE_EXHAUSTED: more cells announced than
+// `max_cells`; nothing was allocated.
+absl::StatusOr<RangeImage> DecodeRangeImage(absl::string_view bytes, size_t max_cells);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_SENSOR_ENCODING_H_
