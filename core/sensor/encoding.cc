@@ -120,7 +120,7 @@ absl::StatusOr<RangeImage> DecodeRangeImage(absl::string_view bytes, size_t max_
                                                    " rows; at least 2 x 2 are needed"));
   }
   if (columns > max_cells || rows > max_cells / columns) {
-    return absl::ResourceExhaustedError(absl::StrCat(
+    return absl::InvalidArgumentError(absl::StrCat(
         "range image: ", columns, " columns x ", rows, " rows are more than the limit of ",
         max_cells, " cells; thin the scan (and keep the native steps)"));
   }

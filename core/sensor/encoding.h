@@ -45,9 +45,9 @@ size_t EncodedSize(size_t columns, size_t rows);
 // return.
 std::string EncodeRangeImage(const RangeImage& image);
 
-// INVALID_ARGUMENT: not a range image, an unknown version, truncated or too long, or what
-// RangeImage::Validate() finds; names the field. RESOURCE_EXHAUSTED: more cells announced than
-// `max_cells`; nothing was allocated.
+// INVALID_ARGUMENT: not a range image, an unknown version, more cells announced than `max_cells`
+// (refused before anything is allocated), truncated or too long, or what RangeImage::Validate()
+// finds; names the field.
 absl::StatusOr<RangeImage> DecodeRangeImage(absl::string_view bytes, size_t max_cells);
 
 }  // namespace vantage

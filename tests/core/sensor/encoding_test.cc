@@ -138,9 +138,9 @@ INSTANTIATE_TEST_SUITE_P(
                                Put<uint32_t>(b, 8, 0xFFFFFFFF);
                                Put<uint32_t>(b, 12, 0xFFFFFFFF);
                              },
-                             absl::StatusCode::kResourceExhausted, "4294967295 columns"},
+                             absl::StatusCode::kInvalidArgument, "4294967295 columns"},
                     BadBytes{"AboveTheLimit", [](std::string& b) { Put<uint32_t>(b, 8, 500'001); },
-                             absl::StatusCode::kResourceExhausted, "limit of 1000000 cells"},
+                             absl::StatusCode::kInvalidArgument, "limit of 1000000 cells"},
                     BadBytes{"Truncated", [](std::string& b) { b.pop_back(); },
                              absl::StatusCode::kInvalidArgument, "truncated"},
                     BadBytes{"Padded", [](std::string& b) { b.push_back(0); },
