@@ -1,0 +1,68 @@
+// The model's surfaces seen from above: one column a voxel wide per cell, and what stands in it.
+#ifndef VANTAGE_CLIENT_PICTURE_COLUMN_MAP_H_
+#define VANTAGE_CLIENT_PICTURE_COLUMN_MAP_H_
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <span>
+#include <vector>
+
+#include "core/model/voxel.h"
+
+namespace vantage {
+
+// A surface voxel as the export gives it.
+struct SurfaceSample {
+  Eigen::Vector3f position;  // m, model frame
+  Eigen::Vector3f normal;    // unit
+  SurfaceKind kind = SurfaceKind::kTrue;
+  float area = 0;     // m^2
+  float density = 0;  // samples / m^2
+};
+
+// What a reader should see at a column, the most important first.
+enum class ColumnClass : uint8_t {
+  kNothing,           // no surface here
+  kMeasuredFlat,      // floor, ceiling, table tops at the required density
+  kUnderSampledFlat,  // the same, most of it below the required density
+  kMeasured,          // walls and furniture sides at the required density
+  kUnderSampled,
+  kOcclusion,
+  kHole,
+  kImage,
+};
+
+struct Column {
+  ColumnClass shown = ColumnClass::kNothing;
+  float strength = 0;  // [0, 1]: how much of a wall's height stands behind the class
+  std::array<float, kSurfaceKinds> area{};  // m^2 by kind
+};
+
+class ColumnMap {
+ public:
+  // `cell` in m, the voxel size. Surfaces far from nearly everything (rays that left through an
+  // open door) are cut off: the map covers `share` of the area on each axis.
+  ColumnMap(std::span<const SurfaceSample> surfaces, double cell, double required_density,
+            double share = 0.998);
+
+  double cell() const { return cell_; }
+  int width() const { return size_.x(); }
+  int height() const { return size_.y(); }
+  // m, model frame, the map's lower corner.
+  Eigen::Vector2d origin() const { return first_.cast<double>() * cell_; }
+  const Column& At(int x, int y) const { return columns_[static_cast<size_t>(y) * size_.x() + x]; }
+  Eigen::AlignedBox2d bounds() const {
+    return {origin(), Eigen::Vector2d((first_ + size_).cast<double>() * cell_)};
+  }
+
+ private:
+  double cell_;
+  Eigen::Vector2i first_ = Eigen::Vector2i::Zero();
+  Eigen::Vector2i size_ = Eigen::Vector2i::Zero();
+  std::vector<Column> columns_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CLIENT_PICTURE_COLUMN_MAP_H_

@@ -1,0 +1,58 @@
+// The picture of a job after a cycle: on one map what has been measured and what is missing, on the
+// other where the next scan would gain how much, with the positions numbered.
+#ifndef VANTAGE_CLIENT_PICTURE_FLOOR_PLAN_H_
+#define VANTAGE_CLIENT_PICTURE_FLOOR_PLAN_H_
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "client/picture/canvas.h"
+#include "client/picture/column_map.h"
+
+namespace vantage {
+
+struct FloorPlan {
+  std::string title;
+  std::vector<std::string> figures;  // lines under the title
+
+  double voxel_size = 0.05;        // m
+  double viewcell_size = 0.10;     // m
+  double required_density = 2500;  // D, samples / m^2
+  std::vector<SurfaceSample> surfaces;
+
+  struct ScoredPlace {
+    Eigen::Vector3f centre;  // m, model frame
+    float score = 0;         // samples
+  };
+  std::vector<ScoredPlace> scores;
+
+  struct Station {
+    int number = 0;
+    Eigen::Vector2d position = Eigen::Vector2d::Zero();  // m
+    bool merged = true;  // false: the scan was made but could not be joined to the model
+  };
+  std::vector<Station> stations;
+
+  // Ranked candidates, best first: the first is the next position.
+  struct Candidate {
+    Eigen::Vector2d position = Eigen::Vector2d::Zero();  // m
+    std::optional<Eigen::AlignedBox2d> region;           // as good as the candidate
+  };
+  std::vector<Candidate> candidates;
+  std::vector<Eigen::Vector2d> refused;  // candidates that would not register
+  double separation = 0.6;               // m, of checked candidates
+};
+
+// Never fails: what is not known is not drawn (before the first plan there is no heat map).
+Canvas DrawFloorPlan(const FloorPlan& plan);
+
+// Draws and writes. Errors as Canvas::WritePng.
+absl::Status WriteFloorPlan(const FloorPlan& plan, const std::string& path);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CLIENT_PICTURE_FLOOR_PLAN_H_
