@@ -1,0 +1,161 @@
+// Structured PTX.
+#include <array>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "core/sensor/gridding.h"
+#include "core/sensor/import_internal.h"
+#include "core/sensor/text_scanner.h"
+
+namespace vantage {
+namespace {
+
+constexpr int kHeaderLines = 10;
+constexpr size_t kShortestPointLine = 6;  // "0 0 0\n"
+
+absl::Status BadLine(const TextScanner& text, absl::string_view line, absl::string_view expected) {
+  return absl::InvalidArgumentError(absl::StrCat(
+      "PTX line ", text.line_number(), ": '", Shown(line), "' where ", expected, " was expected"));
+}
+
+struct PtxHeader {
+  size_t columns = 0;
+  size_t rows = 0;
+  Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
+};
+
+absl::StatusOr<size_t> ReadCount(TextScanner& text, absl::string_view what) {
+  absl::string_view line;
+  std::array<double, 1> value;
+  if (!text.NextLine(line)) {
+    return absl::InvalidArgumentError(absl::StrCat("PTX: the file ends before ", what));
+  }
+  if (ParseNumbers(line, value) != 1 || value[0] != std::floor(value[0]) || !(value[0] >= 0) ||
+      !(value[0] <= 1e15)) {
+    return BadLine(text, line, what);
+  }
+  return static_cast<size_t>(value[0]);
+}
+
+absl::StatusOr<PtxHeader> ReadHeader(TextScanner& text, absl::string_view bytes,
+                                     const ImportLimits& limits) {
+  PtxHeader header;
+  absl::StatusOr<size_t> columns = ReadCount(text, "the number of columns");
+  if (!columns.ok()) return columns.status();
+  absl::StatusOr<size_t> rows = ReadCount(text, "the number of rows");
+  if (!rows.ok()) return rows.status();
+  header.columns = *columns;
+  header.rows = *rows;
+  if (header.columns < 2 || header.rows < 2) {
+    return absl::InvalidArgumentError(absl::StrCat("PTX lines 1 and 2: ", header.columns,
+                                                   " columns x ", header.rows,
+                                                   " rows; at least 2 x 2 are needed"));
+  }
+  if (header.columns > limits.max_points || header.rows > limits.max_points / header.columns) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("PTX lines 1 and 2: ", header.columns, " columns x ", header.rows,
+                     " rows are more than the limit of ", limits.max_points,
+                     " points; export the scan at a lower resolution"));
+  }
+  if (header.columns * header.rows > bytes.size() / kShortestPointLine + 1) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "PTX: truncated: ", header.columns, " columns x ", header.rows, " rows do not fit into ",
+        bytes.size(), " bytes; export or copy the file again"));
+  }
+  // Position and axes of the scanner (4 lines) repeat what the 4 x 4 says.
+  Eigen::Matrix4d row_vector_convention;
+  for (int i = 2; i < kHeaderLines; ++i) {
+    const size_t wanted = i < 6 ? 3 : 4;
+    absl::string_view line;
+    std::array<double, 4> values;
+    if (!text.NextLine(line)) return absl::InvalidArgumentError("PTX: the file ends in its header");
+    const size_t count = ParseNumbers(line, values);
+    bool finite = true;
+    for (size_t k = 0; k < wanted; ++k) finite = finite && std::isfinite(values[k]);
+    if (count != wanted || !finite) {
+      return BadLine(text, line, absl::StrCat(wanted, " finite numbers"));
+    }
+    if (i < 6) continue;
+    for (int k = 0; k < 4; ++k) row_vector_convention(i - 6, k) = values[static_cast<size_t>(k)];
+  }
+  const Eigen::Matrix4d matrix = row_vector_convention.transpose();
+  const Eigen::Matrix3d rotation = matrix.topLeftCorner<3, 3>();
+  const bool rigid =
+      (rotation * rotation.transpose() - Eigen::Matrix3d::Identity()).norm() < 1e-3 &&
+      rotation.determinant() > 0;
+  if (!rigid || !matrix.row(3).isApprox(Eigen::RowVector4d(0, 0, 0, 1), 1e-6)) {
+    return absl::InvalidArgumentError(
+        "PTX lines 7 to 10: the 4 x 4 is not a rotation and a translation (last row: x y z 1); "
+        "export without scaling");
+  }
+  header.T_world_scan.linear() = Eigen::Quaterniond(rotation).normalized().toRotationMatrix();
+  header.T_world_scan.translation() = matrix.topRightCorner<3, 1>();
+  return header;
+}
+
+absl::StatusOr<Eigen::Vector3f> ReadPoint(const TextScanner& text, absl::string_view line) {
+  std::array<double, 7> values;
+  const size_t count = ParseNumbers(line, values);
+  if (count != 3 && count != 4 && count != 6 && count != 7) {
+    return BadLine(text, line, "x y z, intensity and colour");
+  }
+  const Eigen::Vector3d point(values[0], values[1], values[2]);
+  if (!point.allFinite()) {
+    return absl::InvalidArgumentError(absl::StrCat("PTX line ", text.line_number(),
+                                                   ": NaN or infinite coordinate; a ray without a "
+                                                   "return is written as 0 0 0"));
+  }
+  if (point.norm() > kMaxImportRange) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "PTX line ", text.line_number(), ": a point ", point.norm(), " m from the scanner; ",
+        "coordinates must be in metres and in the scanner's frame"));
+  }
+  return point.cast<float>();
+}
+
+}  // namespace
+
+absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimits& limits) {
+  TextScanner text(bytes);
+  absl::StatusOr<PtxHeader> header = ReadHeader(text, bytes, limits);
+  if (!header.ok()) return header.status();
+  const size_t count = header->columns * header->rows;
+  std::vector<Eigen::Vector3f> points;
+  points.reserve(count);
+  absl::string_view line;
+  while (points.size() < count) {
+    if (!text.NextLine(line)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("PTX: truncated: ", points.size(), " points where ", count,
+                       " were announced; export or copy the file again"));
+    }
+    absl::StatusOr<Eigen::Vector3f> point = ReadPoint(text, line);
+    if (!point.ok()) {
+      if (text.offset() < bytes.size()) return point.status();
+      return absl::InvalidArgumentError(
+          absl::StrCat(point.status().message(), "; the file ends there (truncated?)"));
+    }
+    points.push_back(*point);
+  }
+  while (text.NextLine(line)) {
+    if (absl::StripAsciiWhitespace(line).empty()) continue;
+    std::array<double, 1> next_columns;
+    if (ParseNumbers(line, next_columns) == 1) {
+      return absl::UnimplementedError(
+          absl::StrCat("PTX line ", text.line_number(), ": a second scan begins here; a file may ",
+                       "hold one scan, so export each set-up to its own file"));
+    }
+    return absl::InvalidArgumentError(absl::StrCat("PTX line ", text.line_number(), ": '",
+                                                   Shown(line), "' after the ", count,
+                                                   " points that were announced"));
+  }
+  absl::StatusOr<GriddedScan> gridded = GridColumns(points, header->columns, header->rows);
+  if (!gridded.ok()) return gridded.status();
+  absl::StatusOr<ImportedScan> scan = FinishImport(*std::move(gridded), count, limits);
+  if (scan.ok() && !header->T_world_scan.isApprox(Eigen::Isometry3d::Identity(), 1e-12)) {
+    scan->T_world_scan = header->T_world_scan;
+  }
+  return scan;
+}
+
+}  // namespace vantage
