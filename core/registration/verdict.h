@@ -25,6 +25,7 @@ struct RegistrationConfig {
   double normal_sigma = 0.035;       // rad, noise of estimated normals
   double sample_spacing = 0.05;      // m, the scan is thinned to this before aligning
   double max_correspondence = 0.5;   // m, at the start of the alignment; shrinks
+  double levelled_sigma = 0;         // rad, the scanners' inclinometer, one sigma; 0: there is none
   int draws = 256;                   // of the error bound's Monte Carlo
   unsigned seed = 1;                 // of those draws, and printed with them
 
@@ -34,7 +35,9 @@ struct RegistrationConfig {
 struct RegistrationVerdict {
   RegistrationOutcome outcome = RegistrationOutcome::kFailed;
   double overlap_share = 0;   // of the new scan's samples, [0, 1]
-  double error_bound = 0;     // E: m, 95 % quantile of the largest corner displacement
+  double error_bound = 0;     // E: m, 95 % quantile of the largest corner displacement, from
+                              // all that is known, the guess of a pose included
+  double judged_bound = 0;    // m, the same without the guess of a pose: decides the verdict
   double rigorous_bound = 0;  // sqrt(chi2_6 lambda_max), m, never below error_bound's truth
   double strength = 0;        // weakest over strongest direction, [0, 1]
   Vector6d weakest = Vector6d::Zero();  // pose change [rad; m], about the overlap's centroid

@@ -1,0 +1,67 @@
+// Point-to-plane alignment of a scan's surface to the true surface of the model: many starts on few
+// samples in a correspondence field, then all samples against the voxels' centroids and normals.
+#ifndef VANTAGE_CORE_REGISTRATION_ALIGN_H_
+#define VANTAGE_CORE_REGISTRATION_ALIGN_H_
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <span>
+#include <vector>
+
+#include "core/model/planning_view.h"
+#include "core/parallel/parallel.h"
+#include "core/registration/scan_surface.h"
+#include "core/registration/verdict.h"
+#include "core/sensor/scan.h"
+
+namespace vantage {
+
+// A sample of the scan and the piece of the model's surface it lies on.
+struct Correspondence {
+  Eigen::Vector3d point;    // m, world: the sample at the aligned pose
+  Eigen::Vector3d normal;   // unit, world: mean of the sample's and the voxel's
+  double residual = 0;      // m, of the point from the plane, along the normal
+  double variance = 0;      // m^2, of the residual, from what is known of sensor and model
+  double normal_angle = 0;  // rad, between the sample's and the voxel's normal
+  double cells = 0;         // samples of the image that it stands for
+};
+
+// Another pose that a start ended in.
+struct Minimum {
+  Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
+  double score = 0;  // share of the samples that fit, less those that contradict; at most 1
+};
+
+struct Alignment {
+  Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
+  bool converged = false;
+  int iterations = 0;           // of the last stage
+  double score = 0;             // as in Minimum
+  std::vector<Minimum> rivals;  // other minima apart from it by more than kApart, best first
+};
+
+// Poses that move the scan's surface by less than this (m, rms) count as the same minimum.
+inline constexpr double kApart = 0.08;
+
+// Aligns from `prior`. Directions that nothing constrains stay as the prior has them.
+Alignment Align(const PlanningView& model, const ScanSurface& surface, const PosePrior& prior,
+                const RegistrationConfig& config, Parallel& parallel);
+
+// The compatible true surface at each sample, at a given pose; outliers included.
+std::vector<Correspondence> FindCorrespondences(const PlanningView& model,
+                                                const ScanSurface& surface,
+                                                const Eigen::Isometry3d& T_world_scan,
+                                                const RegistrationConfig& config);
+
+// How a pose agrees with what is known to be empty. A sample contradicts when it lies well inside
+// known-empty space, or when its ray has passed through true surface before.
+struct SpaceAgreement {
+  double fitting = 0;        // samples of the image that lie on true surface
+  double contradicting = 0;  // samples of the image that contradict
+};
+SpaceAgreement CompareWithSpace(const PlanningView& model, std::span<const SurfaceSample> samples,
+                                const Eigen::Isometry3d& T_world_scan);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_REGISTRATION_ALIGN_H_

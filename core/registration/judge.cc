@@ -1,0 +1,85 @@
+#include "core/registration/judge.h"
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+
+namespace vantage {
+namespace {
+
+// Up to this many times the required accuracy a person may still decide; beyond, it is hopeless.
+constexpr double kDoubtfulFactor = 3.0;
+constexpr const char* kMoreOverlap =
+    "stand nearer to what is scanned already, with more of it in view";
+
+std::string Millimetres(double metres) {
+  if (metres >= OverlapGeometry::kUnconstrained) return "unbounded";
+  if (metres >= 0.1) return absl::StrFormat("%.2f m", metres);
+  return absl::StrFormat("%.1f mm", metres * 1000);
+}
+
+std::string OverlapReason(double share, const RegistrationConfig& config) {
+  return absl::StrFormat(
+      "only %.1f %% of the scan overlaps what is scanned already, %.0f %% are "
+      "required",
+      100 * share, 100 * config.minimum_overlap);
+}
+
+}  // namespace
+
+RegistrationVerdict Judge(const OverlapGeometry& geometry, double overlap_share,
+                          const PoseKnowledge& known, const RegistrationConfig& config) {
+  const ErrorBound alone = geometry.Bound(Matrix6d::Zero());
+  const ErrorBound judged = known.guarantee.empty() ? alone : geometry.Bound(known.guaranteed);
+  const ErrorBound all =
+      known.guessed.isZero(0) ? judged : geometry.Bound(known.guaranteed + known.guessed);
+  RegistrationVerdict verdict;
+  verdict.overlap_share = overlap_share;
+  verdict.error_bound = all.bound;
+  verdict.judged_bound = judged.bound;
+  verdict.rigorous_bound = all.rigorous;
+  verdict.strength = judged.strength;
+  verdict.weakest = judged.weakest;
+  const DirectionWords words =
+      DescribeDirection(judged.weakest, 0.5 * geometry.box().diagonal().norm());
+  verdict.weakest_words = words.direction;
+  verdict.decided_by = "scan geometry";
+
+  if (judged.bound > config.required_accuracy) {
+    verdict.outcome = judged.bound <= kDoubtfulFactor * config.required_accuracy
+                          ? RegistrationOutcome::kDoubtful
+                          : RegistrationOutcome::kFailed;
+    verdict.reason = absl::StrCat("the overlap's shape leaves ", words.direction,
+                                  " open: error bound ", Millimetres(judged.bound), ", ",
+                                  Millimetres(config.required_accuracy), " required");
+    verdict.remedy = words.remedy;
+  } else {
+    verdict.outcome = RegistrationOutcome::kRegistered;
+    if (alone.bound > config.required_accuracy) verdict.decided_by = known.guarantee;
+  }
+  if (overlap_share < config.minimum_overlap) {
+    if (verdict.registered()) {
+      verdict.outcome = RegistrationOutcome::kDoubtful;
+      verdict.decided_by = "overlap";
+      verdict.reason = OverlapReason(overlap_share, config);
+      verdict.remedy = kMoreOverlap;
+    } else {
+      verdict.reason = absl::StrCat(OverlapReason(overlap_share, config), ", and ", verdict.reason);
+    }
+  }
+  return verdict;
+}
+
+RegistrationVerdict NoOverlap(double overlap_share, const RegistrationConfig& config) {
+  RegistrationVerdict verdict;
+  verdict.outcome = RegistrationOutcome::kFailed;
+  verdict.overlap_share = overlap_share;
+  verdict.error_bound = verdict.judged_bound = verdict.rigorous_bound =
+      2 * OverlapGeometry::kUnconstrained;
+  verdict.weakest_words = "every direction";
+  verdict.decided_by = "overlap";
+  verdict.reason = OverlapReason(overlap_share, config);
+  verdict.remedy = kMoreOverlap;
+  return verdict;
+}
+
+}  // namespace vantage

@@ -1,0 +1,32 @@
+#include <algorithm>
+#include <cmath>
+
+#include "core/registration/registration.h"
+#include "core/registration/scan_surface.h"
+
+namespace vantage {
+
+absl::StatusOr<Levelling> LevelFirstScan(const Scan& scan) {
+  if (absl::Status status = scan.image.Validate(); !status.ok()) return status;
+  constexpr double kMaxTilt = Radians(15);
+  constexpr double kSpacing = 0.10;
+  Levelling result;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  if (scan.prior.has_value() && scan.prior->levelled_sigma.has_value()) {
+    up = scan.prior->T_world_scan.linear().transpose() * Eigen::Vector3d::UnitZ();
+    result.from_inclinometer = true;
+  } else {
+    Serial serial;
+    const ScanSurface surface = SampleSurface(scan, kSpacing, serial);
+    FloorPlane floor;
+    result.found_floor = FindFloor(surface.samples, kSpacing, kMaxTilt, floor);
+    if (result.found_floor) up = floor.normal;
+  }
+  // The smallest rotation that does it: the first scan keeps its heading.
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+  result.T_world_scan.linear() = turn.toRotationMatrix();
+  result.tilt = std::acos(std::clamp(up.normalized().z(), -1.0, 1.0));
+  return result;
+}
+
+}  // namespace vantage

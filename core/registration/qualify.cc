@@ -1,0 +1,194 @@
+#include "core/registration/qualify.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/registration/judge.h"
+
+namespace vantage {
+namespace {
+
+constexpr size_t kFewestCorrespondences = 50;
+constexpr size_t kSpaceSamples = 6000;
+// Residuals beyond this many robust standard deviations are something else than noise.
+constexpr double kInlierDeviations = 4.0;
+// Residuals so many times what the noise explains mean that the surfaces are not the same.
+constexpr double kResidualFactor = 3.0;
+// Share of the samples meeting known space that may contradict it: things do move.
+constexpr double kContradictionDoubtful = 0.20;
+constexpr double kContradictionFailed = 0.50;
+// A rival minimum that explains this share of what the best explains makes a doubt.
+constexpr double kRivalShare = 0.85;
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+struct Residuals {
+  std::vector<Constraint> constraints;  // of the inliers
+  double cells = 0;                     // samples of the image that they stand for
+  double rms = 0;                       // m
+  double expected = 0;                  // m
+  double normal_sigma = 0;              // rad, of the normals used
+  double correlated_sigma = 0;          // m, seen in the means of blocks
+};
+
+Residuals Weigh(const std::vector<Correspondence>& found, const RegistrationConfig& config) {
+  Residuals result;
+  std::vector<double> magnitudes;
+  std::vector<double> angles;
+  for (const Correspondence& c : found) magnitudes.push_back(std::abs(c.residual));
+  const double gate = kInlierDeviations * 1.4826 * std::max(Median(magnitudes), 5e-4);
+  struct Block {
+    double sum = 0;
+    double count = 0;
+  };
+  absl::flat_hash_map<uint64_t, Block> blocks;
+  double squared = 0;
+  double variance = 0;
+  for (const Correspondence& c : found) {
+    if (std::abs(c.residual) > gate) continue;
+    result.constraints.push_back({c.point, c.normal, c.variance, 1.0});
+    result.cells += c.cells;
+    squared += c.residual * c.residual;
+    variance += c.variance;
+    angles.push_back(c.normal_angle);
+    Block& block = blocks[CorrelationBlock(c.point, c.normal, config.correlation_length)];
+    block.sum += c.residual;
+    block.count += 1;
+  }
+  const auto count = static_cast<double>(std::max<size_t>(1, result.constraints.size()));
+  result.rms = std::sqrt(squared / count);
+  result.expected = std::sqrt(variance / count);
+  // The angle between two noisy normals is Rayleigh distributed; their mean has half its sigma.
+  constexpr double kRayleighMedian = 1.1774;
+  result.normal_sigma = std::max(config.normal_sigma / std::sqrt(2.0),
+                                 0.5 * Median(std::move(angles)) / kRayleighMedian);
+  // Means over blocks should shrink with their counts; what does not is correlated.
+  std::vector<double> means;
+  std::vector<double> counts;
+  for (const auto& [key, block] : blocks) {
+    if (block.count < 8) continue;
+    means.push_back(std::abs(block.sum / block.count));
+    counts.push_back(block.count);
+  }
+  result.correlated_sigma = config.correlated_sigma;
+  if (means.size() >= 8) {
+    const double of_means = 1.4826 * Median(std::move(means));
+    const double by_chance = result.rms * result.rms / Median(std::move(counts));
+    result.correlated_sigma = std::max(config.correlated_sigma,
+                                       std::sqrt(std::max(0.0, of_means * of_means - by_chance)));
+  }
+  // Noisier than expected is noisier in the covariance too.
+  const double factor = std::max(1.0, squared / std::max(variance, 1e-12));
+  for (Constraint& c : result.constraints) c.variance *= factor;
+  return result;
+}
+
+PoseKnowledge Known(const OverlapGeometry& geometry, const PosePrior& prior,
+                    const RegistrationConfig& config) {
+  PoseKnowledge known;
+  const Eigen::Vector3d position = prior.T_world_scan.translation();
+  const bool has_covariance = prior.covariance.has_value();
+  if (prior.trusted && has_covariance) {
+    known.guaranteed += geometry.FromPoseCovariance(*prior.covariance, position);
+    known.guarantee = "trusted pose";
+  } else if (has_covariance) {
+    known.guessed = geometry.FromPoseCovariance(*prior.covariance, position);
+  }
+  const double level = prior.levelled_sigma.value_or(config.levelled_sigma);
+  if (level > 0) {
+    known.guaranteed += LevelInformation(level);
+    if (known.guarantee.empty()) known.guarantee = "levelling";
+  }
+  return known;
+}
+
+// Worsens a verdict; the first reason stays in front.
+void Refuse(RegistrationVerdict& verdict, RegistrationOutcome outcome, const std::string& by,
+            const std::string& reason, const std::string& remedy) {
+  if (static_cast<int>(outcome) > static_cast<int>(verdict.outcome) || verdict.registered()) {
+    verdict.outcome = outcome;
+    verdict.decided_by = by;
+  }
+  verdict.reason = verdict.reason.empty() ? reason : absl::StrCat(reason, "; ", verdict.reason);
+  verdict.remedy = remedy;
+}
+
+}  // namespace
+
+RegistrationResult Qualify(const PlanningView& model, const ScanSurface& surface,
+                           const Alignment& alignment, const PosePrior& prior,
+                           const RegistrationConfig& config) {
+  RegistrationResult result;
+  result.T_world_scan = alignment.T_world_scan;
+  result.converged = alignment.converged;
+  result.iterations = alignment.iterations;
+  const Residuals residuals =
+      Weigh(FindCorrespondences(model, surface, alignment.T_world_scan, config), config);
+  result.correspondences = residuals.constraints.size();
+  result.rms_residual = residuals.rms;
+  result.expected_residual = residuals.expected;
+  const double share =
+      surface.image_samples > 0 ? std::min(1.0, residuals.cells / surface.image_samples) : 0.0;
+  if (result.correspondences < kFewestCorrespondences) {
+    result.centroid = alignment.T_world_scan.translation();
+    result.verdict = NoOverlap(share, config);
+    return result;
+  }
+
+  RegistrationConfig seen = config;
+  seen.correlated_sigma = residuals.correlated_sigma;
+  const OverlapGeometry geometry(residuals.constraints, residuals.normal_sigma, seen);
+  const PoseKnowledge known = Known(geometry, prior, config);
+  result.centroid = geometry.centroid();
+  result.covariance = geometry.Bound(known.guaranteed + known.guessed).covariance;
+  result.verdict = Judge(geometry, share, known, seen);
+
+  RegistrationVerdict& verdict = result.verdict;
+  if (result.rms_residual > kResidualFactor * result.expected_residual) {
+    Refuse(verdict, RegistrationOutcome::kDoubtful, "residuals",
+           absl::StrFormat("the surfaces lie %.0f mm apart (rms), the noise explains %.0f mm",
+                           1000 * result.rms_residual, 1000 * result.expected_residual),
+           "check the scanner's noise figures, or whether much was moved between the scans");
+  }
+  const SpaceAgreement space = CompareWithSpace(
+      model, {surface.samples.data(), std::min(kSpaceSamples, surface.samples.size())},
+      alignment.T_world_scan);
+  const double met = space.fitting + space.contradicting;
+  result.contradiction_share = met > 0 ? space.contradicting / met : 0.0;
+  if (result.contradiction_share > kContradictionDoubtful) {
+    Refuse(verdict,
+           result.contradiction_share > kContradictionFailed ? RegistrationOutcome::kFailed
+                                                             : RegistrationOutcome::kDoubtful,
+           "contradiction",
+           absl::StrFormat("%.0f %% of the scan lies in space known to be empty or behind walls",
+                           100 * result.contradiction_share),
+           "give a better prior pose, or scan again if people or furniture moved");
+  }
+  if (!alignment.rivals.empty() && alignment.rivals.front().score > kRivalShare * alignment.score) {
+    const double apart =
+        (alignment.rivals.front().T_world_scan.translation() - alignment.T_world_scan.translation())
+            .norm();
+    Refuse(verdict, RegistrationOutcome::kDoubtful, "rival pose",
+           absl::StrFormat("another pose %.2f m away fits almost as well (%.0f %%)", apart,
+                           100 * alignment.rivals.front().score / alignment.score),
+           "give a better prior pose, or overlap something that is not the same on both sides");
+  }
+  if (!alignment.converged) {
+    Refuse(verdict, RegistrationOutcome::kFailed, "convergence",
+           absl::StrFormat("the alignment did not settle within %d steps", alignment.iterations),
+           "give a better prior pose");
+  }
+  return result;
+}
+
+}  // namespace vantage

@@ -1,0 +1,233 @@
+#include "core/registration/scan_surface.h"
+
+#include <pcl/common/centroid.h>
+#include <pcl/common/eigen.h>
+#include <pcl/point_cloud.h>
+#include <pcl/point_types.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+#include "absl/container/flat_hash_map.h"
+
+namespace vantage {
+namespace {
+
+using Cloud = pcl::PointCloud<pcl::PointXYZ>;
+
+// Neighbours are gathered out to this distance, m, or to the next cells where those are farther.
+constexpr double kNeighbourhood = 0.12;
+constexpr int kNeighboursPerSide = 3;  // so at most 7 x 7, whatever the image's resolution
+constexpr int kMinNeighbours = 6;
+// A neighbourhood is a surface when it is flat to this (m), or to this share of its own width.
+constexpr double kFlat = 0.015;
+constexpr double kFlatShare = 0.12;
+
+Cloud ToCloud(const RangeImage& image, Parallel& parallel) {
+  Cloud cloud(static_cast<uint32_t>(image.rows()), static_cast<uint32_t>(image.columns()));
+  std::vector<Eigen::Vector2d> rows(static_cast<size_t>(image.rows()));
+  for (size_t r = 0; r < rows.size(); ++r) {
+    rows[r] = {std::cos(image.elevation[r]), std::sin(image.elevation[r])};
+  }
+  parallel.For(image.azimuth.size(), [&](size_t column) {
+    const double cos_a = std::cos(image.azimuth[column]);
+    const double sin_a = std::sin(image.azimuth[column]);
+    for (size_t r = 0; r < rows.size(); ++r) {
+      const size_t i = image.Index(static_cast<int>(column), static_cast<int>(r));
+      const double range = RangeImage::IsRange(image.range[i])
+                               ? static_cast<double>(image.range[i])
+                               : std::numeric_limits<double>::quiet_NaN();
+      const double flat = range * rows[r].x();
+      cloud[i].x = static_cast<float>(flat * cos_a);
+      cloud[i].y = static_cast<float>(flat * sin_a);
+      cloud[i].z = static_cast<float>(range * rows[r].y());
+    }
+  });
+  return cloud;
+}
+
+struct Picked {
+  uint32_t cell = 0;
+  float distance = std::numeric_limits<float>::max();  // to the cube's centre, squared
+  float cells = 0;
+};
+
+// The samples nearest to the centres of the cubes that hold any. Near the scanner, where samples
+// are far denser than the cubes, a regular subset of the image is looked at.
+std::vector<Picked> Thin(const RangeImage& image, const Cloud& cloud, double spacing) {
+  const double step = std::max(image.native_azimuth_step, image.native_elevation_step);
+  const auto inverse = static_cast<float>(1.0 / spacing);
+  const auto scale = static_cast<float>(spacing / (4.0 * step));
+  absl::flat_hash_map<uint64_t, uint32_t> cubes;
+  std::vector<Picked> picked;
+  for (int column = 0; column < image.columns(); ++column) {
+    for (int row = 0; row < image.rows(); ++row) {
+      const size_t i = image.Index(column, row);
+      const float range = image.range[i];
+      if (!RangeImage::IsRange(range)) continue;
+      const float ratio = scale / range;
+      const int stride = ratio >= 8 ? 8 : ratio >= 4 ? 4 : ratio >= 2 ? 2 : 1;
+      if ((column & (stride - 1)) != 0 || (row & (stride - 1)) != 0) continue;
+      const Eigen::Array3f scaled = cloud[i].getArray3fMap() * inverse;
+      const Eigen::Array3f corner = scaled.floor();
+      const Eigen::Array3i cube = corner.cast<int>() + (1 << 19);
+      const uint64_t key = (static_cast<uint64_t>(cube.x()) << 42) |
+                           (static_cast<uint64_t>(cube.y()) << 21) |
+                           static_cast<uint64_t>(cube.z());
+      const auto [it, fresh] = cubes.try_emplace(key, static_cast<uint32_t>(picked.size()));
+      if (fresh) picked.emplace_back();
+      Picked& best = picked[it->second];
+      best.cells += static_cast<float>(stride * stride);
+      const float distance = (scaled - corner - 0.5f).matrix().squaredNorm();
+      if (distance < best.distance) {
+        best.distance = distance;
+        best.cell = static_cast<uint32_t>(i);
+      }
+    }
+  }
+  return picked;
+}
+
+struct Fit {
+  SurfaceSample sample;
+  float rms = -1;  // m, of the neighbours from their plane; negative: there is no plane
+};
+
+Fit FitPlane(const Scan& scan, const Cloud& cloud, const Picked& picked, pcl::Indices& neighbours) {
+  const RangeImage& image = scan.image;
+  const int column = static_cast<int>(picked.cell / image.elevation.size());
+  const int row = static_cast<int>(picked.cell % image.elevation.size());
+  const double range = image.range[picked.cell];
+  const auto reach = [&](double step) {
+    return std::max(1, static_cast<int>(std::lround(kNeighbourhood / (range * step))));
+  };
+  const double step_a = 2 * kPi / std::max(1, image.columns());
+  const double azimuth_step =
+      image.full_turn ? step_a
+                      : (image.azimuth.back() - image.azimuth.front()) / (image.columns() - 1);
+  const double elevation_step =
+      (image.elevation.back() - image.elevation.front()) / (image.rows() - 1);
+  const double cos_e = std::max(0.05, std::cos(image.elevation[static_cast<size_t>(row)]));
+  const int half_c = std::min(reach(azimuth_step * cos_e), image.columns() / 4);
+  const int half_r = reach(elevation_step);
+  const int stride_c = std::max(1, half_c / kNeighboursPerSide);
+  const int stride_r = std::max(1, half_r / kNeighboursPerSide);
+  const Eigen::Vector3f centre = cloud[picked.cell].getVector3fMap();
+  const double gate =
+      std::max({2 * kNeighbourhood, 3.0 * range * elevation_step, 3.0 * range * azimuth_step});
+  const auto gate_squared = static_cast<float>(gate * gate);
+
+  neighbours.clear();
+  for (int dc = -half_c; dc <= half_c; dc += stride_c) {
+    int c = column + dc;
+    if (c < 0 || c >= image.columns()) {
+      if (!image.full_turn) continue;
+      c = (c + image.columns()) % image.columns();
+    }
+    for (int dr = -half_r; dr <= half_r; dr += stride_r) {
+      const int r = row + dr;
+      if (r < 0 || r >= image.rows()) continue;
+      const size_t i = image.Index(c, r);
+      if (!RangeImage::IsRange(image.range[i])) continue;
+      if ((cloud[i].getVector3fMap() - centre).squaredNorm() > gate_squared) continue;
+      neighbours.push_back(static_cast<pcl::index_t>(i));
+    }
+  }
+  Fit fit;
+  if (neighbours.size() < kMinNeighbours) return fit;
+  Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
+  Eigen::Vector4f mean = Eigen::Vector4f::Zero();
+  pcl::computeMeanAndCovarianceMatrix(cloud, neighbours, covariance, mean);
+  Eigen::Matrix3f vectors = Eigen::Matrix3f::Zero();
+  Eigen::Vector3f values = Eigen::Vector3f::Zero();
+  pcl::eigen33(covariance, vectors, values);
+  const double rms = std::sqrt(std::max(0.0f, values[0]));
+  const double width = std::sqrt(std::max(0.0f, values[1]));
+  // Too thin a strip has no normal; neither has a tangle.
+  if (!(width > 0.008) || !(rms < std::max(kFlatShare * width, std::min(kFlat, 0.35 * width)))) {
+    return fit;
+  }
+  Eigen::Vector3f normal = vectors.col(0).normalized();
+  if (normal.dot(centre) > 0) normal = -normal;
+  const double cos_incidence = -normal.dot(centre.normalized());
+  if (cos_incidence < std::cos(scan.scanner.max_incidence)) return fit;
+  const float off = normal.dot(centre - mean.head<3>());
+  if (std::abs(off) > 3 * std::max(rms, scan.scanner.RangeSigma(range))) return fit;
+  fit.rms = static_cast<float>(rms);
+  fit.sample.point = centre - off * normal;
+  fit.sample.normal = normal;
+  fit.sample.sigma = static_cast<float>(scan.scanner.RangeSigma(range) * cos_incidence);
+  fit.sample.cells = picked.cells;
+  return fit;
+}
+
+// Takes from groups (direction of normal x metre of space) in turn, so that rare directions come as
+// early as common ones: a door's jamb says more than the tenth square metre of wall.
+void Spread(std::vector<SurfaceSample>& samples) {
+  struct Place {
+    uint32_t turn;   // how many of its group come before
+    uint32_t order;  // scrambles groups and samples, the same way every time
+    uint32_t index;
+  };
+  std::vector<uint32_t> shuffled(samples.size());
+  std::iota(shuffled.begin(), shuffled.end(), 0U);
+  const auto scramble = [](uint32_t i) { return i * 2654435761U; };  // odd: one to one
+  std::sort(shuffled.begin(), shuffled.end(),
+            [&](uint32_t a, uint32_t b) { return scramble(a) < scramble(b); });
+  absl::flat_hash_map<uint64_t, uint32_t> taken;
+  std::vector<Place> places;
+  places.reserve(samples.size());
+  for (const uint32_t i : shuffled) {
+    const SurfaceSample& s = samples[i];
+    int axis = 0;
+    s.normal.cwiseAbs().maxCoeff(&axis);
+    const auto side = static_cast<uint64_t>(2 * axis + (s.normal[axis] < 0 ? 1 : 0));
+    const Eigen::Array3i cell = s.point.array().floor().cast<int>() + (1 << 15);
+    const uint64_t key = (side << 60) | (static_cast<uint64_t>(cell.x()) << 40) |
+                         (static_cast<uint64_t>(cell.y()) << 20) | static_cast<uint64_t>(cell.z());
+    places.push_back({taken[key]++, scramble(i), i});
+  }
+  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
+    return a.turn != b.turn ? a.turn < b.turn : a.order < b.order;
+  });
+  std::vector<SurfaceSample> spread;
+  spread.reserve(samples.size());
+  for (const Place& place : places) spread.push_back(samples[place.index]);
+  samples = std::move(spread);
+}
+
+}  // namespace
+
+ScanSurface SampleSurface(const Scan& scan, double spacing, Parallel& parallel) {
+  const Cloud cloud = ToCloud(scan.image, parallel);
+  const std::vector<Picked> picked = Thin(scan.image, cloud, spacing);
+  std::vector<Fit> fits(picked.size());
+  constexpr size_t kChunk = 512;
+  parallel.For((picked.size() + kChunk - 1) / kChunk, [&](size_t chunk) {
+    pcl::Indices neighbours;
+    const size_t end = std::min(picked.size(), (chunk + 1) * kChunk);
+    for (size_t i = chunk * kChunk; i < end; ++i) {
+      fits[i] = FitPlane(scan, cloud, picked[i], neighbours);
+    }
+  });
+  ScanSurface surface;
+  std::vector<float> rms;
+  for (const Fit& fit : fits) {
+    if (fit.rms < 0) continue;
+    surface.samples.push_back(fit.sample);
+    rms.push_back(fit.rms);
+  }
+  surface.image_samples = static_cast<double>(scan.image.SampleCount());
+  if (!rms.empty()) {
+    const auto middle = rms.begin() + static_cast<ptrdiff_t>(rms.size() / 2);
+    std::nth_element(rms.begin(), middle, rms.end());
+    surface.roughness = *middle;
+  }
+  Spread(surface.samples);
+  return surface;
+}
+
+}  // namespace vantage

@@ -1,0 +1,49 @@
+// The surface that a range image shows, as oriented points thinned evenly over space: what is
+// aligned to the model (algorithm.md section 9).
+#ifndef VANTAGE_CORE_REGISTRATION_SCAN_SURFACE_H_
+#define VANTAGE_CORE_REGISTRATION_SCAN_SURFACE_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/parallel/parallel.h"
+#include "core/sensor/scan.h"
+
+namespace vantage {
+
+struct SurfaceSample {
+  Eigen::Vector3f point;   // m, scanner frame, on the plane through the measured neighbours
+  Eigen::Vector3f normal;  // unit, scanner frame, towards the scanner
+  float sigma = 0;         // m, one sigma of the measurement, along the normal
+  float cells = 0;         // samples of the image that it stands for
+};
+
+struct ScanSurface {
+  // Spread over directions of normals and over space: any prefix is a fair, well-conditioned
+  // selection (the coarse stages take the first few thousand).
+  std::vector<SurfaceSample> samples;
+  double image_samples = 0;  // of the whole image, those without a usable normal included
+  double roughness = 0;      // m, median distance from the neighbours' plane: noise as it is seen,
+                             // quantisation included
+};
+
+// Thins to one sample per cube of side `spacing` (m). Samples without a plane through their
+// neighbours, or beyond the scanner's maximum incidence, are left out.
+ScanSurface SampleSurface(const Scan& scan, double spacing, Parallel& parallel);
+
+// A plane that scanned surface lies in.
+struct FloorPlane {
+  Eigen::Vector3d normal;  // unit, scanner frame, upwards
+  double height = 0;       // m, of the plane at the scanner's origin: normal . x = height
+  double area = 0;         // m^2, roughly, of the samples in it
+};
+// The largest upward-facing plane below the scanner within `max_tilt` rad of level. False when
+// there is none of at least half a square metre.
+bool FindFloor(std::span<const SurfaceSample> samples, double spacing, double max_tilt,
+               FloorPlane& floor);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_REGISTRATION_SCAN_SURFACE_H_
