@@ -29,6 +29,7 @@ struct VoxelBox {
 struct Stand {
   Eigen::Vector3d position;  // m, model frame, centre of projection
   double floor_height = 0;   // m, z of the floor below it
+  bool floor_found = false;  // else floor_height is only as low as is sure to be free
   double clearance = 0.35;   // m, radius of the upright cylinder known to be free
 };
 

@@ -1,0 +1,22 @@
+// One scan at one pose to voxels, coarse to fine (algorithm.md section 4, 'How to build it fast').
+#ifndef VANTAGE_CORE_MODEL_CARVE_H_
+#define VANTAGE_CORE_MODEL_CARVE_H_
+
+#include <memory>
+
+#include "core/model/partial_model.h"
+#include "core/model/scan_layer.h"
+#include "core/parallel/parallel.h"
+
+namespace vantage {
+
+// The image is valid and the pose rigid: the caller has checked. The rule: a voxel is empty when
+// the scan's range in the direction of its centre is farther than the centre; it is surface when a
+// sample, or a point interpolated between joined samples, lies in it. The cylinder that the scanner
+// stood in is empty, and the floor goes on below it.
+std::unique_ptr<ScanLayer> Carve(const Scan& scan, const Eigen::Isometry3d& T_model_scan,
+                                 const ModelConfig& config, Parallel& parallel);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_MODEL_CARVE_H_

@@ -1,0 +1,34 @@
+// Noise and pose errors put one wall into two layers of voxels: the weaker gives itself to the
+// stronger (algorithm.md section 4, 'Merge').
+#ifndef VANTAGE_CORE_MODEL_FUSE_H_
+#define VANTAGE_CORE_MODEL_FUSE_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "core/model/brick_neighbourhood.h"
+#include "core/model/merged_brick.h"
+
+namespace vantage {
+
+// The 125 voxels at most two away, as one number.
+constexpr int kFuseReach = 2;
+constexpr int8_t OffsetCode(int dx, int dy, int dz) {
+  return static_cast<int8_t>((dx + 2) + 5 * ((dy + 2) + 5 * (dz + 2)));
+}
+
+// Marks each surface voxel that a better supported voxel with a similar normal, at most two away,
+// makes superfluous: that voxel's plane does not pass through it, so its points are there by error.
+std::vector<uint8_t> FindDominated(const VoxelIndex& brick,
+                                   const BrickNeighbourhood<MergedBrick>& around,
+                                   double voxel_size);
+
+// For each dominated voxel the nearest dominating one that is not dominated itself (its
+// OffsetCode), else -1: it stays.
+std::vector<int8_t> ChooseAbsorbers(const VoxelIndex& brick,
+                                    const BrickNeighbourhood<MergedBrick>& around,
+                                    double voxel_size);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_MODEL_FUSE_H_

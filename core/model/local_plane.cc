@@ -1,0 +1,160 @@
+#include "core/model/local_plane.h"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+namespace vantage {
+
+namespace {
+
+// The sums of several voxels about one voxel's lowest corner.
+class Moments {
+ public:
+  // `dx, dy, dz`: the voxel that the sums belong to, relative to the middle one.
+  void Add(const SurfaceSums& sums, int dx, int dy, int dz) {
+    const std::array<int64_t, 3> shift = {int64_t{dx} * SurfaceSums::kUnits,
+                                          int64_t{dy} * SurfaceSums::kUnits,
+                                          int64_t{dz} * SurfaceSums::kUnits};
+    const int64_t n = sums.points;
+    std::array<int64_t, 3> s;
+    for (size_t i = 0; i < 3; ++i) s[i] = static_cast<int64_t>(sums.point_sum[i]);
+    size_t k = 0;
+    for (size_t i = 0; i < 3; ++i) {
+      for (size_t j = i; j < 3; ++j) {
+        product_[k] += static_cast<int64_t>(sums.product_sum[k]) + shift[j] * s[i] +
+                       shift[i] * s[j] + n * shift[i] * shift[j];
+        ++k;
+      }
+    }
+    for (size_t i = 0; i < 3; ++i) sum_[i] += s[i] + n * shift[i];
+    points_ += n;
+  }
+
+  // Covariance, in squared units.
+  Eigen::Matrix3d Covariance() const {
+    const double n = static_cast<double>(points_);
+    Eigen::Matrix3d c;
+    size_t k = 0;
+    for (int i = 0; i < 3; ++i) {
+      for (int j = i; j < 3; ++j) {
+        const double mean_product = static_cast<double>(product_[k++]) / n;
+        c(i, j) = c(j, i) =
+            mean_product - static_cast<double>(sum_[static_cast<size_t>(i)]) / n *
+                               (static_cast<double>(sum_[static_cast<size_t>(j)]) / n);
+      }
+    }
+    return c;
+  }
+
+ private:
+  int64_t points_ = 0;
+  std::array<int64_t, 3> sum_{};
+  std::array<int64_t, 6> product_{};
+};
+
+Eigen::Vector3d Centroid(const VoxelIndex& voxel, const SurfaceSums& sums, double voxel_size) {
+  const bool measured = sums.samples > 0;
+  const auto& sum = measured ? sums.sample_sum : sums.point_sum;
+  const double n = (measured ? sums.samples : sums.points) * double{SurfaceSums::kUnits};
+  Eigen::Vector3d centroid;
+  for (int i = 0; i < 3; ++i) {
+    // Offsets were cut to whole units: half a unit puts them back in the mean.
+    const double mean = static_cast<double>(sum[static_cast<size_t>(i)]) / n;
+    centroid[i] = (voxel[i] + mean + 0.5 / SurfaceSums::kUnits) * voxel_size;
+  }
+  return centroid;
+}
+
+}  // namespace
+
+std::vector<LocalPlane> FitPlanes(const VoxelIndex& brick,
+                                  const BrickNeighbourhood<UnitedBrick>& united,
+                                  std::span<const ScanLayer* const> layers, double voxel_size) {
+  const UnitedBrick& own = *united.middle();
+  std::vector<std::pair<const ScanLayer*, const LayerBrick*>> witnesses;
+  for (const ScanLayer* layer : layers) {
+    if (const LayerBrick* found = layer->Find(brick)) witnesses.emplace_back(layer, found);
+  }
+  std::vector<LocalPlane> planes;
+  planes.reserve(own.sums.size());
+  for (int local = 0; local < Brick::kVoxels; ++local) {
+    if (!own.surface.Has(local)) continue;
+    const SurfaceSums& sums = own.sums[planes.size()];
+    const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
+    Moments moments;
+    for (int dz = -1; dz <= 1; ++dz) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          const auto [there, at] = united.At(x + dx, y + dy, z + dz);
+          if (there == nullptr || !there->surface.Has(at)) continue;
+          moments.Add(there->sums[static_cast<size_t>(there->surface.Rank(at))], dx, dy, dz);
+        }
+      }
+    }
+    Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
+    solver.computeDirect(moments.Covariance());
+    Eigen::Vector3d normal = solver.eigenvectors().col(0).normalized();
+    if (!normal.allFinite()) normal = Eigen::Vector3d::UnitZ();
+
+    const Eigen::Vector3d centroid = Centroid(PlanningView::Global(brick, local), sums, voxel_size);
+    int64_t votes = 0;
+    for (const auto& [layer, found] : witnesses) {
+      if (!found->surface.Has(local)) continue;
+      const int64_t points = found->sums[static_cast<size_t>(found->surface.Rank(local))].points;
+      votes += normal.dot(layer->T_model_scan.translation() - centroid) >= 0 ? points : -points;
+    }
+    if (votes < 0) normal = -normal;
+
+    LocalPlane plane;
+    plane.centroid = centroid.cast<float>();
+    plane.normal = normal.cast<float>();
+    plane.flatness = static_cast<float>(std::sqrt(std::max(0.0, solver.eigenvalues()[0])) /
+                                        SurfaceSums::kUnits * voxel_size);
+    constexpr uint32_t kMeasured = 1u << 31;
+    plane.weight = sums.samples > 0 ? (kMeasured | sums.samples) : sums.points;
+    planes.push_back(plane);
+  }
+  return planes;
+}
+
+std::vector<LocalPlane> SnapToFlatNeighbours(const BrickNeighbourhood<MergedBrick>& fitted,
+                                             double voxel_size) {
+  const float flat = static_cast<float>(0.12 * voxel_size);
+  const MergedBrick& own = *fitted.middle();
+  std::vector<LocalPlane> planes = own.fitted;
+  size_t rank = 0;
+  for (int local = 0; local < Brick::kVoxels; ++local) {
+    if (!own.united->surface.Has(local)) continue;
+    LocalPlane& plane = planes[rank++];
+    if (plane.flatness <= flat) continue;
+    const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
+    float best = static_cast<float>(0.2 * voxel_size);
+    const LocalPlane* chosen = nullptr;
+    for (int dz = -2; dz <= 2; ++dz) {
+      for (int dy = -2; dy <= 2; ++dy) {
+        for (int dx = -2; dx <= 2; ++dx) {
+          const auto [there, at] = fitted.At(x + dx, y + dy, z + dz);
+          if (there == nullptr || there->united == nullptr || !there->united->surface.Has(at)) {
+            continue;
+          }
+          const LocalPlane& other =
+              there->fitted[static_cast<size_t>(there->united->surface.Rank(at))];
+          if (other.flatness > flat) continue;
+          const float off = std::abs(other.normal.dot(plane.centroid - other.centroid));
+          if (off < best) {
+            best = off;
+            chosen = &other;
+          }
+        }
+      }
+    }
+    if (chosen != nullptr) {
+      plane.normal = chosen->normal;
+      plane.flatness = chosen->flatness;
+    }
+  }
+  return planes;
+}
+
+}  // namespace vantage

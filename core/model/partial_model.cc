@@ -1,0 +1,183 @@
+#include "core/model/partial_model.h"
+
+#include <bit>
+#include <chrono>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/model/carve.h"
+#include "core/model/merge.h"
+#include "core/model/model_octree.h"
+
+namespace vantage {
+
+absl::Status ModelConfig::Validate() const {
+  if (!(voxel_size >= 0.01 && voxel_size <= 0.5)) {
+    return absl::InvalidArgumentError("model: voxel_size must be in [0.01, 0.5] m");
+  }
+  if (!(discontinuity_angle > 0 && discontinuity_angle < kPi / 2)) {
+    return absl::InvalidArgumentError("model: discontinuity_angle must be in (0, pi/2) rad");
+  }
+  for (int i = 0; i < 3; ++i) {
+    // The octree's root spans 65,536 bricks.
+    if (!(max_half_extent[i] > 0 && max_half_extent[i] <= 30000 * Brick::kSide * voxel_size)) {
+      return absl::InvalidArgumentError(absl::StrCat("model: max_half_extent must be in (0, ",
+                                                     30000 * Brick::kSide * voxel_size,
+                                                     "] m for this voxel_size"));
+    }
+  }
+  return absl::OkStatus();
+}
+
+struct PartialModel::State {
+  explicit State(const ModelConfig& model_config)
+      : config(model_config), octree(model_config.voxel_size), all_empty(MakeAllEmpty()) {}
+
+  ModelConfig config;
+  ModelOctree octree;
+  std::shared_ptr<const MergedBrick> all_empty;
+  std::map<std::string, std::unique_ptr<ScanLayer>> layers;
+  std::vector<std::string> order;  // in which the scans came, for the stands only
+  uint64_t version = 0;
+
+  std::vector<const ScanLayer*> Layers() const {
+    std::vector<const ScanLayer*> all;
+    for (const auto& [id, layer] : layers) all.push_back(layer.get());
+    return all;
+  }
+};
+
+namespace {
+
+double SecondsSince(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+bool IsRigid(const Eigen::Isometry3d& pose) {
+  const Eigen::Matrix3d R = pose.linear();
+  return pose.matrix().allFinite() && (R * R.transpose()).isIdentity(1e-6) && R.determinant() > 0;
+}
+
+// The farthest corner of what the scan reaches, on each axis.
+Eigen::Vector3d Reach(const Scan& scan, const Eigen::Isometry3d& pose) {
+  float farthest = 0;
+  for (const float range : scan.image.range) farthest = std::max(farthest, range);
+  return pose.translation().cwiseAbs().array() + static_cast<double>(farthest);
+}
+
+}  // namespace
+
+PartialModel::PartialModel(std::unique_ptr<State> state) : state_(std::move(state)) {}
+PartialModel::~PartialModel() = default;
+
+absl::StatusOr<std::unique_ptr<PartialModel>> PartialModel::Create(const ModelConfig& config) {
+  if (absl::Status status = config.Validate(); !status.ok()) return status;
+  return std::unique_ptr<PartialModel>(new PartialModel(std::make_unique<State>(config)));
+}
+
+absl::StatusOr<MergeReport> PartialModel::Insert(absl::string_view id, const Scan& scan,
+                                                 const Eigen::Isometry3d& T_model_scan,
+                                                 Parallel& parallel) {
+  State& state = *state_;
+  if (state.layers.contains(std::string(id))) {
+    return absl::AlreadyExistsError(absl::StrCat("scan '", id, "' is in the model already"));
+  }
+  if (absl::Status status = scan.image.Validate(); !status.ok()) return status;
+  if (absl::Status status = scan.scanner.Validate(); !status.ok()) return status;
+  if (!IsRigid(T_model_scan)) {
+    return absl::InvalidArgumentError("pose: must be a rigid transform of finite numbers");
+  }
+  const Eigen::Vector3d reach = Reach(scan, T_model_scan);
+  if ((reach.array() > state.config.max_half_extent.array()).any()) {
+    return absl::OutOfRangeError(absl::StrCat(
+        "the scan reaches ", reach.x(), " x ", reach.y(), " x ", reach.z(),
+        " m from the origin; the site's limit is ", state.config.max_half_extent.x(), " x ",
+        state.config.max_half_extent.y(), " x ", state.config.max_half_extent.z(), " m"));
+  }
+
+  MergeReport report;
+  const auto start = std::chrono::steady_clock::now();
+  std::unique_ptr<ScanLayer> layer = Carve(scan, T_model_scan, state.config, parallel);
+  report.carve_seconds = SecondsSince(start);
+  report.samples = layer->samples;
+  report.empty_voxels = layer->empty_voxels;
+  report.surface_voxels = layer->surface_voxels;
+
+  const auto merge_start = std::chrono::steady_clock::now();
+  const ScanLayer& touched = *layer;
+  state.layers.emplace(id, std::move(layer));
+  state.order.emplace_back(id);
+  report.changed_bricks =
+      MergeAround(touched, LayerChange::kAdded, state.Layers(), state.config.voxel_size,
+                  state.all_empty, parallel, state.octree);
+  report.merge_seconds = SecondsSince(merge_start);
+  report.version = ++state.version;
+  return report;
+}
+
+absl::StatusOr<MergeReport> PartialModel::Withdraw(absl::string_view id, Parallel& parallel) {
+  State& state = *state_;
+  const auto it = state.layers.find(std::string(id));
+  if (it == state.layers.end()) {
+    return absl::NotFoundError(absl::StrCat("scan '", id, "' is not in the model"));
+  }
+  const auto start = std::chrono::steady_clock::now();
+  const std::unique_ptr<ScanLayer> layer = std::move(it->second);
+  state.layers.erase(it);
+  std::erase(state.order, std::string(id));
+  MergeReport report;
+  report.samples = layer->samples;
+  report.empty_voxels = layer->empty_voxels;
+  report.surface_voxels = layer->surface_voxels;
+  report.changed_bricks =
+      MergeAround(*layer, LayerChange::kRemoved, state.Layers(), state.config.voxel_size,
+                  state.all_empty, parallel, state.octree);
+  report.merge_seconds = SecondsSince(start);
+  report.version = ++state.version;
+  return report;
+}
+
+std::shared_ptr<const PlanningView> PartialModel::Publish() const {
+  std::vector<PlanningView::BrickAt> bricks;
+  state_->octree.ForEach([&](const VoxelIndex& brick, const ModelLeaf& leaf) {
+    bricks.push_back({brick, leaf->contents});
+  });
+  std::vector<Stand> stands;
+  for (const std::string& id : state_->order) stands.push_back(state_->layers.at(id)->stand);
+  return std::make_shared<const PlanningView>(state_->config.voxel_size, state_->version,
+                                              std::move(bricks), std::move(stands));
+}
+
+uint64_t PartialModel::Digest() const {
+  // FNV-1a over what planners see.
+  uint64_t digest = 14695981039346656037u;
+  const auto mix = [&digest](uint64_t value) { digest = (digest ^ value) * 1099511628211u; };
+  const auto mix_float = [&mix](float value) { mix(std::bit_cast<uint32_t>(value)); };
+  const std::shared_ptr<const PlanningView> view = Publish();
+  for (const PlanningView::BrickAt& at : view->bricks()) {
+    mix(KeyOf(at.brick));
+    for (const VoxelState voxel : at.contents->state) mix(static_cast<uint64_t>(voxel));
+    for (const SurfaceVoxel& surface : at.contents->surface) {
+      for (int i = 0; i < 3; ++i) mix_float(surface.centroid[i]);
+      for (int i = 0; i < 3; ++i) mix_float(surface.normal[i]);
+      mix_float(surface.area);
+      mix_float(surface.density);
+      mix(surface.samples);
+      mix(surface.ambiguous ? 1 : 0);
+    }
+  }
+  return digest;
+}
+
+const ModelConfig& PartialModel::config() const { return state_->config; }
+uint64_t PartialModel::version() const { return state_->version; }
+
+std::vector<std::string> PartialModel::scans() const {
+  std::vector<std::string> ids;
+  for (const auto& [id, layer] : state_->layers) ids.push_back(id);
+  return ids;
+}
+
+}  // namespace vantage

@@ -1,0 +1,28 @@
+// From what the scans add up to, to what planners see: states, frontier with its causes, attributes
+// (algorithm.md section 4).
+#ifndef VANTAGE_CORE_MODEL_PUBLISH_BRICK_H_
+#define VANTAGE_CORE_MODEL_PUBLISH_BRICK_H_
+
+#include <memory>
+#include <span>
+
+#include "core/model/brick_neighbourhood.h"
+#include "core/model/merged_brick.h"
+#include "core/model/voxel.h"
+
+namespace vantage {
+
+// Null when all of the brick is unknown. `all_empty` is returned, shared, when all is empty.
+//
+// An unknown voxel with an empty 6-neighbour is false surface; its cause is the first of occlusion,
+// hole, image among the scans whose empty space touches it there. Slivers of it along a compatible
+// true surface at most two voxels away are absorbed.
+std::shared_ptr<const Brick> PublishBrick(const VoxelIndex& brick,
+                                          const BrickNeighbourhood<MergedBrick>& around,
+                                          std::span<const ScanLayer* const> layers,
+                                          double voxel_size,
+                                          const std::shared_ptr<const Brick>& all_empty);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_MODEL_PUBLISH_BRICK_H_

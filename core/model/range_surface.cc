@@ -1,0 +1,113 @@
+#include "core/model/range_surface.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vantage {
+
+RangeSurface::RangeSurface(const RangeImage& image, const ScannerModel& scanner,
+                           double discontinuity_angle)
+    : azimuth_(image.azimuth, image.full_turn),
+      elevation_(image.elevation, false),
+      range_(image.range),
+      joined_(image.cells(), 0) {
+  for (const double a : image.azimuth) {
+    cos_azimuth_.push_back(std::cos(a));
+    sin_azimuth_.push_back(std::sin(a));
+  }
+  for (const double e : image.elevation) {
+    cos_elevation_.push_back(std::cos(e));
+    sin_elevation_.push_back(std::sin(e));
+  }
+  for (float& range : range_) {
+    if (RangeImage::IsRange(range) && range < static_cast<float>(scanner.range_min)) {
+      range = RangeImage::kNoInformation;
+    }
+  }
+  Join(scanner, discontinuity_angle);
+  DropMixedPixels();
+  for (int c = 0; c < columns(); ++c) {
+    const int next = NextColumn(c);
+    if (next < 0) continue;
+    for (int r = 0; r + 1 < rows(); ++r) {
+      const bool quad = JoinedToNextColumn(c, r) && JoinedToNextRow(c, r) &&
+                        JoinedToNextColumn(c, r + 1) && JoinedToNextRow(next, r);
+      if (quad) joined_[Index(c, r)] |= 4;
+    }
+  }
+}
+
+void RangeSurface::Join(const ScannerModel& scanner, double discontinuity_angle) {
+  const double tangent = std::tan(discontinuity_angle);
+  // Five sigma of a difference of two ranges: what noise alone explains is no discontinuity.
+  const double noise = 5 * std::sqrt(2.0) * scanner.RangeSigma(scanner.range_max);
+  const auto one_surface = [&](float a, float b, double angle) {
+    if (!RangeImage::IsRange(a) || !RangeImage::IsRange(b)) return false;
+    const double depth = std::abs(static_cast<double>(a) - static_cast<double>(b));
+    const double lateral = static_cast<double>(std::min(a, b)) * angle;  // angles are small here
+    return depth <= noise || lateral >= depth * tangent;
+  };
+  const auto step_to = [](double from, double to) {
+    return to > from ? to - from : to + 2 * kPi - from;
+  };
+  std::vector<double> rise(static_cast<size_t>(rows()), kPi);
+  for (size_t r = 0; r + 1 < rise.size(); ++r) {
+    rise[r] = std::asin(sin_elevation_[r + 1]) - std::asin(sin_elevation_[r]);
+  }
+  for (int c = 0; c < columns(); ++c) {
+    const int next = NextColumn(c);
+    // A gap this wide was not scanned: nothing is known to join across it.
+    constexpr double kWidestGap = 0.1;  // rad
+    const double turn = next < 0 ? kPi
+                                 : step_to(std::atan2(sin_azimuth_[c], cos_azimuth_[c]),
+                                           std::atan2(sin_azimuth_[next], cos_azimuth_[next]));
+    for (int r = 0; r < rows(); ++r) {
+      uint8_t& joined = joined_[Index(c, r)];
+      if (next >= 0 && turn < kWidestGap &&
+          one_surface(at(c, r), at(next, r), turn * cos_elevation_[r])) {
+        joined |= 1;
+      }
+      if (rise[r] < kWidestGap && one_surface(at(c, r), at(c, r + 1), rise[r])) joined |= 2;
+    }
+  }
+}
+
+void RangeSurface::DropMixedPixels() {
+  const auto between = [](float before, float here, float after) {
+    return RangeImage::IsRange(before) && RangeImage::IsRange(after) &&
+           (here - before) * (after - here) > 0;
+  };
+  std::vector<size_t> mixed;
+  for (int c = 0; c < columns(); ++c) {
+    const int next = NextColumn(c);
+    const int previous = c > 0 ? c - 1 : (azimuth_.closed() ? columns() - 1 : -1);
+    for (int r = 0; r < rows(); ++r) {
+      const float here = at(c, r);
+      if (!RangeImage::IsRange(here) || (joined_[Index(c, r)] & 3) != 0) continue;
+      if (r > 0 && JoinedToNextRow(c, r - 1)) continue;
+      if (previous >= 0 && JoinedToNextColumn(previous, r)) continue;
+      const bool across = previous >= 0 && next >= 0 && between(at(previous, r), here, at(next, r));
+      const bool along = r > 0 && r + 1 < rows() && between(at(c, r - 1), here, at(c, r + 1));
+      if (across || along) mixed.push_back(Index(c, r));
+    }
+  }
+  for (const size_t index : mixed) range_[index] = RangeImage::kNoInformation;
+}
+
+RangeSurface::Reading RangeSurface::Read(const Eigen::Vector3d& direction) const {
+  const double level = std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
+  const AngularAxis::Position e = elevation_.Locate(std::atan2(direction.z(), level));
+  if (!e.inside) return {};
+  const AngularAxis::Position a = azimuth_.Locate(std::atan2(direction.y(), direction.x()));
+  if (!a.inside) return {};
+  if (QuadJoined(a.lower, e.lower) && a.upper != a.lower && e.upper != e.lower) {
+    const float low = (1 - a.fraction) / at(a.lower, e.lower) + a.fraction / at(a.upper, e.lower);
+    const float high = (1 - a.fraction) / at(a.lower, e.upper) + a.fraction / at(a.upper, e.upper);
+    return {1.0f / ((1 - e.fraction) * low + e.fraction * high), UnknownReason::kOcclusion};
+  }
+  const float range = at(a.nearest(), e.nearest());
+  if (RangeImage::IsRange(range)) return {range, UnknownReason::kOcclusion};
+  return {0, range == RangeImage::kNoReturn ? UnknownReason::kHole : UnknownReason::kImage};
+}
+
+}  // namespace vantage

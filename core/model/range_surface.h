@@ -1,0 +1,76 @@
+// What a range image says between its samples: which neighbours are one surface, and how far a ray
+// in any direction was seen to go (algorithm.md section 4, 'Surface between samples').
+#ifndef VANTAGE_CORE_MODEL_RANGE_SURFACE_H_
+#define VANTAGE_CORE_MODEL_RANGE_SURFACE_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "core/model/angular_axis.h"
+#include "core/sensor/range_image.h"
+#include "core/sensor/scanner_model.h"
+
+namespace vantage {
+
+// Why a scan leaves a place unknown; kNone where it does not.
+enum class UnknownReason : uint8_t { kNone, kOcclusion, kHole, kImage };
+
+class RangeSurface {
+ public:
+  // `discontinuity_angle` (rad): neighbours are two surfaces when the segment between them makes a
+  // smaller angle with the line of sight, unless range noise alone explains it. Mixed pixels
+  // (joined to no neighbour, between a nearer and a farther one) become no information, and so do
+  // returns nearer than the scanner's range.
+  RangeSurface(const RangeImage& image, const ScannerModel& scanner, double discontinuity_angle);
+
+  int columns() const { return azimuth_.size(); }
+  int rows() const { return elevation_.size(); }
+  const AngularAxis& azimuth() const { return azimuth_; }
+  const AngularAxis& elevation() const { return elevation_; }
+  float at(int column, int row) const { return range_[Index(column, row)]; }
+  // Unit vector of a cell's ray, scanner frame.
+  Eigen::Vector3d Direction(int column, int row) const {
+    const size_t c = static_cast<size_t>(column);
+    const size_t r = static_cast<size_t>(row);
+    return {cos_elevation_[r] * cos_azimuth_[c], cos_elevation_[r] * sin_azimuth_[c],
+            sin_elevation_[r]};
+  }
+
+  int NextColumn(int column) const {
+    return column + 1 < columns() ? column + 1 : (azimuth_.closed() ? 0 : -1);
+  }
+  // Is the cell one surface with the one in the next column (which may wrap), or the next row?
+  bool JoinedToNextColumn(int column, int row) const {
+    return (joined_[Index(column, row)] & 1) != 0;
+  }
+  bool JoinedToNextRow(int column, int row) const { return (joined_[Index(column, row)] & 2) != 0; }
+  // Are the four cells from (column, row) to the next column and row one surface?
+  bool QuadJoined(int column, int row) const { return (joined_[Index(column, row)] & 4) != 0; }
+
+  // How far space was seen to be empty along a direction (scanner frame, any length > 0), and why
+  // no farther. Inside a joined quad the range is interpolated as a plane would give it (linearly
+  // in 1 / range); elsewhere it is that of the nearest ray.
+  struct Reading {
+    float range = 0;  // m; 0 where nothing is known along the direction
+    UnknownReason beyond = UnknownReason::kImage;
+  };
+  Reading Read(const Eigen::Vector3d& direction) const;
+
+ private:
+  size_t Index(int column, int row) const {
+    return static_cast<size_t>(column) * static_cast<size_t>(rows()) + static_cast<size_t>(row);
+  }
+  void Join(const ScannerModel& scanner, double discontinuity_angle);
+  void DropMixedPixels();
+
+  AngularAxis azimuth_;
+  AngularAxis elevation_;
+  std::vector<double> cos_azimuth_, sin_azimuth_, cos_elevation_, sin_elevation_;
+  std::vector<float> range_;  // as in RangeImage
+  std::vector<uint8_t> joined_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_MODEL_RANGE_SURFACE_H_
