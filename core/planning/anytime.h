@@ -1,0 +1,78 @@
+// Step D under a budget: race, decide, complete (algorithm.md section 8, 'Anytime, and honest about
+// it').
+#ifndef VANTAGE_CORE_PLANNING_ANYTIME_H_
+#define VANTAGE_CORE_PLANNING_ANYTIME_H_
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "absl/functional/function_ref.h"
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/brute_force.h"
+
+namespace vantage {
+
+// A round of the race: so large a sample of the cells on so many of the views.
+struct RaceRound {
+  double sample = 0.01;  // of the cells
+  double views = 1.0;    // of all, the best so far
+};
+
+struct AnytimeOptions {
+  std::vector<RaceRound> rounds = {{0.01, 1.0}, {0.03, 0.05}, {0.15, 0.005}};
+  size_t least_sample = 512;  // draws; a round that would draw a third of the cells is skipped
+  double confidence = 0.95;   // of all bounds together
+  uint64_t seed = 1;
+  double separation = 0.6;  // m, of the leaders scored exactly
+  int leaders = 10;
+};
+
+struct ViewEstimate {
+  double score = 0;  // the best estimate so far, samples
+  double lower = 0;  // bounds: together they hold with the confidence asked for
+  double upper = 0;
+  bool scored = false;  // false: nothing but the bounds is known
+  bool exact = false;   // lower == score == upper, for certain
+};
+
+struct Evaluation {
+  std::vector<ViewEstimate> views;
+  uint64_t rays = 0;
+  size_t exact = 0;       // views
+  bool complete = false;  // all of them
+  bool decided = false;   // the leaders are exact
+  // By needy cell: some scored view gains something there. Final only when complete.
+  std::vector<uint8_t> seen;
+  bool any() const {
+    for (const ViewEstimate& view : views) {
+      if (view.scored) return true;
+    }
+    return false;
+  }
+};
+
+// Scores `views` (m) on `cells`. Draws lie along a line on which each cell is as long as the most
+// it can gain, one at random in each of n equal parts: strata are patches (cells of one lie side by
+// side), the probability is proportional to area x deficit x weight, and the draws are independent
+// with a known range, so the bounds of MeanBounds hold for any scene. The error is split over all
+// views, rounds and sides. `first_order` lists the views for the first round, coarse lattice first.
+// `progress` sees the evaluation when it has improved. Heeds deadline, cancellation and work limit
+// (rays); with a work limit alone the result does not depend on the number of threads.
+Evaluation EvaluateViews(const BruteForceScorer& scorer, std::span<const Eigen::Vector3d> views,
+                         std::span<const uint32_t> first_order, const CellArrays& cells,
+                         const AnytimeOptions& options, const Budget& budget, Parallel& parallel,
+                         absl::FunctionRef<void(const Evaluation&)> progress);
+
+// Indices 0..n-1 of viewcells, those on the coarsest lattice first.
+std::vector<uint32_t> CoarseFirst(std::span<const Eigen::Vector3i> cells);
+
+// Scored views from the best on, equal ones by index.
+std::vector<uint32_t> ByScore(const Evaluation& evaluation);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_PLANNING_ANYTIME_H_

@@ -1,0 +1,111 @@
+#include "core/planning/brute_force.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace vantage {
+namespace {
+
+constexpr size_t kPacketsBetweenPolls = 1024;
+
+struct Origin {
+  Eigen::Vector3f model;  // m
+  Eigen::Vector3f scene;
+};
+
+// Cells that passed the cheap tests, waiting until they fill a packet of rays.
+struct Waiting {
+  TargetPacket targets;
+  std::array<float, 8> gain;
+  std::array<uint32_t, 8> at;
+  int count = 0;
+};
+
+}  // namespace
+
+template <typename OnGain>
+ViewScore BruteForceScorer::Run(const Eigen::Vector3d& view, const CellArrays& cells,
+                                const Budget& budget, OnGain&& on_gain) const {
+  std::array<Origin, 9> origins;
+  const int origin_count = pose_error_ > 0 ? 9 : 1;
+  for (int i = 0; i < origin_count; ++i) {
+    Eigen::Vector3d at = view;
+    if (i > 0) {
+      for (int a = 0; a < 3; ++a) at[a] += ((i - 1) >> a) & 1 ? pose_error_ : -pose_error_;
+    }
+    origins[static_cast<size_t>(i)] = {at.cast<float>(), scene_.ToScene(at / voxel_)};
+  }
+
+  ViewScore score;
+  Waiting waiting;
+  const auto trace = [&] {
+    uint32_t visible = (1u << waiting.count) - 1;
+    for (int i = 0; i < origin_count && visible != 0; ++i) {
+      score.rays += static_cast<uint64_t>(std::popcount(visible));
+      visible &= ~scene_.Occluded(origins[static_cast<size_t>(i)].scene, waiting.targets, visible);
+    }
+    for (; visible != 0; visible &= visible - 1) {
+      const auto k = static_cast<size_t>(std::countr_zero(visible));
+      score.gain += static_cast<double>(waiting.gain[k]);
+      on_gain(waiting.at[k], waiting.gain[k]);
+    }
+    waiting.count = 0;
+  };
+
+  alignas(32) float gains[8];
+  alignas(32) float other[8];
+  const size_t packets = cells.packets();
+  for (size_t packet = 0; packet < packets; ++packet) {
+    if (packet % kPacketsBetweenPolls == 0 && budget.Expired()) return score;
+    uint32_t bits = constraints_.Gains(origins[0].model, cells, packet, gains);
+    for (int i = 1; i < origin_count && bits != 0; ++i) {
+      bits &= constraints_.Gains(origins[static_cast<size_t>(i)].model, cells, packet, other);
+      for (size_t k = 0; k < 8; ++k) gains[k] = std::min(gains[k], other[k]);
+    }
+    for (; bits != 0; bits &= bits - 1) {
+      const auto k = static_cast<size_t>(std::countr_zero(bits));
+      const size_t at = packet * CellArrays::kPacket + k;
+      const auto slot = static_cast<size_t>(waiting.count);
+      waiting.targets.x[slot] = cells.tx[at];
+      waiting.targets.y[slot] = cells.ty[at];
+      waiting.targets.z[slot] = cells.tz[at];
+      waiting.gain[slot] = gains[k];
+      waiting.at[slot] = static_cast<uint32_t>(at);
+      if (++waiting.count == 8) trace();
+    }
+  }
+  if (waiting.count > 0) {
+    for (auto slot = static_cast<size_t>(waiting.count); slot < 8; ++slot) {
+      waiting.targets.x[slot] = waiting.targets.y[slot] = waiting.targets.z[slot] = 0;
+    }
+    trace();
+  }
+  score.finished = true;
+  return score;
+}
+
+ViewScore BruteForceScorer::Score(const Eigen::Vector3d& view, const CellArrays& cells,
+                                  const Budget& budget,
+                                  std::span<std::atomic<uint8_t>> seen) const {
+  if (seen.empty()) return Run(view, cells, budget, [](uint32_t, float) {});
+  return Run(view, cells, budget,
+             [&](uint32_t at, float) { seen[cells.cell[at]].store(1, std::memory_order_relaxed); });
+}
+
+ViewScore BruteForceScorer::ScoreCells(const Eigen::Vector3d& view, const CellArrays& cells,
+                                       const Budget& budget, std::span<float> gains) const {
+  std::fill(gains.begin(), gains.end(), 0.0f);
+  return Run(view, cells, budget, [&](uint32_t at, float gain) { gains[at] = gain; });
+}
+
+std::vector<ViewScore> ScoreEveryView(const BruteForceScorer& scorer,
+                                      std::span<const Eigen::Vector3d> views,
+                                      const CellArrays& cells, const Budget& budget,
+                                      Parallel& parallel) {
+  std::vector<ViewScore> scores(views.size());
+  parallel.For(views.size(), [&](size_t i) { scores[i] = scorer.Score(views[i], cells, budget); });
+  return scores;
+}
+
+}  // namespace vantage

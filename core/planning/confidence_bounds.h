@@ -1,0 +1,33 @@
+// Bounds on a mean from a sample, without assuming a distribution (algorithm.md section 8,
+// 'Anytime, and honest about it').
+#ifndef VANTAGE_CORE_PLANNING_CONFIDENCE_BOUNDS_H_
+#define VANTAGE_CORE_PLANNING_CONFIDENCE_BOUNDS_H_
+
+#include <cstdint>
+#include <vector>
+
+namespace vantage {
+
+// Hoeffding's first theorem (1963): for n independent draws from [0, 1], not necessarily alike,
+// whose means average to mu, P(average >= mu + t) <= exp(-n KL(mu + t || mu)), and likewise below.
+// Inverting it bounds mu from the average seen. Tabulated, rounded outwards.
+class MeanBounds {
+ public:
+  // Each side fails with a probability of at most exp(-log_inverse_error).
+  MeanBounds(uint64_t draws, double log_inverse_error);
+
+  double Lower(double average) const;  // [0, average]
+  double Upper(double average) const;  // [average, 1]
+
+ private:
+  static constexpr int kSteps = 1024;
+  std::vector<double> lower_;  // at i / kSteps
+  std::vector<double> upper_;
+};
+
+// A number in [0, 1) that depends on nothing but its arguments (SplitMix64).
+double HashToUnit(uint64_t seed, uint64_t round, uint64_t index);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_PLANNING_CONFIDENCE_BOUNDS_H_

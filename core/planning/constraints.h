@@ -1,0 +1,66 @@
+// The sensing constraints and the gain of a view for a patch cell, visibility apart (algorithm.md
+// sections 3 and 5).
+#ifndef VANTAGE_CORE_PLANNING_CONSTRAINTS_H_
+#define VANTAGE_CORE_PLANNING_CONSTRAINTS_H_
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/sensor/scanner_model.h"
+
+namespace vantage {
+
+// Patch cells as the scorers read them: structure of arrays, padded to whole packets of 8 with
+// cells that never gain anything.
+struct CellArrays {
+  static constexpr size_t kPacket = 8;
+
+  std::vector<float> x, y, z;     // m, model frame
+  std::vector<float> nx, ny, nz;  // unit normal
+  std::vector<float> factor;      // gain per sample/m^2: weight * success * area
+  std::vector<float> q;           // samples / m^2
+  std::vector<float> tx, ty, tz;  // target, scene coordinates
+  std::vector<uint32_t> cell;     // which needy cell it is
+
+  size_t size() const { return cell.size(); }
+  size_t packets() const { return x.size() / kPacket; }
+  // Appends a cell; Pad() when all are in.
+  void Add(const Eigen::Vector3f& position, const Eigen::Vector3f& normal, float gain_factor,
+           float density, const Eigen::Vector3f& target, uint32_t index);
+  void Pad();
+  // Those at `indices`, with their factors replaced.
+  CellArrays Gather(const std::vector<uint32_t>& indices, const std::vector<float>& factors) const;
+};
+
+// Range interval, field of view, incidence, and what is gained where they hold.
+class SensingConstraints {
+ public:
+  SensingConstraints(const ScannerModel& scanner, double required_density);
+
+  // Scalar, in double: t(v, A) = max(0, min(s, D) - q), or 0 where a constraint is violated.
+  double DensityGain(const Eigen::Vector3d& view, const Eigen::Vector3d& position,
+                     const Eigen::Vector3d& normal, double q) const;
+
+  // Gains (factor * t) of the 8 cells from 8 * packet on. Returns the bits of those above 0.
+  uint32_t Gains(const Eigen::Vector3f& view, const CellArrays& cells, size_t packet,
+                 float gains[8]) const;
+
+  double required_density() const { return density_; }
+  const ScannerModel& scanner() const { return scanner_; }
+
+ private:
+  ScannerModel scanner_;
+  double density_;
+  // The same in float, as the packets use them.
+  float per_steradian_;  // 1 / (da de)
+  float least_cos_;      // of the elevation, for density
+  float range2_min_, range2_max_;
+  float sin_min_, sin_max_;  // of the elevation
+  float cos_incidence_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_PLANNING_CONSTRAINTS_H_

@@ -1,0 +1,52 @@
+#include <utility>
+
+#include "absl/status/status.h"
+#include "core/planning/feasible_views.h"
+#include "core/planning/opaque_grid.h"
+#include "core/planning/patches.h"
+#include "core/planning/planner.h"
+#include "core/planning/rank_views.h"
+#include "core/planning/registration_check.h"
+#include "core/planning/scoring.h"
+#include "core/planning/view_report.h"
+
+namespace vantage {
+
+absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningView& model, const ScannerModel& scanner,
+                                            const PlanningConfig& config,
+                                            const Eigen::Vector3d& position, Parallel& parallel) {
+  if (const absl::Status valid = ValidateFor(model, scanner, config); !valid.ok()) return valid;
+  if (!position.allFinite()) {
+    return absl::InvalidArgumentError("position must be finite (m, model frame)");
+  }
+  const Budget budget = Budget::Unlimited();
+  const OpaqueGrid grid(model);
+  const FeasibleViews feasible =
+      FeasibleViews::Find(model, grid, scanner, config, budget, parallel);
+  PatchSet patches = ExtractPatches(model, config, PatchTolerance{}, budget);
+  RankPatches(config, patches);
+  const Scoring scoring(model, grid, patches, scanner, config, parallel);
+
+  ViewEvaluation evaluation;
+  const FeasibleViews::CellIndex cell = feasible.CellOf(position);
+  const Infeasibility why = feasible.Why(cell);
+  evaluation.feasible = why == Infeasibility::kNone;
+  if (!evaluation.feasible) evaluation.why_not = InfeasibilityWords(why, scanner, config);
+  RankedView& view = evaluation.view;
+  const ViewReport report(model, grid, feasible, patches, scoring);
+  report.Exact(position, budget, view);
+  report.Place(position, view);
+  view.where = Find(model, position, view.height_over_floor);
+  const Eigen::Vector3d low = cell.cast<double>() * feasible.cell_size();
+  view.region.box = Region(low, Eigen::Vector3d(low.array() + feasible.cell_size()));
+  view.region.volume = view.region.box.volume();
+  view.region.cells = 1;
+  const OverlapSurface overlap(model, grid, scoring.scene(), scanner);
+  if (auto seen = overlap.Predict(position, scoring.scene(), config.registration, budget)) {
+    view.verdict = std::move(seen->verdict);
+  }
+  evaluation.patches = std::move(patches.patches);
+  return evaluation;
+}
+
+}  // namespace vantage

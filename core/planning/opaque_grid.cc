@@ -1,0 +1,38 @@
+#include "core/planning/opaque_grid.h"
+
+namespace vantage {
+
+OpaqueGrid::OpaqueGrid(const PlanningView& model, std::array<int, 3> axes)
+    : axes_(axes),
+      box_{model.bounds().min - VoxelIndex::Ones(), model.bounds().max + VoxelIndex::Ones()} {
+  const VoxelIndex size = box_.max - box_.min;
+  rows_ = size[axes_[1]];
+  words_ = (static_cast<size_t>(size[axes_[0]]) + 63) / 64;
+  bits_.assign(words_ * static_cast<size_t>(rows_) * static_cast<size_t>(size[axes_[2]]),
+               ~uint64_t{0});
+  for (const PlanningView::BrickAt& at : model.bricks()) {
+    const VoxelIndex origin = at.brick * Brick::kSide;
+    std::array<int, 3> local{};
+    const int first = origin[axes_[0]] - box_.min[axes_[0]];
+    for (int c = 0; c < Brick::kSide; ++c) {
+      for (int b = 0; b < Brick::kSide; ++b) {
+        uint64_t empty = 0;
+        local[axes_[1]] = b;
+        local[axes_[2]] = c;
+        for (int a = 0; a < Brick::kSide; ++a) {
+          local[axes_[0]] = a;
+          const VoxelState state = at.contents->state[Brick::Local(local[0], local[1], local[2])];
+          empty |= uint64_t{state == VoxelState::kEmpty} << a;
+        }
+        if (empty == 0) continue;
+        const size_t word = RowIndex(origin[axes_[1]] + b, origin[axes_[2]] + c) * words_ +
+                            static_cast<size_t>(first >> 6);
+        const int shift = first & 63;
+        bits_[word] &= ~(empty << shift);
+        if (shift > 56) bits_[word + 1] &= ~(empty >> (64 - shift));
+      }
+    }
+  }
+}
+
+}  // namespace vantage

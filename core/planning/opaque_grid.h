@@ -1,0 +1,54 @@
+// One bit per voxel, set where nothing is known to be empty: what planning asks of the model most
+// often, in a form that answers for a row of 64 voxels at once.
+#ifndef VANTAGE_CORE_PLANNING_OPAQUE_GRID_H_
+#define VANTAGE_CORE_PLANNING_OPAQUE_GRID_H_
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/model/planning_view.h"
+
+namespace vantage {
+
+// Covers the model's bounds and a margin of one opaque voxel on every side. Rows of bits run along
+// `axes[0]`; a row is named by its coordinates on `axes[1]` and `axes[2]` (voxel indices).
+class OpaqueGrid {
+ public:
+  explicit OpaqueGrid(const PlanningView& model, std::array<int, 3> axes = {0, 1, 2});
+
+  // Everything outside the bounds is unknown, hence opaque.
+  bool Opaque(const VoxelIndex& v) const {
+    if (!box_.Contains(v)) return true;
+    const int bit = v[axes_[0]] - box_.min[axes_[0]];
+    const size_t row = RowIndex(v[axes_[1]], v[axes_[2]]);
+    return (bits_[row * words_ + static_cast<size_t>(bit >> 6)] >> (bit & 63)) & 1;
+  }
+  bool Empty(const VoxelIndex& v) const { return !Opaque(v); }
+
+  // The box of the bits: the model's bounds grown by one voxel.
+  const VoxelBox& box() const { return box_; }
+  size_t words_per_row() const { return words_; }
+
+  // Bit i is voxel box().min[axes[0]] + i; bits past the box are set. `b` and `c` lie in the box.
+  std::span<const uint64_t> Row(int b, int c) const {
+    return {bits_.data() + RowIndex(b, c) * words_, words_};
+  }
+
+ private:
+  size_t RowIndex(int b, int c) const {
+    return static_cast<size_t>(b - box_.min[axes_[1]]) +
+           static_cast<size_t>(rows_) * static_cast<size_t>(c - box_.min[axes_[2]]);
+  }
+
+  std::array<int, 3> axes_;
+  VoxelBox box_;
+  int rows_ = 0;      // along axes_[1]
+  size_t words_ = 0;  // per row
+  std::vector<uint64_t> bits_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_PLANNING_OPAQUE_GRID_H_

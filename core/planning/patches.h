@@ -1,0 +1,55 @@
+// Steps B and C: surface that needs work, grouped into planar patches and ranked (algorithm.md
+// section 7).
+#ifndef VANTAGE_CORE_PLANNING_PATCHES_H_
+#define VANTAGE_CORE_PLANNING_PATCHES_H_
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/model/planning_view.h"
+#include "core/parallel/budget.h"
+#include "core/planning/plan.h"
+
+namespace vantage {
+
+// A voxel that needs work: false surface, or true surface below the required density, that is not
+// given up and lies in the region of interest.
+struct NeedyCell {
+  VoxelIndex voxel;
+  SurfaceKind kind = SurfaceKind::kTrue;
+  Eigen::Vector3f position;  // m, the model's centroid of it
+  Eigen::Vector3f normal;    // unit, towards the empty side
+  float area = 0;            // m^2
+  float density = 0;         // q, samples / m^2
+  float success = 1;         // probability that measuring it works, from earlier attempts
+};
+
+// How far a patch may stray from its plane.
+struct PatchTolerance {
+  double angle = 0.35;   // rad, of a cell's normal from the plane's
+  double offset = 0.75;  // voxels, of a cell's position from the plane
+};
+
+struct PatchSet {
+  std::vector<NeedyCell> cells;  // those of a patch side by side, patches in order
+  std::vector<Patch> patches;    // unranked: by first cell met
+  double area = 0;               // m^2, of all cells
+  bool finished = false;         // false: the budget expired on the way
+};
+
+// B. Each needy voxel is in exactly one patch; a patch is connected (26 neighbours), of one kind,
+// and planar within the tolerance.
+PatchSet ExtractPatches(const PlanningView& model, const PlanningConfig& config,
+                        const PatchTolerance& tolerance, const Budget& budget);
+
+// C. Sorts the patches by importance = weight * deficit, the most important first, and the cells
+// with them.
+void RankPatches(const PlanningConfig& config, PatchSet& set);
+
+// The success probability of algorithm.md section 4, 'What never comes': (1 + s) / (2 + s + f)
+// after s successes and f failures, normalised to 1 for no attempt and never above.
+double SuccessProbability(int obtained, int missed);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_PLANNING_PATCHES_H_

@@ -1,0 +1,233 @@
+#include "core/planning/planner.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/planning/anytime.h"
+#include "core/planning/feasible_views.h"
+#include "core/planning/opaque_grid.h"
+#include "core/planning/patches.h"
+#include "core/planning/rank_views.h"
+#include "core/planning/registration_check.h"
+#include "core/planning/scoring.h"
+#include "core/planning/termination.h"
+#include "core/planning/view_report.h"
+
+namespace vantage {
+namespace {
+
+using Clock = Budget::Clock;
+
+// Books the time since the last call on a stage.
+class StageClock {
+ public:
+  explicit StageClock(Plan& plan) : plan_(plan) {}
+  void Book(PlanStage stage) {
+    const Clock::time_point now = Clock::now();
+    plan_.seconds[static_cast<size_t>(stage)] += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+
+ private:
+  Plan& plan_;
+  Clock::time_point last_ = Clock::now();
+};
+
+// What step D may use: the rest is kept for ranking and the registration check.
+Budget EvaluationShare(const Budget& budget) {
+  constexpr double kShare = 0.85;
+  constexpr auto kMostReserved = std::chrono::milliseconds(400);
+  Budget share = budget;
+  if (budget.deadline != Clock::time_point::max()) {
+    const auto left = std::max(budget.deadline - Clock::now(), Clock::duration::zero());
+    const auto reserved = std::chrono::duration_cast<Clock::duration>((1 - kShare) * left);
+    share.deadline = budget.deadline - std::min<Clock::duration>(reserved, kMostReserved);
+  }
+  if (budget.work_limit != std::numeric_limits<uint64_t>::max()) {
+    share.work_limit = static_cast<uint64_t>(kShare * static_cast<double>(budget.work_limit));
+  }
+  return share;
+}
+
+// Section 8: how much better than the returned view another could still be, of those that are
+// neither refused nor too near to a refused one.
+double OptimalityGap(const Evaluation& evaluation, const FeasibleViews& feasible,
+                     const RegistrationCheck& check, double separation) {
+  double most = 0;
+  for (uint32_t i = 0; i < evaluation.views.size(); ++i) {
+    if (evaluation.views[i].upper <= most) continue;
+    const bool refused =
+        std::any_of(check.refused.begin(), check.refused.end(), [&](const CheckedView& other) {
+          return i == other.view ||
+                 (feasible.Centre(i) - feasible.Centre(other.view)).norm() < separation;
+        });
+    if (!refused) most = evaluation.views[i].upper;
+  }
+  if (most <= 0) return 0;
+  if (check.registrable.empty()) return 1;
+  return std::clamp(1 - evaluation.views[check.registrable.front().view].lower / most, 0.0, 1.0);
+}
+
+// Needy surface that no view gains anything on; known when every view was scored on every cell.
+std::optional<double> UnseeableArea(const PatchSet& patches, const Evaluation& evaluation) {
+  if (!evaluation.complete) return std::nullopt;
+  double area = 0;
+  for (size_t i = 0; i < patches.cells.size(); ++i) {
+    const bool seen = i < evaluation.seen.size() && evaluation.seen[i] != 0;
+    if (!seen) area += static_cast<double>(patches.cells[i].area);
+  }
+  return area;
+}
+
+std::vector<ScoredCell> ScoreMap(const Evaluation& evaluation, const FeasibleViews& feasible) {
+  std::vector<ScoredCell> map;
+  for (uint32_t i = 0; i < evaluation.views.size(); ++i) {
+    const ViewEstimate& view = evaluation.views[i];
+    if (!view.scored) continue;
+    map.push_back({feasible.Centre(i).cast<float>(), static_cast<float>(view.score),
+                   static_cast<float>(view.lower), static_cast<float>(view.upper)});
+  }
+  return map;
+}
+
+// The plan when it ends before a view was evaluated.
+Plan& EndEarly(Plan& plan, const Budget& budget, const char* during) {
+  const bool cancelled = budget.cancelled.stop_requested();
+  plan.outcome = cancelled ? PlanOutcome::kCancelled : PlanOutcome::kBudgetTooSmall;
+  plan.message = absl::StrCat(cancelled ? "cancelled" : "the budget ended", " during '", during,
+                              "', before any view was evaluated");
+  plan.termination.reason = "not known: no view was evaluated";
+  return plan;
+}
+
+void SetOutcome(const RegistrationCheck& check, const Evaluation& evaluation, bool any_candidate,
+                const Budget& budget, Plan& plan) {
+  if (budget.cancelled.stop_requested()) {
+    plan.outcome = PlanOutcome::kCancelled;
+    plan.message = absl::StrCat("cancelled after ", check.checked, " views were checked");
+  } else if (!check.registrable.empty()) {
+    plan.outcome = PlanOutcome::kViews;
+    plan.message = absl::StrFormat(
+        "%d views register, %d were refused, %d of %d views scored exactly",
+        static_cast<int>(check.registrable.size()), static_cast<int>(check.refused.size()),
+        static_cast<int>(evaluation.exact), static_cast<int>(evaluation.views.size()));
+  } else if (!any_candidate) {
+    plan.outcome = evaluation.complete ? PlanOutcome::kNothingToGain : PlanOutcome::kBudgetTooSmall;
+    plan.message = evaluation.complete ? "no feasible view gains anything"
+                                       : "no view that gains anything was found in the time";
+  } else if (check.finished) {
+    plan.outcome = PlanOutcome::kNoRegistrableView;
+    plan.message = absl::StrCat(
+        "none of the ", check.checked,
+        " best views can be registered; the first: ", check.refused.front().verdict.reason,
+        "; remedy: ", check.refused.front().verdict.remedy);
+  } else {
+    plan.outcome = PlanOutcome::kBudgetTooSmall;
+    plan.message = absl::StrCat("the budget ended after ", check.checked,
+                                " views were checked for registration and none passed");
+  }
+}
+
+}  // namespace
+
+absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& scanner,
+                              const PlanningConfig& config, const Budget& budget,
+                              Parallel& parallel, PlanProgress progress) {
+  if (const absl::Status valid = ValidateFor(model, scanner, config); !valid.ok()) return valid;
+  Plan plan;
+  plan.model_version = model.version();
+  plan.seed = config.seed;
+  plan.required_density = config.required_density;
+  plan.confidence = config.confidence;
+  StageClock clock(plan);
+
+  // A. Feasible views.
+  const OpaqueGrid grid(model);
+  const FeasibleViews feasible =
+      FeasibleViews::Find(model, grid, scanner, config, budget, parallel);
+  plan.feasible_cells = feasible.cells().size();
+  clock.Book(PlanStage::kFeasible);
+  if (!feasible.finished()) return EndEarly(plan, budget, "feasible views");
+
+  // B. Extract patches.
+  PatchSet patches = ExtractPatches(model, config, PatchTolerance{}, budget);
+  plan.coverage = MeasureCoverage(model, config);
+  plan.needy_cells = patches.cells.size();
+  plan.needy_area = patches.area;
+  clock.Book(PlanStage::kPatches);
+  if (!patches.finished) return EndEarly(plan, budget, "extract patches");
+
+  // C. Rank patches.
+  RankPatches(config, patches);
+  plan.patches = patches.patches;
+  clock.Book(PlanStage::kRankPatches);
+
+  if (patches.cells.empty() || feasible.cells().empty()) {
+    plan.outcome =
+        patches.cells.empty() ? PlanOutcome::kNothingToGain : PlanOutcome::kNoFeasibleView;
+    plan.termination = JudgeTermination(patches, {}, config, std::nullopt);
+    plan.message =
+        patches.cells.empty() ? plan.termination.reason : feasible.Explain(scanner, config);
+    plan.complete = true;
+    plan.optimality_gap = 0;
+    return plan;
+  }
+
+  // D. Evaluate views.
+  if (budget.Expired()) return EndEarly(plan, budget, "rank patches");
+  const Scoring scoring(model, grid, patches, scanner, config, parallel);
+  std::vector<Eigen::Vector3d> views(feasible.cells().size());
+  for (size_t i = 0; i < views.size(); ++i) views[i] = feasible.Centre(i);
+  AnytimeOptions options;
+  options.confidence = config.confidence;
+  options.seed = config.seed;
+  options.separation = config.separation;
+  options.leaders = config.candidates;
+  const ViewReport report(model, grid, feasible, patches, scoring);
+  const Evaluation evaluation = EvaluateViews(
+      scoring.scorer(), views, CoarseFirst(feasible.cells()), scoring.cells(), options,
+      EvaluationShare(budget), parallel,
+      [&](const Evaluation& so_far) { progress(report.Interim(plan, so_far, config)); });
+  plan.rays = evaluation.rays;
+  plan.complete = evaluation.complete;
+  if (evaluation.complete) plan.confidence = 1;
+  plan.score_map = ScoreMap(evaluation, feasible);
+  clock.Book(PlanStage::kEvaluate);
+  if (!evaluation.any()) return EndEarly(plan, budget, "evaluate views");
+
+  // E. Rank views.
+  const std::vector<uint32_t> ranked =
+      RankViews(evaluation, feasible, config.separation, static_cast<size_t>(config.max_checked));
+  clock.Book(PlanStage::kRankViews);
+
+  // F. Registration check.
+  Budget rest = budget;
+  if (rest.work_limit != std::numeric_limits<uint64_t>::max()) {
+    rest.work_limit -= std::min(rest.work_limit, plan.rays);
+  }
+  const OverlapSurface overlap(model, grid, scoring.scene(), scanner);
+  const RegistrationCheck check = CheckRegistration(overlap, scoring.scene(), ranked, views,
+                                                    static_cast<size_t>(config.candidates),
+                                                    config.registration, rest, parallel);
+  plan.rays += check.rays;
+  clock.Book(PlanStage::kCheck);
+
+  plan.optimality_gap = OptimalityGap(evaluation, feasible, check, config.separation);
+  plan.termination =
+      JudgeTermination(patches, evaluation, config, UnseeableArea(patches, evaluation));
+  plan.views = report.Describe(check.registrable, evaluation,
+                               static_cast<size_t>(config.candidates), budget, parallel);
+  plan.refused = report.Describe(check.refused, evaluation, static_cast<size_t>(config.candidates),
+                                 budget, parallel);
+  SetOutcome(check, evaluation, !ranked.empty(), budget, plan);
+  clock.Book(PlanStage::kRankViews);
+  return plan;
+}
+
+}  // namespace vantage

@@ -1,0 +1,67 @@
+// Where a scanner can be carried to, and how far that is (algorithm.md section 7A, 'Reachability').
+#ifndef VANTAGE_CORE_PLANNING_REACH_H_
+#define VANTAGE_CORE_PLANNING_REACH_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "core/model/planning_view.h"
+#include "core/planning/floor.h"
+#include "core/planning/opaque_grid.h"
+#include "core/planning/plan.h"
+
+namespace vantage {
+
+// The first voxel layer over the floor that must be empty: what is lower (a rug, a threshold, the
+// floor's own roughness) counts as floor.
+inline int FirstLayerOverFloor(float floor_height, double voxel) {
+  return static_cast<int>(std::floor(floor_height / voxel)) + 2;
+}
+
+// Places are columns of viewcells. The scanner is an upright cylinder of the configured width and
+// height that moves over the floor, between neighbouring columns (diagonals included) whose floors
+// differ by no more than a step, through space known to be empty. One exception: within two
+// viewpoint heights of a stand, what merely lay outside the field of view does not block the way
+// (its blind cone), for someone carried the scanner in across it.
+class ReachMap {
+ public:
+  ReachMap() = default;
+  // Columns [first, first + size) of `voxels_per_cell` voxels each.
+  ReachMap(const PlanningView& model, const OpaqueGrid& grid, const FloorField& floor,
+           const PlanningConfig& config, const Eigen::Vector2i& first, const Eigen::Vector2i& size,
+           int voxels_per_cell);
+
+  // True when the scanner fits with its axis at the column's centre.
+  bool Passable(int cx, int cy) const { return Inside(cx, cy) && passable_[Index(cx, cy)] != 0; }
+  bool Reached(int cx, int cy) const { return Inside(cx, cy) && reached_[Index(cx, cy)] != 0; }
+  // Length of the shortest way from the last stand, m; absent when there is none.
+  std::optional<double> Travel(int cx, int cy) const;
+
+ private:
+  bool Inside(int cx, int cy) const {
+    return cx >= first_.x() && cy >= first_.y() && cx < first_.x() + size_.x() &&
+           cy < first_.y() + size_.y();
+  }
+  size_t Index(int cx, int cy) const {
+    return static_cast<size_t>(cx - first_.x()) +
+           static_cast<size_t>(size_.x()) * static_cast<size_t>(cy - first_.y());
+  }
+  void FindPassable(const PlanningView& model, const OpaqueGrid& grid, const FloorField& floor,
+                    const PlanningConfig& config);
+  void Flood(const PlanningView& model);
+
+  Eigen::Vector2i first_ = Eigen::Vector2i::Zero();
+  Eigen::Vector2i size_ = Eigen::Vector2i::Zero();
+  int per_cell_ = 1;  // voxels
+  double cell_size_ = 0;
+  std::vector<uint8_t> passable_;
+  std::vector<uint8_t> reached_;
+  std::vector<float> floor_;   // m, of each column (middle voxel column)
+  std::vector<float> travel_;  // m from the last stand; infinity
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_PLANNING_REACH_H_

@@ -1,0 +1,102 @@
+#include "core/planning/registration_check.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/planning/brute_force.h"
+#include "core/planning/target.h"
+#include "core/registration/prediction.h"
+
+namespace vantage {
+namespace {
+
+constexpr size_t kElements = 16000;
+constexpr size_t kBatch = 4;  // candidates checked at a time, whatever the number of threads
+
+ScannerModel AnyIncidence(ScannerModel scanner) {
+  scanner.max_incidence = kPi / 2 - 1e-3;
+  return scanner;
+}
+
+// Directions that a scan measures: what a scan returns indoors, where every ray meets something.
+double DirectionsOf(const ScannerModel& scanner) {
+  return scanner.azimuth_span / scanner.azimuth_step *
+         ((scanner.elevation_max - scanner.elevation_min) / scanner.elevation_step);
+}
+
+}  // namespace
+
+OverlapSurface::OverlapSurface(const PlanningView& model, const OpaqueGrid& grid,
+                               const OcclusionScene& scene, const ScannerModel& scanner)
+    : voxel_(model.voxel_size()),
+      scanner_(scanner),
+      constraints_(AnyIncidence(scanner), std::numeric_limits<float>::max()) {
+  size_t total = 0;
+  model.ForEachSurface([&](const VoxelIndex&, VoxelState state, const SurfaceVoxel&) {
+    total += state == VoxelState::kTrueSurface;
+  });
+  const size_t stride = std::max<size_t>(1, (total + kElements - 1) / kElements);
+  weight_ = static_cast<double>(stride);
+  size_t at = 0;
+  model.ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
+    if (state != VoxelState::kTrueSurface || at++ % stride != 0 || !(surface.area > 0)) return;
+    const auto target = TargetOf(grid, v, surface.normal);
+    if (!target.has_value()) return;
+    cells_.Add(surface.centroid, surface.normal, surface.area, 0, scene.ToScene(*target),
+               static_cast<uint32_t>(samples_.size()));
+    samples_.push_back(surface.samples);
+  });
+  cells_.Pad();
+}
+
+std::optional<OverlapSurface::Seen> OverlapSurface::Predict(const Eigen::Vector3d& view,
+                                                            const OcclusionScene& scene,
+                                                            const RegistrationConfig& config,
+                                                            const Budget& budget) const {
+  const BruteForceScorer scorer(constraints_, scene, voxel_, 0);
+  std::vector<float> samples(cells_.size());
+  const ViewScore score = scorer.ScoreCells(view, cells_, budget, samples);
+  if (!score.finished) return std::nullopt;
+  std::vector<OverlapElement> overlap;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    if (samples[i] <= 0) continue;
+    overlap.push_back({{cells_.x[i], cells_.y[i], cells_.z[i]},
+                       {cells_.nx[i], cells_.ny[i], cells_.nz[i]},
+                       samples[i],
+                       samples_[i]});
+  }
+  Seen seen;
+  seen.rays = score.rays;
+  seen.verdict =
+      PredictRegistration(overlap, weight_, DirectionsOf(scanner_), view, scanner_, config);
+  return seen;
+}
+
+RegistrationCheck CheckRegistration(const OverlapSurface& surface, const OcclusionScene& scene,
+                                    std::span<const uint32_t> candidates,
+                                    std::span<const Eigen::Vector3d> views, size_t wanted,
+                                    const RegistrationConfig& config, const Budget& budget,
+                                    Parallel& parallel) {
+  RegistrationCheck check;
+  for (size_t begin = 0; begin < candidates.size(); begin += kBatch) {
+    if (check.registrable.size() >= wanted) break;
+    if (check.rays >= budget.work_limit || budget.Expired()) return check;
+    const size_t count = std::min(kBatch, candidates.size() - begin);
+    std::vector<std::optional<OverlapSurface::Seen>> seen(count);
+    parallel.For(count, [&](size_t k) {
+      seen[k] = surface.Predict(views[candidates[begin + k]], scene, config, budget);
+    });
+    for (size_t k = 0; k < count; ++k) {
+      if (!seen[k].has_value()) return check;
+      check.rays += seen[k]->rays;
+      ++check.checked;
+      auto& list = seen[k]->verdict.registered() ? check.registrable : check.refused;
+      if (&list == &check.registrable && list.size() >= wanted) continue;
+      list.push_back({candidates[begin + k], seen[k]->verdict});
+    }
+  }
+  check.finished = true;
+  return check;
+}
+
+}  // namespace vantage

@@ -1,0 +1,69 @@
+// Step F: will a scan from there register? (algorithm.md section 9)
+#ifndef VANTAGE_CORE_PLANNING_REGISTRATION_CHECK_H_
+#define VANTAGE_CORE_PLANNING_REGISTRATION_CHECK_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/model/planning_view.h"
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/constraints.h"
+#include "core/planning/occlusion_scene.h"
+#include "core/planning/opaque_grid.h"
+#include "core/planning/plan.h"
+#include "core/registration/verdict.h"
+#include "core/sensor/scanner_model.h"
+
+namespace vantage {
+
+// The true surface that a scan could be aligned to: every n-th voxel, n so that about 16,000 are
+// left (a quarter to a sixteenth changes the predicted error by half a percent at most).
+class OverlapSurface {
+ public:
+  OverlapSurface(const PlanningView& model, const OpaqueGrid& grid, const OcclusionScene& scene,
+                 const ScannerModel& scanner);
+
+  struct Seen {
+    RegistrationVerdict verdict;
+    uint64_t rays = 0;
+  };
+  // Nothing when the budget expired on the way. `scene` is the one of the constructor.
+  std::optional<Seen> Predict(const Eigen::Vector3d& view, const OcclusionScene& scene,
+                              const RegistrationConfig& config, const Budget& budget) const;
+
+ private:
+  double voxel_;
+  ScannerModel scanner_;
+  SensingConstraints constraints_;  // any incidence, no cap on the density
+  double weight_ = 1;               // voxels behind each element
+  CellArrays cells_;
+  std::vector<uint32_t> samples_;  // of the model, by element
+};
+
+struct CheckedView {
+  uint32_t view = 0;
+  RegistrationVerdict verdict;
+};
+
+struct RegistrationCheck {
+  std::vector<CheckedView> registrable;  // in the order of the candidates
+  std::vector<CheckedView> refused;
+  size_t checked = 0;
+  bool finished = false;  // false: the budget expired before k were found or all were checked
+  uint64_t rays = 0;
+};
+
+// Checks `candidates` (best first, apart from each other) until `wanted` pass or all are checked.
+RegistrationCheck CheckRegistration(const OverlapSurface& surface, const OcclusionScene& scene,
+                                    std::span<const uint32_t> candidates,
+                                    std::span<const Eigen::Vector3d> views, size_t wanted,
+                                    const RegistrationConfig& config, const Budget& budget,
+                                    Parallel& parallel);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_PLANNING_REGISTRATION_CHECK_H_
