@@ -14,35 +14,51 @@
 namespace vantage {
 
 struct TrueCoverage {
-  double attainable_area = 0;  // m^2 that some allowed position measures at all
-  double seen_area = 0;        // m^2 of it measured by the scans so far
-  double at_density_area = 0;  // m^2 of it measured at the required density
+  double attainable_area = 0;             // m^2 that some allowed position measures at all
+  double attainable_at_density_area = 0;  // m^2 of it that one measures at the required density
+  double seen_area = 0;                   // m^2 of the attainable measured by the scans so far
+  double at_density_area = 0;             // m^2 of the attainable measured at the required density
   double seen_share() const { return attainable_area > 0 ? seen_area / attainable_area : 0; }
   double at_density_share() const {
     return attainable_area > 0 ? at_density_area / attainable_area : 0;
   }
 };
 
-// Samples the mesh's surface (area-weighted, fixed seed) and traces against it. `positions` are the
-// allowed viewpoints: surface that none of them sees does not count.
+// Samples the mesh's surface (area-weighted, fixed seed) and traces against it. A position measures
+// a sample when nothing lies between and range, elevation and incidence are within the scanner's
+// limits (upright scanner; either side of a triangle counts); at density when
+// ScannerModel::SamplingDensity reaches the required one there. Glass and mirrors cannot be
+// measured. `positions` are the allowed viewpoints: surface that none of them measures does not
+// count.
 class GroundTruth {
  public:
+  // `tracer` must be of the same mesh and outlive this.
   GroundTruth(const TriangleMesh& mesh, const SimulatedScanner& tracer, const ScannerModel& scanner,
               double required_density, std::vector<Eigen::Vector3d> positions, size_t samples,
               Parallel& parallel);
   ~GroundTruth();
+  GroundTruth(GroundTruth&&) noexcept;
+  GroundTruth& operator=(GroundTruth&&) noexcept;
 
-  // Adds a scan made at a true position.
+  // Adds a scan made at a true position (m, scene frame).
   void AddScan(const Eigen::Vector3d& position, Parallel& parallel);
   TrueCoverage Measure() const;
+
+  // What Measure() would say were a scan added at each of `positions` alone: the gain that an
+  // oracle sees. m^2 of attainable surface newly measured at density.
+  std::vector<double> GainAtDensity(const std::vector<Eigen::Vector3d>& positions,
+                                    Parallel& parallel) const;
 
  private:
   struct State;
   std::unique_ptr<State> state_;
 };
 
-// Places where the scanner can really stand: a lattice of `spacing` over the floor, at
-// `height` over it, with the scanner's clearance and connected to `start`.
+// Places where the scanner can really stand, m, scene frame: a lattice of `spacing` over the floor,
+// at `height` over it, with the floor below, and free within `clearance` from 5 cm over the floor
+// up to the viewpoint; and connected to `start` by a way that is free within min(clearance, 0.3 m)
+// and never further than 10 cm off the lattice of the search. `start` itself need not be on the
+// lattice.
 std::vector<Eigen::Vector3d> StandablePositions(const SimulatedScanner& tracer,
                                                 const Eigen::AlignedBox3d& bounds,
                                                 const Eigen::Vector3d& start, double floor_height,

@@ -5,21 +5,31 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "core/parallel/parallel.h"
 #include "core/sensor/range_image.h"
 #include "core/sensor/scanner_model.h"
+#include "core/simulation/tracer.h"
 #include "core/simulation/triangle_mesh.h"
 
 namespace vantage {
 
 struct ScanFaults {
+  // A scanner without faults.
+  static ScanFaults None() {
+    ScanFaults none;
+    none.range_noise = none.glass_drops_out = none.mirror_phantoms = false;
+    none.grazing_dropout = none.dark_dropout = none.beam_divergence = none.tilt = 0;
+    return none;
+  }
+
   bool range_noise = true;       // the scanner model's sigma, Gaussian
   double grazing_dropout = 1.0;  // probability of no return rises from 0 at 80 degrees of
                                  // incidence to this at 90
-  bool glass_drops_out = true;   // glass returns nothing unless nearly head on; what is behind
-                                 // it is not seen either
-  bool mirror_phantoms = true;   // mirrors return what they reflect
+  bool glass_drops_out = true;   // glass returns nothing unless within 5 degrees of head on; what
+                                 // is behind it is not seen either. false: as matte
+  bool mirror_phantoms = true;   // mirrors return what they reflect, up to 4 times. false: as matte
   double dark_dropout = 0.5;     // of dark surfaces
   double beam_divergence =
       0.0003;         // rad, full angle; edges inside the beam give mixed pixels. 0: none
@@ -27,6 +37,10 @@ struct ScanFaults {
 };
 
 // Ray tracing by Embree. Thread safe: const methods only.
+//
+// What a cell holds: the ray of a cell goes through its centre, from the pose tilted by the faults'
+// draw. Columns divide the azimuth span evenly, rows the elevation interval, at the native steps
+// (as near as whole numbers allow).
 class SimulatedScanner {
  public:
   explicit SimulatedScanner(const TriangleMesh& mesh);
@@ -44,9 +58,12 @@ class SimulatedScanner {
   // Distance to the nearest surface, m, at most `limit`.
   double Clearance(const Eigen::Vector3d& point, double limit) const;
 
+  // What it traces with; as long-lived as the scanner.
+  const Tracer& tracer() const { return *tracer_; }
+
  private:
-  struct Tracer;
   std::unique_ptr<Tracer> tracer_;
+  std::vector<Material> material_;
 };
 
 }  // namespace vantage

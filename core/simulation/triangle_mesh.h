@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
 
 namespace vantage {
 
@@ -22,8 +23,13 @@ struct TriangleMesh {
   Eigen::AlignedBox3d Bounds() const;
 };
 
-// Reads a PLY file (ascii or binary little-endian, float or double positions, triangle or polygon
-// faces). Every triangle is matte. INVALID_ARGUMENT names what is wrong with the file.
+// Parses a PLY file (ascii or binary little-endian, float or double positions, triangle or polygon
+// faces, which become fans). Every triangle is matte; triangles without area are dropped.
+// INVALID_ARGUMENT names what is wrong with the file; nothing is allocated for counts that the file
+// is too short for. UNIMPLEMENTED: big-endian.
+absl::StatusOr<TriangleMesh> ParsePly(absl::string_view bytes);
+
+// Reads such a file. NOT_FOUND and PERMISSION_DENIED as the file system says.
 absl::StatusOr<TriangleMesh> ReadPly(const std::string& path);
 
 }  // namespace vantage
