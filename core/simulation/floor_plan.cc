@@ -108,6 +108,7 @@ void FloorPlan::Block(const Footprint& footprint) {
 
 void FloorPlan::AddWall(const Wall& wall) {
   walls_.push_back(wall);
+  const size_t solids_before = solids_.size();
   const Eigen::Vector2d along = AlongOf(wall);
   const double yaw = std::atan2(along.y(), along.x());
   const double length = (wall.to - wall.from).norm();
@@ -133,7 +134,7 @@ void FloorPlan::AddWall(const Wall& wall) {
     if (opening.leaf_angle > 0) solids_.push_back(LeafOf(wall, opening).footprint());
   }
   solids_.push_back(piece(begin, length, 0.5 * wall.thickness));
-  for (const Footprint& solid : solids_) Block(solid);
+  for (size_t i = solids_before; i < solids_.size(); ++i) Block(solids_[i]);
 }
 
 void FloorPlan::Build(MeshBuilder& builder) const {
@@ -221,37 +222,61 @@ bool FloorPlan::Fits(const Room& room, const Footprint& footprint, double height
   });
 }
 
-bool FloorPlan::LeavesEverythingReachable(const Footprint& footprint) const {
-  std::vector<uint8_t> blocked = blocked_;
-  ForCellsNear(footprint, passage_, [&](size_t cell) { blocked[cell] = 1; });
-  const auto index = [&](int column, int row) {
-    return static_cast<size_t>(row) * static_cast<size_t>(columns_) + static_cast<size_t>(column);
+bool FloorPlan::LeavesReachable(const Room& room, const Footprint& footprint) const {
+  // The room and the depth of its walls, so that its doorways are inside.
+  constexpr double kWallDepth = 0.35;
+  const auto cell_of = [&](double metres) { return static_cast<int>(std::floor(metres / kCell)); };
+  const Eigen::Vector2d low = room.inside.min() - extent_.min();
+  const Eigen::Vector2d high = room.inside.max() - extent_.min();
+  const int c0 = std::max(0, cell_of(low.x() - kWallDepth));
+  const int r0 = std::max(0, cell_of(low.y() - kWallDepth));
+  const int columns = std::min(columns_, cell_of(high.x() + kWallDepth)) - c0;
+  const int rows = std::min(rows_, cell_of(high.y() + kWallDepth)) - r0;
+  enum State : uint8_t { kFree, kBlocked, kReached };
+  std::vector<uint8_t> state(static_cast<size_t>(columns) * static_cast<size_t>(rows));
+  const auto at = [&](int column, int row) -> uint8_t& {
+    return state[static_cast<size_t>(row) * static_cast<size_t>(columns) +
+                 static_cast<size_t>(column)];
   };
-  // A place counts as reached when a free cell within 15 cm of it is.
+  for (int row = 0; row < rows; ++row) {
+    for (int column = 0; column < columns; ++column) {
+      const size_t cell = static_cast<size_t>(r0 + row) * static_cast<size_t>(columns_) +
+                          static_cast<size_t>(c0 + column);
+      const bool blocked =
+          blocked_[cell] != 0 || footprint.DistanceTo(CellMiddle(c0 + column, r0 + row)) < passage_;
+      at(column, row) = blocked ? kBlocked : kFree;
+    }
+  }
+  std::deque<std::pair<int, int>> front;
+  const auto reach = [&](int column, int row) {
+    if (column < 0 || row < 0 || column >= columns || row >= rows) return;
+    if (at(column, row) != kFree) return;
+    at(column, row) = kReached;
+    front.emplace_back(column, row);
+  };
+  // A place counts as reached when a cell within 15 cm of it is.
   const auto near = [&](const Eigen::Vector2d& place, const auto& visit) {
-    const Eigen::Vector2d cell = (place - extent_.min()) / kCell;
+    const int column = cell_of(place.x() - extent_.min().x()) - c0;
+    const int row = cell_of(place.y() - extent_.min().y()) - r0;
     for (int dc = -3; dc <= 3; ++dc) {
       for (int dr = -3; dr <= 3; ++dr) {
-        const int column = static_cast<int>(cell.x()) + dc;
-        const int row = static_cast<int>(cell.y()) + dr;
-        if (column >= 0 && row >= 0 && column < columns_ && row < rows_) visit(column, row);
+        if (column + dc >= 0 && row + dr >= 0 && column + dc < columns && row + dr < rows) {
+          visit(column + dc, row + dr);
+        }
       }
     }
   };
-  std::vector<Eigen::Vector2d> places = must_connect_;
-  if (places.empty()) {
-    for (const Room& room : rooms_) places.push_back(room.inside.center());
+  std::vector<Eigen::Vector2d> places;
+  for (const Eigen::Vector2d& doorway : must_connect_) {
+    if (room.inside.exteriorDistance(doorway) < kWallDepth) places.push_back(doorway);
   }
-  std::deque<std::pair<int, int>> front;
-  std::vector<uint8_t> reached(blocked.size(), 0);
-  const auto reach = [&](int column, int row) {
-    if (column < 0 || row < 0 || column >= columns_ || row >= rows_) return;
-    const size_t cell = index(column, row);
-    if (blocked[cell] != 0 || reached[cell] != 0) return;
-    reached[cell] = 1;
-    front.emplace_back(column, row);
-  };
-  near(places.front(), reach);
+  if (places.empty()) {
+    for (int row = 0; row < rows && front.empty(); ++row) {
+      for (int column = 0; column < columns && front.empty(); ++column) reach(column, row);
+    }
+  } else {
+    near(places.front(), reach);
+  }
   while (!front.empty()) {
     const auto [column, row] = front.front();
     front.pop_front();
@@ -262,30 +287,17 @@ bool FloorPlan::LeavesEverythingReachable(const Footprint& footprint) const {
   }
   for (const Eigen::Vector2d& place : places) {
     bool found = false;
-    near(place, [&](int column, int row) { found = found || reached[index(column, row)] != 0; });
+    near(place, [&](int column, int row) { found = found || at(column, row) == kReached; });
     if (!found) return false;
   }
-  // What stays of a room must be reached for the most part, not only its doorway.
-  for (const Room& room : rooms_) {
-    size_t open = 0;
-    size_t ours = 0;
-    const Eigen::Vector2d low = (room.inside.min() - extent_.min()) / kCell;
-    const Eigen::Vector2d high = (room.inside.max() - extent_.min()) / kCell;
-    for (int row = static_cast<int>(low.y()); row < static_cast<int>(high.y()); ++row) {
-      for (int column = static_cast<int>(low.x()); column < static_cast<int>(high.x()); ++column) {
-        open += blocked[index(column, row)] == 0 ? 1 : 0;
-        ours += reached[index(column, row)];
-      }
-    }
-    const double area = static_cast<double>(ours) * kCell * kCell;
-    if (area < 0.08 * room.inside.volume() || 10 * ours < 9 * open) return false;
-  }
-  return true;
+  const auto reached = static_cast<double>(std::count(state.begin(), state.end(), kReached));
+  const auto cut_off = static_cast<double>(std::count(state.begin(), state.end(), kFree));
+  return reached * kCell * kCell >= 0.08 * room.inside.volume() && cut_off <= 0.1 * reached;
 }
 
 bool FloorPlan::TryTake(const Room& room, const Item& item, const Eigen::Isometry3d& T_scene_item) {
   const Footprint footprint = FootprintOf(item, T_scene_item);
-  if (!Fits(room, footprint, item.height) || !LeavesEverythingReachable(footprint)) return false;
+  if (!Fits(room, footprint, item.height) || !LeavesReachable(room, footprint)) return false;
   standing_.push_back(footprint);
   Block(footprint);
   return true;

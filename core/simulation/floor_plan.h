@@ -79,7 +79,7 @@ class FloorPlan {
   // Somewhere in the room, turned by `yaw`, or any way when there is none.
   std::optional<Eigen::Isometry3d> PlaceFreely(const Room& room, const Item& item,
                                                std::optional<double> yaw, RandomSequence& random);
-  // Exactly there (a chair at a table), if it can be. `touching` may be what it overlaps.
+  // Exactly there (a chair at a table), if it can be.
   bool PlaceThere(const Room& room, const Item& item, const Eigen::Isometry3d& T_scene_item);
 
   // The freest spot of a room: farthest from everything that stands in it, and its distance, m.
@@ -92,7 +92,9 @@ class FloorPlan {
  private:
   Footprint FootprintOf(const Item& item, const Eigen::Isometry3d& T_scene_item) const;
   bool Fits(const Room& room, const Footprint& footprint, double height) const;
-  bool LeavesEverythingReachable(const Footprint& footprint) const;
+  // Whether, with the footprint blocked, the room's doorways are still connected through the room
+  // and most of what is free in it is connected to them.
+  bool LeavesReachable(const Room& room, const Footprint& footprint) const;
   void Block(const Footprint& footprint);
   bool TryTake(const Room& room, const Item& item, const Eigen::Isometry3d& T_scene_item);
   Eigen::Vector2d CellMiddle(int column, int row) const;

@@ -18,9 +18,27 @@ struct Scene {
   std::vector<Eigen::Vector3d> starts;  // m, free places for a first scan, viewpoint height
 };
 
-// A furnished flat of several rooms with doorways, windows, a mirror, tables, chairs, shelves,
-// beds, a sofa and clutter. The same seed gives the same flat on every machine.
+// All generated scenes: floor at z = 0, closed but for panes of glass with nothing behind them, and
+// every room reachable for a scanner 0.7 m wide. The same seed gives the same scene on every
+// machine.
+
+// A furnished flat of 5 or 6 rooms, about 12 x 9 x 2.7 m: hall, living room with kitchen, bedrooms,
+// bath; doorways 0.95 x 2 m, some with open leaves, windows, mirrors, tables, chairs, shelves,
+// beds, a sofa and clutter.
 Scene FurnishedFlat(uint64_t seed);
+
+// An office floor: corridors with rooms on both sides, `area_m2` in all (100 to 5,000).
+Scene OfficeFloor(uint64_t seed, double area_m2);
+
+// Two sparsely furnished rooms joined by a doorway.
+Scene TwoRooms(uint64_t seed);
+
+// A hall of about 18 x 14 x 4.2 m with pillars and some crates.
+Scene PillarHall(uint64_t seed);
+
+// An empty box from the origin to `size` (m), whose ranges are known in closed form. The only start
+// is its middle in plan, at 1.5 m or half its height if that is lower.
+Scene BoxRoom(const Eigen::Vector3d& size);
 
 }  // namespace vantage
 
