@@ -45,7 +45,7 @@ uint64_t CorrelationBlock(const Eigen::Vector3d& position, const Eigen::Vector3d
 
 OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double normal_sigma,
                                  const RegistrationConfig& config)
-    : correlated_sigma_(config.correlated_sigma), draws_(config.draws), seed_(config.seed) {
+    : draws_(config.draws), seed_(config.seed) {
   double total = 0;
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   for (const Constraint& c : constraints) {
@@ -62,7 +62,13 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
   Eigen::Vector3d m1 = Eigen::Vector3d::Zero();
   Eigen::Matrix3d m2 = Eigen::Matrix3d::Zero();
   absl::flat_hash_map<uint64_t, size_t> block_of;
-  std::vector<Vector6d> blocks;  // g_b, in order of first appearance: sums stay deterministic
+  // Per block: g_b, and the same with the residuals as they are. In order of first appearance, so
+  // that sums stay deterministic.
+  struct Block {
+    Vector6d expected = Vector6d::Zero();
+    Vector6d observed = Vector6d::Zero();
+  };
+  std::vector<Block> blocks;
   uint64_t last_key = ~uint64_t{0};
   size_t last_block = 0;
   for (const Constraint& c : constraints) {
@@ -77,11 +83,12 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
     const uint64_t key = CorrelationBlock(c.position, c.normal, config.correlation_length);
     if (key != last_key) {  // neighbours come one after another
       const auto [it, fresh] = block_of.try_emplace(key, blocks.size());
-      if (fresh) blocks.push_back(Vector6d::Zero());
+      if (fresh) blocks.emplace_back();
       last_key = key;
       last_block = it->second;
     }
-    blocks[last_block] += w * row;
+    blocks[last_block].expected += w * row;
+    blocks[last_block].observed += (w * c.residual) * row;
   }
   h = Matrix6d(h.selfadjointView<Eigen::Lower>());
   m2 = Eigen::Matrix3d(m2.selfadjointView<Eigen::Lower>());
@@ -118,8 +125,13 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
   }
   information_ = v_inverse.transpose() * genuine.asDiagonal() * v_inverse;
   const Matrix6d project = v_inverse.transpose() * keep.asDiagonal() * v.transpose();
-  for (const Vector6d& g : blocks) {
-    correlated_.selfadjointView<Eigen::Lower>().rankUpdate(Vector6d(project * g));
+  // Beside the correlation that is configured, the one that shows (cluster-robust covariance):
+  // residuals that add up within a block have pushed the pose by that much.
+  const double correlated = config.correlated_sigma * config.correlated_sigma;
+  for (const Block& block : blocks) {
+    auto pushes = correlated_.selfadjointView<Eigen::Lower>();
+    pushes.rankUpdate(Vector6d(project * block.expected), correlated);
+    pushes.rankUpdate(Vector6d(project * block.observed));
   }
   correlated_ = Matrix6d(correlated_.selfadjointView<Eigen::Lower>());
 }
@@ -147,8 +159,7 @@ ErrorBound OverlapGeometry::Bound(const Matrix6d& known) const {
   const Matrix6d inverse = from_units * total.ldlt().solve(Matrix6d::Identity()) * from_units;
 
   ErrorBound result;
-  result.covariance =
-      inverse + correlated_sigma_ * correlated_sigma_ * inverse * correlated_ * inverse;
+  result.covariance = inverse + inverse * correlated_ * inverse;
   result.covariance = (0.5 * (result.covariance + result.covariance.transpose())).eval();
 
   const Eigen::SelfAdjointEigenSolver<Matrix6d> spread(to_units * result.covariance * to_units);

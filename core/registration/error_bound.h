@@ -20,6 +20,7 @@ struct Constraint {
   Eigen::Vector3d normal;    // unit, world; an estimate
   double variance = 0;       // m^2, of the residual's independent part, > 0
   double weight = 1;         // how many equations like this one it stands for, > 0
+  double residual = 0;       // m, as it was observed; 0 where nothing was observed yet
 };
 
 // Pose changes here are [rotation about world axes, rad; translation, m] about the overlap's
@@ -65,9 +66,8 @@ class OverlapGeometry {
   Eigen::Vector3d centroid_;
   Eigen::AlignedBox3d box_;
   Matrix6d information_ = Matrix6d::Zero();
-  Matrix6d correlated_ = Matrix6d::Zero();  // sum over blocks g g^T, of constrained directions
+  Matrix6d correlated_ = Matrix6d::Zero();  // sum over blocks of what each may push, squared
   int constrained_ = 0;
-  double correlated_sigma_;
   int draws_;
   unsigned seed_;
 };

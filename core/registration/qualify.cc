@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/registration/judge.h"
@@ -17,8 +16,11 @@ constexpr size_t kFewestCorrespondences = 50;
 constexpr size_t kSpaceSamples = 6000;
 // Residuals beyond this many robust standard deviations are something else than noise.
 constexpr double kInlierDeviations = 4.0;
-// Residuals so many times what the noise explains mean that the surfaces are not the same.
+// Noisier residuals than expected widen the bound. Beyond so many times what the noise explains,
+// and so much of a voxel (a wrong match is anywhere within one and a half), they are no noise at
+// all.
 constexpr double kResidualFactor = 3.0;
+constexpr double kResidualVoxels = 0.4;
 // Share of the samples meeting known space that may contradict it: things do move.
 constexpr double kContradictionDoubtful = 0.20;
 constexpr double kContradictionFailed = 0.50;
@@ -38,7 +40,6 @@ struct Residuals {
   double rms = 0;                       // m
   double expected = 0;                  // m
   double normal_sigma = 0;              // rad, of the normals used
-  double correlated_sigma = 0;          // m, seen in the means of blocks
 };
 
 Residuals Weigh(const std::vector<Correspondence>& found, const RegistrationConfig& config) {
@@ -47,23 +48,15 @@ Residuals Weigh(const std::vector<Correspondence>& found, const RegistrationConf
   std::vector<double> angles;
   for (const Correspondence& c : found) magnitudes.push_back(std::abs(c.residual));
   const double gate = kInlierDeviations * 1.4826 * std::max(Median(magnitudes), 5e-4);
-  struct Block {
-    double sum = 0;
-    double count = 0;
-  };
-  absl::flat_hash_map<uint64_t, Block> blocks;
   double squared = 0;
   double variance = 0;
   for (const Correspondence& c : found) {
     if (std::abs(c.residual) > gate) continue;
-    result.constraints.push_back({c.point, c.normal, c.variance, 1.0});
+    result.constraints.push_back({c.point, c.normal, c.variance, 1.0, c.residual});
     result.cells += c.cells;
     squared += c.residual * c.residual;
     variance += c.variance;
     angles.push_back(c.normal_angle);
-    Block& block = blocks[CorrelationBlock(c.point, c.normal, config.correlation_length)];
-    block.sum += c.residual;
-    block.count += 1;
   }
   const auto count = static_cast<double>(std::max<size_t>(1, result.constraints.size()));
   result.rms = std::sqrt(squared / count);
@@ -72,21 +65,6 @@ Residuals Weigh(const std::vector<Correspondence>& found, const RegistrationConf
   constexpr double kRayleighMedian = 1.1774;
   result.normal_sigma = std::max(config.normal_sigma / std::sqrt(2.0),
                                  0.5 * Median(std::move(angles)) / kRayleighMedian);
-  // Means over blocks should shrink with their counts; what does not is correlated.
-  std::vector<double> means;
-  std::vector<double> counts;
-  for (const auto& [key, block] : blocks) {
-    if (block.count < 8) continue;
-    means.push_back(std::abs(block.sum / block.count));
-    counts.push_back(block.count);
-  }
-  result.correlated_sigma = config.correlated_sigma;
-  if (means.size() >= 8) {
-    const double of_means = 1.4826 * Median(std::move(means));
-    const double by_chance = result.rms * result.rms / Median(std::move(counts));
-    result.correlated_sigma = std::max(config.correlated_sigma,
-                                       std::sqrt(std::max(0.0, of_means * of_means - by_chance)));
-  }
   // Noisier than expected is noisier in the covariance too.
   const double factor = std::max(1.0, squared / std::max(variance, 1e-12));
   for (Constraint& c : result.constraints) c.variance *= factor;
@@ -145,16 +123,15 @@ RegistrationResult Qualify(const PlanningView& model, const ScanSurface& surface
     return result;
   }
 
-  RegistrationConfig seen = config;
-  seen.correlated_sigma = residuals.correlated_sigma;
-  const OverlapGeometry geometry(residuals.constraints, residuals.normal_sigma, seen);
+  const OverlapGeometry geometry(residuals.constraints, residuals.normal_sigma, config);
   const PoseKnowledge known = Known(geometry, prior, config);
   result.centroid = geometry.centroid();
   result.covariance = geometry.Bound(known.guaranteed + known.guessed).covariance;
-  result.verdict = Judge(geometry, share, known, seen);
+  result.verdict = Judge(geometry, share, known, config);
 
   RegistrationVerdict& verdict = result.verdict;
-  if (result.rms_residual > kResidualFactor * result.expected_residual) {
+  if (result.rms_residual >
+      std::max(kResidualFactor * result.expected_residual, kResidualVoxels * model.voxel_size())) {
     Refuse(verdict, RegistrationOutcome::kDoubtful, "residuals",
            absl::StrFormat("the surfaces lie %.0f mm apart (rms), the noise explains %.0f mm",
                            1000 * result.rms_residual, 1000 * result.expected_residual),

@@ -159,7 +159,8 @@ Fit FitPlane(const Scan& scan, const Cloud& cloud, const Picked& picked, pcl::In
   fit.rms = static_cast<float>(rms);
   fit.sample.point = centre - off * normal;
   fit.sample.normal = normal;
-  fit.sample.sigma = static_cast<float>(scan.scanner.RangeSigma(range) * cos_incidence);
+  fit.sample.sigma =
+      static_cast<float>(std::max(scan.scanner.RangeSigma(range) * cos_incidence, rms));
   fit.sample.cells = picked.cells;
   return fit;
 }

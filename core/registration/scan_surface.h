@@ -16,7 +16,7 @@ namespace vantage {
 struct SurfaceSample {
   Eigen::Vector3f point;   // m, scanner frame, on the plane through the measured neighbours
   Eigen::Vector3f normal;  // unit, scanner frame, towards the scanner
-  float sigma = 0;         // m, one sigma of the measurement, along the normal
+  float sigma = 0;         // m, one sigma along the normal: the instrument's, or as it is seen
   float cells = 0;         // samples of the image that it stands for
 };
 

@@ -1,0 +1,371 @@
+// Closed-form shapes: what each leaves open is known without computing anything.
+#include "core/registration/error_bound.h"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "core/registration/prediction.h"
+
+namespace vantage {
+namespace {
+
+constexpr double kSigma = 0.003;
+const Matrix6d kNothing = Matrix6d::Zero();
+
+// Points with noisy normals: `noise` rad per tangent direction.
+class Shape {
+ public:
+  Shape(double noise, unsigned seed) : noise_(noise), random_(seed) {}
+
+  void Add(const Eigen::Vector3d& p, const Eigen::Vector3d& n) {
+    const Eigen::Vector3d e(gauss_(random_), gauss_(random_), gauss_(random_));
+    points_.push_back(
+        {p, (n + noise_ * (e - e.dot(n) * n)).normalized(), kSigma * kSigma, 1.0, 0.0});
+  }
+  // A rectangle spanned by two edges from a corner, at 5 cm spacing.
+  Shape& Rectangle(const Eigen::Vector3d& corner, const Eigen::Vector3d& u,
+                   const Eigen::Vector3d& v, const Eigen::Vector3d& normal) {
+    const int across = static_cast<int>(std::lround(u.norm() / 0.05));
+    const int up = static_cast<int>(std::lround(v.norm() / 0.05));
+    for (int i = 0; i < across; ++i) {
+      for (int j = 0; j < up; ++j)
+        Add(corner + u * (i + 0.5) / across + v * (j + 0.5) / up, normal);
+    }
+    return *this;
+  }
+  const std::vector<Constraint>& points() const { return points_; }
+  OverlapGeometry Geometry(double assumed_noise = Radians(2)) const {
+    return {points_, assumed_noise, RegistrationConfig()};
+  }
+
+ private:
+  double noise_;
+  std::mt19937_64 random_;
+  std::normal_distribution<double> gauss_;
+  std::vector<Constraint> points_;
+};
+
+const Eigen::Vector3d kX = Eigen::Vector3d::UnitX();
+const Eigen::Vector3d kY = Eigen::Vector3d::UnitY();
+const Eigen::Vector3d kZ = Eigen::Vector3d::UnitZ();
+
+Shape CorridorShape(double noise, unsigned seed) {
+  Shape shape(noise, seed);
+  shape.Rectangle({-4, -1, 0}, 8 * kX, 2 * kY, kZ);
+  shape.Rectangle({-4, -1, 0}, 8 * kX, 2.5 * kZ, kY);
+  shape.Rectangle({-4, 1, 0}, 8 * kX, 2.5 * kZ, -kY);
+  return shape;
+}
+
+class NoisyShapes : public testing::TestWithParam<double> {};  // rad, noise of the normals
+
+TEST_P(NoisyShapes, CorridorSlidesAlongItsAxisWhateverItsNormalsSay) {
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const ErrorBound e = CorridorShape(GetParam(), seed).Geometry().Bound(kNothing);
+    EXPECT_GT(e.bound, 5.0) << "seed " << seed;
+    EXPECT_GT(std::abs(e.weakest[3]), 0.99 * e.weakest.norm()) << "seed " << seed;
+    EXPECT_LT(e.strength, 0.01);
+    EXPECT_EQ(DescribeDirection(e.weakest, 4).direction, "sliding along x (east-west)");
+  }
+}
+
+TEST_P(NoisyShapes, CorridorIsConstrainedInTheOtherFive) {
+  const OverlapGeometry g = CorridorShape(GetParam(), 3).Geometry();
+  EXPECT_EQ(g.constrained_directions(), 5);
+}
+
+TEST_P(NoisyShapes, DoorJambCuresTheCorridor) {
+  Shape shape = CorridorShape(GetParam(), 5);
+  shape.Rectangle({1, 0.2, 0}, 0.8 * kY, 2.5 * kZ, -kX);
+  const OverlapGeometry g = shape.Geometry();
+  EXPECT_EQ(g.constrained_directions(), 6);
+  EXPECT_LT(g.Bound(kNothing).bound, 0.010);
+}
+
+TEST_P(NoisyShapes, SingleWallLeavesThreeDirectionsOpen) {
+  Shape shape(GetParam(), 7);
+  shape.Rectangle({0, -2, 0}, 4 * kY, 2.5 * kZ, kX);
+  const OverlapGeometry g = shape.Geometry();
+  EXPECT_EQ(g.constrained_directions(), 3);
+  EXPECT_GT(g.Bound(kNothing).bound, 5.0);
+}
+
+TEST_P(NoisyShapes, SphereTurns) {
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    Shape shape(GetParam(), seed);
+    for (int i = 0; i < 6000; ++i) {  // a Fibonacci sphere of 1 m
+      const double z = 1 - (2 * i + 1) / 6000.0;
+      const double a = i * kPi * (3 - std::sqrt(5.0));
+      const Eigen::Vector3d n(std::sqrt(1 - z * z) * std::cos(a),
+                              std::sqrt(1 - z * z) * std::sin(a), z);
+      shape.Add(n + Eigen::Vector3d(5, 2, 1), n);
+    }
+    const OverlapGeometry g = shape.Geometry();
+    EXPECT_EQ(g.constrained_directions(), 3) << "seed " << seed;
+    const ErrorBound e = g.Bound(kNothing);
+    EXPECT_GT(e.bound, 5.0);
+    EXPECT_GT(e.weakest.head<3>().norm(), 10 * e.weakest.tail<3>().norm());
+    // The sphere's centre itself is known well.
+    EXPECT_LT(std::sqrt(e.covariance.bottomRightCorner<3, 3>().trace()), 0.01);
+  }
+}
+
+TEST_P(NoisyShapes, CylinderSlidesAlongAndTurnsAboutItsAxis) {
+  Shape shape(GetParam(), 11);
+  for (int i = 0; i < 120; ++i) {
+    for (int k = 0; k < 60; ++k) {
+      const double a = 2 * kPi * i / 120;
+      const Eigen::Vector3d n(std::cos(a), std::sin(a), 0);
+      shape.Add(1.0 * n + 0.05 * k * kZ, n);
+    }
+  }
+  const OverlapGeometry g = shape.Geometry();
+  EXPECT_EQ(g.constrained_directions(), 4);
+  Matrix6d turn = kNothing;
+  turn(2, 2) = 1e12;  // knowing the heading leaves the slide, and the other way round
+  EXPECT_EQ(DescribeDirection(g.Bound(turn).weakest, 1.8).direction, "sliding along z (up-down)");
+  Matrix6d slide = kNothing;
+  slide(5, 5) = 1e12;
+  EXPECT_EQ(DescribeDirection(g.Bound(slide).weakest, 1.8).direction, "turning about the vertical");
+  EXPECT_LT(g.Bound(turn + slide).bound, 0.010);
+}
+
+TEST_P(NoisyShapes, FurnishedCornerIsFirm) {
+  Shape shape(GetParam(), 13);
+  shape.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ);
+  shape.Rectangle({0, 0, 0}, 3 * kX, 2.5 * kZ, kY);
+  shape.Rectangle({0, 0, 0}, 3 * kY, 2.5 * kZ, kX);
+  shape.Rectangle({1, 0, 1}, 0.8 * kX, 0.5 * kY, kZ);
+  const ErrorBound e = shape.Geometry().Bound(kNothing);
+  EXPECT_LT(e.bound, 0.010);
+  EXPECT_GT(e.strength, 0.1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Noise, NoisyShapes, testing::Values(0.0, Radians(1), Radians(2)),
+                         [](const auto& param) {
+                           return std::to_string(std::lround(Degrees(param.param))) + "Degrees";
+                         });
+
+TEST(ErrorBound, LevellingCuresTiltAndOnlyTilt) {
+  Shape shape(Radians(2), 17);  // a floor and a wall facing x: sliding along y, nothing else open
+  shape.Rectangle({0, -2, 0}, 4 * kY, 2.5 * kZ, kX);
+  const Matrix6d level = LevelInformation(Radians(0.005));
+  const ErrorBound without = shape.Geometry().Bound(kNothing);
+  const ErrorBound with = shape.Geometry().Bound(level);
+  EXPECT_LT(with.covariance(0, 0), without.covariance(0, 0) / 1e4);  // about the wall's normal
+  EXPECT_GT(with.covariance(4, 4), 1.0);                             // m^2: still slides
+}
+
+TEST(ErrorBound, PoseCovarianceMovesWithTheLever) {
+  const OverlapGeometry g = CorridorShape(0, 1).Geometry();
+  // A pose known exactly in heading and to 5 cm in place is known to 5 cm at the centroid.
+  Matrix6d covariance = Matrix6d::Identity() * 1e-12;
+  covariance.bottomRightCorner<3, 3>() = 0.0025 * Eigen::Matrix3d::Identity();
+  const Matrix6d information = g.FromPoseCovariance(covariance, g.centroid() + 10 * kX);
+  const Matrix6d back = information.ldlt().solve(Matrix6d::Identity());
+  EXPECT_NEAR(back(3, 3), 0.0025, 1e-6);
+  // And 1 mrad of heading at a lever of 10 m is a centimetre.
+  covariance = Matrix6d::Identity() * 1e-12;
+  covariance(2, 2) = 1e-6;
+  const Matrix6d turned =
+      g.FromPoseCovariance(covariance, g.centroid() + 10 * kX).ldlt().solve(Matrix6d::Identity());
+  EXPECT_NEAR(std::sqrt(turned(4, 4)), 0.01, 1e-4);
+}
+
+TEST(ErrorBound, RigorousBoundIsAboveTheQuantile) {
+  std::mt19937_64 random(19);
+  std::uniform_real_distribution<double> u(-3, 3);
+  for (int trial = 0; trial < 50; ++trial) {
+    Shape shape(Radians(2), static_cast<unsigned>(trial));
+    for (int face = 0; face < 4; ++face) {
+      const Eigen::Vector3d n = Eigen::Vector3d(u(random), u(random), u(random)).normalized();
+      const Eigen::Vector3d a = n.unitOrthogonal();
+      shape.Rectangle({u(random), u(random), u(random)}, a, n.cross(a), n);
+    }
+    const ErrorBound e = shape.Geometry().Bound(kNothing);
+    EXPECT_GE(e.rigorous, e.bound);
+    EXPECT_LE(e.rigorous, 4 * e.bound);
+    EXPECT_GE(e.strength, 0);
+    EXPECT_LE(e.strength, 1);
+  }
+}
+
+// The covariance against what happens: independent noise and errors shared by blocks, a linear
+// least-squares fit each time.
+TEST(ErrorBound, CovarianceIsThatOfSimulatedFits) {
+  Shape shape(0, 23);
+  shape.Rectangle({0, 0, 0}, 3 * kX, 2 * kY, kZ);
+  shape.Rectangle({0, 0, 0}, 3 * kX, 2.5 * kZ, kY);
+  shape.Rectangle({0, 0, 0}, 0.7 * kY, 2.5 * kZ, kX);
+  RegistrationConfig config;
+  const OverlapGeometry g(shape.points(), Radians(0.5), config);
+  const ErrorBound predicted = g.Bound(kNothing);
+  std::mt19937_64 random(29);
+  std::normal_distribution<double> gauss;
+  Matrix6d h = kNothing;
+  for (const Constraint& c : shape.points()) {
+    Vector6d row;
+    row << (c.position - g.centroid()).cross(c.normal), c.normal;
+    h += row * row.transpose();
+  }
+  const auto solver = h.ldlt();
+  Matrix6d observed = kNothing;
+  std::vector<double> moves;
+  constexpr int kTrials = 2000;
+  for (int trial = 0; trial < kTrials; ++trial) {
+    std::map<uint64_t, double> shared;
+    Vector6d b = Vector6d::Zero();
+    for (const Constraint& c : shape.points()) {
+      const auto [it, fresh] =
+          shared.try_emplace(CorrelationBlock(c.position, c.normal, config.correlation_length));
+      if (fresh) it->second = config.correlated_sigma * gauss(random);
+      Vector6d row;
+      row << (c.position - g.centroid()).cross(c.normal), c.normal;
+      b += row * (kSigma * gauss(random) + it->second);
+    }
+    const Vector6d xi = solver.solve(b);
+    observed += xi * xi.transpose() / kTrials;
+    double move = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3d x =
+          g.box().corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner)) - g.centroid();
+      move = std::max(move, (xi.head<3>().cross(x) + xi.tail<3>()).norm());
+    }
+    moves.push_back(move);
+  }
+  for (int k = 0; k < 6; ++k) {
+    EXPECT_NEAR(std::sqrt(predicted.covariance(k, k) / observed(k, k)), 1.0, 0.08) << k;
+  }
+  std::sort(moves.begin(), moves.end());
+  EXPECT_NEAR(predicted.bound / moves[kTrials * 95 / 100], 1.0, 0.12);
+}
+
+// --- Prediction
+
+std::vector<OverlapElement> Elements(const Shape& shape, const Eigen::Vector3d& from) {
+  std::vector<OverlapElement> elements;
+  for (const Constraint& c : shape.points()) {
+    if (c.normal.dot(from - c.position) <= 0) continue;
+    elements.push_back({c.position.cast<float>(), c.normal.cast<float>(), 5.0f, 5});
+  }
+  return elements;
+}
+
+TEST(Prediction, FurnishedCornerPasses) {
+  Shape shape(Radians(2), 31);
+  shape.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ);
+  shape.Rectangle({0, 0, 0}, 3 * kX, 2.5 * kZ, kY);
+  shape.Rectangle({0, 0, 0}, 3 * kY, 2.5 * kZ, kX);
+  const Eigen::Vector3d at(1.5, 1.5, 1.5);
+  const auto elements = Elements(shape, at);
+  const RegistrationVerdict v = PredictRegistration(
+      elements, 1, 5.0 * static_cast<double>(elements.size()) * 2, at, ScannerModel(), {});
+  EXPECT_TRUE(v.registered()) << v.reason;
+  EXPECT_EQ(v.decided_by, "scan geometry");
+  EXPECT_NEAR(v.overlap_share, 0.5, 1e-6);
+  EXPECT_TRUE(v.reason.empty());
+  EXPECT_TRUE(v.remedy.empty());
+}
+
+TEST(Prediction, CorridorFailsEvenLevelledAndSaysWhichWay) {
+  const Eigen::Vector3d at(0, 0, 1.5);
+  const auto elements = Elements(CorridorShape(Radians(2), 37), at);
+  RegistrationConfig config;
+  config.levelled_sigma = Radians(0.005);
+  const RegistrationVerdict v = PredictRegistration(elements, 1, 1e4, at, ScannerModel(), config);
+  EXPECT_EQ(v.outcome, RegistrationOutcome::kFailed);
+  EXPECT_EQ(v.weakest_words, "sliding along x (east-west)");
+  EXPECT_NE(v.reason.find("unbounded"), std::string::npos) << v.reason;
+  EXPECT_NE(v.remedy.find("east or west"), std::string::npos) << v.remedy;
+  // The figure includes the guess of a pose (5 cm per axis); the verdict does not.
+  EXPECT_LT(v.error_bound, 0.2);
+  EXPECT_GT(v.judged_bound, 5.0);
+}
+
+TEST(Prediction, LevellingDecidesWhereOnlyTiltIsOpen) {
+  Shape shape(Radians(1),
+              41);  // upright round hall with a fin: tilts and height open without floor
+  shape.Rectangle({-2, -2, 1.0}, 4 * kX, 0.15 * kZ, kY);
+  shape.Rectangle({-2, -2, 1.0}, 4 * kY, 0.15 * kZ, kX);
+  shape.Rectangle({-0.3, -0.3, 0}, 0.6 * kX, 0.6 * kY, kZ);
+  const Eigen::Vector3d at(0.5, 0.5, 1.5);
+  const auto elements = Elements(shape, at);
+  RegistrationConfig config;
+  const RegistrationVerdict bare =
+      PredictRegistration(elements, 1, 5e3, at, ScannerModel(), config);
+  config.levelled_sigma = Radians(0.003);
+  const RegistrationVerdict levelled =
+      PredictRegistration(elements, 1, 5e3, at, ScannerModel(), config);
+  EXPECT_FALSE(bare.registered());
+  EXPECT_TRUE(levelled.registered()) << levelled.reason;
+  EXPECT_EQ(levelled.decided_by, "levelling");
+}
+
+TEST(Prediction, TooLittleOverlapIsRefusedHoweverFirm) {
+  Shape shape(Radians(2), 43);
+  shape.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ);
+  shape.Rectangle({0, 0, 0}, 3 * kX, 2.5 * kZ, kY);
+  shape.Rectangle({0, 0, 0}, 3 * kY, 2.5 * kZ, kX);
+  const Eigen::Vector3d at(1.5, 1.5, 1.5);
+  const auto elements = Elements(shape, at);
+  const RegistrationVerdict v = PredictRegistration(
+      elements, 1, 5.0 * static_cast<double>(elements.size()) * 20, at, ScannerModel(), {});
+  EXPECT_FALSE(v.registered());
+  EXPECT_EQ(v.decided_by, "overlap");
+  EXPECT_NE(v.reason.find("5.0 %"), std::string::npos) << v.reason;
+  EXPECT_FALSE(PredictRegistration({}, 1, 1000, at, ScannerModel(), {}).registered());
+}
+
+TEST(Prediction, RegularSubsetWithWeightSaysTheSame) {
+  Shape shape(Radians(2), 47);
+  shape.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ);
+  shape.Rectangle({0, 0, 0}, 3 * kX, 2.5 * kZ, kY);
+  shape.Rectangle({0, 0, 0}, 3 * kY, 2.5 * kZ, kX);
+  const Eigen::Vector3d at(1.5, 1.5, 1.5);
+  const auto all = Elements(shape, at);
+  std::vector<OverlapElement> some;
+  for (size_t i = 0; i < all.size(); i += 7) some.push_back(all[i]);
+  const double expected = 5.0 * static_cast<double>(all.size()) * 2;
+  const auto full = PredictRegistration(all, 1, expected, at, ScannerModel(), {});
+  const auto part = PredictRegistration(some, 7, expected, at, ScannerModel(), {});
+  EXPECT_NEAR(part.error_bound / full.error_bound, 1.0, 0.1);
+  EXPECT_NEAR(part.overlap_share, full.overlap_share, 0.01);
+}
+
+TEST(Words, NameAxesAndOffsets) {
+  Vector6d v = Vector6d::Zero();
+  v[4] = 1;
+  EXPECT_EQ(DescribeDirection(v, 3).direction, "sliding along y (north-south)");
+  v.setZero();
+  v[3] = v[4] = 1;
+  EXPECT_EQ(DescribeDirection(v, 3).direction, "sliding along 45 degrees from x towards y");
+  v.setZero();
+  v[2] = 1;
+  EXPECT_EQ(DescribeDirection(v, 3).direction, "turning about the vertical");
+  v[3] = 2;  // the axis lies 2 m off
+  EXPECT_EQ(DescribeDirection(v, 3).direction,
+            "turning about the vertical, 2.0 m off the middle of the overlap");
+  v.setZero();
+  v[1] = -1;
+  EXPECT_EQ(DescribeDirection(v, 3).direction, "tilting about y (north-south)");
+}
+
+TEST(Config, NamesEveryFieldThatIsWrong) {
+  EXPECT_TRUE(RegistrationConfig().Validate().ok());
+  RegistrationConfig config;
+  config.required_accuracy = std::nan("");
+  config.draws = 0;
+  const std::string message(config.Validate().message());
+  EXPECT_NE(message.find("required_accuracy"), std::string::npos);
+  EXPECT_NE(message.find("draws"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace vantage
