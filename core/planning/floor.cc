@@ -142,6 +142,7 @@ void FloorField::KeepFloors(const PlanningView& model, const std::vector<float>&
       const double x = (min_x_ + static_cast<int>(at) % size_x_ + 0.5) * voxel;
       const double y = (min_y_ + static_cast<int>(at) / size_x_ + 0.5) * voxel;
       for (const Stand& stand : model.stands()) {
+        if (!stand.floor_found) continue;
         const double reach = 1.5 * std::max(1.0, stand.position.z() - stand.floor_height);
         if (std::hypot(x - stand.position.x(), y - stand.position.y()) < reach &&
             std::abs(candidate[at] - stand.floor_height) < 2 * voxel) {
@@ -190,6 +191,7 @@ void FloorField::KeepFloors(const PlanningView& model, const std::vector<float>&
 void FloorField::SeedStands(const PlanningView& model) {
   const double voxel = model.voxel_size();
   for (const Stand& stand : model.stands()) {
+    if (!stand.floor_found) continue;
     const int reach = static_cast<int>(std::ceil(stand.clearance / voxel));
     const VoxelIndex at = model.At(stand.position);
     for (int y = at.y() - reach; y <= at.y() + reach; ++y) {

@@ -66,7 +66,7 @@ void ReachMap::FindPassable(const PlanningView& model, const OpaqueGrid& grid,
         if (free) break;
         const double away = std::hypot((x + 0.5) * voxel - stand.position.x(),
                                        (y + 0.5) * voxel - stand.position.y());
-        free = away <= 2 * (stand.position.z() - stand.floor_height) &&
+        free = away <= 2 * (stand.position.z() - static_cast<double>(height)) &&
                OnlyBlind(model, x, y, low, high);
       }
       blocked[static_cast<size_t>(i) + static_cast<size_t>(nx) * static_cast<size_t>(j)] = !free;

@@ -1,0 +1,246 @@
+#include "core/planning/anytime.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "core/parallel/thread_pool.h"
+#include "core/planning/confidence_bounds.h"
+#include "core/planning/feasible_views.h"
+#include "core/planning/scoring.h"
+#include "tests/support/closed_form_view.h"
+
+namespace vantage {
+namespace {
+
+TEST(MeanBoundsTest, HoldTheBinomialTail) {
+  // For a fair or unfair coin the failure probability can be summed exactly.
+  for (const uint64_t n : {20u, 200u}) {
+    for (const double p : {0.0, 0.03, 0.5, 0.9, 1.0}) {
+      const double error = 0.01;
+      const MeanBounds bounds(n, -std::log(error));
+      double above = 0;
+      double below = 0;
+      for (uint64_t k = 0; k <= n; ++k) {
+        const auto x = static_cast<double>(k);
+        const auto all = static_cast<double>(n);
+        double log_chance = std::lgamma(all + 1) - std::lgamma(x + 1) - std::lgamma(all - x + 1);
+        if (k > 0) log_chance += x * std::log(p);
+        if (k < n) log_chance += (all - x) * std::log(1 - p);
+        const double chance = std::exp(log_chance);
+        const double average = x / all;
+        EXPECT_LE(bounds.Lower(average), average);
+        EXPECT_GE(bounds.Upper(average), average);
+        if (bounds.Upper(average) < p) above += chance;
+        if (bounds.Lower(average) > p) below += chance;
+      }
+      EXPECT_LE(above, error);
+      EXPECT_LE(below, error);
+    }
+  }
+}
+
+TEST(MeanBoundsTest, TightenWithDraws) {
+  const MeanBounds few(100, 10);
+  const MeanBounds many(10000, 10);
+  EXPECT_GT(few.Upper(0.2) - few.Lower(0.2), 5 * (many.Upper(0.2) - many.Lower(0.2)));
+}
+
+TEST(HashToUnitTest, FillsTheUnitInterval) {
+  double sum = 0;
+  for (uint64_t i = 0; i < 10000; ++i) {
+    const double u = HashToUnit(1, 2, i);
+    ASSERT_GE(u, 0);
+    ASSERT_LT(u, 1);
+    sum += u;
+  }
+  EXPECT_NEAR(sum / 10000, 0.5, 0.01);
+}
+
+struct Problem {
+  explicit Problem(const ClosedFormScene& scene, double viewcell = 0.2)
+      : model(BuildView(scene)), grid(model) {
+    config.viewcell_size = viewcell;
+    patches = ExtractPatches(model, config, {}, Budget::Unlimited());
+    RankPatches(config, patches);
+    feasible = FeasibleViews::Find(model, grid, scanner, config, Budget::Unlimited(), serial);
+    for (size_t i = 0; i < feasible.cells().size(); ++i) views.push_back(feasible.Centre(i));
+    scoring = std::make_unique<Scoring>(model, grid, patches, scanner, config, serial);
+    truth = ScoreEveryView(scoring->scorer(), views, scoring->cells(), Budget::Unlimited(), serial);
+  }
+  Evaluation Evaluate(const AnytimeOptions& options, const Budget& budget,
+                      Parallel& parallel) const {
+    return EvaluateViews(scoring->scorer(), views, CoarseFirst(feasible.cells()), scoring->cells(),
+                         options, budget, parallel, [](const Evaluation&) {});
+  }
+  double Best() const {
+    double best = 0;
+    for (const ViewScore& score : truth) best = std::max(best, score.gain);
+    return best;
+  }
+
+  PlanningView model;
+  OpaqueGrid grid;
+  ScannerModel scanner;
+  PlanningConfig config;
+  Serial serial;
+  PatchSet patches;
+  FeasibleViews feasible;
+  std::vector<Eigen::Vector3d> views;
+  std::unique_ptr<Scoring> scoring;
+  std::vector<ViewScore> truth;
+};
+
+// All that is missing lies behind a slit: hardly any view sees any of it.
+ClosedFormScene Slit() {
+  ClosedFormScene scene;
+  const Eigen::AlignedBox3d room(Eigen::Vector3d::Zero(), Eigen::Vector3d(5, 4, 2.6));
+  scene.extent = Eigen::AlignedBox3d(room.min().array() - 0.1, room.max().array() + 0.1);
+  scene.solid = [=](const Eigen::Vector3d& p) {
+    return !room.contains(p) || (std::abs(p.x() - 3.5) < 0.1 && std::abs(p.y() - 1.97) > 0.06);
+  };
+  scene.density = [](const Eigen::Vector3d& p) { return p.x() < 3.55 ? 5000 : 0; };
+  scene.stands = {MakeStand(Eigen::Vector3d(1.5, 2, 1.5))};
+  return scene;
+}
+
+// One wall holds everything.
+ClosedFormScene OneWall() {
+  ClosedFormScene scene = FurnishedRoom(4);
+  scene.density = [](const Eigen::Vector3d& p) { return p.x() < 0 ? 0 : 5000; };
+  scene.known = [](const Eigen::Vector3d&) { return true; };
+  return scene;
+}
+
+TEST(AnytimeTest, WithoutLimitIsBruteForceToTheBit) {
+  const Problem problem(FurnishedRoom(6));
+  ASSERT_GT(problem.views.size(), 50u);
+  Serial serial;
+  const Evaluation evaluation = problem.Evaluate({}, Budget::Unlimited(), serial);
+  EXPECT_TRUE(evaluation.complete);
+  EXPECT_EQ(evaluation.exact, problem.views.size());
+  for (size_t i = 0; i < problem.views.size(); ++i) {
+    EXPECT_EQ(evaluation.views[i].score, problem.truth[i].gain);
+    EXPECT_EQ(evaluation.views[i].lower, problem.truth[i].gain);
+    EXPECT_EQ(evaluation.views[i].upper, problem.truth[i].gain);
+  }
+}
+
+TEST(AnytimeTest, SameBytesOnAnyNumberOfThreadsUnderAWorkLimit) {
+  const Problem problem(FurnishedRoom(6));
+  Budget budget;
+  for (const uint64_t limit : {20'000u, 200'000u, 1'000'000u}) {
+    budget.work_limit = limit;
+    AnytimeOptions options;
+    options.least_sample = 128;
+    Serial serial;
+    const Evaluation one = problem.Evaluate(options, budget, serial);
+    EXPECT_FALSE(one.complete);
+    for (const int threads : {2, 16}) {
+      ThreadPool pool(threads);
+      const Evaluation other = problem.Evaluate(options, budget, pool);
+      EXPECT_EQ(one.rays, other.rays);
+      EXPECT_EQ(one.exact, other.exact);
+      ASSERT_EQ(one.views.size(), other.views.size());
+      for (size_t i = 0; i < one.views.size(); ++i) {
+        ASSERT_EQ(one.views[i].score, other.views[i].score);
+        ASSERT_EQ(one.views[i].lower, other.views[i].lower);
+        ASSERT_EQ(one.views[i].upper, other.views[i].upper);
+      }
+    }
+  }
+}
+
+class BoundsTest : public ::testing::TestWithParam<int> {
+ protected:
+  static ClosedFormScene Scene(int which) {
+    if (which == 0) return Slit();
+    if (which == 1) return OneWall();
+    return FurnishedRoom(static_cast<uint64_t>(which));
+  }
+};
+
+TEST_P(BoundsTest, HoldTogetherForAllViewsInNearlyEveryPlan) {
+  ClosedFormScene scene = Scene(GetParam());
+  scene.voxel = 0.1;
+  const Problem problem(scene, 0.3);
+  ASSERT_GT(problem.views.size(), 30u);
+  int plans = 0;
+  int failed = 0;
+  double regret = 0;
+  Serial serial;
+  for (uint64_t seed = 1; seed <= 120; ++seed) {
+    AnytimeOptions options;
+    options.seed = seed;
+    options.least_sample = 60;
+    options.rounds = {{0.01, 1.0}, {0.03, 0.2}, {0.15, 0.05}};
+    Budget budget;
+    budget.work_limit = 150 * problem.views.size();
+    const Evaluation evaluation = problem.Evaluate(options, budget, serial);
+    ASSERT_FALSE(evaluation.complete);
+    bool holds = true;
+    size_t chosen = 0;
+    for (size_t i = 0; i < problem.views.size(); ++i) {
+      const ViewEstimate& view = evaluation.views[i];
+      ASSERT_LE(view.lower, view.upper);
+      ASSERT_GE(view.score, view.lower);
+      ASSERT_LE(view.score, view.upper);
+      holds = holds && problem.truth[i].gain >= view.lower - 1e-9 &&
+              problem.truth[i].gain <= view.upper + 1e-9;
+      if (view.scored && view.score > evaluation.views[chosen].score) chosen = i;
+    }
+    ++plans;
+    failed += !holds;
+    regret += 1 - problem.truth[chosen].gain / problem.Best();
+  }
+  // The confidence is 95 % and the bounds are conservative by far.
+  EXPECT_LE(failed, plans / 20) << "of " << plans;
+  EXPECT_LT(regret / plans, 0.25);
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, BoundsTest, ::testing::Range(0, 5));
+
+TEST(AnytimeTest, CancelledIsNotComplete) {
+  const Problem problem(FurnishedRoom(6));
+  std::stop_source source;
+  Budget budget;
+  budget.cancelled = source.get_token();
+  source.request_stop();
+  ThreadPool pool(2);
+  const Evaluation none = problem.Evaluate({}, budget, pool);
+  EXPECT_FALSE(none.any());
+  EXPECT_EQ(none.rays, 0u);
+  // Cancelled from within, at the first sign of progress: what there is stays valid.
+  std::stop_source later;
+  budget.cancelled = later.get_token();
+  AnytimeOptions options;
+  options.least_sample = 128;
+  const Evaluation some =
+      EvaluateViews(problem.scoring->scorer(), problem.views, CoarseFirst(problem.feasible.cells()),
+                    problem.scoring->cells(), options, budget, pool,
+                    [&](const Evaluation&) { later.request_stop(); });
+  EXPECT_TRUE(some.any());
+  EXPECT_FALSE(some.complete);
+  for (const ViewEstimate& view : some.views) EXPECT_LE(view.lower, view.upper);
+}
+
+TEST(CoarseFirstTest, StartsWithALattice) {
+  std::vector<Eigen::Vector3i> cells;
+  for (int z = 0; z < 8; ++z) {
+    for (int y = 0; y < 8; ++y) {
+      for (int x = 0; x < 8; ++x) cells.emplace_back(x - 3, y + 5, z);
+    }
+  }
+  const std::vector<uint32_t> order = CoarseFirst(cells);
+  for (size_t k = 0; k < 8; ++k) {
+    const Eigen::Vector3i& c = cells[order[k]];
+    EXPECT_EQ((c.x() | c.y() | c.z()) & 3, 0) << k;
+  }
+  std::vector<uint32_t> sorted = order;
+  std::sort(sorted.begin(), sorted.end());
+  for (uint32_t i = 0; i < sorted.size(); ++i) EXPECT_EQ(sorted[i], i);
+}
+
+}  // namespace
+}  // namespace vantage

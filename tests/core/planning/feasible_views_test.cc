@@ -1,0 +1,240 @@
+#include "core/planning/feasible_views.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <deque>
+#include <set>
+#include <utility>
+
+#include "core/parallel/parallel.h"
+#include "core/parallel/thread_pool.h"
+#include "tests/support/closed_form_view.h"
+
+namespace vantage {
+namespace {
+
+// Cell by cell from the definitions of algorithm.md section 7A, for a level floor at z = 0: no rows
+// of bits, no octree, no distance transform.
+class SlowFeasible {
+ public:
+  SlowFeasible(const PlanningView& model, const ScannerModel& scanner, const PlanningConfig& config)
+      : model_(model), scanner_(scanner), config_(config) {}
+
+  bool Cell(const Eigen::Vector3i& cell) const {
+    const double size = config_.viewcell_size;
+    const Eigen::Vector3d low = cell.cast<double>() * size;
+    const Eigen::Vector3d high = low.array() + size;
+    if (low.z() < config_.min_height - 1e-9 || high.z() > config_.max_height + 1e-9) return false;
+    const double h = model_.voxel_size();
+    const int n = static_cast<int>(std::lround(size / h));
+    for (int z = 2; z < (cell.z() + 1) * n; ++z) {
+      for (int y = cell.y() * n; y < (cell.y() + 1) * n; ++y) {
+        for (int x = cell.x() * n; x < (cell.x() + 1) * n; ++x) {
+          if (!model_.Empty({x, y, z})) return false;
+        }
+      }
+    }
+    for (const Region& box : config_.keep_out) {
+      if ((low.array() < box.max().array() - 1e-9).all() &&
+          (high.array() > box.min().array() + 1e-9).all()) {
+        return false;
+      }
+    }
+    const Region own(low, high);
+    for (const RejectedPlace& place : config_.rejected) {
+      const Eigen::Vector3d at(place.position.x(), place.position.y(), low.z());
+      if (own.exteriorDistance(at) < place.radius) return false;
+    }
+    const int reach = static_cast<int>(std::ceil(scanner_.clearance / h)) + 1;
+    for (int z = cell.z() * n - reach; z < (cell.z() + 1) * n + reach; ++z) {
+      for (int y = cell.y() * n - reach; y < (cell.y() + 1) * n + reach; ++y) {
+        for (int x = cell.x() * n - reach; x < (cell.x() + 1) * n + reach; ++x) {
+          if (model_.Empty({x, y, z})) continue;
+          const Region voxel(Eigen::Vector3d(x, y, z) * h,
+                             Eigen::Vector3d(x + 1, y + 1, z + 1) * h);
+          if (own.exteriorDistance(voxel) < scanner_.clearance - 1e-6) return false;
+        }
+      }
+    }
+    return true;
+  }
+
+  // Columns to which the upright cylinder can move from the stand.
+  std::set<std::pair<int, int>> Reached() const {
+    const double size = config_.viewcell_size;
+    std::set<std::pair<int, int>> reached;
+    std::deque<std::pair<int, int>> queue;
+    for (const Stand& stand : model_.stands()) {
+      const std::pair<int, int> at(static_cast<int>(std::floor(stand.position.x() / size)),
+                                   static_cast<int>(std::floor(stand.position.y() / size)));
+      reached.insert(at);
+      queue.push_back(at);
+    }
+    while (!queue.empty()) {
+      const auto [x, y] = queue.front();
+      queue.pop_front();
+      for (int j = y - 1; j <= y + 1; ++j) {
+        for (int i = x - 1; i <= x + 1; ++i) {
+          if (reached.count({i, j}) == 0 && Fits((i + 0.5) * size, (j + 0.5) * size)) {
+            reached.insert({i, j});
+            queue.emplace_back(i, j);
+          }
+        }
+      }
+    }
+    return reached;
+  }
+
+ private:
+  bool Fits(double px, double py) const {
+    const double h = model_.voxel_size();
+    const double radius = config_.scanner_width / 2;
+    for (int y = static_cast<int>((py - radius) / h) - 1; y <= (py + radius) / h + 1; ++y) {
+      for (int x = static_cast<int>((px - radius) / h) - 1; x <= (px + radius) / h + 1; ++x) {
+        const Eigen::AlignedBox2d column(Eigen::Vector2d(x, y) * h,
+                                         Eigen::Vector2d(x + 1, y + 1) * h);
+        if (column.exteriorDistance(Eigen::Vector2d(px, py)) >= radius - 1e-9) continue;
+        for (int z = 2; z * h < config_.scanner_height - 1e-6; ++z) {
+          if (!model_.Empty({x, y, z})) return false;
+        }
+      }
+    }
+    return true;
+  }
+
+  const PlanningView& model_;
+  const ScannerModel& scanner_;
+  const PlanningConfig& config_;
+};
+
+class FeasibleViewsTest : public ::testing::TestWithParam<int> {
+ protected:
+  FeasibleViews Find(const PlanningView& model) {
+    return FeasibleViews::Find(model, OpaqueGrid(model), scanner_, config_, Budget::Unlimited(),
+                               pool_);
+  }
+  ScannerModel scanner_;
+  PlanningConfig config_;
+  ThreadPool pool_{2};
+};
+
+TEST_P(FeasibleViewsTest, EqualsTheDefinitionInEveryCell) {
+  const auto seed = static_cast<uint64_t>(GetParam());
+  const PlanningView model = BuildView(FurnishedRoom(seed));
+  config_.floor_height = 0;
+  config_.keep_out = {Region(Eigen::Vector3d(2.03, 3.1, 0), Eigen::Vector3d(2.6, 3.71, 3))};
+  config_.rejected = {{Eigen::Vector3d(3.2, 1.3, 1.5), 0.45}};
+  config_.require_reachable = seed % 2 == 0;
+  if (seed % 3 == 0) scanner_.clearance = 0.21;
+  const FeasibleViews views = Find(model);
+  ASSERT_TRUE(views.finished());
+  const SlowFeasible slow(model, scanner_, config_);
+  const auto reached = slow.Reached();
+  size_t feasible = 0;
+  for (int z = -2; z < 30; ++z) {
+    for (int y = -3; y < 54; ++y) {
+      for (int x = -3; x < 64; ++x) {
+        const bool expected =
+            slow.Cell({x, y, z}) && (!config_.require_reachable || reached.count({x, y}) > 0);
+        ASSERT_EQ(views.IndexOf({x, y, z}) >= 0, expected)
+            << "seed " << seed << ", cell " << x << " " << y << " " << z << ": "
+            << InfeasibilityWords(views.Why({x, y, z}), scanner_, config_);
+        feasible += expected;
+      }
+    }
+  }
+  EXPECT_EQ(feasible, views.cells().size());
+  EXPECT_GT(feasible, 500u);
+}
+INSTANTIATE_TEST_SUITE_P(Seeds, FeasibleViewsTest, ::testing::Range(1, 9));
+
+TEST_F(FeasibleViewsTest, FindsFloorAndNotTables) {
+  ClosedFormScene scene = FurnishedRoom(1);
+  const auto room = scene.solid;
+  const Region table(Eigen::Vector3d(2, 3, 0.7), Eigen::Vector3d(4, 4.5, 0.75));
+  scene.solid = [=](const Eigen::Vector3d& p) { return room(p) || table.contains(p); };
+  const PlanningView model = BuildView(scene);
+  const FloorField floor = FloorField::Find(model, std::nullopt);
+  ASSERT_TRUE(floor.found());
+  for (int y = 1; y < 99; ++y) {
+    for (int x = 1; x < 80; ++x) ASSERT_LT(std::abs(floor.Height(x, y)), 0.06) << x << " " << y;
+  }
+}
+
+TEST_F(FeasibleViewsTest, StandIsFeasibleAboveItsBlindConeAndConnected) {
+  // One scan sees nothing below 60 degrees: the cone under it is unknown, but for the cylinder.
+  ClosedFormScene scene;
+  const Region room(Eigen::Vector3d::Zero(), Eigen::Vector3d(5, 4, 2.6));
+  const Eigen::Vector3d stand(2.02, 2.03, 1.51);
+  scene.extent = Region(room.min().array() - 0.1, room.max().array() + 0.1);
+  scene.solid = [=](const Eigen::Vector3d& p) { return !room.contains(p); };
+  scene.known = [=](const Eigen::Vector3d& p) {
+    const double away = (p - stand).head<2>().norm();
+    return away < 0.4 || stand.z() - p.z() < away * std::tan(Radians(60));
+  };
+  scene.false_kind = [](const Eigen::Vector3d&) { return VoxelState::kFalseImage; };
+  scene.stands = {MakeStand(stand)};
+  const PlanningView model = BuildView(scene);
+  const FeasibleViews views = Find(model);
+  EXPECT_GE(views.IndexOf(views.CellOf(stand)), 0)
+      << InfeasibilityWords(views.Why(views.CellOf(stand)), scanner_, config_);
+  // Between the cylinder and the rim of the cone the floor is not known to be free.
+  EXPECT_EQ(views.Why(views.CellOf(stand + Eigen::Vector3d(0.6, 0, 0))),
+            Infeasibility::kAboveObject);
+  // Beyond the cone it is, and the cone does not cut it off.
+  EXPECT_GE(views.IndexOf(views.CellOf({4, 3, 1.5})), 0);
+  EXPECT_NEAR(*views.reach().Travel(40, 30), (Eigen::Vector2d(4.05, 3.05) - stand.head<2>()).norm(),
+              0.25);
+}
+
+TEST_F(FeasibleViewsTest, DoorTooNarrowCutsOff) {
+  for (const double door : {0.5, 0.9}) {
+    ClosedFormScene scene;
+    const Region room(Eigen::Vector3d::Zero(), Eigen::Vector3d(6, 4, 2.6));
+    scene.extent = Region(room.min().array() - 0.1, room.max().array() + 0.1);
+    scene.solid = [=](const Eigen::Vector3d& p) {
+      return !room.contains(p) || (std::abs(p.x() - 3) < 0.1 && std::abs(p.y() - 2) > door / 2);
+    };
+    scene.stands = {MakeStand(Eigen::Vector3d(1.5, 2, 1.5))};
+    const PlanningView model = BuildView(scene);
+    const FeasibleViews views = Find(model);
+    EXPECT_GE(views.IndexOf(views.CellOf({1.05, 1.05, 1.55})), 0);
+    EXPECT_EQ(views.IndexOf(views.CellOf({4.55, 2.05, 1.55})) >= 0, door > 0.6) << door;
+    if (door < 0.6) {
+      EXPECT_EQ(views.Why(views.CellOf({4.55, 2.05, 1.55})), Infeasibility::kUnreachable);
+      EXPECT_FALSE(views.reach().Travel(45, 20).has_value());
+    }
+  }
+}
+
+TEST_F(FeasibleViewsTest, SaysWhichConstraintLeavesNothing) {
+  const PlanningView model = BuildView(FurnishedRoom(1));
+  scanner_.clearance = 3;
+  const FeasibleViews tight = Find(model);
+  EXPECT_TRUE(tight.cells().empty());
+  EXPECT_THAT(tight.Explain(scanner_, config_), ::testing::HasSubstr("3.00 m of clearance"));
+  scanner_.clearance = 0.35;
+  config_.keep_out = {Region(Eigen::Vector3d(-1, -1, -1), Eigen::Vector3d(9, 9, 9))};
+  EXPECT_THAT(Find(model).Explain(scanner_, config_), ::testing::HasSubstr("keep-out"));
+}
+
+TEST_F(FeasibleViewsTest, EmptyModelHasNone) {
+  const PlanningView model(0.05, 1, {}, {});
+  const FeasibleViews views = Find(model);
+  EXPECT_TRUE(views.finished());
+  EXPECT_TRUE(views.cells().empty());
+  EXPECT_THAT(views.Explain(scanner_, config_), ::testing::HasSubstr("no floor"));
+}
+
+TEST_F(FeasibleViewsTest, ClearanceIsTheDistanceToTheNearestVoxel) {
+  const PlanningView model = BuildView(FurnishedRoom(2));
+  const OpaqueGrid grid(model);
+  EXPECT_NEAR(ClearanceAt(grid, 0.05, {0.3, 2, 1.2}, 2), 0.3, 1e-9);
+  EXPECT_NEAR(ClearanceAt(grid, 0.05, {1.5, 1.5, 0.42}, 2), 0.42, 1e-9);
+  EXPECT_EQ(ClearanceAt(grid, 0.05, {1.5, 1.5, 1.3}, 0.2), 0.2);
+  EXPECT_EQ(ClearanceAt(grid, 0.05, {-5, 0, 0}, 2), 0);
+}
+
+}  // namespace
+}  // namespace vantage

@@ -1,0 +1,126 @@
+#include "core/planning/occlusion_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "core/parallel/parallel.h"
+#include "core/planning/opaque_grid.h"
+#include "core/planning/target.h"
+#include "core/planning/voxel_walk.h"
+#include "tests/support/closed_form_view.h"
+
+namespace vantage {
+namespace {
+
+// Rubble: every voxel solid or empty at random, in blobs.
+PlanningView Rubble(uint64_t seed, double solid_share) {
+  ClosedFormScene scene;
+  scene.voxel = 0.1;
+  scene.extent =
+      Eigen::AlignedBox3d(Eigen::Vector3d(-1.7, -1.3, -0.9), Eigen::Vector3d(6, 1.9, 1.5));
+  scene.solid = [=](const Eigen::Vector3d& p) {
+    const Eigen::Vector3i v = (p / 0.1).array().floor().cast<int>();
+    const auto hash = static_cast<uint64_t>((v.x() >> 1) * 73856093 ^ (v.y() >> 1) * 19349663 ^
+                                            v.z() * 83492791) +
+                      seed;
+    std::mt19937_64 random(hash);
+    random.discard(3);
+    return static_cast<double>(random() >> 11) * 0x1.0p-53 < solid_share;
+  };
+  return BuildView(scene);
+}
+
+TEST(OpaqueGridTest, SaysWhatTheModelSaysOnAllAxes) {
+  const PlanningView model = Rubble(1, 0.3);
+  const OpaqueGrid grid(model);
+  const OpaqueGrid across(model, {1, 2, 0});
+  const VoxelBox box{model.bounds().min.array() - 3, model.bounds().max.array() + 3};
+  for (int z = box.min.z(); z < box.max.z(); ++z) {
+    for (int y = box.min.y(); y < box.max.y(); ++y) {
+      for (int x = box.min.x(); x < box.max.x(); ++x) {
+        const VoxelIndex v(x, y, z);
+        ASSERT_EQ(grid.Empty(v), model.Empty(v)) << v.transpose();
+        ASSERT_EQ(across.Empty(v), model.Empty(v)) << v.transpose();
+      }
+    }
+  }
+}
+
+TEST(OcclusionSceneTest, AgreesWithWalkingTheVoxels) {
+  std::mt19937_64 random(7);
+  Serial serial;
+  for (const double share : {0.02, 0.1, 0.4}) {
+    const PlanningView model = Rubble(random(), share);
+    const OpaqueGrid grid(model);
+    const OcclusionScene scene(grid, OpaqueGrid(model, {1, 2, 0}), serial);
+    ASSERT_GT(scene.faces(), 100u);
+    std::vector<VoxelIndex> empty;
+    for (int z = model.bounds().min.z(); z < model.bounds().max.z(); ++z) {
+      for (int y = model.bounds().min.y(); y < model.bounds().max.y(); ++y) {
+        for (int x = model.bounds().min.x(); x < model.bounds().max.x(); ++x) {
+          if (model.Empty({x, y, z})) empty.push_back({x, y, z});
+        }
+      }
+    }
+    const auto somewhere = [&] {
+      Eigen::Vector3d p = empty[random() % empty.size()].cast<double>();
+      for (int a = 0; a < 3; ++a)
+        p[a] += 0.02 + 0.96 * static_cast<double>(random() >> 11) * 0x1p-53;
+      return p;
+    };
+    int blocked = 0;
+    int wrong = 0;
+    constexpr int kPackets = 5000;
+    for (int packet = 0; packet < kPackets; ++packet) {
+      // What is traced is what floats hold: the oracle walks the same segment.
+      const Eigen::Vector3f origin = scene.ToScene(somewhere());
+      TargetPacket targets;
+      const auto valid = static_cast<uint32_t>(random() & 0xff);
+      uint32_t expected = 0;
+      for (int i = 0; i < 8; ++i) {
+        const Eigen::Vector3f to = scene.ToScene(somewhere());
+        targets.x[i] = to.x();
+        targets.y[i] = to.y();
+        targets.z[i] = to.z();
+        const bool clear =
+            WalkVoxels(origin.cast<double>(), to.cast<double>(),
+                       [&](const VoxelIndex& v, double) { return grid.Empty(v + grid.box().min); });
+        if (!clear) expected |= 1u << i;
+      }
+      expected &= valid;
+      const uint32_t found = scene.Occluded(origin, targets, valid);
+      wrong += std::popcount(found ^ expected);
+      blocked += std::popcount(found);
+    }
+    EXPECT_GT(blocked, kPackets / 10);
+    EXPECT_LT(blocked, kPackets * 4);
+    // Of 20,000 segments, those that pass an edge within the rounding of a float.
+    EXPECT_LE(wrong, 2) << "share " << share;
+  }
+}
+
+TEST(TargetTest, LiesInEmptySpaceAndInFront) {
+  const PlanningView model = BuildView(FurnishedRoom(3));
+  const OpaqueGrid grid(model);
+  size_t cells = 0;
+  size_t direct = 0;
+  model.ForEachSurface([&](const VoxelIndex& v, VoxelState, const SurfaceVoxel& surface) {
+    ++cells;
+    const auto target = TargetOf(grid, v, surface.normal);
+    ASSERT_TRUE(target.has_value());  // every surface voxel of this scene has an empty neighbour
+    EXPECT_TRUE(model.Empty(target->array().floor().cast<int>()));
+    const Eigen::Vector3d offset = *target - (v.cast<double>().array() + 0.5).matrix();
+    EXPECT_LE(offset.norm(), 2.4501);
+    direct += std::abs(offset.norm() - 1.45) < 1e-5;
+  });
+  EXPECT_GT(direct, cells * 9 / 10);
+}
+
+TEST(TargetTest, BuriedCellHasNone) {
+  const PlanningView model = BuildView(FurnishedRoom(3));
+  EXPECT_FALSE(TargetOf(OpaqueGrid(model), {-500, 0, 0}, Eigen::Vector3f::UnitX()).has_value());
+}
+
+}  // namespace
+}  // namespace vantage

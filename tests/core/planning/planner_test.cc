@@ -1,0 +1,221 @@
+#include "core/planning/planner.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <limits>
+
+#include "core/parallel/thread_pool.h"
+#include "tests/support/closed_form_view.h"
+
+namespace vantage {
+namespace {
+
+using ::testing::HasSubstr;
+
+class PlannerTest : public ::testing::Test {
+ protected:
+  PlannerTest() {
+    config_.viewcell_size = 0.2;
+    // What registers is another part's subject.
+    config_.registration.required_accuracy = 0.1;
+    config_.registration.minimum_overlap = 0.01;
+  }
+  Plan Make(const PlanningView& model, const Budget& budget, Parallel& parallel) {
+    absl::StatusOr<Plan> plan =
+        MakePlan(model, scanner_, config_, budget, parallel, [this](const Plan&) { ++shown_; });
+    EXPECT_TRUE(plan.ok()) << plan.status();
+    return plan.ok() ? *std::move(plan) : Plan{};
+  }
+  ScannerModel scanner_;
+  PlanningConfig config_;
+  Serial serial_;
+  int shown_ = 0;
+};
+
+TEST_F(PlannerTest, FindsTheViewBehindTheScreen) {
+  ClosedFormScene scene = FurnishedRoom(2);
+  // What the stand sees has the density that a scan from there gives it.
+  scene.density = [](const Eigen::Vector3d& p) {
+    return 60000 / (Eigen::Vector3d(1.5, 1.5, 1.5) - p).squaredNorm();
+  };
+  const PlanningView model = BuildView(scene);
+  const Plan plan = Make(model, Budget::Unlimited(), serial_);
+  ASSERT_EQ(plan.outcome, PlanOutcome::kViews) << plan.message;
+  EXPECT_GT(shown_, 0);
+  EXPECT_TRUE(plan.complete);
+  EXPECT_EQ(plan.confidence, 1);
+  EXPECT_EQ(plan.optimality_gap, 0);
+  EXPECT_EQ(plan.model_version, model.version());
+  EXPECT_EQ(plan.score_map.size(), plan.feasible_cells);
+  EXPECT_FALSE(plan.termination.suggested) << plan.termination.reason;
+  EXPECT_TRUE(plan.termination.unseeable_known);
+  ASSERT_LE(plan.views.size(), 10u);
+  double last = std::numeric_limits<double>::infinity();
+  for (size_t i = 0; i < plan.views.size(); ++i) {
+    const RankedView& view = plan.views[i];
+    EXPECT_TRUE(view.verdict.registered());
+    EXPECT_TRUE(view.exact);
+    EXPECT_LE(view.score, last);
+    last = view.score;
+    double by_kind = 0;
+    for (const double gain : view.gain_by_kind) by_kind += gain;
+    EXPECT_NEAR(by_kind, view.score, 1e-9 * view.score);
+    EXPECT_GE(view.height_over_floor, config_.min_height);
+    EXPECT_LE(view.height_over_floor, config_.max_height);
+    EXPECT_GE(view.clearance, scanner_.clearance);
+    EXPECT_TRUE(view.travel.has_value());
+    EXPECT_TRUE(view.region.box.contains(view.position));
+    EXPECT_GE(view.region.cells, 1);
+    EXPECT_THAT(view.where.words, HasSubstr("station 1"));
+    EXPECT_FALSE(view.patches.empty());
+    for (size_t j = 0; j < i; ++j) {
+      EXPECT_GE((plan.views[j].position - view.position).norm(), config_.separation);
+    }
+  }
+  // The unknown corner holds most of what is missing; the stand does not see it.
+  const absl::StatusOr<ViewEvaluation> stand =
+      EvaluateView(model, scanner_, config_, model.stands()[0].position, serial_);
+  ASSERT_TRUE(stand.ok());
+  EXPECT_GT(plan.views[0].score, 1.5 * stand->view.score);
+}
+
+TEST_F(PlannerTest, EvaluateViewSaysWhatThePlanSays) {
+  const PlanningView model = BuildView(FurnishedRoom(2));
+  const Plan plan = Make(model, Budget::Unlimited(), serial_);
+  ASSERT_FALSE(plan.views.empty());
+  const absl::StatusOr<ViewEvaluation> one =
+      EvaluateView(model, scanner_, config_, plan.views[0].position, serial_);
+  ASSERT_TRUE(one.ok());
+  EXPECT_TRUE(one->feasible) << one->why_not;
+  EXPECT_EQ(one->view.score, plan.views[0].score);
+  EXPECT_EQ(one->view.gain_by_kind, plan.views[0].gain_by_kind);
+  EXPECT_EQ(one->view.verdict.error_bound, plan.views[0].verdict.error_bound);
+  const absl::StatusOr<ViewEvaluation> high =
+      EvaluateView(model, scanner_, config_, {1.5, 1.5, 2.5}, serial_);
+  EXPECT_FALSE(high->feasible);
+  EXPECT_THAT(high->why_not, HasSubstr("max_height"));
+  EXPECT_EQ(EvaluateView(model, scanner_, config_, {std::numeric_limits<double>::quiet_NaN(), 0, 0},
+                         serial_)
+                .status()
+                .code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
+void ExpectSame(const Plan& a, const Plan& b) {
+  EXPECT_EQ(a.outcome, b.outcome);
+  EXPECT_EQ(a.message, b.message);
+  EXPECT_EQ(a.rays, b.rays);
+  EXPECT_EQ(a.optimality_gap, b.optimality_gap);
+  EXPECT_EQ(a.termination.reason, b.termination.reason);
+  ASSERT_EQ(a.score_map.size(), b.score_map.size());
+  for (size_t i = 0; i < a.score_map.size(); ++i) {
+    ASSERT_EQ(a.score_map[i].centre, b.score_map[i].centre);
+    ASSERT_EQ(a.score_map[i].score, b.score_map[i].score);
+    ASSERT_EQ(a.score_map[i].upper, b.score_map[i].upper);
+  }
+  ASSERT_EQ(a.views.size(), b.views.size());
+  for (size_t i = 0; i < a.views.size(); ++i) {
+    EXPECT_EQ(a.views[i].position, b.views[i].position);
+    EXPECT_EQ(a.views[i].score, b.views[i].score);
+    EXPECT_EQ(a.views[i].verdict.error_bound, b.views[i].verdict.error_bound);
+    EXPECT_EQ(a.views[i].where.words, b.views[i].where.words);
+  }
+}
+
+TEST_F(PlannerTest, SamePlanOnAnyNumberOfThreadsUnderAWorkLimit) {
+  const PlanningView model = BuildView(FurnishedRoom(3));
+  for (const uint64_t limit : {300'000u, 3'000'000u}) {
+    Budget budget;
+    budget.work_limit = limit;
+    const Plan one = Make(model, budget, serial_);
+    EXPECT_LT(one.rays, limit + limit / 2);
+    for (const int threads : {2, 16}) {
+      ThreadPool pool(threads);
+      ExpectSame(one, Make(model, budget, pool));
+    }
+  }
+}
+
+TEST_F(PlannerTest, CancelledSaysSo) {
+  std::stop_source source;
+  source.request_stop();
+  Budget budget;
+  budget.cancelled = source.get_token();
+  const Plan plan = Make(BuildView(FurnishedRoom(3)), budget, serial_);
+  EXPECT_EQ(plan.outcome, PlanOutcome::kCancelled);
+  EXPECT_EQ(plan.rays, 0u);
+}
+
+TEST_F(PlannerTest, NoTimeAtAllSaysSo) {
+  const Plan plan = Make(BuildView(FurnishedRoom(3)), Budget::Seconds(0), serial_);
+  EXPECT_EQ(plan.outcome, PlanOutcome::kBudgetTooSmall);
+  EXPECT_THAT(plan.message, HasSubstr("budget"));
+}
+
+TEST_F(PlannerTest, FinishedSiteSuggestsToStop) {
+  ClosedFormScene scene = FurnishedRoom(3);
+  scene.known = [](const Eigen::Vector3d&) { return true; };
+  scene.density = [](const Eigen::Vector3d&) { return 1e5; };
+  const Plan plan = Make(BuildView(scene), Budget::Unlimited(), serial_);
+  EXPECT_EQ(plan.outcome, PlanOutcome::kNothingToGain);
+  EXPECT_TRUE(plan.termination.suggested);
+  EXPECT_NEAR(plan.coverage.estimated_coverage, 1, 1e-9);
+}
+
+TEST_F(PlannerTest, NowhereToStandNamesTheConstraint) {
+  scanner_.clearance = 4;
+  const Plan plan = Make(BuildView(FurnishedRoom(3)), Budget::Unlimited(), serial_);
+  EXPECT_EQ(plan.outcome, PlanOutcome::kNoFeasibleView);
+  EXPECT_THAT(plan.message, HasSubstr("clearance"));
+  EXPECT_FALSE(plan.termination.suggested);
+  EXPECT_GT(plan.needy_cells, 0u);
+}
+
+TEST_F(PlannerTest, NothingRegistersComesWithRemedies) {
+  config_.registration.minimum_overlap = 0.999;
+  const Plan plan = Make(BuildView(FurnishedRoom(3)), Budget::Unlimited(), serial_);
+  EXPECT_EQ(plan.outcome, PlanOutcome::kNoRegistrableView);
+  EXPECT_TRUE(plan.views.empty());
+  ASSERT_FALSE(plan.refused.empty());
+  EXPECT_FALSE(plan.refused[0].verdict.reason.empty());
+  EXPECT_FALSE(plan.termination.suggested);
+}
+
+TEST_F(PlannerTest, ImpossibleConfigurationNamesEveryField) {
+  config_.required_density = 1e12;
+  config_.viewcell_size = -1;
+  config_.candidates = 0;
+  config_.rejected = {{Eigen::Vector3d::Zero(), -1}};
+  const auto status =
+      MakePlan(BuildView(FurnishedRoom(3)), scanner_, config_, {}, serial_, [](const Plan&) {
+      }).status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  const std::string message(status.message().data(), status.message().size());
+  EXPECT_THAT(message, HasSubstr("required_density"));
+  EXPECT_THAT(message, HasSubstr("viewcell_size"));
+  EXPECT_THAT(message, HasSubstr("candidates"));
+  EXPECT_THAT(message, HasSubstr("rejected[0]"));
+}
+
+TEST_F(PlannerTest, ViewcellMustBeAMultipleOfTheVoxel) {
+  config_.viewcell_size = 0.12;
+  EXPECT_EQ(
+      MakePlan(BuildView(FurnishedRoom(3)), scanner_, config_, {}, serial_, [](const Plan&) {})
+          .status()
+          .code(),
+      absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(PlannerTest, CoverageAddsUp) {
+  const PlanningView model = BuildView(FurnishedRoom(3));
+  const Coverage coverage = MeasureCoverage(model, config_);
+  double all = 0;
+  for (const double area : coverage.area) all += area;
+  EXPECT_GT(coverage.area[static_cast<size_t>(SurfaceKind::kTrue)], 50);
+  EXPECT_GT(coverage.area[static_cast<size_t>(SurfaceKind::kOcclusion)], 1);
+  EXPECT_NEAR(coverage.estimated_coverage, coverage.area_at_density / all, 1e-12);
+}
+
+}  // namespace
+}  // namespace vantage
