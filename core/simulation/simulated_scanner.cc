@@ -62,9 +62,10 @@ Return Resolve(const Tracer& tracer, const std::vector<Material>& material,
 }
 
 bool DropsOut(const Return& returned, const ScanFaults& faults, uint64_t seed, uint64_t cell) {
+  static const double kCosGrazing = std::cos(kGrazing);
   double keep = 1;
-  const double incidence = std::acos(std::min(1.0f, returned.cos_incidence));
-  if (incidence > kGrazing) {
+  if (returned.cos_incidence < kCosGrazing) {
+    const double incidence = std::acos(static_cast<double>(returned.cos_incidence));
     keep *= 1 - faults.grazing_dropout * (incidence - kGrazing) / (kPi / 2 - kGrazing);
   }
   if (returned.material == Material::kDark) keep *= 1 - faults.dark_dropout;
@@ -106,8 +107,16 @@ RangeImage SimulatedScanner::Scan(const ScannerModel& scanner,
   const Eigen::Vector3f origin = T_scene_scan.translation().cast<float>();
   const int columns = image.columns();
   const int rows = image.rows();
+  // cos a and sin a of every column, cos e and sin e of every row.
+  std::vector<Eigen::Vector2d> column_turn;
+  std::vector<Eigen::Vector2d> row_rise;
+  for (const double a : image.azimuth) column_turn.emplace_back(std::cos(a), std::sin(a));
+  for (const double e : image.elevation) row_rise.emplace_back(std::cos(e), std::sin(e));
   const auto direction_of = [&](int column, int row) -> Eigen::Vector3f {
-    return (rotation * image.Direction(column, row)).cast<float>();
+    const Eigen::Vector2d& turn = column_turn[static_cast<size_t>(column)];
+    const Eigen::Vector2d& rise = row_rise[static_cast<size_t>(row)];
+    const Eigen::Vector3d d(rise.x() * turn.x(), rise.x() * turn.y(), rise.y());
+    return (rotation * d).cast<float>();
   };
 
   std::vector<Return> returns(image.cells());
