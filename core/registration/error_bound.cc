@@ -3,6 +3,8 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
+#include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -42,6 +44,30 @@ uint64_t CorrelationBlock(const Eigen::Vector3d& position, const Eigen::Vector3d
   const auto side = static_cast<uint64_t>(2 * axis + (normal[axis] < 0 ? 1 : 0));
   return (cell(position.x()) << 43) | (cell(position.y()) << 23) | (cell(position.z()) << 3) | side;
 }
+
+namespace {
+
+// Directions without information come out of noisy normals a little askew: a slide with a trace of
+// turning, which outside knowledge of the turn would then seem to stop. Those that are pure slides
+// or turns but for that trace become so. Columns are directions in units of displacement.
+Eigen::Matrix<double, 6, Eigen::Dynamic> Straighten(
+    const Eigen::Matrix<double, 6, Eigen::Dynamic>& open) {
+  constexpr double kTrace = 0.05;
+  using Directions = Eigen::Matrix<double, 6, Eigen::Dynamic>;
+  const auto orthonormal = [](const Directions& m) {
+    return Directions(m.householderQr().householderQ() * Eigen::MatrixXd::Identity(6, m.cols()));
+  };
+  Directions basis = orthonormal(open);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(basis.topRows<3>(), Eigen::ComputeFullV);
+  basis = (basis * svd.matrixV()).eval();
+  for (int k = 0; k < basis.cols(); ++k) {
+    if (basis.col(k).head<3>().norm() < kTrace) basis.col(k).head<3>().setZero();
+    if (basis.col(k).tail<3>().norm() < kTrace) basis.col(k).tail<3>().setZero();
+  }
+  return orthonormal(basis);
+}
+
+}  // namespace
 
 OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double normal_sigma,
                                  const RegistrationConfig& config)
@@ -124,7 +150,21 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
     constrained_ += keep[k] > 0 ? 1 : 0;
   }
   information_ = v_inverse.transpose() * genuine.asDiagonal() * v_inverse;
-  const Matrix6d project = v_inverse.transpose() * keep.asDiagonal() * v.transpose();
+  Matrix6d project = v_inverse.transpose() * keep.asDiagonal() * v.transpose();
+  if (constrained_ < 6) {
+    Vector6d scale;  // to metres at the overlap's edge
+    scale << Eigen::Vector3d::Constant(0.5 * std::sqrt(extent)), Eigen::Vector3d::Ones();
+    Eigen::Matrix<double, 6, Eigen::Dynamic> open(6, 6 - constrained_);
+    int column = 0;
+    for (int k = 0; k < 6; ++k) {
+      if (keep[k] == 0) open.col(column++) = scale.asDiagonal() * v.col(k);
+    }
+    const Eigen::Matrix<double, 6, Eigen::Dynamic> straight = Straighten(open);
+    const Matrix6d rest = Matrix6d::Identity() - straight * straight.transpose();
+    const Matrix6d drop = scale.asDiagonal() * rest * scale.cwiseInverse().asDiagonal();
+    information_ = (drop * information_ * drop.transpose()).eval();
+    project = (drop * project).eval();
+  }
   // Beside the correlation that is configured, the one that shows (cluster-robust covariance):
   // residuals that add up within a block have pushed the pose by that much.
   const double correlated = config.correlated_sigma * config.correlated_sigma;

@@ -22,8 +22,8 @@ constexpr double kInlierDeviations = 4.0;
 constexpr double kResidualFactor = 3.0;
 constexpr double kResidualVoxels = 0.4;
 // Share of the samples meeting known space that may contradict it: things do move.
-constexpr double kContradictionDoubtful = 0.20;
-constexpr double kContradictionFailed = 0.50;
+constexpr double kContradictionDoubtful = 0.08;
+constexpr double kContradictionFailed = 0.40;
 // A rival minimum that explains this share of what the best explains makes a doubt.
 constexpr double kRivalShare = 0.85;
 
