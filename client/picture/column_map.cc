@@ -79,11 +79,11 @@ std::pair<int, int> CentralInterval(std::vector<std::pair<int, float>> values, d
 
 }  // namespace
 
-ColumnMap::ColumnMap(std::span<const SurfaceSample> surfaces, double cell, double required_density,
+ColumnMap::ColumnMap(std::span<const SurfaceElement> surfaces, double cell, double required_density,
                      double share)
     : cell_(cell) {
   if (surfaces.empty()) return;
-  const auto index_of = [&](const SurfaceSample& s) {
+  const auto index_of = [&](const SurfaceElement& s) {
     return Eigen::Vector2i(
         (s.position.head<2>().cast<double>() / cell_).array().floor().cast<int>());
   };
@@ -91,7 +91,7 @@ ColumnMap::ColumnMap(std::span<const SurfaceSample> surfaces, double cell, doubl
   std::vector<std::pair<int, float>> ys;
   xs.reserve(surfaces.size());
   ys.reserve(surfaces.size());
-  for (const SurfaceSample& s : surfaces) {
+  for (const SurfaceElement& s : surfaces) {
     const Eigen::Vector2i at = index_of(s);
     xs.emplace_back(at.x(), s.area);
     ys.emplace_back(at.y(), s.area);
@@ -104,7 +104,7 @@ ColumnMap::ColumnMap(std::span<const SurfaceSample> surfaces, double cell, doubl
   size_ = Eigen::Vector2i(x_high + margin + 1, y_high + margin + 1) - first_;
 
   std::vector<Tally> tallies(static_cast<size_t>(size_.x()) * size_.y());
-  for (const SurfaceSample& s : surfaces) {
+  for (const SurfaceElement& s : surfaces) {
     const Eigen::Vector2i at = index_of(s) - first_;
     if ((at.array() < 0).any() || (at.array() >= size_.array()).any()) continue;
     Tally& tally = tallies[static_cast<size_t>(at.y()) * size_.x() + at.x()];

@@ -13,7 +13,7 @@
 namespace vantage {
 
 // A surface voxel as the export gives it.
-struct SurfaceSample {
+struct SurfaceElement {
   Eigen::Vector3f position;  // m, model frame
   Eigen::Vector3f normal;    // unit
   SurfaceKind kind = SurfaceKind::kTrue;
@@ -43,7 +43,7 @@ class ColumnMap {
  public:
   // `cell` in m, the voxel size. Surfaces far from nearly everything (rays that left through an
   // open door) are cut off: the map covers `share` of the area on each axis.
-  ColumnMap(std::span<const SurfaceSample> surfaces, double cell, double required_density,
+  ColumnMap(std::span<const SurfaceElement> surfaces, double cell, double required_density,
             double share = 0.998);
 
   double cell() const { return cell_; }

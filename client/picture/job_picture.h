@@ -1,7 +1,7 @@
 // The picture of a job after a cycle: on one map what has been measured and what is missing, on the
 // other where the next scan would gain how much, with the positions numbered.
-#ifndef VANTAGE_CLIENT_PICTURE_FLOOR_PLAN_H_
-#define VANTAGE_CLIENT_PICTURE_FLOOR_PLAN_H_
+#ifndef VANTAGE_CLIENT_PICTURE_JOB_PICTURE_H_
+#define VANTAGE_CLIENT_PICTURE_JOB_PICTURE_H_
 
 #include <Eigen/Core>
 #include <Eigen/Geometry>
@@ -15,14 +15,14 @@
 
 namespace vantage {
 
-struct FloorPlan {
+struct JobPicture {
   std::string title;
   std::vector<std::string> figures;  // lines under the title
 
   double voxel_size = 0.05;        // m
   double viewcell_size = 0.10;     // m
   double required_density = 2500;  // D, samples / m^2
-  std::vector<SurfaceSample> surfaces;
+  std::vector<SurfaceElement> surfaces;
 
   struct ScoredPlace {
     Eigen::Vector3f centre;  // m, model frame
@@ -48,11 +48,11 @@ struct FloorPlan {
 };
 
 // Never fails: what is not known is not drawn (before the first plan there is no heat map).
-Canvas DrawFloorPlan(const FloorPlan& plan);
+Canvas DrawJobPicture(const JobPicture& plan);
 
 // Draws and writes. Errors as Canvas::WritePng.
-absl::Status WriteFloorPlan(const FloorPlan& plan, const std::string& path);
+absl::Status WriteJobPicture(const JobPicture& plan, const std::string& path);
 
 }  // namespace vantage
 
-#endif  // VANTAGE_CLIENT_PICTURE_FLOOR_PLAN_H_
+#endif  // VANTAGE_CLIENT_PICTURE_JOB_PICTURE_H_

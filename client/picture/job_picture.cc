@@ -1,4 +1,4 @@
-#include "client/picture/floor_plan.h"
+#include "client/picture/job_picture.h"
 
 #include <algorithm>
 #include <cmath>
@@ -78,13 +78,13 @@ struct ScoreRaster {
   double best = 0;                     // samples
 };
 
-ScoreRaster MaxOverHeights(const FloorPlan& plan) {
+ScoreRaster MaxOverHeights(const JobPicture& plan) {
   ScoreRaster result;
   const double cell = plan.viewcell_size;
   std::map<std::pair<int, int>, float> best;
   Eigen::Vector2i low = Eigen::Vector2i::Constant(std::numeric_limits<int>::max());
   Eigen::Vector2i high = Eigen::Vector2i::Constant(std::numeric_limits<int>::min());
-  for (const FloorPlan::ScoredPlace& place : plan.scores) {
+  for (const JobPicture::ScoredPlace& place : plan.scores) {
     const Eigen::Vector2i at =
         (place.centre.head<2>().cast<double>() / cell).array().floor().cast<int>();
     low = low.cwiseMin(at);
@@ -103,7 +103,7 @@ ScoreRaster MaxOverHeights(const FloorPlan& plan) {
   return result;
 }
 
-AlignedBox2d MapBounds(const FloorPlan& plan, const ColumnMap& columns) {
+AlignedBox2d MapBounds(const JobPicture& plan, const ColumnMap& columns) {
   AlignedBox2d bounds;
   if (columns.width() > 0) bounds = columns.bounds();
   for (const auto& station : plan.stations) bounds.extend(station.position);
@@ -190,13 +190,13 @@ void DrawColourBar(Canvas& canvas, const MapPanel& panel, double best_area) {
               palette::kInk);
 }
 
-void DrawStations(MapPanel& panel, const FloorPlan& plan) {
+void DrawStations(MapPanel& panel, const JobPicture& plan) {
   for (const auto& station : plan.stations) {
     panel.Station(station.position, station.number, station.merged);
   }
 }
 
-void DrawCoverage(MapPanel& panel, const FloorPlan& plan, const ColumnMap& columns) {
+void DrawCoverage(MapPanel& panel, const JobPicture& plan, const ColumnMap& columns) {
   panel.Title("Measured and missing surface");
   panel.Grid();
   if (columns.width() > 0) {
@@ -208,7 +208,7 @@ void DrawCoverage(MapPanel& panel, const FloorPlan& plan, const ColumnMap& colum
   panel.Frame();
 }
 
-void DrawScores(Canvas& canvas, MapPanel& panel, const FloorPlan& plan, const ColumnMap& columns) {
+void DrawScores(Canvas& canvas, MapPanel& panel, const JobPicture& plan, const ColumnMap& columns) {
   panel.Title("What the next scan would gain");
   panel.Grid();
   const ScoreRaster scores = MaxOverHeights(plan);
@@ -230,7 +230,7 @@ void DrawScores(Canvas& canvas, MapPanel& panel, const FloorPlan& plan, const Co
   panel.Frame();
 }
 
-void DrawLegend(Canvas& canvas, double y, const FloorPlan& plan) {
+void DrawLegend(Canvas& canvas, double y, const JobPicture& plan) {
   Legend legend(canvas, y);
   legend.Patch(palette::kMeasured, "wall or object at density");
   legend.Patch(palette::kUnderSampled, "under-sampled");
@@ -253,7 +253,7 @@ void DrawLegend(Canvas& canvas, double y, const FloorPlan& plan) {
 
 }  // namespace
 
-Canvas DrawFloorPlan(const FloorPlan& plan) {
+Canvas DrawJobPicture(const JobPicture& plan) {
   const ColumnMap columns(plan.surfaces, plan.voxel_size, plan.required_density);
   const AlignedBox2d bounds = MapBounds(plan, columns);
   const double header = 62 + 24 * static_cast<double>(plan.figures.size());
@@ -274,8 +274,8 @@ Canvas DrawFloorPlan(const FloorPlan& plan) {
   return canvas;
 }
 
-absl::Status WriteFloorPlan(const FloorPlan& plan, const std::string& path) {
-  return DrawFloorPlan(plan).WritePng(path);
+absl::Status WriteJobPicture(const JobPicture& plan, const std::string& path) {
+  return DrawJobPicture(plan).WritePng(path);
 }
 
 }  // namespace vantage

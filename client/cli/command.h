@@ -1,0 +1,91 @@
+// What every command shares: the connection, the action that parsing chose, and exit codes.
+#ifndef VANTAGE_CLIENT_CLI_COMMAND_H_
+#define VANTAGE_CLIENT_CLI_COMMAND_H_
+
+#include <CLI/CLI.hpp>
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "client/library/client.h"
+
+namespace vantage {
+
+// Documented in the top-level help; scripts rely on them.
+enum class ExitCode : int {
+  kOk = 0,
+  kInternal = 1,      // a fault of ours or the server's
+  kUsage = 2,         // the command line makes no sense
+  kNotFound = 3,      // no such session, scan, plan or file
+  kUnreachable = 4,   // no server there
+  kRefused = 5,       // the input was refused: file, value, or the state it is in
+  kTryAgain = 6,      // a limit or time-out: later it may work
+  kUnwelcome = 7,     // it worked, and the answer is no: scan not registered, no view to offer
+  kNotSupported = 8,  // not in this release of the server
+};
+
+// As the table in the help has it.
+ExitCode ExitCodeOf(const absl::Status& status);
+
+// Cause, violations and fix on the error stream.
+void PrintError(const absl::Status& status);
+
+struct Environment {
+  ClientOptions connection;
+  // Set by the command that was given, run after parsing.
+  std::function<absl::StatusOr<ExitCode>()> action;
+
+  // Connects on first use.
+  Client& client() {
+    if (client_ == nullptr) client_ = std::make_unique<Client>(connection);
+    return *client_;
+  }
+
+ private:
+  std::unique_ptr<Client> client_;
+};
+
+// Adds a subcommand whose arguments live in a fresh `Arguments`, with an example in its help.
+// `define` declares the options, `run` is the action.
+template <typename Arguments, typename Define, typename Run>
+CLI::App* AddCommand(CLI::App& parent, Environment& environment, const std::string& name,
+                     const std::string& description, const std::string& examples, Define define,
+                     Run run) {
+  CLI::App* command = parent.add_subcommand(name, description);
+  auto arguments = std::make_shared<Arguments>();
+  define(*command, *arguments);
+  command->footer("Examples:\n" + examples);
+  command->callback([&environment, arguments, run] {
+    environment.action = [&environment, arguments, run]() -> absl::StatusOr<ExitCode> {
+      return run(environment, *arguments);
+    };
+  });
+  return command;
+}
+
+// One function per command, each in the file of that name.
+void AddSessionCreate(CLI::App& parent, Environment& environment);
+void AddSessionList(CLI::App& parent, Environment& environment);
+void AddSessionShow(CLI::App& parent, Environment& environment);
+void AddSessionUpdate(CLI::App& parent, Environment& environment);
+void AddSessionDelete(CLI::App& parent, Environment& environment);
+void AddScanPush(CLI::App& parent, Environment& environment);
+void AddScanList(CLI::App& parent, Environment& environment);
+void AddScanShow(CLI::App& parent, Environment& environment);
+void AddScanAccept(CLI::App& parent, Environment& environment);
+void AddScanWithdraw(CLI::App& parent, Environment& environment);
+void AddScanSetPose(CLI::App& parent, Environment& environment);
+void AddPlan(CLI::App& parent, Environment& environment);
+void AddEvaluate(CLI::App& parent, Environment& environment);
+void AddReject(CLI::App& parent, Environment& environment);
+void AddCoverage(CLI::App& parent, Environment& environment);
+void AddWatch(CLI::App& parent, Environment& environment);
+void AddExport(CLI::App& parent, Environment& environment);
+void AddSimulate(CLI::App& parent, Environment& environment);
+void AddHealth(CLI::App& parent, Environment& environment);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CLIENT_CLI_COMMAND_H_

@@ -1,0 +1,47 @@
+#include <cstdio>
+
+#include "client/cli/command.h"
+#include "client/cli/json.h"
+#include "client/cli/report.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  std::string session;
+  bool json = false;
+};
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  v1::GetCoverageRequest request;
+  request.set_name(SessionName(arguments.session));
+  const auto got = environment.client().Call(request);
+  if (!got.ok()) return got.status();
+  if (arguments.json) {
+    std::fputs(ToJson(*got).c_str(), stdout);
+    return ExitCode::kOk;
+  }
+  std::fputs(CoverageReport(got->coverage()).c_str(), stdout);
+  if (got->has_best_remaining_gain()) {
+    std::printf("best remaining gain at most %.2f m\u00b2, says %s\n", got->best_remaining_gain(),
+                IdOf(got->plan()).c_str());
+  } else {
+    std::puts("best remaining gain not known: 'vantage plan' finds it");
+  }
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddCoverage(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "coverage", "How complete the model is",
+      "  vantage coverage flat\n  vantage coverage flat --json",
+      [](CLI::App& command, Arguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        command.add_flag("--json", a.json, "Print the figures as JSON");
+      },
+      Run);
+}
+
+}  // namespace vantage

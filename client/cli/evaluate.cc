@@ -1,0 +1,57 @@
+#include <cstdio>
+#include <vector>
+
+#include "client/cli/command.h"
+#include "client/cli/json.h"
+#include "client/cli/report.h"
+#include "client/library/geometry.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  std::string session;
+  std::vector<double> position;
+  std::string scanner;
+  bool json = false;
+};
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  v1::EvaluateViewRequest request;
+  request.set_parent(SessionName(arguments.session));
+  *request.mutable_position() =
+      ToProto(Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));
+  request.set_scanner_model_id(arguments.scanner);
+  const auto evaluated = environment.client().Call(request);
+  if (!evaluated.ok()) return evaluated.status();
+  if (arguments.json) {
+    std::fputs(ToJson(*evaluated).c_str(), stdout);
+  } else {
+    std::printf(
+        "%s  %s\n%s  model     version %llu, %.3f s\n", Text(request.position()).c_str(),
+        evaluated->feasible() ? "feasible" : ("not feasible: " + evaluated->why_not()).c_str(),
+        ViewReport(evaluated->view()).c_str(),
+        static_cast<unsigned long long>(evaluated->model_version()), evaluated->seconds());
+  }
+  return evaluated->feasible() ? ExitCode::kOk : ExitCode::kUnwelcome;
+}
+
+}  // namespace
+
+void AddEvaluate(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "evaluate", "What a scan from any position would bring",
+      "  vantage evaluate flat 2.1,0.4,1.5\n  vantage evaluate flat -1.0,0.4,1.5 --json",
+      [](CLI::App& command, Arguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        command.add_option("POSITION", a.position, "x,y,z of the scanner's centre, m, world")
+            ->required()
+            ->delimiter(',')
+            ->expected(3);
+        command.add_option("--scanner", a.scanner, "Id of the scanner model [the session's first]");
+        command.add_flag("--json", a.json, "Print the answer as JSON");
+      },
+      Run);
+}
+
+}  // namespace vantage

@@ -1,0 +1,73 @@
+#include <cstdio>
+#include <map>
+#include <vector>
+
+#include "client/cli/command.h"
+#include "client/cli/file.h"
+#include "client/cli/report.h"
+#include "client/cli/terminal.h"
+
+namespace vantage {
+namespace {
+
+const std::map<std::string, v1::ExportFormat>& Formats() {
+  static const auto* const kFormats = new std::map<std::string, v1::ExportFormat>{
+      {"octomap", v1::EXPORT_FORMAT_OCTOMAP},
+      {"octomap-binary", v1::EXPORT_FORMAT_OCTOMAP_BINARY},
+      {"surface-ply", v1::EXPORT_FORMAT_SURFACE_PLY},
+      {"patch-ply", v1::EXPORT_FORMAT_PATCH_PLY},
+      {"scans-ply", v1::EXPORT_FORMAT_SCANS_PLY},
+      {"archive", v1::EXPORT_FORMAT_ARCHIVE}};
+  return *kFormats;
+}
+
+struct Arguments {
+  std::string session;
+  v1::ExportFormat format = v1::EXPORT_FORMAT_SURFACE_PLY;
+  std::string output;
+  std::vector<std::string> scans;
+};
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  v1::ExportModelRequest request;
+  request.set_name(SessionName(arguments.session));
+  request.set_format(arguments.format);
+  for (const std::string& scan : arguments.scans) request.add_scans(ScanName(scan));
+  AtomicFile file(arguments.output);
+  ProgressLine line;
+  double written = 0;
+  const auto exported = environment.client().Export(request, [&](absl::string_view bytes) {
+    written += static_cast<double>(bytes.size());
+    line.Show("export: " + Bytes(written));
+    return file.Append(bytes);
+  });
+  line.Clear();
+  if (!exported.ok()) return exported.status();
+  if (absl::Status committed = file.Commit(); !committed.ok()) return committed;
+  std::printf("%s: %s\n", arguments.output.c_str(), Bytes(written).c_str());
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddExport(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "export", "Save the model as a file",
+      "  vantage export flat --format surface-ply -o flat.ply\n"
+      "  vantage export flat --format octomap-binary -o flat.bt\n"
+      "  vantage export flat --format scans-ply --scan flat/s1 -o s1.ply",
+      [](CLI::App& command, Arguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        command
+            .add_option("--format", a.format,
+                        "octomap, octomap-binary, surface-ply, patch-ply, scans-ply or archive")
+            ->transform(CLI::CheckedTransformer(Formats(), CLI::ignore_case).description(""))
+            ->default_str("surface-ply");
+        command.add_option("-o,--output", a.output, "File to write")->required();
+        command.add_option("--scan", a.scans, "scans-ply: only these, as SESSION/SCAN")
+            ->allow_extra_args(false);
+      },
+      Run);
+}
+
+}  // namespace vantage

@@ -1,0 +1,37 @@
+// Whole files in and out.
+#ifndef VANTAGE_CLIENT_CLI_FILE_H_
+#define VANTAGE_CLIENT_CLI_FILE_H_
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+
+namespace vantage {
+
+// NOT_FOUND, PERMISSION_DENIED, ... as the file system says; names the path.
+absl::StatusOr<std::string> ReadFile(const std::string& path);
+
+// Writes beside the path first and renames, so that no half file ever has the name.
+class AtomicFile {
+ public:
+  explicit AtomicFile(std::string path);
+  ~AtomicFile();  // without Commit nothing is left
+  AtomicFile(const AtomicFile&) = delete;
+  AtomicFile& operator=(const AtomicFile&) = delete;
+
+  absl::Status Append(absl::string_view bytes);
+  absl::Status Commit();
+
+ private:
+  absl::Status Open();
+
+  std::string path_;
+  std::string partial_;
+  int descriptor_ = -1;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CLIENT_CLI_FILE_H_

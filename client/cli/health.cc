@@ -1,0 +1,41 @@
+#include <cstdio>
+
+#include "client/cli/command.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  std::string service;
+};
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  const auto health = environment.client().CheckHealth(arguments.service);
+  if (!health.ok()) return health.status();
+  switch (*health) {
+    case Health::kServing:
+      std::puts("serving");
+      return ExitCode::kOk;
+    case Health::kNotServing:
+      std::puts("not serving: starting or draining");
+      return ExitCode::kUnwelcome;
+    case Health::kUnknownService:
+      std::printf("there is no service '%s'\n", arguments.service.c_str());
+      return ExitCode::kNotFound;
+  }
+  return ExitCode::kInternal;
+}
+
+}  // namespace
+
+void AddHealth(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "health", "Whether the server takes work",
+      "  vantage health\n  vantage health vantage.v1.PlanService",
+      [](CLI::App& command, Arguments& a) {
+        command.add_option("SERVICE", a.service, "A service by its full name [the whole server]");
+      },
+      Run);
+}
+
+}  // namespace vantage

@@ -1,0 +1,82 @@
+// vantage: the command line of the planner.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+
+#include "client/cli/command.h"
+
+namespace {
+
+constexpr char kFooter[] =
+    R"(A job from start to end:
+  vantage session create flat
+  vantage scan push flat scan1.ptx
+  vantage plan flat
+  vantage scan push flat scan2.ptx --prior 2.1,0.4,0,40
+  vantage plan flat
+  vantage export flat --format surface-ply -o flat.ply
+
+Exit codes:
+  0 done                          5 input refused: file, value, or not in this state
+  1 internal fault                6 a limit or time-out: try again
+  2 command line not understood   7 done, and the answer is no (scan not registered, no view)
+  3 not found                     8 not in this release of the server
+  4 server unreachable
+
+Results go to standard output, progress and errors to standard error.)";
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  CLI::App app("vantage: where to put the laser scanner next.", "vantage");
+  app.set_version_flag("--version", VANTAGE_VERSION);
+  app.require_subcommand(1);
+  app.footer(kFooter);
+  app.get_formatter()->column_width(34);
+
+  vantage::Environment environment;
+  app.add_option("--server", environment.connection.server, "Address of the server, HOST:PORT")
+      ->envname("VANTAGE_SERVER")
+      ->capture_default_str();
+  app.add_option("--timeout", environment.connection.timeout, "Patience with a single call, s")
+      ->capture_default_str()
+      ->check(CLI::PositiveNumber);
+  app.fallthrough();
+
+  CLI::App& session = *app.add_subcommand("session", "Jobs: create, list, show, update, delete");
+  session.require_subcommand(1)->fallthrough();
+  vantage::AddSessionCreate(session, environment);
+  vantage::AddSessionList(session, environment);
+  vantage::AddSessionShow(session, environment);
+  vantage::AddSessionUpdate(session, environment);
+  vantage::AddSessionDelete(session, environment);
+
+  CLI::App& scan =
+      *app.add_subcommand("scan", "Scans: push, list, show, accept, withdraw, set-pose");
+  scan.require_subcommand(1)->fallthrough();
+  vantage::AddScanPush(scan, environment);
+  vantage::AddScanList(scan, environment);
+  vantage::AddScanShow(scan, environment);
+  vantage::AddScanAccept(scan, environment);
+  vantage::AddScanWithdraw(scan, environment);
+  vantage::AddScanSetPose(scan, environment);
+
+  vantage::AddPlan(app, environment);
+  vantage::AddEvaluate(app, environment);
+  vantage::AddReject(app, environment);
+  vantage::AddCoverage(app, environment);
+  vantage::AddWatch(app, environment);
+  vantage::AddExport(app, environment);
+  vantage::AddSimulate(app, environment);
+  vantage::AddHealth(app, environment);
+
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const int code = app.exit(error);
+    return code == 0 ? 0 : static_cast<int>(vantage::ExitCode::kUsage);
+  }
+  const absl::StatusOr<vantage::ExitCode> done = environment.action();
+  if (done.ok()) return static_cast<int>(*done);
+  vantage::PrintError(done.status());
+  return static_cast<int>(vantage::ExitCodeOf(done.status()));
+}

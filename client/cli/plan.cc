@@ -1,0 +1,111 @@
+#include <cstdio>
+#include <optional>
+
+#include "absl/strings/str_format.h"
+#include "client/cli/command.h"
+#include "client/cli/json.h"
+#include "client/cli/report.h"
+#include "client/cli/terminal.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  std::string session;
+  std::optional<double> budget;
+  std::optional<uint64_t> work;
+  std::optional<uint64_t> seed;
+  std::string scanner;
+  std::vector<std::string> set;
+  bool json = false;
+  bool full = false;
+};
+
+absl::StatusOr<v1::CreatePlanRequest> RequestFrom(const Arguments& arguments) {
+  v1::CreatePlanRequest request;
+  request.set_parent(SessionName(arguments.session));
+  v1::Plan& plan = *request.mutable_plan();
+  if (arguments.budget) {
+    plan.mutable_time_budget()->set_seconds(static_cast<int64_t>(*arguments.budget));
+    plan.mutable_time_budget()->set_nanos(static_cast<int32_t>(
+        (*arguments.budget - static_cast<double>(static_cast<int64_t>(*arguments.budget))) * 1e9));
+  }
+  if (arguments.work) plan.set_work_limit(*arguments.work);
+  if (arguments.seed) plan.set_seed(*arguments.seed);
+  plan.set_scanner_model_id(arguments.scanner);
+  for (const std::string& assignment : arguments.set) {
+    const size_t equals = assignment.find('=');
+    if (equals == std::string::npos) {
+      return absl::InvalidArgumentError("--set '" + assignment + "' is not of the form PATH=VALUE");
+    }
+    if (absl::Status status = SetField(*plan.mutable_config_overrides(),
+                                       assignment.substr(0, equals), assignment.substr(equals + 1));
+        !status.ok()) {
+      return status;
+    }
+  }
+  return request;
+}
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  const auto request = RequestFrom(arguments);
+  if (!request.ok()) return request.status();
+  Client& client = environment.client();
+  const auto created = client.Call(*request);
+  if (!created.ok()) return created.status();
+
+  ProgressLine line;
+  const auto watched = client.WatchPlan(created->plan().name(), [&](const v1::Plan& plan) {
+    const v1::PlanResult& r = plan.result();
+    if (r.views_size() + r.refused_size() == 0) {
+      line.Show(Word(plan.state()));
+      return;
+    }
+    const v1::RankedView& best = r.views_size() > 0 ? r.views(0) : r.refused(0);
+    line.Show(absl::StrFormat("%s %s: gain %.2f m\u00b2 (%.2f..%.2f), gap %.1f %%, %.0f M rays",
+                              Word(plan.state()), Text(best.position()), best.area(),
+                              best.area_lower(), best.area_upper(), r.optimality_gap() * 100,
+                              static_cast<double>(r.rays()) / 1e6));
+  });
+  line.Clear();
+  if (!watched.ok()) return watched.status();
+  v1::Plan plan = *watched;
+  if (arguments.full) {
+    auto full = client.GetFullPlan(plan.name());
+    if (!full.ok()) return full.status();
+    plan = *std::move(full);
+  }
+  std::fputs(arguments.json ? ToJson(plan).c_str() : PlanReport(plan).c_str(), stdout);
+  const v1::PlanOutcome outcome = plan.result().outcome();
+  const bool welcome =
+      outcome == v1::PLAN_OUTCOME_VIEWS || outcome == v1::PLAN_OUTCOME_NOTHING_TO_GAIN;
+  return welcome ? ExitCode::kOk : ExitCode::kUnwelcome;
+}
+
+}  // namespace
+
+void AddPlan(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "plan", "Where to put the scanner next",
+      "  vantage plan flat\n"
+      "  vantage plan flat --budget 0.2 --json\n"
+      "  vantage plan flat --work 20000000 --seed 7      (repeatable to the byte)\n"
+      "  vantage plan flat --set candidates=3 --set weights.hole_boundary=0",
+      [](CLI::App& command, Arguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        auto* budget = command.add_option("--budget", a.budget, "Time the plan may take, s [1]");
+        command.add_option("--work", a.work, "Work it may take, rays, instead of time")
+            ->excludes(budget);
+        command.add_option("--seed", a.seed, "Seed of all random choices [1]");
+        command.add_option("--scanner", a.scanner, "Id of the scanner model [the session's first]");
+        command
+            .add_option("--set", a.set,
+                        "PATH=VALUE, repeatable: planning configuration for this plan only")
+            ->allow_extra_args(false);
+        command.add_flag("--json", a.json, "Print the plan as JSON");
+        command.add_flag("--full", a.full, "With --json: patches and the map of scores too");
+      },
+      Run);
+}
+
+}  // namespace vantage

@@ -1,0 +1,36 @@
+#include <cstdio>
+
+#include "client/cli/command.h"
+#include "client/cli/report.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  std::string scan;
+};
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  v1::AcceptScanRequest request;
+  request.set_name(ScanName(arguments.scan));
+  const auto accepted = environment.client().Call(request);
+  if (!accepted.ok()) return accepted.status();
+  const auto scan = environment.client().WaitForScan(request.name(), [](const v1::Scan&) {});
+  if (!scan.ok()) return scan.status();
+  std::fputs(ScanReport(*scan).c_str(), stdout);
+  return scan->state() == v1::SCAN_STATE_MERGED ? ExitCode::kOk : ExitCode::kUnwelcome;
+}
+
+}  // namespace
+
+void AddScanAccept(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "accept", "Merge a doubtful scan where its alignment put it",
+      "  vantage scan accept flat/s2",
+      [](CLI::App& command, Arguments& a) {
+        command.add_option("SCAN", a.scan, "The scan, as SESSION/SCAN")->required();
+      },
+      Run);
+}
+
+}  // namespace vantage

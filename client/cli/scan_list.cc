@@ -1,0 +1,60 @@
+#include <cstdio>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/command.h"
+#include "client/cli/json.h"
+#include "client/cli/report.h"
+#include "client/cli/table.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  std::string session;
+  bool json = false;
+};
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  v1::ListScansRequest request;
+  request.set_parent(SessionName(arguments.session));
+  v1::ListScansResponse all;
+  do {
+    const auto page = environment.client().Call(request);
+    if (!page.ok()) return page.status();
+    all.mutable_scans()->MergeFrom(page->scans());
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  if (arguments.json) {
+    std::fputs(ToJson(all).c_str(), stdout);
+    return ExitCode::kOk;
+  }
+  Table table({"scan", "name", "state", ">samples", "pose", ">overlap", ">error", "note"});
+  for (const v1::Scan& scan : all.scans()) {
+    const v1::RegistrationVerdict& verdict = scan.registration().verdict();
+    table.Add({IdOf(scan.name()), scan.display_name(), Word(scan.state()),
+               absl::StrCat(scan.samples()), scan.has_pose() ? Text(scan.pose()) : "",
+               scan.has_registration() ? Percent(verdict.overlap_share()) : "",
+               scan.has_registration() ? Length(verdict.error_bound()) : "", scan.state_message()});
+  }
+  if (all.scans().empty()) {
+    std::puts("no scans; 'vantage scan push' sends one");
+  } else {
+    std::fputs(table.ToString().c_str(), stdout);
+  }
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddScanList(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "list", "List a job's scans, oldest first",
+      "  vantage scan list flat\n  vantage scan list flat --json",
+      [](CLI::App& command, Arguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        command.add_flag("--json", a.json, "Print them as JSON");
+      },
+      Run);
+}
+
+}  // namespace vantage

@@ -1,0 +1,136 @@
+#include <cstdio>
+#include <filesystem>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/cli/command.h"
+#include "client/cli/json.h"
+#include "client/cli/pose_flags.h"
+#include "client/cli/report.h"
+#include "client/cli/terminal.h"
+#include "client/library/error.h"
+#include "client/library/geometry.h"
+#include "core/sensor/import.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  std::string session;
+  std::vector<std::string> files;
+  PoseFlags pose;
+  std::string name;
+  std::string scanner;
+  bool ignore_file_pose = false;
+  bool no_wait = false;
+  bool json = false;
+};
+
+absl::StatusOr<v1::Upload> Describe(const Arguments& arguments, const std::string& name,
+                                    const ImportedScan& scan) {
+  v1::Upload upload;
+  upload.set_display_name(name);
+  if (arguments.scanner.empty()) {
+    *upload.mutable_scanner_model() = ToProto(scan.scanner, "from-file");
+  } else {
+    upload.set_scanner_model_id(arguments.scanner);
+  }
+  const auto prior = PriorFrom(arguments.pose, name);
+  if (!prior.ok()) return prior.status();
+  if (*prior) {
+    *upload.mutable_prior() = ToProto(**prior);
+  } else if (scan.T_world_scan && !arguments.ignore_file_pose) {
+    PosePrior from_file;
+    from_file.T_world_scan = *scan.T_world_scan;
+    *upload.mutable_prior() = ToProto(from_file);
+  }
+  return upload;
+}
+
+absl::StatusOr<v1::Scan> PushOne(Environment& environment, const Arguments& arguments,
+                                 const std::string& file) {
+  const auto scan = ReadScanFile(file, ImportLimits());
+  if (!scan.ok()) return scan.status();
+  const std::string name =
+      arguments.name.empty() ? std::filesystem::path(file).stem().string() : arguments.name;
+  const auto upload = Describe(arguments, name, *scan);
+  if (!upload.ok()) return upload.status();
+
+  ProgressLine line;
+  Client& client = environment.client();
+  const auto pushed = client.Upload(
+      SessionName(arguments.session), *upload, scan->image, [&](const UploadProgress& p) {
+        const double share = static_cast<double>(p.acknowledged_bytes) / p.total_bytes;
+        line.Show(
+            absl::StrFormat("%s %s %s of %s%s", name, Bar(share, 30), Bytes(p.acknowledged_bytes),
+                            Bytes(p.total_bytes),
+                            p.reconnects > 0 ? absl::StrFormat(", %d breaks", p.reconnects) : ""));
+      });
+  if (!pushed.ok()) return pushed.status();
+  if (arguments.no_wait) {
+    v1::GetScanRequest get;
+    get.set_name(*pushed);
+    const auto got = client.Call(get);
+    if (!got.ok()) return got.status();
+    return got->scan();
+  }
+  return client.WaitForScan(
+      *pushed, [&](const v1::Scan& s) { line.Show(absl::StrCat(name, ": ", Word(s.state()))); });
+}
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  if (arguments.files.size() > 1 && (!arguments.name.empty() || !arguments.pose.prior.empty())) {
+    return WithFix(absl::InvalidArgumentError("--name and --prior belong to one scan"),
+                   "push one file at a time, or give the poses by name with --prior-file");
+  }
+  ExitCode code = ExitCode::kOk;
+  for (const std::string& file : arguments.files) {
+    const auto scan = PushOne(environment, arguments, file);
+    if (!scan.ok()) return scan.status();
+    std::fputs(arguments.json ? ToJson(*scan).c_str() : ScanReport(*scan).c_str(), stdout);
+    std::fflush(stdout);
+    if (scan->state() != v1::SCAN_STATE_DOUBTFUL && scan->state() != v1::SCAN_STATE_FAILED) {
+      continue;
+    }
+    code = ExitCode::kUnwelcome;
+    const std::string id = absl::StrCat(IdOf(SessionOf(scan->name())), "/", IdOf(scan->name()));
+    std::fprintf(
+        stderr,
+        "vantage: %s is kept but not in the model\n"
+        "  fix: a better pose ('vantage scan set-pose %s --prior ...')%s, or 'vantage scan "
+        "withdraw %s'\n",
+        file.c_str(), id.c_str(),
+        scan->state() == v1::SCAN_STATE_DOUBTFUL
+            ? absl::StrFormat(", or 'vantage scan accept %s' if it is right", id).c_str()
+            : "",
+        id.c_str());
+  }
+  return code;
+}
+
+}  // namespace
+
+void AddScanPush(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "push", "Send scans (structured PTX, organised PCD) and wait for them",
+      "  vantage scan push flat scan1.ptx\n"
+      "  vantage scan push flat scan2.pcd --prior 1.9,0.1,0,40\n"
+      "  vantage scan push flat scan2.ptx scan3.ptx --prior-file poses.txt\n"
+      "  vantage scan push hall s7.ptx --prior-file network.txt --trusted --sigma 0.004,0.02",
+      [](CLI::App& command, Arguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        command.add_option("FILE", a.files, "Scan files, pushed one after the other")->required();
+        AddPoseFlags(command, a.pose);
+        command.add_flag("--ignore-file-pose", a.ignore_file_pose,
+                         "Don't use the pose that the file states as prior");
+        command.add_option("--name", a.name, "Name for people [the file's]");
+        command.add_option("--scanner", a.scanner,
+                           "Id of one of the session's scanner models [read from the file]");
+        command.add_flag("--no-wait", a.no_wait, "Return when the scan is stored");
+        command.add_flag("--json", a.json, "Print the scans as JSON");
+      },
+      Run);
+}
+
+}  // namespace vantage

@@ -1,0 +1,38 @@
+#include <cstdio>
+
+#include "client/cli/command.h"
+#include "client/cli/json.h"
+#include "client/cli/report.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  std::string scan;
+  bool json = false;
+};
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  v1::GetScanRequest request;
+  request.set_name(ScanName(arguments.scan));
+  const auto got = environment.client().Call(request);
+  if (!got.ok()) return got.status();
+  std::fputs(arguments.json ? ToJson(got->scan()).c_str() : ScanReport(got->scan()).c_str(),
+             stdout);
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddScanShow(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "show", "Show a scan: state, pose, how well it registered",
+      "  vantage scan show flat/s2\n  vantage scan show flat/s2 --json",
+      [](CLI::App& command, Arguments& a) {
+        command.add_option("SCAN", a.scan, "The scan, as SESSION/SCAN")->required();
+        command.add_flag("--json", a.json, "Print it as JSON");
+      },
+      Run);
+}
+
+}  // namespace vantage

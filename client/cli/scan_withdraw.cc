@@ -1,0 +1,38 @@
+#include <cstdio>
+
+#include "client/cli/command.h"
+#include "client/cli/report.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  std::string scan;
+};
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  v1::WithdrawScanRequest request;
+  request.set_name(ScanName(arguments.scan));
+  const auto withdrawn = environment.client().Call(request);
+  if (!withdrawn.ok()) return withdrawn.status();
+  std::fputs(ScanReport(withdrawn->scan()).c_str(), stdout);
+  for (const std::string& name : withdrawn->dependent_scans()) {
+    std::printf("  %s had been aligned with its help; 'vantage scan set-pose' aligns it again\n",
+                IdOf(name).c_str());
+  }
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddScanWithdraw(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "withdraw", "Take a scan out, as if it had never come",
+      "  vantage scan withdraw flat/s2",
+      [](CLI::App& command, Arguments& a) {
+        command.add_option("SCAN", a.scan, "The scan, as SESSION/SCAN")->required();
+      },
+      Run);
+}
+
+}  // namespace vantage

@@ -1,0 +1,56 @@
+#include <cstdio>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/command.h"
+#include "client/cli/json.h"
+#include "client/cli/report.h"
+#include "client/cli/table.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  bool json = false;
+};
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  Table table({"session", "name", ">merged", ">waiting", ">model", "last change"});
+  v1::ListSessionsRequest request;
+  v1::ListSessionsResponse all;
+  do {
+    const auto page = environment.client().Call(request);
+    if (!page.ok()) return page.status();
+    all.mutable_sessions()->MergeFrom(page->sessions());
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  if (arguments.json) {
+    std::fputs(ToJson(all).c_str(), stdout);
+    return ExitCode::kOk;
+  }
+  for (const v1::Session& session : all.sessions()) {
+    const v1::ScanCounts& n = session.scan_counts();
+    table.Add({IdOf(session.name()), session.display_name(), absl::StrCat(n.merged()),
+               absl::StrCat(n.pending() + n.doubtful()), absl::StrCat(session.model_version()),
+               Time(session.update_time())});
+  }
+  if (all.sessions().empty()) {
+    std::puts("no sessions; 'vantage session create' opens one");
+  } else {
+    std::fputs(table.ToString().c_str(), stdout);
+  }
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddSessionList(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "list", "List the jobs, oldest first",
+      "  vantage session list\n  vantage session list --json",
+      [](CLI::App& command, Arguments& a) {
+        command.add_flag("--json", a.json, "Print them as JSON");
+      },
+      Run);
+}
+
+}  // namespace vantage

@@ -1,0 +1,95 @@
+#include "client/cli/session_settings.h"
+
+#include <set>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "client/cli/file.h"
+#include "client/cli/json.h"
+#include "client/library/geometry.h"
+#include "core/sensor/import.h"
+
+namespace vantage {
+namespace {
+
+constexpr char kScannerPrefix[] = "scanner.";
+
+// 'scanner.range_max' is the first scanner model's.
+absl::Status SetOne(const std::string& path, const std::string& value, v1::Session& session,
+                    std::set<std::string>& paths) {
+  if (!absl::StartsWith(path, kScannerPrefix)) {
+    paths.insert(path);
+    return SetField(session, path, value);
+  }
+  paths.insert("scanner_models");
+  if (session.scanner_models().empty()) session.add_scanner_models();
+  return SetField(*session.mutable_scanner_models(0),
+                  std::string(absl::StripPrefix(path, kScannerPrefix)), value);
+}
+
+}  // namespace
+
+void AddSettings(CLI::App& command, SessionSettings& s) {
+  command.add_option("--name", s.name, "Name for people");
+  command.add_option("--density", s.density, "Required sampling density, samples / m^2 [2500]");
+  command.add_option("--accuracy", s.accuracy, "Required registration accuracy, m at 95 % [0.010]");
+  command.add_option("--voxel", s.voxel, "Voxel size, m [0.05]; fixed at creation");
+  command.add_option("--scanner-from", s.scanner_from,
+                     "Take the scanner's angles and steps from a scan file (PTX, PCD)");
+  command.add_option("--config", s.config, "File with a Session in Protobuf's JSON form");
+  command
+      .add_option("--set", s.set,
+                  "PATH=VALUE, repeatable: any field of the session, such as "
+                  "planning_config.max_height=2.5, or of its first scanner, such as "
+                  "scanner.range_max=30")
+      ->allow_extra_args(false);
+}
+
+absl::StatusOr<std::vector<std::string>> Apply(const SessionSettings& settings,
+                                               v1::Session& session) {
+  std::set<std::string> paths;
+  if (!settings.config.empty()) {
+    const auto text = ReadFile(settings.config);
+    if (!text.ok()) return text.status();
+    v1::Session given;
+    if (absl::Status s = FromJson(*text, settings.config, given); !s.ok()) return s;
+    std::vector<const google::protobuf::FieldDescriptor*> fields;
+    given.GetReflection()->ListFields(given, &fields);
+    for (const auto* field : fields) paths.insert(field->name());
+    if (given.scanner_models_size() > 0) session.clear_scanner_models();
+    session.MergeFrom(given);
+  }
+  if (!settings.scanner_from.empty()) {
+    const auto scan = ReadScanFile(settings.scanner_from, ImportLimits());
+    if (!scan.ok()) return scan.status();
+    session.clear_scanner_models();
+    *session.add_scanner_models() = ToProto(scan->scanner, "from-file");
+    paths.insert("scanner_models");
+  }
+  const auto set = [&](const char* path, const auto& value) {
+    if (!value) return absl::OkStatus();
+    return SetOne(path, absl::StrCat(*value), session, paths);
+  };
+  for (const absl::Status& status :
+       {set("display_name", settings.name), set("model_config.voxel_size", settings.voxel),
+        set("planning_config.required_density", settings.density),
+        set("planning_config.registration.required_accuracy", settings.accuracy)}) {
+    if (!status.ok()) return status;
+  }
+  for (const std::string& assignment : settings.set) {
+    const size_t equals = assignment.find('=');
+    if (equals == std::string::npos) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("--set '", assignment, "' is not of the form PATH=VALUE"));
+    }
+    if (absl::Status status =
+            SetOne(assignment.substr(0, equals), assignment.substr(equals + 1), session, paths);
+        !status.ok()) {
+      return status;
+    }
+  }
+  return std::vector<std::string>(paths.begin(), paths.end());
+}
+
+}  // namespace vantage

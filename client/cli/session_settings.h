@@ -1,0 +1,34 @@
+// What can be said about a session on the command line, for creating and for updating it.
+#ifndef VANTAGE_CLIENT_CLI_SESSION_SETTINGS_H_
+#define VANTAGE_CLIENT_CLI_SESSION_SETTINGS_H_
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "vantage/v1/session.pb.h"
+
+namespace vantage {
+
+struct SessionSettings {
+  std::string config;               // file, JSON form of a Session
+  std::string scanner_from;         // scan file whose grid makes the scanner model
+  std::vector<std::string> set;     // PATH=VALUE
+  std::optional<std::string> name;  // display name
+  std::optional<double> voxel;
+  std::optional<double> density;
+  std::optional<double> accuracy;
+};
+
+void AddSettings(CLI::App& command, SessionSettings& settings);
+
+// Writes the settings into the session, file first, flags over it. Returns the paths that were
+// touched, as an update mask has them.
+absl::StatusOr<std::vector<std::string>> Apply(const SessionSettings& settings,
+                                               v1::Session& session);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CLIENT_CLI_SESSION_SETTINGS_H_

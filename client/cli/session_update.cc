@@ -1,0 +1,51 @@
+#include <cstdio>
+
+#include "client/cli/command.h"
+#include "client/cli/report.h"
+#include "client/cli/session_settings.h"
+#include "client/library/error.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  std::string session;
+  SessionSettings settings;
+};
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  v1::GetSessionRequest get;
+  get.set_name(SessionName(arguments.session));
+  auto current = environment.client().Call(get);
+  if (!current.ok()) return current.status();
+  v1::UpdateSessionRequest request;
+  *request.mutable_session() = std::move(*current->mutable_session());
+  const auto paths = Apply(arguments.settings, *request.mutable_session());
+  if (!paths.ok()) return paths.status();
+  if (paths->empty()) {
+    return WithFix(absl::InvalidArgumentError("nothing to change was given"),
+                   "name what to change with --set, --density, --config, ...");
+  }
+  for (const std::string& path : *paths) request.mutable_update_mask()->add_paths(path);
+  const auto updated = environment.client().Call(request);
+  if (!updated.ok()) return updated.status();
+  std::fputs(SessionReport(updated->session()).c_str(), stdout);
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddSessionUpdate(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "update", "Change a job's configuration",
+      "  vantage session update flat --density 1600\n"
+      "  vantage session update flat --set 'site_rules.keep_out={min {x: 1 y: 2 z: 0} max {x: 2 "
+      "y: 3 z: 3}}'",
+      [](CLI::App& command, Arguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        AddSettings(command, a.settings);
+      },
+      Run);
+}
+
+}  // namespace vantage

@@ -1,0 +1,259 @@
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <thread>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/cli/command.h"
+#include "client/cli/report.h"
+#include "client/cli/table.h"
+#include "client/cli/terminal.h"
+#include "client/library/error.h"
+#include "client/simulation/cycle_picture.h"
+#include "client/simulation/simulated_job.h"
+#include "core/parallel/thread_pool.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  std::string scene;
+  std::string mesh;
+  std::vector<double> start;
+  uint64_t seed = 1;
+  JobOptions job;
+  double step = 0.25;        // degrees
+  double heading_error = 5;  // degrees
+  double tilt = 0.5;         // degrees
+  std::string pictures;
+  std::optional<uint64_t> work;
+  bool no_noise = false;
+};
+
+// The columns of the report; widths are fixed, since rows come one by one.
+struct ReportColumn {
+  const char* name;
+  size_t width;
+};
+constexpr ReportColumn kColumns[] = {{"scan", 4},     {"position, m", 20},
+                                     {"aligned", 10}, {"bound", 7},
+                                     {"off", 7},      {"covered", 7},
+                                     {"true", 6},     {"seen", 6},
+                                     {"gain", 6},     {"bounds", 13},
+                                     {"verdict", 10}, {"send", 5},
+                                     {"align", 5},    {"carve", 5},
+                                     {"merge", 5},    {"A", 5},
+                                     {"B", 5},        {"C", 5},
+                                     {"D", 5},        {"E", 5},
+                                     {"F", 5}};
+
+constexpr char kLegend[] =
+    "scan: made at position (m, world); aligned: its verdict; bound: its error bound at 95 %; off: "
+    "how far from the truth it is\n"
+    "covered: at the required density, the planner's estimate; true: the same by the ground truth; "
+    "seen: measured at all, by the ground truth\n"
+    "gain: m\u00b2 brought to density that the next position promises, with bounds; verdict: "
+    "whether it will register\n"
+    "seconds: send, align, carve, merge; A feasible views, B patches, C their ranks, D evaluate, E "
+    "rank, F registration check\n";
+
+std::string Row(const std::vector<std::string>& cells) {
+  std::string line;
+  for (size_t i = 0; i < std::size(kColumns); ++i) {
+    const std::string& cell = i < cells.size() ? cells[i] : "";
+    const bool text = i == 1 || i == 2 || i == 10;
+    if (i > 0) line += "  ";
+    line += text ? PadRight(cell, kColumns[i].width) : PadLeft(cell, kColumns[i].width);
+  }
+  line.erase(line.find_last_not_of(' ') + 1);
+  return line + "\n";
+}
+
+std::string Header() {
+  std::vector<std::string> names;
+  for (const ReportColumn& column : kColumns) names.emplace_back(column.name);
+  return Row(names);
+}
+
+std::string CycleRow(const Cycle& cycle) {
+  const v1::PlanResult& plan = cycle.plan.result();
+  const v1::Registration& registration = cycle.scan.registration();
+  const bool first = cycle.number == 1;
+  std::vector<std::string> cells = {
+      absl::StrCat(cycle.number),
+      absl::StrFormat("%.2f, %.2f, %.2f", cycle.planned.x(), cycle.planned.y(), cycle.planned.z()),
+      first           ? "first"
+      : !cycle.merged ? "lost"
+                      : Word(registration.verdict().outcome()),
+      first ? "" : Length(registration.verdict().error_bound()),
+      cycle.merged && !first ? Length(cycle.off_metres) : "",
+      absl::StrFormat("%.1f %%", plan.coverage().estimated_coverage() * 100),
+      absl::StrFormat("%.1f %%", cycle.truth.at_density_share() * 100),
+      absl::StrFormat("%.1f %%", cycle.truth.seen_share() * 100)};
+  const v1::RankedView* next = !plan.views().empty()     ? &plan.views(0)
+                               : !plan.refused().empty() ? &plan.refused(0)
+                                                         : nullptr;
+  if (next != nullptr) {
+    cells.push_back(absl::StrFormat("%.1f", next->area()));
+    cells.push_back(absl::StrFormat("%.1f..%.1f", next->area_lower(), next->area_upper()));
+    cells.push_back(Word(next->verdict().outcome()));
+  } else {
+    cells.insert(cells.end(), {"", "", "no view"});
+  }
+  for (const double seconds :
+       {cycle.send_seconds, registration.seconds(), cycle.scan.merge().carve_seconds(),
+        cycle.scan.merge().merge_seconds()}) {
+    cells.push_back(absl::StrFormat("%.2f", seconds));
+  }
+  for (const v1::StageSeconds& stage : plan.stages()) {
+    cells.push_back(absl::StrFormat("%.2f", stage.seconds()));
+  }
+  return Row(cells);
+}
+
+absl::StatusOr<Site> ChooseSite(const Arguments& arguments) {
+  if (!arguments.mesh.empty()) {
+    std::optional<Eigen::Vector3d> start;
+    if (arguments.start.size() == 3) {
+      start.emplace(arguments.start[0], arguments.start[1], arguments.start[2]);
+    }
+    return MeshSite(arguments.mesh, start);
+  }
+  Site site = FlatSite(arguments.seed);
+  if (arguments.start.size() == 3) {
+    site.start = Eigen::Vector3d(arguments.start[0], arguments.start[1], arguments.start[2]);
+  }
+  return site;
+}
+
+JobOptions OptionsFrom(const Arguments& arguments) {
+  JobOptions options = arguments.job;
+  options.seed = arguments.seed;
+  options.scanner.name = "simulated";
+  options.scanner.azimuth_step = options.scanner.elevation_step = Radians(arguments.step);
+  options.heading_error = Radians(arguments.heading_error);
+  options.tilt = Radians(arguments.tilt);
+  options.plan_work = arguments.work;
+  options.full_plans = !arguments.pictures.empty();
+  if (arguments.no_noise) options.faults = ScanFaults::None();
+  return options;
+}
+
+// What a newcomer does next.
+void PrintEnd(const Environment& environment, const Arguments& arguments, const JobResult& result) {
+  std::printf("\n%s\n%d scans made, %d lost.\n", result.why.c_str(), result.made, result.lost);
+  if (!arguments.pictures.empty()) {
+    std::printf("Pictures, one per scan: %s/cycle-*.png\n", arguments.pictures.c_str());
+  }
+  const std::string id = IdOf(result.session);
+  const std::string server = environment.connection.server == ClientOptions().server
+                                 ? ""
+                                 : "--server " + environment.connection.server + " ";
+  std::printf(
+      "Try next:\n"
+      "  vantage %sscan list %s\n"
+      "  vantage %splan %s --budget 5\n"
+      "  vantage %sexport %s --format surface-ply -o %s.ply\n"
+      "  vantage %ssimulate --scene flat --seed %llu --pictures another\n",
+      server.c_str(), id.c_str(), server.c_str(), id.c_str(), server.c_str(), id.c_str(),
+      id.c_str(), server.c_str(), static_cast<unsigned long long>(arguments.seed + 1));
+}
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  if (!arguments.pictures.empty()) {
+    std::error_code error;
+    std::filesystem::create_directories(arguments.pictures, error);
+    if (error) {
+      return WithFix(absl::PermissionDeniedError(absl::StrCat(
+                         "cannot make the folder ", arguments.pictures, ": ", error.message())),
+                     "name another one with --pictures");
+    }
+  }
+  Client& client = environment.client();
+  // Before the scene is built: is there a server at all?
+  if (const auto health = client.CheckHealth(""); !health.ok()) return health.status();
+
+  ProgressLine line(30);
+  line.Show("building the scene");
+  const auto site = ChooseSite(arguments);
+  if (!site.ok()) return site.status();
+  const JobOptions options = OptionsFrom(arguments);
+  ThreadPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+  line.Show("measuring what can be attained");
+  SimulatedJob job(client, *site, options, pool);
+  job.OnActivity([&](const std::string& what) { line.Show(what); });
+  line.Clear();
+  std::printf(
+      "%s, seed %llu: %.2f\u00b0 steps, %.0f samples/m\u00b2 wanted, noise %s, positioning error "
+      "%s, heading error %.0f\u00b0\n%s\n%s",
+      site->name.c_str(), static_cast<unsigned long long>(arguments.seed), arguments.step,
+      options.required_density, Length(options.scanner.range_noise).c_str(),
+      Length(options.scanner.positioning_error).c_str(), arguments.heading_error, kLegend,
+      Header().c_str());
+  std::fflush(stdout);
+
+  std::vector<JobPicture::Station> stations;
+  const auto result = job.Run([&](const Cycle& cycle) -> absl::Status {
+    line.Clear();
+    std::fputs(CycleRow(cycle).c_str(), stdout);
+    for (const std::string& note : cycle.notes) std::printf("      %s\n", note.c_str());
+    std::fflush(stdout);
+    stations.push_back({cycle.number, cycle.planned.head<2>(), cycle.merged});
+    if (arguments.pictures.empty()) return absl::OkStatus();
+    return WriteCyclePicture(
+        client, SessionOf(cycle.scan.name()), *site, cycle, stations,
+        absl::StrFormat("%s/cycle-%02d.png", arguments.pictures, cycle.number));
+  });
+  line.Clear();
+  if (!result.ok()) return result.status();
+  PrintEnd(environment, arguments, *result);
+  return ExitCode::kOk;
+}
+
+void Define(CLI::App& command, Arguments& a) {
+  auto* scene = command.add_option("--scene", a.scene, "Generated scene: flat [flat]")
+                    ->check(CLI::IsMember({"flat"}));
+  command.add_option("--mesh", a.mesh, "Triangle mesh instead, PLY, m, z up")->excludes(scene);
+  command.add_option("--start", a.start, "x,y,z of the first scan, m, in the scene's own frame")
+      ->delimiter(',')
+      ->expected(3)
+      ->allow_extra_args(false);
+  command.add_option("--seed", a.seed, "Of the flat and of all noise [1]");
+  command.add_option("--scans", a.job.max_scans, "Scans at most [10]")->check(CLI::Range(1, 1000));
+  command.add_option("--session", a.job.session_id, "Id of the session to create");
+  command.add_option("--step", a.step, "Angular steps of the scanner, degrees [0.25]")
+      ->check(CLI::Range(0.01, 5.0));
+  command.add_option("--density", a.job.required_density, "Required density, samples / m^2 [2500]");
+  command.add_option("--range", a.job.scanner.range_max, "Farthest range of the scanner, m [20]");
+  command.add_option("--noise", a.job.scanner.range_noise, "Range noise, m, one sigma [0.003]");
+  command.add_option("--positioning-error", a.job.scanner.positioning_error,
+                     "By how much the tripod misses a position, m per axis [0.05]");
+  command.add_option("--heading-error", a.heading_error,
+                     "Of the pose prior, degrees, one sigma [5]");
+  command.add_option("--tilt", a.tilt, "Of the tripod, degrees, one sigma [0.5]");
+  command.add_flag("--no-faults", a.no_noise, "No noise, no drop-outs");
+  auto* budget = command.add_option("--budget", a.job.plan_seconds, "Time for each plan, s [1]")
+                     ->check(CLI::PositiveNumber);
+  command.add_option("--work", a.work, "Work for each plan instead, rays: repeatable")
+      ->excludes(budget);
+  command.add_option("--truth-samples", a.job.truth_samples,
+                     "Points on the mesh that true coverage is measured on [40000]");
+  command.add_option("--pictures", a.pictures, "Folder for one picture per scan");
+}
+
+}  // namespace
+
+void AddSimulate(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "simulate",
+      "Digitise a scene with a simulated scanner that goes where the planner says",
+      "  vantage simulate --scene flat --seed 7 --pictures pictures\n"
+      "  vantage simulate --mesh scene.ply --scans 5 --start 1,2,1.5\n"
+      "  vantage simulate --step 1 --density 150 --scans 3      (coarse and quick)",
+      Define, Run);
+}
+
+}  // namespace vantage

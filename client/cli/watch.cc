@@ -1,0 +1,117 @@
+#include <cstdio>
+#include <cstdlib>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/cli/command.h"
+#include "client/cli/json.h"
+#include "client/cli/report.h"
+
+namespace vantage {
+namespace {
+
+struct Arguments {
+  std::string session;
+  uint64_t after = 0;
+  uint64_t count = 0;
+  bool json = false;
+};
+
+std::string ScanWords(const v1::Scan& scan, const std::string& what) {
+  std::string words =
+      absl::StrCat("scan ", IdOf(scan.name()), " ",
+                   scan.display_name().empty() ? "" : scan.display_name() + " ", what);
+  if (scan.has_registration()) {
+    absl::StrAppend(&words, "; ", VerdictLine(scan.registration().verdict()));
+  }
+  return words;
+}
+
+std::string Words(const v1::SessionEvent& event) {
+  switch (event.event_case()) {
+    case v1::SessionEvent::kSessionCreated:
+      return "session created";
+    case v1::SessionEvent::kSessionUpdated:
+      return "session updated";
+    case v1::SessionEvent::kScanReceived:
+      return ScanWords(event.scan_received().scan(), "received");
+    case v1::SessionEvent::kScanRegistered:
+      return ScanWords(event.scan_registered().scan(), "registered");
+    case v1::SessionEvent::kScanRefused:
+      return ScanWords(event.scan_refused().scan(), "refused");
+    case v1::SessionEvent::kScanAccepted:
+      return ScanWords(event.scan_accepted().scan(), "accepted by a person");
+    case v1::SessionEvent::kScanPoseSet:
+      return ScanWords(event.scan_pose_set().scan(), "given a pose by a person");
+    case v1::SessionEvent::kScanMerged:
+      return absl::StrFormat("%s; model version %d",
+                             ScanWords(event.scan_merged().scan(), "merged"),
+                             event.scan_merged().scan().merge().model_version());
+    case v1::SessionEvent::kScanWithdrawn:
+      return ScanWords(event.scan_withdrawn().scan(), "withdrawn");
+    case v1::SessionEvent::kPlanCreated:
+      return absl::StrCat("plan ", IdOf(event.plan_created().plan().name()), " created");
+    case v1::SessionEvent::kPlanEnded: {
+      const v1::Plan& plan = event.plan_ended().plan();
+      std::string words = absl::StrFormat("plan %s %s: %s", IdOf(plan.name()), Word(plan.state()),
+                                          Word(plan.result().outcome()));
+      if (plan.result().views_size() > 0) {
+        const v1::RankedView& best = plan.result().views(0);
+        absl::StrAppendFormat(&words, ", next %s for %.2f m\u00b2", Text(best.position()),
+                              best.area());
+      }
+      return words;
+    }
+    case v1::SessionEvent::kViewRejected:
+      return absl::StrCat("place rejected ", Text(event.view_rejected().rejection().position()));
+    case v1::SessionEvent::kClaimTaken:
+      return absl::StrCat("claim ", IdOf(event.claim_taken().claim().name()), " taken");
+    case v1::SessionEvent::kClaimReleased:
+      return absl::StrCat("claim ", IdOf(event.claim_released().claim().name()),
+                          " ended: ", event.claim_released().reason());
+    case v1::SessionEvent::kUploadCreated:
+      return absl::StrCat("upload ", IdOf(event.upload_created().upload()), " begun");
+    case v1::SessionEvent::kUploadEnded:
+      return absl::StrCat("upload ", IdOf(event.upload_ended().upload()),
+                          " ended: ", event.upload_ended().reason());
+    case v1::SessionEvent::EVENT_NOT_SET:
+      break;
+  }
+  return "something this client does not know";
+}
+
+absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+  uint64_t seen = 0;
+  const absl::Status watched = environment.client().WatchSession(
+      SessionName(arguments.session), arguments.after, [&](const v1::SessionEvent& event) {
+        if (arguments.json) {
+          std::fputs(ToJson(event, false).c_str(), stdout);
+        } else {
+          std::printf("%5llu  %s  %s\n", static_cast<unsigned long long>(event.sequence()),
+                      Time(event.time()).c_str(), Words(event).c_str());
+        }
+        std::fflush(stdout);
+        ++seen;
+        return arguments.count == 0 || seen < arguments.count;
+      });
+  if (!watched.ok()) return watched;
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddWatch(CLI::App& parent, Environment& environment) {
+  AddCommand<Arguments>(
+      parent, environment, "watch", "Follow what happens in a job, from its first event",
+      "  vantage watch flat\n"
+      "  vantage watch flat --after 120 --json      (one event per line)",
+      [](CLI::App& command, Arguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        command.add_option("--after", a.after, "Only events with a larger number [0]");
+        command.add_option("--count", a.count, "Stop after this many [never]");
+        command.add_flag("--json", a.json, "One event per line, as JSON");
+      },
+      Run);
+}
+
+}  // namespace vantage

@@ -1,0 +1,174 @@
+#include "client/library/client.h"
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "client/library/backoff.h"
+#include "client/library/wire.h"
+
+namespace vantage {
+namespace {
+
+// One unary call with its attempts.
+template <typename Request, typename Response, typename Stub>
+absl::StatusOr<Response> CallUnary(Stub& stub,
+                                   grpc::Status (Stub::*method)(grpc::ClientContext*,
+                                                                const Request&, Response*),
+                                   const ClientOptions& options, Request request) {
+  if constexpr (requires { request.set_request_id(std::string()); }) {
+    if (request.request_id().empty()) request.set_request_id(NewRequestId());
+  }
+  const auto deadline = DeadlineIn(options.timeout);
+  Backoff backoff(RandomSeed());
+  absl::Status failure;
+  for (int attempt = 0; attempt < options.attempts; ++attempt) {
+    if (attempt > 0) {
+      const double wait = backoff.Next(Explain(failure).retry_seconds);
+      if (DeadlineIn(wait) > deadline) break;
+      SleepSeconds(wait);
+    }
+    grpc::ClientContext context;
+    context.set_deadline(deadline);
+    Response response;
+    const grpc::Status status = (stub.*method)(&context, request, &response);
+    if (status.ok()) return response;
+    failure = FromRpc(status, options.server);
+    if (!IsTransient(failure)) break;
+  }
+  return failure;
+}
+
+std::string ChildName(absl::string_view given, const char* collection) {
+  const std::vector<std::string> parts = absl::StrSplit(given, '/');
+  if (parts.size() == 2) {
+    return absl::StrCat("sessions/", parts[0], "/", collection, "/", parts[1]);
+  }
+  return std::string(given);
+}
+
+}  // namespace
+
+Client::Client(ClientOptions options) : wire_(std::make_unique<Wire>(std::move(options))) {}
+Client::~Client() = default;
+
+const ClientOptions& Client::options() const { return wire_->options; }
+
+absl::StatusOr<v1::CreateSessionResponse> Client::Call(v1::CreateSessionRequest request) {
+  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::CreateSession, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::GetSessionResponse> Client::Call(v1::GetSessionRequest request) {
+  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::GetSession, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::ListSessionsResponse> Client::Call(v1::ListSessionsRequest request) {
+  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::ListSessions, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::UpdateSessionResponse> Client::Call(v1::UpdateSessionRequest request) {
+  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::UpdateSession, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::DeleteSessionResponse> Client::Call(v1::DeleteSessionRequest request) {
+  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::DeleteSession, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::CreateUploadResponse> Client::Call(v1::CreateUploadRequest request) {
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::CreateUpload, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::GetUploadResponse> Client::Call(v1::GetUploadRequest request) {
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::GetUpload, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::UploadPieceResponse> Client::Call(v1::UploadPieceRequest request) {
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::UploadPiece, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::GetScanResponse> Client::Call(v1::GetScanRequest request) {
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::GetScan, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::ListScansResponse> Client::Call(v1::ListScansRequest request) {
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::ListScans, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::AcceptScanResponse> Client::Call(v1::AcceptScanRequest request) {
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::AcceptScan, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::SetScanPoseResponse> Client::Call(v1::SetScanPoseRequest request) {
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::SetScanPose, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::WithdrawScanResponse> Client::Call(v1::WithdrawScanRequest request) {
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::WithdrawScan, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::CreatePlanResponse> Client::Call(v1::CreatePlanRequest request) {
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::CreatePlan, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::CancelPlanResponse> Client::Call(v1::CancelPlanRequest request) {
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::CancelPlan, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::GetPlanResponse> Client::Call(v1::GetPlanRequest request) {
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::GetPlan, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::ListPlansResponse> Client::Call(v1::ListPlansRequest request) {
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::ListPlans, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::EvaluateViewResponse> Client::Call(v1::EvaluateViewRequest request) {
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::EvaluateView, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::RejectViewResponse> Client::Call(v1::RejectViewRequest request) {
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::RejectView, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::GetCoverageResponse> Client::Call(v1::GetCoverageRequest request) {
+  return CallUnary(*wire_->model, &v1::ModelService::Stub::GetCoverage, wire_->options,
+                   std::move(request));
+}
+
+absl::StatusOr<Health> Client::CheckHealth(const std::string& service) {
+  grpc::health::v1::HealthCheckRequest request;
+  request.set_service(service);
+  auto response = CallUnary(*wire_->health, &grpc::health::v1::Health::Stub::Check, wire_->options,
+                            std::move(request));
+  if (absl::IsNotFound(response.status())) return Health::kUnknownService;
+  if (!response.ok()) return response.status();
+  return response->status() == grpc::health::v1::HealthCheckResponse::SERVING ? Health::kServing
+                                                                              : Health::kNotServing;
+}
+
+std::string SessionName(absl::string_view given) {
+  return absl::StrContains(given, '/') ? std::string(given) : absl::StrCat("sessions/", given);
+}
+std::string ScanName(absl::string_view given) { return ChildName(given, "scans"); }
+std::string PlanName(absl::string_view given) { return ChildName(given, "plans"); }
+
+std::string SessionOf(absl::string_view name) {
+  const std::vector<std::string> parts = absl::StrSplit(name, '/');
+  return parts.size() >= 2 ? absl::StrCat(parts[0], "/", parts[1]) : std::string(name);
+}
+
+std::string IdOf(absl::string_view name) {
+  const size_t slash = name.rfind('/');
+  return std::string(slash == absl::string_view::npos ? name : name.substr(slash + 1));
+}
+
+bool IsSettled(v1::ScanState state) {
+  return state == v1::SCAN_STATE_MERGED || state == v1::SCAN_STATE_DOUBTFUL ||
+         state == v1::SCAN_STATE_FAILED || state == v1::SCAN_STATE_WITHDRAWN;
+}
+
+bool HasEnded(v1::PlanState state) {
+  return state == v1::PLAN_STATE_SUCCEEDED || state == v1::PLAN_STATE_CANCELLED ||
+         state == v1::PLAN_STATE_FAILED;
+}
+
+}  // namespace vantage

@@ -1,0 +1,131 @@
+// The service from a client's side: every call of vantage.v1, with retries, resuming streams and
+// errors that Explain() puts into words. Thread safe.
+#ifndef VANTAGE_CLIENT_LIBRARY_CLIENT_H_
+#define VANTAGE_CLIENT_LIBRARY_CLIENT_H_
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "core/sensor/range_image.h"
+#include "vantage/v1/fleet_service.pb.h"
+#include "vantage/v1/model_service.pb.h"
+#include "vantage/v1/plan_service.pb.h"
+#include "vantage/v1/scan_service.pb.h"
+#include "vantage/v1/session_service.pb.h"
+
+namespace vantage {
+
+struct ClientOptions {
+  std::string server = "127.0.0.1:7464";  // host:port
+  double timeout = 30;                    // s, of a unary call, all its attempts together
+  int attempts = 4;                       // of a unary call while the server is unavailable
+  double give_up_after = 120;             // s without any progress, of uploads and watches
+};
+
+// How far a scan is on its way to the server.
+struct UploadProgress {
+  int64_t acknowledged_bytes = 0;  // stored by the server
+  int64_t total_bytes = 0;
+  int64_t sent_bytes = 0;  // on the wire, compressed, repetitions included
+  int reconnects = 0;
+  bool committed = false;
+};
+
+// How a health check answered.
+enum class Health { kServing, kNotServing, kUnknownService };
+
+class Client {
+ public:
+  explicit Client(ClientOptions options);
+  ~Client();
+
+  const ClientOptions& options() const;
+
+  // Unary calls. UNAVAILABLE is tried again with backoff: mutations without a request_id get one,
+  // so that repeating them is harmless.
+  absl::StatusOr<v1::CreateSessionResponse> Call(v1::CreateSessionRequest request);
+  absl::StatusOr<v1::GetSessionResponse> Call(v1::GetSessionRequest request);
+  absl::StatusOr<v1::ListSessionsResponse> Call(v1::ListSessionsRequest request);
+  absl::StatusOr<v1::UpdateSessionResponse> Call(v1::UpdateSessionRequest request);
+  absl::StatusOr<v1::DeleteSessionResponse> Call(v1::DeleteSessionRequest request);
+  absl::StatusOr<v1::CreateUploadResponse> Call(v1::CreateUploadRequest request);
+  absl::StatusOr<v1::GetUploadResponse> Call(v1::GetUploadRequest request);
+  absl::StatusOr<v1::UploadPieceResponse> Call(v1::UploadPieceRequest request);
+  absl::StatusOr<v1::GetScanResponse> Call(v1::GetScanRequest request);
+  absl::StatusOr<v1::ListScansResponse> Call(v1::ListScansRequest request);
+  absl::StatusOr<v1::AcceptScanResponse> Call(v1::AcceptScanRequest request);
+  absl::StatusOr<v1::SetScanPoseResponse> Call(v1::SetScanPoseRequest request);
+  absl::StatusOr<v1::WithdrawScanResponse> Call(v1::WithdrawScanRequest request);
+  absl::StatusOr<v1::CreatePlanResponse> Call(v1::CreatePlanRequest request);
+  absl::StatusOr<v1::CancelPlanResponse> Call(v1::CancelPlanRequest request);
+  absl::StatusOr<v1::GetPlanResponse> Call(v1::GetPlanRequest request);
+  absl::StatusOr<v1::ListPlansResponse> Call(v1::ListPlansRequest request);
+  absl::StatusOr<v1::EvaluateViewResponse> Call(v1::EvaluateViewRequest request);
+  absl::StatusOr<v1::RejectViewResponse> Call(v1::RejectViewRequest request);
+  absl::StatusOr<v1::GetCoverageResponse> Call(v1::GetCoverageRequest request);
+
+  // Sends a range image as one scan. Returns the scan's name once the server says it is committed.
+  // Breaks of the link are resumed where the server says; a link that is silent for too long is
+  // dropped and made anew. FAILED_PRECONDITION: the upload failed its checks on the server.
+  // `upload` says what is known of the scan; its `total` is filled in.
+  absl::StatusOr<std::string> Upload(const std::string& session, v1::Upload upload,
+                                     const RangeImage& image,
+                                     absl::FunctionRef<void(const UploadProgress&)> progress);
+
+  // Every event of the session after a sequence number, until `on_event` returns false. Resumes
+  // after breaks.
+  absl::Status WatchSession(const std::string& session, uint64_t after_sequence,
+                            absl::FunctionRef<bool(const v1::SessionEvent&)> on_event);
+
+  // Follows a scan until it is merged, refused or withdrawn; `on_state` hears of every state that
+  // it passes through.
+  absl::StatusOr<v1::Scan> WaitForScan(const std::string& scan,
+                                       absl::FunctionRef<void(const v1::Scan&)> on_state);
+
+  // Follows a plan until it has ended; `on_revision` hears of every improvement that comes through.
+  // Resumes after breaks.
+  absl::StatusOr<v1::Plan> WatchPlan(const std::string& plan,
+                                     absl::FunctionRef<void(const v1::Plan&)> on_revision);
+
+  // A plan with its patches and its whole map of scores, page after page.
+  absl::StatusOr<v1::Plan> GetFullPlan(const std::string& plan);
+
+  // Streams an export; `sink` gets the bytes in order and may end it with an error. Each piece is
+  // checked against its checksum and place: DATA_LOSS otherwise. Returns the suggested file name.
+  absl::StatusOr<std::string> Export(const v1::ExportModelRequest& request,
+                                     absl::FunctionRef<absl::Status(absl::string_view)> sink);
+
+  // The whole export in memory; starts again after a break.
+  absl::StatusOr<std::string> ExportBytes(const v1::ExportModelRequest& request);
+
+  // grpc.health.v1; an empty service means the server as a whole.
+  absl::StatusOr<Health> CheckHealth(const std::string& service);
+
+ private:
+  struct Wire;
+  std::unique_ptr<Wire> wire_;
+};
+
+// 'sessions/a' for 'a' and 'sessions/a'.
+std::string SessionName(absl::string_view given);
+// 'sessions/a/scans/b' for 'a/b' and the full name; likewise for plans.
+std::string ScanName(absl::string_view given);
+std::string PlanName(absl::string_view given);
+// The session that a scan or plan belongs to.
+std::string SessionOf(absl::string_view name);
+// The last part of a resource name.
+std::string IdOf(absl::string_view name);
+
+// No further change without a person.
+bool IsSettled(v1::ScanState state);
+bool HasEnded(v1::PlanState state);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CLIENT_LIBRARY_CLIENT_H_

@@ -1,0 +1,120 @@
+#include "client/library/error.h"
+
+#include <google/rpc/error_details.pb.h>
+#include <google/rpc/status.pb.h>
+#include <grpcpp/support/status.h>
+
+#include "absl/strings/cord.h"
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+
+namespace vantage {
+namespace {
+
+constexpr char kDetailsUrl[] = "type.googleapis.com/google.rpc.Status";
+constexpr char kServerUrl[] = "vantage.client/server";
+constexpr char kFixUrl[] = "vantage.client/fix";
+
+std::string Payload(const absl::Status& status, const char* url) {
+  const auto payload = status.GetPayload(url);
+  return payload ? std::string(*payload) : std::string();
+}
+
+// What to do where neither the server nor the caller said it.
+std::string DefaultFix(const Explanation& e) {
+  switch (e.code) {
+    case absl::StatusCode::kUnavailable:
+      return "start the server with 'vantaged', or name another one with --server ADDRESS or "
+             "VANTAGE_SERVER";
+    case absl::StatusCode::kDeadlineExceeded:
+      return "try again, or allow more time with --timeout SECONDS";
+    case absl::StatusCode::kUnimplemented:
+      return "a later release of the server brings it";
+    case absl::StatusCode::kAborted:
+      return "someone else changed it in the meantime: read it again, then repeat";
+    case absl::StatusCode::kResourceExhausted:
+      return e.retry_seconds ? absl::StrFormat("try again in %.1f s", *e.retry_seconds)
+                             : "try again later";
+    case absl::StatusCode::kInvalidArgument:
+      return e.violations.empty() ? "" : "correct the fields named above";
+    case absl::StatusCode::kInternal:
+    case absl::StatusCode::kUnknown:
+    case absl::StatusCode::kDataLoss:
+      return "try again; if it happens again, the server's log says more";
+    default:
+      return "";
+  }
+}
+
+void ReadDetails(const google::rpc::Status& details, Explanation& e) {
+  for (const google::protobuf::Any& any : details.details()) {
+    google::rpc::BadRequest bad_request;
+    google::rpc::ErrorInfo info;
+    google::rpc::RetryInfo retry;
+    google::rpc::ResourceInfo resource;
+    if (any.UnpackTo(&bad_request)) {
+      for (const auto& violation : bad_request.field_violations()) {
+        e.violations.push_back(absl::StrCat(violation.field(), ": ", violation.description()));
+      }
+    } else if (any.UnpackTo(&info)) {
+      e.reason = info.reason();
+      e.metadata.insert(info.metadata().begin(), info.metadata().end());
+    } else if (any.UnpackTo(&retry)) {
+      e.retry_seconds =
+          static_cast<double>(retry.retry_delay().seconds()) + 1e-9 * retry.retry_delay().nanos();
+    } else if (any.UnpackTo(&resource)) {
+      if (e.code == absl::StatusCode::kNotFound && e.fix.empty()) {
+        const std::string& name = resource.resource_name();
+        if (absl::StrContains(name, "/scans/")) {
+          e.fix = "'vantage scan list SESSION' shows the scans there are";
+        } else if (absl::StrContains(name, "/plans/")) {
+          e.fix = "'vantage plan SESSION' makes a plan";
+        } else {
+          e.fix = "'vantage session list' shows the sessions there are";
+        }
+      }
+    }
+  }
+}
+
+}  // namespace
+
+absl::Status FromRpc(const grpc::Status& status, const std::string& server) {
+  if (status.ok()) return absl::OkStatus();
+  absl::Status out(static_cast<absl::StatusCode>(status.error_code()), status.error_message());
+  if (!status.error_details().empty()) {
+    out.SetPayload(kDetailsUrl, absl::Cord(status.error_details()));
+  }
+  out.SetPayload(kServerUrl, absl::Cord(server));
+  return out;
+}
+
+absl::Status WithFix(absl::Status status, const std::string& fix) {
+  if (!status.ok()) status.SetPayload(kFixUrl, absl::Cord(fix));
+  return status;
+}
+
+Explanation Explain(const absl::Status& status) {
+  Explanation e;
+  e.code = status.code();
+  e.cause = std::string(status.message());
+  e.fix = Payload(status, kFixUrl);
+  google::rpc::Status details;
+  if (details.ParseFromString(Payload(status, kDetailsUrl))) ReadDetails(details, e);
+  const std::string server = Payload(status, kServerUrl);
+  // Without details from the server it was the transport that spoke.
+  if (!server.empty() && e.reason.empty()) {
+    if (e.code == absl::StatusCode::kUnavailable) {
+      e.cause = absl::StrCat("cannot reach the server at ", server, " (", e.cause, ")");
+    } else if (e.code == absl::StatusCode::kDeadlineExceeded) {
+      e.cause = absl::StrCat("the server at ", server, " did not answer in time");
+    }
+  }
+  while (absl::EndsWith(e.cause, ".")) e.cause.pop_back();
+  if (e.cause.empty()) e.cause = absl::StatusCodeToString(e.code);
+  if (e.fix.empty() && !server.empty()) e.fix = DefaultFix(e);
+  return e;
+}
+
+}  // namespace vantage

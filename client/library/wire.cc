@@ -1,0 +1,65 @@
+#include "client/library/wire.h"
+
+#include <grpcpp/create_channel.h>
+#include <grpcpp/security/credentials.h>
+#include <grpcpp/support/channel_arguments.h>
+
+#include <thread>
+
+#include "absl/strings/str_format.h"
+
+namespace vantage {
+namespace {
+
+constexpr int kKeepaliveMs = 10'000;
+constexpr int kKeepaliveTimeoutMs = 5'000;
+// A full plan comes with a page of scores and its patches.
+constexpr int kLargestMessage = 64 << 20;
+
+}  // namespace
+
+Client::Wire::Wire(ClientOptions client_options) : options(std::move(client_options)) {
+  grpc::ChannelArguments arguments;
+  // A link that goes silent would otherwise block for minutes.
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
+  arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, kKeepaliveTimeoutMs);
+  arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 200);
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2'000);
+  // Retrying is ours: it has to know of request ids, RetryInfo and resuming.
+  arguments.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);
+  arguments.SetMaxReceiveMessageSize(kLargestMessage);
+  channel =
+      grpc::CreateCustomChannel(options.server, grpc::InsecureChannelCredentials(), arguments);
+  sessions = v1::SessionService::NewStub(channel);
+  scans = v1::ScanService::NewStub(channel);
+  plans = v1::PlanService::NewStub(channel);
+  model = v1::ModelService::NewStub(channel);
+  fleet = v1::FleetService::NewStub(channel);
+  health = grpc::health::v1::Health::NewStub(channel);
+}
+
+std::chrono::system_clock::time_point DeadlineIn(double seconds) {
+  return std::chrono::system_clock::now() +
+         std::chrono::duration_cast<std::chrono::system_clock::duration>(
+             std::chrono::duration<double>(seconds));
+}
+
+void SleepSeconds(double seconds) {
+  std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+}
+
+uint64_t RandomSeed() {
+  std::random_device device;
+  return static_cast<uint64_t>(device()) << 32 | device();
+}
+
+std::string NewRequestId() { return absl::StrFormat("%016x%016x", RandomSeed(), RandomSeed()); }
+
+bool IsTransient(const absl::Status& status) {
+  return absl::IsUnavailable(status) ||
+         (absl::IsResourceExhausted(status) && Explain(status).retry_seconds.has_value());
+}
+
+}  // namespace vantage

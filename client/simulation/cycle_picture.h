@@ -1,0 +1,24 @@
+// A cycle of a job as a picture, from what the public API says.
+#ifndef VANTAGE_CLIENT_SIMULATION_CYCLE_PICTURE_H_
+#define VANTAGE_CLIENT_SIMULATION_CYCLE_PICTURE_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "client/library/client.h"
+#include "client/picture/job_picture.h"
+#include "client/simulation/simulated_job.h"
+
+namespace vantage {
+
+// Draws the job after `cycle`, whose plan must be full: exports the surfaces, writes `path` (PNG).
+// `stations` are all scans so far, this one included.
+absl::Status WriteCyclePicture(Client& client, const std::string& session, const Site& site,
+                               const Cycle& cycle, const std::vector<JobPicture::Station>& stations,
+                               const std::string& path);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CLIENT_SIMULATION_CYCLE_PICTURE_H_

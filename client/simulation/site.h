@@ -1,0 +1,31 @@
+// A place to simulate a job in: a mesh, its floor and where the first scan is made.
+#ifndef VANTAGE_CLIENT_SIMULATION_SITE_H_
+#define VANTAGE_CLIENT_SIMULATION_SITE_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/simulation/triangle_mesh.h"
+
+namespace vantage {
+
+struct Site {
+  std::string name;
+  TriangleMesh mesh;
+  double floor_height = 0;                          // m, scene frame, below the start
+  Eigen::Vector3d start = Eigen::Vector3d::Zero();  // m, scene frame
+};
+
+// A furnished flat of the project's own making.
+Site FlatSite(uint64_t seed);
+
+// A mesh from a PLY file. Without a start the most enclosed free place at 1.5 m over the lowest
+// floor is taken. INVALID_ARGUMENT: not a mesh, or the start is not free.
+absl::StatusOr<Site> MeshSite(const std::string& path, const std::optional<Eigen::Vector3d>& start);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CLIENT_SIMULATION_SITE_H_
