@@ -1,0 +1,152 @@
+#include "core/simulation/ground_truth.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/parallel/thread_pool.h"
+#include "core/simulation/mesh_builder.h"
+#include "core/simulation/scene.h"
+
+namespace vantage {
+namespace {
+
+constexpr double kDensity = 2500;
+const Eigen::Vector3d kRoom(8, 6, 2.7);
+
+// Area of an empty box's faces that a scanner at `from` measures at a density of at least `least`,
+// by summing over 2 cm squares; the formula of algorithm.md section 3 written out again.
+double BoxArea(const Eigen::Vector3d& from, double least) {
+  constexpr double kStep = 0.02;
+  double area = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const int u = (axis + 1) % 3;
+    const int v = (axis + 2) % 3;
+    for (const double plane : {0.0, kRoom[axis]}) {
+      for (double a = 0.5 * kStep; a < kRoom[u]; a += kStep) {
+        for (double b = 0.5 * kStep; b < kRoom[v]; b += kStep) {
+          Eigen::Vector3d p;
+          p[axis] = plane;
+          p[u] = a;
+          p[v] = b;
+          const Eigen::Vector3d way = p - from;
+          const double r = way.norm();
+          const double cos_i = std::abs(way[axis]) / r;
+          const double e = std::asin(way.z() / r);
+          if (r < 0.5 || r > 20 || cos_i < std::cos(75 * kPi / 180) || e < -kPi / 3) continue;
+          const double step = 0.25 * kPi / 180;
+          const double rho = 1 / (step * step * std::max(std::cos(e), std::sin(step)));
+          if (rho * cos_i / (r * r) >= least) area += kStep * kStep;
+        }
+      }
+    }
+  }
+  return area;
+}
+
+TEST(GroundTruthTest, AnEmptyBoxIsCoveredAsTheFormulaSays) {
+  const Scene room = BoxRoom(kRoom);
+  const SimulatedScanner tracer(room.mesh);
+  const std::vector<Eigen::Vector3d> positions = {{2, 2, 1.5}, {6, 4, 1.5}};
+  Serial serial;
+  constexpr size_t kSamples = 40'000;
+  GroundTruth truth(room.mesh, tracer, ScannerModel{}, kDensity, positions, kSamples, serial);
+  const double total = 2 * (8 * 6 + 8 * 2.7 + 6 * 2.7);
+  // Five sigma of a share of samples; stratified sampling does better.
+  const double tolerance = 5 * total * 0.5 / std::sqrt(kSamples);
+  EXPECT_EQ(truth.Measure().seen_area, 0);
+  truth.AddScan(positions[0], serial);
+  const TrueCoverage one = truth.Measure();
+  EXPECT_NEAR(one.seen_area, BoxArea(positions[0], 0), tolerance);
+  EXPECT_NEAR(one.at_density_area, BoxArea(positions[0], kDensity), tolerance);
+  EXPECT_LE(one.seen_area, one.attainable_area);
+  EXPECT_GT(one.attainable_area, one.attainable_at_density_area);
+  const double gain = truth.GainAtDensity({positions[1]}, serial)[0];
+  truth.AddScan(positions[1], serial);
+  const TrueCoverage both = truth.Measure();
+  EXPECT_DOUBLE_EQ(both.seen_area, both.attainable_area);
+  EXPECT_DOUBLE_EQ(both.at_density_area, both.attainable_at_density_area);
+  EXPECT_NEAR(both.at_density_area - one.at_density_area, gain, 1e-9);
+  EXPECT_DOUBLE_EQ(both.seen_share(), 1);
+}
+
+TEST(GroundTruthTest, WhatNobodySeesDoesNotCount) {
+  // A closed cupboard in the middle: its inside is not attainable, its faces are.
+  TriangleMesh mesh = BoxRoom(kRoom).mesh;
+  MeshBuilder builder(mesh);
+  builder.Box({3, 2, 0}, {5, 4, 2});
+  builder.Box({3.1, 2.1, 0.1}, {4.9, 3.9, 1.9});  // the inside, seen from nowhere
+  builder.Quad({Eigen::Vector3d(1, 0.01, 1), Eigen::Vector3d(2, 0.01, 1),
+                Eigen::Vector3d(2, 0.01, 2), Eigen::Vector3d(1, 0.01, 2)},
+               Material::kMirror);
+  const SimulatedScanner tracer(mesh);
+  Serial serial;
+  std::vector<Eigen::Vector3d> positions;
+  for (double x = 0.5; x < 8; x += 0.5) {
+    for (double y = 0.5; y < 6; y += 0.5) {
+      if (x > 2.4 && x < 5.6 && y > 1.4 && y < 4.6) continue;
+      positions.emplace_back(x, y, 1.5);
+    }
+  }
+  const GroundTruth truth(mesh, tracer, ScannerModel{}, 1, positions, 40'000, serial);
+  const TrueCoverage coverage = truth.Measure();
+  // Room without the square below the cupboard and the one behind the mirror; the cupboard's sides,
+  // for its top is higher than the scanner. All of it is measured from somewhere.
+  const double room = 2 * (8 * 6 + 8 * 2.7 + 6 * 2.7) - 4 - 1;
+  const double cupboard = 4 * 2 * 2;
+  EXPECT_NEAR(coverage.attainable_area, room + cupboard, 0.02 * (room + cupboard));
+}
+
+TEST(GroundTruthTest, AgreesWithBruteForceOverAllPositionsOnAnyNumberOfThreads) {
+  const Scene scene = TwoRooms(1);
+  const SimulatedScanner tracer(scene.mesh);
+  ThreadPool pool(3);
+  Serial serial;
+  const std::vector<Eigen::Vector3d> positions =
+      StandablePositions(tracer, scene.mesh.Bounds(), scene.starts.front(), 0, 1.5, 0.35, 0.5);
+  ASSERT_GT(positions.size(), 20u);
+  ScannerModel scanner;
+  GroundTruth truth(scene.mesh, tracer, scanner, kDensity, positions, 4000, pool);
+  // Scanning from everywhere sees exactly what is attainable.
+  for (const Eigen::Vector3d& position : positions) truth.AddScan(position, serial);
+  const TrueCoverage all = truth.Measure();
+  EXPECT_DOUBLE_EQ(all.seen_area, all.attainable_area);
+  EXPECT_DOUBLE_EQ(all.at_density_area, all.attainable_at_density_area);
+  EXPECT_GT(all.attainable_area, 50);
+}
+
+TEST(StandablePositionsTest, AreTheLatticePointsClearOfTheWalls) {
+  const Eigen::Vector3d size(5, 3, 2.5);
+  const Scene room = BoxRoom(size);
+  const SimulatedScanner tracer(room.mesh);
+  const std::vector<Eigen::Vector3d> positions =
+      StandablePositions(tracer, room.mesh.Bounds(), room.starts.front(), 0, 1.5, 0.35, 0.23);
+  size_t expected = 0;
+  for (int i = 0; 0.23 * i <= 5; ++i) {
+    for (int k = 0; 0.23 * k <= 3; ++k) {
+      const double x = 0.23 * i;
+      const double y = 0.23 * k;
+      expected += x >= 0.35 && x <= 4.65 && y >= 0.35 && y <= 2.65 ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(positions.size(), expected);
+  for (const Eigen::Vector3d& p : positions) EXPECT_EQ(p.z(), 1.5);
+}
+
+TEST(StandablePositionsTest, KeepToWhatIsConnectedAndNotOnTables) {
+  TriangleMesh mesh = BoxRoom(kRoom).mesh;
+  MeshBuilder builder(mesh);
+  builder.Box({3.9, 0, 0}, {4.1, 6, 2.7});  // a wall without a door
+  builder.Box({1, 2, 0.7}, {2, 4, 0.74});   // a table without legs
+  const SimulatedScanner tracer(mesh);
+  const std::vector<Eigen::Vector3d> positions =
+      StandablePositions(tracer, mesh.Bounds(), {3, 3, 1.5}, 0, 1.5, 0.35, 0.1);
+  ASSERT_FALSE(positions.empty());
+  for (const Eigen::Vector3d& p : positions) {
+    EXPECT_LT(p.x(), 3.9);
+    EXPECT_FALSE(p.x() > 0.7 && p.x() < 2.3 && p.y() > 1.9 && p.y() < 4.1) << p.transpose();
+  }
+}
+
+}  // namespace
+}  // namespace vantage
