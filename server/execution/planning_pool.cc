@@ -1,0 +1,341 @@
+#include "server/execution/planning_pool.h"
+
+#include <sys/resource.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <limits>
+#include <tuple>
+#include <utility>
+
+namespace vantage {
+namespace {
+
+constexpr std::chrono::milliseconds kSlice(2);
+constexpr size_t kNone = std::numeric_limits<size_t>::max();
+
+// Handlers and heartbeats come before planning when they compete for a core.
+void YieldToShortTasks() {
+  constexpr int kNiceness = 5;
+  setpriority(PRIO_PROCESS, static_cast<id_t>(syscall(SYS_gettid)), kNiceness);
+}
+
+}  // namespace
+
+class PlanningPool::Share {
+ public:
+  explicit Share(double w) : weight(w) {}
+  const double weight;
+  // All guarded by the pool's mutex.
+  double used = 0;     // s of processor time over weight, raised to the floor when it wakes
+  double seconds = 0;  // s of processor time
+  int active = 0;      // holders and queued jobs
+};
+
+// A thread of the pool, with or without a slot. Guarded by the pool's mutex except where said.
+struct PlanningPool::Holder {
+  std::shared_ptr<Share> share;
+  JobPriority priority = JobPriority::kPlan;
+  bool granted = false;
+  std::condition_variable wake;
+  Clock::time_point slice_start;  // touched by its own thread only, while it holds a slot
+  std::shared_ptr<Loop> loop;     // what a helper was given
+};
+
+struct PlanningPool::Queued {
+  std::shared_ptr<Share> share;
+  JobPriority priority;
+  Job job;
+};
+
+// One call of For(). May outlive it (helpers share it), but `body` is touched only while indices
+// remain.
+struct PlanningPool::Loop {
+  Loop(std::shared_ptr<Share> s, JobPriority p, size_t indices,
+       absl::FunctionRef<void(size_t)> call)
+      : share(std::move(s)), priority(p), count(indices), body(call) {}
+
+  // False when no index was left.
+  bool RunOne() {
+    const size_t i = next.fetch_add(1);
+    if (i >= count) return false;
+    body(i);
+    if (done.fetch_add(1) + 1 == count) {
+      std::lock_guard<std::mutex> lock(mutex);
+      finished.notify_all();
+    }
+    return true;
+  }
+  bool Exhausted() const { return next.load() >= count; }
+
+  const std::shared_ptr<Share> share;
+  const JobPriority priority;
+  const size_t count;
+  const absl::FunctionRef<void(size_t)> body;
+  std::atomic<size_t> next{0};
+  std::atomic<size_t> done{0};
+  std::mutex mutex;
+  std::condition_variable finished;
+};
+
+// The Parallel that a job is handed.
+class PlanningPool::Lane final : public Parallel {
+ public:
+  Lane(PlanningPool& pool, std::shared_ptr<Share> share, JobPriority priority)
+      : pool_(pool), share_(std::move(share)), priority_(priority) {}
+  int width() const override { return pool_.slots_; }
+  void For(size_t count, absl::FunctionRef<void(size_t)> body) override {
+    pool_.For(share_, priority_, count, body);
+  }
+
+ private:
+  PlanningPool& pool_;
+  const std::shared_ptr<Share> share_;
+  const JobPriority priority_;
+};
+
+namespace {
+// The holder that the current thread is, where it is one of the pool's.
+thread_local void* current_holder = nullptr;
+}  // namespace
+
+PlanningPool::PlanningPool(int slots, int max_jobs)
+    : slots_(std::max(1, slots)),
+      max_plans_(std::max(1, std::max(2, max_jobs) * 3 / 4)),
+      free_slots_(std::max(1, slots)) {
+  for (int i = 0; i < std::max(2, max_jobs); ++i) threads_.emplace_back([this] { RunJobs(); });
+  for (int i = 1; i < slots_; ++i) threads_.emplace_back([this] { Help(); });
+}
+
+PlanningPool::~PlanningPool() {
+  std::deque<Queued> dropped;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    stopping_ = true;
+    dropped.swap(queue_);
+    for (Holder* helper : idle_helpers_) helper->wake.notify_all();
+  }
+  queue_changed_.notify_all();
+  dropped.clear();
+  for (std::thread& thread : threads_) thread.join();
+}
+
+std::shared_ptr<PlanningPool::Share> PlanningPool::NewShare(double weight) {
+  return std::make_shared<Share>(weight);
+}
+
+double PlanningPool::Used(const Share& share) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return share.seconds;
+}
+
+void PlanningPool::Activate(Share& share) {
+  if (share.active++ == 0) share.used = std::max(share.used, floor_);
+}
+
+void PlanningPool::Submit(std::shared_ptr<Share> share, JobPriority priority, Job job) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (stopping_) return;
+    Activate(*share);
+    queue_.push_back({std::move(share), priority, std::move(job)});
+  }
+  queue_changed_.notify_one();
+}
+
+size_t PlanningPool::BestQueued() {
+  size_t best = kNone;
+  for (size_t i = 0; i < queue_.size(); ++i) {
+    const Queued& entry = queue_[i];
+    if (entry.priority == JobPriority::kPlan && running_plans_ >= max_plans_) continue;
+    if (best == kNone || std::tie(entry.share->used, entry.priority) <
+                             std::tie(queue_[best].share->used, queue_[best].priority)) {
+      best = i;
+    }
+  }
+  return best;
+}
+
+PlanningPool::Holder* PlanningPool::BestWaiting() {
+  const auto best =
+      std::min_element(waiting_.begin(), waiting_.end(), [](const Holder* a, const Holder* b) {
+        return std::tie(a->share->used, a->priority) < std::tie(b->share->used, b->priority);
+      });
+  return best == waiting_.end() ? nullptr : *best;
+}
+
+PlanningPool::Loop* PlanningPool::BestLoop() {
+  Loop* best = nullptr;
+  for (const std::shared_ptr<Loop>& loop : loops_) {
+    if (loop->Exhausted()) continue;
+    if (best == nullptr ||
+        std::tie(loop->share->used, loop->priority) < std::tie(best->share->used, best->priority)) {
+      best = loop.get();
+    }
+  }
+  return best;
+}
+
+// Gives free slots away, to who has had least.
+void PlanningPool::Schedule() {
+  while (free_slots_ > 0) {
+    Holder* waiting = BestWaiting();
+    Loop* loop = idle_helpers_.empty() ? nullptr : BestLoop();
+    if (waiting == nullptr && loop == nullptr) return;
+    Holder* chosen = waiting;
+    if (waiting == nullptr || (loop != nullptr && loop->share->used < waiting->share->used)) {
+      chosen = idle_helpers_.back();
+      idle_helpers_.pop_back();
+      chosen->loop = *std::find_if(loops_.begin(), loops_.end(),
+                                   [&](const auto& l) { return l.get() == loop; });
+      chosen->priority = loop->priority;
+    } else {
+      waiting_.erase(std::find(waiting_.begin(), waiting_.end(), chosen));
+    }
+    const Share& share = *(chosen->loop != nullptr ? chosen->loop->share : chosen->share);
+    floor_ = std::max(floor_, share.used);
+    --free_slots_;
+    chosen->granted = true;
+    chosen->wake.notify_one();
+  }
+}
+
+void PlanningPool::Acquire(Holder& holder, std::unique_lock<std::mutex>& lock) {
+  holder.granted = false;
+  waiting_.push_back(&holder);
+  Schedule();
+  holder.wake.wait(lock, [&] { return holder.granted; });
+  holder.slice_start = Clock::now();
+}
+
+void PlanningPool::Charge(Holder& holder) {
+  const Clock::time_point now = Clock::now();
+  const double seconds = std::chrono::duration<double>(now - holder.slice_start).count();
+  Share& share = *(holder.loop != nullptr ? holder.loop->share : holder.share);
+  share.used += seconds / share.weight;
+  share.seconds += seconds;
+  holder.slice_start = now;
+}
+
+void PlanningPool::Release(Holder& holder) {
+  Charge(holder);
+  ++free_slots_;
+  holder.granted = false;
+}
+
+void PlanningPool::RunJobs() {
+  YieldToShortTasks();
+  Holder holder;
+  current_holder = &holder;
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (true) {
+    size_t index = kNone;
+    queue_changed_.wait(lock, [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS {
+      if (stopping_) return true;
+      index = BestQueued();
+      return index != kNone;
+    });
+    if (stopping_) return;
+    Queued entry = std::move(queue_[index]);
+    queue_.erase(queue_.begin() + static_cast<std::ptrdiff_t>(index));
+    const bool plan = entry.priority == JobPriority::kPlan;
+    if (plan) ++running_plans_;
+    holder.share = entry.share;
+    holder.priority = entry.priority;
+    Acquire(holder, lock);
+    lock.unlock();
+    {
+      Lane lane(*this, entry.share, entry.priority);
+      entry.job(lane);
+      entry.job = nullptr;  // what it holds is released outside the lock
+    }
+    lock.lock();
+    Release(holder);
+    --entry.share->active;
+    holder.share.reset();
+    if (plan) --running_plans_;
+    Schedule();
+    queue_changed_.notify_one();
+  }
+}
+
+void PlanningPool::Help() {
+  YieldToShortTasks();
+  Holder holder;
+  current_holder = &holder;
+  std::unique_lock<std::mutex> lock(mutex_);
+  while (true) {
+    idle_helpers_.push_back(&holder);
+    Schedule();
+    holder.wake.wait(lock,
+                     [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return holder.granted || stopping_; });
+    if (!holder.granted) return;
+    holder.slice_start = Clock::now();
+    lock.unlock();
+    while (holder.loop->RunOne() && !SliceOver(holder, true)) {
+    }
+    lock.lock();
+    Release(holder);
+    std::shared_ptr<Loop> loop = std::move(holder.loop);
+    holder.loop = nullptr;
+    if (loop->Exhausted())
+      loops_.erase(std::remove(loops_.begin(), loops_.end(), loop), loops_.end());
+  }
+}
+
+// True when the holder's slice is over and somebody who has had less wants its slot.
+bool PlanningPool::SliceOver(Holder& holder, bool leave_when_contended) {
+  if (Clock::now() - holder.slice_start < kSlice) return false;
+  std::lock_guard<std::mutex> lock(mutex_);
+  Charge(holder);
+  const Share& own = *(holder.loop != nullptr ? holder.loop->share : holder.share);
+  const Holder* waiting = BestWaiting();
+  if (waiting != nullptr &&
+      (waiting->share->used < own.used ||
+       (waiting->share.get() == &own && waiting->priority < holder.priority))) {
+    return true;
+  }
+  if (!leave_when_contended) return false;
+  const Loop* loop = BestLoop();
+  return loop != nullptr && loop->share->used < own.used;
+}
+
+void PlanningPool::Yield(Holder& holder) {
+  if (!SliceOver(holder, false)) return;
+  std::unique_lock<std::mutex> lock(mutex_);
+  Release(holder);
+  // A helper inside a nested loop waits on behalf of the session that it helps.
+  std::shared_ptr<Loop> loop = std::move(holder.loop);
+  holder.loop = nullptr;
+  const std::shared_ptr<Share> own = holder.share;
+  if (own == nullptr) holder.share = loop->share;
+  Acquire(holder, lock);
+  holder.share = own;
+  holder.loop = std::move(loop);
+}
+
+void PlanningPool::For(const std::shared_ptr<Share>& share, JobPriority priority, size_t count,
+                       absl::FunctionRef<void(size_t)> body) {
+  if (count == 0) return;
+  auto* holder = static_cast<Holder*>(current_holder);
+  auto loop = std::make_shared<Loop>(share, priority, count, body);
+  if (count > 1 && slots_ > 1) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    loops_.push_back(loop);
+    Schedule();
+  }
+  while (loop->RunOne()) {
+    if (holder != nullptr) Yield(*holder);
+  }
+  {
+    std::unique_lock<std::mutex> lock(loop->mutex);
+    loop->finished.wait(lock, [&] { return loop->done.load() == count; });
+  }
+  if (count > 1 && slots_ > 1) {
+    std::lock_guard<std::mutex> lock(mutex_);
+    loops_.erase(std::remove(loops_.begin(), loops_.end(), loop), loops_.end());
+  }
+}
+
+}  // namespace vantage

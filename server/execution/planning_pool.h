@@ -1,0 +1,94 @@
+// The threads that carve, register and plan: a fixed number of processor slots, shared fairly
+// between sessions, apart from gRPC's threads and from short tasks.
+#ifndef VANTAGE_SERVER_EXECUTION_PLANNING_POOL_H_
+#define VANTAGE_SERVER_EXECUTION_PLANNING_POOL_H_
+
+#include <atomic>
+#include <chrono>
+#include <condition_variable>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "core/parallel/parallel.h"
+
+namespace vantage {
+
+// Among the jobs of one session the smaller goes first; between sessions the share decides.
+enum class JobPriority : uint8_t { kInteractive = 0, kModel = 1, kPlan = 2 };
+
+// Jobs are long and cannot be suspended by anyone but themselves. A job holds a slot while it
+// computes; at every boundary of a parallel body, after a slice of 2 ms, it hands the slot to the
+// session that has had the least processor time, if that one waits. Slots that no job claims help
+// with the loops of the jobs that run.
+class PlanningPool {
+ public:
+  using Job = std::function<void(Parallel&)>;
+  // What a session has used. Sessions with equal weights get equal processor time while they want
+  // it; one that was idle gains no credit from that.
+  class Share;
+
+  // `slots` >= 1 bodies run at a time. At most `max_jobs` (>= 2) jobs are begun at a time, plans
+  // being at most three quarters of them; further ones wait in order of share and priority.
+  PlanningPool(int slots, int max_jobs);
+  // Waits for the jobs that have begun; drops those that have not.
+  ~PlanningPool();
+  PlanningPool(const PlanningPool&) = delete;
+  PlanningPool& operator=(const PlanningPool&) = delete;
+
+  std::shared_ptr<Share> NewShare(double weight = 1.0);
+
+  // Never refuses: who submits bounds the number (strands: one each; plans: limits per session and
+  // server).
+  void Submit(std::shared_ptr<Share> share, JobPriority priority, Job job);
+
+  int slots() const { return slots_; }
+  // Processor seconds that a share has used.
+  double Used(const Share& share) const;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Holder;
+  struct Loop;
+  struct Queued;
+  class Lane;
+
+  void RunJobs();
+  void Help();
+  void Acquire(Holder& holder, std::unique_lock<std::mutex>& lock);
+  void Release(Holder& holder) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Charge(Holder& holder) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Schedule() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  Holder* BestWaiting() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  Loop* BestLoop() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  size_t BestQueued() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Activate(Share& share) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void For(const std::shared_ptr<Share>& share, JobPriority priority, size_t count,
+           absl::FunctionRef<void(size_t)> body);
+  void Yield(Holder& holder);
+  bool SliceOver(Holder& holder, bool leave_when_contended);
+
+  const int slots_;
+  const int max_plans_;
+  mutable std::mutex mutex_;
+  std::condition_variable queue_changed_;
+  std::deque<Queued> queue_ ABSL_GUARDED_BY(mutex_);
+  std::vector<Holder*> waiting_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::shared_ptr<Loop>> loops_ ABSL_GUARDED_BY(mutex_);
+  std::vector<Holder*> idle_helpers_ ABSL_GUARDED_BY(mutex_);
+  int free_slots_ ABSL_GUARDED_BY(mutex_);
+  int running_plans_ ABSL_GUARDED_BY(mutex_) = 0;
+  double floor_ ABSL_GUARDED_BY(mutex_) = 0;  // used time that a session starts from
+  bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
+  std::vector<std::thread> threads_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_EXECUTION_PLANNING_POOL_H_

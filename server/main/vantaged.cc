@@ -1,0 +1,136 @@
+// The server program: reads its configuration, serves until SIGTERM or SIGINT, drains, exits 0.
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <map>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include <CLI/CLI.hpp>
+
+#include "absl/strings/str_cat.h"
+#include "server/main/healthcheck.h"
+#include "server/main/server.h"
+#include "server/store/memory_store.h"
+
+namespace vantage {
+namespace {
+
+constexpr int kExitUsage = 2;
+constexpr int kExitUnhealthy = 1;
+constexpr int kExitFailed = 1;
+
+struct Program {
+  ServerOptions server;
+  std::string port_file;
+  std::string healthcheck;
+  LogLevel log_level = LogLevel::kInfo;
+  size_t store_mib = 4096;
+  size_t scan_mib = 512;
+  int drain_seconds = 20;
+};
+
+void Declare(CLI::App& app, Program& program) {
+  app.set_config("--config", "", "read options from a TOML file; flags override it");
+  app.set_version_flag("--version", "vantaged " VANTAGE_VERSION);
+  app.add_option("--listen", program.server.listen, "address and port; port 0 takes a free one")
+      ->capture_default_str();
+  app.add_flag("--allow-insecure-remote", program.server.allow_insecure_remote,
+               "serve other machines without encryption or authentication; anyone who reaches the "
+               "port can read and delete every session");
+  app.add_option("--port-file", program.port_file, "write the port here once serving");
+  app.add_option("--threads", program.server.threads, "threads that compute; 0: one per core")
+      ->check(CLI::Range(0, 256))
+      ->capture_default_str();
+  app.add_option("--request-threads", program.server.request_threads, "threads that answer")
+      ->check(CLI::Range(1, 64))
+      ->capture_default_str();
+  app.add_option("--max-sessions", program.server.limits.sessions, "sessions at most")
+      ->check(CLI::Range(1, 100000))
+      ->capture_default_str();
+  app.add_option("--max-scan-mib", program.scan_mib, "encoded scan at most, MiB")
+      ->check(CLI::Range(1, 65536))
+      ->capture_default_str();
+  app.add_option("--store-mib", program.store_mib, "memory for scans and logs at most, MiB")
+      ->check(CLI::Range(1, 1 << 20))
+      ->capture_default_str();
+  app.add_option("--drain-seconds", program.drain_seconds,
+                 "how long a shutdown waits for plans and merges")
+      ->check(CLI::Range(0, 3600))
+      ->capture_default_str();
+  const std::map<std::string, LogLevel> levels = {{"debug", LogLevel::kDebug},
+                                                  {"info", LogLevel::kInfo},
+                                                  {"warning", LogLevel::kWarning},
+                                                  {"error", LogLevel::kError},
+                                                  {"off", LogLevel::kOff}};
+  app.add_option("--log-level", program.log_level, "debug, info, warning, error or off")
+      ->transform(CLI::CheckedTransformer(levels, CLI::ignore_case));
+  app.add_option("--healthcheck", program.healthcheck,
+                 "don't serve: ask the server at this address whether it serves")
+      ->configurable(false);
+}
+
+// Complete or not there at all, whoever reads it when.
+bool WritePortFile(const std::string& path, int port) {
+  const std::string temporary = path + ".new";
+  {
+    std::ofstream file(temporary);
+    file << port << "\n";
+    if (!file.good()) return false;
+  }
+  return std::rename(temporary.c_str(), path.c_str()) == 0;
+}
+
+int Serve(const Program& program, const sigset_t& signals) {
+  Log log(program.log_level, Log::Stderr());
+  MemoryStore store(program.store_mib << 20);
+  absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(program.server, store, log);
+  if (!server.ok()) {
+    std::fprintf(stderr, "vantaged: %s\n", std::string(server.status().message()).c_str());
+    return absl::IsInvalidArgument(server.status()) ? kExitUsage : kExitFailed;
+  }
+  const std::string host = program.server.listen.substr(0, program.server.listen.rfind(':'));
+  std::printf("vantaged %s listening on %s:%d\n", VANTAGE_VERSION, host.c_str(), (*server)->port());
+  std::fflush(stdout);
+  if (!program.port_file.empty() && !WritePortFile(program.port_file, (*server)->port())) {
+    std::fprintf(stderr, "vantaged: cannot write %s\n", program.port_file.c_str());
+    return kExitFailed;
+  }
+  int received = 0;
+  sigwait(&signals, &received);
+  (*server)->Drain();
+  return 0;
+}
+
+int Main(int argc, char** argv) {
+  Program program;
+  CLI::App app("Vantage: plans where a scanner should stand next. Serves gRPC.", "vantaged");
+  Declare(app, program);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : kExitUsage;
+  }
+  if (!program.healthcheck.empty()) {
+    const absl::Status healthy = CheckHealth(program.healthcheck);
+    if (healthy.ok()) return 0;
+    std::fprintf(stderr, "vantaged: %s\n", std::string(healthy.message()).c_str());
+    return kExitUnhealthy;
+  }
+  program.server.limits.encoded_scan_bytes = static_cast<int64_t>(program.scan_mib) << 20;
+  program.server.drain_patience = std::chrono::seconds(program.drain_seconds);
+
+  // Every thread inherits the mask, so only sigwait sees these.
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  return Serve(program, signals);
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) { return vantage::Main(argc, argv); }

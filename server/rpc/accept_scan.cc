@@ -1,0 +1,20 @@
+#include <utility>
+
+#include "server/rpc/handlers.h"
+#include "server/rpc/lookup.h"
+
+namespace vantage::handlers {
+
+absl::StatusOr<v1::AcceptScanResponse> AcceptScan(SessionRegistry& sessions,
+                                                  const v1::AcceptScanRequest& request) {
+  absl::StatusOr<std::shared_ptr<Session>> session =
+      FindParent(sessions, request.name(), "scans", "name");
+  if (!session.ok()) return session.status();
+  absl::StatusOr<v1::Scan> scan = (*session)->AcceptScan(request);
+  if (!scan.ok()) return scan.status();
+  v1::AcceptScanResponse response;
+  *response.mutable_scan() = *std::move(scan);
+  return response;
+}
+
+}  // namespace vantage::handlers

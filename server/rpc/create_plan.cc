@@ -1,0 +1,24 @@
+#include <utility>
+
+#include "server/rpc/handlers.h"
+#include "server/rpc/lookup.h"
+#include "server/session/error.h"
+
+namespace vantage::handlers {
+
+absl::StatusOr<v1::CreatePlanResponse> CreatePlan(SessionRegistry& sessions,
+                                                  const v1::CreatePlanRequest& request) {
+  absl::Status open = sessions.CheckTakesWork();
+  if (!open.ok()) return open;
+  absl::StatusOr<std::shared_ptr<Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return session.status();
+  if (request.scanners_size() > 0) return NotInThisRelease("joint plans");
+  absl::StatusOr<v1::Plan> plan = (*session)->CreatePlan(request);
+  if (!plan.ok()) return plan.status();
+  v1::CreatePlanResponse response;
+  *response.mutable_plan() = *std::move(plan);
+  return response;
+}
+
+}  // namespace vantage::handlers

@@ -1,0 +1,108 @@
+#include <algorithm>
+#include <mutex>
+#include <string>
+#include <utility>
+
+#include "proto/wire/checksum.h"
+#include "server/rpc/lookup.h"
+#include "server/rpc/pumped_writer.h"
+#include "server/rpc/streams.h"
+#include "server/session/error.h"
+#include "server/session/export.h"
+
+namespace vantage {
+namespace {
+
+constexpr size_t kChunk = 256 << 10;
+
+// Parts are made on the planning pool, one ahead of none: a slow reader holds one part.
+class ExportStream final : public PumpedWriter<v1::ExportModelResponse> {
+ public:
+  ExportStream(const RpcEnvironment& around, grpc::CallbackServerContext* context,
+               std::unique_ptr<Export> source)
+      : PumpedWriter(around, context), source_(std::move(source)) {}
+
+  void Start() { Begin(); }
+
+ protected:
+  Step Produce(v1::ExportModelResponse& message, absl::Status& status) override {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (!error_.ok()) {
+      status = error_;
+      return Step::kFinish;
+    }
+    if (sent_ == part_.size()) {
+      if (at_end_) {
+        status = absl::OkStatus();
+        return Step::kFinish;
+      }
+      if (!making_) {
+        making_ = true;
+        source_->session().RunInteractive(
+            [self = std::static_pointer_cast<ExportStream>(shared_from_this())](Parallel&) {
+              self->MakePart();
+            });
+      }
+      return Step::kIdle;
+    }
+    const size_t size = std::min(kChunk, part_.size() - sent_);
+    message.set_data(part_.data() + sent_, size);
+    message.set_offset(offset_);
+    message.set_total_size(source_->total_size());
+    message.set_model_version(source_->model_version());
+    message.set_crc32c(Crc32c(message.data()));
+    if (offset_ == 0) message.set_file_name(source_->file_name());
+    sent_ += size;
+    offset_ += static_cast<int64_t>(size);
+    return Step::kWrite;
+  }
+
+  void Stopped() override {}
+
+ private:
+  void MakePart() {
+    absl::StatusOr<std::string> part = source_->Next();
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      making_ = false;
+      sent_ = 0;
+      part_.clear();
+      if (!part.ok()) {
+        error_ = part.status();
+      } else {
+        at_end_ = part->empty();
+        part_ = *std::move(part);
+      }
+    }
+    Notify();
+  }
+
+  const std::unique_ptr<Export> source_;
+  std::mutex mutex_;
+  std::string part_ ABSL_GUARDED_BY(mutex_);
+  size_t sent_ ABSL_GUARDED_BY(mutex_) = 0;
+  int64_t offset_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool making_ ABSL_GUARDED_BY(mutex_) = false;
+  bool at_end_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Status error_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace
+
+grpc::ServerWriteReactor<v1::ExportModelResponse>* ExportModel(
+    const RpcEnvironment& around, grpc::CallbackServerContext* context,
+    const v1::ExportModelRequest& request) {
+  using Refused = RefusedStream<v1::ExportModelResponse>;
+  absl::Status open = around.sessions.CheckTakesWork();
+  if (!open.ok()) return new Refused(open, context);
+  absl::StatusOr<std::shared_ptr<Session>> session =
+      FindSession(around.sessions, request.name(), "name");
+  if (!session.ok()) return new Refused(session.status(), context);
+  absl::StatusOr<std::unique_ptr<Export>> source = Export::Create(*session, request);
+  if (!source.ok()) return new Refused(source.status(), context);
+  auto stream = std::make_shared<ExportStream>(around, context, *std::move(source));
+  stream->Start();
+  return stream.get();
+}
+
+}  // namespace vantage

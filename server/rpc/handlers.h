@@ -1,0 +1,81 @@
+// One function per unary RPC: validate, call the session, convert. Free of gRPC; each has its own
+// file (reads of one resource, and its listing, share one).
+#ifndef VANTAGE_SERVER_RPC_HANDLERS_H_
+#define VANTAGE_SERVER_RPC_HANDLERS_H_
+
+#include <functional>
+
+#include "absl/status/statusor.h"
+#include "server/session/session_registry.h"
+#include "vantage/v1/fleet_service.pb.h"
+#include "vantage/v1/model_service.pb.h"
+#include "vantage/v1/plan_service.pb.h"
+#include "vantage/v1/scan_service.pb.h"
+#include "vantage/v1/session_service.pb.h"
+
+namespace vantage::handlers {
+
+// Sessions.
+absl::StatusOr<v1::CreateSessionResponse> CreateSession(SessionRegistry& sessions,
+                                                        const v1::CreateSessionRequest& request);
+absl::StatusOr<v1::GetSessionResponse> GetSession(SessionRegistry& sessions,
+                                                  const v1::GetSessionRequest& request);
+absl::StatusOr<v1::ListSessionsResponse> ListSessions(SessionRegistry& sessions,
+                                                      const v1::ListSessionsRequest& request);
+absl::StatusOr<v1::UpdateSessionResponse> UpdateSession(SessionRegistry& sessions,
+                                                        const v1::UpdateSessionRequest& request);
+absl::StatusOr<v1::DeleteSessionResponse> DeleteSession(SessionRegistry& sessions,
+                                                        const v1::DeleteSessionRequest& request);
+
+// Uploads and scans.
+absl::StatusOr<v1::CreateUploadResponse> CreateUpload(SessionRegistry& sessions,
+                                                      const v1::CreateUploadRequest& request);
+absl::StatusOr<v1::GetUploadResponse> GetUpload(SessionRegistry& sessions,
+                                                const v1::GetUploadRequest& request);
+absl::StatusOr<v1::UploadPieceResponse> UploadPiece(SessionRegistry& sessions,
+                                                    const v1::UploadPieceRequest& request);
+absl::StatusOr<v1::GetScanResponse> GetScan(SessionRegistry& sessions,
+                                            const v1::GetScanRequest& request);
+absl::StatusOr<v1::ListScansResponse> ListScans(SessionRegistry& sessions,
+                                                const v1::ListScansRequest& request);
+absl::StatusOr<v1::AcceptScanResponse> AcceptScan(SessionRegistry& sessions,
+                                                  const v1::AcceptScanRequest& request);
+absl::StatusOr<v1::SetScanPoseResponse> SetScanPose(SessionRegistry& sessions,
+                                                    const v1::SetScanPoseRequest& request);
+absl::StatusOr<v1::WithdrawScanResponse> WithdrawScan(SessionRegistry& sessions,
+                                                      const v1::WithdrawScanRequest& request);
+
+// Plans.
+absl::StatusOr<v1::CreatePlanResponse> CreatePlan(SessionRegistry& sessions,
+                                                  const v1::CreatePlanRequest& request);
+absl::StatusOr<v1::GetPlanResponse> GetPlan(SessionRegistry& sessions,
+                                            const v1::GetPlanRequest& request);
+absl::StatusOr<v1::ListPlansResponse> ListPlans(SessionRegistry& sessions,
+                                                const v1::ListPlansRequest& request);
+absl::StatusOr<v1::CancelPlanResponse> CancelPlan(SessionRegistry& sessions,
+                                                  const v1::CancelPlanRequest& request);
+absl::StatusOr<v1::RejectViewResponse> RejectView(SessionRegistry& sessions,
+                                                  const v1::RejectViewRequest& request);
+// Answers on the planning pool; `done` is called exactly once.
+void EvaluateView(SessionRegistry& sessions, const v1::EvaluateViewRequest& request,
+                  std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done);
+
+// The model.
+absl::StatusOr<v1::GetCoverageResponse> GetCoverage(SessionRegistry& sessions,
+                                                    const v1::GetCoverageRequest& request);
+
+// The fleet: a later release's.
+absl::StatusOr<v1::AddScannerResponse> AddScanner(SessionRegistry& sessions,
+                                                  const v1::AddScannerRequest& request);
+absl::StatusOr<v1::ListScannersResponse> ListScanners(SessionRegistry& sessions,
+                                                      const v1::ListScannersRequest& request);
+absl::StatusOr<v1::ClaimViewResponse> ClaimView(SessionRegistry& sessions,
+                                                const v1::ClaimViewRequest& request);
+absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(SessionRegistry& sessions,
+                                                      const v1::ReleaseClaimRequest& request);
+absl::StatusOr<v1::ListClaimsResponse> ListClaims(SessionRegistry& sessions,
+                                                  const v1::ListClaimsRequest& request);
+
+}  // namespace vantage::handlers
+
+#endif  // VANTAGE_SERVER_RPC_HANDLERS_H_

@@ -1,0 +1,20 @@
+#include <utility>
+
+#include "server/rpc/handlers.h"
+#include "server/rpc/lookup.h"
+
+namespace vantage::handlers {
+
+absl::StatusOr<v1::RejectViewResponse> RejectView(SessionRegistry& sessions,
+                                                  const v1::RejectViewRequest& request) {
+  absl::StatusOr<std::shared_ptr<Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return session.status();
+  absl::StatusOr<v1::ViewRejection> rejection = (*session)->RejectView(request);
+  if (!rejection.ok()) return rejection.status();
+  v1::RejectViewResponse response;
+  *response.mutable_rejection() = *std::move(rejection);
+  return response;
+}
+
+}  // namespace vantage::handlers

@@ -1,0 +1,32 @@
+// The streaming RPCs. Each has its own file.
+#ifndef VANTAGE_SERVER_RPC_STREAMS_H_
+#define VANTAGE_SERVER_RPC_STREAMS_H_
+
+#include <grpcpp/grpcpp.h>
+
+#include "server/rpc/environment.h"
+#include "vantage/v1/model_service.pb.h"
+#include "vantage/v1/plan_service.pb.h"
+#include "vantage/v1/scan_service.pb.h"
+#include "vantage/v1/session_service.pb.h"
+
+namespace vantage {
+
+grpc::ServerWriteReactor<v1::WatchSessionResponse>* WatchSession(
+    const RpcEnvironment& around, grpc::CallbackServerContext* context,
+    const v1::WatchSessionRequest& request);
+
+grpc::ServerWriteReactor<v1::WatchPlanResponse>* WatchPlan(const RpcEnvironment& around,
+                                                           grpc::CallbackServerContext* context,
+                                                           const v1::WatchPlanRequest& request);
+
+grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>* UploadScan(
+    const RpcEnvironment& around, grpc::CallbackServerContext* context);
+
+grpc::ServerWriteReactor<v1::ExportModelResponse>* ExportModel(
+    const RpcEnvironment& around, grpc::CallbackServerContext* context,
+    const v1::ExportModelRequest& request);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_RPC_STREAMS_H_

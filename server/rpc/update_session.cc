@@ -1,0 +1,20 @@
+#include <utility>
+
+#include "server/rpc/handlers.h"
+#include "server/rpc/lookup.h"
+
+namespace vantage::handlers {
+
+absl::StatusOr<v1::UpdateSessionResponse> UpdateSession(SessionRegistry& sessions,
+                                                        const v1::UpdateSessionRequest& request) {
+  absl::StatusOr<std::shared_ptr<Session>> session =
+      FindSession(sessions, request.session().name(), "session.name");
+  if (!session.ok()) return session.status();
+  absl::StatusOr<v1::Session> updated = (*session)->Update(request);
+  if (!updated.ok()) return updated.status();
+  v1::UpdateSessionResponse response;
+  *response.mutable_session() = *std::move(updated);
+  return response;
+}
+
+}  // namespace vantage::handlers

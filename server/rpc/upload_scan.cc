@@ -1,0 +1,217 @@
+#include <chrono>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/rpc/lookup.h"
+#include "server/rpc/status.h"
+#include "server/rpc/streams.h"
+#include "server/session/error.h"
+#include "server/session/to_proto.h"
+
+namespace vantage {
+namespace {
+
+constexpr std::chrono::seconds kHeartbeat(4);
+
+// Reads a piece, stores it on our own threads, reads the next; acknowledges the latest state
+// whenever the write before is done. One piece is in hand at a time, so memory is bounded by one
+// message a stream.
+class UploadStream final
+    : public grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>,
+      public std::enable_shared_from_this<UploadStream> {
+ public:
+  UploadStream(const RpcEnvironment& around, grpc::CallbackServerContext* context)
+      : around_(around), context_(context) {}
+
+  void Start() {
+    self_ = shared_from_this();
+    drain_ = around_.sessions.WatchDrain([self = weak_from_this()] {
+      if (const auto stream = self.lock()) stream->Drain();
+    });
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      Arm();
+    }
+    StartNextRead();
+    if (around_.sessions.draining()) Drain();
+  }
+
+  void OnReadDone(bool ok) override {
+    if (!ok) {
+      // The client is done sending; what it sent stays. It can go on with another stream.
+      return Conclude(absl::OkStatus());
+    }
+    around_.tasks.Post([self = shared_from_this()] { self->Take(); });
+  }
+
+  void OnWriteDone(bool ok) override {
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      writing_ = false;
+      if (!ok && !concluded_) {
+        concluded_ = true;
+        verdict_ = absl::CancelledError("the link is gone");
+      }
+    }
+    Advance();
+  }
+
+  void OnCancel() override { Conclude(absl::CancelledError("cancelled by the client")); }
+
+  void OnDone() override {
+    around_.sessions.UnwatchDrain(drain_);
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      around_.timer.Cancel(timer_);
+    }
+    self_.reset();
+  }
+
+ private:
+  // Stores what request_ holds.
+  void Take() {
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      if (concluded_) return;
+    }
+    absl::StatusOr<v1::Upload> upload = Store();
+    if (!upload.ok()) return Conclude(upload.status());
+    const bool ended = upload->state() != v1::UPLOAD_STATE_OPEN;
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      Acknowledge(*upload);
+    }
+    if (ended) return Conclude(absl::OkStatus());
+    Advance();
+    StartNextRead();
+  }
+
+  void StartNextRead() {
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      if (finished_) return;
+      starting_read_ = true;  // nobody finishes the stream between here and the read
+    }
+    request_.Clear();
+    StartRead(&request_);
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      starting_read_ = false;
+    }
+    Advance();
+  }
+
+  absl::StatusOr<v1::Upload> Store() {
+    if (name_.empty()) {
+      absl::StatusOr<std::shared_ptr<Session>> session =
+          FindParent(around_.sessions, request_.upload(), "uploads", "upload");
+      if (!session.ok()) return session.status();
+      session_ = *session;
+      name_ = request_.upload();
+    } else if (!request_.upload().empty() && request_.upload() != name_) {
+      return InvalidField("upload", "must be empty or the same in every message of a stream");
+    }
+    if (!request_.has_piece() && !request_.has_total()) return session_->GetUpload(name_);
+    return session_->AddToUpload(name_, request_.has_piece() ? &request_.piece() : nullptr,
+                                 request_.has_total() ? &request_.total() : nullptr);
+  }
+
+  void Acknowledge(const v1::Upload& upload) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    latest_.set_next_sequence(upload.next_sequence());
+    latest_.set_next_offset(upload.next_offset());
+    latest_.set_credit_offset(upload.credit_offset());
+    latest_.set_state(upload.state());
+    latest_.set_state_message(upload.state_message());
+    latest_.set_scan(upload.scan());
+    unsent_ = true;
+  }
+
+  void Drain() {
+    Conclude(Retryable(absl::StatusCode::kUnavailable, "DRAINING",
+                       "the server shuts down; GetUpload says from where to go on",
+                       absl::Seconds(2)));
+  }
+
+  // The first conclusion counts.
+  void Conclude(absl::Status verdict) {
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      if (!concluded_) {
+        concluded_ = true;
+        verdict_ = std::move(verdict);
+      }
+    }
+    Advance();
+  }
+
+  // Writes the latest acknowledgement, or finishes, when no write is under way.
+  void Advance() {
+    bool write = false;
+    grpc::Status status;
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      if (writing_ || finished_ || starting_read_) return;
+      write = unsent_ && !absl::IsCancelled(verdict_);
+      if (write) {
+        writing_ = true;
+        unsent_ = false;
+        response_ = latest_;
+        *response_.mutable_time() = WriteTime(absl::Now());
+      } else if (concluded_) {
+        finished_ = true;
+        status = ToGrpcStatus(verdict_, *context_);
+      } else {
+        return;
+      }
+    }
+    if (write) return StartWrite(&response_);
+    Finish(status);
+  }
+
+  void Arm() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
+    timer_ = around_.timer.After(kHeartbeat, [self = weak_from_this()] {
+      if (const auto stream = self.lock()) stream->Beat();
+    });
+  }
+  void Beat() {
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      if (finished_) return;
+      if (latest_.next_sequence() > 0 || latest_.credit_offset() > 0) unsent_ = true;
+      Arm();
+    }
+    Advance();
+  }
+
+  const RpcEnvironment around_;
+  grpc::CallbackServerContext* const context_;
+  std::shared_ptr<UploadStream> self_;
+  uint64_t drain_ = 0;
+  v1::UploadScanRequest request_;  // gRPC's or Take()'s, in turns
+  std::shared_ptr<Session> session_;
+  std::string name_;
+
+  std::mutex mutex_;
+  v1::UploadScanResponse latest_ ABSL_GUARDED_BY(mutex_);
+  v1::UploadScanResponse response_;  // being written
+  bool unsent_ ABSL_GUARDED_BY(mutex_) = false;
+  bool writing_ ABSL_GUARDED_BY(mutex_) = false;
+  bool starting_read_ ABSL_GUARDED_BY(mutex_) = false;
+  bool concluded_ ABSL_GUARDED_BY(mutex_) = false;
+  bool finished_ ABSL_GUARDED_BY(mutex_) = false;
+  absl::Status verdict_ ABSL_GUARDED_BY(mutex_);
+  Timer::Id timer_ ABSL_GUARDED_BY(mutex_) = 0;
+};
+
+}  // namespace
+
+grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>* UploadScan(
+    const RpcEnvironment& around, grpc::CallbackServerContext* context) {
+  auto stream = std::make_shared<UploadStream>(around, context);
+  stream->Start();
+  return stream.get();
+}
+
+}  // namespace vantage

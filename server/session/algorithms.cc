@@ -1,0 +1,9 @@
+#include "server/session/algorithms.h"
+
+namespace vantage {
+
+Algorithms Algorithms::Core() {
+  return {LevelFirstScan, Register, MakePlan, EvaluateView, MeasureCoverage};
+}
+
+}  // namespace vantage

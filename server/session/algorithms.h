@@ -1,0 +1,34 @@
+// The core's algorithms as a session calls them: a seam, so that tests can say what an alignment or
+// a plan comes to.
+#ifndef VANTAGE_SERVER_SESSION_ALGORITHMS_H_
+#define VANTAGE_SERVER_SESSION_ALGORITHMS_H_
+
+#include <functional>
+
+#include "absl/status/statusor.h"
+#include "core/planning/planner.h"
+#include "core/registration/registration.h"
+
+namespace vantage {
+
+struct Algorithms {
+  std::function<absl::StatusOr<Levelling>(const Scan&)> level;
+  std::function<absl::StatusOr<RegistrationResult>(
+      const PlanningView&, const Scan&, const PosePrior&, const RegistrationConfig&, Parallel&)>
+      register_scan;
+  std::function<absl::StatusOr<Plan>(const PlanningView&, const ScannerModel&,
+                                     const PlanningConfig&, const Budget&, Parallel&, PlanProgress)>
+      make_plan;
+  std::function<absl::StatusOr<ViewEvaluation>(const PlanningView&, const ScannerModel&,
+                                               const PlanningConfig&, const Eigen::Vector3d&,
+                                               Parallel&)>
+      evaluate_view;
+  std::function<Coverage(const PlanningView&, const PlanningConfig&)> measure_coverage;
+
+  // The core's own.
+  static Algorithms Core();
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_SESSION_ALGORITHMS_H_

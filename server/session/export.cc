@@ -1,0 +1,157 @@
+#include "server/session/export.h"
+
+#include <octomap/OcTree.h>
+
+#include <memory>
+#include <sstream>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/model/export.h"
+#include "server/session/error.h"
+#include "server/session/ply.h"
+#include "server/session/to_proto.h"
+
+namespace vantage {
+namespace {
+
+constexpr int kMaxScans = 1000;
+
+const char* Extension(v1::ExportFormat format) {
+  switch (format) {
+    case v1::EXPORT_FORMAT_OCTOMAP:
+      return ".ot";
+    case v1::EXPORT_FORMAT_OCTOMAP_BINARY:
+      return ".bt";
+    case v1::EXPORT_FORMAT_PATCH_PLY:
+      return "-patches.ply";
+    case v1::EXPORT_FORMAT_SCANS_PLY:
+      return "-scans.ply";
+    default:
+      return "-surface.ply";
+  }
+}
+
+absl::Status NothingMerged(const std::string& session) {
+  return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "MODEL_EMPTY",
+                         absl::StrCat("sessions/", session, " has no scan in its model yet"));
+}
+
+// The binary format keeps occupied and free only; OctoMap itself writes it.
+absl::StatusOr<std::string> ToBinary(const std::string& file) {
+  std::istringstream in(file);
+  const std::unique_ptr<octomap::AbstractOcTree> read(octomap::AbstractOcTree::read(in));
+  auto* tree = dynamic_cast<octomap::OcTree*>(read.get());
+  if (tree == nullptr) return absl::InternalError("the exported octree does not read back");
+  std::ostringstream out;
+  if (!tree->writeBinary(out)) return absl::InternalError("the octree could not be written");
+  return out.str();
+}
+
+}  // namespace
+
+Export::Export(std::shared_ptr<Session> session, v1::ExportFormat format)
+    : session_(std::move(session)), format_(format), model_(session_->Model()) {}
+
+absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> session,
+                                                       const v1::ExportModelRequest& request) {
+  const v1::ExportFormat format = request.format();
+  if (format == v1::EXPORT_FORMAT_ARCHIVE) return NotInThisRelease("session archive");
+  if (!v1::ExportFormat_IsValid(format) || format == v1::EXPORT_FORMAT_UNSPECIFIED) {
+    return InvalidField("format", "must be one of the EXPORT_FORMAT values");
+  }
+  if (request.scans_size() > 0 && format != v1::EXPORT_FORMAT_SCANS_PLY) {
+    return InvalidField("scans", "only goes with EXPORT_FORMAT_SCANS_PLY");
+  }
+  std::unique_ptr<Export> made(new Export(std::move(session), format));
+  made->file_name_ = absl::StrCat(made->session_->id(), Extension(format));
+  if (made->model_.view == nullptr) return NothingMerged(made->session_->id());
+  if (format == v1::EXPORT_FORMAT_SCANS_PLY) {
+    absl::Status chosen = made->ChooseScans(request);
+    if (!chosen.ok()) return chosen;
+  }
+  if (format == v1::EXPORT_FORMAT_PATCH_PLY) {
+    made->session_->journal().Read([&](const SessionState& state) {
+      for (const std::string& name : state.plan_order) {
+        if (state.plans.at(name).plan.state() == v1::PLAN_STATE_SUCCEEDED) made->plan_ = name;
+      }
+    });
+    if (made->plan_.empty()) {
+      return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "NO_PLAN",
+                             "patches come from a plan, and none has ended yet; create one");
+    }
+  }
+  return made;
+}
+
+absl::Status Export::ChooseScans(const v1::ExportModelRequest& request) {
+  if (request.scans_size() > kMaxScans) {
+    return InvalidField(
+        "scans", absl::StrCat("has ", request.scans_size(), " names, at most ", kMaxScans, " fit"));
+  }
+  Violations violations;
+  session_->journal().Read([&](const SessionState& state) {
+    if (request.scans().empty()) {
+      for (const std::string& name : state.scan_order) {
+        if (state.scans.at(name).in_model) scans_.push_back(state.scans.at(name).scan);
+      }
+    }
+    for (int i = 0; i < request.scans_size(); ++i) {
+      const auto it = state.scans.find(request.scans(i));
+      if (it == state.scans.end() || !it->second.in_model) {
+        violations.Add(absl::StrCat("scans[", i, "]"), "is no scan in this session's model");
+      } else {
+        scans_.push_back(it->second.scan);
+      }
+    }
+  });
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  int64_t samples = 0;
+  for (const v1::Scan& scan : scans_) samples += scan.samples();
+  total_size_ = static_cast<int64_t>(SamplesPlyHeader(samples).size()) + samples * kSamplePlyBytes;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::string> Export::Next() {
+  const size_t part = part_++;
+  if (format_ == v1::EXPORT_FORMAT_SCANS_PLY) {
+    if (part == 0) {
+      int64_t samples = 0;
+      for (const v1::Scan& scan : scans_) samples += scan.samples();
+      return SamplesPlyHeader(samples);
+    }
+    if (part > scans_.size()) return std::string();
+    const v1::Scan& scan = scans_[part - 1];
+    absl::StatusOr<RangeImage> image = session_->LoadImage(scan.name());
+    if (!image.ok()) return image.status();
+    // Poses are in the world frame already.
+    return SamplesPlyBody(*image, ReadOwnPose(scan.pose(), Eigen::Vector3d::Zero()),
+                          static_cast<uint32_t>(part));
+  }
+  if (part > 0) return std::string();
+  std::string file;
+  switch (format_) {
+    case v1::EXPORT_FORMAT_OCTOMAP:
+      file = ExportOctomap(*model_.view);
+      break;
+    case v1::EXPORT_FORMAT_OCTOMAP_BINARY: {
+      absl::StatusOr<std::string> binary = ToBinary(ExportOctomap(*model_.view));
+      if (!binary.ok()) return binary.status();
+      file = *std::move(binary);
+      break;
+    }
+    case v1::EXPORT_FORMAT_PATCH_PLY: {
+      absl::StatusOr<v1::PlanResult> result = session_->GetFullResult(plan_);
+      if (!result.ok()) return result.status();
+      file = PatchesPly(*result);
+      break;
+    }
+    default:
+      file = ExportSurfacePly(*model_.view);
+  }
+  total_size_ = static_cast<int64_t>(file.size());
+  return file;
+}
+
+}  // namespace vantage

@@ -1,0 +1,48 @@
+// A file made from a session, part by part: whole models at once, registered scans one scan at a
+// time, so that memory holds one part.
+#ifndef VANTAGE_SERVER_SESSION_EXPORT_H_
+#define VANTAGE_SERVER_SESSION_EXPORT_H_
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "server/session/session.h"
+#include "vantage/v1/model_service.pb.h"
+
+namespace vantage {
+
+class Export {
+ public:
+  // Checks the request and fixes what is exported: later changes of the session don't show.
+  // FAILED_PRECONDITION: nothing to export. UNIMPLEMENTED: an archive.
+  static absl::StatusOr<std::unique_ptr<Export>> Create(std::shared_ptr<Session> session,
+                                                        const v1::ExportModelRequest& request);
+
+  // The next part, in order; empty at the end. Takes its time: call it on a pool.
+  absl::StatusOr<std::string> Next();
+
+  // 0 while it is not known.
+  int64_t total_size() const { return total_size_; }
+  uint64_t model_version() const { return model_.version; }
+  const std::string& file_name() const { return file_name_; }
+  Session& session() const { return *session_; }
+
+ private:
+  Export(std::shared_ptr<Session> session, v1::ExportFormat format);
+  absl::Status ChooseScans(const v1::ExportModelRequest& request);
+
+  const std::shared_ptr<Session> session_;
+  const v1::ExportFormat format_;
+  ModelSnapshot model_;
+  std::string file_name_;
+  int64_t total_size_ = 0;
+  std::vector<v1::Scan> scans_;
+  std::string plan_;
+  size_t part_ = 0;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_SESSION_EXPORT_H_

@@ -1,0 +1,373 @@
+#include "server/session/from_proto.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "server/session/names.h"
+
+namespace vantage {
+namespace {
+
+constexpr double kMaxCoordinate = 1e8;  // m
+constexpr double kHalfPi = kPi / 2;
+constexpr int kMaxScannerModels = 16;
+constexpr int kMaxKeepOut = 256;
+constexpr size_t kMaxDisplayName = 200;
+// Finite ends of intervals that the contract leaves open.
+constexpr double kTiny = std::numeric_limits<double>::min();
+constexpr double kHuge = 1e9;
+
+void CheckRange(double value, double min, double max, const std::string& field,
+                Violations& violations) {
+  if (!(value >= min && value <= max)) {
+    violations.Add(field, absl::StrFormat("is %g, must be in [%g, %g]", value, min, max));
+  }
+}
+
+Eigen::AlignedBox3d ReadBox(const v1::Box& box, const Eigen::Vector3d& origin,
+                            const std::string& field, Violations& violations) {
+  if (!box.has_min()) violations.Add(absl::StrCat(field, ".min"), "is required");
+  if (!box.has_max()) violations.Add(absl::StrCat(field, ".max"), "is required");
+  if (!box.has_min() || !box.has_max()) return {};
+  const Eigen::Vector3d min = ReadVector(box.min(), absl::StrCat(field, ".min"), violations);
+  const Eigen::Vector3d max = ReadVector(box.max(), absl::StrCat(field, ".max"), violations);
+  if (!(min.array() < max.array()).all()) {
+    violations.Add(field, "must have min below max on every axis");
+  }
+  return Eigen::AlignedBox3d(min - origin, max - origin);
+}
+
+void Check(const v1::RegistrationConfig& c, const std::string& field, Violations& violations) {
+  CheckRange(c.required_accuracy(), 1e-5, 10, field + ".required_accuracy", violations);
+  CheckRange(c.minimum_overlap(), 1e-6, 0.999999, field + ".minimum_overlap", violations);
+  CheckRange(c.correlation_length(), 1e-3, 100, field + ".correlation_length", violations);
+  CheckRange(c.correlated_sigma(), 0, 1, field + ".correlated_sigma", violations);
+  CheckRange(c.normal_sigma(), 0, 1, field + ".normal_sigma", violations);
+  CheckRange(c.sample_spacing(), 1e-3, 10, field + ".sample_spacing", violations);
+  CheckRange(c.max_correspondence(), 1e-3, 100, field + ".max_correspondence", violations);
+  CheckRange(c.draws(), 16, 65536, field + ".draws", violations);
+}
+
+}  // namespace
+
+Eigen::Vector3d ReadVector(const v1::Vector3& vector, const std::string& field,
+                           Violations& violations) {
+  CheckRange(vector.x(), -kMaxCoordinate, kMaxCoordinate, field + ".x", violations);
+  CheckRange(vector.y(), -kMaxCoordinate, kMaxCoordinate, field + ".y", violations);
+  CheckRange(vector.z(), -kMaxCoordinate, kMaxCoordinate, field + ".z", violations);
+  return {vector.x(), vector.y(), vector.z()};
+}
+
+void CheckText(absl::string_view text, size_t max, const std::string& field,
+               Violations& violations) {
+  if (text.size() > max) {
+    violations.Add(field, absl::StrCat("has ", text.size(), " bytes, at most ", max, " fit"));
+  }
+}
+
+void CheckRequestId(absl::string_view request_id, Violations& violations) {
+  const bool printable = std::all_of(request_id.begin(), request_id.end(),
+                                     [](char c) { return c >= 0x21 && c <= 0x7E; });
+  if (request_id.size() > 128 || !printable) {
+    violations.Add("request_id", "must be 1 to 128 printable ASCII characters without spaces");
+  }
+}
+
+void FillDefaults(v1::ScannerModel& s) {
+  const ScannerModel d;
+  if (s.id().empty()) s.set_id(d.name);
+  if (!s.has_azimuth_span()) s.set_azimuth_span(d.azimuth_span);
+  if (!s.has_elevation_min()) s.set_elevation_min(d.elevation_min);
+  if (!s.has_elevation_max()) s.set_elevation_max(d.elevation_max);
+  if (!s.has_azimuth_step()) s.set_azimuth_step(d.azimuth_step);
+  if (!s.has_elevation_step()) s.set_elevation_step(d.elevation_step);
+  if (!s.has_range_min()) s.set_range_min(d.range_min);
+  if (!s.has_range_max()) s.set_range_max(d.range_max);
+  if (!s.has_range_noise()) s.set_range_noise(d.range_noise);
+  if (!s.has_range_noise_ppm()) s.set_range_noise_ppm(d.range_noise_ppm);
+  if (!s.has_max_incidence()) s.set_max_incidence(d.max_incidence);
+  if (!s.has_clearance()) s.set_clearance(d.clearance);
+  if (!s.has_positioning_error()) s.set_positioning_error(d.positioning_error);
+}
+
+void FillDefaults(v1::ModelConfig& m) {
+  const ModelConfig d;
+  if (!m.has_voxel_size()) m.set_voxel_size(d.voxel_size);
+  if (!m.has_discontinuity_angle()) m.set_discontinuity_angle(d.discontinuity_angle);
+  if (!m.has_max_half_extent()) {
+    m.mutable_max_half_extent()->set_x(d.max_half_extent.x());
+    m.mutable_max_half_extent()->set_y(d.max_half_extent.y());
+    m.mutable_max_half_extent()->set_z(d.max_half_extent.z());
+  }
+}
+
+void FillDefaults(v1::PlanningConfig& p) {
+  const PlanningConfig d;
+  if (!p.has_required_density()) p.set_required_density(d.required_density);
+  if (!p.has_viewcell_size()) p.set_viewcell_size(d.viewcell_size);
+  if (!p.has_density_tolerance()) p.set_density_tolerance(d.density_tolerance);
+  if (!p.has_min_height()) p.set_min_height(d.min_height);
+  if (!p.has_max_height()) p.set_max_height(d.max_height);
+  if (!p.has_require_reachable()) p.set_require_reachable(d.require_reachable);
+  if (!p.has_scanner_width()) p.set_scanner_width(d.scanner_width);
+  if (!p.has_scanner_height()) p.set_scanner_height(d.scanner_height);
+  v1::SurfaceWeights& w = *p.mutable_weights();
+  if (!w.has_true_surface()) w.set_true_surface(d.weights[0]);
+  if (!w.has_occlusion()) w.set_occlusion(d.weights[1]);
+  if (!w.has_hole_boundary()) w.set_hole_boundary(d.weights[2]);
+  if (!w.has_image_boundary()) w.set_image_boundary(d.weights[3]);
+  if (!p.has_pose_sensitivity()) p.set_pose_sensitivity(d.pose_sensitivity);
+  if (!p.has_separation()) p.set_separation(d.separation);
+  if (!p.has_candidates()) p.set_candidates(d.candidates);
+  if (!p.has_max_checked()) p.set_max_checked(d.max_checked);
+  if (!p.has_terminate_below()) p.set_terminate_below(d.terminate_below);
+  if (!p.has_min_patch_area()) p.set_min_patch_area(d.min_patch_area);
+  if (!p.has_confidence()) p.set_confidence(d.confidence);
+  v1::RegistrationConfig& r = *p.mutable_registration();
+  const RegistrationConfig& dr = d.registration;
+  if (!r.has_required_accuracy()) r.set_required_accuracy(dr.required_accuracy);
+  if (!r.has_minimum_overlap()) r.set_minimum_overlap(dr.minimum_overlap);
+  if (!r.has_correlation_length()) r.set_correlation_length(dr.correlation_length);
+  if (!r.has_correlated_sigma()) r.set_correlated_sigma(dr.correlated_sigma);
+  if (!r.has_normal_sigma()) r.set_normal_sigma(dr.normal_sigma);
+  if (!r.has_sample_spacing()) r.set_sample_spacing(dr.sample_spacing);
+  if (!r.has_max_correspondence()) r.set_max_correspondence(dr.max_correspondence);
+  if (!r.has_draws()) r.set_draws(dr.draws);
+  if (!r.has_seed()) r.set_seed(dr.seed);
+}
+
+// Fields with presence that are absent from `overrides` keep their values: Protobuf's own merge.
+void Override(const v1::PlanningConfig& overrides, v1::PlanningConfig& config) {
+  config.MergeFrom(overrides);
+}
+
+ScannerModel ReadScannerModel(const v1::ScannerModel& scanner, const std::string& field,
+                              Violations& violations) {
+  v1::ScannerModel s = scanner;
+  FillDefaults(s);
+  if (!IsValidId(s.id())) {
+    violations.Add(field + ".id", "must be 1 to 63 of [a-z0-9-], starting with a letter");
+  }
+  CheckRange(s.azimuth_span(), 1e-3, 2 * kPi + 1e-9, field + ".azimuth_span", violations);
+  CheckRange(s.elevation_min(), -kHalfPi, kHalfPi, field + ".elevation_min", violations);
+  CheckRange(s.elevation_max(), -kHalfPi, kHalfPi, field + ".elevation_max", violations);
+  if (!(s.elevation_min() < s.elevation_max())) {
+    violations.Add(field + ".elevation_max", "must be above elevation_min");
+  }
+  CheckRange(s.azimuth_step(), 1e-5, 0.2, field + ".azimuth_step", violations);
+  CheckRange(s.elevation_step(), 1e-5, 0.2, field + ".elevation_step", violations);
+  CheckRange(s.range_min(), 1e-3, 1000, field + ".range_min", violations);
+  CheckRange(s.range_max(), 1e-3, 1000, field + ".range_max", violations);
+  if (!(s.range_min() < s.range_max())) {
+    violations.Add(field + ".range_max", "must be above range_min");
+  }
+  CheckRange(s.range_noise(), 0, 1, field + ".range_noise", violations);
+  CheckRange(s.range_noise_ppm(), 0, 1e5, field + ".range_noise_ppm", violations);
+  CheckRange(s.max_incidence(), 1e-3, kHalfPi - 1e-6, field + ".max_incidence", violations);
+  CheckRange(s.clearance(), 0, 10, field + ".clearance", violations);
+  CheckRange(s.positioning_error(), 0, 10, field + ".positioning_error", violations);
+  ScannerModel m;
+  m.name = s.id();
+  m.azimuth_span = std::min(s.azimuth_span(), 2 * kPi);
+  m.elevation_min = s.elevation_min();
+  m.elevation_max = s.elevation_max();
+  m.azimuth_step = s.azimuth_step();
+  m.elevation_step = s.elevation_step();
+  m.range_min = s.range_min();
+  m.range_max = s.range_max();
+  m.range_noise = s.range_noise();
+  m.range_noise_ppm = s.range_noise_ppm();
+  m.max_incidence = s.max_incidence();
+  m.clearance = s.clearance();
+  m.positioning_error = s.positioning_error();
+  return m;
+}
+
+ModelConfig ReadModelConfig(const v1::ModelConfig& config, const std::string& field,
+                            Violations& violations) {
+  v1::ModelConfig m = config;
+  FillDefaults(m);
+  CheckRange(m.voxel_size(), 0.01, 0.5, field + ".voxel_size", violations);
+  CheckRange(m.discontinuity_angle(), 1e-4, kHalfPi - 1e-6, field + ".discontinuity_angle",
+             violations);
+  const v1::Vector3& e = m.max_half_extent();
+  CheckRange(e.x(), 1, 5000, field + ".max_half_extent.x", violations);
+  CheckRange(e.y(), 1, 5000, field + ".max_half_extent.y", violations);
+  CheckRange(e.z(), 1, 5000, field + ".max_half_extent.z", violations);
+  ModelConfig out;
+  out.voxel_size = m.voxel_size();
+  out.discontinuity_angle = m.discontinuity_angle();
+  out.max_half_extent = {e.x(), e.y(), e.z()};
+  return out;
+}
+
+PosePrior ReadPosePrior(const v1::PosePrior& prior, const Eigen::Vector3d& origin,
+                        const std::string& field, Violations& violations) {
+  PosePrior out;
+  const v1::Pose& pose = prior.pose();
+  if (!pose.has_rotation()) violations.Add(field + ".pose.rotation", "is required");
+  if (!pose.has_translation()) violations.Add(field + ".pose.translation", "is required");
+  Eigen::Quaterniond rotation(pose.rotation().w(), pose.rotation().x(), pose.rotation().y(),
+                              pose.rotation().z());
+  if (pose.has_rotation() && !(std::abs(rotation.norm() - 1.0) <= 1e-3)) {
+    violations.Add(
+        field + ".pose.rotation",
+        absl::StrFormat("has norm %g, must be a unit quaternion (w, x, y, z)", rotation.norm()));
+  } else if (pose.has_rotation()) {
+    rotation.normalize();
+    out.T_world_scan.linear() = rotation.toRotationMatrix();
+  }
+  out.T_world_scan.translation() =
+      ReadVector(pose.translation(), field + ".pose.translation", violations) - origin;
+
+  const auto& numbers = prior.covariance();
+  if (numbers.size() == 36) {
+    const Eigen::Map<const Eigen::Matrix<double, 6, 6, Eigen::RowMajor>> map(numbers.data());
+    const Matrix6d covariance = map;
+    if (!covariance.allFinite() || !covariance.isApprox(covariance.transpose(), 1e-9) ||
+        Eigen::LLT<Matrix6d>(covariance).info() != Eigen::Success) {
+      violations.Add(field + ".covariance", "must be finite, symmetric and positive definite");
+    } else {
+      out.covariance = covariance;
+    }
+  } else if (!numbers.empty()) {
+    violations.Add(field + ".covariance",
+                   absl::StrCat("has ", numbers.size(), " numbers, must have 36 or none"));
+  }
+  if (prior.has_levelled_sigma()) {
+    CheckRange(prior.levelled_sigma(), 1e-7, 0.2, field + ".levelled_sigma", violations);
+    out.levelled_sigma = prior.levelled_sigma();
+  }
+  out.trusted = prior.trusted();
+  if (out.trusted && numbers.empty()) {
+    violations.Add(field + ".covariance", "is required for a trusted pose");
+  }
+  return out;
+}
+
+PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config, const v1::SiteRules& rules,
+                                  const Eigen::Vector3d& origin, double voxel_size,
+                                  const std::string& f, const std::string& rules_field,
+                                  Violations& v) {
+  v1::PlanningConfig p = config;
+  FillDefaults(p);
+  CheckRange(p.required_density(), 1e-3, kHuge, f + ".required_density", v);
+  CheckRange(p.viewcell_size(), 0.01, 10, f + ".viewcell_size", v);
+  const double ratio = p.viewcell_size() / voxel_size;
+  if (!(std::abs(ratio - std::round(ratio)) <= 1e-6) || !(std::round(ratio) >= 1)) {
+    v.Add(f + ".viewcell_size", absl::StrFormat("is %g, must be a multiple of the voxel size %g",
+                                                p.viewcell_size(), voxel_size));
+  }
+  CheckRange(p.density_tolerance(), 0, 0.999, f + ".density_tolerance", v);
+  CheckRange(p.min_height(), 1e-3, 100, f + ".min_height", v);
+  CheckRange(p.max_height(), 1e-3, 100, f + ".max_height", v);
+  if (!(p.min_height() <= p.max_height())) {
+    v.Add(f + ".max_height", "must not be below min_height");
+  }
+  if (p.has_floor_height()) {
+    CheckRange(p.floor_height(), -kMaxCoordinate, kMaxCoordinate, f + ".floor_height", v);
+  }
+  CheckRange(p.scanner_width(), 1e-3, 100, f + ".scanner_width", v);
+  CheckRange(p.scanner_height(), 1e-3, 100, f + ".scanner_height", v);
+  const v1::SurfaceWeights& w = p.weights();
+  CheckRange(w.true_surface(), 0, 1e6, f + ".weights.true_surface", v);
+  CheckRange(w.occlusion(), 0, 1e6, f + ".weights.occlusion", v);
+  CheckRange(w.hole_boundary(), 0, 1e6, f + ".weights.hole_boundary", v);
+  CheckRange(w.image_boundary(), 0, 1e6, f + ".weights.image_boundary", v);
+  if (w.true_surface() == 0 && w.occlusion() == 0 && w.hole_boundary() == 0 &&
+      w.image_boundary() == 0) {
+    v.Add(f + ".weights", "must not all be 0");
+  }
+  CheckRange(p.separation(), 0, 1000, f + ".separation", v);
+  CheckRange(p.candidates(), 1, 100, f + ".candidates", v);
+  CheckRange(p.max_checked(), 1, 1000, f + ".max_checked", v);
+  CheckRange(p.terminate_below(), 0, kHuge, f + ".terminate_below", v);
+  CheckRange(p.min_patch_area(), 0, kHuge, f + ".min_patch_area", v);
+  CheckRange(p.confidence(), kTiny, 1 - 1e-9, f + ".confidence", v);
+  Check(p.registration(), f + ".registration", v);
+
+  PlanningConfig out;
+  out.required_density = p.required_density();
+  out.viewcell_size = p.viewcell_size();
+  out.density_tolerance = p.density_tolerance();
+  out.min_height = p.min_height();
+  out.max_height = p.max_height();
+  if (p.has_floor_height()) out.floor_height = p.floor_height() - origin.z();
+  out.require_reachable = p.require_reachable();
+  out.scanner_width = p.scanner_width();
+  out.scanner_height = p.scanner_height();
+  out.weights = {w.true_surface(), w.occlusion(), w.hole_boundary(), w.image_boundary()};
+  out.pose_sensitivity = p.pose_sensitivity();
+  out.separation = p.separation();
+  out.candidates = p.candidates();
+  out.max_checked = p.max_checked();
+  out.terminate_below = p.terminate_below();
+  out.min_patch_area = p.min_patch_area();
+  out.confidence = p.confidence();
+  const v1::RegistrationConfig& r = p.registration();
+  out.registration.required_accuracy = r.required_accuracy();
+  out.registration.minimum_overlap = r.minimum_overlap();
+  out.registration.correlation_length = r.correlation_length();
+  out.registration.correlated_sigma = r.correlated_sigma();
+  out.registration.normal_sigma = r.normal_sigma();
+  out.registration.sample_spacing = r.sample_spacing();
+  out.registration.max_correspondence = r.max_correspondence();
+  out.registration.draws = r.draws();
+  out.registration.seed = r.seed();
+
+  if (rules.has_region_of_interest()) {
+    out.region_of_interest =
+        ReadBox(rules.region_of_interest(), origin, rules_field + ".region_of_interest", v);
+  }
+  if (rules.keep_out_size() > kMaxKeepOut) {
+    v.Add(rules_field + ".keep_out",
+          absl::StrCat("has ", rules.keep_out_size(), " boxes, at most ", kMaxKeepOut, " fit"));
+  } else {
+    for (int i = 0; i < rules.keep_out_size(); ++i) {
+      out.keep_out.push_back(ReadBox(rules.keep_out(i), origin,
+                                     absl::StrFormat("%s.keep_out[%d]", rules_field, i), v));
+    }
+  }
+  return out;
+}
+
+void CheckSession(const v1::Session& session, const std::string& prefix, Violations& violations) {
+  CheckText(session.display_name(), kMaxDisplayName, prefix + "display_name", violations);
+  const Eigen::Vector3d origin = ReadVector(session.origin(), prefix + "origin", violations);
+  const ModelConfig model =
+      ReadModelConfig(session.model_config(), prefix + "model_config", violations);
+  const PlanningConfig planning =
+      ReadPlanningConfig(session.planning_config(), session.site_rules(), origin, model.voxel_size,
+                         prefix + "planning_config", prefix + "site_rules", violations);
+  if (session.scanner_models_size() > kMaxScannerModels) {
+    violations.Add(prefix + "scanner_models",
+                   absl::StrCat("has ", session.scanner_models_size(), " models, at most ",
+                                kMaxScannerModels, " fit"));
+    return;
+  }
+  std::set<std::string> ids;
+  for (int i = 0; i < session.scanner_models_size(); ++i) {
+    const std::string field = absl::StrFormat("%sscanner_models[%d]", prefix, i);
+    Violations own;
+    const ScannerModel scanner = ReadScannerModel(session.scanner_models(i), field, own);
+    if (!ids.insert(scanner.name).second) {
+      own.Add(field + ".id", absl::StrCat("'", scanner.name, "' is used twice"));
+    }
+    if (own.empty() && scanner.MaxSamplingDensity() < planning.required_density) {
+      own.Add(
+          prefix + "planning_config.required_density",
+          absl::StrFormat("is %g samples/m^2; scanner '%s' reaches %g at most, at its nearest "
+                          "range",
+                          planning.required_density, scanner.name, scanner.MaxSamplingDensity()));
+    }
+    violations.Append(own);
+  }
+}
+
+}  // namespace vantage

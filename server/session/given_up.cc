@@ -1,0 +1,73 @@
+#include "server/session/given_up.h"
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <vector>
+
+#include "server/session/to_proto.h"
+
+namespace vantage {
+namespace {
+
+constexpr size_t kMaxPlaces = 100;
+
+struct Place {
+  SurfaceKind kind;
+  double area = 0;
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();  // centroid * area
+};
+
+v1::SurfaceKind WriteKind(SurfaceKind kind) {
+  return static_cast<v1::SurfaceKind>(static_cast<int>(kind) + 1);
+}
+
+}  // namespace
+
+void FindGivenUp(const PlanningView& model, const Eigen::Vector3d& origin,
+                 v1::GetCoverageResponse& response) {
+  using Key = std::array<int, 3>;
+  struct Cell {
+    SurfaceKind kind;
+    const SurfaceVoxel* surface;
+    bool visited;
+  };
+  std::map<Key, Cell> cells;
+  model.ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
+    if (surface.given_up) cells[{v.x(), v.y(), v.z()}] = {KindOf(state), &surface, false};
+  });
+  std::vector<Place> places;
+  for (auto& [start, first] : cells) {
+    if (first.visited) continue;
+    first.visited = true;
+    Place place{first.kind};
+    std::vector<Key> frontier = {start};
+    while (!frontier.empty()) {
+      const Key at = frontier.back();
+      frontier.pop_back();
+      const SurfaceVoxel& surface = *cells.at(at).surface;
+      place.area += surface.area;
+      place.moment += surface.area * surface.centroid.cast<double>();
+      for (int n = 0; n < 27; ++n) {
+        const auto it = cells.find({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1});
+        if (it == cells.end() || it->second.visited || it->second.kind != place.kind) continue;
+        it->second.visited = true;
+        frontier.push_back(it->first);
+      }
+    }
+    places.push_back(place);
+  }
+  std::stable_sort(places.begin(), places.end(),
+                   [](const Place& a, const Place& b) { return a.area > b.area; });
+  for (size_t i = 0; i < std::min(places.size(), kMaxPlaces); ++i) {
+    const Place& place = places[i];
+    v1::GivenUpSurface& out = *response.add_given_up();
+    *out.mutable_centre() = WriteVector(place.moment / std::max(place.area, 1e-12) + origin);
+    out.set_area(place.area);
+    out.set_kind(WriteKind(place.kind));
+    out.set_reason(
+        "scans were expected to measure it and did not: probably glass, mirror or black");
+  }
+}
+
+}  // namespace vantage

@@ -1,0 +1,124 @@
+#include "server/session/journal.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "proto/wire/checksum.h"
+#include "server/session/error.h"
+#include "server/session/to_proto.h"
+
+namespace vantage {
+namespace {
+
+// Of everything that computes an outcome; rises when the same scans would give another model.
+constexpr uint32_t kAlgorithmVersion = 1;
+constexpr size_t kLoadBatch = 256;
+
+}  // namespace
+
+RequestKey RequestKey::Of(const std::string& id, const std::string& method,
+                          const google::protobuf::Message& request) {
+  if (id.empty()) return {};
+  return {id, method, Sha256::Of(request.SerializeAsString())};
+}
+
+Journal::Journal(std::string session, Store& store, Clock clock)
+    : session_(std::move(session)), store_(store), clock_(std::move(clock)) {}
+
+absl::Status Journal::Load() {
+  std::lock_guard<std::mutex> write(write_mutex_);
+  std::lock_guard<std::mutex> lock(state_mutex_);
+  while (true) {
+    absl::StatusOr<std::vector<store::v1::LogEntry>> batch =
+        store_.Read(session_, state_.last_sequence, kLoadBatch);
+    if (!batch.ok()) return batch.status();
+    if (batch->empty()) return absl::OkStatus();
+    for (const store::v1::LogEntry& entry : *batch) {
+      absl::Status applied = state_.Apply(entry);
+      if (!applied.ok()) return applied;
+    }
+  }
+}
+
+absl::StatusOr<std::string> Journal::Execute(
+    const RequestKey& key, absl::FunctionRef<absl::StatusOr<Draft>(const SessionState&)> build) {
+  std::string resource;
+  {
+    std::lock_guard<std::mutex> write(write_mutex_);
+    absl::StatusOr<Draft> draft = Draft{};
+    uint64_t sequence = 0;
+    {
+      std::lock_guard<std::mutex> lock(state_mutex_);
+      if (!key.id.empty()) {
+        const auto known = state_.requests.find(key.id);
+        if (known != state_.requests.end()) {
+          if (known->second.method == key.method && known->second.fingerprint == key.fingerprint) {
+            return known->second.resource;
+          }
+          return ErrorWithReason(
+              absl::StatusCode::kAlreadyExists, "REQUEST_ID_REUSED",
+              absl::StrCat("request_id was used for another ", known->second.method,
+                           "; use a new one for every intent"));
+        }
+      }
+      draft = build(state_);
+      if (!draft.ok()) return draft.status();
+      sequence = state_.last_sequence + 1;
+    }
+    store::v1::LogEntry entry;
+    entry.set_format_version(kLogFormatVersion);
+    entry.set_algorithm_version(kAlgorithmVersion);
+    *entry.mutable_event() = std::move(draft->event);
+    entry.mutable_event()->set_sequence(sequence);
+    *entry.mutable_event()->mutable_time() = WriteTime(clock_());
+    entry.set_blob(std::move(draft->blob));
+    if (!key.id.empty()) {
+      entry.mutable_request()->set_id(key.id);
+      entry.mutable_request()->set_method(key.method);
+      entry.mutable_request()->set_fingerprint(key.fingerprint);
+    }
+    // Readers go on while the store writes; only other writers wait.
+    absl::Status written = store_.Append(session_, entry);
+    if (!written.ok()) return written;
+    std::lock_guard<std::mutex> lock(state_mutex_);
+    absl::Status applied = state_.Apply(entry);
+    if (!applied.ok()) return applied;
+    resource = state_.last_resource;
+  }
+  std::vector<std::shared_ptr<std::function<void()>>> watchers;
+  {
+    std::lock_guard<std::mutex> lock(watch_mutex_);
+    watchers.reserve(watchers_.size());
+    for (const auto& [id, call] : watchers_) watchers.push_back(call);
+  }
+  for (const auto& call : watchers) (*call)();
+  return resource;
+}
+
+void Journal::Read(absl::FunctionRef<void(const SessionState&)> read) const {
+  std::lock_guard<std::mutex> lock(state_mutex_);
+  read(state_);
+}
+
+absl::StatusOr<std::vector<v1::SessionEvent>> Journal::Events(uint64_t after, size_t limit) const {
+  absl::StatusOr<std::vector<store::v1::LogEntry>> entries = store_.Read(session_, after, limit);
+  if (!entries.ok()) return entries.status();
+  std::vector<v1::SessionEvent> events;
+  events.reserve(entries->size());
+  for (store::v1::LogEntry& entry : *entries) events.push_back(std::move(*entry.mutable_event()));
+  return events;
+}
+
+Journal::WatchId Journal::Watch(std::function<void()> call) {
+  std::lock_guard<std::mutex> lock(watch_mutex_);
+  const WatchId id = next_watch_++;
+  watchers_[id] = std::make_shared<std::function<void()>>(std::move(call));
+  return id;
+}
+
+void Journal::Unwatch(WatchId id) {
+  std::lock_guard<std::mutex> lock(watch_mutex_);
+  watchers_.erase(id);
+}
+
+}  // namespace vantage

@@ -1,0 +1,85 @@
+// The log of one session and what it folds to: commands are checked against the state, written, and
+// applied, one at a time; readers and watchers see every step in order.
+#ifndef VANTAGE_SERVER_SESSION_JOURNAL_H_
+#define VANTAGE_SERVER_SESSION_JOURNAL_H_
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/functional/function_ref.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "google/protobuf/message.h"
+#include "server/session/session_state.h"
+#include "server/store/store.h"
+
+namespace vantage {
+
+// Names a request so that repeating it is harmless. An empty id: the request does not name itself.
+struct RequestKey {
+  std::string id;
+  std::string method;
+  std::string fingerprint;
+
+  static RequestKey Of(const std::string& id, const std::string& method,
+                       const google::protobuf::Message& request);
+};
+
+// A step that a command would like to make.
+struct Draft {
+  v1::SessionEvent event;  // without sequence and time
+  std::string blob;        // SHA-256, where one belongs to it
+};
+
+class Journal {
+ public:
+  using Clock = std::function<absl::Time()>;
+  using WatchId = uint64_t;
+
+  // An empty journal; `store` must outlive it.
+  Journal(std::string session, Store& store, Clock clock);
+
+  // Reads what the store has.
+  absl::Status Load();
+
+  // Makes one step. `build` sees the state as it is and returns the draft, or an error that is
+  // returned as it is and changes nothing. Returns the name of the resource concerned. When the
+  // request was executed before, its resource is returned and nothing happens; ALREADY_EXISTS
+  // (REQUEST_ID_REUSED) when it was another request.
+  absl::StatusOr<std::string> Execute(
+      const RequestKey& key, absl::FunctionRef<absl::StatusOr<Draft>(const SessionState&)> build);
+
+  // Calls `read` with the state; keep it short.
+  void Read(absl::FunctionRef<void(const SessionState&)> read) const;
+
+  // Events after a sequence number, in order, at most `limit`.
+  absl::StatusOr<std::vector<v1::SessionEvent>> Events(uint64_t after, size_t limit) const;
+
+  // `call` runs after every step, on whatever thread made it; keep it short. It may still be
+  // running when Unwatch returns.
+  WatchId Watch(std::function<void()> call);
+  void Unwatch(WatchId id);
+
+  absl::Time Now() const { return clock_(); }
+
+ private:
+  const std::string session_;
+  Store& store_;
+  const Clock clock_;
+  std::mutex write_mutex_;  // held for a whole step, the store's write included
+  mutable std::mutex state_mutex_;
+  SessionState state_ ABSL_GUARDED_BY(state_mutex_);
+  std::mutex watch_mutex_;
+  std::map<WatchId, std::shared_ptr<std::function<void()>>> watchers_ ABSL_GUARDED_BY(watch_mutex_);
+  WatchId next_watch_ ABSL_GUARDED_BY(watch_mutex_) = 1;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_SESSION_JOURNAL_H_

@@ -1,0 +1,33 @@
+// Limits on everything that comes from the wire.
+#ifndef VANTAGE_SERVER_SESSION_LIMITS_H_
+#define VANTAGE_SERVER_SESSION_LIMITS_H_
+
+#include <cstddef>
+#include <cstdint>
+
+#include "absl/time/time.h"
+
+namespace vantage {
+
+struct Limits {
+  size_t sessions = 1000;
+  size_t scans_per_session = 1000;
+  size_t pending_scans_per_session = 32;  // received, not yet merged or refused
+  size_t open_uploads_per_session = 16;
+  size_t running_plans_per_session = 8;  // queued or running
+  size_t plans_per_session = 10'000;
+  size_t full_plans_per_session = 16;  // the newest, whose patches and map of scores are kept
+  size_t exports = 4;                  // at a time
+  size_t evaluations = 32;             // what-ifs at a time
+  int64_t encoded_scan_bytes = int64_t{512} << 20;
+  size_t scan_cells = 100'000'000;
+  int64_t piece_bytes = 1 << 20;   // before compression
+  int64_t credit_bytes = 8 << 20;  // in flight
+  size_t pieces_per_upload = 1 << 18;
+  absl::Duration upload_idle = absl::Hours(24);
+  int message_bytes = 4 << 20;  // received
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_SESSION_LIMITS_H_

@@ -1,0 +1,84 @@
+#include "server/session/plan_run.h"
+
+#include <utility>
+#include <vector>
+
+#include "server/session/to_proto.h"
+
+namespace vantage {
+
+PlanRun::PlanRun(v1::Plan plan) : plan_(std::move(plan)) {}
+
+v1::Plan PlanRun::Describe() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return plan_;
+}
+
+bool PlanRun::Ended() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return ended_;
+}
+
+void PlanRun::Start(absl::Time now) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    plan_.set_state(v1::PLAN_STATE_RUNNING);
+    *plan_.mutable_start_time() = WriteTime(now);
+  }
+  Notify();
+}
+
+void PlanRun::Improve(v1::PlanResult result) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    *plan_.mutable_result() = std::move(result);
+    plan_.set_revision(plan_.revision() + 1);
+  }
+  Notify();
+}
+
+void PlanRun::End(v1::Plan plan) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    plan_ = std::move(plan);
+    ended_ = true;
+  }
+  Notify();
+}
+
+void PlanRun::Stop(StopReason reason) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (stop_reason_ == StopReason::kNone) stop_reason_ = reason;
+  }
+  stop_.request_stop();
+}
+
+PlanRun::StopReason PlanRun::stop_reason() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return stop_reason_;
+}
+
+PlanRun::WatchId PlanRun::Watch(std::function<void()> call) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const WatchId id = next_watch_++;
+  watchers_[id] = std::make_shared<std::function<void()>>(std::move(call));
+  return id;
+}
+
+void PlanRun::Unwatch(WatchId id) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  watchers_.erase(id);
+}
+
+void PlanRun::Notify() {
+  std::vector<std::shared_ptr<std::function<void()>>> watchers;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    watchers.reserve(watchers_.size());
+    for (const auto& [id, call] : watchers_) watchers.push_back(call);
+  }
+  for (const auto& call : watchers) (*call)();
+}
+
+}  // namespace vantage

@@ -1,0 +1,59 @@
+// A plan while it runs: the latest ranking, for any number of watchers, and the way to stop it.
+#ifndef VANTAGE_SERVER_SESSION_PLAN_RUN_H_
+#define VANTAGE_SERVER_SESSION_PLAN_RUN_H_
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <stop_token>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/time/time.h"
+#include "vantage/v1/plan.pb.h"
+
+namespace vantage {
+
+// Thread safe.
+class PlanRun {
+ public:
+  using WatchId = uint64_t;
+  enum class StopReason { kNone, kCancelled, kDrain, kSessionDeleted };
+
+  explicit PlanRun(v1::Plan plan);
+
+  // Basic view, as it stands: only the latest is kept.
+  v1::Plan Describe() const;
+  bool Ended() const;
+
+  void Start(absl::Time now);
+  // A better ranking (basic view).
+  void Improve(v1::PlanResult result);
+  // The end. `plan` is what was logged.
+  void End(v1::Plan plan);
+
+  // The first reason counts.
+  void Stop(StopReason reason);
+  StopReason stop_reason() const;
+  std::stop_token stop_token() const { return stop_.get_token(); }
+
+  // `call` runs after every change; keep it short. It may still be running when Unwatch returns.
+  WatchId Watch(std::function<void()> call);
+  void Unwatch(WatchId id);
+
+ private:
+  void Notify();
+
+  mutable std::mutex mutex_;
+  v1::Plan plan_ ABSL_GUARDED_BY(mutex_);
+  bool ended_ ABSL_GUARDED_BY(mutex_) = false;
+  StopReason stop_reason_ ABSL_GUARDED_BY(mutex_) = StopReason::kNone;
+  std::map<WatchId, std::shared_ptr<std::function<void()>>> watchers_ ABSL_GUARDED_BY(mutex_);
+  WatchId next_watch_ ABSL_GUARDED_BY(mutex_) = 1;
+  std::stop_source stop_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_SESSION_PLAN_RUN_H_

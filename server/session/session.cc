@@ -1,0 +1,188 @@
+#include "server/session/session.h"
+
+#include <set>
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "google/protobuf/util/field_mask_util.h"
+#include "server/session/error.h"
+#include "server/session/from_proto.h"
+#include "server/session/names.h"
+#include "server/session/to_proto.h"
+
+namespace vantage {
+namespace {
+
+// Which fields an update may change; each with everything below it.
+constexpr const char* kUpdatable[] = {"display_name", "scanner_models", "planning_config",
+                                      "site_rules"};
+
+bool Updatable(const std::string& path) {
+  for (const char* field : kUpdatable) {
+    if (path == field || absl::StartsWith(path, absl::StrCat(field, "."))) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+Session::Session(std::string id, const SessionSurroundings& around)
+    : id_(std::move(id)),
+      name_(SessionName(id_)),
+      around_(around),
+      journal_(id_, around.store, around.clock),
+      share_(around.pool.NewShare()),
+      // Every scan may have one operation waiting from its arrival and one from a person.
+      strand_(std::make_shared<Strand>(around.pool, share_,
+                                       2 * around.limits.scans_per_session + 16)) {}
+
+absl::StatusOr<std::shared_ptr<Session>> Session::Create(const std::string& id,
+                                                         const v1::Session& session,
+                                                         const RequestKey& key,
+                                                         const SessionSurroundings& around) {
+  std::shared_ptr<Session> made(new Session(id, around));
+  absl::StatusOr<std::string> logged =
+      made->journal_.Execute(key, [&](const SessionState&) -> absl::StatusOr<Draft> {
+        Draft draft;
+        v1::Session& stored = *draft.event.mutable_session_created()->mutable_session();
+        stored = session;
+        stored.set_name(made->name_);
+        *stored.mutable_create_time() = WriteTime(around.clock());
+        return draft;
+      });
+  if (!logged.ok()) return logged.status();
+  absl::Status begun = made->Begin();
+  if (!begun.ok()) return begun;
+  return made;
+}
+
+absl::StatusOr<std::shared_ptr<Session>> Session::Load(const std::string& id,
+                                                       const SessionSurroundings& around) {
+  std::shared_ptr<Session> made(new Session(id, around));
+  absl::Status loaded = made->journal_.Load();
+  if (!loaded.ok()) return loaded;
+  absl::Status begun = made->Begin();
+  if (!begun.ok()) return begun;
+
+  // Plans that ran when the server stopped ended with it.
+  std::vector<v1::Plan> interrupted;
+  made->journal_.Read([&](const SessionState& state) {
+    for (const auto& [name, record] : state.plans) {
+      if (record.plan.state() == v1::PLAN_STATE_QUEUED) interrupted.push_back(record.plan);
+    }
+  });
+  for (v1::Plan& plan : interrupted) {
+    plan.set_state(v1::PLAN_STATE_FAILED);
+    plan.set_state_message("the server stopped while it ran; create it again");
+    made->EndPlan(std::make_shared<PlanRun>(plan), plan, nullptr);
+  }
+  const bool posted =
+      made->strand_->TryPost([made](Parallel& parallel) { made->Rebuild(parallel); });
+  if (!posted) return absl::InternalError("a new strand is full");
+  return made;
+}
+
+absl::Status Session::Begin() {
+  v1::ModelConfig config;
+  journal_.Read([&](const SessionState& state) {
+    config = state.session.model_config();
+    const v1::Vector3& origin = state.session.origin();
+    origin_ = {origin.x(), origin.y(), origin.z()};
+  });
+  Violations violations;
+  const ModelConfig model = ReadModelConfig(config, "session.model_config", violations);
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  absl::StatusOr<std::unique_ptr<PartialModel>> made = PartialModel::Create(model);
+  if (!made.ok()) return made.status();
+  model_ = *std::move(made);
+  return absl::OkStatus();
+}
+
+v1::Session Session::Describe() const {
+  v1::Session out;
+  const google::protobuf::Timestamp now = WriteTime(journal_.Now());
+  journal_.Read([&](const SessionState& state) { out = state.Describe(now); });
+  return out;
+}
+
+absl::StatusOr<v1::Session> Session::Update(const v1::UpdateSessionRequest& request) {
+  Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  const google::protobuf::FieldMask& mask = request.update_mask();
+  if (mask.paths().empty()) violations.Add("update_mask", "must name at least one field");
+  for (const std::string& path : mask.paths()) {
+    if (!Updatable(path) ||
+        !google::protobuf::util::FieldMaskUtil::IsValidPath<v1::Session>(path)) {
+      violations.Add("update_mask",
+                     absl::StrCat("'", path,
+                                  "' is no field that can be updated; those are "
+                                  "display_name, scanner_models, planning_config, site_rules"));
+    }
+  }
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+
+  absl::StatusOr<std::string> updated = journal_.Execute(
+      RequestKey::Of(request.request_id(), "UpdateSession", request),
+      [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        const std::string& etag = request.session().etag();
+        if (!etag.empty() && etag != EtagOf(state.session)) {
+          return ErrorWithReason(absl::StatusCode::kAborted, "ETAG_STALE",
+                                 "the session was changed by somebody else; read it again");
+        }
+        v1::Session next = state.session;
+        google::protobuf::util::FieldMaskUtil::MergeOptions options;
+        options.set_replace_message_fields(true);
+        options.set_replace_repeated_fields(true);
+        google::protobuf::util::FieldMaskUtil::MergeMessageTo(request.session(), mask, options,
+                                                              &next);
+        if (next.scanner_models().empty()) next.add_scanner_models();
+        for (v1::ScannerModel& scanner : *next.mutable_scanner_models()) FillDefaults(scanner);
+        FillDefaults(*next.mutable_planning_config());
+        Violations whole;
+        CheckSession(next, "session.", whole);
+        absl::Status possible = whole.ToStatus();
+        if (!possible.ok()) return possible;
+        Draft draft;
+        *draft.event.mutable_session_updated()->mutable_session() = next;
+        for (const std::string& path : mask.paths()) {
+          draft.event.mutable_session_updated()->add_updated_paths(path);
+        }
+        return draft;
+      });
+  if (!updated.ok()) return updated.status();
+  return Describe();
+}
+
+ModelSnapshot Session::Model() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return snapshot_;
+}
+
+void Session::RunInteractive(PlanningPool::Job job) {
+  around_.pool.Submit(share_, JobPriority::kInteractive, std::move(job));
+}
+
+void Session::Close() {
+  closed_ = true;
+  StopPlans(PlanRun::StopReason::kSessionDeleted);
+  strand_->Close();
+  std::vector<std::string> blobs;
+  std::vector<std::string> spools;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    blobs = full_results_;
+    full_results_.clear();
+    for (const auto& [name, upload] : uploads_) spools.push_back(name);
+  }
+  journal_.Read([&](const SessionState& state) {
+    for (const auto& [name, record] : state.scans) blobs.push_back(record.blob);
+  });
+  // What cannot be released now is found by the store's own collection.
+  for (const std::string& blob : blobs) around_.store.ReleaseBlob(blob).IgnoreError();
+  for (const std::string& spool : spools) around_.store.DropSpool(spool).IgnoreError();
+}
+
+}  // namespace vantage

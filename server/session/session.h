@@ -1,0 +1,178 @@
+// One scanning job: its log, its model, its uploads, scans and plans. Free of gRPC.
+//
+// Commands are checked, logged and answered at once; what they set off (alignment, merge, planning)
+// runs on the planning pool, the model's changes on one strand.
+#ifndef VANTAGE_SERVER_SESSION_SESSION_H_
+#define VANTAGE_SERVER_SESSION_SESSION_H_
+
+#include <Eigen/Core>
+#include <atomic>
+#include <functional>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/statusor.h"
+#include "core/model/partial_model.h"
+#include "core/model/planning_view.h"
+#include "server/execution/planning_pool.h"
+#include "server/execution/strand.h"
+#include "server/execution/timer.h"
+#include "server/observe/log.h"
+#include "server/session/algorithms.h"
+#include "server/session/journal.h"
+#include "server/session/limits.h"
+#include "server/session/plan_run.h"
+#include "server/session/upload.h"
+#include "server/store/store.h"
+#include "vantage/v1/model_service.pb.h"
+#include "vantage/v1/plan_service.pb.h"
+#include "vantage/v1/scan_service.pb.h"
+#include "vantage/v1/session_service.pb.h"
+
+namespace vantage {
+
+// What sessions live on; all of it outlives them.
+struct SessionSurroundings {
+  Store& store;
+  PlanningPool& pool;
+  Timer& timer;
+  Log& log;
+  Limits limits;
+  Algorithms algorithms;
+  Journal::Clock clock;
+};
+
+// The model at one moment.
+struct ModelSnapshot {
+  std::shared_ptr<const PlanningView> view;  // null while no scan is in the model
+  uint64_t version = 0;
+};
+
+// Thread safe. Held by shared_ptr: what it set off keeps it.
+class Session : public std::enable_shared_from_this<Session> {
+ public:
+  // Opens a new session. `session` is complete and checked.
+  static absl::StatusOr<std::shared_ptr<Session>> Create(const std::string& id,
+                                                         const v1::Session& session,
+                                                         const RequestKey& key,
+                                                         const SessionSurroundings& around);
+  // Takes up a session that the store has: folds its log, then builds its model and goes on with
+  // what was under way, on the strand.
+  static absl::StatusOr<std::shared_ptr<Session>> Load(const std::string& id,
+                                                       const SessionSurroundings& around);
+
+  const std::string& id() const { return id_; }
+  const Eigen::Vector3d& origin() const { return origin_; }
+  Journal& journal() { return journal_; }
+  const SessionSurroundings& around() const { return around_; }
+
+  v1::Session Describe() const;
+  absl::StatusOr<v1::Session> Update(const v1::UpdateSessionRequest& request);
+
+  // Uploads.
+  absl::StatusOr<v1::Upload> CreateUpload(const v1::CreateUploadRequest& request);
+  absl::StatusOr<v1::Upload> GetUpload(const std::string& name);
+  // Takes a piece, a total, or both; commits the scan when they complete it.
+  absl::StatusOr<v1::Upload> AddToUpload(const std::string& name, const v1::Piece* piece,
+                                         const v1::UploadTotal* total);
+
+  // Scans.
+  absl::StatusOr<v1::Scan> GetScan(const std::string& name) const;
+  // Created after the first `skip`, at most `limit`; `more` says whether others follow.
+  std::vector<v1::Scan> ListScans(size_t skip, size_t limit, bool& more) const;
+  absl::StatusOr<v1::Scan> AcceptScan(const v1::AcceptScanRequest& request);
+  absl::StatusOr<v1::Scan> SetScanPose(const v1::SetScanPoseRequest& request);
+  absl::StatusOr<v1::WithdrawScanResponse> WithdrawScan(const v1::WithdrawScanRequest& request);
+  // The range image of a scan. NOT_FOUND.
+  absl::StatusOr<RangeImage> LoadImage(const std::string& scan) const;
+
+  // Plans.
+  absl::StatusOr<v1::Plan> CreatePlan(const v1::CreatePlanRequest& request);
+  absl::StatusOr<v1::Plan> GetPlan(const std::string& name) const;
+  // The result with patches and map of scores. FAILED_PRECONDITION (PLAN_DETAIL_RELEASED) when it
+  // was let go.
+  absl::StatusOr<v1::PlanResult> GetFullResult(const std::string& name) const;
+  std::vector<v1::Plan> ListPlans(size_t skip, size_t limit, bool& more) const;
+  absl::StatusOr<v1::Plan> CancelPlan(const std::string& name);
+  // Null when it does not run (any more).
+  std::shared_ptr<PlanRun> FindRun(const std::string& name) const;
+  absl::StatusOr<v1::ViewRejection> RejectView(const v1::RejectViewRequest& request);
+  // Runs on the planning pool; `done` is called exactly once, there or (on refusal) here.
+  void EvaluateView(const v1::EvaluateViewRequest& request,
+                    std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done);
+
+  // The model.
+  ModelSnapshot Model() const;
+  absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage() const;
+  // Runs `job` on the planning pool for this session.
+  void RunInteractive(PlanningPool::Job job);
+
+  // Stops plans; they end soon.
+  void StopPlans(PlanRun::StopReason reason);
+  // No plan runs and the strand rests.
+  bool Rests() const;
+  // For good: nothing of it is stored any more. Stops plans and drops queued operations.
+  void Close();
+  // Waits until the strand rests.
+  void WaitUntilIdle() { strand_->WaitUntilIdle(); }
+
+ private:
+  Session(std::string id, const SessionSurroundings& around);
+  absl::Status Begin();
+
+  // Uploads, session_uploads.cc.
+  absl::Status CommitScan(const std::shared_ptr<Upload>& upload);
+  absl::Status FailUpload(Upload& upload, const absl::Status& why);
+  void ExpireUploads();
+
+  // Scans, session_scans.cc: bring a scan to where its log entry wants it.
+  void PostSettle(const std::string& scan);
+  void Settle(const std::string& scan, Parallel& parallel);
+  void Align(const v1::Scan& scan, Scan& data, Parallel& parallel);
+  void Merge(const v1::Scan& scan, const Scan& data, Parallel& parallel);
+  absl::Status RemoveFromModel(const v1::Scan& scan, Parallel& parallel);
+  void Refuse(const v1::Scan& scan, v1::ScanState state, const std::string& message,
+              const v1::Registration* registration);
+  absl::StatusOr<Scan> LoadScan(const v1::Scan& scan) const;
+  void Rebuild(Parallel& parallel);
+  void PublishModel();
+  absl::Status Change(const std::string& scan, v1::ScanState expected,
+                      absl::FunctionRef<void(const SessionState&, v1::Scan&, Draft&)> change);
+  void RetryLater(const std::string& scan, const absl::Status& why);
+
+  // Plans, session_plans.cc.
+  struct PlanInputs;
+  absl::StatusOr<PlanInputs> PlanInputsFor(const std::string& scanner_model_id,
+                                           const v1::PlanningConfig& overrides,
+                                           const std::string& prefix) const;
+  void RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, Parallel& parallel);
+  void EndPlan(const std::shared_ptr<PlanRun>& run, v1::Plan plan, const v1::PlanResult* full);
+
+  const std::string id_;
+  const std::string name_;
+  const SessionSurroundings around_;
+  Journal journal_;
+  Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+  const std::shared_ptr<PlanningPool::Share> share_;
+  const std::shared_ptr<Strand> strand_;
+  std::atomic<bool> closed_{false};
+  std::atomic<int> evaluations_{0};
+
+  // Touched on the strand only.
+  std::unique_ptr<PartialModel> model_;
+
+  mutable std::mutex mutex_;
+  ModelSnapshot snapshot_ ABSL_GUARDED_BY(mutex_);
+  std::string settling_ ABSL_GUARDED_BY(mutex_);  // scan that the strand works on
+  std::map<std::string, std::shared_ptr<Upload>> uploads_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, std::shared_ptr<PlanRun>> runs_ ABSL_GUARDED_BY(mutex_);
+  std::vector<std::string> full_results_ ABSL_GUARDED_BY(mutex_);  // blobs held, oldest first
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_SESSION_SESSION_H_

@@ -1,0 +1,450 @@
+// A session's plans: begun, improved, ended, kept; and the what-ifs beside them.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "server/session/error.h"
+#include "server/session/from_proto.h"
+#include "server/session/given_up.h"
+#include "server/session/names.h"
+#include "server/session/session.h"
+#include "server/session/to_proto.h"
+
+namespace vantage {
+namespace {
+
+constexpr char kPlanType[] = "vantage.v1.Plan";
+constexpr double kDefaultBudget = 1.0;  // s
+constexpr double kMinBudget = 0.01;
+constexpr double kMaxBudget = 3600;
+constexpr double kDefaultRejectionRadius = 0.5;  // m
+constexpr size_t kMaxReason = 500;
+constexpr int kCoveragePatches = 100;
+constexpr absl::Duration kRetryAfter = absl::Seconds(1);
+// Progress is shown at most this often: people and links don't follow faster.
+constexpr absl::Duration kProgressInterval = absl::Milliseconds(50);
+
+double SecondsOf(const google::protobuf::Duration& duration) {
+  return static_cast<double>(duration.seconds()) + 1e-9 * duration.nanos();
+}
+
+absl::Status NoModel(const std::string& session) {
+  return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "MODEL_EMPTY",
+                         absl::StrCat(session,
+                                      " has no scan in its model yet; send one, and wait "
+                                      "for its merge (WatchSession)"));
+}
+
+}  // namespace
+
+// Everything that a plan is computed from.
+struct Session::PlanInputs {
+  ModelSnapshot model;
+  v1::PlanningConfig written;  // whole
+  PlanningConfig config;
+  ScannerModel scanner;
+  std::string scanner_id;
+  Budget budget;
+  double seconds = 0;  // time budget, 0: none
+};
+
+absl::StatusOr<Session::PlanInputs> Session::PlanInputsFor(const std::string& scanner_model_id,
+                                                           const v1::PlanningConfig& overrides,
+                                                           const std::string& prefix) const {
+  PlanInputs inputs;
+  v1::SiteRules rules;
+  v1::ScannerModel scanner;
+  double voxel_size = 0;
+  bool known = false;
+  std::vector<v1::ViewRejection> rejections;
+  const v1::Session described = Describe();
+  inputs.written = described.planning_config();
+  rules = described.site_rules();
+  voxel_size = described.model_config().voxel_size();
+  for (const v1::ScannerModel& candidate : described.scanner_models()) {
+    if (!known && (scanner_model_id.empty() || candidate.id() == scanner_model_id)) {
+      scanner = candidate;
+      known = true;
+    }
+  }
+  Violations violations;
+  if (!known) {
+    violations.Add(
+        prefix + "scanner_model_id",
+        absl::StrCat("'", scanner_model_id, "' is none of the session's scanner models"));
+  }
+  Override(overrides, inputs.written);
+  inputs.config = ReadPlanningConfig(inputs.written, rules, origin_, voxel_size,
+                                     prefix + "config_overrides", "session.site_rules", violations);
+  inputs.scanner = ReadScannerModel(scanner, "scanner_model", violations);
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  for (const v1::ViewRejection& rejection : described.rejections()) {
+    inputs.config.rejected.push_back(
+        {Eigen::Vector3d(rejection.position().x(), rejection.position().y(),
+                         rejection.position().z()) -
+             origin_,
+         rejection.radius()});
+  }
+  absl::Status possible = inputs.config.Validate(inputs.scanner);
+  if (!possible.ok()) return InvalidField(prefix + "config_overrides", possible.message());
+  inputs.scanner_id = scanner.id();
+  inputs.model = Model();
+  if (inputs.model.view == nullptr) return NoModel(name_);
+  return inputs;
+}
+
+absl::StatusOr<v1::Plan> Session::CreatePlan(const v1::CreatePlanRequest& request) {
+  const v1::Plan& asked = request.plan();
+  Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  double seconds = 0;
+  uint64_t work_limit = 0;
+  if (asked.has_work_limit()) {
+    work_limit = asked.work_limit();
+    if (work_limit == 0) violations.Add("plan.work_limit", "must be above 0 rays");
+  } else {
+    seconds = asked.has_time_budget() ? SecondsOf(asked.time_budget()) : kDefaultBudget;
+    if (!(seconds >= kMinBudget && seconds <= kMaxBudget)) {
+      violations.Add("plan.time_budget", absl::StrCat("is ", seconds, " s, must be in [",
+                                                      kMinBudget, ", ", kMaxBudget, "]"));
+    }
+  }
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+
+  // An error of the inputs must not hide the answer to a repeated request.
+  absl::StatusOr<PlanInputs> inputs =
+      PlanInputsFor(asked.scanner_model_id(), asked.config_overrides(), "plan.");
+  if (inputs.ok()) {
+    inputs->seconds = seconds;
+    if (work_limit > 0) inputs->budget.work_limit = work_limit;
+    if (asked.has_seed()) inputs->config.seed = asked.seed();
+  }
+  std::shared_ptr<PlanRun> run;
+  absl::StatusOr<std::string> name = journal_.Execute(
+      RequestKey::Of(request.request_id(), "CreatePlan", request),
+      [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        if (!inputs.ok()) return inputs.status();
+        std::lock_guard<std::mutex> lock(mutex_);
+        if (runs_.size() >= around_.limits.running_plans_per_session) {
+          return Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_PLANS",
+                           absl::StrCat(runs_.size(),
+                                        " plans are under way, the most a session "
+                                        "may have; cancel one or wait"),
+                           kRetryAfter);
+        }
+        if (state.plan_order.size() >= around_.limits.plans_per_session) {
+          return ErrorWithReason(absl::StatusCode::kResourceExhausted, "PLANS_FULL",
+                                 absl::StrCat("the session has ", state.plan_order.size(),
+                                              " plans, the most it may; open another session"));
+        }
+        Draft draft;
+        v1::Plan& plan = *draft.event.mutable_plan_created()->mutable_plan();
+        plan.set_name(ChildName(id_, "plans", absl::StrCat("plan-", state.plan_order.size() + 1)));
+        plan.set_scanner_model_id(inputs->scanner_id);
+        if (asked.has_work_limit()) {
+          plan.set_work_limit(work_limit);
+        } else {
+          plan.mutable_time_budget()->set_seconds(static_cast<int64_t>(seconds));
+          plan.mutable_time_budget()->set_nanos(
+              static_cast<int32_t>((seconds - std::floor(seconds)) * 1e9));
+        }
+        plan.set_seed(inputs->config.seed);
+        if (asked.has_config_overrides()) {
+          *plan.mutable_config_overrides() = asked.config_overrides();
+        }
+        plan.set_state(v1::PLAN_STATE_QUEUED);
+        *plan.mutable_create_time() = WriteTime(journal_.Now());
+        run = std::make_shared<PlanRun>(plan);
+        runs_[plan.name()] = run;
+        return draft;
+      });
+  if (!name.ok()) {
+    if (run != nullptr) {
+      std::lock_guard<std::mutex> lock(mutex_);
+      runs_.erase(run->Describe().name());
+    }
+    return name.status();
+  }
+  if (run != nullptr) {
+    around_.pool.Submit(share_, JobPriority::kPlan,
+                        [self = shared_from_this(), run, in = *inputs](Parallel& parallel) {
+                          self->RunPlan(run, in, parallel);
+                        });
+  }
+  return GetPlan(*name);
+}
+
+void Session::RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs,
+                      Parallel& parallel) {
+  run->Start(journal_.Now());
+  Budget budget = inputs.budget;
+  if (inputs.seconds > 0) budget.deadline = Budget::Seconds(inputs.seconds).deadline;
+  budget.cancelled = run->stop_token();
+
+  absl::Time shown = absl::InfinitePast();
+  const auto progress = [&](const Plan& plan) {
+    const absl::Time now = absl::Now();
+    if (now - shown < kProgressInterval) return;
+    shown = now;
+    v1::PlanResult result = WritePlanResult(plan, inputs.written, false, origin_);
+    result.set_model_version(inputs.model.version);
+    run->Improve(std::move(result));
+  };
+  absl::StatusOr<Plan> made = around_.algorithms.make_plan(
+      *inputs.model.view, inputs.scanner, inputs.config, budget, parallel, progress);
+
+  v1::Plan plan = run->Describe();
+  *plan.mutable_end_time() = WriteTime(journal_.Now());
+  if (!made.ok()) {
+    plan.set_state(v1::PLAN_STATE_FAILED);
+    plan.set_state_message(std::string(made.status().message()));
+    return EndPlan(run, std::move(plan), nullptr);
+  }
+  switch (run->stop_reason()) {
+    case PlanRun::StopReason::kCancelled:
+    case PlanRun::StopReason::kSessionDeleted:
+      plan.set_state(v1::PLAN_STATE_CANCELLED);
+      break;
+    case PlanRun::StopReason::kDrain:
+      plan.set_state(v1::PLAN_STATE_SUCCEEDED);
+      plan.set_state_message("ended early with its best answer: the server shuts down");
+      break;
+    case PlanRun::StopReason::kNone:
+      plan.set_state(v1::PLAN_STATE_SUCCEEDED);
+      break;
+  }
+  v1::PlanResult full = WritePlanResult(*made, inputs.written, true, origin_);
+  full.set_model_version(inputs.model.version);
+  *plan.mutable_result() = full;
+  StripToBasic(*plan.mutable_result());
+  plan.set_revision(plan.revision() + 1);
+  EndPlan(run, std::move(plan), &full);
+}
+
+void Session::EndPlan(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
+                      const v1::PlanResult* full) {
+  std::string blob;
+  if (full != nullptr && !closed_) {
+    absl::StatusOr<std::string> kept = around_.store.PutBlob(full->SerializeAsString());
+    if (kept.ok()) blob = *kept;  // without room only the basic view is kept
+  }
+  absl::StatusOr<std::string> logged =
+      journal_.Execute({}, [&](const SessionState&) -> absl::StatusOr<Draft> {
+        if (closed_) return absl::AbortedError("the session was deleted");
+        Draft draft;
+        *draft.event.mutable_plan_ended()->mutable_plan() = plan;
+        draft.blob = blob;
+        return draft;
+      });
+  if (!logged.ok() && !absl::IsAborted(logged.status())) {
+    around_.log.Error("could not log the end of a plan",
+                      {{"plan", plan.name()}, {"error", logged.status().ToString()}});
+  }
+  std::vector<std::string> released;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    runs_.erase(plan.name());
+    if (!blob.empty()) full_results_.push_back(blob);
+    while (full_results_.size() > around_.limits.full_plans_per_session || closed_) {
+      if (full_results_.empty()) break;
+      released.push_back(full_results_.front());
+      full_results_.erase(full_results_.begin());
+    }
+  }
+  for (const std::string& old : released) around_.store.ReleaseBlob(old).IgnoreError();
+  around_.log.Info("plan ended", {{"plan", plan.name()},
+                                  {"state", v1::PlanState_Name(plan.state())},
+                                  {"outcome", v1::PlanOutcome_Name(plan.result().outcome())},
+                                  {"rays", plan.result().rays()},
+                                  {"gap", plan.result().optimality_gap()}});
+  run->End(std::move(plan));
+}
+
+std::shared_ptr<PlanRun> Session::FindRun(const std::string& name) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto it = runs_.find(name);
+  return it == runs_.end() ? nullptr : it->second;
+}
+
+absl::StatusOr<v1::Plan> Session::GetPlan(const std::string& name) const {
+  if (const std::shared_ptr<PlanRun> run = FindRun(name)) return run->Describe();
+  absl::StatusOr<v1::Plan> found = ResourceNotFound(kPlanType, name);
+  journal_.Read([&](const SessionState& state) {
+    const auto it = state.plans.find(name);
+    if (it != state.plans.end()) found = it->second.plan;
+  });
+  return found;
+}
+
+absl::StatusOr<v1::PlanResult> Session::GetFullResult(const std::string& name) const {
+  std::string blob;
+  journal_.Read([&](const SessionState& state) {
+    const auto it = state.plans.find(name);
+    if (it != state.plans.end()) blob = it->second.blob;
+  });
+  absl::StatusOr<std::string> bytes = absl::NotFoundError("");
+  if (!blob.empty()) bytes = around_.store.GetBlob(blob);
+  v1::PlanResult result;
+  if (!bytes.ok() || !result.ParseFromString(*bytes)) {
+    return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "PLAN_DETAIL_RELEASED",
+                           absl::StrCat(name, ": patches and map of scores are kept for the last ",
+                                        around_.limits.full_plans_per_session,
+                                        " plans that ended; ask for the basic view"));
+  }
+  return result;
+}
+
+std::vector<v1::Plan> Session::ListPlans(size_t skip, size_t limit, bool& more) const {
+  std::vector<std::string> names;
+  journal_.Read([&](const SessionState& state) {
+    for (size_t i = skip; i < state.plan_order.size() && names.size() < limit; ++i) {
+      names.push_back(state.plan_order[i]);
+    }
+    more = skip + names.size() < state.plan_order.size();
+  });
+  std::vector<v1::Plan> plans;
+  for (const std::string& name : names) {
+    absl::StatusOr<v1::Plan> plan = GetPlan(name);
+    if (plan.ok()) plans.push_back(*std::move(plan));
+  }
+  return plans;
+}
+
+absl::StatusOr<v1::Plan> Session::CancelPlan(const std::string& name) {
+  if (const std::shared_ptr<PlanRun> run = FindRun(name)) {
+    run->Stop(PlanRun::StopReason::kCancelled);
+  }
+  return GetPlan(name);
+}
+
+void Session::StopPlans(PlanRun::StopReason reason) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  for (const auto& [name, run] : runs_) run->Stop(reason);
+}
+
+bool Session::Rests() const {
+  if (strand_->Size() != 0) return false;
+  std::lock_guard<std::mutex> lock(mutex_);
+  return runs_.empty();
+}
+
+absl::StatusOr<v1::ViewRejection> Session::RejectView(const v1::RejectViewRequest& request) {
+  Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  if (!request.has_position()) violations.Add("position", "is required");
+  ReadVector(request.position(), "position", violations);
+  const double radius = request.has_radius() ? request.radius() : kDefaultRejectionRadius;
+  if (!(radius > 0 && radius <= 100)) {
+    violations.Add("radius", absl::StrCat("is ", radius, " m, must be in (0, 100]"));
+  }
+  CheckText(request.reason(), kMaxReason, "reason", violations);
+  constexpr double kTenYears = 10 * 366 * 86400.0;
+  const double ttl = SecondsOf(request.ttl());
+  if (request.has_ttl() && !(ttl >= 1 && ttl <= kTenYears)) {
+    violations.Add("ttl", absl::StrCat("is ", ttl, " s, must be 1 s to 10 years"));
+  }
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  absl::StatusOr<std::string> name = journal_.Execute(
+      RequestKey::Of(request.request_id(), "RejectView", request),
+      [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        constexpr size_t kMaxRejections = 10'000;
+        if (state.rejections.size() >= kMaxRejections) {
+          return ErrorWithReason(absl::StatusCode::kResourceExhausted, "TOO_MANY_REJECTIONS",
+                                 "the session has too many refused places; use keep-out boxes");
+        }
+        Draft draft;
+        v1::ViewRejection& rejection = *draft.event.mutable_view_rejected()->mutable_rejection();
+        rejection.set_name(
+            ChildName(id_, "rejections", absl::StrCat("rejection-", state.rejection_count + 1)));
+        *rejection.mutable_position() = request.position();
+        rejection.set_radius(radius);
+        rejection.set_reason(request.reason());
+        const absl::Time now = journal_.Now();
+        *rejection.mutable_create_time() = WriteTime(now);
+        if (request.has_ttl())
+          *rejection.mutable_expire_time() = WriteTime(now + absl::Seconds(ttl));
+        return draft;
+      });
+  if (!name.ok()) return name.status();
+  v1::ViewRejection made;
+  journal_.Read([&](const SessionState& state) {
+    for (const v1::ViewRejection& rejection : state.rejections) {
+      if (rejection.name() == *name) made = rejection;
+    }
+  });
+  return made;
+}
+
+void Session::EvaluateView(const v1::EvaluateViewRequest& request,
+                           std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done) {
+  Violations violations;
+  if (!request.has_position()) violations.Add("position", "is required");
+  const Eigen::Vector3d world = ReadVector(request.position(), "position", violations);
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return done(valid);
+  absl::StatusOr<PlanInputs> inputs =
+      PlanInputsFor(request.scanner_model_id(), request.config_overrides(), "");
+  if (!inputs.ok()) return done(inputs.status());
+  if (evaluations_.fetch_add(1) >= static_cast<int>(around_.limits.evaluations)) {
+    evaluations_.fetch_sub(1);
+    return done(Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EVALUATIONS",
+                          "too many positions of this session are being evaluated", kRetryAfter));
+  }
+  RunInteractive([self = shared_from_this(), in = *std::move(inputs), world,
+                  done = std::move(done)](Parallel& parallel) {
+    const absl::Time started = absl::Now();
+    absl::StatusOr<ViewEvaluation> evaluation = self->around_.algorithms.evaluate_view(
+        *in.model.view, in.scanner, in.config, world - self->origin_, parallel);
+    self->evaluations_.fetch_sub(1);
+    if (!evaluation.ok()) return done(evaluation.status());
+    v1::EvaluateViewResponse response =
+        WriteEvaluation(*evaluation, in.config.required_density, self->origin_);
+    response.set_model_version(in.model.version);
+    response.set_seconds(absl::ToDoubleSeconds(absl::Now() - started));
+    done(std::move(response));
+  });
+}
+
+absl::StatusOr<v1::GetCoverageResponse> Session::MeasureCoverage() const {
+  v1::GetCoverageResponse response;
+  const v1::Session described = Describe();
+  const ModelSnapshot model = Model();
+  response.set_model_version(model.version);
+  response.mutable_coverage()->set_required_density(described.planning_config().required_density());
+  if (model.view != nullptr) {
+    Violations violations;
+    const PlanningConfig config =
+        ReadPlanningConfig(described.planning_config(), described.site_rules(), origin_,
+                           model.view->voxel_size(), "planning_config", "site_rules", violations);
+    *response.mutable_coverage() = WriteCoverage(
+        around_.algorithms.measure_coverage(*model.view, config), config.required_density);
+    FindGivenUp(*model.view, origin_, response);
+  }
+  // The last plan that came to an answer.
+  v1::Plan last;
+  journal_.Read([&](const SessionState& state) {
+    for (auto it = state.plan_order.rbegin(); it != state.plan_order.rend(); ++it) {
+      const v1::Plan& plan = state.plans.at(*it).plan;
+      if (plan.state() != v1::PLAN_STATE_SUCCEEDED) continue;
+      last = plan;
+      return;
+    }
+  });
+  if (!last.name().empty()) {
+    response.set_plan(last.name());
+    response.set_best_remaining_gain(last.result().termination().best_upper_area());
+    absl::StatusOr<v1::PlanResult> full = GetFullResult(last.name());
+    if (full.ok()) {
+      const int count = std::min(full->patches_size(), kCoveragePatches);
+      for (int i = 0; i < count; ++i) *response.add_patches() = full->patches(i);
+    }
+  }
+  return response;
+}
+
+}  // namespace vantage

@@ -1,0 +1,241 @@
+#include "server/session/session_registry.h"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/session/error.h"
+#include "server/session/from_proto.h"
+#include "server/session/names.h"
+
+namespace vantage {
+namespace {
+
+constexpr char kSessionType[] = "vantage.v1.Session";
+constexpr size_t kRememberedDeletions = 4096;
+constexpr absl::Duration kRetryAfter = absl::Seconds(5);
+
+// What a client gave, completed; what the server fills in is left out.
+v1::Session Completed(const v1::Session& asked) {
+  v1::Session session;
+  session.set_display_name(asked.display_name());
+  *session.mutable_scanner_models() = asked.scanner_models();
+  if (session.scanner_models().empty()) session.add_scanner_models();
+  for (v1::ScannerModel& scanner : *session.mutable_scanner_models()) FillDefaults(scanner);
+  *session.mutable_model_config() = asked.model_config();
+  FillDefaults(*session.mutable_model_config());
+  *session.mutable_planning_config() = asked.planning_config();
+  FillDefaults(*session.mutable_planning_config());
+  *session.mutable_site_rules() = asked.site_rules();
+  *session.mutable_origin() = asked.origin();
+  return session;
+}
+
+}  // namespace
+
+SessionRegistry::SessionRegistry(const SessionSurroundings& around)
+    : around_(around), random_(std::random_device{}()) {}
+
+SessionRegistry::~SessionRegistry() = default;
+
+absl::Status SessionRegistry::LoadAll() {
+  absl::StatusOr<std::vector<std::string>> ids = around_.store.Sessions();
+  if (!ids.ok()) return ids.status();
+  std::vector<std::pair<double, std::shared_ptr<Session>>> loaded;
+  for (const std::string& id : *ids) {
+    absl::StatusOr<std::shared_ptr<Session>> session = Session::Load(id, around_);
+    if (!session.ok()) return session.status();
+    const google::protobuf::Timestamp created = (*session)->Describe().create_time();
+    loaded.emplace_back(static_cast<double>(created.seconds()) + 1e-9 * created.nanos(),
+                        *std::move(session));
+  }
+  std::stable_sort(loaded.begin(), loaded.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::lock_guard<std::mutex> lock(mutex_);
+  for (auto& [time, session] : loaded) {
+    (*session).journal().Read([&, id = session->id()](const SessionState& state) {
+      for (const auto& [request, record] : state.requests) {
+        if (record.method == "CreateSession") creations_[request] = id;
+      }
+    });
+    order_.push_back(session->id());
+    sessions_[session->id()] = std::move(session);
+  }
+  return absl::OkStatus();
+}
+
+std::string SessionRegistry::FreshId() {
+  constexpr char kAlphabet[] = "abcdefghijkmnpqrstuvwxyz23456789";
+  while (true) {
+    std::string id = "s-";
+    for (int i = 0; i < 10; ++i) id += kAlphabet[random_() % (sizeof(kAlphabet) - 1)];
+    if (sessions_.count(id) == 0) return id;
+  }
+}
+
+absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
+    const v1::CreateSessionRequest& request) {
+  Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  if (!request.session_id().empty() && !IsValidId(request.session_id())) {
+    violations.Add("session_id", "must be 1 to 63 of [a-z0-9-], starting with a letter");
+  }
+  const v1::Session session = Completed(request.session());
+  CheckSession(session, "session.", violations);
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+
+  const RequestKey key = RequestKey::Of(request.request_id(), "CreateSession", request);
+  std::lock_guard<std::mutex> only_one(create_mutex_);
+  std::string id = request.session_id();
+  std::shared_ptr<Session> before;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const auto repeated = creations_.find(key.id);
+    if (!key.id.empty() && repeated != creations_.end()) {
+      const auto it = sessions_.find(repeated->second);
+      if (it != sessions_.end()) before = it->second;
+    }
+    if (before == nullptr) {
+      if (sessions_.size() >= around_.limits.sessions) {
+        return Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_SESSIONS",
+                         absl::StrCat("the server has ", sessions_.size(),
+                                      " sessions, the most it may; delete some"),
+                         kRetryAfter);
+      }
+      if (id.empty()) id = FreshId();
+      if (sessions_.count(id) != 0) {
+        return ErrorWithReason(absl::StatusCode::kAlreadyExists, "SESSION_EXISTS",
+                               absl::StrCat(SessionName(id), " exists; choose another id"));
+      }
+    }
+  }
+  if (before != nullptr) {
+    // The journal knows whether it was the same request.
+    absl::StatusOr<std::string> same =
+        before->journal().Execute(key, [](const SessionState&) -> absl::StatusOr<Draft> {
+          return absl::InternalError("the session's log does not have its creation");
+        });
+    if (!same.ok()) return same.status();
+    return before;
+  }
+  absl::StatusOr<std::shared_ptr<Session>> made = Session::Create(id, session, key, around_);
+  if (!made.ok()) {
+    around_.store.Drop(id).IgnoreError();
+    return made.status();
+  }
+  std::lock_guard<std::mutex> lock(mutex_);
+  sessions_[id] = *made;
+  order_.push_back(id);
+  if (!key.id.empty()) creations_[key.id] = id;
+  return made;
+}
+
+absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Find(const std::string& id) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto it = sessions_.find(id);
+  if (it == sessions_.end()) return ResourceNotFound(kSessionType, SessionName(id));
+  return it->second;
+}
+
+std::vector<std::shared_ptr<Session>> SessionRegistry::List(size_t skip, size_t limit,
+                                                            bool& more) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<std::shared_ptr<Session>> out;
+  for (size_t i = skip; i < order_.size() && out.size() < limit; ++i) {
+    out.push_back(sessions_.at(order_[i]));
+  }
+  more = skip + out.size() < order_.size();
+  return out;
+}
+
+absl::Status SessionRegistry::Delete(const v1::DeleteSessionRequest& request) {
+  Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  absl::StatusOr<std::string> id = ParseSessionName(request.name(), "name");
+  if (!id.ok()) return id.status();
+  std::lock_guard<std::mutex> only_one(create_mutex_);
+  std::shared_ptr<Session> session;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& [request_id, deleted] : deletions_) {
+      if (!request.request_id().empty() && request_id == request.request_id()) {
+        if (deleted == *id) return absl::OkStatus();
+        return ErrorWithReason(absl::StatusCode::kAlreadyExists, "REQUEST_ID_REUSED",
+                               "request_id was used for another DeleteSession");
+      }
+    }
+    const auto it = sessions_.find(*id);
+    if (it == sessions_.end()) return ResourceNotFound(kSessionType, request.name());
+    session = it->second;
+  }
+  absl::Status dropped = around_.store.Drop(*id);
+  if (!dropped.ok()) return dropped;
+  session->Close();
+  std::lock_guard<std::mutex> lock(mutex_);
+  sessions_.erase(*id);
+  order_.erase(std::find(order_.begin(), order_.end(), *id));
+  for (auto it = creations_.begin(); it != creations_.end();) {
+    it = it->second == *id ? creations_.erase(it) : std::next(it);
+  }
+  if (!request.request_id().empty()) {
+    deletions_.emplace_back(request.request_id(), *id);
+    if (deletions_.size() > kRememberedDeletions) deletions_.pop_front();
+  }
+  return absl::OkStatus();
+}
+
+void SessionRegistry::BeginDrain() {
+  std::vector<std::shared_ptr<Session>> sessions;
+  std::vector<std::shared_ptr<std::function<void()>>> watchers;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    draining_ = true;
+    for (const auto& [id, session] : sessions_) sessions.push_back(session);
+    for (const auto& [id, call] : watchers_) watchers.push_back(call);
+  }
+  for (const auto& session : sessions) session->StopPlans(PlanRun::StopReason::kDrain);
+  for (const auto& call : watchers) (*call)();
+}
+
+bool SessionRegistry::draining() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return draining_;
+}
+
+absl::Status SessionRegistry::CheckTakesWork() const {
+  if (!draining()) return absl::OkStatus();
+  return Retryable(absl::StatusCode::kUnavailable, "DRAINING",
+                   "the server shuts down and takes no new work; try again", kRetryAfter);
+}
+
+bool SessionRegistry::WaitUntilIdle(std::chrono::milliseconds patience) const {
+  const auto deadline = std::chrono::steady_clock::now() + patience;
+  while (true) {
+    bool idle = true;
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      for (const auto& [id, session] : sessions_) idle = idle && session->Rests();
+    }
+    if (idle) return true;
+    if (std::chrono::steady_clock::now() >= deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
+}
+
+uint64_t SessionRegistry::WatchDrain(std::function<void()> call) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const uint64_t id = next_watch_++;
+  watchers_[id] = std::make_shared<std::function<void()>>(std::move(call));
+  return id;
+}
+
+void SessionRegistry::UnwatchDrain(uint64_t id) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  watchers_.erase(id);
+}
+
+}  // namespace vantage

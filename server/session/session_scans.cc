@@ -1,0 +1,449 @@
+// A session's scans: aligned, judged, merged and taken out again, on the session's strand.
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/sensor/encoding.h"
+#include "server/session/error.h"
+#include "server/session/from_proto.h"
+#include "server/session/names.h"
+#include "server/session/session.h"
+#include "server/session/to_proto.h"
+
+namespace vantage {
+namespace {
+
+constexpr char kScanType[] = "vantage.v1.Scan";
+constexpr std::chrono::seconds kRetryAfter(5);
+
+absl::Status WrongState(const v1::Scan& scan, absl::string_view needed) {
+  return ErrorWithReason(
+      absl::StatusCode::kFailedPrecondition, "SCAN_STATE",
+      absl::StrCat(scan.name(), " is ", v1::ScanState_Name(scan.state()), "; ", needed),
+      {{"state", v1::ScanState_Name(scan.state())}});
+}
+
+// Scans in the model whose alignment saw `scan` in it.
+std::vector<std::string> Dependents(const SessionState& state, const ScanRecord& scan) {
+  std::vector<std::string> names;
+  if (!scan.in_model) return names;
+  for (const std::string& name : state.scan_order) {
+    const ScanRecord& other = state.scans.at(name);
+    if (other.in_model && name != scan.scan.name() && other.scan.has_registration() &&
+        other.scan.registration().model_version() >= scan.scan.merge().model_version()) {
+      names.push_back(name);
+    }
+  }
+  return names;
+}
+
+}  // namespace
+
+absl::StatusOr<v1::Scan> Session::GetScan(const std::string& name) const {
+  absl::StatusOr<v1::Scan> found = ResourceNotFound(kScanType, name);
+  journal_.Read([&](const SessionState& state) {
+    const auto it = state.scans.find(name);
+    if (it != state.scans.end()) found = it->second.scan;
+  });
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (found.ok() && settling_ == name && found->state() == v1::SCAN_STATE_RECEIVED) {
+    found->set_state(v1::SCAN_STATE_REGISTERING);
+  }
+  return found;
+}
+
+std::vector<v1::Scan> Session::ListScans(size_t skip, size_t limit, bool& more) const {
+  std::vector<v1::Scan> scans;
+  journal_.Read([&](const SessionState& state) {
+    for (size_t i = skip; i < state.scan_order.size() && scans.size() < limit; ++i) {
+      scans.push_back(state.scans.at(state.scan_order[i]).scan);
+    }
+    more = skip + scans.size() < state.scan_order.size();
+  });
+  return scans;
+}
+
+absl::StatusOr<v1::Scan> Session::AcceptScan(const v1::AcceptScanRequest& request) {
+  Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  absl::StatusOr<std::string> name = journal_.Execute(
+      RequestKey::Of(request.request_id(), "AcceptScan", request),
+      [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        const auto it = state.scans.find(request.name());
+        if (it == state.scans.end()) return ResourceNotFound(kScanType, request.name());
+        const v1::Scan& scan = it->second.scan;
+        const bool waits =
+            scan.state() == v1::SCAN_STATE_DOUBTFUL || scan.state() == v1::SCAN_STATE_FAILED;
+        if (!waits || !scan.has_registration()) {
+          return WrongState(scan,
+                            "only a doubtful or failed scan with an alignment can be "
+                            "accepted; give it a pose with SetScanPose");
+        }
+        Draft draft;
+        v1::Scan& next = *draft.event.mutable_scan_accepted()->mutable_scan();
+        next = scan;
+        next.set_state(v1::SCAN_STATE_MERGING);
+        next.clear_state_message();
+        *next.mutable_pose() = scan.registration().pose();
+        next.set_pose_source(v1::POSE_SOURCE_ACCEPTED);
+        *next.mutable_update_time() = WriteTime(journal_.Now());
+        return draft;
+      });
+  if (!name.ok()) return name.status();
+  PostSettle(*name);
+  return GetScan(*name);
+}
+
+absl::StatusOr<v1::Scan> Session::SetScanPose(const v1::SetScanPoseRequest& request) {
+  Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  if (!request.has_prior()) violations.Add("prior", "is required");
+  if (request.has_prior()) ReadPosePrior(request.prior(), origin_, "prior", violations);
+  if (!v1::PoseUse_IsValid(request.use())) violations.Add("use", "must be ALIGN or AS_IS");
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  absl::StatusOr<std::string> name =
+      journal_.Execute(RequestKey::Of(request.request_id(), "SetScanPose", request),
+                       [&](const SessionState& state) -> absl::StatusOr<Draft> {
+                         const auto it = state.scans.find(request.name());
+                         if (it == state.scans.end())
+                           return ResourceNotFound(kScanType, request.name());
+                         const v1::Scan& scan = it->second.scan;
+                         if (scan.state() == v1::SCAN_STATE_WITHDRAWN) {
+                           return WrongState(scan, "send it again instead");
+                         }
+                         Draft draft;
+                         v1::Scan& next = *draft.event.mutable_scan_pose_set()->mutable_scan();
+                         next = scan;
+                         *next.mutable_prior() = request.prior();
+                         next.clear_state_message();
+                         if (request.use() == v1::POSE_USE_AS_IS) {
+                           next.set_state(v1::SCAN_STATE_MERGING);
+                           *next.mutable_pose() = request.prior().pose();
+                           next.set_pose_source(v1::POSE_SOURCE_SET);
+                         } else {
+                           next.set_state(v1::SCAN_STATE_RECEIVED);
+                           next.clear_pose();
+                           next.clear_pose_source();
+                           next.clear_registration();
+                           next.clear_levelling();
+                         }
+                         *next.mutable_update_time() = WriteTime(journal_.Now());
+                         return draft;
+                       });
+  if (!name.ok()) return name.status();
+  PostSettle(*name);
+  return GetScan(*name);
+}
+
+absl::StatusOr<v1::WithdrawScanResponse> Session::WithdrawScan(
+    const v1::WithdrawScanRequest& request) {
+  Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  v1::WithdrawScanResponse response;
+  absl::StatusOr<std::string> name =
+      journal_.Execute(RequestKey::Of(request.request_id(), "WithdrawScan", request),
+                       [&](const SessionState& state) -> absl::StatusOr<Draft> {
+                         const auto it = state.scans.find(request.name());
+                         if (it == state.scans.end())
+                           return ResourceNotFound(kScanType, request.name());
+                         const v1::Scan& scan = it->second.scan;
+                         if (scan.state() == v1::SCAN_STATE_WITHDRAWN) {
+                           return WrongState(scan, "it has been withdrawn already");
+                         }
+                         Draft draft;
+                         v1::ScanWithdrawnEvent& event = *draft.event.mutable_scan_withdrawn();
+                         *event.mutable_scan() = scan;
+                         event.mutable_scan()->set_state(v1::SCAN_STATE_WITHDRAWN);
+                         event.mutable_scan()->clear_state_message();
+                         *event.mutable_scan()->mutable_update_time() = WriteTime(journal_.Now());
+                         for (const std::string& dependent : Dependents(state, it->second)) {
+                           event.add_dependent_scans(dependent);
+                           response.add_dependent_scans(dependent);
+                         }
+                         return draft;
+                       });
+  if (!name.ok()) return name.status();
+  PostSettle(*name);
+  absl::StatusOr<v1::Scan> scan = GetScan(*name);
+  if (!scan.ok()) return scan.status();
+  *response.mutable_scan() = *std::move(scan);
+  return response;
+}
+
+absl::StatusOr<RangeImage> Session::LoadImage(const std::string& scan) const {
+  std::string blob;
+  journal_.Read([&](const SessionState& state) {
+    const auto it = state.scans.find(scan);
+    if (it != state.scans.end()) blob = it->second.blob;
+  });
+  if (blob.empty()) return ResourceNotFound(kScanType, scan);
+  absl::StatusOr<std::string> bytes = around_.store.GetBlob(blob);
+  if (!bytes.ok()) return bytes.status();
+  return DecodeRangeImage(*bytes, around_.limits.scan_cells);
+}
+
+absl::StatusOr<Scan> Session::LoadScan(const v1::Scan& scan) const {
+  absl::StatusOr<RangeImage> image = LoadImage(scan.name());
+  if (!image.ok()) return image.status();
+  Scan data;
+  data.image = *std::move(image);
+  Violations violations;
+  data.scanner = ReadScannerModel(scan.scanner_model(), "scanner_model", violations);
+  if (scan.has_prior()) data.prior = ReadPosePrior(scan.prior(), origin_, "prior", violations);
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  return data;
+}
+
+void Session::PostSettle(const std::string& scan) {
+  const bool posted = strand_->TryPost(
+      [self = shared_from_this(), scan](Parallel& parallel) { self->Settle(scan, parallel); });
+  if (!posted && !closed_) {
+    RetryLater(scan, absl::ResourceExhaustedError("the session's queue is full"));
+  }
+}
+
+void Session::RetryLater(const std::string& scan, const absl::Status& why) {
+  around_.log.Warning("scan waits", {{"scan", scan}, {"error", why.ToString()}});
+  around_.timer.After(kRetryAfter, [self = weak_from_this(), scan] {
+    if (const std::shared_ptr<Session> session = self.lock()) session->PostSettle(scan);
+  });
+}
+
+// Changes a scan if it still is in `expected`; a person may have decided otherwise meanwhile.
+absl::Status Session::Change(
+    const std::string& scan, v1::ScanState expected,
+    absl::FunctionRef<void(const SessionState&, v1::Scan&, Draft&)> change) {
+  return journal_
+      .Execute({},
+               [&](const SessionState& state) -> absl::StatusOr<Draft> {
+                 const auto it = state.scans.find(scan);
+                 if (it == state.scans.end()) return ResourceNotFound(kScanType, scan);
+                 if (it->second.scan.state() != expected) {
+                   return absl::AbortedError("the scan changed meanwhile");
+                 }
+                 v1::Scan next = it->second.scan;
+                 *next.mutable_update_time() = WriteTime(journal_.Now());
+                 Draft draft;
+                 change(state, next, draft);
+                 return draft;
+               })
+      .status();
+}
+
+// Does what the scan's state in the log asks for, and nothing when that is done.
+void Session::Settle(const std::string& name, Parallel& parallel) {
+  if (closed_) return;
+  v1::Scan scan;
+  bool in_model = false;
+  journal_.Read([&](const SessionState& state) {
+    const auto it = state.scans.find(name);
+    if (it == state.scans.end()) return;
+    scan = it->second.scan;
+    in_model = it->second.in_model;
+  });
+  const bool wanted = scan.state() == v1::SCAN_STATE_MERGED;
+  if (in_model && !wanted) {
+    absl::Status removed = RemoveFromModel(scan, parallel);
+    if (!removed.ok()) return RetryLater(name, removed);
+  }
+  if (scan.state() != v1::SCAN_STATE_RECEIVED && scan.state() != v1::SCAN_STATE_MERGING) return;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    settling_ = name;
+  }
+  absl::StatusOr<Scan> data = LoadScan(scan);
+  if (!data.ok()) {
+    Refuse(scan, v1::SCAN_STATE_FAILED, std::string(data.status().message()), nullptr);
+  } else if (scan.state() == v1::SCAN_STATE_RECEIVED) {
+    Align(scan, *data, parallel);
+  } else {
+    Merge(scan, *data, parallel);
+  }
+  std::lock_guard<std::mutex> lock(mutex_);
+  settling_.clear();
+}
+
+void Session::Align(const v1::Scan& scan, Scan& data, Parallel& parallel) {
+  const ModelSnapshot model = Model();
+  v1::Scan placed = scan;
+  placed.set_state(v1::SCAN_STATE_MERGING);
+  if (model.view == nullptr) {
+    absl::StatusOr<Levelling> levelling = around_.algorithms.level(data);
+    if (!levelling.ok()) {
+      return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(levelling.status().message()),
+                    nullptr);
+    }
+    if (data.prior.has_value()) {
+      if (data.prior->trusted) {
+        levelling->T_world_scan = data.prior->T_world_scan;
+      } else {
+        // The prior's world it is: its heading and place, with the tilt found.
+        const Eigen::Vector3d ahead = data.prior->T_world_scan.linear() * Eigen::Vector3d::UnitX();
+        const double heading = std::atan2(ahead.y(), ahead.x());
+        const Eigen::Vector3d now = levelling->T_world_scan.linear() * Eigen::Vector3d::UnitX();
+        const double turn = heading - std::atan2(now.y(), now.x());
+        levelling->T_world_scan.linear() =
+            Eigen::AngleAxisd(turn, Eigen::Vector3d::UnitZ()).toRotationMatrix() *
+            levelling->T_world_scan.linear();
+        levelling->T_world_scan.translation() = data.prior->T_world_scan.translation();
+      }
+    }
+    *placed.mutable_levelling() = WriteLevelling(*levelling, origin_);
+    *placed.mutable_pose() = placed.levelling().pose();
+    placed.set_pose_source(v1::POSE_SOURCE_FIRST_SCAN);
+  } else {
+    PosePrior prior;
+    v1::PlanningConfig config;
+    journal_.Read([&](const SessionState& state) {
+      config = state.session.planning_config();
+      // Without a prior: near where the scanner stood last. The verdict guards against error.
+      for (const std::string& name : state.scan_order) {
+        const ScanRecord& record = state.scans.at(name);
+        if (record.in_model) prior.T_world_scan = ReadOwnPose(record.scan.pose(), origin_);
+      }
+    });
+    if (data.prior.has_value()) prior = *data.prior;
+    Violations violations;
+    const PlanningConfig planning = ReadPlanningConfig(
+        config, {}, origin_, model.view->voxel_size(), "planning_config", "", violations);
+    absl::StatusOr<RegistrationResult> result =
+        around_.algorithms.register_scan(*model.view, data, prior, planning.registration, parallel);
+    if (!result.ok()) {
+      return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(result.status().message()), nullptr);
+    }
+    const v1::Registration registration = WriteRegistration(*result, model.version, origin_);
+    if (!result->verdict.registered()) {
+      const bool doubtful = result->verdict.outcome == RegistrationOutcome::kDoubtful;
+      return Refuse(
+          scan, doubtful ? v1::SCAN_STATE_DOUBTFUL : v1::SCAN_STATE_FAILED,
+          absl::StrCat(result->verdict.reason,
+                       result->verdict.remedy.empty() ? "" : "; remedy: ", result->verdict.remedy),
+          &registration);
+    }
+    *placed.mutable_registration() = registration;
+    *placed.mutable_pose() = registration.pose();
+    placed.set_pose_source(prior.trusted ? v1::POSE_SOURCE_TRUSTED_PRIOR
+                                         : v1::POSE_SOURCE_REGISTRATION);
+  }
+  absl::Status logged = Change(scan.name(), v1::SCAN_STATE_RECEIVED,
+                               [&](const SessionState&, v1::Scan& next, Draft& draft) {
+                                 *placed.mutable_update_time() = next.update_time();
+                                 *draft.event.mutable_scan_registered()->mutable_scan() = placed;
+                               });
+  if (absl::IsAborted(logged)) return;  // its next operation is queued
+  if (!logged.ok()) return RetryLater(scan.name(), logged);
+  Merge(placed, data, parallel);
+}
+
+void Session::Merge(const v1::Scan& scan, const Scan& data, Parallel& parallel) {
+  // As the log has it, so that a replay gives the same bits.
+  const Eigen::Isometry3d T_model_scan = ReadOwnPose(scan.pose(), origin_);
+  absl::StatusOr<MergeReport> report = model_->Insert(scan.name(), data, T_model_scan, parallel);
+  if (!report.ok()) {
+    return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(report.status().message()), nullptr);
+  }
+  absl::Status logged = Change(scan.name(), v1::SCAN_STATE_MERGING,
+                               [&](const SessionState& state, v1::Scan& next, Draft& draft) {
+                                 next.set_state(v1::SCAN_STATE_MERGED);
+                                 *next.mutable_merge() = WriteMergeReport(*report);
+                                 next.mutable_merge()->set_model_version(state.model_version + 1);
+                                 *draft.event.mutable_scan_merged()->mutable_scan() = next;
+                               });
+  if (!logged.ok()) {
+    // The log is what counts: the model follows it.
+    model_->Withdraw(scan.name(), parallel).IgnoreError();
+    if (!absl::IsAborted(logged)) RetryLater(scan.name(), logged);
+    return;
+  }
+  PublishModel();
+  around_.log.Info("scan merged", {{"session", id_},
+                                   {"scan", scan.name()},
+                                   {"carve_seconds", report->carve_seconds},
+                                   {"merge_seconds", report->merge_seconds},
+                                   {"registration_seconds", scan.registration().seconds()}});
+}
+
+absl::Status Session::RemoveFromModel(const v1::Scan& scan, Parallel& parallel) {
+  absl::StatusOr<MergeReport> removed = model_->Withdraw(scan.name(), parallel);
+  if (!removed.ok() && !absl::IsNotFound(removed.status())) return removed.status();
+  absl::StatusOr<std::string> logged =
+      journal_.Execute({}, [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        Draft draft;
+        v1::ScanRemovedEvent& event = *draft.event.mutable_scan_removed();
+        *event.mutable_scan() = state.scans.at(scan.name()).scan;
+        event.mutable_scan()->clear_merge();
+        event.set_model_version(state.model_version + 1);
+        return draft;
+      });
+  if (!logged.ok()) return logged.status();
+  PublishModel();
+  return absl::OkStatus();
+}
+
+void Session::Refuse(const v1::Scan& scan, v1::ScanState state, const std::string& message,
+                     const v1::Registration* registration) {
+  absl::Status logged =
+      Change(scan.name(), scan.state(), [&](const SessionState&, v1::Scan& next, Draft& draft) {
+        next.set_state(state);
+        next.set_state_message(message);
+        next.clear_pose();
+        next.clear_pose_source();
+        if (registration != nullptr) {
+          *next.mutable_registration() = *registration;
+        }
+        *draft.event.mutable_scan_refused()->mutable_scan() = next;
+      });
+  if (!logged.ok() && !absl::IsAborted(logged)) RetryLater(scan.name(), logged);
+  around_.log.Info("scan refused", {{"session", id_},
+                                    {"scan", scan.name()},
+                                    {"state", v1::ScanState_Name(state)},
+                                    {"why", message}});
+}
+
+void Session::PublishModel() {
+  ModelSnapshot next;
+  journal_.Read([&](const SessionState& state) {
+    next.version = state.model_version;
+    if (state.AnyInModel()) next.view = model_->Publish();
+  });
+  std::lock_guard<std::mutex> lock(mutex_);
+  snapshot_ = std::move(next);
+}
+
+void Session::Rebuild(Parallel& parallel) {
+  std::vector<v1::Scan> merged;
+  std::vector<std::string> unsettled;
+  journal_.Read([&](const SessionState& state) {
+    for (const std::string& name : state.scan_order) {
+      const ScanRecord& record = state.scans.at(name);
+      if (record.in_model) merged.push_back(record.scan);
+      if (record.in_model != (record.scan.state() == v1::SCAN_STATE_MERGED) ||
+          record.scan.state() == v1::SCAN_STATE_RECEIVED ||
+          record.scan.state() == v1::SCAN_STATE_MERGING) {
+        unsettled.push_back(name);
+      }
+    }
+  });
+  for (const v1::Scan& scan : merged) {
+    absl::StatusOr<Scan> data = LoadScan(scan);
+    absl::Status inserted = data.status();
+    if (data.ok()) {
+      inserted =
+          model_->Insert(scan.name(), *data, ReadOwnPose(scan.pose(), origin_), parallel).status();
+    }
+    if (!inserted.ok()) {
+      around_.log.Error("a merged scan could not be merged again",
+                        {{"scan", scan.name()}, {"error", inserted.ToString()}});
+    }
+  }
+  PublishModel();
+  for (const std::string& scan : unsettled) Settle(scan, parallel);
+}
+
+}  // namespace vantage

@@ -1,0 +1,200 @@
+#include "server/session/session_state.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "proto/wire/checksum.h"
+#include "server/store/store.h"
+
+namespace vantage {
+namespace {
+
+constexpr size_t kMaxListedRejections = 1000;
+
+bool Before(const google::protobuf::Timestamp& a, const google::protobuf::Timestamp& b) {
+  return a.seconds() != b.seconds() ? a.seconds() < b.seconds() : a.nanos() < b.nanos();
+}
+
+absl::Status Misfit(const v1::SessionEvent& event, absl::string_view what) {
+  return absl::InternalError(absl::StrCat("log entry ", event.sequence(), ": ", what));
+}
+
+}  // namespace
+
+std::string EtagOf(const v1::Session& session) {
+  v1::Session settable;
+  settable.set_display_name(session.display_name());
+  *settable.mutable_scanner_models() = session.scanner_models();
+  *settable.mutable_planning_config() = session.planning_config();
+  *settable.mutable_site_rules() = session.site_rules();
+  return absl::StrFormat("%08x", Crc32c(settable.SerializeAsString()));
+}
+
+absl::Status SessionState::Apply(const store::v1::LogEntry& entry) {
+  const v1::SessionEvent& event = entry.event();
+  if (entry.format_version() > kLogFormatVersion) {
+    return absl::FailedPreconditionError(
+        absl::StrCat("log entry ", event.sequence(), " has format ", entry.format_version(),
+                     ", this server reads up to ", kLogFormatVersion));
+  }
+  if (event.sequence() != last_sequence + 1) return Misfit(event, "out of sequence");
+  std::string resource;
+
+  const auto update_scan = [&](const v1::Scan& scan) -> absl::Status {
+    const auto it = scans.find(scan.name());
+    if (it == scans.end()) return Misfit(event, absl::StrCat("unknown scan ", scan.name()));
+    it->second.scan = scan;
+    resource = scan.name();
+    return absl::OkStatus();
+  };
+  absl::Status status;
+  switch (event.event_case()) {
+    case v1::SessionEvent::kSessionCreated:
+      session = event.session_created().session();
+      resource = session.name();
+      break;
+    case v1::SessionEvent::kSessionUpdated:
+      session = event.session_updated().session();
+      resource = session.name();
+      break;
+    case v1::SessionEvent::kUploadCreated: {
+      const v1::Upload& upload = event.upload_created().upload();
+      uploads[upload.name()] = upload;
+      ++upload_count;
+      resource = upload.name();
+      break;
+    }
+    case v1::SessionEvent::kUploadEnded: {
+      const v1::Upload& upload = event.upload_ended().upload();
+      uploads[upload.name()] = upload;
+      resource = upload.name();
+      break;
+    }
+    case v1::SessionEvent::kScanReceived: {
+      const v1::Scan& scan = event.scan_received().scan();
+      if (!scans.emplace(scan.name(), ScanRecord{scan, entry.blob(), false}).second) {
+        return Misfit(event, absl::StrCat("scan ", scan.name(), " came twice"));
+      }
+      scan_order.push_back(scan.name());
+      v1::Upload& upload = uploads[scan.upload()];
+      upload.set_name(scan.upload());
+      upload.set_state(v1::UPLOAD_STATE_COMMITTED);
+      upload.set_scan(scan.name());
+      upload.set_next_offset(scan.encoded_size());
+      upload.set_credit_offset(scan.encoded_size());
+      resource = scan.name();
+      break;
+    }
+    case v1::SessionEvent::kScanRegistered:
+      status = update_scan(event.scan_registered().scan());
+      break;
+    case v1::SessionEvent::kScanRefused:
+      status = update_scan(event.scan_refused().scan());
+      break;
+    case v1::SessionEvent::kScanAccepted:
+      status = update_scan(event.scan_accepted().scan());
+      break;
+    case v1::SessionEvent::kScanPoseSet:
+      status = update_scan(event.scan_pose_set().scan());
+      break;
+    case v1::SessionEvent::kScanMerged:
+      status = update_scan(event.scan_merged().scan());
+      if (status.ok()) {
+        scans[resource].in_model = true;
+        model_version = event.scan_merged().scan().merge().model_version();
+      }
+      break;
+    case v1::SessionEvent::kScanWithdrawn:
+      status = update_scan(event.scan_withdrawn().scan());
+      break;
+    case v1::SessionEvent::kScanRemoved:
+      status = update_scan(event.scan_removed().scan());
+      if (status.ok()) {
+        scans[resource].in_model = false;
+        model_version = event.scan_removed().model_version();
+      }
+      break;
+    case v1::SessionEvent::kPlanCreated: {
+      const v1::Plan& plan = event.plan_created().plan();
+      plans[plan.name()] = {plan, ""};
+      plan_order.push_back(plan.name());
+      resource = plan.name();
+      break;
+    }
+    case v1::SessionEvent::kPlanEnded: {
+      const v1::Plan& plan = event.plan_ended().plan();
+      const auto it = plans.find(plan.name());
+      if (it == plans.end()) return Misfit(event, absl::StrCat("unknown plan ", plan.name()));
+      it->second = {plan, entry.blob()};
+      resource = plan.name();
+      break;
+    }
+    case v1::SessionEvent::kViewRejected:
+      rejections.push_back(event.view_rejected().rejection());
+      ++rejection_count;
+      resource = event.view_rejected().rejection().name();
+      break;
+    case v1::SessionEvent::kClaimTaken:
+    case v1::SessionEvent::kClaimReleased:
+    case v1::SessionEvent::EVENT_NOT_SET:
+      return Misfit(event, "of a kind that this server does not know");
+  }
+  if (!status.ok()) return status;
+  if (entry.has_request()) {
+    requests[entry.request().id()] = {entry.request().method(), entry.request().fingerprint(),
+                                      resource};
+  }
+  *session.mutable_update_time() = event.time();
+  last_sequence = event.sequence();
+  last_resource = resource;
+  return absl::OkStatus();
+}
+
+v1::Session SessionState::Describe(const google::protobuf::Timestamp& now) const {
+  v1::Session out = session;
+  out.set_last_sequence(last_sequence);
+  out.set_model_version(model_version);
+  out.set_etag(EtagOf(session));
+  v1::ScanCounts& counts = *out.mutable_scan_counts();
+  for (const auto& [name, record] : scans) {
+    switch (record.scan.state()) {
+      case v1::SCAN_STATE_MERGED:
+        counts.set_merged(counts.merged() + 1);
+        break;
+      case v1::SCAN_STATE_DOUBTFUL:
+        counts.set_doubtful(counts.doubtful() + 1);
+        break;
+      case v1::SCAN_STATE_FAILED:
+        counts.set_failed(counts.failed() + 1);
+        break;
+      case v1::SCAN_STATE_WITHDRAWN:
+        counts.set_withdrawn(counts.withdrawn() + 1);
+        break;
+      default:
+        counts.set_pending(counts.pending() + 1);
+    }
+  }
+  size_t listed = 0;
+  for (const v1::ViewRejection& rejection : rejections) {
+    if (rejection.has_expire_time() && Before(rejection.expire_time(), now)) continue;
+    if (++listed > kMaxListedRejections) break;
+    *out.add_rejections() = rejection;
+  }
+  return out;
+}
+
+int SessionState::PendingScans() const {
+  return static_cast<int>(std::count_if(scans.begin(), scans.end(), [](const auto& entry) {
+    const v1::ScanState state = entry.second.scan.state();
+    return state == v1::SCAN_STATE_RECEIVED || state == v1::SCAN_STATE_REGISTERING ||
+           state == v1::SCAN_STATE_MERGING;
+  }));
+}
+
+bool SessionState::AnyInModel() const {
+  return std::any_of(scans.begin(), scans.end(),
+                     [](const auto& entry) { return entry.second.in_model; });
+}
+
+}  // namespace vantage

@@ -1,0 +1,67 @@
+// What a session is: the fold of its log. Pure data, no threads, no model.
+#ifndef VANTAGE_SERVER_SESSION_SESSION_STATE_H_
+#define VANTAGE_SERVER_SESSION_SESSION_STATE_H_
+
+#include <cstdint>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "vantage/store/v1/log.pb.h"
+#include "vantage/v1/plan.pb.h"
+#include "vantage/v1/scan.pb.h"
+#include "vantage/v1/session.pb.h"
+#include "vantage/v1/upload.pb.h"
+
+namespace vantage {
+
+struct ScanRecord {
+  v1::Scan scan;
+  std::string blob;       // SHA-256 of the encoded range image, 32 bytes
+  bool in_model = false;  // the log's last word: merged, and not removed since
+};
+
+struct PlanRecord {
+  v1::Plan plan;     // basic view
+  std::string blob;  // of the full result; empty while it runs or when it was let go
+};
+
+struct RequestRecord {
+  std::string method;
+  std::string fingerprint;
+  std::string resource;  // what the request made or changed, by name
+};
+
+struct SessionState {
+  v1::Session session;  // without counts, rejections and sequence: see Describe()
+  std::map<std::string, ScanRecord> scans;  // by resource name
+  std::vector<std::string> scan_order;      // by creation
+  std::map<std::string, v1::Upload> uploads;
+  std::map<std::string, PlanRecord> plans;
+  std::vector<std::string> plan_order;
+  std::vector<v1::ViewRejection> rejections;
+  std::map<std::string, RequestRecord> requests;  // by request_id
+  uint64_t last_sequence = 0;
+  std::string last_resource;  // that the last entry made or changed, by name
+  uint64_t model_version = 0;
+  uint64_t upload_count = 0;     // ever created
+  uint64_t rejection_count = 0;  // ever made
+
+  // Applies the next entry. INTERNAL, naming the entry, when it does not fit what was before;
+  // FAILED_PRECONDITION when its format is newer than this server knows.
+  absl::Status Apply(const store::v1::LogEntry& entry);
+
+  // The session as clients see it. Rejections that expired before `now` are left out.
+  v1::Session Describe(const google::protobuf::Timestamp& now) const;
+
+  int PendingScans() const;
+  bool AnyInModel() const;
+};
+
+// Changes with every change of what a client can set.
+std::string EtagOf(const v1::Session& session);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_SESSION_SESSION_STATE_H_

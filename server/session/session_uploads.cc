@@ -1,0 +1,259 @@
+// A session's uploads: from the announcement to the committed scan.
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/sensor/encoding.h"
+#include "server/session/error.h"
+#include "server/session/from_proto.h"
+#include "server/session/names.h"
+#include "server/session/session.h"
+#include "server/session/to_proto.h"
+
+namespace vantage {
+namespace {
+
+constexpr absl::Duration kRetryAfter = absl::Seconds(2);
+constexpr size_t kMaxDisplayName = 200;
+
+// The scanner that an upload or a plan names, filled in. INVALID_ARGUMENT.
+absl::StatusOr<v1::ScannerModel> ScannerOf(const SessionState& state, const v1::Upload& upload) {
+  if (upload.has_scanner_model()) {
+    v1::ScannerModel scanner = upload.scanner_model();
+    FillDefaults(scanner);
+    return scanner;
+  }
+  for (const v1::ScannerModel& scanner : state.session.scanner_models()) {
+    if (upload.scanner_model_id().empty() || scanner.id() == upload.scanner_model_id()) {
+      return scanner;
+    }
+  }
+  return InvalidField(
+      "upload.scanner_model_id",
+      absl::StrCat("'", upload.scanner_model_id(), "' is none of the session's scanner models"));
+}
+
+}  // namespace
+
+absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& request) {
+  const v1::Upload& asked = request.upload();
+  Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  CheckText(asked.display_name(), kMaxDisplayName, "upload.display_name", violations);
+  if (asked.has_scanner_model()) {
+    ReadScannerModel(asked.scanner_model(), "upload.scanner_model", violations);
+  }
+  if (asked.has_prior()) ReadPosePrior(asked.prior(), origin_, "upload.prior", violations);
+  if (asked.has_total()) {
+    const Limits& limits = around_.limits;
+    const v1::UploadTotal& total = asked.total();
+    if (total.encoded_size() < 1 || total.encoded_size() > limits.encoded_scan_bytes) {
+      violations.Add("upload.total.encoded_size",
+                     absl::StrCat("is ", total.encoded_size(), " bytes, must be 1 to ",
+                                  limits.encoded_scan_bytes, "; thin the scan"));
+    }
+    if (total.sha256().size() != 32) {
+      violations.Add("upload.total.sha256",
+                     absl::StrCat("has ", total.sha256().size(), " bytes, must have 32"));
+    }
+  }
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  ExpireUploads();
+
+  absl::StatusOr<std::string> name = journal_.Execute(
+      RequestKey::Of(request.request_id(), "CreateUpload", request),
+      [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        {
+          std::lock_guard<std::mutex> lock(mutex_);
+          if (uploads_.size() >= around_.limits.open_uploads_per_session) {
+            return Retryable(
+                absl::StatusCode::kResourceExhausted, "TOO_MANY_UPLOADS",
+                absl::StrCat("the session has ", uploads_.size(), " open uploads, the most it may"),
+                kRetryAfter);
+          }
+        }
+        if (state.scans.size() >= around_.limits.scans_per_session) {
+          return ErrorWithReason(absl::StatusCode::kResourceExhausted, "TOO_MANY_SCANS",
+                                 absl::StrCat("the session has ", state.scans.size(),
+                                              " scans, the most it may; open another session"));
+        }
+        absl::StatusOr<v1::ScannerModel> scanner = ScannerOf(state, asked);
+        if (!scanner.ok()) return scanner.status();
+        Draft draft;
+        v1::Upload& upload = *draft.event.mutable_upload_created()->mutable_upload();
+        upload.set_name(ChildName(id_, "uploads", absl::StrCat("upload-", state.upload_count + 1)));
+        upload.set_display_name(asked.display_name());
+        upload.set_scanner_model_id(scanner->id());
+        *upload.mutable_scanner_model() = *scanner;
+        if (asked.has_prior()) *upload.mutable_prior() = asked.prior();
+        if (asked.has_total()) *upload.mutable_total() = asked.total();
+        upload.set_state(v1::UPLOAD_STATE_OPEN);
+        const absl::Time now = journal_.Now();
+        *upload.mutable_create_time() = WriteTime(now);
+        *upload.mutable_expire_time() = WriteTime(now + around_.limits.upload_idle);
+        return draft;
+      });
+  if (!name.ok()) return name.status();
+  {
+    // A repeated request finds it in the map, or ended.
+    v1::Upload created;
+    journal_.Read([&](const SessionState& state) { created = state.uploads.at(*name); });
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (created.state() == v1::UPLOAD_STATE_OPEN && uploads_.count(*name) == 0) {
+      uploads_[*name] = std::make_shared<Upload>(created, around_.store, around_.limits);
+    }
+  }
+  return GetUpload(*name);
+}
+
+absl::StatusOr<v1::Upload> Session::GetUpload(const std::string& name) {
+  ExpireUploads();
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const auto open = uploads_.find(name);
+    if (open != uploads_.end()) return open->second->Describe();
+  }
+  absl::StatusOr<v1::Upload> ended = ResourceNotFound("vantage.v1.Upload", name);
+  journal_.Read([&](const SessionState& state) {
+    const auto it = state.uploads.find(name);
+    if (it != state.uploads.end()) ended = it->second;
+  });
+  return ended;
+}
+
+absl::StatusOr<v1::Upload> Session::AddToUpload(const std::string& name, const v1::Piece* piece,
+                                                const v1::UploadTotal* total) {
+  std::shared_ptr<Upload> upload;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const auto open = uploads_.find(name);
+    if (open != uploads_.end()) upload = open->second;
+  }
+  if (upload == nullptr) {
+    absl::StatusOr<v1::Upload> ended = GetUpload(name);
+    if (!ended.ok()) return ended;
+    // The last piece again, its answer having been lost.
+    if (ended->state() == v1::UPLOAD_STATE_COMMITTED) return ended;
+    return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "UPLOAD_ENDED",
+                           absl::StrCat(name, " is ", v1::UploadState_Name(ended->state()), ": ",
+                                        ended->state_message()));
+  }
+  if (total != nullptr) {
+    absl::Status stated = upload->SetTotal(*total);
+    if (!stated.ok()) return stated;
+  }
+  if (piece != nullptr) {
+    absl::Status accepted = upload->Accept(*piece, journal_.Now());
+    if (!accepted.ok()) return accepted;
+  }
+  if (upload->Complete()) {
+    absl::Status committed = CommitScan(upload);
+    if (!committed.ok()) return committed;
+    return GetUpload(name);
+  }
+  return upload->Describe();
+}
+
+absl::Status Session::CommitScan(const std::shared_ptr<Upload>& upload) {
+  std::lock_guard<std::mutex> only_one(upload->commit_mutex());
+  if (!upload->Complete()) return absl::OkStatus();
+  const v1::Upload described = upload->Describe();
+  absl::StatusOr<std::string> bytes = upload->Assemble();
+  if (!bytes.ok()) return FailUpload(*upload, bytes.status());
+  absl::StatusOr<RangeImage> image = DecodeRangeImage(*bytes, around_.limits.scan_cells);
+  if (!image.ok()) {
+    return FailUpload(*upload, InvalidField("encoded range image", image.status().message()));
+  }
+  absl::StatusOr<std::string> blob = around_.store.PutBlob(*bytes);
+  if (!blob.ok()) return blob.status();
+
+  absl::StatusOr<std::string> name =
+      journal_.Execute({}, [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        if (static_cast<size_t>(state.PendingScans()) >= around_.limits.pending_scans_per_session) {
+          return Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_PENDING_SCANS",
+                           absl::StrCat(state.PendingScans(),
+                                        " scans wait to be registered and merged; send the last "
+                                        "piece again later"),
+                           kRetryAfter);
+        }
+        Draft draft;
+        draft.blob = *blob;
+        v1::Scan& scan = *draft.event.mutable_scan_received()->mutable_scan();
+        scan.set_name(ChildName(id_, "scans", absl::StrCat("scan-", state.scan_order.size() + 1)));
+        scan.set_display_name(described.display_name());
+        scan.set_state(v1::SCAN_STATE_RECEIVED);
+        *scan.mutable_scanner_model() = described.scanner_model();
+        if (described.has_prior()) *scan.mutable_prior() = described.prior();
+        scan.set_columns(image->columns());
+        scan.set_rows(image->rows());
+        scan.set_samples(static_cast<int64_t>(image->SampleCount()));
+        scan.set_encoded_size(static_cast<int64_t>(bytes->size()));
+        scan.set_sha256(*blob);
+        *scan.mutable_create_time() = WriteTime(journal_.Now());
+        *scan.mutable_update_time() = scan.create_time();
+        scan.set_upload(described.name());
+        return draft;
+      });
+  if (!name.ok()) {
+    around_.store.ReleaseBlob(*blob).IgnoreError();
+    return name.status();
+  }
+  upload->End(v1::UPLOAD_STATE_COMMITTED, "", *name);
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    uploads_.erase(described.name());
+  }
+  around_.log.Info(
+      "scan received",
+      {{"session", id_}, {"scan", *name}, {"bytes", static_cast<int64_t>(bytes->size())}});
+  PostSettle(*name);
+  return absl::OkStatus();
+}
+
+// Ends an upload that came to nothing, and returns why.
+absl::Status Session::FailUpload(Upload& upload, const absl::Status& why) {
+  upload.End(v1::UPLOAD_STATE_FAILED, std::string(why.message()), "");
+  const v1::Upload ended = upload.Describe();
+  absl::StatusOr<std::string> logged =
+      journal_.Execute({}, [&](const SessionState&) -> absl::StatusOr<Draft> {
+        Draft draft;
+        *draft.event.mutable_upload_ended()->mutable_upload() = ended;
+        return draft;
+      });
+  if (!logged.ok()) return logged.status();
+  std::lock_guard<std::mutex> lock(mutex_);
+  uploads_.erase(ended.name());
+  return why;
+}
+
+void Session::ExpireUploads() {
+  std::vector<std::shared_ptr<Upload>> idle;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const absl::Time now = journal_.Now();
+    for (auto it = uploads_.begin(); it != uploads_.end();) {
+      if (it->second->Idle(now)) {
+        idle.push_back(it->second);
+        it = uploads_.erase(it);
+      } else {
+        ++it;
+      }
+    }
+  }
+  for (const std::shared_ptr<Upload>& upload : idle) {
+    upload->End(v1::UPLOAD_STATE_EXPIRED, "no piece came for too long", "");
+    const v1::Upload ended = upload->Describe();
+    absl::StatusOr<std::string> logged =
+        journal_.Execute({}, [&](const SessionState&) -> absl::StatusOr<Draft> {
+          Draft draft;
+          *draft.event.mutable_upload_ended()->mutable_upload() = ended;
+          return draft;
+        });
+    if (!logged.ok()) {
+      around_.log.Error("could not log the end of an upload",
+                        {{"upload", ended.name()}, {"error", logged.status().ToString()}});
+    }
+  }
+}
+
+}  // namespace vantage

@@ -1,0 +1,204 @@
+#include "server/session/upload.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "proto/wire/compression.h"
+#include "server/session/error.h"
+#include "server/session/to_proto.h"
+
+namespace vantage {
+namespace {
+
+using absl::StatusCode;
+
+// The bytes of a piece, decompressed and checked.
+absl::StatusOr<std::string> Unpack(const v1::Piece& piece, const Limits& limits) {
+  Violations violations;
+  if (piece.data().empty()) violations.Add("piece.data", "must not be empty");
+  if (piece.sequence() < 0) violations.Add("piece.sequence", "must not be negative");
+  if (piece.offset() < 0) violations.Add("piece.offset", "must not be negative");
+  const bool compressed = piece.compression() == v1::COMPRESSION_ZSTD;
+  if (!compressed && piece.compression() != v1::COMPRESSION_NONE &&
+      piece.compression() != v1::COMPRESSION_UNSPECIFIED) {
+    violations.Add("piece.compression", "must be NONE or ZSTD");
+  }
+  const int64_t data_size = static_cast<int64_t>(piece.data().size());
+  const int64_t size = compressed ? piece.size() : data_size;
+  if (size < 1 || size > limits.piece_bytes) {
+    violations.Add(compressed ? "piece.size" : "piece.data",
+                   absl::StrCat("has ", size, " bytes, must have 1 to ", limits.piece_bytes));
+  } else if (!compressed && piece.size() != 0 && piece.size() != data_size) {
+    violations.Add("piece.size", absl::StrCat("is ", piece.size(), ", data has ", data_size));
+  }
+  if (!violations.empty()) return violations.ToStatus();
+
+  std::string bytes;
+  if (compressed) {
+    absl::StatusOr<std::string> unpacked = ZstdDecompress(piece.data(), static_cast<size_t>(size));
+    if (!unpacked.ok()) {
+      return ErrorWithReason(StatusCode::kDataLoss, "PIECE_DAMAGED",
+                             absl::StrCat("piece ", piece.sequence(), ": ",
+                                          unpacked.status().message(), "; send it again"));
+    }
+    bytes = *std::move(unpacked);
+  } else {
+    bytes = piece.data();
+  }
+  if (Crc32c(bytes) != piece.crc32c()) {
+    return ErrorWithReason(StatusCode::kDataLoss, "PIECE_DAMAGED",
+                           absl::StrCat("piece ", piece.sequence(),
+                                        ": crc32c (Castagnoli, of the bytes before compression) "
+                                        "does not match; send it again"));
+  }
+  return bytes;
+}
+
+}  // namespace
+
+absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,
+                        const Limits& limits) {
+  Violations violations;
+  if (total.encoded_size() < 1 || total.encoded_size() > limits.encoded_scan_bytes) {
+    violations.Add(field + ".encoded_size",
+                   absl::StrCat("is ", total.encoded_size(), " bytes, must be 1 to ",
+                                limits.encoded_scan_bytes, "; thin the scan"));
+  }
+  if (total.sha256().size() != 32) {
+    violations.Add(field + ".sha256",
+                   absl::StrCat("has ", total.sha256().size(), " bytes, must have 32"));
+  }
+  return violations.ToStatus();
+}
+
+Upload::Upload(v1::Upload created, Store& store, const Limits& limits)
+    : store_(store), limits_(limits), upload_(std::move(created)) {
+  last_piece_ = ReadTime(upload_.create_time());
+}
+
+absl::Status Upload::CheckOpen() const {
+  if (upload_.state() == v1::UPLOAD_STATE_OPEN) return absl::OkStatus();
+  return ErrorWithReason(
+      StatusCode::kFailedPrecondition, "UPLOAD_ENDED",
+      absl::StrCat(upload_.name(), " is ", v1::UploadState_Name(upload_.state()),
+                   upload_.scan().empty() ? absl::StrCat(": ", upload_.state_message())
+                                          : absl::StrCat(": it became ", upload_.scan())),
+      {{"state", v1::UploadState_Name(upload_.state())}, {"scan", upload_.scan()}});
+}
+
+int64_t Upload::Received() const {
+  return pieces_.empty() ? 0 : pieces_.back().offset + pieces_.back().size;
+}
+
+absl::Status Upload::Accept(const v1::Piece& piece, absl::Time now) {
+  absl::StatusOr<std::string> bytes = Unpack(piece, limits_);
+  if (!bytes.ok()) return bytes.status();
+  const Stored stored{piece.offset(), static_cast<int64_t>(bytes->size()), piece.crc32c()};
+
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto count = static_cast<int64_t>(pieces_.size());
+  if (piece.sequence() < count) {
+    const Stored& known = pieces_[static_cast<size_t>(piece.sequence())];
+    if (known.offset == stored.offset && known.size == stored.size &&
+        known.crc32c == stored.crc32c) {
+      return absl::OkStatus();
+    }
+    return ErrorWithReason(StatusCode::kAlreadyExists, "PIECE_DIFFERS",
+                           absl::StrCat("piece ", piece.sequence(), " is stored with offset ",
+                                        known.offset, ", ", known.size,
+                                        " bytes and another checksum or place; start a new "
+                                        "upload for another scan"));
+  }
+  absl::Status open = CheckOpen();
+  if (!open.ok()) return open;
+  if (piece.sequence() > count || stored.offset != Received()) {
+    return ErrorWithReason(
+        StatusCode::kOutOfRange, "UPLOAD_GAP",
+        absl::StrCat("piece ", count, " at offset ", Received(), " comes next, not piece ",
+                     piece.sequence(), " at offset ", piece.offset()),
+        {{"next_sequence", absl::StrCat(count)}, {"next_offset", absl::StrCat(Received())}});
+  }
+  const int64_t end = stored.offset + stored.size;
+  const int64_t most =
+      upload_.has_total() ? upload_.total().encoded_size() : limits_.encoded_scan_bytes;
+  if (end > most) {
+    return InvalidField("piece.data",
+                        absl::StrCat("ends at ", end, ", beyond the ", most,
+                                     upload_.has_total() ? " announced" : " allowed"));
+  }
+  if (pieces_.size() >= limits_.pieces_per_upload) {
+    return ErrorWithReason(StatusCode::kResourceExhausted, "TOO_MANY_PIECES",
+                           absl::StrCat("an upload has at most ", limits_.pieces_per_upload,
+                                        " pieces; send larger ones"));
+  }
+  absl::Status kept = store_.AppendSpool(upload_.name(), *bytes);
+  if (!kept.ok()) return kept;
+  sha256_.Update(*bytes);
+  pieces_.push_back(stored);
+  last_piece_ = now;
+  *upload_.mutable_expire_time() = WriteTime(now + limits_.upload_idle);
+  return absl::OkStatus();
+}
+
+absl::Status Upload::SetTotal(const v1::UploadTotal& total) {
+  absl::Status valid = CheckTotal(total, "total", limits_);
+  if (!valid.ok()) return valid;
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (upload_.has_total()) {
+    if (upload_.total().encoded_size() == total.encoded_size() &&
+        upload_.total().sha256() == total.sha256()) {
+      return absl::OkStatus();
+    }
+    return ErrorWithReason(StatusCode::kAlreadyExists, "TOTAL_DIFFERS",
+                           absl::StrCat(upload_.name(), " was announced with another total"));
+  }
+  absl::Status open = CheckOpen();
+  if (!open.ok()) return open;
+  if (total.encoded_size() < Received()) {
+    return InvalidField("total.encoded_size", absl::StrCat("is ", total.encoded_size(), ", ",
+                                                           Received(), " bytes are here already"));
+  }
+  *upload_.mutable_total() = total;
+  return absl::OkStatus();
+}
+
+bool Upload::Complete() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return upload_.state() == v1::UPLOAD_STATE_OPEN && upload_.has_total() &&
+         Received() == upload_.total().encoded_size();
+}
+
+absl::StatusOr<std::string> Upload::Assemble() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (sha256_.Digest() != upload_.total().sha256()) {
+    return ErrorWithReason(StatusCode::kDataLoss, "SHA256_DIFFERS",
+                           "the SHA-256 of the bytes is not the one announced; start a new upload");
+  }
+  return store_.ReadSpool(upload_.name());
+}
+
+void Upload::End(v1::UploadState state, const std::string& message, const std::string& scan) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  upload_.set_state(state);
+  upload_.set_state_message(message);
+  upload_.set_scan(scan);
+  // Losing a spool's room is no reason to lose the answer.
+  store_.DropSpool(upload_.name()).IgnoreError();
+}
+
+bool Upload::Idle(absl::Time now) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return upload_.state() == v1::UPLOAD_STATE_OPEN && now - last_piece_ > limits_.upload_idle;
+}
+
+v1::Upload Upload::Describe() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  v1::Upload out = upload_;
+  out.set_next_sequence(static_cast<int64_t>(pieces_.size()));
+  out.set_next_offset(Received());
+  out.set_credit_offset(Received() + limits_.credit_bytes);
+  out.set_max_piece_size(limits_.piece_bytes);
+  return out;
+}
+
+}  // namespace vantage

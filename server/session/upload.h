@@ -1,0 +1,80 @@
+// A scan on its way: pieces in order, each checked, the whole checked at the end.
+#ifndef VANTAGE_SERVER_SESSION_UPLOAD_H_
+#define VANTAGE_SERVER_SESSION_UPLOAD_H_
+
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "proto/wire/checksum.h"
+#include "server/session/limits.h"
+#include "server/store/store.h"
+#include "vantage/v1/upload.pb.h"
+
+namespace vantage {
+
+// Thread safe; pieces from several streams at once are taken one at a time.
+class Upload {
+ public:
+  // `created` is the resource as it was made, named and with its fields checked. `store` must
+  // outlive the upload.
+  Upload(v1::Upload created, Store& store, const Limits& limits);
+
+  // Stores a piece. A piece that is already stored changes nothing.
+  // ALREADY_EXISTS (PIECE_DIFFERS): another piece is in its place. OUT_OF_RANGE (UPLOAD_GAP): a
+  // piece before it is missing; the ErrorInfo says which. DATA_LOSS (PIECE_DAMAGED): the checksum
+  // or the compression is wrong; send it again. INVALID_ARGUMENT: impossible sizes.
+  // FAILED_PRECONDITION (UPLOAD_ENDED): committed, failed or expired.
+  absl::Status Accept(const v1::Piece& piece, absl::Time now);
+
+  // States the whole. Harmless when it was stated before and is the same; ALREADY_EXISTS
+  // (TOTAL_DIFFERS) when it is another.
+  absl::Status SetTotal(const v1::UploadTotal& total);
+
+  // Every byte that was announced is there.
+  bool Complete() const;
+  // The bytes. DATA_LOSS (SHA256_DIFFERS): they are not what was announced.
+  absl::StatusOr<std::string> Assemble() const;
+
+  // Ends it: `state` is what it came to. The spool is dropped.
+  void End(v1::UploadState state, const std::string& message, const std::string& scan);
+
+  bool Idle(absl::Time now) const;
+  // The resource as it stands.
+  v1::Upload Describe() const;
+
+  // Held by whoever completes it, so that only one does.
+  std::mutex& commit_mutex() { return commit_mutex_; }
+
+ private:
+  struct Stored {
+    int64_t offset;
+    int64_t size;
+    uint32_t crc32c;
+  };
+  absl::Status CheckOpen() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  int64_t Received() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  Store& store_;
+  const Limits limits_;
+  std::mutex commit_mutex_;
+  mutable std::mutex mutex_;
+  v1::Upload upload_ ABSL_GUARDED_BY(mutex_);
+  std::vector<Stored> pieces_ ABSL_GUARDED_BY(mutex_);
+  Sha256 sha256_ ABSL_GUARDED_BY(mutex_);
+  absl::Time last_piece_ ABSL_GUARDED_BY(mutex_);
+};
+
+// What is wrong with a stated total.
+absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,
+                        const Limits& limits);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_SESSION_UPLOAD_H_

@@ -1,0 +1,136 @@
+#include "server/store/memory_store.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "proto/wire/checksum.h"
+
+namespace vantage {
+
+MemoryStore::MemoryStore(size_t capacity) : capacity_(capacity) {}
+
+absl::Status MemoryStore::Reserve(size_t bytes) {
+  if (bytes > capacity_ - used_) {
+    return absl::ResourceExhaustedError(absl::StrCat("the store is full: ", used_, " of ",
+                                                     capacity_, " bytes used, ", bytes,
+                                                     " more needed; delete sessions"));
+  }
+  used_ += bytes;
+  return absl::OkStatus();
+}
+
+absl::Status MemoryStore::Append(const std::string& session, const store::v1::LogEntry& entry) {
+  std::string bytes = entry.SerializeAsString();
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto log = logs_.find(session);
+  const uint64_t next = log == logs_.end() ? 1 : log->second.size() + 1;
+  if (entry.event().sequence() != next) {
+    return absl::AbortedError(absl::StrCat("session ", session, ": entry ",
+                                           entry.event().sequence(), " where ", next, " is next"));
+  }
+  absl::Status room = Reserve(bytes.size());
+  if (!room.ok()) return room;
+  logs_[session].push_back(std::move(bytes));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<store::v1::LogEntry>> MemoryStore::Read(const std::string& session,
+                                                                   uint64_t after,
+                                                                   size_t limit) const {
+  std::vector<std::string> bytes;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const auto log = logs_.find(session);
+    if (log == logs_.end()) return absl::NotFoundError(absl::StrCat("no log of ", session));
+    const size_t first = std::min<size_t>(after, log->second.size());
+    const size_t count = std::min(limit, log->second.size() - first);
+    bytes.assign(log->second.begin() + static_cast<std::ptrdiff_t>(first),
+                 log->second.begin() + static_cast<std::ptrdiff_t>(first + count));
+  }
+  std::vector<store::v1::LogEntry> entries(bytes.size());
+  for (size_t i = 0; i < bytes.size(); ++i) {
+    if (!entries[i].ParseFromString(bytes[i])) {
+      return absl::DataLossError(absl::StrCat("log of ", session, " is damaged"));
+    }
+  }
+  return entries;
+}
+
+absl::StatusOr<std::vector<std::string>> MemoryStore::Sessions() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<std::string> names;
+  names.reserve(logs_.size());
+  for (const auto& [name, log] : logs_) names.push_back(name);
+  return names;
+}
+
+absl::Status MemoryStore::Drop(const std::string& session) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto log = logs_.find(session);
+  if (log == logs_.end()) return absl::NotFoundError(absl::StrCat("no log of ", session));
+  for (const std::string& entry : log->second) used_ -= entry.size();
+  logs_.erase(log);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::string> MemoryStore::PutBlob(absl::string_view bytes) {
+  std::string sha256 = Sha256::Of(bytes);
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto known = blobs_.find(sha256);
+  if (known != blobs_.end()) {
+    ++known->second.holders;
+    return sha256;
+  }
+  absl::Status room = Reserve(bytes.size());
+  if (!room.ok()) return room;
+  blobs_[sha256] = {std::string(bytes), 1};
+  return sha256;
+}
+
+absl::StatusOr<std::string> MemoryStore::GetBlob(const std::string& sha256) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto blob = blobs_.find(sha256);
+  if (blob == blobs_.end()) return absl::NotFoundError("no such blob");
+  return blob->second.bytes;
+}
+
+absl::Status MemoryStore::ReleaseBlob(const std::string& sha256) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto blob = blobs_.find(sha256);
+  if (blob == blobs_.end()) return absl::NotFoundError("no such blob");
+  if (--blob->second.holders > 0) return absl::OkStatus();
+  used_ -= blob->second.bytes.size();
+  blobs_.erase(blob);
+  return absl::OkStatus();
+}
+
+absl::Status MemoryStore::AppendSpool(const std::string& spool, absl::string_view bytes) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  absl::Status room = Reserve(bytes.size());
+  if (!room.ok()) return room;
+  spools_[spool].append(bytes.data(), bytes.size());
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::string> MemoryStore::ReadSpool(const std::string& spool) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto it = spools_.find(spool);
+  return it == spools_.end() ? std::string() : it->second;
+}
+
+absl::Status MemoryStore::DropSpool(const std::string& spool) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto it = spools_.find(spool);
+  if (it == spools_.end()) return absl::OkStatus();
+  used_ -= it->second.size();
+  spools_.erase(it);
+  return absl::OkStatus();
+}
+
+size_t MemoryStore::used() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return used_;
+}
+
+}  // namespace vantage

@@ -1,0 +1,53 @@
+// A store that lives as long as the process.
+#ifndef VANTAGE_SERVER_STORE_MEMORY_STORE_H_
+#define VANTAGE_SERVER_STORE_MEMORY_STORE_H_
+
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "server/store/store.h"
+
+namespace vantage {
+
+class MemoryStore final : public Store {
+ public:
+  // Holds at most `capacity` bytes of logs, blobs and spools together.
+  explicit MemoryStore(size_t capacity);
+
+  absl::Status Append(const std::string& session, const store::v1::LogEntry& entry) override;
+  absl::StatusOr<std::vector<store::v1::LogEntry>> Read(const std::string& session, uint64_t after,
+                                                        size_t limit) const override;
+  absl::StatusOr<std::vector<std::string>> Sessions() const override;
+  absl::Status Drop(const std::string& session) override;
+  absl::StatusOr<std::string> PutBlob(absl::string_view bytes) override;
+  absl::StatusOr<std::string> GetBlob(const std::string& sha256) const override;
+  absl::Status ReleaseBlob(const std::string& sha256) override;
+  absl::Status AppendSpool(const std::string& spool, absl::string_view bytes) override;
+  absl::StatusOr<std::string> ReadSpool(const std::string& spool) const override;
+  absl::Status DropSpool(const std::string& spool) override;
+
+  size_t used() const;
+
+ private:
+  struct Blob {
+    std::string bytes;
+    int holders = 0;
+  };
+
+  absl::Status Reserve(size_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
+  const size_t capacity_;
+  mutable std::mutex mutex_;
+  size_t used_ ABSL_GUARDED_BY(mutex_) = 0;
+  // Entries as they would be written: reading them back takes the same path as from a disk.
+  std::map<std::string, std::vector<std::string>> logs_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, Blob> blobs_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, std::string> spools_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_STORE_MEMORY_STORE_H_

@@ -1,0 +1,369 @@
+// Uploads and scans over the wire: CreateUpload, GetUpload, UploadScan, UploadPiece, GetScan,
+// ListScans, AcceptScan, SetScanPose, WithdrawScan.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+#include <string>
+
+#include "core/sensor/encoding.h"
+#include "proto/wire/checksum.h"
+#include "proto/wire/compression.h"
+#include "tests/server/fixture/room_scan.h"
+#include "tests/server/fixture/scripted.h"
+
+namespace vantage {
+namespace {
+
+class ScanRpc : public testing::Test {
+ protected:
+  Script script_;
+  InProcess server_{script_.Make()};
+
+  v1::Session Session(const std::string& name) {
+    grpc::ClientContext context;
+    v1::GetSessionRequest request;
+    request.set_name(name);
+    v1::GetSessionResponse response;
+    EXPECT_TRUE(server_.sessions->GetSession(&context, request, &response).ok());
+    return response.session();
+  }
+  grpc::Status CreateUpload(const v1::CreateUploadRequest& request, v1::Upload& upload) {
+    grpc::ClientContext context;
+    v1::CreateUploadResponse response;
+    grpc::Status status = server_.scans->CreateUpload(&context, request, &response);
+    upload = response.upload();
+    return status;
+  }
+  v1::Upload Announce(const std::string& session, const std::string& bytes) {
+    v1::CreateUploadRequest request;
+    request.set_parent(session);
+    v1::UploadTotal& total = *request.mutable_upload()->mutable_total();
+    total.set_encoded_size(static_cast<int64_t>(bytes.size()));
+    total.set_sha256(Sha256::Of(bytes));
+    v1::Upload upload;
+    EXPECT_TRUE(CreateUpload(request, upload).ok());
+    return upload;
+  }
+  grpc::Status SendPiece(const std::string& upload, const v1::Piece& piece, v1::Upload& after) {
+    grpc::ClientContext context;
+    v1::UploadPieceRequest request;
+    request.set_upload(upload);
+    *request.mutable_piece() = piece;
+    v1::UploadPieceResponse response;
+    grpc::Status status = server_.scans->UploadPiece(&context, request, &response);
+    after = response.upload();
+    return status;
+  }
+  static v1::Piece Cut(const std::string& bytes, int64_t sequence, int64_t offset, size_t size) {
+    v1::Piece piece;
+    const std::string part = bytes.substr(static_cast<size_t>(offset), size);
+    piece.set_sequence(sequence);
+    piece.set_offset(offset);
+    piece.set_size(static_cast<int64_t>(part.size()));
+    piece.set_crc32c(Crc32c(part));
+    piece.set_data(ZstdCompress(part));
+    piece.set_compression(v1::COMPRESSION_ZSTD);
+    return piece;
+  }
+};
+
+TEST_F(ScanRpc, StreamedWholeItIsMergedAndDefinesTheWorld) {
+  const std::string session = server_.OpenSession("job");
+  const std::string bytes = EncodedRoom();
+  const v1::Upload upload = Announce(session, bytes);
+  EXPECT_GT(upload.credit_offset(), 0);
+  grpc::ClientContext context;
+  const auto stream = server_.scans->UploadScan(&context);
+  int64_t offset = 0;
+  for (int64_t sequence = 0; offset < static_cast<int64_t>(bytes.size()); ++sequence) {
+    v1::UploadScanRequest request;
+    if (sequence == 0) request.set_upload(upload.name());
+    *request.mutable_piece() = Cut(bytes, sequence, offset, 10'000);
+    offset += request.piece().size();
+    ASSERT_TRUE(stream->Write(request));
+  }
+  v1::UploadScanResponse ack;
+  int64_t acknowledged = 0;
+  while (stream->Read(&ack)) {
+    EXPECT_GE(ack.next_offset(), acknowledged);
+    acknowledged = ack.next_offset();
+  }
+  ASSERT_TRUE(stream->Finish().ok());
+  EXPECT_EQ(ack.state(), v1::UPLOAD_STATE_COMMITTED);
+  EXPECT_EQ(acknowledged, static_cast<int64_t>(bytes.size()));
+  const v1::Scan scan = server_.WaitFor(session, ack.scan(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(scan.pose_source(), v1::POSE_SOURCE_FIRST_SCAN);
+  EXPECT_EQ(scan.pose().translation().x(), 0);
+  EXPECT_EQ(scan.sha256(), Sha256::Of(bytes));
+  EXPECT_EQ(scan.samples(),
+            static_cast<int64_t>(ScanRoom({2.0, 1.5, 1.4}, 2.0).SampleCount()));
+  EXPECT_GT(scan.merge().surface_voxels(), 0);
+  EXPECT_EQ(Session(session).model_version(), 1U);
+}
+
+// The link breaks after every number of pieces; GetUpload says where to go on, and the scan arrives
+// once.
+TEST_F(ScanRpc, ResumesAfterAnyBreak) {
+  const std::string session = server_.OpenSession("job");
+  const std::string bytes = EncodedRoom();
+  const v1::Upload upload = Announce(session, bytes);
+  const size_t size = bytes.size() / 5 + 1;
+  std::string committed;
+  for (int stretch = 0; committed.empty(); ++stretch) {
+    ASSERT_LT(stretch, 100);
+    grpc::ClientContext get;
+    v1::GetUploadRequest read;
+    read.set_name(upload.name());
+    v1::GetUploadResponse where;
+    ASSERT_TRUE(server_.scans->GetUpload(&get, read, &where).ok());
+    if (where.upload().state() == v1::UPLOAD_STATE_COMMITTED) {
+      committed = where.upload().scan();
+      break;
+    }
+    grpc::ClientContext context;
+    const auto stream = server_.scans->UploadScan(&context);
+    v1::UploadScanRequest request;
+    request.set_upload(upload.name());
+    int64_t sequence = where.upload().next_sequence();
+    int64_t offset = where.upload().next_offset();
+    // One piece that is there already, then one that is not; then the link is cut.
+    if (sequence > 0) {
+      *request.mutable_piece() =
+          Cut(bytes, sequence - 1, offset - static_cast<int64_t>(size), size);
+      stream->Write(request);
+    }
+    *request.mutable_piece() = Cut(bytes, sequence, offset, size);
+    stream->Write(request);
+    v1::UploadScanResponse ack;
+    while (stream->Read(&ack) && ack.next_sequence() <= sequence) {
+    }
+    if (ack.state() != v1::UPLOAD_STATE_COMMITTED) context.TryCancel();
+    stream->Finish();
+  }
+  EXPECT_EQ(committed, session + "/scans/scan-1");
+  server_.WaitFor(session, committed, v1::SCAN_STATE_MERGED);
+  grpc::ClientContext context;
+  v1::ListScansRequest list;
+  list.set_parent(session);
+  v1::ListScansResponse listed;
+  ASSERT_TRUE(server_.scans->ListScans(&context, list, &listed).ok());
+  EXPECT_EQ(listed.scans_size(), 1);
+}
+
+// What the client does not know in advance it may say at the end; the last piece again is harmless.
+TEST_F(ScanRpc, TheTotalMayComeLast) {
+  const std::string session = server_.OpenSession("job");
+  const std::string bytes = EncodedRoom();
+  v1::CreateUploadRequest create;
+  create.set_parent(session);
+  v1::Upload upload;
+  ASSERT_TRUE(CreateUpload(create, upload).ok());
+  v1::UploadPieceRequest request;
+  request.set_upload(upload.name());
+  *request.mutable_piece() = Cut(bytes, 0, 0, bytes.size());
+  request.mutable_total()->set_encoded_size(static_cast<int64_t>(bytes.size()));
+  request.mutable_total()->set_sha256(Sha256::Of(bytes));
+  for (int i = 0; i < 3; ++i) {
+    grpc::ClientContext context;
+    v1::UploadPieceResponse response;
+    const grpc::Status status = server_.scans->UploadPiece(&context, request, &response);
+    ASSERT_TRUE(status.ok()) << status.error_message();
+    EXPECT_EQ(response.upload().state(), v1::UPLOAD_STATE_COMMITTED);
+    EXPECT_EQ(response.upload().scan(), session + "/scans/scan-1");
+  }
+}
+
+// Bad input gets a canonical error and leaves scans and model as they were.
+TEST_F(ScanRpc, GarbageIsRefusedAndLeavesTheSessionAsItWas) {
+  const std::string session = server_.OpenRoom("job");
+  const v1::Session before = Session(session);
+  std::mt19937 random(3);
+  const std::string good = EncodedRoom();
+  std::string garbage(5000, '\0');
+  for (char& c : garbage) c = static_cast<char>(random());
+  std::string announced = good;  // a billion points announced
+  for (size_t i = 8; i < 16; ++i) announced[i] = '\x7f';
+  std::string nan = good;  // elevation NaN
+  for (size_t i = 32; i < 40; ++i) nan[i] = '\xff';
+  for (const std::string& bytes :
+       {garbage, good.substr(0, good.size() - 1), good + "x", announced, nan, std::string("V")}) {
+    const v1::Upload upload = Announce(session, bytes);
+    grpc::Status status;
+    v1::Upload after;
+    int64_t sequence = 0;
+    for (int64_t offset = 0; offset < static_cast<int64_t>(bytes.size()) && status.ok();) {
+      const v1::Piece piece = Cut(bytes, sequence++, offset, 1 << 19);
+      offset += piece.size();
+      status = SendPiece(upload.name(), piece, after);
+    }
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << status.error_message();
+    EXPECT_FALSE(status.error_message().empty());
+    grpc::ClientContext context;
+    v1::GetUploadRequest read;
+    read.set_name(upload.name());
+    v1::GetUploadResponse where;
+    ASSERT_TRUE(server_.scans->GetUpload(&context, read, &where).ok());
+    EXPECT_EQ(where.upload().state(), v1::UPLOAD_STATE_FAILED);
+    EXPECT_FALSE(where.upload().state_message().empty());
+  }
+  const v1::Session after = Session(session);
+  EXPECT_EQ(after.model_version(), before.model_version());
+  EXPECT_EQ(after.scan_counts().SerializeAsString(), before.scan_counts().SerializeAsString());
+}
+
+TEST_F(ScanRpc, AnnouncementsAreChecked) {
+  const std::string session = server_.OpenSession("job");
+  v1::CreateUploadRequest request;
+  request.set_parent(session);
+  request.mutable_upload()->mutable_total()->set_encoded_size(int64_t{1} << 50);
+  request.mutable_upload()->mutable_total()->set_sha256("short");
+  *request.mutable_upload()->mutable_prior() = PriorAt(std::nan(""), 0, 0);
+  request.mutable_upload()->mutable_scanner_model()->set_range_min(-1);
+  v1::Upload upload;
+  EXPECT_THAT(ViolatedFields(CreateUpload(request, upload)),
+              testing::UnorderedElementsAre(
+                  "upload.total.encoded_size", "upload.total.sha256",
+                  "upload.prior.pose.translation.x", "upload.scanner_model.range_min"));
+  request.clear_upload();
+  request.mutable_upload()->set_scanner_model_id("nobody");
+  EXPECT_THAT(ViolatedFields(CreateUpload(request, upload)),
+              testing::UnorderedElementsAre("upload.scanner_model_id"));
+  request.set_parent("sessions/nobody");
+  EXPECT_EQ(CreateUpload(request, upload).error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+TEST_F(ScanRpc, OpenUploadsAreBoundedWithARetryDelay) {
+  const std::string session = server_.OpenSession("job");
+  v1::CreateUploadRequest request;
+  request.set_parent(session);
+  v1::Upload upload;
+  grpc::Status status;
+  for (int i = 0; i < 17; ++i) {
+    status = CreateUpload(request, upload);
+    EXPECT_EQ(status.ok(), i < 16);
+  }
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  bool retry = false;
+  for (const auto& any : Details(status).details()) retry |= any.Is<google::rpc::RetryInfo>();
+  EXPECT_TRUE(retry);
+}
+
+TEST_F(ScanRpc, DoubtfulIsKeptUntilSomebodyDecides) {
+  const std::string session = server_.OpenRoom("job");
+  script_.SetVerdict(RegistrationOutcome::kDoubtful);
+  const v1::PosePrior prior = PriorAt(0.3, 0.2, 0);
+  const v1::Upload upload = server_.Send(session, EncodedRoom({2.3, 1.7, 1.4}), &prior);
+  const v1::Scan doubtful = server_.WaitFor(session, upload.scan(), v1::SCAN_STATE_DOUBTFUL);
+  EXPECT_EQ(Session(session).model_version(), 1U);
+  EXPECT_EQ(doubtful.state_message(), "slides along x; remedy: two targets");
+  EXPECT_FALSE(doubtful.has_pose());
+
+  v1::AcceptScanRequest accept;
+  accept.set_name(upload.scan());
+  accept.set_request_id("accept-1");
+  for (int i = 0; i < 2; ++i) {  // the second time is the same request
+    grpc::ClientContext context;
+    v1::AcceptScanResponse response;
+    EXPECT_TRUE(server_.scans->AcceptScan(&context, accept, &response).ok());
+  }
+  const v1::Scan merged = server_.WaitFor(session, upload.scan(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(merged.pose_source(), v1::POSE_SOURCE_ACCEPTED);
+  EXPECT_EQ(merged.pose().translation().x(), 0.3);
+  grpc::ClientContext context;
+  accept.clear_request_id();
+  v1::AcceptScanResponse response;
+  const grpc::Status again = server_.scans->AcceptScan(&context, accept, &response);
+  EXPECT_EQ(again.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(InfoOf(again).reason(), "SCAN_STATE");
+}
+
+TEST_F(ScanRpc, APoseMaySetAndAScanBeWithdrawn) {
+  const std::string session = server_.OpenRoom("job");
+  const v1::PosePrior prior = PriorAt(0.3, 0.2, 0);
+  const v1::Upload upload = server_.Send(session, EncodedRoom({2.3, 1.7, 1.4}), &prior);
+  server_.WaitFor(session, upload.scan(), v1::SCAN_STATE_MERGED);
+  const uint64_t version = Session(session).model_version();
+  {
+    grpc::ClientContext context;
+    v1::SetScanPoseRequest request;
+    request.set_name(upload.scan());
+    *request.mutable_prior() = PriorAt(0.31, 0.2, 0);
+    request.set_use(v1::POSE_USE_AS_IS);
+    v1::SetScanPoseResponse response;
+    ASSERT_TRUE(server_.scans->SetScanPose(&context, request, &response).ok());
+    EXPECT_EQ(response.scan().state(), v1::SCAN_STATE_MERGING);
+  }
+  const v1::Scan set = server_.WaitFor(session, upload.scan(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(set.pose_source(), v1::POSE_SOURCE_SET);
+  EXPECT_EQ(set.pose().translation().x(), 0.31);
+  EXPECT_EQ(Session(session).model_version(), version + 2);  // out and in
+
+  const std::string first = session + "/scans/scan-1";
+  v1::WithdrawScanRequest withdraw;
+  withdraw.set_name(first);
+  withdraw.set_request_id("w");
+  v1::WithdrawScanResponse response;
+  {
+    grpc::ClientContext context;
+    ASSERT_TRUE(server_.scans->WithdrawScan(&context, withdraw, &response).ok());
+  }
+  EXPECT_EQ(response.scan().state(), v1::SCAN_STATE_WITHDRAWN);
+  withdraw.clear_request_id();
+  grpc::ClientContext context;
+  EXPECT_EQ(server_.scans->WithdrawScan(&context, withdraw, &response).error_code(),
+            grpc::StatusCode::FAILED_PRECONDITION);
+}
+
+// Withdrawn while it is being aligned, a scan never gets into the model.
+TEST_F(ScanRpc, WithdrawnWhileAligningItNeverMerges) {
+  const std::string session = server_.OpenRoom("job");
+  script_.HoldAlignments();
+  const v1::PosePrior prior = PriorAt(0.3, 0.2, 0);
+  const v1::Upload upload = server_.Send(session, EncodedRoom({2.3, 1.7, 1.4}), &prior);
+  script_.WaitForAlignment();
+  {
+    grpc::ClientContext context;
+    v1::GetScanRequest get;
+    get.set_name(upload.scan());
+    v1::GetScanResponse got;
+    ASSERT_TRUE(server_.scans->GetScan(&context, get, &got).ok());
+    EXPECT_EQ(got.scan().state(), v1::SCAN_STATE_REGISTERING);
+  }
+  grpc::ClientContext context;
+  v1::WithdrawScanRequest withdraw;
+  withdraw.set_name(upload.scan());
+  v1::WithdrawScanResponse response;
+  ASSERT_TRUE(server_.scans->WithdrawScan(&context, withdraw, &response).ok());
+  script_.ReleaseAlignments();
+  ASSERT_TRUE(server_.server().sessions().WaitUntilIdle(std::chrono::seconds(60)));
+  EXPECT_EQ(Session(session).model_version(), 1U);
+  EXPECT_EQ(Session(session).scan_counts().withdrawn(), 1);
+  EXPECT_EQ(Session(session).scan_counts().merged(), 1);
+}
+
+TEST_F(ScanRpc, ACancelledStreamKeepsWhatCame) {
+  const std::string session = server_.OpenSession("job");
+  const std::string bytes = EncodedRoom();
+  const v1::Upload upload = Announce(session, bytes);
+  grpc::ClientContext context;
+  const auto stream = server_.scans->UploadScan(&context);
+  v1::UploadScanRequest request;
+  request.set_upload(upload.name());
+  *request.mutable_piece() = Cut(bytes, 0, 0, 1000);
+  ASSERT_TRUE(stream->Write(request));
+  v1::UploadScanResponse ack;
+  ASSERT_TRUE(stream->Read(&ack));
+  context.TryCancel();
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  grpc::ClientContext get;
+  v1::GetUploadRequest read;
+  read.set_name(upload.name());
+  v1::GetUploadResponse where;
+  ASSERT_TRUE(server_.scans->GetUpload(&get, read, &where).ok());
+  EXPECT_EQ(where.upload().next_offset(), 1000);
+}
+
+}  // namespace
+}  // namespace vantage

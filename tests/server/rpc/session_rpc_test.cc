@@ -1,0 +1,254 @@
+// CreateSession, GetSession, ListSessions, UpdateSession, DeleteSession, WatchSession.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+#include <string>
+
+#include "tests/server/fixture/room_scan.h"
+#include "tests/server/fixture/scripted.h"
+
+namespace vantage {
+namespace {
+
+using testing::Contains;
+
+class SessionRpc : public testing::Test {
+ protected:
+  Script script_;
+  InProcess server_{script_.Make()};
+
+  grpc::Status Create(const v1::CreateSessionRequest& request, v1::Session& session) {
+    grpc::ClientContext context;
+    v1::CreateSessionResponse response;
+    grpc::Status status = server_.sessions->CreateSession(&context, request, &response);
+    session = response.session();
+    return status;
+  }
+  grpc::Status Get(const std::string& name, v1::Session& session) {
+    grpc::ClientContext context;
+    v1::GetSessionRequest request;
+    request.set_name(name);
+    v1::GetSessionResponse response;
+    grpc::Status status = server_.sessions->GetSession(&context, request, &response);
+    session = response.session();
+    return status;
+  }
+  grpc::Status Update(const v1::UpdateSessionRequest& request, v1::Session& session) {
+    grpc::ClientContext context;
+    v1::UpdateSessionResponse response;
+    grpc::Status status = server_.sessions->UpdateSession(&context, request, &response);
+    session = response.session();
+    return status;
+  }
+};
+
+TEST_F(SessionRpc, CreatedWithEveryFieldFilledInAndReadBack) {
+  v1::CreateSessionRequest request;
+  request.set_session_id("flat-12");
+  request.mutable_session()->set_display_name("Flat 12");
+  v1::Session made;
+  ASSERT_TRUE(Create(request, made).ok());
+  EXPECT_EQ(made.name(), "sessions/flat-12");
+  EXPECT_EQ(made.scanner_models_size(), 1);
+  EXPECT_EQ(made.planning_config().required_density(), 2500);
+  EXPECT_EQ(made.model_config().voxel_size(), 0.05);
+  EXPECT_EQ(made.last_sequence(), 1U);
+  EXPECT_FALSE(made.etag().empty());
+  v1::Session read;
+  ASSERT_TRUE(Get("sessions/flat-12", read).ok());
+  EXPECT_EQ(read.SerializeAsString(), made.SerializeAsString());
+}
+
+TEST_F(SessionRpc, TheSameRequestTwiceIsOneSession) {
+  v1::CreateSessionRequest request;
+  request.set_request_id("once");
+  v1::Session first;
+  v1::Session second;
+  ASSERT_TRUE(Create(request, first).ok());
+  ASSERT_TRUE(Create(request, second).ok());
+  EXPECT_EQ(first.name(), second.name());
+  request.mutable_session()->set_display_name("another");
+  const grpc::Status reused = Create(request, second);
+  EXPECT_EQ(reused.error_code(), grpc::StatusCode::ALREADY_EXISTS);
+  EXPECT_EQ(InfoOf(reused).reason(), "REQUEST_ID_REUSED");
+  request.set_request_id("");
+  request.set_session_id(first.name().substr(9));
+  EXPECT_EQ(InfoOf(Create(request, second)).reason(), "SESSION_EXISTS");
+}
+
+TEST_F(SessionRpc, AnImpossibleConfigurationNamesEveryField) {
+  v1::CreateSessionRequest request;
+  request.set_session_id("Bad Id");
+  request.set_request_id("has space");
+  request.mutable_session()->mutable_planning_config()->set_required_density(1e9);
+  request.mutable_session()->mutable_model_config()->set_voxel_size(7);
+  v1::Session made;
+  const grpc::Status status = Create(request, made);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  const auto fields = ViolatedFields(status);
+  for (const char* field : {"session_id", "request_id", "session.model_config.voxel_size",
+                            "session.planning_config.required_density"}) {
+    EXPECT_THAT(fields, Contains(field));
+  }
+  EXPECT_EQ(InfoOf(status).domain(), "vantage");
+}
+
+TEST_F(SessionRpc, UnknownNamesAreNotFoundWithResourceInfo) {
+  v1::Session session;
+  const grpc::Status status = Get("sessions/nobody", session);
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
+  bool found = false;
+  for (const auto& any : Details(status).details()) {
+    google::rpc::ResourceInfo info;
+    if (!any.UnpackTo(&info)) continue;
+    found = true;
+    EXPECT_EQ(info.resource_type(), "vantage.v1.Session");
+    EXPECT_EQ(info.resource_name(), "sessions/nobody");
+  }
+  EXPECT_TRUE(found);
+  EXPECT_EQ(Get("../etc/passwd", session).error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+}
+
+TEST_F(SessionRpc, ListsInOrderByPages) {
+  for (const char* id : {"c", "a", "b", "e", "d"}) server_.OpenSession(id);
+  std::string order;
+  std::string token;
+  do {
+    grpc::ClientContext context;
+    v1::ListSessionsRequest request;
+    request.set_page_size(2);
+    request.set_page_token(token);
+    v1::ListSessionsResponse response;
+    ASSERT_TRUE(server_.sessions->ListSessions(&context, request, &response).ok());
+    EXPECT_LE(response.sessions_size(), 2);
+    for (const v1::Session& session : response.sessions()) order += session.name().substr(9);
+    token = response.next_page_token();
+  } while (!token.empty());
+  EXPECT_EQ(order, "cabed");
+
+  grpc::ClientContext context;
+  v1::ListSessionsRequest request;
+  request.set_page_size(5000);
+  request.set_page_token("nonsense");
+  v1::ListSessionsResponse response;
+  const grpc::Status status = server_.sessions->ListSessions(&context, request, &response);
+  EXPECT_THAT(ViolatedFields(status), testing::UnorderedElementsAre("page_size", "page_token"));
+}
+
+TEST_F(SessionRpc, UpdatesWhatTheMaskNamesAndOnlyAsAWhole) {
+  const std::string name = server_.OpenSession("job");
+  v1::UpdateSessionRequest request;
+  request.mutable_session()->set_name(name);
+  v1::Box& box = *request.mutable_session()->mutable_site_rules()->add_keep_out();
+  box.mutable_min()->set_x(0);
+  box.mutable_max()->set_x(1);
+  box.mutable_max()->set_y(1);
+  box.mutable_max()->set_z(1);
+  request.mutable_session()->mutable_planning_config()->set_candidates(4);
+  request.mutable_session()->set_display_name("not in the mask");
+  request.mutable_update_mask()->add_paths("site_rules");
+  request.mutable_update_mask()->add_paths("planning_config.candidates");
+  v1::Session session;
+  ASSERT_TRUE(Update(request, session).ok());
+  EXPECT_EQ(session.site_rules().keep_out_size(), 1);
+  EXPECT_EQ(session.planning_config().candidates(), 4);
+  EXPECT_EQ(session.planning_config().required_density(), 2500);
+  EXPECT_EQ(session.display_name(), "");
+
+  // Impossible: stays as it was.
+  request.mutable_session()->mutable_planning_config()->set_candidates(4000);
+  v1::Session unused;
+  EXPECT_THAT(ViolatedFields(Update(request, unused)),
+              Contains("session.planning_config.candidates"));
+  request.mutable_update_mask()->add_paths("model_config");
+  EXPECT_THAT(ViolatedFields(Update(request, unused)), Contains("update_mask"));
+  v1::Session after;
+  ASSERT_TRUE(Get(name, after).ok());
+  EXPECT_EQ(after.SerializeAsString(), session.SerializeAsString());
+
+  // A stale etag.
+  request.mutable_update_mask()->Clear();
+  request.mutable_update_mask()->add_paths("display_name");
+  request.mutable_session()->set_etag("stale");
+  EXPECT_EQ(Update(request, unused).error_code(), grpc::StatusCode::ABORTED);
+  request.mutable_session()->set_etag(after.etag());
+  EXPECT_TRUE(Update(request, unused).ok());
+}
+
+TEST_F(SessionRpc, DeletedWithEverythingAndRepeatable) {
+  const std::string name = server_.OpenRoom("job");
+  EXPECT_GT(server_.store().used(), 0U);
+  for (int i = 0; i < 2; ++i) {
+    grpc::ClientContext context;
+    v1::DeleteSessionRequest request;
+    request.set_name(name);
+    request.set_request_id("delete-1");
+    v1::DeleteSessionResponse response;
+    EXPECT_TRUE(server_.sessions->DeleteSession(&context, request, &response).ok());
+  }
+  v1::Session session;
+  EXPECT_EQ(Get(name, session).error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(server_.store().used(), 0U);
+}
+
+// A watcher that comes back with the last number that it saw misses nothing and sees nothing twice,
+// wherever it was cut off.
+TEST_F(SessionRpc, WatchResumesWithoutLossOrRepetition) {
+  const std::string name = server_.OpenRoom("job");
+  v1::Session session;
+  ASSERT_TRUE(Get(name, session).ok());
+  const uint64_t last = session.last_sequence();
+  ASSERT_GE(last, 5U);  // created, upload, received, registered, merged
+  for (uint64_t cut = 0; cut <= last; ++cut) {
+    uint64_t seen = 0;
+    std::set<int> kinds;
+    for (int half = 0; half < 2; ++half) {
+      grpc::ClientContext context;
+      v1::WatchSessionRequest request;
+      request.set_name(name);
+      request.set_after_sequence(seen);
+      const auto stream = server_.sessions->WatchSession(&context, request);
+      const uint64_t until = half == 0 ? cut : last;
+      v1::WatchSessionResponse step;
+      while (seen < until && stream->Read(&step)) {
+        if (!step.has_event()) continue;
+        EXPECT_EQ(step.event().sequence(), seen + 1);
+        seen = step.event().sequence();
+        kinds.insert(step.event().event_case());
+      }
+      context.TryCancel();
+    }
+    EXPECT_EQ(seen, last);
+    EXPECT_EQ(kinds.size(), last);
+  }
+  grpc::ClientContext context;
+  v1::WatchSessionRequest request;
+  request.set_name(name);
+  request.set_after_sequence(last + 1);
+  v1::WatchSessionResponse step;
+  const auto stream = server_.sessions->WatchSession(&context, request);
+  EXPECT_FALSE(stream->Read(&step));
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::OUT_OF_RANGE);
+}
+
+TEST_F(SessionRpc, WatchEndsWhenTheSessionIsDeleted) {
+  const std::string name = server_.OpenSession("job");
+  grpc::ClientContext context;
+  v1::WatchSessionRequest request;
+  request.set_name(name);
+  const auto stream = server_.sessions->WatchSession(&context, request);
+  v1::WatchSessionResponse step;
+  ASSERT_TRUE(stream->Read(&step));
+  grpc::ClientContext other;
+  v1::DeleteSessionRequest remove;
+  remove.set_name(name);
+  v1::DeleteSessionResponse response;
+  ASSERT_TRUE(server_.sessions->DeleteSession(&other, remove, &response).ok());
+  while (stream->Read(&step)) {
+  }
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+}  // namespace
+}  // namespace vantage

@@ -1,0 +1,152 @@
+// A session is the fold of its log: taken up again from the store it is as it was.
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "google/protobuf/util/message_differencer.h"
+#include "tests/server/fixture/room_scan.h"
+#include "tests/server/fixture/scripted.h"
+
+namespace vantage {
+namespace {
+
+using google::protobuf::util::MessageDifferencer;
+
+struct Surroundings {
+  explicit Surroundings(MemoryStore& kept, Algorithms algorithms)
+      : store(kept),
+        log(LogLevel::kOff, Log::Stderr()),
+        pool(2, 8),
+        registry(SessionSurroundings{store, pool, timer, log, limits, std::move(algorithms),
+                                     [] { return absl::FromUnixSeconds(1'700'000'000); }}) {}
+  MemoryStore& store;
+  Log log;
+  Timer timer;
+  PlanningPool pool;
+  Limits limits;
+  SessionRegistry registry;
+};
+
+std::string SendRoom(Session& session, const Eigen::Vector3d& position, const v1::PosePrior* prior,
+                     const std::string& request_id) {
+  const std::string bytes = EncodedRoom(position);
+  v1::CreateUploadRequest request;
+  request.set_request_id(request_id);
+  if (prior != nullptr) *request.mutable_upload()->mutable_prior() = *prior;
+  const v1::Upload upload = session.CreateUpload(request).value();
+  v1::UploadTotal total;
+  total.set_encoded_size(static_cast<int64_t>(bytes.size()));
+  total.set_sha256(Sha256::Of(bytes));
+  v1::Upload now = upload;
+  while (now.state() == v1::UPLOAD_STATE_OPEN) {
+    v1::Piece piece;
+    piece.set_sequence(now.next_sequence());
+    piece.set_offset(now.next_offset());
+    piece.set_data(bytes.substr(static_cast<size_t>(now.next_offset()), 1 << 20));
+    piece.set_crc32c(Crc32c(piece.data()));
+    now = session.AddToUpload(upload.name(), &piece, &total).value();
+  }
+  session.WaitUntilIdle();
+  return now.scan();
+}
+
+TEST(SessionReplay, GivesTheSameSessionScansPlansAndModel) {
+  MemoryStore store(size_t{1} << 30);
+  Script script;
+  script.EndPlans();
+  v1::Session session_before;
+  std::vector<v1::Scan> scans_before;
+  std::vector<v1::Plan> plans_before;
+  v1::PlanResult full_before;
+  ModelSnapshot model_before;
+  {
+    Surroundings first(store, script.Make());
+    v1::CreateSessionRequest create;
+    create.set_session_id("job");
+    create.set_request_id("r1");
+    create.mutable_session()->mutable_origin()->set_x(1000);
+    const auto session = first.registry.Create(create).value();
+    const v1::PosePrior at_first = PriorAt(1002.0, 1.5, 1.4);
+    SendRoom(*session, {2.0, 1.5, 1.4}, &at_first, "u1");
+    const v1::PosePrior near = PriorAt(1003.0, 2.5, 1.4);
+    SendRoom(*session, {3.0, 2.5, 1.4}, &near, "u2");
+    script.SetVerdict(RegistrationOutcome::kDoubtful);
+    const std::string doubtful = SendRoom(*session, {1.0, 1.0, 1.4}, &near, "u3");
+    EXPECT_EQ(session->GetScan(doubtful)->state(), v1::SCAN_STATE_DOUBTFUL);
+    script.SetVerdict(RegistrationOutcome::kRegistered);
+    const std::string gone = SendRoom(*session, {1.0, 2.0, 1.4}, &near, "u4");
+    v1::WithdrawScanRequest withdraw;
+    withdraw.set_name(gone);
+    ASSERT_TRUE(session->WithdrawScan(withdraw).ok());
+    session->WaitUntilIdle();
+    v1::RejectViewRequest reject;
+    reject.mutable_position()->set_x(1001);
+    ASSERT_TRUE(session->RejectView(reject).ok());
+    v1::CreatePlanRequest plan;
+    plan.set_request_id("p1");
+    plan.mutable_plan()->set_work_limit(1000);
+    ASSERT_TRUE(session->CreatePlan(plan).ok());
+    ASSERT_TRUE(first.registry.WaitUntilIdle(std::chrono::seconds(60)));
+
+    session_before = session->Describe();
+    bool more = false;
+    scans_before = session->ListScans(0, 100, more);
+    plans_before = session->ListPlans(0, 100, more);
+    full_before = session->GetFullResult("sessions/job/plans/plan-1").value();
+    model_before = session->Model();
+  }
+  Surroundings second(store, script.Make());
+  ASSERT_TRUE(second.registry.LoadAll().ok());
+  const auto session = second.registry.Find("job").value();
+  session->WaitUntilIdle();
+  EXPECT_TRUE(MessageDifferencer::Equals(session->Describe(), session_before));
+  bool more = false;
+  const auto scans = session->ListScans(0, 100, more);
+  ASSERT_EQ(scans.size(), scans_before.size());
+  for (size_t i = 0; i < scans.size(); ++i) {
+    EXPECT_TRUE(MessageDifferencer::Equals(scans[i], scans_before[i])) << scans[i].DebugString();
+  }
+  const auto plans = session->ListPlans(0, 100, more);
+  ASSERT_EQ(plans.size(), plans_before.size());
+  EXPECT_TRUE(MessageDifferencer::Equals(plans[0], plans_before[0]));
+  EXPECT_TRUE(MessageDifferencer::Equals(
+      session->GetFullResult("sessions/job/plans/plan-1").value(), full_before));
+
+  // The model says the same of every voxel.
+  const ModelSnapshot model = session->Model();
+  EXPECT_EQ(model.version, model_before.version);
+  ASSERT_NE(model.view, nullptr);
+  ASSERT_EQ(model.view->bricks().size(), model_before.view->bricks().size());
+  for (size_t i = 0; i < model.view->bricks().size(); ++i) {
+    EXPECT_EQ(model.view->bricks()[i].brick, model_before.view->bricks()[i].brick);
+    EXPECT_EQ(model.view->bricks()[i].contents->state,
+              model_before.view->bricks()[i].contents->state);
+  }
+
+  // Requests that were executed before are known.
+  v1::CreatePlanRequest plan;
+  plan.set_request_id("p1");
+  plan.mutable_plan()->set_work_limit(1000);
+  EXPECT_EQ(session->CreatePlan(plan)->name(), "sessions/job/plans/plan-1");
+  v1::CreateSessionRequest create;
+  create.set_session_id("job");
+  create.set_request_id("r1");
+  create.mutable_session()->mutable_origin()->set_x(1000);
+  EXPECT_EQ(second.registry.Create(create).value(), session);
+}
+
+TEST(SessionReplay, EntriesOfANewerFormatAreRefused) {
+  SessionState state;
+  store::v1::LogEntry entry;
+  entry.set_format_version(kLogFormatVersion + 1);
+  entry.mutable_event()->set_sequence(1);
+  entry.mutable_event()->mutable_session_created();
+  EXPECT_TRUE(absl::IsFailedPrecondition(state.Apply(entry)));
+  entry.set_format_version(kLogFormatVersion);
+  EXPECT_TRUE(state.Apply(entry).ok());
+  EXPECT_FALSE(state.Apply(entry).ok());  // twice
+}
+
+}  // namespace
+}  // namespace vantage

@@ -1,0 +1,162 @@
+#include "server/session/upload.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <string>
+#include <vector>
+
+#include "proto/wire/compression.h"
+#include "server/session/error.h"
+#include "server/session/to_proto.h"
+#include "server/store/memory_store.h"
+
+namespace vantage {
+namespace {
+
+class UploadTest : public testing::Test {
+ protected:
+  UploadTest() {
+    std::mt19937 random(11);
+    whole_.resize(10'000);
+    for (char& c : whole_) c = static_cast<char>(random() % 5);
+    limits_.piece_bytes = 4096;
+    limits_.encoded_scan_bytes = 1 << 20;
+  }
+
+  v1::Upload Created(bool with_total) const {
+    v1::Upload upload;
+    upload.set_name("sessions/s/uploads/upload-1");
+    upload.set_state(v1::UPLOAD_STATE_OPEN);
+    if (with_total) *upload.mutable_total() = Total();
+    return upload;
+  }
+  v1::UploadTotal Total() const {
+    v1::UploadTotal total;
+    total.set_encoded_size(static_cast<int64_t>(whole_.size()));
+    total.set_sha256(Sha256::Of(whole_));
+    return total;
+  }
+  v1::Piece Cut(int64_t sequence, size_t offset, size_t size, bool compressed = false) const {
+    v1::Piece piece;
+    const std::string bytes = whole_.substr(offset, size);
+    piece.set_sequence(sequence);
+    piece.set_offset(static_cast<int64_t>(offset));
+    piece.set_crc32c(Crc32c(bytes));
+    piece.set_data(compressed ? ZstdCompress(bytes) : bytes);
+    piece.set_compression(compressed ? v1::COMPRESSION_ZSTD : v1::COMPRESSION_NONE);
+    if (compressed) piece.set_size(static_cast<int64_t>(bytes.size()));
+    return piece;
+  }
+
+  std::string whole_;
+  Limits limits_;
+  MemoryStore store_{1 << 20};
+  absl::Time now_ = absl::FromUnixSeconds(1'000'000);
+};
+
+// Property: however it is cut, compressed or not, with pieces repeated at random, the whole comes
+// out, and the acknowledgement always says where to go on.
+TEST_F(UploadTest, AnyCutWithRepetitionsGivesTheWhole) {
+  for (uint32_t seed = 1; seed <= 200; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    MemoryStore store(1 << 20);
+    Upload upload(Created(seed % 2 == 0), store, limits_);
+    std::vector<v1::Piece> sent;
+    size_t offset = 0;
+    while (offset < whole_.size()) {
+      const size_t size = std::min<size_t>(1 + random() % 4096, whole_.size() - offset);
+      sent.push_back(Cut(static_cast<int64_t>(sent.size()), offset, size, random() % 2 == 0));
+      offset += size;
+      ASSERT_TRUE(upload.Accept(sent.back(), now_).ok());
+      EXPECT_EQ(upload.Describe().next_offset(), static_cast<int64_t>(offset));
+      EXPECT_EQ(upload.Describe().next_sequence(), static_cast<int64_t>(sent.size()));
+      if (random() % 3 == 0) {
+        ASSERT_TRUE(upload.Accept(sent[random() % sent.size()], now_).ok());
+        EXPECT_EQ(upload.Describe().next_offset(), static_cast<int64_t>(offset));
+      }
+    }
+    if (seed % 2 == 1) {
+      EXPECT_FALSE(upload.Complete());
+      ASSERT_TRUE(upload.SetTotal(Total()).ok());
+    }
+    EXPECT_TRUE(upload.Complete());
+    EXPECT_EQ(upload.Assemble().value(), whole_);
+    upload.End(v1::UPLOAD_STATE_COMMITTED, "", "scan");
+    EXPECT_EQ(store.used(), 0U);
+  }
+}
+
+TEST_F(UploadTest, ADifferentPieceInItsPlaceIsRefusedAndChangesNothing) {
+  Upload upload(Created(true), store_, limits_);
+  ASSERT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());
+  v1::Piece other = Cut(0, 0, 1000);
+  (*other.mutable_data())[5] ^= 1;
+  other.set_crc32c(Crc32c(other.data()));
+  EXPECT_EQ(ReasonOf(upload.Accept(other, now_)), "PIECE_DIFFERS");
+  EXPECT_EQ(ReasonOf(upload.Accept(Cut(0, 0, 999), now_)), "PIECE_DIFFERS");
+  EXPECT_EQ(upload.Describe().next_offset(), 1000);
+}
+
+TEST_F(UploadTest, GapsDamageAndOverrunsAreRefused) {
+  Upload upload(Created(true), store_, limits_);
+  EXPECT_EQ(ReasonOf(upload.Accept(Cut(1, 1000, 10), now_)), "UPLOAD_GAP");
+  EXPECT_EQ(ReasonOf(upload.Accept(Cut(0, 5, 10), now_)), "UPLOAD_GAP");
+  v1::Piece damaged = Cut(0, 0, 100);
+  (*damaged.mutable_data())[0] ^= 1;
+  EXPECT_EQ(ReasonOf(upload.Accept(damaged, now_)), "PIECE_DAMAGED");
+  v1::Piece truncated = Cut(0, 0, 100, true);
+  truncated.mutable_data()->pop_back();
+  EXPECT_EQ(ReasonOf(upload.Accept(truncated, now_)), "PIECE_DAMAGED");
+  // A bomb: much more than stated.
+  v1::Piece bomb = Cut(0, 0, 100, true);
+  bomb.set_data(ZstdCompress(std::string(100'000'000, '\0')));
+  EXPECT_EQ(ReasonOf(upload.Accept(bomb, now_)), "PIECE_DAMAGED");
+  v1::Piece announced = Cut(0, 0, 100, true);
+  announced.set_size(int64_t{1} << 60);
+  EXPECT_EQ(ReasonOf(upload.Accept(announced, now_)), "INVALID_FIELDS");
+  v1::Piece empty = Cut(0, 0, 100);
+  empty.clear_data();
+  EXPECT_EQ(ReasonOf(upload.Accept(empty, now_)), "INVALID_FIELDS");
+  EXPECT_EQ(upload.Describe().next_offset(), 0);
+
+  v1::Upload small = Created(true);
+  small.mutable_total()->set_encoded_size(50);
+  Upload overrun(small, store_, limits_);
+  EXPECT_EQ(ReasonOf(overrun.Accept(Cut(0, 0, 51), now_)), "INVALID_FIELDS");
+}
+
+TEST_F(UploadTest, TheWholeIsCheckedAgainstWhatWasAnnounced) {
+  v1::Upload created = Created(true);
+  created.mutable_total()->set_sha256(Sha256::Of("something else"));
+  created.mutable_total()->set_encoded_size(1000);
+  Upload upload(created, store_, limits_);
+  ASSERT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());
+  EXPECT_TRUE(upload.Complete());
+  EXPECT_EQ(ReasonOf(upload.Assemble().status()), "SHA256_DIFFERS");
+  EXPECT_EQ(ReasonOf(upload.SetTotal(Total())), "TOTAL_DIFFERS");
+  upload.End(v1::UPLOAD_STATE_FAILED, "differs", "");
+  EXPECT_EQ(ReasonOf(upload.Accept(Cut(1, 1000, 10), now_)), "UPLOAD_ENDED");
+  EXPECT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());  // still harmless
+}
+
+TEST_F(UploadTest, FailsWithoutRoomAndGoesOnWhenThereIs) {
+  MemoryStore store(1500);
+  Upload upload(Created(true), store, limits_);
+  ASSERT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());
+  EXPECT_TRUE(absl::IsResourceExhausted(upload.Accept(Cut(1, 1000, 1000), now_)));
+  EXPECT_EQ(upload.Describe().next_offset(), 1000);
+  EXPECT_TRUE(upload.Accept(Cut(1, 1000, 400), now_).ok());
+}
+
+TEST_F(UploadTest, IsIdleAfterItsTime) {
+  Upload upload(Created(true), store_, limits_);
+  ASSERT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());
+  EXPECT_FALSE(upload.Idle(now_ + limits_.upload_idle));
+  EXPECT_TRUE(upload.Idle(now_ + limits_.upload_idle + absl::Seconds(1)));
+}
+
+}  // namespace
+}  // namespace vantage
