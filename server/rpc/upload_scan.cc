@@ -13,7 +13,7 @@
 namespace vantage {
 namespace {
 
-constexpr std::chrono::seconds kHeartbeat(4);
+constexpr std::chrono::seconds kUploadHeartbeat(4);
 
 // Reads a piece, stores it on our own threads, reads the next; acknowledges the latest state
 // whenever the write before is done. One piece is in hand at a time, so memory is bounded by one
@@ -171,7 +171,7 @@ class UploadStream final
   }
 
   void Arm() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    timer_ = around_.timer.After(kHeartbeat, [self = weak_from_this()] {
+    timer_ = around_.timer.After(kUploadHeartbeat, [self = weak_from_this()] {
       if (const auto stream = self.lock()) stream->Beat();
     });
   }

@@ -12,7 +12,7 @@
 namespace vantage {
 namespace {
 
-constexpr std::chrono::seconds kHeartbeat(10);
+constexpr std::chrono::seconds kWatchHeartbeat(10);
 constexpr size_t kBatch = 32;
 
 class SessionWatch final : public PumpedWriter<v1::WatchSessionResponse> {
@@ -89,7 +89,7 @@ class SessionWatch final : public PumpedWriter<v1::WatchSessionResponse> {
   std::string SessionNameOf() const { return absl::StrCat("sessions/", session_->id()); }
 
   void Arm() ABSL_EXCLUSIVE_LOCKS_REQUIRED(timer_mutex_) {
-    timer_ = around_.timer.After(kHeartbeat, [self = weak_from_this()] {
+    timer_ = around_.timer.After(kWatchHeartbeat, [self = weak_from_this()] {
       if (const auto stream = self.lock()) static_cast<SessionWatch&>(*stream).Beat();
     });
   }

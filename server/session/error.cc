@@ -12,7 +12,8 @@ namespace {
 
 constexpr char kTypePrefix[] = "type.googleapis.com/";
 // Details travel in a trailer of at most 8 KiB.
-constexpr size_t kMaxViolations = 32;
+constexpr size_t kMaxViolations = 64;
+constexpr size_t kMaxViolationBytes = 4500;
 constexpr size_t kMaxText = 160;
 
 std::string Shortened(absl::string_view text) {
@@ -50,10 +51,11 @@ void Violations::Append(const Violations& others) {
 absl::Status Violations::ToStatus() const {
   if (violations_.empty()) return absl::OkStatus();
   google::rpc::BadRequest request;
-  const size_t listed = std::min(violations_.size(), kMaxViolations);
   std::vector<std::string> words;
-  for (size_t i = 0; i < listed; ++i) {
-    const auto& [field, description] = violations_[i];
+  size_t listed = 0;
+  for (const auto& [field, description] : violations_) {
+    if (listed == kMaxViolations || request.ByteSizeLong() > kMaxViolationBytes) break;
+    ++listed;
     auto* violation = request.add_field_violations();
     violation->set_field(Shortened(field));
     violation->set_description(Shortened(description));

@@ -41,7 +41,8 @@ absl::Status Journal::Load() {
 }
 
 absl::StatusOr<std::string> Journal::Execute(
-    const RequestKey& key, absl::FunctionRef<absl::StatusOr<Draft>(const SessionState&)> build) {
+    const RequestKey& key, absl::FunctionRef<absl::StatusOr<Draft>(const SessionState&)> build,
+    absl::FunctionRef<void()> applied) {
   std::string resource;
   {
     std::lock_guard<std::mutex> write(write_mutex_);
@@ -81,10 +82,16 @@ absl::StatusOr<std::string> Journal::Execute(
     absl::Status written = store_.Append(session_, entry);
     if (!written.ok()) return written;
     std::lock_guard<std::mutex> lock(state_mutex_);
-    absl::Status applied = state_.Apply(entry);
-    if (!applied.ok()) return applied;
+    absl::Status fits = state_.Apply(entry);
+    if (!fits.ok()) return fits;
+    applied();
     resource = state_.last_resource;
   }
+  Wake();
+  return resource;
+}
+
+void Journal::Wake() {
   std::vector<std::shared_ptr<std::function<void()>>> watchers;
   {
     std::lock_guard<std::mutex> lock(watch_mutex_);
@@ -92,7 +99,6 @@ absl::StatusOr<std::string> Journal::Execute(
     for (const auto& [id, call] : watchers_) watchers.push_back(call);
   }
   for (const auto& call : watchers) (*call)();
-  return resource;
 }
 
 void Journal::Read(absl::FunctionRef<void(const SessionState&)> read) const {

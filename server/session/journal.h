@@ -51,9 +51,11 @@ class Journal {
   // Makes one step. `build` sees the state as it is and returns the draft, or an error that is
   // returned as it is and changes nothing. Returns the name of the resource concerned. When the
   // request was executed before, its resource is returned and nothing happens; ALREADY_EXISTS
-  // (REQUEST_ID_REUSED) when it was another request.
+  // (REQUEST_ID_REUSED) when it was another request. `applied` runs when the step is written and
+  // before anyone can see it.
   absl::StatusOr<std::string> Execute(
-      const RequestKey& key, absl::FunctionRef<absl::StatusOr<Draft>(const SessionState&)> build);
+      const RequestKey& key, absl::FunctionRef<absl::StatusOr<Draft>(const SessionState&)> build,
+      absl::FunctionRef<void()> applied = [] {});
 
   // Calls `read` with the state; keep it short.
   void Read(absl::FunctionRef<void(const SessionState&)> read) const;
@@ -65,6 +67,8 @@ class Journal {
   // running when Unwatch returns.
   WatchId Watch(std::function<void()> call);
   void Unwatch(WatchId id);
+  // Calls every watcher: something other than a step happened (the log was dropped).
+  void Wake();
 
   absl::Time Now() const { return clock_(); }
 

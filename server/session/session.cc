@@ -176,6 +176,7 @@ void Session::Close() {
     blobs = full_results_;
     full_results_.clear();
     for (const auto& [name, upload] : uploads_) spools.push_back(name);
+    uploads_.clear();
   }
   journal_.Read([&](const SessionState& state) {
     for (const auto& [name, record] : state.scans) blobs.push_back(record.blob);
@@ -183,6 +184,7 @@ void Session::Close() {
   // What cannot be released now is found by the store's own collection.
   for (const std::string& blob : blobs) around_.store.ReleaseBlob(blob).IgnoreError();
   for (const std::string& spool : spools) around_.store.DropSpool(spool).IgnoreError();
+  journal_.Wake();
 }
 
 }  // namespace vantage

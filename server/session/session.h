@@ -139,9 +139,11 @@ class Session : public std::enable_shared_from_this<Session> {
               const v1::Registration* registration);
   absl::StatusOr<Scan> LoadScan(const v1::Scan& scan) const;
   void Rebuild(Parallel& parallel);
-  void PublishModel();
-  absl::Status Change(const std::string& scan, v1::ScanState expected,
-                      absl::FunctionRef<void(const SessionState&, v1::Scan&, Draft&)> change);
+  void Show(ModelSnapshot snapshot);
+  absl::Status Change(
+      const v1::Scan& as_read,
+      absl::FunctionRef<void(const SessionState&, v1::Scan&, Draft&)> change,
+      absl::FunctionRef<void()> applied = [] {});
   void RetryLater(const std::string& scan, const absl::Status& why);
 
   // Plans, session_plans.cc.

@@ -215,24 +215,26 @@ void Session::RetryLater(const std::string& scan, const absl::Status& why) {
   });
 }
 
-// Changes a scan if it still is in `expected`; a person may have decided otherwise meanwhile.
-absl::Status Session::Change(
-    const std::string& scan, v1::ScanState expected,
-    absl::FunctionRef<void(const SessionState&, v1::Scan&, Draft&)> change) {
+// Changes a scan if it still is as it was read; a person may have decided otherwise meanwhile.
+absl::Status Session::Change(const v1::Scan& as_read,
+                             absl::FunctionRef<void(const SessionState&, v1::Scan&, Draft&)> change,
+                             absl::FunctionRef<void()> applied) {
   return journal_
-      .Execute({},
-               [&](const SessionState& state) -> absl::StatusOr<Draft> {
-                 const auto it = state.scans.find(scan);
-                 if (it == state.scans.end()) return ResourceNotFound(kScanType, scan);
-                 if (it->second.scan.state() != expected) {
-                   return absl::AbortedError("the scan changed meanwhile");
-                 }
-                 v1::Scan next = it->second.scan;
-                 *next.mutable_update_time() = WriteTime(journal_.Now());
-                 Draft draft;
-                 change(state, next, draft);
-                 return draft;
-               })
+      .Execute(
+          {},
+          [&](const SessionState& state) -> absl::StatusOr<Draft> {
+            const auto it = state.scans.find(as_read.name());
+            if (it == state.scans.end()) return ResourceNotFound(kScanType, as_read.name());
+            if (it->second.scan.SerializeAsString() != as_read.SerializeAsString()) {
+              return absl::AbortedError("the scan changed meanwhile");
+            }
+            v1::Scan next = it->second.scan;
+            *next.mutable_update_time() = WriteTime(journal_.Now());
+            Draft draft;
+            change(state, next, draft);
+            return draft;
+          },
+          applied)
       .status();
 }
 
@@ -251,6 +253,7 @@ void Session::Settle(const std::string& name, Parallel& parallel) {
   if (in_model && !wanted) {
     absl::Status removed = RemoveFromModel(scan, parallel);
     if (!removed.ok()) return RetryLater(name, removed);
+    journal_.Read([&](const SessionState& state) { scan = state.scans.at(name).scan; });
   }
   if (scan.state() != v1::SCAN_STATE_RECEIVED && scan.state() != v1::SCAN_STATE_MERGING) return;
   {
@@ -331,11 +334,10 @@ void Session::Align(const v1::Scan& scan, Scan& data, Parallel& parallel) {
     placed.set_pose_source(prior.trusted ? v1::POSE_SOURCE_TRUSTED_PRIOR
                                          : v1::POSE_SOURCE_REGISTRATION);
   }
-  absl::Status logged = Change(scan.name(), v1::SCAN_STATE_RECEIVED,
-                               [&](const SessionState&, v1::Scan& next, Draft& draft) {
-                                 *placed.mutable_update_time() = next.update_time();
-                                 *draft.event.mutable_scan_registered()->mutable_scan() = placed;
-                               });
+  absl::Status logged = Change(scan, [&](const SessionState&, v1::Scan& next, Draft& draft) {
+    *placed.mutable_update_time() = next.update_time();
+    *draft.event.mutable_scan_registered()->mutable_scan() = placed;
+  });
   if (absl::IsAborted(logged)) return;  // its next operation is queued
   if (!logged.ok()) return RetryLater(scan.name(), logged);
   Merge(placed, data, parallel);
@@ -348,20 +350,24 @@ void Session::Merge(const v1::Scan& scan, const Scan& data, Parallel& parallel) 
   if (!report.ok()) {
     return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(report.status().message()), nullptr);
   }
-  absl::Status logged = Change(scan.name(), v1::SCAN_STATE_MERGING,
-                               [&](const SessionState& state, v1::Scan& next, Draft& draft) {
-                                 next.set_state(v1::SCAN_STATE_MERGED);
-                                 *next.mutable_merge() = WriteMergeReport(*report);
-                                 next.mutable_merge()->set_model_version(state.model_version + 1);
-                                 *draft.event.mutable_scan_merged()->mutable_scan() = next;
-                               });
+  // Whoever sees the scan merged sees the model with it.
+  ModelSnapshot next_model{model_->Publish(), 0};
+  absl::Status logged = Change(
+      scan,
+      [&](const SessionState& state, v1::Scan& next, Draft& draft) {
+        next_model.version = state.model_version + 1;
+        next.set_state(v1::SCAN_STATE_MERGED);
+        *next.mutable_merge() = WriteMergeReport(*report);
+        next.mutable_merge()->set_model_version(next_model.version);
+        *draft.event.mutable_scan_merged()->mutable_scan() = next;
+      },
+      [&] { Show(next_model); });
   if (!logged.ok()) {
     // The log is what counts: the model follows it.
     model_->Withdraw(scan.name(), parallel).IgnoreError();
     if (!absl::IsAborted(logged)) RetryLater(scan.name(), logged);
     return;
   }
-  PublishModel();
   around_.log.Info("scan merged", {{"session", id_},
                                    {"scan", scan.name()},
                                    {"carve_seconds", report->carve_seconds},
@@ -372,33 +378,39 @@ void Session::Merge(const v1::Scan& scan, const Scan& data, Parallel& parallel) 
 absl::Status Session::RemoveFromModel(const v1::Scan& scan, Parallel& parallel) {
   absl::StatusOr<MergeReport> removed = model_->Withdraw(scan.name(), parallel);
   if (!removed.ok() && !absl::IsNotFound(removed.status())) return removed.status();
-  absl::StatusOr<std::string> logged =
-      journal_.Execute({}, [&](const SessionState& state) -> absl::StatusOr<Draft> {
-        Draft draft;
-        v1::ScanRemovedEvent& event = *draft.event.mutable_scan_removed();
-        *event.mutable_scan() = state.scans.at(scan.name()).scan;
-        event.mutable_scan()->clear_merge();
-        event.set_model_version(state.model_version + 1);
-        return draft;
-      });
-  if (!logged.ok()) return logged.status();
-  PublishModel();
-  return absl::OkStatus();
+  const std::shared_ptr<const PlanningView> without = model_->Publish();
+  ModelSnapshot next_model;
+  return journal_
+      .Execute(
+          {},
+          [&](const SessionState& state) -> absl::StatusOr<Draft> {
+            next_model.version = state.model_version + 1;
+            for (const auto& [name, record] : state.scans) {
+              if (record.in_model && name != scan.name()) next_model.view = without;
+            }
+            Draft draft;
+            v1::ScanRemovedEvent& event = *draft.event.mutable_scan_removed();
+            *event.mutable_scan() = state.scans.at(scan.name()).scan;
+            event.mutable_scan()->clear_merge();
+            event.set_model_version(next_model.version);
+            return draft;
+          },
+          [&] { Show(next_model); })
+      .status();
 }
 
 void Session::Refuse(const v1::Scan& scan, v1::ScanState state, const std::string& message,
                      const v1::Registration* registration) {
-  absl::Status logged =
-      Change(scan.name(), scan.state(), [&](const SessionState&, v1::Scan& next, Draft& draft) {
-        next.set_state(state);
-        next.set_state_message(message);
-        next.clear_pose();
-        next.clear_pose_source();
-        if (registration != nullptr) {
-          *next.mutable_registration() = *registration;
-        }
-        *draft.event.mutable_scan_refused()->mutable_scan() = next;
-      });
+  absl::Status logged = Change(scan, [&](const SessionState&, v1::Scan& next, Draft& draft) {
+    next.set_state(state);
+    next.set_state_message(message);
+    next.clear_pose();
+    next.clear_pose_source();
+    if (registration != nullptr) {
+      *next.mutable_registration() = *registration;
+    }
+    *draft.event.mutable_scan_refused()->mutable_scan() = next;
+  });
   if (!logged.ok() && !absl::IsAborted(logged)) RetryLater(scan.name(), logged);
   around_.log.Info("scan refused", {{"session", id_},
                                     {"scan", scan.name()},
@@ -406,20 +418,17 @@ void Session::Refuse(const v1::Scan& scan, v1::ScanState state, const std::strin
                                     {"why", message}});
 }
 
-void Session::PublishModel() {
-  ModelSnapshot next;
-  journal_.Read([&](const SessionState& state) {
-    next.version = state.model_version;
-    if (state.AnyInModel()) next.view = model_->Publish();
-  });
+void Session::Show(ModelSnapshot snapshot) {
   std::lock_guard<std::mutex> lock(mutex_);
-  snapshot_ = std::move(next);
+  snapshot_ = std::move(snapshot);
 }
 
 void Session::Rebuild(Parallel& parallel) {
   std::vector<v1::Scan> merged;
   std::vector<std::string> unsettled;
+  ModelSnapshot rebuilt;
   journal_.Read([&](const SessionState& state) {
+    rebuilt.version = state.model_version;
     for (const std::string& name : state.scan_order) {
       const ScanRecord& record = state.scans.at(name);
       if (record.in_model) merged.push_back(record.scan);
@@ -442,7 +451,8 @@ void Session::Rebuild(Parallel& parallel) {
                         {{"scan", scan.name()}, {"error", inserted.ToString()}});
     }
   }
-  PublishModel();
+  if (!merged.empty()) rebuilt.view = model_->Publish();
+  Show(rebuilt);
   for (const std::string& scan : unsettled) Settle(scan, parallel);
 }
 

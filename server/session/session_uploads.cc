@@ -123,6 +123,7 @@ absl::StatusOr<v1::Upload> Session::GetUpload(const std::string& name) {
 
 absl::StatusOr<v1::Upload> Session::AddToUpload(const std::string& name, const v1::Piece* piece,
                                                 const v1::UploadTotal* total) {
+  if (closed_) return ResourceNotFound("vantage.v1.Upload", name);
   std::shared_ptr<Upload> upload;
   {
     std::lock_guard<std::mutex> lock(mutex_);

@@ -19,9 +19,7 @@ TEST_P(PlanningPoolTest, EveryIndexRunsOnceAlsoNested) {
   std::vector<std::atomic<int>> counts(500);
   std::promise<void> done;
   pool.Submit(pool.NewShare(), JobPriority::kPlan, [&](Parallel& parallel) {
-    parallel.For(50, [&](size_t i) {
-      parallel.For(10, [&](size_t j) { ++counts[i * 10 + j]; });
-    });
+    parallel.For(50, [&](size_t i) { parallel.For(10, [&](size_t j) { ++counts[i * 10 + j]; }); });
     done.set_value();
   });
   done.get_future().wait();

@@ -97,8 +97,7 @@ TEST_F(ScanRpc, StreamedWholeItIsMergedAndDefinesTheWorld) {
   EXPECT_EQ(scan.pose_source(), v1::POSE_SOURCE_FIRST_SCAN);
   EXPECT_EQ(scan.pose().translation().x(), 0);
   EXPECT_EQ(scan.sha256(), Sha256::Of(bytes));
-  EXPECT_EQ(scan.samples(),
-            static_cast<int64_t>(ScanRoom({2.0, 1.5, 1.4}, 2.0).SampleCount()));
+  EXPECT_EQ(scan.samples(), static_cast<int64_t>(ScanRoom({2.0, 1.5, 1.4}, 2.0).SampleCount()));
   EXPECT_GT(scan.merge().surface_voxels(), 0);
   EXPECT_EQ(Session(session).model_version(), 1U);
 }
@@ -223,9 +222,9 @@ TEST_F(ScanRpc, AnnouncementsAreChecked) {
   request.mutable_upload()->mutable_scanner_model()->set_range_min(-1);
   v1::Upload upload;
   EXPECT_THAT(ViolatedFields(CreateUpload(request, upload)),
-              testing::UnorderedElementsAre(
-                  "upload.total.encoded_size", "upload.total.sha256",
-                  "upload.prior.pose.translation.x", "upload.scanner_model.range_min"));
+              testing::UnorderedElementsAre("upload.total.encoded_size", "upload.total.sha256",
+                                            "upload.prior.pose.translation.x",
+                                            "upload.scanner_model.range_min"));
   request.clear_upload();
   request.mutable_upload()->set_scanner_model_id("nobody");
   EXPECT_THAT(ViolatedFields(CreateUpload(request, upload)),

@@ -101,8 +101,8 @@ TEST(FromProto, PosesAreRigidFiniteAndRelativeToTheOrigin) {
   prior.set_trusted(true);
   Violations wrong;
   ReadPosePrior(prior, origin, "p", wrong);
-  EXPECT_THAT(Fields(wrong), UnorderedElementsAre("p.pose.rotation", "p.pose.translation.x",
-                                                  "p.covariance"));
+  EXPECT_THAT(Fields(wrong),
+              UnorderedElementsAre("p.pose.rotation", "p.pose.translation.x", "p.covariance"));
 
   q.set_w(0.8);
   q.set_z(0.6);

@@ -1,0 +1,172 @@
+// GetCoverage, ExportModel, and what a later release brings.
+#include <gtest/gtest.h>
+#include <octomap/OcTree.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <memory>
+#include <sstream>
+#include <string>
+
+#include "proto/wire/checksum.h"
+#include "tests/server/fixture/room_scan.h"
+#include "tests/server/fixture/scripted.h"
+
+namespace vantage {
+namespace {
+
+class ModelRpc : public testing::Test {
+ protected:
+  Script script_;
+  InProcess server_{script_.Make()};
+
+  grpc::Status Export(const std::string& session, v1::ExportFormat format, std::string& file) {
+    grpc::ClientContext context;
+    v1::ExportModelRequest request;
+    request.set_name(session);
+    request.set_format(format);
+    const auto stream = server_.models->ExportModel(&context, request);
+    v1::ExportModelResponse part;
+    file.clear();
+    int64_t total = 0;
+    while (stream->Read(&part)) {
+      EXPECT_EQ(part.offset(), static_cast<int64_t>(file.size()));
+      EXPECT_EQ(part.crc32c(), Crc32c(part.data()));
+      EXPECT_LE(part.data().size(), size_t{256} << 10);
+      if (file.empty()) EXPECT_FALSE(part.file_name().empty());
+      file += part.data();
+      total = part.total_size();
+    }
+    grpc::Status status = stream->Finish();
+    EXPECT_EQ(total, static_cast<int64_t>(file.size()));
+    return status;
+  }
+};
+
+TEST_F(ModelRpc, CoverageIsZeroWithoutAModelAndMeasuredWithOne) {
+  for (const bool with_model : {false, true}) {
+    const std::string session =
+        with_model ? server_.OpenRoom("room") : server_.OpenSession("empty");
+    grpc::ClientContext context;
+    v1::GetCoverageRequest request;
+    request.set_name(session);
+    v1::GetCoverageResponse response;
+    ASSERT_TRUE(server_.models->GetCoverage(&context, request, &response).ok());
+    EXPECT_EQ(response.coverage().area().occlusion(), with_model ? 2 : 0);
+    EXPECT_EQ(response.coverage().required_density(), 2500);
+    EXPECT_EQ(response.model_version(), with_model ? 1U : 0U);
+    EXPECT_FALSE(response.has_best_remaining_gain());
+  }
+}
+
+// Both OctoMap files open with OctoMap and agree with one another.
+TEST_F(ModelRpc, OctomapFilesOpen) {
+  const std::string session = server_.OpenRoom("room");
+  std::string file;
+  ASSERT_TRUE(Export(session, v1::EXPORT_FORMAT_OCTOMAP, file).ok());
+  std::istringstream in(file);
+  const std::unique_ptr<octomap::AbstractOcTree> read(octomap::AbstractOcTree::read(in));
+  const auto* tree = dynamic_cast<const octomap::OcTree*>(read.get());
+  ASSERT_NE(tree, nullptr);
+  ASSERT_TRUE(Export(session, v1::EXPORT_FORMAT_OCTOMAP_BINARY, file).ok());
+  std::istringstream binary_in(file);
+  octomap::OcTree binary(1.0);
+  ASSERT_TRUE(binary.readBinary(binary_in));
+  EXPECT_EQ(binary.getResolution(), 0.05);
+  // The scanner is at the origin of the world: free; the wall at x = +3 m is occupied.
+  for (const octomap::OcTree* which : {tree, static_cast<const octomap::OcTree*>(&binary)}) {
+    const octomap::OcTreeNode* here = which->search(1.0, 0.5, 0.0);
+    ASSERT_NE(here, nullptr);
+    EXPECT_FALSE(which->isNodeOccupied(here));
+    bool wall = false;
+    for (double x = 2.9; x <= 3.1; x += 0.05) {
+      const octomap::OcTreeNode* node = which->search(x, 0.02, 0.02);
+      wall |= node != nullptr && which->isNodeOccupied(node);
+    }
+    EXPECT_TRUE(wall);
+  }
+}
+
+TEST_F(ModelRpc, RegisteredSamplesLieOnTheRoom) {
+  const std::string session = server_.OpenRoom("room");
+  std::string file;
+  ASSERT_TRUE(Export(session, v1::EXPORT_FORMAT_SCANS_PLY, file).ok());
+  const size_t header = file.find("end_header\n") + 11;
+  const size_t samples = ScanRoom({2.0, 1.5, 1.4}, 2.0).SampleCount();
+  ASSERT_EQ(file.size(), header + samples * 28);
+  for (size_t i = 0; i < samples; ++i) {
+    double p[3];
+    std::memcpy(p, file.data() + header + i * 28, sizeof(p));
+    const double distance =
+        std::min({std::abs(p[0] + 2.0), std::abs(p[0] - 3.0), std::abs(p[1] + 1.5),
+                  std::abs(p[1] - 2.5), std::abs(p[2] + 1.4), std::abs(p[2] - 1.2)});
+    ASSERT_LT(distance, 1e-3);  // ranges travel to 0.1 mm
+  }
+}
+
+TEST_F(ModelRpc, SurfaceAndPatchesAsPly) {
+  const std::string session = server_.OpenRoom("room");
+  std::string file;
+  ASSERT_TRUE(Export(session, v1::EXPORT_FORMAT_SURFACE_PLY, file).ok());
+  EXPECT_EQ(file.substr(0, 4), "ply\n");
+  EXPECT_EQ(InfoOf(Export(session, v1::EXPORT_FORMAT_PATCH_PLY, file)).reason(), "NO_PLAN");
+  script_.EndPlans();
+  grpc::ClientContext context;
+  v1::CreatePlanRequest plan;
+  plan.set_parent(session);
+  v1::CreatePlanResponse created;
+  ASSERT_TRUE(server_.plans->CreatePlan(&context, plan, &created).ok());
+  ASSERT_TRUE(server_.server().sessions().WaitUntilIdle(std::chrono::seconds(60)));
+  ASSERT_TRUE(Export(session, v1::EXPORT_FORMAT_PATCH_PLY, file).ok());
+  EXPECT_EQ(file.size(), file.find("end_header\n") + 11 + 3 * (4 * 24 + 1 + 16 + 1 + 8));
+}
+
+TEST_F(ModelRpc, WhatCannotBeExportedSaysWhy) {
+  const std::string empty = server_.OpenSession("empty");
+  std::string file;
+  EXPECT_EQ(InfoOf(Export(empty, v1::EXPORT_FORMAT_OCTOMAP, file)).reason(), "MODEL_EMPTY");
+  EXPECT_EQ(Export(empty, v1::EXPORT_FORMAT_UNSPECIFIED, file).error_code(),
+            grpc::StatusCode::INVALID_ARGUMENT);
+  const grpc::Status archive = Export(empty, v1::EXPORT_FORMAT_ARCHIVE, file);
+  EXPECT_EQ(archive.error_code(), grpc::StatusCode::UNIMPLEMENTED);
+  EXPECT_EQ(InfoOf(archive).reason(), "NOT_IN_THIS_RELEASE");
+  EXPECT_EQ(InfoOf(archive).metadata().at("feature"), "session archive");
+}
+
+TEST_F(ModelRpc, TheFleetComesLater) {
+  const auto expect = [](const grpc::Status& status) {
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
+    EXPECT_EQ(InfoOf(status).reason(), "NOT_IN_THIS_RELEASE");
+    EXPECT_EQ(InfoOf(status).domain(), "vantage");
+    EXPECT_EQ(InfoOf(status).metadata().at("feature"), "fleet");
+  };
+  {
+    grpc::ClientContext context;
+    v1::AddScannerResponse response;
+    expect(server_.fleet->AddScanner(&context, {}, &response));
+  }
+  {
+    grpc::ClientContext context;
+    v1::ListScannersResponse response;
+    expect(server_.fleet->ListScanners(&context, {}, &response));
+  }
+  {
+    grpc::ClientContext context;
+    v1::ClaimViewResponse response;
+    expect(server_.fleet->ClaimView(&context, {}, &response));
+  }
+  {
+    grpc::ClientContext context;
+    v1::ReleaseClaimResponse response;
+    expect(server_.fleet->ReleaseClaim(&context, {}, &response));
+  }
+  {
+    grpc::ClientContext context;
+    v1::ListClaimsResponse response;
+    expect(server_.fleet->ListClaims(&context, {}, &response));
+  }
+}
+
+}  // namespace
+}  // namespace vantage

@@ -1,0 +1,301 @@
+// CreatePlan, WatchPlan, CancelPlan, GetPlan, ListPlans, EvaluateView, RejectView.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "tests/server/fixture/room_scan.h"
+#include "tests/server/fixture/scripted.h"
+
+namespace vantage {
+namespace {
+
+class PlanRpc : public testing::Test {
+ protected:
+  Script script_;
+  InProcess server_{script_.Make()};
+  std::string session_ = server_.OpenRoom("job");
+
+  v1::CreatePlanRequest Request() const {
+    v1::CreatePlanRequest request;
+    request.set_parent(session_);
+    request.mutable_plan()->mutable_time_budget()->set_seconds(600);
+    return request;
+  }
+  grpc::Status Create(const v1::CreatePlanRequest& request, v1::Plan& plan) {
+    grpc::ClientContext context;
+    v1::CreatePlanResponse response;
+    grpc::Status status = server_.plans->CreatePlan(&context, request, &response);
+    plan = response.plan();
+    return status;
+  }
+  grpc::Status Get(const v1::GetPlanRequest& request, v1::GetPlanResponse& response) {
+    grpc::ClientContext context;
+    return server_.plans->GetPlan(&context, request, &response);
+  }
+  v1::Plan WatchToTheEnd(const std::string& name) {
+    grpc::ClientContext context;
+    v1::WatchPlanRequest request;
+    request.set_name(name);
+    const auto stream = server_.plans->WatchPlan(&context, request);
+    v1::WatchPlanResponse step;
+    while (stream->Read(&step)) {
+    }
+    EXPECT_TRUE(stream->Finish().ok());
+    EXPECT_TRUE(step.last());
+    return step.plan();
+  }
+};
+
+TEST_F(PlanRpc, ReturnsAtOnceIsWatchedWhileItImprovesAndIsKept) {
+  v1::Plan plan;
+  ASSERT_TRUE(Create(Request(), plan).ok());
+  EXPECT_EQ(plan.name(), session_ + "/plans/plan-1");
+  script_.WaitForPlans(1);
+  grpc::ClientContext context;
+  v1::WatchPlanRequest request;
+  request.set_name(plan.name());
+  const auto stream = server_.plans->WatchPlan(&context, request);
+  v1::WatchPlanResponse step;
+  // It is running without an answer at first; then there is one, while it still runs.
+  script_.Improve(100);
+  do {
+    ASSERT_TRUE(stream->Read(&step));
+  } while (step.plan().result().views().empty());
+  EXPECT_EQ(step.plan().state(), v1::PLAN_STATE_RUNNING);
+  EXPECT_EQ(step.plan().result().views(0).score(), 100);
+  EXPECT_FALSE(step.last());
+  script_.EndPlans();
+  while (stream->Read(&step)) {
+  }
+  EXPECT_TRUE(stream->Finish().ok());
+  EXPECT_TRUE(step.last());
+  EXPECT_EQ(step.plan().state(), v1::PLAN_STATE_SUCCEEDED);
+  EXPECT_EQ(step.plan().result().model_version(), 1U);
+  // Watched again, and read, it says the same.
+  EXPECT_EQ(WatchToTheEnd(plan.name()).SerializeAsString(), step.plan().SerializeAsString());
+  v1::GetPlanRequest get;
+  get.set_name(plan.name());
+  v1::GetPlanResponse got;
+  ASSERT_TRUE(Get(get, got).ok());
+  EXPECT_EQ(got.plan().SerializeAsString(), step.plan().SerializeAsString());
+}
+
+TEST_F(PlanRpc, TheFullViewHasPatchesAndTheMapOfScoresByPages) {
+  script_.EndPlans();
+  v1::Plan plan;
+  ASSERT_TRUE(Create(Request(), plan).ok());
+  const v1::Plan ended = WatchToTheEnd(plan.name());
+  EXPECT_EQ(ended.result().patches_size(), 0);
+  EXPECT_EQ(ended.result().patch_count(), 3);
+  EXPECT_EQ(ended.result().stages_size(), 6);
+  EXPECT_EQ(ended.result().config().required_density(), 2500);
+  v1::GetPlanRequest request;
+  request.set_name(plan.name());
+  request.set_view(v1::PLAN_VIEW_FULL);
+  request.set_score_map_page_size(2);
+  v1::GetPlanResponse first;
+  ASSERT_TRUE(Get(request, first).ok());
+  EXPECT_EQ(first.plan().result().patches_size(), 3);
+  EXPECT_THAT(first.plan().result().score_map().score(), testing::ElementsAre(10, 20));
+  EXPECT_EQ(first.plan().result().score_map().total_cells(), 3);
+  request.set_score_map_page_token(first.next_score_map_page_token());
+  v1::GetPlanResponse second;
+  ASSERT_TRUE(Get(request, second).ok());
+  EXPECT_THAT(second.plan().result().score_map().score(), testing::ElementsAre(30));
+  EXPECT_THAT(second.plan().result().score_map().x(), testing::ElementsAre(3));
+  EXPECT_TRUE(second.next_score_map_page_token().empty());
+}
+
+TEST_F(PlanRpc, CancelledByNameItKeepsWhatItFound) {
+  v1::Plan plan;
+  ASSERT_TRUE(Create(Request(), plan).ok());
+  script_.WaitForPlans(1);
+  grpc::ClientContext context;
+  v1::CancelPlanRequest request;
+  request.set_name(plan.name());
+  v1::CancelPlanResponse response;
+  ASSERT_TRUE(server_.plans->CancelPlan(&context, request, &response).ok());
+  const v1::Plan ended = WatchToTheEnd(plan.name());
+  EXPECT_EQ(ended.state(), v1::PLAN_STATE_CANCELLED);
+  EXPECT_EQ(ended.result().views_size(), 1);
+  grpc::ClientContext again;
+  EXPECT_TRUE(server_.plans->CancelPlan(&again, request, &response).ok());  // harmless
+  EXPECT_EQ(response.plan().state(), v1::PLAN_STATE_CANCELLED);
+}
+
+TEST_F(PlanRpc, ALostStreamCancelsNothing) {
+  v1::Plan plan;
+  ASSERT_TRUE(Create(Request(), plan).ok());
+  script_.WaitForPlans(1);
+  {
+    grpc::ClientContext context;
+    v1::WatchPlanRequest request;
+    request.set_name(plan.name());
+    const auto stream = server_.plans->WatchPlan(&context, request);
+    v1::WatchPlanResponse step;
+    ASSERT_TRUE(stream->Read(&step));
+    context.TryCancel();
+    EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
+  }
+  script_.EndPlans();
+  EXPECT_EQ(WatchToTheEnd(plan.name()).state(), v1::PLAN_STATE_SUCCEEDED);
+}
+
+// A watch with a deadline ends OK before it, with the best so far; the plan goes on.
+TEST_F(PlanRpc, AWatchWithADeadlineEndsBeforeIt) {
+  v1::Plan plan;
+  ASSERT_TRUE(Create(Request(), plan).ok());
+  script_.WaitForPlans(1);
+  script_.Improve(500);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(3));
+  v1::WatchPlanRequest request;
+  request.set_name(plan.name());
+  const auto stream = server_.plans->WatchPlan(&context, request);
+  v1::WatchPlanResponse step;
+  while (stream->Read(&step)) {
+  }
+  EXPECT_TRUE(stream->Finish().ok());
+  EXPECT_TRUE(step.last());
+  EXPECT_EQ(step.plan().state(), v1::PLAN_STATE_RUNNING);
+  EXPECT_EQ(step.plan().result().views_size(), 1);
+  script_.EndPlans();
+  EXPECT_EQ(WatchToTheEnd(plan.name()).state(), v1::PLAN_STATE_SUCCEEDED);
+}
+
+TEST_F(PlanRpc, ManyUnderWayAreRefusedWithARetryDelay) {
+  v1::Plan plan;
+  grpc::Status status;
+  for (int i = 0; i < 9; ++i) {
+    status = Create(Request(), plan);
+    EXPECT_EQ(status.ok(), i < 8);
+  }
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(InfoOf(status).reason(), "TOO_MANY_PLANS");
+  script_.EndPlans();
+}
+
+TEST_F(PlanRpc, TheTrailerCarriesThePushbackThatGrpcHeeds) {
+  v1::Plan plan;
+  for (int i = 0; i < 8; ++i) Create(Request(), plan);
+  grpc::ClientContext context;
+  v1::CreatePlanResponse response;
+  server_.plans->CreatePlan(&context, Request(), &response);
+  const auto& trailers = context.GetServerTrailingMetadata();
+  const auto pushback = trailers.find("grpc-retry-pushback-ms");
+  ASSERT_NE(pushback, trailers.end());
+  EXPECT_EQ(std::string(pushback->second.data(), pushback->second.size()), "1000");
+  script_.EndPlans();
+}
+
+TEST_F(PlanRpc, IdempotentAndChecked) {
+  script_.EndPlans();
+  v1::CreatePlanRequest request = Request();
+  request.set_request_id("p");
+  v1::Plan first;
+  v1::Plan second;
+  ASSERT_TRUE(Create(request, first).ok());
+  ASSERT_TRUE(Create(request, second).ok());
+  EXPECT_EQ(first.name(), second.name());
+
+  request = Request();
+  request.mutable_plan()->mutable_time_budget()->set_seconds(-5);
+  EXPECT_THAT(ViolatedFields(Create(request, first)),
+              testing::UnorderedElementsAre("plan.time_budget"));
+  request = Request();
+  request.mutable_plan()->set_scanner_model_id("nobody");
+  request.mutable_plan()->mutable_config_overrides()->set_candidates(0);
+  EXPECT_THAT(
+      ViolatedFields(Create(request, first)),
+      testing::UnorderedElementsAre("plan.scanner_model_id", "plan.config_overrides.candidates"));
+  request = Request();
+  request.add_scanners(session_ + "/scanners/a");
+  const grpc::Status joint = Create(request, first);
+  EXPECT_EQ(joint.error_code(), grpc::StatusCode::UNIMPLEMENTED);
+  EXPECT_EQ(InfoOf(joint).reason(), "NOT_IN_THIS_RELEASE");
+
+  request = Request();
+  request.set_parent(server_.OpenSession("empty"));
+  const grpc::Status empty = Create(request, first);
+  EXPECT_EQ(empty.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
+  EXPECT_EQ(InfoOf(empty).reason(), "MODEL_EMPTY");
+}
+
+TEST_F(PlanRpc, ListedByPages) {
+  script_.EndPlans();
+  v1::Plan plan;
+  for (int i = 0; i < 3; ++i) {
+    ASSERT_TRUE(Create(Request(), plan).ok());
+    WatchToTheEnd(plan.name());
+  }
+  std::string token;
+  std::vector<std::string> names;
+  do {
+    grpc::ClientContext context;
+    v1::ListPlansRequest request;
+    request.set_parent(session_);
+    request.set_page_size(2);
+    request.set_page_token(token);
+    v1::ListPlansResponse response;
+    ASSERT_TRUE(server_.plans->ListPlans(&context, request, &response).ok());
+    for (const v1::Plan& listed : response.plans()) names.push_back(listed.name());
+    token = response.next_page_token();
+  } while (!token.empty());
+  EXPECT_THAT(names, testing::ElementsAre(session_ + "/plans/plan-1", session_ + "/plans/plan-2",
+                                          session_ + "/plans/plan-3"));
+}
+
+TEST_F(PlanRpc, EvaluatesAPositionAndRefusesNonsense) {
+  grpc::ClientContext context;
+  v1::EvaluateViewRequest request;
+  request.set_parent(session_);
+  request.mutable_position()->set_x(0.25);
+  v1::EvaluateViewResponse response;
+  ASSERT_TRUE(server_.plans->EvaluateView(&context, request, &response).ok());
+  EXPECT_TRUE(response.feasible());
+  EXPECT_EQ(response.view().position().x(), 0.25);
+  EXPECT_EQ(response.view().area(), 2);  // 5000 samples at 2500 / m^2
+  EXPECT_EQ(response.model_version(), 1U);
+  grpc::ClientContext other;
+  request.mutable_position()->set_y(std::nan(""));
+  EXPECT_THAT(ViolatedFields(server_.plans->EvaluateView(&other, request, &response)),
+              testing::UnorderedElementsAre("position.y"));
+}
+
+TEST_F(PlanRpc, RejectedPlacesShowInTheSession) {
+  v1::RejectViewRequest request;
+  request.set_parent(session_);
+  request.mutable_position()->set_x(1);
+  request.set_reason("a piano");
+  request.mutable_ttl()->set_seconds(3600);
+  request.set_request_id("r");
+  v1::RejectViewResponse response;
+  for (int i = 0; i < 2; ++i) {
+    grpc::ClientContext context;
+    ASSERT_TRUE(server_.plans->RejectView(&context, request, &response).ok());
+  }
+  EXPECT_EQ(response.rejection().radius(), 0.5);
+  grpc::ClientContext get;
+  v1::GetSessionRequest read;
+  read.set_name(session_);
+  v1::GetSessionResponse session;
+  ASSERT_TRUE(server_.sessions->GetSession(&get, read, &session).ok());
+  ASSERT_EQ(session.session().rejections_size(), 1);
+  EXPECT_EQ(session.session().rejections(0).reason(), "a piano");
+  EXPECT_EQ(session.session().rejections(0).expire_time().seconds() -
+                session.session().rejections(0).create_time().seconds(),
+            3600);
+  grpc::ClientContext bad;
+  request.set_radius(-1);
+  request.clear_position();
+  request.set_request_id("");
+  EXPECT_THAT(ViolatedFields(server_.plans->RejectView(&bad, request, &response)),
+              testing::UnorderedElementsAre("position", "radius"));
+}
+
+}  // namespace
+}  // namespace vantage
