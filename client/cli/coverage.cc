@@ -7,12 +7,12 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct CoverageArguments {
   std::string session;
   bool json = false;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunCoverage(Environment& environment, const CoverageArguments& arguments) {
   v1::GetCoverageRequest request;
   request.set_name(SessionName(arguments.session));
   const auto got = environment.client().Call(request);
@@ -34,14 +34,14 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddCoverage(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<CoverageArguments>(
       parent, environment, "coverage", "How complete the model is",
       "  vantage coverage flat\n  vantage coverage flat --json",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, CoverageArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command.add_flag("--json", a.json, "Print the figures as JSON");
       },
-      Run);
+      RunCoverage);
 }
 
 }  // namespace vantage

@@ -9,14 +9,14 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct EvaluateArguments {
   std::string session;
   std::vector<double> position;
   std::string scanner;
   bool json = false;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunEvaluate(Environment& environment, const EvaluateArguments& arguments) {
   v1::EvaluateViewRequest request;
   request.set_parent(SessionName(arguments.session));
   *request.mutable_position() =
@@ -39,10 +39,10 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddEvaluate(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<EvaluateArguments>(
       parent, environment, "evaluate", "What a scan from any position would bring",
       "  vantage evaluate flat 2.1,0.4,1.5\n  vantage evaluate flat -1.0,0.4,1.5 --json",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, EvaluateArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command.add_option("POSITION", a.position, "x,y,z of the scanner's centre, m, world")
             ->required()
@@ -51,7 +51,7 @@ void AddEvaluate(CLI::App& parent, Environment& environment) {
         command.add_option("--scanner", a.scanner, "Id of the scanner model [the session's first]");
         command.add_flag("--json", a.json, "Print the answer as JSON");
       },
-      Run);
+      RunEvaluate);
 }
 
 }  // namespace vantage

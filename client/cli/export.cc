@@ -21,14 +21,14 @@ const std::map<std::string, v1::ExportFormat>& Formats() {
   return *kFormats;
 }
 
-struct Arguments {
+struct ExportArguments {
   std::string session;
   v1::ExportFormat format = v1::EXPORT_FORMAT_SURFACE_PLY;
   std::string output;
   std::vector<std::string> scans;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunExport(Environment& environment, const ExportArguments& arguments) {
   v1::ExportModelRequest request;
   request.set_name(SessionName(arguments.session));
   request.set_format(arguments.format);
@@ -51,12 +51,12 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddExport(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<ExportArguments>(
       parent, environment, "export", "Save the model as a file",
       "  vantage export flat --format surface-ply -o flat.ply\n"
       "  vantage export flat --format octomap-binary -o flat.bt\n"
       "  vantage export flat --format scans-ply --scan flat/s1 -o s1.ply",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, ExportArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command
             .add_option("--format", a.format,
@@ -67,7 +67,7 @@ void AddExport(CLI::App& parent, Environment& environment) {
         command.add_option("--scan", a.scans, "scans-ply: only these, as SESSION/SCAN")
             ->allow_extra_args(false);
       },
-      Run);
+      RunExport);
 }
 
 }  // namespace vantage

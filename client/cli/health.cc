@@ -5,11 +5,11 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct HealthArguments {
   std::string service;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunHealth(Environment& environment, const HealthArguments& arguments) {
   const auto health = environment.client().CheckHealth(arguments.service);
   if (!health.ok()) return health.status();
   switch (*health) {
@@ -29,13 +29,13 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddHealth(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<HealthArguments>(
       parent, environment, "health", "Whether the server takes work",
       "  vantage health\n  vantage health vantage.v1.PlanService",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, HealthArguments& a) {
         command.add_option("SERVICE", a.service, "A service by its full name [the whole server]");
       },
-      Run);
+      RunHealth);
 }
 
 }  // namespace vantage

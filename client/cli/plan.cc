@@ -10,7 +10,7 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct PlanArguments {
   std::string session;
   std::optional<double> budget;
   std::optional<uint64_t> work;
@@ -21,7 +21,7 @@ struct Arguments {
   bool full = false;
 };
 
-absl::StatusOr<v1::CreatePlanRequest> RequestFrom(const Arguments& arguments) {
+absl::StatusOr<v1::CreatePlanRequest> RequestFrom(const PlanArguments& arguments) {
   v1::CreatePlanRequest request;
   request.set_parent(SessionName(arguments.session));
   v1::Plan& plan = *request.mutable_plan();
@@ -47,7 +47,7 @@ absl::StatusOr<v1::CreatePlanRequest> RequestFrom(const Arguments& arguments) {
   return request;
 }
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunPlan(Environment& environment, const PlanArguments& arguments) {
   const auto request = RequestFrom(arguments);
   if (!request.ok()) return request.status();
   Client& client = environment.client();
@@ -85,13 +85,13 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddPlan(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<PlanArguments>(
       parent, environment, "plan", "Where to put the scanner next",
       "  vantage plan flat\n"
       "  vantage plan flat --budget 0.2 --json\n"
       "  vantage plan flat --work 20000000 --seed 7      (repeatable to the byte)\n"
       "  vantage plan flat --set candidates=3 --set weights.hole_boundary=0",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, PlanArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         auto* budget = command.add_option("--budget", a.budget, "Time the plan may take, s [1]");
         command.add_option("--work", a.work, "Work it may take, rays, instead of time")
@@ -105,7 +105,7 @@ void AddPlan(CLI::App& parent, Environment& environment) {
         command.add_flag("--json", a.json, "Print the plan as JSON");
         command.add_flag("--full", a.full, "With --json: patches and the map of scores too");
       },
-      Run);
+      RunPlan);
 }
 
 }  // namespace vantage

@@ -9,7 +9,7 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct RejectArguments {
   std::string session;
   std::vector<double> position;
   std::optional<double> radius;
@@ -17,7 +17,7 @@ struct Arguments {
   std::optional<double> minutes;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunReject(Environment& environment, const RejectArguments& arguments) {
   v1::RejectViewRequest request;
   request.set_parent(SessionName(arguments.session));
   *request.mutable_position() =
@@ -39,11 +39,11 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddReject(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<RejectArguments>(
       parent, environment, "reject", "'I can't stand there': later plans avoid the place",
       "  vantage reject flat 2.1,0.4,1.5 --reason 'wet floor' --minutes 60\n"
       "  vantage reject flat 2.1,0.4,1.5 --radius 1",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, RejectArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command.add_option("POSITION", a.position, "x,y,z of the place, m, world")
             ->required()
@@ -53,7 +53,7 @@ void AddReject(CLI::App& parent, Environment& environment) {
         command.add_option("--reason", a.reason, "Why, for people");
         command.add_option("--minutes", a.minutes, "How long it stands [for good]");
       },
-      Run);
+      RunReject);
 }
 
 }  // namespace vantage

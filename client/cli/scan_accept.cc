@@ -6,11 +6,12 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct ScanAcceptArguments {
   std::string scan;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunScanAccept(Environment& environment,
+                                       const ScanAcceptArguments& arguments) {
   v1::AcceptScanRequest request;
   request.set_name(ScanName(arguments.scan));
   const auto accepted = environment.client().Call(request);
@@ -24,13 +25,13 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddScanAccept(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<ScanAcceptArguments>(
       parent, environment, "accept", "Merge a doubtful scan where its alignment put it",
       "  vantage scan accept flat/s2",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, ScanAcceptArguments& a) {
         command.add_option("SCAN", a.scan, "The scan, as SESSION/SCAN")->required();
       },
-      Run);
+      RunScanAccept);
 }
 
 }  // namespace vantage

@@ -9,12 +9,12 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct ScanListArguments {
   std::string session;
   bool json = false;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunScanList(Environment& environment, const ScanListArguments& arguments) {
   v1::ListScansRequest request;
   request.set_parent(SessionName(arguments.session));
   v1::ListScansResponse all;
@@ -47,14 +47,14 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddScanList(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<ScanListArguments>(
       parent, environment, "list", "List a job's scans, oldest first",
       "  vantage scan list flat\n  vantage scan list flat --json",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, ScanListArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command.add_flag("--json", a.json, "Print them as JSON");
       },
-      Run);
+      RunScanList);
 }
 
 }  // namespace vantage

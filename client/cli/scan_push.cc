@@ -16,7 +16,7 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct ScanPushArguments {
   std::string session;
   std::vector<std::string> files;
   PoseFlags pose;
@@ -27,7 +27,7 @@ struct Arguments {
   bool json = false;
 };
 
-absl::StatusOr<v1::Upload> Describe(const Arguments& arguments, const std::string& name,
+absl::StatusOr<v1::Upload> Describe(const ScanPushArguments& arguments, const std::string& name,
                                     const ImportedScan& scan) {
   v1::Upload upload;
   upload.set_display_name(name);
@@ -48,7 +48,7 @@ absl::StatusOr<v1::Upload> Describe(const Arguments& arguments, const std::strin
   return upload;
 }
 
-absl::StatusOr<v1::Scan> PushOne(Environment& environment, const Arguments& arguments,
+absl::StatusOr<v1::Scan> PushOne(Environment& environment, const ScanPushArguments& arguments,
                                  const std::string& file) {
   const auto scan = ReadScanFile(file, ImportLimits());
   if (!scan.ok()) return scan.status();
@@ -79,7 +79,7 @@ absl::StatusOr<v1::Scan> PushOne(Environment& environment, const Arguments& argu
       *pushed, [&](const v1::Scan& s) { line.Show(absl::StrCat(name, ": ", Word(s.state()))); });
 }
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArguments& arguments) {
   if (arguments.files.size() > 1 && (!arguments.name.empty() || !arguments.pose.prior.empty())) {
     return WithFix(absl::InvalidArgumentError("--name and --prior belong to one scan"),
                    "push one file at a time, or give the poses by name with --prior-file");
@@ -112,13 +112,13 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddScanPush(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<ScanPushArguments>(
       parent, environment, "push", "Send scans (structured PTX, organised PCD) and wait for them",
       "  vantage scan push flat scan1.ptx\n"
       "  vantage scan push flat scan2.pcd --prior 1.9,0.1,0,40\n"
       "  vantage scan push flat scan2.ptx scan3.ptx --prior-file poses.txt\n"
       "  vantage scan push hall s7.ptx --prior-file network.txt --trusted --sigma 0.004,0.02",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, ScanPushArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command.add_option("FILE", a.files, "Scan files, pushed one after the other")->required();
         AddPoseFlags(command, a.pose);
@@ -130,7 +130,7 @@ void AddScanPush(CLI::App& parent, Environment& environment) {
         command.add_flag("--no-wait", a.no_wait, "Return when the scan is stored");
         command.add_flag("--json", a.json, "Print the scans as JSON");
       },
-      Run);
+      RunScanPush);
 }
 
 }  // namespace vantage

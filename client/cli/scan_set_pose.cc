@@ -9,14 +9,15 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct ScanSetPoseArguments {
   std::string scan;
   PoseFlags pose;
   std::string name;
   bool as_is = false;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunScanSetPose(Environment& environment,
+                                        const ScanSetPoseArguments& arguments) {
   const auto prior = PriorFrom(arguments.pose, arguments.name);
   if (!prior.ok()) return prior.status();
   if (!*prior) {
@@ -38,17 +39,17 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddScanSetPose(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<ScanSetPoseArguments>(
       parent, environment, "set-pose", "Give a scan another pose, to align from or to stand",
       "  vantage scan set-pose flat/s2 --prior 1.9,0.1,0,40\n"
       "  vantage scan set-pose flat/s2 --prior-file poses.txt --name room_scan2 --as-is",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, ScanSetPoseArguments& a) {
         command.add_option("SCAN", a.scan, "The scan, as SESSION/SCAN")->required();
         AddPoseFlags(command, a.pose);
         command.add_option("--name", a.name, "Which line of the --prior-file");
         command.add_flag("--as-is", a.as_is, "Merge at exactly this pose, without aligning");
       },
-      Run);
+      RunScanSetPose);
 }
 
 }  // namespace vantage

@@ -7,12 +7,12 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct ScanShowArguments {
   std::string scan;
   bool json = false;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunScanShow(Environment& environment, const ScanShowArguments& arguments) {
   v1::GetScanRequest request;
   request.set_name(ScanName(arguments.scan));
   const auto got = environment.client().Call(request);
@@ -25,14 +25,14 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddScanShow(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<ScanShowArguments>(
       parent, environment, "show", "Show a scan: state, pose, how well it registered",
       "  vantage scan show flat/s2\n  vantage scan show flat/s2 --json",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, ScanShowArguments& a) {
         command.add_option("SCAN", a.scan, "The scan, as SESSION/SCAN")->required();
         command.add_flag("--json", a.json, "Print it as JSON");
       },
-      Run);
+      RunScanShow);
 }
 
 }  // namespace vantage

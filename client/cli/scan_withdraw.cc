@@ -6,11 +6,12 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct ScanWithdrawArguments {
   std::string scan;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunScanWithdraw(Environment& environment,
+                                         const ScanWithdrawArguments& arguments) {
   v1::WithdrawScanRequest request;
   request.set_name(ScanName(arguments.scan));
   const auto withdrawn = environment.client().Call(request);
@@ -26,13 +27,13 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddScanWithdraw(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<ScanWithdrawArguments>(
       parent, environment, "withdraw", "Take a scan out, as if it had never come",
       "  vantage scan withdraw flat/s2",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, ScanWithdrawArguments& a) {
         command.add_option("SCAN", a.scan, "The scan, as SESSION/SCAN")->required();
       },
-      Run);
+      RunScanWithdraw);
 }
 
 }  // namespace vantage

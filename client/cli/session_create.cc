@@ -8,13 +8,14 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct SessionCreateArguments {
   std::string id;
   SessionSettings settings;
   bool json = false;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunSessionCreate(Environment& environment,
+                                          const SessionCreateArguments& arguments) {
   v1::CreateSessionRequest request;
   request.set_session_id(arguments.id);
   if (auto paths = Apply(arguments.settings, *request.mutable_session()); !paths.ok()) {
@@ -31,17 +32,17 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddSessionCreate(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<SessionCreateArguments>(
       parent, environment, "create", "Open a job",
       "  vantage session create flat --name 'Flat, 3rd floor'\n"
       "  vantage session create --scanner-from scan1.ptx --density 100\n"
       "  vantage session create hall --config hall.json --set planning_config.max_height=3",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, SessionCreateArguments& a) {
         command.add_option("ID", a.id, "1 to 63 of [a-z0-9-]; chosen by the server when left out");
         AddSettings(command, a.settings);
         command.add_flag("--json", a.json, "Print the session as JSON");
       },
-      Run);
+      RunSessionCreate);
 }
 
 }  // namespace vantage

@@ -5,11 +5,12 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct SessionDeleteArguments {
   std::string session;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunSessionDelete(Environment& environment,
+                                          const SessionDeleteArguments& arguments) {
   v1::DeleteSessionRequest request;
   request.set_name(SessionName(arguments.session));
   const auto deleted = environment.client().Call(request);
@@ -21,13 +22,13 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddSessionDelete(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<SessionDeleteArguments>(
       parent, environment, "delete", "Delete a job with its scans and plans",
       "  vantage session delete flat",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, SessionDeleteArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
       },
-      Run);
+      RunSessionDelete);
 }
 
 }  // namespace vantage

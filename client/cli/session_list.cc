@@ -9,11 +9,12 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct SessionListArguments {
   bool json = false;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunSessionList(Environment& environment,
+                                        const SessionListArguments& arguments) {
   Table table({"session", "name", ">merged", ">waiting", ">model", "last change"});
   v1::ListSessionsRequest request;
   v1::ListSessionsResponse all;
@@ -44,13 +45,13 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddSessionList(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<SessionListArguments>(
       parent, environment, "list", "List the jobs, oldest first",
       "  vantage session list\n  vantage session list --json",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, SessionListArguments& a) {
         command.add_flag("--json", a.json, "Print them as JSON");
       },
-      Run);
+      RunSessionList);
 }
 
 }  // namespace vantage

@@ -7,12 +7,13 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct SessionShowArguments {
   std::string session;
   bool json = false;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunSessionShow(Environment& environment,
+                                        const SessionShowArguments& arguments) {
   v1::GetSessionRequest request;
   request.set_name(SessionName(arguments.session));
   const auto got = environment.client().Call(request);
@@ -26,14 +27,14 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddSessionShow(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<SessionShowArguments>(
       parent, environment, "show", "Show a job with its configuration",
       "  vantage session show flat\n  vantage session show flat --json",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, SessionShowArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command.add_flag("--json", a.json, "Print it as JSON, every field");
       },
-      Run);
+      RunSessionShow);
 }
 
 }  // namespace vantage

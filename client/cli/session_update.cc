@@ -8,12 +8,13 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct SessionUpdateArguments {
   std::string session;
   SessionSettings settings;
 };
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunSessionUpdate(Environment& environment,
+                                          const SessionUpdateArguments& arguments) {
   v1::GetSessionRequest get;
   get.set_name(SessionName(arguments.session));
   auto current = environment.client().Call(get);
@@ -36,16 +37,16 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddSessionUpdate(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<SessionUpdateArguments>(
       parent, environment, "update", "Change a job's configuration",
       "  vantage session update flat --density 1600\n"
       "  vantage session update flat --set 'site_rules.keep_out={min {x: 1 y: 2 z: 0} max {x: 2 "
       "y: 3 z: 3}}'",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, SessionUpdateArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         AddSettings(command, a.settings);
       },
-      Run);
+      RunSessionUpdate);
 }
 
 }  // namespace vantage

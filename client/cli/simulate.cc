@@ -19,7 +19,7 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct SimulateArguments {
   std::string scene;
   std::string mesh;
   std::vector<double> start;
@@ -31,6 +31,7 @@ struct Arguments {
   std::string pictures;
   std::optional<uint64_t> work;
   bool no_noise = false;
+  bool no_hints = false;
 };
 
 // The columns of the report; widths are fixed, since rows come one by one.
@@ -114,7 +115,7 @@ std::string CycleRow(const Cycle& cycle) {
   return Row(cells);
 }
 
-absl::StatusOr<Site> ChooseSite(const Arguments& arguments) {
+absl::StatusOr<Site> ChooseSite(const SimulateArguments& arguments) {
   if (!arguments.mesh.empty()) {
     std::optional<Eigen::Vector3d> start;
     if (arguments.start.size() == 3) {
@@ -129,7 +130,7 @@ absl::StatusOr<Site> ChooseSite(const Arguments& arguments) {
   return site;
 }
 
-JobOptions OptionsFrom(const Arguments& arguments) {
+JobOptions OptionsFrom(const SimulateArguments& arguments) {
   JobOptions options = arguments.job;
   options.seed = arguments.seed;
   options.scanner.name = "simulated";
@@ -143,11 +144,13 @@ JobOptions OptionsFrom(const Arguments& arguments) {
 }
 
 // What a newcomer does next.
-void PrintEnd(const Environment& environment, const Arguments& arguments, const JobResult& result) {
+void PrintEnd(const Environment& environment, const SimulateArguments& arguments,
+              const JobResult& result) {
   std::printf("\n%s\n%d scans made, %d lost.\n", result.why.c_str(), result.made, result.lost);
   if (!arguments.pictures.empty()) {
     std::printf("Pictures, one per scan: %s/cycle-*.png\n", arguments.pictures.c_str());
   }
+  if (arguments.no_hints) return;
   const std::string id = IdOf(result.session);
   const std::string server = environment.connection.server == ClientOptions().server
                                  ? ""
@@ -162,7 +165,7 @@ void PrintEnd(const Environment& environment, const Arguments& arguments, const 
       id.c_str(), server.c_str(), static_cast<unsigned long long>(arguments.seed + 1));
 }
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArguments& arguments) {
   if (!arguments.pictures.empty()) {
     std::error_code error;
     std::filesystem::create_directories(arguments.pictures, error);
@@ -213,7 +216,7 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
   return ExitCode::kOk;
 }
 
-void Define(CLI::App& command, Arguments& a) {
+void DefineSimulate(CLI::App& command, SimulateArguments& a) {
   auto* scene = command.add_option("--scene", a.scene, "Generated scene: flat [flat]")
                     ->check(CLI::IsMember({"flat"}));
   command.add_option("--mesh", a.mesh, "Triangle mesh instead, PLY, m, z up")->excludes(scene);
@@ -242,18 +245,19 @@ void Define(CLI::App& command, Arguments& a) {
   command.add_option("--truth-samples", a.job.truth_samples,
                      "Points on the mesh that true coverage is measured on [40000]");
   command.add_option("--pictures", a.pictures, "Folder for one picture per scan");
+  command.add_flag("--no-hints", a.no_hints, "Don't say what to try next");
 }
 
 }  // namespace
 
 void AddSimulate(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<SimulateArguments>(
       parent, environment, "simulate",
       "Digitise a scene with a simulated scanner that goes where the planner says",
       "  vantage simulate --scene flat --seed 7 --pictures pictures\n"
       "  vantage simulate --mesh scene.ply --scans 5 --start 1,2,1.5\n"
       "  vantage simulate --step 1 --density 150 --scans 3      (coarse and quick)",
-      Define, Run);
+      DefineSimulate, RunSimulate);
 }
 
 }  // namespace vantage

@@ -10,7 +10,7 @@
 namespace vantage {
 namespace {
 
-struct Arguments {
+struct WatchArguments {
   std::string session;
   uint64_t after = 0;
   uint64_t count = 0;
@@ -70,17 +70,21 @@ std::string Words(const v1::SessionEvent& event) {
       return absl::StrCat("claim ", IdOf(event.claim_released().claim().name()),
                           " ended: ", event.claim_released().reason());
     case v1::SessionEvent::kUploadCreated:
-      return absl::StrCat("upload ", IdOf(event.upload_created().upload()), " begun");
+      return absl::StrCat("upload ", IdOf(event.upload_created().upload().name()), " begun");
     case v1::SessionEvent::kUploadEnded:
-      return absl::StrCat("upload ", IdOf(event.upload_ended().upload()),
-                          " ended: ", event.upload_ended().reason());
+      return absl::StrCat("upload ", IdOf(event.upload_ended().upload().name()),
+                          " ended: ", event.upload_ended().upload().state_message());
+    case v1::SessionEvent::kScanRemoved:
+      return absl::StrFormat("%s; model version %d",
+                             ScanWords(event.scan_removed().scan(), "left the model"),
+                             event.scan_removed().model_version());
     case v1::SessionEvent::EVENT_NOT_SET:
       break;
   }
   return "something this client does not know";
 }
 
-absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& arguments) {
+absl::StatusOr<ExitCode> RunWatch(Environment& environment, const WatchArguments& arguments) {
   uint64_t seen = 0;
   const absl::Status watched = environment.client().WatchSession(
       SessionName(arguments.session), arguments.after, [&](const v1::SessionEvent& event) {
@@ -101,17 +105,17 @@ absl::StatusOr<ExitCode> Run(Environment& environment, const Arguments& argument
 }  // namespace
 
 void AddWatch(CLI::App& parent, Environment& environment) {
-  AddCommand<Arguments>(
+  AddCommand<WatchArguments>(
       parent, environment, "watch", "Follow what happens in a job, from its first event",
       "  vantage watch flat\n"
       "  vantage watch flat --after 120 --json      (one event per line)",
-      [](CLI::App& command, Arguments& a) {
+      [](CLI::App& command, WatchArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command.add_option("--after", a.after, "Only events with a larger number [0]");
         command.add_option("--count", a.count, "Stop after this many [never]");
         command.add_flag("--json", a.json, "One event per line, as JSON");
       },
-      Run);
+      RunWatch);
 }
 
 }  // namespace vantage

@@ -24,6 +24,8 @@ const v1::Scan* ScanOf(const v1::SessionEvent& event) {
       return &event.scan_merged().scan();
     case v1::SessionEvent::kScanWithdrawn:
       return &event.scan_withdrawn().scan();
+    case v1::SessionEvent::kScanRemoved:
+      return &event.scan_removed().scan();
     default:
       return nullptr;
   }
