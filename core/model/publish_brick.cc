@@ -125,7 +125,9 @@ class Publisher {
   float Density(const std::vector<std::array<int, 3>>& members, const Eigen::Vector3d& centroid,
                 const Eigen::Vector3d& normal) const {
     double best = 0;
-    for (const auto& [layer, around] : witnesses_) {
+    for (const auto& witness : witnesses_) {
+      const ScanLayer* layer = witness.first;
+      const BrickNeighbourhood<LayerBrick>& around = witness.second;
       const bool measured = std::any_of(members.begin(), members.end(), [&](const auto& m) {
         const auto [brick, local] = around.At(m[0], m[1], m[2]);
         return brick != nullptr && brick->surface.Has(local);
@@ -213,7 +215,9 @@ class Publisher {
     const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
     UnknownReason first = UnknownReason::kImage;
     bool any = false;
-    for (const auto& [layer, around] : witnesses_) {
+    for (const auto& witness : witnesses_) {
+      const ScanLayer* layer = witness.first;
+      const BrickNeighbourhood<LayerBrick>& around = witness.second;
       const bool touches = std::any_of(kFaces.begin(), kFaces.end(), [&](const auto& face) {
         const auto [brick, at] = around.At(x + face[0], y + face[1], z + face[2]);
         return brick != nullptr && brick->empty.Has(at);
