@@ -1,5 +1,6 @@
 #include "client/cli/json.h"
 
+#include <google/protobuf/io/tokenizer.h>
 #include <google/protobuf/text_format.h>
 #include <google/protobuf/util/json_util.h>
 
@@ -14,6 +15,11 @@ namespace {
 
 using google::protobuf::FieldDescriptor;
 using google::protobuf::Message;
+
+class SilentErrors final : public google::protobuf::io::ErrorCollector {
+ public:
+  void AddError(int /*line*/, int /*column*/, const std::string& /*message*/) override {}
+};
 
 std::string FieldNames(const google::protobuf::Descriptor& type) {
   std::vector<std::string> names;
@@ -63,7 +69,10 @@ absl::Status SetField(Message& message, const std::string& path, const std::stri
                         (value.empty() || (value.front() != '"' && value.front() != '\''));
     const std::string text = quoted ? absl::StrCat("\"", value, "\"") : value;
     if (field->is_repeated()) at->GetReflection()->ClearField(at, field);
-    if (!google::protobuf::TextFormat::ParseFieldValueFromString(text, field, at)) {
+    google::protobuf::TextFormat::Parser parser;
+    SilentErrors silent;  // what is wrong is said below
+    parser.RecordErrorsTo(&silent);
+    if (!parser.ParseFieldValueFromString(text, field, at)) {
       return absl::InvalidArgumentError(
           absl::StrCat("'", path, "' cannot be '", value, "': it is a ", field->type_name()));
     }

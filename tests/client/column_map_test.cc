@@ -8,13 +8,13 @@ namespace {
 constexpr double kCell = 0.05;
 constexpr double kDensity = 2500;
 
-SurfaceSample At(double x, double y, double z, const Eigen::Vector3f& normal, SurfaceKind kind,
-                 double density) {
+SurfaceElement At(double x, double y, double z, const Eigen::Vector3f& normal, SurfaceKind kind,
+                  double density) {
   return {Eigen::Vector3f(x, y, z), normal, kind, kCell * kCell, static_cast<float>(density)};
 }
 
 // A wall column of the given height at (x, y).
-void AddWall(std::vector<SurfaceSample>& out, double x, double y, double height, SurfaceKind kind,
+void AddWall(std::vector<SurfaceElement>& out, double x, double y, double height, SurfaceKind kind,
              double density) {
   for (double z = kCell / 2; z < height; z += kCell) {
     out.push_back(At(x, y, z, Eigen::Vector3f::UnitX(), kind, density));
@@ -33,7 +33,7 @@ TEST(ColumnMap, EmptyModelIsAnEmptyMap) {
 }
 
 TEST(ColumnMap, ShowsWhatStandsInEachColumn) {
-  std::vector<SurfaceSample> surfaces;
+  std::vector<SurfaceElement> surfaces;
   AddWall(surfaces, 0.025, 0.025, 2.5, SurfaceKind::kTrue, 5000);
   AddWall(surfaces, 0.525, 0.025, 2.5, SurfaceKind::kTrue, 100);
   AddWall(surfaces, 1.025, 0.025, 2.5, SurfaceKind::kOcclusion, 0);
@@ -54,7 +54,7 @@ TEST(ColumnMap, ShowsWhatStandsInEachColumn) {
 }
 
 TEST(ColumnMap, MissingSurfaceShowsOnlyWhereItIsNotNegligible) {
-  std::vector<SurfaceSample> surfaces;
+  std::vector<SurfaceElement> surfaces;
   AddWall(surfaces, 0.025, 0.025, 2.5, SurfaceKind::kTrue, 5000);
   AddWall(surfaces, 0.025, 0.025, 0.3, SurfaceKind::kOcclusion, 0);
   AddWall(surfaces, 0.525, 0.025, 2.5, SurfaceKind::kTrue, 5000);
@@ -65,7 +65,7 @@ TEST(ColumnMap, MissingSurfaceShowsOnlyWhereItIsNotNegligible) {
 }
 
 TEST(ColumnMap, CutsOffWhatEscapedThroughADoor) {
-  std::vector<SurfaceSample> surfaces;
+  std::vector<SurfaceElement> surfaces;
   for (int i = 0; i < 200; ++i)
     AddWall(surfaces, 0.025 + i * kCell, 0.025, 2.5, SurfaceKind::kTrue, 5000);
   surfaces.push_back(At(150, 0, 1, Eigen::Vector3f::UnitX(), SurfaceKind::kTrue, 10));
@@ -75,7 +75,7 @@ TEST(ColumnMap, CutsOffWhatEscapedThroughADoor) {
 }
 
 TEST(ColumnMap, NegativeCoordinatesFallIntoTheirOwnColumns) {
-  std::vector<SurfaceSample> surfaces;
+  std::vector<SurfaceElement> surfaces;
   AddWall(surfaces, -0.01, -0.01, 2.0, SurfaceKind::kHole, 0);
   AddWall(surfaces, 0.01, 0.01, 2.0, SurfaceKind::kImage, 0);
   const ColumnMap map(surfaces, kCell, kDensity, 1.0);

@@ -1,4 +1,4 @@
-#include "client/picture/floor_plan.h"
+#include "client/picture/job_picture.h"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kCell = 0.05;
 
-void AddWall(FloorPlan& plan, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
+void AddWall(JobPicture& plan, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
              SurfaceKind kind, double density) {
   const double length = (to - from).norm();
   const Eigen::Vector2d along = (to - from) / length;
@@ -25,8 +25,8 @@ void AddWall(FloorPlan& plan, const Eigen::Vector2d& from, const Eigen::Vector2d
 }
 
 // A room of 6 by 4 m: three walls measured, the east one missing.
-FloorPlan Room() {
-  FloorPlan plan;
+JobPicture Room() {
+  JobPicture plan;
   plan.title = "Cycle 1";
   plan.figures = {"coverage 50 %"};
   AddWall(plan, {0, 0}, {6, 0}, SurfaceKind::kTrue, 5000);
@@ -61,56 +61,56 @@ int Count(const Canvas& canvas, const Colour& wanted) {
   return count;
 }
 
-TEST(FloorPlan, DrawsMeasuredAndMissingSurface) {
-  FloorPlan plan = Room();
-  const Canvas with = DrawFloorPlan(plan);
+TEST(JobPicture, DrawsMeasuredAndMissingSurface) {
+  JobPicture plan = Room();
+  const Canvas with = DrawJobPicture(plan);
   std::erase_if(plan.surfaces,
-                [](const SurfaceSample& s) { return s.kind == SurfaceKind::kImage; });
-  const Canvas without = DrawFloorPlan(plan);
+                [](const SurfaceElement& s) { return s.kind == SurfaceKind::kImage; });
+  const Canvas without = DrawJobPicture(plan);
   // The legend shows every colour; the wall itself is 4 m long and a voxel wide.
   EXPECT_GT(Count(with, palette::kImageBoundary), Count(without, palette::kImageBoundary) + 1000);
   EXPECT_GT(Count(with, palette::kMeasured), 5000);
 }
 
-TEST(FloorPlan, HeatMapRisesTowardsTheBestPlace) {
-  const Canvas canvas = DrawFloorPlan(Room());
+TEST(JobPicture, HeatMapRisesTowardsTheBestPlace) {
+  const Canvas canvas = DrawJobPicture(Room());
   // The best and the worst place's colours both appear as whole columns of viewcells.
   EXPECT_GT(Count(canvas, Viridis(1.0)), 100);
   EXPECT_GT(Count(canvas, Viridis(550.0 / 5450.0)), 100);
 }
 
-TEST(FloorPlan, WithoutAModelThereIsStillAPicture) {
-  FloorPlan plan;
+TEST(JobPicture, WithoutAModelThereIsStillAPicture) {
+  JobPicture plan;
   plan.title = "Nothing yet";
-  const Canvas canvas = DrawFloorPlan(plan);
+  const Canvas canvas = DrawJobPicture(plan);
   EXPECT_GT(canvas.width(), 100);
   EXPECT_GT(canvas.height(), 100);
 }
 
-TEST(FloorPlan, NarrowAndWideSitesKeepTheirProportions) {
+TEST(JobPicture, NarrowAndWideSitesKeepTheirProportions) {
   for (const auto& [x, y] : {std::pair{40.0, 2.0}, std::pair{2.0, 40.0}}) {
-    FloorPlan plan;
+    JobPicture plan;
     AddWall(plan, {0, 0}, {x, 0}, SurfaceKind::kTrue, 5000);
     AddWall(plan, {0, y}, {x, y}, SurfaceKind::kTrue, 5000);
     AddWall(plan, {0, 0}, {0, y}, SurfaceKind::kTrue, 5000);
     AddWall(plan, {x, 0}, {x, y}, SurfaceKind::kTrue, 5000);
-    const Canvas canvas = DrawFloorPlan(plan);
+    const Canvas canvas = DrawJobPicture(plan);
     EXPECT_LE(canvas.height(), 1600);
     EXPECT_GT(Count(canvas, palette::kMeasured), 1000);
   }
 }
 
-TEST(FloorPlan, WritesAPng) {
-  const std::string path = ::testing::TempDir() + "/vantage_floor_plan_test.png";
-  ASSERT_TRUE(WriteFloorPlan(Room(), path).ok());
+TEST(JobPicture, WritesAPng) {
+  const std::string path = ::testing::TempDir() + "/vantage_job_picture_test.png";
+  ASSERT_TRUE(WriteJobPicture(Room(), path).ok());
   std::ifstream file(path, std::ios::binary);
   std::string head(8, '\0');
   file.read(head.data(), 8);
   EXPECT_EQ(head, std::string("\x89PNG\r\n\x1a\n", 8));
 }
 
-TEST(FloorPlan, NamesTheFileThatCannotBeWritten) {
-  const absl::Status status = WriteFloorPlan(Room(), "/nonexistent-folder/picture.png");
+TEST(JobPicture, NamesTheFileThatCannotBeWritten) {
+  const absl::Status status = WriteJobPicture(Room(), "/nonexistent-folder/picture.png");
   EXPECT_EQ(status.code(), absl::StatusCode::kNotFound) << status;
   EXPECT_NE(std::string(status.message()).find("/nonexistent-folder/picture.png"),
             std::string::npos);
