@@ -232,6 +232,7 @@ bool FloorPlan::LeavesReachable(const Room& room, const Footprint& footprint) co
   const int r0 = std::max(0, cell_of(low.y() - kWallDepth));
   const int columns = std::min(columns_, cell_of(high.x() + kWallDepth)) - c0;
   const int rows = std::min(rows_, cell_of(high.y() + kWallDepth)) - r0;
+  const double reach = footprint.half_size.norm() + passage_;
   enum State : uint8_t { kFree, kBlocked, kReached };
   std::vector<uint8_t> state(static_cast<size_t>(columns) * static_cast<size_t>(rows));
   const auto at = [&](int column, int row) -> uint8_t& {
@@ -242,13 +243,15 @@ bool FloorPlan::LeavesReachable(const Room& room, const Footprint& footprint) co
     for (int column = 0; column < columns; ++column) {
       const size_t cell = static_cast<size_t>(r0 + row) * static_cast<size_t>(columns_) +
                           static_cast<size_t>(c0 + column);
+      const Eigen::Vector2d middle = CellMiddle(c0 + column, r0 + row);
+      const bool close = (middle - footprint.middle).squaredNorm() < reach * reach;
       const bool blocked =
-          blocked_[cell] != 0 || footprint.DistanceTo(CellMiddle(c0 + column, r0 + row)) < passage_;
+          blocked_[cell] != 0 || (close && footprint.DistanceTo(middle) < passage_);
       at(column, row) = blocked ? kBlocked : kFree;
     }
   }
   std::deque<std::pair<int, int>> front;
-  const auto reach = [&](int column, int row) {
+  const auto visit_cell = [&](int column, int row) {
     if (column < 0 || row < 0 || column >= columns || row >= rows) return;
     if (at(column, row) != kFree) return;
     at(column, row) = kReached;
@@ -272,18 +275,18 @@ bool FloorPlan::LeavesReachable(const Room& room, const Footprint& footprint) co
   }
   if (places.empty()) {
     for (int row = 0; row < rows && front.empty(); ++row) {
-      for (int column = 0; column < columns && front.empty(); ++column) reach(column, row);
+      for (int column = 0; column < columns && front.empty(); ++column) visit_cell(column, row);
     }
   } else {
-    near(places.front(), reach);
+    near(places.front(), visit_cell);
   }
   while (!front.empty()) {
     const auto [column, row] = front.front();
     front.pop_front();
-    reach(column - 1, row);
-    reach(column + 1, row);
-    reach(column, row - 1);
-    reach(column, row + 1);
+    visit_cell(column - 1, row);
+    visit_cell(column + 1, row);
+    visit_cell(column, row - 1);
+    visit_cell(column, row + 1);
   }
   for (const Eigen::Vector2d& place : places) {
     bool found = false;
@@ -335,10 +338,10 @@ std::optional<Eigen::Isometry3d> FloorPlan::PlaceFreely(const Room& room, const 
                                                         std::optional<double> yaw,
                                                         RandomSequence& random) {
   for (int attempt = 0; attempt < kTries; ++attempt) {
-    const Eigen::Vector2d at(random.Between(room.inside.min().x(), room.inside.max().x()),
-                             random.Between(room.inside.min().y(), room.inside.max().y()));
+    const double x = random.Between(room.inside.min().x(), room.inside.max().x());
+    const double y = random.Between(room.inside.min().y(), room.inside.max().y());
     const double turned = random.Between(-kPi, kPi);
-    const Eigen::Isometry3d T = Placed(at, yaw.value_or(turned));
+    const Eigen::Isometry3d T = Placed({x, y}, yaw.value_or(turned));
     if (TryTake(room, item, T)) return T;
   }
   return std::nullopt;
@@ -350,15 +353,25 @@ bool FloorPlan::PlaceThere(const Room& room, const Item& item,
 }
 
 std::optional<FloorPlan::Spot> FloorPlan::FreestSpot(const Room& room) const {
+  // Farther than this from the room nothing matters.
+  constexpr double kFar = 3;
+  std::vector<Footprint> around;
+  for (const std::vector<Footprint>* all : {&solids_, &standing_}) {
+    for (const Footprint& f : *all) {
+      if (room.inside.exteriorDistance(f.middle) < f.half_size.norm() + kFar) around.push_back(f);
+    }
+  }
   std::optional<Spot> best;
   const Eigen::Vector2d low = room.inside.min();
   const Eigen::Vector2d high = room.inside.max();
   for (double y = low.y() + 0.1; y < high.y(); y += 0.1) {
     for (double x = low.x() + 0.1; x < high.x(); x += 0.1) {
       const Eigen::Vector2d at(x, y);
-      double clearance = 10;
-      for (const Footprint& f : solids_) clearance = std::min(clearance, f.DistanceTo(at));
-      for (const Footprint& f : standing_) clearance = std::min(clearance, f.DistanceTo(at));
+      double clearance = kFar;
+      for (const Footprint& f : around) {
+        if ((f.middle - at).norm() - f.half_size.norm() >= clearance) continue;
+        clearance = std::min(clearance, f.DistanceTo(at));
+      }
       if (!best.has_value() || clearance > best->clearance) best = Spot{at, clearance};
     }
   }

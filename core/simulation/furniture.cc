@@ -47,14 +47,17 @@ void AddObjects(const Eigen::Vector2d& low, const Eigen::Vector2d& high, double 
     const double size = random.Between(0.06, 0.16);
     const double inset = 0.75 * size;
     if (high.x() - low.x() < 2 * inset || high.y() - low.y() < 2 * inset) continue;
-    const Eigen::Vector3d at(random.Between(low.x() + inset, high.x() - inset),
-                             random.Between(low.y() + inset, high.y() - inset), z);
+    // One draw a statement: the order of arguments is the compiler's.
+    const double x = random.Between(low.x() + inset, high.x() - inset);
+    const double y = random.Between(low.y() + inset, high.y() - inset);
+    const Eigen::Vector3d at(x, y, z);
     const double height = random.Between(0.03, 0.28);
     if (random.Chance(0.4)) {
       builder.Cylinder(at, 0.45 * size, random.Between(0.3, 0.5) * size, height, 10);
     } else {
-      builder.TurnedBox(at, {size, random.Between(0.6, 1.0) * size, height},
-                        random.Between(0, std::numbers::pi),
+      const double depth = random.Between(0.6, 1.0) * size;
+      const double yaw = random.Between(0, std::numbers::pi);
+      builder.TurnedBox(at, {size, depth, height}, yaw,
                         random.Chance(0.1) ? Material::kDark : Material::kMatte);
     }
   }
@@ -303,8 +306,9 @@ void AddClutter(const Item& item, RandomSequence& random, MeshBuilder& builder) 
   double depth = 0.85 * item.depth;
   for (int i = 0; i < 3 && z < item.height; ++i) {
     const double height = std::min(item.height - z, random.Between(0.12, 0.3));
-    builder.TurnedBox({random.Between(-0.04, 0.04), 0.5 * item.depth, z}, {width, depth, height},
-                      random.Between(-0.12, 0.12),
+    const double shift = random.Between(-0.04, 0.04);
+    const double yaw = random.Between(-0.12, 0.12);
+    builder.TurnedBox({shift, 0.5 * item.depth, z}, {width, depth, height}, yaw,
                       random.Chance(0.2) ? Material::kDark : Material::kMatte);
     z += height;
     width *= random.Between(0.6, 0.9);

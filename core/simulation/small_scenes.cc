@@ -1,5 +1,6 @@
 // Scenes of one or two rooms.
 #include <algorithm>
+#include <array>
 
 #include "absl/strings/str_cat.h"
 #include "core/simulation/furnishing.h"
@@ -97,8 +98,9 @@ Scene PillarHall(uint64_t seed) {
       const double side = random.Between(0.45, 0.65);
       const Item pillar = {side, side, height};
       Eigen::Isometry3d T = Eigen::Isometry3d::Identity();
-      T.translate(Eigen::Vector3d(width * (i + 1) / (columns + 1) + random.Between(-0.3, 0.3),
-                                  depth * (k + 1) / (rows + 1) + random.Between(-0.3, 0.3), 0));
+      const double x = width * (i + 1) / (columns + 1) + random.Between(-0.3, 0.3);
+      const double y = depth * (k + 1) / (rows + 1) + random.Between(-0.3, 0.3);
+      T.translate(Eigen::Vector3d(x, y, 0));
       if (!plan.PlaceThere(hall, pillar, T)) continue;
       builder.SetFrame(T);
       AddPillar(pillar, random, builder);
