@@ -11,37 +11,41 @@ namespace {
 
 constexpr float kCompatible = 0.8f;  // cosine between normals of one surface
 
-// Calls fn(code, plane, brick, local) for the voxels around (x, y, z) that dominate `plane`.
+// The axis that a surface is most nearly perpendicular to.
+int DominantAxis(const Eigen::Vector3f& normal) {
+  int axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  return axis;
+}
+
+// Calls fn(OffsetCode, distance, brick, rank) for the voxels that dominate `plane`, the one at
+// `local`. Rivals stand in one column across the surface: one beside the other in the surface is
+// none. So of each column of voxels something always stays.
 template <typename Fn>
 void ForEachDominating(const VoxelIndex& brick, const BrickNeighbourhood<MergedBrick>& around,
                        int local, const LocalPlane& plane, double voxel_size, Fn&& fn) {
-  const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
-  const VoxelIndex voxel = PlanningView::Global(brick, local);
-  const Eigen::Vector3f centre = ((voxel.cast<double>().array() + 0.5) * voxel_size).cast<float>();
+  const VoxelIndex in_brick(local & 7, local >> 3 & 7, local >> 6);
+  const Eigen::Vector3f centre =
+      ((PlanningView::Global(brick, local).cast<double>().array() + 0.5) * voxel_size)
+          .cast<float>();
   const float half = static_cast<float>(voxel_size / 2);
-  for (int dz = -kFuseReach; dz <= kFuseReach; ++dz) {
-    for (int dy = -kFuseReach; dy <= kFuseReach; ++dy) {
-      for (int dx = -kFuseReach; dx <= kFuseReach; ++dx) {
-        const auto [there, at] = around.At(x + dx, y + dy, z + dz);
-        if (there == nullptr || there->united == nullptr || !there->united->surface.Has(at)) {
-          continue;
-        }
-        const size_t rank = static_cast<size_t>(there->united->surface.Rank(at));
-        const LocalPlane& other = there->plane[rank];
-        // A total order, so that of two voxels exactly one can dominate.
-        if (std::make_tuple(other.weight, dz, dy, dx) <= std::make_tuple(plane.weight, 0, 0, 0)) {
-          continue;
-        }
-        if (other.normal.dot(plane.normal) < kCompatible) continue;
-        // Beside it in the surface is no rival: only one in front or behind is.
-        const Eigen::Vector3f apart = plane.centroid - other.centroid;
-        const float along = std::abs(other.normal.dot(apart));
-        if ((apart - other.normal.dot(apart) * other.normal).norm() > 1.5f * 2 * half) continue;
-        if (along > 2.5f * 2 * half) continue;
-        const float through = std::abs(other.normal.dot(centre - other.centroid));
-        if (through <= half * other.normal.lpNorm<1>()) continue;  // really passes here
-        fn(OffsetCode(dx, dy, dz), along, there, rank);
-      }
+  for (int axis = 0; axis < 3; ++axis) {
+    for (int step = -kFuseReach; step <= kFuseReach; ++step) {
+      if (step == 0) continue;
+      const VoxelIndex offset = step * VoxelIndex::Unit(axis);
+      const VoxelIndex rival = in_brick + offset;
+      const auto [there, at] = around.At(rival.x(), rival.y(), rival.z());
+      if (there == nullptr || there->united == nullptr || !there->united->surface.Has(at)) continue;
+      const size_t rank = static_cast<size_t>(there->united->surface.Rank(at));
+      const LocalPlane& other = there->plane[rank];
+      // A total order, so that of two voxels exactly one can dominate.
+      if (std::make_tuple(other.weight, step) <= std::make_tuple(plane.weight, 0)) continue;
+      if (other.normal.dot(plane.normal) < kCompatible) continue;
+      if (DominantAxis(other.normal) != axis) continue;
+      const float off = std::abs(other.normal.dot(centre - other.centroid));
+      if (off <= half * other.normal.lpNorm<1>()) continue;  // the surface really passes here
+      fn(OffsetCode(offset.x(), offset.y(), offset.z()),
+         std::abs(other.normal.dot(plane.centroid - other.centroid)), there, rank);
     }
   }
 }

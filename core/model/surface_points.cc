@@ -58,61 +58,70 @@ void SurfacePoints::AddTo(ScanLayer& layer) const {
 
 namespace {
 
+// Fills in what joined samples imply between them.
 class Interpolator {
  public:
-  Interpolator(const ScanLayer& layer, double voxel_size)
-      : surface_(layer.range_surface), pose_(layer.T_model_scan), spacing_(voxel_size / 2) {}
+  Interpolator(const RangeSurface& surface, double voxel_size)
+      : surface_(surface), voxel_size_(voxel_size), spacing_(voxel_size / 3) {}
 
-  Eigen::Vector3d Point(int column, int row) const {
-    return pose_ *
-           (static_cast<double>(surface_.at(column, row)) * surface_.Direction(column, row));
-  }
-
-  // What the cells from (column, row) to the next column and row imply between them.
-  void Fill(int column, int row, SurfacePoints& points) const {
-    const int next = surface_.NextColumn(column);
-    if (next < 0 || row + 1 >= surface_.rows()) return;
+  // The cells from (column, row) to the next column and row; `here` and `next` hold the points of
+  // the two columns.
+  void Fill(int column, int row, const std::vector<Eigen::Vector3d>& here,
+            const std::vector<Eigen::Vector3d>& next, SurfacePoints& points) const {
+    const int beside = surface_.NextColumn(column);
+    const size_t low = static_cast<size_t>(row);
+    const size_t high = low + 1;
+    if (surface_.QuadJoined(column, row)) {
+      Quad(here[low], next[low], here[high], next[high], points);
+      return;
+    }
     const bool bottom = surface_.JoinedToNextColumn(column, row);
     const bool top = surface_.JoinedToNextColumn(column, row + 1);
     const bool left = surface_.JoinedToNextRow(column, row);
-    const bool right = surface_.JoinedToNextRow(next, row);
-    if (bottom && top && left && right) {
-      Quad(Point(column, row), Point(next, row), Point(column, row + 1), Point(next, row + 1),
-           points);
-    } else if (bottom && left) {
-      Triangle(Point(column, row), Point(next, row), Point(column, row + 1), points);
+    const bool right = surface_.JoinedToNextRow(beside, row);
+    if (bottom && left) {
+      Triangle(here[low], next[low], here[high], points);
     } else if (bottom && right) {
-      Triangle(Point(next, row), Point(column, row), Point(next, row + 1), points);
+      Triangle(next[low], here[low], next[high], points);
     } else if (top && left) {
-      Triangle(Point(column, row + 1), Point(next, row + 1), Point(column, row), points);
+      Triangle(here[high], next[high], here[low], points);
     } else if (top && right) {
-      Triangle(Point(next, row + 1), Point(column, row + 1), Point(next, row), points);
+      Triangle(next[high], here[high], next[low], points);
     }
   }
 
  private:
-  int Steps(double length) const { return static_cast<int>(std::ceil(length / spacing_)); }
+  VoxelIndex VoxelOf(const Eigen::Vector3d& point) const {
+    return (point / voxel_size_).array().floor().cast<int>();
+  }
+  // At least two, so that the corner of a voxel between two samples is not passed over.
+  int Steps(double squared_length) const {
+    return std::max(2, static_cast<int>(std::ceil(std::sqrt(squared_length) / spacing_)));
+  }
 
   void Quad(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
             const Eigen::Vector3d& d, SurfacePoints& points) const {
-    const int nu = Steps(std::sqrt(std::max((b - a).squaredNorm(), (d - c).squaredNorm())));
-    const int nv = Steps(std::sqrt(std::max((c - a).squaredNorm(), (d - b).squaredNorm())));
-    if (nu <= 1 && nv <= 1) return;  // its corners say it all
+    const VoxelIndex voxel = VoxelOf(a);
+    // Most quads of a dense scan lie inside one voxel: their corners say it all.
+    if (voxel == VoxelOf(b) && voxel == VoxelOf(c) && voxel == VoxelOf(d)) return;
+    const int nu = Steps(std::max((b - a).squaredNorm(), (d - c).squaredNorm()));
+    const int nv = Steps(std::max((c - a).squaredNorm(), (d - b).squaredNorm()));
     for (int i = 0; i <= nu; ++i) {
       for (int j = 0; j <= nv; ++j) {
-        const double u = nu == 0 ? 0 : static_cast<double>(i) / nu;
-        const double v = nv == 0 ? 0 : static_cast<double>(j) / nv;
+        const double u = static_cast<double>(i) / nu;
+        const double v = static_cast<double>(j) / nv;
         points.Add((1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d), false);
       }
     }
   }
 
-  // a is the corner between the two joined sides.
+  // `a` is the corner between the two joined sides.
   void Triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
                 SurfacePoints& points) const {
-    const int n = Steps(
-        std::sqrt(std::max({(b - a).squaredNorm(), (c - a).squaredNorm(), (c - b).squaredNorm()})));
-    if (n <= 1) return;
+    const VoxelIndex voxel = VoxelOf(a);
+    if (voxel == VoxelOf(b) && voxel == VoxelOf(c)) return;
+    const int n =
+        Steps(std::max({(b - a).squaredNorm(), (c - a).squaredNorm(), (c - b).squaredNorm()}));
     for (int i = 0; i <= n; ++i) {
       for (int j = 0; i + j <= n; ++j) {
         points.Add(
@@ -123,7 +132,7 @@ class Interpolator {
   }
 
   const RangeSurface& surface_;
-  const Eigen::Isometry3d& pose_;
+  double voxel_size_;
   double spacing_;
 };
 
@@ -131,7 +140,16 @@ class Interpolator {
 
 void AddSurfacePoints(double voxel_size, Parallel& parallel, ScanLayer& layer) {
   const RangeSurface& surface = layer.range_surface;
-  const Interpolator interpolator(layer, voxel_size);
+  const Interpolator interpolator(surface, voxel_size);
+  const auto points_of = [&](int column, std::vector<Eigen::Vector3d>& points) {
+    points.resize(static_cast<size_t>(surface.rows()));
+    for (int r = 0; r < surface.rows(); ++r) {
+      const float range = surface.at(column, r);
+      if (!RangeImage::IsRange(range)) continue;
+      points[static_cast<size_t>(r)] =
+          layer.T_model_scan * (static_cast<double>(range) * surface.Direction(column, r));
+    }
+  };
   // Few parts: each may hold its own copy of a brick's sums.
   const size_t parts = static_cast<size_t>(parallel.width());
   std::vector<SurfacePoints> sums(parts, SurfacePoints(voxel_size));
@@ -139,13 +157,20 @@ void AddSurfacePoints(double voxel_size, Parallel& parallel, ScanLayer& layer) {
   parallel.For(parts, [&](size_t part) {
     const int begin = static_cast<int>(part * static_cast<size_t>(surface.columns()) / parts);
     const int end = static_cast<int>((part + 1) * static_cast<size_t>(surface.columns()) / parts);
+    std::vector<Eigen::Vector3d> here;
+    std::vector<Eigen::Vector3d> next;
+    if (begin < end) points_of(begin, here);
     for (int c = begin; c < end; ++c) {
+      const int beside = surface.NextColumn(c);
+      if (beside >= 0) points_of(beside, next);
       for (int r = 0; r < surface.rows(); ++r) {
-        if (!RangeImage::IsRange(surface.at(c, r))) continue;
-        ++samples[part];
-        sums[part].Add(interpolator.Point(c, r), true);
+        if (RangeImage::IsRange(surface.at(c, r))) {
+          ++samples[part];
+          sums[part].Add(here[static_cast<size_t>(r)], true);
+        }
+        if (beside >= 0 && r + 1 < surface.rows()) interpolator.Fill(c, r, here, next, sums[part]);
       }
-      for (int r = 0; r + 1 < surface.rows(); ++r) interpolator.Fill(c, r, sums[part]);
+      std::swap(here, next);
     }
   });
   for (size_t part = 0; part < parts; ++part) {

@@ -32,8 +32,8 @@ class SurfacePoints {
   size_t last_ = 0;
 };
 
-// Samples first, then points interpolated on joined quads and triangles whose sides are longer than
-// half a voxel, no more than half a voxel apart.
+// The samples, and points interpolated on joined quads and triangles that reach into several voxels,
+// at most a third of a voxel apart.
 void AddSurfacePoints(double voxel_size, Parallel& parallel, ScanLayer& layer);
 
 }  // namespace vantage

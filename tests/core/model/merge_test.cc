@@ -1,0 +1,181 @@
+// The model as a function of the set of scans.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+
+#include "core/model/partial_model.h"
+#include "core/parallel/thread_pool.h"
+#include "tests/core/model/closed_form_scene.h"
+
+namespace vantage {
+namespace {
+
+struct PosedScan {
+  std::string id;
+  Scan scan;
+  Eigen::Isometry3d pose;
+};
+
+std::vector<PosedScan> ScansOf(const ClosedFormScene& scene, const ScanOptions& base) {
+  std::vector<PosedScan> scans;
+  for (size_t i = 0; i < scene.stands.size(); ++i) {
+    ScanOptions options = base;
+    options.seed += i;
+    const Eigen::Isometry3d pose =
+        PoseAt(scene.stands[i], 0.7 * static_cast<double>(i), 0.01, -0.02);
+    scans.push_back({"scan" + std::to_string(i), ScanScene(scene, pose, options), pose});
+  }
+  return scans;
+}
+
+TEST(MergeTest, TheOrderOfScansNeverShows) {
+  for (uint64_t seed = 1; seed <= 2; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    ScanOptions options;
+    options.step = Radians(0.8);
+    options.noise = 0.003;
+    std::vector<PosedScan> scans = ScansOf(RandomScene(seed), options);
+    Serial serial;
+    std::vector<size_t> order = {0, 1, 2};
+    std::optional<uint64_t> digest;
+    do {
+      auto model = PartialModel::Create({}).value();
+      for (const size_t i : order) {
+        ASSERT_TRUE(model->Insert(scans[i].id, scans[i].scan, scans[i].pose, serial).ok());
+      }
+      if (!digest) digest = model->Digest();
+      EXPECT_EQ(model->Digest(), *digest);
+    } while (std::next_permutation(order.begin(), order.end()));
+  }
+}
+
+TEST(MergeTest, AWithdrawnScanNeverCame) {
+  ScanOptions options;
+  options.step = Radians(0.8);
+  options.noise = 0.003;
+  const std::vector<PosedScan> scans = ScansOf(RandomScene(11), options);
+  Serial serial;
+  for (size_t gone = 0; gone < scans.size(); ++gone) {
+    auto with = PartialModel::Create({}).value();
+    auto without = PartialModel::Create({}).value();
+    for (size_t i = 0; i < scans.size(); ++i) {
+      ASSERT_TRUE(with->Insert(scans[i].id, scans[i].scan, scans[i].pose, serial).ok());
+      if (i == gone) continue;
+      ASSERT_TRUE(without->Insert(scans[i].id, scans[i].scan, scans[i].pose, serial).ok());
+    }
+    EXPECT_NE(with->Digest(), without->Digest());
+    ASSERT_TRUE(with->Withdraw(scans[gone].id, serial).ok());
+    EXPECT_EQ(with->Digest(), without->Digest());
+  }
+}
+
+TEST(MergeTest, TheNumberOfThreadsNeverShows) {
+  ScanOptions options;
+  options.noise = 0.003;
+  const std::vector<PosedScan> scans = ScansOf(RandomScene(21), options);
+  std::optional<uint64_t> digest;
+  for (const int width : {1, 2, 16}) {
+    ThreadPool pool(width);
+    auto model = PartialModel::Create({}).value();
+    for (const PosedScan& s : scans) ASSERT_TRUE(model->Insert(s.id, s.scan, s.pose, pool).ok());
+    if (!digest) digest = model->Digest();
+    EXPECT_EQ(model->Digest(), *digest) << width << " threads";
+  }
+}
+
+TEST(MergeTest, AViewOutlivesWhatComesAfterIt) {
+  const std::vector<PosedScan> scans = ScansOf(RandomScene(5), {.step = Radians(0.8)});
+  Serial serial;
+  auto model = PartialModel::Create({}).value();
+  ASSERT_TRUE(model->Insert(scans[0].id, scans[0].scan, scans[0].pose, serial).ok());
+  const auto before = model->Publish();
+  size_t surfaces = before->SurfaceCount();
+  ASSERT_TRUE(model->Insert(scans[1].id, scans[1].scan, scans[1].pose, serial).ok());
+  EXPECT_EQ(before->version() + 1, model->Publish()->version());
+  size_t counted = 0;
+  before->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel&) {
+    EXPECT_EQ(before->State(v), state);
+    ++counted;
+  });
+  EXPECT_EQ(counted, surfaces);
+}
+
+// Ten scans of one wall with 1 cm of noise and 1 cm of pose error.
+TEST(MergeTest, AWallStaysThin) {
+  const ClosedFormScene scene = EmptyRoom();
+  std::mt19937_64 random(7);
+  std::normal_distribution<double> error(0, 0.01);
+  Serial serial;
+  auto model = PartialModel::Create({}).value();
+  for (int i = 0; i < 10; ++i) {
+    const Eigen::Isometry3d pose =
+        PoseAt({-1.2 + 0.25 * i, 0.8 - 0.2 * i, 1.5}, 0.3 * i, 0.01, 0.01);
+    const Scan scan =
+        ScanScene(scene, pose, {.noise = 0.01, .seed = static_cast<uint64_t>(100 + i)});
+    Eigen::Isometry3d wrong = pose;
+    wrong.pretranslate(Eigen::Vector3d(error(random), error(random), error(random)));
+    ASSERT_TRUE(model->Insert("scan" + std::to_string(i), scan, wrong, serial).ok());
+  }
+  const auto view = model->Publish();
+  // Columns across the wall at x = 2.53, away from its edges.
+  size_t columns = 0;
+  size_t thin = 0;
+  size_t false_layers = 0;
+  for (int y = view->At({0, -1.7, 0}).y(); y < view->At({0, 1.6, 0}).y(); ++y) {
+    for (int z = view->At({0, 0, 0.4}).z(); z < view->At({0, 0, 2.3}).z(); ++z) {
+      int thickness = 0;
+      for (int x = view->At({2.3, 0, 0}).x(); x <= view->At({2.8, 0, 0}).x(); ++x) {
+        const VoxelState state = view->State({x, y, z});
+        thickness += state == VoxelState::kTrueSurface ? 1 : 0;
+        false_layers += IsFalseSurface(state) ? 1 : 0;
+      }
+      ++columns;
+      thin += thickness >= 1 && thickness <= 2 ? 1 : 0;
+    }
+  }
+  ASSERT_GT(columns, 2000u);
+  EXPECT_GE(static_cast<double>(thin), 0.99 * static_cast<double>(columns));
+  EXPECT_EQ(false_layers, 0u);
+}
+
+// A person in the first scan is gone when two others saw through where they stood; a wall that the
+// others see from both sides stays.
+TEST(MergeTest, PeopleLeaveAndWallsStay) {
+  ClosedFormScene scene = ThinWallRoom();
+  ClosedFormScene peopled = scene;
+  const TurnedBox person{{-0.2, 1.2, 0.9}, {0.2, 0.15, 0.85}};
+  peopled.solids.push_back(person);
+  const std::vector<Eigen::Vector3d> stands = {
+      {-0.9, -0.7, 1.5}, {1.7, 1.4, 1.5}, {-1.9, 1.3, 1.5}};
+  Serial serial;
+  auto model = PartialModel::Create({}).value();
+  size_t person_before = 0;
+  size_t person_after = 0;
+  size_t wall_before = 0;
+  size_t wall_after = 0;
+  const auto count = [&](size_t& people, size_t& wall) {
+    people = wall = 0;
+    const auto view = model->Publish();
+    view->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel&) {
+      if (state != VoxelState::kTrueSurface) return;
+      const Eigen::Vector3d centre = view->Centre(v);
+      // Feet stand on the floor, which stays.
+      people += std::abs(person.Distance(centre)) < 0.05 && centre.z() > 0.2 ? 1 : 0;
+      wall += std::abs(scene.solids[0].Distance(centre)) < 0.05 ? 1 : 0;
+    });
+  };
+  for (size_t i = 0; i < stands.size(); ++i) {
+    const Eigen::Isometry3d pose = PoseAt(stands[i]);
+    const Scan scan = ScanScene(i == 0 ? peopled : scene, pose, {.noise = 0.003, .seed = i + 1});
+    ASSERT_TRUE(model->Insert("scan" + std::to_string(i), scan, pose, serial).ok());
+    if (i == 0) count(person_before, wall_before);
+  }
+  count(person_after, wall_after);
+  EXPECT_GT(person_before, 200u);
+  EXPECT_LE(person_after, person_before / 20);
+  EXPECT_GE(wall_after, wall_before);
+}
+
+}  // namespace
+}  // namespace vantage
