@@ -122,7 +122,7 @@ SimulatedJob::Placement SimulatedJob::PlacementAt(const Vector3d& planned, int n
 
 bool SimulatedJob::CanStand(const Placement& placement) const {
   const Vector3d at = placement.T_scene_scan.translation();
-  return scanner_.Clearance(at, kTripodRadius) >= kTripodRadius;
+  return scanner_.Clearance(at, 2 * kTripodRadius) >= kTripodRadius;
 }
 
 absl::StatusOr<Cycle> SimulatedJob::MakeScan(const Placement& placement, int number) {

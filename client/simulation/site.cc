@@ -48,7 +48,7 @@ std::optional<Eigen::Vector3d> FindStart(const SimulatedScanner& tracer,
   for (double x = bounds.min().x() + kLattice; x < bounds.max().x(); x += kLattice) {
     for (double y = bounds.min().y() + kLattice; y < bounds.max().y(); y += kLattice) {
       const Eigen::Vector3d place(x, y, bounds.min().z() + kViewHeight);
-      if (tracer.Clearance(place, kStandRoom) < kStandRoom) continue;
+      if (tracer.Clearance(place, 2 * kStandRoom) < kStandRoom) continue;
       if (DropBelow(tracer, place, 2 * kViewHeight) < kViewHeight - 0.3) continue;
       // Inside before outside, the middle before the edge.
       const double merit =
@@ -87,7 +87,7 @@ absl::StatusOr<Site> MeshSite(const std::string& path,
                        absl::StrCat(path, " has no free place to stand at the height of a tripod")),
                    advice);
   }
-  if (!mesh->Bounds().contains(*place) || tracer.Clearance(*place, 0.2) < 0.2) {
+  if (!mesh->Bounds().contains(*place) || tracer.Clearance(*place, 0.4) < 0.2) {
     return WithFix(absl::InvalidArgumentError(absl::StrFormat(
                        "the start (%.2f, %.2f, %.2f) is outside the mesh or within 0.2 m of a "
                        "surface",
