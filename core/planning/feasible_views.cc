@@ -66,6 +66,16 @@ FeasibleViews FeasibleViews::Find(const PlanningView& model, const OpaqueGrid& g
     return views;
   }
   if (budget.Expired()) return views;
+  // Where a scanner stood it can stand: what little its own blind cone and rays without a return
+  // leave unknown around it does not ban the place.
+  for (const Stand& stand : model.stands()) {
+    if (stand.clearance < scanner.clearance - kSlack) continue;  // it proves no more than it had
+    const CellIndex cell = views.CellOf(stand.position);
+    const Infeasibility why = views.Why(cell);
+    if (why == Infeasibility::kAboveObject || why == Infeasibility::kClearance) {
+      views.why_[views.Offset(cell)] = static_cast<uint8_t>(Infeasibility::kNone);
+    }
+  }
   views.reach_ =
       ReachMap(model, grid, views.floor_, config, views.first_.head<2>(), views.size_.head<2>(), n);
 

@@ -36,6 +36,8 @@ enum class Infeasibility : uint8_t {
 inline constexpr int kInfeasibilities = 10;
 
 // The smallest viewcells, all of one size, each entirely feasible or not: mixed means infeasible.
+// The cell of a stand that had at least this clearance is exempt from clearance and from what lies
+// below it.
 class FeasibleViews {
  public:
   // Cell coordinates: cell c covers [c, c + 1) * cell_size on each axis of the model frame.

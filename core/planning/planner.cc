@@ -41,7 +41,7 @@ class StageClock {
 
 // What step D may use: the rest is kept for ranking and the registration check.
 Budget EvaluationShare(const Budget& budget) {
-  constexpr double kShare = 0.85;
+  constexpr double kShare = 0.8;
   constexpr auto kMostReserved = std::chrono::milliseconds(400);
   Budget share = budget;
   if (budget.deadline != Clock::time_point::max()) {
@@ -210,6 +210,9 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
   Budget rest = budget;
   if (rest.work_limit != std::numeric_limits<uint64_t>::max()) {
     rest.work_limit -= std::min(rest.work_limit, plan.rays);
+  }
+  if (rest.deadline != Clock::time_point::max()) {  // the answers have to be written up as well
+    rest.deadline -= std::max(rest.deadline - Clock::now(), Clock::duration::zero()) / 3;
   }
   const OverlapSurface overlap(model, grid, scoring.scene(), scanner);
   const RegistrationCheck check = CheckRegistration(overlap, scoring.scene(), ranked, views,

@@ -157,20 +157,20 @@ Findable Find(const PlanningView& model, const Eigen::Vector3d& position, double
 
 void SplitGain(const CellArrays& cells, std::span<const float> gains, const PatchSet& patches,
                RankedView& view) {
-  // Cells of a patch lie side by side and patches in the order of their cells.
   view.gain_by_kind.fill(0);
-  std::vector<PatchGain> by_patch;
-  size_t patch = 0;
+  std::vector<double> gain(patches.patches.size(), 0);
   for (size_t i = 0; i < cells.size(); ++i) {
     if (gains[i] <= 0) continue;
-    const uint32_t cell = cells.cell[i];
-    while (patches.patches[patch].cells.back() < cell) ++patch;
-    const auto kind = static_cast<size_t>(patches.patches[patch].kind);
-    view.gain_by_kind[kind] += static_cast<double>(gains[i]);
-    if (by_patch.empty() || by_patch.back().patch != static_cast<int>(patch)) {
-      by_patch.push_back({static_cast<int>(patch), 0});
-    }
-    by_patch.back().gain += static_cast<double>(gains[i]);
+    // Patches own their cells side by side, in order.
+    const auto patch = std::partition_point(
+        patches.patches.begin(), patches.patches.end(),
+        [&](const Patch& other) { return other.cells.back() < cells.cell[i]; });
+    view.gain_by_kind[static_cast<size_t>(patch->kind)] += static_cast<double>(gains[i]);
+    gain[static_cast<size_t>(patch - patches.patches.begin())] += static_cast<double>(gains[i]);
+  }
+  std::vector<PatchGain> by_patch;
+  for (size_t k = 0; k < gain.size(); ++k) {
+    if (gain[k] > 0) by_patch.push_back({static_cast<int>(k), gain[k]});
   }
   std::stable_sort(by_patch.begin(), by_patch.end(),
                    [](const PatchGain& a, const PatchGain& b) { return a.gain > b.gain; });

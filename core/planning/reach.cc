@@ -10,15 +10,18 @@ namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
 
-// True when nothing that a stand's blind cone cannot explain blocks the voxel column in [low,
-// high).
-bool OnlyBlind(const PlanningView& model, int x, int y, int low, int high) {
+constexpr double kNeedles = 1.0;  // m, around a stand
+
+// True when nothing blocks the voxel column in [low, high) that was ever measured or hidden: only
+// what lay outside the field of view and, with `holes`, along rays that did not return.
+bool OnlyUnseen(const PlanningView& model, int x, int y, int low, int high, bool holes) {
   for (int z = low; z < high; ++z) {
     const VoxelState state = model.State({x, y, z});
-    if (state != VoxelState::kEmpty && state != VoxelState::kUnknown &&
-        state != VoxelState::kFalseImage) {
-      return false;
+    if (state == VoxelState::kEmpty || state == VoxelState::kUnknown ||
+        state == VoxelState::kFalseImage || (holes && state == VoxelState::kFalseHole)) {
+      continue;
     }
+    return false;
   }
   return true;
 }
@@ -67,7 +70,7 @@ void ReachMap::FindPassable(const PlanningView& model, const OpaqueGrid& grid,
         const double away = std::hypot((x + 0.5) * voxel - stand.position.x(),
                                        (y + 0.5) * voxel - stand.position.y());
         free = away <= 2 * (stand.position.z() - static_cast<double>(height)) &&
-               OnlyBlind(model, x, y, low, high);
+               OnlyUnseen(model, x, y, low, high, away <= kNeedles);
       }
       blocked[static_cast<size_t>(i) + static_cast<size_t>(nx) * static_cast<size_t>(j)] = !free;
     }

@@ -17,14 +17,15 @@ namespace vantage {
 // The first voxel layer over the floor that must be empty: what is lower (a rug, a threshold, the
 // floor's own roughness) counts as floor.
 inline int FirstLayerOverFloor(float floor_height, double voxel) {
-  return static_cast<int>(std::floor(floor_height / voxel)) + 2;
+  return static_cast<int>(std::floor(floor_height / voxel + 0.5)) + 2;
 }
 
 // Places are columns of viewcells. The scanner is an upright cylinder of the configured width and
 // height that moves over the floor, between neighbouring columns (diagonals included) whose floors
 // differ by no more than a step, through space known to be empty. One exception: within two
 // viewpoint heights of a stand, what merely lay outside the field of view does not block the way
-// (its blind cone), for someone carried the scanner in across it.
+// (its blind cone), and within a metre neither do rays without a return, which start at the scanner
+// itself: someone carried it in across them.
 class ReachMap {
  public:
   ReachMap() = default;
