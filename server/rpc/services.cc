@@ -115,6 +115,8 @@ Services::Services(const RpcEnvironment& around) {
   services_.push_back(std::make_unique<ModelServiceImpl>(around));
 }
 
+Services::~Services() = default;
+
 void Services::Register(grpc::ServerBuilder& builder) {
   for (const auto& service : services_) builder.RegisterService(service.get());
 }

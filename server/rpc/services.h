@@ -15,6 +15,7 @@ namespace vantage {
 class Services {
  public:
   explicit Services(const RpcEnvironment& around);
+  ~Services();
 
   void Register(grpc::ServerBuilder& builder);
   // Full names, as health knows them.
