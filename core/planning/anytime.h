@@ -56,7 +56,7 @@ struct Evaluation {
 };
 
 // Scores `views` (m) on `cells`. Draws lie along a line on which each cell is as long as the most
-// it can gain, one at random in each of n equal parts: strata are patches (cells of one lie side by
+// it can gain, one at random in each of n equal parts: strata are places (neighbours lie side by
 // side), the probability is proportional to area x deficit x weight, and the draws are independent
 // with a known range, so the bounds of MeanBounds hold for any scene. The error is split over all
 // views, rounds and sides. `first_order` lists the views for the first round, coarse lattice first.
