@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 #include <sys/syscall.h>
+#include <time.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,6 +15,14 @@ namespace {
 
 constexpr std::chrono::milliseconds kSlice(2);
 constexpr size_t kNone = std::numeric_limits<size_t>::max();
+
+// Processor seconds of the calling thread: what the system did with other programs meanwhile is
+// nobody's account.
+double ThreadSeconds() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
+}
 
 // Handlers and heartbeats come before planning when they compete for a core.
 void YieldToShortTasks() {
@@ -39,8 +48,10 @@ struct PlanningPool::Holder {
   JobPriority priority = JobPriority::kPlan;
   bool granted = false;
   std::condition_variable wake;
-  Clock::time_point slice_start;  // touched by its own thread only, while it holds a slot
-  std::shared_ptr<Loop> loop;     // what a helper was given
+  // Touched by its own thread only, while it holds a slot.
+  Clock::time_point slice_start;
+  double charged_until = 0;    // s of its thread's processor time
+  std::shared_ptr<Loop> loop;  // what a helper was given
 };
 
 struct PlanningPool::Queued {
@@ -206,16 +217,22 @@ void PlanningPool::Acquire(Holder& holder, std::unique_lock<std::mutex>& lock) {
   waiting_.push_back(&holder);
   Schedule();
   holder.wake.wait(lock, [&] { return holder.granted; });
+  BeginSlice(holder);
+}
+
+void PlanningPool::BeginSlice(Holder& holder) {
   holder.slice_start = Clock::now();
+  holder.charged_until = ThreadSeconds();
 }
 
 void PlanningPool::Charge(Holder& holder) {
-  const Clock::time_point now = Clock::now();
-  const double seconds = std::chrono::duration<double>(now - holder.slice_start).count();
+  const double now = ThreadSeconds();
+  const double seconds = now - holder.charged_until;
   Share& share = *(holder.loop != nullptr ? holder.loop->share : holder.share);
   share.used += seconds / share.weight;
   share.seconds += seconds;
-  holder.slice_start = now;
+  holder.charged_until = now;
+  holder.slice_start = Clock::now();
 }
 
 void PlanningPool::Release(Holder& holder) {
@@ -271,7 +288,7 @@ void PlanningPool::Help() {
     holder.wake.wait(lock,
                      [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return holder.granted || stopping_; });
     if (!holder.granted) return;
-    holder.slice_start = Clock::now();
+    BeginSlice(holder);
     lock.unlock();
     while (holder.loop->RunOne() && !SliceOver(holder, true)) {
     }

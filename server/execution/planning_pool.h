@@ -62,6 +62,7 @@ class PlanningPool {
   void RunJobs();
   void Help();
   void Acquire(Holder& holder, std::unique_lock<std::mutex>& lock);
+  static void BeginSlice(Holder& holder);
   void Release(Holder& holder) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Charge(Holder& holder) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Schedule() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

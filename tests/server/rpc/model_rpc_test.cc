@@ -34,7 +34,7 @@ class ModelRpc : public testing::Test {
       EXPECT_EQ(part.offset(), static_cast<int64_t>(file.size()));
       EXPECT_EQ(part.crc32c(), Crc32c(part.data()));
       EXPECT_LE(part.data().size(), size_t{256} << 10);
-      if (file.empty()) EXPECT_FALSE(part.file_name().empty());
+      EXPECT_EQ(part.file_name().empty(), !file.empty());
       file += part.data();
       total = part.total_size();
     }

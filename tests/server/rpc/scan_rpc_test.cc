@@ -245,7 +245,7 @@ TEST_F(ScanRpc, OpenUploadsAreBoundedWithARetryDelay) {
   }
   EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   bool retry = false;
-  for (const auto& any : Details(status).details()) retry |= any.Is<google::rpc::RetryInfo>();
+  for (const auto& any : Details(status)) retry |= any.Is<google::rpc::RetryInfo>();
   EXPECT_TRUE(retry);
 }
 

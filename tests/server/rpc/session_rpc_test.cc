@@ -99,7 +99,7 @@ TEST_F(SessionRpc, UnknownNamesAreNotFoundWithResourceInfo) {
   const grpc::Status status = Get("sessions/nobody", session);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
   bool found = false;
-  for (const auto& any : Details(status).details()) {
+  for (const auto& any : Details(status)) {
     google::rpc::ResourceInfo info;
     if (!any.UnpackTo(&info)) continue;
     found = true;
