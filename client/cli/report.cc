@@ -85,7 +85,7 @@ std::string Time(const google::protobuf::Timestamp& time) {
   return text;
 }
 
-std::string VerdictLine(const v1::RegistrationVerdict& verdict) {
+std::string VerdictFigures(const v1::RegistrationVerdict& verdict) {
   std::string line = absl::StrFormat("%s: overlap %s, error bound %s, strength %.2f",
                                      Word(verdict.outcome()), Percent(verdict.overlap_share()),
                                      Length(verdict.error_bound()), verdict.strength());
@@ -94,6 +94,11 @@ std::string VerdictLine(const v1::RegistrationVerdict& verdict) {
   if (!verdict.decided_by().empty()) {
     absl::StrAppend(&line, ", decided by ", verdict.decided_by());
   }
+  return line;
+}
+
+std::string VerdictLine(const v1::RegistrationVerdict& verdict) {
+  std::string line = VerdictFigures(verdict);
   if (!verdict.reason().empty()) absl::StrAppend(&line, "; ", verdict.reason());
   if (!verdict.remedy().empty()) absl::StrAppend(&line, "; remedy: ", verdict.remedy());
   return line;
@@ -157,7 +162,7 @@ std::string ScanReport(const v1::Scan& scan) {
   }
   if (scan.has_registration()) {
     const v1::Registration& r = scan.registration();
-    absl::StrAppend(&out, "  aligned   ", VerdictLine(r.verdict()), "\n");
+    absl::StrAppend(&out, "  aligned   ", VerdictFigures(r.verdict()), "\n");
     absl::StrAppendFormat(&out,
                           "            %d pairs, residual %s (noise explains %s), contradictions "
                           "%.1f %%, %d iterations, %s\n",

@@ -26,7 +26,9 @@ std::string Percent(double share);
 std::string Seconds(double seconds);
 std::string Time(const google::protobuf::Timestamp& time);
 
-// 'registered: overlap 63 %, error bound 0.5 mm, strength 0.31' with reason and remedy.
+// 'registered: overlap 63 %, error bound 0.5 mm, strength 0.31'.
+std::string VerdictFigures(const v1::RegistrationVerdict& verdict);
+// The same with reason and remedy.
 std::string VerdictLine(const v1::RegistrationVerdict& verdict);
 
 // Several lines each, with line ends.

@@ -15,7 +15,7 @@ namespace {
 using Eigen::AlignedBox2d;
 using Eigen::Vector2d;
 
-constexpr int kWidth = 1900;
+constexpr int kWidth = 1900;  // pixels
 constexpr double kMargin = 56;
 constexpr double kLegendHeight = 84;
 constexpr double kPanelTitle = 40;
@@ -238,7 +238,8 @@ void DrawLegend(Canvas& canvas, double y, const JobPicture& plan) {
   legend.Patch(palette::kUnderSampledFlat, "under-sampled");
   legend.Patch(palette::kOcclusion, "missing: hidden behind something");
   legend.Patch(palette::kHole, "missing: nothing came back (glass, black)");
-  legend.Patch(palette::kImageBoundary, "missing: outside the field of view");
+  legend.Patch(palette::kImageBoundary,
+               "missing: outside the field of view (paler: less of the height)");
   legend.NextLine();
   const Vector2d origin = Vector2d::Zero();
   legend.Symbol("scanned, in order", [&](MapPanel& p) { p.Station(origin, 1, true); });

@@ -1,0 +1,111 @@
+// Starting, answering, stopping; and what the command line says without a server.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include "tests/integration/answers.h"
+#include "vantage/v1/session.pb.h"
+
+namespace vantage {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+TEST(Lifecycle, ServesAndEndsOnSigterm) {
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  const Finished health = Vantage(server, {"health"});
+  EXPECT_EQ(health.exit_code, 0) << health.error;
+  EXPECT_EQ(health.out, "serving\n");
+  EXPECT_EQ(Vantage(server, {"health", "vantage.v1.PlanService"}).exit_code, 0);
+  EXPECT_EQ(Vantage(server, {"health", "no.such.Service"}).exit_code, 3);
+  EXPECT_EQ(server.Stop(SIGTERM), 0) << server.Log();
+}
+
+TEST(Lifecycle, EndsOnSigtermWhileWatched) {
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  ASSERT_EQ(Vantage(server, {"session", "create", "job"}).exit_code, 0);
+  // One event is there; the watch returns after it.
+  const Finished watched = Vantage(server, {"watch", "job", "--count", "1"});
+  EXPECT_EQ(watched.exit_code, 0) << watched.error;
+  EXPECT_THAT(watched.out, HasSubstr("session created"));
+  EXPECT_EQ(server.Stop(SIGTERM), 0) << server.Log();
+}
+
+TEST(Lifecycle, SessionsComeAndGo) {
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  const auto created = Answer<v1::Session>(
+      Vantage(server, {"session", "create", "flat", "--name", "Flat, 3rd floor", "--density",
+                       "1600", "--set", "planning_config.max_height=1.9", "--json"}));
+  EXPECT_EQ(created.name(), "sessions/flat");
+  EXPECT_EQ(created.planning_config().required_density(), 1600);
+  EXPECT_EQ(created.planning_config().max_height(), 1.9);
+  EXPECT_EQ(created.planning_config().min_height(), 1.0);  // the default, filled in
+  EXPECT_EQ(created.scanner_models_size(), 1);
+
+  const Finished updated = Vantage(
+      server, {"session", "update", "flat", "--set", "planning_config.required_density=900"});
+  EXPECT_EQ(updated.exit_code, 0) << updated.error;
+  const auto shown = Answer<v1::Session>(Vantage(server, {"session", "show", "flat", "--json"}));
+  EXPECT_EQ(shown.planning_config().required_density(), 900);
+  EXPECT_EQ(shown.planning_config().max_height(), 1.9);
+
+  EXPECT_THAT(Vantage(server, {"session", "list"}).out, HasSubstr("Flat, 3rd floor"));
+  EXPECT_EQ(Vantage(server, {"session", "delete", "flat"}).exit_code, 0);
+  EXPECT_THAT(Vantage(server, {"session", "list"}).out, HasSubstr("no sessions"));
+  EXPECT_EQ(Vantage(server, {"session", "show", "flat"}).exit_code, 3);
+}
+
+TEST(CommandLine, WithoutServerNamesCauseAndFix) {
+  // Port 1 of loopback: nothing of ours listens there.
+  const Finished finished =
+      RunProgram({VANTAGE_BINARY, "--server", "127.0.0.1:1", "session", "list"});
+  EXPECT_EQ(finished.exit_code, 4);
+  EXPECT_EQ(finished.out, "");
+  EXPECT_THAT(finished.error, HasSubstr("cannot reach the server at 127.0.0.1:1"));
+  EXPECT_THAT(finished.error, HasSubstr("--server"));
+}
+
+TEST(CommandLine, EveryCommandExplainsItselfWithAnExample) {
+  for (const std::vector<std::string>& command :
+       std::vector<std::vector<std::string>>{{"session", "create"},
+                                             {"session", "list"},
+                                             {"session", "show"},
+                                             {"session", "update"},
+                                             {"session", "delete"},
+                                             {"scan", "push"},
+                                             {"scan", "list"},
+                                             {"scan", "show"},
+                                             {"scan", "accept"},
+                                             {"scan", "withdraw"},
+                                             {"scan", "set-pose"},
+                                             {"plan"},
+                                             {"evaluate"},
+                                             {"reject"},
+                                             {"coverage"},
+                                             {"watch"},
+                                             {"export"},
+                                             {"simulate"},
+                                             {"health"}}) {
+    std::vector<std::string> arguments = {VANTAGE_BINARY};
+    arguments.insert(arguments.end(), command.begin(), command.end());
+    arguments.push_back("--help");
+    const Finished finished = RunProgram(arguments);
+    EXPECT_EQ(finished.exit_code, 0) << command.back();
+    EXPECT_THAT(finished.out, HasSubstr("Examples:\n  vantage " + command.front()));
+    EXPECT_THAT(finished.out, Not(HasSubstr("\033")));
+  }
+}
+
+TEST(CommandLine, NonsenseIsAUsageError) {
+  EXPECT_EQ(RunProgram({VANTAGE_BINARY}).exit_code, 2);
+  EXPECT_EQ(RunProgram({VANTAGE_BINARY, "dance"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({VANTAGE_BINARY, "plan"}).exit_code, 2);
+  EXPECT_EQ(RunProgram({VANTAGE_BINARY, "evaluate", "flat", "1,2"}).exit_code, 2);
+}
+
+}  // namespace
+}  // namespace vantage

@@ -1,0 +1,65 @@
+// Programs run by tests: the server in the background, commands to their end.
+#ifndef VANTAGE_TESTS_INTEGRATION_PROCESS_H_
+#define VANTAGE_TESTS_INTEGRATION_PROCESS_H_
+
+#include <sys/types.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace vantage {
+
+struct Finished {
+  int exit_code = -1;  // -1: killed by a signal
+  std::string out;
+  std::string error;
+};
+
+// Runs a program to its end. Arguments go to it as they are; no shell.
+Finished RunProgram(const std::vector<std::string>& arguments);
+
+// A folder of its own that goes away with it.
+class ScratchFolder {
+ public:
+  ScratchFolder();
+  ~ScratchFolder();
+  ScratchFolder(const ScratchFolder&) = delete;
+  ScratchFolder& operator=(const ScratchFolder&) = delete;
+
+  const std::string& path() const { return path_; }
+  std::string File(const std::string& name) const { return path_ + "/" + name; }
+
+ private:
+  std::string path_;
+};
+
+// The real server on a port of the system's choice, on loopback.
+class ServerProcess {
+ public:
+  // Returns when the server says that it serves; fails the test when it ends before.
+  ServerProcess();
+  ~ServerProcess();
+  ServerProcess(const ServerProcess&) = delete;
+  ServerProcess& operator=(const ServerProcess&) = delete;
+
+  // HOST:PORT; empty when the server did not start.
+  const std::string& address() const { return address_; }
+
+  // Sends the signal and waits for the end; the exit code, -1 when a signal killed it.
+  int Stop(int signal);
+
+  std::string Log() const;
+
+ private:
+  ScratchFolder folder_;
+  pid_t pid_ = -1;
+  std::string address_;
+};
+
+// The real command line against a server.
+Finished Vantage(const ServerProcess& server, std::vector<std::string> arguments);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_TESTS_INTEGRATION_PROCESS_H_

@@ -1,0 +1,119 @@
+// Whole jobs with the simulated scanner, through the command line.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <fstream>
+#include <regex>
+#include <sstream>
+
+#include "tests/integration/answers.h"
+#include "vantage/v1/scan_service.pb.h"
+
+namespace vantage {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+struct Row {
+  int scan = 0;
+  double estimated = 0;  // percent
+  double truth = 0;
+  double seen = 0;
+};
+
+// The rows of the report: scan, ..., three percentages.
+std::vector<Row> RowsOf(const std::string& report) {
+  static const std::regex kRow(R"(^\s*(\d+)  .*?([\d.]+) %\s+([\d.]+) %\s+([\d.]+) %)");
+  std::vector<Row> rows;
+  std::istringstream lines(report);
+  for (std::string line; std::getline(lines, line);) {
+    std::smatch match;
+    if (!std::regex_search(line, match, kRow)) continue;
+    rows.push_back(
+        {std::stoi(match[1]), std::stod(match[2]), std::stod(match[3]), std::stod(match[4])});
+  }
+  return rows;
+}
+
+v1::ListScansResponse Scans(const ServerProcess& server, const std::string& session) {
+  return Answer<v1::ListScansResponse>(Vantage(server, {"scan", "list", session, "--json"}));
+}
+
+TEST(SimulatedJob, DigitisesTheFlat) {
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  const ScratchFolder folder;
+  const Finished finished =
+      Vantage(server, {"simulate", "--scene", "flat", "--seed", "3", "--scans", "3", "--step", "1",
+                       "--density", "150", "--work", "3000000", "--session", "flat", "--pictures",
+                       folder.path()});
+  ASSERT_EQ(finished.exit_code, 0) << finished.out << finished.error;
+  EXPECT_THAT(finished.out + finished.error, Not(HasSubstr("\033"))) << "no terminal, no codes";
+  const std::vector<Row> rows = RowsOf(finished.out);
+  ASSERT_EQ(rows.size(), 3u) << finished.out;
+  EXPECT_GT(rows[2].truth, rows[0].truth + 10) << finished.out;
+  EXPECT_GE(rows[1].seen, rows[0].seen);
+  for (const Row& row : rows) {
+    EXPECT_GE(row.seen, row.truth);
+    EXPECT_TRUE(
+        std::filesystem::exists(folder.File("cycle-0" + std::to_string(row.scan) + ".png")));
+  }
+  for (const v1::Scan& scan : Scans(server, "flat").scans()) {
+    EXPECT_EQ(scan.state(), v1::SCAN_STATE_MERGED) << scan.state_message();
+  }
+  EXPECT_EQ(server.Stop(SIGTERM), 0) << server.Log();
+}
+
+TEST(SimulatedJob, RepeatsItselfUnderAWorkLimit) {
+  std::vector<std::string> models;
+  for (int run = 0; run < 2; ++run) {
+    ServerProcess server;
+    ASSERT_FALSE(server.address().empty());
+    const ScratchFolder folder;
+    const Finished finished =
+        Vantage(server, {"simulate", "--seed", "5", "--scans", "2", "--step", "1.5", "--density",
+                         "80", "--work", "2000000", "--session", "flat"});
+    ASSERT_EQ(finished.exit_code, 0) << finished.out << finished.error;
+    ASSERT_EQ(Vantage(server, {"export", "flat", "-o", folder.File("model.ply")}).exit_code, 0);
+    std::ifstream file(folder.File("model.ply"), std::ios::binary);
+    models.emplace_back(std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>());
+  }
+  EXPECT_GT(models[0].size(), 100'000u);
+  EXPECT_TRUE(models[0] == models[1]);
+}
+
+TEST(SimulatedJob, FiveScansInTheSmallHouse) {
+  const std::string mesh = SharedData("small_house/scene.ply");
+  if (mesh.empty()) {
+    GTEST_SKIP() << "the small house is not on this machine (VANTAGE_SHARED_DATA)";
+  }
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  const Finished finished =
+      Vantage(server, {"simulate", "--mesh", mesh, "--scans", "5", "--step", "0.5", "--density",
+                       "400", "--work", "5000000", "--session", "house"});
+  ASSERT_EQ(finished.exit_code, 0) << finished.out << finished.error;
+  const std::vector<Row> rows = RowsOf(finished.out);
+  ASSERT_EQ(rows.size(), 5u) << finished.out;
+  EXPECT_GT(rows[4].truth, 2 * rows[0].truth) << finished.out;
+  int merged = 0;
+  for (const v1::Scan& scan : Scans(server, "house").scans()) {
+    merged += scan.state() == v1::SCAN_STATE_MERGED ? 1 : 0;
+  }
+  EXPECT_GE(merged, 4) << finished.out;
+}
+
+TEST(SimulatedJob, MeshThatIsNoneIsRefused) {
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  const ScratchFolder folder;
+  std::ofstream(folder.File("scene.ply")) << "no mesh";
+  const Finished finished = Vantage(server, {"simulate", "--mesh", folder.File("scene.ply")});
+  EXPECT_EQ(finished.exit_code, 5);
+  EXPECT_THAT(finished.error, HasSubstr("scene.ply"));
+  EXPECT_THAT(Vantage(server, {"session", "list"}).out, HasSubstr("no sessions"));
+}
+
+}  // namespace
+}  // namespace vantage
