@@ -71,7 +71,7 @@ class EmptySpace {
   // A cube inside one brick.
   void Fill(const VoxelIndex& corner, int side, BrickMask& mask) const {
     if (side == 1) {
-      if (CentreIsEmpty(corner)) mask.Set(Brick::LocalOf(corner));
+      if (SeenEmpty(corner)) mask.Set(Brick::LocalOf(corner));
       return;
     }
     switch (Decide(corner, side)) {
@@ -91,11 +91,38 @@ class EmptySpace {
     }
   }
 
-  bool CentreIsEmpty(const VoxelIndex& voxel) const {
+  bool SeenEmpty(const VoxelIndex& voxel) const {
     const Eigen::Vector3d centre =
         (voxel.cast<double>().array() + 0.5).matrix() * voxel_size_ - origin_;
-    const double range = static_cast<double>(surface_.Read(R_scan_model_ * centre).range);
-    return centre.squaredNorm() < range * range;
+    const Eigen::Vector3d in_scan = R_scan_model_ * centre;
+    const double range = static_cast<double>(surface_.Read(in_scan).range);
+    if (range > 0) return in_scan.squaredNorm() < range * range;
+    return MostRaysPass(in_scan);
+  }
+
+  // The ray through the centre says nothing, but close to the scanner a voxel is crossed by many.
+  // It is empty when most of those that say something pass through it, and enough of them do.
+  bool MostRaysPass(const Eigen::Vector3d& centre) const {
+    constexpr int kSide = 5;          // rays across the voxel, each way
+    constexpr int kLeastTelling = 7;  // of the 25
+    const double distance = centre.norm();
+    const double cells_across = voxel_size_ / (distance * surface_.elevation().widest_step());
+    if (cells_across < 1.5 || distance < voxel_size_) return false;
+    const Eigen::Vector3d along = centre / distance;
+    const Eigen::Vector3d u = along.unitOrthogonal();
+    const Eigen::Vector3d v = along.cross(u);
+    int telling = 0;
+    int passing = 0;
+    for (int i = 0; i < kSide; ++i) {
+      for (int j = 0; j < kSide; ++j) {
+        const double du = ((i + 0.5) / kSide - 0.5) * voxel_size_;
+        const double dv = ((j + 0.5) / kSide - 0.5) * voxel_size_;
+        const double range = static_cast<double>(surface_.Read(centre + du * u + dv * v).range);
+        telling += range > 0 ? 1 : 0;
+        passing += range > distance ? 1 : 0;
+      }
+    }
+    return telling >= kLeastTelling && 2 * passing > telling;
   }
 
   // Conservative: the cube's bounding sphere against the range image.

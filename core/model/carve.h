@@ -11,9 +11,11 @@
 namespace vantage {
 
 // The image is valid and the pose rigid: the caller has checked. The rule: a voxel is empty when
-// the scan's range in the direction of its centre is farther than the centre; it is surface when a
-// sample, or a point interpolated between joined samples, lies in it. The cylinder that the scanner
-// stood in is empty, and the floor goes on below it.
+// the scan's range in the direction of its centre is farther than the centre; where nothing is
+// known in that direction, when most of the rays through the voxel that tell anything pass through
+// it (a lone ray that did not come back says nothing about a voxel that a hundred others crossed).
+// It is surface when a sample, or a point interpolated between joined samples, lies in it. The
+// cylinder that the scanner stood in is empty, and the floor goes on below it.
 std::unique_ptr<ScanLayer> Carve(const Scan& scan, const Eigen::Isometry3d& T_model_scan,
                                  const ModelConfig& config, Parallel& parallel);
 

@@ -42,6 +42,7 @@ std::string ExportSurfacePly(const PlanningView& model) {
       "\nproperty float x\nproperty float y\nproperty float z\nproperty float nx\nproperty float ny"
       "\nproperty float nz\nproperty uchar red\nproperty uchar green\nproperty uchar blue"
       "\nproperty uchar kind\nproperty float density\nproperty float area\nproperty uint samples"
+      "\nproperty uchar given_up"
       "\nend_header\n");
   // Grey, vermilion, blue, green: told apart by colour-blind people too.
   constexpr std::array<std::array<uint8_t, 3>, kSurfaceKinds> kColours = {
@@ -60,6 +61,7 @@ std::string ExportSurfacePly(const PlanningView& model) {
     append(surface.density);
     append(surface.area);
     append(surface.samples);
+    append(static_cast<uint8_t>(surface.given_up ? 1 : 0));
   });
   return out;
 }

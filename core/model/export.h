@@ -14,7 +14,7 @@ std::string ExportOctomap(const PlanningView& model);
 
 // Binary little-endian PLY, one vertex per voxel that has area: x, y, z (m, centroid), nx, ny, nz,
 // red, green, blue (by kind), kind (0 true, 1 occlusion, 2 hole, 3 image boundary), density
-// (samples / m^2), area (m^2), samples.
+// (samples / m^2), area (m^2), samples, given_up (0 or 1).
 std::string ExportSurfacePly(const PlanningView& model);
 
 }  // namespace vantage

@@ -165,7 +165,8 @@ uint64_t PartialModel::Digest() const {
       mix_float(surface.area);
       mix_float(surface.density);
       mix(surface.samples);
-      mix(surface.ambiguous ? 1 : 0);
+      mix(surface.missed);
+      mix((surface.ambiguous ? 1 : 0) + (surface.given_up ? 2 : 0));
     }
   }
   return digest;

@@ -15,6 +15,9 @@ namespace {
 constexpr std::array<std::array<int, 3>, 6> kFaces = {
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
+// Glass, mirror or black: what two scans should have measured and did not, a third won't either.
+constexpr int kFailuresToGiveUp = 2;
+
 class Publisher {
  public:
   Publisher(const VoxelIndex& brick, const BrickNeighbourhood<MergedBrick>& around,
@@ -185,6 +188,13 @@ class Publisher {
     state = Cause(local);
     surface.centroid = Centre(local).cast<float>();
     surface.area = static_cast<float>(h_ * h_) / surface.normal.lpNorm<Eigen::Infinity>();
+    for (const auto& [layer, around] : witnesses_) {
+      if (surface.missed < UINT8_MAX &&
+          layer->FailedAt(Centre(local), surface.normal.cast<double>())) {
+        ++surface.missed;
+      }
+    }
+    surface.given_up = surface.missed >= kFailuresToGiveUp;
     return surface;
   }
 

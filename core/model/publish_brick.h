@@ -16,7 +16,9 @@ namespace vantage {
 //
 // An unknown voxel with an empty 6-neighbour is false surface; its cause is the first of occlusion,
 // hole, image among the scans whose empty space touches it there. Slivers of it along a compatible
-// true surface at most two voxels away are absorbed.
+// true surface at most two voxels away are absorbed. False surface that two scans should have
+// measured, by range and incidence and with nothing in between, and whose rays did not come back,
+// is given up.
 std::shared_ptr<const Brick> PublishBrick(const VoxelIndex& brick,
                                           const BrickNeighbourhood<MergedBrick>& around,
                                           std::span<const ScanLayer* const> layers,

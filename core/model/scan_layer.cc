@@ -12,6 +12,14 @@ UnknownReason ScanLayer::ReasonAt(const Eigen::Vector3d& point) const {
   return reading.beyond;
 }
 
+bool ScanLayer::FailedAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const {
+  const Eigen::Vector3d to_scanner = T_model_scan.translation() - point;
+  const double distance = to_scanner.norm();
+  if (distance < scanner.range_min || distance > scanner.range_max) return false;
+  if (normal.dot(to_scanner) < std::cos(scanner.max_incidence) * distance) return false;
+  return ReasonAt(point) == UnknownReason::kHole;
+}
+
 double ScanLayer::DensityAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
                             double voxel_size) const {
   const Eigen::Vector3d origin = T_model_scan.translation();

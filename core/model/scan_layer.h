@@ -118,6 +118,10 @@ struct ScanLayer {
   // Why the scan leaves a point (m, model frame) unknown, if it does.
   UnknownReason ReasonAt(const Eigen::Vector3d& point) const;
 
+  // Should the scan have measured a surface element (m, model frame; unit normal), by its range and
+  // incidence and with nothing in between, and did its ray not come back?
+  bool FailedAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
+
   // The recorded sampling density of the scan on a surface element (m, model frame; unit normal):
   // the smallest over a voxel-sized square around the point. 0 beyond the maximum incidence and
   // outside the field of view.

@@ -32,8 +32,8 @@ class SurfacePoints {
   size_t last_ = 0;
 };
 
-// The samples, and points interpolated on joined quads and triangles that reach into several voxels,
-// at most a third of a voxel apart.
+// The samples, and points interpolated on joined quads and triangles that reach into several
+// voxels, at most a third of a voxel apart.
 void AddSurfacePoints(double voxel_size, Parallel& parallel, ScanLayer& layer);
 
 }  // namespace vantage

@@ -201,9 +201,11 @@ TEST_F(AttributesTest, ThinFinsAreMarkedAmbiguous) {
   const ClosedFormScene scene = EmptyRoom();
   const Eigen::Isometry3d pose = PoseAt(scene.stands[0]);
   Scan scan = ScanScene(scene, pose, {});
-  // One column without returns: a fin that widens with the distance, and is thin near the scanner.
-  for (int r = 0; r < scan.image.rows(); ++r) {
-    scan.image.range[scan.image.Index(300, r)] = RangeImage::kNoReturn;
+  // Four columns without returns: a fin that widens with the distance, one voxel thick in the room.
+  for (int c = 300; c < 304; ++c) {
+    for (int r = 0; r < scan.image.rows(); ++r) {
+      scan.image.range[scan.image.Index(c, r)] = RangeImage::kNoReturn;
+    }
   }
   Serial serial;
   auto model = PartialModel::Create({}).value();

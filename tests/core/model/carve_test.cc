@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <deque>
+#include <random>
 #include <unordered_set>
 
 #include "core/model/partial_model.h"
@@ -266,6 +267,27 @@ TEST(CarveTest, NoInformationIsNotNoReturn) {
     EXPECT_EQ(hole > 50, no_return);
     EXPECT_EQ(image_above_horizon > 50, !no_return);
   }
+}
+
+// Lone rays that did not come back, among many that did, make no veils around the scanner.
+TEST(CarveTest, ScatteredDropOutsLeaveNoHolesNearTheScanner) {
+  const ClosedFormScene scene = EmptyRoom();
+  const Eigen::Isometry3d pose = PoseAt(scene.stands[0]);
+  Scan scan = ScanScene(scene, pose, {.step = Radians(0.25)});
+  std::mt19937_64 random(3);
+  for (float& range : scan.image.range) {
+    if (random() % 10 == 0) range = RangeImage::kNoReturn;
+  }
+  Serial serial;
+  auto model = PartialModel::Create({}).value();
+  ASSERT_TRUE(model->Insert("a", scan, pose, serial).ok());
+  const auto view = model->Publish();
+  size_t holes = 0;
+  view->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel&) {
+    const double distance = (view->Centre(v) - pose.translation()).norm();
+    holes += state == VoxelState::kFalseHole && distance < 1.5 ? 1 : 0;
+  });
+  EXPECT_EQ(holes, 0u);
 }
 
 TEST(CarveTest, AScannersOwnStandIsFree) {

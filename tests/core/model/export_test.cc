@@ -64,7 +64,7 @@ TEST_F(ExportTest, PlyHoldsEverySurfaceVoxel) {
   EXPECT_EQ(header.rfind("ply\nformat binary_little_endian 1.0\n", 0), 0u);
   EXPECT_NE(header.find("element vertex " + std::to_string(view_->SurfaceCount()) + "\n"),
             std::string::npos);
-  constexpr size_t kVertex = 6 * 4 + 4 + 3 * 4;
+  constexpr size_t kVertex = 6 * 4 + 4 + 3 * 4 + 1;
   EXPECT_EQ(ply.size(), header.size() + kVertex * view_->SurfaceCount());
 }
 

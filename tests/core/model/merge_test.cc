@@ -177,5 +177,41 @@ TEST(MergeTest, PeopleLeaveAndWallsStay) {
   EXPECT_GE(wall_after, wall_before);
 }
 
+// A pane that two scans looked at squarely and that never answered is given up; what one scan alone
+// missed, and what lies behind something, is not.
+TEST(MergeTest, WhatNeverComesIsGivenUp) {
+  const ClosedFormScene scene = RoomWithWindow();
+  Serial serial;
+  auto model = PartialModel::Create({}).value();
+  const std::vector<Eigen::Vector3d> stands = {{0.3, 0.4, 1.5}, {0.5, -0.5, 1.4}};
+  std::vector<size_t> given_up;
+  for (size_t i = 0; i < stands.size(); ++i) {
+    const Eigen::Isometry3d pose = PoseAt(stands[i]);
+    ASSERT_TRUE(
+        model->Insert("scan" + std::to_string(i), ScanScene(scene, pose, {}), pose, serial).ok());
+    size_t count = 0;
+    const auto view = model->Publish();
+    view->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& s) {
+      if (!s.given_up) return;
+      ++count;
+      EXPECT_EQ(state, VoxelState::kFalseHole);
+      // Both scans look through it and out of the window, give or take half a voxel.
+      for (const Eigen::Vector3d& stand : stands) {
+        bool out = false;
+        for (double dy = -0.03; dy <= 0.03; dy += 0.015) {
+          for (double dz = -0.03; dz <= 0.03; dz += 0.015) {
+            const Eigen::Vector3d to = view->Centre(v) + Eigen::Vector3d(0, dy, dz) - stand;
+            out |= scene.Cast(stand, to.normalized(), 30) > 20;
+          }
+        }
+        EXPECT_TRUE(out) << view->Centre(v).transpose();
+      }
+    });
+    given_up.push_back(count);
+  }
+  EXPECT_EQ(given_up[0], 0u);
+  EXPECT_GT(given_up[1], 50u);
+}
+
 }  // namespace
 }  // namespace vantage
