@@ -71,7 +71,7 @@ Raster ContextRaster(const ColumnMap& map) {
   return raster;
 }
 
-// Scores from above: the best over the heights of each place.
+// Scores from above: the best over the heights of each place; gaps of one place are bridged.
 struct ScoreRaster {
   Raster raster{0, 0};
   Vector2d origin = Vector2d::Zero();  // m
@@ -96,9 +96,24 @@ ScoreRaster MaxOverHeights(const JobPicture& plan) {
   if (best.empty()) return result;
   result.raster = Raster(high.x() - low.x() + 1, high.y() - low.y() + 1);
   result.origin = low.cast<double>() * cell;
-  for (const auto& [at, score] : best) {
-    result.raster.At(at.first - low.x(), high.y() - at.second) =
-        Viridis(result.best > 0 ? score / result.best : 0);
+  const auto score_at = [&](int x, int y) {
+    const auto found = best.find({x, y});
+    return found == best.end() ? std::optional<float>() : found->second;
+  };
+  for (int y = low.y(); y <= high.y(); ++y) {
+    for (int x = low.x(); x <= high.x(); ++x) {
+      std::optional<float> score = score_at(x, y);
+      // A plan that was cut short has scored only every second place here and there.
+      for (const auto& [dx, dy] : {std::pair{1, 0}, {0, 1}, {1, 1}, {1, -1}}) {
+        if (score) break;
+        const std::optional<float> before = score_at(x - dx, y - dy);
+        const std::optional<float> after = score_at(x + dx, y + dy);
+        if (before && after) score = (*before + *after) / 2;
+      }
+      if (!score) continue;
+      result.raster.At(x - low.x(), high.y() - y) =
+          Viridis(result.best > 0 ? *score / result.best : 0);
+    }
   }
   return result;
 }

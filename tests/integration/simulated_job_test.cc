@@ -59,7 +59,8 @@ TEST(SimulatedJob, DigitisesTheFlat) {
     EXPECT_TRUE(
         std::filesystem::exists(folder.File("cycle-0" + std::to_string(row.scan) + ".png")));
   }
-  for (const v1::Scan& scan : Scans(server, "flat").scans()) {
+  const v1::ListScansResponse listed = Scans(server, "flat");
+  for (const v1::Scan& scan : listed.scans()) {
     EXPECT_EQ(scan.state(), v1::SCAN_STATE_MERGED) << scan.state_message();
   }
   EXPECT_EQ(server.Stop(SIGTERM), 0) << server.Log();
@@ -98,7 +99,8 @@ TEST(SimulatedJob, FiveScansInTheSmallHouse) {
   ASSERT_EQ(rows.size(), 5u) << finished.out;
   EXPECT_GT(rows[4].truth, 2 * rows[0].truth) << finished.out;
   int merged = 0;
-  for (const v1::Scan& scan : Scans(server, "house").scans()) {
+  const v1::ListScansResponse listed = Scans(server, "house");
+  for (const v1::Scan& scan : listed.scans()) {
     merged += scan.state() == v1::SCAN_STATE_MERGED ? 1 : 0;
   }
   EXPECT_GE(merged, 4) << finished.out;
