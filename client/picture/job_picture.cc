@@ -15,9 +15,10 @@ namespace {
 using Eigen::AlignedBox2d;
 using Eigen::Vector2d;
 
-constexpr int kWidth = 1900;  // pixels
+constexpr double kWidth = 1900;       // pixels, at most
+constexpr double kLeastWidth = 1560;  // what title and legend take
 constexpr double kMargin = 56;
-constexpr double kLegendHeight = 84;
+constexpr double kLegendHeight = 120;  // three lines
 constexpr double kPanelTitle = 40;
 constexpr double kPanelFoot = 48;
 constexpr double kMaxPanelHeight = 1000;
@@ -132,6 +133,7 @@ AlignedBox2d MapBounds(const JobPicture& plan, const ColumnMap& columns) {
 struct Layout {
   bool stacked = false;
   double scale = 1;  // pixels per metre
+  double width = kWidth;
   double height = 0;
   Vector2d first = Vector2d::Zero();
   Vector2d second = Vector2d::Zero();
@@ -151,13 +153,17 @@ Layout Arrange(const AlignedBox2d& bounds, double header) {
   layout.first = {kMargin, top};
   layout.second = layout.stacked ? Vector2d(kMargin, top + block + kPanelTitle)
                                  : Vector2d(kWidth / 2.0 + kMargin / 2, top);
+  const double across = size.x() * layout.scale;
+  const double used = layout.stacked ? across + 2 * kMargin : 2 * across + 3 * kMargin;
+  layout.width = std::clamp(used, kLeastWidth, kWidth);
+  if (!layout.stacked) layout.second.x() = layout.width - kMargin - across;
   layout.height = (layout.stacked ? layout.second.y() : top) + block + kLegendHeight;
   return layout;
 }
 
 class Legend {
  public:
-  Legend(Canvas& canvas, double y) : canvas_(canvas), at_(kMargin, y) {}
+  Legend(Canvas& canvas, double y) : canvas_(canvas), width_(canvas.width()), at_(kMargin, y) {}
 
   void Patch(const Colour& colour, const std::string& text) {
     Place(22 + 6 + canvas_.TextWidth(text, kSize));
@@ -182,7 +188,7 @@ class Legend {
  private:
   static constexpr double kSize = 14;
   void Place(double width) {
-    if (at_.x() + width > kWidth - kMargin && at_.x() > kMargin) NextLine();
+    if (at_.x() + width > width_ - kMargin && at_.x() > kMargin) NextLine();
   }
   void Label(double shift, const std::string& text) {
     canvas_.Text(at_ + Vector2d(shift, 0), text, kSize, palette::kInk);
@@ -190,6 +196,7 @@ class Legend {
   }
 
   Canvas& canvas_;
+  double width_;
   Vector2d at_;
 };
 
@@ -212,7 +219,7 @@ void DrawStations(MapPanel& panel, const JobPicture& plan) {
 }
 
 void DrawCoverage(MapPanel& panel, const JobPicture& plan, const ColumnMap& columns) {
-  panel.Title("Measured and missing surface");
+  panel.Title("Measured and missing surface (paler: less of the height)");
   panel.Grid();
   if (columns.width() > 0) {
     panel.Image(columns.origin(), columns.cell(), CoverageRaster(columns));
@@ -253,15 +260,12 @@ void DrawLegend(Canvas& canvas, double y, const JobPicture& plan) {
   legend.Patch(palette::kUnderSampledFlat, "under-sampled");
   legend.Patch(palette::kOcclusion, "missing: hidden behind something");
   legend.Patch(palette::kHole, "missing: nothing came back (glass, black)");
-  legend.Patch(palette::kImageBoundary,
-               "missing: outside the field of view (paler: less of the height)");
+  legend.Patch(palette::kImageBoundary, "missing: outside the field of view");
   legend.NextLine();
   const Vector2d origin = Vector2d::Zero();
   legend.Symbol("scanned, in order", [&](MapPanel& p) { p.Station(origin, 1, true); });
   legend.Symbol("scanned, not joined", [&](MapPanel& p) { p.Station(origin, 2, false); });
-  legend.Symbol(absl::StrFormat("next position (ring: %.1f m, nearer candidates are not listed; "
-                                "square: as good)",
-                                plan.separation),
+  legend.Symbol(absl::StrFormat("next position (ring: %.1f m; square: as good)", plan.separation),
                 [&](MapPanel& p) { p.Next(origin, 0); });
   legend.Symbol("next best, by rank", [&](MapPanel& p) { p.Candidate(origin, 2); });
   legend.Symbol("would not register", [&](MapPanel& p) { p.Refused(origin); });
@@ -275,7 +279,8 @@ Canvas DrawJobPicture(const JobPicture& plan) {
   const double header = 62 + 24 * static_cast<double>(plan.figures.size());
   const Layout layout = Arrange(bounds, header);
 
-  Canvas canvas(kWidth, static_cast<int>(std::ceil(layout.height)), palette::kWhite);
+  Canvas canvas(static_cast<int>(layout.width), static_cast<int>(std::ceil(layout.height)),
+                palette::kWhite);
   canvas.Text({kMargin, 44}, plan.title, 27, palette::kInk, Align::kLeft, true);
   double y = 72;
   for (const std::string& line : plan.figures) {
