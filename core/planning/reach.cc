@@ -12,13 +12,18 @@ constexpr float kFar = std::numeric_limits<float>::infinity();
 
 constexpr double kNeedles = 1.0;  // m, around a stand
 
-// True when nothing blocks the voxel column in [low, high) that was ever measured or hidden: only
-// what lay outside the field of view and, with `holes`, along rays that did not return.
-bool OnlyUnseen(const PlanningView& model, int x, int y, int low, int high, bool holes) {
+constexpr double kTripod = 0.75;  // m, around a stand
+
+// True when nothing in the voxel column [low, high) speaks against the way to a stand `away` metres
+// off, by which someone carried the scanner in: what lay outside the field of view; nearer,
+// whatever is merely not known; right beside it, what was measured too (the tripod's legs, the
+// scanner's own body at the edge of its blind zone).
+bool OnTheWayIn(const PlanningView& model, int x, int y, int low, int high, double away) {
   for (int z = low; z < high; ++z) {
     const VoxelState state = model.State({x, y, z});
     if (state == VoxelState::kEmpty || state == VoxelState::kUnknown ||
-        state == VoxelState::kFalseImage || (holes && state == VoxelState::kFalseHole)) {
+        state == VoxelState::kFalseImage || (away <= kNeedles && IsFalseSurface(state)) ||
+        away <= kTripod) {
       continue;
     }
     return false;
@@ -70,7 +75,7 @@ void ReachMap::FindPassable(const PlanningView& model, const OpaqueGrid& grid,
         const double away = std::hypot((x + 0.5) * voxel - stand.position.x(),
                                        (y + 0.5) * voxel - stand.position.y());
         free = away <= 2 * (stand.position.z() - static_cast<double>(height)) &&
-               OnlyUnseen(model, x, y, low, high, away <= kNeedles);
+               OnTheWayIn(model, x, y, low, high, away);
       }
       blocked[static_cast<size_t>(i) + static_cast<size_t>(nx) * static_cast<size_t>(j)] = !free;
     }
