@@ -53,6 +53,10 @@ absl::StatusOr<std::string> ToBinary(const std::string& file) {
 Export::Export(std::shared_ptr<Session> session, v1::ExportFormat format)
     : session_(std::move(session)), format_(format), model_(session_->Model()) {}
 
+Export::~Export() {
+  if (counted_) session_->EndExport();
+}
+
 absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> session,
                                                        const v1::ExportModelRequest& request) {
   const v1::ExportFormat format = request.format();
@@ -64,6 +68,12 @@ absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> 
     return InvalidField("scans", "only goes with EXPORT_FORMAT_SCANS_PLY");
   }
   std::unique_ptr<Export> made(new Export(std::move(session), format));
+  made->counted_ = made->session_->BeginExport();
+  if (!made->counted_) {
+    return Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EXPORTS",
+                     "as many exports of the session are under way as it may have",
+                     absl::Seconds(5));
+  }
   made->file_name_ = absl::StrCat(made->session_->id(), Extension(format));
   if (made->model_.view == nullptr) return NothingMerged(made->session_->id());
   if (format == v1::EXPORT_FORMAT_SCANS_PLY) {

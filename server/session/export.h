@@ -16,9 +16,14 @@ namespace vantage {
 class Export {
  public:
   // Checks the request and fixes what is exported: later changes of the session don't show.
-  // FAILED_PRECONDITION: nothing to export. UNIMPLEMENTED: an archive.
+  // FAILED_PRECONDITION: nothing to export. UNIMPLEMENTED: an archive. RESOURCE_EXHAUSTED: too
+  // many exports of the session are under way.
   static absl::StatusOr<std::unique_ptr<Export>> Create(std::shared_ptr<Session> session,
                                                         const v1::ExportModelRequest& request);
+
+  ~Export();
+  Export(const Export&) = delete;
+  Export& operator=(const Export&) = delete;
 
   // The next part, in order; empty at the end. Takes its time: call it on a pool.
   absl::StatusOr<std::string> Next();
@@ -41,6 +46,7 @@ class Export {
   std::vector<v1::Scan> scans_;
   std::string plan_;
   size_t part_ = 0;
+  bool counted_ = false;  // among the session's exports
 };
 
 }  // namespace vantage

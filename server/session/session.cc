@@ -161,6 +161,12 @@ ModelSnapshot Session::Model() const {
   return snapshot_;
 }
 
+bool Session::BeginExport() {
+  if (++exports_ <= static_cast<int>(around_.limits.exports_per_session)) return true;
+  --exports_;
+  return false;
+}
+
 void Session::RunInteractive(PlanningPool::Job job) {
   around_.pool.Submit(share_, JobPriority::kInteractive, std::move(job));
 }

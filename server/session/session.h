@@ -108,6 +108,9 @@ class Session : public std::enable_shared_from_this<Session> {
   // The model.
   ModelSnapshot Model() const;
   absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage() const;
+  // False when the session has as many exports under way as it may.
+  bool BeginExport();
+  void EndExport() { --exports_; }
   // Runs `job` on the planning pool for this session.
   void RunInteractive(PlanningPool::Job job);
 
@@ -163,6 +166,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::shared_ptr<Strand> strand_;
   std::atomic<bool> closed_{false};
   std::atomic<int> evaluations_{0};
+  std::atomic<int> exports_{0};
 
   // Touched on the strand only.
   std::unique_ptr<PartialModel> model_;

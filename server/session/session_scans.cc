@@ -29,7 +29,9 @@ std::vector<std::string> Dependents(const SessionState& state, const ScanRecord&
   if (!scan.in_model) return names;
   for (const std::string& name : state.scan_order) {
     const ScanRecord& other = state.scans.at(name);
-    if (other.in_model && name != scan.scan.name() && other.scan.has_registration() &&
+    const bool aligned = other.scan.pose_source() == v1::POSE_SOURCE_REGISTRATION ||
+                         other.scan.pose_source() == v1::POSE_SOURCE_ACCEPTED;
+    if (other.in_model && name != scan.scan.name() && aligned &&
         other.scan.registration().model_version() >= scan.scan.merge().model_version()) {
       names.push_back(name);
     }
@@ -144,7 +146,6 @@ absl::StatusOr<v1::WithdrawScanResponse> Session::WithdrawScan(
   CheckRequestId(request.request_id(), violations);
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
-  v1::WithdrawScanResponse response;
   absl::StatusOr<std::string> name =
       journal_.Execute(RequestKey::Of(request.request_id(), "WithdrawScan", request),
                        [&](const SessionState& state) -> absl::StatusOr<Draft> {
@@ -163,7 +164,6 @@ absl::StatusOr<v1::WithdrawScanResponse> Session::WithdrawScan(
                          *event.mutable_scan()->mutable_update_time() = WriteTime(journal_.Now());
                          for (const std::string& dependent : Dependents(state, it->second)) {
                            event.add_dependent_scans(dependent);
-                           response.add_dependent_scans(dependent);
                          }
                          return draft;
                        });
@@ -171,8 +171,21 @@ absl::StatusOr<v1::WithdrawScanResponse> Session::WithdrawScan(
   PostSettle(*name);
   absl::StatusOr<v1::Scan> scan = GetScan(*name);
   if (!scan.ok()) return scan.status();
+  v1::WithdrawScanResponse response;
   *response.mutable_scan() = *std::move(scan);
-  return response;
+  // From the log, so that a repeated request hears the same.
+  uint64_t after = 0;
+  constexpr size_t kBatch = 256;
+  while (true) {
+    absl::StatusOr<std::vector<v1::SessionEvent>> events = journal_.Events(after, kBatch);
+    if (!events.ok()) return events.status();
+    if (events->empty()) return response;
+    for (const v1::SessionEvent& event : *events) {
+      if (event.scan_withdrawn().scan().name() != *name) continue;
+      *response.mutable_dependent_scans() = event.scan_withdrawn().dependent_scans();
+    }
+    after = events->back().sequence();
+  }
 }
 
 absl::StatusOr<RangeImage> Session::LoadImage(const std::string& scan) const {

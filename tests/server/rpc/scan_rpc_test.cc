@@ -309,6 +309,15 @@ TEST_F(ScanRpc, APoseMaySetAndAScanBeWithdrawn) {
     ASSERT_TRUE(server_.scans->WithdrawScan(&context, withdraw, &response).ok());
   }
   EXPECT_EQ(response.scan().state(), v1::SCAN_STATE_WITHDRAWN);
+  // Only a scan that was aligned would depend on it: this one's pose was set by hand.
+  EXPECT_EQ(response.dependent_scans_size(), 0);
+  ASSERT_TRUE(server_.server().sessions().WaitUntilIdle(std::chrono::seconds(60)));
+  {
+    grpc::ClientContext again_context;
+    v1::WithdrawScanResponse again;
+    ASSERT_TRUE(server_.scans->WithdrawScan(&again_context, withdraw, &again).ok());
+    EXPECT_EQ(again.scan().name(), response.scan().name());
+  }
   withdraw.clear_request_id();
   grpc::ClientContext context;
   EXPECT_EQ(server_.scans->WithdrawScan(&context, withdraw, &response).error_code(),
