@@ -58,21 +58,26 @@ void SurfacePoints::AddTo(ScanLayer& layer) const {
 
 namespace {
 
-// Fills in what joined samples imply between them.
+// A sample's place.
+struct Place {
+  Eigen::Vector3d point;  // m, model frame
+  VoxelIndex voxel;
+};
+
+// Finds the voxels that joined samples imply between them.
 class Interpolator {
  public:
   Interpolator(const RangeSurface& surface, double voxel_size)
       : surface_(surface), voxel_size_(voxel_size), spacing_(voxel_size / 3) {}
 
-  // The cells from (column, row) to the next column and row; `here` and `next` hold the points of
-  // the two columns.
-  void Fill(int column, int row, const std::vector<Eigen::Vector3d>& here,
-            const std::vector<Eigen::Vector3d>& next, SurfacePoints& points) const {
+  // The cells from (column, row) to the next column and row; `here` and `next` are the two columns.
+  void Fill(int column, int row, const std::vector<Place>& here, const std::vector<Place>& next,
+            SurfacePoints& points) const {
     const int beside = surface_.NextColumn(column);
     const size_t low = static_cast<size_t>(row);
     const size_t high = low + 1;
     if (surface_.QuadJoined(column, row)) {
-      Quad(here[low], next[low], here[high], next[high], points);
+      Quad({&here[low], &next[low], &here[high], &next[high]}, points);
       return;
     }
     const bool bottom = surface_.JoinedToNextColumn(column, row);
@@ -80,53 +85,81 @@ class Interpolator {
     const bool left = surface_.JoinedToNextRow(column, row);
     const bool right = surface_.JoinedToNextRow(beside, row);
     if (bottom && left) {
-      Triangle(here[low], next[low], here[high], points);
+      Triangle({&here[low], &next[low], &here[high]}, points);
     } else if (bottom && right) {
-      Triangle(next[low], here[low], next[high], points);
+      Triangle({&next[low], &here[low], &next[high]}, points);
     } else if (top && left) {
-      Triangle(here[high], next[high], here[low], points);
+      Triangle({&here[high], &next[high], &here[low]}, points);
     } else if (top && right) {
-      Triangle(next[high], here[high], next[low], points);
+      Triangle({&next[high], &here[high], &next[low]}, points);
     }
   }
 
  private:
-  VoxelIndex VoxelOf(const Eigen::Vector3d& point) const {
-    return (point / voxel_size_).array().floor().cast<int>();
+  // The piece lies in the box of voxels that its corners span. Where they fill it there is nothing
+  // to find, and for most pieces of a dense scan they do.
+  template <size_t N>
+  static bool CornersFillTheirBox(const std::array<const Place*, N>& corners) {
+    VoxelIndex low = corners[0]->voxel;
+    VoxelIndex high = low;
+    for (const Place* corner : corners) {
+      low = low.cwiseMin(corner->voxel);
+      high = high.cwiseMax(corner->voxel);
+    }
+    const int volume = (high - low + VoxelIndex::Ones()).prod();
+    if (volume <= 2) return true;
+    if (volume > static_cast<int>(N)) return false;
+    for (size_t i = 0; i < N; ++i) {
+      for (size_t j = 0; j < i; ++j) {
+        if (corners[i]->voxel == corners[j]->voxel) return false;
+      }
+    }
+    return volume == static_cast<int>(N);
   }
+
+  template <size_t N>
+  void AddBetween(const Eigen::Vector3d& point, const std::array<const Place*, N>& corners,
+                  SurfacePoints& points) const {
+    const VoxelIndex voxel = (point / voxel_size_).array().floor().cast<int>();
+    for (const Place* corner : corners) {
+      if (corner->voxel == voxel) return;  // a sample says more
+    }
+    points.Add(point, false);
+  }
+
   // At least two, so that the corner of a voxel between two samples is not passed over.
   int Steps(double squared_length) const {
     return std::max(2, static_cast<int>(std::ceil(std::sqrt(squared_length) / spacing_)));
   }
 
-  void Quad(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
-            const Eigen::Vector3d& d, SurfacePoints& points) const {
-    const VoxelIndex voxel = VoxelOf(a);
-    // Most quads of a dense scan lie inside one voxel: their corners say it all.
-    if (voxel == VoxelOf(b) && voxel == VoxelOf(c) && voxel == VoxelOf(d)) return;
+  void Quad(const std::array<const Place*, 4>& corners, SurfacePoints& points) const {
+    if (CornersFillTheirBox(corners)) return;
+    const Eigen::Vector3d& a = corners[0]->point;
+    const Eigen::Vector3d& b = corners[1]->point;
+    const Eigen::Vector3d& c = corners[2]->point;
+    const Eigen::Vector3d& d = corners[3]->point;
     const int nu = Steps(std::max((b - a).squaredNorm(), (d - c).squaredNorm()));
     const int nv = Steps(std::max((c - a).squaredNorm(), (d - b).squaredNorm()));
     for (int i = 0; i <= nu; ++i) {
       for (int j = 0; j <= nv; ++j) {
         const double u = static_cast<double>(i) / nu;
         const double v = static_cast<double>(j) / nv;
-        points.Add((1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d), false);
+        AddBetween((1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * c + u * d), corners, points);
       }
     }
   }
 
-  // `a` is the corner between the two joined sides.
-  void Triangle(const Eigen::Vector3d& a, const Eigen::Vector3d& b, const Eigen::Vector3d& c,
-                SurfacePoints& points) const {
-    const VoxelIndex voxel = VoxelOf(a);
-    if (voxel == VoxelOf(b) && voxel == VoxelOf(c)) return;
-    const int n =
-        Steps(std::max({(b - a).squaredNorm(), (c - a).squaredNorm(), (c - b).squaredNorm()}));
+  // The first corner is the one between the two joined sides.
+  void Triangle(const std::array<const Place*, 3>& corners, SurfacePoints& points) const {
+    if (CornersFillTheirBox(corners)) return;
+    const Eigen::Vector3d& a = corners[0]->point;
+    const Eigen::Vector3d u = corners[1]->point - a;
+    const Eigen::Vector3d v = corners[2]->point - a;
+    const int n = Steps(std::max({u.squaredNorm(), v.squaredNorm(), (v - u).squaredNorm()}));
     for (int i = 0; i <= n; ++i) {
       for (int j = 0; i + j <= n; ++j) {
-        points.Add(
-            a + (b - a) * (static_cast<double>(i) / n) + (c - a) * (static_cast<double>(j) / n),
-            false);
+        AddBetween(a + u * (static_cast<double>(i) / n) + v * (static_cast<double>(j) / n), corners,
+                   points);
       }
     }
   }
@@ -141,13 +174,15 @@ class Interpolator {
 void AddSurfacePoints(double voxel_size, Parallel& parallel, ScanLayer& layer) {
   const RangeSurface& surface = layer.range_surface;
   const Interpolator interpolator(surface, voxel_size);
-  const auto points_of = [&](int column, std::vector<Eigen::Vector3d>& points) {
-    points.resize(static_cast<size_t>(surface.rows()));
+  const auto places_of = [&](int column, std::vector<Place>& places) {
+    places.resize(static_cast<size_t>(surface.rows()));
     for (int r = 0; r < surface.rows(); ++r) {
       const float range = surface.at(column, r);
       if (!RangeImage::IsRange(range)) continue;
-      points[static_cast<size_t>(r)] =
+      Place& place = places[static_cast<size_t>(r)];
+      place.point =
           layer.T_model_scan * (static_cast<double>(range) * surface.Direction(column, r));
+      place.voxel = (place.point / voxel_size).array().floor().cast<int>();
     }
   };
   // Few parts: each may hold its own copy of a brick's sums.
@@ -157,16 +192,16 @@ void AddSurfacePoints(double voxel_size, Parallel& parallel, ScanLayer& layer) {
   parallel.For(parts, [&](size_t part) {
     const int begin = static_cast<int>(part * static_cast<size_t>(surface.columns()) / parts);
     const int end = static_cast<int>((part + 1) * static_cast<size_t>(surface.columns()) / parts);
-    std::vector<Eigen::Vector3d> here;
-    std::vector<Eigen::Vector3d> next;
-    if (begin < end) points_of(begin, here);
+    std::vector<Place> here;
+    std::vector<Place> next;
+    if (begin < end) places_of(begin, here);
     for (int c = begin; c < end; ++c) {
       const int beside = surface.NextColumn(c);
-      if (beside >= 0) points_of(beside, next);
+      if (beside >= 0) places_of(beside, next);
       for (int r = 0; r < surface.rows(); ++r) {
         if (RangeImage::IsRange(surface.at(c, r))) {
           ++samples[part];
-          sums[part].Add(here[static_cast<size_t>(r)], true);
+          sums[part].Add(here[static_cast<size_t>(r)].point, true);
         }
         if (beside >= 0 && r + 1 < surface.rows()) interpolator.Fill(c, r, here, next, sums[part]);
       }

@@ -1,0 +1,16 @@
+// The groups of figures, each of which measures itself against a reference in the same run.
+#ifndef VANTAGE_TESTS_BENCH_BENCHMARKS_H_
+#define VANTAGE_TESTS_BENCH_BENCHMARKS_H_
+
+#include "core/parallel/parallel.h"
+#include "tests/bench/figures.h"
+
+namespace vantage {
+
+void BenchCycle(Parallel& parallel, Figures& figures);     // cycle.*
+void BenchCarve(Parallel& parallel, Figures& figures);     // carve.*, merge.*
+void BenchPlanning(Parallel& parallel, Figures& figures);  // plan.*
+
+}  // namespace vantage
+
+#endif  // VANTAGE_TESTS_BENCH_BENCHMARKS_H_

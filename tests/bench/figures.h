@@ -1,0 +1,47 @@
+// The benchmark's result: named figures, each beside what it is measured against.
+#ifndef VANTAGE_TESTS_BENCH_FIGURES_H_
+#define VANTAGE_TESTS_BENCH_FIGURES_H_
+
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace vantage {
+
+struct Figure {
+  std::string name;  // stable
+  double value = 0;
+  std::string unit;
+  std::string aim;        // empty: none stated
+  std::string reference;  // what it is measured against, in the same run
+};
+
+// Collects figures, prints them as they come and writes them as JSON.
+class Figures {
+ public:
+  explicit Figures(std::string only) : only_(std::move(only)) {}
+
+  // Is a group of figures wanted? (--only PREFIX: any name in it starts so, or the other way round)
+  bool Wants(const std::string& prefix) const {
+    return prefix.starts_with(only_) || only_.starts_with(prefix);
+  }
+  void Add(Figure figure);
+
+  // Machine, commit, the defaults that matter, figures. False when the file cannot be written.
+  bool WriteJson(const std::string& path) const;
+
+ private:
+  std::string only_;
+  std::vector<Figure> figures_;
+};
+
+// CPU or wall seconds of one call.
+double WallSeconds(const std::function<void()>& call);
+// The median of several calls.
+double MedianSeconds(int runs, const std::function<void()>& call);
+double Percentile(std::vector<double> values, double share);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_TESTS_BENCH_FIGURES_H_

@@ -1,0 +1,45 @@
+// vantage_bench [--only PREFIX] [--out FILE] [--full]
+//
+// Prints a table of figures and writes them as JSON. The exit status says whether it ran, not
+// whether aims are met.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <iostream>
+#include <thread>
+
+#include "core/parallel/thread_pool.h"
+#include "tests/bench/benchmarks.h"
+
+int main(int argc, char** argv) {
+  CLI::App app("Benchmarks of Vantage, as ratios against references in the same run");
+  std::string only;
+  std::string out = "bench.json";
+  bool full = false;
+  app.add_option("--only", only, "only figures whose names start so");
+  app.add_option("--out", out, "where to write the JSON")->capture_default_str();
+  app.add_flag("--full", full, "all figures, however long they take");
+  CLI11_PARSE(app, argc, argv);
+
+  const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+  vantage::ThreadPool pool(threads);
+  vantage::Figures figures(only);
+  // A loop of plain arithmetic: how fast this machine was during this run.
+  if (figures.Wants("machine.")) {
+    volatile double sink = 0;
+    const double loop = vantage::MedianSeconds(3, [&] {
+      double x = 1;
+      for (int i = 0; i < 100'000'000; ++i) x = x * 0.999999 + 1e-6;
+      sink = x;
+    });
+    figures.Add({"machine.loop.seconds", loop, "s", "", "1e8 dependent multiply-adds, one thread"});
+  }
+  vantage::BenchCarve(pool, figures);
+  vantage::BenchPlanning(pool, figures);
+  vantage::BenchCycle(pool, figures);
+  if (!figures.WriteJson(out)) {
+    std::cerr << "cannot write " << out << ": name a file in a folder that can be written\n";
+    return 1;
+  }
+  std::cout << "written to " << out << "\n";
+  return 0;
+}
