@@ -139,8 +139,8 @@ void FloorField::KeepFloors(const PlanningView& model, const std::vector<float>&
   // What carries a stand is a floor whatever else there is.
   const auto carries_stand = [&](const Piece& piece) {
     for (const uint32_t at : piece.columns) {
-      const double x = (min_x_ + static_cast<int>(at) % size_x_ + 0.5) * voxel;
-      const double y = (min_y_ + static_cast<int>(at) / size_x_ + 0.5) * voxel;
+      const int column = static_cast<int>(at) % size_x_, row = static_cast<int>(at) / size_x_;
+      const double x = (min_x_ + column + 0.5) * voxel, y = (min_y_ + row + 0.5) * voxel;
       for (const Stand& stand : model.stands()) {
         if (!stand.floor_found) continue;
         const double reach = 1.5 * std::max(1.0, stand.position.z() - stand.floor_height);
