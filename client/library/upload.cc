@@ -108,7 +108,7 @@ class StreamAttempt {
     if (outcome.silent) context_.TryCancel();
     stream_->WritesDone();
     reader.join();
-    const grpc::Status status = stream_->Finish();
+    grpc::Status status = stream_->Finish();
     outcome = acknowledged_.Wait([](const auto&) { return true; });
     return status;
   }
@@ -118,7 +118,7 @@ class StreamAttempt {
   Acknowledged::Snapshot WaitFor(Ready&& ready) {
     while (true) {
       const int64_t reported = progress_.acknowledged_bytes;
-      const Acknowledged::Snapshot now = acknowledged_.Wait(
+      Acknowledged::Snapshot now = acknowledged_.Wait(
           [&](const Acknowledged::Snapshot& s) { return ready(s) || s.stored > reported; });
       if (now.stored > reported) {
         progress_.acknowledged_bytes = now.stored;

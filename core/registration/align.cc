@@ -244,7 +244,7 @@ struct FineResult {
 };
 
 FineResult AlignFine(const PlanningView& model, const ScanSurface& surface, size_t count,
-                     Eigen::Isometry3d pose, const PriorTerm& prior,
+                     const Eigen::Isometry3d& pose, const PriorTerm& prior,
                      const RegistrationConfig& config, Parallel& parallel, int max_iterations) {
   const std::span<const SurfaceSample> samples(surface.samples.data(),
                                                std::min(count, surface.samples.size()));
