@@ -15,7 +15,7 @@ namespace vantage {
 absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningView& model, const ScannerModel& scanner,
                                             const PlanningConfig& config,
                                             const Eigen::Vector3d& position, Parallel& parallel) {
-  if (const absl::Status valid = ValidateFor(model, scanner, config); !valid.ok()) return valid;
+  if (absl::Status valid = ValidateFor(model, scanner, config); !valid.ok()) return valid;
   if (!position.allFinite()) {
     return absl::InvalidArgumentError("position must be finite (m, model frame)");
   }

@@ -139,7 +139,7 @@ void SetOutcome(const RegistrationCheck& check, const Evaluation& evaluation, bo
 absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& scanner,
                               const PlanningConfig& config, const Budget& budget,
                               Parallel& parallel, PlanProgress progress) {
-  if (const absl::Status valid = ValidateFor(model, scanner, config); !valid.ok()) return valid;
+  if (absl::Status valid = ValidateFor(model, scanner, config); !valid.ok()) return valid;
   Plan plan;
   plan.model_version = model.version();
   plan.seed = config.seed;

@@ -15,7 +15,7 @@ constexpr double kClearanceLimit = 2.0;  // m, reported at most
 
 absl::Status ValidateFor(const PlanningView& model, const ScannerModel& scanner,
                          const PlanningConfig& config) {
-  if (const absl::Status valid = config.Validate(scanner); !valid.ok()) return valid;
+  if (absl::Status valid = config.Validate(scanner); !valid.ok()) return valid;
   const double cells = config.viewcell_size / model.voxel_size();
   if (cells < 1 - 1e-6 || std::abs(cells - std::round(cells)) > 1e-6 * cells) {
     return absl::InvalidArgumentError(absl::StrFormat(
