@@ -209,7 +209,10 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
   // F. Registration check.
   Budget rest = budget;
   if (rest.work_limit != std::numeric_limits<uint64_t>::max()) {
-    rest.work_limit -= std::min(rest.work_limit, plan.rays);
+    // A ranking of which nothing was checked is worth little: the check keeps its part even where
+    // the evaluation's last batch overran its own.
+    const uint64_t left = rest.work_limit - std::min(rest.work_limit, plan.rays);
+    rest.work_limit = std::max(left, rest.work_limit / 10);
   }
   if (rest.deadline != Clock::time_point::max()) {  // the answers have to be written up as well
     rest.deadline -= std::max(rest.deadline - Clock::now(), Clock::duration::zero()) / 3;
