@@ -19,10 +19,8 @@ ModelLeaf ModelOctree::Find(const VoxelIndex& brick) const {
 
 void ModelOctree::Set(const VoxelIndex& brick, ModelLeaf leaf) {
   const octomap::OcTreeKey key = KeyAt(brick);
-  if (leaf == nullptr) {
-    if (root != nullptr) deleteNode(key);
-    return;
-  }
+  // A leaf of nothing rather than none: OctoMap leaks inner nodes that lose their last child.
+  if (leaf == nullptr && (root == nullptr || search(key) == nullptr)) return;
   if (root == nullptr) {
     root = new ModelNode();
     ++tree_size;

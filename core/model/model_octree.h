@@ -22,7 +22,8 @@ using ModelLeaf = std::shared_ptr<const MergedBrick>;
 class ModelNode : public octomap::OcTreeDataNode<ModelLeaf> {
  public:
   using octomap::OcTreeDataNode<ModelLeaf>::OcTreeDataNode;
-  // Called by the tree when a child goes; inner nodes say nothing of their own.
+  // Called by the tree when a child goes: inner nodes say nothing of their own. Ours never lose
+  // one, but the tree's code names it.
   void updateOccupancyChildren() {}
 };
 
@@ -32,7 +33,7 @@ class ModelOctree : public octomap::OcTreeBaseImpl<ModelNode, octomap::AbstractO
 
   // The brick at brick coordinates, or null where all is unknown.
   ModelLeaf Find(const VoxelIndex& brick) const;
-  // Sets or, with null, removes a brick. Bricks lie within +-32,768 of the origin.
+  // Sets a brick; null is unknown. Bricks lie within +-32,768 of the origin.
   void Set(const VoxelIndex& brick, ModelLeaf leaf);
   // Joins equal bricks (the same shared contents) into larger nodes.
   void Collapse() { prune(); }
