@@ -73,7 +73,8 @@ class Evaluator {
     while (!queue.empty() && static_cast<int>(leaders.size()) < options_.leaders) {
       // As many as look better than the best exact one, at most a batch.
       batch.clear();
-      while (!queue.empty() && batch.size() < kExactBatch) {
+      const size_t most = Affordable(cells_, kExactBatch, budget_);
+      while (!queue.empty() && batch.size() < most) {
         const uint32_t i = queue.top().view;
         if (NearAny(i, leaders)) {
           queue.pop();
@@ -106,8 +107,9 @@ class Evaluator {
       return evaluation_.views[a].upper > evaluation_.views[b].upper;
     });
     size_t shown = 1;
-    for (size_t begin = 0; begin < rest.size(); begin += kExactBatch) {
-      const size_t count = std::min(kExactBatch, rest.size() - begin);
+    size_t count = 0;
+    for (size_t begin = 0; begin < rest.size(); begin += count) {
+      count = std::min(Affordable(cells_, kExactBatch, budget_), rest.size() - begin);
       if (!ScoreExactly({rest.data() + begin, count}, budget_)) return;
       if (begin >= rest.size() * shown / 8) {
         ++shown;
@@ -155,6 +157,14 @@ class Evaluator {
     return evaluation_.rays >= budget.work_limit || budget.Expired();
   }
 
+  // Views that may be scored together on `cells`: a work limit is overrun by one view at most.
+  size_t Affordable(const CellArrays& cells, size_t most, const Budget& budget) const {
+    const uint64_t left =
+        budget.work_limit - std::min<uint64_t>(budget.work_limit, evaluation_.rays);
+    const uint64_t each = std::max<uint64_t>(1, scorer_.MostRays(cells));
+    return static_cast<size_t>(std::clamp<uint64_t>(left / each, 1, most));
+  }
+
   bool NearAny(uint32_t i, std::span<const uint32_t> others) const {
     return std::any_of(others.begin(), others.end(), [&](uint32_t j) {
       return (views_[i] - views_[j]).norm() < options_.separation;
@@ -188,9 +198,10 @@ class Evaluator {
     // A batch is a few milliseconds of work, whatever the sample.
     const size_t batch = std::clamp<size_t>((size_t{1} << 19) / draws, 32, 4096);
     std::vector<ViewScore> scores;
-    for (size_t begin = 0; begin < field.size(); begin += batch) {
+    size_t count = 0;
+    for (size_t begin = 0; begin < field.size(); begin += count) {
       if (Spent(part)) break;
-      const size_t count = std::min(batch, field.size() - begin);
+      count = std::min(Affordable(sample, batch, part), field.size() - begin);
       scores.assign(count, {});
       parallel_.For(count, [&](size_t k) {
         scores[k] = scorer_.Score(views_[field[begin + k]], sample, part, seen_);

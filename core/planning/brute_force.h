@@ -41,6 +41,11 @@ class BruteForceScorer {
   ViewScore ScoreCells(const Eigen::Vector3d& view, const CellArrays& cells, const Budget& budget,
                        std::span<float> gains) const;
 
+  // What one view can cost at most.
+  uint64_t MostRays(const CellArrays& cells) const {
+    return cells.size() * (pose_error_ > 0 ? 9 : 1);
+  }
+
   const SensingConstraints& constraints() const { return constraints_; }
   double voxel() const { return voxel_; }
 

@@ -78,10 +78,13 @@ RegistrationCheck CheckRegistration(const OverlapSurface& surface, const Occlusi
                                     const RegistrationConfig& config, const Budget& budget,
                                     Parallel& parallel) {
   RegistrationCheck check;
-  for (size_t begin = 0; begin < candidates.size(); begin += kBatch) {
+  size_t count = 0;
+  for (size_t begin = 0; begin < candidates.size(); begin += count) {
     if (check.registrable.size() >= wanted) break;
     if (check.rays >= budget.work_limit || budget.Expired()) return check;
-    const size_t count = std::min(kBatch, candidates.size() - begin);
+    const uint64_t affordable = (budget.work_limit - check.rays) / surface.MostRays();
+    count = std::min(static_cast<size_t>(std::clamp<uint64_t>(affordable, 1, kBatch)),
+                     candidates.size() - begin);
     std::vector<std::optional<OverlapSurface::Seen>> seen(count);
     parallel.For(count, [&](size_t k) {
       seen[k] = surface.Predict(views[candidates[begin + k]], scene, config, budget);

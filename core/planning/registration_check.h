@@ -3,6 +3,7 @@
 #define VANTAGE_CORE_PLANNING_REGISTRATION_CHECK_H_
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -34,6 +35,8 @@ class OverlapSurface {
   // Nothing when the budget expired on the way. `scene` is the one of the constructor.
   std::optional<Seen> Predict(const Eigen::Vector3d& view, const OcclusionScene& scene,
                               const RegistrationConfig& config, const Budget& budget) const;
+  // What one prediction can cost at most.
+  uint64_t MostRays() const { return std::max<uint64_t>(1, cells_.size()); }
 
  private:
   double voxel_;
