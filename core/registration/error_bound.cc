@@ -136,7 +136,7 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
   // In the basis V with V^T feigned V = I and V^T H V = diag(lambda): lambda is how many times more
   // information there is than the noise alone would show.
   const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6d> solver(h, feigned);
-  const Matrix6d v = solver.eigenvectors();
+  const Matrix6d& v = solver.eigenvectors();
   const Matrix6d v_inverse = v.transpose() * feigned;
   const double threshold =
       kFeignedFactor +

@@ -46,6 +46,7 @@ Residuals Weigh(const std::vector<Correspondence>& found, const RegistrationConf
   Residuals result;
   std::vector<double> magnitudes;
   std::vector<double> angles;
+  magnitudes.reserve(found.size());
   for (const Correspondence& c : found) magnitudes.push_back(std::abs(c.residual));
   const double gate = kInlierDeviations * 1.4826 * std::max(Median(magnitudes), 5e-4);
   double squared = 0;

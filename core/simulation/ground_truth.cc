@@ -105,7 +105,8 @@ void GroundTruth::State::FindAttainable(const std::vector<Eigen::Vector3d>& posi
 
 GroundTruth::GroundTruth(const TriangleMesh& mesh, const SimulatedScanner& tracer,
                          const ScannerModel& scanner, double required_density,
-                         std::vector<Eigen::Vector3d> positions, size_t samples, Parallel& parallel)
+                         const std::vector<Eigen::Vector3d>& positions, size_t samples,
+                         Parallel& parallel)
     : state_(std::make_unique<State>()) {
   State& state = *state_;
   state.tracer = &tracer.tracer();

@@ -34,8 +34,8 @@ class GroundTruth {
  public:
   // `tracer` must be of the same mesh and outlive this.
   GroundTruth(const TriangleMesh& mesh, const SimulatedScanner& tracer, const ScannerModel& scanner,
-              double required_density, std::vector<Eigen::Vector3d> positions, size_t samples,
-              Parallel& parallel);
+              double required_density, const std::vector<Eigen::Vector3d>& positions,
+              size_t samples, Parallel& parallel);
   ~GroundTruth();
   GroundTruth(GroundTruth&&) noexcept;
   GroundTruth& operator=(GroundTruth&&) noexcept;
