@@ -84,6 +84,7 @@ void AddCoverage(CLI::App& parent, Environment& environment);
 void AddWatch(CLI::App& parent, Environment& environment);
 void AddExport(CLI::App& parent, Environment& environment);
 void AddSimulate(CLI::App& parent, Environment& environment);
+void AddStudy(CLI::App& parent, Environment& environment);
 void AddHealth(CLI::App& parent, Environment& environment);
 
 }  // namespace vantage

@@ -67,6 +67,7 @@ int main(int argc, char** argv) {
   vantage::AddWatch(app, environment);
   vantage::AddExport(app, environment);
   vantage::AddSimulate(app, environment);
+  vantage::AddStudy(app, environment);
   vantage::AddHealth(app, environment);
 
   try {

@@ -7,7 +7,6 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/library/geometry.h"
-#include "core/simulation/counter_random.h"
 
 namespace vantage {
 namespace {
@@ -16,42 +15,32 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-// What random numbers are for; the index is the scan's number. A normal draw takes two streams.
-enum Stream : uint64_t {
-  kPlaceX = 100,
-  kPlaceY = 102,
-  kPlaceZ = 104,
-  kYaw = 106,
-  kRoll = 108,
-  kPitch = 110,
-  kHeading = 112,
-  kAgain = 114
-};
+constexpr int kMostRefusals = 5;     // places in a row where nobody can stand
+constexpr double kLostRadius = 0.4;  // m around a place whose scan was lost
 
-constexpr double kTripodRadius = 0.15;   // m that must really be free to stand
-constexpr double kLatticeOfTruth = 0.3;  // m between the places of which the truth is asked
-constexpr int kMostRefusals = 5;         // places in a row where nobody can stand
-constexpr double kLostRadius = 0.4;      // m around a place whose scan was lost
-
-std::vector<Vector3d> AllowedPositions(const SimulatedScanner& tracer, const Site& site,
-                                       const ScannerModel& scanner) {
-  std::vector<Vector3d> positions;
-  for (const double height : {1.2, 1.8}) {
-    Vector3d start = site.start;
-    start.z() = site.floor_height + height;
-    const std::vector<Vector3d> level =
-        StandablePositions(tracer, site.mesh.Bounds(), start, site.floor_height, height,
-                           scanner.clearance, kLatticeOfTruth);
-    positions.insert(positions.end(), level.begin(), level.end());
-  }
-  return positions;
+PlacementErrors ErrorsOf(const JobOptions& options) {
+  return {options.seed, options.scanner.positioning_error, options.heading_error, options.tilt};
 }
 
-Isometry3d Upright(const Vector3d& position, double yaw) {
-  Isometry3d pose = Isometry3d::Identity();
-  pose.linear() = AngleAxisd(yaw, Vector3d::UnitZ()).toRotationMatrix();
-  pose.translation() = position;
-  return pose;
+const v1::RankedView* FirstWithOverlap(
+    const google::protobuf::RepeatedPtrField<v1::RankedView>& views, double overlap) {
+  for (const v1::RankedView& view : views) {
+    if (view.verdict().overlap_share() >= overlap) return &view;
+  }
+  return nullptr;
+}
+
+// The best view by the rule; null when there is none. Both lists are sorted, the best first.
+const v1::RankedView* Choose(const v1::PlanResult& plan, ViewChoice choice) {
+  if (choice == ViewChoice::kRegistrable) {
+    return plan.outcome() == v1::PLAN_OUTCOME_VIEWS ? &plan.views(0) : nullptr;
+  }
+  const double overlap =
+      choice == ViewChoice::kOverlap ? plan.config().registration().minimum_overlap() : 0;
+  const v1::RankedView* passed = FirstWithOverlap(plan.views(), overlap);
+  const v1::RankedView* refused = FirstWithOverlap(plan.refused(), overlap);
+  if (passed == nullptr || refused == nullptr) return passed != nullptr ? passed : refused;
+  return refused->score() > passed->score() ? refused : passed;
 }
 
 double SecondsSince(std::chrono::steady_clock::time_point start) {
@@ -60,23 +49,31 @@ double SecondsSince(std::chrono::steady_clock::time_point start) {
 
 }  // namespace
 
-// Where a scan is made and what its maker believes of that.
-struct SimulatedJob::Placement {
-  Vector3d planned = Vector3d::Zero();               // m, world
-  Isometry3d T_scene_scan = Isometry3d::Identity();  // the truth
-  Isometry3d T_world_scan = Isometry3d::Identity();  // the truth; not for the first scan
-  std::optional<PosePrior> prior;
-};
+SimulatedJob::SimulatedJob(Client& client, const Site& site, const JobOptions& options,
+                           Parallel& parallel)
+    : SimulatedJob(client, site, options, std::make_unique<SimulatedScanner>(site.mesh), parallel) {
+}
 
 SimulatedJob::SimulatedJob(Client& client, const Site& site, const JobOptions& options,
+                           std::unique_ptr<const SimulatedScanner> scanner, Parallel& parallel)
+    : SimulatedJob(client, site, options, *scanner,
+                   GroundTruth(site.mesh, *scanner, options.scanner, options.required_density,
+                               AllowedPositions(*scanner, site, options.scanner),
+                               options.truth_samples, parallel),
+                   parallel) {
+  own_scanner_ = std::move(scanner);
+}
+
+SimulatedJob::SimulatedJob(Client& client, const Site& site, const JobOptions& options,
+                           const SimulatedScanner& scanner, const GroundTruth& truth,
                            Parallel& parallel)
     : client_(client),
       site_(site),
       options_(options),
+      errors_(ErrorsOf(options)),
       parallel_(parallel),
-      scanner_(site.mesh),
-      truth_(site.mesh, scanner_, options.scanner, options.required_density,
-             AllowedPositions(scanner_, site, options.scanner), options.truth_samples, parallel),
+      scanner_(scanner),
+      truth_(truth),
       plan_seconds_(options.plan_seconds) {}
 
 SimulatedJob::~SimulatedJob() = default;
@@ -92,37 +89,6 @@ absl::Status SimulatedJob::Open() {
   if (!created.ok()) return created.status();
   session_ = created->session().name();
   return absl::OkStatus();
-}
-
-SimulatedJob::Placement SimulatedJob::FirstPlacement() const {
-  Placement placement;
-  placement.T_scene_scan =
-      Upright(site_.start, 2 * kPi * RandomUniform(options_.seed, 1, kYaw)) *
-      AngleAxisd(options_.tilt * RandomNormal(options_.seed, 1, kRoll), Vector3d::UnitX()) *
-      AngleAxisd(options_.tilt * RandomNormal(options_.seed, 1, kPitch), Vector3d::UnitY());
-  return placement;
-}
-
-SimulatedJob::Placement SimulatedJob::PlacementAt(const Vector3d& planned, int number) const {
-  const auto index = static_cast<uint64_t>(number);
-  const auto normal = [&](Stream stream) { return RandomNormal(options_.seed, index, stream); };
-  const double yaw = 2 * kPi * RandomUniform(options_.seed, index, kYaw);
-  const double miss = options_.scanner.positioning_error;
-  Placement placement;
-  placement.planned = planned;
-  placement.T_world_scan =
-      Upright(planned + miss * Vector3d(normal(kPlaceX), normal(kPlaceY), normal(kPlaceZ)), yaw) *
-      AngleAxisd(options_.tilt * normal(kRoll), Vector3d::UnitX()) *
-      AngleAxisd(options_.tilt * normal(kPitch), Vector3d::UnitY());
-  placement.T_scene_scan = T_scene_world_ * placement.T_world_scan;
-  placement.prior.emplace();
-  placement.prior->T_world_scan = Upright(planned, yaw + options_.heading_error * normal(kHeading));
-  return placement;
-}
-
-bool SimulatedJob::CanStand(const Placement& placement) const {
-  const Vector3d at = placement.T_scene_scan.translation();
-  return scanner_.Clearance(at, 2 * kTripodRadius) >= kTripodRadius;
 }
 
 absl::StatusOr<Cycle> SimulatedJob::MakeScan(const Placement& placement, int number) {
@@ -158,18 +124,9 @@ absl::Status SimulatedJob::AlignAgain(const Placement& placement, Cycle& cycle) 
       absl::StrFormat("scan %d %s: %s", cycle.number,
                       cycle.scan.state() == v1::SCAN_STATE_DOUBTFUL ? "is doubtful" : "failed",
                       cycle.scan.state_message()));
-  const auto index = static_cast<uint64_t>(cycle.number);
-  const auto normal = [&](uint64_t i) {
-    return RandomNormal(options_.seed, index, kAgain + 2 * i);
-  };
-  const Eigen::Matrix3d& r = placement.T_world_scan.linear();
-  PosePrior prior;
-  prior.T_world_scan = Upright(
-      placement.T_world_scan.translation() + 0.02 * Vector3d(normal(0), normal(1), normal(2)),
-      std::atan2(r(1, 0), r(0, 0)) + Radians(1) * normal(3));
   v1::SetScanPoseRequest request;
   request.set_name(cycle.scan.name());
-  *request.mutable_prior() = ToProto(prior);
+  *request.mutable_prior() = ToProto(MeasuredPrior(placement, cycle.number, errors_));
   request.set_use(v1::POSE_USE_ALIGN);
   const auto set = client_.Call(request);
   if (!set.ok()) return set.status();
@@ -206,6 +163,7 @@ absl::StatusOr<v1::Plan> SimulatedJob::PlanNext() {
     v1::CreatePlanRequest request;
     request.set_parent(session_);
     request.mutable_plan()->set_seed(options_.seed);
+    *request.mutable_plan()->mutable_config_overrides() = options_.plan_overrides;
     if (options_.plan_work) {
       request.mutable_plan()->set_work_limit(*options_.plan_work);
     } else {
@@ -233,15 +191,19 @@ absl::StatusOr<v1::Plan> SimulatedJob::PlanNext() {
 }
 
 // Where to go after a plan; nothing, and why, when the job ends with it.
-std::optional<Vector3d> SimulatedJob::NextPosition(const v1::Plan& plan, JobResult& result,
-                                                   std::vector<std::string>& notes) const {
+std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& plan,
+                                                             JobResult& result,
+                                                             std::vector<std::string>& notes) {
   const v1::PlanResult& answer = plan.result();
   if (answer.termination().suggested()) {
+    if (!result.planner_stopped) result.stop_suggested_after = result.made;
     result.planner_stopped = true;
     result.why = absl::StrCat("the planner suggests to stop: ", answer.termination().reason());
-    return std::nullopt;
+    if (options_.heed_termination) return std::nullopt;
   }
-  if (answer.outcome() == v1::PLAN_OUTCOME_VIEWS) return FromProto(answer.views(0).position());
+  if (const v1::RankedView* chosen = Choose(answer, options_.choice); chosen != nullptr) {
+    return Next{FromProto(chosen->position()), chosen->area()};
+  }
   if (answer.outcome() != v1::PLAN_OUTCOME_NO_REGISTRABLE_VIEW || answer.refused().empty()) {
     result.why = absl::StrCat("the planner has no view to offer: ", answer.message());
     return std::nullopt;
@@ -266,7 +228,7 @@ std::optional<Vector3d> SimulatedJob::NextPosition(const v1::Plan& plan, JobResu
       absl::StrCat("no view is sure to register; taking the nearest refused one, "
                    "whose remedy is: ",
                    nearest->verdict().remedy()));
-  return FromProto(nearest->position());
+  return Next{FromProto(nearest->position()), nearest->area()};
 }
 
 absl::StatusOr<JobResult> SimulatedJob::Run(
@@ -274,13 +236,16 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
   if (absl::Status opened = Open(); !opened.ok()) return opened;
   JobResult result;
   result.session = session_;
-  Placement placement = FirstPlacement();
+  std::optional<double> predicted;
+  Placement placement = FirstPlacement(site_.start, errors_);
   std::vector<std::string> notes;
   for (int number = 1; number <= options_.max_scans; ++number) {
     auto made = MakeScan(placement, number);
     if (!made.ok()) return made.status();
     Cycle cycle = *std::move(made);
     ++result.made;
+    cycle.predicted_area = predicted;
+    cycle.at = placement.T_scene_scan.translation();
     std::swap(cycle.notes, notes);
     if (number == 1) {
       if (!cycle.merged) {
@@ -304,24 +269,34 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
       if (absl::Status given_up = GiveUpOn(cycle); !given_up.ok()) return given_up;
     }
     cycle.truth = truth_.Measure();
+    cycle.planned_in_scene = number == 1 ? site_.start : T_scene_world_ * placement.planned;
+    if (cycle.truth.attained_share() >= options_.enough) {
+      if (absl::Status heard = on_cycle(cycle); !heard.ok()) return heard;
+      result.why =
+          absl::StrFormat("%.0f %% of what can be measured is at density", options_.enough * 100);
+      return result;
+    }
 
-    std::optional<Vector3d> next;
+    std::optional<Next> next;
     for (int refusals = 0; refusals <= kMostRefusals; ++refusals) {
       auto plan = PlanNext();
       if (!plan.ok()) return plan.status();
       cycle.plan = *std::move(plan);
       next = NextPosition(cycle.plan, result, notes);
       if (!next) break;
-      placement = PlacementAt(*next, number + 1);
-      if (CanStand(placement)) break;
-      cycle.notes.push_back(absl::StrFormat("nobody can stand at (%.2f, %.2f, %.2f)", next->x(),
-                                            next->y(), next->z()));
-      if (absl::Status refused = Reject(*next, 0.3, "blocked"); !refused.ok()) return refused;
+      placement = PlacementAt(next->position, number + 1, T_scene_world_, errors_);
+      if (CanStand(scanner_, placement)) break;
+      cycle.notes.push_back(absl::StrFormat("nobody can stand at (%.2f, %.2f, %.2f)",
+                                            next->position.x(), next->position.y(),
+                                            next->position.z()));
+      if (absl::Status refused = Reject(next->position, 0.3, "blocked"); !refused.ok())
+        return refused;
       next.reset();
       result.why = "the planner's views cannot be stood at";
     }
     if (absl::Status heard = on_cycle(cycle); !heard.ok()) return heard;
     if (!next) return result;
+    predicted = next->area;
     result.why = absl::StrFormat("%d scans were made, as many as asked for", options_.max_scans);
   }
   return result;

@@ -15,6 +15,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/library/client.h"
+#include "client/simulation/placement.h"
 #include "client/simulation/site.h"
 #include "core/parallel/parallel.h"
 #include "core/sensor/scanner_model.h"
@@ -22,6 +23,13 @@
 #include "core/simulation/simulated_scanner.h"
 
 namespace vantage {
+
+// Which of a plan's views is taken.
+enum class ViewChoice {
+  kRegistrable,  // the best that will register, as the plan says
+  kOverlap,      // the best whose overlap suffices, whatever its shape: the usual rule
+  kBest,         // the best, registrable or not
+};
 
 struct JobOptions {
   std::string session_id;  // empty: the server chooses
@@ -36,12 +44,19 @@ struct JobOptions {
   double tilt = Radians(0.5);         // one sigma of the tripod's roll and pitch, rad
   size_t truth_samples = 40'000;      // points on the mesh that coverage is measured on
   bool full_plans = false;            // with the map of scores
+  v1::PlanningConfig plan_overrides;  // for every plan
+  ViewChoice choice = ViewChoice::kRegistrable;
+  bool heed_termination = true;  // false: goes on as long as there are views
+  double enough = 2;             // ends at this share of what is attainable at density; 2: never
 };
 
 // What became of one scan and what was planned after it.
 struct Cycle {
-  int number = 0;                                     // of the scan, from 1
-  Eigen::Vector3d planned = Eigen::Vector3d::Zero();  // m, world: where it was meant to be
+  int number = 0;                                              // of the scan, from 1
+  Eigen::Vector3d planned = Eigen::Vector3d::Zero();           // m, world: where it was meant to be
+  Eigen::Vector3d planned_in_scene = Eigen::Vector3d::Zero();  // m, scene frame: the same place
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();                // m, scene frame: where it was made
+  std::optional<double> predicted_area;  // m^2 brought to density, by the plan that chose it
   v1::Scan scan;
   bool merged = false;
   bool second_prior = false;  // it took a better prior
@@ -58,13 +73,17 @@ struct JobResult {
   int made = 0;         // scans
   int lost = 0;         // of them could not be joined to the model
   bool planner_stopped = false;
-  std::string why;  // it ended
+  int stop_suggested_after = 0;  // scans, where planner_stopped
+  std::string why;               // it ended
 };
 
 class SimulatedJob {
  public:
   // All must outlive the job.
   SimulatedJob(Client& client, const Site& site, const JobOptions& options, Parallel& parallel);
+  // With a scanner in the site's mesh and its ground truth, which is copied, made beforehand.
+  SimulatedJob(Client& client, const Site& site, const JobOptions& options,
+               const SimulatedScanner& scanner, const GroundTruth& truth, Parallel& parallel);
   ~SimulatedJob();
 
   // Says what it is about to do, for a progress line.
@@ -75,26 +94,30 @@ class SimulatedJob {
   absl::StatusOr<JobResult> Run(absl::FunctionRef<absl::Status(const Cycle&)> on_cycle);
 
  private:
-  struct Placement;
+  struct Next {
+    Eigen::Vector3d position;  // m, world
+    double area = 0;           // m^2 brought to density that it promises
+  };
 
+  SimulatedJob(Client& client, const Site& site, const JobOptions& options,
+               std::unique_ptr<const SimulatedScanner> scanner, Parallel& parallel);
   absl::Status Open();
-  Placement FirstPlacement() const;
-  Placement PlacementAt(const Eigen::Vector3d& planned, int number) const;
-  bool CanStand(const Placement& placement) const;
   absl::StatusOr<Cycle> MakeScan(const Placement& placement, int number);
   absl::Status AlignAgain(const Placement& placement, Cycle& cycle);
   absl::Status GiveUpOn(Cycle& cycle);
   absl::Status Reject(const Eigen::Vector3d& place, double radius, const std::string& reason);
   absl::StatusOr<v1::Plan> PlanNext();
-  std::optional<Eigen::Vector3d> NextPosition(const v1::Plan& plan, JobResult& result,
-                                              std::vector<std::string>& notes) const;
+  std::optional<Next> NextPosition(const v1::Plan& plan, JobResult& result,
+                                   std::vector<std::string>& notes);
 
   Client& client_;
   const Site& site_;
   JobOptions options_;
+  PlacementErrors errors_;
   Parallel& parallel_;
   std::function<void(const std::string&)> say_ = [](const std::string&) {};
-  SimulatedScanner scanner_;
+  std::unique_ptr<const SimulatedScanner> own_scanner_;
+  const SimulatedScanner& scanner_;
   GroundTruth truth_;
   std::string session_;
   Eigen::Isometry3d T_scene_world_ = Eigen::Isometry3d::Identity();

@@ -155,6 +155,8 @@ GroundTruth::GroundTruth(const TriangleMesh& mesh, const SimulatedScanner& trace
 }
 
 GroundTruth::~GroundTruth() = default;
+GroundTruth::GroundTruth(const GroundTruth& other)
+    : state_(std::make_unique<State>(*other.state_)) {}
 GroundTruth::GroundTruth(GroundTruth&&) noexcept = default;
 GroundTruth& GroundTruth::operator=(GroundTruth&&) noexcept = default;
 
@@ -171,18 +173,23 @@ void GroundTruth::AddScan(const Eigen::Vector3d& position, Parallel& parallel) {
 
 TrueCoverage GroundTruth::Measure() const {
   const State& state = *state_;
-  std::array<size_t, 4> counts{};
+  std::array<size_t, 5> counts{};
+  double equivalent = 0;
   for (size_t i = 0; i < state.samples.size(); ++i) {
     if (state.attainable[i] == 0) continue;
     ++counts[0];
     counts[1] += state.attainable_at_density[i];
     counts[2] += state.density[i] > 0 ? 1 : 0;
-    counts[3] += state.density[i] >= state.required_density ? 1 : 0;
+    const bool at_density = state.density[i] >= state.required_density;
+    counts[3] += at_density ? 1 : 0;
+    counts[4] += at_density && state.attainable_at_density[i] != 0 ? 1 : 0;
+    equivalent += std::min(state.density[i] / state.required_density, 1.0);
   }
   const auto area = [&](size_t count) {
     return static_cast<double>(count) * state.area_per_sample;
   };
-  return {area(counts[0]), area(counts[1]), area(counts[2]), area(counts[3])};
+  return {area(counts[0]), area(counts[1]), area(counts[2]),
+          area(counts[3]), area(counts[4]), equivalent * state.area_per_sample};
 }
 
 std::vector<double> GroundTruth::GainAtDensity(const std::vector<Eigen::Vector3d>& positions,
@@ -201,5 +208,34 @@ std::vector<double> GroundTruth::GainAtDensity(const std::vector<Eigen::Vector3d
   });
   return gain;
 }
+
+std::vector<SampleSet> GroundTruth::MeasuredAtDensity(const std::vector<Eigen::Vector3d>& positions,
+                                                      Parallel& parallel) const {
+  const State& state = *state_;
+  std::vector<SampleSet> sets(positions.size());
+  parallel.For(positions.size(), [&](size_t p) {
+    sets[p].assign((state.samples.size() + 63) / 64, 0);
+    for (size_t i = 0; i < state.samples.size(); ++i) {
+      if (state.attainable_at_density[i] == 0) continue;
+      const double there = PotentialDensity(state.scanner, state.samples[i], positions[p]);
+      if (there < state.required_density || !state.Visible(state.samples[i], positions[p]))
+        continue;
+      sets[p][i / 64] |= uint64_t{1} << (i % 64);
+    }
+  });
+  return sets;
+}
+
+SampleSet GroundTruth::AtDensity() const {
+  const State& state = *state_;
+  SampleSet set((state.samples.size() + 63) / 64, 0);
+  for (size_t i = 0; i < state.samples.size(); ++i) {
+    if (state.attainable_at_density[i] == 0 || state.density[i] < state.required_density) continue;
+    set[i / 64] |= uint64_t{1} << (i % 64);
+  }
+  return set;
+}
+
+double GroundTruth::area_per_sample() const { return state_->area_per_sample; }
 
 }  // namespace vantage

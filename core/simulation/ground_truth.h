@@ -3,6 +3,7 @@
 #define VANTAGE_CORE_SIMULATION_GROUND_TRUTH_H_
 
 #include <Eigen/Geometry>
+#include <cstdint>
 #include <memory>
 #include <vector>
 
@@ -18,11 +19,20 @@ struct TrueCoverage {
   double attainable_at_density_area = 0;  // m^2 of it that one measures at the required density
   double seen_area = 0;                   // m^2 of the attainable measured by the scans so far
   double at_density_area = 0;             // m^2 of the attainable measured at the required density
+  double attained_area = 0;    // m^2 of the attainable at density that is measured at density
+  double equivalent_area = 0;  // m^2 of the attainable, each counted by the share of the required
+                               // density that it is measured at
   double seen_share() const { return attainable_area > 0 ? seen_area / attainable_area : 0; }
   double at_density_share() const {
     return attainable_area > 0 ? at_density_area / attainable_area : 0;
   }
+  double attained_share() const {
+    return attainable_at_density_area > 0 ? attained_area / attainable_at_density_area : 0;
+  }
 };
+
+// A set of the samples of a ground truth: bit i % 64 of word i / 64 stands for sample i.
+using SampleSet = std::vector<uint64_t>;
 
 // Samples the mesh's surface (area-weighted, fixed seed) and traces against it. A position measures
 // a sample when nothing lies between and range, elevation and incidence are within the scanner's
@@ -37,6 +47,7 @@ class GroundTruth {
               double required_density, const std::vector<Eigen::Vector3d>& positions,
               size_t samples, Parallel& parallel);
   ~GroundTruth();
+  GroundTruth(const GroundTruth&);
   GroundTruth(GroundTruth&&) noexcept;
   GroundTruth& operator=(GroundTruth&&) noexcept;
 
@@ -48,6 +59,13 @@ class GroundTruth {
   // oracle sees. m^2 of attainable surface newly measured at density.
   std::vector<double> GainAtDensity(const std::vector<Eigen::Vector3d>& positions,
                                     Parallel& parallel) const;
+
+  // Of the samples attainable at density: those that a scan at each of `positions` measures at
+  // density, and those that the scans so far have measured so.
+  std::vector<SampleSet> MeasuredAtDensity(const std::vector<Eigen::Vector3d>& positions,
+                                           Parallel& parallel) const;
+  SampleSet AtDensity() const;
+  double area_per_sample() const;  // m^2
 
  private:
   struct State;

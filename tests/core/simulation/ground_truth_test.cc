@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
 #include <cmath>
 
 #include "core/parallel/thread_pool.h"
@@ -113,6 +114,32 @@ TEST(GroundTruthTest, AgreesWithBruteForceOverAllPositionsOnAnyNumberOfThreads) 
   EXPECT_DOUBLE_EQ(all.seen_area, all.attainable_area);
   EXPECT_DOUBLE_EQ(all.at_density_area, all.attainable_at_density_area);
   EXPECT_GT(all.attainable_area, 50);
+}
+
+TEST(GroundTruthTest, SetsAndSharesAgreeWithTheAreas) {
+  const Scene room = BoxRoom(kRoom);
+  const SimulatedScanner tracer(room.mesh);
+  const std::vector<Eigen::Vector3d> positions = {{2, 2, 1.5}, {6, 4, 1.5}, {6.5, 1, 1.2}};
+  Serial serial;
+  GroundTruth truth(room.mesh, tracer, ScannerModel{}, kDensity, positions, 5000, serial);
+  const std::vector<SampleSet> sets = truth.MeasuredAtDensity(positions, serial);
+  const std::vector<double> gains = truth.GainAtDensity(positions, serial);
+  const auto area = [&](const SampleSet& set) {
+    size_t count = 0;
+    for (const uint64_t word : set) count += static_cast<size_t>(std::popcount(word));
+    return static_cast<double>(count) * truth.area_per_sample();
+  };
+  for (size_t i = 0; i < positions.size(); ++i) EXPECT_NEAR(area(sets[i]), gains[i], 1e-9);
+  const GroundTruth untouched = truth;
+  truth.AddScan(positions[0], serial);
+  EXPECT_EQ(truth.AtDensity(), sets[0]);
+  EXPECT_EQ(untouched.Measure().seen_area, 0) << "a copy is a copy";
+  const TrueCoverage one = truth.Measure();
+  EXPECT_NEAR(one.attained_area, area(sets[0]), 1e-9);
+  EXPECT_GE(one.equivalent_area, one.at_density_area);
+  EXPECT_LE(one.equivalent_area, one.seen_area);
+  for (const Eigen::Vector3d& position : positions) truth.AddScan(position, serial);
+  EXPECT_NEAR(truth.Measure().attained_share(), 1, 1e-12);
 }
 
 TEST(StandablePositionsTest, AreTheLatticePointsClearOfTheWalls) {

@@ -1,0 +1,191 @@
+#include <google/protobuf/util/json_util.h>
+
+#include <cstdio>
+#include <cstdlib>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
+#include "client/cli/command.h"
+#include "client/cli/json.h"
+#include "client/cli/terminal.h"
+#include "client/study/own_server.h"
+#include "client/study/page.h"
+#include "client/study/planner_list.h"
+#include "client/study/scene_list.h"
+#include "client/study/study.h"
+#include "client/study/table.h"
+
+namespace vantage {
+namespace {
+
+struct StudyArguments {
+  std::string output = "study";
+  std::vector<std::string> scenes;
+  std::vector<std::string> planners;
+  bool small = false;
+  bool tuning = false;
+  bool list = false;
+  double step = 0.25;  // degrees
+  StudyPlan plan;
+  CLI::Option* server = nullptr;  // of the whole program: given or not
+};
+
+StudyPlan PlanFrom(const Environment& environment, const StudyArguments& arguments) {
+  StudyPlan plan = arguments.plan;
+  plan.settings.scanner.azimuth_step = plan.settings.scanner.elevation_step =
+      Radians(arguments.step);
+  plan.scenes = arguments.scenes;
+  plan.planners = arguments.planners;
+  if (plan.scenes.empty()) {
+    plan.scenes =
+        DefaultScenes(arguments.tuning ? SceneUse::kTuning : SceneUse::kReporting, arguments.small);
+  }
+  if (plan.planners.empty()) plan.planners = DefaultPlanners(arguments.small);
+  if (plan.data_folder.empty()) {
+    const char* folder = std::getenv("VANTAGE_SHARED_DATA");
+    plan.data_folder = folder == nullptr ? "" : folder;
+  }
+  if (arguments.server != nullptr && arguments.server->count() > 0) {
+    plan.server = environment.connection.server;
+  } else if (plan.server_program.empty()) {
+    plan.server_program = FindServerProgram();
+  }
+  return plan;
+}
+
+void PrintList() {
+  std::printf("Planners:\n");
+  for (const StudyPlanner& planner : AllPlanners()) {
+    std::printf("  %-16s %s\n", planner.name.c_str(), planner.words.c_str());
+  }
+  std::printf(
+      "Scenes: flat-N, two-rooms-N, hall-N, office-N (N below 100 for tuning, from 100 on "
+      "for reporting), small-house, bookstore\n  reporting: %s\n  tuning: %s\n",
+      absl::StrJoin(DefaultScenes(SceneUse::kReporting, false), ", ").c_str(),
+      absl::StrJoin(DefaultScenes(SceneUse::kTuning, false), ", ").c_str());
+}
+
+// The table and the page, of whatever is done.
+absl::Status WriteResults(const StudyPlan& plan, const std::string& folder,
+                          const StudyOutcome& outcome, study::v1::Table& table) {
+  std::vector<int> most_scans;
+  for (const study::v1::JobRecord& record : outcome.records) {
+    most_scans.push_back(plan.settings.For(record.scene()).most_scans);
+  }
+  table = MakeTable(outcome.records, plan.settings.goal, most_scans, plan.settings.Describe());
+  std::vector<FloorPlanDrawing> drawings;
+  for (const std::string& name : plan.scenes) {
+    const auto site = BuildScene(name, plan.data_folder);
+    if (!site.ok()) return site.status();
+    drawings.push_back(DrawFloorPlan(*site, plan.settings.For(name).most_scans));
+  }
+  if (absl::Status s = WriteWhole(absl::StrCat(folder, "/table.json"), ToJson(table)); !s.ok()) {
+    return s;
+  }
+  return WriteWhole(absl::StrCat(folder, "/study.html"),
+                    StudyPage(table, outcome.records, drawings, plan.settings.goal));
+}
+
+void PrintTable(const study::v1::Table& table) {
+  std::printf("%-14s %-15s %5s %8s %10s %8s %7s %9s %7s %7s\n", "scene", "planner", "jobs",
+              "reached", "scans 95 %", "min 95 %", "auc", "lost", "of best", "s/plan");
+  for (const study::v1::Row& row : table.rows()) {
+    std::printf("%-14s %-15s %5d %8d %10s %8s %7.3f %9s %7.2f %7.2f\n", row.scene().c_str(),
+                row.planner().c_str(), row.jobs(), row.reached(),
+                absl::StrFormat("%g%s", row.scans95(), row.winner() ? "*" : "").c_str(),
+                row.has_minutes95() ? absl::StrFormat("%.1f", row.minutes95()).c_str() : "-",
+                row.area_under_curve(), absl::StrFormat("%d/%d", row.lost(), row.scans()).c_str(),
+                row.share_of_best(), row.plan_seconds());
+  }
+  for (const study::v1::Figure& figure : table.figures()) {
+    std::printf("%-28s %8s   (%s)  %s\n", figure.name().c_str(),
+                figure.has_value() ? absl::StrFormat("%.3g", figure.value()).c_str() : "not run",
+                figure.target().c_str(), figure.detail().c_str());
+  }
+}
+
+absl::StatusOr<ExitCode> RunStudyCommand(Environment& environment,
+                                         const StudyArguments& arguments) {
+  if (arguments.list) {
+    PrintList();
+    return ExitCode::kOk;
+  }
+  const StudyPlan plan = PlanFrom(environment, arguments);
+  const auto store = JobStore::Open(arguments.output);
+  if (!store.ok()) return store.status();
+  ProgressLine line(30);
+  const auto outcome = RunStudy(plan, *store, [&](const StudyProgress& progress) {
+    line.Show(
+        absl::StrFormat("%d of %d jobs done; %s", progress.done, progress.total, progress.doing));
+  });
+  line.Clear();
+  if (!outcome.ok()) return outcome.status();
+  study::v1::Table table;
+  if (absl::Status s = WriteResults(plan, arguments.output, *outcome, table); !s.ok()) return s;
+  PrintTable(table);
+  std::printf("%s/table.json, %s/study.html\n", arguments.output.c_str(), arguments.output.c_str());
+  for (const std::string& fault : outcome->faults) {
+    std::fprintf(stderr, "failed: %s\n", fault.c_str());
+  }
+  if (outcome->missing > 0) {
+    std::fprintf(stderr, "%d jobs are not done yet; the same command goes on with them.\n",
+                 outcome->missing);
+    return outcome->faults.empty() ? ExitCode::kTryAgain : ExitCode::kInternal;
+  }
+  return ExitCode::kOk;
+}
+
+void DefineStudy(CLI::App& command, StudyArguments& a) {
+  command.add_option(
+      "-o,--output", a.output,
+      "Folder of the records, the table and the page; what is done there is not done "
+      "again [study]");
+  command.add_flag("--small", a.small, "Three scenes and the rivals that the figures need");
+  command.add_option("--scene", a.scenes, "Scenes, by name")->delimiter(',');
+  command.add_option("--planner", a.planners, "Planners, by name")->delimiter(',');
+  command.add_flag("--tuning", a.tuning, "The scenes for tuning instead of those for reporting");
+  command.add_flag("--list", a.list, "Name scenes and planners and do nothing");
+  command.add_option("--seeds", a.plan.seeds, "Starts and draws of all faults for each [5]")
+      ->check(CLI::Range(1, 10000));
+  command.add_option("--jobs", a.plan.jobs, "Jobs at the same time [one per core]")
+      ->check(CLI::Range(1, 256));
+  command
+      .add_option("--no-job-after", a.plan.no_job_after,
+                  "Begin no further job after so many seconds")
+      ->check(CLI::PositiveNumber);
+  command.add_option("--scans", a.plan.settings.most_scans, "Scans at most [by scene]")
+      ->check(CLI::Range(1, 1000));
+  command.add_option("--step", a.step, "Angular steps of the scanner, degrees [0.25]")
+      ->check(CLI::Range(0.01, 5.0));
+  command.add_option("--density", a.plan.settings.required_density,
+                     "Required density, samples / m^2 [2500]");
+  command.add_option("--truth-samples", a.plan.settings.truth_samples,
+                     "Points on the mesh that true coverage is measured on [20000]");
+  command.add_option("--data", a.plan.data_folder,
+                     "Folder of the meshes small_house and bookstore [$VANTAGE_SHARED_DATA]");
+  command.add_option("--vantaged", a.plan.server_program,
+                     "The server to start, one for each job at a time, unless --server names a "
+                     "running one [beside this program]");
+  for (CLI::App* app = command.get_parent(); app != nullptr && a.server == nullptr;
+       app = app->get_parent()) {
+    a.server = app->get_option_no_throw("--server");
+  }
+}
+
+}  // namespace
+
+void AddStudy(CLI::App& parent, Environment& environment) {
+  AddCommand<StudyArguments>(
+      parent, environment, "study",
+      "Compare planners over whole simulated jobs: scenes x planners x seeds",
+      "  vantage study --small -o study\n"
+      "  vantage study --tuning --scene flat-1,flat-2 --planner ours,oracle,random --seeds 3\n"
+      "  vantage study --small --no-job-after 300       (and again, until nothing is left)",
+      DefineStudy, RunStudyCommand);
+}
+
+}  // namespace vantage

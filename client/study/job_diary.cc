@@ -1,0 +1,59 @@
+#include "client/study/job_diary.h"
+
+#include <algorithm>
+
+#include "client/library/geometry.h"
+#include "client/study/job_store.h"
+
+namespace vantage {
+
+JobDiary::JobDiary(const StudyScene& scene, const std::string& planner, uint64_t seed,
+                   Parallel& parallel)
+    : scene_(scene),
+      parallel_(parallel),
+      truth_(scene.truth()),
+      last_(truth_.Measure()),
+      at_density_(truth_.AtDensity()) {
+  record_.set_format_version(kRecordFormat);
+  record_.set_scene(scene.name());
+  record_.set_planner(planner);
+  record_.set_seed(seed);
+  record_.set_settings(scene.settings().Describe());
+  record_.set_attainable_area(last_.attainable_at_density_area);
+}
+
+void JobDiary::Add(const ScanMade& scan) {
+  const StudySettings& settings = scene_.settings();
+  study::v1::ScanRecord& record = *record_.add_scans();
+  record.set_number(record_.scans_size());
+  *record.mutable_position() = ToProto(scan.position);
+  record.set_merged(scan.merged);
+  record.set_second_prior(scan.second_prior);
+  const double walk = stood_ ? scene_.walks().Distance(*stood_, scan.position) : 0;
+  stood_ = scan.position;
+  record.set_walk(walk);
+  minutes_ += walk / settings.walking_speed / 60 + settings.setup_minutes + settings.scan_minutes;
+  record.set_minutes(minutes_);
+  if (scan.predicted) record.set_predicted(*scan.predicted);
+  size_t best = 0;
+  for (const SampleSet& set : scene_.sets()) best = std::max(best, CountWithout(set, at_density_));
+  record.set_best(static_cast<double>(best) * scene_.area_per_sample());
+  const TrueCoverage before = last_;
+  if (scan.merged) {
+    truth_.AddScan(scan.at, parallel_);
+    last_ = truth_.Measure();
+    at_density_ = truth_.AtDensity();
+  }
+  record.set_obtained(last_.equivalent_area - before.equivalent_area);
+  record.set_gained(last_.attained_area - before.attained_area);
+  record.set_covered(last_.attained_share());
+  record.set_off(scan.off);
+  record.set_plan_seconds(scan.plan_seconds);
+  for (const std::string& note : scan.notes) record.add_notes(note);
+}
+
+bool JobDiary::Over() const {
+  return covered() >= scene_.settings().enough || scans() >= scene_.most_scans();
+}
+
+}  // namespace vantage

@@ -1,0 +1,59 @@
+// Keeps a job's record: what each scan really brought, whoever chose its place.
+#ifndef VANTAGE_CLIENT_STUDY_JOB_DIARY_H_
+#define VANTAGE_CLIENT_STUDY_JOB_DIARY_H_
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/study/study_scene.h"
+#include "core/parallel/parallel.h"
+#include "core/simulation/ground_truth.h"
+#include "vantage/study/v1/study.pb.h"
+
+namespace vantage {
+
+// A scan as its job knows it.
+struct ScanMade {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, scene frame: where it was meant to be
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();        // m, scene frame: where it was made
+  bool merged = false;
+  bool second_prior = false;
+  std::optional<double> predicted;  // m^2 brought to density
+  double off = 0;                   // m, pose in the model against the truth
+  double plan_seconds = 0;          // that choosing it took
+  std::vector<std::string> notes;
+};
+
+class JobDiary {
+ public:
+  // References are kept.
+  JobDiary(const StudyScene& scene, const std::string& planner, uint64_t seed, Parallel& parallel);
+
+  void Add(const ScanMade& scan);
+
+  int scans() const { return record_.scans_size(); }
+  // Share of the attainable surface that is at density.
+  double covered() const { return last_.attained_share(); }
+  // Samples at density.
+  const SampleSet& at_density() const { return at_density_; }
+  // Enough is covered, or as many scans made as allowed.
+  bool Over() const;
+
+  study::v1::JobRecord& record() { return record_; }
+
+ private:
+  const StudyScene& scene_;
+  Parallel& parallel_;
+  GroundTruth truth_;
+  TrueCoverage last_;
+  SampleSet at_density_;
+  double minutes_ = 0;
+  std::optional<Eigen::Vector3d> stood_;
+  study::v1::JobRecord record_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CLIENT_STUDY_JOB_DIARY_H_

@@ -1,0 +1,90 @@
+#include "client/study/planner_list.h"
+
+#include <utility>
+
+namespace vantage {
+namespace {
+
+StudyPlanner Ours(std::string name, std::string words) {
+  StudyPlanner planner;
+  planner.name = std::move(name);
+  planner.words = std::move(words);
+  planner.kind = PlannerKind::kOurs;
+  return planner;
+}
+
+StudyPlanner Other(std::string name, PlannerKind kind, std::string words) {
+  StudyPlanner planner;
+  planner.name = std::move(name);
+  planner.words = std::move(words);
+  planner.kind = kind;
+  return planner;
+}
+
+std::vector<StudyPlanner> MakePlanners() {
+  std::vector<StudyPlanner> all;
+  all.push_back(Ours("ours", "the planner as it comes, 1 s a plan"));
+  const auto budget = [&](const char* name, double seconds, const char* words) {
+    all.push_back(Ours(name, words));
+    all.back().plan_seconds = seconds;
+  };
+  budget("ours-0.1s", 0.1, "the same with 0.1 s a plan");
+  budget("ours-0.2s", 0.2, "the same with 0.2 s a plan");
+  budget("ours-complete", 600, "the same with every view scored exactly");
+  all.push_back(Ours("ours-overlap", "the best view with enough overlap, whatever its shape"));
+  all.back().choice = ViewChoice::kOverlap;
+  all.push_back(Ours("ours-unchecked", "the best view, whether it will register or not"));
+  all.back().choice = ViewChoice::kBest;
+  all.push_back(Ours("ours-sensitive", "counting only what every pose within the error sees"));
+  all.back().overrides.set_pose_sensitivity(true);
+  const auto weights = [&](const char* name, double true_surface, double occlusion, double hole,
+                           double image, const char* words) {
+    all.push_back(Ours(name, words));
+    v1::SurfaceWeights& set = *all.back().overrides.mutable_weights();
+    set.set_true_surface(true_surface);
+    set.set_occlusion(occlusion);
+    set.set_hole_boundary(hole);
+    set.set_image_boundary(image);
+  };
+  weights("ours-false2", 0.5, 1, 1, 1, "false surface weighs twice as much as true surface");
+  weights("ours-true2", 1, 0.5, 0.5, 0.5, "true surface weighs twice as much as false surface");
+  weights("ours-occlusion", 1, 1, 0.25, 0.25, "holes and image boundaries weigh a quarter");
+
+  all.push_back(Other("oracle", PlannerKind::kKnowsTheScene,
+                      "knows the scene and takes the truly best position each time"));
+  all.push_back(
+      Other("spacing", PlannerKind::kKnowsTheScene, "regular spacing, the best one in hindsight"));
+  all.push_back(Other("random", PlannerKind::kRival, "any feasible place"));
+  all.push_back(Other("frontier", PlannerKind::kRival, "the nearest place that sees frontier"));
+  all.push_back(Other("octomap", PlannerKind::kRival,
+                      "the largest unknown volume by ray casting over OctoMap"));
+  all.push_back(Other("brute-force", PlannerKind::kRival,
+                      "our metric with every view against every cell, without the service"));
+  return all;
+}
+
+}  // namespace
+
+const std::vector<StudyPlanner>& AllPlanners() {
+  static const std::vector<StudyPlanner> planners = MakePlanners();
+  return planners;
+}
+
+const StudyPlanner* FindPlanner(const std::string& name) {
+  for (const StudyPlanner& planner : AllPlanners()) {
+    if (planner.name == name) return &planner;
+  }
+  return nullptr;
+}
+
+std::vector<std::string> DefaultPlanners(bool small) {
+  if (small) {
+    return {"ours",   "ours-0.2s", "oracle",  "spacing",
+            "random", "frontier",  "octomap", "ours-overlap"};
+  }
+  std::vector<std::string> names;
+  for (const StudyPlanner& planner : AllPlanners()) names.push_back(planner.name);
+  return names;
+}
+
+}  // namespace vantage

@@ -1,0 +1,41 @@
+// The planners of a study, by name.
+#ifndef VANTAGE_CLIENT_STUDY_PLANNER_LIST_H_
+#define VANTAGE_CLIENT_STUDY_PLANNER_LIST_H_
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "client/simulation/simulated_job.h"
+#include "vantage/v1/planning_config.pb.h"
+
+namespace vantage {
+
+enum class PlannerKind {
+  kOurs,          // through the service
+  kRival,         // sees what a real planner could see
+  kKnowsTheScene  // a line to compare with
+};
+
+struct StudyPlanner {
+  std::string name;
+  std::string words;  // what it does, for readers
+  PlannerKind kind = PlannerKind::kRival;
+  // Ours only.
+  double plan_seconds = 1.0;     // of one core
+  v1::PlanningConfig overrides;  // of the default configuration
+  ViewChoice choice = ViewChoice::kRegistrable;
+};
+
+// Every planner there is, ours first.
+const std::vector<StudyPlanner>& AllPlanners();
+
+// Null when there is none of that name.
+const StudyPlanner* FindPlanner(const std::string& name);
+
+// What `vantage study` runs without --planner; `small`: the rivals that the figures need.
+std::vector<std::string> DefaultPlanners(bool small);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CLIENT_STUDY_PLANNER_LIST_H_

@@ -1,0 +1,104 @@
+#include "client/study/rival.h"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/planning/patches.h"
+#include "core/planning/planner.h"
+#include "core/planning/scoring.h"
+#include "core/simulation/counter_random.h"
+
+namespace vantage {
+namespace {
+
+constexpr uint64_t kRandomStream = 300;
+
+class Random final : public Rival {
+ public:
+  Proposal Propose(const PlanningSituation& s) override {
+    const size_t count = s.feasible.cells().size();
+    if (count == 0) return {std::nullopt, std::nullopt, "no place is feasible"};
+    // A refused place is no longer feasible, so that a repeated question has another answer.
+    const uint64_t draw = RandomBits(s.seed, static_cast<uint64_t>(s.number),
+                                     kRandomStream + s.config.rejected.size());
+    return {s.feasible.Centre(draw % count), std::nullopt, ""};
+  }
+};
+
+class Frontier final : public Rival {
+ public:
+  Proposal Propose(const PlanningSituation& s) override {
+    constexpr double kLeastArea = 0.5;  // m^2 of frontier to be seen
+    constexpr double kLeastStep = 1.0;  // m from every former stand
+    constexpr double kSpacing = 0.3;    // m between the places asked
+    PlanningConfig config = s.config;
+    config.weights = {0, 1, 1, 1};
+    const PatchSet patches = ExtractPatches(s.model, config, {}, Budget::Unlimited());
+    const Scoring scoring(s.model, s.grid, patches, s.scanner, config, s.parallel);
+
+    std::vector<std::pair<double, size_t>> places;
+    for (size_t i = 0; i < s.feasible.cells().size(); ++i) {
+      const FeasibleViews::CellIndex& cell = s.feasible.cells()[i];
+      const int step = std::max(1, static_cast<int>(kSpacing / s.feasible.cell_size() + 0.5));
+      if (((cell.array() - (cell.array() / step) * step) != 0).any()) continue;
+      const Eigen::Vector3d at = s.feasible.Centre(i);
+      const bool near = std::any_of(s.stands.begin(), s.stands.end(), [&](const auto& stand) {
+        return (stand - at).template head<2>().norm() < kLeastStep;
+      });
+      if (near) continue;
+      const double way = s.feasible.reach()
+                             .Travel(cell.x(), cell.y())
+                             .value_or(s.stands.empty() ? 0 : 2 * (s.stands.back() - at).norm());
+      places.emplace_back(way, i);
+    }
+    std::sort(places.begin(), places.end());
+    std::vector<float> gains(scoring.cells().size());
+    for (const auto& [way, i] : places) {
+      scoring.scorer().ScoreCells(s.feasible.Centre(i), scoring.cells(), Budget::Unlimited(),
+                                  gains);
+      double area = 0;
+      for (size_t k = 0; k < gains.size(); ++k) {
+        if (gains[k] > 0) area += scoring.cells().factor[k];
+      }
+      if (area >= kLeastArea) return {s.feasible.Centre(i), std::nullopt, ""};
+    }
+    return {std::nullopt, std::nullopt, "no frontier is in sight of any place"};
+  }
+};
+
+class Route final : public Rival {
+ public:
+  explicit Route(std::vector<Eigen::Vector3d> route) : route_(std::move(route)) {}
+  Proposal Propose(const PlanningSituation& s) override {
+    if (next_ == route_.size()) return {std::nullopt, std::nullopt, "all places were scanned from"};
+    return {s.T_scene_world.inverse() * route_[next_++], std::nullopt, ""};
+  }
+
+ private:
+  std::vector<Eigen::Vector3d> route_;
+  size_t next_ = 0;
+};
+
+class BruteForce final : public Rival {
+ public:
+  Proposal Propose(const PlanningSituation& s) override {
+    const auto plan =
+        MakePlan(s.model, s.scanner, s.config, Budget::Unlimited(), s.parallel, [](const Plan&) {});
+    if (!plan.ok()) return {std::nullopt, std::nullopt, std::string(plan.status().message())};
+    if (plan->views.empty()) return {std::nullopt, std::nullopt, plan->message};
+    return {plan->views[0].position, plan->views[0].score / s.config.required_density, ""};
+  }
+};
+
+}  // namespace
+
+void Rival::SeeScan(const RangeImage& /*image*/, const Eigen::Isometry3d& /*T_world_scan*/) {}
+
+std::unique_ptr<Rival> RandomRival() { return std::make_unique<Random>(); }
+std::unique_ptr<Rival> FrontierRival() { return std::make_unique<Frontier>(); }
+std::unique_ptr<Rival> RouteRival(std::vector<Eigen::Vector3d> route) {
+  return std::make_unique<Route>(std::move(route));
+}
+std::unique_ptr<Rival> BruteForceRival() { return std::make_unique<BruteForce>(); }
+
+}  // namespace vantage

@@ -1,0 +1,71 @@
+// Other ways to choose the next position. A rival sees what a real planner could see: a partial
+// model made from simulated scans by our own registration. Only the rivals that are handed a
+// StudyScene know the scene.
+#ifndef VANTAGE_CLIENT_STUDY_RIVAL_H_
+#define VANTAGE_CLIENT_STUDY_RIVAL_H_
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/model/planning_view.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/feasible_views.h"
+#include "core/planning/opaque_grid.h"
+#include "core/planning/plan.h"
+#include "core/sensor/range_image.h"
+#include "core/sensor/scanner_model.h"
+
+namespace vantage {
+
+// What can be known before a scan. References live for the call.
+struct PlanningSituation {
+  const PlanningView& model;
+  const OpaqueGrid& grid;         // of the model
+  const FeasibleViews& feasible;  // in the model
+  const ScannerModel& scanner;
+  const PlanningConfig& config;
+  const std::vector<Eigen::Vector3d>& stands;  // m, world, of merged scans
+  int number = 0;                              // of the scan to place
+  uint64_t seed = 0;
+  Eigen::Isometry3d T_scene_world;  // only for who brings a plan of the scene along
+  Parallel& parallel;
+};
+
+struct Proposal {
+  std::optional<Eigen::Vector3d> position;  // m, world; nothing: the rival has no more to propose
+  std::optional<double> predicted;          // m^2 brought to density
+  std::string why;                          // it has none
+};
+
+class Rival {
+ public:
+  virtual ~Rival() = default;
+  // Hears of every merged scan.
+  virtual void SeeScan(const RangeImage& image, const Eigen::Isometry3d& T_world_scan);
+  virtual Proposal Propose(const PlanningSituation& situation) = 0;
+};
+
+// Any place that is feasible, all alike.
+std::unique_ptr<Rival> RandomRival();
+
+// The nearest place, by the way there and at least a metre from every former stand, that sees at
+// least half a square metre of frontier (false surface, whatever the density).
+std::unique_ptr<Rival> FrontierRival();
+
+// The place from which the most unknown volume is seen, by ray casting through an OctoMap of 0.1 m
+// within 5 m, as next-best-view packages of robotics do; out of 80 feasible places drawn at random.
+std::unique_ptr<Rival> OctomapRival(const ScannerModel& scanner);
+
+// Given places, m, scene frame, one after the other.
+std::unique_ptr<Rival> RouteRival(std::vector<Eigen::Vector3d> route);
+
+// Our own metric, every view against every cell by brute force, with our registration check.
+std::unique_ptr<Rival> BruteForceRival();
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CLIENT_STUDY_RIVAL_H_

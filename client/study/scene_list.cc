@@ -1,0 +1,114 @@
+#include "client/study/scene_list.h"
+
+#include <filesystem>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
+#include "client/library/error.h"
+#include "core/simulation/scene.h"
+
+namespace vantage {
+namespace {
+
+constexpr uint64_t kFirstReported = 100;
+constexpr double kOfficeArea = 250;  // m^2
+
+struct Kind {
+  const char* name;
+  Scene (*build)(uint64_t seed);
+  int most_scans;
+};
+constexpr Kind kKinds[] = {
+    {"two-rooms", TwoRooms, 10},
+    {"flat", FurnishedFlat, 18},
+    {"hall", PillarHall, 16},
+    {"office", [](uint64_t seed) { return OfficeFloor(seed, kOfficeArea); }, 28}};
+
+struct Mesh {
+  const char* name;
+  const char* file;
+  int most_scans;
+};
+constexpr Mesh kMeshes[] = {{"small-house", "small_house/scene.ply", 24},
+                            {"bookstore", "bookstore/scene.ply", 20}};
+
+struct Parsed {
+  const Kind* kind = nullptr;
+  uint64_t seed = 0;
+  const Mesh* mesh = nullptr;
+};
+
+std::optional<Parsed> Parse(const std::string& name) {
+  for (const Mesh& mesh : kMeshes) {
+    if (name == mesh.name) return Parsed{nullptr, 0, &mesh};
+  }
+  const size_t dash = name.rfind('-');
+  if (dash == std::string::npos) return std::nullopt;
+  Parsed parsed;
+  for (const Kind& kind : kKinds) {
+    if (name.substr(0, dash) == kind.name) parsed.kind = &kind;
+  }
+  if (parsed.kind == nullptr || !absl::SimpleAtoi(name.substr(dash + 1), &parsed.seed)) {
+    return std::nullopt;
+  }
+  return parsed;
+}
+
+}  // namespace
+
+std::vector<std::string> DefaultScenes(SceneUse use, bool small) {
+  const uint64_t seed = use == SceneUse::kTuning ? 1 : kFirstReported + 1;
+  std::vector<std::string> names;
+  for (const Kind& kind : kKinds) names.push_back(absl::StrCat(kind.name, "-", seed));
+  if (small) names.resize(3);
+  if (!small && use == SceneUse::kReporting) {
+    for (const Mesh& mesh : kMeshes) names.emplace_back(mesh.name);
+  }
+  return names;
+}
+
+absl::StatusOr<Site> BuildScene(const std::string& name, const std::string& data_folder) {
+  const std::optional<Parsed> parsed = Parse(name);
+  if (!parsed) {
+    return WithFix(absl::NotFoundError(absl::StrCat("there is no scene '", name, "'")),
+                   "flat-N, two-rooms-N, hall-N, office-N, small-house or bookstore");
+  }
+  if (parsed->mesh != nullptr) {
+    const std::string path = absl::StrCat(data_folder, "/", parsed->mesh->file);
+    if (data_folder.empty() || !std::filesystem::exists(path)) {
+      return WithFix(
+          absl::NotFoundError(absl::StrCat("scene '", name, "' is read from ", parsed->mesh->file,
+                                           ", which is not in '", data_folder, "'")),
+          "name the folder with --data or VANTAGE_SHARED_DATA, or choose scenes");
+    }
+    auto site = MeshSite(path, std::nullopt);
+    if (site.ok()) site->name = name;
+    return site;
+  }
+  Scene scene = parsed->kind->build(parsed->seed);
+  if (scene.starts.empty()) return absl::InternalError(absl::StrCat(name, " has no start"));
+  Site site;
+  site.name = name;
+  site.floor_height = scene.floor_height;
+  site.start = scene.starts.front();
+  site.mesh = std::move(scene.mesh);
+  return site;
+}
+
+int MostScans(const std::string& scene) {
+  const std::optional<Parsed> parsed = Parse(scene);
+  if (!parsed) return 0;
+  return parsed->mesh != nullptr ? parsed->mesh->most_scans : parsed->kind->most_scans;
+}
+
+SceneUse UseOf(const std::string& scene) {
+  const std::optional<Parsed> parsed = Parse(scene);
+  const bool tuning = parsed && parsed->kind != nullptr && parsed->seed < kFirstReported;
+  return tuning ? SceneUse::kTuning : SceneUse::kReporting;
+}
+
+}  // namespace vantage

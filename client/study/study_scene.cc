@@ -1,0 +1,89 @@
+#include "client/study/study_scene.h"
+
+#include <utility>
+
+#include "absl/strings/str_format.h"
+#include "client/study/scene_list.h"
+#include "core/simulation/counter_random.h"
+
+namespace vantage {
+namespace {
+
+constexpr uint64_t kStartStream = 200;
+
+}  // namespace
+
+StudySettings StudySettings::For(const std::string& scene) const {
+  StudySettings settings = *this;
+  if (settings.most_scans <= 0) settings.most_scans = MostScans(scene);
+  return settings;
+}
+
+std::string StudySettings::Describe() const {
+  return absl::StrFormat(
+      "steps %.3f x %.3f deg, elevation from %.0f deg, range %.1f to %.1f m, noise %.1f mm, "
+      "incidence %.0f deg, clearance %.2f m, D %.0f / m2, positioning %.3f m, heading %.1f deg, "
+      "tilt %.2f deg, drop-outs %d%d %.2f %.2f, mixed pixels %.5f, %d truth samples, ends at %.3f "
+      "or %d scans, walking %.2f m/s, %.1f + %.1f min a scan",
+      Degrees(scanner.azimuth_step), Degrees(scanner.elevation_step),
+      Degrees(scanner.elevation_min), scanner.range_min, scanner.range_max,
+      faults.range_noise ? 1000 * scanner.range_noise : 0.0, Degrees(scanner.max_incidence),
+      scanner.clearance, required_density, scanner.positioning_error, Degrees(heading_error),
+      Degrees(tilt), faults.glass_drops_out, faults.mirror_phantoms, faults.grazing_dropout,
+      faults.dark_dropout, faults.beam_divergence, static_cast<int>(truth_samples), enough,
+      most_scans, walking_speed, setup_minutes, scan_minutes);
+}
+
+size_t CountOf(const SampleSet& set) {
+  size_t count = 0;
+  for (const uint64_t word : set) count += static_cast<size_t>(std::popcount(word));
+  return count;
+}
+
+size_t CountWithout(const SampleSet& set, const SampleSet& without) {
+  size_t count = 0;
+  for (size_t i = 0; i < set.size(); ++i) {
+    count += static_cast<size_t>(std::popcount(set[i] & ~without[i]));
+  }
+  return count;
+}
+
+void AddTo(SampleSet& set, const SampleSet& more) {
+  for (size_t i = 0; i < set.size(); ++i) set[i] |= more[i];
+}
+
+StudyScene::StudyScene(Site site, const StudySettings& settings, Parallel& parallel)
+    : site_(std::move(site)),
+      settings_(settings.For(site_.name)),
+      scanner_(site_.mesh),
+      positions_(AllowedPositions(scanner_, site_, settings.scanner)),
+      truth_(site_.mesh, scanner_, settings.scanner, settings.required_density, positions_,
+             settings.truth_samples, parallel),
+      sets_(truth_.MeasuredAtDensity(positions_, parallel)),
+      walks_(scanner_, site_) {
+  if (!sets_.empty()) attainable_.assign(sets_.front().size(), 0);
+  for (const SampleSet& set : sets_) AddTo(attainable_, set);
+}
+
+absl::StatusOr<std::unique_ptr<StudyScene>> StudyScene::Make(Site site,
+                                                             const StudySettings& settings,
+                                                             Parallel& parallel) {
+  std::unique_ptr<StudyScene> scene(new StudyScene(std::move(site), settings, parallel));
+  if (CountOf(scene->attainable_) == 0) {
+    return absl::FailedPreconditionError(absl::StrFormat(
+        "scene '%s' has %d places to stand, and nothing that can be measured at "
+        "%.0f samples / m2 from them",
+        scene->name(), static_cast<int>(scene->positions_.size()), settings.required_density));
+  }
+  return scene;
+}
+
+size_t StudyScene::StartIndex(uint64_t seed) const {
+  return RandomBits(seed, 1, kStartStream) % positions_.size();
+}
+
+PlacementErrors StudyScene::ErrorsFor(uint64_t seed) const {
+  return {seed, settings_.scanner.positioning_error, settings_.heading_error, settings_.tilt};
+}
+
+}  // namespace vantage

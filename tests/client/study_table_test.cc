@@ -1,0 +1,136 @@
+#include "client/study/table.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "client/study/page.h"
+#include "core/simulation/mesh_builder.h"
+#include "core/simulation/scene.h"
+
+namespace vantage {
+namespace {
+
+using study::v1::JobRecord;
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr int kMost = 5;
+
+// A job that covers this much after each scan; `lost` counts from 1.
+JobRecord Job(const std::string& planner, uint64_t seed, const std::vector<double>& covered,
+              int lost = 0) {
+  JobRecord record;
+  record.set_scene("flat-101");
+  record.set_planner(planner);
+  record.set_seed(seed);
+  record.set_attainable_area(100);
+  double before = 0;
+  for (const double c : covered) {
+    study::v1::ScanRecord& scan = *record.add_scans();
+    scan.set_number(record.scans_size());
+    scan.mutable_position()->set_x(scan.number());
+    scan.set_merged(scan.number() != lost);
+    scan.set_minutes(3 * scan.number());
+    scan.set_gained(100 * (c - before));
+    scan.set_best(200 * (c - before));
+    scan.set_covered(c);
+    before = c;
+  }
+  return record;
+}
+
+std::vector<JobRecord> Jobs() {
+  return {Job("ours", 1, {0.5, 0.9, 0.96}),
+          Job("ours", 2, {0.5, 0.5, 0.9, 0.95}, 2),
+          Job("ours", 3, {0.4, 0.96}),
+          Job("oracle", 1, {0.5, 0.97}),
+          Job("oracle", 2, {0.5, 0.97}),
+          Job("oracle", 3, {0.4, 0.96}),
+          Job("random", 1, {0.5, 0.6, 0.6, 0.7}),
+          Job("random", 2, {0.5, 0.6, 0.7, 0.8, 0.95}),
+          Job("random", 3, {0.4, 0.5})};
+}
+
+const study::v1::Row& RowOf(const study::v1::Table& table, const std::string& planner) {
+  for (const study::v1::Row& row : table.rows()) {
+    if (row.planner() == planner) return row;
+  }
+  ADD_FAILURE() << "no row of " << planner;
+  return table.rows(0);
+}
+
+const study::v1::Figure& FigureOf(const study::v1::Table& table, const std::string& name) {
+  for (const study::v1::Figure& figure : table.figures()) {
+    if (figure.name() == name) return figure;
+  }
+  ADD_FAILURE() << "no figure " << name;
+  return table.figures(0);
+}
+
+TEST(StudyTable, CountsScansAndArea) {
+  EXPECT_EQ(ScansUntil(Job("ours", 1, {0.5, 0.95}), 0.95, kMost), 2);
+  EXPECT_EQ(ScansUntil(Job("ours", 1, {0.5, 0.94}), 0.95, kMost), kMost + 1);
+  // 0.5 + 4 * 0.9: a job that ended stays where it was.
+  EXPECT_DOUBLE_EQ(AreaUnderCurve(Job("ours", 1, {0.5, 0.9}), kMost), 4.1 / 5);
+  EXPECT_EQ(AreaUnderCurve(JobRecord(), kMost), 0);
+  EXPECT_EQ(Median({3, 1, 2}), 2);
+  EXPECT_EQ(Median({4, 1, 2, 3}), 2.5);
+}
+
+TEST(StudyTable, RowsAreMediansOverTheSeeds) {
+  const std::vector<JobRecord> jobs = Jobs();
+  const auto table = MakeTable(jobs, 0.95, std::vector<int>(jobs.size(), kMost), "");
+  ASSERT_EQ(table.rows_size(), 3);
+  const study::v1::Row& ours = RowOf(table, "ours");
+  EXPECT_EQ(ours.jobs(), 3);
+  EXPECT_EQ(ours.reached(), 3);
+  EXPECT_EQ(ours.scans95(), 3);  // of 3, 4, 2
+  EXPECT_EQ(ours.minutes95(), 9);
+  EXPECT_EQ(ours.scans(), 9);
+  EXPECT_EQ(ours.lost(), 1);
+  EXPECT_TRUE(ours.winner());
+  const study::v1::Row& random = RowOf(table, "random");
+  EXPECT_EQ(random.reached(), 1);
+  EXPECT_EQ(random.scans95(), 6);  // of 6, 5, 6: two never got there
+  EXPECT_FALSE(random.has_minutes95());
+  EXPECT_FALSE(random.winner());
+  EXPECT_FALSE(RowOf(table, "oracle").winner()) << "it knows the scene";
+}
+
+TEST(StudyTable, FiguresCompareSeedBySeed) {
+  const std::vector<JobRecord> jobs = Jobs();
+  const auto table = MakeTable(jobs, 0.95, std::vector<int>(jobs.size(), kMost), "");
+  EXPECT_EQ(FigureOf(table, "study.scans95_over_oracle").value(), 1);  // of 1, 2, 0
+  EXPECT_EQ(FigureOf(table, "study.lost_scans").value(), 1);
+  EXPECT_FALSE(FigureOf(table, "study.scans_vs_spacing").has_value()) << "nothing to compare with";
+  EXPECT_FALSE(FigureOf(table, "study.budget200ms_auc").has_value());
+}
+
+TEST(StudyPage, StandsAlone) {
+  std::vector<JobRecord> jobs = Jobs();
+  jobs[0].set_ended("<b>&");
+  const auto table = MakeTable(jobs, 0.95, std::vector<int>(jobs.size(), kMost), "a < b & \"c\"");
+  Site site;
+  site.name = "flat-101";
+  site.mesh = BoxRoom({4, 3, 2.7}).mesh;
+  const std::string page = StudyPage(table, jobs, {DrawFloorPlan(site, kMost)}, 0.95);
+  EXPECT_THAT(page, HasSubstr("<svg"));
+  EXPECT_THAT(page, HasSubstr("a &lt; b &amp; &quot;c&quot;"));
+  EXPECT_THAT(page, Not(HasSubstr("<script")));
+  EXPECT_THAT(page, Not(HasSubstr("src=")));
+  EXPECT_THAT(page, Not(HasSubstr("href")));
+  EXPECT_THAT(page, Not(HasSubstr("nan")));
+  for (const char* planner : {"ours", "oracle", "random"}) {
+    EXPECT_THAT(page, HasSubstr(std::string(planner) + ", seed 1"));
+  }
+}
+
+TEST(StudyPage, CutOfABoxIsItsPerimeter) {
+  double length = 0;
+  for (const auto& [a, b] : CutMesh(BoxRoom({4, 3, 2.7}).mesh, 1.0)) length += (b - a).norm();
+  EXPECT_NEAR(length, 2 * (4 + 3), 1e-5);
+  EXPECT_TRUE(CutMesh(BoxRoom({4, 3, 2.7}).mesh, 3.0).empty());
+}
+
+}  // namespace
+}  // namespace vantage
