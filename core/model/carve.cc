@@ -1,11 +1,13 @@
 #include "core/model/carve.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <utility>
 #include <vector>
 
+#include "core/model/centre_test.h"
 #include "core/model/range_pyramid.h"
 #include "core/model/stand.h"
 #include "core/model/surface_points.h"
@@ -27,6 +29,7 @@ class EmptySpace {
   EmptySpace(const ScanLayer& layer, const RangePyramid& pyramid, double voxel_size)
       : surface_(layer.range_surface),
         pyramid_(pyramid),
+        centres_(layer.range_surface, layer.T_model_scan, voxel_size),
         voxel_size_(voxel_size),
         origin_(layer.T_model_scan.translation()),
         R_scan_model_(layer.T_model_scan.linear().transpose()) {}
@@ -53,7 +56,7 @@ class EmptySpace {
       return;
     }
     BrickMask mask;
-    ForEachOctant(corner, side, [&](const VoxelIndex& part) { Fill(part, side / 2, mask); });
+    ForEachOctant(corner, side, [&](const VoxelIndex& part) { Fill(part, mask); });
     if (mask.Any()) output.mixed.emplace_back(Brick::Of(corner), mask);
   }
 
@@ -68,61 +71,35 @@ class EmptySpace {
     }
   }
 
-  // A cube inside one brick.
-  void Fill(const VoxelIndex& corner, int side, BrickMask& mask) const {
-    if (side == 1) {
-      if (SeenEmpty(corner)) mask.Set(Brick::LocalOf(corner));
-      return;
-    }
-    switch (Decide(corner, side)) {
+  // An eighth of a brick.
+  void Fill(const VoxelIndex& corner, BrickMask& mask) const {
+    constexpr int kSide = CentreTest::kSide;
+    static_assert(2 * kSide == Brick::kSide);
+    uint64_t empty = 0;
+    switch (Decide(corner, kSide)) {
       case Verdict::kUnknown:
         return;
       case Verdict::kEmpty:
-        for (int z = 0; z < side; ++z) {
-          for (int y = 0; y < side; ++y) {
-            for (int x = 0; x < side; ++x) {
-              mask.Set(Brick::LocalOf(corner + VoxelIndex(x, y, z)));
-            }
+        empty = ~uint64_t{0};
+        break;
+      case Verdict::kMixed: {
+        const CentreTest::Block block = centres_.Test(corner);
+        empty = block.empty;
+        for (uint64_t left = block.untold; left != 0; left &= left - 1) {
+          const int bit = std::countr_zero(left);
+          const VoxelIndex voxel =
+              corner + VoxelIndex(bit % kSide, bit / kSide % kSide, bit / (kSide * kSide));
+          // No ray passes through a voxel that is wholly beyond what was seen.
+          if (Decide(voxel, 1) != Verdict::kUnknown && centres_.MostRaysPass(voxel)) {
+            empty |= uint64_t{1} << bit;
           }
         }
-        return;
-      case Verdict::kMixed:
-        ForEachOctant(corner, side, [&](const VoxelIndex& part) { Fill(part, side / 2, mask); });
-    }
-  }
-
-  bool SeenEmpty(const VoxelIndex& voxel) const {
-    const Eigen::Vector3d centre =
-        (voxel.cast<double>().array() + 0.5).matrix() * voxel_size_ - origin_;
-    const Eigen::Vector3d in_scan = R_scan_model_ * centre;
-    const double range = static_cast<double>(surface_.Read(in_scan).range);
-    if (range > 0) return in_scan.squaredNorm() < range * range;
-    return MostRaysPass(in_scan);
-  }
-
-  // The ray through the centre says nothing, but close to the scanner a voxel is crossed by many.
-  // It is empty when most of those that say something pass through it, and enough of them do.
-  bool MostRaysPass(const Eigen::Vector3d& centre) const {
-    constexpr int kSide = 5;          // rays across the voxel, each way
-    constexpr int kLeastTelling = 7;  // of the 25
-    const double distance = centre.norm();
-    const double cells_across = voxel_size_ / (distance * surface_.elevation().widest_step());
-    if (cells_across < 1.5 || distance < voxel_size_) return false;
-    const Eigen::Vector3d along = centre / distance;
-    const Eigen::Vector3d u = along.unitOrthogonal();
-    const Eigen::Vector3d v = along.cross(u);
-    int telling = 0;
-    int passing = 0;
-    for (int i = 0; i < kSide; ++i) {
-      for (int j = 0; j < kSide; ++j) {
-        const double du = ((i + 0.5) / kSide - 0.5) * voxel_size_;
-        const double dv = ((j + 0.5) / kSide - 0.5) * voxel_size_;
-        const double range = static_cast<double>(surface_.Read(centre + du * u + dv * v).range);
-        telling += range > 0 ? 1 : 0;
-        passing += range > distance ? 1 : 0;
       }
     }
-    return telling >= kLeastTelling && 2 * passing > telling;
+    for (int row = 0; row < kSide * kSide; ++row) {
+      const int local = Brick::LocalOf(corner + VoxelIndex(0, row % kSide, row / kSide));
+      mask.word[static_cast<size_t>(local / 64)] |= (empty >> (kSide * row) & 15) << (local % 64);
+    }
   }
 
   // Conservative: the cube's bounding sphere against the range image.
@@ -169,6 +146,7 @@ class EmptySpace {
 
   const RangeSurface& surface_;
   const RangePyramid& pyramid_;
+  CentreTest centres_;
   double voxel_size_;
   Eigen::Vector3d origin_;
   Eigen::Matrix3d R_scan_model_;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/model/halo_mask.h"
+
 namespace vantage {
 
 namespace {
@@ -76,6 +78,7 @@ std::vector<LocalPlane> FitPlanes(const VoxelIndex& brick,
   for (const ScanLayer* layer : layers) {
     if (const LayerBrick* found = layer->Find(brick)) witnesses.emplace_back(layer, found);
   }
+  const HaloMask surface(united, [](const UnitedBrick& b) { return &b.surface; });
   std::vector<LocalPlane> planes;
   planes.reserve(own.sums.size());
   for (int local = 0; local < Brick::kVoxels; ++local) {
@@ -83,15 +86,10 @@ std::vector<LocalPlane> FitPlanes(const VoxelIndex& brick,
     const SurfaceSums& sums = own.sums[planes.size()];
     const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
     Moments moments;
-    for (int dz = -1; dz <= 1; ++dz) {
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          const auto [there, at] = united.At(x + dx, y + dy, z + dz);
-          if (there == nullptr || !there->surface.Has(at)) continue;
-          moments.Add(there->sums[static_cast<size_t>(there->surface.Rank(at))], dx, dy, dz);
-        }
-      }
-    }
+    surface.ForEachAround(x, y, z, 1, [&](int dx, int dy, int dz) {
+      const auto [there, at] = united.At(x + dx, y + dy, z + dz);
+      moments.Add(there->sums[static_cast<size_t>(there->surface.Rank(at))], dx, dy, dz);
+    });
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
     solver.computeDirect(moments.Covariance());
     Eigen::Vector3d normal = solver.eigenvectors().col(0).normalized();
@@ -122,6 +120,8 @@ std::vector<LocalPlane> SnapToFlatNeighbours(const BrickNeighbourhood<MergedBric
                                              double voxel_size) {
   const float flat = static_cast<float>(0.12 * voxel_size);
   const MergedBrick& own = *fitted.middle();
+  const HaloMask surface(
+      fitted, [](const MergedBrick& b) { return b.united ? &b.united->surface : nullptr; });
   std::vector<LocalPlane> planes = own.fitted;
   size_t rank = 0;
   for (int local = 0; local < Brick::kVoxels; ++local) {
@@ -131,24 +131,16 @@ std::vector<LocalPlane> SnapToFlatNeighbours(const BrickNeighbourhood<MergedBric
     const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
     float best = static_cast<float>(0.2 * voxel_size);
     const LocalPlane* chosen = nullptr;
-    for (int dz = -2; dz <= 2; ++dz) {
-      for (int dy = -2; dy <= 2; ++dy) {
-        for (int dx = -2; dx <= 2; ++dx) {
-          const auto [there, at] = fitted.At(x + dx, y + dy, z + dz);
-          if (there == nullptr || there->united == nullptr || !there->united->surface.Has(at)) {
-            continue;
-          }
-          const LocalPlane& other =
-              there->fitted[static_cast<size_t>(there->united->surface.Rank(at))];
-          if (other.flatness > flat) continue;
-          const float off = std::abs(other.normal.dot(plane.centroid - other.centroid));
-          if (off < best) {
-            best = off;
-            chosen = &other;
-          }
-        }
+    surface.ForEachAround(x, y, z, 2, [&](int dx, int dy, int dz) {
+      const auto [there, at] = fitted.At(x + dx, y + dy, z + dz);
+      const LocalPlane& other = there->fitted[static_cast<size_t>(there->united->surface.Rank(at))];
+      if (other.flatness > flat) return;
+      const float off = std::abs(other.normal.dot(plane.centroid - other.centroid));
+      if (off < best) {
+        best = off;
+        chosen = &other;
       }
-    }
+    });
     if (chosen != nullptr) {
       plane.normal = chosen->normal;
       plane.flatness = chosen->flatness;

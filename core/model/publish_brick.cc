@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/model/fuse.h"
+#include "core/model/halo_mask.h"
 
 namespace vantage {
 
@@ -22,7 +23,13 @@ class Publisher {
  public:
   Publisher(const VoxelIndex& brick, const BrickNeighbourhood<MergedBrick>& around,
             std::span<const ScanLayer* const> layers, double voxel_size)
-      : brick_(brick), around_(around), layers_(layers), h_(voxel_size) {
+      : brick_(brick),
+        around_(around),
+        layers_(layers),
+        h_(voxel_size),
+        empty_(around, [](const MergedBrick& b) { return b.united ? &b.united->empty : nullptr; }),
+        surface_(around,
+                 [](const MergedBrick& b) { return b.united ? &b.united->surface : nullptr; }) {
     for (const ScanLayer* layer : layers) {
       const BrickNeighbourhood<LayerBrick> own(brick,
                                                [&](const VoxelIndex& b) { return layer->Find(b); });
@@ -34,13 +41,36 @@ class Publisher {
     auto out = std::make_shared<Brick>();
     const MergedBrick* own = around_.middle();
     const UnitedBrick* united = own == nullptr ? nullptr : own->united.get();
-    size_t rank = 0;
+    BrickMask empty;
+    BrickMask measured;
+    if (united != nullptr) {
+      empty = united->empty;
+      measured = united->surface;
+    }
     bool any = false;
     bool only_empty = true;
-    for (int local = 0; local < Brick::kVoxels; ++local) {
+    for (const uint64_t word : empty.word) {
+      any |= word != 0;
+      only_empty &= word == ~uint64_t{0};
+    }
+    if (only_empty) return all_empty;
+    empty.ForEach([&](int local) { out->state[static_cast<size_t>(local)] = VoxelState::kEmpty; });
+
+    // Where there is anything else to say: measured surface, and what touches empty space.
+    BrickMask rest;
+    for (int row = 0; row < Brick::kSide * Brick::kSide; ++row) {
+      const uint64_t near = empty_.FaceNeighbours(row % Brick::kSide, row / Brick::kSide);
+      rest.word[static_cast<size_t>(row / Brick::kSide)] |=
+          near << (Brick::kSide * (row % Brick::kSide));
+    }
+    for (size_t w = 0; w < rest.word.size(); ++w) {
+      rest.word[w] = (rest.word[w] & ~empty.word[w]) | measured.word[w];
+    }
+    size_t rank = 0;
+    rest.ForEach([&](int local) {
       VoxelState& state = out->state[static_cast<size_t>(local)];
       std::optional<SurfaceVoxel> surface;
-      if (united != nullptr && united->surface.Has(local)) {
+      if (measured.Has(local)) {
         if (own->absorbed[rank] >= 0) {
           state = VoxelState::kAbsorbed;
         } else {
@@ -48,27 +78,20 @@ class Publisher {
           surface = TrueSurface(local, rank);
         }
         ++rank;
-      } else if (united != nullptr && united->empty.Has(local)) {
-        state = VoxelState::kEmpty;
       } else {
         surface = Frontier(local, state);
       }
       any |= state != VoxelState::kUnknown;
-      only_empty &= state == VoxelState::kEmpty;
       if (surface.has_value()) {
         out->surface_mask[static_cast<size_t>(local / 64)] |= uint64_t{1} << (local % 64);
         out->surface.push_back(*surface);
       }
-    }
-    if (only_empty) return all_empty;
+    });
     return any ? out : nullptr;
   }
 
  private:
-  bool Empty(int x, int y, int z) const {
-    const auto [brick, local] = around_.At(x, y, z);
-    return brick != nullptr && brick->united != nullptr && brick->united->empty.Has(local);
-  }
+  bool Empty(int x, int y, int z) const { return empty_.Has(x, y, z); }
   Eigen::Vector3d Centre(int local) const {
     return (PlanningView::Global(brick_, local).cast<double>().array() + 0.5) * h_;
   }
@@ -82,29 +105,22 @@ class Publisher {
     std::array<int64_t, 3> sample_sum{};
     std::array<int64_t, 3> point_sum{};
     std::vector<std::array<int, 3>> members;
-    for (int dz = -kFuseReach; dz <= kFuseReach; ++dz) {
-      for (int dy = -kFuseReach; dy <= kFuseReach; ++dy) {
-        for (int dx = -kFuseReach; dx <= kFuseReach; ++dx) {
-          const auto [there, at] = around_.At(x + dx, y + dy, z + dz);
-          if (there == nullptr || there->united == nullptr || !there->united->surface.Has(at)) {
-            continue;
-          }
-          const size_t i = static_cast<size_t>(there->united->surface.Rank(at));
-          const bool itself = dx == 0 && dy == 0 && dz == 0;
-          if (!itself && there->absorbed[i] != OffsetCode(-dx, -dy, -dz)) continue;
-          members.push_back({x + dx, y + dy, z + dz});
-          const SurfaceSums& sums = there->united->sums[i];
-          const std::array<int64_t, 3> shift = {int64_t{dx}, int64_t{dy}, int64_t{dz}};
-          for (size_t k = 0; k < 3; ++k) {
-            const int64_t units = shift[k] * SurfaceSums::kUnits;
-            sample_sum[k] += static_cast<int64_t>(sums.sample_sum[k]) + units * sums.samples;
-            point_sum[k] += static_cast<int64_t>(sums.point_sum[k]) + units * sums.points;
-          }
-          samples += sums.samples;
-          points += sums.points;
-        }
+    surface_.ForEachAround(x, y, z, kFuseReach, [&](int dx, int dy, int dz) {
+      const auto [there, at] = around_.At(x + dx, y + dy, z + dz);
+      const size_t i = static_cast<size_t>(there->united->surface.Rank(at));
+      const bool itself = dx == 0 && dy == 0 && dz == 0;
+      if (!itself && there->absorbed[i] != OffsetCode(-dx, -dy, -dz)) return;
+      members.push_back({x + dx, y + dy, z + dz});
+      const SurfaceSums& sums = there->united->sums[i];
+      const std::array<int64_t, 3> shift = {int64_t{dx}, int64_t{dy}, int64_t{dz}};
+      for (size_t k = 0; k < 3; ++k) {
+        const int64_t units = shift[k] * SurfaceSums::kUnits;
+        sample_sum[k] += static_cast<int64_t>(sums.sample_sum[k]) + units * sums.samples;
+        point_sum[k] += static_cast<int64_t>(sums.point_sum[k]) + units * sums.points;
       }
-    }
+      samples += sums.samples;
+      points += sums.points;
+    });
     const VoxelIndex voxel = PlanningView::Global(brick_, local);
     const auto& sum = samples > 0 ? sample_sum : point_sum;
     const double n =
@@ -150,24 +166,14 @@ class Publisher {
     return empty_towards(1) && empty_towards(-1);
   }
 
-  // An unknown voxel: false surface next to empty space, absorbed along true surface, else unknown.
+  // An unknown voxel next to empty space: false surface, or absorbed along true surface.
   std::optional<SurfaceVoxel> Frontier(int local, VoxelState& state) const {
     const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
-    bool frontier = false;
-    for (const auto& face : kFaces) frontier |= Empty(x + face[0], y + face[1], z + face[2]);
-    if (!frontier) return std::nullopt;
-
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();
-    for (int dz = -1; dz <= 1; ++dz) {
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          if (Empty(x + dx, y + dy, z + dz)) {
-            normal += Eigen::Vector3f(static_cast<float>(dx), static_cast<float>(dy),
-                                      static_cast<float>(dz));
-          }
-        }
-      }
-    }
+    empty_.ForEachAround(x, y, z, 1, [&](int dx, int dy, int dz) {
+      normal +=
+          Eigen::Vector3f(static_cast<float>(dx), static_cast<float>(dy), static_cast<float>(dz));
+    });
     SurfaceVoxel surface;
     // Empty on opposite sides: any of them is as good, so the first.
     if (normal.squaredNorm() < 0.5f) {
@@ -202,23 +208,15 @@ class Publisher {
     const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
     const Eigen::Vector3f centre = Centre(local).cast<float>();
     const float reach = static_cast<float>(1.5 * h_);
-    for (int dz = -kFuseReach; dz <= kFuseReach; ++dz) {
-      for (int dy = -kFuseReach; dy <= kFuseReach; ++dy) {
-        for (int dx = -kFuseReach; dx <= kFuseReach; ++dx) {
-          const auto [there, at] = around_.At(x + dx, y + dy, z + dz);
-          if (there == nullptr || there->united == nullptr || !there->united->surface.Has(at)) {
-            continue;
-          }
-          const LocalPlane& plane =
-              there->plane[static_cast<size_t>(there->united->surface.Rank(at))];
-          if (plane.normal.dot(normal) >= 0.7f &&
-              std::abs(plane.normal.dot(centre - plane.centroid)) <= reach) {
-            return true;
-          }
-        }
-      }
-    }
-    return false;
+    bool sliver = false;
+    surface_.ForEachAround(x, y, z, kFuseReach, [&](int dx, int dy, int dz) {
+      if (sliver) return;
+      const auto [there, at] = around_.At(x + dx, y + dy, z + dz);
+      const LocalPlane& plane = there->plane[static_cast<size_t>(there->united->surface.Rank(at))];
+      sliver = plane.normal.dot(normal) >= 0.7f &&
+               std::abs(plane.normal.dot(centre - plane.centroid)) <= reach;
+    });
+    return sliver;
   }
 
   VoxelState Cause(int local) const {
@@ -246,6 +244,8 @@ class Publisher {
   const BrickNeighbourhood<MergedBrick>& around_;
   std::span<const ScanLayer* const> layers_;
   double h_;
+  HaloMask empty_;
+  HaloMask surface_;
   std::vector<std::pair<const ScanLayer*, BrickNeighbourhood<LayerBrick>>> witnesses_;
 };
 

@@ -96,18 +96,7 @@ void RangeSurface::DropMixedPixels() {
 
 RangeSurface::Reading RangeSurface::Read(const Eigen::Vector3d& direction) const {
   const double level = std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
-  const AngularAxis::Position e = elevation_.Locate(std::atan2(direction.z(), level));
-  if (!e.inside) return {};
-  const AngularAxis::Position a = azimuth_.Locate(std::atan2(direction.y(), direction.x()));
-  if (!a.inside) return {};
-  if (QuadJoined(a.lower, e.lower) && a.upper != a.lower && e.upper != e.lower) {
-    const float low = (1 - a.fraction) / at(a.lower, e.lower) + a.fraction / at(a.upper, e.lower);
-    const float high = (1 - a.fraction) / at(a.lower, e.upper) + a.fraction / at(a.upper, e.upper);
-    return {1.0f / ((1 - e.fraction) * low + e.fraction * high), UnknownReason::kOcclusion};
-  }
-  const float range = at(a.nearest(), e.nearest());
-  if (RangeImage::IsRange(range)) return {range, UnknownReason::kOcclusion};
-  return {0, range == RangeImage::kNoReturn ? UnknownReason::kHole : UnknownReason::kImage};
+  return RangeAt(std::atan2(direction.y(), direction.x()), std::atan2(direction.z(), level));
 }
 
 }  // namespace vantage

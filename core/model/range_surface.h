@@ -29,6 +29,11 @@ class RangeSurface {
   const AngularAxis& azimuth() const { return azimuth_; }
   const AngularAxis& elevation() const { return elevation_; }
   float at(int column, int row) const { return range_[Index(column, row)]; }
+  const float* Column(int column) const { return &range_[Index(column, 0)]; }
+  const std::vector<double>& cos_azimuth() const { return cos_azimuth_; }
+  const std::vector<double>& sin_azimuth() const { return sin_azimuth_; }
+  const std::vector<double>& cos_elevation() const { return cos_elevation_; }
+  const std::vector<double>& sin_elevation() const { return sin_elevation_; }
   // Unit vector of a cell's ray, scanner frame.
   Eigen::Vector3d Direction(int column, int row) const {
     const size_t c = static_cast<size_t>(column);
@@ -56,6 +61,8 @@ class RangeSurface {
     UnknownReason beyond = UnknownReason::kImage;
   };
   Reading Read(const Eigen::Vector3d& direction) const;
+  // The same for a direction of `azimuth` and `elevation` (rad).
+  Reading RangeAt(double azimuth, double elevation) const;
 
  private:
   size_t Index(int column, int row) const {
@@ -70,6 +77,22 @@ class RangeSurface {
   std::vector<float> range_;  // as in RangeImage
   std::vector<uint8_t> joined_;
 };
+
+// Here, since carving calls it for every voxel near a surface.
+inline RangeSurface::Reading RangeSurface::RangeAt(double azimuth, double elevation) const {
+  const AngularAxis::Position e = elevation_.Locate(elevation);
+  if (!e.inside) return {};
+  const AngularAxis::Position a = azimuth_.Locate(azimuth);
+  if (!a.inside) return {};
+  if (QuadJoined(a.lower, e.lower) && a.upper != a.lower && e.upper != e.lower) {
+    const float low = (1 - a.fraction) / at(a.lower, e.lower) + a.fraction / at(a.upper, e.lower);
+    const float high = (1 - a.fraction) / at(a.lower, e.upper) + a.fraction / at(a.upper, e.upper);
+    return {1.0f / ((1 - e.fraction) * low + e.fraction * high), UnknownReason::kOcclusion};
+  }
+  const float range = at(a.nearest(), e.nearest());
+  if (RangeImage::IsRange(range)) return {range, UnknownReason::kOcclusion};
+  return {0, range == RangeImage::kNoReturn ? UnknownReason::kHole : UnknownReason::kImage};
+}
 
 }  // namespace vantage
 

@@ -33,6 +33,15 @@ struct BrickMask {
     for (const uint64_t w : word) count += std::popcount(w);
     return count;
   }
+  // Calls fn(local) for each voxel of the set, in order.
+  template <typename Fn>
+  void ForEach(Fn&& fn) const {
+    for (int w = 0; w < Brick::kSide; ++w) {
+      for (uint64_t left = word[w]; left != 0; left &= left - 1) {
+        fn(64 * w + std::countr_zero(left));
+      }
+    }
+  }
   // How many voxels of the set come before `local`.
   int Rank(int local) const {
     int rank = std::popcount(word[local / 64] & ((uint64_t{1} << (local % 64)) - 1));

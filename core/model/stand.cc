@@ -72,7 +72,7 @@ void FreeStand(double voxel_size, ScanLayer& layer) {
           .floor()
           .cast<int>();
   const int top = static_cast<int>(std::floor((viewpoint.z() + radius) / voxel_size));
-  SurfacePoints floor_points(voxel_size);
+  SurfacePoints floor_points;
   for (int dx = -reach; dx <= reach; ++dx) {
     for (int dy = -reach; dy <= reach; ++dy) {
       const VoxelIndex column = foot + VoxelIndex(dx, dy, 0);
@@ -87,8 +87,8 @@ void FreeStand(double voxel_size, ScanLayer& layer) {
       if (brick.surface.Has(Brick::LocalOf(column))) continue;
       for (const double u : {0.25, 0.75}) {
         for (const double v : {0.25, 0.75}) {
-          floor_points.Add({(column.x() + u) * voxel_size, (column.y() + v) * voxel_size, *floor},
-                           false);
+          floor_points.AddInterpolated(
+              {(column.x() + u) * voxel_size, (column.y() + v) * voxel_size, *floor}, voxel_size);
         }
       }
     }

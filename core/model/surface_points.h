@@ -3,6 +3,7 @@
 #define VANTAGE_CORE_MODEL_SURFACE_POINTS_H_
 
 #include <array>
+#include <utility>
 #include <vector>
 
 #include "core/model/scan_layer.h"
@@ -13,19 +14,19 @@ namespace vantage {
 // Points of surface, summed by voxel. Integers, so the order of adding does not matter.
 class SurfacePoints {
  public:
-  explicit SurfacePoints(double voxel_size) : voxel_size_(voxel_size) {}
-
-  void Add(const Eigen::Vector3d& point, bool measured);
+  void Add(const VoxelIndex& voxel, const SurfaceSums& sums);
+  // One interpolated point (m, model frame).
+  void AddInterpolated(const Eigen::Vector3d& point, double voxel_size);
 
   // Adds what was summed to the layer's bricks.
   void AddTo(ScanLayer& layer) const;
 
  private:
   struct BrickSums {
-    std::array<int16_t, Brick::kVoxels> slot;
+    BrickMask held;
+    std::array<int16_t, Brick::kVoxels> slot;  // in `sums`, of the voxels held
     std::vector<SurfaceSums> sums;
   };
-  double voxel_size_;
   absl::flat_hash_map<BrickKey, size_t> index_;
   std::vector<std::pair<BrickKey, BrickSums>> bricks_;
   BrickKey last_key_ = ~BrickKey{0};  // neighbouring samples mostly share a brick
