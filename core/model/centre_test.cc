@@ -106,8 +106,10 @@ bool CentreTest::MostRaysPass(const VoxelIndex& voxel) const {
     Lanes i;
     Lanes j;
     for (int k = 0; k < 4; ++k) {
-      i[k] = (static_cast<float>((ray + k) / kAcross) + 0.5f) / kAcross - 0.5f;
-      j[k] = (static_cast<float>((ray + k) % kAcross) + 0.5f) / kAcross - 0.5f;
+      const int row = (ray + k) / kAcross;
+      const int column = (ray + k) % kAcross;
+      i[k] = (static_cast<float>(row) + 0.5f) / kAcross - 0.5f;
+      j[k] = (static_cast<float>(column) + 0.5f) / kAcross - 0.5f;
     }
     const Lanes x = c.x() + u.x() * i + v.x() * j;
     const Lanes y = c.y() + u.y() * i + v.y() * j;

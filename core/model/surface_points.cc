@@ -40,8 +40,9 @@ void SurfacePoints::AddInterpolated(const Eigen::Vector3d& point, double voxel_s
 }
 
 void SurfacePoints::AddTo(ScanLayer& layer) const {
-  for (const auto& [key, from] : bricks_) {
-    LayerBrick& to = layer.bricks[key];
+  for (const auto& entry : bricks_) {
+    const BrickSums& from = entry.second;
+    LayerBrick& to = layer.bricks[entry.first];
     BrickMask united = to.surface;
     for (size_t w = 0; w < united.word.size(); ++w) united.word[w] |= from.held.word[w];
     std::vector<SurfaceSums> sums;
@@ -128,7 +129,7 @@ void PlaceColumn(const RangeSurface& surface, const FixedFrame& frame, int colum
   const Eigen::Vector3d level =
       frame.rotation() * Eigen::Vector3d(surface.cos_azimuth()[c], surface.sin_azimuth()[c], 0);
   const Eigen::Vector3d up = frame.rotation().col(2);
-  const Eigen::Vector3d t = frame.translation();
+  const Eigen::Vector3d& t = frame.translation();
   const float* range = surface.Column(column);
   const double* cosine = surface.cos_elevation().data();
   const double* sine = surface.sin_elevation().data();
