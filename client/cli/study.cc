@@ -2,7 +2,6 @@
 
 #include <cstdio>
 #include <cstdlib>
-#include <set>
 #include <string>
 #include <vector>
 
@@ -12,6 +11,7 @@
 #include "client/cli/command.h"
 #include "client/cli/json.h"
 #include "client/cli/terminal.h"
+#include "client/study/cover_program.h"
 #include "client/study/own_server.h"
 #include "client/study/page.h"
 #include "client/study/planner_list.h"
@@ -44,7 +44,10 @@ StudyPlan PlanFrom(const Environment& environment, const StudyArguments& argumen
     plan.scenes =
         DefaultScenes(arguments.tuning ? SceneUse::kTuning : SceneUse::kReporting, arguments.small);
   }
-  if (plan.planners.empty()) plan.planners = DefaultPlanners(arguments.small);
+  if (plan.planners.empty()) {
+    plan.planners = DefaultPlanners(arguments.small);
+    if (FindCoverSolver().empty()) std::erase(plan.planners, "optimal");
+  }
   if (plan.data_folder.empty()) {
     const char* folder = std::getenv("VANTAGE_SHARED_DATA");
     plan.data_folder = folder == nullptr ? "" : folder;

@@ -24,8 +24,7 @@ enum Stream : uint64_t {
   kAgain = 114
 };
 
-constexpr double kTripodRadius = 0.15;   // m that must really be free to stand
-constexpr double kLatticeOfTruth = 0.3;  // m between the places of which the truth is asked
+constexpr double kTripodRadius = 0.15;  // m that must really be free to stand
 
 Isometry3d Upright(const Vector3d& position, double yaw) {
   Isometry3d pose = Isometry3d::Identity();

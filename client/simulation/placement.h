@@ -43,6 +43,7 @@ PosePrior MeasuredPrior(const Placement& placement, int number, const PlacementE
 bool CanStand(const SimulatedScanner& scanner, const Placement& placement);
 
 // A lattice of the places that a scanner may be brought to, at two heights; m, scene frame.
+inline constexpr double kLatticeOfTruth = 0.3;  // m
 std::vector<Eigen::Vector3d> AllowedPositions(const SimulatedScanner& tracer, const Site& site,
                                               const ScannerModel& scanner);
 

@@ -269,6 +269,7 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
       if (absl::Status given_up = GiveUpOn(cycle); !given_up.ok()) return given_up;
     }
     cycle.truth = truth_.Measure();
+    cycle.T_scene_world = T_scene_world_;
     cycle.planned_in_scene = number == 1 ? site_.start : T_scene_world_ * placement.planned;
     if (cycle.truth.attained_share() >= options_.enough) {
       if (absl::Status heard = on_cycle(cycle); !heard.ok()) return heard;

@@ -58,6 +58,7 @@ struct Cycle {
   Eigen::Vector3d at = Eigen::Vector3d::Zero();                // m, scene frame: where it was made
   std::optional<double> predicted_area;  // m^2 brought to density, by the plan that chose it
   v1::Scan scan;
+  Eigen::Isometry3d T_scene_world = Eigen::Isometry3d::Identity();
   bool merged = false;
   bool second_prior = false;  // it took a better prior
   double off_metres = 0;      // pose in the model against the truth

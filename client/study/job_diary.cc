@@ -1,7 +1,5 @@
 #include "client/study/job_diary.h"
 
-#include <algorithm>
-
 #include "client/library/geometry.h"
 #include "client/study/job_store.h"
 
@@ -22,6 +20,15 @@ JobDiary::JobDiary(const StudyScene& scene, const std::string& planner, uint64_t
   record_.set_attainable_area(last_.attainable_at_density_area);
 }
 
+JobDiary::Best JobDiary::BestNow() const {
+  Best best;
+  for (size_t i = 0; i < scene_.sets().size(); ++i) {
+    const size_t gain = CountWithout(scene_.sets()[i], at_density_);
+    if (gain > best.gain) best = {i, gain};
+  }
+  return best;
+}
+
 void JobDiary::Add(const ScanMade& scan) {
   const StudySettings& settings = scene_.settings();
   study::v1::ScanRecord& record = *record_.add_scans();
@@ -35,9 +42,11 @@ void JobDiary::Add(const ScanMade& scan) {
   minutes_ += walk / settings.walking_speed / 60 + settings.setup_minutes + settings.scan_minutes;
   record.set_minutes(minutes_);
   if (scan.predicted) record.set_predicted(*scan.predicted);
-  size_t best = 0;
-  for (const SampleSet& set : scene_.sets()) best = std::max(best, CountWithout(set, at_density_));
-  record.set_best(static_cast<double>(best) * scene_.area_per_sample());
+  const Best best = BestNow();
+  record.set_best(static_cast<double>(best.gain) * scene_.area_per_sample());
+  *record.mutable_best_position() = ToProto(scene_.positions()[best.position]);
+  if (scan.best_predicted) record.set_best_predicted(*scan.best_predicted);
+  record.set_best_refused(scan.best_refused);
   const TrueCoverage before = last_;
   if (scan.merged) {
     truth_.AddScan(scan.at, parallel_);

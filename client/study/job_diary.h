@@ -24,6 +24,9 @@ struct ScanMade {
   double off = 0;                   // m, pose in the model against the truth
   double plan_seconds = 0;          // that choosing it took
   std::vector<std::string> notes;
+  // What the planner said of the truly best position, where it was asked.
+  std::optional<double> best_predicted;  // m^2 brought to density
+  std::string best_refused;
 };
 
 class JobDiary {
@@ -36,6 +39,13 @@ class JobDiary {
   int scans() const { return record_.scans_size(); }
   // Share of the attainable surface that is at density.
   double covered() const { return last_.attained_share(); }
+  // The allowed position that brings the most new surface to density now, and how many samples that
+  // is.
+  struct Best {
+    size_t position = 0;  // index into StudyScene::positions()
+    size_t gain = 0;      // samples
+  };
+  Best BestNow() const;
   // Samples at density.
   const SampleSet& at_density() const { return at_density_; }
   // Enough is covered, or as many scans made as allowed.

@@ -88,25 +88,7 @@ std::vector<size_t> WalkThrough(Ways& ways, size_t start, const std::set<size_t>
 }  // namespace
 
 void RunOracleJob(const StudyScene& scene, uint64_t seed, JobDiary& diary) {
-  diary.Add(Place(scene, seed, 1, scene.StartFor(seed)));
-  while (!diary.Over()) {
-    size_t best = 0;
-    size_t most = 0;
-    for (size_t i = 0; i < scene.sets().size(); ++i) {
-      const size_t gain = CountWithout(scene.sets()[i], diary.at_density());
-      if (gain > most) {
-        most = gain;
-        best = i;
-      }
-    }
-    if (most == 0) {
-      diary.record().set_ended("nothing is left to gain");
-      return;
-    }
-    ScanMade made = Place(scene, seed, diary.scans() + 1, scene.positions()[best]);
-    diary.Add(made);
-  }
-  diary.record().set_ended("enough is covered, or as many scans made as allowed");
+  RunGivenJob(scene, seed, {}, diary);
 }
 
 void RunGivenJob(const StudyScene& scene, uint64_t seed, const std::vector<Vector3d>& route,
@@ -116,7 +98,15 @@ void RunGivenJob(const StudyScene& scene, uint64_t seed, const std::vector<Vecto
     if (diary.Over()) break;
     diary.Add(Place(scene, seed, diary.scans() + 1, position));
   }
-  diary.record().set_ended("all given places were scanned from");
+  while (!diary.Over()) {
+    const JobDiary::Best best = diary.BestNow();
+    if (best.gain == 0) {
+      diary.record().set_ended("nothing is left to gain");
+      return;
+    }
+    diary.Add(Place(scene, seed, diary.scans() + 1, scene.positions()[best.position]));
+  }
+  diary.record().set_ended("enough is covered, or as many scans made as allowed");
 }
 
 RegularSpacing BestSpacing(const StudyScene& scene, uint64_t seed) {

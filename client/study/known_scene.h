@@ -15,7 +15,7 @@ namespace vantage {
 // Its scans are placed with the same errors and their poses are given.
 void RunOracleJob(const StudyScene& scene, uint64_t seed, JobDiary& diary);
 
-// Scans `route` (m, scene frame) after the start, likewise.
+// Scans `route` (m, scene frame) after the start, likewise; then as the oracle does.
 void RunGivenJob(const StudyScene& scene, uint64_t seed, const std::vector<Eigen::Vector3d>& route,
                  JobDiary& diary);
 

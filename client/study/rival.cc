@@ -66,6 +66,35 @@ class Frontier final : public Rival {
   }
 };
 
+class FeasibleOracle final : public Rival {
+ public:
+  explicit FeasibleOracle(const StudyScene& scene) : truth_(scene.truth()) {}
+  Proposal Propose(const PlanningSituation& s) override {
+    constexpr int kStride = 3;  // of viewcells, per axis
+    for (; seen_ < s.stands.size(); ++seen_) {
+      truth_.AddScan(s.T_scene_world * s.stands[seen_], s.parallel);
+    }
+    std::vector<Eigen::Vector3d> places;
+    for (size_t i = 0; i < s.feasible.cells().size(); ++i) {
+      const FeasibleViews::CellIndex& cell = s.feasible.cells()[i];
+      if ((cell.array() - (cell.array() / kStride) * kStride).isZero(0)) {
+        places.push_back(s.T_scene_world * s.feasible.Centre(i));
+      }
+    }
+    const std::vector<double> gains = truth_.GainAtDensity(places, s.parallel);
+    const auto best = std::max_element(gains.begin(), gains.end());
+    if (best == gains.end() || *best <= 0) {
+      return {std::nullopt, std::nullopt, "no feasible place gains anything"};
+    }
+    const Eigen::Vector3d& place = places[static_cast<size_t>(best - gains.begin())];
+    return {s.T_scene_world.inverse() * place, *best, ""};
+  }
+
+ private:
+  GroundTruth truth_;
+  size_t seen_ = 0;  // stands that the truth has heard of
+};
+
 class Route final : public Rival {
  public:
   explicit Route(std::vector<Eigen::Vector3d> route) : route_(std::move(route)) {}
@@ -98,6 +127,9 @@ std::unique_ptr<Rival> RandomRival() { return std::make_unique<Random>(); }
 std::unique_ptr<Rival> FrontierRival() { return std::make_unique<Frontier>(); }
 std::unique_ptr<Rival> RouteRival(std::vector<Eigen::Vector3d> route) {
   return std::make_unique<Route>(std::move(route));
+}
+std::unique_ptr<Rival> FeasibleOracleRival(const StudyScene& scene) {
+  return std::make_unique<FeasibleOracle>(scene);
 }
 std::unique_ptr<Rival> BruteForceRival() { return std::make_unique<BruteForce>(); }
 

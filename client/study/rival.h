@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "client/study/study_scene.h"
 #include "core/model/planning_view.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/feasible_views.h"
@@ -62,6 +63,11 @@ std::unique_ptr<Rival> OctomapRival(const ScannerModel& scanner);
 
 // Given places, m, scene frame, one after the other.
 std::unique_ptr<Rival> RouteRival(std::vector<Eigen::Vector3d> route);
+
+// Knows what every place would truly gain, but may stand only where the model allows it: what is
+// between it and the oracle is knowledge, what is between ours and it is the metric. `scene`
+// outlives it.
+std::unique_ptr<Rival> FeasibleOracleRival(const StudyScene& scene);
 
 // Our own metric, every view against every cell by brute force, with our registration check.
 std::unique_ptr<Rival> BruteForceRival();

@@ -23,18 +23,18 @@ struct Kind {
   int most_scans;
 };
 constexpr Kind kKinds[] = {
-    {"two-rooms", TwoRooms, 10},
-    {"flat", FurnishedFlat, 18},
-    {"hall", PillarHall, 16},
-    {"office", [](uint64_t seed) { return OfficeFloor(seed, kOfficeArea); }, 28}};
+    {"two-rooms", TwoRooms, 12},
+    {"flat", FurnishedFlat, 28},
+    {"hall", PillarHall, 24},
+    {"office", [](uint64_t seed) { return OfficeFloor(seed, kOfficeArea); }, 40}};
 
 struct Mesh {
   const char* name;
   const char* file;
   int most_scans;
 };
-constexpr Mesh kMeshes[] = {{"small-house", "small_house/scene.ply", 24},
-                            {"bookstore", "bookstore/scene.ply", 20}};
+constexpr Mesh kMeshes[] = {{"small-house", "small_house/scene.ply", 36},
+                            {"bookstore", "bookstore/scene.ply", 30}};
 
 struct Parsed {
   const Kind* kind = nullptr;

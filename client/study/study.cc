@@ -129,6 +129,7 @@ class Study {
         for (int seed = 1; seed <= plan_.seeds; ++seed) {
           std::string why;
           auto record = store_.Read(scene, planner, static_cast<uint64_t>(seed), settings, why);
+          if (record && record->scans().empty()) continue;
           if (record) {
             outcome_.records.push_back(*std::move(record));
           } else {

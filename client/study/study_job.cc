@@ -10,6 +10,7 @@
 #include "client/library/client.h"
 #include "client/library/geometry.h"
 #include "client/simulation/simulated_job.h"
+#include "client/study/cover_program.h"
 #include "client/study/job_diary.h"
 #include "client/study/known_scene.h"
 #include "client/study/rival.h"
@@ -17,6 +18,8 @@
 
 namespace vantage {
 namespace {
+
+constexpr double kSolverSeconds = 120;
 
 JobOptions OptionsFor(const StudyScene& scene, const StudyPlanner& planner, uint64_t seed) {
   const StudySettings& settings = scene.settings();
@@ -36,6 +39,27 @@ JobOptions OptionsFor(const StudyScene& scene, const StudyPlanner& planner, uint
   return options;
 }
 
+// What the planner itself makes of the truly best position: shows whether it could not know, could
+// not go there or did not value it.
+absl::Status AskAboutBest(Client& client, const std::string& session, const StudyScene& scene,
+                          const JobDiary& diary, const Cycle& cycle, ScanMade& next) {
+  v1::EvaluateViewRequest request;
+  request.set_parent(session);
+  *request.mutable_position() = ToProto(
+      Eigen::Vector3d(cycle.T_scene_world.inverse() * scene.positions()[diary.BestNow().position]));
+  const auto answer = client.Call(request);
+  // Beyond what is known at all there is nothing to evaluate.
+  if (absl::IsInvalidArgument(answer.status()) || absl::IsOutOfRange(answer.status())) {
+    next.best_refused = std::string(answer.status().message());
+    next.best_predicted = 0;
+    return absl::OkStatus();
+  }
+  if (!answer.ok()) return answer.status();
+  next.best_predicted = answer->feasible() ? answer->view().area() : 0;
+  next.best_refused = answer->feasible() ? answer->view().verdict().reason() : answer->why_not();
+  return absl::OkStatus();
+}
+
 absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint64_t seed,
                      const std::string& server, Parallel& parallel, JobDiary& diary) {
   ClientOptions connection;
@@ -47,17 +71,24 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
   SimulatedJob job(client, site, OptionsFor(scene, planner, seed), scene.scanner(), scene.truth(),
                    parallel);
   std::string session;
-  double plan_seconds = 0;
-  const auto result = job.Run([&](const Cycle& cycle) {
+  ScanMade next;  // what is known of the next scan when its plan is made
+  const auto result = job.Run([&](const Cycle& cycle) -> absl::Status {
     session = SessionOf(cycle.scan.name());
-    diary.Add({cycle.planned_in_scene, cycle.at, cycle.merged, cycle.second_prior,
-               cycle.predicted_area, cycle.merged && cycle.number > 1 ? cycle.off_metres : 0.0,
-               plan_seconds, cycle.notes});
-    plan_seconds = 0;
+    ScanMade made = next;
+    made.position = cycle.planned_in_scene;
+    made.at = cycle.at;
+    made.merged = cycle.merged;
+    made.second_prior = cycle.second_prior;
+    made.predicted = cycle.predicted_area;
+    made.off = cycle.number > 1 ? cycle.off_metres : 0;
+    made.notes = cycle.notes;
+    diary.Add(made);
+    next = {};
     for (const v1::StageSeconds& stage : cycle.plan.result().stages()) {
-      plan_seconds += stage.seconds();
+      next.plan_seconds += stage.seconds();
     }
-    return absl::OkStatus();
+    return diary.Over() ? absl::OkStatus()
+                        : AskAboutBest(client, session, scene, diary, cycle, next);
   });
   if (!session.empty()) {
     v1::DeleteSessionRequest request;
@@ -70,10 +101,11 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
   return absl::OkStatus();
 }
 
-std::unique_ptr<Rival> MakeRival(const std::string& name, const StudySettings& settings) {
+std::unique_ptr<Rival> MakeRival(const std::string& name, const StudyScene& scene) {
   if (name == "random") return RandomRival();
   if (name == "frontier") return FrontierRival();
-  if (name == "octomap") return OctomapRival(settings.scanner);
+  if (name == "octomap") return OctomapRival(scene.settings().scanner);
+  if (name == "oracle-feasible") return FeasibleOracleRival(scene);
   if (name == "brute-force") return BruteForceRival();
   return nullptr;
 }
@@ -82,6 +114,17 @@ absl::Status RunOther(const StudyScene& scene, const StudyPlanner& planner, uint
                       Parallel& parallel, JobDiary& diary) {
   if (planner.name == "oracle") {
     RunOracleJob(scene, seed, diary);
+    return absl::OkStatus();
+  }
+  if (planner.name == "optimal") {
+    const auto route = BestCover(scene, seed, kSolverSeconds);
+    if (absl::IsDeadlineExceeded(route.status())) {
+      // Too large for the solver: a job without scans, which no row counts.
+      diary.record().set_ended(std::string(route.status().message()));
+      return absl::OkStatus();
+    }
+    if (!route.ok()) return route.status();
+    RunGivenJob(scene, seed, *route, diary);
     return absl::OkStatus();
   }
   std::unique_ptr<Rival> rival;
@@ -93,7 +136,7 @@ absl::Status RunOther(const StudyScene& scene, const StudyPlanner& planner, uint
         absl::StrFormat("%s; %.2f m apart", diary.record().ended(), spacing.spacing));
     return run;
   }
-  rival = MakeRival(planner.name, scene.settings());
+  rival = MakeRival(planner.name, scene);
   if (rival == nullptr) {
     return absl::InternalError(absl::StrCat("nothing runs the planner ", planner.name));
   }

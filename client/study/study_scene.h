@@ -29,7 +29,7 @@ struct StudySettings {
   double tilt = Radians(0.5);         // rad, one sigma
   size_t truth_samples = 20'000;      // points on the mesh
   double goal = 0.95;                 // share of the attainable surface that scans are counted to
-  double enough = 0.985;              // a job ends here
+  double enough = 0.97;               // a job ends here
   int most_scans = 0;                 // 0: as the scene's kind has it
   double walking_speed = 0.5;         // m/s, with the tripod
   double setup_minutes = 1.0;         // a scan, before it

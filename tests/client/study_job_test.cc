@@ -129,7 +129,8 @@ TEST_P(RivalTest, RunsAJobThatRepeatsItself) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Rivals, RivalTest,
-                         ::testing::Values("random", "frontier", "octomap", "spacing", "oracle"));
+                         ::testing::Values("random", "frontier", "octomap", "spacing", "oracle",
+                                           "oracle-feasible"));
 
 TEST(StudyPlannersTest, NamesAreDistinctAndDefaultsExist) {
   std::vector<std::string> names;
