@@ -52,6 +52,10 @@ std::vector<StudyPlanner> MakePlanners() {
 
   all.push_back(Other("oracle", PlannerKind::kKnowsTheScene,
                       "knows the scene and takes the truly best position each time"));
+  all.push_back(Other("oracle-feasible", PlannerKind::kKnowsTheScene,
+                      "the truly best place among those where its model lets one stand"));
+  all.push_back(Other("optimal", PlannerKind::kKnowsTheScene,
+                      "the fewest positions, by integer programming; needs cbc or glpsol"));
   all.push_back(
       Other("spacing", PlannerKind::kKnowsTheScene, "regular spacing, the best one in hindsight"));
   all.push_back(Other("random", PlannerKind::kRival, "any feasible place"));
