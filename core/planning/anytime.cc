@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <atomic>
 #include <bit>
+#include <chrono>
 #include <cmath>
 #include <numeric>
 #include <queue>
 #include <utility>
 
 #include "core/planning/confidence_bounds.h"
+#include "core/planning/hierarchy.h"
 
 namespace vantage {
 namespace {
@@ -120,6 +122,68 @@ class Evaluator {
     evaluation_.decided = true;
   }
 
+  // The same by the hierarchy. What its upper levels leave to see bounds every view at once.
+  void CompleteByHierarchy(const HierarchyInput& input,
+                           absl::FunctionRef<void(const Evaluation&)> progress) {
+    if (Spent(budget_)) return;
+    HierarchicalScorer hierarchy(scorer_, input.grid, cells_, input.viewcells, input.viewcell_size,
+                                 HierarchyOptions{}, parallel_);
+    if (!hierarchy.Cull(budget_, parallel_, seen_)) return;
+    std::vector<std::pair<double, uint32_t>> order;  // blocks, the most promising first
+    for (uint32_t b = 0; b < hierarchy.blocks().size(); ++b) {
+      const ViewBlock& block = hierarchy.blocks()[b];
+      double most = -1;
+      for (const uint32_t i : hierarchy.Views(block)) {
+        ViewEstimate& view = evaluation_.views[i];
+        if (view.exact) continue;
+        view.upper = std::min(view.upper, block.potential * (1 + kRounding));
+        view.lower = std::clamp(block.certain * (1 - kRounding), view.lower,
+                                std::max(view.lower, view.upper));
+        view.upper = std::max(view.upper, view.lower);
+        view.score = std::clamp(view.score, view.lower, view.upper);
+        most = std::max(most, view.upper);
+      }
+      if (most >= 0) order.emplace_back(-most, b);
+    }
+    std::stable_sort(order.begin(), order.end());
+
+    size_t shown = 1;
+    for (size_t begin = 0; begin < order.size();) {
+      const uint64_t left =
+          budget_.work_limit - std::min<uint64_t>(budget_.work_limit, evaluation_.rays);
+      uint64_t bound = 0;
+      size_t count = 0;
+      while (count < kBlockBatch && begin + count < order.size()) {
+        bound += MostRays(hierarchy, hierarchy.blocks()[order[begin + count].second]);
+        if (bound > left) break;
+        ++count;
+      }
+      const bool all = count > 0 ? ScoreBlocks(hierarchy, {order.data() + begin, count})
+                                 : ScoreByOne(hierarchy, hierarchy.blocks()[order[begin].second]);
+      if (!all) return;
+      begin += std::max<size_t>(count, 1);
+      if (evaluation_.exact >= views_.size() * shown / 8) {
+        ++shown;
+        progress(evaluation_);
+      }
+    }
+    evaluation_.complete = true;
+    evaluation_.decided = true;
+  }
+
+  bool WorthAHierarchy(const HierarchyInput& input) const {
+    const VoxelBox& box = input.grid.box();
+    const double voxels = (box.max - box.min).cast<double>().prod();
+    const auto left = static_cast<uint64_t>(views_.size() - evaluation_.exact) * cells_.size();
+    if (left < options_.hierarchy_pairs ||
+        voxels > static_cast<double>(options_.hierarchy_voxels)) {
+      return false;
+    }
+    // Nothing interrupts the building, which takes a third of this on one thread.
+    const double seconds = 1e-6 * static_cast<double>(cells_.size()) + 1e-8 * voxels;
+    return budget_.deadline == Budget::Clock::time_point::max() ||
+           std::chrono::duration<double>(budget_.deadline - Budget::Clock::now()).count() > seconds;
+  }
   const Evaluation& evaluation() const { return evaluation_; }
 
   Evaluation Finish() {
@@ -129,6 +193,7 @@ class Evaluator {
 
  private:
   static constexpr size_t kExactBatch = 16;
+  static constexpr size_t kBlockBatch = 16;
 
   struct Entry {
     double score;
@@ -241,10 +306,68 @@ class Evaluator {
         all = false;
         continue;
       }
-      evaluation_.views[which[k]] = {scores[k].gain, scores[k].gain, scores[k].gain, true, true};
-      ++evaluation_.exact;
+      SetExact(which[k], scores[k]);
     }
     return all;
+  }
+
+  void SetExact(uint32_t i, const ViewScore& score) {
+    if (!evaluation_.views[i].exact) ++evaluation_.exact;
+    evaluation_.views[i] = {score.gain, score.gain, score.gain, true, true};
+  }
+
+  // What a block can cost at most.
+  uint64_t MostRays(const HierarchicalScorer& hierarchy, const ViewBlock& block) const {
+    uint64_t cells = 0;
+    for (const ViewBlock::Candidate& candidate : block.candidates) {
+      cells += hierarchy.patches()[candidate.node].size();
+    }
+    return hierarchy.Views(block).size() * cells * (scorer_.reach() > 0 ? 9 : 1);
+  }
+
+  bool ScoreBlocks(const HierarchicalScorer& hierarchy,
+                   std::span<const std::pair<double, uint32_t>> which) {
+    if (Spent(budget_)) return false;
+    std::vector<std::vector<ViewScore>> scores(which.size());
+    parallel_.For(which.size(), [&](size_t k) {
+      const ViewBlock& block = hierarchy.blocks()[which[k].second];
+      scores[k].resize(hierarchy.Views(block).size());
+      hierarchy.ScoreBlock(block, budget_, scores[k], seen_);
+    });
+    bool all = true;
+    for (size_t k = 0; k < which.size(); ++k) {
+      const auto views = hierarchy.Views(hierarchy.blocks()[which[k].second]);
+      for (size_t j = 0; j < views.size(); ++j) {
+        evaluation_.rays += scores[k][j].rays;
+        all = all && scores[k][j].finished;
+        if (scores[k][j].finished) SetExact(views[j], scores[k][j]);
+      }
+    }
+    return all;
+  }
+
+  // With little work left: one view after the other, so that the limit is overrun by one at most.
+  bool ScoreByOne(const HierarchicalScorer& hierarchy, const ViewBlock& block) {
+    const auto views = hierarchy.Views(block);
+    const uint64_t each = std::max<uint64_t>(1, MostRays(hierarchy, block) / views.size());
+    std::vector<ViewScore> scores;
+    for (size_t begin = 0; begin < views.size(); begin += scores.size()) {
+      if (Spent(budget_)) return false;
+      const uint64_t left =
+          budget_.work_limit - std::min<uint64_t>(budget_.work_limit, evaluation_.rays);
+      scores.assign(
+          std::min<size_t>(std::clamp<uint64_t>(left / each, 1, kExactBatch), views.size() - begin),
+          {});
+      parallel_.For(scores.size(), [&](size_t k) {
+        scores[k] = hierarchy.ScoreView(views[begin + k], budget_, seen_);
+      });
+      for (size_t k = 0; k < scores.size(); ++k) {
+        evaluation_.rays += scores[k].rays;
+        if (!scores[k].finished) return false;
+        SetExact(views[begin + k], scores[k]);
+      }
+    }
+    return true;
   }
 
   const BruteForceScorer& scorer_;
@@ -265,13 +388,18 @@ class Evaluator {
 Evaluation EvaluateViews(const BruteForceScorer& scorer, std::span<const Eigen::Vector3d> views,
                          std::span<const uint32_t> first_order, const CellArrays& cells,
                          const AnytimeOptions& options, const Budget& budget, Parallel& parallel,
-                         absl::FunctionRef<void(const Evaluation&)> progress) {
+                         absl::FunctionRef<void(const Evaluation&)> progress,
+                         const HierarchyInput* hierarchy) {
   Evaluator evaluator(scorer, views, cells, options, budget, parallel);
   evaluator.Race(first_order);
   if (evaluator.evaluation().any()) progress(evaluator.evaluation());
   evaluator.Decide();
   if (evaluator.evaluation().any()) progress(evaluator.evaluation());
-  evaluator.Complete(first_order, progress);
+  if (hierarchy != nullptr && evaluator.WorthAHierarchy(*hierarchy)) {
+    evaluator.CompleteByHierarchy(*hierarchy, progress);
+  } else {
+    evaluator.Complete(first_order, progress);
+  }
   return evaluator.Finish();
 }
 

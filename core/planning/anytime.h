@@ -13,6 +13,7 @@
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/brute_force.h"
+#include "core/planning/opaque_grid.h"
 
 namespace vantage {
 
@@ -29,6 +30,17 @@ struct AnytimeOptions {
   uint64_t seed = 1;
   double separation = 0.6;  // m, of the leaders scored exactly
   int leaders = 10;
+  // Of views and cells left to complete, from which on the hierarchy is worth building.
+  uint64_t hierarchy_pairs = 50'000'000;
+  // Of the box around the model, up to which it is; its table of counts takes 4 bytes a voxel.
+  uint64_t hierarchy_voxels = uint64_t{1} << 28;
+};
+
+// What the hierarchical scorer needs besides; kept by reference.
+struct HierarchyInput {
+  const OpaqueGrid& grid;                      // axes {0, 1, 2}
+  std::span<const Eigen::Vector3i> viewcells;  // view i is the centre of viewcell i
+  double viewcell_size;                        // m
 };
 
 struct ViewEstimate {
@@ -60,12 +72,16 @@ struct Evaluation {
 // side), the probability is proportional to area x deficit x weight, and the draws are independent
 // with a known range, so the bounds of MeanBounds hold for any scene. The error is split over all
 // views, rounds and sides. `first_order` lists the views for the first round, coarse lattice first.
-// `progress` sees the evaluation when it has improved. Heeds deadline, cancellation and work limit
-// (rays); with a work limit alone the result does not depend on the number of threads.
+// What is left is completed by the hierarchy where `hierarchy` is given, enough is left, there is
+// time to build it and the model is not too large for it, otherwise view by view; both give the
+// same scores up to rounding. `cells` are then in the order of PatchOrder(). `progress` sees the
+// evaluation when it has improved. Heeds deadline, cancellation and work limit (rays); with a work
+// limit alone the result does not depend on the number of threads.
 Evaluation EvaluateViews(const BruteForceScorer& scorer, std::span<const Eigen::Vector3d> views,
                          std::span<const uint32_t> first_order, const CellArrays& cells,
                          const AnytimeOptions& options, const Budget& budget, Parallel& parallel,
-                         absl::FunctionRef<void(const Evaluation&)> progress);
+                         absl::FunctionRef<void(const Evaluation&)> progress,
+                         const HierarchyInput* hierarchy = nullptr);
 
 // Indices 0..n-1 of viewcells, those on the coarsest lattice first.
 std::vector<uint32_t> CoarseFirst(std::span<const Eigen::Vector3i> cells);

@@ -13,6 +13,7 @@
 #include "core/parallel/parallel.h"
 #include "core/planning/constraints.h"
 #include "core/planning/occlusion_scene.h"
+#include "core/planning/pose_sensitivity.h"
 
 namespace vantage {
 
@@ -22,20 +23,31 @@ struct ViewScore {
   bool finished = false;  // false: the budget expired on the way, the rest means nothing
 };
 
+// Cells of packets [begin, end).
+struct PacketRange {
+  uint32_t begin = 0;
+  uint32_t end = 0;
+  bool visible = false;  // known to be: no rays are needed
+};
+
 // References are kept: constraints and scene outlive the scorer. Thread safe.
 class BruteForceScorer {
  public:
-  // `voxel` in m. `pose_error` (m, per axis, 0: off): a cell then counts with the least it gains
-  // from the view and the eight corners of the box of that half side around it, an upper bound of
-  // what every pose in the box gains (algorithm.md section 8, 'Pose-error sensitivity').
+  // `voxel` in m. With `sensitivity`, a cell counts with what every pose around the view gains from
+  // it (nine rays first, since they are cheap, then the shaft).
   BruteForceScorer(const SensingConstraints& constraints, const OcclusionScene& scene, double voxel,
-                   double pose_error)
-      : constraints_(constraints), scene_(scene), voxel_(voxel), pose_error_(pose_error) {}
+                   const PoseSensitivity* sensitivity = nullptr)
+      : constraints_(constraints), scene_(scene), voxel_(voxel), sensitivity_(sensitivity) {}
 
   // Only the budget's deadline and cancellation are heeded, about every 0.2 ms. `seen`, where
   // given, is set to 1 at the index of every needy cell that gains something.
   ViewScore Score(const Eigen::Vector3d& view, const CellArrays& cells, const Budget& budget,
                   std::span<std::atomic<uint8_t>> seen = {}) const;
+
+  // The same on some of the cells: what the others gain is known to be nothing.
+  ViewScore ScorePackets(const Eigen::Vector3d& view, const CellArrays& cells,
+                         std::span<const PacketRange> ranges, const Budget& budget,
+                         std::span<std::atomic<uint8_t>> seen = {}) const;
 
   // The same, with each cell's gain (gains.size() == cells.size()).
   ViewScore ScoreCells(const Eigen::Vector3d& view, const CellArrays& cells, const Budget& budget,
@@ -43,21 +55,24 @@ class BruteForceScorer {
 
   // What one view can cost at most.
   uint64_t MostRays(const CellArrays& cells) const {
-    return cells.size() * (pose_error_ > 0 ? 9 : 1);
+    return cells.size() * (sensitivity_ != nullptr ? 9 : 1);
   }
 
   const SensingConstraints& constraints() const { return constraints_; }
+  const OcclusionScene& scene() const { return scene_; }
   double voxel() const { return voxel_; }
+  // By how much, m per axis, poses around a view count; 0: the view alone.
+  double reach() const { return sensitivity_ != nullptr ? sensitivity_->reach() : 0; }
 
  private:
   template <typename OnGain>
-  ViewScore Run(const Eigen::Vector3d& view, const CellArrays& cells, const Budget& budget,
-                OnGain&& on_gain) const;
+  ViewScore Run(const Eigen::Vector3d& view, const CellArrays& cells,
+                std::span<const PacketRange> ranges, const Budget& budget, OnGain&& on_gain) const;
 
   const SensingConstraints& constraints_;
   const OcclusionScene& scene_;
   double voxel_;
-  double pose_error_;
+  const PoseSensitivity* sensitivity_;
 };
 
 // Every view against every cell. The same result on any number of threads.

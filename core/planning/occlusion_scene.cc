@@ -116,7 +116,8 @@ OcclusionScene::OcclusionScene(const OpaqueGrid& grid, const OpaqueGrid& across,
   tracer_->device = rtcNewDevice("threads=1,set_affinity=0");
   tracer_->scene = rtcNewScene(tracer_->device);
   rtcSetSceneFlags(tracer_->scene, RTC_SCENE_FLAG_ROBUST);
-  rtcSetSceneBuildQuality(tracer_->scene, RTC_BUILD_QUALITY_MEDIUM);
+  // Splitting long rectangles takes longer, but rays are a third faster for it.
+  rtcSetSceneBuildQuality(tracer_->scene, RTC_BUILD_QUALITY_HIGH);
   if (faces_ > 0) {
     RTCGeometry geometry = rtcNewGeometry(tracer_->device, RTC_GEOMETRY_TYPE_QUAD);
     auto* vertex = static_cast<float*>(rtcSetNewGeometryBuffer(

@@ -30,6 +30,8 @@ class OcclusionScene {
   OcclusionScene(OcclusionScene&&) noexcept;
   OcclusionScene& operator=(OcclusionScene&&) noexcept;
 
+  // The origin of scene coordinates, in voxels, model frame.
+  const Eigen::Vector3d& corner() const { return corner_; }
   // `p` in units of voxels, model frame.
   Eigen::Vector3f ToScene(const Eigen::Vector3d& p) const { return (p - corner_).cast<float>(); }
 

@@ -190,10 +190,12 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
   options.separation = config.separation;
   options.leaders = config.candidates;
   const ViewReport report(model, grid, feasible, patches, scoring);
+  const HierarchyInput hierarchy{grid, feasible.cells(), feasible.cell_size()};
   const Evaluation evaluation = EvaluateViews(
       scoring.scorer(), views, CoarseFirst(feasible.cells()), scoring.cells(), options,
       EvaluationShare(budget), parallel,
-      [&](const Evaluation& so_far) { progress(report.Interim(plan, so_far, config)); });
+      [&](const Evaluation& so_far) { progress(report.Interim(plan, so_far, config)); },
+      &hierarchy);
   plan.rays = evaluation.rays;
   plan.complete = evaluation.complete;
   if (evaluation.complete) plan.confidence = 1;

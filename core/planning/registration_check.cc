@@ -53,7 +53,7 @@ std::optional<OverlapSurface::Seen> OverlapSurface::Predict(const Eigen::Vector3
                                                             const OcclusionScene& scene,
                                                             const RegistrationConfig& config,
                                                             const Budget& budget) const {
-  const BruteForceScorer scorer(constraints_, scene, voxel_, 0);
+  const BruteForceScorer scorer(constraints_, scene, voxel_);
   std::vector<float> samples(cells_.size());
   const ViewScore score = scorer.ScoreCells(view, cells_, budget, samples);
   if (!score.finished) return std::nullopt;

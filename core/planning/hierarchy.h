@@ -1,0 +1,139 @@
+// The hierarchical scorer: an octree of viewcells against a tree of patches, both split only where
+// their relation is mixed (algorithm.md section 8).
+#ifndef VANTAGE_CORE_PLANNING_HIERARCHY_H_
+#define VANTAGE_CORE_PLANNING_HIERARCHY_H_
+
+#include <Eigen/Geometry>
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/brute_force.h"
+#include "core/planning/interval_constraints.h"
+#include "core/planning/opaque_counts.h"
+#include "core/planning/patch_tree.h"
+#include "core/planning/shaft.h"
+#include "core/planning/view_tree.h"
+
+namespace vantage {
+
+struct HierarchyOptions {
+  // epsilon: a pair counts with the middle of its density's bounds when those are so near. 0: only
+  // where the required density is certain, so that scores are those of brute force. Not used with
+  // pose sensitivity.
+  double tolerance = 0;
+  // Views of a leaf. With the packet of 8 cells that is a leaf on the other side, a leaf pair of at
+  // most 128, decided by rays for each view across all its packets. 1: not batched.
+  uint32_t leaf_views = 16;
+  uint32_t block_views = 256;  // views culled together, the unit of parallel work
+  // Shafts of at least so many pairs are tested for being entirely visible; the test costs more
+  // than the rays of smaller ones.
+  uint32_t visible_pairs = 64;
+};
+
+// Views that lie together and what any of them may see.
+struct ViewBlock {
+  uint32_t node = 0;     // of the view tree
+  double certain = 0;    // every view of the block gains this
+  double potential = 0;  // no view gains more, samples
+  // Of the patch tree, in the order of the cells; what is left out gains nothing from the block
+  // or is in `certain`.
+  struct Candidate {
+    uint32_t node = 0;
+    uint8_t satisfied = 0;
+  };
+  std::vector<Candidate> candidates;
+};
+
+struct HierarchyCounts {
+  uint64_t pairs = 0;     // tested
+  uint64_t violated = 0;  // by a sensing constraint
+  uint64_t occluded = 0;
+  uint64_t visible = 0;  // entirely
+  void operator+=(const HierarchyCounts& other) {
+    pairs += other.pairs;
+    violated += other.violated;
+    occluded += other.occluded;
+    visible += other.visible;
+  }
+};
+
+// Goes down the view tree with the list of patch groups that are still mixed, instead of down from
+// each patch: a view's score is then whole when its leaf is done, blocks of views are independent
+// of one another, and a deadline leaves whole views. References are kept. Thread safe but for
+// Cull().
+class HierarchicalScorer {
+ public:
+  // `grid` has axes {0, 1, 2}; `cells` are in the order of PatchOrder(); view i is the centre of
+  // viewcell i (FeasibleViews::cells()).
+  HierarchicalScorer(const BruteForceScorer& scorer, const OpaqueGrid& grid,
+                     const CellArrays& cells, std::span<const Eigen::Vector3i> viewcells,
+                     double viewcell_size, const HierarchyOptions& options, Parallel& parallel);
+
+  // The upper levels: from the roots to the blocks. False when the budget expired on the way.
+  // `seen` as for BruteForceScorer::Score().
+  bool Cull(const Budget& budget, Parallel& parallel, std::span<std::atomic<uint8_t>> seen = {});
+
+  const std::vector<ViewBlock>& blocks() const { return blocks_; }
+  uint32_t BlockOf(uint32_t view) const { return block_of_[view]; }
+  std::span<const uint32_t> Views(const ViewBlock& block) const {
+    return views_.Views(views_[block.node]);
+  }
+
+  // The lower levels of a block: exact scores of all its views, `scores` parallel to Views(block).
+  // After the budget's deadline the rest is left unfinished.
+  HierarchyCounts ScoreBlock(const ViewBlock& block, const Budget& budget,
+                             std::span<ViewScore> scores,
+                             std::span<std::atomic<uint8_t>> seen = {}) const;
+
+  // One view, by its block's candidates alone.
+  ViewScore ScoreView(uint32_t view, const Budget& budget,
+                      std::span<std::atomic<uint8_t>> seen = {}) const;
+
+  const PatchTree& patches() const { return patches_; }
+  const HierarchyCounts& culled() const { return culled_; }
+
+ private:
+  using Candidates = std::vector<ViewBlock::Candidate>;
+  struct Pass;
+
+  void Refine(const Pass& pass, const ViewBlock::Candidate& candidate, Candidates& out,
+              double& certain, HierarchyCounts& counts, std::span<std::atomic<uint8_t>> seen) const;
+  // False when the budget expired on the way.
+  bool RefineAll(const Pass& pass, std::span<const ViewBlock::Candidate> candidates,
+                 const Budget& budget, Candidates& out, double& certain, HierarchyCounts& counts,
+                 std::span<std::atomic<uint8_t>> seen) const;
+  Pass PassOf(const ViewTree::Node& node) const;
+  double Constant(const PatchTree::Node& node, const Interval& density) const;
+  Eigen::Vector3d Centre(uint32_t view) const {
+    return (viewcells_[view].cast<double>().array() + 0.5) * viewcell_size_;
+  }
+  struct Descent;
+  void Descend(Descent& descent, uint32_t node, std::span<const ViewBlock::Candidate> candidates,
+               double certain) const;
+
+  const BruteForceScorer& scorer_;
+  const CellArrays& cells_;
+  std::span<const Eigen::Vector3i> viewcells_;
+  double viewcell_size_;
+  HierarchyOptions options_;
+  IntervalConstraints intervals_;
+  OpaqueCounts counts_;
+  ShaftTests shafts_;
+  PatchTree patches_;
+  ViewTree views_;
+  std::vector<ViewBlock> blocks_;
+  std::vector<uint32_t> block_of_;
+  HierarchyCounts culled_;
+};
+
+// Every view against every cell by the hierarchy. The same result on any number of threads.
+std::vector<ViewScore> ScoreEveryView(HierarchicalScorer& scorer, const Budget& budget,
+                                      Parallel& parallel);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_PLANNING_HIERARCHY_H_

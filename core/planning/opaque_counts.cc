@@ -1,0 +1,44 @@
+#include "core/planning/opaque_counts.h"
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+
+namespace vantage {
+
+OpaqueCounts::OpaqueCounts(const OpaqueGrid& grid, Parallel& parallel)
+    : size_(grid.box().max - grid.box().min) {
+  row_ = static_cast<size_t>(size_.x()) + 1;
+  layer_ = row_ * (static_cast<size_t>(size_.y()) + 1);
+  sums_.assign(layer_ * (static_cast<size_t>(size_.z()) + 1), 0);
+  words_ = grid.words_per_row();
+  bits_.resize(words_ * static_cast<size_t>(size_.y()) * static_cast<size_t>(size_.z()));
+  // Each layer by itself, then upwards.
+  parallel.For(static_cast<size_t>(size_.z()), [&](size_t z) {
+    uint32_t* layer = sums_.data() + (z + 1) * layer_;
+    for (int y = 0; y < size_.y(); ++y) {
+      const std::span<const uint64_t> bits =
+          grid.Row(grid.box().min.y() + y, grid.box().min.z() + static_cast<int>(z));
+      std::copy(bits.begin(), bits.end(),
+                bits_.begin() +
+                    static_cast<std::ptrdiff_t>(
+                        words_ * (static_cast<size_t>(y) + static_cast<size_t>(size_.y()) * z)));
+      const uint32_t* before = layer + static_cast<size_t>(y) * row_;
+      uint32_t* row = layer + static_cast<size_t>(y + 1) * row_;
+      uint32_t sum = 0;
+      for (size_t x = 0; x + 1 < row_; ++x) {
+        sum += static_cast<uint32_t>((bits[x >> 6] >> (x & 63)) & 1);
+        row[x + 1] = before[x + 1] + sum;
+      }
+    }
+  });
+  parallel.For(static_cast<size_t>(size_.y()), [&](size_t y) {
+    for (int z = 1; z <= size_.z(); ++z) {
+      const uint32_t* below = sums_.data() + static_cast<size_t>(z - 1) * layer_ + (y + 1) * row_;
+      uint32_t* row = sums_.data() + static_cast<size_t>(z) * layer_ + (y + 1) * row_;
+      for (size_t x = 1; x < row_; ++x) row[x] += below[x];
+    }
+  });
+}
+
+}  // namespace vantage

@@ -1,0 +1,57 @@
+// How many voxels of a box are not known to be empty, whatever its size, in eight look-ups: what
+// shafts are tested against (algorithm.md section 8, 'Visibility of a shaft').
+#ifndef VANTAGE_CORE_PLANNING_OPAQUE_COUNTS_H_
+#define VANTAGE_CORE_PLANNING_OPAQUE_COUNTS_H_
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+#include "core/parallel/parallel.h"
+#include "core/planning/opaque_grid.h"
+
+namespace vantage {
+
+// A summed-volume table in scene coordinates: voxels counted from the grid's corner. 4 bytes a
+// voxel of the grid.
+class OpaqueCounts {
+ public:
+  // `grid` has axes {0, 1, 2}.
+  OpaqueCounts(const OpaqueGrid& grid, Parallel& parallel);
+
+  // Of the voxels low <= v < high, which must lie in the grid.
+  uint32_t Count(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const {
+    const size_t x0 = static_cast<size_t>(low.x());
+    const size_t x1 = static_cast<size_t>(high.x());
+    const size_t y0 = static_cast<size_t>(low.y()) * row_;
+    const size_t y1 = static_cast<size_t>(high.y()) * row_;
+    const uint32_t* bottom = sums_.data() + static_cast<size_t>(low.z()) * layer_;
+    const uint32_t* top = sums_.data() + static_cast<size_t>(high.z()) * layer_;
+    // Unsigned arithmetic wraps and comes out right.
+    return (top[y1 + x1] - top[y1 + x0] - top[y0 + x1] + top[y0 + x0]) -
+           (bottom[y1 + x1] - bottom[y1 + x0] - bottom[y0 + x1] + bottom[y0 + x0]);
+  }
+
+  bool Opaque(const Eigen::Vector3i& voxel) const {
+    const size_t bit = static_cast<size_t>(voxel.x()) +
+                       words_ * 64 *
+                           (static_cast<size_t>(voxel.y()) +
+                            static_cast<size_t>(size_.y()) * static_cast<size_t>(voxel.z()));
+    return (bits_[bit >> 6] >> (bit & 63)) & 1;
+  }
+
+  const Eigen::Vector3i& size() const { return size_; }  // of the grid, voxels
+
+ private:
+  Eigen::Vector3i size_;
+  size_t row_ = 0;
+  size_t layer_ = 0;
+  std::vector<uint32_t> sums_;
+  size_t words_ = 0;  // of a row of bits
+  std::vector<uint64_t> bits_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_PLANNING_OPAQUE_COUNTS_H_

@@ -1,0 +1,45 @@
+// What a patch cell gains from *every* pose that a person may hit when aiming at a view
+// (algorithm.md section 8, 'Pose-error sensitivity').
+#ifndef VANTAGE_CORE_PLANNING_POSE_SENSITIVITY_H_
+#define VANTAGE_CORE_PLANNING_POSE_SENSITIVITY_H_
+
+#include <Eigen/Geometry>
+
+#include "core/planning/constraints.h"
+#include "core/planning/interval_constraints.h"
+#include "core/planning/shaft.h"
+
+namespace vantage {
+
+// References are kept. Thread safe.
+class PoseSensitivity {
+ public:
+  // `reach` (m, per axis): half a viewcell and the positioning error. `corner`: of the scene, in
+  // voxels; `voxel` in m.
+  PoseSensitivity(const SensingConstraints& constraints, const ShaftTests& shafts, double reach,
+                  double voxel, const Eigen::Vector3d& corner)
+      : constraints_(constraints),
+        intervals_(constraints),
+        shafts_(shafts),
+        reach_(reach),
+        voxel_(voxel),
+        corner_(corner) {}
+
+  // Gain of cell `at` with the lower bound of the density over the box of half side `reach` around
+  // the view, or 0 where a constraint may be violated or the target hidden from somewhere in it.
+  float Gain(const Eigen::Vector3d& view, const CellArrays& cells, size_t at) const;
+
+  double reach() const { return reach_; }
+
+ private:
+  const SensingConstraints& constraints_;
+  IntervalConstraints intervals_;
+  const ShaftTests& shafts_;
+  double reach_;
+  double voxel_;
+  Eigen::Vector3d corner_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_PLANNING_POSE_SENSITIVITY_H_
