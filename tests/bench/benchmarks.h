@@ -10,6 +10,8 @@ namespace vantage {
 void BenchCycle(Parallel& parallel, Figures& figures);     // cycle.*
 void BenchCarve(Parallel& parallel, Figures& figures);     // carve.*, merge.*
 void BenchPlanning(Parallel& parallel, Figures& figures);  // plan.*
+// plan.exact.*: the hierarchy against brute force; `full` adds what takes minutes.
+void BenchEvaluator(bool full, Parallel& parallel, Figures& figures);
 
 }  // namespace vantage
 

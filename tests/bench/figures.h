@@ -36,8 +36,11 @@ class Figures {
   std::vector<Figure> figures_;
 };
 
-// CPU or wall seconds of one call.
+// Wall seconds of one call.
 double WallSeconds(const std::function<void()>& call);
+// CPU seconds that the calling thread spends in one call: what others do on the machine counts
+// less.
+double ThreadSeconds(const std::function<void()>& call);
 // The median of several calls.
 double MedianSeconds(int runs, const std::function<void()>& call);
 double Percentile(std::vector<double> values, double share);

@@ -37,6 +37,7 @@ int main(int argc, char** argv) {
   }
   vantage::BenchCarve(pool, figures);
   vantage::BenchPlanning(pool, figures);
+  vantage::BenchEvaluator(full, pool, figures);
   vantage::BenchCycle(pool, figures);
   if (!figures.WriteJson(out)) {
     std::cerr << "cannot write " << out << ": name a file in a folder that can be written\n";
