@@ -74,8 +74,8 @@ absl::StatusOr<std::unique_ptr<OwnServer>> OwnServer::Start(const std::string& p
   const std::string port_file = folder + "/port";
   const std::string log_file = folder + "/log";
   const std::vector<const char*> arguments = {
-      program.c_str(), "--listen",        "127.0.0.1:0", "--threads", "1",
-      "--port-file",   port_file.c_str(), "--log-level", "warning",   nullptr};
+      program.c_str(),   "--listen",    "127.0.0.1:0", "--threads",   "1",    "--port-file",
+      port_file.c_str(), "--log-level", "warning",     "--in-memory", nullptr};
   const pid_t parent = ::getpid();
   const pid_t pid = ::fork();
   if (pid == 0) {

@@ -1,6 +1,7 @@
 // The server program: reads its configuration, serves until SIGTERM or SIGINT, drains, exits 0.
 #include <csignal>
 #include <cstdio>
+#include <cstdlib>
 #include <fstream>
 #include <map>
 #include <memory>
@@ -12,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/main/healthcheck.h"
 #include "server/main/server.h"
+#include "server/store/disk_store.h"
 #include "server/store/memory_store.h"
 
 namespace vantage {
@@ -21,11 +23,27 @@ constexpr int kExitUsage = 2;
 constexpr int kExitUnhealthy = 1;
 constexpr int kExitFailed = 1;
 
+// Where services keep their state: as systemd says, or as desktops do. Empty: nowhere known.
+std::string DefaultDataFolder() {
+  const auto variable = [](const char* name) -> std::string {
+    const char* value = std::getenv(name);
+    return value == nullptr ? "" : value;
+  };
+  const std::string given = variable("STATE_DIRECTORY");
+  if (!given.empty()) return given.substr(0, given.find(':'));
+  const std::string state = variable("XDG_STATE_HOME");
+  if (!state.empty()) return state + "/vantage";
+  const std::string home = variable("HOME");
+  return home.empty() ? "" : home + "/.local/state/vantage";
+}
+
 struct Program {
   ServerOptions server;
   std::string port_file;
   std::string healthcheck;
   LogLevel log_level = LogLevel::kInfo;
+  std::string data = DefaultDataFolder();
+  bool in_memory = false;
   size_t store_mib = 4096;
   size_t scan_mib = 512;
   int drain_seconds = 20;
@@ -52,7 +70,14 @@ void Declare(CLI::App& app, Program& program) {
   app.add_option("--max-scan-mib", program.scan_mib, "encoded scan at most, MiB")
       ->check(CLI::Range(1, 65536))
       ->capture_default_str();
-  app.add_option("--store-mib", program.store_mib, "memory for scans and logs at most, MiB")
+  CLI::Option* data = app.add_option("--data", program.data,
+                                     "folder of sessions and scans; one server at a time uses it")
+                          ->capture_default_str();
+  app.add_flag("--in-memory", program.in_memory,
+               "keep everything in memory: nothing survives the end of the server")
+      ->excludes(data);
+  app.add_option("--store-mib", program.store_mib,
+                 "with --in-memory: memory for scans and logs at most, MiB")
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
   app.add_option("--drain-seconds", program.drain_seconds,
@@ -82,10 +107,28 @@ bool WritePortFile(const std::string& path, int port) {
   return std::rename(temporary.c_str(), path.c_str()) == 0;
 }
 
+absl::StatusOr<std::unique_ptr<Store>> OpenStore(const Program& program) {
+  if (program.in_memory) return std::make_unique<MemoryStore>(program.store_mib << 20);
+  if (program.data.empty()) {
+    return absl::InvalidArgumentError("name a folder to keep sessions in: --data, or --in-memory");
+  }
+  absl::StatusOr<std::unique_ptr<DiskStore>> store = DiskStore::Open(program.data);
+  if (!store.ok()) {
+    return absl::Status(store.status().code(),
+                        absl::StrCat(store.status().message(), " (--data ", program.data,
+                                     "; another folder, or --in-memory, would do)"));
+  }
+  return *std::move(store);
+}
+
 int Serve(const Program& program, const sigset_t& signals) {
   Log log(program.log_level, Log::Stderr());
-  MemoryStore store(program.store_mib << 20);
-  absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(program.server, store, log);
+  absl::StatusOr<std::unique_ptr<Store>> store = OpenStore(program);
+  if (!store.ok()) {
+    std::fprintf(stderr, "vantaged: %s\n", std::string(store.status().message()).c_str());
+    return kExitFailed;
+  }
+  absl::StatusOr<std::unique_ptr<Server>> server = Server::Start(program.server, **store, log);
   if (!server.ok()) {
     std::fprintf(stderr, "vantaged: %s\n", std::string(server.status().message()).c_str());
     return absl::IsInvalidArgument(server.status()) ? kExitUsage : kExitFailed;

@@ -32,11 +32,6 @@ const char* Extension(v1::ExportFormat format) {
   }
 }
 
-absl::Status NothingMerged(const std::string& session) {
-  return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "MODEL_EMPTY",
-                         absl::StrCat("sessions/", session, " has no scan in its model yet"));
-}
-
 // The binary format keeps occupied and free only; OctoMap itself writes it.
 absl::StatusOr<std::string> ToBinary(const std::string& file) {
   std::istringstream in(file);
@@ -75,7 +70,7 @@ absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> 
                      absl::Seconds(5));
   }
   made->file_name_ = absl::StrCat(made->session_->id(), Extension(format));
-  if (made->model_.view == nullptr) return NothingMerged(made->session_->id());
+  if (made->model_.view == nullptr) return made->session_->WhyNoModel();
   if (format == v1::EXPORT_FORMAT_SCANS_PLY) {
     absl::Status chosen = made->ChooseScans(request);
     if (!chosen.ok()) return chosen;

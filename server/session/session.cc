@@ -1,5 +1,6 @@
 #include "server/session/session.h"
 
+#include <algorithm>
 #include <set>
 #include <utility>
 
@@ -17,6 +18,8 @@ namespace {
 // Which fields an update may change; each with everything below it.
 constexpr const char* kUpdatable[] = {"display_name", "scanner_models", "planning_config",
                                       "site_rules"};
+
+constexpr absl::Duration kModelRetryAfter = absl::Seconds(1);
 
 bool Updatable(const std::string& path) {
   for (const char* field : kUpdatable) {
@@ -67,20 +70,54 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Load(const std::string& id,
 
   // Plans that ran when the server stopped ended with it.
   std::vector<v1::Plan> interrupted;
+  std::vector<std::string> full_results;
   made->journal_.Read([&](const SessionState& state) {
-    for (const auto& [name, record] : state.plans) {
+    for (const std::string& name : state.plan_order) {
+      const PlanRecord& record = state.plans.at(name);
       if (record.plan.state() == v1::PLAN_STATE_QUEUED) interrupted.push_back(record.plan);
+      if (!record.blob.empty()) full_results.push_back(record.blob);
     }
   });
+  const size_t kept = std::min(full_results.size(), around.limits.full_plans_per_session);
+  full_results.erase(full_results.begin(), full_results.end() - static_cast<std::ptrdiff_t>(kept));
+  {
+    std::lock_guard<std::mutex> lock(made->mutex_);
+    made->full_results_ = std::move(full_results);
+  }
   for (v1::Plan& plan : interrupted) {
     plan.set_state(v1::PLAN_STATE_FAILED);
     plan.set_state_message("the server stopped while it ran; create it again");
     made->EndPlan(std::make_shared<PlanRun>(plan), plan, nullptr);
   }
-  const bool posted =
-      made->strand_->TryPost([made](Parallel& parallel) { made->Rebuild(parallel); });
-  if (!posted) return absl::InternalError("a new strand is full");
+  made->ResumeUploads();
   return made;
+}
+
+absl::Status Session::Resume() {
+  const bool posted = strand_->TryPost([self = shared_from_this()](Parallel& parallel) {
+    self->Rebuild(parallel);
+    std::vector<std::shared_ptr<Upload>> complete;
+    {
+      std::lock_guard<std::mutex> lock(self->mutex_);
+      for (const auto& [name, upload] : self->uploads_) {
+        if (upload->Complete()) complete.push_back(upload);
+      }
+    }
+    for (const auto& upload : complete) {
+      // What cannot be committed now is when its sender asks again.
+      self->CommitScan(upload).IgnoreError();
+    }
+  });
+  return posted ? absl::OkStatus() : absl::InternalError("a new strand is full");
+}
+
+void Session::AddHoldings(std::map<std::string, int>& blobs, std::set<std::string>& spools) const {
+  journal_.Read([&](const SessionState& state) {
+    for (const auto& [name, record] : state.scans) ++blobs[record.blob];
+  });
+  std::lock_guard<std::mutex> lock(mutex_);
+  for (const std::string& blob : full_results_) ++blobs[blob];
+  for (const auto& [name, upload] : uploads_) spools.insert(name);
 }
 
 absl::Status Session::Begin() {
@@ -159,6 +196,21 @@ absl::StatusOr<v1::Session> Session::Update(const v1::UpdateSessionRequest& requ
 ModelSnapshot Session::Model() const {
   std::lock_guard<std::mutex> lock(mutex_);
   return snapshot_;
+}
+
+absl::Status Session::WhyNoModel() const {
+  bool expected = false;
+  journal_.Read([&](const SessionState& state) { expected = state.AnyInModel(); });
+  if (expected) {
+    return Retryable(
+        absl::StatusCode::kUnavailable, "MODEL_LOADING",
+        absl::StrCat("the server started anew, and the model of ", name_, " is still being built"),
+        kModelRetryAfter);
+  }
+  return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "MODEL_EMPTY",
+                         absl::StrCat(name_,
+                                      " has no scan in its model yet; send one, and wait "
+                                      "for its merge (WatchSession)"));
 }
 
 bool Session::BeginExport() {

@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -60,10 +61,15 @@ class Session : public std::enable_shared_from_this<Session> {
                                                          const v1::Session& session,
                                                          const RequestKey& key,
                                                          const SessionSurroundings& around);
-  // Takes up a session that the store has: folds its log, then builds its model and goes on with
-  // what was under way, on the strand.
+  // Takes up a session that the store has: folds its log and finds its open uploads. Resume()
+  // follows.
   static absl::StatusOr<std::shared_ptr<Session>> Load(const std::string& id,
                                                        const SessionSurroundings& around);
+
+  // Builds the model and goes on with what was under way, on the strand.
+  absl::Status Resume();
+  // Adds what of the store it uses: blobs by SHA-256 with how often, and spools by name.
+  void AddHoldings(std::map<std::string, int>& blobs, std::set<std::string>& spools) const;
 
   const std::string& id() const { return id_; }
   const Eigen::Vector3d& origin() const { return origin_; }
@@ -107,6 +113,9 @@ class Session : public std::enable_shared_from_this<Session> {
 
   // The model.
   ModelSnapshot Model() const;
+  // Why Model() has no view. FAILED_PRECONDITION (MODEL_EMPTY): no scan has been merged.
+  // UNAVAILABLE (MODEL_LOADING): after a restart, soon.
+  absl::Status WhyNoModel() const;
   absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage() const;
   // False when the session has as many exports under way as it may.
   bool BeginExport();
@@ -128,6 +137,7 @@ class Session : public std::enable_shared_from_this<Session> {
   absl::Status Begin();
 
   // Uploads, session_uploads.cc.
+  void ResumeUploads();
   absl::Status CommitScan(const std::shared_ptr<Upload>& upload);
   absl::Status FailUpload(Upload& upload, const absl::Status& why);
   void ExpireUploads();

@@ -30,13 +30,6 @@ double SecondsOf(const google::protobuf::Duration& duration) {
   return static_cast<double>(duration.seconds()) + 1e-9 * duration.nanos();
 }
 
-absl::Status NoModel(const std::string& session) {
-  return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "MODEL_EMPTY",
-                         absl::StrCat(session,
-                                      " has no scan in its model yet; send one, and wait "
-                                      "for its merge (WatchSession)"));
-}
-
 }  // namespace
 
 // Everything that a plan is computed from.
@@ -92,7 +85,7 @@ absl::StatusOr<Session::PlanInputs> Session::PlanInputsFor(const std::string& sc
   if (!possible.ok()) return InvalidField(prefix + "config_overrides", possible.message());
   inputs.scanner_id = scanner.id();
   inputs.model = Model();
-  if (inputs.model.view == nullptr) return NoModel(name_);
+  if (inputs.model.view == nullptr) return WhyNoModel();
   return inputs;
 }
 
@@ -414,6 +407,11 @@ absl::StatusOr<v1::GetCoverageResponse> Session::MeasureCoverage() const {
   v1::GetCoverageResponse response;
   const v1::Session described = Describe();
   const ModelSnapshot model = Model();
+  if (model.view == nullptr) {
+    // Before the first scan nothing is covered, which is an answer.
+    absl::Status why = WhyNoModel();
+    if (absl::IsUnavailable(why)) return why;
+  }
   response.set_model_version(model.version);
   response.mutable_coverage()->set_required_density(described.planning_config().required_density());
   if (model.view != nullptr) {

@@ -43,15 +43,33 @@ absl::Status SessionRegistry::LoadAll() {
   absl::StatusOr<std::vector<std::string>> ids = around_.store.Sessions();
   if (!ids.ok()) return ids.status();
   std::vector<std::pair<double, std::shared_ptr<Session>>> loaded;
+  bool whole = true;
   for (const std::string& id : *ids) {
     absl::StatusOr<std::shared_ptr<Session>> session = Session::Load(id, around_);
-    if (!session.ok()) return session.status();
+    // One damaged session must not take the others with it; what is newer than this server must.
+    if (absl::IsFailedPrecondition(session.status())) return session.status();
+    if (!session.ok()) {
+      around_.log.Error("a session cannot be taken up",
+                        {{"session", id}, {"error", session.status().ToString()}});
+      whole = false;
+      continue;
+    }
     const google::protobuf::Timestamp created = (*session)->Describe().create_time();
     loaded.emplace_back(static_cast<double>(created.seconds()) + 1e-9 * created.nanos(),
                         *std::move(session));
   }
   std::stable_sort(loaded.begin(), loaded.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
+  std::map<std::string, int> blobs;
+  std::set<std::string> spools;
+  for (const auto& [time, session] : loaded) session->AddHoldings(blobs, spools);
+  // Nothing is collected while a session that may need it is damaged.
+  if (whole) {
+    if (absl::Status swept = Sweep(blobs, spools); !swept.ok()) return swept;
+  }
+  for (const auto& [time, session] : loaded) {
+    if (absl::Status resumed = session->Resume(); !resumed.ok()) return resumed;
+  }
   std::lock_guard<std::mutex> lock(mutex_);
   for (auto& [time, session] : loaded) {
     (*session).journal().Read([&, id = session->id()](const SessionState& state) {
@@ -61,6 +79,19 @@ absl::Status SessionRegistry::LoadAll() {
     });
     order_.push_back(session->id());
     sessions_[session->id()] = std::move(session);
+  }
+  return absl::OkStatus();
+}
+
+// What a crash left behind that no log names.
+absl::Status SessionRegistry::Sweep(const std::map<std::string, int>& blobs,
+                                    const std::set<std::string>& spools) {
+  if (absl::Status kept = around_.store.KeepBlobs(blobs); !kept.ok()) return kept;
+  const absl::StatusOr<std::vector<std::string>> there = around_.store.Spools();
+  if (!there.ok()) return there.status();
+  for (const std::string& spool : *there) {
+    if (spools.count(spool) != 0) continue;
+    if (absl::Status dropped = around_.store.DropSpool(spool); !dropped.ok()) return dropped;
   }
   return absl::OkStatus();
 }

@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <random>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -50,6 +51,7 @@ class SessionRegistry {
   const SessionSurroundings& around() const { return around_; }
 
  private:
+  absl::Status Sweep(const std::map<std::string, int>& blobs, const std::set<std::string>& spools);
   std::string FreshId() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const SessionSurroundings around_;

@@ -106,6 +106,28 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
   return GetUpload(*name);
 }
 
+// Those that were open when the server stopped go on from their last piece.
+void Session::ResumeUploads() {
+  std::vector<v1::Upload> open;
+  journal_.Read([&](const SessionState& state) {
+    for (const auto& [name, upload] : state.uploads) {
+      if (upload.state() == v1::UPLOAD_STATE_OPEN) open.push_back(upload);
+    }
+  });
+  for (const v1::Upload& created : open) {
+    auto upload = std::make_shared<Upload>(created, around_.store, around_.limits);
+    const absl::Status resumed = upload->Resume(journal_.Now());
+    if (!resumed.ok()) {
+      around_.log.Error("an upload cannot go on",
+                        {{"upload", created.name()}, {"error", resumed.ToString()}});
+      FailUpload(*upload, resumed).IgnoreError();
+      continue;
+    }
+    std::lock_guard<std::mutex> lock(mutex_);
+    uploads_[created.name()] = std::move(upload);
+  }
+}
+
 absl::StatusOr<v1::Upload> Session::GetUpload(const std::string& name) {
   ExpireUploads();
   {

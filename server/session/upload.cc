@@ -6,6 +6,7 @@
 #include "proto/wire/compression.h"
 #include "server/session/error.h"
 #include "server/session/to_proto.h"
+#include "vantage/store/v1/log.pb.h"
 
 namespace vantage {
 namespace {
@@ -76,6 +77,30 @@ Upload::Upload(v1::Upload created, Store& store, const Limits& limits)
   last_piece_ = ReadTime(upload_.create_time());
 }
 
+absl::Status Upload::Resume(absl::Time now) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  last_piece_ = now;
+  *upload_.mutable_expire_time() = WriteTime(now + limits_.upload_idle);
+  return store_.ReadSpool(upload_.name(),
+                          [this](absl::string_view record) { return TakeUp(record); });
+}
+
+absl::Status Upload::TakeUp(absl::string_view record) {
+  store::v1::SpoolRecord kept;
+  if (!kept.ParseFromArray(record.data(), static_cast<int>(record.size())) ||
+      kept.kind_case() == store::v1::SpoolRecord::KIND_NOT_SET) {
+    return absl::DataLossError(absl::StrCat("what came of ", upload_.name(), " is damaged"));
+  }
+  if (kept.has_total()) {
+    *upload_.mutable_total() = kept.total();
+    return absl::OkStatus();
+  }
+  const store::v1::SpoolRecord::Piece& piece = kept.piece();
+  pieces_.push_back({Received(), static_cast<int64_t>(piece.data().size()), piece.crc32c()});
+  sha256_.Update(piece.data());
+  return absl::OkStatus();
+}
+
 absl::Status Upload::CheckOpen() const {
   if (upload_.state() == v1::UPLOAD_STATE_OPEN) return absl::OkStatus();
   return ErrorWithReason(
@@ -131,9 +156,12 @@ absl::Status Upload::Accept(const v1::Piece& piece, absl::Time now) {
                            absl::StrCat("an upload has at most ", limits_.pieces_per_upload,
                                         " pieces; send larger ones"));
   }
-  absl::Status kept = store_.AppendSpool(upload_.name(), *bytes);
+  store::v1::SpoolRecord record;
+  record.mutable_piece()->set_crc32c(piece.crc32c());
+  *record.mutable_piece()->mutable_data() = *std::move(bytes);
+  absl::Status kept = store_.AppendSpool(upload_.name(), record.SerializeAsString());
   if (!kept.ok()) return kept;
-  sha256_.Update(*bytes);
+  sha256_.Update(record.piece().data());
   pieces_.push_back(stored);
   last_piece_ = now;
   *upload_.mutable_expire_time() = WriteTime(now + limits_.upload_idle);
@@ -158,6 +186,10 @@ absl::Status Upload::SetTotal(const v1::UploadTotal& total) {
     return InvalidField("total.encoded_size", absl::StrCat("is ", total.encoded_size(), ", ",
                                                            Received(), " bytes are here already"));
   }
+  store::v1::SpoolRecord record;
+  *record.mutable_total() = total;
+  absl::Status kept = store_.AppendSpool(upload_.name(), record.SerializeAsString());
+  if (!kept.ok()) return kept;
   *upload_.mutable_total() = total;
   return absl::OkStatus();
 }
@@ -174,7 +206,18 @@ absl::StatusOr<std::string> Upload::Assemble() const {
     return ErrorWithReason(StatusCode::kDataLoss, "SHA256_DIFFERS",
                            "the SHA-256 of the bytes is not the one announced; start a new upload");
   }
-  return store_.ReadSpool(upload_.name());
+  std::string whole;
+  whole.reserve(static_cast<size_t>(upload_.total().encoded_size()));
+  absl::Status read = store_.ReadSpool(upload_.name(), [&whole](absl::string_view record) {
+    store::v1::SpoolRecord kept;
+    if (!kept.ParseFromArray(record.data(), static_cast<int>(record.size()))) {
+      return absl::DataLossError("what came of the upload is damaged");
+    }
+    whole += kept.piece().data();
+    return absl::OkStatus();
+  });
+  if (!read.ok()) return read;
+  return whole;
 }
 
 void Upload::End(v1::UploadState state, const std::string& message, const std::string& scan) {

@@ -26,6 +26,9 @@ class Upload {
   // outlive the upload.
   Upload(v1::Upload created, Store& store, const Limits& limits);
 
+  // Takes up what the store has of it after a restart; its idle time begins anew. DATA_LOSS.
+  absl::Status Resume(absl::Time now);
+
   // Stores a piece. A piece that is already stored changes nothing.
   // ALREADY_EXISTS (PIECE_DIFFERS): another piece is in its place. OUT_OF_RANGE (UPLOAD_GAP): a
   // piece before it is missing; the ErrorInfo says which. DATA_LOSS (PIECE_DAMAGED): the checksum
@@ -60,6 +63,7 @@ class Upload {
   };
   absl::Status CheckOpen() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   int64_t Received() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status TakeUp(absl::string_view record) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   Store& store_;
   const Limits limits_;

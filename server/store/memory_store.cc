@@ -105,27 +105,58 @@ absl::Status MemoryStore::ReleaseBlob(const std::string& sha256) {
   return absl::OkStatus();
 }
 
-absl::Status MemoryStore::AppendSpool(const std::string& spool, absl::string_view bytes) {
+absl::Status MemoryStore::KeepBlobs(const std::map<std::string, int>& holders) {
   std::lock_guard<std::mutex> lock(mutex_);
-  absl::Status room = Reserve(bytes.size());
-  if (!room.ok()) return room;
-  spools_[spool].append(bytes.data(), bytes.size());
+  for (auto blob = blobs_.begin(); blob != blobs_.end();) {
+    const auto held = holders.find(blob->first);
+    if (held != holders.end()) {
+      blob->second.holders = held->second;
+      ++blob;
+    } else {
+      used_ -= blob->second.bytes.size();
+      blob = blobs_.erase(blob);
+    }
+  }
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::string> MemoryStore::ReadSpool(const std::string& spool) const {
+absl::Status MemoryStore::AppendSpool(const std::string& spool, absl::string_view record) {
   std::lock_guard<std::mutex> lock(mutex_);
-  const auto it = spools_.find(spool);
-  return it == spools_.end() ? std::string() : it->second;
+  absl::Status room = Reserve(record.size());
+  if (!room.ok()) return room;
+  spools_[spool].emplace_back(record);
+  return absl::OkStatus();
+}
+
+absl::Status MemoryStore::ReadSpool(
+    const std::string& spool, absl::FunctionRef<absl::Status(absl::string_view)> visit) const {
+  std::vector<std::string> records;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const auto it = spools_.find(spool);
+    if (it != spools_.end()) records = it->second;
+  }
+  for (const std::string& record : records) {
+    if (absl::Status visited = visit(record); !visited.ok()) return visited;
+  }
+  return absl::OkStatus();
 }
 
 absl::Status MemoryStore::DropSpool(const std::string& spool) {
   std::lock_guard<std::mutex> lock(mutex_);
   const auto it = spools_.find(spool);
   if (it == spools_.end()) return absl::OkStatus();
-  used_ -= it->second.size();
+  for (const std::string& record : it->second) used_ -= record.size();
   spools_.erase(it);
   return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<std::string>> MemoryStore::Spools() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<std::string> names;
+  names.reserve(spools_.size());
+  for (const auto& [name, records] : spools_) names.push_back(name);
+  return names;
 }
 
 size_t MemoryStore::used() const {

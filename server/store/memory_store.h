@@ -25,9 +25,12 @@ class MemoryStore final : public Store {
   absl::StatusOr<std::string> PutBlob(absl::string_view bytes) override;
   absl::StatusOr<std::string> GetBlob(const std::string& sha256) const override;
   absl::Status ReleaseBlob(const std::string& sha256) override;
-  absl::Status AppendSpool(const std::string& spool, absl::string_view bytes) override;
-  absl::StatusOr<std::string> ReadSpool(const std::string& spool) const override;
+  absl::Status KeepBlobs(const std::map<std::string, int>& holders) override;
+  absl::Status AppendSpool(const std::string& spool, absl::string_view record) override;
+  absl::Status ReadSpool(const std::string& spool,
+                         absl::FunctionRef<absl::Status(absl::string_view)> visit) const override;
   absl::Status DropSpool(const std::string& spool) override;
+  absl::StatusOr<std::vector<std::string>> Spools() const override;
 
   size_t used() const;
 
@@ -45,7 +48,7 @@ class MemoryStore final : public Store {
   // Entries as they would be written: reading them back takes the same path as from a disk.
   std::map<std::string, std::vector<std::string>> logs_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, Blob> blobs_ ABSL_GUARDED_BY(mutex_);
-  std::map<std::string, std::string> spools_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, std::vector<std::string>> spools_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace vantage

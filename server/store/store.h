@@ -1,13 +1,15 @@
 // Where sessions are kept: one append-only log per session, blobs by their SHA-256, and a spool per
-// upload. The interface is what a durable store needs: everything that returned OK is kept.
+// upload. Everything that returned OK is kept for as long as the store promises.
 #ifndef VANTAGE_SERVER_STORE_STORE_H_
 #define VANTAGE_SERVER_STORE_STORE_H_
 
 #include <cstddef>
 #include <cstdint>
+#include <map>
 #include <string>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
@@ -19,7 +21,7 @@ namespace vantage {
 inline constexpr uint32_t kLogFormatVersion = 1;
 
 // Thread safe. Errors of every method: RESOURCE_EXHAUSTED when there is no room (nothing was
-// changed), UNAVAILABLE when the medium fails.
+// changed), UNAVAILABLE when the medium fails, DATA_LOSS when what was kept is damaged.
 class Store {
  public:
   virtual ~Store() = default;
@@ -33,20 +35,28 @@ class Store {
                                                                 size_t limit) const = 0;
   // Every session that has a log, sorted.
   virtual absl::StatusOr<std::vector<std::string>> Sessions() const = 0;
-  // Forgets a session's log. Blobs that nobody else holds go with ReleaseBlob.
+  // Forgets a session's log. NOT_FOUND. Blobs that nobody else holds go with ReleaseBlob.
   virtual absl::Status Drop(const std::string& session) = 0;
 
   // Keeps bytes under their SHA-256 (32 bytes), which is returned. Counted: each Put takes one
   // ReleaseBlob.
   virtual absl::StatusOr<std::string> PutBlob(absl::string_view bytes) = 0;
+  // NOT_FOUND.
   virtual absl::StatusOr<std::string> GetBlob(const std::string& sha256) const = 0;
   virtual absl::Status ReleaseBlob(const std::string& sha256) = 0;
+  // How many hold each blob, as the logs say after a restart; all others go.
+  virtual absl::Status KeepBlobs(const std::map<std::string, int>& holders) = 0;
 
-  // The bytes of an upload on their way. `spool` is unique for ever.
-  virtual absl::Status AppendSpool(const std::string& spool, absl::string_view bytes) = 0;
-  // Everything appended so far; empty for a spool that was never written.
-  virtual absl::StatusOr<std::string> ReadSpool(const std::string& spool) const = 0;
+  // Appends a record to what an upload brought so far. `spool` is unique for ever; one record of
+  // a spool at a time.
+  virtual absl::Status AppendSpool(const std::string& spool, absl::string_view record) = 0;
+  // Calls visit(record) for every record, in order, until it returns an error, which is returned;
+  // for none where nothing was ever written.
+  virtual absl::Status ReadSpool(
+      const std::string& spool, absl::FunctionRef<absl::Status(absl::string_view)> visit) const = 0;
   virtual absl::Status DropSpool(const std::string& spool) = 0;
+  // Every spool that was written and not dropped, sorted.
+  virtual absl::StatusOr<std::vector<std::string>> Spools() const = 0;
 };
 
 }  // namespace vantage

@@ -18,7 +18,7 @@ finish() {
 }
 trap finish EXIT
 
-"$build/server/vantaged" --listen 127.0.0.1:0 --port-file "$scratch/port" \
+"$build/server/vantaged" --listen 127.0.0.1:0 --port-file "$scratch/port" --data "$scratch/data" \
   >"$scratch/log" 2>&1 &
 server=$!
 for ((waited = 0; waited < 300; waited++)); do

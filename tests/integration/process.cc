@@ -100,11 +100,13 @@ Finished RunProgram(const std::vector<std::string>& arguments) {
   return finished;
 }
 
-ServerProcess::ServerProcess() {
+ServerProcess::ServerProcess(const std::string& data) {
   const int log =
       open(folder_.File("log").c_str(), O_CREAT | O_WRONLY | O_APPEND | O_CLOEXEC, 0600);
   const std::string port_file = folder_.File("port");
-  pid_ = Spawn({VANTAGED_BINARY, "--listen", "127.0.0.1:0", "--port-file", port_file}, log, log);
+  pid_ = Spawn({VANTAGED_BINARY, "--listen", "127.0.0.1:0", "--port-file", port_file, "--data",
+                data.empty() ? folder_.File("data") : data},
+               log, log);
   close(log);
   if (pid_ < 0) return;
   if (!WaitForFile(folder_.path(), port_file, pid_)) {

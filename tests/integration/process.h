@@ -37,8 +37,9 @@ class ScratchFolder {
 // The real server on a port of the system's choice, on loopback.
 class ServerProcess {
  public:
-  // Returns when the server says that it serves; fails the test when it ends before.
-  ServerProcess();
+  // Returns when the server says that it serves; fails the test when it ends before. It keeps its
+  // data in `data`, or in a folder of its own.
+  explicit ServerProcess(const std::string& data = "");
   ~ServerProcess();
   ServerProcess(const ServerProcess&) = delete;
   ServerProcess& operator=(const ServerProcess&) = delete;

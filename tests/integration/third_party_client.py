@@ -164,7 +164,7 @@ def main():
     with tempfile.TemporaryDirectory() as folder:
         port_file = pathlib.Path(folder, "port")
         with subprocess.Popen([sys.argv[1], "--listen", "127.0.0.1:0", "--port-file",
-                               str(port_file)]) as server:
+                               str(port_file), "--data", str(pathlib.Path(folder, "data"))]) as server:
             try:
                 deadline = time.monotonic() + 60
                 while not (port_file.exists() and port_file.read_text().strip()):

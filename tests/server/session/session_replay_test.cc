@@ -1,10 +1,13 @@
 // A session is the fold of its log: taken up again from the store it is as it was.
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <filesystem>
 #include <memory>
 #include <string>
 
 #include "google/protobuf/util/message_differencer.h"
+#include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/scripted.h"
 
@@ -14,13 +17,13 @@ namespace {
 using google::protobuf::util::MessageDifferencer;
 
 struct Surroundings {
-  explicit Surroundings(MemoryStore& kept, Algorithms algorithms)
+  explicit Surroundings(Store& kept, Algorithms algorithms)
       : store(kept),
         log(LogLevel::kOff, Log::Stderr()),
         pool(2, 8),
         registry(SessionSurroundings{store, pool, timer, log, limits, std::move(algorithms),
                                      [] { return absl::FromUnixSeconds(1'700'000'000); }}) {}
-  MemoryStore& store;
+  Store& store;
   Log log;
   Timer timer;
   PlanningPool pool;
@@ -51,8 +54,27 @@ std::string SendRoom(Session& session, const Eigen::Vector3d& position, const v1
   return now.scan();
 }
 
-TEST(SessionReplay, GivesTheSameSessionScansPlansAndModel) {
-  MemoryStore store(size_t{1} << 30);
+class SessionReplayOnDisk : public testing::Test {
+ protected:
+  SessionReplayOnDisk() {
+    std::string name = testing::TempDir() + "/replay-XXXXXX";
+    folder_ = mkdtemp(name.data());
+    Reopen();
+  }
+  ~SessionReplayOnDisk() override {
+    store_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+  void Reopen() {
+    store_.reset();
+    store_ = DiskStore::Open(folder_).value();
+  }
+
+  std::string folder_;
+  std::unique_ptr<DiskStore> store_;
+};
+
+TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
   Script script;
   script.EndPlans();
   v1::Session session_before;
@@ -61,7 +83,7 @@ TEST(SessionReplay, GivesTheSameSessionScansPlansAndModel) {
   v1::PlanResult full_before;
   ModelSnapshot model_before;
   {
-    Surroundings first(store, script.Make());
+    Surroundings first(*store_, script.Make());
     v1::CreateSessionRequest create;
     create.set_session_id("job");
     create.set_request_id("r1");
@@ -96,7 +118,8 @@ TEST(SessionReplay, GivesTheSameSessionScansPlansAndModel) {
     full_before = session->GetFullResult("sessions/job/plans/plan-1").value();
     model_before = session->Model();
   }
-  Surroundings second(store, script.Make());
+  Reopen();
+  Surroundings second(*store_, script.Make());
   ASSERT_TRUE(second.registry.LoadAll().ok());
   const auto session = second.registry.Find("job").value();
   session->WaitUntilIdle();
@@ -134,6 +157,79 @@ TEST(SessionReplay, GivesTheSameSessionScansPlansAndModel) {
   create.set_request_id("r1");
   create.mutable_session()->mutable_origin()->set_x(1000);
   EXPECT_EQ(second.registry.Create(create).value(), session);
+}
+
+TEST_F(SessionReplayOnDisk, OpenUploadsGoOnAndLeftoversGo) {
+  Script script;
+  const std::string bytes = EncodedRoom({2.0, 1.5, 1.4});
+  const size_t half = bytes.size() / 2;
+  v1::UploadTotal total;
+  total.set_encoded_size(static_cast<int64_t>(bytes.size()));
+  total.set_sha256(Sha256::Of(bytes));
+  std::string upload;
+  {
+    Surroundings first(*store_, script.Make());
+    v1::CreateSessionRequest create;
+    create.set_session_id("job");
+    const auto session = first.registry.Create(create).value();
+    upload = session->CreateUpload({}).value().name();
+    v1::Piece piece;
+    piece.set_data(bytes.substr(0, half));
+    piece.set_crc32c(Crc32c(piece.data()));
+    ASSERT_TRUE(session->AddToUpload(upload, &piece, &total).ok());
+  }
+  // As a crash between two steps leaves them.
+  ASSERT_TRUE(store_->PutBlob("named by no log").ok());
+  ASSERT_TRUE(store_->AppendSpool("sessions/gone/uploads/upload-1", "of no session").ok());
+  Reopen();
+  {
+    Surroundings second(*store_, script.Make());
+    ASSERT_TRUE(second.registry.LoadAll().ok());
+    EXPECT_TRUE(absl::IsNotFound(store_->GetBlob(Sha256::Of("named by no log")).status()));
+    EXPECT_EQ(store_->Spools().value(), std::vector<std::string>{upload});
+    const auto session = second.registry.Find("job").value();
+    EXPECT_EQ(session->GetUpload(upload)->next_offset(), static_cast<int64_t>(half));
+    v1::Piece rest;
+    rest.set_sequence(1);
+    rest.set_offset(static_cast<int64_t>(half));
+    rest.set_data(bytes.substr(half));
+    rest.set_crc32c(Crc32c(rest.data()));
+    const auto done = session->AddToUpload(upload, &rest, nullptr);
+    ASSERT_TRUE(done.ok()) << done.status();
+    EXPECT_EQ(done->state(), v1::UPLOAD_STATE_COMMITTED);
+    session->WaitUntilIdle();
+    EXPECT_EQ(session->GetScan(done->scan())->state(), v1::SCAN_STATE_MERGED);
+  }
+  EXPECT_TRUE(store_->Spools().value().empty());
+}
+
+// All pieces were stored, and the crash came before the scan was committed.
+TEST_F(SessionReplayOnDisk, ACompleteUploadBecomesAScan) {
+  Script script;
+  const std::string bytes = EncodedRoom({2.0, 1.5, 1.4});
+  std::string upload;
+  {
+    Surroundings first(*store_, script.Make());
+    v1::CreateSessionRequest create;
+    create.set_session_id("job");
+    const auto session = first.registry.Create(create).value();
+    v1::CreateUploadRequest request;
+    request.mutable_upload()->mutable_total()->set_encoded_size(static_cast<int64_t>(bytes.size()));
+    request.mutable_upload()->mutable_total()->set_sha256(Sha256::Of(bytes));
+    upload = session->CreateUpload(request).value().name();
+    store::v1::SpoolRecord record;
+    record.mutable_piece()->set_data(bytes);
+    record.mutable_piece()->set_crc32c(Crc32c(bytes));
+    ASSERT_TRUE(store_->AppendSpool(upload, record.SerializeAsString()).ok());
+  }
+  Reopen();
+  Surroundings second(*store_, script.Make());
+  ASSERT_TRUE(second.registry.LoadAll().ok());
+  const auto session = second.registry.Find("job").value();
+  session->WaitUntilIdle();
+  EXPECT_EQ(session->GetUpload(upload)->state(), v1::UPLOAD_STATE_COMMITTED);
+  bool more = false;
+  EXPECT_EQ(session->ListScans(0, 10, more).size(), 1U);
 }
 
 TEST(SessionReplay, EntriesOfANewerFormatAreRefused) {

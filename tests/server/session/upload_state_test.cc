@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <random>
 #include <string>
 #include <vector>
@@ -149,6 +150,43 @@ TEST_F(UploadTest, FailsWithoutRoomAndGoesOnWhenThereIs) {
   EXPECT_TRUE(absl::IsResourceExhausted(upload.Accept(Cut(1, 1000, 1000), now_)));
   EXPECT_EQ(upload.Describe().next_offset(), 1000);
   EXPECT_TRUE(upload.Accept(Cut(1, 1000, 400), now_).ok());
+}
+
+// Property: taken up from the store after any piece, it goes on as if nothing had happened.
+TEST_F(UploadTest, GoesOnAfterARestart) {
+  for (uint32_t seed = 1; seed <= 50; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    MemoryStore store(1 << 20);
+    const bool announced = seed % 2 == 0;
+    const v1::Upload created = Created(announced);
+    auto upload = std::make_unique<Upload>(created, store, limits_);
+    std::vector<v1::Piece> sent;
+    size_t offset = 0;
+    bool stated = announced;
+    while (offset < whole_.size()) {
+      const size_t size = std::min<size_t>(1 + random() % 4096, whole_.size() - offset);
+      sent.push_back(Cut(static_cast<int64_t>(sent.size()), offset, size, random() % 2 == 0));
+      offset += size;
+      ASSERT_TRUE(upload->Accept(sent.back(), now_).ok());
+      if (!stated && random() % 3 == 0) {
+        ASSERT_TRUE(upload->SetTotal(Total()).ok());
+        stated = true;
+      }
+      if (random() % 3 != 0) continue;
+      upload = std::make_unique<Upload>(created, store, limits_);
+      ASSERT_TRUE(upload->Resume(now_).ok());
+      EXPECT_EQ(upload->Describe().next_offset(), static_cast<int64_t>(offset));
+      EXPECT_EQ(upload->Describe().next_sequence(), static_cast<int64_t>(sent.size()));
+      EXPECT_EQ(upload->Describe().has_total(), stated);
+      ASSERT_TRUE(upload->Accept(sent[random() % sent.size()], now_).ok());
+    }
+    if (!stated) {
+      ASSERT_TRUE(upload->SetTotal(Total()).ok());
+    }
+    ASSERT_TRUE(upload->Complete());
+    EXPECT_EQ(upload->Assemble().value(), whole_);
+  }
 }
 
 TEST_F(UploadTest, IsIdleAfterItsTime) {

@@ -1,0 +1,45 @@
+// Immutable bytes in files named by their SHA-256.
+#ifndef VANTAGE_SERVER_STORE_BLOB_FOLDER_H_
+#define VANTAGE_SERVER_STORE_BLOB_FOLDER_H_
+
+#include <map>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+
+namespace vantage {
+
+// Thread safe. Methods as the store's (store.h).
+class BlobFolder {
+ public:
+  explicit BlobFolder(std::string path) : path_(std::move(path)) {}
+
+  // Makes the folder, and takes away what was half written.
+  absl::Status Open();
+
+  absl::StatusOr<std::string> Put(absl::string_view bytes);
+  // DATA_LOSS: the file is not what its name says.
+  absl::StatusOr<std::string> Get(const std::string& sha256) const;
+  absl::Status Release(const std::string& sha256);
+  absl::Status Keep(const std::map<std::string, int>& holders);
+
+  // SHA-256 of every blob there is, sorted.
+  absl::StatusOr<std::vector<std::string>> List() const;
+
+ private:
+  std::string FileOf(const std::string& sha256) const;
+
+  const std::string path_;
+  std::mutex mutex_;
+  std::map<std::string, int> holders_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_STORE_BLOB_FOLDER_H_

@@ -1,0 +1,88 @@
+#include "server/store/disk_store.h"
+
+#include <fcntl.h>
+#include <sys/file.h>
+
+#include <cerrno>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+
+namespace vantage {
+
+DiskStore::DiskStore(const std::string& folder, FileDescriptor lock)
+    : lock_(std::move(lock)),
+      blobs_(absl::StrCat(folder, "/blobs")),
+      spools_(absl::StrCat(folder, "/spools")) {}
+
+absl::StatusOr<std::unique_ptr<DiskStore>> DiskStore::Open(const std::string& folder) {
+  if (absl::Status made = MakeFolder(folder); !made.ok()) return made;
+  const std::string lock_path = absl::StrCat(folder, "/lock");
+  FileDescriptor lock(::open(lock_path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+  if (!lock.ok()) return FileError("cannot open", lock_path);
+  if (::flock(lock.get(), LOCK_EX | LOCK_NB) != 0) {
+    if (errno != EWOULDBLOCK) return FileError("cannot lock", lock_path);
+    return absl::FailedPreconditionError(absl::StrCat("another server uses the data in ", folder));
+  }
+  std::unique_ptr<DiskStore> store(new DiskStore(folder, std::move(lock)));
+  absl::StatusOr<std::unique_ptr<LogDatabase>> logs =
+      LogDatabase::Open(absl::StrCat(folder, "/logs.sqlite"));
+  if (!logs.ok()) return logs.status();
+  store->logs_ = *std::move(logs);
+  if (absl::Status opened = store->blobs_.Open(); !opened.ok()) return opened;
+  if (absl::Status opened = store->spools_.Open(); !opened.ok()) return opened;
+  // The names of the database's files.
+  if (absl::Status synced = SyncFolder(folder); !synced.ok()) return synced;
+  return store;
+}
+
+absl::Status DiskStore::Append(const std::string& session, const store::v1::LogEntry& entry) {
+  return logs_->Append(session, entry.event().sequence(), entry.SerializeAsString());
+}
+
+absl::StatusOr<std::vector<store::v1::LogEntry>> DiskStore::Read(const std::string& session,
+                                                                 uint64_t after,
+                                                                 size_t limit) const {
+  const absl::StatusOr<std::vector<std::string>> bytes = logs_->Read(session, after, limit);
+  if (!bytes.ok()) return bytes.status();
+  std::vector<store::v1::LogEntry> entries(bytes->size());
+  for (size_t i = 0; i < entries.size(); ++i) {
+    if (!entries[i].ParseFromString((*bytes)[i])) {
+      return absl::DataLossError(absl::StrCat("log of ", session, " is damaged"));
+    }
+  }
+  return entries;
+}
+
+absl::StatusOr<std::vector<std::string>> DiskStore::Sessions() const { return logs_->Sessions(); }
+
+absl::Status DiskStore::Drop(const std::string& session) { return logs_->Drop(session); }
+
+absl::StatusOr<std::string> DiskStore::PutBlob(absl::string_view bytes) {
+  return blobs_.Put(bytes);
+}
+
+absl::StatusOr<std::string> DiskStore::GetBlob(const std::string& sha256) const {
+  return blobs_.Get(sha256);
+}
+
+absl::Status DiskStore::ReleaseBlob(const std::string& sha256) { return blobs_.Release(sha256); }
+
+absl::Status DiskStore::KeepBlobs(const std::map<std::string, int>& holders) {
+  return blobs_.Keep(holders);
+}
+
+absl::Status DiskStore::AppendSpool(const std::string& spool, absl::string_view record) {
+  return spools_.Append(spool, record);
+}
+
+absl::Status DiskStore::ReadSpool(const std::string& spool,
+                                  absl::FunctionRef<absl::Status(absl::string_view)> visit) const {
+  return spools_.Read(spool, visit);
+}
+
+absl::Status DiskStore::DropSpool(const std::string& spool) { return spools_.Drop(spool); }
+
+absl::StatusOr<std::vector<std::string>> DiskStore::Spools() const { return spools_.List(); }
+
+}  // namespace vantage

@@ -1,0 +1,55 @@
+// A store in one folder: what returned OK is there after a crash or a power cut.
+//
+//   logs.sqlite       the sessions' logs (log_database.h)
+//   blobs/ab/abcd...  committed scans and whole plans, named by their SHA-256 (blob_folder.h)
+//   spools/           what came of uploads that are under way (spool_folder.h)
+//   lock              held by the one process that uses the folder
+#ifndef VANTAGE_SERVER_STORE_DISK_STORE_H_
+#define VANTAGE_SERVER_STORE_DISK_STORE_H_
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/store/blob_folder.h"
+#include "server/store/durable_file.h"
+#include "server/store/log_database.h"
+#include "server/store/spool_folder.h"
+#include "server/store/store.h"
+
+namespace vantage {
+
+class DiskStore final : public Store {
+ public:
+  // Opens or makes it. FAILED_PRECONDITION: another process uses the folder, or a newer release
+  // wrote it. DATA_LOSS: damaged. UNAVAILABLE: it cannot be written.
+  static absl::StatusOr<std::unique_ptr<DiskStore>> Open(const std::string& folder);
+
+  absl::Status Append(const std::string& session, const store::v1::LogEntry& entry) override;
+  absl::StatusOr<std::vector<store::v1::LogEntry>> Read(const std::string& session, uint64_t after,
+                                                        size_t limit) const override;
+  absl::StatusOr<std::vector<std::string>> Sessions() const override;
+  absl::Status Drop(const std::string& session) override;
+  absl::StatusOr<std::string> PutBlob(absl::string_view bytes) override;
+  absl::StatusOr<std::string> GetBlob(const std::string& sha256) const override;
+  absl::Status ReleaseBlob(const std::string& sha256) override;
+  absl::Status KeepBlobs(const std::map<std::string, int>& holders) override;
+  absl::Status AppendSpool(const std::string& spool, absl::string_view record) override;
+  absl::Status ReadSpool(const std::string& spool,
+                         absl::FunctionRef<absl::Status(absl::string_view)> visit) const override;
+  absl::Status DropSpool(const std::string& spool) override;
+  absl::StatusOr<std::vector<std::string>> Spools() const override;
+
+ private:
+  DiskStore(const std::string& folder, FileDescriptor lock);
+
+  const FileDescriptor lock_;
+  BlobFolder blobs_;
+  SpoolFolder spools_;
+  std::unique_ptr<LogDatabase> logs_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_STORE_DISK_STORE_H_

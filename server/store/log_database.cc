@@ -1,0 +1,241 @@
+#include "server/store/log_database.h"
+
+#include <sqlite3.h>
+
+#include <map>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "proto/wire/checksum.h"
+
+namespace vantage {
+namespace {
+
+constexpr int kBusyMilliseconds = 10'000;
+
+absl::Status DatabaseError(sqlite3* database, absl::string_view doing) {
+  const int code = sqlite3_errcode(database) & 0xff;
+  const std::string message = absl::StrCat("cannot ", doing, ": ", sqlite3_errmsg(database));
+  switch (code) {
+    case SQLITE_FULL:
+      return absl::ResourceExhaustedError(
+          absl::StrCat("the store has no room (", message, "); make some, then try again"));
+    case SQLITE_CORRUPT:
+    case SQLITE_NOTADB:
+      return absl::DataLossError(absl::StrCat(message, "; restore it from a backup"));
+    default:
+      return absl::UnavailableError(message);
+  }
+}
+
+// A statement in use; gives it back reset.
+class Use {
+ public:
+  explicit Use(sqlite3_stmt* statement) : statement_(statement) {}
+  ~Use() {
+    sqlite3_reset(statement_);
+    sqlite3_clear_bindings(statement_);
+  }
+  Use(const Use&) = delete;
+  Use& operator=(const Use&) = delete;
+
+  void Bind(int place, absl::string_view text) {
+    sqlite3_bind_text64(statement_, place, text.data(), text.size(), SQLITE_STATIC, SQLITE_UTF8);
+  }
+  void BindBytes(int place, absl::string_view bytes) {
+    sqlite3_bind_blob64(statement_, place, bytes.data(), bytes.size(), SQLITE_STATIC);
+  }
+  void Bind(int place, uint64_t number) {
+    sqlite3_bind_int64(statement_, place, static_cast<sqlite3_int64>(number));
+  }
+  int Step() { return sqlite3_step(statement_); }
+  uint64_t Number(int column) {
+    return static_cast<uint64_t>(sqlite3_column_int64(statement_, column));
+  }
+  std::string Bytes(int column) {
+    const void* bytes = sqlite3_column_blob(statement_, column);
+    const auto size = static_cast<size_t>(sqlite3_column_bytes(statement_, column));
+    return bytes == nullptr ? "" : std::string(static_cast<const char*>(bytes), size);
+  }
+
+ private:
+  sqlite3_stmt* statement_;
+};
+
+constexpr char kAppend[] =
+    "INSERT INTO log (session, sequence, crc32c, entry) SELECT ?1, ?2, ?3, ?4 "
+    "WHERE ?2 = (SELECT coalesce(max(sequence), 0) + 1 FROM log WHERE session = ?1)";
+constexpr char kRead[] =
+    "SELECT sequence, crc32c, entry FROM log WHERE session = ?1 AND sequence > ?2 "
+    "ORDER BY sequence LIMIT ?3";
+constexpr char kKnown[] = "SELECT 1 FROM log WHERE session = ?1 LIMIT 1";
+constexpr char kSessions[] = "SELECT DISTINCT session FROM log ORDER BY session";
+constexpr char kDrop[] = "DELETE FROM log WHERE session = ?1";
+
+}  // namespace
+
+struct LogDatabase::Connection {
+  sqlite3* database = nullptr;
+  std::map<const char*, sqlite3_stmt*> statements;
+
+  ~Connection() {
+    for (const auto& [text, statement] : statements) sqlite3_finalize(statement);
+    sqlite3_close(database);
+  }
+
+  absl::Status Run(const char* sql) {
+    return sqlite3_exec(database, sql, nullptr, nullptr, nullptr) == SQLITE_OK
+               ? absl::OkStatus()
+               : DatabaseError(database, absl::StrCat("do '", sql, "'"));
+  }
+
+  absl::StatusOr<int> Ask(const char* sql) {
+    sqlite3_stmt* statement = nullptr;
+    if (sqlite3_prepare_v2(database, sql, -1, &statement, nullptr) != SQLITE_OK) {
+      return DatabaseError(database, absl::StrCat("ask '", sql, "'"));
+    }
+    absl::StatusOr<int> answer = 0;
+    if (sqlite3_step(statement) == SQLITE_ROW) {
+      answer = sqlite3_column_int(statement, 0);
+    } else {
+      answer = DatabaseError(database, absl::StrCat("ask '", sql, "'"));
+    }
+    sqlite3_finalize(statement);
+    return answer;
+  }
+
+  absl::Status Prepare(const char* sql) {
+    sqlite3_stmt* statement = nullptr;
+    if (sqlite3_prepare_v3(database, sql, -1, SQLITE_PREPARE_PERSISTENT, &statement, nullptr) !=
+        SQLITE_OK) {
+      return DatabaseError(database, absl::StrCat("prepare '", sql, "'"));
+    }
+    statements[sql] = statement;
+    return absl::OkStatus();
+  }
+
+  absl::Status Open(const std::string& path, int flags) {
+    if (sqlite3_open_v2(path.c_str(), &database, flags | SQLITE_OPEN_NOMUTEX, nullptr) !=
+        SQLITE_OK) {
+      return DatabaseError(database, absl::StrCat("open ", path));
+    }
+    sqlite3_extended_result_codes(database, 1);
+    sqlite3_busy_timeout(database, kBusyMilliseconds);
+    return absl::OkStatus();
+  }
+
+  // Brings the schema up to date, one release after the other.
+  absl::Status Migrate() {
+    const absl::StatusOr<int> version = Ask("PRAGMA user_version");
+    if (!version.ok()) return version.status();
+    if (*version > kSchemaVersion) {
+      return absl::FailedPreconditionError(
+          absl::StrCat("the data are of schema ", *version, ", this release reads up to ",
+                       kSchemaVersion, ": start the newer release, or restore a backup"));
+    }
+    if (*version == kSchemaVersion) return absl::OkStatus();
+    return Run(
+        "BEGIN IMMEDIATE;"
+        "CREATE TABLE log (session TEXT NOT NULL, sequence INTEGER NOT NULL,"
+        " crc32c INTEGER NOT NULL, entry BLOB NOT NULL, PRIMARY KEY (session, sequence))"
+        " WITHOUT ROWID;"
+        "PRAGMA user_version = 1;"
+        "COMMIT");
+  }
+};
+
+absl::StatusOr<std::unique_ptr<LogDatabase>> LogDatabase::Open(const std::string& path) {
+  auto writer = std::make_unique<Connection>();
+  absl::Status status = writer->Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
+  // What was erased is overwritten, too.
+  for (const char* setting :
+       {"PRAGMA journal_mode = WAL", "PRAGMA synchronous = FULL", "PRAGMA secure_delete = ON"}) {
+    if (status.ok()) status = writer->Run(setting);
+  }
+  if (status.ok()) status = writer->Migrate();
+  for (const char* statement : {kAppend, kDrop}) {
+    if (status.ok()) status = writer->Prepare(statement);
+  }
+  auto reader = std::make_unique<Connection>();
+  if (status.ok()) status = reader->Open(path, SQLITE_OPEN_READONLY);
+  for (const char* statement : {kRead, kKnown, kSessions}) {
+    if (status.ok()) status = reader->Prepare(statement);
+  }
+  if (!status.ok()) return status;
+  return std::unique_ptr<LogDatabase>(new LogDatabase(path, std::move(writer), std::move(reader)));
+}
+
+LogDatabase::LogDatabase(std::string path, std::unique_ptr<Connection> writer,
+                         std::unique_ptr<Connection> reader)
+    : path_(std::move(path)), writer_(std::move(writer)), reader_(std::move(reader)) {}
+
+LogDatabase::~LogDatabase() = default;
+
+absl::Status LogDatabase::Append(const std::string& session, uint64_t sequence,
+                                 absl::string_view entry) {
+  std::lock_guard<std::mutex> lock(write_mutex_);
+  Use append(writer_->statements.at(kAppend));
+  append.Bind(1, absl::string_view(session));
+  append.Bind(2, sequence);
+  append.Bind(3, uint64_t{Crc32c(entry)});
+  append.BindBytes(4, entry);
+  if (append.Step() != SQLITE_DONE) {
+    return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
+  }
+  if (sqlite3_changes(writer_->database) == 1) return absl::OkStatus();
+  return absl::AbortedError(
+      absl::StrCat("session ", session, ": entry ", sequence, " is not the next one"));
+}
+
+absl::StatusOr<std::vector<std::string>> LogDatabase::Read(const std::string& session,
+                                                           uint64_t after, size_t limit) const {
+  std::lock_guard<std::mutex> lock(read_mutex_);
+  std::vector<std::string> entries;
+  {
+    Use read(reader_->statements.at(kRead));
+    read.Bind(1, absl::string_view(session));
+    read.Bind(2, after);
+    read.Bind(3, uint64_t{limit});
+    int step = SQLITE_ROW;
+    while ((step = read.Step()) == SQLITE_ROW) {
+      std::string entry = read.Bytes(2);
+      const uint64_t expected = after + entries.size() + 1;
+      if (read.Number(0) != expected || read.Number(1) != Crc32c(entry)) {
+        return absl::DataLossError(absl::StrCat("session ", session, ": entry ", expected, " in ",
+                                                path_, " is damaged or missing"));
+      }
+      entries.push_back(std::move(entry));
+    }
+    if (step != SQLITE_DONE) {
+      return DatabaseError(reader_->database, absl::StrCat("read ", path_));
+    }
+  }
+  if (!entries.empty()) return entries;
+  Use known(reader_->statements.at(kKnown));
+  known.Bind(1, absl::string_view(session));
+  if (known.Step() != SQLITE_ROW) return absl::NotFoundError(absl::StrCat("no log of ", session));
+  return entries;
+}
+
+absl::StatusOr<std::vector<std::string>> LogDatabase::Sessions() const {
+  std::lock_guard<std::mutex> lock(read_mutex_);
+  Use read(reader_->statements.at(kSessions));
+  std::vector<std::string> sessions;
+  int step = SQLITE_ROW;
+  while ((step = read.Step()) == SQLITE_ROW) sessions.push_back(read.Bytes(0));
+  if (step != SQLITE_DONE) return DatabaseError(reader_->database, absl::StrCat("read ", path_));
+  return sessions;
+}
+
+absl::Status LogDatabase::Drop(const std::string& session) {
+  std::lock_guard<std::mutex> lock(write_mutex_);
+  Use drop(writer_->statements.at(kDrop));
+  drop.Bind(1, absl::string_view(session));
+  if (drop.Step() != SQLITE_DONE) {
+    return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
+  }
+  if (sqlite3_changes(writer_->database) > 0) return absl::OkStatus();
+  return absl::NotFoundError(absl::StrCat("no log of ", session));
+}
+
+}  // namespace vantage

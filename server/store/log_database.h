@@ -1,0 +1,47 @@
+// The sessions' logs in a SQLite database: write-ahead logging, every commit synced.
+#ifndef VANTAGE_SERVER_STORE_LOG_DATABASE_H_
+#define VANTAGE_SERVER_STORE_LOG_DATABASE_H_
+
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+
+namespace vantage {
+
+// Thread safe: one writes while another reads. Methods as the store's (store.h).
+class LogDatabase {
+ public:
+  // Schema that is written, and the newest that is read; older ones are brought up to it.
+  static constexpr int kSchemaVersion = 1;
+
+  // FAILED_PRECONDITION: written by a newer release. DATA_LOSS: not a database, or damaged.
+  static absl::StatusOr<std::unique_ptr<LogDatabase>> Open(const std::string& path);
+  ~LogDatabase();
+
+  absl::Status Append(const std::string& session, uint64_t sequence, absl::string_view entry);
+  absl::StatusOr<std::vector<std::string>> Read(const std::string& session, uint64_t after,
+                                                size_t limit) const;
+  absl::StatusOr<std::vector<std::string>> Sessions() const;
+  absl::Status Drop(const std::string& session);
+
+ private:
+  struct Connection;
+  LogDatabase(std::string path, std::unique_ptr<Connection> writer,
+              std::unique_ptr<Connection> reader);
+
+  const std::string path_;
+  mutable std::mutex write_mutex_;
+  mutable std::mutex read_mutex_;
+  const std::unique_ptr<Connection> writer_;
+  const std::unique_ptr<Connection> reader_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_STORE_LOG_DATABASE_H_

@@ -1,0 +1,153 @@
+#include "server/store/spool_folder.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <tuple>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "proto/wire/checksum.h"
+#include "server/store/durable_file.h"
+
+namespace vantage {
+namespace {
+
+// Before every record: its size, its checksum, and the checksum of these two. Little endian.
+struct RecordHeader {
+  uint32_t size = 0;
+  uint32_t crc32c = 0;
+  uint32_t own_crc32c = 0;
+
+  uint32_t OwnChecksum() const {
+    return Crc32c(absl::string_view(reinterpret_cast<const char*>(this), 2 * sizeof(uint32_t)));
+  }
+};
+static_assert(sizeof(RecordHeader) == 12 && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__);
+
+// Calls visit for every whole record; the size of all of them.
+absl::StatusOr<int64_t> VisitRecords(int fd, const std::string& path,
+                                     absl::FunctionRef<absl::Status(absl::string_view)> visit) {
+  struct stat about {};
+  if (::fstat(fd, &about) != 0) return FileError("cannot read", path);
+  const int64_t end = about.st_size;
+  int64_t at = 0;
+  std::string record;
+  const auto read = [&](void* to, int64_t size) -> absl::Status {
+    for (int64_t have = 0; have < size;) {
+      const ssize_t got =
+          ::pread(fd, static_cast<char*>(to) + have, static_cast<size_t>(size - have), at + have);
+      if (got < 0 && errno == EINTR) continue;
+      if (got <= 0) return FileError("cannot read", path);
+      have += got;
+    }
+    at += size;
+    return absl::OkStatus();
+  };
+  while (end - at >= static_cast<int64_t>(sizeof(RecordHeader))) {
+    const int64_t begin = at;
+    RecordHeader header;
+    if (absl::Status got = read(&header, sizeof(header)); !got.ok()) return got;
+    if (header.own_crc32c != header.OwnChecksum() || header.size > end - at) return begin;
+    record.resize(header.size);
+    if (absl::Status got = read(record.data(), header.size); !got.ok()) return got;
+    if (Crc32c(record) != header.crc32c) {
+      if (at == end) return begin;
+      return absl::DataLossError(absl::StrCat(path, " is damaged at byte ", begin));
+    }
+    if (absl::Status visited = visit(record); !visited.ok()) return visited;
+  }
+  return at;
+}
+
+}  // namespace
+
+// Names are of lower-case letters, digits, '-' and '/'.
+std::string SpoolFolder::FileOf(const std::string& spool) const {
+  return absl::StrCat(path_, "/", absl::StrReplaceAll(spool, {{"/", "."}}));
+}
+
+absl::Status SpoolFolder::Open() { return MakeFolder(path_); }
+
+absl::Status SpoolFolder::Append(const std::string& spool, absl::string_view record) {
+  std::shared_ptr<Spool> open;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    std::shared_ptr<Spool>& known = open_[spool];
+    if (known == nullptr) known = std::make_shared<Spool>();
+    open = known;
+  }
+  std::lock_guard<std::mutex> lock(open->mutex);
+  const std::string path = FileOf(spool);
+  const FileDescriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+  if (!file.ok()) return FileError("cannot open", path);
+  if (open->size == kUnknown) {
+    const absl::StatusOr<int64_t> whole =
+        VisitRecords(file.get(), path, [](absl::string_view) { return absl::OkStatus(); });
+    if (!whole.ok()) return whole.status();
+    open->size = *whole;
+  }
+  RecordHeader header;
+  header.size = static_cast<uint32_t>(record.size());
+  header.crc32c = Crc32c(record);
+  header.own_crc32c = header.OwnChecksum();
+  std::string bytes(sizeof(header), '\0');
+  std::memcpy(bytes.data(), &header, sizeof(header));
+  bytes.append(record.data(), record.size());
+  // Where a record failed before, this one is written over it.
+  absl::Status status = WriteAt(file.get(), bytes, static_cast<uint64_t>(open->size), path);
+  if (status.ok() &&
+      ::ftruncate(file.get(), open->size + static_cast<int64_t>(bytes.size())) != 0) {
+    status = FileError("cannot write", path);
+  }
+  if (status.ok()) status = SyncData(file.get(), path);
+  if (status.ok() && open->size == 0) status = SyncFolder(path_);
+  if (!status.ok()) {
+    // Gives the room back; whether or not it can, the size that counts is the one in memory.
+    std::ignore = ::ftruncate(file.get(), open->size);
+    return status;
+  }
+  open->size += static_cast<int64_t>(bytes.size());
+  return absl::OkStatus();
+}
+
+absl::Status SpoolFolder::Read(const std::string& spool,
+                               absl::FunctionRef<absl::Status(absl::string_view)> visit) const {
+  const std::string path = FileOf(spool);
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file.ok()) {
+    return errno == ENOENT ? absl::OkStatus() : FileError("cannot open", path);
+  }
+  return VisitRecords(file.get(), path, visit).status();
+}
+
+absl::Status SpoolFolder::Drop(const std::string& spool) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    open_.erase(spool);
+  }
+  const std::string path = FileOf(spool);
+  if (::unlink(path.c_str()) != 0 && errno != ENOENT) return FileError("cannot remove", path);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<std::string>> SpoolFolder::List() const {
+  std::vector<std::string> names;
+  std::error_code error;
+  for (std::filesystem::directory_iterator file(path_, error), end; file != end && !error;
+       file.increment(error)) {
+    names.push_back(absl::StrReplaceAll(file->path().filename().string(), {{".", "/"}}));
+  }
+  if (error) {
+    return absl::UnavailableError(absl::StrCat("cannot list ", path_, ": ", error.message()));
+  }
+  std::sort(names.begin(), names.end());
+  return names;
+}
+
+}  // namespace vantage

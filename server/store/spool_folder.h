@@ -1,0 +1,52 @@
+// One append-only file for each upload on its way: records of size, checksums and bytes.
+#ifndef VANTAGE_SERVER_STORE_SPOOL_FOLDER_H_
+#define VANTAGE_SERVER_STORE_SPOOL_FOLDER_H_
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+
+namespace vantage {
+
+// Thread safe. Methods as the store's (store.h). A record that was being written when the power
+// went is not there: nobody was told that it was.
+class SpoolFolder {
+ public:
+  explicit SpoolFolder(std::string path) : path_(std::move(path)) {}
+
+  absl::Status Open();
+
+  absl::Status Append(const std::string& spool, absl::string_view record);
+  // DATA_LOSS: a record that others follow is damaged.
+  absl::Status Read(const std::string& spool,
+                    absl::FunctionRef<absl::Status(absl::string_view)> visit) const;
+  absl::Status Drop(const std::string& spool);
+  absl::StatusOr<std::vector<std::string>> List() const;
+
+ private:
+  static constexpr int64_t kUnknown = -1;
+  struct Spool {
+    std::mutex mutex;
+    int64_t size ABSL_GUARDED_BY(mutex) = kUnknown;  // of whole records, bytes
+  };
+
+  std::string FileOf(const std::string& spool) const;
+
+  const std::string path_;
+  std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<Spool>> open_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_STORE_SPOOL_FOLDER_H_

@@ -1,0 +1,131 @@
+// What every store does, wherever it keeps things.
+#include "server/store/store.h"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "proto/wire/checksum.h"
+#include "server/store/disk_store.h"
+#include "server/store/memory_store.h"
+
+namespace vantage {
+namespace {
+
+store::v1::LogEntry Entry(uint64_t sequence) {
+  store::v1::LogEntry entry;
+  entry.set_format_version(kLogFormatVersion);
+  entry.mutable_event()->set_sequence(sequence);
+  return entry;
+}
+
+std::vector<std::string> Records(const Store& store, const std::string& spool) {
+  std::vector<std::string> records;
+  const absl::Status read = store.ReadSpool(spool, [&](absl::string_view record) {
+    records.emplace_back(record);
+    return absl::OkStatus();
+  });
+  EXPECT_TRUE(read.ok()) << read;
+  return records;
+}
+
+class StoreTest : public testing::TestWithParam<const char*> {
+ protected:
+  void SetUp() override {
+    if (std::string(GetParam()) == "memory") {
+      store_ = std::make_unique<MemoryStore>(1 << 20);
+      return;
+    }
+    std::string name = testing::TempDir() + "/store-XXXXXX";
+    folder_ = mkdtemp(name.data());
+    store_ = DiskStore::Open(folder_).value();
+  }
+  void TearDown() override {
+    store_.reset();
+    if (!folder_.empty()) std::filesystem::remove_all(folder_);
+  }
+
+  std::string folder_;
+  std::unique_ptr<Store> store_;
+};
+
+TEST_P(StoreTest, LogsAreOrderedAndFenced) {
+  EXPECT_TRUE(store_->Append("a", Entry(1)).ok());
+  EXPECT_TRUE(store_->Append("a", Entry(2)).ok());
+  EXPECT_TRUE(absl::IsAborted(store_->Append("a", Entry(2))));
+  EXPECT_TRUE(absl::IsAborted(store_->Append("a", Entry(4))));
+  EXPECT_TRUE(absl::IsAborted(store_->Append("b", Entry(2))));
+  const auto all = store_->Read("a", 0, 10).value();
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[1].event().sequence(), 2U);
+  EXPECT_EQ(store_->Read("a", 1, 10).value().size(), 1U);
+  EXPECT_EQ(store_->Read("a", 0, 1).value().size(), 1U);
+  EXPECT_TRUE(store_->Read("a", 99, 10).value().empty());
+  EXPECT_TRUE(absl::IsNotFound(store_->Read("c", 0, 1).status()));
+  EXPECT_EQ(store_->Sessions().value(), std::vector<std::string>{"a"});
+  EXPECT_TRUE(store_->Drop("a").ok());
+  EXPECT_TRUE(absl::IsNotFound(store_->Drop("a")));
+  EXPECT_TRUE(store_->Sessions().value().empty());
+}
+
+TEST_P(StoreTest, BlobsAreCounted) {
+  const std::string bytes(600, 'x');
+  const std::string sha = store_->PutBlob(bytes).value();
+  EXPECT_EQ(sha, Sha256::Of(bytes));
+  EXPECT_EQ(store_->PutBlob(bytes).value(), sha);
+  EXPECT_TRUE(store_->ReleaseBlob(sha).ok());
+  EXPECT_EQ(store_->GetBlob(sha).value(), bytes);
+  EXPECT_TRUE(store_->ReleaseBlob(sha).ok());
+  EXPECT_TRUE(absl::IsNotFound(store_->GetBlob(sha).status()));
+  EXPECT_TRUE(absl::IsNotFound(store_->ReleaseBlob(sha)));
+  EXPECT_EQ(store_->PutBlob(bytes).value(), sha);
+  EXPECT_EQ(store_->GetBlob(sha).value(), bytes);
+}
+
+TEST_P(StoreTest, BlobsThatNobodyHoldsGo) {
+  const std::string kept = store_->PutBlob("kept").value();
+  const std::string gone = store_->PutBlob("gone").value();
+  ASSERT_TRUE(store_->KeepBlobs({{kept, 2}, {Sha256::Of("never there"), 1}}).ok());
+  EXPECT_TRUE(absl::IsNotFound(store_->GetBlob(gone).status()));
+  EXPECT_TRUE(store_->ReleaseBlob(kept).ok());
+  EXPECT_EQ(store_->GetBlob(kept).value(), "kept");
+  EXPECT_TRUE(store_->ReleaseBlob(kept).ok());
+  EXPECT_TRUE(absl::IsNotFound(store_->GetBlob(kept).status()));
+}
+
+TEST_P(StoreTest, SpoolsKeepRecordsInOrder) {
+  const std::string name = "sessions/a/uploads/upload-1";
+  EXPECT_TRUE(Records(*store_, name).empty());
+  const std::vector<std::string> records = {"hello", "", std::string(70'000, '\0'), "you"};
+  for (const std::string& record : records) ASSERT_TRUE(store_->AppendSpool(name, record).ok());
+  ASSERT_TRUE(store_->AppendSpool("sessions/a/uploads/upload-2", "other").ok());
+  EXPECT_EQ(Records(*store_, name), records);
+  EXPECT_EQ(store_->Spools().value(),
+            (std::vector<std::string>{name, "sessions/a/uploads/upload-2"}));
+  const absl::Status stopped =
+      store_->ReadSpool(name, [](absl::string_view) { return absl::CancelledError("enough"); });
+  EXPECT_TRUE(absl::IsCancelled(stopped));
+  EXPECT_TRUE(store_->DropSpool(name).ok());
+  EXPECT_TRUE(store_->DropSpool(name).ok());
+  EXPECT_TRUE(Records(*store_, name).empty());
+}
+
+INSTANTIATE_TEST_SUITE_P(Stores, StoreTest, testing::Values("memory", "disk"),
+                         [](const auto& chosen) { return std::string(chosen.param); });
+
+TEST(MemoryStore, RoomIsBoundedAndComesBack) {
+  MemoryStore store(1000);
+  const std::string sha = store.PutBlob(std::string(600, 'x')).value();
+  EXPECT_EQ(store.PutBlob(std::string(600, 'x')).value(), sha);  // the same takes no more room
+  EXPECT_TRUE(absl::IsResourceExhausted(store.PutBlob(std::string(500, 'y')).status()));
+  EXPECT_TRUE(absl::IsResourceExhausted(store.AppendSpool("s", std::string(401, 'z'))));
+  EXPECT_TRUE(store.AppendSpool("s", std::string(400, 'z')).ok());
+  EXPECT_TRUE(store.DropSpool("s").ok());
+  EXPECT_TRUE(store.KeepBlobs({}).ok());
+  EXPECT_EQ(store.used(), 0U);
+}
+
+}  // namespace
+}  // namespace vantage
