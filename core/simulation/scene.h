@@ -40,6 +40,18 @@ Scene PillarHall(uint64_t seed);
 // is its middle in plan, at 1.5 m or half its height if that is lower.
 Scene BoxRoom(const Eigen::Vector3d& size);
 
+// What of a pane room is not as plain as a wall.
+struct Panes {
+  bool windows = true;         // two, of glass
+  bool mirror = true;          // from the floor up, 1.3 x 1.95 m, 3 cm before the wall
+  bool polished_floor = true;  // Material::kPolished
+  bool dark_cupboard = true;   // Material::kDark
+};
+
+// One furnished room of 5.2 x 4.2 x 2.6 m to be scanned with and without what deceives scanners:
+// the triangles are the same whatever the panes, only their materials differ.
+Scene PaneRoom(const Panes& panes);
+
 }  // namespace vantage
 
 #endif  // VANTAGE_CORE_SIMULATION_SCENE_H_

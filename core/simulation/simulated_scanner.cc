@@ -9,14 +9,16 @@
 namespace vantage {
 namespace {
 
-constexpr double kGrazing = Radians(80);     // from here on returns get lost
-constexpr double kGlassHeadOn = Radians(5);  // up to here glass returns
+constexpr double kGrazing = Radians(80);       // from here on returns get lost
+constexpr double kGlassHeadOn = Radians(5);    // up to here glass returns
+constexpr double kPolishBegins = Radians(60);  // from here on polished surfaces reflect
+constexpr double kPolishFull = Radians(85);    // from here on as much as they do
 constexpr int kMaxReflections = 4;
 constexpr float kLeaveSurface = 1e-4f;  // m, where a reflected ray begins
 constexpr size_t kSubRays = 4;          // on the rim of the beam
 
 // What one draw is for.
-enum Stream : uint64_t { kNoise = 0, kDropout = 2, kMix = 3, kRoll = 4, kPitch = 6 };
+enum Stream : uint64_t { kNoise = 0, kDropout = 2, kMix = 3, kRoll = 4, kPitch = 6, kPolish = 8 };
 
 // What came back along one ray, before noise.
 struct Return {
@@ -32,10 +34,19 @@ std::vector<double> EvenLines(double first, double last, double step) {
   return lines;
 }
 
-// Follows a ray from its first hit to what returns it.
+bool Reflects(Material surface, float cosine, const ScanFaults& faults, double draw) {
+  if (surface == Material::kMirror) return faults.mirror_phantoms;
+  if (surface != Material::kPolished) return false;
+  const double incidence = std::acos(std::min(1.0, static_cast<double>(cosine)));
+  const double share = (incidence - kPolishBegins) / (kPolishFull - kPolishBegins);
+  return draw < faults.polish * std::clamp(share, 0.0, 1.0);
+}
+
+// Follows a ray from its first hit to what returns it. `draw`, uniform in [0, 1), decides what
+// polished surfaces do.
 Return Resolve(const Tracer& tracer, const std::vector<Material>& material,
-               const ScanFaults& faults, const Eigen::Vector3f& origin, Eigen::Vector3f direction,
-               TraceHit hit) {
+               const ScanFaults& faults, double draw, const Eigen::Vector3f& origin,
+               Eigen::Vector3f direction, TraceHit hit) {
   Return result;
   double range = 0;
   Eigen::Vector3f at = origin;
@@ -43,7 +54,7 @@ Return Resolve(const Tracer& tracer, const std::vector<Material>& material,
     range += hit.distance;
     const Material surface = material[hit.triangle];
     const float cosine = std::abs(hit.normal.dot(direction));
-    if (surface == Material::kMirror && faults.mirror_phantoms) {
+    if (Reflects(surface, cosine, faults, draw)) {
       if (reflections == kMaxReflections) return result;
       at += hit.distance * direction;
       direction = (direction - 2 * hit.normal.dot(direction) * hit.normal).normalized();
@@ -133,8 +144,9 @@ RangeImage SimulatedScanner::Scan(const ScannerModel& scanner,
       tracer_->TracePacket(origin, std::span(directions).first(count),
                            std::span(hits).first(count));
       for (size_t i = 0; i < count; ++i) {
-        returns[image.Index(column, row + static_cast<int>(i))] =
-            Resolve(*tracer_, material_, faults, origin, directions[i], hits[i]);
+        const size_t cell = image.Index(column, row + static_cast<int>(i));
+        returns[cell] = Resolve(*tracer_, material_, faults, RandomUniform(seed, cell, kPolish),
+                                origin, directions[i], hits[i]);
       }
     }
   });
@@ -165,8 +177,9 @@ RangeImage SimulatedScanner::Scan(const ScannerModel& scanner,
     tracer_->TracePacket(origin, rim, hits);
     float nearest = own;
     float farthest = own;
+    const double draw = RandomUniform(seed, image.Index(column, row), kPolish);
     for (size_t i = 0; i < kSubRays; ++i) {
-      const float range = Resolve(*tracer_, material_, faults, origin, rim[i], hits[i]).range;
+      const float range = Resolve(*tracer_, material_, faults, draw, origin, rim[i], hits[i]).range;
       if (range == 0) continue;
       nearest = std::min(nearest, range);
       farthest = std::max(farthest, range);

@@ -20,7 +20,7 @@ struct ScanFaults {
   static ScanFaults None() {
     ScanFaults none;
     none.range_noise = none.glass_drops_out = none.mirror_phantoms = false;
-    none.grazing_dropout = none.dark_dropout = none.beam_divergence = none.tilt = 0;
+    none.grazing_dropout = none.dark_dropout = none.polish = none.beam_divergence = none.tilt = 0;
     return none;
   }
 
@@ -31,6 +31,9 @@ struct ScanFaults {
                                  // is behind it is not seen either. false: as matte
   bool mirror_phantoms = true;   // mirrors return what they reflect, up to 4 times. false: as matte
   double dark_dropout = 0.5;     // of dark surfaces
+  double polish = 0.9;           // probability that a polished surface returns what it reflects
+                                 // instead of itself: rises from 0 at 60 degrees of incidence to
+                                 // this at 85. Cell by cell, so both kinds lie side by side
   double beam_divergence =
       0.0003;         // rad, full angle; edges inside the beam give mixed pixels. 0: none
   double tilt = 0.0;  // rad, one sigma of roll and pitch of a set-up tripod

@@ -13,7 +13,8 @@
 
 namespace vantage {
 
-enum class Material : uint8_t { kMatte = 0, kGlass = 1, kMirror = 2, kDark = 3 };
+// Polished: matte seen head on, a mirror at grazing incidence (a waxed floor, a stone slab).
+enum class Material : uint8_t { kMatte = 0, kGlass = 1, kMirror = 2, kDark = 3, kPolished = 4 };
 
 struct TriangleMesh {
   std::vector<Eigen::Vector3f> vertices;           // m, z up

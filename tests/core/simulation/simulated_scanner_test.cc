@@ -206,6 +206,35 @@ TEST(SimulatedScannerTest, MirrorReturnsTheRoomBehindIt) {
   }
 }
 
+TEST(SimulatedScannerTest, APolishedWallReflectsAtGrazingIncidenceAsOftenAsStated) {
+  const SimulatedScanner simulated(RoomWithWall(Material::kPolished));
+  Serial serial;
+  ScanFaults faults = ScanFaults::None();
+  faults.polish = 0.8;
+  const Eigen::Vector3d from(5.4, 2, 1.5);  // near the wall, so that much of it is grazed
+  const RangeImage image = simulated.Scan(ScannerModel(), PoseAt(from), faults, 3, serial);
+  double expected = 0;
+  double variance = 0;
+  double reflected = 0;
+  for (int column = 0; column < image.columns(); ++column) {
+    for (int row = 0; row < image.rows(); ++row) {
+      const Eigen::Vector3d d = image.Direction(column, row);
+      if (!HitsWall(from, d) || image.at(column, row) <= 0) continue;
+      const double wall = BoxRange(kRoom, from, d);
+      const double incidence = Degrees(std::acos(d.x()));
+      const double p = 0.8 * std::clamp((incidence - 60) / 25, 0.0, 1.0);
+      expected += p;
+      variance += p * (1 - p);
+      if (std::abs(image.at(column, row) - wall) < 1e-4) continue;
+      // Mirrored at x = 6 the room is twice as long.
+      ASSERT_NEAR(image.at(column, row), BoxRange({12, 4, 2.7}, from, d), 1e-4);
+      ++reflected;
+    }
+  }
+  EXPECT_GT(expected, 1000);
+  EXPECT_NEAR(reflected, expected, 5 * std::sqrt(variance));
+}
+
 TEST(SimulatedScannerTest, DarkAndGrazingDropOutAsOftenAsStated) {
   const SimulatedScanner simulated(RoomWithWall(Material::kDark));
   Serial serial;
