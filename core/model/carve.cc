@@ -9,6 +9,7 @@
 
 #include "core/model/centre_test.h"
 #include "core/model/range_pyramid.h"
+#include "core/model/reflections.h"
 #include "core/model/stand.h"
 #include "core/model/surface_points.h"
 
@@ -198,6 +199,7 @@ std::unique_ptr<ScanLayer> Carve(const Scan& scan, const Eigen::Isometry3d& T_mo
   layer->elevation_first = rows[0] - (rows[1] - rows[0]) / 2;
   layer->elevation_last = rows.back() + (rows.back() - rows[rows.size() - 2]) / 2;
 
+  layer->reflectors = EndReflections(layer->range_surface);
   CarveEmptySpace(config.voxel_size, parallel, *layer);
   AddSurfacePoints(config.voxel_size, parallel, *layer);
   FreeStand(config.voxel_size, *layer);

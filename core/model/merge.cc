@@ -72,13 +72,16 @@ class Region {
 
 // The bricks that the layer can have an influence on, ascending.
 std::vector<BrickKey> Influenced(const ScanLayer& touched, LayerChange change,
-                                 const ModelOctree& octree,
+                                 std::span<const BrickKey> also, const ModelOctree& octree,
                                  const std::shared_ptr<const MergedBrick>& all_empty) {
   const auto stays_empty = [&](const VoxelIndex& b) {
     const LayerBrick* own = touched.Find(b);
     return (own == nullptr || AllEmpty(own->empty)) && octree.Find(b) == all_empty;
   };
   std::vector<BrickKey> keys;
+  for (const BrickKey key : also) {
+    ForEachAround(BrickOf(key), [&](const VoxelIndex& b) { keys.push_back(KeyOf(b)); });
+  }
   for (const auto& [key, own] : touched.bricks) {
     const VoxelIndex brick = BrickOf(key);
     // Deep inside known-empty space nothing can change, nor touch anything that can.
@@ -107,11 +110,11 @@ std::shared_ptr<const MergedBrick> MakeAllEmpty() {
   return brick;
 }
 
-size_t MergeAround(const ScanLayer& touched, LayerChange change,
+size_t MergeAround(const ScanLayer& touched, LayerChange change, std::span<const BrickKey> also,
                    std::span<const ScanLayer* const> layers, double voxel_size,
                    const std::shared_ptr<const MergedBrick>& all_empty, Parallel& parallel,
                    ModelOctree& octree) {
-  Region region(octree, Influenced(touched, change, octree, all_empty));
+  Region region(octree, Influenced(touched, change, also, octree, all_empty));
   const size_t count = region.size();
 
   // Each stage reads what the one before wrote, in the bricks around too, so each is a loop of its

@@ -14,9 +14,10 @@ namespace vantage {
 enum class LayerChange { kAdded, kRemoved };
 
 // Recomputes every brick that `touched` (a layer just added to, or just removed from, `layers`) can
-// have an influence on: its own bricks and those next to them. What results is a function of the
+// have an influence on: its own bricks and those next to them; and around `also`, the bricks that
+// changed in other layers. What results is a function of the
 // set of layers alone. Returns the number of bricks recomputed.
-size_t MergeAround(const ScanLayer& touched, LayerChange change,
+size_t MergeAround(const ScanLayer& touched, LayerChange change, std::span<const BrickKey> also,
                    std::span<const ScanLayer* const> layers, double voxel_size,
                    const std::shared_ptr<const MergedBrick>& all_empty, Parallel& parallel,
                    ModelOctree& octree);

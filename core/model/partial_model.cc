@@ -1,5 +1,6 @@
 #include "core/model/partial_model.h"
 
+#include <algorithm>
 #include <bit>
 #include <chrono>
 #include <cmath>
@@ -10,6 +11,7 @@
 #include "core/model/carve.h"
 #include "core/model/merge.h"
 #include "core/model/model_octree.h"
+#include "core/model/phantoms.h"
 
 namespace vantage {
 
@@ -46,6 +48,37 @@ struct PartialModel::State {
     std::vector<const ScanLayer*> all;
     for (const auto& [id, layer] : layers) all.push_back(layer.get());
     return all;
+  }
+
+  // After `touched` came or went: takes phantoms out of it, and out of all layers where its
+  // reflectors have changed what is known of them. Returns the bricks, beside its own, for which
+  // that may matter.
+  std::vector<BrickKey> HideAllPhantoms(const ScanLayer& touched) {
+    std::vector<Aperture> apertures;
+    for (const auto& [id, layer] : layers) {
+      for (const Reflector& reflector : layer->reflectors) {
+        apertures.push_back(reflector.aperture.InFrame(layer->T_model_scan));
+      }
+    }
+    std::vector<BrickKey> changed;
+    for (const auto& [id, layer] : layers) {
+      if (layer.get() != &touched && touched.reflectors.empty()) continue;
+      const std::vector<BrickKey> keys = HidePhantoms(apertures, config.voxel_size, *layer);
+      changed.insert(changed.end(), keys.begin(), keys.end());
+    }
+    // Why something is unknown has changed too, where a layer looks through what reflects.
+    const double side = Brick::kSide * config.voxel_size;
+    for (const Reflector& reflector : touched.reflectors) {
+      const Aperture aperture = reflector.aperture.InFrame(touched.T_model_scan);
+      octree.ForEach([&](const VoxelIndex& brick, const ModelLeaf&) {
+        const Eigen::Vector3d middle = (brick.cast<double>().array() + 0.5) * side;
+        const bool shadowed = std::any_of(layers.begin(), layers.end(), [&](const auto& entry) {
+          return aperture.MayHide(entry.second->T_model_scan.translation(), middle, 2 * side);
+        });
+        if (shadowed) changed.push_back(KeyOf(brick));
+      });
+    }
+    return changed;
   }
 };
 
@@ -109,8 +142,9 @@ absl::StatusOr<MergeReport> PartialModel::Insert(absl::string_view id, const Sca
   const ScanLayer& touched = *layer;
   state.layers.emplace(id, std::move(layer));
   state.order.emplace_back(id);
+  const std::vector<BrickKey> also = state.HideAllPhantoms(touched);
   report.changed_bricks =
-      MergeAround(touched, LayerChange::kAdded, state.Layers(), state.config.voxel_size,
+      MergeAround(touched, LayerChange::kAdded, also, state.Layers(), state.config.voxel_size,
                   state.all_empty, parallel, state.octree);
   report.merge_seconds = SecondsSince(merge_start);
   report.version = ++state.version;
@@ -131,8 +165,9 @@ absl::StatusOr<MergeReport> PartialModel::Withdraw(absl::string_view id, Paralle
   report.samples = layer->samples;
   report.empty_voxels = layer->empty_voxels;
   report.surface_voxels = layer->surface_voxels;
+  const std::vector<BrickKey> also = state.HideAllPhantoms(*layer);
   report.changed_bricks =
-      MergeAround(*layer, LayerChange::kRemoved, state.Layers(), state.config.voxel_size,
+      MergeAround(*layer, LayerChange::kRemoved, also, state.Layers(), state.config.voxel_size,
                   state.all_empty, parallel, state.octree);
   report.merge_seconds = SecondsSince(start);
   report.version = ++state.version;

@@ -196,7 +196,7 @@ class Publisher {
     surface.area = static_cast<float>(h_ * h_) / surface.normal.lpNorm<Eigen::Infinity>();
     for (const auto& [layer, around] : witnesses_) {
       if (surface.missed < UINT8_MAX &&
-          layer->FailedAt(Centre(local), surface.normal.cast<double>())) {
+          layer->FailedAt(Centre(local), surface.normal.cast<double>(), h_)) {
         ++surface.missed;
       }
     }

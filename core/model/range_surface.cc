@@ -94,6 +94,19 @@ void RangeSurface::DropMixedPixels() {
   for (const size_t index : mixed) range_[index] = RangeImage::kNoInformation;
 }
 
+void RangeSurface::EndAt(int column, int row, float range) {
+  const size_t own = Index(column, row);
+  range_[own] = range;
+  joined_[own] = 8;
+  const int previous = column > 0 ? column - 1 : (azimuth_.closed() ? columns() - 1 : -1);
+  const auto part = [this](int c, int r, int bits) {
+    joined_[Index(c, r)] = static_cast<uint8_t>(joined_[Index(c, r)] & ~bits);
+  };
+  if (row > 0) part(column, row - 1, 2 | 4);
+  if (previous >= 0) part(previous, row, 1 | 4);
+  if (previous >= 0 && row > 0) part(previous, row - 1, 4);
+}
+
 RangeSurface::Reading RangeSurface::Read(const Eigen::Vector3d& direction) const {
   const double level = std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
   return RangeAt(std::atan2(direction.y(), direction.x()), std::atan2(direction.z(), level));

@@ -42,6 +42,14 @@ class RangeSurface {
             sin_elevation_[r]};
   }
 
+  // Did something answer here, and from where the ray went?
+  bool Returned(int column, int row) const {
+    return range_[Index(column, row)] > 0 && (joined_[Index(column, row)] & 8) == 0;
+  }
+  // Ends the ray of a cell that holds a range at a reflector, `range` m away: empty up to there,
+  // nothing known beyond, no surface, joined to nothing.
+  void EndAt(int column, int row, float range);
+
   int NextColumn(int column) const {
     return column + 1 < columns() ? column + 1 : (azimuth_.closed() ? 0 : -1);
   }
@@ -74,8 +82,8 @@ class RangeSurface {
   AngularAxis azimuth_;
   AngularAxis elevation_;
   std::vector<double> cos_azimuth_, sin_azimuth_, cos_elevation_, sin_elevation_;
-  std::vector<float> range_;  // as in RangeImage
-  std::vector<uint8_t> joined_;
+  std::vector<float> range_;     // as in RangeImage
+  std::vector<uint8_t> joined_;  // bits: to the next column, to the next row, quad, ended
 };
 
 // Here, since carving calls it for every voxel near a surface.
@@ -90,7 +98,10 @@ inline RangeSurface::Reading RangeSurface::RangeAt(double azimuth, double elevat
     return {1.0f / ((1 - e.fraction) * low + e.fraction * high), UnknownReason::kOcclusion};
   }
   const float range = at(a.nearest(), e.nearest());
-  if (RangeImage::IsRange(range)) return {range, UnknownReason::kOcclusion};
+  if (RangeImage::IsRange(range)) {
+    const bool ended = !Returned(a.nearest(), e.nearest());
+    return {range, ended ? UnknownReason::kHole : UnknownReason::kOcclusion};
+  }
   return {0, range == RangeImage::kNoReturn ? UnknownReason::kHole : UnknownReason::kImage};
 }
 

@@ -6,18 +6,26 @@
 namespace vantage {
 
 UnknownReason ScanLayer::ReasonAt(const Eigen::Vector3d& point) const {
+  for (const Aperture& aperture : apertures) {
+    if (aperture.Between(T_model_scan.translation(), point)) return UnknownReason::kHole;
+  }
   const Eigen::Vector3d in_scan = T_model_scan.inverse(Eigen::Isometry) * point;
   const RangeSurface::Reading reading = range_surface.Read(in_scan);
   if (in_scan.norm() < static_cast<double>(reading.range)) return UnknownReason::kNone;
   return reading.beyond;
 }
 
-bool ScanLayer::FailedAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const {
+bool ScanLayer::FailedAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                         double voxel_size) const {
   const Eigen::Vector3d to_scanner = T_model_scan.translation() - point;
   const double distance = to_scanner.norm();
   if (distance < scanner.range_min || distance > scanner.range_max) return false;
   if (normal.dot(to_scanner) < std::cos(scanner.max_incidence) * distance) return false;
-  return ReasonAt(point) == UnknownReason::kHole;
+  UnknownReason reason = ReasonAt(point);
+  if (reason == UnknownReason::kNone) {
+    reason = ReasonAt(point - to_scanner * (voxel_size / distance));
+  }
+  return reason == UnknownReason::kHole;
 }
 
 double ScanLayer::DensityAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,

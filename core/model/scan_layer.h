@@ -12,6 +12,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "core/model/planning_view.h"
 #include "core/model/range_surface.h"
+#include "core/model/reflections.h"
 #include "core/model/voxel.h"
 #include "core/sensor/scanner_model.h"
 
@@ -111,7 +112,12 @@ struct ScanLayer {
   double elevation_last = 0;   // rad, half a step above the highest
   Eigen::Isometry3d T_model_scan = Eigen::Isometry3d::Identity();
   Stand stand{};
+  std::vector<Reflector> reflectors{};  // that the scan itself shows, scanner's frame
   absl::flat_hash_map<BrickKey, LayerBrick> bricks{};  // that hold anything but unknown
+  // What all scans show to reflect (model frame), and the bricks as they were before what the scan
+  // saw in it was taken out (phantoms.h).
+  std::vector<Aperture> apertures{};
+  absl::flat_hash_map<BrickKey, LayerBrick> set_aside{};
   size_t samples = 0;
   size_t empty_voxels = 0;
   size_t surface_voxels = 0;
@@ -128,8 +134,10 @@ struct ScanLayer {
   UnknownReason ReasonAt(const Eigen::Vector3d& point) const;
 
   // Should the scan have measured a surface element (m, model frame; unit normal), by its range and
-  // incidence and with nothing in between, and did its ray not come back?
-  bool FailedAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
+  // incidence and with nothing in between, and did its ray not come back? A ray that ended at a
+  // reflector may have done so up to a voxel behind it.
+  bool FailedAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                double voxel_size) const;
 
   // The recorded sampling density of the scan on a surface element (m, model frame; unit normal):
   // the smallest over a voxel-sized square around the point. 0 beyond the maximum incidence and

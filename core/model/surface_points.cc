@@ -144,8 +144,9 @@ void PlaceColumn(const RangeSurface& surface, const FixedFrame& frame, int colum
     z[r] = static_cast<int32_t>(t.z() + level.z() * a + up.z() * b);
   }
   for (size_t r = 0; r < rows; ++r) {
-    to.voxel[r] =
-        RangeImage::IsRange(range[r]) ? FixedFrame::VoxelOf(x[r], y[r], z[r]) : Column::kNone;
+    to.voxel[r] = surface.Returned(column, static_cast<int>(r))
+                      ? FixedFrame::VoxelOf(x[r], y[r], z[r])
+                      : Column::kNone;
   }
 }
 

@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <optional>
+#include <ostream>
 #include <string>
 #include <vector>
 
@@ -37,6 +38,9 @@ struct ClosedFormScene {
   // Distance along a unit direction to the first surface, m, at most `limit`.
   double Cast(const Eigen::Vector3d& origin, const Eigen::Vector3d& direction, double limit) const;
 };
+
+// What test names show.
+inline void PrintTo(const ClosedFormScene& scene, std::ostream* out) { *out << scene.name; }
 
 ClosedFormScene EmptyRoom();
 ClosedFormScene BoxInRoom();

@@ -6,6 +6,8 @@
 
 #include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
+#include "core/simulation/scene.h"
+#include "core/simulation/simulated_scanner.h"
 #include "tests/core/model/closed_form_scene.h"
 
 namespace vantage {
@@ -175,6 +177,75 @@ TEST(MergeTest, PeopleLeaveAndWallsStay) {
   EXPECT_GT(person_before, 200u);
   EXPECT_LE(person_after, person_before / 20);
   EXPECT_GE(wall_after, wall_before);
+}
+
+// Only some of the scans can tell the mirror by themselves; what they know counts for all.
+std::vector<PosedScan> ScansOfMirrorRoom() {
+  const Scene scene = PaneRoom({false, true, true, false});
+  const SimulatedScanner simulated(scene.mesh);
+  Serial serial;
+  std::vector<PosedScan> scans;
+  const std::vector<Eigen::Vector3d> stands = {{0.5, 3.5, 1.3}, {3.3, 2.1, 1.5}, {4.7, 2.5, 1.3}};
+  for (size_t i = 0; i < stands.size(); ++i) {
+    PosedScan posed{"scan" + std::to_string(i), {}, PoseAt(stands[i], 0.3)};
+    posed.scan.scanner.azimuth_step = posed.scan.scanner.elevation_step = Radians(0.5);
+    posed.scan.image = simulated.Scan(posed.scan.scanner, posed.pose, {}, i + 1, serial);
+    scans.push_back(std::move(posed));
+  }
+  return scans;
+}
+
+// Voxels known to be anything more than a voxel outside the room.
+size_t Phantoms(const PlanningView& view) {
+  const Eigen::AlignedBox3d room(Eigen::Vector3d(-0.11, -0.11, -0.11),
+                                 Eigen::Vector3d(5.31, 4.31, 2.71));
+  size_t phantoms = 0;
+  for (const PlanningView::BrickAt& at : view.bricks()) {
+    for (int local = 0; local < Brick::kVoxels; ++local) {
+      if (at.contents->state[static_cast<size_t>(local)] == VoxelState::kUnknown) continue;
+      phantoms += room.contains(view.Centre(PlanningView::Global(at.brick, local))) ? 0 : 1;
+    }
+  }
+  return phantoms;
+}
+
+TEST(MergeTest, AMirrorThatOneScanTellsHasNoPhantomsInAny) {
+  const std::vector<PosedScan> scans = ScansOfMirrorRoom();
+  Serial serial;
+  auto model = PartialModel::Create({}).value();
+  std::vector<size_t> phantoms;
+  for (const PosedScan& s : scans) {
+    ASSERT_TRUE(model->Insert(s.id, s.scan, s.pose, serial).ok());
+    phantoms.push_back(Phantoms(*model->Publish()));
+  }
+  ASSERT_GT(phantoms[0], 10'000u) << "the first scan was to be deceived";
+  EXPECT_LE(phantoms[1], 20u);
+  EXPECT_LE(phantoms[2], 20u);
+}
+
+TEST(MergeTest, PhantomsComeAndGoWithTheScansThatTellThem) {
+  const std::vector<PosedScan> scans = ScansOfMirrorRoom();
+  Serial serial;
+  ThreadPool pool(3);
+  const auto model_of = [&](const std::vector<size_t>& order, Parallel& parallel) {
+    auto model = PartialModel::Create({.voxel_size = 0.1}).value();
+    for (const size_t i : order) {
+      EXPECT_TRUE(model->Insert(scans[i].id, scans[i].scan, scans[i].pose, parallel).ok());
+    }
+    return model;
+  };
+  const auto model = model_of({0, 1, 2}, serial);
+  const uint64_t all = model->Digest();
+  EXPECT_EQ(model_of({1, 2, 0}, pool)->Digest(), all);
+  EXPECT_EQ(model_of({2, 0, 1}, serial)->Digest(), all);
+  const std::vector<std::vector<size_t>> left = {{1, 2}, {0, 2}, {0, 1}};
+  for (size_t gone = 0; gone < scans.size(); ++gone) {
+    const PosedScan& s = scans[gone];
+    ASSERT_TRUE(model->Withdraw(s.id, serial).ok());
+    EXPECT_EQ(model->Digest(), model_of(left[gone], serial)->Digest()) << "without " << gone;
+    ASSERT_TRUE(model->Insert(s.id, s.scan, s.pose, serial).ok());
+    EXPECT_EQ(model->Digest(), all) << gone << " back again";
+  }
 }
 
 // A pane that two scans looked at squarely and that never answered is given up; what one scan alone

@@ -1,0 +1,215 @@
+// Phantoms of mirrors and polished floors are told from rooms by what one scan shows.
+#include "core/model/reflections.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <string>
+
+#include "core/model/scan_planes.h"
+#include "core/parallel/parallel.h"
+#include "core/sensor/import.h"
+#include "core/simulation/scene.h"
+#include "core/simulation/simulated_scanner.h"
+#include "tests/core/model/closed_form_scene.h"
+
+namespace vantage {
+namespace {
+
+constexpr double kDiscontinuity = 0.14;  // rad
+const Eigen::AlignedBox3d kPaneRoom(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(5.2, 4.2, 2.6));
+
+ScannerModel Scanner() {
+  ScannerModel scanner;
+  scanner.azimuth_step = scanner.elevation_step = Radians(0.3);
+  return scanner;
+}
+
+RangeImage ScanOf(const Scene& scene, const Eigen::Isometry3d& pose) {
+  Serial serial;
+  return SimulatedScanner(scene.mesh).Scan(Scanner(), pose, {}, 7, serial);
+}
+
+// Returns that lie more than a voxel outside the room: phantoms, since there is nothing.
+size_t Phantoms(const RangeSurface& surface, const Eigen::Isometry3d& pose) {
+  const Eigen::AlignedBox3d room(kPaneRoom.min().array() - 0.05, kPaneRoom.max().array() + 0.05);
+  size_t phantoms = 0;
+  for (int c = 0; c < surface.columns(); ++c) {
+    for (int r = 0; r < surface.rows(); ++r) {
+      if (!surface.Returned(c, r)) continue;
+      const Eigen::Vector3d p =
+          pose * (static_cast<double>(surface.at(c, r)) * surface.Direction(c, r));
+      phantoms += room.contains(p) ? 0 : 1;
+    }
+  }
+  return phantoms;
+}
+
+size_t Returns(const RangeSurface& surface) {
+  size_t returns = 0;
+  for (int c = 0; c < surface.columns(); ++c) {
+    for (int r = 0; r < surface.rows(); ++r) returns += surface.Returned(c, r) ? 1 : 0;
+  }
+  return returns;
+}
+
+struct Station {
+  Eigen::Vector3d at;
+  double yaw;
+};
+std::vector<Station> Stations() {
+  return {{{3.3, 2.1, 1.5}, 0}, {{1.1, 1.9, 1.7}, 1}, {{3.1, 0.5, 1.7}, 2}, {{2.7, 3.2, 1.3}, -1}};
+}
+
+TEST(ReflectionsTest, AMirrorIsFoundWhereItHangsAndItsPhantomsEndThere) {
+  for (const Station& station : Stations()) {
+    SCOPED_TRACE(testing::Message() << station.at.transpose());
+    const Eigen::Isometry3d pose = PoseAt(station.at, station.yaw);
+    const Scene scene = PaneRoom({false, true, false, false});
+    RangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity);
+    const size_t before = Phantoms(surface, pose);
+    const size_t returns = Returns(surface);
+    ASSERT_GT(before, 2000u);
+    const std::vector<Reflector> reflectors = EndReflections(surface);
+    ASSERT_EQ(reflectors.size(), 1u);
+    const Eigen::Vector3d normal = pose.linear() * reflectors[0].normal;
+    EXPECT_GT(normal.y(), 0.9998);
+    EXPECT_NEAR(reflectors[0].distance, station.at.y() - 0.03, 0.035);
+    EXPECT_LE(Phantoms(surface, pose), before / 500);
+    // What is there stays.
+    EXPECT_LE(returns - Returns(surface), before + before / 200);
+    // The rays end in the mirror, and say that nothing came back.
+    const Eigen::Vector3d middle = Eigen::Vector3d(3.05, 0.03, 1.2) - station.at;
+    const RangeSurface::Reading reading = surface.Read(pose.linear().transpose() * middle);
+    EXPECT_NEAR(reading.range, middle.norm(), 0.06);  // 3 cm off, askew
+    EXPECT_EQ(reading.beyond, UnknownReason::kHole);
+  }
+}
+
+TEST(ReflectionsTest, APolishedFloorIsFound) {
+  for (const Eigen::Vector3d& at : {Eigen::Vector3d(4.7, 2.5, 1.3), {0.5, 2.5, 1.5}}) {
+    SCOPED_TRACE(testing::Message() << at.transpose());
+    const Eigen::Isometry3d pose = PoseAt(at, 0.4);
+    RangeSurface surface(ScanOf(PaneRoom({false, false, true, false}), pose), Scanner(),
+                         kDiscontinuity);
+    const size_t before = Phantoms(surface, pose);
+    ASSERT_GT(before, 1000u);
+    const std::vector<Reflector> reflectors = EndReflections(surface);
+    ASSERT_EQ(reflectors.size(), 1u);
+    EXPECT_GT(reflectors[0].normal.z(), 0.9998);
+    EXPECT_NEAR(reflectors[0].distance, at.z(), 0.01);
+    EXPECT_LE(Phantoms(surface, pose), before / 200);
+  }
+}
+
+TEST(ReflectionsTest, APlainRoomHasNone) {
+  const Scene scene = PaneRoom({true, false, false, true});
+  std::vector<Station> stations = Stations();
+  stations.push_back({{1.7, 1.5, 1.7}, 0});
+  stations.push_back({{2.7, 0.5, 1.7}, 0.5});
+  stations.push_back({{4.1, 3.1, 1.7}, 0.2});
+  for (const Station& station : stations) {
+    const Eigen::Isometry3d pose = PoseAt(station.at, station.yaw);
+    RangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity);
+    const size_t returns = Returns(surface);
+    EXPECT_TRUE(EndReflections(surface).empty()) << station.at.transpose();
+    EXPECT_EQ(Returns(surface), returns);
+  }
+}
+
+struct Place {
+  Scene scene;
+  std::vector<Eigen::Vector3d> stands;
+};
+// Shelves full of things, curtains, doorways, pillars on the middle of a hall: all that is nearly a
+// reflection, with mirrors that answer like walls.
+TEST(ReflectionsTest, NoneInFurnishedScenesWithoutMirrors) {
+  std::vector<Place> places = {{FurnishedFlat(1), {{7.69, 3.10, 1.65}, {9.05, 4.25, 1.67}}},
+                               {FurnishedFlat(3), {{3.35, 5.75, 1.45}, {3.05, 5.75, 1.41}}},
+                               {FurnishedFlat(4), {{7.25, 6.05, 1.49}}},
+                               {FurnishedFlat(27), {{6.35, 5.75, 1.59}}},
+                               {PillarHall(2), {{4.85, 2.15, 1.59}}},
+                               {OfficeFloor(1, 300), {}},
+                               {TwoRooms(1), {}}};
+  ScanFaults faults;
+  faults.mirror_phantoms = false;
+  Serial serial;
+  for (Place& place : places) {
+    const SimulatedScanner simulated(place.scene.mesh);
+    place.stands.push_back(place.scene.starts[0]);
+    for (const Eigen::Vector3d& at : place.stands) {
+      const Eigen::Isometry3d pose = PoseAt(at, 0.3, 0.01, 0.02);
+      RangeSurface surface(simulated.Scan(Scanner(), pose, faults, 7, serial), Scanner(),
+                           kDiscontinuity);
+      EXPECT_TRUE(EndReflections(surface).empty()) << place.scene.name << " " << at.transpose();
+    }
+  }
+}
+
+TEST(ReflectionsTest, NoneInRealScans) {
+  const char* data = std::getenv("VANTAGE_SHARED_DATA");
+  if (data == nullptr) GTEST_SKIP() << "VANTAGE_SHARED_DATA is not set: no real scans to read";
+  for (const std::string name : {"room_scan1", "room_scan2"}) {
+    const std::string file = std::string(data) + "/pcl_room_scan/" + name + ".ptx";
+    if (!std::ifstream(file)) GTEST_SKIP() << file << " is not there: no real scans to read";
+    const auto scan = ReadScanFile(file, ImportLimits());
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    RangeSurface surface(scan->image, scan->scanner, kDiscontinuity);
+    EXPECT_TRUE(EndReflections(surface).empty()) << name;
+  }
+}
+
+// Rooms that are the mirror image of each other, seen through the doorway between them: floors,
+// ceilings, side walls and the far wall all fit a reflection. The doorway's depth does not.
+TEST(ReflectionsTest, SymmetricRoomsThroughADoorwayAreRooms) {
+  ClosedFormScene scene;
+  scene.air = {{Eigen::Vector3d(-3, -2, 0), Eigen::Vector3d(-0.06, 2, 2.5)},
+               {Eigen::Vector3d(0.06, -2, 0), Eigen::Vector3d(3, 2, 2.5)},
+               {Eigen::Vector3d(-0.1, -0.5, 0), Eigen::Vector3d(0.1, 0.5, 2)}};
+  for (const Eigen::Vector3d& at :
+       {Eigen::Vector3d(-1.5, 0, 1.5), {-1.2, 0.7, 1.5}, {-0.6, 0.2, 1.6}, {-2.3, -1.4, 1.4}}) {
+    const Scan scan = ScanScene(scene, PoseAt(at, 0.3, 0.01, 0.02), {.noise = 0.003});
+    RangeSurface surface(scan.image, scan.scanner, kDiscontinuity);
+    EXPECT_TRUE(EndReflections(surface).empty()) << at.transpose();
+  }
+}
+
+TEST(ReflectionsTest, NoneInAnyClosedFormScene) {
+  for (ClosedFormScene scene : AllScenes()) {
+    for (const Eigen::Vector3d& stand : scene.stands) {
+      const Scan scan = ScanScene(scene, PoseAt(stand, 0.3), {.noise = 0.003});
+      RangeSurface surface(scan.image, scan.scanner, kDiscontinuity);
+      const std::vector<Reflector> found = EndReflections(surface);
+      EXPECT_TRUE(found.empty()) << scene.name << " " << stand.transpose() << ": "
+                                 << found[0].normal.transpose() << " at " << found[0].distance
+                                 << ", " << found[0].cells;
+    }
+  }
+}
+
+TEST(ReflectionsTest, PlanesOfARoomAreFoundWhereTheyAre) {
+  const ClosedFormScene scene = EmptyRoom();
+  const Eigen::Vector3d at = scene.stands[0];
+  const Scan scan = ScanScene(scene, PoseAt(at), {.noise = 0.003});
+  const RangeSurface surface(scan.image, scan.scanner, kDiscontinuity);
+  const std::vector<ScanPlane> planes = FindScanPlanes(surface, 10);
+  ASSERT_EQ(planes.size(), 6u);
+  const Eigen::AlignedBox3d room = scene.air[0];
+  for (int axis = 0; axis < 3; ++axis) {
+    for (const int side : {-1, 1}) {
+      const double expected = side > 0 ? room.max()[axis] - at[axis] : at[axis] - room.min()[axis];
+      size_t found = 0;
+      for (const ScanPlane& plane : planes) {
+        if (plane.normal[axis] * side > -0.9999) continue;
+        ++found;
+        EXPECT_NEAR(plane.distance, expected, 0.003);
+      }
+      EXPECT_EQ(found, 1u) << axis << " " << side;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace vantage

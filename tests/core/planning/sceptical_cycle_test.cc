@@ -1,0 +1,100 @@
+// Whole cycles in rooms that deceive scanners, against the same room without deceit.
+#include <gtest/gtest.h>
+
+#include "core/parallel/thread_pool.h"
+#include "core/simulation/passing.h"
+#include "core/simulation/scene.h"
+#include "tests/support/closed_loop.h"
+
+namespace vantage {
+namespace {
+
+LoopOptions Options() {
+  LoopOptions options;
+  options.scanner.azimuth_step = options.scanner.elevation_step = Radians(0.3);
+  options.planning.required_density = 1600;
+  options.planning.viewcell_size = 0.2;
+  return options;
+}
+
+// The operator is somewhere in every scan, and a cupboard's door never where it was.
+LoopResult RunWithComings() {
+  const Scene scene = PaneRoom({false, false, false, false});
+  const SimulatedScanner still(scene.mesh);
+  ThreadPool pool(2);
+  return RunClosedLoop(
+      [&](int scan, const Eigen::Vector3d& stand) {
+        TriangleMesh mesh = scene.mesh;
+        MeshBuilder builder(mesh);
+        const auto place = OperatorPlace(still, stand, 0, static_cast<uint64_t>(scan) + 1);
+        EXPECT_TRUE(place.has_value());
+        if (place.has_value()) AddPerson(*place, 0.7 * scan, builder);
+        AddDoorLeaf({{0.58, 0.4, 0}, 0.55, 1.9, kPi / 2}, scan % 2 == 0 ? -0.1 : -1.4, builder);
+        return mesh;
+      },
+      scene.starts[0], Options(), pool);
+}
+
+LoopResult RunIn(const Panes& panes) {
+  const Scene scene = PaneRoom(panes);
+  ThreadPool pool(2);
+  return RunClosedLoop([&](int, const Eigen::Vector3d&) { return scene.mesh; }, scene.starts[0],
+                       Options(), pool);
+}
+
+void ExpectSensible(const LoopResult& result, size_t plain_scans) {
+  for (const Plan& plan : result.plans) SCOPED_TRACE(plan.termination.reason);
+  EXPECT_TRUE(result.stopped);
+  EXPECT_LE(result.stands.size(), plain_scans + 1);
+  const Eigen::AlignedBox3d room(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(5.2, 4.2, 2.6));
+  for (size_t i = 0; i < result.stands.size(); ++i) {
+    EXPECT_TRUE(room.contains(result.stands[i])) << result.stands[i].transpose();
+    for (size_t k = 0; k < i; ++k) {
+      EXPECT_GT((result.stands[i] - result.stands[k]).norm(), 0.3) << "scans " << k << " and " << i;
+    }
+  }
+  // Nor was anything else said to be feasible outside.
+  for (const Plan& plan : result.plans) {
+    for (const ScoredCell& cell : plan.score_map) {
+      ASSERT_TRUE(room.contains(cell.centre.cast<double>())) << cell.centre.transpose();
+    }
+  }
+}
+
+class ScepticalCycleTest : public testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    const LoopResult plain = RunIn({false, false, false, false});
+    EXPECT_TRUE(plain.stopped);
+    plain_scans_ = plain.stands.size();
+  }
+  static size_t plain_scans_;
+};
+size_t ScepticalCycleTest::plain_scans_ = 0;
+
+TEST_F(ScepticalCycleTest, Windows) {
+  ExpectSensible(RunIn({true, false, false, false}), plain_scans_);
+}
+
+TEST_F(ScepticalCycleTest, AMirror) {
+  const LoopResult result = RunIn({false, true, false, false});
+  ExpectSensible(result, plain_scans_);
+  // It is named for what it is: never measured, given up.
+  EXPECT_GT(result.plans.back().coverage.area_given_up, 1.5);
+  EXPECT_LT(result.plans.back().coverage.area_given_up, 3.5);
+}
+
+TEST_F(ScepticalCycleTest, SomebodyWhoWalksAboutAndADoorThatMoves) {
+  ExpectSensible(RunWithComings(), plain_scans_);
+}
+
+TEST_F(ScepticalCycleTest, APolishedFloor) {
+  ExpectSensible(RunIn({false, false, true, false}), plain_scans_);
+}
+
+TEST_F(ScepticalCycleTest, ADarkCupboard) {
+  ExpectSensible(RunIn({false, false, false, true}), plain_scans_);
+}
+
+}  // namespace
+}  // namespace vantage
