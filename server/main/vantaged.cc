@@ -13,6 +13,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/main/healthcheck.h"
 #include "server/main/server.h"
+#include "server/store/backup.h"
 #include "server/store/disk_store.h"
 #include "server/store/memory_store.h"
 
@@ -44,6 +45,10 @@ struct Program {
   LogLevel log_level = LogLevel::kInfo;
   std::string data = DefaultDataFolder();
   bool in_memory = false;
+  std::string backup_folder;
+  const CLI::App* backup = nullptr;
+  const CLI::App* restore = nullptr;
+  const CLI::App* verify = nullptr;
   size_t store_mib = 4096;
   size_t scan_mib = 512;
   int drain_seconds = 20;
@@ -94,6 +99,46 @@ void Declare(CLI::App& app, Program& program) {
   app.add_option("--healthcheck", program.healthcheck,
                  "don't serve: ask the server at this address whether it serves")
       ->configurable(false);
+}
+
+// What an operator does with the data; none of it needs the server to stop.
+void DeclareOperations(CLI::App& app, Program& program) {
+  app.require_subcommand(0, 1);
+  app.fallthrough();
+  CLI::App* backup = app.add_subcommand("backup",
+                                        "copy the data, while a server uses them, to a "
+                                        "new folder, and verify the copy");
+  backup->add_option("folder", program.backup_folder, "new or empty folder")->required();
+  CLI::App* restore =
+      app.add_subcommand("restore", "copy a sound backup to --data, which must be new or empty");
+  restore->add_option("folder", program.backup_folder, "the backup")->required();
+  program.backup = backup;
+  program.restore = restore;
+  program.verify = app.add_subcommand(
+      "verify", "read all data, in use or not, and say what is damaged or missing");
+}
+
+int Operate(const Program& program) {
+  const absl::StatusOr<StoreReport> report =
+      *program.backup    ? BackUpStore(program.data, program.backup_folder)
+      : *program.restore ? RestoreStore(program.backup_folder, program.data)
+                         : VerifyStore(program.data);
+  if (!report.ok()) {
+    std::fprintf(stderr, "vantaged: %s\n", std::string(report.status().message()).c_str());
+    return kExitFailed;
+  }
+  const std::string& shown = *program.backup ? program.backup_folder : program.data;
+  std::printf("%s: %lld sessions, %lld log entries, %lld blobs (%.1f MB), %lld uploads under way\n",
+              shown.c_str(), static_cast<long long>(report->sessions),
+              static_cast<long long>(report->entries), static_cast<long long>(report->blobs),
+              static_cast<double>(report->blob_bytes) / 1e6,
+              static_cast<long long>(report->uploads));
+  for (const std::string& fault : report->faults) {
+    std::fprintf(stderr, "vantaged: %s\n", fault.c_str());
+  }
+  if (!report->faults.empty()) return kExitFailed;
+  std::printf("%s\n", *program.verify ? "sound" : "done, and sound");
+  return 0;
 }
 
 // Complete or not there at all, whoever reads it when.
@@ -150,11 +195,13 @@ int Main(int argc, char** argv) {
   Program program;
   CLI::App app("Vantage: plans where a scanner should stand next. Serves gRPC.", "vantaged");
   Declare(app, program);
+  DeclareOperations(app, program);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kExitUsage;
   }
+  if (*program.backup || *program.restore || *program.verify) return Operate(program);
   if (!program.healthcheck.empty()) {
     const absl::Status healthy = CheckHealth(program.healthcheck);
     if (healthy.ok()) return 0;

@@ -1,5 +1,6 @@
 #include "server/store/log_database.h"
 
+#include <fcntl.h>
 #include <sqlite3.h>
 
 #include <map>
@@ -7,6 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "proto/wire/checksum.h"
+#include "server/store/durable_file.h"
 
 namespace vantage {
 namespace {
@@ -124,15 +126,27 @@ struct LogDatabase::Connection {
     return absl::OkStatus();
   }
 
-  // Brings the schema up to date, one release after the other.
-  absl::Status Migrate() {
+  absl::Status CheckVersion() {
     const absl::StatusOr<int> version = Ask("PRAGMA user_version");
     if (!version.ok()) return version.status();
-    if (*version > kSchemaVersion) {
-      return absl::FailedPreconditionError(
-          absl::StrCat("the data are of schema ", *version, ", this release reads up to ",
-                       kSchemaVersion, ": start the newer release, or restore a backup"));
+    if (*version <= kSchemaVersion) return absl::OkStatus();
+    return absl::FailedPreconditionError(
+        absl::StrCat("the data are of schema ", *version, ", this release reads up to ",
+                     kSchemaVersion, ": start the newer release, or restore a backup"));
+  }
+
+  absl::Status PrepareToRead() {
+    for (const char* statement : {kRead, kKnown, kSessions}) {
+      if (absl::Status prepared = Prepare(statement); !prepared.ok()) return prepared;
     }
+    return absl::OkStatus();
+  }
+
+  // Brings the schema up to date, one release after the other.
+  absl::Status Migrate() {
+    if (absl::Status known = CheckVersion(); !known.ok()) return known;
+    const absl::StatusOr<int> version = Ask("PRAGMA user_version");
+    if (!version.ok()) return version.status();
     if (*version == kSchemaVersion) return absl::OkStatus();
     return Run(
         "BEGIN IMMEDIATE;"
@@ -158,11 +172,18 @@ absl::StatusOr<std::unique_ptr<LogDatabase>> LogDatabase::Open(const std::string
   }
   auto reader = std::make_unique<Connection>();
   if (status.ok()) status = reader->Open(path, SQLITE_OPEN_READONLY);
-  for (const char* statement : {kRead, kKnown, kSessions}) {
-    if (status.ok()) status = reader->Prepare(statement);
-  }
+  if (status.ok()) status = reader->PrepareToRead();
   if (!status.ok()) return status;
   return std::unique_ptr<LogDatabase>(new LogDatabase(path, std::move(writer), std::move(reader)));
+}
+
+absl::StatusOr<std::unique_ptr<LogDatabase>> LogDatabase::OpenToRead(const std::string& path) {
+  auto reader = std::make_unique<Connection>();
+  absl::Status status = reader->Open(path, SQLITE_OPEN_READONLY);
+  if (status.ok()) status = reader->CheckVersion();
+  if (status.ok()) status = reader->PrepareToRead();
+  if (!status.ok()) return status;
+  return std::unique_ptr<LogDatabase>(new LogDatabase(path, nullptr, std::move(reader)));
 }
 
 LogDatabase::LogDatabase(std::string path, std::unique_ptr<Connection> writer,
@@ -236,6 +257,48 @@ absl::Status LogDatabase::Drop(const std::string& session) {
   }
   if (sqlite3_changes(writer_->database) > 0) return absl::OkStatus();
   return absl::NotFoundError(absl::StrCat("no log of ", session));
+}
+
+absl::Status LogDatabase::Check() const {
+  std::lock_guard<std::mutex> lock(read_mutex_);
+  sqlite3_stmt* statement = nullptr;
+  if (sqlite3_prepare_v2(reader_->database, "PRAGMA integrity_check(1)", -1, &statement, nullptr) !=
+      SQLITE_OK) {
+    return DatabaseError(reader_->database, absl::StrCat("check ", path_));
+  }
+  std::string said;
+  {
+    Use check(statement);
+    if (check.Step() == SQLITE_ROW) said = check.Bytes(0);
+  }
+  sqlite3_finalize(statement);
+  if (said == "ok") return absl::OkStatus();
+  return absl::DataLossError(absl::StrCat(path_, " is damaged: ", said));
+}
+
+absl::Status LogDatabase::CopyTo(const std::string& path) const {
+  {
+    std::lock_guard<std::mutex> lock(read_mutex_);
+    sqlite3_stmt* statement = nullptr;
+    if (sqlite3_prepare_v2(reader_->database, "VACUUM INTO ?1", -1, &statement, nullptr) !=
+        SQLITE_OK) {
+      return DatabaseError(reader_->database, absl::StrCat("copy ", path_));
+    }
+    int step = SQLITE_ROW;
+    {
+      Use copy(statement);
+      copy.Bind(1, absl::string_view(path));
+      step = copy.Step();
+    }
+    const absl::Status failed =
+        step == SQLITE_DONE ? absl::OkStatus()
+                            : DatabaseError(reader_->database, absl::StrCat("write to ", path));
+    sqlite3_finalize(statement);
+    if (!failed.ok()) return failed;
+  }
+  const FileDescriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+  if (!file.ok()) return FileError("cannot open", path);
+  return SyncData(file.get(), path);
 }
 
 }  // namespace vantage

@@ -22,6 +22,8 @@ class LogDatabase {
 
   // FAILED_PRECONDITION: written by a newer release. DATA_LOSS: not a database, or damaged.
   static absl::StatusOr<std::unique_ptr<LogDatabase>> Open(const std::string& path);
+  // To be read only, beside the process that writes. Errors as above; NOT_FOUND is UNAVAILABLE.
+  static absl::StatusOr<std::unique_ptr<LogDatabase>> OpenToRead(const std::string& path);
   ~LogDatabase();
 
   absl::Status Append(const std::string& session, uint64_t sequence, absl::string_view entry);
@@ -29,6 +31,11 @@ class LogDatabase {
                                                 size_t limit) const;
   absl::StatusOr<std::vector<std::string>> Sessions() const;
   absl::Status Drop(const std::string& session);
+
+  // The database's own check of its file. DATA_LOSS.
+  absl::Status Check() const;
+  // Copies all of it, as it is at one moment, to a new file. Durable.
+  absl::Status CopyTo(const std::string& path) const;
 
  private:
   struct Connection;

@@ -1,0 +1,207 @@
+#include "server/store/backup.h"
+
+#include <fcntl.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <set>
+#include <utility>
+
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
+#include "server/store/blob_folder.h"
+#include "server/store/durable_file.h"
+#include "server/store/log_database.h"
+#include "server/store/spool_folder.h"
+#include "vantage/store/v1/log.pb.h"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr size_t kBatch = 256;
+
+std::string DatabaseIn(const std::string& folder) { return absl::StrCat(folder, "/logs.sqlite"); }
+std::string BlobsIn(const std::string& folder) { return absl::StrCat(folder, "/blobs"); }
+std::string SpoolsIn(const std::string& folder) { return absl::StrCat(folder, "/spools"); }
+
+absl::Status CheckEmpty(const std::string& folder) {
+  std::error_code error;
+  if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return absl::OkStatus();
+  return absl::FailedPreconditionError(
+      absl::StrCat(folder, " is not empty: name a folder that is, or that does not exist"));
+}
+
+absl::Status CopyFile(const std::string& from, const std::string& to) {
+  const absl::StatusOr<std::string> bytes = ReadWhole(from);
+  if (!bytes.ok()) return bytes.status();
+  return ReplaceFile(to, to + ".new", *bytes);
+}
+
+// Copies every file of a folder that `to` lacks; those that vanish meanwhile are left out.
+absl::Status CopyFiles(const std::string& from, const std::string& to, bool link) {
+  std::error_code error;
+  for (fs::recursive_directory_iterator file(from, error), end; file != end && !error;
+       file.increment(error)) {
+    if (!file->is_regular_file(error)) continue;
+    const std::string target =
+        absl::StrCat(to, "/", fs::relative(file->path(), from, error).string());
+    if (fs::exists(target, error)) continue;
+    const std::string parent = fs::path(target).parent_path().string();
+    if (absl::Status made = MakeFolder(parent); !made.ok()) return made;
+    absl::Status copied;
+    if (link && ::link(file->path().c_str(), target.c_str()) == 0) {
+      copied = SyncFolder(parent);
+    } else {
+      copied = CopyFile(file->path().string(), target);
+    }
+    if (!copied.ok() && !absl::IsNotFound(copied)) return copied;
+  }
+  if (error && error != std::errc::no_such_file_or_directory) {
+    return absl::UnavailableError(absl::StrCat("cannot list ", from, ": ", error.message()));
+  }
+  return absl::OkStatus();
+}
+
+// Checks a session's log; the blobs that its scans need.
+absl::Status VerifyLog(const LogDatabase& logs, const std::string& session, StoreReport& report,
+                       std::set<std::string>& needed) {
+  uint64_t after = 0;
+  while (true) {
+    const absl::StatusOr<std::vector<std::string>> batch = logs.Read(session, after, kBatch);
+    if (!batch.ok()) return batch.status();
+    for (const std::string& bytes : *batch) {
+      store::v1::LogEntry entry;
+      if (!entry.ParseFromString(bytes)) {
+        return absl::DataLossError(absl::StrCat("session ", session, ": an entry is unreadable"));
+      }
+      if (entry.event().has_scan_received()) needed.insert(entry.blob());
+      ++report.entries;
+      ++after;
+    }
+    if (batch->size() < kBatch) return absl::OkStatus();
+  }
+}
+
+// Sessions that were deleted while they were copied may lack their scans: they go from the copy,
+// too. A scan that a session still has is not deleted but lost, and stays to be reported.
+absl::Status DropDeleted(const LogDatabase& live, const std::string& to) {
+  const absl::StatusOr<std::vector<std::string>> there = BlobFolder(BlobsIn(to)).List();
+  if (!there.ok()) return there.status();
+  const std::set<std::string> copied(there->begin(), there->end());
+  const absl::StatusOr<std::unique_ptr<LogDatabase>> copy = LogDatabase::Open(DatabaseIn(to));
+  if (!copy.ok()) return copy.status();
+  const absl::StatusOr<std::vector<std::string>> sessions = (*copy)->Sessions();
+  if (!sessions.ok()) return sessions.status();
+  for (const std::string& session : *sessions) {
+    StoreReport unused;
+    std::set<std::string> needed;
+    std::set<std::string> still;
+    if (!VerifyLog(**copy, session, unused, needed).ok()) continue;
+    const absl::Status read = VerifyLog(live, session, unused, still);
+    if (!read.ok() && !absl::IsNotFound(read)) return read;
+    bool deleted = false;
+    for (const std::string& sha256 : needed) {
+      deleted = deleted || (copied.count(sha256) == 0 && still.count(sha256) == 0);
+    }
+    if (!deleted) continue;
+    if (absl::Status dropped = (*copy)->Drop(session); !dropped.ok()) return dropped;
+  }
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+absl::StatusOr<StoreReport> VerifyStore(const std::string& folder) {
+  std::error_code error;
+  if (!fs::exists(DatabaseIn(folder), error)) {
+    return absl::NotFoundError(absl::StrCat("no sessions are kept in ", folder));
+  }
+  const absl::StatusOr<std::unique_ptr<LogDatabase>> logs =
+      LogDatabase::OpenToRead(DatabaseIn(folder));
+  if (!logs.ok()) return logs.status();
+  StoreReport report;
+  if (absl::Status sound = (*logs)->Check(); !sound.ok()) {
+    report.faults.emplace_back(sound.message());
+  }
+  const absl::StatusOr<std::vector<std::string>> sessions = (*logs)->Sessions();
+  if (!sessions.ok()) return sessions.status();
+  std::set<std::string> needed;
+  for (const std::string& session : *sessions) {
+    const absl::Status sound = VerifyLog(**logs, session, report, needed);
+    if (absl::IsNotFound(sound)) continue;  // deleted meanwhile
+    ++report.sessions;
+    if (!sound.ok()) report.faults.emplace_back(sound.message());
+  }
+  const BlobFolder blobs(BlobsIn(folder));
+  const absl::StatusOr<std::vector<std::string>> there = blobs.List();
+  if (!there.ok()) return there.status();
+  for (const std::string& sha256 : *there) {
+    const absl::StatusOr<std::string> bytes = blobs.Get(sha256);
+    if (absl::IsNotFound(bytes.status())) continue;
+    ++report.blobs;
+    needed.erase(sha256);
+    if (bytes.ok()) report.blob_bytes += static_cast<int64_t>(bytes->size());
+    if (!bytes.ok()) report.faults.emplace_back(bytes.status().message());
+  }
+  for (const std::string& sha256 : needed) {
+    report.faults.push_back(
+        absl::StrCat("the scan with SHA-256 ", absl::BytesToHexString(sha256), " is missing"));
+  }
+  const SpoolFolder spools(SpoolsIn(folder));
+  const absl::StatusOr<std::vector<std::string>> uploads = spools.List();
+  if (!uploads.ok()) return uploads.status();
+  for (const std::string& upload : *uploads) {
+    ++report.uploads;
+    const absl::Status read =
+        spools.Read(upload, [](absl::string_view) { return absl::OkStatus(); });
+    if (!read.ok()) report.faults.emplace_back(read.message());
+  }
+  return report;
+}
+
+absl::StatusOr<StoreReport> BackUpStore(const std::string& from, const std::string& to) {
+  std::error_code error;
+  if (!fs::exists(DatabaseIn(from), error)) {
+    return absl::NotFoundError(absl::StrCat("no sessions are kept in ", from));
+  }
+  absl::Status status = CheckEmpty(to);
+  if (status.ok()) status = MakeFolder(BlobsIn(to));
+  if (status.ok()) status = MakeFolder(SpoolsIn(to));
+  // Blobs before the logs, in case they are let go meanwhile, and after, for those that came.
+  if (status.ok()) status = CopyFiles(BlobsIn(from), BlobsIn(to), true);
+  if (!status.ok()) return status;
+  const absl::StatusOr<std::unique_ptr<LogDatabase>> logs =
+      LogDatabase::OpenToRead(DatabaseIn(from));
+  if (!logs.ok()) return logs.status();
+  status = (*logs)->CopyTo(DatabaseIn(to));
+  if (status.ok()) status = CopyFiles(BlobsIn(from), BlobsIn(to), true);
+  if (status.ok()) status = DropDeleted(**logs, to);
+  // Spools grow: a copy that is cut short ends with the record before.
+  if (status.ok()) status = CopyFiles(SpoolsIn(from), SpoolsIn(to), false);
+  if (status.ok()) status = SyncFolder(to);
+  if (!status.ok()) return status;
+  absl::StatusOr<StoreReport> copy = VerifyStore(to);
+  if (!copy.ok() || copy->faults.empty()) return copy;
+  return absl::DataLossError(absl::StrCat("the copy in ", to, " is not sound: ", copy->faults[0]));
+}
+
+absl::StatusOr<StoreReport> RestoreStore(const std::string& from, const std::string& to) {
+  absl::StatusOr<StoreReport> backup = VerifyStore(from);
+  if (!backup.ok()) return backup;
+  if (!backup->faults.empty()) {
+    return absl::DataLossError(
+        absl::StrCat("the backup in ", from, " is not sound: ", backup->faults[0]));
+  }
+  absl::Status status = CheckEmpty(to);
+  if (status.ok()) status = MakeFolder(to);
+  if (status.ok()) status = CopyFiles(BlobsIn(from), BlobsIn(to), false);
+  if (status.ok()) status = CopyFiles(SpoolsIn(from), SpoolsIn(to), false);
+  // Last: a store without logs is none, so a restore that was interrupted shows.
+  if (status.ok()) status = CopyFile(DatabaseIn(from), DatabaseIn(to));
+  if (!status.ok()) return status;
+  return backup;
+}
+
+}  // namespace vantage
