@@ -73,7 +73,9 @@ class Client {
   // Sends a range image as one scan. Returns the scan's name once the server says it is committed.
   // Breaks of the link are resumed where the server says; a link that is silent for too long is
   // dropped and made anew. FAILED_PRECONDITION: the upload failed its checks on the server.
-  // `upload` says what is known of the scan; its `total` is filled in.
+  // `upload` says what is known of the scan; its `total` is filled in. The same call again, also
+  // from a program started anew, goes on where the last one was, and returns the same scan unless
+  // that was withdrawn: whoever keeps the scan until this returned loses nothing.
   absl::StatusOr<std::string> Upload(const std::string& session, v1::Upload upload,
                                      const RangeImage& image,
                                      absl::FunctionRef<void(const UploadProgress&)> progress);

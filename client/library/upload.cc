@@ -4,6 +4,7 @@
 #include <mutex>
 #include <thread>
 
+#include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "client/library/piece.h"
 #include "client/library/resumption.h"
@@ -177,6 +178,35 @@ absl::Status UploadFailed(const v1::Upload& upload) {
                  "push the scan again; if it is refused again, the file or its import is at fault");
 }
 
+// True when sending the scan once more makes sense: what came of it is gone.
+absl::StatusOr<bool> MayComeAgain(Client& client, const v1::Upload& upload) {
+  if (upload.state() == v1::UPLOAD_STATE_OPEN) return false;
+  if (upload.state() != v1::UPLOAD_STATE_COMMITTED) return true;
+  v1::GetScanRequest get;
+  get.set_name(upload.scan());
+  const auto scan = client.Call(get);
+  if (!scan.ok()) return scan.status();
+  return scan->scan().state() == v1::SCAN_STATE_WITHDRAWN;
+}
+
+// The same scan for the same session is the same upload, however often its sender starts anew: it
+// goes on where it was, and never comes twice. Its name is what it is.
+absl::StatusOr<v1::Upload> BeginOrFind(Client& client, v1::CreateUploadRequest create) {
+  constexpr int kMostTimes = 1000;
+  const std::string content =
+      absl::BytesToHexString(Sha256::Of(create.SerializeAsString()).substr(0, 16));
+  for (int times = 0; times < kMostTimes; ++times) {
+    create.set_request_id(absl::StrCat("scan-", content, "-", times));
+    auto created = client.Call(create);
+    if (!created.ok()) return created.status();
+    const auto again = MayComeAgain(client, created->upload());
+    if (!again.ok()) return again.status();
+    if (!*again) return std::move(*created->mutable_upload());
+  }
+  return absl::ResourceExhaustedError(
+      absl::StrCat("this scan was sent and withdrawn ", kMostTimes, " times"));
+}
+
 }  // namespace
 
 absl::StatusOr<std::string> Client::Upload(
@@ -189,9 +219,9 @@ absl::StatusOr<std::string> Client::Upload(
   v1::CreateUploadRequest create;
   create.set_parent(session);
   *create.mutable_upload() = std::move(upload);
-  auto created = Call(std::move(create));
-  if (!created.ok()) return created.status();
-  v1::Upload state = std::move(*created->mutable_upload());
+  auto begun = BeginOrFind(*this, create);
+  if (!begun.ok()) return begun.status();
+  v1::Upload state = *std::move(begun);
 
   UploadProgress progress;
   progress.total_bytes = static_cast<int64_t>(bytes.size());

@@ -4,8 +4,10 @@
 #include <grpcpp/server_builder.h>
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <mutex>
 #include <numbers>
+#include <set>
 
 #include "client/library/client.h"
 #include "client/library/error.h"
@@ -41,12 +43,15 @@ class FlakyServer final : public v1::ScanService::Service {
   int breaks_left = 0;
   int64_t window = 1 << 20;
   bool refuse_in_the_end = false;
-  bool unavailable_for_ever = false;
+  std::atomic<bool> unavailable_for_ever = false;
+  bool dies_with_the_link = false;
+  std::set<std::string> request_ids;
 
   grpc::Status CreateUpload(grpc::ServerContext*, const v1::CreateUploadRequest* request,
                             v1::CreateUploadResponse* response) override {
     const std::lock_guard lock(mutex_);
     EXPECT_FALSE(request->request_id().empty());
+    request_ids.insert(request->request_id());
     total_ = request->upload().total();
     upload_.set_name("sessions/s/uploads/u");
     upload_.set_state(v1::UPLOAD_STATE_OPEN);
@@ -79,6 +84,7 @@ class FlakyServer final : public v1::ScanService::Service {
         ++here;
         if (breaks_left > 0 && break_every_pieces > 0 && here >= break_every_pieces) {
           --breaks_left;
+          if (dies_with_the_link) unavailable_for_ever = true;
           return {grpc::StatusCode::UNAVAILABLE, "link down"};
         }
         response.set_next_sequence(next_sequence_);
@@ -156,7 +162,8 @@ class UploadTest : public ::testing::Test {
     server_ = builder.BuildAndStart();
     ASSERT_NE(port, 0);
     ClientOptions options;
-    options.server = "127.0.0.1:" + std::to_string(port);
+    address_ = "127.0.0.1:" + std::to_string(port);
+    options.server = address_;
     options.give_up_after = give_up_after_;
     client_ = std::make_unique<Client>(options);
   }
@@ -170,6 +177,7 @@ class UploadTest : public ::testing::Test {
 
   FlakyServer service_;
   double give_up_after_ = 30;
+  std::string address_;
   std::unique_ptr<grpc::Server> server_;
   std::unique_ptr<Client> client_;
   UploadProgress last_;
@@ -233,6 +241,28 @@ TEST_F(UploadTest, GivesUpWithoutProgress) {
   give_up_after_ = 0.5;
   Start();
   EXPECT_EQ(Push(SomeImage(100)).status().code(), absl::StatusCode::kUnavailable);
+}
+
+TEST_F(UploadTest, StartedAnewItGoesOn) {
+  service_.break_every_pieces = 3;
+  service_.breaks_left = 1;
+  service_.dies_with_the_link = true;
+  give_up_after_ = 0.5;
+  Start();
+  const RangeImage image = SomeImage(700);
+  EXPECT_FALSE(Push(image).ok());
+  const size_t stored = service_.bytes().size();
+  EXPECT_GT(stored, 0u);
+  service_.unavailable_for_ever = false;
+  ClientOptions options;
+  options.server = address_;
+  client_ = std::make_unique<Client>(options);
+  last_ = {};
+  const auto scan = Push(image);
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_EQ(service_.bytes(), EncodeRangeImage(image));
+  EXPECT_LT(last_.sent_bytes, static_cast<int64_t>(EncodeRangeImage(image).size()));
+  EXPECT_EQ(service_.request_ids.size(), 1u);
 }
 
 TEST_F(UploadTest, RefusesAnEmptyImageBeforeSending) {

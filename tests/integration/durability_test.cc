@@ -12,6 +12,7 @@
 #include <thread>
 #include <vector>
 
+#include "client/library/client.h"
 #include "proto/wire/checksum.h"
 #include "tests/integration/process.h"
 #include "tests/server/fixture/room_scan.h"
@@ -41,9 +42,9 @@ std::string ScanBytes(int number) {
 }
 
 // One connection to one run of the server.
-class Client {
+class JobClient {
  public:
-  explicit Client(const std::string& address)
+  explicit JobClient(const std::string& address)
       : channel_(grpc::CreateChannel(address, grpc::InsecureChannelCredentials())),
         sessions_(v1::SessionService::NewStub(channel_)),
         scans_(v1::ScanService::NewStub(channel_)),
@@ -258,7 +259,7 @@ struct Ending {
   std::string model;
 };
 
-Ending EndingOf(Client& client, const Acknowledged& known) {
+Ending EndingOf(JobClient& client, const Acknowledged& known) {
   Ending ending;
   for (v1::Scan scan : client.Scans()) {
     scan.clear_create_time();
@@ -278,7 +279,7 @@ TEST(Durability, KilledAtRandomMomentsAJobEndsAsItWould) {
   {
     ServerProcess server;
     ASSERT_FALSE(server.address().empty());
-    Client client(server.address());
+    JobClient client(server.address());
     Acknowledged known;
     ASSERT_TRUE(client.Run(known));
     undisturbed = EndingOf(client, known);
@@ -300,7 +301,7 @@ TEST(Durability, KilledAtRandomMomentsAJobEndsAsItWould) {
     for (bool through = false, compared = false; !compared;) {
       ServerProcess server(folder.File("data"));
       ASSERT_FALSE(server.address().empty());
-      Client client(server.address());
+      JobClient client(server.address());
       SCOPED_TRACE(testing::Message() << "seed " << kSeed << ", job " << jobs << ", kill " << done);
       if (!known.events.empty()) client.Check(known);
       std::thread killer;
@@ -329,6 +330,32 @@ TEST(Durability, KilledAtRandomMomentsAJobEndsAsItWould) {
   }
   RecordProperty("jobs", jobs);
   RecordProperty("kills", done);
+}
+
+TEST(Durability, PushedAgainAScanIsTheSame) {
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  ClientOptions options;
+  options.server = server.address();
+  Client client(options);
+  v1::CreateSessionRequest open;
+  open.set_session_id("job");
+  ASSERT_TRUE(client.Call(open).ok());
+  const RangeImage image = ScanRoom({2.0, 1.5, 1.4}, 3.0);
+  const auto push = [&](const v1::Upload& upload) {
+    return client.Upload(kSession, upload, image, [](const UploadProgress&) {});
+  };
+  const std::string first = push({}).value();
+  EXPECT_EQ(push({}).value(), first);
+  v1::Upload placed;
+  *placed.mutable_prior() = PriorAt(2.0, 1.5, 1.4);
+  EXPECT_NE(push(placed).value(), first) << "with another prior it is another attempt";
+  v1::WithdrawScanRequest withdraw;
+  withdraw.set_name(first);
+  ASSERT_TRUE(client.Call(withdraw).ok());
+  const std::string again = push({}).value();
+  EXPECT_NE(again, first);
+  EXPECT_EQ(push({}).value(), again);
 }
 
 TEST(Durability, TwoServersNeverShareAFolder) {
