@@ -12,7 +12,6 @@
 #include <thread>
 #include <vector>
 
-#include "client/library/client.h"
 #include "proto/wire/checksum.h"
 #include "tests/integration/process.h"
 #include "tests/server/fixture/room_scan.h"
@@ -330,32 +329,6 @@ TEST(Durability, KilledAtRandomMomentsAJobEndsAsItWould) {
   }
   RecordProperty("jobs", jobs);
   RecordProperty("kills", done);
-}
-
-TEST(Durability, PushedAgainAScanIsTheSame) {
-  ServerProcess server;
-  ASSERT_FALSE(server.address().empty());
-  ClientOptions options;
-  options.server = server.address();
-  Client client(options);
-  v1::CreateSessionRequest open;
-  open.set_session_id("job");
-  ASSERT_TRUE(client.Call(open).ok());
-  const RangeImage image = ScanRoom({2.0, 1.5, 1.4}, 3.0);
-  const auto push = [&](const v1::Upload& upload) {
-    return client.Upload(kSession, upload, image, [](const UploadProgress&) {});
-  };
-  const std::string first = push({}).value();
-  EXPECT_EQ(push({}).value(), first);
-  v1::Upload placed;
-  *placed.mutable_prior() = PriorAt(2.0, 1.5, 1.4);
-  EXPECT_NE(push(placed).value(), first) << "with another prior it is another attempt";
-  v1::WithdrawScanRequest withdraw;
-  withdraw.set_name(first);
-  ASSERT_TRUE(client.Call(withdraw).ok());
-  const std::string again = push({}).value();
-  EXPECT_NE(again, first);
-  EXPECT_EQ(push({}).value(), again);
 }
 
 TEST(Durability, TwoServersNeverShareAFolder) {
