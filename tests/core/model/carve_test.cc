@@ -8,6 +8,7 @@
 #include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
 #include "tests/core/model/closed_form_scene.h"
+#include "tests/support/runs.h"
 
 namespace vantage {
 namespace {
@@ -163,7 +164,7 @@ INSTANTIATE_TEST_SUITE_P(Scenes, CarveSceneTest, testing::ValuesIn(AllScenes()),
 
 // A flood through empty voxels reaches unknown ones only through surface: random scenes and poses.
 TEST(CarveTest, FloodsStayInsideTheSurface) {
-  for (uint64_t seed = 1; seed <= 8; ++seed) {
+  for (uint64_t seed = 1; seed <= Runs(8u); ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     const ClosedFormScene scene = RandomScene(seed);
     std::vector<Eigen::Isometry3d> poses;

@@ -9,6 +9,7 @@
 #include "core/simulation/scene.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/core/model/closed_form_scene.h"
+#include "tests/support/runs.h"
 
 namespace vantage {
 namespace {
@@ -32,7 +33,7 @@ std::vector<PosedScan> ScansOf(const ClosedFormScene& scene, const ScanOptions& 
 }
 
 TEST(MergeTest, TheOrderOfScansNeverShows) {
-  for (uint64_t seed = 1; seed <= 2; ++seed) {
+  for (uint64_t seed = 1; seed <= Runs(2u); ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
     ScanOptions options;
     options.step = Radians(0.8);

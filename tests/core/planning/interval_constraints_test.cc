@@ -1,5 +1,6 @@
 // Interval bounds against what sampling finds.
 #include "core/planning/interval_constraints.h"
+#include "tests/support/runs.h"
 
 #include <gtest/gtest.h>
 
@@ -67,7 +68,7 @@ Eigen::AlignedBox3d RandomViews(Sampler& sampler) {
 }
 
 TEST(IntervalConstraintsTest, BoundsContainEverySample) {
-  constexpr int kPairs = 20000;
+  constexpr int kPairs = Runs(20000);
   constexpr int kSamples = 60;  // 1.2 million views and cells
   ScannerModel scanner;
   scanner.range_max = 6;

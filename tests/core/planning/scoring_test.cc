@@ -13,6 +13,7 @@
 #include "core/planning/target.h"
 #include "core/planning/voxel_walk.h"
 #include "tests/support/closed_form_view.h"
+#include "tests/support/runs.h"
 
 namespace vantage {
 namespace {
@@ -152,7 +153,7 @@ TEST_P(BruteForceTest, AgreesWithTheNaiveScorer) {
   ASSERT_GT(feasible.cells().size(), 100u);
   const CellArrays& cells = scoring.cells();
   std::mt19937_64 random(3);
-  for (int k = 0; k < 6; ++k) {
+  for (int k = 0; k < Runs(6); ++k) {
     const Eigen::Vector3d view = feasible.Centre(random() % feasible.cells().size());
     std::vector<float> gains(cells.size());
     const ViewScore all = scoring.scorer().ScoreCells(view, cells, Budget::Unlimited(), gains);

@@ -8,6 +8,7 @@
 #include "core/parallel/parallel.h"
 #include "core/planning/voxel_walk.h"
 #include "tests/support/closed_form_view.h"
+#include "tests/support/runs.h"
 
 namespace vantage {
 namespace {
@@ -77,7 +78,7 @@ TEST_F(ShaftTest, WhatIsDecidedHoldsForEverySegment) {
   int hidden = 0;
   int visible = 0;
   int open = 0;
-  constexpr int kShafts = 60000;
+  constexpr int kShafts = Runs(60000);
   for (int k = 0; k < kShafts; ++k) {
     const double most = k % 2 == 0 ? 6 : 24;
     const Eigen::AlignedBox3d views = Somewhere(most);
@@ -105,7 +106,7 @@ TEST_F(ShaftTest, VisibleIsMissedForSomethingInTheWay) {
   const ShaftTests shafts(counts_);
   int not_visible = 0;
   int nothing_found = 0;
-  for (int k = 0; k < 4000; ++k) {
+  for (int k = 0; k < Runs(4000); ++k) {
     const Eigen::AlignedBox3d views = Somewhere(4);
     const Eigen::AlignedBox3d targets = Somewhere(4);
     if (shafts.EntirelyVisible(views, targets)) continue;
