@@ -1,479 +1,60 @@
 #include "core/model/reflections.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
-#include <limits>
 #include <optional>
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
+#include "core/model/reflected_return.h"
+#include "core/model/reflection_regions.h"
 #include "core/model/scan_planes.h"
 
 namespace vantage {
-
 namespace {
 
 constexpr int kMostPlanes = 16;
-constexpr double kBehind = 0.04;      // m behind the plane, from where on a return is in question
-constexpr double kWellBehind = 0.15;  // and is evidence: nearer, a wall's relief agrees with itself
-constexpr double kAgreement = 0.06;   // m between a reflected return and what was measured there
-constexpr double kClearlyEmpty = 0.15;     // m short of what was measured there
 constexpr double kDisplaced = 0.3;         // cosine to its normal: reflecting turns the surface
 constexpr double kNearestReflector = 0.3;  // m from the scanner
 constexpr size_t kTested = 64;             // cells of a plane to try a candidate with
 constexpr size_t kMostJudged = 16;         // candidates
 constexpr double kCoarse = 20'000;         // cells for a first judgement
 constexpr double kFine = 150'000;          // for the second: most there is to tell, at a fixed cost
-constexpr size_t kLeastRegion = 150;       // cells
-constexpr size_t kLeastTelling = 30;       // cells that say something
-
-// What a return turns out to be when it is reflected back.
-enum class Back : uint8_t {
-  kInFront,      // not behind the plane: in no question
-  kAgrees,       // on measured surface
-  kHidden,       // where the scan saw nothing
-  kContradicts,  // in space that the scan saw empty
-};
-
-struct Plane {
-  Eigen::Vector3d normal;
-  double distance;
-
-  double Above(const Eigen::Vector3d& point) const { return normal.dot(point) + distance; }
-  Eigen::Vector3d Reflected(const Eigen::Vector3d& point) const {
-    return point - 2 * Above(point) * normal;
-  }
-};
-
-class Tester {
- public:
-  explicit Tester(const RangeSurface& surface) : surface_(surface) {}
-
-  Eigen::Vector3d Point(int column, int row) const {
-    return static_cast<double>(surface_.at(column, row)) * surface_.Direction(column, row);
-  }
-
-  Back Test(const Plane& plane, int column, int row) const {
-    if (!surface_.Returned(column, row)) return Back::kInFront;
-    const Eigen::Vector3d point = Point(column, row);
-    if (plane.Above(point) > -kBehind) return Back::kInFront;
-    return Compare(plane.Reflected(point), kAgreement);
-  }
-
-  bool WellBehind(const Plane& plane, int column, int row) const {
-    return plane.Above(Point(column, row)) < -kWellBehind;
-  }
-
-  // Would a return that agrees cease to, were the plane a little nearer or farther? One on a floor
-  // or a side wall, which go on and on, would not, and says nothing.
-  bool Telling(const Plane& plane, int column, int row) const {
-    constexpr double kShift = 0.3;  // m
-    const Eigen::Vector3d back = plane.Reflected(Point(column, row));
-    return Compare(back + kShift * plane.normal, kAgreement) != Back::kAgrees ||
-           Compare(back - kShift * plane.normal, kAgreement) != Back::kAgrees;
-  }
-
-  // A point against what the scan measured in its direction, to within `agreement` (m).
-  Back Compare(const Eigen::Vector3d& point, double agreement) const {
-    constexpr double kRagged = 0.5;  // m: too much depth around to say anything
-    const AngularAxis::Position a = surface_.azimuth().Locate(std::atan2(point.y(), point.x()));
-    const AngularAxis::Position e =
-        surface_.elevation().Locate(std::atan2(point.z(), point.head<2>().norm()));
-    if (!a.inside || !e.inside) return Back::kHidden;
-    float low = std::numeric_limits<float>::infinity();
-    float high = 0;
-    bool all = true;
-    for (int dc = -1; dc <= 1; ++dc) {
-      for (int dr = -1; dr <= 1; ++dr) {
-        const int r = e.nearest() + dr;
-        int c = a.nearest() + dc;
-        if (surface_.azimuth().closed()) c = (c + surface_.columns()) % surface_.columns();
-        if (c < 0 || c >= surface_.columns() || r < 0 || r >= surface_.rows()) continue;
-        if (!surface_.Returned(c, r)) {
-          all = false;
-          continue;
-        }
-        low = std::min(low, surface_.at(c, r));
-        high = std::max(high, surface_.at(c, r));
-      }
-    }
-    if (!(high > 0)) return Back::kHidden;
-    const double distance = point.norm();
-    if (distance < static_cast<double>(low) - kClearlyEmpty) {
-      return all ? Back::kContradicts : Back::kHidden;
-    }
-    if (static_cast<double>(high - low) > kRagged) return Back::kHidden;
-    const bool agrees = distance > static_cast<double>(low) - agreement &&
-                        distance < static_cast<double>(high) + agreement;
-    return agrees ? Back::kAgrees : Back::kHidden;
-  }
-
- private:
-  const RangeSurface& surface_;
-};
-
-// Every `stride`-th column and row of the image, judged by one plane.
-class Judgement {
- public:
-  Judgement(const RangeSurface& surface, const Plane& plane, int stride)
-      : surface_(surface),
-        plane_(plane),
-        tester_(surface),
-        stride_(stride),
-        columns_((surface.columns() + stride - 1) / stride),
-        rows_((surface.rows() + stride - 1) / stride),
-        taken_(static_cast<size_t>(columns_) * static_cast<size_t>(rows_), 0) {
-    back_.reserve(taken_.size());
-    for (int c = 0; c < columns_; ++c) {
-      for (int r = 0; r < rows_; ++r) {
-        back_.push_back(tester_.Test(plane, c * stride, r * stride));
-      }
-    }
-  }
-
-  // The cells of the whole image, not every `stride`-th alone, that are reflections.
-  std::vector<ScanCell> AllReflections() {
-    if (Reflections().empty()) return {};
-    // Cells in between are like the one next to them; where that answered from before the plane,
-    // like those around it.
-    std::vector<uint8_t> near(taken_);
-    for (int c = 0; c < columns_; ++c) {
-      for (int r = 0; r < rows_; ++r) {
-        const ScanCell cell{c, r};
-        if (taken_[Index(cell)] != 0 || BackOf(cell) != Back::kInFront) continue;
-        ForNeighbours(cell, 1, [&](const ScanCell& n) { near[Index(cell)] |= taken_[Index(n)]; });
-      }
-    }
-    std::vector<ScanCell> found;
-    for (int c = 0; c < surface_.columns(); ++c) {
-      int next_c = (c + stride_ / 2) / stride_;
-      if (next_c == columns_) next_c = surface_.azimuth().closed() ? 0 : columns_ - 1;
-      for (int r = 0; r < surface_.rows(); ++r) {
-        const int next_r = std::min((r + stride_ / 2) / stride_, rows_ - 1);
-        const bool among = near[Index({next_c, next_r})] != 0;
-        if ((!among && !scattered_) || !surface_.Returned(c, r)) continue;
-        if (plane_.Above(tester_.Point(c, r)) > -kBehind) continue;
-        if (among || AmongThePlanesOwn(c, r, 1)) found.push_back({c, r});
-      }
-    }
-    return found;
-  }
-
-  // The cells of all regions that are reflections.
-  std::vector<ScanCell> Reflections() {
-    std::vector<std::vector<ScanCell>> regions;
-    std::vector<uint8_t> seen(back_.size(), 0);
-    for (int c = 0; c < columns_; ++c) {
-      for (int r = 0; r < rows_; ++r) {
-        if (InQuestion(Index({c, r})) && seen[Index({c, r})] == 0) {
-          regions.push_back(Gather({c, r}, seen));
-        }
-      }
-    }
-    std::vector<ScanCell> found;
-    for (std::vector<ScanCell>& region : regions) {
-      if (!IsReflection(region)) continue;
-      Take(region, found);
-      region.clear();
-    }
-    if (found.empty()) return found;
-    // Now the plane is known to reflect, less is asked of the rest.
-    const size_t largest = found.size();
-    for (const std::vector<ScanCell>& region : regions) {
-      if (4 * region.size() <= largest && IsMoreOfIt(region)) Take(region, found);
-    }
-    TakeAmongThePlanesOwn(found);
-    TakeSpecks(found);
-    return found;
-  }
-
- private:
-  size_t Index(const ScanCell& cell) const {
-    return static_cast<size_t>(cell.column) * static_cast<size_t>(rows_) +
-           static_cast<size_t>(cell.row);
-  }
-  Back BackOf(const ScanCell& cell) const { return back_[Index(cell)]; }
-  bool InQuestion(size_t i) const { return back_[i] == Back::kAgrees || back_[i] == Back::kHidden; }
-  std::optional<ScanCell> Beside(const ScanCell& cell, int dc, int dr) const {
-    int c = cell.column + dc;
-    const int r = cell.row + dr;
-    if (surface_.azimuth().closed()) c = (c + columns_) % columns_;
-    if (c < 0 || c >= columns_ || r < 0 || r >= rows_) return std::nullopt;
-    return ScanCell{c, r};
-  }
-  template <typename Fn>
-  void ForNeighbours(const ScanCell& cell, int reach, Fn&& fn) const {
-    for (int dc = -reach; dc <= reach; ++dc) {
-      for (int dr = -reach; dr <= reach; ++dr) {
-        if (dc == 0 && dr == 0) continue;
-        const std::optional<ScanCell> beside = Beside(cell, dc, dr);
-        if (beside) fn(*beside);
-      }
-    }
-  }
-  bool Returned(const ScanCell& cell) const {
-    return surface_.Returned(cell.column * stride_, cell.row * stride_);
-  }
-  Eigen::Vector3d Point(const ScanCell& cell) const {
-    return tester_.Point(cell.column * stride_, cell.row * stride_);
-  }
-
-  std::vector<ScanCell> Gather(const ScanCell& seed, std::vector<uint8_t>& seen) const {
-    std::vector<ScanCell> region = {seed};
-    seen[Index(seed)] = 1;
-    for (size_t i = 0; i < region.size(); ++i) {
-      // Two cells on: a polished floor answers in between.
-      ForNeighbours(ScanCell(region[i]), 2, [&](const ScanCell& n) {
-        if (seen[Index(n)] != 0 || !InQuestion(Index(n))) return;
-        seen[Index(n)] = 1;
-        region.push_back(n);
-      });
-    }
-    return region;
-  }
-
-  // Has a cell of the image the plane's own returns on both sides, left and right or above and
-  // below, within three steps of `step` cells?
-  bool AmongThePlanesOwn(int column, int row, int step) const {
-    const auto own = [&](int dc, int dr) {
-      for (int k = step; k <= 3 * step; k += step) {
-        int c = column + k * dc;
-        const int r = row + k * dr;
-        if (surface_.azimuth().closed()) c = (c + surface_.columns()) % surface_.columns();
-        if (c < 0 || c >= surface_.columns() || r < 0 || r >= surface_.rows()) continue;
-        if (surface_.Returned(c, r) && std::abs(plane_.Above(tester_.Point(c, r))) < kBehind) {
-          return true;
-        }
-      }
-      return false;
-    };
-    return (own(-1, 0) && own(1, 0)) || (own(0, -1) && own(0, 1));
-  }
-  bool AmongThePlanesOwn(const ScanCell& cell) const {
-    return AmongThePlanesOwn(cell.column * stride_, cell.row * stride_, stride_);
-  }
-
-  // Cells of the region beside what contradicts.
-  size_t Contradicted(const std::vector<ScanCell>& region) const {
-    size_t contradicted = 0;
-    for (const ScanCell& cell : region) {
-      bool beside = false;
-      ForNeighbours(cell, 1, [&](const ScanCell& n) { beside |= BackOf(n) == Back::kContradicts; });
-      contradicted += beside ? 1 : 0;
-    }
-    return contradicted;
-  }
-
-  // Is every sample joined to the next all the way to a neighbour?
-  bool Connected(const ScanCell& cell, int dc, int dr) const {
-    int c = cell.column * stride_;
-    int r = cell.row * stride_;
-    const std::optional<ScanCell> beside = Beside(cell, dc, dr);
-    const int to_c = beside->column * stride_;
-    const int to_r = beside->row * stride_;
-    for (int step = 0; step < 2 * stride_ && (c != to_c || r != to_r); ++step) {
-      if (dc > 0) {
-        if (!surface_.JoinedToNextColumn(c, r)) return false;
-        c = surface_.NextColumn(c);
-      } else if (dc < 0) {
-        c = c > 0 ? c - 1 : surface_.columns() - 1;
-        if (!surface_.JoinedToNextColumn(c, r)) return false;
-      } else if (dr > 0) {
-        if (!surface_.JoinedToNextRow(c, r++)) return false;
-      } else if (!surface_.JoinedToNextRow(c, --r)) {
-        return false;
-      }
-    }
-    return true;
-  }
-
-  // Does what begins at a cell go on along the plane? A jamb goes away from it.
-  bool LiesInPlane(const ScanCell& cell, int dc, int dr) const {
-    constexpr double kProud = 0.12;  // m that a mirror stands out from its wall
-    const int further = std::max(1, 6 / stride_);
-    const std::optional<ScanCell> on = Beside(cell, further * dc, further * dr);
-    if (!on || !Returned(*on)) return false;
-    const double above = plane_.Above(Point(*on));
-    return above > -kProud && above < 0.06;
-  }
-
-  // What a region ends at: pairs of a cell in it and one beside it that answered.
-  struct Border {
-    size_t all = 0;
-    size_t broken = 0;     // the surface breaks off, and what is beside lies in the plane
-    size_t connected = 0;  // the surface goes on through the plane
-    size_t behind = 0;     // beside is what contradicts
-    size_t before = 0;     // or what is well before the plane
-  };
-  Border BorderOf(const std::vector<ScanCell>& region) const {
-    constexpr double kAtPlane = 0.25;  // m
-    Border border;
-    for (const ScanCell& cell : region) {
-      for (const auto& [dc, dr] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
-        const std::optional<ScanCell> beside = Beside(cell, dc, dr);
-        if (!beside || InQuestion(Index(*beside)) || !Returned(*beside)) continue;
-        ++border.all;
-        if (BackOf(*beside) == Back::kContradicts) {
-          ++border.behind;
-        } else if (plane_.Above(Point(*beside)) > kAtPlane) {
-          ++border.before;
-        } else if (Connected(cell, dc, dr)) {
-          ++border.connected;
-        } else if (LiesInPlane(*beside, dc, dr)) {
-          ++border.broken;
-        }
-      }
-    }
-    return border;
-  }
-  static bool BreaksOff(const Border& border) {
-    return 2 * border.broken >= border.all && 8 * border.behind <= border.all &&
-           2 * border.before <= border.broken;
-  }
-
-  bool IsReflection(const std::vector<ScanCell>& region) {
-    const size_t stands_for = static_cast<size_t>(stride_) * static_cast<size_t>(stride_);
-    if (region.size() < std::max<size_t>(8, kLeastRegion / stands_for)) return false;
-    const size_t skip = std::max<size_t>(1, region.size() / 2000);
-    size_t sampled = 0;
-    size_t looked = 0;  // at what is evidence
-    size_t agree = 0;
-    size_t telling = 0;
-    size_t telling_agree = 0;
-    size_t among_own = 0;
-    for (size_t i = 0; i < region.size(); i += skip) {
-      const ScanCell& cell = region[i];
-      ++sampled;
-      if (!tester_.WellBehind(plane_, cell.column * stride_, cell.row * stride_)) continue;
-      const bool agrees = BackOf(cell) == Back::kAgrees;
-      ++looked;
-      agree += agrees ? 1 : 0;
-      const bool own = AmongThePlanesOwn(cell);
-      among_own += own ? 1 : 0;
-      if (own || tester_.Telling(plane_, cell.column * stride_, cell.row * stride_)) {
-        ++telling;
-        telling_agree += agrees ? 1 : 0;
-      }
-    }
-    if (2 * looked < sampled || 3 * agree < looked) return false;
-    if (telling * skip < kLeastTelling / static_cast<size_t>(stride_)) return false;
-    if (2 * telling_agree < telling) return false;
-    if (12 * Contradicted(region) > region.size()) return false;
-    const Border border = BorderOf(region);
-    // Returns scattered among the plane's own, each alone, are no room.
-    if (2 * among_own > looked && 2 * border.broken >= border.all &&
-        8 * border.connected <= border.all) {
-      scattered_ = true;
-      return true;
-    }
-    const double width = std::sqrt(static_cast<double>(region.size()));
-    return BreaksOff(border) && static_cast<double>(border.broken) >= 0.75 * width;
-  }
-
-  bool IsMoreOfIt(const std::vector<ScanCell>& region) const {
-    size_t agree = 0;
-    for (const ScanCell& cell : region) agree += BackOf(cell) == Back::kAgrees ? 1 : 0;
-    return 2 * agree >= region.size() && 4 * Contradicted(region) <= region.size() &&
-           BreaksOff(BorderOf(region));
-  }
-
-  void Take(const std::vector<ScanCell>& cells, std::vector<ScanCell>& found) {
-    for (const ScanCell& cell : cells) {
-      taken_[Index(cell)] = 1;
-      found.push_back(cell);
-    }
-  }
-
-  void TakeAmongThePlanesOwn(std::vector<ScanCell>& found) {
-    for (int c = 0; c < columns_; ++c) {
-      for (int r = 0; r < rows_; ++r) {
-        const ScanCell cell{c, r};
-        if (BackOf(cell) == Back::kInFront || taken_[Index(cell)] != 0) continue;
-        if (AmongThePlanesOwn(cell)) Take({cell}, found);
-      }
-    }
-  }
-
-  // Returns from behind the plane in small clusters amid a reflection are part of it, whatever they
-  // seem to say: mixed pixels, edges, what was reflected twice.
-  void TakeSpecks(std::vector<ScanCell>& found) {
-    const size_t largest = found.size() / 50 + 4;
-    std::vector<uint8_t> seen(back_.size(), 0);
-    const auto open = [&](const ScanCell& cell) {
-      const size_t i = Index(cell);
-      return seen[i] == 0 && taken_[i] == 0 && back_[i] != Back::kInFront;
-    };
-    const std::vector<ScanCell> reflection = found;
-    for (const ScanCell& cell : reflection) {
-      ForNeighbours(cell, 2, [&](const ScanCell& start) {
-        if (!open(start)) return;
-        seen[Index(start)] = 1;
-        std::vector<ScanCell> cluster = {start};
-        size_t touching = 0;
-        for (size_t i = 0; i < cluster.size(); ++i) {
-          bool touches = false;
-          ForNeighbours(ScanCell(cluster[i]), 1, [&](const ScanCell& n) {
-            touches |= taken_[Index(n)] != 0;
-            if (!open(n)) return;
-            seen[Index(n)] = 1;
-            cluster.push_back(n);
-          });
-          touching += touches ? 1 : 0;
-        }
-        if (cluster.size() <= 4 || (cluster.size() <= largest && 4 * touching >= cluster.size())) {
-          Take(cluster, found);
-        }
-      });
-    }
-  }
-
-  const RangeSurface& surface_;
-  Plane plane_;
-  Tester tester_;
-  int stride_;
-  int columns_;
-  int rows_;
-  std::vector<Back> back_;
-  std::vector<uint8_t> taken_;
-  bool scattered_ = false;  // there are reflections among the plane's own returns
-};
 
 // Reflectors hang on walls, or lie.
-bool IsUpright(const Plane& plane) { return std::abs(plane.normal.z()) < 0.35; }
-bool IsLevel(const Plane& plane) { return std::abs(plane.normal.z()) > 0.95; }
+bool IsUpright(const ReflectingPlane& plane) { return std::abs(plane.normal.z()) < 0.35; }
+bool IsLevel(const ReflectingPlane& plane) { return std::abs(plane.normal.z()) > 0.95; }
 
 // The plane that reflects `from` into `to`, if an upright one before the scanner does. A floor that
 // reflects is itself measured from above.
-std::optional<Plane> Between(const ScanPlane& from, const ScanPlane& to) {
+std::optional<ReflectingPlane> Between(const ScanPlane& from, const ScanPlane& to) {
   const Eigen::Vector3d turn = to.normal - from.normal;
   const double length = turn.norm();
   if (length < 2 * kDisplaced) return std::nullopt;
-  const Plane plane{turn / length, (to.distance - from.distance) / length};
+  const ReflectingPlane plane{turn / length, (to.distance - from.distance) / length};
   if (plane.distance < kNearestReflector || !IsUpright(plane)) return std::nullopt;
   return plane;
 }
 
 // A measured plane, or one up to a decimetre before it: a mirror hangs on its wall, with a frame.
 // The one that brings most of what lies behind back onto measured surface.
-std::optional<Plane> OnWall(const Tester& tester, const ScanPlane& wall,
-                            const std::vector<ScanCell>& sample) {
+std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane& wall,
+                                      const std::vector<ScanCell>& sample) {
   constexpr double kClosely = 0.03;  // m
   constexpr size_t kEnough = 20;     // cells
-  const Plane itself{wall.normal, wall.distance};
+  const ReflectingPlane itself{wall.normal, wall.distance};
   if (!IsUpright(itself) && !IsLevel(itself)) return std::nullopt;
   std::vector<Eigen::Vector3d> behind;
   for (const ScanCell& cell : sample) {
     const Eigen::Vector3d point = tester.Point(cell.column, cell.row);
-    if (wall.Above(point) < -kWellBehind) behind.push_back(point);
+    if (wall.Above(point) < -ReturnTest::kWellBehind) behind.push_back(point);
   }
   if (behind.size() < kEnough) return std::nullopt;
   const size_t skip = std::max<size_t>(1, behind.size() / 400);
-  std::optional<Plane> best;
+  std::optional<ReflectingPlane> best;
   size_t most = kEnough / 2;
   for (int before = 0; before <= 10; before += 1) {
-    const Plane plane{wall.normal, wall.distance - 0.01 * before};
+    const ReflectingPlane plane{wall.normal, wall.distance - 0.01 * before};
     if (plane.distance < kNearestReflector) break;
     size_t agree = 0;
     for (size_t i = 0; i < behind.size(); i += skip) {
@@ -488,7 +69,8 @@ std::optional<Plane> OnWall(const Tester& tester, const ScanPlane& wall,
 }
 
 // The share of some of the cells that agree, less those that contradict; 0 below one half.
-double Support(const Tester& tester, const Plane& plane, const std::vector<ScanCell>& cells) {
+double Support(const ReturnTest& tester, const ReflectingPlane& plane,
+               const std::vector<ScanCell>& cells) {
   const size_t stride = std::max<size_t>(1, cells.size() / kTested);
   double agree = 0;
   double contradict = 0;
@@ -505,8 +87,8 @@ double Support(const Tester& tester, const Plane& plane, const std::vector<ScanC
 
 // Has the plane returns from behind it right beside its own, in many places?
 bool HasScattered(const RangeSurface& surface, const ScanPlane& plane) {
-  const Tester tester(surface);
-  const Plane itself{plane.normal, plane.distance};
+  const ReturnTest tester(surface);
+  const ReflectingPlane itself{plane.normal, plane.distance};
   size_t scattered = 0;
   size_t agree = 0;
   for (const ScanCell& cell : plane.cells) {
@@ -525,14 +107,14 @@ bool HasScattered(const RangeSurface& surface, const ScanPlane& plane) {
 
 struct Candidate {
   double support;
-  Plane plane;
+  ReflectingPlane plane;
   bool scattered;  // its regions may be too ragged for a coarse look
 };
 
 // The most promising first.
 std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride) {
   const std::vector<ScanPlane> planes = FindScanPlanes(surface, kMostPlanes);
-  const Tester tester(surface);
+  const ReturnTest tester(surface);
   std::vector<ScanCell> sample;
   for (int c = 0; c < surface.columns(); c += 2 * stride) {
     for (int r = 0; r < surface.rows(); r += 2 * stride) {
@@ -541,16 +123,16 @@ std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride) {
   }
   std::vector<Candidate> candidates;
   for (const ScanPlane& plane : planes) {
-    const Plane itself{plane.normal, plane.distance};
+    const ReflectingPlane itself{plane.normal, plane.distance};
     if (HasScattered(surface, plane)) {
       constexpr double kBeforeAllOthers = 1e6;
       candidates.push_back({kBeforeAllOthers * plane.area, itself, true});
     }
-    if (const std::optional<Plane> on_wall = OnWall(tester, plane, sample)) {
+    if (const std::optional<ReflectingPlane> on_wall = OnWall(tester, plane, sample)) {
       candidates.push_back({plane.area, *on_wall, false});
     }
     for (const ScanPlane& other : planes) {
-      const std::optional<Plane> between = Between(plane, other);
+      const std::optional<ReflectingPlane> between = Between(plane, other);
       if (!between) continue;
       const double support = Support(tester, *between, other.cells);
       if (support > 0) candidates.push_back({support * other.area, *between, false});
@@ -561,7 +143,7 @@ std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride) {
   return candidates;
 }
 
-bool Same(const Plane& a, const Plane& b) {
+bool Same(const ReflectingPlane& a, const ReflectingPlane& b) {
   return a.normal.dot(b.normal) > 0.998 && std::abs(a.distance - b.distance) < 0.05;
 }
 
@@ -573,17 +155,18 @@ std::vector<Reflector> EndReflections(RangeSurface& surface) {
   const int fine = std::max(1, static_cast<int>(std::sqrt(all / kFine)));
   std::vector<Reflector> reflectors;
   absl::flat_hash_map<std::pair<int, int>, double> ends;  // column and row to range, m
-  std::vector<Plane> judged;
+  std::vector<ReflectingPlane> judged;
   for (const Candidate& candidate : FindCandidates(surface, stride)) {
-    const Plane& plane = candidate.plane;
+    const ReflectingPlane& plane = candidate.plane;
     if (judged.size() >= kMostJudged) break;
-    if (std::any_of(judged.begin(), judged.end(), [&](const Plane& j) { return Same(j, plane); })) {
+    if (std::any_of(judged.begin(), judged.end(),
+                    [&](const ReflectingPlane& j) { return Same(j, plane); })) {
       continue;
     }
     judged.push_back(plane);
     // Coarsely first: most candidates are none.
-    if (!candidate.scattered && Judgement(surface, plane, stride).Reflections().empty()) continue;
-    const std::vector<ScanCell> cells = Judgement(surface, plane, fine).AllReflections();
+    if (!candidate.scattered && !HasReflections(surface, plane, stride)) continue;
+    const std::vector<ScanCell> cells = FindReflections(surface, plane, fine);
     if (cells.empty()) continue;
     // A ray that met two reflectors ended at the first.
     for (const ScanCell& cell : cells) {

@@ -184,6 +184,7 @@ class Evaluator {
     return budget_.deadline == Budget::Clock::time_point::max() ||
            std::chrono::duration<double>(budget_.deadline - Budget::Clock::now()).count() > seconds;
   }
+
   const Evaluation& evaluation() const { return evaluation_; }
 
   Evaluation Finish() {

@@ -113,7 +113,6 @@ class UploadStream final
     } else if (!request_.upload().empty() && request_.upload() != name_) {
       return InvalidField("upload", "must be empty or the same in every message of a stream");
     }
-    if (!request_.has_piece() && !request_.has_total()) return session_->GetUpload(name_);
     return session_->AddToUpload(name_, request_.has_piece() ? &request_.piece() : nullptr,
                                  request_.has_total() ? &request_.total() : nullptr);
   }

@@ -82,7 +82,8 @@ class Session : public std::enable_shared_from_this<Session> {
   // Uploads.
   absl::StatusOr<v1::Upload> CreateUpload(const v1::CreateUploadRequest& request);
   absl::StatusOr<v1::Upload> GetUpload(const std::string& name);
-  // Takes a piece, a total, or both; commits the scan when they complete it.
+  // Takes a piece, a total, both or neither; commits the scan when all of it is there, which an
+  // earlier call may have been refused.
   absl::StatusOr<v1::Upload> AddToUpload(const std::string& name, const v1::Piece* piece,
                                          const v1::UploadTotal* total);
 

@@ -155,8 +155,10 @@ absl::StatusOr<v1::Upload> Session::AddToUpload(const std::string& name, const v
   if (upload == nullptr) {
     absl::StatusOr<v1::Upload> ended = GetUpload(name);
     if (!ended.ok()) return ended;
-    // The last piece again, its answer having been lost.
-    if (ended->state() == v1::UPLOAD_STATE_COMMITTED) return ended;
+    // The last piece again, its answer having been lost; or only a question.
+    if (ended->state() == v1::UPLOAD_STATE_COMMITTED || (piece == nullptr && total == nullptr)) {
+      return ended;
+    }
     return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "UPLOAD_ENDED",
                            absl::StrCat(name, " is ", v1::UploadState_Name(ended->state()), ": ",
                                         ended->state_message()));

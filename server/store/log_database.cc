@@ -126,10 +126,10 @@ struct LogDatabase::Connection {
     return absl::OkStatus();
   }
 
-  absl::Status CheckVersion() {
+  // The schema's version; 0: there is none yet.
+  absl::StatusOr<int> KnownVersion() {
     const absl::StatusOr<int> version = Ask("PRAGMA user_version");
-    if (!version.ok()) return version.status();
-    if (*version <= kSchemaVersion) return absl::OkStatus();
+    if (!version.ok() || *version <= kSchemaVersion) return version;
     return absl::FailedPreconditionError(
         absl::StrCat("the data are of schema ", *version, ", this release reads up to ",
                      kSchemaVersion, ": start the newer release, or restore a backup"));
@@ -144,8 +144,7 @@ struct LogDatabase::Connection {
 
   // Brings the schema up to date, one release after the other.
   absl::Status Migrate() {
-    if (absl::Status known = CheckVersion(); !known.ok()) return known;
-    const absl::StatusOr<int> version = Ask("PRAGMA user_version");
+    const absl::StatusOr<int> version = KnownVersion();
     if (!version.ok()) return version.status();
     if (*version == kSchemaVersion) return absl::OkStatus();
     return Run(
@@ -180,7 +179,7 @@ absl::StatusOr<std::unique_ptr<LogDatabase>> LogDatabase::Open(const std::string
 absl::StatusOr<std::unique_ptr<LogDatabase>> LogDatabase::OpenToRead(const std::string& path) {
   auto reader = std::make_unique<Connection>();
   absl::Status status = reader->Open(path, SQLITE_OPEN_READONLY);
-  if (status.ok()) status = reader->CheckVersion();
+  if (status.ok()) status = reader->KnownVersion().status();
   if (status.ok()) status = reader->PrepareToRead();
   if (!status.ok()) return status;
   return std::unique_ptr<LogDatabase>(new LogDatabase(path, nullptr, std::move(reader)));

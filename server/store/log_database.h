@@ -22,7 +22,7 @@ class LogDatabase {
 
   // FAILED_PRECONDITION: written by a newer release. DATA_LOSS: not a database, or damaged.
   static absl::StatusOr<std::unique_ptr<LogDatabase>> Open(const std::string& path);
-  // To be read only, beside the process that writes. Errors as above; NOT_FOUND is UNAVAILABLE.
+  // To be read only, beside the process that writes. Errors as above; UNAVAILABLE: no such file.
   static absl::StatusOr<std::unique_ptr<LogDatabase>> OpenToRead(const std::string& path);
   ~LogDatabase();
 

@@ -8,9 +8,8 @@
 
 #include "core/parallel/thread_pool.h"
 #include "core/planning/confidence_bounds.h"
-#include "core/planning/feasible_views.h"
-#include "core/planning/scoring.h"
 #include "tests/support/closed_form_view.h"
+#include "tests/support/planning_problem.h"
 
 namespace vantage {
 namespace {
@@ -59,16 +58,15 @@ TEST(HashToUnitTest, FillsTheUnitInterval) {
   EXPECT_NEAR(sum / 10000, 0.5, 0.01);
 }
 
-struct Problem {
+struct Problem : PlanningProblem {
   explicit Problem(const ClosedFormScene& scene, double viewcell = 0.2)
-      : model(BuildView(scene)), grid(model) {
+      : PlanningProblem(std::make_shared<PlanningView>(BuildView(scene)), ConfigWith(viewcell)) {
+    truth = BruteForce(serial);
+  }
+  static PlanningConfig ConfigWith(double viewcell) {
+    PlanningConfig config;
     config.viewcell_size = viewcell;
-    patches = ExtractPatches(model, config, {}, Budget::Unlimited());
-    RankPatches(config, patches);
-    feasible = FeasibleViews::Find(model, grid, scanner, config, Budget::Unlimited(), serial);
-    for (size_t i = 0; i < feasible.cells().size(); ++i) views.push_back(feasible.Centre(i));
-    scoring = std::make_unique<Scoring>(model, grid, patches, scanner, config, serial);
-    truth = ScoreEveryView(scoring->scorer(), views, scoring->cells(), Budget::Unlimited(), serial);
+    return config;
   }
   Evaluation Evaluate(const AnytimeOptions& options, const Budget& budget,
                       Parallel& parallel) const {
@@ -81,15 +79,6 @@ struct Problem {
     return best;
   }
 
-  PlanningView model;
-  OpaqueGrid grid;
-  ScannerModel scanner;
-  PlanningConfig config;
-  Serial serial;
-  PatchSet patches;
-  FeasibleViews feasible;
-  std::vector<Eigen::Vector3d> views;
-  std::unique_ptr<Scoring> scoring;
   std::vector<ViewScore> truth;
 };
 

@@ -11,11 +11,10 @@
 #include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
 #include "core/planning/anytime.h"
-#include "core/planning/feasible_views.h"
-#include "core/planning/scoring.h"
 #include "core/simulation/scene.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/support/closed_form_view.h"
+#include "tests/support/planning_problem.h"
 
 namespace vantage {
 namespace {
@@ -39,34 +38,17 @@ std::shared_ptr<const PlanningView> ScannedOffice() {
   return model->Publish();
 }
 
-struct Problem {
-  explicit Problem(std::shared_ptr<const PlanningView> view, const PlanningConfig& with)
-      : model(std::move(view)), grid(*model), config(with) {
-    patches = ExtractPatches(*model, config, {}, Budget::Unlimited());
-    RankPatches(config, patches);
-    feasible = FeasibleViews::Find(*model, grid, scanner, config, Budget::Unlimited(), serial);
-    for (size_t i = 0; i < feasible.cells().size(); ++i) views.push_back(feasible.Centre(i));
-    scoring = std::make_unique<Scoring>(*model, grid, patches, scanner, config, serial);
-  }
+struct Problem : PlanningProblem {
+  using PlanningProblem::PlanningProblem;
   std::unique_ptr<HierarchicalScorer> Hierarchy(const HierarchyOptions& options) {
     return std::make_unique<HierarchicalScorer>(scoring->scorer(), grid, scoring->cells(),
                                                 feasible.cells(), feasible.cell_size(), options,
                                                 serial);
   }
-  std::vector<ViewScore> BruteForce() {
+  std::vector<ViewScore> BruteForce() const {
     ThreadPool pool(2);
-    return ScoreEveryView(scoring->scorer(), views, scoring->cells(), Budget::Unlimited(), pool);
+    return PlanningProblem::BruteForce(pool);
   }
-
-  std::shared_ptr<const PlanningView> model;
-  OpaqueGrid grid;
-  ScannerModel scanner;
-  PlanningConfig config;
-  Serial serial;
-  PatchSet patches;
-  FeasibleViews feasible;
-  std::vector<Eigen::Vector3d> views;
-  std::unique_ptr<Scoring> scoring;
 };
 
 struct Difference {

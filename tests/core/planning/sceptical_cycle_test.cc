@@ -1,6 +1,8 @@
 // Whole cycles in rooms that deceive scanners, against the same room without deceit.
 #include <gtest/gtest.h>
 
+#include <string>
+
 #include "core/parallel/thread_pool.h"
 #include "core/simulation/passing.h"
 #include "core/simulation/scene.h"
@@ -43,7 +45,9 @@ LoopResult RunIn(const Panes& panes) {
 }
 
 void ExpectSensible(const LoopResult& result, size_t plain_scans) {
-  for (const Plan& plan : result.plans) SCOPED_TRACE(plan.termination.reason);
+  std::string reasons;
+  for (const Plan& plan : result.plans) reasons += plan.termination.reason + "\n";
+  SCOPED_TRACE(reasons);
   EXPECT_TRUE(result.stopped);
   EXPECT_LE(result.stands.size(), plain_scans + 1);
   const Eigen::AlignedBox3d room(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(5.2, 4.2, 2.6));

@@ -373,5 +373,56 @@ TEST_F(ScanRpc, ACancelledStreamKeepsWhatCame) {
   EXPECT_EQ(where.upload().next_offset(), 1000);
 }
 
+// All of it was sent when there was no place for one more scan: whoever opens a stream for it
+// again, with nothing left to send, gets it committed.
+TEST(UploadToAFullSession, IsCommittedWhenItsSenderComesAgain) {
+  Script script;
+  ServerOptions options;
+  options.limits.pending_scans_per_session = 1;
+  InProcess server(script.Make(), options);
+  const std::string session = server.OpenRoom("job");
+  script.HoldAlignments();
+  const v1::PosePrior prior = PriorAt(3.0, 2.5, 1.4);
+  const v1::Upload held = server.Send(session, EncodedRoom({3.0, 2.5, 1.4}), &prior);
+  ASSERT_EQ(held.state(), v1::UPLOAD_STATE_COMMITTED);
+
+  const std::string bytes = EncodedRoom({1.0, 1.0, 1.4});
+  v1::CreateUploadRequest create;
+  create.set_parent(session);
+  create.mutable_upload()->mutable_total()->set_encoded_size(static_cast<int64_t>(bytes.size()));
+  create.mutable_upload()->mutable_total()->set_sha256(Sha256::Of(bytes));
+  v1::CreateUploadResponse created;
+  {
+    grpc::ClientContext context;
+    ASSERT_TRUE(server.scans->CreateUpload(&context, create, &created).ok());
+  }
+  v1::UploadPieceRequest piece;
+  piece.set_upload(created.upload().name());
+  piece.mutable_piece()->set_data(bytes);
+  piece.mutable_piece()->set_crc32c(Crc32c(bytes));
+  v1::UploadPieceResponse response;
+  {
+    grpc::ClientContext context;
+    const grpc::Status refused = server.scans->UploadPiece(&context, piece, &response);
+    EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+    EXPECT_EQ(InfoOf(refused).reason(), "TOO_MANY_PENDING_SCANS");
+  }
+  script.ReleaseAlignments();
+  server.WaitFor(session, held.scan(), v1::SCAN_STATE_MERGED);
+
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(20));
+  const auto stream = server.scans->UploadScan(&context);
+  v1::UploadScanRequest again;
+  again.set_upload(created.upload().name());
+  ASSERT_TRUE(stream->Write(again));
+  v1::UploadScanResponse state;
+  while (stream->Read(&state) && state.state() == v1::UPLOAD_STATE_OPEN) {
+  }
+  EXPECT_EQ(state.state(), v1::UPLOAD_STATE_COMMITTED);
+  stream->WritesDone();
+  EXPECT_TRUE(stream->Finish().ok());
+}
+
 }  // namespace
 }  // namespace vantage

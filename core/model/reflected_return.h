@@ -1,0 +1,75 @@
+// A return, reflected back at a plane, against what the same scan measured there.
+#ifndef VANTAGE_CORE_MODEL_REFLECTED_RETURN_H_
+#define VANTAGE_CORE_MODEL_REFLECTED_RETURN_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+
+#include "core/model/range_surface.h"
+
+namespace vantage {
+
+// What a return turns out to be when it is reflected back.
+enum class Back : uint8_t {
+  kInFront,      // not behind the plane: in no question
+  kAgrees,       // on measured surface
+  kHidden,       // where the scan saw nothing
+  kContradicts,  // in space that the scan saw empty
+};
+
+// normal . x = -distance (m), scanner's frame; unit normal, towards the scanner.
+struct ReflectingPlane {
+  Eigen::Vector3d normal;
+  double distance;
+
+  double Above(const Eigen::Vector3d& point) const { return normal.dot(point) + distance; }
+  Eigen::Vector3d Reflected(const Eigen::Vector3d& point) const {
+    return point - 2 * Above(point) * normal;
+  }
+};
+
+class ReturnTest {
+ public:
+  static constexpr double kBehind = 0.04;  // m behind the plane, from where on it is in question
+  // And is evidence: nearer, a wall's relief agrees with itself.
+  static constexpr double kWellBehind = 0.15;  // m
+
+  // Keeps the reference.
+  explicit ReturnTest(const RangeSurface& surface) : surface_(surface) {}
+
+  Eigen::Vector3d Point(int column, int row) const {
+    return static_cast<double>(surface_.at(column, row)) * surface_.Direction(column, row);
+  }
+
+  Back Test(const ReflectingPlane& plane, int column, int row) const {
+    if (!surface_.Returned(column, row)) return Back::kInFront;
+    const Eigen::Vector3d point = Point(column, row);
+    if (plane.Above(point) > -kBehind) return Back::kInFront;
+    return Compare(plane.Reflected(point), kAgreement);
+  }
+
+  bool WellBehind(const ReflectingPlane& plane, int column, int row) const {
+    return plane.Above(Point(column, row)) < -kWellBehind;
+  }
+
+  // Would a return that agrees cease to, were the plane a little nearer or farther? One on a floor
+  // or a side wall, which go on and on, would not, and says nothing.
+  bool Telling(const ReflectingPlane& plane, int column, int row) const {
+    constexpr double kShift = 0.3;  // m
+    const Eigen::Vector3d back = plane.Reflected(Point(column, row));
+    return Compare(back + kShift * plane.normal, kAgreement) != Back::kAgrees ||
+           Compare(back - kShift * plane.normal, kAgreement) != Back::kAgrees;
+  }
+
+  // A point against what the scan measured in its direction, to within `agreement` (m).
+  Back Compare(const Eigen::Vector3d& point, double agreement) const;
+
+ private:
+  static constexpr double kAgreement = 0.06;  // m between a reflected return and what was measured
+
+  const RangeSurface& surface_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_MODEL_REFLECTED_RETURN_H_
