@@ -63,7 +63,7 @@ absl::Status AtomicFile::Commit() {
   const int descriptor = descriptor_;
   descriptor_ = -1;
   if (close(descriptor) != 0 || std::rename(partial_.c_str(), path_.c_str()) != 0) {
-    const absl::Status failure = Failure("write", path_);
+    absl::Status failure = Failure("write", path_);
     unlink(partial_.c_str());
     return failure;
   }

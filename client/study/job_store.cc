@@ -46,7 +46,7 @@ absl::Status WriteWhole(const std::string& path, const std::string& contents) {
   const bool whole = written == contents.size() && ::fsync(file) == 0;
   const bool closed = ::close(file) == 0;
   if (!whole || !closed || std::rename(temporary.c_str(), path.c_str()) != 0) {
-    const absl::Status failed = CannotWrite(path);
+    absl::Status failed = CannotWrite(path);
     ::unlink(temporary.c_str());
     return failed;
   }

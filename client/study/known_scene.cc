@@ -122,8 +122,9 @@ RegularSpacing BestSpacing(const StudyScene& scene, uint64_t seed) {
   std::pair<size_t, size_t> best_merit = {kNever, kNever};  // scans needed, then missing early
   for (const double spacing : kSpacings) {
     for (int offset = 0; offset < kOffsets * kOffsets; ++offset) {
-      const Eigen::Vector2d shift(spacing / kOffsets * (offset % kOffsets + 0.5),
-                                  spacing / kOffsets * (offset / kOffsets + 0.5));
+      const int row = offset / kOffsets;
+      const int column = offset % kOffsets;
+      const Eigen::Vector2d shift = spacing / kOffsets * Eigen::Vector2d(column + 0.5, row + 0.5);
       for (const double height : heights) {
         const std::vector<size_t> route =
             WalkThrough(ways, start, SnapGrid(scene, spacing, shift, height));

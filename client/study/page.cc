@@ -89,7 +89,8 @@ std::string WinnersTable(const study::v1::Table& table) {
       }
       const study::v1::Row& row = *at->second;
       const bool most_did = 2 * row.reached() > row.jobs();
-      html += Cell(absl::StrFormat(most_did ? "%g" : "> %g", row.scans95() - (most_did ? 0 : 1)),
+      html += Cell(most_did ? absl::StrFormat("%g", row.scans95())
+                            : absl::StrFormat("> %g", row.scans95() - 1),
                    row.winner()             ? "win"
                    : KnowsTheScene(planner) ? "known"
                                             : "");

@@ -37,6 +37,13 @@ std::vector<StudyPlanner> MakePlanners() {
   all.back().choice = ViewChoice::kBest;
   all.push_back(Ours("ours-sensitive", "counting only what every pose within the error sees"));
   all.back().overrides.set_pose_sensitivity(true);
+  const auto behind = [&](const char* name, double depth, const char* words) {
+    all.push_back(Ours(name, words));
+    all.back().overrides.set_depth_behind(depth);
+  };
+  behind("ours-behind1", 1, "counting on a metre of space behind false surface");
+  behind("ours-behind2", 2, "counting on two metres of space behind false surface");
+  behind("ours-behind3", 3, "counting on three metres of space behind false surface");
   const auto weights = [&](const char* name, double true_surface, double occlusion, double hole,
                            double image, const char* words) {
     all.push_back(Ours(name, words));

@@ -82,6 +82,7 @@ class Study {
     }
     std::atomic<size_t> next{0};
     std::vector<std::thread> workers;
+    workers.reserve(static_cast<size_t>(width_));
     for (int worker = 0; worker < width_; ++worker) {
       workers.emplace_back([&, worker] {
         for (size_t i = next++; i < jobs.size() && !TooLate(); i = next++) {

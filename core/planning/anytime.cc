@@ -29,10 +29,9 @@ class Evaluator {
         options_(options),
         budget_(budget),
         parallel_(parallel) {
-    const auto density = static_cast<float>(scorer.constraints().required_density());
     line_.reserve(cells.size());
     for (size_t i = 0; i < cells.size(); ++i) {
-      potential_ += static_cast<double>(cells.factor[i] * (density - cells.q[i]));
+      potential_ += static_cast<double>(cells.factor[i] * (cells.enough[i] - cells.q[i]));
       line_.push_back(potential_);
     }
     evaluation_.views.assign(views.size(), {0, 0, potential_, false, false});
@@ -241,13 +240,13 @@ class Evaluator {
   CellArrays Sample(size_t round, size_t draws) const {
     std::vector<uint32_t> indices;
     std::vector<float> factors;
-    const auto density = static_cast<float>(scorer_.constraints().required_density());
     const double part = potential_ / static_cast<double>(draws);
     size_t at = 0;
     for (size_t k = 0; k < draws; ++k) {
       const double point = (static_cast<double>(k) + HashToUnit(options_.seed, round, k)) * part;
       while (at + 1 < line_.size() && line_[at] <= point) ++at;
-      const float unit = 1 / (density - cells_.q[at]);  // a gain as a share of the most it can be
+      const float unit =
+          1 / (cells_.enough[at] - cells_.q[at]);  // a gain as a share of the most it can be
       if (!indices.empty() && indices.back() == at) {
         factors.back() += unit;
       } else {

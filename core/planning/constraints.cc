@@ -28,8 +28,8 @@ uint32_t PositiveBits(const float* values) {
 }  // namespace
 
 void CellArrays::Add(const Eigen::Vector3f& position, const Eigen::Vector3f& normal,
-                     float gain_factor, float density, const Eigen::Vector3f& target,
-                     uint32_t index) {
+                     float gain_factor, float density, float enough_density,
+                     const Eigen::Vector3f& target, uint32_t index) {
   x.push_back(position.x());
   y.push_back(position.y());
   z.push_back(position.z());
@@ -38,6 +38,7 @@ void CellArrays::Add(const Eigen::Vector3f& position, const Eigen::Vector3f& nor
   nz.push_back(normal.z());
   factor.push_back(gain_factor);
   q.push_back(density);
+  enough.push_back(enough_density);
   tx.push_back(target.x());
   ty.push_back(target.y());
   tz.push_back(target.z());
@@ -48,7 +49,7 @@ void CellArrays::Pad() {
   const size_t padded = (cell.size() + kPacket - 1) / kPacket * kPacket;
   // Far away in every coordinate, and worth nothing.
   for (std::vector<float>* values : {&x, &y, &z}) values->resize(padded, 1e9f);
-  for (std::vector<float>* values : {&nx, &ny, &nz, &factor, &q, &tx, &ty, &tz}) {
+  for (std::vector<float>* values : {&nx, &ny, &nz, &factor, &q, &enough, &tx, &ty, &tz}) {
     values->resize(padded, 0.0f);
   }
 }
@@ -58,16 +59,15 @@ CellArrays CellArrays::Gather(const std::vector<uint32_t>& indices,
   CellArrays out;
   for (size_t k = 0; k < indices.size(); ++k) {
     const size_t i = indices[k];
-    out.Add({x[i], y[i], z[i]}, {nx[i], ny[i], nz[i]}, factors[k], q[i], {tx[i], ty[i], tz[i]},
-            cell[i]);
+    out.Add({x[i], y[i], z[i]}, {nx[i], ny[i], nz[i]}, factors[k], q[i], enough[i],
+            {tx[i], ty[i], tz[i]}, cell[i]);
   }
   out.Pad();
   return out;
 }
 
-SensingConstraints::SensingConstraints(const ScannerModel& scanner, double required_density)
+SensingConstraints::SensingConstraints(const ScannerModel& scanner)
     : scanner_(scanner),
-      density_(required_density),
       per_steradian_(static_cast<float>(1 / (scanner.azimuth_step * scanner.elevation_step))),
       least_cos_(static_cast<float>(std::sin(scanner.elevation_step))),
       range2_min_(static_cast<float>(scanner.range_min * scanner.range_min)),
@@ -82,7 +82,8 @@ SensingConstraints::SensingConstraints(const ScannerModel& scanner, double requi
       cos_incidence_(static_cast<float>(std::cos(scanner.max_incidence))) {}
 
 double SensingConstraints::DensityGain(const Eigen::Vector3d& view, const Eigen::Vector3d& position,
-                                       const Eigen::Vector3d& normal, double q) const {
+                                       const Eigen::Vector3d& normal, double q,
+                                       double enough) const {
   const Eigen::Vector3d d = position - view;
   const double range = d.norm();
   if (range < scanner_.range_min || range > scanner_.range_max) return 0;
@@ -91,7 +92,7 @@ double SensingConstraints::DensityGain(const Eigen::Vector3d& view, const Eigen:
   const double cos_incidence = -normal.dot(d) / range;
   if (cos_incidence < std::cos(scanner_.max_incidence)) return 0;
   const double s = scanner_.SamplingDensity(elevation, cos_incidence, range);
-  return std::max(0.0, std::min(s, density_) - q);
+  return std::max(0.0, std::min(s, enough) - q);
 }
 
 uint32_t SensingConstraints::Gains(const Eigen::Vector3f& view, const CellArrays& cells,
@@ -109,7 +110,7 @@ uint32_t SensingConstraints::Gains(const Eigen::Vector3f& view, const CellArrays
   const Packet range = range2.sqrt();
   const Packet cos_range = horizontal2.sqrt().max(least_cos_ * range);
   const Packet s = per_steradian_ * facing / (range2 * cos_range);
-  const Packet t = (s.min(static_cast<float>(density_)) - Load(&cells.q[at])).max(0.0f);
+  const Packet t = (s.min(Load(&cells.enough[at])) - Load(&cells.q[at])).max(0.0f);
   const auto seen = facing >= cos_incidence_ * range && range2 >= range2_min_ &&
                     range2 <= range2_max_ && dz >= sin_min_ * range && dz <= sin_max_ * range;
   Eigen::Map<Packet> out(gains);

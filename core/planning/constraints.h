@@ -21,6 +21,7 @@ struct CellArrays {
   std::vector<float> nx, ny, nz;  // unit normal
   std::vector<float> factor;      // gain per sample/m^2: weight * success * area
   std::vector<float> q;           // samples / m^2
+  std::vector<float> enough;      // samples / m^2: more than this gains nothing more, > q
   std::vector<float> tx, ty, tz;  // target, scene coordinates
   std::vector<uint32_t> cell;     // which needy cell it is
 
@@ -28,7 +29,7 @@ struct CellArrays {
   size_t packets() const { return x.size() / kPacket; }
   // Appends a cell; Pad() when all are in.
   void Add(const Eigen::Vector3f& position, const Eigen::Vector3f& normal, float gain_factor,
-           float density, const Eigen::Vector3f& target, uint32_t index);
+           float density, float enough_density, const Eigen::Vector3f& target, uint32_t index);
   void Pad();
   // Those at `indices`, with their factors replaced.
   CellArrays Gather(const std::vector<uint32_t>& indices, const std::vector<float>& factors) const;
@@ -37,22 +38,20 @@ struct CellArrays {
 // Range interval, field of view, incidence, and what is gained where they hold.
 class SensingConstraints {
  public:
-  SensingConstraints(const ScannerModel& scanner, double required_density);
+  explicit SensingConstraints(const ScannerModel& scanner);
 
-  // Scalar, in double: t(v, A) = max(0, min(s, D) - q), or 0 where a constraint is violated.
+  // Scalar, in double: t(v, A) = max(0, min(s, enough) - q), or 0 where a constraint is violated.
   double DensityGain(const Eigen::Vector3d& view, const Eigen::Vector3d& position,
-                     const Eigen::Vector3d& normal, double q) const;
+                     const Eigen::Vector3d& normal, double q, double enough) const;
 
   // Gains (factor * t) of the 8 cells from 8 * packet on. Returns the bits of those above 0.
   uint32_t Gains(const Eigen::Vector3f& view, const CellArrays& cells, size_t packet,
                  float gains[8]) const;
 
-  double required_density() const { return density_; }
   const ScannerModel& scanner() const { return scanner_; }
 
  private:
   ScannerModel scanner_;
-  double density_;
   // The same in float, as the packets use them.
   float per_steradian_;  // 1 / (da de)
   float least_cos_;      // of the elevation, for density

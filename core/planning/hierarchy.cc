@@ -59,7 +59,7 @@ HierarchicalScorer::HierarchicalScorer(const BruteForceScorer& scorer, const Opa
       intervals_(scorer.constraints()),
       counts_(grid, parallel),
       shafts_(counts_),
-      patches_(cells, scorer.constraints().required_density(), parallel),
+      patches_(cells, parallel),
       views_(viewcells, viewcell_size, options.leaf_views) {}
 
 HierarchicalScorer::Pass HierarchicalScorer::PassOf(const ViewTree::Node& node) const {
@@ -79,13 +79,12 @@ HierarchicalScorer::Pass HierarchicalScorer::PassOf(const ViewTree::Node& node) 
 
 // What each view of a pair gains that is entirely visible and of which all constraints hold.
 double HierarchicalScorer::Constant(const PatchTree::Node& node, const Interval& density) const {
-  const double required = scorer_.constraints().required_density();
-  if (density.min >= required) return node.potential;
-  const double s = std::min(required, 0.5 * (density.min + density.max));
+  if (density.min >= node.bounds.most_enough) return node.potential;
+  const auto s = static_cast<float>(0.5 * (density.min + density.max));
   double sum = 0;
   for (size_t i = node.begin; i < node.end; ++i) {
-    sum +=
-        static_cast<double>(cells_.factor[i]) * std::max(0.0, s - static_cast<double>(cells_.q[i]));
+    const float gained = std::max(0.0f, std::min(s, cells_.enough[i]) - cells_.q[i]);
+    sum += static_cast<double>(cells_.factor[i]) * static_cast<double>(gained);
   }
   return sum;
 }
@@ -117,7 +116,7 @@ void HierarchicalScorer::Refine(const Pass& pass, const ViewBlock::Candidate& ca
   }
   constexpr uint8_t kAllSatisfied = kSensingSatisfied | kVisible;
   if ((satisfied & kAllSatisfied) == kAllSatisfied) {
-    const bool saturated = density.min >= scorer_.constraints().required_density();
+    const bool saturated = density.min >= node.bounds.most_enough;
     const bool constant =
         scorer_.reach() == 0 && density.max - density.min <= options_.tolerance * density.max;
     if (saturated || constant) {

@@ -40,6 +40,7 @@ CellBounds CellBounds::Of(const CellArrays& cells, size_t begin, size_t end) {
     bounds.position.extend(Eigen::Vector3f(cells.x[i], cells.y[i], cells.z[i]).cast<double>());
     bounds.normal.extend(Eigen::Vector3f(cells.nx[i], cells.ny[i], cells.nz[i]).cast<double>());
     bounds.least_density = std::min(bounds.least_density, static_cast<double>(cells.q[i]));
+    bounds.most_enough = std::max(bounds.most_enough, static_cast<double>(cells.enough[i]));
   }
   const Eigen::Vector3d centre = bounds.position.center();
   bounds.offset_min = std::numeric_limits<double>::infinity();

@@ -19,6 +19,7 @@ struct CellBounds {
   double offset_min = 0;
   double offset_max = 0;
   double least_density = 0;  // q, samples / m^2
+  double most_enough = 0;    // samples / m^2
 
   static CellBounds Of(const CellArrays& cells, size_t begin, size_t end);
 };

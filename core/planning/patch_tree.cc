@@ -66,7 +66,7 @@ std::vector<uint32_t> PatchOrder(const CellArrays& cells, Parallel& parallel) {
   return order;
 }
 
-PatchTree::PatchTree(const CellArrays& cells, double required_density, Parallel& parallel) {
+PatchTree::PatchTree(const CellArrays& cells, Parallel& parallel) {
   nodes_.front().end = static_cast<uint32_t>(cells.size());
   for (uint32_t i = 0; i < nodes_.size(); ++i) {
     const Node node = nodes_[i];
@@ -79,7 +79,6 @@ PatchTree::PatchTree(const CellArrays& cells, double required_density, Parallel&
       part.end = end;
     }
   }
-  const auto density = static_cast<float>(required_density);
   parallel.For(nodes_.size(), [&](size_t i) {
     Node& node = nodes_[i];
     if (node.begin == node.end) return;
@@ -87,7 +86,7 @@ PatchTree::PatchTree(const CellArrays& cells, double required_density, Parallel&
     node.width = static_cast<float>(node.bounds.position.sizes().maxCoeff());
     for (size_t k = node.begin; k < node.end; ++k) {
       node.targets.extend(Eigen::Vector3f(cells.tx[k], cells.ty[k], cells.tz[k]).cast<double>());
-      node.potential += static_cast<double>(cells.factor[k] * (density - cells.q[k]));
+      node.potential += static_cast<double>(cells.factor[k] * (cells.enough[k] - cells.q[k]));
     }
   });
 }

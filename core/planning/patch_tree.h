@@ -34,7 +34,7 @@ class PatchTree {
 
   PatchTree() = default;  // of no cells: a root without any
   // `cells` in the order of PatchOrder(), padded.
-  PatchTree(const CellArrays& cells, double required_density, Parallel& parallel);
+  PatchTree(const CellArrays& cells, Parallel& parallel);
 
   const Node& root() const { return nodes_.front(); }
   const Node& operator[](uint32_t i) const { return nodes_[i]; }

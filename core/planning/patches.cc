@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
+#include "core/planning/space_behind.h"
 
 namespace vantage {
 namespace {
@@ -73,6 +74,7 @@ Patch Describe(const std::vector<NeedyCell>& cells, uint32_t begin, uint32_t end
     const double area = cell.area;
     patch.area += area;
     density += area * cell.density;
+    patch.deficit += area * (cell.enough - cell.density);
     normal += area * cell.normal.cast<double>();
     mean += area * cell.position.cast<double>();
   }
@@ -108,7 +110,6 @@ Patch Describe(const std::vector<NeedyCell>& cells, uint32_t begin, uint32_t end
     std::swap(patch.length_u, patch.length_v);
     patch.axis_u = axis_v;
   }
-  patch.deficit = (config.required_density - patch.mean_density) * patch.area;
   patch.importance = config.weights[static_cast<size_t>(patch.kind)] * patch.deficit;
   return patch;
 }
@@ -124,6 +125,11 @@ PatchSet ExtractPatches(const PlanningView& model, const PlanningConfig& config,
   PatchSet set;
   std::vector<NeedyCell> needy;
   const auto density = static_cast<float>(config.required_density);
+  const auto enough = [&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
+    if (config.depth_behind <= 0 || !IsFalseSurface(state)) return density;
+    const double depth = DepthBehind(model, v, surface.normal, config.depth_behind);
+    return static_cast<float>(DensityWorthHaving(config.required_density, depth));
+  };
   model.ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
     if (surface.given_up || !(surface.area > 0) || surface.density >= density) return;
     if (config.region_of_interest.has_value() &&
@@ -131,7 +137,7 @@ PatchSet ExtractPatches(const PlanningView& model, const PlanningConfig& config,
       return;
     }
     needy.push_back({v, KindOf(state), surface.centroid, surface.normal, surface.area,
-                     IsFalseSurface(state) ? 0.0f : surface.density,
+                     IsFalseSurface(state) ? 0.0f : surface.density, enough(v, state, surface),
                      static_cast<float>(SuccessProbability(surface.obtained, surface.missed))});
   });
   if (budget.Expired()) return set;

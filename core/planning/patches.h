@@ -21,6 +21,7 @@ struct NeedyCell {
   Eigen::Vector3f normal;    // unit, towards the empty side
   float area = 0;            // m^2
   float density = 0;         // q, samples / m^2
+  float enough = 0;          // samples / m^2: D, or more where there is space behind it
   float success = 1;         // probability that measuring it works, from earlier attempts
 };
 

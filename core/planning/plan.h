@@ -38,6 +38,7 @@ struct PlanningConfig {
   double scanner_height = 1.8;         // m
   std::array<double, kSurfaceKinds> weights = {1, 1, 1, 1};  // by SurfaceKind, >= 0
   bool pose_sensitivity = false;  // score only what every pose within the error sees
+  double depth_behind = 0;        // m, unknown space behind false surface that counts; 0: the paper
   double separation = 0.6;        // m, of candidates checked for registration
   int candidates = 10;            // k, views returned at most
   int max_checked = 60;           // views checked for registration at most

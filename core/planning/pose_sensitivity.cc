@@ -29,7 +29,7 @@ float PoseSensitivity::Gain(const Eigen::Vector3d& view, const CellArrays& cells
   if ((satisfied & kSensingSatisfied) != kSensingSatisfied) return 0;
   const double least = std::max(density.min, intervals_.LeastPerSteradian(box, cell) * unit);
   const double gain =
-      std::min(least, constraints_.required_density()) - static_cast<double>(cells.q[at]);
+      std::min(least, static_cast<double>(cells.enough[at])) - static_cast<double>(cells.q[at]);
   if (gain <= 0) return 0;
   const Eigen::Vector3d target(cells.tx[at], cells.ty[at], cells.tz[at]);
   const Eigen::AlignedBox3d in_scene(box.min() / voxel_ - corner_, box.max() / voxel_ - corner_);

@@ -28,9 +28,7 @@ double DirectionsOf(const ScannerModel& scanner) {
 
 OverlapSurface::OverlapSurface(const PlanningView& model, const OpaqueGrid& grid,
                                const OcclusionScene& scene, const ScannerModel& scanner)
-    : voxel_(model.voxel_size()),
-      scanner_(scanner),
-      constraints_(AnyIncidence(scanner), std::numeric_limits<float>::max()) {
+    : voxel_(model.voxel_size()), scanner_(scanner), constraints_(AnyIncidence(scanner)) {
   size_t total = 0;
   model.ForEachSurface([&](const VoxelIndex&, VoxelState state, const SurfaceVoxel&) {
     total += state == VoxelState::kTrueSurface;
@@ -42,8 +40,8 @@ OverlapSurface::OverlapSurface(const PlanningView& model, const OpaqueGrid& grid
     if (state != VoxelState::kTrueSurface || at++ % stride != 0 || !(surface.area > 0)) return;
     const auto target = TargetOf(grid, v, surface.normal);
     if (!target.has_value()) return;
-    cells_.Add(surface.centroid, surface.normal, surface.area, 0, scene.ToScene(*target),
-               static_cast<uint32_t>(samples_.size()));
+    cells_.Add(surface.centroid, surface.normal, surface.area, 0, std::numeric_limits<float>::max(),
+               scene.ToScene(*target), static_cast<uint32_t>(samples_.size()));
     samples_.push_back(surface.samples);
   });
   cells_.Pad();

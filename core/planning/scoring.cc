@@ -10,7 +10,7 @@ namespace vantage {
 
 Scoring::Scoring(const PlanningView& model, const OpaqueGrid& grid, const PatchSet& patches,
                  const ScannerModel& scanner, const PlanningConfig& config, Parallel& parallel)
-    : constraints_(scanner, config.required_density),
+    : constraints_(scanner),
       scene_(grid, OpaqueGrid(model, {1, 2, 0}), parallel),
       scorer_(constraints_, scene_, model.voxel_size(),
               config.pose_sensitivity
@@ -24,7 +24,8 @@ Scoring::Scoring(const PlanningView& model, const OpaqueGrid& grid, const PatchS
     if (!(factor > 0)) continue;
     const auto target = TargetOf(grid, cell.voxel, cell.normal);
     if (!target.has_value()) continue;
-    cells.Add(cell.position, cell.normal, factor, cell.density, scene_.ToScene(*target), i);
+    cells.Add(cell.position, cell.normal, factor, cell.density, cell.enough,
+              scene_.ToScene(*target), i);
   }
   const std::vector<uint32_t> order = PatchOrder(cells, parallel);
   std::vector<float> factors(order.size());

@@ -71,8 +71,8 @@ class UnaryCall final : public grpc::ServerUnaryReactor,
 
   void Complete(Answer answer) {
     if (finished_.exchange(true)) return;
-    if (answer.ok()) *response_ = *std::move(answer);
     const grpc::Status status = ToGrpcStatus(answer.status(), *context_);
+    if (answer.ok()) *response_ = *std::move(answer);
     const double seconds = absl::ToDoubleSeconds(absl::Now() - started_);
     if (status.ok()) {
       around_.log.Debug("call", {{"method", method_}, {"seconds", seconds}});

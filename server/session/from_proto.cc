@@ -123,6 +123,7 @@ void FillDefaults(v1::PlanningConfig& p) {
   if (!w.has_hole_boundary()) w.set_hole_boundary(d.weights[2]);
   if (!w.has_image_boundary()) w.set_image_boundary(d.weights[3]);
   if (!p.has_pose_sensitivity()) p.set_pose_sensitivity(d.pose_sensitivity);
+  if (!p.has_depth_behind()) p.set_depth_behind(d.depth_behind);
   if (!p.has_separation()) p.set_separation(d.separation);
   if (!p.has_candidates()) p.set_candidates(d.candidates);
   if (!p.has_max_checked()) p.set_max_checked(d.max_checked);
@@ -284,6 +285,7 @@ PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config, const v1::Si
       w.image_boundary() == 0) {
     v.Add(f + ".weights", "must not all be 0");
   }
+  CheckRange(p.depth_behind(), 0, 10, f + ".depth_behind", v);
   CheckRange(p.separation(), 0, 1000, f + ".separation", v);
   CheckRange(p.candidates(), 1, 100, f + ".candidates", v);
   CheckRange(p.max_checked(), 1, 1000, f + ".max_checked", v);
@@ -304,6 +306,7 @@ PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config, const v1::Si
   out.scanner_height = p.scanner_height();
   out.weights = {w.true_surface(), w.occlusion(), w.hole_boundary(), w.image_boundary()};
   out.pose_sensitivity = p.pose_sensitivity();
+  out.depth_behind = p.depth_behind();
   out.separation = p.separation();
   out.candidates = p.candidates();
   out.max_checked = p.max_checked();

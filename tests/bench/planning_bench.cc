@@ -24,7 +24,7 @@ void BenchPackets(const PlanningView& model, const ScannerModel& scanner, Parall
   PatchSet patches = ExtractPatches(model, config, PatchTolerance{}, unlimited);
   RankPatches(config, patches);
   const Scoring scoring(model, grid, patches, scanner, config, parallel);
-  const SensingConstraints constraints(scanner, config.required_density);
+  const SensingConstraints constraints(scanner);
   const CellArrays& cells = scoring.cells();
 
   // Every 40th view; their packets are laid out beforehand for Embree alone.

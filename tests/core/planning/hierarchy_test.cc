@@ -82,6 +82,7 @@ class HierarchyTest : public ::testing::TestWithParam<int> {
     config.viewcell_size = GetParam() == 0 ? 0.3 : 0.2;
     config.pose_sensitivity = pose_sensitivity;
     config.weights = {1, 2, 0.5, 1};
+    config.depth_behind = GetParam() % 2 == 0 ? 0 : 2;
     if (GetParam() == 0) {
       return std::make_unique<Problem>(ScannedOffice(), config);
     }

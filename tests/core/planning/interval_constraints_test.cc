@@ -55,7 +55,7 @@ CellArrays RandomGroup(Sampler& sampler) {
                                     sampler.Between(-1, 1)))
             .normalized();
     cells.Add(p.cast<float>(), normal.cast<float>(), 1, static_cast<float>(sampler.Between(0, 900)),
-              p.cast<float>(), i);
+              static_cast<float>(sampler.Between(1000, 9000)), p.cast<float>(), i);
   }
   cells.Pad();
   return cells;
@@ -73,7 +73,7 @@ TEST(IntervalConstraintsTest, BoundsContainEverySample) {
   ScannerModel scanner;
   scanner.range_max = 6;
   scanner.elevation_max = Radians(70);
-  const SensingConstraints constraints(scanner, 2500);
+  const SensingConstraints constraints(scanner);
   const IntervalConstraints intervals(constraints);
   Sampler sampler(5);
   int decided = 0;
@@ -132,7 +132,8 @@ TEST(IntervalConstraintsTest, BoundsContainEverySample) {
       if (satisfied & kElevationSatisfied) {
         ASSERT_TRUE(in_view) << "pair " << pair;
       }
-      const double gain = constraints.DensityGain(view, p, n, static_cast<double>(cells.q[i]));
+      const double gain = constraints.DensityGain(view, p, n, static_cast<double>(cells.q[i]),
+                                                  static_cast<double>(cells.enough[i]));
       if (!may) {
         ASSERT_EQ(gain, 0) << "pair " << pair;
       }
@@ -151,7 +152,7 @@ TEST(IntervalConstraintsTest, BoundsContainEverySample) {
 TEST(IntervalConstraintsTest, PointsAreExact) {
   ScannerModel scanner;
   scanner.range_max = 6;
-  const SensingConstraints constraints(scanner, 2500);
+  const SensingConstraints constraints(scanner);
   const IntervalConstraints intervals(constraints);
   Sampler sampler(6);
   for (int k = 0; k < 20000; ++k) {

@@ -29,7 +29,7 @@ TEST(ConstraintsTest, PacketsAgreeWithTheScalarInDouble) {
     scanner.elevation_min = Radians(lowest);
     scanner.elevation_max = lowest == -20 ? Radians(45) : Radians(90);
     scanner.range_max = 6;
-    const SensingConstraints constraints(scanner, 2500);
+    const SensingConstraints constraints(scanner);
     int positive = 0;
     int near_limit = 0;
     constexpr int kPackets = 20000;
@@ -49,10 +49,12 @@ TEST(ConstraintsTest, PacketsAgreeWithTheScalarInDouble) {
                 .normalized()
                 .cast<float>();
         const auto q = static_cast<float>(Uniform(random, 0, 2500));
-        cells.Add(p, n, 0.0025f, q, p, i);
+        const float enough = q + static_cast<float>(Uniform(random, 0, 10000));
+        cells.Add(p, n, 0.0025f, q, enough, p, i);
         const auto gain = [&](const Eigen::Vector3d& from) {
           return 0.0025 * constraints.DensityGain(from, p.cast<double>(), n.cast<double>(),
-                                                  static_cast<double>(q));
+                                                  static_cast<double>(q),
+                                                  static_cast<double>(enough));
         };
         expected[i] = gain(view.cast<double>());
         // Within the rounding of a float, a limit may be met or not.
@@ -86,7 +88,7 @@ TEST(ConstraintsTest, PacketsAgreeWithTheScalarInDouble) {
 TEST(CellArraysTest, PaddingGainsNothingAndGatherKeepsCells) {
   CellArrays cells;
   for (uint32_t i = 0; i < 11; ++i) {
-    cells.Add({1, 0, static_cast<float>(i)}, {-1, 0, 0}, 1, 0, {1, 2, 3}, 100 + i);
+    cells.Add({1, 0, static_cast<float>(i)}, {-1, 0, 0}, 1, 0, 2500, {1, 2, 3}, 100 + i);
   }
   cells.Pad();
   EXPECT_EQ(cells.size(), 11u);
@@ -96,7 +98,7 @@ TEST(CellArraysTest, PaddingGainsNothingAndGatherKeepsCells) {
   EXPECT_EQ(some.factor[1], 7);
   float gains[8];
   ScannerModel scanner;
-  EXPECT_EQ(SensingConstraints(scanner, 2500).Gains({0, 0, 10}, cells, 1, gains) & 0xf8u, 0u);
+  EXPECT_EQ(SensingConstraints(scanner).Gains({0, 0, 10}, cells, 1, gains) & 0xf8u, 0u);
 }
 
 class BruteForceTest : public ::testing::TestWithParam<bool> {
@@ -104,6 +106,7 @@ class BruteForceTest : public ::testing::TestWithParam<bool> {
   explicit BruteForceTest() : model_(BuildView(FurnishedRoom(5))), grid_(model_) {
     config_.pose_sensitivity = GetParam();
     config_.weights = {1, 2, 0.5, 1};
+    config_.depth_behind = 1;
     patches_ = ExtractPatches(model_, config_, {}, Budget::Unlimited());
     RankPatches(config_, patches_);
   }
@@ -122,9 +125,9 @@ class BruteForceTest : public ::testing::TestWithParam<bool> {
 
   // One cell, from the definition: double arithmetic, voxel walks to either side of the ray.
   Gain SlowGain(const Eigen::Vector3d& view, const NeedyCell& cell) const {
-    const SensingConstraints constraints(scanner_, config_.required_density);
-    const double gain = constraints.DensityGain(view, cell.position.cast<double>(),
-                                                cell.normal.cast<double>(), cell.density);
+    const SensingConstraints constraints(scanner_);
+    const double gain = constraints.DensityGain(
+        view, cell.position.cast<double>(), cell.normal.cast<double>(), cell.density, cell.enough);
     if (gain <= 0) return {};
     const auto target = TargetOf(grid_, cell.voxel, cell.normal);
     if (!target.has_value()) return {};
@@ -174,8 +177,8 @@ TEST_P(BruteForceTest, AgreesWithTheNaiveScorer) {
         gain = {std::min(gain.least, there.least), std::min(gain.most, there.most)};
       }
       // Of what the cell could gain at most: floats cancel where little is left to gain.
-      const double rounding = 1e-6 * config_.weights[static_cast<size_t>(cell.kind)] * cell.area *
-                              config_.required_density;
+      const double rounding =
+          1e-6 * config_.weights[static_cast<size_t>(cell.kind)] * cell.area * cell.enough;
       // Nine poses bound from above what every pose of the box gains.
       if (!config_.pose_sensitivity) {
         EXPECT_GE(gains[i], gain.least - rounding);
