@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstring>
+#include <ostream>
 #include <random>
 
 namespace vantage {
@@ -104,6 +105,8 @@ struct BadBytes {
   absl::StatusCode code;
   const char* says;
 };
+// What test names show.
+void PrintTo(const BadBytes& tested, std::ostream* out) { *out << tested.name; }
 
 template <typename T>
 void Put(std::string& bytes, size_t offset, T value) {

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
+#include <ostream>
 #include <sstream>
 
 #include "core/sensor/lzf.h"
@@ -101,6 +102,8 @@ struct BadFile {
   absl::StatusCode code;
   const char* says;
 };
+// What test names show.
+void PrintTo(const BadFile& tested, std::ostream* out) { *out << tested.name; }
 
 std::string Replaced(std::string text, const std::string& from, const std::string& to) {
   const size_t at = text.find(from);

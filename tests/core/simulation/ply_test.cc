@@ -6,6 +6,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <ostream>
 #include <sstream>
 
 #include "core/sensor/byte_order.h"
@@ -60,6 +61,8 @@ struct BadPly {
   absl::StatusCode code;
   const char* says;
 };
+// What test names show.
+void PrintTo(const BadPly& tested, std::ostream* out) { *out << tested.name; }
 
 std::string Replaced(std::string text, const std::string& from, const std::string& to) {
   const size_t at = text.find(from);
@@ -155,6 +158,8 @@ struct SharedMesh {
   double median_escape;  // of its free points, as the data's own documentation has it
   double worst_escape;   // two of the bookstore's stand in its open front: half of everything
 };
+// What test names show.
+void PrintTo(const SharedMesh& tested, std::ostream* out) { *out << tested.folder; }
 
 class SharedMeshTest : public testing::TestWithParam<SharedMesh> {};
 

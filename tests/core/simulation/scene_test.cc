@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstring>
+#include <ostream>
 
 #include "core/simulation/ground_truth.h"
 #include "core/simulation/simulated_scanner.h"
@@ -17,6 +18,8 @@ struct SceneCase {
   size_t least_starts;
   size_t least_triangles;
 };
+// What test names show.
+void PrintTo(const SceneCase& tested, std::ostream* out) { *out << tested.name; }
 
 std::vector<SceneCase> Cases() {
   std::vector<SceneCase> cases;
