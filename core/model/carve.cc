@@ -200,6 +200,7 @@ std::unique_ptr<ScanLayer> Carve(const Scan& scan, const Eigen::Isometry3d& T_mo
   layer->elevation_last = rows.back() + (rows.back() - rows[rows.size() - 2]) / 2;
 
   layer->reflectors = EndReflections(layer->range_surface);
+  layer->range_surface.EndLoneRays();
   CarveEmptySpace(config.voxel_size, parallel, *layer);
   AddSurfacePoints(config.voxel_size, parallel, *layer);
   FreeStand(config.voxel_size, *layer);

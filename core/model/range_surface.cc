@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <utility>
 
 namespace vantage {
 
@@ -77,7 +79,6 @@ void RangeSurface::DropMixedPixels() {
     return RangeImage::IsRange(before) && RangeImage::IsRange(after) &&
            (here - before) * (after - here) > 0;
   };
-  std::vector<size_t> mixed;
   for (int c = 0; c < columns(); ++c) {
     const int next = NextColumn(c);
     const int previous = c > 0 ? c - 1 : (azimuth_.closed() ? columns() - 1 : -1);
@@ -88,10 +89,10 @@ void RangeSurface::DropMixedPixels() {
       if (previous >= 0 && JoinedToNextColumn(previous, r)) continue;
       const bool across = previous >= 0 && next >= 0 && between(at(previous, r), here, at(next, r));
       const bool along = r > 0 && r + 1 < rows() && between(at(c, r - 1), here, at(c, r + 1));
-      if (across || along) mixed.push_back(Index(c, r));
+      if (across || along) mixed_.push_back(static_cast<uint32_t>(Index(c, r)));
     }
   }
-  for (const size_t index : mixed) range_[index] = RangeImage::kNoInformation;
+  for (const uint32_t index : mixed_) range_[index] = RangeImage::kNoInformation;
 }
 
 void RangeSurface::EndAt(int column, int row, float range) {
@@ -105,6 +106,57 @@ void RangeSurface::EndAt(int column, int row, float range) {
   if (row > 0) part(column, row - 1, 2 | 4);
   if (previous >= 0) part(previous, row, 1 | 4);
   if (previous >= 0 && row > 0) part(previous, row - 1, 4);
+}
+
+void RangeSurface::EndLoneRays() {
+  constexpr int kTelling = 7;
+  struct End {
+    size_t index;
+    float range;
+  };
+  std::vector<End> ends;
+  const auto beside = [this](int column, int row, int dc, int dr) {
+    int c = column + dc;
+    if (azimuth_.closed()) c = (c + columns()) % columns();
+    const int r = row + dr;
+    if (c < 0 || c >= columns() || r < 0 || r >= rows()) return RangeImage::kNoInformation;
+    return at(c, r);
+  };
+  for (const uint32_t index : mixed_) {
+    const int c = static_cast<int>(index) / rows();
+    const int r = static_cast<int>(index) % rows();
+    float nearest = std::numeric_limits<float>::infinity();
+    for (const auto& [dc, dr] : {std::pair{1, 0}, std::pair{0, 1}}) {
+      const float before = beside(c, r, -dc, -dr);
+      const float after = beside(c, r, dc, dr);
+      if (RangeImage::IsRange(before) && RangeImage::IsRange(after)) {
+        nearest = std::min({nearest, before, after});
+      }
+    }
+    if (std::isfinite(nearest)) ends.push_back({index, nearest});
+  }
+  for (int c = 0; c < columns(); ++c) {
+    for (int r = 0; r < rows(); ++r) {
+      if (RangeImage::IsRange(at(c, r))) continue;
+      int telling = 0;
+      float nearest = std::numeric_limits<float>::infinity();
+      for (int dc = -1; dc <= 1; ++dc) {
+        for (int dr = -1; dr <= 1; ++dr) {
+          const float range = beside(c, r, dc, dr);
+          if (!RangeImage::IsRange(range)) continue;
+          ++telling;
+          nearest = std::min(nearest, range);
+        }
+      }
+      if (telling >= kTelling) ends.push_back({Index(c, r), nearest});
+    }
+  }
+  for (const End& end : ends) {
+    if (RangeImage::IsRange(range_[end.index])) continue;  // a mixed pixel that stands alone
+    joined_[end.index] = range_[end.index] == RangeImage::kNoReturn ? 8 : 8 | 1;
+    range_[end.index] = end.range;
+  }
+  mixed_ = {};
 }
 
 RangeSurface::Reading RangeSurface::Read(const Eigen::Vector3d& direction) const {

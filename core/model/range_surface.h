@@ -49,17 +49,24 @@ class RangeSurface {
   // Ends the ray of a cell that holds a range at a reflector, `range` m away: empty up to there,
   // nothing known beyond, no surface, joined to nothing.
   void EndAt(int column, int row, float range);
+  // Ends rays that tell nothing and stand alone, so that no hairs of unknown run from them to the
+  // scanner: mixed pixels at the nearer of the surfaces that they mix, which the beam has passed;
+  // cells seven of whose eight neighbours tell a range at the nearest of those. A line of such
+  // cells may be a thin black thing, and stays. After all calls of EndAt.
+  void EndLoneRays();
 
   int NextColumn(int column) const {
     return column + 1 < columns() ? column + 1 : (azimuth_.closed() ? 0 : -1);
   }
   // Is the cell one surface with the one in the next column (which may wrap), or the next row?
   bool JoinedToNextColumn(int column, int row) const {
-    return (joined_[Index(column, row)] & 1) != 0;
+    return (joined_[Index(column, row)] & 9) == 1;
   }
-  bool JoinedToNextRow(int column, int row) const { return (joined_[Index(column, row)] & 2) != 0; }
+  bool JoinedToNextRow(int column, int row) const {
+    return (joined_[Index(column, row)] & 10) == 2;
+  }
   // Are the four cells from (column, row) to the next column and row one surface?
-  bool QuadJoined(int column, int row) const { return (joined_[Index(column, row)] & 4) != 0; }
+  bool QuadJoined(int column, int row) const { return (joined_[Index(column, row)] & 12) == 4; }
 
   // How far space was seen to be empty along a direction (scanner frame, any length > 0), and why
   // no farther. Inside a joined quad the range is interpolated as a plane would give it (linearly
@@ -82,8 +89,11 @@ class RangeSurface {
   AngularAxis azimuth_;
   AngularAxis elevation_;
   std::vector<double> cos_azimuth_, sin_azimuth_, cos_elevation_, sin_elevation_;
-  std::vector<float> range_;     // as in RangeImage
-  std::vector<uint8_t> joined_;  // bits: to the next column, to the next row, quad, ended
+  std::vector<float> range_;  // as in RangeImage
+  // Bits: 1 to the next column, 2 to the next row, 4 quad; or 8 ended, joined to nothing, and then
+  // 1 where nothing was told rather than nothing came back.
+  std::vector<uint8_t> joined_;
+  std::vector<uint32_t> mixed_;  // cells that were mixed pixels, until EndLoneRays
 };
 
 // Here, since carving calls it for every voxel near a surface.
@@ -99,8 +109,9 @@ inline RangeSurface::Reading RangeSurface::RangeAt(double azimuth, double elevat
   }
   const float range = at(a.nearest(), e.nearest());
   if (RangeImage::IsRange(range)) {
-    const bool ended = !Returned(a.nearest(), e.nearest());
-    return {range, ended ? UnknownReason::kHole : UnknownReason::kOcclusion};
+    const uint8_t how = joined_[Index(a.nearest(), e.nearest())];
+    if ((how & 8) == 0) return {range, UnknownReason::kOcclusion};
+    return {range, (how & 1) == 0 ? UnknownReason::kHole : UnknownReason::kImage};
   }
   return {0, range == RangeImage::kNoReturn ? UnknownReason::kHole : UnknownReason::kImage};
 }

@@ -149,6 +149,38 @@ TEST_F(AttributesTest, RecordedDensityIsTheClosedForm) {
   EXPECT_LE(wrong, voxels / 200);
 }
 
+// Thinned for transport: the density is that of the steps the instrument measured with.
+TEST_F(AttributesTest, AThinnedScanRecordsItsNativeDensity) {
+  Build(EmptyRoom());
+  Scan thinned = scan_;
+  RangeImage& image = thinned.image;
+  image.azimuth.clear();
+  image.elevation.clear();
+  image.range.clear();
+  for (int c = 0; c < scan_.image.columns(); c += 3) {
+    image.azimuth.push_back(scan_.image.azimuth[static_cast<size_t>(c)]);
+    for (int r = 0; r < scan_.image.rows(); r += 2) image.range.push_back(scan_.image.at(c, r));
+  }
+  for (int r = 0; r < scan_.image.rows(); r += 2) {
+    image.elevation.push_back(scan_.image.elevation[static_cast<size_t>(r)]);
+  }
+  Serial serial;
+  auto model = PartialModel::Create({}).value();
+  ASSERT_TRUE(model->Insert("thinned", thinned, pose_, serial).ok());
+  const auto view = model->Publish();
+  size_t compared = 0;
+  size_t wrong = 0;
+  const Plane wall{{scene_.air[0].max().x(), 0, 1.3}, {-1, 0, 0}};
+  OnPlane(wall, 1.0, 1.0, [&](const SurfaceVoxel& whole) {
+    const SurfaceVoxel* thin = view->Surface(view->At(whole.centroid.cast<double>()));
+    if (thin == nullptr) return;
+    ++compared;
+    wrong += std::abs(thin->density / whole.density - 1) > 0.10f ? 1 : 0;
+  });
+  ASSERT_GT(compared, 1000u);
+  EXPECT_LE(wrong, compared / 100);
+}
+
 TEST_F(AttributesTest, GrazingSurfaceHasNoDensity) {
   ClosedFormScene scene;
   scene.air = {{Eigen::Vector3d(-1, -1, 0), Eigen::Vector3d(12, 1, 2.5)}};

@@ -291,6 +291,51 @@ TEST(CarveTest, ScatteredDropOutsLeaveNoHolesNearTheScanner) {
   EXPECT_EQ(holes, 0u);
 }
 
+// Rays that tell nothing and stand alone cut no hairs into what the rays around them crossed,
+// however far away: neither a drop-out nor a mixed pixel at the edge of something near.
+TEST(CarveTest, LoneRaysGrowNoVeilsFarAway) {
+  ClosedFormScene scene = EmptyRoom();
+  scene.air = {{Eigen::Vector3d(-9.02, -3.01, 0.02), Eigen::Vector3d(9.03, 3.02, 2.81)}};
+  const Eigen::AlignedBox3d box(Eigen::Vector3d(5, -1, -1), Eigen::Vector3d(6, 1, 1.2));
+  scene.solids.push_back({box.center(), box.sizes() / 2});
+  const Eigen::Isometry3d pose = PoseAt({-1, 0.1, 1.5}, 0.1, 0.01, 0.02);
+  for (const bool mixed : {false, true}) {
+    Scan scan = ScanScene(scene, pose, {.noise = 0.003});
+    const RangeImage clean = scan.image;
+    size_t lone = 0;
+    for (int c = 1; c + 1 < clean.columns(); ++c) {
+      for (int r = 1; r + 1 < clean.rows(); ++r) {
+        float& range = scan.image.range[clean.Index(c, r)];
+        const float before = clean.at(c - 1, r);
+        if (!mixed && c % 5 == 2 && r % 5 == 2) {
+          range = RangeImage::kNoReturn;
+          ++lone;
+        } else if (mixed && before < clean.at(c, r) - 1) {
+          range = 0.6f * before + 0.4f * range;  // the beam meets the edge that ends to the left
+          ++lone;
+        }
+      }
+    }
+    ASSERT_GT(lone, 20u);
+    Serial serial;
+    auto model = PartialModel::Create({}).value();
+    ASSERT_TRUE(model->Insert("a", scan, pose, serial).ok());
+    const auto view = model->Publish();
+    size_t veils = 0;
+    view->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel&) {
+      if (!IsFalseSurface(state)) return;
+      const Eigen::Vector3d to = view->Centre(v) - pose.translation();
+      // Before everything, well inside the field of view.
+      const bool inside = std::asin(to.normalized().z()) > Radians(-55);
+      veils += inside && view->Centre(v).x() < box.min().x() - 0.1 &&
+                       scene.DistanceToSurface(view->Centre(v), 1) > 2 * kVoxel
+                   ? 1
+                   : 0;
+    });
+    EXPECT_EQ(veils, 0u) << (mixed ? "mixed pixels" : "drop-outs");
+  }
+}
+
 TEST(CarveTest, AScannersOwnStandIsFree) {
   for (const ClosedFormScene& scene : {EmptyRoom(), BoxInRoom(), DoorwayRooms()}) {
     const Eigen::Vector3d stand = scene.stands[0];

@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
+#include <map>
 #include <random>
 
 #include "core/model/partial_model.h"
@@ -102,6 +104,55 @@ TEST(MergeTest, AViewOutlivesWhatComesAfterIt) {
     ++counted;
   });
   EXPECT_EQ(counted, surfaces);
+}
+
+// The bricks of a view by their coordinates.
+std::map<std::array<int, 3>, const Brick*> BricksOf(const PlanningView& view) {
+  std::map<std::array<int, 3>, const Brick*> bricks;
+  for (const PlanningView::BrickAt& at : view.bricks()) {
+    bricks[{at.brick.x(), at.brick.y(), at.brick.z()}] = at.contents.get();
+  }
+  return bricks;
+}
+
+// A scan that comes or goes leaves alone what lies more than a brick from all that it says anything
+// of: versions share it.
+TEST(MergeTest, AScanTouchesOnlyWhatItSees) {
+  ClosedFormScene scene = DoorwayRooms();
+  scene.air.pop_back();  // no doorway: neither scan sees the other's room
+  const std::vector<PosedScan> scans = ScansOf(scene, {.step = Radians(0.8)});
+  Serial serial;
+  auto model = PartialModel::Create({}).value();
+  auto alone = PartialModel::Create({}).value();
+  const PosedScan& second = scans[1];
+  ASSERT_TRUE(alone->Insert(second.id, second.scan, second.pose, serial).ok());
+  const auto touched = BricksOf(*alone->Publish());
+  ASSERT_TRUE(model->Insert(scans[0].id, scans[0].scan, scans[0].pose, serial).ok());
+  const auto before = model->Publish();
+  ASSERT_TRUE(model->Insert(second.id, second.scan, second.pose, serial).ok());
+  const auto with = model->Publish();
+  const MergeReport gone = model->Withdraw(second.id, serial).value();
+  const auto after = model->Publish();
+  EXPECT_LE(gone.changed_bricks, 27 * touched.size());
+  const auto all_with = BricksOf(*with);
+  const auto all_after = BricksOf(*after);
+  size_t shared = 0;
+  size_t near = 0;
+  for (const auto& [at, brick] : BricksOf(*before)) {
+    bool by_the_scan = false;
+    for (int i = 0; i < 27; ++i) {
+      by_the_scan |=
+          touched.contains({at[0] + i % 3 - 1, at[1] + i / 3 % 3 - 1, at[2] + i / 9 - 1});
+    }
+    near += by_the_scan ? 1 : 0;
+    if (by_the_scan) continue;
+    ++shared;
+    ASSERT_TRUE(all_with.contains(at) && all_after.contains(at));
+    EXPECT_EQ(all_with.at(at), brick);
+    EXPECT_EQ(all_after.at(at), brick);
+  }
+  EXPECT_GT(shared, 200u);
+  EXPECT_GT(near, 20u);
 }
 
 // Ten scans of one wall with 1 cm of noise and 1 cm of pose error.
