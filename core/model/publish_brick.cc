@@ -16,8 +16,10 @@ namespace {
 constexpr std::array<std::array<int, 3>, 6> kFaces = {
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-// Glass, mirror or black: what two scans should have measured and did not, a third won't either.
-constexpr int kFailuresToGiveUp = 2;
+// Glass, mirror or black: where the rays of two scans went through and did not come back, and one
+// of them should have, a third's won't either. Which way false surface faces says little of what is
+// in it, so the second may look at it askew.
+constexpr int kMissesToGiveUp = 2;
 
 class Publisher {
  public:
@@ -194,13 +196,14 @@ class Publisher {
     state = Cause(local);
     surface.centroid = Centre(local).cast<float>();
     surface.area = static_cast<float>(h_ * h_) / surface.normal.lpNorm<Eigen::Infinity>();
+    int misses = 0;
     for (const auto& [layer, around] : witnesses_) {
-      if (surface.missed < UINT8_MAX &&
-          layer->FailedAt(Centre(local), surface.normal.cast<double>(), h_)) {
-        ++surface.missed;
-      }
+      const ScanLayer::Miss miss = layer->MissAt(Centre(local), surface.normal.cast<double>(), h_);
+      if (miss == ScanLayer::Miss::kNone) continue;
+      ++misses;
+      if (miss == ScanLayer::Miss::kSquare && surface.missed < UINT8_MAX) ++surface.missed;
     }
-    surface.given_up = surface.missed >= kFailuresToGiveUp;
+    surface.given_up = surface.missed > 0 && misses >= kMissesToGiveUp;
     return surface;
   }
 

@@ -15,17 +15,18 @@ UnknownReason ScanLayer::ReasonAt(const Eigen::Vector3d& point) const {
   return reading.beyond;
 }
 
-bool ScanLayer::FailedAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
-                         double voxel_size) const {
+ScanLayer::Miss ScanLayer::MissAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                                  double voxel_size) const {
   const Eigen::Vector3d to_scanner = T_model_scan.translation() - point;
   const double distance = to_scanner.norm();
-  if (distance < scanner.range_min || distance > scanner.range_max) return false;
-  if (normal.dot(to_scanner) < std::cos(scanner.max_incidence) * distance) return false;
+  if (distance < scanner.range_min || distance > scanner.range_max) return Miss::kNone;
   UnknownReason reason = ReasonAt(point);
   if (reason == UnknownReason::kNone) {
     reason = ReasonAt(point - to_scanner * (voxel_size / distance));
   }
-  return reason == UnknownReason::kHole;
+  if (reason != UnknownReason::kHole) return Miss::kNone;
+  const bool askew = normal.dot(to_scanner) < std::cos(scanner.max_incidence) * distance;
+  return askew ? Miss::kAskew : Miss::kSquare;
 }
 
 double ScanLayer::DensityAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,

@@ -133,11 +133,15 @@ struct ScanLayer {
   // Why the scan leaves a point (m, model frame) unknown, if it does.
   UnknownReason ReasonAt(const Eigen::Vector3d& point) const;
 
-  // Should the scan have measured a surface element (m, model frame; unit normal), by its range and
-  // incidence and with nothing in between, and did its ray not come back? A ray that ended at a
-  // reflector may have done so up to a voxel behind it.
-  bool FailedAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
-                double voxel_size) const;
+  // Did the scan's ray through a surface element (m, model frame; unit normal) not come back, with
+  // nothing in between and within range? A ray that ended at a reflector may have done so up to a
+  // voxel behind it.
+  enum class Miss : uint8_t {
+    kNone,
+    kAskew,  // beyond the maximum incidence: it was not to be measured from there
+    kSquare  // by all that is known it should have been measured
+  };
+  Miss MissAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double voxel_size) const;
 
   // The recorded sampling density of the scan on a surface element (m, model frame; unit normal):
   // the smallest over a voxel-sized square around the point. 0 beyond the maximum incidence and

@@ -48,6 +48,7 @@ void ExpectSensible(const LoopResult& result, size_t plain_scans) {
   std::string reasons;
   for (const Plan& plan : result.plans) reasons += plan.termination.reason + "\n";
   SCOPED_TRACE(reasons);
+  std::printf("%zu scans, %zu in the plain room\n", result.stands.size(), plain_scans);
   EXPECT_TRUE(result.stopped);
   EXPECT_LE(result.stands.size(), plain_scans + 1);
   const Eigen::AlignedBox3d room(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(5.2, 4.2, 2.6));
@@ -86,6 +87,10 @@ TEST_F(ScepticalCycleTest, AMirror) {
   // It is named for what it is: never measured, given up.
   EXPECT_GT(result.plans.back().coverage.area_given_up, 1.5);
   EXPECT_LT(result.plans.back().coverage.area_given_up, 3.5);
+}
+
+TEST_F(ScepticalCycleTest, WindowsAndAMirror) {
+  ExpectSensible(RunIn({true, true, false, false}), plain_scans_);
 }
 
 TEST_F(ScepticalCycleTest, SomebodyWhoWalksAboutAndADoorThatMoves) {
