@@ -8,8 +8,10 @@
 namespace vantage {
 
 void BenchCycle(Parallel& parallel, Figures& figures);     // cycle.*
-void BenchCarve(Parallel& parallel, Figures& figures);     // carve.*, merge.*
+void BenchCarve(Parallel& parallel, Figures& figures);     // carve.*
 void BenchPlanning(Parallel& parallel, Figures& figures);  // plan.*
+// merge.*, model.*: what many scans cost; `full` adds a whole floor.
+void BenchModel(bool full, Parallel& parallel, Figures& figures);
 // plan.exact.*: the hierarchy against brute force; `full` adds what takes minutes.
 void BenchEvaluator(bool full, Parallel& parallel, Figures& figures);
 

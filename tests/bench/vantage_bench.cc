@@ -36,6 +36,7 @@ int main(int argc, char** argv) {
     figures.Add({"machine.loop.seconds", loop, "s", "", "1e8 dependent multiply-adds, one thread"});
   }
   vantage::BenchCarve(pool, figures);
+  vantage::BenchModel(full, pool, figures);
   vantage::BenchPlanning(pool, figures);
   vantage::BenchEvaluator(full, pool, figures);
   vantage::BenchCycle(pool, figures);

@@ -1,0 +1,114 @@
+// What a model costs once there are many scans in it: time to merge, memory to hold.
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "core/model/carve.h"
+#include "core/simulation/scene.h"
+#include "core/simulation/simulated_scanner.h"
+#include "tests/bench/benchmarks.h"
+#include "tests/bench/flat_job.h"
+#include "tests/bench/resident_memory.h"
+
+namespace vantage {
+
+namespace {
+
+void BenchMerge(const FlatJob& job, Parallel& parallel, Figures& figures) {
+  if (!figures.Wants("merge.")) return;
+  Serial serial;
+  const size_t last = job.scans.size() - 1;
+  const auto model = ModelOf(job, last, parallel);
+  std::vector<double> shares;
+  for (int run = 0; run < 5; ++run) {
+    const MergeReport report =
+        model->Insert("last", job.scans[last], job.poses[last], serial).value();
+    shares.push_back(report.merge_seconds / report.carve_seconds);
+    (void)model->Withdraw("last", serial).value();
+  }
+  figures.Add({"merge.tenth.share", Percentile(shares, 0.5), "of its carve", "1",
+               "merge, normals, frontier of a job's tenth scan over its carve, one thread, median "
+               "of 5"});
+}
+
+// Resident memory of a model and of what each scan leaves with it, MB.
+struct Footprint {
+  double model = 0;   // octree and planning view
+  double layers = 0;  // of the scans: to withdraw them, and to merge others exactly
+  size_t surface_voxels = 0;
+};
+
+// `scan` makes the scan of a number at its pose; what it returns is gone again before the next.
+template <typename MakeScan>
+Footprint Measure(size_t scans, MakeScan&& make_scan, Parallel& parallel) {
+  Footprint footprint;
+  {
+    const double before = ResidentMegabytes();
+    auto model = PartialModel::Create({}).value();
+    for (size_t i = 0; i < scans; ++i) {
+      const auto [scan, pose] = make_scan(i);
+      (void)model->Insert(absl::StrCat("scan", i), scan, pose, parallel).value();
+    }
+    const std::shared_ptr<const PlanningView> view = model->Publish();
+    footprint.model = ResidentMegabytes() - before;
+    footprint.surface_voxels = view->SurfaceCount();
+  }
+  const double before = ResidentMegabytes();
+  std::vector<std::unique_ptr<ScanLayer>> layers;
+  for (size_t i = 0; i < scans; ++i) {
+    const auto [scan, pose] = make_scan(i);
+    layers.push_back(Carve(scan, pose, {}, parallel));
+  }
+  footprint.layers = ResidentMegabytes() - before;
+  footprint.model -= footprint.layers;
+  return footprint;
+}
+
+void BenchFlatMemory(const FlatJob& job, Parallel& parallel, Figures& figures) {
+  if (!figures.Wants("model.bytes_per_voxel")) return;
+  const Footprint flat = Measure(
+      job.scans.size(), [&](size_t i) { return std::pair(job.scans[i], job.poses[i]); }, parallel);
+  const auto voxels = static_cast<double>(flat.surface_voxels);
+  const std::string after =
+      absl::StrCat("flat, ", job.scans.size(), " scans, ", flat.surface_voxels, " surface voxels");
+  figures.Add({"model.bytes_per_voxel", flat.model * 1e6 / voxels, "bytes", "120",
+               absl::StrCat("octree and planning view, resident; ", after)});
+  figures.Add({"model.layer.mb", flat.layers / static_cast<double>(job.scans.size()), "MB", "",
+               "what the model keeps of each scan, to forget it bit for bit"});
+}
+
+// A floor of 1,000 m2 with range 30 m, as a building is scanned.
+void BenchFloorMemory(Parallel& parallel, Figures& figures) {
+  constexpr size_t kScans = 30;
+  const Scene scene = OfficeFloor(1, 1000);
+  const SimulatedScanner simulated(scene.mesh);
+  ScannerModel scanner;
+  scanner.range_max = 30;
+  const auto make_scan = [&](size_t i) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translate(scene.starts[i * scene.starts.size() / kScans]);
+    Scan scan;
+    scan.scanner = scanner;
+    scan.image = simulated.Scan(scanner, pose, ScanFaults{}, i, parallel);
+    return std::pair(std::move(scan), pose);
+  };
+  const Footprint floor = Measure(kScans, make_scan, parallel);
+  figures.Add({"model.1000m2.mb", floor.model, "MB", "400",
+               absl::StrCat("octree and planning view of ", floor.surface_voxels,
+                            " surface voxels after ", kScans, " scans, resident")});
+  figures.Add({"model.1000m2.layers.mb", floor.layers, "MB", "", "what is kept of the scans"});
+}
+
+}  // namespace
+
+void BenchModel(bool full, Parallel& parallel, Figures& figures) {
+  if (figures.Wants("merge.") || figures.Wants("model.bytes_per_voxel")) {
+    const FlatJob job = MakeFlatJob(1, 10, parallel);
+    BenchMerge(job, parallel, figures);
+    BenchFlatMemory(job, parallel, figures);
+  }
+  if (full && figures.Wants("model.1000m2.")) BenchFloorMemory(parallel, figures);
+}
+
+}  // namespace vantage

@@ -1,0 +1,354 @@
+// vantage_model_pictures [--out FOLDER]
+//
+// Draws a level and an upright slice through partial models, voxel by voxel, over what is really
+// there: a closed-form scene, the room with windows and a mirror, and, where VANTAGE_SHARED_DATA
+// names the real data, a real scan.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <functional>
+#include <iostream>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/picture/canvas.h"
+#include "client/picture/palette.h"
+#include "core/model/partial_model.h"
+#include "core/parallel/thread_pool.h"
+#include "core/sensor/import.h"
+#include "core/simulation/scene.h"
+#include "core/simulation/simulated_scanner.h"
+#include "tests/core/model/closed_form_scene.h"
+
+namespace vantage {
+namespace {
+
+using Eigen::Vector2d;
+using Eigen::Vector3d;
+
+constexpr double kMargin = 46;     // pixels
+constexpr double kHeading = 70;    // pixels
+constexpr double kLegend = 62;     // pixels
+constexpr double kWidth = 1100;    // pixels
+constexpr double kGivenUpInk = 3;  // pixels, side of the dot on what was given up on
+
+const Colour kUnknown = Rgb(0xdcdcdc);
+const Colour kAbsorbed = Rgb(0x8c8c8c);
+const Colour kTruth = Rgb(0x009e73);
+const Colour kGivenUp = Rgb(0xffffff);
+
+Colour ColourOf(VoxelState state) {
+  switch (state) {
+    case VoxelState::kUnknown:
+      return kUnknown;
+    case VoxelState::kEmpty:
+      return palette::kWhite;
+    case VoxelState::kTrueSurface:
+      return palette::kMeasured;
+    case VoxelState::kAbsorbed:
+      return kAbsorbed;
+    case VoxelState::kFalseOcclusion:
+      return palette::kOcclusion;
+    case VoxelState::kFalseHole:
+      return palette::kHole;
+    case VoxelState::kFalseImage:
+      return palette::kImageBoundary;
+  }
+  return kUnknown;
+}
+
+// A plane through the model across `normal_axis`; its picture has x or y to the right, and y or z
+// up.
+struct Slice {
+  int normal_axis = 2;
+  double at = 0;  // m
+  int right() const { return normal_axis == 0 ? 1 : 0; }
+  int up() const { return normal_axis == 2 ? 1 : 2; }
+};
+
+struct Picture {
+  std::string title;
+  std::string note;
+  std::shared_ptr<const PlanningView> model;
+  Eigen::AlignedBox3d shown;  // m, model frame
+  std::vector<Slice> slices;
+  // Points (m) of what is really there, within half a voxel of a slice.
+  std::function<std::vector<Vector3d>(const Slice&)> truth;
+};
+
+class SlicePanel {
+ public:
+  SlicePanel(const Picture& picture, const Slice& slice, const Vector2d& corner, double scale,
+             Canvas& canvas)
+      : picture_(picture), slice_(slice), corner_(corner), scale_(scale), canvas_(canvas) {}
+
+  void Draw() const {
+    const PlanningView& model = *picture_.model;
+    const double h = model.voxel_size();
+    const VoxelIndex low = model.At(picture_.shown.min());
+    const VoxelIndex high = model.At(picture_.shown.max());
+    const int width = high[slice_.right()] - low[slice_.right()] + 1;
+    const int height = high[slice_.up()] - low[slice_.up()] + 1;
+    Raster raster(width, height);
+    std::vector<Vector2d> given_up;
+    for (int j = 0; j < height; ++j) {
+      for (int i = 0; i < width; ++i) {
+        VoxelIndex v;
+        v[slice_.normal_axis] = static_cast<int>(std::floor(slice_.at / h));
+        v[slice_.right()] = low[slice_.right()] + i;
+        v[slice_.up()] = low[slice_.up()] + j;
+        raster.At(i, height - 1 - j) = ColourOf(model.State(v));
+        const SurfaceVoxel* surface = model.Surface(v);
+        if (surface != nullptr && surface->given_up) given_up.push_back(On(model.Centre(v)));
+      }
+    }
+    const Vector3d origin = low.cast<double>() * h;
+    const Vector3d end = (high.cast<double>().array() + 1) * h;
+    const Vector2d top_left(On(origin).x(), On(end).y());
+    const Vector2d bottom_right(On(end).x(), On(origin).y());
+    canvas_.Image(top_left, bottom_right, raster);
+    canvas_.Clip(top_left, bottom_right);
+    const Vector2d dot = Vector2d::Constant(0.5 * kGivenUpInk);
+    for (const Vector2d& p : given_up) canvas_.FillRectangle(p - dot, p + dot, kGivenUp);
+    for (const Vector3d& p : picture_.truth(slice_)) {
+      canvas_.FillRectangle(On(p) - Vector2d(0.6, 0.6), On(p) + Vector2d(0.6, 0.6), kTruth);
+    }
+    int number = 0;
+    for (const Stand& stand : model.stands()) {
+      const Vector2d p = On(stand.position);
+      canvas_.FillCircle(p, 9, palette::kWhite);
+      canvas_.StrokeCircle(p, 9, 1.5, palette::kInk);
+      canvas_.Text(p + Vector2d(0, 4), absl::StrCat(++number), 12, palette::kInk, Align::kCentre,
+                   true);
+    }
+    canvas_.Unclip();
+    canvas_.StrokeRectangle(top_left, bottom_right, 1, palette::kFaintInk);
+    constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
+    canvas_.Text(top_left - Vector2d(0, 8),
+                 absl::StrFormat("%s = %.2f m; %s right, %s up", kAxes[slice_.normal_axis],
+                                 slice_.at, kAxes[slice_.right()], kAxes[slice_.up()]),
+                 14, palette::kInk, Align::kLeft, true);
+    const Vector2d bar(top_left.x(), bottom_right.y() + 14);
+    canvas_.FillRectangle(bar, bar + Vector2d(scale_, 4), palette::kInk);
+    canvas_.Text(bar + Vector2d(scale_ + 6, 6), "1 m", 12, palette::kInk);
+  }
+
+ private:
+  Vector2d On(const Vector3d& p) const {
+    return {corner_.x() + (p[slice_.right()] - picture_.shown.min()[slice_.right()]) * scale_,
+            corner_.y() + (picture_.shown.max()[slice_.up()] - p[slice_.up()]) * scale_};
+  }
+
+  const Picture& picture_;
+  Slice slice_;
+  Vector2d corner_;
+  double scale_;
+  Canvas& canvas_;
+};
+
+absl::Status Write(const Picture& picture, const std::string& path) {
+  const Vector3d size = picture.shown.sizes();
+  double widest = 0;
+  for (const Slice& slice : picture.slices) widest = std::max(widest, size[slice.right()]);
+  // Whole pixels to the voxel.
+  const double h = picture.model->voxel_size();
+  const double scale = std::max(1.0, std::floor((kWidth - 2 * kMargin) / widest * h)) / h;
+  double height = kHeading;
+  for (const Slice& slice : picture.slices) height += size[slice.up()] * scale + kMargin;
+  Canvas canvas(static_cast<int>(widest * scale + 2 * kMargin), static_cast<int>(height + kLegend),
+                palette::kWhite);
+  canvas.Text({kMargin, 28}, picture.title, 20, palette::kInk, Align::kLeft, true);
+  canvas.Text({kMargin, 48}, picture.note, 13, palette::kFaintInk);
+  double top = kHeading + 10;
+  for (const Slice& slice : picture.slices) {
+    SlicePanel(picture, slice, {kMargin, top}, scale, canvas).Draw();
+    top += size[slice.up()] * scale + kMargin;
+  }
+  Vector2d at(kMargin, height + 12);
+  const auto legend = [&](const Colour& colour, const std::string& text) {
+    const double width = 24 + canvas.TextWidth(text, 13) + 18;
+    if (at.x() + width > canvas.width() - kMargin) at = {kMargin, at.y() + 22};
+    canvas.FillRectangle(at - Vector2d(0, 11), at + Vector2d(18, 2), colour);
+    canvas.StrokeRectangle(at - Vector2d(0, 11), at + Vector2d(18, 2), 0.6, palette::kFaintInk);
+    canvas.Text(at + Vector2d(24, 0), text, 13, palette::kInk);
+    at.x() += width;
+  };
+  legend(palette::kWhite, "empty");
+  legend(kUnknown, "unknown");
+  legend(palette::kMeasured, "true surface");
+  legend(kAbsorbed, "absorbed");
+  legend(palette::kOcclusion, "occlusion");
+  legend(palette::kHole, "hole boundary (dot: given up)");
+  legend(palette::kImageBoundary, "image boundary");
+  legend(kTruth, "what is really there");
+  return canvas.WritePng(path);
+}
+
+void Insert(const std::string& id, const Scan& scan, const Eigen::Isometry3d& pose,
+            Parallel& parallel, PartialModel& model) {
+  (void)model.Insert(id, scan, pose, parallel).value();
+}
+
+// Where the air of a closed-form scene ends on a slice.
+std::vector<Vector3d> AirEnds(const ClosedFormScene& scene, const Eigen::AlignedBox3d& shown,
+                              const Slice& slice) {
+  constexpr double kStep = 0.01;  // m
+  std::vector<Vector3d> ends;
+  const int right = slice.right();
+  const int up = slice.up();
+  Vector3d p;
+  p[slice.normal_axis] = slice.at;
+  for (double b = shown.min()[up]; b < shown.max()[up]; b += kStep) {
+    for (double a = shown.min()[right]; a < shown.max()[right]; a += kStep) {
+      p[right] = a;
+      p[up] = b;
+      const bool here = scene.InAir(p);
+      Vector3d beside = p;
+      beside[right] += kStep;
+      Vector3d above = p;
+      above[up] += kStep;
+      if (scene.InAir(beside) != here || scene.InAir(above) != here) ends.push_back(p);
+    }
+  }
+  return ends;
+}
+
+// Where a slice cuts the triangles of a mesh.
+std::vector<Vector3d> Cuts(const TriangleMesh& mesh, const Slice& slice) {
+  constexpr double kStep = 0.01;  // m
+  std::vector<Vector3d> points;
+  for (const auto& triangle : mesh.triangles) {
+    std::vector<Vector3d> ends;
+    for (size_t i = 0; i < 3; ++i) {
+      const Vector3d a = mesh.vertices[triangle[i]].cast<double>();
+      const Vector3d b = mesh.vertices[triangle[(i + 1) % 3]].cast<double>();
+      const double da = a[slice.normal_axis] - slice.at;
+      const double db = b[slice.normal_axis] - slice.at;
+      if ((da < 0) != (db < 0)) ends.push_back(a + (b - a) * (da / (da - db)));
+    }
+    if (ends.size() != 2) continue;
+    const double length = (ends[1] - ends[0]).norm();
+    for (double t = 0; t <= length; t += kStep) {
+      points.push_back(ends[0] + (ends[1] - ends[0]) * (t / std::max(length, kStep)));
+    }
+  }
+  return points;
+}
+
+Picture ClosedForm(Parallel& parallel) {
+  ClosedFormScene scene = DoorwayRooms();
+  scene.air.emplace_back(Vector3d(2.9, -1.4, 0.9), Vector3d(3.2, 0.2, 2.0));
+  scene.air.emplace_back(Vector3d(3.15, -100, -100), Vector3d(100, 100, 100));
+  scene.solids.push_back({{-1.1, -1.0, 0.6}, {0.3, 0.2, 0.6}});
+  Picture picture;
+  picture.title = "Two rooms in closed form, one scan";
+  picture.note =
+      "Doorway in the middle, a box on the left, a window without anything behind it on the right";
+  picture.shown = {Vector3d(-3.3, -2.3, -0.2), Vector3d(3.5, 2.3, 2.8)};
+  picture.slices = {{2, 1.1}, {1, 0.12}};
+  auto model = PartialModel::Create({}).value();
+  const Eigen::Isometry3d pose = PoseAt({-1.6, 0.5, 1.5}, 0.3, 0.01, 0.02);
+  Insert("scan", ScanScene(scene, pose, {.step = Radians(0.25), .noise = 0.003}), pose, parallel,
+         *model);
+  picture.model = model->Publish();
+  picture.truth = [scene, shown = picture.shown](const Slice& slice) {
+    return AirEnds(scene, shown, slice);
+  };
+  return picture;
+}
+
+Picture Panes(Parallel& parallel) {
+  const Scene scene = PaneRoom({true, true, false, false});
+  Picture picture;
+  picture.title = "The room with two windows and a mirror, three scans";
+  picture.note =
+      "Windows on the right and above, the mirror below: rays end there, phantoms behind it are "
+      "gone";
+  picture.shown = {Vector3d(-0.5, -0.8, -0.2), Vector3d(5.7, 4.7, 2.8)};
+  picture.slices = {{2, 1.3}, {0, 3.0}};
+  const SimulatedScanner simulated(scene.mesh);
+  auto model = PartialModel::Create({}).value();
+  const std::vector<Vector3d> stands = {{0.8, 2.4, 1.5}, {3.3, 2.1, 1.5}, {4.4, 3.0, 1.5}};
+  for (size_t i = 0; i < stands.size(); ++i) {
+    const Eigen::Isometry3d pose = PoseAt(stands[i], 0.3 * static_cast<double>(i));
+    Scan scan;
+    scan.image = simulated.Scan(scan.scanner, pose, {}, i + 1, parallel);
+    Insert(absl::StrCat("scan", i), scan, pose, parallel, *model);
+  }
+  picture.model = model->Publish();
+  picture.truth = [mesh = scene.mesh](const Slice& slice) { return Cuts(mesh, slice); };
+  return picture;
+}
+
+absl::StatusOr<Picture> Real(const std::string& file, Parallel& parallel) {
+  const absl::StatusOr<ImportedScan> imported = ReadScanFile(file, {});
+  if (!imported.ok()) return imported.status();
+  Scan scan{imported->image, imported->scanner, std::nullopt};
+  Picture picture;
+  picture.title = "A real scan";
+  picture.note = "Panoramic scan of a furnished home, 6 cm between samples at 3 m";
+  picture.shown = {Vector3d(-4.5, -4.5, -1.6), Vector3d(4.5, 4.5, 1.8)};
+  picture.slices = {{2, 0.02}, {1, 0.02}};
+  auto model = PartialModel::Create({}).value();
+  Insert("scan", scan, Eigen::Isometry3d::Identity(), parallel, *model);
+  picture.model = model->Publish();
+  picture.truth = [image = scan.image, half = picture.model->voxel_size() / 2](const Slice& slice) {
+    std::vector<Vector3d> samples;
+    for (int c = 0; c < image.columns(); ++c) {
+      for (int r = 0; r < image.rows(); ++r) {
+        if (!RangeImage::IsRange(image.at(c, r))) continue;
+        const Vector3d p = static_cast<double>(image.at(c, r)) * image.Direction(c, r);
+        if (std::abs(p[slice.normal_axis] - slice.at) < half) samples.push_back(p);
+      }
+    }
+    return samples;
+  };
+  return picture;
+}
+
+int Run(const std::string& folder) {
+  ThreadPool pool(2);
+  const auto write = [&](const Picture& picture, const std::string& name) {
+    const std::string path = absl::StrCat(folder, "/", name, ".png");
+    const absl::Status written = Write(picture, path);
+    if (!written.ok()) {
+      std::cerr << written << "\n";
+      return false;
+    }
+    std::cout << path << "\n";
+    return true;
+  };
+  if (!write(ClosedForm(pool), "surface-kinds-closed-form")) return 1;
+  if (!write(Panes(pool), "surface-kinds-panes")) return 1;
+  const char* data = std::getenv("VANTAGE_SHARED_DATA");
+  const std::string file =
+      absl::StrCat(data == nullptr ? "" : data, "/pcl_room_scan/room_scan1.ptx");
+  if (!std::ifstream(file)) {
+    std::cout << "no real scan: VANTAGE_SHARED_DATA does not name the folder of the real data\n";
+    return 0;
+  }
+  const absl::StatusOr<Picture> real = Real(file, pool);
+  if (!real.ok()) {
+    std::cerr << real.status() << "\n";
+    return 1;
+  }
+  return write(*real, "surface-kinds-real-scan") ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app("Pictures of the surface kinds in partial models");
+  std::string folder = ".";
+  app.add_option("--out", folder, "folder to write them to")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  return vantage::Run(folder);
+}
