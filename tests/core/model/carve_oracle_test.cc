@@ -48,7 +48,7 @@ bool IsSurface(VoxelState state) {
 Tally Compare(const Scan& scan, const Eigen::Isometry3d& pose, const PlanningView& view,
               const std::function<double(const Eigen::Vector3d&)>& distance) {
   const RangeImageOracle oracle(scan, pose, kVoxel, ModelConfig().discontinuity_angle);
-  const VoxelBox box = view.bounds();
+  const VoxelBox& box = view.bounds();
   const VoxelIndex size = box.max - box.min;
   Tally tally;
   // Corners are shared: one layer of them below, one above.
@@ -194,7 +194,7 @@ TEST(CarveGridTest, AnyGridIsWhatTheRangeImageSays) {
 size_t EmptyInSolids(const MeshSolids& solids, const PlanningView& view, const Eigen::Vector3d& eye,
                      double step, size_t& in_solids) {
   size_t wrong = 0;
-  const VoxelBox box = view.bounds();
+  const VoxelBox& box = view.bounds();
   for (int z = box.min.z(); z < box.max.z(); ++z) {
     for (int y = box.min.y(); y < box.max.y(); ++y) {
       for (int x = box.min.x(); x < box.max.x(); ++x) {

@@ -222,7 +222,8 @@ RangeImageOracle::Verdict RangeImageOracle::ByManyPoints(const VoxelIndex& voxel
   int known = 0;
   int front = 0;
   for (int i = 0; i < kAll; ++i) {
-    const Eigen::Array3d at(i % kAcross, i / kAcross % kAcross, i / (kAcross * kAcross));
+    const Eigen::Array3d at =
+        Eigen::Array3i(i % kAcross, i / kAcross % kAcross, i / (kAcross * kAcross)).cast<double>();
     const double room =
         Room((voxel.cast<double>().array() + (at + 0.5) / kAcross).matrix() * voxel_size_);
     known += std::isnan(room) ? 0 : 1;

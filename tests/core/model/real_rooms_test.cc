@@ -92,9 +92,10 @@ TEST_F(RealRoomsTest, SurfacesAreClosedBetweenSamplesAndOpenAtEdges) {
     const auto [least, most] = std::minmax_element(range.begin(), range.end());
     if (*most - *least < 0.04 && (p[2] - p[0]).norm() < 0.2) {
       // The same wall: every place between is surface.
-      for (int k = 0; k < 9; ++k) {
-        const double u = 0.25 * (k % 3 + 1);
-        const double v = 0.25 * (k / 3 + 1);
+      constexpr std::array<double, 3> kShares = {0.25, 0.5, 0.75};
+      for (size_t k = 0; k < 9; ++k) {
+        const double u = kShares[k % 3];
+        const double v = kShares[k / 3];
         const Eigen::Vector3d low = (1 - u) * p[0] + u * p[1];
         const Eigen::Vector3d high = (1 - u) * p[3] + u * p[2];
         ++smooth;
