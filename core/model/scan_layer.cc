@@ -25,7 +25,8 @@ ScanLayer::Miss ScanLayer::MissAt(const Eigen::Vector3d& point, const Eigen::Vec
     reason = ReasonAt(point - to_scanner * (voxel_size / distance));
   }
   if (reason != UnknownReason::kHole) return Miss::kNone;
-  const bool askew = normal.dot(to_scanner) < std::cos(scanner.max_incidence) * distance;
+  // From either side: a ray that never came back crossed it.
+  const bool askew = std::abs(normal.dot(to_scanner)) < std::cos(scanner.max_incidence) * distance;
   return askew ? Miss::kAskew : Miss::kSquare;
 }
 

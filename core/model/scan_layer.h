@@ -138,7 +138,7 @@ struct ScanLayer {
   // voxel behind it.
   enum class Miss : uint8_t {
     kNone,
-    kAskew,  // beyond the maximum incidence: it was not to be measured from there
+    kAskew,  // beyond the maximum incidence, from either side: not to be measured from there
     kSquare  // by all that is known it should have been measured
   };
   Miss MissAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double voxel_size) const;

@@ -89,6 +89,10 @@ TEST_F(ScepticalCycleTest, AMirror) {
   EXPECT_LT(result.plans.back().coverage.area_given_up, 3.5);
 }
 
+TEST_F(ScepticalCycleTest, WindowsAndAMirror) {
+  ExpectSensible(RunIn({true, true, false, false}), plain_scans_);
+}
+
 TEST_F(ScepticalCycleTest, SomebodyWhoWalksAboutAndADoorThatMoves) {
   ExpectSensible(RunWithComings(), plain_scans_);
 }
