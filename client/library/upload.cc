@@ -18,7 +18,7 @@ namespace {
 // Large enough to compress well, small enough to lose little when a link breaks.
 constexpr int64_t kPieceBytes = 256 << 10;
 // The server speaks at least every 5 s: a link silent for longer than this is dead.
-constexpr double kSilenceSeconds = 15;
+constexpr double kSilenceSeconds = 9;
 
 using UploadStream = grpc::ClientReaderWriter<v1::UploadScanRequest, v1::UploadScanResponse>;
 

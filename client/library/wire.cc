@@ -11,8 +11,8 @@
 namespace vantage {
 namespace {
 
-constexpr int kKeepaliveMs = 10'000;
-constexpr int kKeepaliveTimeoutMs = 5'000;
+constexpr int kKeepaliveMs = 5'000;
+constexpr int kKeepaliveTimeoutMs = 4'000;
 // A full plan comes with a page of scores and its patches.
 constexpr int kLargestMessage = 64 << 20;
 

@@ -26,6 +26,7 @@ class AngularAxis {
 
   int size() const { return static_cast<int>(angles_.size()); }
   bool closed() const { return closed_; }
+  const std::vector<double>& angles() const { return angles_; }
   double first() const { return angles_.front(); }
   double last() const { return angles_.back(); }
   // Largest distance between neighbouring entries, rad.

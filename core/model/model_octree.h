@@ -16,6 +16,12 @@
 
 namespace vantage {
 
+// Can the octree hold a brick there?
+inline bool IsInOctree(const VoxelIndex& brick) {
+  constexpr int kReach = 32767;
+  return (brick.array() >= -kReach).all() && (brick.array() < kReach).all();
+}
+
 // What a leaf says of its cube. Null is unknown.
 using ModelLeaf = std::shared_ptr<const MergedBrick>;
 

@@ -12,6 +12,7 @@
 #include "core/model/merge.h"
 #include "core/model/model_octree.h"
 #include "core/model/phantoms.h"
+#include "core/model/snapshot.h"
 
 namespace vantage {
 
@@ -50,16 +51,22 @@ struct PartialModel::State {
     return all;
   }
 
-  // After `touched` came or went: takes phantoms out of it, and out of all layers where its
-  // reflectors have changed what is known of them. Returns the bricks, beside its own, for which
-  // that may matter.
-  std::vector<BrickKey> HideAllPhantoms(const ScanLayer& touched) {
+  // Of all layers, model frame.
+  std::vector<Aperture> Apertures() const {
     std::vector<Aperture> apertures;
     for (const auto& [id, layer] : layers) {
       for (const Reflector& reflector : layer->reflectors) {
         apertures.push_back(reflector.aperture.InFrame(layer->T_model_scan));
       }
     }
+    return apertures;
+  }
+
+  // After `touched` came or went: takes phantoms out of it, and out of all layers where its
+  // reflectors have changed what is known of them. Returns the bricks, beside its own, for which
+  // that may matter.
+  std::vector<BrickKey> HideAllPhantoms(const ScanLayer& touched) {
+    const std::vector<Aperture> apertures = Apertures();
     std::vector<BrickKey> changed;
     for (const auto& [id, layer] : layers) {
       if (layer.get() != &touched && touched.reflectors.empty()) continue;
@@ -174,6 +181,35 @@ absl::StatusOr<MergeReport> PartialModel::Withdraw(absl::string_view id, Paralle
   return report;
 }
 
+std::string PartialModel::Save(Parallel& parallel) const {
+  std::vector<KeyedLeaf> leaves;
+  state_->octree.ForEach([&](const VoxelIndex& brick, const ModelLeaf& leaf) {
+    leaves.push_back({brick, leaf});
+  });
+  return EncodeSnapshot(state_->config, state_->version, state_->order, state_->layers,
+                        std::move(leaves), state_->all_empty, parallel);
+}
+
+absl::StatusOr<std::unique_ptr<PartialModel>> PartialModel::Load(absl::string_view snapshot,
+                                                                 size_t max_bytes,
+                                                                 Parallel& parallel) {
+  const std::shared_ptr<const MergedBrick> all_empty = MakeAllEmpty();
+  absl::StatusOr<ModelParts> parts = DecodeSnapshot(snapshot, max_bytes, all_empty, parallel);
+  if (!parts.ok()) return parts.status();
+  auto state = std::make_unique<State>(parts->config);
+  state->all_empty = all_empty;
+  state->version = parts->version;
+  state->order = std::move(parts->order);
+  state->layers = std::move(parts->layers);
+  const std::vector<Aperture> apertures = state->Apertures();
+  for (const auto& [id, layer] : state->layers) {
+    HidePhantoms(apertures, state->config.voxel_size, *layer);
+  }
+  for (KeyedLeaf& at : parts->leaves) state->octree.Set(at.brick, std::move(at.leaf));
+  state->octree.Collapse();
+  return std::unique_ptr<PartialModel>(new PartialModel(std::move(state)));
+}
+
 std::shared_ptr<const PlanningView> PartialModel::Publish() const {
   std::vector<PlanningView::BrickAt> bricks;
   state_->octree.ForEach([&](const VoxelIndex& brick, const ModelLeaf& leaf) {
@@ -214,6 +250,12 @@ std::vector<std::string> PartialModel::scans() const {
   std::vector<std::string> ids;
   for (const auto& [id, layer] : state_->layers) ids.push_back(id);
   return ids;
+}
+
+std::optional<Eigen::Isometry3d> PartialModel::PoseOf(absl::string_view id) const {
+  const auto it = state_->layers.find(std::string(id));
+  if (it == state_->layers.end()) return std::nullopt;
+  return it->second->T_model_scan;
 }
 
 }  // namespace vantage

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -56,6 +57,13 @@ class PartialModel {
   // Takes a scan out: the model is then, bit for bit, as if it had never come. NOT_FOUND.
   absl::StatusOr<MergeReport> Withdraw(absl::string_view id, Parallel& parallel);
 
+  // The model as bytes (snapshot.h), and back: what is loaded goes on as if it had never been away.
+  // DATA_LOSS: damaged. FAILED_PRECONDITION: of a newer release. RESOURCE_EXHAUSTED: more than
+  // `max_bytes` decompressed.
+  std::string Save(Parallel& parallel) const;
+  static absl::StatusOr<std::unique_ptr<PartialModel>> Load(absl::string_view snapshot,
+                                                            size_t max_bytes, Parallel& parallel);
+
   // The model as it stands. Cheap: shares all bricks. Safe to hold while the model goes on.
   std::shared_ptr<const PlanningView> Publish() const;
 
@@ -65,6 +73,8 @@ class PartialModel {
   const ModelConfig& config() const;
   uint64_t version() const;
   std::vector<std::string> scans() const;  // sorted
+  // Scanner to model frame, as it was merged; nothing if the scan is not in the model.
+  std::optional<Eigen::Isometry3d> PoseOf(absl::string_view id) const;
 
  private:
   struct State;

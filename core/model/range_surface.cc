@@ -13,14 +13,7 @@ RangeSurface::RangeSurface(const RangeImage& image, const ScannerModel& scanner,
       elevation_(image.elevation, false),
       range_(image.range),
       joined_(image.cells(), 0) {
-  for (const double a : image.azimuth) {
-    cos_azimuth_.push_back(std::cos(a));
-    sin_azimuth_.push_back(std::sin(a));
-  }
-  for (const double e : image.elevation) {
-    cos_elevation_.push_back(std::cos(e));
-    sin_elevation_.push_back(std::sin(e));
-  }
+  FillTables();
   for (float& range : range_) {
     if (RangeImage::IsRange(range) && range < static_cast<float>(scanner.range_min)) {
       range = RangeImage::kNoInformation;
@@ -36,6 +29,26 @@ RangeSurface::RangeSurface(const RangeImage& image, const ScannerModel& scanner,
                         JoinedToNextColumn(c, r + 1) && JoinedToNextRow(next, r);
       if (quad) joined_[Index(c, r)] |= 4;
     }
+  }
+}
+
+RangeSurface::RangeSurface(AngularAxis azimuth, AngularAxis elevation, std::vector<float> range,
+                           std::vector<uint8_t> joined)
+    : azimuth_(std::move(azimuth)),
+      elevation_(std::move(elevation)),
+      range_(std::move(range)),
+      joined_(std::move(joined)) {
+  FillTables();
+}
+
+void RangeSurface::FillTables() {
+  for (const double a : azimuth_.angles()) {
+    cos_azimuth_.push_back(std::cos(a));
+    sin_azimuth_.push_back(std::sin(a));
+  }
+  for (const double e : elevation_.angles()) {
+    cos_elevation_.push_back(std::cos(e));
+    sin_elevation_.push_back(std::sin(e));
   }
 }
 

@@ -80,6 +80,11 @@ class RangeSurface {
   Reading RangeAt(double azimuth, double elevation) const;
 
  private:
+  friend class LayerCodec;  // snapshots
+  // As an earlier one was.
+  RangeSurface(AngularAxis azimuth, AngularAxis elevation, std::vector<float> range,
+               std::vector<uint8_t> joined);
+  void FillTables();
   size_t Index(int column, int row) const {
     return static_cast<size_t>(column) * static_cast<size_t>(rows()) + static_cast<size_t>(row);
   }

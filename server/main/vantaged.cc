@@ -208,6 +208,7 @@ int Main(int argc, char** argv) {
     std::fprintf(stderr, "vantaged: %s\n", std::string(healthy.message()).c_str());
     return kExitUnhealthy;
   }
+  if (program.in_memory) program.server.limits.snapshots_per_session = 0;
   program.server.limits.encoded_scan_bytes = static_cast<int64_t>(program.scan_mib) << 20;
   program.server.drain_patience = std::chrono::seconds(program.drain_seconds);
 

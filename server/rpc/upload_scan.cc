@@ -14,10 +14,13 @@ namespace vantage {
 namespace {
 
 constexpr std::chrono::seconds kUploadHeartbeat(4);
+// A window of pieces is made durable together: when it is full, or when no piece came for a while.
+constexpr int64_t kWindowBytes = 4 << 20;
+constexpr std::chrono::milliseconds kWindowPause(20);
 
-// Reads a piece, stores it on our own threads, reads the next; acknowledges the latest state
-// whenever the write before is done. One piece is in hand at a time, so memory is bounded by one
-// message a stream.
+// Reads a piece, writes it on our own threads, reads the next; syncs a window of them while the
+// next ones come, and acknowledges what is durable whenever the write before is done. One piece is
+// in hand at a time, so memory is bounded by one message a stream.
 class UploadStream final
     : public grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>,
       public std::enable_shared_from_this<UploadStream> {
@@ -41,7 +44,11 @@ class UploadStream final
   void OnReadDone(bool ok) override {
     if (!ok) {
       // The client is done sending; what it sent stays. It can go on with another stream.
-      return Conclude(absl::OkStatus());
+      around_.tasks.Post([self = shared_from_this()] {
+        self->SyncWindow();
+        self->Conclude(absl::OkStatus());
+      });
+      return;
     }
     around_.tasks.Post([self = shared_from_this()] { self->Take(); });
   }
@@ -65,6 +72,7 @@ class UploadStream final
     {
       std::lock_guard<std::mutex> lock(mutex_);
       around_.timer.Cancel(timer_);
+      around_.timer.Cancel(pause_);
     }
     self_.reset();
   }
@@ -81,11 +89,58 @@ class UploadStream final
     const bool ended = upload->state() != v1::UPLOAD_STATE_OPEN;
     {
       std::lock_guard<std::mutex> lock(mutex_);
-      Acknowledge(*upload);
+      if (ended || latest_.credit_offset() == 0) Acknowledge(*upload);
     }
     if (ended) return Conclude(absl::OkStatus());
+    const int64_t unsynced = session_->UnsyncedBytes(name_);
+    if (unsynced >= kWindowBytes) {
+      PostSync();
+    } else if (unsynced > 0) {
+      std::lock_guard<std::mutex> lock(mutex_);
+      if (pause_ == 0) {
+        pause_ = around_.timer.After(kWindowPause, [self = weak_from_this()] {
+          if (const auto stream = self.lock()) stream->PostSync();
+        });
+      }
+    }
     Advance();
     StartNextRead();
+  }
+
+  // One sync at a time; what comes meanwhile is in the next.
+  void PostSync() {
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      if (pause_ != 0) around_.timer.Cancel(pause_);
+      pause_ = 0;
+      if (finished_) return;
+      if (syncing_) {
+        sync_again_ = true;
+        return;
+      }
+      syncing_ = true;
+    }
+    around_.tasks.Post([self = shared_from_this()] {
+      self->SyncWindow();
+      bool again = false;
+      {
+        std::lock_guard<std::mutex> lock(self->mutex_);
+        self->syncing_ = false;
+        std::swap(again, self->sync_again_);
+      }
+      if (again) self->PostSync();
+    });
+  }
+
+  void SyncWindow() {
+    if (session_ == nullptr) return;
+    absl::StatusOr<v1::Upload> upload = session_->SyncUpload(name_);
+    if (!upload.ok()) return Conclude(upload.status());
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      if (latest_.state() <= v1::UPLOAD_STATE_OPEN) Acknowledge(*upload);
+    }
+    Advance();
   }
 
   void StartNextRead() {
@@ -113,8 +168,8 @@ class UploadStream final
     } else if (!request_.upload().empty() && request_.upload() != name_) {
       return InvalidField("upload", "must be empty or the same in every message of a stream");
     }
-    return session_->AddToUpload(name_, request_.has_piece() ? &request_.piece() : nullptr,
-                                 request_.has_total() ? &request_.total() : nullptr);
+    return session_->TakeForUpload(name_, request_.has_piece() ? &request_.piece() : nullptr,
+                                   request_.has_total() ? &request_.total() : nullptr);
   }
 
   void Acknowledge(const v1::Upload& upload) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
@@ -201,7 +256,10 @@ class UploadStream final
   bool concluded_ ABSL_GUARDED_BY(mutex_) = false;
   bool finished_ ABSL_GUARDED_BY(mutex_) = false;
   absl::Status verdict_ ABSL_GUARDED_BY(mutex_);
+  bool syncing_ ABSL_GUARDED_BY(mutex_) = false;
+  bool sync_again_ ABSL_GUARDED_BY(mutex_) = false;
   Timer::Id timer_ ABSL_GUARDED_BY(mutex_) = 0;
+  Timer::Id pause_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
 }  // namespace

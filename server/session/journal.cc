@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/model/snapshot.h"
 #include "proto/wire/checksum.h"
 #include "server/session/error.h"
 #include "server/session/to_proto.h"
@@ -10,8 +11,6 @@
 namespace vantage {
 namespace {
 
-// Of everything that computes an outcome; rises when the same scans would give another model.
-constexpr uint32_t kAlgorithmVersion = 1;
 constexpr size_t kLoadBatch = 256;
 
 }  // namespace
@@ -68,7 +67,7 @@ absl::StatusOr<std::string> Journal::Execute(
     }
     store::v1::LogEntry entry;
     entry.set_format_version(kLogFormatVersion);
-    entry.set_algorithm_version(kAlgorithmVersion);
+    entry.set_algorithm_version(kModelAlgorithmVersion);
     *entry.mutable_event() = std::move(draft->event);
     entry.mutable_event()->set_sequence(sequence);
     *entry.mutable_event()->mutable_time() = WriteTime(clock_());

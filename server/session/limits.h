@@ -16,9 +16,11 @@ struct Limits {
   size_t open_uploads_per_session = 16;
   size_t running_plans_per_session = 8;  // queued or running
   size_t plans_per_session = 10'000;
-  size_t full_plans_per_session = 16;  // the newest, whose patches and map of scores are kept
-  size_t exports_per_session = 4;      // at a time
-  size_t evaluations = 32;             // what-ifs of a session at a time
+  size_t full_plans_per_session = 16;       // the newest, whose patches and map of scores are kept
+  size_t snapshots_per_session = 2;         // of the model, the newest; 0: none are written
+  size_t snapshot_bytes = size_t{8} << 30;  // decompressed, of one that is loaded
+  size_t exports_per_session = 4;           // at a time
+  size_t evaluations = 32;                  // what-ifs of a session at a time
   int64_t encoded_scan_bytes = int64_t{512} << 20;
   size_t scan_cells = 100'000'000;
   int64_t piece_bytes = 1 << 20;   // before compression

@@ -89,6 +89,12 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Load(const std::string& id,
     plan.set_state_message("the server stopped while it ran; create it again");
     made->EndPlan(std::make_shared<PlanRun>(plan), plan, nullptr);
   }
+  absl::StatusOr<std::vector<SnapshotRecord>> snapshots = around.store.Snapshots(id);
+  if (!snapshots.ok()) return snapshots.status();
+  {
+    std::lock_guard<std::mutex> lock(made->snapshots_mutex_);
+    made->snapshots_ = *std::move(snapshots);
+  }
   made->ResumeUploads();
   return made;
 }
@@ -115,6 +121,10 @@ void Session::AddHoldings(std::map<std::string, int>& blobs, std::set<std::strin
   journal_.Read([&](const SessionState& state) {
     for (const auto& [name, record] : state.scans) ++blobs[record.blob];
   });
+  {
+    std::lock_guard<std::mutex> lock(snapshots_mutex_);
+    for (const SnapshotRecord& snapshot : snapshots_) ++blobs[snapshot.blob];
+  }
   std::lock_guard<std::mutex> lock(mutex_);
   for (const std::string& blob : full_results_) ++blobs[blob];
   for (const auto& [name, upload] : uploads_) spools.insert(name);
@@ -239,6 +249,11 @@ void Session::Close() {
   journal_.Read([&](const SessionState& state) {
     for (const auto& [name, record] : state.scans) blobs.push_back(record.blob);
   });
+  {
+    std::lock_guard<std::mutex> lock(snapshots_mutex_);
+    for (const SnapshotRecord& snapshot : snapshots_) blobs.push_back(snapshot.blob);
+    snapshots_.clear();
+  }
   // What cannot be released now is found by the store's own collection.
   for (const std::string& blob : blobs) around_.store.ReleaseBlob(blob).IgnoreError();
   for (const std::string& spool : spools) around_.store.DropSpool(spool).IgnoreError();

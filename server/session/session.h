@@ -19,6 +19,7 @@
 #include "absl/status/statusor.h"
 #include "core/model/partial_model.h"
 #include "core/model/planning_view.h"
+#include "core/model/snapshot.h"
 #include "server/execution/planning_pool.h"
 #include "server/execution/strand.h"
 #include "server/execution/timer.h"
@@ -82,10 +83,17 @@ class Session : public std::enable_shared_from_this<Session> {
   // Uploads.
   absl::StatusOr<v1::Upload> CreateUpload(const v1::CreateUploadRequest& request);
   absl::StatusOr<v1::Upload> GetUpload(const std::string& name);
-  // Takes a piece, a total, both or neither; commits the scan when all of it is there, which an
-  // earlier call may have been refused.
+  // Takes a piece, a total, both or neither, durably; commits the scan when all of it is there,
+  // which an earlier call may have been refused.
   absl::StatusOr<v1::Upload> AddToUpload(const std::string& name, const v1::Piece* piece,
                                          const v1::UploadTotal* total);
+  // The same in two steps, so that many pieces share a sync: taken, and then durable. Each returns
+  // the upload as far as it is durable.
+  absl::StatusOr<v1::Upload> TakeForUpload(const std::string& name, const v1::Piece* piece,
+                                           const v1::UploadTotal* total);
+  absl::StatusOr<v1::Upload> SyncUpload(const std::string& name);
+  // Taken and not durable yet.
+  int64_t UnsyncedBytes(const std::string& name) const;
 
   // Scans.
   absl::StatusOr<v1::Scan> GetScan(const std::string& name) const;
@@ -152,13 +160,19 @@ class Session : public std::enable_shared_from_this<Session> {
   void Refuse(const v1::Scan& scan, v1::ScanState state, const std::string& message,
               const v1::Registration* registration);
   absl::StatusOr<Scan> LoadScan(const v1::Scan& scan) const;
-  void Rebuild(Parallel& parallel);
   void Show(ModelSnapshot snapshot);
   absl::Status Change(
       const v1::Scan& as_read,
       absl::FunctionRef<void(const SessionState&, v1::Scan&, Draft&)> change,
       absl::FunctionRef<void()> applied = [] {});
   void RetryLater(const std::string& scan, const absl::Status& why);
+
+  // The model over restarts, session_snapshots.cc; on the strand.
+  void Rebuild(Parallel& parallel);
+  void LoadSnapshot(Parallel& parallel);
+  void WriteSnapshot(Parallel& parallel);
+  // So many scans came or went; writes a snapshot when one is due.
+  void PostSnapshot(size_t changes);
 
   // Plans, session_plans.cc.
   struct PlanInputs;
@@ -181,6 +195,11 @@ class Session : public std::enable_shared_from_this<Session> {
 
   // Touched on the strand only.
   std::unique_ptr<PartialModel> model_;
+  uint32_t model_algorithm_version_ = kModelAlgorithmVersion;
+  size_t unsaved_changes_ = 0;  // scans that came or went since the last snapshot
+
+  mutable std::mutex snapshots_mutex_;  // held while they are written to the store
+  std::vector<SnapshotRecord> snapshots_ ABSL_GUARDED_BY(snapshots_mutex_);  // newest first
 
   mutable std::mutex mutex_;
   ModelSnapshot snapshot_ ABSL_GUARDED_BY(mutex_);

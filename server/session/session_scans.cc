@@ -386,6 +386,7 @@ void Session::Merge(const v1::Scan& scan, const Scan& data, Parallel& parallel) 
                                    {"carve_seconds", report->carve_seconds},
                                    {"merge_seconds", report->merge_seconds},
                                    {"registration_seconds", scan.registration().seconds()}});
+  PostSnapshot(1);
 }
 
 absl::Status Session::RemoveFromModel(const v1::Scan& scan, Parallel& parallel) {
@@ -393,23 +394,27 @@ absl::Status Session::RemoveFromModel(const v1::Scan& scan, Parallel& parallel) 
   if (!removed.ok() && !absl::IsNotFound(removed.status())) return removed.status();
   const std::shared_ptr<const PlanningView> without = model_->Publish();
   ModelSnapshot next_model;
-  return journal_
-      .Execute(
-          {},
-          [&](const SessionState& state) -> absl::StatusOr<Draft> {
-            next_model.version = state.model_version + 1;
-            for (const auto& [name, record] : state.scans) {
-              if (record.in_model && name != scan.name()) next_model.view = without;
-            }
-            Draft draft;
-            v1::ScanRemovedEvent& event = *draft.event.mutable_scan_removed();
-            *event.mutable_scan() = state.scans.at(scan.name()).scan;
-            event.mutable_scan()->clear_merge();
-            event.set_model_version(next_model.version);
-            return draft;
-          },
-          [&] { Show(next_model); })
-      .status();
+  const absl::Status logged = journal_
+                                  .Execute(
+                                      {},
+                                      [&](const SessionState& state) -> absl::StatusOr<Draft> {
+                                        next_model.version = state.model_version + 1;
+                                        for (const auto& [name, record] : state.scans) {
+                                          if (record.in_model && name != scan.name())
+                                            next_model.view = without;
+                                        }
+                                        Draft draft;
+                                        v1::ScanRemovedEvent& event =
+                                            *draft.event.mutable_scan_removed();
+                                        *event.mutable_scan() = state.scans.at(scan.name()).scan;
+                                        event.mutable_scan()->clear_merge();
+                                        event.set_model_version(next_model.version);
+                                        return draft;
+                                      },
+                                      [&] { Show(next_model); })
+                                  .status();
+  if (logged.ok()) PostSnapshot(1);
+  return logged;
 }
 
 void Session::Refuse(const v1::Scan& scan, v1::ScanState state, const std::string& message,
@@ -434,39 +439,6 @@ void Session::Refuse(const v1::Scan& scan, v1::ScanState state, const std::strin
 void Session::Show(ModelSnapshot snapshot) {
   std::lock_guard<std::mutex> lock(mutex_);
   snapshot_ = std::move(snapshot);
-}
-
-void Session::Rebuild(Parallel& parallel) {
-  std::vector<v1::Scan> merged;
-  std::vector<std::string> unsettled;
-  ModelSnapshot rebuilt;
-  journal_.Read([&](const SessionState& state) {
-    rebuilt.version = state.model_version;
-    for (const std::string& name : state.scan_order) {
-      const ScanRecord& record = state.scans.at(name);
-      if (record.in_model) merged.push_back(record.scan);
-      if (record.in_model != (record.scan.state() == v1::SCAN_STATE_MERGED) ||
-          record.scan.state() == v1::SCAN_STATE_RECEIVED ||
-          record.scan.state() == v1::SCAN_STATE_MERGING) {
-        unsettled.push_back(name);
-      }
-    }
-  });
-  for (const v1::Scan& scan : merged) {
-    absl::StatusOr<Scan> data = LoadScan(scan);
-    absl::Status inserted = data.status();
-    if (data.ok()) {
-      inserted =
-          model_->Insert(scan.name(), *data, ReadOwnPose(scan.pose(), origin_), parallel).status();
-    }
-    if (!inserted.ok()) {
-      around_.log.Error("a merged scan could not be merged again",
-                        {{"scan", scan.name()}, {"error", inserted.ToString()}});
-    }
-  }
-  if (!merged.empty()) rebuilt.view = model_->Publish();
-  Show(rebuilt);
-  for (const std::string& scan : unsettled) Settle(scan, parallel);
 }
 
 }  // namespace vantage

@@ -120,8 +120,10 @@ void Session::ResumeUploads() {
     if (!resumed.ok()) {
       around_.log.Error("an upload cannot go on",
                         {{"upload", created.name()}, {"error", resumed.ToString()}});
-      FailUpload(*upload, resumed).IgnoreError();
-      continue;
+      if (absl::IsDataLoss(resumed)) {
+        FailUpload(*upload, resumed).IgnoreError();
+        continue;
+      }
     }
     std::lock_guard<std::mutex> lock(mutex_);
     uploads_[created.name()] = std::move(upload);
@@ -130,10 +132,15 @@ void Session::ResumeUploads() {
 
 absl::StatusOr<v1::Upload> Session::GetUpload(const std::string& name) {
   ExpireUploads();
+  std::shared_ptr<Upload> upload;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     const auto open = uploads_.find(name);
-    if (open != uploads_.end()) return open->second->Describe();
+    if (open != uploads_.end()) upload = open->second;
+  }
+  if (upload != nullptr) {
+    if (absl::Status known = upload->Check(); !known.ok()) return known;
+    return upload->Describe();
   }
   absl::StatusOr<v1::Upload> ended = ResourceNotFound("vantage.v1.Upload", name);
   journal_.Read([&](const SessionState& state) {
@@ -145,6 +152,32 @@ absl::StatusOr<v1::Upload> Session::GetUpload(const std::string& name) {
 
 absl::StatusOr<v1::Upload> Session::AddToUpload(const std::string& name, const v1::Piece* piece,
                                                 const v1::UploadTotal* total) {
+  absl::StatusOr<v1::Upload> taken = TakeForUpload(name, piece, total);
+  if (!taken.ok() || taken->state() != v1::UPLOAD_STATE_OPEN) return taken;
+  return SyncUpload(name);
+}
+
+absl::StatusOr<v1::Upload> Session::SyncUpload(const std::string& name) {
+  std::shared_ptr<Upload> upload;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const auto open = uploads_.find(name);
+    if (open != uploads_.end()) upload = open->second;
+  }
+  if (upload != nullptr) {
+    if (absl::Status synced = upload->Sync(); !synced.ok()) return synced;
+  }
+  return GetUpload(name);
+}
+
+int64_t Session::UnsyncedBytes(const std::string& name) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto open = uploads_.find(name);
+  return open == uploads_.end() ? 0 : open->second->Unsynced();
+}
+
+absl::StatusOr<v1::Upload> Session::TakeForUpload(const std::string& name, const v1::Piece* piece,
+                                                  const v1::UploadTotal* total) {
   if (closed_) return ResourceNotFound("vantage.v1.Upload", name);
   std::shared_ptr<Upload> upload;
   {

@@ -1,5 +1,6 @@
 #include "server/session/upload.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -75,29 +76,107 @@ absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,
 Upload::Upload(v1::Upload created, Store& store, const Limits& limits)
     : store_(store), limits_(limits), upload_(std::move(created)) {
   last_piece_ = ReadTime(upload_.create_time());
+  created_with_total_ = upload_.has_total();
 }
 
 absl::Status Upload::Resume(absl::Time now) {
   std::lock_guard<std::mutex> lock(mutex_);
   last_piece_ = now;
   *upload_.mutable_expire_time() = WriteTime(now + limits_.upload_idle);
-  return store_.ReadSpool(upload_.name(),
-                          [this](absl::string_view record) { return TakeUp(record); });
+  taken_up_ = false;
+  return CheckWhole();
 }
 
-absl::Status Upload::TakeUp(absl::string_view record) {
-  store::v1::SpoolRecord kept;
-  if (!kept.ParseFromArray(record.data(), static_cast<int>(record.size())) ||
-      kept.kind_case() == store::v1::SpoolRecord::KIND_NOT_SET) {
-    return absl::DataLossError(absl::StrCat("what came of ", upload_.name(), " is damaged"));
+absl::Status Upload::Check() {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return CheckWhole();
+}
+
+absl::Status Upload::CheckWhole() {
+  if (!taken_up_) {
+    if (absl::Status taken = TakeUp(); !taken.ok()) return taken;
+    // What the system had not written when the server was killed is written now.
+    if (records_ > 0) {
+      if (absl::Status synced = store_.SyncSpool(upload_.name()); !synced.ok()) return synced;
+    }
+    durable_records_ = records_;
+    durable_pieces_ = pieces_.size();
+    taken_up_ = true;
   }
-  if (kept.has_total()) {
-    *upload_.mutable_total() = kept.total();
+  if (broken_) {
+    // After a failed sync nobody knows what of the file is on the medium: what was durable before
+    // is read anew, the rest is asked for again.
+    absl::Status whole = store_.CutSpool(upload_.name(), durable_records_);
+    if (whole.ok()) whole = TakeUp();
+    if (!whole.ok()) return whole;
+    broken_ = false;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Upload::Sync() {
+  std::lock_guard<std::mutex> one(sync_mutex_);
+  size_t records = 0;
+  size_t pieces = 0;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (absl::Status whole = CheckWhole(); !whole.ok()) return whole;
+    if (upload_.state() != v1::UPLOAD_STATE_OPEN) return absl::OkStatus();
+    records = records_;
+    pieces = pieces_.size();
+    if (records == durable_records_) return absl::OkStatus();
+  }
+  const absl::Status synced = store_.SyncSpool(upload_.name());
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (upload_.state() != v1::UPLOAD_STATE_OPEN) return absl::OkStatus();
+  if (!synced.ok()) {
+    broken_ = true;
+    CheckWhole().IgnoreError();
+    return synced;
+  }
+  durable_records_ = records;
+  durable_pieces_ = pieces;
+  return absl::OkStatus();
+}
+
+int64_t Upload::Unsynced() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return Received() - Durable();
+}
+
+// All that the spool has.
+absl::Status Upload::TakeUp() {
+  std::vector<Stored> pieces;
+  Sha256 sha256;
+  size_t records = 0;
+  v1::Upload upload = upload_;
+  if (!created_with_total_) upload.clear_total();
+  int64_t offset = 0;
+  absl::Status read = store_.ReadSpool(upload_.name(), [&](absl::string_view record) {
+    store::v1::SpoolRecord kept;
+    if (!kept.ParseFromArray(record.data(), static_cast<int>(record.size())) ||
+        kept.kind_case() == store::v1::SpoolRecord::KIND_NOT_SET) {
+      return absl::DataLossError(absl::StrCat("what came of ", upload_.name(), " is damaged"));
+    }
+    ++records;
+    if (kept.has_total()) {
+      *upload.mutable_total() = kept.total();
+      return absl::OkStatus();
+    }
+    const store::v1::SpoolRecord::Piece& piece = kept.piece();
+    pieces.push_back({offset, static_cast<int64_t>(piece.data().size()), piece.crc32c()});
+    offset += pieces.back().size;
+    sha256.Update(piece.data());
     return absl::OkStatus();
-  }
-  const store::v1::SpoolRecord::Piece& piece = kept.piece();
-  pieces_.push_back({Received(), static_cast<int64_t>(piece.data().size()), piece.crc32c()});
-  sha256_.Update(piece.data());
+  });
+  if (!read.ok()) return read;
+  upload_ = std::move(upload);
+  pieces_ = std::move(pieces);
+  sha256_ = std::move(sha256);
+  records_ = records;
+  // Fewer than were synced: the medium lost them, and their sender has them.
+  durable_records_ = std::min(durable_records_, records_);
+  durable_pieces_ = std::min(durable_pieces_, pieces_.size());
   return absl::OkStatus();
 }
 
@@ -115,12 +194,19 @@ int64_t Upload::Received() const {
   return pieces_.empty() ? 0 : pieces_.back().offset + pieces_.back().size;
 }
 
+int64_t Upload::Durable() const {
+  if (durable_pieces_ == 0) return 0;
+  const Stored& last = pieces_[durable_pieces_ - 1];
+  return last.offset + last.size;
+}
+
 absl::Status Upload::Accept(const v1::Piece& piece, absl::Time now) {
   absl::StatusOr<std::string> bytes = Unpack(piece, limits_);
   if (!bytes.ok()) return bytes.status();
   const Stored stored{piece.offset(), static_cast<int64_t>(bytes->size()), piece.crc32c()};
 
   std::lock_guard<std::mutex> lock(mutex_);
+  if (absl::Status whole = CheckWhole(); !whole.ok()) return whole;
   const auto count = static_cast<int64_t>(pieces_.size());
   if (piece.sequence() < count) {
     const Stored& known = pieces_[static_cast<size_t>(piece.sequence())];
@@ -163,6 +249,7 @@ absl::Status Upload::Accept(const v1::Piece& piece, absl::Time now) {
   if (!kept.ok()) return kept;
   sha256_.Update(record.piece().data());
   pieces_.push_back(stored);
+  ++records_;
   last_piece_ = now;
   *upload_.mutable_expire_time() = WriteTime(now + limits_.upload_idle);
   return absl::OkStatus();
@@ -172,6 +259,7 @@ absl::Status Upload::SetTotal(const v1::UploadTotal& total) {
   absl::Status valid = CheckTotal(total, "total", limits_);
   if (!valid.ok()) return valid;
   std::lock_guard<std::mutex> lock(mutex_);
+  if (absl::Status whole = CheckWhole(); !whole.ok()) return whole;
   if (upload_.has_total()) {
     if (upload_.total().encoded_size() == total.encoded_size() &&
         upload_.total().sha256() == total.sha256()) {
@@ -190,13 +278,14 @@ absl::Status Upload::SetTotal(const v1::UploadTotal& total) {
   *record.mutable_total() = total;
   absl::Status kept = store_.AppendSpool(upload_.name(), record.SerializeAsString());
   if (!kept.ok()) return kept;
+  ++records_;
   *upload_.mutable_total() = total;
   return absl::OkStatus();
 }
 
 bool Upload::Complete() const {
   std::lock_guard<std::mutex> lock(mutex_);
-  return upload_.state() == v1::UPLOAD_STATE_OPEN && upload_.has_total() &&
+  return taken_up_ && !broken_ && upload_.state() == v1::UPLOAD_STATE_OPEN && upload_.has_total() &&
          Received() == upload_.total().encoded_size();
 }
 
@@ -237,9 +326,9 @@ bool Upload::Idle(absl::Time now) const {
 v1::Upload Upload::Describe() const {
   std::lock_guard<std::mutex> lock(mutex_);
   v1::Upload out = upload_;
-  out.set_next_sequence(static_cast<int64_t>(pieces_.size()));
-  out.set_next_offset(Received());
-  out.set_credit_offset(Received() + limits_.credit_bytes);
+  out.set_next_sequence(static_cast<int64_t>(durable_pieces_));
+  out.set_next_offset(Durable());
+  out.set_credit_offset(Durable() + limits_.credit_bytes);
   out.set_max_piece_size(limits_.piece_bytes);
   return out;
 }

@@ -26,10 +26,14 @@ class Upload {
   // outlive the upload.
   Upload(v1::Upload created, Store& store, const Limits& limits);
 
-  // Takes up what the store has of it after a restart; its idle time begins anew. DATA_LOSS.
+  // Takes up what the store has of it after a restart; its idle time begins anew. DATA_LOSS: it
+  // cannot go on. With any other error it goes on when the medium does.
   absl::Status Resume(absl::Time now);
 
-  // Stores a piece. A piece that is already stored changes nothing.
+  // What of it is durable is known; after a failure of the medium, this tries to find out.
+  absl::Status Check();
+
+  // Takes a piece; it is durable after Sync. A piece that is already stored changes nothing.
   // ALREADY_EXISTS (PIECE_DIFFERS): another piece is in its place. OUT_OF_RANGE (UPLOAD_GAP): a
   // piece before it is missing; the ErrorInfo says which. DATA_LOSS (PIECE_DAMAGED): the checksum
   // or the compression is wrong; send it again. INVALID_ARGUMENT: impossible sizes.
@@ -40,7 +44,12 @@ class Upload {
   // (TOTAL_DIFFERS) when it is another.
   absl::Status SetTotal(const v1::UploadTotal& total);
 
-  // Every byte that was announced is there.
+  // Makes durable what was taken. On error it is as if what was not durable had never come.
+  absl::Status Sync();
+  // Bytes that were taken and are not durable yet.
+  int64_t Unsynced() const;
+
+  // Every byte that was announced is there, durable or not.
   bool Complete() const;
   // The bytes. DATA_LOSS (SHA256_DIFFERS): they are not what was announced.
   absl::StatusOr<std::string> Assemble() const;
@@ -49,7 +58,7 @@ class Upload {
   void End(v1::UploadState state, const std::string& message, const std::string& scan);
 
   bool Idle(absl::Time now) const;
-  // The resource as it stands.
+  // The resource as it stands: where to go on is behind what is durable.
   v1::Upload Describe() const;
 
   // Held by whoever completes it, so that only one does.
@@ -62,15 +71,24 @@ class Upload {
     uint32_t crc32c;
   };
   absl::Status CheckOpen() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status CheckWhole() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   int64_t Received() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  absl::Status TakeUp(absl::string_view record) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  int64_t Durable() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status TakeUp() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   Store& store_;
   const Limits limits_;
   std::mutex commit_mutex_;
+  std::mutex sync_mutex_;  // one at a time; what comes meanwhile is in the next
   mutable std::mutex mutex_;
   v1::Upload upload_ ABSL_GUARDED_BY(mutex_);
   std::vector<Stored> pieces_ ABSL_GUARDED_BY(mutex_);
+  size_t records_ ABSL_GUARDED_BY(mutex_) = 0;          // in the spool: pieces and total
+  size_t durable_records_ ABSL_GUARDED_BY(mutex_) = 0;  // of these
+  size_t durable_pieces_ ABSL_GUARDED_BY(mutex_) = 0;
+  bool created_with_total_ ABSL_GUARDED_BY(mutex_) = false;
+  bool taken_up_ ABSL_GUARDED_BY(mutex_) = true;  // what the spool has is known
+  bool broken_ ABSL_GUARDED_BY(mutex_) = false;   // a sync failed, and the spool is to be read anew
   Sha256 sha256_ ABSL_GUARDED_BY(mutex_);
   absl::Time last_piece_ ABSL_GUARDED_BY(mutex_);
 };

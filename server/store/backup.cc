@@ -154,9 +154,8 @@ absl::StatusOr<StoreReport> VerifyStore(const std::string& folder) {
   if (!uploads.ok()) return uploads.status();
   for (const std::string& upload : *uploads) {
     ++report.uploads;
-    const absl::Status read =
-        spools.Read(upload, [](absl::string_view) { return absl::OkStatus(); });
-    if (!read.ok()) report.faults.emplace_back(read.message());
+    const absl::Status sound = spools.Check(upload);
+    if (!sound.ok()) report.faults.emplace_back(sound.message());
   }
   return report;
 }

@@ -58,6 +58,18 @@ absl::StatusOr<std::vector<std::string>> DiskStore::Sessions() const { return lo
 
 absl::Status DiskStore::Drop(const std::string& session) { return logs_->Drop(session); }
 
+absl::Status DiskStore::PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) {
+  return logs_->PutSnapshot(session, snapshot);
+}
+
+absl::StatusOr<std::vector<SnapshotRecord>> DiskStore::Snapshots(const std::string& session) const {
+  return logs_->Snapshots(session);
+}
+
+absl::Status DiskStore::DropSnapshot(const std::string& session, uint64_t sequence) {
+  return logs_->DropSnapshot(session, sequence);
+}
+
 absl::StatusOr<std::string> DiskStore::PutBlob(absl::string_view bytes) {
   return blobs_.Put(bytes);
 }
@@ -74,6 +86,12 @@ absl::Status DiskStore::KeepBlobs(const std::map<std::string, int>& holders) {
 
 absl::Status DiskStore::AppendSpool(const std::string& spool, absl::string_view record) {
   return spools_.Append(spool, record);
+}
+
+absl::Status DiskStore::SyncSpool(const std::string& spool) { return spools_.Sync(spool); }
+
+absl::Status DiskStore::CutSpool(const std::string& spool, size_t records) {
+  return spools_.Cut(spool, records);
 }
 
 absl::Status DiskStore::ReadSpool(const std::string& spool,

@@ -73,6 +73,20 @@ constexpr char kRead[] =
 constexpr char kKnown[] = "SELECT 1 FROM log WHERE session = ?1 LIMIT 1";
 constexpr char kSessions[] = "SELECT DISTINCT session FROM log ORDER BY session";
 constexpr char kDrop[] = "DELETE FROM log WHERE session = ?1";
+constexpr char kPutSnapshot[] =
+    "INSERT OR REPLACE INTO snapshot (session, sequence, algorithm_version, blob) "
+    "SELECT ?1, ?2, ?3, ?4 WHERE EXISTS (SELECT 1 FROM log WHERE session = ?1)";
+constexpr char kSnapshots[] =
+    "SELECT sequence, algorithm_version, blob FROM snapshot WHERE session = ?1 "
+    "ORDER BY sequence DESC";
+constexpr char kDropSnapshot[] = "DELETE FROM snapshot WHERE session = ?1 AND sequence = ?2";
+// What may be missing in a folder of an older release. The trigger works there, too.
+constexpr char kAddSnapshots[] =
+    "CREATE TABLE IF NOT EXISTS snapshot (session TEXT NOT NULL, sequence INTEGER NOT NULL,"
+    " algorithm_version INTEGER NOT NULL, blob BLOB NOT NULL, PRIMARY KEY (session, sequence))"
+    " WITHOUT ROWID;"
+    "CREATE TRIGGER IF NOT EXISTS snapshot_goes_with_log AFTER DELETE ON log BEGIN"
+    " DELETE FROM snapshot WHERE session = OLD.session; END";
 
 }  // namespace
 
@@ -166,7 +180,11 @@ absl::StatusOr<std::unique_ptr<LogDatabase>> LogDatabase::Open(const std::string
     if (status.ok()) status = writer->Run(setting);
   }
   if (status.ok()) status = writer->Migrate();
-  for (const char* statement : {kAppend, kDrop}) {
+  // What the system had not written when the last process was killed is on the medium from here on,
+  // before anybody reads it.
+  if (status.ok()) status = writer->Run("PRAGMA wal_checkpoint(TRUNCATE)");
+  if (status.ok()) status = writer->Run(kAddSnapshots);
+  for (const char* statement : {kAppend, kDrop, kPutSnapshot, kSnapshots, kDropSnapshot}) {
     if (status.ok()) status = writer->Prepare(statement);
   }
   auto reader = std::make_unique<Connection>();
@@ -256,6 +274,43 @@ absl::Status LogDatabase::Drop(const std::string& session) {
   }
   if (sqlite3_changes(writer_->database) > 0) return absl::OkStatus();
   return absl::NotFoundError(absl::StrCat("no log of ", session));
+}
+
+absl::Status LogDatabase::PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) {
+  std::lock_guard<std::mutex> lock(write_mutex_);
+  Use put(writer_->statements.at(kPutSnapshot));
+  put.Bind(1, absl::string_view(session));
+  put.Bind(2, snapshot.sequence);
+  put.Bind(3, uint64_t{snapshot.algorithm_version});
+  put.BindBytes(4, snapshot.blob);
+  if (put.Step() != SQLITE_DONE) {
+    return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
+  }
+  if (sqlite3_changes(writer_->database) > 0) return absl::OkStatus();
+  return absl::NotFoundError(absl::StrCat("no log of ", session));
+}
+
+absl::StatusOr<std::vector<SnapshotRecord>> LogDatabase::Snapshots(
+    const std::string& session) const {
+  std::lock_guard<std::mutex> lock(write_mutex_);
+  Use read(writer_->statements.at(kSnapshots));
+  read.Bind(1, absl::string_view(session));
+  std::vector<SnapshotRecord> snapshots;
+  int step = SQLITE_ROW;
+  while ((step = read.Step()) == SQLITE_ROW) {
+    snapshots.push_back({read.Number(0), static_cast<uint32_t>(read.Number(1)), read.Bytes(2)});
+  }
+  if (step != SQLITE_DONE) return DatabaseError(writer_->database, absl::StrCat("read ", path_));
+  return snapshots;
+}
+
+absl::Status LogDatabase::DropSnapshot(const std::string& session, uint64_t sequence) {
+  std::lock_guard<std::mutex> lock(write_mutex_);
+  Use drop(writer_->statements.at(kDropSnapshot));
+  drop.Bind(1, absl::string_view(session));
+  drop.Bind(2, sequence);
+  if (drop.Step() == SQLITE_DONE) return absl::OkStatus();
+  return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
 }
 
 absl::Status LogDatabase::Check() const {

@@ -11,13 +11,15 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "server/store/store.h"
 
 namespace vantage {
 
 // Thread safe: one writes while another reads. Methods as the store's (store.h).
 class LogDatabase {
  public:
-  // Schema that is written, and the newest that is read; older ones are brought up to it.
+  // Schema that is written, and the newest that is read; older ones are brought up to it. Tables
+  // that an older release can do without don't raise it, so that one can go back by a release.
   static constexpr int kSchemaVersion = 1;
 
   // FAILED_PRECONDITION: written by a newer release. DATA_LOSS: not a database, or damaged.
@@ -31,6 +33,10 @@ class LogDatabase {
                                                 size_t limit) const;
   absl::StatusOr<std::vector<std::string>> Sessions() const;
   absl::Status Drop(const std::string& session);
+
+  absl::Status PutSnapshot(const std::string& session, const SnapshotRecord& snapshot);
+  absl::StatusOr<std::vector<SnapshotRecord>> Snapshots(const std::string& session) const;
+  absl::Status DropSnapshot(const std::string& session, uint64_t sequence);
 
   // The database's own check of its file. DATA_LOSS.
   absl::Status Check() const;

@@ -71,6 +71,34 @@ absl::Status MemoryStore::Drop(const std::string& session) {
   if (log == logs_.end()) return absl::NotFoundError(absl::StrCat("no log of ", session));
   for (const std::string& entry : log->second) used_ -= entry.size();
   logs_.erase(log);
+  snapshots_.erase(session);
+  return absl::OkStatus();
+}
+
+absl::Status MemoryStore::PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (logs_.find(session) == logs_.end()) {
+    return absl::NotFoundError(absl::StrCat("no log of ", session));
+  }
+  snapshots_[session][snapshot.sequence] = snapshot;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<SnapshotRecord>> MemoryStore::Snapshots(
+    const std::string& session) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<SnapshotRecord> newest_first;
+  const auto known = snapshots_.find(session);
+  if (known == snapshots_.end()) return newest_first;
+  for (const auto& [sequence, snapshot] : known->second) newest_first.push_back(snapshot);
+  std::reverse(newest_first.begin(), newest_first.end());
+  return newest_first;
+}
+
+absl::Status MemoryStore::DropSnapshot(const std::string& session, uint64_t sequence) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto known = snapshots_.find(session);
+  if (known != snapshots_.end()) known->second.erase(sequence);
   return absl::OkStatus();
 }
 
@@ -125,6 +153,19 @@ absl::Status MemoryStore::AppendSpool(const std::string& spool, absl::string_vie
   absl::Status room = Reserve(record.size());
   if (!room.ok()) return room;
   spools_[spool].emplace_back(record);
+  return absl::OkStatus();
+}
+
+absl::Status MemoryStore::SyncSpool(const std::string&) { return absl::OkStatus(); }
+
+absl::Status MemoryStore::CutSpool(const std::string& spool, size_t records) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto known = spools_.find(spool);
+  if (known == spools_.end()) return absl::OkStatus();
+  while (known->second.size() > records) {
+    used_ -= known->second.back().size();
+    known->second.pop_back();
+  }
   return absl::OkStatus();
 }
 

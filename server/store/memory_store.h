@@ -22,11 +22,16 @@ class MemoryStore final : public Store {
                                                         size_t limit) const override;
   absl::StatusOr<std::vector<std::string>> Sessions() const override;
   absl::Status Drop(const std::string& session) override;
+  absl::Status PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) override;
+  absl::StatusOr<std::vector<SnapshotRecord>> Snapshots(const std::string& session) const override;
+  absl::Status DropSnapshot(const std::string& session, uint64_t sequence) override;
   absl::StatusOr<std::string> PutBlob(absl::string_view bytes) override;
   absl::StatusOr<std::string> GetBlob(const std::string& sha256) const override;
   absl::Status ReleaseBlob(const std::string& sha256) override;
   absl::Status KeepBlobs(const std::map<std::string, int>& holders) override;
   absl::Status AppendSpool(const std::string& spool, absl::string_view record) override;
+  absl::Status SyncSpool(const std::string& spool) override;
+  absl::Status CutSpool(const std::string& spool, size_t records) override;
   absl::Status ReadSpool(const std::string& spool,
                          absl::FunctionRef<absl::Status(absl::string_view)> visit) const override;
   absl::Status DropSpool(const std::string& spool) override;
@@ -47,6 +52,7 @@ class MemoryStore final : public Store {
   size_t used_ ABSL_GUARDED_BY(mutex_) = 0;
   // Entries as they would be written: reading them back takes the same path as from a disk.
   std::map<std::string, std::vector<std::string>> logs_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, std::map<uint64_t, SnapshotRecord>> snapshots_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, Blob> blobs_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::vector<std::string>> spools_ ABSL_GUARDED_BY(mutex_);
 };

@@ -30,9 +30,10 @@ struct RecordHeader {
 };
 static_assert(sizeof(RecordHeader) == 12 && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__);
 
-// Calls visit for every whole record; the size of all of them.
+// Calls visit for every record before the first that is not whole; the size of all of them.
 absl::StatusOr<int64_t> VisitRecords(int fd, const std::string& path,
-                                     absl::FunctionRef<absl::Status(absl::string_view)> visit) {
+                                     absl::FunctionRef<absl::Status(absl::string_view)> visit,
+                                     bool* damaged = nullptr) {
   struct stat about {};
   if (::fstat(fd, &about) != 0) return FileError("cannot read", path);
   const int64_t end = about.st_size;
@@ -57,8 +58,8 @@ absl::StatusOr<int64_t> VisitRecords(int fd, const std::string& path,
     record.resize(header.size);
     if (absl::Status got = read(record.data(), header.size); !got.ok()) return got;
     if (Crc32c(record) != header.crc32c) {
-      if (at == end) return begin;
-      return absl::DataLossError(absl::StrCat(path, " is damaged at byte ", begin));
+      if (damaged != nullptr) *damaged = at < end;
+      return begin;
     }
     if (absl::Status visited = visit(record); !visited.ok()) return visited;
   }
@@ -74,14 +75,15 @@ std::string SpoolFolder::FileOf(const std::string& spool) const {
 
 absl::Status SpoolFolder::Open() { return MakeFolder(path_); }
 
+std::shared_ptr<SpoolFolder::Spool> SpoolFolder::Find(const std::string& spool) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  std::shared_ptr<Spool>& known = open_[spool];
+  if (known == nullptr) known = std::make_shared<Spool>();
+  return known;
+}
+
 absl::Status SpoolFolder::Append(const std::string& spool, absl::string_view record) {
-  std::shared_ptr<Spool> open;
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    std::shared_ptr<Spool>& known = open_[spool];
-    if (known == nullptr) known = std::make_shared<Spool>();
-    open = known;
-  }
+  const std::shared_ptr<Spool> open = Find(spool);
   std::lock_guard<std::mutex> lock(open->mutex);
   const std::string path = FileOf(spool);
   const FileDescriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
@@ -91,28 +93,67 @@ absl::Status SpoolFolder::Append(const std::string& spool, absl::string_view rec
         VisitRecords(file.get(), path, [](absl::string_view) { return absl::OkStatus(); });
     if (!whole.ok()) return whole.status();
     open->size = *whole;
+    open->tail = true;
   }
   RecordHeader header;
   header.size = static_cast<uint32_t>(record.size());
   header.crc32c = Crc32c(record);
   header.own_crc32c = header.OwnChecksum();
-  std::string bytes(sizeof(header), '\0');
-  std::memcpy(bytes.data(), &header, sizeof(header));
-  bytes.append(record.data(), record.size());
-  // Where a record failed before, this one is written over it.
-  absl::Status status = WriteAt(file.get(), bytes, static_cast<uint64_t>(open->size), path);
-  if (status.ok() &&
-      ::ftruncate(file.get(), open->size + static_cast<int64_t>(bytes.size())) != 0) {
+  const absl::string_view head(reinterpret_cast<const char*>(&header), sizeof(header));
+  const auto at = static_cast<uint64_t>(open->size);
+  // Old records never follow a new one.
+  absl::Status status;
+  if (open->tail && ::ftruncate(file.get(), open->size) != 0) {
     status = FileError("cannot write", path);
   }
-  if (status.ok()) status = SyncData(file.get(), path);
-  if (status.ok() && open->size == 0) status = SyncFolder(path_);
+  if (status.ok()) {
+    open->tail = false;
+    status = WriteAt(file.get(), head, at, path);
+  }
+  if (status.ok()) status = WriteAt(file.get(), record, at + sizeof(header), path);
   if (!status.ok()) {
     // Gives the room back; whether or not it can, the size that counts is the one in memory.
+    open->tail = true;
     std::ignore = ::ftruncate(file.get(), open->size);
     return status;
   }
-  open->size += static_cast<int64_t>(bytes.size());
+  open->size += static_cast<int64_t>(sizeof(header) + record.size());
+  return absl::OkStatus();
+}
+
+// Others append meanwhile.
+absl::Status SpoolFolder::Sync(const std::string& spool) {
+  const std::shared_ptr<Spool> open = Find(spool);
+  const std::string path = FileOf(spool);
+  const FileDescriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+  if (!file.ok()) return FileError("cannot open", path);
+  if (absl::Status synced = SyncData(file.get(), path); !synced.ok()) return synced;
+  {
+    std::lock_guard<std::mutex> lock(open->mutex);
+    if (open->named) return absl::OkStatus();
+  }
+  absl::Status synced = SyncFolder(path_);
+  std::lock_guard<std::mutex> lock(open->mutex);
+  open->named = open->named || synced.ok();
+  return synced;
+}
+
+absl::Status SpoolFolder::Cut(const std::string& spool, size_t records) {
+  const std::shared_ptr<Spool> open = Find(spool);
+  std::lock_guard<std::mutex> lock(open->mutex);
+  const std::string path = FileOf(spool);
+  const FileDescriptor file(::open(path.c_str(), O_RDWR | O_CLOEXEC));
+  if (!file.ok()) return errno == ENOENT ? absl::OkStatus() : FileError("cannot open", path);
+  int64_t size = 0;
+  size_t seen = 0;
+  const absl::StatusOr<int64_t> whole =
+      VisitRecords(file.get(), path, [&](absl::string_view record) {
+        if (seen++ < records) size += static_cast<int64_t>(sizeof(RecordHeader) + record.size());
+        return absl::OkStatus();
+      });
+  if (!whole.ok()) return whole.status();
+  if (::ftruncate(file.get(), size) != 0) return FileError("cannot write", path);
+  open->size = size;
   return absl::OkStatus();
 }
 
@@ -124,6 +165,20 @@ absl::Status SpoolFolder::Read(const std::string& spool,
     return errno == ENOENT ? absl::OkStatus() : FileError("cannot open", path);
   }
   return VisitRecords(file.get(), path, visit).status();
+}
+
+absl::Status SpoolFolder::Check(const std::string& spool) const {
+  const std::string path = FileOf(spool);
+  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file.ok()) {
+    return errno == ENOENT ? absl::OkStatus() : FileError("cannot open", path);
+  }
+  bool damaged = false;
+  const absl::StatusOr<int64_t> whole = VisitRecords(
+      file.get(), path, [](absl::string_view) { return absl::OkStatus(); }, &damaged);
+  if (!whole.ok() || !damaged) return whole.status();
+  return absl::DataLossError(
+      absl::StrCat(path, " is damaged at byte ", *whole, "; its sender is asked for the rest"));
 }
 
 absl::Status SpoolFolder::Drop(const std::string& spool) {

@@ -18,8 +18,8 @@
 
 namespace vantage {
 
-// Thread safe. Methods as the store's (store.h). A record that was being written when the power
-// went is not there: nobody was told that it was.
+// Thread safe. Methods as the store's (store.h). What was not synced when the power went may be
+// there or not, or in part: what is taken ends before the first record that is not whole.
 class SpoolFolder {
  public:
   explicit SpoolFolder(std::string path) : path_(std::move(path)) {}
@@ -27,9 +27,12 @@ class SpoolFolder {
   absl::Status Open();
 
   absl::Status Append(const std::string& spool, absl::string_view record);
-  // DATA_LOSS: a record that others follow is damaged.
+  absl::Status Sync(const std::string& spool);
+  absl::Status Cut(const std::string& spool, size_t records);
   absl::Status Read(const std::string& spool,
                     absl::FunctionRef<absl::Status(absl::string_view)> visit) const;
+  // DATA_LOSS: a record that others follow is damaged.
+  absl::Status Check(const std::string& spool) const;
   absl::Status Drop(const std::string& spool);
   absl::StatusOr<std::vector<std::string>> List() const;
 
@@ -38,8 +41,11 @@ class SpoolFolder {
   struct Spool {
     std::mutex mutex;
     int64_t size ABSL_GUARDED_BY(mutex) = kUnknown;  // of whole records, bytes
+    bool tail ABSL_GUARDED_BY(mutex) = false;        // something else may follow these
+    bool named ABSL_GUARDED_BY(mutex) = false;       // the file's name is kept for sure
   };
 
+  std::shared_ptr<Spool> Find(const std::string& spool);
   std::string FileOf(const std::string& spool) const;
 
   const std::string path_;

@@ -20,6 +20,14 @@ namespace vantage {
 // Format that entries are written in, and the newest that is read.
 inline constexpr uint32_t kLogFormatVersion = 1;
 
+// A snapshot of a session's model: what a restart begins with. Never needed: what it says is in the
+// log and the scans, too.
+struct SnapshotRecord {
+  uint64_t sequence = 0;           // of the session's last entry when it was taken
+  uint32_t algorithm_version = 0;  // of what made the model
+  std::string blob;                // SHA-256, 32 bytes
+};
+
 // Thread safe. Errors of every method: RESOURCE_EXHAUSTED when there is no room (nothing was
 // changed), UNAVAILABLE when the medium fails, DATA_LOSS when what was kept is damaged.
 class Store {
@@ -38,6 +46,15 @@ class Store {
   // Forgets a session's log. NOT_FOUND. Blobs that nobody else holds go with ReleaseBlob.
   virtual absl::Status Drop(const std::string& session) = 0;
 
+  // Remembers a snapshot of a session that has a log (else NOT_FOUND), in place of one of the same
+  // sequence number. Dropped with the session; its blob's holder is the caller.
+  virtual absl::Status PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) = 0;
+  // Newest first; none for a session without any.
+  virtual absl::StatusOr<std::vector<SnapshotRecord>> Snapshots(
+      const std::string& session) const = 0;
+  // Harmless when there is none.
+  virtual absl::Status DropSnapshot(const std::string& session, uint64_t sequence) = 0;
+
   // Keeps bytes under their SHA-256 (32 bytes), which is returned. Counted: each Put takes one
   // ReleaseBlob.
   virtual absl::StatusOr<std::string> PutBlob(absl::string_view bytes) = 0;
@@ -47,11 +64,17 @@ class Store {
   // How many hold each blob, as the logs say after a restart; all others go.
   virtual absl::Status KeepBlobs(const std::map<std::string, int>& holders) = 0;
 
-  // Appends a record to what an upload brought so far. `spool` is unique for ever; one record of
-  // a spool at a time.
+  // Appends a record to what an upload brought so far; it is kept for sure after SyncSpool. `spool`
+  // is unique for ever; one record of a spool at a time.
   virtual absl::Status AppendSpool(const std::string& spool, absl::string_view record) = 0;
+  // Everything that was appended before is kept. On error nobody knows how much is: CutSpool to
+  // what was kept for sure.
+  virtual absl::Status SyncSpool(const std::string& spool) = 0;
+  // Forgets all but the first `records`.
+  virtual absl::Status CutSpool(const std::string& spool, size_t records) = 0;
   // Calls visit(record) for every record, in order, until it returns an error, which is returned;
-  // for none where nothing was ever written.
+  // for none where nothing was ever written. Ends before a record that is damaged: its sender has
+  // it still.
   virtual absl::Status ReadSpool(
       const std::string& spool, absl::FunctionRef<absl::Status(absl::string_view)> visit) const = 0;
   virtual absl::Status DropSpool(const std::string& spool) = 0;

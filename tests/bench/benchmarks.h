@@ -9,6 +9,7 @@ namespace vantage {
 
 void BenchCycle(Parallel& parallel, Figures& figures);     // cycle.*
 void BenchCarve(Parallel& parallel, Figures& figures);     // carve.*
+void BenchSnapshot(Parallel& parallel, Figures& figures);  // snapshot.*
 void BenchPlanning(Parallel& parallel, Figures& figures);  // plan.*
 // merge.*, model.*: what many scans cost; `full` adds a whole floor.
 void BenchModel(bool full, Parallel& parallel, Figures& figures);

@@ -37,6 +37,7 @@ int main(int argc, char** argv) {
   }
   vantage::BenchCarve(pool, figures);
   vantage::BenchModel(full, pool, figures);
+  vantage::BenchSnapshot(pool, figures);
   vantage::BenchPlanning(pool, figures);
   vantage::BenchEvaluator(full, pool, figures);
   vantage::BenchCycle(pool, figures);

@@ -151,8 +151,16 @@ TEST_F(DiskStoreTest, DamageIsNoticed) {
 
   const auto store = Open();
   EXPECT_TRUE(absl::IsDataLoss(store->GetBlob(sha).status()));
-  EXPECT_TRUE(absl::IsDataLoss(
-      store->ReadSpool(kSpool, [](absl::string_view) { return absl::OkStatus(); })));
+  // Its sender has the rest of an upload still, and is asked for it.
+  size_t records = 0;
+  EXPECT_TRUE(store
+                  ->ReadSpool(kSpool,
+                              [&](absl::string_view) {
+                                ++records;
+                                return absl::OkStatus();
+                              })
+                  .ok());
+  EXPECT_EQ(records, 0U);
   EXPECT_TRUE(absl::IsDataLoss(store->Read("a", 0, 10).status()));
   EXPECT_TRUE(store->Read("b", 0, 10).ok());
 }

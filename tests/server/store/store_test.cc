@@ -70,6 +70,31 @@ TEST_P(StoreTest, LogsAreOrderedAndFenced) {
   EXPECT_TRUE(store_->Sessions().value().empty());
 }
 
+TEST_P(StoreTest, SnapshotsGoWithTheirLog) {
+  const std::string blob(32, 'b');
+  EXPECT_TRUE(absl::IsNotFound(store_->PutSnapshot("a", {1, 1, blob})));
+  EXPECT_TRUE(store_->Snapshots("a").value().empty());
+  ASSERT_TRUE(store_->Append("a", Entry(1)).ok());
+  for (const uint64_t sequence : {5, 12, 9}) {
+    ASSERT_TRUE(store_->PutSnapshot("a", {sequence, 3, blob}).ok());
+  }
+  ASSERT_TRUE(store_->PutSnapshot("a", {9, 4, std::string(32, 'c')}).ok());
+  std::vector<SnapshotRecord> known = store_->Snapshots("a").value();
+  ASSERT_EQ(known.size(), 3U);
+  EXPECT_EQ(known[0].sequence, 12U);
+  EXPECT_EQ(known[1].sequence, 9U);
+  EXPECT_EQ(known[1].algorithm_version, 4U);
+  EXPECT_EQ(known[1].blob, std::string(32, 'c'));
+  EXPECT_EQ(known[2].sequence, 5U);
+  EXPECT_TRUE(store_->DropSnapshot("a", 12).ok());
+  EXPECT_TRUE(store_->DropSnapshot("a", 12).ok());
+  EXPECT_EQ(store_->Snapshots("a").value().size(), 2U);
+  EXPECT_TRUE(store_->Snapshots("b").value().empty());
+  ASSERT_TRUE(store_->Drop("a").ok());
+  ASSERT_TRUE(store_->Append("a", Entry(1)).ok());
+  EXPECT_TRUE(store_->Snapshots("a").value().empty());
+}
+
 TEST_P(StoreTest, BlobsAreCounted) {
   const std::string bytes(600, 'x');
   const std::string sha = store_->PutBlob(bytes).value();
@@ -107,6 +132,12 @@ TEST_P(StoreTest, SpoolsKeepRecordsInOrder) {
   const absl::Status stopped =
       store_->ReadSpool(name, [](absl::string_view) { return absl::CancelledError("enough"); });
   EXPECT_TRUE(absl::IsCancelled(stopped));
+  EXPECT_TRUE(store_->SyncSpool(name).ok());
+  EXPECT_TRUE(store_->CutSpool(name, records.size()).ok());
+  EXPECT_EQ(Records(*store_, name), records);
+  EXPECT_TRUE(store_->CutSpool(name, 1).ok());
+  ASSERT_TRUE(store_->AppendSpool(name, "instead").ok());
+  EXPECT_EQ(Records(*store_, name), (std::vector<std::string>{records[0], "instead"}));
   EXPECT_TRUE(store_->DropSpool(name).ok());
   EXPECT_TRUE(store_->DropSpool(name).ok());
   EXPECT_TRUE(Records(*store_, name).empty());

@@ -1,0 +1,73 @@
+// A partial model as bytes: versioned, checksummed, compressed, and complete. What is loaded goes
+// on as if it had never been away: the same merge, withdrawal or plan gives the same bits.
+//
+//   offset  size       what
+//        0     4       magic "VSNP"
+//        4     2       format version (u16)
+//        6     2       0
+//        8     4       algorithm version (u32)
+//       12     4       number of sections (u32)
+//       16    24 each  per section: kind (u32), CRC-32C of its bytes (u32), their number (u64), and
+//                      how many they are decompressed (u64)
+//        .     4       CRC-32C of everything before
+//   then the sections one after the other, each a Zstandard frame: the site, one a scan's layer
+//   (with its range image, as carving left it), and runs of the octree's bricks.
+//
+// Little-endian; one model has exactly one encoding.
+#ifndef VANTAGE_CORE_MODEL_SNAPSHOT_H_
+#define VANTAGE_CORE_MODEL_SNAPSHOT_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "core/model/partial_model.h"
+#include "core/model/snapshot_sections.h"
+#include "core/parallel/parallel.h"
+
+namespace vantage {
+
+// The format that is written, and the newest that is read.
+inline constexpr uint16_t kSnapshotFormatVersion = 1;
+// Rises when the same scans would give another model. A snapshot of an older version is loaded as
+// it is rather than replayed differently.
+inline constexpr uint32_t kModelAlgorithmVersion = 1;
+
+// What a snapshot's beginning says.
+struct SnapshotHeader {
+  uint16_t format_version = 0;
+  uint32_t algorithm_version = 0;
+};
+
+// DATA_LOSS: damaged, or no snapshot. FAILED_PRECONDITION: of a newer format or newer algorithms.
+absl::StatusOr<SnapshotHeader> ReadSnapshotHeader(absl::string_view bytes);
+
+// The parts of a model that a snapshot keeps.
+struct ModelParts {
+  ModelConfig config;
+  uint64_t version = 0;
+  std::vector<std::string> order;  // of the scans, as they came
+  std::map<std::string, std::unique_ptr<ScanLayer>> layers;
+  std::vector<KeyedLeaf> leaves;  // that are not unknown
+};
+
+// `leaves` in any order. PartialModel::Save is for everyone else.
+std::string EncodeSnapshot(const ModelConfig& config, uint64_t version,
+                           const std::vector<std::string>& order,
+                           const std::map<std::string, std::unique_ptr<ScanLayer>>& layers,
+                           std::vector<KeyedLeaf> leaves, const ModelLeaf& all_empty,
+                           Parallel& parallel);
+
+// Errors as ReadSnapshotHeader; RESOURCE_EXHAUSTED: more than `max_bytes` decompressed. Phantoms
+// are not hidden in the layers yet.
+absl::StatusOr<ModelParts> DecodeSnapshot(absl::string_view bytes, size_t max_bytes,
+                                          const ModelLeaf& all_empty, Parallel& parallel);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_MODEL_SNAPSHOT_H_

@@ -1,0 +1,102 @@
+// The power goes at any write, sync or rename: nothing that was acknowledged is lost, and the job
+// ends as it would have. All points: ./dev faults.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <set>
+
+#include "server/store/durable_file.h"
+#include "tests/faults/crash_points.h"
+#include "tests/faults/crashed_disk.h"
+#include "tests/faults/disk_recorder.h"
+
+namespace vantage {
+namespace {
+
+class Scratch {
+ public:
+  Scratch() {
+    std::string name = testing::TempDir() + "/faults-XXXXXX";
+    path_ = mkdtemp(name.data());
+  }
+  ~Scratch() { std::filesystem::remove_all(path_); }
+  const std::string& path() const { return path_; }
+
+ private:
+  std::string path_;
+};
+
+TEST(CrashPoints, NothingIsLostAndTheJobEndsAsItWould) {
+  constexpr uint64_t kSeed = 11;
+  constexpr size_t kStride = 23;  // prime to the periods of what a job repeats
+  const Scratch scratch;
+  const auto points =
+      CrashAtEveryPoint(scratch.path(), kSeed % kStride, kStride, kSeed, [] { return true; });
+  ASSERT_TRUE(points.ok()) << points.status();
+  EXPECT_GT(points->steps, 200u);
+  EXPECT_GT(points->crashes_twice, 5u);
+  for (const std::string& fault : points->faults)
+    ADD_FAILURE() << "seed " << kSeed << ", " << fault;
+  RecordProperty("crashes", static_cast<int>(points->crashes));
+}
+
+// No room, I/O errors, a read-only disk: clear errors, nothing that was acknowledged is lost, and
+// the service goes on when the disk is well again.
+TEST(DiskFaults, TheServiceGoesOnWhenTheDiskDoes) {
+  const Scratch scratch;
+  const auto done = FailAtPoints(scratch.path(), 5, 61, [] { return true; });
+  ASSERT_TRUE(done.ok()) << done.status();
+  EXPECT_GT(done->refusals, 2u);
+  for (const std::string& fault : done->faults) ADD_FAILURE() << fault;
+}
+
+std::string Contents(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+// The harness notices what it is there for.
+TEST(CrashedDisk, ForgetsWhatWasNotSynced) {
+  const Scratch scratch;
+  const std::string live = scratch.path() + "/live";
+  const std::string data = live + "/data";
+  std::filesystem::create_directory(live);
+  DiskRecorder::Start(live);
+  ASSERT_TRUE(MakeFolder(data).ok());
+  const std::string synced = data + "/synced";
+  ASSERT_TRUE(ReplaceFile(synced, data + "/temporary", "first").ok());
+  {
+    const FileDescriptor file(::open(synced.c_str(), O_RDWR | O_CLOEXEC));
+    ASSERT_TRUE(WriteAt(file.get(), "12345", 5, synced).ok());
+    ASSERT_TRUE(SyncData(file.get(), synced).ok());
+    ASSERT_TRUE(WriteAt(file.get(), "FIRST", 0, synced).ok());
+    const std::string nameless = data + "/nameless";
+    const FileDescriptor other(::open(nameless.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+    ASSERT_TRUE(WriteAt(other.get(), "x", 0, nameless).ok());
+    ASSERT_TRUE(SyncData(other.get(), nameless).ok());
+  }
+  const std::vector<DiskStep> steps = DiskRecorder::Stop();
+  MakeCrashedFolder("", steps, Unsynced::kLost, 1, scratch.path() + "/lost");
+  EXPECT_EQ(Contents(scratch.path() + "/lost/data/synced"), "first12345");
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/lost/data/nameless"));
+  EXPECT_FALSE(std::filesystem::exists(scratch.path() + "/lost/data/temporary"));
+  MakeCrashedFolder("", steps, Unsynced::kKept, 1, scratch.path() + "/kept");
+  EXPECT_EQ(Contents(scratch.path() + "/kept/data/synced"), "FIRST12345");
+  EXPECT_EQ(Contents(scratch.path() + "/kept/data/nameless"), "x");
+  std::set<std::string> seen;
+  for (uint64_t seed = 0; seed < 40; ++seed) {
+    const std::string torn = scratch.path() + "/torn" + std::to_string(seed);
+    MakeCrashedFolder("", steps, Unsynced::kTorn, seed, torn);
+    seen.insert(Contents(torn + "/data/synced"));
+  }
+  EXPECT_TRUE(seen.contains("first12345"));
+  EXPECT_TRUE(seen.contains("FIRST12345"));
+  EXPECT_TRUE(seen.contains("FIrst12345"));
+}
+
+}  // namespace
+}  // namespace vantage

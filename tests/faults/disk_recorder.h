@@ -1,0 +1,52 @@
+// Everything that a process does to the files below one folder, step by step, and faults to order:
+// the calls of the C library that change files are defined anew in the program that links this, so
+// that SQLite's pass here, too.
+#ifndef VANTAGE_TESTS_FAULTS_DISK_RECORDER_H_
+#define VANTAGE_TESTS_FAULTS_DISK_RECORDER_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace vantage {
+
+struct DiskStep {
+  enum class Kind {
+    kCreateFile,
+    kMakeFolder,
+    kWrite,
+    kTruncate,
+    kSyncFile,
+    kSyncFolder,
+    kRename,
+    kRemove
+  };
+  Kind kind = Kind::kWrite;
+  uint64_t node = 0;     // of the file or folder: never used again for another
+  std::string path;      // below the folder; "" is the folder itself
+  std::string new_path;  // of kRename
+  uint64_t offset = 0;   // of kWrite; the new size of kTruncate
+  std::string bytes;     // of kWrite
+};
+
+// One at a time in a process.
+class DiskRecorder {
+ public:
+  // Records what happens below `folder` from now on.
+  static void Start(const std::string& folder);
+  static std::vector<DiskStep> Stop();
+  // Steps so far.
+  static size_t Count();
+
+  // From now on every step below `folder` fails with `error` (errno) from the `after`-th on,
+  // `times` of them; writes that do not are whole.
+  static void FailSteps(const std::string& folder, size_t after, int error, size_t times);
+  // How many steps have failed so far.
+  static size_t Failed();
+  static void FailNoMore();
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_TESTS_FAULTS_DISK_RECORDER_H_

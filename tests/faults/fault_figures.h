@@ -1,0 +1,28 @@
+// The groups of figures of ./dev faults.
+#ifndef VANTAGE_TESTS_FAULTS_FAULT_FIGURES_H_
+#define VANTAGE_TESTS_FAULTS_FAULT_FIGURES_H_
+
+#include <functional>
+
+#include "tests/bench/figures.h"
+
+namespace vantage {
+
+// How long a group may go on beyond its least.
+using GoOn = std::function<bool()>;
+
+// crash.*, disk.*: the scripted job cut off, or refused, at the steps that it makes on its disk. True:
+// nothing was lost.
+bool MeasureCrashes(size_t stride, const GoOn& more, Figures& figures);
+// kill.*: the real server, killed at random moments.
+bool MeasureKills(int kills, Figures& figures);
+// upload.*: against a bare stream that syncs every 4 MiB.
+bool MeasureUpload(Figures& figures);
+// restart.*: sessions of ten scans.
+bool MeasureRestart(int sessions, Figures& figures);
+// link.*: faults of the link between two network namespaces.
+bool MeasureLink(bool full, Figures& figures);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_TESTS_FAULTS_FAULT_FIGURES_H_

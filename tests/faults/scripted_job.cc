@@ -1,0 +1,281 @@
+#include "tests/faults/scripted_job.h"
+
+#include <algorithm>
+#include <chrono>
+#include <condition_variable>
+#include <memory>
+#include <mutex>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "proto/wire/checksum.h"
+#include "server/session/session_registry.h"
+#include "server/store/disk_store.h"
+#include "tests/server/fixture/room_scan.h"
+#include "tests/server/fixture/scripted.h"
+
+namespace vantage {
+namespace {
+
+constexpr size_t kPieces = 3;
+constexpr double kDegrees = 5;
+constexpr char kJob[] = "job";
+constexpr char kOther[] = "other";
+
+absl::Status Lost(absl::string_view what) { return absl::DataLossError(what); }
+
+// What a server has besides its store.
+struct Surroundings {
+  Surroundings(Store& store, Algorithms algorithms)
+      : log(LogLevel::kOff, Log::Stderr()),
+        pool(2, 8),
+        registry(SessionSurroundings{store, pool, timer, log, {}, std::move(algorithms), [] {
+                                       return absl::FromUnixSeconds(1'700'000'000);
+                                     }}) {}
+  Log log;
+  Timer timer;
+  PlanningPool pool;
+  SessionRegistry registry;
+};
+
+class Job {
+ public:
+  Job(SessionRegistry& registry, Told known, const std::function<void(const Told&)>& told)
+      : registry_(registry), known_(std::move(known)), told_(told) {}
+
+  absl::Status CheckKnown() {
+    const auto session = registry_.Find(kJob);
+    if (!session.ok() && !known_.events.empty()) return Lost("the session is gone");
+    if (session.ok()) {
+      (*session)->WaitUntilIdle();
+      const auto events = Events(**session);
+      if (!events.ok()) return events.status();
+      if (events->size() < known_.events.size() ||
+          !std::equal(known_.events.begin(), known_.events.end(), events->begin())) {
+        return Lost("events are gone");
+      }
+      for (const auto& [name, bytes] : known_.uploads) {
+        const auto upload = (*session)->GetUpload(name);
+        if (!upload.ok()) return Lost(absl::StrCat(name, " is gone"));
+        if (upload->state() == v1::UPLOAD_STATE_OPEN && upload->next_offset() < bytes) {
+          return Lost(absl::StrCat(name, " has ", upload->next_offset(), " bytes of ", bytes));
+        }
+        if (upload->state() == v1::UPLOAD_STATE_FAILED) return Lost(name + " has failed");
+      }
+    }
+    if (known_.deleted && registry_.Find(kOther).ok()) return Lost("what was deleted is back");
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<JobEnding> Run() {
+    v1::CreateSessionRequest create;
+    create.set_session_id(kJob);
+    create.set_request_id("open");
+    create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+    absl::StatusOr<std::shared_ptr<Session>> session = registry_.Create(create);
+    if (!session.ok()) return session.status();
+    Tell(**session);
+    absl::Status done = SendScan(**session, 1, {2.0, 1.5, 1.4});
+    if (done.ok()) done = MakeOther();
+    if (done.ok()) done = SendScan(**session, 2, {3.0, 2.5, 1.4});
+    if (done.ok()) done = Withdraw(**session, "sessions/job/scans/scan-1");
+    if (done.ok()) done = SendScan(**session, 3, {1.0, 2.0, 1.4});
+    if (done.ok()) done = DeleteOther();
+    if (!done.ok()) return done;
+    return End(**session);
+  }
+
+ private:
+  static absl::StatusOr<std::vector<std::string>> Events(const Session& session) {
+    const auto events = const_cast<Session&>(session).journal().Events(0, 10'000);
+    if (!events.ok()) return events.status();
+    std::vector<std::string> serialised;
+    for (const v1::SessionEvent& event : *events) serialised.push_back(event.SerializeAsString());
+    return serialised;
+  }
+
+  void Tell(const Session& session) {
+    const auto events = Events(session);
+    if (events.ok()) known_.events = *events;
+    told_(known_);
+  }
+
+  absl::Status SendScan(Session& session, int number, const Eigen::Vector3d& position) {
+    const std::string bytes = EncodedRoom(position, kDegrees);
+    v1::CreateUploadRequest request;
+    request.set_request_id(absl::StrCat("upload-", number));
+    *request.mutable_upload()->mutable_prior() = PriorAt(position.x(), position.y(), position.z());
+    const auto created = session.CreateUpload(request);
+    if (!created.ok()) return created.status();
+    Tell(session);
+    v1::UploadTotal total;
+    total.set_encoded_size(static_cast<int64_t>(bytes.size()));
+    total.set_sha256(Sha256::Of(bytes));
+    v1::Upload upload = *created;
+    while (upload.state() == v1::UPLOAD_STATE_OPEN) {
+      v1::Piece piece;
+      piece.set_sequence(upload.next_sequence());
+      piece.set_offset(upload.next_offset());
+      piece.set_data(
+          bytes.substr(static_cast<size_t>(upload.next_offset()), bytes.size() / kPieces + 1));
+      piece.set_crc32c(Crc32c(piece.data()));
+      const bool more = !piece.data().empty();
+      const auto now = session.AddToUpload(upload.name(), more ? &piece : nullptr, &total);
+      if (!now.ok()) return now.status();
+      upload = *now;
+      known_.uploads[upload.name()] = upload.state() == v1::UPLOAD_STATE_OPEN
+                                          ? upload.next_offset()
+                                          : static_cast<int64_t>(bytes.size());
+      Tell(session);
+    }
+    if (upload.state() != v1::UPLOAD_STATE_COMMITTED) {
+      return Lost(absl::StrCat(upload.name(), ": ", upload.state_message()));
+    }
+    WaitUntilSettled(session, upload.scan());
+    session.WaitUntilIdle();
+    const auto scan = session.GetScan(upload.scan());
+    if (!scan.ok()) return scan.status();
+    const bool withdrawn = scan->state() == v1::SCAN_STATE_WITHDRAWN && number == 1;
+    if (scan->state() != v1::SCAN_STATE_MERGED && !withdrawn) {
+      return absl::UnavailableError(
+          absl::StrCat(upload.scan(), " is still ", v1::ScanState_Name(scan->state())));
+    }
+    Tell(session);
+    return absl::OkStatus();
+  }
+
+  // A step that could not be logged is tried again by itself some seconds later.
+  static void WaitUntilSettled(Session& session, const std::string& scan) {
+    std::mutex mutex;
+    std::condition_variable changed;
+    const Journal::WatchId watch = session.journal().Watch([&] {
+      const std::lock_guard<std::mutex> lock(mutex);
+      changed.notify_all();
+    });
+    const auto settled = [&] {
+      const auto now = session.GetScan(scan);
+      return !now.ok() ||
+             (now->state() != v1::SCAN_STATE_RECEIVED &&
+              now->state() != v1::SCAN_STATE_REGISTERING && now->state() != v1::SCAN_STATE_MERGING);
+    };
+    {
+      std::unique_lock<std::mutex> lock(mutex);
+      changed.wait_for(lock, std::chrono::seconds(8), settled);
+    }
+    session.journal().Unwatch(watch);
+    // What still calls the watcher ends with the operation that it is in.
+    session.WaitUntilIdle();
+  }
+
+  absl::Status Withdraw(Session& session, const std::string& scan) {
+    v1::WithdrawScanRequest request;
+    request.set_name(scan);
+    request.set_request_id("withdraw");
+    const auto done = session.WithdrawScan(request);
+    if (!done.ok()) return done.status();
+    Tell(session);
+    session.WaitUntilIdle();
+    Tell(session);
+    return absl::OkStatus();
+  }
+
+  // A session whose scan is one of the job's, too: its bytes are shared.
+  absl::Status MakeOther() {
+    if (known_.deleted || registry_.Find(kOther).ok()) return absl::OkStatus();
+    v1::CreateSessionRequest create;
+    create.set_session_id(kOther);
+    create.set_request_id("other");
+    create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+    return registry_.Create(create).status();
+  }
+
+  absl::Status DeleteOther() {
+    v1::DeleteSessionRequest request;
+    request.set_name(absl::StrCat("sessions/", kOther));
+    const absl::Status done = registry_.Delete(request);
+    if (!done.ok() && !absl::IsNotFound(done)) return done;
+    known_.deleted = true;
+    told_(known_);
+    return absl::OkStatus();
+  }
+
+  absl::StatusOr<JobEnding> End(Session& session) {
+    JobEnding ending;
+    for (int attempt = 0; ending.plan.empty(); ++attempt) {
+      v1::CreatePlanRequest request;
+      request.set_request_id(absl::StrCat("plan-", attempt));
+      request.mutable_plan()->set_work_limit(100'000);
+      request.mutable_plan()->set_seed(7);
+      auto plan = session.CreatePlan(request);
+      if (!plan.ok()) return plan.status();
+      Tell(session);
+      if (!registry_.WaitUntilIdle(std::chrono::seconds(60))) return Lost("a plan never ends");
+      plan = session.GetPlan(plan->name());
+      if (!plan.ok()) return plan.status();
+      Tell(session);
+      // One that was under way when the server stopped has failed, and says so.
+      if (plan->state() != v1::PLAN_STATE_SUCCEEDED) {
+        if (attempt > 3) return Lost(absl::StrCat("no plan succeeds: ", plan->state_message()));
+        continue;
+      }
+      v1::PlanResult ranking;
+      *ranking.mutable_views() = plan->result().views();
+      ending.plan = ranking.SerializeAsString();
+    }
+    bool more = false;
+    for (v1::Scan scan : session.ListScans(0, 100, more)) {
+      scan.mutable_merge()->clear_carve_seconds();
+      scan.mutable_merge()->clear_merge_seconds();
+      scan.mutable_registration()->clear_seconds();
+      ending.scans.push_back(scan.DebugString());
+    }
+    const ModelSnapshot model = session.Model();
+    if (model.view == nullptr) return Lost("there is no model");
+    for (const PlanningView::BrickAt& at : model.view->bricks()) {
+      for (int i = 0; i < 3; ++i) absl::StrAppend(&ending.model, at.brick[i], " ");
+      for (const VoxelState state : at.contents->state) {
+        ending.model += static_cast<char>('0' + static_cast<int>(state));
+      }
+      for (const SurfaceVoxel& voxel : at.contents->surface) {
+        const std::string floats(reinterpret_cast<const char*>(&voxel.centroid), sizeof(float) * 6);
+        absl::StrAppend(&ending.model, floats, voxel.samples, " ", voxel.area, voxel.density);
+      }
+    }
+    for (const Stand& stand : model.view->stands()) {
+      absl::StrAppend(&ending.model, stand.position.x(), ",", stand.position.y(), ";");
+    }
+    return ending;
+  }
+
+  SessionRegistry& registry_;
+  Told known_;
+  const std::function<void(const Told&)>& told_;
+};
+
+}  // namespace
+
+absl::StatusOr<JobEnding> RunScriptedJob(const std::string& folder, const Told& known,
+                                         const std::function<void(const Told&)>& told,
+                                         const std::function<bool(const absl::Status&)>& mend) {
+  absl::StatusOr<std::unique_ptr<DiskStore>> store = DiskStore::Open(folder);
+  if (!store.ok()) return store.status();
+  Script script;
+  Algorithms algorithms = script.Make();
+  algorithms.make_plan = Algorithms::Core().make_plan;
+  Surroundings around(**store, std::move(algorithms));
+  absl::Status loaded = around.registry.LoadAll();
+  if (!loaded.ok()) return loaded;
+  Job job(around.registry, known, told);
+  absl::Status kept = job.CheckKnown();
+  if (!kept.ok()) return kept;
+  absl::StatusOr<JobEnding> ending = job.Run();
+  while (!ending.ok() && mend(ending.status())) {
+    kept = job.CheckKnown();
+    if (!kept.ok()) return kept;
+    ending = job.Run();
+  }
+  around.registry.WaitUntilIdle(std::chrono::seconds(60));
+  return ending;
+}
+
+}  // namespace vantage

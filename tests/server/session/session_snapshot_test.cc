@@ -1,0 +1,270 @@
+// A restart begins with a snapshot of the model; whatever becomes of the snapshots, the model is as
+// it was.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+
+#include "absl/strings/escaping.h"
+#include "server/store/disk_store.h"
+#include "tests/server/fixture/room_scan.h"
+#include "tests/server/fixture/scripted.h"
+
+namespace vantage {
+namespace {
+
+struct Surroundings {
+  Surroundings(Store& kept, Algorithms algorithms, size_t snapshots = 2)
+      : log(LogLevel::kOff, Log::Stderr()),
+        pool(2, 8),
+        registry(SessionSurroundings{kept, pool, timer, log, Keeping(snapshots),
+                                     std::move(algorithms),
+                                     [] { return absl::FromUnixSeconds(1'700'000'000); }}) {}
+  static Limits Keeping(size_t snapshots) {
+    Limits limits;
+    limits.snapshots_per_session = snapshots;
+    return limits;
+  }
+  Log log;
+  Timer timer;
+  PlanningPool pool;
+  SessionRegistry registry;
+};
+
+// The scan's name, when all is done.
+std::string SendRoom(Session& session, const Eigen::Vector3d& position) {
+  const std::string bytes = EncodedRoom(position, 3.0);
+  v1::CreateUploadRequest request;
+  *request.mutable_upload()->mutable_prior() = PriorAt(position.x(), position.y(), position.z());
+  const v1::Upload upload = session.CreateUpload(request).value();
+  v1::UploadTotal total;
+  total.set_encoded_size(static_cast<int64_t>(bytes.size()));
+  total.set_sha256(Sha256::Of(bytes));
+  v1::Piece piece;
+  piece.set_data(bytes);
+  piece.set_crc32c(Crc32c(bytes));
+  const std::string scan = session.AddToUpload(upload.name(), &piece, &total)->scan();
+  session.WaitUntilIdle();
+  EXPECT_EQ(session.GetScan(scan)->state(), v1::SCAN_STATE_MERGED);
+  return scan;
+}
+
+void Withdraw(Session& session, const std::string& scan) {
+  v1::WithdrawScanRequest request;
+  request.set_name(scan);
+  ASSERT_TRUE(session.WithdrawScan(request).ok());
+  session.WaitUntilIdle();
+}
+
+void ExpectSame(const ModelSnapshot& model, const ModelSnapshot& before) {
+  EXPECT_EQ(model.version, before.version);
+  ASSERT_NE(model.view, nullptr);
+  ASSERT_EQ(model.view->bricks().size(), before.view->bricks().size());
+  for (size_t i = 0; i < model.view->bricks().size(); ++i) {
+    const Brick& brick = *model.view->bricks()[i].contents;
+    const Brick& other = *before.view->bricks()[i].contents;
+    EXPECT_EQ(model.view->bricks()[i].brick, before.view->bricks()[i].brick);
+    EXPECT_EQ(brick.state, other.state);
+    ASSERT_EQ(brick.surface.size(), other.surface.size());
+    for (size_t k = 0; k < brick.surface.size(); ++k) {
+      EXPECT_EQ(brick.surface[k].centroid, other.surface[k].centroid);
+      EXPECT_EQ(brick.surface[k].normal, other.surface[k].normal);
+      EXPECT_EQ(brick.surface[k].density, other.surface[k].density);
+    }
+  }
+  ASSERT_EQ(model.view->stands().size(), before.view->stands().size());
+  for (size_t i = 0; i < model.view->stands().size(); ++i) {
+    EXPECT_EQ(model.view->stands()[i].position, before.view->stands()[i].position);
+  }
+}
+
+class SessionSnapshots : public testing::Test {
+ protected:
+  SessionSnapshots() {
+    std::string name = testing::TempDir() + "/snapshots-XXXXXX";
+    folder_ = mkdtemp(name.data());
+    Reopen();
+    script_.EndPlans();
+  }
+  ~SessionSnapshots() override {
+    store_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+  void Reopen() {
+    store_.reset();
+    store_ = DiskStore::Open(folder_).value();
+  }
+  std::string FileOf(const std::string& blob) const {
+    const std::string name = absl::BytesToHexString(blob);
+    return folder_ + "/blobs/" + name.substr(0, 2) + "/" + name;
+  }
+  void Damage(const std::string& blob) const {
+    std::fstream file(FileOf(blob), std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(200);
+    file.put('!');
+    ASSERT_TRUE(file.good());
+  }
+
+  // Three scans, the second withdrawn again; what the model is then.
+  ModelSnapshot MakeJob(size_t snapshots = 2) {
+    Surroundings first(*store_, script_.Make(), snapshots);
+    v1::CreateSessionRequest create;
+    create.set_session_id("job");
+    create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+    const auto session = first.registry.Create(create).value();
+    first_scan_ = SendRoom(*session, {2.0, 1.5, 1.4});
+    const std::string second = SendRoom(*session, {3.0, 2.5, 1.4});
+    SendRoom(*session, {1.0, 2.0, 1.4});
+    Withdraw(*session, second);
+    journal_ = session->journal().Events(0, 1000).value();
+    return session->Model();
+  }
+
+  // What a server that is started anew shows; whoever destroys the scans first shows that they were
+  // not needed.
+  ModelSnapshot AfterRestart() {
+    Reopen();
+    Surroundings second(*store_, script_.Make());
+    EXPECT_TRUE(second.registry.LoadAll().ok());
+    const auto session = second.registry.Find("job").value();
+    session->WaitUntilIdle();
+    return session->Model();
+  }
+  void DestroyScans() {
+    for (const v1::SessionEvent& event : journal_) {
+      if (!event.has_scan_received()) continue;
+      const auto entries = store_->Read("job", event.sequence() - 1, 1).value();
+      std::ofstream(FileOf(entries[0].blob()), std::ios::trunc) << "gone";
+    }
+  }
+
+  std::string folder_;
+  std::unique_ptr<DiskStore> store_;
+  Script script_;
+  std::string first_scan_;
+  std::vector<v1::SessionEvent> journal_;
+};
+
+TEST_F(SessionSnapshots, AreWhatARestartBeginsWith) {
+  const ModelSnapshot before = MakeJob();
+  EXPECT_EQ(store_->Snapshots("job").value().size(), 2U);
+  DestroyScans();
+  ExpectSame(AfterRestart(), before);
+}
+
+TEST_F(SessionSnapshots, WhatCameAfterOneIsReplayed) {
+  const ModelSnapshot before = MakeJob();
+  // Only the older one, of three scans, is left: the withdrawal came after it.
+  const auto known = store_->Snapshots("job").value();
+  ASSERT_TRUE(store_->DropSnapshot("job", known[0].sequence).ok());
+  DestroyScans();
+  ExpectSame(AfterRestart(), before);
+  // And the next snapshot says so.
+  EXPECT_GE(store_->Snapshots("job").value()[0].sequence, known[0].sequence);
+}
+
+TEST_F(SessionSnapshots, ADamagedOneFallsBackToTheOneBefore) {
+  const ModelSnapshot before = MakeJob();
+  const auto known = store_->Snapshots("job").value();
+  Damage(known[0].blob);
+  DestroyScans();
+  ExpectSame(AfterRestart(), before);
+  // The damaged one was let go and written anew.
+  const auto now = store_->Snapshots("job").value();
+  ASSERT_EQ(now.size(), 2U);
+  for (const SnapshotRecord& snapshot : now) EXPECT_TRUE(store_->GetBlob(snapshot.blob).ok());
+}
+
+TEST_F(SessionSnapshots, WithoutAnyTheScansDo) {
+  const ModelSnapshot before = MakeJob();
+  const std::vector<SnapshotRecord> known = store_->Snapshots("job").value();
+  for (const SnapshotRecord& snapshot : known) Damage(snapshot.blob);
+  ExpectSame(AfterRestart(), before);
+  ASSERT_EQ(store_->Snapshots("job").value().size(), 1U);
+  DestroyScans();
+  ExpectSame(AfterRestart(), before);
+}
+
+TEST_F(SessionSnapshots, AreWrittenForAFolderThatHasNone) {
+  const ModelSnapshot before = MakeJob(0);
+  EXPECT_TRUE(store_->Snapshots("job").value().empty());
+  ExpectSame(AfterRestart(), before);
+  EXPECT_EQ(store_->Snapshots("job").value().size(), 1U);
+}
+
+TEST_F(SessionSnapshots, GoOnToTheSameModelAsASessionThatNeverStopped) {
+  Script script;
+  MemoryStore memory(size_t{1} << 30);
+  Surroundings stayed(memory, script.Make());
+  v1::CreateSessionRequest create;
+  create.set_session_id("job");
+  create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+  const auto never_stopped = stayed.registry.Create(create).value();
+  SendRoom(*never_stopped, {2.0, 1.5, 1.4});
+  SendRoom(*never_stopped, {3.0, 2.5, 1.4});
+  SendRoom(*never_stopped, {1.0, 2.0, 1.4});
+  Withdraw(*never_stopped, "sessions/job/scans/scan-2");
+
+  MakeJob();
+  ExpectSame(AfterRestart(), never_stopped->Model());
+  Reopen();
+  Surroundings again(*store_, script_.Make());
+  ASSERT_TRUE(again.registry.LoadAll().ok());
+  const auto session = again.registry.Find("job").value();
+  session->WaitUntilIdle();
+  for (Session* one : {session.get(), never_stopped.get()}) {
+    SendRoom(*one, {2.5, 3.0, 1.5});
+    Withdraw(*one, "sessions/job/scans/scan-1");
+  }
+  ExpectSame(session->Model(), never_stopped->Model());
+}
+
+// What release 0.1 left, before there were snapshots: two scans, one of them aligned, and a plan.
+TEST_F(SessionSnapshots, AFolderOfTheFirstReleaseIsTakenUp) {
+  store_.reset();
+  std::filesystem::remove_all(folder_);
+  std::filesystem::copy(std::string(TEST_DATA_FOLDER) + "/release_0_1", folder_,
+                        std::filesystem::copy_options::recursive);
+  store_ = DiskStore::Open(folder_).value();
+  ModelSnapshot before;
+  for (const bool again : {false, true}) {
+    Surroundings server(*store_, Algorithms::Core());
+    ASSERT_TRUE(server.registry.LoadAll().ok());
+    const auto session = server.registry.Find("flat").value();
+    session->WaitUntilIdle();
+    bool more = false;
+    const std::vector<v1::Scan> scans = session->ListScans(0, 10, more);
+    ASSERT_EQ(scans.size(), 2U);
+    EXPECT_EQ(scans[0].state(), v1::SCAN_STATE_MERGED);
+    EXPECT_EQ(scans[1].pose_source(), v1::POSE_SOURCE_REGISTRATION);
+    const v1::Plan plan = session->GetPlan("sessions/flat/plans/plan-1").value();
+    EXPECT_EQ(plan.state(), v1::PLAN_STATE_SUCCEEDED);
+    EXPECT_EQ(plan.result().views_size(), 3);
+    EXPECT_GT(session->GetFullResult(plan.name())->patches_size(), 0);
+    if (again) ExpectSame(session->Model(), before);
+    before = session->Model();
+    ASSERT_NE(before.view, nullptr);
+    EXPECT_EQ(before.view->stands().size(), 2U);
+    EXPECT_EQ(store_->Snapshots("flat").value().size(), 1U);
+  }
+}
+
+TEST_F(SessionSnapshots, DeletingTheSessionErasesThemAndItsScans) {
+  MakeJob();
+  Reopen();
+  Surroundings second(*store_, script_.Make());
+  ASSERT_TRUE(second.registry.LoadAll().ok());
+  v1::DeleteSessionRequest remove;
+  remove.set_name("sessions/job");
+  ASSERT_TRUE(second.registry.Delete(remove).ok());
+  EXPECT_TRUE(store_->Snapshots("job").value().empty());
+  for (const auto& file : std::filesystem::recursive_directory_iterator(folder_ + "/blobs")) {
+    EXPECT_FALSE(file.is_regular_file()) << file.path();
+  }
+}
+
+}  // namespace
+}  // namespace vantage
