@@ -12,7 +12,7 @@
 
 namespace vantage {
 
-class MemoryStore final : public Store {
+class MemoryStore : public Store {
  public:
   // Holds at most `capacity` bytes of logs, blobs and spools together.
   explicit MemoryStore(size_t capacity);

@@ -11,8 +11,8 @@ namespace vantage {
 // How long a group may go on beyond its least.
 using GoOn = std::function<bool()>;
 
-// crash.*, disk.*: the scripted job cut off, or refused, at the steps that it makes on its disk. True:
-// nothing was lost.
+// crash.*, disk.*: the scripted job cut off, or refused, at the steps that it makes on its disk.
+// True: nothing was lost.
 bool MeasureCrashes(size_t stride, const GoOn& more, Figures& figures);
 // kill.*: the real server, killed at random moments.
 bool MeasureKills(int kills, Figures& figures);

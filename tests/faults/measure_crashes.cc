@@ -46,10 +46,10 @@ bool MeasureCrashes(size_t stride, const GoOn& more, Figures& figures) {
     if (points.ok()) {
       figures.Add({"crash.steps", static_cast<double>(points->steps), "", "",
                    "writes, syncs, renames, removals of the scripted job"});
-      figures.Add({"crash.crashes", static_cast<double>(points->crashes), "", "",
-                   absl::StrCat("cut off after every ", stride,
-                                ". step, unsynced bytes and names lost, kept and torn; seed ",
-                                kSeed)});
+      figures.Add(
+          {"crash.crashes", static_cast<double>(points->crashes), "", "",
+           absl::StrCat("cut off after every ", stride,
+                        ". step, unsynced bytes and names lost, kept and torn; seed ", kSeed)});
       figures.Add({"crash.twice", static_cast<double>(points->crashes_twice), "", "",
                    "of these, cut off again during the recovery"});
       figures.Add({"crash.lost", static_cast<double>(points->faults.size()), "", "0",
@@ -65,9 +65,10 @@ bool MeasureKills(int kills, Figures& figures) {
   const double seconds = WallSeconds([&] {
     run = RunProgram({DURABILITY_TEST, "--gtest_filter=Durability.Killed*"});
   });
-  figures.Add({"kill.kills", static_cast<double>(kills), "", "300",
-               absl::StrCat("kill -9 at random moments of uploads, merges, snapshots and plans, in ",
-                            static_cast<int>(seconds), " s")});
+  figures.Add(
+      {"kill.kills", static_cast<double>(kills), "", "300",
+       absl::StrCat("kill -9 at random moments of uploads, merges, snapshots and plans, in ",
+                    static_cast<int>(seconds), " s")});
   figures.Add({"kill.lost", run.exit_code == 0 ? 0.0 : 1.0, "", "0",
                "something acknowledged was gone, or a job ended differently"});
   if (run.exit_code != 0) std::cerr << run.out;

@@ -91,7 +91,8 @@ bool MeasureRestart(int sessions, Figures& figures) {
         create.set_parent(absl::StrCat("sessions/job-", i));
         create.mutable_plan()->set_work_limit(100'000);
         v1::CreatePlanResponse response;
-        if (plans->CreatePlan(&context, create, &response).ok()) running[i] = response.plan().name();
+        if (plans->CreatePlan(&context, create, &response).ok())
+          running[i] = response.plan().name();
         continue;
       }
       v1::GetPlanRequest get;
@@ -113,7 +114,8 @@ bool MeasureRestart(int sessions, Figures& figures) {
   figures.Add({"restart.serving.seconds", serving, "s", "", what + ", from exec to SERVING"});
   figures.Add({"restart.first_plan.median.seconds", Percentile(first_plan, 0.5), "s", "",
                "from exec to the end of a session's first plan, all of them asked at once"});
-  figures.Add({"restart.first_plan.last.seconds", first_plan.back(), "s", "", "the last session's"});
+  figures.Add(
+      {"restart.first_plan.last.seconds", first_plan.back(), "s", "", "the last session's"});
   return true;
 }
 

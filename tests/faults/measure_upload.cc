@@ -159,8 +159,8 @@ bool MeasureUpload(Figures& figures) {
   builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
   builder.RegisterService(&bare);
   const std::unique_ptr<grpc::Server> bare_server = builder.BuildAndStart();
-  const auto bare_stub = v1::ScanService::NewStub(grpc::CreateChannel(
-      absl::StrCat("127.0.0.1:", port), grpc::InsecureChannelCredentials()));
+  const auto bare_stub = v1::ScanService::NewStub(
+      grpc::CreateChannel(absl::StrCat("127.0.0.1:", port), grpc::InsecureChannelCredentials()));
 
   ServerProcess server(scratch.File("data"));
   const auto channel = grpc::CreateChannel(server.address(), grpc::InsecureChannelCredentials());

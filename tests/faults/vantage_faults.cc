@@ -35,8 +35,8 @@ int main(int argc, char** argv) {
   if (figures.Wants("restart.")) kept = vantage::MeasureRestart(full ? 100 : 10, figures) && kept;
   if (figures.Wants("link.")) kept = vantage::MeasureLink(full, figures) && kept;
   if (figures.Wants("kill.")) {
-    kept = vantage::MeasureKills(std::clamp(static_cast<int>(30 * minutes), 15, 300), figures) &&
-           kept;
+    kept =
+        vantage::MeasureKills(std::clamp(static_cast<int>(30 * minutes), 15, 300), figures) && kept;
   }
   if (figures.Wants("crash.") || figures.Wants("disk.")) {
     kept = vantage::MeasureCrashes(full ? 1 : 7, until(full ? 1e6 : 1), figures) && kept;

@@ -67,16 +67,27 @@ TEST_F(UploadTest, AnyCutWithRepetitionsGivesTheWhole) {
     Upload upload(Created(seed % 2 == 0), store, limits_);
     std::vector<v1::Piece> sent;
     size_t offset = 0;
+    size_t durable = 0;
+    size_t durable_pieces = 0;
+    const auto expect_durable = [&] {
+      EXPECT_EQ(upload.Describe().next_offset(), static_cast<int64_t>(durable));
+      EXPECT_EQ(upload.Describe().next_sequence(), static_cast<int64_t>(durable_pieces));
+      EXPECT_EQ(upload.Unsynced(), static_cast<int64_t>(offset - durable));
+    };
     while (offset < whole_.size()) {
       const size_t size = std::min<size_t>(1 + random() % 4096, whole_.size() - offset);
       sent.push_back(Cut(static_cast<int64_t>(sent.size()), offset, size, random() % 2 == 0));
       offset += size;
       ASSERT_TRUE(upload.Accept(sent.back(), now_).ok());
-      EXPECT_EQ(upload.Describe().next_offset(), static_cast<int64_t>(offset));
-      EXPECT_EQ(upload.Describe().next_sequence(), static_cast<int64_t>(sent.size()));
+      expect_durable();
+      if (random() % 3 == 0) {
+        ASSERT_TRUE(upload.Sync().ok());
+        durable = offset;
+        durable_pieces = sent.size();
+      }
       if (random() % 3 == 0) {
         ASSERT_TRUE(upload.Accept(sent[random() % sent.size()], now_).ok());
-        EXPECT_EQ(upload.Describe().next_offset(), static_cast<int64_t>(offset));
+        expect_durable();
       }
     }
     if (seed % 2 == 1) {
@@ -90,6 +101,52 @@ TEST_F(UploadTest, AnyCutWithRepetitionsGivesTheWhole) {
   }
 }
 
+// Its syncs fail when told to.
+class FailingStore final : public MemoryStore {
+ public:
+  using MemoryStore::MemoryStore;
+  absl::Status SyncSpool(const std::string& spool) override {
+    if (!failing) return MemoryStore::SyncSpool(spool);
+    return absl::UnavailableError("the medium fails");
+  }
+  bool failing = false;
+};
+
+// After a failed sync nobody knows what is on the medium: what was durable stays, the rest is asked
+// for again.
+TEST_F(UploadTest, AFailedSyncTakesBackWhatWasNotDurable) {
+  for (uint32_t seed = 1; seed <= 50; ++seed) {
+    SCOPED_TRACE(seed);
+    std::mt19937 random(seed);
+    FailingStore store(1 << 20);
+    Upload upload(Created(seed % 2 == 0), store, limits_);
+    if (seed % 2 == 1) {
+      ASSERT_TRUE(upload.SetTotal(Total()).ok());
+    }
+    while (!upload.Complete()) {
+      const v1::Upload now = upload.Describe();
+      size_t offset = static_cast<size_t>(now.next_offset());
+      int64_t sequence = now.next_sequence();
+      for (uint32_t pieces = 1 + random() % 4; pieces > 0 && offset < whole_.size(); --pieces) {
+        const size_t size = std::min<size_t>(1 + random() % 4096, whole_.size() - offset);
+        ASSERT_TRUE(upload.Accept(Cut(sequence++, offset, size), now_).ok());
+        offset += size;
+      }
+      store.failing = random() % 2 == 0;
+      EXPECT_EQ(upload.Sync().ok(), !store.failing);
+      if (store.failing) {
+        EXPECT_EQ(upload.Describe().next_offset(), now.next_offset());
+        EXPECT_EQ(upload.Unsynced(), 0);
+        if (!upload.Describe().has_total()) {
+          ASSERT_TRUE(upload.SetTotal(Total()).ok());
+        }
+      }
+      store.failing = false;
+    }
+    EXPECT_EQ(upload.Assemble().value(), whole_);
+  }
+}
+
 TEST_F(UploadTest, ADifferentPieceInItsPlaceIsRefusedAndChangesNothing) {
   Upload upload(Created(true), store_, limits_);
   ASSERT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());
@@ -98,6 +155,7 @@ TEST_F(UploadTest, ADifferentPieceInItsPlaceIsRefusedAndChangesNothing) {
   other.set_crc32c(Crc32c(other.data()));
   EXPECT_EQ(ReasonOf(upload.Accept(other, now_)), "PIECE_DIFFERS");
   EXPECT_EQ(ReasonOf(upload.Accept(Cut(0, 0, 999), now_)), "PIECE_DIFFERS");
+  EXPECT_TRUE(upload.Sync().ok());
   EXPECT_EQ(upload.Describe().next_offset(), 1000);
 }
 
