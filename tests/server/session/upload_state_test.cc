@@ -206,6 +206,7 @@ TEST_F(UploadTest, FailsWithoutRoomAndGoesOnWhenThereIs) {
   Upload upload(Created(true), store, limits_);
   ASSERT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());
   EXPECT_TRUE(absl::IsResourceExhausted(upload.Accept(Cut(1, 1000, 1000), now_)));
+  EXPECT_TRUE(upload.Sync().ok());
   EXPECT_EQ(upload.Describe().next_offset(), 1000);
   EXPECT_TRUE(upload.Accept(Cut(1, 1000, 400), now_).ok());
 }
