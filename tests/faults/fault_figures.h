@@ -20,8 +20,6 @@ bool MeasureKills(int kills, Figures& figures);
 bool MeasureUpload(Figures& figures);
 // restart.*: sessions of ten scans.
 bool MeasureRestart(int sessions, Figures& figures);
-// link.*: faults of the link between two network namespaces.
-bool MeasureLink(bool full, Figures& figures);
 
 }  // namespace vantage
 

@@ -33,7 +33,6 @@ int main(int argc, char** argv) {
   bool kept = true;
   if (figures.Wants("upload.")) kept = vantage::MeasureUpload(figures) && kept;
   if (figures.Wants("restart.")) kept = vantage::MeasureRestart(full ? 100 : 10, figures) && kept;
-  if (figures.Wants("link.")) kept = vantage::MeasureLink(full, figures) && kept;
   if (figures.Wants("kill.")) {
     kept =
         vantage::MeasureKills(std::clamp(static_cast<int>(30 * minutes), 15, 300), figures) && kept;
