@@ -27,25 +27,11 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "core/model/partial_model.h"
+#include "core/model/snapshot_header.h"
 #include "core/model/snapshot_sections.h"
 #include "core/parallel/parallel.h"
 
 namespace vantage {
-
-// The format that is written, and the newest that is read.
-inline constexpr uint16_t kSnapshotFormatVersion = 1;
-// Rises when the same scans would give another model. A snapshot of an older version is loaded as
-// it is rather than replayed differently.
-inline constexpr uint32_t kModelAlgorithmVersion = 1;
-
-// What a snapshot's beginning says.
-struct SnapshotHeader {
-  uint16_t format_version = 0;
-  uint32_t algorithm_version = 0;
-};
-
-// DATA_LOSS: damaged, or no snapshot. FAILED_PRECONDITION: of a newer format or newer algorithms.
-absl::StatusOr<SnapshotHeader> ReadSnapshotHeader(absl::string_view bytes);
 
 // The parts of a model that a snapshot keeps.
 struct ModelParts {

@@ -3,7 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/model/snapshot.h"
+#include "core/model/snapshot_header.h"
 #include "proto/wire/checksum.h"
 #include "server/session/error.h"
 #include "server/session/to_proto.h"

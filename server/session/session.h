@@ -19,7 +19,7 @@
 #include "absl/status/statusor.h"
 #include "core/model/partial_model.h"
 #include "core/model/planning_view.h"
-#include "core/model/snapshot.h"
+#include "core/model/snapshot_header.h"
 #include "server/execution/planning_pool.h"
 #include "server/execution/strand.h"
 #include "server/execution/timer.h"

@@ -5,7 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/model/snapshot.h"
+#include "core/model/snapshot_header.h"
 #include "server/session/session.h"
 #include "server/session/to_proto.h"
 
