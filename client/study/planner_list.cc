@@ -37,6 +37,8 @@ std::vector<StudyPlanner> MakePlanners() {
   all.back().choice = ViewChoice::kBest;
   all.push_back(Ours("ours-sensitive", "counting only what every pose within the error sees"));
   all.back().overrides.set_pose_sensitivity(true);
+  all.push_back(Ours("ours-seen", "false surface counts in full wherever it is seen"));
+  all.back().overrides.set_density_on_false_surface(false);
   const auto behind = [&](const char* name, double depth, const char* words) {
     all.push_back(Ours(name, words));
     all.back().overrides.set_depth_behind(depth);

@@ -126,7 +126,9 @@ PatchSet ExtractPatches(const PlanningView& model, const PlanningConfig& config,
   std::vector<NeedyCell> needy;
   const auto density = static_cast<float>(config.required_density);
   const auto enough = [&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
-    if (config.depth_behind <= 0 || !IsFalseSurface(state)) return density;
+    // Rays have gone into a hole, and nothing came back.
+    const bool opening = state == VoxelState::kFalseOcclusion || state == VoxelState::kFalseImage;
+    if (config.depth_behind <= 0 || !opening) return density;
     const double depth = DepthBehind(model, v, surface.normal, config.depth_behind);
     return static_cast<float>(DensityWorthHaving(config.required_density, depth));
   };

@@ -37,14 +37,15 @@ struct PlanningConfig {
   double scanner_width = 0.60;         // m, of the passages it fits through
   double scanner_height = 1.8;         // m
   std::array<double, kSurfaceKinds> weights = {1, 1, 1, 1};  // by SurfaceKind, >= 0
-  bool pose_sensitivity = false;  // score only what every pose within the error sees
-  double depth_behind = 0;        // m, unknown space behind false surface that counts; 0: the paper
-  double separation = 0.6;        // m, of candidates checked for registration
-  int candidates = 10;            // k, views returned at most
-  int max_checked = 60;           // views checked for registration at most
-  double terminate_below = 0.5;   // m^2 of D-equivalent gain
-  double min_patch_area = 0.02;   // m^2, smaller patches don't keep a job open
-  double confidence = 0.95;       // of all bounds together, (0, 1)
+  bool pose_sensitivity = false;         // score only what every pose within the error sees
+  bool density_on_false_surface = true;  // else it counts in full wherever it is seen
+  double depth_behind = 0;       // m, unknown space behind false surface that counts; 0: the paper
+  double separation = 0.6;       // m, of candidates checked for registration
+  int candidates = 10;           // k, views returned at most
+  int max_checked = 60;          // views checked for registration at most
+  double terminate_below = 0.5;  // m^2 of D-equivalent gain
+  double min_patch_area = 0.02;  // m^2, smaller patches don't keep a job open
+  double confidence = 0.95;      // of all bounds together, (0, 1)
   uint64_t seed = 1;
   std::optional<Region> region_of_interest;  // views stand inside it, surface outside has no weight
   std::vector<Region> keep_out;              // views never stand inside

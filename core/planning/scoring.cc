@@ -20,12 +20,17 @@ Scoring::Scoring(const PlanningView& model, const OpaqueGrid& grid, const PatchS
   for (uint32_t i = 0; i < patches.cells.size(); ++i) {
     const NeedyCell& cell = patches.cells[i];
     const auto weight = static_cast<float>(config.weights[static_cast<size_t>(cell.kind)]);
-    const float factor = weight * cell.success * cell.area;
+    float factor = weight * cell.success * cell.area;
+    float enough = cell.enough;
+    if (!config.density_on_false_surface && cell.kind != SurfaceKind::kTrue) {
+      // A single sample on it is as good as all.
+      factor *= enough;
+      enough = 1;
+    }
     if (!(factor > 0)) continue;
     const auto target = TargetOf(grid, cell.voxel, cell.normal);
     if (!target.has_value()) continue;
-    cells.Add(cell.position, cell.normal, factor, cell.density, cell.enough,
-              scene_.ToScene(*target), i);
+    cells.Add(cell.position, cell.normal, factor, cell.density, enough, scene_.ToScene(*target), i);
   }
   const std::vector<uint32_t> order = PatchOrder(cells, parallel);
   std::vector<float> factors(order.size());

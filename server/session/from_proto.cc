@@ -123,6 +123,9 @@ void FillDefaults(v1::PlanningConfig& p) {
   if (!w.has_hole_boundary()) w.set_hole_boundary(d.weights[2]);
   if (!w.has_image_boundary()) w.set_image_boundary(d.weights[3]);
   if (!p.has_pose_sensitivity()) p.set_pose_sensitivity(d.pose_sensitivity);
+  if (!p.has_density_on_false_surface()) {
+    p.set_density_on_false_surface(d.density_on_false_surface);
+  }
   if (!p.has_depth_behind()) p.set_depth_behind(d.depth_behind);
   if (!p.has_separation()) p.set_separation(d.separation);
   if (!p.has_candidates()) p.set_candidates(d.candidates);
@@ -306,6 +309,7 @@ PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config, const v1::Si
   out.scanner_height = p.scanner_height();
   out.weights = {w.true_surface(), w.occlusion(), w.hole_boundary(), w.image_boundary()};
   out.pose_sensitivity = p.pose_sensitivity();
+  out.density_on_false_surface = p.density_on_false_surface();
   out.depth_behind = p.depth_behind();
   out.separation = p.separation();
   out.candidates = p.candidates();

@@ -99,7 +99,7 @@ absl::Status DropDeleted(const LogDatabase& live, const std::string& to) {
     std::set<std::string> needed;
     std::set<std::string> still;
     if (!VerifyLog(**copy, session, unused, needed).ok()) continue;
-    const absl::Status read = VerifyLog(live, session, unused, still);
+    absl::Status read = VerifyLog(live, session, unused, still);
     if (!read.ok() && !absl::IsNotFound(read)) return read;
     bool deleted = false;
     for (const std::string& sha256 : needed) {

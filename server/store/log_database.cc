@@ -142,7 +142,7 @@ struct LogDatabase::Connection {
 
   // The schema's version; 0: there is none yet.
   absl::StatusOr<int> KnownVersion() {
-    const absl::StatusOr<int> version = Ask("PRAGMA user_version");
+    absl::StatusOr<int> version = Ask("PRAGMA user_version");
     if (!version.ok() || *version <= kSchemaVersion) return version;
     return absl::FailedPreconditionError(
         absl::StrCat("the data are of schema ", *version, ", this release reads up to ",
@@ -344,9 +344,9 @@ absl::Status LogDatabase::CopyTo(const std::string& path) const {
       copy.Bind(1, absl::string_view(path));
       step = copy.Step();
     }
-    const absl::Status failed =
-        step == SQLITE_DONE ? absl::OkStatus()
-                            : DatabaseError(reader_->database, absl::StrCat("write to ", path));
+    absl::Status failed = step == SQLITE_DONE
+                              ? absl::OkStatus()
+                              : DatabaseError(reader_->database, absl::StrCat("write to ", path));
     sqlite3_finalize(statement);
     if (!failed.ok()) return failed;
   }

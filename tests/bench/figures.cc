@@ -95,6 +95,7 @@ double Percentile(std::vector<double> values, double share) {
 
 double MedianSeconds(int runs, const std::function<void()>& call) {
   std::vector<double> seconds;
+  seconds.reserve(static_cast<size_t>(runs));
   for (int i = 0; i < runs; ++i) seconds.push_back(WallSeconds(call));
   return Percentile(seconds, 0.5);
 }

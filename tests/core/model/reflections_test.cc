@@ -177,7 +177,7 @@ TEST(ReflectionsTest, SymmetricRoomsThroughADoorwayAreRooms) {
 }
 
 TEST(ReflectionsTest, NoneInAnyClosedFormScene) {
-  for (ClosedFormScene scene : AllScenes()) {
+  for (const ClosedFormScene& scene : AllScenes()) {
     for (const Eigen::Vector3d& stand : scene.stands) {
       const Scan scan = ScanScene(scene, PoseAt(stand, 0.3), {.noise = 0.003});
       RangeSurface surface(scan.image, scan.scanner, kDiscontinuity);

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <map>
 #include <numeric>
 #include <random>
 
@@ -228,6 +229,44 @@ TEST_P(BruteForceTest, IsTheSameOnAnyNumberOfThreadsAndAddsUp) {
   }
 }
 INSTANTIATE_TEST_SUITE_P(PoseSensitivity, BruteForceTest, ::testing::Bool());
+
+TEST(DensityOnFalseSurfaceTest, LeftOutASeenCellCountsInFull) {
+  const PlanningView model = BuildView(FurnishedRoom(5));
+  const OpaqueGrid grid(model);
+  const ScannerModel scanner;
+  Serial serial;
+  PlanningConfig config;
+  config.required_density = 40000;  // more than most cells get from one view
+  const PatchSet patches = ExtractPatches(model, config, {}, Budget::Unlimited());
+  const auto gains_with = [&](const Eigen::Vector3d& view, bool density) {
+    config.density_on_false_surface = density;
+    const Scoring scoring(model, grid, patches, scanner, config, serial);
+    std::vector<float> gains(scoring.cells().size());
+    scoring.scorer().ScoreCells(view, scoring.cells(), Budget::Unlimited(), gains);
+    std::map<uint32_t, float> by_cell;
+    for (size_t k = 0; k < gains.size(); ++k) by_cell[scoring.cells().cell[k]] = gains[k];
+    return by_cell;
+  };
+  int full = 0;
+  for (const double x : {1.0, 2.5, 4.0, 5.5}) {
+    const Eigen::Vector3d view(x, 3.5, 1.8);
+    const std::map<uint32_t, float> judged = gains_with(view, true);
+    const std::map<uint32_t, float> counted = gains_with(view, false);
+    ASSERT_EQ(judged.size(), counted.size());
+    for (const auto& [at, gain] : counted) {
+      const NeedyCell& cell = patches.cells[at];
+      if (cell.kind == SurfaceKind::kTrue) {
+        EXPECT_EQ(gain, judged.at(at));
+      } else if (judged.at(at) > 0) {
+        EXPECT_FLOAT_EQ(gain, cell.area * cell.success * 40000);
+        full += gain > 1.01f * judged.at(at);
+      } else {
+        EXPECT_EQ(gain, 0);
+      }
+    }
+  }
+  EXPECT_GT(full, 20);  // or nothing is tested
+}
 
 // Most of what is missing lies behind a slit of one voxel, a little on the wall opposite.
 ClosedFormScene SlitAndWall() {
