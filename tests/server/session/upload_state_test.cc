@@ -171,7 +171,9 @@ TEST_F(UploadTest, GapsDamageAndOverrunsAreRefused) {
   EXPECT_EQ(ReasonOf(upload.Accept(truncated, now_)), "PIECE_DAMAGED");
   // A bomb: much more than stated.
   v1::Piece bomb = Cut(0, 0, 100, true);
-  bomb.set_data(ZstdCompress(std::string(100'000'000, '\0')));
+  std::string zeros;
+  zeros.resize(100'000'000);
+  bomb.set_data(ZstdCompress(zeros));
   EXPECT_EQ(ReasonOf(upload.Accept(bomb, now_)), "PIECE_DAMAGED");
   v1::Piece announced = Cut(0, 0, 100, true);
   announced.set_size(int64_t{1} << 60);
