@@ -76,6 +76,7 @@ std::vector<ElementClass> Classes(const CoverProblem& problem) {
     if (!candidates.empty()) ++counts[candidates];
   }
   std::vector<ElementClass> classes;
+  classes.reserve(counts.size());
   for (auto& [candidates, count] : counts) classes.push_back({candidates, count});
   return classes;
 }
@@ -134,6 +135,7 @@ std::string WriteProgram(const CoverProblem& problem, const std::vector<ElementC
 
 absl::Status RunQuietly(const std::vector<std::string>& arguments) {
   std::vector<char*> raw;
+  raw.reserve(arguments.size() + 1);
   for (const std::string& argument : arguments) raw.push_back(const_cast<char*>(argument.c_str()));
   raw.push_back(nullptr);
   posix_spawn_file_actions_t actions;
@@ -226,6 +228,7 @@ std::vector<Cut> CutsFor(const CoverProblem& problem, const std::vector<size_t>&
   }
   for (const size_t i : component) around.erase(i);
   std::vector<Cut> cuts;
+  cuts.reserve(component.size());
   for (const size_t i : component) cuts.push_back({i, {around.begin(), around.end()}});
   return cuts;
 }

@@ -14,6 +14,7 @@ const auto kAlways = [](size_t, size_t) { return true; };
 
 std::vector<Eigen::Vector3f> Floats(const std::vector<Eigen::Vector3d>& points) {
   std::vector<Eigen::Vector3f> floats;
+  floats.reserve(points.size());
   for (const Eigen::Vector3d& p : points) floats.push_back(p.cast<float>());
   return floats;
 }
