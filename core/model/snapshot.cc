@@ -122,6 +122,7 @@ std::string EncodeSnapshot(const ModelConfig& config, uint64_t version,
   std::sort(leaves.begin(), leaves.end(),
             [](const KeyedLeaf& a, const KeyedLeaf& b) { return KeyOf(a.brick) < KeyOf(b.brick); });
   std::vector<const ScanLayer*> all;
+  all.reserve(order.size());
   for (const std::string& id : order) all.push_back(layers.at(id).get());
   const size_t runs = (leaves.size() + kLeavesPerSection - 1) / kLeavesPerSection;
   const size_t count = 1 + all.size() + runs;
