@@ -126,7 +126,7 @@ absl::Status Upload::Sync() {
     pieces = pieces_.size();
     if (records == durable_records_) return absl::OkStatus();
   }
-  const absl::Status synced = store_.SyncSpool(upload_.name());
+  absl::Status synced = store_.SyncSpool(upload_.name());
   std::lock_guard<std::mutex> lock(mutex_);
   if (upload_.state() != v1::UPLOAD_STATE_OPEN) return absl::OkStatus();
   if (!synced.ok()) {
