@@ -6,6 +6,9 @@
 namespace vantage {
 namespace {
 
+constexpr double kUnknown = -1;
+constexpr int kBisections = 20;  // to 1e-6, outwards
+
 // Relative entropy of Bernoulli(p) to Bernoulli(q), nats.
 double RelativeEntropy(double p, double q) {
   double sum = 0;
@@ -24,36 +27,32 @@ uint64_t Mix(uint64_t x) {
 }  // namespace
 
 MeanBounds::MeanBounds(uint64_t draws, double log_inverse_error)
-    : lower_(kSteps + 1), upper_(kSteps + 1) {
-  const double limit = log_inverse_error / static_cast<double>(draws);
-  for (int i = 0; i <= kSteps; ++i) {
-    const double p = static_cast<double>(i) / kSteps;
-    // Bisection keeps `out` on the far side of the limit and `in` on the near one.
-    double in = p;
-    double out = 1;
-    for (int k = 0; k < 40 && p < 1; ++k) {
-      const double q = (in + out) / 2;
-      (RelativeEntropy(p, q) > limit ? out : in) = q;
-    }
-    upper_[static_cast<size_t>(i)] = out;
-    in = p;
-    out = 0;
-    for (int k = 0; k < 40 && p > 0; ++k) {
-      const double q = (in + out) / 2;
-      (RelativeEntropy(p, q) > limit ? out : in) = q;
-    }
-    lower_[static_cast<size_t>(i)] = out;
+    : limit_(log_inverse_error / static_cast<double>(draws)),
+      lower_(kSteps + 1, kUnknown),
+      upper_(kSteps + 1, kUnknown) {}
+
+// Bisection keeps `out` on the far side of the limit and `in` on the near one.
+double MeanBounds::Invert(double p, double out) const {
+  double in = p;
+  for (int k = 0; k < kBisections && p != out; ++k) {
+    const double q = (in + out) / 2;
+    (RelativeEntropy(p, q) > limit_ ? out : in) = q;
   }
+  return out;
 }
 
-double MeanBounds::Lower(double average) const {
+double MeanBounds::Lower(double average) {
   const int i = std::clamp(static_cast<int>(std::floor(average * kSteps)), 0, kSteps);
-  return lower_[static_cast<size_t>(i)];
+  double& bound = lower_[static_cast<size_t>(i)];
+  if (bound == kUnknown) bound = Invert(static_cast<double>(i) / kSteps, 0);
+  return bound;
 }
 
-double MeanBounds::Upper(double average) const {
+double MeanBounds::Upper(double average) {
   const int i = std::clamp(static_cast<int>(std::ceil(average * kSteps)), 0, kSteps);
-  return upper_[static_cast<size_t>(i)];
+  double& bound = upper_[static_cast<size_t>(i)];
+  if (bound == kUnknown) bound = Invert(static_cast<double>(i) / kSteps, 1);
+  return bound;
 }
 
 double HashToUnit(uint64_t seed, uint64_t round, uint64_t index) {

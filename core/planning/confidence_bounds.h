@@ -10,18 +10,22 @@ namespace vantage {
 
 // Hoeffding's first theorem (1963): for n independent draws from [0, 1], not necessarily alike,
 // whose means average to mu, P(average >= mu + t) <= exp(-n KL(mu + t || mu)), and likewise below.
-// Inverting it bounds mu from the average seen. Tabulated, rounded outwards.
+// Inverting it bounds mu from the average seen. Rounded outwards to a grid
+// of averages, whose bounds are kept: thousands of views ask for a few hundred of them.
 class MeanBounds {
  public:
   // Each side fails with a probability of at most exp(-log_inverse_error).
   MeanBounds(uint64_t draws, double log_inverse_error);
 
-  double Lower(double average) const;  // [0, average]
-  double Upper(double average) const;  // [average, 1]
+  double Lower(double average);  // [0, average]
+  double Upper(double average);  // [average, 1]
 
  private:
   static constexpr int kSteps = 1024;
-  std::vector<double> lower_;  // at i / kSteps
+  double Invert(double p, double out) const;
+
+  double limit_;
+  std::vector<double> lower_;  // at i / kSteps, where asked for
   std::vector<double> upper_;
 };
 

@@ -52,7 +52,7 @@ FeasibleViews FeasibleViews::Find(const PlanningView& model, const OpaqueGrid& g
   const size_t layer = static_cast<size_t>(views.size_.x()) * static_cast<size_t>(views.size_.y());
   views.why_.assign(layer * static_cast<size_t>(views.size_.z()),
                     static_cast<uint8_t>(Infeasibility::kNoFloor));
-  views.floor_ = FloorField::Find(model, config.floor_height);
+  views.floor_ = FloorField::Find(model, config.floor_height, budget);
   if (budget.Expired()) return views;
 
   parallel.For(static_cast<size_t>(views.size_.y()), [&](size_t row) {
@@ -76,8 +76,9 @@ FeasibleViews FeasibleViews::Find(const PlanningView& model, const OpaqueGrid& g
       views.why_[views.Offset(cell)] = static_cast<uint8_t>(Infeasibility::kNone);
     }
   }
-  views.reach_ =
-      ReachMap(model, grid, views.floor_, config, views.first_.head<2>(), views.size_.head<2>(), n);
+  views.reach_ = ReachMap(model, grid, views.floor_, config, views.first_.head<2>(),
+                          views.size_.head<2>(), n, budget);
+  if (budget.Expired()) return views;
 
   views.index_.assign(views.why_.size(), -1);
   for (size_t at = 0; at < views.why_.size(); ++at) {

@@ -4,6 +4,8 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/planning/surface_walk.h"
+
 namespace vantage {
 namespace {
 
@@ -57,7 +59,8 @@ struct FloorField::Piece {
   double mean_height = 0;         // m
 };
 
-FloorField FloorField::Find(const PlanningView& model, std::optional<double> given) {
+FloorField FloorField::Find(const PlanningView& model, std::optional<double> given,
+                            const Budget& budget) {
   FloorField field;
   const VoxelBox& box = model.bounds();
   if (box.empty()) return field;
@@ -75,23 +78,27 @@ FloorField FloorField::Find(const PlanningView& model, std::optional<double> giv
   const double voxel = model.voxel_size();
   std::vector<float> candidate(columns, kNone);
   // Voxels come with z rising, so the first of a column is its lowest.
-  model.ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
-    if (state != VoxelState::kTrueSurface || surface.normal.z() < kUpward) return;
-    float& height = candidate[field.Index(v.x(), v.y())];
-    if (!std::isnan(height)) return;
-    if (!model.Empty(v + VoxelIndex(0, 0, 1)) && !model.Empty(v + VoxelIndex(0, 0, 2))) return;
-    height = surface.centroid.z();
-  });
+  WalkSurface(model, budget,
+              [&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
+                if (state != VoxelState::kTrueSurface || surface.normal.z() < kUpward) return;
+                float& height = candidate[field.Index(v.x(), v.y())];
+                if (!std::isnan(height)) return;
+                if (!model.Empty(v + VoxelIndex(0, 0, 1)) && !model.Empty(v + VoxelIndex(0, 0, 2)))
+                  return;
+                height = surface.centroid.z();
+              });
   field.height_.assign(columns, kNone);
-  field.KeepFloors(model, candidate, field.FindPieces(candidate, voxel));
+  if (budget.Expired()) return field;
+  field.KeepFloors(model, candidate, field.FindPieces(candidate, voxel), budget);
   field.SeedStands(model);
+  if (budget.Expired()) return field;
   for (const float height : field.height_) {
     if (std::isnan(height)) continue;
     field.lowest_ = field.found_ ? std::min(field.lowest_, height) : height;
     field.highest_ = field.found_ ? std::max(field.highest_, height) : height;
     field.found_ = true;
   }
-  field.Interpolate(kFillReach, voxel);
+  field.Interpolate(kFillReach, voxel, budget);
   return field;
 }
 
@@ -126,7 +133,7 @@ std::vector<FloorField::Piece> FloorField::FindPieces(const std::vector<float>& 
 }
 
 void FloorField::KeepFloors(const PlanningView& model, const std::vector<float>& candidate,
-                            std::vector<Piece> pieces) {
+                            std::vector<Piece> pieces, const Budget& budget) {
   const double voxel = model.voxel_size();
   Tiles tiles(size_x_, size_y_, std::max(1, static_cast<int>(kNeighbourhood / 2 / voxel)));
   const auto keep = [&](const Piece& piece) {
@@ -155,6 +162,7 @@ void FloorField::KeepFloors(const PlanningView& model, const std::vector<float>&
   std::vector<Piece> others;
   bool any = false;
   for (Piece& piece : pieces) {
+    if (budget.Expired()) return;
     if (carries_stand(piece)) {
       keep(piece);
       any = true;
@@ -166,6 +174,7 @@ void FloorField::KeepFloors(const PlanningView& model, const std::vector<float>&
   std::stable_sort(others.begin(), others.end(),
                    [](const Piece& a, const Piece& b) { return a.mean_height < b.mean_height; });
   for (const Piece& piece : others) {
+    if (budget.Expired()) return;
     const double area = static_cast<double>(piece.columns.size()) * voxel * voxel;
     bool level = false;
     bool stepped = false;
@@ -208,7 +217,7 @@ void FloorField::SeedStands(const PlanningView& model) {
   }
 }
 
-void FloorField::Interpolate(double reach, double voxel) {
+void FloorField::Interpolate(double reach, double voxel, const Budget& budget) {
   std::vector<uint32_t> front;
   for (uint32_t at = 0; at < height_.size(); ++at) {
     if (!std::isnan(height_[at])) front.push_back(at);
@@ -217,7 +226,7 @@ void FloorField::Interpolate(double reach, double voxel) {
   std::vector<uint8_t> queued(height_.size(), 0);
   std::vector<uint32_t> next;
   std::vector<float> filled;
-  for (int layer = 0; layer < layers && !front.empty(); ++layer) {
+  for (int layer = 0; layer < layers && !front.empty() && !budget.Expired(); ++layer) {
     next.clear();
     for (const uint32_t at : front) {
       const int x = static_cast<int>(at) % size_x_;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/model/planning_view.h"
+#include "core/parallel/budget.h"
 
 namespace vantage {
 
@@ -21,7 +22,8 @@ class FloorField {
   static constexpr double kMaxStep = 0.20;
 
   // `given`: z of the floor everywhere (m), found from the model when absent.
-  static FloorField Find(const PlanningView& model, std::optional<double> given);
+  static FloorField Find(const PlanningView& model, std::optional<double> given,
+                         const Budget& budget = Budget::Unlimited());
 
   // z of the floor under the voxel column (x, y), m; NaN where none is known.
   float Height(int x, int y) const {
@@ -45,9 +47,9 @@ class FloorField {
   }
   std::vector<Piece> FindPieces(const std::vector<float>& candidate, double voxel) const;
   void KeepFloors(const PlanningView& model, const std::vector<float>& candidate,
-                  std::vector<Piece> pieces);
+                  std::vector<Piece> pieces, const Budget& budget);
   void SeedStands(const PlanningView& model);
-  void Interpolate(double reach, double voxel);
+  void Interpolate(double reach, double voxel, const Budget& budget);
 
   int min_x_ = 0, min_y_ = 0, size_x_ = 0, size_y_ = 0;  // voxel columns
   std::vector<float> height_;

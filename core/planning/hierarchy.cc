@@ -7,7 +7,6 @@ namespace vantage {
 namespace {
 
 constexpr size_t kCandidatesBetweenPolls = 256;
-constexpr double kFloatSlack = 1e-5;  // m: views and cells are floats where gains are computed
 
 std::vector<PacketRange> RangesOf(const PatchTree& tree,
                                   std::span<const ViewBlock::Candidate> candidates) {
@@ -28,15 +27,6 @@ std::vector<PacketRange> RangesOf(const PatchTree& tree,
 
 }  // namespace
 
-// A viewcell or a group of them, as the tests want it.
-struct HierarchicalScorer::Pass {
-  Eigen::AlignedBox3d box;    // m
-  Eigen::AlignedBox3d scene;  // the same in scene coordinates
-  double width = 0;           // m
-  uint32_t views = 0;
-  bool leaf = false;
-};
-
 // What goes down with the recursion below a block.
 struct HierarchicalScorer::Descent {
   const Budget& budget;
@@ -50,85 +40,32 @@ HierarchicalScorer::HierarchicalScorer(const BruteForceScorer& scorer, const Opa
                                        const CellArrays& cells,
                                        std::span<const Eigen::Vector3i> viewcells,
                                        double viewcell_size, const HierarchyOptions& options,
-                                       Parallel& parallel)
+                                       Parallel& parallel, const Budget& budget)
     : scorer_(scorer),
       cells_(cells),
       viewcells_(viewcells),
       viewcell_size_(viewcell_size),
       options_(options),
-      intervals_(scorer.constraints()),
-      counts_(grid, parallel),
-      shafts_(counts_),
-      patches_(cells, parallel),
-      views_(viewcells, viewcell_size, options.leaf_views) {}
+      counts_(grid, parallel, budget),
+      tests_(scorer, counts_, options.tolerance, options.visible_pairs),
+      patches_(cells, parallel, budget),
+      views_(viewcells, viewcell_size, options.leaf_views),
+      built_(!budget.Expired()) {}
 
-HierarchicalScorer::Pass HierarchicalScorer::PassOf(const ViewTree::Node& node) const {
-  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(scorer_.reach());
-  const Eigen::Vector3d slack = Eigen::Vector3d::Constant(kFloatSlack);
-  const Eigen::Vector3d low = node.centres.min() - reach;
-  const Eigen::Vector3d high = node.centres.max() + reach;
-  Pass pass;
-  pass.box = Eigen::AlignedBox3d(low - slack, high + slack);
-  pass.scene = Eigen::AlignedBox3d(low / scorer_.voxel() - scorer_.scene().corner(),
-                                   high / scorer_.voxel() - scorer_.scene().corner());
-  pass.width = (high - low).maxCoeff();
-  pass.views = node.size();
-  pass.leaf = node.children == 0;
-  return pass;
-}
-
-// What each view of a pair gains that is entirely visible and of which all constraints hold.
-double HierarchicalScorer::Constant(const PatchTree::Node& node, const Interval& density) const {
-  if (density.min >= node.bounds.most_enough) return node.potential;
-  const auto s = static_cast<float>(0.5 * (density.min + density.max));
-  double sum = 0;
-  for (size_t i = node.begin; i < node.end; ++i) {
-    const float gained = std::max(0.0f, std::min(s, cells_.enough[i]) - cells_.q[i]);
-    sum += static_cast<double>(cells_.factor[i]) * static_cast<double>(gained);
-  }
-  return sum;
-}
-
-void HierarchicalScorer::Refine(const Pass& pass, const ViewBlock::Candidate& candidate,
+void HierarchicalScorer::Refine(const ViewBox& pass, const ViewBlock::Candidate& candidate,
                                 Candidates& out, double& certain, HierarchyCounts& counts,
                                 std::span<std::atomic<uint8_t>> seen) const {
   const PatchTree::Node& node = patches_[candidate.node];
   uint8_t satisfied = candidate.satisfied;
-  Interval density;
-  ++counts.pairs;
-  if (!intervals_.Test(pass.box, node.bounds, satisfied, density)) {
-    ++counts.violated;
-    return;
-  }
-  if (!(satisfied & kVisible)) {
-    const ShaftTests::Hidden hidden = shafts_.Occlusion(pass.scene, node.targets);
-    if (hidden == ShaftTests::Hidden::kAll) {
-      ++counts.occluded;
+  double gain = 0;
+  switch (tests_.Test(pass, node, cells_, satisfied, gain, counts, seen)) {
+    case PairTests::Relation::kNothing:
       return;
-    }
-    // Nothing between the middles: perhaps nothing at all.
-    if (hidden == ShaftTests::Hidden::kNone &&
-        static_cast<uint64_t>(pass.views) * node.size() >= options_.visible_pairs &&
-        shafts_.EntirelyVisible(pass.scene, node.targets)) {
-      ++counts.visible;
-      satisfied |= kVisible;
-    }
-  }
-  constexpr uint8_t kAllSatisfied = kSensingSatisfied | kVisible;
-  if ((satisfied & kAllSatisfied) == kAllSatisfied) {
-    const bool saturated = density.min >= node.bounds.most_enough;
-    const bool constant =
-        scorer_.reach() == 0 && density.max - density.min <= options_.tolerance * density.max;
-    if (saturated || constant) {
-      const double gain = Constant(node, density);
+    case PairTests::Relation::kConstant:
       certain += gain;
-      if (!seen.empty() && gain > 0) {
-        for (uint32_t i = node.begin; i < node.end; ++i) {
-          if (cells_.factor[i] > 0) seen[cells_.cell[i]].store(1, std::memory_order_relaxed);
-        }
-      }
       return;
-    }
+    case PairTests::Relation::kMixed:
+      break;
   }
   // The larger of the two is split: the patch here, the views by who calls.
   if (node.child != 0 && (pass.leaf || static_cast<double>(node.width) > pass.width)) {
@@ -140,7 +77,7 @@ void HierarchicalScorer::Refine(const Pass& pass, const ViewBlock::Candidate& ca
   out.push_back({candidate.node, satisfied});
 }
 
-bool HierarchicalScorer::RefineAll(const Pass& pass,
+bool HierarchicalScorer::RefineAll(const ViewBox& pass,
                                    std::span<const ViewBlock::Candidate> candidates,
                                    const Budget& budget, Candidates& out, double& certain,
                                    HierarchyCounts& counts,
@@ -157,6 +94,7 @@ bool HierarchicalScorer::Cull(const Budget& budget, Parallel& parallel,
   blocks_.clear();
   block_of_.assign(viewcells_.size(), 0);
   culled_ = {};
+  if (!built_) return false;
   if (viewcells_.empty() || cells_.size() == 0) return true;
   struct Level {
     ViewBlock block;
@@ -165,7 +103,7 @@ bool HierarchicalScorer::Cull(const Budget& budget, Parallel& parallel,
   const auto refine = [&](uint32_t node, const ViewBlock& parent, Level& level) {
     level.block.node = node;
     level.block.certain = parent.certain;
-    RefineAll(PassOf(views_[node]), parent.candidates, budget, level.block.candidates,
+    RefineAll(tests_.Of(views_[node]), parent.candidates, budget, level.block.candidates,
               level.block.certain, level.counts, seen);
   };
   ViewBlock all;
@@ -218,7 +156,7 @@ void HierarchicalScorer::Descend(Descent& descent, uint32_t index,
   const ViewTree::Node& node = views_[index];
   Candidates own;
   own.reserve(candidates.size());
-  if (!RefineAll(PassOf(node), candidates, descent.budget, own, certain, descent.counts,
+  if (!RefineAll(tests_.Of(node), candidates, descent.budget, own, certain, descent.counts,
                  descent.seen)) {
     return;
   }

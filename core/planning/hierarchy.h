@@ -12,10 +12,9 @@
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/brute_force.h"
-#include "core/planning/interval_constraints.h"
 #include "core/planning/opaque_counts.h"
+#include "core/planning/pair_tests.h"
 #include "core/planning/patch_tree.h"
-#include "core/planning/shaft.h"
 #include "core/planning/view_tree.h"
 
 namespace vantage {
@@ -48,19 +47,6 @@ struct ViewBlock {
   std::vector<Candidate> candidates;
 };
 
-struct HierarchyCounts {
-  uint64_t pairs = 0;     // tested
-  uint64_t violated = 0;  // by a sensing constraint
-  uint64_t occluded = 0;
-  uint64_t visible = 0;  // entirely
-  void operator+=(const HierarchyCounts& other) {
-    pairs += other.pairs;
-    violated += other.violated;
-    occluded += other.occluded;
-    visible += other.visible;
-  }
-};
-
 // Goes down the view tree with the list of patch groups that are still mixed, instead of down from
 // each patch: a view's score is then whole when its leaf is done, blocks of views are independent
 // of one another, and a deadline leaves whole views. References are kept. Thread safe but for
@@ -68,10 +54,11 @@ struct HierarchyCounts {
 class HierarchicalScorer {
  public:
   // `grid` has axes {0, 1, 2}; `cells` are in the order of PatchOrder(); view i is the centre of
-  // viewcell i (FeasibleViews::cells()).
+  // viewcell i (FeasibleViews::cells()). Once the budget has expired, Cull() returns false.
   HierarchicalScorer(const BruteForceScorer& scorer, const OpaqueGrid& grid,
                      const CellArrays& cells, std::span<const Eigen::Vector3i> viewcells,
-                     double viewcell_size, const HierarchyOptions& options, Parallel& parallel);
+                     double viewcell_size, const HierarchyOptions& options, Parallel& parallel,
+                     const Budget& budget = Budget::Unlimited());
 
   // The upper levels: from the roots to the blocks. False when the budget expired on the way.
   // `seen` as for BruteForceScorer::Score().
@@ -98,16 +85,13 @@ class HierarchicalScorer {
 
  private:
   using Candidates = std::vector<ViewBlock::Candidate>;
-  struct Pass;
 
-  void Refine(const Pass& pass, const ViewBlock::Candidate& candidate, Candidates& out,
+  void Refine(const ViewBox& pass, const ViewBlock::Candidate& candidate, Candidates& out,
               double& certain, HierarchyCounts& counts, std::span<std::atomic<uint8_t>> seen) const;
   // False when the budget expired on the way.
-  bool RefineAll(const Pass& pass, std::span<const ViewBlock::Candidate> candidates,
+  bool RefineAll(const ViewBox& pass, std::span<const ViewBlock::Candidate> candidates,
                  const Budget& budget, Candidates& out, double& certain, HierarchyCounts& counts,
                  std::span<std::atomic<uint8_t>> seen) const;
-  Pass PassOf(const ViewTree::Node& node) const;
-  double Constant(const PatchTree::Node& node, const Interval& density) const;
   Eigen::Vector3d Centre(uint32_t view) const {
     return (viewcells_[view].cast<double>().array() + 0.5) * viewcell_size_;
   }
@@ -120,11 +104,11 @@ class HierarchicalScorer {
   std::span<const Eigen::Vector3i> viewcells_;
   double viewcell_size_;
   HierarchyOptions options_;
-  IntervalConstraints intervals_;
   OpaqueCounts counts_;
-  ShaftTests shafts_;
+  PairTests tests_;
   PatchTree patches_;
   ViewTree views_;
+  bool built_ = false;
   std::vector<ViewBlock> blocks_;
   std::vector<uint32_t> block_of_;
   HierarchyCounts culled_;

@@ -60,6 +60,18 @@ void MergeFaces(std::vector<uint64_t>& bits, size_t words, int rows,
   }
 }
 
+const char* DeviceOptions(RayInstructions instructions) {
+  switch (instructions) {
+    case RayInstructions::kSse42:
+      return "threads=1,set_affinity=0,isa=sse4.2";
+    case RayInstructions::kAvx2:
+      return "threads=1,set_affinity=0,isa=avx2";
+    case RayInstructions::kBest:
+      break;
+  }
+  return "threads=1,set_affinity=0";
+}
+
 }  // namespace
 
 struct OcclusionScene::Tracer {
@@ -71,7 +83,8 @@ struct OcclusionScene::Tracer {
   }
 };
 
-OcclusionScene::OcclusionScene(const OpaqueGrid& grid, const OpaqueGrid& across, Parallel& parallel)
+OcclusionScene::OcclusionScene(const OpaqueGrid& grid, const OpaqueGrid& across, Parallel& parallel,
+                               const Budget& budget, RayInstructions instructions)
     : corner_(grid.box().min.cast<double>()), tracer_(std::make_unique<Tracer>()) {
   const VoxelIndex size = grid.box().max - grid.box().min;
   const VoxelIndex& min = grid.box().min;
@@ -85,7 +98,7 @@ OcclusionScene::OcclusionScene(const OpaqueGrid& grid, const OpaqueGrid& across,
     int axis = 0;
     int plane = static_cast<int>(slot);
     while (plane >= size[axis]) plane -= size[axis++];
-    if (plane == 0) return;
+    if (plane == 0 || budget.Expired()) return;
     const OpaqueGrid& source = axis == 0 ? across : grid;
     const size_t words = source.words_per_row();
     const int rows = axis == 2 ? size.y() : size.z();
@@ -110,10 +123,11 @@ OcclusionScene::OcclusionScene(const OpaqueGrid& grid, const OpaqueGrid& across,
     }
   });
 
+  if (budget.Expired()) return;
   for (const auto& axis : planes) {
     for (const auto& plane : axis) faces_ += plane.size();
   }
-  tracer_->device = rtcNewDevice("threads=1,set_affinity=0");
+  tracer_->device = rtcNewDevice(DeviceOptions(instructions));
   tracer_->scene = rtcNewScene(tracer_->device);
   rtcSetSceneFlags(tracer_->scene, RTC_SCENE_FLAG_ROBUST);
   // Splitting long rectangles takes longer, but rays are a third faster for it.
@@ -148,7 +162,13 @@ OcclusionScene::OcclusionScene(const OpaqueGrid& grid, const OpaqueGrid& across,
     rtcAttachGeometry(tracer_->scene, geometry);
     rtcReleaseGeometry(geometry);
   }
+  // Building asks now and then whether to go on; what was not built is never traced.
+  Budget copy = budget;
+  rtcSetSceneProgressMonitorFunction(
+      tracer_->scene, [](void* of, double) { return !static_cast<const Budget*>(of)->Expired(); },
+      &copy);
   rtcCommitScene(tracer_->scene);
+  rtcSetSceneProgressMonitorFunction(tracer_->scene, nullptr, nullptr);
 }
 
 OcclusionScene::~OcclusionScene() = default;

@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <memory>
 
+#include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/opaque_grid.h"
 
@@ -19,13 +20,19 @@ struct alignas(32) TargetPacket {
   float z[8];
 };
 
+// The instructions that rays are traced with.
+enum class RayInstructions { kBest, kSse42, kAvx2 };
+
 // Scene coordinates are voxels counted from `grid`'s corner: faces lie on whole numbers, which
 // floats hold exactly. Outside the grid everything is opaque, so rays between empty voxels never
 // leave it. Const methods may be called from any thread; Embree starts none of its own.
 class OcclusionScene {
  public:
-  // `across` is the same model's grid with axes {1, 2, 0}; `grid` has {0, 1, 2}.
-  OcclusionScene(const OpaqueGrid& grid, const OpaqueGrid& across, Parallel& parallel);
+  // `across` is the same model's grid with axes {1, 2, 0}; `grid` has {0, 1, 2}. Not to be used
+  // when the budget has expired on the way.
+  OcclusionScene(const OpaqueGrid& grid, const OpaqueGrid& across, Parallel& parallel,
+                 const Budget& budget = Budget::Unlimited(),
+                 RayInstructions instructions = RayInstructions::kBest);
   ~OcclusionScene();
   OcclusionScene(OcclusionScene&&) noexcept;
   OcclusionScene& operator=(OcclusionScene&&) noexcept;

@@ -6,8 +6,10 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
+#include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/opaque_grid.h"
 
@@ -17,8 +19,9 @@ namespace vantage {
 // voxel of the grid.
 class OpaqueCounts {
  public:
-  // `grid` has axes {0, 1, 2}.
-  OpaqueCounts(const OpaqueGrid& grid, Parallel& parallel);
+  // `grid` has axes {0, 1, 2}. Not to be used when the budget has expired on the way.
+  OpaqueCounts(const OpaqueGrid& grid, Parallel& parallel,
+               const Budget& budget = Budget::Unlimited());
 
   // Of the voxels low <= v < high, which must lie in the grid.
   uint32_t Count(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const {
@@ -26,8 +29,8 @@ class OpaqueCounts {
     const size_t x1 = static_cast<size_t>(high.x());
     const size_t y0 = static_cast<size_t>(low.y()) * row_;
     const size_t y1 = static_cast<size_t>(high.y()) * row_;
-    const uint32_t* bottom = sums_.data() + static_cast<size_t>(low.z()) * layer_;
-    const uint32_t* top = sums_.data() + static_cast<size_t>(high.z()) * layer_;
+    const uint32_t* bottom = sums_.get() + static_cast<size_t>(low.z()) * layer_;
+    const uint32_t* top = sums_.get() + static_cast<size_t>(high.z()) * layer_;
     // Unsigned arithmetic wraps and comes out right.
     return (top[y1 + x1] - top[y1 + x0] - top[y0 + x1] + top[y0 + x0]) -
            (bottom[y1 + x1] - bottom[y1 + x0] - bottom[y0 + x1] + bottom[y0 + x0]);
@@ -47,7 +50,7 @@ class OpaqueCounts {
   Eigen::Vector3i size_;
   size_t row_ = 0;
   size_t layer_ = 0;
-  std::vector<uint32_t> sums_;
+  std::unique_ptr<uint32_t[]> sums_;
   size_t words_ = 0;  // of a row of bits
   std::vector<uint64_t> bits_;
 };

@@ -1,8 +1,10 @@
 #include "core/planning/opaque_grid.h"
 
+#include "core/planning/surface_walk.h"
+
 namespace vantage {
 
-OpaqueGrid::OpaqueGrid(const PlanningView& model, std::array<int, 3> axes)
+OpaqueGrid::OpaqueGrid(const PlanningView& model, std::array<int, 3> axes, const Budget& budget)
     : axes_(axes),
       box_{model.bounds().min - VoxelIndex::Ones(), model.bounds().max + VoxelIndex::Ones()} {
   const VoxelIndex size = box_.max - box_.min;
@@ -10,7 +12,12 @@ OpaqueGrid::OpaqueGrid(const PlanningView& model, std::array<int, 3> axes)
   words_ = (static_cast<size_t>(size[axes_[0]]) + 63) / 64;
   bits_.assign(words_ * static_cast<size_t>(rows_) * static_cast<size_t>(size[axes_[2]]),
                ~uint64_t{0});
+  size_t until_poll = 0;
   for (const PlanningView::BrickAt& at : model.bricks()) {
+    if (until_poll-- == 0) {
+      if (budget.Expired()) return;
+      until_poll = kBricksBetweenPolls;
+    }
     const VoxelIndex origin = at.brick * Brick::kSide;
     std::array<int, 3> local{};
     const int first = origin[axes_[0]] - box_.min[axes_[0]];

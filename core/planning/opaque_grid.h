@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/model/planning_view.h"
+#include "core/parallel/budget.h"
 
 namespace vantage {
 
@@ -16,7 +17,9 @@ namespace vantage {
 // `axes[0]`; a row is named by its coordinates on `axes[1]` and `axes[2]` (voxel indices).
 class OpaqueGrid {
  public:
-  explicit OpaqueGrid(const PlanningView& model, std::array<int, 3> axes = {0, 1, 2});
+  // Not to be used when the budget has expired on the way.
+  explicit OpaqueGrid(const PlanningView& model, std::array<int, 3> axes = {0, 1, 2},
+                      const Budget& budget = Budget::Unlimited());
 
   // Everything outside the bounds is unknown, hence opaque.
   bool Opaque(const VoxelIndex& v) const {

@@ -41,7 +41,8 @@ void Halve(std::span<Keyed> cells) {
 
 }  // namespace
 
-std::vector<uint32_t> PatchOrder(const CellArrays& cells, Parallel& parallel) {
+std::vector<uint32_t> PatchOrder(const CellArrays& cells, Parallel& parallel,
+                                 const Budget& budget) {
   std::vector<Keyed> keyed(cells.size());
   for (uint32_t i = 0; i < cells.size(); ++i) {
     keyed[i] = {{cells.x[i], cells.y[i], cells.z[i], cells.nx[i], cells.ny[i], cells.nz[i]}, i};
@@ -52,7 +53,10 @@ std::vector<uint32_t> PatchOrder(const CellArrays& cells, Parallel& parallel) {
   while (!level.empty()) {
     std::erase_if(level,
                   [](std::span<Keyed> range) { return range.size() <= CellArrays::kPacket; });
-    parallel.For(level.size(), [&](size_t i) { Halve(level[i]); });
+    parallel.For(level.size(), [&](size_t i) {
+      if (!budget.Expired()) Halve(level[i]);
+    });
+    if (budget.Expired()) return {};
     next.clear();
     for (const std::span<Keyed> range : level) {
       const uint32_t left = LeftSize(static_cast<uint32_t>(range.size()));
@@ -66,7 +70,7 @@ std::vector<uint32_t> PatchOrder(const CellArrays& cells, Parallel& parallel) {
   return order;
 }
 
-PatchTree::PatchTree(const CellArrays& cells, Parallel& parallel) {
+PatchTree::PatchTree(const CellArrays& cells, Parallel& parallel, const Budget& budget) {
   nodes_.front().end = static_cast<uint32_t>(cells.size());
   for (uint32_t i = 0; i < nodes_.size(); ++i) {
     const Node node = nodes_[i];
@@ -81,7 +85,7 @@ PatchTree::PatchTree(const CellArrays& cells, Parallel& parallel) {
   }
   parallel.For(nodes_.size(), [&](size_t i) {
     Node& node = nodes_[i];
-    if (node.begin == node.end) return;
+    if (node.begin == node.end || budget.Expired()) return;
     node.bounds = CellBounds::Of(cells, node.begin, node.end);
     node.width = static_cast<float>(node.bounds.position.sizes().maxCoeff());
     for (size_t k = node.begin; k < node.end; ++k) {

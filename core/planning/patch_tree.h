@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/constraints.h"
 #include "core/planning/interval_constraints.h"
@@ -33,8 +34,10 @@ class PatchTree {
   };
 
   PatchTree() = default;  // of no cells: a root without any
-  // `cells` in the order of PatchOrder(), padded.
-  PatchTree(const CellArrays& cells, Parallel& parallel);
+  // `cells` in the order of PatchOrder(), padded. Not to be used when the budget has expired on the
+  // way.
+  PatchTree(const CellArrays& cells, Parallel& parallel,
+            const Budget& budget = Budget::Unlimited());
 
   const Node& root() const { return nodes_.front(); }
   const Node& operator[](uint32_t i) const { return nodes_[i]; }
@@ -44,8 +47,9 @@ class PatchTree {
   std::vector<Node> nodes_ = std::vector<Node>(1);
 };
 
-// The order in which the tree wants the cells.
-std::vector<uint32_t> PatchOrder(const CellArrays& cells, Parallel& parallel);
+// The order in which the tree wants the cells. Empty when the budget expired on the way.
+std::vector<uint32_t> PatchOrder(const CellArrays& cells, Parallel& parallel,
+                                 const Budget& budget = Budget::Unlimited());
 
 }  // namespace vantage
 

@@ -10,17 +10,21 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "core/planning/space_behind.h"
+#include "core/planning/surface_walk.h"
 
 namespace vantage {
 namespace {
 
+constexpr uint32_t kCellsBetweenPolls = 8192;
 constexpr uint32_t kNoCell = std::numeric_limits<uint32_t>::max();
 
 // From a voxel to its needy cell, by bricks: neighbours are looked up 26 times a cell.
 class CellTable {
  public:
-  explicit CellTable(const std::vector<NeedyCell>& cells) {
+  // Not to be used when the budget has expired on the way.
+  CellTable(const std::vector<NeedyCell>& cells, const Budget& budget) {
     for (uint32_t i = 0; i < cells.size(); ++i) {
+      if (i % kCellsBetweenPolls == 0 && budget.Expired()) return;
       const auto [it, fresh] =
           slot_.try_emplace(Key(Brick::Of(cells[i].voxel)), static_cast<uint32_t>(bricks_.size()));
       if (fresh) {
@@ -132,19 +136,21 @@ PatchSet ExtractPatches(const PlanningView& model, const PlanningConfig& config,
     const double depth = DepthBehind(model, v, surface.normal, config.depth_behind);
     return static_cast<float>(DensityWorthHaving(config.required_density, depth));
   };
-  model.ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
-    if (surface.given_up || !(surface.area > 0) || surface.density >= density) return;
-    if (config.region_of_interest.has_value() &&
-        !config.region_of_interest->contains(model.Centre(v))) {
-      return;
-    }
-    needy.push_back({v, KindOf(state), surface.centroid, surface.normal, surface.area,
-                     IsFalseSurface(state) ? 0.0f : surface.density, enough(v, state, surface),
-                     static_cast<float>(SuccessProbability(surface.obtained, surface.missed))});
-  });
+  WalkSurface(
+      model, budget, [&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
+        if (surface.given_up || !(surface.area > 0) || surface.density >= density) return;
+        if (config.region_of_interest.has_value() &&
+            !config.region_of_interest->contains(model.Centre(v))) {
+          return;
+        }
+        needy.push_back({v, KindOf(state), surface.centroid, surface.normal, surface.area,
+                         IsFalseSurface(state) ? 0.0f : surface.density, enough(v, state, surface),
+                         static_cast<float>(SuccessProbability(surface.obtained, surface.missed))});
+      });
   if (budget.Expired()) return set;
 
-  const CellTable table(needy);
+  const CellTable table(needy, budget);
+  if (budget.Expired()) return set;
   const double voxel = model.voxel_size();
   const auto cos_angle = static_cast<float>(std::cos(tolerance.angle));
   const auto max_offset = static_cast<float>(tolerance.offset * voxel);
@@ -198,7 +204,7 @@ PatchSet ExtractPatches(const PlanningView& model, const PlanningConfig& config,
   return set;
 }
 
-void RankPatches(const PlanningConfig& config, PatchSet& set) {
+void RankPatches(const PlanningConfig& config, PatchSet& set, const Budget& budget) {
   for (Patch& patch : set.patches) {
     patch.importance = config.weights[static_cast<size_t>(patch.kind)] * patch.deficit;
   }
@@ -207,7 +213,15 @@ void RankPatches(const PlanningConfig& config, PatchSet& set) {
                    [](const Patch& a, const Patch& b) { return a.importance > b.importance; });
   std::vector<NeedyCell> cells;
   cells.reserve(set.cells.size());
+  size_t until_poll = 0;
   for (Patch& patch : set.patches) {
+    if (cells.size() >= until_poll) {
+      if (budget.Expired()) {
+        set.finished = false;
+        return;
+      }
+      until_poll = cells.size() + kCellsBetweenPolls;
+    }
     for (uint32_t& cell : patch.cells) {
       cells.push_back(set.cells[cell]);
       cell = static_cast<uint32_t>(cells.size() - 1);

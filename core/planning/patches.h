@@ -44,8 +44,9 @@ PatchSet ExtractPatches(const PlanningView& model, const PlanningConfig& config,
                         const PatchTolerance& tolerance, const Budget& budget);
 
 // C. Sorts the patches by importance = weight * deficit, the most important first, and the cells
-// with them.
-void RankPatches(const PlanningConfig& config, PatchSet& set);
+// with them. When the budget expires on the way, the set is no longer `finished` and of no use.
+void RankPatches(const PlanningConfig& config, PatchSet& set,
+                 const Budget& budget = Budget::Unlimited());
 
 // The success probability of algorithm.md section 4, 'What never comes': (1 + s) / (2 + s + f)
 // after s successes and f failures, normalised to 1 for no attempt and never above.

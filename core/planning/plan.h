@@ -26,6 +26,12 @@ struct RejectedPlace {
   double radius = 0.5;  // m, > 0
 };
 
+// How the evaluation goes through views and patches.
+enum class EvaluationOrder {
+  kAnytime,  // race, decide, complete: answers best at the deadline
+  kPatches,  // the paper's: the most important patch first, against all views
+};
+
 struct PlanningConfig {
   double required_density = 2500;      // D, samples / m^2, > 0
   double viewcell_size = 0.10;         // m, smallest viewcell edge, a multiple of the voxel
@@ -46,6 +52,9 @@ struct PlanningConfig {
   double terminate_below = 0.5;  // m^2 of D-equivalent gain
   double min_patch_area = 0.02;  // m^2, smaller patches don't keep a job open
   double confidence = 0.95;      // of all bounds together, (0, 1)
+  EvaluationOrder order = EvaluationOrder::kAnytime;
+  // Bytes, of a plan besides its model; larger ones are refused before they are begun.
+  uint64_t memory_limit = uint64_t{8} << 30;
   uint64_t seed = 1;
   std::optional<Region> region_of_interest;  // views stand inside it, surface outside has no weight
   std::vector<Region> keep_out;              // views never stand inside

@@ -12,7 +12,9 @@
 #include "core/planning/anytime.h"
 #include "core/planning/feasible_views.h"
 #include "core/planning/opaque_grid.h"
+#include "core/planning/patch_order.h"
 #include "core/planning/patches.h"
+#include "core/planning/planning_estimate.h"
 #include "core/planning/rank_views.h"
 #include "core/planning/registration_check.h"
 #include "core/planning/scoring.h"
@@ -45,7 +47,7 @@ Budget EvaluationShare(const Budget& budget) {
   constexpr auto kMostReserved = std::chrono::milliseconds(400);
   Budget share = budget;
   if (budget.deadline != Clock::time_point::max()) {
-    const auto left = std::max(budget.deadline - Clock::now(), Clock::duration::zero());
+    const auto left = std::max(budget.deadline - budget.now(), Clock::duration::zero());
     const auto reserved = std::chrono::duration_cast<Clock::duration>((1 - kShare) * left);
     share.deadline = budget.deadline - std::min<Clock::duration>(reserved, kMostReserved);
   }
@@ -58,7 +60,8 @@ Budget EvaluationShare(const Budget& budget) {
 // Section 8: how much better than the returned view another could still be, of those that are
 // neither refused nor too near to a refused one.
 double OptimalityGap(const Evaluation& evaluation, const FeasibleViews& feasible,
-                     const RegistrationCheck& check, double separation) {
+                     const RegistrationCheck& check, double separation,
+                     const std::vector<RankedView>& returned) {
   double most = 0;
   for (uint32_t i = 0; i < evaluation.views.size(); ++i) {
     if (evaluation.views[i].upper <= most) continue;
@@ -70,8 +73,16 @@ double OptimalityGap(const Evaluation& evaluation, const FeasibleViews& feasible
     if (!refused) most = evaluation.views[i].upper;
   }
   if (most <= 0) return 0;
-  if (check.registrable.empty()) return 1;
-  return std::clamp(1 - evaluation.views[check.registrable.front().view].lower / most, 0.0, 1.0);
+  if (returned.empty()) return 1;
+  return std::clamp(1 - returned.front().lower / most, 0.0, 1.0);
+}
+
+// Described views were ranked by what samples said of them. All register and lie apart, so that the
+// best is the one that scores best.
+void SortByExactScore(std::vector<RankedView>& views) {
+  if (!std::all_of(views.begin(), views.end(), [](const RankedView& v) { return v.exact; })) return;
+  std::stable_sort(views.begin(), views.end(),
+                   [](const RankedView& a, const RankedView& b) { return a.score > b.score; });
 }
 
 // Needy surface that no view gains anything on; known when every view was scored on every cell.
@@ -140,6 +151,7 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
                               const PlanningConfig& config, const Budget& budget,
                               Parallel& parallel, PlanProgress progress) {
   if (absl::Status valid = ValidateFor(model, scanner, config); !valid.ok()) return valid;
+  if (absl::Status fits = CheckPlanningSize(model, config); !fits.ok()) return fits;
   Plan plan;
   plan.model_version = model.version();
   plan.seed = config.seed;
@@ -148,7 +160,8 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
   StageClock clock(plan);
 
   // A. Feasible views.
-  const OpaqueGrid grid(model);
+  const OpaqueGrid grid(model, {0, 1, 2}, budget);
+  if (budget.Expired()) return EndEarly(plan, budget, "feasible views");
   const FeasibleViews feasible =
       FeasibleViews::Find(model, grid, scanner, config, budget, parallel);
   plan.feasible_cells = feasible.cells().size();
@@ -157,14 +170,15 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
 
   // B. Extract patches.
   PatchSet patches = ExtractPatches(model, config, PatchTolerance{}, budget);
-  plan.coverage = MeasureCoverage(model, config);
+  plan.coverage = MeasureCoverage(model, config, budget);
   plan.needy_cells = patches.cells.size();
   plan.needy_area = patches.area;
   clock.Book(PlanStage::kPatches);
   if (!patches.finished) return EndEarly(plan, budget, "extract patches");
 
   // C. Rank patches.
-  RankPatches(config, patches);
+  RankPatches(config, patches, budget);
+  if (!patches.finished) return EndEarly(plan, budget, "rank patches");
   plan.patches = patches.patches;
   clock.Book(PlanStage::kRankPatches);
 
@@ -181,7 +195,8 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
 
   // D. Evaluate views.
   if (budget.Expired()) return EndEarly(plan, budget, "rank patches");
-  const Scoring scoring(model, grid, patches, scanner, config, parallel);
+  const Scoring scoring(model, grid, patches, scanner, config, parallel, budget);
+  if (!scoring.finished()) return EndEarly(plan, budget, "evaluate views");
   std::vector<Eigen::Vector3d> views(feasible.cells().size());
   for (size_t i = 0; i < views.size(); ++i) views[i] = feasible.Centre(i);
   AnytimeOptions options;
@@ -190,12 +205,15 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
   options.separation = config.separation;
   options.leaders = config.candidates;
   const ViewReport report(model, grid, feasible, patches, scoring);
-  const HierarchyInput hierarchy{grid, feasible.cells(), feasible.cell_size()};
-  const Evaluation evaluation = EvaluateViews(
-      scoring.scorer(), views, CoarseFirst(feasible.cells()), scoring.cells(), options,
-      EvaluationShare(budget), parallel,
-      [&](const Evaluation& so_far) { progress(report.Interim(plan, so_far, config)); },
-      &hierarchy);
+  const auto show = [&](const Evaluation& so_far) {
+    progress(report.Interim(plan, so_far, config));
+  };
+  const Budget share = EvaluationShare(budget);
+  const Evaluation evaluation = config.order == EvaluationOrder::kPatches
+                                    ? EvaluateByPatches(scoring.scorer(), feasible, scoring.cells(),
+                                                        patches, grid, {}, share, parallel, show)
+                                    : EvaluateViews(scoring.scorer(), feasible, scoring.cells(),
+                                                    options, share, parallel, show, &grid);
   plan.rays = evaluation.rays;
   plan.complete = evaluation.complete;
   if (evaluation.complete) plan.confidence = 1;
@@ -217,20 +235,21 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
     rest.work_limit = std::max(left, rest.work_limit / 10);
   }
   if (rest.deadline != Clock::time_point::max()) {  // the answers have to be written up as well
-    rest.deadline -= std::max(rest.deadline - Clock::now(), Clock::duration::zero()) / 3;
+    rest.deadline -= std::max(rest.deadline - rest.now(), Clock::duration::zero()) / 3;
   }
-  const OverlapSurface overlap(model, grid, scoring.scene(), scanner);
+  const OverlapSurface overlap(model, grid, scoring.scene(), scanner, rest);
   const RegistrationCheck check = CheckRegistration(overlap, scoring.scene(), ranked, views,
                                                     static_cast<size_t>(config.candidates),
                                                     config.registration, rest, parallel);
   plan.rays += check.rays;
   clock.Book(PlanStage::kCheck);
 
-  plan.optimality_gap = OptimalityGap(evaluation, feasible, check, config.separation);
   plan.termination =
       JudgeTermination(patches, evaluation, config, UnseeableArea(patches, evaluation));
   plan.views = report.Describe(check.registrable, evaluation,
                                static_cast<size_t>(config.candidates), budget, parallel);
+  SortByExactScore(plan.views);
+  plan.optimality_gap = OptimalityGap(evaluation, feasible, check, config.separation, plan.views);
   plan.refused = report.Describe(check.refused, evaluation, static_cast<size_t>(config.candidates),
                                  budget, parallel);
   SetOutcome(check, evaluation, !ranked.empty(), budget, plan);

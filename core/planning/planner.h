@@ -17,8 +17,9 @@ namespace vantage {
 // plan whose bounds hold. Keep it short.
 using PlanProgress = absl::FunctionRef<void(const Plan&)>;
 
-// Plans the next view. INVALID_ARGUMENT: the configuration is impossible. A plan that ends early is
-// not an error: its outcome and bounds say what it is worth.
+// Plans the next view. INVALID_ARGUMENT: the configuration is impossible.
+// RESOURCE_EXHAUSTED: the plan would take more memory than config.memory_limit. A plan that ends
+// early is not an error: its outcome and bounds say what it is worth.
 absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& scanner,
                               const PlanningConfig& config, const Budget& budget,
                               Parallel& parallel, PlanProgress progress);
@@ -36,7 +37,9 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningView& model, const Sca
                                             const Eigen::Vector3d& position, Parallel& parallel);
 
 // How complete the model is, without planning.
-Coverage MeasureCoverage(const PlanningView& model, const PlanningConfig& config);
+// Incomplete when the budget expired on the way.
+Coverage MeasureCoverage(const PlanningView& model, const PlanningConfig& config,
+                         const Budget& budget = Budget::Unlimited());
 
 }  // namespace vantage
 

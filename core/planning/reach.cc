@@ -35,7 +35,7 @@ bool OnTheWayIn(const PlanningView& model, int x, int y, int low, int high, doub
 
 ReachMap::ReachMap(const PlanningView& model, const OpaqueGrid& grid, const FloorField& floor,
                    const PlanningConfig& config, const Eigen::Vector2i& first,
-                   const Eigen::Vector2i& size, int voxels_per_cell)
+                   const Eigen::Vector2i& size, int voxels_per_cell, const Budget& budget)
     : first_(first),
       size_(size),
       per_cell_(voxels_per_cell),
@@ -45,12 +45,13 @@ ReachMap::ReachMap(const PlanningView& model, const OpaqueGrid& grid, const Floo
   reached_.assign(columns, 0);
   travel_.assign(columns, kFar);
   floor_.assign(columns, std::numeric_limits<float>::quiet_NaN());
-  FindPassable(model, grid, floor, config);
-  Flood(model);
+  FindPassable(model, grid, floor, config, budget);
+  if (!budget.Expired()) Flood(model, budget);
 }
 
 void ReachMap::FindPassable(const PlanningView& model, const OpaqueGrid& grid,
-                            const FloorField& floor, const PlanningConfig& config) {
+                            const FloorField& floor, const PlanningConfig& config,
+                            const Budget& budget) {
   const double voxel = model.voxel_size();
   const double radius = config.scanner_width / 2 / voxel;  // in voxels
   const int margin = static_cast<int>(std::ceil(radius)) + 1;
@@ -60,6 +61,7 @@ void ReachMap::FindPassable(const PlanningView& model, const OpaqueGrid& grid,
   const int ny = size_.y() * per_cell_ + 2 * margin;
   std::vector<uint8_t> blocked(static_cast<size_t>(nx) * static_cast<size_t>(ny), 1);
   for (int j = 0; j < ny; ++j) {
+    if (budget.Expired()) return;
     for (int i = 0; i < nx; ++i) {
       const int x = x0 + i;
       const int y = y0 + j;
@@ -81,6 +83,7 @@ void ReachMap::FindPassable(const PlanningView& model, const OpaqueGrid& grid,
     }
   }
   for (int cy = first_.y(); cy < first_.y() + size_.y(); ++cy) {
+    if (budget.Expired()) return;
     for (int cx = first_.x(); cx < first_.x() + size_.x(); ++cx) {
       const double mx = (cx + 0.5) * per_cell_;  // the column's centre, in voxels
       const double my = (cy + 0.5) * per_cell_;
@@ -101,7 +104,7 @@ void ReachMap::FindPassable(const PlanningView& model, const OpaqueGrid& grid,
   }
 }
 
-void ReachMap::Flood(const PlanningView& model) {
+void ReachMap::Flood(const PlanningView& model, const Budget& budget) {
   using Entry = std::pair<float, uint32_t>;  // m so far, column
   const auto spread = [&](const std::vector<uint32_t>& seeds, std::vector<float>& distance) {
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
@@ -109,7 +112,12 @@ void ReachMap::Flood(const PlanningView& model) {
       distance[seed] = 0;
       queue.emplace(0.0f, seed);
     }
+    size_t until_poll = 0;
     while (!queue.empty()) {
+      if (until_poll-- == 0) {
+        if (budget.Expired()) return;
+        until_poll = 4096;
+      }
       const auto [so_far, at] = queue.top();
       queue.pop();
       if (so_far > distance[at]) continue;

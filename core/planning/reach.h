@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/model/planning_view.h"
+#include "core/parallel/budget.h"
 #include "core/planning/floor.h"
 #include "core/planning/opaque_grid.h"
 #include "core/planning/plan.h"
@@ -32,7 +33,7 @@ class ReachMap {
   // Columns [first, first + size) of `voxels_per_cell` voxels each.
   ReachMap(const PlanningView& model, const OpaqueGrid& grid, const FloorField& floor,
            const PlanningConfig& config, const Eigen::Vector2i& first, const Eigen::Vector2i& size,
-           int voxels_per_cell);
+           int voxels_per_cell, const Budget& budget = Budget::Unlimited());
 
   // True when the scanner fits with its axis at the column's centre.
   bool Passable(int cx, int cy) const { return Inside(cx, cy) && passable_[Index(cx, cy)] != 0; }
@@ -50,8 +51,8 @@ class ReachMap {
            static_cast<size_t>(size_.x()) * static_cast<size_t>(cy - first_.y());
   }
   void FindPassable(const PlanningView& model, const OpaqueGrid& grid, const FloorField& floor,
-                    const PlanningConfig& config);
-  void Flood(const PlanningView& model);
+                    const PlanningConfig& config, const Budget& budget);
+  void Flood(const PlanningView& model, const Budget& budget);
 
   Eigen::Vector2i first_ = Eigen::Vector2i::Zero();
   Eigen::Vector2i size_ = Eigen::Vector2i::Zero();

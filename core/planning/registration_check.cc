@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/planning/brute_force.h"
+#include "core/planning/surface_walk.h"
 #include "core/planning/target.h"
 #include "core/registration/prediction.h"
 
@@ -27,23 +28,27 @@ double DirectionsOf(const ScannerModel& scanner) {
 }  // namespace
 
 OverlapSurface::OverlapSurface(const PlanningView& model, const OpaqueGrid& grid,
-                               const OcclusionScene& scene, const ScannerModel& scanner)
+                               const OcclusionScene& scene, const ScannerModel& scanner,
+                               const Budget& budget)
     : voxel_(model.voxel_size()), scanner_(scanner), constraints_(AnyIncidence(scanner)) {
   size_t total = 0;
-  model.ForEachSurface([&](const VoxelIndex&, VoxelState state, const SurfaceVoxel&) {
+  WalkSurface(model, budget, [&](const VoxelIndex&, VoxelState state, const SurfaceVoxel&) {
     total += state == VoxelState::kTrueSurface;
   });
   const size_t stride = std::max<size_t>(1, (total + kElements - 1) / kElements);
   weight_ = static_cast<double>(stride);
   size_t at = 0;
-  model.ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
-    if (state != VoxelState::kTrueSurface || at++ % stride != 0 || !(surface.area > 0)) return;
-    const auto target = TargetOf(grid, v, surface.normal);
-    if (!target.has_value()) return;
-    cells_.Add(surface.centroid, surface.normal, surface.area, 0, std::numeric_limits<float>::max(),
-               scene.ToScene(*target), static_cast<uint32_t>(samples_.size()));
-    samples_.push_back(surface.samples);
-  });
+  WalkSurface(model, budget,
+              [&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
+                if (state != VoxelState::kTrueSurface || at++ % stride != 0 || !(surface.area > 0))
+                  return;
+                const auto target = TargetOf(grid, v, surface.normal);
+                if (!target.has_value()) return;
+                cells_.Add(surface.centroid, surface.normal, surface.area, 0,
+                           std::numeric_limits<float>::max(), scene.ToScene(*target),
+                           static_cast<uint32_t>(samples_.size()));
+                samples_.push_back(surface.samples);
+              });
   cells_.Pad();
 }
 

@@ -25,8 +25,9 @@ namespace vantage {
 // left (a quarter to a sixteenth changes the predicted error by half a percent at most).
 class OverlapSurface {
  public:
+  // Once the budget has expired, predictions within it say nothing.
   OverlapSurface(const PlanningView& model, const OpaqueGrid& grid, const OcclusionScene& scene,
-                 const ScannerModel& scanner);
+                 const ScannerModel& scanner, const Budget& budget = Budget::Unlimited());
 
   struct Seen {
     RegistrationVerdict verdict;

@@ -7,17 +7,24 @@
 #include "core/planning/target.h"
 
 namespace vantage {
+namespace {
+
+constexpr uint32_t kCellsBetweenPolls = 8192;
+
+}  // namespace
 
 Scoring::Scoring(const PlanningView& model, const OpaqueGrid& grid, const PatchSet& patches,
-                 const ScannerModel& scanner, const PlanningConfig& config, Parallel& parallel)
+                 const ScannerModel& scanner, const PlanningConfig& config, Parallel& parallel,
+                 const Budget& budget)
     : constraints_(scanner),
-      scene_(grid, OpaqueGrid(model, {1, 2, 0}), parallel),
+      scene_(grid, OpaqueGrid(model, {1, 2, 0}, budget), parallel, budget),
       scorer_(constraints_, scene_, model.voxel_size(),
               config.pose_sensitivity
-                  ? &Sensitivity(grid, scanner, config, model.voxel_size(), parallel)
+                  ? &Sensitivity(grid, scanner, config, model.voxel_size(), parallel, budget)
                   : nullptr) {
   CellArrays cells;
   for (uint32_t i = 0; i < patches.cells.size(); ++i) {
+    if (i % kCellsBetweenPolls == 0 && budget.Expired()) return;
     const NeedyCell& cell = patches.cells[i];
     const auto weight = static_cast<float>(config.weights[static_cast<size_t>(cell.kind)]);
     float factor = weight * cell.success * cell.area;
@@ -32,16 +39,18 @@ Scoring::Scoring(const PlanningView& model, const OpaqueGrid& grid, const PatchS
     if (!target.has_value()) continue;
     cells.Add(cell.position, cell.normal, factor, cell.density, enough, scene_.ToScene(*target), i);
   }
-  const std::vector<uint32_t> order = PatchOrder(cells, parallel);
+  const std::vector<uint32_t> order = PatchOrder(cells, parallel, budget);
+  if (budget.Expired()) return;
   std::vector<float> factors(order.size());
   for (size_t k = 0; k < order.size(); ++k) factors[k] = cells.factor[order[k]];
   cells_ = cells.Gather(order, factors);
+  finished_ = true;
 }
 
 const PoseSensitivity& Scoring::Sensitivity(const OpaqueGrid& grid, const ScannerModel& scanner,
                                             const PlanningConfig& config, double voxel,
-                                            Parallel& parallel) {
-  counts_.emplace(grid, parallel);
+                                            Parallel& parallel, const Budget& budget) {
+  counts_.emplace(grid, parallel, budget);
   shafts_.emplace(*counts_);
   // A view stands for its viewcell, grown by what a person misses it by.
   return sensitivity_.emplace(constraints_, *shafts_,

@@ -2,19 +2,29 @@
 #ifndef VANTAGE_TESTS_BENCH_BENCHMARKS_H_
 #define VANTAGE_TESTS_BENCH_BENCHMARKS_H_
 
+#include <string>
+
 #include "core/parallel/parallel.h"
 #include "tests/bench/figures.h"
 
 namespace vantage {
 
+struct BenchOptions {
+  bool full = false;     // what takes many minutes as well
+  std::string pictures;  // folder for curves; empty: none are drawn
+};
+
 void BenchCycle(Parallel& parallel, Figures& figures);     // cycle.*
 void BenchCarve(Parallel& parallel, Figures& figures);     // carve.*
 void BenchSnapshot(Parallel& parallel, Figures& figures);  // snapshot.*
-void BenchPlanning(Parallel& parallel, Figures& figures);  // plan.*
+// plan.*: packets, budgets, memory.
+void BenchPlanning(bool full, Parallel& parallel, Figures& figures);
 // merge.*, model.*: what many scans cost; `full` adds a whole floor.
 void BenchModel(bool full, Parallel& parallel, Figures& figures);
 // plan.exact.*: the hierarchy against brute force; `full` adds what takes minutes.
 void BenchEvaluator(bool full, Parallel& parallel, Figures& figures);
+// plan.anytime.*, plan.threads2.*: what is answered at a budget.
+void BenchAnytime(const BenchOptions& options, Parallel& parallel, Figures& figures);
 
 }  // namespace vantage
 

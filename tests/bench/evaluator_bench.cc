@@ -10,62 +10,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/planning/feasible_views.h"
 #include "core/planning/hierarchy.h"
-#include "core/planning/scoring.h"
-#include "core/simulation/scene.h"
-#include "core/simulation/simulated_scanner.h"
 #include "tests/bench/benchmarks.h"
-#include "tests/bench/flat_job.h"
+#include "tests/bench/planning_job.h"
 
 namespace vantage {
 
 namespace {
-
-// What is needed to score: a model and steps A to C of it.
-struct Job {
-  Job(std::shared_ptr<const PlanningView> view, const ScannerModel& of, Parallel& parallel)
-      : model(std::move(view)),
-        scanner(of),
-        grid(*model),
-        feasible(FeasibleViews::Find(*model, grid, scanner, config, Budget::Unlimited(), parallel)),
-        patches(ExtractPatches(*model, config, PatchTolerance{}, Budget::Unlimited())) {
-    RankPatches(config, patches);
-    scoring = std::make_unique<Scoring>(*model, grid, patches, scanner, config, parallel);
-    for (size_t i = 0; i < feasible.cells().size(); ++i) views.push_back(feasible.Centre(i));
-  }
-  std::string Size() const {
-    return absl::StrCat(views.size(), " views x ", scoring->cells().size(), " cells");
-  }
-
-  std::shared_ptr<const PlanningView> model;
-  ScannerModel scanner;
-  PlanningConfig config;
-  OpaqueGrid grid;
-  FeasibleViews feasible;
-  PatchSet patches;
-  std::unique_ptr<Scoring> scoring;
-  std::vector<Eigen::Vector3d> views;
-};
-
-// An office floor after one scan per 50 m2, from where its rooms are freest; range 30 m.
-std::unique_ptr<Job> OfficeJob(double area, Parallel& parallel) {
-  const Scene scene = OfficeFloor(1, area);
-  const SimulatedScanner tracer(scene.mesh);
-  ScannerModel scanner;
-  scanner.range_max = 30;
-  auto model = PartialModel::Create({}).value();
-  const size_t scans = std::max<size_t>(1, static_cast<size_t>(area / 50));
-  for (size_t i = 0; i < scans; ++i) {
-    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
-    pose.translation() = scene.starts[i * scene.starts.size() / scans];
-    Scan scan;
-    scan.scanner = scanner;
-    scan.image = tracer.Scan(scanner, pose, ScanFaults{}, i, parallel);
-    model->Insert(absl::StrCat("scan", i), scan, pose, parallel).value();
-  }
-  return std::make_unique<Job>(model->Publish(), scanner, parallel);
-}
 
 // Every `stride`-th block of views by the hierarchy, and some of their views, drawn at random, by
 // brute force, in turn: a change in the machine's speed meets both. One thread, CPU seconds.
@@ -81,7 +32,7 @@ struct Comparison {
   double rms = 0;  // of the views drawn, relative to the root mean square of brute force
 };
 
-Comparison Compare(const Job& job, const HierarchyOptions& options, size_t stride,
+Comparison Compare(const PlanningJob& job, const HierarchyOptions& options, size_t stride,
                    double share_drawn) {
   Serial serial;
   const Budget unlimited = Budget::Unlimited();
@@ -127,7 +78,7 @@ struct Cost {
   double brute = 0;
 };
 
-Cost Report(const std::string& name, const std::string& aim, const Job& job, size_t stride,
+Cost Report(const std::string& name, const std::string& aim, const PlanningJob& job, size_t stride,
             double share_drawn, Figures& figures) {
   const Comparison c = Compare(job, {}, stride, share_drawn);
   const auto all = static_cast<double>(job.views.size());
@@ -148,7 +99,7 @@ Cost Report(const std::string& name, const std::string& aim, const Job& job, siz
   return cost;
 }
 
-void ReportRays(const Job& job, Figures& figures) {
+void ReportRays(const PlanningJob& job, Figures& figures) {
   HierarchyOptions options;
   options.leaf_views = 1;
   options.tolerance = job.config.density_tolerance;
@@ -167,17 +118,18 @@ void ReportRays(const Job& job, Figures& figures) {
 void BenchEvaluator(bool full, Parallel& parallel, Figures& figures) {
   if (!figures.Wants("plan.exact.")) return;
   {
-    const FlatJob flat = MakeFlatJob(1, 3, parallel);
-    const Job job(ModelOf(flat, 3, parallel)->Publish(), flat.scans[0].scanner, parallel);
-    Report("flat", "2", job, 1, 0.3, figures);
-    ReportRays(job, figures);
+    const std::unique_ptr<PlanningJob> job = FlatPlanningJob(3, parallel);
+    Report("flat", "2", *job, 1, 0.3, figures);
+    ReportRays(*job, figures);
   }
-  const Cost small = Report("250m2", "", *OfficeJob(250, parallel), 2, 0.07, figures);
+  const Cost small = Report("250m2", "", *OfficePlanningJob(250, parallel), 2, 0.07, figures);
   if (!full) return;
-  const Cost large = Report("1000m2", "10", *OfficeJob(1000, parallel), 10, 0.06, figures);
-  const auto exponent = [](double from, double to) { return std::log(to / from) / std::log(4.0); };
+  Report("500m2", "", *OfficePlanningJob(500, parallel), 5, 0.06, figures);
+  Report("1000m2", "10", *OfficePlanningJob(1000, parallel), 10, 0.06, figures);
+  const Cost large = Report("2000m2", "", *OfficePlanningJob(2000, parallel), 40, 0.06, figures);
+  const auto exponent = [](double from, double to) { return std::log(to / from) / std::log(8.0); };
   figures.Add({"plan.exact.area_exponent", exponent(small.hierarchy, large.hierarchy), "", "1",
-               absl::StrFormat("growth from 250 to 1,000 m2; brute force %.2f",
+               absl::StrFormat("growth from 250 to 2,000 m2; brute force %.2f",
                                exponent(small.brute, large.brute))});
 }
 

@@ -1,14 +1,22 @@
 // The brute-force scorer against Embree's own rate, and whether budgets are kept.
+#include <malloc.h>
+
 #include <bit>
 #include <chrono>
+#include <cstdlib>
+#include <fstream>
+#include <string>
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "core/planning/feasible_views.h"
 #include "core/planning/planner.h"
+#include "core/planning/planning_estimate.h"
 #include "core/planning/scoring.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/flat_job.h"
+#include "tests/bench/planning_job.h"
 
 namespace vantage {
 
@@ -90,10 +98,11 @@ void BenchPackets(const PlanningView& model, const ScannerModel& scanner, Parall
                "the scorer's rate over Embree's on the same rays"});
 }
 
-void BenchBudgets(const PlanningView& model, const ScannerModel& scanner, Parallel& parallel,
-                  Figures& figures) {
+// `of`: the scene's part of the figures' names.
+void BenchBudgets(const std::string& of, const PlanningView& model, const ScannerModel& scanner,
+                  int runs, Parallel& parallel, Figures& figures) {
   std::vector<double> over, cancelled;
-  for (int run = 0; run < 40; ++run) {
+  for (int run = 0; run < runs; ++run) {
     const double budget = run % 2 == 0 ? 0.05 : 0.2;
     const double took = WallSeconds([&] {
       (void)MakePlan(model, scanner, {}, Budget::Seconds(budget), parallel, [](const Plan&) {});
@@ -105,7 +114,7 @@ void BenchBudgets(const PlanningView& model, const ScannerModel& scanner, Parall
     endless.cancelled = stop.get_token();
     std::chrono::steady_clock::time_point asked;
     std::thread canceller([&] {
-      std::this_thread::sleep_for(std::chrono::milliseconds(20 + 13 * run));
+      std::this_thread::sleep_for(std::chrono::milliseconds(20 + 520 * run / runs));
       asked = std::chrono::steady_clock::now();
       stop.request_stop();
     });
@@ -114,20 +123,63 @@ void BenchBudgets(const PlanningView& model, const ScannerModel& scanner, Parall
     canceller.join();
     cancelled.push_back(std::max(0.0, std::chrono::duration<double>(ended - asked).count()));
   }
-  figures.Add({"plan.budget.over_p99", 1e3 * Percentile(over, 0.99), "ms", "20",
-               "time past budgets of 50 and 200 ms, 40 plans"});
-  figures.Add({"plan.cancel.p99", 1e3 * Percentile(cancelled, 0.99), "ms", "50",
-               "from the request to the end, 40 plans"});
+  figures.Add({absl::StrCat("plan.budget.", of, "over_p99"), 1e3 * Percentile(over, 0.99), "ms",
+               "20", absl::StrCat("time past budgets of 50 and 200 ms, ", runs, " plans")});
+  figures.Add({absl::StrCat("plan.cancel.", of, "p99"), 1e3 * Percentile(cancelled, 0.99), "ms",
+               "50", absl::StrCat("from the request to the end, ", runs, " plans")});
+}
+
+// Of the process, the most since it was last reset.
+double PeakGigabytes() {
+  std::ifstream status("/proc/self/status");
+  double kilobytes = 0;
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with("VmHWM:")) kilobytes = std::atof(line.c_str() + 6);
+  }
+  return kilobytes / 1e6;
+}
+
+void BenchLargeFloor(Parallel& parallel, Figures& figures) {
+  ScannerModel scanner;
+  const auto model = ScannedOffice(2000, scanner, parallel);
+  malloc_trim(0);
+  std::ofstream("/proc/self/clear_refs") << "5";
+  const double before = PeakGigabytes();
+  const double budget = 10;
+  Plan plan;
+  const double took = WallSeconds([&] {
+    plan = MakePlan(*model, scanner, {}, Budget::Seconds(budget), parallel, [](const Plan&) {
+           }).value();
+  });
+  const double peak = PeakGigabytes();
+  const double estimate = static_cast<double>(EstimatePlanningMemory(*model, {})) / 1e9;
+  figures.Add({"plan.2000m2.gb", peak, "GB", "2",
+               absl::StrFormat("the process at its peak while it plans %d viewcells x %d cells in "
+                               "%.1f s; %.2f GB of it the model and its views; gap %.3f: %s",
+                               plan.feasible_cells, plan.needy_cells, took, before,
+                               plan.optimality_gap, plan.message)});
+  figures.Add({"plan.2000m2.estimate_share", (peak - before) / estimate, "of estimate", "",
+               absl::StrFormat("%.2f GB taken besides the model, %.2f GB estimated beforehand",
+                               peak - before, estimate)});
 }
 
 }  // namespace
 
-void BenchPlanning(Parallel& parallel, Figures& figures) {
-  if (!figures.Wants("plan.")) return;
+void BenchPlanning(bool full, Parallel& parallel, Figures& figures) {
+  if (full && (figures.Wants("plan.budget.1000m2.") || figures.Wants("plan.cancel.1000m2."))) {
+    ScannerModel scanner;
+    const auto model = ScannedOffice(1000, scanner, parallel);
+    BenchBudgets("1000m2.", *model, scanner, 100, parallel, figures);
+  }
+  if (full && figures.Wants("plan.2000m2.")) BenchLargeFloor(parallel, figures);
+  if (!figures.Wants("plan.embree.") && !figures.Wants("plan.brute.") &&
+      !figures.Wants("plan.budget.o") && !figures.Wants("plan.cancel.p")) {
+    return;
+  }
   const FlatJob job = MakeFlatJob(1, 3, parallel);
   const auto view = ModelOf(job, 3, parallel)->Publish();
   BenchPackets(*view, job.scans[0].scanner, parallel, figures);
-  BenchBudgets(*view, job.scans[0].scanner, parallel, figures);
+  BenchBudgets("", *view, job.scans[0].scanner, 100, parallel, figures);
 }
 
 }  // namespace vantage

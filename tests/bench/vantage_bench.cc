@@ -1,4 +1,4 @@
-// vantage_bench [--only PREFIX] [--out FILE] [--full]
+// vantage_bench [--only PREFIX] [--out FILE] [--full] [--pictures FOLDER]
 //
 // Prints a table of figures and writes them as JSON. The exit status says whether it ran, not
 // whether aims are met.
@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <iostream>
 #include <thread>
+#include <vector>
 
 #include "core/parallel/thread_pool.h"
 #include "tests/bench/benchmarks.h"
@@ -18,6 +19,8 @@ int main(int argc, char** argv) {
   app.add_option("--only", only, "only figures whose names start so");
   app.add_option("--out", out, "where to write the JSON")->capture_default_str();
   app.add_flag("--full", full, "all figures, however long they take");
+  std::string pictures;
+  app.add_option("--pictures", pictures, "folder for the anytime curves; they take minutes each");
   CLI11_PARSE(app, argc, argv);
 
   const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
@@ -25,21 +28,17 @@ int main(int argc, char** argv) {
   vantage::Figures figures(only);
   // A loop of plain arithmetic: how fast this machine was during this run.
   if (figures.Wants("machine.")) {
-    volatile double factor = 0.999999;  // not to be known when this is compiled
-    volatile double sink = 0;
-    const double loop = vantage::MedianSeconds(3, [&] {
-      const double by = factor;
-      double x = 1;
-      for (int i = 0; i < 100'000'000; ++i) x = x * by + 1e-6;
-      sink = x;
-    });
+    std::vector<double> loops;
+    for (int run = 0; run < 3; ++run) loops.push_back(vantage::MachineLoopSeconds());
+    const double loop = vantage::Percentile(loops, 0.5);
     figures.Add({"machine.loop.seconds", loop, "s", "", "1e8 dependent multiply-adds, one thread"});
   }
   vantage::BenchCarve(pool, figures);
   vantage::BenchModel(full, pool, figures);
   vantage::BenchSnapshot(pool, figures);
-  vantage::BenchPlanning(pool, figures);
+  vantage::BenchPlanning(full, pool, figures);
   vantage::BenchEvaluator(full, pool, figures);
+  vantage::BenchAnytime({full, pictures}, pool, figures);
   vantage::BenchCycle(pool, figures);
   if (!figures.WriteJson(out)) {
     std::cerr << "cannot write " << out << ": name a file in a folder that can be written\n";

@@ -206,12 +206,10 @@ TEST_P(HierarchyTest, CompletesAnAnytimeEvaluation) {
   });
   AnytimeOptions options;
   options.hierarchy_pairs = 0;
-  const HierarchyInput input{problem->grid, problem->feasible.cells(),
-                             problem->feasible.cell_size()};
   const auto evaluate = [&](const Budget& budget, Parallel& parallel) {
     return EvaluateViews(
-        problem->scoring->scorer(), problem->views, CoarseFirst(problem->feasible.cells()), cells,
-        options, budget, parallel, [](const Evaluation&) {}, &input);
+        problem->scoring->scorer(), problem->feasible, cells, options, budget, parallel,
+        [](const Evaluation&) {}, &problem->grid);
   };
   const Evaluation all = evaluate(Budget::Unlimited(), pool);
   EXPECT_TRUE(all.complete);

@@ -2,13 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <bit>
+#include <iostream>
 #include <random>
+#include <vector>
 
 #include "core/parallel/parallel.h"
 #include "core/planning/opaque_grid.h"
 #include "core/planning/target.h"
 #include "core/planning/voxel_walk.h"
 #include "tests/support/closed_form_view.h"
+#include "tests/support/runs.h"
 
 namespace vantage {
 namespace {
@@ -120,6 +124,77 @@ TEST(TargetTest, LiesInEmptySpaceAndInFront) {
 TEST(TargetTest, BuriedCellHasNone) {
   const PlanningView model = BuildView(FurnishedRoom(3));
   EXPECT_FALSE(TargetOf(OpaqueGrid(model), {-500, 0, 0}, Eigen::Vector3f::UnitX()).has_value());
+}
+
+// Whether a ray runs along an edge: beside it, to one side or another, something else is met.
+bool Grazes(const OpaqueGrid& grid, const Eigen::Vector3f& from, const Eigen::Vector3f& to) {
+  int visible = 0;
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector3d aside =
+        2e-4 * Eigen::Vector3d(k & 1 ? 1.1 : -0.9, k & 2 ? 1.2 : -0.8, k & 4 ? 1.3 : -0.7);
+    visible +=
+        WalkVoxels(from.cast<double>() + aside, to.cast<double>() + aside,
+                   [&](const VoxelIndex& v, double) { return grid.Empty(v + grid.box().min); });
+  }
+  return visible > 0 && visible < 8;
+}
+
+// Rays as the planner casts them: from the middles of viewcells, which are corners of voxels, to
+// targets in front of surface. Only those that run along an edge may be decided differently.
+TEST(OcclusionSceneTest, NarrowAndWideInstructionsDifferOnlyAlongEdges) {
+  if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "this processor has no AVX2";
+  Serial serial;
+  std::mt19937_64 random(11);
+  for (const PlanningView& model : {BuildView(FurnishedRoom(3)), Rubble(5, 0.1)}) {
+    const OpaqueGrid grid(model);
+    const OpaqueGrid across(model, {1, 2, 0});
+    const OcclusionScene narrow(grid, across, serial, Budget::Unlimited(), RayInstructions::kSse42);
+    const OcclusionScene wide(grid, across, serial, Budget::Unlimited(), RayInstructions::kAvx2);
+    std::vector<Eigen::Vector3f> targets;
+    model.ForEachSurface([&](const VoxelIndex& v, VoxelState, const SurfaceVoxel& surface) {
+      const auto target = TargetOf(grid, v, surface.normal);
+      if (target.has_value()) targets.push_back(narrow.ToScene(*target));
+    });
+    ASSERT_GT(targets.size(), 1000u);
+    const Eigen::Vector3i cells = (grid.box().max - grid.box().min) / 2;
+    int views = 0;
+    int rays = 0;
+    int occluded = 0;
+    int different = 0;
+    for (int tried = 0; tried < 100000 && views < Runs(200); ++tried) {
+      Eigen::Vector3i cell;  // of 2 voxels
+      for (int a = 0; a < 3; ++a) {
+        cell[a] = static_cast<int>(random() % static_cast<uint64_t>(cells[a]));
+      }
+      if (!grid.Empty(VoxelIndex(2 * cell + grid.box().min))) continue;
+      ++views;
+      const Eigen::Vector3f origin = (2 * cell).cast<float>().array() + 1.0f;
+      for (size_t at = random() % 64; at + 8 <= targets.size(); at += 64) {
+        TargetPacket packet;
+        for (size_t k = 0; k < 8; ++k) {
+          packet.x[k] = targets[at + k].x();
+          packet.y[k] = targets[at + k].y();
+          packet.z[k] = targets[at + k].z();
+        }
+        const uint32_t hits = narrow.Occluded(origin, packet, 0xff);
+        rays += 8;
+        occluded += std::popcount(hits);
+        for (uint32_t bits = hits ^ wide.Occluded(origin, packet, 0xff); bits != 0;
+             bits &= bits - 1) {
+          ++different;
+          const Eigen::Vector3f& target = targets[at + static_cast<size_t>(std::countr_zero(bits))];
+          EXPECT_TRUE(Grazes(grid, origin, target))
+              << "from " << origin.transpose() << " to " << target.transpose();
+        }
+      }
+    }
+    EXPECT_EQ(views, Runs(200));
+    EXPECT_GT(occluded, rays / 20);
+    EXPECT_LT(different, rays / 1000);
+    RecordProperty("rays", rays);
+    RecordProperty("different", different);
+    std::cout << different << " of " << rays << " rays differ\n";
+  }
 }
 
 }  // namespace

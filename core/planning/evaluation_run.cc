@@ -1,0 +1,87 @@
+#include "core/planning/evaluation_run.h"
+
+#include <algorithm>
+#include <chrono>
+#include <limits>
+#include <utility>
+
+namespace vantage {
+
+std::vector<uint32_t> ByScore(const Evaluation& evaluation) {
+  std::vector<uint32_t> order;
+  for (uint32_t i = 0; i < evaluation.views.size(); ++i) {
+    if (evaluation.views[i].scored) order.push_back(i);
+  }
+  std::stable_sort(order.begin(), order.end(), [&](uint32_t a, uint32_t b) {
+    return evaluation.views[a].Rank() > evaluation.views[b].Rank();
+  });
+  return order;
+}
+
+EvaluationRun::EvaluationRun(const BruteForceScorer& scorer, const FeasibleViews& views,
+                             const CellArrays& cells, double potential, const Budget& budget,
+                             Parallel& parallel)
+    : scorer_(scorer), views_(views), cells_(cells), budget_(budget), parallel_(parallel) {
+  ViewEstimate unknown;
+  unknown.upper = potential;
+  evaluation_.views.assign(views.cells().size(), unknown);
+  uint32_t last = 0;
+  for (const uint32_t cell : cells.cell) last = std::max(last, cell + 1);
+  seen_ = std::vector<std::atomic<uint8_t>>(last);
+}
+
+Budget EvaluationRun::Share(double share) const {
+  Budget part = budget_;
+  if (budget_.deadline != Budget::Clock::time_point::max()) {
+    const auto now = budget_.now();
+    part.deadline =
+        now + std::chrono::duration_cast<Budget::Clock::duration>(share * (budget_.deadline - now));
+  }
+  if (budget_.work_limit != std::numeric_limits<uint64_t>::max()) {
+    part.work_limit =
+        evaluation_.rays + static_cast<uint64_t>(share * static_cast<double>(WorkLeft(budget_)));
+  }
+  return part;
+}
+
+size_t EvaluationRun::Affordable(const CellArrays& cells, size_t most, const Budget& part) const {
+  const uint64_t each = std::max<uint64_t>(1, scorer_.MostRays(cells));
+  return static_cast<size_t>(std::clamp<uint64_t>(WorkLeft(part) / each, 1, most));
+}
+
+bool EvaluationRun::Score(std::span<const uint32_t> which, const CellArrays& cells,
+                          const Budget& part,
+                          absl::FunctionRef<void(uint32_t view, double gain)> note) {
+  bool all = true;
+  size_t count = 0;
+  for (size_t begin = 0; begin < which.size(); begin += count) {
+    if (Spent(part)) return false;
+    count = Affordable(cells, which.size() - begin, part);
+    scores_.assign(count, {});
+    parallel_.For(count, [&](size_t k) {
+      scores_[k] = scorer_.Score(views_.Centre(which[begin + k]), cells, part, seen_);
+    });
+    for (size_t k = 0; k < count; ++k) {
+      evaluation_.rays += scores_[k].rays;
+      all = all && scores_[k].finished;
+      if (scores_[k].finished) note(which[begin + k], scores_[k].gain);
+    }
+  }
+  return all;
+}
+
+bool EvaluationRun::ScoreExactly(std::span<const uint32_t> which, const Budget& part) {
+  return Score(which, cells_, part, [this](uint32_t i, double gain) { SetExact(i, gain); });
+}
+
+void EvaluationRun::SetExact(uint32_t i, double gain) {
+  evaluation_.exact += !evaluation_.views[i].exact;
+  evaluation_.views[i] = {gain, gain, gain, true, true, 0};
+}
+
+Evaluation EvaluationRun::Finish() {
+  evaluation_.seen.assign(seen_.begin(), seen_.end());
+  return std::move(evaluation_);
+}
+
+}  // namespace vantage

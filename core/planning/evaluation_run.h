@@ -1,0 +1,78 @@
+// An evaluation under way: views are scored in batches, on all cells or a sample, within a budget.
+#ifndef VANTAGE_CORE_PLANNING_EVALUATION_RUN_H_
+#define VANTAGE_CORE_PLANNING_EVALUATION_RUN_H_
+
+#include <Eigen/Core>
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "absl/functional/function_ref.h"
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/brute_force.h"
+#include "core/planning/evaluation.h"
+#include "core/planning/feasible_views.h"
+
+namespace vantage {
+
+// Called when the evaluation has improved.
+using EvaluationProgress = absl::FunctionRef<void(const Evaluation&)>;
+
+// References are kept.
+class EvaluationRun {
+ public:
+  // `potential`: the most that any view can gain, samples.
+  EvaluationRun(const BruteForceScorer& scorer, const FeasibleViews& views, const CellArrays& cells,
+                double potential, const Budget& budget, Parallel& parallel);
+
+  const BruteForceScorer& scorer() const { return scorer_; }
+  const FeasibleViews& views() const { return views_; }
+  const CellArrays& cells() const { return cells_; }
+  const Budget& budget() const { return budget_; }
+  Parallel& parallel() const { return parallel_; }
+  size_t size() const { return evaluation_.views.size(); }
+
+  const Evaluation& evaluation() const { return evaluation_; }
+  const ViewEstimate& view(uint32_t i) const { return evaluation_.views[i]; }
+  ViewEstimate& view(uint32_t i) { return evaluation_.views[i]; }
+  std::span<std::atomic<uint8_t>> seen() { return seen_; }
+
+  // A part of what is left of time and work.
+  Budget Share(double share) const;
+  bool Spent(const Budget& part) const {
+    return evaluation_.rays >= part.work_limit || part.Expired();
+  }
+  uint64_t WorkLeft(const Budget& part) const {
+    return part.work_limit > evaluation_.rays ? part.work_limit - evaluation_.rays : 0;
+  }
+  // Views that may be scored together on `cells`: a work limit is overrun by one view at most.
+  size_t Affordable(const CellArrays& cells, size_t most, const Budget& part) const;
+
+  // Scores views together. What the budget left unfinished is left out, and false returned.
+  bool Score(std::span<const uint32_t> which, const CellArrays& cells, const Budget& part,
+             absl::FunctionRef<void(uint32_t view, double gain)> note);
+  bool ScoreExactly(std::span<const uint32_t> which, const Budget& part);
+
+  void AddRays(uint64_t rays) { evaluation_.rays += rays; }
+  void SetExact(uint32_t i, double gain);
+  void SetDecided() { evaluation_.decided = true; }
+  void SetComplete() { evaluation_.complete = evaluation_.decided = true; }
+
+  Evaluation Finish();
+
+ private:
+  const BruteForceScorer& scorer_;
+  const FeasibleViews& views_;
+  const CellArrays& cells_;
+  const Budget& budget_;
+  Parallel& parallel_;
+  std::vector<std::atomic<uint8_t>> seen_;  // by needy cell
+  std::vector<ViewScore> scores_;
+  Evaluation evaluation_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_PLANNING_EVALUATION_RUN_H_

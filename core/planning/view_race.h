@@ -1,0 +1,95 @@
+// The race: samples of the cells, larger and larger, on fewer and fewer of the views (algorithm.md
+// section 8, 'Anytime, and honest about it').
+#ifndef VANTAGE_CORE_PLANNING_VIEW_RACE_H_
+#define VANTAGE_CORE_PLANNING_VIEW_RACE_H_
+
+#include <cstdint>
+#include <queue>
+#include <span>
+#include <vector>
+
+#include "core/planning/cell_sample.h"
+#include "core/planning/confidence_bounds.h"
+#include "core/planning/evaluation_run.h"
+
+namespace vantage {
+
+struct RaceOptions {
+  size_t first_draws = 128;  // of cells, for a view that enters
+  size_t growth = 4;         // of the sample from rung to rung
+  size_t promotion = 8;      // one in so many views goes up
+};
+
+// Successive halving without rounds: every rung is the size of a sample, the last one all cells. A
+// view goes up when it is among the best twelfth of those that reached its rung, so that each rung
+// gets a third of the effort of the one below, at any time. Half of those that enter are the next
+// of a lattice of views, the coarsest first; the others are neighbours of the view that ranks best,
+// at half its distance on the lattice, then at a quarter, and so on. So an answer is there early,
+// and nothing is decided by the budget.
+class ViewRace {
+ public:
+  // The bounds of all views on all rungs hold together with `confidence`. References are kept.
+  ViewRace(EvaluationRun& run, const CellSampler& sampler, const RaceOptions& options,
+           double confidence, uint64_t seed);
+
+  // Until every view has entered and nobody is to go up, or the budget is spent.
+  void Run(const Budget& part);
+
+  // Larger samples for whoever may still be better than the best view is for certain, rung by rung,
+  // but not all cells: so the gap closes long before everything is exact.
+  void Tighten(const Budget& part);
+
+ private:
+  static constexpr uint8_t kOutside = 0xff;
+
+  struct Rung {
+    size_t draws = 0;  // of this rung alone
+    size_t total = 0;  // and those below
+    CellArrays sample;
+    std::vector<MeanBounds> bounds;  // one, made with the sample
+    size_t reached = 0;              // views, those that went on included
+    std::vector<uint32_t> waiting;   // to go up
+  };
+  // A view whose neighbours may enter, by what it was ranked when it was listed.
+  struct Proposer {
+    double rank;
+    uint32_t view;
+    int step;  // viewcells, to the neighbours that are next
+    bool operator<(const Proposer& other) const {
+      return rank != other.rank ? rank < other.rank : view > other.view;
+    }
+  };
+
+  bool Step(const Budget& part);
+  bool GoUp(size_t rung, size_t count, const Budget& part);
+  bool Enter(const Budget& part);
+  bool ScoreOn(size_t rung, std::span<const uint32_t> which, const Budget& part);
+  void Note(uint32_t view, size_t rung, double gain);
+  void ListNeighbours(uint32_t of, int step, std::vector<uint32_t>& entering);
+  // Views that are scored together: the more work is done, the more.
+  size_t BatchOn(size_t rung) const;
+  const CellArrays& CellsOf(size_t rung);
+  bool IsLast(size_t rung) const { return rung + 1 == rungs_.size(); }
+
+  EvaluationRun& run_;
+  const CellSampler& sampler_;
+  RaceOptions options_;
+  uint64_t seed_;
+  Eigen::Vector3i origin_;  // of the lattice, viewcells
+  double log_inverse_error_ = 0;
+  std::vector<Rung> rungs_;
+  std::vector<uint8_t> rung_of_;   // by view
+  std::vector<float> drawn_gain_;  // by view: over all its draws
+  std::vector<uint32_t> lattice_;  // views in the order of entering
+  size_t next_ = 0;                // of the lattice
+  std::priority_queue<Proposer> proposers_;
+  uint64_t pairs_ = 0;  // of view and cell, scored
+};
+
+// Indices 0..n-1 of viewcells, those on the coarsest lattice first. Where that lies and the order
+// within a level depend on the seed: wherever it is cut, the views are spread over all of them.
+std::vector<uint32_t> CoarseFirst(std::span<const Eigen::Vector3i> cells, uint64_t seed);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_PLANNING_VIEW_RACE_H_

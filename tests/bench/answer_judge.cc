@@ -1,0 +1,71 @@
+#include "tests/bench/answer_judge.h"
+
+#include <algorithm>
+
+#include "core/planning/hierarchy.h"
+#include "core/planning/rank_views.h"
+#include "tests/bench/figures.h"
+
+namespace vantage {
+namespace {
+
+constexpr size_t kTimedViews = 300;  // by brute force
+
+}  // namespace
+
+AnswerJudge::AnswerJudge(const PlanningJob& job, Parallel& parallel)
+    : job_(job),
+      overlap_(*job.model, job.grid, job.scoring->scene(), job.scanner),
+      registers_(job.views.size()) {
+  for (auto& verdict : registers_) verdict.store(-1, std::memory_order_relaxed);
+  HierarchicalScorer hierarchy(job.scoring->scorer(), job.grid, job.scoring->cells(),
+                               job.feasible.cells(), job.feasible.cell_size(), {}, parallel);
+  Evaluation all;
+  for (const ViewScore& score : ScoreEveryView(hierarchy, Budget::Unlimited(), parallel)) {
+    truth_.push_back(score.gain);
+    all.views.push_back({score.gain, score.gain, score.gain, true, true, 0});
+  }
+  const int best = FirstRegistrable(all);
+  best_ = best >= 0 ? truth_[static_cast<size_t>(best)] : 0;
+  const size_t stride = std::max<size_t>(1, job.views.size() / kTimedViews);
+  size_t timed = 0;
+  const double seconds = ThreadSeconds([&] {
+    for (size_t i = stride / 2; i < job.views.size(); i += stride, ++timed) {
+      (void)job.scoring->scorer().Score(job.views[i], job.scoring->cells(), Budget::Unlimited());
+    }
+  });
+  brute_seconds_ = seconds * static_cast<double>(job.views.size()) / static_cast<double>(timed);
+}
+
+int AnswerJudge::FirstRegistrable(const Evaluation& evaluation) const {
+  for (const uint32_t i : RankViews(evaluation, job_.feasible, job_.config.separation,
+                                    static_cast<size_t>(job_.config.max_checked))) {
+    int8_t verdict = registers_[i].load(std::memory_order_relaxed);
+    if (verdict < 0) {
+      verdict = overlap_
+                    .Predict(job_.views[i], job_.scoring->scene(), job_.config.registration,
+                             Budget::Unlimited())
+                    ->verdict.registered();
+      registers_[i].store(verdict, std::memory_order_relaxed);
+    }
+    if (verdict > 0) return static_cast<int>(i);
+  }
+  return -1;
+}
+
+double AnswerJudge::Regret(const Evaluation& evaluation) const {
+  const int answer = FirstRegistrable(evaluation);
+  if (answer < 0) return 1;
+  return std::max(0.0, 1 - truth_[static_cast<size_t>(answer)] / best_);
+}
+
+bool AnswerJudge::BoundsHold(const Evaluation& evaluation) const {
+  for (size_t i = 0; i < truth_.size(); ++i) {
+    const double slack = 1e-6 * (1 + truth_[i]);
+    if (truth_[i] > evaluation.views[i].upper + slack) return false;
+    if (truth_[i] < evaluation.views[i].lower - slack) return false;
+  }
+  return true;
+}
+
+}  // namespace vantage

@@ -1,0 +1,45 @@
+// How good an evaluation's answer is, where the whole map of scores is known.
+#ifndef VANTAGE_TESTS_BENCH_ANSWER_JUDGE_H_
+#define VANTAGE_TESTS_BENCH_ANSWER_JUDGE_H_
+
+#include <atomic>
+#include <cstdint>
+#include <vector>
+
+#include "core/parallel/parallel.h"
+#include "core/planning/evaluation.h"
+#include "core/planning/registration_check.h"
+#include "tests/bench/planning_job.h"
+
+namespace vantage {
+
+// Scores all views exactly, by the hierarchy. Keeps the reference. Thread safe.
+class AnswerJudge {
+ public:
+  AnswerJudge(const PlanningJob& job, Parallel& parallel);
+
+  // What is lost, [0, 1], by taking the first registrable of the evaluation's ranking (views apart
+  // by the separation) instead of the first of the true one. 1: none was found.
+  double Regret(const Evaluation& evaluation) const;
+  // Whether every view's true score lies within its bounds.
+  bool BoundsHold(const Evaluation& evaluation) const;
+
+  double best() const { return best_; }
+  const std::vector<double>& truth() const { return truth_; }
+  // CPU of one thread that brute force takes for all views, from a sample of them.
+  double brute_seconds() const { return brute_seconds_; }
+
+ private:
+  int FirstRegistrable(const Evaluation& evaluation) const;
+
+  const PlanningJob& job_;
+  OverlapSurface overlap_;
+  mutable std::vector<std::atomic<int8_t>> registers_;  // -1: not checked yet
+  std::vector<double> truth_;
+  double best_ = 0;
+  double brute_seconds_ = 0;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_TESTS_BENCH_ANSWER_JUDGE_H_

@@ -1,0 +1,24 @@
+// Regret and stated gap against time, as pictures.
+#ifndef VANTAGE_TESTS_BENCH_ANYTIME_CURVES_H_
+#define VANTAGE_TESTS_BENCH_ANYTIME_CURVES_H_
+
+#include <string>
+
+#include "core/parallel/parallel.h"
+#include "tests/bench/answer_judge.h"
+#include "tests/bench/planning_job.h"
+
+namespace vantage {
+
+// The planner's evaluation with options as the planner sets them.
+Evaluation AnytimeEvaluation(const PlanningJob& job, uint64_t seed, const Budget& budget,
+                             Parallel& parallel);
+
+// Draws our curves, the paper's patch order and the rival (not tuned) for one scene. False when the
+// file cannot be written.
+bool DrawAnytimeCurves(const std::string& path, const std::string& scene, const PlanningJob& job,
+                       const AnswerJudge& judge, Parallel& parallel);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_TESTS_BENCH_ANYTIME_CURVES_H_

@@ -1,0 +1,29 @@
+// Budgets in CPU time of the thread that works, for measurements of single threads.
+#ifndef VANTAGE_TESTS_BENCH_CPU_BUDGET_H_
+#define VANTAGE_TESTS_BENCH_CPU_BUDGET_H_
+
+#include <ctime>
+
+#include "core/parallel/budget.h"
+
+namespace vantage {
+
+inline Budget::Clock::time_point ThreadCpuNow() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return Budget::Clock::time_point(std::chrono::seconds(time.tv_sec) +
+                                   std::chrono::nanoseconds(time.tv_nsec));
+}
+
+// From now on, on the calling thread.
+inline Budget CpuBudget(double seconds) {
+  Budget budget;
+  budget.now = &ThreadCpuNow;
+  budget.deadline = ThreadCpuNow() + std::chrono::duration_cast<Budget::Clock::duration>(
+                                         std::chrono::duration<double>(seconds));
+  return budget;
+}
+
+}  // namespace vantage
+
+#endif  // VANTAGE_TESTS_BENCH_CPU_BUDGET_H_

@@ -1,0 +1,97 @@
+#include "tests/bench/rival_planner.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <span>
+
+#include "core/planning/cell_sample.h"
+#include "core/planning/view_race.h"
+
+namespace vantage {
+namespace {
+
+bool OnLattice(const Eigen::Vector3i& cell, int stride) {
+  return cell.x() % stride == 0 && cell.y() % stride == 0 && cell.z() % stride == 0;
+}
+
+Budget Part(const Budget& budget, double share) {
+  Budget part = budget;
+  const auto now = budget.now();
+  part.deadline =
+      now + std::chrono::duration_cast<Budget::Clock::duration>(share * (budget.deadline - now));
+  return part;
+}
+
+}  // namespace
+
+std::vector<RivalSettings> RivalChoices() {
+  std::vector<RivalSettings> choices;
+  for (const int stride : {2, 3, 5}) {
+    for (const size_t draws : {256u, 1024u, 4096u}) {
+      for (const double share : {0.35, 0.6}) choices.push_back({stride, draws, 0.05, share});
+    }
+  }
+  return choices;
+}
+
+Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings& settings, uint64_t seed,
+                           const Budget& budget) {
+  const CellArrays& cells = job.scoring->cells();
+  const BruteForceScorer& scorer = job.scoring->scorer();
+  const CellSampler sampler(cells);
+  const CellArrays sample = sampler.Draw(settings.draws, seed, 0);
+  const double unit = sampler.potential() / static_cast<double>(settings.draws);
+  Evaluation evaluation;
+  evaluation.views.resize(job.views.size());
+  const auto score = [&](uint32_t i, const Budget& part) {
+    const ViewScore found = scorer.Score(job.views[i], sample, part);
+    evaluation.rays += found.rays;
+    if (!found.finished) return false;
+    evaluation.views[i].score = found.gain * unit;
+    evaluation.views[i].scored = true;
+    return true;
+  };
+  // The order of the planner's own lattice is random within a level.
+  const Budget lattice_part = Part(budget, settings.lattice_share);
+  size_t on_lattice = 0;
+  for (const uint32_t i : CoarseFirst(job.feasible.cells(), seed)) {
+    if (!OnLattice(job.feasible.cells()[i], settings.stride)) continue;
+    if (!score(i, lattice_part)) break;
+    ++on_lattice;
+  }
+  const Budget refine_part = Part(budget, 0.5);
+  std::vector<uint32_t> best = ByScore(evaluation);
+  const auto kept =
+      static_cast<size_t>(std::ceil(settings.refined * static_cast<double>(on_lattice)));
+  best.resize(std::min(best.size(), kept));
+  bool time = true;
+  const int reach = settings.stride - 1;
+  for (size_t k = 0; time && k < best.size(); ++k) {
+    for (int z = -reach; time && z <= reach; ++z) {
+      for (int y = -reach; time && y <= reach; ++y) {
+        for (int x = -reach; time && x <= reach; ++x) {
+          const int i =
+              job.feasible.IndexOf(job.feasible.cells()[best[k]] + Eigen::Vector3i(x, y, z));
+          if (i < 0 || evaluation.views[static_cast<size_t>(i)].scored) continue;
+          time = score(static_cast<uint32_t>(i), refine_part);
+        }
+      }
+    }
+  }
+  for (const uint32_t i : ByScore(evaluation)) {
+    const ViewScore found = scorer.Score(job.views[i], cells, budget);
+    if (!found.finished) break;
+    evaluation.rays += found.rays;
+    evaluation.views[i].score = found.gain;
+    evaluation.views[i].exact = true;
+    ++evaluation.exact;
+  }
+  // What is known goes before what is guessed.
+  for (ViewEstimate& view : evaluation.views) {
+    if (view.scored && !view.exact && evaluation.exact > 0) view.error = sampler.potential();
+  }
+  return evaluation;
+}
+
+}  // namespace vantage

@@ -1,0 +1,31 @@
+// What a good engineer would build in a week instead: brute force with packets on the same random
+// sample of cells, on a lattice of views, refined around the best, the leaders scored exactly.
+#ifndef VANTAGE_TESTS_BENCH_RIVAL_PLANNER_H_
+#define VANTAGE_TESTS_BENCH_RIVAL_PLANNER_H_
+
+#include <cstdint>
+#include <vector>
+
+#include "core/parallel/budget.h"
+#include "core/planning/evaluation.h"
+#include "tests/bench/planning_job.h"
+
+namespace vantage {
+
+struct RivalSettings {
+  int stride = 3;              // of the lattice, viewcells
+  size_t draws = 1024;         // of cells
+  double refined = 0.05;       // of the lattice, the best, whose neighbours are scored as well
+  double lattice_share = 0.5;  // of the time, at most; half of the rest is for refining
+};
+
+// Every combination that the rival is tuned over.
+std::vector<RivalSettings> RivalChoices();
+
+// One thread. Views scored exactly rank before those that are estimated.
+Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings& settings, uint64_t seed,
+                           const Budget& budget);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_TESTS_BENCH_RIVAL_PLANNER_H_

@@ -1,0 +1,165 @@
+// Deadlines and cancellation by steps of work instead of time: every look at the clock is a step.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <optional>
+#include <stop_token>
+
+#include "core/parallel/thread_pool.h"
+#include "core/planning/feasible_views.h"
+#include "core/planning/hierarchy.h"
+#include "core/planning/patch_tree.h"
+#include "core/planning/planner.h"
+#include "core/planning/registration_check.h"
+#include "core/planning/scoring.h"
+#include "tests/support/closed_form_view.h"
+#include "tests/support/runs.h"
+
+namespace vantage {
+namespace {
+
+// The clock that budgets are given: a function without state of its own.
+std::atomic<int64_t> steps{0};
+std::atomic<int64_t> stop_at{0};
+std::stop_source* stopper = nullptr;
+
+Budget::Clock::time_point Step() {
+  const int64_t step = ++steps;
+  if (stopper != nullptr && step >= stop_at.load()) stopper->request_stop();
+  return Budget::Clock::time_point(std::chrono::nanoseconds(step));
+}
+
+class PlannerBudgetTest : public ::testing::Test {
+ protected:
+  PlannerBudgetTest() : model_(BuildView(FurnishedRoom(3))) {
+    config_.viewcell_size = 0.2;
+    config_.registration.required_accuracy = 0.1;
+    config_.registration.minimum_overlap = 0.01;
+    steps = 0;
+    stopper = nullptr;
+  }
+  Plan Make(const Budget& budget, Parallel& parallel) {
+    return MakePlan(model_, scanner_, config_, budget, parallel, [](const Plan&) {}).value();
+  }
+  static Budget EndingAt(int64_t step) {
+    Budget budget;
+    budget.now = &Step;
+    budget.deadline = Budget::Clock::time_point(std::chrono::nanoseconds(step));
+    return budget;
+  }
+
+  PlanningView model_;
+  ScannerModel scanner_;
+  PlanningConfig config_;
+  Serial serial_;
+};
+
+// How often a plan may look at the clock after its end: once in each round of the loop it is in.
+// Such a round does nothing else.
+constexpr int64_t kStepsToStop = 4000;
+// Plans end at steps that are so many times as late from one to the next.
+constexpr int64_t kNext = Runs(16) == 16 ? 2 : 8;
+
+// What is built before the first view is scored takes a second for a large floor: everything in it
+// looks at the clock after a bounded amount of work.
+TEST_F(PlannerBudgetTest, SetupLooksAtTheClockAsOftenAsItsWorkDemands) {
+  config_.pose_sensitivity = true;  // counts are built as well
+  const Budget budget = EndingAt(int64_t{1} << 60);
+  int64_t before = 0;
+  const auto looks = [&](auto&& build) {
+    before = steps;
+    build();
+    return steps - before;
+  };
+  const auto bricks = static_cast<int64_t>(model_.bricks().size());
+  std::optional<OpaqueGrid> grid;
+  EXPECT_GE(looks([&] {
+              grid.emplace(model_, std::array<int, 3>{0, 1, 2}, budget);
+            }),
+            bricks / 128);
+  const VoxelIndex size = grid->box().max - grid->box().min;
+  EXPECT_GE(looks([&] { (void)FloorField::Find(model_, std::nullopt, budget); }), bricks / 128 + 3);
+  EXPECT_GE(
+      looks([&] { (void)FeasibleViews::Find(model_, *grid, scanner_, config_, budget, serial_); }),
+      bricks / 128 + size.y() / 4 + size.z() / 4 + size.y());
+  PatchSet patches;
+  EXPECT_GE(looks([&] { patches = ExtractPatches(model_, config_, {}, budget); }),
+            bricks / 128 + 2);
+  const auto cells = static_cast<int64_t>(patches.cells.size());
+  ASSERT_GT(cells, 10'000);
+  EXPECT_GE(looks([&] { RankPatches(config_, patches, budget); }),
+            cells / 16384);  // patches are whole
+  std::optional<Scoring> scoring;
+  EXPECT_GE(
+      looks([&] { scoring.emplace(model_, *grid, patches, scanner_, config_, serial_, budget); }),
+      size.sum() + size.y() + size.z() + cells / 8192);
+  ASSERT_TRUE(scoring->finished());
+  EXPECT_GE(looks([&] { PatchTree(scoring->cells(), serial_, budget); }),
+            static_cast<int64_t>(scoring->cells().packets()));
+  EXPECT_GE(looks([&] { OverlapSurface(model_, *grid, scoring->scene(), scanner_, budget); }),
+            2 * (bricks / 128));
+}
+
+TEST_F(PlannerBudgetTest, SetupThatIsCutShortSaysSo) {
+  const OpaqueGrid grid(model_);
+  PatchSet patches = ExtractPatches(model_, config_, {}, Budget::Unlimited());
+  RankPatches(config_, patches);
+  steps = 0;
+  const Scoring whole(model_, grid, patches, scanner_, config_, serial_,
+                      EndingAt(int64_t{1} << 60));
+  ASSERT_TRUE(whole.finished());
+  const int64_t all = steps;
+  for (int64_t end = 1; end < all; end += 1 + end / 2) {
+    steps = 0;
+    const Scoring cut(model_, grid, patches, scanner_, config_, serial_, EndingAt(end));
+    EXPECT_FALSE(cut.finished()) << "step " << end << " of " << all;
+  }
+  const FeasibleViews feasible =
+      FeasibleViews::Find(model_, grid, scanner_, config_, Budget::Unlimited(), serial_);
+  steps = 0;
+  HierarchicalScorer hierarchy(whole.scorer(), grid, whole.cells(), feasible.cells(),
+                               feasible.cell_size(), {}, serial_, EndingAt(5));
+  EXPECT_FALSE(hierarchy.Cull(Budget::Unlimited(), serial_));
+}
+
+TEST_F(PlannerBudgetTest, EndsSoonAfterItsDeadlineWhereverThatFalls) {
+  (void)Make(EndingAt(int64_t{1} << 60), serial_);
+  const int64_t whole = steps;
+  bool early = false;
+  bool late = false;
+  for (int64_t end = 1; end < whole; end *= kNext) {
+    steps = 0;
+    const Plan plan = Make(EndingAt(end), serial_);
+    EXPECT_LE(steps.load(), end + kStepsToStop)
+        << "deadline at step " << end << " of " << whole << ": " << plan.message;
+    EXPECT_FALSE(plan.complete && end < whole / 4);
+    early |= plan.outcome == PlanOutcome::kBudgetTooSmall;
+    late |= plan.outcome == PlanOutcome::kViews;
+  }
+  EXPECT_TRUE(early);
+  EXPECT_TRUE(late);
+}
+
+TEST_F(PlannerBudgetTest, EndsSoonAfterItIsCancelledWhereverThatFalls) {
+  (void)Make(EndingAt(int64_t{1} << 60), serial_);
+  const int64_t whole = steps;
+  ThreadPool pool(2);
+  for (int64_t end = 1; end < whole; end *= kNext) {
+    std::stop_source source;
+    steps = 0;
+    stop_at = end;
+    stopper = &source;
+    Budget budget = EndingAt(int64_t{1} << 60);
+    budget.cancelled = source.get_token();
+    const Plan plan = Make(budget, pool);
+    stopper = nullptr;
+    EXPECT_EQ(plan.outcome, PlanOutcome::kCancelled) << "at step " << end << " of " << whole;
+    EXPECT_LE(steps.load(), end + kStepsToStop);
+  }
+}
+
+}  // namespace
+}  // namespace vantage
