@@ -15,17 +15,17 @@
 namespace vantage {
 
 struct RaceOptions {
-  size_t first_draws = 128;  // of cells, for a view that enters
+  size_t first_draws = 256;  // of cells, for a view that enters
   size_t growth = 4;         // of the sample from rung to rung
-  size_t promotion = 8;      // one in so many views goes up
+  size_t promotion = 16;     // one in so many views goes up
 };
 
 // Successive halving without rounds: every rung is the size of a sample, the last one all cells. A
-// view goes up when it is among the best twelfth of those that reached its rung, so that each rung
-// gets a third of the effort of the one below, at any time. Half of those that enter are the next
-// of a lattice of views, the coarsest first; the others are neighbours of the view that ranks best,
-// at half its distance on the lattice, then at a quarter, and so on. So an answer is there early,
-// and nothing is decided by the budget.
+// view goes up when it is among the best sixteenth of those that reached its rung, so that each
+// rung gets a quarter of the effort of the one below, at any time. Half of those that enter are the
+// next of a lattice of views, the coarsest first; the others are neighbours of the view that ranks
+// best, at half its distance on the lattice, then at a quarter, and so on. So an answer is there
+// early, and nothing is decided by the budget.
 class ViewRace {
  public:
   // The bounds of all views on all rungs hold together with `confidence`. References are kept.
