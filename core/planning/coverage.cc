@@ -3,8 +3,12 @@
 
 namespace vantage {
 
-Coverage MeasureCoverage(const PlanningView& model, const PlanningConfig& config,
-                         const Budget& budget) {
+Coverage MeasureCoverage(const PlanningView& model, const PlanningConfig& config) {
+  return MeasureCoverageWithin(model, config, Budget::Unlimited());
+}
+
+Coverage MeasureCoverageWithin(const PlanningView& model, const PlanningConfig& config,
+                               const Budget& budget) {
   Coverage coverage;
   double all = 0;
   WalkSurface(

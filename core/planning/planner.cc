@@ -170,7 +170,7 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
 
   // B. Extract patches.
   PatchSet patches = ExtractPatches(model, config, PatchTolerance{}, budget);
-  plan.coverage = MeasureCoverage(model, config, budget);
+  plan.coverage = MeasureCoverageWithin(model, config, budget);
   plan.needy_cells = patches.cells.size();
   plan.needy_area = patches.area;
   clock.Book(PlanStage::kPatches);

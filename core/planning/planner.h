@@ -37,9 +37,10 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningView& model, const Sca
                                             const Eigen::Vector3d& position, Parallel& parallel);
 
 // How complete the model is, without planning.
-// Incomplete when the budget expired on the way.
-Coverage MeasureCoverage(const PlanningView& model, const PlanningConfig& config,
-                         const Budget& budget = Budget::Unlimited());
+Coverage MeasureCoverage(const PlanningView& model, const PlanningConfig& config);
+// The same, incomplete when the budget expired on the way.
+Coverage MeasureCoverageWithin(const PlanningView& model, const PlanningConfig& config,
+                               const Budget& budget);
 
 }  // namespace vantage
 

@@ -226,7 +226,9 @@ TEST_P(HonestyTest, MeanRegretDoesNotRiseWithTheBudget) {
     last = mean;
   }
   // Behind the slit a sample finds little, and no budget short of scoring every view is sure to.
-  if (GetParam() != 0) EXPECT_LT(last, 0.01);
+  if (GetParam() != 0) {
+    EXPECT_LT(last, 0.01);
+  }
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, HonestyTest, ::testing::Range(0, 5));
 
