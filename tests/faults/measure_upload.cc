@@ -6,6 +6,7 @@
 #include <condition_variable>
 #include <cstdio>
 #include <iostream>
+#include <limits>
 #include <mutex>
 #include <random>
 #include <thread>
@@ -101,7 +102,8 @@ double Send(v1::ScanService::Stub& stub, const std::string& upload,
     const auto stream = stub.UploadScan(&context);
     std::mutex mutex;
     std::condition_variable changed;
-    int64_t credit = kCredit;
+    // The bare service has none to give.
+    int64_t credit = upload == "bare" ? std::numeric_limits<int64_t>::max() : kCredit;
     bool ended = false;
     std::thread reader([&] {
       v1::UploadScanResponse response;
