@@ -29,7 +29,7 @@ class Aperture {
   bool MayHide(const Eigen::Vector3d& stand, const Eigen::Vector3d& middle, double radius) const;
 
  private:
-  friend class LayerCodec;  // snapshots
+  friend class LayerCodec;               // snapshots
   static constexpr double kCell = 0.10;  // m
 
   Eigen::Vector3d normal_;
