@@ -6,6 +6,7 @@
 
 #include "core/model/partial_model.h"
 #include "tests/core/model/closed_form_scene.h"
+#include "tests/support/runs.h"
 
 namespace vantage {
 namespace {
@@ -89,9 +90,10 @@ TEST_F(AttributesTest, AreasOfTiltedPlanes) {
   const auto turn = [](double angle, double x, double y, double z) {
     return Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d(x, y, z).normalized()));
   };
-  const std::vector<Eigen::Quaterniond> turns = {turn(0, 0, 0, 1), turn(0.3, 0, 0, 1),
-                                                 turn(0.785, 0, 0, 1), turn(0.4, 0, 1, 0.5),
-                                                 turn(0.6, 0.2, 1, 1)};
+  std::vector<Eigen::Quaterniond> turns = {turn(0.4, 0, 1, 0.5), turn(0, 0, 0, 1),
+                                           turn(0.3, 0, 0, 1), turn(0.785, 0, 0, 1),
+                                           turn(0.6, 0.2, 1, 1)};
+  turns.resize(Runs(turns.size()));
   for (const Eigen::Quaterniond& R : turns) {
     // The number of voxels that a plane crosses depends on where it lies in the grid; the area of
     // each is right on average over that.
