@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <optional>
 #include <stop_token>
+#include <vector>
 
 #include "core/parallel/thread_pool.h"
 #include "core/planning/feasible_views.h"
@@ -61,7 +62,15 @@ class PlannerBudgetTest : public ::testing::Test {
 // Such a round does nothing else.
 constexpr int64_t kStepsToStop = 4000;
 // Plans end at steps that are so many times as late from one to the next.
-constexpr int64_t kNext = Runs(16) == 16 ? 2 : 8;
+constexpr int64_t kNext = Runs(16) == 16 ? 2 : 64;
+
+// From the first to nearly the last.
+std::vector<int64_t> EndsWithin(int64_t whole) {
+  std::vector<int64_t> ends;
+  for (int64_t end = 1; end < whole; end *= kNext) ends.push_back(end);
+  ends.push_back(whole - whole / 16);
+  return ends;
+}
 
 // What is built before the first view is scored takes a second for a large floor: everything in it
 // looks at the clock after a bounded amount of work.
@@ -130,7 +139,7 @@ TEST_F(PlannerBudgetTest, EndsSoonAfterItsDeadlineWhereverThatFalls) {
   const int64_t whole = steps;
   bool early = false;
   bool late = false;
-  for (int64_t end = 1; end < whole; end *= kNext) {
+  for (const int64_t end : EndsWithin(whole)) {
     steps = 0;
     const Plan plan = Make(EndingAt(end), serial_);
     EXPECT_LE(steps.load(), end + kStepsToStop)
