@@ -394,25 +394,24 @@ absl::Status Session::RemoveFromModel(const v1::Scan& scan, Parallel& parallel) 
   if (!removed.ok() && !absl::IsNotFound(removed.status())) return removed.status();
   const std::shared_ptr<const PlanningView> without = model_->Publish();
   ModelSnapshot next_model;
-  const absl::Status logged = journal_
-                                  .Execute(
-                                      {},
-                                      [&](const SessionState& state) -> absl::StatusOr<Draft> {
-                                        next_model.version = state.model_version + 1;
-                                        for (const auto& [name, record] : state.scans) {
-                                          if (record.in_model && name != scan.name())
-                                            next_model.view = without;
-                                        }
-                                        Draft draft;
-                                        v1::ScanRemovedEvent& event =
-                                            *draft.event.mutable_scan_removed();
-                                        *event.mutable_scan() = state.scans.at(scan.name()).scan;
-                                        event.mutable_scan()->clear_merge();
-                                        event.set_model_version(next_model.version);
-                                        return draft;
-                                      },
-                                      [&] { Show(next_model); })
-                                  .status();
+  absl::Status logged = journal_
+                            .Execute(
+                                {},
+                                [&](const SessionState& state) -> absl::StatusOr<Draft> {
+                                  next_model.version = state.model_version + 1;
+                                  for (const auto& [name, record] : state.scans) {
+                                    if (record.in_model && name != scan.name())
+                                      next_model.view = without;
+                                  }
+                                  Draft draft;
+                                  v1::ScanRemovedEvent& event = *draft.event.mutable_scan_removed();
+                                  *event.mutable_scan() = state.scans.at(scan.name()).scan;
+                                  event.mutable_scan()->clear_merge();
+                                  event.set_model_version(next_model.version);
+                                  return draft;
+                                },
+                                [&] { Show(next_model); })
+                            .status();
   if (logged.ok()) PostSnapshot(1);
   return logged;
 }
