@@ -11,8 +11,6 @@
 namespace vantage {
 namespace {
 
-// Floats round: what a sum of gains in float may be off by, relatively.
-constexpr double kRounding = 1e-5;
 constexpr size_t kViews = 16;   // together
 constexpr size_t kBlocks = 16;  // together
 

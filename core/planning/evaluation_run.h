@@ -20,6 +20,9 @@ namespace vantage {
 // Called when the evaluation has improved.
 using EvaluationProgress = absl::FunctionRef<void(const Evaluation&)>;
 
+// Floats round: what a sum of gains in float may be off by, relatively.
+inline constexpr double kRounding = 1e-5;
+
 // References are kept.
 class EvaluationRun {
  public:

@@ -8,8 +8,6 @@
 namespace vantage {
 namespace {
 
-// Floats round: what a sum of gains in float may be off by, relatively.
-constexpr double kRounding = 1e-5;
 constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
 constexpr size_t kTasks = 16;  // together
 

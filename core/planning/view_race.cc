@@ -9,8 +9,6 @@
 namespace vantage {
 namespace {
 
-// Floats round: what a sum of gains in float may be off by, relatively.
-constexpr double kRounding = 1e-5;
 constexpr int kCoarsest = 6;                         // lattice level
 constexpr uint64_t kLeastBatch = uint64_t{1} << 13;  // pairs of view and cell
 constexpr uint64_t kMostBatch = uint64_t{1} << 21;
