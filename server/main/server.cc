@@ -97,6 +97,11 @@ absl::Status Server::Serve() {
   absl::Status loaded = sessions_->LoadAll();
   if (!loaded.ok()) return loaded;
   SetServing(true);
+  {
+    std::lock_guard<std::mutex> lock(collect_mutex_);
+    collects_ = true;
+    CollectLater();
+  }
   log_.Info("serving", {{"port", port_}, {"threads", pool_.slots()}});
   return absl::OkStatus();
 }
@@ -107,12 +112,30 @@ void Server::SetServing(bool serving) {
   health->SetServingStatus(serving);
 }
 
+void Server::CollectLater() {
+  timer_.After(options_.collect_every, [this] {
+    std::lock_guard<std::mutex> lock(collect_mutex_);
+    if (collects_) tasks_.Post([this] { Collect(); });
+  });
+}
+
+void Server::Collect() {
+  std::lock_guard<std::mutex> lock(collect_mutex_);
+  if (!collects_) return;
+  sessions_->Collect();
+  CollectLater();
+}
+
 void Server::Drain() {
   if (drained_ || server_ == nullptr) return;
   drained_ = true;
   log_.Info("draining");
   SetServing(false);
   sessions_->BeginDrain();
+  {
+    std::lock_guard<std::mutex> lock(collect_mutex_);
+    collects_ = false;
+  }
   const bool rested = sessions_->WaitUntilIdle(options_.drain_patience);
   // Open calls get a moment to finish by themselves, then are cancelled.
   server_->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(2));

@@ -7,8 +7,10 @@
 
 #include <chrono>
 #include <memory>
+#include <mutex>
 #include <string>
 
+#include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/execution/planning_pool.h"
@@ -28,6 +30,8 @@ struct ServerOptions {
   int request_threads = 4;                // that answer
   size_t queued_requests = 1024;
   Limits limits;
+  // How often what is past its time is collected.
+  std::chrono::milliseconds collect_every = std::chrono::minutes(10);
   // How long a shutdown may take: plans end and merges finish in this time.
   std::chrono::milliseconds drain_patience{20'000};
 };
@@ -58,11 +62,15 @@ class Server {
          Journal::Clock clock);
   absl::Status Serve();
   void SetServing(bool serving);
+  void CollectLater() ABSL_EXCLUSIVE_LOCKS_REQUIRED(collect_mutex_);
+  void Collect();
 
   const ServerOptions options_;
   Log& log_;
   bool drained_ = false;
   int port_ = 0;
+  std::mutex collect_mutex_;  // held while it collects
+  bool collects_ ABSL_GUARDED_BY(collect_mutex_) = false;
   Timer timer_;
   PlanningPool pool_;
   TaskPool tasks_;

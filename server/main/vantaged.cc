@@ -52,6 +52,9 @@ struct Program {
   size_t store_mib = 4096;
   size_t scan_mib = 512;
   int drain_seconds = 20;
+  int keep_sessions_days = 0;
+  int keep_withdrawn_days = 0;
+  int quota_mib = 0;
 };
 
 void Declare(CLI::App& app, Program& program) {
@@ -85,6 +88,26 @@ void Declare(CLI::App& app, Program& program) {
                  "with --in-memory: memory for scans and logs at most, MiB")
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
+  app.add_option("--keep-sessions-days", program.keep_sessions_days,
+                 "delete sessions that had no event for so many days; 0: never")
+      ->check(CLI::Range(0, 36500))
+      ->capture_default_str();
+  app.add_option("--keep-withdrawn-days", program.keep_withdrawn_days,
+                 "erase the data of scans so many days after they were withdrawn; 0: never")
+      ->check(CLI::Range(0, 36500))
+      ->capture_default_str();
+  app.add_option("--quota-mib", program.quota_mib,
+                 "what the sessions of one tenant may keep, MiB; 0: as much as there is room for")
+      ->check(CLI::Range(0, 1 << 30))
+      ->capture_default_str();
+  app.add_option("--tenant-metadata", program.server.limits.tenant_metadata,
+                 "metadata key by which the proxy in front, which authenticates the callers, names "
+                 "their tenant; without, all callers are one tenant")
+      ->check([](const std::string& key) {
+        const bool plain =
+            key.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_.") == std::string::npos;
+        return plain ? "" : "must be of lower-case letters, digits, '-', '_' and '.'";
+      });
   app.add_option("--drain-seconds", program.drain_seconds,
                  "how long a shutdown waits for plans and merges")
       ->check(CLI::Range(0, 3600))
@@ -210,6 +233,13 @@ int Main(int argc, char** argv) {
   }
   if (program.in_memory) program.server.limits.snapshots_per_session = 0;
   program.server.limits.encoded_scan_bytes = static_cast<int64_t>(program.scan_mib) << 20;
+  program.server.limits.tenant_bytes = static_cast<int64_t>(program.quota_mib) << 20;
+  if (program.keep_sessions_days > 0) {
+    program.server.limits.keep_sessions = absl::Hours(24) * program.keep_sessions_days;
+  }
+  if (program.keep_withdrawn_days > 0) {
+    program.server.limits.keep_withdrawn_scans = absl::Hours(24) * program.keep_withdrawn_days;
+  }
   program.server.drain_patience = std::chrono::seconds(program.drain_seconds);
 
   // Every thread inherits the mask, so only sigwait sees these.

@@ -17,7 +17,8 @@ namespace vantage::handlers {
 
 // Sessions.
 absl::StatusOr<v1::CreateSessionResponse> CreateSession(SessionRegistry& sessions,
-                                                        const v1::CreateSessionRequest& request);
+                                                        const v1::CreateSessionRequest& request,
+                                                        const std::string& tenant);
 absl::StatusOr<v1::GetSessionResponse> GetSession(SessionRegistry& sessions,
                                                   const v1::GetSessionRequest& request);
 absl::StatusOr<v1::ListSessionsResponse> ListSessions(SessionRegistry& sessions,

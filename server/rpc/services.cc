@@ -1,5 +1,7 @@
 #include "server/rpc/services.h"
 
+#include <string>
+
 #include "server/rpc/handlers.h"
 #include "server/rpc/streams.h"
 #include "server/rpc/unary_call.h"
@@ -25,7 +27,15 @@ using Context = grpc::CallbackServerContext;
 class SessionServiceImpl final : public v1::SessionService::CallbackService {
  public:
   explicit SessionServiceImpl(const RpcEnvironment& around) : around_(around) {}
-  VANTAGE_UNARY(CreateSession)
+  grpc::ServerUnaryReactor* CreateSession(Context* context, const v1::CreateSessionRequest* request,
+                                          v1::CreateSessionResponse* response) override {
+    using Call = UnaryCall<v1::CreateSessionRequest, v1::CreateSessionResponse>;
+    return Call::Start(
+        around_, "CreateSession", context, request, response,
+        [tenant = TenantOf(*context)](
+            SessionRegistry& sessions, const v1::CreateSessionRequest& asked,
+            const Call::Done& done) { done(handlers::CreateSession(sessions, asked, tenant)); });
+  }
   VANTAGE_UNARY(GetSession)
   VANTAGE_UNARY(ListSessions)
   VANTAGE_UNARY(UpdateSession)
@@ -36,6 +46,15 @@ class SessionServiceImpl final : public v1::SessionService::CallbackService {
   }
 
  private:
+  // As the caller's metadata say, where they may.
+  std::string TenantOf(const Context& context) const {
+    const std::string& key = around_.sessions.around().limits.tenant_metadata;
+    if (key.empty()) return "";
+    const auto named = context.client_metadata().find(key);
+    if (named == context.client_metadata().end()) return "";
+    return {named->second.data(), named->second.size()};
+  }
+
   const RpcEnvironment around_;
 };
 

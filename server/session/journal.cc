@@ -45,6 +45,7 @@ absl::StatusOr<std::string> Journal::Execute(
   std::string resource;
   {
     std::lock_guard<std::mutex> write(write_mutex_);
+    if (closed_) return absl::AbortedError(absl::StrCat("session ", session_, " was deleted"));
     absl::StatusOr<Draft> draft = Draft{};
     uint64_t sequence = 0;
     {
@@ -72,6 +73,7 @@ absl::StatusOr<std::string> Journal::Execute(
     entry.mutable_event()->set_sequence(sequence);
     *entry.mutable_event()->mutable_time() = WriteTime(clock_());
     entry.set_blob(std::move(draft->blob));
+    entry.set_tenant(std::move(draft->tenant));
     if (!key.id.empty()) {
       entry.mutable_request()->set_id(key.id);
       entry.mutable_request()->set_method(key.method);
@@ -88,6 +90,11 @@ absl::StatusOr<std::string> Journal::Execute(
   }
   Wake();
   return resource;
+}
+
+void Journal::Close() {
+  std::lock_guard<std::mutex> write(write_mutex_);
+  closed_ = true;
 }
 
 void Journal::Wake() {

@@ -35,6 +35,7 @@ struct RequestKey {
 struct Draft {
   v1::SessionEvent event;  // without sequence and time
   std::string blob;        // SHA-256, where one belongs to it
+  std::string tenant;      // in a session's first step
 };
 
 class Journal {
@@ -67,6 +68,8 @@ class Journal {
   // running when Unwatch returns.
   WatchId Watch(std::function<void()> call);
   void Unwatch(WatchId id);
+  // Waits for the step under way; all later ones are refused (ABORTED).
+  void Close();
   // Calls every watcher: something other than a step happened (the log was dropped).
   void Wake();
 
@@ -77,6 +80,7 @@ class Journal {
   Store& store_;
   const Clock clock_;
   std::mutex write_mutex_;  // held for a whole step, the store's write included
+  bool closed_ ABSL_GUARDED_BY(write_mutex_) = false;
   mutable std::mutex state_mutex_;
   SessionState state_ ABSL_GUARDED_BY(state_mutex_);
   std::mutex watch_mutex_;

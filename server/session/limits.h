@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <string>
 
 #include "absl/time/time.h"
 
@@ -27,6 +28,12 @@ struct Limits {
   int64_t credit_bytes = 8 << 20;  // in flight
   size_t pieces_per_upload = 1 << 18;
   absl::Duration upload_idle = absl::Hours(24);
+  // After this time without an event a session is deleted, and a withdrawn scan's data are erased.
+  absl::Duration keep_sessions = absl::InfiniteDuration();
+  absl::Duration keep_withdrawn_scans = absl::InfiniteDuration();
+  int64_t tenant_bytes = 0;  // quota of each tenant; 0: none
+  // Metadata key by which what authenticates the callers names their tenant. Empty: all are one.
+  std::string tenant_metadata;
   int message_bytes = 4 << 20;  // received
 };
 

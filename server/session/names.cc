@@ -17,7 +17,7 @@ bool IsValidId(absl::string_view id) {
          });
 }
 
-std::string SessionName(absl::string_view session) { return absl::StrCat("sessions/", session); }
+std::string NameOfSession(absl::string_view session) { return absl::StrCat("sessions/", session); }
 
 std::string ChildName(absl::string_view session, absl::string_view collection,
                       absl::string_view id) {

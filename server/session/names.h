@@ -12,7 +12,7 @@ namespace vantage {
 // 1 to 63 of [a-z0-9-], starting with a letter, not ending in '-'.
 bool IsValidId(absl::string_view id);
 
-std::string SessionName(absl::string_view session);
+std::string NameOfSession(absl::string_view session);
 // `collection` is 'scans', 'uploads', 'plans', 'rejections', ...
 std::string ChildName(absl::string_view session, absl::string_view collection,
                       absl::string_view id);

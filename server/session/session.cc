@@ -32,7 +32,7 @@ bool Updatable(const std::string& path) {
 
 Session::Session(std::string id, const SessionSurroundings& around)
     : id_(std::move(id)),
-      name_(SessionName(id_)),
+      name_(NameOfSession(id_)),
       around_(around),
       journal_(id_, around.store, around.clock),
       share_(around.pool.NewShare()),
@@ -40,14 +40,14 @@ Session::Session(std::string id, const SessionSurroundings& around)
       strand_(std::make_shared<Strand>(around.pool, share_,
                                        2 * around.limits.scans_per_session + 16)) {}
 
-absl::StatusOr<std::shared_ptr<Session>> Session::Create(const std::string& id,
-                                                         const v1::Session& session,
-                                                         const RequestKey& key,
-                                                         const SessionSurroundings& around) {
+absl::StatusOr<std::shared_ptr<Session>> Session::Create(
+    const std::string& id, const v1::Session& session, const RequestKey& key,
+    const std::string& tenant, TenantAccounts& accounts, const SessionSurroundings& around) {
   std::shared_ptr<Session> made(new Session(id, around));
   absl::StatusOr<std::string> logged =
       made->journal_.Execute(key, [&](const SessionState&) -> absl::StatusOr<Draft> {
         Draft draft;
+        draft.tenant = tenant;
         v1::Session& stored = *draft.event.mutable_session_created()->mutable_session();
         stored = session;
         stored.set_name(made->name_);
@@ -55,17 +55,18 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Create(const std::string& id,
         return draft;
       });
   if (!logged.ok()) return logged.status();
-  absl::Status begun = made->Begin();
+  absl::Status begun = made->Begin(accounts);
   if (!begun.ok()) return begun;
   return made;
 }
 
 absl::StatusOr<std::shared_ptr<Session>> Session::Load(const std::string& id,
+                                                       TenantAccounts& accounts,
                                                        const SessionSurroundings& around) {
   std::shared_ptr<Session> made(new Session(id, around));
   absl::Status loaded = made->journal_.Load();
   if (!loaded.ok()) return loaded;
-  absl::Status begun = made->Begin();
+  absl::Status begun = made->Begin(accounts);
   if (!begun.ok()) return begun;
 
   // Plans that ran when the server stopped ended with it.
@@ -78,8 +79,12 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Load(const std::string& id,
       if (!record.blob.empty()) full_results.push_back(record.blob);
     }
   });
+  const auto own = [&](const std::string& blob) {
+    made->account_->Add(around.store.BlobSize(blob).value_or(0));
+  };
   const size_t kept = std::min(full_results.size(), around.limits.full_plans_per_session);
   full_results.erase(full_results.begin(), full_results.end() - static_cast<std::ptrdiff_t>(kept));
+  for (const std::string& blob : full_results) own(blob);
   {
     std::lock_guard<std::mutex> lock(made->mutex_);
     made->full_results_ = std::move(full_results);
@@ -91,6 +96,7 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Load(const std::string& id,
   }
   absl::StatusOr<std::vector<SnapshotRecord>> snapshots = around.store.Snapshots(id);
   if (!snapshots.ok()) return snapshots.status();
+  for (const SnapshotRecord& snapshot : *snapshots) own(snapshot.blob);
   {
     std::lock_guard<std::mutex> lock(made->snapshots_mutex_);
     made->snapshots_ = *std::move(snapshots);
@@ -119,7 +125,9 @@ absl::Status Session::Resume() {
 
 void Session::AddHoldings(std::map<std::string, int>& blobs, std::set<std::string>& spools) const {
   journal_.Read([&](const SessionState& state) {
-    for (const auto& [name, record] : state.scans) ++blobs[record.blob];
+    for (const auto& [name, record] : state.scans) {
+      if (!record.blob.empty()) ++blobs[record.blob];
+    }
   });
   {
     std::lock_guard<std::mutex> lock(snapshots_mutex_);
@@ -130,9 +138,11 @@ void Session::AddHoldings(std::map<std::string, int>& blobs, std::set<std::strin
   for (const auto& [name, upload] : uploads_) spools.insert(name);
 }
 
-absl::Status Session::Begin() {
+absl::Status Session::Begin(TenantAccounts& accounts) {
   v1::ModelConfig config;
   journal_.Read([&](const SessionState& state) {
+    account_ = std::make_shared<AccountShare>(accounts.Of(state.tenant));
+    for (const auto& [name, record] : state.scans) account_->Add(record.scan.encoded_size());
     config = state.session.model_config();
     const v1::Vector3& origin = state.session.origin();
     origin_ = {origin.x(), origin.y(), origin.z()};
@@ -233,21 +243,43 @@ void Session::RunInteractive(PlanningPool::Job job) {
   around_.pool.Submit(share_, JobPriority::kInteractive, std::move(job));
 }
 
+absl::StatusOr<std::string> Session::PutOwnBlob(absl::string_view bytes) {
+  absl::StatusOr<std::string> blob = around_.store.PutBlob(bytes);
+  if (blob.ok()) account_->Add(static_cast<int64_t>(bytes.size()));
+  return blob;
+}
+
+void Session::ReleaseOwnBlob(const std::string& sha256) {
+  account_->GiveBack(around_.store.BlobSize(sha256).value_or(0));
+  // What cannot be released now is found by the store's own collection.
+  around_.store.ReleaseBlob(sha256).IgnoreError();
+}
+
+absl::Time Session::LastUsed() const {
+  absl::Time last = absl::InfinitePast();
+  journal_.Read([&](const SessionState& state) { last = ReadTime(state.session.update_time()); });
+  std::lock_guard<std::mutex> lock(mutex_);
+  for (const auto& [name, upload] : uploads_) last = std::max(last, upload->LastPiece());
+  return last;
+}
+
 void Session::Close() {
   closed_ = true;
+  journal_.Close();
   StopPlans(PlanRun::StopReason::kSessionDeleted);
   strand_->Close();
   std::vector<std::string> blobs;
-  std::vector<std::string> spools;
+  std::map<std::string, std::shared_ptr<Upload>> uploads;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     blobs = full_results_;
     full_results_.clear();
-    for (const auto& [name, upload] : uploads_) spools.push_back(name);
-    uploads_.clear();
+    uploads.swap(uploads_);
   }
   journal_.Read([&](const SessionState& state) {
-    for (const auto& [name, record] : state.scans) blobs.push_back(record.blob);
+    for (const auto& [name, record] : state.scans) {
+      if (!record.blob.empty()) blobs.push_back(record.blob);
+    }
   });
   {
     std::lock_guard<std::mutex> lock(snapshots_mutex_);
@@ -256,7 +288,11 @@ void Session::Close() {
   }
   // What cannot be released now is found by the store's own collection.
   for (const std::string& blob : blobs) around_.store.ReleaseBlob(blob).IgnoreError();
-  for (const std::string& spool : spools) around_.store.DropSpool(spool).IgnoreError();
+  // A piece that is being taken comes before the end, or is refused: no spool comes back.
+  for (const auto& [name, upload] : uploads) {
+    upload->End(v1::UPLOAD_STATE_FAILED, "the session was deleted", "");
+  }
+  account_->Close();
   journal_.Wake();
 }
 

@@ -28,6 +28,7 @@
 #include "server/session/journal.h"
 #include "server/session/limits.h"
 #include "server/session/plan_run.h"
+#include "server/session/tenant_account.h"
 #include "server/session/upload.h"
 #include "server/store/store.h"
 #include "vantage/v1/model_service.pb.h"
@@ -57,14 +58,14 @@ struct ModelSnapshot {
 // Thread safe. Held by shared_ptr: what it set off keeps it.
 class Session : public std::enable_shared_from_this<Session> {
  public:
-  // Opens a new session. `session` is complete and checked.
-  static absl::StatusOr<std::shared_ptr<Session>> Create(const std::string& id,
-                                                         const v1::Session& session,
-                                                         const RequestKey& key,
-                                                         const SessionSurroundings& around);
+  // Opens a new session of a tenant, who has an account. `session` is complete and checked.
+  static absl::StatusOr<std::shared_ptr<Session>> Create(
+      const std::string& id, const v1::Session& session, const RequestKey& key,
+      const std::string& tenant, TenantAccounts& accounts, const SessionSurroundings& around);
   // Takes up a session that the store has: folds its log and finds its open uploads. Resume()
   // follows.
   static absl::StatusOr<std::shared_ptr<Session>> Load(const std::string& id,
+                                                       TenantAccounts& accounts,
                                                        const SessionSurroundings& around);
 
   // Builds the model and goes on with what was under way, on the strand.
@@ -132,6 +133,13 @@ class Session : public std::enable_shared_from_this<Session> {
   // Runs `job` on the planning pool for this session.
   void RunInteractive(PlanningPool::Job job);
 
+  // Ends uploads that were idle for too long.
+  void ExpireUploads();
+  // Of its last event, or of the last piece of an upload under way.
+  absl::Time LastUsed() const;
+  // Erases the data of scans that were withdrawn before; how many.
+  absl::StatusOr<int> EraseWithdrawnScans(absl::Time before);
+
   // Stops plans; they end soon.
   void StopPlans(PlanRun::StopReason reason);
   // No plan runs and the strand rests.
@@ -143,13 +151,15 @@ class Session : public std::enable_shared_from_this<Session> {
 
  private:
   Session(std::string id, const SessionSurroundings& around);
-  absl::Status Begin();
+  absl::Status Begin(TenantAccounts& accounts);
+  // Blobs that the session made itself: snapshots, plans' details.
+  absl::StatusOr<std::string> PutOwnBlob(absl::string_view bytes);
+  void ReleaseOwnBlob(const std::string& sha256);
 
   // Uploads, session_uploads.cc.
   void ResumeUploads();
   absl::Status CommitScan(const std::shared_ptr<Upload>& upload);
   absl::Status FailUpload(Upload& upload, const absl::Status& why);
-  void ExpireUploads();
 
   // Scans, session_scans.cc: bring a scan to where its log entry wants it.
   void PostSettle(const std::string& scan);
@@ -187,6 +197,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const SessionSurroundings around_;
   Journal journal_;
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
+  std::shared_ptr<AccountShare> account_;
   const std::shared_ptr<PlanningPool::Share> share_;
   const std::shared_ptr<Strand> strand_;
   std::atomic<bool> closed_{false};

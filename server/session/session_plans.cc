@@ -222,7 +222,7 @@ void Session::EndPlan(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
                       const v1::PlanResult* full) {
   std::string blob;
   if (full != nullptr && !closed_) {
-    absl::StatusOr<std::string> kept = around_.store.PutBlob(full->SerializeAsString());
+    absl::StatusOr<std::string> kept = PutOwnBlob(full->SerializeAsString());
     if (kept.ok()) blob = *kept;  // without room only the basic view is kept
   }
   absl::StatusOr<std::string> logged =
@@ -248,7 +248,7 @@ void Session::EndPlan(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
       full_results_.erase(full_results_.begin());
     }
   }
-  for (const std::string& old : released) around_.store.ReleaseBlob(old).IgnoreError();
+  for (const std::string& old : released) ReleaseOwnBlob(old);
   around_.log.Info("plan ended", {{"plan", plan.name()},
                                   {"state", v1::PlanState_Name(plan.state())},
                                   {"outcome", v1::PlanOutcome_Name(plan.result().outcome())},

@@ -35,7 +35,7 @@ v1::Session Completed(const v1::Session& asked) {
 }  // namespace
 
 SessionRegistry::SessionRegistry(const SessionSurroundings& around)
-    : around_(around), random_(std::random_device{}()) {}
+    : around_(around), accounts_(around.limits.tenant_bytes), random_(std::random_device{}()) {}
 
 SessionRegistry::~SessionRegistry() = default;
 
@@ -45,7 +45,7 @@ absl::Status SessionRegistry::LoadAll() {
   std::vector<std::pair<double, std::shared_ptr<Session>>> loaded;
   bool whole = true;
   for (const std::string& id : *ids) {
-    absl::StatusOr<std::shared_ptr<Session>> session = Session::Load(id, around_);
+    absl::StatusOr<std::shared_ptr<Session>> session = Session::Load(id, accounts_, around_);
     // One damaged session must not take the others with it; what is newer than this server must.
     if (absl::IsFailedPrecondition(session.status())) return session.status();
     if (!session.ok()) {
@@ -106,7 +106,7 @@ std::string SessionRegistry::FreshId() {
 }
 
 absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
-    const v1::CreateSessionRequest& request) {
+    const v1::CreateSessionRequest& request, const std::string& tenant) {
   Violations violations;
   CheckRequestId(request.request_id(), violations);
   if (!request.session_id().empty() && !IsValidId(request.session_id())) {
@@ -138,7 +138,7 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
       if (id.empty()) id = FreshId();
       if (sessions_.count(id) != 0) {
         return ErrorWithReason(absl::StatusCode::kAlreadyExists, "SESSION_EXISTS",
-                               absl::StrCat(SessionName(id), " exists; choose another id"));
+                               absl::StrCat(NameOfSession(id), " exists; choose another id"));
       }
     }
   }
@@ -151,7 +151,9 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
     if (!same.ok()) return same.status();
     return before;
   }
-  absl::StatusOr<std::shared_ptr<Session>> made = Session::Create(id, session, key, around_);
+  if (absl::Status room = accounts_.Of(tenant)->Reserve(0); !room.ok()) return room;
+  absl::StatusOr<std::shared_ptr<Session>> made =
+      Session::Create(id, session, key, tenant, accounts_, around_);
   if (!made.ok()) {
     around_.store.Drop(id).IgnoreError();
     return made.status();
@@ -166,7 +168,7 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
 absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Find(const std::string& id) const {
   std::lock_guard<std::mutex> lock(mutex_);
   const auto it = sessions_.find(id);
-  if (it == sessions_.end()) return ResourceNotFound(kSessionType, SessionName(id));
+  if (it == sessions_.end()) return ResourceNotFound(kSessionType, NameOfSession(id));
   return it->second;
 }
 
@@ -203,19 +205,24 @@ absl::Status SessionRegistry::Delete(const v1::DeleteSessionRequest& request) {
     if (it == sessions_.end()) return ResourceNotFound(kSessionType, request.name());
     session = it->second;
   }
-  absl::Status dropped = around_.store.Drop(*id);
-  if (!dropped.ok()) return dropped;
-  session->Close();
+  if (absl::Status erased = Erase(session); !erased.ok()) return erased;
   std::lock_guard<std::mutex> lock(mutex_);
-  sessions_.erase(*id);
-  order_.erase(std::find(order_.begin(), order_.end(), *id));
-  for (auto it = creations_.begin(); it != creations_.end();) {
-    it = it->second == *id ? creations_.erase(it) : std::next(it);
-  }
   if (!request.request_id().empty()) {
     deletions_.emplace_back(request.request_id(), *id);
     if (deletions_.size() > kRememberedDeletions) deletions_.pop_front();
   }
+  return absl::OkStatus();
+}
+
+// Its log goes first: what a crash leaves of the rest belongs to nobody, and is collected.
+absl::Status SessionRegistry::Erase(const std::shared_ptr<Session>& session) {
+  const std::string& id = session->id();
+  if (absl::Status dropped = around_.store.Drop(id); !dropped.ok()) return dropped;
+  session->Close();
+  std::lock_guard<std::mutex> lock(mutex_);
+  sessions_.erase(id);
+  order_.erase(std::find(order_.begin(), order_.end(), id));
+  std::erase_if(creations_, [&](const auto& entry) { return entry.second == id; });
   return absl::OkStatus();
 }
 

@@ -20,6 +20,13 @@
 
 namespace vantage {
 
+// What a collection took away.
+struct Collected {
+  int sessions = 0;
+  int scans = 0;
+  bool operator==(const Collected&) const = default;
+};
+
 // Thread safe.
 class SessionRegistry {
  public:
@@ -29,12 +36,20 @@ class SessionRegistry {
   // Takes up every session that the store has.
   absl::Status LoadAll();
 
-  absl::StatusOr<std::shared_ptr<Session>> Create(const v1::CreateSessionRequest& request);
+  // RESOURCE_EXHAUSTED (QUOTA_EXCEEDED): the tenant has no room left.
+  absl::StatusOr<std::shared_ptr<Session>> Create(const v1::CreateSessionRequest& request,
+                                                  const std::string& tenant = "");
   // By id. NOT_FOUND.
   absl::StatusOr<std::shared_ptr<Session>> Find(const std::string& id) const;
   // Oldest first: those created after the first `skip`.
   std::vector<std::shared_ptr<Session>> List(size_t skip, size_t limit, bool& more) const;
   absl::Status Delete(const v1::DeleteSessionRequest& request);
+  // Collects what is past its time: uploads that were idle for too long, data of withdrawn scans,
+  // sessions without events (Limits says after how long). Called now and then.
+  Collected Collect();
+
+  // Bytes that a tenant's sessions keep.
+  int64_t UsedBy(const std::string& tenant) { return accounts_.Of(tenant)->used(); }
 
   // From now on new work is refused, plans end with their best, and watchers are told.
   void BeginDrain();
@@ -51,10 +66,13 @@ class SessionRegistry {
   const SessionSurroundings& around() const { return around_; }
 
  private:
+  // Under create_mutex_.
+  absl::Status Erase(const std::shared_ptr<Session>& session);
   absl::Status Sweep(const std::map<std::string, int>& blobs, const std::set<std::string>& spools);
   std::string FreshId() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const SessionSurroundings around_;
+  TenantAccounts accounts_;
   std::mutex create_mutex_;  // one creation or deletion at a time
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<Session>> sessions_ ABSL_GUARDED_BY(mutex_);

@@ -190,11 +190,19 @@ absl::StatusOr<v1::WithdrawScanResponse> Session::WithdrawScan(
 
 absl::StatusOr<RangeImage> Session::LoadImage(const std::string& scan) const {
   std::string blob;
+  bool known = false;
   journal_.Read([&](const SessionState& state) {
     const auto it = state.scans.find(scan);
-    if (it != state.scans.end()) blob = it->second.blob;
+    known = it != state.scans.end();
+    if (known) blob = it->second.blob;
   });
-  if (blob.empty()) return ResourceNotFound(kScanType, scan);
+  if (!known) return ResourceNotFound(kScanType, scan);
+  if (blob.empty()) {
+    return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "SCAN_ERASED",
+                           absl::StrCat(scan,
+                                        " was withdrawn, and its data have been erased since; "
+                                        "send it again"));
+  }
   absl::StatusOr<std::string> bytes = around_.store.GetBlob(blob);
   if (!bytes.ok()) return bytes.status();
   return DecodeRangeImage(*bytes, around_.limits.scan_cells);

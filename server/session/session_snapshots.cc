@@ -46,7 +46,7 @@ void Session::WriteSnapshot(Parallel& parallel) {
   SnapshotRecord record;
   record.algorithm_version = model_algorithm_version_;
   journal_.Read([&](const SessionState& state) { record.sequence = state.last_sequence; });
-  const absl::StatusOr<std::string> blob = around_.store.PutBlob(bytes);
+  const absl::StatusOr<std::string> blob = PutOwnBlob(bytes);
   absl::Status written = blob.status();
   std::vector<std::string> unused;
   if (blob.ok()) {
@@ -71,7 +71,7 @@ void Session::WriteSnapshot(Parallel& parallel) {
       unused.push_back(*blob);
     }
   }
-  for (const std::string& released : unused) around_.store.ReleaseBlob(released).IgnoreError();
+  for (const std::string& released : unused) ReleaseOwnBlob(released);
   if (!written.ok()) {
     // Nothing is lost by that: a restart takes longer. The next change tries again.
     if (!closed_) {
@@ -134,7 +134,7 @@ void Session::LoadSnapshot(Parallel& parallel) {
     if (closed_ || !around_.store.DropSnapshot(id_, record.sequence).ok()) continue;
     std::erase_if(snapshots_,
                   [&](const SnapshotRecord& it) { return it.sequence == record.sequence; });
-    around_.store.ReleaseBlob(record.blob).IgnoreError();
+    ReleaseOwnBlob(record.blob);
   }
 }
 

@@ -52,6 +52,7 @@ absl::Status SessionState::Apply(const store::v1::LogEntry& entry) {
   switch (event.event_case()) {
     case v1::SessionEvent::kSessionCreated:
       session = event.session_created().session();
+      tenant = entry.tenant();
       resource = session.name();
       break;
     case v1::SessionEvent::kSessionUpdated:
@@ -107,6 +108,10 @@ absl::Status SessionState::Apply(const store::v1::LogEntry& entry) {
       break;
     case v1::SessionEvent::kScanWithdrawn:
       status = update_scan(event.scan_withdrawn().scan());
+      // Some time after it was withdrawn, its data go.
+      if (status.ok() && event.scan_withdrawn().scan().encoded_size() == 0) {
+        scans[resource].blob.clear();
+      }
       break;
     case v1::SessionEvent::kScanRemoved:
       status = update_scan(event.scan_removed().scan());

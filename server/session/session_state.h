@@ -18,7 +18,7 @@ namespace vantage {
 
 struct ScanRecord {
   v1::Scan scan;
-  std::string blob;       // SHA-256 of the encoded range image, 32 bytes
+  std::string blob;       // SHA-256 of the encoded range image, 32 bytes; empty: erased
   bool in_model = false;  // the log's last word: merged, and not removed since
 };
 
@@ -34,6 +34,7 @@ struct RequestRecord {
 };
 
 struct SessionState {
+  std::string tenant;
   v1::Session session;  // without counts, rejections and sequence: see Describe()
   std::map<std::string, ScanRecord> scans;  // by resource name
   std::vector<std::string> scan_order;      // by creation

@@ -60,6 +60,7 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
   if (!valid.ok()) return valid;
   ExpireUploads();
 
+  int64_t reserved = 0;
   absl::StatusOr<std::string> name = journal_.Execute(
       RequestKey::Of(request.request_id(), "CreateUpload", request),
       [&](const SessionState& state) -> absl::StatusOr<Draft> {
@@ -79,6 +80,10 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
         }
         absl::StatusOr<v1::ScannerModel> scanner = ScannerOf(state, asked);
         if (!scanner.ok()) return scanner.status();
+        // All of it, so that what was let in comes through.
+        absl::Status room = account_->Reserve(asked.total().encoded_size());
+        if (!room.ok()) return room;
+        reserved = asked.total().encoded_size();
         Draft draft;
         v1::Upload& upload = *draft.event.mutable_upload_created()->mutable_upload();
         upload.set_name(ChildName(id_, "uploads", absl::StrCat("upload-", state.upload_count + 1)));
@@ -93,14 +98,18 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
         *upload.mutable_expire_time() = WriteTime(now + around_.limits.upload_idle);
         return draft;
       });
-  if (!name.ok()) return name.status();
+  if (!name.ok()) {
+    account_->GiveBack(reserved);
+    return name.status();
+  }
   {
     // A repeated request finds it in the map, or ended.
     v1::Upload created;
     journal_.Read([&](const SessionState& state) { created = state.uploads.at(*name); });
     std::lock_guard<std::mutex> lock(mutex_);
     if (created.state() == v1::UPLOAD_STATE_OPEN && uploads_.count(*name) == 0) {
-      uploads_[*name] = std::make_shared<Upload>(created, around_.store, around_.limits);
+      uploads_[*name] =
+          std::make_shared<Upload>(created, around_.store, around_.limits, account_, reserved);
     }
   }
   return GetUpload(*name);
@@ -115,7 +124,7 @@ void Session::ResumeUploads() {
     }
   });
   for (const v1::Upload& created : open) {
-    auto upload = std::make_shared<Upload>(created, around_.store, around_.limits);
+    auto upload = std::make_shared<Upload>(created, around_.store, around_.limits, account_);
     const absl::Status resumed = upload->Resume(journal_.Now());
     if (!resumed.ok()) {
       around_.log.Error("an upload cannot go on",

@@ -73,8 +73,13 @@ absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,
   return violations.ToStatus();
 }
 
-Upload::Upload(v1::Upload created, Store& store, const Limits& limits)
-    : store_(store), limits_(limits), upload_(std::move(created)) {
+Upload::Upload(v1::Upload created, Store& store, const Limits& limits,
+               std::shared_ptr<AccountShare> account, int64_t reserved)
+    : store_(store),
+      limits_(limits),
+      account_(std::move(account)),
+      upload_(std::move(created)),
+      reserved_(reserved) {
   last_piece_ = ReadTime(upload_.create_time());
   created_with_total_ = upload_.has_total();
 }
@@ -102,6 +107,12 @@ absl::Status Upload::CheckWhole() {
     durable_records_ = records_;
     durable_pieces_ = pieces_.size();
     taken_up_ = true;
+    // What came before the restart is there, whatever the quota is now.
+    const int64_t there = std::max(upload_.total().encoded_size(), Received());
+    if (account_ != nullptr && there > reserved_) {
+      account_->Add(there - reserved_);
+      reserved_ = there;
+    }
   }
   if (broken_) {
     // After a failed sync nobody knows what of the file is on the medium: what was durable before
@@ -242,6 +253,7 @@ absl::Status Upload::Accept(const v1::Piece& piece, absl::Time now) {
                            absl::StrCat("an upload has at most ", limits_.pieces_per_upload,
                                         " pieces; send larger ones"));
   }
+  if (absl::Status room = Reserve(end); !room.ok()) return room;
   store::v1::SpoolRecord record;
   record.mutable_piece()->set_crc32c(piece.crc32c());
   *record.mutable_piece()->mutable_data() = *std::move(bytes);
@@ -274,6 +286,7 @@ absl::Status Upload::SetTotal(const v1::UploadTotal& total) {
     return InvalidField("total.encoded_size", absl::StrCat("is ", total.encoded_size(), ", ",
                                                            Received(), " bytes are here already"));
   }
+  if (absl::Status room = Reserve(total.encoded_size()); !room.ok()) return room;
   store::v1::SpoolRecord record;
   *record.mutable_total() = total;
   absl::Status kept = store_.AppendSpool(upload_.name(), record.SerializeAsString());
@@ -281,6 +294,14 @@ absl::Status Upload::SetTotal(const v1::UploadTotal& total) {
   ++records_;
   *upload_.mutable_total() = total;
   return absl::OkStatus();
+}
+
+// So many bytes in all.
+absl::Status Upload::Reserve(int64_t bytes) {
+  if (account_ == nullptr || bytes <= reserved_) return absl::OkStatus();
+  absl::Status taken = account_->Reserve(bytes - reserved_);
+  if (taken.ok()) reserved_ = bytes;
+  return taken;
 }
 
 bool Upload::Complete() const {
@@ -314,6 +335,8 @@ void Upload::End(v1::UploadState state, const std::string& message, const std::s
   upload_.set_state(state);
   upload_.set_state_message(message);
   upload_.set_scan(scan);
+  if (account_ != nullptr && state != v1::UPLOAD_STATE_COMMITTED) account_->GiveBack(reserved_);
+  reserved_ = 0;
   // Losing a spool's room is no reason to lose the answer.
   store_.DropSpool(upload_.name()).IgnoreError();
 }
@@ -321,6 +344,11 @@ void Upload::End(v1::UploadState state, const std::string& message, const std::s
 bool Upload::Idle(absl::Time now) const {
   std::lock_guard<std::mutex> lock(mutex_);
   return upload_.state() == v1::UPLOAD_STATE_OPEN && now - last_piece_ > limits_.upload_idle;
+}
+
+absl::Time Upload::LastPiece() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return last_piece_;
 }
 
 v1::Upload Upload::Describe() const {

@@ -3,6 +3,7 @@
 #define VANTAGE_SERVER_SESSION_UPLOAD_H_
 
 #include <cstdint>
+#include <memory>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -14,6 +15,7 @@
 #include "absl/time/time.h"
 #include "proto/wire/checksum.h"
 #include "server/session/limits.h"
+#include "server/session/tenant_account.h"
 #include "server/store/store.h"
 #include "vantage/v1/upload.pb.h"
 
@@ -23,8 +25,10 @@ namespace vantage {
 class Upload {
  public:
   // `created` is the resource as it was made, named and with its fields checked. `store` must
-  // outlive the upload.
-  Upload(v1::Upload created, Store& store, const Limits& limits);
+  // outlive the upload. Room for its bytes is taken from `account`, where there is one; `reserved`
+  // of them are taken already.
+  Upload(v1::Upload created, Store& store, const Limits& limits,
+         std::shared_ptr<AccountShare> account = nullptr, int64_t reserved = 0);
 
   // Takes up what the store has of it after a restart; its idle time begins anew. DATA_LOSS: it
   // cannot go on. With any other error it goes on when the medium does.
@@ -37,7 +41,8 @@ class Upload {
   // ALREADY_EXISTS (PIECE_DIFFERS): another piece is in its place. OUT_OF_RANGE (UPLOAD_GAP): a
   // piece before it is missing; the ErrorInfo says which. DATA_LOSS (PIECE_DAMAGED): the checksum
   // or the compression is wrong; send it again. INVALID_ARGUMENT: impossible sizes.
-  // FAILED_PRECONDITION (UPLOAD_ENDED): committed, failed or expired.
+  // FAILED_PRECONDITION (UPLOAD_ENDED): committed, failed or expired. RESOURCE_EXHAUSTED
+  // (QUOTA_EXCEEDED): it can go on when there is room.
   absl::Status Accept(const v1::Piece& piece, absl::Time now);
 
   // States the whole. Harmless when it was stated before and is the same; ALREADY_EXISTS
@@ -54,10 +59,12 @@ class Upload {
   // The bytes. DATA_LOSS (SHA256_DIFFERS): they are not what was announced.
   absl::StatusOr<std::string> Assemble() const;
 
-  // Ends it: `state` is what it came to. The spool is dropped.
+  // Ends it: `state` is what it came to. The spool is dropped; the room of a committed scan is the
+  // scan's, else it is given back.
   void End(v1::UploadState state, const std::string& message, const std::string& scan);
 
   bool Idle(absl::Time now) const;
+  absl::Time LastPiece() const;
   // The resource as it stands: where to go on is behind what is durable.
   v1::Upload Describe() const;
 
@@ -75,9 +82,11 @@ class Upload {
   int64_t Received() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   int64_t Durable() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status TakeUp() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status Reserve(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   Store& store_;
   const Limits limits_;
+  const std::shared_ptr<AccountShare> account_;
   std::mutex commit_mutex_;
   std::mutex sync_mutex_;  // one at a time; what comes meanwhile is in the next
   mutable std::mutex mutex_;
@@ -89,6 +98,7 @@ class Upload {
   bool created_with_total_ ABSL_GUARDED_BY(mutex_) = false;
   bool taken_up_ ABSL_GUARDED_BY(mutex_) = true;  // what the spool has is known
   bool broken_ ABSL_GUARDED_BY(mutex_) = false;   // a sync failed, and the spool is to be read anew
+  int64_t reserved_ ABSL_GUARDED_BY(mutex_);      // bytes of the account
   Sha256 sha256_ ABSL_GUARDED_BY(mutex_);
   absl::Time last_piece_ ABSL_GUARDED_BY(mutex_);
 };

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <filesystem>
+#include <map>
 #include <set>
 #include <utility>
 
@@ -68,6 +69,7 @@ absl::Status CopyFiles(const std::string& from, const std::string& to, bool link
 absl::Status VerifyLog(const LogDatabase& logs, const std::string& session, StoreReport& report,
                        std::set<std::string>& needed) {
   uint64_t after = 0;
+  std::map<std::string, std::string> scans;  // their blobs, by name
   while (true) {
     const absl::StatusOr<std::vector<std::string>> batch = logs.Read(session, after, kBatch);
     if (!batch.ok()) return batch.status();
@@ -76,12 +78,19 @@ absl::Status VerifyLog(const LogDatabase& logs, const std::string& session, Stor
       if (!entry.ParseFromString(bytes)) {
         return absl::DataLossError(absl::StrCat("session ", session, ": an entry is unreadable"));
       }
-      if (entry.event().has_scan_received()) needed.insert(entry.blob());
+      const v1::SessionEvent& event = entry.event();
+      if (event.has_scan_received()) scans[event.scan_received().scan().name()] = entry.blob();
+      const v1::Scan& withdrawn = event.scan_withdrawn().scan();
+      if (event.has_scan_withdrawn() && withdrawn.encoded_size() == 0) {
+        scans.erase(withdrawn.name());  // and its data with it
+      }
       ++report.entries;
       ++after;
     }
-    if (batch->size() < kBatch) return absl::OkStatus();
+    if (batch->size() < kBatch) break;
   }
+  for (const auto& [name, blob] : scans) needed.insert(blob);
+  return absl::OkStatus();
 }
 
 // Sessions that were deleted while they were copied may lack their scans: they go from the copy,

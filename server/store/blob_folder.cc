@@ -69,6 +69,17 @@ absl::StatusOr<std::string> BlobFolder::Put(absl::string_view bytes) {
   return sha256;
 }
 
+absl::StatusOr<int64_t> BlobFolder::Size(const std::string& sha256) const {
+  std::error_code error;
+  const uintmax_t size = fs::file_size(FileOf(sha256), error);
+  if (error == std::errc::no_such_file_or_directory) return absl::NotFoundError("no such blob");
+  if (error) {
+    return absl::UnavailableError(
+        absl::StrCat("cannot read ", FileOf(sha256), ": ", error.message()));
+  }
+  return static_cast<int64_t>(size);
+}
+
 absl::StatusOr<std::string> BlobFolder::Get(const std::string& sha256) const {
   absl::StatusOr<std::string> bytes = ReadWhole(FileOf(sha256));
   if (absl::IsNotFound(bytes.status())) return absl::NotFoundError("no such blob");

@@ -2,6 +2,7 @@
 #ifndef VANTAGE_SERVER_STORE_BLOB_FOLDER_H_
 #define VANTAGE_SERVER_STORE_BLOB_FOLDER_H_
 
+#include <cstdint>
 #include <map>
 #include <mutex>
 #include <string>
@@ -24,6 +25,7 @@ class BlobFolder {
   absl::Status Open();
 
   absl::StatusOr<std::string> Put(absl::string_view bytes);
+  absl::StatusOr<int64_t> Size(const std::string& sha256) const;
   // DATA_LOSS: the file is not what its name says.
   absl::StatusOr<std::string> Get(const std::string& sha256) const;
   absl::Status Release(const std::string& sha256);

@@ -74,6 +74,10 @@ absl::StatusOr<std::string> DiskStore::PutBlob(absl::string_view bytes) {
   return blobs_.Put(bytes);
 }
 
+absl::StatusOr<int64_t> DiskStore::BlobSize(const std::string& sha256) const {
+  return blobs_.Size(sha256);
+}
+
 absl::StatusOr<std::string> DiskStore::GetBlob(const std::string& sha256) const {
   return blobs_.Get(sha256);
 }

@@ -14,6 +14,8 @@ namespace vantage {
 namespace {
 
 constexpr int kBusyMilliseconds = 10'000;
+// For what can be done later as well.
+constexpr int kBusyBrieflyMilliseconds = 100;
 
 absl::Status DatabaseError(sqlite3* database, absl::string_view doing) {
   const int code = sqlite3_errcode(database) & 0xff;
@@ -272,8 +274,15 @@ absl::Status LogDatabase::Drop(const std::string& session) {
   if (drop.Step() != SQLITE_DONE) {
     return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
   }
-  if (sqlite3_changes(writer_->database) > 0) return absl::OkStatus();
-  return absl::NotFoundError(absl::StrCat("no log of ", session));
+  if (sqlite3_changes(writer_->database) == 0) {
+    return absl::NotFoundError(absl::StrCat("no log of ", session));
+  }
+  // The write-ahead log still has what was deleted. Where it cannot be emptied now it is at the
+  // next start at the latest; the deletion stands.
+  sqlite3_busy_timeout(writer_->database, kBusyBrieflyMilliseconds);
+  writer_->Run("PRAGMA wal_checkpoint(TRUNCATE)").IgnoreError();
+  sqlite3_busy_timeout(writer_->database, kBusyMilliseconds);
+  return absl::OkStatus();
 }
 
 absl::Status LogDatabase::PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) {

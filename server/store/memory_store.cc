@@ -116,6 +116,13 @@ absl::StatusOr<std::string> MemoryStore::PutBlob(absl::string_view bytes) {
   return sha256;
 }
 
+absl::StatusOr<int64_t> MemoryStore::BlobSize(const std::string& sha256) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto blob = blobs_.find(sha256);
+  if (blob == blobs_.end()) return absl::NotFoundError("no such blob");
+  return static_cast<int64_t>(blob->second.bytes.size());
+}
+
 absl::StatusOr<std::string> MemoryStore::GetBlob(const std::string& sha256) const {
   std::lock_guard<std::mutex> lock(mutex_);
   const auto blob = blobs_.find(sha256);

@@ -59,6 +59,8 @@ class Store {
   // ReleaseBlob.
   virtual absl::StatusOr<std::string> PutBlob(absl::string_view bytes) = 0;
   // NOT_FOUND.
+  virtual absl::StatusOr<int64_t> BlobSize(const std::string& sha256) const = 0;
+  // NOT_FOUND.
   virtual absl::StatusOr<std::string> GetBlob(const std::string& sha256) const = 0;
   virtual absl::Status ReleaseBlob(const std::string& sha256) = 0;
   // How many hold each blob, as the logs say after a restart; all others go.

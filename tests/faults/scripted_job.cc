@@ -9,10 +9,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "proto/wire/checksum.h"
-#include "server/session/session_registry.h"
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/session_host.h"
 
 namespace vantage {
 namespace {
@@ -23,20 +23,6 @@ constexpr char kJob[] = "job";
 constexpr char kOther[] = "other";
 
 absl::Status Lost(absl::string_view what) { return absl::DataLossError(what); }
-
-// What a server has besides its store.
-struct Surroundings {
-  Surroundings(Store& store, Algorithms algorithms)
-      : log(LogLevel::kOff, Log::Stderr()),
-        pool(2, 8),
-        registry(SessionSurroundings{store, pool, timer, log, {}, std::move(algorithms), [] {
-                                       return absl::FromUnixSeconds(1'700'000'000);
-                                     }}) {}
-  Log log;
-  Timer timer;
-  PlanningPool pool;
-  SessionRegistry registry;
-};
 
 class Job {
  public:
@@ -262,7 +248,7 @@ absl::StatusOr<JobEnding> RunScriptedJob(const std::string& folder, const Told& 
   Script script;
   Algorithms algorithms = script.Make();
   algorithms.make_plan = Algorithms::Core().make_plan;
-  Surroundings around(**store, std::move(algorithms));
+  SessionHost around(**store, std::move(algorithms));
   absl::Status loaded = around.registry.LoadAll();
   if (!loaded.ok()) return loaded;
   Job job(around.registry, known, told);

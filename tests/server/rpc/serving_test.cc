@@ -127,6 +127,23 @@ TEST(Serving, NewWorkIsRefusedWhileDraining) {
   EXPECT_TRUE(server.sessions->GetSession(&get, read, &got).ok());
 }
 
+TEST(Serving, SessionsPastTheirTimeAreCollected) {
+  ServerOptions options;
+  options.collect_every = std::chrono::milliseconds(5);
+  options.limits.keep_sessions = absl::ZeroDuration();
+  Script script;
+  InProcess server(script.Make(), options);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
+  v1::WatchSessionRequest watch;
+  watch.set_name(server.OpenSession("job"));
+  const auto events = server.sessions->WatchSession(&context, watch);
+  v1::WatchSessionResponse event;
+  while (events->Read(&event)) {
+  }
+  EXPECT_EQ(events->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
 TEST(Serving, OnlyLoopbackUnlessAskedForOutLoud) {
   for (const char* address :
        {"127.0.0.1:0", "127.9.9.9:7464", "localhost:1", "[::1]:7464", "unix:/tmp/x"}) {

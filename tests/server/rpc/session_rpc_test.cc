@@ -43,6 +43,35 @@ class SessionRpc : public testing::Test {
   }
 };
 
+// Who authenticates the callers says whose session it is; nobody else does.
+TEST(Tenants, AreNamedByTheMetadataThatTheOperatorTrusts) {
+  for (const bool trusted : {true, false}) {
+    SCOPED_TRACE(trusted);
+    ServerOptions options;
+    options.limits.tenant_bytes = 1000;
+    if (trusted) options.limits.tenant_metadata = "x-tenant";
+    Script script;
+    InProcess server(script.Make(), options);
+    grpc::ClientContext context;
+    context.AddMetadata("x-tenant", "museum");
+    v1::CreateSessionRequest create;
+    create.set_session_id("job");
+    v1::CreateSessionResponse created;
+    ASSERT_TRUE(server.sessions->CreateSession(&context, create, &created).ok());
+    grpc::ClientContext begin;
+    v1::CreateUploadRequest announce;
+    announce.set_parent("sessions/job");
+    announce.mutable_upload()->mutable_total()->set_encoded_size(1001);
+    announce.mutable_upload()->mutable_total()->set_sha256(std::string(32, 's'));
+    v1::CreateUploadResponse announced;
+    const grpc::Status refused = server.scans->CreateUpload(&begin, announce, &announced);
+    EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+    EXPECT_EQ(InfoOf(refused).reason(), "QUOTA_EXCEEDED");
+    EXPECT_EQ(refused.error_message().find("'museum'") != std::string::npos, trusted)
+        << refused.error_message();
+  }
+}
+
 TEST_F(SessionRpc, CreatedWithEveryFieldFilledInAndReadBack) {
   v1::CreateSessionRequest request;
   request.set_session_id("flat-12");

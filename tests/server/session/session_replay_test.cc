@@ -10,48 +10,19 @@
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/session_host.h"
 
 namespace vantage {
 namespace {
 
 using google::protobuf::util::MessageDifferencer;
 
-struct Surroundings {
-  explicit Surroundings(Store& kept, Algorithms algorithms)
-      : store(kept),
-        log(LogLevel::kOff, Log::Stderr()),
-        pool(2, 8),
-        registry(SessionSurroundings{store, pool, timer, log, limits, std::move(algorithms),
-                                     [] { return absl::FromUnixSeconds(1'700'000'000); }}) {}
-  Store& store;
-  Log log;
-  Timer timer;
-  PlanningPool pool;
-  Limits limits;
-  SessionRegistry registry;
-};
-
+// The scan's name, when all is done.
 std::string SendRoom(Session& session, const Eigen::Vector3d& position, const v1::PosePrior* prior,
                      const std::string& request_id) {
-  const std::string bytes = EncodedRoom(position);
-  v1::CreateUploadRequest request;
-  request.set_request_id(request_id);
-  if (prior != nullptr) *request.mutable_upload()->mutable_prior() = *prior;
-  const v1::Upload upload = session.CreateUpload(request).value();
-  v1::UploadTotal total;
-  total.set_encoded_size(static_cast<int64_t>(bytes.size()));
-  total.set_sha256(Sha256::Of(bytes));
-  v1::Upload now = upload;
-  while (now.state() == v1::UPLOAD_STATE_OPEN) {
-    v1::Piece piece;
-    piece.set_sequence(now.next_sequence());
-    piece.set_offset(now.next_offset());
-    piece.set_data(bytes.substr(static_cast<size_t>(now.next_offset()), 1 << 20));
-    piece.set_crc32c(Crc32c(piece.data()));
-    now = session.AddToUpload(upload.name(), &piece, &total).value();
-  }
+  const v1::Upload upload = SendScan(session, EncodedRoom(position), prior, request_id).value();
   session.WaitUntilIdle();
-  return now.scan();
+  return upload.scan();
 }
 
 class SessionReplayOnDisk : public testing::Test {
@@ -83,7 +54,7 @@ TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
   v1::PlanResult full_before;
   ModelSnapshot model_before;
   {
-    Surroundings first(*store_, script.Make());
+    SessionHost first(*store_, script.Make());
     v1::CreateSessionRequest create;
     create.set_session_id("job");
     create.set_request_id("r1");
@@ -119,7 +90,7 @@ TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
     model_before = session->Model();
   }
   Reopen();
-  Surroundings second(*store_, script.Make());
+  SessionHost second(*store_, script.Make());
   ASSERT_TRUE(second.registry.LoadAll().ok());
   const auto session = second.registry.Find("job").value();
   session->WaitUntilIdle();
@@ -168,7 +139,7 @@ TEST_F(SessionReplayOnDisk, OpenUploadsGoOnAndLeftoversGo) {
   total.set_sha256(Sha256::Of(bytes));
   std::string upload;
   {
-    Surroundings first(*store_, script.Make());
+    SessionHost first(*store_, script.Make());
     v1::CreateSessionRequest create;
     create.set_session_id("job");
     const auto session = first.registry.Create(create).value();
@@ -183,7 +154,7 @@ TEST_F(SessionReplayOnDisk, OpenUploadsGoOnAndLeftoversGo) {
   ASSERT_TRUE(store_->AppendSpool("sessions/gone/uploads/upload-1", "of no session").ok());
   Reopen();
   {
-    Surroundings second(*store_, script.Make());
+    SessionHost second(*store_, script.Make());
     ASSERT_TRUE(second.registry.LoadAll().ok());
     EXPECT_TRUE(absl::IsNotFound(store_->GetBlob(Sha256::Of("named by no log")).status()));
     EXPECT_EQ(store_->Spools().value(), std::vector<std::string>{upload});
@@ -209,7 +180,7 @@ TEST_F(SessionReplayOnDisk, ACompleteUploadBecomesAScan) {
   const std::string bytes = EncodedRoom({2.0, 1.5, 1.4});
   std::string upload;
   {
-    Surroundings first(*store_, script.Make());
+    SessionHost first(*store_, script.Make());
     v1::CreateSessionRequest create;
     create.set_session_id("job");
     const auto session = first.registry.Create(create).value();
@@ -223,7 +194,7 @@ TEST_F(SessionReplayOnDisk, ACompleteUploadBecomesAScan) {
     ASSERT_TRUE(store_->AppendSpool(upload, record.SerializeAsString()).ok());
   }
   Reopen();
-  Surroundings second(*store_, script.Make());
+  SessionHost second(*store_, script.Make());
   ASSERT_TRUE(second.registry.LoadAll().ok());
   const auto session = second.registry.Find("job").value();
   session->WaitUntilIdle();

@@ -12,41 +12,21 @@
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/session_host.h"
 
 namespace vantage {
 namespace {
 
-struct Surroundings {
-  Surroundings(Store& kept, Algorithms algorithms, size_t snapshots = 2)
-      : log(LogLevel::kOff, Log::Stderr()),
-        pool(2, 8),
-        registry(SessionSurroundings{kept, pool, timer, log, Keeping(snapshots),
-                                     std::move(algorithms),
-                                     [] { return absl::FromUnixSeconds(1'700'000'000); }}) {}
-  static Limits Keeping(size_t snapshots) {
-    Limits limits;
-    limits.snapshots_per_session = snapshots;
-    return limits;
-  }
-  Log log;
-  Timer timer;
-  PlanningPool pool;
-  SessionRegistry registry;
-};
+Limits Keeping(size_t snapshots) {
+  Limits limits;
+  limits.snapshots_per_session = snapshots;
+  return limits;
+}
 
 // The scan's name, when all is done.
 std::string SendRoom(Session& session, const Eigen::Vector3d& position) {
-  const std::string bytes = EncodedRoom(position, 3.0);
-  v1::CreateUploadRequest request;
-  *request.mutable_upload()->mutable_prior() = PriorAt(position.x(), position.y(), position.z());
-  const v1::Upload upload = session.CreateUpload(request).value();
-  v1::UploadTotal total;
-  total.set_encoded_size(static_cast<int64_t>(bytes.size()));
-  total.set_sha256(Sha256::Of(bytes));
-  v1::Piece piece;
-  piece.set_data(bytes);
-  piece.set_crc32c(Crc32c(bytes));
-  const std::string scan = session.AddToUpload(upload.name(), &piece, &total)->scan();
+  const v1::PosePrior prior = PriorAt(position.x(), position.y(), position.z());
+  const std::string scan = SendScan(session, EncodedRoom(position, 3.0), &prior).value().scan();
   session.WaitUntilIdle();
   EXPECT_EQ(session.GetScan(scan)->state(), v1::SCAN_STATE_MERGED);
   return scan;
@@ -110,7 +90,7 @@ class SessionSnapshots : public testing::Test {
 
   // Three scans, the second withdrawn again; what the model is then.
   ModelSnapshot MakeJob(size_t snapshots = 2) {
-    Surroundings first(*store_, script_.Make(), snapshots);
+    SessionHost first(*store_, script_.Make(), Keeping(snapshots));
     v1::CreateSessionRequest create;
     create.set_session_id("job");
     create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
@@ -127,7 +107,7 @@ class SessionSnapshots : public testing::Test {
   // not needed.
   ModelSnapshot AfterRestart() {
     Reopen();
-    Surroundings second(*store_, script_.Make());
+    SessionHost second(*store_, script_.Make());
     EXPECT_TRUE(second.registry.LoadAll().ok());
     const auto session = second.registry.Find("job").value();
     session->WaitUntilIdle();
@@ -198,7 +178,7 @@ TEST_F(SessionSnapshots, AreWrittenForAFolderThatHasNone) {
 TEST_F(SessionSnapshots, GoOnToTheSameModelAsASessionThatNeverStopped) {
   Script script;
   MemoryStore memory(size_t{1} << 30);
-  Surroundings stayed(memory, script.Make());
+  SessionHost stayed(memory, script.Make());
   v1::CreateSessionRequest create;
   create.set_session_id("job");
   create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
@@ -211,7 +191,7 @@ TEST_F(SessionSnapshots, GoOnToTheSameModelAsASessionThatNeverStopped) {
   MakeJob();
   ExpectSame(AfterRestart(), never_stopped->Model());
   Reopen();
-  Surroundings again(*store_, script_.Make());
+  SessionHost again(*store_, script_.Make());
   ASSERT_TRUE(again.registry.LoadAll().ok());
   const auto session = again.registry.Find("job").value();
   session->WaitUntilIdle();
@@ -231,7 +211,7 @@ TEST_F(SessionSnapshots, AFolderOfTheFirstReleaseIsTakenUp) {
   store_ = DiskStore::Open(folder_).value();
   ModelSnapshot before;
   for (const bool again : {false, true}) {
-    Surroundings server(*store_, Algorithms::Core());
+    SessionHost server(*store_, Algorithms::Core());
     ASSERT_TRUE(server.registry.LoadAll().ok());
     const auto session = server.registry.Find("flat").value();
     session->WaitUntilIdle();
@@ -255,7 +235,7 @@ TEST_F(SessionSnapshots, AFolderOfTheFirstReleaseIsTakenUp) {
 TEST_F(SessionSnapshots, DeletingTheSessionErasesThemAndItsScans) {
   MakeJob();
   Reopen();
-  Surroundings second(*store_, script_.Make());
+  SessionHost second(*store_, script_.Make());
   ASSERT_TRUE(second.registry.LoadAll().ok());
   v1::DeleteSessionRequest remove;
   remove.set_name("sessions/job");

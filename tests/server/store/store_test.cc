@@ -100,10 +100,12 @@ TEST_P(StoreTest, BlobsAreCounted) {
   const std::string sha = store_->PutBlob(bytes).value();
   EXPECT_EQ(sha, Sha256::Of(bytes));
   EXPECT_EQ(store_->PutBlob(bytes).value(), sha);
+  EXPECT_EQ(store_->BlobSize(sha).value(), 600);
   EXPECT_TRUE(store_->ReleaseBlob(sha).ok());
   EXPECT_EQ(store_->GetBlob(sha).value(), bytes);
   EXPECT_TRUE(store_->ReleaseBlob(sha).ok());
   EXPECT_TRUE(absl::IsNotFound(store_->GetBlob(sha).status()));
+  EXPECT_TRUE(absl::IsNotFound(store_->BlobSize(sha).status()));
   EXPECT_TRUE(absl::IsNotFound(store_->ReleaseBlob(sha)));
   EXPECT_EQ(store_->PutBlob(bytes).value(), sha);
   EXPECT_EQ(store_->GetBlob(sha).value(), bytes);

@@ -1,0 +1,327 @@
+// How long and how much is kept, and that what was deleted is gone: retention, quota, erasure.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <iterator>
+#include <memory>
+#include <set>
+#include <string>
+
+#include "absl/strings/escaping.h"
+#include "proto/wire/checksum.h"
+#include "server/session/error.h"
+#include "server/store/backup.h"
+#include "server/store/disk_store.h"
+#include "tests/server/fixture/room_scan.h"
+#include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/session_host.h"
+
+namespace vantage {
+namespace {
+
+namespace fs = std::filesystem;
+using testing::HasSubstr;
+
+class SessionKeeping : public testing::Test {
+ protected:
+  SessionKeeping() {
+    std::string name = testing::TempDir() + "/keeping-XXXXXX";
+    folder_ = mkdtemp(name.data());
+    script_.EndPlans();
+    Start();
+  }
+  ~SessionKeeping() override {
+    host_.reset();
+    store_.reset();
+    fs::remove_all(folder_);
+  }
+
+  // A server that starts (anew) with these limits.
+  void Start(const Limits& limits = {}) {
+    host_.reset();
+    store_.reset();
+    store_ = DiskStore::Open(folder_).value();
+    host_ = std::make_unique<SessionHost>(*store_, script_.Make(), limits, [this] { return now_; });
+    ASSERT_TRUE(host_->registry.LoadAll().ok());
+    ASSERT_TRUE(host_->registry.WaitUntilIdle(std::chrono::seconds(60)));
+  }
+  SessionRegistry& registry() { return host_->registry; }
+
+  // The scan's name, when it is merged.
+  static std::string Push(Session& session, const std::string& bytes) {
+    const v1::PosePrior prior = PriorAt(2.0, 1.5, 1.4);
+    const absl::StatusOr<v1::Upload> upload = SendScan(session, bytes, &prior);
+    EXPECT_TRUE(upload.ok()) << upload.status();
+    session.WaitUntilIdle();
+    return upload.ok() ? upload->scan() : "";
+  }
+  static void Withdraw(Session& session, const std::string& scan) {
+    v1::WithdrawScanRequest request;
+    request.set_name(scan);
+    ASSERT_TRUE(session.WithdrawScan(request).ok());
+    session.WaitUntilIdle();
+  }
+  // The first bytes of a scan, on an upload that stays open.
+  static std::string Begin(Session& session, const std::string& bytes, size_t size) {
+    const std::string upload = session.CreateUpload({}).value().name();
+    v1::Piece piece;
+    piece.set_data(bytes.substr(0, size));
+    piece.set_crc32c(Crc32c(piece.data()));
+    EXPECT_TRUE(session.AddToUpload(upload, &piece, nullptr).ok());
+    return upload;
+  }
+  void MakePlan(Session& session) {
+    v1::CreatePlanRequest plan;
+    plan.mutable_plan()->set_work_limit(1000);
+    ASSERT_TRUE(session.CreatePlan(plan).ok());
+    ASSERT_TRUE(registry().WaitUntilIdle(std::chrono::seconds(60)));
+  }
+  absl::Status Delete(const std::string& id) {
+    v1::DeleteSessionRequest request;
+    request.set_name("sessions/" + id);
+    return registry().Delete(request);
+  }
+
+  bool OnDisk(const std::string& bytes) const {
+    for (const auto& file : fs::recursive_directory_iterator(folder_)) {
+      if (!file.is_regular_file()) continue;
+      std::ifstream in(file.path(), std::ios::binary);
+      const std::string contents{std::istreambuf_iterator<char>(in), {}};
+      if (contents.find(bytes) != std::string::npos) return true;
+    }
+    return false;
+  }
+  std::set<std::string> BlobsOnDisk() const {
+    std::set<std::string> names;
+    for (const auto& file : fs::recursive_directory_iterator(folder_ + "/blobs")) {
+      if (file.is_regular_file()) names.insert(file.path().filename().string());
+    }
+    return names;
+  }
+  static std::set<std::string> BlobsOf(const Session& session) {
+    std::map<std::string, int> blobs;
+    std::set<std::string> spools;
+    session.AddHoldings(blobs, spools);
+    std::set<std::string> names;
+    for (const auto& [sha256, holders] : blobs) names.insert(absl::BytesToHexString(sha256));
+    return names;
+  }
+
+  const std::string shared_ = EncodedRoom({2.0, 1.5, 1.4}, 3.0);
+  const std::string own_ = EncodedRoom({3.0, 2.5, 1.4}, 3.0);
+  const std::string started_ = EncodedRoom({1.0, 2.0, 1.4}, 3.0);
+  absl::Time now_ = FixtureTime();
+  std::string folder_;
+  Script script_;
+  std::unique_ptr<DiskStore> store_;
+  std::unique_ptr<SessionHost> host_;
+};
+
+TEST_F(SessionKeeping, NothingOfADeletedSessionIsOnTheDisk) {
+  constexpr char kMarker[] = "the vault below the opera";
+  v1::CreateSessionRequest create;
+  create.set_session_id("confidential");
+  create.mutable_session()->set_display_name(kMarker);
+  create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+  const auto gone = registry().Create(create).value();
+  const auto stays = OpenSession(registry(), "stays");
+  Push(*gone, own_);
+  Push(*gone, shared_);
+  const std::string kept = Push(*stays, shared_);
+  Begin(*gone, started_, started_.size() / 2);
+  MakePlan(*gone);
+  MakePlan(*stays);
+  const std::string begun = started_.substr(started_.size() / 4, 512);
+  const std::string own = own_.substr(own_.size() / 4, 512);
+  for (const std::string& text : {std::string(kMarker), begun, own}) EXPECT_TRUE(OnDisk(text));
+  ASSERT_EQ(BlobsOf(*gone).size(), 5U) << "two scans, two snapshots, a plan";
+
+  ASSERT_TRUE(Delete("confidential").ok());
+  for (const std::string& text : {std::string(kMarker), std::string("confidential"), begun, own}) {
+    EXPECT_FALSE(OnDisk(text)) << text.substr(0, 20);
+  }
+  EXPECT_EQ(BlobsOnDisk(), BlobsOf(*stays));
+  EXPECT_TRUE(store_->Spools().value().empty());
+  EXPECT_TRUE(stays->LoadImage(kept).ok());
+  const auto report = VerifyStore(folder_).value();
+  EXPECT_TRUE(report.faults.empty()) << report.faults[0];
+  // Who still had it in hand adds nothing.
+  EXPECT_FALSE(gone->CreateUpload({}).ok());
+  EXPECT_FALSE(OnDisk("confidential"));
+
+  ASSERT_TRUE(Delete("stays").ok());
+  EXPECT_TRUE(BlobsOnDisk().empty());
+  EXPECT_EQ(registry().UsedBy(""), 0);
+}
+
+TEST_F(SessionKeeping, SessionsPastTheirTimeGo) {
+  Limits limits;
+  limits.keep_sessions = absl::Hours(48);
+  Start(limits);
+  const absl::Time start = now_;
+  OpenSession(registry(), "unused");
+  const auto used = OpenSession(registry(), "used");
+  const auto uploading = OpenSession(registry(), "uploading");
+  now_ = start + absl::Hours(30);
+  Push(*used, own_);
+  now_ = start + absl::Hours(40);
+  const std::string upload = Begin(*uploading, started_, 100);
+
+  now_ = start + absl::Hours(47);
+  EXPECT_EQ(registry().Collect(), Collected());
+  now_ = start + absl::Hours(49);
+  EXPECT_EQ(registry().Collect(), (Collected{.sessions = 1, .scans = 0}));
+  EXPECT_FALSE(registry().Find("unused").ok());
+  EXPECT_EQ(registry().Collect(), Collected());
+  // An upload that nobody goes on with ends by itself; that is the session's last event.
+  now_ = start + absl::Hours(79);
+  EXPECT_EQ(registry().Collect(), (Collected{.sessions = 1, .scans = 0}));
+  EXPECT_FALSE(registry().Find("used").ok());
+  EXPECT_EQ(uploading->GetUpload(upload)->state(), v1::UPLOAD_STATE_EXPIRED);
+  EXPECT_TRUE(store_->Spools().value().empty());
+  now_ += absl::Hours(49);
+  EXPECT_EQ(registry().Collect(), (Collected{.sessions = 1, .scans = 0}));
+  EXPECT_TRUE(BlobsOnDisk().empty());
+  EXPECT_TRUE(store_->Sessions().value().empty());
+}
+
+TEST_F(SessionKeeping, NothingGoesByItselfUnlessAsked) {
+  const auto session = OpenSession(registry(), "job");
+  const std::string scan = Push(*session, own_);
+  Withdraw(*session, scan);
+  now_ += absl::Hours(24 * 365 * 100);
+  EXPECT_EQ(registry().Collect(), Collected());
+  EXPECT_TRUE(session->LoadImage(scan).ok());
+}
+
+TEST_F(SessionKeeping, DataOfWithdrawnScansGo) {
+  Limits limits;
+  limits.keep_withdrawn_scans = absl::Hours(240);
+  Start(limits);
+  auto session = OpenSession(registry(), "job");
+  const auto other = OpenSession(registry(), "other");
+  const std::string withdrawn = Push(*session, own_);
+  const std::string also_elsewhere = Push(*session, shared_);
+  const std::string merged = Push(*session, started_);
+  const std::string elsewhere = Push(*other, shared_);
+  Withdraw(*session, withdrawn);
+  Withdraw(*session, also_elsewhere);
+  const int64_t used = registry().UsedBy("");
+
+  now_ += absl::Hours(239);
+  EXPECT_EQ(registry().Collect(), Collected());
+  now_ += absl::Hours(2);
+  EXPECT_EQ(registry().Collect(), (Collected{.sessions = 0, .scans = 2}));
+  EXPECT_EQ(registry().Collect(), Collected());
+  EXPECT_EQ(registry().UsedBy(""), used - static_cast<int64_t>(own_.size() + shared_.size()));
+  EXPECT_FALSE(OnDisk(own_.substr(own_.size() / 4, 512)));
+  EXPECT_TRUE(other->LoadImage(elsewhere).ok());
+  for (const bool again : {false, true}) {
+    SCOPED_TRACE(again);
+    if (again) {
+      Start(limits);
+      session = registry().Find("job").value();
+    }
+    for (const std::string& scan : {withdrawn, also_elsewhere}) {
+      EXPECT_EQ(ReasonOf(session->LoadImage(scan).status()), "SCAN_ERASED");
+      EXPECT_EQ(session->GetScan(scan)->state(), v1::SCAN_STATE_WITHDRAWN);
+      EXPECT_EQ(session->GetScan(scan)->encoded_size(), 0);
+    }
+    EXPECT_TRUE(session->LoadImage(merged).ok());
+    const auto report = VerifyStore(folder_).value();
+    EXPECT_TRUE(report.faults.empty()) << report.faults[0];
+    EXPECT_EQ(registry().Collect(), Collected());
+  }
+}
+
+TEST_F(SessionKeeping, AQuotaIsForEachTenantAndLosesNothing) {
+  Limits limits;
+  limits.snapshots_per_session = 0;
+  const auto size = static_cast<int64_t>(own_.size());
+  ASSERT_EQ(shared_.size(), own_.size());
+  ASSERT_EQ(started_.size(), own_.size());
+  limits.tenant_bytes = 5 * size / 2;
+  Start(limits);
+  const auto first = OpenSession(registry(), "first", "x");
+  const auto second = OpenSession(registry(), "second", "x");
+  const std::string scan = Push(*first, own_);
+  Push(*second, shared_);
+  EXPECT_EQ(registry().UsedBy("x"), 2 * size);
+
+  // Announced: refused before anything is sent.
+  v1::CreateUploadRequest announced;
+  announced.mutable_upload()->mutable_total()->set_encoded_size(size);
+  announced.mutable_upload()->mutable_total()->set_sha256(Sha256::Of(started_));
+  const absl::Status refused = first->CreateUpload(announced).status();
+  EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
+  EXPECT_EQ(ReasonOf(refused), "QUOTA_EXCEEDED");
+  EXPECT_THAT(std::string(refused.message()), HasSubstr("the quota of tenant 'x' is"));
+  EXPECT_EQ(registry().UsedBy("x"), 2 * size);
+  // Not announced: refused where it ends, and it goes on from there when there is room.
+  const std::string upload = Begin(*first, started_, started_.size() / 3);
+  v1::UploadTotal total = announced.upload().total();
+  v1::Piece rest;
+  rest.set_sequence(1);
+  rest.set_offset(static_cast<int64_t>(started_.size() / 3));
+  rest.set_data(started_.substr(started_.size() / 3));
+  rest.set_crc32c(Crc32c(rest.data()));
+  EXPECT_EQ(ReasonOf(first->AddToUpload(upload, nullptr, &total).status()), "QUOTA_EXCEEDED");
+  EXPECT_EQ(ReasonOf(first->AddToUpload(upload, &rest, nullptr).status()), "QUOTA_EXCEEDED");
+  EXPECT_EQ(first->GetUpload(upload)->next_offset(), rest.offset());
+  // Others are not concerned.
+  const auto stranger = OpenSession(registry(), "stranger", "y");
+  Push(*stranger, own_);
+  EXPECT_EQ(registry().UsedBy("y"), size);
+
+  ASSERT_TRUE(Delete("second").ok());
+  const auto done = first->AddToUpload(upload, &rest, &total);
+  ASSERT_TRUE(done.ok()) << done.status();
+  EXPECT_EQ(done->state(), v1::UPLOAD_STATE_COMMITTED);
+  first->WaitUntilIdle();
+  EXPECT_EQ(registry().UsedBy("x"), 2 * size);
+  EXPECT_TRUE(first->LoadImage(scan).ok());
+
+  // With less than what is there everything is there, and nothing more comes in.
+  limits.tenant_bytes = size;
+  Start(limits);
+  EXPECT_EQ(registry().UsedBy("x"), 2 * size);
+  const auto again = registry().Find("first").value();
+  EXPECT_TRUE(again->LoadImage(scan).ok());
+  EXPECT_TRUE(again->LoadImage(done->scan()).ok());
+  EXPECT_EQ(ReasonOf(again->CreateUpload(announced).status()), "QUOTA_EXCEEDED");
+  v1::CreateSessionRequest another;
+  another.set_session_id("another");
+  EXPECT_EQ(ReasonOf(registry().Create(another, "x").status()), "QUOTA_EXCEEDED");
+  EXPECT_TRUE(registry().Create(another, "y").ok());
+}
+
+// What is counted is what a restart counts, whatever it was counted for.
+TEST_F(SessionKeeping, AccountsSurviveARestart) {
+  const auto session = OpenSession(registry(), "job", "x");
+  const std::string scan = Push(*session, own_);
+  Push(*session, shared_);
+  Push(*session, EncodedRoom({3.5, 1.5, 1.4}, 3.0));
+  Withdraw(*session, scan);
+  MakePlan(*session);
+  v1::CreateUploadRequest announced;
+  announced.mutable_upload()->mutable_total()->set_encoded_size(1 << 20);
+  announced.mutable_upload()->mutable_total()->set_sha256(std::string(32, 's'));
+  ASSERT_TRUE(session->CreateUpload(announced).ok());
+  Begin(*session, started_, 1000);
+  const int64_t used = registry().UsedBy("x");
+  uintmax_t blobs = 0;
+  for (const auto& file : fs::recursive_directory_iterator(folder_ + "/blobs")) {
+    if (file.is_regular_file()) blobs += file.file_size();
+  }
+  EXPECT_EQ(used, static_cast<int64_t>(blobs) + (1 << 20) + 1000);
+  Start();
+  EXPECT_EQ(registry().UsedBy("x"), used);
+  ASSERT_TRUE(Delete("job").ok());
+  EXPECT_EQ(registry().UsedBy("x"), 0);
+}
+
+}  // namespace
+}  // namespace vantage
