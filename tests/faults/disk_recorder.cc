@@ -101,9 +101,12 @@ template <typename Call>
 ssize_t OnFile(int fd, DiskStep::Kind kind, uint64_t offset, const void* bytes, size_t size,
                Call call) {
   Recorder& recorder = TheRecorder();
-  std::lock_guard<std::recursive_mutex> lock(recorder.mutex);
+  std::unique_lock<std::recursive_mutex> lock(recorder.mutex);
   const auto known = recorder.open.find(fd);
-  if (known == recorder.open.end()) return call();
+  if (known == recorder.open.end()) {
+    lock.unlock();  // others' writes wait for nobody's sync
+    return call();
+  }
   if (Fails(recorder)) return -1;
   const ssize_t done = call();
   if (done < 0) return done;

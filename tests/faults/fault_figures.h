@@ -16,6 +16,9 @@ using GoOn = std::function<bool()>;
 bool MeasureCrashes(size_t stride, const GoOn& more, Figures& figures);
 // kill.*: the real server, killed at random moments.
 bool MeasureKills(int kills, Figures& figures);
+// link.*: scans over links that break, lose, delay and have little bandwidth. True where the system
+// does not let us make such links.
+bool MeasureLink(Figures& figures);
 // upload.*: against a bare stream that syncs every 4 MiB.
 bool MeasureUpload(Figures& figures);
 // restart.*: sessions of ten scans.

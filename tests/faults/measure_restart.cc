@@ -6,57 +6,46 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
-#include "proto/wire/checksum.h"
-#include "server/session/session_registry.h"
 #include "server/store/disk_store.h"
 #include "tests/faults/fault_figures.h"
 #include "tests/integration/process.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/session_host.h"
 
 namespace vantage {
 namespace {
 
 constexpr int kScans = 10;
 constexpr double kDegrees = 1.5;
+constexpr int kSayEvery = 10;
 
-absl::Status SendScan(Session& session, int number) {
-  const Eigen::Vector3d position(1.0 + 0.3 * number, 1.2 + 0.17 * number, 1.4);
-  const std::string bytes = EncodedRoom(position, kDegrees);
-  v1::CreateUploadRequest request;
-  *request.mutable_upload()->mutable_prior() = PriorAt(position.x(), position.y(), position.z());
-  const auto upload = session.CreateUpload(request);
-  if (!upload.ok()) return upload.status();
-  v1::UploadTotal total;
-  total.set_encoded_size(static_cast<int64_t>(bytes.size()));
-  total.set_sha256(Sha256::Of(bytes));
-  v1::Piece piece;
-  piece.set_data(bytes);
-  piece.set_crc32c(Crc32c(bytes));
-  return session.AddToUpload(upload->name(), &piece, &total).status();
+// What takes its time says how far it is.
+void Say(const std::string& words, std::chrono::steady_clock::time_point start) {
+  const double seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  std::cerr << "restart: " << words << ", " << static_cast<int>(seconds) << " s\n";
 }
 
 // Aligned where their priors are: it is the restart that is measured.
 absl::Status MakeSessions(const std::string& folder, int sessions) {
+  const auto start = std::chrono::steady_clock::now();
   const auto store = DiskStore::Open(folder);
   if (!store.ok()) return store.status();
-  Log log(LogLevel::kOff, Log::Stderr());
-  Timer timer;
-  PlanningPool pool(static_cast<int>(std::thread::hardware_concurrency()), 8);
   Script script;
-  SessionRegistry registry(SessionSurroundings{
-      **store, pool, timer, log, {}, script.Make(), [] { return absl::Now(); }});
+  SessionHost host(**store, script.Make(), {}, absl::Now,
+                   static_cast<int>(std::thread::hardware_concurrency()));
   for (int i = 0; i < sessions; ++i) {
-    v1::CreateSessionRequest create;
-    create.set_session_id(absl::StrCat("job-", i));
-    create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
-    const auto session = registry.Create(create);
-    if (!session.ok()) return session.status();
+    const auto session = OpenSession(host.registry, absl::StrCat("job-", i));
     for (int scan = 0; scan < kScans; ++scan) {
-      absl::Status sent = SendScan(**session, scan);
-      if (!sent.ok()) return sent;
-      (*session)->WaitUntilIdle();
+      const Eigen::Vector3d at(1.0 + 0.3 * scan, 1.2 + 0.17 * scan, 1.4);
+      const v1::PosePrior prior = PriorAt(at.x(), at.y(), at.z());
+      const auto sent = SendScan(*session, EncodedRoom(at, kDegrees), &prior);
+      if (!sent.ok()) return sent.status();
     }
+    session->WaitUntilIdle();
+    if ((i + 1) % kSayEvery == 0)
+      Say(absl::StrCat(i + 1, " of ", sessions, " sessions made"), start);
   }
   return absl::OkStatus();
 }
@@ -76,6 +65,7 @@ bool MeasureRestart(int sessions, Figures& figures) {
   const auto since = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
   ServerProcess server(data);
   const double serving = since();
+  Say("serving", start);
   const auto channel = grpc::CreateChannel(server.address(), grpc::InsecureChannelCredentials());
   const auto plans = v1::PlanService::NewStub(channel);
   std::vector<double> first_plan;
@@ -101,7 +91,11 @@ bool MeasureRestart(int sessions, Figures& figures) {
       if (!plans->GetPlan(&context, get, &response).ok()) continue;
       done[i] = response.plan().state() != v1::PLAN_STATE_QUEUED &&
                 response.plan().state() != v1::PLAN_STATE_RUNNING;
-      if (done[i]) first_plan.push_back(since());
+      if (!done[i]) continue;
+      first_plan.push_back(since());
+      if (first_plan.size() % kSayEvery == 0) {
+        Say(absl::StrCat(first_plan.size(), " first plans"), start);
+      }
     }
     std::this_thread::sleep_for(std::chrono::milliseconds(10));
   }

@@ -3,12 +3,12 @@
 #include <sys/resource.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <condition_variable>
 #include <cstdio>
 #include <iostream>
 #include <limits>
 #include <mutex>
-#include <random>
 #include <thread>
 
 #include "absl/strings/str_cat.h"
@@ -29,15 +29,7 @@ constexpr int64_t kPieceBytes = 256 << 10;  // as the client library's
 constexpr size_t kSyncBytes = 4 << 20;
 constexpr int64_t kCredit = 8 << 20;
 constexpr int kRuns = 3;
-
-// A room with 3 mm of noise, so that it compresses as real scans do.
-RangeImage NoisyRoom(double degrees) {
-  RangeImage image = ScanRoom({2.0, 1.5, 1.4}, degrees);
-  std::mt19937 random(1);
-  std::normal_distribution<float> noise(0, 0.003f);
-  for (float& range : image.range) range += noise(random);
-  return image;
-}
+constexpr auto kPatience = std::chrono::minutes(2);  // with one stream
 
 std::vector<v1::UploadScanRequest> MessagesOf(const std::string& bytes) {
   std::vector<v1::UploadScanRequest> messages;
@@ -99,6 +91,7 @@ double Send(v1::ScanService::Stub& stub, const std::string& upload,
   bool committed = false;
   const double seconds = WallSeconds([&] {
     grpc::ClientContext context;
+    context.set_deadline(std::chrono::system_clock::now() + kPatience);
     const auto stream = stub.UploadScan(&context);
     std::mutex mutex;
     std::condition_variable changed;
@@ -149,7 +142,7 @@ double ChildSeconds() {
 
 bool MeasureUpload(Figures& figures) {
   const ScratchFolder scratch;
-  const RangeImage image = NoisyRoom(0.09);
+  const RangeImage image = NoisyRoom({2.0, 1.5, 1.4}, 0.09);
   const std::string bytes = EncodeRangeImage(image);
   const std::vector<v1::UploadScanRequest> messages = MessagesOf(bytes);
   size_t sent = 0;
@@ -174,6 +167,8 @@ bool MeasureUpload(Figures& figures) {
     const double reference = Send(*bare_stub, "bare", messages);
     // A session of its own, ended at once: what becomes of the scan afterwards is not the upload's.
     v1::CreateSessionRequest open;
+    open.mutable_session()->mutable_model_config()->set_voxel_size(0.5);
+    open.mutable_session()->mutable_planning_config()->set_viewcell_size(0.5);
     v1::CreateSessionResponse opened;
     grpc::ClientContext opening;
     sessions->CreateSession(&opening, open, &opened);
@@ -194,6 +189,8 @@ bool MeasureUpload(Figures& figures) {
       std::cerr << "upload: a stream broke off\n";
       return false;
     }
+    std::cerr << "upload: run " << run << " of " << kRuns << ", " << reference << " s bare, "
+              << ours << " s\n";
     if (run == 0) continue;  // warms both up
     bare_seconds.push_back(reference);
     our_seconds.push_back(ours);
@@ -208,7 +205,7 @@ bool MeasureUpload(Figures& figures) {
                "of what a bare stream of the same messages with an fsync every 4 MiB moves"});
 
   // The command line, which reads a file, builds the range image, encodes, compresses and sends it.
-  const RangeImage small = NoisyRoom(0.36);
+  const RangeImage small = NoisyRoom({2.0, 1.5, 1.4}, 0.36);
   const std::string file = scratch.File("scan.ptx");
   if (std::FILE* out = std::fopen(file.c_str(), "w"); out != nullptr) {
     std::fprintf(out, "%d\n%d\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n", small.columns(), small.rows());

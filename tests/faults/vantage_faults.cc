@@ -31,6 +31,7 @@ int main(int argc, char** argv) {
   const bool full = minutes >= 10;
   vantage::Figures figures(only);
   bool kept = true;
+  if (figures.Wants("link.")) kept = vantage::MeasureLink(figures) && kept;
   if (figures.Wants("upload.")) kept = vantage::MeasureUpload(figures) && kept;
   if (figures.Wants("restart.")) kept = vantage::MeasureRestart(full ? 100 : 10, figures) && kept;
   if (figures.Wants("kill.")) {

@@ -100,13 +100,20 @@ Finished RunProgram(const std::vector<std::string>& arguments) {
   return finished;
 }
 
-ServerProcess::ServerProcess(const std::string& data) {
+ServerProcess::ServerProcess(const std::string& data, const std::string& host,
+                             const std::vector<std::string>& flags) {
   const int log =
       open(folder_.File("log").c_str(), O_CREAT | O_WRONLY | O_APPEND | O_CLOEXEC, 0600);
   const std::string port_file = folder_.File("port");
-  pid_ = Spawn({VANTAGED_BINARY, "--listen", "127.0.0.1:0", "--port-file", port_file, "--data",
-                data.empty() ? folder_.File("data") : data},
-               log, log);
+  std::vector<std::string> command = {VANTAGED_BINARY,
+                                      "--listen",
+                                      host + ":0",
+                                      "--port-file",
+                                      port_file,
+                                      "--data",
+                                      data.empty() ? folder_.File("data") : data};
+  command.insert(command.end(), flags.begin(), flags.end());
+  pid_ = Spawn(command, log, log);
   close(log);
   if (pid_ < 0) return;
   if (!WaitForFile(folder_.path(), port_file, pid_)) {
@@ -115,7 +122,7 @@ ServerProcess::ServerProcess(const std::string& data) {
   }
   std::string port = Contents(port_file);
   port.erase(port.find_last_not_of("\n ") + 1);
-  address_ = "127.0.0.1:" + port;
+  address_ = host + ":" + port;
 }
 
 ServerProcess::~ServerProcess() {

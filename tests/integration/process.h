@@ -34,12 +34,14 @@ class ScratchFolder {
   std::string path_;
 };
 
-// The real server on a port of the system's choice, on loopback.
+// The real server on a port of the system's choice.
 class ServerProcess {
  public:
   // Returns when the server says that it serves; fails the test when it ends before. It keeps its
-  // data in `data`, or in a folder of its own.
-  explicit ServerProcess(const std::string& data = "");
+  // data in `data`, or in a folder of its own. `host` is where it listens, `flags` are more of its
+  // command line.
+  explicit ServerProcess(const std::string& data = "", const std::string& host = "127.0.0.1",
+                         const std::vector<std::string>& flags = {});
   ~ServerProcess();
   ServerProcess(const ServerProcess&) = delete;
   ServerProcess& operator=(const ServerProcess&) = delete;
