@@ -21,6 +21,7 @@ using Clock = std::chrono::steady_clock;
 
 constexpr uint32_t kSeed = 5;
 constexpr int kScans = 20;  // under each of the conditions
+constexpr int kClearScans = 5;
 constexpr int kBreaks = 3;
 constexpr int64_t kBytesBetweenBreaks = 600'000;
 constexpr double kPatienceSeconds = 30;
@@ -139,9 +140,9 @@ bool MeasureLink(Figures& figures) {
 
   // What a scan's calls take besides its pieces.
   NoticedSeconds noticed;
-  const Outcome undisturbed = RunTrial(**link, server->address(), clear, kScans / 4, noticed);
+  const Outcome undisturbed = RunTrial(**link, server->address(), clear, kClearScans, noticed);
   const double calls =
-      static_cast<double>(undisturbed.delivered_bytes - undisturbed.once_bytes) / (kScans / 4);
+      static_cast<double>(undisturbed.delivered_bytes - undisturbed.once_bytes) / kClearScans;
   int arrived = 0;
   for (const Trial& trial : trials) {
     std::cerr << "link: " << kScans << " scans, " << trial.what << "\n";
