@@ -154,7 +154,7 @@ class EmptySpace {
 };
 
 void CarveEmptySpace(double voxel_size, Parallel& parallel, ScanLayer& layer) {
-  const RangePyramid pyramid(layer.range_surface);
+  const RangePyramid pyramid(layer.range_surface, parallel);
   const RangePyramid::Bounds all =
       pyramid.Over(0, layer.range_surface.columns() - 1, 0, layer.range_surface.rows() - 1);
   // The cubes that the work is dealt out in: 64 voxels a side, all that the longest range reaches.
@@ -189,7 +189,7 @@ void CarveEmptySpace(double voxel_size, Parallel& parallel, ScanLayer& layer) {
 std::unique_ptr<ScanLayer> Carve(const Scan& scan, const Eigen::Isometry3d& T_model_scan,
                                  const ModelConfig& config, Parallel& parallel) {
   auto layer = std::unique_ptr<ScanLayer>(new ScanLayer{
-      .range_surface = RangeSurface(scan.image, scan.scanner, config.discontinuity_angle),
+      .range_surface = RangeSurface(scan.image, scan.scanner, config.discontinuity_angle, parallel),
       .scanner = scan.scanner,
       .T_model_scan = T_model_scan});
   // Density is computed from the steps the instrument measured with, not the grid's.
@@ -199,8 +199,8 @@ std::unique_ptr<ScanLayer> Carve(const Scan& scan, const Eigen::Isometry3d& T_mo
   layer->elevation_first = rows[0] - (rows[1] - rows[0]) / 2;
   layer->elevation_last = rows.back() + (rows.back() - rows[rows.size() - 2]) / 2;
 
-  layer->reflectors = EndReflections(layer->range_surface);
-  layer->range_surface.EndLoneRays();
+  layer->reflectors = EndReflections(layer->range_surface, parallel);
+  layer->range_surface.EndLoneRays(parallel);
   CarveEmptySpace(config.voxel_size, parallel, *layer);
   AddSurfacePoints(config.voxel_size, parallel, *layer);
   FreeStand(config.voxel_size, *layer);

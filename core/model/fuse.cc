@@ -36,7 +36,7 @@ void ForEachDominating(const VoxelIndex& brick, const BrickNeighbourhood<MergedB
       const VoxelIndex rival = in_brick + offset;
       const auto [there, at] = around.At(rival.x(), rival.y(), rival.z());
       if (there == nullptr || there->united == nullptr || !there->united->surface.Has(at)) continue;
-      const size_t rank = static_cast<size_t>(there->united->surface.Rank(at));
+      const size_t rank = there->united->Rank(at);
       const LocalPlane& other = there->plane[rank];
       // A total order, so that of two voxels exactly one can dominate.
       if (std::make_tuple(other.weight, step) <= std::make_tuple(plane.weight, 0)) continue;

@@ -15,21 +15,23 @@ class Moments {
  public:
   // `dx, dy, dz`: the voxel that the sums belong to, relative to the middle one.
   void Add(const SurfaceSums& sums, int dx, int dy, int dz) {
-    const std::array<int64_t, 3> shift = {int64_t{dx} * SurfaceSums::kUnits,
-                                          int64_t{dy} * SurfaceSums::kUnits,
-                                          int64_t{dz} * SurfaceSums::kUnits};
+    const int64_t x = int64_t{dx} * SurfaceSums::kUnits;
+    const int64_t y = int64_t{dy} * SurfaceSums::kUnits;
+    const int64_t z = int64_t{dz} * SurfaceSums::kUnits;
     const int64_t n = sums.points;
-    std::array<int64_t, 3> s;
-    for (size_t i = 0; i < 3; ++i) s[i] = static_cast<int64_t>(sums.point_sum[i]);
-    size_t k = 0;
-    for (size_t i = 0; i < 3; ++i) {
-      for (size_t j = i; j < 3; ++j) {
-        product_[k] += static_cast<int64_t>(sums.product_sum[k]) + shift[j] * s[i] +
-                       shift[i] * s[j] + n * shift[i] * shift[j];
-        ++k;
-      }
-    }
-    for (size_t i = 0; i < 3; ++i) sum_[i] += s[i] + n * shift[i];
+    const auto sx = static_cast<int64_t>(sums.point_sum[0]);
+    const auto sy = static_cast<int64_t>(sums.point_sum[1]);
+    const auto sz = static_cast<int64_t>(sums.point_sum[2]);
+    const auto product = [&sums](size_t k) { return static_cast<int64_t>(sums.product_sum[k]); };
+    product_[0] += product(0) + x * (2 * sx + n * x);
+    product_[1] += product(1) + y * sx + x * (sy + n * y);
+    product_[2] += product(2) + z * sx + x * (sz + n * z);
+    product_[3] += product(3) + y * (2 * sy + n * y);
+    product_[4] += product(4) + z * sy + y * (sz + n * z);
+    product_[5] += product(5) + z * (2 * sz + n * z);
+    sum_[0] += sx + n * x;
+    sum_[1] += sy + n * y;
+    sum_[2] += sz + n * z;
     points_ += n;
   }
 
@@ -72,11 +74,12 @@ Eigen::Vector3d Centroid(const VoxelIndex& voxel, const SurfaceSums& sums, doubl
 
 std::vector<LocalPlane> FitPlanes(const VoxelIndex& brick,
                                   const BrickNeighbourhood<UnitedBrick>& united,
+                                  std::span<const LayerBrick* const> in_layers,
                                   std::span<const ScanLayer* const> layers, double voxel_size) {
   const UnitedBrick& own = *united.middle();
   std::vector<std::pair<const ScanLayer*, const LayerBrick*>> witnesses;
-  for (const ScanLayer* layer : layers) {
-    if (const LayerBrick* found = layer->Find(brick)) witnesses.emplace_back(layer, found);
+  for (size_t i = 0; i < layers.size(); ++i) {
+    if (in_layers[i] != nullptr) witnesses.emplace_back(layers[i], in_layers[i]);
   }
   const HaloMask surface(united, [](const UnitedBrick& b) { return &b.surface; });
   std::vector<LocalPlane> planes;
@@ -88,7 +91,7 @@ std::vector<LocalPlane> FitPlanes(const VoxelIndex& brick,
     Moments moments;
     surface.ForEachAround(x, y, z, 1, [&](int dx, int dy, int dz) {
       const auto [there, at] = united.At(x + dx, y + dy, z + dz);
-      moments.Add(there->sums[static_cast<size_t>(there->surface.Rank(at))], dx, dy, dz);
+      moments.Add(there->sums[there->Rank(at)], dx, dy, dz);
     });
     Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
     solver.computeDirect(moments.Covariance());
@@ -133,7 +136,7 @@ std::vector<LocalPlane> SnapToFlatNeighbours(const BrickNeighbourhood<MergedBric
     const LocalPlane* chosen = nullptr;
     surface.ForEachAround(x, y, z, 2, [&](int dx, int dy, int dz) {
       const auto [there, at] = fitted.At(x + dx, y + dy, z + dz);
-      const LocalPlane& other = there->fitted[static_cast<size_t>(there->united->surface.Rank(at))];
+      const LocalPlane& other = there->fitted[there->united->Rank(at)];
       if (other.flatness > flat) return;
       const float off = std::abs(other.normal.dot(plane.centroid - other.centroid));
       if (off < best) {

@@ -11,9 +11,11 @@
 namespace vantage {
 
 // Fits a plane to the points in the 3 x 3 x 3 voxels around each surface voxel of `brick`, turned
-// towards the scanners that measured it.
+// towards the scanners that measured it. `in_layers`: the brick in each of `layers`, null where it
+// says nothing.
 std::vector<LocalPlane> FitPlanes(const VoxelIndex& brick,
                                   const BrickNeighbourhood<UnitedBrick>& united,
+                                  std::span<const LayerBrick* const> in_layers,
                                   std::span<const ScanLayer* const> layers, double voxel_size);
 
 // Where two surfaces meet, a fit to both is neither: such a voxel takes the flat neighbour's plane

@@ -1,13 +1,14 @@
 #include "core/model/merge.h"
 
 #include <algorithm>
+#include <cstring>
 #include <utility>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
-#include "core/model/brick_neighbourhood.h"
 #include "core/model/fuse.h"
 #include "core/model/local_plane.h"
+#include "core/model/merge_region.h"
 #include "core/model/publish_brick.h"
 #include "core/model/unite.h"
 
@@ -29,54 +30,28 @@ bool AllEmpty(const BrickMask& mask) {
                      [](uint64_t word) { return word == ~uint64_t{0}; });
 }
 
-// The bricks being recomputed, and those around them as they stand.
-class Region {
- public:
-  Region(const ModelOctree& octree, std::vector<BrickKey> keys) : keys_(std::move(keys)) {
-    fresh_.resize(keys_.size());
-    for (size_t i = 0; i < keys_.size(); ++i) index_[keys_[i]] = i;
-    for (const BrickKey key : keys_) {
-      ForEachAround(BrickOf(key), [&](const VoxelIndex& b) {
-        if (index_.contains(KeyOf(b)) || standing_.contains(KeyOf(b))) return;
-        standing_[KeyOf(b)] = octree.Find(b);
-      });
-    }
-  }
-
-  size_t size() const { return keys_.size(); }
-  VoxelIndex brick(size_t i) const { return BrickOf(keys_[i]); }
-  MergedBrick& fresh(size_t i) { return fresh_[i]; }
-
-  BrickNeighbourhood<MergedBrick> Around(size_t i) const {
-    return {brick(i), [&](const VoxelIndex& b) -> const MergedBrick* {
-              const auto it = index_.find(KeyOf(b));
-              if (it != index_.end()) return &fresh_[it->second];
-              return standing_.find(KeyOf(b))->second.get();
-            }};
-  }
-  BrickNeighbourhood<UnitedBrick> UnitedAround(size_t i) const {
-    const BrickNeighbourhood<MergedBrick> around = Around(i);
-    size_t k = 0;
-    return {brick(i), [&](const VoxelIndex&) -> const UnitedBrick* {
-              const MergedBrick* there = around.all()[k++];
-              return there == nullptr ? nullptr : there->united.get();
-            }};
-  }
-
- private:
-  std::vector<BrickKey> keys_;
-  absl::flat_hash_map<BrickKey, size_t> index_;
-  std::vector<MergedBrick> fresh_;
-  absl::flat_hash_map<BrickKey, std::shared_ptr<const MergedBrick>> standing_;
-};
+bool SameBits(const Brick& a, const Brick& b) {
+  if (a.state != b.state || a.surface.size() != b.surface.size()) return false;
+  if (a.surface.empty()) return true;
+  // There are no gaps between its members, so their bytes say all; and -0 is not 0 here.
+  static_assert(sizeof(SurfaceVoxel) == 2 * sizeof(Eigen::Vector3f) + 2 * sizeof(float) + 8);
+  return std::memcmp(reinterpret_cast<const char*>(a.surface.data()),
+                     reinterpret_cast<const char*>(b.surface.data()),
+                     a.surface.size() * sizeof(SurfaceVoxel)) == 0;
+}
 
 // The bricks that the layer can have an influence on, ascending.
 std::vector<BrickKey> Influenced(const ScanLayer& touched, LayerChange change,
                                  std::span<const BrickKey> also, const ModelOctree& octree,
-                                 const std::shared_ptr<const MergedBrick>& all_empty) {
+                                 const ModelLeaf& all_empty) {
+  absl::flat_hash_map<BrickKey, bool> known;
   const auto stays_empty = [&](const VoxelIndex& b) {
-    const LayerBrick* own = touched.Find(b);
-    return (own == nullptr || AllEmpty(own->empty)) && octree.Find(b) == all_empty;
+    const auto [it, fresh] = known.try_emplace(KeyOf(b), false);
+    if (fresh) {
+      const LayerBrick* own = touched.Find(b);
+      it->second = (own == nullptr || AllEmpty(own->empty)) && octree.Find(b) == all_empty;
+    }
+    return it->second;
   };
   std::vector<BrickKey> keys;
   for (const BrickKey key : also) {
@@ -99,62 +74,70 @@ std::vector<BrickKey> Influenced(const ScanLayer& touched, LayerChange change,
 
 }  // namespace
 
-std::shared_ptr<const MergedBrick> MakeAllEmpty() {
-  auto united = std::make_shared<UnitedBrick>();
-  united->empty.word.fill(~uint64_t{0});
+ModelLeaf MakeAllEmpty() {
   auto contents = std::make_shared<Brick>();
   contents->state.fill(VoxelState::kEmpty);
-  auto brick = std::make_shared<MergedBrick>();
-  brick->united = std::move(united);
-  brick->contents = std::move(contents);
-  return brick;
+  return contents;
 }
 
-size_t MergeAround(const ScanLayer& touched, LayerChange change, std::span<const BrickKey> also,
-                   std::span<const ScanLayer* const> layers, double voxel_size,
-                   const std::shared_ptr<const MergedBrick>& all_empty, Parallel& parallel,
-                   ModelOctree& octree) {
-  Region region(octree, Influenced(touched, change, also, octree, all_empty));
-  const size_t count = region.size();
+MergeResult MergeAround(const ScanLayer& touched, LayerChange change,
+                        std::span<const BrickKey> also, std::span<const ScanLayer* const> layers,
+                        double voxel_size, const ModelLeaf& all_empty, Parallel& parallel,
+                        ModelOctree& octree) {
+  const std::vector<BrickKey> keys = Influenced(touched, change, also, octree, all_empty);
+  MergeRegion region(keys, layers, octree, all_empty);
+  const size_t recomputed = region.recomputed();
 
   // Each stage reads what the one before wrote, in the bricks around too, so each is a loop of its
-  // own. A voxel's influence reaches eight voxels: no farther than the next brick.
-  parallel.For(count, [&](size_t i) { region.fresh(i).united = Unite(region.brick(i), layers); });
-  parallel.For(count, [&](size_t i) {
-    if (region.fresh(i).united == nullptr || region.fresh(i).united->sums.empty()) return;
-    region.fresh(i).fitted = FitPlanes(region.brick(i), region.UnitedAround(i), layers, voxel_size);
+  // own.
+  parallel.For(region.with_points(), [&](size_t i) {
+    MergedBrick& brick = region.merged(i);
+    if (brick.united == nullptr) {
+      brick.united = Unite(region.brick(i), region.InLayers(i), layers);
+    }
   });
-  parallel.For(count, [&](size_t i) {
-    if (region.fresh(i).fitted.empty()) return;
-    region.fresh(i).plane = SnapToFlatNeighbours(region.Around(i), voxel_size);
+  parallel.For(region.with_planes(), [&](size_t i) {
+    MergedBrick& brick = region.merged(i);
+    if (brick.united == nullptr || brick.united->sums.empty()) return;
+    brick.fitted =
+        FitPlanes(region.brick(i), region.UnitedAround(i), region.InLayers(i), layers, voxel_size);
   });
-  parallel.For(count, [&](size_t i) {
-    if (region.fresh(i).plane.empty()) return;
-    region.fresh(i).dominated = FindDominated(region.brick(i), region.Around(i), voxel_size);
+  parallel.For(region.with_planes(), [&](size_t i) {
+    if (region.merged(i).fitted.empty()) return;
+    region.merged(i).plane = SnapToFlatNeighbours(region.Around(i), voxel_size);
   });
-  parallel.For(count, [&](size_t i) {
-    if (region.fresh(i).plane.empty()) return;
-    region.fresh(i).absorbed = ChooseAbsorbers(region.brick(i), region.Around(i), voxel_size);
+  parallel.For(region.with_planes(), [&](size_t i) {
+    MergedBrick& brick = region.merged(i);
+    if (brick.plane.empty()) return;
+    std::vector<LocalPlane>().swap(brick.fitted);  // has served
+    brick.dominated = FindDominated(region.brick(i), region.Around(i), voxel_size);
   });
-  std::vector<std::shared_ptr<const Brick>> contents(count);
-  parallel.For(count, [&](size_t i) {
-    contents[i] =
-        PublishBrick(region.brick(i), region.Around(i), layers, voxel_size, all_empty->contents);
+  parallel.For(region.with_planes(), [&](size_t i) {
+    MergedBrick& brick = region.merged(i);
+    if (brick.plane.empty()) return;
+    brick.absorbed = ChooseAbsorbers(region.brick(i), region.Around(i), voxel_size);
+    size_t rank = 0;
+    brick.united->surface.ForEach([&](int local) {
+      if (brick.absorbed[rank++] >= 0) brick.given_away.Set(local);
+    });
+  });
+  std::vector<ModelLeaf> contents(recomputed);
+  std::vector<uint8_t> same(recomputed);
+  parallel.For(recomputed, [&](size_t i) {
+    contents[i] = PublishBrick(region, i, voxel_size, all_empty);
+    const ModelLeaf& before = region.before(i);
+    same[i] = contents[i] == before ||
+              (contents[i] != nullptr && before != nullptr && SameBits(*contents[i], *before));
   });
 
-  for (size_t i = 0; i < count; ++i) {
-    if (contents[i] == nullptr) {
-      octree.Set(region.brick(i), nullptr);
-    } else if (contents[i] == all_empty->contents) {
-      octree.Set(region.brick(i), all_empty);
-    } else {
-      MergedBrick& fresh = region.fresh(i);
-      fresh.contents = contents[i];
-      octree.Set(region.brick(i), std::make_shared<const MergedBrick>(std::move(fresh)));
-    }
+  MergeResult result;
+  result.recomputed = recomputed;
+  for (size_t i = 0; i < recomputed; ++i) {
+    if (same[i] != 0) continue;
+    octree.Set(region.brick(i), contents[i]);
+    result.changed.push_back({region.brick(i), std::move(contents[i])});
   }
-  octree.Collapse();
-  return count;
+  return result;
 }
 
 }  // namespace vantage

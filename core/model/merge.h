@@ -2,9 +2,11 @@
 #ifndef VANTAGE_CORE_MODEL_MERGE_H_
 #define VANTAGE_CORE_MODEL_MERGE_H_
 
-#include <memory>
+#include <cstddef>
 #include <span>
+#include <vector>
 
+#include "core/model/brick_pages.h"
 #include "core/model/model_octree.h"
 #include "core/model/scan_layer.h"
 #include "core/parallel/parallel.h"
@@ -13,17 +15,21 @@ namespace vantage {
 
 enum class LayerChange { kAdded, kRemoved };
 
+struct MergeResult {
+  size_t recomputed = 0;         // bricks
+  std::vector<BrickAt> changed;  // those that are not what they were, by z, y, x; null: unknown now
+};
+
 // Recomputes every brick that `touched` (a layer just added to, or just removed from, `layers`) can
 // have an influence on: its own bricks and those next to them; and around `also`, the bricks that
-// changed in other layers. What results is a function of the
-// set of layers alone. Returns the number of bricks recomputed.
-size_t MergeAround(const ScanLayer& touched, LayerChange change, std::span<const BrickKey> also,
-                   std::span<const ScanLayer* const> layers, double voxel_size,
-                   const std::shared_ptr<const MergedBrick>& all_empty, Parallel& parallel,
-                   ModelOctree& octree);
+// changed in other layers. What results is a function of the set of layers alone.
+MergeResult MergeAround(const ScanLayer& touched, LayerChange change,
+                        std::span<const BrickKey> also, std::span<const ScanLayer* const> layers,
+                        double voxel_size, const ModelLeaf& all_empty, Parallel& parallel,
+                        ModelOctree& octree);
 
 // The shared brick of which every voxel is empty.
-std::shared_ptr<const MergedBrick> MakeAllEmpty();
+ModelLeaf MakeAllEmpty();
 
 }  // namespace vantage
 

@@ -1,5 +1,6 @@
 #include "core/model/model_octree.h"
 
+#include <array>
 #include <utility>
 
 namespace vantage {
@@ -20,14 +21,16 @@ ModelLeaf ModelOctree::Find(const VoxelIndex& brick) const {
 void ModelOctree::Set(const VoxelIndex& brick, ModelLeaf leaf) {
   const octomap::OcTreeKey key = KeyAt(brick);
   // A leaf of nothing rather than none: OctoMap leaks inner nodes that lose their last child.
-  if (leaf == nullptr && (root == nullptr || search(key) == nullptr)) return;
+  if (leaf == nullptr && (root == nullptr || Find(brick) == nullptr)) return;
   if (root == nullptr) {
     root = new ModelNode();
     ++tree_size;
   }
+  std::array<ModelNode*, kLevels + 1> path;
   ModelNode* node = root;
-  for (unsigned level = tree_depth; level > 0; --level) {
-    const unsigned child = octomap::computeChildIdx(key, static_cast<int>(level) - 1);
+  for (unsigned above = tree_depth; above > 0; --above) {
+    path[above] = node;
+    const unsigned child = octomap::computeChildIdx(key, static_cast<int>(above) - 1);
     if (!nodeChildExists(node, child)) {
       if (!nodeHasChildren(node) && node->getValue() != nullptr) {
         expandNode(node);  // was joined
@@ -40,6 +43,9 @@ void ModelOctree::Set(const VoxelIndex& brick, ModelLeaf leaf) {
   }
   node->setValue(std::move(leaf));
   size_changed = true;
+  // Up to the root's children, as OctoMap prunes, but where something changed only.
+  unsigned level = 1;
+  while (level < tree_depth && pruneNode(path[level])) ++level;
 }
 
 }  // namespace vantage

@@ -11,7 +11,6 @@
 #include <string>
 #include <vector>
 
-#include "core/model/merged_brick.h"
 #include "core/model/voxel.h"
 
 namespace vantage {
@@ -22,8 +21,9 @@ inline bool IsInOctree(const VoxelIndex& brick) {
   return (brick.array() >= -kReach).all() && (brick.array() < kReach).all();
 }
 
-// What a leaf says of its cube. Null is unknown.
-using ModelLeaf = std::shared_ptr<const MergedBrick>;
+// What a leaf says of its cube: all that merging keeps of a brick is what is published, since the
+// rest follows from the scans' layers. Null is unknown.
+using ModelLeaf = std::shared_ptr<const Brick>;
 
 class ModelNode : public octomap::OcTreeDataNode<ModelLeaf> {
  public:
@@ -39,10 +39,9 @@ class ModelOctree : public octomap::OcTreeBaseImpl<ModelNode, octomap::AbstractO
 
   // The brick at brick coordinates, or null where all is unknown.
   ModelLeaf Find(const VoxelIndex& brick) const;
-  // Sets a brick; null is unknown. Bricks lie within +-32,768 of the origin.
+  // Sets a brick; null is unknown. Bricks lie within +-32,768 of the origin. Equal bricks (the same
+  // shared contents) that fill a larger cube become one node.
   void Set(const VoxelIndex& brick, ModelLeaf leaf);
-  // Joins equal bricks (the same shared contents) into larger nodes.
-  void Collapse() { prune(); }
 
   // Calls fn(brick coordinates, leaf) for every brick that is not unknown, joined ones one by one.
   template <typename Fn>
@@ -67,6 +66,7 @@ class ModelOctree : public octomap::OcTreeBaseImpl<ModelNode, octomap::AbstractO
 
  private:
   static constexpr int kOrigin = 32768;
+  static constexpr unsigned kLevels = 16;  // OctoMap's
   static octomap::OcTreeKey KeyAt(const VoxelIndex& brick);
 };
 

@@ -36,11 +36,16 @@ absl::Status ModelConfig::Validate() const {
 
 struct PartialModel::State {
   explicit State(const ModelConfig& model_config)
-      : config(model_config), octree(model_config.voxel_size), all_empty(MakeAllEmpty()) {}
+      : config(model_config),
+        octree(model_config.voxel_size),
+        all_empty(MakeAllEmpty()),
+        view(std::make_shared<const PlanningView>(model_config.voxel_size, 0,
+                                                  std::vector<BrickAt>{}, std::vector<Stand>{})) {}
 
   ModelConfig config;
   ModelOctree octree;
-  std::shared_ptr<const MergedBrick> all_empty;
+  ModelLeaf all_empty;
+  std::shared_ptr<const PlanningView> view;  // of the octree as it is
   std::map<std::string, std::unique_ptr<ScanLayer>> layers;
   std::vector<std::string> order;  // in which the scans came, for the stands only
   uint64_t version = 0;
@@ -49,6 +54,29 @@ struct PartialModel::State {
     std::vector<const ScanLayer*> all;
     for (const auto& [id, layer] : layers) all.push_back(layer.get());
     return all;
+  }
+
+  std::vector<Stand> Stands() const {
+    std::vector<Stand> stands;
+    stands.reserve(order.size());
+    for (const std::string& id : order) stands.push_back(layers.at(id)->stand);
+    return stands;
+  }
+
+  // Merges what came or went with `touched`, which is in the layers or no longer.
+  void Merge(const ScanLayer& touched, LayerChange change, Parallel& parallel,
+             MergeReport& report) {
+    const std::vector<BrickKey> also = HideAllPhantoms(touched);
+    const MergeResult merged = MergeAround(touched, change, also, Layers(), config.voxel_size,
+                                           all_empty, parallel, octree);
+    report.samples = touched.samples;
+    report.empty_voxels = touched.empty_voxels;
+    report.surface_voxels = touched.surface_voxels;
+    report.recomputed_bricks = merged.recomputed;
+    report.changed_bricks = merged.changed.size();
+    report.version = ++version;
+    view = std::make_shared<const PlanningView>(*view, version, merged.changed, Stands());
+    report.copied_pages = view->copied_pages();
   }
 
   // Of all layers, model frame.
@@ -141,20 +169,13 @@ absl::StatusOr<MergeReport> PartialModel::Insert(absl::string_view id, const Sca
   const auto start = std::chrono::steady_clock::now();
   std::unique_ptr<ScanLayer> layer = Carve(scan, T_model_scan, state.config, parallel);
   report.carve_seconds = SecondsSince(start);
-  report.samples = layer->samples;
-  report.empty_voxels = layer->empty_voxels;
-  report.surface_voxels = layer->surface_voxels;
 
   const auto merge_start = std::chrono::steady_clock::now();
   const ScanLayer& touched = *layer;
   state.layers.emplace(id, std::move(layer));
   state.order.emplace_back(id);
-  const std::vector<BrickKey> also = state.HideAllPhantoms(touched);
-  report.changed_bricks =
-      MergeAround(touched, LayerChange::kAdded, also, state.Layers(), state.config.voxel_size,
-                  state.all_empty, parallel, state.octree);
+  state.Merge(touched, LayerChange::kAdded, parallel, report);
   report.merge_seconds = SecondsSince(merge_start);
-  report.version = ++state.version;
   return report;
 }
 
@@ -169,65 +190,47 @@ absl::StatusOr<MergeReport> PartialModel::Withdraw(absl::string_view id, Paralle
   state.layers.erase(it);
   std::erase(state.order, std::string(id));
   MergeReport report;
-  report.samples = layer->samples;
-  report.empty_voxels = layer->empty_voxels;
-  report.surface_voxels = layer->surface_voxels;
-  const std::vector<BrickKey> also = state.HideAllPhantoms(*layer);
-  report.changed_bricks =
-      MergeAround(*layer, LayerChange::kRemoved, also, state.Layers(), state.config.voxel_size,
-                  state.all_empty, parallel, state.octree);
+  state.Merge(*layer, LayerChange::kRemoved, parallel, report);
   report.merge_seconds = SecondsSince(start);
-  report.version = ++state.version;
   return report;
 }
 
 std::string PartialModel::Save(Parallel& parallel) const {
-  std::vector<KeyedLeaf> leaves;
-  state_->octree.ForEach([&](const VoxelIndex& brick, const ModelLeaf& leaf) {
-    leaves.push_back({brick, leaf});
-  });
-  return EncodeSnapshot(state_->config, state_->version, state_->order, state_->layers,
-                        std::move(leaves), state_->all_empty, parallel);
+  const BrickRange bricks = state_->view->bricks();
+  return EncodeSnapshot({state_->config, state_->version, algorithm_version()}, state_->order,
+                        state_->layers, std::vector<BrickAt>(bricks.begin(), bricks.end()),
+                        state_->all_empty, parallel);
 }
 
 absl::StatusOr<std::unique_ptr<PartialModel>> PartialModel::Load(absl::string_view snapshot,
                                                                  size_t max_bytes,
                                                                  Parallel& parallel) {
-  const std::shared_ptr<const MergedBrick> all_empty = MakeAllEmpty();
+  const ModelLeaf all_empty = MakeAllEmpty();
   absl::StatusOr<ModelParts> parts = DecodeSnapshot(snapshot, max_bytes, all_empty, parallel);
   if (!parts.ok()) return parts.status();
-  auto state = std::make_unique<State>(parts->config);
+  auto state = std::make_unique<State>(parts->site.config);
   state->all_empty = all_empty;
-  state->version = parts->version;
+  state->version = parts->site.version;
   state->order = std::move(parts->order);
   state->layers = std::move(parts->layers);
   const std::vector<Aperture> apertures = state->Apertures();
   for (const auto& [id, layer] : state->layers) {
     HidePhantoms(apertures, state->config.voxel_size, *layer);
   }
-  for (KeyedLeaf& at : parts->leaves) state->octree.Set(at.brick, std::move(at.leaf));
-  state->octree.Collapse();
+  for (const BrickAt& at : parts->bricks) state->octree.Set(at.brick, at.contents);
+  state->view = std::make_shared<const PlanningView>(state->config.voxel_size, state->version,
+                                                     std::move(parts->bricks), state->Stands());
   return std::unique_ptr<PartialModel>(new PartialModel(std::move(state)));
 }
 
-std::shared_ptr<const PlanningView> PartialModel::Publish() const {
-  std::vector<PlanningView::BrickAt> bricks;
-  state_->octree.ForEach([&](const VoxelIndex& brick, const ModelLeaf& leaf) {
-    bricks.push_back({brick, leaf->contents});
-  });
-  std::vector<Stand> stands;
-  for (const std::string& id : state_->order) stands.push_back(state_->layers.at(id)->stand);
-  return std::make_shared<const PlanningView>(state_->config.voxel_size, state_->version,
-                                              std::move(bricks), std::move(stands));
-}
+std::shared_ptr<const PlanningView> PartialModel::Publish() const { return state_->view; }
 
 uint64_t PartialModel::Digest() const {
   // FNV-1a over what planners see.
   uint64_t digest = 14695981039346656037u;
   const auto mix = [&digest](uint64_t value) { digest = (digest ^ value) * 1099511628211u; };
   const auto mix_float = [&mix](float value) { mix(std::bit_cast<uint32_t>(value)); };
-  const std::shared_ptr<const PlanningView> view = Publish();
-  for (const PlanningView::BrickAt& at : view->bricks()) {
+  for (const BrickAt& at : state_->view->bricks()) {
     mix(KeyOf(at.brick));
     for (const VoxelState voxel : at.contents->state) mix(static_cast<uint64_t>(voxel));
     for (const SurfaceVoxel& surface : at.contents->surface) {
@@ -245,6 +248,14 @@ uint64_t PartialModel::Digest() const {
 
 const ModelConfig& PartialModel::config() const { return state_->config; }
 uint64_t PartialModel::version() const { return state_->version; }
+
+uint32_t PartialModel::algorithm_version() const {
+  uint32_t oldest = kModelAlgorithmVersion;
+  for (const auto& [id, layer] : state_->layers) {
+    oldest = std::min(oldest, layer->algorithm_version);
+  }
+  return oldest;
+}
 
 std::vector<std::string> PartialModel::scans() const {
   std::vector<std::string> ids;

@@ -32,13 +32,15 @@ struct ModelConfig {
 
 // What merging a scan did.
 struct MergeReport {
-  uint64_t version = 0;       // of the model afterwards
-  size_t samples = 0;         // that took part
-  size_t empty_voxels = 0;    // of this scan
-  size_t surface_voxels = 0;  // of this scan
-  size_t changed_bricks = 0;  // of the model
-  double carve_seconds = 0;   // range image to per-scan voxels
-  double merge_seconds = 0;   // into the model, frontier and attributes included
+  uint64_t version = 0;          // of the model afterwards
+  size_t samples = 0;            // that took part
+  size_t empty_voxels = 0;       // of this scan
+  size_t surface_voxels = 0;     // of this scan
+  size_t recomputed_bricks = 0;  // of the model: all that the scan can have an influence on
+  size_t changed_bricks = 0;     // those that are not what they were, to the bit
+  size_t copied_pages = 0;   // of 8 x 8 x 8 bricks, of the planning view: those with any of them
+  double carve_seconds = 0;  // range image to per-scan voxels
+  double merge_seconds = 0;  // into the model, frontier and attributes included
 };
 
 class PartialModel {
@@ -64,7 +66,8 @@ class PartialModel {
   static absl::StatusOr<std::unique_ptr<PartialModel>> Load(absl::string_view snapshot,
                                                             size_t max_bytes, Parallel& parallel);
 
-  // The model as it stands. Cheap: shares all bricks. Safe to hold while the model goes on.
+  // The model as it stands. Costs nothing: a merge leaves a view behind, which shares with the one
+  // before all pages of bricks in which nothing changed. Safe to hold while the model goes on.
   std::shared_ptr<const PlanningView> Publish() const;
 
   // SHA-like 64-bit digest of everything the model says (not of version or history).
@@ -72,6 +75,10 @@ class PartialModel {
 
   const ModelConfig& config() const;
   uint64_t version() const;
+  // The oldest of the algorithms that the scans in the model were carved with: those of this
+  // release (snapshot_header.h) unless an older one saved the model. Of this release when there is
+  // no scan.
+  uint32_t algorithm_version() const;
   std::vector<std::string> scans() const;  // sorted
   // Scanner to model frame, as it was merged; nothing if the scan is not in the model.
   std::optional<Eigen::Isometry3d> PoseOf(absl::string_view id) const;

@@ -1,40 +1,51 @@
 #include "core/model/planning_view.h"
 
 #include <algorithm>
-#include <tuple>
 #include <utility>
+
+#include "core/model/brick_key.h"
 
 namespace vantage {
 
 PlanningView::PlanningView(double voxel_size, uint64_t version, std::vector<BrickAt> bricks,
                            std::vector<Stand> stands)
-    : voxel_size_(voxel_size),
-      version_(version),
-      bricks_(std::move(bricks)),
-      stands_(std::move(stands)) {
-  if (bricks_.empty()) return;
-  std::sort(bricks_.begin(), bricks_.end(), [](const BrickAt& a, const BrickAt& b) {
-    return std::make_tuple(a.brick.z(), a.brick.y(), a.brick.x()) <
-           std::make_tuple(b.brick.z(), b.brick.y(), b.brick.x());
-  });
-  first_brick_ = bricks_.front().brick;
-  VoxelIndex last = first_brick_;
-  for (const BrickAt& at : bricks_) {
-    first_brick_ = first_brick_.cwiseMin(at.brick);
-    last = last.cwiseMax(at.brick);
-    surface_count_ += at.contents->surface.size();
+    : voxel_size_(voxel_size), version_(version), stands_(std::move(stands)) {
+  const auto before = [](const BrickAt& a, const BrickAt& b) {
+    return KeyOf(a.brick) < KeyOf(b.brick);
+  };
+  if (!std::is_sorted(bricks.begin(), bricks.end(), before)) {
+    std::sort(bricks.begin(), bricks.end(), before);
   }
-  table_size_ = last - first_brick_ + VoxelIndex::Ones();
-  bounds_ = {first_brick_ * Brick::kSide, (last + VoxelIndex::Ones()) * Brick::kSide};
+  pages_ = WithChanges({}, bricks, copied_pages_);
+  Index();
+}
+
+PlanningView::PlanningView(const PlanningView& before, uint64_t version,
+                           std::span<const BrickAt> changed, std::vector<Stand> stands)
+    : voxel_size_(before.voxel_size_), version_(version), stands_(std::move(stands)) {
+  pages_ = WithChanges(before.pages_, changed, copied_pages_);
+  Index();
+}
+
+// By page, not by brick: a site has few.
+void PlanningView::Index() {
+  if (pages_.empty()) return;
+  VoxelIndex first = pages_.front()->first();
+  VoxelIndex last = pages_.front()->last();
+  for (const std::shared_ptr<const BrickPage>& page : pages_) {
+    first = first.cwiseMin(page->first());
+    last = last.cwiseMax(page->last());
+    brick_count_ += page->size();
+    surface_count_ += page->surface_count();
+  }
+  bounds_ = {first * Brick::kSide, (last + VoxelIndex::Ones()) * Brick::kSide};
+  first_page_ = BrickPage::Of(first);
+  table_size_ = BrickPage::Of(last) - first_page_ + VoxelIndex::Ones();
   table_.assign(static_cast<size_t>(table_size_.x()) * static_cast<size_t>(table_size_.y()) *
                     static_cast<size_t>(table_size_.z()),
                 nullptr);
-  for (const BrickAt& at : bricks_) {
-    const VoxelIndex b = at.brick - first_brick_;
-    table_[static_cast<size_t>(b.x()) +
-           static_cast<size_t>(table_size_.x()) *
-               (static_cast<size_t>(b.y()) + static_cast<size_t>(table_size_.y()) *
-                                                 static_cast<size_t>(b.z()))] = at.contents.get();
+  for (const std::shared_ptr<const BrickPage>& page : pages_) {
+    table_[TableIndex(page->coordinates())] = page.get();
   }
 }
 

@@ -10,6 +10,7 @@
 #include <span>
 #include <vector>
 
+#include "core/model/brick_pages.h"
 #include "core/model/voxel.h"
 
 namespace vantage {
@@ -35,13 +36,14 @@ struct Stand {
 
 class PlanningView {
  public:
-  struct BrickAt {
-    VoxelIndex brick;  // brick coordinates: voxel index / 8
-    std::shared_ptr<const Brick> contents;
-  };
+  using BrickAt = vantage::BrickAt;
 
   // `voxel_size` in m, > 0. Bricks not listed are unknown. Order does not matter.
   PlanningView(double voxel_size, uint64_t version, std::vector<BrickAt> bricks,
+               std::vector<Stand> stands);
+  // A later version, sharing the pages in which nothing changed. `changed`: by z, y, x, each brick
+  // once.
+  PlanningView(const PlanningView& before, uint64_t version, std::span<const BrickAt> changed,
                std::vector<Stand> stands);
 
   double voxel_size() const { return voxel_size_; }
@@ -75,7 +77,7 @@ class PlanningView {
   // the same order (bricks by z, y, x; voxels within a brick likewise).
   template <typename Fn>
   void ForEachSurface(Fn&& fn) const {
-    for (const BrickAt& at : bricks_) {
+    for (const BrickAt& at : bricks()) {
       size_t rank = 0;
       for (int word = 0; word < Brick::kSide; ++word) {
         for (uint64_t bits = at.contents->surface_mask[word]; bits != 0; bits &= bits - 1) {
@@ -88,8 +90,13 @@ class PlanningView {
 
   size_t SurfaceCount() const { return surface_count_; }
 
-  // The listed bricks that are not wholly unknown, in that same order.
-  std::span<const BrickAt> bricks() const { return bricks_; }
+  // The bricks that are not wholly unknown, in that same order.
+  BrickRange bricks() const { return {pages_, brick_count_}; }
+
+  // Of how many pages of 8 x 8 x 8 bricks it consists, and how many of those that changed had to be
+  // made for this version: all others it shares with the version before.
+  size_t pages() const { return pages_.size(); }
+  size_t copied_pages() const { return copied_pages_; }
 
   static VoxelIndex Global(const VoxelIndex& brick, int local) {
     return {brick.x() * 8 + (local & 7), brick.y() * 8 + ((local >> 3) & 7),
@@ -97,23 +104,33 @@ class PlanningView {
   }
 
  private:
+  void Index();
+
   const Brick* Find(const VoxelIndex& v) const {
     if (!bounds_.Contains(v)) return nullptr;
-    const VoxelIndex b = Brick::Of(v) - first_brick_;
-    return table_[static_cast<size_t>(b.x()) +
-                  static_cast<size_t>(table_size_.x()) *
-                      (static_cast<size_t>(b.y()) +
-                       static_cast<size_t>(table_size_.y()) * static_cast<size_t>(b.z()))];
+    const VoxelIndex brick = Brick::Of(v);
+    const BrickPage* page = table_[TableIndex(BrickPage::Of(brick))];
+    return page == nullptr ? nullptr : page->Find(brick);
+  }
+  size_t TableIndex(const VoxelIndex& page) const {
+    const VoxelIndex p = page - first_page_;
+    return static_cast<size_t>(p.x()) +
+           static_cast<size_t>(table_size_.x()) *
+               (static_cast<size_t>(p.y()) +
+                static_cast<size_t>(table_size_.y()) * static_cast<size_t>(p.z()));
   }
 
   double voxel_size_;
   uint64_t version_;
-  VoxelBox bounds_;
-  VoxelIndex first_brick_ = VoxelIndex::Zero();
-  VoxelIndex table_size_ = VoxelIndex::Zero();
-  std::vector<BrickAt> bricks_;
-  std::vector<const Brick*> table_;  // dense over the bounds; null is unknown
   std::vector<Stand> stands_;
+  PageList pages_;
+  size_t copied_pages_ = 0;
+  // What follows from the pages.
+  VoxelBox bounds_;
+  VoxelIndex first_page_ = VoxelIndex::Zero();
+  VoxelIndex table_size_ = VoxelIndex::Zero();
+  std::vector<const BrickPage*> table_;  // dense over the bounds; null is unknown
+  size_t brick_count_ = 0;
   size_t surface_count_ = 0;
 };
 

@@ -21,43 +21,36 @@ constexpr std::array<std::array<int, 3>, 6> kFaces = {
 // in it, so the second may look at it askew.
 constexpr int kMissesToGiveUp = 2;
 
+bool AllOf(const BrickMask& mask) {
+  return std::all_of(mask.word.begin(), mask.word.end(),
+                     [](uint64_t word) { return word == ~uint64_t{0}; });
+}
+
 class Publisher {
  public:
   Publisher(const VoxelIndex& brick, const BrickNeighbourhood<MergedBrick>& around,
-            std::span<const ScanLayer* const> layers, double voxel_size)
+            double voxel_size)
       : brick_(brick),
         around_(around),
-        layers_(layers),
         h_(voxel_size),
         empty_(around, [](const MergedBrick& b) { return b.united ? &b.united->empty : nullptr; }),
         surface_(around,
-                 [](const MergedBrick& b) { return b.united ? &b.united->surface : nullptr; }) {
-    for (const ScanLayer* layer : layers) {
-      const BrickNeighbourhood<LayerBrick> own(brick,
-                                               [&](const VoxelIndex& b) { return layer->Find(b); });
-      if (own.Any()) witnesses_.emplace_back(layer, own);
-    }
-  }
+                 [](const MergedBrick& b) { return b.united ? &b.united->surface : nullptr; }),
+        given_away_(around, [](const MergedBrick& b) {
+          return b.given_away.Any() ? &b.given_away : nullptr;
+        }) {}
 
-  std::shared_ptr<const Brick> Publish(const std::shared_ptr<const Brick>& all_empty) const {
-    auto out = std::make_shared<Brick>();
+  // `witnesses()` -> std::vector<Witness>: asked for only where there is more to say than what is
+  // empty.
+  template <typename AskWitnesses>
+  std::shared_ptr<const Brick> Publish(AskWitnesses&& witnesses) {
     const MergedBrick* own = around_.middle();
-    const UnitedBrick* united = own == nullptr ? nullptr : own->united.get();
     BrickMask empty;
     BrickMask measured;
-    if (united != nullptr) {
-      empty = united->empty;
-      measured = united->surface;
+    if (own->united != nullptr) {
+      empty = own->united->empty;
+      measured = own->united->surface;
     }
-    bool any = false;
-    bool only_empty = true;
-    for (const uint64_t word : empty.word) {
-      any |= word != 0;
-      only_empty &= word == ~uint64_t{0};
-    }
-    if (only_empty) return all_empty;
-    empty.ForEach([&](int local) { out->state[static_cast<size_t>(local)] = VoxelState::kEmpty; });
-
     // Where there is anything else to say: measured surface, and what touches empty space.
     BrickMask rest;
     for (int row = 0; row < Brick::kSide * Brick::kSide; ++row) {
@@ -68,6 +61,13 @@ class Publisher {
     for (size_t w = 0; w < rest.word.size(); ++w) {
       rest.word[w] = (rest.word[w] & ~empty.word[w]) | measured.word[w];
     }
+    bool any = empty.Any();
+    if (!any && !rest.Any()) return nullptr;
+    auto out = std::make_shared<Brick>();
+    empty.ForEach([&](int local) { out->state[static_cast<size_t>(local)] = VoxelState::kEmpty; });
+    if (!rest.Any()) return out;
+    witnesses_ = witnesses();
+    out->surface.reserve(static_cast<size_t>(rest.Count()));
     size_t rank = 0;
     rest.ForEach([&](int local) {
       VoxelState& state = out->state[static_cast<size_t>(local)];
@@ -89,10 +89,18 @@ class Publisher {
         out->surface.push_back(*surface);
       }
     });
-    return any ? out : nullptr;
+    if (!any) return nullptr;
+    out->surface.shrink_to_fit();
+    return out;
   }
 
  private:
+  // Voxels that are one surface voxel in the end, as offsets from the brick's first.
+  struct Members {
+    std::array<std::array<int, 3>, 125> at;
+    size_t count = 0;
+  };
+
   bool Empty(int x, int y, int z) const { return empty_.Has(x, y, z); }
   Eigen::Vector3d Centre(int local) const {
     return (PlanningView::Global(brick_, local).cast<double>().array() + 0.5) * h_;
@@ -106,14 +114,9 @@ class Publisher {
     int64_t points = 0;
     std::array<int64_t, 3> sample_sum{};
     std::array<int64_t, 3> point_sum{};
-    std::vector<std::array<int, 3>> members;
-    surface_.ForEachAround(x, y, z, kFuseReach, [&](int dx, int dy, int dz) {
-      const auto [there, at] = around_.At(x + dx, y + dy, z + dz);
-      const size_t i = static_cast<size_t>(there->united->surface.Rank(at));
-      const bool itself = dx == 0 && dy == 0 && dz == 0;
-      if (!itself && there->absorbed[i] != OffsetCode(-dx, -dy, -dz)) return;
-      members.push_back({x + dx, y + dy, z + dz});
-      const SurfaceSums& sums = there->united->sums[i];
+    Members members;
+    const auto add = [&](int dx, int dy, int dz, const SurfaceSums& sums) {
+      members.at[members.count++] = {x + dx, y + dy, z + dz};
       const std::array<int64_t, 3> shift = {int64_t{dx}, int64_t{dy}, int64_t{dz}};
       for (size_t k = 0; k < 3; ++k) {
         const int64_t units = shift[k] * SurfaceSums::kUnits;
@@ -122,6 +125,13 @@ class Publisher {
       }
       samples += sums.samples;
       points += sums.points;
+    };
+    add(0, 0, 0, around_.middle()->united->sums[rank]);
+    given_away_.ForEachAround(x, y, z, kFuseReach, [&](int dx, int dy, int dz) {
+      const auto [there, at] = around_.At(x + dx, y + dy, z + dz);
+      const size_t i = there->united->Rank(at);
+      if (there->absorbed[i] != OffsetCode(-dx, -dy, -dz)) return;
+      add(dx, dy, dz, there->united->sums[i]);
     });
     const VoxelIndex voxel = PlanningView::Global(brick_, local);
     const auto& sum = samples > 0 ? sample_sum : point_sum;
@@ -143,17 +153,17 @@ class Publisher {
     return surface;
   }
 
-  float Density(const std::vector<std::array<int, 3>>& members, const Eigen::Vector3d& centroid,
+  float Density(const Members& members, const Eigen::Vector3d& centroid,
                 const Eigen::Vector3d& normal) const {
     double best = 0;
-    for (const auto& witness : witnesses_) {
-      const ScanLayer* layer = witness.first;
-      const BrickNeighbourhood<LayerBrick>& around = witness.second;
-      const bool measured = std::any_of(members.begin(), members.end(), [&](const auto& m) {
+    for (const Witness& witness : witnesses_) {
+      const BrickNeighbourhood<LayerBrick>& around = witness.around;
+      const auto end = members.at.begin() + static_cast<std::ptrdiff_t>(members.count);
+      const bool measured = std::any_of(members.at.begin(), end, [&](const auto& m) {
         const auto [brick, local] = around.At(m[0], m[1], m[2]);
         return brick != nullptr && brick->surface.Has(local);
       });
-      if (measured) best = std::max(best, layer->DensityAt(centroid, normal, h_));
+      if (measured) best = std::max(best, witness.layer->DensityAt(centroid, normal, h_, best));
     }
     return static_cast<float>(best);
   }
@@ -197,8 +207,9 @@ class Publisher {
     surface.centroid = Centre(local).cast<float>();
     surface.area = static_cast<float>(h_ * h_) / surface.normal.lpNorm<Eigen::Infinity>();
     int misses = 0;
-    for (const auto& [layer, around] : witnesses_) {
-      const ScanLayer::Miss miss = layer->MissAt(Centre(local), surface.normal.cast<double>(), h_);
+    for (const Witness& witness : witnesses_) {
+      const ScanLayer::Miss miss =
+          witness.layer->MissAt(Centre(local), surface.normal.cast<double>(), h_);
       if (miss == ScanLayer::Miss::kNone) continue;
       ++misses;
       if (miss == ScanLayer::Miss::kSquare && surface.missed < UINT8_MAX) ++surface.missed;
@@ -215,7 +226,7 @@ class Publisher {
     surface_.ForEachAround(x, y, z, kFuseReach, [&](int dx, int dy, int dz) {
       if (sliver) return;
       const auto [there, at] = around_.At(x + dx, y + dy, z + dz);
-      const LocalPlane& plane = there->plane[static_cast<size_t>(there->united->surface.Rank(at))];
+      const LocalPlane& plane = there->plane[there->united->Rank(at)];
       sliver = plane.normal.dot(normal) >= 0.7f &&
                std::abs(plane.normal.dot(centre - plane.centroid)) <= reach;
     });
@@ -226,15 +237,14 @@ class Publisher {
     const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
     UnknownReason first = UnknownReason::kImage;
     bool any = false;
-    for (const auto& witness : witnesses_) {
-      const ScanLayer* layer = witness.first;
-      const BrickNeighbourhood<LayerBrick>& around = witness.second;
+    for (const Witness& witness : witnesses_) {
+      const BrickNeighbourhood<LayerBrick>& around = witness.around;
       const bool touches = std::any_of(kFaces.begin(), kFaces.end(), [&](const auto& face) {
         const auto [brick, at] = around.At(x + face[0], y + face[1], z + face[2]);
         return brick != nullptr && brick->empty.Has(at);
       });
       if (!touches) continue;
-      const UnknownReason reason = layer->ReasonAt(Centre(local));
+      const UnknownReason reason = witness.layer->ReasonAt(Centre(local));
       if (reason == UnknownReason::kNone) continue;
       first = any ? std::min(first, reason) : reason;
       any = true;
@@ -245,21 +255,23 @@ class Publisher {
 
   const VoxelIndex& brick_;
   const BrickNeighbourhood<MergedBrick>& around_;
-  std::span<const ScanLayer* const> layers_;
   double h_;
   HaloMask empty_;
   HaloMask surface_;
-  std::vector<std::pair<const ScanLayer*, BrickNeighbourhood<LayerBrick>>> witnesses_;
+  HaloMask given_away_;
+  std::vector<Witness> witnesses_;
 };
 
 }  // namespace
 
-std::shared_ptr<const Brick> PublishBrick(const VoxelIndex& brick,
-                                          const BrickNeighbourhood<MergedBrick>& around,
-                                          std::span<const ScanLayer* const> layers,
-                                          double voxel_size,
+std::shared_ptr<const Brick> PublishBrick(const MergeRegion& region, size_t i, double voxel_size,
                                           const std::shared_ptr<const Brick>& all_empty) {
-  return Publisher(brick, around, layers, voxel_size).Publish(all_empty);
+  const BrickNeighbourhood<MergedBrick> around = region.Around(i);
+  const UnitedBrick* united = around.middle()->united.get();
+  if (united != nullptr && AllOf(united->empty)) return all_empty;
+  return Publisher(region.brick(i), around, voxel_size).Publish([&] {
+    return region.Witnesses(i);
+  });
 }
 
 }  // namespace vantage

@@ -4,25 +4,21 @@
 #define VANTAGE_CORE_MODEL_PUBLISH_BRICK_H_
 
 #include <memory>
-#include <span>
 
-#include "core/model/brick_neighbourhood.h"
-#include "core/model/merged_brick.h"
+#include "core/model/merge_region.h"
 #include "core/model/voxel.h"
 
 namespace vantage {
 
-// Null when all of the brick is unknown. `all_empty` is returned, shared, when all is empty.
+// Of a recomputed brick of the region. Null when all of it is unknown. `all_empty` is returned,
+// shared, when all is empty.
 //
 // An unknown voxel with an empty 6-neighbour is false surface; its cause is the first of occlusion,
 // hole, image among the scans whose empty space touches it there. Slivers of it along a compatible
 // true surface at most two voxels away are absorbed. False surface that two scans should have
 // measured, by range and incidence and with nothing in between, and whose rays did not come back,
 // is given up.
-std::shared_ptr<const Brick> PublishBrick(const VoxelIndex& brick,
-                                          const BrickNeighbourhood<MergedBrick>& around,
-                                          std::span<const ScanLayer* const> layers,
-                                          double voxel_size,
+std::shared_ptr<const Brick> PublishBrick(const MergeRegion& region, size_t i, double voxel_size,
                                           const std::shared_ptr<const Brick>& all_empty);
 
 }  // namespace vantage

@@ -4,25 +4,34 @@
 
 namespace vantage {
 
-RangePyramid::RangePyramid(const RangeSurface& surface) {
+RangePyramid::RangePyramid(const RangeSurface& surface, Parallel& parallel) {
+  // Columns at a time, so that a task is worth its while.
+  constexpr int kColumns = 64;
+  const auto fill = [&](Level& level, const auto& column) {
+    level.bounds.resize(static_cast<size_t>(level.columns) * static_cast<size_t>(level.rows));
+    parallel.For(static_cast<size_t>((level.columns + kColumns - 1) / kColumns), [&](size_t part) {
+      const int first = static_cast<int>(part) * kColumns;
+      for (int c = first; c < std::min(first + kColumns, level.columns); ++c) {
+        column(c, &level.bounds[static_cast<size_t>(c * level.rows)]);
+      }
+    });
+  };
   Level base;
   base.columns = surface.columns();
   base.rows = surface.rows();
-  base.bounds.reserve(static_cast<size_t>(base.columns) * static_cast<size_t>(base.rows));
-  for (int c = 0; c < base.columns; ++c) {
+  fill(base, [&](int c, Bounds* to) {
     for (int r = 0; r < base.rows; ++r) {
       const float known = std::max(0.0f, surface.at(c, r));
-      base.bounds.push_back({known, known});
+      to[r] = {known, known};
     }
-  }
+  });
   levels_.push_back(std::move(base));
   while (levels_.back().columns > 1 || levels_.back().rows > 1) {
     const Level& below = levels_.back();
     Level level;
     level.columns = (below.columns + 1) / 2;
     level.rows = (below.rows + 1) / 2;
-    level.bounds.reserve(static_cast<size_t>(level.columns) * static_cast<size_t>(level.rows));
-    for (int c = 0; c < level.columns; ++c) {
+    fill(level, [&](int c, Bounds* to) {
       for (int r = 0; r < level.rows; ++r) {
         Bounds all = below.bounds[static_cast<size_t>(2 * c * below.rows + 2 * r)];
         for (int dc = 0; dc < 2 && 2 * c + dc < below.columns; ++dc) {
@@ -33,9 +42,9 @@ RangePyramid::RangePyramid(const RangeSurface& surface) {
             all.max = std::max(all.max, part.max);
           }
         }
-        level.bounds.push_back(all);
+        to[r] = all;
       }
-    }
+    });
     levels_.push_back(std::move(level));
   }
 }

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/model/range_surface.h"
+#include "core/parallel/parallel.h"
 
 namespace vantage {
 
@@ -14,7 +15,7 @@ namespace vantage {
 // that none did.
 class RangePyramid {
  public:
-  explicit RangePyramid(const RangeSurface& surface);
+  RangePyramid(const RangeSurface& surface, Parallel& parallel);
 
   struct Bounds {
     float min = 0;

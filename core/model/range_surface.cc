@@ -7,8 +7,29 @@
 
 namespace vantage {
 
+namespace {
+
+// Runs of columns that are worked on at the same time, in order.
+struct ColumnParts {
+  ColumnParts(int all, const Parallel& parallel)
+      : columns(all),
+        count(parallel.width() == 1
+                  ? 1
+                  : static_cast<size_t>(std::clamp(columns, 1, 8 * parallel.width()))) {}
+
+  int first(size_t part) const {
+    return static_cast<int>(part * static_cast<size_t>(columns) / count);
+  }
+  int end(size_t part) const { return first(part + 1); }
+
+  int columns;
+  size_t count;
+};
+
+}  // namespace
+
 RangeSurface::RangeSurface(const RangeImage& image, const ScannerModel& scanner,
-                           double discontinuity_angle)
+                           double discontinuity_angle, Parallel& parallel)
     : azimuth_(image.azimuth, image.full_turn),
       elevation_(image.elevation, false),
       range_(image.range),
@@ -19,17 +40,9 @@ RangeSurface::RangeSurface(const RangeImage& image, const ScannerModel& scanner,
       range = RangeImage::kNoInformation;
     }
   }
-  Join(scanner, discontinuity_angle);
-  DropMixedPixels();
-  for (int c = 0; c < columns(); ++c) {
-    const int next = NextColumn(c);
-    if (next < 0) continue;
-    for (int r = 0; r + 1 < rows(); ++r) {
-      const bool quad = JoinedToNextColumn(c, r) && JoinedToNextRow(c, r) &&
-                        JoinedToNextColumn(c, r + 1) && JoinedToNextRow(next, r);
-      if (quad) joined_[Index(c, r)] |= 4;
-    }
-  }
+  Join(scanner, discontinuity_angle, parallel);
+  DropMixedPixels(parallel);
+  JoinQuads(parallel);
 }
 
 RangeSurface::RangeSurface(AngularAxis azimuth, AngularAxis elevation, std::vector<float> range,
@@ -52,7 +65,8 @@ void RangeSurface::FillTables() {
   }
 }
 
-void RangeSurface::Join(const ScannerModel& scanner, double discontinuity_angle) {
+void RangeSurface::Join(const ScannerModel& scanner, double discontinuity_angle,
+                        Parallel& parallel) {
   const double tangent = std::tan(discontinuity_angle);
   // Five sigma of a difference of two ranges: what noise alone explains is no discontinuity.
   const double noise = 5 * std::sqrt(2.0) * scanner.RangeSigma(scanner.range_max);
@@ -69,7 +83,7 @@ void RangeSurface::Join(const ScannerModel& scanner, double discontinuity_angle)
   for (size_t r = 0; r + 1 < rise.size(); ++r) {
     rise[r] = std::asin(sin_elevation_[r + 1]) - std::asin(sin_elevation_[r]);
   }
-  for (int c = 0; c < columns(); ++c) {
+  const auto join_column = [&](int c) {
     const int next = NextColumn(c);
     // A gap this wide was not scanned: nothing is known to join across it.
     constexpr double kWidestGap = 0.1;  // rad
@@ -84,15 +98,19 @@ void RangeSurface::Join(const ScannerModel& scanner, double discontinuity_angle)
       }
       if (rise[r] < kWidestGap && one_surface(at(c, r), at(c, r + 1), rise[r])) joined |= 2;
     }
-  }
+  };
+  const ColumnParts parts(columns(), parallel);
+  parallel.For(parts.count, [&](size_t part) {
+    for (int c = parts.first(part); c < parts.end(part); ++c) join_column(c);
+  });
 }
 
-void RangeSurface::DropMixedPixels() {
+void RangeSurface::DropMixedPixels(Parallel& parallel) {
   const auto between = [](float before, float here, float after) {
     return RangeImage::IsRange(before) && RangeImage::IsRange(after) &&
            (here - before) * (after - here) > 0;
   };
-  for (int c = 0; c < columns(); ++c) {
+  const auto find_in = [&](int c, std::vector<uint32_t>& mixed) {
     const int next = NextColumn(c);
     const int previous = c > 0 ? c - 1 : (azimuth_.closed() ? columns() - 1 : -1);
     for (int r = 0; r < rows(); ++r) {
@@ -102,10 +120,38 @@ void RangeSurface::DropMixedPixels() {
       if (previous >= 0 && JoinedToNextColumn(previous, r)) continue;
       const bool across = previous >= 0 && next >= 0 && between(at(previous, r), here, at(next, r));
       const bool along = r > 0 && r + 1 < rows() && between(at(c, r - 1), here, at(c, r + 1));
-      if (across || along) mixed_.push_back(static_cast<uint32_t>(Index(c, r)));
+      if (across || along) mixed.push_back(static_cast<uint32_t>(Index(c, r)));
     }
+  };
+  const ColumnParts parts(columns(), parallel);
+  std::vector<std::vector<uint32_t>> mixed(parts.count);
+  parallel.For(parts.count, [&](size_t part) {
+    for (int c = parts.first(part); c < parts.end(part); ++c) find_in(c, mixed[part]);
+  });
+  for (const std::vector<uint32_t>& some : mixed) {
+    mixed_.insert(mixed_.end(), some.begin(), some.end());
   }
   for (const uint32_t index : mixed_) range_[index] = RangeImage::kNoInformation;
+}
+
+void RangeSurface::JoinQuads(Parallel& parallel) {
+  const auto join_column = [this](int c) {
+    const int next = NextColumn(c);
+    if (next < 0) return;
+    for (int r = 0; r + 1 < rows(); ++r) {
+      const bool quad = JoinedToNextColumn(c, r) && JoinedToNextRow(c, r) &&
+                        JoinedToNextColumn(c, r + 1) && JoinedToNextRow(next, r);
+      if (quad) joined_[Index(c, r)] |= 4;
+    }
+  };
+  const ColumnParts parts(columns(), parallel);
+  parallel.For(parts.count, [&](size_t part) {
+    // The last column reads the first of the next part, which is being written.
+    for (int c = parts.first(part); c + 1 < parts.end(part); ++c) join_column(c);
+  });
+  for (size_t part = 0; part < parts.count; ++part) {
+    if (parts.first(part) < parts.end(part)) join_column(parts.end(part) - 1);
+  }
 }
 
 void RangeSurface::EndAt(int column, int row, float range) {
@@ -121,7 +167,7 @@ void RangeSurface::EndAt(int column, int row, float range) {
   if (previous >= 0 && row > 0) part(previous, row - 1, 4);
 }
 
-void RangeSurface::EndLoneRays() {
+void RangeSurface::EndLoneRays(Parallel& parallel) {
   constexpr int kTelling = 7;
   struct End {
     size_t index;
@@ -148,7 +194,7 @@ void RangeSurface::EndLoneRays() {
     }
     if (std::isfinite(nearest)) ends.push_back({index, nearest});
   }
-  for (int c = 0; c < columns(); ++c) {
+  const auto look_in = [&](int c, std::vector<End>& found) {
     for (int r = 0; r < rows(); ++r) {
       if (RangeImage::IsRange(at(c, r))) continue;
       int telling = 0;
@@ -161,9 +207,15 @@ void RangeSurface::EndLoneRays() {
           nearest = std::min(nearest, range);
         }
       }
-      if (telling >= kTelling) ends.push_back({Index(c, r), nearest});
+      if (telling >= kTelling) found.push_back({Index(c, r), nearest});
     }
-  }
+  };
+  const ColumnParts parts(columns(), parallel);
+  std::vector<std::vector<End>> found(parts.count);
+  parallel.For(parts.count, [&](size_t part) {
+    for (int c = parts.first(part); c < parts.end(part); ++c) look_in(c, found[part]);
+  });
+  for (const std::vector<End>& some : found) ends.insert(ends.end(), some.begin(), some.end());
   for (const End& end : ends) {
     if (RangeImage::IsRange(range_[end.index])) continue;  // a mixed pixel that stands alone
     joined_[end.index] = range_[end.index] == RangeImage::kNoReturn ? 8 : 8 | 1;

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/model/angular_axis.h"
+#include "core/parallel/parallel.h"
 #include "core/sensor/range_image.h"
 #include "core/sensor/scanner_model.h"
 
@@ -22,7 +23,8 @@ class RangeSurface {
   // smaller angle with the line of sight, unless range noise alone explains it. Mixed pixels
   // (joined to no neighbour, between a nearer and a farther one) become no information, and so do
   // returns nearer than the scanner's range.
-  RangeSurface(const RangeImage& image, const ScannerModel& scanner, double discontinuity_angle);
+  RangeSurface(const RangeImage& image, const ScannerModel& scanner, double discontinuity_angle,
+               Parallel& parallel);
 
   int columns() const { return azimuth_.size(); }
   int rows() const { return elevation_.size(); }
@@ -53,7 +55,7 @@ class RangeSurface {
   // scanner: mixed pixels at the nearer of the surfaces that they mix, which the beam has passed;
   // cells seven of whose eight neighbours tell a range at the nearest of those. A line of such
   // cells may be a thin black thing, and stays. After all calls of EndAt.
-  void EndLoneRays();
+  void EndLoneRays(Parallel& parallel);
 
   int NextColumn(int column) const {
     return column + 1 < columns() ? column + 1 : (azimuth_.closed() ? 0 : -1);
@@ -88,8 +90,9 @@ class RangeSurface {
   size_t Index(int column, int row) const {
     return static_cast<size_t>(column) * static_cast<size_t>(rows()) + static_cast<size_t>(row);
   }
-  void Join(const ScannerModel& scanner, double discontinuity_angle);
-  void DropMixedPixels();
+  void Join(const ScannerModel& scanner, double discontinuity_angle, Parallel& parallel);
+  void DropMixedPixels(Parallel& parallel);
+  void JoinQuads(Parallel& parallel);
 
   AngularAxis azimuth_;
   AngularAxis elevation_;

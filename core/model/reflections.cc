@@ -112,8 +112,8 @@ struct Candidate {
 };
 
 // The most promising first.
-std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride) {
-  const std::vector<ScanPlane> planes = FindScanPlanes(surface, kMostPlanes);
+std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride, Parallel& parallel) {
+  const std::vector<ScanPlane> planes = FindScanPlanes(surface, kMostPlanes, parallel);
   const ReturnTest tester(surface);
   std::vector<ScanCell> sample;
   for (int c = 0; c < surface.columns(); c += 2 * stride) {
@@ -121,8 +121,10 @@ std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride) {
       if (surface.Returned(c, r)) sample.push_back({c, r});
     }
   }
-  std::vector<Candidate> candidates;
-  for (const ScanPlane& plane : planes) {
+  std::vector<std::vector<Candidate>> by_plane(planes.size());
+  parallel.For(planes.size(), [&](size_t i) {
+    const ScanPlane& plane = planes[i];
+    std::vector<Candidate>& candidates = by_plane[i];
     const ReflectingPlane itself{plane.normal, plane.distance};
     if (HasScattered(surface, plane)) {
       constexpr double kBeforeAllOthers = 1e6;
@@ -137,6 +139,10 @@ std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride) {
       const double support = Support(tester, *between, other.cells);
       if (support > 0) candidates.push_back({support * other.area, *between, false});
     }
+  });
+  std::vector<Candidate> candidates;
+  for (const std::vector<Candidate>& some : by_plane) {
+    candidates.insert(candidates.end(), some.begin(), some.end());
   }
   std::stable_sort(candidates.begin(), candidates.end(),
                    [](const Candidate& a, const Candidate& b) { return a.support > b.support; });
@@ -149,24 +155,30 @@ bool Same(const ReflectingPlane& a, const ReflectingPlane& b) {
 
 }  // namespace
 
-std::vector<Reflector> EndReflections(RangeSurface& surface) {
+std::vector<Reflector> EndReflections(RangeSurface& surface, Parallel& parallel) {
   const double all = static_cast<double>(surface.columns()) * surface.rows();
   const int stride = std::max(1, static_cast<int>(std::sqrt(all / kCoarse)));
   const int fine = std::max(1, static_cast<int>(std::sqrt(all / kFine)));
+  std::vector<Candidate> judged;
+  for (const Candidate& candidate : FindCandidates(surface, stride, parallel)) {
+    if (judged.size() >= kMostJudged) break;
+    if (std::none_of(judged.begin(), judged.end(),
+                     [&](const Candidate& j) { return Same(j.plane, candidate.plane); })) {
+      judged.push_back(candidate);
+    }
+  }
+  std::vector<std::vector<ScanCell>> reflections(judged.size());
+  parallel.For(judged.size(), [&](size_t i) {
+    // Coarsely first: most candidates are none.
+    const ReflectingPlane& plane = judged[i].plane;
+    if (!judged[i].scattered && !HasReflections(surface, plane, stride)) return;
+    reflections[i] = FindReflections(surface, plane, fine);
+  });
   std::vector<Reflector> reflectors;
   absl::flat_hash_map<std::pair<int, int>, double> ends;  // column and row to range, m
-  std::vector<ReflectingPlane> judged;
-  for (const Candidate& candidate : FindCandidates(surface, stride)) {
-    const ReflectingPlane& plane = candidate.plane;
-    if (judged.size() >= kMostJudged) break;
-    if (std::any_of(judged.begin(), judged.end(),
-                    [&](const ReflectingPlane& j) { return Same(j, plane); })) {
-      continue;
-    }
-    judged.push_back(plane);
-    // Coarsely first: most candidates are none.
-    if (!candidate.scattered && !HasReflections(surface, plane, stride)) continue;
-    const std::vector<ScanCell> cells = FindReflections(surface, plane, fine);
+  for (size_t i = 0; i < judged.size(); ++i) {
+    const ReflectingPlane& plane = judged[i].plane;
+    const std::vector<ScanCell>& cells = reflections[i];
     if (cells.empty()) continue;
     // A ray that met two reflectors ended at the first.
     for (const ScanCell& cell : cells) {

@@ -9,6 +9,7 @@
 
 #include "core/model/aperture.h"
 #include "core/model/range_surface.h"
+#include "core/parallel/parallel.h"
 
 namespace vantage {
 
@@ -36,9 +37,9 @@ struct Reflector {
 //    mirror (a symmetric room goes on through its middle, a doorway has its depth); or its returns
 //    lie scattered among the plane's own.
 //
-// Judged on a part of a dense image, so that it costs much the same for any density; sequential,
-// and a function of the image alone.
-std::vector<Reflector> EndReflections(RangeSurface& surface);
+// Judged on a part of a dense image, so that it costs much the same for any density; a function of
+// the image alone.
+std::vector<Reflector> EndReflections(RangeSurface& surface, Parallel& parallel);
 
 }  // namespace vantage
 

@@ -31,7 +31,7 @@ ScanLayer::Miss ScanLayer::MissAt(const Eigen::Vector3d& point, const Eigen::Vec
 }
 
 double ScanLayer::DensityAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
-                            double voxel_size) const {
+                            double voxel_size, double best) const {
   const Eigen::Vector3d origin = T_model_scan.translation();
   const double cos_limit = std::cos(scanner.max_incidence);
   const Eigen::Vector3d tangent_u = normal.unitOrthogonal();
@@ -48,6 +48,7 @@ double ScanLayer::DensityAt(const Eigen::Vector3d& point, const Eigen::Vector3d&
     const double elevation = std::asin(std::clamp(in_scan.z() / distance, -1.0, 1.0));
     if (u == 0 && (elevation < elevation_first || elevation > elevation_last)) return 0;
     least = std::min(least, scanner.SamplingDensity(elevation, cos_incidence, distance));
+    if (least <= best) break;
   }
   return least;
 }

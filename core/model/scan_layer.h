@@ -10,47 +10,16 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "core/model/brick_key.h"
+#include "core/model/brick_mask.h"
 #include "core/model/planning_view.h"
 #include "core/model/range_surface.h"
 #include "core/model/reflections.h"
+#include "core/model/snapshot_header.h"
 #include "core/model/voxel.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage {
-
-// A set of voxels of one brick: bit local % 64 of word local / 64, one word a z-slice.
-struct BrickMask {
-  std::array<uint64_t, Brick::kSide> word{};
-
-  bool Has(int local) const { return (word[local / 64] >> (local % 64) & 1) != 0; }
-  void Set(int local) { word[local / 64] |= uint64_t{1} << (local % 64); }
-  bool Any() const {
-    uint64_t all = 0;
-    for (const uint64_t w : word) all |= w;
-    return all != 0;
-  }
-  int Count() const {
-    int count = 0;
-    for (const uint64_t w : word) count += std::popcount(w);
-    return count;
-  }
-  // Calls fn(local) for each voxel of the set, in order.
-  template <typename Fn>
-  void ForEach(Fn&& fn) const {
-    for (int w = 0; w < Brick::kSide; ++w) {
-      for (uint64_t left = word[w]; left != 0; left &= left - 1) {
-        fn(64 * w + std::countr_zero(left));
-      }
-    }
-  }
-  // How many voxels of the set come before `local`.
-  int Rank(int local) const {
-    int rank = std::popcount(word[local / 64] & ((uint64_t{1} << (local % 64)) - 1));
-    for (int w = 0; w < local / 64; ++w) rank += std::popcount(word[w]);
-    return rank;
-  }
-  bool operator==(const BrickMask&) const = default;
-};
 
 // Sums over the surface points in a voxel, in integers so that the order of adding never shows.
 // Positions are offsets from the voxel's lowest corner in 1/1024 of its size.
@@ -90,21 +59,6 @@ struct LayerBrick {
   std::vector<SurfaceSums> sums;  // of the voxels in `surface`, in order of local
 };
 
-using BrickKey = uint64_t;
-// Brick coordinates of at most 21 bits each, packed so that they sort by z, y, x.
-inline BrickKey KeyOf(const VoxelIndex& brick) {
-  constexpr int64_t kBias = 1 << 20;
-  return static_cast<uint64_t>(brick.z() + kBias) << 42 |
-         static_cast<uint64_t>(brick.y() + kBias) << 21 | static_cast<uint64_t>(brick.x() + kBias);
-}
-inline VoxelIndex BrickOf(BrickKey key) {
-  constexpr int64_t kBias = 1 << 20;
-  constexpr uint64_t kMask = (1 << 21) - 1;
-  return {static_cast<int>(static_cast<int64_t>(key & kMask) - kBias),
-          static_cast<int>(static_cast<int64_t>(key >> 21 & kMask) - kBias),
-          static_cast<int>(static_cast<int64_t>(key >> 42) - kBias)};
-}
-
 struct ScanLayer {
   RangeSurface range_surface;
   ScannerModel scanner;        // with the scan's native steps
@@ -121,6 +75,7 @@ struct ScanLayer {
   size_t samples = 0;
   size_t empty_voxels = 0;
   size_t surface_voxels = 0;
+  uint32_t algorithm_version = kModelAlgorithmVersion;  // that it was carved with
 
   const LayerBrick* Find(const VoxelIndex& brick) const {
     const auto it = bricks.find(KeyOf(brick));
@@ -145,9 +100,9 @@ struct ScanLayer {
 
   // The recorded sampling density of the scan on a surface element (m, model frame; unit normal):
   // the smallest over a voxel-sized square around the point. 0 beyond the maximum incidence and
-  // outside the field of view.
-  double DensityAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
-                   double voxel_size) const;
+  // outside the field of view. What is not more than `best` may be given too high, up to that.
+  double DensityAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double voxel_size,
+                   double best = 0) const;
 };
 
 }  // namespace vantage

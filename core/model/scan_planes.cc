@@ -2,6 +2,7 @@
 
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace vantage {
@@ -117,7 +118,7 @@ Eigen::Vector3d NormalAround(const RangeSurface& surface, int column, int row) {
   return normal;
 }
 
-std::vector<ScanPlane> FindScanPlanes(const RangeSurface& surface, int most) {
+std::vector<ScanPlane> FindScanPlanes(const RangeSurface& surface, int most, Parallel& parallel) {
   std::vector<Candidate> flat = FlatCells(surface);
   std::vector<ScanPlane> planes;
   while (static_cast<int>(planes.size()) < most && flat.size() >= kLeastCells) {
@@ -125,17 +126,25 @@ std::vector<ScanPlane> FindScanPlanes(const RangeSurface& surface, int most) {
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();
     float distance = 0;
     float most_area = 0;
-    for (size_t h = 0; h < kHypotheses; ++h) {
-      const Candidate& pick = flat[(2 * h + 1) * flat.size() / (2 * kHypotheses)];
-      const float at = -pick.normal.dot(pick.point);
+    std::array<float, kHypotheses> areas{};
+    const auto pick = [&flat](size_t h) -> const Candidate& {
+      return flat[(2 * h + 1) * flat.size() / (2 * kHypotheses)];
+    };
+    const auto at = [&](size_t h) { return -pick(h).normal.dot(pick(h).point); };
+    parallel.For(kHypotheses, [&](size_t h) {
+      const Eigen::Vector3f& along = pick(h).normal;
+      const float distance_of = at(h);
       float area = 0;
       for (size_t i = h % 4; i < flat.size(); i += 4) {
-        if (On(flat[i], pick.normal, at)) area += flat[i].area;
+        if (On(flat[i], along, distance_of)) area += flat[i].area;
       }
-      if (area > most_area) {
-        most_area = area;
-        normal = pick.normal;
-        distance = at;
+      areas[h] = area;
+    });
+    for (size_t h = 0; h < kHypotheses; ++h) {
+      if (areas[h] > most_area) {
+        most_area = areas[h];
+        normal = pick(h).normal;
+        distance = at(h);
       }
     }
     if (!(most_area > 0)) break;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/model/range_surface.h"
+#include "core/parallel/parallel.h"
 
 namespace vantage {
 
@@ -27,7 +28,7 @@ struct ScanPlane {
 
 // At most `most`, the largest first, from a sample of some ten thousand cells. Two scans of the
 // same image give the same planes.
-std::vector<ScanPlane> FindScanPlanes(const RangeSurface& surface, int most);
+std::vector<ScanPlane> FindScanPlanes(const RangeSurface& surface, int most, Parallel& parallel);
 
 // The unit normal, towards the scanner, of the surface around a cell over about a decimetre; zero
 // where that is not flat.

@@ -17,10 +17,10 @@ constexpr size_t kMagicSize = 4;
 constexpr size_t kHeadSize = 16;
 constexpr size_t kEntrySize = 24;
 constexpr size_t kChecksumSize = 4;
-constexpr size_t kLeavesPerSection = 2048;
+constexpr size_t kBricksPerSection = 2048;
 constexpr int kLevel = 1;  // higher ones save a tenth of the bytes for three times the time
 
-enum Kind : uint32_t { kSite = 1, kLayer = 2, kLeaves = 3 };
+enum Kind : uint32_t { kSite = 1, kLayer = 2, kBricks = 3 };
 
 struct Section {
   uint32_t kind = 0;
@@ -34,13 +34,12 @@ absl::Status Damaged(absl::string_view what) {
   return absl::DataLossError(absl::StrCat("snapshot: ", what));
 }
 
-std::string WriteSite(const ModelConfig& config, uint64_t version,
-                      const std::vector<std::string>& order) {
+std::string WriteSite(const SavedSite& site, const std::vector<std::string>& order) {
   SnapshotWriter out;
-  out.Fixed(config.voxel_size);
-  out.Fixed(config.discontinuity_angle);
-  out.Matrix(config.max_half_extent);
-  out.Varint(version);
+  out.Fixed(site.config.voxel_size);
+  out.Fixed(site.config.discontinuity_angle);
+  out.Matrix(site.config.max_half_extent);
+  out.Varint(site.version);
   out.Varint(order.size());
   for (const std::string& id : order) out.Text(id);
   return out.Take();
@@ -48,22 +47,28 @@ std::string WriteSite(const ModelConfig& config, uint64_t version,
 
 absl::Status ReadSite(absl::string_view bytes, ModelParts& parts) {
   SnapshotReader in(bytes);
-  parts.config.voxel_size = in.Fixed<double>();
-  parts.config.discontinuity_angle = in.Fixed<double>();
-  in.Matrix(parts.config.max_half_extent);
-  parts.version = in.Varint();
+  ModelConfig& config = parts.site.config;
+  config.voxel_size = in.Fixed<double>();
+  config.discontinuity_angle = in.Fixed<double>();
+  in.Matrix(config.max_half_extent);
+  parts.site.version = in.Varint();
   parts.order.resize(in.Count(1));
   for (std::string& id : parts.order) id = in.Text();
   if (!in.ok() || in.left() > 0) return Damaged("what it says of the site is unreadable");
-  if (!parts.config.Validate().ok()) return Damaged("its model configuration is impossible");
+  if (!config.Validate().ok()) return Damaged("its model configuration is impossible");
   const std::set<std::string> ids(parts.order.begin(), parts.order.end());
   if (ids.size() != parts.order.size()) return Damaged("two of its scans have one id");
   return absl::OkStatus();
 }
 
+absl::Status NewerAlgorithms(uint64_t version) {
+  return absl::FailedPreconditionError(
+      absl::StrCat("snapshot: newer algorithms made the model (version ", version,
+                   "; here they are of version ", kModelAlgorithmVersion, ")"));
+}
+
+// Of a snapshot whose header is as it should be.
 absl::StatusOr<std::vector<Section>> ReadSections(absl::string_view bytes) {
-  const absl::StatusOr<SnapshotHeader> header = ReadSnapshotHeader(bytes);
-  if (!header.ok()) return header.status();
   const auto count = LoadLittleEndian<uint32_t>(bytes.data() + 12);
   std::vector<Section> sections(count);
   size_t at = kHeadSize + count * kEntrySize + kChecksumSize;
@@ -107,24 +112,19 @@ absl::StatusOr<SnapshotHeader> ReadSnapshotHeader(absl::string_view bytes) {
     return Damaged("its header is damaged");
   }
   if (header.algorithm_version > kModelAlgorithmVersion) {
-    return absl::FailedPreconditionError(absl::StrCat(
-        "snapshot: newer algorithms made the model (version ", header.algorithm_version,
-        "; here they are of version ", kModelAlgorithmVersion, ")"));
+    return NewerAlgorithms(header.algorithm_version);
   }
   return header;
 }
 
-std::string EncodeSnapshot(const ModelConfig& config, uint64_t version,
-                           const std::vector<std::string>& order,
+std::string EncodeSnapshot(const SavedSite& site, const std::vector<std::string>& order,
                            const std::map<std::string, std::unique_ptr<ScanLayer>>& layers,
-                           std::vector<KeyedLeaf> leaves, const ModelLeaf& all_empty,
+                           const std::vector<BrickAt>& bricks, const ModelLeaf& all_empty,
                            Parallel& parallel) {
-  std::sort(leaves.begin(), leaves.end(),
-            [](const KeyedLeaf& a, const KeyedLeaf& b) { return KeyOf(a.brick) < KeyOf(b.brick); });
   std::vector<const ScanLayer*> all;
   all.reserve(order.size());
   for (const std::string& id : order) all.push_back(layers.at(id).get());
-  const size_t runs = (leaves.size() + kLeavesPerSection - 1) / kLeavesPerSection;
+  const size_t runs = (bricks.size() + kBricksPerSection - 1) / kBricksPerSection;
   const size_t count = 1 + all.size() + runs;
   std::vector<Section> sections(count);
   std::vector<std::string> frames(count);
@@ -132,15 +132,15 @@ std::string EncodeSnapshot(const ModelConfig& config, uint64_t version,
     std::string bytes;
     if (i == 0) {
       sections[i].kind = kSite;
-      bytes = WriteSite(config, version, order);
+      bytes = WriteSite(site, order);
     } else if (i <= all.size()) {
       sections[i].kind = kLayer;
       bytes = LayerCodec::Write(*all[i - 1]);
     } else {
-      sections[i].kind = kLeaves;
-      const size_t first = (i - 1 - all.size()) * kLeavesPerSection;
-      bytes = WriteLeaves(
-          std::span(leaves).subspan(first, std::min(kLeavesPerSection, leaves.size() - first)),
+      sections[i].kind = kBricks;
+      const size_t first = (i - 1 - all.size()) * kBricksPerSection;
+      bytes = WriteBricks(
+          std::span(bricks).subspan(first, std::min(kBricksPerSection, bricks.size() - first)),
           all_empty);
     }
     sections[i].decompressed = bytes.size();
@@ -151,7 +151,7 @@ std::string EncodeSnapshot(const ModelConfig& config, uint64_t version,
   out.Raw(kMagic, kMagicSize);
   out.Fixed(kSnapshotFormatVersion);
   out.Fixed(uint16_t{0});
-  out.Fixed(kModelAlgorithmVersion);
+  out.Fixed(site.algorithm_version);
   out.Fixed(static_cast<uint32_t>(count));
   for (size_t i = 0; i < count; ++i) {
     out.Fixed(sections[i].kind);
@@ -173,6 +173,8 @@ std::string EncodeSnapshot(const ModelConfig& config, uint64_t version,
 
 absl::StatusOr<ModelParts> DecodeSnapshot(absl::string_view bytes, size_t max_bytes,
                                           const ModelLeaf& all_empty, Parallel& parallel) {
+  const absl::StatusOr<SnapshotHeader> header = ReadSnapshotHeader(bytes);
+  if (!header.ok()) return header.status();
   const absl::StatusOr<std::vector<Section>> sections = ReadSections(bytes);
   if (!sections.ok()) return sections.status();
   uint64_t total = 0;
@@ -184,9 +186,10 @@ absl::StatusOr<ModelParts> DecodeSnapshot(absl::string_view bytes, size_t max_by
     total += section.decompressed;
   }
   ModelParts parts;
+  parts.site.algorithm_version = header->algorithm_version;
   std::vector<absl::Status> read(sections->size());
   std::vector<std::unique_ptr<ScanLayer>> layers(sections->size());
-  std::vector<std::vector<KeyedLeaf>> leaves(sections->size());
+  std::vector<std::vector<BrickAt>> bricks(sections->size());
   parallel.For(sections->size(), [&](size_t i) {
     const Section& section = (*sections)[i];
     if (Crc32c(section.bytes) != section.crc32c) {
@@ -202,12 +205,17 @@ absl::StatusOr<ModelParts> DecodeSnapshot(absl::string_view bytes, size_t max_by
     } else if (section.kind == kSite) {
       read[i] = ReadSite(*contents, parts);
     } else if (section.kind == kLayer) {
-      layers[i] = LayerCodec::Read(*contents);
-      if (layers[i] == nullptr) read[i] = Damaged("what it says of a scan is unreadable");
-    } else if (section.kind == kLeaves) {
-      std::optional<std::vector<KeyedLeaf>> run = ReadLeaves(*contents, all_empty);
+      layers[i] = LayerCodec::Read(*contents, *header);
+      if (layers[i] == nullptr) {
+        read[i] = Damaged("what it says of a scan is unreadable");
+      } else if (layers[i]->algorithm_version > kModelAlgorithmVersion) {
+        read[i] = NewerAlgorithms(layers[i]->algorithm_version);
+      }
+    } else if (section.kind == kBricks) {
+      std::optional<std::vector<BrickAt>> run =
+          ReadBricks(*contents, header->format_version, all_empty);
       if (run.has_value()) {
-        leaves[i] = *std::move(run);
+        bricks[i] = *std::move(run);
       } else {
         read[i] = Damaged("what it says of the model is unreadable");
       }
@@ -226,12 +234,12 @@ absl::StatusOr<ModelParts> DecodeSnapshot(absl::string_view bytes, size_t max_by
     parts.layers.emplace(parts.order[known++], std::move(layer));
   }
   if (known < parts.order.size()) return Damaged("it has fewer layers than scans");
-  for (std::vector<KeyedLeaf>& run : leaves) {
-    if (!run.empty() && !parts.leaves.empty() &&
-        KeyOf(run.front().brick) <= KeyOf(parts.leaves.back().brick)) {
+  for (std::vector<BrickAt>& run : bricks) {
+    if (!run.empty() && !parts.bricks.empty() &&
+        KeyOf(run.front().brick) <= KeyOf(parts.bricks.back().brick)) {
       return Damaged("its bricks are out of order");
     }
-    std::move(run.begin(), run.end(), std::back_inserter(parts.leaves));
+    std::move(run.begin(), run.end(), std::back_inserter(parts.bricks));
   }
   return parts;
 }

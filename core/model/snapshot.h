@@ -5,7 +5,7 @@
 //        0     4       magic "VSNP"
 //        4     2       format version (u16)
 //        6     2       0
-//        8     4       algorithm version (u32)
+//        8     4       algorithm version (u32): the oldest that a scan was carved with
 //       12     4       number of sections (u32)
 //       16    24 each  per section: kind (u32), CRC-32C of its bytes (u32), their number (u64), and
 //                      how many they are decompressed (u64)
@@ -13,7 +13,9 @@
 //   then the sections one after the other, each a Zstandard frame: the site, one a scan's layer
 //   (with its range image, as carving left it), and runs of the octree's bricks.
 //
-// Little-endian; one model has exactly one encoding.
+// Little-endian; one model has exactly one encoding. Format 1, which is read too, says of a layer
+// not which version carved it (the header's did), and of a brick also the sums and planes that it
+// was merged from.
 #ifndef VANTAGE_CORE_MODEL_SNAPSHOT_H_
 #define VANTAGE_CORE_MODEL_SNAPSHOT_H_
 
@@ -33,20 +35,24 @@
 
 namespace vantage {
 
-// The parts of a model that a snapshot keeps.
-struct ModelParts {
+struct SavedSite {
   ModelConfig config;
   uint64_t version = 0;
-  std::vector<std::string> order;  // of the scans, as they came
-  std::map<std::string, std::unique_ptr<ScanLayer>> layers;
-  std::vector<KeyedLeaf> leaves;  // that are not unknown
+  uint32_t algorithm_version = kModelAlgorithmVersion;
 };
 
-// `leaves` in any order. PartialModel::Save is for everyone else.
-std::string EncodeSnapshot(const ModelConfig& config, uint64_t version,
-                           const std::vector<std::string>& order,
+// The parts of a model that a snapshot keeps.
+struct ModelParts {
+  SavedSite site;
+  std::vector<std::string> order;  // of the scans, as they came
+  std::map<std::string, std::unique_ptr<ScanLayer>> layers;
+  std::vector<BrickAt> bricks;  // that are not unknown, by z, y, x
+};
+
+// `bricks` by z, y, x. PartialModel::Save is for everyone else.
+std::string EncodeSnapshot(const SavedSite& site, const std::vector<std::string>& order,
                            const std::map<std::string, std::unique_ptr<ScanLayer>>& layers,
-                           std::vector<KeyedLeaf> leaves, const ModelLeaf& all_empty,
+                           const std::vector<BrickAt>& bricks, const ModelLeaf& all_empty,
                            Parallel& parallel);
 
 // Errors as ReadSnapshotHeader; RESOURCE_EXHAUSTED: more than `max_bytes` decompressed. Phantoms

@@ -127,6 +127,7 @@ std::optional<RangeSurface> LayerCodec::ReadSurface(SnapshotReader& in) {
 
 std::string LayerCodec::Write(const ScanLayer& layer) {
   SnapshotWriter out;
+  out.Varint(layer.algorithm_version);
   WriteSurface(layer.range_surface, out);
   WriteScanner(layer.scanner, out);
   out.Fixed(layer.elevation_first);
@@ -162,12 +163,19 @@ std::string LayerCodec::Write(const ScanLayer& layer) {
   return out.Take();
 }
 
-std::unique_ptr<ScanLayer> LayerCodec::Read(absl::string_view bytes) {
+std::unique_ptr<ScanLayer> LayerCodec::Read(absl::string_view bytes, const SnapshotHeader& header) {
   SnapshotReader in(bytes);
+  // Format 1 had one version for all.
+  const uint64_t algorithm_version =
+      header.format_version == 1 ? header.algorithm_version : in.Varint();
+  if (algorithm_version < header.algorithm_version || algorithm_version > UINT32_MAX) {
+    return nullptr;
+  }
   std::optional<RangeSurface> surface = ReadSurface(in);
   if (!surface.has_value()) return nullptr;
   auto layer = std::unique_ptr<ScanLayer>(
       new ScanLayer{.range_surface = *std::move(surface), .scanner = {}});
+  layer->algorithm_version = static_cast<uint32_t>(algorithm_version);
   ReadScanner(in, layer->scanner);
   layer->elevation_first = in.Fixed<double>();
   layer->elevation_last = in.Fixed<double>();

@@ -33,27 +33,6 @@ BrickMask ReadMask(SnapshotReader& in) {
   return mask;
 }
 
-void WritePlane(const LocalPlane& plane, SnapshotWriter& out) {
-  out.Matrix(plane.centroid);
-  out.Matrix(plane.normal);
-  out.Fixed(plane.flatness);
-  out.Fixed(plane.weight);
-}
-
-LocalPlane ReadPlane(SnapshotReader& in) {
-  LocalPlane plane;
-  in.Matrix(plane.centroid);
-  in.Matrix(plane.normal);
-  plane.flatness = in.Fixed<float>();
-  plane.weight = in.Fixed<uint32_t>();
-  return plane;
-}
-
-bool Same(const LocalPlane& a, const LocalPlane& b) {
-  return a.centroid == b.centroid && a.normal == b.normal && a.flatness == b.flatness &&
-         a.weight == b.weight;
-}
-
 void WriteContents(const Brick& brick, SnapshotWriter& out) {
   out.Raw(brick.state.data(), brick.state.size());
   for (const SurfaceVoxel& voxel : brick.surface) {
@@ -96,64 +75,22 @@ std::shared_ptr<const Brick> ReadContents(SnapshotReader& in) {
   return brick;
 }
 
-void WriteLeaf(const MergedBrick& leaf, SnapshotWriter& out) {
-  out.Fixed(static_cast<uint8_t>(leaf.united != nullptr ? 1 : 0));
-  if (leaf.united != nullptr) {
-    WriteMasksAndSums(leaf.united->empty, leaf.united->surface, leaf.united->sums, out);
-  }
-  out.Varint(leaf.fitted.size());
-  for (const LocalPlane& plane : leaf.fitted) WritePlane(plane, out);
-  out.Varint(leaf.plane.size());
-  for (size_t i = 0; i < leaf.plane.size(); ++i) {
-    const bool own = i < leaf.fitted.size() && Same(leaf.plane[i], leaf.fitted[i]);
-    out.Fixed(static_cast<uint8_t>(own ? 0 : 1));
-    if (!own) WritePlane(leaf.plane[i], out);
-  }
-  out.Varint(leaf.dominated.size());
-  out.Raw(leaf.dominated.data(), leaf.dominated.size());
-  out.Varint(leaf.absorbed.size());
-  out.Raw(leaf.absorbed.data(), leaf.absorbed.size());
-  WriteContents(*leaf.contents, out);
-}
-
-ModelLeaf ReadLeaf(SnapshotReader& in) {
-  auto leaf = std::make_shared<MergedBrick>();
+// What format 1 also said of a brick: what it was merged from.
+void SkipMerged(SnapshotReader& in) {
   if (in.Fixed<uint8_t>() != 0) {
-    auto united = std::make_shared<UnitedBrick>();
-    ReadMasksAndSums(in, united->empty, united->surface, united->sums);
-    leaf->united = std::move(united);
+    BrickMask empty;
+    BrickMask surface;
+    std::vector<SurfaceSums> sums;
+    ReadMasksAndSums(in, empty, surface, sums);
   }
-  const size_t surfaces = leaf->united == nullptr ? 0 : leaf->united->sums.size();
-  // Each part is there for all surface voxels or for none.
-  const auto parts = [&](size_t least) {
-    const size_t count = in.Count(least);
-    if (count != 0 && count != surfaces) in.Fail();
-    return in.ok() ? count : 0;
-  };
-  leaf->fitted.resize(parts(8 * sizeof(float)));
-  for (LocalPlane& plane : leaf->fitted) plane = ReadPlane(in);
-  leaf->plane.resize(parts(1));
-  for (size_t i = 0; i < leaf->plane.size(); ++i) {
-    const bool own = in.Fixed<uint8_t>() == 0;
-    if (own && leaf->fitted.empty()) in.Fail();
-    if (!in.ok()) return leaf;
-    leaf->plane[i] = own ? leaf->fitted[i] : ReadPlane(in);
+  constexpr size_t kPlane = 8 * sizeof(float);
+  in.Raw(in.Count(kPlane) * kPlane);  // fitted
+  const size_t planes = in.Count(1);
+  for (size_t i = 0; i < planes; ++i) {
+    if (in.Fixed<uint8_t>() != 0) in.Raw(kPlane);  // not the one that was fitted
   }
-  leaf->dominated.resize(parts(1));
-  for (uint8_t& dominated : leaf->dominated) dominated = in.Fixed<uint8_t>();
-  leaf->absorbed.resize(parts(1));
-  for (int8_t& into : leaf->absorbed) {
-    into = in.Fixed<int8_t>();
-    constexpr int kAround = 125;
-    if (into < -1 || into >= kAround) in.Fail();
-  }
-  // All or none of what follows from the neighbourhood.
-  if (leaf->plane.size() != leaf->fitted.size() || leaf->dominated.size() != leaf->plane.size() ||
-      leaf->absorbed.size() != leaf->plane.size() || leaf->plane.size() != surfaces) {
-    in.Fail();
-  }
-  leaf->contents = ReadContents(in);
-  return leaf;
+  in.Raw(in.Count(1));  // dominated
+  in.Raw(in.Count(1));  // absorbed
 }
 
 }  // namespace
@@ -191,37 +128,42 @@ void ReadMasksAndSums(SnapshotReader& in, BrickMask& empty, BrickMask& surface,
   }
 }
 
-std::string WriteLeaves(std::span<const KeyedLeaf> leaves, const ModelLeaf& all_empty) {
+std::string WriteBricks(std::span<const BrickAt> bricks, const ModelLeaf& all_empty) {
   SnapshotWriter out;
-  out.Varint(leaves.size());
+  out.Varint(bricks.size());
   BrickKey last = 0;
-  for (const KeyedLeaf& at : leaves) {
+  for (const BrickAt& at : bricks) {
     const BrickKey key = KeyOf(at.brick);
     out.Varint(key - last);
     last = key;
-    out.Fixed(static_cast<uint8_t>(at.leaf == all_empty ? kAll : kMixed));
-    if (at.leaf != all_empty) WriteLeaf(*at.leaf, out);
+    out.Fixed(static_cast<uint8_t>(at.contents == all_empty ? kAll : kMixed));
+    if (at.contents != all_empty) WriteContents(*at.contents, out);
   }
   return out.Take();
 }
 
-std::optional<std::vector<KeyedLeaf>> ReadLeaves(absl::string_view bytes,
-                                                 const ModelLeaf& all_empty) {
+std::optional<std::vector<BrickAt>> ReadBricks(absl::string_view bytes, uint16_t format_version,
+                                               const ModelLeaf& all_empty) {
   SnapshotReader in(bytes);
-  std::vector<KeyedLeaf> leaves(in.Count(2));
+  std::vector<BrickAt> bricks(in.Count(2));
   BrickKey key = 0;
-  for (size_t i = 0; i < leaves.size() && in.ok(); ++i) {
+  for (size_t i = 0; i < bricks.size() && in.ok(); ++i) {
     const uint64_t step = in.Varint();
     if ((i > 0 && step == 0) || step > ~key) in.Fail();
     key += step;
-    leaves[i].brick = BrickOf(key);
-    if (!IsInOctree(leaves[i].brick) || KeyOf(leaves[i].brick) != key) in.Fail();
+    bricks[i].brick = BrickOf(key);
+    if (!IsInOctree(bricks[i].brick) || KeyOf(bricks[i].brick) != key) in.Fail();
     const auto shape = in.Fixed<uint8_t>();
     if (shape != kAll && shape != kMixed) in.Fail();
-    leaves[i].leaf = shape == kAll ? all_empty : ReadLeaf(in);
+    if (shape == kAll) {
+      bricks[i].contents = all_empty;
+      continue;
+    }
+    if (format_version == 1) SkipMerged(in);
+    bricks[i].contents = ReadContents(in);
   }
   if (!in.ok() || in.left() > 0) return std::nullopt;
-  return leaves;
+  return bricks;
 }
 
 }  // namespace vantage

@@ -10,16 +10,12 @@
 #include <vector>
 
 #include "absl/strings/string_view.h"
-#include "core/model/merged_brick.h"
+#include "core/model/brick_pages.h"
 #include "core/model/model_octree.h"
 #include "core/model/scan_layer.h"
+#include "core/model/snapshot_header.h"
 
 namespace vantage {
-
-struct KeyedLeaf {
-  VoxelIndex brick;
-  ModelLeaf leaf;
-};
 
 // A layer as it was before anything was taken out of it as a phantom: which apertures there are is
 // for all layers together to say. Reading checks everything that is later used as an index or a
@@ -27,7 +23,8 @@ struct KeyedLeaf {
 class LayerCodec {
  public:
   static std::string Write(const ScanLayer& layer);
-  static std::unique_ptr<ScanLayer> Read(absl::string_view bytes);
+  // `header`: of the snapshot. The layer's algorithm version may be newer than there are.
+  static std::unique_ptr<ScanLayer> Read(absl::string_view bytes, const SnapshotHeader& header);
 
  private:
   static void WriteAperture(const Aperture& aperture, class SnapshotWriter& out);
@@ -38,11 +35,11 @@ class LayerCodec {
 
 // Bricks in order of their keys. `all_empty` is the shared brick of nothing but empty voxels, in
 // what is written and in what is read.
-std::string WriteLeaves(std::span<const KeyedLeaf> leaves, const ModelLeaf& all_empty);
-std::optional<std::vector<KeyedLeaf>> ReadLeaves(absl::string_view bytes,
-                                                 const ModelLeaf& all_empty);
+std::string WriteBricks(std::span<const BrickAt> bricks, const ModelLeaf& all_empty);
+std::optional<std::vector<BrickAt>> ReadBricks(absl::string_view bytes, uint16_t format_version,
+                                               const ModelLeaf& all_empty);
 
-// Masks with the sums of the voxels in the second, as layers and merged bricks have them.
+// Masks with the sums of the voxels in the second, as layers have them.
 void WriteMasksAndSums(const BrickMask& empty, const BrickMask& surface,
                        std::span<const SurfaceSums> sums, SnapshotWriter& out);
 // Fails `in` when the masks overlap.

@@ -21,11 +21,12 @@ bool EmptyAllAround(const BrickNeighbourhood<LayerBrick>& around, int local) {
 
 // The surface voxels of `united` that scans have seen through.
 BrickMask SeenThrough(const VoxelIndex& brick, const BrickMask& surface,
+                      std::span<const LayerBrick* const> own_by_layer,
                       std::span<const ScanLayer* const> layers) {
   std::array<uint16_t, Brick::kVoxels> through{};
   std::array<uint16_t, Brick::kVoxels> measured{};
-  for (const ScanLayer* layer : layers) {
-    const LayerBrick* own = layer->Find(brick);
+  for (size_t i = 0; i < layers.size(); ++i) {
+    const LayerBrick* own = own_by_layer[i];
     if (own == nullptr) continue;
     BrickMask candidates;
     for (size_t w = 0; w < surface.word.size(); ++w) {
@@ -33,7 +34,7 @@ BrickMask SeenThrough(const VoxelIndex& brick, const BrickMask& surface,
     }
     const bool any = candidates.Any();
     const BrickNeighbourhood<LayerBrick> around(
-        brick, [&](const VoxelIndex& b) { return any ? layer->Find(b) : nullptr; });
+        brick, [&](const VoxelIndex& b) { return any ? layers[i]->Find(b) : nullptr; });
     for (int local = 0; local < Brick::kVoxels; ++local) {
       if (own->surface.Has(local)) ++measured[static_cast<size_t>(local)];
       if (candidates.Has(local) && EmptyAllAround(around, local)) {
@@ -49,41 +50,61 @@ BrickMask SeenThrough(const VoxelIndex& brick, const BrickMask& surface,
   return seen_through;
 }
 
+// The sums of the layers in the voxels of `surface`, in order of local.
+std::vector<SurfaceSums> AddUp(const BrickMask& surface, std::span<const LayerBrick* const> own) {
+  std::vector<SurfaceSums> sums(static_cast<size_t>(surface.Count()));
+  for (const LayerBrick* brick : own) {
+    if (brick == nullptr || !brick->surface.Any()) continue;
+    size_t from = 0;
+    size_t to = 0;
+    for (size_t w = 0; w < surface.word.size(); ++w) {
+      for (uint64_t left = surface.word[w] | brick->surface.word[w]; left != 0; left &= left - 1) {
+        const uint64_t bit = left & -left;
+        const bool here = (brick->surface.word[w] & bit) != 0;
+        if ((surface.word[w] & bit) != 0) {
+          if (here) sums[to].Add(brick->sums[from]);
+          ++to;
+        }
+        from += here ? 1 : 0;
+      }
+    }
+  }
+  return sums;
+}
+
 }  // namespace
 
 std::shared_ptr<const UnitedBrick> Unite(const VoxelIndex& brick,
+                                         std::span<const LayerBrick* const> own,
                                          std::span<const ScanLayer* const> layers) {
-  auto united = std::make_shared<UnitedBrick>();
   int witnesses = 0;
-  for (const ScanLayer* layer : layers) {
-    const LayerBrick* own = layer->Find(brick);
-    if (own == nullptr) continue;
+  int with_surface = 0;
+  const LayerBrick* any_with_surface = nullptr;
+  BrickMask empty;
+  BrickMask surface;
+  for (const LayerBrick* in_layer : own) {
+    if (in_layer == nullptr) continue;
     ++witnesses;
     for (size_t w = 0; w < Brick::kSide; ++w) {
-      united->empty.word[w] |= own->empty.word[w];
-      united->surface.word[w] |= own->surface.word[w];
+      empty.word[w] |= in_layer->empty.word[w];
+      surface.word[w] |= in_layer->surface.word[w];
     }
+    if (!in_layer->surface.Any()) continue;
+    ++with_surface;
+    any_with_surface = in_layer;
   }
   if (witnesses == 0) return nullptr;
-  if (witnesses > 2 && united->surface.Any()) {
-    const BrickMask gone = SeenThrough(brick, united->surface, layers);
-    for (size_t w = 0; w < Brick::kSide; ++w) united->surface.word[w] &= ~gone.word[w];
+  if (witnesses > 2 && with_surface > 0) {
+    const BrickMask gone = SeenThrough(brick, surface, own, layers);
+    for (size_t w = 0; w < Brick::kSide; ++w) surface.word[w] &= ~gone.word[w];
   }
-  for (size_t w = 0; w < Brick::kSide; ++w) united->empty.word[w] &= ~united->surface.word[w];
-  united->sums.resize(static_cast<size_t>(united->surface.Count()));
-  for (const ScanLayer* layer : layers) {
-    const LayerBrick* own = layer->Find(brick);
-    if (own == nullptr) continue;
-    size_t from = 0;
-    size_t to = 0;
-    for (int local = 0; local < Brick::kVoxels; ++local) {
-      const bool here = own->surface.Has(local);
-      if (united->surface.Has(local)) {
-        if (here) united->sums[to].Add(own->sums[from]);
-        ++to;
-      }
-      from += here ? 1 : 0;
-    }
+  for (size_t w = 0; w < Brick::kSide; ++w) empty.word[w] &= ~surface.word[w];
+  auto united = std::make_shared<UnitedBrick>(empty, surface);
+  if (with_surface == 1 && surface == any_with_surface->surface) {
+    united->sums = any_with_surface->sums;
+  } else {
+    united->added = AddUp(surface, own);
+    united->sums = united->added;
   }
   return united;
 }

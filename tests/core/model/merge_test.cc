@@ -5,6 +5,7 @@
 #include <array>
 #include <map>
 #include <random>
+#include <set>
 
 #include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
@@ -153,6 +154,53 @@ TEST(MergeTest, AScanTouchesOnlyWhatItSees) {
   }
   EXPECT_GT(shared, 200u);
   EXPECT_GT(near, 20u);
+}
+
+// The pages of bricks (8 x 8 x 8 of them) that hold any of these.
+std::set<std::array<int, 3>> PagesOf(const std::map<std::array<int, 3>, const Brick*>& bricks) {
+  std::set<std::array<int, 3>> pages;
+  for (const auto& [at, brick] : bricks) pages.insert({at[0] >> 3, at[1] >> 3, at[2] >> 3});
+  return pages;
+}
+
+// A small scan at the end of a row of rooms: what is published anew is what changed, whatever else
+// there is.
+TEST(MergeTest, PublishingCostsWhatChanged) {
+  Serial serial;
+  const ClosedFormScene room = EmptyRoom();
+  auto model = PartialModel::Create({}).value();
+  const auto insert = [&](int i) {
+    Eigen::Isometry3d pose = PoseAt(room.stands[0], 0.7 * i, 0.01, -0.02);
+    const Scan scan =
+        ScanScene(room, pose, {.step = Radians(1.5), .seed = static_cast<uint64_t>(i + 1)});
+    pose.pretranslate(Eigen::Vector3d(9.0 * i, 0, 0));
+    return model->Insert("scan" + std::to_string(i), scan, pose, serial).value();
+  };
+  constexpr int kRooms = 5;
+  for (int i = 0; i < kRooms; ++i) {
+    const auto before = model->Publish();
+    const auto bricks_before = BricksOf(*before);
+    const MergeReport report = insert(i);
+    const auto after = model->Publish();
+    EXPECT_EQ(after, model->Publish()) << "nothing came between";
+    EXPECT_EQ(after->copied_pages(), report.copied_pages);
+    const auto bricks_after = BricksOf(*after);
+    std::map<std::array<int, 3>, const Brick*> changed;
+    for (const auto& [at, brick] : bricks_after) {
+      const auto it = bricks_before.find(at);
+      if (it == bricks_before.end() || it->second != brick) changed[at] = brick;
+    }
+    for (const auto& [at, brick] : bricks_before) {
+      ASSERT_TRUE(bricks_after.contains(at));
+    }
+    EXPECT_EQ(report.changed_bricks, changed.size());
+    EXPECT_LE(report.changed_bricks, report.recomputed_bricks);
+    EXPECT_EQ(report.copied_pages, PagesOf(changed).size());
+    if (i == 0) continue;
+    // A room's own, of what by then are `i + 1` rooms.
+    EXPECT_EQ(changed.size(), bricks_after.size() - bricks_before.size());
+    EXPECT_LE(report.copied_pages, 2 * after->pages() / static_cast<size_t>(i + 1));
+  }
 }
 
 // Ten scans of one wall with 1 cm of noise and 1 cm of pose error.

@@ -21,6 +21,11 @@ namespace {
 constexpr double kDiscontinuity = 0.14;  // rad
 const Eigen::AlignedBox3d kPaneRoom(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(5.2, 4.2, 2.6));
 
+Serial& OneThread() {
+  static Serial serial;
+  return serial;
+}
+
 ScannerModel Scanner() {
   ScannerModel scanner;
   scanner.azimuth_step = scanner.elevation_step = Radians(0.3);
@@ -68,11 +73,11 @@ TEST(ReflectionsTest, AMirrorIsFoundWhereItHangsAndItsPhantomsEndThere) {
     SCOPED_TRACE(testing::Message() << station.at.transpose());
     const Eigen::Isometry3d pose = PoseAt(station.at, station.yaw);
     const Scene scene = PaneRoom({false, true, false, false});
-    RangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity);
+    RangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
     const size_t before = Phantoms(surface, pose);
     const size_t returns = Returns(surface);
     ASSERT_GT(before, 2000u);
-    const std::vector<Reflector> reflectors = EndReflections(surface);
+    const std::vector<Reflector> reflectors = EndReflections(surface, OneThread());
     ASSERT_EQ(reflectors.size(), 1u);
     const Eigen::Vector3d normal = pose.linear() * reflectors[0].normal;
     EXPECT_GT(normal.y(), 0.9998);
@@ -93,10 +98,10 @@ TEST(ReflectionsTest, APolishedFloorIsFound) {
     SCOPED_TRACE(testing::Message() << at.transpose());
     const Eigen::Isometry3d pose = PoseAt(at, 0.4);
     RangeSurface surface(ScanOf(PaneRoom({false, false, true, false}), pose), Scanner(),
-                         kDiscontinuity);
+                         kDiscontinuity, OneThread());
     const size_t before = Phantoms(surface, pose);
     ASSERT_GT(before, 1000u);
-    const std::vector<Reflector> reflectors = EndReflections(surface);
+    const std::vector<Reflector> reflectors = EndReflections(surface, OneThread());
     ASSERT_EQ(reflectors.size(), 1u);
     EXPECT_GT(reflectors[0].normal.z(), 0.9998);
     EXPECT_NEAR(reflectors[0].distance, at.z(), 0.01);
@@ -112,9 +117,9 @@ TEST(ReflectionsTest, APlainRoomHasNone) {
   stations.push_back({{4.1, 3.1, 1.7}, 0.2});
   for (const Station& station : stations) {
     const Eigen::Isometry3d pose = PoseAt(station.at, station.yaw);
-    RangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity);
+    RangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
     const size_t returns = Returns(surface);
-    EXPECT_TRUE(EndReflections(surface).empty()) << station.at.transpose();
+    EXPECT_TRUE(EndReflections(surface, OneThread()).empty()) << station.at.transpose();
     EXPECT_EQ(Returns(surface), returns);
   }
 }
@@ -142,8 +147,9 @@ TEST(ReflectionsTest, NoneInFurnishedScenesWithoutMirrors) {
     for (const Eigen::Vector3d& at : place.stands) {
       const Eigen::Isometry3d pose = PoseAt(at, 0.3, 0.01, 0.02);
       RangeSurface surface(simulated.Scan(Scanner(), pose, faults, 7, serial), Scanner(),
-                           kDiscontinuity);
-      EXPECT_TRUE(EndReflections(surface).empty()) << place.scene.name << " " << at.transpose();
+                           kDiscontinuity, OneThread());
+      EXPECT_TRUE(EndReflections(surface, OneThread()).empty())
+          << place.scene.name << " " << at.transpose();
     }
   }
 }
@@ -156,8 +162,8 @@ TEST(ReflectionsTest, NoneInRealScans) {
     if (!std::ifstream(file)) GTEST_SKIP() << file << " is not there: no real scans to read";
     const auto scan = ReadScanFile(file, ImportLimits());
     ASSERT_TRUE(scan.ok()) << scan.status();
-    RangeSurface surface(scan->image, scan->scanner, kDiscontinuity);
-    EXPECT_TRUE(EndReflections(surface).empty()) << name;
+    RangeSurface surface(scan->image, scan->scanner, kDiscontinuity, OneThread());
+    EXPECT_TRUE(EndReflections(surface, OneThread()).empty()) << name;
   }
 }
 
@@ -171,8 +177,8 @@ TEST(ReflectionsTest, SymmetricRoomsThroughADoorwayAreRooms) {
   for (const Eigen::Vector3d& at :
        {Eigen::Vector3d(-1.5, 0, 1.5), {-1.2, 0.7, 1.5}, {-0.6, 0.2, 1.6}, {-2.3, -1.4, 1.4}}) {
     const Scan scan = ScanScene(scene, PoseAt(at, 0.3, 0.01, 0.02), {.noise = 0.003});
-    RangeSurface surface(scan.image, scan.scanner, kDiscontinuity);
-    EXPECT_TRUE(EndReflections(surface).empty()) << at.transpose();
+    RangeSurface surface(scan.image, scan.scanner, kDiscontinuity, OneThread());
+    EXPECT_TRUE(EndReflections(surface, OneThread()).empty()) << at.transpose();
   }
 }
 
@@ -180,8 +186,8 @@ TEST(ReflectionsTest, NoneInAnyClosedFormScene) {
   for (const ClosedFormScene& scene : AllScenes()) {
     for (const Eigen::Vector3d& stand : scene.stands) {
       const Scan scan = ScanScene(scene, PoseAt(stand, 0.3), {.noise = 0.003});
-      RangeSurface surface(scan.image, scan.scanner, kDiscontinuity);
-      const std::vector<Reflector> found = EndReflections(surface);
+      RangeSurface surface(scan.image, scan.scanner, kDiscontinuity, OneThread());
+      const std::vector<Reflector> found = EndReflections(surface, OneThread());
       EXPECT_TRUE(found.empty()) << scene.name << " " << stand.transpose() << ": "
                                  << found[0].normal.transpose() << " at " << found[0].distance
                                  << ", " << found[0].cells;
@@ -193,8 +199,8 @@ TEST(ReflectionsTest, PlanesOfARoomAreFoundWhereTheyAre) {
   const ClosedFormScene scene = EmptyRoom();
   const Eigen::Vector3d at = scene.stands[0];
   const Scan scan = ScanScene(scene, PoseAt(at), {.noise = 0.003});
-  const RangeSurface surface(scan.image, scan.scanner, kDiscontinuity);
-  const std::vector<ScanPlane> planes = FindScanPlanes(surface, 10);
+  const RangeSurface surface(scan.image, scan.scanner, kDiscontinuity, OneThread());
+  const std::vector<ScanPlane> planes = FindScanPlanes(surface, 10, OneThread());
   ASSERT_EQ(planes.size(), 6u);
   const Eigen::AlignedBox3d room = scene.air[0];
   for (int axis = 0; axis < 3; ++axis) {

@@ -3,17 +3,21 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
 #include <string>
 #include <vector>
 
+#include "absl/strings/escaping.h"
 #include "core/model/carve.h"
+#include "core/model/merge.h"
 #include "core/parallel/thread_pool.h"
 #include "core/sensor/byte_order.h"
 #include "core/simulation/scene.h"
 #include "core/simulation/simulated_scanner.h"
 #include "proto/wire/checksum.h"
 #include "tests/core/model/closed_form_scene.h"
+#include "tests/core/model/format1_snapshot.h"
 #include "tests/support/runs.h"
 
 namespace vantage {
@@ -241,6 +245,89 @@ TEST_F(SavedRoom, NewerOnesAreRefusedAndOlderAlgorithmsAreNot) {
   older[8] = static_cast<char>(kModelAlgorithmVersion - 1);
   EXPECT_TRUE(LoadStatus(Resealed(older)).ok());
   EXPECT_EQ(ReadSnapshotHeader(Resealed(older))->algorithm_version, kModelAlgorithmVersion - 1);
+}
+
+// The model as a release would have saved it whose algorithms were of that version when the scan of
+// that id was carved.
+std::string CarvedByVersion(absl::string_view bytes, const std::string& id, uint32_t version) {
+  Serial serial;
+  const ModelLeaf all_empty = MakeAllEmpty();
+  ModelParts parts = DecodeSnapshot(bytes, kPlenty, all_empty, serial).value();
+  parts.layers.at(id)->algorithm_version = version;
+  parts.site.algorithm_version = std::min(parts.site.algorithm_version, version);
+  return EncodeSnapshot(parts.site, parts.order, parts.layers, parts.bricks, all_empty, serial);
+}
+
+TEST(SnapshotVersionTest, AModelIsAsOldAsItsOldestScan) {
+  Serial serial;
+  const std::vector<PosedScan> scans = ScansOf(BoxInRoom(), 1);
+  ASSERT_GE(scans.size(), 2u);
+  const auto model = CoarseModel();
+  EXPECT_EQ(model->algorithm_version(), kModelAlgorithmVersion);
+  InsertAll(scans, 1, *model);
+  EXPECT_EQ(model->algorithm_version(), kModelAlgorithmVersion);
+  constexpr uint32_t kOlder = kModelAlgorithmVersion - 1;
+  const std::string older = CarvedByVersion(model->Save(serial), scans[0].id, kOlder);
+  EXPECT_EQ(ReadSnapshotHeader(older)->algorithm_version, kOlder);
+
+  const auto loaded = PartialModel::Load(older, kPlenty, serial).value();
+  EXPECT_EQ(loaded->algorithm_version(), kOlder);
+  EXPECT_TRUE(loaded->Save(serial) == older) << "saved again it is not what it was";
+  // With a scan of today it is still not one of today, nor after another rest.
+  ASSERT_TRUE(loaded->Insert(scans[1].id, scans[1].scan, scans[1].pose, serial).ok());
+  const std::string mixed = loaded->Save(serial);
+  EXPECT_EQ(ReadSnapshotHeader(mixed)->algorithm_version, kOlder);
+  const auto again = PartialModel::Load(mixed, kPlenty, serial).value();
+  EXPECT_EQ(again->algorithm_version(), kOlder);
+  EXPECT_TRUE(again->Save(serial) == mixed);
+  // When the old scan goes, nothing of its age is left.
+  ASSERT_TRUE(again->Withdraw(scans[0].id, serial).ok());
+  EXPECT_EQ(again->algorithm_version(), kModelAlgorithmVersion);
+  EXPECT_EQ(ReadSnapshotHeader(again->Save(serial))->algorithm_version, kModelAlgorithmVersion);
+}
+
+TEST(SnapshotVersionTest, OneScanCarvedByNewerAlgorithmsIsTooNew) {
+  Serial serial;
+  const std::vector<PosedScan> scans = ScansOf(BoxInRoom(), 1);
+  const auto model = CoarseModel();
+  InsertAll(scans, 2, *model);
+  const std::string newer =
+      CarvedByVersion(model->Save(serial), scans[1].id, kModelAlgorithmVersion + 1);
+  const absl::Status status = PartialModel::Load(newer, kPlenty, serial).status();
+  EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
+  EXPECT_NE(status.message().find("newer algorithms"), absl::string_view::npos) << status;
+}
+
+// A snapshot that the release which wrote format 1 saved.
+TEST(SnapshotVersionTest, TheFormatBeforeIsReadAsWhatItWas) {
+  Serial serial;
+  std::string bytes;
+  ASSERT_TRUE(absl::Base64Unescape(kFormat1Snapshot, &bytes));
+  ASSERT_EQ(ReadSnapshotHeader(bytes)->format_version, 1);
+  const auto loaded = PartialModel::Load(bytes, kPlenty, serial);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  PartialModel& model = **loaded;
+  EXPECT_EQ(model.scans(), (std::vector<std::string>{"first", "second"}));
+  EXPECT_EQ(model.Digest(), kFormat1Digest);
+  EXPECT_EQ(model.algorithm_version(), 1u);
+  const std::string now = model.Save(serial);
+  EXPECT_EQ(ReadSnapshotHeader(now)->format_version, kSnapshotFormatVersion);
+  EXPECT_LT(now.size(), bytes.size());
+  const auto again = PartialModel::Load(now, kPlenty, serial).value();
+  EXPECT_EQ(again->Digest(), kFormat1Digest);
+  for (const char* id : {"second", "first"}) {
+    ASSERT_TRUE(model.Withdraw(id, serial).ok());
+    ASSERT_TRUE(again->Withdraw(id, serial).ok());
+    EXPECT_EQ(again->Digest(), model.Digest()) << "without " << id;
+  }
+  EXPECT_TRUE(model.Publish()->bricks().empty());
+  // Damage in it is found as in any other.
+  std::mt19937_64 random(6);
+  for (size_t i = 0; i < Runs(200u); ++i) {
+    std::string damaged = bytes;
+    damaged[random() % bytes.size()] ^= static_cast<char>(1 << random() % 8);
+    EXPECT_FALSE(PartialModel::Load(damaged, kPlenty, serial).ok());
+  }
 }
 
 TEST_F(SavedRoom, NeverTakesMoreThanAllowed) {
