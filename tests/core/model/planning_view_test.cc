@@ -54,6 +54,7 @@ Bricks RandomBricks(const VoxelIndex& corner, const VoxelIndex& size, std::mt199
 
 std::vector<BrickAt> ListOf(const Bricks& bricks) {
   std::vector<BrickAt> list;
+  list.reserve(bricks.size());
   for (const auto& [key, brick] : bricks) list.push_back({At(key), brick});
   return list;
 }

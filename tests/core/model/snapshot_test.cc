@@ -325,7 +325,8 @@ TEST(SnapshotVersionTest, TheFormatBeforeIsReadAsWhatItWas) {
   std::mt19937_64 random(6);
   for (size_t i = 0; i < Runs(200u); ++i) {
     std::string damaged = bytes;
-    damaged[random() % bytes.size()] ^= static_cast<char>(1 << random() % 8);
+    const size_t at = random() % bytes.size();
+    damaged[at] = static_cast<char>(damaged[at] ^ (1 << random() % 8));
     EXPECT_FALSE(PartialModel::Load(damaged, kPlenty, serial).ok());
   }
 }
