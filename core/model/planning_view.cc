@@ -27,6 +27,15 @@ PlanningView::PlanningView(const PlanningView& before, uint64_t version,
   Index();
 }
 
+const BrickPage* PlanningView::FindPage(const VoxelIndex& page) const {
+  const BrickKey key = KeyOf(page);
+  const auto it = std::lower_bound(pages_.begin(), pages_.end(), key,
+                                   [](const std::shared_ptr<const BrickPage>& at, BrickKey wanted) {
+                                     return KeyOf(at->coordinates()) < wanted;
+                                   });
+  return it != pages_.end() && KeyOf((*it)->coordinates()) == key ? it->get() : nullptr;
+}
+
 // By page, not by brick: a site has few.
 void PlanningView::Index() {
   if (pages_.empty()) return;
@@ -41,9 +50,13 @@ void PlanningView::Index() {
   bounds_ = {first * Brick::kSide, (last + VoxelIndex::Ones()) * Brick::kSide};
   first_page_ = BrickPage::Of(first);
   table_size_ = BrickPage::Of(last) - first_page_ + VoxelIndex::Ones();
-  table_.assign(static_cast<size_t>(table_size_.x()) * static_cast<size_t>(table_size_.y()) *
-                    static_cast<size_t>(table_size_.z()),
-                nullptr);
+  const size_t places = static_cast<size_t>(table_size_.x()) *
+                        static_cast<size_t>(table_size_.y()) * static_cast<size_t>(table_size_.z());
+  // The table never costs more than the pages do, or a few megabytes.
+  constexpr size_t kPlacesPerPage = 64;
+  constexpr size_t kFewPlaces = size_t{1} << 20;
+  if (places > std::max(kFewPlaces, kPlacesPerPage * pages_.size())) return;
+  table_.assign(places, nullptr);
   for (const std::shared_ptr<const BrickPage>& page : pages_) {
     table_[TableIndex(page->coordinates())] = page.get();
   }

@@ -109,9 +109,12 @@ class PlanningView {
   const Brick* Find(const VoxelIndex& v) const {
     if (!bounds_.Contains(v)) return nullptr;
     const VoxelIndex brick = Brick::Of(v);
-    const BrickPage* page = table_[TableIndex(BrickPage::Of(brick))];
+    const VoxelIndex at = BrickPage::Of(brick);
+    const BrickPage* page = table_.empty() ? FindPage(at) : table_[TableIndex(at)];
     return page == nullptr ? nullptr : page->Find(brick);
   }
+  // Without the table.
+  const BrickPage* FindPage(const VoxelIndex& page) const;
   size_t TableIndex(const VoxelIndex& page) const {
     const VoxelIndex p = page - first_page_;
     return static_cast<size_t>(p.x()) +
@@ -129,7 +132,8 @@ class PlanningView {
   VoxelBox bounds_;
   VoxelIndex first_page_ = VoxelIndex::Zero();
   VoxelIndex table_size_ = VoxelIndex::Zero();
-  std::vector<const BrickPage*> table_;  // dense over the bounds; null is unknown
+  // Dense over the bounds, null is unknown; empty where the pages are few for their bounds.
+  std::vector<const BrickPage*> table_;
   size_t brick_count_ = 0;
   size_t surface_count_ = 0;
 };

@@ -98,6 +98,7 @@ void ExpectSays(const PlanningView& view, const Bricks& bricks, std::mt19937_64&
     const auto& [key, brick] = *std::next(bricks.begin(), static_cast<std::ptrdiff_t>(which));
     EXPECT_EQ(view.bricks()[which].brick, At(key));
     EXPECT_EQ(view.bricks()[which].contents, brick);
+    EXPECT_EQ(view.State(At(key) * 8 + VoxelIndex(1, 2, 3)), brick->state[Brick::Local(1, 2, 3)]);
   }
   // Inside, beside and outside.
   const VoxelIndex span = (last - first + VoxelIndex::Constant(7)) * 8;
@@ -139,6 +140,9 @@ TEST(PlanningViewTest, FarApart) {
   std::mt19937_64 random(5);
   Bricks bricks = RandomBricks({-700, -650, -90}, {9, 5, 4}, random);
   bricks.merge(RandomBricks({680, 500, 70}, {4, 9, 9}, random));
+  ExpectSays(PlanningView(0.05, 1, ListOf(bricks), {}), bricks, random);
+  bricks.merge(RandomBricks({-30000, 29000, 31000}, {4, 9, 9}, random));
+  bricks.merge(RandomBricks({31000, -32000, -29000}, {9, 4, 9}, random));
   ExpectSays(PlanningView(0.05, 1, ListOf(bricks), {}), bricks, random);
 }
 

@@ -156,6 +156,22 @@ TEST(SnapshotTest, AnEmptyModel) {
   EXPECT_EQ((*loaded)->config().max_half_extent, config.max_half_extent);
 }
 
+// Loading costs what there is, not what lies between.
+TEST(SnapshotTest, BricksAtEitherEndOfTheOctree) {
+  Serial serial;
+  const ModelLeaf all_empty = MakeAllEmpty();
+  const std::vector<BrickAt> bricks = {{VoxelIndex::Constant(-32000), all_empty},
+                                       {VoxelIndex::Constant(32000), all_empty}};
+  const std::string bytes = EncodeSnapshot(SavedSite{}, {}, {}, bricks, all_empty, serial);
+  const auto loaded = PartialModel::Load(bytes, kPlenty, serial);
+  ASSERT_TRUE(loaded.ok()) << loaded.status();
+  const auto view = (*loaded)->Publish();
+  EXPECT_EQ(view->bricks().size(), 2u);
+  EXPECT_EQ(view->State(VoxelIndex::Constant(32000 * 8)), VoxelState::kEmpty);
+  EXPECT_EQ(view->State(VoxelIndex::Zero()), VoxelState::kUnknown);
+  EXPECT_TRUE((*loaded)->Save(serial) == bytes);
+}
+
 class SavedRoom : public testing::Test {
  protected:
   SavedRoom() {
