@@ -11,13 +11,6 @@ namespace {
 
 constexpr float kCompatible = 0.8f;  // cosine between normals of one surface
 
-// The axis that a surface is most nearly perpendicular to.
-int DominantAxis(const Eigen::Vector3f& normal) {
-  int axis = 0;
-  normal.cwiseAbs().maxCoeff(&axis);
-  return axis;
-}
-
 // Calls fn(OffsetCode, distance, brick, rank) for the voxels that dominate `plane`, the one at
 // `local`. Rivals stand in one column across the surface: one beside the other in the surface is
 // none. So of each column of voxels something always stays.
@@ -51,6 +44,12 @@ void ForEachDominating(const VoxelIndex& brick, const BrickNeighbourhood<MergedB
 }
 
 }  // namespace
+
+int DominantAxis(const Eigen::Vector3f& normal) {
+  int axis = 0;
+  normal.cwiseAbs().maxCoeff(&axis);
+  return axis;
+}
 
 std::vector<uint8_t> FindDominated(const VoxelIndex& brick,
                                    const BrickNeighbourhood<MergedBrick>& around,

@@ -17,6 +17,9 @@ constexpr int8_t OffsetCode(int dx, int dy, int dz) {
   return static_cast<int8_t>((dx + 2) + 5 * ((dy + 2) + 5 * (dz + 2)));
 }
 
+// The axis that a surface is most nearly perpendicular to.
+int DominantAxis(const Eigen::Vector3f& normal);
+
 // Marks each surface voxel that a better supported voxel with a similar normal, at most two away
 // across the surface, makes superfluous: that voxel's plane does not pass through it, so its points
 // are there by error.

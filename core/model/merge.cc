@@ -1,11 +1,14 @@
 #include "core/model/merge.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstring>
 #include <utility>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "absl/container/flat_hash_set.h"
 #include "core/model/fuse.h"
 #include "core/model/local_plane.h"
 #include "core/model/merge_region.h"
@@ -40,6 +43,85 @@ bool SameBits(const Brick& a, const Brick& b) {
                      a.surface.size() * sizeof(SurfaceVoxel)) == 0;
 }
 
+// Bit 2 * axis stands for the face of a brick on the lower side of the axis, the next one for the
+// upper side.
+using Faces = uint8_t;
+constexpr int kFaceLayers = 2;
+
+// The faces that a voxel of the set is within kFaceLayers of.
+Faces FacesNear(const BrickMask& mask) {
+  constexpr std::array<uint64_t, 4> kInSlice = {0x0303030303030303, 0xc0c0c0c0c0c0c0c0,   // x
+                                                0x000000000000ffff, 0xffff000000000000};  // y
+  uint64_t all = 0;
+  for (const uint64_t word : mask.word) all |= word;
+  unsigned faces = 0;
+  for (size_t face = 0; face < kInSlice.size(); ++face) {
+    faces |= (all & kInSlice[face]) != 0 ? 1u << face : 0u;
+  }
+  static_assert(kFaceLayers == 2 && Brick::kSide == 8);
+  faces |= (mask.word[0] | mask.word[1]) != 0 ? 1u << 4 : 0u;
+  faces |= (mask.word[6] | mask.word[7]) != 0 ? 1u << 5 : 0u;
+  return static_cast<Faces>(faces);
+}
+
+// The faces that measured surface, most nearly parallel to them, is within kFaceLayers of.
+Faces FacesWithSurface(const Brick& brick) {
+  unsigned faces = 0;
+  size_t rank = 0;
+  for (int word = 0; word < Brick::kSide; ++word) {
+    for (uint64_t left = brick.surface_mask[static_cast<size_t>(word)]; left != 0;
+         left &= left - 1) {
+      const int local = 64 * word + std::countr_zero(left);
+      const SurfaceVoxel& surface = brick.surface[rank++];
+      if (brick.state[static_cast<size_t>(local)] != VoxelState::kTrueSurface) continue;
+      const int axis = DominantAxis(surface.normal);
+      const int along = local >> (3 * axis) & 7;
+      if (along < kFaceLayers) faces |= 1u << (2 * axis);
+      if (along >= Brick::kSide - kFaceLayers) faces |= 1u << (2 * axis + 1);
+    }
+  }
+  return static_cast<Faces>(faces);
+}
+
+// Bricks two away from those that change (with the faces that they change near), not in `keys`,
+// that they may matter to all the same: a voxel's points make up the plane of the next one, that
+// the plane of one two away, and that decides across it what dominates what, what is absorbed by
+// what, and what the latter is: 1 + 2 + 2 + 2 + 2 voxels, the last six of them across parallel
+// sheets; and one more where the change is that a voxel was seen through.
+std::vector<BrickKey> TwoAway(const std::vector<std::pair<BrickKey, Faces>>& changing,
+                              const std::vector<BrickKey>& keys, const ModelOctree& octree,
+                              const ModelLeaf& all_empty) {
+  const absl::flat_hash_set<BrickKey> within(keys.begin(), keys.end());
+  absl::flat_hash_map<BrickKey, Faces> known;
+  const auto faces_of = [&](BrickKey key) {
+    const auto [it, fresh] = known.try_emplace(key, Faces{0});
+    if (fresh) {
+      const ModelLeaf leaf = octree.Find(BrickOf(key));
+      if (leaf != nullptr && leaf != all_empty) it->second = FacesWithSurface(*leaf);
+    }
+    return it->second;
+  };
+  std::vector<BrickKey> found;
+  for (const auto& [key, faces] : changing) {
+    for (int face = 0; face < 6; ++face) {
+      if ((faces >> face & 1) == 0) continue;
+      const int axis = face / 2;
+      const VoxelIndex far =
+          BrickOf(key) + VoxelIndex(VoxelIndex::Unit(axis) * (face % 2 == 0 ? -2 : 2));
+      for (int beside = 0; beside < 9; ++beside) {
+        VoxelIndex brick = far;
+        brick[(axis + 1) % 3] += beside % 3 - 1;
+        brick[(axis + 2) % 3] += beside / 3 - 1;
+        const BrickKey there = KeyOf(brick);
+        if (within.contains(there)) continue;
+        // Its face towards the change.
+        if ((faces_of(there) >> (face ^ 1) & 1) != 0) found.push_back(there);
+      }
+    }
+  }
+  return found;
+}
+
 // The bricks that the layer can have an influence on, ascending.
 std::vector<BrickKey> Influenced(const ScanLayer& touched, LayerChange change,
                                  std::span<const BrickKey> also, const ModelOctree& octree,
@@ -54,7 +136,9 @@ std::vector<BrickKey> Influenced(const ScanLayer& touched, LayerChange change,
     return it->second;
   };
   std::vector<BrickKey> keys;
+  std::vector<std::pair<BrickKey, Faces>> changing;
   for (const BrickKey key : also) {
+    changing.emplace_back(key, Faces{0x3f});
     ForEachAround(BrickOf(key), [&](const VoxelIndex& b) { keys.push_back(KeyOf(b)); });
   }
   for (const auto& [key, own] : touched.bricks) {
@@ -65,10 +149,21 @@ std::vector<BrickKey> Influenced(const ScanLayer& touched, LayerChange change,
       ForEachAround(brick, [&](const VoxelIndex& b) { deep = deep && stays_empty(b); });
       if (deep) continue;
     }
+    BrickMask known_voxels = own.surface;
+    for (size_t w = 0; w < own.empty.word.size(); ++w) known_voxels.word[w] |= own.empty.word[w];
+    changing.emplace_back(key, FacesNear(known_voxels));
     ForEachAround(brick, [&](const VoxelIndex& b) { keys.push_back(KeyOf(b)); });
   }
-  std::sort(keys.begin(), keys.end());
-  keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  const auto in_order = [&keys] {
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+  };
+  in_order();
+  const std::vector<BrickKey> far = TwoAway(changing, keys, octree, all_empty);
+  if (!far.empty()) {
+    keys.insert(keys.end(), far.begin(), far.end());
+    in_order();
+  }
   return keys;
 }
 

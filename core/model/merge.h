@@ -21,8 +21,9 @@ struct MergeResult {
 };
 
 // Recomputes every brick that `touched` (a layer just added to, or just removed from, `layers`) can
-// have an influence on: its own bricks and those next to them; and around `also`, the bricks that
-// changed in other layers. What results is a function of the set of layers alone.
+// have an influence on: its own bricks, those next to them, and the few beyond that parallel sheets
+// lead to; and the same around `also`, the bricks that changed in other layers. What results is a
+// function of the set of layers alone.
 MergeResult MergeAround(const ScanLayer& touched, LayerChange change,
                         std::span<const BrickKey> also, std::span<const ScanLayer* const> layers,
                         double voxel_size, const ModelLeaf& all_empty, Parallel& parallel,
