@@ -4,6 +4,7 @@
 #include <cstdlib>
 #include <iostream>
 #include <thread>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "server/store/disk_store.h"
@@ -35,12 +36,19 @@ absl::Status MakeSessions(const std::string& folder, int sessions) {
   Script script;
   SessionHost host(**store, script.Make(), {}, absl::Now,
                    static_cast<int>(std::thread::hardware_concurrency()));
+  std::vector<std::string> scans;
+  std::vector<v1::PosePrior> priors;
+  scans.reserve(kScans);
+  priors.reserve(kScans);
+  for (int scan = 0; scan < kScans; ++scan) {
+    const Eigen::Vector3d at(1.0 + 0.3 * scan, 1.2 + 0.17 * scan, 1.4);
+    scans.push_back(EncodedRoom(at, kDegrees));
+    priors.push_back(PriorAt(at.x(), at.y(), at.z()));
+  }
   for (int i = 0; i < sessions; ++i) {
     const auto session = OpenSession(host.registry, absl::StrCat("job-", i));
-    for (int scan = 0; scan < kScans; ++scan) {
-      const Eigen::Vector3d at(1.0 + 0.3 * scan, 1.2 + 0.17 * scan, 1.4);
-      const v1::PosePrior prior = PriorAt(at.x(), at.y(), at.z());
-      const auto sent = SendScan(*session, EncodedRoom(at, kDegrees), &prior);
+    for (size_t scan = 0; scan < scans.size(); ++scan) {
+      const auto sent = SendScan(*session, scans[scan], &priors[scan]);
       if (!sent.ok()) return sent.status();
     }
     session->WaitUntilIdle();

@@ -66,7 +66,7 @@ class SessionKeeping : public testing::Test {
   }
   // The first bytes of a scan, on an upload that stays open.
   static std::string Begin(Session& session, const std::string& bytes, size_t size) {
-    const std::string upload = session.CreateUpload({}).value().name();
+    std::string upload = session.CreateUpload({}).value().name();
     v1::Piece piece;
     piece.set_data(bytes.substr(0, size));
     piece.set_crc32c(Crc32c(piece.data()));

@@ -26,7 +26,7 @@ Limits Keeping(size_t snapshots) {
 // The scan's name, when all is done.
 std::string SendRoom(Session& session, const Eigen::Vector3d& position) {
   const v1::PosePrior prior = PriorAt(position.x(), position.y(), position.z());
-  const std::string scan = SendScan(session, EncodedRoom(position, 3.0), &prior).value().scan();
+  std::string scan = SendScan(session, EncodedRoom(position, 3.0), &prior).value().scan();
   session.WaitUntilIdle();
   EXPECT_EQ(session.GetScan(scan)->state(), v1::SCAN_STATE_MERGED);
   return scan;
