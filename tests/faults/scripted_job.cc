@@ -178,7 +178,7 @@ class Job {
   absl::Status DeleteOther() {
     v1::DeleteSessionRequest request;
     request.set_name(absl::StrCat("sessions/", kOther));
-    const absl::Status done = registry_.Delete(request);
+    absl::Status done = registry_.Delete(request);
     if (!done.ok() && !absl::IsNotFound(done)) return done;
     known_.deleted = true;
     told_(known_);
