@@ -16,10 +16,18 @@ namespace {
 constexpr std::array<std::array<int, 3>, 6> kFaces = {
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-// Glass, mirror or black: where the rays of two scans went through and did not come back, and one
-// of them should have, a third's won't either. Which way false surface faces says little of what is
-// in it, so the second may look at it askew.
+// What two scans should have measured and did not, a third won't either (algorithm.md section 4,
+// 'What never comes'): glass, mirror or black, or a crevice between measured surfaces that no ray
+// enters. Which way false surface faces says little of what is in it, so where rays went through
+// and did not come back the second may look at it askew.
 constexpr int kMissesToGiveUp = 2;
+
+// A look tells something if it should have put this many samples on the surface.
+constexpr double kTellingSamples = 2;
+
+// In voxels from the middle of a voxel along its normal: planned rays aim at the first that is
+// empty (algorithm.md section 8, 'Targets').
+constexpr std::array<float, 3> kTargets = {1.45f, 1.95f, 2.45f};
 
 bool AllOf(const BrickMask& mask) {
   return std::all_of(mask.word.begin(), mask.word.end(),
@@ -148,24 +156,57 @@ class Publisher {
     surface.normal = plane.normal;
     surface.area = static_cast<float>(h_ * h_) / plane.normal.lpNorm<1>();
     surface.samples = static_cast<uint32_t>(std::min<int64_t>(samples, UINT32_MAX));
-    surface.density = Density(members, centroid, plane.normal.cast<double>());
+    const ScanLayer::Density density = BestDensity(members, centroid, plane.normal.cast<double>());
+    surface.density = static_cast<float>(density.recorded);
+    if (density.recorded > 0) {
+      surface.spread = static_cast<uint8_t>(
+          std::min(255.0, std::ceil(256 * (density.at_point / density.recorded - 1))));
+    }
     surface.ambiguous = EmptyOnBothSides(local, plane.normal);
+    for (const Witness& witness : witnesses_) {
+      if (surface.missed == UINT8_MAX || Measured(witness.around, members)) continue;
+      if (LookedInVain(witness, local, centroid, surface)) ++surface.missed;
+    }
+    surface.given_up = surface.missed >= kMissesToGiveUp;
     return surface;
   }
 
-  float Density(const Members& members, const Eigen::Vector3d& centroid,
-                const Eigen::Vector3d& normal) const {
-    double best = 0;
+  static bool Measured(const BrickNeighbourhood<LayerBrick>& around, const Members& members) {
+    const auto end = members.at.begin() + static_cast<std::ptrdiff_t>(members.count);
+    return std::any_of(members.at.begin(), end, [&](const auto& m) {
+      const auto [brick, local] = around.At(m[0], m[1], m[2]);
+      return brick != nullptr && brick->surface.Has(local);
+    });
+  }
+
+  // For a scan that did not measure the surface: did it see the space in front squarely and densely
+  // enough to have?
+  bool LookedInVain(const Witness& witness, int local, const Eigen::Vector3d& centroid,
+                    const SurfaceVoxel& surface) const {
+    const Eigen::Vector3i own(local & 7, local >> 3 & 7, local >> 6);
+    const bool in_front = std::any_of(kTargets.begin(), kTargets.end(), [&](float distance) {
+      const Eigen::Vector3i target =
+          own + (distance * surface.normal.array() + 0.5f).floor().cast<int>().matrix();
+      const auto [brick, at] = witness.around.At(target.x(), target.y(), target.z());
+      return brick != nullptr && brick->empty.Has(at);
+    });
+    if (!in_front) return false;
+    const Eigen::Vector3d normal = surface.normal.cast<double>();
+    const ScanLayer::Density density = witness.layer->DensityAt(centroid, normal, h_);
+    return density.at_point * static_cast<double>(surface.area) >= kTellingSamples &&
+           witness.layer->ReasonAt(centroid) != UnknownReason::kImage;
+  }
+
+  ScanLayer::Density BestDensity(const Members& members, const Eigen::Vector3d& centroid,
+                                 const Eigen::Vector3d& normal) const {
+    ScanLayer::Density best;
     for (const Witness& witness : witnesses_) {
-      const BrickNeighbourhood<LayerBrick>& around = witness.around;
-      const auto end = members.at.begin() + static_cast<std::ptrdiff_t>(members.count);
-      const bool measured = std::any_of(members.at.begin(), end, [&](const auto& m) {
-        const auto [brick, local] = around.At(m[0], m[1], m[2]);
-        return brick != nullptr && brick->surface.Has(local);
-      });
-      if (measured) best = std::max(best, witness.layer->DensityAt(centroid, normal, h_, best));
+      if (!Measured(witness.around, members)) continue;
+      const ScanLayer::Density density =
+          witness.layer->DensityAt(centroid, normal, h_, best.recorded);
+      if (density.recorded > best.recorded) best = density;
     }
-    return static_cast<float>(best);
+    return best;
   }
 
   // One voxel thick, with empty space before and behind: which side it faces is a guess.
@@ -208,8 +249,11 @@ class Publisher {
     surface.area = static_cast<float>(h_ * h_) / surface.normal.lpNorm<Eigen::Infinity>();
     int misses = 0;
     for (const Witness& witness : witnesses_) {
-      const ScanLayer::Miss miss =
+      ScanLayer::Miss miss =
           witness.layer->MissAt(Centre(local), surface.normal.cast<double>(), h_);
+      if (miss == ScanLayer::Miss::kNone && LookedInVain(witness, local, Centre(local), surface)) {
+        miss = ScanLayer::Miss::kSquare;
+      }
       if (miss == ScanLayer::Miss::kNone) continue;
       ++misses;
       if (miss == ScanLayer::Miss::kSquare && surface.missed < UINT8_MAX) ++surface.missed;

@@ -30,27 +30,29 @@ ScanLayer::Miss ScanLayer::MissAt(const Eigen::Vector3d& point, const Eigen::Vec
   return askew ? Miss::kAskew : Miss::kSquare;
 }
 
-double ScanLayer::DensityAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
-                            double voxel_size, double best) const {
+ScanLayer::Density ScanLayer::DensityAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+                                        double voxel_size, double best) const {
   const Eigen::Vector3d origin = T_model_scan.translation();
   const double cos_limit = std::cos(scanner.max_incidence);
   const Eigen::Vector3d tangent_u = normal.unitOrthogonal();
   const Eigen::Vector3d tangent_v = normal.cross(tangent_u);
-  double least = std::numeric_limits<double>::infinity();
+  Density density{std::numeric_limits<double>::infinity(), 0};
   for (const auto& [u, v] :
        {std::pair{0.0, 0.0}, {-0.5, -0.5}, {-0.5, 0.5}, {0.5, -0.5}, {0.5, 0.5}}) {
     const Eigen::Vector3d to_point = point + voxel_size * (u * tangent_u + v * tangent_v) - origin;
     const double distance = to_point.norm();
     const double cos_incidence = -normal.dot(to_point) / distance;
     // The centre decides whether the element counts; its surroundings only lower the figure.
-    if (u == 0 && (cos_incidence < cos_limit || distance < scanner.range_min)) return 0;
+    if (u == 0 && (cos_incidence < cos_limit || distance < scanner.range_min)) return {};
     const Eigen::Vector3d in_scan = T_model_scan.linear().transpose() * to_point;
     const double elevation = std::asin(std::clamp(in_scan.z() / distance, -1.0, 1.0));
-    if (u == 0 && (elevation < elevation_first || elevation > elevation_last)) return 0;
-    least = std::min(least, scanner.SamplingDensity(elevation, cos_incidence, distance));
-    if (least <= best) break;
+    if (u == 0 && (elevation < elevation_first || elevation > elevation_last)) return {};
+    const double here = scanner.SamplingDensity(elevation, cos_incidence, distance);
+    if (u == 0) density.at_point = here;
+    density.recorded = std::min(density.recorded, here);
+    if (density.recorded <= best) break;
   }
-  return least;
+  return density;
 }
 
 }  // namespace vantage

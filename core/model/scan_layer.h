@@ -98,11 +98,15 @@ struct ScanLayer {
   };
   Miss MissAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double voxel_size) const;
 
-  // The recorded sampling density of the scan on a surface element (m, model frame; unit normal):
-  // the smallest over a voxel-sized square around the point. 0 beyond the maximum incidence and
-  // outside the field of view. What is not more than `best` may be given too high, up to that.
-  double DensityAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double voxel_size,
-                   double best = 0) const;
+  // The sampling density of the scan on a surface element (m, model frame; unit normal), samples /
+  // m^2. 0 beyond the maximum incidence and outside the field of view.
+  struct Density {
+    double recorded = 0;  // the smallest over a voxel-sized square around the point
+    double at_point = 0;
+  };
+  // What is recorded as not more than `best` may be given too high, up to that.
+  Density DensityAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double voxel_size,
+                    double best = 0) const;
 };
 
 }  // namespace vantage

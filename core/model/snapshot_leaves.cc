@@ -42,7 +42,7 @@ void WriteContents(const Brick& brick, SnapshotWriter& out) {
     out.Fixed(voxel.density);
     out.Varint(voxel.samples);
     out.Fixed(voxel.missed);
-    out.Fixed(voxel.obtained);
+    out.Fixed(voxel.spread);
     out.Fixed(static_cast<uint8_t>((voxel.ambiguous ? 1 : 0) + (voxel.given_up ? 2 : 0)));
   }
 }
@@ -67,7 +67,7 @@ std::shared_ptr<const Brick> ReadContents(SnapshotReader& in) {
     voxel.density = in.Fixed<float>();
     voxel.samples = static_cast<uint32_t>(in.Varint());
     voxel.missed = in.Fixed<uint8_t>();
-    voxel.obtained = in.Fixed<uint8_t>();
+    voxel.spread = in.Fixed<uint8_t>();
     const auto flags = in.Fixed<uint8_t>();
     voxel.ambiguous = (flags & 1) != 0;
     voxel.given_up = (flags & 2) != 0;

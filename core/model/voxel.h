@@ -51,10 +51,11 @@ struct SurfaceVoxel {
   float area = 0;            // m^2: true h^2 / (|nx|+|ny|+|nz|), false h^2 / max |n_i|
   float density = 0;         // q, samples / m^2 of the best scan so far; 0 on false surface
   uint32_t samples = 0;      // measured samples in it; 0 where only interpolated, or false
-  uint8_t missed = 0;        // scans that should have measured it and whose rays did not come back
-  uint8_t obtained = 0;      // scans that measured it after that
+  uint8_t missed = 0;        // scans that should have measured it and did not
+  uint8_t spread = 0;        // by how much that scan sampled the centroid more densely than the
+                             // worst corner, which is what `density` says, in 1/256 of it
   bool ambiguous = false;    // one voxel thick with empty space on both sides: normal is a guess
-  bool given_up = false;     // probably glass, mirror or black: no longer keeps the job open
+  bool given_up = false;     // two or more of these: no longer keeps the job open
 };
 
 // A cube of voxels, the unit of storage, sharing and change. Immutable once published.

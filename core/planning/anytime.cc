@@ -93,7 +93,16 @@ Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& vi
   Decide(options, run);
   if (run.evaluation().any()) progress(run.evaluation());
   if (!options.complete) return run.Finish();
-  race.Tighten(run.budget());
+  // Whatever samples tell from here on, the leaders are decided on anew.
+  while (race.Widen()) {
+    race.Run(run.Share(options.race_share));
+    Decide(options, run);
+  }
+  if (run.evaluation().any()) progress(run.evaluation());
+  for (size_t rung = 1; rung + 1 < race.rungs(); ++rung) {
+    race.Tighten(rung, run.Share(options.race_share));
+    Decide(options, run);
+  }
   if (run.evaluation().any()) progress(run.evaluation());
   if (grid != nullptr && WorthAHierarchy(options, run, *grid)) {
     CompleteByHierarchy(run, *grid, progress);

@@ -120,9 +120,7 @@ Patch Describe(const std::vector<NeedyCell>& cells, uint32_t begin, uint32_t end
 
 }  // namespace
 
-double SuccessProbability(int obtained, int missed) {
-  return std::min(1.0, 2.0 * (1 + obtained) / (2 + obtained + missed));
-}
+double SuccessProbability(int missed) { return 2.0 / (2 + missed); }
 
 PatchSet ExtractPatches(const PlanningView& model, const PlanningConfig& config,
                         const PatchTolerance& tolerance, const Budget& budget) {
@@ -144,8 +142,9 @@ PatchSet ExtractPatches(const PlanningView& model, const PlanningConfig& config,
           return;
         }
         needy.push_back({v, KindOf(state), surface.centroid, surface.normal, surface.area,
-                         IsFalseSurface(state) ? 0.0f : surface.density, enough(v, state, surface),
-                         static_cast<float>(SuccessProbability(surface.obtained, surface.missed))});
+                         IsFalseSurface(state) ? 0.0f : surface.density,
+                         1 + static_cast<float>(surface.spread) / 256, enough(v, state, surface),
+                         static_cast<float>(SuccessProbability(surface.missed))});
       });
   if (budget.Expired()) return set;
 

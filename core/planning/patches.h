@@ -21,6 +21,7 @@ struct NeedyCell {
   Eigen::Vector3f normal;    // unit, towards the empty side
   float area = 0;            // m^2
   float density = 0;         // q, samples / m^2
+  float spread = 1;          // density at its middle over q, of the scan that q is of
   float enough = 0;          // samples / m^2: D, or more where there is space behind it
   float success = 1;         // probability that measuring it works, from earlier attempts
 };
@@ -48,9 +49,9 @@ PatchSet ExtractPatches(const PlanningView& model, const PlanningConfig& config,
 void RankPatches(const PlanningConfig& config, PatchSet& set,
                  const Budget& budget = Budget::Unlimited());
 
-// The success probability of algorithm.md section 4, 'What never comes': (1 + s) / (2 + s + f)
-// after s successes and f failures, normalised to 1 for no attempt and never above.
-double SuccessProbability(int obtained, int missed);
+// The success probability of algorithm.md section 4, 'What never comes', after so many failures and
+// no success (what succeeded needs no work): 1 / (2 + f), normalised to 1 for no attempt.
+double SuccessProbability(int missed);
 
 }  // namespace vantage
 

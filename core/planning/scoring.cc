@@ -27,8 +27,11 @@ Scoring::Scoring(const PlanningView& model, const OpaqueGrid& grid, const PatchS
     if (i % kCellsBetweenPolls == 0 && budget.Expired()) return;
     const NeedyCell& cell = patches.cells[i];
     const auto weight = static_cast<float>(config.weights[static_cast<size_t>(cell.kind)]);
-    float factor = weight * cell.success * cell.area;
-    float enough = cell.enough;
+    // A scan is scored at the middle of a voxel and recorded at its worst corner: what it is
+    // expected to record is less by what that was in the scan before. Else every place would
+    // promise again, for all surface below D, what it has given already.
+    float factor = weight * cell.success * cell.area / cell.spread;
+    float enough = cell.enough * cell.spread;
     if (!config.density_on_false_surface && cell.kind != SurfaceKind::kTrue) {
       // A single sample on it is as good as all.
       factor *= enough;
@@ -37,7 +40,8 @@ Scoring::Scoring(const PlanningView& model, const OpaqueGrid& grid, const PatchS
     if (!(factor > 0)) continue;
     const auto target = TargetOf(grid, cell.voxel, cell.normal);
     if (!target.has_value()) continue;
-    cells.Add(cell.position, cell.normal, factor, cell.density, enough, scene_.ToScene(*target), i);
+    cells.Add(cell.position, cell.normal, factor, cell.density * cell.spread, enough,
+              scene_.ToScene(*target), i);
   }
   const std::vector<uint32_t> order = PatchOrder(cells, parallel, budget);
   if (budget.Expired()) return;

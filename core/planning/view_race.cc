@@ -74,26 +74,30 @@ void ViewRace::Run(const Budget& part) {
   }
 }
 
-void ViewRace::Tighten(const Budget& part) {
+bool ViewRace::Widen() {
+  if (options_.promotion / 2 < options_.widest) return false;
+  options_.promotion /= 2;
+  return true;
+}
+
+void ViewRace::Tighten(size_t rung, const Budget& part) {
   double best = 0;
   for (uint32_t i = 0; i < run_.size(); ++i) best = std::max(best, run_.view(i).lower);
-  for (size_t rung = 1; rung + 1 < rungs_.size(); ++rung) {
-    std::vector<uint32_t> contenders;
-    std::erase_if(rungs_[rung - 1].waiting, [&](uint32_t i) {
-      const bool contends = !run_.view(i).exact && run_.view(i).upper > best;
-      if (contends) contenders.push_back(i);
-      return contends;
-    });
-    std::sort(contenders.begin(), contenders.end(), [this](uint32_t a, uint32_t b) {
-      const double x = run_.view(a).upper;
-      const double y = run_.view(b).upper;
-      return x != y ? x > y : a < b;
-    });
-    size_t count = 0;
-    for (size_t begin = 0; begin < contenders.size(); begin += count) {
-      count = std::min(BatchOn(rung), contenders.size() - begin);
-      if (!ScoreOn(rung, {contenders.data() + begin, count}, part)) return;
-    }
+  std::vector<uint32_t> contenders;
+  std::erase_if(rungs_[rung - 1].waiting, [&](uint32_t i) {
+    const bool contends = !run_.view(i).exact && run_.view(i).upper > best;
+    if (contends) contenders.push_back(i);
+    return contends;
+  });
+  std::sort(contenders.begin(), contenders.end(), [this](uint32_t a, uint32_t b) {
+    const double x = run_.view(a).upper;
+    const double y = run_.view(b).upper;
+    return x != y ? x > y : a < b;
+  });
+  size_t count = 0;
+  for (size_t begin = 0; begin < contenders.size(); begin += count) {
+    count = std::min(BatchOn(rung), contenders.size() - begin);
+    if (!ScoreOn(rung, {contenders.data() + begin, count}, part)) return;
   }
 }
 
@@ -124,6 +128,12 @@ bool ViewRace::GoUp(size_t rung, size_t count, const Budget& part) {
   std::vector<uint32_t> best(waiting.begin(), middle);
   waiting.erase(waiting.begin(), middle);
   std::sort(best.begin(), best.end());
+  // Those decided on in the meantime go up without a sample.
+  const auto known = [this](uint32_t i) { return run_.view(i).exact; };
+  for (const uint32_t i : best) {
+    if (known(i)) Arrive(i, rung);
+  }
+  std::erase_if(best, known);
   return ScoreOn(rung, best, part);
 }
 
@@ -178,15 +188,18 @@ bool ViewRace::ScoreOn(size_t rung, std::span<const uint32_t> which, const Budge
   return all;
 }
 
-void ViewRace::Note(uint32_t i, size_t rung, double gain) {
-  if (run_.view(i).exact) return;
-  Rung& own = rungs_[rung];
+void ViewRace::Arrive(uint32_t i, size_t rung) {
   rung_of_[i] = static_cast<uint8_t>(rung);
-  ++own.reached;
+  ++rungs_[rung].reached;
+  if (!IsLast(rung)) rungs_[rung].waiting.push_back(i);
+}
+
+void ViewRace::Note(uint32_t i, size_t rung, double gain) {
+  Rung& own = rungs_[rung];
+  Arrive(i, rung);
   if (IsLast(rung)) {
     run_.SetExact(i, gain);
   } else {
-    own.waiting.push_back(i);
     // Draws of all rungs so far: independent, none chosen by what others found.
     drawn_gain_[i] += static_cast<float>(gain);
     const auto draws = static_cast<double>(own.total);

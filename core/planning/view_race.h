@@ -18,6 +18,7 @@ struct RaceOptions {
   size_t first_draws = 256;  // of cells, for a view that enters
   size_t growth = 4;         // of the sample from rung to rung
   size_t promotion = 16;     // one in so many views goes up
+  size_t widest = 4;         // the same, once every view has entered and there is time
 };
 
 // Successive halving without rounds: every rung is the size of a sample, the last one all cells. A
@@ -35,9 +36,15 @@ class ViewRace {
   // Until every view has entered and nobody is to go up, or the budget is spent.
   void Run(const Budget& part);
 
-  // Larger samples for whoever may still be better than the best view is for certain, rung by rung,
-  // but not all cells: so the gap closes long before everything is exact.
-  void Tighten(const Budget& part);
+  // Lets twice as many go up from now on: who was unlucky on a small sample gets another chance.
+  // False when that is as wide as the race gets.
+  bool Widen();
+
+  // Rungs between that on which views enter and that of all cells are 1 to rungs() - 2.
+  size_t rungs() const { return rungs_.size(); }
+  // The rung's sample for whoever may still be better than the best view is for certain: so the gap
+  // closes long before everything is exact.
+  void Tighten(size_t rung, const Budget& part);
 
  private:
   static constexpr uint8_t kOutside = 0xff;
@@ -64,6 +71,7 @@ class ViewRace {
   bool GoUp(size_t rung, size_t count, const Budget& part);
   bool Enter(const Budget& part);
   bool ScoreOn(size_t rung, std::span<const uint32_t> which, const Budget& part);
+  void Arrive(uint32_t view, size_t rung);
   void Note(uint32_t view, size_t rung, double gain);
   void ListNeighbours(uint32_t of, int step, std::vector<uint32_t>& entering);
   // Views that are scored together: the more work is done, the more.

@@ -65,8 +65,11 @@ void FindGivenUp(const PlanningView& model, const Eigen::Vector3d& origin,
     *out.mutable_centre() = WriteVector(place.moment / std::max(place.area, 1e-12) + origin);
     out.set_area(place.area);
     out.set_kind(WriteKind(place.kind));
-    out.set_reason(
-        "scans were expected to measure it and did not: probably glass, mirror or black");
+    out.set_reason(place.kind == SurfaceKind::kHole
+                       ? "scans were expected to measure it and did not: probably glass, mirror "
+                         "or black"
+                       : "scans looked at it and measured only what is around it: probably a "
+                         "crevice, or stray samples");
   }
 }
 
