@@ -127,6 +127,9 @@ void FillDefaults(v1::PlanningConfig& p) {
     p.set_density_on_false_surface(d.density_on_false_surface);
   }
   if (!p.has_depth_behind()) p.set_depth_behind(d.depth_behind);
+  if (p.evaluation_order() == v1::EVALUATION_ORDER_UNSPECIFIED) {
+    p.set_evaluation_order(v1::EVALUATION_ORDER_ANYTIME);
+  }
   if (!p.has_separation()) p.set_separation(d.separation);
   if (!p.has_candidates()) p.set_candidates(d.candidates);
   if (!p.has_max_checked()) p.set_max_checked(d.max_checked);
@@ -289,6 +292,11 @@ PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config, const v1::Si
     v.Add(f + ".weights", "must not all be 0");
   }
   CheckRange(p.depth_behind(), 0, 10, f + ".depth_behind", v);
+  if (!v1::EvaluationOrder_IsValid(p.evaluation_order())) {
+    v.Add(f + ".evaluation_order",
+          absl::StrCat("is ", static_cast<int>(p.evaluation_order()),
+                       ", must be EVALUATION_ORDER_ANYTIME or EVALUATION_ORDER_PATCHES"));
+  }
   CheckRange(p.separation(), 0, 1000, f + ".separation", v);
   CheckRange(p.candidates(), 1, 100, f + ".candidates", v);
   CheckRange(p.max_checked(), 1, 1000, f + ".max_checked", v);
@@ -311,6 +319,8 @@ PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config, const v1::Si
   out.pose_sensitivity = p.pose_sensitivity();
   out.density_on_false_surface = p.density_on_false_surface();
   out.depth_behind = p.depth_behind();
+  out.order = p.evaluation_order() == v1::EVALUATION_ORDER_PATCHES ? EvaluationOrder::kPatches
+                                                                   : EvaluationOrder::kAnytime;
   out.separation = p.separation();
   out.candidates = p.candidates();
   out.max_checked = p.max_checked();

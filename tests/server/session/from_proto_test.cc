@@ -87,6 +87,21 @@ TEST(FromProto, TheViewcellIsAMultipleOfTheVoxel) {
   EXPECT_THAT(Fields(violations), UnorderedElementsAre("c.viewcell_size"));
 }
 
+TEST(FromProto, TheOrderOfEvaluationIsOneOfTwo) {
+  v1::PlanningConfig config;
+  Violations violations;
+  const auto order = [&] {
+    return ReadPlanningConfig(config, {}, Eigen::Vector3d::Zero(), 0.05, "c", "r", violations)
+        .order;
+  };
+  EXPECT_EQ(order(), EvaluationOrder::kAnytime);
+  config.set_evaluation_order(v1::EVALUATION_ORDER_PATCHES);
+  EXPECT_EQ(order(), EvaluationOrder::kPatches);
+  config.set_evaluation_order(static_cast<v1::EvaluationOrder>(7));
+  order();
+  EXPECT_THAT(Fields(violations), UnorderedElementsAre("c.evaluation_order"));
+}
+
 TEST(FromProto, PosesAreRigidFiniteAndRelativeToTheOrigin) {
   const Eigen::Vector3d origin(500'000, 5'000'000, 100);
   v1::PosePrior prior;
