@@ -239,8 +239,7 @@ uint64_t PartialModel::Digest() const {
       mix_float(surface.area);
       mix_float(surface.density);
       mix(surface.samples);
-      mix(surface.missed);
-      mix(surface.spread);
+      mix(surface.missed + 256u * surface.spread);
       mix((surface.ambiguous ? 1 : 0) + (surface.given_up ? 2 : 0));
     }
   }
