@@ -29,6 +29,7 @@ int main(int argc, char** argv) {
   // A loop of plain arithmetic: how fast this machine was during this run.
   if (figures.Wants("machine.")) {
     std::vector<double> loops;
+    loops.reserve(3);
     for (int run = 0; run < 3; ++run) loops.push_back(vantage::MachineLoopSeconds());
     const double loop = vantage::Percentile(loops, 0.5);
     figures.Add({"machine.loop.seconds", loop, "s", "", "1e8 dependent multiply-adds, one thread"});
