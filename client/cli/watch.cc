@@ -64,8 +64,18 @@ std::string Words(const v1::SessionEvent& event) {
     }
     case v1::SessionEvent::kViewRejected:
       return absl::StrCat("place rejected ", Text(event.view_rejected().rejection().position()));
-    case v1::SessionEvent::kClaimTaken:
-      return absl::StrCat("claim ", IdOf(event.claim_taken().claim().name()), " taken");
+    case v1::SessionEvent::kScannerAdded:
+      return absl::StrCat("scanner ", IdOf(event.scanner_added().scanner().name()), " added");
+    case v1::SessionEvent::kClaimTaken: {
+      const v1::Claim& claim = event.claim_taken().claim();
+      return absl::StrCat("claim ", IdOf(claim.name()), " taken by ", IdOf(claim.scanner()), ": ",
+                          Text(claim.position()), " until ", Time(claim.expire_time()));
+    }
+    case v1::SessionEvent::kClaimRenewed: {
+      const v1::Claim& claim = event.claim_renewed().claim();
+      return absl::StrCat("claim ", IdOf(claim.name()), " renewed until ",
+                          Time(claim.expire_time()));
+    }
     case v1::SessionEvent::kClaimReleased:
       return absl::StrCat("claim ", IdOf(event.claim_released().claim().name()),
                           " ended: ", event.claim_released().reason());

@@ -140,7 +140,9 @@ absl::Status SessionState::Apply(const store::v1::LogEntry& entry) {
       ++rejection_count;
       resource = event.view_rejected().rejection().name();
       break;
+    case v1::SessionEvent::kScannerAdded:
     case v1::SessionEvent::kClaimTaken:
+    case v1::SessionEvent::kClaimRenewed:
     case v1::SessionEvent::kClaimReleased:
     case v1::SessionEvent::EVENT_NOT_SET:
       return Misfit(event, "of a kind that this server does not know");
