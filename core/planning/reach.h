@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -38,6 +39,12 @@ class ReachMap {
   // True when the scanner fits with its axis at the column's centre.
   bool Passable(int cx, int cy) const { return Inside(cx, cy) && passable_[Index(cx, cy)] != 0; }
   bool Reached(int cx, int cy) const { return Inside(cx, cy) && reached_[Index(cx, cy)] != 0; }
+  // z of the floor at the column's centre, m; NaN where there is none.
+  float Floor(int cx, int cy) const {
+    return Inside(cx, cy) ? floor_[Index(cx, cy)] : std::numeric_limits<float>::quiet_NaN();
+  }
+  const Eigen::Vector2i& first() const { return first_; }
+  const Eigen::Vector2i& size() const { return size_; }
   // Length of the shortest way from the last stand, m; absent when there is none.
   std::optional<double> Travel(int cx, int cy) const;
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "core/planning/brute_force.h"
 #include "core/planning/surface_walk.h"
@@ -52,24 +53,44 @@ OverlapSurface::OverlapSurface(const PlanningView& model, const OpaqueGrid& grid
   cells_.Pad();
 }
 
+CellArrays OverlapSurface::Thinned(const CellArrays& cells, std::span<const uint32_t> indices,
+                                   std::span<const float> areas) const {
+  CellArrays thinned;
+  const auto stride = static_cast<size_t>(weight_);
+  for (size_t k = 0; k < indices.size(); k += stride) {
+    const size_t i = indices[k];
+    thinned.Add({cells.x[i], cells.y[i], cells.z[i]}, {cells.nx[i], cells.ny[i], cells.nz[i]},
+                areas[k], 0, std::numeric_limits<float>::max(),
+                {cells.tx[i], cells.ty[i], cells.tz[i]}, cells.cell[i]);
+  }
+  thinned.Pad();
+  return thinned;
+}
+
 std::optional<OverlapSurface::Seen> OverlapSurface::Predict(const Eigen::Vector3d& view,
                                                             const OcclusionScene& scene,
                                                             const RegistrationConfig& config,
-                                                            const Budget& budget) const {
+                                                            const Budget& budget,
+                                                            const CellArrays* expected) const {
   const BruteForceScorer scorer(constraints_, scene, voxel_);
-  std::vector<float> samples(cells_.size());
-  const ViewScore score = scorer.ScoreCells(view, cells_, budget, samples);
-  if (!score.finished) return std::nullopt;
-  std::vector<OverlapElement> overlap;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    if (samples[i] <= 0) continue;
-    overlap.push_back({{cells_.x[i], cells_.y[i], cells_.z[i]},
-                       {cells_.nx[i], cells_.ny[i], cells_.nz[i]},
-                       samples[i],
-                       samples_[i]});
-  }
   Seen seen;
-  seen.rays = score.rays;
+  std::vector<OverlapElement> overlap;
+  std::vector<float> samples;
+  const auto add = [&](const CellArrays& cells, const uint32_t* model_samples) {
+    samples.resize(cells.size());
+    const ViewScore score = scorer.ScoreCells(view, cells, budget, samples);
+    seen.rays += score.rays;
+    for (size_t i = 0; score.finished && i < samples.size(); ++i) {
+      if (samples[i] <= 0) continue;
+      overlap.push_back({{cells.x[i], cells.y[i], cells.z[i]},
+                         {cells.nx[i], cells.ny[i], cells.nz[i]},
+                         samples[i],
+                         model_samples != nullptr ? model_samples[i] : 1});
+    }
+    return score.finished;
+  };
+  if (!add(cells_, samples_.data())) return std::nullopt;
+  if (expected != nullptr && !add(*expected, nullptr)) return std::nullopt;
   seen.verdict =
       PredictRegistration(overlap, weight_, DirectionsOf(scanner_), view, scanner_, config);
   return seen;

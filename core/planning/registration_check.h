@@ -33,9 +33,16 @@ class OverlapSurface {
     RegistrationVerdict verdict;
     uint64_t rays = 0;
   };
-  // Nothing when the budget expired on the way. `scene` is the one of the constructor.
+  // Nothing when the budget expired on the way. `scene` is the one of the constructor. `expected`,
+  // where given, is surface that scans made before this one will have measured: cells like those of
+  // Thinned().
   std::optional<Seen> Predict(const Eigen::Vector3d& view, const OcclusionScene& scene,
-                              const RegistrationConfig& config, const Budget& budget) const;
+                              const RegistrationConfig& config, const Budget& budget,
+                              const CellArrays* expected = nullptr) const;
+  // Every n-th of `indices` into `cells`, as surface that a scan can be aligned to; `areas` (m^2)
+  // has one for each index.
+  CellArrays Thinned(const CellArrays& cells, std::span<const uint32_t> indices,
+                     std::span<const float> areas) const;
   // What one prediction can cost at most.
   uint64_t MostRays() const { return std::max<uint64_t>(1, cells_.size()); }
 

@@ -1,0 +1,33 @@
+// How much of what a view would gain is promised to others already (algorithm.md section 11).
+#ifndef VANTAGE_CORE_FLEET_CLAIM_COVER_H_
+#define VANTAGE_CORE_FLEET_CLAIM_COVER_H_
+
+#include <Eigen/Core>
+#include <span>
+
+#include "absl/status/statusor.h"
+#include "core/fleet/claims.h"
+#include "core/fleet/joint_plan.h"
+#include "core/model/planning_view.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/plan.h"
+
+namespace vantage {
+
+struct CoveredView {
+  double gain = 0;  // samples, of the view if nobody had claimed anything
+  double left = 0;  // samples, beyond the claims
+  ClaimCover cover;
+};
+
+// `claims` in the order of Claims::held(). A view that would gain nothing is covered by nobody.
+// Feasible or not: whoever claims it will see. INVALID_ARGUMENT: configuration, scanner or
+// position.
+absl::StatusOr<CoveredView> MeasureCover(const PlanningView& model, const ScannerModel& scanner,
+                                         const PlanningConfig& config,
+                                         const Eigen::Vector3d& position,
+                                         std::span<const PledgedView> claims, Parallel& parallel);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_FLEET_CLAIM_COVER_H_

@@ -1,0 +1,89 @@
+// Views that are reserved, and what may become of a reservation (algorithm.md section 11, 'Joint
+// planning'). Pure data: time comes from the caller, and so does how much of a view others cover.
+#ifndef VANTAGE_CORE_FLEET_CLAIMS_H_
+#define VANTAGE_CORE_FLEET_CLAIMS_H_
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+
+namespace vantage {
+
+struct ClaimRules {
+  double covered = 0.5;            // share of a view's gain, from which on it is taken already
+  double separation = 0.6;         // m; nearer to another claim, horizontally, is the same place
+  double arrival_tolerance = 0.5;  // m, horizontally, of a scan from the claim that it fulfils
+  size_t most_per_scanner = 8;
+};
+
+struct ViewClaim {
+  std::string id;
+  std::string scanner;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m
+  absl::Time taken;
+  absl::Time expires;  // holds before this
+};
+
+// How much of what a view would gain claims that hold have covered, in order of being taken.
+struct ClaimCover {
+  std::vector<double> by_claim;  // share that each covers alone, [0, 1], same order as held()
+  double together = 0;           // that all of them cover
+};
+
+enum class ClaimEnd { kScanArrived, kExpired, kReleased };
+// 'scan arrived', 'expired', 'released'.
+const char* ClaimEndName(ClaimEnd end);
+
+// Why a claim is not granted.
+struct ClaimRefusal {
+  size_t by = 0;       // index into held(): the claim that covers most of it, the earliest if equal
+  double covered = 0;  // share of its gain that claims cover, [0, 1]
+  bool same_place = false;
+};
+
+// A state machine: a claim is held from Take() until End(). What has expired is still in it until
+// End(), so that whoever keeps a log of it writes that down before anything that follows from it.
+class Claims {
+ public:
+  // Oldest first.
+  const std::vector<ViewClaim>& held() const { return held_; }
+  // Null when it is not held.
+  const ViewClaim* Find(absl::string_view id) const;
+  bool Holds(const ViewClaim& claim, absl::Time now) const { return now < claim.expires; }
+  // Those that are past their time.
+  std::vector<std::string> Due(absl::Time now) const;
+
+  // Whether `wanted` would be for surface or a place that is taken. `cover` is of its view. A
+  // scanner's own claims count like anybody's: what it holds it need not claim.
+  std::optional<ClaimRefusal> Conflict(const ViewClaim& wanted, const ClaimCover& cover,
+                                       const ClaimRules& rules) const;
+  // FAILED_PRECONDITION: a claim is due, end it first. ALREADY_EXISTS: the id, or Conflict().
+  // RESOURCE_EXHAUSTED: the scanner holds as many as it may. INVALID_ARGUMENT: the interval.
+  absl::Status Take(const ViewClaim& wanted, const ClaimCover& cover, absl::Time now,
+                    const ClaimRules& rules);
+  // NOT_FOUND: it is not held. FAILED_PRECONDITION: it has expired. Never shortens the past: the
+  // new end must lie after `now` (INVALID_ARGUMENT).
+  absl::Status Renew(absl::string_view id, absl::Time until, absl::Time now);
+  // NOT_FOUND: it is not held. FAILED_PRECONDITION: kExpired before its time.
+  absl::Status End(absl::string_view id, ClaimEnd how, absl::Time now);
+
+  // The claim that a scan from `position` fulfils: the nearest within the tolerance, of `scanner`
+  // where that is known (not empty). Null when there is none: a scan that comes after its claim has
+  // ended, or twice, fulfils nothing and is a scan like any other.
+  const ViewClaim* FulfilledBy(absl::string_view scanner, const Eigen::Vector3d& position,
+                               const ClaimRules& rules) const;
+
+ private:
+  std::vector<ViewClaim> held_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_FLEET_CLAIMS_H_

@@ -1,0 +1,120 @@
+// The greedy choice of views for several scanners (algorithm.md section 11, 'Joint planning').
+#ifndef VANTAGE_CORE_FLEET_JOINT_CHOICE_H_
+#define VANTAGE_CORE_FLEET_JOINT_CHOICE_H_
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <optional>
+#include <queue>
+#include <utility>
+#include <vector>
+
+#include "core/fleet/crew.h"
+#include "core/fleet/guarantee.h"
+#include "core/fleet/joint_plan.h"
+#include "core/fleet/lazy_gains.h"
+#include "core/fleet/residual.h"
+#include "core/fleet/waiting.h"
+#include "core/planning/evaluation.h"
+#include "core/planning/feasible_views.h"
+#include "core/planning/registration_check.h"
+#include "core/planning/scoring.h"
+
+namespace vantage {
+
+// All that scanners of one model share.
+struct ScannerClass {
+  ScannerModel model;
+  FeasibleViews feasible;
+  std::vector<Eigen::Vector3d> views;  // centres of the feasible cells
+  std::unique_ptr<Scoring> scoring;
+  std::unique_ptr<OverlapSurface> overlap;
+  std::unique_ptr<ExpectedSurface> expected;
+  Evaluation evaluation;  // before anything was chosen
+  std::unique_ptr<LazyGains> gains;
+};
+
+struct CrewOf {
+  CrewMember member;
+  size_t of = 0;  // class
+};
+
+// A view that was chosen, or refused.
+struct ChosenView {
+  size_t of = 0;  // class
+  uint32_t view = 0;
+  size_t scanner = 0;
+  RegistrationVerdict verdict;
+  std::vector<size_t> waits_for;  // steps of the residual
+  std::optional<double> minutes;
+};
+
+// Chooses one view after the other. References are kept.
+class JointChoice {
+ public:
+  JointChoice(std::vector<ScannerClass>& classes, std::vector<CrewOf>& crew, Residual& residual,
+              FleetRanking ranking, const PlanningConfig& config,
+              const std::vector<Eigen::Vector3d>& taken, const Budget& budget, Parallel& parallel);
+
+  // The best view of all scanners that have none; nothing when there is none, or the budget ended.
+  // `apart`: only views that far from those that were returned before, m.
+  std::optional<ChosenView> Next(double apart);
+  // Gives the view to its scanner: others count for what it leaves. False when the budget ended.
+  bool Settle(const ChosenView& chosen);
+
+  GreedyRecord& record() { return record_; }
+  // By the registration check, the most promising first.
+  const std::vector<ChosenView>& refused() const { return refused_; }
+  size_t checked() const { return checked_; }
+  uint64_t rays() const { return rays_; }
+  void AddRays(uint64_t rays) { rays_ += rays; }
+  bool assigned(size_t scanner) const { return assigned_[scanner]; }
+
+ private:
+  struct Entry {
+    double key;
+    size_t of;
+    uint32_t view;
+    bool operator<(const Entry& other) const {
+      if (key != other.key) return key < other.key;
+      return std::pair(of, view) > std::pair(other.of, other.view);
+    }
+  };
+  enum class Fate { kTaken, kOut, kPutBack, kStop };
+
+  // The scanner without a view that would be there first; nothing when none can be sent.
+  std::optional<size_t> BestScanner(size_t of, uint32_t view) const;
+  // What a gain counts in the ranking; below 0: it does not.
+  double Key(size_t of, uint32_t view, double gain) const;
+  void Fill(double apart);
+  bool RefreshTop(std::vector<Entry>& stale);
+  Fate Judge(const Entry& entry, ChosenView& chosen);
+  bool NearRefused(size_t of, const Eigen::Vector3d& at) const;
+  void NoteExactness(const ChosenView& chosen);
+  bool Spent() const;
+
+  std::vector<ScannerClass>& classes_;
+  std::vector<CrewOf>& crew_;
+  Residual& residual_;
+  const FleetRanking ranking_;
+  const PlanningConfig& config_;
+  const Budget& budget_;
+  Parallel& parallel_;
+  std::vector<Eigen::Vector3d> taken_;   // tripods that stand or will stand there
+  const size_t given_;                   // of those, not chosen here
+  std::vector<Eigen::Vector3d> listed_;  // returned since the last Settle()
+  std::vector<bool> assigned_;
+  std::vector<std::optional<double>> done_after_;  // minutes, by step of the residual
+  std::priority_queue<Entry> queue_;
+  std::map<std::pair<size_t, uint32_t>, ChosenView> waiting_;  // judged in this round
+  std::vector<ChosenView> refused_;
+  std::vector<ChosenView> refused_now_;  // in this round
+  GreedyRecord record_;
+  size_t checked_ = 0;
+  uint64_t rays_ = 0;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_FLEET_JOINT_CHOICE_H_

@@ -1,0 +1,536 @@
+#include "core/fleet/joint_plan.h"
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cmath>
+#include <tuple>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/fleet/joint_choice.h"
+#include "core/planning/anytime.h"
+#include "core/planning/opaque_grid.h"
+#include "core/planning/patch_tree.h"
+#include "core/planning/patches.h"
+#include "core/planning/planning_estimate.h"
+#include "core/planning/rank_views.h"
+#include "core/planning/termination.h"
+#include "core/planning/view_report.h"
+
+namespace vantage {
+namespace {
+
+using Clock = Budget::Clock;
+
+auto Figures(const ScannerModel& m) {
+  return std::tie(m.azimuth_span, m.elevation_min, m.elevation_max, m.azimuth_step,
+                  m.elevation_step, m.range_min, m.range_max, m.range_noise, m.range_noise_ppm,
+                  m.max_incidence, m.clearance, m.positioning_error);
+}
+
+absl::Status Validate(const PlanningView& model, const FleetRequest& request,
+                      const PlanningConfig& config) {
+  if (request.scanners.empty()) {
+    return absl::InvalidArgumentError("joint plan: name at least one scanner");
+  }
+  std::vector<ScannerModel> models;
+  for (size_t s = 0; s < request.scanners.size(); ++s) {
+    const FleetScanner& scanner = request.scanners[s];
+    if (absl::Status valid = ValidateFor(model, scanner.model, config); !valid.ok()) return valid;
+    if (!(scanner.speed > 0) || !std::isfinite(scanner.speed) || !(scanner.scan_seconds >= 0) ||
+        !std::isfinite(scanner.scan_seconds) ||
+        (scanner.at.has_value() && !scanner.at->allFinite())) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("joint plan: scanners[", s,
+                       "] needs a speed above 0 m/s, scan_seconds of at least 0 and a finite "
+                       "place"));
+    }
+    if (std::none_of(models.begin(), models.end(), [&](const ScannerModel& other) {
+          return Figures(other) == Figures(scanner.model);
+        })) {
+      models.push_back(scanner.model);
+    }
+  }
+  for (size_t i = 0; i < request.pledged.size(); ++i) {
+    absl::Status valid = request.pledged[i].model.Validate();
+    if (!valid.ok()) return valid;
+    if (!request.pledged[i].position.allFinite()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("joint plan: pledged[", i, "] needs a finite position"));
+    }
+  }
+  // Each model has its own scene and map of views.
+  PlanningConfig one = config;
+  one.memory_limit /= models.size();
+  return CheckPlanningSize(model, one);
+}
+
+// Books the time since the last call on a stage.
+class StageClock {
+ public:
+  explicit StageClock(Plan& plan) : plan_(plan) {}
+  void Book(PlanStage stage) {
+    const Clock::time_point now = Clock::now();
+    plan_.seconds[static_cast<size_t>(stage)] += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+
+ private:
+  Plan& plan_;
+  Clock::time_point last_ = Clock::now();
+};
+
+// A part of what is left of a budget of which `rays` are spent.
+Budget Part(const Budget& budget, double share, uint64_t rays) {
+  Budget part = budget;
+  if (budget.deadline != Clock::time_point::max()) {
+    const auto left = std::max(budget.deadline - budget.now(), Clock::duration::zero());
+    part.deadline = budget.now() + std::chrono::duration_cast<Clock::duration>(share * left);
+  }
+  if (budget.work_limit != std::numeric_limits<uint64_t>::max()) {
+    const uint64_t left = budget.work_limit - std::min(budget.work_limit, rays);
+    part.work_limit = static_cast<uint64_t>(share * static_cast<double>(left));
+  }
+  return part;
+}
+
+class JointPlanner {
+ public:
+  JointPlanner(const PlanningView& model, const FleetRequest& request, const PlanningConfig& config,
+               const Budget& budget, Parallel& parallel, PlanProgress progress)
+      : model_(model),
+        request_(request),
+        config_(config),
+        budget_(budget),
+        parallel_(parallel),
+        progress_(progress),
+        clock_(joint_.plan) {
+    Plan& plan = joint_.plan;
+    plan.model_version = model.version();
+    plan.seed = config.seed;
+    plan.required_density = config.required_density;
+    plan.confidence = config.confidence;
+    joint_.assignments.resize(request.scanners.size());
+    for (size_t s = 0; s < request.scanners.size(); ++s) joint_.assignments[s].scanner = s;
+  }
+
+  JointPlan Make() {
+    if (!FindViews() || !FindPatches()) return std::move(joint_);
+    if (patches_.cells.empty() || AnyoneNowhere()) return std::move(joint_);
+    if (!Pledge() || !Evaluate()) return std::move(joint_);
+    Choose();
+    return std::move(joint_);
+  }
+
+ private:
+  bool Single() const { return request_.scanners.size() == 1; }
+
+  bool EndEarly(const char* during) {
+    Plan& plan = joint_.plan;
+    const bool cancelled = budget_.cancelled.stop_requested();
+    plan.outcome = cancelled ? PlanOutcome::kCancelled : PlanOutcome::kBudgetTooSmall;
+    plan.message = absl::StrCat(cancelled ? "cancelled" : "the budget ended", " during '", during,
+                                "', before any view was evaluated");
+    plan.termination.reason = "not known: no view was evaluated";
+    for (Assignment& assignment : joint_.assignments) assignment.reason = plan.message;
+    joint_.guarantee_reason = "none: no view was chosen";
+    return false;
+  }
+
+  // A. Feasible views, of each scanner model; and each scanner's ways to them.
+  bool FindViews() {
+    grid_.emplace(model_, std::array<int, 3>{0, 1, 2}, budget_);
+    if (budget_.Expired()) return EndEarly("feasible views");
+    for (const FleetScanner& scanner : request_.scanners) {
+      size_t of = 0;
+      while (of < classes_.size() && Figures(classes_[of].model) != Figures(scanner.model)) ++of;
+      if (of == classes_.size()) {
+        ScannerClass& mine = classes_.emplace_back();
+        mine.model = scanner.model;
+        mine.feasible =
+            FeasibleViews::Find(model_, *grid_, scanner.model, config_, budget_, parallel_);
+        if (!mine.feasible.finished()) return EndEarly("feasible views");
+        for (size_t i = 0; i < mine.feasible.cells().size(); ++i) {
+          mine.views.push_back(mine.feasible.Centre(i));
+        }
+      }
+      const bool needs_way =
+          config_.require_reachable || request_.ranking == FleetRanking::kGainPerMinute;
+      crew_.push_back({CrewMember(scanner, model_, classes_[of].feasible, needs_way, budget_), of});
+    }
+    joint_.plan.feasible_cells = classes_.front().views.size();
+    clock_.Book(PlanStage::kFeasible);
+    return !budget_.Expired() || EndEarly("feasible views");
+  }
+
+  // B and C. Patches, the most important first.
+  bool FindPatches() {
+    Plan& plan = joint_.plan;
+    patches_ = ExtractPatches(model_, config_, PatchTolerance{}, budget_);
+    plan.coverage = MeasureCoverageWithin(model_, config_, budget_);
+    plan.needy_cells = patches_.cells.size();
+    plan.needy_area = patches_.area;
+    clock_.Book(PlanStage::kPatches);
+    if (!patches_.finished) return EndEarly("extract patches");
+    RankPatches(config_, patches_, budget_);
+    if (!patches_.finished) return EndEarly("rank patches");
+    plan.patches = patches_.patches;
+    clock_.Book(PlanStage::kRankPatches);
+    if (!patches_.cells.empty()) return true;
+    plan.outcome = PlanOutcome::kNothingToGain;
+    plan.termination = JudgeTermination(patches_, {}, config_, std::nullopt);
+    plan.message = plan.termination.reason;
+    plan.complete = true;
+    plan.optimality_gap = 0;
+    for (Assignment& assignment : joint_.assignments) assignment.reason = plan.message;
+    joint_.guarantee_reason = "none: no view was chosen";
+    return true;
+  }
+
+  // Notes who can be sent nowhere; true when that is everybody.
+  bool AnyoneNowhere() {
+    bool all = true;
+    for (size_t s = 0; s < crew_.size(); ++s) {
+      joint_.assignments[s].reason = crew_[s].member.WhyNowhere();
+      all = all && !joint_.assignments[s].reason.empty();
+    }
+    if (!all) return false;
+    Plan& plan = joint_.plan;
+    plan.outcome = PlanOutcome::kNoFeasibleView;
+    plan.termination = JudgeTermination(patches_, {}, config_, std::nullopt);
+    plan.message = classes_.front().views.empty()
+                       ? classes_.front().feasible.Explain(classes_.front().model, config_)
+                       : joint_.assignments.front().reason;
+    plan.complete = true;
+    plan.optimality_gap = 0;
+    joint_.guarantee_reason = "none: no view was chosen";
+    return true;
+  }
+
+  // What is claimed counts as scanned.
+  bool Pledge() {
+    for (ScannerClass& mine : classes_) {
+      mine.scoring = std::make_unique<Scoring>(model_, *grid_, patches_, mine.model, config_,
+                                               parallel_, budget_);
+      if (!mine.scoring->finished()) return EndEarly("evaluate views");
+    }
+    const Scoring& any = *classes_.front().scoring;
+    residual_.emplace(any.cells());
+    for (const PledgedView& pledged : request_.pledged) {
+      const SensingConstraints constraints(pledged.model);
+      const BruteForceScorer scorer(constraints, any.scene(), model_.voxel_size());
+      if (!residual_->Take(pledged.position, scorer, budget_, rays_)) {
+        return EndEarly("evaluate views");
+      }
+    }
+    return true;
+  }
+
+  // D. Evaluate views.
+  bool Evaluate() {
+    const CellArrays& left = residual_->left();
+    CellArrays cells = left;
+    if (!request_.pledged.empty() && left.size() > 0) {
+      // The hierarchy wants whole packets of neighbours.
+      const std::vector<uint32_t> order = PatchOrder(left, parallel_);
+      std::vector<float> factors;
+      for (const uint32_t i : order) factors.push_back(left.factor[i]);
+      cells = left.Gather(order, factors);
+    }
+    const ViewReport report(model_, *grid_, classes_.front().feasible, patches_,
+                            *classes_.front().scoring);
+    // Choosing takes its part of the time: about a quarter of the evaluation's for every further
+    // scanner.
+    const double rounds = 0.8 / (1 + 0.25 * static_cast<double>(crew_.size() - 1));
+    bool any = false;
+    joint_.plan.complete = true;
+    for (size_t of = 0; of < classes_.size(); ++of) {
+      ScannerClass& mine = classes_[of];
+      const auto show = [&](const Evaluation& so_far) {
+        if (of == 0) progress_(report.Interim(joint_.plan, so_far, config_));
+      };
+      if (cells.size() == 0 || mine.views.empty()) {
+        mine.evaluation.views.assign(mine.views.size(), {0, 0, 0, true, true, 0});
+        mine.evaluation.complete = true;
+      } else {
+        const double share =
+            rounds / (static_cast<double>(classes_.size() - of) * rounds + (1 - rounds));
+        mine.evaluation = EvaluateViews(mine.scoring->scorer(), mine.feasible, cells, Options(true),
+                                        Part(budget_, share, rays_), parallel_, show, &*grid_);
+      }
+      rays_ += mine.evaluation.rays;
+      any = any || mine.evaluation.any();
+      joint_.plan.complete = joint_.plan.complete && mine.evaluation.complete;
+      mine.gains = std::make_unique<LazyGains>(mine.views, mine.scoring->scorer(), *residual_,
+                                               mine.evaluation);
+      mine.overlap = std::make_unique<OverlapSurface>(model_, *grid_, mine.scoring->scene(),
+                                                      mine.model, budget_);
+      mine.expected = std::make_unique<ExpectedSurface>(patches_, *mine.scoring, *mine.overlap);
+    }
+    if (joint_.plan.complete) joint_.plan.confidence = 1;
+    FillScoreMap();
+    clock_.Book(PlanStage::kEvaluate);
+    return any || EndEarly("evaluate views");
+  }
+
+  AnytimeOptions Options(bool complete) const {
+    AnytimeOptions options;
+    options.confidence = config_.confidence;
+    options.seed = config_.seed;
+    options.separation = config_.separation;
+    options.leaders = complete ? config_.candidates : 2;
+    options.complete = complete;
+    return options;
+  }
+
+  void FillScoreMap() {
+    const ScannerClass& mine = classes_.front();
+    for (uint32_t i = 0; i < mine.evaluation.views.size(); ++i) {
+      const ViewEstimate& view = mine.evaluation.views[i];
+      if (!view.scored) continue;
+      joint_.plan.score_map.push_back({mine.views[i].cast<float>(), static_cast<float>(view.score),
+                                       static_cast<float>(view.lower),
+                                       static_cast<float>(view.upper)});
+    }
+  }
+
+  // Views that were not scored exactly are raced anew for what is left.
+  void EvaluateAgain(JointChoice& choice, size_t rounds_left) {
+    for (ScannerClass& mine : classes_) {
+      if (mine.evaluation.complete || residual_->left().size() == 0) continue;
+      const Budget part =
+          Part(budget_, 0.8 / static_cast<double>(rounds_left * classes_.size()), choice.rays());
+      const Evaluation anew =
+          EvaluateViews(mine.scoring->scorer(), mine.feasible, residual_->left(), Options(false),
+                        part, parallel_, [](const Evaluation&) {});
+      choice.AddRays(anew.rays);
+      mine.gains->Merge(anew);
+    }
+  }
+
+  // E and F. The views in order, each checked for registration when its turn comes.
+  void Choose() {
+    std::vector<Eigen::Vector3d> taken;
+    for (const PledgedView& pledged : request_.pledged) taken.push_back(pledged.position);
+    JointChoice choice(classes_, crew_, *residual_, request_.ranking, config_, taken, budget_,
+                       parallel_);
+    choice.AddRays(rays_);
+    choice.record().alike = Alike();
+    std::vector<Assignment> made;
+    if (Single()) {
+      for (int k = 0; k < config_.candidates; ++k) {
+        const auto next = choice.Next(config_.separation);
+        if (!next.has_value()) break;
+        if (k == 0) made.push_back(Assign(*next, made));
+        Add(*next);
+      }
+    } else {
+      for (size_t k = 0; k < crew_.size(); ++k) {
+        if (k > 0) EvaluateAgain(choice, crew_.size() - k);
+        const auto next = choice.Next(0);
+        if (!next.has_value()) break;
+        made.push_back(Assign(*next, made));
+        Add(*next);
+        joint_.score += joint_.plan.views.back().score;
+        if (!choice.Settle(*next)) break;
+      }
+    }
+    if (Single() && !joint_.plan.views.empty()) joint_.score = joint_.plan.views.front().score;
+    Conclude(choice, std::move(made));
+    clock_.Book(PlanStage::kCheck);
+  }
+
+  bool Alike() const {
+    if (classes_.size() > 1) return false;
+    for (size_t i = 0; i < classes_.front().views.size(); ++i) {
+      for (const CrewOf& other : crew_) {
+        if (other.member.Can(i) != crew_.front().member.Can(i)) return false;
+      }
+    }
+    return true;
+  }
+
+  Assignment Assign(const ChosenView& chosen, const std::vector<Assignment>& before) const {
+    Assignment assignment;
+    assignment.scanner = chosen.scanner;
+    assignment.view = joint_.plan.views.size();
+    for (const size_t step : chosen.waits_for) {
+      if (step < request_.pledged.size()) {
+        assignment.waits_for_pledged.push_back(step);
+      } else {
+        assignment.waits_for.push_back(std::min(step - request_.pledged.size(), before.size()));
+      }
+    }
+    return assignment;
+  }
+
+  RankedView Describe(const ChosenView& chosen) {
+    const ScannerClass& mine = classes_[chosen.of];
+    const CellArrays& left = residual_->left();
+    RankedView view;
+    const ViewReport report(model_, *grid_, mine.feasible, patches_, *mine.scoring);
+    report.Place(mine.views[chosen.view], view);
+    view.travel = crew_[chosen.scanner].member.Length(view.position);
+    view.verdict = chosen.verdict;
+    view.where = Find(model_, view.position, view.height_over_floor);
+    // The map that regions are read from is that of before anything was chosen.
+    if (residual_->steps() == request_.pledged.size()) {
+      view.region = RegionAsGood(mine.evaluation, mine.feasible, chosen.view);
+    } else {
+      const Eigen::Vector3d low =
+          mine.feasible.cells()[chosen.view].cast<double>() * mine.feasible.cell_size();
+      view.region.box = Region(low, Eigen::Vector3d(low.array() + mine.feasible.cell_size()));
+      view.region.volume = view.region.box.volume();
+      view.region.cells = 1;
+    }
+    view.score = mine.gains->Value(chosen.view);
+    view.lower = 0;
+    view.upper = mine.gains->Upper(chosen.view);
+    std::vector<float> gains(left.size());
+    const ViewScore exact = mine.scoring->scorer().ScoreCells(view.position, left, budget_, gains);
+    if (exact.finished) {
+      view.score = view.lower = view.upper = exact.gain;
+      view.exact = true;
+      SplitGain(left, gains, patches_, view);
+    }
+    return view;
+  }
+
+  void Add(const ChosenView& chosen) {
+    joint_.plan.views.push_back(Describe(chosen));
+    const RankedView& view = joint_.plan.views.back();
+    Journey& journey = joint_.journeys.emplace_back();
+    journey.length = view.travel;
+    journey.unreachable = crew_[chosen.scanner].member.WhyUnreachable(view.position);
+    journey.minutes = chosen.minutes;
+    if (chosen.minutes.has_value()) {
+      journey.per_minute = view.score / std::max(0.01, *chosen.minutes);
+    }
+  }
+
+  void Conclude(JointChoice& choice, std::vector<Assignment> made) {
+    Plan& plan = joint_.plan;
+    plan.rays = choice.rays();
+    plan.optimality_gap = plan.views.empty() ? 1 : 1 - choice.record().exactness;
+    const size_t most = std::min(choice.refused().size(), static_cast<size_t>(config_.candidates));
+    for (size_t k = 0; k < most; ++k) plan.refused.push_back(Describe(choice.refused()[k]));
+    for (size_t s = 0; s < crew_.size(); ++s) {
+      if (std::any_of(made.begin(), made.end(),
+                      [&](const Assignment& done) { return done.scanner == s; })) {
+        continue;
+      }
+      Assignment none;
+      none.scanner = s;
+      none.reason = WhyNone(choice, s);
+      made.push_back(std::move(none));
+    }
+    joint_.assignments = std::move(made);
+    std::tie(joint_.guarantee, joint_.guarantee_reason) = Promise(choice);
+    Terminate();
+    SetOutcome(choice);
+  }
+
+  std::pair<std::optional<double>, std::string> Promise(JointChoice& choice) const {
+    if (joint_.plan.views.empty()) return {std::nullopt, "none: no view was chosen"};
+    Guarantee guarantee = GuaranteeOf(choice.record());
+    return {guarantee.share, std::move(guarantee.reason)};
+  }
+
+  std::string WhyNone(JointChoice& choice, size_t s) const {
+    std::string nowhere = crew_[s].member.WhyNowhere();
+    if (!nowhere.empty()) return nowhere;
+    if (choice.record().cut_short) return "the budget ended before a view was found for it";
+    for (const ChosenView& refused : choice.refused()) {
+      if (refused.of != crew_[s].of || !crew_[s].member.Can(refused.view)) continue;
+      return absl::StrCat("no view that gains anything registers; the best refused one: ",
+                          refused.verdict.reason, "; remedy: ", refused.verdict.remedy);
+    }
+    return "nothing is left to gain for it: the views of the others and the claims cover it";
+  }
+
+  void Terminate() {
+    Evaluation all;
+    for (const ScannerClass& mine : classes_) {
+      all.views.insert(all.views.end(), mine.evaluation.views.begin(), mine.evaluation.views.end());
+    }
+    Termination& termination = joint_.plan.termination;
+    termination = JudgeTermination(patches_, all, config_, std::nullopt);
+    if (request_.pledged.empty()) return;
+    const bool certain = termination.largest_patch_area < config_.min_patch_area;
+    if (termination.suggested && !certain) {
+      termination.suggested = false;
+      termination.reason = absl::StrCat("not before the ", request_.pledged.size(),
+                                        " claimed views have been scanned: ", termination.reason);
+    }
+  }
+
+  void SetOutcome(JointChoice& choice) {
+    Plan& plan = joint_.plan;
+    const auto count = static_cast<int>(plan.views.size());
+    if (budget_.cancelled.stop_requested()) {
+      plan.outcome = PlanOutcome::kCancelled;
+      plan.message = absl::StrCat("cancelled after ", choice.checked(), " views were checked");
+    } else if (!plan.views.empty()) {
+      plan.outcome = PlanOutcome::kViews;
+      plan.message =
+          Single() ? absl::StrFormat("%d views register, %d were refused", count,
+                                     static_cast<int>(choice.refused().size()))
+                   : absl::StrFormat("views for %d of %d scanners, %.2f m2 together; %d refused",
+                                     count, static_cast<int>(crew_.size()),
+                                     joint_.score / config_.required_density,
+                                     static_cast<int>(choice.refused().size()));
+    } else if (choice.record().cut_short) {
+      plan.outcome = PlanOutcome::kBudgetTooSmall;
+      plan.message = absl::StrCat("the budget ended after ", choice.checked(),
+                                  " views were checked for registration and none passed");
+    } else if (!choice.refused().empty()) {
+      plan.outcome = PlanOutcome::kNoRegistrableView;
+      const RegistrationVerdict& first = choice.refused().front().verdict;
+      plan.message = absl::StrCat("none of the ", choice.checked(),
+                                  " best views can be registered; the first: ", first.reason,
+                                  "; remedy: ", first.remedy);
+    } else {
+      plan.outcome = plan.complete ? PlanOutcome::kNothingToGain : PlanOutcome::kBudgetTooSmall;
+      plan.message = !plan.complete ? "no view that gains anything was found in the time"
+                     : request_.pledged.empty()
+                         ? "no feasible view gains anything"
+                         : "no feasible view gains anything beyond the claimed ones";
+    }
+    const CrewMember& first = crew_.front().member;
+    if (Single() && first.reachable() < first.within_reach()) {
+      absl::StrAppend(&plan.message,
+                      absl::StrFormat("; no way is known from where it stands to %d "
+                                      "of %d viewcells",
+                                      static_cast<int>(first.within_reach() - first.reachable()),
+                                      static_cast<int>(first.within_reach())));
+    }
+  }
+
+  const PlanningView& model_;
+  const FleetRequest& request_;
+  const PlanningConfig& config_;
+  const Budget& budget_;
+  Parallel& parallel_;
+  PlanProgress progress_;
+  JointPlan joint_;
+  StageClock clock_;
+  std::optional<OpaqueGrid> grid_;
+  std::vector<ScannerClass> classes_;
+  std::vector<CrewOf> crew_;
+  PatchSet patches_;
+  std::optional<Residual> residual_;
+  uint64_t rays_ = 0;
+};
+
+}  // namespace
+
+absl::StatusOr<JointPlan> MakeJointPlan(const PlanningView& model, const FleetRequest& request,
+                                        const PlanningConfig& config, const Budget& budget,
+                                        Parallel& parallel, PlanProgress progress) {
+  if (absl::Status valid = Validate(model, request, config); !valid.ok()) return valid;
+  return JointPlanner(model, request, config, budget, parallel, progress).Make();
+}
+
+}  // namespace vantage

@@ -1,0 +1,77 @@
+// Where several scanners go next, each view counted only for what the others and the claims leave
+// (algorithm.md section 11).
+#ifndef VANTAGE_CORE_FLEET_JOINT_PLAN_H_
+#define VANTAGE_CORE_FLEET_JOINT_PLAN_H_
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/fleet/crew.h"
+#include "core/model/planning_view.h"
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/plan.h"
+#include "core/planning/planner.h"
+
+namespace vantage {
+
+// A view that somebody is on the way to.
+struct PledgedView {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, model frame
+  ScannerModel model;
+};
+
+enum class FleetRanking {
+  kGain,
+  kGainPerMinute,  // of walking, setting up and scanning, and waiting for others
+};
+
+struct FleetRequest {
+  std::vector<FleetScanner> scanners;  // at least one
+  std::vector<PledgedView> pledged;    // count as scanned
+  FleetRanking ranking = FleetRanking::kGain;
+};
+
+// How a scanner comes to a view.
+struct Journey {
+  std::optional<double> length;      // m
+  std::string unreachable;           // why there is no length; empty where there is
+  std::optional<double> minutes;     // walking, setting up, scanning and waiting
+  std::optional<double> per_minute;  // samples
+};
+
+struct Assignment {
+  size_t scanner = 0;                     // into FleetRequest::scanners
+  std::optional<size_t> view;             // into Plan::views
+  std::string reason;                     // why none; empty when there is one
+  std::vector<size_t> waits_for;          // assignments whose scans must be in before
+  std::vector<size_t> waits_for_pledged;  // and pledged views
+};
+
+struct JointPlan {
+  // For one scanner its views, best first, at most k. For several, the views of the assignments, in
+  // the order in which they were chosen; scores count what those before them leave. The map of
+  // scores is that of the first scanner, before anything was chosen.
+  Plan plan;
+  std::vector<Journey> journeys;        // by plan.views
+  std::vector<Assignment> assignments;  // as chosen, then the scanners that got no view
+  double score = 0;                     // samples, of all assignments together
+  std::optional<double> guarantee;      // share of the best choice that is reached at least
+  std::string guarantee_reason;         // where it comes from, or why there is none
+};
+
+// Steps A to F (algorithm.md section 6) once for each scanner model; then views are chosen one at a
+// time, the best of all scanners first: by exact marginal gain, lazily. INVALID_ARGUMENT: the
+// configuration or a scanner is impossible. RESOURCE_EXHAUSTED: as MakePlan(), for all models
+// together. With a work limit the same on any number of threads.
+absl::StatusOr<JointPlan> MakeJointPlan(const PlanningView& model, const FleetRequest& request,
+                                        const PlanningConfig& config, const Budget& budget,
+                                        Parallel& parallel, PlanProgress progress);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_FLEET_JOINT_PLAN_H_

@@ -1,0 +1,80 @@
+#include "core/fleet/lazy_gains.h"
+
+#include <algorithm>
+
+namespace vantage {
+
+LazyGains::LazyGains(std::span<const Eigen::Vector3d> views, const BruteForceScorer& scorer,
+                     const Residual& residual, const Evaluation& evaluation)
+    : views_(views), scorer_(scorer), residual_(residual), gains_(views.size()) {
+  for (uint32_t i = 0; i < gains_.size(); ++i) {
+    const ViewEstimate& view = evaluation.views[i];
+    gains_[i] = {view.exact ? view.score : view.Rank(), view.upper,
+                 static_cast<uint32_t>(residual.steps()), view.exact, view.scored};
+  }
+}
+
+void LazyGains::Merge(const Evaluation& evaluation) {
+  for (uint32_t i = 0; i < gains_.size(); ++i) {
+    const ViewEstimate& view = evaluation.views[i];
+    Gain& gain = gains_[i];
+    gain.upper = std::min(gain.upper, view.upper);
+    if (!view.scored || Fresh(i)) continue;
+    if (gain.exact && !view.exact) continue;  // an old exact value is a bound already
+    gain.value = view.exact ? view.score : view.Rank();
+    gain.exact = view.exact;
+    gain.ranked = true;
+    gain.step = static_cast<uint32_t>(residual_.steps());
+    if (view.exact) gain.upper = gain.value;
+  }
+}
+
+uint64_t LazyGains::MostRays(uint32_t view) const {
+  const Gain& gain = gains_[view];
+  if (!gain.exact) return residual_.left().size();
+  uint64_t rays = 0;
+  for (size_t k = gain.step; k < residual_.steps(); ++k) rays += residual_.MostRays(k);
+  return rays;
+}
+
+bool LazyGains::Update(uint32_t view, const Budget& budget, Gain& gain, uint64_t& rays) const {
+  if (!gain.exact) {
+    const ViewScore score = scorer_.Score(views_[view], residual_.left(), budget);
+    rays += score.rays;
+    if (!score.finished) return false;
+    gain.value = score.gain;
+  } else {
+    for (size_t k = gain.step; k < residual_.steps(); ++k) {
+      const auto lowered = residual_.Lowered(k, views_[view], scorer_, budget, rays);
+      if (!lowered.has_value()) return false;
+      gain.value = std::max(0.0, gain.value - *lowered);
+    }
+  }
+  gain.upper = gain.value;
+  gain.step = static_cast<uint32_t>(residual_.steps());
+  gain.exact = gain.ranked = true;
+  return true;
+}
+
+bool LazyGains::Refresh(std::span<const uint32_t> views, const Budget& budget, Parallel& parallel,
+                        uint64_t& rays) {
+  struct Done {
+    Gain gain;
+    uint64_t rays = 0;
+    bool finished = false;
+  };
+  std::vector<Done> done(views.size());
+  parallel.For(views.size(), [&](size_t k) {
+    done[k].gain = gains_[views[k]];
+    done[k].finished = Update(views[k], budget, done[k].gain, done[k].rays);
+  });
+  bool all = true;
+  for (size_t k = 0; k < views.size(); ++k) {
+    rays += done[k].rays;
+    all = all && done[k].finished;
+    if (done[k].finished) gains_[views[k]] = done[k].gain;
+  }
+  return all;
+}
+
+}  // namespace vantage

@@ -1,0 +1,392 @@
+#include "core/fleet/joint_plan.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <set>
+
+#include "core/fleet/guarantee.h"
+#include "core/fleet/residual.h"
+#include "core/fleet/waiting.h"
+#include "core/parallel/thread_pool.h"
+#include "tests/support/closed_form_view.h"
+#include "tests/support/planning_problem.h"
+
+namespace vantage {
+namespace {
+
+using ::testing::HasSubstr;
+
+class JointPlanTest : public ::testing::Test {
+ protected:
+  JointPlanTest() {
+    config_.viewcell_size = 0.4;
+    config_.max_height = 1.7;
+    config_.candidates = 5;
+    // What registers is another test's subject.
+    config_.registration.required_accuracy = 0.5;
+    config_.registration.minimum_overlap = 1e-6;
+  }
+
+  // What the stand sees has the density that a scan from there gives it.
+  static ClosedFormScene Room(uint64_t seed) {
+    ClosedFormScene scene = FurnishedRoom(seed);
+    scene.density = [](const Eigen::Vector3d& p) {
+      return 20000 / (Eigen::Vector3d(1.5, 1.5, 1.5) - p).squaredNorm();
+    };
+    return scene;
+  }
+
+  JointPlan Make(const PlanningView& model, const FleetRequest& request,
+                 const Budget& budget = Budget::Unlimited()) {
+    return Make(model, request, budget, serial_);
+  }
+  JointPlan Make(const PlanningView& model, const FleetRequest& request, const Budget& budget,
+                 Parallel& parallel) {
+    auto plan = MakeJointPlan(model, request, config_, budget, parallel, [](const Plan&) {});
+    EXPECT_TRUE(plan.ok()) << plan.status();
+    return plan.ok() ? *std::move(plan) : JointPlan{};
+  }
+
+  static FleetRequest Crew(size_t count) {
+    FleetRequest request;
+    request.scanners.resize(count);
+    return request;
+  }
+
+  PlanningConfig config_;
+  Serial serial_;
+};
+
+// Gains of every view on every cell, and what pairs gain together.
+class Exhaustive {
+ public:
+  Exhaustive(const PlanningView& model, const PlanningConfig& config)
+      : problem_(std::make_shared<PlanningView>(model), config) {
+    for (const Eigen::Vector3d& view : problem_.views) {
+      gains_.emplace_back(problem_.scoring->cells().size());
+      problem_.scoring->scorer().ScoreCells(view, problem_.scoring->cells(), Budget::Unlimited(),
+                                            gains_.back());
+    }
+  }
+  size_t size() const { return gains_.size(); }
+  const std::vector<Eigen::Vector3d>& views() const { return problem_.views; }
+  double Together(std::initializer_list<size_t> which) const {
+    double sum = 0;
+    for (size_t i = 0; i < gains_.front().size(); ++i) {
+      float best = 0;
+      for (const size_t v : which) best = std::max(best, gains_[v][i]);
+      sum += static_cast<double>(best);
+    }
+    return sum;
+  }
+  double BestPair() const {
+    double best = 0;
+    for (size_t a = 0; a < size(); ++a) {
+      for (size_t b = a + 1; b < size(); ++b) best = std::max(best, Together({a, b}));
+    }
+    return best;
+  }
+  size_t IndexOf(const Eigen::Vector3d& position) const {
+    for (size_t i = 0; i < size(); ++i) {
+      if ((problem_.views[i] - position).norm() < 1e-6) return i;
+    }
+    return size();
+  }
+
+ private:
+  PlanningProblem problem_;
+  std::vector<std::vector<float>> gains_;
+};
+
+TEST_F(JointPlanTest, GreedyIsNearlyTheBestPairInEveryCase) {
+  for (const uint64_t seed : {1u, 2u, 3u, 4u}) {
+    SCOPED_TRACE(seed);
+    const PlanningView model = BuildView(Room(seed));
+    const Exhaustive all(model, config_);
+    ASSERT_GT(all.size(), 30u);
+    const JointPlan joint = Make(model, Crew(2));
+    ASSERT_EQ(joint.plan.views.size(), 2u) << joint.plan.message;
+    const size_t a = all.IndexOf(joint.plan.views[0].position);
+    const size_t b = all.IndexOf(joint.plan.views[1].position);
+    ASSERT_LT(std::max(a, b), all.size());
+    const double together = all.Together({a, b});
+    EXPECT_NEAR(joint.score, together, 1e-4 * together);
+    EXPECT_NEAR(joint.plan.views[1].score, together - all.Together({a}), 1e-4 * together);
+    EXPECT_GE(together, 0.95 * all.BestPair());
+    // Each choice was the best there was.
+    for (size_t v = 0; v < all.size(); ++v) {
+      EXPECT_LE(all.Together({v}), all.Together({a}) * (1 + 1e-5));
+      // Tripods need room.
+      const double apart = (all.views()[v] - all.views()[a]).head<2>().norm();
+      if (apart < 2 * ScannerModel().clearance) continue;
+      EXPECT_LE(all.Together({a, v}), together * (1 + 1e-5));
+    }
+    EXPECT_EQ(joint.plan.optimality_gap, 0);
+    ASSERT_TRUE(joint.guarantee.has_value()) << joint.guarantee_reason;
+    EXPECT_NEAR(*joint.guarantee, 0.75, 1e-9);
+  }
+}
+
+TEST_F(JointPlanTest, ASingleScannersPlanIsThePlan) {
+  const PlanningView model = BuildView(Room(2));
+  const JointPlan joint = Make(model, Crew(1));
+  const auto plan =
+      MakePlan(model, ScannerModel(), config_, Budget::Unlimited(), serial_, [](const Plan&) {});
+  ASSERT_TRUE(plan.ok());
+  ASSERT_EQ(joint.plan.views.size(), plan->views.size());
+  for (size_t k = 0; k < plan->views.size(); ++k) {
+    EXPECT_EQ(joint.plan.views[k].position, plan->views[k].position);
+    EXPECT_NEAR(joint.plan.views[k].score, plan->views[k].score, 1e-4 * plan->views[k].score);
+    EXPECT_EQ(joint.plan.views[k].verdict.error_bound, plan->views[k].verdict.error_bound);
+    EXPECT_EQ(joint.plan.views[k].region.cells, plan->views[k].region.cells);
+    ASSERT_TRUE(joint.plan.views[k].travel.has_value());
+    EXPECT_TRUE(joint.journeys[k].unreachable.empty());
+    EXPECT_NEAR(*joint.journeys[k].minutes, (*joint.plan.views[k].travel + 180) / 60, 1e-3);
+    // A straighter way than along the grid, but none that is shorter than the straight line.
+    EXPECT_LE(*joint.plan.views[k].travel, *plan->views[k].travel + 1e-3);
+  }
+  EXPECT_EQ(joint.plan.optimality_gap, plan->optimality_gap);
+  EXPECT_EQ(joint.plan.score_map.size(), plan->score_map.size());
+  ASSERT_EQ(joint.assignments.size(), 1u);
+  EXPECT_EQ(joint.assignments[0].view, 0u);
+  EXPECT_NEAR(joint.guarantee.value_or(0), 1, 1e-9);
+}
+
+TEST_F(JointPlanTest, ClaimedViewsCountAsScanned) {
+  const PlanningView model = BuildView(Room(3));
+  const JointPlan two = Make(model, Crew(2));
+  ASSERT_EQ(two.plan.views.size(), 2u);
+  FleetRequest request = Crew(1);
+  request.pledged = {{two.plan.views[0].position, ScannerModel()}};
+  const JointPlan around = Make(model, request);
+  ASSERT_FALSE(around.plan.views.empty());
+  EXPECT_EQ(around.plan.views[0].position, two.plan.views[1].position);
+  EXPECT_NEAR(around.plan.views[0].score, two.plan.views[1].score, 1e-4 * two.plan.views[1].score);
+  EXPECT_LT(around.plan.views[0].score, two.plan.views[0].score);
+  // A finer scanner's claim leaves less, never more.
+  ScannerModel coarse;
+  coarse.azimuth_step = coarse.elevation_step = Radians(1);
+  request.pledged[0].model = coarse;
+  const JointPlan beside = Make(model, request);
+  EXPECT_GT(beside.plan.views[0].score, around.plan.views[0].score);
+}
+
+TEST_F(JointPlanTest, ScannersThatDifferAreEachSentWhereTheyGainMost) {
+  const PlanningView model = BuildView(Room(4));
+  FleetRequest request = Crew(3);
+  request.scanners[1].model.azimuth_step = Radians(0.5);
+  request.scanners[1].model.range_max = 3;
+  const JointPlan joint = Make(model, request);
+  ASSERT_EQ(joint.plan.views.size(), 3u) << joint.plan.message;
+  std::set<size_t> scanners;
+  double sum = 0;
+  for (size_t k = 0; k < 3; ++k) {
+    ASSERT_EQ(joint.assignments[k].view, k);
+    scanners.insert(joint.assignments[k].scanner);
+    sum += joint.plan.views[k].score;
+    if (k > 0) {
+      EXPECT_LE(joint.plan.views[k].score, joint.plan.views[k - 1].score * (1 + 1e-5));
+    }
+  }
+  EXPECT_EQ(scanners.size(), 3u);
+  EXPECT_NEAR(joint.score, sum, 1e-9 * sum);
+  EXPECT_NEAR(joint.guarantee.value_or(0), 0.5, 1e-9) << joint.guarantee_reason;
+}
+
+TEST_F(JointPlanTest, WhoCannotGetAnywhereIsToldWhy) {
+  const PlanningView model = BuildView(Room(2));
+  FleetRequest request = Crew(3);
+  request.scanners[1].reach = {Region(Eigen::Vector3d(50, 50, 0), Eigen::Vector3d(60, 60, 3))};
+  request.scanners[2].at = Eigen::Vector3d(-20, 0, 1.5);
+  const JointPlan joint = Make(model, request);
+  ASSERT_EQ(joint.plan.views.size(), 1u);
+  ASSERT_EQ(joint.assignments.size(), 3u);
+  EXPECT_EQ(joint.assignments[0].scanner, 0u);
+  EXPECT_FALSE(joint.assignments[1].view.has_value());
+  EXPECT_THAT(joint.assignments[1].reason, HasSubstr("reach"));
+  EXPECT_THAT(joint.assignments[2].reason, HasSubstr("outside of the model"));
+  // Reach confines the views.
+  FleetRequest confined = Crew(1);
+  confined.scanners[0].reach = {Region(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(3, 2.5, 2.7))};
+  const JointPlan inside = Make(model, confined);
+  ASSERT_FALSE(inside.plan.views.empty());
+  for (const RankedView& view : inside.plan.views) {
+    EXPECT_TRUE(confined.scanners[0].reach[0].contains(view.position));
+  }
+  // Nobody can go anywhere.
+  FleetRequest nobody = Crew(1);
+  nobody.scanners[0] = request.scanners[2];
+  const JointPlan none = Make(model, nobody);
+  EXPECT_EQ(none.plan.outcome, PlanOutcome::kNoFeasibleView);
+  EXPECT_THAT(none.plan.message, HasSubstr("outside of the model"));
+  EXPECT_FALSE(none.guarantee.has_value());
+}
+
+TEST_F(JointPlanTest, GainPerMinuteIsTheBestRatioThereIs) {
+  const PlanningView model = BuildView(Room(5));
+  FleetRequest request = Crew(1);
+  request.ranking = FleetRanking::kGainPerMinute;
+  request.scanners[0].speed = 0.02;  // somebody who carries much
+  request.scanners[0].scan_seconds = 30;
+  const JointPlan joint = Make(model, request);
+  ASSERT_FALSE(joint.plan.views.empty());
+  const Exhaustive all(model, config_);
+  const OpaqueGrid grid(model);
+  const FeasibleViews feasible =
+      FeasibleViews::Find(model, grid, ScannerModel(), config_, Budget::Unlimited(), serial_);
+  const CrewMember member(request.scanners[0], model, feasible, true, Budget::Unlimited());
+  double best = 0;
+  for (size_t v = 0; v < all.size(); ++v) {
+    const auto length = member.Length(all.views()[v]);
+    if (length.has_value()) {
+      best = std::max(best, all.Together({v}) / ((*length / 0.02 + 30) / 60));
+    }
+  }
+  EXPECT_NEAR(joint.journeys[0].per_minute.value_or(0), best, 1e-3 * best);
+  for (size_t k = 1; k < joint.journeys.size(); ++k) {
+    EXPECT_LE(*joint.journeys[k].per_minute, *joint.journeys[k - 1].per_minute * (1 + 1e-5));
+  }
+  // The slower one walks, the nearer is the view.
+  const JointPlan by_gain = Make(model, Crew(1));
+  EXPECT_LE(*joint.journeys[0].length, *by_gain.journeys[0].length);
+  EXPECT_GE(by_gain.plan.views[0].score, joint.plan.views[0].score);
+  EXPECT_FALSE(joint.guarantee.has_value());
+  EXPECT_THAT(joint.guarantee_reason, HasSubstr("per minute"));
+}
+
+TEST_F(JointPlanTest, AViewWaitsForTheScansThatItNeedsAndNoOthers) {
+  PlanningProblem problem(std::make_shared<PlanningView>(BuildView(Room(2))), config_);
+  const BruteForceScorer& scorer = problem.scoring->scorer();
+  const OverlapSurface overlap(*problem.model, problem.grid, problem.scoring->scene(),
+                               problem.scanner);
+  ExpectedSurface expected(problem.patches, *problem.scoring, overlap);
+  const auto best = std::max_element(
+      problem.views.begin(), problem.views.end(), [&](const auto& a, const auto& b) {
+        return scorer.Score(a, problem.scoring->cells(), Budget::Unlimited()).gain <
+               scorer.Score(b, problem.scoring->cells(), Budget::Unlimited()).gain;
+      });
+  uint64_t rays = 0;
+  const Residual nobody(problem.scoring->cells());
+  Residual after(problem.scoring->cells());
+  // The second sees nothing that the first has not seen.
+  ASSERT_TRUE(after.Take(*best, scorer, Budget::Unlimited(), rays));
+  ASSERT_TRUE(after.Take(*best, scorer, Budget::Unlimited(), rays));
+  RegistrationConfig config = config_.registration;
+  const auto judge = [&](const Eigen::Vector3d& view, const Residual& residual) {
+    return expected.Judge(view, residual, config, Budget::Unlimited(), rays).value();
+  };
+  int waiting = 0;
+  for (size_t v = 0; v < problem.views.size(); v += 3) {
+    config.minimum_overlap = 1e-6;
+    const double share = judge(problem.views[v], nobody).verdict.overlap_share;
+    // More is wanted than there is.
+    config.minimum_overlap = share + 0.01;
+    EXPECT_FALSE(judge(problem.views[v], nobody).verdict.registered());
+    const auto verdict = judge(problem.views[v], after);
+    if (!verdict.verdict.registered()) {
+      EXPECT_TRUE(verdict.waits_for.empty());
+      continue;
+    }
+    ++waiting;
+    EXPECT_EQ(verdict.waits_for, std::vector<size_t>{0});
+    EXPECT_GT(verdict.verdict.overlap_share, share);
+  }
+  EXPECT_GT(waiting, 0);
+}
+
+void ExpectSame(const JointPlan& a, const JointPlan& b) {
+  EXPECT_EQ(a.plan.message, b.plan.message);
+  EXPECT_EQ(a.plan.rays, b.plan.rays);
+  EXPECT_EQ(a.score, b.score);
+  EXPECT_EQ(a.guarantee, b.guarantee);
+  EXPECT_EQ(a.guarantee_reason, b.guarantee_reason);
+  ASSERT_EQ(a.plan.views.size(), b.plan.views.size());
+  for (size_t k = 0; k < a.plan.views.size(); ++k) {
+    EXPECT_EQ(a.plan.views[k].position, b.plan.views[k].position);
+    EXPECT_EQ(a.plan.views[k].score, b.plan.views[k].score);
+    EXPECT_EQ(a.assignments[k].scanner, b.assignments[k].scanner);
+    EXPECT_EQ(a.journeys[k].minutes, b.journeys[k].minutes);
+  }
+}
+
+TEST_F(JointPlanTest, SameOnAnyNumberOfThreadsUnderAWorkLimit) {
+  const PlanningView model = BuildView(Room(3));
+  FleetRequest request = Crew(3);
+  request.scanners[2].model.range_max = 5;
+  for (const uint64_t limit : {40'000u, 400'000u}) {
+    SCOPED_TRACE(limit);
+    Budget budget;
+    budget.work_limit = limit;
+    const JointPlan one = Make(model, request, budget);
+    for (const int threads : {2, 5}) {
+      ThreadPool pool(threads);
+      ExpectSame(one, Make(model, request, budget, pool));
+    }
+    // What is promised follows from how exactly the choice was made.
+    if (one.guarantee.has_value()) {
+      const double a = 1 - one.plan.optimality_gap;
+      EXPECT_NEAR(*one.guarantee, a / (1 + a), 1e-9);
+    }
+  }
+}
+
+TEST_F(JointPlanTest, ABudgetThatIsTooShortSaysSo) {
+  const PlanningView model = BuildView(Room(3));
+  Budget budget = Budget::Seconds(-1);
+  const JointPlan joint = Make(model, Crew(2), budget);
+  EXPECT_EQ(joint.plan.outcome, PlanOutcome::kBudgetTooSmall);
+  ASSERT_EQ(joint.assignments.size(), 2u);
+  EXPECT_FALSE(joint.assignments[0].reason.empty());
+  std::stop_source stop;
+  stop.request_stop();
+  budget = Budget::Unlimited();
+  budget.cancelled = stop.get_token();
+  EXPECT_EQ(Make(model, Crew(2), budget).plan.outcome, PlanOutcome::kCancelled);
+}
+
+TEST_F(JointPlanTest, RefusesWhatIsImpossible) {
+  const PlanningView model = BuildView(Room(3));
+  const auto code = [&](const FleetRequest& request) {
+    return MakeJointPlan(model, request, config_, Budget::Unlimited(), serial_, [](const Plan&) {})
+        .status()
+        .code();
+  };
+  EXPECT_EQ(code(Crew(0)), absl::StatusCode::kInvalidArgument);
+  FleetRequest slow = Crew(1);
+  slow.scanners[0].speed = 0;
+  EXPECT_EQ(code(slow), absl::StatusCode::kInvalidArgument);
+  FleetRequest lost = Crew(1);
+  lost.scanners[0].at = Eigen::Vector3d(NAN, 0, 0);
+  EXPECT_EQ(code(lost), absl::StatusCode::kInvalidArgument);
+  FleetRequest pledged = Crew(1);
+  pledged.pledged = {{Eigen::Vector3d(0, INFINITY, 0), ScannerModel()}};
+  EXPECT_EQ(code(pledged), absl::StatusCode::kInvalidArgument);
+  config_.memory_limit = 1000;
+  EXPECT_EQ(code(Crew(1)), absl::StatusCode::kResourceExhausted);
+}
+
+TEST(GuaranteeTest, IsWhatTheTheoremsSay) {
+  GreedyRecord record;
+  record.scanners = 1;
+  EXPECT_NEAR(GuaranteeOf(record).share.value_or(0), 1, 1e-12);
+  record.scanners = 16;
+  EXPECT_NEAR(GuaranteeOf(record).share.value_or(0), 1 - std::pow(15.0 / 16, 16), 1e-12);
+  EXPECT_GT(*GuaranteeOf(record).share, 1 - std::exp(-1));
+  record.exactness = 0.5;
+  EXPECT_GT(*GuaranteeOf(record).share, 1 - std::exp(-0.5));
+  record.alike = false;
+  EXPECT_NEAR(GuaranteeOf(record).share.value_or(0), 1.0 / 3, 1e-12);
+  for (bool GreedyRecord::*none : {&GreedyRecord::by_minutes, &GreedyRecord::waits,
+                                   &GreedyRecord::crowded, &GreedyRecord::cut_short}) {
+    GreedyRecord without = record;
+    without.*none = true;
+    EXPECT_FALSE(GuaranteeOf(without).share.has_value());
+    EXPECT_THAT(GuaranteeOf(without).reason, HasSubstr("none: "));
+  }
+}
+
+}  // namespace
+}  // namespace vantage
