@@ -33,7 +33,8 @@ class Search {
         if (budget.Expired()) return Forget();
         until_poll = kColumnsBetweenPolls;
       }
-      const auto [so_far, at] = queue.top();
+      const float so_far = queue.top().first;
+      const uint32_t at = queue.top().second;
       queue.pop();
       if (done_[at] != 0 || so_far > length_[at]) continue;
       if (!Settle(at)) {  // the straight way there is blocked: it is farther than it seemed
