@@ -1,0 +1,33 @@
+# Debian packages: cd build/release && cpack (after the target 'installable'), or ./dev package.
+set(CPACK_GENERATOR DEB)
+set(CPACK_PACKAGE_NAME vantage)
+set(CPACK_PACKAGE_CONTACT "Vantage maintainers <maintainers@vantage.invalid>")
+set(CPACK_PACKAGE_DIRECTORY ${CMAKE_BINARY_DIR}/package)
+set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
+set(CPACK_STRIP_FILES ON)
+set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS
+  OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
+set(CPACK_COMPONENTS_ALL server client)
+set(CPACK_DEB_COMPONENT_INSTALL ON)
+set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
+# From the libraries that the binaries load.
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
+
+set(CPACK_DEBIAN_SERVER_PACKAGE_NAME vantage-server)
+set(CPACK_DEBIAN_SERVER_PACKAGE_SECTION science)
+set(CPACK_DEBIAN_SERVER_PACKAGE_DEPENDS "adduser, init-system-helpers (>= 1.54~)")
+set(CPACK_DEBIAN_SERVER_PACKAGE_SUGGESTS vantage-client)
+set(CPACK_COMPONENT_SERVER_DESCRIPTION "planner of scanner positions, the server
+ Plans where the tripod of a laser scanner should stand next, from the scans made so far.
+ Serves the API vantage.v1 over gRPC.")
+set(extra ${CMAKE_CURRENT_SOURCE_DIR}/debian/server)
+set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_EXTRA
+  "${extra}/conffiles;${extra}/postinst;${extra}/prerm;${extra}/postrm")
+# Scripts are executable whatever the mask of whoever checked them out.
+set(CPACK_DEBIAN_SERVER_PACKAGE_CONTROL_STRICT_PERMISSION ON)
+
+set(CPACK_DEBIAN_CLIENT_PACKAGE_NAME vantage-client)
+set(CPACK_DEBIAN_CLIENT_PACKAGE_SECTION science)
+set(CPACK_COMPONENT_CLIENT_DESCRIPTION "planner of scanner positions, the command line
+ Creates jobs, sends scans, shows where the scanner should stand next.")
+include(CPack)

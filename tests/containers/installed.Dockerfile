@@ -1,0 +1,8 @@
+# A bare Debian with systemd, and the packages installed as an operator would.
+ARG BASE
+FROM ${BASE}
+RUN apt-get -q update && DEBIAN_FRONTEND=noninteractive \
+    apt-get -q install -y --no-install-recommends systemd && rm -f /usr/sbin/policy-rc.d
+COPY *.deb /packages/
+RUN DEBIAN_FRONTEND=noninteractive \
+    apt-get -q install -y --no-install-recommends /packages/*.deb
