@@ -65,7 +65,7 @@ class Engine:
         tag = self.new_image(name)
         given = [f"--build-arg={key}={value}" for key, value in arguments.items()]
         form = ["--format", "docker"] if self.name == "podman" else []
-        self.run("build", *form, "-f", dockerfile, "-t", tag, *given, context, timeout=timeout)
+        self.run("build", *form, "--network", "host", "-f", dockerfile, "-t", tag, *given, context, timeout=timeout)
         return tag
 
     def scratch(self):
@@ -86,14 +86,14 @@ class Engine:
             self.run("volume", "rm", "-f", volume, allowed=(0, 1, 125))
         for image in reversed(self.images):
             self.run("rmi", "-f", image, allowed=(0, 1, 125))
-        for folder in self.folders:
-            shutil.rmtree(folder, ignore_errors=True)
         if self.storage:
             self.run("rmi", "-f", "-a", allowed=(0, 1, 125))
             # What podman mounts for itself.
             subprocess.run(["umount", f"{self.storage}/root/overlay"], stderr=subprocess.DEVNULL,
                            check=False)
             shutil.rmtree(self.storage, ignore_errors=True)
+        for folder in self.folders:
+            shutil.rmtree(folder, ignore_errors=True)
 
 
 class Container:
