@@ -24,6 +24,7 @@ except ImportError as missing:
     sys.exit(f"{missing} (Debian: python3-grpcio, python3-protobuf)")
 import room_scan
 from engine import FOLDER, ROOT, Container, Failed
+from guarded_tests import ProxyTest, TlsTest  # noqa: F401, run as the others
 from harness import (FIRST_SCAN, PACKAGES, ContainerTest, house, name_of, open_house, package, say,
                      state_of)
 

@@ -18,7 +18,7 @@ from engine import FOLDER, ROOT, Engine, Failed, ServerContainer
 PACKAGES = os.path.abspath(os.environ.get("VANTAGE_PACKAGES", ROOT / "build" / "package"))
 BASE_AGE = 7 * 24 * 3600  # s, after which the cached base is made anew
 # Made when the first test needs it: the engine, a bare Debian, the server's image.
-house = types.SimpleNamespace(engine=None, base=None, image=None)
+house = types.SimpleNamespace(engine=None, base=None, image=None, refused=None)
 
 
 def say(text):
@@ -45,6 +45,11 @@ def base_tar():
 
 
 def open_house():
+    """Once, whichever module comes first; skips all tests where no containers run."""
+    if house.refused:
+        raise unittest.SkipTest(house.refused)
+    if house.image:
+        return
     try:
         given = os.environ.get("VANTAGE_IMAGE")
         house.engine = Engine(os.environ.get("VANTAGE_ENGINE", "podman"), own_storage=not given)
@@ -54,7 +59,8 @@ def open_house():
         house.engine.run("run", "--rm", "--network", "host", "--memory", "64m", house.base, "true")
     except (Failed, subprocess.TimeoutExpired) as why:
         say(f"skipped: no containers run here: {why}")
-        raise unittest.SkipTest("no containers run here") from None
+        house.refused = "no containers run here"
+        raise unittest.SkipTest(house.refused) from None
     if given:
         house.image = given
         return
