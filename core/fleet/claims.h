@@ -8,6 +8,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -52,6 +53,10 @@ struct ClaimRefusal {
 // End(), so that whoever keeps a log of it writes that down before anything that follows from it.
 class Claims {
  public:
+  Claims() = default;
+  // As a log left it: oldest first.
+  explicit Claims(std::vector<ViewClaim> held) : held_(std::move(held)) {}
+
   // Oldest first.
   const std::vector<ViewClaim>& held() const { return held_; }
   // Null when it is not held.

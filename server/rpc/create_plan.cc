@@ -2,7 +2,6 @@
 
 #include "server/rpc/handlers.h"
 #include "server/rpc/lookup.h"
-#include "server/session/error.h"
 
 namespace vantage::handlers {
 
@@ -13,7 +12,6 @@ absl::StatusOr<v1::CreatePlanResponse> CreatePlan(SessionRegistry& sessions,
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return session.status();
-  if (request.scanners_size() > 0) return NotInThisRelease("joint plans");
   absl::StatusOr<v1::Plan> plan = (*session)->CreatePlan(request);
   if (!plan.ok()) return plan.status();
   v1::CreatePlanResponse response;

@@ -1,34 +1,87 @@
-// The fleet's RPCs all answer that a later release brings them.
+// The fleet: scanners and claims.
+#include <utility>
+
 #include "server/rpc/handlers.h"
-#include "server/session/error.h"
+#include "server/rpc/lookup.h"
 
 namespace vantage::handlers {
-namespace {
 
-absl::Status Fleet() { return NotInThisRelease("fleet"); }
-
-}  // namespace
-
-absl::StatusOr<v1::AddScannerResponse> AddScanner(SessionRegistry&, const v1::AddScannerRequest&) {
-  return Fleet();
+absl::StatusOr<v1::AddScannerResponse> AddScanner(SessionRegistry& sessions,
+                                                  const v1::AddScannerRequest& request) {
+  absl::StatusOr<std::shared_ptr<Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return session.status();
+  absl::StatusOr<v1::Scanner> scanner = (*session)->AddScanner(request);
+  if (!scanner.ok()) return scanner.status();
+  v1::AddScannerResponse response;
+  *response.mutable_scanner() = *std::move(scanner);
+  return response;
 }
 
-absl::StatusOr<v1::ListScannersResponse> ListScanners(SessionRegistry&,
-                                                      const v1::ListScannersRequest&) {
-  return Fleet();
+absl::StatusOr<v1::ListScannersResponse> ListScanners(SessionRegistry& sessions,
+                                                      const v1::ListScannersRequest& request) {
+  absl::StatusOr<std::shared_ptr<Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return session.status();
+  absl::StatusOr<Page> page = ReadPage(request.page_size(), request.page_token(), "scanners", 50,
+                                       1000, "page_size", "page_token");
+  if (!page.ok()) return page.status();
+  v1::ListScannersResponse response;
+  bool more = false;
+  for (v1::Scanner& scanner : (*session)->ListScanners(page->skip, page->limit, more)) {
+    *response.add_scanners() = std::move(scanner);
+  }
+  if (more) response.set_next_page_token(NextPageToken("scanners", page->skip + page->limit));
+  return response;
 }
 
-absl::StatusOr<v1::ClaimViewResponse> ClaimView(SessionRegistry&, const v1::ClaimViewRequest&) {
-  return Fleet();
+void ClaimView(SessionRegistry& sessions, const v1::ClaimViewRequest& request,
+               std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done) {
+  absl::Status open = sessions.CheckTakesWork();
+  if (!open.ok()) return done(open);
+  absl::StatusOr<std::shared_ptr<Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return done(session.status());
+  (*session)->ClaimView(request, std::move(done));
 }
 
-absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(SessionRegistry&,
-                                                      const v1::ReleaseClaimRequest&) {
-  return Fleet();
+absl::StatusOr<v1::RenewClaimResponse> RenewClaim(SessionRegistry& sessions,
+                                                  const v1::RenewClaimRequest& request) {
+  absl::StatusOr<std::shared_ptr<Session>> session =
+      FindParent(sessions, request.name(), "claims", "name");
+  if (!session.ok()) return session.status();
+  absl::StatusOr<v1::Claim> claim = (*session)->RenewClaim(request);
+  if (!claim.ok()) return claim.status();
+  v1::RenewClaimResponse response;
+  *response.mutable_claim() = *std::move(claim);
+  return response;
 }
 
-absl::StatusOr<v1::ListClaimsResponse> ListClaims(SessionRegistry&, const v1::ListClaimsRequest&) {
-  return Fleet();
+absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(SessionRegistry& sessions,
+                                                      const v1::ReleaseClaimRequest& request) {
+  absl::StatusOr<std::shared_ptr<Session>> session =
+      FindParent(sessions, request.name(), "claims", "name");
+  if (!session.ok()) return session.status();
+  absl::Status released = (*session)->ReleaseClaim(request);
+  if (!released.ok()) return released;
+  return v1::ReleaseClaimResponse();
+}
+
+absl::StatusOr<v1::ListClaimsResponse> ListClaims(SessionRegistry& sessions,
+                                                  const v1::ListClaimsRequest& request) {
+  absl::StatusOr<std::shared_ptr<Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return session.status();
+  absl::StatusOr<Page> page = ReadPage(request.page_size(), request.page_token(), "claims", 50,
+                                       1000, "page_size", "page_token");
+  if (!page.ok()) return page.status();
+  v1::ListClaimsResponse response;
+  bool more = false;
+  for (v1::Claim& claim : (*session)->ListClaims(page->skip, page->limit, more)) {
+    *response.add_claims() = std::move(claim);
+  }
+  if (more) response.set_next_page_token(NextPageToken("claims", page->skip + page->limit));
+  return response;
 }
 
 }  // namespace vantage::handlers

@@ -65,13 +65,16 @@ void EvaluateView(SessionRegistry& sessions, const v1::EvaluateViewRequest& requ
 absl::StatusOr<v1::GetCoverageResponse> GetCoverage(SessionRegistry& sessions,
                                                     const v1::GetCoverageRequest& request);
 
-// The fleet: a later release's.
+// The fleet.
 absl::StatusOr<v1::AddScannerResponse> AddScanner(SessionRegistry& sessions,
                                                   const v1::AddScannerRequest& request);
 absl::StatusOr<v1::ListScannersResponse> ListScanners(SessionRegistry& sessions,
                                                       const v1::ListScannersRequest& request);
-absl::StatusOr<v1::ClaimViewResponse> ClaimView(SessionRegistry& sessions,
-                                                const v1::ClaimViewRequest& request);
+// Answers on the planning pool; `done` is called exactly once.
+void ClaimView(SessionRegistry& sessions, const v1::ClaimViewRequest& request,
+               std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done);
+absl::StatusOr<v1::RenewClaimResponse> RenewClaim(SessionRegistry& sessions,
+                                                  const v1::RenewClaimRequest& request);
 absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(SessionRegistry& sessions,
                                                       const v1::ReleaseClaimRequest& request);
 absl::StatusOr<v1::ListClaimsResponse> ListClaims(SessionRegistry& sessions,

@@ -102,6 +102,7 @@ class FleetServiceImpl final : public v1::FleetService::CallbackService {
   VANTAGE_UNARY(AddScanner)
   VANTAGE_UNARY(ListScanners)
   VANTAGE_UNARY(ClaimView)
+  VANTAGE_UNARY(RenewClaim)
   VANTAGE_UNARY(ReleaseClaim)
   VANTAGE_UNARY(ListClaims)
 

@@ -3,7 +3,8 @@
 namespace vantage {
 
 Algorithms Algorithms::Core() {
-  return {LevelFirstScan, Register, MakePlan, EvaluateView, MeasureCoverage};
+  return {LevelFirstScan,  Register,      MakePlan,    EvaluateView,
+          MeasureCoverage, MakeJointPlan, MeasureCover};
 }
 
 }  // namespace vantage

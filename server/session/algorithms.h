@@ -4,8 +4,11 @@
 #define VANTAGE_SERVER_SESSION_ALGORITHMS_H_
 
 #include <functional>
+#include <span>
 
 #include "absl/status/statusor.h"
+#include "core/fleet/claim_cover.h"
+#include "core/fleet/joint_plan.h"
 #include "core/planning/planner.h"
 #include "core/registration/registration.h"
 
@@ -24,6 +27,14 @@ struct Algorithms {
                                                Parallel&)>
       evaluate_view;
   std::function<Coverage(const PlanningView&, const PlanningConfig&)> measure_coverage;
+  std::function<absl::StatusOr<JointPlan>(const PlanningView&, const FleetRequest&,
+                                          const PlanningConfig&, const Budget&, Parallel&,
+                                          PlanProgress)>
+      make_joint_plan;
+  std::function<absl::StatusOr<CoveredView>(const PlanningView&, const ScannerModel&,
+                                            const PlanningConfig&, const Eigen::Vector3d&,
+                                            std::span<const PledgedView>, Parallel&)>
+      measure_cover;
 
   // The core's own.
   static Algorithms Core();

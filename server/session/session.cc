@@ -102,6 +102,7 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Load(const std::string& id,
     made->snapshots_ = *std::move(snapshots);
   }
   made->ResumeUploads();
+  made->ResumeClaims();
   return made;
 }
 

@@ -17,6 +17,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
+#include "core/fleet/claims.h"
 #include "core/model/partial_model.h"
 #include "core/model/planning_view.h"
 #include "core/model/snapshot_header.h"
@@ -31,6 +32,7 @@
 #include "server/session/tenant_account.h"
 #include "server/session/upload.h"
 #include "server/store/store.h"
+#include "vantage/v1/fleet_service.pb.h"
 #include "vantage/v1/model_service.pb.h"
 #include "vantage/v1/plan_service.pb.h"
 #include "vantage/v1/scan_service.pb.h"
@@ -117,6 +119,18 @@ class Session : public std::enable_shared_from_this<Session> {
   // Null when it does not run (any more).
   std::shared_ptr<PlanRun> FindRun(const std::string& name) const;
   absl::StatusOr<v1::ViewRejection> RejectView(const v1::RejectViewRequest& request);
+  // The fleet.
+  absl::StatusOr<v1::Scanner> AddScanner(const v1::AddScannerRequest& request);
+  std::vector<v1::Scanner> ListScanners(size_t skip, size_t limit, bool& more) const;
+  // Runs on the planning pool; `done` is called exactly once, there or (on refusal) here.
+  void ClaimView(const v1::ClaimViewRequest& request,
+                 std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done);
+  absl::StatusOr<v1::Claim> RenewClaim(const v1::RenewClaimRequest& request);
+  absl::Status ReleaseClaim(const v1::ReleaseClaimRequest& request);
+  std::vector<v1::Claim> ListClaims(size_t skip, size_t limit, bool& more);
+  // Logs the end of claims that are past their time.
+  void ExpireClaims();
+
   // Runs on the planning pool; `done` is called exactly once, there or (on refusal) here.
   void EvaluateView(const v1::EvaluateViewRequest& request,
                     std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done);
@@ -189,8 +203,27 @@ class Session : public std::enable_shared_from_this<Session> {
   absl::StatusOr<PlanInputs> PlanInputsFor(const std::string& scanner_model_id,
                                            const v1::PlanningConfig& overrides,
                                            const std::string& prefix) const;
+  // Adds the scanners that are named and the claims that hold to what a plan is made of.
+  absl::Status AddFleet(const v1::CreatePlanRequest& request, PlanInputs& inputs) const;
   void RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, Parallel& parallel);
   void EndPlan(const std::shared_ptr<PlanRun>& run, v1::Plan plan, const v1::PlanResult* full);
+
+  // The fleet, session_fleet.cc.
+  struct ClaimAttempt;
+  absl::StatusOr<ClaimAttempt> MeasureClaim(const PlanInputs& inputs,
+                                            const Eigen::Vector3d& position,
+                                            Parallel& parallel) const;
+  void AddAlternative(const v1::Scanner& scanner, PlanInputs inputs, Parallel& parallel,
+                      std::map<std::string, std::string>& metadata) const;
+  absl::StatusOr<v1::Claim> TakeClaim(const v1::ClaimViewRequest& request,
+                                      const v1::Scanner& scanner, const PlanInputs& inputs,
+                                      Parallel& parallel);
+  absl::Status EndClaim(const std::string& name, ClaimEnd how, const std::string& scan,
+                        const RequestKey& key);
+  void WatchExpiry(const v1::Claim& claim);
+  // The claim that a scan with a pose fulfils, by name; empty: none.
+  std::string FulfilledClaim(const SessionState& state, const v1::Scan& scan) const;
+  void ResumeClaims();
 
   const std::string id_;
   const std::string name_;

@@ -21,6 +21,7 @@ Collected SessionRegistry::Collect() {
   for (const std::shared_ptr<Session>& session : sessions) {
     if (draining()) break;
     session->ExpireUploads();
+    session->ExpireClaims();
     if (session->LastUsed() < unused_since) {
       std::lock_guard<std::mutex> only_one(create_mutex_);
       const absl::StatusOr<std::shared_ptr<Session>> still = Find(session->id());

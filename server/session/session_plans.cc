@@ -6,9 +6,11 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/time.h"
 #include "server/session/error.h"
+#include "server/session/fleet_proto.h"
 #include "server/session/from_proto.h"
 #include "server/session/given_up.h"
 #include "server/session/names.h"
+#include "server/session/plan_inputs.h"
 #include "server/session/session.h"
 #include "server/session/to_proto.h"
 
@@ -31,17 +33,6 @@ double SecondsOf(const google::protobuf::Duration& duration) {
 }
 
 }  // namespace
-
-// Everything that a plan is computed from.
-struct Session::PlanInputs {
-  ModelSnapshot model;
-  v1::PlanningConfig written;  // whole
-  PlanningConfig config;
-  ScannerModel scanner;
-  std::string scanner_id;
-  Budget budget;
-  double seconds = 0;  // time budget, 0: none
-};
 
 absl::StatusOr<Session::PlanInputs> Session::PlanInputsFor(const std::string& scanner_model_id,
                                                            const v1::PlanningConfig& overrides,
@@ -105,12 +96,26 @@ absl::StatusOr<v1::Plan> Session::CreatePlan(const v1::CreatePlanRequest& reques
                                                       kMinBudget, ", ", kMaxBudget, "]"));
     }
   }
+  if (!v1::Ranking_IsValid(asked.ranking())) {
+    violations.Add("plan.ranking", "must be GAIN or GAIN_PER_MINUTE");
+  }
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
+  ExpireClaims();
 
   // An error of the inputs must not hide the answer to a repeated request.
-  absl::StatusOr<PlanInputs> inputs =
-      PlanInputsFor(asked.scanner_model_id(), asked.config_overrides(), "plan.");
+  std::string model = asked.scanner_model_id();
+  if (request.scanners_size() > 0 && model.empty()) {
+    journal_.Read([&](const SessionState& state) {
+      const auto it = state.scanners.find(request.scanners(0));
+      if (it != state.scanners.end()) model = ModelOf(it->second, state.session).id();
+    });
+  }
+  absl::StatusOr<PlanInputs> inputs = PlanInputsFor(model, asked.config_overrides(), "plan.");
+  if (inputs.ok()) {
+    absl::Status fleet = AddFleet(request, *inputs);
+    if (!fleet.ok()) inputs = fleet;
+  }
   if (inputs.ok()) {
     inputs->seconds = seconds;
     if (work_limit > 0) inputs->budget.work_limit = work_limit;
@@ -138,6 +143,9 @@ absl::StatusOr<v1::Plan> Session::CreatePlan(const v1::CreatePlanRequest& reques
         v1::Plan& plan = *draft.event.mutable_plan_created()->mutable_plan();
         plan.set_name(ChildName(id_, "plans", absl::StrCat("plan-", state.plan_order.size() + 1)));
         plan.set_scanner_model_id(inputs->scanner_id);
+        for (const std::string& scanner : inputs->scanners) plan.add_scanners(scanner);
+        plan.set_ranking(asked.ranking() == v1::RANKING_UNSPECIFIED ? v1::RANKING_GAIN
+                                                                    : asked.ranking());
         if (asked.has_work_limit()) {
           plan.set_work_limit(work_limit);
         } else {
@@ -187,8 +195,21 @@ void Session::RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inp
     result.set_model_version(inputs.model.version);
     run->Improve(std::move(result));
   };
-  absl::StatusOr<Plan> made = around_.algorithms.make_plan(
-      *inputs.model.view, inputs.scanner, inputs.config, budget, parallel, progress);
+  absl::StatusOr<Plan> made = Plan();
+  JointPlan joint;  // who goes where, without its plan
+  if (inputs.joint) {
+    absl::StatusOr<JointPlan> together = around_.algorithms.make_joint_plan(
+        *inputs.model.view, inputs.fleet, inputs.config, budget, parallel, progress);
+    if (together.ok()) {
+      joint = *std::move(together);
+      made = std::move(joint.plan);
+    } else {
+      made = together.status();
+    }
+  } else {
+    made = around_.algorithms.make_plan(*inputs.model.view, inputs.scanner, inputs.config, budget,
+                                        parallel, progress);
+  }
 
   v1::Plan plan = run->Describe();
   *plan.mutable_end_time() = WriteTime(journal_.Now());
@@ -211,6 +232,9 @@ void Session::RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inp
       break;
   }
   v1::PlanResult full = WritePlanResult(*made, inputs.written, true, origin_);
+  if (inputs.joint) {
+    WriteJointPlan(joint, inputs.scanners, inputs.claims, inputs.written.required_density(), full);
+  }
   full.set_model_version(inputs.model.version);
   *plan.mutable_result() = full;
   StripToBasic(*plan.mutable_result());

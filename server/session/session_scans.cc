@@ -373,6 +373,7 @@ void Session::Merge(const v1::Scan& scan, const Scan& data, Parallel& parallel) 
   }
   // Whoever sees the scan merged sees the model with it.
   ModelSnapshot next_model{model_->Publish(), 0};
+  std::string claim;  // that it fulfils
   absl::Status logged = Change(
       scan,
       [&](const SessionState& state, v1::Scan& next, Draft& draft) {
@@ -380,6 +381,8 @@ void Session::Merge(const v1::Scan& scan, const Scan& data, Parallel& parallel) 
         next.set_state(v1::SCAN_STATE_MERGED);
         *next.mutable_merge() = WriteMergeReport(*report);
         next.mutable_merge()->set_model_version(next_model.version);
+        claim = FulfilledClaim(state, next);
+        if (!claim.empty()) next.set_scanner(state.claims.at(claim).claim.scanner());
         *draft.event.mutable_scan_merged()->mutable_scan() = next;
       },
       [&] { Show(next_model); });
@@ -394,6 +397,8 @@ void Session::Merge(const v1::Scan& scan, const Scan& data, Parallel& parallel) 
                                    {"carve_seconds", report->carve_seconds},
                                    {"merge_seconds", report->merge_seconds},
                                    {"registration_seconds", scan.registration().seconds()}});
+  // The log says so again when the server comes back, should it stop here.
+  if (!claim.empty()) EndClaim(claim, ClaimEnd::kScanArrived, scan.name(), {}).IgnoreError();
   PostSnapshot(1);
 }
 

@@ -103,7 +103,10 @@ absl::Status SessionState::Apply(const store::v1::LogEntry& entry) {
       status = update_scan(event.scan_merged().scan());
       if (status.ok()) {
         scans[resource].in_model = true;
-        model_version = event.scan_merged().scan().merge().model_version();
+        const v1::Scan& scan = event.scan_merged().scan();
+        model_version = scan.merge().model_version();
+        const auto scanner = scanners.find(scan.scanner());
+        if (scanner != scanners.end()) *scanner->second.mutable_last_pose() = scan.pose();
       }
       break;
     case v1::SessionEvent::kScanWithdrawn:
@@ -140,10 +143,44 @@ absl::Status SessionState::Apply(const store::v1::LogEntry& entry) {
       ++rejection_count;
       resource = event.view_rejected().rejection().name();
       break;
-    case v1::SessionEvent::kScannerAdded:
-    case v1::SessionEvent::kClaimTaken:
+    case v1::SessionEvent::kScannerAdded: {
+      const v1::Scanner& scanner = event.scanner_added().scanner();
+      if (!scanners.emplace(scanner.name(), scanner).second) {
+        return Misfit(event, absl::StrCat("scanner ", scanner.name(), " came twice"));
+      }
+      scanner_order.push_back(scanner.name());
+      resource = scanner.name();
+      break;
+    }
+    case v1::SessionEvent::kClaimTaken: {
+      const v1::Claim& claim = event.claim_taken().claim();
+      if (scanners.count(claim.scanner()) == 0) {
+        return Misfit(event, absl::StrCat("unknown scanner ", claim.scanner()));
+      }
+      if (!claims.emplace(claim.name(), ClaimRecord{claim, ""}).second) {
+        return Misfit(event, absl::StrCat("claim ", claim.name(), " came twice"));
+      }
+      held_claims.push_back(claim.name());
+      resource = claim.name();
+      break;
+    }
     case v1::SessionEvent::kClaimRenewed:
-    case v1::SessionEvent::kClaimReleased:
+    case v1::SessionEvent::kClaimReleased: {
+      const bool renewed = event.has_claim_renewed();
+      const v1::Claim& claim =
+          renewed ? event.claim_renewed().claim() : event.claim_released().claim();
+      const auto it = claims.find(claim.name());
+      if (it == claims.end() || !it->second.held()) {
+        return Misfit(event, absl::StrCat("claim ", claim.name(), " is not held"));
+      }
+      it->second.claim = claim;
+      if (!renewed) {
+        it->second.ended = event.claim_released().reason();
+        held_claims.erase(std::find(held_claims.begin(), held_claims.end(), claim.name()));
+      }
+      resource = claim.name();
+      break;
+    }
     case v1::SessionEvent::EVENT_NOT_SET:
       return Misfit(event, "of a kind that this server does not know");
   }

@@ -9,6 +9,7 @@
 
 #include "absl/status/status.h"
 #include "vantage/store/v1/log.pb.h"
+#include "vantage/v1/fleet.pb.h"
 #include "vantage/v1/plan.pb.h"
 #include "vantage/v1/scan.pb.h"
 #include "vantage/v1/session.pb.h"
@@ -33,6 +34,13 @@ struct RequestRecord {
   std::string resource;  // what the request made or changed, by name
 };
 
+struct ClaimRecord {
+  v1::Claim claim;
+  std::string ended;  // how: 'scan arrived', 'expired', 'released'; empty: it is held
+
+  bool held() const { return ended.empty(); }
+};
+
 struct SessionState {
   std::string tenant;
   v1::Session session;  // without counts, rejections and sequence: see Describe()
@@ -42,6 +50,10 @@ struct SessionState {
   std::map<std::string, PlanRecord> plans;
   std::vector<std::string> plan_order;
   std::vector<v1::ViewRejection> rejections;
+  std::map<std::string, v1::Scanner> scanners;  // the fleet
+  std::vector<std::string> scanner_order;
+  std::map<std::string, ClaimRecord> claims;      // all there ever were
+  std::vector<std::string> held_claims;           // oldest first; past their time too, until logged
   std::map<std::string, RequestRecord> requests;  // by request_id
   uint64_t last_sequence = 0;
   std::string last_resource;  // that the last entry made or changed, by name

@@ -22,10 +22,11 @@ absl::StatusOr<v1::ScannerModel> ScannerOf(const SessionState& state, const v1::
     FillDefaults(scanner);
     return scanner;
   }
+  std::string id = upload.scanner_model_id();
+  const auto named = state.scanners.find(upload.scanner());
+  if (id.empty() && named != state.scanners.end()) id = named->second.scanner_model_id();
   for (const v1::ScannerModel& scanner : state.session.scanner_models()) {
-    if (upload.scanner_model_id().empty() || scanner.id() == upload.scanner_model_id()) {
-      return scanner;
-    }
+    if (id.empty() || scanner.id() == id) return scanner;
   }
   return InvalidField(
       "upload.scanner_model_id",
@@ -78,6 +79,10 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
                                  absl::StrCat("the session has ", state.scans.size(),
                                               " scans, the most it may; open another session"));
         }
+        if (!asked.scanner().empty() && state.scanners.count(asked.scanner()) == 0) {
+          return InvalidField("upload.scanner", absl::StrCat("'", asked.scanner(),
+                                                             "' is no scanner of this session"));
+        }
         absl::StatusOr<v1::ScannerModel> scanner = ScannerOf(state, asked);
         if (!scanner.ok()) return scanner.status();
         // All of it, so that what was let in comes through.
@@ -89,6 +94,7 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
         upload.set_name(ChildName(id_, "uploads", absl::StrCat("upload-", state.upload_count + 1)));
         upload.set_display_name(asked.display_name());
         upload.set_scanner_model_id(scanner->id());
+        upload.set_scanner(asked.scanner());
         *upload.mutable_scanner_model() = *scanner;
         if (asked.has_prior()) *upload.mutable_prior() = asked.prior();
         if (asked.has_total()) *upload.mutable_total() = asked.total();
@@ -259,6 +265,7 @@ absl::Status Session::CommitScan(const std::shared_ptr<Upload>& upload) {
         *scan.mutable_create_time() = WriteTime(journal_.Now());
         *scan.mutable_update_time() = scan.create_time();
         scan.set_upload(described.name());
+        scan.set_scanner(described.scanner());
         return draft;
       });
   if (!name.ok()) {

@@ -216,7 +216,11 @@ v1::RankedView WriteView(const RankedView& view, const std::vector<Patch>& patch
   *out.mutable_gain_by_kind() = WriteByKind(view.gain_by_kind);
   out.set_height_over_floor(view.height_over_floor);
   out.set_clearance(view.clearance);
-  if (view.travel.has_value()) out.set_travel(*view.travel);
+  if (view.travel.has_value()) {
+    out.set_travel(*view.travel);
+  } else {
+    out.set_unreachable("no free path from the last stand is known");
+  }
   for (const PatchGain& gain : view.patches) {
     v1::PatchGain& written = *out.add_patches();
     written.set_patch(gain.patch);

@@ -56,8 +56,8 @@ def check(address):
     assert b"required_density" in metadata["grpc-status-details-bin"]
     assert b"min_height" in metadata["grpc-status-details-bin"], "all violations, not the first"
     code, _, metadata = error_of(lambda: server.call(
-        "vantage.v1.FleetService", "ListScanners", {"parent": "sessions/other"}))
-    assert code == grpc.StatusCode.UNIMPLEMENTED and "grpc-status-details-bin" in metadata, code
+        "vantage.v1.FleetService", "ListScanners", {"parent": "sessions/nowhere"}))
+    assert code == grpc.StatusCode.NOT_FOUND and "grpc-status-details-bin" in metadata, code
     code, _, _ = error_of(lambda: server.call("vantage.v1.PlanService", "CreatePlan",
                                               {"parent": "sessions/other"}))
     assert code == grpc.StatusCode.FAILED_PRECONDITION, code

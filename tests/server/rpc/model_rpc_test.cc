@@ -134,39 +134,5 @@ TEST_F(ModelRpc, WhatCannotBeExportedSaysWhy) {
   EXPECT_EQ(InfoOf(archive).metadata().at("feature"), "session archive");
 }
 
-TEST_F(ModelRpc, TheFleetComesLater) {
-  const auto expect = [](const grpc::Status& status) {
-    EXPECT_EQ(status.error_code(), grpc::StatusCode::UNIMPLEMENTED);
-    EXPECT_EQ(InfoOf(status).reason(), "NOT_IN_THIS_RELEASE");
-    EXPECT_EQ(InfoOf(status).domain(), "vantage");
-    EXPECT_EQ(InfoOf(status).metadata().at("feature"), "fleet");
-  };
-  {
-    grpc::ClientContext context;
-    v1::AddScannerResponse response;
-    expect(server_.fleet->AddScanner(&context, {}, &response));
-  }
-  {
-    grpc::ClientContext context;
-    v1::ListScannersResponse response;
-    expect(server_.fleet->ListScanners(&context, {}, &response));
-  }
-  {
-    grpc::ClientContext context;
-    v1::ClaimViewResponse response;
-    expect(server_.fleet->ClaimView(&context, {}, &response));
-  }
-  {
-    grpc::ClientContext context;
-    v1::ReleaseClaimResponse response;
-    expect(server_.fleet->ReleaseClaim(&context, {}, &response));
-  }
-  {
-    grpc::ClientContext context;
-    v1::ListClaimsResponse response;
-    expect(server_.fleet->ListClaims(&context, {}, &response));
-  }
-}
-
 }  // namespace
 }  // namespace vantage

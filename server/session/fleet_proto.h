@@ -1,0 +1,41 @@
+// The fleet between the wire and the core.
+#ifndef VANTAGE_SERVER_SESSION_FLEET_PROTO_H_
+#define VANTAGE_SERVER_SESSION_FLEET_PROTO_H_
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "core/fleet/claims.h"
+#include "core/fleet/joint_plan.h"
+#include "server/session/error.h"
+#include "server/session/session_state.h"
+#include "vantage/v1/fleet.pb.h"
+#include "vantage/v1/plan.pb.h"
+#include "vantage/v1/session.pb.h"
+
+namespace vantage {
+
+// What is wrong with a scanner that is to be added to `session`.
+void CheckScanner(const v1::Scanner& scanner, const v1::Session& session, const std::string& field,
+                  Violations& violations);
+void FillDefaults(v1::Scanner& scanner, const v1::Session& session);
+
+// The scanner's model; the session's first where that one is no longer there.
+const v1::ScannerModel& ModelOf(const v1::Scanner& scanner, const v1::Session& session);
+
+FleetScanner ReadFleetScanner(const v1::Scanner& scanner, const v1::Session& session,
+                              const Eigen::Vector3d& origin);
+
+// Those that hold, in the model frame, oldest first.
+Claims ReadClaims(const SessionState& state, const Eigen::Vector3d& origin);
+
+// Who goes where, into a result that has the plan's views. `scanners` and `claims`: names, of the
+// request's scanners (none: for nobody by name) and pledged views.
+void WriteJointPlan(const JointPlan& joint, const std::vector<std::string>& scanners,
+                    const std::vector<std::string>& claims, double required_density,
+                    v1::PlanResult& result);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_SESSION_FLEET_PROTO_H_

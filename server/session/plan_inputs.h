@@ -1,0 +1,30 @@
+// Everything that a plan is computed from.
+#ifndef VANTAGE_SERVER_SESSION_PLAN_INPUTS_H_
+#define VANTAGE_SERVER_SESSION_PLAN_INPUTS_H_
+
+#include <string>
+#include <vector>
+
+#include "core/fleet/joint_plan.h"
+#include "server/session/session.h"
+
+namespace vantage {
+
+struct Session::PlanInputs {
+  ModelSnapshot model;
+  v1::PlanningConfig written;  // whole
+  PlanningConfig config;
+  ScannerModel scanner;
+  std::string scanner_id;
+  Budget budget;
+  double seconds = 0;  // time budget, 0: none
+  // For scanners by name, around claims, or by minutes.
+  bool joint = false;
+  FleetRequest fleet;
+  std::vector<std::string> scanners;  // names, of fleet.scanners; empty: for nobody by name
+  std::vector<std::string> claims;    // names, of fleet.pledged
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_SESSION_PLAN_INPUTS_H_

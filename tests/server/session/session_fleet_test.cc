@@ -1,0 +1,417 @@
+// Scanners and claims of a session: who has what, what ends a claim, and that the log tells it all.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <future>
+#include <thread>
+
+#include "absl/strings/str_cat.h"
+#include "core/sensor/encoding.h"
+#include "google/protobuf/util/message_differencer.h"
+#include "google/rpc/error_details.pb.h"
+#include "server/session/error.h"
+#include "server/session/to_proto.h"
+#include "server/store/memory_store.h"
+#include "tests/server/fixture/room_scan.h"
+#include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/session_host.h"
+
+namespace vantage {
+namespace {
+
+using google::protobuf::util::MessageDifferencer;
+
+google::rpc::ErrorInfo InfoIn(const absl::Status& status) {
+  google::rpc::ErrorInfo info;
+  status.ForEachPayload([&](absl::string_view url, const absl::Cord& bytes) {
+    if (url.find("ErrorInfo") != absl::string_view::npos) info.ParseFromString(std::string(bytes));
+  });
+  return info;
+}
+
+class FleetSession : public testing::Test {
+ protected:
+  FleetSession() {
+    script_.EndPlans();
+    Start();
+    session_ = OpenSession(host_->registry, "job");
+  }
+
+  void Start() {
+    host_ = std::make_unique<SessionHost>(store_, script_.Make(), Limits(), [this] {
+      return FixtureTime() + absl::Seconds(seconds_.load());
+    });
+  }
+  void Restart() {
+    session_.reset();
+    host_.reset();
+    Start();
+    ASSERT_TRUE(host_->registry.LoadAll().ok());
+    session_ = host_->registry.Find("job").value();
+    session_->WaitUntilIdle();
+  }
+  void Pass(int seconds) { seconds_ += seconds; }
+
+  std::string Add(const std::string& id) {
+    v1::AddScannerRequest request;
+    request.set_scanner_id(id);
+    request.mutable_scanner()->set_operator_("somebody");
+    return session_->AddScanner(request).value().name();
+  }
+  absl::StatusOr<v1::Claim> Claim(const std::string& scanner, double x, double y,
+                                  int ttl_seconds = 60, const std::string& request_id = "") {
+    v1::ClaimViewRequest request;
+    request.set_scanner(scanner);
+    request.mutable_position()->set_x(x);
+    request.mutable_position()->set_y(y);
+    request.mutable_position()->set_z(1.4);
+    request.mutable_ttl()->set_seconds(ttl_seconds);
+    request.set_request_id(request_id);
+    auto answer = std::make_shared<std::promise<absl::StatusOr<v1::ClaimViewResponse>>>();
+    session_->ClaimView(request, [answer](absl::StatusOr<v1::ClaimViewResponse> response) {
+      answer->set_value(std::move(response));
+    });
+    absl::StatusOr<v1::ClaimViewResponse> response = answer->get_future().get();
+    if (!response.ok()) return response.status();
+    return response->claim();
+  }
+  absl::Status Release(const std::string& name) {
+    v1::ReleaseClaimRequest request;
+    request.set_name(name);
+    return session_->ReleaseClaim(request);
+  }
+  std::vector<v1::Claim> Held() {
+    bool more = false;
+    return session_->ListClaims(0, 100, more);
+  }
+  v1::Scanner Scanner(const std::string& name) {
+    bool more = false;
+    for (const v1::Scanner& scanner : session_->ListScanners(0, 100, more)) {
+      if (scanner.name() == name) return scanner;
+    }
+    return {};
+  }
+  // A scan of the room from a place, registered there; its name.
+  std::string Scan(double x, double y, double degrees = 4) {
+    const v1::PosePrior prior = PriorAt(x, y, 1.4);
+    const std::string bytes = EncodedRoom({x, y, 1.4}, degrees);
+    const std::string scan = SendScan(*session_, bytes, &prior).value().scan();
+    session_->WaitUntilIdle();
+    return scan;
+  }
+  std::vector<v1::SessionEvent> Events() { return session_->journal().Events(0, 10'000).value(); }
+  // How a claim ended, as the log has it; empty: it did not.
+  std::string EndOf(const std::string& claim) {
+    std::string reason;
+    for (const v1::SessionEvent& event : Events()) {
+      if (event.claim_released().claim().name() == claim) {
+        EXPECT_EQ(reason, "") << "ended twice";
+        reason = event.claim_released().reason();
+      }
+    }
+    return reason;
+  }
+
+  Script script_;
+  MemoryStore store_{size_t{256} << 20};
+  std::atomic<int> seconds_{0};
+  std::unique_ptr<SessionHost> host_;
+  std::shared_ptr<Session> session_;
+};
+
+TEST_F(FleetSession, ScannersAreAddedOnceAndKnown) {
+  EXPECT_EQ(Add("red"), "sessions/job/scanners/red");
+  EXPECT_EQ(Add(""), "sessions/job/scanners/scanner-2");
+  const v1::Scanner red = Scanner("sessions/job/scanners/red");
+  EXPECT_EQ(red.speed(), 1);
+  EXPECT_EQ(red.scan_seconds(), 180);
+  EXPECT_EQ(red.scanner_model_id(), "panoramic");
+  EXPECT_FALSE(red.has_last_pose());
+  v1::AddScannerRequest again;
+  again.set_scanner_id("red");
+  again.mutable_scanner();
+  EXPECT_EQ(ReasonOf(session_->AddScanner(again).status()), "SCANNER_EXISTS");
+  again.set_scanner_id("Red One");
+  again.mutable_scanner()->set_scanner_model_id("none");
+  again.mutable_scanner()->set_speed(0);
+  again.mutable_scanner()->set_scan_seconds(-1);
+  again.mutable_scanner()->add_reach()->mutable_min();
+  const absl::Status wrong = session_->AddScanner(again).status();
+  for (const char* field : {"scanner_id", "scanner.scanner_model_id", "scanner.speed",
+                            "scanner.scan_seconds", "scanner.reach[0].max"}) {
+    EXPECT_NE(wrong.ToString().find(field), std::string::npos) << field << ": " << wrong;
+  }
+}
+
+TEST_F(FleetSession, OneHasItAndTheOtherIsToldWhyAndWhereElse) {
+  const std::string red = Add("red");
+  const std::string blue = Add("blue");
+  Scan(2, 1.5);
+  const auto first = Claim(red, 1, 1);
+  ASSERT_TRUE(first.ok()) << first.status();
+  EXPECT_EQ(first->name(), "sessions/job/claims/claim-1");
+  // The script says that two views share what a metre each way leaves of them.
+  const auto second = Claim(blue, 1.8, 1);
+  ASSERT_EQ(second.status().code(), absl::StatusCode::kAlreadyExists) << second.status();
+  const auto info = InfoIn(second.status());
+  EXPECT_EQ(info.reason(), "CLAIMED");
+  EXPECT_EQ(info.metadata().at("claim"), first->name());
+  EXPECT_EQ(info.metadata().at("scanner"), red);
+  EXPECT_EQ(info.metadata().at("covered"), "0.60");
+  EXPECT_EQ(info.metadata().at("same_place"), "false");
+  EXPECT_EQ(info.metadata().at("alternative"), "1.000,1.000,1.500");
+  EXPECT_EQ(InfoIn(Claim(blue, 1.3, 1).status()).metadata().at("same_place"), "true");
+  ASSERT_TRUE(Claim(blue, 2.2, 1).ok());
+  EXPECT_EQ(Held().size(), 2u);
+  // Given back, it can be had.
+  ASSERT_TRUE(Release(first->name()).ok());
+  EXPECT_EQ(EndOf(first->name()), "released");
+  EXPECT_EQ(ReasonOf(Release(first->name())), "CLAIM_ENDED");
+  EXPECT_EQ(Release("sessions/job/claims/claim-99").code(), absl::StatusCode::kNotFound);
+  EXPECT_TRUE(Claim(blue, 1, 1).ok());
+  EXPECT_EQ(Claim("sessions/job/scanners/nobody", 5, 5).status().code(),
+            absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(Claim(red, 5, 5, 1).status().code(), absl::StatusCode::kInvalidArgument);
+}
+
+TEST_F(FleetSession, OfManyAtTheSameTimeExactlyOneWins) {
+  std::vector<std::string> scanners;
+  for (int i = 0; i < 8; ++i) scanners.push_back(Add(absl::StrCat("s", i)));
+  Scan(2, 1.5);
+  for (int round = 0; round < 5; ++round) {
+    std::atomic<int> won{0};
+    std::vector<std::thread> threads;
+    for (const std::string& scanner : scanners) {
+      threads.emplace_back([&, scanner] {
+        const auto claim = Claim(scanner, 0.5 + 1.5 * round, 3);
+        if (claim.ok()) ++won;
+        EXPECT_TRUE(claim.ok() || ReasonOf(claim.status()) == "CLAIMED" ||
+                    ReasonOf(claim.status()) == "CLAIMS_BUSY")
+            << claim.status();
+      });
+    }
+    for (std::thread& thread : threads) thread.join();
+    EXPECT_EQ(won, 1) << round;
+  }
+  EXPECT_EQ(Held().size(), 5u);
+}
+
+TEST_F(FleetSession, ClaimsExpireAndAreRenewed) {
+  const std::string red = Add("red");
+  const std::string blue = Add("blue");
+  const auto first = Claim(red, 1, 1, 60);
+  ASSERT_TRUE(first.ok());
+  Pass(50);
+  v1::RenewClaimRequest renew;
+  renew.set_name(first->name());
+  renew.mutable_ttl()->set_seconds(100);
+  const auto renewed = session_->RenewClaim(renew);
+  ASSERT_TRUE(renewed.ok()) << renewed.status();
+  EXPECT_EQ(ReadTime(renewed->expire_time()), FixtureTime() + absl::Seconds(150));
+  Pass(99);
+  EXPECT_EQ(Held().size(), 1u);
+  EXPECT_EQ(ReasonOf(Claim(blue, 1, 1).status()), "CLAIMED");
+  Pass(1);
+  EXPECT_EQ(ReasonOf(session_->RenewClaim(renew).status()), "CLAIM_ENDED");
+  EXPECT_TRUE(Claim(blue, 1, 1).ok());
+  EXPECT_EQ(EndOf(first->name()), "expired");
+  // Nobody has to ask for it.
+  Pass(1000);
+  session_->ExpireClaims();
+  EXPECT_EQ(EndOf("sessions/job/claims/claim-2"), "expired");
+  EXPECT_TRUE(Held().empty());
+}
+
+TEST_F(FleetSession, AScanFromThereEndsTheClaim) {
+  const std::string red = Add("red");
+  const std::string blue = Add("blue");
+  Scan(2, 1.5);
+  const auto first = Claim(red, 1, 1);
+  const auto second = Claim(blue, 4, 3);
+  ASSERT_TRUE(first.ok() && second.ok());
+  const std::string scan = Scan(1.2, 0.9);
+  EXPECT_EQ(EndOf(first->name()), "scan arrived");
+  EXPECT_EQ(session_->GetScan(scan)->scanner(), red);
+  EXPECT_NEAR(Scanner(red).last_pose().translation().x(), 1.2, 1e-9);
+  EXPECT_EQ(EndOf(second->name()), "");
+  EXPECT_FALSE(Scanner(blue).has_last_pose());
+  // The event names the scan, and comes after its merge.
+  uint64_t merged = 0;
+  for (const v1::SessionEvent& event : Events()) {
+    if (event.scan_merged().scan().name() == scan) merged = event.sequence();
+    if (event.has_claim_released()) {
+      EXPECT_EQ(event.claim_released().scan(), scan);
+      EXPECT_GT(merged, 0u);
+    }
+  }
+  // A doubtful scan ends nothing: a person has to decide.
+  script_.SetVerdict(RegistrationOutcome::kDoubtful);
+  Scan(4, 3);
+  EXPECT_EQ(EndOf(second->name()), "");
+}
+
+TEST_F(FleetSession, LateOrTwiceAScanMergesAsIfNobodyHadClaimedAnything) {
+  const std::string red = Add("red");
+  Scan(2, 1.5);
+  const auto claim = Claim(red, 1, 1, 60);
+  ASSERT_TRUE(claim.ok());
+  Pass(2 * 3600);
+  const std::string late = Scan(1, 1);
+  EXPECT_EQ(session_->GetScan(late)->state(), v1::SCAN_STATE_MERGED);
+  session_->ExpireClaims();
+  EXPECT_EQ(EndOf(claim->name()), "expired");
+  const std::string twice = Scan(1, 1);
+  EXPECT_EQ(session_->GetScan(twice)->state(), v1::SCAN_STATE_MERGED);
+  // The model is that of the scans alone, to the voxel.
+  const auto plain = OpenSession(host_->registry, "plain");
+  for (const auto& [x, y] : {std::pair(2.0, 1.5), std::pair(1.0, 1.0), std::pair(1.0, 1.0)}) {
+    const v1::PosePrior prior = PriorAt(x, y, 1.4);
+    ASSERT_TRUE(SendScan(*plain, EncodedRoom({x, y, 1.4}, 4), &prior).ok());
+    plain->WaitUntilIdle();
+  }
+  const auto a = session_->Model().view;
+  const auto b = plain->Model().view;
+  ASSERT_EQ(a->SurfaceCount(), b->SurfaceCount());
+  size_t differ = 0;
+  a->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
+    const SurfaceVoxel* other = b->Surface(v);
+    differ += b->State(v) != state || other == nullptr || other->centroid != surface.centroid ||
+              other->density != surface.density;
+  });
+  EXPECT_EQ(differ, 0u);
+}
+
+// A person as an upright cylinder, as a scanner at `from` sees it in the room.
+std::string RoomWithPerson(const Eigen::Vector3d& from, const Eigen::Vector2d& person) {
+  RangeImage image = ScanRoom(from, 2);
+  for (int c = 0; c < image.columns(); ++c) {
+    for (int r = 0; r < image.rows(); ++r) {
+      const Eigen::Vector3d ray = image.Direction(c, r);
+      const double across = ray.head<2>().norm();
+      const Eigen::Vector2d heading = ray.head<2>() / across;
+      const Eigen::Vector2d to = person - from.head<2>();
+      const double beside = std::abs(heading.x() * to.y() - heading.y() * to.x());
+      const double ahead = heading.dot(to);
+      if (beside > 0.25 || ahead < 0) continue;
+      const double range = (ahead - std::sqrt(0.0625 - beside * beside)) / across;
+      const double z = from.z() + range * ray.z();
+      if (z < 0 || z > 1.75 || range > static_cast<double>(image.at(c, r))) continue;
+      image.range[image.Index(c, r)] = static_cast<float>(range);
+    }
+  }
+  return EncodeRangeImage(image);
+}
+
+TEST_F(FleetSession, AColleagueSeenInAScanIsNoWall) {
+  const Eigen::Vector2d colleague(3.5, 2.5);
+  const auto send = [&](double x, double y, bool with) {
+    const v1::PosePrior prior = PriorAt(x, y, 1.4);
+    const Eigen::Vector3d from(x, y, 1.4);
+    const std::string bytes =
+        with ? RoomWithPerson(from, colleague) : EncodeRangeImage(ScanRoom(from, 2));
+    ASSERT_TRUE(SendScan(*session_, bytes, &prior).ok());
+    session_->WaitUntilIdle();
+  };
+  // Surface that is neither wall nor floor, around where the colleague stood.
+  const auto left = [&] {
+    const auto view = session_->Model().view;
+    size_t count = 0;
+    view->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel&) {
+      const Eigen::Vector3d p = view->Centre(v);
+      count += state == VoxelState::kTrueSurface && p.z() > 0.3 && p.z() < 1.7 &&
+               (p.head<2>() - colleague).norm() < 0.45;
+    });
+    return count;
+  };
+  send(1.5, 1.5, true);
+  const size_t seen = left();
+  EXPECT_GT(seen, 20u);
+  send(1.0, 3.0, false);
+  send(2.5, 1.0, false);
+  send(4.3, 3.3, false);
+  EXPECT_LT(left(), seen / 10);
+}
+
+TEST_F(FleetSession, TakenUpAgainFromTheLogItIsTheSame) {
+  const std::string red = Add("red");
+  const std::string blue = Add("blue");
+  Scan(2, 1.5);
+  const auto first = Claim(red, 1, 1, 60, "c1");
+  const auto second = Claim(blue, 4, 3, 3600, "c2");
+  ASSERT_TRUE(first.ok() && second.ok());
+  Scan(1, 1);
+  const auto third = Claim(red, 1, 3.5, 60);
+  ASSERT_TRUE(third.ok()) << third.status();
+  const v1::Session before = session_->Describe();
+  const v1::Scanner red_before = Scanner(red);
+  const auto held_before = Held();
+  ASSERT_EQ(held_before.size(), 2u);
+  Restart();
+  EXPECT_TRUE(MessageDifferencer::Equals(session_->Describe(), before));
+  EXPECT_TRUE(MessageDifferencer::Equals(Scanner(red), red_before));
+  const auto held = Held();
+  ASSERT_EQ(held.size(), 2u);
+  for (size_t i = 0; i < held.size(); ++i) {
+    EXPECT_TRUE(MessageDifferencer::Equals(held[i], held_before[i]));
+  }
+  // What was executed is known, ended or not.
+  EXPECT_EQ(Claim(red, 1, 1, 60, "c1")->name(), first->name());
+  EXPECT_EQ(Claim(blue, 4, 3, 3600, "c2")->name(), second->name());
+  EXPECT_EQ(Claim(blue, 4, 2, 3600, "c2").status().code(), absl::StatusCode::kAlreadyExists);
+  // What expired while nobody was there, has.
+  Pass(100);
+  Restart();
+  EXPECT_EQ(EndOf(third->name()), "expired");
+  EXPECT_EQ(Held().size(), 1u);
+}
+
+TEST_F(FleetSession, PlansAreMadeForScannersAndAroundClaims) {
+  const std::string red = Add("red");
+  const std::string blue = Add("blue");
+  Scan(2, 1.5);
+  const auto claim = Claim(blue, 4, 3);
+  ASSERT_TRUE(claim.ok());
+  v1::CreatePlanRequest request;
+  request.mutable_plan()->set_work_limit(1000);
+  const auto plan_for = [&](std::vector<std::string> scanners) {
+    request.clear_scanners();
+    for (const std::string& scanner : scanners) request.add_scanners(scanner);
+    const auto plan = session_->CreatePlan(request);
+    EXPECT_TRUE(plan.ok()) << plan.status();
+    EXPECT_TRUE(host_->registry.WaitUntilIdle(std::chrono::seconds(60)));
+    return plan.ok() ? session_->GetPlan(plan->name()).value() : v1::Plan();
+  };
+  // Whoever asks is planned around what others have, not around their own.
+  const v1::Plan of_red = plan_for({red});
+  ASSERT_EQ(of_red.result().joint().claims_size(), 1);
+  EXPECT_EQ(of_red.result().joint().claims(0), claim->name());
+  EXPECT_EQ(of_red.scanners(0), red);
+  EXPECT_EQ(of_red.result().joint().assignments(0).scanner(), red);
+  EXPECT_EQ(of_red.result().joint().assignments(0).view(), 0);
+  EXPECT_EQ(plan_for({blue}).result().joint().claims_size(), 0);
+  EXPECT_EQ(plan_for({}).result().joint().claims_size(), 1);
+  const v1::Plan both = plan_for({blue, red});
+  EXPECT_EQ(both.result().joint().claims_size(), 0);
+  ASSERT_EQ(both.result().joint().assignments_size(), 2);
+  EXPECT_FALSE(both.result().joint().assignments(1).has_view());
+  EXPECT_EQ(both.result().joint().assignments(1).reason(), "scripted");
+  // When nobody has claimed anything, and nobody is named, it is a plan like any other.
+  ASSERT_TRUE(Release(claim->name()).ok());
+  EXPECT_FALSE(plan_for({}).result().has_joint());
+  request.mutable_plan()->set_ranking(v1::RANKING_GAIN_PER_MINUTE);
+  EXPECT_TRUE(plan_for({}).result().has_joint());
+  EXPECT_EQ(plan_for({}).ranking(), v1::RANKING_GAIN_PER_MINUTE);
+
+  request.clear_scanners();
+  request.add_scanners(red);
+  request.add_scanners(red);
+  request.add_scanners("sessions/job/scanners/nobody");
+  request.mutable_plan()->set_scanner_model_id("panoramic");
+  const absl::Status wrong = session_->CreatePlan(request).status();
+  for (const char* field : {"scanners[1]", "scanners[2]", "plan.scanner_model_id"}) {
+    EXPECT_NE(wrong.ToString().find(field), std::string::npos) << field << ": " << wrong;
+  }
+}
+
+}  // namespace
+}  // namespace vantage
