@@ -23,6 +23,8 @@ void BenchPlanning(bool full, Parallel& parallel, Figures& figures);
 void BenchModel(bool full, Parallel& parallel, Figures& figures);
 // plan.exact.*: the hierarchy against brute force; `full` adds what takes minutes.
 void BenchEvaluator(bool full, Parallel& parallel, Figures& figures);
+// fleet.*: several scanners on one job; `full`: on 1,000 m^2, with 1 to 8 scanners.
+void BenchFleet(const BenchOptions& options, Parallel& parallel, Figures& figures);
 // plan.anytime.*, plan.threads2.*: what is answered at a budget.
 void BenchAnytime(const BenchOptions& options, Parallel& parallel, Figures& figures);
 

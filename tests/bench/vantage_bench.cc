@@ -41,6 +41,7 @@ int main(int argc, char** argv) {
   vantage::BenchEvaluator(full, pool, figures);
   vantage::BenchAnytime({full, pictures}, pool, figures);
   vantage::BenchCycle(pool, figures);
+  vantage::BenchFleet({full, pictures}, pool, figures);
   if (!figures.WriteJson(out)) {
     std::cerr << "cannot write " << out << ": name a file in a folder that can be written\n";
     return 1;

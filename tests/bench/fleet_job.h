@@ -1,0 +1,64 @@
+// A whole job with several simulated scanners on one model: who walks where, who scans when.
+#ifndef VANTAGE_TESTS_BENCH_FLEET_JOB_H_
+#define VANTAGE_TESTS_BENCH_FLEET_JOB_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/parallel/parallel.h"
+#include "core/simulation/ground_truth.h"
+#include "core/simulation/scene.h"
+#include "core/simulation/simulated_scanner.h"
+
+namespace vantage {
+
+struct FleetScene {
+  Scene scene;
+  ScannerModel scanner;
+  std::unique_ptr<SimulatedScanner> tracer;
+  std::unique_ptr<GroundTruth> truth;  // nothing scanned yet
+};
+
+// A generated office floor of so many m^2.
+FleetScene MakeFleetScene(uint64_t seed, double area, Parallel& parallel);
+
+struct FleetJobOptions {
+  size_t scanners = 1;
+  bool claims = true;         // else each plans for itself, on the model that all share
+  double target = 0.95;       // of what is attainable at density, where the job ends
+  double speed = 1;           // m/s
+  double scan_seconds = 180;  // to set up and scan
+  size_t most_scans = 400;
+  uint64_t plan_work = 3'000'000;  // rays
+  double enough = 0.5;             // m^2 at density, below which nobody is sent
+};
+
+struct FleetStop {
+  size_t scanner = 0;
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m
+  double minutes = 0;                                  // when its scan was in
+  std::vector<Eigen::Vector3d> way;                    // from where it stood before
+};
+
+struct FleetJobResult {
+  double minutes = 0;  // to the target, or to the end
+  size_t scans = 0;
+  double attained = 0;  // share of what is attainable at density
+  double waste = 0;     // of the area measured at density, all scans added up, that was so already
+  std::vector<FleetStop> stops;
+};
+
+// Poses are true: registration is another figure's subject. By events: whoever is free is planned
+// for, on what the model knows then, ranked by gain per minute.
+FleetJobResult RunFleetJob(const FleetScene& scene, const FleetJobOptions& options,
+                           Parallel& parallel);
+
+// The tours over the floor plan, as SVG. False when the file cannot be written.
+bool DrawTours(const FleetScene& scene, const FleetJobResult& result, const std::string& path);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_TESTS_BENCH_FLEET_JOB_H_
