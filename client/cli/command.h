@@ -65,7 +65,7 @@ CLI::App* AddCommand(CLI::App& parent, Environment& environment, const std::stri
   return command;
 }
 
-// One function per command, each in the file of that name.
+// One function per command, each in the file of that name (scanner and claim: of their group's).
 void AddSessionCreate(CLI::App& parent, Environment& environment);
 void AddSessionList(CLI::App& parent, Environment& environment);
 void AddSessionShow(CLI::App& parent, Environment& environment);
@@ -78,6 +78,12 @@ void AddScanAccept(CLI::App& parent, Environment& environment);
 void AddScanWithdraw(CLI::App& parent, Environment& environment);
 void AddScanSetPose(CLI::App& parent, Environment& environment);
 void AddPlan(CLI::App& parent, Environment& environment);
+void AddScannerAdd(CLI::App& parent, Environment& environment);
+void AddScannerList(CLI::App& parent, Environment& environment);
+void AddClaimTake(CLI::App& parent, Environment& environment);
+void AddClaimRenew(CLI::App& parent, Environment& environment);
+void AddClaimRelease(CLI::App& parent, Environment& environment);
+void AddClaimList(CLI::App& parent, Environment& environment);
 void AddEvaluate(CLI::App& parent, Environment& environment);
 void AddReject(CLI::App& parent, Environment& environment);
 void AddCoverage(CLI::App& parent, Environment& environment);

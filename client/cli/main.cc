@@ -60,6 +60,19 @@ int main(int argc, char** argv) {
   vantage::AddScanWithdraw(scan, environment);
   vantage::AddScanSetPose(scan, environment);
 
+  CLI::App& scanner = *app.add_subcommand("scanner", "The fleet's scanners: add, list");
+  scanner.require_subcommand(1)->fallthrough();
+  vantage::AddScannerAdd(scanner, environment);
+  vantage::AddScannerList(scanner, environment);
+
+  CLI::App& claim =
+      *app.add_subcommand("claim", "Views that are reserved: take, renew, release, list");
+  claim.require_subcommand(1)->fallthrough();
+  vantage::AddClaimTake(claim, environment);
+  vantage::AddClaimRenew(claim, environment);
+  vantage::AddClaimRelease(claim, environment);
+  vantage::AddClaimList(claim, environment);
+
   vantage::AddPlan(app, environment);
   vantage::AddEvaluate(app, environment);
   vantage::AddReject(app, environment);

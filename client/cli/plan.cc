@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <optional>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/command.h"
 #include "client/cli/json.h"
@@ -16,6 +17,8 @@ struct PlanArguments {
   std::optional<uint64_t> work;
   std::optional<uint64_t> seed;
   std::string scanner;
+  std::vector<std::string> scanners;
+  std::string rank;
   std::vector<std::string> set;
   bool json = false;
   bool full = false;
@@ -33,6 +36,10 @@ absl::StatusOr<v1::CreatePlanRequest> RequestFrom(const PlanArguments& arguments
   if (arguments.work) plan.set_work_limit(*arguments.work);
   if (arguments.seed) plan.set_seed(*arguments.seed);
   plan.set_scanner_model_id(arguments.scanner);
+  for (const std::string& id : arguments.scanners) {
+    request.add_scanners(absl::StrCat(request.parent(), "/scanners/", id));
+  }
+  if (arguments.rank == "per-minute") plan.set_ranking(v1::RANKING_GAIN_PER_MINUTE);
   for (const std::string& assignment : arguments.set) {
     const size_t equals = assignment.find('=');
     if (equals == std::string::npos) {
@@ -90,6 +97,7 @@ void AddPlan(CLI::App& parent, Environment& environment) {
       "  vantage plan flat\n"
       "  vantage plan flat --budget 0.2 --json\n"
       "  vantage plan flat --work 20000000 --seed 7      (repeatable to the byte)\n"
+      "  vantage plan flat --scanners red,blue,green --rank per-minute\n"
       "  vantage plan flat --set candidates=3 --set weights.hole_boundary=0",
       [](CLI::App& command, PlanArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
@@ -97,7 +105,15 @@ void AddPlan(CLI::App& parent, Environment& environment) {
         command.add_option("--work", a.work, "Work it may take, rays, instead of time")
             ->excludes(budget);
         command.add_option("--seed", a.seed, "Seed of all random choices [1]");
-        command.add_option("--scanner", a.scanner, "Id of the scanner model [the session's first]");
+        auto* model = command.add_option("--scanner", a.scanner,
+                                         "Id of the scanner model [the session's first]");
+        command
+            .add_option("--scanners", a.scanners,
+                        "ID,ID,...: a view for each of these of the fleet, none twice")
+            ->delimiter(',')
+            ->excludes(model);
+        command.add_option("--rank", a.rank, "By gain, or by gain per-minute [gain]")
+            ->check(CLI::IsMember({"gain", "per-minute"}));
         command
             .add_option("--set", a.set,
                         "PATH=VALUE, repeatable: planning configuration for this plan only")

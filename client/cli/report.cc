@@ -221,6 +221,42 @@ std::string CoverageReport(const v1::Coverage& c) {
       c.required_density());
 }
 
+std::string JointReport(const v1::PlanResult& r) {
+  std::string out;
+  for (int i = 0; i < r.joint().assignments_size(); ++i) {
+    const v1::Assignment& assignment = r.joint().assignments(i);
+    const std::string who =
+        assignment.scanner().empty() ? std::string("the scanner") : IdOf(assignment.scanner());
+    if (!assignment.has_view() || assignment.view() >= r.views_size()) {
+      absl::StrAppend(&out, who, ": no view: ", assignment.reason(), "\n");
+      continue;
+    }
+    const v1::RankedView& view = r.views(assignment.view());
+    absl::StrAppend(&out, who, " to ", Text(view.position()),
+                    absl::StrFormat(", %.2f m\u00b2", view.area()));
+    if (view.has_minutes()) {
+      absl::StrAppendFormat(&out, ", %.1f m walk, %.1f minutes", view.travel(), view.minutes());
+    } else if (!view.unreachable().empty()) {
+      absl::StrAppend(&out, ", ", view.unreachable());
+    }
+    for (const int before : assignment.waits_for()) {
+      absl::StrAppend(&out, "; waits for ", IdOf(r.joint().assignments(before).scanner()));
+    }
+    for (const std::string& claim : assignment.waits_for_claims()) {
+      absl::StrAppend(&out, "; waits for ", IdOf(claim));
+    }
+    out += "\n";
+  }
+  if (r.joint().assignments_size() > 1) {
+    absl::StrAppendFormat(&out, "together %.2f m\u00b2; guarantee: %s\n", r.joint().area(),
+                          r.joint().guarantee_reason());
+  }
+  if (r.joint().claims_size() > 0) {
+    absl::StrAppend(&out, "around ", r.joint().claims_size(), " claimed views\n");
+  }
+  return out;
+}
+
 std::string PlanReport(const v1::Plan& plan) {
   const v1::PlanResult& r = plan.result();
   std::string out =
@@ -238,6 +274,7 @@ std::string PlanReport(const v1::Plan& plan) {
     out += absl::StrFormat("next position %s\n", Text(r.views(0).position()));
     out += ViewReport(r.views(0));
   }
+  if (r.has_joint()) out += JointReport(r);
   if (r.has_coverage()) out += CoverageReport(r.coverage());
   absl::StrAppendFormat(&out, "%s: %s\n", r.termination().suggested() ? "stop" : "go on",
                         r.termination().reason());

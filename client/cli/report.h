@@ -34,6 +34,8 @@ std::string VerdictLine(const v1::RegistrationVerdict& verdict);
 // Several lines each, with line ends.
 std::string SessionReport(const v1::Session& session);
 std::string ScanReport(const v1::Scan& scan);
+// Who goes where, one line each.
+std::string JointReport(const v1::PlanResult& result);
 std::string PlanReport(const v1::Plan& plan);
 std::string ViewReport(const v1::RankedView& view);
 std::string CoverageReport(const v1::Coverage& coverage);

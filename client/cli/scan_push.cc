@@ -22,6 +22,7 @@ struct ScanPushArguments {
   PoseFlags pose;
   std::string name;
   std::string scanner;
+  std::string by;
   bool ignore_file_pose = false;
   bool no_wait = false;
   bool json = false;
@@ -31,6 +32,9 @@ absl::StatusOr<v1::Upload> Describe(const ScanPushArguments& arguments, const st
                                     const ImportedScan& scan) {
   v1::Upload upload;
   upload.set_display_name(name);
+  if (!arguments.by.empty()) {
+    upload.set_scanner(absl::StrCat(SessionName(arguments.session), "/scanners/", arguments.by));
+  }
   if (arguments.scanner.empty()) {
     *upload.mutable_scanner_model() = ToProto(scan.scanner, "from-file");
   } else {
@@ -127,6 +131,7 @@ void AddScanPush(CLI::App& parent, Environment& environment) {
         command.add_option("--name", a.name, "Name for people [the file's]");
         command.add_option("--scanner", a.scanner,
                            "Id of one of the session's scanner models [read from the file]");
+        command.add_option("--by", a.by, "Id of the fleet's scanner that made them [not known]");
         command.add_flag("--no-wait", a.no_wait, "Return when the scan is stored");
         command.add_flag("--json", a.json, "Print the scans as JSON");
       },

@@ -134,6 +134,31 @@ absl::StatusOr<v1::GetCoverageResponse> Client::Call(v1::GetCoverageRequest requ
                    std::move(request));
 }
 
+absl::StatusOr<v1::AddScannerResponse> Client::Call(v1::AddScannerRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::AddScanner, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::ListScannersResponse> Client::Call(v1::ListScannersRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ListScanners, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::ClaimViewResponse> Client::Call(v1::ClaimViewRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ClaimView, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::RenewClaimResponse> Client::Call(v1::RenewClaimRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::RenewClaim, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::ReleaseClaimResponse> Client::Call(v1::ReleaseClaimRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ReleaseClaim, wire_->options,
+                   std::move(request));
+}
+absl::StatusOr<v1::ListClaimsResponse> Client::Call(v1::ListClaimsRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ListClaims, wire_->options,
+                   std::move(request));
+}
+
 absl::StatusOr<Health> Client::CheckHealth(const std::string& service) {
   grpc::health::v1::HealthCheckRequest request;
   request.set_service(service);
@@ -150,6 +175,7 @@ std::string SessionName(absl::string_view given) {
 }
 std::string ScanName(absl::string_view given) { return ChildName(given, "scans"); }
 std::string PlanName(absl::string_view given) { return ChildName(given, "plans"); }
+std::string ClaimName(absl::string_view given) { return ChildName(given, "claims"); }
 
 std::string SessionOf(absl::string_view name) {
   const std::vector<std::string> parts = absl::StrSplit(name, '/');

@@ -69,6 +69,12 @@ class Client {
   absl::StatusOr<v1::EvaluateViewResponse> Call(v1::EvaluateViewRequest request);
   absl::StatusOr<v1::RejectViewResponse> Call(v1::RejectViewRequest request);
   absl::StatusOr<v1::GetCoverageResponse> Call(v1::GetCoverageRequest request);
+  absl::StatusOr<v1::AddScannerResponse> Call(v1::AddScannerRequest request);
+  absl::StatusOr<v1::ListScannersResponse> Call(v1::ListScannersRequest request);
+  absl::StatusOr<v1::ClaimViewResponse> Call(v1::ClaimViewRequest request);
+  absl::StatusOr<v1::RenewClaimResponse> Call(v1::RenewClaimRequest request);
+  absl::StatusOr<v1::ReleaseClaimResponse> Call(v1::ReleaseClaimRequest request);
+  absl::StatusOr<v1::ListClaimsResponse> Call(v1::ListClaimsRequest request);
 
   // Sends a range image as one scan. Returns the scan's name once the server says it is committed.
   // Breaks of the link are resumed where the server says; a link that is silent for too long is
@@ -116,9 +122,10 @@ class Client {
 
 // 'sessions/a' for 'a' and 'sessions/a'.
 std::string SessionName(absl::string_view given);
-// 'sessions/a/scans/b' for 'a/b' and the full name; likewise for plans.
+// 'sessions/a/scans/b' for 'a/b' and the full name; likewise for plans and claims.
 std::string ScanName(absl::string_view given);
 std::string PlanName(absl::string_view given);
+std::string ClaimName(absl::string_view given);
 // The session that a scan or plan belongs to.
 std::string SessionOf(absl::string_view name);
 // The last part of a resource name.

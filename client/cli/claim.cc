@@ -1,0 +1,157 @@
+#include <cstdio>
+#include <optional>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "client/cli/command.h"
+#include "client/cli/json.h"
+#include "client/cli/report.h"
+#include "client/cli/table.h"
+#include "client/library/geometry.h"
+
+namespace vantage {
+namespace {
+
+void SetMinutes(const std::optional<double>& minutes, google::protobuf::Duration& ttl) {
+  if (minutes) ttl.set_seconds(static_cast<int64_t>(*minutes * 60));
+}
+
+struct ClaimTakeArguments {
+  std::string session;
+  std::string scanner;
+  std::vector<double> position;
+  std::string plan;
+  std::optional<double> minutes;
+};
+
+absl::StatusOr<ExitCode> RunClaimTake(Environment& environment,
+                                      const ClaimTakeArguments& arguments) {
+  v1::ClaimViewRequest request;
+  request.set_parent(SessionName(arguments.session));
+  request.set_scanner(absl::StrCat(request.parent(), "/scanners/", arguments.scanner));
+  *request.mutable_position() =
+      ToProto(Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));
+  if (!arguments.plan.empty()) {
+    request.set_plan(absl::StrCat(request.parent(), "/plans/", arguments.plan));
+  }
+  if (arguments.minutes) SetMinutes(arguments.minutes, *request.mutable_ttl());
+  const auto taken = environment.client().Call(request);
+  if (!taken.ok()) return taken.status();
+  const v1::Claim& claim = taken->claim();
+  std::printf("%s: %s is %s's until %s\n", IdOf(claim.name()).c_str(),
+              Text(claim.position()).c_str(), arguments.scanner.c_str(),
+              Time(claim.expire_time()).c_str());
+  return ExitCode::kOk;
+}
+
+struct ClaimNameArguments {
+  std::string claim;
+  std::optional<double> minutes;
+};
+
+absl::StatusOr<ExitCode> RunClaimRenew(Environment& environment,
+                                       const ClaimNameArguments& arguments) {
+  v1::RenewClaimRequest request;
+  request.set_name(ClaimName(arguments.claim));
+  if (arguments.minutes) SetMinutes(arguments.minutes, *request.mutable_ttl());
+  const auto renewed = environment.client().Call(request);
+  if (!renewed.ok()) return renewed.status();
+  std::printf("%s holds until %s\n", IdOf(renewed->claim().name()).c_str(),
+              Time(renewed->claim().expire_time()).c_str());
+  return ExitCode::kOk;
+}
+
+absl::StatusOr<ExitCode> RunClaimRelease(Environment& environment,
+                                         const ClaimNameArguments& arguments) {
+  v1::ReleaseClaimRequest request;
+  request.set_name(ClaimName(arguments.claim));
+  const auto released = environment.client().Call(request);
+  if (!released.ok()) return released.status();
+  std::printf("%s is free again\n", IdOf(request.name()).c_str());
+  return ExitCode::kOk;
+}
+
+struct ClaimListArguments {
+  std::string session;
+  bool json = false;
+};
+
+absl::StatusOr<ExitCode> RunClaimList(Environment& environment,
+                                      const ClaimListArguments& arguments) {
+  v1::ListClaimsRequest request;
+  request.set_parent(SessionName(arguments.session));
+  v1::ListClaimsResponse all;
+  do {
+    const auto page = environment.client().Call(request);
+    if (!page.ok()) return page.status();
+    all.mutable_claims()->MergeFrom(page->claims());
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  if (arguments.json) {
+    std::fputs(ToJson(all).c_str(), stdout);
+    return ExitCode::kOk;
+  }
+  if (all.claims().empty()) {
+    std::puts("nothing is claimed");
+    return ExitCode::kOk;
+  }
+  Table table({"claim", "scanner", "position, m", "plan", "until"});
+  for (const v1::Claim& claim : all.claims()) {
+    table.Add({IdOf(claim.name()), IdOf(claim.scanner()), Text(claim.position()),
+               IdOf(claim.plan()), Time(claim.expire_time())});
+  }
+  std::fputs(table.ToString().c_str(), stdout);
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddClaimTake(CLI::App& parent, Environment& environment) {
+  AddCommand<ClaimTakeArguments>(
+      parent, environment, "take", "Reserve a view for a scanner: others are planned around it",
+      "  vantage claim take flat red 2.1,0.4,1.5\n"
+      "  vantage claim take flat red 2.1,0.4,1.5 --plan plan-3 --minutes 10",
+      [](CLI::App& command, ClaimTakeArguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        command.add_option("SCANNER", a.scanner, "Whose it will be")->required();
+        command.add_option("POSITION", a.position, "x,y,z of the view, m, world")
+            ->required()
+            ->delimiter(',')
+            ->expected(3);
+        command.add_option("--plan", a.plan, "The plan that it comes from");
+        command.add_option("--minutes", a.minutes, "How long it holds [30]");
+      },
+      RunClaimTake);
+}
+
+void AddClaimRenew(CLI::App& parent, Environment& environment) {
+  AddCommand<ClaimNameArguments>(
+      parent, environment, "renew", "Prolong a claim", "  vantage claim renew flat/claim-3",
+      [](CLI::App& command, ClaimNameArguments& a) {
+        command.add_option("CLAIM", a.claim, "JOB/CLAIM")->required();
+        command.add_option("--minutes", a.minutes, "How long it holds from now [30]");
+      },
+      RunClaimRenew);
+}
+
+void AddClaimRelease(CLI::App& parent, Environment& environment) {
+  AddCommand<ClaimNameArguments>(
+      parent, environment, "release", "Give a claim back", "  vantage claim release flat/claim-3",
+      [](CLI::App& command, ClaimNameArguments& a) {
+        command.add_option("CLAIM", a.claim, "JOB/CLAIM")->required();
+      },
+      RunClaimRelease);
+}
+
+void AddClaimList(CLI::App& parent, Environment& environment) {
+  AddCommand<ClaimListArguments>(
+      parent, environment, "list", "List the claims of a job that hold, oldest first",
+      "  vantage claim list flat\n  vantage claim list flat --json",
+      [](CLI::App& command, ClaimListArguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        command.add_flag("--json", a.json, "Print them as JSON");
+      },
+      RunClaimList);
+}
+
+}  // namespace vantage

@@ -1,0 +1,121 @@
+#include <cstdio>
+#include <optional>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/cli/command.h"
+#include "client/cli/json.h"
+#include "client/cli/report.h"
+#include "client/cli/table.h"
+#include "client/library/geometry.h"
+
+namespace vantage {
+namespace {
+
+struct ScannerAddArguments {
+  std::string session;
+  std::string id;
+  std::string model;
+  std::string operator_name;
+  std::optional<double> speed;
+  std::optional<double> scan_seconds;
+  std::vector<std::vector<double>> reach;
+};
+
+absl::StatusOr<ExitCode> RunScannerAdd(Environment& environment,
+                                       const ScannerAddArguments& arguments) {
+  v1::AddScannerRequest request;
+  request.set_parent(SessionName(arguments.session));
+  request.set_scanner_id(arguments.id);
+  v1::Scanner& scanner = *request.mutable_scanner();
+  scanner.set_scanner_model_id(arguments.model);
+  scanner.set_operator_(arguments.operator_name);
+  if (arguments.speed) scanner.set_speed(*arguments.speed);
+  if (arguments.scan_seconds) scanner.set_scan_seconds(*arguments.scan_seconds);
+  for (const std::vector<double>& box : arguments.reach) {
+    v1::Box& added = *scanner.add_reach();
+    *added.mutable_min() = ToProto(Eigen::Vector3d(box[0], box[1], box[2]));
+    *added.mutable_max() = ToProto(Eigen::Vector3d(box[3], box[4], box[5]));
+  }
+  const auto added = environment.client().Call(request);
+  if (!added.ok()) return added.status();
+  std::printf("%s joins, model %s, %.1f m/s, %.0f s a scan\n",
+              IdOf(added->scanner().name()).c_str(), added->scanner().scanner_model_id().c_str(),
+              added->scanner().speed(), added->scanner().scan_seconds());
+  return ExitCode::kOk;
+}
+
+struct ScannerListArguments {
+  std::string session;
+  bool json = false;
+};
+
+absl::StatusOr<ExitCode> RunScannerList(Environment& environment,
+                                        const ScannerListArguments& arguments) {
+  v1::ListScannersRequest request;
+  request.set_parent(SessionName(arguments.session));
+  v1::ListScannersResponse all;
+  do {
+    const auto page = environment.client().Call(request);
+    if (!page.ok()) return page.status();
+    all.mutable_scanners()->MergeFrom(page->scanners());
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  if (arguments.json) {
+    std::fputs(ToJson(all).c_str(), stdout);
+    return ExitCode::kOk;
+  }
+  if (all.scanners().empty()) {
+    std::puts("no scanners; 'vantage scanner add' adds one");
+    return ExitCode::kOk;
+  }
+  Table table({"scanner", "model", "operator", "stood at, m", ">m/s", ">s a scan", "reach"});
+  for (const v1::Scanner& scanner : all.scanners()) {
+    table.Add(
+        {IdOf(scanner.name()), scanner.scanner_model_id(), scanner.operator_(),
+         scanner.has_last_pose() ? Text(scanner.last_pose().translation()) : "",
+         absl::StrFormat("%.1f", scanner.speed()), absl::StrFormat("%.0f", scanner.scan_seconds()),
+         scanner.reach().empty() ? "everywhere" : absl::StrCat(scanner.reach_size(), " boxes")});
+  }
+  std::fputs(table.ToString().c_str(), stdout);
+  return ExitCode::kOk;
+}
+
+}  // namespace
+
+void AddScannerAdd(CLI::App& parent, Environment& environment) {
+  AddCommand<ScannerAddArguments>(
+      parent, environment, "add", "A scanner joins a job",
+      "  vantage scanner add flat red --operator Ada\n"
+      "  vantage scanner add flat blue --model handheld --speed 0.5 --seconds 60\n"
+      "  vantage scanner add flat cellar --reach 0,0,-3,12,9,0",
+      [](CLI::App& command, ScannerAddArguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        command.add_option("SCANNER", a.id, "Its id [chosen by the server]");
+        command.add_option("--model", a.model, "Id of the scanner model [the session's first]");
+        command.add_option("--operator", a.operator_name, "Who works with it");
+        command.add_option("--speed", a.speed, "Walking speed, m/s [1]");
+        command.add_option("--seconds", a.scan_seconds, "To set up and scan, s [180]");
+        command
+            .add_option("--reach", a.reach,
+                        "x0,y0,z0,x1,y1,z1, m, world, repeatable: where it can go [everywhere]")
+            ->delimiter(',')
+            ->expected(6)
+            ->allow_extra_args(false);
+      },
+      RunScannerAdd);
+}
+
+void AddScannerList(CLI::App& parent, Environment& environment) {
+  AddCommand<ScannerListArguments>(
+      parent, environment, "list", "List a job's scanners, oldest first",
+      "  vantage scanner list flat\n  vantage scanner list flat --json",
+      [](CLI::App& command, ScannerListArguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        command.add_flag("--json", a.json, "Print them as JSON");
+      },
+      RunScannerList);
+}
+
+}  // namespace vantage
