@@ -3,7 +3,7 @@
 
 Usage: deploy_test.py [-v] [TESTS]. Environment: VANTAGE_BUILD, where vantaged is built (default:
 build/release); VANTAGE_NODE, where the npm packages typescript and kubernetes-types are (default:
-build/node). Each tool is first shown something wrong, so that its consent means something.
+build/node-deploy). Each tool is first shown something wrong, so that its consent means something.
 """
 
 import json
@@ -23,8 +23,8 @@ except ImportError as missing:
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 DEPLOY = ROOT / "deploy"
-BUILD = pathlib.Path(os.environ.get("VANTAGE_BUILD", ROOT / "build" / "release"))
-NODE = pathlib.Path(os.environ.get("VANTAGE_NODE", ROOT / "build" / "node")) / "node_modules"
+BUILD = pathlib.Path(os.environ.get("VANTAGE_BUILD", ROOT / "build" / "release")).resolve()
+NODE = pathlib.Path(os.environ.get("VANTAGE_NODE", ROOT / "build" / "node-deploy")).resolve() / "node_modules"
 EXPOSURE = 15  # tenths, as systemd-analyze security counts: 0 best, 100 worst
 PATH = os.environ["PATH"] + ":/usr/sbin"
 
