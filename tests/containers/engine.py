@@ -79,15 +79,22 @@ class Engine:
         self.volumes.append(volume)
         return volume
 
+    def remove(self, *arguments):
+        """Whether it was there or not, and whatever the engine says."""
+        try:
+            self.run(*arguments)
+        except (Failed, OSError, subprocess.TimeoutExpired):
+            pass
+
     def close(self):
         for container in self.containers:
-            self.run("rm", "-f", "-v", container, allowed=(0, 1, 125))
+            self.remove("rm", "-f", "-v", container)
         for volume in self.volumes:
-            self.run("volume", "rm", "-f", volume, allowed=(0, 1, 125))
+            self.remove("volume", "rm", "-f", volume)
         for image in reversed(self.images):
-            self.run("rmi", "-f", image, allowed=(0, 1, 125))
+            self.remove("rmi", "-f", image)
         if self.storage:
-            self.run("rmi", "-f", "-a", allowed=(0, 1, 125))
+            self.remove("rmi", "-f", "-a")
             # What podman mounts for itself.
             subprocess.run(["umount", f"{self.storage}/root/overlay"], stderr=subprocess.DEVNULL,
                            check=False)
