@@ -38,7 +38,7 @@ class ImageTest(ContainerTest):
         """Everything in the image, by an export of a container that never ran."""
         name = f"{house.engine.prefix}-export"
         house.engine.run("create", "--name", name, house.image)
-        self.addCleanup(lambda: house.engine.run("rm", "-f", name))
+        self.addCleanup(lambda: house.engine.run("rm", "-f", "-v", name))
         listed = subprocess.run(
             f"{' '.join(house.engine.command)} export {name} | tar -tf -", shell=True, text=True,
             env=house.engine.environment, stdout=subprocess.PIPE, check=True).stdout
@@ -61,7 +61,7 @@ class ImageTest(ContainerTest):
     def test_lists_its_packages(self):
         name = f"{house.engine.prefix}-sbom"
         house.engine.run("create", "--name", name, house.image)
-        self.addCleanup(lambda: house.engine.run("rm", "-f", name))
+        self.addCleanup(lambda: house.engine.run("rm", "-f", "-v", name))
         folder = pathlib.Path(house.engine.scratch())
         house.engine.run("cp", f"{name}:/usr/share/doc/vantage-server/sbom.spdx.json", folder / "sbom")
         sbom = json.loads((folder / "sbom").read_text())

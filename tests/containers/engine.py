@@ -143,7 +143,7 @@ class Container:
         self.engine.run("start", self.name)
 
     def remove(self):
-        self.engine.run("rm", "-f", self.name)
+        self.engine.run("rm", "-f", "-v", self.name)
 
     def wait(self, timeout=60):
         """Until it has ended; answers the exit status."""
