@@ -1,0 +1,277 @@
+#include "tests/bench/calibration_pair.h"
+
+#include <array>
+#include <cmath>
+#include <sstream>
+#include <vector>
+
+#include "absl/strings/str_format.h"
+#include "core/model/partial_model.h"
+#include "core/planning/occlusion_scene.h"
+#include "core/planning/opaque_grid.h"
+#include "core/planning/registration_check.h"
+#include "core/registration/align.h"
+#include "core/registration/registration.h"
+#include "core/registration/scan_surface.h"
+#include "core/simulation/counter_random.h"
+#include "core/simulation/simulated_scanner.h"
+
+namespace vantage {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kStandClearance = 0.30;  // m
+constexpr double kNearestSecond = 0.5;    // m from the first scan
+constexpr double kFarthestSecond = 4.5;
+constexpr double kHiddenShare = 0.2;  // of second places need not be seen from the first
+
+class Normal {
+ public:
+  explicit Normal(uint64_t seed) : seed_(seed) {}
+  double operator()() { return RandomNormal(seed_, next_++, 0); }
+  Vector3d Three() {
+    const double x = (*this)();
+    const double y = (*this)();
+    return {x, y, (*this)()};
+  }
+
+ private:
+  uint64_t seed_;
+  uint64_t next_ = 0;
+};
+
+// A smooth random function of the place, of unit variance, whose integral over a plane is that of
+// squares of the correlation length: a squared exponential by random cosines.
+class SharedError {
+ public:
+  SharedError(double correlation_length, uint64_t seed) {
+    Normal normal(seed);
+    RandomSequence random(MixBits(seed) + 1);
+    const double scale = correlation_length / std::sqrt(2 * kPi);
+    for (Wave& wave : waves_) {
+      wave.vector = (normal.Three() / scale).cast<float>();
+      wave.phase = static_cast<float>(random.Between(0, 2 * kPi));
+    }
+  }
+  double At(const Eigen::Vector3f& point) const {
+    float sum = 0;
+    for (const Wave& wave : waves_) sum += std::cos(wave.vector.dot(point) + wave.phase);
+    return std::sqrt(2.0 / kWaves) * sum;
+  }
+
+ private:
+  static constexpr size_t kWaves = 32;
+  struct Wave {
+    Eigen::Vector3f vector;
+    float phase;
+  };
+  std::array<Wave, kWaves> waves_;
+};
+
+Eigen::Isometry3d Upright(const Vector3d& position, double heading, double tilt_sigma,
+                          Normal& normal) {
+  Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  pose.translate(position);
+  pose.rotate(Eigen::AngleAxisd(heading, Vector3d::UnitZ()));
+  pose.rotate(Eigen::AngleAxisd(tilt_sigma * normal(), Vector3d::UnitX()));
+  pose.rotate(Eigen::AngleAxisd(tilt_sigma * normal(), Vector3d::UnitY()));
+  return pose;
+}
+
+class Site {
+ public:
+  Site(const SceneFamily& family, uint64_t seed, const CalibrationSettings& settings)
+      : scene_(family.make(seed)), tracer_(scene_.mesh), settings_(settings) {
+    scanner_.azimuth_step = scanner_.elevation_step = settings.step;
+    scanner_.range_max = kCalibrationRange;
+    scanner_.positioning_error = settings.position_guess;
+  }
+  const ScannerModel& scanner() const { return scanner_; }
+  const SimulatedScanner& tracer() const { return tracer_; }
+
+  bool CanStand(const Vector3d& at) const {
+    return tracer_.tracer().Trace(at.cast<float>(), Eigen::Vector3f(0, 0, -1), 0).hit &&
+           tracer_.Clearance(at, kStandClearance) >= kStandClearance;
+  }
+  Vector3d Place(RandomSequence& random) const {
+    const Eigen::AlignedBox3d& box = scene_.stands;
+    Vector3d local;
+    for (int k = 0; k < 3; ++k) local[k] = random.Between(box.min()[k], box.max()[k]);
+    return scene_.T_scene_local * local;
+  }
+  Scan Measure(const Eigen::Isometry3d& pose, double correlation_length, uint64_t seed) const {
+    Serial serial;
+    Scan scan;
+    scan.scanner = scanner_;
+    scan.image = tracer_.Scan(scanner_, pose, ScanFaults{}, seed, serial);
+    const SharedError shared(correlation_length, MixBits(seed));
+    for (int column = 0; column < scan.image.columns(); ++column) {
+      for (int row = 0; row < scan.image.rows(); ++row) {
+        float& range = scan.image.range[scan.image.Index(column, row)];
+        if (!RangeImage::IsRange(range)) continue;
+        const Vector3d point = pose * Vector3d(range * scan.image.Direction(column, row));
+        range += static_cast<float>(settings_.shared_sigma * shared.At(point.cast<float>()));
+      }
+    }
+    return scan;
+  }
+
+ private:
+  CalibrationScene scene_;
+  SimulatedScanner tracer_;
+  CalibrationSettings settings_;
+  ScannerModel scanner_;
+};
+
+}  // namespace
+
+double LargestMove(const Eigen::Isometry3d& pose, const Eigen::Isometry3d& truth,
+                   const Eigen::AlignedBox3d& box) {
+  if (box.isEmpty()) return (pose.translation() - truth.translation()).norm();
+  const Eigen::Isometry3d wrong = pose * truth.inverse();
+  double largest = 0;
+  for (int i = 0; i < 8; ++i) {
+    const Vector3d x = box.corner(static_cast<Eigen::AlignedBox3d::CornerType>(i));
+    largest = std::max(largest, (wrong * x - x).norm());
+  }
+  return largest;
+}
+
+Eigen::AlignedBox3d OverlapBox(const PlanningView& model, const Scan& scan,
+                               const Eigen::Isometry3d& truth, Parallel& parallel) {
+  const RegistrationConfig config;
+  const ScanSurface surface = SampleSurface(scan, config.sample_spacing, parallel);
+  Eigen::AlignedBox3d box;
+  for (const Correspondence& c : FindCorrespondences(model, surface, truth, config)) {
+    box.extend(c.point);
+  }
+  return box;
+}
+
+std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, uint64_t seed,
+                                          int count, const CalibrationSettings& settings,
+                                          const RegistrationConfig& config) {
+  Serial serial;
+  const Site site(family, seed, settings);
+  RandomSequence random(MixBits(seed) ^ 41);
+  Normal normal(MixBits(seed) ^ 43);
+  std::vector<CalibrationPair> pairs;
+  Vector3d first = site.Place(random);
+  for (int tries = 0; !site.CanStand(first); ++tries) {
+    if (tries > 10'000) return pairs;
+    first = site.Place(random);
+  }
+  const Eigen::Isometry3d T_world_first =
+      Upright(first, random.Between(0, 2 * kPi), settings.tilt_guess, normal);
+  auto model = PartialModel::Create({});
+  const Scan made = site.Measure(T_world_first, config.correlation_length, seed);
+  if (!model.ok() || !(*model)->Insert("first", made, T_world_first, serial).ok()) return pairs;
+  const auto view = (*model)->Publish();
+  const OpaqueGrid grid(*view);
+  const OcclusionScene occlusion(grid, OpaqueGrid(*view, {1, 2, 0}), serial);
+  const OverlapSurface surface(*view, grid, occlusion, site.scanner());
+
+  for (int tries = 0; static_cast<int>(pairs.size()) < count && tries < 20'000; ++tries) {
+    const Vector3d at = site.Place(random);
+    const double away = (at - first).norm();
+    const bool may_hide = random.Chance(kHiddenShare);
+    if (away < kNearestSecond || away > kFarthestSecond || !site.CanStand(at)) continue;
+    if (!may_hide && !site.tracer().Visible(first, at)) continue;
+    CalibrationPair pair;
+    pair.family = family.name;
+    pair.degenerate = family.degenerate;
+    pair.scene = scene;
+    pair.pair = static_cast<int>(pairs.size());
+    const double heading = random.Between(0, 2 * kPi);
+    const Eigen::Isometry3d truth = Upright(at, heading, settings.tilt_guess, normal);
+    // The planned place that was missed, the heading off by a compass's error, upright.
+    PosePrior prior;
+    const Vector3d planned = at + settings.position_guess * normal.Three();
+    // Only what is known to be empty is ever planned.
+    if (!view->Empty(view->At(planned))) continue;
+    const double guessed_heading = heading + settings.heading_guess * normal();
+    prior.T_world_scan = Upright(planned, guessed_heading, 0, normal);
+    const Vector6d sigma{{settings.tilt_guess, settings.tilt_guess, settings.heading_guess,
+                          settings.position_guess, settings.position_guess,
+                          settings.position_guess}};
+    prior.covariance = sigma.cwiseAbs2().asDiagonal();
+    const Eigen::Isometry3d missed = truth.inverse() * prior.T_world_scan;
+    pair.prior_metres = missed.translation().norm();
+    pair.prior_degrees = Degrees(Eigen::AngleAxisd(missed.linear()).angle());
+
+    const auto predicted =
+        surface.Predict(prior.T_world_scan.translation(), occlusion, config, Budget::Unlimited());
+    const Scan scan =
+        site.Measure(truth, config.correlation_length, seed * 1000 + static_cast<uint64_t>(tries));
+    const auto aligned = Register(*view, scan, prior, config, serial);
+    if (!predicted.has_value() || !aligned.ok()) continue;
+    pair.predicted = predicted->verdict.outcome;
+    pair.predicted_bound = predicted->verdict.error_bound;
+    pair.predicted_judged = predicted->verdict.judged_bound;
+    pair.predicted_overlap = predicted->verdict.overlap_share;
+    pair.outcome = aligned->verdict.outcome;
+    pair.bound = aligned->verdict.error_bound;
+    pair.judged = aligned->verdict.judged_bound;
+    pair.overlap = aligned->verdict.overlap_share;
+    pair.achieved =
+        LargestMove(aligned->T_world_scan, truth, OverlapBox(*view, scan, truth, serial));
+    const Eigen::Isometry3d error = truth.inverse() * aligned->T_world_scan;
+    pair.metres = error.translation().norm();
+    pair.degrees = Degrees(Eigen::AngleAxisd(error.linear()).angle());
+    pair.seconds = aligned->seconds;
+    pair.decided_by = aligned->verdict.decided_by;
+    pairs.push_back(std::move(pair));
+  }
+  return pairs;
+}
+
+std::string CalibrationHeader() {
+  return "family,degenerate,scene,pair,prior_m,prior_deg,predicted,predicted_bound_m,"
+         "predicted_judged_m,predicted_overlap,outcome,bound_m,judged_m,"
+         "overlap,achieved_m,scanner_m,scanner_deg,seconds,decided_by";
+}
+
+std::string ToLine(const CalibrationPair& p) {
+  return absl::StrFormat(
+      "%s,%d,%d,%d,%.4f,%.3f,%d,%.6f,%.6f,%.4f,%d,%.6f,%.6f,%.4f,%.6f,"
+      "%.6f,%.4f,%.3f,%s",
+      p.family, p.degenerate ? 1 : 0, p.scene, p.pair, p.prior_metres, p.prior_degrees,
+      static_cast<int>(p.predicted), p.predicted_bound, p.predicted_judged, p.predicted_overlap,
+      static_cast<int>(p.outcome), p.bound, p.judged, p.overlap, p.achieved, p.metres, p.degrees,
+      p.seconds, p.decided_by);
+}
+
+std::optional<CalibrationPair> FromLine(const std::string& line) {
+  std::istringstream in(line);
+  CalibrationPair p;
+  std::vector<std::string> fields;
+  for (std::string field; std::getline(in, field, ',');) fields.push_back(field);
+  constexpr size_t kFields = 19;
+  if (fields.size() != kFields || fields[0] == "family") return std::nullopt;
+  size_t at = 0;
+  const auto number = [&] { return std::strtod(fields[at++].c_str(), nullptr); };
+  const auto whole = [&] { return static_cast<int>(number()); };
+  p.family = fields[at++];
+  p.degenerate = whole() != 0;
+  p.scene = whole();
+  p.pair = whole();
+  p.prior_metres = number();
+  p.prior_degrees = number();
+  p.predicted = static_cast<RegistrationOutcome>(whole());
+  p.predicted_bound = number();
+  p.predicted_judged = number();
+  p.predicted_overlap = number();
+  p.outcome = static_cast<RegistrationOutcome>(whole());
+  p.bound = number();
+  p.judged = number();
+  p.overlap = number();
+  p.achieved = number();
+  p.metres = number();
+  p.degrees = number();
+  p.seconds = number();
+  p.decided_by = fields[at];
+  return p;
+}
+
+}  // namespace vantage

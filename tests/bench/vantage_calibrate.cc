@@ -1,0 +1,145 @@
+// vantage_calibrate [--small] [--tuning] [--out FOLDER] [--seconds S]
+//
+// Registration against the truth: predicted and achieved error of simulated pairs in generated
+// scenes, and of the real pairs. Goes on where it was stopped: scenes that are in FOLDER's table
+// are not done again (delete the table after the algorithm has changed). The exit status says
+// whether it ran, not whether aims are met.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <chrono>
+#include <filesystem>
+#include <fstream>
+#include <iostream>
+#include <set>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/parallel/thread_pool.h"
+#include "tests/bench/calibration_pair.h"
+#include "tests/bench/calibration_real.h"
+#include "tests/bench/calibration_report.h"
+#include "tests/bench/calibration_scene.h"
+#include "tests/bench/figures.h"
+
+namespace vantage {
+namespace {
+
+// Scenes for tuning and for reporting have nothing in common.
+constexpr uint64_t kTuningSeed = 1'000'000;
+constexpr uint64_t kReportingSeed = 2'000'000;
+
+struct SceneJob {
+  size_t family = 0;
+  int scene = 0;
+};
+
+// A scene that yields nothing is entered too, so that it is not tried again.
+std::string DoneLine(const SceneFamily& family, int scene) {
+  return absl::StrCat("# ", family.name, " ", scene);
+}
+
+}  // namespace
+
+int Calibrate(const std::string& folder, uint64_t base_seed, int scenes, int per_scene, int priors,
+              double seconds) {
+  const auto started = std::chrono::steady_clock::now();
+  const CalibrationSettings settings;
+  const RegistrationConfig config;
+  const auto families = CalibrationFamilies();
+  std::filesystem::create_directories(folder);
+  const std::string table = folder + "/pairs.csv";
+  std::vector<CalibrationPair> pairs;
+  std::set<std::string> done;
+  {
+    std::ifstream in(table);
+    for (std::string line; std::getline(in, line);) {
+      if (line.starts_with("#")) done.insert(line);
+      if (auto pair = FromLine(line); pair.has_value()) pairs.push_back(*std::move(pair));
+    }
+  }
+  std::vector<SceneJob> jobs;
+  for (int scene = 0; scene < scenes; ++scene) {
+    for (size_t family = 0; family < families.size(); ++family) {
+      if (!done.contains(DoneLine(families[family], scene))) jobs.push_back({family, scene});
+    }
+  }
+  absl::PrintF("seed %d, %d scenes in each of %d families, %d pairs each; %d scenes are done\n",
+               base_seed, scenes, families.size(), per_scene, done.size());
+  ThreadPool pool(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+  const auto width = static_cast<size_t>(pool.width());
+  std::ofstream out(table, std::ios::app);
+  if (pairs.empty()) out << CalibrationHeader() << "\n";
+  bool finished = true;
+  for (size_t begin = 0; begin < jobs.size(); begin += width) {
+    if (std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count() >
+        seconds) {
+      absl::PrintF("stopped after %d of %d scenes; run it again to go on\n", begin, jobs.size());
+      finished = false;
+      break;
+    }
+    const size_t count = std::min(width, jobs.size() - begin);
+    std::vector<std::vector<CalibrationPair>> made(count);
+    pool.For(count, [&](size_t k) {
+      const SceneJob& job = jobs[begin + k];
+      const uint64_t seed = base_seed + static_cast<uint64_t>(job.scene) * 100 + job.family;
+      made[k] = MeasureScene(families[job.family], job.scene, seed, per_scene, settings, config);
+    });
+    for (size_t k = 0; k < count; ++k) {
+      for (CalibrationPair& pair : made[k]) {
+        out << ToLine(pair) << "\n";
+        pairs.push_back(std::move(pair));
+      }
+      out << DoneLine(families[jobs[begin + k].family], jobs[begin + k].scene) << "\n";
+    }
+    out.flush();
+  }
+  if (!out.good()) {
+    std::cerr << "cannot write " << table << ": name a folder that can be written\n";
+    return 1;
+  }
+  Figures figures("");
+  ReportCalibration(pairs, config, figures);
+  PrintFamilies(pairs, config);
+  if (!figures.WriteJson(folder + "/figures.json") ||
+      !DrawCalibration(folder + "/errors.svg", pairs, config)) {
+    std::cerr << "cannot write into " << folder << "\n";
+    return 1;
+  }
+  if (finished && priors > 0) {
+    std::string why_not;
+    const std::vector<CalibrationPair> real = MeasureRealPairs(priors, pool, why_not);
+    if (!why_not.empty()) absl::PrintF("\nno real pairs: %s\n", why_not);
+    if (!real.empty()) PrintRealPairs(real);
+  }
+  absl::PrintF("pairs, figures and the picture are in %s\n", folder);
+  return 0;
+}
+
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app("Registration's predictions and verdicts against the truth");
+  bool small = false;
+  bool tuning = false;
+  std::string out = "build/calibration";
+  double seconds = 1e9;
+  int scenes = 0;
+  int pairs = 10;
+  int priors = 20;
+  app.add_flag("--small", small, "2 scenes a family instead of 17");
+  app.add_flag("--tuning", tuning, "the scenes for tuning, not those that are reported");
+  app.add_option("--out", out, "folder for the table, the figures and the picture")
+      ->capture_default_str();
+  app.add_option("--seconds", seconds, "start nothing more after that long");
+  app.add_option("--scenes", scenes, "scenes in each family");
+  app.add_option("--pairs", pairs, "pairs in each scene")->capture_default_str();
+  app.add_option("--priors", priors, "of each real pair; 0: none")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  if (scenes <= 0) scenes = small ? 2 : 17;
+  return vantage::Calibrate(out, tuning ? vantage::kTuningSeed : vantage::kReportingSeed, scenes,
+                            pairs, priors, seconds);
+}
