@@ -10,7 +10,9 @@
 
 #include "core/model/planning_view.h"
 #include "core/parallel/parallel.h"
+#include "core/registration/correspondence_field.h"
 #include "core/registration/scan_surface.h"
+#include "core/registration/targets.h"
 #include "core/registration/verdict.h"
 #include "core/sensor/scan.h"
 
@@ -45,7 +47,23 @@ inline constexpr double kApart = 0.08;
 
 // Aligns from `prior`. Directions that nothing constrains stay as the prior has them.
 Alignment Align(const PlanningView& model, const ScanSurface& surface, const PosePrior& prior,
-                const RegistrationConfig& config, Parallel& parallel);
+                const RegistrationConfig& config, Parallel& parallel,
+                std::span<const TargetTie> targets = {});
+
+// Shifts and headings around the prior at a spacing that the first stage's reach bridges, as far as
+// the prior may be wrong; the prior itself first.
+std::vector<Eigen::Isometry3d> Starts(const PosePrior& prior);
+
+// What the starts of an alignment are: guesses around one prior, or places of their own, none of
+// which is more likely than the others. What nothing constrains then stays as the start has it.
+enum class StartKind { kAroundPrior, kPlaces };
+
+// From the given starts, of which there is at least one; `field` covers what they reach. Of a prior
+// that places stand for, only the inclinometer counts.
+Alignment AlignFrom(const PlanningView& model, const CorrespondenceField& field,
+                    const ScanSurface& surface, const PosePrior& prior, StartKind kind,
+                    std::span<const Eigen::Isometry3d> starts, const RegistrationConfig& config,
+                    Parallel& parallel, std::span<const TargetTie> targets = {});
 
 // The compatible true surface at each sample, at a given pose; outliers included.
 std::vector<Correspondence> FindCorrespondences(const PlanningView& model,

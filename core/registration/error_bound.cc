@@ -165,15 +165,23 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
     information_ = (drop * information_ * drop.transpose()).eval();
     project = (drop * project).eval();
   }
-  // Beside the correlation that is configured, the one that shows (cluster-robust covariance):
-  // residuals that add up within a block have pushed the pose by that much.
   const double correlated = config.correlated_sigma * config.correlated_sigma;
+  Matrix6d observed = Matrix6d::Zero();
   for (const Block& block : blocks) {
-    auto pushes = correlated_.selfadjointView<Eigen::Lower>();
-    pushes.rankUpdate(Vector6d(project * block.expected), correlated);
-    pushes.rankUpdate(Vector6d(project * block.observed));
+    correlated_.selfadjointView<Eigen::Lower>().rankUpdate(Vector6d(project * block.expected),
+                                                           correlated);
+    observed.selfadjointView<Eigen::Lower>().rankUpdate(Vector6d(project * block.observed));
   }
   correlated_ = Matrix6d(correlated_.selfadjointView<Eigen::Lower>());
+  observed = Matrix6d(observed.selfadjointView<Eigen::Lower>());
+  // What the residuals show of pushes (cluster-robust covariance) holds white and shared errors as
+  // they are: where that is more than both are configured to, it takes their place.
+  Matrix6d configured = information_ + correlated_;
+  configured.diagonal() += 1e-9 * m0 * ridge;
+  const Eigen::GeneralizedSelfAdjointEigenSolver<Matrix6d> shown(observed, configured);
+  const Matrix6d back = shown.eigenvectors().transpose() * configured;
+  const Vector6d excess = (shown.eigenvalues().array() - 1.0).max(0.0);
+  correlated_ += back.transpose() * excess.asDiagonal() * back;
 }
 
 Eigen::Matrix<double, 3, 6> OverlapGeometry::Displacement(const Eigen::Vector3d& point) const {
@@ -246,6 +254,15 @@ Matrix6d OverlapGeometry::FromPoseCovariance(const Matrix6d& covariance,
   move.bottomLeftCorner<3, 3>() = -Cross(scanner_position - centroid_);
   const Matrix6d information = covariance.ldlt().solve(Matrix6d::Identity());
   return move.transpose() * information * move;
+}
+
+Matrix6d OverlapGeometry::FromTargets(std::span<const TargetTie> targets) const {
+  Matrix6d information = Matrix6d::Zero();
+  for (const TargetTie& target : targets) {
+    const Eigen::Matrix<double, 3, 6> moves = Displacement(target.in_world);
+    information += moves.transpose() * moves / (target.sigma * target.sigma);
+  }
+  return information;
 }
 
 Matrix6d LevelInformation(double sigma) {

@@ -9,6 +9,7 @@
 #include <span>
 #include <string>
 
+#include "core/registration/targets.h"
 #include "core/registration/verdict.h"
 #include "core/sensor/scan.h"
 
@@ -59,6 +60,9 @@ class OverlapGeometry {
   // from the scanner's position to the centroid.
   Matrix6d FromPoseCovariance(const Matrix6d& covariance,
                               const Eigen::Vector3d& scanner_position) const;
+
+  // Information that targets stand for, each known along all three axes.
+  Matrix6d FromTargets(std::span<const TargetTie> targets) const;
 
  private:
   Eigen::Matrix<double, 3, 6> Displacement(const Eigen::Vector3d& point) const;

@@ -24,14 +24,34 @@ std::string OverlapReason(double share, const RegistrationConfig& config) {
       100 * share, 100 * config.minimum_overlap);
 }
 
+// The first guarantee that meets the requirement by itself, or all of them.
+std::string WhatDecided(const OverlapGeometry& geometry, const PoseKnowledge& known,
+                        double required) {
+  std::string all;
+  for (const Guarantee& g : known.guarantees) {
+    if (known.guarantees.size() == 1 || geometry.Bound(g.information).bound <= required) {
+      return g.name;
+    }
+    absl::StrAppend(&all, all.empty() ? "" : " and ", g.name);
+  }
+  return all;
+}
+
 }  // namespace
+
+Matrix6d PoseKnowledge::Guaranteed() const {
+  Matrix6d sum = Matrix6d::Zero();
+  for (const Guarantee& g : guarantees) sum += g.information;
+  return sum;
+}
 
 RegistrationVerdict Judge(const OverlapGeometry& geometry, double overlap_share,
                           const PoseKnowledge& known, const RegistrationConfig& config) {
   const ErrorBound alone = geometry.Bound(Matrix6d::Zero());
-  const ErrorBound judged = known.guarantee.empty() ? alone : geometry.Bound(known.guaranteed);
+  const Matrix6d guaranteed = known.Guaranteed();
+  const ErrorBound judged = known.guarantees.empty() ? alone : geometry.Bound(guaranteed);
   const ErrorBound all =
-      known.guessed.isZero(0) ? judged : geometry.Bound(known.guaranteed + known.guessed);
+      known.guessed.isZero(0) ? judged : geometry.Bound(guaranteed + known.guessed);
   RegistrationVerdict verdict;
   verdict.overlap_share = overlap_share;
   verdict.error_bound = all.bound;
@@ -54,7 +74,9 @@ RegistrationVerdict Judge(const OverlapGeometry& geometry, double overlap_share,
     verdict.remedy = words.remedy;
   } else {
     verdict.outcome = RegistrationOutcome::kRegistered;
-    if (alone.bound > config.required_accuracy) verdict.decided_by = known.guarantee;
+    if (alone.bound > config.required_accuracy) {
+      verdict.decided_by = WhatDecided(geometry, known, config.required_accuracy);
+    }
   }
   if (overlap_share < config.minimum_overlap) {
     if (verdict.registered()) {

@@ -4,21 +4,30 @@
 #define VANTAGE_CORE_REGISTRATION_JUDGE_H_
 
 #include <string>
+#include <vector>
 
 #include "core/registration/error_bound.h"
 #include "core/registration/verdict.h"
 
 namespace vantage {
 
-// What is known of the pose besides the overlap, as information about the overlap's centroid.
+// Something that instruments guarantee of the pose, as information about the overlap's centroid.
+struct Guarantee {
+  std::string name;  // 'levelling', 'trusted pose', 'targets'
+  Matrix6d information = Matrix6d::Zero();
+};
+
+// What is known of the pose besides the overlap.
 struct PoseKnowledge {
-  Matrix6d guaranteed = Matrix6d::Zero();  // by instruments: counts in the verdict
-  std::string guarantee;                   // 'levelling', 'trusted pose'; empty when there is none
-  Matrix6d guessed = Matrix6d::Zero();     // counts in the millimetres only
+  std::vector<Guarantee> guarantees;    // count in the verdict
+  Matrix6d guessed = Matrix6d::Zero();  // counts in the millimetres only
+
+  Matrix6d Guaranteed() const;
 };
 
 // Overlap and error bound against what is required. Outcome, bounds, weakest direction, what
-// decided, reason and remedy are filled in.
+// decided (the scan's geometry, or the least of the guarantees that it takes), reason and remedy
+// are filled in.
 RegistrationVerdict Judge(const OverlapGeometry& geometry, double overlap_share,
                           const PoseKnowledge& known, const RegistrationConfig& config);
 

@@ -5,6 +5,14 @@
 #include "core/registration/prediction.h"
 
 namespace vantage {
+namespace {
+
+// What is believed of a scan's attitude before it is aligned, rad, one sigma: a tripod set up by
+// eye, any heading. Only in the millimetres that are shown.
+constexpr double kTiltGuess = 0.05;
+constexpr double kHeadingGuess = kPi / 1.7320508;  // of a uniform angle
+
+}  // namespace
 
 RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap, double weight,
                                         double expected_samples, const Eigen::Vector3d& position,
@@ -36,15 +44,13 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
   const OverlapGeometry geometry(constraints, config.normal_sigma, config);
   PoseKnowledge known;
   if (config.levelled_sigma > 0) {
-    known.guaranteed = LevelInformation(config.levelled_sigma);
-    known.guarantee = "levelling";
+    known.guarantees.push_back({"levelling", LevelInformation(config.levelled_sigma)});
   }
   if (scanner.positioning_error > 0) {
-    Matrix6d position_only = Matrix6d::Zero();
-    position_only.diagonal().head<3>().setConstant(kPi * kPi);  // any heading
-    position_only.diagonal().tail<3>().setConstant(scanner.positioning_error *
-                                                   scanner.positioning_error);
-    known.guessed = geometry.FromPoseCovariance(position_only, position);
+    const double position_sigma = scanner.positioning_error;
+    const Vector6d sigma{
+        {kTiltGuess, kTiltGuess, kHeadingGuess, position_sigma, position_sigma, position_sigma}};
+    known.guessed = geometry.FromPoseCovariance(sigma.cwiseAbs2().asDiagonal(), position);
   }
   return Judge(geometry, share, known, config);
 }

@@ -1,5 +1,6 @@
 #include "core/registration/qualify.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <string>
@@ -73,20 +74,20 @@ Residuals Weigh(const std::vector<Correspondence>& found, const RegistrationConf
 }
 
 PoseKnowledge Known(const OverlapGeometry& geometry, const PosePrior& prior,
-                    const RegistrationConfig& config) {
+                    std::span<const TargetTie> targets, const RegistrationConfig& config) {
   PoseKnowledge known;
   const Eigen::Vector3d position = prior.T_world_scan.translation();
   const bool has_covariance = prior.covariance.has_value();
+  const double level = prior.levelled_sigma.value_or(config.levelled_sigma);
+  if (level > 0) known.guarantees.push_back({"levelling", LevelInformation(level)});
+  if (!targets.empty()) {
+    known.guarantees.push_back({"targets", geometry.FromTargets(targets)});
+  }
   if (prior.trusted && has_covariance) {
-    known.guaranteed += geometry.FromPoseCovariance(*prior.covariance, position);
-    known.guarantee = "trusted pose";
+    known.guarantees.push_back(
+        {"trusted pose", geometry.FromPoseCovariance(*prior.covariance, position)});
   } else if (has_covariance) {
     known.guessed = geometry.FromPoseCovariance(*prior.covariance, position);
-  }
-  const double level = prior.levelled_sigma.value_or(config.levelled_sigma);
-  if (level > 0) {
-    known.guaranteed += LevelInformation(level);
-    if (known.guarantee.empty()) known.guarantee = "levelling";
   }
   return known;
 }
@@ -102,11 +103,34 @@ void Refuse(RegistrationVerdict& verdict, RegistrationOutcome outcome, const std
   verdict.remedy = remedy;
 }
 
+// The target that lies farthest from where it should, beyond what its own uncertainty and that of
+// the pose explain; null when none does.
+const TargetTie* WrongTarget(const RegistrationResult& result, std::span<const TargetTie> targets,
+                             double& metres) {
+  constexpr double kChiSquare3At999 = 16.27;
+  const TargetTie* wrong = nullptr;
+  metres = 0;
+  for (const TargetTie& target : targets) {
+    const Eigen::Vector3d miss = result.T_world_scan * target.in_scan - target.in_world;
+    const Eigen::Vector3d arm = target.in_world - result.centroid;
+    Eigen::Matrix<double, 3, 6> moves;
+    moves << 0, arm.z(), -arm.y(), 1, 0, 0, -arm.z(), 0, arm.x(), 0, 1, 0, arm.y(), -arm.x(), 0, 0,
+        0, 1;
+    const Eigen::Matrix3d variance = moves * result.covariance * moves.transpose() +
+                                     target.sigma * target.sigma * Eigen::Matrix3d::Identity();
+    if (miss.dot(variance.ldlt().solve(miss)) <= kChiSquare3At999 || miss.norm() <= metres)
+      continue;
+    wrong = &target;
+    metres = miss.norm();
+  }
+  return wrong;
+}
+
 }  // namespace
 
 RegistrationResult Qualify(const PlanningView& model, const ScanSurface& surface,
                            const Alignment& alignment, const PosePrior& prior,
-                           const RegistrationConfig& config) {
+                           const RegistrationConfig& config, std::span<const TargetTie> targets) {
   RegistrationResult result;
   result.T_world_scan = alignment.T_world_scan;
   result.converged = alignment.converged;
@@ -125,9 +149,9 @@ RegistrationResult Qualify(const PlanningView& model, const ScanSurface& surface
   }
 
   const OverlapGeometry geometry(residuals.constraints, residuals.normal_sigma, config);
-  const PoseKnowledge known = Known(geometry, prior, config);
+  const PoseKnowledge known = Known(geometry, prior, targets, config);
   result.centroid = geometry.centroid();
-  result.covariance = geometry.Bound(known.guaranteed + known.guessed).covariance;
+  result.covariance = geometry.Bound(known.Guaranteed() + known.guessed).covariance;
   result.verdict = Judge(geometry, share, known, config);
 
   RegistrationVerdict& verdict = result.verdict;
@@ -152,7 +176,10 @@ RegistrationResult Qualify(const PlanningView& model, const ScanSurface& surface
                            100 * result.contradiction_share),
            "give a better prior pose, or scan again if people or furniture moved");
   }
-  if (!alignment.rivals.empty() && alignment.rivals.front().score > kRivalShare * alignment.score) {
+  // Where the shape leaves a direction open, poses along it fit as well: nothing new.
+  const bool firm = verdict.judged_bound <= config.required_accuracy;
+  if (firm && !alignment.rivals.empty() &&
+      alignment.rivals.front().score > kRivalShare * alignment.score) {
     const double apart =
         (alignment.rivals.front().T_world_scan.translation() - alignment.T_world_scan.translation())
             .norm();
@@ -160,6 +187,13 @@ RegistrationResult Qualify(const PlanningView& model, const ScanSurface& surface
            absl::StrFormat("another pose %.2f m away fits almost as well (%.0f %%)", apart,
                            100 * alignment.rivals.front().score / alignment.score),
            "give a better prior pose, or overlap something that is not the same on both sides");
+  }
+  double metres = 0;
+  if (const TargetTie* wrong = WrongTarget(result, targets, metres); wrong != nullptr) {
+    Refuse(verdict, RegistrationOutcome::kDoubtful, "targets",
+           absl::StrFormat("target '%s' lies %.3f m from its place, the surfaces put it elsewhere",
+                           wrong->name, metres),
+           "check the target's name and coordinates, and that it was not moved");
   }
   if (!alignment.converged) {
     Refuse(verdict, RegistrationOutcome::kFailed, "convergence",

@@ -2,16 +2,37 @@
 #include <Eigen/LU>
 #include <chrono>
 #include <cmath>
+#include <span>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/registration/align.h"
+#include "core/registration/anywhere.h"
+#include "core/registration/correspondence_field.h"
+#include "core/registration/place_search.h"
 #include "core/registration/qualify.h"
 #include "core/registration/registration.h"
 #include "core/registration/scan_surface.h"
+#include "core/registration/targets.h"
 
 namespace vantage {
 namespace {
+
+absl::Status ValidateTargets(std::span<const TargetTie> targets) {
+  constexpr size_t kMostTargets = 1000;
+  if (targets.size() > kMostTargets) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("targets: ", targets.size(), " targets, at most ", kMostTargets, " count"));
+  }
+  for (const TargetTie& target : targets) {
+    if (!target.in_scan.allFinite() || !target.in_world.allFinite() ||
+        !(target.sigma > 0 && target.sigma <= 1)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("targets: '", target.name, "' needs finite places and a sigma in (0, 1] m"));
+    }
+  }
+  return absl::OkStatus();
+}
 
 absl::Status ValidatePrior(const PosePrior& prior) {
   const Eigen::Isometry3d& pose = prior.T_world_scan;
@@ -58,43 +79,75 @@ double Disagreement(const PosePrior& trusted, const RegistrationResult& aligned)
   return change.dot(covariance.ldlt().solve(change));
 }
 
+absl::Status Validate(const PlanningView& model, const Scan& scan, const PosePrior& prior,
+                      const RegistrationConfig& config) {
+  if (absl::Status status = config.Validate(); !status.ok()) return status;
+  if (absl::Status status = scan.scanner.Validate(); !status.ok()) return status;
+  if (absl::Status status = scan.image.Validate(); !status.ok()) return status;
+  if (absl::Status status = ValidatePrior(prior); !status.ok()) return status;
+  for (const PlanningView::BrickAt& at : model.bricks()) {
+    for (const VoxelState state : at.contents->state) {
+      if (state == VoxelState::kTrueSurface) return absl::OkStatus();
+    }
+  }
+  return absl::FailedPreconditionError(
+      "the model has no true surface to align to; insert a first scan");
+}
+
+double SecondsSince(std::chrono::steady_clock::time_point started) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+}
+
+// Two rooms can look alike, and one of them need not have been scanned: without a prior, little
+// overlap or much contradiction is not enough to merge.
+void DoubtWhatShapeAloneFound(RegistrationResult& result) {
+  constexpr double kLeastOverlap = 0.35;
+  constexpr double kMostContradiction = 0.03;
+  RegistrationVerdict& verdict = result.verdict;
+  if (!verdict.registered() || (verdict.overlap_share >= kLeastOverlap &&
+                                result.contradiction_share <= kMostContradiction)) {
+    return;
+  }
+  verdict.outcome = RegistrationOutcome::kDoubtful;
+  verdict.decided_by = "no pose prior";
+  verdict.reason = absl::StrFormat(
+      "without a pose prior its place was found by shape alone: %.0f %% overlap, %.0f %% in "
+      "contradiction",
+      100 * verdict.overlap_share, 100 * result.contradiction_share);
+  verdict.remedy = "accept the pose if it is right, or give a prior pose";
+}
+
 }  // namespace
 
 absl::StatusOr<RegistrationResult> Register(const PlanningView& model, const Scan& scan,
                                             const PosePrior& prior,
                                             const RegistrationConfig& config, Parallel& parallel) {
-  const auto started = std::chrono::steady_clock::now();
-  if (absl::Status status = config.Validate(); !status.ok()) return status;
-  if (absl::Status status = scan.scanner.Validate(); !status.ok()) return status;
-  if (absl::Status status = scan.image.Validate(); !status.ok()) return status;
-  if (absl::Status status = ValidatePrior(prior); !status.ok()) return status;
-  bool any_surface = false;
-  for (const PlanningView::BrickAt& at : model.bricks()) {
-    for (const VoxelState state : at.contents->state) {
-      any_surface = any_surface || state == VoxelState::kTrueSurface;
-    }
-    if (any_surface) break;
-  }
-  if (!any_surface) {
-    return absl::FailedPreconditionError(
-        "the model has no true surface to align to; insert a first scan");
-  }
+  return RegisterWithTargets(model, scan, prior, {}, config, parallel);
+}
 
+absl::StatusOr<RegistrationResult> RegisterWithTargets(const PlanningView& model, const Scan& scan,
+                                                       const PosePrior& prior,
+                                                       std::span<const TargetTie> targets,
+                                                       const RegistrationConfig& config,
+                                                       Parallel& parallel) {
+  const auto started = std::chrono::steady_clock::now();
+  if (absl::Status status = Validate(model, scan, prior, config); !status.ok()) return status;
+  if (absl::Status status = ValidateTargets(targets); !status.ok()) return status;
   const ScanSurface surface = SampleSurface(scan, config.sample_spacing, parallel);
-  Alignment alignment = Align(model, surface, prior, config, parallel);
+  Alignment alignment = Align(model, surface, prior, config, parallel, targets);
   RegistrationResult result;
   if (prior.trusted) {
     // Align on the scan's own evidence, compare, and keep the trusted pose.
     PosePrior guess = prior;
     guess.trusted = false;
     guess.covariance.reset();
-    const RegistrationResult aligned = Qualify(model, surface, alignment, guess, config);
+    const RegistrationResult aligned = Qualify(model, surface, alignment, guess, config, targets);
     const bool checkable = aligned.correspondences > 0 && aligned.converged;
     Alignment kept = alignment;
     kept.T_world_scan = prior.T_world_scan;
     kept.converged = true;
     kept.rivals.clear();  // the pose was not chosen among minima
-    result = Qualify(model, surface, kept, prior, config);
+    result = Qualify(model, surface, kept, prior, config, targets);
     constexpr double kChiSquare6At999 = 22.46;
     if (checkable && Disagreement(prior, aligned) > kChiSquare6At999 &&
         aligned.verdict.overlap_share >= config.minimum_overlap) {
@@ -108,10 +161,40 @@ absl::StatusOr<RegistrationResult> Register(const PlanningView& model, const Sca
       result.verdict.remedy = "check the control registration, or give its covariance as it is";
     }
   } else {
-    result = Qualify(model, surface, alignment, prior, config);
+    result = Qualify(model, surface, alignment, prior, config, targets);
   }
-  result.seconds =
-      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  result.seconds = SecondsSince(started);
+  return result;
+}
+
+absl::StatusOr<RegistrationResult> RegisterAnywhere(const PlanningView& model, const Scan& scan,
+                                                    const Eigen::Isometry3d& T_world_last,
+                                                    const RegistrationConfig& config,
+                                                    Parallel& parallel) {
+  const auto started = std::chrono::steady_clock::now();
+  PosePrior near_last;
+  near_last.T_world_scan = T_world_last;
+  if (absl::Status status = Validate(model, scan, near_last, config); !status.ok()) return status;
+  const ScanSurface surface = SampleSurface(scan, config.sample_spacing, parallel);
+  const double h = model.voxel_size();
+  const Eigen::AlignedBox3d everywhere(model.bounds().min.cast<double>() * h,
+                                       model.bounds().max.cast<double>() * h);
+  const CorrespondenceField field(model, everywhere, config.max_correspondence, parallel);
+  const PlaceSearch found = FindPlaces(model, field, surface, config.sample_spacing, parallel);
+  std::vector<Eigen::Isometry3d> starts = Starts(near_last);
+  starts.insert(starts.begin(), found.places.begin(), found.places.end());
+  const Alignment alignment =
+      AlignFrom(model, field, surface, near_last, StartKind::kPlaces, starts, config, parallel);
+  PosePrior there;
+  there.T_world_scan = alignment.T_world_scan;
+  RegistrationResult result = Qualify(model, surface, alignment, there, config);
+  DoubtWhatShapeAloneFound(result);
+  if (!result.verdict.registered() && !found.why_not.empty()) {
+    result.verdict.reason = absl::StrCat("there is no pose prior, and ", found.why_not,
+                                         "; near the last station: ", result.verdict.reason);
+    result.verdict.remedy = "give a prior pose";
+  }
+  result.seconds = SecondsSince(started);
   return result;
 }
 

@@ -326,7 +326,7 @@ void Session::Align(const v1::Scan& scan, Scan& data, Parallel& parallel) {
     v1::PlanningConfig config;
     journal_.Read([&](const SessionState& state) {
       config = state.session.planning_config();
-      // Without a prior: near where the scanner stood last. The verdict guards against error.
+      // Without a prior: where the scanner stood last, to begin with.
       for (const std::string& name : state.scan_order) {
         const ScanRecord& record = state.scans.at(name);
         if (record.in_model) prior.T_world_scan = ReadOwnPose(record.scan.pose(), origin_);

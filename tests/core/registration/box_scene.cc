@@ -90,8 +90,17 @@ Scan ScanScene(const BoxScene& scene, const Eigen::Isometry3d& T_world_scan,
   scan.scanner.range_noise = settings.noise;
   std::mt19937_64 random(seed);
   std::normal_distribution<double> noise(0, settings.noise);
+  const auto blind = [&](double elevation) {
+    return std::any_of(settings.blind.begin(), settings.blind.end(), [&](const auto& between) {
+      return elevation >= between.first && elevation <= between.second;
+    });
+  };
   for (int c = 0; c < image.columns(); ++c) {
     for (int r = 0; r < image.rows(); ++r) {
+      if (blind(image.elevation[static_cast<size_t>(r)])) {
+        image.range.push_back(RangeImage::kNoInformation);
+        continue;
+      }
       const BoxScene::Hit hit =
           scene.Cast(T_world_scan.translation(), T_world_scan.linear() * image.Direction(c, r));
       const bool in_range = hit.range > 0.5 && hit.range < scan.scanner.range_max;

@@ -8,6 +8,7 @@
 #include <memory>
 #include <random>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "core/model/planning_view.h"
@@ -37,6 +38,7 @@ struct ScanSettings {
   double step = Radians(0.5);
   double noise = 0.003;  // m
   double elevation_min = Radians(-60);
+  std::vector<std::pair<double, double>> blind;  // rad, elevations at which nothing is measured
 };
 Scan ScanScene(const BoxScene& scene, const Eigen::Isometry3d& T_world_scan,
                const ScanSettings& settings, unsigned seed);

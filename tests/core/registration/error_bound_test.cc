@@ -11,58 +11,12 @@
 #include <string>
 #include <vector>
 
-#include "core/registration/prediction.h"
+#include "tests/core/registration/shape.h"
 
 namespace vantage {
 namespace {
 
-constexpr double kSigma = 0.003;
 const Matrix6d kNothing = Matrix6d::Zero();
-
-// Points with noisy normals: `noise` rad per tangent direction.
-class Shape {
- public:
-  Shape(double noise, unsigned seed) : noise_(noise), random_(seed) {}
-
-  void Add(const Eigen::Vector3d& p, const Eigen::Vector3d& n) {
-    const Eigen::Vector3d e(gauss_(random_), gauss_(random_), gauss_(random_));
-    points_.push_back(
-        {p, (n + noise_ * (e - e.dot(n) * n)).normalized(), kSigma * kSigma, 1.0, 0.0});
-  }
-  // A rectangle spanned by two edges from a corner, at 5 cm spacing.
-  Shape& Rectangle(const Eigen::Vector3d& corner, const Eigen::Vector3d& u,
-                   const Eigen::Vector3d& v, const Eigen::Vector3d& normal) {
-    const int across = static_cast<int>(std::lround(u.norm() / 0.05));
-    const int up = static_cast<int>(std::lround(v.norm() / 0.05));
-    for (int i = 0; i < across; ++i) {
-      for (int j = 0; j < up; ++j)
-        Add(corner + u * (i + 0.5) / across + v * (j + 0.5) / up, normal);
-    }
-    return *this;
-  }
-  const std::vector<Constraint>& points() const { return points_; }
-  OverlapGeometry Geometry(double assumed_noise = Radians(2)) const {
-    return {points_, assumed_noise, RegistrationConfig()};
-  }
-
- private:
-  double noise_;
-  std::mt19937_64 random_;
-  std::normal_distribution<double> gauss_;
-  std::vector<Constraint> points_;
-};
-
-const Eigen::Vector3d kX = Eigen::Vector3d::UnitX();
-const Eigen::Vector3d kY = Eigen::Vector3d::UnitY();
-const Eigen::Vector3d kZ = Eigen::Vector3d::UnitZ();
-
-Shape CorridorShape(double noise, unsigned seed) {
-  Shape shape(noise, seed);
-  shape.Rectangle({-4, -1, 0}, 8 * kX, 2 * kY, kZ);
-  shape.Rectangle({-4, -1, 0}, 8 * kX, 2.5 * kZ, kY);
-  shape.Rectangle({-4, 1, 0}, 8 * kX, 2.5 * kZ, -kY);
-  return shape;
-}
 
 class NoisyShapes : public testing::TestWithParam<double> {};  // rad, noise of the normals
 
@@ -228,7 +182,7 @@ TEST(ErrorBound, CovarianceIsThatOfSimulatedFits) {
       if (fresh) it->second = config.correlated_sigma * gauss(random);
       Vector6d row;
       row << (c.position - g.centroid()).cross(c.normal), c.normal;
-      b += row * (kSigma * gauss(random) + it->second);
+      b += row * (kShapeSigma * gauss(random) + it->second);
     }
     const Vector6d xi = solver.solve(b);
     observed += xi * xi.transpose() / kTrials;
@@ -247,96 +201,34 @@ TEST(ErrorBound, CovarianceIsThatOfSimulatedFits) {
   EXPECT_NEAR(predicted.bound / moves[kTrials * 95 / 100], 1.0, 0.12);
 }
 
-// --- Prediction
-
-std::vector<OverlapElement> Elements(const Shape& shape, const Eigen::Vector3d& from) {
-  std::vector<OverlapElement> elements;
-  for (const Constraint& c : shape.points()) {
-    if (c.normal.dot(from - c.position) <= 0) continue;
-    elements.push_back({c.position.cast<float>(), c.normal.cast<float>(), 5.0f, 5});
+// Residuals as they are configured say nothing new; those that add up within blocks do.
+TEST(ErrorBound, ResidualsWidenItOnlyBeyondWhatIsConfigured) {
+  Shape shape(Radians(1), 53);
+  shape.Rectangle({0, 0, 0}, 5 * kX, 4 * kY, kZ);
+  shape.Rectangle({0, 0, 0}, 5 * kX, 2.5 * kZ, kY);
+  shape.Rectangle({0, 0, 0}, 4 * kY, 2.5 * kZ, kX);
+  shape.Rectangle({5, 0, 0}, 4 * kY, 2.5 * kZ, -kX);
+  RegistrationConfig config;
+  const double alone = shape.Geometry().Bound(kNothing).bound;
+  const auto ratio = [&](double shared_sigma, unsigned seed) {
+    std::mt19937_64 random(seed);
+    std::normal_distribution<double> gauss;
+    std::map<uint64_t, double> shared;
+    std::vector<Constraint> seen = shape.points();
+    for (Constraint& c : seen) {
+      const auto [it, fresh] =
+          shared.try_emplace(CorrelationBlock(c.position, c.normal, config.correlation_length));
+      if (fresh) it->second = shared_sigma * gauss(random);
+      c.residual = kShapeSigma * gauss(random) + it->second;
+    }
+    return OverlapGeometry(seen, Radians(1), config).Bound(kNothing).bound / alone;
+  };
+  for (unsigned seed = 1; seed <= 10; ++seed) {
+    EXPECT_NEAR(ratio(0, seed), 1.0, 0.05) << "seed " << seed;
+    EXPECT_LT(ratio(config.correlated_sigma, seed), 1.35) << "seed " << seed;
+    EXPECT_GE(ratio(config.correlated_sigma, seed), 0.95) << "seed " << seed;
+    EXPECT_NEAR(ratio(4 * config.correlated_sigma, seed), 4.0, 1.2) << "seed " << seed;
   }
-  return elements;
-}
-
-TEST(Prediction, FurnishedCornerPasses) {
-  Shape shape(Radians(2), 31);
-  shape.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ);
-  shape.Rectangle({0, 0, 0}, 3 * kX, 2.5 * kZ, kY);
-  shape.Rectangle({0, 0, 0}, 3 * kY, 2.5 * kZ, kX);
-  const Eigen::Vector3d at(1.5, 1.5, 1.5);
-  const auto elements = Elements(shape, at);
-  const RegistrationVerdict v = PredictRegistration(
-      elements, 1, 5.0 * static_cast<double>(elements.size()) * 2, at, ScannerModel(), {});
-  EXPECT_TRUE(v.registered()) << v.reason;
-  EXPECT_EQ(v.decided_by, "scan geometry");
-  EXPECT_NEAR(v.overlap_share, 0.5, 1e-6);
-  EXPECT_TRUE(v.reason.empty());
-  EXPECT_TRUE(v.remedy.empty());
-}
-
-TEST(Prediction, CorridorFailsEvenLevelledAndSaysWhichWay) {
-  const Eigen::Vector3d at(0, 0, 1.5);
-  const auto elements = Elements(CorridorShape(Radians(2), 37), at);
-  RegistrationConfig config;
-  config.levelled_sigma = Radians(0.005);
-  const RegistrationVerdict v = PredictRegistration(elements, 1, 1e4, at, ScannerModel(), config);
-  EXPECT_EQ(v.outcome, RegistrationOutcome::kFailed);
-  EXPECT_EQ(v.weakest_words, "sliding along x (east-west)");
-  EXPECT_NE(v.reason.find("unbounded"), std::string::npos) << v.reason;
-  EXPECT_NE(v.remedy.find("east or west"), std::string::npos) << v.remedy;
-  // The figure includes the guess of a pose (5 cm per axis); the verdict does not.
-  EXPECT_LT(v.error_bound, 0.2);
-  EXPECT_GT(v.judged_bound, 5.0);
-}
-
-TEST(Prediction, LevellingDecidesWhereOnlyTiltIsOpen) {
-  Shape shape(Radians(1),
-              41);  // upright round hall with a fin: tilts and height open without floor
-  shape.Rectangle({-2, -2, 1.0}, 4 * kX, 0.15 * kZ, kY);
-  shape.Rectangle({-2, -2, 1.0}, 4 * kY, 0.15 * kZ, kX);
-  shape.Rectangle({-0.3, -0.3, 0}, 0.6 * kX, 0.6 * kY, kZ);
-  const Eigen::Vector3d at(0.5, 0.5, 1.5);
-  const auto elements = Elements(shape, at);
-  RegistrationConfig config;
-  const RegistrationVerdict bare =
-      PredictRegistration(elements, 1, 5e3, at, ScannerModel(), config);
-  config.levelled_sigma = Radians(0.003);
-  const RegistrationVerdict levelled =
-      PredictRegistration(elements, 1, 5e3, at, ScannerModel(), config);
-  EXPECT_FALSE(bare.registered());
-  EXPECT_TRUE(levelled.registered()) << levelled.reason;
-  EXPECT_EQ(levelled.decided_by, "levelling");
-}
-
-TEST(Prediction, TooLittleOverlapIsRefusedHoweverFirm) {
-  Shape shape(Radians(2), 43);
-  shape.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ);
-  shape.Rectangle({0, 0, 0}, 3 * kX, 2.5 * kZ, kY);
-  shape.Rectangle({0, 0, 0}, 3 * kY, 2.5 * kZ, kX);
-  const Eigen::Vector3d at(1.5, 1.5, 1.5);
-  const auto elements = Elements(shape, at);
-  const RegistrationVerdict v = PredictRegistration(
-      elements, 1, 5.0 * static_cast<double>(elements.size()) * 20, at, ScannerModel(), {});
-  EXPECT_FALSE(v.registered());
-  EXPECT_EQ(v.decided_by, "overlap");
-  EXPECT_NE(v.reason.find("5.0 %"), std::string::npos) << v.reason;
-  EXPECT_FALSE(PredictRegistration({}, 1, 1000, at, ScannerModel(), {}).registered());
-}
-
-TEST(Prediction, RegularSubsetWithWeightSaysTheSame) {
-  Shape shape(Radians(2), 47);
-  shape.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ);
-  shape.Rectangle({0, 0, 0}, 3 * kX, 2.5 * kZ, kY);
-  shape.Rectangle({0, 0, 0}, 3 * kY, 2.5 * kZ, kX);
-  const Eigen::Vector3d at(1.5, 1.5, 1.5);
-  const auto all = Elements(shape, at);
-  std::vector<OverlapElement> some;
-  for (size_t i = 0; i < all.size(); i += 7) some.push_back(all[i]);
-  const double expected = 5.0 * static_cast<double>(all.size()) * 2;
-  const auto full = PredictRegistration(all, 1, expected, at, ScannerModel(), {});
-  const auto part = PredictRegistration(some, 7, expected, at, ScannerModel(), {});
-  EXPECT_NEAR(part.error_bound / full.error_bound, 1.0, 0.1);
-  EXPECT_NEAR(part.overlap_share, full.overlap_share, 0.01);
 }
 
 TEST(Words, NameAxesAndOffsets) {

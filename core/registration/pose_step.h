@@ -1,0 +1,70 @@
+// One Gauss-Newton step of a pose: normal equations, what is known beforehand, robust weights.
+#ifndef VANTAGE_CORE_REGISTRATION_POSE_STEP_H_
+#define VANTAGE_CORE_REGISTRATION_POSE_STEP_H_
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cmath>
+#include <cstddef>
+#include <span>
+
+#include "core/registration/targets.h"
+#include "core/sensor/scan.h"
+
+namespace vantage {
+
+// A pose change about a fixed point: [rotation; translation].
+Eigen::Isometry3d Moved(const Eigen::Isometry3d& pose, const Vector6d& change,
+                        const Eigen::Vector3d& about);
+// The change that leads from `from` to `to`, about a point (small rotations).
+Vector6d Change(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
+                const Eigen::Vector3d& about);
+
+// Normal equations of a Gauss-Newton step about a point.
+struct NormalEquations {
+  Matrix6d h = Matrix6d::Zero();
+  Vector6d b = Vector6d::Zero();
+  size_t count = 0;
+
+  void Add(const Eigen::Vector3d& arm, const Eigen::Vector3d& normal, double residual, double w) {
+    Vector6d row;
+    row << arm.cross(normal), normal;
+    h.selfadjointView<Eigen::Lower>().rankUpdate(row, w);
+    b += (w * residual) * row;
+    ++count;
+  }
+  void operator+=(const NormalEquations& other) {
+    h += other.h;
+    b += other.b;
+    count += other.count;
+  }
+};
+
+// What is known of the pose beforehand: a guess about the prior's scanner position, an
+// inclinometer, targets.
+class PriorTerm {
+ public:
+  PriorTerm(const PosePrior& prior, std::span<const TargetTie> targets);
+  void AddTo(NormalEquations& normals, const Eigen::Isometry3d& pose,
+             const Eigen::Vector3d& about) const;
+
+ private:
+  Eigen::Isometry3d pose_;
+  Matrix6d information_;
+  std::span<const TargetTie> targets_;  // of the caller, who keeps them
+};
+
+// The change that solves the equations.
+Vector6d Solve(NormalEquations& normals);
+
+// Tukey's weight of a residual, 0 beyond `scale`.
+inline double Tukey(double residual, double scale) {
+  const double ratio = residual / scale;
+  if (std::abs(ratio) >= 1) return 0;
+  const double rest = 1 - ratio * ratio;
+  return rest * rest;
+}
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_REGISTRATION_POSE_STEP_H_

@@ -1,0 +1,32 @@
+// Targets that a scanner saw and whose places are known: guaranteed like an inclinometer, and
+// checked against the surfaces (algorithm.md section 9).
+#ifndef VANTAGE_CORE_REGISTRATION_TARGETS_H_
+#define VANTAGE_CORE_REGISTRATION_TARGETS_H_
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/registration/registration.h"
+
+namespace vantage {
+
+// A sphere, checkerboard or prism.
+struct TargetTie {
+  std::string name;
+  Eigen::Vector3d in_scan = Eigen::Vector3d::Zero();   // m, scanner frame, as it was measured
+  Eigen::Vector3d in_world = Eigen::Vector3d::Zero();  // m, world frame
+  double sigma = 0.002;                                // m per axis, of both together, (0, 1]
+};
+
+// Register() with targets beside the prior. INVALID_ARGUMENT names the target that is not valid.
+absl::StatusOr<RegistrationResult> RegisterWithTargets(const PlanningView& model, const Scan& scan,
+                                                       const PosePrior& prior,
+                                                       std::span<const TargetTie> targets,
+                                                       const RegistrationConfig& config,
+                                                       Parallel& parallel);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_CORE_REGISTRATION_TARGETS_H_
