@@ -21,6 +21,11 @@ struct BrickMask {
     for (const uint64_t w : word) all |= w;
     return all != 0;
   }
+  bool All() const {
+    uint64_t all = ~uint64_t{0};
+    for (const uint64_t w : word) all &= w;
+    return all == ~uint64_t{0};
+  }
   int Count() const {
     int count = 0;
     for (const uint64_t w : word) count += std::popcount(w);

@@ -17,7 +17,7 @@ std::string ExportOctomap(const PlanningView& model) {
   octomap::OcTree tree(model.voxel_size());
   const float occupied = tree.getClampingThresMaxLog();
   const float free = tree.getClampingThresMinLog();
-  for (const PlanningView::BrickAt& at : model.bricks()) {
+  for (const BrickAt& at : model.bricks()) {
     for (int local = 0; local < Brick::kVoxels; ++local) {
       const VoxelState state = at.contents->state[static_cast<size_t>(local)];
       if (state == VoxelState::kUnknown || IsFalseSurface(state)) continue;

@@ -28,11 +28,6 @@ void ForEachAround(const VoxelIndex& brick, Fn&& fn) {
   }
 }
 
-bool AllEmpty(const BrickMask& mask) {
-  return std::all_of(mask.word.begin(), mask.word.end(),
-                     [](uint64_t word) { return word == ~uint64_t{0}; });
-}
-
 bool SameBits(const Brick& a, const Brick& b) {
   if (a.state != b.state || a.surface.size() != b.surface.size()) return false;
   if (a.surface.empty()) return true;
@@ -131,7 +126,7 @@ std::vector<BrickKey> Influenced(const ScanLayer& touched, LayerChange change,
     const auto [it, fresh] = known.try_emplace(KeyOf(b), false);
     if (fresh) {
       const LayerBrick* own = touched.Find(b);
-      it->second = (own == nullptr || AllEmpty(own->empty)) && octree.Find(b) == all_empty;
+      it->second = (own == nullptr || own->empty.All()) && octree.Find(b) == all_empty;
     }
     return it->second;
   };

@@ -36,8 +36,6 @@ struct Stand {
 
 class PlanningView {
  public:
-  using BrickAt = vantage::BrickAt;
-
   // `voxel_size` in m, > 0. Bricks not listed are unknown. Order does not matter.
   PlanningView(double voxel_size, uint64_t version, std::vector<BrickAt> bricks,
                std::vector<Stand> stands);

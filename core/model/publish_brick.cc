@@ -8,6 +8,7 @@
 
 #include "core/model/fuse.h"
 #include "core/model/halo_mask.h"
+#include "core/model/target_distances.h"
 
 namespace vantage {
 
@@ -24,15 +25,6 @@ constexpr int kMissesToGiveUp = 2;
 
 // A look tells something if it should have put this many samples on the surface.
 constexpr double kTellingSamples = 2;
-
-// In voxels from the middle of a voxel along its normal: planned rays aim at the first that is
-// empty (algorithm.md section 8, 'Targets').
-constexpr std::array<float, 3> kTargets = {1.45f, 1.95f, 2.45f};
-
-bool AllOf(const BrickMask& mask) {
-  return std::all_of(mask.word.begin(), mask.word.end(),
-                     [](uint64_t word) { return word == ~uint64_t{0}; });
-}
 
 class Publisher {
  public:
@@ -184,12 +176,14 @@ class Publisher {
   bool LookedInVain(const Witness& witness, int local, const Eigen::Vector3d& centroid,
                     const SurfaceVoxel& surface) const {
     const Eigen::Vector3i own(local & 7, local >> 3 & 7, local >> 6);
-    const bool in_front = std::any_of(kTargets.begin(), kTargets.end(), [&](float distance) {
-      const Eigen::Vector3i target =
-          own + (distance * surface.normal.array() + 0.5f).floor().cast<int>().matrix();
-      const auto [brick, at] = witness.around.At(target.x(), target.y(), target.z());
-      return brick != nullptr && brick->empty.Has(at);
-    });
+    const bool in_front =
+        std::any_of(kTargetDistances.begin(), kTargetDistances.end(), [&](double distance) {
+          const Eigen::Vector3i target =
+              own +
+              (distance * surface.normal.cast<double>().array() + 0.5).floor().cast<int>().matrix();
+          const auto [brick, at] = witness.around.At(target.x(), target.y(), target.z());
+          return brick != nullptr && brick->empty.Has(at);
+        });
     if (!in_front) return false;
     const Eigen::Vector3d normal = surface.normal.cast<double>();
     const ScanLayer::Density density = witness.layer->DensityAt(centroid, normal, h_);
@@ -312,7 +306,7 @@ std::shared_ptr<const Brick> PublishBrick(const MergeRegion& region, size_t i, d
                                           const std::shared_ptr<const Brick>& all_empty) {
   const BrickNeighbourhood<MergedBrick> around = region.Around(i);
   const UnitedBrick* united = around.middle()->united.get();
-  if (united != nullptr && AllOf(united->empty)) return all_empty;
+  if (united != nullptr && united->empty.All()) return all_empty;
   return Publisher(region.brick(i), around, voxel_size).Publish([&] {
     return region.Witnesses(i);
   });

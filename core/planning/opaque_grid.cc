@@ -13,7 +13,7 @@ OpaqueGrid::OpaqueGrid(const PlanningView& model, std::array<int, 3> axes, const
   bits_.assign(words_ * static_cast<size_t>(rows_) * static_cast<size_t>(size[axes_[2]]),
                ~uint64_t{0});
   size_t until_poll = 0;
-  for (const PlanningView::BrickAt& at : model.bricks()) {
+  for (const BrickAt& at : model.bricks()) {
     if (until_poll-- == 0) {
       if (budget.Expired()) return;
       until_poll = kBricksBetweenPolls;

@@ -18,7 +18,7 @@ inline constexpr size_t kBricksBetweenPolls = 128;
 template <typename Fn>
 bool WalkSurface(const PlanningView& model, const Budget& budget, Fn&& fn) {
   size_t until_poll = 0;
-  for (const PlanningView::BrickAt& at : model.bricks()) {
+  for (const BrickAt& at : model.bricks()) {
     if (until_poll-- == 0) {
       if (budget.Expired()) return false;
       until_poll = kBricksBetweenPolls;

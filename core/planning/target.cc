@@ -1,12 +1,14 @@
 #include "core/planning/target.h"
 
+#include "core/model/target_distances.h"
+
 namespace vantage {
 
 std::optional<Eigen::Vector3d> TargetOf(const OpaqueGrid& grid, const VoxelIndex& voxel,
                                         const Eigen::Vector3f& normal) {
   const Eigen::Vector3d centre = voxel.cast<double>().array() + 0.5;
   const Eigen::Vector3d n = normal.cast<double>();
-  for (const double distance : {1.45, 1.95, 2.45}) {
+  for (const double distance : kTargetDistances) {
     const Eigen::Vector3d point = centre + distance * n;
     if (grid.Empty(point.array().floor().cast<int>())) return point;
   }

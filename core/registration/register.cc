@@ -85,7 +85,7 @@ absl::Status Validate(const PlanningView& model, const Scan& scan, const PosePri
   if (absl::Status status = scan.scanner.Validate(); !status.ok()) return status;
   if (absl::Status status = scan.image.Validate(); !status.ok()) return status;
   if (absl::Status status = ValidatePrior(prior); !status.ok()) return status;
-  for (const PlanningView::BrickAt& at : model.bricks()) {
+  for (const BrickAt& at : model.bricks()) {
     for (const VoxelState state : at.contents->state) {
       if (state == VoxelState::kTrueSurface) return absl::OkStatus();
     }

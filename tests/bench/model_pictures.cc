@@ -8,11 +8,13 @@
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <filesystem>
 #include <fstream>
 #include <functional>
 #include <iostream>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -185,8 +187,9 @@ absl::Status Write(const Picture& picture, const std::string& path) {
   legend(palette::kMeasured, "true surface");
   legend(kAbsorbed, "absorbed");
   legend(palette::kOcclusion, "occlusion");
-  legend(palette::kHole, "hole boundary (dot: given up)");
+  legend(palette::kHole, "hole boundary");
   legend(palette::kImageBoundary, "image boundary");
+  legend(kGivenUp, "dot: given up");
   legend(kTruth, "what is really there");
   return canvas.WritePng(path);
 }
@@ -314,6 +317,12 @@ absl::StatusOr<Picture> Real(const std::string& file, Parallel& parallel) {
 }
 
 int Run(const std::string& folder) {
+  std::error_code failed;
+  std::filesystem::create_directories(folder, failed);
+  if (failed) {
+    std::cerr << "cannot make the folder " << folder << ": " << failed.message() << "\n";
+    return 1;
+  }
   ThreadPool pool(2);
   const auto write = [&](const Picture& picture, const std::string& name) {
     const std::string path = absl::StrCat(folder, "/", name, ".png");

@@ -4,7 +4,10 @@
 // whether aims are met.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <filesystem>
 #include <iostream>
+#include <string>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -22,6 +25,16 @@ int main(int argc, char** argv) {
   std::string pictures;
   app.add_option("--pictures", pictures, "folder for the anytime curves; they take minutes each");
   CLI11_PARSE(app, argc, argv);
+  // Before the minutes are spent whose results go there.
+  for (const std::filesystem::path& folder :
+       {std::filesystem::path(out).parent_path(), std::filesystem::path(pictures)}) {
+    std::error_code failed;
+    if (!folder.empty()) std::filesystem::create_directories(folder, failed);
+    if (failed) {
+      std::cerr << "cannot make the folder " << folder << ": " << failed.message() << "\n";
+      return 1;
+    }
+  }
 
   const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
   vantage::ThreadPool pool(threads);

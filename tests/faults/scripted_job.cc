@@ -217,7 +217,7 @@ class Job {
     }
     const ModelSnapshot model = session.Model();
     if (model.view == nullptr) return Lost("there is no model");
-    for (const PlanningView::BrickAt& at : model.view->bricks()) {
+    for (const BrickAt& at : model.view->bricks()) {
       for (int i = 0; i < 3; ++i) absl::StrAppend(&ending.model, at.brick[i], " ");
       for (const VoxelState state : at.contents->state) {
         ending.model += static_cast<char>('0' + static_cast<int>(state));

@@ -93,7 +93,7 @@ Stand MakeStand(const Eigen::Vector3d& position) {
 PlanningView BuildView(const ClosedFormScene& scene) {
   const MatterGrid grid(scene);
   const auto h = static_cast<float>(scene.voxel);
-  std::vector<PlanningView::BrickAt> bricks;
+  std::vector<BrickAt> bricks;
   const VoxelIndex first = Brick::Of(grid.min());
   const VoxelIndex last = Brick::Of(grid.max());
   for (int bz = first.z(); bz <= last.z(); ++bz) {

@@ -110,7 +110,7 @@ TEST(MergeTest, AViewOutlivesWhatComesAfterIt) {
 // The bricks of a view by their coordinates.
 std::map<std::array<int, 3>, const Brick*> BricksOf(const PlanningView& view) {
   std::map<std::array<int, 3>, const Brick*> bricks;
-  for (const PlanningView::BrickAt& at : view.bricks()) {
+  for (const BrickAt& at : view.bricks()) {
     bricks[{at.brick.x(), at.brick.y(), at.brick.z()}] = at.contents.get();
   }
   return bricks;
@@ -300,7 +300,7 @@ size_t Phantoms(const PlanningView& view) {
   const Eigen::AlignedBox3d room(Eigen::Vector3d(-0.11, -0.11, -0.11),
                                  Eigen::Vector3d(5.31, 4.31, 2.71));
   size_t phantoms = 0;
-  for (const PlanningView::BrickAt& at : view.bricks()) {
+  for (const BrickAt& at : view.bricks()) {
     for (int local = 0; local < Brick::kVoxels; ++local) {
       if (at.contents->state[static_cast<size_t>(local)] == VoxelState::kUnknown) continue;
       phantoms += room.contains(view.Centre(PlanningView::Global(at.brick, local))) ? 0 : 1;

@@ -70,7 +70,7 @@ void ExpectSays(const PlanningView& view, const Bricks& bricks, std::mt19937_64&
   ASSERT_EQ(view.bricks().size(), bricks.size());
   EXPECT_EQ(view.bricks().empty(), bricks.empty());
   auto expected = bricks.begin();
-  for (const PlanningView::BrickAt& at : view.bricks()) {
+  for (const BrickAt& at : view.bricks()) {
     ASSERT_EQ(at.brick, At(expected->first));
     ASSERT_EQ(at.contents, expected->second);
     ++expected;

@@ -313,7 +313,7 @@ TEST_F(PlannerTest, RefusesWhatTakesMoreMemoryThanAllowed) {
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(status.message()), HasSubstr("memory_limit"));
   // What does not fit is refused before anything of its size is built.
-  std::vector<PlanningView::BrickAt> far;
+  std::vector<BrickAt> far;
   for (const int at : {-60, 60}) {
     far.push_back({VoxelIndex::Constant(at), model.bricks().front().contents});
   }

@@ -136,7 +136,7 @@ std::shared_ptr<const PlanningView> ViewBuilder::Build() const {
     const VoxelIndex b = Brick::Of(v);
     bricks[{b.x(), b.y(), b.z()}][Brick::LocalOf(v)] = &cell;
   }
-  std::vector<PlanningView::BrickAt> list;
+  std::vector<BrickAt> list;
   for (const auto& [at, cells] : bricks) {
     auto brick = std::make_shared<Brick>();
     for (const auto& [local, cell] : cells) {
