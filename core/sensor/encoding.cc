@@ -1,7 +1,9 @@
 #include "core/sensor/encoding.h"
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
+#include <utility>
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
@@ -13,7 +15,7 @@ namespace {
 constexpr absl::string_view kMagic = "VRIM";
 constexpr uint16_t kVersion = 1;
 constexpr uint16_t kFullTurn = 1;
-constexpr size_t kHeaderBytes = 32;
+constexpr uint64_t kMaxLines = 1 << 18;  // columns or rows: what a decoder holds is bounded
 constexpr uint32_t kMaxUnits = 10'000'000;
 constexpr uint32_t kNoReturnCode = 0;
 constexpr uint32_t kNoInformationCode = 1;
@@ -57,10 +59,22 @@ bool DecodeColumn(const char* planes, size_t rows, float* cells) {
   return true;
 }
 
+absl::Status NoHeader(size_t size) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("range image: ", size, " bytes that do not begin with a header (magic ", kMagic,
+                   "); send an encoded range image, not a PTX or PCD file"));
+}
+
+absl::Status WrongSize(size_t size, uint64_t columns, uint64_t rows) {
+  return absl::InvalidArgumentError(absl::StrCat(
+      "range image: ", size, " bytes, but ", columns, " columns x ", rows, " rows take ",
+      EncodedSize(columns, rows), "; the data are truncated or padded: send them again"));
+}
+
 }  // namespace
 
 size_t EncodedSize(size_t columns, size_t rows) {
-  return kHeaderBytes + 8 * rows + columns * (8 + 4 * rows);
+  return RangeImageDecoder::kHeaderBytes + 8 * rows + columns * (8 + 4 * rows);
 }
 
 std::string EncodeRangeImage(const RangeImage& image) {
@@ -97,12 +111,65 @@ std::string EncodeRangeImage(const RangeImage& image) {
   return out;
 }
 
-absl::StatusOr<RangeImage> DecodeRangeImage(absl::string_view bytes, size_t max_cells) {
-  if (bytes.size() < kHeaderBytes || bytes.substr(0, kMagic.size()) != kMagic) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "range image: ", bytes.size(), " bytes that do not begin with a header (magic ", kMagic,
-        "); send an encoded range image, not a PTX or PCD file"));
+absl::Status RangeImageDecoder::Take(absl::string_view bytes) {
+  while (status_.ok() && !bytes.empty()) {
+    if (part_ == Part::kEnd) {
+      taken_ += bytes.size();
+      status_ = WrongSize(taken_, announced_columns_, announced_rows_);
+      break;
+    }
+    // A part that is whole in these bytes is read where it lies.
+    const size_t size = std::min(part_bytes_ - begun_.size(), bytes.size());
+    absl::string_view part = bytes.substr(0, size);
+    bytes.remove_prefix(size);
+    taken_ += size;
+    if (!begun_.empty() || size < part_bytes_) {
+      begun_.append(part.data(), part.size());
+      if (begun_.size() < part_bytes_) break;
+      part = begun_;
+    }
+    status_ = TakePart(part);
+    begun_.clear();
   }
+  return status_;
+}
+
+absl::Status RangeImageDecoder::Finish() {
+  if (!status_.ok()) return status_;
+  if (part_ == Part::kHeader) {
+    status_ = NoHeader(taken_);
+  } else if (part_ != Part::kEnd) {
+    status_ = WrongSize(taken_, announced_columns_, announced_rows_);
+  } else if (absl::Status axes = image_.ValidateAxes(); !axes.ok()) {
+    status_ = axes;
+  } else if (samples_ == 0) {
+    status_ = absl::InvalidArgumentError("range image: no cell holds a range");
+  }
+  return status_;
+}
+
+absl::Status RangeImageDecoder::TakePart(absl::string_view bytes) {
+  switch (part_) {
+    case Part::kHeader:
+      return TakeHeader(bytes);
+    case Part::kElevations:
+      for (size_t row = 0; row < announced_rows_; ++row) {
+        image_.elevation.push_back(LoadLittleEndian<double>(bytes.data() + 8 * row));
+      }
+      part_ = Part::kColumn;
+      part_bytes_ = 8 + 4 * announced_rows_;
+      column_.resize(announced_rows_);
+      return absl::OkStatus();
+    case Part::kColumn:
+      return TakeColumn(bytes);
+    case Part::kEnd:
+      break;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status RangeImageDecoder::TakeHeader(absl::string_view bytes) {
+  if (bytes.substr(0, kMagic.size()) != kMagic) return NoHeader(taken_);
   const auto version = LoadLittleEndian<uint16_t>(bytes.data() + 4);
   if (version != kVersion) {
     return absl::InvalidArgumentError(absl::StrCat("range image: version ", version,
@@ -119,39 +186,46 @@ absl::StatusOr<RangeImage> DecodeRangeImage(absl::string_view bytes, size_t max_
     return absl::InvalidArgumentError(absl::StrCat("range image: ", columns, " columns x ", rows,
                                                    " rows; at least 2 x 2 are needed"));
   }
-  if (columns > max_cells || rows > max_cells / columns) {
+  if (columns > max_cells_ || rows > max_cells_ / columns) {
     return absl::InvalidArgumentError(absl::StrCat(
         "range image: ", columns, " columns x ", rows, " rows are more than the limit of ",
-        max_cells, " cells; thin the scan (and keep the native steps)"));
+        max_cells_, " cells; thin the scan (and keep the native steps)"));
   }
-  if (bytes.size() != EncodedSize(columns, rows)) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "range image: ", bytes.size(), " bytes, but ", columns, " columns x ", rows, " rows take ",
-        EncodedSize(columns, rows), "; the data are truncated or padded: send them again"));
+  if (columns > kMaxLines || rows > kMaxLines) {
+    return absl::InvalidArgumentError(absl::StrCat("range image: ", columns, " columns x ", rows,
+                                                   " rows; no more than ", kMaxLines,
+                                                   " of each; thin the scan"));
   }
-  RangeImage image;
-  image.full_turn = (flags & kFullTurn) != 0;
-  image.native_azimuth_step = LoadLittleEndian<double>(bytes.data() + 16);
-  image.native_elevation_step = LoadLittleEndian<double>(bytes.data() + 24);
-  const char* at = bytes.data() + kHeaderBytes;
-  image.elevation.resize(rows);
-  for (double& elevation : image.elevation) {
-    elevation = LoadLittleEndian<double>(at);
-    at += 8;
+  announced_columns_ = columns;
+  announced_rows_ = rows;
+  image_.full_turn = (flags & kFullTurn) != 0;
+  image_.native_azimuth_step = LoadLittleEndian<double>(bytes.data() + 16);
+  image_.native_elevation_step = LoadLittleEndian<double>(bytes.data() + 24);
+  part_ = Part::kElevations;
+  part_bytes_ = 8 * rows;
+  return absl::OkStatus();
+}
+
+absl::Status RangeImageDecoder::TakeColumn(absl::string_view bytes) {
+  if (!DecodeColumn(bytes.data() + 8, announced_rows_, column_.data())) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("range image: column ", columns(), " holds a range outside 0.1 mm to 1 km"));
   }
-  image.azimuth.resize(columns);
-  image.range.resize(columns * rows);
-  for (uint64_t column = 0; column < columns; ++column) {
-    image.azimuth[column] = LoadLittleEndian<double>(at);
-    at += 8;
-    if (!DecodeColumn(at, rows, image.range.data() + column * rows)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("range image: column ", column, " holds a range outside 0.1 mm to 1 km"));
-    }
-    at += 4 * rows;
+  image_.azimuth.push_back(LoadLittleEndian<double>(bytes.data()));
+  samples_ +=
+      static_cast<size_t>(std::count_if(column_.begin(), column_.end(), RangeImage::IsRange));
+  if (ranges_ == Ranges::kKeep) {
+    image_.range.insert(image_.range.end(), column_.begin(), column_.end());
   }
-  if (absl::Status valid = image.Validate(); !valid.ok()) return valid;
-  return image;
+  if (columns() == announced_columns_) part_ = Part::kEnd;
+  return absl::OkStatus();
+}
+
+absl::StatusOr<RangeImage> DecodeRangeImage(absl::string_view bytes, size_t max_cells) {
+  RangeImageDecoder decoder(max_cells, RangeImageDecoder::Ranges::kKeep);
+  decoder.Take(bytes).IgnoreError();  // stays with it
+  if (absl::Status whole = decoder.Finish(); !whole.ok()) return whole;
+  return std::move(decoder).TakeImage();
 }
 
 }  // namespace vantage

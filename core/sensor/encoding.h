@@ -4,8 +4,8 @@
 //        0     4      magic "VRIM"
 //        4     2      version, 1 (u16)
 //        6     2      flags (u16): bit 0 full turn; all others 0
-//        8     4      columns (u32)
-//       12     4      rows (u32)
+//        8     4      columns (u32), 2 to 262,144
+//       12     4      rows (u32), 2 to 262,144
 //       16     8      native azimuth step, rad (f64)
 //       24     8      native elevation step, rad (f64)
 //       32     8 rows elevations, rad (f64), rising
@@ -28,8 +28,12 @@
 #define VANTAGE_CORE_SENSOR_ENCODING_H_
 
 #include <cstddef>
+#include <cstdint>
 #include <string>
+#include <utility>
+#include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "core/sensor/range_image.h"
@@ -44,6 +48,48 @@ size_t EncodedSize(size_t columns, size_t rows);
 // `image` must be valid. Ranges are rounded to 0.1 mm, but never to 0; beyond 1 km they become no
 // return.
 std::string EncodeRangeImage(const RangeImage& image);
+
+// Takes an encoding in pieces, cut anywhere, so that one which is still on its way is checked as it
+// comes.
+class RangeImageDecoder {
+ public:
+  static constexpr size_t kHeaderBytes = 32;
+  enum class Ranges { kKeep, kOnlyCheck };
+
+  RangeImageDecoder(size_t max_cells, Ranges ranges) : max_cells_(max_cells), ranges_(ranges) {}
+
+  // The next bytes. The first error stays. INVALID_ARGUMENT as of DecodeRangeImage.
+  absl::Status Take(absl::string_view bytes);
+  // OK when the whole has been taken and is valid.
+  absl::Status Finish();
+
+  // After Finish was OK.
+  size_t columns() const { return image_.azimuth.size(); }
+  size_t rows() const { return image_.elevation.size(); }
+  size_t samples() const { return samples_; }
+  // With kKeep.
+  RangeImage TakeImage() && { return std::move(image_); }
+
+ private:
+  // What comes next, and how many bytes it has.
+  enum class Part { kHeader, kElevations, kColumn, kEnd };
+  absl::Status TakePart(absl::string_view bytes);
+  absl::Status TakeHeader(absl::string_view bytes);
+  absl::Status TakeColumn(absl::string_view bytes);
+
+  size_t max_cells_;
+  Ranges ranges_;
+  absl::Status status_;
+  Part part_ = Part::kHeader;
+  size_t part_bytes_ = kHeaderBytes;
+  std::string begun_;  // the part that is not whole yet
+  size_t taken_ = 0;   // bytes
+  uint64_t announced_columns_ = 0;
+  uint64_t announced_rows_ = 0;
+  size_t samples_ = 0;
+  std::vector<float> column_;
+  RangeImage image_;
+};
 
 // INVALID_ARGUMENT: not a range image, an unknown version, more cells announced than `max_cells`
 // (refused before anything is allocated), truncated or too long, or what RangeImage::Validate()

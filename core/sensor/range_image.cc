@@ -29,7 +29,7 @@ bool RisesStrictly(const std::vector<double>& axis) {
 
 }  // namespace
 
-absl::Status RangeImage::Validate() const {
+absl::Status RangeImage::ValidateAxes() const {
   constexpr double kPi = std::numbers::pi;
   if (columns() < 2 || rows() < 2) {
     return absl::InvalidArgumentError(absl::StrCat("range image: ", columns(), " columns x ",
@@ -47,14 +47,19 @@ absl::Status RangeImage::Validate() const {
   if (elevation.front() < -kPi / 2 - 1e-6 || elevation.back() > kPi / 2 + 1e-6) {
     return absl::InvalidArgumentError("range image: elevation must lie within -90 to 90 degrees");
   }
-  if (range.size() != cells()) {
-    return absl::InvalidArgumentError(absl::StrCat("range image: ", range.size(), " ranges for ",
-                                                   columns(), " x ", rows(), " cells"));
-  }
   if (!(native_azimuth_step > 0) || !(native_elevation_step > 0) ||
       !std::isfinite(native_azimuth_step) || !std::isfinite(native_elevation_step)) {
     return absl::InvalidArgumentError(
         "range image: native_azimuth_step and native_elevation_step must be positive, in rad");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status RangeImage::Validate() const {
+  if (absl::Status axes = ValidateAxes(); !axes.ok()) return axes;
+  if (range.size() != cells()) {
+    return absl::InvalidArgumentError(absl::StrCat("range image: ", range.size(), " ranges for ",
+                                                   columns(), " x ", rows(), " cells"));
   }
   size_t samples = 0;
   for (const float value : range) {

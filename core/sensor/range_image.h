@@ -43,6 +43,9 @@ struct RangeImage {
   // The number of cells that hold a range.
   size_t SampleCount() const;
 
+  // As Validate, of all but the ranges.
+  absl::Status ValidateAxes() const;
+
   // INVALID_ARGUMENT naming what is wrong: empty or unordered axes, a range vector of another size,
   // NaN or infinite values, steps that are not positive, no cell with a range.
   absl::Status Validate() const;

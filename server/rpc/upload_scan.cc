@@ -15,7 +15,6 @@ namespace {
 
 constexpr std::chrono::seconds kUploadHeartbeat(4);
 // A window of pieces is made durable together: when it is full, or when no piece came for a while.
-constexpr int64_t kWindowBytes = 4 << 20;
 constexpr std::chrono::milliseconds kWindowPause(20);
 
 // Reads a piece, writes it on our own threads, reads the next; syncs a window of them while the
@@ -92,10 +91,9 @@ class UploadStream final
       if (ended || latest_.credit_offset() == 0) Acknowledge(*upload);
     }
     if (ended) return Conclude(absl::OkStatus());
-    const int64_t unsynced = session_->UnsyncedBytes(name_);
-    if (unsynced >= kWindowBytes) {
+    if (session_->WindowFull(name_)) {
       PostSync();
-    } else if (unsynced > 0) {
+    } else if (session_->UnsyncedBytes(name_) > 0) {
       std::lock_guard<std::mutex> lock(mutex_);
       if (pause_ == 0) {
         pause_ = around_.timer.After(kWindowPause, [self = weak_from_this()] {

@@ -26,8 +26,8 @@ struct Limits {
   size_t evaluations = 32;                  // what-ifs of a session at a time
   int64_t encoded_scan_bytes = int64_t{512} << 20;
   size_t scan_cells = 100'000'000;
-  int64_t piece_bytes = 1 << 20;   // before compression
-  int64_t credit_bytes = 8 << 20;  // in flight
+  int64_t piece_bytes = 1 << 20;    // before compression
+  int64_t credit_bytes = 32 << 20;  // in flight
   size_t pieces_per_upload = 1 << 18;
   absl::Duration upload_idle = absl::Hours(24);
   // After this time without an event a session is deleted, and a withdrawn scan's data are erased.

@@ -97,6 +97,8 @@ class Session : public std::enable_shared_from_this<Session> {
   absl::StatusOr<v1::Upload> SyncUpload(const std::string& name);
   // Taken and not durable yet.
   int64_t UnsyncedBytes(const std::string& name) const;
+  // That is worth a sync.
+  bool WindowFull(const std::string& name) const;
 
   // Scans.
   absl::StatusOr<v1::Scan> GetScan(const std::string& name) const;

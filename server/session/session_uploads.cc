@@ -191,6 +191,12 @@ int64_t Session::UnsyncedBytes(const std::string& name) const {
   return open == uploads_.end() ? 0 : open->second->Unsynced();
 }
 
+bool Session::WindowFull(const std::string& name) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto open = uploads_.find(name);
+  return open != uploads_.end() && open->second->WindowFull();
+}
+
 absl::StatusOr<v1::Upload> Session::TakeForUpload(const std::string& name, const v1::Piece* piece,
                                                   const v1::UploadTotal* total) {
   if (closed_) return ResourceNotFound("vantage.v1.Upload", name);
@@ -231,14 +237,12 @@ absl::Status Session::CommitScan(const std::shared_ptr<Upload>& upload) {
   std::lock_guard<std::mutex> only_one(upload->commit_mutex());
   if (!upload->Complete()) return absl::OkStatus();
   const v1::Upload described = upload->Describe();
-  absl::StatusOr<std::string> bytes = upload->Assemble();
-  if (!bytes.ok()) return FailUpload(*upload, bytes.status());
-  absl::StatusOr<RangeImage> image = DecodeRangeImage(*bytes, around_.limits.scan_cells);
-  if (!image.ok()) {
-    return FailUpload(*upload, InvalidField("encoded range image", image.status().message()));
-  }
-  absl::StatusOr<std::string> blob = around_.store.PutBlob(*bytes);
-  if (!blob.ok()) return blob.status();
+  const absl::StatusOr<Upload::Content> content = upload->Inspect();
+  if (!content.ok()) return FailUpload(*upload, content.status());
+  // Should this fail, the pieces are asked for again.
+  if (absl::Status synced = upload->Sync(); !synced.ok()) return synced;
+  absl::Status kept = around_.store.PutSpool(described.name(), content->sha256);
+  if (!kept.ok()) return kept;
 
   absl::StatusOr<std::string> name =
       journal_.Execute({}, [&](const SessionState& state) -> absl::StatusOr<Draft> {
@@ -250,18 +254,18 @@ absl::Status Session::CommitScan(const std::shared_ptr<Upload>& upload) {
                            kRetryAfter);
         }
         Draft draft;
-        draft.blob = *blob;
+        draft.blob = content->sha256;
         v1::Scan& scan = *draft.event.mutable_scan_received()->mutable_scan();
         scan.set_name(ChildName(id_, "scans", absl::StrCat("scan-", state.scan_order.size() + 1)));
         scan.set_display_name(described.display_name());
         scan.set_state(v1::SCAN_STATE_RECEIVED);
         *scan.mutable_scanner_model() = described.scanner_model();
         if (described.has_prior()) *scan.mutable_prior() = described.prior();
-        scan.set_columns(image->columns());
-        scan.set_rows(image->rows());
-        scan.set_samples(static_cast<int64_t>(image->SampleCount()));
-        scan.set_encoded_size(static_cast<int64_t>(bytes->size()));
-        scan.set_sha256(*blob);
+        scan.set_columns(static_cast<int32_t>(content->columns));
+        scan.set_rows(static_cast<int32_t>(content->rows));
+        scan.set_samples(static_cast<int64_t>(content->samples));
+        scan.set_encoded_size(content->encoded_size);
+        scan.set_sha256(content->sha256);
         *scan.mutable_create_time() = WriteTime(journal_.Now());
         *scan.mutable_update_time() = scan.create_time();
         scan.set_upload(described.name());
@@ -269,7 +273,7 @@ absl::Status Session::CommitScan(const std::shared_ptr<Upload>& upload) {
         return draft;
       });
   if (!name.ok()) {
-    around_.store.ReleaseBlob(*blob).IgnoreError();
+    around_.store.ReleaseBlob(content->sha256).IgnoreError();
     return name.status();
   }
   upload->End(v1::UPLOAD_STATE_COMMITTED, "", *name);
@@ -277,9 +281,8 @@ absl::Status Session::CommitScan(const std::shared_ptr<Upload>& upload) {
     std::lock_guard<std::mutex> lock(mutex_);
     uploads_.erase(described.name());
   }
-  around_.log.Info(
-      "scan received",
-      {{"session", id_}, {"scan", *name}, {"bytes", static_cast<int64_t>(bytes->size())}});
+  around_.log.Info("scan received",
+                   {{"session", id_}, {"scan", *name}, {"bytes", content->encoded_size}});
   PostSettle(*name);
   return absl::OkStatus();
 }

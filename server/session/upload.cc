@@ -7,12 +7,15 @@
 #include "proto/wire/compression.h"
 #include "server/session/error.h"
 #include "server/session/to_proto.h"
+#include "server/store/piece_record.h"
 #include "vantage/store/v1/log.pb.h"
 
 namespace vantage {
 namespace {
 
 using absl::StatusCode;
+
+constexpr int64_t kWindowBytes = 4 << 20;
 
 // The bytes of a piece, decompressed and checked.
 absl::StatusOr<std::string> Unpack(const v1::Piece& piece, const Limits& limits) {
@@ -79,7 +82,8 @@ Upload::Upload(v1::Upload created, Store& store, const Limits& limits,
       limits_(limits),
       account_(std::move(account)),
       upload_(std::move(created)),
-      reserved_(reserved) {
+      reserved_(reserved),
+      decoder_(Decoder()) {
   last_piece_ = ReadTime(upload_.create_time());
   created_with_total_ = upload_.has_total();
 }
@@ -150,9 +154,21 @@ absl::Status Upload::Sync() {
   return absl::OkStatus();
 }
 
+RangeImageDecoder Upload::Decoder() const {
+  return RangeImageDecoder(limits_.scan_cells, RangeImageDecoder::Ranges::kOnlyCheck);
+}
+
 int64_t Upload::Unsynced() const {
   std::lock_guard<std::mutex> lock(mutex_);
   return Received() - Durable();
+}
+
+bool Upload::WindowFull() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (pieces_.size() == durable_pieces_) return false;
+  const int64_t kept_durable = durable_pieces_ == 0 ? 0 : pieces_[durable_pieces_ - 1].kept_end;
+  return pieces_.back().kept_end - kept_durable >= kWindowBytes ||
+         Received() - Durable() >= limits_.credit_bytes / 2;
 }
 
 // All that the spool has.
@@ -163,27 +179,32 @@ absl::Status Upload::TakeUp() {
   v1::Upload upload = upload_;
   if (!created_with_total_) upload.clear_total();
   int64_t offset = 0;
+  RangeImageDecoder decoder = Decoder();
   absl::Status read = store_.ReadSpool(upload_.name(), [&](absl::string_view record) {
-    store::v1::SpoolRecord kept;
-    if (!kept.ParseFromArray(record.data(), static_cast<int>(record.size())) ||
-        kept.kind_case() == store::v1::SpoolRecord::KIND_NOT_SET) {
-      return absl::DataLossError(absl::StrCat("what came of ", upload_.name(), " is damaged"));
-    }
+    absl::StatusOr<store::v1::SpoolRecord> kept = ParseSpoolRecord(record);
+    if (!kept.ok()) return kept.status();
     ++records;
-    if (kept.has_total()) {
-      *upload.mutable_total() = kept.total();
+    if (kept->has_total()) {
+      *upload.mutable_total() = kept->total();
       return absl::OkStatus();
     }
-    const store::v1::SpoolRecord::Piece& piece = kept.piece();
-    pieces.push_back({offset, static_cast<int64_t>(piece.data().size()), piece.crc32c()});
+    const uint32_t crc32c = kept->piece().crc32c();
+    const auto kept_size = static_cast<int64_t>(record.size());
+    const absl::StatusOr<std::string> bytes = PieceBytes(std::move(*kept->mutable_piece()));
+    if (!bytes.ok()) return bytes.status();
+    const int64_t kept_before = pieces.empty() ? 0 : pieces.back().kept_end;
+    pieces.push_back(
+        {offset, static_cast<int64_t>(bytes->size()), crc32c, kept_before + kept_size});
     offset += pieces.back().size;
-    sha256.Update(piece.data());
+    sha256.Update(*bytes);
+    decoder.Take(*bytes).IgnoreError();  // stays with it
     return absl::OkStatus();
   });
   if (!read.ok()) return read;
   upload_ = std::move(upload);
   pieces_ = std::move(pieces);
   sha256_ = std::move(sha256);
+  decoder_ = std::move(decoder);
   records_ = records;
   // Fewer than were synced: the medium lost them, and their sender has them.
   durable_records_ = std::min(durable_records_, records_);
@@ -214,7 +235,7 @@ int64_t Upload::Durable() const {
 absl::Status Upload::Accept(const v1::Piece& piece, absl::Time now) {
   absl::StatusOr<std::string> bytes = Unpack(piece, limits_);
   if (!bytes.ok()) return bytes.status();
-  const Stored stored{piece.offset(), static_cast<int64_t>(bytes->size()), piece.crc32c()};
+  Stored stored{piece.offset(), static_cast<int64_t>(bytes->size()), piece.crc32c(), 0};
 
   std::lock_guard<std::mutex> lock(mutex_);
   if (absl::Status whole = CheckWhole(); !whole.ok()) return whole;
@@ -256,10 +277,21 @@ absl::Status Upload::Accept(const v1::Piece& piece, absl::Time now) {
   if (absl::Status room = Reserve(end); !room.ok()) return room;
   store::v1::SpoolRecord record;
   record.mutable_piece()->set_crc32c(piece.crc32c());
-  *record.mutable_piece()->mutable_data() = *std::move(bytes);
-  absl::Status kept = store_.AppendSpool(upload_.name(), record.SerializeAsString());
+  // A frame that lengthens its piece is not kept: no more is than the account is charged for.
+  if (piece.compression() == v1::COMPRESSION_ZSTD && piece.data().size() < bytes->size()) {
+    record.mutable_piece()->set_compression(v1::COMPRESSION_ZSTD);
+    record.mutable_piece()->set_size(stored.size);
+    record.mutable_piece()->set_data(piece.data());
+  } else {
+    record.mutable_piece()->set_data(*bytes);
+  }
+  const std::string serialized = record.SerializeAsString();
+  absl::Status kept = store_.AppendSpool(upload_.name(), serialized);
   if (!kept.ok()) return kept;
-  sha256_.Update(record.piece().data());
+  sha256_.Update(*bytes);
+  decoder_.Take(*bytes).IgnoreError();  // stays with it
+  stored.kept_end =
+      (pieces_.empty() ? 0 : pieces_.back().kept_end) + static_cast<int64_t>(serialized.size());
   pieces_.push_back(stored);
   ++records_;
   last_piece_ = now;
@@ -310,24 +342,22 @@ bool Upload::Complete() const {
          Received() == upload_.total().encoded_size();
 }
 
-absl::StatusOr<std::string> Upload::Assemble() const {
+absl::StatusOr<Upload::Content> Upload::Inspect() {
   std::lock_guard<std::mutex> lock(mutex_);
-  if (sha256_.Digest() != upload_.total().sha256()) {
+  Content content;
+  content.sha256 = sha256_.Digest();
+  if (content.sha256 != upload_.total().sha256()) {
     return ErrorWithReason(StatusCode::kDataLoss, "SHA256_DIFFERS",
                            "the SHA-256 of the bytes is not the one announced; start a new upload");
   }
-  std::string whole;
-  whole.reserve(static_cast<size_t>(upload_.total().encoded_size()));
-  absl::Status read = store_.ReadSpool(upload_.name(), [&whole](absl::string_view record) {
-    store::v1::SpoolRecord kept;
-    if (!kept.ParseFromArray(record.data(), static_cast<int>(record.size()))) {
-      return absl::DataLossError("what came of the upload is damaged");
-    }
-    whole += kept.piece().data();
-    return absl::OkStatus();
-  });
-  if (!read.ok()) return read;
-  return whole;
+  if (absl::Status valid = decoder_.Finish(); !valid.ok()) {
+    return InvalidField("encoded range image", valid.message());
+  }
+  content.columns = decoder_.columns();
+  content.rows = decoder_.rows();
+  content.samples = decoder_.samples();
+  content.encoded_size = Received();
+  return content;
 }
 
 void Upload::End(v1::UploadState state, const std::string& message, const std::string& scan) {

@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "core/sensor/encoding.h"
 #include "proto/wire/checksum.h"
 #include "server/session/limits.h"
 #include "server/session/tenant_account.h"
@@ -51,13 +52,24 @@ class Upload {
 
   // Makes durable what was taken. On error it is as if what was not durable had never come.
   absl::Status Sync();
-  // Bytes that were taken and are not durable yet.
+  // Bytes of the range image that were taken and are not durable yet.
   int64_t Unsynced() const;
+  // These are worth a sync: 4 MiB where they are kept, or half of what may be in flight.
+  bool WindowFull() const;
 
   // Every byte that was announced is there, durable or not.
   bool Complete() const;
-  // The bytes. DATA_LOSS (SHA256_DIFFERS): they are not what was announced.
-  absl::StatusOr<std::string> Assemble() const;
+  // What they are, when Complete: size in samples, and the SHA-256 (32 bytes) under which they are
+  // to be kept. DATA_LOSS (SHA256_DIFFERS): they are not what was announced. INVALID_ARGUMENT: no
+  // valid range image.
+  struct Content {
+    size_t columns = 0;
+    size_t rows = 0;
+    size_t samples = 0;
+    int64_t encoded_size = 0;
+    std::string sha256;
+  };
+  absl::StatusOr<Content> Inspect();
 
   // Ends it: `state` is what it came to. The spool is dropped; the room of a committed scan is the
   // scan's, else it is given back.
@@ -76,11 +88,13 @@ class Upload {
     int64_t offset;
     int64_t size;
     uint32_t crc32c;
+    int64_t kept_end;  // bytes of it and all before it as they are kept, compressed
   };
   absl::Status CheckOpen() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status CheckWhole() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   int64_t Received() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   int64_t Durable() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  RangeImageDecoder Decoder() const;
   absl::Status TakeUp() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status Reserve(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
@@ -99,7 +113,9 @@ class Upload {
   bool taken_up_ ABSL_GUARDED_BY(mutex_) = true;  // what the spool has is known
   bool broken_ ABSL_GUARDED_BY(mutex_) = false;   // a sync failed, and the spool is to be read anew
   int64_t reserved_ ABSL_GUARDED_BY(mutex_);      // bytes of the account
+  // Of the bytes so far, so that nothing has to be read again at the end.
   Sha256 sha256_ ABSL_GUARDED_BY(mutex_);
+  RangeImageDecoder decoder_ ABSL_GUARDED_BY(mutex_);
   absl::Time last_piece_ ABSL_GUARDED_BY(mutex_);
 };
 

@@ -1,4 +1,5 @@
-// Immutable bytes in files named by their SHA-256.
+// Immutable bytes in files named by their SHA-256: as they are, or as the records of the upload
+// that brought them, compressed, in a file with the ending ".pieces".
 #ifndef VANTAGE_SERVER_STORE_BLOB_FOLDER_H_
 #define VANTAGE_SERVER_STORE_BLOB_FOLDER_H_
 
@@ -25,6 +26,9 @@ class BlobFolder {
   absl::Status Open();
 
   absl::StatusOr<std::string> Put(absl::string_view bytes);
+  // The pieces in a file of records, which is linked, not copied, and was synced. They are known to
+  // have this SHA-256.
+  absl::Status PutRecords(const std::string& records, const std::string& sha256);
   absl::StatusOr<int64_t> Size(const std::string& sha256) const;
   // DATA_LOSS: the file is not what its name says.
   absl::StatusOr<std::string> Get(const std::string& sha256) const;
@@ -35,7 +39,9 @@ class BlobFolder {
   absl::StatusOr<std::vector<std::string>> List() const;
 
  private:
-  std::string FileOf(const std::string& sha256) const;
+  // With either ending.
+  std::string FileOf(const std::string& sha256, bool records) const;
+  absl::Status Unlink(const std::string& sha256) const;
 
   const std::string path_;
   std::mutex mutex_;

@@ -74,6 +74,10 @@ absl::StatusOr<std::string> DiskStore::PutBlob(absl::string_view bytes) {
   return blobs_.Put(bytes);
 }
 
+absl::Status DiskStore::PutSpool(const std::string& spool, const std::string& sha256) {
+  return blobs_.PutRecords(spools_.FileOf(spool), sha256);
+}
+
 absl::StatusOr<int64_t> DiskStore::BlobSize(const std::string& sha256) const {
   return blobs_.Size(sha256);
 }

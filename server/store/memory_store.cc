@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "proto/wire/checksum.h"
+#include "server/store/piece_record.h"
 
 namespace vantage {
 
@@ -114,6 +115,17 @@ absl::StatusOr<std::string> MemoryStore::PutBlob(absl::string_view bytes) {
   if (!room.ok()) return room;
   blobs_[sha256] = {std::string(bytes), 1};
   return sha256;
+}
+
+absl::Status MemoryStore::PutSpool(const std::string& spool, const std::string& sha256) {
+  std::string whole;
+  absl::Status read =
+      ReadSpool(spool, [&whole](absl::string_view record) { return AppendPiece(record, whole); });
+  if (!read.ok()) return read;
+  const absl::StatusOr<std::string> put = PutBlob(whole);
+  if (!put.ok() || *put == sha256) return put.status();
+  ReleaseBlob(*put).IgnoreError();
+  return absl::DataLossError("the pieces do not come to what their SHA-256 says");
 }
 
 absl::StatusOr<int64_t> MemoryStore::BlobSize(const std::string& sha256) const {

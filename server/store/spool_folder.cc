@@ -1,73 +1,19 @@
 #include "server/store/spool_folder.h"
 
 #include <fcntl.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <cerrno>
-#include <cstring>
 #include <filesystem>
 #include <tuple>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
-#include "proto/wire/checksum.h"
 #include "server/store/durable_file.h"
+#include "server/store/record_file.h"
 
 namespace vantage {
-namespace {
-
-// Before every record: its size, its checksum, and the checksum of these two. Little endian.
-struct RecordHeader {
-  uint32_t size = 0;
-  uint32_t crc32c = 0;
-  uint32_t own_crc32c = 0;
-
-  uint32_t OwnChecksum() const {
-    return Crc32c(absl::string_view(reinterpret_cast<const char*>(this), 2 * sizeof(uint32_t)));
-  }
-};
-static_assert(sizeof(RecordHeader) == 12 && __BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__);
-
-// Calls visit for every record before the first that is not whole; the size of all of them.
-absl::StatusOr<int64_t> VisitRecords(int fd, const std::string& path,
-                                     absl::FunctionRef<absl::Status(absl::string_view)> visit,
-                                     bool* damaged = nullptr) {
-  struct stat about {};
-  if (::fstat(fd, &about) != 0) return FileError("cannot read", path);
-  const int64_t end = about.st_size;
-  int64_t at = 0;
-  std::string record;
-  const auto read = [&](void* to, int64_t size) -> absl::Status {
-    for (int64_t have = 0; have < size;) {
-      const ssize_t got =
-          ::pread(fd, static_cast<char*>(to) + have, static_cast<size_t>(size - have), at + have);
-      if (got < 0 && errno == EINTR) continue;
-      if (got <= 0) return FileError("cannot read", path);
-      have += got;
-    }
-    at += size;
-    return absl::OkStatus();
-  };
-  while (end - at >= static_cast<int64_t>(sizeof(RecordHeader))) {
-    const int64_t begin = at;
-    RecordHeader header;
-    if (absl::Status got = read(&header, sizeof(header)); !got.ok()) return got;
-    if (header.own_crc32c != header.OwnChecksum() || header.size > end - at) return begin;
-    record.resize(header.size);
-    if (absl::Status got = read(record.data(), header.size); !got.ok()) return got;
-    if (Crc32c(record) != header.crc32c) {
-      if (damaged != nullptr) *damaged = at < end;
-      return begin;
-    }
-    if (absl::Status visited = visit(record); !visited.ok()) return visited;
-  }
-  return at;
-}
-
-}  // namespace
-
 // Names are of lower-case letters, digits, '-' and '/'.
 std::string SpoolFolder::FileOf(const std::string& spool) const {
   return absl::StrCat(path_, "/", absl::StrReplaceAll(spool, {{"/", "."}}));
@@ -95,11 +41,7 @@ absl::Status SpoolFolder::Append(const std::string& spool, absl::string_view rec
     open->size = *whole;
     open->tail = true;
   }
-  RecordHeader header;
-  header.size = static_cast<uint32_t>(record.size());
-  header.crc32c = Crc32c(record);
-  header.own_crc32c = header.OwnChecksum();
-  const absl::string_view head(reinterpret_cast<const char*>(&header), sizeof(header));
+  const RecordHeader header = RecordHeader::Of(record);
   const auto at = static_cast<uint64_t>(open->size);
   // Old records never follow a new one.
   absl::Status status;
@@ -108,7 +50,7 @@ absl::Status SpoolFolder::Append(const std::string& spool, absl::string_view rec
   }
   if (status.ok()) {
     open->tail = false;
-    status = WriteAt(file.get(), head, at, path);
+    status = WriteAt(file.get(), header.bytes(), at, path);
   }
   if (status.ok()) status = WriteAt(file.get(), record, at + sizeof(header), path);
   if (!status.ok()) {

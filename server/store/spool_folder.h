@@ -35,6 +35,8 @@ class SpoolFolder {
   absl::Status Check(const std::string& spool) const;
   absl::Status Drop(const std::string& spool);
   absl::StatusOr<std::vector<std::string>> List() const;
+  // The file that a spool is in.
+  std::string FileOf(const std::string& spool) const;
 
  private:
   static constexpr int64_t kUnknown = -1;
@@ -46,7 +48,6 @@ class SpoolFolder {
   };
 
   std::shared_ptr<Spool> Find(const std::string& spool);
-  std::string FileOf(const std::string& spool) const;
 
   const std::string path_;
   std::mutex mutex_;

@@ -58,7 +58,11 @@ class Store {
   // Keeps bytes under their SHA-256 (32 bytes), which is returned. Counted: each Put takes one
   // ReleaseBlob.
   virtual absl::StatusOr<std::string> PutBlob(absl::string_view bytes) = 0;
-  // NOT_FOUND.
+  // Keeps what the pieces of a spool, which was synced, come to under its SHA-256, which they are
+  // known to have. The spool stays until it is dropped; no record follows in it. Counted as
+  // PutBlob.
+  virtual absl::Status PutSpool(const std::string& spool, const std::string& sha256) = 0;
+  // What it takes where it is kept, bytes; a scan is kept compressed as it came. NOT_FOUND.
   virtual absl::StatusOr<int64_t> BlobSize(const std::string& sha256) const = 0;
   // NOT_FOUND.
   virtual absl::StatusOr<std::string> GetBlob(const std::string& sha256) const = 0;
@@ -66,8 +70,9 @@ class Store {
   // How many hold each blob, as the logs say after a restart; all others go.
   virtual absl::Status KeepBlobs(const std::map<std::string, int>& holders) = 0;
 
-  // Appends a record to what an upload brought so far; it is kept for sure after SyncSpool. `spool`
-  // is unique for ever; one record of a spool at a time.
+  // Appends a record (a serialised vantage.store.v1.SpoolRecord) to what an upload brought so far;
+  // it is kept for sure after SyncSpool. `spool` is unique for ever; one record of a spool at a
+  // time.
   virtual absl::Status AppendSpool(const std::string& spool, absl::string_view record) = 0;
   // Everything that was appended before is kept. On error nobody knows how much is: CutSpool to
   // what was kept for sure.

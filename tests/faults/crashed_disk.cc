@@ -106,6 +106,9 @@ class Disk {
         FolderOf(step.new_path).names[NameOf(step.new_path)] = id;
         return;
       }
+      case Kind::kLink:
+        FolderOf(step.new_path).names[NameOf(step.new_path)] = IdOf(step);
+        return;
       case Kind::kRemove:
         FolderOf(step.path).names.erase(NameOf(step.path));
         return;

@@ -272,6 +272,22 @@ int rename(const char* from, const char* to) noexcept {
   return done;
 }
 
+int link(const char* from, const char* to) noexcept {
+  vantage::Recorder& recorder = vantage::TheRecorder();
+  std::lock_guard<std::recursive_mutex> lock(recorder.mutex);
+  const auto below = vantage::Below(recorder, from);
+  const auto target = vantage::Below(recorder, to);
+  if (target.has_value() && vantage::Fails(recorder)) return -1;
+  const int done = vantage::Real<int(const char*, const char*)>("link")(from, to);
+  if (done == 0 && below.has_value() && target.has_value()) {
+    uint64_t& node = recorder.nodes[*below];
+    if (node == 0) node = recorder.next_node++;
+    recorder.nodes[*target] = node;
+    vantage::Record(recorder, {DiskStep::Kind::kLink, node, *below, *target, 0, ""});
+  }
+  return done;
+}
+
 int unlink(const char* path) noexcept {
   vantage::Recorder& recorder = vantage::TheRecorder();
   std::lock_guard<std::recursive_mutex> lock(recorder.mutex);

@@ -20,12 +20,13 @@ struct DiskStep {
     kSyncFile,
     kSyncFolder,
     kRename,
+    kLink,
     kRemove
   };
   Kind kind = Kind::kWrite;
   uint64_t node = 0;     // of the file or folder: never used again for another
   std::string path;      // below the folder; "" is the folder itself
-  std::string new_path;  // of kRename
+  std::string new_path;  // of kRename and kLink
   uint64_t offset = 0;   // of kWrite; the new size of kTruncate
   std::string bytes;     // of kWrite
 };

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <ostream>
@@ -87,6 +88,39 @@ TEST(EncodingTest, WhateverDecodesEncodesToTheSameBytes) {
   EXPECT_GT(decoded_mutants, 1000);
 }
 
+// Property: however it is cut, a decoder finds what is found in the whole: image or error.
+TEST(EncodingTest, PiecesCutAnywhereAreTheWhole) {
+  std::mt19937_64 random(17);
+  int wrong = 0;
+  for (int i = 0; i < 3'000; ++i) {
+    std::string bytes = EncodeRangeImage(RandomImage(random() % 50));
+    const uint64_t spoilt = random() % 4;
+    if (spoilt == 0) bytes[random() % bytes.size()] ^= static_cast<char>(1 << random() % 8);
+    if (spoilt == 1) bytes.resize(random() % bytes.size());
+    if (spoilt == 2) bytes.append(random() % 5, 'x');
+    const absl::StatusOr<RangeImage> whole = DecodeRangeImage(bytes, kMaxCells);
+    wrong += whole.ok() ? 0 : 1;
+    RangeImageDecoder kept(kMaxCells, RangeImageDecoder::Ranges::kKeep);
+    RangeImageDecoder checked(kMaxCells, RangeImageDecoder::Ranges::kOnlyCheck);
+    for (size_t at = 0; at < bytes.size();) {
+      const size_t size = std::min<size_t>(random() % 100, bytes.size() - at);
+      const absl::Status taken = kept.Take(bytes.substr(at, size));
+      EXPECT_EQ(checked.Take(bytes.substr(at, size)), taken);
+      at += size;
+    }
+    const absl::Status finished = kept.Finish();
+    EXPECT_EQ(checked.Finish(), finished);
+    ASSERT_EQ(finished.ok(), whole.ok()) << finished << whole.status();
+    if (!finished.ok()) continue;
+    EXPECT_EQ(checked.samples(), whole->SampleCount());
+    EXPECT_EQ(checked.columns(), whole->azimuth.size());
+    const RangeImage image = std::move(kept).TakeImage();
+    EXPECT_EQ(image.range, whole->range);
+    EXPECT_EQ(EncodeRangeImage(image), bytes);
+  }
+  EXPECT_GT(wrong, 1000);
+}
+
 TEST(EncodingTest, NeverRoundsAReturnAwayAndDropsWhatIsBeyondAKilometre) {
   RangeImage image = RandomImage(1);
   image.range[0] = 1e-6f;
@@ -144,6 +178,12 @@ INSTANTIATE_TEST_SUITE_P(
                              absl::StatusCode::kInvalidArgument, "4294967295 columns"},
                     BadBytes{"AboveTheLimit", [](std::string& b) { Put<uint32_t>(b, 8, 500'001); },
                              absl::StatusCode::kInvalidArgument, "limit of 1000000 cells"},
+                    BadBytes{"TooManyColumns",
+                             [](std::string& b) {
+                               Put<uint32_t>(b, 8, 300'000);
+                               Put<uint32_t>(b, 12, 2);
+                             },
+                             absl::StatusCode::kInvalidArgument, "no more than 262144"},
                     BadBytes{"Truncated", [](std::string& b) { b.pop_back(); },
                              absl::StatusCode::kInvalidArgument, "truncated"},
                     BadBytes{"Padded", [](std::string& b) { b.push_back(0); },

@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "core/sensor/encoding.h"
 #include "proto/wire/compression.h"
 #include "server/session/error.h"
 #include "server/session/to_proto.h"
@@ -20,8 +21,16 @@ class UploadTest : public testing::Test {
  protected:
   UploadTest() {
     std::mt19937 random(11);
-    whole_.resize(10'000);
-    for (char& c : whole_) c = static_cast<char>(random() % 5);
+    RangeImage image;
+    for (int c = 0; c < 100; ++c) image.azimuth.push_back(0.06 * c);
+    for (int r = 0; r < 24; ++r) image.elevation.push_back(0.06 * (r - 12));
+    image.native_azimuth_step = image.native_elevation_step = 0.06;
+    for (size_t i = 0; i < image.cells(); ++i) {
+      image.range.push_back(random() % 9 == 0 ? RangeImage::kNoReturn
+                                              : 2.0f + 1e-4f * static_cast<float>(random() % 50));
+    }
+    samples_ = image.SampleCount();
+    whole_ = EncodeRangeImage(image);
     limits_.piece_bytes = 4096;
     limits_.encoded_scan_bytes = 1 << 20;
   }
@@ -51,7 +60,22 @@ class UploadTest : public testing::Test {
     return piece;
   }
 
+  // Committed, it is kept as the whole; then it ends.
+  void ExpectWhole(Upload& upload, Store& store) const {
+    const absl::StatusOr<Upload::Content> content = upload.Inspect();
+    ASSERT_TRUE(content.ok()) << content.status();
+    EXPECT_EQ(content->columns, 100U);
+    EXPECT_EQ(content->rows, 24U);
+    EXPECT_EQ(content->samples, samples_);
+    EXPECT_EQ(content->encoded_size, static_cast<int64_t>(whole_.size()));
+    ASSERT_TRUE(upload.Sync().ok());
+    ASSERT_TRUE(store.PutSpool(upload.Describe().name(), content->sha256).ok());
+    upload.End(v1::UPLOAD_STATE_COMMITTED, "", "scan");
+    EXPECT_TRUE(store.GetBlob(Sha256::Of(whole_)).value() == whole_);
+  }
+
   std::string whole_;
+  size_t samples_ = 0;
   Limits limits_;
   MemoryStore store_{1 << 20};
   absl::Time now_ = absl::FromUnixSeconds(1'000'000);
@@ -95,8 +119,8 @@ TEST_F(UploadTest, AnyCutWithRepetitionsGivesTheWhole) {
       ASSERT_TRUE(upload.SetTotal(Total()).ok());
     }
     EXPECT_TRUE(upload.Complete());
-    EXPECT_EQ(upload.Assemble().value(), whole_);
-    upload.End(v1::UPLOAD_STATE_COMMITTED, "", "scan");
+    ExpectWhole(upload, store);
+    ASSERT_TRUE(store.ReleaseBlob(Sha256::Of(whole_)).ok());
     EXPECT_EQ(store.used(), 0U);
   }
 }
@@ -143,7 +167,7 @@ TEST_F(UploadTest, AFailedSyncTakesBackWhatWasNotDurable) {
       }
       store.failing = false;
     }
-    EXPECT_EQ(upload.Assemble().value(), whole_);
+    ExpectWhole(upload, store);
   }
 }
 
@@ -196,11 +220,42 @@ TEST_F(UploadTest, TheWholeIsCheckedAgainstWhatWasAnnounced) {
   Upload upload(created, store_, limits_);
   ASSERT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());
   EXPECT_TRUE(upload.Complete());
-  EXPECT_EQ(ReasonOf(upload.Assemble().status()), "SHA256_DIFFERS");
+  EXPECT_EQ(ReasonOf(upload.Inspect().status()), "SHA256_DIFFERS");
   EXPECT_EQ(ReasonOf(upload.SetTotal(Total())), "TOTAL_DIFFERS");
   upload.End(v1::UPLOAD_STATE_FAILED, "differs", "");
   EXPECT_EQ(ReasonOf(upload.Accept(Cut(1, 1000, 10), now_)), "UPLOAD_ENDED");
   EXPECT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());  // still harmless
+}
+
+TEST_F(UploadTest, WhatIsNoRangeImageIsFoundOut) {
+  for (const size_t broken : {size_t{0}, size_t{9}, size_t{309}, whole_.size() - 20}) {
+    SCOPED_TRACE(broken);
+    const std::string sound = whole_;
+    whole_[broken] = '\x7f';
+    MemoryStore store(1 << 20);
+    Upload upload(Created(true), store, limits_);
+    for (size_t at = 0; at < whole_.size(); at += 700) {
+      const size_t size = std::min<size_t>(700, whole_.size() - at);
+      ASSERT_TRUE(upload.Accept(Cut(static_cast<int64_t>(at / 700), at, size), now_).ok());
+    }
+    EXPECT_TRUE(upload.Complete());
+    const absl::Status status = upload.Inspect().status();
+    EXPECT_EQ(ReasonOf(status), "INVALID_FIELDS") << status;
+    // As it would be found in the whole.
+    const absl::Status whole = DecodeRangeImage(whole_, limits_.scan_cells).status();
+    EXPECT_NE(status.message().find(whole.message()), absl::string_view::npos) << status << whole;
+    whole_ = sound;
+  }
+}
+
+// A frame that is longer than what it holds takes no more room than that.
+TEST_F(UploadTest, KeepsNoFrameThatLengthens) {
+  const std::string one = whole_.substr(0, 1);
+  v1::Piece piece = Cut(0, 0, 1, true);
+  ASSERT_GT(piece.data().size(), 1U);
+  Upload upload(Created(true), store_, limits_);
+  ASSERT_TRUE(upload.Accept(piece, now_).ok());
+  EXPECT_LT(store_.used(), 20U);
 }
 
 TEST_F(UploadTest, FailsWithoutRoomAndGoesOnWhenThereIs) {
@@ -246,7 +301,7 @@ TEST_F(UploadTest, GoesOnAfterARestart) {
       ASSERT_TRUE(upload->SetTotal(Total()).ok());
     }
     ASSERT_TRUE(upload->Complete());
-    EXPECT_EQ(upload->Assemble().value(), whole_);
+    ExpectWhole(*upload, store);
   }
 }
 

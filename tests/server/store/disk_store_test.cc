@@ -14,6 +14,7 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/match.h"
 #include "proto/wire/checksum.h"
+#include "proto/wire/compression.h"
 
 namespace vantage {
 namespace {
@@ -91,6 +92,47 @@ TEST_F(DiskStoreTest, EverythingIsThereAgain) {
                               })
                   .ok());
   EXPECT_EQ(all, "onetwothree");
+}
+
+// A scan is kept in the file that its pieces came into, and found again and checked.
+TEST_F(DiskStoreTest, AScanIsKeptAsItCame) {
+  const std::string bytes(100'000, 'r');
+  store::v1::SpoolRecord record;
+  record.mutable_piece()->set_data(ZstdCompress(bytes));
+  record.mutable_piece()->set_compression(v1::COMPRESSION_ZSTD);
+  record.mutable_piece()->set_size(static_cast<int64_t>(bytes.size()));
+  const std::string sha = Sha256::Of(bytes);
+  {
+    const auto store = Open();
+    ASSERT_TRUE(store->AppendSpool(kSpool, record.SerializeAsString()).ok());
+    ASSERT_TRUE(store->SyncSpool(kSpool).ok());
+    ASSERT_TRUE(store->PutSpool(kSpool, sha).ok());
+    ASSERT_TRUE(store->DropSpool(kSpool).ok());
+  }
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(fs::path(folder_) / "blobs")) {
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  }
+  ASSERT_EQ(files.size(), 1U);
+  EXPECT_EQ(files[0].extension(), ".pieces");
+  EXPECT_LT(fs::file_size(files[0]), 1000U);
+  EXPECT_TRUE(Open()->GetBlob(sha).value() == bytes);
+  EXPECT_EQ(Open()->BlobSize(sha).value(), static_cast<int64_t>(fs::file_size(files[0])));
+  const std::string sound = Contents(files[0]);
+  for (size_t at = 0; at < sound.size(); ++at) {
+    std::string damaged = sound;
+    damaged[at] = static_cast<char>(damaged[at] ^ 0x20);
+    std::ofstream(files[0], std::ios::binary) << damaged;
+    const absl::StatusOr<std::string> read = Open()->GetBlob(sha);
+    // What of the record means nothing may change.
+    if (read.ok()) {
+      EXPECT_TRUE(*read == bytes) << at;
+    } else {
+      EXPECT_TRUE(absl::IsDataLoss(read.status())) << at << ": " << read.status();
+    }
+  }
+  ASSERT_TRUE(Open()->KeepBlobs({}).ok());
+  EXPECT_FALSE(fs::exists(files[0]));
 }
 
 TEST_F(DiskStoreTest, OneServerAtATime) {

@@ -8,6 +8,7 @@
 #include <string>
 
 #include "proto/wire/checksum.h"
+#include "proto/wire/compression.h"
 #include "server/store/disk_store.h"
 #include "server/store/memory_store.h"
 
@@ -93,6 +94,48 @@ TEST_P(StoreTest, SnapshotsGoWithTheirLog) {
   ASSERT_TRUE(store_->Drop("a").ok());
   ASSERT_TRUE(store_->Append("a", Entry(1)).ok());
   EXPECT_TRUE(store_->Snapshots("a").value().empty());
+}
+
+std::string Piece(absl::string_view bytes, bool compressed) {
+  store::v1::SpoolRecord record;
+  store::v1::SpoolRecord::Piece& piece = *record.mutable_piece();
+  piece.set_crc32c(Crc32c(bytes));
+  piece.set_data(compressed ? ZstdCompress(bytes) : std::string(bytes));
+  if (compressed) {
+    piece.set_compression(v1::COMPRESSION_ZSTD);
+    piece.set_size(static_cast<int64_t>(bytes.size()));
+  }
+  return record.SerializeAsString();
+}
+
+TEST_P(StoreTest, ASpoolIsKeptAsTheBlobItComesTo) {
+  const std::string spool = "sessions/a/uploads/upload-1";
+  const std::string first(5000, 'a');
+  const std::string second = "and as it is";
+  ASSERT_TRUE(store_->AppendSpool(spool, Piece(first, true)).ok());
+  store::v1::SpoolRecord total;
+  total.mutable_total()->set_encoded_size(5012);
+  ASSERT_TRUE(store_->AppendSpool(spool, total.SerializeAsString()).ok());
+  ASSERT_TRUE(store_->AppendSpool(spool, Piece(second, false)).ok());
+  ASSERT_TRUE(store_->SyncSpool(spool).ok());
+  const std::string sha = Sha256::Of(first + second);
+  ASSERT_TRUE(store_->PutSpool(spool, sha).ok());
+  // Not committed after all, and once more.
+  EXPECT_TRUE(store_->ReleaseBlob(sha).ok());
+  EXPECT_TRUE(absl::IsNotFound(store_->GetBlob(sha).status()));
+  EXPECT_EQ(Records(*store_, spool).size(), 3U);
+  ASSERT_TRUE(store_->PutSpool(spool, sha).ok());
+  ASSERT_TRUE(store_->DropSpool(spool).ok());
+  EXPECT_EQ(store_->GetBlob(sha).value(), first + second);
+  EXPECT_GT(store_->BlobSize(sha).value(), 0);
+  // The same bytes by another way are the same blob.
+  EXPECT_EQ(store_->PutBlob(first + second).value(), sha);
+  EXPECT_TRUE(store_->ReleaseBlob(sha).ok());
+  EXPECT_EQ(store_->GetBlob(sha).value(), first + second);
+  EXPECT_TRUE(store_->KeepBlobs({{sha, 1}}).ok());
+  EXPECT_EQ(store_->GetBlob(sha).value(), first + second);
+  EXPECT_TRUE(store_->KeepBlobs({}).ok());
+  EXPECT_TRUE(absl::IsNotFound(store_->GetBlob(sha).status()));
 }
 
 TEST_P(StoreTest, BlobsAreCounted) {

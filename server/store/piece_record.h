@@ -1,0 +1,25 @@
+// What an upload brought, as it is kept: its pieces stay compressed as they came.
+#ifndef VANTAGE_SERVER_STORE_PIECE_RECORD_H_
+#define VANTAGE_SERVER_STORE_PIECE_RECORD_H_
+
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "vantage/store/v1/log.pb.h"
+
+namespace vantage {
+
+// DATA_LOSS: not a record.
+absl::StatusOr<store::v1::SpoolRecord> ParseSpoolRecord(absl::string_view record);
+
+// A piece's bytes before compression. DATA_LOSS.
+absl::StatusOr<std::string> PieceBytes(store::v1::SpoolRecord::Piece piece);
+
+// Appends what a record holds of the encoded range image, which may be nothing. DATA_LOSS.
+absl::Status AppendPiece(absl::string_view record, std::string& whole);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_STORE_PIECE_RECORD_H_
