@@ -236,6 +236,7 @@ class JointPlanner {
       // The hierarchy wants whole packets of neighbours.
       const std::vector<uint32_t> order = PatchOrder(left, parallel_);
       std::vector<float> factors;
+      factors.reserve(order.size());
       for (const uint32_t i : order) factors.push_back(left.factor[i]);
       cells = left.Gather(order, factors);
     }

@@ -167,8 +167,10 @@ PlaceSearch FindPlaces(const PlanningView& model, const CorrespondenceField& fie
   }
 
   const auto at = [&](const Candidate& c) -> Eigen::Vector3f {
-    return Eigen::Vector3d(low.x() + (c.place % columns + 0.5) * kPlaceStep,
-                           low.y() + (c.place / columns + 0.5) * kPlaceStep,
+    const int column = c.place % columns;
+    const int row = c.place / columns;
+    const Eigen::Vector2d middle(column + 0.5, row + 0.5);
+    return Eigen::Vector3d(low.x() + middle.x() * kPlaceStep, low.y() + middle.y() * kPlaceStep,
                            heights[static_cast<size_t>(c.height)])
         .cast<float>();
   };
