@@ -16,6 +16,7 @@
 #include "core/planning/patches.h"
 #include "core/planning/planning_estimate.h"
 #include "core/planning/rank_views.h"
+#include "core/planning/stage_clock.h"
 #include "core/planning/termination.h"
 #include "core/planning/view_report.h"
 
@@ -66,21 +67,6 @@ absl::Status Validate(const PlanningView& model, const FleetRequest& request,
   one.memory_limit /= models.size();
   return CheckPlanningSize(model, one);
 }
-
-// Books the time since the last call on a stage.
-class StageClock {
- public:
-  explicit StageClock(Plan& plan) : plan_(plan) {}
-  void Book(PlanStage stage) {
-    const Clock::time_point now = Clock::now();
-    plan_.seconds[static_cast<size_t>(stage)] += std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-  }
-
- private:
-  Plan& plan_;
-  Clock::time_point last_ = Clock::now();
-};
 
 // A part of what is left of a budget of which `rays` are spent.
 Budget Part(const Budget& budget, double share, uint64_t rays) {

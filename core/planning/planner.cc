@@ -18,6 +18,7 @@
 #include "core/planning/rank_views.h"
 #include "core/planning/registration_check.h"
 #include "core/planning/scoring.h"
+#include "core/planning/stage_clock.h"
 #include "core/planning/termination.h"
 #include "core/planning/view_report.h"
 
@@ -25,21 +26,6 @@ namespace vantage {
 namespace {
 
 using Clock = Budget::Clock;
-
-// Books the time since the last call on a stage.
-class StageClock {
- public:
-  explicit StageClock(Plan& plan) : plan_(plan) {}
-  void Book(PlanStage stage) {
-    const Clock::time_point now = Clock::now();
-    plan_.seconds[static_cast<size_t>(stage)] += std::chrono::duration<double>(now - last_).count();
-    last_ = now;
-  }
-
- private:
-  Plan& plan_;
-  Clock::time_point last_ = Clock::now();
-};
 
 // What step D may use: the rest is kept for ranking and the registration check.
 Budget EvaluationShare(const Budget& budget) {

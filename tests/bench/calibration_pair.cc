@@ -210,20 +210,24 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
     pair.predicted_bound = predicted->verdict.error_bound;
     pair.predicted_judged = predicted->verdict.judged_bound;
     pair.predicted_overlap = predicted->verdict.overlap_share;
-    pair.outcome = aligned->verdict.outcome;
-    pair.bound = aligned->verdict.error_bound;
-    pair.judged = aligned->verdict.judged_bound;
-    pair.overlap = aligned->verdict.overlap_share;
-    pair.achieved =
-        LargestMove(aligned->T_world_scan, truth, OverlapBox(*view, scan, truth, serial));
-    const Eigen::Isometry3d error = truth.inverse() * aligned->T_world_scan;
-    pair.metres = error.translation().norm();
-    pair.degrees = Degrees(Eigen::AngleAxisd(error.linear()).angle());
-    pair.seconds = aligned->seconds;
-    pair.decided_by = aligned->verdict.decided_by;
+    RecordAlignment(*aligned, truth, OverlapBox(*view, scan, truth, serial), pair);
     pairs.push_back(std::move(pair));
   }
   return pairs;
+}
+
+void RecordAlignment(const RegistrationResult& aligned, const Eigen::Isometry3d& truth,
+                     const Eigen::AlignedBox3d& overlap, CalibrationPair& pair) {
+  pair.outcome = aligned.verdict.outcome;
+  pair.bound = aligned.verdict.error_bound;
+  pair.judged = aligned.verdict.judged_bound;
+  pair.overlap = aligned.verdict.overlap_share;
+  pair.achieved = LargestMove(aligned.T_world_scan, truth, overlap);
+  const Eigen::Isometry3d error = truth.inverse() * aligned.T_world_scan;
+  pair.metres = error.translation().norm();
+  pair.degrees = Degrees(Eigen::AngleAxisd(error.linear()).angle());
+  pair.seconds = aligned.seconds;
+  pair.decided_by = aligned.verdict.decided_by;
 }
 
 std::string CalibrationHeader() {

@@ -10,6 +10,7 @@
 
 #include "core/model/planning_view.h"
 #include "core/parallel/parallel.h"
+#include "core/registration/registration.h"
 #include "core/registration/verdict.h"
 #include "core/sensor/scan.h"
 #include "tests/bench/calibration_scene.h"
@@ -69,6 +70,10 @@ Eigen::AlignedBox3d OverlapBox(const PlanningView& model, const Scan& scan,
 // How far a wrong pose moves the corners of the box at most, m; of an empty box: the scanner.
 double LargestMove(const Eigen::Isometry3d& pose, const Eigen::Isometry3d& truth,
                    const Eigen::AlignedBox3d& box);
+
+// What an alignment said of itself and how far off it was; `overlap` is OverlapBox's.
+void RecordAlignment(const RegistrationResult& aligned, const Eigen::Isometry3d& truth,
+                     const Eigen::AlignedBox3d& overlap, CalibrationPair& pair);
 
 // A pair as a line of a table, and back; nothing when the line is none.
 std::string CalibrationHeader();

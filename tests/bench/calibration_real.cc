@@ -98,18 +98,8 @@ std::vector<CalibrationPair> MeasureRealPairs(int priors, Parallel& parallel,
       const auto aligned =
           Register(*(*model)->Publish(), scans[1 - first], prior, config, parallel);
       if (!aligned.ok()) continue;
-      pair.outcome = aligned->verdict.outcome;
-      pair.bound = aligned->verdict.error_bound;
-      pair.judged = aligned->verdict.judged_bound;
-      pair.overlap = aligned->verdict.overlap_share;
-      pair.achieved =
-          LargestMove(aligned->T_world_scan, truth,
-                      OverlapBox(*(*model)->Publish(), scans[1 - first], truth, parallel));
-      const Eigen::Isometry3d error = truth.inverse() * aligned->T_world_scan;
-      pair.metres = error.translation().norm();
-      pair.degrees = Degrees(Eigen::AngleAxisd(error.linear()).angle());
-      pair.seconds = aligned->seconds;
-      pair.decided_by = aligned->verdict.decided_by;
+      RecordAlignment(*aligned, truth,
+                      OverlapBox(*(*model)->Publish(), scans[1 - first], truth, parallel), pair);
       pairs.push_back(std::move(pair));
     }
   }
