@@ -37,6 +37,20 @@ int main(int argc, char** argv) {
   app.add_option("--server", environment.connection.server, "Address of the server, HOST:PORT")
       ->envname("VANTAGE_SERVER")
       ->capture_default_str();
+  app.add_option("--tls-ca", environment.connection.tls_ca,
+                 "Encrypt, and know the server by what signed its certificate (PEM file)")
+      ->envname("VANTAGE_TLS_CA");
+  app.add_option("--tls-cert", environment.connection.tls_cert,
+                 "Own certificate, where the server asks for one (PEM file)")
+      ->envname("VANTAGE_TLS_CERT");
+  app.add_option("--tls-key", environment.connection.tls_key, "Its key (PEM file)")
+      ->envname("VANTAGE_TLS_KEY");
+  app.add_option("--token-file", environment.connection.token_file,
+                 "File with the token to call with")
+      ->envname("VANTAGE_TOKEN_FILE");
+  app.add_option("--traceparent", environment.connection.traceparent,
+                 "W3C Trace Context that the calls belong to")
+      ->envname("TRACEPARENT");
   app.add_option("--timeout", environment.connection.timeout, "Patience with a single call, s")
       ->capture_default_str()
       ->check(CLI::PositiveNumber);

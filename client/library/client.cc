@@ -10,14 +10,15 @@ namespace vantage {
 namespace {
 
 // One unary call with its attempts.
-template <typename Request, typename Response, typename Stub>
+template <typename Request, typename Response, typename Stub, typename Wire>
 absl::StatusOr<Response> CallUnary(Stub& stub,
                                    grpc::Status (Stub::*method)(grpc::ClientContext*,
                                                                 const Request&, Response*),
-                                   const ClientOptions& options, Request request) {
+                                   const Wire& wire, Request request) {
   if constexpr (requires { request.set_request_id(std::string()); }) {
     if (request.request_id().empty()) request.set_request_id(NewRequestId());
   }
+  const ClientOptions& options = wire.options;
   const auto deadline = DeadlineIn(options.timeout);
   Backoff backoff(RandomSeed());
   absl::Status failure;
@@ -29,6 +30,7 @@ absl::StatusOr<Response> CallUnary(Stub& stub,
     }
     grpc::ClientContext context;
     context.set_deadline(deadline);
+    if (absl::Status prepared = wire.Prepare(context); !prepared.ok()) return prepared;
     Response response;
     const grpc::Status status = (stub.*method)(&context, request, &response);
     if (status.ok()) return response;
@@ -54,84 +56,69 @@ Client::~Client() = default;
 const ClientOptions& Client::options() const { return wire_->options; }
 
 absl::StatusOr<v1::CreateSessionResponse> Client::Call(v1::CreateSessionRequest request) {
-  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::CreateSession, wire_->options,
+  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::CreateSession, *wire_,
                    std::move(request));
 }
 absl::StatusOr<v1::GetSessionResponse> Client::Call(v1::GetSessionRequest request) {
-  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::GetSession, wire_->options,
+  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::GetSession, *wire_,
                    std::move(request));
 }
 absl::StatusOr<v1::ListSessionsResponse> Client::Call(v1::ListSessionsRequest request) {
-  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::ListSessions, wire_->options,
+  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::ListSessions, *wire_,
                    std::move(request));
 }
 absl::StatusOr<v1::UpdateSessionResponse> Client::Call(v1::UpdateSessionRequest request) {
-  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::UpdateSession, wire_->options,
+  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::UpdateSession, *wire_,
                    std::move(request));
 }
 absl::StatusOr<v1::DeleteSessionResponse> Client::Call(v1::DeleteSessionRequest request) {
-  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::DeleteSession, wire_->options,
+  return CallUnary(*wire_->sessions, &v1::SessionService::Stub::DeleteSession, *wire_,
                    std::move(request));
 }
 absl::StatusOr<v1::CreateUploadResponse> Client::Call(v1::CreateUploadRequest request) {
-  return CallUnary(*wire_->scans, &v1::ScanService::Stub::CreateUpload, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::CreateUpload, *wire_, std::move(request));
 }
 absl::StatusOr<v1::GetUploadResponse> Client::Call(v1::GetUploadRequest request) {
-  return CallUnary(*wire_->scans, &v1::ScanService::Stub::GetUpload, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::GetUpload, *wire_, std::move(request));
 }
 absl::StatusOr<v1::UploadPieceResponse> Client::Call(v1::UploadPieceRequest request) {
-  return CallUnary(*wire_->scans, &v1::ScanService::Stub::UploadPiece, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::UploadPiece, *wire_, std::move(request));
 }
 absl::StatusOr<v1::GetScanResponse> Client::Call(v1::GetScanRequest request) {
-  return CallUnary(*wire_->scans, &v1::ScanService::Stub::GetScan, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::GetScan, *wire_, std::move(request));
 }
 absl::StatusOr<v1::ListScansResponse> Client::Call(v1::ListScansRequest request) {
-  return CallUnary(*wire_->scans, &v1::ScanService::Stub::ListScans, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::ListScans, *wire_, std::move(request));
 }
 absl::StatusOr<v1::AcceptScanResponse> Client::Call(v1::AcceptScanRequest request) {
-  return CallUnary(*wire_->scans, &v1::ScanService::Stub::AcceptScan, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::AcceptScan, *wire_, std::move(request));
 }
 absl::StatusOr<v1::SetScanPoseResponse> Client::Call(v1::SetScanPoseRequest request) {
-  return CallUnary(*wire_->scans, &v1::ScanService::Stub::SetScanPose, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::SetScanPose, *wire_, std::move(request));
 }
 absl::StatusOr<v1::WithdrawScanResponse> Client::Call(v1::WithdrawScanRequest request) {
-  return CallUnary(*wire_->scans, &v1::ScanService::Stub::WithdrawScan, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::WithdrawScan, *wire_, std::move(request));
 }
 absl::StatusOr<v1::CreatePlanResponse> Client::Call(v1::CreatePlanRequest request) {
-  return CallUnary(*wire_->plans, &v1::PlanService::Stub::CreatePlan, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::CreatePlan, *wire_, std::move(request));
 }
 absl::StatusOr<v1::CancelPlanResponse> Client::Call(v1::CancelPlanRequest request) {
-  return CallUnary(*wire_->plans, &v1::PlanService::Stub::CancelPlan, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::CancelPlan, *wire_, std::move(request));
 }
 absl::StatusOr<v1::GetPlanResponse> Client::Call(v1::GetPlanRequest request) {
-  return CallUnary(*wire_->plans, &v1::PlanService::Stub::GetPlan, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::GetPlan, *wire_, std::move(request));
 }
 absl::StatusOr<v1::ListPlansResponse> Client::Call(v1::ListPlansRequest request) {
-  return CallUnary(*wire_->plans, &v1::PlanService::Stub::ListPlans, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::ListPlans, *wire_, std::move(request));
 }
 absl::StatusOr<v1::EvaluateViewResponse> Client::Call(v1::EvaluateViewRequest request) {
-  return CallUnary(*wire_->plans, &v1::PlanService::Stub::EvaluateView, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::EvaluateView, *wire_, std::move(request));
 }
 absl::StatusOr<v1::RejectViewResponse> Client::Call(v1::RejectViewRequest request) {
-  return CallUnary(*wire_->plans, &v1::PlanService::Stub::RejectView, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::RejectView, *wire_, std::move(request));
 }
 absl::StatusOr<v1::GetCoverageResponse> Client::Call(v1::GetCoverageRequest request) {
-  return CallUnary(*wire_->model, &v1::ModelService::Stub::GetCoverage, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->model, &v1::ModelService::Stub::GetCoverage, *wire_, std::move(request));
 }
 
 absl::StatusOr<v1::AddScannerResponse> Client::Call(v1::AddScannerRequest request) {
@@ -162,8 +149,8 @@ absl::StatusOr<v1::ListClaimsResponse> Client::Call(v1::ListClaimsRequest reques
 absl::StatusOr<Health> Client::CheckHealth(const std::string& service) {
   grpc::health::v1::HealthCheckRequest request;
   request.set_service(service);
-  auto response = CallUnary(*wire_->health, &grpc::health::v1::Health::Stub::Check, wire_->options,
-                            std::move(request));
+  auto response =
+      CallUnary(*wire_->health, &grpc::health::v1::Health::Stub::Check, *wire_, std::move(request));
   if (absl::IsNotFound(response.status())) return Health::kUnknownService;
   if (!response.ok()) return response.status();
   return response->status() == grpc::health::v1::HealthCheckResponse::SERVING ? Health::kServing

@@ -36,6 +36,11 @@ std::string DefaultFix(const Explanation& e) {
     case absl::StatusCode::kResourceExhausted:
       return e.retry_seconds ? absl::StrFormat("try again in %.1f s", *e.retry_seconds)
                              : "try again later";
+    case absl::StatusCode::kUnauthenticated:
+      return "show a token with --token-file FILE or VANTAGE_TOKEN_FILE, or a certificate with "
+             "--tls-cert and --tls-key";
+    case absl::StatusCode::kPermissionDenied:
+      return "ask the server's operator for the role";
     case absl::StatusCode::kInvalidArgument:
       return e.violations.empty() ? "" : "correct the fields named above";
     case absl::StatusCode::kInternal:

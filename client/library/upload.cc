@@ -83,8 +83,8 @@ class Acknowledged {
 // Sends what the server lacks over one stream.
 class StreamAttempt {
  public:
-  StreamAttempt(v1::ScanService::Stub& stub, const v1::Upload& upload, absl::string_view bytes,
-                UploadProgress& progress,
+  StreamAttempt(std::unique_ptr<grpc::ClientContext> context, v1::ScanService::Stub& stub,
+                const v1::Upload& upload, absl::string_view bytes, UploadProgress& progress,
                 absl::FunctionRef<void(const UploadProgress&)> on_progress)
       : upload_(upload),
         bytes_(bytes),
@@ -93,7 +93,8 @@ class StreamAttempt {
         progress_(progress),
         on_progress_(on_progress),
         acknowledged_(upload.next_offset(), upload.credit_offset()),
-        stream_(stub.UploadScan(&context_)) {}
+        context_(std::move(context)),
+        stream_(stub.UploadScan(context_.get())) {}
 
   // How the stream ended; `outcome` is what the server said last.
   grpc::Status Run(Acknowledged::Snapshot& outcome) {
@@ -106,7 +107,7 @@ class StreamAttempt {
     // The last word comes after the last piece: committed, or not what was announced.
     outcome = WaitFor(
         [](const Acknowledged::Snapshot& now) { return now.state != v1::UPLOAD_STATE_OPEN; });
-    if (outcome.silent) context_.TryCancel();
+    if (outcome.silent) context_->TryCancel();
     stream_->WritesDone();
     reader.join();
     grpc::Status status = stream_->Finish();
@@ -162,7 +163,7 @@ class StreamAttempt {
   UploadProgress& progress_;
   absl::FunctionRef<void(const UploadProgress&)> on_progress_;
   Acknowledged acknowledged_;
-  grpc::ClientContext context_;
+  const std::unique_ptr<grpc::ClientContext> context_;
   std::unique_ptr<UploadStream> stream_;
 };
 
@@ -237,7 +238,9 @@ absl::StatusOr<std::string> Client::Upload(
 
     const int64_t before = state.next_offset();
     Acknowledged::Snapshot outcome;
-    StreamAttempt attempt(*wire_->scans, state, bytes, progress, on_progress);
+    auto context = std::make_unique<grpc::ClientContext>();
+    if (absl::Status prepared = wire_->Prepare(*context); !prepared.ok()) return prepared;
+    StreamAttempt attempt(std::move(context), *wire_->scans, state, bytes, progress, on_progress);
     const grpc::Status ended = attempt.Run(outcome);
     if (outcome.stored > before) resumption.Progress();
     if (outcome.state == v1::UPLOAD_STATE_OPEN) {

@@ -42,6 +42,7 @@ absl::Status Client::WatchSession(const std::string& session, uint64_t after_seq
     request.set_name(session);
     request.set_after_sequence(last);
     grpc::ClientContext context;
+    if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
     auto stream = wire_->sessions->WatchSession(&context, request);
     v1::WatchSessionResponse response;
     while (stream->Read(&response)) {
@@ -100,6 +101,7 @@ absl::StatusOr<v1::Plan> Client::WatchPlan(const std::string& name,
     request.set_name(name);
     request.set_after_revision(latest.revision());
     grpc::ClientContext context;
+    if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
     auto stream = wire_->plans->WatchPlan(&context, request);
     v1::WatchPlanResponse response;
     while (stream->Read(&response)) {
@@ -144,6 +146,7 @@ absl::StatusOr<std::string> Client::Export(
     const v1::ExportModelRequest& request,
     absl::FunctionRef<absl::Status(absl::string_view)> sink) {
   grpc::ClientContext context;
+  if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
   auto stream = wire_->model->ExportModel(&context, request);
   v1::ExportModelResponse response;
   std::string file_name;

@@ -7,6 +7,7 @@
 #include <thread>
 
 #include "absl/strings/str_format.h"
+#include "client/library/credentials.h"
 
 namespace vantage {
 namespace {
@@ -30,14 +31,22 @@ Client::Wire::Wire(ClientOptions client_options) : options(std::move(client_opti
   // Retrying is ours: it has to know of request ids, RetryInfo and resuming.
   arguments.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);
   arguments.SetMaxReceiveMessageSize(kLargestMessage);
-  channel =
-      grpc::CreateCustomChannel(options.server, grpc::InsecureChannelCredentials(), arguments);
+  auto credentials = MakeChannelCredentials(options);
+  usable = credentials.status();
+  channel = grpc::CreateCustomChannel(
+      options.server, usable.ok() ? *credentials : grpc::InsecureChannelCredentials(), arguments);
   sessions = v1::SessionService::NewStub(channel);
   scans = v1::ScanService::NewStub(channel);
   plans = v1::PlanService::NewStub(channel);
   model = v1::ModelService::NewStub(channel);
   fleet = v1::FleetService::NewStub(channel);
   health = grpc::health::v1::Health::NewStub(channel);
+}
+
+absl::Status Client::Wire::Prepare(grpc::ClientContext& context) const {
+  if (!usable.ok()) return usable;
+  if (!options.traceparent.empty()) context.AddMetadata("traceparent", options.traceparent);
+  return AddToken(options, context);
 }
 
 std::chrono::system_clock::time_point DeadlineIn(double seconds) {

@@ -24,7 +24,11 @@ namespace vantage {
 struct Client::Wire {
   explicit Wire(ClientOptions options);
 
+  // Before every call: adds what goes with it. An error when the options cannot be followed.
+  absl::Status Prepare(grpc::ClientContext& context) const;
+
   ClientOptions options;
+  absl::Status usable;  // why there is no channel to speak of
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::SessionService::Stub> sessions;
   std::unique_ptr<v1::ScanService::Stub> scans;

@@ -10,6 +10,8 @@
 #include <tuple>
 #include <utility>
 
+#include "server/observe/log_context.h"
+
 namespace vantage {
 namespace {
 
@@ -58,6 +60,7 @@ struct PlanningPool::Queued {
   std::shared_ptr<Share> share;
   JobPriority priority;
   Job job;
+  LogContext context;  // the trace that it was submitted for
 };
 
 // One call of For(). May outlive it (helpers share it), but `body` is touched only while indices
@@ -141,6 +144,11 @@ double PlanningPool::Used(const Share& share) const {
   return share.seconds;
 }
 
+PlanningPool::Load PlanningPool::load() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return {queue_.size(), running_};
+}
+
 void PlanningPool::Activate(Share& share) {
   if (share.active++ == 0) share.used = std::max(share.used, floor_);
 }
@@ -150,7 +158,7 @@ void PlanningPool::Submit(std::shared_ptr<Share> share, JobPriority priority, Jo
     std::lock_guard<std::mutex> lock(mutex_);
     if (stopping_) return;
     Activate(*share);
-    queue_.push_back({std::move(share), priority, std::move(job)});
+    queue_.push_back({std::move(share), priority, std::move(job), CurrentLogContext()});
   }
   queue_changed_.notify_one();
 }
@@ -258,11 +266,13 @@ void PlanningPool::RunJobs() {
     queue_.erase(queue_.begin() + static_cast<std::ptrdiff_t>(index));
     const bool plan = entry.priority == JobPriority::kPlan;
     if (plan) ++running_plans_;
+    ++running_;
     holder.share = entry.share;
     holder.priority = entry.priority;
     Acquire(holder, lock);
     lock.unlock();
     {
+      const ScopedLogContext context(std::move(entry.context));
       Lane lane(*this, entry.share, entry.priority);
       entry.job(lane);
       entry.job = nullptr;  // what it holds is released outside the lock
@@ -272,6 +282,7 @@ void PlanningPool::RunJobs() {
     --entry.share->active;
     holder.share.reset();
     if (plan) --running_plans_;
+    --running_;
     Schedule();
     queue_changed_.notify_one();
   }

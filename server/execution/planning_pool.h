@@ -49,6 +49,11 @@ class PlanningPool {
   void Submit(std::shared_ptr<Share> share, JobPriority priority, Job job);
 
   int slots() const { return slots_; }
+  struct Load {
+    size_t queued = 0;  // jobs that have not begun
+    int running = 0;    // jobs that have
+  };
+  Load load() const;
   // Processor seconds that a share has used.
   double Used(const Share& share) const;
 
@@ -84,6 +89,7 @@ class PlanningPool {
   std::vector<std::shared_ptr<Loop>> loops_ ABSL_GUARDED_BY(mutex_);
   std::vector<Holder*> idle_helpers_ ABSL_GUARDED_BY(mutex_);
   int free_slots_ ABSL_GUARDED_BY(mutex_);
+  int running_ ABSL_GUARDED_BY(mutex_) = 0;
   int running_plans_ ABSL_GUARDED_BY(mutex_) = 0;
   double floor_ ABSL_GUARDED_BY(mutex_) = 0;  // used time that a session starts from
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;

@@ -1,5 +1,6 @@
 #include "server/execution/strand.h"
 
+#include <tuple>
 #include <utility>
 
 namespace vantage {
@@ -11,7 +12,7 @@ bool Strand::TryPost(Operation operation) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     if (closed_ || operations_.size() >= capacity_) return false;
-    operations_.push_back(std::move(operation));
+    operations_.emplace_back(std::move(operation), CurrentLogContext());
     if (running_) return true;
     running_ = true;
   }
@@ -25,7 +26,7 @@ size_t Strand::Size() const {
 }
 
 void Strand::Close() {
-  std::deque<Operation> dropped;
+  std::deque<std::pair<Operation, LogContext>> dropped;
   std::lock_guard<std::mutex> lock(mutex_);
   closed_ = true;
   dropped.swap(operations_);
@@ -43,15 +44,19 @@ void Strand::Next() {
 
 void Strand::RunOne(Parallel& parallel) {
   Operation operation;
+  LogContext context;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     if (!operations_.empty()) {
-      operation = std::move(operations_.front());
+      std::tie(operation, context) = std::move(operations_.front());
       operations_.pop_front();
     }
   }
-  if (operation) operation(parallel);
-  operation = nullptr;
+  if (operation) {
+    const ScopedLogContext scope(std::move(context));
+    operation(parallel);
+    operation = nullptr;
+  }
   {
     std::lock_guard<std::mutex> lock(mutex_);
     if (operations_.empty()) {

@@ -8,10 +8,12 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <utility>
 
 #include "absl/base/thread_annotations.h"
 #include "core/parallel/parallel.h"
 #include "server/execution/planning_pool.h"
+#include "server/observe/log_context.h"
 
 namespace vantage {
 
@@ -43,7 +45,8 @@ class Strand : public std::enable_shared_from_this<Strand> {
   const size_t capacity_;
   mutable std::mutex mutex_;
   std::condition_variable idle_;
-  std::deque<Operation> operations_ ABSL_GUARDED_BY(mutex_);
+  // Each with the trace that it was posted for.
+  std::deque<std::pair<Operation, LogContext>> operations_ ABSL_GUARDED_BY(mutex_);
   bool running_ ABSL_GUARDED_BY(mutex_) = false;
   bool closed_ ABSL_GUARDED_BY(mutex_) = false;
 };

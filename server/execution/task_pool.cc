@@ -23,7 +23,7 @@ bool TaskPool::TryPost(Task task) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     if (tasks_.size() >= capacity_) return false;
-    tasks_.push_back(std::move(task));
+    tasks_.push_back({std::move(task), CurrentLogContext()});
   }
   wake_.notify_one();
   return true;
@@ -32,9 +32,14 @@ bool TaskPool::TryPost(Task task) {
 void TaskPool::Post(Task task) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    tasks_.push_back(std::move(task));
+    tasks_.push_back({std::move(task), CurrentLogContext()});
   }
   wake_.notify_one();
+}
+
+size_t TaskPool::waiting() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return tasks_.size();
 }
 
 void TaskPool::Work() {
@@ -43,11 +48,14 @@ void TaskPool::Work() {
     wake_.wait(lock,
                [this]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return stopping_ || !tasks_.empty(); });
     if (tasks_.empty()) return;
-    Task task = std::move(tasks_.front());
+    Posted next = std::move(tasks_.front());
     tasks_.pop_front();
     lock.unlock();
-    task();
-    task = nullptr;  // what it holds is released outside the lock
+    {
+      const ScopedLogContext context(std::move(next.context));
+      next.task();
+      next.task = nullptr;  // what it holds is released outside the lock
+    }
     lock.lock();
   }
 }

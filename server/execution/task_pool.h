@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
+#include "server/observe/log_context.h"
 
 namespace vantage {
 
@@ -33,13 +34,21 @@ class TaskPool {
   // time, so their number is bounded by the streams). Never refused.
   void Post(Task task);
 
+  size_t waiting() const;
+  size_t capacity() const { return capacity_; }
+
  private:
+  // With the trace that it was posted for.
+  struct Posted {
+    Task task;
+    LogContext context;
+  };
   void Work();
 
   const size_t capacity_;
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable wake_;
-  std::deque<Task> tasks_ ABSL_GUARDED_BY(mutex_);
+  std::deque<Posted> tasks_ ABSL_GUARDED_BY(mutex_);
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
 };

@@ -8,11 +8,10 @@
 #include <thread>
 #include <utility>
 
-#include "absl/strings/match.h"
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_split.h"
 #include "grpc/health/v1/health.pb.h"
+#include "server/main/credentials.h"
+#include "server/main/monitor.h"
 #include "server/session/error.h"
 
 namespace vantage {
@@ -22,6 +21,7 @@ namespace {
 constexpr int kMaxJobs = 16;
 // Room for a message's framing beyond its largest piece.
 constexpr int kMaxHeaderBytes = 8 << 10;
+constexpr std::chrono::seconds kCallersRefresh(2);
 
 int CoresOr(int threads) {
   return threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -29,80 +29,126 @@ int CoresOr(int threads) {
 
 }  // namespace
 
-bool IsLoopback(const std::string& address) {
-  if (absl::StartsWith(address, "unix:")) return true;
-  if (absl::StartsWith(address, "[::1]") || address == "::1") return true;
-  const std::string host = address.substr(0, address.rfind(':'));
-  if (host == "localhost") return true;
-  const std::vector<std::string> parts = absl::StrSplit(host, '.');
-  int number = 0;
-  return parts.size() == 4 && parts[0] == "127" &&
-         std::all_of(parts.begin(), parts.end(), [&](const std::string& part) {
-           return absl::SimpleAtoi(part, &number) && number >= 0 && number <= 255;
-         });
-}
-
 absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& options, Store& store,
                                                       Log& log, Algorithms algorithms,
                                                       Journal::Clock clock) {
-  if (!options.allow_insecure_remote && !IsLoopback(options.listen)) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "listen address '", options.listen,
-        "' is not loopback, and nothing would protect it: use 127.0.0.1:PORT, put a proxy with "
-        "TLS in front, or say --allow-insecure-remote"));
+  absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials =
+      MakeCredentials(options.access, options.listen);
+  if (!credentials.ok()) return credentials.status();
+  std::unique_ptr<CallersFile> callers;
+  if (!options.access.callers_file.empty()) {
+    absl::StatusOr<std::unique_ptr<CallersFile>> opened =
+        CallersFile::Open(options.access.callers_file);
+    if (!opened.ok()) return absl::InvalidArgumentError(opened.status().message());
+    callers = *std::move(opened);
   }
   std::unique_ptr<Server> server(
-      new Server(options, store, log, std::move(algorithms), std::move(clock)));
-  absl::Status serving = server->Serve();
+      new Server(options, store, log, std::move(callers), std::move(algorithms), std::move(clock)));
+  absl::Status serving = server->Serve(*credentials);
   if (!serving.ok()) return serving;
   return server;
 }
 
-Server::Server(const ServerOptions& options, Store& store, Log& log, Algorithms algorithms,
-               Journal::Clock clock)
+Server::Server(const ServerOptions& options, Store& store, Log& log,
+               std::unique_ptr<CallersFile> callers, Algorithms algorithms, Journal::Clock clock)
     : options_(options),
       log_(log),
+      store_(store, metrics_),
+      gate_(options.access, std::move(callers)),
+      memory_(options.memory_bytes),
       pool_(CoresOr(options.threads), kMaxJobs),
       tasks_(options.request_threads, options.queued_requests),
-      sessions_(std::make_unique<SessionRegistry>(SessionSurroundings{
-          store, pool_, timer_, log, options.limits, std::move(algorithms), std::move(clock)})),
-      services_(std::make_unique<Services>(RpcEnvironment{*sessions_, tasks_, timer_, log})) {}
+      sessions_(std::make_unique<SessionRegistry>(
+          SessionSurroundings{store_, pool_, timer_, log, options.limits, std::move(algorithms),
+                              std::move(clock), &metrics_, &memory_})),
+      services_(std::make_unique<Services>(
+          RpcEnvironment{*sessions_, tasks_, timer_, log, gate_, metrics_, calls_under_way_})) {}
 
-absl::Status Server::Serve() {
+absl::Status Server::Serve(const std::shared_ptr<grpc::ServerCredentials>& credentials) {
   // Linked in so that reflection can describe the built-in health service.
   grpc::health::v1::HealthCheckRequest::descriptor();
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
-  grpc::channelz::experimental::InitChannelzService();
+  // It says who is connected and what they call, which is nobody's business where callers differ.
+  if (!options_.access.identified()) grpc::channelz::experimental::InitChannelzService();
 
   grpc::ServerBuilder builder;
-  builder.AddListeningPort(options_.listen, grpc::InsecureServerCredentials(), &port_);
+  builder.AddListeningPort(options_.listen, credentials, &port_);
   services_->Register(builder);
   builder.SetMaxReceiveMessageSize(options_.limits.message_bytes);
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, kMaxHeaderBytes);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 256);
+  // Whoever connects and says nothing is soon gone.
+  builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 10'000);
+  // Pieces are compressed by themselves; a message that unfolds is only good for filling memory.
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
+  builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
   // A link that went silent is noticed within seconds; clients may ping as often as every second.
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 5'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 4'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 1'000);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  if (options_.access.identified()) {
+    // A credential that was taken back may have a stream open: it ends with its connection.
+    builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, 3'600'000);
+    builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_GRACE_MS, 60'000);
+  }
   server_ = builder.BuildAndStart();
   if (server_ == nullptr || port_ == 0) {
     return absl::UnavailableError(
         absl::StrCat("cannot listen on '", options_.listen, "': in use, or not an address"));
   }
   SetServing(false);
+  memory_.OnShortage([this](int64_t bytes) {
+    metrics_.CounterOf("vantage_memory_short_total", "Times that the memory did not suffice.")
+        .Add();
+    sessions_->FreeMemory(bytes);
+  });
+  if (absl::Status http = ServeHttp(); !http.ok()) return http;
   absl::Status loaded = sessions_->LoadAll();
   if (!loaded.ok()) return loaded;
   SetServing(true);
+  state_ = "serving";
   {
     std::lock_guard<std::mutex> lock(collect_mutex_);
     collects_ = true;
     CollectLater();
   }
+  {
+    std::lock_guard<std::mutex> lock(refresh_mutex_);
+    refreshes_ = true;
+    RefreshLater();
+  }
   log_.Info("serving", {{"port", port_}, {"threads", pool_.slots()}});
+  return absl::OkStatus();
+}
+
+// Up before the sessions are taken up, so that whoever waits can see why.
+absl::Status Server::ServeHttp() {
+  if (options_.http_listen.empty()) return absl::OkStatus();
+  if (!options_.http_allow_remote && !IsLoopback(options_.http_listen)) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "HTTP address '", options_.http_listen,
+        "' is not loopback, and anyone could read the metrics: say --http-allow-remote"));
+  }
+  const Monitored monitored{
+      metrics_, *sessions_, pool_, tasks_, options_.access, options_.data_folder, [this] {
+        return std::string(state_.load());
+      }};
+  AddGauges(monitored);
+  metrics_.AddGauge("vantage_memory_reserved_bytes", "Estimated for models and plans.", {},
+                    [this] { return static_cast<double>(memory_.used()); });
+  metrics_.AddGauge("vantage_memory_budget_bytes", "For models and plans; 0: no limit.", {},
+                    [this] { return static_cast<double>(memory_.budget()); });
+  metrics_.AddGauge("vantage_rpcs_under_way", "Calls that have not ended, streams included.", {},
+                    [this] { return static_cast<double>(calls_under_way_.load()); });
+  absl::StatusOr<std::unique_ptr<HttpListener>> listener =
+      HttpListener::Start(options_.http_listen, MonitorPages(monitored));
+  if (!listener.ok()) return listener.status();
+  http_ = *std::move(listener);
+  log_.Info("serving HTTP", {{"port", http_->port()}});
   return absl::OkStatus();
 }
 
@@ -126,15 +172,44 @@ void Server::Collect() {
   CollectLater();
 }
 
+void Server::RefreshLater() {
+  timer_.After(kCallersRefresh, [this] {
+    std::lock_guard<std::mutex> lock(refresh_mutex_);
+    if (!refreshes_) return;
+    tasks_.Post([this] {
+      RefreshCallers();
+      std::lock_guard<std::mutex> again(refresh_mutex_);
+      if (refreshes_) RefreshLater();
+    });
+  });
+}
+
+void Server::RefreshCallers() {
+  const absl::StatusOr<bool> changed = gate_.RefreshCallers();
+  const std::string error = changed.ok() ? "" : changed.status().ToString();
+  std::lock_guard<std::mutex> lock(refresh_mutex_);
+  if (changed.ok() && *changed) log_.Info("the callers file was read again");
+  if (!error.empty() && error != refresh_error_) {
+    log_.Error("the callers file cannot be used; the callers known before stay",
+               {{"error", error}});
+  }
+  refresh_error_ = error;
+}
+
 void Server::Drain() {
   if (drained_ || server_ == nullptr) return;
   drained_ = true;
   log_.Info("draining");
+  state_ = "draining";
   SetServing(false);
   sessions_->BeginDrain();
   {
     std::lock_guard<std::mutex> lock(collect_mutex_);
     collects_ = false;
+  }
+  {
+    std::lock_guard<std::mutex> lock(refresh_mutex_);
+    refreshes_ = false;
   }
   const bool rested = sessions_->WaitUntilIdle(options_.drain_patience);
   // Open calls get a moment to finish by themselves, then are cancelled.
@@ -142,6 +217,9 @@ void Server::Drain() {
   log_.Info("drained", {{"everything_ended", rested}});
 }
 
-Server::~Server() { Drain(); }
+Server::~Server() {
+  Drain();
+  memory_.OnNoShortage();
+}
 
 }  // namespace vantage

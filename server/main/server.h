@@ -5,6 +5,7 @@
 
 #include <grpcpp/grpcpp.h>
 
+#include <atomic>
 #include <chrono>
 #include <memory>
 #include <mutex>
@@ -16,20 +17,30 @@
 #include "server/execution/planning_pool.h"
 #include "server/execution/task_pool.h"
 #include "server/execution/timer.h"
+#include "server/observe/http_listener.h"
 #include "server/observe/log.h"
+#include "server/observe/metrics.h"
+#include "server/rpc/gate.h"
 #include "server/rpc/services.h"
 #include "server/session/session_registry.h"
+#include "server/store/observed_store.h"
 #include "server/store/store.h"
 
 namespace vantage {
 
 struct ServerOptions {
   std::string listen = "127.0.0.1:7464";  // port 0: one that is free
-  bool allow_insecure_remote = false;     // serve addresses other than loopback without TLS
-  int threads = 0;                        // that compute; 0: one per core
-  int request_threads = 4;                // that answer
+  AccessOptions access;
+  // Where metrics, health and the status page are; empty: nowhere. Other addresses than loopback
+  // only where http_allow_remote says so.
+  std::string http_listen;
+  bool http_allow_remote = false;
+  std::string data_folder;  // whose free space is shown; empty: none
+  int threads = 0;          // that compute; 0: one per core
+  int request_threads = 4;  // that answer
   size_t queued_requests = 1024;
   Limits limits;
+  int64_t memory_bytes = 0;  // for models and plans; 0: no limit
   // How often what is past its time is collected.
   std::chrono::milliseconds collect_every = std::chrono::minutes(10);
   // How long a shutdown may take: plans end and merges finish in this time.
@@ -39,7 +50,8 @@ struct ServerOptions {
 class Server {
  public:
   // Starts serving: NOT_SERVING until every session that the store has is taken up, SERVING then.
-  // INVALID_ARGUMENT: an address that is not loopback without allow_insecure_remote.
+  // INVALID_ARGUMENT: an address that is not loopback and not protected, or files of `access` that
+  // cannot be used.
   // UNAVAILABLE: the address cannot be had. `store` and `log` outlive the server.
   static absl::StatusOr<std::unique_ptr<Server>> Start(const ServerOptions& options, Store& store,
                                                        Log& log,
@@ -51,19 +63,26 @@ class Server {
   Server& operator=(const Server&) = delete;
 
   int port() const { return port_; }
+  // 0: no HTTP listener.
+  int http_port() const { return http_ == nullptr ? 0 : http_->port(); }
   SessionRegistry& sessions() { return *sessions_; }
+
+  // Reads the callers file again now, where there is one; it is looked at every 2 s anyway.
+  void RefreshCallers();
 
   // Ends in order: health says NOT_SERVING, new work is refused, plans end with their best,
   // streams are told where to resume, merges finish, the port closes. Idempotent.
   void Drain();
 
  private:
-  Server(const ServerOptions& options, Store& store, Log& log, Algorithms algorithms,
-         Journal::Clock clock);
-  absl::Status Serve();
+  Server(const ServerOptions& options, Store& store, Log& log, std::unique_ptr<CallersFile> callers,
+         Algorithms algorithms, Journal::Clock clock);
+  absl::Status Serve(const std::shared_ptr<grpc::ServerCredentials>& credentials);
   void SetServing(bool serving);
+  absl::Status ServeHttp();
   void CollectLater() ABSL_EXCLUSIVE_LOCKS_REQUIRED(collect_mutex_);
   void Collect();
+  void RefreshLater() ABSL_EXCLUSIVE_LOCKS_REQUIRED(refresh_mutex_);
 
   const ServerOptions options_;
   Log& log_;
@@ -71,16 +90,23 @@ class Server {
   int port_ = 0;
   std::mutex collect_mutex_;  // held while it collects
   bool collects_ ABSL_GUARDED_BY(collect_mutex_) = false;
+  std::mutex refresh_mutex_;
+  bool refreshes_ ABSL_GUARDED_BY(refresh_mutex_) = false;
+  std::string refresh_error_ ABSL_GUARDED_BY(refresh_mutex_);  // said already
+  Metrics metrics_;
+  ObservedStore store_;
+  std::atomic<int> calls_under_way_{0};
+  std::atomic<const char*> state_{"starting"};
+  Gate gate_;
   Timer timer_;
+  MemoryAccount memory_;
   PlanningPool pool_;
   TaskPool tasks_;
   std::unique_ptr<SessionRegistry> sessions_;
   std::unique_ptr<Services> services_;
   std::unique_ptr<grpc::Server> server_;
+  std::unique_ptr<HttpListener> http_;
 };
-
-// True for 127.0.0.0/8, [::1], localhost and unix sockets, with or without a port.
-bool IsLoopback(const std::string& address);
 
 }  // namespace vantage
 

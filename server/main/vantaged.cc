@@ -1,4 +1,7 @@
 // The server program: reads its configuration, serves until SIGTERM or SIGINT, drains, exits 0.
+#include <unistd.h>
+
+#include <algorithm>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -11,6 +14,9 @@
 #include <CLI/CLI.hpp>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
+#include "server/guard/callers.h"
 #include "server/main/healthcheck.h"
 #include "server/main/server.h"
 #include "server/store/backup.h"
@@ -38,9 +44,22 @@ std::string DefaultDataFolder() {
   return home.empty() ? "" : home + "/.local/state/vantage";
 }
 
+// What the machine has, or the container where that is less, bytes; 0: not known.
+int64_t AvailableMemory() {
+  const int64_t machine = static_cast<int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGESIZE);
+  int64_t container = 0;
+  for (const char* limit :
+       {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
+    std::ifstream file(limit);
+    if (int64_t bytes = 0; file >> bytes && bytes > 0) container = bytes;
+  }
+  return container > 0 ? std::min(container, machine) : std::max<int64_t>(0, machine);
+}
+
 struct Program {
   ServerOptions server;
   std::string port_file;
+  std::string http_port_file;
   std::string healthcheck;
   LogLevel log_level = LogLevel::kInfo;
   std::string data = DefaultDataFolder();
@@ -49,12 +68,18 @@ struct Program {
   const CLI::App* backup = nullptr;
   const CLI::App* restore = nullptr;
   const CLI::App* verify = nullptr;
+  const CLI::App* token = nullptr;
+  Caller caller;  // that the token is for
+  std::string caller_roles;
+  int token_days = 365;
   size_t store_mib = 4096;
   size_t scan_mib = 512;
   int drain_seconds = 20;
   int keep_sessions_days = 0;
   int keep_withdrawn_days = 0;
   int quota_mib = 0;
+  int memory_mib = 0;
+  int put_away_minutes = 30;
 };
 
 void Declare(CLI::App& app, Program& program) {
@@ -62,9 +87,13 @@ void Declare(CLI::App& app, Program& program) {
   app.set_version_flag("--version", "vantaged " VANTAGE_VERSION);
   app.add_option("--listen", program.server.listen, "address and port; port 0 takes a free one")
       ->capture_default_str();
-  app.add_flag("--allow-insecure-remote", program.server.allow_insecure_remote,
-               "serve other machines without encryption or authentication; anyone who reaches the "
-               "port can read and delete every session");
+  app.add_option("--http", program.server.http_listen,
+                 "address and port of metrics (/metrics), health (/healthz, /readyz) and a status "
+                 "page (/); none: nowhere");
+  app.add_flag("--http-allow-remote", program.server.http_allow_remote,
+               "serve them to other machines too, to whoever asks; they name no session, tenant or "
+               "caller");
+  app.add_option("--http-port-file", program.http_port_file, "write the port of HTTP here");
   app.add_option("--port-file", program.port_file, "write the port here once serving");
   app.add_option("--threads", program.server.threads, "threads that compute; 0: one per core")
       ->check(CLI::Range(0, 256))
@@ -100,14 +129,15 @@ void Declare(CLI::App& app, Program& program) {
                  "what the sessions of one tenant may keep, MiB; 0: as much as there is room for")
       ->check(CLI::Range(0, 1 << 30))
       ->capture_default_str();
-  app.add_option("--tenant-metadata", program.server.limits.tenant_metadata,
-                 "metadata key by which the proxy in front, which authenticates the callers, names "
-                 "their tenant; without, all callers are one tenant")
-      ->check([](const std::string& key) {
-        const bool plain =
-            key.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_.") == std::string::npos;
-        return plain ? "" : "must be of lower-case letters, digits, '-', '_' and '.'";
-      });
+  app.add_option("--memory-mib", program.memory_mib,
+                 "for models and plans, MiB; 0: 70 % of what this machine or its container has")
+      ->check(CLI::Range(0, 1 << 24))
+      ->capture_default_str();
+  app.add_option("--put-away-minutes", program.put_away_minutes,
+                 "models that nobody used for so long leave memory, and come back when they are "
+                 "needed; 0: never")
+      ->check(CLI::Range(0, 1 << 20))
+      ->capture_default_str();
   app.add_option("--drain-seconds", program.drain_seconds,
                  "how long a shutdown waits for plans and merges")
       ->check(CLI::Range(0, 3600))
@@ -120,8 +150,75 @@ void Declare(CLI::App& app, Program& program) {
   app.add_option("--log-level", program.log_level, "debug, info, warning, error or off")
       ->transform(CLI::CheckedTransformer(levels, CLI::ignore_case));
   app.add_option("--healthcheck", program.healthcheck,
-                 "don't serve: ask the server at this address whether it serves")
+                 "don't serve: ask the server at this address whether it serves; "
+                 "'http://HOST:PORT' asks its HTTP listener, which needs no credentials")
       ->configurable(false);
+}
+
+// Who may reach the server.
+void DeclareAccess(CLI::App& app, AccessOptions& access) {
+  app.add_flag(
+      "--allow-insecure-remote", access.allow_insecure_remote,
+      "serve other machines even where that is not encrypted or callers don't have to show "
+      "who they are; anyone who reaches the port can read and delete every session");
+  app.add_option("--tls-cert", access.tls_cert,
+                 "PEM file of this server's certificate, with what leads to its root; read again "
+                 "when it changes");
+  app.add_option("--tls-key", access.tls_key, "PEM file of its key");
+  app.add_option("--tls-client-ca", access.tls_client_ca,
+                 "PEM file of what signs the certificates that clients must have");
+  app.add_flag("--tls-optional-client-certificates", access.tls_optional_client_certificates,
+               "let clients without a certificate show a token instead");
+  app.add_option("--callers", access.callers_file,
+                 "file of callers, one a line: NAME TENANT ROLES CREDENTIAL [EXPIRES]; "
+                 "'vantaged token' makes lines. Read again when it changes, and on SIGHUP");
+  app.add_option("--tenant-metadata", access.tenant_metadata,
+                 "metadata key by which the proxy in front, which authenticates the callers, names "
+                 "their tenant. With --callers it is heeded from callers of tenant '*' only")
+      ->check([](const std::string& key) {
+        const bool plain =
+            key.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_.") == std::string::npos;
+        return plain ? "" : "must be of lower-case letters, digits, '-', '_' and '.'";
+      });
+  app.add_option("--calls-per-second", access.calls_per_second,
+                 "calls of one caller, in the long run; 0: as many as come")
+      ->check(CLI::Range(0.0, 1e6))
+      ->capture_default_str();
+  app.add_option("--calls-at-once", access.calls_at_once, "calls of one caller after a rest")
+      ->check(CLI::Range(1.0, 1e6))
+      ->capture_default_str();
+}
+
+// Makes a token for a new line of the callers file.
+void DeclareToken(CLI::App& app, Program& program) {
+  CLI::App* token = app.add_subcommand(
+      "token", "make a bearer token; prints it, and the line for the callers file");
+  token->add_option("name", program.caller.name, "who gets it")->required();
+  token
+      ->add_option("tenant", program.caller.tenant,
+                   "whose sessions it opens and sees; '-': those opened when callers were not "
+                   "told apart; '*': a proxy's, which names the tenant of each call")
+      ->required();
+  token->add_option("roles", program.caller_roles, "of read,submit,plan,administer")->required();
+  token->add_option("--days", program.token_days, "how long it is good for")
+      ->check(CLI::Range(1, 3650))
+      ->capture_default_str();
+  program.token = token;
+}
+
+int MakeTokenLine(const Program& program) {
+  const NewToken made = MakeToken();
+  const absl::Time expires = absl::Now() + absl::Hours(24) * program.token_days;
+  const std::string line = absl::StrCat(
+      program.caller.name, " ", program.caller.tenant, " ", program.caller_roles, " ",
+      made.credential, " ", absl::FormatTime("%Y-%m-%dT%H:%M:%SZ", expires, absl::UTCTimeZone()));
+  const absl::Status valid = CallerList::Parse(line).status();
+  if (!valid.ok()) {
+    std::fprintf(stderr, "vantaged: %s\n", std::string(valid.message()).c_str());
+    return kExitUsage;
+  }
+  std::printf("%s\n%s\n", made.token.c_str(), line.c_str());
+  return 0;
 }
 
 // What an operator does with the data; none of it needs the server to stop.
@@ -204,12 +301,20 @@ int Serve(const Program& program, const sigset_t& signals) {
   const std::string host = program.server.listen.substr(0, program.server.listen.rfind(':'));
   std::printf("vantaged %s listening on %s:%d\n", VANTAGE_VERSION, host.c_str(), (*server)->port());
   std::fflush(stdout);
+  if (!program.http_port_file.empty() &&
+      !WritePortFile(program.http_port_file, (*server)->http_port())) {
+    std::fprintf(stderr, "vantaged: cannot write %s\n", program.http_port_file.c_str());
+    return kExitFailed;
+  }
   if (!program.port_file.empty() && !WritePortFile(program.port_file, (*server)->port())) {
     std::fprintf(stderr, "vantaged: cannot write %s\n", program.port_file.c_str());
     return kExitFailed;
   }
-  int received = 0;
-  sigwait(&signals, &received);
+  int received = SIGHUP;
+  while (received == SIGHUP) {
+    sigwait(&signals, &received);
+    if (received == SIGHUP) (*server)->RefreshCallers();
+  }
   (*server)->Drain();
   return 0;
 }
@@ -218,22 +323,35 @@ int Main(int argc, char** argv) {
   Program program;
   CLI::App app("Vantage: plans where a scanner should stand next. Serves gRPC.", "vantaged");
   Declare(app, program);
+  DeclareAccess(app, program.server.access);
   DeclareOperations(app, program);
+  DeclareToken(app, program);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : kExitUsage;
   }
   if (*program.backup || *program.restore || *program.verify) return Operate(program);
+  if (*program.token) return MakeTokenLine(program);
   if (!program.healthcheck.empty()) {
     const absl::Status healthy = CheckHealth(program.healthcheck);
     if (healthy.ok()) return 0;
     std::fprintf(stderr, "vantaged: %s\n", std::string(healthy.message()).c_str());
     return kExitUnhealthy;
   }
-  if (program.in_memory) program.server.limits.snapshots_per_session = 0;
+  if (program.in_memory) {
+    program.server.limits.snapshots_per_session = 0;
+  } else {
+    program.server.data_folder = program.data;
+  }
   program.server.limits.encoded_scan_bytes = static_cast<int64_t>(program.scan_mib) << 20;
   program.server.limits.tenant_bytes = static_cast<int64_t>(program.quota_mib) << 20;
+  program.server.memory_bytes = program.memory_mib > 0
+                                    ? static_cast<int64_t>(program.memory_mib) << 20
+                                    : AvailableMemory() / 10 * 7;
+  if (program.put_away_minutes > 0) {
+    program.server.limits.put_away_after = absl::Minutes(program.put_away_minutes);
+  }
   if (program.keep_sessions_days > 0) {
     program.server.limits.keep_sessions = absl::Hours(24) * program.keep_sessions_days;
   }
@@ -247,6 +365,7 @@ int Main(int argc, char** argv) {
   sigemptyset(&signals);
   sigaddset(&signals, SIGTERM);
   sigaddset(&signals, SIGINT);
+  sigaddset(&signals, SIGHUP);
   pthread_sigmask(SIG_BLOCK, &signals, nullptr);
   return Serve(program, signals);
 }

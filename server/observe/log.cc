@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
+#include "server/observe/log_context.h"
 
 namespace vantage {
 namespace {
@@ -39,6 +40,8 @@ const char* Name(LogLevel level) {
       return "info";
     case LogLevel::kWarning:
       return "warning";
+    case LogLevel::kAudit:
+      return "audit";
     default:
       return "error";
   }
@@ -73,6 +76,9 @@ void Log::Write(LogLevel level, absl::string_view message, std::initializer_list
                       absl::FormatTime("%Y-%m-%dT%H:%M:%E6SZ", absl::Now(), absl::UTCTimeZone()),
                       Name(level), Quoted(message));
   for (const LogField& field : fields) absl::StrAppend(&line, ",", field.json());
+  if (const LogContext trace = CurrentLogContext(); trace != nullptr) {
+    absl::StrAppend(&line, ",\"trace_id\":", Quoted(*trace));
+  }
   line += '}';
   std::lock_guard<std::mutex> lock(mutex_);
   sink_(line);

@@ -13,7 +13,8 @@
 
 namespace vantage {
 
-enum class LogLevel { kDebug = 0, kInfo = 1, kWarning = 2, kError = 3, kOff = 4 };
+// An audit is written at every level but off.
+enum class LogLevel { kDebug = 0, kInfo = 1, kWarning = 2, kError = 3, kAudit = 4, kOff = 5 };
 
 // A named value of a line. Numbers stay numbers.
 class LogField {
@@ -55,11 +56,13 @@ class Log {
   void Error(absl::string_view message, std::initializer_list<LogField> fields = {}) {
     Write(LogLevel::kError, message, fields);
   }
+  // A change that somebody made or tried to make.
+  void Audit(std::initializer_list<LogField> fields) { Write(LogLevel::kAudit, "audit", fields); }
   bool Enabled(LogLevel level) const { return level >= level_; }
 
- private:
   void Write(LogLevel level, absl::string_view message, std::initializer_list<LogField> fields);
 
+ private:
   const LogLevel level_;
   std::mutex mutex_;
   const Sink sink_ ABSL_GUARDED_BY(mutex_);

@@ -5,7 +5,7 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::AcceptScanResponse> AcceptScan(SessionRegistry& sessions,
+absl::StatusOr<v1::AcceptScanResponse> AcceptScan(const TenantSessions& sessions,
                                                   const v1::AcceptScanRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindParent(sessions, request.name(), "scans", "name");

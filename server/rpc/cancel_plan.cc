@@ -5,7 +5,7 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::CancelPlanResponse> CancelPlan(SessionRegistry& sessions,
+absl::StatusOr<v1::CancelPlanResponse> CancelPlan(const TenantSessions& sessions,
                                                   const v1::CancelPlanRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindParent(sessions, request.name(), "plans", "name");

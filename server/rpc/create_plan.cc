@@ -5,7 +5,7 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::CreatePlanResponse> CreatePlan(SessionRegistry& sessions,
+absl::StatusOr<v1::CreatePlanResponse> CreatePlan(const TenantSessions& sessions,
                                                   const v1::CreatePlanRequest& request) {
   absl::Status open = sessions.CheckTakesWork();
   if (!open.ok()) return open;

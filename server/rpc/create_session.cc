@@ -5,12 +5,11 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::CreateSessionResponse> CreateSession(SessionRegistry& sessions,
-                                                        const v1::CreateSessionRequest& request,
-                                                        const std::string& tenant) {
+absl::StatusOr<v1::CreateSessionResponse> CreateSession(const TenantSessions& sessions,
+                                                        const v1::CreateSessionRequest& request) {
   absl::Status open = sessions.CheckTakesWork();
   if (!open.ok()) return open;
-  absl::StatusOr<std::shared_ptr<Session>> session = sessions.Create(request, tenant);
+  absl::StatusOr<std::shared_ptr<Session>> session = sessions.Create(request);
   if (!session.ok()) return session.status();
   v1::CreateSessionResponse response;
   *response.mutable_session() = (*session)->Describe();

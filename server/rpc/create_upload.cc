@@ -5,7 +5,7 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::CreateUploadResponse> CreateUpload(SessionRegistry& sessions,
+absl::StatusOr<v1::CreateUploadResponse> CreateUpload(const TenantSessions& sessions,
                                                       const v1::CreateUploadRequest& request) {
   absl::Status open = sessions.CheckTakesWork();
   if (!open.ok()) return open;
@@ -19,7 +19,7 @@ absl::StatusOr<v1::CreateUploadResponse> CreateUpload(SessionRegistry& sessions,
   return response;
 }
 
-absl::StatusOr<v1::GetUploadResponse> GetUpload(SessionRegistry& sessions,
+absl::StatusOr<v1::GetUploadResponse> GetUpload(const TenantSessions& sessions,
                                                 const v1::GetUploadRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindParent(sessions, request.name(), "uploads", "name");

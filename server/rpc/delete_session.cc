@@ -5,7 +5,7 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::DeleteSessionResponse> DeleteSession(SessionRegistry& sessions,
+absl::StatusOr<v1::DeleteSessionResponse> DeleteSession(const TenantSessions& sessions,
                                                         const v1::DeleteSessionRequest& request) {
   absl::Status deleted = sessions.Delete(request);
   if (!deleted.ok()) return deleted;

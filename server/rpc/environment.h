@@ -2,9 +2,13 @@
 #ifndef VANTAGE_SERVER_RPC_ENVIRONMENT_H_
 #define VANTAGE_SERVER_RPC_ENVIRONMENT_H_
 
+#include <atomic>
+
 #include "server/execution/task_pool.h"
 #include "server/execution/timer.h"
 #include "server/observe/log.h"
+#include "server/observe/metrics.h"
+#include "server/rpc/gate.h"
 #include "server/session/session_registry.h"
 
 namespace vantage {
@@ -15,6 +19,9 @@ struct RpcEnvironment {
   TaskPool& tasks;
   Timer& timer;
   Log& log;
+  Gate& gate;
+  Metrics& metrics;
+  std::atomic<int>& calls_under_way;
 };
 
 }  // namespace vantage

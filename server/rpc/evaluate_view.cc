@@ -5,7 +5,7 @@
 
 namespace vantage::handlers {
 
-void EvaluateView(SessionRegistry& sessions, const v1::EvaluateViewRequest& request,
+void EvaluateView(const TenantSessions& sessions, const v1::EvaluateViewRequest& request,
                   std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done) {
   absl::Status open = sessions.CheckTakesWork();
   if (!open.ok()) return done(open);

@@ -18,9 +18,9 @@ constexpr size_t kChunk = 256 << 10;
 // Parts are made on the planning pool, one ahead of none: a slow reader holds one part.
 class ExportStream final : public PumpedWriter<v1::ExportModelResponse> {
  public:
-  ExportStream(const RpcEnvironment& around, grpc::CallbackServerContext* context,
-               std::unique_ptr<Export> source)
-      : PumpedWriter(around, context), source_(std::move(source)) {}
+  ExportStream(const RpcEnvironment& around, std::shared_ptr<RpcCall> call,
+               grpc::CallbackServerContext* context, std::unique_ptr<Export> source)
+      : PumpedWriter(around, std::move(call), context), source_(std::move(source)) {}
 
   void Start() { Begin(); }
 
@@ -90,17 +90,17 @@ class ExportStream final : public PumpedWriter<v1::ExportModelResponse> {
 }  // namespace
 
 grpc::ServerWriteReactor<v1::ExportModelResponse>* ExportModel(
-    const RpcEnvironment& around, grpc::CallbackServerContext* context,
-    const v1::ExportModelRequest& request) {
-  using Refused = RefusedStream<v1::ExportModelResponse>;
+    const RpcEnvironment& around, const std::shared_ptr<RpcCall>& call,
+    grpc::CallbackServerContext* context, const v1::ExportModelRequest& request) {
+  using Refused = RefusedStream<grpc::ServerWriteReactor<v1::ExportModelResponse>>;
   absl::Status open = around.sessions.CheckTakesWork();
-  if (!open.ok()) return new Refused(open, context);
+  if (!open.ok()) return new Refused(*call, open, context);
   absl::StatusOr<std::shared_ptr<Session>> session =
-      FindSession(around.sessions, request.name(), "name");
-  if (!session.ok()) return new Refused(session.status(), context);
+      FindSession(call->sessions(), request.name(), "name");
+  if (!session.ok()) return new Refused(*call, session.status(), context);
   absl::StatusOr<std::unique_ptr<Export>> source = Export::Create(*session, request);
-  if (!source.ok()) return new Refused(source.status(), context);
-  auto stream = std::make_shared<ExportStream>(around, context, *std::move(source));
+  if (!source.ok()) return new Refused(*call, source.status(), context);
+  auto stream = std::make_shared<ExportStream>(around, call, context, *std::move(source));
   stream->Start();
   return stream.get();
 }

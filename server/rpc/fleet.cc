@@ -6,7 +6,7 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::AddScannerResponse> AddScanner(SessionRegistry& sessions,
+absl::StatusOr<v1::AddScannerResponse> AddScanner(const TenantSessions& sessions,
                                                   const v1::AddScannerRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindSession(sessions, request.parent(), "parent");
@@ -18,7 +18,7 @@ absl::StatusOr<v1::AddScannerResponse> AddScanner(SessionRegistry& sessions,
   return response;
 }
 
-absl::StatusOr<v1::ListScannersResponse> ListScanners(SessionRegistry& sessions,
+absl::StatusOr<v1::ListScannersResponse> ListScanners(const TenantSessions& sessions,
                                                       const v1::ListScannersRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindSession(sessions, request.parent(), "parent");
@@ -35,7 +35,7 @@ absl::StatusOr<v1::ListScannersResponse> ListScanners(SessionRegistry& sessions,
   return response;
 }
 
-void ClaimView(SessionRegistry& sessions, const v1::ClaimViewRequest& request,
+void ClaimView(const TenantSessions& sessions, const v1::ClaimViewRequest& request,
                std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done) {
   absl::Status open = sessions.CheckTakesWork();
   if (!open.ok()) return done(open);
@@ -45,7 +45,7 @@ void ClaimView(SessionRegistry& sessions, const v1::ClaimViewRequest& request,
   (*session)->ClaimView(request, std::move(done));
 }
 
-absl::StatusOr<v1::RenewClaimResponse> RenewClaim(SessionRegistry& sessions,
+absl::StatusOr<v1::RenewClaimResponse> RenewClaim(const TenantSessions& sessions,
                                                   const v1::RenewClaimRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindParent(sessions, request.name(), "claims", "name");
@@ -57,7 +57,7 @@ absl::StatusOr<v1::RenewClaimResponse> RenewClaim(SessionRegistry& sessions,
   return response;
 }
 
-absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(SessionRegistry& sessions,
+absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(const TenantSessions& sessions,
                                                       const v1::ReleaseClaimRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindParent(sessions, request.name(), "claims", "name");
@@ -67,7 +67,7 @@ absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(SessionRegistry& sessions,
   return v1::ReleaseClaimResponse();
 }
 
-absl::StatusOr<v1::ListClaimsResponse> ListClaims(SessionRegistry& sessions,
+absl::StatusOr<v1::ListClaimsResponse> ListClaims(const TenantSessions& sessions,
                                                   const v1::ListClaimsRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindSession(sessions, request.parent(), "parent");

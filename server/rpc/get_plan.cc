@@ -20,7 +20,7 @@ void Cut(const Page& page, google::protobuf::RepeatedField<float>& column) {
 
 }  // namespace
 
-absl::StatusOr<v1::GetPlanResponse> GetPlan(SessionRegistry& sessions,
+absl::StatusOr<v1::GetPlanResponse> GetPlan(const TenantSessions& sessions,
                                             const v1::GetPlanRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindParent(sessions, request.name(), "plans", "name");
@@ -50,7 +50,7 @@ absl::StatusOr<v1::GetPlanResponse> GetPlan(SessionRegistry& sessions,
   return response;
 }
 
-absl::StatusOr<v1::ListPlansResponse> ListPlans(SessionRegistry& sessions,
+absl::StatusOr<v1::ListPlansResponse> ListPlans(const TenantSessions& sessions,
                                                 const v1::ListPlansRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindSession(sessions, request.parent(), "parent");

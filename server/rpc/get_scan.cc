@@ -5,7 +5,7 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::GetScanResponse> GetScan(SessionRegistry& sessions,
+absl::StatusOr<v1::GetScanResponse> GetScan(const TenantSessions& sessions,
                                             const v1::GetScanRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindParent(sessions, request.name(), "scans", "name");
@@ -17,7 +17,7 @@ absl::StatusOr<v1::GetScanResponse> GetScan(SessionRegistry& sessions,
   return response;
 }
 
-absl::StatusOr<v1::ListScansResponse> ListScans(SessionRegistry& sessions,
+absl::StatusOr<v1::ListScansResponse> ListScans(const TenantSessions& sessions,
                                                 const v1::ListScansRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindSession(sessions, request.parent(), "parent");

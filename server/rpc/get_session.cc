@@ -5,7 +5,7 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::GetSessionResponse> GetSession(SessionRegistry& sessions,
+absl::StatusOr<v1::GetSessionResponse> GetSession(const TenantSessions& sessions,
                                                   const v1::GetSessionRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session = FindSession(sessions, request.name(), "name");
   if (!session.ok()) return session.status();
@@ -14,7 +14,7 @@ absl::StatusOr<v1::GetSessionResponse> GetSession(SessionRegistry& sessions,
   return response;
 }
 
-absl::StatusOr<v1::ListSessionsResponse> ListSessions(SessionRegistry& sessions,
+absl::StatusOr<v1::ListSessionsResponse> ListSessions(const TenantSessions& sessions,
                                                       const v1::ListSessionsRequest& request) {
   absl::StatusOr<Page> page = ReadPage(request.page_size(), request.page_token(), "sessions", 50,
                                        1000, "page_size", "page_token");

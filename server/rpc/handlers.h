@@ -6,7 +6,7 @@
 #include <functional>
 
 #include "absl/status/statusor.h"
-#include "server/session/session_registry.h"
+#include "server/session/tenant_sessions.h"
 #include "vantage/v1/fleet_service.pb.h"
 #include "vantage/v1/model_service.pb.h"
 #include "vantage/v1/plan_service.pb.h"
@@ -16,68 +16,67 @@
 namespace vantage::handlers {
 
 // Sessions.
-absl::StatusOr<v1::CreateSessionResponse> CreateSession(SessionRegistry& sessions,
-                                                        const v1::CreateSessionRequest& request,
-                                                        const std::string& tenant);
-absl::StatusOr<v1::GetSessionResponse> GetSession(SessionRegistry& sessions,
+absl::StatusOr<v1::CreateSessionResponse> CreateSession(const TenantSessions& sessions,
+                                                        const v1::CreateSessionRequest& request);
+absl::StatusOr<v1::GetSessionResponse> GetSession(const TenantSessions& sessions,
                                                   const v1::GetSessionRequest& request);
-absl::StatusOr<v1::ListSessionsResponse> ListSessions(SessionRegistry& sessions,
+absl::StatusOr<v1::ListSessionsResponse> ListSessions(const TenantSessions& sessions,
                                                       const v1::ListSessionsRequest& request);
-absl::StatusOr<v1::UpdateSessionResponse> UpdateSession(SessionRegistry& sessions,
+absl::StatusOr<v1::UpdateSessionResponse> UpdateSession(const TenantSessions& sessions,
                                                         const v1::UpdateSessionRequest& request);
-absl::StatusOr<v1::DeleteSessionResponse> DeleteSession(SessionRegistry& sessions,
+absl::StatusOr<v1::DeleteSessionResponse> DeleteSession(const TenantSessions& sessions,
                                                         const v1::DeleteSessionRequest& request);
 
 // Uploads and scans.
-absl::StatusOr<v1::CreateUploadResponse> CreateUpload(SessionRegistry& sessions,
+absl::StatusOr<v1::CreateUploadResponse> CreateUpload(const TenantSessions& sessions,
                                                       const v1::CreateUploadRequest& request);
-absl::StatusOr<v1::GetUploadResponse> GetUpload(SessionRegistry& sessions,
+absl::StatusOr<v1::GetUploadResponse> GetUpload(const TenantSessions& sessions,
                                                 const v1::GetUploadRequest& request);
-absl::StatusOr<v1::UploadPieceResponse> UploadPiece(SessionRegistry& sessions,
+absl::StatusOr<v1::UploadPieceResponse> UploadPiece(const TenantSessions& sessions,
                                                     const v1::UploadPieceRequest& request);
-absl::StatusOr<v1::GetScanResponse> GetScan(SessionRegistry& sessions,
+absl::StatusOr<v1::GetScanResponse> GetScan(const TenantSessions& sessions,
                                             const v1::GetScanRequest& request);
-absl::StatusOr<v1::ListScansResponse> ListScans(SessionRegistry& sessions,
+absl::StatusOr<v1::ListScansResponse> ListScans(const TenantSessions& sessions,
                                                 const v1::ListScansRequest& request);
-absl::StatusOr<v1::AcceptScanResponse> AcceptScan(SessionRegistry& sessions,
+absl::StatusOr<v1::AcceptScanResponse> AcceptScan(const TenantSessions& sessions,
                                                   const v1::AcceptScanRequest& request);
-absl::StatusOr<v1::SetScanPoseResponse> SetScanPose(SessionRegistry& sessions,
+absl::StatusOr<v1::SetScanPoseResponse> SetScanPose(const TenantSessions& sessions,
                                                     const v1::SetScanPoseRequest& request);
-absl::StatusOr<v1::WithdrawScanResponse> WithdrawScan(SessionRegistry& sessions,
+absl::StatusOr<v1::WithdrawScanResponse> WithdrawScan(const TenantSessions& sessions,
                                                       const v1::WithdrawScanRequest& request);
 
 // Plans.
-absl::StatusOr<v1::CreatePlanResponse> CreatePlan(SessionRegistry& sessions,
+absl::StatusOr<v1::CreatePlanResponse> CreatePlan(const TenantSessions& sessions,
                                                   const v1::CreatePlanRequest& request);
-absl::StatusOr<v1::GetPlanResponse> GetPlan(SessionRegistry& sessions,
+absl::StatusOr<v1::GetPlanResponse> GetPlan(const TenantSessions& sessions,
                                             const v1::GetPlanRequest& request);
-absl::StatusOr<v1::ListPlansResponse> ListPlans(SessionRegistry& sessions,
+absl::StatusOr<v1::ListPlansResponse> ListPlans(const TenantSessions& sessions,
                                                 const v1::ListPlansRequest& request);
-absl::StatusOr<v1::CancelPlanResponse> CancelPlan(SessionRegistry& sessions,
+absl::StatusOr<v1::CancelPlanResponse> CancelPlan(const TenantSessions& sessions,
                                                   const v1::CancelPlanRequest& request);
-absl::StatusOr<v1::RejectViewResponse> RejectView(SessionRegistry& sessions,
+absl::StatusOr<v1::RejectViewResponse> RejectView(const TenantSessions& sessions,
                                                   const v1::RejectViewRequest& request);
 // Answers on the planning pool; `done` is called exactly once.
-void EvaluateView(SessionRegistry& sessions, const v1::EvaluateViewRequest& request,
+void EvaluateView(const TenantSessions& sessions, const v1::EvaluateViewRequest& request,
                   std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done);
 
 // The model.
-absl::StatusOr<v1::GetCoverageResponse> GetCoverage(SessionRegistry& sessions,
+absl::StatusOr<v1::GetCoverageResponse> GetCoverage(const TenantSessions& sessions,
                                                     const v1::GetCoverageRequest& request);
 
 // The fleet.
-absl::StatusOr<v1::AddScannerResponse> AddScanner(SessionRegistry& sessions,
+absl::StatusOr<v1::AddScannerResponse> AddScanner(const TenantSessions& sessions,
                                                   const v1::AddScannerRequest& request);
-absl::StatusOr<v1::ListScannersResponse> ListScanners(SessionRegistry& sessions,
+absl::StatusOr<v1::ListScannersResponse> ListScanners(const TenantSessions& sessions,
                                                       const v1::ListScannersRequest& request);
 // Answers on the planning pool; `done` is called exactly once.
-void ClaimView(SessionRegistry& sessions, const v1::ClaimViewRequest& request,
+void ClaimView(const TenantSessions& sessions, const v1::ClaimViewRequest& request,
                std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done);
-absl::StatusOr<v1::RenewClaimResponse> RenewClaim(SessionRegistry& sessions,
+absl::StatusOr<v1::RenewClaimResponse> RenewClaim(const TenantSessions& sessions,
                                                   const v1::RenewClaimRequest& request);
-absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(SessionRegistry& sessions,
+absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(const TenantSessions& sessions,
                                                       const v1::ReleaseClaimRequest& request);
-absl::StatusOr<v1::ListClaimsResponse> ListClaims(SessionRegistry& sessions,
+absl::StatusOr<v1::ListClaimsResponse> ListClaims(const TenantSessions& sessions,
                                                   const v1::ListClaimsRequest& request);
 
 }  // namespace vantage::handlers

@@ -11,7 +11,7 @@
 
 namespace vantage {
 
-absl::StatusOr<std::shared_ptr<Session>> FindSession(const SessionRegistry& sessions,
+absl::StatusOr<std::shared_ptr<Session>> FindSession(const TenantSessions& sessions,
                                                      const std::string& name,
                                                      absl::string_view field) {
   absl::StatusOr<std::string> id = ParseSessionName(name, field);
@@ -19,7 +19,7 @@ absl::StatusOr<std::shared_ptr<Session>> FindSession(const SessionRegistry& sess
   return sessions.Find(*id);
 }
 
-absl::StatusOr<std::shared_ptr<Session>> FindParent(const SessionRegistry& sessions,
+absl::StatusOr<std::shared_ptr<Session>> FindParent(const TenantSessions& sessions,
                                                     const std::string& name,
                                                     absl::string_view collection,
                                                     absl::string_view field) {

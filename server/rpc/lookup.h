@@ -8,16 +8,16 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "server/session/session_registry.h"
+#include "server/session/tenant_sessions.h"
 
 namespace vantage {
 
 // The session named 'sessions/{session}' in `field`.
-absl::StatusOr<std::shared_ptr<Session>> FindSession(const SessionRegistry& sessions,
+absl::StatusOr<std::shared_ptr<Session>> FindSession(const TenantSessions& sessions,
                                                      const std::string& name,
                                                      absl::string_view field);
 // The session that 'sessions/{session}/{collection}/{id}' in `field` belongs to.
-absl::StatusOr<std::shared_ptr<Session>> FindParent(const SessionRegistry& sessions,
+absl::StatusOr<std::shared_ptr<Session>> FindParent(const TenantSessions& sessions,
                                                     const std::string& name,
                                                     absl::string_view collection,
                                                     absl::string_view field);

@@ -12,6 +12,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "server/rpc/environment.h"
+#include "server/rpc/rpc_call.h"
 #include "server/rpc/status.h"
 
 namespace vantage {
@@ -63,8 +64,9 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
   }
 
  protected:
-  PumpedWriter(const RpcEnvironment& around, grpc::CallbackServerContext* context)
-      : around_(around), context_(context) {}
+  PumpedWriter(const RpcEnvironment& around, std::shared_ptr<RpcCall> call,
+               grpc::CallbackServerContext* context)
+      : around_(around), call_(std::move(call)), context_(context) {}
 
   // Once, after construction; the stream lives on by itself.
   void Begin() {
@@ -79,10 +81,12 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
   virtual void Stopped() = 0;
 
   const RpcEnvironment around_;
+  const std::shared_ptr<RpcCall> call_;
   grpc::CallbackServerContext* const context_;
 
  private:
   void PostPump() {
+    const ScopedLogContext scope(call_->context());
     around_.tasks.Post([self = this->shared_from_this()] { self->Pump(); });
   }
 
@@ -97,7 +101,7 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
           finished_ = true;
         }
       }
-      if (Finished()) return this->Finish(grpc::Status::CANCELLED);
+      if (Finished()) return End(grpc::Status::CANCELLED);
       message_.Clear();
       absl::Status status;
       switch (Produce(message_, status)) {
@@ -105,10 +109,11 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
           return this->StartWrite(&message_);
         case Step::kWriteLast:
           MarkFinished();
+          call_->End(grpc::Status::OK);
           return this->StartWriteAndFinish(&message_, grpc::WriteOptions(), grpc::Status::OK);
         case Step::kFinish:
           MarkFinished();
-          return this->Finish(ToGrpcStatus(status, *context_));
+          return End(ToGrpcStatus(status, *context_));
         case Step::kIdle: {
           std::lock_guard<std::mutex> lock(mutex_);
           if (!pending_ && !cancelled_) {
@@ -120,6 +125,10 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
     }
   }
 
+  void End(const grpc::Status& status) {
+    call_->End(status);
+    this->Finish(status);
+  }
   bool Finished() {
     std::lock_guard<std::mutex> lock(mutex_);
     return finished_;
@@ -138,12 +147,14 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
   std::shared_ptr<PumpedWriter> self_;
 };
 
-// Ends at once with an error.
-template <typename Response>
-class RefusedStream final : public grpc::ServerWriteReactor<Response> {
+// Ends at once with an error. `Reactor` is what gRPC expects of the method.
+template <typename Reactor>
+class RefusedStream final : public Reactor {
  public:
-  RefusedStream(const absl::Status& status, grpc::CallbackServerContext* context) {
-    this->Finish(ToGrpcStatus(status, *context));
+  RefusedStream(RpcCall& call, const absl::Status& why, grpc::CallbackServerContext* context) {
+    const grpc::Status status = ToGrpcStatus(why, *context);
+    call.End(status);
+    this->Finish(status);
   }
   void OnDone() override { delete this; }
 };

@@ -5,7 +5,7 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::RejectViewResponse> RejectView(SessionRegistry& sessions,
+absl::StatusOr<v1::RejectViewResponse> RejectView(const TenantSessions& sessions,
                                                   const v1::RejectViewRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindSession(sessions, request.parent(), "parent");

@@ -3,6 +3,8 @@
 #include <string>
 
 #include "server/rpc/handlers.h"
+#include "server/rpc/pumped_writer.h"
+#include "server/rpc/rules.h"
 #include "server/rpc/streams.h"
 #include "server/rpc/unary_call.h"
 #include "vantage/v1/fleet_service.grpc.pb.h"
@@ -20,41 +22,36 @@ using Context = grpc::CallbackServerContext;
 #define VANTAGE_UNARY(Method)                                                            \
   grpc::ServerUnaryReactor* Method(Context* context, const v1::Method##Request* request, \
                                    v1::Method##Response* response) override {            \
+    static constexpr const RpcRule& kRule = RuleOf(#Method);                             \
     return UnaryCall<v1::Method##Request, v1::Method##Response>::Start(                  \
-        around_, #Method, context, request, response, handlers::Method);                 \
+        around_, kRule, context, request, response, handlers::Method);                   \
+  }
+
+// A server stream that is made by the function of its name, if the gate lets the call in.
+#define VANTAGE_STREAM(Method)                                                  \
+  grpc::ServerWriteReactor<v1::Method##Response>* Method(                       \
+      Context* context, const v1::Method##Request* request) override {          \
+    static constexpr const RpcRule& kRule = RuleOf(#Method);                    \
+    const auto call = std::make_shared<RpcCall>(around_, kRule, *context);      \
+    call->Concerns(*request);                                                   \
+    if (!call->admitted().ok()) {                                               \
+      return new RefusedStream<grpc::ServerWriteReactor<v1::Method##Response>>( \
+          *call, call->admitted(), context);                                    \
+    }                                                                           \
+    return vantage::Method(around_, call, context, *request);                   \
   }
 
 class SessionServiceImpl final : public v1::SessionService::CallbackService {
  public:
   explicit SessionServiceImpl(const RpcEnvironment& around) : around_(around) {}
-  grpc::ServerUnaryReactor* CreateSession(Context* context, const v1::CreateSessionRequest* request,
-                                          v1::CreateSessionResponse* response) override {
-    using Call = UnaryCall<v1::CreateSessionRequest, v1::CreateSessionResponse>;
-    return Call::Start(
-        around_, "CreateSession", context, request, response,
-        [tenant = TenantOf(*context)](
-            SessionRegistry& sessions, const v1::CreateSessionRequest& asked,
-            const Call::Done& done) { done(handlers::CreateSession(sessions, asked, tenant)); });
-  }
+  VANTAGE_UNARY(CreateSession)
   VANTAGE_UNARY(GetSession)
   VANTAGE_UNARY(ListSessions)
   VANTAGE_UNARY(UpdateSession)
   VANTAGE_UNARY(DeleteSession)
-  grpc::ServerWriteReactor<v1::WatchSessionResponse>* WatchSession(
-      Context* context, const v1::WatchSessionRequest* request) override {
-    return vantage::WatchSession(around_, context, *request);
-  }
+  VANTAGE_STREAM(WatchSession)
 
  private:
-  // As the caller's metadata say, where they may.
-  std::string TenantOf(const Context& context) const {
-    const std::string& key = around_.sessions.around().limits.tenant_metadata;
-    if (key.empty()) return "";
-    const auto named = context.client_metadata().find(key);
-    if (named == context.client_metadata().end()) return "";
-    return {named->second.data(), named->second.size()};
-  }
-
   const RpcEnvironment around_;
 };
 
@@ -71,7 +68,14 @@ class ScanServiceImpl final : public v1::ScanService::CallbackService {
   VANTAGE_UNARY(WithdrawScan)
   grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>* UploadScan(
       Context* context) override {
-    return vantage::UploadScan(around_, context);
+    using Reactor = grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>;
+    static constexpr const RpcRule& kRule = RuleOf("UploadScan");
+    const auto call = std::make_shared<RpcCall>(around_, kRule, *context);
+    if (!call->admitted().ok()) {
+      call->Audit(call->admitted());
+      return new RefusedStream<Reactor>(*call, call->admitted(), context);
+    }
+    return vantage::UploadScan(around_, call, context);
   }
 
  private:
@@ -87,10 +91,7 @@ class PlanServiceImpl final : public v1::PlanService::CallbackService {
   VANTAGE_UNARY(ListPlans)
   VANTAGE_UNARY(EvaluateView)
   VANTAGE_UNARY(RejectView)
-  grpc::ServerWriteReactor<v1::WatchPlanResponse>* WatchPlan(
-      Context* context, const v1::WatchPlanRequest* request) override {
-    return vantage::WatchPlan(around_, context, *request);
-  }
+  VANTAGE_STREAM(WatchPlan)
 
  private:
   const RpcEnvironment around_;
@@ -114,16 +115,14 @@ class ModelServiceImpl final : public v1::ModelService::CallbackService {
  public:
   explicit ModelServiceImpl(const RpcEnvironment& around) : around_(around) {}
   VANTAGE_UNARY(GetCoverage)
-  grpc::ServerWriteReactor<v1::ExportModelResponse>* ExportModel(
-      Context* context, const v1::ExportModelRequest* request) override {
-    return vantage::ExportModel(around_, context, *request);
-  }
+  VANTAGE_STREAM(ExportModel)
 
  private:
   const RpcEnvironment around_;
 };
 
 #undef VANTAGE_UNARY
+#undef VANTAGE_STREAM
 
 }  // namespace
 

@@ -5,7 +5,7 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::SetScanPoseResponse> SetScanPose(SessionRegistry& sessions,
+absl::StatusOr<v1::SetScanPoseResponse> SetScanPose(const TenantSessions& sessions,
                                                     const v1::SetScanPoseRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindParent(sessions, request.name(), "scans", "name");

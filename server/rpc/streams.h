@@ -1,10 +1,13 @@
-// The streaming RPCs. Each has its own file.
+// The streaming RPCs, for calls that were let in. Each has its own file.
 #ifndef VANTAGE_SERVER_RPC_STREAMS_H_
 #define VANTAGE_SERVER_RPC_STREAMS_H_
 
 #include <grpcpp/grpcpp.h>
 
+#include <memory>
+
 #include "server/rpc/environment.h"
+#include "server/rpc/rpc_call.h"
 #include "vantage/v1/model_service.pb.h"
 #include "vantage/v1/plan_service.pb.h"
 #include "vantage/v1/scan_service.pb.h"
@@ -13,19 +16,21 @@
 namespace vantage {
 
 grpc::ServerWriteReactor<v1::WatchSessionResponse>* WatchSession(
-    const RpcEnvironment& around, grpc::CallbackServerContext* context,
-    const v1::WatchSessionRequest& request);
+    const RpcEnvironment& around, const std::shared_ptr<RpcCall>& call,
+    grpc::CallbackServerContext* context, const v1::WatchSessionRequest& request);
 
 grpc::ServerWriteReactor<v1::WatchPlanResponse>* WatchPlan(const RpcEnvironment& around,
+                                                           const std::shared_ptr<RpcCall>& call,
                                                            grpc::CallbackServerContext* context,
                                                            const v1::WatchPlanRequest& request);
 
 grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>* UploadScan(
-    const RpcEnvironment& around, grpc::CallbackServerContext* context);
+    const RpcEnvironment& around, const std::shared_ptr<RpcCall>& call,
+    grpc::CallbackServerContext* context);
 
 grpc::ServerWriteReactor<v1::ExportModelResponse>* ExportModel(
-    const RpcEnvironment& around, grpc::CallbackServerContext* context,
-    const v1::ExportModelRequest& request);
+    const RpcEnvironment& around, const std::shared_ptr<RpcCall>& call,
+    grpc::CallbackServerContext* context, const v1::ExportModelRequest& request);
 
 }  // namespace vantage
 

@@ -11,8 +11,8 @@
 #include <utility>
 
 #include "absl/status/statusor.h"
-#include "absl/time/clock.h"
 #include "server/rpc/environment.h"
+#include "server/rpc/rpc_call.h"
 #include "server/rpc/status.h"
 #include "server/session/error.h"
 
@@ -27,19 +27,25 @@ class UnaryCall final : public grpc::ServerUnaryReactor,
  public:
   using Answer = absl::StatusOr<Response>;
   using Done = std::function<void(Answer)>;
-  using AsyncHandler = std::function<void(SessionRegistry&, const Request&, Done)>;
-  using Handler = Answer (*)(SessionRegistry&, const Request&);
+  using AsyncHandler = std::function<void(const TenantSessions&, const Request&, Done)>;
+  using Handler = Answer (*)(const TenantSessions&, const Request&);
 
   // `handler` calls its last argument exactly once, on any thread.
-  static grpc::ServerUnaryReactor* Start(const RpcEnvironment& around, const char* method,
+  static grpc::ServerUnaryReactor* Start(const RpcEnvironment& around, const RpcRule& rule,
                                          grpc::CallbackServerContext* context,
                                          const Request* request, Response* response,
                                          AsyncHandler handler) {
-    std::shared_ptr<UnaryCall> call(new UnaryCall(around, method, context, response));
+    std::shared_ptr<UnaryCall> call(new UnaryCall(around, rule, context, response));
     call->self_ = call;
+    call->call_.Concerns(*request);
+    if (!call->call_.admitted().ok()) {
+      call->Complete(call->call_.admitted());
+      return call.get();
+    }
+    const ScopedLogContext scope(call->call_.context());
     const bool posted = around.tasks.TryPost([call, copy = *request, handler = std::move(handler)] {
       if (call->finished_) return;  // cancelled while it waited
-      handler(call->around_.sessions, copy,
+      handler(call->call_.sessions(), copy,
               [call](Answer answer) { call->Complete(std::move(answer)); });
     });
     if (!posted) {
@@ -49,47 +55,41 @@ class UnaryCall final : public grpc::ServerUnaryReactor,
     return call.get();
   }
 
-  static grpc::ServerUnaryReactor* Start(const RpcEnvironment& around, const char* method,
+  static grpc::ServerUnaryReactor* Start(const RpcEnvironment& around, const RpcRule& rule,
                                          grpc::CallbackServerContext* context,
                                          const Request* request, Response* response,
                                          Handler handler) {
-    return Start(around, method, context, request, response,
-                 [handler](SessionRegistry& sessions, const Request& asked, const Done& done) {
+    return Start(around, rule, context, request, response,
+                 [handler](const TenantSessions& sessions, const Request& asked, const Done& done) {
                    done(handler(sessions, asked));
                  });
   }
 
   void OnCancel() override {
-    if (!finished_.exchange(true)) Finish(grpc::Status::CANCELLED);
+    if (finished_.exchange(true)) return;
+    call_.End(grpc::Status::CANCELLED);
+    Finish(grpc::Status::CANCELLED);
   }
   void OnDone() override { self_.reset(); }
 
  private:
-  UnaryCall(const RpcEnvironment& around, const char* method, grpc::CallbackServerContext* context,
+  UnaryCall(const RpcEnvironment& around, const RpcRule& rule, grpc::CallbackServerContext* context,
             Response* response)
-      : around_(around), method_(method), context_(context), response_(response) {}
+      : call_(around, rule, *context), context_(context), response_(response) {}
 
   void Complete(Answer answer) {
+    // What happened happened, whether or not somebody still waits to hear of it.
+    call_.Audit(answer.status(), answer.ok() ? &*answer : nullptr);
     if (finished_.exchange(true)) return;
     const grpc::Status status = ToGrpcStatus(answer.status(), *context_);
     if (answer.ok()) *response_ = *std::move(answer);
-    const double seconds = absl::ToDoubleSeconds(absl::Now() - started_);
-    if (status.ok()) {
-      around_.log.Debug("call", {{"method", method_}, {"seconds", seconds}});
-    } else {
-      around_.log.Info("call failed", {{"method", method_},
-                                       {"code", static_cast<int>(status.error_code())},
-                                       {"error", status.error_message()},
-                                       {"seconds", seconds}});
-    }
+    call_.End(status);
     Finish(status);
   }
 
-  const RpcEnvironment around_;
-  const char* const method_;
+  RpcCall call_;
   grpc::CallbackServerContext* const context_;
   Response* const response_;
-  const absl::Time started_ = absl::Now();
   std::atomic<bool> finished_{false};
   std::shared_ptr<UnaryCall> self_;
 };

@@ -5,7 +5,7 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::UpdateSessionResponse> UpdateSession(SessionRegistry& sessions,
+absl::StatusOr<v1::UpdateSessionResponse> UpdateSession(const TenantSessions& sessions,
                                                         const v1::UpdateSessionRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindSession(sessions, request.session().name(), "session.name");

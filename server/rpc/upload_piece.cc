@@ -6,7 +6,7 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::UploadPieceResponse> UploadPiece(SessionRegistry& sessions,
+absl::StatusOr<v1::UploadPieceResponse> UploadPiece(const TenantSessions& sessions,
                                                     const v1::UploadPieceRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindParent(sessions, request.upload(), "uploads", "upload");

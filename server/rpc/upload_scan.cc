@@ -24,8 +24,9 @@ class UploadStream final
     : public grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>,
       public std::enable_shared_from_this<UploadStream> {
  public:
-  UploadStream(const RpcEnvironment& around, grpc::CallbackServerContext* context)
-      : around_(around), context_(context) {}
+  UploadStream(const RpcEnvironment& around, std::shared_ptr<RpcCall> call,
+               grpc::CallbackServerContext* context)
+      : around_(around), call_(std::move(call)), context_(context) {}
 
   void Start() {
     self_ = shared_from_this();
@@ -41,6 +42,7 @@ class UploadStream final
   }
 
   void OnReadDone(bool ok) override {
+    const ScopedLogContext scope(call_->context());
     if (!ok) {
       // The client is done sending; what it sent stays. It can go on with another stream.
       around_.tasks.Post([self = shared_from_this()] {
@@ -118,6 +120,7 @@ class UploadStream final
       }
       syncing_ = true;
     }
+    const ScopedLogContext scope(call_->context());
     around_.tasks.Post([self = shared_from_this()] {
       self->SyncWindow();
       bool again = false;
@@ -158,8 +161,9 @@ class UploadStream final
 
   absl::StatusOr<v1::Upload> Store() {
     if (name_.empty()) {
+      call_->Concerns(request_);
       absl::StatusOr<std::shared_ptr<Session>> session =
-          FindParent(around_.sessions, request_.upload(), "uploads", "upload");
+          FindParent(call_->sessions(), request_.upload(), "uploads", "upload");
       if (!session.ok()) return session.status();
       session_ = *session;
       name_ = request_.upload();
@@ -202,6 +206,7 @@ class UploadStream final
   void Advance() {
     bool write = false;
     grpc::Status status;
+    absl::Status outcome;
     {
       std::lock_guard<std::mutex> lock(mutex_);
       if (writing_ || finished_ || starting_read_) return;
@@ -213,12 +218,15 @@ class UploadStream final
         *response_.mutable_time() = WriteTime(absl::Now());
       } else if (concluded_) {
         finished_ = true;
-        status = ToGrpcStatus(verdict_, *context_);
+        outcome = verdict_;
+        status = ToGrpcStatus(outcome, *context_);
       } else {
         return;
       }
     }
     if (write) return StartWrite(&response_);
+    call_->Audit(outcome);
+    call_->End(status);
     Finish(status);
   }
 
@@ -238,6 +246,7 @@ class UploadStream final
   }
 
   const RpcEnvironment around_;
+  const std::shared_ptr<RpcCall> call_;
   grpc::CallbackServerContext* const context_;
   std::shared_ptr<UploadStream> self_;
   uint64_t drain_ = 0;
@@ -263,8 +272,9 @@ class UploadStream final
 }  // namespace
 
 grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>* UploadScan(
-    const RpcEnvironment& around, grpc::CallbackServerContext* context) {
-  auto stream = std::make_shared<UploadStream>(around, context);
+    const RpcEnvironment& around, const std::shared_ptr<RpcCall>& call,
+    grpc::CallbackServerContext* context) {
+  auto stream = std::make_shared<UploadStream>(around, call, context);
   stream->Start();
   return stream.get();
 }

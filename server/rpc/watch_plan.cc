@@ -17,10 +17,10 @@ using SystemClock = std::chrono::system_clock;
 class PlanWatch final : public PumpedWriter<v1::WatchPlanResponse> {
  public:
   // `run` is null for a plan that has ended.
-  PlanWatch(const RpcEnvironment& around, grpc::CallbackServerContext* context,
-            std::shared_ptr<Session> session, std::shared_ptr<PlanRun> run,
-            const v1::WatchPlanRequest& request)
-      : PumpedWriter(around, context),
+  PlanWatch(const RpcEnvironment& around, std::shared_ptr<RpcCall> call,
+            grpc::CallbackServerContext* context, std::shared_ptr<Session> session,
+            std::shared_ptr<PlanRun> run, const v1::WatchPlanRequest& request)
+      : PumpedWriter(around, std::move(call), context),
         session_(std::move(session)),
         run_(std::move(run)),
         name_(request.name()),
@@ -91,18 +91,20 @@ class PlanWatch final : public PumpedWriter<v1::WatchPlanResponse> {
 }  // namespace
 
 grpc::ServerWriteReactor<v1::WatchPlanResponse>* WatchPlan(const RpcEnvironment& around,
+                                                           const std::shared_ptr<RpcCall>& call,
                                                            grpc::CallbackServerContext* context,
                                                            const v1::WatchPlanRequest& request) {
-  using Refused = RefusedStream<v1::WatchPlanResponse>;
+  using Refused = RefusedStream<grpc::ServerWriteReactor<v1::WatchPlanResponse>>;
   absl::StatusOr<std::shared_ptr<Session>> session =
-      FindParent(around.sessions, request.name(), "plans", "name");
-  if (!session.ok()) return new Refused(session.status(), context);
+      FindParent(call->sessions(), request.name(), "plans", "name");
+  if (!session.ok()) return new Refused(*call, session.status(), context);
   std::shared_ptr<PlanRun> run = (*session)->FindRun(request.name());
   if (run == nullptr) {
     absl::StatusOr<v1::Plan> plan = (*session)->GetPlan(request.name());
-    if (!plan.ok()) return new Refused(plan.status(), context);
+    if (!plan.ok()) return new Refused(*call, plan.status(), context);
   }
-  auto watch = std::make_shared<PlanWatch>(around, context, *session, std::move(run), request);
+  auto watch =
+      std::make_shared<PlanWatch>(around, call, context, *session, std::move(run), request);
   watch->Start();
   return watch.get();
 }

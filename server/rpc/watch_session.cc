@@ -17,9 +17,12 @@ constexpr size_t kBatch = 32;
 
 class SessionWatch final : public PumpedWriter<v1::WatchSessionResponse> {
  public:
-  SessionWatch(const RpcEnvironment& around, grpc::CallbackServerContext* context,
-               std::shared_ptr<Session> session, uint64_t after)
-      : PumpedWriter(around, context), session_(std::move(session)), last_(after) {}
+  SessionWatch(const RpcEnvironment& around, std::shared_ptr<RpcCall> call,
+               grpc::CallbackServerContext* context, std::shared_ptr<Session> session,
+               uint64_t after)
+      : PumpedWriter(around, std::move(call), context),
+        session_(std::move(session)),
+        last_(after) {}
 
   void Start() {
     const std::weak_ptr<PumpedWriter> self = weak_from_this();
@@ -123,21 +126,23 @@ class SessionWatch final : public PumpedWriter<v1::WatchSessionResponse> {
 }  // namespace
 
 grpc::ServerWriteReactor<v1::WatchSessionResponse>* WatchSession(
-    const RpcEnvironment& around, grpc::CallbackServerContext* context,
-    const v1::WatchSessionRequest& request) {
-  using Refused = RefusedStream<v1::WatchSessionResponse>;
+    const RpcEnvironment& around, const std::shared_ptr<RpcCall>& call,
+    grpc::CallbackServerContext* context, const v1::WatchSessionRequest& request) {
+  using Refused = RefusedStream<grpc::ServerWriteReactor<v1::WatchSessionResponse>>;
   absl::StatusOr<std::shared_ptr<Session>> session =
-      FindSession(around.sessions, request.name(), "name");
-  if (!session.ok()) return new Refused(session.status(), context);
+      FindSession(call->sessions(), request.name(), "name");
+  if (!session.ok()) return new Refused(*call, session.status(), context);
   const uint64_t last = (*session)->Describe().last_sequence();
   if (request.after_sequence() > last) {
-    return new Refused(ErrorWithReason(absl::StatusCode::kOutOfRange, "SEQUENCE_AHEAD",
+    return new Refused(*call,
+                       ErrorWithReason(absl::StatusCode::kOutOfRange, "SEQUENCE_AHEAD",
                                        absl::StrCat("after_sequence is ", request.after_sequence(),
                                                     ", the session's last event is ", last),
                                        {{"last_sequence", absl::StrCat(last)}}),
                        context);
   }
-  auto watch = std::make_shared<SessionWatch>(around, context, *session, request.after_sequence());
+  auto watch =
+      std::make_shared<SessionWatch>(around, call, context, *session, request.after_sequence());
   watch->Start();
   return watch.get();
 }

@@ -5,7 +5,7 @@
 
 namespace vantage::handlers {
 
-absl::StatusOr<v1::WithdrawScanResponse> WithdrawScan(SessionRegistry& sessions,
+absl::StatusOr<v1::WithdrawScanResponse> WithdrawScan(const TenantSessions& sessions,
                                                       const v1::WithdrawScanRequest& request) {
   absl::StatusOr<std::shared_ptr<Session>> session =
       FindParent(sessions, request.name(), "scans", "name");

@@ -33,9 +33,10 @@ struct Limits {
   // After this time without an event a session is deleted, and a withdrawn scan's data are erased.
   absl::Duration keep_sessions = absl::InfiniteDuration();
   absl::Duration keep_withdrawn_scans = absl::InfiniteDuration();
-  int64_t tenant_bytes = 0;  // quota of each tenant; 0: none
-  // Metadata key by which what authenticates the callers names their tenant. Empty: all are one.
-  std::string tenant_metadata;
+  // After this time without use a session's model leaves memory.
+  absl::Duration put_away_after = absl::InfiniteDuration();
+  size_t calls = 4096;          // under way at a time, streams included
+  int64_t tenant_bytes = 0;     // quota of each tenant; 0: none
   int message_bytes = 4 << 20;  // received
 };
 

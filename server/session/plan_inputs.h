@@ -23,6 +23,7 @@ struct Session::PlanInputs {
   FleetRequest fleet;
   std::vector<std::string> scanners;  // names, of fleet.scanners; empty: for nobody by name
   std::vector<std::string> claims;    // names, of fleet.pledged
+  std::shared_ptr<MemoryAccount::Hold> memory;  // given back with the last copy
 };
 
 }  // namespace vantage

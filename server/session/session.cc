@@ -37,8 +37,10 @@ Session::Session(std::string id, const SessionSurroundings& around)
       journal_(id_, around.store, around.clock),
       share_(around.pool.NewShare()),
       // Every scan may have one operation waiting from its arrival and one from a person.
-      strand_(std::make_shared<Strand>(around.pool, share_,
-                                       2 * around.limits.scans_per_session + 16)) {}
+      strand_(
+          std::make_shared<Strand>(around.pool, share_, 2 * around.limits.scans_per_session + 16)) {
+  Touch();
+}
 
 absl::StatusOr<std::shared_ptr<Session>> Session::Create(
     const std::string& id, const v1::Session& session, const RequestKey& key,
@@ -107,8 +109,11 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Load(const std::string& id,
 }
 
 absl::Status Session::Resume() {
-  const bool posted = strand_->TryPost([self = shared_from_this()](Parallel& parallel) {
-    self->Rebuild(parallel);
+  loaded_ = false;
+  const bool needed = NeededAtStart();
+  const bool posted = strand_->TryPost([self = shared_from_this(), needed](Parallel& parallel) {
+    const absl::Status taken = needed ? self->TakeUp(parallel) : absl::OkStatus();
+    if (!taken.ok()) self->SettleLater(taken);
     std::vector<std::shared_ptr<Upload>> complete;
     {
       std::lock_guard<std::mutex> lock(self->mutex_);
@@ -142,6 +147,7 @@ void Session::AddHoldings(std::map<std::string, int>& blobs, std::set<std::strin
 absl::Status Session::Begin(TenantAccounts& accounts) {
   v1::ModelConfig config;
   journal_.Read([&](const SessionState& state) {
+    tenant_ = state.tenant;
     account_ = std::make_shared<AccountShare>(accounts.Of(state.tenant));
     for (const auto& [name, record] : state.scans) account_->Add(record.scan.encoded_size());
     config = state.session.model_config();
@@ -219,14 +225,13 @@ ModelSnapshot Session::Model() const {
   return snapshot_;
 }
 
-absl::Status Session::WhyNoModel() const {
+absl::Status Session::WhyNoModel() {
   bool expected = false;
   journal_.Read([&](const SessionState& state) { expected = state.AnyInModel(); });
   if (expected) {
-    return Retryable(
-        absl::StatusCode::kUnavailable, "MODEL_LOADING",
-        absl::StrCat("the server started anew, and the model of ", name_, " is still being built"),
-        kModelRetryAfter);
+    if (absl::Status room = BeginToTakeUp(); !room.ok()) return room;
+    return Retryable(absl::StatusCode::kUnavailable, "MODEL_LOADING",
+                     absl::StrCat("the model of ", name_, " is being taken up"), kModelRetryAfter);
   }
   return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "MODEL_EMPTY",
                          absl::StrCat(name_,
@@ -262,6 +267,22 @@ absl::Time Session::LastUsed() const {
   std::lock_guard<std::mutex> lock(mutex_);
   for (const auto& [name, upload] : uploads_) last = std::max(last, upload->LastPiece());
   return last;
+}
+
+size_t Session::RunningPlans() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return runs_.size();
+}
+
+size_t Session::OpenUploads() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return uploads_.size();
+}
+
+int Session::PendingScans() const {
+  int pending = 0;
+  journal_.Read([&](const SessionState& state) { pending = state.PendingScans(); });
+  return pending;
 }
 
 void Session::Close() {

@@ -11,6 +11,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -25,9 +26,11 @@
 #include "server/execution/strand.h"
 #include "server/execution/timer.h"
 #include "server/observe/log.h"
+#include "server/observe/metrics.h"
 #include "server/session/algorithms.h"
 #include "server/session/journal.h"
 #include "server/session/limits.h"
+#include "server/session/memory_account.h"
 #include "server/session/plan_run.h"
 #include "server/session/tenant_account.h"
 #include "server/session/upload.h"
@@ -49,6 +52,8 @@ struct SessionSurroundings {
   Limits limits;
   Algorithms algorithms;
   Journal::Clock clock;
+  Metrics* metrics = nullptr;       // may be null
+  MemoryAccount* memory = nullptr;  // null: no limit
 };
 
 // The model at one moment.
@@ -76,6 +81,11 @@ class Session : public std::enable_shared_from_this<Session> {
   void AddHoldings(std::map<std::string, int>& blobs, std::set<std::string>& spools) const;
 
   const std::string& id() const { return id_; }
+  // Whose it is. Empty: opened when callers were not told apart.
+  const std::string& tenant() const { return tenant_; }
+  bool BelongsTo(const std::optional<std::string>& tenant) const {
+    return !tenant.has_value() || *tenant == tenant_;
+  }
   const Eigen::Vector3d& origin() const { return origin_; }
   Journal& journal() { return journal_; }
   const SessionSurroundings& around() const { return around_; }
@@ -140,9 +150,17 @@ class Session : public std::enable_shared_from_this<Session> {
   // The model.
   ModelSnapshot Model() const;
   // Why Model() has no view. FAILED_PRECONDITION (MODEL_EMPTY): no scan has been merged.
-  // UNAVAILABLE (MODEL_LOADING): after a restart, soon.
-  absl::Status WhyNoModel() const;
-  absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage() const;
+  // UNAVAILABLE (MODEL_LOADING): after a restart, or after it was put away, soon.
+  // RESOURCE_EXHAUSTED (MEMORY_SHORT): there is no room for it now.
+  absl::Status WhyNoModel();
+  absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage();
+  // Whether the model is in memory, and who uses it was last here when.
+  bool loaded() const { return loaded_; }
+  absl::Time LastTouched() const;
+  // What the model takes, by what is known of its scans, bytes.
+  int64_t EstimateModel() const;
+  // Puts the model away, to its snapshot, if nobody uses it; soon. It comes back when it is needed.
+  void PostPutAway();
   // False when the session has as many exports under way as it may.
   bool BeginExport();
   void EndExport() { --exports_; }
@@ -155,6 +173,10 @@ class Session : public std::enable_shared_from_this<Session> {
   absl::Time LastUsed() const;
   // Erases the data of scans that were withdrawn before; how many.
   absl::StatusOr<int> EraseWithdrawnScans(absl::Time before);
+
+  size_t RunningPlans() const;
+  size_t OpenUploads() const;
+  int PendingScans() const;
 
   // Stops plans; they end soon.
   void StopPlans(PlanRun::StopReason reason);
@@ -193,6 +215,21 @@ class Session : public std::enable_shared_from_this<Session> {
       absl::FunctionRef<void()> applied = [] {});
   void RetryLater(const std::string& scan, const absl::Status& why);
 
+  // Whether the model is in memory, session_residence.cc.
+  void Touch();
+  static int64_t EstimateMerge(const v1::Scan& scan);
+  absl::StatusOr<MemoryAccount::Hold> ReserveMemory(int64_t bytes) const;
+  absl::StatusOr<MemoryAccount::Hold> ReservePlan() const;
+  absl::Status BeginToTakeUp();
+  // Whether there is work for the model, or somebody was here lately.
+  bool NeededAtStart() const;
+  // Scans on which the log wants something done come again.
+  void SettleLater(const absl::Status& why);
+  // On the strand.
+  void HoldModel();
+  absl::Status TakeUp(Parallel& parallel);
+  void PutAway(Parallel& parallel);
+
   // The model over restarts, session_snapshots.cc; on the strand.
   void Rebuild(Parallel& parallel);
   void LoadSnapshot(Parallel& parallel);
@@ -204,10 +241,11 @@ class Session : public std::enable_shared_from_this<Session> {
   struct PlanInputs;
   absl::StatusOr<PlanInputs> PlanInputsFor(const std::string& scanner_model_id,
                                            const v1::PlanningConfig& overrides,
-                                           const std::string& prefix) const;
+                                           const std::string& prefix);
   // Adds the scanners that are named and the claims that hold to what a plan is made of.
   absl::Status AddFleet(const v1::CreatePlanRequest& request, PlanInputs& inputs) const;
-  void RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, Parallel& parallel);
+  void RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, absl::Time submitted,
+               Parallel& parallel);
   void EndPlan(const std::shared_ptr<PlanRun>& run, v1::Plan plan, const v1::PlanResult* full);
 
   // The fleet, session_fleet.cc.
@@ -231,6 +269,7 @@ class Session : public std::enable_shared_from_this<Session> {
   const std::string name_;
   const SessionSurroundings around_;
   Journal journal_;
+  std::string tenant_;  // as its log begins; set once
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   std::shared_ptr<AccountShare> account_;
   const std::shared_ptr<PlanningPool::Share> share_;
@@ -238,9 +277,13 @@ class Session : public std::enable_shared_from_this<Session> {
   std::atomic<bool> closed_{false};
   std::atomic<int> evaluations_{0};
   std::atomic<int> exports_{0};
+  std::atomic<bool> loaded_{true};  // changes on the strand only
+  std::atomic<bool> taking_up_{false};
+  std::atomic<int64_t> touched_{0};  // ms since 1970
 
   // Touched on the strand only.
   std::unique_ptr<PartialModel> model_;
+  MemoryAccount::Hold model_hold_;
   uint32_t model_algorithm_version_ = kModelAlgorithmVersion;
   size_t unsaved_changes_ = 0;  // scans that came or went since the last snapshot
 

@@ -22,6 +22,7 @@ Collected SessionRegistry::Collect() {
     if (draining()) break;
     session->ExpireUploads();
     session->ExpireClaims();
+    if (session->LastTouched() < now - around_.limits.put_away_after) session->PostPutAway();
     if (session->LastUsed() < unused_since) {
       std::lock_guard<std::mutex> only_one(create_mutex_);
       const absl::StatusOr<std::shared_ptr<Session>> still = Find(session->id());

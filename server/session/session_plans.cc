@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "absl/time/time.h"
 #include "server/session/error.h"
 #include "server/session/fleet_proto.h"
@@ -36,7 +37,7 @@ double SecondsOf(const google::protobuf::Duration& duration) {
 
 absl::StatusOr<Session::PlanInputs> Session::PlanInputsFor(const std::string& scanner_model_id,
                                                            const v1::PlanningConfig& overrides,
-                                                           const std::string& prefix) const {
+                                                           const std::string& prefix) {
   PlanInputs inputs;
   v1::SiteRules rules;
   v1::ScannerModel scanner;
@@ -77,6 +78,10 @@ absl::StatusOr<Session::PlanInputs> Session::PlanInputsFor(const std::string& sc
   inputs.scanner_id = scanner.id();
   inputs.model = Model();
   if (inputs.model.view == nullptr) return WhyNoModel();
+  Touch();
+  absl::StatusOr<MemoryAccount::Hold> hold = ReservePlan();
+  if (!hold.ok()) return hold.status();
+  inputs.memory = std::make_shared<MemoryAccount::Hold>(*std::move(hold));
   return inputs;
 }
 
@@ -172,16 +177,18 @@ absl::StatusOr<v1::Plan> Session::CreatePlan(const v1::CreatePlanRequest& reques
   }
   if (run != nullptr) {
     around_.pool.Submit(share_, JobPriority::kPlan,
-                        [self = shared_from_this(), run, in = *inputs](Parallel& parallel) {
-                          self->RunPlan(run, in, parallel);
-                        });
+                        [self = shared_from_this(), run, in = *inputs, submitted = absl::Now()](
+                            Parallel& parallel) { self->RunPlan(run, in, submitted, parallel); });
   }
   return GetPlan(*name);
 }
 
 void Session::RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs,
-                      Parallel& parallel) {
+                      absl::Time submitted, Parallel& parallel) {
   run->Start(journal_.Now());
+  const absl::Time began = absl::Now();
+  ObserveStage(around_.metrics, "wait for a plan to begin",
+               absl::ToDoubleSeconds(began - submitted));
   Budget budget = inputs.budget;
   if (inputs.seconds > 0) budget.deadline = Budget::Seconds(inputs.seconds).deadline;
   budget.cancelled = run->stop_token();
@@ -211,6 +218,16 @@ void Session::RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inp
                                         parallel, progress);
   }
 
+  const double took = absl::ToDoubleSeconds(absl::Now() - began);
+  ObserveStage(around_.metrics, "plan", took);
+  if (inputs.seconds > 0) {
+    ObserveStage(around_.metrics, "plan beyond its budget", std::max(0.0, took - inputs.seconds));
+  }
+  if (made.ok()) {
+    for (size_t stage = 0; stage < made->seconds.size(); ++stage) {
+      ObserveStage(around_.metrics, kPlanStageNames[stage], made->seconds[stage]);
+    }
+  }
   v1::Plan plan = run->Describe();
   *plan.mutable_end_time() = WriteTime(journal_.Now());
   if (!made.ok()) {
@@ -427,14 +444,14 @@ void Session::EvaluateView(const v1::EvaluateViewRequest& request,
   });
 }
 
-absl::StatusOr<v1::GetCoverageResponse> Session::MeasureCoverage() const {
+absl::StatusOr<v1::GetCoverageResponse> Session::MeasureCoverage() {
   v1::GetCoverageResponse response;
   const v1::Session described = Describe();
   const ModelSnapshot model = Model();
   if (model.view == nullptr) {
     // Before the first scan nothing is covered, which is an answer.
     absl::Status why = WhyNoModel();
-    if (absl::IsUnavailable(why)) return why;
+    if (absl::IsUnavailable(why) || absl::IsResourceExhausted(why)) return why;
   }
   response.set_model_version(model.version);
   response.mutable_coverage()->set_required_density(described.planning_config().required_density());

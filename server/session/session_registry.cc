@@ -15,6 +15,8 @@ namespace {
 constexpr char kSessionType[] = "vantage.v1.Session";
 constexpr size_t kRememberedDeletions = 4096;
 constexpr absl::Duration kRetryAfter = absl::Seconds(5);
+// Before a model may be put away for another one.
+constexpr absl::Duration kUnusedForAWhile = absl::Seconds(20);
 
 // What a client gave, completed; what the server fills in is left out.
 v1::Session Completed(const v1::Session& asked) {
@@ -74,7 +76,7 @@ absl::Status SessionRegistry::LoadAll() {
   for (auto& [time, session] : loaded) {
     (*session).journal().Read([&, id = session->id()](const SessionState& state) {
       for (const auto& [request, record] : state.requests) {
-        if (record.method == "CreateSession") creations_[request] = id;
+        if (record.method == "CreateSession") creations_[{state.tenant, request}] = id;
       }
     });
     order_.push_back(session->id());
@@ -123,7 +125,7 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
   std::shared_ptr<Session> before;
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    const auto repeated = creations_.find(key.id);
+    const auto repeated = creations_.find({tenant, key.id});
     if (!key.id.empty() && repeated != creations_.end()) {
       const auto it = sessions_.find(repeated->second);
       if (it != sessions_.end()) before = it->second;
@@ -161,29 +163,41 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
   std::lock_guard<std::mutex> lock(mutex_);
   sessions_[id] = *made;
   order_.push_back(id);
-  if (!key.id.empty()) creations_[key.id] = id;
+  if (!key.id.empty()) creations_[{tenant, key.id}] = id;
   return made;
 }
 
-absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Find(const std::string& id) const {
+absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Find(
+    const std::string& id, const std::optional<std::string>& tenant) const {
   std::lock_guard<std::mutex> lock(mutex_);
   const auto it = sessions_.find(id);
-  if (it == sessions_.end()) return ResourceNotFound(kSessionType, NameOfSession(id));
+  if (it == sessions_.end() || !it->second->BelongsTo(tenant))
+    return ResourceNotFound(kSessionType, NameOfSession(id));
   return it->second;
 }
 
-std::vector<std::shared_ptr<Session>> SessionRegistry::List(size_t skip, size_t limit,
-                                                            bool& more) const {
+std::vector<std::shared_ptr<Session>> SessionRegistry::List(
+    size_t skip, size_t limit, bool& more, const std::optional<std::string>& tenant) const {
   std::lock_guard<std::mutex> lock(mutex_);
   std::vector<std::shared_ptr<Session>> out;
-  for (size_t i = skip; i < order_.size() && out.size() < limit; ++i) {
-    out.push_back(sessions_.at(order_[i]));
+  more = false;
+  for (const std::string& id : order_) {
+    const std::shared_ptr<Session>& session = sessions_.at(id);
+    if (!session->BelongsTo(tenant)) continue;
+    if (skip > 0) {
+      --skip;
+    } else if (out.size() < limit) {
+      out.push_back(session);
+    } else {
+      more = true;
+      break;
+    }
   }
-  more = skip + out.size() < order_.size();
   return out;
 }
 
-absl::Status SessionRegistry::Delete(const v1::DeleteSessionRequest& request) {
+absl::Status SessionRegistry::Delete(const v1::DeleteSessionRequest& request,
+                                     const std::optional<std::string>& tenant) {
   Violations violations;
   CheckRequestId(request.request_id(), violations);
   absl::Status valid = violations.ToStatus();
@@ -194,21 +208,23 @@ absl::Status SessionRegistry::Delete(const v1::DeleteSessionRequest& request) {
   std::shared_ptr<Session> session;
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    for (const auto& [request_id, deleted] : deletions_) {
-      if (!request.request_id().empty() && request_id == request.request_id()) {
-        if (deleted == *id) return absl::OkStatus();
+    for (const Deletion& deletion : deletions_) {
+      if (tenant.has_value() && deletion.tenant != *tenant) continue;
+      if (!request.request_id().empty() && deletion.request == request.request_id()) {
+        if (deletion.session == *id) return absl::OkStatus();
         return ErrorWithReason(absl::StatusCode::kAlreadyExists, "REQUEST_ID_REUSED",
                                "request_id was used for another DeleteSession");
       }
     }
     const auto it = sessions_.find(*id);
-    if (it == sessions_.end()) return ResourceNotFound(kSessionType, request.name());
+    if (it == sessions_.end() || !it->second->BelongsTo(tenant))
+      return ResourceNotFound(kSessionType, request.name());
     session = it->second;
   }
   if (absl::Status erased = Erase(session); !erased.ok()) return erased;
   std::lock_guard<std::mutex> lock(mutex_);
   if (!request.request_id().empty()) {
-    deletions_.emplace_back(request.request_id(), *id);
+    deletions_.push_back({request.request_id(), *id, session->tenant()});
     if (deletions_.size() > kRememberedDeletions) deletions_.pop_front();
   }
   return absl::OkStatus();
@@ -224,6 +240,41 @@ absl::Status SessionRegistry::Erase(const std::shared_ptr<Session>& session) {
   order_.erase(std::find(order_.begin(), order_.end(), id));
   std::erase_if(creations_, [&](const auto& entry) { return entry.second == id; });
   return absl::OkStatus();
+}
+
+SessionTotals SessionRegistry::Totals() const {
+  std::vector<std::shared_ptr<Session>> sessions;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& [id, session] : sessions_) sessions.push_back(session);
+  }
+  SessionTotals totals;
+  totals.sessions = sessions.size();
+  for (const auto& session : sessions) {
+    totals.loaded += session->loaded() && session->Model().view != nullptr ? 1 : 0;
+    totals.uploads += session->OpenUploads();
+    totals.plans += session->RunningPlans();
+    totals.pending_scans += session->PendingScans();
+  }
+  return totals;
+}
+
+void SessionRegistry::FreeMemory(int64_t bytes) {
+  std::vector<std::shared_ptr<Session>> sessions;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& [id, session] : sessions_) {
+      if (session->loaded()) sessions.push_back(session);
+    }
+  }
+  std::sort(sessions.begin(), sessions.end(),
+            [](const auto& a, const auto& b) { return a->LastTouched() < b->LastTouched(); });
+  const absl::Time unused_since = around_.clock() - kUnusedForAWhile;
+  for (const auto& session : sessions) {
+    if (bytes <= 0 || session->LastTouched() > unused_since) return;
+    bytes -= session->EstimateModel();
+    session->PostPutAway();
+  }
 }
 
 void SessionRegistry::BeginDrain() {

@@ -9,6 +9,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <random>
 #include <set>
 #include <string>
@@ -27,6 +28,15 @@ struct Collected {
   bool operator==(const Collected&) const = default;
 };
 
+// What there is, all sessions together.
+struct SessionTotals {
+  size_t sessions = 0;
+  size_t loaded = 0;  // with a model in memory
+  size_t uploads = 0;
+  size_t plans = 0;  // queued or running
+  int pending_scans = 0;
+};
+
 // Thread safe.
 class SessionRegistry {
  public:
@@ -39,14 +49,22 @@ class SessionRegistry {
   // RESOURCE_EXHAUSTED (QUOTA_EXCEEDED): the tenant has no room left.
   absl::StatusOr<std::shared_ptr<Session>> Create(const v1::CreateSessionRequest& request,
                                                   const std::string& tenant = "");
-  // By id. NOT_FOUND.
-  absl::StatusOr<std::shared_ptr<Session>> Find(const std::string& id) const;
-  // Oldest first: those created after the first `skip`.
-  std::vector<std::shared_ptr<Session>> List(size_t skip, size_t limit, bool& more) const;
-  absl::Status Delete(const v1::DeleteSessionRequest& request);
+  // By id. NOT_FOUND, also for those of others than `tenant`.
+  absl::StatusOr<std::shared_ptr<Session>> Find(
+      const std::string& id, const std::optional<std::string>& tenant = {}) const;
+  // Oldest first: those created after the first `skip`, of `tenant` where one is given.
+  std::vector<std::shared_ptr<Session>> List(size_t skip, size_t limit, bool& more,
+                                             const std::optional<std::string>& tenant = {}) const;
+  absl::Status Delete(const v1::DeleteSessionRequest& request,
+                      const std::optional<std::string>& tenant = {});
   // Collects what is past its time: uploads that were idle for too long, data of withdrawn scans,
   // sessions without events (Limits says after how long). Called now and then.
   Collected Collect();
+
+  SessionTotals Totals() const;
+  // Puts away the models of sessions that nobody has used for longest and for a while, until so
+  // many bytes are free; soon.
+  void FreeMemory(int64_t bytes);
 
   // Bytes that a tenant's sessions keep.
   int64_t UsedBy(const std::string& tenant) { return accounts_.Of(tenant)->used(); }
@@ -77,9 +95,15 @@ class SessionRegistry {
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<Session>> sessions_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::string> order_ ABSL_GUARDED_BY(mutex_);
-  std::map<std::string, std::string> creations_ ABSL_GUARDED_BY(mutex_);  // request_id: session
-  // The last deletions, by request_id, so that repeating one is harmless.
-  std::deque<std::pair<std::string, std::string>> deletions_ ABSL_GUARDED_BY(mutex_);
+  // By tenant and request_id: session.
+  std::map<std::pair<std::string, std::string>, std::string> creations_ ABSL_GUARDED_BY(mutex_);
+  // The last deletions, so that repeating one is harmless.
+  struct Deletion {
+    std::string request;
+    std::string session;
+    std::string tenant;
+  };
+  std::deque<Deletion> deletions_ ABSL_GUARDED_BY(mutex_);
   bool draining_ ABSL_GUARDED_BY(mutex_) = false;
   std::map<uint64_t, std::shared_ptr<std::function<void()>>> watchers_ ABSL_GUARDED_BY(mutex_);
   uint64_t next_watch_ ABSL_GUARDED_BY(mutex_) = 1;

@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "core/sensor/encoding.h"
 #include "server/session/error.h"
 #include "server/session/from_proto.h"
@@ -262,6 +263,8 @@ absl::Status Session::Change(const v1::Scan& as_read,
 // Does what the scan's state in the log asks for, and nothing when that is done.
 void Session::Settle(const std::string& name, Parallel& parallel) {
   if (closed_) return;
+  if (absl::Status taken = TakeUp(parallel); !taken.ok()) return RetryLater(name, taken);
+  Touch();
   v1::Scan scan;
   bool in_model = false;
   journal_.Read([&](const SessionState& state) {
@@ -277,6 +280,9 @@ void Session::Settle(const std::string& name, Parallel& parallel) {
     journal_.Read([&](const SessionState& state) { scan = state.scans.at(name).scan; });
   }
   if (scan.state() != v1::SCAN_STATE_RECEIVED && scan.state() != v1::SCAN_STATE_MERGING) return;
+  // Until it is merged; then the model's own hold has it.
+  const absl::StatusOr<MemoryAccount::Hold> hold = ReserveMemory(EstimateMerge(scan));
+  if (!hold.ok()) return RetryLater(name, hold.status());
   {
     std::lock_guard<std::mutex> lock(mutex_);
     settling_ = name;
@@ -336,11 +342,13 @@ void Session::Align(const v1::Scan& scan, Scan& data, Parallel& parallel) {
     Violations violations;
     const PlanningConfig planning = ReadPlanningConfig(
         config, {}, origin_, model.view->voxel_size(), "planning_config", "", violations);
+    const absl::Time started = absl::Now();
     absl::StatusOr<RegistrationResult> result =
         around_.algorithms.register_scan(*model.view, data, prior, planning.registration, parallel);
     if (!result.ok()) {
       return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(result.status().message()), nullptr);
     }
+    ObserveStage(around_.metrics, "registration", absl::ToDoubleSeconds(absl::Now() - started));
     const v1::Registration registration = WriteRegistration(*result, model.version, origin_);
     if (!result->verdict.registered()) {
       const bool doubtful = result->verdict.outcome == RegistrationOutcome::kDoubtful;
@@ -392,6 +400,9 @@ void Session::Merge(const v1::Scan& scan, const Scan& data, Parallel& parallel) 
     if (!absl::IsAborted(logged)) RetryLater(scan.name(), logged);
     return;
   }
+  HoldModel();
+  ObserveStage(around_.metrics, "carve", report->carve_seconds);
+  ObserveStage(around_.metrics, "merge", report->merge_seconds);
   around_.log.Info("scan merged", {{"session", id_},
                                    {"scan", scan.name()},
                                    {"carve_seconds", report->carve_seconds},
@@ -425,7 +436,10 @@ absl::Status Session::RemoveFromModel(const v1::Scan& scan, Parallel& parallel) 
                                 },
                                 [&] { Show(next_model); })
                             .status();
-  if (logged.ok()) PostSnapshot(1);
+  if (logged.ok()) {
+    HoldModel();
+    PostSnapshot(1);
+  }
   return logged;
 }
 

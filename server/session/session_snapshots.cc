@@ -81,6 +81,7 @@ void Session::WriteSnapshot(Parallel& parallel) {
     return;
   }
   unsaved_changes_ = 0;
+  ObserveStage(around_.metrics, "write snapshot", SecondsSince(start));
   around_.log.Info("snapshot written", {{"session", id_},
                                         {"sequence", static_cast<int64_t>(record.sequence)},
                                         {"scans", static_cast<int64_t>(model_->scans().size())},
@@ -113,6 +114,7 @@ void Session::LoadSnapshot(Parallel& parallel) {
       }
     }
     if (usable.ok()) {
+      ObserveStage(around_.metrics, "load snapshot", SecondsSince(start));
       around_.log.Info("snapshot loaded", {{"session", id_},
                                            {"sequence", static_cast<int64_t>(record.sequence)},
                                            {"seconds", SecondsSince(start)}});
@@ -189,6 +191,8 @@ void Session::Rebuild(Parallel& parallel) {
     ++changes;
   }
   if (!in_order.empty()) rebuilt.view = model_->Publish();
+  loaded_ = true;
+  HoldModel();
   Show(rebuilt);
   for (const std::string& scan : unsettled) Settle(scan, parallel);
   PostSnapshot(changes);

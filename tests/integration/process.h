@@ -49,6 +49,8 @@ class ServerProcess {
   // HOST:PORT; empty when the server did not start.
   const std::string& address() const { return address_; }
 
+  // Sends a signal that does not end it.
+  void Signal(int signal) const;
   // Sends the signal and waits for the end; the exit code, -1 when a signal killed it.
   int Stop(int signal);
 

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "grpc/health/v1/health.grpc.pb.h"
+#include "server/main/credentials.h"
 #include "server/main/healthcheck.h"
 #include "server/rpc/services.h"
 #include "server/session/error.h"

@@ -49,7 +49,7 @@ TEST(Tenants, AreNamedByTheMetadataThatTheOperatorTrusts) {
     SCOPED_TRACE(trusted);
     ServerOptions options;
     options.limits.tenant_bytes = 1000;
-    if (trusted) options.limits.tenant_metadata = "x-tenant";
+    if (trusted) options.access.tenant_metadata = "x-tenant";
     Script script;
     InProcess server(script.Make(), options);
     grpc::ClientContext context;
@@ -59,6 +59,7 @@ TEST(Tenants, AreNamedByTheMetadataThatTheOperatorTrusts) {
     v1::CreateSessionResponse created;
     ASSERT_TRUE(server.sessions->CreateSession(&context, create, &created).ok());
     grpc::ClientContext begin;
+    begin.AddMetadata("x-tenant", "museum");
     v1::CreateUploadRequest announce;
     announce.set_parent("sessions/job");
     announce.mutable_upload()->mutable_total()->set_encoded_size(1001);

@@ -1,0 +1,85 @@
+#include "server/main/credentials.h"
+
+#include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_credentials_options.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "server/guard/tls_files.h"
+
+namespace vantage {
+namespace {
+
+// How often changed certificates are looked for, s.
+constexpr unsigned kReloadSeconds = 5;
+
+absl::Status Unprotected(const std::string& listen, absl::string_view lack) {
+  return absl::InvalidArgumentError(absl::StrCat(
+      "listen address '", listen, "' is not loopback, and ", lack,
+      ": use 127.0.0.1:PORT, protect it with --tls-cert, --tls-key and --tls-client-ca or "
+      "--callers, or say --allow-insecure-remote"));
+}
+
+absl::Status CheckTogether(const AccessOptions& access, const std::string& listen) {
+  if (access.tls_cert.empty() != access.tls_key.empty()) {
+    return absl::InvalidArgumentError("--tls-cert and --tls-key need one another");
+  }
+  if (!access.tls_client_ca.empty() && !access.encrypted()) {
+    return absl::InvalidArgumentError("--tls-client-ca needs --tls-cert and --tls-key");
+  }
+  if (access.tls_optional_client_certificates &&
+      (access.tls_client_ca.empty() || access.callers_file.empty())) {
+    return absl::InvalidArgumentError(
+        "--tls-optional-client-certificates needs --tls-client-ca, and --callers to tell the "
+        "others by their tokens");
+  }
+  if (access.allow_insecure_remote || IsLoopback(listen)) return absl::OkStatus();
+  if (!access.encrypted()) return Unprotected(listen, "nothing would be encrypted");
+  if (!access.identified()) return Unprotected(listen, "anyone could call");
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+bool IsLoopback(const std::string& address) {
+  if (absl::StartsWith(address, "unix:")) return true;
+  if (absl::StartsWith(address, "[::1]") || address == "::1") return true;
+  const std::string host = address.substr(0, address.rfind(':'));
+  if (host == "localhost") return true;
+  const std::vector<std::string> parts = absl::StrSplit(host, '.');
+  int number = 0;
+  return parts.size() == 4 && parts[0] == "127" &&
+         std::all_of(parts.begin(), parts.end(), [&](const std::string& part) {
+           return absl::SimpleAtoi(part, &number) && number >= 0 && number <= 255;
+         });
+}
+
+absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeCredentials(
+    const AccessOptions& access, const std::string& listen) {
+  if (absl::Status fit = CheckTogether(access, listen); !fit.ok()) return fit;
+  if (!access.encrypted()) return grpc::InsecureServerCredentials();
+  const absl::StatusOr<absl::Time> expires = CheckTlsFiles(access);
+  if (!expires.ok()) return expires.status();
+  namespace tls = grpc::experimental;
+  auto files = access.tls_client_ca.empty()
+                   ? std::make_shared<tls::FileWatcherCertificateProvider>(
+                         access.tls_key, access.tls_cert, kReloadSeconds)
+                   : std::make_shared<tls::FileWatcherCertificateProvider>(
+                         access.tls_key, access.tls_cert, access.tls_client_ca, kReloadSeconds);
+  tls::TlsServerCredentialsOptions options(files);
+  options.watch_identity_key_cert_pairs();
+  if (!access.tls_client_ca.empty()) {
+    options.watch_root_certs();
+    options.set_cert_request_type(access.tls_optional_client_certificates
+                                      ? GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY
+                                      : GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+  }
+  return tls::TlsServerCredentials(options);
+}
+
+}  // namespace vantage

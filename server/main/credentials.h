@@ -1,0 +1,25 @@
+// What the port demands of connections.
+#ifndef VANTAGE_SERVER_MAIN_CREDENTIALS_H_
+#define VANTAGE_SERVER_MAIN_CREDENTIALS_H_
+
+#include <grpcpp/security/server_credentials.h>
+
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "server/guard/access_options.h"
+
+namespace vantage {
+
+// True for 127.0.0.0/8, [::1], localhost and unix sockets, with or without a port.
+bool IsLoopback(const std::string& address);
+
+// INVALID_ARGUMENT, saying what to do: options that don't fit together, files that cannot serve,
+// or an address other than loopback on which a stranger could do as he likes.
+absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeCredentials(
+    const AccessOptions& access, const std::string& listen);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_MAIN_CREDENTIALS_H_

@@ -1,0 +1,38 @@
+// What the HTTP listener shows: metrics, health, readiness, a status page. Nothing there names a
+// session, a tenant or a caller.
+#ifndef VANTAGE_SERVER_MAIN_MONITOR_H_
+#define VANTAGE_SERVER_MAIN_MONITOR_H_
+
+#include <functional>
+#include <map>
+#include <string>
+
+#include "server/execution/planning_pool.h"
+#include "server/execution/task_pool.h"
+#include "server/guard/access_options.h"
+#include "server/observe/http_listener.h"
+#include "server/observe/metrics.h"
+#include "server/session/session_registry.h"
+
+namespace vantage {
+
+// All of it outlives the listener.
+struct Monitored {
+  Metrics& metrics;
+  SessionRegistry& sessions;
+  PlanningPool& pool;
+  TaskPool& tasks;
+  AccessOptions access;
+  std::string data_folder;             // empty: nothing is kept on disk
+  std::function<std::string()> state;  // 'serving', or why not
+};
+
+// Adds what is looked up when somebody looks.
+void AddGauges(const Monitored& monitored);
+
+// /metrics, /healthz, /readyz and /.
+std::map<std::string, HttpListener::Page> MonitorPages(const Monitored& monitored);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_MAIN_MONITOR_H_

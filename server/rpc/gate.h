@@ -1,0 +1,60 @@
+// Who calls, and whether they may: the one place where every RPC is let in or refused.
+#ifndef VANTAGE_SERVER_RPC_GATE_H_
+#define VANTAGE_SERVER_RPC_GATE_H_
+
+#include <grpcpp/server_context.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "server/guard/access_options.h"
+#include "server/guard/callers.h"
+#include "server/guard/rate_limits.h"
+#include "server/rpc/rules.h"
+
+namespace vantage {
+
+// What the gate found out about a call.
+struct Admission {
+  absl::Status status;  // OK: let in
+  std::string caller;   // as the callers file names it, or its address; for logs and limits
+  // Whose sessions it may see; nullopt: all, where callers are not told apart.
+  std::optional<std::string> tenant;
+};
+
+// Thread safe.
+class Gate {
+ public:
+  // `callers`: null where the options have no callers file.
+  Gate(AccessOptions options, std::unique_ptr<CallersFile> callers);
+
+  // UNAUTHENTICATED (CREDENTIALS_MISSING, TOKEN_UNKNOWN, TOKEN_EXPIRED, CERTIFICATE_UNKNOWN,
+  // TENANT_MISSING), RESOURCE_EXHAUSTED (RATE_LIMITED), PERMISSION_DENIED (ROLE_MISSING).
+  Admission Admit(const RpcRule& rule, const grpc::ServerContextBase& context);
+
+  // Reads the callers file if it changed; true when it had. On an error the known ones stay.
+  absl::StatusOr<bool> RefreshCallers();
+
+ private:
+  struct Identity {
+    std::string name;
+    std::optional<std::string> tenant;
+    Roles roles;
+  };
+  absl::StatusOr<Identity> Identify(const grpc::ServerContextBase& context) const;
+  absl::StatusOr<Identity> IdentifyOpenly(const grpc::ServerContextBase& context) const;
+  absl::StatusOr<Caller> FindCaller(const grpc::ServerContextBase& context) const;
+  absl::StatusOr<std::optional<std::string>> NamedTenant(
+      const grpc::ServerContextBase& context) const;
+
+  const AccessOptions options_;
+  const std::unique_ptr<CallersFile> callers_;
+  RateLimits calls_;
+  RateLimits failures_;
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_RPC_GATE_H_

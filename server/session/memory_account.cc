@@ -1,0 +1,49 @@
+#include "server/session/memory_account.h"
+
+namespace vantage {
+
+MemoryAccount::Hold& MemoryAccount::Hold::operator=(Hold&& other) noexcept {
+  if (this == &other) return *this;
+  Release();
+  account_ = std::exchange(other.account_, nullptr);
+  bytes_ = std::exchange(other.bytes_, 0);
+  return *this;
+}
+
+void MemoryAccount::Hold::Set(int64_t bytes) {
+  if (account_ == nullptr) return;
+  account_->Change(bytes - bytes_);
+  bytes_ = bytes;
+}
+
+std::optional<MemoryAccount::Hold> MemoryAccount::Take(int64_t bytes) {
+  int64_t lacks = 0;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (budget_ <= 0 || used_ == 0 || used_ + bytes <= budget_) {
+      used_ += bytes;
+      return Hold(this, bytes);
+    }
+    lacks = used_ + bytes - budget_;
+  }
+  std::lock_guard<std::mutex> lock(shortage_mutex_);
+  if (shortage_) shortage_(lacks);
+  return std::nullopt;
+}
+
+void MemoryAccount::OnShortage(std::function<void(int64_t)> call) {
+  std::lock_guard<std::mutex> lock(shortage_mutex_);
+  shortage_ = std::move(call);
+}
+
+int64_t MemoryAccount::used() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return used_;
+}
+
+void MemoryAccount::Change(int64_t by) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  used_ += by;
+}
+
+}  // namespace vantage

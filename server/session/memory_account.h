@@ -1,0 +1,69 @@
+// What the server may hold in memory, and who holds how much of it: estimates, taken before the
+// memory is.
+#ifndef VANTAGE_SERVER_SESSION_MEMORY_ACCOUNT_H_
+#define VANTAGE_SERVER_SESSION_MEMORY_ACCOUNT_H_
+
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <utility>
+
+#include "absl/base/thread_annotations.h"
+
+namespace vantage {
+
+// Thread safe. Outlives its holds.
+class MemoryAccount {
+ public:
+  // A part of the account, given back at the end. Not thread safe.
+  class Hold {
+   public:
+    Hold() = default;
+    ~Hold() { Release(); }
+    Hold(Hold&& other) noexcept
+        : account_(std::exchange(other.account_, nullptr)),
+          bytes_(std::exchange(other.bytes_, 0)) {}
+    Hold& operator=(Hold&& other) noexcept;
+
+    int64_t bytes() const { return bytes_; }
+    // What is there already: never refused.
+    void Set(int64_t bytes);
+    void Release() { Set(0); }
+
+   private:
+    friend class MemoryAccount;
+    Hold(MemoryAccount* account, int64_t bytes) : account_(account), bytes_(bytes) {}
+    MemoryAccount* account_ = nullptr;
+    int64_t bytes_ = 0;
+  };
+
+  // `budget` in bytes; 0: no limit.
+  explicit MemoryAccount(int64_t budget) : budget_(budget) {}
+
+  // Nothing when there is not so much. Whoever holds nothing yet may take more than there is, so
+  // that what is larger than the budget is tried alone rather than never.
+  std::optional<Hold> Take(int64_t bytes);
+  // A hold of nothing, to Set later.
+  Hold Empty() { return {this, 0}; }
+
+  // Called, on the thread that was refused, with the bytes that lack.
+  void OnShortage(std::function<void(int64_t)> call);
+  void OnNoShortage() { OnShortage(nullptr); }
+
+  int64_t used() const;
+  int64_t budget() const { return budget_; }
+
+ private:
+  void Change(int64_t by);
+
+  const int64_t budget_;
+  mutable std::mutex mutex_;
+  int64_t used_ ABSL_GUARDED_BY(mutex_) = 0;
+  std::mutex shortage_mutex_;  // held while it is called
+  std::function<void(int64_t)> shortage_ ABSL_GUARDED_BY(shortage_mutex_);
+};
+
+}  // namespace vantage
+
+#endif  // VANTAGE_SERVER_SESSION_MEMORY_ACCOUNT_H_

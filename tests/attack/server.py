@@ -1,0 +1,83 @@
+"""A vantaged of one's own to attack: started on free ports of this machine, watched, ended."""
+import os
+import resource
+import shutil
+import subprocess
+import tempfile
+import time
+import urllib.error
+import urllib.request
+
+START_SECONDS = 60
+
+
+class Server:
+    """`files`: how many it may have open."""
+
+    def __init__(self, binary, *flags, files=None):
+        self.folder = tempfile.mkdtemp(prefix="vantage-attack-")
+        self.log_path = self.path("log")
+        limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))) if files else None
+        with open(self.log_path, "wb") as log:
+            self.process = subprocess.Popen(
+                [binary, "--listen", "127.0.0.1:0", "--port-file", self.path("port"),
+                 "--http", "127.0.0.1:0", "--http-port-file", self.path("http"), "--in-memory",
+                 *(flag.replace("FOLDER", self.folder) for flag in flags)],
+                stdout=log, stderr=log, preexec_fn=limit)
+        self.port = self._port("port")
+        self.http = self._port("http")
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def _port(self, name):
+        until = time.monotonic() + START_SECONDS
+        while time.monotonic() < until:
+            if self.process.poll() is not None:
+                break
+            try:
+                with open(self.path(name)) as file:
+                    return int(file.read())
+            except (FileNotFoundError, ValueError):
+                time.sleep(0.02)
+        raise RuntimeError("the server did not start:\n" + self.log())
+
+    def log(self):
+        with open(self.log_path, errors="replace") as file:
+            return file.read()
+
+    def alive(self):
+        return self.process.poll() is None
+
+    def cpu_seconds(self):
+        with open(f"/proc/{self.process.pid}/stat") as file:
+            fields = file.read().rsplit(")", 1)[1].split()
+        return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+    def memory_mb(self):
+        with open(f"/proc/{self.process.pid}/statm") as file:
+            return int(file.read().split()[1]) * os.sysconf("SC_PAGESIZE") / 1e6
+
+    def get(self, path):
+        try:
+            with urllib.request.urlopen(f"http://127.0.0.1:{self.http}{path}", timeout=10) as answer:
+                return answer.status, answer.read().decode()
+        except urllib.error.HTTPError as error:
+            return error.code, error.read().decode()
+
+    def stop(self):
+        if self.alive():
+            self.process.terminate()
+            try:
+                self.process.wait(30)
+            except subprocess.TimeoutExpired:
+                self.process.kill()
+        code = self.process.wait()
+        shutil.rmtree(self.folder, ignore_errors=True)
+        return code
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.stop()

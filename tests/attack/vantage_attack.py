@@ -1,0 +1,396 @@
+#!/usr/bin/env python3
+"""What abuse gets from the server: ./dev attack.
+
+Starts servers of its own on free ports of 127.0.0.1 and attacks nothing else. Every attack is bounded
+in count and time; each row says what it got, and 'held' when the server kept its promise: it lives,
+says so over HTTP, answers a well-behaved caller, and gave nothing away.
+"""
+import argparse
+import gzip
+import json
+import os
+import sys
+import time
+
+try:
+    import grpc
+    from google.protobuf import descriptor_pb2, descriptor_pool, message_factory
+except ImportError as missing:
+    print(f"skipped: {missing}", file=sys.stderr)
+    sys.exit(77)
+
+from http2 import (CONTINUATION, DATA, END_HEADERS, END_STREAM, GOAWAY, HEADERS, PING, RST_STREAM,
+                   SETTINGS, Link, call, frame, integer, literal, message)
+from server import Server
+
+KNOWN = ("more connections than files (CVE-2023-4785)",)
+HEALTH = b"/grpc.health.v1.Health/Check"
+
+
+def sha256(text):
+    import hashlib
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+class Contract:
+    """Messages by name, from the descriptor set that the build makes."""
+
+    def __init__(self, path):
+        with open(path, "rb") as file:
+            files = descriptor_pb2.FileDescriptorSet.FromString(file.read())
+        self.pool = descriptor_pool.DescriptorPool()
+        for one in files.file:
+            self.pool.Add(one)
+
+    def new(self, message_name, /, **fields):
+        found = self.pool.FindMessageTypeByName("vantage.v1." + message_name)
+        get = getattr(message_factory, "GetMessageClass", None)
+        kind = get(found) if get else message_factory.MessageFactory(self.pool).GetPrototype(found)
+        return kind(**fields)
+
+
+def ask(channel, service, method, request, token=None, response_class=None, timeout=20):
+    """(code name, details) of a unary call."""
+    serialize = (lambda raw: raw) if isinstance(request, bytes) else (lambda m: m.SerializeToString())
+    invoke = channel.unary_unary(f"/vantage.v1.{service}/{method}", request_serializer=serialize,
+                                 response_deserializer=lambda raw: raw)
+    metadata = [("authorization", "Bearer " + token)] if token else []
+    try:
+        answer = invoke(request, timeout=timeout, metadata=metadata)
+        return "OK", answer
+    except grpc.RpcError as error:
+        return error.code().name, error.details()
+
+
+class Attacks:
+    def __init__(self, binary, contract):
+        self.binary = binary
+        self.contract = contract
+        self.rows = []
+
+    # ---- Bookkeeping ------------------------------------------------------------------------
+
+    def record(self, name, got, held, **figures):
+        # What is known of gRPC 1.51, and stands in server/README.md with what keeps it away.
+        known = not held and name in KNOWN
+        row = {"attack": name, "got": got, "held": bool(held), "known": known, **figures}
+        self.rows.append(row)
+        extra = "  ".join(f"{key} {value}" for key, value in figures.items())
+        print(f"{'held ' if held else 'KNOWN' if known else 'BROKE'}  {name}: {got}" + (f"  ({extra})" if extra else ""),
+              flush=True)
+
+    def well(self, server):
+        """Whether it lives, and serves somebody who behaves."""
+        if not server.alive() or server.get("/readyz")[0] != 200:
+            return False
+        with grpc.insecure_channel(f"127.0.0.1:{server.port}") as channel:
+            code, _ = ask(channel, "SessionService", "ListSessions",
+                          self.contract.new("ListSessionsRequest"), token=self.token)
+        return code == "OK"
+
+    token = None
+
+    def guarded(self):
+        """A server with callers: one tenant's administrator, another's, and one past its time."""
+        server_folder = os.path.join(self.folder, "callers")
+        with open(server_folder, "w") as file:
+            os.chmod(server_folder, 0o600)
+            for name, tenant, token, more in (("owner", "museum", "owner-token", ""),
+                                              ("stranger", "castle", "stranger-token", ""),
+                                              ("late", "museum", "late-token", "2020-01-01T00:00:00Z")):
+                file.write(f"{name} {tenant} administer token:{sha256(token)} {more}\n")
+        return Server(self.binary, "--callers", server_folder)
+
+    # ---- With valid HTTP/2 and gRPC ---------------------------------------------------------
+
+    def names_and_tokens(self):
+        new = self.contract.new
+        self.token = "owner-token"
+        with self.guarded() as server, grpc.insecure_channel(f"127.0.0.1:{server.port}") as channel:
+            code, _ = ask(channel, "SessionService", "CreateSession",
+                          new("CreateSessionRequest", session_id="job"), token="owner-token")
+            get = new("GetSessionRequest", name="sessions/job")
+            got = {who: ask(channel, "SessionService", "GetSession", get, token=token)[0]
+                   for who, token in (("owner", "owner-token"), ("stranger", "stranger-token"),
+                                      ("forged", "owner-tokem"), ("expired", "late-token"),
+                                      ("none", None))}
+            want = {"owner": "OK", "stranger": "NOT_FOUND", "forged": "UNAUTHENTICATED",
+                    "expired": "UNAUTHENTICATED", "none": "UNAUTHENTICATED"}
+            self.record("another tenant's names, forged and expired tokens",
+                        ", ".join(f"{k}: {v}" for k, v in got.items()), code == "OK" and got == want)
+            delete = new("DeleteSessionRequest", name="sessions/job")
+            got = ask(channel, "SessionService", "DeleteSession", delete, token="stranger-token")[0]
+            there = ask(channel, "SessionService", "GetSession", get, token="owner-token")[0]
+            self.record("deleting another tenant's session", got, got == "NOT_FOUND" and there == "OK")
+            guesses = 500
+            codes = {}
+            begun, cpu = time.monotonic(), server.cpu_seconds()
+            for i in range(guesses):
+                code = ask(channel, "SessionService", "GetSession", get, token=f"guess-{i}")[0]
+                codes[code] = codes.get(code, 0) + 1
+            lines = server.log().count("call failed")
+            self.record(f"{guesses} guessed tokens", str(codes), "OK" not in codes and lines < 100,
+                        log_lines=lines, cpu_s=round(server.cpu_seconds() - cpu, 2),
+                        seconds=round(time.monotonic() - begun, 1))
+        self.token = None
+
+    def paths_and_counts(self):
+        new = self.contract.new
+        with Server(self.binary) as server:
+            with grpc.insecure_channel(f"127.0.0.1:{server.port}") as channel:
+                tricks = ["../../etc/passwd", "a/../b", "/etc/passwd", "a\x00b", "%2e%2e%2f", "..", "CON",
+                          "a" * 100_000, "a\n{\"level\":\"audit\"}"]
+                codes = {ask(channel, "SessionService", "CreateSession",
+                             new("CreateSessionRequest", session_id=trick))[0] for trick in tricks}
+                codes |= {ask(channel, "ScanService", "GetScan",
+                              new("GetScanRequest", name=f"sessions/{trick}/scans/{trick}"))[0]
+                          for trick in tricks}
+                forged = any(line.startswith('{"level":"audit"}') for line in server.log().splitlines())
+                self.record("path tricks in ids", ", ".join(sorted(codes)),
+                            codes == {"INVALID_ARGUMENT"} and not forged)
+                memory = server.memory_mb()
+                request = new("CreateSessionRequest")
+                for _ in range(200_000):
+                    request.session.scanner_models.add()
+                codes = [ask(channel, "SessionService", "CreateSession", request)[0]]
+                codes.append(ask(channel, "SessionService", "ListSessions",
+                                 new("ListSessionsRequest", page_size=2**31 - 1))[0])
+                codes.append(ask(channel, "SessionService", "ListSessions",
+                                 new("ListSessionsRequest", page_size=-1))[0])
+                # Groups within groups, a length that goes on beyond the end, a field of 2^29.
+                codes.append(ask(channel, "SessionService", "CreateSession", b"\x0b" * 100_000)[0])
+                codes.append(ask(channel, "SessionService", "CreateSession",
+                                 b"\x12\xff\xff\xff\xff\x07x")[0])
+                self.record("huge counts and malformed messages", ", ".join(codes),
+                            "OK" not in codes and self.well(server),
+                            memory_mb=round(server.memory_mb() - memory))
+                codes = set()
+                for size in (5 << 20, 64 << 20):
+                    codes.add(ask(channel, "SessionService", "CreateSession",
+                                  b"\x1a" + varint(size) + b"x" * size)[0])
+                self.record("messages of 5 and 64 MiB", ", ".join(sorted(codes)),
+                            codes <= {"RESOURCE_EXHAUSTED", "UNAVAILABLE"} and self.well(server),
+                            memory_mb=round(server.memory_mb() - memory))
+
+    def bombs(self):
+        """256 MiB of zeros in 256 KiB, as gRPC's own compression brings it."""
+        size = 256 << 20
+        bomb = gzip.compress(b"\0" * size, 9)
+        with Server(self.binary) as server:
+            memory = server.memory_mb()
+            link = Link(server.port)
+            link.send(frame(HEADERS, END_HEADERS, 1,
+                            call(b"/vantage.v1.SessionService/CreateSession",
+                                 literal(b"grpc-encoding", b"gzip"))))
+            body = message(bomb, compressed=True)
+            for at in range(0, len(body), 16384):
+                last = at + 16384 >= len(body)
+                link.send(frame(DATA, END_STREAM if last else 0, 1, body[at:at + 16384]))
+            peak = memory
+            until = time.monotonic() + 5
+            while time.monotonic() < until:
+                peak = max(peak, server.memory_mb())
+                time.sleep(0.02)
+            link.close()
+            self.record("decompression bomb, 256 MiB in 256 KiB by gzip", "refused",
+                        peak - memory < 64 and self.well(server), peak_mb=round(peak - memory))
+
+    # ---- Connections ------------------------------------------------------------------------
+
+    def connections(self):
+        with Server(self.binary) as server:
+            memory = server.memory_mb()
+            silent = [Link(server.port, greet=False) for _ in range(500)]
+            greeted = [Link(server.port) for _ in range(500)]
+            well = self.well(server)
+            held = round(server.memory_mb() - memory)
+            until = time.monotonic() + 40
+            left = silent + greeted
+            while left and time.monotonic() < until:
+                still = []
+                for link in left:
+                    link.socket.settimeout(0.001)
+                    try:
+                        data = link.socket.recv(65536)
+                        if data:
+                            still.append(link)
+                    except TimeoutError:
+                        still.append(link)
+                    except OSError:
+                        pass
+                left = still
+            self.record("a thousand connections that say nothing",
+                        f"{1000 - len(left)} were closed within 40 s", well and not left
+                        and self.well(server), memory_mb=held)
+            for link in silent + greeted:
+                link.close()
+
+    def few_files(self):
+        """CVE-2023-4785: accept() that fails for want of files."""
+        with Server(self.binary, files=128) as server:
+            links = []
+            for _ in range(400):
+                try:
+                    links.append(Link(server.port, patience=1))
+                except OSError:
+                    break
+            for link in links:
+                link.close()
+            until, well = time.monotonic() + 20, False
+            while not well and time.monotonic() < until:
+                try:
+                    well = self.well(server)
+                except OSError:
+                    time.sleep(0.2)
+            self.record("more connections than files (CVE-2023-4785)",
+                        f"{len(links)} connections with 128 files; serves again once they are closed: {well}",
+                        well)
+
+    def slow_readers(self):
+        """A listing that fills megabytes, asked for 200 times and never read."""
+        new = self.contract.new
+        with Server(self.binary) as server:
+            with grpc.insecure_channel(f"127.0.0.1:{server.port}") as channel:
+                for i in range(100):
+                    ask(channel, "SessionService", "CreateSession",
+                        new("CreateSessionRequest", session_id=f"job-{i}"))
+            memory = server.memory_mb()
+            request = message(new("ListSessionsRequest", page_size=1000).SerializeToString())
+            links = []
+            for _ in range(10):
+                link = Link(server.port)
+                for stream in range(1, 41, 2):
+                    link.send(frame(HEADERS, END_HEADERS, stream,
+                                    call(b"/vantage.v1.SessionService/ListSessions"))
+                              + frame(DATA, END_STREAM, stream, request))
+                links.append(link)
+            time.sleep(3)
+            held = round(server.memory_mb() - memory)
+            well = self.well(server)
+            time.sleep(12)
+            after = round(server.memory_mb() - memory)
+            self.record("200 answers that nobody reads", f"held {held} MB for them", well and held < 200,
+                        after_15_s_mb=after)
+            for link in links:
+                link.close()
+
+    # ---- Malformed HTTP/2 -------------------------------------------------------------------
+
+    def flood(self, name, make, limit_cpu, wait=4):
+        """Sends what `make(link)` sends; the processor time that it cost, and whether all is well."""
+        with Server(self.binary) as server:
+            cpu, begun = server.cpu_seconds(), time.monotonic()
+            link = Link(server.port)
+            sent = make(link)
+            link.read_frames(GOAWAY, patience=wait)
+            slow = time.monotonic()
+            well = self.well(server)
+            answer = time.monotonic() - slow
+            spent = server.cpu_seconds() - cpu if server.alive() else float("nan")
+            got = sent + ("; connection closed" if link.closed else "; connection stays")
+            self.record(name, got if server.alive() else "THE SERVER ENDED", well and spent <= limit_cpu,
+                        cpu_s=round(spent, 2), answer_s=round(answer, 2),
+                        seconds=round(time.monotonic() - begun, 1))
+            link.close()
+
+    def malformed(self):
+        def continuation(link, size=4 << 20):
+            link.send(frame(HEADERS, 0, 1, call(HEALTH) + b"\x00" + integer(1, 7) + b"x" + integer(size, 7)))
+            for _ in range(size // 16384):
+                if not link.send(frame(CONTINUATION, 0, 1, b"a" * 16384)):
+                    break
+            return "4 MiB in one header value"
+
+        def zeros(link, count=250):
+            link.send(frame(HEADERS, 0, 1, call(HEALTH) + b"\x00\x7f" + b"\x80" * 16000))
+            for _ in range(count):
+                if not link.send(frame(CONTINUATION, 0, 1, b"\x80" * 16384)):
+                    break
+            return "4 MiB of leading zeros of one integer"
+
+        def resets(link, count=20_000):
+            for i in range(count):
+                if not link.send(frame(HEADERS, END_HEADERS, 2 * i + 1, call(HEALTH))
+                                 + frame(RST_STREAM, 0, 2 * i + 1, b"\0\0\0\x08")):
+                    return f"{i} calls, each reset at once"
+            return f"{count} calls, each reset at once"
+
+        def pings(link, count=50_000):
+            for i in range(count):
+                if not link.send(frame(PING, 0, 0, b"12345678")):
+                    return f"{i} pings"
+            return f"{count} pings"
+
+        def settings(link, count=50_000):
+            for i in range(count):
+                if not link.send(frame(SETTINGS)):
+                    return f"{i} settings"
+            return f"{count} settings"
+
+        def nonsense(link):
+            link.send(bytes(i * 7 % 256 for i in range(1 << 20)))
+            return "1 MiB of noise"
+
+        def base64(link):
+            link.send(frame(HEADERS, END_HEADERS, 1, call(HEALTH, literal(b"x-bin", b"!!!"))))
+            return "a -bin header that is none"
+
+        def aborts(link):
+            long = b"".join(literal(b"x-%d" % i, b"a" * 3000, indexed=True) for i in range(6))
+            for stream, block in enumerate([
+                    call(HEALTH, te=b"x") + long, call(HEALTH, scheme=b"x") + long,
+                    call(HEALTH) + literal(b"grpclb_client_stats", b"x") + long]):
+                link.send(frame(HEADERS, END_HEADERS, 2 * stream + 1, block))
+            return "te, :scheme and grpclb_client_stats before more than 8 KiB"
+
+        # What a flood may cost the server is what is known of gRPC 1.51, see server/README.md: these
+        # bounds tell when it gets worse.
+        self.flood("header flood (CVE-2023-33953)", continuation, 6, wait=8)
+        self.flood("padded HPACK integer (CVE-2023-33953)", zeros, 6)
+        self.flood("rapid reset (CVE-2023-44487)", resets, 12)
+        self.flood("ping flood", pings, 3)
+        self.flood("settings flood", settings, 3)
+        self.flood("noise", nonsense, 1)
+        self.flood("bad base64 (CVE-2023-32732)", base64, 1)
+        self.flood("invalid te and :scheme (CVE-2023-1428)", aborts, 1)
+
+    def run(self, only):
+        import tempfile
+        with tempfile.TemporaryDirectory(prefix="vantage-attack-") as self.folder:
+            for part in (self.names_and_tokens, self.paths_and_counts, self.bombs, self.connections,
+                         self.few_files, self.slow_readers, self.malformed):
+                if not only or part.__name__.startswith(only):
+                    part()
+        return self.rows
+
+
+def varint(value):
+    out = bytearray()
+    while value >= 128:
+        out.append(value % 128 + 128)
+        value //= 128
+    out.append(value)
+    return bytes(out)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--server", required=True, help="the vantaged to start")
+    parser.add_argument("--contract", required=True, help="its descriptor set, vantage.v1.binpb")
+    parser.add_argument("--only", default="", help="names_and_tokens, paths_and_counts, bombs, "
+                        "connections, few_files, slow_readers or malformed")
+    parser.add_argument("--out", help="write the rows here as JSON")
+    arguments = parser.parse_args()
+    rows = Attacks(arguments.server, Contract(arguments.contract)).run(arguments.only)
+    if arguments.out:
+        with open(arguments.out, "w") as file:
+            json.dump(rows, file, indent=1)
+    broke = [row["attack"] for row in rows if not row["held"] and not row["known"]]
+    known = sum(row["known"] for row in rows)
+    print(f"{sum(row['held'] for row in rows)} of {len(rows)} held" +
+          (f", {known} known of gRPC 1.51" if known else ""))
+    return 1 if broke else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

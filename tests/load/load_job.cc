@@ -1,0 +1,170 @@
+#include "tests/load/load_job.h"
+
+#include <chrono>
+#include <thread>
+
+#include "absl/strings/str_cat.h"
+#include "client/library/client.h"
+#include "client/library/error.h"
+
+namespace vantage {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double SecondsSince(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+double SecondsBetween(const google::protobuf::Timestamp& from,
+                      const google::protobuf::Timestamp& to) {
+  return static_cast<double>(to.seconds() - from.seconds()) + 1e-9 * (to.nanos() - from.nanos());
+}
+
+// Until then, or until the end.
+void SleepUntil(Clock::time_point when, const std::atomic<bool>& stop) {
+  while (!stop && Clock::now() < when) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+}
+
+absl::StatusOr<std::string> OpenSession(Client& client, const std::string& id) {
+  v1::CreateSessionRequest request;
+  request.set_session_id(id);
+  const auto opened = client.Call(request);
+  if (!opened.ok()) return opened.status();
+  return opened->session().name();
+}
+
+v1::Upload PriorFor(const Eigen::Vector3d& position) {
+  v1::Upload upload;
+  v1::PosePrior& prior = *upload.mutable_prior();
+  prior.mutable_pose()->mutable_rotation()->set_w(1);
+  prior.mutable_pose()->mutable_translation()->set_x(position.x());
+  prior.mutable_pose()->mutable_translation()->set_y(position.y());
+  prior.mutable_pose()->mutable_translation()->set_z(position.z());
+  return upload;
+}
+
+// One scan and the plan after it.
+absl::Status RunCycle(Client& client, int job, const LoadPlan& load, const std::string& session,
+                      const RangeImage& image, const Eigen::Vector3d& position, LoadLog& log) {
+  const auto scan = client.Upload(session, PriorFor(position), image, [](const UploadProgress&) {});
+  if (!scan.ok()) return scan.status();
+  const auto stored = Clock::now();
+  const auto settled = client.WaitForScan(*scan, [](const v1::Scan&) {});
+  if (!settled.ok()) return settled.status();
+  v1::CreatePlanRequest create;
+  create.set_parent(session);
+  const auto whole = static_cast<int64_t>(load.budget);
+  create.mutable_plan()->mutable_time_budget()->set_seconds(whole);
+  create.mutable_plan()->mutable_time_budget()->set_nanos(
+      static_cast<int32_t>((load.budget - static_cast<double>(whole)) * 1e9));
+  const auto created = client.Call(create);
+  if (!created.ok()) return created.status();
+  const auto plan = client.WatchPlan(created->plan().name(), [](const v1::Plan&) {});
+  if (!plan.ok()) return plan.status();
+  log.Cycle(job, SecondsSince(stored),
+            SecondsBetween(plan->start_time(), plan->end_time()) - load.budget,
+            static_cast<double>(plan->result().rays()));
+  return absl::OkStatus();
+}
+
+}  // namespace
+
+void LoadLog::Cycle(int job, double seconds_to_plan, double over_budget, double rays) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  to_plan_.push_back(seconds_to_plan);
+  over_budget_.push_back(over_budget);
+  rays_[job] += rays;
+}
+void LoadLog::Unary(double seconds) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  unary_.push_back(seconds);
+}
+void LoadLog::Error(const absl::Status& status) {
+  const Explanation e = Explain(status);
+  std::lock_guard<std::mutex> lock(mutex_);
+  ++errors_[absl::StrCat(absl::StatusCodeToString(status.code()), " ",
+                         e.reason.empty() ? e.cause : e.reason)];
+}
+std::vector<double> LoadLog::to_plan() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return to_plan_;
+}
+std::vector<double> LoadLog::over_budget() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return over_budget_;
+}
+std::vector<double> LoadLog::unary() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return unary_;
+}
+std::map<int, double> LoadLog::rays() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return rays_;
+}
+std::map<std::string, int> LoadLog::errors() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return errors_;
+}
+
+void RunLoadJob(int job, const LoadPlan& plan, const std::vector<RangeImage>& images,
+                const std::atomic<bool>& stop, LoadLog& log) {
+  ClientOptions options;
+  options.server = plan.server;
+  Client client(options);
+  const std::vector<Eigen::Vector3d> stands = {
+      {2.0, 1.5, 1.4}, {3.0, 2.5, 1.4}, {1.2, 2.8, 1.4}, {3.8, 1.2, 1.4}};
+  std::string session;
+  int session_count = 0;
+  // Spread over the period, as people are.
+  auto next = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                 std::chrono::duration<double>(plan.period * (job % 16) / 16));
+  for (int scan = 0; !stop; ++scan) {
+    SleepUntil(next, stop);
+    if (stop) return;
+    next += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(plan.period));
+    if (scan % plan.scans_per_session == 0) {
+      const auto opened = OpenSession(client, absl::StrCat("load-", job, "-", session_count++));
+      if (!opened.ok()) {
+        log.Error(opened.status());
+        scan = -1;  // again
+        continue;
+      }
+      session = *opened;
+    }
+    const auto which = static_cast<size_t>(scan) % std::min(images.size(), stands.size());
+    const absl::Status done =
+        RunCycle(client, job, plan, session, images[which], stands[which], log);
+    if (!done.ok()) log.Error(done);
+    // Who was late has no backlog.
+    if (next < Clock::now()) next = Clock::now();
+  }
+}
+
+void RunProber(const LoadPlan& plan, const std::vector<std::string>& sessions,
+               const std::atomic<bool>& stop, LoadLog& log) {
+  ClientOptions options;
+  options.server = plan.server;
+  options.attempts = 1;
+  Client client(options);
+  for (size_t i = 0; !stop; ++i) {
+    const auto begun = Clock::now();
+    absl::Status done;
+    if (i % 2 == 0) {
+      v1::GetSessionRequest request;
+      request.set_name(sessions[i % sessions.size()]);
+      done = client.Call(request).status();
+    } else {
+      v1::ListPlansRequest request;
+      request.set_parent(sessions[i % sessions.size()]);
+      done = client.Call(request).status();
+    }
+    log.Unary(SecondsSince(begun));
+    if (!done.ok()) log.Error(done);
+    SleepUntil(begun + std::chrono::milliseconds(100), stop);
+  }
+}
+
+}  // namespace vantage

@@ -1,0 +1,57 @@
+// Surveyors that scan and plan in turns, and what they saw.
+#ifndef VANTAGE_TESTS_LOAD_LOAD_JOB_H_
+#define VANTAGE_TESTS_LOAD_LOAD_JOB_H_
+
+#include <atomic>
+#include <map>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/sensor/range_image.h"
+
+namespace vantage {
+
+struct LoadPlan {
+  std::string server;   // HOST:PORT
+  double period = 20;   // s between the scans of one job
+  double budget = 0.5;  // s of each plan
+  int scans_per_session = 12;
+};
+
+// What all jobs together saw. Thread safe.
+class LoadLog {
+ public:
+  void Cycle(int job, double seconds_to_plan, double over_budget, double rays);
+  void Unary(double seconds);
+  // Errors by code and reason.
+  void Error(const absl::Status& status);
+
+  std::vector<double> to_plan() const;      // s, last piece stored to plan ended
+  std::vector<double> over_budget() const;  // s
+  std::vector<double> unary() const;        // s
+  std::map<int, double> rays() const;       // by job
+  std::map<std::string, int> errors() const;
+
+ private:
+  mutable std::mutex mutex_;
+  std::vector<double> to_plan_;
+  std::vector<double> over_budget_;
+  std::vector<double> unary_;
+  std::map<int, double> rays_;
+  std::map<std::string, int> errors_;
+};
+
+// Pushes a scan, waits until it is merged, plans, again and again until `stop`. Sessions take turns
+// after `scans_per_session` scans.
+void RunLoadJob(int job, const LoadPlan& plan, const std::vector<RangeImage>& images,
+                const std::atomic<bool>& stop, LoadLog& log);
+
+// Asks for sessions and lists, ten times a second, until `stop`.
+void RunProber(const LoadPlan& plan, const std::vector<std::string>& sessions,
+               const std::atomic<bool>& stop, LoadLog& log);
+
+}  // namespace vantage
+
+#endif  // VANTAGE_TESTS_LOAD_LOAD_JOB_H_

@@ -1,0 +1,156 @@
+// vantage_load [--minutes N] [--sessions N] [--jobs N] [--out FILE]
+//
+// Many jobs on a server of its own, on 127.0.0.1: each pushes a scan of 860,000 samples and plans,
+// every 20 s. Prints figures, and writes them as JSON. The exit status is 1 when the server ended,
+// or something failed in a way that is no documented limit.
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <csignal>
+#include <fstream>
+#include <iostream>
+#include <thread>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "client/library/client.h"
+#include "tests/bench/figures.h"
+#include "tests/integration/process.h"
+#include "tests/load/load_job.h"
+#include "tests/load/server_metrics.h"
+#include "tests/server/fixture/room_scan.h"
+
+namespace vantage {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr double kDegrees = 0.249;  // 860,000 cells
+
+int PortIn(const std::string& file) {
+  std::ifstream in(file);
+  int port = 0;
+  in >> port;
+  return port;
+}
+
+double Largest(const std::vector<double>& values) {
+  return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
+}
+
+int Run(double minutes, int sessions, int jobs, const std::string& out) {
+  const ScratchFolder scratch;
+  ServerProcess server(
+      scratch.File("data"), "127.0.0.1",
+      {"--http", "127.0.0.1:0", "--http-port-file", scratch.File("http"), "--put-away-minutes", "1",
+       "--calls-per-second", "0", "--log-level", "warning"});
+  if (server.address().empty()) return 1;
+  const int http = PortIn(scratch.File("http"));
+  LoadPlan plan;
+  plan.server = server.address();
+
+  std::cout << "making scans\n";
+  std::vector<RangeImage> images;
+  for (const Eigen::Vector3d& stand :
+       {Eigen::Vector3d(2.0, 1.5, 1.4), Eigen::Vector3d(3.0, 2.5, 1.4),
+        Eigen::Vector3d(1.2, 2.8, 1.4), Eigen::Vector3d(3.8, 1.2, 1.4)}) {
+    images.push_back(NoisyRoom(stand, kDegrees, static_cast<uint32_t>(images.size() + 1)));
+  }
+  ClientOptions options;
+  options.server = plan.server;
+  Client client(options);
+  std::vector<std::string> names;
+  for (int i = 0; i < sessions; ++i) {
+    v1::CreateSessionRequest request;
+    request.set_session_id(absl::StrCat("idle-", i));
+    const auto made = client.Call(request);
+    if (!made.ok()) {
+      std::cerr << "cannot open sessions: " << made.status() << "\n";
+      return 1;
+    }
+    names.push_back(made->session().name());
+  }
+
+  std::cout << sessions << " sessions open, " << jobs << " jobs for " << minutes << " minutes\n";
+  LoadLog log;
+  std::atomic<bool> stop{false};
+  std::vector<std::thread> threads;
+  for (int job = 0; job < jobs; ++job) {
+    threads.emplace_back([&, job] { RunLoadJob(job, plan, images, stop, log); });
+  }
+  threads.emplace_back([&] { RunProber(plan, names, stop, log); });
+  const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                                      std::chrono::duration<double>(60 * minutes));
+  std::vector<double> memory;  // MB, every 10 s
+  while (Clock::now() < end) {
+    std::this_thread::sleep_for(
+        std::min<Clock::duration>(end - Clock::now(), std::chrono::seconds(10)));
+    const std::map<std::string, double> seen = ReadMetrics(http);
+    if (seen.empty()) break;
+    const auto value = [&](const char* name) {
+      const auto it = seen.find(name);
+      return it == seen.end() ? 0.0 : it->second;
+    };
+    memory.push_back(value("process_resident_memory_bytes") / 1e6);
+    std::cout << log.to_plan().size() << " plans, " << memory.back() << " MB, "
+              << value("vantage_scans_pending") << " scans pending, "
+              << value("vantage_plans_running") << " plans under way\n"
+              << std::flush;
+  }
+  stop = true;
+  for (std::thread& thread : threads) thread.join();
+  const bool lives = !ReadMetrics(http).empty();
+  const int code = server.Stop(SIGTERM);
+
+  Figures figures("");
+  const auto add = [&](const char* name, double value, const char* unit, const char* aim) {
+    figures.Add({name, value, unit, aim, absl::StrCat(jobs, " jobs, ", sessions, " sessions")});
+  };
+  add("load.cycles", static_cast<double>(log.to_plan().size()), "plans", "");
+  if (!log.unary().empty()) {
+    add("load.unary.p50", 1e3 * Percentile(log.unary(), 0.5), "ms", "");
+    add("load.unary.p99", 1e3 * Percentile(log.unary(), 0.99), "ms", "50");
+  }
+  if (!log.to_plan().empty()) {
+    add("load.to_plan.p50", Percentile(log.to_plan(), 0.5), "s", "");
+    add("load.to_plan.p99", Percentile(log.to_plan(), 0.99), "s", "5");
+    add("load.over_budget.p99", 1e3 * Percentile(log.over_budget(), 0.99), "ms", "");
+    add("load.over_budget.max", 1e3 * Largest(log.over_budget()), "ms", "");
+  }
+  if (memory.size() >= 2) {
+    add("load.memory.half_time", memory[memory.size() / 2], "MB", "");
+    add("load.memory.end", memory.back(), "MB", "as at half time");
+  }
+  int undocumented = 0;
+  for (const auto& [error, count] : log.errors()) {
+    const bool limit = absl::StartsWith(error, "RESOURCE_EXHAUSTED") ||
+                       absl::StartsWith(error, "UNAVAILABLE MODEL_LOADING");
+    if (!limit) undocumented += count;
+    std::cout << count << " x " << error << (limit ? "" : "   NO DOCUMENTED LIMIT") << "\n";
+  }
+  add("load.errors.undocumented", undocumented, "errors", "0");
+  if (!out.empty() && !figures.WriteJson(out)) std::cerr << "cannot write " << out << "\n";
+  std::cout << (lives && code == 0 ? "the server lived, and drained\n" : "THE SERVER ENDED\n");
+  return lives && code == 0 && undocumented == 0 ? 0 : 1;
+}
+
+}  // namespace
+}  // namespace vantage
+
+int main(int argc, char** argv) {
+  CLI::App app("Many jobs on one server, on this machine");
+  double minutes = 10;
+  int sessions = 200;
+  int jobs = 16;
+  std::string out;
+  app.add_option("--minutes", minutes, "how long")
+      ->check(CLI::Range(0.1, 120.0))
+      ->capture_default_str();
+  app.add_option("--sessions", sessions, "open beside the jobs")
+      ->check(CLI::Range(1, 900))
+      ->capture_default_str();
+  app.add_option("--jobs", jobs, "at a time")->check(CLI::Range(1, 64))->capture_default_str();
+  app.add_option("--out", out, "where to write the figures as JSON");
+  CLI11_PARSE(app, argc, argv);
+  return vantage::Run(minutes, sessions, jobs, out);
+}

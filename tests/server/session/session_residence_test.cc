@@ -1,0 +1,236 @@
+// Models leave memory when nobody uses them and come back as they were; what does not fit waits or
+// is refused, and nothing dies of it.
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <thread>
+
+#include "server/session/error.h"
+#include "server/store/disk_store.h"
+#include "tests/server/fixture/room_scan.h"
+#include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/session_host.h"
+
+namespace vantage {
+namespace {
+
+class Residence : public testing::Test {
+ protected:
+  Residence() : log_(LogLevel::kOff, Log::Stderr()) {
+    std::string name = testing::TempDir() + "/residence-XXXXXX";
+    folder_ = mkdtemp(name.data());
+    store_ = DiskStore::Open(folder_).value();
+  }
+  ~Residence() override {
+    registry_.reset();
+    pool_.reset();
+    store_.reset();
+    std::filesystem::remove_all(folder_);
+  }
+
+  // A host with so much memory for models, bytes.
+  void Begin(int64_t budget, absl::Duration put_away_after = absl::InfiniteDuration()) {
+    memory_ = std::make_unique<MemoryAccount>(budget);
+    pool_ = std::make_unique<PlanningPool>(2, 8);
+    Limits limits;
+    limits.put_away_after = put_away_after;
+    registry_ = std::make_unique<SessionRegistry>(SessionSurroundings{
+        *store_, *pool_, timer_, log_, limits, script_.Make(),
+        [this] { return absl::FromUnixSeconds(now_.load()); }, nullptr, memory_.get()});
+  }
+  void Restart(int64_t budget, absl::Duration put_away_after) {
+    registry_.reset();
+    pool_.reset();
+    store_.reset();
+    store_ = DiskStore::Open(folder_).value();
+    Begin(budget, put_away_after);
+    ASSERT_TRUE(registry_->LoadAll().ok());
+  }
+
+  static std::string SendRoom(Session& session, const Eigen::Vector3d& position) {
+    const v1::PosePrior prior = PriorAt(position.x(), position.y(), position.z());
+    std::string scan = SendScan(session, EncodedRoom(position, 3.0), &prior).value().scan();
+    session.WaitUntilIdle();
+    EXPECT_EQ(session.GetScan(scan)->state(), v1::SCAN_STATE_MERGED);
+    return scan;
+  }
+  std::shared_ptr<Session> OpenRooms(const std::string& id) {
+    auto session = OpenSession(*registry_, id);
+    SendRoom(*session, {2.0, 1.5, 1.4});
+    SendRoom(*session, {3.0, 2.5, 1.4});
+    return session;
+  }
+  static void PutAway(Session& session) {
+    session.PostPutAway();
+    session.WaitUntilIdle();
+  }
+
+  static void ExpectSame(const ModelSnapshot& model, const ModelSnapshot& before) {
+    EXPECT_EQ(model.version, before.version);
+    ASSERT_NE(model.view, nullptr);
+    ASSERT_EQ(model.view->bricks().size(), before.view->bricks().size());
+    for (size_t i = 0; i < model.view->bricks().size(); ++i) {
+      const Brick& brick = *model.view->bricks()[i].contents;
+      const Brick& other = *before.view->bricks()[i].contents;
+      EXPECT_EQ(brick.state, other.state);
+      ASSERT_EQ(brick.surface.size(), other.surface.size());
+      for (size_t k = 0; k < brick.surface.size(); ++k) {
+        EXPECT_EQ(brick.surface[k].centroid, other.surface[k].centroid);
+        EXPECT_EQ(brick.surface[k].density, other.surface[k].density);
+      }
+    }
+  }
+
+  std::string folder_;
+  std::atomic<int64_t> now_{1'700'000'000};
+  Log log_;
+  Script script_;
+  Timer timer_;
+  std::unique_ptr<DiskStore> store_;
+  std::unique_ptr<MemoryAccount> memory_;
+  std::unique_ptr<PlanningPool> pool_;
+  std::unique_ptr<SessionRegistry> registry_;
+};
+
+TEST_F(Residence, AModelComesBackAsItWas) {
+  Begin(0);
+  const auto session = OpenRooms("job");
+  const ModelSnapshot before = session->Model();
+  EXPECT_GT(memory_->used(), 0);
+  PutAway(*session);
+  EXPECT_FALSE(session->loaded());
+  EXPECT_EQ(session->Model().view, nullptr);
+  EXPECT_EQ(memory_->used(), 0);
+  // Whatever needs no model needs no model.
+  EXPECT_EQ(session->Describe().scan_counts().merged(), 2);
+  bool more = false;
+  EXPECT_EQ(session->ListScans(0, 10, more).size(), 2U);
+  EXPECT_FALSE(session->loaded());
+  // The first that does is told to come again, and then it is there.
+  EXPECT_EQ(ReasonOf(session->MeasureCoverage().status()), "MODEL_LOADING");
+  session->WaitUntilIdle();
+  ExpectSame(session->Model(), before);
+  EXPECT_TRUE(session->MeasureCoverage().ok());
+  EXPECT_GT(memory_->used(), 0);
+}
+
+TEST_F(Residence, AScanForAModelThatIsAwayIsMergedIntoIt) {
+  Begin(0);
+  const auto stays = OpenRooms("stays");
+  const auto leaves = OpenRooms("leaves");
+  PutAway(*leaves);
+  SendRoom(*stays, {1.0, 2.0, 1.4});
+  SendRoom(*leaves, {1.0, 2.0, 1.4});
+  EXPECT_TRUE(leaves->loaded());
+  ExpectSame(leaves->Model(), stays->Model());
+}
+
+TEST_F(Residence, WhoIsUsedStays) {
+  Begin(0);
+  const auto session = OpenRooms("job");
+  v1::CreatePlanRequest create;
+  create.set_parent("sessions/job");
+  create.mutable_plan()->mutable_time_budget()->set_seconds(3000);
+  const auto plan = session->CreatePlan(create);
+  ASSERT_TRUE(plan.ok()) << plan.status();
+  script_.WaitForPlans(1);
+  PutAway(*session);
+  EXPECT_TRUE(session->loaded());
+  const int64_t with_plan = memory_->used();
+  script_.EndPlans();
+  while (session->RunningPlans() > 0) std::this_thread::yield();
+  PutAway(*session);
+  EXPECT_FALSE(session->loaded());
+  EXPECT_LT(memory_->used(), with_plan);
+}
+
+TEST_F(Residence, UnusedModelsAreCollectedAfterTheirTime) {
+  Begin(0, absl::Minutes(30));
+  const auto idle = OpenRooms("idle");
+  now_ += 29 * 60;
+  const auto busy = OpenRooms("busy");
+  registry_->Collect();
+  idle->WaitUntilIdle();
+  EXPECT_TRUE(idle->loaded());
+  now_ += 2 * 60;
+  registry_->Collect();
+  idle->WaitUntilIdle();
+  busy->WaitUntilIdle();
+  EXPECT_FALSE(idle->loaded());
+  EXPECT_TRUE(busy->loaded());
+  EXPECT_EQ(registry_->Totals().loaded, 1U);
+}
+
+// What was not used for long is left on disk by a start, too.
+TEST_F(Residence, AStartTakesUpWhatIsUsed) {
+  Begin(0);
+  OpenRooms("old");
+  now_ += 60 * 60;
+  OpenRooms("new");
+  Restart(0, absl::Minutes(30));
+  const auto old = registry_->Find("old").value();
+  const auto recent = registry_->Find("new").value();
+  old->WaitUntilIdle();
+  recent->WaitUntilIdle();
+  EXPECT_FALSE(old->loaded());
+  EXPECT_TRUE(recent->loaded());
+  EXPECT_EQ(ReasonOf(old->MeasureCoverage().status()), "MODEL_LOADING");
+  old->WaitUntilIdle();
+  EXPECT_TRUE(old->MeasureCoverage().ok());
+}
+
+TEST_F(Residence, WhatDoesNotFitIsRefusedAndComesWhenThereIsRoom) {
+  Begin(0);
+  int64_t one = 0;
+  {
+    const auto first = OpenRooms("first");
+    one = first->EstimateModel();
+    OpenRooms("second");
+  }
+  now_ += 60;
+  // Room for one of the two.
+  Restart(one + one / 2, absl::ZeroDuration());
+  const auto first = registry_->Find("first").value();
+  const auto second = registry_->Find("second").value();
+  EXPECT_EQ(ReasonOf(first->MeasureCoverage().status()), "MODEL_LOADING");
+  first->WaitUntilIdle();
+  ASSERT_TRUE(first->loaded());
+  const absl::Status refused = second->MeasureCoverage().status();
+  EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
+  EXPECT_EQ(ReasonOf(refused), "MEMORY_SHORT");
+  second->WaitUntilIdle();
+  EXPECT_FALSE(second->loaded());
+  EXPECT_LE(memory_->used(), memory_->budget());
+  // Used just now, the first one stays; after a while it makes room.
+  registry_->FreeMemory(one);
+  first->WaitUntilIdle();
+  EXPECT_TRUE(first->loaded());
+  now_ += 60;
+  registry_->FreeMemory(one);
+  first->WaitUntilIdle();
+  EXPECT_FALSE(first->loaded());
+  EXPECT_EQ(ReasonOf(second->MeasureCoverage().status()), "MODEL_LOADING");
+  second->WaitUntilIdle();
+  EXPECT_TRUE(second->MeasureCoverage().ok());
+}
+
+TEST_F(Residence, APlanThatDoesNotFitIsRefused) {
+  Begin(0);
+  OpenRooms("job");
+  Restart(1, absl::InfiniteDuration());  // the model alone is more, and is tried alone
+  const auto session = registry_->Find("job").value();
+  session->WaitUntilIdle();
+  ASSERT_TRUE(session->loaded());
+  v1::CreatePlanRequest create;
+  create.set_parent("sessions/job");
+  const absl::Status refused = session->CreatePlan(create).status();
+  EXPECT_EQ(ReasonOf(refused), "MEMORY_SHORT");
+  EXPECT_EQ(session->RunningPlans(), 0U);
+}
+
+}  // namespace
+}  // namespace vantage
