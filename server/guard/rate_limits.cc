@@ -26,7 +26,10 @@ absl::Duration RateLimits::Take(const std::string& key, Time now) {
   Bucket& bucket = BucketOf(key, now);
   bucket.left = LeftAt(bucket, now);
   bucket.at = now;
-  if (bucket.left < 1) return absl::Seconds((1 - bucket.left) / per_second_);
+  // Zero would let it in: a wait is never shorter than what a clock can tell.
+  if (bucket.left < 1) {
+    return std::max(absl::Seconds((1 - bucket.left) / per_second_), absl::Microseconds(1));
+  }
   bucket.left -= 1;
   return absl::ZeroDuration();
 }
