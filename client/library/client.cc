@@ -122,28 +122,24 @@ absl::StatusOr<v1::GetCoverageResponse> Client::Call(v1::GetCoverageRequest requ
 }
 
 absl::StatusOr<v1::AddScannerResponse> Client::Call(v1::AddScannerRequest request) {
-  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::AddScanner, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::AddScanner, *wire_, std::move(request));
 }
 absl::StatusOr<v1::ListScannersResponse> Client::Call(v1::ListScannersRequest request) {
-  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ListScanners, wire_->options,
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ListScanners, *wire_,
                    std::move(request));
 }
 absl::StatusOr<v1::ClaimViewResponse> Client::Call(v1::ClaimViewRequest request) {
-  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ClaimView, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ClaimView, *wire_, std::move(request));
 }
 absl::StatusOr<v1::RenewClaimResponse> Client::Call(v1::RenewClaimRequest request) {
-  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::RenewClaim, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::RenewClaim, *wire_, std::move(request));
 }
 absl::StatusOr<v1::ReleaseClaimResponse> Client::Call(v1::ReleaseClaimRequest request) {
-  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ReleaseClaim, wire_->options,
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ReleaseClaim, *wire_,
                    std::move(request));
 }
 absl::StatusOr<v1::ListClaimsResponse> Client::Call(v1::ListClaimsRequest request) {
-  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ListClaims, wire_->options,
-                   std::move(request));
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ListClaims, *wire_, std::move(request));
 }
 
 absl::StatusOr<Health> Client::CheckHealth(const std::string& service) {

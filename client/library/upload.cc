@@ -220,13 +220,22 @@ absl::StatusOr<std::string> Client::Upload(
   v1::CreateUploadRequest create;
   create.set_parent(session);
   *create.mutable_upload() = std::move(upload);
-  auto begun = BeginOrFind(*this, create);
-  if (!begun.ok()) return begun.status();
-  v1::Upload state = *std::move(begun);
 
   UploadProgress progress;
   progress.total_bytes = static_cast<int64_t>(bytes.size());
   Resumption resumption(wire_->options.give_up_after);
+  auto begun = BeginOrFind(*this, create);
+  while (!begun.ok()) {
+    if (IsTransient(begun.status())) {
+      ++progress.reconnects;
+      on_progress(progress);
+    }
+    if (absl::Status resumed = resumption.AfterBreak(begun.status()); !resumed.ok()) {
+      return resumed;
+    }
+    begun = BeginOrFind(*this, create);
+  }
+  v1::Upload state = *std::move(begun);
   while (true) {
     if (state.state() == v1::UPLOAD_STATE_COMMITTED) {
       progress.acknowledged_bytes = progress.total_bytes;

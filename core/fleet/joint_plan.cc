@@ -70,7 +70,7 @@ absl::Status Validate(const PlanningView& model, const FleetRequest& request,
 
 // A part of what is left of a budget of which `rays` are spent.
 Budget Part(const Budget& budget, double share, uint64_t rays) {
-  Budget part = budget;
+  Budget part = budget.Evaluating();
   if (budget.deadline != Clock::time_point::max()) {
     const auto left = std::max(budget.deadline - budget.now(), Clock::duration::zero());
     part.deadline = budget.now() + std::chrono::duration_cast<Clock::duration>(share * left);
@@ -301,7 +301,8 @@ class JointPlanner {
   void Choose() {
     std::vector<Eigen::Vector3d> taken;
     for (const PledgedView& pledged : request_.pledged) taken.push_back(pledged.position);
-    JointChoice choice(classes_, crew_, *residual_, request_.ranking, config_, taken, budget_,
+    const Budget rest = budget_.Concluding();
+    JointChoice choice(classes_, crew_, *residual_, request_.ranking, config_, taken, rest,
                        parallel_);
     choice.AddRays(rays_);
     choice.record().alike = Alike();

@@ -1,7 +1,9 @@
-// How long work may go on: until a deadline, until an amount of work is done, or until cancelled.
+// How long work may go on: until a deadline, until an amount of work is done, until somebody wants
+// the best there is, or until cancelled.
 #ifndef VANTAGE_CORE_PARALLEL_BUDGET_H_
 #define VANTAGE_CORE_PARALLEL_BUDGET_H_
 
+#include <algorithm>
 #include <chrono>
 #include <cstdint>
 #include <limits>
@@ -17,6 +19,9 @@ struct Budget {
   Clock::time_point deadline = Clock::time_point::max();
   uint64_t work_limit = std::numeric_limits<uint64_t>::max();  // rays
   std::stop_token cancelled;
+  // Asks for an answer soon: no more views are evaluated, and what was found is concluded from.
+  std::stop_token hurried;
+  bool ends_in_a_hurry = false;
   // The clock of the deadline. Measurements count CPU time with another one, tests steps of work.
   Clock::time_point (*now)() = &Clock::now;
 
@@ -28,8 +33,26 @@ struct Budget {
     return budget;
   }
 
+  // For work that is left off when there is a hurry.
+  Budget Evaluating() const {
+    Budget part = *this;
+    part.ends_in_a_hurry = true;
+    return part;
+  }
+  // For what makes an answer of it afterwards.
+  Budget Concluding() const {
+    Budget part = *this;
+    if (hurried.stop_requested()) {
+      part.deadline = std::min(deadline, now() + std::chrono::milliseconds(500));
+    }
+    return part;
+  }
+
   // True when work must stop now, whatever its state.
-  bool Expired() const { return cancelled.stop_requested() || now() >= deadline; }
+  bool Expired() const {
+    return cancelled.stop_requested() || (ends_in_a_hurry && hurried.stop_requested()) ||
+           now() >= deadline;
+  }
 };
 
 }  // namespace vantage

@@ -31,7 +31,7 @@ using Clock = Budget::Clock;
 Budget EvaluationShare(const Budget& budget) {
   constexpr double kShare = 0.8;
   constexpr auto kMostReserved = std::chrono::milliseconds(400);
-  Budget share = budget;
+  Budget share = budget.Evaluating();
   if (budget.deadline != Clock::time_point::max()) {
     const auto left = std::max(budget.deadline - budget.now(), Clock::duration::zero());
     const auto reserved = std::chrono::duration_cast<Clock::duration>((1 - kShare) * left);
@@ -213,7 +213,7 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
   clock.Book(PlanStage::kRankViews);
 
   // F. Registration check.
-  Budget rest = budget;
+  Budget rest = budget.Concluding();
   if (rest.work_limit != std::numeric_limits<uint64_t>::max()) {
     // A ranking of which nothing was checked is worth little: the check keeps its part even where
     // the evaluation's last batch overran its own.
@@ -232,12 +232,13 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
 
   plan.termination =
       JudgeTermination(patches, evaluation, config, UnseeableArea(patches, evaluation));
-  plan.views = report.Describe(check.registrable, evaluation,
-                               static_cast<size_t>(config.candidates), budget, parallel);
+  plan.views =
+      report.Describe(check.registrable, evaluation, static_cast<size_t>(config.candidates),
+                      budget.Concluding(), parallel);
   SortByExactScore(plan.views);
   plan.optimality_gap = OptimalityGap(evaluation, feasible, check, config.separation, plan.views);
   plan.refused = report.Describe(check.refused, evaluation, static_cast<size_t>(config.candidates),
-                                 budget, parallel);
+                                 budget.Concluding(), parallel);
   SetOutcome(check, evaluation, !ranked.empty(), budget, plan);
   clock.Book(PlanStage::kRankViews);
   return plan;

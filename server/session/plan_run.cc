@@ -51,7 +51,7 @@ void PlanRun::Stop(StopReason reason) {
     std::lock_guard<std::mutex> lock(mutex_);
     if (stop_reason_ == StopReason::kNone) stop_reason_ = reason;
   }
-  stop_.request_stop();
+  (reason == StopReason::kDrain ? hurry_ : cancel_).request_stop();
 }
 
 PlanRun::StopReason PlanRun::stop_reason() const {

@@ -33,10 +33,11 @@ class PlanRun {
   // The end. `plan` is what was logged.
   void End(v1::Plan plan);
 
-  // The first reason counts.
+  // The first reason counts. A drain only asks it to come to its end.
   void Stop(StopReason reason);
   StopReason stop_reason() const;
-  std::stop_token stop_token() const { return stop_.get_token(); }
+  std::stop_token cancelled() const { return cancel_.get_token(); }
+  std::stop_token hurried() const { return hurry_.get_token(); }
 
   // `call` runs after every change; keep it short. It may still be running when Unwatch returns.
   WatchId Watch(std::function<void()> call);
@@ -51,7 +52,8 @@ class PlanRun {
   StopReason stop_reason_ ABSL_GUARDED_BY(mutex_) = StopReason::kNone;
   std::map<WatchId, std::shared_ptr<std::function<void()>>> watchers_ ABSL_GUARDED_BY(mutex_);
   WatchId next_watch_ ABSL_GUARDED_BY(mutex_) = 1;
-  std::stop_source stop_;
+  std::stop_source cancel_;
+  std::stop_source hurry_;
 };
 
 }  // namespace vantage

@@ -191,7 +191,8 @@ void Session::RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inp
                absl::ToDoubleSeconds(began - submitted));
   Budget budget = inputs.budget;
   if (inputs.seconds > 0) budget.deadline = Budget::Seconds(inputs.seconds).deadline;
-  budget.cancelled = run->stop_token();
+  budget.cancelled = run->cancelled();
+  budget.hurried = run->hurried();
 
   absl::Time shown = absl::InfinitePast();
   const auto progress = [&](const Plan& plan) {

@@ -63,6 +63,9 @@ absl::Status ObservedStore::DropSnapshot(const std::string& session, uint64_t se
 absl::StatusOr<std::string> ObservedStore::PutBlob(absl::string_view bytes) {
   return Observed(metrics_, "put_blob", [&] { return store_.PutBlob(bytes); });
 }
+absl::Status ObservedStore::PutSpool(const std::string& spool, const std::string& sha256) {
+  return Observed(metrics_, "put_spool", [&] { return store_.PutSpool(spool, sha256); });
+}
 absl::StatusOr<int64_t> ObservedStore::BlobSize(const std::string& sha256) const {
   return Observed(metrics_, "blob_size", [&] { return store_.BlobSize(sha256); });
 }

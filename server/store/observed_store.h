@@ -26,6 +26,7 @@ class ObservedStore final : public Store {
   absl::StatusOr<std::vector<SnapshotRecord>> Snapshots(const std::string& session) const override;
   absl::Status DropSnapshot(const std::string& session, uint64_t sequence) override;
   absl::StatusOr<std::string> PutBlob(absl::string_view bytes) override;
+  absl::Status PutSpool(const std::string& spool, const std::string& sha256) override;
   absl::StatusOr<int64_t> BlobSize(const std::string& sha256) const override;
   absl::StatusOr<std::string> GetBlob(const std::string& sha256) const override;
   absl::Status ReleaseBlob(const std::string& sha256) override;

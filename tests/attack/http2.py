@@ -44,9 +44,17 @@ def message(payload, compressed=False):
 class Link:
     """A connection that does what it is told; `closed` when the other end had enough."""
 
-    def __init__(self, port, greet=True, patience=10):
-        self.socket = socket.create_connection(("127.0.0.1", port), timeout=patience)
+    def __init__(self, port, greet=True, patience=10, source=None, tls=None):
+        """`source`: an address to come from; `tls`: a context, for encryption."""
+        self.socket = socket.create_connection(("127.0.0.1", port), timeout=patience,
+                                               source_address=(source, 0) if source else None)
         self.closed = False
+        if tls is not None:
+            try:
+                self.socket = tls.wrap_socket(self.socket, server_hostname="localhost")
+            except OSError:
+                self.socket.close()
+                raise
         if greet:
             self.send(PREFACE + frame(SETTINGS))
 

@@ -8,7 +8,12 @@ import time
 import urllib.error
 import urllib.request
 
+import grpc
+
+from http2 import Link
+
 START_SECONDS = 60
+LISTING = b"/vantage.v1.SessionService/ListSessions"
 
 
 class Server:
@@ -26,6 +31,23 @@ class Server:
                 stdout=log, stderr=log, preexec_fn=limit)
         self.port = self._port("port")
         self.http = self._port("http")
+
+    def link(self, **how):
+        return Link(self.port, **how)
+
+    def channel(self):
+        return grpc.insecure_channel(f"127.0.0.1:{self.port}")
+
+    def serves_others(self):
+        """Whether somebody else is served."""
+        with grpc.insecure_channel(f"127.0.0.1:{self.port}") as channel:
+            invoke = channel.unary_unary(LISTING.decode(), request_serializer=bytes,
+                                         response_deserializer=bytes)
+            try:
+                invoke(b"", timeout=20)
+                return True
+            except grpc.RpcError:
+                return False
 
     def path(self, name):
         return os.path.join(self.folder, name)

@@ -1,11 +1,12 @@
 #!/usr/bin/env python3
 """What abuse gets from the server: ./dev attack.
 
-Starts servers of its own on free ports of 127.0.0.1 and attacks nothing else. Every attack is bounded
+Starts servers of its own on free ports of 127.0.0.1, alone and behind HAProxy, and attacks nothing else. Every attack is bounded
 in count and time; each row says what it got, and 'held' when the server kept its promise: it lives,
 says so over HTTP, answers a well-behaved caller, and gave nothing away.
 """
 import argparse
+import functools
 import gzip
 import json
 import os
@@ -19,8 +20,9 @@ except ImportError as missing:
     print(f"skipped: {missing}", file=sys.stderr)
     sys.exit(77)
 
+from deployed import HAPROXY, OPENSSL, DeployedServer
 from http2 import (CONTINUATION, DATA, END_HEADERS, END_STREAM, GOAWAY, HEADERS, PING, RST_STREAM,
-                   SETTINGS, Link, call, frame, integer, literal, message)
+                   SETTINGS, call, frame, integer, literal, message)
 from server import Server
 
 KNOWN = ("more connections than files (CVE-2023-4785)",)
@@ -63,8 +65,10 @@ def ask(channel, service, method, request, token=None, response_class=None, time
 
 
 class Attacks:
-    def __init__(self, binary, contract):
-        self.binary = binary
+    """`start`: makes a server, given its flags."""
+
+    def __init__(self, start, contract):
+        self.start = start
         self.contract = contract
         self.rows = []
 
@@ -83,12 +87,7 @@ class Attacks:
         """Whether it lives, and serves somebody who behaves."""
         if not server.alive() or server.get("/readyz")[0] != 200:
             return False
-        with grpc.insecure_channel(f"127.0.0.1:{server.port}") as channel:
-            code, _ = ask(channel, "SessionService", "ListSessions",
-                          self.contract.new("ListSessionsRequest"), token=self.token)
-        return code == "OK"
-
-    token = None
+        return server.serves_others()
 
     def guarded(self):
         """A server with callers: one tenant's administrator, another's, and one past its time."""
@@ -99,14 +98,13 @@ class Attacks:
                                               ("stranger", "castle", "stranger-token", ""),
                                               ("late", "museum", "late-token", "2020-01-01T00:00:00Z")):
                 file.write(f"{name} {tenant} administer token:{sha256(token)} {more}\n")
-        return Server(self.binary, "--callers", server_folder)
+        return self.start("--callers", server_folder)
 
     # ---- With valid HTTP/2 and gRPC ---------------------------------------------------------
 
     def names_and_tokens(self):
         new = self.contract.new
-        self.token = "owner-token"
-        with self.guarded() as server, grpc.insecure_channel(f"127.0.0.1:{server.port}") as channel:
+        with self.guarded() as server, server.channel() as channel:
             code, _ = ask(channel, "SessionService", "CreateSession",
                           new("CreateSessionRequest", session_id="job"), token="owner-token")
             get = new("GetSessionRequest", name="sessions/job")
@@ -132,12 +130,11 @@ class Attacks:
             self.record(f"{guesses} guessed tokens", str(codes), "OK" not in codes and lines < 100,
                         log_lines=lines, cpu_s=round(server.cpu_seconds() - cpu, 2),
                         seconds=round(time.monotonic() - begun, 1))
-        self.token = None
 
     def paths_and_counts(self):
         new = self.contract.new
-        with Server(self.binary) as server:
-            with grpc.insecure_channel(f"127.0.0.1:{server.port}") as channel:
+        with self.start() as server:
+            with server.channel() as channel:
                 tricks = ["../../etc/passwd", "a/../b", "/etc/passwd", "a\x00b", "%2e%2e%2f", "..", "CON",
                           "a" * 100_000, "a\n{\"level\":\"audit\"}"]
                 codes = {ask(channel, "SessionService", "CreateSession",
@@ -176,9 +173,9 @@ class Attacks:
         """256 MiB of zeros in 256 KiB, as gRPC's own compression brings it."""
         size = 256 << 20
         bomb = gzip.compress(b"\0" * size, 9)
-        with Server(self.binary) as server:
+        with self.start() as server:
             memory = server.memory_mb()
-            link = Link(server.port)
+            link = server.link()
             link.send(frame(HEADERS, END_HEADERS, 1,
                             call(b"/vantage.v1.SessionService/CreateSession",
                                  literal(b"grpc-encoding", b"gzip"))))
@@ -198,10 +195,16 @@ class Attacks:
     # ---- Connections ------------------------------------------------------------------------
 
     def connections(self):
-        with Server(self.binary) as server:
+        with self.start() as server:
             memory = server.memory_mb()
-            silent = [Link(server.port, greet=False) for _ in range(500)]
-            greeted = [Link(server.port) for _ in range(500)]
+            def open_links(count, **how):
+                for _ in range(count):
+                    try:
+                        yield server.link(**how)
+                    except OSError:
+                        pass  # refused
+            silent = list(open_links(500, greet=False))
+            greeted = list(open_links(500))
             well = self.well(server)
             held = round(server.memory_mb() - memory)
             until = time.monotonic() + 40
@@ -220,18 +223,19 @@ class Attacks:
                         pass
                 left = still
             self.record("a thousand connections that say nothing",
-                        f"{1000 - len(left)} were closed within 40 s", well and not left
+                        f"{len(silent) + len(greeted)} were let in, {1000 - len(left)} are gone "
+                        "within 40 s", well and not left
                         and self.well(server), memory_mb=held)
             for link in silent + greeted:
                 link.close()
 
     def few_files(self):
         """CVE-2023-4785: accept() that fails for want of files."""
-        with Server(self.binary, files=128) as server:
+        with self.start(files=128) as server:
             links = []
             for _ in range(400):
                 try:
-                    links.append(Link(server.port, patience=1))
+                    links.append(server.link(patience=1))
                 except OSError:
                     break
             for link in links:
@@ -249,8 +253,8 @@ class Attacks:
     def slow_readers(self):
         """A listing that fills megabytes, asked for 200 times and never read."""
         new = self.contract.new
-        with Server(self.binary) as server:
-            with grpc.insecure_channel(f"127.0.0.1:{server.port}") as channel:
+        with self.start() as server:
+            with server.channel() as channel:
                 for i in range(100):
                     ask(channel, "SessionService", "CreateSession",
                         new("CreateSessionRequest", session_id=f"job-{i}"))
@@ -258,7 +262,7 @@ class Attacks:
             request = message(new("ListSessionsRequest", page_size=1000).SerializeToString())
             links = []
             for _ in range(10):
-                link = Link(server.port)
+                link = server.link()
                 for stream in range(1, 41, 2):
                     link.send(frame(HEADERS, END_HEADERS, stream,
                                     call(b"/vantage.v1.SessionService/ListSessions"))
@@ -278,9 +282,9 @@ class Attacks:
 
     def flood(self, name, make, limit_cpu, wait=4):
         """Sends what `make(link)` sends; the processor time that it cost, and whether all is well."""
-        with Server(self.binary) as server:
+        with self.start() as server:
             cpu, begun = server.cpu_seconds(), time.monotonic()
-            link = Link(server.port)
+            link = server.link()
             sent = make(link)
             link.read_frames(GOAWAY, patience=wait)
             slow = time.monotonic()
@@ -379,13 +383,29 @@ def main():
     parser.add_argument("--contract", required=True, help="its descriptor set, vantage.v1.binpb")
     parser.add_argument("--only", default="", help="names_and_tokens, paths_and_counts, bombs, "
                         "connections, few_files, slow_readers or malformed")
+    parser.add_argument("--haproxy-cfg", help="attack it also as deployed: behind HAProxy with this "
+                        "configuration")
+    parser.add_argument("--minutes", type=float, default=0, help="again and again for so long")
     parser.add_argument("--out", help="write the rows here as JSON")
     arguments = parser.parse_args()
-    rows = Attacks(arguments.server, Contract(arguments.contract)).run(arguments.only)
+    contract = Contract(arguments.contract)
+    starts = {"alone": functools.partial(Server, arguments.server)}
+    if arguments.haproxy_cfg and HAPROXY and OPENSSL:
+        starts["behind HAProxy"] = functools.partial(DeployedServer, arguments.haproxy_cfg,
+                                                     arguments.server)
+    elif arguments.haproxy_cfg:
+        print("haproxy or openssl is not installed: the server is attacked alone")
+    rows = []
+    until = time.monotonic() + 60 * arguments.minutes
+    while not rows or time.monotonic() < until:
+        for against, start in starts.items():
+            print(f"The server {against}:", flush=True)
+            rows += [{"against": against, **row}
+                     for row in Attacks(start, contract).run(arguments.only)]
     if arguments.out:
         with open(arguments.out, "w") as file:
             json.dump(rows, file, indent=1)
-    broke = [row["attack"] for row in rows if not row["held"] and not row["known"]]
+    broke = [(row["against"], row["attack"]) for row in rows if not row["held"] and not row["known"]]
     known = sum(row["known"] for row in rows)
     print(f"{sum(row['held'] for row in rows)} of {len(rows)} held" +
           (f", {known} known of gRPC 1.51" if known else ""))

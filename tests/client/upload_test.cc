@@ -45,12 +45,14 @@ class FlakyServer final : public v1::ScanService::Service {
   bool refuse_in_the_end = false;
   std::atomic<bool> unavailable_for_ever = false;
   bool dies_with_the_link = false;
+  int creations_refused = 0;  // as when the server is away
   std::set<std::string> request_ids;
 
   grpc::Status CreateUpload(grpc::ServerContext*, const v1::CreateUploadRequest* request,
                             v1::CreateUploadResponse* response) override {
     const std::lock_guard lock(mutex_);
     EXPECT_FALSE(request->request_id().empty());
+    if (--creations_refused >= 0) return {grpc::StatusCode::UNAVAILABLE, "away"};
     request_ids.insert(request->request_id());
     total_ = request->upload().total();
     upload_.set_name("sessions/s/uploads/u");
@@ -204,6 +206,24 @@ TEST_F(UploadTest, GoesOnWhereTheLinkBroke) {
   ASSERT_TRUE(scan.ok()) << scan.status();
   EXPECT_EQ(service_.bytes(), EncodeRangeImage(image));
   EXPECT_EQ(last_.reconnects, 4);
+}
+
+TEST_F(UploadTest, BegunDuringAnOutageItWaits) {
+  service_.creations_refused = ClientOptions().attempts + 2;
+  Start();
+  const RangeImage image = SomeImage(20);
+  const auto scan = Push(image);
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  EXPECT_EQ(service_.bytes(), EncodeRangeImage(image));
+  EXPECT_GE(last_.reconnects, 1);
+  EXPECT_EQ(service_.request_ids.size(), 1u);
+}
+
+TEST_F(UploadTest, BegunWhereNobodyEverAnswersItGivesUp) {
+  service_.creations_refused = 1'000'000;
+  give_up_after_ = 0.1;
+  Start();
+  EXPECT_TRUE(absl::IsUnavailable(Push(SomeImage(20)).status()));
 }
 
 TEST_F(UploadTest, BreakAfterTheLastPieceIsNoLoss) {

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <fstream>
 #include <iostream>
@@ -36,6 +37,16 @@ int PortIn(const std::string& file) {
 
 double Largest(const std::vector<double>& values) {
   return values.empty() ? 0 : *std::max_element(values.begin(), values.end());
+}
+
+// How far the job that is furthest from the mean of all is from it: all ask for the same.
+double SpreadOf(const std::map<int, double>& rays) {
+  double sum = 0;
+  for (const auto& [job, count] : rays) sum += count;
+  const double mean = sum / static_cast<double>(rays.size());
+  double most = 0;
+  for (const auto& [job, count] : rays) most = std::max(most, std::abs(count / mean - 1));
+  return most;
 }
 
 int Run(double minutes, int sessions, int jobs, const std::string& out) {
@@ -116,6 +127,9 @@ int Run(double minutes, int sessions, int jobs, const std::string& out) {
     add("load.to_plan.p99", Percentile(log.to_plan(), 0.99), "s", "5");
     add("load.over_budget.p99", 1e3 * Percentile(log.over_budget(), 0.99), "ms", "");
     add("load.over_budget.max", 1e3 * Largest(log.over_budget()), "ms", "");
+  }
+  if (!log.rays().empty()) {
+    add("load.shares.spread", SpreadOf(log.rays()), "of the mean job's rays", "0.15");
   }
   if (memory.size() >= 2) {
     add("load.memory.half_time", memory[memory.size() / 2], "MB", "");

@@ -42,8 +42,9 @@ class PlannerBudgetTest : public ::testing::Test {
     steps = 0;
     stopper = nullptr;
   }
-  Plan Make(const Budget& budget, Parallel& parallel) {
-    return MakePlan(model_, scanner_, config_, budget, parallel, [](const Plan&) {}).value();
+  Plan Make(
+      const Budget& budget, Parallel& parallel, PlanProgress progress = [](const Plan&) {}) {
+    return MakePlan(model_, scanner_, config_, budget, parallel, progress).value();
   }
   static Budget EndingAt(int64_t step) {
     Budget budget;
@@ -168,6 +169,31 @@ TEST_F(PlannerBudgetTest, EndsSoonAfterItIsCancelledWhereverThatFalls) {
     EXPECT_EQ(plan.outcome, PlanOutcome::kCancelled) << "at step " << end << " of " << whole;
     EXPECT_LE(steps.load(), end + kStepsToStop);
   }
+}
+
+TEST_F(PlannerBudgetTest, InAHurryAnswersWithWhatItHas) {
+  (void)Make(EndingAt(int64_t{1} << 60), serial_);
+  const int64_t whole = steps;
+  ThreadPool pool(2);
+  bool views = false;
+  for (int64_t end = 1; end < whole; end *= kNext) {
+    std::stop_source source;
+    steps = 0;
+    stop_at = end;
+    stopper = &source;
+    Budget budget = EndingAt(int64_t{1} << 60);
+    budget.hurried = source.get_token();
+    std::vector<Plan> shown;
+    const Plan plan = Make(budget, pool, [&](const Plan& so_far) { shown.push_back(so_far); });
+    stopper = nullptr;
+    EXPECT_NE(plan.outcome, PlanOutcome::kCancelled) << "at step " << end << " of " << whole;
+    if (shown.empty() || shown.back().views.empty()) continue;
+    // What was shown to gain is not taken back.
+    EXPECT_EQ(plan.outcome, PlanOutcome::kViews) << plan.message;
+    EXPECT_FALSE(plan.views.empty());
+    views = true;
+  }
+  EXPECT_TRUE(views);
 }
 
 }  // namespace
