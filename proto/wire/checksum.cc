@@ -2,11 +2,33 @@
 
 #include <openssl/evp.h>
 
+#ifdef __SSE4_2__
+#include <nmmintrin.h>
+#endif
+
 #include <array>
 #include <cstddef>
+#include <cstring>
 
 namespace vantage {
 namespace {
+
+#ifdef __SSE4_2__
+
+// The processor has an instruction for just this polynomial.
+uint32_t Update(uint32_t crc, const unsigned char* p, size_t left) {
+  uint64_t wide = crc;
+  for (; left >= 8; left -= 8, p += 8) {
+    uint64_t word = 0;
+    std::memcpy(&word, p, sizeof(word));
+    wide = _mm_crc32_u64(wide, word);
+  }
+  crc = static_cast<uint32_t>(wide);
+  for (; left > 0; --left, ++p) crc = _mm_crc32_u8(crc, *p);
+  return crc;
+}
+
+#else
 
 // Tables for eight bytes at a time ('slicing by 8').
 constexpr std::array<std::array<uint32_t, 256>, 8> MakeTables() {
@@ -27,19 +49,23 @@ constexpr std::array<std::array<uint32_t, 256>, 8> MakeTables() {
 }
 constexpr std::array<std::array<uint32_t, 256>, 8> kTables = MakeTables();
 
-}  // namespace
-
-uint32_t Crc32c(absl::string_view bytes) {
-  const auto* p = reinterpret_cast<const unsigned char*>(bytes.data());
-  size_t left = bytes.size();
-  uint32_t crc = 0xFFFFFFFF;
+uint32_t Update(uint32_t crc, const unsigned char* p, size_t left) {
   for (; left >= 8; left -= 8, p += 8) {
     crc = kTables[7][(crc ^ p[0]) & 0xFF] ^ kTables[6][((crc >> 8) ^ p[1]) & 0xFF] ^
           kTables[5][((crc >> 16) ^ p[2]) & 0xFF] ^ kTables[4][(crc >> 24) ^ p[3]] ^
           kTables[3][p[4]] ^ kTables[2][p[5]] ^ kTables[1][p[6]] ^ kTables[0][p[7]];
   }
   for (; left > 0; --left, ++p) crc = (crc >> 8) ^ kTables[0][(crc ^ *p) & 0xFF];
-  return ~crc;
+  return crc;
+}
+
+#endif
+
+}  // namespace
+
+uint32_t Crc32c(absl::string_view bytes) {
+  const auto* data = reinterpret_cast<const unsigned char*>(bytes.data());
+  return ~Update(0xFFFFFFFF, data, bytes.size());
 }
 
 struct Sha256::State {

@@ -22,7 +22,7 @@ constexpr size_t kMaxTenant = 200;
 constexpr double kFailuresPerSecond = 1;
 constexpr double kFailuresAtOnce = 20;
 
-absl::string_view View(grpc::string_ref text) { return {text.data(), text.size()}; }
+absl::string_view View(const grpc::string_ref& text) { return {text.data(), text.size()}; }
 
 // The only value of a key. Several: INVALID_ARGUMENT, since it is not known who wrote which.
 absl::StatusOr<std::optional<std::string>> OnlyValue(const grpc::ServerContextBase& context,

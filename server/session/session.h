@@ -214,6 +214,7 @@ class Session : public std::enable_shared_from_this<Session> {
       absl::FunctionRef<void(const SessionState&, v1::Scan&, Draft&)> change,
       absl::FunctionRef<void()> applied = [] {});
   void RetryLater(const std::string& scan, const absl::Status& why);
+  void AddProgress(v1::Scan& scan) const;
 
   // Whether the model is in memory, session_residence.cc.
   void Touch();
@@ -293,6 +294,8 @@ class Session : public std::enable_shared_from_this<Session> {
   mutable std::mutex mutex_;
   ModelSnapshot snapshot_ ABSL_GUARDED_BY(mutex_);
   std::string settling_ ABSL_GUARDED_BY(mutex_);  // scan that the strand works on
+  // What scans wait for, until they are tried again: by name.
+  std::map<std::string, std::string> waits_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::shared_ptr<Upload>> uploads_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::shared_ptr<PlanRun>> runs_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::string> full_results_ ABSL_GUARDED_BY(mutex_);  // blobs held, oldest first

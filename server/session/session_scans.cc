@@ -48,11 +48,19 @@ absl::StatusOr<v1::Scan> Session::GetScan(const std::string& name) const {
     const auto it = state.scans.find(name);
     if (it != state.scans.end()) found = it->second.scan;
   });
-  std::lock_guard<std::mutex> lock(mutex_);
-  if (found.ok() && settling_ == name && found->state() == v1::SCAN_STATE_RECEIVED) {
-    found->set_state(v1::SCAN_STATE_REGISTERING);
-  }
+  if (found.ok()) AddProgress(*found);
   return found;
+}
+
+// What the log doesn't say: what is being done now, or why it isn't.
+void Session::AddProgress(v1::Scan& scan) const {
+  const bool received = scan.state() == v1::SCAN_STATE_RECEIVED;
+  if (!received && scan.state() != v1::SCAN_STATE_MERGING) return;
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (received && settling_ == scan.name()) scan.set_state(v1::SCAN_STATE_REGISTERING);
+  if (const auto it = waits_.find(scan.name()); it != waits_.end()) {
+    scan.set_state_message(it->second);
+  }
 }
 
 std::vector<v1::Scan> Session::ListScans(size_t skip, size_t limit, bool& more) const {
@@ -63,6 +71,7 @@ std::vector<v1::Scan> Session::ListScans(size_t skip, size_t limit, bool& more) 
     }
     more = skip + scans.size() < state.scan_order.size();
   });
+  for (v1::Scan& scan : scans) AddProgress(scan);
   return scans;
 }
 
@@ -232,6 +241,10 @@ void Session::PostSettle(const std::string& scan) {
 
 void Session::RetryLater(const std::string& scan, const absl::Status& why) {
   around_.log.Warning("scan waits", {{"scan", scan}, {"error", why.ToString()}});
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    waits_[scan] = absl::StrCat("waits, and is tried again: ", std::string(why.message()));
+  }
   around_.timer.After(kRetryAfter, [self = weak_from_this(), scan] {
     if (const std::shared_ptr<Session> session = self.lock()) session->PostSettle(scan);
   });
@@ -263,6 +276,10 @@ absl::Status Session::Change(const v1::Scan& as_read,
 // Does what the scan's state in the log asks for, and nothing when that is done.
 void Session::Settle(const std::string& name, Parallel& parallel) {
   if (closed_) return;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    waits_.erase(name);
+  }
   if (absl::Status taken = TakeUp(parallel); !taken.ok()) return RetryLater(name, taken);
   Touch();
   v1::Scan scan;

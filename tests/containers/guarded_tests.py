@@ -274,11 +274,15 @@ class ProxyTest(GuardedContainerTest):
     def test_headers_have_a_limit(self):
         job = self.job_of("tablet", self.proxy, self.credentials)
         job.create()
-        large = jobs.Job(self.proxy, "job", self.credentials,
-                         self.callers.shown_by("tablet") + (("x-large", "x" * 40_000),))
-        self.opened.append(large)
-        with self.assertRaises(grpc.RpcError):
-            large.get()
+        for size, let_in in ((4_000, True), (7_000, False), (40_000, False)):
+            large = jobs.Job(self.proxy, "job", self.credentials,
+                             self.callers.shown_by("tablet") + (("x-large", "x" * size),))
+            self.opened.append(large)
+            if let_in:
+                self.assertEqual(large.get().name, "sessions/job")
+                continue
+            with self.assertRaises(grpc.RpcError):
+                large.get()
 
         def frame(kind, flags, stream, payload):
             return (len(payload).to_bytes(3, "big") + bytes((kind, flags))

@@ -5,6 +5,7 @@ import hashlib
 import math
 import pathlib
 import sys
+import time
 
 import grpc
 
@@ -15,6 +16,7 @@ from reflected_client import Reflected, error_of  # noqa: E402,F401
 
 SESSIONS, SCANS, PLANS, MODELS = (f"vantage.v1.{name}Service"
                                   for name in ("Session", "Scan", "Plan", "Model"))
+UNDER_WAY = 1, 2, 3  # SCAN_STATE_RECEIVED, _REGISTERING, _MERGING
 SCANNER = {"azimuthStep": math.radians(1.5), "elevationStep": math.radians(1.5),
            "rangeNoise": 0.002}
 
@@ -97,6 +99,16 @@ class Job:
             if kind in merged and getattr(response.event, kind).scan.name == scan:
                 break
         return self.client.call(SCANS, "GetScan", {"name": scan}).scan
+
+    def settled_or_waiting(self, scan):
+        """As soon as a scan is settled, or says what it waits for."""
+        deadline = time.monotonic() + 60
+        while time.monotonic() < deadline:
+            got = self.client.call(SCANS, "GetScan", {"name": scan}).scan
+            if got.state not in UNDER_WAY or got.state_message:
+                return got
+            time.sleep(0.02)
+        raise AssertionError(f"{scan} neither settled nor said what it waits for")
 
     def plan(self, **how):
         """Makes a plan and follows it to its end; by default one that can be repeated."""

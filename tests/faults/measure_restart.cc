@@ -11,8 +11,9 @@
 #include "tests/faults/fault_figures.h"
 #include "tests/integration/process.h"
 #include "tests/server/fixture/room_scan.h"
-#include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
+#include "vantage/v1/plan_service.grpc.pb.h"
 
 namespace vantage {
 namespace {

@@ -20,7 +20,9 @@
 #include "tests/faults/fault_figures.h"
 #include "tests/integration/process.h"
 #include "tests/server/fixture/room_scan.h"
-#include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/script.h"
+#include "vantage/v1/scan_service.grpc.pb.h"
+#include "vantage/v1/session_service.grpc.pb.h"
 
 namespace vantage {
 namespace {

@@ -11,7 +11,7 @@
 #include "proto/wire/checksum.h"
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
-#include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
 
 namespace vantage {

@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/in_process.h"
 
 namespace vantage {
 namespace {

@@ -17,7 +17,7 @@
 #include "server/main/credentials.h"
 #include "server/rpc/rules.h"
 #include "tests/server/fixture/certificates.h"
-#include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/in_process.h"
 
 namespace vantage {
 namespace {

@@ -10,8 +10,8 @@
 #include <string>
 
 #include "proto/wire/checksum.h"
+#include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
-#include "tests/server/fixture/scripted.h"
 
 namespace vantage {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
-#include "tests/server/fixture/scripted.h"
 
 namespace vantage {
 namespace {

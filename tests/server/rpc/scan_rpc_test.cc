@@ -10,8 +10,9 @@
 #include "core/sensor/encoding.h"
 #include "proto/wire/checksum.h"
 #include "proto/wire/compression.h"
+#include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
-#include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/session_host.h"
 
 namespace vantage {
 namespace {

@@ -10,8 +10,8 @@
 #include "server/main/healthcheck.h"
 #include "server/rpc/services.h"
 #include "server/session/error.h"
+#include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
-#include "tests/server/fixture/scripted.h"
 
 namespace vantage {
 namespace {

@@ -5,8 +5,8 @@
 #include <set>
 #include <string>
 
+#include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
-#include "tests/server/fixture/scripted.h"
 
 namespace vantage {
 namespace {

@@ -13,7 +13,7 @@
 #include "server/session/to_proto.h"
 #include "server/store/memory_store.h"
 #include "tests/server/fixture/room_scan.h"
-#include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
 
 namespace vantage {

@@ -9,7 +9,7 @@
 #include "google/protobuf/util/message_differencer.h"
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
-#include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
 
 namespace vantage {

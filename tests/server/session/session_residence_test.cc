@@ -1,5 +1,6 @@
 // Models leave memory when nobody uses them and come back as they were; what does not fit waits or
 // is refused, and nothing dies of it.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
@@ -12,7 +13,7 @@
 #include "server/session/error.h"
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
-#include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
 
 namespace vantage {
@@ -216,6 +217,27 @@ TEST_F(Residence, WhatDoesNotFitIsRefusedAndComesWhenThereIsRoom) {
   EXPECT_EQ(ReasonOf(second->MeasureCoverage().status()), "MODEL_LOADING");
   second->WaitUntilIdle();
   EXPECT_TRUE(second->MeasureCoverage().ok());
+}
+
+TEST_F(Residence, AScanThatDoesNotFitSaysSoAndComesWhenThereIsRoom) {
+  Begin(0);
+  OpenRooms("job");
+  Restart(1, absl::InfiniteDuration());  // the model alone is more, and is tried alone
+  const auto session = registry_->Find("job").value();
+  session->WaitUntilIdle();
+  const v1::PosePrior prior = PriorAt(1.0, 2.0, 1.4);
+  const std::string scan =
+      SendScan(*session, EncodedRoom({1.0, 2.0, 1.4}, 3.0), &prior).value().scan();
+  session->WaitUntilIdle();
+  EXPECT_EQ(session->GetScan(scan)->state(), v1::SCAN_STATE_RECEIVED);
+  EXPECT_THAT(session->GetScan(scan)->state_message(), ::testing::HasSubstr("memory"));
+  bool more = false;
+  EXPECT_THAT(session->ListScans(2, 1, more).at(0).state_message(), ::testing::HasSubstr("memory"));
+  Restart(0, absl::InfiniteDuration());
+  const auto roomy = registry_->Find("job").value();
+  roomy->WaitUntilIdle();
+  EXPECT_EQ(roomy->GetScan(scan)->state(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(roomy->GetScan(scan)->state_message(), "");
 }
 
 TEST_F(Residence, APlanThatDoesNotFitIsRefused) {

@@ -10,8 +10,9 @@
 
 #include "absl/strings/escaping.h"
 #include "server/store/disk_store.h"
+#include "server/store/memory_store.h"
 #include "tests/server/fixture/room_scan.h"
-#include "tests/server/fixture/scripted.h"
+#include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
 
 namespace vantage {
