@@ -4,13 +4,16 @@ namespace vantage {
 
 Timer::Timer() : thread_([this] { Work(); }) {}
 
-Timer::~Timer() {
+void Timer::Stop() {
+  std::map<std::pair<Clock::time_point, Id>, std::function<void()>> dropped;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     stopping_ = true;
+    dropped.swap(calls_);
+    when_.clear();
   }
   wake_.notify_all();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 Timer::Id Timer::At(Clock::time_point when, std::function<void()> call) {
@@ -18,6 +21,7 @@ Timer::Id Timer::At(Clock::time_point when, std::function<void()> call) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     id = next_++;
+    if (stopping_) return id;
     calls_.emplace(std::make_pair(when, id), std::move(call));
     when_.emplace(id, when);
   }

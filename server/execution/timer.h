@@ -22,8 +22,7 @@ class Timer {
   using Id = uint64_t;
 
   Timer();
-  // Drops what has not fired.
-  ~Timer();
+  ~Timer() { Stop(); }
   Timer(const Timer&) = delete;
   Timer& operator=(const Timer&) = delete;
 
@@ -31,6 +30,9 @@ class Timer {
   Id After(Clock::duration delay, std::function<void()> call) {
     return At(Clock::now() + delay, std::move(call));
   }
+  // Drops what has not fired and what is asked for from now on, and waits for a call that runs:
+  // what calls refer to may go afterwards. Not from within a call.
+  void Stop();
   // Harmless when it has fired; the call may still be running.
   void Cancel(Id id);
 

@@ -220,6 +220,8 @@ void Server::Drain() {
 Server::~Server() {
   Drain();
   memory_.OnNoShortage();
+  // Whatever is still to be tried again refers to sessions, and they to the pools.
+  timer_.Stop();
 }
 
 }  // namespace vantage

@@ -86,6 +86,7 @@ int Run(double minutes, int sessions, int jobs, const std::string& out) {
   LoadLog log;
   std::atomic<bool> stop{false};
   std::vector<std::thread> threads;
+  threads.reserve(static_cast<size_t>(jobs) + 1);
   for (int job = 0; job < jobs; ++job) {
     threads.emplace_back([&, job] { RunLoadJob(job, plan, images, stop, log); });
   }

@@ -4,6 +4,7 @@
 
 #include <atomic>
 #include <future>
+#include <thread>
 #include <vector>
 
 #include "server/execution/task_pool.h"
@@ -27,6 +28,33 @@ TEST(Timer, CallsInOrderOfTimeAndNotWhatWasCancelled) {
   last.get_future().wait();
   EXPECT_EQ(order, (std::vector<int>{1, 3}));
   timer.Cancel(cancelled);  // harmless
+}
+
+TEST(Timer, StoppedItCallsNothingMore) {
+  Timer timer;
+  std::promise<void> begun;
+  std::promise<void> release;
+  std::shared_future<void> released = release.get_future().share();
+  std::atomic<bool> ended{false};
+  std::atomic<bool> late{false};
+  const auto now = Timer::Clock::now();
+  timer.At(now, [&, released] {
+    begun.set_value();
+    released.wait();
+    ended = true;
+  });
+  timer.At(now + std::chrono::milliseconds(1), [&] { late = true; });
+  begun.get_future().wait();
+  std::thread stop([&] {
+    timer.Stop();
+    EXPECT_TRUE(ended);  // it waited for the call that ran
+  });
+  release.set_value();
+  stop.join();
+  const bool before = late;
+  timer.At(now, [&] { late = true; });
+  timer.Stop();  // harmless
+  EXPECT_EQ(late, before);
 }
 
 TEST(TaskPool, RefusesWhenFullAndRunsWhatItTook) {

@@ -104,6 +104,7 @@ TEST(HttpListener, NonsenseAndFloodsAreCutOff) {
 TEST(HttpListener, SilentConnectionsAreLimited) {
   const auto listener = Listen();
   std::vector<int> silent;
+  silent.reserve(200);
   for (int i = 0; i < 200; ++i) silent.push_back(Connect(listener->port()));
   for (const int one : silent) close(one);
   // As soon as it has noticed that they are gone.

@@ -33,6 +33,7 @@ TEST(Metrics, AreWrittenAsPrometheusReadsThem) {
 TEST(Metrics, LoseNothingBetweenThreads) {
   Metrics metrics;
   std::vector<std::thread> threads;
+  threads.reserve(4);
   for (int i = 0; i < 4; ++i) {
     threads.emplace_back([&] {
       for (int n = 0; n < 10'000; ++n) {

@@ -27,6 +27,7 @@ class Residence : public testing::Test {
     store_ = DiskStore::Open(folder_).value();
   }
   ~Residence() override {
+    timer_.reset();
     registry_.reset();
     pool_.reset();
     store_.reset();
@@ -37,13 +38,15 @@ class Residence : public testing::Test {
   void Begin(int64_t budget, absl::Duration put_away_after = absl::InfiniteDuration()) {
     memory_ = std::make_unique<MemoryAccount>(budget);
     pool_ = std::make_unique<PlanningPool>(2, 8);
+    timer_ = std::make_unique<Timer>();
     Limits limits;
     limits.put_away_after = put_away_after;
     registry_ = std::make_unique<SessionRegistry>(SessionSurroundings{
-        *store_, *pool_, timer_, log_, limits, script_.Make(),
+        *store_, *pool_, *timer_, log_, limits, script_.Make(),
         [this] { return absl::FromUnixSeconds(now_.load()); }, nullptr, memory_.get()});
   }
   void Restart(int64_t budget, absl::Duration put_away_after) {
+    timer_.reset();
     registry_.reset();
     pool_.reset();
     store_.reset();
@@ -90,11 +93,11 @@ class Residence : public testing::Test {
   std::atomic<int64_t> now_{1'700'000'000};
   Log log_;
   Script script_;
-  Timer timer_;
   std::unique_ptr<DiskStore> store_;
   std::unique_ptr<MemoryAccount> memory_;
   std::unique_ptr<PlanningPool> pool_;
   std::unique_ptr<SessionRegistry> registry_;
+  std::unique_ptr<Timer> timer_;
 };
 
 TEST_F(Residence, AModelComesBackAsItWas) {
@@ -223,7 +226,7 @@ TEST_F(Residence, AScanThatDoesNotFitSaysSoAndComesWhenThereIsRoom) {
   Begin(0);
   OpenRooms("job");
   Restart(1, absl::InfiniteDuration());  // the model alone is more, and is tried alone
-  const auto session = registry_->Find("job").value();
+  auto session = registry_->Find("job").value();
   session->WaitUntilIdle();
   const v1::PosePrior prior = PriorAt(1.0, 2.0, 1.4);
   const std::string scan =
@@ -233,11 +236,12 @@ TEST_F(Residence, AScanThatDoesNotFitSaysSoAndComesWhenThereIsRoom) {
   EXPECT_THAT(session->GetScan(scan)->state_message(), ::testing::HasSubstr("memory"));
   bool more = false;
   EXPECT_THAT(session->ListScans(2, 1, more).at(0).state_message(), ::testing::HasSubstr("memory"));
+  session = nullptr;
   Restart(0, absl::InfiniteDuration());
-  const auto roomy = registry_->Find("job").value();
-  roomy->WaitUntilIdle();
-  EXPECT_EQ(roomy->GetScan(scan)->state(), v1::SCAN_STATE_MERGED);
-  EXPECT_EQ(roomy->GetScan(scan)->state_message(), "");
+  session = registry_->Find("job").value();
+  session->WaitUntilIdle();
+  EXPECT_EQ(session->GetScan(scan)->state(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(session->GetScan(scan)->state_message(), "");
 }
 
 TEST_F(Residence, APlanThatDoesNotFitIsRefused) {
