@@ -63,23 +63,29 @@ std::vector<Eigen::Isometry3d> Starts(const PosePrior& prior) {
 Alignment Align(const PlanningView& model, const ScanSurface& surface, const PosePrior& prior,
                 const RegistrationConfig& config, Parallel& parallel,
                 std::span<const TargetTie> targets) {
-  Eigen::AlignedBox3d box;
-  for (const SurfaceSample& s : surface.samples) {
-    box.extend(prior.T_world_scan * s.point.cast<double>());
-  }
+  Eigen::AlignedBox3d box = BoxOf(surface, prior.T_world_scan);
   const double margin = 1.0 + config.max_correspondence;
   box.extend(Eigen::Vector3d(box.min() - Eigen::Vector3d::Constant(margin)));
   box.extend(Eigen::Vector3d(box.max() + Eigen::Vector3d::Constant(margin)));
   const CorrespondenceField field(model, box, config.max_correspondence, parallel);
+  // However it is turned.
+  double radius = margin;
+  for (const SurfaceSample& s : surface.samples) {
+    radius = std::max(radius, margin + static_cast<double>(s.point.norm()));
+  }
+  const Eigen::Vector3d at = prior.T_world_scan.translation();
+  const VoxelSearch search(
+      model, {at - Eigen::Vector3d::Constant(radius), at + Eigen::Vector3d::Constant(radius)});
   const std::vector<Eigen::Isometry3d> starts = Starts(prior);
-  return AlignFrom(model, field, surface, prior, StartKind::kAroundPrior, starts, config, parallel,
-                   targets);
+  return AlignFrom(model, field, search, surface, prior, StartKind::kAroundPrior, starts, config,
+                   parallel, targets);
 }
 
 Alignment AlignFrom(const PlanningView& model, const CorrespondenceField& field,
-                    const ScanSurface& surface, const PosePrior& prior, StartKind kind,
-                    std::span<const Eigen::Isometry3d> starts, const RegistrationConfig& config,
-                    Parallel& parallel, std::span<const TargetTie> targets) {
+                    const VoxelSearch& search, const ScanSurface& surface, const PosePrior& prior,
+                    StartKind kind, std::span<const Eigen::Isometry3d> starts,
+                    const RegistrationConfig& config, Parallel& parallel,
+                    std::span<const TargetTie> targets) {
   const std::span<const SurfaceSample> coarse = First(surface, kCoarseSamples);
   const std::span<const SurfaceSample> few = First(surface, kApartSamples);
   const auto term_of = [&](const Eigen::Isometry3d& start) {
@@ -91,7 +97,7 @@ Alignment AlignFrom(const PlanningView& model, const CorrespondenceField& field,
   parallel.For(starts.size(), [&](size_t i) {
     const Eigen::Isometry3d pose = AlignCoarse(field, coarse, starts[i], term_of(starts[i]),
                                                config.max_correspondence, model.voxel_size());
-    minima[i] = {pose, Score(model, coarse, pose)};
+    minima[i] = {pose, Score(search, coarse, pose)};
   });
   SortAndKeepDistinct(few, 0.5 * kApart, minima);
   if (minima.size() > kFineMinima) minima.resize(kFineMinima);
@@ -99,11 +105,11 @@ Alignment AlignFrom(const PlanningView& model, const CorrespondenceField& field,
   parallel.For(minima.size(), [&](size_t i) {
     Serial serial;
     Minimum& m = minima[i];
-    m.T_world_scan = AlignFine(model, surface, kScoreSamples, m.T_world_scan,
+    m.T_world_scan = AlignFine(search, surface, kScoreSamples, m.T_world_scan,
                                term_of(m.T_world_scan), config, serial, 12)
                          .pose;
-    m.score = Score(model, First(surface, kScoreSamples), m.T_world_scan);
-    const SpaceAgreement space = CompareWithSpace(model, coarse, m.T_world_scan);
+    m.score = Score(search, First(surface, kScoreSamples), m.T_world_scan);
+    const SpaceAgreement space = CompareWithSpace(model, search, coarse, m.T_world_scan);
     const double met = space.fitting + space.contradicting;
     if (met > 0) m.score *= 1 - space.contradicting / met;
   });
@@ -112,7 +118,7 @@ Alignment AlignFrom(const PlanningView& model, const CorrespondenceField& field,
   Alignment result;
   const Eigen::Isometry3d best = minima.front().T_world_scan;
   const FineResult fine =
-      AlignFine(model, surface, kFineSamples, best, term_of(best), config, parallel, 30);
+      AlignFine(search, surface, kFineSamples, best, term_of(best), config, parallel, 30);
   result.T_world_scan = fine.pose;
   result.converged = fine.converged;
   result.iterations = fine.iterations;
@@ -121,12 +127,25 @@ Alignment AlignFrom(const PlanningView& model, const CorrespondenceField& field,
   return result;
 }
 
-std::vector<Correspondence> FindCorrespondences(const PlanningView& model,
+Alignment Refine(const PlanningView& model, const ScanSurface& surface, Alignment alignment,
+                 const PriorTerm& prior, const RegistrationConfig& config, Parallel& parallel) {
+  Eigen::AlignedBox3d box = BoxOf(surface, alignment.T_world_scan);
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(config.max_correspondence);
+  box.extend(Eigen::Vector3d(box.min() - margin));
+  box.extend(Eigen::Vector3d(box.max() + margin));
+  const FineResult fine = AlignFine(VoxelSearch(model, box), surface, kFineSamples,
+                                    alignment.T_world_scan, prior, config, parallel, 30);
+  alignment.T_world_scan = fine.pose;
+  alignment.converged = fine.converged;
+  alignment.iterations = fine.iterations;
+  return alignment;
+}
+
+std::vector<Correspondence> FindCorrespondences(const VoxelSearch& search,
                                                 const ScanSurface& surface,
                                                 const Eigen::Isometry3d& pose,
                                                 const RegistrationConfig& config) {
   std::vector<Correspondence> found;
-  const VoxelSearch search(model, kFineReach);
   for (const SurfaceSample& s : surface.samples) {
     const Eigen::Vector3d point = pose * s.point.cast<double>();
     const Eigen::Vector3d normal = pose.linear() * s.normal.cast<double>();
@@ -147,10 +166,10 @@ std::vector<Correspondence> FindCorrespondences(const PlanningView& model,
   return found;
 }
 
-SpaceAgreement CompareWithSpace(const PlanningView& model, std::span<const SurfaceSample> samples,
+SpaceAgreement CompareWithSpace(const PlanningView& model, const VoxelSearch& search,
+                                std::span<const SurfaceSample> samples,
                                 const Eigen::Isometry3d& T_world_scan) {
   const double h = model.voxel_size();
-  const VoxelSearch search(model, kFineReach);
   const Eigen::Vector3d origin = T_world_scan.translation();
   const double behind = 4 * h;  // so far past a surface a sample has gone through it
   SpaceAgreement agreement;

@@ -11,9 +11,11 @@
 #include "core/model/planning_view.h"
 #include "core/parallel/parallel.h"
 #include "core/registration/correspondence_field.h"
+#include "core/registration/pose_step.h"
 #include "core/registration/scan_surface.h"
 #include "core/registration/targets.h"
 #include "core/registration/verdict.h"
+#include "core/registration/voxel_search.h"
 #include "core/sensor/scan.h"
 
 namespace vantage {
@@ -58,15 +60,20 @@ std::vector<Eigen::Isometry3d> Starts(const PosePrior& prior);
 // which is more likely than the others. What nothing constrains then stays as the start has it.
 enum class StartKind { kAroundPrior, kPlaces };
 
-// From the given starts, of which there is at least one; `field` covers what they reach. Of a prior
-// that places stand for, only the inclinometer counts.
+// From the given starts, of which there is at least one; `field` and `search` cover what they
+// reach. Of a prior that places stand for, only the inclinometer counts.
 Alignment AlignFrom(const PlanningView& model, const CorrespondenceField& field,
-                    const ScanSurface& surface, const PosePrior& prior, StartKind kind,
-                    std::span<const Eigen::Isometry3d> starts, const RegistrationConfig& config,
-                    Parallel& parallel, std::span<const TargetTie> targets = {});
+                    const VoxelSearch& search, const ScanSurface& surface, const PosePrior& prior,
+                    StartKind kind, std::span<const Eigen::Isometry3d> starts,
+                    const RegistrationConfig& config, Parallel& parallel,
+                    std::span<const TargetTie> targets = {});
+
+// Once more from where an alignment ended or was moved to, against the voxels; scores stay.
+Alignment Refine(const PlanningView& model, const ScanSurface& surface, Alignment alignment,
+                 const PriorTerm& prior, const RegistrationConfig& config, Parallel& parallel);
 
 // The compatible true surface at each sample, at a given pose; outliers included.
-std::vector<Correspondence> FindCorrespondences(const PlanningView& model,
+std::vector<Correspondence> FindCorrespondences(const VoxelSearch& search,
                                                 const ScanSurface& surface,
                                                 const Eigen::Isometry3d& T_world_scan,
                                                 const RegistrationConfig& config);
@@ -77,7 +84,8 @@ struct SpaceAgreement {
   double fitting = 0;        // samples of the image that lie on true surface
   double contradicting = 0;  // samples of the image that contradict
 };
-SpaceAgreement CompareWithSpace(const PlanningView& model, std::span<const SurfaceSample> samples,
+SpaceAgreement CompareWithSpace(const PlanningView& model, const VoxelSearch& search,
+                                std::span<const SurfaceSample> samples,
                                 const Eigen::Isometry3d& T_world_scan);
 
 }  // namespace vantage

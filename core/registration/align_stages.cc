@@ -4,8 +4,6 @@
 #include <cmath>
 #include <vector>
 
-#include "core/registration/voxel_search.h"
-
 namespace vantage {
 namespace {
 
@@ -49,7 +47,7 @@ Eigen::Isometry3d AlignCoarse(const CorrespondenceField& field,
   return pose;
 }
 
-FineResult AlignFine(const PlanningView& model, const ScanSurface& surface, size_t count,
+FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size_t count,
                      const Eigen::Isometry3d& pose, const PriorTerm& prior,
                      const RegistrationConfig& config, Parallel& parallel, int max_iterations) {
   const std::span<const SurfaceSample> samples(surface.samples.data(),
@@ -61,13 +59,13 @@ FineResult AlignFine(const PlanningView& model, const ScanSurface& surface, size
                                             Eigen::Vector3d::Constant(std::nan("")));
   std::vector<NormalEquations> partial(chunks);
   std::vector<std::vector<double>> magnitudes(chunks);
-  const double h = model.voxel_size();
+  const double h = search.voxel_size();
   const double still = 0.02 * h;  // a sample that moved less keeps its voxel
   FineResult result{pose, false, 0};
   double scale = 1.5 * h;  // of the robust weights, shrinking to what the residuals show
   for (int iteration = 0; iteration < max_iterations; ++iteration) {
     // Wider at first: the coarse pose may be a voxel off.
-    const VoxelSearch search(model, iteration < 2 ? 2.5 : kFineReach);
+    const double reach = iteration < 2 ? kWidestReach : kFineReach;
     const Eigen::Vector3d about = result.pose.translation();
     parallel.For(chunks, [&](size_t chunk) {
       NormalEquations sum;
@@ -78,7 +76,7 @@ FineResult AlignFine(const PlanningView& model, const ScanSurface& surface, size
         const Eigen::Vector3d point = result.pose * s.point.cast<double>();
         const Eigen::Vector3d normal = result.pose.linear() * s.normal.cast<double>();
         if (iteration < 3 || !((point - looked_up_at[i]).squaredNorm() < still * still)) {
-          matches[i] = search.Find(point, normal);
+          matches[i] = search.Find(point, normal, reach);
           looked_up_at[i] = point;
         }
         const Match& match = matches[i];
@@ -127,10 +125,9 @@ double Apart(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
   return std::sqrt(sum / static_cast<double>(std::max<size_t>(1, samples.size())));
 }
 
-double Score(const PlanningView& model, std::span<const SurfaceSample> samples,
+double Score(const VoxelSearch& search, std::span<const SurfaceSample> samples,
              const Eigen::Isometry3d& pose) {
-  const VoxelSearch search(model, kFineReach);
-  const double scale = model.voxel_size();
+  const double scale = search.voxel_size();
   double fit = 0;
   for (const SurfaceSample& s : samples) {
     const Eigen::Vector3d point = pose * s.point.cast<double>();

@@ -6,12 +6,12 @@
 #include <Eigen/Geometry>
 #include <span>
 
-#include "core/model/planning_view.h"
 #include "core/parallel/parallel.h"
 #include "core/registration/correspondence_field.h"
 #include "core/registration/pose_step.h"
 #include "core/registration/scan_surface.h"
 #include "core/registration/verdict.h"
+#include "core/registration/voxel_search.h"
 
 namespace vantage {
 
@@ -26,7 +26,7 @@ struct FineResult {
   int iterations = 0;
 };
 // Against the voxels' centroids and normals, with the first `count` samples.
-FineResult AlignFine(const PlanningView& model, const ScanSurface& surface, size_t count,
+FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size_t count,
                      const Eigen::Isometry3d& pose, const PriorTerm& prior,
                      const RegistrationConfig& config, Parallel& parallel, int max_iterations);
 
@@ -36,7 +36,7 @@ double Apart(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
 
 // Share of the samples that fit. Samples count alike here, whatever number of the image's samples
 // they stand for: near surface must not decide alone.
-double Score(const PlanningView& model, std::span<const SurfaceSample> samples,
+double Score(const VoxelSearch& search, std::span<const SurfaceSample> samples,
              const Eigen::Isometry3d& pose);
 
 }  // namespace vantage

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "absl/container/flat_hash_set.h"
 
 namespace vantage {
 namespace {
@@ -65,6 +66,31 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> Straighten(
     if (basis.col(k).tail<3>().norm() < kTrace) basis.col(k).tail<3>().setZero();
   }
   return orthonormal(basis);
+}
+
+// Surface too small to show in the sum may still stop a movement: the sides of flat pilasters in a
+// corridor. Counts only what moves against its normal by more than noise in that normal explains,
+// in units of what the noise of all normals feigns; 0 when that is little or comes from few places.
+double Evident(std::span<const Constraint> constraints, const Vector6d& direction,
+               const Eigen::Vector3d& centroid, double normal_sigma,
+               const RegistrationConfig& config) {
+  constexpr double kDeviations = 4.0;  // noise passes with a 1,000th of what it feigns
+  constexpr double kLeast = 0.2;       // the edges of bare corridors come to 0.01
+  constexpr size_t kFewestBlocks = 10;
+  const Eigen::Vector3d turn = direction.head<3>();
+  const Eigen::Vector3d shift = direction.tail<3>();
+  double information = 0;
+  absl::flat_hash_set<uint64_t> blocks;
+  for (const Constraint& c : constraints) {
+    const Eigen::Vector3d move = turn.cross(c.position - centroid) + shift;
+    const double along = c.normal.dot(move);
+    const double noise =
+        normal_sigma * normal_sigma * std::max(0.0, move.squaredNorm() - along * along);
+    if (along * along < kDeviations * kDeviations * noise) continue;
+    information += c.weight / c.variance * (along * along - noise);
+    blocks.insert(CorrelationBlock(c.position, c.normal, config.correlation_length));
+  }
+  return information > kLeast && blocks.size() >= kFewestBlocks ? information : 0.0;
 }
 
 }  // namespace
@@ -145,8 +171,10 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
   Vector6d keep;
   for (int k = 0; k < 6; ++k) {
     const double lambda = solver.eigenvalues()[k];
-    keep[k] = lambda > threshold ? 1.0 : 0.0;
-    genuine[k] = keep[k] * (lambda - 1.0);
+    genuine[k] = lambda > threshold
+                     ? lambda - 1.0
+                     : Evident(constraints, v.col(k), centroid_, normal_sigma, config);
+    keep[k] = genuine[k] > 0 ? 1.0 : 0.0;
     constrained_ += keep[k] > 0 ? 1 : 0;
   }
   information_ = v_inverse.transpose() * genuine.asDiagonal() * v_inverse;
@@ -189,6 +217,24 @@ Eigen::Matrix<double, 3, 6> OverlapGeometry::Displacement(const Eigen::Vector3d&
   g.leftCols<3>() = -Cross(point - centroid_);
   g.rightCols<3>().setIdentity();
   return g;
+}
+
+Matrix6d OverlapGeometry::Open() const {
+  constexpr double kNone = 1e-9;   // of the largest information: rounding
+  constexpr double kFirmly = 100;  // times the largest
+  Vector6d scale;                  // to metres at the overlap's edge
+  scale << Eigen::Vector3d::Constant(0.5 * box_.diagonal().norm()), Eigen::Vector3d::Ones();
+  const Matrix6d in_metres =
+      scale.cwiseInverse().asDiagonal() * information_ * scale.cwiseInverse().asDiagonal();
+  const Eigen::SelfAdjointEigenSolver<Matrix6d> solver(in_metres);
+  const double largest = solver.eigenvalues()[5];
+  Matrix6d open = Matrix6d::Zero();
+  for (int k = 0; k < 6; ++k) {
+    if (solver.eigenvalues()[k] > kNone * largest) continue;
+    const Vector6d direction = scale.asDiagonal() * solver.eigenvectors().col(k);
+    open += kFirmly * largest * direction * direction.transpose();
+  }
+  return open;
 }
 
 ErrorBound OverlapGeometry::Bound(const Matrix6d& known) const {

@@ -50,6 +50,9 @@ class OverlapGeometry {
   const Eigen::AlignedBox3d& box() const { return box_; }
   // Of the geometry alone, after what noise in the normals feigns was taken out.
   const Matrix6d& information() const { return information_; }
+  // Information about the centroid that closes what the geometry leaves open, and nothing else:
+  // more than the geometry has of any direction.
+  Matrix6d Open() const;
   // Directions (of six) that the geometry constrains.
   int constrained_directions() const { return constrained_; }
 

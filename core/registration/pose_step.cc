@@ -52,12 +52,18 @@ PriorTerm::PriorTerm(const PosePrior& prior, std::span<const TargetTie> targets)
 
 void PriorTerm::AddTo(NormalEquations& normals, const Eigen::Isometry3d& pose,
                       const Eigen::Vector3d& about) const {
-  const Vector6d change = Change(pose_, pose, pose_.translation());
-  Matrix6d move = Matrix6d::Identity();  // of a change about `about` into one about the prior
-  const Eigen::Vector3d arm = pose_.translation() - about;
-  move.bottomLeftCorner<3, 3>() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0;
-  normals.h += (move.transpose() * information_ * move).eval();
-  normals.b += move.transpose() * information_ * change;
+  const auto add = [&](const Eigen::Isometry3d& known, const Eigen::Vector3d& at,
+                       const Matrix6d& information) {
+    const Vector6d change = Change(known, pose, at);
+    Matrix6d move = Matrix6d::Identity();  // of a change about `about` into one about `at`
+    const Eigen::Vector3d arm = at - about;
+    move.bottomLeftCorner<3, 3>() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(),
+        0;
+    normals.h += (move.transpose() * information * move).eval();
+    normals.b += move.transpose() * information * change;
+  };
+  add(pose_, pose_.translation(), information_);
+  if (held_.has_value()) add(held_->T_world_scan, held_->about, held_->information);
   for (const TargetTie& target : targets_) {
     const Eigen::Vector3d at = pose * target.in_scan;
     const Eigen::Vector3d miss = at - target.in_world;

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <span>
 
 #include "core/registration/targets.h"
@@ -40,17 +41,26 @@ struct NormalEquations {
   }
 };
 
+// Holds a pose, in the directions that have information, about a point.
+struct HeldPose {
+  Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
+  Eigen::Vector3d about = Eigen::Vector3d::Zero();
+  Matrix6d information = Matrix6d::Zero();
+};
+
 // What is known of the pose beforehand: a guess about the prior's scanner position, an
 // inclinometer, targets.
 class PriorTerm {
  public:
   PriorTerm(const PosePrior& prior, std::span<const TargetTie> targets);
+  void Hold(const HeldPose& held) { held_ = held; }
   void AddTo(NormalEquations& normals, const Eigen::Isometry3d& pose,
              const Eigen::Vector3d& about) const;
 
  private:
   Eigen::Isometry3d pose_;
   Matrix6d information_;
+  std::optional<HeldPose> held_;
   std::span<const TargetTie> targets_;  // of the caller, who keeps them
 };
 

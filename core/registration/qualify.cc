@@ -9,6 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/registration/judge.h"
+#include "core/registration/pose_step.h"
 
 namespace vantage {
 namespace {
@@ -128,15 +129,17 @@ const TargetTie* WrongTarget(const RegistrationResult& result, std::span<const T
 
 }  // namespace
 
-RegistrationResult Qualify(const PlanningView& model, const ScanSurface& surface,
-                           const Alignment& alignment, const PosePrior& prior,
-                           const RegistrationConfig& config, std::span<const TargetTie> targets) {
-  RegistrationResult result;
+Qualification Qualify(const PlanningView& model, const ScanSurface& surface,
+                      const Alignment& alignment, const PosePrior& prior,
+                      const RegistrationConfig& config, std::span<const TargetTie> targets) {
+  Qualification qualification;
+  RegistrationResult& result = qualification.result;
   result.T_world_scan = alignment.T_world_scan;
   result.converged = alignment.converged;
   result.iterations = alignment.iterations;
+  const VoxelSearch search(model, BoxOf(surface, alignment.T_world_scan));
   const Residuals residuals =
-      Weigh(FindCorrespondences(model, surface, alignment.T_world_scan, config), config);
+      Weigh(FindCorrespondences(search, surface, alignment.T_world_scan, config), config);
   result.correspondences = residuals.constraints.size();
   result.rms_residual = residuals.rms;
   result.expected_residual = residuals.expected;
@@ -145,12 +148,19 @@ RegistrationResult Qualify(const PlanningView& model, const ScanSurface& surface
   if (result.correspondences < kFewestCorrespondences) {
     result.centroid = alignment.T_world_scan.translation();
     result.verdict = NoOverlap(share, config);
-    return result;
+    return qualification;
   }
 
   const OverlapGeometry geometry(residuals.constraints, residuals.normal_sigma, config);
   const PoseKnowledge known = Known(geometry, prior, targets, config);
   result.centroid = geometry.centroid();
+  if (geometry.constrained_directions() < 6) {
+    NormalEquations step;
+    step.h = geometry.information();
+    PriorTerm(prior, targets).AddTo(step, alignment.T_world_scan, geometry.centroid());
+    qualification.to_prior = Solve(step);
+    qualification.open = geometry.Open();
+  }
   result.covariance = geometry.Bound(known.Guaranteed() + known.guessed).covariance;
   result.verdict = Judge(geometry, share, known, config);
 
@@ -163,7 +173,7 @@ RegistrationResult Qualify(const PlanningView& model, const ScanSurface& surface
            "check the scanner's noise figures, or whether much was moved between the scans");
   }
   const SpaceAgreement space = CompareWithSpace(
-      model, {surface.samples.data(), std::min(kSpaceSamples, surface.samples.size())},
+      model, search, {surface.samples.data(), std::min(kSpaceSamples, surface.samples.size())},
       alignment.T_world_scan);
   const double met = space.fitting + space.contradicting;
   result.contradiction_share = met > 0 ? space.contradicting / met : 0.0;
@@ -200,7 +210,7 @@ RegistrationResult Qualify(const PlanningView& model, const ScanSurface& surface
            absl::StrFormat("the alignment did not settle within %d steps", alignment.iterations),
            "give a better prior pose");
   }
-  return result;
+  return qualification;
 }
 
 }  // namespace vantage

@@ -12,12 +12,19 @@
 
 namespace vantage {
 
+struct Qualification {
+  RegistrationResult result;
+  // Where the overlap's shape leaves directions open: the change of the pose, about the overlap's
+  // centroid, that takes those back to what the prior has them. Else zero.
+  Vector6d to_prior = Vector6d::Zero();
+  Matrix6d open = Matrix6d::Zero();  // information that would close those directions
+};
+
 // Weighs overlap, residuals, covariance with correlated errors, contradiction with known-empty
 // space and rival minima at the alignment's pose.
-RegistrationResult Qualify(const PlanningView& model, const ScanSurface& surface,
-                           const Alignment& alignment, const PosePrior& prior,
-                           const RegistrationConfig& config,
-                           std::span<const TargetTie> targets = {});
+Qualification Qualify(const PlanningView& model, const ScanSurface& surface,
+                      const Alignment& alignment, const PosePrior& prior,
+                      const RegistrationConfig& config, std::span<const TargetTie> targets = {});
 
 }  // namespace vantage
 

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cmath>
 #include <span>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -10,6 +11,7 @@
 #include "core/registration/anywhere.h"
 #include "core/registration/correspondence_field.h"
 #include "core/registration/place_search.h"
+#include "core/registration/pose_step.h"
 #include "core/registration/qualify.h"
 #include "core/registration/registration.h"
 #include "core/registration/scan_surface.h"
@@ -94,6 +96,27 @@ absl::Status Validate(const PlanningView& model, const Scan& scan, const PosePri
       "the model has no true surface to align to; insert a first scan");
 }
 
+// Noisy normals hold a scan wherever a start has left it in directions that nothing constrains.
+// What is known beforehand decides there.
+RegistrationResult QualifyNearPrior(const PlanningView& model, const ScanSurface& surface,
+                                    Alignment alignment, const PosePrior& prior,
+                                    const RegistrationConfig& config,
+                                    std::span<const TargetTie> targets, Parallel& parallel) {
+  constexpr int kRounds = 2;         // a large turn is not a straight line
+  constexpr double kSettled = 1e-3;  // m and rad
+  Qualification qualified = Qualify(model, surface, alignment, prior, config, targets);
+  for (int round = 0; round < kRounds; ++round) {
+    if (qualified.to_prior.cwiseAbs().maxCoeff() < kSettled) break;
+    const Eigen::Vector3d about = qualified.result.centroid;
+    alignment.T_world_scan = Moved(alignment.T_world_scan, qualified.to_prior, about);
+    PriorTerm held(prior, targets);
+    held.Hold({alignment.T_world_scan, about, qualified.open});
+    alignment = Refine(model, surface, std::move(alignment), held, config, parallel);
+    qualified = Qualify(model, surface, alignment, prior, config, targets);
+  }
+  return qualified.result;
+}
+
 double SecondsSince(std::chrono::steady_clock::time_point started) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
 }
@@ -134,20 +157,21 @@ absl::StatusOr<RegistrationResult> RegisterWithTargets(const PlanningView& model
   if (absl::Status status = Validate(model, scan, prior, config); !status.ok()) return status;
   if (absl::Status status = ValidateTargets(targets); !status.ok()) return status;
   const ScanSurface surface = SampleSurface(scan, config.sample_spacing, parallel);
-  Alignment alignment = Align(model, surface, prior, config, parallel, targets);
+  const Alignment alignment = Align(model, surface, prior, config, parallel, targets);
   RegistrationResult result;
   if (prior.trusted) {
     // Align on the scan's own evidence, compare, and keep the trusted pose.
     PosePrior guess = prior;
     guess.trusted = false;
     guess.covariance.reset();
-    const RegistrationResult aligned = Qualify(model, surface, alignment, guess, config, targets);
+    const RegistrationResult aligned =
+        Qualify(model, surface, alignment, guess, config, targets).result;
     const bool checkable = aligned.correspondences > 0 && aligned.converged;
     Alignment kept = alignment;
     kept.T_world_scan = prior.T_world_scan;
     kept.converged = true;
     kept.rivals.clear();  // the pose was not chosen among minima
-    result = Qualify(model, surface, kept, prior, config, targets);
+    result = Qualify(model, surface, kept, prior, config, targets).result;
     constexpr double kChiSquare6At999 = 22.46;
     if (checkable && Disagreement(prior, aligned) > kChiSquare6At999 &&
         aligned.verdict.overlap_share >= config.minimum_overlap) {
@@ -161,7 +185,7 @@ absl::StatusOr<RegistrationResult> RegisterWithTargets(const PlanningView& model
       result.verdict.remedy = "check the control registration, or give its covariance as it is";
     }
   } else {
-    result = Qualify(model, surface, alignment, prior, config, targets);
+    result = QualifyNearPrior(model, surface, alignment, prior, config, targets, parallel);
   }
   result.seconds = SecondsSince(started);
   return result;
@@ -180,14 +204,15 @@ absl::StatusOr<RegistrationResult> RegisterAnywhere(const PlanningView& model, c
   const Eigen::AlignedBox3d everywhere(model.bounds().min.cast<double>() * h,
                                        model.bounds().max.cast<double>() * h);
   const CorrespondenceField field(model, everywhere, config.max_correspondence, parallel);
+  const VoxelSearch search(model, everywhere);
   const PlaceSearch found = FindPlaces(model, field, surface, config.sample_spacing, parallel);
   std::vector<Eigen::Isometry3d> starts = Starts(near_last);
   starts.insert(starts.begin(), found.places.begin(), found.places.end());
-  const Alignment alignment =
-      AlignFrom(model, field, surface, near_last, StartKind::kPlaces, starts, config, parallel);
+  const Alignment alignment = AlignFrom(model, field, search, surface, near_last,
+                                        StartKind::kPlaces, starts, config, parallel);
   PosePrior there;
   there.T_world_scan = alignment.T_world_scan;
-  RegistrationResult result = Qualify(model, surface, alignment, there, config);
+  RegistrationResult result = Qualify(model, surface, alignment, there, config).result;
   DoubtWhatShapeAloneFound(result);
   if (!result.verdict.registered() && !found.why_not.empty()) {
     result.verdict.reason = absl::StrCat("there is no pose prior, and ", found.why_not,

@@ -3,6 +3,10 @@
 #define VANTAGE_CORE_REGISTRATION_VOXEL_SEARCH_H_
 
 #include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <vector>
 
 #include "core/model/planning_view.h"
 #include "core/registration/scan_surface.h"
@@ -11,24 +15,64 @@ namespace vantage {
 
 // Voxels from a sample to a voxel's centroid.
 inline constexpr double kFineReach = 1.6;
+// And at most, whatever is asked for.
+inline constexpr double kWidestReach = 2.5;
 
 struct Match {
   const SurfaceVoxel* voxel = nullptr;
   Eigen::Vector3d normal;  // mean of the sample's and the voxel's
 };
 
+// Of one model, which outlives it: true surface by brick, a bit for each voxel.
 class VoxelSearch {
  public:
-  VoxelSearch(const PlanningView& model, double reach_voxels)
-      : model_(model), reach_(reach_voxels * model.voxel_size()) {}
+  // Only surface in `box` (m, world) and a little around it is found.
+  VoxelSearch(const PlanningView& model, const Eigen::AlignedBox3d& box);
 
-  // The nearest compatible true-surface voxel by its centroid.
-  Match Find(const Eigen::Vector3d& point, const Eigen::Vector3d& normal) const;
+  double voxel_size() const { return voxel_; }
+
+  // The nearest compatible true-surface voxel by its centroid, at most `reach` voxels away.
+  Match Find(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+             double reach = kFineReach) const;
 
  private:
-  const PlanningView& model_;
-  double reach_;
+  struct TrueSurface {
+    const Brick* brick = nullptr;
+    std::array<uint64_t, Brick::kSide> mask{};   // of true surface, as Brick::surface_mask
+    std::array<uint16_t, Brick::kSide> ranks{};  // in Brick::surface, of the first in each layer
+  };
+  // Eight bricks along each side; -1: no true surface.
+  using Page = std::array<int32_t, Brick::kVoxels>;
+
+  size_t PlaceOf(const VoxelIndex& page) const {
+    const VoxelIndex at = page - first_page_;
+    return static_cast<size_t>(at.x()) +
+           static_cast<size_t>(size_.x()) *
+               (static_cast<size_t>(at.y()) +
+                static_cast<size_t>(size_.y()) * static_cast<size_t>(at.z()));
+  }
+  const TrueSurface* At(const VoxelIndex& brick) const {
+    const VoxelIndex page = BrickPage::Of(brick);
+    if (((page - first_page_).array() < 0).any() ||
+        ((page - first_page_).array() >= size_.array()).any()) {
+      return nullptr;
+    }
+    const int32_t held = table_[PlaceOf(page)];
+    if (held < 0) return nullptr;
+    const int32_t i = pages_[static_cast<size_t>(held)][static_cast<size_t>(Brick::LocalOf(brick))];
+    return i < 0 ? nullptr : &bricks_[static_cast<size_t>(i)];
+  }
+
+  double voxel_;
+  VoxelIndex first_page_ = VoxelIndex::Zero();
+  VoxelIndex size_ = VoxelIndex::Zero();  // of the table, in pages
+  std::vector<int32_t> table_;            // dense over the box; -1: no true surface
+  std::vector<Page> pages_;
+  std::vector<TrueSurface> bricks_;
 };
+
+// Of a scan's samples at a pose, m, world.
+Eigen::AlignedBox3d BoxOf(const ScanSurface& surface, const Eigen::Isometry3d& T_world_scan);
 
 // Variance of a residual before any of it is seen, m^2. `gap`: from the voxel's centroid to the
 // sample, `along` of it along the normal.

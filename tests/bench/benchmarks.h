@@ -25,8 +25,8 @@ void BenchModel(bool full, Parallel& parallel, Figures& figures);
 void BenchEvaluator(bool full, Parallel& parallel, Figures& figures);
 // fleet.*: several scanners on one job; `full`: on 1,000 m^2, with 1 to 8 scanners.
 void BenchFleet(const BenchOptions& options, Parallel& parallel, Figures& figures);
-// align.*, predict.ms: registration, beside PCL's ICP.
-void BenchRegistration(Parallel& parallel, Figures& figures);
+// align.*, predict.ms: registration, beside PCL's ICP, which `full` gives all of the pairs.
+void BenchRegistration(bool full, Parallel& parallel, Figures& figures);
 // plan.anytime.*, plan.threads2.*: what is answered at a budget.
 void BenchAnytime(const BenchOptions& options, Parallel& parallel, Figures& figures);
 

@@ -12,6 +12,11 @@
 namespace vantage {
 namespace {
 
+// Priors that an alignment has to cope with, and what it then has to come to.
+constexpr double kPriorMetres = 0.3;
+constexpr double kPriorDegrees = 10;
+constexpr double kExactMetres = 0.003;
+constexpr double kExactDegrees = 0.05;
 constexpr double kLeastError = 1e-5;  // m: an achieved error is not divided by less
 
 struct Tally {
@@ -165,6 +170,18 @@ void ReportCalibration(const std::vector<CalibrationPair>& pairs, const Registra
                        100 * LowerLimit95(all.registered_accurate, all.registered))});
   figures.Add({"verdict.recall", 100 * Share(all.registered_accurate, all.accurate), "%", "90",
                absl::StrFormat("of %d that end accurate", all.accurate)});
+  size_t near = 0;
+  size_t exact = 0;
+  for (const CalibrationPair& p : pairs) {
+    if (p.degenerate || p.prior_metres > kPriorMetres || p.prior_degrees > kPriorDegrees) continue;
+    ++near;
+    exact += p.metres <= kExactMetres && p.degrees <= kExactDegrees ? 1 : 0;
+  }
+  figures.Add(
+      {"align.exact", 100 * Share(exact, near), "%", "99",
+       absl::StrFormat("of %d pairs in scenes that are not degenerate, from priors up to "
+                       "%g m and %g degrees wrong, the scanner within %g mm and %g degrees",
+                       near, kPriorMetres, kPriorDegrees, 1000 * kExactMetres, kExactDegrees)});
   figures.Add({"calibrate.align.seconds", Percentile(all.seconds, 0.5), "s", "",
                "median of Register(), one thread of two busy ones"});
 }

@@ -53,7 +53,7 @@ int main(int argc, char** argv) {
   vantage::BenchPlanning(full, pool, figures);
   vantage::BenchEvaluator(full, pool, figures);
   vantage::BenchAnytime({full, pictures}, pool, figures);
-  vantage::BenchRegistration(pool, figures);
+  vantage::BenchRegistration(full, pool, figures);
   vantage::BenchCycle(pool, figures);
   vantage::BenchFleet({full, pictures}, pool, figures);
   if (!figures.WriteJson(out)) {

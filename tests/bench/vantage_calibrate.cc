@@ -1,4 +1,4 @@
-// vantage_calibrate [--small] [--tuning] [--out FOLDER] [--seconds S]
+// vantage_calibrate [--small] [--tuning] [--family NAME] [--out FOLDER] [--seconds S]
 //
 // Registration against the truth: predicted and achieved error of simulated pairs in generated
 // scenes, and of the real pairs. Goes on where it was stopped: scenes that are in FOLDER's table
@@ -42,14 +42,25 @@ std::string DoneLine(const SceneFamily& family, int scene) {
   return absl::StrCat("# ", family.name, " ", scene);
 }
 
+struct StudyOptions {
+  std::string folder = "build/calibration";
+  uint64_t base_seed = kReportingSeed;
+  std::string family;  // empty: all
+  int scenes = 0;
+  int pairs = 10;   // in each
+  int priors = 20;  // of each real pair
+  int threads = static_cast<int>(std::max(1U, std::thread::hardware_concurrency()));
+  double seconds = 1e9;
+};
+
 }  // namespace
 
-int Calibrate(const std::string& folder, uint64_t base_seed, int scenes, int per_scene, int priors,
-              double seconds) {
+int Calibrate(const StudyOptions& options) {
   const auto started = std::chrono::steady_clock::now();
   const CalibrationSettings settings;
   const RegistrationConfig config;
   const auto families = CalibrationFamilies();
+  const std::string& folder = options.folder;
   std::filesystem::create_directories(folder);
   const std::string table = folder + "/pairs.csv";
   std::vector<CalibrationPair> pairs;
@@ -62,21 +73,22 @@ int Calibrate(const std::string& folder, uint64_t base_seed, int scenes, int per
     }
   }
   std::vector<SceneJob> jobs;
-  for (int scene = 0; scene < scenes; ++scene) {
+  for (int scene = 0; scene < options.scenes; ++scene) {
     for (size_t family = 0; family < families.size(); ++family) {
+      if (!options.family.empty() && options.family != families[family].name) continue;
       if (!done.contains(DoneLine(families[family], scene))) jobs.push_back({family, scene});
     }
   }
   absl::PrintF("seed %d, %d scenes in each of %d families, %d pairs each; %d scenes are done\n",
-               base_seed, scenes, families.size(), per_scene, done.size());
-  ThreadPool pool(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
+               options.base_seed, options.scenes, families.size(), options.pairs, done.size());
+  ThreadPool pool(std::max(1, options.threads));
   const auto width = static_cast<size_t>(pool.width());
   std::ofstream out(table, std::ios::app);
   if (pairs.empty()) out << CalibrationHeader() << "\n";
   bool finished = true;
   for (size_t begin = 0; begin < jobs.size(); begin += width) {
     if (std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count() >
-        seconds) {
+        options.seconds) {
       absl::PrintF("stopped after %d of %d scenes; run it again to go on\n", begin, jobs.size());
       finished = false;
       break;
@@ -85,8 +97,9 @@ int Calibrate(const std::string& folder, uint64_t base_seed, int scenes, int per
     std::vector<std::vector<CalibrationPair>> made(count);
     pool.For(count, [&](size_t k) {
       const SceneJob& job = jobs[begin + k];
-      const uint64_t seed = base_seed + static_cast<uint64_t>(job.scene) * 100 + job.family;
-      made[k] = MeasureScene(families[job.family], job.scene, seed, per_scene, settings, config);
+      const uint64_t seed = options.base_seed + static_cast<uint64_t>(job.scene) * 100 + job.family;
+      made[k] =
+          MeasureScene(families[job.family], job.scene, seed, options.pairs, settings, config);
     });
     for (size_t k = 0; k < count; ++k) {
       for (CalibrationPair& pair : made[k]) {
@@ -109,9 +122,9 @@ int Calibrate(const std::string& folder, uint64_t base_seed, int scenes, int per
     std::cerr << "cannot write into " << folder << "\n";
     return 1;
   }
-  if (finished && priors > 0) {
+  if (finished && options.priors > 0) {
     std::string why_not;
-    const std::vector<CalibrationPair> real = MeasureRealPairs(priors, pool, why_not);
+    const std::vector<CalibrationPair> real = MeasureRealPairs(options.priors, pool, why_not);
     if (!why_not.empty()) absl::PrintF("\nno real pairs: %s\n", why_not);
     if (!real.empty()) PrintRealPairs(real);
   }
@@ -125,21 +138,19 @@ int main(int argc, char** argv) {
   CLI::App app("Registration's predictions and verdicts against the truth");
   bool small = false;
   bool tuning = false;
-  std::string out = "build/calibration";
-  double seconds = 1e9;
-  int scenes = 0;
-  int pairs = 10;
-  int priors = 20;
+  vantage::StudyOptions options;
   app.add_flag("--small", small, "2 scenes a family instead of 17");
   app.add_flag("--tuning", tuning, "the scenes for tuning, not those that are reported");
-  app.add_option("--out", out, "folder for the table, the figures and the picture")
+  app.add_option("--out", options.folder, "folder for the table, the figures and the picture")
       ->capture_default_str();
-  app.add_option("--seconds", seconds, "start nothing more after that long");
-  app.add_option("--scenes", scenes, "scenes in each family");
-  app.add_option("--pairs", pairs, "pairs in each scene")->capture_default_str();
-  app.add_option("--priors", priors, "of each real pair; 0: none")->capture_default_str();
+  app.add_option("--seconds", options.seconds, "start nothing more after that long");
+  app.add_option("--family", options.family, "one kind of scene only");
+  app.add_option("--threads", options.threads, "scenes done at a time");
+  app.add_option("--scenes", options.scenes, "scenes in each family");
+  app.add_option("--pairs", options.pairs, "pairs in each scene")->capture_default_str();
+  app.add_option("--priors", options.priors, "of each real pair; 0: none")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  if (scenes <= 0) scenes = small ? 2 : 17;
-  return vantage::Calibrate(out, tuning ? vantage::kTuningSeed : vantage::kReportingSeed, scenes,
-                            pairs, priors, seconds);
+  if (options.scenes <= 0) options.scenes = small ? 2 : 17;
+  if (tuning) options.base_seed = vantage::kTuningSeed;
+  return vantage::Calibrate(options);
 }

@@ -131,7 +131,8 @@ TEST(Register, ContradictionShowsWhenSeenThroughWalls) {
   const Eigen::Isometry3d truth = PoseAt({0.3, 0.2, 1.4}, 0);
   const auto share = [&](const BoxScene& seen) {
     const ScanSurface surface = SampleSurface(ScanScene(seen, truth, {}, 10), 0.05, serial);
-    const SpaceAgreement a = CompareWithSpace(*model, surface.samples, truth);
+    const SpaceAgreement a = CompareWithSpace(*model, VoxelSearch(*model, BoxOf(surface, truth)),
+                                              surface.samples, truth);
     return a.contradicting / (a.contradicting + a.fitting);
   };
   EXPECT_LT(share(scene), 0.01);

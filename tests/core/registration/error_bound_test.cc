@@ -43,6 +43,35 @@ TEST_P(NoisyShapes, DoorJambCuresTheCorridor) {
   EXPECT_LT(g.Bound(kNothing).bound, 0.010);
 }
 
+TEST_P(NoisyShapes, PilastersTooSmallForTheSumCureItWhenTheyAreMany) {
+  Shape shape = CorridorShape(GetParam(), 5);
+  for (int i = 0; i < 12; ++i) {
+    shape.Rectangle({-3.7 + 0.6 * i, i % 2 == 0 ? -1.0 : 0.95, 1.1}, 0.05 * kY, 0.15 * kZ, -kX);
+  }
+  const OverlapGeometry g = shape.Geometry();
+  EXPECT_EQ(g.constrained_directions(), 6);
+  EXPECT_LT(g.Bound(kNothing).bound, 0.010);
+}
+
+TEST(ErrorBound, OneSmallPlaceDoesNotCureACorridor) {
+  Shape shape = CorridorShape(0, 5);
+  shape.Rectangle({1, -1, 1.1}, 0.15 * kY, 0.6 * kZ, -kX);  // as many points, in two blocks
+  EXPECT_EQ(shape.Geometry().constrained_directions(), 5);
+}
+
+TEST(ErrorBound, OpenIsWhatTheGeometryLeavesOpen) {
+  const OverlapGeometry g = CorridorShape(Radians(2), 3).Geometry();
+  const Matrix6d open = g.Open();
+  // Along the axis it says more than the geometry does across, elsewhere nothing.
+  EXPECT_GT(open(3, 3), 10 * g.information()(4, 4));
+  const double across = open.bottomRightCorner<2, 2>().norm();
+  EXPECT_LT(across, 1e-3 * open(3, 3));
+  Shape corner(Radians(2), 13);
+  corner.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ).Rectangle({0, 0, 0}, 3 * kX, 2.5 * kZ, kY);
+  corner.Rectangle({0, 0, 0}, 3 * kY, 2.5 * kZ, kX);
+  EXPECT_EQ(corner.Geometry().Open(), kNothing);
+}
+
 TEST_P(NoisyShapes, SingleWallLeavesThreeDirectionsOpen) {
   Shape shape(GetParam(), 7);
   shape.Rectangle({0, -2, 0}, 4 * kY, 2.5 * kZ, kX);

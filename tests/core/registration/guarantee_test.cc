@@ -62,6 +62,16 @@ TEST_F(BareCorridor, FailsAlongItsAxisLevelledOrNot) {
   }
 }
 
+TEST_F(BareCorridor, StaysAlongItsAxisAsThePriorHasIt) {
+  for (const double off : {-0.3, -0.1, 0.25}) {
+    prior_.T_world_scan = truth_;
+    prior_.T_world_scan.translation() += Eigen::Vector3d(off, -0.1, 0.05);
+    const Eigen::Vector3d end = Run().T_world_scan.translation();
+    EXPECT_NEAR(end.x(), prior_.T_world_scan.translation().x(), 0.002) << off;
+    EXPECT_NEAR(end.y(), truth_.translation().y(), 0.003) << off;
+  }
+}
+
 TEST_F(BareCorridor, TwoTargetsCureIt) {
   targets_ = {Seen("T1", {4, -1, 1.2}, truth_, random_), Seen("T2", {-2, 1, 1.7}, truth_, random_)};
   const RegistrationResult result = Run();
