@@ -9,15 +9,20 @@
 #include "absl/strings/str_format.h"
 #include "client/cli/command.h"
 #include "client/cli/report.h"
+#include "client/cli/simulate_fleet.h"
 #include "client/cli/table.h"
 #include "client/cli/terminal.h"
 #include "client/library/error.h"
+#include "client/picture/palette.h"
 #include "client/simulation/cycle_picture.h"
+#include "client/simulation/simulated_fleet.h"
 #include "client/simulation/simulated_job.h"
 #include "core/parallel/thread_pool.h"
 
 namespace vantage {
 namespace {
+
+constexpr int kFleetScans = 200;  // of all scanners, at most
 
 struct SimulateArguments {
   std::string scene;
@@ -25,6 +30,11 @@ struct SimulateArguments {
   std::vector<double> start;
   uint64_t seed = 1;
   JobOptions job;
+  std::optional<int> scans;
+  std::optional<int> scanners;
+  bool independent = false;
+  double speed = FleetOptions().speed;
+  double scan_seconds = FleetOptions().scan_seconds;
   double step = 0.25;        // degrees
   double heading_error = 5;  // degrees
   double tilt = 0.5;         // degrees
@@ -133,25 +143,23 @@ absl::StatusOr<Site> ChooseSite(const SimulateArguments& arguments) {
 JobOptions OptionsFrom(const SimulateArguments& arguments) {
   JobOptions options = arguments.job;
   options.seed = arguments.seed;
+  options.max_scans =
+      arguments.scans.value_or(arguments.scanners ? kFleetScans : options.max_scans);
   options.scanner.name = "simulated";
   options.scanner.azimuth_step = options.scanner.elevation_step = Radians(arguments.step);
   options.heading_error = Radians(arguments.heading_error);
   options.tilt = Radians(arguments.tilt);
   options.plan_work = arguments.work;
-  options.full_plans = !arguments.pictures.empty();
+  options.full_plans = !arguments.pictures.empty() && !arguments.scanners;
   if (arguments.no_noise) options.faults = ScanFaults::None();
   return options;
 }
 
 // What a newcomer does next.
-void PrintEnd(const Environment& environment, const SimulateArguments& arguments,
-              const JobResult& result) {
-  std::printf("\n%s\n%d scans made, %d lost.\n", result.why.c_str(), result.made, result.lost);
-  if (!arguments.pictures.empty()) {
-    std::printf("Pictures, one per scan: %s/cycle-*.png\n", arguments.pictures.c_str());
-  }
+void PrintHints(const Environment& environment, const SimulateArguments& arguments,
+                const std::string& session) {
   if (arguments.no_hints) return;
-  const std::string id = IdOf(result.session);
+  const std::string id = IdOf(session);
   const std::string server = environment.connection.server == ClientOptions().server
                                  ? ""
                                  : "--server " + environment.connection.server + " ";
@@ -185,6 +193,19 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
   if (!site.ok()) return site.status();
   const JobOptions options = OptionsFrom(arguments);
   ThreadPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+  if (arguments.scanners) {
+    line.Clear();
+    FleetOptions fleet;
+    fleet.job = options;
+    fleet.scanners = *arguments.scanners;
+    fleet.claims = !arguments.independent;
+    fleet.speed = arguments.speed;
+    fleet.scan_seconds = arguments.scan_seconds;
+    const auto result = SimulateFleet(client, *site, fleet, arguments.pictures, pool);
+    if (!result.ok()) return result.status();
+    PrintHints(environment, arguments, result->session);
+    return ExitCode::kOk;
+  }
   line.Show("measuring what can be attained");
   SimulatedJob job(client, *site, options, pool);
   job.OnActivity([&](const std::string& what) { line.Show(what); });
@@ -212,7 +233,11 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
   });
   line.Clear();
   if (!result.ok()) return result.status();
-  PrintEnd(environment, arguments, *result);
+  std::printf("\n%s\n%d scans made, %d lost.\n", result->why.c_str(), result->made, result->lost);
+  if (!arguments.pictures.empty()) {
+    std::printf("Pictures, one per scan: %s/cycle-*.png\n", arguments.pictures.c_str());
+  }
+  PrintHints(environment, arguments, result->session);
   return ExitCode::kOk;
 }
 
@@ -225,7 +250,21 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
       ->expected(3)
       ->allow_extra_args(false);
   command.add_option("--seed", a.seed, "Of the flat and of all noise [1]");
-  command.add_option("--scans", a.job.max_scans, "Scans at most [10]")->check(CLI::Range(1, 1000));
+  command.add_option("--scans", a.scans, "Scans at most [10; 200 with --scanners]")
+      ->check(CLI::Range(1, 1000));
+  auto* scanners =
+      command
+          .add_option("--scanners", a.scanners,
+                      "So many scanners at once, until 95 % of what can be measured is at density")
+          ->check(CLI::Range(1, kDistinctColours));
+  command.add_flag("--independent", a.independent, "They claim nothing: each plans for itself")
+      ->needs(scanners);
+  command.add_option("--speed", a.speed, "Of a scanner that is carried, m/s [1]")
+      ->check(CLI::Range(0.01, 10.0))
+      ->needs(scanners);
+  command.add_option("--scan-seconds", a.scan_seconds, "To set up and scan, s [180]")
+      ->check(CLI::Range(0.0, 86400.0))
+      ->needs(scanners);
   command.add_option("--session", a.job.session_id, "Id of the session to create");
   command.add_option("--step", a.step, "Angular steps of the scanner, degrees [0.25]")
       ->check(CLI::Range(0.01, 5.0));
@@ -244,7 +283,8 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
       ->excludes(budget);
   command.add_option("--truth-samples", a.job.truth_samples,
                      "Points on the mesh that true coverage is measured on [40000]");
-  command.add_option("--pictures", a.pictures, "Folder for one picture per scan");
+  command.add_option("--pictures", a.pictures,
+                     "Folder for one picture per scan; for the tours, with --scanners");
   command.add_flag("--no-hints", a.no_hints, "Don't say what to try next");
 }
 
@@ -256,6 +296,7 @@ void AddSimulate(CLI::App& parent, Environment& environment) {
       "Digitise a scene with a simulated scanner that goes where the planner says",
       "  vantage simulate --scene flat --seed 7 --pictures pictures\n"
       "  vantage simulate --mesh scene.ply --scans 5 --start 1,2,1.5\n"
+      "  vantage simulate --scanners 4 --pictures pictures\n"
       "  vantage simulate --step 1 --density 150 --scans 3      (coarse and quick)",
       DefineSimulate, RunSimulate);
 }

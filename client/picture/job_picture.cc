@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
+#include "client/picture/column_raster.h"
 #include "client/picture/map_panel.h"
 
 namespace vantage {
@@ -22,55 +23,6 @@ constexpr double kLegendHeight = 120;  // three lines
 constexpr double kPanelTitle = 40;
 constexpr double kPanelFoot = 48;
 constexpr double kMaxPanelHeight = 1000;
-
-// Weak columns still show.
-Colour Strengthen(const Colour& c, float strength) { return c.Alpha(0.45 + 0.55 * strength); }
-
-Colour ColumnColour(const Column& column) {
-  switch (column.shown) {
-    case ColumnClass::kNothing:
-      return {0, 0, 0, 0};
-    case ColumnClass::kMeasuredFlat:
-      return palette::kMeasuredFlat;
-    case ColumnClass::kUnderSampledFlat:
-      return palette::kUnderSampledFlat;
-    case ColumnClass::kMeasured:
-      return Strengthen(palette::kMeasured, column.strength);
-    case ColumnClass::kUnderSampled:
-      return Strengthen(palette::kUnderSampled, column.strength);
-    case ColumnClass::kOcclusion:
-      return Strengthen(palette::kOcclusion, column.strength);
-    case ColumnClass::kHole:
-      return Strengthen(palette::kHole, column.strength);
-    case ColumnClass::kImage:
-      return Strengthen(palette::kImageBoundary, column.strength);
-  }
-  return {0, 0, 0, 0};
-}
-
-Raster CoverageRaster(const ColumnMap& map) {
-  Raster raster(map.width(), map.height());
-  for (int y = 0; y < map.height(); ++y) {
-    for (int x = 0; x < map.width(); ++x) {
-      raster.At(x, map.height() - 1 - y) = ColumnColour(map.At(x, y));
-    }
-  }
-  return raster;
-}
-
-// The standing measured surface alone: where the walls are, behind the scores.
-Raster ContextRaster(const ColumnMap& map) {
-  Raster raster(map.width(), map.height());
-  for (int y = 0; y < map.height(); ++y) {
-    for (int x = 0; x < map.width(); ++x) {
-      const ColumnClass shown = map.At(x, y).shown;
-      if (shown == ColumnClass::kMeasured || shown == ColumnClass::kUnderSampled) {
-        raster.At(x, map.height() - 1 - y) = Strengthen(palette::kContext, map.At(x, y).strength);
-      }
-    }
-  }
-  return raster;
-}
 
 // Scores from above: the best over the heights of each place; gaps of one place are bridged.
 struct ScoreRaster {

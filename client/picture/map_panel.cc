@@ -63,16 +63,24 @@ void MapPanel::Image(const Vector2d& origin, double cell, const Raster& raster) 
   canvas_.Unclip();
 }
 
-void MapPanel::Station(const Vector2d& at, int number, bool merged) {
+void MapPanel::Station(const Vector2d& at, int number, bool merged, const Colour& colour) {
   const Vector2d p = ToPixels(at);
   canvas_.FillCircle(p, kStationRadius + 2, palette::kWhite);
   if (merged) {
-    canvas_.FillCircle(p, kStationRadius, palette::kInk);
+    canvas_.FillCircle(p, kStationRadius, colour);
   } else {
-    canvas_.StrokeCircle(p, kStationRadius - 1, 2, palette::kInk, true);
+    canvas_.StrokeCircle(p, kStationRadius - 1, 2, colour, true);
   }
-  canvas_.Text(p + Vector2d(0, 5), absl::StrCat(number), 14,
-               merged ? palette::kWhite : palette::kInk, Align::kCentre, true);
+  canvas_.Text(p + Vector2d(0, 5), absl::StrCat(number), 14, merged ? palette::kWhite : colour,
+               Align::kCentre, true);
+}
+
+void MapPanel::Way(const std::vector<Vector2d>& points, const Colour& colour) {
+  for (const auto& [stroke, drawn] : {std::pair{5.5, palette::kWhite.Alpha(0.8)}, {3.0, colour}}) {
+    for (size_t i = 1; i < points.size(); ++i) {
+      canvas_.Line(ToPixels(points[i - 1]), ToPixels(points[i]), stroke, drawn);
+    }
+  }
 }
 
 void MapPanel::Next(const Vector2d& at, double separation) {

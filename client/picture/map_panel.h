@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 #include <string>
+#include <vector>
 
 #include "client/picture/canvas.h"
 #include "client/picture/column_map.h"
@@ -36,7 +37,10 @@ class MapPanel {
   // One raster pixel per column; `origin` in m is the raster's lower left corner.
   void Image(const Eigen::Vector2d& origin, double cell, const Raster& raster);
 
-  void Station(const Eigen::Vector2d& at, int number, bool merged);
+  void Station(const Eigen::Vector2d& at, int number, bool merged,
+               const Colour& colour = palette::kInk);
+  // A way through these points.
+  void Way(const std::vector<Eigen::Vector2d>& points, const Colour& colour);
   void Next(const Eigen::Vector2d& at, double separation);
   void Candidate(const Eigen::Vector2d& at, int rank);
   void Refused(const Eigen::Vector2d& at);

@@ -5,6 +5,12 @@
 
 namespace vantage {
 
+Colour Distinct(int i) {
+  static constexpr std::array<unsigned, kDistinctColours> kColours = {
+      0xd62728, 0x1f77b4, 0x2ca02c, 0x9467bd, 0xff7f0e, 0x17a2b8, 0x8c564b, 0xe377c2};
+  return Rgb(kColours[static_cast<size_t>(i) % kColours.size()]);
+}
+
 Colour Viridis(double t) {
   // The map sampled at ninths; linear between.
   static constexpr std::array<unsigned, 10> kStops = {0x440154, 0x482878, 0x3e4989, 0x31688e,

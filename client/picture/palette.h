@@ -36,6 +36,11 @@ inline constexpr Colour kNextPosition = Rgb(0xd0341c);
 
 }  // namespace palette
 
+// Colours that tell things apart, on white and from each other; they come again after
+// kDistinctColours.
+inline constexpr int kDistinctColours = 8;
+Colour Distinct(int i);
+
 // Viridis at t in [0, 1]; values outside are clamped.
 Colour Viridis(double t);
 

@@ -12,7 +12,7 @@
 #include "absl/status/statusor.h"
 #include "client/simulation/placement.h"
 #include "client/simulation/site.h"
-#include "client/study/walk_map.h"
+#include "client/simulation/walk_map.h"
 #include "core/parallel/parallel.h"
 #include "core/sensor/scanner_model.h"
 #include "core/simulation/ground_truth.h"

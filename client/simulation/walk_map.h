@@ -1,6 +1,6 @@
 // How far it is from place to place in a scene, around walls and furniture.
-#ifndef VANTAGE_CLIENT_STUDY_WALK_MAP_H_
-#define VANTAGE_CLIENT_STUDY_WALK_MAP_H_
+#ifndef VANTAGE_CLIENT_SIMULATION_WALK_MAP_H_
+#define VANTAGE_CLIENT_SIMULATION_WALK_MAP_H_
 
 #include <Eigen/Core>
 #include <vector>
@@ -22,9 +22,18 @@ class WalkMap {
   double Distance(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
     return Distances(from, {to}).front();
   }
+  // The way itself, both ends included, seen from above, m. The straight line where there is none.
+  std::vector<Eigen::Vector2d> Way(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
 
  private:
+  // Of every place on the map: how far it is, m, and the place before it on the way.
+  struct Ways {
+    std::vector<double> length;
+    std::vector<int> before;  // -1: none
+  };
+
   int Nearest(const Eigen::Vector3d& place) const;
+  Ways From(const Eigen::Vector3d& from) const;
 
   Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();
   int columns_ = 0;
@@ -35,4 +44,4 @@ class WalkMap {
 
 }  // namespace vantage
 
-#endif  // VANTAGE_CLIENT_STUDY_WALK_MAP_H_
+#endif  // VANTAGE_CLIENT_SIMULATION_WALK_MAP_H_

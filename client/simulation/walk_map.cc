@@ -1,4 +1,4 @@
-#include "client/study/walk_map.h"
+#include "client/simulation/walk_map.h"
 
 #include <algorithm>
 #include <cmath>
@@ -54,20 +54,19 @@ int WalkMap::Nearest(const Eigen::Vector3d& place) const {
   return best;
 }
 
-std::vector<double> WalkMap::Distances(const Eigen::Vector3d& from,
-                                       const std::vector<Eigen::Vector3d>& to) const {
-  std::vector<double> way(places_.size(), kNever);
+WalkMap::Ways WalkMap::From(const Eigen::Vector3d& from) const {
+  Ways ways{std::vector<double>(places_.size(), kNever), std::vector<int>(places_.size(), -1)};
   using Entry = std::pair<double, int>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> front;
   const int first = Nearest(from);
   if (first >= 0) {
-    way[static_cast<size_t>(first)] = 0;
+    ways.length[static_cast<size_t>(first)] = 0;
     front.emplace(0.0, first);
   }
   while (!front.empty()) {
     const auto [distance, at] = front.top();
     front.pop();
-    if (distance > way[static_cast<size_t>(at)]) continue;
+    if (distance > ways.length[static_cast<size_t>(at)]) continue;
     const Eigen::Vector2i cell =
         ((places_[static_cast<size_t>(at)] - origin_) / kStep).array().round().cast<int>().matrix();
     for (int dy = -1; dy <= 1; ++dy) {
@@ -78,20 +77,42 @@ std::vector<double> WalkMap::Distances(const Eigen::Vector3d& from,
         const int next = index_[static_cast<size_t>(y * columns_ + x)];
         if (next < 0) continue;
         const double there = distance + kStep * std::sqrt(static_cast<double>(dx * dx + dy * dy));
-        if (there >= way[static_cast<size_t>(next)]) continue;
-        way[static_cast<size_t>(next)] = there;
+        if (there >= ways.length[static_cast<size_t>(next)]) continue;
+        ways.length[static_cast<size_t>(next)] = there;
+        ways.before[static_cast<size_t>(next)] = at;
         front.emplace(there, next);
       }
     }
   }
+  return ways;
+}
+
+std::vector<double> WalkMap::Distances(const Eigen::Vector3d& from,
+                                       const std::vector<Eigen::Vector3d>& to) const {
+  const Ways ways = From(from);
   std::vector<double> distances;
   for (const Eigen::Vector3d& place : to) {
     const double straight = (place - from).head<2>().norm();
     const int last = Nearest(place);
-    const double around = last < 0 ? kNever : way[static_cast<size_t>(last)];
+    const double around = last < 0 ? kNever : ways.length[static_cast<size_t>(last)];
     distances.push_back(around < kNever ? std::max(around, straight) : straight);
   }
   return distances;
+}
+
+std::vector<Eigen::Vector2d> WalkMap::Way(const Eigen::Vector3d& from,
+                                          const Eigen::Vector3d& to) const {
+  const Ways ways = From(from);
+  std::vector<Eigen::Vector2d> way = {to.head<2>()};
+  const int last = Nearest(to);
+  if (last >= 0 && ways.length[static_cast<size_t>(last)] < kNever) {
+    for (int at = last; at >= 0; at = ways.before[static_cast<size_t>(at)]) {
+      way.push_back(places_[static_cast<size_t>(at)]);
+    }
+  }
+  way.emplace_back(from.head<2>());
+  std::reverse(way.begin(), way.end());
+  return way;
 }
 
 }  // namespace vantage
