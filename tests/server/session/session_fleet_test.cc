@@ -95,7 +95,7 @@ class FleetSession : public testing::Test {
   std::string Scan(double x, double y, double degrees = 4) {
     const v1::PosePrior prior = PriorAt(x, y, 1.4);
     const std::string bytes = EncodedRoom({x, y, 1.4}, degrees);
-    const std::string scan = SendScan(*session_, bytes, &prior).value().scan();
+    std::string scan = SendScan(*session_, bytes, &prior).value().scan();
     session_->WaitUntilIdle();
     return scan;
   }
@@ -176,11 +176,13 @@ TEST_F(FleetSession, OneHasItAndTheOtherIsToldWhyAndWhereElse) {
 
 TEST_F(FleetSession, OfManyAtTheSameTimeExactlyOneWins) {
   std::vector<std::string> scanners;
+  scanners.reserve(8);
   for (int i = 0; i < 8; ++i) scanners.push_back(Add(absl::StrCat("s", i)));
   Scan(2, 1.5);
   for (int round = 0; round < 5; ++round) {
     std::atomic<int> won{0};
     std::vector<std::thread> threads;
+    threads.reserve(scanners.size());
     for (const std::string& scanner : scanners) {
       threads.emplace_back([&, scanner] {
         const auto claim = Claim(scanner, 0.5 + 1.5 * round, 3);
@@ -373,7 +375,7 @@ TEST_F(FleetSession, PlansAreMadeForScannersAndAroundClaims) {
   ASSERT_TRUE(claim.ok());
   v1::CreatePlanRequest request;
   request.mutable_plan()->set_work_limit(1000);
-  const auto plan_for = [&](std::vector<std::string> scanners) {
+  const auto plan_for = [&](const std::vector<std::string>& scanners) {
     request.clear_scanners();
     for (const std::string& scanner : scanners) request.add_scanners(scanner);
     const auto plan = session_->CreatePlan(request);
