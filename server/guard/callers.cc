@@ -117,13 +117,15 @@ absl::StatusOr<CallerList> CallerList::Parse(absl::string_view text) {
     bool fresh = false;
     if (absl::ConsumePrefix(&credential, "certificate:")) {
       if (credential.empty()) return wrong("the certificate needs a name");
+      caller->credential = std::string(credential);
       fresh = list.by_certificate_.emplace(credential, *std::move(caller)).second;
     } else if (absl::ConsumePrefix(&credential, "token:")) {
       if (credential.size() != kHashDigits ||
           !std::all_of(credential.begin(), credential.end(), absl::ascii_isxdigit)) {
         return wrong("the token must be 64 hexadecimal digits, the SHA-256 of it");
       }
-      fresh = list.by_token_.emplace(absl::HexStringToBytes(credential), *std::move(caller)).second;
+      caller->credential = absl::HexStringToBytes(credential);
+      fresh = list.by_token_.emplace(caller->credential, *caller).second;
     } else {
       return wrong("the credential must begin with 'token:' or 'certificate:'");
     }
@@ -140,6 +142,11 @@ const Caller* CallerList::ByToken(absl::string_view token) const {
 const Caller* CallerList::ByCertificate(const std::string& name) const {
   const auto it = by_certificate_.find(name);
   return it == by_certificate_.end() ? nullptr : &it->second;
+}
+
+const Caller* CallerList::ByCredential(const std::string& credential) const {
+  const auto it = by_token_.find(credential);
+  return it == by_token_.end() ? ByCertificate(credential) : &it->second;
 }
 
 bool CallerList::any_proxy() const {

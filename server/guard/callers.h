@@ -21,6 +21,8 @@ struct Caller {
   bool names_tenant = false;  // a proxy, which names the tenant of each call itself
   Roles roles;
   absl::Time expires = absl::InfiniteFuture();
+  std::string
+      credential;  // for CallerList::ByCredential: the token's SHA-256 or a certificate's name
 };
 
 // One caller a line, '#' begins a comment:
@@ -41,6 +43,8 @@ class CallerList {
   // Null: unknown. Whether it has expired is the caller's business.
   const Caller* ByToken(absl::string_view token) const;
   const Caller* ByCertificate(const std::string& name) const;
+  // Whoever has the credential of a caller of this or an earlier list.
+  const Caller* ByCredential(const std::string& credential) const;
 
   size_t size() const { return by_token_.size() + by_certificate_.size(); }
   bool any_certificate() const { return !by_certificate_.empty(); }

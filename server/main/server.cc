@@ -91,7 +91,7 @@ absl::Status Server::Serve(const std::shared_ptr<grpc::ServerCredentials>& crede
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 1'000);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   if (options_.access.identified()) {
-    // A credential that was taken back may have a stream open: it ends with its connection.
+    // A certificate that was taken back may have a connection open.
     builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, 3'600'000);
     builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_GRACE_MS, 60'000);
   }

@@ -39,6 +39,21 @@ absl::Status Unauthenticated(absl::string_view reason, absl::string_view message
   return ErrorWithReason(absl::StatusCode::kUnauthenticated, reason, message);
 }
 
+absl::Status CheckExpiry(const Caller& caller) {
+  if (caller.expires > absl::Now()) return absl::OkStatus();
+  return Unauthenticated("TOKEN_EXPIRED",
+                         absl::StrCat("the credential of '", caller.name, "' expired on ",
+                                      absl::FormatTime(caller.expires, absl::UTCTimeZone())));
+}
+
+absl::Status CheckRole(const RpcRule& rule, const std::string& name, const Roles& roles) {
+  if (roles.Allow(rule.needs)) return absl::OkStatus();
+  return ErrorWithReason(absl::StatusCode::kPermissionDenied, "ROLE_MISSING",
+                         absl::StrCat("'", name, "' may not call ", std::string(rule.method),
+                                      ": that needs the role ", RoleName(rule.needs)),
+                         {{"role", RoleName(rule.needs)}});
+}
+
 // 'ipv4:10.0.0.7' of 'ipv4:10.0.0.7:51234'.
 std::string AddressOf(const std::string& peer) {
   return absl::StartsWith(peer, "ip") ? peer.substr(0, peer.rfind(':')) : peer;
@@ -71,7 +86,7 @@ absl::StatusOr<std::optional<std::string>> Gate::NamedTenant(
 absl::StatusOr<Gate::Identity> Gate::IdentifyOpenly(const grpc::ServerContextBase& context) const {
   absl::StatusOr<std::optional<std::string>> named = NamedTenant(context);
   if (!named.ok()) return named.status();
-  Identity identity{AddressOf(context.peer()), std::nullopt, Roles::All()};
+  Identity identity{AddressOf(context.peer()), std::nullopt, Roles::All(), ""};
   for (const grpc::string_ref& name : context.auth_context()->GetPeerIdentity()) {
     identity.name = std::string(View(name));
   }
@@ -116,12 +131,10 @@ absl::StatusOr<Gate::Identity> Gate::Identify(const grpc::ServerContextBase& con
   if (callers_ == nullptr) return IdentifyOpenly(context);
   const absl::StatusOr<Caller> caller = FindCaller(context);
   if (!caller.ok()) return caller.status();
-  if (caller->expires <= absl::Now()) {
-    return Unauthenticated("TOKEN_EXPIRED",
-                           absl::StrCat("the credential of '", caller->name, "' expired on ",
-                                        absl::FormatTime(caller->expires, absl::UTCTimeZone())));
+  if (absl::Status valid = CheckExpiry(*caller); !valid.ok()) return valid;
+  if (!caller->names_tenant) {
+    return Identity{caller->name, caller->tenant, caller->roles, caller->credential};
   }
-  if (!caller->names_tenant) return Identity{caller->name, caller->tenant, caller->roles};
   const absl::StatusOr<std::optional<std::string>> named = NamedTenant(context);
   if (!named.ok()) return named.status();
   if (named->value_or("").empty()) {
@@ -131,7 +144,8 @@ absl::StatusOr<Gate::Identity> Gate::Identify(const grpc::ServerContextBase& con
                                             ? ", and this server has no --tenant-metadata"
                                             : absl::StrCat(" in ", options_.tenant_metadata)));
   }
-  return Identity{absl::StrCat(caller->name, "/", **named), *named, caller->roles};
+  return Identity{absl::StrCat(caller->name, "/", **named), *named, caller->roles,
+                  caller->credential};
 }
 
 Admission Gate::Admit(const RpcRule& rule, const grpc::ServerContextBase& context) {
@@ -150,19 +164,28 @@ Admission Gate::Admit(const RpcRule& rule, const grpc::ServerContextBase& contex
   }
   admission.caller = identity->name;
   admission.tenant = std::move(identity->tenant);
+  admission.credential = std::move(identity->credential);
   const absl::Duration wait = calls_.Take(admission.caller, now);
   if (wait > absl::ZeroDuration()) {
     admission.status =
         Retryable(absl::StatusCode::kResourceExhausted, "RATE_LIMITED",
                   absl::StrCat("more than ", options_.calls_per_second, " calls a second"), wait);
-  } else if (!identity->roles.Allow(rule.needs)) {
-    admission.status = ErrorWithReason(
-        absl::StatusCode::kPermissionDenied, "ROLE_MISSING",
-        absl::StrCat("'", identity->name, "' may not call ", std::string(rule.method),
-                     ": that needs the role ", RoleName(rule.needs)),
-        {{"role", RoleName(rule.needs)}});
+  } else {
+    admission.status = CheckRole(rule, identity->name, identity->roles);
   }
   return admission;
+}
+
+absl::Status Gate::StillLetsIn(const RpcRule& rule, const Admission& admission) const {
+  if (callers_ == nullptr || admission.credential.empty()) return absl::OkStatus();
+  const std::shared_ptr<const CallerList> list = callers_->list();
+  const Caller* caller = list->ByCredential(admission.credential);
+  if (caller == nullptr || (!caller->names_tenant && caller->tenant != admission.tenant)) {
+    return Unauthenticated("CREDENTIALS_WITHDRAWN",
+                           absl::StrCat("what '", admission.caller, "' showed is known no more"));
+  }
+  if (absl::Status valid = CheckExpiry(*caller); !valid.ok()) return valid;
+  return CheckRole(rule, caller->name, caller->roles);
 }
 
 }  // namespace vantage

@@ -22,6 +22,7 @@ struct Admission {
   std::string caller;   // as the callers file names it, or its address; for logs and limits
   // Whose sessions it may see; nullopt: all, where callers are not told apart.
   std::optional<std::string> tenant;
+  std::string credential;  // Caller::credential; empty where callers are not told apart
 };
 
 // Thread safe.
@@ -34,6 +35,11 @@ class Gate {
   // TENANT_MISSING), RESOURCE_EXHAUSTED (RATE_LIMITED), PERMISSION_DENIED (ROLE_MISSING).
   Admission Admit(const RpcRule& rule, const grpc::ServerContextBase& context);
 
+  // Whether a call that was let in would be let in by what is known now: streams ask, since they
+  // may last longer than what their caller showed. UNAUTHENTICATED (CREDENTIALS_WITHDRAWN,
+  // TOKEN_EXPIRED), PERMISSION_DENIED (ROLE_MISSING).
+  absl::Status StillLetsIn(const RpcRule& rule, const Admission& admission) const;
+
   // Reads the callers file if it changed; true when it had. On an error the known ones stay.
   absl::StatusOr<bool> RefreshCallers();
 
@@ -42,6 +48,7 @@ class Gate {
     std::string name;
     std::optional<std::string> tenant;
     Roles roles;
+    std::string credential;
   };
   absl::StatusOr<Identity> Identify(const grpc::ServerContextBase& context) const;
   absl::StatusOr<Identity> IdentifyOpenly(const grpc::ServerContextBase& context) const;

@@ -103,8 +103,8 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
       }
       if (Finished()) return End(grpc::Status::CANCELLED);
       message_.Clear();
-      absl::Status status;
-      switch (Produce(message_, status)) {
+      absl::Status status = call_->StillLetIn();
+      switch (status.ok() ? Produce(message_, status) : Step::kFinish) {
         case Step::kWrite:
           return this->StartWrite(&message_);
         case Step::kWriteLast:

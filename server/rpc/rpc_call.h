@@ -34,6 +34,8 @@ class RpcCall {
 
   // OK, or why it is refused: nothing but that may be answered then.
   const absl::Status& admitted() const { return admission_.status; }
+  // Of a stream, before each of its steps.
+  absl::Status StillLetIn() const { return around_.gate.StillLetsIn(rule_, admission_); }
   // Those that the caller may see.
   const TenantSessions& sessions() const { return sessions_; }
   // Of its trace: work that it sets off takes it along.

@@ -160,6 +160,7 @@ class UploadStream final
   }
 
   absl::StatusOr<v1::Upload> Store() {
+    if (absl::Status let_in = call_->StillLetIn(); !let_in.ok()) return let_in;
     if (name_.empty()) {
       call_->Concerns(request_);
       absl::StatusOr<std::shared_ptr<Session>> session =

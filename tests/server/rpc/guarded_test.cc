@@ -10,8 +10,10 @@
 #include <mutex>
 #include <set>
 
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
+#include "absl/strings/str_split.h"
 #include "google/protobuf/dynamic_message.h"
 #include "google/protobuf/util/json_util.h"
 #include "server/main/credentials.h"
@@ -92,6 +94,13 @@ class Guarded {
     chmod(File("callers").c_str(), 0600);
   }
   void WriteCallers() const { WriteCallers(callers_); }
+  void WriteCallersBut(const std::string& name) const {
+    std::string others;
+    for (const absl::string_view line : absl::StrSplit(callers_, '\n')) {
+      if (!absl::StartsWith(line, name + " ")) absl::StrAppend(&others, line, "\n");
+    }
+    WriteCallers(others);
+  }
 
   ServerOptions WithCallers() const {
     WriteCallers();
@@ -454,6 +463,37 @@ TEST(Tokens, TakenBackWhileTheServerRuns) {
   guarded.server().RefreshCallers();
   EXPECT_TRUE(ListSessions(channel, Bearer(token)).status.ok());
   EXPECT_EQ(guarded.Lines("the callers file cannot be used").size(), 1U);
+}
+
+// Streams outlast what was shown when they began.
+TEST(Tokens, TakenBackWhileAStreamIsOpen) {
+  Guarded guarded;
+  const std::string owner = guarded.AddToken("office museum administer");
+  const std::string tablet = guarded.AddToken("tablet museum read");
+  guarded.Start(guarded.WithCallers());
+  const auto channel = guarded.Plain();
+  ASSERT_TRUE(OpenSession(channel, "job", Bearer(owner)).ok());
+  const auto sessions = v1::SessionService::NewStub(channel);
+  grpc::ClientContext context;
+  for (const auto& [key, value] : Bearer(tablet)) context.AddMetadata(key, value);
+  v1::WatchSessionRequest watch;
+  watch.set_name("sessions/job");
+  const auto stream = sessions->WatchSession(&context, watch);
+  v1::WatchSessionResponse step;
+  ASSERT_TRUE(stream->Read(&step));
+  guarded.WriteCallersBut("tablet");
+  guarded.server().RefreshCallers();
+  grpc::ClientContext updating;
+  for (const auto& [key, value] : Bearer(owner)) updating.AddMetadata(key, value);
+  v1::UpdateSessionRequest update;
+  update.mutable_session()->set_name("sessions/job");
+  update.mutable_session()->set_display_name("renamed");
+  update.mutable_update_mask()->add_paths("display_name");
+  v1::UpdateSessionResponse updated;
+  const grpc::Status done = sessions->UpdateSession(&updating, update, &updated);
+  ASSERT_TRUE(done.ok()) << done.error_message();
+  EXPECT_FALSE(stream->Read(&step)) << "what happened since is told: " << step.DebugString();
+  EXPECT_EQ(stream->Finish().error_code(), StatusCode::UNAUTHENTICATED);
 }
 
 // It is noticed without being told.
