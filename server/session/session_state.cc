@@ -1,9 +1,11 @@
 #include "server/session/session_state.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/fleet/claims.h"
 #include "proto/wire/checksum.h"
 #include "server/store/store.h"
 
@@ -14,6 +16,30 @@ constexpr size_t kMaxListedRejections = 1000;
 
 bool Before(const google::protobuf::Timestamp& a, const google::protobuf::Timestamp& b) {
   return a.seconds() != b.seconds() ? a.seconds() < b.seconds() : a.nanos() < b.nanos();
+}
+
+// Of a place that its scanner had left when it made another scan: that arrived after this one, or
+// this one is from the place of a claim that had ended without a scan.
+bool IsLate(const SessionState& state, const v1::Scan& scan) {
+  const google::protobuf::Timestamp* newest = nullptr;  // arrival of the scanner's others
+  for (const auto& [name, record] : state.scans) {
+    const v1::Scan& other = record.scan;
+    if (!record.in_model || name == scan.name() || other.scanner() != scan.scanner()) continue;
+    if (newest == nullptr || Before(*newest, other.create_time())) newest = &other.create_time();
+  }
+  if (newest == nullptr) return false;
+  if (Before(scan.create_time(), *newest)) return true;
+  const v1::Vector3& at = scan.pose().translation();
+  bool lapsed = false;
+  for (const auto& [name, record] : state.claims) {
+    const v1::Claim& claim = record.claim;
+    const double apart = std::hypot(claim.position().x() - at.x(), claim.position().y() - at.y());
+    if (claim.scanner() != scan.scanner() || apart > ClaimRules().arrival_tolerance) continue;
+    if (record.held() && Before(scan.create_time(), claim.expire_time())) return false;
+    lapsed = lapsed || (record.ended != ClaimEndName(ClaimEnd::kScanArrived) &&
+                        Before(claim.create_time(), *newest));
+  }
+  return lapsed;
 }
 
 absl::Status Misfit(const v1::SessionEvent& event, absl::string_view what) {
@@ -106,7 +132,9 @@ absl::Status SessionState::Apply(const store::v1::LogEntry& entry) {
         const v1::Scan& scan = event.scan_merged().scan();
         model_version = scan.merge().model_version();
         const auto scanner = scanners.find(scan.scanner());
-        if (scanner != scanners.end()) *scanner->second.mutable_last_pose() = scan.pose();
+        if (scanner != scanners.end() && !IsLate(*this, scan)) {
+          *scanner->second.mutable_last_pose() = scan.pose();
+        }
       }
       break;
     case v1::SessionEvent::kScanWithdrawn:

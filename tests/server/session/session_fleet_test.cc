@@ -92,10 +92,10 @@ class FleetSession : public testing::Test {
     return {};
   }
   // A scan of the room from a place, registered there; its name.
-  std::string Scan(double x, double y, double degrees = 4) {
+  std::string Scan(double x, double y, double degrees = 4, const std::string& by = "") {
     const v1::PosePrior prior = PriorAt(x, y, 1.4);
     const std::string bytes = EncodedRoom({x, y, 1.4}, degrees);
-    std::string scan = SendScan(*session_, bytes, &prior).value().scan();
+    std::string scan = SendScan(*session_, bytes, &prior, "", by).value().scan();
     session_->WaitUntilIdle();
     return scan;
   }
@@ -281,6 +281,41 @@ TEST_F(FleetSession, LateOrTwiceAScanMergesAsIfNobodyHadClaimedAnything) {
               other->density != surface.density;
   });
   EXPECT_EQ(differ, 0u);
+}
+
+TEST_F(FleetSession, ALateScanLeavesItsScannerWhereItIs) {
+  const std::string red = Add("red");
+  const auto stands = [&] {
+    const v1::Vector3 at = Scanner(red).last_pose().translation();
+    return std::pair(std::lround(at.x() * 100), std::lround(at.y() * 100));  // cm
+  };
+  Scan(2, 1.5);
+  ASSERT_TRUE(Claim(red, 1, 1, 60).ok());
+  Pass(100);
+  ASSERT_TRUE(Claim(red, 4, 3, 60).ok());
+  Scan(4, 3, 4, red);
+  EXPECT_EQ(stands(), std::pair(400L, 300L));
+  Pass(7200);
+  const std::string late = Scan(1, 1, 4, red);
+  EXPECT_EQ(session_->GetScan(late)->state(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(session_->GetScan(late)->scanner(), red);
+  EXPECT_EQ(stands(), std::pair(400L, 300L)) << "where it stood two hours ago";
+  // Sent there again, it stands there; and anywhere else where it never had a claim.
+  ASSERT_TRUE(Claim(red, 1, 1, 60).ok());
+  Scan(1.1, 1, 4, red);
+  EXPECT_EQ(stands(), std::pair(110L, 100L));
+  Pass(60);
+  Scan(3, 2, 4, red);
+  EXPECT_EQ(stands(), std::pair(300L, 200L));
+}
+
+TEST_F(FleetSession, TheFirstScanIsNeverLate) {
+  const std::string red = Add("red");
+  Scan(2, 1.5);
+  ASSERT_TRUE(Claim(red, 1, 1, 60).ok());
+  Pass(7200);
+  Scan(1, 1, 4, red);
+  EXPECT_NEAR(Scanner(red).last_pose().translation().x(), 1, 1e-9);
 }
 
 // A person as an upright cylinder, as a scanner at `from` sees it in the room.
