@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
-#include "absl/container/flat_hash_set.h"
 
 namespace vantage {
 namespace {
@@ -66,31 +65,6 @@ Eigen::Matrix<double, 6, Eigen::Dynamic> Straighten(
     if (basis.col(k).tail<3>().norm() < kTrace) basis.col(k).tail<3>().setZero();
   }
   return orthonormal(basis);
-}
-
-// Surface too small to show in the sum may still stop a movement: the sides of flat pilasters in a
-// corridor. Counts only what moves against its normal by more than noise in that normal explains,
-// in units of what the noise of all normals feigns; 0 when that is little or comes from few places.
-double Evident(std::span<const Constraint> constraints, const Vector6d& direction,
-               const Eigen::Vector3d& centroid, double normal_sigma,
-               const RegistrationConfig& config) {
-  constexpr double kDeviations = 4.0;  // noise passes with a 1,000th of what it feigns
-  constexpr double kLeast = 0.2;       // the edges of bare corridors come to 0.01
-  constexpr size_t kFewestBlocks = 10;
-  const Eigen::Vector3d turn = direction.head<3>();
-  const Eigen::Vector3d shift = direction.tail<3>();
-  double information = 0;
-  absl::flat_hash_set<uint64_t> blocks;
-  for (const Constraint& c : constraints) {
-    const Eigen::Vector3d move = turn.cross(c.position - centroid) + shift;
-    const double along = c.normal.dot(move);
-    const double noise =
-        normal_sigma * normal_sigma * std::max(0.0, move.squaredNorm() - along * along);
-    if (along * along < kDeviations * kDeviations * noise) continue;
-    information += c.weight / c.variance * (along * along - noise);
-    blocks.insert(CorrelationBlock(c.position, c.normal, config.correlation_length));
-  }
-  return information > kLeast && blocks.size() >= kFewestBlocks ? information : 0.0;
 }
 
 }  // namespace
@@ -171,9 +145,7 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
   Vector6d keep;
   for (int k = 0; k < 6; ++k) {
     const double lambda = solver.eigenvalues()[k];
-    genuine[k] = lambda > threshold
-                     ? lambda - 1.0
-                     : Evident(constraints, v.col(k), centroid_, normal_sigma, config);
+    genuine[k] = lambda > threshold ? lambda - 1.0 : 0.0;
     keep[k] = genuine[k] > 0 ? 1.0 : 0.0;
     constrained_ += keep[k] > 0 ? 1 : 0;
   }

@@ -43,16 +43,6 @@ TEST_P(NoisyShapes, DoorJambCuresTheCorridor) {
   EXPECT_LT(g.Bound(kNothing).bound, 0.010);
 }
 
-TEST_P(NoisyShapes, PilastersTooSmallForTheSumCureItWhenTheyAreMany) {
-  Shape shape = CorridorShape(GetParam(), 5);
-  for (int i = 0; i < 12; ++i) {
-    shape.Rectangle({-3.7 + 0.6 * i, i % 2 == 0 ? -1.0 : 0.95, 1.1}, 0.05 * kY, 0.15 * kZ, -kX);
-  }
-  const OverlapGeometry g = shape.Geometry();
-  EXPECT_EQ(g.constrained_directions(), 6);
-  EXPECT_LT(g.Bound(kNothing).bound, 0.010);
-}
-
 TEST(ErrorBound, OneSmallPlaceDoesNotCureACorridor) {
   Shape shape = CorridorShape(0, 5);
   shape.Rectangle({1, -1, 1.1}, 0.15 * kY, 0.6 * kZ, -kX);  // as many points, in two blocks
