@@ -90,7 +90,7 @@ absl::StatusOr<FleetResult> SimulateFleet(Client& client, const Site& site,
   std::fflush(stdout);
 
   std::vector<FleetStop> stops;
-  const auto result = fleet.Run([&](const FleetStop& stop) {
+  auto result = fleet.Run([&](const FleetStop& stop) {
     line.Clear();
     std::fputs(StopRow(stop).c_str(), stdout);
     for (const std::string& note : stop.made.notes) std::printf("      %s\n", note.c_str());
