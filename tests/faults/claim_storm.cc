@@ -457,6 +457,9 @@ ClaimStormResult RunClaimStorm(const ClaimStorm& storm) {
   Visitor visitor(link.address(), storm.seed, findings);
   std::vector<std::unique_ptr<Rover>> rovers;
   std::vector<std::thread> threads;
+  const auto clients = static_cast<size_t>(storm.clients);
+  rovers.reserve(clients);
+  threads.reserve(clients);
   const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                       std::chrono::duration<double>(storm.seconds));
   for (int i = 0; i < storm.clients; ++i) {
