@@ -28,7 +28,7 @@ absl::StatusOr<ExitCode> RunClaimTake(Environment& environment,
                                       const ClaimTakeArguments& arguments) {
   v1::ClaimViewRequest request;
   request.set_parent(SessionName(arguments.session));
-  request.set_scanner(absl::StrCat(request.parent(), "/scanners/", arguments.scanner));
+  request.set_scanner(ScannerName(arguments.session, arguments.scanner));
   *request.mutable_position() =
       ToProto(Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));
   if (!arguments.plan.empty()) {

@@ -37,7 +37,7 @@ absl::StatusOr<v1::CreatePlanRequest> RequestFrom(const PlanArguments& arguments
   if (arguments.seed) plan.set_seed(*arguments.seed);
   plan.set_scanner_model_id(arguments.scanner);
   for (const std::string& id : arguments.scanners) {
-    request.add_scanners(absl::StrCat(request.parent(), "/scanners/", id));
+    request.add_scanners(ScannerName(arguments.session, id));
   }
   if (arguments.rank == "per-minute") plan.set_ranking(v1::RANKING_GAIN_PER_MINUTE);
   for (const std::string& assignment : arguments.set) {

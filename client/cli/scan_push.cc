@@ -33,7 +33,7 @@ absl::StatusOr<v1::Upload> Describe(const ScanPushArguments& arguments, const st
   v1::Upload upload;
   upload.set_display_name(name);
   if (!arguments.by.empty()) {
-    upload.set_scanner(absl::StrCat(SessionName(arguments.session), "/scanners/", arguments.by));
+    upload.set_scanner(ScannerName(arguments.session, arguments.by));
   }
   if (arguments.scanner.empty()) {
     *upload.mutable_scanner_model() = ToProto(scan.scanner, "from-file");

@@ -160,6 +160,11 @@ std::string ScanName(absl::string_view given) { return ChildName(given, "scans")
 std::string PlanName(absl::string_view given) { return ChildName(given, "plans"); }
 std::string ClaimName(absl::string_view given) { return ChildName(given, "claims"); }
 
+std::string ScannerName(absl::string_view session, absl::string_view given) {
+  return absl::StrContains(given, '/') ? std::string(given)
+                                       : absl::StrCat(SessionName(session), "/scanners/", given);
+}
+
 std::string SessionOf(absl::string_view name) {
   const std::vector<std::string> parts = absl::StrSplit(name, '/');
   return parts.size() >= 2 ? absl::StrCat(parts[0], "/", parts[1]) : std::string(name);

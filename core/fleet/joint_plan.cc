@@ -11,6 +11,7 @@
 #include "absl/strings/str_format.h"
 #include "core/fleet/joint_choice.h"
 #include "core/planning/anytime.h"
+#include "core/planning/end_early.h"
 #include "core/planning/opaque_grid.h"
 #include "core/planning/patch_tree.h"
 #include "core/planning/patches.h"
@@ -114,12 +115,7 @@ class JointPlanner {
   bool Single() const { return request_.scanners.size() == 1; }
 
   bool EndEarly(const char* during) {
-    Plan& plan = joint_.plan;
-    const bool cancelled = budget_.cancelled.stop_requested();
-    plan.outcome = cancelled ? PlanOutcome::kCancelled : PlanOutcome::kBudgetTooSmall;
-    plan.message = absl::StrCat(cancelled ? "cancelled" : "the budget ended", " during '", during,
-                                "', before any view was evaluated");
-    plan.termination.reason = "not known: no view was evaluated";
+    const Plan& plan = vantage::EndEarly(joint_.plan, budget_, during);
     for (Assignment& assignment : joint_.assignments) assignment.reason = plan.message;
     joint_.guarantee_reason = "none: no view was chosen";
     return false;
@@ -471,7 +467,7 @@ class JointPlanner {
                                      static_cast<int>(choice.refused().size()));
     } else if (choice.record().cut_short) {
       plan.outcome = PlanOutcome::kBudgetTooSmall;
-      plan.message = absl::StrCat("the budget ended after ", choice.checked(),
+      plan.message = absl::StrCat(budget_.WhyEnded(), " after ", choice.checked(),
                                   " views were checked for registration and none passed");
     } else if (!choice.refused().empty()) {
       plan.outcome = PlanOutcome::kNoRegistrableView;

@@ -201,6 +201,7 @@ std::unique_ptr<ScanLayer> Carve(const Scan& scan, const Eigen::Isometry3d& T_mo
 
   layer->reflectors = EndReflections(layer->range_surface, parallel);
   layer->range_surface.EndLoneRays(parallel);
+  layer->holes = HoleMap(layer->range_surface);
   CarveEmptySpace(config.voxel_size, parallel, *layer);
   AddSurfacePoints(config.voxel_size, parallel, *layer);
   FreeStand(config.voxel_size, *layer);

@@ -14,6 +14,7 @@
 #include "core/model/merge_region.h"
 #include "core/model/publish_brick.h"
 #include "core/model/unite.h"
+#include "core/model/vain_looks.h"
 
 namespace vantage {
 
@@ -31,6 +32,7 @@ void ForEachAround(const VoxelIndex& brick, Fn&& fn) {
 bool SameBits(const Brick& a, const Brick& b) {
   if (a.state != b.state || a.surface.size() != b.surface.size()) return false;
   if (a.surface.empty()) return true;
+  if (a.vain != b.vain) return false;
   // There are no gaps between its members, so their bytes say all; and -0 is not 0 here.
   static_assert(sizeof(SurfaceVoxel) == 2 * sizeof(Eigen::Vector3f) + 2 * sizeof(float) + 8);
   return std::memcmp(reinterpret_cast<const char*>(a.surface.data()),
@@ -120,7 +122,7 @@ std::vector<BrickKey> TwoAway(const std::vector<std::pair<BrickKey, Faces>>& cha
 // The bricks that the layer can have an influence on, ascending.
 std::vector<BrickKey> Influenced(const ScanLayer& touched, LayerChange change,
                                  std::span<const BrickKey> also, const ModelOctree& octree,
-                                 const ModelLeaf& all_empty) {
+                                 double voxel_size, const ModelLeaf& all_empty) {
   absl::flat_hash_map<BrickKey, bool> known;
   const auto stays_empty = [&](const VoxelIndex& b) {
     const auto [it, fresh] = known.try_emplace(KeyOf(b), false);
@@ -130,7 +132,7 @@ std::vector<BrickKey> Influenced(const ScanLayer& touched, LayerChange change,
     }
     return it->second;
   };
-  std::vector<BrickKey> keys;
+  std::vector<BrickKey> keys = BricksLookedAtInVain(touched, octree, voxel_size);
   std::vector<std::pair<BrickKey, Faces>> changing;
   for (const BrickKey key : also) {
     changing.emplace_back(key, Faces{0x3f});
@@ -174,7 +176,8 @@ MergeResult MergeAround(const ScanLayer& touched, LayerChange change,
                         std::span<const BrickKey> also, std::span<const ScanLayer* const> layers,
                         double voxel_size, const ModelLeaf& all_empty, Parallel& parallel,
                         ModelOctree& octree) {
-  const std::vector<BrickKey> keys = Influenced(touched, change, also, octree, all_empty);
+  const std::vector<BrickKey> keys =
+      Influenced(touched, change, also, octree, voxel_size, all_empty);
   MergeRegion region(keys, layers, octree, all_empty);
   const size_t recomputed = region.recomputed();
 

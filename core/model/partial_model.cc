@@ -242,6 +242,10 @@ uint64_t PartialModel::Digest() const {
       mix(surface.missed + 256u * surface.spread);
       mix((surface.ambiguous ? 1 : 0) + (surface.given_up ? 2 : 0));
     }
+    for (const VainLook& look : at.contents->vain) {
+      mix(look.local);
+      for (int i = 0; i < 3; ++i) mix_float(look.from[i]);
+    }
   }
   return digest;
 }

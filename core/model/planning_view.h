@@ -4,6 +4,7 @@
 #define VANTAGE_CORE_MODEL_PLANNING_VIEW_H_
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -69,6 +70,15 @@ class PlanningView {
   const SurfaceVoxel* Surface(const VoxelIndex& v) const {
     const Brick* brick = Find(v);
     return brick == nullptr ? nullptr : brick->Surface(Brick::LocalOf(v));
+  }
+
+  // From where a voxel that has area was looked at in vain.
+  std::span<const VainLook> VainLooks(const VoxelIndex& v) const {
+    const Brick* brick = Find(v);
+    if (brick == nullptr || brick->vain.empty()) return {};
+    const auto [begin, end] = std::ranges::equal_range(
+        brick->vain, static_cast<uint32_t>(Brick::LocalOf(v)), {}, &VainLook::local);
+    return {begin, end};
   }
 
   // Calls fn(VoxelIndex, VoxelState, const SurfaceVoxel&) for every voxel that has area, always in

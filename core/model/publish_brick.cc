@@ -9,6 +9,7 @@
 #include "core/model/fuse.h"
 #include "core/model/halo_mask.h"
 #include "core/model/target_distances.h"
+#include "core/model/vain_looks.h"
 
 namespace vantage {
 
@@ -41,9 +42,10 @@ class Publisher {
         }) {}
 
   // `witnesses()` -> std::vector<Witness>: asked for only where there is more to say than what is
-  // empty.
+  // empty. `layers`: all there are.
   template <typename AskWitnesses>
-  std::shared_ptr<const Brick> Publish(AskWitnesses&& witnesses) {
+  std::shared_ptr<const Brick> Publish(std::span<const ScanLayer* const> layers,
+                                       AskWitnesses&& witnesses) {
     const MergedBrick* own = around_.middle();
     BrickMask empty;
     BrickMask measured;
@@ -67,6 +69,9 @@ class Publisher {
     empty.ForEach([&](int local) { out->state[static_cast<size_t>(local)] = VoxelState::kEmpty; });
     if (!rest.Any()) return out;
     witnesses_ = witnesses();
+    for (const ScanLayer* layer : layers) {
+      if (MayLookInVain(*layer, brick_, h_)) in_vain_.push_back(layer);
+    }
     out->surface.reserve(static_cast<size_t>(rest.Count()));
     size_t rank = 0;
     rest.ForEach([&](int local) {
@@ -91,6 +96,7 @@ class Publisher {
     });
     if (!any) return nullptr;
     out->surface.shrink_to_fit();
+    out->vain = std::move(vain_);
     return out;
   }
 
@@ -107,7 +113,7 @@ class Publisher {
   }
 
   // The voxel's own points and those of the voxels that it absorbed.
-  SurfaceVoxel TrueSurface(int local, size_t rank) const {
+  SurfaceVoxel TrueSurface(int local, size_t rank) {
     const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
     const LocalPlane& plane = around_.middle()->plane[rank];
     int64_t samples = 0;
@@ -160,7 +166,26 @@ class Publisher {
       if (LookedInVain(witness, local, centroid, surface)) ++surface.missed;
     }
     surface.given_up = surface.missed >= kMissesToGiveUp;
+    AddVainLooks(local, surface, [&](const ScanLayer* layer) {
+      return std::any_of(witnesses_.begin(), witnesses_.end(), [&](const Witness& witness) {
+        return witness.layer == layer && Measured(witness.around, members);
+      });
+    });
     return surface;
+  }
+
+  // Those of layers that did not measure it all the same.
+  template <typename MeasuredBy>
+  void AddVainLooks(int local, const SurfaceVoxel& surface, MeasuredBy&& measured_by) {
+    if (in_vain_.empty() || surface.given_up) return;
+    std::vector<Eigen::Vector3f> from;
+    for (const ScanLayer* layer : in_vain_) {
+      if (!LooksInVain(*layer, surface, h_) || measured_by(layer)) continue;
+      from.emplace_back(layer->T_model_scan.translation().cast<float>());
+    }
+    for (const Eigen::Vector3f& look : NearestLooks(surface.centroid, std::move(from))) {
+      vain_.push_back({look, static_cast<uint32_t>(local)});
+    }
   }
 
   static bool Measured(const BrickNeighbourhood<LayerBrick>& around, const Members& members) {
@@ -214,7 +239,7 @@ class Publisher {
   }
 
   // An unknown voxel next to empty space: false surface, or absorbed along true surface.
-  std::optional<SurfaceVoxel> Frontier(int local, VoxelState& state) const {
+  std::optional<SurfaceVoxel> Frontier(int local, VoxelState& state) {
     const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();
     empty_.ForEachAround(x, y, z, 1, [&](int dx, int dy, int dz) {
@@ -253,6 +278,7 @@ class Publisher {
       if (miss == ScanLayer::Miss::kSquare && surface.missed < UINT8_MAX) ++surface.missed;
     }
     surface.given_up = surface.missed > 0 && misses >= kMissesToGiveUp;
+    AddVainLooks(local, surface, [](const ScanLayer*) { return false; });
     return surface;
   }
 
@@ -298,6 +324,8 @@ class Publisher {
   HaloMask surface_;
   HaloMask given_away_;
   std::vector<Witness> witnesses_;
+  std::vector<const ScanLayer*> in_vain_;  // those that may look at some voxel in vain
+  std::vector<VainLook> vain_;
 };
 
 }  // namespace
@@ -307,7 +335,7 @@ std::shared_ptr<const Brick> PublishBrick(const MergeRegion& region, size_t i, d
   const BrickNeighbourhood<MergedBrick> around = region.Around(i);
   const UnitedBrick* united = around.middle()->united.get();
   if (united != nullptr && united->empty.All()) return all_empty;
-  return Publisher(region.brick(i), around, voxel_size).Publish([&] {
+  return Publisher(region.brick(i), around, voxel_size).Publish(region.layers(), [&] {
     return region.Witnesses(i);
   });
 }

@@ -48,6 +48,12 @@ class RangeSurface {
   bool Returned(int column, int row) const {
     return range_[Index(column, row)] > 0 && (joined_[Index(column, row)] & 8) == 0;
   }
+  // Did the ray go on, or into a reflector, and nothing came back?
+  bool Hole(int column, int row) const {
+    const float range = range_[Index(column, row)];
+    return RangeImage::IsRange(range) ? (joined_[Index(column, row)] & 9) == 8
+                                      : range == RangeImage::kNoReturn;
+  }
   // Ends the ray of a cell that holds a range at a reflector, `range` m away: empty up to there,
   // nothing known beyond, no surface, joined to nothing.
   void EndAt(int column, int row, float range);

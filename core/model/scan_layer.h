@@ -12,6 +12,7 @@
 #include "absl/container/flat_hash_map.h"
 #include "core/model/brick_key.h"
 #include "core/model/brick_mask.h"
+#include "core/model/hole_map.h"
 #include "core/model/planning_view.h"
 #include "core/model/range_surface.h"
 #include "core/model/reflections.h"
@@ -67,6 +68,7 @@ struct ScanLayer {
   Eigen::Isometry3d T_model_scan = Eigen::Isometry3d::Identity();
   Stand stand{};
   std::vector<Reflector> reflectors{};  // that the scan itself shows, scanner's frame
+  HoleMap holes{};                      // of the range surface
   absl::flat_hash_map<BrickKey, LayerBrick> bricks{};  // that hold anything but unknown
   // What all scans show to reflect (model frame), and the bricks as they were before what the scan
   // saw in it was taken out (phantoms.h).

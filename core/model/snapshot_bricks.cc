@@ -9,6 +9,8 @@ namespace vantage {
 namespace {
 
 // What a mask or a leaf is, where it is simple.
+constexpr size_t kVainLook = 1 + 3 * sizeof(float);  // bytes, at least
+
 enum Shape : uint8_t { kNone = 0, kAll = 1, kMixed = 2 };
 
 Shape ShapeOf(const BrickMask& mask) {
@@ -45,9 +47,14 @@ void WriteContents(const Brick& brick, SnapshotWriter& out) {
     out.Fixed(voxel.spread);
     out.Fixed(static_cast<uint8_t>((voxel.ambiguous ? 1 : 0) + (voxel.given_up ? 2 : 0)));
   }
+  out.Varint(brick.vain.size());
+  for (const VainLook& look : brick.vain) {
+    out.Varint(look.local);
+    out.Matrix(look.from);
+  }
 }
 
-std::shared_ptr<const Brick> ReadContents(SnapshotReader& in) {
+std::shared_ptr<const Brick> ReadContents(SnapshotReader& in, uint16_t format_version) {
   auto brick = std::make_shared<Brick>();
   size_t count = 0;
   for (int local = 0; local < Brick::kVoxels; ++local) {
@@ -71,6 +78,16 @@ std::shared_ptr<const Brick> ReadContents(SnapshotReader& in) {
     const auto flags = in.Fixed<uint8_t>();
     voxel.ambiguous = (flags & 1) != 0;
     voxel.given_up = (flags & 2) != 0;
+  }
+  if (format_version < 3) return brick;
+  brick->vain.resize(in.Count(kVainLook));
+  uint32_t last = 0;
+  for (VainLook& look : brick->vain) {
+    look.local = static_cast<uint32_t>(in.Varint());
+    in.Matrix(look.from);
+    if (look.local >= Brick::kVoxels || look.local < last) in.Fail();
+    last = look.local;
+    if (!in.ok()) break;
   }
   return brick;
 }
@@ -160,7 +177,7 @@ std::optional<std::vector<BrickAt>> ReadBricks(absl::string_view bytes, uint16_t
       continue;
     }
     if (format_version == 1) SkipMerged(in);
-    bricks[i].contents = ReadContents(in);
+    bricks[i].contents = ReadContents(in, format_version);
   }
   if (!in.ok() || in.left() > 0) return std::nullopt;
   return bricks;

@@ -175,6 +175,7 @@ std::unique_ptr<ScanLayer> LayerCodec::Read(absl::string_view bytes, const Snaps
   if (!surface.has_value()) return nullptr;
   auto layer = std::unique_ptr<ScanLayer>(
       new ScanLayer{.range_surface = *std::move(surface), .scanner = {}});
+  layer->holes = HoleMap(layer->range_surface);
   layer->algorithm_version = static_cast<uint32_t>(algorithm_version);
   ReadScanner(in, layer->scanner);
   layer->elevation_first = in.Fixed<double>();

@@ -58,6 +58,16 @@ struct SurfaceVoxel {
   bool given_up = false;     // two or more of these: no longer keeps the job open
 };
 
+// A scan looked at a voxel that has area and its rays, which should have met it, did not come back:
+// glass in between, say. From there, or from farther away in the same direction, others look in
+// vain too.
+struct VainLook {
+  Eigen::Vector3f from;  // m, model frame, where the scanner stood
+  uint32_t local = 0;    // which voxel of the brick
+
+  bool operator==(const VainLook&) const = default;
+};
+
 // A cube of voxels, the unit of storage, sharing and change. Immutable once published.
 struct Brick {
   static constexpr int kSide = 8;
@@ -72,6 +82,7 @@ struct Brick {
   std::array<VoxelState, kVoxels> state{};
   std::array<uint64_t, kSide> surface_mask{};  // bit local % 64 of word local / 64: has area
   std::vector<SurfaceVoxel> surface;           // of the voxels in the mask, in order of local
+  std::vector<VainLook> vain;                  // of some of them, in order of local
 
   // The attributes of a voxel that has area, else null.
   const SurfaceVoxel* Surface(int local) const {

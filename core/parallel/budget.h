@@ -53,6 +53,12 @@ struct Budget {
     return cancelled.stop_requested() || (ends_in_a_hurry && hurried.stop_requested()) ||
            now() >= deadline;
   }
+  // In words, for work that found no time left.
+  const char* WhyEnded() const {
+    return cancelled.stop_requested() ? "cancelled"
+           : hurried.stop_requested() ? "ended early on request"
+                                      : "the budget ended";
+  }
 };
 
 }  // namespace vantage

@@ -77,6 +77,7 @@ ViewScore BruteForceScorer::Run(const Eigen::Vector3d& view, const CellArrays& c
       for (; bits != 0; bits &= bits - 1) {
         const auto k = static_cast<size_t>(std::countr_zero(bits));
         const size_t at = packet * CellArrays::kPacket + k;
+        if (cells.InVain(origins[0].model, at)) continue;
         const auto slot = static_cast<size_t>(waiting.count);
         waiting.targets.x[slot] = cells.tx[at];
         waiting.targets.y[slot] = cells.ty[at];

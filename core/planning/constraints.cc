@@ -1,5 +1,6 @@
 #include "core/planning/constraints.h"
 
+#include <algorithm>
 #include <cmath>
 
 #if defined(__SSE__)
@@ -29,7 +30,8 @@ uint32_t PositiveBits(const float* values) {
 
 void CellArrays::Add(const Eigen::Vector3f& position, const Eigen::Vector3f& normal,
                      float gain_factor, float density, float enough_density,
-                     const Eigen::Vector3f& target, uint32_t index) {
+                     const Eigen::Vector3f& target, uint32_t index,
+                     std::span<const Eigen::Vector3f> vain_looks) {
   x.push_back(position.x());
   y.push_back(position.y());
   z.push_back(position.z());
@@ -43,6 +45,23 @@ void CellArrays::Add(const Eigen::Vector3f& position, const Eigen::Vector3f& nor
   ty.push_back(target.y());
   tz.push_back(target.z());
   cell.push_back(index);
+  vain_begin.push_back(static_cast<uint32_t>(vain.size()));
+  vain.insert(vain.end(), vain_looks.begin(), vain_looks.end());
+  vain_end.push_back(static_cast<uint32_t>(vain.size()));
+}
+
+bool CellArrays::InVain(const Eigen::Vector3f& view, size_t i) const {
+  static const float kSameDirection = std::cos(static_cast<float>(Radians(10)));
+  constexpr float kNearer = 0.5f;
+  if (vain_begin[i] == vain_end[i]) return false;
+  const Eigen::Vector3f at(x[i], y[i], z[i]);
+  const Eigen::Vector3f to_view = view - at;
+  const float distance = to_view.norm();
+  return std::ranges::any_of(VainOf(i), [&](const Eigen::Vector3f& from) {
+    const Eigen::Vector3f looked = from - at;
+    const float range = looked.norm();
+    return distance >= range - kNearer && looked.dot(to_view) >= kSameDirection * range * distance;
+  });
 }
 
 void CellArrays::Pad() {
@@ -60,7 +79,7 @@ CellArrays CellArrays::Gather(const std::vector<uint32_t>& indices,
   for (size_t k = 0; k < indices.size(); ++k) {
     const size_t i = indices[k];
     out.Add({x[i], y[i], z[i]}, {nx[i], ny[i], nz[i]}, factors[k], q[i], enough[i],
-            {tx[i], ty[i], tz[i]}, cell[i]);
+            {tx[i], ty[i], tz[i]}, cell[i], VainOf(i));
   }
   out.Pad();
   return out;

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/sensor/scanner_model.h"
@@ -24,13 +25,23 @@ struct CellArrays {
   std::vector<float> enough;      // samples / m^2: more than this gains nothing more, > q
   std::vector<float> tx, ty, tz;  // target, scene coordinates
   std::vector<uint32_t> cell;     // which needy cell it is
+  // Where it was looked at from in vain (m, model frame): [vain_begin, vain_end) of `vain`.
+  std::vector<uint32_t> vain_begin, vain_end;
+  std::vector<Eigen::Vector3f> vain;
 
   size_t size() const { return cell.size(); }
   size_t packets() const { return x.size() / kPacket; }
   // Appends a cell; Pad() when all are in.
   void Add(const Eigen::Vector3f& position, const Eigen::Vector3f& normal, float gain_factor,
-           float density, float enough_density, const Eigen::Vector3f& target, uint32_t index);
+           float density, float enough_density, const Eigen::Vector3f& target, uint32_t index,
+           std::span<const Eigen::Vector3f> vain_looks = {});
   void Pad();
+  // Would a view (m) look at the cell past a place that looked in vain? Within ten degrees, and not
+  // nearer to it by more than half a metre: what is in between may be anywhere on the way.
+  bool InVain(const Eigen::Vector3f& view, size_t i) const;
+  std::span<const Eigen::Vector3f> VainOf(size_t i) const {
+    return std::span(vain).subspan(vain_begin[i], vain_end[i] - vain_begin[i]);
+  }
   // Those at `indices`, with their factors replaced.
   CellArrays Gather(const std::vector<uint32_t>& indices, const std::vector<float>& factors) const;
 };

@@ -41,6 +41,7 @@ CellBounds CellBounds::Of(const CellArrays& cells, size_t begin, size_t end) {
     bounds.normal.extend(Eigen::Vector3f(cells.nx[i], cells.ny[i], cells.nz[i]).cast<double>());
     bounds.least_density = std::min(bounds.least_density, static_cast<double>(cells.q[i]));
     bounds.most_enough = std::max(bounds.most_enough, static_cast<double>(cells.enough[i]));
+    bounds.looked_in_vain |= cells.vain_begin[i] != cells.vain_end[i];
   }
   const Eigen::Vector3d centre = bounds.position.center();
   bounds.offset_min = std::numeric_limits<double>::infinity();

@@ -18,8 +18,9 @@ struct CellBounds {
   // lies.
   double offset_min = 0;
   double offset_max = 0;
-  double least_density = 0;  // q, samples / m^2
-  double most_enough = 0;    // samples / m^2
+  double least_density = 0;     // q, samples / m^2
+  double most_enough = 0;       // samples / m^2
+  bool looked_in_vain = false;  // at some of them, so that what they gain depends on the way there
 
   static CellBounds Of(const CellArrays& cells, size_t begin, size_t end);
 };

@@ -71,6 +71,7 @@ PairTests::Relation PairTests::Test(const ViewBox& views, const PatchTree::Node&
   }
   constexpr uint8_t kAllSatisfied = kSensingSatisfied | kVisible;
   if ((satisfied & kAllSatisfied) != kAllSatisfied) return Relation::kMixed;
+  if (group.bounds.looked_in_vain) return Relation::kMixed;
   const bool saturated = density.min >= group.bounds.most_enough;
   const bool constant =
       scorer_.reach() == 0 && density.max - density.min <= tolerance_ * density.max;

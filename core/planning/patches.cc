@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <span>
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
@@ -141,10 +142,14 @@ PatchSet ExtractPatches(const PlanningView& model, const PlanningConfig& config,
             !config.region_of_interest->contains(model.Centre(v))) {
           return;
         }
+        const std::span<const VainLook> vain = model.VainLooks(v);
         needy.push_back({v, KindOf(state), surface.centroid, surface.normal, surface.area,
                          IsFalseSurface(state) ? 0.0f : surface.density,
                          1 + static_cast<float>(surface.spread) / 256, enough(v, state, surface),
-                         static_cast<float>(SuccessProbability(surface.missed))});
+                         static_cast<float>(SuccessProbability(surface.missed)),
+                         static_cast<uint32_t>(set.vain.size()),
+                         static_cast<uint32_t>(vain.size())});
+        for (const VainLook& look : vain) set.vain.push_back(look.from);
       });
   if (budget.Expired()) return set;
 

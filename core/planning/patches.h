@@ -24,6 +24,9 @@ struct NeedyCell {
   float spread = 1;          // density at its middle over q, of the scan that q is of
   float enough = 0;          // samples / m^2: D, or more where there is space behind it
   float success = 1;         // probability that measuring it works, from earlier attempts
+  // Places that it was looked at from in vain: [vain, vain + vain_count) of PatchSet::vain.
+  uint32_t vain = 0;
+  uint32_t vain_count = 0;
 };
 
 // How far a patch may stray from its plane.
@@ -33,10 +36,11 @@ struct PatchTolerance {
 };
 
 struct PatchSet {
-  std::vector<NeedyCell> cells;  // those of a patch side by side, patches in order
-  std::vector<Patch> patches;    // unranked: by first cell met
-  double area = 0;               // m^2, of all cells
-  bool finished = false;         // false: the budget expired on the way
+  std::vector<NeedyCell> cells;       // those of a patch side by side, patches in order
+  std::vector<Patch> patches;         // unranked: by first cell met
+  std::vector<Eigen::Vector3f> vain;  // m, model frame
+  double area = 0;                    // m^2, of all cells
+  bool finished = false;              // false: the budget expired on the way
 };
 
 // B. Each needy voxel is in exactly one patch; a patch is connected (26 neighbours), of one kind,

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/planning/anytime.h"
+#include "core/planning/end_early.h"
 #include "core/planning/feasible_views.h"
 #include "core/planning/opaque_grid.h"
 #include "core/planning/patch_order.h"
@@ -93,16 +94,6 @@ std::vector<ScoredCell> ScoreMap(const Evaluation& evaluation, const FeasibleVie
   return map;
 }
 
-// The plan when it ends before a view was evaluated.
-Plan& EndEarly(Plan& plan, const Budget& budget, const char* during) {
-  const bool cancelled = budget.cancelled.stop_requested();
-  plan.outcome = cancelled ? PlanOutcome::kCancelled : PlanOutcome::kBudgetTooSmall;
-  plan.message = absl::StrCat(cancelled ? "cancelled" : "the budget ended", " during '", during,
-                              "', before any view was evaluated");
-  plan.termination.reason = "not known: no view was evaluated";
-  return plan;
-}
-
 void SetOutcome(const RegistrationCheck& check, const Evaluation& evaluation, bool any_candidate,
                 const Budget& budget, Plan& plan) {
   if (budget.cancelled.stop_requested()) {
@@ -126,7 +117,7 @@ void SetOutcome(const RegistrationCheck& check, const Evaluation& evaluation, bo
         "; remedy: ", check.refused.front().verdict.remedy);
   } else {
     plan.outcome = PlanOutcome::kBudgetTooSmall;
-    plan.message = absl::StrCat("the budget ended after ", check.checked,
+    plan.message = absl::StrCat(budget.WhyEnded(), " after ", check.checked,
                                 " views were checked for registration and none passed");
   }
 }

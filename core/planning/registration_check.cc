@@ -39,15 +39,18 @@ OverlapSurface::OverlapSurface(const PlanningView& model, const OpaqueGrid& grid
   const size_t stride = std::max<size_t>(1, (total + kElements - 1) / kElements);
   weight_ = static_cast<double>(stride);
   size_t at = 0;
+  std::vector<Eigen::Vector3f> vain;
   WalkSurface(model, budget,
               [&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
                 if (state != VoxelState::kTrueSurface || at++ % stride != 0 || !(surface.area > 0))
                   return;
                 const auto target = TargetOf(grid, v, surface.normal);
                 if (!target.has_value()) return;
+                vain.clear();
+                for (const VainLook& look : model.VainLooks(v)) vain.push_back(look.from);
                 cells_.Add(surface.centroid, surface.normal, surface.area, 0,
                            std::numeric_limits<float>::max(), scene.ToScene(*target),
-                           static_cast<uint32_t>(samples_.size()));
+                           static_cast<uint32_t>(samples_.size()), vain);
                 samples_.push_back(surface.samples);
               });
   cells_.Pad();
@@ -61,7 +64,7 @@ CellArrays OverlapSurface::Thinned(const CellArrays& cells, std::span<const uint
     const size_t i = indices[k];
     thinned.Add({cells.x[i], cells.y[i], cells.z[i]}, {cells.nx[i], cells.ny[i], cells.nz[i]},
                 areas[k], 0, std::numeric_limits<float>::max(),
-                {cells.tx[i], cells.ty[i], cells.tz[i]}, cells.cell[i]);
+                {cells.tx[i], cells.ty[i], cells.tz[i]}, cells.cell[i], cells.VainOf(i));
   }
   thinned.Pad();
   return thinned;

@@ -41,7 +41,8 @@ Scoring::Scoring(const PlanningView& model, const OpaqueGrid& grid, const PatchS
     const auto target = TargetOf(grid, cell.voxel, cell.normal);
     if (!target.has_value()) continue;
     cells.Add(cell.position, cell.normal, factor, cell.density * cell.spread, enough,
-              scene_.ToScene(*target), i);
+              scene_.ToScene(*target), i,
+              std::span(patches.vain).subspan(cell.vain, cell.vain_count));
   }
   const std::vector<uint32_t> order = PatchOrder(cells, parallel, budget);
   if (budget.Expired()) return;

@@ -298,7 +298,11 @@ void PlanningPool::Help() {
     Schedule();
     holder.wake.wait(lock,
                      [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return holder.granted || stopping_; });
-    if (!holder.granted) return;
+    if (!holder.granted) {
+      // A job that still runs would give work to this frame when it is gone.
+      idle_helpers_.erase(std::find(idle_helpers_.begin(), idle_helpers_.end(), &holder));
+      return;
+    }
     BeginSlice(holder);
     lock.unlock();
     while (holder.loop->RunOne() && !SliceOver(holder, true)) {

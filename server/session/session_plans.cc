@@ -362,7 +362,7 @@ void Session::StopPlans(PlanRun::StopReason reason) {
 }
 
 bool Session::Rests() const {
-  if (strand_->Size() != 0) return false;
+  if (strand_->Size() != 0 || evaluations_ > 0 || exports_ > 0) return false;
   std::lock_guard<std::mutex> lock(mutex_);
   return runs_.empty();
 }

@@ -38,6 +38,22 @@ std::shared_ptr<const PlanningView> ScannedOffice() {
   return model->Publish();
 }
 
+// As if every third surface voxel had been looked at in vain from a place.
+std::shared_ptr<const PlanningView> LookedAtInVain(const PlanningView& view,
+                                                   const Eigen::Vector3f& from) {
+  std::vector<BrickAt> bricks;
+  for (const BrickAt& at : view.bricks()) {
+    auto brick = std::make_shared<Brick>(*at.contents);
+    for (uint32_t local = 0; local < Brick::kVoxels; local += 3) {
+      if (brick->Surface(static_cast<int>(local)) != nullptr) brick->vain.push_back({from, local});
+    }
+    std::ranges::stable_sort(brick->vain, {}, &VainLook::local);
+    bricks.push_back({at.brick, std::move(brick)});
+  }
+  return std::make_shared<PlanningView>(view.voxel_size(), view.version(), std::move(bricks),
+                                        view.stands());
+}
+
 struct Problem : PlanningProblem {
   using PlanningProblem::PlanningProblem;
   std::unique_ptr<HierarchicalScorer> Hierarchy(const HierarchyOptions& options) {
@@ -93,6 +109,30 @@ class HierarchyTest : public ::testing::TestWithParam<int> {
     return std::make_unique<Problem>(std::make_shared<PlanningView>(BuildView(scene)), config);
   }
 };
+
+TEST_P(HierarchyTest, IsBruteForceWhereScansLookedInVain) {
+  const auto plain = MakeProblem();
+  const Eigen::Vector3f from = plain->views[plain->views.size() / 2].cast<float>();
+  Problem problem(LookedAtInVain(*plain->model, from), plain->config);
+  ASSERT_EQ(problem.views.size(), plain->views.size());
+  const std::vector<ViewScore> without = plain->BruteForce();
+  const std::vector<ViewScore> brute = problem.BruteForce();
+  double lost_there = 0;  // share of the gain
+  for (size_t i = 0; i < brute.size(); ++i) {
+    EXPECT_LE(brute[i].gain, without[i].gain * (1 + 1e-6));
+    if ((problem.views[i].cast<float>() - from).norm() > 0.01f) continue;
+    lost_there = 1 - brute[i].gain / without[i].gain;
+  }
+  EXPECT_GT(lost_there, 0.1);
+  for (const uint32_t leaf : {1u, 16u}) {
+    HierarchyOptions options;
+    options.leaf_views = leaf;
+    const auto hierarchy = problem.Hierarchy(options);
+    const std::vector<ViewScore> scores =
+        ScoreEveryView(*hierarchy, Budget::Unlimited(), problem.serial);
+    EXPECT_LT(Compare(brute, scores).most, 1e-6) << "leaves of " << leaf;
+  }
+}
 
 TEST_P(HierarchyTest, IsBruteForceUpToRounding) {
   const auto problem = MakeProblem();

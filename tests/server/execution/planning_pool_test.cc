@@ -170,5 +170,25 @@ TEST(PlanningPool, DropsWhatHasNotBegun) {
   EXPECT_TRUE(watch.expired());
 }
 
+// What has begun is finished, by its own thread alone: the helpers are gone by then (the sanitizers
+// tell if one is given work all the same).
+TEST(PlanningPool, AJobThatRunsAtTheEndIsFinished) {
+  std::promise<void> begun;
+  std::promise<void> ending;
+  std::atomic<int> bodies{0};
+  {
+    PlanningPool pool(4, 2);
+    pool.Submit(pool.NewShare(), JobPriority::kInteractive, [&](Parallel& parallel) {
+      begun.set_value();
+      ending.get_future().wait();
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      for (int i = 0; i < 20; ++i) parallel.For(8, [&](size_t) { ++bodies; });
+    });
+    begun.get_future().wait();
+    ending.set_value();
+  }
+  EXPECT_EQ(bodies, 160);
+}
+
 }  // namespace
 }  // namespace vantage

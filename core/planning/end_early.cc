@@ -1,0 +1,16 @@
+#include "core/planning/end_early.h"
+
+#include "absl/strings/str_cat.h"
+
+namespace vantage {
+
+Plan& EndEarly(Plan& plan, const Budget& budget, const char* during) {
+  plan.outcome =
+      budget.cancelled.stop_requested() ? PlanOutcome::kCancelled : PlanOutcome::kBudgetTooSmall;
+  plan.message =
+      absl::StrCat(budget.WhyEnded(), " during '", during, "', before any view was evaluated");
+  plan.termination.reason = "not known: no view was evaluated";
+  return plan;
+}
+
+}  // namespace vantage
