@@ -1,5 +1,6 @@
 #include <cstdio>
 #include <filesystem>
+#include <optional>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -8,6 +9,7 @@
 #include "client/cli/json.h"
 #include "client/cli/pose_flags.h"
 #include "client/cli/report.h"
+#include "client/cli/target_file.h"
 #include "client/cli/terminal.h"
 #include "client/library/error.h"
 #include "client/library/geometry.h"
@@ -20,6 +22,8 @@ struct ScanPushArguments {
   std::string session;
   std::vector<std::string> files;
   PoseFlags pose;
+  std::string targets;
+  std::optional<double> target_sigma;
   std::string name;
   std::string scanner;
   std::string by;
@@ -48,6 +52,15 @@ absl::StatusOr<v1::Upload> Describe(const ScanPushArguments& arguments, const st
     PosePrior from_file;
     from_file.T_world_scan = *scan.T_world_scan;
     *upload.mutable_prior() = ToProto(from_file);
+  }
+  if (!arguments.targets.empty()) {
+    const auto targets = ReadTargets(arguments.targets, name);
+    if (!targets.ok()) return targets.status();
+    for (const v1::TargetSighting& target : *targets) {
+      v1::TargetSighting& added = *upload.add_targets();
+      added = target;
+      if (arguments.target_sigma) added.set_sigma(*arguments.target_sigma);
+    }
   }
   return upload;
 }
@@ -121,11 +134,21 @@ void AddScanPush(CLI::App& parent, Environment& environment) {
       "  vantage scan push flat scan1.ptx\n"
       "  vantage scan push flat scan2.pcd --prior 1.9,0.1,0,40\n"
       "  vantage scan push flat scan2.ptx scan3.ptx --prior-file poses.txt\n"
-      "  vantage scan push hall s7.ptx --prior-file network.txt --trusted --sigma 0.004,0.02",
+      "  vantage scan push hall s7.ptx --prior-file network.txt --trusted --sigma 0.004,0.02\n"
+      "  vantage scan push corridor s3.ptx --prior 12,0,0,90 --targets targets.txt",
       [](CLI::App& command, ScanPushArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command.add_option("FILE", a.files, "Scan files, pushed one after the other")->required();
         AddPoseFlags(command, a.pose);
+        command.add_option(
+            "--targets", a.targets,
+            "Targets that the scans saw: lines of 'SCAN TARGET X Y Z' in the scanner's "
+            "frame, m, and another X Y Z where a control network has it");
+        command
+            .add_option("--target-sigma", a.target_sigma,
+                        "How well they are known, m per axis, one sigma [0.002]")
+            ->check(CLI::Range(1e-6, 1.0))
+            ->needs("--targets");
         command.add_flag("--ignore-file-pose", a.ignore_file_pose,
                          "Don't use the pose that the file states as prior");
         command.add_option("--name", a.name, "Name for people [the file's]");

@@ -76,8 +76,11 @@ class PlanningView {
   std::span<const VainLook> VainLooks(const VoxelIndex& v) const {
     const Brick* brick = Find(v);
     if (brick == nullptr || brick->vain.empty()) return {};
-    const auto [begin, end] = std::ranges::equal_range(
-        brick->vain, static_cast<uint32_t>(Brick::LocalOf(v)), {}, &VainLook::local);
+    const auto local = static_cast<uint32_t>(Brick::LocalOf(v));
+    const auto begin = std::partition_point(brick->vain.begin(), brick->vain.end(),
+                                            [&](const VainLook& l) { return l.local < local; });
+    const auto end = std::partition_point(begin, brick->vain.end(),
+                                          [&](const VainLook& l) { return l.local == local; });
     return {begin, end};
   }
 

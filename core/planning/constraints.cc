@@ -57,7 +57,8 @@ bool CellArrays::InVain(const Eigen::Vector3f& view, size_t i) const {
   const Eigen::Vector3f at(x[i], y[i], z[i]);
   const Eigen::Vector3f to_view = view - at;
   const float distance = to_view.norm();
-  return std::ranges::any_of(VainOf(i), [&](const Eigen::Vector3f& from) {
+  const std::span<const Eigen::Vector3f> looks = VainOf(i);
+  return std::any_of(looks.begin(), looks.end(), [&](const Eigen::Vector3f& from) {
     const Eigen::Vector3f looked = from - at;
     const float range = looked.norm();
     return distance >= range - kNearer && looked.dot(to_view) >= kSameDirection * range * distance;

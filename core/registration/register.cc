@@ -20,22 +20,6 @@
 namespace vantage {
 namespace {
 
-absl::Status ValidateTargets(std::span<const TargetTie> targets) {
-  constexpr size_t kMostTargets = 1000;
-  if (targets.size() > kMostTargets) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("targets: ", targets.size(), " targets, at most ", kMostTargets, " count"));
-  }
-  for (const TargetTie& target : targets) {
-    if (!target.in_scan.allFinite() || !target.in_world.allFinite() ||
-        !(target.sigma > 0 && target.sigma <= 1)) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("targets: '", target.name, "' needs finite places and a sigma in (0, 1] m"));
-    }
-  }
-  return absl::OkStatus();
-}
-
 absl::Status ValidatePrior(const PosePrior& prior) {
   const Eigen::Isometry3d& pose = prior.T_world_scan;
   if (!pose.matrix().allFinite()) {

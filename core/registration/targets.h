@@ -3,10 +3,12 @@
 #ifndef VANTAGE_CORE_REGISTRATION_TARGETS_H_
 #define VANTAGE_CORE_REGISTRATION_TARGETS_H_
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <optional>
 #include <span>
 #include <string>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/registration/registration.h"
 
@@ -19,6 +21,21 @@ struct TargetTie {
   Eigen::Vector3d in_world = Eigen::Vector3d::Zero();  // m, world frame
   double sigma = 0.002;                                // m per axis, of both together, (0, 1]
 };
+
+// INVALID_ARGUMENT names the target that is not valid.
+absl::Status ValidateTargets(std::span<const TargetTie> targets);
+
+// What targets say of a pose by themselves.
+struct TargetPose {
+  Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
+  Matrix6d covariance = Matrix6d::Zero();  // of [rotation about world axes; translation]
+  std::string worst;                       // the target that fits least
+  double worst_off = 0;                    // m
+  double worst_share = 0;                  // of what its sigma allows: more than 1 is too much
+};
+// The pose that fits valid targets best; nothing where they leave a turn open: fewer than three, or
+// all about in a line.
+std::optional<TargetPose> PoseFromTargets(std::span<const TargetTie> targets);
 
 // Register() with targets beside the prior. INVALID_ARGUMENT names the target that is not valid.
 absl::StatusOr<RegistrationResult> RegisterWithTargets(const PlanningView& model, const Scan& scan,

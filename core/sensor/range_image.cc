@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "absl/strings/str_cat.h"
+#include "core/sensor/scanner_model.h"
 
 namespace vantage {
 
@@ -30,7 +30,6 @@ bool RisesStrictly(const std::vector<double>& axis) {
 }  // namespace
 
 absl::Status RangeImage::ValidateAxes() const {
-  constexpr double kPi = std::numbers::pi;
   if (columns() < 2 || rows() < 2) {
     return absl::InvalidArgumentError(absl::StrCat("range image: ", columns(), " columns x ",
                                                    rows(), " rows; at least 2 x 2 are needed"));

@@ -4,12 +4,12 @@
 #include <array>
 #include <cmath>
 #include <deque>
-#include <numbers>
+
+#include "core/sensor/scanner_model.h"
 
 namespace vantage {
 namespace {
 
-constexpr double kPi = std::numbers::pi;
 constexpr double kCell = 0.05;        // m
 constexpr double kDoorZone = 0.55;    // m kept free before and behind a doorway
 constexpr double kWindowZone = 0.35;  // m before a window where nothing higher than the sill stands

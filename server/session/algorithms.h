@@ -11,13 +11,15 @@
 #include "core/fleet/joint_plan.h"
 #include "core/planning/planner.h"
 #include "core/registration/registration.h"
+#include "core/registration/targets.h"
 
 namespace vantage {
 
 struct Algorithms {
   std::function<absl::StatusOr<Levelling>(const Scan&)> level;
-  std::function<absl::StatusOr<RegistrationResult>(
-      const PlanningView&, const Scan&, const PosePrior&, const RegistrationConfig&, Parallel&)>
+  std::function<absl::StatusOr<RegistrationResult>(const PlanningView&, const Scan&,
+                                                   const PosePrior&, std::span<const TargetTie>,
+                                                   const RegistrationConfig&, Parallel&)>
       register_scan;
   std::function<absl::StatusOr<Plan>(const PlanningView&, const ScannerModel&,
                                      const PlanningConfig&, const Budget&, Parallel&, PlanProgress)>

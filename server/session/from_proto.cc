@@ -214,6 +214,30 @@ ModelConfig ReadModelConfig(const v1::ModelConfig& config, const std::string& fi
   return out;
 }
 
+void CheckTargets(const google::protobuf::RepeatedPtrField<v1::TargetSighting>& targets,
+                  const std::string& field, Violations& violations) {
+  constexpr int kMostTargets = 100;
+  constexpr size_t kMaxName = 100;
+  if (targets.size() > kMostTargets) {
+    violations.Add(field, absl::StrCat("has ", targets.size(), " targets, at most ", kMostTargets));
+    return;
+  }
+  std::set<absl::string_view> names;
+  for (int i = 0; i < targets.size(); ++i) {
+    const v1::TargetSighting& target = targets[i];
+    const std::string at = absl::StrCat(field, "[", i, "]");
+    if (target.name().empty()) violations.Add(at + ".name", "is required");
+    CheckText(target.name(), kMaxName, at + ".name", violations);
+    if (!names.insert(target.name()).second) {
+      violations.Add(at + ".name", absl::StrCat("'", target.name(), "' is there twice"));
+    }
+    if (!target.has_in_scan()) violations.Add(at + ".in_scan", "is required");
+    ReadVector(target.in_scan(), at + ".in_scan", violations);
+    ReadVector(target.in_world(), at + ".in_world", violations);
+    if (target.has_sigma()) CheckRange(target.sigma(), 1e-6, 1, at + ".sigma", violations);
+  }
+}
+
 PosePrior ReadPosePrior(const v1::PosePrior& prior, const Eigen::Vector3d& origin,
                         const std::string& field, Violations& violations) {
   PosePrior out;

@@ -19,6 +19,7 @@
 #include "vantage/v1/planning_config.pb.h"
 #include "vantage/v1/scanner_model.pb.h"
 #include "vantage/v1/session.pb.h"
+#include "vantage/v1/target.pb.h"
 
 namespace vantage {
 
@@ -31,6 +32,10 @@ ScannerModel ReadScannerModel(const v1::ScannerModel& scanner, const std::string
 
 ModelConfig ReadModelConfig(const v1::ModelConfig& config, const std::string& field,
                             Violations& violations);
+
+// Names, places and sigmas as target.proto wants them.
+void CheckTargets(const google::protobuf::RepeatedPtrField<v1::TargetSighting>& targets,
+                  const std::string& field, Violations& violations);
 
 PosePrior ReadPosePrior(const v1::PosePrior& prior, const Eigen::Vector3d& origin,
                         const std::string& field, Violations& violations);

@@ -9,6 +9,7 @@
 #include "server/session/from_proto.h"
 #include "server/session/names.h"
 #include "server/session/session.h"
+#include "server/session/sightings.h"
 #include "server/session/to_proto.h"
 
 namespace vantage {
@@ -320,7 +321,16 @@ void Session::Align(const v1::Scan& scan, Scan& data, Parallel& parallel) {
   const ModelSnapshot model = Model();
   v1::Scan placed = scan;
   placed.set_state(v1::SCAN_STATE_MERGING);
+  std::vector<TargetTie> targets;
+  journal_.Read([&](const SessionState& state) { targets = TiesOf(state, scan, origin_); });
   if (model.view == nullptr) {
+    const bool trusted = data.prior.has_value() && data.prior->trusted;
+    const auto from_targets = FirstPoseFromTargets(targets);
+    if (!from_targets.ok()) {
+      return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(from_targets.status().message()),
+                    nullptr);
+    }
+    if (from_targets->has_value() && !trusted) data.prior = *from_targets;
     absl::StatusOr<Levelling> levelling = around_.algorithms.level(data);
     if (!levelling.ok()) {
       return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(levelling.status().message()),
@@ -360,8 +370,8 @@ void Session::Align(const v1::Scan& scan, Scan& data, Parallel& parallel) {
     const PlanningConfig planning = ReadPlanningConfig(
         config, {}, origin_, model.view->voxel_size(), "planning_config", "", violations);
     const absl::Time started = absl::Now();
-    absl::StatusOr<RegistrationResult> result =
-        around_.algorithms.register_scan(*model.view, data, prior, planning.registration, parallel);
+    absl::StatusOr<RegistrationResult> result = around_.algorithms.register_scan(
+        *model.view, data, prior, targets, planning.registration, parallel);
     if (!result.ok()) {
       return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(result.status().message()), nullptr);
     }

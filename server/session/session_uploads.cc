@@ -44,6 +44,7 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
     ReadScannerModel(asked.scanner_model(), "upload.scanner_model", violations);
   }
   if (asked.has_prior()) ReadPosePrior(asked.prior(), origin_, "upload.prior", violations);
+  CheckTargets(asked.targets(), "upload.targets", violations);
   if (asked.has_total()) {
     const Limits& limits = around_.limits;
     const v1::UploadTotal& total = asked.total();
@@ -97,6 +98,7 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
         upload.set_scanner(asked.scanner());
         *upload.mutable_scanner_model() = *scanner;
         if (asked.has_prior()) *upload.mutable_prior() = asked.prior();
+        *upload.mutable_targets() = asked.targets();
         if (asked.has_total()) *upload.mutable_total() = asked.total();
         upload.set_state(v1::UPLOAD_STATE_OPEN);
         const absl::Time now = journal_.Now();
@@ -261,6 +263,7 @@ absl::Status Session::CommitScan(const std::shared_ptr<Upload>& upload) {
         scan.set_state(v1::SCAN_STATE_RECEIVED);
         *scan.mutable_scanner_model() = described.scanner_model();
         if (described.has_prior()) *scan.mutable_prior() = described.prior();
+        *scan.mutable_targets() = described.targets();
         scan.set_columns(static_cast<int32_t>(content->columns));
         scan.set_rows(static_cast<int32_t>(content->rows));
         scan.set_samples(static_cast<int64_t>(content->samples));

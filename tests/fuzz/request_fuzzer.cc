@@ -21,7 +21,7 @@ Algorithms Refusing() {
   Algorithms algorithms;
   algorithms.level = [no](const Scan&) -> absl::StatusOr<Levelling> { return no; };
   algorithms.register_scan = [no](const PlanningView&, const Scan&, const PosePrior&,
-                                  const RegistrationConfig&,
+                                  std::span<const TargetTie>, const RegistrationConfig&,
                                   Parallel&) -> absl::StatusOr<RegistrationResult> { return no; };
   algorithms.make_plan = [no](const PlanningView&, const ScannerModel&, const PlanningConfig&,
                               const Budget&, Parallel&,

@@ -47,7 +47,8 @@ std::shared_ptr<const PlanningView> LookedAtInVain(const PlanningView& view,
     for (uint32_t local = 0; local < Brick::kVoxels; local += 3) {
       if (brick->Surface(static_cast<int>(local)) != nullptr) brick->vain.push_back({from, local});
     }
-    std::ranges::stable_sort(brick->vain, {}, &VainLook::local);
+    std::stable_sort(brick->vain.begin(), brick->vain.end(),
+                     [](const VainLook& a, const VainLook& b) { return a.local < b.local; });
     bricks.push_back({at.brick, std::move(brick)});
   }
   return std::make_shared<PlanningView>(view.voxel_size(), view.version(), std::move(bricks),

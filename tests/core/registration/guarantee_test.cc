@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -119,6 +120,45 @@ TEST_F(BareCorridor, BadTargetsAreRefusedByName) {
   const auto result = RegisterWithTargets(*model_, scan_, prior_, targets_, {}, serial_);
   EXPECT_EQ(result.status().code(), absl::StatusCode::kInvalidArgument);
   EXPECT_NE(result.status().message().find("T9"), std::string::npos) << result.status();
+}
+
+// What targets say by themselves.
+TEST(PoseFromTargets, IsAsGoodAsItSays) {
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> place(-6, 6);
+  constexpr int kDraws = 400;
+  double chi2 = 0;
+  for (int draw = 0; draw < kDraws; ++draw) {
+    const Eigen::Isometry3d truth =
+        Disturbed(PoseAt({place(random), place(random), 1.5}, place(random)), 0.1, 0.05, random);
+    std::vector<TargetTie> ties;
+    for (int i = 0; i < 3 + draw % 4; ++i) {
+      ties.push_back(Seen("T" + std::to_string(i), {place(random), place(random), place(random)},
+                          truth, random));
+    }
+    const std::optional<TargetPose> pose = PoseFromTargets(ties);
+    if (!pose.has_value()) continue;  // about in a line
+    EXPECT_LT(pose->worst_share, 1);
+    const Eigen::AngleAxisd turn(pose->T_world_scan.linear() * truth.linear().transpose());
+    Vector6d off;
+    off << turn.angle() * turn.axis(), pose->T_world_scan.translation() - truth.translation();
+    chi2 += off.dot(pose->covariance.ldlt().solve(off)) / kDraws;
+  }
+  EXPECT_NEAR(chi2, 6, 0.6);
+}
+
+TEST(PoseFromTargets, NeedsThreeThatAreNotInALine) {
+  std::mt19937_64 random(12);
+  const Eigen::Isometry3d truth = PoseAt({1, 2, 1.5}, 0.5);
+  std::vector<TargetTie> ties = {Seen("A", {4, -1, 1.2}, truth, random),
+                                 Seen("B", {4, 1, 1.2}, truth, random)};
+  EXPECT_FALSE(PoseFromTargets(ties).has_value());
+  ties.push_back(Seen("C", {4, 3, 1.2}, truth, random));
+  EXPECT_FALSE(PoseFromTargets(ties).has_value());
+  ties.push_back(Seen("D", {1, 0, 2.5}, truth, random));
+  ASSERT_TRUE(PoseFromTargets(ties).has_value());
+  ties[1].in_world.y() += 0.2;
+  EXPECT_GT(PoseFromTargets(ties)->worst_share, 1);
 }
 
 // A bare hall of which the scanner measures a low band of wall and a little floor around itself:
