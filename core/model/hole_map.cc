@@ -12,7 +12,7 @@ constexpr double kMostRaysPerBin = 16;
 
 // The bin of an angle that starts from 0.
 int BinOf(double angle, double span, int bins) {
-  return std::clamp(static_cast<int>(angle / span * bins), 0, bins - 1);
+  return static_cast<int>(std::clamp(angle / span * bins, 0.0, bins - 1.0));
 }
 
 double Azimuth(double angle) { return angle - 2 * kPi * std::floor(angle / (2 * kPi)); }
@@ -26,7 +26,7 @@ HoleMap::HoleMap(const RangeSurface& surface) {
   rows_ = std::max(1, static_cast<int>(kPi / bin));
   const auto stride = [&](const AngularAxis& axis) {
     const double mean = (axis.last() - axis.first()) / std::max(1, axis.size() - 1);
-    return std::max(1, static_cast<int>(bin / mean / kMostRaysPerBin));
+    return static_cast<int>(std::clamp<double>(bin / mean / kMostRaysPerBin, 1, axis.size()));
   };
   const int column_stride = stride(surface.azimuth());
   const int row_stride = stride(surface.elevation());

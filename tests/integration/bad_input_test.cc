@@ -52,6 +52,22 @@ class BadInputTest : public ::testing::Test {
 constexpr char kPtxHead[] =
     "2\n2\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n";
 
+TEST_F(BadInputTest, TargetsThatAreNone) {
+  std::string scan = kPtxHead;
+  for (const char* point : {"2 2 -1", "2 2 1", "2 -2 -1", "2 -2 1"}) {
+    scan += std::string(point) + " 0.5\n";
+  }
+  const std::string file = Write("corner.ptx", scan);
+  const auto push = [&](const std::string& targets) {
+    return std::vector<std::string>{"scan", "push",      "job",
+                                    file,   "--targets", Write("targets.txt", targets)};
+  };
+  ExpectRefused(push("corner T1 1 2\n"), 5, "targets.txt:1: 4 words instead of 5 or 8");
+  ExpectRefused(push("corner T1 1 2 north\n"), 5, "'north' is not a number");
+  ExpectRefused(push("other T1 1 2 3\n"), 5, "has no targets for 'corner'");
+  ExpectRefused(push("corner T1 1 2 3\ncorner T1 1 2 3\n"), 5, "upload.targets[1].name");
+}
+
 TEST_F(BadInputTest, FilesThatAreNotWhatTheyClaim) {
   ExpectRefused({"scan", "push", "job", Write("noise.ptx", "this is no scan")}, 5, "noise.ptx");
   ExpectRefused({"scan", "push", "job", Write("noise.pcd", "this is no scan")}, 5, "noise.pcd");
