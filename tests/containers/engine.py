@@ -35,7 +35,8 @@ class Engine:
             # A storage of its own, on a disk: nobody else's images are seen or touched.
             (ROOT / "build").mkdir(exist_ok=True)
             self.storage = tempfile.mkdtemp(prefix="containers-", dir=ROOT / "build")
-            self.command += ["--root", f"{self.storage}/root", "--runroot", f"{self.storage}/run",
+            # Its run folder's name may have 50 characters, wherever the checkout is.
+            self.command += ["--root", f"{self.storage}/root", "--runroot", self.scratch(),
                              "--storage-driver", "overlay", "--log-level", "fatal"]
         if name == "docker":
             self.environment["DOCKER_BUILDKIT"] = "1"
