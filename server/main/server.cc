@@ -159,7 +159,10 @@ void Server::SetServing(bool serving) {
 }
 
 void Server::CollectLater() {
-  timer_.After(options_.collect_every, [this] {
+  // Often enough that what is to be put away soon doesn't lie about for much longer.
+  const std::chrono::milliseconds soon = std::max<std::chrono::milliseconds>(
+      std::chrono::seconds(1), absl::ToChronoMilliseconds(options_.limits.put_away_after / 2));
+  timer_.After(std::min(options_.collect_every, soon), [this] {
     std::lock_guard<std::mutex> lock(collect_mutex_);
     if (collects_) tasks_.Post([this] { Collect(); });
   });

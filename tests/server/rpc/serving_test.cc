@@ -10,6 +10,7 @@
 #include "server/main/healthcheck.h"
 #include "server/rpc/services.h"
 #include "server/session/error.h"
+#include "tests/load/server_metrics.h"
 #include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
 
@@ -143,6 +144,23 @@ TEST(Serving, SessionsPastTheirTimeAreCollected) {
   while (events->Read(&event)) {
   }
   EXPECT_EQ(events->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
+}
+
+// However rarely the rest is collected.
+TEST(Serving, IdleModelsArePutAwayInTime) {
+  ServerOptions options;
+  options.http_listen = "127.0.0.1:0";
+  options.limits.put_away_after = absl::Seconds(1);
+  Script script;
+  InProcess server(script.Make(), options);
+  server.OpenRoom("job");
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  double loaded = 1;
+  while (loaded > 0 && std::chrono::steady_clock::now() < until) {
+    loaded = ReadMetrics(server.server().http_port())["vantage_models_loaded"];
+    std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  }
+  EXPECT_EQ(loaded, 0);
 }
 
 TEST(Serving, OnlyLoopbackUnlessAskedForOutLoud) {
