@@ -131,8 +131,10 @@ TEST(PoseFromTargets, IsAsGoodAsItSays) {
   for (int draw = 0; draw < kDraws; ++draw) {
     const Eigen::Isometry3d truth =
         Disturbed(PoseAt({place(random), place(random), 1.5}, place(random)), 0.1, 0.05, random);
+    const int count = 3 + draw % 4;
     std::vector<TargetTie> ties;
-    for (int i = 0; i < 3 + draw % 4; ++i) {
+    ties.reserve(static_cast<size_t>(count));
+    for (int i = 0; i < count; ++i) {
       ties.push_back(Seen("T" + std::to_string(i), {place(random), place(random), place(random)},
                           truth, random));
     }
