@@ -14,6 +14,7 @@
 
 #include "proto/wire/checksum.h"
 #include "tests/integration/process.h"
+#include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
@@ -50,6 +51,9 @@ class JobClient {
         scans_(v1::ScanService::NewStub(channel_)),
         plans_(v1::PlanService::NewStub(channel_)),
         models_(v1::ModelService::NewStub(channel_)) {}
+
+  // Why the last call that failed did.
+  const std::string& refusal() const { return refusal_; }
 
   // Goes through the whole job, repeating what was done before; false when the server went away.
   bool Run(Acknowledged& known) {
@@ -146,9 +150,10 @@ class JobClient {
       context.set_deadline(std::chrono::system_clock::now() + kPatience);
       const grpc::Status status = (stub.*method)(&context, request, &response);
       if (status.ok()) return true;
-      const bool loading = status.error_message().find("still being built") != std::string::npos;
+      const bool loading = InfoOf(status).reason() == "MODEL_LOADING";
       if (!loading || attempt > 600) {
         EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
+        refusal_ = status.error_message();
         return false;
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
@@ -245,6 +250,7 @@ class JobClient {
     return false;
   }
 
+  std::string refusal_;
   std::shared_ptr<grpc::Channel> channel_;
   std::unique_ptr<v1::SessionService::Stub> sessions_;
   std::unique_ptr<v1::ScanService::Stub> scans_;
@@ -318,7 +324,7 @@ TEST(Durability, KilledAtRandomMomentsAJobEndsAsItWould) {
         killer.join();
         ++done;
       } else {
-        ASSERT_TRUE(through);
+        ASSERT_TRUE(through) << client.refusal() << "\n" << server.Log();
         const Ending ending = EndingOf(client, known);
         EXPECT_EQ(ending.scans, undisturbed.scans);
         EXPECT_EQ(ending.plans, undisturbed.plans);
