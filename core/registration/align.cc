@@ -35,6 +35,22 @@ void SortAndKeepDistinct(std::span<const SurfaceSample> samples, double apart,
   minima = std::move(distinct);
 }
 
+// What `add(sample, result)` makes of each run of samples, in their order, however many threads
+// there are.
+template <typename Result, typename Add>
+std::vector<Result> InChunks(std::span<const SurfaceSample> samples, Parallel& parallel,
+                             const Add& add) {
+  constexpr size_t kChunk = 1024;
+  std::vector<Result> results((samples.size() + kChunk - 1) / kChunk);
+  parallel.For(results.size(), [&](size_t chunk) {
+    const size_t from = chunk * kChunk;
+    for (const SurfaceSample& s : samples.subspan(from, std::min(kChunk, samples.size() - from))) {
+      add(s, results[chunk]);
+    }
+  });
+  return results;
+}
+
 }  // namespace
 
 std::vector<Eigen::Isometry3d> Starts(const PosePrior& prior) {
@@ -109,7 +125,7 @@ Alignment AlignFrom(const PlanningView& model, const CorrespondenceField& field,
                                term_of(m.T_world_scan), config, serial, 12)
                          .pose;
     m.score = Score(search, First(surface, kScoreSamples), m.T_world_scan);
-    const SpaceAgreement space = CompareWithSpace(model, search, coarse, m.T_world_scan);
+    const SpaceAgreement space = CompareWithSpace(model, search, coarse, m.T_world_scan, serial);
     const double met = space.fitting + space.contradicting;
     if (met > 0) m.score *= 1 - space.contradicting / met;
   });
@@ -144,41 +160,45 @@ Alignment Refine(const PlanningView& model, const ScanSurface& surface, Alignmen
 std::vector<Correspondence> FindCorrespondences(const VoxelSearch& search,
                                                 const ScanSurface& surface,
                                                 const Eigen::Isometry3d& pose,
-                                                const RegistrationConfig& config) {
-  std::vector<Correspondence> found;
-  for (const SurfaceSample& s : surface.samples) {
-    const Eigen::Vector3d point = pose * s.point.cast<double>();
-    const Eigen::Vector3d normal = pose.linear() * s.normal.cast<double>();
-    const Match match = search.Find(point, normal);
-    if (match.voxel == nullptr) continue;
-    const Eigen::Vector3d gap = point - match.voxel->centroid.cast<double>();
-    Correspondence c;
-    c.point = point;
-    c.normal = match.normal;
-    c.residual = gap.dot(match.normal);
-    c.variance =
-        ResidualVariance(s, *match.voxel, gap, c.residual, surface.roughness, config.normal_sigma);
-    c.normal_angle =
-        std::acos(std::clamp(normal.dot(match.voxel->normal.cast<double>()), -1.0, 1.0));
-    c.cells = s.cells;
-    found.push_back(c);
+                                                const RegistrationConfig& config,
+                                                Parallel& parallel) {
+  const auto found = InChunks<std::vector<Correspondence>>(
+      surface.samples, parallel, [&](const SurfaceSample& s, std::vector<Correspondence>& of) {
+        const Eigen::Vector3d point = pose * s.point.cast<double>();
+        const Eigen::Vector3d normal = pose.linear() * s.normal.cast<double>();
+        const Match match = search.Find(point, normal);
+        if (match.voxel == nullptr) return;
+        const Eigen::Vector3d gap = point - match.voxel->centroid.cast<double>();
+        Correspondence c;
+        c.point = point;
+        c.normal = match.normal;
+        c.residual = gap.dot(match.normal);
+        c.variance = ResidualVariance(s, *match.voxel, gap, c.residual, surface.roughness,
+                                      config.normal_sigma);
+        c.normal_angle =
+            std::acos(std::clamp(normal.dot(match.voxel->normal.cast<double>()), -1.0, 1.0));
+        c.cells = s.cells;
+        of.push_back(c);
+      });
+  std::vector<Correspondence> all;
+  for (const std::vector<Correspondence>& chunk : found) {
+    all.insert(all.end(), chunk.begin(), chunk.end());
   }
-  return found;
+  return all;
 }
 
 SpaceAgreement CompareWithSpace(const PlanningView& model, const VoxelSearch& search,
                                 std::span<const SurfaceSample> samples,
-                                const Eigen::Isometry3d& T_world_scan) {
+                                const Eigen::Isometry3d& T_world_scan, Parallel& parallel) {
   const double h = model.voxel_size();
   const Eigen::Vector3d origin = T_world_scan.translation();
   const double behind = 4 * h;  // so far past a surface a sample has gone through it
-  SpaceAgreement agreement;
-  for (const SurfaceSample& s : samples) {
+  const auto compare = [&](const SurfaceSample& s, SpaceAgreement& agreement) {
     const Eigen::Vector3d point = T_world_scan * s.point.cast<double>();
     const Eigen::Vector3d normal = T_world_scan.linear() * s.normal.cast<double>();
     if (search.Find(point, normal).voxel != nullptr) {
       agreement.fitting += s.cells;
-      continue;
+      return;
     }
     const VoxelIndex at = model.At(point);
     bool free = model.Empty(at);
@@ -205,6 +225,11 @@ SpaceAgreement CompareWithSpace(const PlanningView& model, const VoxelSearch& se
       contradicts = off < 0.4 * h && n.dot(point - voxel->centroid.cast<double>()) < -0.5 * behind;
     }
     if (contradicts) agreement.contradicting += s.cells;
+  };
+  SpaceAgreement agreement;
+  for (const SpaceAgreement& chunk : InChunks<SpaceAgreement>(samples, parallel, compare)) {
+    agreement.fitting += chunk.fitting;
+    agreement.contradicting += chunk.contradicting;
   }
   return agreement;
 }

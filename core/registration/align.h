@@ -76,7 +76,8 @@ Alignment Refine(const PlanningView& model, const ScanSurface& surface, Alignmen
 std::vector<Correspondence> FindCorrespondences(const VoxelSearch& search,
                                                 const ScanSurface& surface,
                                                 const Eigen::Isometry3d& T_world_scan,
-                                                const RegistrationConfig& config);
+                                                const RegistrationConfig& config,
+                                                Parallel& parallel);
 
 // How a pose agrees with what is known to be empty. A sample contradicts when it lies well inside
 // known-empty space, or when its ray has passed through true surface before.
@@ -86,7 +87,7 @@ struct SpaceAgreement {
 };
 SpaceAgreement CompareWithSpace(const PlanningView& model, const VoxelSearch& search,
                                 std::span<const SurfaceSample> samples,
-                                const Eigen::Isometry3d& T_world_scan);
+                                const Eigen::Isometry3d& T_world_scan, Parallel& parallel);
 
 }  // namespace vantage
 

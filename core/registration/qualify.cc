@@ -131,7 +131,8 @@ const TargetTie* WrongTarget(const RegistrationResult& result, std::span<const T
 
 Qualification Qualify(const PlanningView& model, const ScanSurface& surface,
                       const Alignment& alignment, const PosePrior& prior,
-                      const RegistrationConfig& config, std::span<const TargetTie> targets) {
+                      const RegistrationConfig& config, Parallel& parallel,
+                      std::span<const TargetTie> targets) {
   Qualification qualification;
   RegistrationResult& result = qualification.result;
   result.T_world_scan = alignment.T_world_scan;
@@ -139,7 +140,7 @@ Qualification Qualify(const PlanningView& model, const ScanSurface& surface,
   result.iterations = alignment.iterations;
   const VoxelSearch search(model, BoxOf(surface, alignment.T_world_scan));
   const Residuals residuals =
-      Weigh(FindCorrespondences(search, surface, alignment.T_world_scan, config), config);
+      Weigh(FindCorrespondences(search, surface, alignment.T_world_scan, config, parallel), config);
   result.correspondences = residuals.constraints.size();
   result.rms_residual = residuals.rms;
   result.expected_residual = residuals.expected;
@@ -174,7 +175,7 @@ Qualification Qualify(const PlanningView& model, const ScanSurface& surface,
   }
   const SpaceAgreement space = CompareWithSpace(
       model, search, {surface.samples.data(), std::min(kSpaceSamples, surface.samples.size())},
-      alignment.T_world_scan);
+      alignment.T_world_scan, parallel);
   const double met = space.fitting + space.contradicting;
   result.contradiction_share = met > 0 ? space.contradicting / met : 0.0;
   if (result.contradiction_share > kContradictionDoubtful) {

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "core/model/planning_view.h"
+#include "core/parallel/parallel.h"
 #include "core/registration/align.h"
 #include "core/registration/registration.h"
 #include "core/registration/scan_surface.h"
@@ -24,7 +25,8 @@ struct Qualification {
 // space and rival minima at the alignment's pose.
 Qualification Qualify(const PlanningView& model, const ScanSurface& surface,
                       const Alignment& alignment, const PosePrior& prior,
-                      const RegistrationConfig& config, std::span<const TargetTie> targets = {});
+                      const RegistrationConfig& config, Parallel& parallel,
+                      std::span<const TargetTie> targets = {});
 
 }  // namespace vantage
 

@@ -88,7 +88,7 @@ RegistrationResult QualifyNearPrior(const PlanningView& model, const ScanSurface
                                     std::span<const TargetTie> targets, Parallel& parallel) {
   constexpr int kRounds = 2;         // a large turn is not a straight line
   constexpr double kSettled = 1e-3;  // m and rad
-  Qualification qualified = Qualify(model, surface, alignment, prior, config, targets);
+  Qualification qualified = Qualify(model, surface, alignment, prior, config, parallel, targets);
   for (int round = 0; round < kRounds; ++round) {
     if (qualified.to_prior.cwiseAbs().maxCoeff() < kSettled) break;
     const Eigen::Vector3d about = qualified.result.centroid;
@@ -96,7 +96,7 @@ RegistrationResult QualifyNearPrior(const PlanningView& model, const ScanSurface
     PriorTerm held(prior, targets);
     held.Hold({alignment.T_world_scan, about, qualified.open});
     alignment = Refine(model, surface, std::move(alignment), held, config, parallel);
-    qualified = Qualify(model, surface, alignment, prior, config, targets);
+    qualified = Qualify(model, surface, alignment, prior, config, parallel, targets);
   }
   return qualified.result;
 }
@@ -149,13 +149,13 @@ absl::StatusOr<RegistrationResult> RegisterWithTargets(const PlanningView& model
     guess.trusted = false;
     guess.covariance.reset();
     const RegistrationResult aligned =
-        Qualify(model, surface, alignment, guess, config, targets).result;
+        Qualify(model, surface, alignment, guess, config, parallel, targets).result;
     const bool checkable = aligned.correspondences > 0 && aligned.converged;
     Alignment kept = alignment;
     kept.T_world_scan = prior.T_world_scan;
     kept.converged = true;
     kept.rivals.clear();  // the pose was not chosen among minima
-    result = Qualify(model, surface, kept, prior, config, targets).result;
+    result = Qualify(model, surface, kept, prior, config, parallel, targets).result;
     constexpr double kChiSquare6At999 = 22.46;
     if (checkable && Disagreement(prior, aligned) > kChiSquare6At999 &&
         aligned.verdict.overlap_share >= config.minimum_overlap) {
@@ -196,7 +196,7 @@ absl::StatusOr<RegistrationResult> RegisterAnywhere(const PlanningView& model, c
                                         StartKind::kPlaces, starts, config, parallel);
   PosePrior there;
   there.T_world_scan = alignment.T_world_scan;
-  RegistrationResult result = Qualify(model, surface, alignment, there, config).result;
+  RegistrationResult result = Qualify(model, surface, alignment, there, config, parallel).result;
   DoubtWhatShapeAloneFound(result);
   if (!result.verdict.registered() && !found.why_not.empty()) {
     result.verdict.reason = absl::StrCat("there is no pose prior, and ", found.why_not,

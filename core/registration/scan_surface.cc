@@ -50,20 +50,44 @@ Cloud ToCloud(const RangeImage& image, Parallel& parallel) {
 }
 
 struct Picked {
+  uint64_t cube = 0;
   uint32_t cell = 0;
   float distance = std::numeric_limits<float>::max();  // to the cube's centre, squared
   float cells = 0;
 };
 
+// Keeps of each cube the sample nearest to its centre; of those equally near, the first to come.
+class Cubes {
+ public:
+  void Add(const Picked& sample) {
+    const auto [it, fresh] = at_.try_emplace(sample.cube, static_cast<uint32_t>(picked_.size()));
+    if (fresh) {
+      picked_.push_back(sample);
+      return;
+    }
+    Picked& best = picked_[it->second];
+    best.cells += sample.cells;
+    if (sample.distance < best.distance) {
+      best.distance = sample.distance;
+      best.cell = sample.cell;
+    }
+  }
+  // In the order in which the cubes came.
+  const std::vector<Picked>& picked() const { return picked_; }
+
+ private:
+  absl::flat_hash_map<uint64_t, uint32_t> at_;
+  std::vector<Picked> picked_;
+};
+
 // The samples nearest to the centres of the cubes that hold any. Near the scanner, where samples
 // are far denser than the cubes, a regular subset of the image is looked at.
-std::vector<Picked> Thin(const RangeImage& image, const Cloud& cloud, double spacing) {
+std::vector<Picked> Thin(const RangeImage& image, const Cloud& cloud, double spacing,
+                         Parallel& parallel) {
   const double step = std::max(image.native_azimuth_step, image.native_elevation_step);
   const auto inverse = static_cast<float>(1.0 / spacing);
   const auto scale = static_cast<float>(spacing / (4.0 * step));
-  absl::flat_hash_map<uint64_t, uint32_t> cubes;
-  std::vector<Picked> picked;
-  for (int column = 0; column < image.columns(); ++column) {
+  const auto thin = [&](int column, Cubes& cubes) {
     for (int row = 0; row < image.rows(); ++row) {
       const size_t i = image.Index(column, row);
       const float range = image.range[i];
@@ -74,21 +98,28 @@ std::vector<Picked> Thin(const RangeImage& image, const Cloud& cloud, double spa
       const Eigen::Array3f scaled = cloud[i].getArray3fMap() * inverse;
       const Eigen::Array3f corner = scaled.floor();
       const Eigen::Array3i cube = corner.cast<int>() + (1 << 19);
-      const uint64_t key = (static_cast<uint64_t>(cube.x()) << 42) |
-                           (static_cast<uint64_t>(cube.y()) << 21) |
-                           static_cast<uint64_t>(cube.z());
-      const auto [it, fresh] = cubes.try_emplace(key, static_cast<uint32_t>(picked.size()));
-      if (fresh) picked.emplace_back();
-      Picked& best = picked[it->second];
-      best.cells += static_cast<float>(stride * stride);
-      const float distance = (scaled - corner - 0.5f).matrix().squaredNorm();
-      if (distance < best.distance) {
-        best.distance = distance;
-        best.cell = static_cast<uint32_t>(i);
-      }
+      Picked sample;
+      sample.cube = (static_cast<uint64_t>(cube.x()) << 42) |
+                    (static_cast<uint64_t>(cube.y()) << 21) | static_cast<uint64_t>(cube.z());
+      sample.cell = static_cast<uint32_t>(i);
+      sample.distance = (scaled - corner - 0.5f).matrix().squaredNorm();
+      sample.cells = static_cast<float>(stride * stride);
+      cubes.Add(sample);
     }
+  };
+  // By sectors, put together in their order: as if there was one.
+  constexpr int kSector = 64;  // columns
+  std::vector<Cubes> sectors(static_cast<size_t>((image.columns() + kSector - 1) / kSector));
+  parallel.For(sectors.size(), [&](size_t sector) {
+    const int from = static_cast<int>(sector) * kSector;
+    const int to = std::min(image.columns(), from + kSector);
+    for (int column = from; column < to; ++column) thin(column, sectors[sector]);
+  });
+  Cubes all;
+  for (const Cubes& sector : sectors) {
+    for (const Picked& picked : sector.picked()) all.Add(picked);
   }
-  return picked;
+  return all.picked();
 }
 
 struct Fit {
@@ -204,7 +235,7 @@ void Spread(std::vector<SurfaceSample>& samples) {
 
 ScanSurface SampleSurface(const Scan& scan, double spacing, Parallel& parallel) {
   const Cloud cloud = ToCloud(scan.image, parallel);
-  const std::vector<Picked> picked = Thin(scan.image, cloud, spacing);
+  const std::vector<Picked> picked = Thin(scan.image, cloud, spacing, parallel);
   std::vector<Fit> fits(picked.size());
   constexpr size_t kChunk = 512;
   parallel.For((picked.size() + kChunk - 1) / kChunk, [&](size_t chunk) {

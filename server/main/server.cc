@@ -1,5 +1,7 @@
 #include "server/main/server.h"
 
+#include <malloc.h>
+
 #include <grpcpp/ext/channelz_service_plugin.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
@@ -172,6 +174,8 @@ void Server::Collect() {
   std::lock_guard<std::mutex> lock(collect_mutex_);
   if (!collects_) return;
   sessions_->Collect();
+  // What models held that were put away since the last time: the allocator would keep it.
+  malloc_trim(0);
   CollectLater();
 }
 

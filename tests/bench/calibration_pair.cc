@@ -143,8 +143,8 @@ Eigen::AlignedBox3d OverlapBox(const PlanningView& model, const Scan& scan,
   const RegistrationConfig config;
   const ScanSurface surface = SampleSurface(scan, config.sample_spacing, parallel);
   Eigen::AlignedBox3d box;
-  for (const Correspondence& c :
-       FindCorrespondences(VoxelSearch(model, BoxOf(surface, truth)), surface, truth, config)) {
+  for (const Correspondence& c : FindCorrespondences(VoxelSearch(model, BoxOf(surface, truth)),
+                                                     surface, truth, config, parallel)) {
     box.extend(c.point);
   }
   return box;

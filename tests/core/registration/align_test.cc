@@ -132,7 +132,7 @@ TEST(Register, ContradictionShowsWhenSeenThroughWalls) {
   const auto share = [&](const BoxScene& seen) {
     const ScanSurface surface = SampleSurface(ScanScene(seen, truth, {}, 10), 0.05, serial);
     const SpaceAgreement a = CompareWithSpace(*model, VoxelSearch(*model, BoxOf(surface, truth)),
-                                              surface.samples, truth);
+                                              surface.samples, truth, serial);
     return a.contradicting / (a.contradicting + a.fitting);
   };
   EXPECT_LT(share(scene), 0.01);
