@@ -23,7 +23,7 @@ const std::map<std::string, v1::ExportFormat>& Formats() {
 
 struct ExportArguments {
   std::string session;
-  v1::ExportFormat format = v1::EXPORT_FORMAT_SURFACE_PLY;
+  std::string format = "surface-ply";
   std::string output;
   std::vector<std::string> scans;
 };
@@ -31,7 +31,7 @@ struct ExportArguments {
 absl::StatusOr<ExitCode> RunExport(Environment& environment, const ExportArguments& arguments) {
   v1::ExportModelRequest request;
   request.set_name(SessionName(arguments.session));
-  request.set_format(arguments.format);
+  request.set_format(Formats().at(arguments.format));
   for (const std::string& scan : arguments.scans) request.add_scans(ScanName(scan));
   AtomicFile file(arguments.output);
   ProgressLine line;
@@ -61,8 +61,8 @@ void AddExport(CLI::App& parent, Environment& environment) {
         command
             .add_option("--format", a.format,
                         "octomap, octomap-binary, surface-ply, patch-ply, scans-ply or archive")
-            ->transform(CLI::CheckedTransformer(Formats(), CLI::ignore_case).description(""))
-            ->default_str("surface-ply");
+            ->check(CLI::IsMember(Formats()).description(""))
+            ->capture_default_str();
         command.add_option("-o,--output", a.output, "File to write")->required();
         command.add_option("--scan", a.scans, "scans-ply: only these, as SESSION/SCAN")
             ->allow_extra_args(false);

@@ -1,7 +1,9 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
+#include <map>
 #include <optional>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -24,8 +26,20 @@ namespace {
 
 constexpr int kFleetScans = 200;  // of all scanners, at most
 
+constexpr double kOfficeArea = 250;  // m^2
+
+const std::map<std::string, SceneKind>& Scenes() {
+  static const auto* kScenes =
+      new std::map<std::string, SceneKind>{{"flat", SceneKind::kFlat},
+                                           {"two-rooms", SceneKind::kTwoRooms},
+                                           {"hall", SceneKind::kHall},
+                                           {"office", SceneKind::kOffice}};
+  return *kScenes;
+}
+
 struct SimulateArguments {
-  std::string scene;
+  std::string scene = "flat";
+  std::optional<double> area;
   std::string mesh;
   std::vector<double> start;
   uint64_t seed = 1;
@@ -126,18 +140,17 @@ std::string CycleRow(const Cycle& cycle) {
 }
 
 absl::StatusOr<Site> ChooseSite(const SimulateArguments& arguments) {
-  if (!arguments.mesh.empty()) {
-    std::optional<Eigen::Vector3d> start;
-    if (arguments.start.size() == 3) {
-      start.emplace(arguments.start[0], arguments.start[1], arguments.start[2]);
-    }
-    return MeshSite(arguments.mesh, start);
-  }
-  Site site = FlatSite(arguments.seed);
+  std::optional<Eigen::Vector3d> start;
   if (arguments.start.size() == 3) {
-    site.start = Eigen::Vector3d(arguments.start[0], arguments.start[1], arguments.start[2]);
+    start.emplace(arguments.start[0], arguments.start[1], arguments.start[2]);
   }
-  return site;
+  if (!arguments.mesh.empty()) return MeshSite(arguments.mesh, start);
+  const SceneKind kind = Scenes().at(arguments.scene);
+  if (arguments.area && kind != SceneKind::kOffice) {
+    return WithFix(absl::InvalidArgumentError("only an office floor has an area to choose"),
+                   "add --scene office, or leave --area out");
+  }
+  return GeneratedSite(kind, arguments.seed, arguments.area.value_or(kOfficeArea), start);
 }
 
 JobOptions OptionsFrom(const SimulateArguments& arguments) {
@@ -242,14 +255,18 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
 }
 
 void DefineSimulate(CLI::App& command, SimulateArguments& a) {
-  auto* scene = command.add_option("--scene", a.scene, "Generated scene: flat [flat]")
-                    ->check(CLI::IsMember({"flat"}));
+  auto* scene =
+      command
+          .add_option("--scene", a.scene, "Generated scene: flat, two-rooms, hall or office [flat]")
+          ->check(CLI::IsMember(Scenes()).description(""));
+  command.add_option("--area", a.area, "Of --scene office, m^2 [250]")
+      ->check(CLI::Range(100.0, 5000.0));
   command.add_option("--mesh", a.mesh, "Triangle mesh instead, PLY, m, z up")->excludes(scene);
   command.add_option("--start", a.start, "x,y,z of the first scan, m, in the scene's own frame")
       ->delimiter(',')
       ->expected(3)
       ->allow_extra_args(false);
-  command.add_option("--seed", a.seed, "Of the flat and of all noise [1]");
+  command.add_option("--seed", a.seed, "Of the generated scene and of all noise [1]");
   command.add_option("--scans", a.scans, "Scans at most [10; 200 with --scanners]")
       ->check(CLI::Range(1, 1000));
   auto* scanners =
@@ -296,7 +313,7 @@ void AddSimulate(CLI::App& parent, Environment& environment) {
       "Digitise a scene with a simulated scanner that goes where the planner says",
       "  vantage simulate --scene flat --seed 7 --pictures pictures\n"
       "  vantage simulate --mesh scene.ply --scans 5 --start 1,2,1.5\n"
-      "  vantage simulate --scanners 4 --pictures pictures\n"
+      "  vantage simulate --scene office --area 500 --scanners 4 --pictures pictures\n"
       "  vantage simulate --step 1 --density 150 --scans 3      (coarse and quick)",
       DefineSimulate, RunSimulate);
 }

@@ -62,16 +62,53 @@ std::optional<Eigen::Vector3d> FindStart(const SimulatedScanner& tracer,
   return best;
 }
 
+constexpr char kAdvice[] = "name a free place inside with --start x,y,z";
+
+absl::Status CheckStart(const TriangleMesh& mesh, const SimulatedScanner& tracer,
+                        const Eigen::Vector3d& start) {
+  if (mesh.Bounds().contains(start) && tracer.Clearance(start, 0.4) >= 0.2) {
+    return absl::OkStatus();
+  }
+  return WithFix(absl::InvalidArgumentError(absl::StrFormat(
+                     "the start (%.2f, %.2f, %.2f) is outside the mesh or within 0.2 m of a "
+                     "surface",
+                     start.x(), start.y(), start.z())),
+                 kAdvice);
+}
+
 }  // namespace
 
-Site FlatSite(uint64_t seed) {
-  Scene scene = FurnishedFlat(seed);
+absl::StatusOr<Site> GeneratedSite(SceneKind kind, uint64_t seed, double area,
+                                   const std::optional<Eigen::Vector3d>& start) {
+  Scene scene;
+  std::string what;
+  switch (kind) {
+    case SceneKind::kFlat:
+      scene = FurnishedFlat(seed);
+      what = "furnished flat";
+      break;
+    case SceneKind::kTwoRooms:
+      scene = TwoRooms(seed);
+      what = "two rooms";
+      break;
+    case SceneKind::kHall:
+      scene = PillarHall(seed);
+      what = "hall with pillars";
+      break;
+    case SceneKind::kOffice:
+      scene = OfficeFloor(seed, area);
+      what = absl::StrFormat("office floor of %.0f m\u00b2", area);
+      break;
+  }
   Site site;
-  site.name = absl::StrCat("furnished flat ", seed);
+  site.name = absl::StrCat(what, " ", seed);
   site.floor_height = scene.floor_height;
-  site.start = scene.starts.empty() ? Eigen::Vector3d(0, 0, scene.floor_height + kViewHeight)
-                                    : scene.starts.front();
+  site.start = start.value_or(scene.starts.front());
   site.mesh = std::move(scene.mesh);
+  if (start) {
+    const absl::Status free = CheckStart(site.mesh, SimulatedScanner(site.mesh), *start);
+    if (!free.ok()) return free;
+  }
   return site;
 }
 
@@ -81,19 +118,12 @@ absl::StatusOr<Site> MeshSite(const std::string& path,
   if (!mesh.ok()) return mesh.status();
   const SimulatedScanner tracer(*mesh);
   const std::optional<Eigen::Vector3d> place = start ? start : FindStart(tracer, mesh->Bounds());
-  const std::string advice = "name a free place inside with --start x,y,z";
   if (!place) {
     return WithFix(absl::InvalidArgumentError(
                        absl::StrCat(path, " has no free place to stand at the height of a tripod")),
-                   advice);
+                   kAdvice);
   }
-  if (!mesh->Bounds().contains(*place) || tracer.Clearance(*place, 0.4) < 0.2) {
-    return WithFix(absl::InvalidArgumentError(absl::StrFormat(
-                       "the start (%.2f, %.2f, %.2f) is outside the mesh or within 0.2 m of a "
-                       "surface",
-                       place->x(), place->y(), place->z())),
-                   advice);
-  }
+  if (absl::Status free = CheckStart(*mesh, tracer, *place); !free.ok()) return free;
   Site site;
   site.name = std::filesystem::path(path).filename().string();
   site.start = *place;

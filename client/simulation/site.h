@@ -19,8 +19,13 @@ struct Site {
   Eigen::Vector3d start = Eigen::Vector3d::Zero();  // m, scene frame
 };
 
-// A furnished flat of the project's own making.
-Site FlatSite(uint64_t seed);
+// What GeneratedSite() makes, as --scene names it.
+enum class SceneKind { kFlat, kTwoRooms, kHall, kOffice };
+
+// A scene of the project's own making (core/simulation/scene.h). `area` (m^2) counts for an office
+// floor only. Without a start the scene's first is taken. INVALID_ARGUMENT: the start is not free.
+absl::StatusOr<Site> GeneratedSite(SceneKind kind, uint64_t seed, double area,
+                                   const std::optional<Eigen::Vector3d>& start);
 
 // A mesh from a PLY file. Without a start the most enclosed free place at 1.5 m over the lowest
 // floor is taken. INVALID_ARGUMENT: not a mesh, or the start is not free.

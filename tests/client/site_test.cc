@@ -15,14 +15,35 @@ namespace {
 
 using ::testing::HasSubstr;
 
-TEST(Site, FlatStartsOnFreeFloor) {
-  for (const uint64_t seed : {1, 2, 3}) {
-    const Site site = FlatSite(seed);
-    const SimulatedScanner tracer(site.mesh);
-    EXPECT_GE(tracer.Clearance(site.start, 1.0), 0.35) << "seed " << seed;
-    EXPECT_GT(site.start.z(), site.floor_height + 1.0);
-    EXPECT_LT(site.start.z(), site.floor_height + 2.0);
+TEST(Site, GeneratedScenesStartOnFreeFloor) {
+  for (const SceneKind kind :
+       {SceneKind::kFlat, SceneKind::kTwoRooms, SceneKind::kHall, SceneKind::kOffice}) {
+    for (const uint64_t seed : {1, 2, 3}) {
+      const Site site = GeneratedSite(kind, seed, 250, std::nullopt).value();
+      const SimulatedScanner tracer(site.mesh);
+      EXPECT_GE(tracer.Clearance(site.start, 1.0), 0.35) << site.name;
+      EXPECT_GT(site.start.z(), site.floor_height + 1.0) << site.name;
+      EXPECT_LT(site.start.z(), site.floor_height + 2.0) << site.name;
+    }
   }
+}
+
+TEST(Site, AnOfficeFloorHasTheAreaAskedFor) {
+  constexpr double kOutside = 1.4;  // m, what window panes and sills add, both sides together
+  for (const double area : {100.0, 400.0, 900.0}) {
+    const Site site = GeneratedSite(SceneKind::kOffice, 4, area, std::nullopt).value();
+    const Eigen::Vector3d size = site.mesh.Bounds().sizes();
+    EXPECT_GE(size.x() * size.y(), area);
+    EXPECT_LE((size.x() - kOutside) * (size.y() - kOutside), area);
+  }
+}
+
+TEST(Site, AStartInAWallOfAGeneratedSceneIsRefused) {
+  const auto inside = GeneratedSite(SceneKind::kFlat, 1, 0, std::nullopt).value().start;
+  EXPECT_EQ(GeneratedSite(SceneKind::kFlat, 1, 0, inside).value().start, inside);
+  const auto refused = GeneratedSite(SceneKind::kFlat, 1, 0, Eigen::Vector3d(0.05, 0.05, 1));
+  EXPECT_EQ(refused.status().code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_THAT(Explain(refused.status()).fix, HasSubstr("--start"));
 }
 
 TEST(Site, MeshWithoutStartBeginsInside) {
