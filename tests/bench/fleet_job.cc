@@ -61,8 +61,10 @@ class FleetJob {
         if (!member.going.has_value()) SendOut(*view, member);
       }
     }
-    result_.waste =
-        measured_ > 0 ? 1 - static_cast<double>(attained_) / static_cast<double>(measured_) : 0;
+    if (attained_ > 0) {
+      result_.times = static_cast<double>(measured_) / static_cast<double>(attained_);
+      result_.waste = 1 - 1 / result_.times;
+    }
     return std::move(result_);
   }
 

@@ -48,6 +48,7 @@ struct FleetJobResult {
   size_t scans = 0;
   double attained = 0;  // share of what is attainable at density
   double waste = 0;     // of the area measured at density, all scans added up, that was so already
+  double times = 0;     // that area over what is at density in the end: 1 where no scans overlap
   std::vector<FleetStop> stops;
 };
 
