@@ -195,11 +195,16 @@ std::string ViewReport(const v1::RankedView& view) {
                       view.area_lower(), view.area_upper(), view.exact() ? " (exact)" : "");
   const v1::BySurfaceKind& g = view.gain_by_kind();
   const double scale = view.score() > 0 ? view.area() / view.score() : 0;
-  absl::StrAppendFormat(&out,
-                        "  of which  %.2f under-sampled, %.2f hidden, %.2f without return, %.2f "
-                        "outside the field of view\n",
-                        g.true_surface() * scale, g.occlusion() * scale, g.hole_boundary() * scale,
-                        g.image_boundary() * scale);
+  if (view.score() > 0 &&
+      g.true_surface() + g.occlusion() + g.hole_boundary() + g.image_boundary() == 0) {
+    absl::StrAppend(&out, "  of which  not told apart: the budget ended before\n");
+  } else {
+    absl::StrAppendFormat(&out,
+                          "  of which  %.2f under-sampled, %.2f hidden, %.2f without return, %.2f "
+                          "outside the field of view\n",
+                          g.true_surface() * scale, g.occlusion() * scale,
+                          g.hole_boundary() * scale, g.image_boundary() * scale);
+  }
   absl::StrAppendFormat(
       &out, "  stand     %.2f m over the floor, clearance %s%s\n", view.height_over_floor(),
       Length(view.clearance()),

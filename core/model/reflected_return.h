@@ -21,6 +21,7 @@ enum class Back : uint8_t {
 struct ReflectingPlane {
   Eigen::Vector3d normal;
   double distance;
+  double behind = 0.04;  // m behind it, from where on returns are in question: past its wall
 
   double Above(const Eigen::Vector3d& point) const { return normal.dot(point) + distance; }
   Eigen::Vector3d Reflected(const Eigen::Vector3d& point) const {
@@ -30,9 +31,9 @@ struct ReflectingPlane {
 
 class ReturnTest {
  public:
-  static constexpr double kBehind = 0.04;  // m behind the plane, from where on it is in question
-  // And is evidence: nearer, a wall's relief agrees with itself.
-  static constexpr double kWellBehind = 0.15;  // m
+  // m behind the plane, from where on a return is evidence: nearer, a wall's relief agrees with
+  // itself.
+  static constexpr double kWellBehind = 0.15;
 
   // Keeps the reference.
   explicit ReturnTest(const RangeSurface& surface) : surface_(surface) {}
@@ -44,7 +45,7 @@ class ReturnTest {
   Back Test(const ReflectingPlane& plane, int column, int row) const {
     if (!surface_.Returned(column, row)) return Back::kInFront;
     const Eigen::Vector3d point = Point(column, row);
-    if (plane.Above(point) > -kBehind) return Back::kInFront;
+    if (plane.Above(point) > -plane.behind) return Back::kInFront;
     return Compare(plane.Reflected(point), kAgreement);
   }
 

@@ -52,7 +52,7 @@ class Judgement {
         const int next_r = std::min((r + stride_ / 2) / stride_, rows_ - 1);
         const bool among = near[Index({next_c, next_r})] != 0;
         if ((!among && !scattered_) || !surface_.Returned(c, r)) continue;
-        if (plane_.Above(tester_.Point(c, r)) > -ReturnTest::kBehind) continue;
+        if (plane_.Above(tester_.Point(c, r)) > -plane_.behind) continue;
         if (among || AmongThePlanesOwn(c, r, 1)) found.push_back({c, r});
       }
     }
@@ -142,7 +142,7 @@ class Judgement {
         if (surface_.azimuth().closed()) c = (c + surface_.columns()) % surface_.columns();
         if (c < 0 || c >= surface_.columns() || r < 0 || r >= surface_.rows()) continue;
         if (surface_.Returned(c, r) &&
-            std::abs(plane_.Above(tester_.Point(c, r))) < ReturnTest::kBehind) {
+            std::abs(plane_.Above(tester_.Point(c, r))) < plane_.behind) {
           return true;
         }
       }

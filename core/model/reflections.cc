@@ -16,6 +16,8 @@ namespace {
 constexpr int kMostPlanes = 16;
 constexpr double kDisplaced = 0.3;         // cosine to its normal: reflecting turns the surface
 constexpr double kNearestReflector = 0.3;  // m from the scanner
+constexpr double kRoughly = 0.06;          // m, at which a return comes back to a surface
+constexpr double kClosely = 0.03;          // m
 constexpr size_t kTested = 64;             // cells of a plane to try a candidate with
 constexpr size_t kMostJudged = 16;         // candidates
 constexpr double kCoarse = 20'000;         // cells for a first judgement
@@ -36,12 +38,71 @@ std::optional<ReflectingPlane> Between(const ScanPlane& from, const ScanPlane& t
   return plane;
 }
 
+// How many of the points, which lie behind a plane, come back to within so much (m) of measured
+// surface.
+size_t ComeBack(const ReturnTest& tester, const ReflectingPlane& plane,
+                const std::vector<Eigen::Vector3d>& behind, double within) {
+  return static_cast<size_t>(
+      std::count_if(behind.begin(), behind.end(), [&](const Eigen::Vector3d& point) {
+        return tester.Compare(plane.Reflected(point), within) == Back::kAgrees;
+      }));
+}
+
+// Where rays to those of the points that lie behind a plane cross it, on average.
+std::optional<Eigen::Vector3d> MeanCrossing(const ReflectingPlane& plane,
+                                            const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  size_t behind = 0;
+  for (const Eigen::Vector3d& point : points) {
+    if (plane.Above(point) >= 0) continue;
+    sum += point * (-plane.distance / plane.normal.dot(point));
+    ++behind;
+  }
+  if (behind == 0) return std::nullopt;
+  return sum / static_cast<double>(behind);
+}
+
+// A mirror leans, and hangs a little askew: a degree at the wall is a foot ten metres behind it.
+// Turned about where its returns came through, and moved, to where most of them come back.
+ReflectingPlane Straighten(const ReturnTest& tester, const ReflectingPlane& plane,
+                           const std::vector<Eigen::Vector3d>& behind) {
+  constexpr int kMostTurn = 8;             // of kTurn, to either side
+  constexpr double kTurn = Radians(0.25);  // rad
+  constexpr int kMostShift = 3;            // cm
+  ReflectingPlane best = plane;
+  for (const double within : {kRoughly, kClosely, kClosely}) {
+    size_t most = ComeBack(tester, best, behind, within);
+    const auto try_out = [&](const ReflectingPlane& other) {
+      const size_t agree = ComeBack(tester, other, behind, within);
+      if (agree <= most) return;
+      most = agree;
+      best = other;
+    };
+    for (const bool lean : {false, true}) {
+      const ReflectingPlane from = best;
+      const std::optional<Eigen::Vector3d> through = MeanCrossing(from, behind);
+      if (!through) return best;
+      const Eigen::Vector3d axis = lean ? from.normal.cross(Eigen::Vector3d::UnitZ()).normalized()
+                                        : Eigen::Vector3d::UnitZ();
+      for (int turn = -kMostTurn; turn <= kMostTurn; ++turn) {
+        const Eigen::Vector3d normal = Eigen::AngleAxisd(turn * kTurn, axis) * from.normal;
+        try_out({normal, -normal.dot(*through)});
+      }
+    }
+    const ReflectingPlane from = best;
+    for (int shift = -kMostShift; shift <= kMostShift; ++shift) {
+      try_out({from.normal, from.distance + 0.01 * shift});
+    }
+  }
+  return best;
+}
+
 // A measured plane, or one up to a decimetre before it: a mirror hangs on its wall, with a frame.
 // The one that brings most of what lies behind back onto measured surface.
 std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane& wall,
                                       const std::vector<ScanCell>& sample) {
-  constexpr double kClosely = 0.03;  // m
-  constexpr size_t kEnough = 20;     // cells
+  constexpr size_t kEnough = 20;  // cells
+  constexpr size_t kMost = 400;   // that are looked at
   const ReflectingPlane itself{wall.normal, wall.distance};
   if (!IsUpright(itself) && !IsLevel(itself)) return std::nullopt;
   std::vector<Eigen::Vector3d> behind;
@@ -50,22 +111,26 @@ std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane&
     if (wall.Above(point) < -ReturnTest::kWellBehind) behind.push_back(point);
   }
   if (behind.size() < kEnough) return std::nullopt;
-  const size_t skip = std::max<size_t>(1, behind.size() / 400);
+  const size_t skip = std::max<size_t>(1, behind.size() / kMost);
+  std::vector<Eigen::Vector3d> looked_at;
+  for (size_t i = 0; i < behind.size(); i += skip) looked_at.push_back(behind[i]);
   std::optional<ReflectingPlane> best;
   size_t most = kEnough / 2;
   for (int before = 0; before <= 10; before += 1) {
     const ReflectingPlane plane{wall.normal, wall.distance - 0.01 * before};
     if (plane.distance < kNearestReflector) break;
-    size_t agree = 0;
-    for (size_t i = 0; i < behind.size(); i += skip) {
-      const Back back = tester.Compare(plane.Reflected(behind[i]), kClosely);
-      agree += back == Back::kAgrees ? 1 : 0;
-    }
+    const size_t agree = ComeBack(tester, plane, looked_at, kRoughly);
     if (agree <= most) continue;
     most = agree;
     best = plane;
   }
-  return best;
+  if (!best || !IsUpright(*best)) return best;
+  ReflectingPlane mirror = Straighten(tester, *best, looked_at);
+  // The wall around it is in no question.
+  if (const std::optional<Eigen::Vector3d> through = MeanCrossing(mirror, looked_at)) {
+    mirror.behind += std::max(0.0, wall.Above(*through));
+  }
+  return mirror;
 }
 
 // The share of some of the cells that agree, less those that contradict; 0 below one half.
@@ -116,8 +181,8 @@ std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride, P
   const std::vector<ScanPlane> planes = FindScanPlanes(surface, kMostPlanes, parallel);
   const ReturnTest tester(surface);
   std::vector<ScanCell> sample;
-  for (int c = 0; c < surface.columns(); c += 2 * stride) {
-    for (int r = 0; r < surface.rows(); r += 2 * stride) {
+  for (int c = 0; c < surface.columns(); c += stride) {
+    for (int r = 0; r < surface.rows(); r += stride) {
       if (surface.Returned(c, r)) sample.push_back({c, r});
     }
   }

@@ -17,6 +17,7 @@ constexpr float kSameNormal = 0.985f;  // cosine: 10 degrees
 constexpr double kLeastArea = 0.25;    // m^2
 constexpr size_t kLeastCells = 12;
 constexpr size_t kHypotheses = 48;
+constexpr int kMostPoor = 16;  // that are put aside
 
 struct Candidate {
   ScanCell cell;
@@ -121,6 +122,7 @@ Eigen::Vector3d NormalAround(const RangeSurface& surface, int column, int row) {
 std::vector<ScanPlane> FindScanPlanes(const RangeSurface& surface, int most, Parallel& parallel) {
   std::vector<Candidate> flat = FlatCells(surface);
   std::vector<ScanPlane> planes;
+  int poor = 0;
   while (static_cast<int>(planes.size()) < most && flat.size() >= kLeastCells) {
     // A plane through each of some cells spread over the rest; the one that gathers most wins.
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();
@@ -161,8 +163,10 @@ std::vector<ScanPlane> FindScanPlanes(const RangeSurface& surface, int most, Par
         rest.push_back(candidate);
       }
     }
-    if (plane.cells.size() < kLeastCells || plane.area < kLeastArea) break;
-    if (plane.distance > 0) planes.push_back(std::move(plane));
+    // A few far cells can stand for more than a wall nearby: they are put aside, not the end.
+    const bool is_plane = plane.cells.size() >= kLeastCells && plane.area >= kLeastArea;
+    if (!is_plane && (plane.cells.empty() || ++poor > kMostPoor)) break;
+    if (is_plane && plane.distance > 0) planes.push_back(std::move(plane));
     flat = std::move(rest);
   }
   return planes;

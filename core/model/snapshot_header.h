@@ -14,7 +14,7 @@ inline constexpr uint16_t kSnapshotFormatVersion = 3;
 // Rises when the same scans would give another model. A snapshot of an older version is loaded as
 // it is rather than replayed differently, and saved again as of that version for as long as a scan
 // that it carved is in the model.
-inline constexpr uint32_t kModelAlgorithmVersion = 3;
+inline constexpr uint32_t kModelAlgorithmVersion = 4;
 
 // What a snapshot's beginning says.
 struct SnapshotHeader {

@@ -235,7 +235,8 @@ double Tracer::Clearance(const Eigen::Vector3d& point, double limit) const {
         return true;
       },
       &search);
-  return search.nearest;
+  // The limit itself, not what single precision makes of it.
+  return search.nearest < static_cast<float>(limit) ? static_cast<double>(search.nearest) : limit;
 }
 
 bool Tracer::CylinderFree(const Eigen::Vector2d& foot, double radius, double low,

@@ -5,12 +5,14 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <filesystem>
+#include <functional>
 #include <iostream>
 #include <string>
 #include <system_error>
 #include <thread>
 #include <vector>
 
+#include "absl/strings/str_format.h"
 #include "core/parallel/thread_pool.h"
 #include "tests/bench/benchmarks.h"
 
@@ -47,15 +49,22 @@ int main(int argc, char** argv) {
     const double loop = vantage::Percentile(loops, 0.5);
     figures.Add({"machine.loop.seconds", loop, "s", "", "1e8 dependent multiply-adds, one thread"});
   }
-  vantage::BenchCarve(pool, figures);
-  vantage::BenchModel(full, pool, figures);
-  vantage::BenchSnapshot(pool, figures);
-  vantage::BenchPlanning(full, pool, figures);
-  vantage::BenchEvaluator(full, pool, figures);
-  vantage::BenchAnytime({full, pictures}, pool, figures);
-  vantage::BenchRegistration(full, pool, figures);
-  vantage::BenchCycle(pool, figures);
-  vantage::BenchFleet({full, pictures}, pool, figures);
+  // How long each group took, as they end: the whole is to stay within half an hour.
+  double whole = 0;
+  const auto timed = [&](const char* group, const std::function<void()>& bench) {
+    const double seconds = vantage::WallSeconds(bench);
+    whole += seconds;
+    if (seconds >= 1) std::cerr << absl::StrFormat("[%5.0f s] %s: %.0f s\n", whole, group, seconds);
+  };
+  timed("carve", [&] { vantage::BenchCarve(pool, figures); });
+  timed("model", [&] { vantage::BenchModel(full, pool, figures); });
+  timed("snapshot", [&] { vantage::BenchSnapshot(pool, figures); });
+  timed("planning", [&] { vantage::BenchPlanning(full, pool, figures); });
+  timed("evaluator", [&] { vantage::BenchEvaluator(full, pool, figures); });
+  timed("anytime", [&] { vantage::BenchAnytime({full, pictures}, pool, figures); });
+  timed("registration", [&] { vantage::BenchRegistration(full, pool, figures); });
+  timed("cycle", [&] { vantage::BenchCycle(pool, figures); });
+  timed("fleet", [&] { vantage::BenchFleet({full, pictures}, pool, figures); });
   if (!figures.WriteJson(out)) {
     std::cerr << "cannot write " << out << ": name a file in a folder that can be written\n";
     return 1;

@@ -93,6 +93,34 @@ TEST(ReflectionsTest, AMirrorIsFoundWhereItHangsAndItsPhantomsEndThere) {
   }
 }
 
+// Over the chest at the end of a hall, turned by nearly a degree against the wall behind it: eleven
+// metres of hall seem to lie there.
+TEST(ReflectionsTest, AMirrorThatHangsAskewIsFound) {
+  const Scene scene = FurnishedFlat(1);
+  const Eigen::AlignedBox3d flat = scene.mesh.Bounds();
+  for (const Eigen::Vector3d& at : {Eigen::Vector3d(10.89, 6.19, 1.15), {10.89, 5.9, 1.5}}) {
+    SCOPED_TRACE(testing::Message() << at.transpose());
+    const Eigen::Isometry3d pose = PoseAt(at, 0.3);
+    RangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
+    const auto beyond = [&] {
+      size_t returns = 0;
+      for (int c = 0; c < surface.columns(); ++c) {
+        for (int r = 0; r < surface.rows(); ++r) {
+          if (!surface.Returned(c, r)) continue;
+          const Eigen::Vector3d p =
+              pose * (static_cast<double>(surface.at(c, r)) * surface.Direction(c, r));
+          returns += p.x() > flat.max().x() + 0.1 && p.y() < 8 ? 1 : 0;
+        }
+      }
+      return returns;
+    };
+    const size_t before = beyond();
+    ASSERT_GT(before, 2000u);
+    EXPECT_FALSE(EndReflections(surface, OneThread()).empty());
+    EXPECT_LE(beyond(), before / 50);
+  }
+}
+
 TEST(ReflectionsTest, APolishedFloorIsFound) {
   for (const Eigen::Vector3d& at : {Eigen::Vector3d(4.7, 2.5, 1.3), {0.5, 2.5, 1.5}}) {
     SCOPED_TRACE(testing::Message() << at.transpose());

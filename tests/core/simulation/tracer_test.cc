@@ -7,6 +7,8 @@
 
 #include "core/simulation/counter_random.h"
 #include "core/simulation/mesh_builder.h"
+#include "core/simulation/scene.h"
+#include "core/simulation/simulated_scanner.h"
 
 namespace vantage {
 namespace {
@@ -97,6 +99,15 @@ TEST(TracerTest, PacketsAgreeWithSingleRays) {
 }
 
 // The nearest of points spread densely over the triangles: an upper bound, tight to the spread.
+TEST(TracerTest, ClearanceIsTheLimitWhereNothingIsNearer) {
+  const Scene scene = BoxRoom({4, 4, 3});
+  const SimulatedScanner tracer(scene.mesh);
+  // None of them is a single-precision number.
+  for (const double limit : {0.35, 0.1, 0.7, 1.3}) {
+    EXPECT_EQ(tracer.Clearance({2, 2, 1.5}, limit), limit);
+  }
+}
+
 TEST(TracerTest, ClearanceAgreesWithDenselySampledSurface) {
   const TriangleMesh mesh = Boxes(5);
   const Tracer tracer(mesh);
