@@ -61,7 +61,7 @@ void AddExport(CLI::App& parent, Environment& environment) {
         command
             .add_option("--format", a.format,
                         "octomap, octomap-binary, surface-ply, patch-ply, scans-ply or archive")
-            ->check(CLI::IsMember(Formats()).description(""))
+            ->transform(CLI::IsMember(Formats(), CLI::ignore_case).description(""))
             ->capture_default_str();
         command.add_option("-o,--output", a.output, "File to write")->required();
         command.add_option("--scan", a.scans, "scans-ply: only these, as SESSION/SCAN")
