@@ -87,7 +87,7 @@ class RangeImageDecoder {
   uint64_t announced_columns_ = 0;
   uint64_t announced_rows_ = 0;
   size_t samples_ = 0;
-  std::vector<float> column_;
+  std::vector<uint32_t> codes_;  // of a column
   RangeImage image_;
 };
 

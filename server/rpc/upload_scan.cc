@@ -1,6 +1,7 @@
 #include <chrono>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -9,6 +10,7 @@
 #include "server/rpc/streams.h"
 #include "server/session/error.h"
 #include "server/session/to_proto.h"
+#include "server/session/upload.h"
 
 namespace vantage {
 namespace {
@@ -17,9 +19,9 @@ constexpr std::chrono::seconds kUploadHeartbeat(4);
 // A window of pieces is made durable together: when it is full, or when no piece came for a while.
 constexpr std::chrono::milliseconds kWindowPause(20);
 
-// Reads a piece, writes it on our own threads, reads the next; syncs a window of them while the
-// next ones come, and acknowledges what is durable whenever the write before is done. One piece is
-// in hand at a time, so memory is bounded by one message a stream.
+// Takes a piece on our own threads while the next is read and unpacked, so memory is bounded by two
+// messages and what they hold; syncs a window of them while more come, and acknowledges what is
+// durable whenever the write before is done.
 class UploadStream final
     : public grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>,
       public std::enable_shared_from_this<UploadStream> {
@@ -43,15 +45,17 @@ class UploadStream final
 
   void OnReadDone(bool ok) override {
     const ScopedLogContext scope(call_->context());
-    if (!ok) {
-      // The client is done sending; what it sent stays. It can go on with another stream.
-      around_.tasks.Post([self = shared_from_this()] {
-        self->SyncWindow();
-        self->Conclude(absl::OkStatus());
-      });
+    if (ok) {
+      around_.tasks.Post([self = shared_from_this()] { self->Unpack(); });
       return;
     }
-    around_.tasks.Post([self = shared_from_this()] { self->Take(); });
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      ended_ = true;
+      if (taking_) return;
+      taking_ = true;
+    }
+    around_.tasks.Post([self = shared_from_this()] { self->TakeNext(); });
   }
 
   void OnWriteDone(bool ok) override {
@@ -79,13 +83,53 @@ class UploadStream final
   }
 
  private:
-  // Stores what request_ holds.
-  void Take() {
+  struct Message {
+    v1::UploadScanRequest request;
+    std::optional<UnpackedPiece> piece;
+  };
+
+  // Unpacks what was read, which is taken when those before it are.
+  void Unpack() {
+    if (reading_->request.has_piece()) {
+      reading_->piece.emplace(reading_->request.piece(), around_.sessions.around().limits);
+    }
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      next_ = std::move(reading_);
+      if (taking_) return;
+      taking_ = true;
+    }
+    TakeNext();
+  }
+
+  void TakeNext() {
+    std::unique_ptr<Message> message;
     {
       std::lock_guard<std::mutex> lock(mutex_);
       if (concluded_) return;
+      message = std::move(next_);
     }
-    absl::StatusOr<v1::Upload> upload = Store();
+    if (message == nullptr) {
+      // The client is done sending; what it sent stays. It can go on with another stream.
+      SyncWindow();
+      Conclude(absl::OkStatus());
+      return;
+    }
+    StartNextRead();
+    Take(*message);
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      if (next_ == nullptr && !ended_) {
+        taking_ = false;
+        return;
+      }
+    }
+    const ScopedLogContext scope(call_->context());
+    around_.tasks.Post([self = shared_from_this()] { self->TakeNext(); });
+  }
+
+  void Take(const Message& message) {
+    absl::StatusOr<v1::Upload> upload = Store(message);
     if (!upload.ok()) return Conclude(upload.status());
     const bool ended = upload->state() != v1::UPLOAD_STATE_OPEN;
     {
@@ -104,7 +148,6 @@ class UploadStream final
       }
     }
     Advance();
-    StartNextRead();
   }
 
   // One sync at a time; what comes meanwhile is in the next.
@@ -150,8 +193,8 @@ class UploadStream final
       if (finished_) return;
       starting_read_ = true;  // nobody finishes the stream between here and the read
     }
-    request_.Clear();
-    StartRead(&request_);
+    reading_ = std::make_unique<Message>();
+    StartRead(&reading_->request);
     {
       std::lock_guard<std::mutex> lock(mutex_);
       starting_read_ = false;
@@ -159,20 +202,21 @@ class UploadStream final
     Advance();
   }
 
-  absl::StatusOr<v1::Upload> Store() {
+  absl::StatusOr<v1::Upload> Store(const Message& message) {
     if (absl::Status let_in = call_->StillLetIn(); !let_in.ok()) return let_in;
+    const v1::UploadScanRequest& request = message.request;
     if (name_.empty()) {
-      call_->Concerns(request_);
+      call_->Concerns(request);
       absl::StatusOr<std::shared_ptr<Session>> session =
-          FindParent(call_->sessions(), request_.upload(), "uploads", "upload");
+          FindParent(call_->sessions(), request.upload(), "uploads", "upload");
       if (!session.ok()) return session.status();
       session_ = *session;
-      name_ = request_.upload();
-    } else if (!request_.upload().empty() && request_.upload() != name_) {
+      name_ = request.upload();
+    } else if (!request.upload().empty() && request.upload() != name_) {
       return InvalidField("upload", "must be empty or the same in every message of a stream");
     }
-    return session_->TakeForUpload(name_, request_.has_piece() ? &request_.piece() : nullptr,
-                                   request_.has_total() ? &request_.total() : nullptr);
+    return session_->TakeForUpload(name_, message.piece.has_value() ? &*message.piece : nullptr,
+                                   request.has_total() ? &request.total() : nullptr);
   }
 
   void Acknowledge(const v1::Upload& upload) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
@@ -251,13 +295,16 @@ class UploadStream final
   grpc::CallbackServerContext* const context_;
   std::shared_ptr<UploadStream> self_;
   uint64_t drain_ = 0;
-  v1::UploadScanRequest request_;  // gRPC's or Take()'s, in turns
+  std::unique_ptr<Message> reading_;  // gRPC's, then Unpack()'s
   std::shared_ptr<Session> session_;
   std::string name_;
 
   std::mutex mutex_;
   v1::UploadScanResponse latest_ ABSL_GUARDED_BY(mutex_);
-  v1::UploadScanResponse response_;  // being written
+  v1::UploadScanResponse response_;                        // being written
+  std::unique_ptr<Message> next_ ABSL_GUARDED_BY(mutex_);  // to be taken
+  bool taking_ ABSL_GUARDED_BY(mutex_) = false;
+  bool ended_ ABSL_GUARDED_BY(mutex_) = false;  // nothing more is to be read
   bool unsent_ ABSL_GUARDED_BY(mutex_) = false;
   bool writing_ ABSL_GUARDED_BY(mutex_) = false;
   bool starting_read_ ABSL_GUARDED_BY(mutex_) = false;

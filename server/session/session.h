@@ -102,7 +102,7 @@ class Session : public std::enable_shared_from_this<Session> {
                                          const v1::UploadTotal* total);
   // The same in two steps, so that many pieces share a sync: taken, and then durable. Each returns
   // the upload as far as it is durable.
-  absl::StatusOr<v1::Upload> TakeForUpload(const std::string& name, const v1::Piece* piece,
+  absl::StatusOr<v1::Upload> TakeForUpload(const std::string& name, const UnpackedPiece* piece,
                                            const v1::UploadTotal* total);
   absl::StatusOr<v1::Upload> SyncUpload(const std::string& name);
   // Taken and not durable yet.

@@ -169,7 +169,10 @@ absl::StatusOr<v1::Upload> Session::GetUpload(const std::string& name) {
 
 absl::StatusOr<v1::Upload> Session::AddToUpload(const std::string& name, const v1::Piece* piece,
                                                 const v1::UploadTotal* total) {
-  absl::StatusOr<v1::Upload> taken = TakeForUpload(name, piece, total);
+  std::optional<UnpackedPiece> unpacked;
+  if (piece != nullptr) unpacked.emplace(*piece, around_.limits);
+  absl::StatusOr<v1::Upload> taken =
+      TakeForUpload(name, unpacked.has_value() ? &*unpacked : nullptr, total);
   if (!taken.ok() || taken->state() != v1::UPLOAD_STATE_OPEN) return taken;
   return SyncUpload(name);
 }
@@ -199,7 +202,8 @@ bool Session::WindowFull(const std::string& name) const {
   return open != uploads_.end() && open->second->WindowFull();
 }
 
-absl::StatusOr<v1::Upload> Session::TakeForUpload(const std::string& name, const v1::Piece* piece,
+absl::StatusOr<v1::Upload> Session::TakeForUpload(const std::string& name,
+                                                  const UnpackedPiece* piece,
                                                   const v1::UploadTotal* total) {
   if (closed_) return ResourceNotFound("vantage.v1.Upload", name);
   std::shared_ptr<Upload> upload;

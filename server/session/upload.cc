@@ -61,6 +61,9 @@ absl::StatusOr<std::string> Unpack(const v1::Piece& piece, const Limits& limits)
 
 }  // namespace
 
+UnpackedPiece::UnpackedPiece(const v1::Piece& packed, const Limits& limits)
+    : piece(packed), bytes(Unpack(packed, limits)) {}
+
 absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,
                         const Limits& limits) {
   Violations violations;
@@ -232,8 +235,8 @@ int64_t Upload::Durable() const {
   return last.offset + last.size;
 }
 
-absl::Status Upload::Accept(const v1::Piece& piece, absl::Time now) {
-  absl::StatusOr<std::string> bytes = Unpack(piece, limits_);
+absl::Status Upload::Accept(const UnpackedPiece& unpacked, absl::Time now) {
+  const auto& [piece, bytes] = unpacked;
   if (!bytes.ok()) return bytes.status();
   Stored stored{piece.offset(), static_cast<int64_t>(bytes->size()), piece.crc32c(), 0};
 

@@ -22,6 +22,15 @@
 
 namespace vantage {
 
+// A piece, and its bytes, decompressed and checked, or what is wrong with them: work that needs no
+// upload and can be done while the piece before is taken.
+struct UnpackedPiece {
+  UnpackedPiece(const v1::Piece& packed, const Limits& limits);
+
+  const v1::Piece& piece;  // outlives this
+  absl::StatusOr<std::string> bytes;
+};
+
 // Thread safe; pieces from several streams at once are taken one at a time.
 class Upload {
  public:
@@ -44,7 +53,10 @@ class Upload {
   // or the compression is wrong; send it again. INVALID_ARGUMENT: impossible sizes.
   // FAILED_PRECONDITION (UPLOAD_ENDED): committed, failed or expired. RESOURCE_EXHAUSTED
   // (QUOTA_EXCEEDED): it can go on when there is room.
-  absl::Status Accept(const v1::Piece& piece, absl::Time now);
+  absl::Status Accept(const UnpackedPiece& unpacked, absl::Time now);
+  absl::Status Accept(const v1::Piece& piece, absl::Time now) {
+    return Accept(UnpackedPiece(piece, limits_), now);
+  }
 
   // States the whole. Harmless when it was stated before and is the same; ALREADY_EXISTS
   // (TOTAL_DIFFERS) when it is another.

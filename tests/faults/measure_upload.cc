@@ -133,6 +133,18 @@ double Send(v1::ScanService::Stub& stub, const std::string& upload,
   return committed ? seconds : -1;
 }
 
+// Until the server does nothing any more: a scan that was committed is registered and merged, and
+// what of that was under way when its session ended is no part of the next upload.
+void WaitUntilQuiet(const ServerProcess& server) {
+  constexpr auto kLook = std::chrono::milliseconds(200);
+  constexpr double kQuiet = 0.01;  // s of processor time between two looks
+  double before = -1;
+  for (double now = server.CpuSeconds(); now - before > kQuiet; now = server.CpuSeconds()) {
+    before = now;
+    std::this_thread::sleep_for(kLook);
+  }
+}
+
 double ChildSeconds() {
   rusage usage{};
   getrusage(RUSAGE_CHILDREN, &usage);
@@ -166,6 +178,7 @@ bool MeasureUpload(Figures& figures) {
   std::vector<double> bare_seconds;
   std::vector<double> our_seconds;
   for (int run = 0; run <= kRuns; ++run) {
+    WaitUntilQuiet(server);
     const double reference = Send(*bare_stub, "bare", messages);
     // A session of its own, ended at once: what becomes of the scan afterwards is not the upload's.
     v1::CreateSessionRequest open;

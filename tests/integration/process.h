@@ -49,6 +49,9 @@ class ServerProcess {
   // HOST:PORT; empty when the server did not start.
   const std::string& address() const { return address_; }
 
+  // Processor time of all its threads so far.
+  double CpuSeconds() const;
+
   // Sends a signal that does not end it.
   void Signal(int signal) const;
   // Sends the signal and waits for the end; the exit code, -1 when a signal killed it.

@@ -6,6 +6,8 @@
 #include "absl/strings/str_cat.h"
 #include "client/library/client.h"
 #include "client/library/error.h"
+#include "client/library/geometry.h"
+#include "tests/load/load_scans.h"
 
 namespace vantage {
 namespace {
@@ -36,24 +38,17 @@ absl::StatusOr<std::string> OpenSession(Client& client, const std::string& id) {
   return opened->session().name();
 }
 
-v1::Upload PriorFor(const Eigen::Vector3d& position) {
-  v1::Upload upload;
-  v1::PosePrior& prior = *upload.mutable_prior();
-  prior.mutable_pose()->mutable_rotation()->set_w(1);
-  prior.mutable_pose()->mutable_translation()->set_x(position.x());
-  prior.mutable_pose()->mutable_translation()->set_y(position.y());
-  prior.mutable_pose()->mutable_translation()->set_z(position.z());
-  return upload;
-}
-
 // One scan and the plan after it.
 absl::Status RunCycle(Client& client, int job, const LoadPlan& load, const std::string& session,
-                      const RangeImage& image, const Eigen::Vector3d& position, LoadLog& log) {
-  const auto scan = client.Upload(session, PriorFor(position), image, [](const UploadProgress&) {});
+                      const RangeImage& image, const PosePrior& prior, LoadLog& log) {
+  v1::Upload upload;
+  *upload.mutable_prior() = ToProto(prior);
+  const auto scan = client.Upload(session, upload, image, [](const UploadProgress&) {});
   if (!scan.ok()) return scan.status();
   const auto stored = Clock::now();
   const auto settled = client.WaitForScan(*scan, [](const v1::Scan&) {});
   if (!settled.ok()) return settled.status();
+  log.Settled(settled->state() == v1::SCAN_STATE_MERGED);
   v1::CreatePlanRequest create;
   create.set_parent(session);
   const auto whole = static_cast<int64_t>(load.budget);
@@ -78,6 +73,10 @@ void LoadLog::Cycle(int job, double seconds_to_plan, double over_budget, double 
   over_budget_.push_back(over_budget);
   rays_[job] += rays;
 }
+void LoadLog::Settled(bool merged) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  ++(merged ? merged_ : not_merged_);
+}
 void LoadLog::Unary(double seconds) {
   std::lock_guard<std::mutex> lock(mutex_);
   unary_.push_back(seconds);
@@ -87,6 +86,14 @@ void LoadLog::Error(const absl::Status& status) {
   std::lock_guard<std::mutex> lock(mutex_);
   ++errors_[absl::StrCat(absl::StatusCodeToString(status.code()), " ",
                          e.reason.empty() ? e.cause : e.reason)];
+}
+int LoadLog::merged() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return merged_;
+}
+int LoadLog::not_merged() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return not_merged_;
 }
 std::vector<double> LoadLog::to_plan() const {
   std::lock_guard<std::mutex> lock(mutex_);
@@ -109,34 +116,35 @@ std::map<std::string, int> LoadLog::errors() const {
   return errors_;
 }
 
-void RunLoadJob(int job, const LoadPlan& plan, const std::vector<RangeImage>& images,
+void RunLoadJob(int job, const LoadPlan& plan, const std::vector<Scan>& scans,
                 const std::atomic<bool>& stop, LoadLog& log) {
   ClientOptions options;
   options.server = plan.server;
   Client client(options);
-  const std::vector<Eigen::Vector3d> stands = {
-      {2.0, 1.5, 1.4}, {3.0, 2.5, 1.4}, {1.2, 2.8, 1.4}, {3.8, 1.2, 1.4}};
   std::string session;
   int session_count = 0;
+  uint64_t pushed = 0;
+  size_t which = 0;
   // Spread over the period, as people are.
   auto next = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                  std::chrono::duration<double>(plan.period * (job % 16) / 16));
-  for (int scan = 0; !stop; ++scan) {
+  while (!stop) {
     SleepUntil(next, stop);
     if (stop) return;
     next += std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(plan.period));
-    if (scan % plan.scans_per_session == 0) {
+    if (which == 0) {
       const auto opened = OpenSession(client, absl::StrCat("load-", job, "-", session_count++));
       if (!opened.ok()) {
         log.Error(opened.status());
-        scan = -1;  // again
         continue;
       }
       session = *opened;
     }
-    const auto which = static_cast<size_t>(scan) % std::min(images.size(), stands.size());
+    const Scan& scan = scans[which];
+    which = (which + 1) % scans.size();
+    const uint64_t number = static_cast<uint64_t>(job) << 32 | pushed++;
     const absl::Status done =
-        RunCycle(client, job, plan, session, images[which], stands[which], log);
+        RunCycle(client, job, plan, session, Unseen(scan.image, number), *scan.prior, log);
     if (!done.ok()) log.Error(done);
     // Who was late has no backlog.
     if (next < Clock::now()) next = Clock::now();

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "core/sensor/range_image.h"
+#include "core/sensor/scan.h"
 
 namespace vantage {
 
@@ -17,17 +17,20 @@ struct LoadPlan {
   std::string server;   // HOST:PORT
   double period = 20;   // s between the scans of one job
   double budget = 0.5;  // s of each plan
-  int scans_per_session = 12;
 };
 
 // What all jobs together saw. Thread safe.
 class LoadLog {
  public:
   void Cycle(int job, double seconds_to_plan, double over_budget, double rays);
+  // A scan settled, and is in its model or not.
+  void Settled(bool merged);
   void Unary(double seconds);
   // Errors by code and reason.
   void Error(const absl::Status& status);
 
+  int merged() const;
+  int not_merged() const;
   std::vector<double> to_plan() const;      // s, last piece stored to plan ended
   std::vector<double> over_budget() const;  // s
   std::vector<double> unary() const;        // s
@@ -36,6 +39,8 @@ class LoadLog {
 
  private:
   mutable std::mutex mutex_;
+  int merged_ = 0;
+  int not_merged_ = 0;
   std::vector<double> to_plan_;
   std::vector<double> over_budget_;
   std::vector<double> unary_;
@@ -43,9 +48,9 @@ class LoadLog {
   std::map<std::string, int> errors_;
 };
 
-// Pushes a scan, waits until it is merged, plans, again and again until `stop`. Sessions take turns
-// after `scans_per_session` scans.
-void RunLoadJob(int job, const LoadPlan& plan, const std::vector<RangeImage>& images,
+// Pushes a scan, waits until it is merged, plans, again and again until `stop`. When all of `scans`
+// are in a session, the next one begins. No two scans that are pushed have the same bytes.
+void RunLoadJob(int job, const LoadPlan& plan, const std::vector<Scan>& scans,
                 const std::atomic<bool>& stop, LoadLog& log);
 
 // Asks for sessions and lists, ten times a second, until `stop`.
