@@ -119,8 +119,9 @@ void BenchAlign(bool full, Parallel& parallel, Figures& figures) {
                        1000 * Percentile(their_error, 0.5))});
 }
 
-void BenchPredict(Parallel& parallel, Figures& figures) {
-  const Scene scene = PillarHall(1);
+// `name`: of the figure; `of`: of the scene, which one scan has seen.
+void BenchPredict(const char* name, const char* of, const Scene& scene, const char* aim,
+                  Parallel& parallel, Figures& figures) {
   const SimulatedScanner tracer(scene.mesh);
   const ScannerModel scanner;
   const Eigen::Isometry3d pose = Upright(scene.starts[0], 0);
@@ -142,10 +143,10 @@ void BenchPredict(Parallel& parallel, Figures& figures) {
                              (void)overlap.Predict(at, occlusion, {}, Budget::Unlimited());
                            }));
   }
-  figures.Add({"predict.ms", Percentile(milliseconds, 0.5), "ms", "2",
-               absl::StrFormat("a candidate, one thread, visibility included; hall of %dk true "
+  figures.Add({name, Percentile(milliseconds, 0.5), "ms", aim,
+               absl::StrFormat("a candidate, one thread, visibility included; %s of %dk true "
                                "surface voxels",
-                               surface / 1000)});
+                               of, surface / 1000)});
 }
 
 void BenchAnywhere(bool full, Parallel& parallel, Figures& figures) {
@@ -192,7 +193,12 @@ void BenchRegistration(bool full, Parallel& parallel, Figures& figures) {
       figures.Wants("align.accuracy_ratio")) {
     BenchAlign(full, parallel, figures);
   }
-  if (figures.Wants("predict.ms")) BenchPredict(parallel, figures);
+  if (figures.Wants("predict.ms")) {
+    BenchPredict("predict.ms", "furnished flat", FurnishedFlat(1), "2", parallel, figures);
+  }
+  if (figures.Wants("predict.hall.ms")) {
+    BenchPredict("predict.hall.ms", "hall", PillarHall(1), "", parallel, figures);
+  }
   if (figures.Wants("align.coarse.")) BenchAnywhere(full, parallel, figures);
 }
 
