@@ -4,11 +4,14 @@
 #include <cstdint>
 #include <cstdlib>
 #include <functional>
+#include <future>
 #include <string>
 #include <vector>
 
 #include "server/rpc/handlers.h"
+#include "server/rpc/lookup.h"
 #include "server/session/error.h"
+#include "server/session/export.h"
 #include "server/session/session_registry.h"
 #include "server/store/memory_store.h"
 
@@ -46,6 +49,33 @@ Handle Of(absl::StatusOr<Response> (*handler)(const TenantSessions&, const Reque
   };
 }
 
+// Of a handler that answers later, on another thread.
+template <typename Request, typename Response>
+Handle Of(void (*handler)(const TenantSessions&, const Request&,
+                          std::function<void(absl::StatusOr<Response>)>)) {
+  return [handler](const TenantSessions& sessions, const std::string& bytes) -> absl::Status {
+    Request request;
+    if (!request.ParseFromString(bytes)) return absl::OkStatus();
+    std::promise<absl::Status> answer;
+    handler(sessions, request,
+            [&](absl::StatusOr<Response> response) { answer.set_value(response.status()); });
+    return answer.get_future().get();
+  };
+}
+
+absl::Status ExportAll(const TenantSessions& sessions, const std::string& bytes) {
+  v1::ExportModelRequest request;
+  if (!request.ParseFromString(bytes)) return absl::OkStatus();
+  const auto session = FindSession(sessions, request.name(), "name");
+  if (!session.ok()) return session.status();
+  const auto source = Export::Create(*session, request);
+  if (!source.ok()) return source.status();
+  while (true) {
+    const absl::StatusOr<std::string> part = (*source)->Next();
+    if (!part.ok() || part->empty()) return part.status();
+  }
+}
+
 const std::vector<Handle>& Handlers() {
   static const auto& all = *new std::vector<Handle>{
       Of(handlers::CreateSession), Of(handlers::GetSession),    Of(handlers::ListSessions),
@@ -56,6 +86,7 @@ const std::vector<Handle>& Handlers() {
       Of(handlers::ListPlans),     Of(handlers::CancelPlan),    Of(handlers::RejectView),
       Of(handlers::GetCoverage),   Of(handlers::AddScanner),    Of(handlers::ListScanners),
       Of(handlers::RenewClaim),    Of(handlers::ReleaseClaim),  Of(handlers::ListClaims),
+      Of(handlers::ClaimView),     Of(handlers::EvaluateView),  ExportAll,
   };
   return all;
 }
