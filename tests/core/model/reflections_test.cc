@@ -37,19 +37,26 @@ RangeImage ScanOf(const Scene& scene, const Eigen::Isometry3d& pose) {
   return SimulatedScanner(scene.mesh).Scan(Scanner(), pose, {}, 7, serial);
 }
 
-// Returns that lie more than a voxel outside the room: phantoms, since there is nothing.
-size_t Phantoms(const RangeSurface& surface, const Eigen::Isometry3d& pose) {
-  const Eigen::AlignedBox3d room(kPaneRoom.min().array() - 0.05, kPaneRoom.max().array() + 0.05);
-  size_t phantoms = 0;
+// Returns that lie where `is_there` says so, of points in the scene.
+template <typename IsThere>
+size_t ReturnsWhere(const RangeSurface& surface, const Eigen::Isometry3d& pose,
+                    const IsThere& is_there) {
+  size_t returns = 0;
   for (int c = 0; c < surface.columns(); ++c) {
     for (int r = 0; r < surface.rows(); ++r) {
       if (!surface.Returned(c, r)) continue;
       const Eigen::Vector3d p =
           pose * (static_cast<double>(surface.at(c, r)) * surface.Direction(c, r));
-      phantoms += room.contains(p) ? 0 : 1;
+      returns += is_there(p) ? 1 : 0;
     }
   }
-  return phantoms;
+  return returns;
+}
+
+// Returns that lie more than a voxel outside the room: phantoms, since there is nothing.
+size_t Phantoms(const RangeSurface& surface, const Eigen::Isometry3d& pose) {
+  const Eigen::AlignedBox3d room(kPaneRoom.min().array() - 0.05, kPaneRoom.max().array() + 0.05);
+  return ReturnsWhere(surface, pose, [&](const Eigen::Vector3d& p) { return !room.contains(p); });
 }
 
 size_t Returns(const RangeSurface& surface) {
@@ -103,16 +110,9 @@ TEST(ReflectionsTest, AMirrorThatHangsAskewIsFound) {
     const Eigen::Isometry3d pose = PoseAt(at, 0.3);
     RangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
     const auto beyond = [&] {
-      size_t returns = 0;
-      for (int c = 0; c < surface.columns(); ++c) {
-        for (int r = 0; r < surface.rows(); ++r) {
-          if (!surface.Returned(c, r)) continue;
-          const Eigen::Vector3d p =
-              pose * (static_cast<double>(surface.at(c, r)) * surface.Direction(c, r));
-          returns += p.x() > flat.max().x() + 0.1 && p.y() < 8 ? 1 : 0;
-        }
-      }
-      return returns;
+      return ReturnsWhere(surface, pose, [&](const Eigen::Vector3d& p) {
+        return p.x() > flat.max().x() + 0.1 && p.y() < 8;
+      });
     };
     const size_t before = beyond();
     ASSERT_GT(before, 2000u);

@@ -98,7 +98,6 @@ TEST(TracerTest, PacketsAgreeWithSingleRays) {
   }
 }
 
-// The nearest of points spread densely over the triangles: an upper bound, tight to the spread.
 TEST(TracerTest, ClearanceIsTheLimitWhereNothingIsNearer) {
   const Scene scene = BoxRoom({4, 4, 3});
   const SimulatedScanner tracer(scene.mesh);
@@ -108,6 +107,7 @@ TEST(TracerTest, ClearanceIsTheLimitWhereNothingIsNearer) {
   }
 }
 
+// The nearest of points spread densely over the triangles: an upper bound, tight to the spread.
 TEST(TracerTest, ClearanceAgreesWithDenselySampledSurface) {
   const TriangleMesh mesh = Boxes(5);
   const Tracer tracer(mesh);
