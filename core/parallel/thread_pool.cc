@@ -4,6 +4,15 @@
 #include <atomic>
 
 namespace vantage {
+namespace {
+
+// Loops come in quick succession: to be woken takes longer than many of them.
+template <typename Done>
+void WaitAWhile(Done&& done) {
+  for (int i = 0; i < 200 && !done(); ++i) std::this_thread::yield();
+}
+
+}  // namespace
 
 // One call of For(). Workers that see it after the last index was taken leave at once, so it may
 // outlive the call (it is shared), but `body` is touched only while indices remain.
@@ -49,11 +58,13 @@ void ThreadPool::For(size_t count, absl::FunctionRef<void(size_t)> body) {
     {
       std::lock_guard<std::mutex> lock(mutex_);
       loops_.push_back(loop);
+      ++posted_;
     }
     wake_.notify_all();
   }
   loop->Run();
-  {
+  WaitAWhile([&] { return loop->done.load() == count; });
+  if (loop->done.load() != count) {
     std::unique_lock<std::mutex> lock(loop->mutex);
     loop->finished.wait(lock, [&] { return loop->done.load() == count; });
   }
@@ -67,11 +78,17 @@ void ThreadPool::Work() {
     wake_.wait(lock, [&] { return stopping_ || !loops_.empty(); });
     if (stopping_) return;
     std::shared_ptr<Loop> loop = loops_.front();
+    const uint64_t posted = posted_;
     lock.unlock();
     loop->Run();
     lock.lock();
     // All of its indices are taken: nobody else needs to see it.
     loops_.erase(std::remove(loops_.begin(), loops_.end(), loop), loops_.end());
+    if (loops_.empty() && posted_ == posted) {
+      lock.unlock();
+      WaitAWhile([&] { return posted_ != posted; });
+      lock.lock();
+    }
   }
 }
 

@@ -2,6 +2,7 @@
 #ifndef VANTAGE_CORE_PARALLEL_THREAD_POOL_H_
 #define VANTAGE_CORE_PARALLEL_THREAD_POOL_H_
 
+#include <atomic>
 #include <condition_variable>
 #include <cstdint>
 #include <deque>
@@ -35,6 +36,7 @@ class ThreadPool final : public Parallel {
   std::mutex mutex_;
   std::condition_variable wake_;
   std::deque<std::shared_ptr<Loop>> loops_;  // guarded by mutex_
+  std::atomic<uint64_t> posted_{0};          // calls of For() so far
   bool stopping_ = false;                    // guarded by mutex_
   std::vector<std::thread> workers_;
 };

@@ -111,7 +111,7 @@ ViewScore BruteForceScorer::ScorePackets(const Eigen::Vector3d& view, const Cell
                                          std::span<std::atomic<uint8_t>> seen) const {
   if (seen.empty()) return Run(view, cells, ranges, budget, [](uint32_t, float) {});
   return Run(view, cells, ranges, budget,
-             [&](uint32_t at, float) { seen[cells.cell[at]].store(1, std::memory_order_relaxed); });
+             [&](uint32_t at, float) { MarkSeen(seen, cells.cell[at]); });
 }
 
 ViewScore BruteForceScorer::ScoreCells(const Eigen::Vector3d& view, const CellArrays& cells,

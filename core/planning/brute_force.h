@@ -30,6 +30,14 @@ struct PacketRange {
   bool visible = false;  // known to be: no rays are needed
 };
 
+// That a cell gains something. Most were marked by an earlier view: what is only read stays in the
+// cache of every core.
+inline void MarkSeen(std::span<std::atomic<uint8_t>> seen, uint32_t cell) {
+  if (seen[cell].load(std::memory_order_relaxed) == 0) {
+    seen[cell].store(1, std::memory_order_relaxed);
+  }
+}
+
 // References are kept: constraints and scene outlive the scorer. Thread safe.
 class BruteForceScorer {
  public:

@@ -12,7 +12,7 @@ namespace vantage {
 namespace {
 
 constexpr size_t kViews = 16;   // together
-constexpr size_t kBlocks = 16;  // together
+constexpr size_t kBlocks = 32;  // together
 
 // Shows the evaluation whenever another eighth of the views is exact.
 class Shown {
@@ -95,11 +95,25 @@ class ByHierarchy {
 
   bool ScoreBlocks(std::span<const uint32_t> which) {
     if (run_.Spent(run_.budget())) return false;
+    struct Part {
+      uint64_t rays;  // of its block, at most
+      size_t block;   // of `which`
+      size_t part;
+    };
+    std::vector<Part> parts;
     std::vector<std::vector<ViewScore>> scores(which.size());
-    run_.parallel().For(which.size(), [&](size_t k) {
+    for (size_t k = 0; k < which.size(); ++k) {
       const ViewBlock& block = hierarchy_.blocks()[which[k]];
       scores[k].resize(hierarchy_.Views(block).size());
-      hierarchy_.ScoreBlock(block, run_.budget(), scores[k], run_.seen());
+      for (size_t i = 0; i < hierarchy_.Parts(block); ++i) parts.push_back({MostRays(block), k, i});
+    }
+    // The longest first: then the threads end together.
+    std::stable_sort(parts.begin(), parts.end(),
+                     [](const Part& a, const Part& b) { return a.rays > b.rays; });
+    run_.parallel().For(parts.size(), [&](size_t i) {
+      const Part& part = parts[i];
+      hierarchy_.ScorePart(hierarchy_.blocks()[which[part.block]], part.part, run_.budget(),
+                           scores[part.block], run_.seen());
     });
     bool all = true;
     for (size_t k = 0; k < which.size(); ++k) {

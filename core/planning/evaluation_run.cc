@@ -6,6 +6,12 @@
 #include <utility>
 
 namespace vantage {
+namespace {
+
+// A view is scored in parts, so that a few views keep several threads busy.
+constexpr uint32_t kPacketsOfPart = 512;
+
+}  // namespace
 
 std::vector<uint32_t> ByScore(const Evaluation& evaluation) {
   std::vector<uint32_t> order;
@@ -52,19 +58,31 @@ size_t EvaluationRun::Affordable(const CellArrays& cells, size_t most, const Bud
 bool EvaluationRun::Score(std::span<const uint32_t> which, const CellArrays& cells,
                           const Budget& part,
                           absl::FunctionRef<void(uint32_t view, double gain)> note) {
+  const auto packets = static_cast<uint32_t>(cells.packets());
+  const size_t parts = std::max(1u, (packets + kPacketsOfPart - 1) / kPacketsOfPart);
   bool all = true;
   size_t count = 0;
   for (size_t begin = 0; begin < which.size(); begin += count) {
     if (Spent(part)) return false;
     count = Affordable(cells, which.size() - begin, part);
-    scores_.assign(count, {});
-    parallel_.For(count, [&](size_t k) {
-      scores_[k] = scorer_.Score(views_.Centre(which[begin + k]), cells, part, seen_);
+    scores_.assign(count * parts, {});
+    parallel_.For(scores_.size(), [&](size_t i) {
+      const auto first = static_cast<uint32_t>(i % parts) * kPacketsOfPart;
+      const PacketRange range{first, std::min(first + kPacketsOfPart, packets), false};
+      scores_[i] = scorer_.ScorePackets(views_.Centre(which[begin + i / parts]), cells, {&range, 1},
+                                        part, seen_);
     });
     for (size_t k = 0; k < count; ++k) {
-      evaluation_.rays += scores_[k].rays;
-      all = all && scores_[k].finished;
-      if (scores_[k].finished) note(which[begin + k], scores_[k].gain);
+      ViewScore whole;
+      whole.finished = true;
+      for (size_t i = k * parts; i < (k + 1) * parts; ++i) {
+        whole.gain += scores_[i].gain;
+        whole.rays += scores_[i].rays;
+        whole.finished = whole.finished && scores_[i].finished;
+      }
+      evaluation_.rays += whole.rays;
+      all = all && whole.finished;
+      if (whole.finished) note(which[begin + k], whole.gain);
     }
   }
   return all;

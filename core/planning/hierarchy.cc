@@ -176,8 +176,24 @@ void HierarchicalScorer::Descend(Descent& descent, uint32_t index,
 HierarchyCounts HierarchicalScorer::ScoreBlock(const ViewBlock& block, const Budget& budget,
                                                std::span<ViewScore> scores,
                                                std::span<std::atomic<uint8_t>> seen) const {
-  Descent descent{budget, views_[block.node].begin, scores, seen, {}};
-  Descend(descent, block.node, block.candidates, block.certain);
+  HierarchyCounts counts;
+  for (size_t part = 0; part < Parts(block); ++part) {
+    counts += ScorePart(block, part, budget, scores, seen);
+  }
+  return counts;
+}
+
+size_t HierarchicalScorer::Parts(const ViewBlock& block) const {
+  return std::max(1u, static_cast<uint32_t>(views_[block.node].children));
+}
+
+HierarchyCounts HierarchicalScorer::ScorePart(const ViewBlock& block, size_t part,
+                                              const Budget& budget, std::span<ViewScore> scores,
+                                              std::span<std::atomic<uint8_t>> seen) const {
+  const ViewTree::Node& node = views_[block.node];
+  Descent descent{budget, node.begin, scores, seen, {}};
+  const uint32_t below = node.children > 0 ? node.child + static_cast<uint32_t>(part) : block.node;
+  Descend(descent, below, block.candidates, block.certain);
   return descent.counts;
 }
 

@@ -76,6 +76,12 @@ class HierarchicalScorer {
                              std::span<ViewScore> scores,
                              std::span<std::atomic<uint8_t>> seen = {}) const;
 
+  // The same in parts that may be scored side by side, each into its place in `scores`.
+  size_t Parts(const ViewBlock& block) const;
+  HierarchyCounts ScorePart(const ViewBlock& block, size_t part, const Budget& budget,
+                            std::span<ViewScore> scores,
+                            std::span<std::atomic<uint8_t>> seen = {}) const;
+
   // One view, by its block's candidates alone.
   ViewScore ScoreView(uint32_t view, const Budget& budget,
                       std::span<std::atomic<uint8_t>> seen = {}) const;

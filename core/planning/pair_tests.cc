@@ -79,7 +79,7 @@ PairTests::Relation PairTests::Test(const ViewBox& views, const PatchTree::Node&
   gain = Constant(group, cells, density);
   if (!seen.empty() && gain > 0) {
     for (uint32_t i = group.begin; i < group.end; ++i) {
-      if (cells.factor[i] > 0) seen[cells.cell[i]].store(1, std::memory_order_relaxed);
+      if (cells.factor[i] > 0) MarkSeen(seen, cells.cell[i]);
     }
   }
   return Relation::kConstant;
