@@ -27,6 +27,7 @@ from engine import FOLDER, ROOT, Container, Failed
 from guarded_tests import ProxyTest, TlsTest  # noqa: F401, run as the others
 from harness import (FIRST_SCAN, PACKAGES, ContainerTest, house, name_of, open_house, package, say,
                      state_of)
+from pod_tests import PodTest  # noqa: F401
 
 
 def setUpModule():

@@ -157,9 +157,12 @@ class ServerContainer(Container):
     def __init__(self, engine, image, volume, *flags, options=()):
         super().__init__(
             engine, image, "--listen", "127.0.0.1:0", *flags,
-            options=("--read-only", "--cap-drop=ALL", "--security-opt=no-new-privileges",
-                     *(["--read-only-tmpfs=false"] if engine.name == "podman" else []),
-                     "-v", f"{volume}:/data", *options))
+            options=(*self.hardened(engine), "-v", f"{volume}:/data", *options))
+
+    @staticmethod
+    def hardened(engine):
+        return ("--read-only", "--cap-drop=ALL", "--security-opt=no-new-privileges",
+                *(["--read-only-tmpfs=false"] if engine.name == "podman" else []))
 
     def address(self, patience=60):
         """Where it listens since it was started last."""
@@ -172,3 +175,8 @@ class ServerContainer(Container):
                 break
             time.sleep(0.05)
         raise Failed(f"{self.name} does not listen:\n{self.logs()}")
+
+    def http_port(self):
+        """Of /metrics and the probes, since it was started last."""
+        lines = [json.loads(line) for line in self.logs().splitlines() if line.startswith("{")]
+        return [line["port"] for line in lines if line["message"] == "serving HTTP"][-1]

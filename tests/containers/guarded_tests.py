@@ -2,7 +2,6 @@
 
 import contextlib
 import hashlib
-import json
 import os
 import pathlib
 import re
@@ -196,11 +195,6 @@ class ProxyTest(GuardedContainerTest):
         self.credentials = self.authority.credentials()
         self.until_let_through()
 
-    def http_port(self):
-        lines = [json.loads(line) for line in self.server.logs().splitlines()
-                 if line.startswith("{")]
-        return [line["port"] for line in lines if line["message"] == "serving HTTP"][-1]
-
     def start_proxy(self):
         """Answers the address; sockets are handed down, so that ports are free for certain."""
         sockets = []
@@ -218,7 +212,7 @@ class ProxyTest(GuardedContainerTest):
                 "VANTAGE_BIND": f"fd@{sockets[0].fileno()}",
                 "HAPROXY_METRICS": f"fd@{sockets[1].fileno()}",
                 "VANTAGE_SERVER": self.server.address(),
-                "VANTAGE_HTTP_PORT": str(self.http_port())})
+                "VANTAGE_HTTP_PORT": str(self.server.http_port())})
 
         def end():
             proxy.terminate()
