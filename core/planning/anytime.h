@@ -18,7 +18,7 @@ namespace vantage {
 
 struct AnytimeOptions {
   RaceOptions race;
-  double race_share = 0.7;   // of the budget, at most: the rest is for deciding on the leaders
+  double race_share = 0.8;   // of the budget, at most: the rest is for deciding on the leaders
   double confidence = 0.95;  // of all bounds together
   uint64_t seed = 1;
   double separation = 0.6;  // m, of the leaders scored exactly

@@ -4,20 +4,25 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
+#include <optional>
 #include <utility>
 
 namespace vantage {
 namespace {
 
-constexpr int kCoarsest = 6;                         // lattice level
 constexpr uint64_t kLeastBatch = uint64_t{1} << 13;  // pairs of view and cell
 constexpr uint64_t kMostBatch = uint64_t{1} << 21;
 constexpr size_t kLeastViews = 4;
+constexpr int kRegionBits = 2;       // regions are 4 viewcells wide
+constexpr double kQuickLook = 4e5;   // pairs: about a hundredth of a second of one core
+constexpr size_t kTurns = 3;         // one is that of the best of all
+constexpr size_t kMostGenerous = 2;  // one in so many goes up from the first rung, at the end
 
 // Where the lattice lies depends on the seed: what it happens to hit is luck otherwise.
 Eigen::Vector3i LatticeOrigin(uint64_t seed) {
   const auto draw = [seed](uint64_t axis) {
-    return static_cast<int>(HashToUnit(seed, ~uint64_t{1}, axis) * (1 << kCoarsest));
+    return static_cast<int>(HashToUnit(seed, ~uint64_t{1}, axis) * (1 << kCoarsestLevel));
   };
   return {draw(0), draw(1), draw(2)};
 }
@@ -25,16 +30,20 @@ Eigen::Vector3i LatticeOrigin(uint64_t seed) {
 // `cell`: from the lattice's origin.
 int LatticeLevel(const Eigen::Vector3i& cell) {
   return std::min(std::countr_zero(static_cast<uint32_t>(cell.x() | cell.y() | cell.z())),
-                  kCoarsest);
+                  kCoarsestLevel);
+}
+
+Eigen::Vector3i RegionCell(const Eigen::Vector3i& viewcell) {
+  return {viewcell.x() >> kRegionBits, viewcell.y() >> kRegionBits, viewcell.z() >> kRegionBits};
 }
 
 }  // namespace
 
 std::vector<uint32_t> CoarseFirst(std::span<const Eigen::Vector3i> cells, uint64_t seed) {
-  std::array<std::vector<std::pair<double, uint32_t>>, kCoarsest + 1> levels;
+  std::array<std::vector<std::pair<double, uint32_t>>, kCoarsestLevel + 1> levels;
   const Eigen::Vector3i origin = LatticeOrigin(seed);
   for (uint32_t i = 0; i < cells.size(); ++i) {
-    levels[static_cast<size_t>(kCoarsest - LatticeLevel(cells[i] - origin))].emplace_back(
+    levels[static_cast<size_t>(kCoarsestLevel - LatticeLevel(cells[i] - origin))].emplace_back(
         HashToUnit(seed, ~uint64_t{0}, i), i);
   }
   std::vector<uint32_t> order;
@@ -56,6 +65,14 @@ ViewRace::ViewRace(EvaluationRun& run, const CellSampler& sampler, const RaceOpt
       rung_of_(run.size(), kOutside),
       drawn_gain_(run.size(), 0),
       lattice_(CoarseFirst(run.views().cells(), seed)) {
+  Eigen::Vector3i last = Eigen::Vector3i::Constant(std::numeric_limits<int>::min());
+  first_region_.setConstant(std::numeric_limits<int>::max());
+  for (const Eigen::Vector3i& cell : run.views().cells()) {
+    const Eigen::Vector3i region = RegionCell(cell);
+    first_region_ = first_region_.cwiseMin(region);
+    last = last.cwiseMax(region);
+  }
+  if (run.size() > 0) regions_ = last - first_region_ + Eigen::Vector3i::Ones();
   // A sample of a third of the cells costs nearly what they all do.
   size_t total = 0;
   for (size_t draws = options.first_draws; draws * 3 <= run.cells().size();
@@ -65,6 +82,7 @@ ViewRace::ViewRace(EvaluationRun& run, const CellSampler& sampler, const RaceOpt
     rung.total = total = draws;
   }
   rungs_.emplace_back().draws = run.cells().size();
+  for (Rung& rung : rungs_) rung.revisions.resize(static_cast<size_t>(regions_.prod()));
   const auto bounds = 2.0 * static_cast<double>(rungs_.size() * std::max<size_t>(1, run.size()));
   log_inverse_error_ = std::log(bounds / (1 - confidence));
 }
@@ -104,7 +122,7 @@ void ViewRace::Tighten(size_t rung, const Budget& part) {
 bool ViewRace::Step(const Budget& part) {
   // The highest first: who is far ahead is decided on before others enter.
   for (size_t rung = rungs_.size() - 1; rung > 0; --rung) {
-    const size_t due = rungs_[rung - 1].reached / options_.promotion;
+    const size_t due = rungs_[rung - 1].reached / Promotion(rung);
     if (rungs_[rung].reached < due) return GoUp(rung, due - rungs_[rung].reached, part);
   }
   return Enter(part);
@@ -115,18 +133,36 @@ size_t ViewRace::BatchOn(size_t rung) const {
   return std::max<size_t>(kLeastViews, pairs / std::max<size_t>(1, rungs_[rung].draws));
 }
 
+size_t ViewRace::Promotion(size_t rung) const {
+  const double looks = static_cast<double>(pairs_) / kQuickLook;
+  if (rung > 1 || looks <= 1) return options_.promotion;
+  return std::max(std::min(kMostGenerous, options_.promotion),
+                  static_cast<size_t>(static_cast<double>(options_.promotion) / looks));
+}
+
+uint32_t ViewRace::RegionOf(uint32_t view) const {
+  const Eigen::Vector3i at = RegionCell(run_.views().cells()[view]) - first_region_;
+  return static_cast<uint32_t>(at.x() + regions_.x() * (at.y() + regions_.y() * at.z()));
+}
+
+double ViewRace::RevisedScore(uint32_t view, size_t rung) const {
+  const Revision& revision = rungs_[rung].revisions[RegionOf(view)];
+  // As if one more had not changed: a single view tells little of its neighbours.
+  return run_.view(view).score + static_cast<double>(revision.sum / (revision.views + 1));
+}
+
 bool ViewRace::GoUp(size_t rung, size_t count, const Budget& part) {
   std::vector<uint32_t>& waiting = rungs_[rung - 1].waiting;
   count = std::min({count, BatchOn(rung), waiting.size()});
-  const auto middle = waiting.begin() + static_cast<ptrdiff_t>(count);
-  const auto better = [this](uint32_t a, uint32_t b) {
-    const double x = run_.view(a).score;
-    const double y = run_.view(b).score;
-    return x != y ? x > y : a < b;
-  };
-  std::nth_element(waiting.begin(), middle, waiting.end(), better);
-  std::vector<uint32_t> best(waiting.begin(), middle);
-  waiting.erase(waiting.begin(), middle);
+  std::vector<std::pair<double, uint32_t>> order;
+  order.reserve(waiting.size());
+  for (const uint32_t i : waiting) order.emplace_back(-RevisedScore(i, rung - 1), i);
+  std::nth_element(order.begin(), order.begin() + static_cast<ptrdiff_t>(count), order.end());
+  std::vector<uint32_t> best;
+  waiting.clear();
+  for (size_t k = 0; k < order.size(); ++k) {
+    (k < count ? best : waiting).push_back(order[k].second);
+  }
   std::sort(best.begin(), best.end());
   // Those decided on in the meantime go up without a sample.
   const auto known = [this](uint32_t i) { return run_.view(i).exact; };
@@ -137,18 +173,36 @@ bool ViewRace::GoUp(size_t rung, size_t count, const Budget& part) {
   return ScoreOn(rung, best, part);
 }
 
+std::optional<size_t> ViewRace::NextToPropose() {
+  std::optional<size_t> next;
+  if (++turns_ % kTurns == 0) {  // whoever ranks best of all
+    for (size_t k = 0; k < proposers_.size(); ++k) {
+      if (proposers_[k].empty()) continue;
+      if (!next.has_value() || proposers_[*next].top() < proposers_[k].top()) next = k;
+    }
+    return next;
+  }
+  for (size_t k = 0; k < proposers_.size() && !next.has_value(); ++k) {
+    level_ = (level_ + 1) % proposers_.size();
+    if (!proposers_[level_].empty()) next = level_;
+  }
+  return next;
+}
+
 bool ViewRace::Enter(const Budget& part) {
   const size_t count = BatchOn(0);
   std::vector<uint32_t> entering;
-  while (entering.size() < count / 2 && !proposers_.empty()) {
-    const Proposer of = proposers_.top();
-    proposers_.pop();
+  while (entering.size() < count / 2) {
+    const std::optional<size_t> level = NextToPropose();
+    if (!level.has_value()) break;
+    const Proposer of = proposers_[*level].top();
+    proposers_[*level].pop();
     const double rank = run_.view(of.view).Rank();
     if (rank < of.rank) {  // it looked better when it was listed
-      proposers_.push({rank, of.view, of.step});
+      proposers_[*level].push({rank, of.view});
     } else {
-      ListNeighbours(of.view, of.step, entering);
-      if (of.step > 1) proposers_.push({rank, of.view, of.step / 2});
+      ListNeighbours(of.view, 1 << *level, entering);
+      if (*level > 0) proposers_[*level - 1].push({rank, of.view});
     }
   }
   for (; entering.size() < count && next_ < lattice_.size(); ++next_) {
@@ -196,6 +250,7 @@ void ViewRace::Arrive(uint32_t i, size_t rung) {
 
 void ViewRace::Note(uint32_t i, size_t rung, double gain) {
   Rung& own = rungs_[rung];
+  const double before = run_.view(i).score;
   Arrive(i, rung);
   if (IsLast(rung)) {
     run_.SetExact(i, gain);
@@ -217,8 +272,12 @@ void ViewRace::Note(uint32_t i, size_t rung, double gain) {
     view.error = potential * std::sqrt(mean * (1 - mean) / draws);
   }
   if (rung == 0) {
-    const int step = std::max(1, (1 << LatticeLevel(run_.views().cells()[i] - origin_)) / 2);
-    proposers_.push({run_.view(i).Rank(), i, step});
+    const int level = LatticeLevel(run_.views().cells()[i] - origin_);
+    proposers_[static_cast<size_t>(std::max(0, level - 1))].push({run_.view(i).Rank(), i});
+  } else {
+    Revision& revision = rungs_[rung - 1].revisions[RegionOf(i)];
+    revision.sum += static_cast<float>(run_.view(i).score - before);
+    revision.views += 1;
   }
 }
 

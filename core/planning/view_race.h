@@ -3,7 +3,9 @@
 #ifndef VANTAGE_CORE_PLANNING_VIEW_RACE_H_
 #define VANTAGE_CORE_PLANNING_VIEW_RACE_H_
 
+#include <array>
 #include <cstdint>
+#include <optional>
 #include <queue>
 #include <span>
 #include <vector>
@@ -14,19 +16,28 @@
 
 namespace vantage {
 
+inline constexpr int kCoarsestLevel = 6;  // of the lattice of views, 2^6 viewcells wide
+
 struct RaceOptions {
   size_t first_draws = 256;  // of cells, for a view that enters
   size_t growth = 4;         // of the sample from rung to rung
-  size_t promotion = 16;     // one in so many views goes up
+  size_t promotion = 16;     // one in so many views goes up, from the first rung more and more
   size_t widest = 4;         // the same, once every view has entered and there is time
 };
 
 // Successive halving without rounds: every rung is the size of a sample, the last one all cells. A
 // view goes up when it is among the best sixteenth of those that reached its rung, so that each
-// rung gets a quarter of the effort of the one below, at any time. Half of those that enter are the
-// next of a lattice of views, the coarsest first; the others are neighbours of the view that ranks
-// best, at half its distance on the lattice, then at a quarter, and so on. So an answer is there
-// early, and nothing is decided by the budget.
+// rung gets a quarter of the effort of the one below; from the first rung more go up the more work
+// is done, until it is every second: small samples suit a quick look, and mislead a long one.
+//
+// All views on a rung share its sample. So where that happens to hold too much of what a room
+// shows, all views there look too good, and would fill the next rung. What those that went up were
+// found to be worse is therefore taken off their neighbours, before the best are chosen.
+//
+// Half of those that enter are the next of a lattice of views, the coarsest first; the others are
+// neighbours of views that rank best, of one after the other at each distance on the lattice: so
+// the surroundings of the best view are looked at closely, but not before all else. An answer is
+// there early, and nothing is decided by the budget.
 class ViewRace {
  public:
   // The bounds of all views on all rungs hold together with `confidence`. References are kept.
@@ -49,27 +60,39 @@ class ViewRace {
  private:
   static constexpr uint8_t kOutside = 0xff;
 
+  // Of the views of a region that went up: by how much larger samples changed their scores.
+  struct Revision {
+    float sum = 0;  // samples
+    float views = 0;
+  };
   struct Rung {
     size_t draws = 0;  // of this rung alone
     size_t total = 0;  // and those below
     CellArrays sample;
-    std::vector<MeanBounds> bounds;  // one, made with the sample
-    size_t reached = 0;              // views, those that went on included
-    std::vector<uint32_t> waiting;   // to go up
+    std::vector<MeanBounds> bounds;   // one, made with the sample
+    size_t reached = 0;               // views, those that went on included
+    std::vector<uint32_t> waiting;    // to go up
+    std::vector<Revision> revisions;  // by region
   };
   // A view whose neighbours may enter, by what it was ranked when it was listed.
   struct Proposer {
     double rank;
     uint32_t view;
-    int step;  // viewcells, to the neighbours that are next
     bool operator<(const Proposer& other) const {
       return rank != other.rank ? rank < other.rank : view > other.view;
     }
   };
 
   bool Step(const Budget& part);
+  // One in so many views goes up to the rung.
+  size_t Promotion(size_t rung) const;
+  uint32_t RegionOf(uint32_t view) const;
+  // The score of a view that waits on the rung, revised as its neighbours' were.
+  double RevisedScore(uint32_t view, size_t rung) const;
   bool GoUp(size_t rung, size_t count, const Budget& part);
   bool Enter(const Budget& part);
+  // Whose neighbours are next, by the index of the queue; nothing when all were proposed.
+  std::optional<size_t> NextToPropose();
   bool ScoreOn(size_t rung, std::span<const uint32_t> which, const Budget& part);
   void Arrive(uint32_t view, size_t rung);
   void Note(uint32_t view, size_t rung, double gain);
@@ -84,13 +107,19 @@ class ViewRace {
   RaceOptions options_;
   uint64_t seed_;
   Eigen::Vector3i origin_;  // of the lattice, viewcells
+  // Regions are cubes of a few viewcells.
+  Eigen::Vector3i first_region_ = Eigen::Vector3i::Zero();
+  Eigen::Vector3i regions_ = Eigen::Vector3i::Zero();  // along the axes
   double log_inverse_error_ = 0;
   std::vector<Rung> rungs_;
   std::vector<uint8_t> rung_of_;   // by view
   std::vector<float> drawn_gain_;  // by view: over all its draws
   std::vector<uint32_t> lattice_;  // views in the order of entering
   size_t next_ = 0;                // of the lattice
-  std::priority_queue<Proposer> proposers_;
+  // By the distance of the neighbours that are next, 2^k viewcells.
+  std::array<std::priority_queue<Proposer>, kCoarsestLevel> proposers_;
+  size_t turns_ = 0;
+  size_t level_ = 0;    // of proposers_, whose turn it was last
   uint64_t pairs_ = 0;  // of view and cell, scored
 };
 
