@@ -29,7 +29,25 @@ bool NearAny(const FeasibleViews& views, uint32_t i, std::span<const uint32_t> o
   });
 }
 
-// The best views that lie apart, exactly: whoever ranks best is scored, until the best are.
+// Views that may well be better than an exact one though they rank behind it, the best first.
+std::vector<uint32_t> Challengers(const EvaluationRun& run, double exact, size_t most) {
+  std::vector<Entry> entries;
+  for (uint32_t i = 0; i < run.size(); ++i) {
+    const ViewEstimate& view = run.view(i);
+    if (view.scored && !view.exact && view.score + view.error > exact) {
+      entries.push_back({view.score, i});
+    }
+  }
+  std::sort(entries.rbegin(), entries.rend());
+  entries.resize(std::min(entries.size(), most));
+  std::vector<uint32_t> challengers;
+  challengers.reserve(entries.size());
+  for (const Entry& entry : entries) challengers.push_back(entry.view);
+  return challengers;
+}
+
+// The best views that lie apart, exactly: whoever ranks best is scored, until the best are. Who
+// leads them is challenged before the others are decided on: it is where people go first.
 void Decide(const AnytimeOptions& options, EvaluationRun& run) {
   std::priority_queue<Entry> queue;
   for (uint32_t i = 0; i < run.size(); ++i) {
@@ -38,6 +56,7 @@ void Decide(const AnytimeOptions& options, EvaluationRun& run) {
   if (queue.empty()) return;
   std::vector<uint32_t> leaders;
   std::vector<uint32_t> batch;
+  bool challenged = false;
   while (!queue.empty() && static_cast<int>(leaders.size()) < options.leaders) {
     // As many as rank before the best exact one, at most a batch.
     batch.clear();
@@ -50,6 +69,11 @@ void Decide(const AnytimeOptions& options, EvaluationRun& run) {
       }
       if (run.view(i).exact) {
         if (!batch.empty()) break;
+        if (!challenged) {
+          challenged = true;
+          batch = Challengers(run, run.view(i).score, most);
+          break;
+        }
         leaders.push_back(i);
         queue.pop();
         break;
