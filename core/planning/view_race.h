@@ -35,9 +35,9 @@ struct RaceOptions {
 // found to be worse is therefore taken off their neighbours, before the best are chosen.
 //
 // Half of those that enter are the next of a lattice of views, the coarsest first; the others are
-// neighbours of views that rank best, of one after the other at each distance on the lattice: so
-// the surroundings of the best view are looked at closely, but not before all else. An answer is
-// there early, and nothing is decided by the budget.
+// neighbours of views that rank best, two times of three at each distance on the lattice in turn,
+// else of the best of all: so its surroundings are looked at closely, but not before all else. An
+// answer is there early, and nothing is decided by the budget.
 class ViewRace {
  public:
   // The bounds of all views on all rungs hold together with `confidence`. References are kept.
