@@ -8,11 +8,20 @@ namespace {
 
 constexpr size_t kBatch = 16;  // views brought up to date together, whatever the number of threads
 
+constexpr double kLeastMinutes = 0.01;  // no view is free
+
 double Apart(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
   return (a - b).head<2>().norm();
 }
 
 }  // namespace
+
+double WorthTo(const CrewMember& member, uint32_t view, FleetRanking ranking) {
+  if (!member.Can(view)) return 0;
+  if (ranking == FleetRanking::kGain) return 1;
+  const std::optional<double> minutes = member.Minutes(view);
+  return minutes.has_value() ? 1 / std::max(kLeastMinutes, *minutes) : 0;
+}
 
 JointChoice::JointChoice(std::vector<ScannerClass>& classes, std::vector<CrewOf>& crew,
                          Residual& residual, FleetRanking ranking, const PlanningConfig& config,
@@ -51,12 +60,13 @@ std::optional<size_t> JointChoice::BestScanner(size_t of, uint32_t view) const {
 double JointChoice::Key(size_t of, uint32_t view, double gain) const {
   const std::optional<size_t> scanner = BestScanner(of, view);
   if (!scanner.has_value() || !(gain > 0)) return -1;
-  if (ranking_ == FleetRanking::kGain) return gain;
-  // Half a second at least: no view is free.
-  double minutes = std::max(0.01, *crew_[*scanner].member.Minutes(view));
+  double worth = WorthTo(crew_[*scanner].member, view, ranking_);
   const auto judged = waiting_.find({of, view});
-  if (judged != waiting_.end()) minutes = std::max(minutes, judged->second.minutes.value_or(0));
-  return gain / minutes;
+  if (ranking_ == FleetRanking::kGainPerMinute && judged != waiting_.end() &&
+      judged->second.minutes.has_value()) {
+    worth = std::min(worth, 1 / std::max(kLeastMinutes, *judged->second.minutes));
+  }
+  return gain * worth;
 }
 
 void JointChoice::Fill(double apart) {
@@ -77,22 +87,28 @@ void JointChoice::Fill(double apart) {
   queue_ = std::priority_queue<Entry>(std::less<Entry>(), std::move(entries));
 }
 
-bool JointChoice::Spent() const { return rays_ >= budget_.work_limit || budget_.Expired(); }
+Budget JointChoice::Refining() const {
+  constexpr double kMost = 0.8;  // the rest is for checks and, for one scanner, further views
+  const auto waiting = std::count(assigned_.begin(), assigned_.end(), false);
+  return budget_.Part(kMost / static_cast<double>(std::max<ptrdiff_t>(1, waiting)), rays_);
+}
 
-bool JointChoice::RefreshTop(std::vector<Entry>& stale) {
+bool JointChoice::Refresh(std::span<const Entry> stale, const Budget& refining) {
+  if (rays_ >= refining.work_limit || refining.Expired()) return false;
   for (size_t of = 0; of < classes_.size(); ++of) {
     std::vector<uint32_t> which;
     for (const Entry& entry : stale) {
       if (entry.of == of) which.push_back(entry.view);
     }
     if (which.empty()) continue;
-    if (!classes_[of].gains->Refresh(which, budget_, parallel_, rays_)) return false;
-  }
-  for (Entry& entry : stale) {
-    entry.key = Key(entry.of, entry.view, classes_[entry.of].gains->Value(entry.view));
-    if (entry.key > 0) queue_.push(entry);
+    if (!classes_[of].gains->Refresh(which, refining, parallel_, rays_)) return false;
   }
   return true;
+}
+
+void JointChoice::Enqueue(size_t of, uint32_t view) {
+  const double key = Key(of, view, classes_[of].gains->Value(view));
+  if (key > 0) queue_.push({key, of, view});
 }
 
 bool JointChoice::NearRefused(size_t of, const Eigen::Vector3d& at) const {
@@ -171,46 +187,56 @@ void JointChoice::NoteExactness(const ChosenView& chosen) {
   record_.exactness = std::min(record_.exactness, share);
 }
 
+std::vector<JointChoice::Entry> JointChoice::StaleTop(const Budget& refining) {
+  std::vector<Entry> stale;
+  uint64_t affordable = refining.work_limit - std::min(refining.work_limit, rays_);
+  while (!queue_.empty() && stale.size() < kBatch) {
+    const Entry top = queue_.top();
+    const LazyGains& gains = *classes_[top.of].gains;
+    if (gains.Fresh(top.view)) break;
+    const uint64_t cost = gains.MostRays(top.view);
+    if (!stale.empty() && cost > affordable) break;
+    affordable -= std::min(affordable, cost);
+    stale.push_back(top);
+    queue_.pop();
+  }
+  return stale;
+}
+
 std::optional<ChosenView> JointChoice::Next(double apart) {
   Fill(apart);
-  std::vector<Entry> stale;
+  const Budget refining = Refining();
+  bool spent = false;
   while (!queue_.empty()) {
-    stale.clear();
-    uint64_t affordable = budget_.work_limit - std::min(budget_.work_limit, rays_);
-    while (!queue_.empty() && stale.size() < kBatch) {
-      const Entry top = queue_.top();
-      const LazyGains& gains = *classes_[top.of].gains;
-      if (gains.Fresh(top.view)) break;
-      const uint64_t cost = gains.MostRays(top.view);
-      if (!stale.empty() && cost > affordable) break;
-      affordable -= std::min(affordable, cost);
-      stale.push_back(top);
-      queue_.pop();
-    }
+    std::vector<Entry> stale = spent ? std::vector<Entry>() : StaleTop(refining);
     if (!stale.empty()) {
-      if (Spent() || !RefreshTop(stale)) {
-        record_.cut_short = true;
-        return std::nullopt;
-      }
+      spent = !Refresh(stale, refining);
+      record_.cut_short |= spent;
+      for (const Entry& entry : stale) Enqueue(entry.of, entry.view);
       continue;
     }
     const Entry top = queue_.top();
     queue_.pop();
+    // From here on what samples tell has to do. What a view gained before others were chosen does
+    // not: it may be what they gain.
+    if (spent && !classes_[top.of].gains->Current(top.view)) continue;
     ChosenView chosen;
     switch (Judge(top, chosen)) {
       case Fate::kOut:
         continue;
       case Fate::kStop:
         return std::nullopt;
-      case Fate::kPutBack: {
-        const double key = Key(top.of, top.view, classes_[top.of].gains->Value(top.view));
-        queue_.push({key, top.of, top.view});
+      case Fate::kPutBack:
+        Enqueue(top.of, top.view);
         continue;
-      }
       case Fate::kTaken:
         break;
     }
-    if (listed_.empty()) NoteExactness(chosen);
+    if (listed_.empty()) {
+      // What it is worth is stated, so it is looked at even then.
+      if (!classes_[top.of].gains->Fresh(top.view)) (void)Refresh({&top, 1}, budget_);
+      NoteExactness(chosen);
+    }
     listed_.push_back(classes_[top.of].views[top.view]);
     return chosen;
   }

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <queue>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -50,6 +51,9 @@ struct ChosenView {
   std::optional<double> minutes;
 };
 
+// What a sample gained by a view counts in the ranking, if the member goes there; 0: it cannot.
+double WorthTo(const CrewMember& member, uint32_t view, FleetRanking ranking);
+
 // Chooses one view after the other. References are kept.
 class JointChoice {
  public:
@@ -57,7 +61,8 @@ class JointChoice {
               FleetRanking ranking, const PlanningConfig& config,
               const std::vector<Eigen::Vector3d>& taken, const Budget& budget, Parallel& parallel);
 
-  // The best view of all scanners that have none; nothing when there is none, or the budget ended.
+  // The best view of all scanners that have none, by what is known when most of the budget is
+  // spent; nothing when there is none, or no time to check that it registers.
   // `apart`: only views that far from those that were returned before, m.
   std::optional<ChosenView> Next(double apart);
   // Gives the view to its scanner: others count for what it leaves. False when the budget ended.
@@ -88,11 +93,16 @@ class JointChoice {
   // What a gain counts in the ranking; below 0: it does not.
   double Key(size_t of, uint32_t view, double gain) const;
   void Fill(double apart);
-  bool RefreshTop(std::vector<Entry>& stale);
+  // False when the budget ended before all were fresh.
+  bool Refresh(std::span<const Entry> stale, const Budget& refining);
+  void Enqueue(size_t of, uint32_t view);
   Fate Judge(const Entry& entry, ChosenView& chosen);
   bool NearRefused(size_t of, const Eigen::Vector3d& at) const;
   void NoteExactness(const ChosenView& chosen);
-  bool Spent() const;
+  // Takes those that are not fresh off the front of the queue, a batch at most.
+  std::vector<Entry> StaleTop(const Budget& refining);
+  // Most of what is left of the budget, for the scanners without a view evenly.
+  Budget Refining() const;
 
   std::vector<ScannerClass>& classes_;
   std::vector<CrewOf>& crew_;

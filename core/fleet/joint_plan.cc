@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <chrono>
 #include <cmath>
 #include <tuple>
 #include <utility>
@@ -23,8 +22,6 @@
 
 namespace vantage {
 namespace {
-
-using Clock = Budget::Clock;
 
 auto Figures(const ScannerModel& m) {
   return std::tie(m.azimuth_span, m.elevation_min, m.elevation_max, m.azimuth_step,
@@ -69,17 +66,10 @@ absl::Status Validate(const PlanningView& model, const FleetRequest& request,
   return CheckPlanningSize(model, one);
 }
 
-// A part of what is left of a budget of which `rays` are spent.
-Budget Part(const Budget& budget, double share, uint64_t rays) {
-  Budget part = budget.Evaluating();
-  if (budget.deadline != Clock::time_point::max()) {
-    const auto left = std::max(budget.deadline - budget.now(), Clock::duration::zero());
-    part.deadline = budget.now() + std::chrono::duration_cast<Clock::duration>(share * left);
-  }
-  if (budget.work_limit != std::numeric_limits<uint64_t>::max()) {
-    const uint64_t left = budget.work_limit - std::min(budget.work_limit, rays);
-    part.work_limit = static_cast<uint64_t>(share * static_cast<double>(left));
-  }
+// For an evaluation, which counts its rays anew: a share of a budget of which `rays` are spent.
+Budget Fresh(const Budget& budget, double share, uint64_t rays) {
+  Budget part = budget.Evaluating().Part(share, rays);
+  if (part.work_limit != std::numeric_limits<uint64_t>::max()) part.work_limit -= rays;
   return part;
 }
 
@@ -238,10 +228,12 @@ class JointPlanner {
         mine.evaluation.views.assign(mine.views.size(), {0, 0, 0, true, true, 0});
         mine.evaluation.complete = true;
       } else {
+        const std::vector<double> worth = Worth(of, nullptr);
         const double share =
             rounds / (static_cast<double>(classes_.size() - of) * rounds + (1 - rounds));
-        mine.evaluation = EvaluateViews(mine.scoring->scorer(), mine.feasible, cells, Options(true),
-                                        Part(budget_, share, rays_), parallel_, show, &*grid_);
+        mine.evaluation =
+            EvaluateViews(mine.scoring->scorer(), mine.feasible, cells, Options(true, worth),
+                          Fresh(budget_, share, rays_), parallel_, show, &*grid_);
       }
       rays_ += mine.evaluation.rays;
       any = any || mine.evaluation.any();
@@ -258,13 +250,26 @@ class JointPlanner {
     return any || EndEarly("evaluate views");
   }
 
-  AnytimeOptions Options(bool complete) const {
+  // What a sample gained by each view counts for whoever of those without a view counts it most.
+  std::vector<double> Worth(size_t of, const JointChoice* choice) const {
+    std::vector<double> worth(classes_[of].views.size(), 0);
+    for (size_t s = 0; s < crew_.size(); ++s) {
+      if (crew_[s].of != of || (choice != nullptr && choice->assigned(s))) continue;
+      for (uint32_t i = 0; i < worth.size(); ++i) {
+        worth[i] = std::max(worth[i], WorthTo(crew_[s].member, i, request_.ranking));
+      }
+    }
+    return worth;
+  }
+
+  AnytimeOptions Options(bool complete, std::span<const double> worth) const {
     AnytimeOptions options;
     options.confidence = config_.confidence;
     options.seed = config_.seed;
     options.separation = config_.separation;
     options.leaders = complete ? config_.candidates : 2;
     options.complete = complete;
+    options.worth = worth;
     return options;
   }
 
@@ -284,10 +289,12 @@ class JointPlanner {
     for (ScannerClass& mine : classes_) {
       if (mine.evaluation.complete || residual_->left().size() == 0) continue;
       const Budget part =
-          Part(budget_, 0.8 / static_cast<double>(rounds_left * classes_.size()), choice.rays());
+          Fresh(budget_, 0.8 / static_cast<double>(rounds_left * classes_.size()), choice.rays());
+      const std::vector<double> worth =
+          Worth(static_cast<size_t>(&mine - classes_.data()), &choice);
       const Evaluation anew =
-          EvaluateViews(mine.scoring->scorer(), mine.feasible, residual_->left(), Options(false),
-                        part, parallel_, [](const Evaluation&) {});
+          EvaluateViews(mine.scoring->scorer(), mine.feasible, residual_->left(),
+                        Options(false, worth), part, parallel_, [](const Evaluation&) {});
       choice.AddRays(anew.rays);
       mine.gains->Merge(anew);
     }

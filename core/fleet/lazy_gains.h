@@ -33,6 +33,9 @@ class LazyGains {
     return gains_[view].exact && gains_[view].step == residual_.steps();
   }
 
+  // Value() is of what is left now, exact or not: no value of an earlier step.
+  bool Current(uint32_t view) const { return gains_[view].step == residual_.steps(); }
+
   // Another evaluation, of what is left now: for views that are not known exactly.
   void Merge(const Evaluation& evaluation);
 

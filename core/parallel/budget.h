@@ -33,6 +33,20 @@ struct Budget {
     return budget;
   }
 
+  // A share of what is left of time and of work, of which `done` was done; counts on from there.
+  Budget Part(double share, uint64_t done) const {
+    Budget part = *this;
+    if (deadline != Clock::time_point::max()) {
+      const auto at = now();
+      const auto left = std::max(deadline - at, Clock::duration::zero());
+      part.deadline = at + std::chrono::duration_cast<Clock::duration>(share * left);
+    }
+    if (work_limit != std::numeric_limits<uint64_t>::max()) {
+      const uint64_t left = work_limit - std::min(work_limit, done);
+      part.work_limit = done + static_cast<uint64_t>(share * static_cast<double>(left));
+    }
+    return part;
+  }
   // For work that is left off when there is a hurry.
   Budget Evaluating() const {
     Budget part = *this;

@@ -30,12 +30,14 @@ bool NearAny(const FeasibleViews& views, uint32_t i, std::span<const uint32_t> o
 }
 
 // Views that may well be better than an exact one though they rank behind it, the best first.
-std::vector<uint32_t> Challengers(const EvaluationRun& run, double exact, size_t most) {
+std::vector<uint32_t> Challengers(const EvaluationRun& run, uint32_t exact, size_t most) {
+  const double to_beat = run.Rank(exact);
   std::vector<Entry> entries;
   for (uint32_t i = 0; i < run.size(); ++i) {
     const ViewEstimate& view = run.view(i);
-    if (view.scored && !view.exact && view.score + view.error > exact) {
-      entries.push_back({view.score, i});
+    if (!view.scored || view.exact) continue;
+    if (run.Worth(i) * (view.score + view.error) > to_beat) {
+      entries.push_back({run.Worth(i) * view.score, i});
     }
   }
   std::sort(entries.rbegin(), entries.rend());
@@ -51,7 +53,7 @@ std::vector<uint32_t> Challengers(const EvaluationRun& run, double exact, size_t
 void Decide(const AnytimeOptions& options, EvaluationRun& run) {
   std::priority_queue<Entry> queue;
   for (uint32_t i = 0; i < run.size(); ++i) {
-    if (run.view(i).scored) queue.push({run.view(i).Rank(), i});
+    if (run.view(i).scored && run.Worth(i) > 0) queue.push({run.Rank(i), i});
   }
   if (queue.empty()) return;
   std::vector<uint32_t> leaders;
@@ -71,7 +73,7 @@ void Decide(const AnytimeOptions& options, EvaluationRun& run) {
         if (!batch.empty()) break;
         if (!challenged) {
           challenged = true;
-          batch = Challengers(run, run.view(i).score, most);
+          batch = Challengers(run, i, most);
           break;
         }
         leaders.push_back(i);
@@ -83,7 +85,7 @@ void Decide(const AnytimeOptions& options, EvaluationRun& run) {
     }
     if (batch.empty()) continue;
     if (!run.ScoreExactly(batch, run.budget())) return;
-    for (const uint32_t i : batch) queue.push({run.view(i).Rank(), i});
+    for (const uint32_t i : batch) queue.push({run.Rank(i), i});
   }
   run.SetDecided();
 }
@@ -110,7 +112,7 @@ Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& vi
                          const Budget& budget, Parallel& parallel, EvaluationProgress progress,
                          const OpaqueGrid* grid) {
   const CellSampler sampler(cells);
-  EvaluationRun run(scorer, views, cells, sampler.potential(), budget, parallel);
+  EvaluationRun run(scorer, views, cells, sampler.potential(), budget, parallel, options.worth);
   ViewRace race(run, sampler, options.race, options.confidence, options.seed);
   race.Run(run.Share(options.race_share));
   if (run.evaluation().any()) progress(run.evaluation());

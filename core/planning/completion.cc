@@ -73,7 +73,7 @@ class ByHierarchy {
                                 std::max(view.lower, view.upper));
         view.upper = std::max(view.upper, view.lower);
         view.score = std::clamp(view.score, view.lower, view.upper);
-        most = std::max(most, view.upper);
+        most = std::max(most, run_.Worth(i) * view.upper);
       }
       if (most >= 0) order.emplace_back(-most, b);
     }
@@ -160,8 +160,9 @@ void CompleteByView(EvaluationRun& run, EvaluationProgress progress) {
   for (uint32_t i = 0; i < run.size(); ++i) {
     if (!run.view(i).exact) rest.push_back(i);
   }
-  std::stable_sort(rest.begin(), rest.end(),
-                   [&](uint32_t a, uint32_t b) { return run.view(a).upper > run.view(b).upper; });
+  std::stable_sort(rest.begin(), rest.end(), [&](uint32_t a, uint32_t b) {
+    return run.Worth(a) * run.view(a).upper > run.Worth(b) * run.view(b).upper;
+  });
   Shown shown(run, progress);
   size_t count = 0;
   for (size_t begin = 0; begin < rest.size(); begin += count) {

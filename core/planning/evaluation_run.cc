@@ -1,8 +1,6 @@
 #include "core/planning/evaluation_run.h"
 
 #include <algorithm>
-#include <chrono>
-#include <limits>
 #include <utility>
 
 namespace vantage {
@@ -26,28 +24,19 @@ std::vector<uint32_t> ByScore(const Evaluation& evaluation) {
 
 EvaluationRun::EvaluationRun(const BruteForceScorer& scorer, const FeasibleViews& views,
                              const CellArrays& cells, double potential, const Budget& budget,
-                             Parallel& parallel)
-    : scorer_(scorer), views_(views), cells_(cells), budget_(budget), parallel_(parallel) {
+                             Parallel& parallel, std::span<const double> worth)
+    : scorer_(scorer),
+      views_(views),
+      cells_(cells),
+      budget_(budget),
+      parallel_(parallel),
+      worth_(worth) {
   ViewEstimate unknown;
   unknown.upper = potential;
   evaluation_.views.assign(views.cells().size(), unknown);
   uint32_t last = 0;
   for (const uint32_t cell : cells.cell) last = std::max(last, cell + 1);
   seen_ = std::vector<std::atomic<uint8_t>>(last);
-}
-
-Budget EvaluationRun::Share(double share) const {
-  Budget part = budget_;
-  if (budget_.deadline != Budget::Clock::time_point::max()) {
-    const auto now = budget_.now();
-    part.deadline =
-        now + std::chrono::duration_cast<Budget::Clock::duration>(share * (budget_.deadline - now));
-  }
-  if (budget_.work_limit != std::numeric_limits<uint64_t>::max()) {
-    part.work_limit =
-        evaluation_.rays + static_cast<uint64_t>(share * static_cast<double>(WorkLeft(budget_)));
-  }
-  return part;
 }
 
 size_t EvaluationRun::Affordable(const CellArrays& cells, size_t most, const Budget& part) const {

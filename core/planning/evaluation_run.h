@@ -26,9 +26,10 @@ inline constexpr double kRounding = 1e-5;
 // References are kept.
 class EvaluationRun {
  public:
-  // `potential`: the most that any view can gain, samples.
+  // `potential`: the most that any view can gain, samples. `worth`: as in AnytimeOptions.
   EvaluationRun(const BruteForceScorer& scorer, const FeasibleViews& views, const CellArrays& cells,
-                double potential, const Budget& budget, Parallel& parallel);
+                double potential, const Budget& budget, Parallel& parallel,
+                std::span<const double> worth = {});
 
   const BruteForceScorer& scorer() const { return scorer_; }
   const FeasibleViews& views() const { return views_; }
@@ -40,10 +41,13 @@ class EvaluationRun {
   const Evaluation& evaluation() const { return evaluation_; }
   const ViewEstimate& view(uint32_t i) const { return evaluation_.views[i]; }
   ViewEstimate& view(uint32_t i) { return evaluation_.views[i]; }
+  // What a sample gained by the view counts.
+  double Worth(uint32_t i) const { return worth_.empty() ? 1 : worth_[i]; }
+  double Rank(uint32_t i) const { return Worth(i) * view(i).Rank(); }
   std::span<std::atomic<uint8_t>> seen() { return seen_; }
 
   // A part of what is left of time and work.
-  Budget Share(double share) const;
+  Budget Share(double share) const { return budget_.Part(share, evaluation_.rays); }
   bool Spent(const Budget& part) const {
     return evaluation_.rays >= part.work_limit || part.Expired();
   }
@@ -71,6 +75,7 @@ class EvaluationRun {
   const CellArrays& cells_;
   const Budget& budget_;
   Parallel& parallel_;
+  const std::span<const double> worth_;     // by view
   std::vector<std::atomic<uint8_t>> seen_;  // by needy cell
   std::vector<ViewScore> scores_;
   Evaluation evaluation_;

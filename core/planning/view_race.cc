@@ -100,16 +100,18 @@ bool ViewRace::Widen() {
 
 void ViewRace::Tighten(size_t rung, const Budget& part) {
   double best = 0;
-  for (uint32_t i = 0; i < run_.size(); ++i) best = std::max(best, run_.view(i).lower);
+  for (uint32_t i = 0; i < run_.size(); ++i) {
+    best = std::max(best, run_.Worth(i) * run_.view(i).lower);
+  }
   std::vector<uint32_t> contenders;
   std::erase_if(rungs_[rung - 1].waiting, [&](uint32_t i) {
-    const bool contends = !run_.view(i).exact && run_.view(i).upper > best;
+    const bool contends = !run_.view(i).exact && run_.Worth(i) * run_.view(i).upper > best;
     if (contends) contenders.push_back(i);
     return contends;
   });
   std::sort(contenders.begin(), contenders.end(), [this](uint32_t a, uint32_t b) {
-    const double x = run_.view(a).upper;
-    const double y = run_.view(b).upper;
+    const double x = run_.Worth(a) * run_.view(a).upper;
+    const double y = run_.Worth(b) * run_.view(b).upper;
     return x != y ? x > y : a < b;
   });
   size_t count = 0;
@@ -156,7 +158,9 @@ bool ViewRace::GoUp(size_t rung, size_t count, const Budget& part) {
   count = std::min({count, BatchOn(rung), waiting.size()});
   std::vector<std::pair<double, uint32_t>> order;
   order.reserve(waiting.size());
-  for (const uint32_t i : waiting) order.emplace_back(-RevisedScore(i, rung - 1), i);
+  for (const uint32_t i : waiting) {
+    order.emplace_back(-run_.Worth(i) * RevisedScore(i, rung - 1), i);
+  }
   std::nth_element(order.begin(), order.begin() + static_cast<ptrdiff_t>(count), order.end());
   std::vector<uint32_t> best;
   waiting.clear();
@@ -197,7 +201,7 @@ bool ViewRace::Enter(const Budget& part) {
     if (!level.has_value()) break;
     const Proposer of = proposers_[*level].top();
     proposers_[*level].pop();
-    const double rank = run_.view(of.view).Rank();
+    const double rank = run_.Rank(of.view);
     if (rank < of.rank) {  // it looked better when it was listed
       proposers_[*level].push({rank, of.view});
     } else {
@@ -273,7 +277,7 @@ void ViewRace::Note(uint32_t i, size_t rung, double gain) {
   }
   if (rung == 0) {
     const int level = LatticeLevel(run_.views().cells()[i] - origin_);
-    proposers_[static_cast<size_t>(std::max(0, level - 1))].push({run_.view(i).Rank(), i});
+    proposers_[static_cast<size_t>(std::max(0, level - 1))].push({run_.Rank(i), i});
   } else {
     Revision& revision = rungs_[rung - 1].revisions[RegionOf(i)];
     revision.sum += static_cast<float>(run_.view(i).score - before);

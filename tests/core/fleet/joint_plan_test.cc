@@ -333,6 +333,35 @@ TEST_F(JointPlanTest, SameOnAnyNumberOfThreadsUnderAWorkLimit) {
   }
 }
 
+TEST_F(JointPlanTest, WhatSamplesTellDoesWhenTheWorkLimitIsReached) {
+  const PlanningView model = BuildView(Room(3));
+  const Exhaustive all(model, config_);
+  FleetRequest request = Crew(1);
+  request.ranking = FleetRanking::kGainPerMinute;
+  request.scanners[0].speed = 0.02;
+  const JointPlan unlimited = Make(model, request);
+  int cut_short = 0;
+  for (const uint64_t limit : {10'000u, 30'000u, 100'000u, 300'000u, 1'000'000u}) {
+    SCOPED_TRACE(limit);
+    Budget budget;
+    budget.work_limit = limit;
+    const JointPlan joint = Make(model, request, budget);
+    ASSERT_FALSE(joint.plan.views.empty()) << joint.plan.message;
+    cut_short += joint.plan.complete ? 0 : 1;
+    const RankedView& view = joint.plan.views[0];
+    EXPECT_NEAR(view.score, all.Together({all.IndexOf(view.position)}), 1e-3 * view.score);
+    // Each choice is the best but for the gap that is stated.
+    const double best = *unlimited.journeys[0].per_minute;
+    EXPECT_GE(*joint.journeys[0].per_minute, (1 - joint.plan.optimality_gap) * best * (1 - 1e-5));
+    EXPECT_GE(*joint.journeys[0].per_minute, 0.5 * best);
+  }
+  EXPECT_GE(cut_short, 3);
+  // Two are sent out even so.
+  Budget budget;
+  budget.work_limit = 200'000;
+  EXPECT_EQ(Make(model, Crew(2), budget).plan.views.size(), 2u);
+}
+
 TEST_F(JointPlanTest, ABudgetThatIsTooShortSaysSo) {
   const PlanningView model = BuildView(Room(3));
   Budget budget = Budget::Seconds(-1);
