@@ -5,9 +5,7 @@
 namespace vantage {
 namespace {
 
-// A guess without covariance, so that what nothing constrains stays where it is: m, rad.
-constexpr double kVagueShift = 1.0;
-constexpr double kVagueTurn = 0.3;
+constexpr double kVagueShift = 1.0;  // m, as kVagueTurn
 
 }  // namespace
 

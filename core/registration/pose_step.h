@@ -14,6 +14,10 @@
 
 namespace vantage {
 
+// A prior without a covariance is believed to this, rad, one sigma: what nothing constrains stays
+// where it is.
+inline constexpr double kVagueTurn = 0.3;
+
 // A pose change about a fixed point: [rotation; translation].
 Eigen::Isometry3d Moved(const Eigen::Isometry3d& pose, const Vector6d& change,
                         const Eigen::Vector3d& about);

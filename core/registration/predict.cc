@@ -2,15 +2,15 @@
 #include <vector>
 
 #include "core/registration/judge.h"
+#include "core/registration/pose_step.h"
 #include "core/registration/prediction.h"
 
 namespace vantage {
 namespace {
 
-// What is believed of a scan's attitude before it is aligned, rad, one sigma: a tripod set up by
-// eye, any heading. Only in the millimetres that are shown.
+// What is believed of a tripod set up by eye, rad, one sigma. Only in the millimetres that are
+// shown, as is the heading, which is believed as that of any prior.
 constexpr double kTiltGuess = 0.05;
-constexpr double kHeadingGuess = kPi / 1.7320508;  // of a uniform angle
 
 }  // namespace
 
@@ -49,7 +49,7 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
   if (scanner.positioning_error > 0) {
     const double position_sigma = scanner.positioning_error;
     const Vector6d sigma{
-        {kTiltGuess, kTiltGuess, kHeadingGuess, position_sigma, position_sigma, position_sigma}};
+        {kTiltGuess, kTiltGuess, kVagueTurn, position_sigma, position_sigma, position_sigma}};
     known.guessed = geometry.FromPoseCovariance(sigma.cwiseAbs2().asDiagonal(), position);
   }
   return Judge(geometry, share, known, config);

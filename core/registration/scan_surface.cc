@@ -20,6 +20,10 @@ using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
 // Neighbours are gathered out to this distance, m, or to the next cells where those are farther.
 constexpr double kNeighbourhood = 0.12;
+// Where those are no plane: a pilaster's side or a door's jamb may be one, and it can be all that
+// holds a scan along a wall. So near, only noise may bend it, or every edge would be rounded off.
+constexpr double kSmallNeighbourhood = 0.05;
+constexpr double kSmallNoise = 2.0;    // times the scanner's
 constexpr int kNeighboursPerSide = 3;  // so at most 7 x 7, whatever the image's resolution
 constexpr int kMinNeighbours = 6;
 // A neighbourhood is a surface when it is flat to this (m), or to this share of its own width.
@@ -127,13 +131,16 @@ struct Fit {
   float rms = -1;  // m, of the neighbours from their plane; negative: there is no plane
 };
 
-Fit FitPlane(const Scan& scan, const Cloud& cloud, const Picked& picked, pcl::Indices& neighbours) {
+// The plane through the neighbours within `neighbourhood`; `flat`: only when they are as near to
+// it, m, whatever else is asked of them.
+Fit FitPlane(const Scan& scan, const Cloud& cloud, const Picked& picked, double neighbourhood,
+             double flat, pcl::Indices& neighbours) {
   const RangeImage& image = scan.image;
   const int column = static_cast<int>(picked.cell / image.elevation.size());
   const int row = static_cast<int>(picked.cell % image.elevation.size());
   const double range = image.range[picked.cell];
   const auto reach = [&](double step) {
-    return std::max(1, static_cast<int>(std::lround(kNeighbourhood / (range * step))));
+    return std::max(1, static_cast<int>(std::lround(neighbourhood / (range * step))));
   };
   const double step_a = 2 * kPi / std::max(1, image.columns());
   const double azimuth_step =
@@ -148,7 +155,7 @@ Fit FitPlane(const Scan& scan, const Cloud& cloud, const Picked& picked, pcl::In
   const int stride_r = std::max(1, half_r / kNeighboursPerSide);
   const Eigen::Vector3f centre = cloud[picked.cell].getVector3fMap();
   const double gate =
-      std::max({2 * kNeighbourhood, 3.0 * range * elevation_step, 3.0 * range * azimuth_step});
+      std::max({2 * neighbourhood, 3.0 * range * elevation_step, 3.0 * range * azimuth_step});
   const auto gate_squared = static_cast<float>(gate * gate);
 
   neighbours.clear();
@@ -178,7 +185,8 @@ Fit FitPlane(const Scan& scan, const Cloud& cloud, const Picked& picked, pcl::In
   const double rms = std::sqrt(std::max(0.0f, values[0]));
   const double width = std::sqrt(std::max(0.0f, values[1]));
   // Too thin a strip has no normal; neither has a tangle.
-  if (!(width > 0.008) || !(rms < std::max(kFlatShare * width, std::min(kFlat, 0.35 * width)))) {
+  if (!(width > 0.008) || !(rms <= flat) ||
+      !(rms < std::max(kFlatShare * width, std::min(kFlat, 0.35 * width)))) {
     return fit;
   }
   Eigen::Vector3f normal = vectors.col(0).normalized();
@@ -242,7 +250,12 @@ ScanSurface SampleSurface(const Scan& scan, double spacing, Parallel& parallel) 
     pcl::Indices neighbours;
     const size_t end = std::min(picked.size(), (chunk + 1) * kChunk);
     for (size_t i = chunk * kChunk; i < end; ++i) {
-      fits[i] = FitPlane(scan, cloud, picked[i], neighbours);
+      constexpr double kAny = std::numeric_limits<double>::infinity();
+      fits[i] = FitPlane(scan, cloud, picked[i], kNeighbourhood, kAny, neighbours);
+      if (fits[i].rms >= 0) continue;
+      const double noise = scan.scanner.RangeSigma(scan.image.range[picked[i].cell]);
+      fits[i] =
+          FitPlane(scan, cloud, picked[i], kSmallNeighbourhood, kSmallNoise * noise, neighbours);
     }
   });
   ScanSurface surface;

@@ -91,6 +91,35 @@ TEST(Register, CorridorIsRefusedAlongItsAxis) {
   EXPECT_NEAR(result->T_world_scan.translation().z(), 1.4, 0.003);
 }
 
+TEST(Register, ShallowPilastersHoldAScanAlongACorridor) {
+  constexpr double kDepth = 0.10;  // m, two voxels
+  ThreadPool pool(2);
+  BoxScene scene = Corridor();
+  const Eigen::Vector3d low = scene.room.min();
+  const Eigen::Vector3d high = scene.room.max();
+  bool left = false;
+  for (const double x : {-9.1, -6.4, -4.9, -3.2, -1.1, 0.6, 2.9, 4.3, 6.8, 8.0}) {
+    const double y = left ? low.y() : high.y() - kDepth;
+    scene.solids.emplace_back(Eigen::Vector3d(x, y, low.z()),
+                              Eigen::Vector3d(x + 0.5, y + kDepth, high.z()));
+    left = !left;
+  }
+  const auto model = ModelOf(scene, PoseAt({0, 0, 1.4}, 0), {}, kNormalNoise, 3);
+  std::mt19937_64 random(7);
+  for (unsigned trial = 0; trial < 8; ++trial) {
+    SCOPED_TRACE(trial);
+    const Eigen::Isometry3d truth = PoseAt({0.9 + 0.15 * trial, 0.1, 1.4}, 0.8 * trial);
+    PosePrior prior;
+    prior.T_world_scan = Disturbed(truth, 0.2, Radians(5), random);
+    const auto result = Register(*model, ScanScene(scene, truth, {}, 40 + trial), prior, {}, pool);
+    ASSERT_TRUE(result.ok()) << result.status();
+    const PoseError error = ErrorOf(result->T_world_scan, truth);
+    EXPECT_LT(error.metres, 0.003) << result->verdict.reason;
+    EXPECT_LT(error.degrees, 0.05);
+    EXPECT_TRUE(result->verdict.registered()) << result->verdict.reason;
+  }
+}
+
 TEST(Register, AnotherRoomIsNotAccepted) {
   Serial serial;
   const auto model = ModelOf(FurnishedRoom(1), PoseAt({0, 0, 1.4}, 0), {}, kNormalNoise, 5);
