@@ -1,8 +1,6 @@
 #include "core/planning/view_race.h"
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -19,41 +17,11 @@ constexpr double kQuickLook = 4e5;   // pairs: about a hundredth of a second of 
 constexpr size_t kTurns = 3;         // one is that of the best of all
 constexpr size_t kMostGenerous = 2;  // one in so many goes up from the first rung, at the end
 
-// Where the lattice lies depends on the seed: what it happens to hit is luck otherwise.
-Eigen::Vector3i LatticeOrigin(uint64_t seed) {
-  const auto draw = [seed](uint64_t axis) {
-    return static_cast<int>(HashToUnit(seed, ~uint64_t{1}, axis) * (1 << kCoarsestLevel));
-  };
-  return {draw(0), draw(1), draw(2)};
-}
-
-// `cell`: from the lattice's origin.
-int LatticeLevel(const Eigen::Vector3i& cell) {
-  return std::min(std::countr_zero(static_cast<uint32_t>(cell.x() | cell.y() | cell.z())),
-                  kCoarsestLevel);
-}
-
 Eigen::Vector3i RegionCell(const Eigen::Vector3i& viewcell) {
   return {viewcell.x() >> kRegionBits, viewcell.y() >> kRegionBits, viewcell.z() >> kRegionBits};
 }
 
 }  // namespace
-
-std::vector<uint32_t> CoarseFirst(std::span<const Eigen::Vector3i> cells, uint64_t seed) {
-  std::array<std::vector<std::pair<double, uint32_t>>, kCoarsestLevel + 1> levels;
-  const Eigen::Vector3i origin = LatticeOrigin(seed);
-  for (uint32_t i = 0; i < cells.size(); ++i) {
-    levels[static_cast<size_t>(kCoarsestLevel - LatticeLevel(cells[i] - origin))].emplace_back(
-        HashToUnit(seed, ~uint64_t{0}, i), i);
-  }
-  std::vector<uint32_t> order;
-  order.reserve(cells.size());
-  for (auto& level : levels) {
-    std::sort(level.begin(), level.end());
-    for (const auto& [key, i] : level) order.push_back(i);
-  }
-  return order;
-}
 
 ViewRace::ViewRace(EvaluationRun& run, const CellSampler& sampler, const RaceOptions& options,
                    double confidence, uint64_t seed)
@@ -61,10 +29,9 @@ ViewRace::ViewRace(EvaluationRun& run, const CellSampler& sampler, const RaceOpt
       sampler_(sampler),
       options_(options),
       seed_(seed),
-      origin_(LatticeOrigin(seed)),
       rung_of_(run.size(), kOutside),
       drawn_gain_(run.size(), 0),
-      lattice_(CoarseFirst(run.views().cells(), seed)) {
+      lattice_(run.views().cells(), seed) {
   Eigen::Vector3i last = Eigen::Vector3i::Constant(std::numeric_limits<int>::min());
   first_region_.setConstant(std::numeric_limits<int>::max());
   for (const Eigen::Vector3i& cell : run.views().cells()) {
@@ -209,11 +176,12 @@ bool ViewRace::Enter(const Budget& part) {
       if (*level > 0) proposers_[*level - 1].push({rank, of.view});
     }
   }
-  for (; entering.size() < count && next_ < lattice_.size(); ++next_) {
-    const uint32_t i = lattice_[next_];
-    if (rung_of_[i] != kOutside) continue;
-    rung_of_[i] = 0;
-    entering.push_back(i);
+  while (entering.size() < count) {
+    const std::optional<uint32_t> i = lattice_.Next();
+    if (!i.has_value()) break;
+    if (rung_of_[*i] != kOutside) continue;
+    rung_of_[*i] = 0;
+    entering.push_back(*i);
   }
   return !entering.empty() && ScoreOn(0, entering, part);
 }
@@ -276,7 +244,7 @@ void ViewRace::Note(uint32_t i, size_t rung, double gain) {
     view.error = potential * std::sqrt(mean * (1 - mean) / draws);
   }
   if (rung == 0) {
-    const int level = LatticeLevel(run_.views().cells()[i] - origin_);
+    const int level = lattice_.Level(run_.views().cells()[i]);
     proposers_[static_cast<size_t>(std::max(0, level - 1))].push({run_.Rank(i), i});
   } else {
     Revision& revision = rungs_[rung - 1].revisions[RegionOf(i)];

@@ -13,10 +13,9 @@
 #include "core/planning/cell_sample.h"
 #include "core/planning/confidence_bounds.h"
 #include "core/planning/evaluation_run.h"
+#include "core/planning/view_lattice.h"
 
 namespace vantage {
-
-inline constexpr int kCoarsestLevel = 6;  // of the lattice of views, 2^6 viewcells wide
 
 struct RaceOptions {
   size_t first_draws = 256;  // of cells, for a view that enters
@@ -106,7 +105,6 @@ class ViewRace {
   const CellSampler& sampler_;
   RaceOptions options_;
   uint64_t seed_;
-  Eigen::Vector3i origin_;  // of the lattice, viewcells
   // Regions are cubes of a few viewcells.
   Eigen::Vector3i first_region_ = Eigen::Vector3i::Zero();
   Eigen::Vector3i regions_ = Eigen::Vector3i::Zero();  // along the axes
@@ -114,18 +112,13 @@ class ViewRace {
   std::vector<Rung> rungs_;
   std::vector<uint8_t> rung_of_;   // by view
   std::vector<float> drawn_gain_;  // by view: over all its draws
-  std::vector<uint32_t> lattice_;  // views in the order of entering
-  size_t next_ = 0;                // of the lattice
+  ViewLattice lattice_;            // of views that enter
   // By the distance of the neighbours that are next, 2^k viewcells.
-  std::array<std::priority_queue<Proposer>, kCoarsestLevel> proposers_;
+  std::array<std::priority_queue<Proposer>, ViewLattice::kCoarsest> proposers_;
   size_t turns_ = 0;
   size_t level_ = 0;    // of proposers_, whose turn it was last
   uint64_t pairs_ = 0;  // of view and cell, scored
 };
-
-// Indices 0..n-1 of viewcells, those on the coarsest lattice first. Where that lies and the order
-// within a level depend on the seed: wherever it is cut, the views are spread over all of them.
-std::vector<uint32_t> CoarseFirst(std::span<const Eigen::Vector3i> cells, uint64_t seed);
 
 }  // namespace vantage
 

@@ -6,7 +6,7 @@
 #include <span>
 
 #include "core/planning/cell_sample.h"
-#include "core/planning/view_race.h"
+#include "core/planning/view_lattice.h"
 
 namespace vantage {
 namespace {
@@ -55,9 +55,10 @@ Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings& settings
   // The order of the planner's own lattice is random within a level.
   const Budget lattice_part = Part(budget, settings.lattice_share);
   size_t on_lattice = 0;
-  for (const uint32_t i : CoarseFirst(job.feasible.cells(), seed)) {
-    if (!OnLattice(job.feasible.cells()[i], settings.stride)) continue;
-    if (!score(i, lattice_part)) break;
+  ViewLattice lattice(job.feasible.cells(), seed);
+  while (const auto i = lattice.Next()) {
+    if (!OnLattice(job.feasible.cells()[*i], settings.stride)) continue;
+    if (!score(*i, lattice_part)) break;
     ++on_lattice;
   }
   const Budget refine_part = Part(budget, 0.5);

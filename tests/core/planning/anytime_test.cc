@@ -8,6 +8,7 @@
 
 #include "core/parallel/thread_pool.h"
 #include "core/planning/confidence_bounds.h"
+#include "core/planning/view_lattice.h"
 #include "tests/support/closed_form_view.h"
 #include "tests/support/planning_problem.h"
 
@@ -255,14 +256,20 @@ TEST(AnytimeTest, CancelledIsNotComplete) {
   for (const ViewEstimate& view : some.views) EXPECT_LE(view.lower, view.upper);
 }
 
-TEST(CoarseFirstTest, StartsWithALattice) {
+TEST(ViewLatticeTest, StartsWithTheCoarsestLevel) {
   std::vector<Eigen::Vector3i> cells;
   for (int z = 0; z < 8; ++z) {
     for (int y = 0; y < 8; ++y) {
       for (int x = 0; x < 8; ++x) cells.emplace_back(x - 3, y + 5, z);
     }
   }
-  const std::vector<uint32_t> order = CoarseFirst(cells, 1);
+  ViewLattice lattice(cells, 1);
+  std::vector<uint32_t> order;
+  while (const auto next = lattice.Next()) order.push_back(*next);
+  ASSERT_EQ(order.size(), cells.size());
+  for (size_t k = 1; k < order.size(); ++k) {
+    EXPECT_LE(lattice.Level(cells[order[k]]), lattice.Level(cells[order[k - 1]]));
+  }
   // Eight cells in the box lie on a lattice of 4, wherever it begins.
   for (size_t k = 0; k < 8; ++k) {
     const Eigen::Vector3i c = cells[order[k]] - cells[order[0]];
