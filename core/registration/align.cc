@@ -11,7 +11,8 @@
 namespace vantage {
 namespace {
 
-constexpr size_t kCoarseSamples = 2000;  // for the many starts
+constexpr size_t kCoarseSamples = 700;   // for the many starts
+constexpr size_t kSpaceSamples = 2000;   // for what contradicts a minimum
 constexpr size_t kScoreSamples = 4000;   // for comparing minima
 constexpr size_t kFineSamples = 24'000;  // for the last stage
 constexpr size_t kApartSamples = 500;    // for telling minima apart
@@ -125,7 +126,8 @@ Alignment AlignFrom(const PlanningView& model, const CorrespondenceField& field,
                                term_of(m.T_world_scan), config, serial, 12)
                          .pose;
     m.score = Score(search, First(surface, kScoreSamples), m.T_world_scan);
-    const SpaceAgreement space = CompareWithSpace(model, search, coarse, m.T_world_scan, serial);
+    const SpaceAgreement space =
+        CompareWithSpace(model, search, First(surface, kSpaceSamples), m.T_world_scan, serial);
     const double met = space.fitting + space.contradicting;
     if (met > 0) m.score *= 1 - space.contradicting / met;
   });

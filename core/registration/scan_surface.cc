@@ -207,35 +207,33 @@ Fit FitPlane(const Scan& scan, const Cloud& cloud, const Picked& picked, double 
 // Takes from groups (direction of normal x metre of space) in turn, so that rare directions come as
 // early as common ones: a door's jamb says more than the tenth square metre of wall.
 void Spread(std::vector<SurfaceSample>& samples) {
-  struct Place {
-    uint32_t turn;   // how many of its group come before
-    uint32_t order;  // scrambles groups and samples, the same way every time
-    uint32_t index;
-  };
-  std::vector<uint32_t> shuffled(samples.size());
-  std::iota(shuffled.begin(), shuffled.end(), 0U);
-  const auto scramble = [](uint32_t i) { return i * 2654435761U; };  // odd: one to one
-  std::sort(shuffled.begin(), shuffled.end(),
-            [&](uint32_t a, uint32_t b) { return scramble(a) < scramble(b); });
+  // Scrambled, the same way every time: key in the high half, index in the low one.
+  std::vector<uint64_t> shuffled(samples.size());
+  for (uint32_t i = 0; i < samples.size(); ++i) {
+    shuffled[i] = (static_cast<uint64_t>(i * 2654435761U) << 32) | i;
+  }
+  std::sort(shuffled.begin(), shuffled.end());
   absl::flat_hash_map<uint64_t, uint32_t> taken;
-  std::vector<Place> places;
-  places.reserve(samples.size());
-  for (const uint32_t i : shuffled) {
-    const SurfaceSample& s = samples[i];
+  // By place in `shuffled`: how many of its group come before.
+  std::vector<uint32_t> turn(samples.size());
+  std::vector<uint32_t> begin;  // by turn: how many have it, then where they begin
+  for (size_t k = 0; k < shuffled.size(); ++k) {
+    const SurfaceSample& s = samples[static_cast<uint32_t>(shuffled[k])];
     int axis = 0;
     s.normal.cwiseAbs().maxCoeff(&axis);
     const auto side = static_cast<uint64_t>(2 * axis + (s.normal[axis] < 0 ? 1 : 0));
     const Eigen::Array3i cell = s.point.array().floor().cast<int>() + (1 << 15);
     const uint64_t key = (side << 60) | (static_cast<uint64_t>(cell.x()) << 40) |
                          (static_cast<uint64_t>(cell.y()) << 20) | static_cast<uint64_t>(cell.z());
-    places.push_back({taken[key]++, scramble(i), i});
+    turn[k] = taken[key]++;
+    if (turn[k] == begin.size()) begin.push_back(0);
+    ++begin[turn[k]];
   }
-  std::sort(places.begin(), places.end(), [](const Place& a, const Place& b) {
-    return a.turn != b.turn ? a.turn < b.turn : a.order < b.order;
-  });
-  std::vector<SurfaceSample> spread;
-  spread.reserve(samples.size());
-  for (const Place& place : places) spread.push_back(samples[place.index]);
+  std::exclusive_scan(begin.begin(), begin.end(), begin.begin(), 0U);
+  std::vector<SurfaceSample> spread(samples.size());
+  for (size_t k = 0; k < shuffled.size(); ++k) {
+    spread[begin[turn[k]]++] = samples[static_cast<uint32_t>(shuffled[k])];
+  }
   samples = std::move(spread);
 }
 
