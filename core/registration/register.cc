@@ -80,22 +80,75 @@ absl::Status Validate(const PlanningView& model, const Scan& scan, const PosePri
       "the model has no true surface to align to; insert a first scan");
 }
 
+// Samples that face along a change of the pose and lie on true surface at `pose`. Noise never turns
+// a normal so far: a few dozen sides of pilasters tell where along a corridor a scan belongs,
+// though they are too few to say how well.
+struct Hold {
+  size_t samples = 0;
+  double share = 0;  // of the change, that would bring them onto the surface
+};
+Hold HoldAgainst(const Vector6d& change, const Eigen::Vector3d& about, const VoxelSearch& search,
+                 std::span<const SurfaceSample> samples, const Eigen::Isometry3d& pose,
+                 double near) {
+  constexpr double kFaces = 0.5;  // cosine
+  Hold hold;
+  double along = 0;
+  double squared = 0;
+  for (const SurfaceSample& s : samples) {
+    const Eigen::Vector3d point = pose * s.point.cast<double>();
+    const Eigen::Vector3d normal = pose.linear() * s.normal.cast<double>();
+    const Eigen::Vector3d move = change.tail<3>() + change.head<3>().cross(point - about);
+    const double least = kFaces * move.norm();
+    if (std::abs(normal.dot(move)) < least) continue;
+    const Match match = search.Find(point, normal);
+    if (match.voxel == nullptr || std::abs(match.normal.dot(move)) < least) continue;
+    const double residual = (point - match.voxel->centroid.cast<double>()).dot(match.normal);
+    if (std::abs(residual) >= near) continue;
+    ++hold.samples;
+    const double moves = match.normal.dot(move);
+    along -= moves * residual;
+    squared += moves * moves;
+  }
+  if (squared > 0) hold.share = along / squared;
+  return hold;
+}
+
 // Noisy normals hold a scan wherever a start has left it in directions that nothing constrains.
-// What is known beforehand decides there.
+// What is known beforehand decides there, unless surface does that the prior's place would lose.
 RegistrationResult QualifyNearPrior(const PlanningView& model, const ScanSurface& surface,
                                     Alignment alignment, const PosePrior& prior,
                                     const RegistrationConfig& config,
                                     std::span<const TargetTie> targets, Parallel& parallel) {
   constexpr int kRounds = 2;         // a large turn is not a straight line
   constexpr double kSettled = 1e-3;  // m and rad
+  constexpr size_t kFewest = 20;     // samples that hold it where it is,
+  constexpr size_t kTimes = 4;       // and so many times what holds it near the prior
+  constexpr double kNear = 3;        // residuals
+  constexpr int kSteps = 5;
   Qualification qualified = Qualify(model, surface, alignment, prior, config, parallel, targets);
   for (int round = 0; round < kRounds; ++round) {
     if (qualified.to_prior.cwiseAbs().maxCoeff() < kSettled) break;
     const Eigen::Vector3d about = qualified.result.centroid;
+    const Vector6d change = qualified.to_prior;
+    Alignment free = alignment;
     alignment.T_world_scan = Moved(alignment.T_world_scan, qualified.to_prior, about);
     PriorTerm held(prior, targets);
     held.Hold({alignment.T_world_scan, about, qualified.open});
     alignment = Refine(model, surface, std::move(alignment), held, config, parallel);
+    const auto hold_of = [&](const Alignment& at) {
+      return HoldAgainst(change, about, VoxelSearch(model, BoxOf(surface, at.T_world_scan)),
+                         surface.samples, at.T_world_scan, kNear * qualified.result.rms_residual);
+    };
+    if (round == 0) {
+      Hold here = hold_of(free);
+      if (here.samples >= kFewest && here.samples >= kTimes * hold_of(alignment).samples) {
+        // By those alone, since the noise of all others would hold it too.
+        for (int step = 0; step < kSteps; ++step, here = hold_of(free)) {
+          free.T_world_scan = Moved(free.T_world_scan, here.share * change, about);
+        }
+        return Qualify(model, surface, free, prior, config, parallel, targets).result;
+      }
+    }
     qualified = Qualify(model, surface, alignment, prior, config, parallel, targets);
   }
   return qualified.result;
