@@ -29,10 +29,7 @@ class LazyGains {
   double Value(uint32_t view) const { return gains_[view].value; }
   // No less than what it gains now, at the evaluations' confidence.
   double Upper(uint32_t view) const { return gains_[view].upper; }
-  bool Fresh(uint32_t view) const {
-    return gains_[view].exact && gains_[view].step == residual_.steps();
-  }
-
+  bool Fresh(uint32_t view) const { return gains_[view].exact && Current(view); }
   // Value() is of what is left now, exact or not: no value of an earlier step.
   bool Current(uint32_t view) const { return gains_[view].step == residual_.steps(); }
 

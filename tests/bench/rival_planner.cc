@@ -15,14 +15,6 @@ bool OnLattice(const Eigen::Vector3i& cell, int stride) {
   return cell.x() % stride == 0 && cell.y() % stride == 0 && cell.z() % stride == 0;
 }
 
-Budget Part(const Budget& budget, double share) {
-  Budget part = budget;
-  const auto now = budget.now();
-  part.deadline =
-      now + std::chrono::duration_cast<Budget::Clock::duration>(share * (budget.deadline - now));
-  return part;
-}
-
 }  // namespace
 
 std::vector<RivalSettings> RivalChoices() {
@@ -53,7 +45,7 @@ Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings& settings
     return true;
   };
   // The order of the planner's own lattice is random within a level.
-  const Budget lattice_part = Part(budget, settings.lattice_share);
+  const Budget lattice_part = budget.Part(settings.lattice_share, 0);
   size_t on_lattice = 0;
   ViewLattice lattice(job.feasible.cells(), seed);
   while (const auto i = lattice.Next()) {
@@ -61,7 +53,7 @@ Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings& settings
     if (!score(*i, lattice_part)) break;
     ++on_lattice;
   }
-  const Budget refine_part = Part(budget, 0.5);
+  const Budget refine_part = budget.Part(0.5, 0);
   std::vector<uint32_t> best = ByScore(evaluation);
   const auto kept =
       static_cast<size_t>(std::ceil(settings.refined * static_cast<double>(on_lattice)));
