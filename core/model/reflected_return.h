@@ -4,8 +4,10 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <vector>
 
 #include "core/model/range_surface.h"
+#include "core/model/scan_planes.h"
 
 namespace vantage {
 
@@ -40,6 +42,13 @@ class ReturnTest {
 
   Eigen::Vector3d Point(int column, int row) const {
     return static_cast<double>(surface_.at(column, row)) * surface_.Direction(column, row);
+  }
+
+  std::vector<Eigen::Vector3d> Points(const std::vector<ScanCell>& cells) const {
+    std::vector<Eigen::Vector3d> points;
+    points.reserve(cells.size());
+    for (const ScanCell& cell : cells) points.push_back(Point(cell.column, cell.row));
+    return points;
   }
 
   Back Test(const ReflectingPlane& plane, int column, int row) const {

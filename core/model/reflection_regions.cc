@@ -1,5 +1,6 @@
 #include "core/model/reflection_regions.h"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
@@ -78,6 +79,7 @@ class Judgement {
     }
     if (found.empty()) return found;
     // Now the plane is known to reflect, less is asked of the rest.
+    BoundReflector(found);
     const size_t largest = found.size();
     for (const std::vector<ScanCell>& region : regions) {
       if (4 * region.size() <= largest && IsMoreOfIt(region)) Take(region, found);
@@ -271,9 +273,33 @@ class Judgement {
     return BreaksOff(border) && static_cast<double>(border.broken) >= 0.75 * width;
   }
 
+  // Where the ray of a cell crosses the plane, m, scanner's frame.
+  Eigen::Vector3d Crossing(const ScanCell& cell) const {
+    const Eigen::Vector3d direction = surface_.Direction(cell.column * stride_, cell.row * stride_);
+    return direction * (plane_.distance / -plane_.normal.dot(direction));
+  }
+
+  // A polished floor reflects all over. A mirror ends, and in the same wall there are doors:
+  // through them floor, ceiling and side walls look like what they are reflected into.
+  void BoundReflector(const std::vector<ScanCell>& found) {
+    constexpr double kAround = 0.3;  // m
+    constexpr double kLevel = 0.95;
+    if (std::abs(plane_.normal.z()) > kLevel) return;
+    reflector_.emplace();
+    for (const ScanCell& cell : found) reflector_->extend(Crossing(cell));
+    reflector_->min().array() -= kAround;
+    reflector_->max().array() += kAround;
+  }
+  bool OnReflector(const ScanCell& cell) const {
+    return !reflector_ || reflector_->contains(Crossing(cell));
+  }
+
   bool IsMoreOfIt(const std::vector<ScanCell>& region) const {
     size_t agree = 0;
-    for (const ScanCell& cell : region) agree += BackOf(cell) == Back::kAgrees ? 1 : 0;
+    for (const ScanCell& cell : region) {
+      if (!OnReflector(cell)) return false;
+      agree += BackOf(cell) == Back::kAgrees ? 1 : 0;
+    }
     return 2 * agree >= region.size() && 4 * Contradicted(region) <= region.size() &&
            BreaksOff(BorderOf(region));
   }
@@ -290,7 +316,7 @@ class Judgement {
       for (int r = 0; r < rows_; ++r) {
         const ScanCell cell{c, r};
         if (BackOf(cell) == Back::kInFront || taken_[Index(cell)] != 0) continue;
-        if (AmongThePlanesOwn(cell)) Take({cell}, found);
+        if (OnReflector(cell) && AmongThePlanesOwn(cell)) Take({cell}, found);
       }
     }
   }
@@ -336,6 +362,7 @@ class Judgement {
   int rows_;
   std::vector<Back> back_;
   std::vector<uint8_t> taken_;
+  std::optional<Eigen::AlignedBox3d> reflector_;  // m, scanner's frame; none: all of the plane
   bool scattered_ = false;  // there are reflections among the plane's own returns
 };
 

@@ -97,6 +97,22 @@ ReflectingPlane Straighten(const ReturnTest& tester, const ReflectingPlane& plan
   return best;
 }
 
+// A mirror hangs before a wall, which goes on around it and is in no question: returns are from
+// where the wall has ended. `points` are what was seen by way of the mirror.
+void StartPastItsWall(const std::vector<ScanPlane>& planes,
+                      const std::vector<Eigen::Vector3d>& points, ReflectingPlane& mirror) {
+  constexpr double kParallel = 0.995;  // cosine
+  constexpr double kProud = 0.12;      // m
+  const std::optional<Eigen::Vector3d> through = MeanCrossing(mirror, points);
+  if (!through) return;
+  const double past = mirror.behind;
+  for (const ScanPlane& wall : planes) {
+    if (wall.normal.dot(mirror.normal) < kParallel) continue;
+    const double before = wall.Above(*through);
+    if (before < kProud) mirror.behind = std::max(mirror.behind, past + before);
+  }
+}
+
 // A measured plane, or one up to a decimetre before it: a mirror hangs on its wall, with a frame.
 // The one that brings most of what lies behind back onto measured surface.
 std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane& wall,
@@ -126,10 +142,7 @@ std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane&
   }
   if (!best || !IsUpright(*best)) return best;
   ReflectingPlane mirror = Straighten(tester, *best, looked_at);
-  // The wall around it is in no question.
-  if (const std::optional<Eigen::Vector3d> through = MeanCrossing(mirror, looked_at)) {
-    mirror.behind += std::max(0.0, wall.Above(*through));
-  }
+  StartPastItsWall({wall}, looked_at, mirror);
   return mirror;
 }
 
@@ -199,10 +212,12 @@ std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride, P
       candidates.push_back({plane.area, *on_wall, false});
     }
     for (const ScanPlane& other : planes) {
-      const std::optional<ReflectingPlane> between = Between(plane, other);
+      std::optional<ReflectingPlane> between = Between(plane, other);
       if (!between) continue;
       const double support = Support(tester, *between, other.cells);
-      if (support > 0) candidates.push_back({support * other.area, *between, false});
+      if (support <= 0) continue;
+      StartPastItsWall(planes, tester.Points(other.cells), *between);
+      candidates.push_back({support * other.area, *between, false});
     }
   });
   std::vector<Candidate> candidates;

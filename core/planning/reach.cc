@@ -31,6 +31,24 @@ bool OnTheWayIn(const PlanningView& model, int x, int y, int low, int high, doub
   return true;
 }
 
+constexpr double kHanging = 0.5;  // m
+
+// True when the scanner can be carried through a voxel column [low, high). What stands on the floor
+// is in its way, and so is all measured surface. What hangs in the air and is merely not known is
+// not: half a metre over known-empty space it is what rays to a window crossed, or an edge's
+// shadow.
+bool FreeToPass(const PlanningView& model, const OpaqueGrid& grid, int x, int y, int low,
+                int high) {
+  const int hanging = low + static_cast<int>(std::ceil(kHanging / model.voxel_size()));
+  for (int z = low; z < high; ++z) {
+    if (grid.Empty({x, y, z})) continue;
+    const VoxelState state = model.State({x, y, z});
+    const bool measured = state == VoxelState::kTrueSurface || state == VoxelState::kAbsorbed;
+    if (measured || z < hanging) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 ReachMap::ReachMap(const PlanningView& model, const OpaqueGrid& grid, const FloorField& floor,
@@ -70,8 +88,7 @@ void ReachMap::FindPassable(const PlanningView& model, const OpaqueGrid& grid,
       const int low = FirstLayerOverFloor(height, voxel);
       const int high = static_cast<int>(
           std::ceil((static_cast<double>(height) + config.scanner_height) / voxel - 1e-6));
-      bool free = true;
-      for (int z = low; free && z < high; ++z) free = grid.Empty({x, y, z});
+      bool free = FreeToPass(model, grid, x, y, low, high);
       for (const Stand& stand : model.stands()) {
         if (free) break;
         const double away = std::hypot((x + 0.5) * voxel - stand.position.x(),

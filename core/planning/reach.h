@@ -24,10 +24,12 @@ inline int FirstLayerOverFloor(float floor_height, double voxel) {
 
 // Places are columns of viewcells. The scanner is an upright cylinder of the configured width and
 // height that moves over the floor, between neighbouring columns (diagonals included) whose floors
-// differ by no more than a step, through space known to be empty. One exception, since someone
-// carried the scanner in: within two viewpoint heights of a stand what merely lay outside the field
-// of view does not block the way (its blind cone), within a metre nothing does that is merely not
-// known, and right beside the stand nothing at all.
+// differ by no more than a step, through space known to be empty. Two exceptions. What hangs in the
+// air over half a metre of known-empty space and is merely not known does not block the way: people
+// walk there, and at the height of windows, whose rays never come back, much stays unknown. And
+// since someone carried the scanner in: within two viewpoint heights of a stand what merely lay
+// outside the field of view does not block the way (its blind cone), within a metre nothing does
+// that is merely not known, and right beside the stand nothing at all.
 class ReachMap {
  public:
   ReachMap() = default;

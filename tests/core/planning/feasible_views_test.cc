@@ -5,6 +5,7 @@
 
 #include <deque>
 #include <set>
+#include <tuple>
 #include <utility>
 
 #include "core/parallel/parallel.h"
@@ -96,7 +97,10 @@ class SlowFeasible {
                                          Eigen::Vector2d(x + 1, y + 1) * h);
         if (column.exteriorDistance(Eigen::Vector2d(px, py)) >= radius - 1e-9) continue;
         for (int z = 2; z * h < config_.scanner_height - 1e-6; ++z) {
-          if (!model_.Empty({x, y, z})) return false;
+          const VoxelState state = model_.State({x, y, z});
+          const bool measured = state == VoxelState::kTrueSurface || state == VoxelState::kAbsorbed;
+          const bool hanging = (z - 2) * h >= 0.5 - 1e-9;  // over what was empty all the way
+          if (state != VoxelState::kEmpty && (measured || !hanging)) return false;
         }
       }
     }
@@ -205,6 +209,32 @@ TEST_F(FeasibleViewsTest, DoorTooNarrowCutsOff) {
       EXPECT_EQ(views.Why(views.CellOf({4.55, 2.05, 1.55})), Infeasibility::kUnreachable);
       EXPECT_FALSE(views.reach().Travel(45, 20).has_value());
     }
+  }
+}
+
+// Rays through a doorway to a window on its other side never come back: at their height the doorway
+// is not known, and people walk through it.
+TEST_F(FeasibleViewsTest, WhatHangsUnknownInTheAirDoesNotBlockTheWay) {
+  for (const auto& [bottom, measured, passes] :
+       {std::tuple{0.8, false, true}, {0.3, false, false}, {0.8, true, false}}) {
+    SCOPED_TRACE(::testing::Message() << "from " << bottom << " m, measured " << measured);
+    ClosedFormScene scene;
+    const Region room(Eigen::Vector3d::Zero(), Eigen::Vector3d(6, 4, 2.6));
+    const Region block(Eigen::Vector3d(2.8, 1.5, bottom), Eigen::Vector3d(3.2, 2.5, 2.2));
+    scene.extent = Region(room.min().array() - 0.1, room.max().array() + 0.1);
+    scene.solid = [=, solid = measured](const Eigen::Vector3d& p) {
+      return !room.contains(p) || (std::abs(p.x() - 3) < 0.1 && std::abs(p.y() - 2) > 0.45) ||
+             (solid && block.contains(p));
+    };
+    scene.known = [=, hidden = !measured](const Eigen::Vector3d& p) {
+      return !(hidden && block.contains(p));
+    };
+    scene.false_kind = [](const Eigen::Vector3d&) { return VoxelState::kFalseHole; };
+    scene.stands = {MakeStand(Eigen::Vector3d(1.5, 2, 1.5))};
+    const FeasibleViews views = Find(BuildView(scene));
+    EXPECT_EQ(views.IndexOf(views.CellOf({4.5, 2, 1.5})) >= 0, passes);
+    // To stand in it is another matter.
+    EXPECT_LT(views.IndexOf(views.CellOf({3, 2, 1.5})), 0);
   }
 }
 
