@@ -24,6 +24,7 @@ StudyPlanner Other(std::string name, PlannerKind kind, std::string words) {
 std::vector<StudyPlanner> MakePlanners() {
   std::vector<StudyPlanner> all;
   all.push_back(Ours("ours", "the planner as it comes, 1 s a plan"));
+  all.back().asked_about_best = true;
   const auto budget = [&](const char* name, double seconds, const char* words) {
     all.push_back(Ours(name, words));
     all.back().plan_seconds = seconds;
@@ -35,6 +36,8 @@ std::vector<StudyPlanner> MakePlanners() {
   all.back().choice = ViewChoice::kOverlap;
   all.push_back(Ours("ours-unchecked", "the best view, whether it will register or not"));
   all.back().choice = ViewChoice::kBest;
+  all.push_back(Ours("ours-paper", "by the paper's metric: samples and nothing else"));
+  all.back().overrides.set_least_deficit(0);
   all.push_back(Ours("ours-sensitive", "counting only what every pose within the error sees"));
   all.back().overrides.set_pose_sensitivity(true);
   all.push_back(Ours("ours-seen", "false surface counts in full wherever it is seen"));

@@ -25,6 +25,7 @@ struct StudyPlanner {
   double plan_seconds = 1.0;     // of one core
   v1::PlanningConfig overrides;  // of the default configuration
   ViewChoice choice = ViewChoice::kRegistrable;
+  bool asked_about_best = false;  // what it makes of the truly best position, after every scan
 };
 
 // Every planner there is, ours first.

@@ -25,7 +25,7 @@ struct Kind {
 constexpr Kind kKinds[] = {
     {"two-rooms", TwoRooms, 12},
     {"flat", FurnishedFlat, 28},
-    {"hall", PillarHall, 24},
+    {"hall", PillarHall, 20},
     {"office", [](uint64_t seed) { return OfficeFloor(seed, kOfficeArea); }, 40}};
 
 struct Mesh {

@@ -87,8 +87,8 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
     for (const v1::StageSeconds& stage : cycle.plan.result().stages()) {
       next.plan_seconds += stage.seconds();
     }
-    return diary.Over() ? absl::OkStatus()
-                        : AskAboutBest(client, session, scene, diary, cycle, next);
+    if (!planner.asked_about_best || diary.Over()) return absl::OkStatus();
+    return AskAboutBest(client, session, scene, diary, cycle, next);
   });
   if (!session.empty()) {
     v1::DeleteSessionRequest request;

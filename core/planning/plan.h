@@ -45,10 +45,11 @@ struct PlanningConfig {
   std::array<double, kSurfaceKinds> weights = {1, 1, 1, 1};  // by SurfaceKind, >= 0
   bool pose_sensitivity = false;         // score only what every pose within the error sees
   bool density_on_false_surface = true;  // else it counts in full wherever it is seen
-  double depth_behind = 0;       // m, unknown space behind false surface that counts; 0: the paper
-  double separation = 0.6;       // m, of candidates checked for registration
-  int candidates = 10;           // k, views returned at most
-  int max_checked = 60;          // views checked for registration at most
+  double least_deficit = 0.5;  // of D, that true surface short of D counts as lacking; 0: the paper
+  double depth_behind = 0;     // m, unknown space behind false surface that counts; 0: the paper
+  double separation = 0.6;     // m, of candidates checked for registration
+  int candidates = 10;         // k, views returned at most
+  int max_checked = 60;        // views checked for registration at most
   double terminate_below = 0.5;  // m^2 of D-equivalent gain
   double min_patch_area = 0.02;  // m^2, smaller patches don't keep a job open
   double confidence = 0.95;      // of all bounds together, (0, 1)

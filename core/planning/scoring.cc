@@ -1,5 +1,6 @@
 #include "core/planning/scoring.h"
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -10,6 +11,15 @@ namespace vantage {
 namespace {
 
 constexpr uint32_t kCellsBetweenPolls = 8192;
+
+// A job is done when its surface is at D, and surface just short of it is as little done as any. By
+// the paper's metric it is worth next to nothing, and stays short until all else is done. So what
+// comes to D gains its area times at least `least` of D, what comes halfway half of that.
+float Emphasis(const NeedyCell& cell, double least) {
+  constexpr float kSmallest = 0.01F;  // of D: less is within rounding
+  const float lacking = std::max(cell.enough - cell.density, kSmallest * cell.enough);
+  return std::max(1.0F, static_cast<float>(least) * cell.enough / lacking);
+}
 
 }  // namespace
 
@@ -32,6 +42,7 @@ Scoring::Scoring(const PlanningView& model, const OpaqueGrid& grid, const PatchS
     // promise again, for all surface below D, what it has given already.
     float factor = weight * cell.success * cell.area / cell.spread;
     float enough = cell.enough * cell.spread;
+    if (cell.kind == SurfaceKind::kTrue) factor *= Emphasis(cell, config.least_deficit);
     if (!config.density_on_false_surface && cell.kind != SurfaceKind::kTrue) {
       // A single sample on it is as good as all.
       factor *= enough;

@@ -214,15 +214,17 @@ TEST_P(HonestyTest, BoundsHoldTogetherAndTheBestIsWithinTheGap) {
   EXPECT_GT(informative, plans / 4);  // or the gap says nothing
 }
 
+// Over 200 seeds the mean is known to 0.15 %, no better than what it falls by on a plateau.
 TEST_P(HonestyTest, MeanRegretDoesNotRiseWithTheBudget) {
+  constexpr uint64_t kSeeds = 1000;
   double last = 1;
   for (const uint64_t rays : {1, 4, 16, 64, 256}) {
     double sum = 0;
-    for (uint64_t seed = 1; seed <= 200; ++seed) {
+    for (uint64_t seed = 1; seed <= kSeeds; ++seed) {
       const std::optional<uint32_t> answer = Answer(Evaluate(seed, rays));
       sum += answer ? 1 - Gain(*answer) / problem_.Best() : 1;
     }
-    const double mean = sum / 200;
+    const double mean = sum / kSeeds;
     EXPECT_LE(mean, last + 1e-12) << rays << " rays a view";
     last = mean;
   }

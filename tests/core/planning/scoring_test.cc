@@ -7,6 +7,7 @@
 #include <map>
 #include <numeric>
 #include <random>
+#include <tuple>
 
 #include "core/parallel/thread_pool.h"
 #include "core/planning/feasible_views.h"
@@ -124,6 +125,13 @@ class BruteForceTest : public ::testing::TestWithParam<bool> {
                       [&](const VoxelIndex& v, double) { return model_.Empty(v); });
   }
 
+  // By how much a sample counts more where little is lacking.
+  double Worth(const NeedyCell& cell) const {
+    if (cell.kind != SurfaceKind::kTrue) return 1;
+    const double lacking = std::max<double>(cell.enough - cell.density, 0.01 * cell.enough);
+    return std::max(lacking, config_.least_deficit * cell.enough) / lacking;
+  }
+
   // One cell, from the definition: double arithmetic, voxel walks to either side of the ray.
   Gain SlowGain(const Eigen::Vector3d& view, const NeedyCell& cell) const {
     const SensingConstraints constraints(scanner_);
@@ -134,7 +142,8 @@ class BruteForceTest : public ::testing::TestWithParam<bool> {
     if (!target.has_value()) return {};
     int visible = 0;
     for (const Eigen::Vector3d& aside : kAside) visible += Visible(view + aside, *target + aside);
-    const double whole = config_.weights[static_cast<size_t>(cell.kind)] * cell.area * gain;
+    const double whole =
+        config_.weights[static_cast<size_t>(cell.kind)] * cell.area * gain * Worth(cell);
     return {visible == std::ssize(kAside) ? whole : 0, visible > 0 ? whole : 0};
   }
 
@@ -178,8 +187,8 @@ TEST_P(BruteForceTest, AgreesWithTheNaiveScorer) {
         gain = {std::min(gain.least, there.least), std::min(gain.most, there.most)};
       }
       // Of what the cell could gain at most: floats cancel where little is left to gain.
-      const double rounding =
-          1e-6 * config_.weights[static_cast<size_t>(cell.kind)] * cell.area * cell.enough;
+      const double rounding = 1e-6 * config_.weights[static_cast<size_t>(cell.kind)] * cell.area *
+                              cell.enough * Worth(cell);
       // Nine poses bound from above what every pose of the box gains.
       if (!config_.pose_sensitivity) {
         EXPECT_GE(gains[i], gain.least - rounding);
@@ -192,6 +201,48 @@ TEST_P(BruteForceTest, AgreesWithTheNaiveScorer) {
     ASSERT_GT(sum.least, 0);
     EXPECT_LT(sum.most, 1.05 * sum.least);  // or nothing is tested
     EXPECT_GE(found, (config_.pose_sensitivity ? 0.6 : 1 - 1e-5) * sum.least);
+  }
+}
+
+// What brings a wall from 0.9 D to D gains half of its area where half of D is the least that
+// counts as lacking, and a tenth by the paper's metric; what brings it from 0.2 D gains 0.8 by
+// both.
+TEST(LeastDeficitTest, SurfaceJustShortOfDIsWorthMoreThanItLacks) {
+  Serial serial;
+  for (const auto& [density, least, share] :
+       {std::tuple{2250.0, 0.5, 0.5}, {2250.0, 0.0, 0.1}, {500.0, 0.5, 0.8}, {500.0, 0.0, 0.8}}) {
+    SCOPED_TRACE(::testing::Message() << density << " samples / m2, " << least);
+    ClosedFormScene scene;
+    const Region room(Eigen::Vector3d::Zero(), Eigen::Vector3d(4, 4, 2.6));
+    scene.extent = Region(room.min().array() - 0.1, room.max().array() + 0.1);
+    scene.solid = [=](const Eigen::Vector3d& p) { return !room.contains(p); };
+    scene.density = [=, q = density](const Eigen::Vector3d& p) {
+      return p.x() < 0.05 ? q : 9999.0;
+    };
+    scene.stands = {MakeStand(Eigen::Vector3d(2, 2, 1.5))};
+    const PlanningView model = BuildView(scene);
+    const OpaqueGrid grid(model);
+    PlanningConfig config;
+    config.least_deficit = least;
+    const ScannerModel scanner;
+    PatchSet patches = ExtractPatches(model, config, {}, Budget::Unlimited());
+    RankPatches(config, patches);
+    const Scoring scoring(model, grid, patches, scanner, config, serial);
+    // Near enough that all it sees of the wall comes to D.
+    const Eigen::Vector3d view(1.2, 2, 1.3);
+    std::vector<float> gains(scoring.cells().size());
+    scoring.scorer().ScoreCells(view, scoring.cells(), Budget::Unlimited(), gains);
+    double gained = 0;
+    double seen = 0;
+    for (size_t i = 0; i < gains.size(); ++i) {
+      if (!(gains[i] > 0)) continue;
+      const NeedyCell& cell = patches.cells[scoring.cells().cell[i]];
+      if ((cell.position.cast<double>() - view).norm() > 1.5) continue;
+      gained += static_cast<double>(gains[i]) / config.required_density;
+      seen += static_cast<double>(cell.area);
+    }
+    ASSERT_GT(seen, 1);
+    EXPECT_NEAR(gained / seen, share, 0.01);
   }
 }
 
