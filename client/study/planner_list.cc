@@ -95,8 +95,7 @@ const StudyPlanner* FindPlanner(const std::string& name) {
 
 std::vector<std::string> DefaultPlanners(bool small) {
   if (small) {
-    return {"ours",   "ours-0.2s", "oracle",  "spacing",
-            "random", "frontier",  "octomap", "ours-overlap"};
+    return {"ours", "ours-0.2s", "oracle", "spacing", "frontier", "octomap", "ours-overlap"};
   }
   std::vector<std::string> names;
   for (const StudyPlanner& planner : AllPlanners()) names.push_back(planner.name);

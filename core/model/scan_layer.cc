@@ -45,10 +45,13 @@ ScanLayer::Density ScanLayer::DensityAt(const Eigen::Vector3d& point, const Eige
     // The centre decides whether the element counts; its surroundings only lower the figure.
     if (u == 0 && (cos_incidence < cos_limit || distance < scanner.range_min)) return {};
     const Eigen::Vector3d in_scan = T_model_scan.linear().transpose() * to_point;
-    const double elevation = std::asin(std::clamp(in_scan.z() / distance, -1.0, 1.0));
-    if (u == 0 && (elevation < elevation_first || elevation > elevation_last)) return {};
-    const double here = scanner.SamplingDensity(elevation, cos_incidence, distance);
-    if (u == 0) density.at_point = here;
+    const double sine = in_scan.z() / distance;
+    const double here = scanner.SamplingDensityAtSine(sine, cos_incidence, distance);
+    if (u == 0) {
+      const double elevation = std::asin(std::clamp(sine, -1.0, 1.0));
+      if (elevation < elevation_first || elevation > elevation_last) return {};
+      density.at_point = here;
+    }
     density.recorded = std::min(density.recorded, here);
     if (density.recorded <= best) break;
   }

@@ -19,6 +19,15 @@ double ScannerModel::SamplingDensity(double elevation, double cos_incidence, dou
   return SamplesPerSteradian(elevation) * cos_incidence / (range * range);
 }
 
+double ScannerModel::SamplingDensityAtSine(double sin_elevation, double cos_incidence,
+                                           double range) const {
+  if (cos_incidence <= 0 || range <= 0) return 0;
+  double cos_e = std::sqrt(std::max(0.0, 1 - sin_elevation * sin_elevation));
+  // An angle is never less than its sine.
+  if (cos_e < elevation_step) cos_e = std::max(cos_e, std::sin(elevation_step));
+  return cos_incidence / (azimuth_step * elevation_step * cos_e * range * range);
+}
+
 double ScannerModel::MaxSamplingDensity() const {
   const double steepest = std::max(std::abs(elevation_min), std::abs(elevation_max));
   return SamplingDensity(steepest, 1.0, range_min);

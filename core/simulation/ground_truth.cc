@@ -27,9 +27,10 @@ double PotentialDensity(const ScannerModel& scanner, const SurfaceSample& sample
   if (range < scanner.range_min || range > scanner.range_max) return 0;
   const double cosine = std::abs(sample.normal.dot(way)) / range;
   if (cosine < std::cos(scanner.max_incidence)) return 0;
-  const double elevation = std::asin(std::clamp(way.z() / range, -1.0, 1.0));
+  const double sine = std::clamp(way.z() / range, -1.0, 1.0);
+  const double elevation = std::asin(sine);
   if (elevation < scanner.elevation_min || elevation > scanner.elevation_max) return 0;
-  return scanner.SamplingDensity(elevation, cosine, range);
+  return scanner.SamplingDensityAtSine(sine, cosine, range);
 }
 
 }  // namespace
