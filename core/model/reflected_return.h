@@ -3,6 +3,7 @@
 #define VANTAGE_CORE_MODEL_REFLECTED_RETURN_H_
 
 #include <Eigen/Core>
+#include <cmath>
 #include <cstdint>
 #include <vector>
 
@@ -26,6 +27,13 @@ struct ReflectingPlane {
   double behind = 0.04;  // m behind it, from where on returns are in question: past its wall
 
   double Above(const Eigen::Vector3d& point) const { return normal.dot(point) + distance; }
+  // Reflectors hang on walls, or lie.
+  bool IsUpright() const { return std::abs(normal.z()) < 0.35; }
+  bool IsLevel() const { return std::abs(normal.z()) > 0.95; }
+  // Where a ray in a direction, of any length, meets it.
+  Eigen::Vector3d Crossing(const Eigen::Vector3d& direction) const {
+    return direction * (-distance / normal.dot(direction));
+  }
   Eigen::Vector3d Reflected(const Eigen::Vector3d& point) const {
     return point - 2 * Above(point) * normal;
   }

@@ -275,16 +275,14 @@ class Judgement {
 
   // Where the ray of a cell crosses the plane, m, scanner's frame.
   Eigen::Vector3d Crossing(const ScanCell& cell) const {
-    const Eigen::Vector3d direction = surface_.Direction(cell.column * stride_, cell.row * stride_);
-    return direction * (plane_.distance / -plane_.normal.dot(direction));
+    return plane_.Crossing(surface_.Direction(cell.column * stride_, cell.row * stride_));
   }
 
   // A polished floor reflects all over. A mirror ends, and in the same wall there are doors:
   // through them floor, ceiling and side walls look like what they are reflected into.
   void BoundReflector(const std::vector<ScanCell>& found) {
     constexpr double kAround = 0.3;  // m
-    constexpr double kLevel = 0.95;
-    if (std::abs(plane_.normal.z()) > kLevel) return;
+    if (plane_.IsLevel()) return;
     reflector_.emplace();
     for (const ScanCell& cell : found) reflector_->extend(Crossing(cell));
     reflector_->min().array() -= kAround;

@@ -23,10 +23,6 @@ constexpr size_t kMostJudged = 16;         // candidates
 constexpr double kCoarse = 20'000;         // cells for a first judgement
 constexpr double kFine = 150'000;          // for the second: most there is to tell, at a fixed cost
 
-// Reflectors hang on walls, or lie.
-bool IsUpright(const ReflectingPlane& plane) { return std::abs(plane.normal.z()) < 0.35; }
-bool IsLevel(const ReflectingPlane& plane) { return std::abs(plane.normal.z()) > 0.95; }
-
 // The plane that reflects `from` into `to`, if an upright one before the scanner does. A floor that
 // reflects is itself measured from above.
 std::optional<ReflectingPlane> Between(const ScanPlane& from, const ScanPlane& to) {
@@ -34,7 +30,7 @@ std::optional<ReflectingPlane> Between(const ScanPlane& from, const ScanPlane& t
   const double length = turn.norm();
   if (length < 2 * kDisplaced) return std::nullopt;
   const ReflectingPlane plane{turn / length, (to.distance - from.distance) / length};
-  if (plane.distance < kNearestReflector || !IsUpright(plane)) return std::nullopt;
+  if (plane.distance < kNearestReflector || !plane.IsUpright()) return std::nullopt;
   return plane;
 }
 
@@ -55,7 +51,7 @@ std::optional<Eigen::Vector3d> MeanCrossing(const ReflectingPlane& plane,
   size_t behind = 0;
   for (const Eigen::Vector3d& point : points) {
     if (plane.Above(point) >= 0) continue;
-    sum += point * (-plane.distance / plane.normal.dot(point));
+    sum += plane.Crossing(point);
     ++behind;
   }
   if (behind == 0) return std::nullopt;
@@ -120,7 +116,7 @@ std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane&
   constexpr size_t kEnough = 20;  // cells
   constexpr size_t kMost = 400;   // that are looked at
   const ReflectingPlane itself{wall.normal, wall.distance};
-  if (!IsUpright(itself) && !IsLevel(itself)) return std::nullopt;
+  if (!itself.IsUpright() && !itself.IsLevel()) return std::nullopt;
   std::vector<Eigen::Vector3d> behind;
   for (const ScanCell& cell : sample) {
     const Eigen::Vector3d point = tester.Point(cell.column, cell.row);
@@ -140,7 +136,7 @@ std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane&
     most = agree;
     best = plane;
   }
-  if (!best || !IsUpright(*best)) return best;
+  if (!best || !best->IsUpright()) return best;
   ReflectingPlane mirror = Straighten(tester, *best, looked_at);
   StartPastItsWall({wall}, looked_at, mirror);
   return mirror;
@@ -268,8 +264,7 @@ std::vector<Reflector> EndReflections(RangeSurface& surface, Parallel& parallel)
     }
     std::vector<Eigen::Vector3d> crossings;
     for (const ScanCell& cell : cells) {
-      const Eigen::Vector3d direction = surface.Direction(cell.column, cell.row);
-      crossings.push_back(direction * (plane.distance / -plane.normal.dot(direction)));
+      crossings.push_back(plane.Crossing(surface.Direction(cell.column, cell.row)));
     }
     reflectors.push_back({plane.normal, plane.distance, cells.size(),
                           Aperture(plane.normal, plane.distance, crossings)});

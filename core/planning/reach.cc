@@ -14,6 +14,8 @@ constexpr double kNeedles = 1.0;  // m, around a stand
 
 constexpr double kTripod = 0.75;  // m, around a stand
 
+constexpr double kHanging = 0.5;  // m, over known-empty space
+
 // True when nothing in the voxel column [low, high) speaks against the way to a stand `away` metres
 // off, by which someone carried the scanner in: what lay outside the field of view; nearer,
 // whatever is merely not known; right beside it, what was measured too (the tripod's legs, the
@@ -30,8 +32,6 @@ bool OnTheWayIn(const PlanningView& model, int x, int y, int low, int high, doub
   }
   return true;
 }
-
-constexpr double kHanging = 0.5;  // m
 
 // True when the scanner can be carried through a voxel column [low, high). What stands on the floor
 // is in its way, and so is all measured surface. What hangs in the air and is merely not known is
