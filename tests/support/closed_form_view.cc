@@ -143,8 +143,9 @@ ClosedFormScene FurnishedRoom(uint64_t seed) {
   const Eigen::AlignedBox3d room(Eigen::Vector3d::Zero(), Eigen::Vector3d(6, 5, 2.7));
   std::vector<Eigen::AlignedBox3d> boxes;
   while (boxes.size() < 6) {
-    const Eigen::Vector3d size(uniform(0.3, 0.9), uniform(0.3, 0.9), uniform(0.4, 2.0));
-    const Eigen::Vector3d low(uniform(0, 5), uniform(0, 4), 0);
+    // Braces: drawn from left to right, so that every compiler builds the same room.
+    const Eigen::Vector3d size{uniform(0.3, 0.9), uniform(0.3, 0.9), uniform(0.4, 2.0)};
+    const Eigen::Vector3d low{uniform(0, 5), uniform(0, 4), 0};
     const Eigen::AlignedBox3d box(low, low + size);
     if (box.exteriorDistance(Eigen::Vector3d(1.5, 1.5, low.z())) > 0.8) boxes.push_back(box);
   }

@@ -154,7 +154,8 @@ ClosedFormScene RandomScene(uint64_t seed) {
   ClosedFormScene scene = DoorwayRooms();
   scene.name = "random " + std::to_string(seed);
   for (int i = 0; i < 12; ++i) {
-    const Eigen::Vector3d axis(uniform(-1, 1), uniform(-1, 1), uniform(-1, 1));
+    // Braces: drawn from left to right, so that every compiler builds the same scene.
+    const Eigen::Vector3d axis{uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};
     scene.solids.push_back(
         {{uniform(-3, 3), uniform(-2, 2), uniform(0, 2.5)},
          {uniform(0.05, 0.4), uniform(0.05, 0.4), uniform(0.05, 0.4)},
@@ -162,7 +163,7 @@ ClosedFormScene RandomScene(uint64_t seed) {
   }
   scene.stands.clear();
   while (scene.stands.size() < 3) {
-    const Eigen::Vector3d place(uniform(-2.5, 2.5), uniform(-1.5, 1.5), uniform(1.2, 1.8));
+    const Eigen::Vector3d place{uniform(-2.5, 2.5), uniform(-1.5, 1.5), uniform(1.2, 1.8)};
     if (scene.InAir(place) && scene.DistanceToSurface(place, 1) > 0.5)
       scene.stands.push_back(place);
   }
