@@ -13,7 +13,7 @@ constexpr uint64_t kLeastBatch = uint64_t{1} << 13;  // pairs of view and cell
 constexpr uint64_t kMostBatch = uint64_t{1} << 21;
 constexpr size_t kLeastViews = 4;
 constexpr int kRegionBits = 2;       // regions are 4 viewcells wide
-constexpr double kQuickLook = 4e5;   // pairs: about a hundredth of a second of one core
+constexpr double kQuickLook = 1e5;   // pairs: some milliseconds of one core
 constexpr size_t kTurns = 3;         // one is that of the best of all
 constexpr size_t kMostGenerous = 2;  // one in so many goes up from the first rung, at the end
 
@@ -103,9 +103,13 @@ size_t ViewRace::BatchOn(size_t rung) const {
 }
 
 size_t ViewRace::Promotion(size_t rung) const {
-  const double looks = static_cast<double>(pairs_) / kQuickLook;
-  if (rung > 1 || looks <= 1) return options_.promotion;
-  return std::max(std::min(kMostGenerous, options_.promotion),
+  // A look at larger samples takes longer.
+  const auto growth = static_cast<double>(options_.growth);
+  const double look = kQuickLook * std::pow(growth, static_cast<double>(rung - 1));
+  const double looks = static_cast<double>(pairs_) / look;
+  if (looks <= 1) return options_.promotion;
+  const size_t most_generous = rung == 1 ? kMostGenerous : options_.growth;
+  return std::max(std::min(most_generous, options_.promotion),
                   static_cast<size_t>(static_cast<double>(options_.promotion) / looks));
 }
 

@@ -20,14 +20,15 @@ namespace vantage {
 struct RaceOptions {
   size_t first_draws = 256;  // of cells, for a view that enters
   size_t growth = 4;         // of the sample from rung to rung
-  size_t promotion = 16;     // one in so many views goes up, from the first rung more and more
+  size_t promotion = 16;     // one in so many views goes up, at first
   size_t widest = 4;         // the same, once every view has entered and there is time
 };
 
 // Successive halving without rounds: every rung is the size of a sample, the last one all cells. A
 // view goes up when it is among the best sixteenth of those that reached its rung, so that each
-// rung gets a quarter of the effort of the one below; from the first rung more go up the more work
-// is done, until it is every second: small samples suit a quick look, and mislead a long one.
+// rung gets a quarter of the effort of the one below. The more work is done, the more go up, until
+// it is every second from the first rung and every fourth from the others, which then get the same
+// effort each: small samples suit a quick look, and mislead a long one.
 //
 // All views on a rung share its sample. So where that happens to hold too much of what a room
 // shows, all views there look too good, and would fill the next rung. What those that went up were
