@@ -17,7 +17,7 @@ using Eigen::Vector3d;
 
 constexpr double kBlockedRadius = 0.3;  // m around a place where nobody can stand
 constexpr double kLostRadius = 0.4;     // m around a place whose scan was lost
-constexpr int kLargerBudgets = 4;       // plans tried
+constexpr int kLargerBudgets = 8;       // plans tried
 
 PlacementErrors ErrorsOf(const JobOptions& options) {
   return {options.seed, options.scanner.positioning_error, options.heading_error, options.tilt};

@@ -12,7 +12,8 @@
 namespace vantage {
 namespace {
 
-constexpr size_t kDecideBatch = 16;  // views
+constexpr size_t kDecideBatch = 8;  // views
+constexpr size_t kMostChallengers = 16;
 
 struct Entry {
   double score;
@@ -48,8 +49,27 @@ std::vector<uint32_t> Challengers(const EvaluationRun& run, uint32_t exact, size
   return challengers;
 }
 
+// Of an exact view's neighbours, two viewcells away, then next to it, those that are not exact.
+// Samples don't tell such views apart: what is seen from one is mostly seen from the other.
+std::vector<uint32_t> Around(const EvaluationRun& run, uint32_t exact, size_t most) {
+  std::vector<uint32_t> around;
+  for (const int step : {2, 1}) {
+    for (int k = 0; k < 6; ++k) {
+      Eigen::Vector3i to = run.views().cells()[exact];
+      to[k / 2] += k % 2 == 0 ? step : -step;
+      const int at = run.views().IndexOf(to);
+      if (at < 0 || around.size() == most) continue;
+      const auto i = static_cast<uint32_t>(at);
+      if (!run.view(i).exact && run.Worth(i) > 0) around.push_back(i);
+    }
+    if (!around.empty()) break;
+  }
+  return around;
+}
+
 // The best views that lie apart, exactly: whoever ranks best is scored, until the best are. Who
-// leads them is challenged before the others are decided on: it is where people go first.
+// leads them is where people go first. So before the others are decided on, its surroundings are
+// climbed, and it is challenged.
 void Decide(const AnytimeOptions& options, EvaluationRun& run) {
   std::priority_queue<Entry> queue;
   for (uint32_t i = 0; i < run.size(); ++i) {
@@ -65,15 +85,19 @@ void Decide(const AnytimeOptions& options, EvaluationRun& run) {
     const size_t most = run.Affordable(run.cells(), kDecideBatch, run.budget());
     while (!queue.empty() && batch.size() < most) {
       const uint32_t i = queue.top().view;
-      if (NearAny(run.views(), i, leaders, options.separation)) {
+      // Who has become exact since it was listed is listed again.
+      const bool outdated = queue.top().score != run.Rank(i);
+      if (outdated || NearAny(run.views(), i, leaders, options.separation)) {
         queue.pop();
         continue;
       }
       if (run.view(i).exact) {
         if (!batch.empty()) break;
         if (!challenged) {
+          batch = Around(run, i, most);
+          if (!batch.empty()) break;
           challenged = true;
-          batch = Challengers(run, i, most);
+          batch = Challengers(run, i, run.Affordable(run.cells(), kMostChallengers, run.budget()));
           break;
         }
         leaders.push_back(i);

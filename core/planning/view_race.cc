@@ -31,6 +31,7 @@ ViewRace::ViewRace(EvaluationRun& run, const CellSampler& sampler, const RaceOpt
       seed_(seed),
       rung_of_(run.size(), kOutside),
       drawn_gain_(run.size(), 0),
+      proposes_(run.size(), kAllProposed),
       lattice_(run.views().cells(), seed) {
   Eigen::Vector3i last = Eigen::Vector3i::Constant(std::numeric_limits<int>::min());
   first_region_.setConstant(std::numeric_limits<int>::max());
@@ -139,12 +140,7 @@ bool ViewRace::GoUp(size_t rung, size_t count, const Budget& part) {
     (k < count ? best : waiting).push_back(order[k].second);
   }
   std::sort(best.begin(), best.end());
-  // Those decided on in the meantime go up without a sample.
-  const auto known = [this](uint32_t i) { return run_.view(i).exact; };
-  for (const uint32_t i : best) {
-    if (known(i)) Arrive(i, rung);
-  }
-  std::erase_if(best, known);
+  ArriveExact(best, rung);
   return ScoreOn(rung, best, part);
 }
 
@@ -172,12 +168,14 @@ bool ViewRace::Enter(const Budget& part) {
     if (!level.has_value()) break;
     const Proposer of = proposers_[*level].top();
     proposers_[*level].pop();
+    if (proposes_[of.view] != *level) continue;  // listed twice, and it has proposed these
     const double rank = run_.Rank(of.view);
     if (rank < of.rank) {  // it looked better when it was listed
       proposers_[*level].push({rank, of.view});
     } else {
       ListNeighbours(of.view, 1 << *level, entering);
-      if (*level > 0) proposers_[*level - 1].push({rank, of.view});
+      proposes_[of.view] = kAllProposed;
+      if (*level > 0) Propose(of.view, *level - 1);
     }
   }
   while (entering.size() < count) {
@@ -187,7 +185,19 @@ bool ViewRace::Enter(const Budget& part) {
     rung_of_[*i] = 0;
     entering.push_back(*i);
   }
-  return !entering.empty() && ScoreOn(0, entering, part);
+  if (entering.empty()) return false;
+  for (const uint32_t i : ArriveExact(entering, 0)) ProposeFirst(i);
+  return ScoreOn(0, entering, part);
+}
+
+void ViewRace::Propose(uint32_t view, size_t level) {
+  proposes_[view] = static_cast<uint8_t>(level);
+  proposers_[level].push({run_.Rank(view), view});
+}
+
+void ViewRace::ProposeFirst(uint32_t view) {
+  const int level = lattice_.Level(run_.views().cells()[view]);
+  Propose(view, static_cast<size_t>(std::max(0, level - 1)));
 }
 
 void ViewRace::ListNeighbours(uint32_t of, int step, std::vector<uint32_t>& entering) {
@@ -216,6 +226,17 @@ bool ViewRace::ScoreOn(size_t rung, std::span<const uint32_t> which, const Budge
                               [&](uint32_t view, double gain) { Note(view, rung, gain); });
   pairs_ += which.size() * rungs_[rung].draws;
   return all;
+}
+
+std::vector<uint32_t> ViewRace::ArriveExact(std::vector<uint32_t>& views, size_t rung) {
+  std::vector<uint32_t> exact;
+  std::erase_if(views, [&](uint32_t i) {
+    if (!run_.view(i).exact) return false;
+    exact.push_back(i);
+    return true;
+  });
+  for (const uint32_t i : exact) Arrive(i, rung);
+  return exact;
 }
 
 void ViewRace::Arrive(uint32_t i, size_t rung) {
@@ -248,9 +269,10 @@ void ViewRace::Note(uint32_t i, size_t rung, double gain) {
     view.error = potential * std::sqrt(mean * (1 - mean) / draws);
   }
   if (rung == 0) {
-    const int level = lattice_.Level(run_.views().cells()[i]);
-    proposers_[static_cast<size_t>(std::max(0, level - 1))].push({run_.Rank(i), i});
+    ProposeFirst(i);
   } else {
+    // A larger sample leaves less doubt: it may rank better now than when it was listed.
+    if (proposes_[i] != kAllProposed) Propose(i, proposes_[i]);
     Revision& revision = rungs_[rung - 1].revisions[RegionOf(i)];
     revision.sum += static_cast<float>(run_.view(i).score - before);
     revision.views += 1;

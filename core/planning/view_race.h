@@ -59,6 +59,7 @@ class ViewRace {
 
  private:
   static constexpr uint8_t kOutside = 0xff;
+  static constexpr uint8_t kAllProposed = 0xff;
 
   // Of the views of a region that went up: by how much larger samples changed their scores.
   struct Revision {
@@ -95,7 +96,14 @@ class ViewRace {
   std::optional<size_t> NextToPropose();
   bool ScoreOn(size_t rung, std::span<const uint32_t> which, const Budget& part);
   void Arrive(uint32_t view, size_t rung);
+  // Takes those out that were decided on in the meantime, and returns them: they arrive without a
+  // sample.
+  std::vector<uint32_t> ArriveExact(std::vector<uint32_t>& views, size_t rung);
   void Note(uint32_t view, size_t rung, double gain);
+  // Lists a view as one whose neighbours 2^level viewcells away may enter.
+  void Propose(uint32_t view, size_t level);
+  // The same for one that enters: half as far away as those on its level of the lattice.
+  void ProposeFirst(uint32_t view);
   void ListNeighbours(uint32_t of, int step, std::vector<uint32_t>& entering);
   // Views that are scored together: the more work is done, the more.
   size_t BatchOn(size_t rung) const;
@@ -113,8 +121,10 @@ class ViewRace {
   std::vector<Rung> rungs_;
   std::vector<uint8_t> rung_of_;   // by view
   std::vector<float> drawn_gain_;  // by view: over all its draws
+  std::vector<uint8_t> proposes_;  // by view: in which of proposers_ it waits
   ViewLattice lattice_;            // of views that enter
-  // By the distance of the neighbours that are next, 2^k viewcells.
+  // By the distance of the neighbours that are next, 2^k viewcells. Whoever went up since is listed
+  // again: once it has proposed, proposes_ says that the other entry is void.
   std::array<std::priority_queue<Proposer>, ViewLattice::kCoarsest> proposers_;
   size_t turns_ = 0;
   size_t level_ = 0;    // of proposers_, whose turn it was last
