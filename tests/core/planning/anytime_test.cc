@@ -143,6 +143,29 @@ TEST(AnytimeTest, SameBytesOnAnyNumberOfThreadsUnderAWorkLimit) {
   }
 }
 
+TEST(AnytimeTest, WhereToGoFirstIsNoWorseThanItsSurroundings) {
+  const Problem problem(FurnishedRoom(6));
+  Serial serial;
+  AnytimeOptions options;
+  options.complete = false;
+  for (options.seed = 1; options.seed <= 10; ++options.seed) {
+    const Evaluation evaluation = problem.Evaluate(options, Budget::Unlimited(), serial);
+    ASSERT_TRUE(evaluation.decided);
+    ASSERT_LT(evaluation.exact, problem.views.size() / 2);
+    const uint32_t first = ByScore(evaluation).front();
+    for (const int step : {1, 2}) {
+      for (int k = 0; k < 6; ++k) {
+        Eigen::Vector3i to = problem.feasible.cells()[first];
+        to[k / 2] += k % 2 == 0 ? step : -step;
+        const int i = problem.feasible.IndexOf(to);
+        if (i < 0) continue;
+        EXPECT_TRUE(evaluation.views[static_cast<size_t>(i)].exact);
+        EXPECT_LE(problem.truth[static_cast<size_t>(i)].gain, problem.truth[first].gain);
+      }
+    }
+  }
+}
+
 class HonestyTest : public ::testing::TestWithParam<int> {
  protected:
   static ClosedFormScene Scene(int which) {
@@ -196,6 +219,10 @@ TEST_P(HonestyTest, BoundsHoldTogetherAndTheBestIsWithinTheGap) {
       if (view.scored) {
         ASSERT_GE(view.score, view.lower);
         ASSERT_LE(view.score, view.upper);
+      }
+      if (view.exact) {
+        ASSERT_EQ(view.score, Gain(i));
+        ASSERT_EQ(view.error, 0);
       }
       holds = holds && Gain(i) >= view.lower - 1e-9 && Gain(i) <= view.upper + 1e-9;
       most = std::max(most, view.upper);
