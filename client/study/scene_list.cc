@@ -26,7 +26,7 @@ constexpr Kind kKinds[] = {
     {"two-rooms", TwoRooms, 12},
     {"flat", FurnishedFlat, 28},
     {"hall", PillarHall, 20},
-    {"office", [](uint64_t seed) { return OfficeFloor(seed, kOfficeArea); }, 40}};
+    {"office", [](uint64_t seed) { return OfficeFloor(seed, kOfficeArea); }, 60}};
 
 struct Mesh {
   const char* name;
@@ -34,7 +34,7 @@ struct Mesh {
   int most_scans;
 };
 constexpr Mesh kMeshes[] = {{"small-house", "small_house/scene.ply", 36},
-                            {"bookstore", "bookstore/scene.ply", 30}};
+                            {"bookstore", "bookstore/scene.ply", 50}};
 
 struct Parsed {
   const Kind* kind = nullptr;
