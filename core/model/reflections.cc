@@ -263,6 +263,7 @@ std::vector<Reflector> EndReflections(RangeSurface& surface, Parallel& parallel)
       if (!fresh) it->second = std::min(it->second, plane.distance / towards);
     }
     std::vector<Eigen::Vector3d> crossings;
+    crossings.reserve(cells.size());
     for (const ScanCell& cell : cells) {
       crossings.push_back(plane.Crossing(surface.Direction(cell.column, cell.row)));
     }
