@@ -38,6 +38,11 @@ std::vector<StudyPlanner> MakePlanners() {
   all.back().choice = ViewChoice::kBest;
   all.push_back(Ours("ours-paper", "by the paper's metric: samples and nothing else"));
   all.back().overrides.set_least_deficit(0);
+  all.back().overrides.set_counts_from(0);
+  all.back().overrides.set_depth_behind(0);
+  all.push_back(Ours("ours-samples", "true surface counts by samples, as in the paper"));
+  all.back().overrides.set_least_deficit(0);
+  all.back().overrides.set_counts_from(0);
   all.push_back(Ours("ours-sensitive", "counting only what every pose within the error sees"));
   all.back().overrides.set_pose_sensitivity(true);
   all.push_back(Ours("ours-seen", "false surface counts in full wherever it is seen"));
@@ -46,9 +51,9 @@ std::vector<StudyPlanner> MakePlanners() {
     all.push_back(Ours(name, words));
     all.back().overrides.set_depth_behind(depth);
   };
-  behind("ours-behind1", 1, "counting on a metre of space behind false surface");
-  behind("ours-behind2", 2, "counting on two metres of space behind false surface");
-  behind("ours-behind3", 3, "counting on three metres of space behind false surface");
+  behind("ours-behind0", 0, "counting on nothing behind false surface");
+  behind("ours-behind1", 1, "counting on a metre of space behind false surface, not three");
+  behind("ours-behind6", 6, "counting on six metres of space behind false surface, not three");
   const auto weights = [&](const char* name, double true_surface, double occlusion, double hole,
                            double image, const char* words) {
     all.push_back(Ours(name, words));

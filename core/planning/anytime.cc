@@ -69,7 +69,7 @@ std::vector<uint32_t> Around(const EvaluationRun& run, uint32_t exact, size_t mo
 
 // The best views that lie apart, exactly: whoever ranks best is scored, until the best are. Who
 // leads them is where people go first. So before the others are decided on, its surroundings are
-// climbed, and it is challenged.
+// climbed, and it is challenged; whoever of the challengers wins is climbed from too.
 void Decide(const AnytimeOptions& options, EvaluationRun& run) {
   std::priority_queue<Entry> queue;
   for (uint32_t i = 0; i < run.size(); ++i) {
@@ -93,12 +93,14 @@ void Decide(const AnytimeOptions& options, EvaluationRun& run) {
       }
       if (run.view(i).exact) {
         if (!batch.empty()) break;
-        if (!challenged) {
+        if (leaders.empty()) {
           batch = Around(run, i, most);
+          if (batch.empty() && !challenged) {
+            challenged = true;
+            batch =
+                Challengers(run, i, run.Affordable(run.cells(), kMostChallengers, run.budget()));
+          }
           if (!batch.empty()) break;
-          challenged = true;
-          batch = Challengers(run, i, run.Affordable(run.cells(), kMostChallengers, run.budget()));
-          break;
         }
         leaders.push_back(i);
         queue.pop();

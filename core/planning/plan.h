@@ -45,11 +45,13 @@ struct PlanningConfig {
   std::array<double, kSurfaceKinds> weights = {1, 1, 1, 1};  // by SurfaceKind, >= 0
   bool pose_sensitivity = false;         // score only what every pose within the error sees
   bool density_on_false_surface = true;  // else it counts in full wherever it is seen
-  double least_deficit = 0.5;  // of D, that true surface short of D counts as lacking; 0: the paper
-  double depth_behind = 0;     // m, unknown space behind false surface that counts; 0: the paper
-  double separation = 0.6;     // m, of candidates checked for registration
-  int candidates = 10;         // k, views returned at most
-  int max_checked = 60;        // views checked for registration at most
+  // What samples are worth; the paper's metric has 0 for all three.
+  double least_deficit = 1;      // of D, that true surface short of D counts as lacking at least
+  double counts_from = 0.7;      // of D, [0, 1): samples on true surface count from here on
+  double depth_behind = 3;       // m, unknown space behind false surface that counts
+  double separation = 0.6;       // m, of candidates checked for registration
+  int candidates = 10;           // k, views returned at most
+  int max_checked = 60;          // views checked for registration at most
   double terminate_below = 0.5;  // m^2 of D-equivalent gain
   double min_patch_area = 0.02;  // m^2, smaller patches don't keep a job open
   double confidence = 0.95;      // of all bounds together, (0, 1)
@@ -75,10 +77,10 @@ struct Patch {
   Eigen::Vector3d axis_u = Eigen::Vector3d::UnitX();  // unit, along the rectangle's longer side
   double length_u = 0;                                // m, full sides of the rectangle
   double length_v = 0;
-  double area = 0;              // m^2, sum over its cells
-  double mean_density = 0;      // mean q, samples / m^2
-  double deficit = 0;           // (D - mean q) * area, samples
-  double importance = 0;        // w * deficit
+  double area = 0;          // m^2, sum over its cells
+  double mean_density = 0;  // mean q, samples / m^2
+  double deficit = 0;       // samples lacking: (D - mean q) * area, and what space behind it needs
+  double importance = 0;    // w * deficit
   std::vector<uint32_t> cells;  // into PlanInput's needy cells, ascending
 };
 
@@ -143,7 +145,7 @@ struct Termination {
   std::string reason;             // with the numbers, also when not suggested
   double best_upper = 0;          // samples, over all views
   double largest_patch_area = 0;  // m^2
-  double unseeable_area = 0;      // m^2 of needy surface that no feasible view can see
+  double unseeable_area = 0;      // m^2 of needy surface that gains nothing from any feasible view
   bool unseeable_known = false;   // only a complete evaluation knows
 };
 

@@ -49,6 +49,7 @@ absl::Status PlanningConfig::Validate(const ScannerModel& scanner) const {
   }
   require(weighted, "at least one weight must be above 0");
   require(least_deficit >= 0 && least_deficit <= 1, "least_deficit must be in [0, 1]");
+  require(counts_from >= 0 && counts_from < 1, "counts_from must be in [0, 1)");
   require(depth_behind >= 0 && depth_behind <= 10, "depth_behind must be in [0, 10] m");
   require(separation >= 0 && separation <= 100, "separation must be in [0, 100] m");
   require(candidates >= 1 && candidates <= 1000, "candidates must be in [1, 1000]");

@@ -12,13 +12,24 @@ namespace {
 
 constexpr uint32_t kCellsBetweenPolls = 8192;
 
-// A job is done when its surface is at D, and surface just short of it is as little done as any. By
-// the paper's metric it is worth next to nothing, and stays short until all else is done. So what
-// comes to D gains its area times at least `least` of D, what comes halfway half of that.
-float Emphasis(const NeedyCell& cell, double least) {
+// What samples on a cell are worth.
+struct SampleWorth {
+  float from = 0;    // samples / m^2, from where on they count
+  float factor = 1;  // by which each that counts, counts more
+};
+
+// A job is done when its surface is at D, and surface short of it is to be scanned again, however
+// little it lacks. By the paper's metric what is just short is worth next to nothing, and what
+// comes nearer without getting there as much as what does. So true surface that comes to D gains
+// its area times at least `least_deficit` of D, all of it for the last samples.
+SampleWorth WorthOf(const NeedyCell& cell, const PlanningConfig& config) {
+  if (cell.kind != SurfaceKind::kTrue) return {cell.density, 1};
   constexpr float kSmallest = 0.01F;  // of D: less is within rounding
-  const float lacking = std::max(cell.enough - cell.density, kSmallest * cell.enough);
-  return std::max(1.0F, static_cast<float>(least) * cell.enough / lacking);
+  const float smallest = kSmallest * cell.enough;
+  const float from = std::max(cell.density, static_cast<float>(config.counts_from) * cell.enough);
+  const float lacking = std::max(cell.enough - cell.density, smallest);
+  const float worth = std::max(lacking, static_cast<float>(config.least_deficit) * cell.enough);
+  return {from, worth / std::max(cell.enough - from, smallest)};
 }
 
 }  // namespace
@@ -40,9 +51,9 @@ Scoring::Scoring(const PlanningView& model, const OpaqueGrid& grid, const PatchS
     // A scan is scored at the middle of a voxel and recorded at its worst corner: what it is
     // expected to record is less by what that was in the scan before. Else every place would
     // promise again, for all surface below D, what it has given already.
-    float factor = weight * cell.success * cell.area / cell.spread;
+    const SampleWorth worth = WorthOf(cell, config);
+    float factor = worth.factor * weight * cell.success * cell.area / cell.spread;
     float enough = cell.enough * cell.spread;
-    if (cell.kind == SurfaceKind::kTrue) factor *= Emphasis(cell, config.least_deficit);
     if (!config.density_on_false_surface && cell.kind != SurfaceKind::kTrue) {
       // A single sample on it is as good as all.
       factor *= enough;
@@ -51,7 +62,7 @@ Scoring::Scoring(const PlanningView& model, const OpaqueGrid& grid, const PatchS
     if (!(factor > 0)) continue;
     const auto target = TargetOf(grid, cell.voxel, cell.normal);
     if (!target.has_value()) continue;
-    cells.Add(cell.position, cell.normal, factor, cell.density * cell.spread, enough,
+    cells.Add(cell.position, cell.normal, factor, worth.from * cell.spread, enough,
               scene_.ToScene(*target), i,
               std::span(patches.vain).subspan(cell.vain, cell.vain_count));
   }

@@ -5,7 +5,7 @@
 namespace vantage {
 namespace {
 
-constexpr double kLookingRange = 1.0;  // m
+constexpr double kLookingRange = 2.0;  // m
 
 bool Known(VoxelState state) {
   return state == VoxelState::kEmpty || state == VoxelState::kTrueSurface ||

@@ -11,7 +11,7 @@
 namespace vantage {
 
 // Judges by upper bounds, never by estimates. `evaluation` may be empty (nothing was feasible).
-// `unseeable_area` (m^2): needy surface that no feasible view sees, where that is known.
+// `unseeable_area` (m^2): needy surface that gains nothing from any feasible view, where known.
 Termination JudgeTermination(const PatchSet& patches, const Evaluation& evaluation,
                              const PlanningConfig& config, std::optional<double> unseeable_area);
 

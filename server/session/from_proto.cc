@@ -127,6 +127,7 @@ void FillDefaults(v1::PlanningConfig& p) {
     p.set_density_on_false_surface(d.density_on_false_surface);
   }
   if (!p.has_least_deficit()) p.set_least_deficit(d.least_deficit);
+  if (!p.has_counts_from()) p.set_counts_from(d.counts_from);
   if (!p.has_depth_behind()) p.set_depth_behind(d.depth_behind);
   if (p.evaluation_order() == v1::EVALUATION_ORDER_UNSPECIFIED) {
     p.set_evaluation_order(v1::EVALUATION_ORDER_ANYTIME);
@@ -317,6 +318,7 @@ PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config, const v1::Si
     v.Add(f + ".weights", "must not all be 0");
   }
   CheckRange(p.least_deficit(), 0, 1, f + ".least_deficit", v);
+  CheckRange(p.counts_from(), 0, 0.999, f + ".counts_from", v);
   CheckRange(p.depth_behind(), 0, 10, f + ".depth_behind", v);
   if (!v1::EvaluationOrder_IsValid(p.evaluation_order())) {
     v.Add(f + ".evaluation_order",
@@ -345,6 +347,7 @@ PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config, const v1::Si
   out.pose_sensitivity = p.pose_sensitivity();
   out.density_on_false_surface = p.density_on_false_surface();
   out.least_deficit = p.least_deficit();
+  out.counts_from = p.counts_from();
   out.depth_behind = p.depth_behind();
   out.order = p.evaluation_order() == v1::EVALUATION_ORDER_PATCHES ? EvaluationOrder::kPatches
                                                                    : EvaluationOrder::kAnytime;

@@ -18,6 +18,7 @@ class PatchesTest : public ::testing::TestWithParam<int> {};
 TEST_P(PatchesTest, EveryNeedyVoxelIsInExactlyOnePlanarPatchOfItsKind) {
   const PlanningView model = BuildView(FurnishedRoom(static_cast<uint64_t>(GetParam())));
   PlanningConfig config;
+  config.depth_behind = 0;  // what is lacking is D - q
   const PatchTolerance tolerance;
   PatchSet set = ExtractPatches(model, config, tolerance, Budget::Unlimited());
   ASSERT_TRUE(set.finished);
