@@ -46,7 +46,7 @@ struct PlanningConfig {
   bool pose_sensitivity = false;         // score only what every pose within the error sees
   bool density_on_false_surface = true;  // else it counts in full wherever it is seen
   // What samples are worth; the paper's metric has 0 for all three.
-  double least_deficit = 1;      // of D, that true surface short of D counts as lacking at least
+  double least_deficit = 0.5;    // of D, that true surface short of D counts as lacking at least
   double counts_from = 0.7;      // of D, [0, 1): samples on true surface count from here on
   double depth_behind = 3;       // m, unknown space behind false surface that counts
   double separation = 0.6;       // m, of candidates checked for registration

@@ -21,7 +21,7 @@ struct SampleWorth {
 // A job is done when its surface is at D, and surface short of it is to be scanned again, however
 // little it lacks. By the paper's metric what is just short is worth next to nothing, and what
 // comes nearer without getting there as much as what does. So true surface that comes to D gains
-// its area times at least `least_deficit` of D, all of it for the last samples.
+// its area times at least `least_deficit` of D, and all of that for the last samples.
 SampleWorth WorthOf(const NeedyCell& cell, const PlanningConfig& config) {
   if (cell.kind != SurfaceKind::kTrue) return {cell.density, 1};
   constexpr float kSmallest = 0.01F;  // of D: less is within rounding

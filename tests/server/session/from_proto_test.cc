@@ -57,6 +57,7 @@ TEST(FromProto, ListsEveryViolationNotTheFirst) {
   session.mutable_planning_config()->mutable_weights()->set_occlusion(-1);
   session.mutable_site_rules()->add_keep_out()->mutable_min()->set_x(kNaN);
   session.mutable_origin()->set_x(1e12);
+  session.mutable_planning_config()->set_counts_from(1);
   session.set_display_name(std::string(300, 'x'));
   Violations violations;
   CheckSession(session, "session.", violations);
@@ -65,7 +66,8 @@ TEST(FromProto, ListsEveryViolationNotTheFirst) {
        {"session.scanner_models[0].range_max", "session.scanner_models[0].azimuth_step",
         "session.model_config.voxel_size", "session.planning_config.max_height",
         "session.planning_config.confidence", "session.planning_config.weights.occlusion",
-        "session.site_rules.keep_out[0].max", "session.origin.x", "session.display_name"}) {
+        "session.planning_config.counts_from", "session.site_rules.keep_out[0].max",
+        "session.origin.x", "session.display_name"}) {
     EXPECT_THAT(fields, Contains(field));
   }
 }
