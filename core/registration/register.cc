@@ -2,6 +2,7 @@
 #include <Eigen/LU>
 #include <chrono>
 #include <cmath>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -16,9 +17,12 @@
 #include "core/registration/registration.h"
 #include "core/registration/scan_surface.h"
 #include "core/registration/targets.h"
+#include "core/registration/without_reflections.h"
 
 namespace vantage {
 namespace {
+
+constexpr double kLittleContradiction = 0.03;  // share of a scan, that anything moved explains
 
 absl::Status ValidatePrior(const PosePrior& prior) {
   const Eigen::Isometry3d& pose = prior.T_world_scan;
@@ -162,10 +166,9 @@ double SecondsSince(std::chrono::steady_clock::time_point started) {
 // overlap or much contradiction is not enough to merge.
 void DoubtWhatShapeAloneFound(RegistrationResult& result) {
   constexpr double kLeastOverlap = 0.35;
-  constexpr double kMostContradiction = 0.03;
   RegistrationVerdict& verdict = result.verdict;
   if (!verdict.registered() || (verdict.overlap_share >= kLeastOverlap &&
-                                result.contradiction_share <= kMostContradiction)) {
+                                result.contradiction_share <= kLittleContradiction)) {
     return;
   }
   verdict.outcome = RegistrationOutcome::kDoubtful;
@@ -177,22 +180,9 @@ void DoubtWhatShapeAloneFound(RegistrationResult& result) {
   verdict.remedy = "accept the pose if it is right, or give a prior pose";
 }
 
-}  // namespace
-
-absl::StatusOr<RegistrationResult> Register(const PlanningView& model, const Scan& scan,
-                                            const PosePrior& prior,
-                                            const RegistrationConfig& config, Parallel& parallel) {
-  return RegisterWithTargets(model, scan, prior, {}, config, parallel);
-}
-
-absl::StatusOr<RegistrationResult> RegisterWithTargets(const PlanningView& model, const Scan& scan,
-                                                       const PosePrior& prior,
-                                                       std::span<const TargetTie> targets,
-                                                       const RegistrationConfig& config,
-                                                       Parallel& parallel) {
-  const auto started = std::chrono::steady_clock::now();
-  if (absl::Status status = Validate(model, scan, prior, config); !status.ok()) return status;
-  if (absl::Status status = ValidateTargets(targets); !status.ok()) return status;
+RegistrationResult RegisterReturns(const PlanningView& model, const Scan& scan,
+                                   const PosePrior& prior, std::span<const TargetTie> targets,
+                                   const RegistrationConfig& config, Parallel& parallel) {
   const ScanSurface surface = SampleSurface(scan, config.sample_spacing, parallel);
   const Alignment alignment = Align(model, surface, prior, config, parallel, targets);
   RegistrationResult result;
@@ -224,18 +214,12 @@ absl::StatusOr<RegistrationResult> RegisterWithTargets(const PlanningView& model
   } else {
     result = QualifyNearPrior(model, surface, alignment, prior, config, targets, parallel);
   }
-  result.seconds = SecondsSince(started);
   return result;
 }
 
-absl::StatusOr<RegistrationResult> RegisterAnywhere(const PlanningView& model, const Scan& scan,
-                                                    const Eigen::Isometry3d& T_world_last,
-                                                    const RegistrationConfig& config,
-                                                    Parallel& parallel) {
-  const auto started = std::chrono::steady_clock::now();
-  PosePrior near_last;
-  near_last.T_world_scan = T_world_last;
-  if (absl::Status status = Validate(model, scan, near_last, config); !status.ok()) return status;
+RegistrationResult RegisterReturnsAnywhere(const PlanningView& model, const Scan& scan,
+                                           const PosePrior& near_last,
+                                           const RegistrationConfig& config, Parallel& parallel) {
   const ScanSurface surface = SampleSurface(scan, config.sample_spacing, parallel);
   const double h = model.voxel_size();
   const Eigen::AlignedBox3d everywhere(model.bounds().min.cast<double>() * h,
@@ -256,6 +240,56 @@ absl::StatusOr<RegistrationResult> RegisterAnywhere(const PlanningView& model, c
                                          "; near the last station: ", result.verdict.reason);
     result.verdict.remedy = "give a prior pose";
   }
+  return result;
+}
+
+// What a mirror shows lies behind its wall, in space that other scans know: it contradicts like a
+// wrong pose does. To tell it takes half as long as to align, so only a scan in doubt is asked.
+template <typename RegisterScan>
+RegistrationResult WithMirrorsTold(const Scan& scan, Parallel& parallel,
+                                   const RegisterScan& register_scan) {
+  const RegistrationResult result = register_scan(scan);
+  if (result.verdict.registered() || result.contradiction_share <= kLittleContradiction) {
+    return result;
+  }
+  const std::optional<Scan> direct = WithoutReflections(scan, parallel);
+  return direct ? register_scan(*direct) : result;
+}
+
+}  // namespace
+
+absl::StatusOr<RegistrationResult> Register(const PlanningView& model, const Scan& scan,
+                                            const PosePrior& prior,
+                                            const RegistrationConfig& config, Parallel& parallel) {
+  return RegisterWithTargets(model, scan, prior, {}, config, parallel);
+}
+
+absl::StatusOr<RegistrationResult> RegisterWithTargets(const PlanningView& model, const Scan& scan,
+                                                       const PosePrior& prior,
+                                                       std::span<const TargetTie> targets,
+                                                       const RegistrationConfig& config,
+                                                       Parallel& parallel) {
+  const auto started = std::chrono::steady_clock::now();
+  if (absl::Status status = Validate(model, scan, prior, config); !status.ok()) return status;
+  if (absl::Status status = ValidateTargets(targets); !status.ok()) return status;
+  RegistrationResult result = WithMirrorsTold(scan, parallel, [&](const Scan& returns) {
+    return RegisterReturns(model, returns, prior, targets, config, parallel);
+  });
+  result.seconds = SecondsSince(started);
+  return result;
+}
+
+absl::StatusOr<RegistrationResult> RegisterAnywhere(const PlanningView& model, const Scan& scan,
+                                                    const Eigen::Isometry3d& T_world_last,
+                                                    const RegistrationConfig& config,
+                                                    Parallel& parallel) {
+  const auto started = std::chrono::steady_clock::now();
+  PosePrior near_last;
+  near_last.T_world_scan = T_world_last;
+  if (absl::Status status = Validate(model, scan, near_last, config); !status.ok()) return status;
+  RegistrationResult result = WithMirrorsTold(scan, parallel, [&](const Scan& returns) {
+    return RegisterReturnsAnywhere(model, returns, near_last, config, parallel);
+  });
   result.seconds = SecondsSince(started);
   return result;
 }

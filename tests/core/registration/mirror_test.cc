@@ -1,0 +1,109 @@
+// A scan from right before a mirror shows a room behind the wall, where other scans saw empty
+// space: that is no wrong pose.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <memory>
+#include <random>
+
+#include "core/model/partial_model.h"
+#include "core/parallel/parallel.h"
+#include "core/registration/registration.h"
+#include "core/registration/without_reflections.h"
+#include "core/simulation/scene.h"
+#include "core/simulation/simulated_scanner.h"
+#include "tests/core/registration/box_scene.h"
+
+namespace vantage {
+namespace {
+
+class MirrorTest : public testing::Test {
+ protected:
+  MirrorTest() : simulated_(scene_.mesh) {
+    scanner_.azimuth_step = scanner_.elevation_step = Radians(0.3);
+  }
+
+  Scan ScanAt(const Eigen::Isometry3d& pose, const ScanFaults& faults = {}) {
+    return {simulated_.Scan(scanner_, pose, faults, 7, serial_), scanner_, {}};
+  }
+  // What the first scan sees: the hall, the doors to other rooms, and into the bath.
+  std::shared_ptr<const PlanningView> AfterTheFirst() {
+    auto model = *PartialModel::Create({});
+    const Eigen::Isometry3d pose = PoseAt({0.95, 6.65, 1.2}, 0);
+    EXPECT_TRUE(model->Insert("first", ScanAt(pose), pose, serial_).ok());
+    return model->Publish();
+  }
+
+  Serial serial_;
+  const Scene scene_ = FurnishedFlat(101);
+  const SimulatedScanner simulated_;
+  ScannerModel scanner_;
+};
+
+// The mirror over the washstand, 0.6 m wide in the wall at y = 4.43.
+constexpr double kWall = 4.43;
+const Eigen::Isometry3d kBeforeTheMirror = PoseAt({3.44, 3.47, 1.1}, 0.4);
+
+TEST_F(MirrorTest, AScanFromBeforeAMirrorIsRegistered) {
+  const std::shared_ptr<const PlanningView> model = AfterTheFirst();
+  const Scan scan = ScanAt(kBeforeTheMirror);
+  std::mt19937_64 random(1);
+  for (int t = 0; t < 5; ++t) {
+    PosePrior prior;
+    prior.T_world_scan = Disturbed(kBeforeTheMirror, 0.1, Radians(3), random);
+    const auto result = Register(*model, scan, prior, {}, serial_);
+    ASSERT_TRUE(result.ok());
+    EXPECT_TRUE(result->verdict.registered()) << result->verdict.reason;
+    EXPECT_LT((result->T_world_scan.translation() - kBeforeTheMirror.translation()).norm(), 0.005);
+    EXPECT_LT(result->contradiction_share, 0.08);
+  }
+}
+
+TEST_F(MirrorTest, AScanAtAWrongPlaceIsNot) {
+  const std::shared_ptr<const PlanningView> model = AfterTheFirst();
+  const Scan scan = ScanAt(kBeforeTheMirror);
+  for (const Eigen::Vector3d& off :
+       {Eigen::Vector3d(2, 0, 0), {0, 2, 0}, {3, 1, 0}, {-2, 1, 0}, {5, 2, 0}}) {
+    PosePrior prior;
+    prior.T_world_scan = kBeforeTheMirror;
+    prior.T_world_scan.pretranslate(off);
+    const auto result = Register(*model, scan, prior, {}, serial_);
+    ASSERT_TRUE(result.ok());
+    const double error =
+        (result->T_world_scan.translation() - kBeforeTheMirror.translation()).norm();
+    EXPECT_TRUE(!result->verdict.registered() || error < 0.01) << off.transpose();
+  }
+}
+
+TEST_F(MirrorTest, OnlyWhatIsBehindTheMirrorIsLeftOut) {
+  const Scan scan = ScanAt(kBeforeTheMirror);
+  const std::optional<Scan> without = WithoutReflections(scan, serial_);
+  ASSERT_TRUE(without.has_value());
+  ASSERT_TRUE(without->image.Validate().ok());
+  // What a mirror that cannot be seen in would have let through.
+  const RangeImage truth = ScanAt(kBeforeTheMirror, ScanFaults::None()).image;
+  size_t phantoms = 0;
+  size_t left = 0;
+  size_t lost = 0;
+  for (size_t i = 0; i < truth.range.size(); ++i) {
+    const float range = scan.image.range[i];
+    if (!RangeImage::IsRange(range)) continue;
+    const bool phantom = RangeImage::IsRange(truth.range[i]) && range > truth.range[i] + 0.15F;
+    const bool is_left = RangeImage::IsRange(without->image.range[i]);
+    EXPECT_TRUE(!is_left || without->image.range[i] == range);
+    phantoms += phantom ? 1 : 0;
+    left += phantom && is_left ? 1 : 0;
+    lost += !phantom && !is_left ? 1 : 0;
+  }
+  EXPECT_GT(phantoms, 3000u);
+  EXPECT_LT(left, phantoms / 20);
+  EXPECT_LT(lost, phantoms / 20);
+}
+
+TEST_F(MirrorTest, WithoutAMirrorInSightNothingIsLeftOut) {
+  const Scan scan = ScanAt(PoseAt({0.95, 6.65, 1.2}, 0), ScanFaults::None());
+  EXPECT_FALSE(WithoutReflections(scan, serial_).has_value());
+}
+
+}  // namespace
+}  // namespace vantage
