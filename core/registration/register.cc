@@ -248,7 +248,7 @@ RegistrationResult RegisterReturnsAnywhere(const PlanningView& model, const Scan
 template <typename RegisterScan>
 RegistrationResult WithMirrorsTold(const Scan& scan, Parallel& parallel,
                                    const RegisterScan& register_scan) {
-  const RegistrationResult result = register_scan(scan);
+  RegistrationResult result = register_scan(scan);
   if (result.verdict.registered() || result.contradiction_share <= kLittleContradiction) {
     return result;
   }
