@@ -53,10 +53,15 @@ double OptimalityGap(const Evaluation& evaluation, const FeasibleViews& feasible
   for (uint32_t i = 0; i < evaluation.views.size(); ++i) {
     if (evaluation.views[i].upper <= most) continue;
     const bool refused =
-        std::any_of(check.refused.begin(), check.refused.end(), [&](const CheckedView& other) {
-          return i == other.view ||
-                 (feasible.Centre(i) - feasible.Centre(other.view)).norm() < separation;
-        });
+        std::any_of(
+            check.refused.begin(), check.refused.end(),
+            [&](const CheckedView& other) {
+              return i == other.view ||
+                     (!other.alone &&
+                      (feasible.Centre(i) - feasible.Centre(other.view)).norm() < separation);
+            }) ||
+        std::find(check.refused_around.begin(), check.refused_around.end(), i) !=
+            check.refused_around.end();
     if (!refused) most = evaluation.views[i].upper;
   }
   if (most <= 0) return 0;
@@ -215,9 +220,9 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
     rest.deadline -= std::max(rest.deadline - rest.now(), Clock::duration::zero()) / 3;
   }
   const OverlapSurface overlap(model, grid, scoring.scene(), scanner, rest);
-  const RegistrationCheck check = CheckRegistration(overlap, scoring.scene(), ranked, views,
-                                                    static_cast<size_t>(config.candidates),
-                                                    config.registration, rest, parallel);
+  const RegistrationCheck check =
+      CheckRegistration(overlap, scoring.scene(), evaluation, feasible, ranked,
+                        static_cast<size_t>(config.candidates), config, rest, parallel);
   plan.rays += check.rays;
   clock.Book(PlanStage::kCheck);
 

@@ -3,7 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
+#include "absl/container/flat_hash_set.h"
+#include "absl/functional/function_ref.h"
 #include "core/planning/brute_force.h"
 #include "core/planning/surface_walk.h"
 #include "core/planning/target.h"
@@ -13,7 +16,8 @@ namespace vantage {
 namespace {
 
 constexpr size_t kElements = 16000;
-constexpr size_t kBatch = 4;  // candidates checked at a time, whatever the number of threads
+constexpr size_t kTriedAround = 16;  // views instead of a doubtful candidate
+constexpr size_t kBatch = 4;         // candidates checked at a time, whatever the number of threads
 
 ScannerModel AnyIncidence(ScannerModel scanner) {
   scanner.max_incidence = kPi / 2 - 1e-3;
@@ -99,34 +103,139 @@ std::optional<OverlapSurface::Seen> OverlapSurface::Predict(const Eigen::Vector3
   return seen;
 }
 
-RegistrationCheck CheckRegistration(const OverlapSurface& surface, const OcclusionScene& scene,
-                                    std::span<const uint32_t> candidates,
-                                    std::span<const Eigen::Vector3d> views, size_t wanted,
-                                    const RegistrationConfig& config, const Budget& budget,
-                                    Parallel& parallel) {
-  RegistrationCheck check;
-  size_t count = 0;
-  for (size_t begin = 0; begin < candidates.size(); begin += count) {
-    if (check.registrable.size() >= wanted) break;
-    if (check.rays >= budget.work_limit || budget.Expired()) return check;
-    const uint64_t affordable = (budget.work_limit - check.rays) / surface.MostRays();
-    count = std::min(static_cast<size_t>(std::clamp<uint64_t>(affordable, 1, kBatch)),
-                     candidates.size() - begin);
+namespace {
+
+class Checking {
+ public:
+  Checking(const OverlapSurface& surface, const OcclusionScene& scene, const Evaluation& evaluation,
+           const FeasibleViews& feasible, const PlanningConfig& config, const Budget& budget,
+           Parallel& parallel)
+      : surface_(surface),
+        scene_(scene),
+        evaluation_(evaluation),
+        feasible_(feasible),
+        config_(config),
+        budget_(budget),
+        parallel_(parallel) {}
+
+  RegistrationCheck Run(std::span<const uint32_t> candidates, size_t wanted) {
+    size_t count = 0;
+    for (size_t begin = 0; begin < candidates.size(); begin += count) {
+      if (check_.registrable.size() >= wanted) break;
+      count = Check(candidates.subspan(begin), [&](const CheckedView& view) {
+        if (!view.verdict.registered()) {
+          check_.refused.push_back(view);
+        } else if (check_.registrable.size() < wanted) {
+          check_.registrable.push_back(view);
+        }
+      });
+      if (count == 0) return check_;
+    }
+    check_.finished = true;
+    TryAroundDoubtful(wanted);
+    return check_;
+  }
+
+ private:
+  // The first few of `views`; how many, 0 when the budget ended.
+  size_t Check(std::span<const uint32_t> views, absl::FunctionRef<void(const CheckedView&)> note) {
+    if (check_.rays >= budget_.work_limit || budget_.Expired()) return 0;
+    const uint64_t affordable = (budget_.work_limit - check_.rays) / surface_.MostRays();
+    const size_t count =
+        std::min(static_cast<size_t>(std::clamp<uint64_t>(affordable, 1, kBatch)), views.size());
     std::vector<std::optional<OverlapSurface::Seen>> seen(count);
-    parallel.For(count, [&](size_t k) {
-      seen[k] = surface.Predict(views[candidates[begin + k]], scene, config, budget);
+    parallel_.For(count, [&](size_t k) {
+      seen[k] = surface_.Predict(feasible_.Centre(views[k]), scene_, config_.registration, budget_);
     });
     for (size_t k = 0; k < count; ++k) {
-      if (!seen[k].has_value()) return check;
-      check.rays += seen[k]->rays;
-      ++check.checked;
-      auto& list = seen[k]->verdict.registered() ? check.registrable : check.refused;
-      if (&list == &check.registrable && list.size() >= wanted) continue;
-      list.push_back({candidates[begin + k], seen[k]->verdict});
+      if (!seen[k].has_value()) return 0;
+      check_.rays += seen[k]->rays;
+      ++check_.checked;
+      note({views[k], seen[k]->verdict});
+    }
+    return count;
+  }
+
+  double Score(uint32_t view) const { return evaluation_.views[view].Rank(); }
+  bool Near(uint32_t a, uint32_t b) const {
+    return (feasible_.Centre(a) - feasible_.Centre(b)).norm() < config_.separation;
+  }
+
+  // The best views around a candidate that were not tried yet, the best first.
+  std::vector<uint32_t> BestAround(uint32_t candidate) const {
+    std::vector<uint32_t> around;
+    for (uint32_t i = 0; i < evaluation_.views.size(); ++i) {
+      if (i == candidate || !evaluation_.views[i].scored || !Near(i, candidate)) continue;
+      if (Score(i) > 0 && Score(i) <= Score(candidate) && !tried_.contains(i)) around.push_back(i);
+    }
+    const size_t count = std::min(kTriedAround, around.size());
+    std::partial_sort(around.begin(), around.begin() + static_cast<ptrdiff_t>(count), around.end(),
+                      [this](uint32_t a, uint32_t b) {
+                        return Score(a) != Score(b) ? Score(a) > Score(b) : a < b;
+                      });
+    around.resize(count);
+    return around;
+  }
+
+  void TryAroundDoubtful(size_t wanted) {
+    const size_t most = check_.checked + static_cast<size_t>(config_.max_checked);
+    std::vector<CheckedView> found;
+    for (CheckedView& refused : check_.refused) {
+      if (refused.verdict.outcome != RegistrationOutcome::kDoubtful) continue;
+      const std::vector<uint32_t> around = BestAround(refused.view);
+      std::span<const uint32_t> left = around;
+      std::vector<uint32_t> tried;
+      while (!left.empty() && !refused.alone && check_.checked < most) {
+        const size_t count = Check(left, [&](const CheckedView& view) {
+          tried_.insert(view.view);
+          if (!view.verdict.registered()) {
+            tried.push_back(view.view);
+          } else if (!refused.alone) {
+            refused.alone = true;
+            found.push_back(view);
+          }
+        });
+        if (count == 0) break;
+        left = left.subspan(count);
+      }
+      if (refused.alone) {
+        check_.refused_around.insert(check_.refused_around.end(), tried.begin(), tried.end());
+      }
+    }
+    if (found.empty()) return;
+    std::vector<CheckedView> all = std::move(check_.registrable);
+    all.insert(all.end(), found.begin(), found.end());
+    std::stable_sort(all.begin(), all.end(), [this](const CheckedView& a, const CheckedView& b) {
+      return Score(a.view) > Score(b.view);
+    });
+    check_.registrable.clear();
+    for (const CheckedView& view : all) {
+      const bool near = std::any_of(check_.registrable.begin(), check_.registrable.end(),
+                                    [&](const CheckedView& o) { return Near(o.view, view.view); });
+      if (!near && check_.registrable.size() < wanted) check_.registrable.push_back(view);
     }
   }
-  check.finished = true;
-  return check;
+
+  const OverlapSurface& surface_;
+  const OcclusionScene& scene_;
+  const Evaluation& evaluation_;
+  const FeasibleViews& feasible_;
+  const PlanningConfig& config_;
+  const Budget& budget_;
+  Parallel& parallel_;
+  RegistrationCheck check_;
+  absl::flat_hash_set<uint32_t> tried_;  // around doubtful candidates
+};
+
+}  // namespace
+
+RegistrationCheck CheckRegistration(const OverlapSurface& surface, const OcclusionScene& scene,
+                                    const Evaluation& evaluation, const FeasibleViews& feasible,
+                                    std::span<const uint32_t> candidates, size_t wanted,
+                                    const PlanningConfig& config, const Budget& budget,
+                                    Parallel& parallel) {
+  return Checking(surface, scene, evaluation, feasible, config, budget, parallel)
+      .Run(candidates, wanted);
 }
 
 }  // namespace vantage

@@ -13,6 +13,8 @@
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/constraints.h"
+#include "core/planning/evaluation.h"
+#include "core/planning/feasible_views.h"
 #include "core/planning/occlusion_scene.h"
 #include "core/planning/opaque_grid.h"
 #include "core/planning/plan.h"
@@ -58,21 +60,28 @@ class OverlapSurface {
 struct CheckedView {
   uint32_t view = 0;
   RegistrationVerdict verdict;
+  // Nothing is known of the views around it but what is said of them. Else it stands for those
+  // within the separation.
+  bool alone = false;
 };
 
 struct RegistrationCheck {
-  std::vector<CheckedView> registrable;  // in the order of the candidates
-  std::vector<CheckedView> refused;
+  std::vector<CheckedView> registrable;  // the best first, apart from each other
+  std::vector<CheckedView> refused;      // candidates
+  std::vector<uint32_t> refused_around;  // views that were tried instead of doubtful candidates
   size_t checked = 0;
   bool finished = false;  // false: the budget expired before k were found or all were checked
   uint64_t rays = 0;
 };
 
-// Checks `candidates` (best first, apart from each other) until `wanted` pass or all are checked.
+// Checks `candidates` (of `evaluation`, best first, apart from each other) until `wanted` pass or
+// all are checked. As a rule neighbours share a verdict. A doubtful one is at the limit, though,
+// which a step to the side may be on the other side of: when there is time left, the best views
+// around it are tried, too.
 RegistrationCheck CheckRegistration(const OverlapSurface& surface, const OcclusionScene& scene,
-                                    std::span<const uint32_t> candidates,
-                                    std::span<const Eigen::Vector3d> views, size_t wanted,
-                                    const RegistrationConfig& config, const Budget& budget,
+                                    const Evaluation& evaluation, const FeasibleViews& feasible,
+                                    std::span<const uint32_t> candidates, size_t wanted,
+                                    const PlanningConfig& config, const Budget& budget,
                                     Parallel& parallel);
 
 }  // namespace vantage

@@ -14,10 +14,7 @@ constexpr size_t kTimedViews = 300;  // by brute force
 }  // namespace
 
 AnswerJudge::AnswerJudge(const PlanningJob& job, Parallel& parallel)
-    : job_(job),
-      overlap_(*job.model, job.grid, job.scoring->scene(), job.scanner),
-      registers_(job.views.size()) {
-  for (auto& verdict : registers_) verdict.store(-1, std::memory_order_relaxed);
+    : job_(job), overlap_(*job.model, job.grid, job.scoring->scene(), job.scanner) {
   HierarchicalScorer hierarchy(job.scoring->scorer(), job.grid, job.scoring->cells(),
                                job.feasible.cells(), job.feasible.cell_size(), {}, parallel);
   Evaluation all;
@@ -38,19 +35,13 @@ AnswerJudge::AnswerJudge(const PlanningJob& job, Parallel& parallel)
 }
 
 int AnswerJudge::FirstRegistrable(const Evaluation& evaluation) const {
-  for (const uint32_t i : RankViews(evaluation, job_.feasible, job_.config.separation,
-                                    static_cast<size_t>(job_.config.max_checked))) {
-    int8_t verdict = registers_[i].load(std::memory_order_relaxed);
-    if (verdict < 0) {
-      verdict = overlap_
-                    .Predict(job_.views[i], job_.scoring->scene(), job_.config.registration,
-                             Budget::Unlimited())
-                    ->verdict.registered();
-      registers_[i].store(verdict, std::memory_order_relaxed);
-    }
-    if (verdict > 0) return static_cast<int>(i);
-  }
-  return -1;
+  const std::vector<uint32_t> ranked = RankViews(evaluation, job_.feasible, job_.config.separation,
+                                                 static_cast<size_t>(job_.config.max_checked));
+  Serial serial;
+  const RegistrationCheck check =
+      CheckRegistration(overlap_, job_.scoring->scene(), evaluation, job_.feasible, ranked, 1,
+                        job_.config, Budget::Unlimited(), serial);
+  return check.registrable.empty() ? -1 : static_cast<int>(check.registrable.front().view);
 }
 
 double AnswerJudge::Regret(const Evaluation& evaluation) const {

@@ -2,7 +2,6 @@
 #ifndef VANTAGE_TESTS_BENCH_ANSWER_JUDGE_H_
 #define VANTAGE_TESTS_BENCH_ANSWER_JUDGE_H_
 
-#include <atomic>
 #include <cstdint>
 #include <vector>
 
@@ -34,7 +33,6 @@ class AnswerJudge {
 
   const PlanningJob& job_;
   OverlapSurface overlap_;
-  mutable std::vector<std::atomic<int8_t>> registers_;  // -1: not checked yet
   std::vector<double> truth_;
   double best_ = 0;
   double brute_seconds_ = 0;
