@@ -179,8 +179,6 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
   if (budget.Expired()) return EndEarly(plan, budget, "rank patches");
   const Scoring scoring(model, grid, patches, scanner, config, parallel, budget);
   if (!scoring.finished()) return EndEarly(plan, budget, "evaluate views");
-  std::vector<Eigen::Vector3d> views(feasible.cells().size());
-  for (size_t i = 0; i < views.size(); ++i) views[i] = feasible.Centre(i);
   AnytimeOptions options;
   options.confidence = config.confidence;
   options.seed = config.seed;
