@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <memory>
+#include <optional>
 #include <random>
 
 #include "core/model/partial_model.h"
@@ -40,8 +41,7 @@ class MirrorTest : public testing::Test {
   ScannerModel scanner_;
 };
 
-// The mirror over the washstand, 0.6 m wide in the wall at y = 4.43.
-constexpr double kWall = 4.43;
+// A metre from the mirror over the washstand, 0.6 m wide in the wall at y = 4.43.
 const Eigen::Isometry3d kBeforeTheMirror = PoseAt({3.44, 3.47, 1.1}, 0.4);
 
 TEST_F(MirrorTest, AScanFromBeforeAMirrorIsRegistered) {
