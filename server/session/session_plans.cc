@@ -43,8 +43,16 @@ absl::StatusOr<Session::PlanInputs> Session::PlanInputsFor(const std::string& sc
   v1::ScannerModel scanner;
   double voxel_size = 0;
   bool known = false;
-  std::vector<v1::ViewRejection> rejections;
-  const v1::Session described = Describe();
+  std::vector<RejectedPlace> rejected;
+  v1::Session described;
+  const google::protobuf::Timestamp now = WriteTime(journal_.Now());
+  journal_.Read([&](const SessionState& state) {
+    described = state.session;
+    for (const v1::ViewRejection* rejection : state.RejectionsAt(now)) {
+      const v1::Vector3& at = rejection->position();
+      rejected.push_back({Eigen::Vector3d(at.x(), at.y(), at.z()) - origin_, rejection->radius()});
+    }
+  });
   inputs.written = described.planning_config();
   rules = described.site_rules();
   voxel_size = described.model_config().voxel_size();
@@ -66,13 +74,7 @@ absl::StatusOr<Session::PlanInputs> Session::PlanInputsFor(const std::string& sc
   inputs.scanner = ReadScannerModel(scanner, "scanner_model", violations);
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
-  for (const v1::ViewRejection& rejection : described.rejections()) {
-    inputs.config.rejected.push_back(
-        {Eigen::Vector3d(rejection.position().x(), rejection.position().y(),
-                         rejection.position().z()) -
-             origin_,
-         rejection.radius()});
-  }
+  inputs.config.rejected = std::move(rejected);
   absl::Status possible = inputs.config.Validate(inputs.scanner);
   if (!possible.ok()) return InvalidField(prefix + "config_overrides", possible.message());
   inputs.scanner_id = scanner.id();
@@ -388,7 +390,8 @@ absl::StatusOr<v1::ViewRejection> Session::RejectView(const v1::RejectViewReques
       RequestKey::Of(request.request_id(), "RejectView", request),
       [&](const SessionState& state) -> absl::StatusOr<Draft> {
         constexpr size_t kMaxRejections = 10'000;
-        if (state.rejections.size() >= kMaxRejections) {
+        const absl::Time now = journal_.Now();
+        if (state.RejectionsAt(WriteTime(now)).size() >= kMaxRejections) {
           return ErrorWithReason(absl::StatusCode::kResourceExhausted, "TOO_MANY_REJECTIONS",
                                  "the session has too many refused places; use keep-out boxes");
         }
@@ -399,7 +402,6 @@ absl::StatusOr<v1::ViewRejection> Session::RejectView(const v1::RejectViewReques
         *rejection.mutable_position() = request.position();
         rejection.set_radius(radius);
         rejection.set_reason(request.reason());
-        const absl::Time now = journal_.Now();
         *rejection.mutable_create_time() = WriteTime(now);
         if (request.has_ttl())
           *rejection.mutable_expire_time() = WriteTime(now + absl::Seconds(ttl));

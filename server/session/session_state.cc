@@ -247,13 +247,20 @@ v1::Session SessionState::Describe(const google::protobuf::Timestamp& now) const
         counts.set_pending(counts.pending() + 1);
     }
   }
-  size_t listed = 0;
-  for (const v1::ViewRejection& rejection : rejections) {
-    if (rejection.has_expire_time() && Before(rejection.expire_time(), now)) continue;
-    if (++listed > kMaxListedRejections) break;
-    *out.add_rejections() = rejection;
-  }
+  const std::vector<const v1::ViewRejection*> refused = RejectionsAt(now);
+  const size_t skip = refused.size() - std::min(refused.size(), kMaxListedRejections);
+  for (size_t i = skip; i < refused.size(); ++i) *out.add_rejections() = *refused[i];
   return out;
+}
+
+std::vector<const v1::ViewRejection*> SessionState::RejectionsAt(
+    const google::protobuf::Timestamp& now) const {
+  std::vector<const v1::ViewRejection*> refused;
+  for (const v1::ViewRejection& rejection : rejections) {
+    const bool expired = rejection.has_expire_time() && Before(rejection.expire_time(), now);
+    if (!expired) refused.push_back(&rejection);
+  }
+  return refused;
 }
 
 int SessionState::PendingScans() const {

@@ -65,7 +65,10 @@ struct SessionState {
   // FAILED_PRECONDITION when its format is newer than this server knows.
   absl::Status Apply(const store::v1::LogEntry& entry);
 
-  // The session as clients see it. Rejections that expired before `now` are left out.
+  // The places that people refused and that have not expired, oldest first.
+  std::vector<const v1::ViewRejection*> RejectionsAt(const google::protobuf::Timestamp& now) const;
+
+  // The session as clients see it, with the newest of its rejections.
   v1::Session Describe(const google::protobuf::Timestamp& now) const;
 
   int PendingScans() const;

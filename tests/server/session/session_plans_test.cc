@@ -1,0 +1,114 @@
+// What plans are made from and how they are kept, with a disk that may be full.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <mutex>
+#include <thread>
+
+#include "absl/strings/str_cat.h"
+#include "server/session/error.h"
+#include "server/store/memory_store.h"
+#include "tests/server/fixture/room_scan.h"
+#include "tests/server/fixture/script.h"
+#include "tests/server/fixture/session_host.h"
+
+namespace vantage {
+namespace {
+
+using testing::HasSubstr;
+
+class FullDisk : public MemoryStore {
+ public:
+  FullDisk() : MemoryStore(size_t{64} << 20) {}
+  absl::Status Append(const std::string& session, const store::v1::LogEntry& entry) override {
+    if (full) return absl::ResourceExhaustedError("the disk is full");
+    return MemoryStore::Append(session, entry);
+  }
+  std::atomic<bool> full{false};
+};
+
+class SessionPlans : public testing::Test {
+ protected:
+  SessionPlans() {
+    Algorithms algorithms = script_.Make();
+    algorithms.make_plan = [this](const PlanningView&, const ScannerModel&,
+                                  const PlanningConfig& config, const Budget&, Parallel&,
+                                  const PlanProgress&) -> absl::StatusOr<Plan> {
+      during_plan_();
+      const std::lock_guard<std::mutex> lock(mutex_);
+      config_ = config;
+      return plan_;
+    };
+    host_ = std::make_unique<SessionHost>(store_, std::move(algorithms), Limits(), [this] {
+      return FixtureTime() + absl::Seconds(seconds_.load());
+    });
+    session_ = OpenSession(host_->registry, "job");
+    const v1::PosePrior prior = PriorAt(2.0, 1.5, 1.4);
+    EXPECT_TRUE(SendScan(*session_, EncodedRoom({2.0, 1.5, 1.4}, 3.0), &prior).ok());
+    session_->WaitUntilIdle();
+  }
+
+  // The name of a plan, when it has come to what `plan` says.
+  std::string MakePlan(const Plan& plan = {}) {
+    {
+      const std::lock_guard<std::mutex> lock(mutex_);
+      plan_ = plan;
+    }
+    std::string name = session_->CreatePlan({}).value().name();
+    EXPECT_TRUE(host_->registry.WaitUntilIdle(std::chrono::seconds(60)));
+    return name;
+  }
+  // What the last plan was made from.
+  PlanningConfig Config() {
+    const std::lock_guard<std::mutex> lock(mutex_);
+    return config_;
+  }
+  v1::PlanState StateOf(const std::string& plan) const {
+    return session_->GetPlan(plan).value().state();
+  }
+  absl::StatusOr<v1::ViewRejection> Reject(double x, int64_t ttl = 0) {
+    v1::RejectViewRequest request;
+    request.mutable_position()->set_x(x);
+    if (ttl > 0) request.mutable_ttl()->set_seconds(ttl);
+    return session_->RejectView(request);
+  }
+
+  std::atomic<int> seconds_{0};
+  std::function<void()> during_plan_ = [] {};
+  std::mutex mutex_;
+  Plan plan_;
+  PlanningConfig config_;
+  FullDisk store_;
+  Script script_;
+  std::unique_ptr<SessionHost> host_;
+  std::shared_ptr<Session> session_;
+};
+
+TEST_F(SessionPlans, AvoidEveryRefusedPlaceAndTheSessionListsTheNewest) {
+  for (int i = 0; i < 1100; ++i) ASSERT_TRUE(Reject(i).ok());
+  MakePlan();
+  ASSERT_EQ(Config().rejected.size(), 1100U);
+  EXPECT_EQ(Config().rejected.back().position.x(), 1099);
+  const v1::Session listed = session_->Describe();
+  ASSERT_EQ(listed.rejections_size(), 1000);
+  EXPECT_EQ(listed.rejections(0).position().x(), 100);
+  EXPECT_EQ(listed.rejections(999).position().x(), 1099);
+}
+
+TEST_F(SessionPlans, ExpiredRejectionsCountForNothing) {
+  constexpr int kMost = 10'000;
+  for (int i = 0; i < kMost - 1; ++i) ASSERT_TRUE(Reject(i, 60).ok());
+  ASSERT_TRUE(Reject(7).ok());
+  EXPECT_EQ(ReasonOf(Reject(1).status()), "TOO_MANY_REJECTIONS");
+  seconds_ = 61;
+  EXPECT_TRUE(Reject(8).ok());
+  MakePlan();
+  ASSERT_EQ(Config().rejected.size(), 2U);
+  EXPECT_EQ(Config().rejected.front().position.x(), 7);
+}
+
+}  // namespace
+}  // namespace vantage
