@@ -37,6 +37,22 @@ void PlanRun::Improve(v1::PlanResult result) {
   Notify();
 }
 
+void PlanRun::Hold(const v1::Plan& plan, std::string why) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (plan.has_result()) *plan_.mutable_result() = plan.result();
+    plan_.set_revision(plan.revision());
+    plan_.set_state_message(std::move(why));
+    held_ = true;
+  }
+  Notify();
+}
+
+bool PlanRun::Held() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return held_;
+}
+
 void PlanRun::End(v1::Plan plan) {
   {
     std::lock_guard<std::mutex> lock(mutex_);

@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 #include <stop_token>
+#include <string>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/time/time.h"
@@ -30,6 +31,9 @@ class PlanRun {
   void Start(absl::Time now);
   // A better ranking (basic view).
   void Improve(v1::PlanResult result);
+  // It has ended as `plan`, which cannot be logged yet: shows its result, and why.
+  void Hold(const v1::Plan& plan, std::string why);
+  bool Held() const;
   // The end. `plan` is what was logged.
   void End(v1::Plan plan);
 
@@ -48,6 +52,7 @@ class PlanRun {
 
   mutable std::mutex mutex_;
   v1::Plan plan_ ABSL_GUARDED_BY(mutex_);
+  bool held_ ABSL_GUARDED_BY(mutex_) = false;
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;
   StopReason stop_reason_ ABSL_GUARDED_BY(mutex_) = StopReason::kNone;
   std::map<WatchId, std::shared_ptr<std::function<void()>>> watchers_ ABSL_GUARDED_BY(mutex_);

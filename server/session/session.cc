@@ -92,9 +92,10 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Load(const std::string& id,
     made->full_results_ = std::move(full_results);
   }
   for (v1::Plan& plan : interrupted) {
+    const auto run = std::make_shared<PlanRun>(plan);
     plan.set_state(v1::PLAN_STATE_FAILED);
     plan.set_state_message("the server stopped while it ran; create it again");
-    made->EndPlan(std::make_shared<PlanRun>(plan), plan, nullptr);
+    made->EndPlan(run, plan, nullptr);
   }
   absl::StatusOr<std::vector<SnapshotRecord>> snapshots = around.store.Snapshots(id);
   if (!snapshots.ok()) return snapshots.status();

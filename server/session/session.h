@@ -180,7 +180,7 @@ class Session : public std::enable_shared_from_this<Session> {
 
   // Stops plans; they end soon.
   void StopPlans(PlanRun::StopReason reason);
-  // No plan runs and the strand rests.
+  // No plan runs (one may wait until its end can be logged) and the strand rests.
   bool Rests() const;
   // For good: nothing of it is stored any more. Stops plans and drops queued operations.
   void Close();
@@ -247,7 +247,10 @@ class Session : public std::enable_shared_from_this<Session> {
   absl::Status AddFleet(const v1::CreatePlanRequest& request, PlanInputs& inputs) const;
   void RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, absl::Time submitted,
                Parallel& parallel);
-  void EndPlan(const std::shared_ptr<PlanRun>& run, v1::Plan plan, const v1::PlanResult* full);
+  void EndPlan(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
+               const std::shared_ptr<const v1::PlanResult>& full);
+  void EndPlanLater(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
+                    const std::shared_ptr<const v1::PlanResult>& full, const absl::Status& why);
 
   // The fleet, session_fleet.cc.
   struct ClaimAttempt;

@@ -1,5 +1,6 @@
 // A session's plans: begun, improved, ended, kept; and the what-ifs beside them.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <utility>
 
@@ -26,6 +27,8 @@ constexpr double kDefaultRejectionRadius = 0.5;  // m
 constexpr size_t kMaxReason = 500;
 constexpr int kCoveragePatches = 100;
 constexpr absl::Duration kRetryAfter = absl::Seconds(1);
+// An end that could not be logged is tried again after this time.
+constexpr std::chrono::seconds kLogAgainAfter(2);
 // Progress is shown at most this often: people and links don't follow faster.
 constexpr absl::Duration kProgressInterval = absl::Milliseconds(50);
 
@@ -251,19 +254,20 @@ void Session::RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inp
       plan.set_state(v1::PLAN_STATE_SUCCEEDED);
       break;
   }
-  v1::PlanResult full = WritePlanResult(*made, inputs.written, true, origin_);
+  const auto full =
+      std::make_shared<v1::PlanResult>(WritePlanResult(*made, inputs.written, true, origin_));
   if (inputs.joint) {
-    WriteJointPlan(joint, inputs.scanners, inputs.claims, inputs.written.required_density(), full);
+    WriteJointPlan(joint, inputs.scanners, inputs.claims, inputs.written.required_density(), *full);
   }
-  full.set_model_version(inputs.model.version);
-  *plan.mutable_result() = full;
+  full->set_model_version(inputs.model.version);
+  *plan.mutable_result() = *full;
   StripToBasic(*plan.mutable_result());
   plan.set_revision(plan.revision() + 1);
-  EndPlan(run, std::move(plan), &full);
+  EndPlan(run, std::move(plan), full);
 }
 
 void Session::EndPlan(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
-                      const v1::PlanResult* full) {
+                      const std::shared_ptr<const v1::PlanResult>& full) {
   std::string blob;
   if (full != nullptr && !closed_) {
     absl::StatusOr<std::string> kept = PutOwnBlob(full->SerializeAsString());
@@ -278,8 +282,8 @@ void Session::EndPlan(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
         return draft;
       });
   if (!logged.ok() && !absl::IsAborted(logged.status())) {
-    around_.log.Error("could not log the end of a plan",
-                      {{"plan", plan.name()}, {"error", logged.status().ToString()}});
+    if (!blob.empty()) ReleaseOwnBlob(blob);
+    return EndPlanLater(run, std::move(plan), full, logged.status());
   }
   std::vector<std::string> released;
   {
@@ -299,6 +303,25 @@ void Session::EndPlan(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
                                   {"rays", plan.result().rays()},
                                   {"gap", plan.result().optimality_gap()}});
   run->End(std::move(plan));
+}
+
+// Nobody is told of an end that a restart would not know of.
+void Session::EndPlanLater(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
+                           const std::shared_ptr<const v1::PlanResult>& full,
+                           const absl::Status& why) {
+  around_.log.Warning("the end of a plan waits",
+                      {{"plan", plan.name()}, {"error", why.ToString()}});
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    runs_[plan.name()] = run;
+  }
+  run->Hold(plan, absl::StrCat("done, and waits to be logged: ", std::string(why.message())));
+  around_.timer.After(kLogAgainAfter, [self = weak_from_this(), run, plan, full] {
+    const std::shared_ptr<Session> session = self.lock();
+    if (session == nullptr) return;
+    session->RunInteractive(
+        [session, run, plan, full](Parallel&) { session->EndPlan(run, plan, full); });
+  });
 }
 
 std::shared_ptr<PlanRun> Session::FindRun(const std::string& name) const {
@@ -366,7 +389,8 @@ void Session::StopPlans(PlanRun::StopReason reason) {
 bool Session::Rests() const {
   if (strand_->Size() != 0 || evaluations_ > 0 || exports_ > 0) return false;
   std::lock_guard<std::mutex> lock(mutex_);
-  return runs_.empty();
+  return std::all_of(runs_.begin(), runs_.end(),
+                     [](const auto& entry) { return entry.second->Held(); });
 }
 
 absl::StatusOr<v1::ViewRejection> Session::RejectView(const v1::RejectViewRequest& request) {

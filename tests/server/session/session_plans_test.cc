@@ -66,9 +66,6 @@ class SessionPlans : public testing::Test {
     const std::lock_guard<std::mutex> lock(mutex_);
     return config_;
   }
-  v1::PlanState StateOf(const std::string& plan) const {
-    return session_->GetPlan(plan).value().state();
-  }
   absl::StatusOr<v1::ViewRejection> Reject(double x, int64_t ttl = 0) {
     v1::RejectViewRequest request;
     request.mutable_position()->set_x(x);
@@ -108,6 +105,37 @@ TEST_F(SessionPlans, ExpiredRejectionsCountForNothing) {
   MakePlan();
   ASSERT_EQ(Config().rejected.size(), 2U);
   EXPECT_EQ(Config().rejected.front().position.x(), 7);
+}
+
+TEST_F(SessionPlans, EndWhenTheDiskHasRoom) {
+  during_plan_ = [this] { store_.full = true; };
+  Plan found;
+  found.outcome = PlanOutcome::kViews;
+  found.views.resize(1);
+  found.patches.resize(3);
+  const std::string plan = MakePlan(found);
+  // What is shown as ended would have to survive a restart.
+  const v1::Plan waits = session_->GetPlan(plan).value();
+  EXPECT_EQ(waits.state(), v1::PLAN_STATE_RUNNING);
+  EXPECT_THAT(waits.state_message(), HasSubstr("the disk is full"));
+  EXPECT_EQ(waits.result().views_size(), 1);
+  store_.full = false;
+  while (session_->RunningPlans() > 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const v1::Plan ended = session_->GetPlan(plan).value();
+  EXPECT_EQ(ended.state(), v1::PLAN_STATE_SUCCEEDED);
+  EXPECT_EQ(ended.state_message(), "");
+  EXPECT_EQ(ended.result().views_size(), 1);
+  EXPECT_EQ(session_->GetFullResult(plan).value().patches_size(), 3);
+}
+
+TEST_F(SessionPlans, ThatWaitForTheDiskGoWithTheirSession) {
+  during_plan_ = [this] { store_.full = true; };
+  const std::string plan = MakePlan();
+  const std::shared_ptr<PlanRun> run = session_->FindRun(plan);
+  ASSERT_NE(run, nullptr);
+  session_->Close();
+  while (!run->Ended()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(session_->RunningPlans(), 0U);
 }
 
 }  // namespace
