@@ -36,6 +36,21 @@ double SecondsOf(const google::protobuf::Duration& duration) {
   return static_cast<double>(duration.seconds()) + 1e-9 * duration.nanos();
 }
 
+// One that ran out of time before it evaluated a view, or found nowhere to stand, does not.
+bool SaysWhatRemains(const v1::Plan& plan) {
+  if (plan.state() != v1::PLAN_STATE_SUCCEEDED) return false;
+  switch (plan.result().outcome()) {
+    case v1::PLAN_OUTCOME_VIEWS:
+    case v1::PLAN_OUTCOME_NO_REGISTRABLE_VIEW:
+    case v1::PLAN_OUTCOME_NOTHING_TO_GAIN:
+      return true;
+    case v1::PLAN_OUTCOME_BUDGET_TOO_SMALL:
+      return plan.result().termination().best_upper() > 0;
+    default:
+      return false;
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<Session::PlanInputs> Session::PlanInputsFor(const std::string& scanner_model_id,
@@ -491,12 +506,11 @@ absl::StatusOr<v1::GetCoverageResponse> Session::MeasureCoverage() {
         around_.algorithms.measure_coverage(*model.view, config), config.required_density);
     FindGivenUp(*model.view, origin_, response);
   }
-  // The last plan that came to an answer.
   v1::Plan last;
   journal_.Read([&](const SessionState& state) {
     for (auto it = state.plan_order.rbegin(); it != state.plan_order.rend(); ++it) {
       const v1::Plan& plan = state.plans.at(*it).plan;
-      if (plan.state() != v1::PLAN_STATE_SUCCEEDED) continue;
+      if (!SaysWhatRemains(plan)) continue;
       last = plan;
       return;
     }

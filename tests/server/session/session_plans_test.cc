@@ -107,6 +107,32 @@ TEST_F(SessionPlans, ExpiredRejectionsCountForNothing) {
   EXPECT_EQ(Config().rejected.front().position.x(), 7);
 }
 
+TEST_F(SessionPlans, ThatFoundOutNothingSayNothingOfWhatRemains) {
+  Plan nothing;
+  nothing.required_density = 2500;
+  nothing.outcome = PlanOutcome::kBudgetTooSmall;
+  MakePlan(nothing);
+  EXPECT_FALSE(session_->MeasureCoverage().value().has_best_remaining_gain());
+  Plan found = nothing;
+  found.outcome = PlanOutcome::kViews;
+  found.termination.best_upper = 5000;
+  const std::string plan = MakePlan(found);
+  MakePlan(nothing);
+  nothing.outcome = PlanOutcome::kNoFeasibleView;
+  MakePlan(nothing);
+  EXPECT_EQ(session_->MeasureCoverage()->plan(), plan);
+  EXPECT_EQ(session_->MeasureCoverage()->best_remaining_gain(), 2);
+  // One that ran out of time later has evaluated views, and has a bound.
+  found.outcome = PlanOutcome::kBudgetTooSmall;
+  found.termination.best_upper = 2500;
+  MakePlan(found);
+  EXPECT_EQ(session_->MeasureCoverage()->best_remaining_gain(), 1);
+  nothing.outcome = PlanOutcome::kNothingToGain;
+  const std::string done = MakePlan(nothing);
+  EXPECT_EQ(session_->MeasureCoverage()->plan(), done);
+  EXPECT_EQ(session_->MeasureCoverage()->best_remaining_gain(), 0);
+}
+
 TEST_F(SessionPlans, EndWhenTheDiskHasRoom) {
   during_plan_ = [this] { store_.full = true; };
   Plan found;
