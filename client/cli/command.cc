@@ -32,6 +32,20 @@ ExitCode ExitCodeOf(const absl::Status& status) {
   }
 }
 
+ExitCode ExitCodeOf(const v1::Plan& plan) {
+  if (plan.state() == v1::PLAN_STATE_FAILED) return ExitCode::kInternal;
+  switch (plan.result().outcome()) {
+    case v1::PLAN_OUTCOME_VIEWS:
+    case v1::PLAN_OUTCOME_NOTHING_TO_GAIN:
+      return ExitCode::kOk;
+    case v1::PLAN_OUTCOME_NO_FEASIBLE_VIEW:
+    case v1::PLAN_OUTCOME_NO_REGISTRABLE_VIEW:
+      return ExitCode::kUnwelcome;
+    default:  // cancelled, or the budget was too small: nothing was found out
+      return ExitCode::kTryAgain;
+  }
+}
+
 void PrintError(const absl::Status& status) {
   const Explanation e = Explain(status);
   std::fprintf(stderr, "vantage: %s\n", e.cause.c_str());

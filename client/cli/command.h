@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/library/client.h"
+#include "vantage/v1/plan.pb.h"
 
 namespace vantage {
 
@@ -28,6 +29,7 @@ enum class ExitCode : int {
 
 // As the table in the help has it.
 ExitCode ExitCodeOf(const absl::Status& status);
+ExitCode ExitCodeOf(const v1::Plan& plan);
 
 // Cause, violations and fix on the error stream.
 void PrintError(const absl::Status& status);

@@ -83,10 +83,7 @@ absl::StatusOr<ExitCode> RunPlan(Environment& environment, const PlanArguments& 
     plan = *std::move(full);
   }
   std::fputs(arguments.json ? ToJson(plan).c_str() : PlanReport(plan).c_str(), stdout);
-  const v1::PlanOutcome outcome = plan.result().outcome();
-  const bool welcome =
-      outcome == v1::PLAN_OUTCOME_VIEWS || outcome == v1::PLAN_OUTCOME_NOTHING_TO_GAIN;
-  return welcome ? ExitCode::kOk : ExitCode::kUnwelcome;
+  return ExitCodeOf(plan);
 }
 
 }  // namespace
