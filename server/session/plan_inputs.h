@@ -21,6 +21,7 @@ struct Session::PlanInputs {
   // For scanners by name, around claims, or by minutes.
   bool joint = false;
   FleetRequest fleet;
+  size_t scanner_models = 1;          // distinct ones, of fleet.scanners
   std::vector<std::string> scanners;  // names, of fleet.scanners; empty: for nobody by name
   std::vector<std::string> claims;    // names, of fleet.pledged
   std::shared_ptr<MemoryAccount::Hold> memory;  // given back with the last copy

@@ -220,7 +220,6 @@ class Session : public std::enable_shared_from_this<Session> {
   void Touch();
   static int64_t EstimateMerge(const v1::Scan& scan);
   absl::StatusOr<MemoryAccount::Hold> ReserveMemory(int64_t bytes) const;
-  absl::StatusOr<MemoryAccount::Hold> ReservePlan() const;
   absl::Status BeginToTakeUp();
   // Whether there is work for the model, or somebody was here lately.
   bool NeededAtStart() const;
@@ -243,6 +242,10 @@ class Session : public std::enable_shared_from_this<Session> {
   absl::StatusOr<PlanInputs> PlanInputsFor(const std::string& scanner_model_id,
                                            const v1::PlanningConfig& overrides,
                                            const std::string& prefix);
+  // RESOURCE_EXHAUSTED (PLAN_TOO_LARGE), as the plan itself would be refused.
+  static absl::Status CheckSize(const PlanInputs& inputs);
+  // Takes the memory that a plan will need.
+  absl::Status ReservePlan(PlanInputs& inputs) const;
   // Adds the scanners that are named and the claims that hold to what a plan is made of.
   absl::Status AddFleet(const v1::CreatePlanRequest& request, PlanInputs& inputs) const;
   void RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, absl::Time submitted,

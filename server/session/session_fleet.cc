@@ -1,6 +1,7 @@
 // A session's scanners and their claims.
 #include <algorithm>
 #include <chrono>
+#include <set>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -201,6 +202,8 @@ void Session::ClaimView(const v1::ClaimViewRequest& request,
   if (!inputs.ok()) {
     if (ReasonOf(inputs.status()) != "MODEL_EMPTY") return done(inputs.status());
     inputs = PlanInputs();  // before the first scan only places can be taken
+  } else if (absl::Status room = ReservePlan(*inputs); !room.ok()) {
+    return done(room);
   }
   if (evaluations_.fetch_add(1) >= static_cast<int>(around_.limits.evaluations)) {
     evaluations_.fetch_sub(1);
@@ -431,6 +434,7 @@ absl::Status Session::AddFleet(const v1::CreatePlanRequest& request, PlanInputs&
     violations.Add("plan.scanner_model_id",
                    "must be empty where scanners are named: each has its own");
   }
+  std::set<std::string> models;
   const absl::Time now = journal_.Now();
   journal_.Read([&](const SessionState& state) {
     for (int i = 0; i < request.scanners_size(); ++i) {
@@ -444,6 +448,9 @@ absl::Status Session::AddFleet(const v1::CreatePlanRequest& request, PlanInputs&
       } else {
         inputs.scanners.push_back(name);
         inputs.fleet.scanners.push_back(ReadFleetScanner(it->second, state.session, origin_));
+        v1::ScannerModel model = ModelOf(it->second, state.session);
+        model.clear_id();  // by what it can do
+        models.insert(model.SerializeAsString());
       }
     }
     const Claims claims = ReadClaims(state, origin_);
@@ -457,6 +464,7 @@ absl::Status Session::AddFleet(const v1::CreatePlanRequest& request, PlanInputs&
            ReadFleetScanner(state.scanners.at(claim.scanner), state.session, origin_).model});
     }
   });
+  inputs.scanner_models = std::max<size_t>(1, models.size());
   for (size_t s = 0; s < inputs.fleet.scanners.size(); ++s) {
     const absl::Status possible = inputs.config.Validate(inputs.fleet.scanners[s].model);
     if (!possible.ok()) violations.Add(absl::StrCat("scanners[", s, "]"), possible.message());

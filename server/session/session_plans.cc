@@ -99,9 +99,6 @@ absl::StatusOr<Session::PlanInputs> Session::PlanInputsFor(const std::string& sc
   inputs.model = Model();
   if (inputs.model.view == nullptr) return WhyNoModel();
   Touch();
-  absl::StatusOr<MemoryAccount::Hold> hold = ReservePlan();
-  if (!hold.ok()) return hold.status();
-  inputs.memory = std::make_shared<MemoryAccount::Hold>(*std::move(hold));
   return inputs;
 }
 
@@ -138,8 +135,10 @@ absl::StatusOr<v1::Plan> Session::CreatePlan(const v1::CreatePlanRequest& reques
   }
   absl::StatusOr<PlanInputs> inputs = PlanInputsFor(model, asked.config_overrides(), "plan.");
   if (inputs.ok()) {
-    absl::Status fleet = AddFleet(request, *inputs);
-    if (!fleet.ok()) inputs = fleet;
+    absl::Status possible = AddFleet(request, *inputs);
+    if (possible.ok()) possible = CheckSize(*inputs);
+    if (possible.ok()) possible = ReservePlan(*inputs);
+    if (!possible.ok()) inputs = possible;
   }
   if (inputs.ok()) {
     inputs->seconds = seconds;
@@ -466,6 +465,7 @@ void Session::EvaluateView(const v1::EvaluateViewRequest& request,
   absl::StatusOr<PlanInputs> inputs =
       PlanInputsFor(request.scanner_model_id(), request.config_overrides(), "");
   if (!inputs.ok()) return done(inputs.status());
+  if (absl::Status room = ReservePlan(*inputs); !room.ok()) return done(room);
   if (evaluations_.fetch_add(1) >= static_cast<int>(around_.limits.evaluations)) {
     evaluations_.fetch_sub(1);
     return done(Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EVALUATIONS",

@@ -4,7 +4,9 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/planning/planning_estimate.h"
 #include "server/session/error.h"
+#include "server/session/plan_inputs.h"
 #include "server/session/session.h"
 
 namespace vantage {
@@ -18,8 +20,6 @@ constexpr int64_t kBytesPerScan = 1 << 20;
 constexpr int64_t kUnknownScan = 24 << 20;
 // What aligning and carving hold for each cell of the range image meanwhile.
 constexpr int64_t kBytesPerCell = 150;
-// What a plan holds meanwhile: patches, sight lines, scores.
-constexpr int64_t kPlan = 32 << 20;
 constexpr absl::Duration kShortRetry = absl::Seconds(5);
 
 }  // namespace
@@ -51,8 +51,20 @@ absl::StatusOr<MemoryAccount::Hold> Session::ReserveMemory(int64_t bytes) const 
                    kShortRetry);
 }
 
-absl::StatusOr<MemoryAccount::Hold> Session::ReservePlan() const {
-  return ReserveMemory(kPlan + EstimateModel() / 4);
+absl::Status Session::CheckSize(const PlanInputs& inputs) {
+  PlanningConfig config = inputs.config;
+  config.memory_limit /= inputs.scanner_models;
+  const absl::Status fits = CheckPlanningSize(*inputs.model.view, config);
+  if (fits.ok()) return fits;
+  return ErrorWithReason(fits.code(), "PLAN_TOO_LARGE", fits.message());
+}
+
+absl::Status Session::ReservePlan(PlanInputs& inputs) const {
+  absl::StatusOr<MemoryAccount::Hold> hold = ReserveMemory(static_cast<int64_t>(
+      inputs.scanner_models * EstimatePlanningMemory(*inputs.model.view, inputs.config)));
+  if (!hold.ok()) return hold.status();
+  inputs.memory = std::make_shared<MemoryAccount::Hold>(*std::move(hold));
+  return absl::OkStatus();
 }
 
 void Session::Touch() { touched_ = absl::ToUnixMillis(journal_.Now()); }

@@ -107,6 +107,29 @@ TEST_F(SessionPlans, ExpiredRejectionsCountForNothing) {
   EXPECT_EQ(Config().rejected.front().position.x(), 7);
 }
 
+TEST_F(SessionPlans, ThatWouldTakeTooMuchMemoryAreRefused) {
+  v1::CreateSessionRequest open;
+  open.set_session_id("wide");
+  v1::ModelConfig& model = *open.mutable_session()->mutable_model_config();
+  model.set_voxel_size(0.1);
+  model.mutable_max_half_extent()->set_x(2000);
+  model.mutable_max_half_extent()->set_y(2000);
+  model.mutable_max_half_extent()->set_z(50);
+  const auto wide = host_->registry.Create(open, "").value();
+  // Two rooms with more than a kilometre of nothing between them.
+  for (const double at : {2.0, 1000.0}) {
+    const v1::PosePrior prior = PriorAt(at, at, 1.4);
+    ASSERT_TRUE(SendScan(*wide, EncodedRoom({at > 2 ? 3.0 : 2.0, 1.5, 1.4}, 3.0), &prior).ok());
+    wide->WaitUntilIdle();
+  }
+  ASSERT_EQ(wide->Describe().scan_counts().merged(), 2);
+  const absl::Status refused = wide->CreatePlan({}).status();
+  EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
+  EXPECT_EQ(ReasonOf(refused), "PLAN_TOO_LARGE");
+  bool more = false;
+  EXPECT_TRUE(wide->ListPlans(0, 10, more).empty());
+}
+
 TEST_F(SessionPlans, ThatFoundOutNothingSayNothingOfWhatRemains) {
   Plan nothing;
   nothing.required_density = 2500;

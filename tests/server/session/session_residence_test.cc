@@ -10,6 +10,7 @@
 #include <string>
 #include <thread>
 
+#include "core/planning/planning_estimate.h"
 #include "server/session/error.h"
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
@@ -242,6 +243,44 @@ TEST_F(Residence, AScanThatDoesNotFitSaysSoAndComesWhenThereIsRoom) {
   session->WaitUntilIdle();
   EXPECT_EQ(session->GetScan(scan)->state(), v1::SCAN_STATE_MERGED);
   EXPECT_EQ(session->GetScan(scan)->state_message(), "");
+}
+
+TEST_F(Residence, APlanTakesWhatItsCellsAndScannersNeed) {
+  Begin(0);
+  v1::CreateSessionRequest open;
+  open.set_session_id("job");
+  open.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+  for (const char* id : {"a", "same", "far"}) {
+    open.mutable_session()->add_scanner_models()->set_id(id);
+  }
+  open.mutable_session()->mutable_scanner_models(2)->set_range_max(50);
+  const auto session = registry_->Create(open, "").value();
+  SendRoom(*session, {2.0, 1.5, 1.4});
+  for (const char* id : {"a", "same", "far"}) {
+    v1::AddScannerRequest add;
+    add.set_scanner_id(id);
+    add.mutable_scanner()->set_scanner_model_id(id);
+    ASSERT_TRUE(session->AddScanner(add).ok());
+  }
+  const auto taken = [&](const v1::CreatePlanRequest& request) {
+    const int64_t before = memory_->used();
+    EXPECT_TRUE(session->CreatePlan(request).ok());
+    return memory_->used() - before;
+  };
+  v1::CreatePlanRequest plan;
+  plan.mutable_plan()->mutable_time_budget()->set_seconds(3000);
+  const int64_t one = taken(plan);
+  EXPECT_EQ(one, static_cast<int64_t>(EstimatePlanningMemory(*session->Model().view, {})));
+  plan.mutable_plan()->mutable_config_overrides()->set_viewcell_size(0.2);
+  EXPECT_LT(taken(plan), one);
+  plan.mutable_plan()->clear_config_overrides();
+  plan.add_scanners("sessions/job/scanners/a");
+  plan.add_scanners("sessions/job/scanners/same");
+  EXPECT_EQ(taken(plan), one);
+  plan.add_scanners("sessions/job/scanners/far");
+  EXPECT_EQ(taken(plan), 2 * one);
+  session->StopPlans(PlanRun::StopReason::kCancelled);
+  while (session->RunningPlans() > 0) std::this_thread::yield();
 }
 
 TEST_F(Residence, APlanThatDoesNotFitIsRefused) {
