@@ -94,15 +94,19 @@ absl::Status WriteResults(const StudyPlan& plan, const std::string& folder,
 }
 
 void PrintTable(const study::v1::Table& table) {
-  std::printf("%-14s %-15s %5s %8s %10s %8s %7s %9s %7s %7s\n", "scene", "planner", "jobs",
-              "reached", "scans 95 %", "min 95 %", "auc", "lost", "of best", "s/plan");
+  std::printf("%-14s %-15s %5s %8s %10s %8s %7s %9s %7s %7s %11s\n", "scene", "planner", "jobs",
+              "reached", "scans 95 %", "min 95 %", "auc", "lost", "of best", "s/plan",
+              "over budget");
   for (const study::v1::Row& row : table.rows()) {
-    std::printf("%-14s %-15s %5d %8d %10s %8s %7.3f %9s %7.2f %7.2f\n", row.scene().c_str(),
+    std::printf("%-14s %-15s %5d %8d %10s %8s %7.3f %9s %7.2f %7.2f %11s\n", row.scene().c_str(),
                 row.planner().c_str(), row.jobs(), row.reached(),
                 absl::StrFormat("%g%s", row.scans95(), row.winner() ? "*" : "").c_str(),
                 row.has_minutes95() ? absl::StrFormat("%.1f", row.minutes95()).c_str() : "-",
                 row.area_under_curve(), absl::StrFormat("%d/%d", row.lost(), row.scans()).c_str(),
-                row.share_of_best(), row.plan_seconds());
+                row.share_of_best(), row.plan_seconds(),
+                row.budgeted() == 0
+                    ? "-"
+                    : absl::StrFormat("%d/%d", row.over_budget(), row.budgeted()).c_str());
   }
   for (const study::v1::Figure& figure : table.figures()) {
     std::printf("%-28s %8s   (%s)  %s\n", figure.name().c_str(),

@@ -172,7 +172,7 @@ absl::StatusOr<std::optional<SimulatedFleet::Goal>> SimulatedFleet::ChooseGoal(
     const Member& member) {
   const auto plan = surveyor_.Plan({member.name}, v1::RANKING_GAIN_PER_MINUTE);
   if (!plan.ok()) return plan.status();
-  const v1::PlanResult& answer = plan->result();
+  const v1::PlanResult& answer = plan->plan.result();
   std::vector<const v1::RankedView*> views;
   if (answer.termination().suggested()) {
     result_.why = absl::StrCat("the planner suggests to stop: ", answer.termination().reason());
@@ -194,7 +194,7 @@ absl::StatusOr<std::optional<SimulatedFleet::Goal>> SimulatedFleet::ChooseGoal(
       }
     }
     if (!options_.claims) return goal;
-    const auto mine = Claim(member, *plan, goal);
+    const auto mine = Claim(member, plan->plan, goal);
     if (!mine.ok()) return mine.status();
     if (*mine) return goal;
     result_.why = "every view that the planner offers is claimed";

@@ -123,9 +123,12 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
 
     std::optional<Next> next;
     for (int refusals = 0; refusals <= kMostRefusals; ++refusals) {
-      auto plan = surveyor_.Plan({}, v1::RANKING_UNSPECIFIED);
-      if (!plan.ok()) return plan.status();
-      cycle.plan = *std::move(plan);
+      auto made_plan = surveyor_.Plan({}, v1::RANKING_UNSPECIFIED);
+      if (!made_plan.ok()) return made_plan.status();
+      cycle.plan = std::move(made_plan->plan);
+      cycle.plan_budget = made_plan->budget;
+      cycle.plan_attempts = made_plan->attempts;
+      cycle.plan_seconds += made_plan->seconds;
       next = NextPosition(cycle.plan, result, notes);
       if (!next) break;
       placement = surveyor_.At(next->position, number + 1);

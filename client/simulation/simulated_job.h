@@ -28,6 +28,10 @@ struct Cycle : MadeScan {
   std::optional<double> predicted_area;  // m^2 brought to density, by the plan that chose it
   TrueCoverage truth;                    // by the merged scans
   v1::Plan plan;                         // made afterwards
+  // What it took to choose the next place.
+  double plan_budget = 0;   // s, of `plan`; 0 where work was limited instead
+  int plan_attempts = 0;    // of `plan`, with twice the budget each
+  double plan_seconds = 0;  // of all attempts, and of plans whose places were blocked
 };
 
 struct JobResult {
@@ -56,6 +60,9 @@ class SimulatedJob {
   // Runs the job; `on_cycle` hears of every scan once it is decided and planned after. An error is
   // a fault; a job that ends early for a reason says so in its result.
   absl::StatusOr<JobResult> Run(absl::FunctionRef<absl::Status(const Cycle&)> on_cycle);
+
+  // Resource name; empty until it is created. For whoever cleans up after a fault, too.
+  const std::string& session() const { return surveyor_.session(); }
 
  private:
   struct Next {

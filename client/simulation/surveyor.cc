@@ -161,23 +161,26 @@ absl::StatusOr<bool> Surveyor::IsBlocked(const Placement& placement) {
   return true;
 }
 
-absl::StatusOr<v1::Plan> Surveyor::Plan(const std::vector<std::string>& scanners,
+absl::StatusOr<PlanMade> Surveyor::Plan(const std::vector<std::string>& scanners,
                                         v1::Ranking ranking) {
-  v1::Plan plan;
-  for (int attempt = 0; attempt < kLargerBudgets; ++attempt) {
+  PlanMade made;
+  double seconds = options_.plan_seconds;
+  std::optional<uint64_t> work = options_.plan_work;
+  for (; made.attempts < kLargerBudgets; seconds *= 2) {
     v1::CreatePlanRequest request;
     request.set_parent(session_);
     for (const std::string& scanner : scanners) request.add_scanners(scanner);
     request.mutable_plan()->set_ranking(ranking);
     request.mutable_plan()->set_seed(options_.seed);
     *request.mutable_plan()->mutable_config_overrides() = options_.plan_overrides;
-    if (options_.plan_work) {
-      request.mutable_plan()->set_work_limit(*options_.plan_work);
+    if (work) {
+      request.mutable_plan()->set_work_limit(*work);
+      *work *= 2;
     } else {
-      const double whole = std::floor(options_.plan_seconds);
+      const double whole = std::floor(seconds);
       request.mutable_plan()->mutable_time_budget()->set_seconds(static_cast<int64_t>(whole));
       request.mutable_plan()->mutable_time_budget()->set_nanos(
-          static_cast<int32_t>((options_.plan_seconds - whole) * 1e9));
+          static_cast<int32_t>((seconds - whole) * 1e9));
     }
     const auto created = client_.Call(request);
     if (!created.ok()) return created.status();
@@ -185,16 +188,23 @@ absl::StatusOr<v1::Plan> Surveyor::Plan(const std::vector<std::string>& scanners
       say_(absl::StrFormat("planning: gap %.1f %%", now.result().optimality_gap() * 100));
     });
     if (!watched.ok()) return watched.status();
-    plan = *std::move(watched);
-    if (plan.state() == v1::PLAN_STATE_FAILED) {
-      return absl::InternalError(absl::StrCat("a plan failed: ", plan.state_message()));
+    made.plan = *std::move(watched);
+    if (made.plan.state() == v1::PLAN_STATE_FAILED) {
+      return absl::InternalError(absl::StrCat("a plan failed: ", made.plan.state_message()));
     }
-    if (plan.result().outcome() != v1::PLAN_OUTCOME_BUDGET_TOO_SMALL) break;
-    options_.plan_seconds *= 2;
-    if (options_.plan_work) *options_.plan_work *= 2;
+    ++made.attempts;
+    made.budget = work ? 0 : seconds;
+    for (const v1::StageSeconds& stage : made.plan.result().stages()) {
+      made.seconds += stage.seconds();
+    }
+    if (made.plan.result().outcome() != v1::PLAN_OUTCOME_BUDGET_TOO_SMALL) break;
   }
-  if (!options_.full_plans) return plan;
-  return client_.GetFullPlan(plan.name());
+  if (options_.full_plans) {
+    auto full = client_.GetFullPlan(made.plan.name());
+    if (!full.ok()) return full.status();
+    made.plan = *std::move(full);
+  }
+  return made;
 }
 
 const v1::RankedView* Surveyor::NearestRefused(const v1::PlanResult& plan) const {

@@ -63,6 +63,14 @@ struct MadeScan {
   std::vector<std::string> notes;  // what a surveyor would write down
 };
 
+// A plan, and what it took to get it.
+struct PlanMade {
+  v1::Plan plan;
+  double budget = 0;   // s that gave it; 0 where work was limited instead
+  int attempts = 0;    // with twice the budget each
+  double seconds = 0;  // of all attempts
+};
+
 class Surveyor {
  public:
   // All but the options must outlive it.
@@ -86,8 +94,8 @@ class Surveyor {
   // resource name, or empty. INTERNAL: the first scan was not merged.
   absl::StatusOr<MadeScan> Make(const Placement& placement, int number, const std::string& by);
 
-  // Until it has ended; with twice the budget where that was too small.
-  absl::StatusOr<v1::Plan> Plan(const std::vector<std::string>& scanners, v1::Ranking ranking);
+  // Until it has ended; with twice the budget where that was too small, this plan only.
+  absl::StatusOr<PlanMade> Plan(const std::vector<std::string>& scanners, v1::Ranking ranking);
 
   // Of the views that a plan refused the one nearest to a stand: staying near is what remedies come
   // down to. Null when there is none.
@@ -107,7 +115,7 @@ class Surveyor {
   Client& client_;
   const Site& site_;
   const SimulatedScanner& scanner_;
-  JobOptions options_;
+  const JobOptions options_;
   PlacementErrors errors_;
   Parallel& parallel_;
   std::function<void(const std::string&)> say_ = [](const std::string&) {};

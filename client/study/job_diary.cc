@@ -58,6 +58,8 @@ void JobDiary::Add(const ScanMade& scan) {
   record.set_covered(last_.attained_share());
   record.set_off(scan.off);
   record.set_plan_seconds(scan.plan_seconds);
+  if (scan.plan_budget) record.set_plan_budget(*scan.plan_budget);
+  if (scan.plan_attempts) record.set_plan_attempts(*scan.plan_attempts);
   for (const std::string& note : scan.notes) record.add_notes(note);
 }
 

@@ -20,9 +20,11 @@ struct ScanMade {
   Eigen::Vector3d at = Eigen::Vector3d::Zero();        // m, scene frame: where it was made
   bool merged = false;
   bool second_prior = false;
-  std::optional<double> predicted;  // m^2 brought to density
-  double off = 0;                   // m, pose in the model against the truth
-  double plan_seconds = 0;          // that choosing it took
+  std::optional<double> predicted;    // m^2 brought to density
+  double off = 0;                     // m, pose in the model against the truth
+  double plan_seconds = 0;            // that choosing it took
+  std::optional<double> plan_budget;  // s, of the plan that chose it
+  std::optional<int> plan_attempts;
   std::vector<std::string> notes;
   // What the planner said of the truly best position, where it was asked.
   std::optional<double> best_predicted;  // m^2 brought to density

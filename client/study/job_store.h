@@ -12,7 +12,7 @@
 
 namespace vantage {
 
-inline constexpr uint32_t kRecordFormat = 1;
+inline constexpr uint32_t kRecordFormat = 2;
 
 // Writes `contents` so that the file is there whole or not at all, whatever happens meanwhile.
 absl::Status WriteWhole(const std::string& path, const std::string& contents);

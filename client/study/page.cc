@@ -102,11 +102,17 @@ std::string WinnersTable(const study::v1::Table& table) {
   return html + "</table>\n";
 }
 
+std::string OverBudget(const study::v1::Row& row) {
+  if (row.budgeted() == 0) return "";
+  return absl::StrFormat("%d of %d", row.over_budget(), row.budgeted());
+}
+
 std::string SceneTable(const study::v1::Table& table, const std::string& scene) {
   std::string html =
       "<table><tr><th>planner</th><th>jobs</th><th>reached 95 %</th><th>scans to 95 %</th><th>"
       "minutes to 95 %</th><th>area under curve</th><th>lost scans</th><th>obtained / "
-      "predicted</th><th>share of the best true gain</th><th>s a plan</th></tr>";
+      "predicted</th><th>share of the best true gain</th><th>s a plan</th><th>plans "
+      "over budget</th></tr>";
   for (const study::v1::Row& row : table.rows()) {
     if (row.scene() != scene) continue;
     absl::StrAppend(&html, "<tr>", Cell(row.planner()), Cell(absl::StrCat(row.jobs())),
@@ -118,7 +124,8 @@ std::string SceneTable(const study::v1::Table& table, const std::string& scene) 
                              ? absl::StrFormat("%.2f", row.obtained_over_predicted())
                              : ""),
                     Cell(absl::StrFormat("%.2f", row.share_of_best())),
-                    Cell(absl::StrFormat("%.2f", row.plan_seconds())), "</tr>");
+                    Cell(absl::StrFormat("%.2f", row.plan_seconds())), Cell(OverBudget(row)),
+                    "</tr>");
   }
   return html + "</table>\n";
 }

@@ -84,9 +84,9 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
     made.notes = cycle.notes;
     diary.Add(made);
     next = {};
-    for (const v1::StageSeconds& stage : cycle.plan.result().stages()) {
-      next.plan_seconds += stage.seconds();
-    }
+    next.plan_seconds = cycle.plan_seconds;
+    next.plan_budget = cycle.plan_budget;
+    next.plan_attempts = cycle.plan_attempts;
     if (!planner.asked_about_best || diary.Over()) return absl::OkStatus();
     return AskAboutBest(client, session, scene, diary, cycle, next);
   });

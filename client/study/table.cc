@@ -57,6 +57,8 @@ Row MakeRow(const std::string& scene, const std::string& planner, const std::vec
       row.set_lost(row.lost() + (scan.merged() ? 0 : 1));
       if (scan.number() == 1) continue;
       seconds.push_back(scan.plan_seconds());
+      row.set_budgeted(row.budgeted() + (scan.has_plan_budget() ? 1 : 0));
+      row.set_over_budget(row.over_budget() + (scan.plan_attempts() > 1 ? 1 : 0));
       if (scan.number() <= needed && scan.best() > 0) {
         shares.push_back(std::clamp(scan.gained() / scan.best(), 0.0, 1.0));
       }

@@ -97,6 +97,26 @@ TEST(StudyTable, RowsAreMediansOverTheSeeds) {
   EXPECT_FALSE(RowOf(table, "oracle").winner()) << "it knows the scene";
 }
 
+TEST(StudyTable, SaysHowManyPlansNeededMoreThanTheirBudget) {
+  JobRecord job = Job("ours-0.2s", 1, {0.5, 0.8, 0.9});
+  const double budgets[] = {0.2, 0.8};
+  const int attempts[] = {1, 3};
+  for (int i = 0; i < 2; ++i) {
+    job.mutable_scans(i + 1)->set_plan_budget(budgets[i]);
+    job.mutable_scans(i + 1)->set_plan_attempts(attempts[i]);
+    job.mutable_scans(i + 1)->set_plan_seconds(i == 0 ? 0.2 : 1.4);
+  }
+  const auto table = MakeTable({job, Job("random", 1, {0.5, 0.6})}, 0.95, {kMost, kMost}, "");
+  EXPECT_EQ(RowOf(table, "ours-0.2s").budgeted(), 2);
+  EXPECT_EQ(RowOf(table, "ours-0.2s").over_budget(), 1);
+  EXPECT_DOUBLE_EQ(RowOf(table, "ours-0.2s").plan_seconds(), 0.8);
+  EXPECT_EQ(RowOf(table, "random").budgeted(), 0);
+  Site site;
+  site.name = "flat-101";
+  site.mesh = BoxRoom({4, 3, 2.7}).mesh;
+  EXPECT_THAT(StudyPage(table, {job}, {DrawFloorPlan(site, kMost)}, 0.95), HasSubstr("1 of 2"));
+}
+
 TEST(StudyTable, FiguresCompareSeedBySeed) {
   const std::vector<JobRecord> jobs = Jobs();
   const auto table = MakeTable(jobs, 0.95, std::vector<int>(jobs.size(), kMost), "");

@@ -63,6 +63,7 @@ TEST(Study, GoesOnWhereItWasAndRedoesWhatIsDamaged) {
   const std::string oracle = folder + "/jobs/two-rooms-1_oracle_1.json";
   const std::string record = Contents(ours);
   EXPECT_THAT(record, HasSubstr("\"predicted\""));
+  EXPECT_THAT(record, HasSubstr("\"planBudget\": 1")) << "what it was given";
   EXPECT_THAT(Contents(folder + "/table.json"), HasSubstr("shareOfBest"));
   EXPECT_THAT(Contents(folder + "/study.html"), HasSubstr("two-rooms-1"));
 

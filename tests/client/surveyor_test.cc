@@ -1,0 +1,120 @@
+// A surveyor's plans against a server whose budgets do not suffice.
+#include "client/simulation/surveyor.h"
+
+#include <grpcpp/server.h>
+#include <grpcpp/server_builder.h>
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "core/parallel/parallel.h"
+#include "core/simulation/scene.h"
+#include "vantage/v1/plan_service.grpc.pb.h"
+
+namespace vantage {
+namespace {
+
+// Knows an answer from 0.7 s or 3,000 rays on; each plan takes half of its budget.
+class SlowPlanner final : public v1::PlanService::Service {
+ public:
+  std::vector<double> budgets;  // s or rays, as asked
+
+ private:
+  grpc::Status CreatePlan(grpc::ServerContext*, const v1::CreatePlanRequest* request,
+                          v1::CreatePlanResponse* response) override {
+    const v1::Plan& asked = request->plan();
+    const bool by_work = asked.has_work_limit();
+    const double seconds =
+        static_cast<double>(asked.time_budget().seconds()) + 1e-9 * asked.time_budget().nanos();
+    budgets.push_back(by_work ? static_cast<double>(asked.work_limit()) : seconds);
+    last_.set_name("sessions/s/plans/p");
+    last_.set_state(v1::PLAN_STATE_SUCCEEDED);
+    last_.mutable_result()->set_outcome(budgets.back() < (by_work ? 3000 : 0.7)
+                                            ? v1::PLAN_OUTCOME_BUDGET_TOO_SMALL
+                                            : v1::PLAN_OUTCOME_VIEWS);
+    last_.mutable_result()->clear_stages();
+    last_.mutable_result()->add_stages()->set_seconds(0.5 * seconds);
+    *response->mutable_plan() = last_;
+    return grpc::Status::OK;
+  }
+
+  grpc::Status WatchPlan(grpc::ServerContext*, const v1::WatchPlanRequest*,
+                         grpc::ServerWriter<v1::WatchPlanResponse>* stream) override {
+    v1::WatchPlanResponse response;
+    *response.mutable_plan() = last_;
+    response.set_last(true);
+    stream->Write(response);
+    return grpc::Status::OK;
+  }
+
+  v1::Plan last_;
+};
+
+class SurveyorTest : public ::testing::Test {
+ protected:
+  SurveyorTest() {
+    int port = 0;
+    grpc::ServerBuilder builder;
+    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
+    builder.RegisterService(&planner_);
+    server_ = builder.BuildAndStart();
+    connection_.server = "127.0.0.1:" + std::to_string(port);
+    site_.mesh = BoxRoom({4, 3, 2.7}).mesh;
+  }
+  ~SurveyorTest() override { server_->Shutdown(); }
+
+  SlowPlanner planner_;
+  std::unique_ptr<grpc::Server> server_;
+  ClientOptions connection_;
+  Site site_;
+  Serial serial_;
+};
+
+TEST_F(SurveyorTest, ALargerBudgetIsForOnePlanOnly) {
+  const SimulatedScanner scanner(site_.mesh);
+  Client client(connection_);
+  JobOptions options;
+  options.plan_seconds = 0.2;
+  Surveyor surveyor(client, site_, scanner, options, serial_);
+  for (int plan = 0; plan < 2; ++plan) {
+    planner_.budgets.clear();
+    const auto made = surveyor.Plan({}, v1::RANKING_UNSPECIFIED);
+    ASSERT_TRUE(made.ok()) << made.status();
+    EXPECT_EQ(planner_.budgets, (std::vector<double>{0.2, 0.4, 0.8})) << "plan " << plan;
+    EXPECT_EQ(made->attempts, 3);
+    EXPECT_DOUBLE_EQ(made->budget, 0.8);
+    EXPECT_DOUBLE_EQ(made->seconds, 0.7) << "of all three";
+    EXPECT_EQ(made->plan.result().outcome(), v1::PLAN_OUTCOME_VIEWS);
+  }
+}
+
+TEST_F(SurveyorTest, MoreWorkToo) {
+  const SimulatedScanner scanner(site_.mesh);
+  Client client(connection_);
+  JobOptions options;
+  options.plan_work = 2000;
+  Surveyor surveyor(client, site_, scanner, options, serial_);
+  for (int plan = 0; plan < 2; ++plan) {
+    planner_.budgets.clear();
+    const auto made = surveyor.Plan({}, v1::RANKING_UNSPECIFIED);
+    ASSERT_TRUE(made.ok()) << made.status();
+    EXPECT_EQ(planner_.budgets, (std::vector<double>{2000, 4000})) << "plan " << plan;
+    EXPECT_EQ(made->budget, 0) << "work was limited, not time";
+  }
+}
+
+TEST_F(SurveyorTest, WhatNoBudgetSolvesEnds) {
+  const SimulatedScanner scanner(site_.mesh);
+  Client client(connection_);
+  JobOptions options;
+  options.plan_seconds = 0.001;
+  Surveyor surveyor(client, site_, scanner, options, serial_);
+  const auto made = surveyor.Plan({}, v1::RANKING_UNSPECIFIED);
+  ASSERT_TRUE(made.ok()) << made.status();
+  EXPECT_EQ(made->attempts, 8);
+  EXPECT_DOUBLE_EQ(made->budget, 0.128) << "the last one's";
+  EXPECT_EQ(made->plan.result().outcome(), v1::PLAN_OUTCOME_BUDGET_TOO_SMALL);
+}
+
+}  // namespace
+}  // namespace vantage
