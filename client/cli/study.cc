@@ -98,19 +98,19 @@ void PrintTable(const study::v1::Table& table) {
               "reached", "scans 95 %", "min 95 %", "auc", "lost", "of best", "s/plan",
               "over budget");
   for (const study::v1::Row& row : table.rows()) {
-    std::printf("%-14s %-15s %5d %8d %10s %8s %7.3f %9s %7.2f %7.2f %11s\n", row.scene().c_str(),
-                row.planner().c_str(), row.jobs(), row.reached(),
-                absl::StrFormat("%g%s", row.scans95(), row.winner() ? "*" : "").c_str(),
-                row.has_minutes95() ? absl::StrFormat("%.1f", row.minutes95()).c_str() : "-",
-                row.area_under_curve(), absl::StrFormat("%d/%d", row.lost(), row.scans()).c_str(),
-                row.share_of_best(), row.plan_seconds(),
-                row.budgeted() == 0
-                    ? "-"
-                    : absl::StrFormat("%d/%d", row.over_budget(), row.budgeted()).c_str());
+    std::printf(
+        "%-14s %-15s %5d %8d %10s %8s %7.3f %9s %7.2f %7.2f %11s\n", row.scene().c_str(),
+        row.planner().c_str(), row.jobs(), row.reached(),
+        row.has_scans95() ? absl::StrFormat("%g%s", row.scans95(), row.winner() ? "*" : "").c_str()
+                          : absl::StrFormat("> %d", row.most_scans()).c_str(),
+        row.has_minutes95() ? absl::StrFormat("%.1f", row.minutes95()).c_str() : "-",
+        row.area_under_curve(), absl::StrFormat("%d/%d", row.lost(), row.scans()).c_str(),
+        row.share_of_best(), row.plan_seconds(),
+        row.budgeted() == 0 ? "-"
+                            : absl::StrFormat("%d/%d", row.over_budget(), row.budgeted()).c_str());
   }
   for (const study::v1::Figure& figure : table.figures()) {
-    std::printf("%-28s %8s   (%s)  %s\n", figure.name().c_str(),
-                figure.has_value() ? absl::StrFormat("%.3g", figure.value()).c_str() : "not run",
+    std::printf("%-28s %8s   (%s)  %s\n", figure.name().c_str(), figure.stated().c_str(),
                 figure.target().c_str(), figure.detail().c_str());
   }
 }

@@ -55,11 +55,15 @@ std::string FigureTable(const study::v1::Table& table) {
   std::string html =
       "<table><tr><th>figure</th><th>value</th><th>target</th><th>by scene</th></tr>";
   for (const study::v1::Figure& figure : table.figures()) {
-    absl::StrAppend(&html, "<tr>", Cell(figure.name()),
-                    Cell(figure.has_value() ? absl::StrFormat("%.3g", figure.value()) : "not run"),
+    absl::StrAppend(&html, "<tr>", Cell(figure.name()), Cell(figure.stated()),
                     Cell(figure.target()), Cell(figure.detail()), "</tr>");
   }
   return html + "</table>\n";
+}
+
+std::string ScansOf(const study::v1::Row& row) {
+  return row.has_scans95() ? absl::StrFormat("%g", row.scans95())
+                           : absl::StrFormat("> %d", row.most_scans());
 }
 
 // Scans until the goal: planners down, scenes across.
@@ -88,12 +92,7 @@ std::string WinnersTable(const study::v1::Table& table) {
         continue;
       }
       const study::v1::Row& row = *at->second;
-      const bool most_did = 2 * row.reached() > row.jobs();
-      html += Cell(most_did ? absl::StrFormat("%g", row.scans95())
-                            : absl::StrFormat("> %g", row.scans95() - 1),
-                   row.winner()             ? "win"
-                   : KnowsTheScene(planner) ? "known"
-                                            : "");
+      html += Cell(ScansOf(row), row.winner() ? "win" : KnowsTheScene(planner) ? "known" : "");
     }
     const StudyPlanner* known = FindPlanner(planner);
     absl::StrAppend(&html, "<td style='text-align:left'>",
@@ -116,7 +115,7 @@ std::string SceneTable(const study::v1::Table& table, const std::string& scene) 
   for (const study::v1::Row& row : table.rows()) {
     if (row.scene() != scene) continue;
     absl::StrAppend(&html, "<tr>", Cell(row.planner()), Cell(absl::StrCat(row.jobs())),
-                    Cell(absl::StrCat(row.reached())), Cell(absl::StrFormat("%g", row.scans95())),
+                    Cell(absl::StrCat(row.reached())), Cell(ScansOf(row)),
                     Cell(row.has_minutes95() ? absl::StrFormat("%.1f", row.minutes95()) : ""),
                     Cell(absl::StrFormat("%.3f", row.area_under_curve())),
                     Cell(absl::StrFormat("%d of %d", row.lost(), row.scans())),

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <map>
 #include <optional>
 #include <utility>
@@ -26,6 +27,7 @@ struct Entry {
   const JobRecord* record = nullptr;
   int most_scans = 0;
 };
+constexpr double kNever = std::numeric_limits<double>::infinity();
 using ByScene = std::vector<std::pair<std::string, std::map<std::string, std::vector<Entry>>>>;
 
 bool KnowsTheScene(const std::string& planner) {
@@ -48,10 +50,11 @@ Row MakeRow(const std::string& scene, const std::string& planner, const std::vec
   std::vector<double> scans, minutes, ratios, seconds, shares;
   for (const auto& [record, most_scans] : jobs) {
     const int needed = ScansUntil(*record, goal, most_scans);
-    scans.push_back(needed);
     const bool reached = needed <= record->scans_size();
+    row.set_most_scans(std::max(row.most_scans(), most_scans));
     row.set_reached(row.reached() + (reached ? 1 : 0));
-    if (reached) minutes.push_back(record->scans(needed - 1).minutes());
+    scans.push_back(reached ? needed : kNever);
+    minutes.push_back(reached ? record->scans(needed - 1).minutes() : kNever);
     for (const ScanRecord& scan : record->scans()) {
       row.set_scans(row.scans() + 1);
       row.set_lost(row.lost() + (scan.merged() ? 0 : 1));
@@ -67,8 +70,8 @@ Row MakeRow(const std::string& scene, const std::string& planner, const std::vec
       }
     }
   }
-  row.set_scans95(Median(scans));
-  if (2 * minutes.size() >= jobs.size() && !minutes.empty()) row.set_minutes95(Median(minutes));
+  if (Median(scans) < kNever) row.set_scans95(Median(scans));
+  if (Median(minutes) < kNever) row.set_minutes95(Median(minutes));
   row.set_area_under_curve(MeanAreaUnderCurve(jobs));
   if (!ratios.empty()) row.set_obtained_over_predicted(Median(ratios));
   double sum = 0;
@@ -78,25 +81,69 @@ Row MakeRow(const std::string& scene, const std::string& planner, const std::vec
   return row;
 }
 
+// What is known of a number: it lies from `low` to `high`. Of the scans that a job which never
+// reached the goal would have needed only `low` is known.
+struct Bounds {
+  double low = 0;
+  double high = 0;
+};
+
+// The median and the sum of numbers lie between those of their bounds.
+Bounds MedianOf(const std::vector<Bounds>& values) {
+  std::vector<double> lows, highs;
+  for (const Bounds& value : values) {
+    lows.push_back(value.low);
+    highs.push_back(value.high);
+  }
+  return {Median(lows), Median(highs)};
+}
+
+using Format = absl::ParsedFormat<'g'>;
+const Format kPlain("%.3g");
+const Format kSigned("%+.3g");
+
+std::string Words(const Bounds& bounds, const Format& format = kPlain) {
+  const auto number = [&](double value) { return absl::StrFormat(format, value); };
+  if (bounds.low == bounds.high) return number(bounds.low);
+  if (bounds.high == kNever) return absl::StrCat("at least ", number(bounds.low));
+  if (bounds.low == -kNever) return absl::StrCat("at most ", number(bounds.high));
+  return absl::StrCat(number(bounds.low), " to ", number(bounds.high));
+}
+
 // The worst of a comparison between two planners over the scenes that both were run in, seed by
 // seed.
 struct Comparison {
-  std::optional<double> worst;
+  std::optional<Bounds> worst;
+  bool some_undecided = false;  // scenes in which neither reached the goal
   std::vector<std::string> words;
 
-  void Add(const std::string& scene, double value, const std::string& what) {
-    if (!worst || value > *worst) worst = value;
+  void Add(const std::string& scene, const Bounds& value, const std::string& what) {
+    worst =
+        worst ? Bounds{std::max(worst->low, value.low), std::max(worst->high, value.high)} : value;
     words.push_back(absl::StrCat(scene, ": ", what));
   }
+  void AddUndecided(const std::string& scene) {
+    some_undecided = true;
+    words.push_back(absl::StrCat(scene, ": ", kByNeither));
+  }
+
+  static constexpr char kByNeither[] = "not reached by either";
 };
 
 void AddFigure(Table& table, const std::string& name, const std::string& target,
-               const Comparison& comparison) {
+               const Comparison& comparison, const Format& format = kPlain) {
   Figure& figure = *table.add_figures();
   figure.set_name(name);
   figure.set_target(target);
-  if (comparison.worst) figure.set_value(*comparison.worst);
   figure.set_detail(absl::StrJoin(comparison.words, "; "));
+  if (!comparison.worst) {
+    figure.set_stated(comparison.some_undecided ? Comparison::kByNeither : "not run");
+    return;
+  }
+  const Bounds& worst = *comparison.worst;
+  if (worst.low == worst.high) figure.set_value(worst.low);
+  figure.set_stated(
+      absl::StrCat(Words(worst, format), comparison.some_undecided ? " where one reached it" : ""));
 }
 
 // Calls fn(a, b) for the jobs of both planners with the same seed.
@@ -112,70 +159,100 @@ void ForPairs(const std::map<std::string, std::vector<Entry>>& scene, const std:
   }
 }
 
+// Our registration rule as it is: with the planner's own configuration and any budget.
+bool KeepsOurRule(const std::string& planner) {
+  const StudyPlanner* known = FindPlanner(planner);
+  return known != nullptr && known->kind == PlannerKind::kOurs &&
+         known->choice == ViewChoice::kRegistrable && known->overrides.ByteSizeLong() == 0;
+}
+
+struct Losses {
+  int jobs = 0;
+  int scans = 0;
+  int lost = 0;
+
+  void Add(const Entry& job) {
+    ++jobs;
+    scans += job.record->scans_size();
+    for (const ScanRecord& scan : job.record->scans()) lost += scan.merged() ? 0 : 1;
+  }
+};
+
+Comparison LostScans(const ByScene& scenes) {
+  Losses ours, overlap;
+  for (const auto& [name, planners] : scenes) {
+    for (const auto& [planner, jobs] : planners) {
+      for (const Entry& job : jobs) {
+        if (KeepsOurRule(planner)) ours.Add(job);
+        if (planner == "ours-overlap") overlap.Add(job);
+      }
+    }
+  }
+  Comparison lost;
+  if (ours.jobs == 0) return lost;
+  const double count = ours.lost;
+  lost.worst = Bounds{count, count};
+  lost.words.push_back(absl::StrFormat(
+      "of %d scans in %d jobs of ours, whatever the budget; by overlap alone %d of %d in %d",
+      ours.scans, ours.jobs, overlap.lost, overlap.scans, overlap.jobs));
+  return lost;
+}
+
+// What 0.2 s a plan lose of the area under the curve, against every view scored exactly or, where
+// that was not run, against 1 s.
+Comparison BudgetLoss(const ByScene& scenes) {
+  Comparison budget;
+  for (const auto& [name, planners] : scenes) {
+    const std::string against = planners.contains("ours-complete") ? "ours-complete" : "ours";
+    std::vector<Entry> quick, thorough;
+    ForPairs(planners, "ours-0.2s", against, [&](const Entry& a, const Entry& b) {
+      quick.push_back(a);
+      thorough.push_back(b);
+    });
+    if (quick.empty()) continue;
+    const double loss = 1 - MeanAreaUnderCurve(quick) / MeanAreaUnderCurve(thorough);
+    budget.Add(name, {loss, loss},
+               absl::StrFormat("%.3f against %s (%d jobs)", loss, against, quick.size()));
+  }
+  return budget;
+}
+
 void AddFigures(const ByScene& scenes, double goal, Table& table) {
   const auto scans = [goal](const Entry& job) {
-    return static_cast<double>(ScansUntil(*job.record, goal, job.most_scans));
+    const double needed = ScansUntil(*job.record, goal, job.most_scans);
+    return Bounds{needed, needed > job.record->scans_size() ? kNever : needed};
   };
-  Comparison over_oracle;
-  Comparison vs_spacing;
-  Comparison budget;
-  Comparison lost;
-  int lost_scans = 0;
-  int made = 0;
-  int jobs = 0;
-  int overlap_lost = 0;
-  int overlap_jobs = 0;
+  Comparison over_oracle, vs_spacing;
   for (const auto& [name, planners] : scenes) {
-    std::vector<double> over;
-    std::vector<double> ours;
-    std::vector<double> theirs;
-    ForPairs(planners, "ours", "oracle",
-             [&](const Entry& a, const Entry& b) { over.push_back(scans(a) - scans(b)); });
-    if (!over.empty()) {
-      over_oracle.Add(name, Median(over), absl::StrFormat("%+.1f", Median(over)));
+    std::vector<Bounds> over, ours, theirs;
+    ForPairs(planners, "ours", "oracle", [&](const Entry& a, const Entry& b) {
+      over.push_back({scans(a).low - scans(b).high, scans(a).high - scans(b).low});
+    });
+    const Bounds behind = MedianOf(over);
+    if (behind.low == -kNever && behind.high == kNever) {
+      over_oracle.AddUndecided(name);
+    } else if (!over.empty()) {
+      over_oracle.Add(name, behind, Words(behind, kSigned));
     }
     ForPairs(planners, "ours", "spacing", [&](const Entry& a, const Entry& b) {
       ours.push_back(scans(a));
       theirs.push_back(scans(b));
     });
-    if (!ours.empty()) {
-      const double ratio = Median(ours) / Median(theirs);
-      vs_spacing.Add(name, ratio, absl::StrFormat("%g of %g", Median(ours), Median(theirs)));
-    }
-    std::vector<Entry> quick, complete;
-    ForPairs(planners, "ours-0.2s", "ours-complete", [&](const Entry& a, const Entry& b) {
-      quick.push_back(a);
-      complete.push_back(b);
-    });
-    if (!quick.empty()) {
-      const double loss = 1 - MeanAreaUnderCurve(quick) / MeanAreaUnderCurve(complete);
-      budget.Add(name, loss, absl::StrFormat("%.3f", loss));
-    }
-    for (const auto& [planner, entries] : planners) {
-      for (const Entry& job : entries) {
-        const auto losses = std::count_if(job.record->scans().begin(), job.record->scans().end(),
-                                          [](const ScanRecord& scan) { return !scan.merged(); });
-        if (planner == "ours") {
-          ++jobs;
-          made += job.record->scans_size();
-          lost_scans += static_cast<int>(losses);
-        } else if (planner == "ours-overlap") {
-          ++overlap_jobs;
-          overlap_lost += static_cast<int>(losses);
-        }
-      }
+    const Bounds a = MedianOf(ours);
+    const Bounds b = MedianOf(theirs);
+    if (a.high == kNever && b.high == kNever) {
+      vs_spacing.AddUndecided(name);
+    } else if (!ours.empty()) {
+      const Bounds ratio{a.low / b.high, a.high / b.low};
+      vs_spacing.Add(name, {b.high == kNever ? -kNever : ratio.low, ratio.high},
+                     absl::StrCat(Words(a), " of ", Words(b)));
     }
   }
-  if (jobs > 0) {
-    lost.worst = lost_scans;
-    lost.words.push_back(absl::StrFormat("of %d scans in %d jobs; overlap alone: %d in %d jobs",
-                                         made, jobs, overlap_lost, overlap_jobs));
-  }
-  AddFigure(table, "study.scans95_over_oracle", "at most 1 in every scene", over_oracle);
+  AddFigure(table, "study.scans95_over_oracle", "at most 1 in every scene", over_oracle, kSigned);
   AddFigure(table, "study.scans_vs_spacing", "at most 0.8 in every scene", vs_spacing);
-  AddFigure(table, "study.lost_scans", "0 in 100 jobs", lost);
+  AddFigure(table, "study.lost_scans", "0 in 100 jobs", LostScans(scenes));
   AddFigure(table, "study.budget200ms_auc", "at most 0.01 of the area under the curve lost",
-            budget);
+            BudgetLoss(scenes));
 }
 
 }  // namespace
@@ -224,14 +301,13 @@ Table MakeTable(const std::vector<JobRecord>& records, double goal,
     for (; next < order.size() && order[next].first == scene; ++next) {
       const std::string& planner = order[next].second;
       const Row row = MakeRow(scene, planner, planners.at(planner), goal);
-      const bool counts = !KnowsTheScene(planner) && row.reached() > 0;
+      const bool counts = !KnowsTheScene(planner) && row.has_scans95();
       if (counts && (fewest == 0 || row.scans95() < fewest)) fewest = row.scans95();
       *table.add_rows() = row;
     }
     for (int i = first; i < table.rows_size(); ++i) {
       Row& row = *table.mutable_rows(i);
-      row.set_winner(fewest > 0 && !KnowsTheScene(row.planner()) && row.reached() > 0 &&
-                     row.scans95() <= fewest);
+      row.set_winner(row.has_scans95() && !KnowsTheScene(row.planner()) && row.scans95() <= fewest);
     }
   }
   AddFigures(scenes, goal, table);

@@ -12,8 +12,8 @@ namespace vantage {
 // Of an odd or even number of values; 0 of none.
 double Median(std::vector<double> values);
 
-// Scans until `goal` (share of the attainable surface), lost ones counted; most_scans + 1 where the
-// job never got there.
+// Scans until `goal` (share of the attainable surface), lost ones counted; where the job never got
+// there most_scans + 1, the least that it would have needed.
 int ScansUntil(const study::v1::JobRecord& record, double goal, int most_scans);
 
 // Mean coverage after scans 1 to most_scans; a job that ended earlier stays where it was.

@@ -91,7 +91,8 @@ TEST(StudyTable, RowsAreMediansOverTheSeeds) {
   EXPECT_TRUE(ours.winner());
   const study::v1::Row& random = RowOf(table, "random");
   EXPECT_EQ(random.reached(), 1);
-  EXPECT_EQ(random.scans95(), 6);  // of 6, 5, 6: two never got there
+  EXPECT_FALSE(random.has_scans95()) << "two of three never got there";
+  EXPECT_EQ(random.most_scans(), kMost);
   EXPECT_FALSE(random.has_minutes95());
   EXPECT_FALSE(random.winner());
   EXPECT_FALSE(RowOf(table, "oracle").winner()) << "it knows the scene";
@@ -124,6 +125,82 @@ TEST(StudyTable, FiguresCompareSeedBySeed) {
   EXPECT_EQ(FigureOf(table, "study.lost_scans").value(), 1);
   EXPECT_FALSE(FigureOf(table, "study.scans_vs_spacing").has_value()) << "nothing to compare with";
   EXPECT_FALSE(FigureOf(table, "study.budget200ms_auc").has_value());
+}
+
+study::v1::Table TableOf(const std::vector<JobRecord>& jobs) {
+  return MakeTable(jobs, 0.95, std::vector<int>(jobs.size(), kMost), "");
+}
+
+TEST(StudyTable, AJobThatNeverGotThereCountsAsInfinitelyLong) {
+  const std::vector<double> never = {0.5, 0.9, 0.9, 0.9, 0.9};
+  const auto half =
+      TableOf({Job("ours", 1, {0.5, 0.96}), Job("ours", 2, {0.96}), Job("ours", 3, never)});
+  EXPECT_EQ(RowOf(half, "ours").minutes95(), 6) << "of 6, 3 and never, not of 6 and 3";
+  EXPECT_EQ(RowOf(half, "ours").scans95(), 2);
+  const auto even = TableOf({Job("ours", 1, {0.5, 0.96}), Job("ours", 2, never)});
+  EXPECT_FALSE(RowOf(even, "ours").has_minutes95());
+  EXPECT_FALSE(RowOf(even, "ours").has_scans95());
+  EXPECT_FALSE(RowOf(even, "ours").winner());
+}
+
+TEST(StudyTable, FiguresAreBoundsWhereOneDidNotGetThere) {
+  const std::vector<double> never = {0.5, 0.9, 0.9, 0.9, 0.9};
+  const auto stated = [](const std::vector<JobRecord>& jobs, const std::string& name) {
+    const auto table = TableOf(jobs);
+    const study::v1::Figure& figure = FigureOf(table, "study." + name);
+    EXPECT_FALSE(figure.has_value()) << figure.stated();
+    return figure.stated();
+  };
+  const JobRecord ours = Job("ours", 1, {0.5, 0.9, 0.96});
+  const JobRecord lame = Job("ours", 1, never);
+  EXPECT_EQ(stated({lame, Job("oracle", 1, {0.5, 0.96})}, "scans95_over_oracle"), "at least +4");
+  EXPECT_EQ(stated({ours, Job("oracle", 1, never)}, "scans95_over_oracle"), "at most -3");
+  EXPECT_EQ(stated({lame, Job("oracle", 1, never)}, "scans95_over_oracle"),
+            "not reached by either");
+  EXPECT_EQ(stated({lame, Job("spacing", 1, {0.5, 0.5, 0.96})}, "scans_vs_spacing"), "at least 2");
+  EXPECT_EQ(stated({ours, Job("spacing", 1, never)}, "scans_vs_spacing"), "at most 0.5");
+  EXPECT_EQ(stated({lame, Job("spacing", 1, never)}, "scans_vs_spacing"), "not reached by either");
+  EXPECT_EQ(stated({ours}, "scans_vs_spacing"), "not run");
+
+  // One scene that says nothing hides no other.
+  JobRecord hall = ours;
+  JobRecord known = Job("oracle", 1, {0.5, 0.96});
+  hall.set_scene("hall-101");
+  known.set_scene("hall-101");
+  const auto two = TableOf({lame, Job("oracle", 1, never), hall, known});
+  EXPECT_EQ(FigureOf(two, "study.scans95_over_oracle").value(), 1);
+  EXPECT_EQ(FigureOf(two, "study.scans95_over_oracle").stated(), "+1 where one reached it");
+}
+
+TEST(StudyTable, AMedianIsExactWhateverTheSlowestJobsCameTo) {
+  const std::vector<double> never = {0.5, 0.9, 0.9, 0.9, 0.9};
+  const auto table = TableOf({Job("ours", 1, {0.5, 0.96}), Job("ours", 2, {0.5, 0.9, 0.96}),
+                              Job("ours", 3, never), Job("oracle", 1, {0.5, 0.96}),
+                              Job("oracle", 2, {0.5, 0.96}), Job("oracle", 3, {0.96})});
+  EXPECT_EQ(FigureOf(table, "study.scans95_over_oracle").value(), 1) << "of 0, 1 and 5 or more";
+}
+
+TEST(StudyTable, BudgetIsHeldAgainstWhatWasRun) {
+  const JobRecord quick = Job("ours-0.2s", 1, {0.5, 0.5, 0.5, 0.5, 0.5});
+  const JobRecord second = Job("ours", 1, {0.8, 0.8, 0.8, 0.8, 0.8});
+  const auto small = TableOf({second, quick});
+  EXPECT_DOUBLE_EQ(FigureOf(small, "study.budget200ms_auc").value(), 1 - 0.5 / 0.8);
+  EXPECT_THAT(FigureOf(small, "study.budget200ms_auc").detail(), HasSubstr("against ours (1"));
+  const auto whole = TableOf({second, quick, Job("ours-complete", 1, {1.0, 1.0, 1.0, 1.0, 1.0})});
+  EXPECT_DOUBLE_EQ(FigureOf(whole, "study.budget200ms_auc").value(), 0.5);
+  EXPECT_THAT(FigureOf(whole, "study.budget200ms_auc").detail(),
+              HasSubstr("against ours-complete"));
+}
+
+TEST(StudyTable, LossesAreOfEveryPlannerWithOurRule) {
+  const auto table =
+      TableOf({Job("ours", 1, {0.5, 0.6}, 2), Job("ours-0.2s", 1, {0.5, 0.6, 0.7}, 2),
+               Job("ours-complete", 1, {0.5}), Job("ours-overlap", 1, {0.5, 0.6}, 2),
+               Job("ours-unchecked", 1, {0.5, 0.6}, 2), Job("ours-paper", 1, {0.5, 0.6}, 2),
+               Job("random", 1, {0.5, 0.6}, 2)});
+  EXPECT_EQ(FigureOf(table, "study.lost_scans").value(), 2);
+  EXPECT_THAT(FigureOf(table, "study.lost_scans").detail(), HasSubstr("of 6 scans in 3 jobs"));
+  EXPECT_THAT(FigureOf(table, "study.lost_scans").detail(), HasSubstr("1 of 2 in 1"));
 }
 
 TEST(StudyPage, StandsAlone) {
