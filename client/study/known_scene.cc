@@ -112,14 +112,17 @@ void RunGivenJob(const StudyScene& scene, uint64_t seed, const std::vector<Vecto
 RegularSpacing BestSpacing(const StudyScene& scene, uint64_t seed) {
   constexpr size_t kNever = std::numeric_limits<size_t>::max();
   const size_t start = scene.StartIndex(seed);
-  const auto goal = static_cast<size_t>(
-      std::ceil(scene.settings().goal * static_cast<double>(CountOf(scene.attainable()))));
+  const size_t all = CountOf(scene.attainable());
+  const auto goal =
+      static_cast<size_t>(std::ceil(scene.settings().goal * static_cast<double>(all)));
   std::set<double> heights;
   for (const Vector3d& at : scene.positions()) heights.insert(at.z());
 
   Ways ways(scene);
   RegularSpacing best;
-  std::pair<size_t, size_t> best_merit = {kNever, kNever};  // scans needed, then missing early
+  // Scans needed, then missing early; where the goal is out of reach, missing at the end: what
+  // covers more early is a coarse grid, which has soon run out of places.
+  std::pair<size_t, size_t> best_merit = {kNever, kNever};
   for (const double spacing : kSpacings) {
     for (int offset = 0; offset < kOffsets * kOffsets; ++offset) {
       const int row = offset / kOffsets;
@@ -137,8 +140,9 @@ RegularSpacing BestSpacing(const StudyScene& scene, uint64_t seed) {
             now = CountOf(covered);
           }
           if (now >= goal) merit.first = std::min(merit.first, scans);
-          merit.second += covered.size() * 64 - now;
+          merit.second += all - now;
         }
+        if (merit.first == kNever) merit.second = all - now;
         if (merit >= best_merit) continue;
         best_merit = merit;
         best.spacing = spacing;

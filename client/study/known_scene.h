@@ -27,8 +27,8 @@ struct RegularSpacing {
 
 // The grid that in hindsight needs the fewest scans from the seed's start to the settings' goal,
 // out of spacings from 1.25 to 8 m, 16 offsets each and both heights; among equals the one that
-// covers more early. Grid points are moved to the nearest allowed position within 0.5 m or left
-// out.
+// covers more early. Where none reaches the goal, the one that covers most with all scans allowed.
+// Grid points are moved to the nearest allowed position within 0.5 m or left out.
 RegularSpacing BestSpacing(const StudyScene& scene, uint64_t seed);
 
 }  // namespace vantage
