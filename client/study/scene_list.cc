@@ -36,6 +36,10 @@ struct Mesh {
 constexpr Mesh kMeshes[] = {{"small-house", "small_house/scene.ply", 36},
                             {"bookstore", "bookstore/scene.ply", 50}};
 
+std::string MeshPath(const Mesh& mesh, const std::string& data_folder) {
+  return absl::StrCat(data_folder, "/", mesh.file);
+}
+
 struct Parsed {
   const Kind* kind = nullptr;
   uint64_t seed = 0;
@@ -71,21 +75,27 @@ std::vector<std::string> DefaultScenes(SceneUse use, bool small) {
   return names;
 }
 
-absl::StatusOr<Site> BuildScene(const std::string& name, const std::string& data_folder) {
+absl::Status CheckScene(const std::string& name, const std::string& data_folder) {
   const std::optional<Parsed> parsed = Parse(name);
   if (!parsed) {
     return WithFix(absl::NotFoundError(absl::StrCat("there is no scene '", name, "'")),
                    "flat-N, two-rooms-N, hall-N, office-N, small-house or bookstore");
   }
+  if (parsed->mesh == nullptr) return absl::OkStatus();
+  if (data_folder.empty() || !std::filesystem::exists(MeshPath(*parsed->mesh, data_folder))) {
+    return WithFix(
+        absl::NotFoundError(absl::StrCat("scene '", name, "' is read from ", parsed->mesh->file,
+                                         ", which is not in '", data_folder, "'")),
+        "name the folder with --data or VANTAGE_SHARED_DATA, or choose scenes");
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<Site> BuildScene(const std::string& name, const std::string& data_folder) {
+  if (absl::Status there = CheckScene(name, data_folder); !there.ok()) return there;
+  const std::optional<Parsed> parsed = Parse(name);
   if (parsed->mesh != nullptr) {
-    const std::string path = absl::StrCat(data_folder, "/", parsed->mesh->file);
-    if (data_folder.empty() || !std::filesystem::exists(path)) {
-      return WithFix(
-          absl::NotFoundError(absl::StrCat("scene '", name, "' is read from ", parsed->mesh->file,
-                                           ", which is not in '", data_folder, "'")),
-          "name the folder with --data or VANTAGE_SHARED_DATA, or choose scenes");
-    }
-    auto site = MeshSite(path, std::nullopt);
+    auto site = MeshSite(MeshPath(*parsed->mesh, data_folder), std::nullopt);
     if (site.ok()) site->name = name;
     return site;
   }

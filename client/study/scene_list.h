@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/simulation/site.h"
 
@@ -18,7 +19,10 @@ enum class SceneUse { kTuning, kReporting };
 // What `vantage study` runs without --scene; `small`: three of them.
 std::vector<std::string> DefaultScenes(SceneUse use, bool small);
 
-// NOT_FOUND: no scene of that name, or its file is not in `data_folder`. The start is not yet the
+// NOT_FOUND: no scene of that name, or its file is not in `data_folder`. Builds nothing.
+absl::Status CheckScene(const std::string& name, const std::string& data_folder);
+
+// NOT_FOUND: as CheckScene. The start is not yet the
 // study's own.
 absl::StatusOr<Site> BuildScene(const std::string& name, const std::string& data_folder);
 
