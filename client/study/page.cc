@@ -253,14 +253,17 @@ FloorPlanDrawing DrawFloorPlan(const Site& site, int most_scans) {
 std::string StudyPage(const study::v1::Table& table, const std::vector<JobRecord>& records,
                       const std::vector<FloorPlanDrawing>& scenes, double goal) {
   std::string html = kHead;
-  absl::StrAppend(&html, "<h1>Planning study</h1>\n<p class='small'>", Escape(table.settings()),
-                  "</p>\n<h2>Figures</h2>\n", FigureTable(table),
-                  "<h2>Scans until 95 %</h2>\n<p>Median over the seeds of the scans until ",
-                  absl::StrFormat("%.0f %%", goal * 100),
-                  " of what any allowed position could measure at the required density is measured "
-                  "so; lost scans count. Green: the fewest of those that do not know the "
-                  "scene.</p>\n",
-                  WinnersTable(table));
+  absl::StrAppend(
+      &html, "<h1>Planning study</h1>\n<p class='small'>", Escape(table.settings()),
+      "</p>\n<h2>Figures</h2>\n", FigureTable(table),
+      "<h2>Scans until 95 %</h2>\n<p>Median over the seeds of the scans until ",
+      absl::StrFormat("%.0f %%", goal * 100),
+      " of what any allowed position could measure at the required density is measured "
+      "so; lost scans count. Obtained is surface by its true share of the density, predicted is "
+      "the planner's "
+      "valued score over D: not the same quantity. Green: the fewest of those that do not know the "
+      "scene.</p>\n",
+      WinnersTable(table));
   for (const FloorPlanDrawing& scene : scenes) {
     std::vector<std::pair<std::string, Jobs>> planners;
     for (const JobRecord& record : records) {

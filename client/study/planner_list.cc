@@ -69,8 +69,9 @@ std::vector<StudyPlanner> MakePlanners() {
 
   all.push_back(Other("oracle", PlannerKind::kKnowsTheScene,
                       "knows the scene and takes the truly best position each time"));
-  all.push_back(Other("oracle-feasible", PlannerKind::kKnowsTheScene,
-                      "the truly best place among those where its model lets one stand"));
+  all.push_back(
+      Other("oracle-feasible", PlannerKind::kKnowsTheScene,
+            "the truly best of every third place per axis where its model lets one stand"));
   all.push_back(Other("optimal", PlannerKind::kKnowsTheScene,
                       "the fewest positions, by integer programming; needs cbc or glpsol"));
   all.push_back(
@@ -80,7 +81,7 @@ std::vector<StudyPlanner> MakePlanners() {
   all.push_back(Other("octomap", PlannerKind::kRival,
                       "the largest unknown volume by ray casting over OctoMap"));
   all.push_back(Other("brute-force", PlannerKind::kRival,
-                      "our metric with every view against every cell, without the service"));
+                      "our plan run to its end whatever time it takes, without the service"));
   return all;
 }
 

@@ -64,12 +64,14 @@ std::unique_ptr<Rival> OctomapRival(const ScannerModel& scanner);
 // Given places, m, scene frame, one after the other.
 std::unique_ptr<Rival> RouteRival(std::vector<Eigen::Vector3d> route);
 
-// Knows what every place would truly gain, but may stand only where the model allows it: what is
-// between it and the oracle is knowledge, what is between ours and it is the metric. `scene`
+// Knows what places would truly gain, but may stand only where the model allows it, and looks at
+// every third viewcell per axis: what is between it and the oracle is knowledge (and the stride),
+// what is between ours and it is the metric. `scene`
 // outlives it.
 std::unique_ptr<Rival> FeasibleOracleRival(const StudyScene& scene);
 
-// Our own metric, every view against every cell by brute force, with our registration check.
+// Our own plan without a budget: race and hierarchy to their end, with our registration check. Ends
+// where no view registers; a job through the service takes the nearest refused one.
 std::unique_ptr<Rival> BruteForceRival();
 
 }  // namespace vantage
