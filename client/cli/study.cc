@@ -53,7 +53,7 @@ StudyPlan PlanFrom(const Environment& environment, const StudyArguments& argumen
     plan.data_folder = folder == nullptr ? "" : folder;
   }
   if (arguments.server != nullptr && arguments.server->count() > 0) {
-    plan.server = environment.connection.server;
+    plan.settings.server = environment.connection.server;
   } else if (plan.server_program.empty()) {
     plan.server_program = FindServerProgram();
   }

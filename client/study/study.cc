@@ -45,6 +45,10 @@ class Study {
                        "'vantage study --list' names them all");
       }
     }
+    // A missing mesh is told now, not after hours.
+    for (const std::string& scene : plan_.scenes) {
+      if (absl::Status there = CheckScene(scene, plan_.data_folder); !there.ok()) return there;
+    }
     for (const std::string& scene : plan_.scenes) {
       if (absl::Status run = RunScene(scene); !run.ok()) return run;
     }
@@ -86,7 +90,7 @@ class Study {
     for (int worker = 0; worker < width_; ++worker) {
       workers.emplace_back([&, worker] {
         for (size_t i = next++; i < jobs.size() && !TooLate(); i = next++) {
-          RunJob(**scene, jobs[i], worker);
+          if (!RunJob(**scene, jobs[i], worker)) return;
         }
       });
     }
@@ -96,7 +100,7 @@ class Study {
 
   // On the thread that runs the study: they end with it.
   absl::Status StartServers() {
-    while (plan_.server.empty() && servers_.size() < static_cast<size_t>(width_)) {
+    while (plan_.settings.server.empty() && servers_.size() < static_cast<size_t>(width_)) {
       auto server = OwnServer::Start(plan_.server_program);
       if (!server.ok()) return server.status();
       servers_.push_back(*std::move(server));
@@ -104,12 +108,13 @@ class Study {
     return absl::OkStatus();
   }
 
-  void RunJob(const StudyScene& scene, const Job& job, int worker) {
+  // False where no further job of this worker would fare better: nobody answers it.
+  bool RunJob(const StudyScene& scene, const Job& job, int worker) {
     const std::string title =
         absl::StrCat(scene.name(), " ", job.planner->name, " seed ", job.seed);
     Tell(title);
     Serial serial;
-    const std::string server = !plan_.server.empty() ? plan_.server
+    const std::string server = !plan_.settings.server.empty() ? plan_.settings.server
                                : servers_.empty()
                                    ? ""
                                    : servers_[static_cast<size_t>(worker)]->address();
@@ -118,9 +123,10 @@ class Study {
     std::lock_guard<std::mutex> lock(mutex_);
     if (kept.ok()) {
       ++progress_.done;
-    } else {
-      outcome_.faults.push_back(absl::StrCat(title, ": ", kept.ToString()));
+      return true;
     }
+    outcome_.faults.push_back(absl::StrCat(title, ": ", kept.ToString()));
+    return !absl::IsUnavailable(kept);
   }
 
   void Collect() {

@@ -23,7 +23,6 @@ struct StudyPlan {
   std::string data_folder;     // of scenes that are files
   int jobs = 0;                // at the same time; 0: one per core
   double no_job_after = 0;     // s: none is begun later; 0: no limit
-  std::string server;          // host:port of a running one; empty: one of our own for each job
   std::string server_program;  // to start those from
 };
 

@@ -70,10 +70,8 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
   site.start = scene.StartFor(seed);
   SimulatedJob job(client, site, OptionsFor(scene, planner, seed), scene.scanner(), scene.truth(),
                    parallel);
-  std::string session;
   ScanMade next;  // what is known of the next scan when its plan is made
   const auto result = job.Run([&](const Cycle& cycle) -> absl::Status {
-    session = SessionOf(cycle.scan.name());
     ScanMade made = next;
     made.position = cycle.planned_in_scene;
     made.at = cycle.at;
@@ -88,12 +86,13 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
     next.plan_budget = cycle.plan_budget;
     next.plan_attempts = cycle.plan_attempts;
     if (!planner.asked_about_best || diary.Over()) return absl::OkStatus();
-    return AskAboutBest(client, session, scene, diary, cycle, next);
+    return AskAboutBest(client, job.session(), scene, diary, cycle, next);
   });
-  if (!session.empty()) {
+  if (!job.session().empty()) {
     v1::DeleteSessionRequest request;
-    request.set_name(session);
-    if (const auto deleted = client.Call(request); !deleted.ok()) return deleted.status();
+    request.set_name(job.session());
+    // A session that stays costs memory at most; the record, or why there is none, matters more.
+    (void)client.Call(request);
   }
   if (!result.ok()) return result.status();
   if (result->planner_stopped) diary.record().set_stop_suggested(result->stop_suggested_after);

@@ -21,17 +21,20 @@ StudySettings StudySettings::For(const std::string& scene) const {
 
 std::string StudySettings::Describe() const {
   return absl::StrFormat(
-      "steps %.3f x %.3f deg, elevation from %.0f deg, range %.1f to %.1f m, noise %.1f mm, "
+      "steps %.3f x %.3f deg, elevation %.0f to %.0f deg, range %.1f to %.1f m, noise %.1f mm, "
       "incidence %.0f deg, clearance %.2f m, D %.0f / m2, positioning %.3f m, heading %.1f deg, "
-      "tilt %.2f deg, drop-outs %d%d %.2f %.2f, mixed pixels %.5f, %d truth samples, ends at %.3f "
-      "or %d scans, walking %.2f m/s, %.1f + %.1f min a scan",
+      "tilt %.2f deg, drop-outs %d%d %.2f %.2f, mixed pixels %.5f, %d truth samples, goal %.3f, "
+      "ends at "
+      "%.3f or %s, walking %.2f m/s, %.1f + %.1f min a scan, planned by %s",
       Degrees(scanner.azimuth_step), Degrees(scanner.elevation_step),
-      Degrees(scanner.elevation_min), scanner.range_min, scanner.range_max,
-      faults.range_noise ? 1000 * scanner.range_noise : 0.0, Degrees(scanner.max_incidence),
-      scanner.clearance, required_density, scanner.positioning_error, Degrees(heading_error),
-      Degrees(tilt), faults.glass_drops_out, faults.mirror_phantoms, faults.grazing_dropout,
-      faults.dark_dropout, faults.beam_divergence, static_cast<int>(truth_samples), enough,
-      most_scans, walking_speed, setup_minutes, scan_minutes);
+      Degrees(scanner.elevation_min), Degrees(scanner.elevation_max), scanner.range_min,
+      scanner.range_max, faults.range_noise ? 1000 * scanner.range_noise : 0.0,
+      Degrees(scanner.max_incidence), scanner.clearance, required_density,
+      scanner.positioning_error, Degrees(heading_error), Degrees(tilt), faults.glass_drops_out,
+      faults.mirror_phantoms, faults.grazing_dropout, faults.dark_dropout, faults.beam_divergence,
+      static_cast<int>(truth_samples), goal, enough,
+      most_scans > 0 ? absl::StrFormat("%d scans", most_scans) : "the scans that the scene allows",
+      walking_speed, setup_minutes, scan_minutes, server.empty() ? "servers of its own" : server);
 }
 
 size_t CountOf(const SampleSet& set) {

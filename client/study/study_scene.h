@@ -34,6 +34,7 @@ struct StudySettings {
   double walking_speed = 0.5;         // m/s, with the tripod
   double setup_minutes = 1.0;         // a scan, before it
   double scan_minutes = 2.0;          // a scan
+  std::string server;                 // host:port of a running one; empty: the study's own
 
   // With the scene's own most_scans where none is given.
   StudySettings For(const std::string& scene) const;

@@ -10,6 +10,7 @@
 #include "client/library/geometry.h"
 #include "client/study/known_scene.h"
 #include "client/study/scene_list.h"
+#include "client/study/study.h"
 #include "client/study/table.h"
 #include "core/parallel/thread_pool.h"
 
@@ -17,8 +18,10 @@ namespace vantage {
 namespace {
 
 // Coarse and quick: 1 degree, and a density to match.
-std::unique_ptr<StudyScene> TwoRoomsCoarse(double positioning_error, int most_scans = 4) {
+std::unique_ptr<StudyScene> TwoRoomsCoarse(double positioning_error, int most_scans = 4,
+                                           double goal = 0.95) {
   StudySettings settings;
+  settings.goal = goal;
   settings.scanner.azimuth_step = settings.scanner.elevation_step = Radians(1);
   settings.scanner.positioning_error = positioning_error;
   settings.required_density = 150;
@@ -98,6 +101,27 @@ TEST(KnownSceneTest, BestSpacingIsNotBeatenByAnyOfItsSpacings) {
   EXPECT_GT(diary.covered(), 0.5 * oracle.covered());
 }
 
+// Share of the attainable that a route covers with all scans allowed.
+double CoveredInTheEnd(const StudyScene& scene, uint64_t seed,
+                       const std::vector<Eigen::Vector3d>& route) {
+  SampleSet covered = scene.sets()[scene.StartIndex(seed)];
+  for (size_t i = 0; i < route.size() && i + 1 < static_cast<size_t>(scene.most_scans()); ++i) {
+    const auto at = std::find(scene.positions().begin(), scene.positions().end(), route[i]);
+    AddTo(covered, scene.sets()[static_cast<size_t>(at - scene.positions().begin())]);
+  }
+  return static_cast<double>(CountOf(covered)) / static_cast<double>(CountOf(scene.attainable()));
+}
+
+TEST(KnownSceneTest, SpacingThatFallsShortOfTheGoalCoversTheMostInTheEnd) {
+  constexpr int kScans = 12;
+  const auto out_of_reach = TwoRoomsCoarse(0, kScans, 2);
+  const double best = CoveredInTheEnd(*out_of_reach, 1, BestSpacing(*out_of_reach, 1).route);
+  for (const double goal : {0.6, 0.7, 0.8, 0.9, 0.95}) {
+    const auto scene = TwoRoomsCoarse(0, kScans, goal);
+    EXPECT_GE(best, CoveredInTheEnd(*scene, 1, BestSpacing(*scene, 1).route)) << goal;
+  }
+}
+
 class RivalTest : public ::testing::TestWithParam<const char*> {};
 
 TEST_P(RivalTest, RunsAJobThatRepeatsItself) {
@@ -153,6 +177,32 @@ TEST(StudyScenesTest, TuningAndReportingShareNone) {
   EXPECT_EQ(DefaultScenes(SceneUse::kReporting, true).size(), 3u);
   EXPECT_EQ(BuildScene("flat", "").status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(BuildScene("small-house", "/nowhere").status().code(), absl::StatusCode::kNotFound);
+}
+
+TEST(StudyScenesTest, AMissingMeshIsToldBeforeAnyJob) {
+  const std::string folder = ::testing::TempDir() + "/vantage_missing_mesh";
+  const JobStore store = JobStore::Open(folder).value();
+  StudyPlan plan;
+  plan.scenes = {"two-rooms-1", "small-house"};
+  plan.planners = {"oracle"};
+  plan.data_folder = "/nowhere";
+  bool began = false;
+  const auto outcome = RunStudy(plan, store, [&](const StudyProgress&) { began = true; });
+  EXPECT_EQ(outcome.status().code(), absl::StatusCode::kNotFound) << outcome.status();
+  EXPECT_FALSE(began);
+}
+
+TEST(StudySettingsTest, DescribeSaysWhatDistinguishesRecords) {
+  const StudySettings usual;
+  StudySettings goal = usual, server = usual, scanner = usual;
+  goal.goal = 0.9;
+  server.server = "planner:7464";
+  scanner.scanner.elevation_max = Radians(60);
+  for (const StudySettings& other : {goal, server, scanner}) {
+    EXPECT_NE(other.Describe(), usual.Describe());
+  }
+  EXPECT_THAT(usual.Describe(), ::testing::Not(::testing::HasSubstr("0 scans")));
+  EXPECT_THAT(usual.For("flat-101").Describe(), ::testing::HasSubstr("28 scans"));
 }
 
 }  // namespace
