@@ -87,10 +87,9 @@ void JointChoice::Fill(double apart) {
   queue_ = std::priority_queue<Entry>(std::less<Entry>(), std::move(entries));
 }
 
-Budget JointChoice::Refining() const {
-  constexpr double kMost = 0.8;  // the rest is for checks and, for one scanner, further views
+Budget JointChoice::Share(double share) const {
   const auto waiting = std::count(assigned_.begin(), assigned_.end(), false);
-  return budget_.Part(kMost / static_cast<double>(std::max<ptrdiff_t>(1, waiting)), rays_);
+  return budget_.Part(share / static_cast<double>(std::max<ptrdiff_t>(1, waiting)), rays_);
 }
 
 bool JointChoice::Refresh(std::span<const Entry> stale, const Budget& refining) {
@@ -111,13 +110,58 @@ void JointChoice::Enqueue(size_t of, uint32_t view) {
   if (key > 0) queue_.push({key, of, view});
 }
 
-bool JointChoice::NearRefused(size_t of, const Eigen::Vector3d& at) const {
-  return std::any_of(refused_now_.begin(), refused_now_.end(), [&](const ChosenView& refused) {
-    return refused.of == of && (classes_[of].views[refused.view] - at).norm() < config_.separation;
-  });
+bool JointChoice::RuledOut(size_t of, uint32_t view) const {
+  const std::vector<Eigen::Vector3d>& views = classes_[of].views;
+  return tried_out_.contains({of, view}) ||
+         std::any_of(refusals_.begin(), refusals_.end(), [&](const Refusal& refusal) {
+           return refusal.of == of &&
+                  (refusal.view == view ||
+                   (refusal.around == Refusal::Around::kAlike &&
+                    (views[refusal.view] - views[view]).norm() < config_.separation));
+         });
 }
 
-JointChoice::Fate JointChoice::Judge(const Entry& entry, ChosenView& chosen) {
+std::optional<std::vector<JointChoice::Refusal*>> JointChoice::TriedInsteadOf(
+    const Entry& entry, const Budget& trying) {
+  if (RuledOut(entry.of, entry.view)) return std::nullopt;
+  const std::vector<Eigen::Vector3d>& views = classes_[entry.of].views;
+  const bool time = tried_ < static_cast<size_t>(config_.max_checked) * crew_.size() &&
+                    rays_ < trying.work_limit && !trying.Expired();
+  bool left_off = false;
+  std::vector<Refusal*> instead_of;
+  for (Refusal& refusal : refusals_) {
+    if (refusal.of != entry.of ||
+        (views[refusal.view] - views[entry.view]).norm() >= config_.separation) {
+      continue;
+    }
+    if (!time) refusal.around = Refusal::Around::kLeftOff;
+    left_off |= refusal.around == Refusal::Around::kLeftOff;
+    instead_of.push_back(&refusal);
+  }
+  if (left_off) return std::nullopt;
+  return instead_of;
+}
+
+void JointChoice::Refuse(const ChosenView& view, std::span<Refusal* const> instead_of) {
+  if (!instead_of.empty()) {
+    ++tried_;
+    tried_out_.insert({view.of, view.view});
+    for (Refusal* refusal : instead_of) {
+      if (++refusal->tried >= kTriedAround) refusal->around = Refusal::Around::kAlike;
+    }
+    return;
+  }
+  const bool doubtful = view.verdict.outcome == RegistrationOutcome::kDoubtful;
+  refusals_.push_back(
+      {view.of, view.view, doubtful ? Refusal::Around::kTried : Refusal::Around::kAlike, 0});
+  if (std::none_of(refused_.begin(), refused_.end(), [&](const ChosenView& other) {
+        return other.of == view.of && other.view == view.view;
+      })) {
+    refused_.push_back(view);
+  }
+}
+
+JointChoice::Fate JointChoice::Judge(const Entry& entry, const Budget& trying, ChosenView& chosen) {
   ScannerClass& mine = classes_[entry.of];
   const Eigen::Vector3d& at = mine.views[entry.view];
   const auto judged = waiting_.find({entry.of, entry.view});
@@ -125,14 +169,17 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, ChosenView& chosen) {
     chosen = judged->second;
     return Fate::kTaken;
   }
-  if (NearRefused(entry.of, at)) return Fate::kOut;
+  const std::optional<std::vector<Refusal*>> instead_of = TriedInsteadOf(entry, trying);
+  if (!instead_of.has_value()) return Fate::kOut;
   const double room = 2 * mine.model.clearance;
   for (size_t k = 0; k < taken_.size(); ++k) {
     if (Apart(taken_[k], at) >= room) continue;
     record_.crowded |= k >= given_;
     return Fate::kOut;
   }
-  if (checked_ >= static_cast<size_t>(config_.max_checked) * crew_.size()) return Fate::kStop;
+  if (checked_ - tried_ >= static_cast<size_t>(config_.max_checked) * crew_.size()) {
+    return Fate::kStop;
+  }
   auto verdict = mine.expected->Judge(at, residual_, config_.registration, budget_, rays_);
   if (!verdict.has_value()) {
     record_.cut_short = true;
@@ -146,17 +193,15 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, ChosenView& chosen) {
             std::move(verdict->waits_for),
             {}};
   if (!chosen.verdict.registered()) {
-    refused_now_.push_back(chosen);
-    if (std::none_of(refused_.begin(), refused_.end(), [&](const ChosenView& other) {
-          return other.of == chosen.of && other.view == chosen.view;
-        })) {
-      refused_.push_back(chosen);
-    }
+    Refuse(chosen, *instead_of);
     return Fate::kOut;
   }
   const CrewMember& member = crew_[chosen.scanner].member;
   chosen.minutes = member.Minutes(entry.view);
-  if (chosen.waits_for.empty()) return Fate::kTaken;
+  if (chosen.waits_for.empty()) {
+    for (Refusal* refusal : *instead_of) refusal->around = Refusal::Around::kLeftOff;
+    return Fate::kTaken;
+  }
   // It starts to scan when the last of those is in. When a claim's comes is not known.
   double before = 0;
   for (const size_t step : chosen.waits_for) {
@@ -178,7 +223,7 @@ void JointChoice::NoteExactness(const ChosenView& chosen) {
     for (uint32_t i = 0; i < classes_[of].views.size(); ++i) {
       if (gains.Upper(i) <= 0) continue;
       const double upper = Key(of, i, gains.Upper(i));
-      if (upper <= most || NearRefused(of, classes_[of].views[i])) continue;
+      if (upper <= most || RuledOut(of, i)) continue;
       most = upper;
     }
   }
@@ -194,6 +239,10 @@ std::vector<JointChoice::Entry> JointChoice::StaleTop(const Budget& refining) {
     const Entry top = queue_.top();
     const LazyGains& gains = *classes_[top.of].gains;
     if (gains.Fresh(top.view)) break;
+    if (RuledOut(top.of, top.view)) {
+      queue_.pop();
+      continue;
+    }
     const uint64_t cost = gains.MostRays(top.view);
     if (!stale.empty() && cost > affordable) break;
     affordable -= std::min(affordable, cost);
@@ -205,7 +254,9 @@ std::vector<JointChoice::Entry> JointChoice::StaleTop(const Budget& refining) {
 
 std::optional<ChosenView> JointChoice::Next(double apart) {
   Fill(apart);
-  const Budget refining = Refining();
+  // What is left then is for checks and, for one scanner, further views.
+  const Budget refining = Share(0.8);
+  const Budget trying = Share(0.9);
   bool spent = false;
   while (!queue_.empty()) {
     std::vector<Entry> stale = spent ? std::vector<Entry>() : StaleTop(refining);
@@ -221,7 +272,7 @@ std::optional<ChosenView> JointChoice::Next(double apart) {
     // not: it may be what they gain.
     if (spent && !classes_[top.of].gains->Current(top.view)) continue;
     ChosenView chosen;
-    switch (Judge(top, chosen)) {
+    switch (Judge(top, trying, chosen)) {
       case Fate::kOut:
         continue;
       case Fate::kStop:
@@ -256,7 +307,8 @@ bool JointChoice::Settle(const ChosenView& chosen) {
   listed_.clear();
   waiting_.clear();
   // What was refused may register once this scan is in.
-  refused_now_.clear();
+  refusals_.clear();
+  tried_out_.clear();
   return true;
 }
 

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <queue>
+#include <set>
 #include <span>
 #include <utility>
 #include <vector>
@@ -87,6 +88,18 @@ class JointChoice {
     }
   };
   enum class Fate { kTaken, kOut, kPutBack, kStop };
+  // A view that was refused in this round, and what that says of the views around it.
+  struct Refusal {
+    enum class Around {
+      kAlike,    // they would be refused, too
+      kTried,    // it was doubtful: the best of them are tried
+      kLeftOff,  // one of them registered, or there was no time: of the rest nothing is known
+    };
+    size_t of = 0;
+    uint32_t view = 0;
+    Around around = Around::kAlike;
+    size_t tried = 0;
+  };
 
   // The scanner without a view that would be there first; nothing when none can be sent.
   std::optional<size_t> BestScanner(size_t of, uint32_t view) const;
@@ -96,13 +109,18 @@ class JointChoice {
   // False when the budget ended before all were fresh.
   bool Refresh(std::span<const Entry> stale, const Budget& refining);
   void Enqueue(size_t of, uint32_t view);
-  Fate Judge(const Entry& entry, ChosenView& chosen);
-  bool NearRefused(size_t of, const Eigen::Vector3d& at) const;
+  // `trying`: until then, views around doubtful ones are tried.
+  Fate Judge(const Entry& entry, const Budget& trying, ChosenView& chosen);
+  // What is known of a view by what was refused.
+  bool RuledOut(size_t of, uint32_t view) const;
+  // Refusals that it is tried instead of; nothing when it is not to be looked at.
+  std::optional<std::vector<Refusal*>> TriedInsteadOf(const Entry& entry, const Budget& trying);
+  void Refuse(const ChosenView& view, std::span<Refusal* const> instead_of);
   void NoteExactness(const ChosenView& chosen);
   // Takes those that are not fresh off the front of the queue, a batch at most.
   std::vector<Entry> StaleTop(const Budget& refining);
-  // Most of what is left of the budget, for the scanners without a view evenly.
-  Budget Refining() const;
+  // A share of what is left of the budget, for the scanners without a view evenly.
+  Budget Share(double share) const;
 
   std::vector<ScannerClass>& classes_;
   std::vector<CrewOf>& crew_;
@@ -119,9 +137,11 @@ class JointChoice {
   std::priority_queue<Entry> queue_;
   std::map<std::pair<size_t, uint32_t>, ChosenView> waiting_;  // judged in this round
   std::vector<ChosenView> refused_;
-  std::vector<ChosenView> refused_now_;  // in this round
+  std::vector<Refusal> refusals_;                    // in this round
+  std::set<std::pair<size_t, uint32_t>> tried_out_;  // around doubtful ones, in this round
   GreedyRecord record_;
   size_t checked_ = 0;
+  size_t tried_ = 0;  // of those, around doubtful ones
   uint64_t rays_ = 0;
 };
 

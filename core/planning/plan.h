@@ -111,8 +111,8 @@ struct PatchGain {
 
 struct RankedView {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, model frame
-  double score =
-      0;  // samples: expected useful new samples, weighted (`weights`, what samples are worth)
+  // Samples: expected useful new ones, weighted (`weights`, what samples are worth).
+  double score = 0;
   double lower = 0;  // samples, score's bounds at the plan's confidence
   double upper = 0;
   bool exact = false;                                // lower == score == upper, confidence 1

@@ -16,8 +16,7 @@ namespace vantage {
 namespace {
 
 constexpr size_t kElements = 16000;
-constexpr size_t kTriedAround = 16;  // views instead of a doubtful candidate
-constexpr size_t kBatch = 4;         // candidates checked at a time, whatever the number of threads
+constexpr size_t kBatch = 4;  // candidates checked at a time, whatever the number of threads
 
 ScannerModel AnyIncidence(ScannerModel scanner) {
   scanner.max_incidence = kPi / 2 - 1e-3;

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <algorithm>
+#include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -56,6 +57,9 @@ class OverlapSurface {
   CellArrays cells_;
   std::vector<uint32_t> samples_;  // of the model, by element
 };
+
+// The most views that are tried around a doubtful candidate.
+inline constexpr size_t kTriedAround = 16;
 
 struct CheckedView {
   uint32_t view = 0;

@@ -5,7 +5,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <set>
+#include <vector>
 
 #include "core/fleet/guarantee.h"
 #include "core/fleet/residual.h"
@@ -153,6 +155,44 @@ TEST_F(JointPlanTest, ASingleScannersPlanIsThePlan) {
   ASSERT_EQ(joint.assignments.size(), 1u);
   EXPECT_EQ(joint.assignments[0].view, 0u);
   EXPECT_NEAR(joint.guarantee.value_or(0), 1, 1e-9);
+}
+
+// With an accuracy that two thirds of the views miss, many of them by little.
+TEST_F(JointPlanTest, ADoubtfulViewDoesNotStandForThoseAroundIt) {
+  config_.viewcell_size = 0.2;
+  int better = 0;
+  for (uint64_t seed = 1; seed <= 3; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    const auto model = std::make_shared<PlanningView>(BuildView(FurnishedRoom(seed)));
+    config_.candidates = 60;
+    config_.registration.required_accuracy = 0.5;
+    std::vector<double> bounds;
+    for (const RankedView& view : Make(*model, Crew(1)).plan.views) {
+      bounds.push_back(view.verdict.judged_bound);
+    }
+    ASSERT_GT(bounds.size(), 6u);
+    std::sort(bounds.begin(), bounds.end());
+    config_.registration.required_accuracy = bounds[bounds.size() / 3];
+    config_.candidates = 5;
+
+    const auto plan =
+        MakePlan(*model, ScannerModel(), config_, Budget::Unlimited(), serial_, [](const Plan&) {});
+    ASSERT_TRUE(plan.ok());
+    const JointPlan joint = Make(*model, Crew(1));
+    ASSERT_FALSE(plan->views.empty());
+    ASSERT_FALSE(joint.plan.views.empty());
+    EXPECT_EQ(joint.plan.views[0].position, plan->views[0].position);
+    for (const RankedView& view : joint.plan.views) EXPECT_TRUE(view.verdict.registered());
+    // Somebody stands beside one that was refused.
+    for (const RankedView& refused : joint.plan.refused) {
+      const double apart = (refused.position - joint.plan.views[0].position).norm();
+      better += apart < config_.separation ? 1 : 0;
+    }
+    const JointPlan two = Make(*model, Crew(2));
+    ASSERT_FALSE(two.plan.views.empty());
+    EXPECT_EQ(two.plan.views[0].position, plan->views[0].position);
+  }
+  EXPECT_GT(better, 0);  // or nothing was tested
 }
 
 TEST_F(JointPlanTest, ClaimedViewsCountAsScanned) {
