@@ -266,6 +266,7 @@ std::optional<ChosenView> JointChoice::Next(double apart) {
       for (const Entry& entry : stale) Enqueue(entry.of, entry.view);
       continue;
     }
+    if (queue_.empty()) break;  // the rest was ruled out
     const Entry top = queue_.top();
     queue_.pop();
     // From here on what samples tell has to do. What a view gained before others were chosen does

@@ -138,7 +138,8 @@ Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& vi
                          const Budget& budget, Parallel& parallel, EvaluationProgress progress,
                          const OpaqueGrid* grid) {
   const CellSampler sampler(cells);
-  EvaluationRun run(scorer, views, cells, sampler.potential(), budget, parallel, options.worth);
+  EvaluationRun run(scorer, views, cells, sampler.potential(), budget, parallel, options.worth,
+                    grid);
   ViewRace race(run, sampler, options.race, options.confidence, options.seed);
   race.Run(run.Share(options.race_share));
   if (run.evaluation().any()) progress(run.evaluation());

@@ -1,6 +1,7 @@
 #include "core/planning/cell_sample.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "core/planning/confidence_bounds.h"
 
@@ -14,7 +15,7 @@ CellSampler::CellSampler(const CellArrays& cells) : cells_(cells) {
   }
 }
 
-CellArrays CellSampler::Draw(size_t draws, uint64_t seed, uint64_t round) const {
+CellSample CellSampler::Draw(size_t draws, uint64_t seed, uint64_t round) const {
   std::vector<uint32_t> indices;
   std::vector<float> factors;
   indices.reserve(draws);
@@ -36,7 +37,10 @@ CellArrays CellSampler::Draw(size_t draws, uint64_t seed, uint64_t round) const 
       factors.push_back(unit);
     }
   }
-  return cells_.Gather(indices, factors);
+  CellSample sample;
+  sample.cells = cells_.Gather(indices, factors);
+  sample.of = std::move(indices);
+  return sample;
 }
 
 }  // namespace vantage

@@ -10,6 +10,11 @@
 
 namespace vantage {
 
+struct CellSample {
+  CellArrays cells;
+  std::vector<uint32_t> of;  // which of all cells each is, ascending
+};
+
 // Draws lie along a line on which each cell is as long as the most it can gain, one at random in
 // each of n equal parts: strata are places (neighbours lie side by side), the probability is
 // proportional to area x deficit x weight, and the draws are independent with a known range, so the
@@ -24,7 +29,7 @@ class CellSampler {
   // `draws` cells, each with a factor of which the gain is its share of what the cell can gain, so
   // that the expected score of a sample is draws * gain / potential(). The same for the same seed
   // and round.
-  CellArrays Draw(size_t draws, uint64_t seed, uint64_t round) const;
+  CellSample Draw(size_t draws, uint64_t seed, uint64_t round) const;
 
  private:
   const CellArrays& cells_;

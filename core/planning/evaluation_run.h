@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <atomic>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -12,8 +13,11 @@
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/brute_force.h"
+#include "core/planning/cell_sample.h"
 #include "core/planning/evaluation.h"
 #include "core/planning/feasible_views.h"
+#include "core/planning/neighbourhoods.h"
+#include "core/planning/opaque_grid.h"
 
 namespace vantage {
 
@@ -26,10 +30,11 @@ inline constexpr double kRounding = 1e-5;
 // References are kept.
 class EvaluationRun {
  public:
-  // `potential`: the most that any view can gain, samples. `worth`: as in AnytimeOptions.
+  // `potential`: the most that any view can gain, samples. `worth` and `grid`: as EvaluateViews()
+  // has them.
   EvaluationRun(const BruteForceScorer& scorer, const FeasibleViews& views, const CellArrays& cells,
                 double potential, const Budget& budget, Parallel& parallel,
-                std::span<const double> worth = {});
+                std::span<const double> worth = {}, const OpaqueGrid* grid = nullptr);
 
   const BruteForceScorer& scorer() const { return scorer_; }
   const FeasibleViews& views() const { return views_; }
@@ -57,8 +62,9 @@ class EvaluationRun {
   // Views that may be scored together on `cells`: a work limit is overrun by one view at most.
   size_t Affordable(const CellArrays& cells, size_t most, const Budget& part) const;
 
-  // Scores views together. What the budget left unfinished is left out, and false returned.
-  bool Score(std::span<const uint32_t> which, const CellArrays& cells, const Budget& part,
+  // Scores views together, on all cells where there is no `sample`. What the budget left unfinished
+  // is left out, and false returned.
+  bool Score(std::span<const uint32_t> which, const CellSample* sample, const Budget& part,
              absl::FunctionRef<void(uint32_t view, double gain)> note);
   bool ScoreExactly(std::span<const uint32_t> which, const Budget& part);
 
@@ -70,6 +76,15 @@ class EvaluationRun {
   Evaluation Finish();
 
  private:
+  // A view is scored in parts, so that a few views keep several threads busy.
+  struct Part {
+    uint32_t view;   // of those scored together
+    uint32_t begin;  // ranges_
+    uint32_t end;
+  };
+  // Divides what the views have in sight into parts.
+  void Divide(std::span<const uint32_t> which, const CellSample* sample);
+
   const BruteForceScorer& scorer_;
   const FeasibleViews& views_;
   const CellArrays& cells_;
@@ -77,7 +92,10 @@ class EvaluationRun {
   Parallel& parallel_;
   const std::span<const double> worth_;     // by view
   std::vector<std::atomic<uint8_t>> seen_;  // by needy cell
-  std::vector<ViewScore> scores_;
+  std::optional<Neighbourhoods> neighbourhoods_;
+  std::vector<PacketRange> ranges_;
+  std::vector<Part> parts_;
+  std::vector<ViewScore> scores_;  // by part
   Evaluation evaluation_;
 };
 

@@ -47,7 +47,7 @@ HierarchicalScorer::HierarchicalScorer(const BruteForceScorer& scorer, const Opa
       viewcell_size_(viewcell_size),
       options_(options),
       counts_(grid, parallel, budget),
-      tests_(scorer, counts_, options.tolerance, options.visible_pairs),
+      tests_(scorer, grid, counts_, options.tolerance, options.visible_pairs),
       patches_(cells, parallel, budget),
       views_(viewcells, viewcell_size, options.leaf_views),
       built_(!budget.Expired()) {}

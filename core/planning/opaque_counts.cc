@@ -12,8 +12,6 @@ OpaqueCounts::OpaqueCounts(const OpaqueGrid& grid, Parallel& parallel, const Bud
   layer_ = row_ * (static_cast<size_t>(size_.y()) + 1);
   // Written below, layer by layer: to clear it all beforehand takes as long as all the rest.
   sums_ = std::make_unique_for_overwrite<uint32_t[]>(layer_ * static_cast<size_t>(size_.z() + 1));
-  words_ = grid.words_per_row();
-  bits_.resize(words_ * static_cast<size_t>(size_.y()) * static_cast<size_t>(size_.z()));
   std::fill_n(sums_.get(), layer_, 0);
   // Each layer by itself, then upwards.
   parallel.For(static_cast<size_t>(size_.z()), [&](size_t z) {
@@ -23,10 +21,6 @@ OpaqueCounts::OpaqueCounts(const OpaqueGrid& grid, Parallel& parallel, const Bud
     for (int y = 0; y < size_.y(); ++y) {
       const std::span<const uint64_t> bits =
           grid.Row(grid.box().min.y() + y, grid.box().min.z() + static_cast<int>(z));
-      std::copy(bits.begin(), bits.end(),
-                bits_.begin() +
-                    static_cast<std::ptrdiff_t>(
-                        words_ * (static_cast<size_t>(y) + static_cast<size_t>(size_.y()) * z)));
       const uint32_t* before = layer + static_cast<size_t>(y) * row_;
       uint32_t* row = layer + static_cast<size_t>(y + 1) * row_;
       row[0] = 0;

@@ -7,7 +7,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
-#include <vector>
 
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
@@ -36,14 +35,6 @@ class OpaqueCounts {
            (bottom[y1 + x1] - bottom[y1 + x0] - bottom[y0 + x1] + bottom[y0 + x0]);
   }
 
-  bool Opaque(const Eigen::Vector3i& voxel) const {
-    const size_t bit = static_cast<size_t>(voxel.x()) +
-                       words_ * 64 *
-                           (static_cast<size_t>(voxel.y()) +
-                            static_cast<size_t>(size_.y()) * static_cast<size_t>(voxel.z()));
-    return (bits_[bit >> 6] >> (bit & 63)) & 1;
-  }
-
   const Eigen::Vector3i& size() const { return size_; }  // of the grid, voxels
 
  private:
@@ -51,8 +42,6 @@ class OpaqueCounts {
   size_t row_ = 0;
   size_t layer_ = 0;
   std::unique_ptr<uint32_t[]> sums_;
-  size_t words_ = 0;  // of a row of bits
-  std::vector<uint64_t> bits_;
 };
 
 }  // namespace vantage

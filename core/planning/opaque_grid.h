@@ -30,6 +30,10 @@ class OpaqueGrid {
   }
   bool Empty(const VoxelIndex& v) const { return !Opaque(v); }
 
+  // All of the voxels low <= v < high, which lie in the box and are counted from its corner; with
+  // axes {0, 1, 2}.
+  bool AllOpaque(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const;
+
   // The box of the bits: the model's bounds grown by one voxel.
   const VoxelBox& box() const { return box_; }
   size_t words_per_row() const { return words_; }

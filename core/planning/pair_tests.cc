@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/planning/shaft.h"
+
 namespace vantage {
 namespace {
 
@@ -9,11 +11,12 @@ constexpr double kFloatSlack = 1e-5;  // m: views and cells are floats where gai
 
 }  // namespace
 
-PairTests::PairTests(const BruteForceScorer& scorer, const OpaqueCounts& counts, double tolerance,
-                     uint32_t visible_pairs)
+PairTests::PairTests(const BruteForceScorer& scorer, const OpaqueGrid& grid,
+                     const OpaqueCounts& counts, double tolerance, uint32_t visible_pairs)
     : scorer_(scorer),
       intervals_(scorer.constraints()),
-      shafts_(counts),
+      grid_(grid),
+      counts_(counts),
       tolerance_(tolerance),
       visible_pairs_(visible_pairs) {}
 
@@ -56,15 +59,15 @@ PairTests::Relation PairTests::Test(const ViewBox& views, const PatchTree::Node&
     return Relation::kNothing;
   }
   if (!(satisfied & kVisible)) {
-    const ShaftTests::Hidden hidden = shafts_.Occlusion(views.scene, group.targets);
-    if (hidden == ShaftTests::Hidden::kAll) {
+    const Hidden hidden = Occlusion(grid_, views.scene, group.targets);
+    if (hidden == Hidden::kAll) {
       ++counts.occluded;
       return Relation::kNothing;
     }
     // Nothing between the middles: perhaps nothing at all.
-    if (hidden == ShaftTests::Hidden::kNone &&
+    if (hidden == Hidden::kNone &&
         static_cast<uint64_t>(views.views) * group.size() >= visible_pairs_ &&
-        shafts_.EntirelyVisible(views.scene, group.targets)) {
+        EntirelyVisible(counts_, views.scene, group.targets)) {
       ++counts.visible;
       satisfied |= kVisible;
     }

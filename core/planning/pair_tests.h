@@ -11,8 +11,8 @@
 #include "core/planning/brute_force.h"
 #include "core/planning/interval_constraints.h"
 #include "core/planning/opaque_counts.h"
+#include "core/planning/opaque_grid.h"
 #include "core/planning/patch_tree.h"
-#include "core/planning/shaft.h"
 #include "core/planning/view_tree.h"
 
 namespace vantage {
@@ -43,8 +43,8 @@ struct ViewBox {
 class PairTests {
  public:
   // `tolerance` and `visible_pairs`: HierarchyOptions.
-  PairTests(const BruteForceScorer& scorer, const OpaqueCounts& counts, double tolerance,
-            uint32_t visible_pairs);
+  PairTests(const BruteForceScorer& scorer, const OpaqueGrid& grid, const OpaqueCounts& counts,
+            double tolerance, uint32_t visible_pairs);
 
   ViewBox Of(const ViewTree::Node& node) const;
 
@@ -65,7 +65,8 @@ class PairTests {
 
   const BruteForceScorer& scorer_;
   IntervalConstraints intervals_;
-  ShaftTests shafts_;
+  const OpaqueGrid& grid_;
+  const OpaqueCounts& counts_;
   double tolerance_;
   uint32_t visible_pairs_;
 };

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/planning/shaft.h"
+
 namespace vantage {
 
 float PoseSensitivity::Gain(const Eigen::Vector3d& view, const CellArrays& cells, size_t at) const {
@@ -33,7 +35,7 @@ float PoseSensitivity::Gain(const Eigen::Vector3d& view, const CellArrays& cells
   if (gain <= 0) return 0;
   const Eigen::Vector3d target(cells.tx[at], cells.ty[at], cells.tz[at]);
   const Eigen::AlignedBox3d in_scene(box.min() / voxel_ - corner_, box.max() / voxel_ - corner_);
-  if (!shafts_.EntirelyVisible(in_scene, Eigen::AlignedBox3d(target, target))) return 0;
+  if (!EntirelyVisible(counts_, in_scene, Eigen::AlignedBox3d(target, target))) return 0;
   return cells.factor[at] * static_cast<float>(gain);
 }
 

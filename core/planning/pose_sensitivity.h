@@ -7,7 +7,7 @@
 
 #include "core/planning/constraints.h"
 #include "core/planning/interval_constraints.h"
-#include "core/planning/shaft.h"
+#include "core/planning/opaque_counts.h"
 
 namespace vantage {
 
@@ -16,11 +16,11 @@ class PoseSensitivity {
  public:
   // `reach` (m, per axis): half a viewcell and the positioning error. `corner`: of the scene, in
   // voxels; `voxel` in m.
-  PoseSensitivity(const SensingConstraints& constraints, const ShaftTests& shafts, double reach,
+  PoseSensitivity(const SensingConstraints& constraints, const OpaqueCounts& counts, double reach,
                   double voxel, const Eigen::Vector3d& corner)
       : constraints_(constraints),
         intervals_(constraints),
-        shafts_(shafts),
+        counts_(counts),
         reach_(reach),
         voxel_(voxel),
         corner_(corner) {}
@@ -34,7 +34,7 @@ class PoseSensitivity {
  private:
   const SensingConstraints& constraints_;
   IntervalConstraints intervals_;
-  const ShaftTests& shafts_;
+  const OpaqueCounts& counts_;
   double reach_;
   double voxel_;
   Eigen::Vector3d corner_;

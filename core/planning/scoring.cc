@@ -78,9 +78,8 @@ const PoseSensitivity& Scoring::Sensitivity(const OpaqueGrid& grid, const Scanne
                                             const PlanningConfig& config, double voxel,
                                             Parallel& parallel, const Budget& budget) {
   counts_.emplace(grid, parallel, budget);
-  shafts_.emplace(*counts_);
   // A view stands for its viewcell, grown by what a person misses it by.
-  return sensitivity_.emplace(constraints_, *shafts_,
+  return sensitivity_.emplace(constraints_, *counts_,
                               config.viewcell_size / 2 + scanner.positioning_error, voxel,
                               scene_.corner());
 }

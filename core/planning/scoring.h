@@ -14,7 +14,6 @@
 #include "core/planning/patches.h"
 #include "core/planning/plan.h"
 #include "core/planning/pose_sensitivity.h"
-#include "core/planning/shaft.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage {
@@ -47,7 +46,6 @@ class Scoring {
   CellArrays cells_;  // in the order of PatchOrder()
   // Only for pose sensitivity.
   std::optional<OpaqueCounts> counts_;
-  std::optional<ShaftTests> shafts_;
   std::optional<PoseSensitivity> sensitivity_;
   BruteForceScorer scorer_;
 };

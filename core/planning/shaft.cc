@@ -38,10 +38,9 @@ struct Crossing {
   }
 };
 
-}  // namespace
-
-ShaftTests::Hidden ShaftTests::OcclusionAcross(int axis, const Eigen::AlignedBox3d& from,
-                                               const Eigen::AlignedBox3d& to) const {
+Hidden OcclusionAcross(const OpaqueGrid& grid, int axis, const Eigen::AlignedBox3d& from,
+                       const Eigen::AlignedBox3d& to) {
+  const Eigen::Vector3i size = grid.box().max - grid.box().min;
   const double from0 = from.min()[axis];
   const double from1 = from.max()[axis];
   const double to0 = to.min()[axis];
@@ -49,7 +48,7 @@ ShaftTests::Hidden ShaftTests::OcclusionAcross(int axis, const Eigen::AlignedBox
   // Layers whose middle plane lies strictly between the boxes.
   const int first = static_cast<int>(std::floor(from1 + 0.5 + kMargin));
   const int layers = static_cast<int>(std::ceil(to0 - 0.5 - kMargin)) - first;
-  if (layers <= 0 || first < 0 || first + layers > counts_.size()[axis]) return Hidden::kNone;
+  if (layers <= 0 || first < 0 || first + layers > size[axis]) return Hidden::kNone;
 
   // A segment crosses a plane at the share (plane - from) / (to - from) of its length, which falls
   // with either end's coordinate.
@@ -80,35 +79,35 @@ ShaftTests::Hidden ShaftTests::OcclusionAcross(int axis, const Eigen::AlignedBox
     voxel[axis] = first + layer;
     voxel[across[0]] = static_cast<int>(middle[0](layer));
     voxel[across[1]] = static_cast<int>(middle[1](layer));
-    if (!counts_.Opaque(voxel)) continue;
+    if (grid.Empty(voxel + grid.box().min)) continue;
     ++queries;
     Eigen::Vector3i low = voxel;
     Eigen::Vector3i high = voxel.array() + 1;
     for (size_t i = 0; i < 2; ++i) {
       const auto& [lower, upper] = crossing[i];
-      const int size = counts_.size()[across[i]];
       low[across[i]] =
           std::max(0, static_cast<int>(std::floor(std::min(lower[0](layer), lower[1](layer)))));
-      high[across[i]] = std::min(
-          size, static_cast<int>(std::floor(std::max(upper[0](layer), upper[1](layer)))) + 1);
+      high[across[i]] =
+          std::min(size[across[i]],
+                   static_cast<int>(std::floor(std::max(upper[0](layer), upper[1](layer)))) + 1);
     }
-    if (counts_.Count(low, high) == static_cast<uint32_t>((high - low).prod())) {
-      return Hidden::kAll;
-    }
+    if (grid.AllOpaque(low, high)) return Hidden::kAll;
   }
   return queries > 0 ? Hidden::kMaybe : Hidden::kNone;
 }
 
-ShaftTests::Hidden ShaftTests::Occlusion(const Eigen::AlignedBox3d& views,
-                                         const Eigen::AlignedBox3d& targets) const {
+}  // namespace
+
+Hidden Occlusion(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
+                 const Eigen::AlignedBox3d& targets) {
   Hidden hidden = Hidden::kNone;
   for (int axis = 0; axis < 3; ++axis) {
     // The crossings are the same from either end.
     Hidden across = Hidden::kNone;
     if (views.max()[axis] < targets.min()[axis]) {
-      across = OcclusionAcross(axis, views, targets);
+      across = OcclusionAcross(grid, axis, views, targets);
     } else if (targets.max()[axis] < views.min()[axis]) {
-      across = OcclusionAcross(axis, targets, views);
+      across = OcclusionAcross(grid, axis, targets, views);
     }
     hidden = std::max(hidden, across);
     if (hidden == Hidden::kAll) break;
@@ -116,8 +115,8 @@ ShaftTests::Hidden ShaftTests::Occlusion(const Eigen::AlignedBox3d& views,
   return hidden;
 }
 
-bool ShaftTests::EntirelyVisible(const Eigen::AlignedBox3d& views,
-                                 const Eigen::AlignedBox3d& targets) const {
+bool EntirelyVisible(const OpaqueCounts& counts, const Eigen::AlignedBox3d& views,
+                     const Eigen::AlignedBox3d& targets) {
   // The hull of two boxes is the union of their sections (1 - s) V + s T, which are boxes.
   const Eigen::Vector3d low0 = views.min().array() - kMargin;
   const Eigen::Vector3d high0 = views.max().array() + kMargin;
@@ -126,11 +125,11 @@ bool ShaftTests::EntirelyVisible(const Eigen::AlignedBox3d& views,
   const auto voxels = [&](const Eigen::Vector3d& low, const Eigen::Vector3d& high,
                           Eigen::Vector3i& first, Eigen::Vector3i& end) {
     for (int a = 0; a < 3; ++a) {
-      if (!(low[a] >= 0) || !(high[a] < counts_.size()[a])) return 1u;  // all is opaque outside
+      if (!(low[a] >= 0) || !(high[a] < counts.size()[a])) return 1u;  // all is opaque outside
       first[a] = static_cast<int>(low[a]);
       end[a] = static_cast<int>(high[a]) + 1;
     }
-    return counts_.Count(first, end);
+    return counts.Count(first, end);
   };
   struct Slab {
     double begin, end;
@@ -163,7 +162,7 @@ bool ShaftTests::EntirelyVisible(const Eigen::AlignedBox3d& views,
       for (int y = first.y(); y < end.y(); ++y) {
         for (int x = first.x(); x < end.x(); ++x) {
           const Eigen::Vector3i voxel(x, y, z);
-          if (counts_.Count(voxel, voxel.array() + 1) == 0) continue;
+          if (counts.Count(voxel, voxel.array() + 1) == 0) continue;
           // The sections that touch the voxel, axis by axis, are an interval.
           double begin = slab.begin;
           double until = slab.end;

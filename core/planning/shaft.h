@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 
 #include "core/planning/opaque_counts.h"
+#include "core/planning/opaque_grid.h"
 
 namespace vantage {
 
@@ -13,25 +14,18 @@ namespace vantage {
 // middles lie in the grid, outside of which all is opaque. kAll and true are certain, the other
 // answers mean nothing. Touching an opaque voxel counts as meeting it, and boxes are taken 0.001
 // voxels larger, so that rays traced in floats agree.
-class ShaftTests {
- public:
-  explicit ShaftTests(const OpaqueCounts& counts) : counts_(counts) {}
 
-  // kAll: every segment from a view to a target meets an opaque voxel, since some layer of voxels
-  // between the boxes is opaque wherever a segment can cross its middle plane. kNone: the segment
-  // between the boxes' middles meets nothing in any such layer, so that they are not hidden.
-  enum class Hidden { kNone, kMaybe, kAll };
-  Hidden Occlusion(const Eigen::AlignedBox3d& views, const Eigen::AlignedBox3d& targets) const;
+// kAll: every segment from a view to a target meets an opaque voxel, since some layer of voxels
+// between the boxes is opaque wherever a segment can cross its middle plane. kNone: the segment
+// between the boxes' middles meets nothing in any such layer, so that they are not hidden. `grid`
+// has axes {0, 1, 2}.
+enum class Hidden { kNone, kMaybe, kAll };
+Hidden Occlusion(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
+                 const Eigen::AlignedBox3d& targets);
 
-  // No opaque voxel meets the convex hull of the boxes. Exact.
-  bool EntirelyVisible(const Eigen::AlignedBox3d& views, const Eigen::AlignedBox3d& targets) const;
-
- private:
-  Hidden OcclusionAcross(int axis, const Eigen::AlignedBox3d& from,
-                         const Eigen::AlignedBox3d& to) const;
-
-  const OpaqueCounts& counts_;
-};
+// No opaque voxel meets the convex hull of the boxes. Exact.
+bool EntirelyVisible(const OpaqueCounts& counts, const Eigen::AlignedBox3d& views,
+                     const Eigen::AlignedBox3d& targets);
 
 }  // namespace vantage
 

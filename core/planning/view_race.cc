@@ -211,18 +211,18 @@ void ViewRace::ListNeighbours(uint32_t of, int step, std::vector<uint32_t>& ente
   }
 }
 
-const CellArrays& ViewRace::CellsOf(size_t rung) {
-  if (IsLast(rung)) return run_.cells();
+const CellSample* ViewRace::SampleOf(size_t rung) {
+  if (IsLast(rung)) return nullptr;
   Rung& own = rungs_[rung];
   if (own.bounds.empty()) {
     own.sample = sampler_.Draw(own.draws, seed_, rung);
     own.bounds.emplace_back(own.total, log_inverse_error_);
   }
-  return own.sample;
+  return &own.sample;
 }
 
 bool ViewRace::ScoreOn(size_t rung, std::span<const uint32_t> which, const Budget& part) {
-  const bool all = run_.Score(which, CellsOf(rung), part,
+  const bool all = run_.Score(which, SampleOf(rung), part,
                               [&](uint32_t view, double gain) { Note(view, rung, gain); });
   pairs_ += which.size() * rungs_[rung].draws;
   return all;

@@ -69,7 +69,7 @@ class ViewRace {
   struct Rung {
     size_t draws = 0;  // of this rung alone
     size_t total = 0;  // and those below
-    CellArrays sample;
+    CellSample sample;
     std::vector<MeanBounds> bounds;   // one, made with the sample
     size_t reached = 0;               // views, those that went on included
     std::vector<uint32_t> waiting;    // to go up
@@ -107,7 +107,7 @@ class ViewRace {
   void ListNeighbours(uint32_t of, int step, std::vector<uint32_t>& entering);
   // Views that are scored together: the more work is done, the more.
   size_t BatchOn(size_t rung) const;
-  const CellArrays& CellsOf(size_t rung);
+  const CellSample* SampleOf(size_t rung);  // null: all cells
   bool IsLast(size_t rung) const { return rung + 1 == rungs_.size(); }
 
   EvaluationRun& run_;

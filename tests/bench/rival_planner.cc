@@ -32,7 +32,7 @@ Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings& settings
   const CellArrays& cells = job.scoring->cells();
   const BruteForceScorer& scorer = job.scoring->scorer();
   const CellSampler sampler(cells);
-  const CellArrays sample = sampler.Draw(settings.draws, seed, 0);
+  const CellArrays sample = sampler.Draw(settings.draws, seed, 0).cells;
   const double unit = sampler.potential() / static_cast<double>(settings.draws);
   Evaluation evaluation;
   evaluation.views.resize(job.views.size());
