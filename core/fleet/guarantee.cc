@@ -15,6 +15,10 @@ Guarantee GuaranteeOf(const GreedyRecord& record) {
   if (record.crowded) {
     return {std::nullopt, "none: a view was left out because it lies too near to a chosen one"};
   }
+  if (record.unchecked) {
+    return {std::nullopt,
+            "none: as many views were checked as may be, and not every scanner has one"};
+  }
   if (record.cut_short) {
     return {std::nullopt, "none: the budget ended before every scanner was decided on"};
   }

@@ -19,6 +19,7 @@ struct GreedyRecord {
   bool by_minutes = false;  // ranked by gain per minute
   bool waits = false;       // a chosen view needs others' scans to register
   bool crowded = false;     // a view was left out because it stood too near to a chosen one
+  bool unchecked = false;   // as many views as may be were checked before every scanner had one
   bool cut_short = false;   // the budget ended before every scanner was decided on
 };
 

@@ -89,7 +89,8 @@ void JointChoice::Fill(double apart) {
 
 Budget JointChoice::Share(double share) const {
   const auto waiting = std::count(assigned_.begin(), assigned_.end(), false);
-  return budget_.Part(share / static_cast<double>(std::max<ptrdiff_t>(1, waiting)), rays_);
+  return budget_.Evaluating().Part(share / static_cast<double>(std::max<ptrdiff_t>(1, waiting)),
+                                   rays_);
 }
 
 bool JointChoice::Refresh(std::span<const Entry> stale, const Budget& refining) {
@@ -175,9 +176,15 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const Budget& trying, C
   for (size_t k = 0; k < taken_.size(); ++k) {
     if (Apart(taken_[k], at) >= room) continue;
     record_.crowded |= k >= given_;
+    crowded_out_ = true;
     return Fate::kOut;
   }
   if (checked_ - tried_ >= static_cast<size_t>(config_.max_checked) * crew_.size()) {
+    record_.unchecked |= listed_.empty();
+    return Fate::kStop;
+  }
+  if (rays_ >= checking_until_) {
+    record_.cut_short = true;
     return Fate::kStop;
   }
   auto verdict = mine.expected->Judge(at, residual_, config_.registration, budget_, rays_);
@@ -218,13 +225,20 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const Budget& trying, C
 void JointChoice::NoteExactness(const ChosenView& chosen) {
   const double key = Key(chosen.of, chosen.view, classes_[chosen.of].gains->Value(chosen.view));
   double most = key;
+  const std::span<const Eigen::Vector3d> given = std::span(taken_).first(given_);
   for (size_t of = 0; of < classes_.size(); ++of) {
     const LazyGains& gains = *classes_[of].gains;
+    const double room = 2 * classes_[of].model.clearance;
     for (uint32_t i = 0; i < classes_[of].views.size(); ++i) {
       if (gains.Upper(i) <= 0) continue;
       const double upper = Key(of, i, gains.Upper(i));
       if (upper <= most || RuledOut(of, i)) continue;
-      most = upper;
+      // Nobody can stand beside a claimed view.
+      const Eigen::Vector3d& at = classes_[of].views[i];
+      if (std::none_of(given.begin(), given.end(),
+                       [&](const Eigen::Vector3d& other) { return Apart(other, at) < room; })) {
+        most = upper;
+      }
     }
   }
   // What floats round is no better choice.
@@ -257,6 +271,11 @@ std::optional<ChosenView> JointChoice::Next(double apart) {
   // What is left then is for checks and, for one scanner, further views.
   const Budget refining = Share(0.8);
   const Budget trying = Share(0.9);
+  // A choice of which nothing was checked is worth little.
+  checking_until_ = budget_.work_limit;
+  if (rays_ > checking_until_ - checking_until_ / 10) {
+    checking_until_ = rays_ + checking_until_ / 10;
+  }
   bool spent = false;
   while (!queue_.empty()) {
     std::vector<Entry> stale = spent ? std::vector<Entry>() : StaleTop(refining);

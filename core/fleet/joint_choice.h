@@ -70,6 +70,8 @@ class JointChoice {
   bool Settle(const ChosenView& chosen);
 
   GreedyRecord& record() { return record_; }
+  // Views that gain something were left out beside tripods that stand or will stand there.
+  bool crowded_out() const { return crowded_out_; }
   // By the registration check, the most promising first.
   const std::vector<ChosenView>& refused() const { return refused_; }
   size_t checked() const { return checked_; }
@@ -140,9 +142,11 @@ class JointChoice {
   std::vector<Refusal> refusals_;                    // in this round
   std::set<std::pair<size_t, uint32_t>> tried_out_;  // around doubtful ones, in this round
   GreedyRecord record_;
+  bool crowded_out_ = false;
   size_t checked_ = 0;
   size_t tried_ = 0;  // of those, around doubtful ones
   uint64_t rays_ = 0;
+  uint64_t checking_until_ = 0;  // rays
 };
 
 }  // namespace vantage

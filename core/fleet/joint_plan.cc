@@ -262,10 +262,12 @@ class JointPlanner {
     return worth;
   }
 
-  AnytimeOptions Options(bool complete, std::span<const double> worth) const {
+  AnytimeOptions Options(bool complete, std::span<const double> worth) {
     AnytimeOptions options;
-    options.confidence = config_.confidence;
-    options.seed = config_.seed;
+    // Bounds of all evaluations hold together, each on draws of its own.
+    const auto evaluations = static_cast<double>(classes_.size() * crew_.size());
+    options.confidence = 1 - (1 - config_.confidence) / evaluations;
+    options.seed = config_.seed + uint64_t{1'000'003} * evaluations_++;
     options.separation = config_.separation;
     options.leaders = complete ? config_.candidates : 2;
     options.complete = complete;
@@ -433,10 +435,17 @@ class JointPlanner {
     std::string nowhere = crew_[s].member.WhyNowhere();
     if (!nowhere.empty()) return nowhere;
     if (choice.record().cut_short) return "the budget ended before a view was found for it";
+    const char* const none = choice.record().unchecked
+                                 ? "as many views as may be were checked, and none registers"
+                                 : "no view that gains anything registers";
     for (const ChosenView& refused : choice.refused()) {
       if (refused.of != crew_[s].of || !crew_[s].member.Can(refused.view)) continue;
-      return absl::StrCat("no view that gains anything registers; the best refused one: ",
-                          refused.verdict.reason, "; remedy: ", refused.verdict.remedy);
+      return absl::StrCat(none, "; the best refused one: ", refused.verdict.reason,
+                          "; remedy: ", refused.verdict.remedy);
+    }
+    if (choice.crowded_out()) {
+      return "what is left to gain for it lies nearer than two clearances to a tripod that stands "
+             "or will stand there";
     }
     return "nothing is left to gain for it: the views of the others and the claims cover it";
   }
@@ -485,6 +494,8 @@ class JointPlanner {
     } else {
       plan.outcome = plan.complete ? PlanOutcome::kNothingToGain : PlanOutcome::kBudgetTooSmall;
       plan.message = !plan.complete ? "no view that gains anything was found in the time"
+                     : choice.crowded_out()
+                         ? "what is left to gain lies nearer than two clearances to claimed views"
                      : request_.pledged.empty()
                          ? "no feasible view gains anything"
                          : "no feasible view gains anything beyond the claimed ones";
@@ -513,6 +524,7 @@ class JointPlanner {
   PatchSet patches_;
   std::optional<Residual> residual_;
   uint64_t rays_ = 0;
+  uint64_t evaluations_ = 0;  // begun
 };
 
 }  // namespace

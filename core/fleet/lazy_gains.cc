@@ -31,9 +31,10 @@ void LazyGains::Merge(const Evaluation& evaluation) {
 
 uint64_t LazyGains::MostRays(uint32_t view) const {
   const Gain& gain = gains_[view];
-  if (!gain.exact) return residual_.left().size();
+  if (!gain.exact) return scorer_.MostRays(residual_.left());
   uint64_t rays = 0;
-  for (size_t k = gain.step; k < residual_.steps(); ++k) rays += residual_.MostRays(k);
+  for (size_t k = gain.step; k < residual_.steps(); ++k)
+    rays += residual_.MostRays(k) * scorer_.RaysPerCell();
   return rays;
 }
 

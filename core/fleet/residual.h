@@ -37,7 +37,7 @@ class Residual {
   std::optional<double> Lowered(size_t k, const Eigen::Vector3d& view,
                                 const BruteForceScorer& scorer, const Budget& budget,
                                 uint64_t& rays) const;
-  // What Lowered() can cost at most.
+  // What Lowered() can cost at most, at a ray for each cell.
   uint64_t MostRays(size_t k) const { return steps_[k].changed.size(); }
   // The cells that step `k` gained on, by CellArrays::cell.
   const std::vector<uint32_t>& Seen(size_t k) const { return steps_[k].changed.cell; }

@@ -14,16 +14,20 @@ ExpectedSurface::ExpectedSurface(const PatchSet& patches, const Scoring& scoring
 }
 
 CellArrays ExpectedSurface::Of(const Residual& residual, const std::vector<size_t>& steps) const {
+  std::vector<uint32_t> seen;  // by several steps, often
+  for (const size_t step : steps) {
+    seen.insert(seen.end(), residual.Seen(step).begin(), residual.Seen(step).end());
+  }
+  std::sort(seen.begin(), seen.end());
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
   std::vector<uint32_t> indices;
   std::vector<float> areas;
-  for (const size_t step : steps) {
-    for (const uint32_t i : residual.Seen(step)) {
-      const NeedyCell& cell = patches_.cells[i];
-      const bool opening = cell.kind == SurfaceKind::kOcclusion || cell.kind == SurfaceKind::kImage;
-      if (!opening || cell.success < 1) continue;
-      indices.push_back(at_[i]);
-      areas.push_back(cell.area);
-    }
+  for (const uint32_t i : seen) {
+    const NeedyCell& cell = patches_.cells[i];
+    const bool opening = cell.kind == SurfaceKind::kOcclusion || cell.kind == SurfaceKind::kImage;
+    if (!opening || cell.success < 1) continue;
+    indices.push_back(at_[i]);
+    areas.push_back(cell.area);
   }
   return overlap_.Thinned(scoring_.cells(), indices, areas);
 }

@@ -12,7 +12,7 @@
 namespace vantage {
 
 // With a work limit and no deadline, results are the same on any number of threads; a deadline
-// gives that promise up (the work done is reported so that it can be repeated).
+// gives that promise up.
 struct Budget {
   using Clock = std::chrono::steady_clock;
 

@@ -62,9 +62,8 @@ class BruteForceScorer {
                        std::span<float> gains) const;
 
   // What one view can cost at most.
-  uint64_t MostRays(const CellArrays& cells) const {
-    return cells.size() * (sensitivity_ != nullptr ? 9 : 1);
-  }
+  uint64_t MostRays(const CellArrays& cells) const { return cells.size() * RaysPerCell(); }
+  uint64_t RaysPerCell() const { return sensitivity_ != nullptr ? 9 : 1; }
 
   const SensingConstraints& constraints() const { return constraints_; }
   const OcclusionScene& scene() const { return scene_; }

@@ -5,6 +5,7 @@
 #include "core/planning/opaque_grid.h"
 #include "core/planning/patches.h"
 #include "core/planning/planner.h"
+#include "core/planning/planning_estimate.h"
 #include "core/planning/rank_views.h"
 #include "core/planning/registration_check.h"
 #include "core/planning/scoring.h"
@@ -19,6 +20,7 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningView& model, const Sca
   if (!position.allFinite()) {
     return absl::InvalidArgumentError("position must be finite (m, model frame)");
   }
+  if (absl::Status fits = CheckPlanningSize(model, config); !fits.ok()) return fits;
   const Budget budget = Budget::Unlimited();
   const OpaqueGrid grid(model);
   const FeasibleViews feasible =

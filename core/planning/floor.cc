@@ -10,6 +10,7 @@ namespace vantage {
 namespace {
 
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
+constexpr size_t kColumnsBetweenPolls = 8192;
 constexpr float kUpward = 0.87f;        // cosine of 30 degrees: normals of a rough floor scatter
 constexpr double kNeighbourhood = 1.0;  // m, around a piece in which a lower floor unmasks it
 constexpr double kStepArea = 0.2;       // m^2 that a step has at least
@@ -89,7 +90,9 @@ FloorField FloorField::Find(const PlanningView& model, std::optional<double> giv
               });
   field.height_.assign(columns, kNone);
   if (budget.Expired()) return field;
-  field.KeepFloors(model, candidate, field.FindPieces(candidate, voxel), budget);
+  std::vector<Piece> pieces = field.FindPieces(candidate, voxel, budget);
+  if (budget.Expired()) return field;
+  field.KeepFloors(model, candidate, std::move(pieces), budget);
   field.SeedStands(model);
   if (budget.Expired()) return field;
   for (const float height : field.height_) {
@@ -103,16 +106,18 @@ FloorField FloorField::Find(const PlanningView& model, std::optional<double> giv
 }
 
 std::vector<FloorField::Piece> FloorField::FindPieces(const std::vector<float>& candidate,
-                                                      double voxel) const {
+                                                      double voxel, const Budget& budget) const {
   std::vector<Piece> pieces;
   std::vector<uint8_t> taken(candidate.size(), 0);
   const float step = static_cast<float>(1.5 * voxel);
   for (uint32_t seed = 0; seed < candidate.size(); ++seed) {
+    if (seed % kColumnsBetweenPolls == 0 && budget.Expired()) return pieces;
     if (taken[seed] || std::isnan(candidate[seed])) continue;
     Piece piece;
     piece.columns.push_back(seed);
     taken[seed] = 1;
     for (size_t head = 0; head < piece.columns.size(); ++head) {
+      if ((head + 1) % kColumnsBetweenPolls == 0 && budget.Expired()) return pieces;
       const uint32_t at = piece.columns[head];
       piece.mean_height += candidate[at];
       const int x = static_cast<int>(at) % size_x_;
@@ -145,7 +150,12 @@ void FloorField::KeepFloors(const PlanningView& model, const std::vector<float>&
   };
   // What carries a stand is a floor whatever else there is.
   const auto carries_stand = [&](const Piece& piece) {
+    size_t until_poll = 0;
     for (const uint32_t at : piece.columns) {
+      if (until_poll-- == 0) {
+        if (budget.Expired()) return false;
+        until_poll = kColumnsBetweenPolls / std::max<size_t>(1, model.stands().size());
+      }
       const int column = static_cast<int>(at) % size_x_, row = static_cast<int>(at) / size_x_;
       const double x = (min_x_ + column + 0.5) * voxel, y = (min_y_ + row + 0.5) * voxel;
       for (const Stand& stand : model.stands()) {

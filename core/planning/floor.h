@@ -45,7 +45,8 @@ class FloorField {
     return static_cast<size_t>(x - min_x_) +
            static_cast<size_t>(size_x_) * static_cast<size_t>(y - min_y_);
   }
-  std::vector<Piece> FindPieces(const std::vector<float>& candidate, double voxel) const;
+  std::vector<Piece> FindPieces(const std::vector<float>& candidate, double voxel,
+                                const Budget& budget) const;
   void KeepFloors(const PlanningView& model, const std::vector<float>& candidate,
                   std::vector<Piece> pieces, const Budget& budget);
   void SeedStands(const PlanningView& model);

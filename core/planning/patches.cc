@@ -17,6 +17,7 @@ namespace vantage {
 namespace {
 
 constexpr uint32_t kCellsBetweenPolls = 8192;
+constexpr uint32_t kMembersBetweenPolls = 1024;  // each asks for its 26 neighbours
 constexpr uint32_t kNoCell = std::numeric_limits<uint32_t>::max();
 
 // From a voxel to its needy cell, by bricks: neighbours are looked up 26 times a cell.
@@ -162,8 +163,8 @@ PatchSet ExtractPatches(const PlanningView& model, const PlanningConfig& config,
   std::vector<uint32_t> members;
   set.cells.reserve(needy.size());
   for (uint32_t seed = 0; seed < needy.size(); ++seed) {
+    if (seed % kMembersBetweenPolls == 0 && budget.Expired()) return set;
     if (taken[seed]) continue;
-    if (seed % 1024 == 0 && budget.Expired()) return set;
     // The plane is that of the seed and those around it that agree with it, and stays: a plane
     // that moved while the patch grew could leave its first cells outside the tolerance.
     Eigen::Vector3f normal = needy[seed].normal;
@@ -192,6 +193,7 @@ PatchSet ExtractPatches(const PlanningView& model, const PlanningConfig& config,
     members.assign(1, seed);
     taken[seed] = 1;
     for (size_t head = 0; head < members.size(); ++head) {
+      if ((head + 1) % kMembersBetweenPolls == 0 && budget.Expired()) return set;
       table.ForEachNeighbour(needy[members[head]].voxel, [&](uint32_t i) {
         if (taken[i] || !fits(i)) return;
         taken[i] = 1;

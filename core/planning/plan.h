@@ -35,7 +35,7 @@ enum class EvaluationOrder {
 struct PlanningConfig {
   double required_density = 2500;      // D, samples / m^2, > 0
   double viewcell_size = 0.10;         // m, smallest viewcell edge, a multiple of the voxel
-  double density_tolerance = 0.02;     // epsilon
+  double density_tolerance = 0.02;     // epsilon, in the order of patches: else scores are exact
   double min_height = 1.0;             // m, viewpoint over the floor below it
   double max_height = 2.0;             // m
   std::optional<double> floor_height;  // m, z of the floor; found from the model when absent
@@ -184,7 +184,7 @@ struct Plan {
   size_t feasible_cells = 0;
   size_t needy_cells = 0;
   double needy_area = 0;  // m^2
-  uint64_t rays = 0;      // the work done, repeatable as a work limit
+  uint64_t rays = 0;      // the work done in evaluating and checking
   std::array<double, kPlanStages> seconds{};
 };
 

@@ -44,6 +44,13 @@ Budget EvaluationShare(const Budget& budget) {
   return share;
 }
 
+// The paper's epsilon belongs to its order. Everything else scores to the end.
+HierarchyOptions PaperOptions(const PlanningConfig& config) {
+  HierarchyOptions options;
+  options.tolerance = config.density_tolerance;
+  return options;
+}
+
 // Section 8: how much better than the returned view another could still be, of those that are
 // neither refused nor too near to a refused one.
 double OptimalityGap(const Evaluation& evaluation, const FeasibleViews& feasible,
@@ -189,11 +196,12 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
     progress(report.Interim(plan, so_far, config));
   };
   const Budget share = EvaluationShare(budget);
-  const Evaluation evaluation = config.order == EvaluationOrder::kPatches
-                                    ? EvaluateByPatches(scoring.scorer(), feasible, scoring.cells(),
-                                                        patches, grid, {}, share, parallel, show)
-                                    : EvaluateViews(scoring.scorer(), feasible, scoring.cells(),
-                                                    options, share, parallel, show, &grid);
+  const Evaluation evaluation =
+      config.order == EvaluationOrder::kPatches
+          ? EvaluateByPatches(scoring.scorer(), feasible, scoring.cells(), patches, grid,
+                              PaperOptions(config), share, parallel, show)
+          : EvaluateViews(scoring.scorer(), feasible, scoring.cells(), options, share, parallel,
+                          show, &grid);
   plan.rays = evaluation.rays;
   plan.complete = evaluation.complete;
   if (evaluation.complete) plan.confidence = 1;

@@ -74,7 +74,9 @@ std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleView
                                 double separation, size_t count) {
   std::vector<uint32_t> ranked;
   for (const uint32_t i : ByScore(evaluation)) {
-    if (ranked.size() >= count || evaluation.views[i].score <= 0) break;
+    if (ranked.size() >= count) break;
+    // Ranks are of scores less their errors: one that gains nothing may come before some that do.
+    if (evaluation.views[i].score <= 0) continue;
     const Eigen::Vector3d at = feasible.Centre(i);
     const bool near = std::any_of(ranked.begin(), ranked.end(), [&](uint32_t j) {
       return (feasible.Centre(j) - at).norm() < separation;

@@ -138,7 +138,7 @@ class Checking {
  private:
   // The first few of `views`; how many, 0 when the budget ended.
   size_t Check(std::span<const uint32_t> views, absl::FunctionRef<void(const CheckedView&)> note) {
-    if (check_.rays >= budget_.work_limit || budget_.Expired()) return 0;
+    if (NoTimeLeft()) return 0;
     const uint64_t affordable = (budget_.work_limit - check_.rays) / surface_.MostRays();
     const size_t count =
         std::min(static_cast<size_t>(std::clamp<uint64_t>(affordable, 1, kBatch)), views.size());
@@ -155,6 +155,7 @@ class Checking {
     return count;
   }
 
+  bool NoTimeLeft() const { return check_.rays >= budget_.work_limit || budget_.Expired(); }
   double Score(uint32_t view) const { return evaluation_.views[view].Rank(); }
   bool Near(uint32_t a, uint32_t b) const {
     return (feasible_.Centre(a) - feasible_.Centre(b)).norm() < config_.separation;
@@ -181,6 +182,7 @@ class Checking {
     std::vector<CheckedView> found;
     for (CheckedView& refused : check_.refused) {
       if (refused.verdict.outcome != RegistrationOutcome::kDoubtful) continue;
+      if (check_.checked >= most || NoTimeLeft()) break;
       const std::vector<uint32_t> around = BestAround(refused.view);
       std::span<const uint32_t> left = around;
       std::vector<uint32_t> tried;

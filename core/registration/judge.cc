@@ -64,7 +64,7 @@ RegistrationVerdict Judge(const OverlapGeometry& geometry, double overlap_share,
   verdict.weakest_words = words.direction;
   verdict.decided_by = "scan geometry";
 
-  if (judged.bound > config.required_accuracy) {
+  if (!(judged.bound <= config.required_accuracy)) {
     verdict.outcome = judged.bound <= kDoubtfulFactor * config.required_accuracy
                           ? RegistrationOutcome::kDoubtful
                           : RegistrationOutcome::kFailed;

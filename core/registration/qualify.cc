@@ -75,12 +75,13 @@ Residuals Weigh(const std::vector<Correspondence>& found, const RegistrationConf
 }
 
 PoseKnowledge Known(const OverlapGeometry& geometry, const PosePrior& prior,
-                    std::span<const TargetTie> targets, const RegistrationConfig& config) {
+                    std::span<const TargetTie> targets) {
   PoseKnowledge known;
   const Eigen::Vector3d position = prior.T_world_scan.translation();
   const bool has_covariance = prior.covariance.has_value();
-  const double level = prior.levelled_sigma.value_or(config.levelled_sigma);
-  if (level > 0) known.guarantees.push_back({"levelling", LevelInformation(level)});
+  if (prior.levelled_sigma.has_value()) {
+    known.guarantees.push_back({"levelling", LevelInformation(*prior.levelled_sigma)});
+  }
   if (!targets.empty()) {
     known.guarantees.push_back({"targets", geometry.FromTargets(targets)});
   }
@@ -153,7 +154,7 @@ Qualification Qualify(const PlanningView& model, const ScanSurface& surface,
   }
 
   const OverlapGeometry geometry(residuals.constraints, residuals.normal_sigma, config);
-  const PoseKnowledge known = Known(geometry, prior, targets, config);
+  const PoseKnowledge known = Known(geometry, prior, targets);
   result.centroid = geometry.centroid();
   if (geometry.constrained_directions() < 6) {
     NormalEquations step;

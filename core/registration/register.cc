@@ -41,6 +41,11 @@ absl::Status ValidatePrior(const PosePrior& prior) {
       return absl::InvalidArgumentError(
           "pose prior: covariance must be finite, symmetric and positive definite");
     }
+    constexpr double kLeastVariance = 1e-16;  // rad^2, m^2; nobody knows better
+    if (!(c.diagonal().minCoeff() >= kLeastVariance)) {
+      return absl::InvalidArgumentError(
+          "pose prior: covariance needs variances of at least 1e-16 rad^2 and m^2");
+    }
   }
   if (prior.levelled_sigma.has_value() &&
       !(*prior.levelled_sigma > 0 && *prior.levelled_sigma <= 0.2)) {
@@ -184,13 +189,16 @@ RegistrationResult RegisterReturns(const PlanningView& model, const Scan& scan,
                                    const PosePrior& prior, std::span<const TargetTie> targets,
                                    const RegistrationConfig& config, Parallel& parallel) {
   const ScanSurface surface = SampleSurface(scan, config.sample_spacing, parallel);
-  const Alignment alignment = Align(model, surface, prior, config, parallel, targets);
-  RegistrationResult result;
+  // A trusted pose is kept, and compared with where the scan's own evidence puts it: so it must not
+  // hold the alignment.
+  PosePrior guess = prior;
   if (prior.trusted) {
-    // Align on the scan's own evidence, compare, and keep the trusted pose.
-    PosePrior guess = prior;
     guess.trusted = false;
     guess.covariance.reset();
+  }
+  const Alignment alignment = Align(model, surface, guess, config, parallel, targets);
+  RegistrationResult result;
+  if (prior.trusted) {
     const RegistrationResult aligned =
         Qualify(model, surface, alignment, guess, config, parallel, targets).result;
     const bool checkable = aligned.correspondences > 0 && aligned.converged;

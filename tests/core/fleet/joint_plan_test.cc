@@ -266,6 +266,28 @@ TEST_F(JointPlanTest, WhoCannotGetAnywhereIsToldWhy) {
   EXPECT_FALSE(none.guarantee.has_value());
 }
 
+TEST_F(JointPlanTest, WhoseScansWouldNotRegisterIsToldSo) {
+  const PlanningView model = BuildView(Room(2));
+  config_.registration.required_accuracy = 0.05;
+  FleetRequest request = Crew(2);
+  // Sees nothing but the ceiling.
+  request.scanners[1].model.elevation_min = Radians(60);
+  request.scanners[1].model.elevation_max = Radians(80);
+  const JointPlan joint = Make(model, request);
+  ASSERT_EQ(joint.plan.views.size(), 1u) << joint.plan.message;
+  EXPECT_EQ(joint.assignments[0].scanner, 0u);
+  EXPECT_FALSE(joint.assignments[1].view.has_value());
+  EXPECT_THAT(joint.assignments[1].reason, HasSubstr("registers"));
+  // Whose checks end early promises nothing.
+  config_.max_checked = config_.candidates;
+  config_.separation = 0;
+  request.scanners[0].model = request.scanners[1].model;
+  const JointPlan none = Make(model, request);
+  EXPECT_TRUE(none.plan.views.empty());
+  EXPECT_FALSE(none.guarantee.has_value());
+  EXPECT_THAT(none.assignments[1].reason, HasSubstr("checked"));
+}
+
 TEST_F(JointPlanTest, GainPerMinuteIsTheBestRatioThereIs) {
   const PlanningView model = BuildView(Room(5));
   FleetRequest request = Crew(1);

@@ -183,11 +183,15 @@ TEST(Register, TrustedPoseStandsUnlessTheSurfacesDisagree) {
   ASSERT_TRUE(result.ok()) << result.status();
   EXPECT_TRUE(result->verdict.registered()) << result->verdict.reason;
   EXPECT_TRUE(result->T_world_scan.isApprox(prior.T_world_scan));
-  prior.T_world_scan.translation().x() += 0.05;
-  result = Register(*model, scan, prior, {}, serial);
-  ASSERT_TRUE(result.ok()) << result.status();
-  EXPECT_FALSE(result->verdict.registered());
-  EXPECT_EQ(result->verdict.decided_by, "trusted pose");
+  // However far off.
+  for (const double off : {0.05, 0.10, 0.20, 0.35}) {
+    SCOPED_TRACE(off);
+    prior.T_world_scan.translation().x() = truth.translation().x() + off;
+    result = Register(*model, scan, prior, {}, serial);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_FALSE(result->verdict.registered());
+    EXPECT_EQ(result->verdict.decided_by, "trusted pose");
+  }
 }
 
 TEST(Register, SameBytesForAnyNumberOfThreads) {
