@@ -269,6 +269,7 @@ TEST_F(JointPlanTest, WhoCannotGetAnywhereIsToldWhy) {
 TEST_F(JointPlanTest, WhoseScansWouldNotRegisterIsToldSo) {
   const PlanningView model = BuildView(Room(2));
   config_.registration.required_accuracy = 0.05;
+  config_.separation = 10;  // the first refusal stands for all
   FleetRequest request = Crew(2);
   // Sees nothing but the ceiling.
   request.scanners[1].model.elevation_min = Radians(60);
