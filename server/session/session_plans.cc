@@ -311,7 +311,10 @@ void Session::EndPlan(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
     }
   }
   for (const std::string& old : released) ReleaseOwnBlob(old);
+  double seconds = 0;
+  for (const v1::StageSeconds& stage : plan.result().stages()) seconds += stage.seconds();
   around_.log.Info("plan ended", {{"plan", plan.name()},
+                                  {"seconds", seconds},
                                   {"state", v1::PlanState_Name(plan.state())},
                                   {"outcome", v1::PlanOutcome_Name(plan.result().outcome())},
                                   {"rays", plan.result().rays()},
