@@ -30,8 +30,14 @@ class OpaqueGrid {
   }
   bool Empty(const VoxelIndex& v) const { return !Opaque(v); }
 
-  // All of the voxels low <= v < high, which lie in the box and are counted from its corner; with
-  // axes {0, 1, 2}.
+  // With axes {0, 1, 2}, of voxels that lie in the box and are counted from its corner: one; all
+  // with low <= v < high.
+  bool OpaqueAt(const Eigen::Vector3i& v) const {
+    const size_t row =
+        static_cast<size_t>(v.y()) + static_cast<size_t>(rows_) * static_cast<size_t>(v.z());
+    const auto bit = static_cast<size_t>(v.x());
+    return (bits_[row * words_ + (bit >> 6)] >> (bit & 63)) & 1;
+  }
   bool AllOpaque(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const;
 
   // The box of the bits: the model's bounds grown by one voxel.

@@ -59,7 +59,7 @@ PairTests::Relation PairTests::Test(const ViewBox& views, const PatchTree::Node&
     return Relation::kNothing;
   }
   if (!(satisfied & kVisible)) {
-    const Hidden hidden = Occlusion(grid_, views.scene, group.targets);
+    const Hidden hidden = Occlusion(grid_, counts_, views.scene, group.targets);
     if (hidden == Hidden::kAll) {
       ++counts.occluded;
       return Relation::kNothing;

@@ -38,8 +38,10 @@ struct Crossing {
   }
 };
 
-Hidden OcclusionAcross(const OpaqueGrid& grid, int axis, const Eigen::AlignedBox3d& from,
-                       const Eigen::AlignedBox3d& to) {
+// `all_opaque` (low, high): of a box of voxels.
+template <typename AllOpaque>
+Hidden OcclusionAcross(const OpaqueGrid& grid, const AllOpaque& all_opaque, int axis,
+                       const Eigen::AlignedBox3d& from, const Eigen::AlignedBox3d& to) {
   const Eigen::Vector3i size = grid.box().max - grid.box().min;
   const double from0 = from.min()[axis];
   const double from1 = from.max()[axis];
@@ -79,7 +81,7 @@ Hidden OcclusionAcross(const OpaqueGrid& grid, int axis, const Eigen::AlignedBox
     voxel[axis] = first + layer;
     voxel[across[0]] = static_cast<int>(middle[0](layer));
     voxel[across[1]] = static_cast<int>(middle[1](layer));
-    if (grid.Empty(voxel + grid.box().min)) continue;
+    if (!grid.OpaqueAt(voxel)) continue;
     ++queries;
     Eigen::Vector3i low = voxel;
     Eigen::Vector3i high = voxel.array() + 1;
@@ -91,28 +93,45 @@ Hidden OcclusionAcross(const OpaqueGrid& grid, int axis, const Eigen::AlignedBox
           std::min(size[across[i]],
                    static_cast<int>(std::floor(std::max(upper[0](layer), upper[1](layer)))) + 1);
     }
-    if (grid.AllOpaque(low, high)) return Hidden::kAll;
+    if (all_opaque(low, high)) return Hidden::kAll;
   }
   return queries > 0 ? Hidden::kMaybe : Hidden::kNone;
+}
+
+template <typename AllOpaque>
+Hidden OcclusionBy(const OpaqueGrid& grid, const AllOpaque& all_opaque,
+                   const Eigen::AlignedBox3d& views, const Eigen::AlignedBox3d& targets) {
+  Hidden hidden = Hidden::kNone;
+  for (int axis = 0; axis < 3; ++axis) {
+    // The crossings are the same from either end.
+    Hidden across = Hidden::kNone;
+    if (views.max()[axis] < targets.min()[axis]) {
+      across = OcclusionAcross(grid, all_opaque, axis, views, targets);
+    } else if (targets.max()[axis] < views.min()[axis]) {
+      across = OcclusionAcross(grid, all_opaque, axis, targets, views);
+    }
+    hidden = std::max(hidden, across);
+    if (hidden == Hidden::kAll) break;
+  }
+  return hidden;
 }
 
 }  // namespace
 
 Hidden Occlusion(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
                  const Eigen::AlignedBox3d& targets) {
-  Hidden hidden = Hidden::kNone;
-  for (int axis = 0; axis < 3; ++axis) {
-    // The crossings are the same from either end.
-    Hidden across = Hidden::kNone;
-    if (views.max()[axis] < targets.min()[axis]) {
-      across = OcclusionAcross(grid, axis, views, targets);
-    } else if (targets.max()[axis] < views.min()[axis]) {
-      across = OcclusionAcross(grid, axis, targets, views);
-    }
-    hidden = std::max(hidden, across);
-    if (hidden == Hidden::kAll) break;
-  }
-  return hidden;
+  const auto all_opaque = [&](const Eigen::Vector3i& low, const Eigen::Vector3i& high) {
+    return grid.AllOpaque(low, high);
+  };
+  return OcclusionBy(grid, all_opaque, views, targets);
+}
+
+Hidden Occlusion(const OpaqueGrid& grid, const OpaqueCounts& counts,
+                 const Eigen::AlignedBox3d& views, const Eigen::AlignedBox3d& targets) {
+  const auto all_opaque = [&](const Eigen::Vector3i& low, const Eigen::Vector3i& high) {
+    return counts.Count(low, high) == static_cast<uint32_t>((high - low).prod());
+  };
+  return OcclusionBy(grid, all_opaque, views, targets);
 }
 
 bool EntirelyVisible(const OpaqueCounts& counts, const Eigen::AlignedBox3d& views,

@@ -22,6 +22,9 @@ namespace vantage {
 enum class Hidden { kNone, kMaybe, kAll };
 Hidden Occlusion(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
                  const Eigen::AlignedBox3d& targets);
+// The same with counts of `grid`, which take long to make and then answer for wide shafts sooner.
+Hidden Occlusion(const OpaqueGrid& grid, const OpaqueCounts& counts,
+                 const Eigen::AlignedBox3d& views, const Eigen::AlignedBox3d& targets);
 
 // No opaque voxel meets the convex hull of the boxes. Exact.
 bool EntirelyVisible(const OpaqueCounts& counts, const Eigen::AlignedBox3d& views,

@@ -65,7 +65,9 @@ TEST_F(ShaftTest, CountsAreThoseOfTheGrid) {
     for (int z = low.z(); z < high.z(); ++z) {
       for (int y = low.y(); y < high.y(); ++y) {
         for (int x = low.x(); x < high.x(); ++x) {
-          expected += grid_.Opaque(VoxelIndex(x, y, z) + grid_.box().min);
+          const bool opaque = grid_.Opaque(VoxelIndex(x, y, z) + grid_.box().min);
+          ASSERT_EQ(grid_.OpaqueAt({x, y, z}), opaque);
+          expected += opaque;
         }
       }
     }
@@ -88,6 +90,7 @@ TEST_F(ShaftTest, WhatIsDecidedHoldsForEverySegment) {
     const Eigen::AlignedBox3d views = Somewhere(most);
     const Eigen::AlignedBox3d targets = Somewhere(most);
     const Hidden occlusion = Occlusion(grid_, views, targets);
+    ASSERT_EQ(Occlusion(grid_, counts_, views, targets), occlusion);
     const bool entirely = EntirelyVisible(counts_, views, targets);
     open += occlusion == Hidden::kNone;
     ASSERT_FALSE(entirely && occlusion == Hidden::kAll);
