@@ -58,24 +58,26 @@ class SurveyorTest : public ::testing::Test {
     builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
     builder.RegisterService(&planner_);
     server_ = builder.BuildAndStart();
-    connection_.server = "127.0.0.1:" + std::to_string(port);
+    ClientOptions connection;
+    connection.server = "127.0.0.1:" + std::to_string(port);
+    client_.emplace(connection);
     site_.mesh = BoxRoom({4, 3, 2.7}).mesh;
+    scanner_.emplace(site_.mesh);
   }
   ~SurveyorTest() override { server_->Shutdown(); }
 
   SlowPlanner planner_;
   std::unique_ptr<grpc::Server> server_;
-  ClientOptions connection_;
+  std::optional<Client> client_;
   Site site_;
+  std::optional<SimulatedScanner> scanner_;
   Serial serial_;
 };
 
 TEST_F(SurveyorTest, ALargerBudgetIsForOnePlanOnly) {
-  const SimulatedScanner scanner(site_.mesh);
-  Client client(connection_);
   JobOptions options;
   options.plan_seconds = 0.2;
-  Surveyor surveyor(client, site_, scanner, options, serial_);
+  Surveyor surveyor(*client_, site_, *scanner_, options, serial_);
   for (int plan = 0; plan < 2; ++plan) {
     planner_.budgets.clear();
     const auto made = surveyor.Plan({}, v1::RANKING_UNSPECIFIED);
@@ -89,11 +91,9 @@ TEST_F(SurveyorTest, ALargerBudgetIsForOnePlanOnly) {
 }
 
 TEST_F(SurveyorTest, MoreWorkToo) {
-  const SimulatedScanner scanner(site_.mesh);
-  Client client(connection_);
   JobOptions options;
   options.plan_work = 2000;
-  Surveyor surveyor(client, site_, scanner, options, serial_);
+  Surveyor surveyor(*client_, site_, *scanner_, options, serial_);
   for (int plan = 0; plan < 2; ++plan) {
     planner_.budgets.clear();
     const auto made = surveyor.Plan({}, v1::RANKING_UNSPECIFIED);
@@ -104,11 +104,9 @@ TEST_F(SurveyorTest, MoreWorkToo) {
 }
 
 TEST_F(SurveyorTest, WhatNoBudgetSolvesEnds) {
-  const SimulatedScanner scanner(site_.mesh);
-  Client client(connection_);
   JobOptions options;
   options.plan_seconds = 0.001;
-  Surveyor surveyor(client, site_, scanner, options, serial_);
+  Surveyor surveyor(*client_, site_, *scanner_, options, serial_);
   const auto made = surveyor.Plan({}, v1::RANKING_UNSPECIFIED);
   ASSERT_TRUE(made.ok()) << made.status();
   EXPECT_EQ(made->attempts, 8);
