@@ -89,16 +89,16 @@ FleetScanner ReadFleetScanner(const v1::Scanner& scanner, const v1::Session& ses
   return out;
 }
 
-Claims ReadClaims(const SessionState& state, const Eigen::Vector3d& origin) {
-  std::vector<ViewClaim> held;
-  for (const std::string& name : state.held_claims) {
-    const v1::Claim& claim = state.claims.at(name).claim;
-    held.push_back(
-        {name, claim.scanner(),
-         Eigen::Vector3d(claim.position().x(), claim.position().y(), claim.position().z()) - origin,
-         ReadTime(claim.create_time()), ReadTime(claim.expire_time())});
+Claims ReadClaims(std::span<const v1::Claim* const> held, const Eigen::Vector3d& origin) {
+  std::vector<ViewClaim> claims;
+  claims.reserve(held.size());
+  for (const v1::Claim* claim : held) {
+    const v1::Vector3& at = claim->position();
+    claims.push_back({claim->name(), claim->scanner(),
+                      Eigen::Vector3d(at.x(), at.y(), at.z()) - origin,
+                      ReadTime(claim->create_time()), ReadTime(claim->expire_time())});
   }
-  return Claims(std::move(held));
+  return Claims(std::move(claims));
 }
 
 void WriteJointPlan(const JointPlan& joint, const std::vector<std::string>& scanners,

@@ -3,13 +3,13 @@
 #define VANTAGE_SERVER_SESSION_FLEET_PROTO_H_
 
 #include <Eigen/Core>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "core/fleet/claims.h"
 #include "core/fleet/joint_plan.h"
 #include "server/session/error.h"
-#include "server/session/session_state.h"
 #include "vantage/v1/fleet.pb.h"
 #include "vantage/v1/plan.pb.h"
 #include "vantage/v1/session.pb.h"
@@ -27,8 +27,8 @@ const v1::ScannerModel& ModelOf(const v1::Scanner& scanner, const v1::Session& s
 FleetScanner ReadFleetScanner(const v1::Scanner& scanner, const v1::Session& session,
                               const Eigen::Vector3d& origin);
 
-// Those that hold, in the model frame, oldest first.
-Claims ReadClaims(const SessionState& state, const Eigen::Vector3d& origin);
+// Claims that are held (SessionState::HeldClaims), in the model frame, in the same order.
+Claims ReadClaims(std::span<const v1::Claim* const> held, const Eigen::Vector3d& origin);
 
 // Who goes where, into a result that has the plan's views. `scanners` and `claims`: names, of the
 // request's scanners (none: for nobody by name) and pledged views.

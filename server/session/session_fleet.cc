@@ -128,7 +128,7 @@ absl::StatusOr<Session::ClaimAttempt> Session::MeasureClaim(const PlanInputs& in
   ClaimAttempt attempt;
   std::vector<PledgedView> pledged;
   journal_.Read([&](const SessionState& state) {
-    const Claims claims = ReadClaims(state, origin_);
+    const Claims claims = ReadClaims(state.HeldClaims(), origin_);
     for (const ViewClaim& claim : claims.held()) {
       attempt.held.push_back(claim.id);
       pledged.push_back(
@@ -151,7 +151,7 @@ void Session::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs, Para
   if (inputs.model.view == nullptr) return;
   journal_.Read([&](const SessionState& state) {
     inputs.fleet.scanners = {ReadFleetScanner(scanner, state.session, origin_)};
-    const Claims claims = ReadClaims(state, origin_);
+    const Claims claims = ReadClaims(state.HeldClaims(), origin_);
     for (const ViewClaim& claim : claims.held()) {
       inputs.fleet.pledged.push_back(
           {claim.position,
@@ -257,7 +257,7 @@ absl::StatusOr<v1::Claim> Session::TakeClaim(const v1::ClaimViewRequest& request
           const absl::Time now = journal_.Now();
           *claim.mutable_create_time() = WriteTime(now);
           *claim.mutable_expire_time() = WriteTime(now + ttl);
-          Claims claims = ReadClaims(state, origin_);
+          Claims claims = ReadClaims(state.HeldClaims(), origin_);
           const ViewClaim wanted{claim.name(), scanner.name(), position, now, now + ttl};
           const ClaimRules rules;
           const absl::Status taken = claims.Take(wanted, attempt->covered.cover, now, rules);
@@ -315,7 +315,7 @@ absl::StatusOr<v1::Claim> Session::RenewClaim(const v1::RenewClaimRequest& reque
                            return ResourceNotFound(kClaimType, request.name());
                          if (!it->second.held()) return Ended(it->second);
                          const absl::Time now = journal_.Now();
-                         Claims claims = ReadClaims(state, origin_);
+                         Claims claims = ReadClaims(state.HeldClaims(), origin_);
                          const absl::Status renewed = claims.Renew(request.name(), now + ttl, now);
                          if (!renewed.ok()) {
                            ClaimRecord expired = it->second;
@@ -353,7 +353,7 @@ absl::Status Session::EndClaim(const std::string& name, ClaimEnd how, const std:
                  const auto it = state.claims.find(name);
                  if (it == state.claims.end()) return ResourceNotFound(kClaimType, name);
                  if (!it->second.held()) return Ended(it->second);
-                 Claims claims = ReadClaims(state, origin_);
+                 Claims claims = ReadClaims(state.HeldClaims(), origin_);
                  const absl::Status ended = claims.End(name, how, journal_.Now());
                  if (!ended.ok()) return ended;
                  Draft draft;
@@ -369,7 +369,7 @@ absl::Status Session::EndClaim(const std::string& name, ClaimEnd how, const std:
 void Session::ExpireClaims() {
   std::vector<std::string> due;
   const absl::Time now = journal_.Now();
-  journal_.Read([&](const SessionState& state) { due = ReadClaims(state, origin_).Due(now); });
+  journal_.Read([&](const SessionState& state) { due = ReadClaims(state.HeldClaims(), origin_).Due(now); });
   for (const std::string& name : due) {
     const absl::Status ended = EndClaim(name, ClaimEnd::kExpired, "", {});
     // Somebody else ended or renewed it: as good.
@@ -392,7 +392,7 @@ void Session::WatchExpiry(const v1::Claim& claim) {
 
 std::string Session::FulfilledClaim(const SessionState& state, const v1::Scan& scan) const {
   const absl::Time now = journal_.Now();
-  const Claims claims = ReadClaims(state, origin_);
+  const Claims claims = ReadClaims(state.HeldClaims(), origin_);
   const ViewClaim* claim = claims.FulfilledBy(
       scan.scanner(), ReadOwnPose(scan.pose(), origin_).translation(), ClaimRules());
   // From a claim past its time it is a scan like any other.
@@ -453,7 +453,7 @@ absl::Status Session::AddFleet(const v1::CreatePlanRequest& request, PlanInputs&
         models.insert(model.SerializeAsString());
       }
     }
-    const Claims claims = ReadClaims(state, origin_);
+    const Claims claims = ReadClaims(state.HeldClaims(), origin_);
     for (const ViewClaim& claim : claims.held()) {
       const bool own =
           std::count(inputs.scanners.begin(), inputs.scanners.end(), claim.scanner) > 0;

@@ -263,6 +263,13 @@ std::vector<const v1::ViewRejection*> SessionState::RejectionsAt(
   return refused;
 }
 
+std::vector<const v1::Claim*> SessionState::HeldClaims() const {
+  std::vector<const v1::Claim*> held;
+  held.reserve(held_claims.size());
+  for (const std::string& name : held_claims) held.push_back(&claims.at(name).claim);
+  return held;
+}
+
 int SessionState::PendingScans() const {
   return static_cast<int>(std::count_if(scans.begin(), scans.end(), [](const auto& entry) {
     const v1::ScanState state = entry.second.scan.state();

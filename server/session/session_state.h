@@ -71,6 +71,9 @@ struct SessionState {
   // The session as clients see it, with the newest of its rejections.
   v1::Session Describe(const google::protobuf::Timestamp& now) const;
 
+  // The claims that are held, oldest first.
+  std::vector<const v1::Claim*> HeldClaims() const;
+
   int PendingScans() const;
   bool AnyInModel() const;
 };
