@@ -1,0 +1,237 @@
+#include "tests/core/golden/describe.h"
+
+#include <array>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+
+namespace vantage {
+namespace {
+
+// Of a list, the first are written out; a hash says the rest.
+constexpr size_t kPatchesInClear = 2;
+constexpr size_t kViewsInClear = 1;
+
+int64_t Whole(size_t count) { return static_cast<int64_t>(count); }
+template <typename Enum>
+int64_t ValueOf(Enum value) {
+  return static_cast<int64_t>(value);
+}
+
+void Describe(const Patch& patch, GoldenText& out) {
+  out.Counts("patch: kind, cells", {ValueOf(patch.kind), Whole(patch.cells.size())});
+  out.Numbers("  centre", patch.centre);
+  out.Numbers("  normal", patch.normal);
+  out.Numbers("  long axis", patch.axis_u);
+  out.Numbers("  sides, area, mean density, deficit, importance",
+              {patch.length_u, patch.length_v, patch.area, patch.mean_density, patch.deficit,
+               patch.importance});
+  const std::vector<int64_t> cells(patch.cells.begin(), patch.cells.end());
+  GoldenText list;
+  list.Counts("cells", cells);
+  out.Lines("  cells", list);
+}
+
+void Describe(const std::vector<Patch>& patches, GoldenText& out) {
+  GoldenText all;
+  for (size_t i = 0; i < patches.size(); ++i) {
+    Describe(patches[i], all);
+    if (i < kPatchesInClear) Describe(patches[i], out);
+  }
+  out.Counts("patches", {Whole(patches.size())});
+  out.Lines("all patches", all);
+}
+
+void Describe(const std::string& label, const std::vector<RankedView>& views, GoldenText& out) {
+  GoldenText all;
+  out.Counts(label, {Whole(views.size())});
+  for (size_t i = 0; i < views.size(); ++i) {
+    Describe(views[i], all);
+    if (i < kViewsInClear) Describe(views[i], out);
+  }
+  out.Lines(absl::StrCat("all ", label), all);
+}
+
+void Describe(const PlanningView& model, GoldenText& out) {
+  out.Numbers("voxel size", {model.voxel_size()});
+  out.Counts("version", {static_cast<int64_t>(model.version())});
+  for (const Stand& station : model.stands()) {
+    out.Numbers("station", station.position);
+    out.Numbers("  floor height, clearance", {station.floor_height, station.clearance});
+    out.Counts("  floor found", {station.floor_found});
+  }
+  std::array<int64_t, kVoxelStates> voxels{};
+  GoldenText states;
+  GoldenText lost;
+  int64_t bricks = 0;
+  for (const BrickAt& at : model.bricks()) {
+    ++bricks;
+    std::string line;
+    for (const VoxelState state : at.contents->state) {
+      ++voxels[static_cast<size_t>(state)];
+      line += static_cast<char>('0' + static_cast<int>(state));
+    }
+    states.Word(absl::StrCat(at.brick.x(), " ", at.brick.y(), " ", at.brick.z()), line);
+    for (const VainLook& from : at.contents->vain) {
+      lost.Numbers(absl::StrCat(from.local), from.from.cast<double>());
+    }
+  }
+  out.Counts("bricks", {bricks});
+  out.Counts("voxels by state", voxels);
+  out.Lines("states", states);
+  GoldenText surface;
+  model.ForEachSurface([&](const VoxelIndex& at, VoxelState state, const SurfaceVoxel& voxel) {
+    surface.Counts("voxel", {at.x(), at.y(), at.z(), ValueOf(state), voxel.samples, voxel.missed,
+                             voxel.spread, voxel.ambiguous, voxel.given_up});
+    surface.Numbers("centroid", voxel.centroid.cast<double>());
+    surface.Numbers("normal", voxel.normal.cast<double>());
+    surface.Numbers("area, density", {voxel.area, voxel.density});
+  });
+  out.Counts("surface voxels", {Whole(model.SurfaceCount())});
+  out.Lines("surface", surface);
+  out.Lines("rays that did not come back", lost);
+}
+
+}  // namespace
+
+void Describe(const Eigen::Isometry3d& pose, GoldenText& out) {
+  for (int row = 0; row < 3; ++row) {
+    out.Numbers("pose", {pose.matrix()(row, 0), pose.matrix()(row, 1), pose.matrix()(row, 2),
+                         pose.matrix()(row, 3)});
+  }
+}
+
+void Describe(const RegistrationVerdict& verdict, GoldenText& out) {
+  out.Counts("verdict", {ValueOf(verdict.outcome)});
+  out.Numbers("  overlap", {verdict.overlap_share});
+  out.Numbers("  error bound, without the prior, rigorous",
+              {verdict.error_bound, verdict.judged_bound, verdict.rigorous_bound});
+  out.Numbers("  strength", {verdict.strength});
+  out.Numbers("  weakest", std::span<const double>(verdict.weakest.data(), 6));
+  out.Text("weakest", verdict.weakest_words);
+  out.Text("decided by", verdict.decided_by);
+  out.Text("reason", verdict.reason);
+  out.Text("remedy", verdict.remedy);
+}
+
+void Describe(const RegistrationResult& result, GoldenText& out) {
+  Describe(result.T_world_scan, out);
+  out.Counts("converged, iterations, correspondences",
+             {result.converged, result.iterations, Whole(result.correspondences)});
+  out.Numbers("residual, expected, contradicting",
+              {result.rms_residual, result.expected_residual, result.contradiction_share});
+  for (int row = 0; row < 6; ++row) {
+    const Vector6d values = result.covariance.row(row);
+    out.Numbers("covariance", std::span<const double>(values.data(), 6));
+  }
+  out.Numbers("centroid", result.centroid);
+  Describe(result.verdict, out);
+}
+
+void Describe(const MergeReport& report, GoldenText& out) {
+  out.Counts("version, samples", {static_cast<int64_t>(report.version), Whole(report.samples)});
+  out.Counts("voxels: empty, surface", {Whole(report.empty_voxels), Whole(report.surface_voxels)});
+  out.Counts(
+      "bricks: computed anew, changed; pages",
+      {Whole(report.recomputed_bricks), Whole(report.changed_bricks), Whole(report.copied_pages)});
+}
+
+void Describe(const PartialModel& model, Parallel& parallel, GoldenText& out) {
+  for (const std::string& scan : model.scans()) out.Word("scan", scan);
+  out.Bits("digest", model.Digest());
+  out.Counts("algorithms", {model.algorithm_version()});
+  out.Bytes("saved", model.Save(parallel));
+  Describe(*model.Publish(), out);
+}
+
+void Describe(const RankedView& view, GoldenText& out) {
+  out.Numbers("view", view.position);
+  out.Numbers("  score, lower, upper", {view.score, view.lower, view.upper});
+  out.Counts("  exact", {view.exact});
+  out.Numbers("  by kind", view.gain_by_kind);
+  out.Numbers("  height, clearance", {view.height_over_floor, view.clearance});
+  if (view.travel.has_value()) out.Numbers("  travel", {*view.travel});
+  for (const PatchGain& gain : view.patches) {
+    out.Numbers(absl::StrCat("  gains on patch ", gain.patch), {gain.gain});
+  }
+  for (const WallOffset& wall : view.where.walls) {
+    out.Numbers("  wall", wall.wall_point);
+    out.Numbers("    normal", wall.wall_normal);
+    out.Numbers("    distance", {wall.distance});
+  }
+  out.Numbers("  from the last station: distance, bearing",
+              {view.where.last_stand_distance, view.where.last_stand_bearing});
+  out.Text("where", view.where.words);
+  out.Numbers("  good from", view.region.box.min());
+  out.Numbers("  good to", view.region.box.max());
+  out.Numbers("  good volume", {view.region.volume});
+  out.Counts("  good cells", {view.region.cells});
+  Describe(view.verdict, out);
+}
+
+void Describe(const Coverage& coverage, GoldenText& out) {
+  out.Numbers("coverage: area by kind", coverage.area);
+  out.Numbers("coverage: at density, given up, share",
+              {coverage.area_at_density, coverage.area_given_up, coverage.estimated_coverage});
+}
+
+void Describe(const Plan& plan, GoldenText& out) {
+  out.Counts("outcome", {ValueOf(plan.outcome)});
+  out.Text("message", plan.message);
+  out.Counts("model version, seed",
+             {static_cast<int64_t>(plan.model_version), static_cast<int64_t>(plan.seed)});
+  out.Counts("complete, feasible, deficient, rays",
+             {plan.complete, Whole(plan.feasible_cells), Whole(plan.needy_cells),
+              static_cast<int64_t>(plan.rays)});
+  out.Numbers("deficient area, optimality gap, confidence, density",
+              {plan.needy_area, plan.optimality_gap, plan.confidence, plan.required_density});
+  const Termination& end = plan.termination;
+  out.Counts("termination: suggested, unseeable known", {end.suggested, end.unseeable_known});
+  out.Numbers("termination: best upper, largest patch, unseeable",
+              {end.best_upper, end.largest_patch_area, end.unseeable_area});
+  out.Text("termination", end.reason);
+  Describe(plan.coverage, out);
+  Describe("view", plan.views, out);
+  Describe("refused", plan.refused, out);
+  Describe(plan.patches, out);
+  GoldenText map;
+  for (const ScoredCell& cell : plan.score_map) {
+    map.Numbers("cell", cell.centre.cast<double>());
+    map.Numbers("score, lower, upper", {cell.score, cell.lower, cell.upper});
+  }
+  out.Lines("score map", map);
+}
+
+void Describe(const ViewEvaluation& evaluation, GoldenText& out) {
+  out.Counts("feasible", {evaluation.feasible});
+  out.Text("why not", evaluation.why_not);
+  Describe(evaluation.view, out);
+  Describe(evaluation.patches, out);
+}
+
+void Describe(const JointPlan& joint, GoldenText& out) {
+  out.Numbers("joint score", {joint.score});
+  if (joint.guarantee.has_value()) out.Numbers("guarantee", {*joint.guarantee});
+  out.Text("guarantee", joint.guarantee_reason);
+  for (const Assignment& assignment : joint.assignments) {
+    out.Counts(
+        "assigned: scanner, view",
+        {Whole(assignment.scanner), assignment.view.has_value() ? Whole(*assignment.view) : -1});
+    out.Text("reason", assignment.reason);
+    const std::vector<int64_t> others(assignment.waits_for.begin(), assignment.waits_for.end());
+    out.Counts("  waits for", others);
+    const std::vector<int64_t> claims(assignment.waits_for_pledged.begin(),
+                                      assignment.waits_for_pledged.end());
+    out.Counts("  waits for claims", claims);
+  }
+  for (const Journey& journey : joint.journeys) {
+    out.Numbers("journey: length, minutes, gain a minute",
+                {journey.length.value_or(-1), journey.minutes.value_or(-1),
+                 journey.per_minute.value_or(-1)});
+    out.Text("unreachable", journey.unreachable);
+  }
+  Describe(joint.plan, out);
+}
+
+}  // namespace vantage
