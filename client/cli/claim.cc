@@ -8,8 +8,9 @@
 #include "client/cli/report.h"
 #include "client/cli/table.h"
 #include "client/library/geometry.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 void SetMinutes(const std::optional<double>& minutes, google::protobuf::Duration& ttl) {
@@ -27,10 +28,10 @@ struct ClaimTakeArguments {
 absl::StatusOr<ExitCode> RunClaimTake(Environment& environment,
                                       const ClaimTakeArguments& arguments) {
   v1::ClaimViewRequest request;
-  request.set_parent(SessionName(arguments.session));
-  request.set_scanner(ScannerName(arguments.session, arguments.scanner));
-  *request.mutable_position() =
-      ToProto(Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));
+  request.set_parent(client::SessionName(arguments.session));
+  request.set_scanner(client::ScannerName(arguments.session, arguments.scanner));
+  *request.mutable_position() = client::ToProto(
+      Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));
   if (!arguments.plan.empty()) {
     request.set_plan(absl::StrCat(request.parent(), "/plans/", arguments.plan));
   }
@@ -38,7 +39,7 @@ absl::StatusOr<ExitCode> RunClaimTake(Environment& environment,
   const auto taken = environment.client().Call(request);
   if (!taken.ok()) return taken.status();
   const v1::Claim& claim = taken->claim();
-  std::printf("%s: %s is %s's until %s\n", IdOf(claim.name()).c_str(),
+  std::printf("%s: %s is %s's until %s\n", client::IdOf(claim.name()).c_str(),
               Text(claim.position()).c_str(), arguments.scanner.c_str(),
               Time(claim.expire_time()).c_str());
   return ExitCode::kOk;
@@ -52,11 +53,11 @@ struct ClaimNameArguments {
 absl::StatusOr<ExitCode> RunClaimRenew(Environment& environment,
                                        const ClaimNameArguments& arguments) {
   v1::RenewClaimRequest request;
-  request.set_name(ClaimName(arguments.claim));
+  request.set_name(client::ClaimName(arguments.claim));
   if (arguments.minutes) SetMinutes(arguments.minutes, *request.mutable_ttl());
   const auto renewed = environment.client().Call(request);
   if (!renewed.ok()) return renewed.status();
-  std::printf("%s holds until %s\n", IdOf(renewed->claim().name()).c_str(),
+  std::printf("%s holds until %s\n", client::IdOf(renewed->claim().name()).c_str(),
               Time(renewed->claim().expire_time()).c_str());
   return ExitCode::kOk;
 }
@@ -64,10 +65,10 @@ absl::StatusOr<ExitCode> RunClaimRenew(Environment& environment,
 absl::StatusOr<ExitCode> RunClaimRelease(Environment& environment,
                                          const ClaimNameArguments& arguments) {
   v1::ReleaseClaimRequest request;
-  request.set_name(ClaimName(arguments.claim));
+  request.set_name(client::ClaimName(arguments.claim));
   const auto released = environment.client().Call(request);
   if (!released.ok()) return released.status();
-  std::printf("%s is free again\n", IdOf(request.name()).c_str());
+  std::printf("%s is free again\n", client::IdOf(request.name()).c_str());
   return ExitCode::kOk;
 }
 
@@ -79,7 +80,7 @@ struct ClaimListArguments {
 absl::StatusOr<ExitCode> RunClaimList(Environment& environment,
                                       const ClaimListArguments& arguments) {
   v1::ListClaimsRequest request;
-  request.set_parent(SessionName(arguments.session));
+  request.set_parent(client::SessionName(arguments.session));
   v1::ListClaimsResponse all;
   do {
     const auto page = environment.client().Call(request);
@@ -97,8 +98,8 @@ absl::StatusOr<ExitCode> RunClaimList(Environment& environment,
   }
   Table table({"claim", "scanner", "position, m", "plan", "until"});
   for (const v1::Claim& claim : all.claims()) {
-    table.Add({IdOf(claim.name()), IdOf(claim.scanner()), Text(claim.position()),
-               IdOf(claim.plan()), Time(claim.expire_time())});
+    table.Add({client::IdOf(claim.name()), client::IdOf(claim.scanner()), Text(claim.position()),
+               client::IdOf(claim.plan()), Time(claim.expire_time())});
   }
   std::fputs(table.ToString().c_str(), stdout);
   return ExitCode::kOk;
@@ -154,4 +155,4 @@ void AddClaimList(CLI::App& parent, Environment& environment) {
       RunClaimList);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -4,7 +4,7 @@
 
 #include "client/library/error.h"
 
-namespace vantage {
+namespace vantage::cli {
 
 ExitCode ExitCodeOf(const absl::Status& status) {
   switch (status.code()) {
@@ -47,7 +47,7 @@ ExitCode ExitCodeOf(const v1::Plan& plan) {
 }
 
 void PrintError(const absl::Status& status) {
-  const Explanation e = Explain(status);
+  const client::Explanation e = client::Explain(status);
   std::fprintf(stderr, "vantage: %s\n", e.cause.c_str());
   for (const std::string& violation : e.violations) {
     std::fprintf(stderr, "  %s\n", violation.c_str());
@@ -56,4 +56,4 @@ void PrintError(const absl::Status& status) {
   if (!e.reason.empty()) std::fprintf(stderr, "  reason: %s\n", e.reason.c_str());
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -12,7 +12,7 @@
 #include "client/library/client.h"
 #include "vantage/v1/plan.pb.h"
 
-namespace vantage {
+namespace vantage::cli {
 
 // Documented in the top-level help; scripts rely on them.
 enum class ExitCode : int {
@@ -35,18 +35,18 @@ ExitCode ExitCodeOf(const v1::Plan& plan);
 void PrintError(const absl::Status& status);
 
 struct Environment {
-  ClientOptions connection;
+  client::ClientOptions connection;
   // Set by the command that was given, run after parsing.
   std::function<absl::StatusOr<ExitCode>()> action;
 
   // Connects on first use.
-  Client& client() {
-    if (client_ == nullptr) client_ = std::make_unique<Client>(connection);
+  client::Client& client() {
+    if (client_ == nullptr) client_ = std::make_unique<client::Client>(connection);
     return *client_;
   }
 
  private:
-  std::unique_ptr<Client> client_;
+  std::unique_ptr<client::Client> client_;
 };
 
 // Adds a subcommand whose arguments live in a fresh `Arguments`, with an example in its help.
@@ -95,6 +95,6 @@ void AddSimulate(CLI::App& parent, Environment& environment);
 void AddStudy(CLI::App& parent, Environment& environment);
 void AddHealth(CLI::App& parent, Environment& environment);
 
-}  // namespace vantage
+}  // namespace vantage::cli
 
 #endif  // VANTAGE_CLIENT_CLI_COMMAND_H_

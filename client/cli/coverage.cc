@@ -3,8 +3,9 @@
 #include "client/cli/command.h"
 #include "client/cli/json.h"
 #include "client/cli/report.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct CoverageArguments {
@@ -14,7 +15,7 @@ struct CoverageArguments {
 
 absl::StatusOr<ExitCode> RunCoverage(Environment& environment, const CoverageArguments& arguments) {
   v1::GetCoverageRequest request;
-  request.set_name(SessionName(arguments.session));
+  request.set_name(client::SessionName(arguments.session));
   const auto got = environment.client().Call(request);
   if (!got.ok()) return got.status();
   if (arguments.json) {
@@ -22,11 +23,11 @@ absl::StatusOr<ExitCode> RunCoverage(Environment& environment, const CoverageArg
     return ExitCode::kOk;
   }
   std::fputs(CoverageReport(got->coverage()).c_str(), stdout);
-  if (got->has_best_remaining_gain()) {
-    std::printf("best remaining gain at most %.2f m\u00b2, says %s\n", got->best_remaining_gain(),
-                IdOf(got->plan()).c_str());
+  if (got->has_best_remaining_model_gain_m2()) {
+    std::printf("best remaining model gain at most %.2f m\u00b2, says %s\n",
+                got->best_remaining_model_gain_m2(), client::IdOf(got->plan()).c_str());
   } else {
-    std::puts("best remaining gain not known: 'vantage plan' finds it");
+    std::puts("best remaining model gain not known: 'vantage plan' finds it");
   }
   return ExitCode::kOk;
 }
@@ -44,4 +45,4 @@ void AddCoverage(CLI::App& parent, Environment& environment) {
       RunCoverage);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -4,9 +4,11 @@
 #include "client/cli/command.h"
 #include "client/cli/json.h"
 #include "client/cli/report.h"
+#include "client/library/duration.h"
 #include "client/library/geometry.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct EvaluateArguments {
@@ -18,20 +20,21 @@ struct EvaluateArguments {
 
 absl::StatusOr<ExitCode> RunEvaluate(Environment& environment, const EvaluateArguments& arguments) {
   v1::EvaluateViewRequest request;
-  request.set_parent(SessionName(arguments.session));
-  *request.mutable_position() =
-      ToProto(Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));
+  request.set_parent(client::SessionName(arguments.session));
+  *request.mutable_position() = client::ToProto(
+      Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));
   request.set_scanner_model_id(arguments.scanner);
   const auto evaluated = environment.client().Call(request);
   if (!evaluated.ok()) return evaluated.status();
   if (arguments.json) {
     std::fputs(ToJson(*evaluated).c_str(), stdout);
   } else {
-    std::printf(
-        "%s  %s\n%s  model     version %llu, %.3f s\n", Text(request.position()).c_str(),
-        evaluated->feasible() ? "feasible" : ("not feasible: " + evaluated->why_not()).c_str(),
-        ViewReport(evaluated->view()).c_str(),
-        static_cast<unsigned long long>(evaluated->model_version()), evaluated->seconds());
+    std::printf("%s  %s\n%s  model      version %llu, %.3f s\n", Text(request.position()).c_str(),
+                evaluated->feasible() ? "feasible"
+                                      : ("not feasible: " + evaluated->infeasible_reason()).c_str(),
+                ViewReport(evaluated->view()).c_str(),
+                static_cast<unsigned long long>(evaluated->model_version()),
+                client::SecondsOf(evaluated->duration()));
   }
   return evaluated->feasible() ? ExitCode::kOk : ExitCode::kUnwelcome;
 }
@@ -54,4 +57,4 @@ void AddEvaluate(CLI::App& parent, Environment& environment) {
       RunEvaluate);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

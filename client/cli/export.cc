@@ -6,8 +6,9 @@
 #include "client/cli/file.h"
 #include "client/cli/report.h"
 #include "client/cli/terminal.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 const std::map<std::string, v1::ExportFormat>& Formats() {
@@ -30,9 +31,9 @@ struct ExportArguments {
 
 absl::StatusOr<ExitCode> RunExport(Environment& environment, const ExportArguments& arguments) {
   v1::ExportModelRequest request;
-  request.set_name(SessionName(arguments.session));
+  request.set_name(client::SessionName(arguments.session));
   request.set_format(Formats().at(arguments.format));
-  for (const std::string& scan : arguments.scans) request.add_scans(ScanName(scan));
+  for (const std::string& scan : arguments.scans) request.add_scans(client::ScanName(scan));
   AtomicFile file(arguments.output);
   ProgressLine line;
   double written = 0;
@@ -70,4 +71,4 @@ void AddExport(CLI::App& parent, Environment& environment) {
       RunExport);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

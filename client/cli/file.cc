@@ -8,7 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 absl::Status Failure(const char* verb, const std::string& path) {
@@ -70,4 +70,4 @@ absl::Status AtomicFile::Commit() {
   return absl::OkStatus();
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

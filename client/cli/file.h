@@ -8,7 +8,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 
-namespace vantage {
+namespace vantage::cli {
 
 // NOT_FOUND, PERMISSION_DENIED, ... as the file system says; names the path.
 absl::StatusOr<std::string> ReadFile(const std::string& path);
@@ -32,6 +32,6 @@ class AtomicFile {
   int descriptor_ = -1;
 };
 
-}  // namespace vantage
+}  // namespace vantage::cli
 
 #endif  // VANTAGE_CLIENT_CLI_FILE_H_

@@ -2,7 +2,7 @@
 
 #include "client/cli/command.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct HealthArguments {
@@ -13,13 +13,13 @@ absl::StatusOr<ExitCode> RunHealth(Environment& environment, const HealthArgumen
   const auto health = environment.client().CheckHealth(arguments.service);
   if (!health.ok()) return health.status();
   switch (*health) {
-    case Health::kServing:
+    case client::Health::kServing:
       std::puts("serving");
       return ExitCode::kOk;
-    case Health::kNotServing:
+    case client::Health::kNotServing:
       std::puts("not serving: starting or draining");
       return ExitCode::kUnwelcome;
-    case Health::kUnknownService:
+    case client::Health::kUnknownService:
       std::printf("there is no service '%s'\n", arguments.service.c_str());
       return ExitCode::kNotFound;
   }
@@ -38,4 +38,4 @@ void AddHealth(CLI::App& parent, Environment& environment) {
       RunHealth);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -10,7 +10,7 @@
 #include "absl/strings/str_join.h"
 #include "absl/strings/str_split.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 using google::protobuf::FieldDescriptor;
@@ -81,4 +81,4 @@ absl::Status SetField(Message& message, const std::string& path, const std::stri
   return absl::OkStatus();
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

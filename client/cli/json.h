@@ -8,7 +8,7 @@
 
 #include "absl/status/status.h"
 
-namespace vantage {
+namespace vantage::cli {
 
 // With a final line end; `lines` puts every field on its own line.
 std::string ToJson(const google::protobuf::Message& message, bool lines = true);
@@ -17,11 +17,12 @@ std::string ToJson(const google::protobuf::Message& message, bool lines = true);
 absl::Status FromJson(const std::string& text, const std::string& what,
                       google::protobuf::Message& message);
 
-// Sets the field at a path such as 'planning_config.required_density' from text as a person types
-// it ('2500', 'true', '{x: 1 y: 2 z: 3}'). INVALID_ARGUMENT names the path and what it should be.
+// Sets the field at a path such as 'planning_config.required_density_per_m2' from text as a person
+// types it ('2500', 'true', '{x: 1 y: 2 z: 3}'). INVALID_ARGUMENT names the path and what it should
+// be.
 absl::Status SetField(google::protobuf::Message& message, const std::string& path,
                       const std::string& value);
 
-}  // namespace vantage
+}  // namespace vantage::cli
 
 #endif  // VANTAGE_CLIENT_CLI_JSON_H_

@@ -33,7 +33,7 @@ int main(int argc, char** argv) {
   app.footer(kFooter);
   app.get_formatter()->column_width(34);
 
-  vantage::Environment environment;
+  vantage::cli::Environment environment;
   app.add_option("--server", environment.connection.server, "Address of the server, HOST:PORT")
       ->envname("VANTAGE_SERVER")
       ->capture_default_str();
@@ -58,53 +58,53 @@ int main(int argc, char** argv) {
 
   CLI::App& session = *app.add_subcommand("session", "Jobs: create, list, show, update, delete");
   session.require_subcommand(1)->fallthrough();
-  vantage::AddSessionCreate(session, environment);
-  vantage::AddSessionList(session, environment);
-  vantage::AddSessionShow(session, environment);
-  vantage::AddSessionUpdate(session, environment);
-  vantage::AddSessionDelete(session, environment);
+  vantage::cli::AddSessionCreate(session, environment);
+  vantage::cli::AddSessionList(session, environment);
+  vantage::cli::AddSessionShow(session, environment);
+  vantage::cli::AddSessionUpdate(session, environment);
+  vantage::cli::AddSessionDelete(session, environment);
 
   CLI::App& scan =
       *app.add_subcommand("scan", "Scans: push, list, show, accept, withdraw, set-pose");
   scan.require_subcommand(1)->fallthrough();
-  vantage::AddScanPush(scan, environment);
-  vantage::AddScanList(scan, environment);
-  vantage::AddScanShow(scan, environment);
-  vantage::AddScanAccept(scan, environment);
-  vantage::AddScanWithdraw(scan, environment);
-  vantage::AddScanSetPose(scan, environment);
+  vantage::cli::AddScanPush(scan, environment);
+  vantage::cli::AddScanList(scan, environment);
+  vantage::cli::AddScanShow(scan, environment);
+  vantage::cli::AddScanAccept(scan, environment);
+  vantage::cli::AddScanWithdraw(scan, environment);
+  vantage::cli::AddScanSetPose(scan, environment);
 
   CLI::App& scanner = *app.add_subcommand("scanner", "The fleet's scanners: add, list");
   scanner.require_subcommand(1)->fallthrough();
-  vantage::AddScannerAdd(scanner, environment);
-  vantage::AddScannerList(scanner, environment);
+  vantage::cli::AddScannerAdd(scanner, environment);
+  vantage::cli::AddScannerList(scanner, environment);
 
   CLI::App& claim =
       *app.add_subcommand("claim", "Views that are reserved: take, renew, release, list");
   claim.require_subcommand(1)->fallthrough();
-  vantage::AddClaimTake(claim, environment);
-  vantage::AddClaimRenew(claim, environment);
-  vantage::AddClaimRelease(claim, environment);
-  vantage::AddClaimList(claim, environment);
+  vantage::cli::AddClaimTake(claim, environment);
+  vantage::cli::AddClaimRenew(claim, environment);
+  vantage::cli::AddClaimRelease(claim, environment);
+  vantage::cli::AddClaimList(claim, environment);
 
-  vantage::AddPlan(app, environment);
-  vantage::AddEvaluate(app, environment);
-  vantage::AddReject(app, environment);
-  vantage::AddCoverage(app, environment);
-  vantage::AddWatch(app, environment);
-  vantage::AddExport(app, environment);
-  vantage::AddSimulate(app, environment);
-  vantage::AddStudy(app, environment);
-  vantage::AddHealth(app, environment);
+  vantage::cli::AddPlan(app, environment);
+  vantage::cli::AddEvaluate(app, environment);
+  vantage::cli::AddReject(app, environment);
+  vantage::cli::AddCoverage(app, environment);
+  vantage::cli::AddWatch(app, environment);
+  vantage::cli::AddExport(app, environment);
+  vantage::cli::AddSimulate(app, environment);
+  vantage::cli::AddStudy(app, environment);
+  vantage::cli::AddHealth(app, environment);
 
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     const int code = app.exit(error);
-    return code == 0 ? 0 : static_cast<int>(vantage::ExitCode::kUsage);
+    return code == 0 ? 0 : static_cast<int>(vantage::cli::ExitCode::kUsage);
   }
-  const absl::StatusOr<vantage::ExitCode> done = environment.action();
+  const absl::StatusOr<vantage::cli::ExitCode> done = environment.action();
   if (done.ok()) return static_cast<int>(*done);
-  vantage::PrintError(done.status());
-  return static_cast<int>(vantage::ExitCodeOf(done.status()));
+  vantage::cli::PrintError(done.status());
+  return static_cast<int>(vantage::cli::ExitCodeOf(done.status()));
 }

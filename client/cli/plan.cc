@@ -7,8 +7,10 @@
 #include "client/cli/json.h"
 #include "client/cli/report.h"
 #include "client/cli/terminal.h"
+#include "client/library/duration.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct PlanArguments {
@@ -26,20 +28,16 @@ struct PlanArguments {
 
 absl::StatusOr<v1::CreatePlanRequest> RequestFrom(const PlanArguments& arguments) {
   v1::CreatePlanRequest request;
-  request.set_parent(SessionName(arguments.session));
+  request.set_parent(client::SessionName(arguments.session));
   v1::Plan& plan = *request.mutable_plan();
-  if (arguments.budget) {
-    plan.mutable_time_budget()->set_seconds(static_cast<int64_t>(*arguments.budget));
-    plan.mutable_time_budget()->set_nanos(static_cast<int32_t>(
-        (*arguments.budget - static_cast<double>(static_cast<int64_t>(*arguments.budget))) * 1e9));
-  }
-  if (arguments.work) plan.set_work_limit(*arguments.work);
+  if (arguments.budget) *plan.mutable_time_budget() = client::DurationOf(*arguments.budget);
+  if (arguments.work) plan.set_work_limit_rays(*arguments.work);
   if (arguments.seed) plan.set_seed(*arguments.seed);
   plan.set_scanner_model_id(arguments.scanner);
   for (const std::string& id : arguments.scanners) {
-    request.add_scanners(ScannerName(arguments.session, id));
+    plan.add_scanners(client::ScannerName(arguments.session, id));
   }
-  if (arguments.rank == "per-minute") plan.set_ranking(v1::RANKING_GAIN_PER_MINUTE);
+  if (arguments.rank == "per-minute") plan.set_ranking(v1::RANKING_SCORE_PER_MINUTE);
   for (const std::string& assignment : arguments.set) {
     const size_t equals = assignment.find('=');
     if (equals == std::string::npos) {
@@ -57,7 +55,7 @@ absl::StatusOr<v1::CreatePlanRequest> RequestFrom(const PlanArguments& arguments
 absl::StatusOr<ExitCode> RunPlan(Environment& environment, const PlanArguments& arguments) {
   const auto request = RequestFrom(arguments);
   if (!request.ok()) return request.status();
-  Client& client = environment.client();
+  client::Client& client = environment.client();
   const auto created = client.Call(*request);
   if (!created.ok()) return created.status();
 
@@ -69,10 +67,11 @@ absl::StatusOr<ExitCode> RunPlan(Environment& environment, const PlanArguments& 
       return;
     }
     const v1::RankedView& best = r.views_size() > 0 ? r.views(0) : r.refused(0);
-    line.Show(absl::StrFormat("%s %s: gain %.2f m\u00b2 (%.2f..%.2f), gap %.1f %%, %.0f M rays",
-                              Word(plan.state()), Text(best.position()), best.area(),
-                              best.area_lower(), best.area_upper(), r.optimality_gap() * 100,
-                              static_cast<double>(r.rays()) / 1e6));
+    line.Show(
+        absl::StrFormat("%s %s: model gain %.2f m\u00b2 (%.2f..%.2f), gap %.1f %%, %.0f M rays",
+                        Word(plan.state()), Text(best.position()), best.model_gain_m2(),
+                        best.model_gain_lower_m2(), best.model_gain_upper_m2(),
+                        r.optimality_gap() * 100, static_cast<double>(r.ray_count()) / 1e6));
   });
   line.Clear();
   if (!watched.ok()) return watched.status();
@@ -95,7 +94,7 @@ void AddPlan(CLI::App& parent, Environment& environment) {
       "  vantage plan flat --budget 0.2 --json\n"
       "  vantage plan flat --work 20000000 --seed 7      (repeatable to the byte)\n"
       "  vantage plan flat --scanners red,blue,green --rank per-minute\n"
-      "  vantage plan flat --set candidates=3 --set weights.hole_boundary=0",
+      "  vantage plan flat --set max_view_count=3 --set weights.hole_boundary=0",
       [](CLI::App& command, PlanArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         auto* budget = command.add_option("--budget", a.budget, "Time the plan may take, s [1]");
@@ -109,8 +108,8 @@ void AddPlan(CLI::App& parent, Environment& environment) {
                         "ID,ID,...: a view for each of these of the fleet, none twice")
             ->delimiter(',')
             ->excludes(model);
-        command.add_option("--rank", a.rank, "By gain, or by gain per-minute [gain]")
-            ->check(CLI::IsMember({"gain", "per-minute"}));
+        command.add_option("--rank", a.rank, "By score, or by score per-minute [score]")
+            ->check(CLI::IsMember({"score", "per-minute"}));
         command
             .add_option("--set", a.set,
                         "PATH=VALUE, repeatable: planning configuration for this plan only")
@@ -121,4 +120,4 @@ void AddPlan(CLI::App& parent, Environment& environment) {
       RunPlan);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -9,11 +9,11 @@
 #include "client/cli/file.h"
 #include "client/library/error.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 Eigen::Isometry3d FromNumbers(const std::vector<double>& n) {
-  const auto angle = [&](size_t i) { return n.size() > i ? Radians(n[i]) : 0.0; };
+  const auto angle = [&](size_t i) { return n.size() > i ? sensor::Radians(n[i]) : 0.0; };
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
   pose.linear() = (Eigen::AngleAxisd(angle(3), Eigen::Vector3d::UnitZ()) *
                    Eigen::AngleAxisd(angle(4), Eigen::Vector3d::UnitY()) *
@@ -58,9 +58,10 @@ absl::StatusOr<std::vector<std::pair<std::string, Eigen::Isometry3d>>> ParsePose
         absl::StrSplit(line, absl::ByAnyChar(" \t\r,"), absl::SkipEmpty());
     if (words.empty()) continue;
     const auto bad = [&](const std::string& why) {
-      return WithFix(absl::InvalidArgumentError(absl::StrCat(what, ":", number, ": ", why)),
-                     "a line is a name and 16 numbers, the 4x4 matrix from scanner to world, row "
-                     "by row, in m");
+      return client::WithFix(
+          absl::InvalidArgumentError(absl::StrCat(what, ":", number, ": ", why)),
+          "a line is a name and 16 numbers, the 4x4 matrix from scanner to world, row "
+          "by row, in m");
     };
     if (words.size() != 17) return bad(absl::StrCat(words.size(), " words instead of 17"));
     Eigen::Matrix4d m;
@@ -82,9 +83,9 @@ absl::StatusOr<std::vector<std::pair<std::string, Eigen::Isometry3d>>> ParsePose
   return poses;
 }
 
-absl::StatusOr<std::optional<PosePrior>> PriorFrom(const PoseFlags& flags,
-                                                   const std::string& scan_name) {
-  std::optional<PosePrior> prior;
+absl::StatusOr<std::optional<sensor::PosePrior>> PriorFrom(const PoseFlags& flags,
+                                                           const std::string& scan_name) {
+  std::optional<sensor::PosePrior> prior;
   if (!flags.prior.empty()) {
     prior.emplace();
     prior->T_world_scan = FromNumbers(flags.prior);
@@ -101,25 +102,26 @@ absl::StatusOr<std::optional<PosePrior>> PriorFrom(const PoseFlags& flags,
       prior->T_world_scan = pose;
     }
     if (!prior) {
-      return WithFix(absl::InvalidArgumentError(
-                         absl::StrCat(flags.prior_file, " has no pose for '", scan_name, "'")),
-                     absl::StrCat("it has ", absl::StrJoin(names, ", "),
-                                  "; --name chooses which one is meant"));
+      return client::WithFix(absl::InvalidArgumentError(absl::StrCat(
+                                 flags.prior_file, " has no pose for '", scan_name, "'")),
+                             absl::StrCat("it has ", absl::StrJoin(names, ", "),
+                                          "; --name chooses which one is meant"));
     }
   }
   if (!prior) {
     if (flags.levelled || !flags.sigma.empty() || flags.trusted) {
-      return WithFix(absl::InvalidArgumentError(
-                         "--levelled, --sigma and --trusted say how good a pose is, but no pose "
-                         "was given"),
-                     "give one with --prior or --prior-file");
+      return client::WithFix(
+          absl::InvalidArgumentError(
+              "--levelled, --sigma and --trusted say how good a pose is, but no pose "
+              "was given"),
+          "give one with --prior or --prior-file");
     }
     return prior;
   }
-  if (flags.levelled) prior->levelled_sigma = Radians(*flags.levelled);
+  if (flags.levelled) prior->levelled_sigma = sensor::Radians(*flags.levelled);
   if (flags.sigma.size() == 2) {
-    Matrix6d covariance = Matrix6d::Zero();
-    const double rotation = Radians(flags.sigma[1]);
+    sensor::Matrix6d covariance = sensor::Matrix6d::Zero();
+    const double rotation = sensor::Radians(flags.sigma[1]);
     covariance.diagonal().head<3>().setConstant(rotation * rotation);
     covariance.diagonal().tail<3>().setConstant(flags.sigma[0] * flags.sigma[0]);
     prior->covariance = covariance;
@@ -128,4 +130,4 @@ absl::StatusOr<std::optional<PosePrior>> PriorFrom(const PoseFlags& flags,
   return prior;
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

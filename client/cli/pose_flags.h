@@ -10,7 +10,7 @@
 #include "absl/status/statusor.h"
 #include "core/sensor/scan.h"
 
-namespace vantage {
+namespace vantage::cli {
 
 struct PoseFlags {
   std::vector<double> prior;       // x, y, z (m), yaw [, pitch, roll] (degrees)
@@ -24,14 +24,14 @@ void AddPoseFlags(CLI::App& command, PoseFlags& flags);
 
 // The prior that the flags give for a scan of this name (a file's name without folder and ending);
 // nothing when they give none. INVALID_ARGUMENT names the flag, or the file's line.
-absl::StatusOr<std::optional<PosePrior>> PriorFrom(const PoseFlags& flags,
-                                                   const std::string& scan_name);
+absl::StatusOr<std::optional<sensor::PosePrior>> PriorFrom(const PoseFlags& flags,
+                                                           const std::string& scan_name);
 
 // Poses by name from lines of a name and a 4x4 row-major matrix (scanner to world); '#' begins a
 // comment.
 absl::StatusOr<std::vector<std::pair<std::string, Eigen::Isometry3d>>> ParsePoses(
     const std::string& text, const std::string& what);
 
-}  // namespace vantage
+}  // namespace vantage::cli
 
 #endif  // VANTAGE_CLIENT_CLI_POSE_FLAGS_H_

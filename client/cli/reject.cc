@@ -5,8 +5,9 @@
 #include "client/cli/command.h"
 #include "client/cli/report.h"
 #include "client/library/geometry.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct RejectArguments {
@@ -19,10 +20,10 @@ struct RejectArguments {
 
 absl::StatusOr<ExitCode> RunReject(Environment& environment, const RejectArguments& arguments) {
   v1::RejectViewRequest request;
-  request.set_parent(SessionName(arguments.session));
-  *request.mutable_position() =
-      ToProto(Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));
-  if (arguments.radius) request.set_radius(*arguments.radius);
+  request.set_parent(client::SessionName(arguments.session));
+  *request.mutable_position() = client::ToProto(
+      Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));
+  if (arguments.radius) request.set_radius_m(*arguments.radius);
   request.set_reason(arguments.reason);
   if (arguments.minutes) {
     request.mutable_ttl()->set_seconds(static_cast<int64_t>(*arguments.minutes * 60));
@@ -31,7 +32,7 @@ absl::StatusOr<ExitCode> RunReject(Environment& environment, const RejectArgumen
   if (!rejected.ok()) return rejected.status();
   const v1::ViewRejection& rejection = rejected->rejection();
   std::printf("plans avoid %s and %s around it%s%s\n", Text(rejection.position()).c_str(),
-              Length(rejection.radius()).c_str(), rejection.has_expire_time() ? " until " : "",
+              Length(rejection.radius_m()).c_str(), rejection.has_expire_time() ? " until " : "",
               rejection.has_expire_time() ? Time(rejection.expire_time()).c_str() : "");
   return ExitCode::kOk;
 }
@@ -56,4 +57,4 @@ void AddReject(CLI::App& parent, Environment& environment) {
       RunReject);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -11,9 +11,11 @@
 #include "absl/strings/str_replace.h"
 #include "absl/strings/strip.h"
 #include "client/cli/table.h"
+#include "client/library/duration.h"
 #include "client/library/geometry.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 std::string Lower(const std::string& name, absl::string_view prefix) {
@@ -28,13 +30,14 @@ void AddViews(const google::protobuf::RepeatedPtrField<v1::RankedView>& views, b
               Table& table) {
   for (int i = 0; i < views.size(); ++i) {
     const v1::RankedView& view = views[i];
-    table.Add({refused ? "-" : absl::StrCat(i + 1), Text(view.position()),
-               absl::StrFormat("%.2f", view.height_over_floor()), SquareMetres(view.area()),
-               absl::StrFormat("%.2f..%.2f", view.area_lower(), view.area_upper()),
-               view.has_travel() ? absl::StrFormat("%.1f", view.travel()) : "",
-               Word(view.verdict().outcome()), Percent(view.verdict().overlap_share()),
-               Length(view.verdict().error_bound()),
-               refused ? view.verdict().remedy() : view.where().words()});
+    table.Add(
+        {refused ? "-" : absl::StrCat(i + 1), Text(view.position()),
+         absl::StrFormat("%.2f", view.height_over_floor_m()), SquareMetres(view.model_gain_m2()),
+         absl::StrFormat("%.2f..%.2f", view.model_gain_lower_m2(), view.model_gain_upper_m2()),
+         view.has_travel_distance_m() ? absl::StrFormat("%.1f", view.travel_distance_m()) : "",
+         Word(view.verdict().outcome()), Percent(view.verdict().overlap_share()),
+         Length(view.verdict().error_bound_m()),
+         refused ? view.verdict().remedy() : view.location().description()});
   }
 }
 
@@ -48,8 +51,15 @@ std::string Word(v1::PlanState state) { return Lower(v1::PlanState_Name(state), 
 std::string Word(v1::PlanOutcome outcome) {
   return Lower(v1::PlanOutcome_Name(outcome), "PLAN_OUTCOME_");
 }
+std::string Word(v1::PlanStage stage) { return Lower(v1::PlanStage_Name(stage), "PLAN_STAGE_"); }
 std::string Word(v1::RegistrationOutcome outcome) {
   return Lower(v1::RegistrationOutcome_Name(outcome), "REGISTRATION_OUTCOME_");
+}
+std::string Word(v1::RegistrationBasis basis) {
+  return Lower(v1::RegistrationBasis_Name(basis), "REGISTRATION_BASIS_");
+}
+std::string Word(v1::ClaimEndReason reason) {
+  return Lower(v1::ClaimEndReason_Name(reason), "CLAIM_END_REASON_");
 }
 
 std::string Text(const v1::Vector3& v) {
@@ -57,7 +67,7 @@ std::string Text(const v1::Vector3& v) {
 }
 
 std::string Text(const v1::Pose& pose) {
-  const Eigen::Matrix3d r = FromProto(pose).linear();
+  const Eigen::Matrix3d r = client::FromProto(pose).linear();
   const double yaw = std::atan2(r(1, 0), r(0, 0)) * 180 / 3.14159265358979;
   return absl::StrFormat("(%.3f, %.3f, %.3f), heading %.2f\u00b0", pose.translation().x(),
                          pose.translation().y(), pose.translation().z(), yaw);
@@ -77,7 +87,9 @@ std::string Bytes(double bytes) {
 
 std::string Percent(double share) { return absl::StrFormat("%.0f %%", share * 100); }
 
-std::string Seconds(double seconds) { return absl::StrFormat("%.2f s", seconds); }
+std::string Seconds(const google::protobuf::Duration& duration) {
+  return absl::StrFormat("%.2f s", client::SecondsOf(duration));
+}
 
 std::string Time(const google::protobuf::Timestamp& time) {
   std::string text = google::protobuf::util::TimeUtil::ToString(time);
@@ -88,11 +100,11 @@ std::string Time(const google::protobuf::Timestamp& time) {
 std::string VerdictFigures(const v1::RegistrationVerdict& verdict) {
   std::string line = absl::StrFormat("%s: overlap %s, error bound %s, strength %.2f",
                                      Word(verdict.outcome()), Percent(verdict.overlap_share()),
-                                     Length(verdict.error_bound()), verdict.strength());
-  if (!verdict.weakest_words().empty())
-    absl::StrAppend(&line, ", weakest ", verdict.weakest_words());
-  if (!verdict.decided_by().empty()) {
-    absl::StrAppend(&line, ", decided by ", verdict.decided_by());
+                                     Length(verdict.error_bound_m()), verdict.strength());
+  if (!verdict.weakest_description().empty())
+    absl::StrAppend(&line, ", weakest ", verdict.weakest_description());
+  if (verdict.basis() != v1::REGISTRATION_BASIS_UNSPECIFIED) {
+    absl::StrAppend(&line, ", decided by ", Word(verdict.basis()));
   }
   return line;
 }
@@ -108,54 +120,55 @@ std::string SessionReport(const v1::Session& session) {
   const v1::ScanCounts& n = session.scan_counts();
   const v1::PlanningConfig& p = session.planning_config();
   std::string out = absl::StrFormat(
-      "%s%s\n", IdOf(session.name()),
+      "%s%s\n", client::IdOf(session.name()),
       session.display_name().empty() ? "" : absl::StrCat("  ", session.display_name()));
   absl::StrAppendFormat(&out, "  created   %s, last event %d\n", Time(session.create_time()),
                         session.last_sequence());
   absl::StrAppendFormat(&out,
                         "  scans     %d merged, %d pending, %d doubtful, %d failed, %d withdrawn; "
                         "model version %d\n",
-                        n.merged(), n.pending(), n.doubtful(), n.failed(), n.withdrawn(),
-                        session.model_version());
+                        n.merged_count(), n.pending_count(), n.doubtful_count(), n.failed_count(),
+                        n.withdrawn_count(), session.model_version());
   absl::StrAppendFormat(&out, "  model     voxel %s, origin %s\n",
-                        Length(session.model_config().voxel_size()), Text(session.origin()));
+                        Length(session.model_config().voxel_size_m()), Text(session.origin()));
   absl::StrAppendFormat(
       &out,
       "  planning  density %.0f /m\u00b2, viewcell %s, heights %.2f to %.2f m, stop below %.2f "
       "m\u00b2\n",
-      p.required_density(), Length(p.viewcell_size()), p.min_height(), p.max_height(),
-      p.terminate_below());
+      p.required_density_per_m2(), Length(p.viewcell_size_m()), p.min_height_m(), p.max_height_m(),
+      p.terminate_below_m2());
   absl::StrAppendFormat(&out, "  register  to %s at 95 %%, overlap at least %s\n",
-                        Length(p.registration().required_accuracy()),
-                        Percent(p.registration().minimum_overlap()));
+                        Length(p.registration().required_accuracy_m()),
+                        Percent(p.registration().min_overlap()));
   for (const v1::ScannerModel& s : session.scanner_models()) {
-    absl::StrAppendFormat(&out,
-                          "  scanner   %s: %.3f\u00b0 x %.3f\u00b0, elevation %.0f\u00b0 to "
-                          "%.0f\u00b0, range %.1f to %.0f m, noise %s\n",
-                          s.id(), Degrees(s.azimuth_step()), Degrees(s.elevation_step()),
-                          Degrees(s.elevation_min()), Degrees(s.elevation_max()), s.range_min(),
-                          s.range_max(), Length(s.range_noise()));
+    absl::StrAppendFormat(
+        &out,
+        "  scanner   %s: %.3f\u00b0 x %.3f\u00b0, elevation %.0f\u00b0 to "
+        "%.0f\u00b0, range %.1f to %.0f m, noise %s\n",
+        s.id(), sensor::Degrees(s.azimuth_step_rad()), sensor::Degrees(s.elevation_step_rad()),
+        sensor::Degrees(s.min_elevation_rad()), sensor::Degrees(s.max_elevation_rad()),
+        s.min_range_m(), s.max_range_m(), Length(s.range_noise_m()));
   }
   for (const v1::ViewRejection& r : session.rejections()) {
     absl::StrAppendFormat(&out, "  rejected  %s within %s%s\n", Text(r.position()),
-                          Length(r.radius()), r.reason().empty() ? "" : ": " + r.reason());
+                          Length(r.radius_m()), r.reason().empty() ? "" : ": " + r.reason());
   }
   return out;
 }
 
 std::string ScanReport(const v1::Scan& scan) {
-  std::string out =
-      absl::StrFormat("%s  %s  %s\n", IdOf(scan.name()), scan.display_name(), Word(scan.state()));
+  std::string out = absl::StrFormat("%s  %s  %s\n", client::IdOf(scan.name()), scan.display_name(),
+                                    Word(scan.state()));
   if (!scan.state_message().empty()) absl::StrAppend(&out, "  ", scan.state_message(), "\n");
-  absl::StrAppendFormat(&out, "  samples   %d in %d columns x %d rows, %s\n", scan.samples(),
-                        scan.columns(), scan.rows(), Bytes(scan.encoded_size()));
+  absl::StrAppendFormat(&out, "  samples   %d in %d columns x %d rows, %s\n", scan.sample_count(),
+                        scan.column_count(), scan.row_count(), Bytes(scan.encoded_size_bytes()));
   if (scan.has_pose()) {
     absl::StrAppendFormat(&out, "  pose      %s, from %s\n", Text(scan.pose()),
                           Word(scan.pose_source()));
   }
   if (scan.has_levelling()) {
     absl::StrAppendFormat(&out, "  levelled  %.2f\u00b0 taken out, by %s\n",
-                          Degrees(scan.levelling().tilt()),
+                          sensor::Degrees(scan.levelling().tilt_rad()),
                           scan.levelling().from_inclinometer() ? "the inclinometer"
                           : scan.levelling().found_floor()     ? "the floor"
                                                                : "nothing: no floor was found");
@@ -166,15 +179,15 @@ std::string ScanReport(const v1::Scan& scan) {
     absl::StrAppendFormat(&out,
                           "            %d pairs, residual %s (noise explains %s), contradictions "
                           "%.1f %%, %d iterations, %s\n",
-                          r.correspondences(), Length(r.rms_residual()),
-                          Length(r.expected_residual()), r.contradiction_share() * 100,
-                          r.iterations(), Seconds(r.seconds()));
+                          r.correspondence_count(), Length(r.rms_residual_m()),
+                          Length(r.expected_residual_m()), r.contradiction_share() * 100,
+                          r.iteration_count(), Seconds(r.duration()));
     if (!scan.has_pose()) absl::StrAppend(&out, "            at ", Text(r.pose()), "\n");
   }
   if (scan.has_merge()) {
     absl::StrAppendFormat(&out, "  merged    model version %d; carve %s, merge %s\n",
-                          scan.merge().model_version(), Seconds(scan.merge().carve_seconds()),
-                          Seconds(scan.merge().merge_seconds()));
+                          scan.merge().model_version(), Seconds(scan.merge().carve_duration()),
+                          Seconds(scan.merge().merge_duration()));
   }
   return out;
 }
@@ -182,78 +195,82 @@ std::string ScanReport(const v1::Scan& scan) {
 std::string StagesLine(const v1::PlanResult& result) {
   std::vector<std::string> parts;
   double total = 0;
-  for (const v1::StageSeconds& stage : result.stages()) {
-    parts.push_back(absl::StrFormat("%s %.2f", stage.stage(), stage.seconds()));
-    total += stage.seconds();
+  for (const v1::StageDuration& stage : result.stage_durations()) {
+    const double seconds = client::SecondsOf(stage.duration());
+    parts.push_back(absl::StrFormat("%s %.2f", Word(stage.stage()), seconds));
+    total += seconds;
   }
   return absl::StrCat(absl::StrJoin(parts, ", "), absl::StrFormat("; %.2f s in all", total));
 }
 
 std::string ViewReport(const v1::RankedView& view) {
-  std::string out =
-      absl::StrFormat("  gain      %.2f m\u00b2 at density, %.2f to %.2f%s\n", view.area(),
-                      view.area_lower(), view.area_upper(), view.exact() ? " (exact)" : "");
-  const v1::BySurfaceKind& g = view.gain_by_kind();
-  const double scale = view.score() > 0 ? view.area() / view.score() : 0;
+  std::string out = absl::StrFormat("  model gain %.2f m\u00b2 at density, %.2f to %.2f%s\n",
+                                    view.model_gain_m2(), view.model_gain_lower_m2(),
+                                    view.model_gain_upper_m2(), view.exact() ? " (exact)" : "");
+  const v1::BySurfaceKind& score = view.score_by_kind();
+  absl::StrAppendFormat(&out, "  score      %.0f samples", view.score());
   if (view.score() > 0 &&
-      g.true_surface() + g.occlusion() + g.hole_boundary() + g.image_boundary() == 0) {
-    absl::StrAppend(&out, "  of which  not told apart: the budget ended before\n");
+      score.true_surface() + score.occlusion() + score.hole_boundary() + score.image_boundary() ==
+          0) {
+    absl::StrAppend(&out, ", causes not told apart: the budget ended before\n");
   } else {
-    absl::StrAppendFormat(&out,
-                          "  of which  %.2f under-sampled, %.2f hidden, %.2f without return, %.2f "
-                          "outside the field of view\n",
-                          g.true_surface() * scale, g.occlusion() * scale,
-                          g.hole_boundary() * scale, g.image_boundary() * scale);
+    absl::StrAppendFormat(
+        &out,
+        ": %.0f under-sampled, %.0f hidden, %.0f without return, %.0f outside the field of "
+        "view\n",
+        score.true_surface(), score.occlusion(), score.hole_boundary(), score.image_boundary());
   }
-  absl::StrAppendFormat(
-      &out, "  stand     %.2f m over the floor, clearance %s%s\n", view.height_over_floor(),
-      Length(view.clearance()),
-      view.has_travel() ? absl::StrFormat(", %.1f m to walk", view.travel()) : "");
-  if (!view.where().words().empty())
-    absl::StrAppend(&out, "  where     ", view.where().words(), "\n");
-  absl::StrAppend(&out, "  verdict   ", VerdictLine(view.verdict()), "\n");
+  absl::StrAppendFormat(&out, "  station    %.2f m over the floor, clearance %s%s\n",
+                        view.height_over_floor_m(), Length(view.clearance_m()),
+                        view.has_travel_distance_m()
+                            ? absl::StrFormat(", %.1f m to walk", view.travel_distance_m())
+                            : "");
+  if (!view.location().description().empty())
+    absl::StrAppend(&out, "  where      ", view.location().description(), "\n");
+  absl::StrAppend(&out, "  verdict    ", VerdictLine(view.verdict()), "\n");
   return out;
 }
 
 std::string CoverageReport(const v1::Coverage& c) {
-  const v1::BySurfaceKind& a = c.area();
+  const v1::BySurfaceKind& a = c.area_by_kind_m2();
   return absl::StrFormat(
       "coverage %s (estimated): %.1f m\u00b2 at density of %.1f m\u00b2 measured; missing %.1f "
       "m\u00b2 hidden, %.1f m\u00b2 without return, %.1f m\u00b2 outside the field of view; %.1f "
       "m\u00b2 given up; density %.0f /m\u00b2\n",
-      absl::StrFormat("%.1f %%", c.estimated_coverage() * 100), c.area_at_density(),
-      a.true_surface(), a.occlusion(), a.hole_boundary(), a.image_boundary(), c.area_given_up(),
-      c.required_density());
+      absl::StrFormat("%.1f %%", c.estimated_coverage() * 100), c.area_at_density_m2(),
+      a.true_surface(), a.occlusion(), a.hole_boundary(), a.image_boundary(), c.area_given_up_m2(),
+      c.required_density_per_m2());
 }
 
 std::string JointReport(const v1::PlanResult& r) {
   std::string out;
   for (int i = 0; i < r.joint().assignments_size(); ++i) {
     const v1::Assignment& assignment = r.joint().assignments(i);
-    const std::string who =
-        assignment.scanner().empty() ? std::string("the scanner") : IdOf(assignment.scanner());
-    if (!assignment.has_view() || assignment.view() >= r.views_size()) {
+    const std::string who = assignment.scanner().empty() ? std::string("the scanner")
+                                                         : client::IdOf(assignment.scanner());
+    if (!assignment.has_view_index() || assignment.view_index() >= r.views_size()) {
       absl::StrAppend(&out, who, ": no view: ", assignment.reason(), "\n");
       continue;
     }
-    const v1::RankedView& view = r.views(assignment.view());
+    const v1::RankedView& view = r.views(assignment.view_index());
     absl::StrAppend(&out, who, " to ", Text(view.position()),
-                    absl::StrFormat(", %.2f m\u00b2", view.area()));
-    if (view.has_minutes()) {
-      absl::StrAppendFormat(&out, ", %.1f m walk, %.1f minutes", view.travel(), view.minutes());
-    } else if (!view.unreachable().empty()) {
-      absl::StrAppend(&out, ", ", view.unreachable());
+                    absl::StrFormat(", %.2f m\u00b2", view.model_gain_m2()));
+    if (view.has_total_duration()) {
+      absl::StrAppendFormat(&out, ", %.1f m walk, %.1f minutes", view.travel_distance_m(),
+                            client::SecondsOf(view.total_duration()) / 60);
+    } else if (!view.unreachable_reason().empty()) {
+      absl::StrAppend(&out, ", ", view.unreachable_reason());
     }
     for (const int before : assignment.waits_for()) {
-      absl::StrAppend(&out, "; waits for ", IdOf(r.joint().assignments(before).scanner()));
+      absl::StrAppend(&out, "; waits for ", client::IdOf(r.joint().assignments(before).scanner()));
     }
     for (const std::string& claim : assignment.waits_for_claims()) {
-      absl::StrAppend(&out, "; waits for ", IdOf(claim));
+      absl::StrAppend(&out, "; waits for ", client::IdOf(claim));
     }
     out += "\n";
   }
   if (r.joint().assignments_size() > 1) {
-    absl::StrAppendFormat(&out, "together %.2f m\u00b2; guarantee: %s\n", r.joint().area(),
+    absl::StrAppendFormat(&out, "together %.2f m\u00b2; guarantee: %s\n", r.joint().model_gain_m2(),
                           r.joint().guarantee_reason());
   }
   if (r.joint().claims_size() > 0) {
@@ -264,12 +281,12 @@ std::string JointReport(const v1::PlanResult& r) {
 
 std::string PlanReport(const v1::Plan& plan) {
   const v1::PlanResult& r = plan.result();
-  std::string out =
-      absl::StrFormat("%s  %s: %s\n", IdOf(plan.name()), Word(plan.state()), Word(r.outcome()));
+  std::string out = absl::StrFormat("%s  %s: %s\n", client::IdOf(plan.name()), Word(plan.state()),
+                                    Word(r.outcome()));
   if (!plan.state_message().empty()) absl::StrAppend(&out, plan.state_message(), "\n");
   if (!r.message().empty()) absl::StrAppend(&out, r.message(), "\n");
   if (r.views_size() + r.refused_size() > 0) {
-    Table table({">rank", "position, m", ">height", ">gain, m\u00b2", ">bounds", ">walk, m",
+    Table table({">rank", "position, m", ">height", ">model gain, m\u00b2", ">bounds", ">walk, m",
                  "verdict", ">overlap", ">error", "where, or remedy"});
     AddViews(r.views(), false, table);
     AddViews(r.refused(), true, table);
@@ -287,11 +304,11 @@ std::string PlanReport(const v1::Plan& plan) {
                         "model version %d, %d viewcells, %.1f m\u00b2 need work, gap %.1f %% at "
                         "confidence %.0f %%%s; "
                         "%d rays, seed %d\n",
-                        r.model_version(), r.feasible_cells(), r.needy_area(),
+                        r.model_version(), r.feasible_viewcell_count(), r.deficient_area_m2(),
                         r.optimality_gap() * 100, r.confidence() * 100,
-                        r.complete() ? ", complete" : "", r.rays(), r.seed());
+                        r.complete() ? ", complete" : "", r.ray_count(), r.seed());
   absl::StrAppend(&out, "seconds: ", StagesLine(r), "\n");
   return out;
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

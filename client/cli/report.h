@@ -6,14 +6,17 @@
 
 #include "client/library/client.h"
 
-namespace vantage {
+namespace vantage::cli {
 
 // 'merged' for SCAN_STATE_MERGED.
 std::string Word(v1::ScanState state);
 std::string Word(v1::PoseSource source);
 std::string Word(v1::PlanState state);
 std::string Word(v1::PlanOutcome outcome);
+std::string Word(v1::PlanStage stage);
 std::string Word(v1::RegistrationOutcome outcome);
+std::string Word(v1::RegistrationBasis basis);
+std::string Word(v1::ClaimEndReason reason);
 
 // '(1.20, -0.40, 1.55)', m.
 std::string Text(const v1::Vector3& v);
@@ -23,7 +26,7 @@ std::string Text(const v1::Pose& pose);
 std::string Length(double metres);
 std::string Bytes(double bytes);
 std::string Percent(double share);
-std::string Seconds(double seconds);
+std::string Seconds(const google::protobuf::Duration& duration);
 std::string Time(const google::protobuf::Timestamp& time);
 
 // 'registered: overlap 63 %, error bound 0.5 mm, strength 0.31'.
@@ -43,6 +46,6 @@ std::string CoverageReport(const v1::Coverage& coverage);
 // 'feasible views 0.02, ... : 0.31 s in all'.
 std::string StagesLine(const v1::PlanResult& result);
 
-}  // namespace vantage
+}  // namespace vantage::cli
 
 #endif  // VANTAGE_CLIENT_CLI_REPORT_H_

@@ -2,8 +2,9 @@
 
 #include "client/cli/command.h"
 #include "client/cli/report.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct ScanAcceptArguments {
@@ -13,7 +14,7 @@ struct ScanAcceptArguments {
 absl::StatusOr<ExitCode> RunScanAccept(Environment& environment,
                                        const ScanAcceptArguments& arguments) {
   v1::AcceptScanRequest request;
-  request.set_name(ScanName(arguments.scan));
+  request.set_name(client::ScanName(arguments.scan));
   const auto accepted = environment.client().Call(request);
   if (!accepted.ok()) return accepted.status();
   const auto scan = environment.client().WaitForScan(request.name(), [](const v1::Scan&) {});
@@ -34,4 +35,4 @@ void AddScanAccept(CLI::App& parent, Environment& environment) {
       RunScanAccept);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

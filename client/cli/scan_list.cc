@@ -5,8 +5,9 @@
 #include "client/cli/json.h"
 #include "client/cli/report.h"
 #include "client/cli/table.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct ScanListArguments {
@@ -16,7 +17,7 @@ struct ScanListArguments {
 
 absl::StatusOr<ExitCode> RunScanList(Environment& environment, const ScanListArguments& arguments) {
   v1::ListScansRequest request;
-  request.set_parent(SessionName(arguments.session));
+  request.set_parent(client::SessionName(arguments.session));
   v1::ListScansResponse all;
   do {
     const auto page = environment.client().Call(request);
@@ -31,10 +32,11 @@ absl::StatusOr<ExitCode> RunScanList(Environment& environment, const ScanListArg
   Table table({"scan", "name", "state", ">samples", "pose", ">overlap", ">error", "note"});
   for (const v1::Scan& scan : all.scans()) {
     const v1::RegistrationVerdict& verdict = scan.registration().verdict();
-    table.Add({IdOf(scan.name()), scan.display_name(), Word(scan.state()),
-               absl::StrCat(scan.samples()), scan.has_pose() ? Text(scan.pose()) : "",
+    table.Add({client::IdOf(scan.name()), scan.display_name(), Word(scan.state()),
+               absl::StrCat(scan.sample_count()), scan.has_pose() ? Text(scan.pose()) : "",
                scan.has_registration() ? Percent(verdict.overlap_share()) : "",
-               scan.has_registration() ? Length(verdict.error_bound()) : "", scan.state_message()});
+               scan.has_registration() ? Length(verdict.error_bound_m()) : "",
+               scan.state_message()});
   }
   if (all.scans().empty()) {
     std::puts("no scans; 'vantage scan push' sends one");
@@ -57,4 +59,4 @@ void AddScanList(CLI::App& parent, Environment& environment) {
       RunScanList);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

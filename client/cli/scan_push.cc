@@ -13,9 +13,11 @@
 #include "client/cli/terminal.h"
 #include "client/library/error.h"
 #include "client/library/geometry.h"
+#include "client/library/resource_names.h"
 #include "core/sensor/import.h"
+#include "core/sensor/imported_scan.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct ScanPushArguments {
@@ -33,25 +35,25 @@ struct ScanPushArguments {
 };
 
 absl::StatusOr<v1::Upload> Describe(const ScanPushArguments& arguments, const std::string& name,
-                                    const ImportedScan& scan) {
+                                    const sensor::ImportedScan& scan) {
   v1::Upload upload;
   upload.set_display_name(name);
   if (!arguments.by.empty()) {
-    upload.set_scanner(ScannerName(arguments.session, arguments.by));
+    upload.set_scanner(client::ScannerName(arguments.session, arguments.by));
   }
   if (arguments.scanner.empty()) {
-    *upload.mutable_scanner_model() = ToProto(scan.scanner, "from-file");
+    *upload.mutable_scanner_model() = client::ToProto(scan.scanner, "from-file");
   } else {
     upload.set_scanner_model_id(arguments.scanner);
   }
   const auto prior = PriorFrom(arguments.pose, name);
   if (!prior.ok()) return prior.status();
   if (*prior) {
-    *upload.mutable_prior() = ToProto(**prior);
+    *upload.mutable_prior() = client::ToProto(**prior);
   } else if (scan.T_world_scan && !arguments.ignore_file_pose) {
-    PosePrior from_file;
+    sensor::PosePrior from_file;
     from_file.T_world_scan = *scan.T_world_scan;
-    *upload.mutable_prior() = ToProto(from_file);
+    *upload.mutable_prior() = client::ToProto(from_file);
   }
   if (!arguments.targets.empty()) {
     const auto targets = ReadTargets(arguments.targets, name);
@@ -59,7 +61,7 @@ absl::StatusOr<v1::Upload> Describe(const ScanPushArguments& arguments, const st
     for (const v1::TargetSighting& target : *targets) {
       v1::TargetSighting& added = *upload.add_targets();
       added = target;
-      if (arguments.target_sigma) added.set_sigma(*arguments.target_sigma);
+      if (arguments.target_sigma) added.set_sigma_m(*arguments.target_sigma);
     }
   }
   return upload;
@@ -67,7 +69,7 @@ absl::StatusOr<v1::Upload> Describe(const ScanPushArguments& arguments, const st
 
 absl::StatusOr<v1::Scan> PushOne(Environment& environment, const ScanPushArguments& arguments,
                                  const std::string& file) {
-  const auto scan = ReadScanFile(file, ImportLimits());
+  const auto scan = sensor::ReadScanFile(file, sensor::ImportLimits());
   if (!scan.ok()) return scan.status();
   const std::string name =
       arguments.name.empty() ? std::filesystem::path(file).stem().string() : arguments.name;
@@ -75,9 +77,10 @@ absl::StatusOr<v1::Scan> PushOne(Environment& environment, const ScanPushArgumen
   if (!upload.ok()) return upload.status();
 
   ProgressLine line;
-  Client& client = environment.client();
+  client::Client& client = environment.client();
   const auto pushed = client.Upload(
-      SessionName(arguments.session), *upload, scan->image, [&](const UploadProgress& p) {
+      client::SessionName(arguments.session), *upload, scan->image,
+      [&](const client::UploadProgress& p) {
         const double share = static_cast<double>(p.acknowledged_bytes) / p.total_bytes;
         line.Show(
             absl::StrFormat("%s %s %s of %s%s", name, Bar(share, 30), Bytes(p.acknowledged_bytes),
@@ -98,8 +101,8 @@ absl::StatusOr<v1::Scan> PushOne(Environment& environment, const ScanPushArgumen
 
 absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArguments& arguments) {
   if (arguments.files.size() > 1 && (!arguments.name.empty() || !arguments.pose.prior.empty())) {
-    return WithFix(absl::InvalidArgumentError("--name and --prior belong to one scan"),
-                   "push one file at a time, or give the poses by name with --prior-file");
+    return client::WithFix(absl::InvalidArgumentError("--name and --prior belong to one scan"),
+                           "push one file at a time, or give the poses by name with --prior-file");
   }
   ExitCode code = ExitCode::kOk;
   for (const std::string& file : arguments.files) {
@@ -111,7 +114,8 @@ absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArg
       continue;
     }
     code = ExitCode::kUnwelcome;
-    const std::string id = absl::StrCat(IdOf(SessionOf(scan->name())), "/", IdOf(scan->name()));
+    const std::string id = absl::StrCat(client::IdOf(client::SessionOf(scan->name())), "/",
+                                        client::IdOf(scan->name()));
     std::fprintf(
         stderr,
         "vantage: %s is kept but not in the model\n"
@@ -161,4 +165,4 @@ void AddScanPush(CLI::App& parent, Environment& environment) {
       RunScanPush);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -5,8 +5,9 @@
 #include "client/cli/report.h"
 #include "client/library/error.h"
 #include "client/library/geometry.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct ScanSetPoseArguments {
@@ -21,12 +22,12 @@ absl::StatusOr<ExitCode> RunScanSetPose(Environment& environment,
   const auto prior = PriorFrom(arguments.pose, arguments.name);
   if (!prior.ok()) return prior.status();
   if (!*prior) {
-    return WithFix(absl::InvalidArgumentError("no pose was given"),
-                   "give one with --prior x,y,z,heading or --prior-file FILE --name NAME");
+    return client::WithFix(absl::InvalidArgumentError("no pose was given"),
+                           "give one with --prior x,y,z,heading or --prior-file FILE --name NAME");
   }
   v1::SetScanPoseRequest request;
-  request.set_name(ScanName(arguments.scan));
-  *request.mutable_prior() = ToProto(**prior);
+  request.set_name(client::ScanName(arguments.scan));
+  *request.mutable_prior() = client::ToProto(**prior);
   request.set_use(arguments.as_is ? v1::POSE_USE_AS_IS : v1::POSE_USE_ALIGN);
   const auto set = environment.client().Call(request);
   if (!set.ok()) return set.status();
@@ -52,4 +53,4 @@ void AddScanSetPose(CLI::App& parent, Environment& environment) {
       RunScanSetPose);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

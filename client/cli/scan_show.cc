@@ -3,8 +3,9 @@
 #include "client/cli/command.h"
 #include "client/cli/json.h"
 #include "client/cli/report.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct ScanShowArguments {
@@ -14,7 +15,7 @@ struct ScanShowArguments {
 
 absl::StatusOr<ExitCode> RunScanShow(Environment& environment, const ScanShowArguments& arguments) {
   v1::GetScanRequest request;
-  request.set_name(ScanName(arguments.scan));
+  request.set_name(client::ScanName(arguments.scan));
   const auto got = environment.client().Call(request);
   if (!got.ok()) return got.status();
   std::fputs(arguments.json ? ToJson(got->scan()).c_str() : ScanReport(got->scan()).c_str(),
@@ -35,4 +36,4 @@ void AddScanShow(CLI::App& parent, Environment& environment) {
       RunScanShow);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -2,8 +2,9 @@
 
 #include "client/cli/command.h"
 #include "client/cli/report.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct ScanWithdrawArguments {
@@ -13,13 +14,13 @@ struct ScanWithdrawArguments {
 absl::StatusOr<ExitCode> RunScanWithdraw(Environment& environment,
                                          const ScanWithdrawArguments& arguments) {
   v1::WithdrawScanRequest request;
-  request.set_name(ScanName(arguments.scan));
+  request.set_name(client::ScanName(arguments.scan));
   const auto withdrawn = environment.client().Call(request);
   if (!withdrawn.ok()) return withdrawn.status();
   std::fputs(ScanReport(withdrawn->scan()).c_str(), stdout);
   for (const std::string& name : withdrawn->dependent_scans()) {
     std::printf("  %s had been aligned with its help; 'vantage scan set-pose' aligns it again\n",
-                IdOf(name).c_str());
+                client::IdOf(name).c_str());
   }
   return ExitCode::kOk;
 }
@@ -36,4 +37,4 @@ void AddScanWithdraw(CLI::App& parent, Environment& environment) {
       RunScanWithdraw);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

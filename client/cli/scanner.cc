@@ -8,9 +8,11 @@
 #include "client/cli/json.h"
 #include "client/cli/report.h"
 #include "client/cli/table.h"
+#include "client/library/duration.h"
 #include "client/library/geometry.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct ScannerAddArguments {
@@ -25,24 +27,27 @@ struct ScannerAddArguments {
 
 absl::StatusOr<ExitCode> RunScannerAdd(Environment& environment,
                                        const ScannerAddArguments& arguments) {
-  v1::AddScannerRequest request;
-  request.set_parent(SessionName(arguments.session));
+  v1::CreateScannerRequest request;
+  request.set_parent(client::SessionName(arguments.session));
   request.set_scanner_id(arguments.id);
   v1::Scanner& scanner = *request.mutable_scanner();
   scanner.set_scanner_model_id(arguments.model);
   scanner.set_operator_(arguments.operator_name);
-  if (arguments.speed) scanner.set_speed(*arguments.speed);
-  if (arguments.scan_seconds) scanner.set_scan_seconds(*arguments.scan_seconds);
+  if (arguments.speed) scanner.set_speed_m_per_s(*arguments.speed);
+  if (arguments.scan_seconds) {
+    *scanner.mutable_scan_duration() = client::DurationOf(*arguments.scan_seconds);
+  }
   for (const std::vector<double>& box : arguments.reach) {
     v1::Box& added = *scanner.add_reach();
-    *added.mutable_min() = ToProto(Eigen::Vector3d(box[0], box[1], box[2]));
-    *added.mutable_max() = ToProto(Eigen::Vector3d(box[3], box[4], box[5]));
+    *added.mutable_min() = client::ToProto(Eigen::Vector3d(box[0], box[1], box[2]));
+    *added.mutable_max() = client::ToProto(Eigen::Vector3d(box[3], box[4], box[5]));
   }
   const auto added = environment.client().Call(request);
   if (!added.ok()) return added.status();
   std::printf("%s joins, model %s, %.1f m/s, %.0f s a scan\n",
-              IdOf(added->scanner().name()).c_str(), added->scanner().scanner_model_id().c_str(),
-              added->scanner().speed(), added->scanner().scan_seconds());
+              client::IdOf(added->scanner().name()).c_str(),
+              added->scanner().scanner_model_id().c_str(), added->scanner().speed_m_per_s(),
+              client::SecondsOf(added->scanner().scan_duration()));
   return ExitCode::kOk;
 }
 
@@ -54,7 +59,7 @@ struct ScannerListArguments {
 absl::StatusOr<ExitCode> RunScannerList(Environment& environment,
                                         const ScannerListArguments& arguments) {
   v1::ListScannersRequest request;
-  request.set_parent(SessionName(arguments.session));
+  request.set_parent(client::SessionName(arguments.session));
   v1::ListScannersResponse all;
   do {
     const auto page = environment.client().Call(request);
@@ -73,9 +78,10 @@ absl::StatusOr<ExitCode> RunScannerList(Environment& environment,
   Table table({"scanner", "model", "operator", "stood at, m", ">m/s", ">s a scan", "reach"});
   for (const v1::Scanner& scanner : all.scanners()) {
     table.Add(
-        {IdOf(scanner.name()), scanner.scanner_model_id(), scanner.operator_(),
+        {client::IdOf(scanner.name()), scanner.scanner_model_id(), scanner.operator_(),
          scanner.has_last_pose() ? Text(scanner.last_pose().translation()) : "",
-         absl::StrFormat("%.1f", scanner.speed()), absl::StrFormat("%.0f", scanner.scan_seconds()),
+         absl::StrFormat("%.1f", scanner.speed_m_per_s()),
+         absl::StrFormat("%.0f", client::SecondsOf(scanner.scan_duration())),
          scanner.reach().empty() ? "everywhere" : absl::StrCat(scanner.reach_size(), " boxes")});
   }
   std::fputs(table.ToString().c_str(), stdout);
@@ -118,4 +124,4 @@ void AddScannerList(CLI::App& parent, Environment& environment) {
       RunScannerList);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -5,7 +5,7 @@
 #include "client/cli/report.h"
 #include "client/cli/session_settings.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct SessionCreateArguments {
@@ -36,7 +36,7 @@ void AddSessionCreate(CLI::App& parent, Environment& environment) {
       parent, environment, "create", "Open a job",
       "  vantage session create flat --name 'Flat, 3rd floor'\n"
       "  vantage session create --scanner-from scan1.ptx --density 100\n"
-      "  vantage session create hall --config hall.json --set planning_config.max_height=3",
+      "  vantage session create hall --config hall.json --set planning_config.max_height_m=3",
       [](CLI::App& command, SessionCreateArguments& a) {
         command.add_option("ID", a.id, "1 to 63 of [a-z0-9-]; chosen by the server when left out");
         AddSettings(command, a.settings);
@@ -45,4 +45,4 @@ void AddSessionCreate(CLI::App& parent, Environment& environment) {
       RunSessionCreate);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

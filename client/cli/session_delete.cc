@@ -1,8 +1,9 @@
 #include <cstdio>
 
 #include "client/cli/command.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct SessionDeleteArguments {
@@ -12,10 +13,10 @@ struct SessionDeleteArguments {
 absl::StatusOr<ExitCode> RunSessionDelete(Environment& environment,
                                           const SessionDeleteArguments& arguments) {
   v1::DeleteSessionRequest request;
-  request.set_name(SessionName(arguments.session));
+  request.set_name(client::SessionName(arguments.session));
   const auto deleted = environment.client().Call(request);
   if (!deleted.ok()) return deleted.status();
-  std::printf("%s is deleted, with its scans and plans\n", IdOf(request.name()).c_str());
+  std::printf("%s is deleted, with its scans and plans\n", client::IdOf(request.name()).c_str());
   return ExitCode::kOk;
 }
 
@@ -31,4 +32,4 @@ void AddSessionDelete(CLI::App& parent, Environment& environment) {
       RunSessionDelete);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

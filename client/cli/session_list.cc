@@ -5,8 +5,9 @@
 #include "client/cli/json.h"
 #include "client/cli/report.h"
 #include "client/cli/table.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct SessionListArguments {
@@ -30,9 +31,9 @@ absl::StatusOr<ExitCode> RunSessionList(Environment& environment,
   }
   for (const v1::Session& session : all.sessions()) {
     const v1::ScanCounts& n = session.scan_counts();
-    table.Add({IdOf(session.name()), session.display_name(), absl::StrCat(n.merged()),
-               absl::StrCat(n.pending() + n.doubtful()), absl::StrCat(session.model_version()),
-               Time(session.update_time())});
+    table.Add({client::IdOf(session.name()), session.display_name(), absl::StrCat(n.merged_count()),
+               absl::StrCat(n.pending_count() + n.doubtful_count()),
+               absl::StrCat(session.model_version()), Time(session.update_time())});
   }
   if (all.sessions().empty()) {
     std::puts("no sessions; 'vantage session create' opens one");
@@ -54,4 +55,4 @@ void AddSessionList(CLI::App& parent, Environment& environment) {
       RunSessionList);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

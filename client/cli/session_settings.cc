@@ -9,13 +9,14 @@
 #include "client/cli/json.h"
 #include "client/library/geometry.h"
 #include "core/sensor/import.h"
+#include "core/sensor/imported_scan.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 constexpr char kScannerPrefix[] = "scanner.";
 
-// 'scanner.range_max' is the first scanner model's.
+// 'scanner.max_range_m' is the first scanner model's.
 absl::Status SetOne(const std::string& path, const std::string& value, v1::Session& session,
                     std::set<std::string>& paths) {
   if (!absl::StartsWith(path, kScannerPrefix)) {
@@ -41,8 +42,8 @@ void AddSettings(CLI::App& command, SessionSettings& s) {
   command
       .add_option("--set", s.set,
                   "PATH=VALUE, repeatable: any field of the session, such as "
-                  "planning_config.max_height=2.5, or of its first scanner, such as "
-                  "scanner.range_max=30")
+                  "planning_config.max_height_m=2.5, or of its first scanner, such as "
+                  "scanner.max_range_m=30")
       ->allow_extra_args(false);
 }
 
@@ -61,10 +62,10 @@ absl::StatusOr<std::vector<std::string>> Apply(const SessionSettings& settings,
     session.MergeFrom(given);
   }
   if (!settings.scanner_from.empty()) {
-    const auto scan = ReadScanFile(settings.scanner_from, ImportLimits());
+    const auto scan = sensor::ReadScanFile(settings.scanner_from, sensor::ImportLimits());
     if (!scan.ok()) return scan.status();
     session.clear_scanner_models();
-    *session.add_scanner_models() = ToProto(scan->scanner, "from-file");
+    *session.add_scanner_models() = client::ToProto(scan->scanner, "from-file");
     paths.insert("scanner_models");
   }
   const auto set = [&](const char* path, const auto& value) {
@@ -72,9 +73,9 @@ absl::StatusOr<std::vector<std::string>> Apply(const SessionSettings& settings,
     return SetOne(path, absl::StrCat(*value), session, paths);
   };
   for (const absl::Status& status :
-       {set("display_name", settings.name), set("model_config.voxel_size", settings.voxel),
-        set("planning_config.required_density", settings.density),
-        set("planning_config.registration.required_accuracy", settings.accuracy)}) {
+       {set("display_name", settings.name), set("model_config.voxel_size_m", settings.voxel),
+        set("planning_config.required_density_per_m2", settings.density),
+        set("planning_config.registration.required_accuracy_m", settings.accuracy)}) {
     if (!status.ok()) return status;
   }
   for (const std::string& assignment : settings.set) {
@@ -92,4 +93,4 @@ absl::StatusOr<std::vector<std::string>> Apply(const SessionSettings& settings,
   return std::vector<std::string>(paths.begin(), paths.end());
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

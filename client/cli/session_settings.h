@@ -10,7 +10,7 @@
 #include "absl/status/statusor.h"
 #include "vantage/v1/session.pb.h"
 
-namespace vantage {
+namespace vantage::cli {
 
 struct SessionSettings {
   std::string config;               // file, JSON form of a Session
@@ -29,6 +29,6 @@ void AddSettings(CLI::App& command, SessionSettings& settings);
 absl::StatusOr<std::vector<std::string>> Apply(const SessionSettings& settings,
                                                v1::Session& session);
 
-}  // namespace vantage
+}  // namespace vantage::cli
 
 #endif  // VANTAGE_CLIENT_CLI_SESSION_SETTINGS_H_

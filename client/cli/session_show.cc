@@ -3,8 +3,9 @@
 #include "client/cli/command.h"
 #include "client/cli/json.h"
 #include "client/cli/report.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct SessionShowArguments {
@@ -15,7 +16,7 @@ struct SessionShowArguments {
 absl::StatusOr<ExitCode> RunSessionShow(Environment& environment,
                                         const SessionShowArguments& arguments) {
   v1::GetSessionRequest request;
-  request.set_name(SessionName(arguments.session));
+  request.set_name(client::SessionName(arguments.session));
   const auto got = environment.client().Call(request);
   if (!got.ok()) return got.status();
   std::fputs(
@@ -37,4 +38,4 @@ void AddSessionShow(CLI::App& parent, Environment& environment) {
       RunSessionShow);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

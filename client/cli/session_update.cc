@@ -4,8 +4,9 @@
 #include "client/cli/report.h"
 #include "client/cli/session_settings.h"
 #include "client/library/error.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct SessionUpdateArguments {
@@ -16,7 +17,7 @@ struct SessionUpdateArguments {
 absl::StatusOr<ExitCode> RunSessionUpdate(Environment& environment,
                                           const SessionUpdateArguments& arguments) {
   v1::GetSessionRequest get;
-  get.set_name(SessionName(arguments.session));
+  get.set_name(client::SessionName(arguments.session));
   auto current = environment.client().Call(get);
   if (!current.ok()) return current.status();
   v1::UpdateSessionRequest request;
@@ -24,8 +25,8 @@ absl::StatusOr<ExitCode> RunSessionUpdate(Environment& environment,
   const auto paths = Apply(arguments.settings, *request.mutable_session());
   if (!paths.ok()) return paths.status();
   if (paths->empty()) {
-    return WithFix(absl::InvalidArgumentError("nothing to change was given"),
-                   "name what to change with --set, --density, --config, ...");
+    return client::WithFix(absl::InvalidArgumentError("nothing to change was given"),
+                           "name what to change with --set, --density, --config, ...");
   }
   for (const std::string& path : *paths) request.mutable_update_mask()->add_paths(path);
   const auto updated = environment.client().Call(request);
@@ -49,4 +50,4 @@ void AddSessionUpdate(CLI::App& parent, Environment& environment) {
       RunSessionUpdate);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

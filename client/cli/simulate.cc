@@ -14,26 +14,28 @@
 #include "client/cli/simulate_fleet.h"
 #include "client/cli/table.h"
 #include "client/cli/terminal.h"
+#include "client/library/duration.h"
 #include "client/library/error.h"
+#include "client/library/resource_names.h"
 #include "client/picture/palette.h"
-#include "client/simulation/cycle_picture.h"
-#include "client/simulation/simulated_fleet.h"
-#include "client/simulation/simulated_job.h"
+#include "client/simulated_job/cycle_picture.h"
+#include "client/simulated_job/simulated_fleet.h"
+#include "client/simulated_job/simulated_job.h"
 #include "core/parallel/thread_pool.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 constexpr int kFleetScans = 200;  // of all scanners, at most
 
 constexpr double kOfficeArea = 250;  // m^2
 
-const std::map<std::string, SceneKind>& Scenes() {
-  static const auto* kScenes =
-      new std::map<std::string, SceneKind>{{"flat", SceneKind::kFlat},
-                                           {"two-rooms", SceneKind::kTwoRooms},
-                                           {"hall", SceneKind::kHall},
-                                           {"office", SceneKind::kOffice}};
+const std::map<std::string, simulated_job::SceneKind>& Scenes() {
+  static const auto* kScenes = new std::map<std::string, simulated_job::SceneKind>{
+      {"flat", simulated_job::SceneKind::kFlat},
+      {"two-rooms", simulated_job::SceneKind::kTwoRooms},
+      {"hall", simulated_job::SceneKind::kHall},
+      {"office", simulated_job::SceneKind::kOffice}};
   return *kScenes;
 }
 
@@ -43,12 +45,12 @@ struct SimulateArguments {
   std::string mesh;
   std::vector<double> start;
   uint64_t seed = 1;
-  JobOptions job;
+  simulated_job::JobOptions job;
   std::optional<int> scans;
   std::optional<int> scanners;
   bool independent = false;
-  double speed = FleetOptions().speed;
-  double scan_seconds = FleetOptions().scan_seconds;
+  double speed = simulated_job::FleetOptions().speed;
+  double scan_seconds = simulated_job::FleetOptions().scan_seconds;
   double step = 0.25;        // degrees
   double heading_error = 5;  // degrees
   double tilt = 0.5;         // degrees
@@ -63,16 +65,26 @@ struct ReportColumn {
   const char* name;
   size_t width;
 };
-constexpr ReportColumn kColumns[] = {{"scan", 4},     {"position, m", 20},
-                                     {"aligned", 10}, {"bound", 7},
-                                     {"off", 7},      {"covered", 7},
-                                     {"true", 6},     {"seen", 6},
-                                     {"gain", 6},     {"bounds", 13},
-                                     {"verdict", 10}, {"send", 5},
-                                     {"align", 5},    {"carve", 5},
-                                     {"merge", 5},    {"A", 5},
-                                     {"B", 5},        {"C", 5},
-                                     {"D", 5},        {"E", 5},
+constexpr ReportColumn kColumns[] = {{"scan", 4},
+                                     {"position, m", 20},
+                                     {"aligned", 10},
+                                     {"bound", 7},
+                                     {"off", 7},
+                                     {"covered", 7},
+                                     {"true", 6},
+                                     {"seen", 6},
+                                     {"model gain", 10},
+                                     {"bounds", 13},
+                                     {"verdict", 10},
+                                     {"send", 5},
+                                     {"align", 5},
+                                     {"carve", 5},
+                                     {"merge", 5},
+                                     {"A", 5},
+                                     {"B", 5},
+                                     {"C", 5},
+                                     {"D", 5},
+                                     {"E", 5},
                                      {"F", 5}};
 
 constexpr char kLegend[] =
@@ -80,7 +92,7 @@ constexpr char kLegend[] =
     "how far from the truth it is\n"
     "covered: at the required density, the planner's estimate; true: the same by the ground truth; "
     "seen: measured at all, by the ground truth\n"
-    "gain: m\u00b2 brought to density that the next position promises, with bounds; verdict: "
+    "model gain: m\u00b2 brought to density that the next position promises, with bounds; verdict: "
     "whether it will register\n"
     "seconds: send, align, carve, merge; A feasible views, B patches, C their ranks, D evaluate, E "
     "rank, F registration check\n";
@@ -103,7 +115,7 @@ std::string Header() {
   return Row(names);
 }
 
-std::string CycleRow(const Cycle& cycle) {
+std::string CycleRow(const simulated_job::Cycle& cycle) {
   const v1::PlanResult& plan = cycle.plan.result();
   const v1::Registration& registration = cycle.scan.registration();
   const bool first = cycle.number == 1;
@@ -113,7 +125,7 @@ std::string CycleRow(const Cycle& cycle) {
       first           ? "first"
       : !cycle.merged ? "lost"
                       : Word(registration.verdict().outcome()),
-      first ? "" : Length(registration.verdict().error_bound()),
+      first ? "" : Length(registration.verdict().error_bound_m()),
       cycle.merged && !first ? Length(cycle.off_metres) : "",
       absl::StrFormat("%.1f %%", plan.coverage().estimated_coverage() * 100),
       absl::StrFormat("%.1f %%", cycle.truth.at_density_share() * 100),
@@ -122,49 +134,51 @@ std::string CycleRow(const Cycle& cycle) {
                                : !plan.refused().empty() ? &plan.refused(0)
                                                          : nullptr;
   if (next != nullptr) {
-    cells.push_back(absl::StrFormat("%.1f", next->area()));
-    cells.push_back(absl::StrFormat("%.1f..%.1f", next->area_lower(), next->area_upper()));
+    cells.push_back(absl::StrFormat("%.1f", next->model_gain_m2()));
+    cells.push_back(
+        absl::StrFormat("%.1f..%.1f", next->model_gain_lower_m2(), next->model_gain_upper_m2()));
     cells.push_back(Word(next->verdict().outcome()));
   } else {
     cells.insert(cells.end(), {"", "", "no view"});
   }
-  for (const double seconds :
-       {cycle.send_seconds, registration.seconds(), cycle.scan.merge().carve_seconds(),
-        cycle.scan.merge().merge_seconds()}) {
+  for (const double seconds : {cycle.send_seconds, client::SecondsOf(registration.duration()),
+                               client::SecondsOf(cycle.scan.merge().carve_duration()),
+                               client::SecondsOf(cycle.scan.merge().merge_duration())}) {
     cells.push_back(absl::StrFormat("%.2f", seconds));
   }
-  for (const v1::StageSeconds& stage : plan.stages()) {
-    cells.push_back(absl::StrFormat("%.2f", stage.seconds()));
+  for (const v1::StageDuration& stage : plan.stage_durations()) {
+    cells.push_back(absl::StrFormat("%.2f", client::SecondsOf(stage.duration())));
   }
   return Row(cells);
 }
 
-absl::StatusOr<Site> ChooseSite(const SimulateArguments& arguments) {
+absl::StatusOr<simulated_job::Site> ChooseSite(const SimulateArguments& arguments) {
   std::optional<Eigen::Vector3d> start;
   if (arguments.start.size() == 3) {
     start.emplace(arguments.start[0], arguments.start[1], arguments.start[2]);
   }
-  if (!arguments.mesh.empty()) return MeshSite(arguments.mesh, start);
-  const SceneKind kind = Scenes().at(arguments.scene);
-  if (arguments.area && kind != SceneKind::kOffice) {
-    return WithFix(absl::InvalidArgumentError("only an office floor has an area to choose"),
-                   "add --scene office, or leave --area out");
+  if (!arguments.mesh.empty()) return simulated_job::MeshSite(arguments.mesh, start);
+  const simulated_job::SceneKind kind = Scenes().at(arguments.scene);
+  if (arguments.area && kind != simulated_job::SceneKind::kOffice) {
+    return client::WithFix(absl::InvalidArgumentError("only an office floor has an area to choose"),
+                           "add --scene office, or leave --area out");
   }
-  return GeneratedSite(kind, arguments.seed, arguments.area.value_or(kOfficeArea), start);
+  return simulated_job::GeneratedSite(kind, arguments.seed, arguments.area.value_or(kOfficeArea),
+                                      start);
 }
 
-JobOptions OptionsFrom(const SimulateArguments& arguments) {
-  JobOptions options = arguments.job;
+simulated_job::JobOptions OptionsFrom(const SimulateArguments& arguments) {
+  simulated_job::JobOptions options = arguments.job;
   options.seed = arguments.seed;
   options.max_scans =
       arguments.scans.value_or(arguments.scanners ? kFleetScans : options.max_scans);
   options.scanner.name = "simulated";
-  options.scanner.azimuth_step = options.scanner.elevation_step = Radians(arguments.step);
-  options.heading_error = Radians(arguments.heading_error);
-  options.tilt = Radians(arguments.tilt);
+  options.scanner.azimuth_step = options.scanner.elevation_step = sensor::Radians(arguments.step);
+  options.heading_error = sensor::Radians(arguments.heading_error);
+  options.tilt = sensor::Radians(arguments.tilt);
   options.plan_work = arguments.work;
   options.full_plans = !arguments.pictures.empty() && !arguments.scanners;
-  if (arguments.no_noise) options.faults = ScanFaults::None();
+  if (arguments.no_noise) options.faults = simulation::ScanFaults::None();
   return options;
 }
 
@@ -172,8 +186,8 @@ JobOptions OptionsFrom(const SimulateArguments& arguments) {
 void PrintHints(const Environment& environment, const SimulateArguments& arguments,
                 const std::string& session) {
   if (arguments.no_hints) return;
-  const std::string id = IdOf(session);
-  const std::string server = environment.connection.server == ClientOptions().server
+  const std::string id = client::IdOf(session);
+  const std::string server = environment.connection.server == client::ClientOptions().server
                                  ? ""
                                  : "--server " + environment.connection.server + " ";
   std::printf(
@@ -191,12 +205,13 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
     std::error_code error;
     std::filesystem::create_directories(arguments.pictures, error);
     if (error) {
-      return WithFix(absl::PermissionDeniedError(absl::StrCat(
-                         "cannot make the folder ", arguments.pictures, ": ", error.message())),
-                     "name another one with --pictures");
+      return client::WithFix(
+          absl::PermissionDeniedError(
+              absl::StrCat("cannot make the folder ", arguments.pictures, ": ", error.message())),
+          "name another one with --pictures");
     }
   }
-  Client& client = environment.client();
+  client::Client& client = environment.client();
   // Before the scene is built: is there a server at all?
   if (const auto health = client.CheckHealth(""); !health.ok()) return health.status();
 
@@ -204,11 +219,11 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
   line.Show("building the scene");
   const auto site = ChooseSite(arguments);
   if (!site.ok()) return site.status();
-  const JobOptions options = OptionsFrom(arguments);
-  ThreadPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
+  const simulated_job::JobOptions options = OptionsFrom(arguments);
+  parallel::ThreadPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
   if (arguments.scanners) {
     line.Clear();
-    FleetOptions fleet;
+    simulated_job::FleetOptions fleet;
     fleet.job = options;
     fleet.scanners = *arguments.scanners;
     fleet.claims = !arguments.independent;
@@ -220,7 +235,7 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
     return ExitCode::kOk;
   }
   line.Show("measuring what can be attained");
-  SimulatedJob job(client, *site, options, pool);
+  simulated_job::SimulatedJob job(client, *site, options, pool);
   job.OnActivity([&](const std::string& what) { line.Show(what); });
   line.Clear();
   std::printf(
@@ -232,16 +247,16 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
       Header().c_str());
   std::fflush(stdout);
 
-  std::vector<JobPicture::Station> stations;
-  const auto result = job.Run([&](const Cycle& cycle) -> absl::Status {
+  std::vector<picture::JobPicture::Station> stations;
+  const auto result = job.Run([&](const simulated_job::Cycle& cycle) -> absl::Status {
     line.Clear();
     std::fputs(CycleRow(cycle).c_str(), stdout);
     for (const std::string& note : cycle.notes) std::printf("      %s\n", note.c_str());
     std::fflush(stdout);
     stations.push_back({cycle.number, cycle.planned.head<2>(), cycle.merged});
     if (arguments.pictures.empty()) return absl::OkStatus();
-    return WriteCyclePicture(
-        client, SessionOf(cycle.scan.name()), *site, cycle, stations,
+    return simulated_job::WriteCyclePicture(
+        client, client::SessionOf(cycle.scan.name()), *site, cycle, stations,
         absl::StrFormat("%s/cycle-%02d.png", arguments.pictures, cycle.number));
   });
   line.Clear();
@@ -273,7 +288,7 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
       command
           .add_option("--scanners", a.scanners,
                       "So many scanners at once, until 95 % of what can be measured is at density")
-          ->check(CLI::Range(1, kDistinctColours));
+          ->check(CLI::Range(1, picture::kDistinctColours));
   command.add_flag("--independent", a.independent, "They claim nothing: each plans for itself")
       ->needs(scanners);
   command.add_option("--speed", a.speed, "Of a scanner that is carried, m/s [1]")
@@ -318,4 +333,4 @@ void AddSimulate(CLI::App& parent, Environment& environment) {
       DefineSimulate, RunSimulate);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -8,9 +8,9 @@
 #include "client/cli/report.h"
 #include "client/cli/table.h"
 #include "client/cli/terminal.h"
-#include "client/simulation/fleet_picture.h"
+#include "client/simulated_job/fleet_picture.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct FleetColumn {
@@ -18,16 +18,18 @@ struct FleetColumn {
   size_t width;
   bool text;
 };
-constexpr FleetColumn kFleetColumns[] = {
-    {"scan", 4, false},     {"scanner", 10, true},     {"minute", 6, false},  {"walked", 7, false},
-    {"waited", 6, false},   {"position, m", 20, true}, {"aligned", 10, true}, {"gain", 6, false},
-    {"attained", 8, false}, {"seen", 7, false}};
+constexpr FleetColumn kFleetColumns[] = {{"scan", 4, false},     {"scanner", 10, true},
+                                         {"minute", 6, false},   {"walked", 7, false},
+                                         {"waited", 6, false},   {"position, m", 20, true},
+                                         {"aligned", 10, true},  {"model gain", 10, false},
+                                         {"attained", 8, false}, {"seen", 7, false}};
 
 constexpr char kFleetLegend[] =
     "minute: simulated, when the scan is in; walked: m; waited: minutes, for scans that it would "
     "not "
     "register without\n"
-    "gain: m\u00b2 that the plan promised; attained: at the required density by the ground truth, "
+    "model gain: m\u00b2 that the plan promised; attained: at the required density by the ground "
+    "truth, "
     "of "
     "what some position measures so; seen: measured at all\n";
 
@@ -42,10 +44,10 @@ std::string FleetRow(const std::vector<std::string>& cells) {
   return line + "\n";
 }
 
-std::string StopRow(const FleetStop& stop) {
-  const MadeScan& made = stop.made;
+std::string StopRow(const simulated_job::FleetStop& stop) {
+  const simulated_job::MadeScan& made = stop.made;
   return FleetRow(
-      {absl::StrCat(stop.order), SimulatedFleet::ScannerId(stop.scanner),
+      {absl::StrCat(stop.order), simulated_job::SimulatedFleet::ScannerId(stop.scanner),
        absl::StrFormat("%.1f", stop.minutes), absl::StrFormat("%.1f", stop.walked),
        stop.waited > 0 ? absl::StrFormat("%.1f", stop.waited) : "",
        absl::StrFormat("%.2f, %.2f, %.2f", made.planned.x(), made.planned.y(), made.planned.z()),
@@ -57,7 +59,8 @@ std::string StopRow(const FleetStop& stop) {
        absl::StrFormat("%.1f %%", stop.truth.seen_share() * 100)});
 }
 
-std::vector<std::string> FleetSummary(const FleetOptions& options, const FleetResult& result) {
+std::vector<std::string> FleetSummary(const simulated_job::FleetOptions& options,
+                                      const simulated_job::FleetResult& result) {
   const std::string target = absl::StrFormat("%.0f %%", options.target * 100);
   return {absl::StrFormat(
               "%s%s: %d scanners, %d scans, %d lost",
@@ -73,12 +76,14 @@ std::vector<std::string> FleetSummary(const FleetOptions& options, const FleetRe
 
 }  // namespace
 
-absl::StatusOr<FleetResult> SimulateFleet(Client& client, const Site& site,
-                                          const FleetOptions& options, const std::string& pictures,
-                                          Parallel& parallel) {
+absl::StatusOr<simulated_job::FleetResult> SimulateFleet(client::Client& client,
+                                                         const simulated_job::Site& site,
+                                                         const simulated_job::FleetOptions& options,
+                                                         const std::string& pictures,
+                                                         parallel::Parallel& parallel) {
   ProgressLine line(30);
   line.Show("measuring what can be attained");
-  SimulatedFleet fleet(client, site, options, parallel);
+  simulated_job::SimulatedFleet fleet(client, site, options, parallel);
   fleet.OnActivity([&](const std::string& what) { line.Show(what); });
   line.Clear();
   std::vector<std::string> names;
@@ -89,8 +94,8 @@ absl::StatusOr<FleetResult> SimulateFleet(Client& client, const Site& site,
               kFleetLegend, FleetRow(names).c_str());
   std::fflush(stdout);
 
-  std::vector<FleetStop> stops;
-  auto result = fleet.Run([&](const FleetStop& stop) {
+  std::vector<simulated_job::FleetStop> stops;
+  auto result = fleet.Run([&](const simulated_job::FleetStop& stop) {
     line.Clear();
     std::fputs(StopRow(stop).c_str(), stdout);
     for (const std::string& note : stop.made.notes) std::printf("      %s\n", note.c_str());
@@ -105,8 +110,8 @@ absl::StatusOr<FleetResult> SimulateFleet(Client& client, const Site& site,
   for (const std::string& figures : summary) std::printf("%s\n", figures.c_str());
   if (!pictures.empty()) {
     const std::string path = pictures + "/tours.png";
-    if (absl::Status drawn =
-            WriteFleetPicture(client, site, *result, stops, options.scanners, summary, path);
+    if (absl::Status drawn = simulated_job::WriteFleetPicture(client, site, *result, stops,
+                                                              options.scanners, summary, path);
         !drawn.ok()) {
       return drawn;
     }
@@ -115,4 +120,4 @@ absl::StatusOr<FleetResult> SimulateFleet(Client& client, const Site& site,
   return result;
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

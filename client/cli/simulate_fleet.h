@@ -6,18 +6,20 @@
 
 #include "absl/status/status.h"
 #include "client/library/client.h"
-#include "client/simulation/simulated_fleet.h"
-#include "client/simulation/site.h"
+#include "client/simulated_job/simulated_fleet.h"
+#include "client/simulated_job/site.h"
 #include "core/parallel/parallel.h"
 
-namespace vantage {
+namespace vantage::cli {
 
 // Runs the job, prints a row for each scan and the figures at its end, and draws the tours into the
 // folder `pictures` where that is not empty.
-absl::StatusOr<FleetResult> SimulateFleet(Client& client, const Site& site,
-                                          const FleetOptions& options, const std::string& pictures,
-                                          Parallel& parallel);
+absl::StatusOr<simulated_job::FleetResult> SimulateFleet(client::Client& client,
+                                                         const simulated_job::Site& site,
+                                                         const simulated_job::FleetOptions& options,
+                                                         const std::string& pictures,
+                                                         parallel::Parallel& parallel);
 
-}  // namespace vantage
+}  // namespace vantage::cli
 
 #endif  // VANTAGE_CLIENT_CLI_SIMULATE_FLEET_H_

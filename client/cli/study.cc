@@ -19,7 +19,7 @@
 #include "client/study/study.h"
 #include "client/study/table.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct StudyArguments {
@@ -30,23 +30,23 @@ struct StudyArguments {
   bool tuning = false;
   bool list = false;
   double step = 0.25;  // degrees
-  StudyPlan plan;
+  study::StudyPlan plan;
   CLI::Option* server = nullptr;  // of the whole program: given or not
 };
 
-StudyPlan PlanFrom(const Environment& environment, const StudyArguments& arguments) {
-  StudyPlan plan = arguments.plan;
+study::StudyPlan PlanFrom(const Environment& environment, const StudyArguments& arguments) {
+  study::StudyPlan plan = arguments.plan;
   plan.settings.scanner.azimuth_step = plan.settings.scanner.elevation_step =
-      Radians(arguments.step);
+      sensor::Radians(arguments.step);
   plan.scenes = arguments.scenes;
   plan.planners = arguments.planners;
   if (plan.scenes.empty()) {
-    plan.scenes =
-        DefaultScenes(arguments.tuning ? SceneUse::kTuning : SceneUse::kReporting, arguments.small);
+    plan.scenes = study::DefaultScenes(
+        arguments.tuning ? study::SceneUse::kTuning : study::SceneUse::kReporting, arguments.small);
   }
   if (plan.planners.empty()) {
-    plan.planners = DefaultPlanners(arguments.small);
-    if (FindCoverSolver().empty()) std::erase(plan.planners, "optimal");
+    plan.planners = study::DefaultPlanners(arguments.small);
+    if (study::FindCoverSolver().empty()) std::erase(plan.planners, "optimal");
   }
   if (plan.data_folder.empty()) {
     const char* folder = std::getenv("VANTAGE_SHARED_DATA");
@@ -55,49 +55,51 @@ StudyPlan PlanFrom(const Environment& environment, const StudyArguments& argumen
   if (arguments.server != nullptr && arguments.server->count() > 0) {
     plan.settings.server = environment.connection.server;
   } else if (plan.server_program.empty()) {
-    plan.server_program = FindServerProgram();
+    plan.server_program = study::FindServerProgram();
   }
   return plan;
 }
 
 void PrintList() {
   std::printf("Planners:\n");
-  for (const StudyPlanner& planner : AllPlanners()) {
+  for (const study::StudyPlanner& planner : study::AllPlanners()) {
     std::printf("  %-16s %s\n", planner.name.c_str(), planner.words.c_str());
   }
   std::printf(
       "Scenes: flat-N, two-rooms-N, hall-N, office-N (N below 100 for tuning, from 100 on "
       "for reporting), small-house, bookstore\n  reporting: %s\n  tuning: %s\n",
-      absl::StrJoin(DefaultScenes(SceneUse::kReporting, false), ", ").c_str(),
-      absl::StrJoin(DefaultScenes(SceneUse::kTuning, false), ", ").c_str());
+      absl::StrJoin(study::DefaultScenes(study::SceneUse::kReporting, false), ", ").c_str(),
+      absl::StrJoin(study::DefaultScenes(study::SceneUse::kTuning, false), ", ").c_str());
 }
 
 // The table and the page, of whatever is done.
-absl::Status WriteResults(const StudyPlan& plan, const std::string& folder,
-                          const StudyOutcome& outcome, study::v1::Table& table) {
+absl::Status WriteResults(const study::StudyPlan& plan, const std::string& folder,
+                          const study::StudyOutcome& outcome, study_records::v1::Table& table) {
   std::vector<int> most_scans;
-  for (const study::v1::JobRecord& record : outcome.records) {
+  for (const study_records::v1::JobRecord& record : outcome.records) {
     most_scans.push_back(plan.settings.For(record.scene()).most_scans);
   }
-  table = MakeTable(outcome.records, plan.settings.goal, most_scans, plan.settings.Describe());
-  std::vector<FloorPlanDrawing> drawings;
+  table =
+      study::MakeTable(outcome.records, plan.settings.goal, most_scans, plan.settings.Describe());
+  std::vector<study::FloorPlanDrawing> drawings;
   for (const std::string& name : plan.scenes) {
-    const auto site = BuildScene(name, plan.data_folder);
+    const auto site = study::BuildScene(name, plan.data_folder);
     if (!site.ok()) return site.status();
-    drawings.push_back(DrawFloorPlan(*site, plan.settings.For(name).most_scans));
+    drawings.push_back(study::DrawFloorPlan(*site, plan.settings.For(name).most_scans));
   }
-  if (absl::Status s = WriteWhole(absl::StrCat(folder, "/table.json"), ToJson(table)); !s.ok()) {
+  if (absl::Status s = study::WriteWhole(absl::StrCat(folder, "/table.json"), ToJson(table));
+      !s.ok()) {
     return s;
   }
-  return WriteWhole(absl::StrCat(folder, "/study.html"),
-                    StudyPage(table, outcome.records, drawings, plan.settings.goal));
+  return study::WriteWhole(absl::StrCat(folder, "/study.html"),
+                           study::StudyPage(table, outcome.records, drawings, plan.settings.goal));
 }
 
-void PrintTable(const study::v1::Table& table) {
+void PrintTable(const study_records::v1::Table& table) {
   std::printf("%-14s %-15s %5s %8s %10s %8s %7s %9s %7s %7s %11s\n", "scene", "planner", "jobs",
               "reached", "scans 95 %", "min 95 %", "auc", "lost", "of best", "s/plan",
               "over budget");
-  for (const study::v1::Row& row : table.rows()) {
+  for (const study_records::v1::Row& row : table.rows()) {
     std::printf(
         "%-14s %-15s %5d %8d %10s %8s %7.3f %9s %7.2f %7.2f %11s\n", row.scene().c_str(),
         row.planner().c_str(), row.jobs(), row.reached(),
@@ -109,7 +111,7 @@ void PrintTable(const study::v1::Table& table) {
         row.budgeted() == 0 ? "-"
                             : absl::StrFormat("%d/%d", row.over_budget(), row.budgeted()).c_str());
   }
-  for (const study::v1::Figure& figure : table.figures()) {
+  for (const study_records::v1::Figure& figure : table.figures()) {
     std::printf("%-28s %8s   (%s)  %s\n", figure.name().c_str(), figure.stated().c_str(),
                 figure.target().c_str(), figure.detail().c_str());
   }
@@ -121,17 +123,17 @@ absl::StatusOr<ExitCode> RunStudyCommand(Environment& environment,
     PrintList();
     return ExitCode::kOk;
   }
-  const StudyPlan plan = PlanFrom(environment, arguments);
-  const auto store = JobStore::Open(arguments.output);
+  const study::StudyPlan plan = PlanFrom(environment, arguments);
+  const auto store = study::JobStore::Open(arguments.output);
   if (!store.ok()) return store.status();
   ProgressLine line(30);
-  const auto outcome = RunStudy(plan, *store, [&](const StudyProgress& progress) {
+  const auto outcome = study::RunStudy(plan, *store, [&](const study::StudyProgress& progress) {
     line.Show(
         absl::StrFormat("%d of %d jobs done; %s", progress.done, progress.total, progress.doing));
   });
   line.Clear();
   if (!outcome.ok()) return outcome.status();
-  study::v1::Table table;
+  study_records::v1::Table table;
   if (absl::Status s = WriteResults(plan, arguments.output, *outcome, table); !s.ok()) return s;
   PrintTable(table);
   std::printf("%s/table.json, %s/study.html\n", arguments.output.c_str(), arguments.output.c_str());
@@ -195,4 +197,4 @@ void AddStudy(CLI::App& parent, Environment& environment) {
       DefineStudy, RunStudyCommand);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-namespace vantage {
+namespace vantage::cli {
 
 size_t DisplayWidth(const std::string& text) {
   return static_cast<size_t>(std::count_if(text.begin(), text.end(), [](char c) {
@@ -51,4 +51,4 @@ std::string Table::ToString() const {
   return out;
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace vantage {
+namespace vantage::cli {
 
 class Table {
  public:
@@ -30,6 +30,6 @@ size_t DisplayWidth(const std::string& text);
 std::string PadLeft(const std::string& text, size_t width);
 std::string PadRight(const std::string& text, size_t width);
 
-}  // namespace vantage
+}  // namespace vantage::cli
 
 #endif  // VANTAGE_CLIENT_CLI_TABLE_H_

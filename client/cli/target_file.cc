@@ -10,7 +10,7 @@
 #include "client/cli/file.h"
 #include "client/library/error.h"
 
-namespace vantage {
+namespace vantage::cli {
 
 absl::StatusOr<std::vector<std::pair<std::string, v1::TargetSighting>>> ParseTargets(
     const std::string& text, const std::string& what) {
@@ -23,7 +23,7 @@ absl::StatusOr<std::vector<std::pair<std::string, v1::TargetSighting>>> ParseTar
         absl::StrSplit(line, absl::ByAnyChar(" \t\r,;"), absl::SkipEmpty());
     if (words.empty()) continue;
     const auto bad = [&](const std::string& why) {
-      return WithFix(
+      return client::WithFix(
           absl::InvalidArgumentError(absl::StrCat(what, ":", number, ": ", why)),
           "a line is a scan's name, a target's name, its x y z in the scanner's frame and, where a "
           "control network has it, its x y z in the world, in m");
@@ -64,7 +64,7 @@ absl::StatusOr<std::vector<v1::TargetSighting>> ReadTargets(const std::string& f
     if (scan == scan_name) targets.push_back(sighting);
   }
   if (targets.empty()) {
-    return WithFix(
+    return client::WithFix(
         absl::InvalidArgumentError(absl::StrCat(file, " has no targets for '", scan_name, "'")),
         absl::StrCat("it has some for ", absl::StrJoin(scans, ", "),
                      "; --name chooses which scan is meant"));
@@ -72,4 +72,4 @@ absl::StatusOr<std::vector<v1::TargetSighting>> ReadTargets(const std::string& f
   return targets;
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

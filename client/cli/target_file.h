@@ -9,7 +9,7 @@
 #include "absl/status/statusor.h"
 #include "vantage/v1/target.pb.h"
 
-namespace vantage {
+namespace vantage::cli {
 
 // Sightings by scan, in order, from lines of a scan's name, a target's name, its place in the
 // scanner's frame and, where a control network has it, in the world (x y z each, m); '#' begins a
@@ -22,6 +22,6 @@ absl::StatusOr<std::vector<std::pair<std::string, v1::TargetSighting>>> ParseTar
 absl::StatusOr<std::vector<v1::TargetSighting>> ReadTargets(const std::string& file,
                                                             const std::string& scan_name);
 
-}  // namespace vantage
+}  // namespace vantage::cli
 
 #endif  // VANTAGE_CLIENT_CLI_TARGET_FILE_H_

@@ -11,7 +11,7 @@
 
 #include "client/cli/table.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 bool IsTerminal() {
@@ -66,4 +66,4 @@ std::string Bar(double share, int width) {
          std::string(static_cast<size_t>(width - filled), '-') + "]";
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

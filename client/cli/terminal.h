@@ -5,7 +5,7 @@
 #include <chrono>
 #include <string>
 
-namespace vantage {
+namespace vantage::cli {
 
 class ProgressLine {
  public:
@@ -30,6 +30,6 @@ class ProgressLine {
 // '[########----]' of the given width, `share` in [0, 1].
 std::string Bar(double share, int width);
 
-}  // namespace vantage
+}  // namespace vantage::cli
 
 #endif  // VANTAGE_CLIENT_CLI_TERMINAL_H_

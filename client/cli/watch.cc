@@ -6,8 +6,9 @@
 #include "client/cli/command.h"
 #include "client/cli/json.h"
 #include "client/cli/report.h"
+#include "client/library/resource_names.h"
 
-namespace vantage {
+namespace vantage::cli {
 namespace {
 
 struct WatchArguments {
@@ -19,7 +20,7 @@ struct WatchArguments {
 
 std::string ScanWords(const v1::Scan& scan, const std::string& what) {
   std::string words =
-      absl::StrCat("scan ", IdOf(scan.name()), " ",
+      absl::StrCat("scan ", client::IdOf(scan.name()), " ",
                    scan.display_name().empty() ? "" : scan.display_name() + " ", what);
   if (scan.has_registration()) {
     absl::StrAppend(&words, "; ", VerdictLine(scan.registration().verdict()));
@@ -50,39 +51,42 @@ std::string Words(const v1::SessionEvent& event) {
     case v1::SessionEvent::kScanWithdrawn:
       return ScanWords(event.scan_withdrawn().scan(), "withdrawn");
     case v1::SessionEvent::kPlanCreated:
-      return absl::StrCat("plan ", IdOf(event.plan_created().plan().name()), " created");
+      return absl::StrCat("plan ", client::IdOf(event.plan_created().plan().name()), " created");
     case v1::SessionEvent::kPlanEnded: {
       const v1::Plan& plan = event.plan_ended().plan();
-      std::string words = absl::StrFormat("plan %s %s: %s", IdOf(plan.name()), Word(plan.state()),
-                                          Word(plan.result().outcome()));
+      std::string words = absl::StrFormat("plan %s %s: %s", client::IdOf(plan.name()),
+                                          Word(plan.state()), Word(plan.result().outcome()));
       if (plan.result().views_size() > 0) {
         const v1::RankedView& best = plan.result().views(0);
         absl::StrAppendFormat(&words, ", next %s for %.2f m\u00b2", Text(best.position()),
-                              best.area());
+                              best.model_gain_m2());
       }
       return words;
     }
     case v1::SessionEvent::kViewRejected:
       return absl::StrCat("place rejected ", Text(event.view_rejected().rejection().position()));
-    case v1::SessionEvent::kScannerAdded:
-      return absl::StrCat("scanner ", IdOf(event.scanner_added().scanner().name()), " added");
+    case v1::SessionEvent::kScannerCreated:
+      return absl::StrCat("scanner ", client::IdOf(event.scanner_created().scanner().name()),
+                          " added");
     case v1::SessionEvent::kClaimTaken: {
       const v1::Claim& claim = event.claim_taken().claim();
-      return absl::StrCat("claim ", IdOf(claim.name()), " taken by ", IdOf(claim.scanner()), ": ",
-                          Text(claim.position()), " until ", Time(claim.expire_time()));
+      return absl::StrCat("claim ", client::IdOf(claim.name()), " taken by ",
+                          client::IdOf(claim.scanner()), ": ", Text(claim.position()), " until ",
+                          Time(claim.expire_time()));
     }
     case v1::SessionEvent::kClaimRenewed: {
       const v1::Claim& claim = event.claim_renewed().claim();
-      return absl::StrCat("claim ", IdOf(claim.name()), " renewed until ",
+      return absl::StrCat("claim ", client::IdOf(claim.name()), " renewed until ",
                           Time(claim.expire_time()));
     }
-    case v1::SessionEvent::kClaimReleased:
-      return absl::StrCat("claim ", IdOf(event.claim_released().claim().name()),
-                          " ended: ", event.claim_released().reason());
+    case v1::SessionEvent::kClaimEnded:
+      return absl::StrCat("claim ", client::IdOf(event.claim_ended().claim().name()),
+                          " ended: ", Word(event.claim_ended().end_reason()));
     case v1::SessionEvent::kUploadCreated:
-      return absl::StrCat("upload ", IdOf(event.upload_created().upload().name()), " begun");
+      return absl::StrCat("upload ", client::IdOf(event.upload_created().upload().name()),
+                          " begun");
     case v1::SessionEvent::kUploadEnded:
-      return absl::StrCat("upload ", IdOf(event.upload_ended().upload().name()),
+      return absl::StrCat("upload ", client::IdOf(event.upload_ended().upload().name()),
                           " ended: ", event.upload_ended().upload().state_message());
     case v1::SessionEvent::kScanRemoved:
       return absl::StrFormat("%s; model version %d",
@@ -97,7 +101,7 @@ std::string Words(const v1::SessionEvent& event) {
 absl::StatusOr<ExitCode> RunWatch(Environment& environment, const WatchArguments& arguments) {
   uint64_t seen = 0;
   const absl::Status watched = environment.client().WatchSession(
-      SessionName(arguments.session), arguments.after, [&](const v1::SessionEvent& event) {
+      client::SessionName(arguments.session), arguments.after, [&](const v1::SessionEvent& event) {
         if (arguments.json) {
           std::fputs(ToJson(event, false).c_str(), stdout);
         } else {
@@ -128,4 +132,4 @@ void AddWatch(CLI::App& parent, Environment& environment) {
       RunWatch);
 }
 
-}  // namespace vantage
+}  // namespace vantage::cli

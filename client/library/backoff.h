@@ -6,7 +6,7 @@
 #include <optional>
 #include <random>
 
-namespace vantage {
+namespace vantage::client {
 
 // Doubles from 0.2 s to 10 s, spread by a quarter either way so that many clients do not come back
 // at the same moment.
@@ -29,6 +29,6 @@ class Backoff {
   std::mt19937_64 random_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::client
 
 #endif  // VANTAGE_CLIENT_LIBRARY_BACKOFF_H_

@@ -1,16 +1,14 @@
 #include "client/library/client.h"
 
-#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_split.h"
 #include "client/library/backoff.h"
 #include "client/library/wire.h"
 
-namespace vantage {
+namespace vantage::client {
 namespace {
 
 // One unary call with its attempts.
-template <typename Request, typename Response, typename Stub, typename Wire>
+template <typename Request, typename Response, typename Stub>
 absl::StatusOr<Response> CallUnary(Stub& stub,
                                    grpc::Status (Stub::*method)(grpc::ClientContext*,
                                                                 const Request&, Response*),
@@ -38,14 +36,6 @@ absl::StatusOr<Response> CallUnary(Stub& stub,
     if (!IsTransient(failure)) break;
   }
   return failure;
-}
-
-std::string ChildName(absl::string_view given, const char* collection) {
-  const std::vector<std::string> parts = absl::StrSplit(given, '/');
-  if (parts.size() == 2) {
-    return absl::StrCat("sessions/", parts[0], "/", collection, "/", parts[1]);
-  }
-  return std::string(given);
 }
 
 }  // namespace
@@ -121,8 +111,9 @@ absl::StatusOr<v1::GetCoverageResponse> Client::Call(v1::GetCoverageRequest requ
   return CallUnary(*wire_->model, &v1::ModelService::Stub::GetCoverage, *wire_, std::move(request));
 }
 
-absl::StatusOr<v1::AddScannerResponse> Client::Call(v1::AddScannerRequest request) {
-  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::AddScanner, *wire_, std::move(request));
+absl::StatusOr<v1::CreateScannerResponse> Client::Call(v1::CreateScannerRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::CreateScanner, *wire_,
+                   std::move(request));
 }
 absl::StatusOr<v1::ListScannersResponse> Client::Call(v1::ListScannersRequest request) {
   return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ListScanners, *wire_,
@@ -153,29 +144,7 @@ absl::StatusOr<Health> Client::CheckHealth(const std::string& service) {
                                                                               : Health::kNotServing;
 }
 
-std::string SessionName(absl::string_view given) {
-  return absl::StrContains(given, '/') ? std::string(given) : absl::StrCat("sessions/", given);
-}
-std::string ScanName(absl::string_view given) { return ChildName(given, "scans"); }
-std::string PlanName(absl::string_view given) { return ChildName(given, "plans"); }
-std::string ClaimName(absl::string_view given) { return ChildName(given, "claims"); }
-
-std::string ScannerName(absl::string_view session, absl::string_view given) {
-  return absl::StrContains(given, '/') ? std::string(given)
-                                       : absl::StrCat(SessionName(session), "/scanners/", given);
-}
-
-std::string SessionOf(absl::string_view name) {
-  const std::vector<std::string> parts = absl::StrSplit(name, '/');
-  return parts.size() >= 2 ? absl::StrCat(parts[0], "/", parts[1]) : std::string(name);
-}
-
-std::string IdOf(absl::string_view name) {
-  const size_t slash = name.rfind('/');
-  return std::string(slash == absl::string_view::npos ? name : name.substr(slash + 1));
-}
-
-bool IsSettled(v1::ScanState state) {
+bool IsDecided(v1::ScanState state) {
   return state == v1::SCAN_STATE_MERGED || state == v1::SCAN_STATE_DOUBTFUL ||
          state == v1::SCAN_STATE_FAILED || state == v1::SCAN_STATE_WITHDRAWN;
 }
@@ -185,4 +154,4 @@ bool HasEnded(v1::PlanState state) {
          state == v1::PLAN_STATE_FAILED;
 }
 
-}  // namespace vantage
+}  // namespace vantage::client

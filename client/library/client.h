@@ -12,6 +12,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "client/library/client_options.h"
 #include "core/sensor/range_image.h"
 #include "vantage/v1/fleet_service.pb.h"
 #include "vantage/v1/model_service.pb.h"
@@ -19,23 +20,9 @@
 #include "vantage/v1/scan_service.pb.h"
 #include "vantage/v1/session_service.pb.h"
 
-namespace vantage {
+namespace vantage::client {
 
-struct ClientOptions {
-  std::string server = "127.0.0.1:7464";  // host:port
-  // PEM file of what signed the server's certificate; without it the link is not encrypted.
-  std::string tls_ca;
-  // PEM files of the client's own certificate and key, where the server asks for them.
-  std::string tls_cert;
-  std::string tls_key;
-  // File with a bearer token, read again for every call; it is only sent over an encrypted link, or
-  // within this machine.
-  std::string token_file;
-  std::string traceparent;     // W3C Trace Context that every call belongs to
-  double timeout = 30;         // s, of a unary call, all its attempts together
-  int attempts = 4;            // of a unary call while the server is unavailable
-  double give_up_after = 120;  // s without any progress, of uploads and watches
-};
+struct Wire;
 
 // How far a scan is on its way to the server.
 struct UploadProgress {
@@ -78,7 +65,7 @@ class Client {
   absl::StatusOr<v1::EvaluateViewResponse> Call(v1::EvaluateViewRequest request);
   absl::StatusOr<v1::RejectViewResponse> Call(v1::RejectViewRequest request);
   absl::StatusOr<v1::GetCoverageResponse> Call(v1::GetCoverageRequest request);
-  absl::StatusOr<v1::AddScannerResponse> Call(v1::AddScannerRequest request);
+  absl::StatusOr<v1::CreateScannerResponse> Call(v1::CreateScannerRequest request);
   absl::StatusOr<v1::ListScannersResponse> Call(v1::ListScannersRequest request);
   absl::StatusOr<v1::ClaimViewResponse> Call(v1::ClaimViewRequest request);
   absl::StatusOr<v1::RenewClaimResponse> Call(v1::RenewClaimRequest request);
@@ -92,7 +79,7 @@ class Client {
   // from a program started anew, goes on where the last one was, and returns the same scan unless
   // that was withdrawn: whoever keeps the scan until this returned loses nothing.
   absl::StatusOr<std::string> Upload(const std::string& session, v1::Upload upload,
-                                     const RangeImage& image,
+                                     const sensor::RangeImage& image,
                                      absl::FunctionRef<void(const UploadProgress&)> progress);
 
   // Every event of the session after a sequence number, until `on_event` returns false. Resumes
@@ -125,27 +112,13 @@ class Client {
   absl::StatusOr<Health> CheckHealth(const std::string& service);
 
  private:
-  struct Wire;
   std::unique_ptr<Wire> wire_;
 };
 
-// 'sessions/a' for 'a' and 'sessions/a'.
-std::string SessionName(absl::string_view given);
-// 'sessions/a/scans/b' for 'a/b' and the full name; likewise for plans and claims.
-std::string ScanName(absl::string_view given);
-std::string PlanName(absl::string_view given);
-std::string ClaimName(absl::string_view given);
-// 'sessions/a/scanners/b' for 'b' and the full name, in session 'a' or 'sessions/a'.
-std::string ScannerName(absl::string_view session, absl::string_view given);
-// The session that a scan or plan belongs to.
-std::string SessionOf(absl::string_view name);
-// The last part of a resource name.
-std::string IdOf(absl::string_view name);
-
 // No further change without a person.
-bool IsSettled(v1::ScanState state);
+bool IsDecided(v1::ScanState state);
 bool HasEnded(v1::PlanState state);
 
-}  // namespace vantage
+}  // namespace vantage::client
 
 #endif  // VANTAGE_CLIENT_LIBRARY_CLIENT_H_

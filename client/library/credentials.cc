@@ -8,7 +8,7 @@
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 
-namespace vantage {
+namespace vantage::client {
 namespace {
 
 absl::StatusOr<std::string> ReadText(const std::string& path) {
@@ -69,4 +69,4 @@ absl::Status AddToken(const ClientOptions& options, grpc::ClientContext& context
   return absl::OkStatus();
 }
 
-}  // namespace vantage
+}  // namespace vantage::client

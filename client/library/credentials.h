@@ -9,9 +9,9 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "client/library/client.h"
+#include "client/library/client_options.h"
 
-namespace vantage {
+namespace vantage::client {
 
 // INVALID_ARGUMENT or NOT_FOUND: options that don't fit together, files that cannot be read, a
 // token that would travel in the clear.
@@ -21,6 +21,6 @@ absl::StatusOr<std::shared_ptr<grpc::ChannelCredentials>> MakeChannelCredentials
 // Adds the token, where there is one, to a call.
 absl::Status AddToken(const ClientOptions& options, grpc::ClientContext& context);
 
-}  // namespace vantage
+}  // namespace vantage::client
 
 #endif  // VANTAGE_CLIENT_LIBRARY_CREDENTIALS_H_

@@ -9,7 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 
-namespace vantage {
+namespace vantage::client {
 namespace {
 
 constexpr char kDetailsUrl[] = "type.googleapis.com/google.rpc.Status";
@@ -58,6 +58,8 @@ void ReadDetails(const google::rpc::Status& details, Explanation& e) {
     google::rpc::ErrorInfo info;
     google::rpc::RetryInfo retry;
     google::rpc::ResourceInfo resource;
+    v1::ClaimConflict conflict;
+    v1::ExpectedPiece expected;
     if (any.UnpackTo(&bad_request)) {
       for (const auto& violation : bad_request.field_violations()) {
         e.violations.push_back(absl::StrCat(violation.field(), ": ", violation.description()));
@@ -68,6 +70,10 @@ void ReadDetails(const google::rpc::Status& details, Explanation& e) {
     } else if (any.UnpackTo(&retry)) {
       e.retry_seconds =
           static_cast<double>(retry.retry_delay().seconds()) + 1e-9 * retry.retry_delay().nanos();
+    } else if (any.UnpackTo(&conflict)) {
+      e.claim_conflict = conflict;
+    } else if (any.UnpackTo(&expected)) {
+      e.expected_piece = expected;
     } else if (any.UnpackTo(&resource)) {
       if (e.code == absl::StatusCode::kNotFound && e.fix.empty()) {
         const std::string& name = resource.resource_name();
@@ -122,4 +128,4 @@ Explanation Explain(const absl::Status& status) {
   return e;
 }
 
-}  // namespace vantage
+}  // namespace vantage::client

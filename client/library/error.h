@@ -9,12 +9,13 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "vantage/v1/error.pb.h"
 
 namespace grpc {
 class Status;
 }
 
-namespace vantage {
+namespace vantage::client {
 
 // A failed call as a status whose details survive: Explain() reads them. `server` is the address
 // that was called.
@@ -26,8 +27,10 @@ struct Explanation {
   std::vector<std::string> violations;  // 'field: what is wrong with it', all of them
   std::string fix;                      // what to do about it; may be empty
   std::string reason;                   // the server's stable reason, such as SCAN_NOT_FOUND
-  std::map<std::string, std::string> metadata;  // that comes with the reason
-  std::optional<double> retry_seconds;          // the server asks to wait this long
+  std::map<std::string, std::string> metadata;      // that comes with the reason
+  std::optional<v1::ClaimConflict> claim_conflict;  // whose place it is, with reason CLAIMED
+  std::optional<v1::ExpectedPiece> expected_piece;  // which piece to go on with, with UPLOAD_GAP
+  std::optional<double> retry_seconds;              // the server asks to wait this long
 };
 
 // Works for any status, of the server or of our own making.
@@ -36,6 +39,6 @@ Explanation Explain(const absl::Status& status);
 // Attaches what to do about an error of our own making.
 absl::Status WithFix(absl::Status status, const std::string& fix);
 
-}  // namespace vantage
+}  // namespace vantage::client
 
 #endif  // VANTAGE_CLIENT_LIBRARY_ERROR_H_

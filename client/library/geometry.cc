@@ -1,6 +1,6 @@
 #include "client/library/geometry.h"
 
-namespace vantage {
+namespace vantage::client {
 
 v1::Vector3 ToProto(const Eigen::Vector3d& v) {
   v1::Vector3 out;
@@ -23,7 +23,7 @@ v1::Pose ToProto(const Eigen::Isometry3d& pose) {
   return out;
 }
 
-v1::PosePrior ToProto(const PosePrior& prior) {
+v1::PosePrior ToProto(const sensor::PosePrior& prior) {
   v1::PosePrior out;
   *out.mutable_pose() = ToProto(prior.T_world_scan);
   if (prior.covariance) {
@@ -32,26 +32,26 @@ v1::PosePrior ToProto(const PosePrior& prior) {
         out.add_covariance((*prior.covariance)(row, column));
     }
   }
-  if (prior.levelled_sigma) out.set_levelled_sigma(*prior.levelled_sigma);
+  if (prior.levelled_sigma) out.set_levelled_sigma_rad(*prior.levelled_sigma);
   out.set_trusted(prior.trusted);
   return out;
 }
 
-v1::ScannerModel ToProto(const ScannerModel& scanner, const std::string& id) {
+v1::ScannerModel ToProto(const sensor::ScannerModel& scanner, const std::string& id) {
   v1::ScannerModel out;
   out.set_id(id);
-  out.set_azimuth_span(scanner.azimuth_span);
-  out.set_elevation_min(scanner.elevation_min);
-  out.set_elevation_max(scanner.elevation_max);
-  out.set_azimuth_step(scanner.azimuth_step);
-  out.set_elevation_step(scanner.elevation_step);
-  out.set_range_min(scanner.range_min);
-  out.set_range_max(scanner.range_max);
-  out.set_range_noise(scanner.range_noise);
+  out.set_azimuth_span_rad(scanner.azimuth_span);
+  out.set_min_elevation_rad(scanner.elevation_min);
+  out.set_max_elevation_rad(scanner.elevation_max);
+  out.set_azimuth_step_rad(scanner.azimuth_step);
+  out.set_elevation_step_rad(scanner.elevation_step);
+  out.set_min_range_m(scanner.range_min);
+  out.set_max_range_m(scanner.range_max);
+  out.set_range_noise_m(scanner.range_noise);
   out.set_range_noise_ppm(scanner.range_noise_ppm);
-  out.set_max_incidence(scanner.max_incidence);
-  out.set_clearance(scanner.clearance);
-  out.set_positioning_error(scanner.positioning_error);
+  out.set_max_incidence_rad(scanner.max_incidence);
+  out.set_clearance_m(scanner.clearance);
+  out.set_positioning_error_m(scanner.positioning_error);
   return out;
 }
 
@@ -67,22 +67,22 @@ Eigen::Isometry3d FromProto(const v1::Pose& pose) {
   return out;
 }
 
-ScannerModel FromProto(const v1::ScannerModel& scanner) {
-  ScannerModel out;
+sensor::ScannerModel FromProto(const v1::ScannerModel& scanner) {
+  sensor::ScannerModel out;
   if (!scanner.id().empty()) out.name = scanner.id();
-  if (scanner.has_azimuth_span()) out.azimuth_span = scanner.azimuth_span();
-  if (scanner.has_elevation_min()) out.elevation_min = scanner.elevation_min();
-  if (scanner.has_elevation_max()) out.elevation_max = scanner.elevation_max();
-  if (scanner.has_azimuth_step()) out.azimuth_step = scanner.azimuth_step();
-  if (scanner.has_elevation_step()) out.elevation_step = scanner.elevation_step();
-  if (scanner.has_range_min()) out.range_min = scanner.range_min();
-  if (scanner.has_range_max()) out.range_max = scanner.range_max();
-  if (scanner.has_range_noise()) out.range_noise = scanner.range_noise();
+  if (scanner.has_azimuth_span_rad()) out.azimuth_span = scanner.azimuth_span_rad();
+  if (scanner.has_min_elevation_rad()) out.elevation_min = scanner.min_elevation_rad();
+  if (scanner.has_max_elevation_rad()) out.elevation_max = scanner.max_elevation_rad();
+  if (scanner.has_azimuth_step_rad()) out.azimuth_step = scanner.azimuth_step_rad();
+  if (scanner.has_elevation_step_rad()) out.elevation_step = scanner.elevation_step_rad();
+  if (scanner.has_min_range_m()) out.range_min = scanner.min_range_m();
+  if (scanner.has_max_range_m()) out.range_max = scanner.max_range_m();
+  if (scanner.has_range_noise_m()) out.range_noise = scanner.range_noise_m();
   if (scanner.has_range_noise_ppm()) out.range_noise_ppm = scanner.range_noise_ppm();
-  if (scanner.has_max_incidence()) out.max_incidence = scanner.max_incidence();
-  if (scanner.has_clearance()) out.clearance = scanner.clearance();
-  if (scanner.has_positioning_error()) out.positioning_error = scanner.positioning_error();
+  if (scanner.has_max_incidence_rad()) out.max_incidence = scanner.max_incidence_rad();
+  if (scanner.has_clearance_m()) out.clearance = scanner.clearance_m();
+  if (scanner.has_positioning_error_m()) out.positioning_error = scanner.positioning_error_m();
   return out;
 }
 
-}  // namespace vantage
+}  // namespace vantage::client

@@ -7,12 +7,12 @@
 #include "absl/strings/string_view.h"
 #include "vantage/v1/upload.pb.h"
 
-namespace vantage {
+namespace vantage::client {
 
 // The piece that `bytes` (not empty) make at this place: compressed where that shortens them, with
 // the checksum of what they were before.
 v1::Piece MakePiece(absl::string_view bytes, int64_t sequence, int64_t offset);
 
-}  // namespace vantage
+}  // namespace vantage::client
 
 #endif  // VANTAGE_CLIENT_LIBRARY_PIECE_H_

@@ -6,7 +6,7 @@
 #include "client/library/backoff.h"
 #include "client/library/wire.h"
 
-namespace vantage {
+namespace vantage::client {
 
 class Resumption {
  public:
@@ -32,6 +32,6 @@ class Resumption {
   SteadyClock::time_point last_progress_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::client
 
 #endif  // VANTAGE_CLIENT_LIBRARY_RESUMPTION_H_

@@ -9,7 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "client/library/credentials.h"
 
-namespace vantage {
+namespace vantage::client {
 namespace {
 
 constexpr int kKeepaliveMs = 5'000;
@@ -19,7 +19,7 @@ constexpr int kLargestMessage = 64 << 20;
 
 }  // namespace
 
-Client::Wire::Wire(ClientOptions client_options) : options(std::move(client_options)) {
+Wire::Wire(ClientOptions client_options) : options(std::move(client_options)) {
   grpc::ChannelArguments arguments;
   // A link that goes silent would otherwise block for minutes.
   arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, kKeepaliveMs);
@@ -44,7 +44,7 @@ Client::Wire::Wire(ClientOptions client_options) : options(std::move(client_opti
   health = grpc::health::v1::Health::NewStub(channel);
 }
 
-absl::Status Client::Wire::Prepare(grpc::ClientContext& context) const {
+absl::Status Wire::Prepare(grpc::ClientContext& context) const {
   if (!usable.ok()) return usable;
   if (!options.traceparent.empty()) context.AddMetadata("traceparent", options.traceparent);
   return AddToken(options, context);
@@ -72,4 +72,4 @@ bool IsTransient(const absl::Status& status) {
          (absl::IsResourceExhausted(status) && Explain(status).retry_seconds.has_value());
 }
 
-}  // namespace vantage
+}  // namespace vantage::client

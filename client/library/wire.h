@@ -10,7 +10,8 @@
 #include <random>
 #include <string>
 
-#include "client/library/client.h"
+#include "absl/status/status.h"
+#include "client/library/client_options.h"
 #include "client/library/error.h"
 #include "grpc/health/v1/health.grpc.pb.h"
 #include "vantage/v1/fleet_service.grpc.pb.h"
@@ -19,9 +20,9 @@
 #include "vantage/v1/scan_service.grpc.pb.h"
 #include "vantage/v1/session_service.grpc.pb.h"
 
-namespace vantage {
+namespace vantage::client {
 
-struct Client::Wire {
+struct Wire {
   explicit Wire(ClientOptions options);
 
   // Before every call: adds what goes with it. An error when the options cannot be followed.
@@ -59,6 +60,6 @@ uint64_t RandomSeed();
 // True for failures that a new attempt may cure.
 bool IsTransient(const absl::Status& status);
 
-}  // namespace vantage
+}  // namespace vantage::client
 
 #endif  // VANTAGE_CLIENT_LIBRARY_WIRE_H_

@@ -10,7 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 
-namespace vantage {
+namespace vantage::picture {
 namespace {
 
 void SetColour(cairo_t* context, const Colour& c) {
@@ -196,4 +196,4 @@ absl::Status Canvas::WritePng(const std::string& path) const {
       absl::StrCat("cannot write the picture ", path, ": ", cairo_status_to_string(status)));
 }
 
-}  // namespace vantage
+}  // namespace vantage::picture

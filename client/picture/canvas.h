@@ -12,7 +12,7 @@
 #include "absl/status/status.h"
 #include "client/picture/palette.h"
 
-namespace vantage {
+namespace vantage::picture {
 
 // Rows from top to bottom, four bytes a pixel.
 struct Raster {
@@ -71,6 +71,6 @@ class Canvas {
   std::unique_ptr<Drawing> drawing_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::picture
 
 #endif  // VANTAGE_CLIENT_PICTURE_CANVAS_H_

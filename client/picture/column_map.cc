@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-namespace vantage {
+namespace vantage::picture {
 namespace {
 
 // A column with this much standing surface shows at full strength: 1.5 m of height.
@@ -20,7 +20,7 @@ struct Tally {
   float standing_under = 0;
   float flat_measured = 0;
   float flat_under = 0;
-  std::array<float, kSurfaceKinds> area{};
+  std::array<float, model::kSurfaceKinds> area{};
 };
 
 Column Classify(const Tally& tally, double cell) {
@@ -34,7 +34,7 @@ Column Classify(const Tally& tally, double cell) {
   const float standing = tally.standing_measured + tally.standing_under;
   int largest = 1;
   float missing = 0;
-  for (int kind = 1; kind < kSurfaceKinds; ++kind) {
+  for (int kind = 1; kind < model::kSurfaceKinds; ++kind) {
     missing += tally.area[kind];
     if (tally.area[kind] > tally.area[largest]) largest = kind;
   }
@@ -109,7 +109,7 @@ ColumnMap::ColumnMap(std::span<const SurfaceElement> surfaces, double cell, doub
     if ((at.array() < 0).any() || (at.array() >= size_.array()).any()) continue;
     Tally& tally = tallies[static_cast<size_t>(at.y()) * size_.x() + at.x()];
     tally.area[static_cast<int>(s.kind)] += s.area;
-    if (s.kind != SurfaceKind::kTrue) continue;
+    if (s.kind != model::SurfaceKind::kTrue) continue;
     const bool under = s.density < required_density;
     if (std::abs(s.normal.z()) > kUprightNormal) {
       (under ? tally.flat_under : tally.flat_measured) += s.area;
@@ -121,4 +121,4 @@ ColumnMap::ColumnMap(std::span<const SurfaceElement> surfaces, double cell, doub
   for (const Tally& tally : tallies) columns_.push_back(Classify(tally, cell_));
 }
 
-}  // namespace vantage
+}  // namespace vantage::picture

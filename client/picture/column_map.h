@@ -8,15 +8,15 @@
 #include <span>
 #include <vector>
 
-#include "core/model/voxel.h"
+#include "core/model/view/voxel.h"
 
-namespace vantage {
+namespace vantage::picture {
 
 // A surface voxel as the export gives it.
 struct SurfaceElement {
   Eigen::Vector3f position;  // m, model frame
   Eigen::Vector3f normal;    // unit
-  SurfaceKind kind = SurfaceKind::kTrue;
+  model::SurfaceKind kind = model::SurfaceKind::kTrue;
   float area = 0;     // m^2
   float density = 0;  // samples / m^2
 };
@@ -36,7 +36,7 @@ enum class ColumnClass : uint8_t {
 struct Column {
   ColumnClass shown = ColumnClass::kNothing;
   float strength = 0;  // [0, 1]: how much of a wall's height stands behind the class
-  std::array<float, kSurfaceKinds> area{};  // m^2 by kind
+  std::array<float, model::kSurfaceKinds> area{};  // m^2 by kind
 };
 
 class ColumnMap {
@@ -63,6 +63,6 @@ class ColumnMap {
   std::vector<Column> columns_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::picture
 
 #endif  // VANTAGE_CLIENT_PICTURE_COLUMN_MAP_H_

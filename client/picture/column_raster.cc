@@ -1,6 +1,6 @@
 #include "client/picture/column_raster.h"
 
-namespace vantage {
+namespace vantage::picture {
 namespace {
 
 // Weak columns still show.
@@ -53,4 +53,4 @@ Raster ContextRaster(const ColumnMap& map) {
   return raster;
 }
 
-}  // namespace vantage
+}  // namespace vantage::picture

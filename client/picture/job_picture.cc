@@ -10,7 +10,7 @@
 #include "client/picture/column_raster.h"
 #include "client/picture/map_panel.h"
 
-namespace vantage {
+namespace vantage::picture {
 namespace {
 
 using Eigen::AlignedBox2d;
@@ -152,15 +152,15 @@ class Legend {
   Vector2d at_;
 };
 
-void DrawColourBar(Canvas& canvas, const MapPanel& panel, double best_area) {
+void DrawColourBar(Canvas& canvas, const MapPanel& panel, double best_score) {
   const double width = 150;
   const Vector2d right(panel.max().x(), panel.min().y() - 14);
-  const Vector2d left = right - Vector2d(width + 78, 0);
+  const Vector2d left = right - Vector2d(width + 110, 0);
   Raster bar(64, 1);
   for (int i = 0; i < bar.width; ++i) bar.At(i, 0) = Viridis(i / (bar.width - 1.0));
-  canvas.Text(left - Vector2d(8, 0), "gain  0", 13, palette::kInk, Align::kRight);
+  canvas.Text(left - Vector2d(8, 0), "score  0", 13, palette::kInk, Align::kRight);
   canvas.Image(left - Vector2d(0, 12), left + Vector2d(width, 2), bar);
-  canvas.Text(left + Vector2d(width + 8, 0), absl::StrFormat("%.1f m\u00b2", best_area), 13,
+  canvas.Text(left + Vector2d(width + 8, 0), absl::StrFormat("%.0f samples", best_score), 13,
               palette::kInk);
 }
 
@@ -183,12 +183,12 @@ void DrawCoverage(MapPanel& panel, const JobPicture& plan, const ColumnMap& colu
 }
 
 void DrawScores(Canvas& canvas, MapPanel& panel, const JobPicture& plan, const ColumnMap& columns) {
-  panel.Title("What the next scan would gain");
+  panel.Title("Score of the next scan");
   panel.Grid();
   const ScoreRaster scores = MaxOverHeights(plan);
   if (scores.raster.width > 0) {
     panel.Image(scores.origin, plan.viewcell_size, scores.raster);
-    DrawColourBar(canvas, panel, scores.best / plan.required_density);
+    DrawColourBar(canvas, panel, scores.best);
   }
   if (columns.width() > 0) panel.Image(columns.origin(), columns.cell(), ContextRaster(columns));
   for (const Vector2d& place : plan.refused) panel.Refused(place);
@@ -251,4 +251,4 @@ absl::Status WriteJobPicture(const JobPicture& plan, const std::string& path) {
   return DrawJobPicture(plan).WritePng(path);
 }
 
-}  // namespace vantage
+}  // namespace vantage::picture

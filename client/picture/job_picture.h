@@ -13,7 +13,7 @@
 #include "client/picture/canvas.h"
 #include "client/picture/column_map.h"
 
-namespace vantage {
+namespace vantage::picture {
 
 struct JobPicture {
   std::string title;
@@ -53,6 +53,6 @@ Canvas DrawJobPicture(const JobPicture& plan);
 // Draws and writes. Errors as Canvas::WritePng.
 absl::Status WriteJobPicture(const JobPicture& plan, const std::string& path);
 
-}  // namespace vantage
+}  // namespace vantage::picture
 
 #endif  // VANTAGE_CLIENT_PICTURE_JOB_PICTURE_H_

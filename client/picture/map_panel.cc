@@ -4,7 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 
-namespace vantage {
+namespace vantage::picture {
 namespace {
 
 using Eigen::Vector2d;
@@ -123,4 +123,4 @@ void MapPanel::Region(const Eigen::AlignedBox2d& box) {
   canvas_.StrokeRectangle(low, high, 1.5, palette::kNextPosition);
 }
 
-}  // namespace vantage
+}  // namespace vantage::picture

@@ -10,7 +10,7 @@
 #include "client/picture/canvas.h"
 #include "client/picture/column_map.h"
 
-namespace vantage {
+namespace vantage::picture {
 
 class MapPanel {
  public:
@@ -55,6 +55,6 @@ class MapPanel {
   double scale_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::picture
 
 #endif  // VANTAGE_CLIENT_PICTURE_MAP_PANEL_H_

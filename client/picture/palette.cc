@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 
-namespace vantage {
+namespace vantage::picture {
 
 Colour Distinct(int i) {
   static constexpr std::array<unsigned, kDistinctColours> kColours = {
@@ -24,4 +24,4 @@ Colour Viridis(double t) {
   return {a.r + f * (b.r - a.r), a.g + f * (b.g - a.g), a.b + f * (b.b - a.b), 1.0};
 }
 
-}  // namespace vantage
+}  // namespace vantage::picture

@@ -2,7 +2,7 @@
 #ifndef VANTAGE_CLIENT_PICTURE_PALETTE_H_
 #define VANTAGE_CLIENT_PICTURE_PALETTE_H_
 
-namespace vantage {
+namespace vantage::picture {
 
 // Each channel in [0, 1].
 struct Colour {
@@ -44,6 +44,6 @@ Colour Distinct(int i);
 // Viridis at t in [0, 1]; values outside are clamped.
 Colour Viridis(double t);
 
-}  // namespace vantage
+}  // namespace vantage::picture
 
 #endif  // VANTAGE_CLIENT_PICTURE_PALETTE_H_

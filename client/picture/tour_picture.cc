@@ -7,7 +7,7 @@
 #include "client/picture/column_raster.h"
 #include "client/picture/map_panel.h"
 
-namespace vantage {
+namespace vantage::picture {
 namespace {
 
 using Eigen::AlignedBox2d;
@@ -85,4 +85,4 @@ absl::Status WriteTourPicture(const TourPicture& picture, const std::string& pat
   return DrawTourPicture(picture).WritePng(path);
 }
 
-}  // namespace vantage
+}  // namespace vantage::picture

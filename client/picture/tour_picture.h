@@ -11,7 +11,7 @@
 #include "client/picture/canvas.h"
 #include "client/picture/column_map.h"
 
-namespace vantage {
+namespace vantage::picture {
 
 struct TourPicture {
   std::string title;
@@ -39,6 +39,6 @@ Canvas DrawTourPicture(const TourPicture& picture);
 // Draws and writes. Errors as Canvas::WritePng.
 absl::Status WriteTourPicture(const TourPicture& picture, const std::string& path);
 
-}  // namespace vantage
+}  // namespace vantage::picture
 
 #endif  // VANTAGE_CLIENT_PICTURE_TOUR_PICTURE_H_

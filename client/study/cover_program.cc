@@ -23,7 +23,7 @@
 #include "client/library/error.h"
 #include "client/study/own_server.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 namespace fs = std::filesystem;
@@ -54,7 +54,7 @@ class Scratch {
   bool made_ = false;
 };
 
-bool Contains(const SampleSet& set, size_t element) {
+bool Contains(const simulation::SampleSet& set, size_t element) {
   return (set[element / 64] >> (element % 64) & 1) != 0;
 }
 
@@ -66,7 +66,7 @@ struct ElementClass {
 
 std::vector<ElementClass> Classes(const CoverProblem& problem) {
   std::map<std::vector<size_t>, size_t> counts;
-  const SampleSet& done = problem.sets[problem.start];
+  const simulation::SampleSet& done = problem.sets[problem.start];
   for (size_t element = 0; element < done.size() * 64; ++element) {
     if (Contains(done, element)) continue;
     std::vector<size_t> candidates;
@@ -185,8 +185,9 @@ Answer ReadAnswer(const std::string& path) {
 absl::StatusOr<std::set<size_t>> Solve(const std::string& program, double seconds) {
   const std::string solver = FindCoverSolver();
   if (solver.empty()) {
-    return WithFix(absl::FailedPreconditionError("no integer programming solver is on PATH"),
-                   "install coinor-cbc or glpk-utils");
+    return client::WithFix(
+        absl::FailedPreconditionError("no integer programming solver is on PATH"),
+        "install coinor-cbc or glpk-utils");
   }
   const Scratch scratch;
   if (!scratch.made()) return absl::PermissionDeniedError("cannot make a folder for the solver");
@@ -286,13 +287,13 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> BestCover(const StudyScene& scene, 
   CoverProblem problem;
   std::vector<Eigen::Vector3d> places;
   for (size_t i = 0; i < scene.positions().size(); ++i) {
-    const Eigen::Vector2d lattice =
-        (scene.positions()[i] - origin).head<2>() / (kLatticeOfTruth * kLatticeStride);
+    const Eigen::Vector2d lattice = (scene.positions()[i] - origin).head<2>() /
+                                    (simulated_job::kLatticeOfTruth * kLatticeStride);
     const bool on = (lattice - lattice.array().round().matrix()).cwiseAbs().maxCoeff() < 0.1;
     if (!on && i != start) continue;
     if (i == start) problem.start = places.size();
     places.push_back(scene.positions()[i]);
-    SampleSet set((count + 63) / 64, 0);
+    simulation::SampleSet set((count + 63) / 64, 0);
     for (size_t k = 0; k < count; ++k) {
       if (Contains(scene.sets()[i], elements[k * thinning])) set[k / 64] |= uint64_t{1} << (k % 64);
     }
@@ -318,4 +319,4 @@ absl::StatusOr<std::vector<Eigen::Vector3d>> BestCover(const StudyScene& scene, 
   return positions;
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

@@ -11,13 +11,13 @@
 #include "absl/status/statusor.h"
 #include "client/study/study_scene.h"
 
-namespace vantage {
+namespace vantage::study {
 
 // The path of a solver; empty where there is none.
 std::string FindCoverSolver();
 
 struct CoverProblem {
-  std::vector<SampleSet> sets;                  // by candidate
+  std::vector<simulation::SampleSet> sets;      // by candidate
   std::vector<std::vector<size_t>> neighbours;  // of a candidate: those it can be joined with
   size_t start = 0;                             // chosen in any case
   size_t goal = 0;                              // elements to cover at least
@@ -34,6 +34,6 @@ absl::StatusOr<std::vector<size_t>> SolveCover(const CoverProblem& problem, doub
 absl::StatusOr<std::vector<Eigen::Vector3d>> BestCover(const StudyScene& scene, uint64_t seed,
                                                        double seconds);
 
-}  // namespace vantage
+}  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_COVER_PROGRAM_H_

@@ -3,10 +3,10 @@
 #include "client/library/geometry.h"
 #include "client/study/job_store.h"
 
-namespace vantage {
+namespace vantage::study {
 
 JobDiary::JobDiary(const StudyScene& scene, const std::string& planner, uint64_t seed,
-                   Parallel& parallel)
+                   parallel::Parallel& parallel)
     : scene_(scene),
       parallel_(parallel),
       truth_(scene.truth()),
@@ -31,9 +31,9 @@ JobDiary::Best JobDiary::BestNow() const {
 
 void JobDiary::Add(const ScanMade& scan) {
   const StudySettings& settings = scene_.settings();
-  study::v1::ScanRecord& record = *record_.add_scans();
+  study_records::v1::ScanRecord& record = *record_.add_scans();
   record.set_number(record_.scans_size());
-  *record.mutable_position() = ToProto(scan.position);
+  *record.mutable_position() = client::ToProto(scan.position);
   record.set_merged(scan.merged);
   record.set_second_prior(scan.second_prior);
   const double walk = stood_ ? scene_.walks().Distance(*stood_, scan.position) : 0;
@@ -44,10 +44,10 @@ void JobDiary::Add(const ScanMade& scan) {
   if (scan.predicted) record.set_predicted(*scan.predicted);
   const Best best = BestNow();
   record.set_best(static_cast<double>(best.gain) * scene_.area_per_sample());
-  *record.mutable_best_position() = ToProto(scene_.positions()[best.position]);
+  *record.mutable_best_position() = client::ToProto(scene_.positions()[best.position]);
   if (scan.best_predicted) record.set_best_predicted(*scan.best_predicted);
   record.set_best_refused(scan.best_refused);
-  const TrueCoverage before = last_;
+  const simulation::TrueCoverage before = last_;
   if (scan.merged) {
     truth_.AddScan(scan.at, parallel_);
     last_ = truth_.Measure();
@@ -67,4 +67,4 @@ bool JobDiary::Over() const {
   return covered() >= scene_.settings().enough || scans() >= scene_.most_scans();
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

@@ -10,9 +10,9 @@
 #include "client/study/study_scene.h"
 #include "core/parallel/parallel.h"
 #include "core/simulation/ground_truth.h"
-#include "vantage/study/v1/study.pb.h"
+#include "vantage/study_records/v1/study.pb.h"
 
-namespace vantage {
+namespace vantage::study {
 
 // A scan as its job knows it.
 struct ScanMade {
@@ -34,7 +34,8 @@ struct ScanMade {
 class JobDiary {
  public:
   // References are kept.
-  JobDiary(const StudyScene& scene, const std::string& planner, uint64_t seed, Parallel& parallel);
+  JobDiary(const StudyScene& scene, const std::string& planner, uint64_t seed,
+           parallel::Parallel& parallel);
 
   void Add(const ScanMade& scan);
 
@@ -49,23 +50,23 @@ class JobDiary {
   };
   Best BestNow() const;
   // Samples at density.
-  const SampleSet& at_density() const { return at_density_; }
+  const simulation::SampleSet& at_density() const { return at_density_; }
   // Enough is covered, or as many scans made as allowed.
   bool Over() const;
 
-  study::v1::JobRecord& record() { return record_; }
+  study_records::v1::JobRecord& record() { return record_; }
 
  private:
   const StudyScene& scene_;
-  Parallel& parallel_;
-  GroundTruth truth_;
-  TrueCoverage last_;
-  SampleSet at_density_;
+  parallel::Parallel& parallel_;
+  simulation::GroundTruth truth_;
+  simulation::TrueCoverage last_;
+  simulation::SampleSet at_density_;
   double minutes_ = 0;
   std::optional<Eigen::Vector3d> stood_;
-  study::v1::JobRecord record_;
+  study_records::v1::JobRecord record_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_JOB_DIARY_H_

@@ -13,19 +13,19 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/library/error.h"
-#include "proto/wire/checksum.h"
+#include "core/bytes/checksum.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 // The message holds no maps, so that its bytes are a function of what it says.
-uint32_t ChecksumOf(study::v1::JobRecord record) {
+uint32_t ChecksumOf(study_records::v1::JobRecord record) {
   record.clear_checksum();
-  return Crc32c(record.SerializeAsString());
+  return bytes::Crc32c(record.SerializeAsString());
 }
 
 absl::Status CannotWrite(const std::string& path) {
-  return WithFix(
+  return client::WithFix(
       absl::PermissionDeniedError(absl::StrCat("cannot write ", path, ": ", std::strerror(errno))),
       "name another folder with --output");
 }
@@ -57,9 +57,9 @@ absl::StatusOr<JobStore> JobStore::Open(const std::string& folder) {
   std::error_code error;
   std::filesystem::create_directories(std::filesystem::path(folder) / "jobs", error);
   if (error) {
-    return WithFix(absl::PermissionDeniedError(
-                       absl::StrCat("cannot make the folder ", folder, ": ", error.message())),
-                   "name another one with --output");
+    return client::WithFix(absl::PermissionDeniedError(absl::StrCat("cannot make the folder ",
+                                                                    folder, ": ", error.message())),
+                           "name another one with --output");
   }
   return JobStore(folder);
 }
@@ -69,7 +69,7 @@ std::string JobStore::PathOf(const std::string& scene, const std::string& planne
   return absl::StrCat(folder_, "/jobs/", scene, "_", planner, "_", seed, ".json");
 }
 
-absl::Status JobStore::Write(study::v1::JobRecord record) const {
+absl::Status JobStore::Write(study_records::v1::JobRecord record) const {
   record.set_checksum(ChecksumOf(record));
   google::protobuf::util::JsonPrintOptions options;
   options.add_whitespace = true;
@@ -80,10 +80,11 @@ absl::Status JobStore::Write(study::v1::JobRecord record) const {
   return WriteWhole(PathOf(record.scene(), record.planner(), record.seed()), json);
 }
 
-std::optional<study::v1::JobRecord> JobStore::Read(const std::string& scene,
-                                                   const std::string& planner, uint64_t seed,
-                                                   const std::string& settings,
-                                                   std::string& why) const {
+std::optional<study_records::v1::JobRecord> JobStore::Read(const std::string& scene,
+                                                           const std::string& planner,
+                                                           uint64_t seed,
+                                                           const std::string& settings,
+                                                           std::string& why) const {
   why.clear();
   std::ifstream file(PathOf(scene, planner, seed), std::ios::binary);
   if (!file) {
@@ -92,7 +93,7 @@ std::optional<study::v1::JobRecord> JobStore::Read(const std::string& scene,
   }
   std::ostringstream text;
   text << file.rdbuf();
-  study::v1::JobRecord record;
+  study_records::v1::JobRecord record;
   if (!google::protobuf::util::JsonStringToMessage(text.str(), &record).ok()) {
     why = "damaged";
   } else if (record.format_version() != kRecordFormat) {
@@ -108,4 +109,4 @@ std::optional<study::v1::JobRecord> JobStore::Read(const std::string& scene,
   return record;
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

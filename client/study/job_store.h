@@ -8,9 +8,9 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "vantage/study/v1/study.pb.h"
+#include "vantage/study_records/v1/study.pb.h"
 
-namespace vantage {
+namespace vantage::study {
 
 inline constexpr uint32_t kRecordFormat = 2;
 
@@ -25,13 +25,14 @@ class JobStore {
   std::string PathOf(const std::string& scene, const std::string& planner, uint64_t seed) const;
 
   // Fills in the checksum.
-  absl::Status Write(study::v1::JobRecord record) const;
+  absl::Status Write(study_records::v1::JobRecord record) const;
 
   // Nothing where the job has to be done (again): no file, a damaged one, one of another job,
   // format or settings. `why` says which.
-  std::optional<study::v1::JobRecord> Read(const std::string& scene, const std::string& planner,
-                                           uint64_t seed, const std::string& settings,
-                                           std::string& why) const;
+  std::optional<study_records::v1::JobRecord> Read(const std::string& scene,
+                                                   const std::string& planner, uint64_t seed,
+                                                   const std::string& settings,
+                                                   std::string& why) const;
 
  private:
   explicit JobStore(std::string folder) : folder_(std::move(folder)) {}
@@ -39,6 +40,6 @@ class JobStore {
   std::string folder_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_JOB_STORE_H_

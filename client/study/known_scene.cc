@@ -7,9 +7,9 @@
 #include <set>
 #include <utility>
 
-#include "client/simulation/placement.h"
+#include "client/simulated_job/placement.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 using Eigen::Vector3d;
@@ -19,10 +19,11 @@ constexpr int kOffsets = 4;    // per axis
 constexpr double kSpacings[] = {1.25, 1.5, 1.75, 2, 2.25, 2.5, 3, 3.5, 4, 4.5, 5, 6, 7, 8};
 
 ScanMade Place(const StudyScene& scene, uint64_t seed, int number, const Vector3d& position) {
-  const PlacementErrors errors = scene.ErrorsFor(seed);
-  const Placement placement =
-      number == 1 ? FirstPlacement(position, errors)
-                  : PlacementAt(position, number, Eigen::Isometry3d::Identity(), errors);
+  const simulated_job::PlacementErrors errors = scene.ErrorsFor(seed);
+  const simulated_job::Placement placement =
+      number == 1
+          ? simulated_job::FirstPlacement(position, errors)
+          : simulated_job::PlacementAt(position, number, Eigen::Isometry3d::Identity(), errors);
   ScanMade made;
   made.position = position;
   made.at = placement.T_scene_scan.translation();
@@ -131,7 +132,7 @@ RegularSpacing BestSpacing(const StudyScene& scene, uint64_t seed) {
       for (const double height : heights) {
         const std::vector<size_t> route =
             WalkThrough(ways, start, SnapGrid(scene, spacing, shift, height));
-        SampleSet covered = scene.sets()[start];
+        simulation::SampleSet covered = scene.sets()[start];
         size_t now = CountOf(covered);
         std::pair<size_t, size_t> merit = {now >= goal ? 1 : kNever, 0};
         for (size_t scans = 2; scans <= static_cast<size_t>(scene.most_scans()); ++scans) {
@@ -154,4 +155,4 @@ RegularSpacing BestSpacing(const StudyScene& scene, uint64_t seed) {
   return best;
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

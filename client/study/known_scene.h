@@ -9,7 +9,7 @@
 #include "client/study/job_diary.h"
 #include "client/study/study_scene.h"
 
-namespace vantage {
+namespace vantage::study {
 
 // The oracle: always the allowed position that truly brings the most new surface to the density.
 // Its scans are placed with the same errors and their poses are given.
@@ -31,6 +31,6 @@ struct RegularSpacing {
 // Grid points are moved to the nearest allowed position within 0.5 m or left out.
 RegularSpacing BestSpacing(const StudyScene& scene, uint64_t seed);
 
-}  // namespace vantage
+}  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_KNOWN_SCENE_H_

@@ -1,20 +1,20 @@
-// Largest unknown volume by ray casting over OctoMap.
+#include "client/study/octomap_rival.h"
+
 #include <octomap/OcTree.h>
 
 #include <algorithm>
 #include <cmath>
 #include <unordered_set>
 
-#include "client/study/rival.h"
 #include "core/simulation/counter_random.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 constexpr double kResolution = 0.1;  // m
 constexpr double kGainRange = 5.0;   // m
 constexpr int kCandidates = 80;
-constexpr double kRayStep = Radians(6);
+constexpr double kRayStep = sensor::Radians(6);
 constexpr int kThinning = 4;  // every so many columns and rows are inserted
 constexpr uint64_t kDrawStream = 400;
 
@@ -24,14 +24,14 @@ octomap::point3d ToPoint(const Eigen::Vector3d& p) {
 
 class Octomap final : public Rival {
  public:
-  explicit Octomap(const ScannerModel& scanner) : scanner_(scanner), tree_(kResolution) {}
+  explicit Octomap(const sensor::ScannerModel& scanner) : scanner_(scanner), tree_(kResolution) {}
 
-  void SeeScan(const RangeImage& image, const Eigen::Isometry3d& T_world_scan) override {
+  void SeeScan(const sensor::RangeImage& image, const Eigen::Isometry3d& T_world_scan) override {
     octomap::Pointcloud cloud;
     for (int column = 0; column < image.columns(); column += kThinning) {
       for (int row = 0; row < image.rows(); row += kThinning) {
         const float range = image.at(column, row);
-        if (!RangeImage::IsRange(range)) continue;
+        if (!sensor::RangeImage::IsRange(range)) continue;
         cloud.push_back(
             ToPoint(T_world_scan * (static_cast<double>(range) * image.Direction(column, row))));
       }
@@ -47,8 +47,9 @@ class Octomap final : public Rival {
     std::vector<size_t> volume(kCandidates, 0);
     std::vector<Eigen::Vector3d> places(kCandidates);
     for (int i = 0; i < kCandidates; ++i) {
-      const uint64_t draw = RandomBits(s.seed, static_cast<uint64_t>(s.number * kCandidates + i),
-                                       kDrawStream + s.config.rejected.size());
+      const uint64_t draw =
+          simulation::RandomBits(s.seed, static_cast<uint64_t>(s.number * kCandidates + i),
+                                 kDrawStream + s.config.rejected.size());
       places[static_cast<size_t>(i)] = s.feasible.Centre(draw % count);
     }
     s.parallel.For(places.size(), [&](size_t i) { volume[i] = UnknownFrom(places[i]); });
@@ -65,7 +66,7 @@ class Octomap final : public Rival {
     for (double elevation = scanner_.elevation_min; elevation <= scanner_.elevation_max;
          elevation += kRayStep) {
       const double turn = kRayStep / std::max(std::cos(elevation), 0.05);
-      for (double azimuth = 0; azimuth < 2 * kPi; azimuth += turn) {
+      for (double azimuth = 0; azimuth < 2 * sensor::kPi; azimuth += turn) {
         const Eigen::Vector3d direction(std::cos(elevation) * std::cos(azimuth),
                                         std::cos(elevation) * std::sin(azimuth),
                                         std::sin(elevation));
@@ -85,14 +86,14 @@ class Octomap final : public Rival {
     return unknown.size();
   }
 
-  ScannerModel scanner_;
+  sensor::ScannerModel scanner_;
   octomap::OcTree tree_;
 };
 
 }  // namespace
 
-std::unique_ptr<Rival> OctomapRival(const ScannerModel& scanner) {
+std::unique_ptr<Rival> OctomapRival(const sensor::ScannerModel& scanner) {
   return std::make_unique<Octomap>(scanner);
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

@@ -19,7 +19,7 @@
 #include "absl/strings/str_split.h"
 #include "client/library/error.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 namespace fs = std::filesystem;
@@ -62,7 +62,7 @@ std::string FindServerProgram() {
 
 absl::StatusOr<std::unique_ptr<OwnServer>> OwnServer::Start(const std::string& program) {
   if (program.empty() || !IsProgram(program)) {
-    return WithFix(
+    return client::WithFix(
         absl::NotFoundError(absl::StrCat("there is no server program '",
                                          program.empty() ? "vantaged" : program, "' to start")),
         "name it with --vantaged, or a running server with --server");
@@ -121,4 +121,4 @@ OwnServer::~OwnServer() {
   fs::remove_all(folder_, error);
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

@@ -10,7 +10,7 @@
 
 #include "absl/status/statusor.h"
 
-namespace vantage {
+namespace vantage::study {
 
 class OwnServer {
  public:
@@ -40,6 +40,6 @@ std::string FindServerProgram();
 // A program on PATH; empty where there is none.
 std::string FindOnPath(const std::string& name);
 
-}  // namespace vantage
+}  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_OWN_SERVER_H_

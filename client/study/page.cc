@@ -11,12 +11,12 @@
 #include "client/study/svg.h"
 #include "client/study/table.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 using Eigen::Vector2d;
-using study::v1::JobRecord;
-using study::v1::ScanRecord;
+using study_records::v1::JobRecord;
+using study_records::v1::ScanRecord;
 
 constexpr const char* kColours[] = {"#1f5fbf", "#d9480f", "#2b8a3e", "#862e9c", "#c2255c",
                                     "#0b7285", "#846358", "#5c940d", "#495057", "#e67700",
@@ -51,27 +51,27 @@ std::string Cell(const std::string& text, const char* style = "") {
                       Escape(text), "</td>");
 }
 
-std::string FigureTable(const study::v1::Table& table) {
+std::string FigureTable(const study_records::v1::Table& table) {
   std::string html =
       "<table><tr><th>figure</th><th>value</th><th>target</th><th>by scene</th></tr>";
-  for (const study::v1::Figure& figure : table.figures()) {
+  for (const study_records::v1::Figure& figure : table.figures()) {
     absl::StrAppend(&html, "<tr>", Cell(figure.name()), Cell(figure.stated()),
                     Cell(figure.target()), Cell(figure.detail()), "</tr>");
   }
   return html + "</table>\n";
 }
 
-std::string ScansOf(const study::v1::Row& row) {
+std::string ScansOf(const study_records::v1::Row& row) {
   return row.has_scans95() ? absl::StrFormat("%g", row.scans95())
                            : absl::StrFormat("> %d", row.most_scans());
 }
 
 // Scans until the goal: planners down, scenes across.
-std::string WinnersTable(const study::v1::Table& table) {
+std::string WinnersTable(const study_records::v1::Table& table) {
   std::vector<std::string> scenes;
   std::vector<std::string> planners;
-  std::map<std::pair<std::string, std::string>, const study::v1::Row*> rows;
-  for (const study::v1::Row& row : table.rows()) {
+  std::map<std::pair<std::string, std::string>, const study_records::v1::Row*> rows;
+  for (const study_records::v1::Row& row : table.rows()) {
     if (std::find(scenes.begin(), scenes.end(), row.scene()) == scenes.end()) {
       scenes.push_back(row.scene());
     }
@@ -91,7 +91,7 @@ std::string WinnersTable(const study::v1::Table& table) {
         html += Cell("");
         continue;
       }
-      const study::v1::Row& row = *at->second;
+      const study_records::v1::Row& row = *at->second;
       html += Cell(ScansOf(row), row.winner() ? "win" : KnowsTheScene(planner) ? "known" : "");
     }
     const StudyPlanner* known = FindPlanner(planner);
@@ -101,18 +101,18 @@ std::string WinnersTable(const study::v1::Table& table) {
   return html + "</table>\n";
 }
 
-std::string OverBudget(const study::v1::Row& row) {
+std::string OverBudget(const study_records::v1::Row& row) {
   if (row.budgeted() == 0) return "";
   return absl::StrFormat("%d of %d", row.over_budget(), row.budgeted());
 }
 
-std::string SceneTable(const study::v1::Table& table, const std::string& scene) {
+std::string SceneTable(const study_records::v1::Table& table, const std::string& scene) {
   std::string html =
       "<table><tr><th>planner</th><th>jobs</th><th>reached 95 %</th><th>scans to 95 %</th><th>"
       "minutes to 95 %</th><th>area under curve</th><th>lost scans</th><th>obtained / "
       "predicted</th><th>share of the best true gain</th><th>s a plan</th><th>plans "
       "over budget</th></tr>";
-  for (const study::v1::Row& row : table.rows()) {
+  for (const study_records::v1::Row& row : table.rows()) {
     if (row.scene() != scene) continue;
     absl::StrAppend(&html, "<tr>", Cell(row.planner()), Cell(absl::StrCat(row.jobs())),
                     Cell(absl::StrCat(row.reached())), Cell(ScansOf(row)),
@@ -228,7 +228,7 @@ std::string JobPlan(const FloorPlanDrawing& scene, const JobRecord& job) {
 
 }  // namespace
 
-PlanSegments CutMesh(const TriangleMesh& mesh, double height) {
+PlanSegments CutMesh(const simulation::TriangleMesh& mesh, double height) {
   PlanSegments segments;
   for (const auto& triangle : mesh.triangles) {
     std::vector<Vector2d> crossings;
@@ -245,12 +245,12 @@ PlanSegments CutMesh(const TriangleMesh& mesh, double height) {
   return segments;
 }
 
-FloorPlanDrawing DrawFloorPlan(const Site& site, int most_scans) {
+FloorPlanDrawing DrawFloorPlan(const simulated_job::Site& site, int most_scans) {
   return {site.name, CutMesh(site.mesh, site.floor_height + 1.3),
           CutMesh(site.mesh, site.floor_height + 0.4), most_scans};
 }
 
-std::string StudyPage(const study::v1::Table& table, const std::vector<JobRecord>& records,
+std::string StudyPage(const study_records::v1::Table& table, const std::vector<JobRecord>& records,
                       const std::vector<FloorPlanDrawing>& scenes, double goal) {
   std::string html = kHead;
   absl::StrAppend(
@@ -285,4 +285,4 @@ std::string StudyPage(const study::v1::Table& table, const std::vector<JobRecord
   return html + "</body></html>\n";
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

@@ -7,15 +7,15 @@
 #include <utility>
 #include <vector>
 
-#include "client/simulation/site.h"
-#include "vantage/study/v1/study.pb.h"
+#include "client/simulated_job/site.h"
+#include "vantage/study_records/v1/study.pb.h"
 
-namespace vantage {
+namespace vantage::study {
 
 using PlanSegments = std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>>;  // m
 
 // Where a horizontal plane at `height` (m, scene frame) cuts the mesh.
-PlanSegments CutMesh(const TriangleMesh& mesh, double height);
+PlanSegments CutMesh(const simulation::TriangleMesh& mesh, double height);
 
 // What a scene looks like from above.
 struct FloorPlanDrawing {
@@ -24,12 +24,12 @@ struct FloorPlanDrawing {
   PlanSegments furniture;  // cut low
   int most_scans = 0;      // that a job in it may take
 };
-FloorPlanDrawing DrawFloorPlan(const Site& site, int most_scans);
+FloorPlanDrawing DrawFloorPlan(const simulated_job::Site& site, int most_scans);
 
-std::string StudyPage(const study::v1::Table& table,
-                      const std::vector<study::v1::JobRecord>& records,
+std::string StudyPage(const study_records::v1::Table& table,
+                      const std::vector<study_records::v1::JobRecord>& records,
                       const std::vector<FloorPlanDrawing>& scenes, double goal);
 
-}  // namespace vantage
+}  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_PAGE_H_

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 StudyPlanner Ours(std::string name, std::string words) {
@@ -33,13 +33,13 @@ std::vector<StudyPlanner> MakePlanners() {
   budget("ours-0.2s", 0.2, "the same with 0.2 s a plan");
   budget("ours-complete", 600, "the same with every view scored exactly");
   all.push_back(Ours("ours-overlap", "the best view with enough overlap, whatever its shape"));
-  all.back().choice = ViewChoice::kOverlap;
+  all.back().choice = simulated_job::ViewChoice::kOverlap;
   all.push_back(Ours("ours-unchecked", "the best view, whether it will register or not"));
-  all.back().choice = ViewChoice::kBest;
+  all.back().choice = simulated_job::ViewChoice::kBest;
   all.push_back(Ours("ours-paper", "by the paper's metric: samples and nothing else"));
   all.back().overrides.set_least_deficit(0);
   all.back().overrides.set_counts_from(0);
-  all.back().overrides.set_depth_behind(0);
+  all.back().overrides.set_depth_behind_m(0);
   all.push_back(Ours("ours-samples", "true surface counts by samples, as in the paper"));
   all.back().overrides.set_least_deficit(0);
   all.back().overrides.set_counts_from(0);
@@ -49,7 +49,7 @@ std::vector<StudyPlanner> MakePlanners() {
   all.back().overrides.set_density_on_false_surface(false);
   const auto behind = [&](const char* name, double depth, const char* words) {
     all.push_back(Ours(name, words));
-    all.back().overrides.set_depth_behind(depth);
+    all.back().overrides.set_depth_behind_m(depth);
   };
   behind("ours-behind0", 0, "counting on nothing behind false surface");
   behind("ours-behind1", 1, "counting on a metre of space behind false surface, not three");
@@ -108,4 +108,4 @@ std::vector<std::string> DefaultPlanners(bool small) {
   return names;
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "client/simulation/simulated_job.h"
+#include "client/simulated_job/simulated_job.h"
 #include "vantage/v1/planning_config.pb.h"
 
-namespace vantage {
+namespace vantage::study {
 
 enum class PlannerKind {
   kOurs,          // through the service
@@ -24,7 +24,7 @@ struct StudyPlanner {
   // Ours only.
   double plan_seconds = 1.0;     // of one core
   v1::PlanningConfig overrides;  // of the default configuration
-  ViewChoice choice = ViewChoice::kRegistrable;
+  simulated_job::ViewChoice choice = simulated_job::ViewChoice::kRegistrable;
   bool asked_about_best = false;  // what it makes of the truly best position, after every scan
 };
 
@@ -37,6 +37,6 @@ const StudyPlanner* FindPlanner(const std::string& name);
 // What `vantage study` runs without --planner; `small`: the rivals that the figures need.
 std::vector<std::string> DefaultPlanners(bool small);
 
-}  // namespace vantage
+}  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_PLANNER_LIST_H_

@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/planning/patches.h"
+#include "core/planning/patches/patches.h"
+#include "core/planning/plan/plan.h"
+#include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
-#include "core/planning/scoring.h"
+#include "core/planning/scoring/scoring.h"
 #include "core/simulation/counter_random.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 constexpr uint64_t kRandomStream = 300;
@@ -19,8 +21,8 @@ class Random final : public Rival {
     const size_t count = s.feasible.cells().size();
     if (count == 0) return {std::nullopt, std::nullopt, "no place is feasible"};
     // A refused place is no longer feasible, so that a repeated question has another answer.
-    const uint64_t draw = RandomBits(s.seed, static_cast<uint64_t>(s.number),
-                                     kRandomStream + s.config.rejected.size());
+    const uint64_t draw = simulation::RandomBits(s.seed, static_cast<uint64_t>(s.number),
+                                                 kRandomStream + s.config.rejected.size());
     return {s.feasible.Centre(draw % count), std::nullopt, ""};
   }
 };
@@ -31,31 +33,33 @@ class Frontier final : public Rival {
     constexpr double kLeastArea = 0.5;  // m^2 of frontier to be seen
     constexpr double kLeastStep = 1.0;  // m from every former stand
     constexpr double kSpacing = 0.3;    // m between the places asked
-    PlanningConfig config = s.config;
+    planning::PlanningConfig config = s.config;
     config.weights = {0, 1, 1, 1};
-    const PatchSet patches = ExtractPatches(s.model, config, {}, Budget::Unlimited());
-    const Scoring scoring(s.model, s.grid, patches, s.scanner, config, s.parallel);
+    const planning::PatchSet patches =
+        planning::ExtractPatches(s.model, config, {}, parallel::Budget::Unlimited());
+    const planning::Scoring scoring(s.model, s.grid, patches, s.scanner, config, s.parallel);
 
     std::vector<std::pair<double, size_t>> places;
     for (size_t i = 0; i < s.feasible.cells().size(); ++i) {
-      const FeasibleViews::CellIndex& cell = s.feasible.cells()[i];
+      const planning::FeasibleViews::CellIndex& cell = s.feasible.cells()[i];
       const int step = std::max(1, static_cast<int>(kSpacing / s.feasible.cell_size() + 0.5));
       if (((cell.array() - (cell.array() / step) * step) != 0).any()) continue;
       const Eigen::Vector3d at = s.feasible.Centre(i);
-      const bool near = std::any_of(s.stands.begin(), s.stands.end(), [&](const auto& stand) {
-        return (stand - at).template head<2>().norm() < kLeastStep;
+      const bool near = std::any_of(s.stations.begin(), s.stations.end(), [&](const auto& station) {
+        return (station - at).template head<2>().norm() < kLeastStep;
       });
       if (near) continue;
-      const double way = s.feasible.reach()
-                             .Travel(cell.x(), cell.y())
-                             .value_or(s.stands.empty() ? 0 : 2 * (s.stands.back() - at).norm());
+      const double way =
+          s.feasible.reach()
+              .Travel(cell.x(), cell.y())
+              .value_or(s.stations.empty() ? 0 : 2 * (s.stations.back() - at).norm());
       places.emplace_back(way, i);
     }
     std::sort(places.begin(), places.end());
     std::vector<float> gains(scoring.cells().size());
     for (const auto& [way, i] : places) {
-      scoring.scorer().ScoreCells(s.feasible.Centre(i), scoring.cells(), Budget::Unlimited(),
-                                  gains);
+      scoring.scorer().ScoreCells(s.feasible.Centre(i), scoring.cells(),
+                                  parallel::Budget::Unlimited(), gains);
       double area = 0;
       for (size_t k = 0; k < gains.size(); ++k) {
         if (gains[k] > 0) area += scoring.cells().factor[k];
@@ -71,12 +75,12 @@ class FeasibleOracle final : public Rival {
   explicit FeasibleOracle(const StudyScene& scene) : truth_(scene.truth()) {}
   Proposal Propose(const PlanningSituation& s) override {
     constexpr int kStride = 3;  // of viewcells, per axis
-    for (; seen_ < s.stands.size(); ++seen_) {
-      truth_.AddScan(s.T_scene_world * s.stands[seen_], s.parallel);
+    for (; seen_ < s.stations.size(); ++seen_) {
+      truth_.AddScan(s.T_scene_world * s.stations[seen_], s.parallel);
     }
     std::vector<Eigen::Vector3d> places;
     for (size_t i = 0; i < s.feasible.cells().size(); ++i) {
-      const FeasibleViews::CellIndex& cell = s.feasible.cells()[i];
+      const planning::FeasibleViews::CellIndex& cell = s.feasible.cells()[i];
       if ((cell.array() - (cell.array() / kStride) * kStride).isZero(0)) {
         places.push_back(s.T_scene_world * s.feasible.Centre(i));
       }
@@ -91,7 +95,7 @@ class FeasibleOracle final : public Rival {
   }
 
  private:
-  GroundTruth truth_;
+  simulation::GroundTruth truth_;
   size_t seen_ = 0;  // stands that the truth has heard of
 };
 
@@ -112,7 +116,8 @@ class BruteForce final : public Rival {
  public:
   Proposal Propose(const PlanningSituation& s) override {
     const auto plan =
-        MakePlan(s.model, s.scanner, s.config, Budget::Unlimited(), s.parallel, [](const Plan&) {});
+        planning::MakePlan(s.model, s.scanner, s.config, parallel::Budget::Unlimited(), s.parallel,
+                           [](const planning::Plan&) {});
     if (!plan.ok()) return {std::nullopt, std::nullopt, std::string(plan.status().message())};
     if (plan->views.empty()) return {std::nullopt, std::nullopt, plan->message};
     return {plan->views[0].position, plan->views[0].score / s.config.required_density, ""};
@@ -121,7 +126,8 @@ class BruteForce final : public Rival {
 
 }  // namespace
 
-void Rival::SeeScan(const RangeImage& /*image*/, const Eigen::Isometry3d& /*T_world_scan*/) {}
+void Rival::SeeScan(const sensor::RangeImage& /*image*/,
+                    const Eigen::Isometry3d& /*T_world_scan*/) {}
 
 std::unique_ptr<Rival> RandomRival() { return std::make_unique<Random>(); }
 std::unique_ptr<Rival> FrontierRival() { return std::make_unique<Frontier>(); }
@@ -133,4 +139,4 @@ std::unique_ptr<Rival> FeasibleOracleRival(const StudyScene& scene) {
 }
 std::unique_ptr<Rival> BruteForceRival() { return std::make_unique<BruteForce>(); }
 
-}  // namespace vantage
+}  // namespace vantage::study

@@ -12,28 +12,28 @@
 #include <vector>
 
 #include "client/study/study_scene.h"
-#include "core/model/planning_view.h"
+#include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
-#include "core/planning/feasible_views.h"
-#include "core/planning/opaque_grid.h"
-#include "core/planning/plan.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/plan/planning_config.h"
 #include "core/sensor/range_image.h"
 #include "core/sensor/scanner_model.h"
+#include "core/visibility/opaque_grid.h"
 
-namespace vantage {
+namespace vantage::study {
 
 // What can be known before a scan. References live for the call.
 struct PlanningSituation {
-  const PlanningView& model;
-  const OpaqueGrid& grid;         // of the model
-  const FeasibleViews& feasible;  // in the model
-  const ScannerModel& scanner;
-  const PlanningConfig& config;
-  const std::vector<Eigen::Vector3d>& stands;  // m, world, of merged scans
-  int number = 0;                              // of the scan to place
+  const model::PlanningView& model;
+  const visibility::OpaqueGrid& grid;       // of the model
+  const planning::FeasibleViews& feasible;  // in the model
+  const sensor::ScannerModel& scanner;
+  const planning::PlanningConfig& config;
+  const std::vector<Eigen::Vector3d>& stations;  // m, world, of merged scans
+  int number = 0;                                // of the scan to place
   uint64_t seed = 0;
   Eigen::Isometry3d T_scene_world;  // only for who brings a plan of the scene along
-  Parallel& parallel;
+  parallel::Parallel& parallel;
 };
 
 struct Proposal {
@@ -46,7 +46,7 @@ class Rival {
  public:
   virtual ~Rival() = default;
   // Hears of every merged scan.
-  virtual void SeeScan(const RangeImage& image, const Eigen::Isometry3d& T_world_scan);
+  virtual void SeeScan(const sensor::RangeImage& image, const Eigen::Isometry3d& T_world_scan);
   virtual Proposal Propose(const PlanningSituation& situation) = 0;
 };
 
@@ -56,10 +56,6 @@ std::unique_ptr<Rival> RandomRival();
 // The nearest place, by the way there and at least a metre from every former stand, that sees at
 // least half a square metre of frontier (false surface, whatever the density).
 std::unique_ptr<Rival> FrontierRival();
-
-// The place from which the most unknown volume is seen, by ray casting through an OctoMap of 0.1 m
-// within 5 m, as next-best-view packages of robotics do; out of 80 feasible places drawn at random.
-std::unique_ptr<Rival> OctomapRival(const ScannerModel& scanner);
 
 // Given places, m, scene frame, one after the other.
 std::unique_ptr<Rival> RouteRival(std::vector<Eigen::Vector3d> route);
@@ -74,6 +70,6 @@ std::unique_ptr<Rival> FeasibleOracleRival(const StudyScene& scene);
 // where no view registers; a job through the service takes the nearest refused one.
 std::unique_ptr<Rival> BruteForceRival();
 
-}  // namespace vantage
+}  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_RIVAL_H_

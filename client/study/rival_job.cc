@@ -8,12 +8,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "client/simulation/placement.h"
+#include "client/simulated_job/placement.h"
 #include "core/model/partial_model.h"
-#include "core/planning/feasible_views.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/registration/levelling.h"
 #include "core/registration/registration.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 constexpr int kMostRefusals = 5;        // places in a row where nobody can stand
@@ -23,15 +24,15 @@ constexpr double kLostRadius = 0.4;     // m around a place whose scan was lost
 // What the server does in a job through the service.
 class Workbench {
  public:
-  static absl::StatusOr<Workbench> Create(const StudyScene& scene, Parallel& parallel) {
-    auto model = PartialModel::Create({});
+  static absl::StatusOr<Workbench> Create(const StudyScene& scene, parallel::Parallel& parallel) {
+    auto model = model::PartialModel::Create({});
     if (!model.ok()) return model.status();
     return Workbench(scene, *std::move(model), parallel);
   }
 
   // Levels and merges the first scan. The map from world to scene is then known.
-  absl::Status Begin(const Placement& placement, Scan& scan) {
-    const auto levelling = LevelFirstScan(scan);
+  absl::Status Begin(const simulated_job::Placement& placement, sensor::Scan& scan) {
+    const auto levelling = registration::LevelFirstScan(scan);
     if (!levelling.ok()) return levelling.status();
     T_scene_world_ = placement.T_scene_scan * levelling->T_world_scan.inverse();
     return Merge(1, scan, levelling->T_world_scan);
@@ -39,11 +40,14 @@ class Workbench {
 
   // Aligns a scan and merges it if it registers: from the planned position, then from a measured
   // one.
-  absl::Status Join(const Placement& placement, int number, const PlacementErrors& errors,
-                    Scan& scan, ScanMade& made) {
+  absl::Status Join(const simulated_job::Placement& placement, int number,
+                    const simulated_job::PlacementErrors& errors, sensor::Scan& scan,
+                    ScanMade& made) {
     for (const bool measured : {false, true}) {
-      scan.prior = measured ? MeasuredPrior(placement, number, errors) : placement.prior;
-      const auto result = Register(*view_, scan, *scan.prior, config_.registration, parallel_);
+      scan.prior =
+          measured ? simulated_job::MeasuredPrior(placement, number, errors) : placement.prior;
+      const auto result =
+          registration::Register(*view_, scan, *scan.prior, config_.registration, parallel_);
       if (!result.ok()) return result.status();
       made.second_prior = measured;
       if (!result->verdict.registered()) {
@@ -62,10 +66,10 @@ class Workbench {
   }
 
   Proposal Ask(Rival& rival, int number, uint64_t seed) const {
-    const OpaqueGrid grid(*view_);
-    const FeasibleViews feasible = FeasibleViews::Find(*view_, grid, scene_.settings().scanner,
-                                                       config_, Budget::Unlimited(), parallel_);
-    return rival.Propose({*view_, grid, feasible, scene_.settings().scanner, config_, stands_,
+    const visibility::OpaqueGrid grid(*view_);
+    const planning::FeasibleViews feasible = planning::FeasibleViews::Find(
+        *view_, grid, scene_.settings().scanner, config_, parallel::Budget::Unlimited(), parallel_);
+    return rival.Propose({*view_, grid, feasible, scene_.settings().scanner, config_, stations_,
                           number, seed, T_scene_world_, parallel_});
   }
 
@@ -73,43 +77,44 @@ class Workbench {
   const Eigen::Isometry3d& last_pose() const { return last_pose_; }
 
  private:
-  Workbench(const StudyScene& scene, std::unique_ptr<PartialModel> model, Parallel& parallel)
+  Workbench(const StudyScene& scene, std::unique_ptr<model::PartialModel> model,
+            parallel::Parallel& parallel)
       : scene_(scene), parallel_(parallel), model_(std::move(model)) {
     config_.required_density = scene.settings().required_density;
   }
 
-  absl::Status Merge(int number, const Scan& scan, const Eigen::Isometry3d& T_world_scan) {
+  absl::Status Merge(int number, const sensor::Scan& scan, const Eigen::Isometry3d& T_world_scan) {
     const auto merged = model_->Insert(absl::StrCat("scan", number), scan, T_world_scan, parallel_);
     if (!merged.ok()) return merged.status();
     view_ = model_->Publish();
-    stands_.push_back(T_world_scan.translation());
+    stations_.push_back(T_world_scan.translation());
     last_pose_ = T_world_scan;
     return absl::OkStatus();
   }
 
   const StudyScene& scene_;
-  Parallel& parallel_;
-  std::unique_ptr<PartialModel> model_;
-  std::shared_ptr<const PlanningView> view_;
-  PlanningConfig config_;
-  std::vector<Eigen::Vector3d> stands_;
+  parallel::Parallel& parallel_;
+  std::unique_ptr<model::PartialModel> model_;
+  std::shared_ptr<const model::PlanningView> view_;
+  planning::PlanningConfig config_;
+  std::vector<Eigen::Vector3d> stations_;
   Eigen::Isometry3d T_scene_world_ = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d last_pose_ = Eigen::Isometry3d::Identity();
 };
 
 }  // namespace
 
-absl::Status RunRivalJob(const StudyScene& scene, uint64_t seed, Rival& rival, Parallel& parallel,
-                         JobDiary& diary) {
+absl::Status RunRivalJob(const StudyScene& scene, uint64_t seed, Rival& rival,
+                         parallel::Parallel& parallel, JobDiary& diary) {
   const StudySettings& settings = scene.settings();
-  const PlacementErrors errors = scene.ErrorsFor(seed);
+  const simulated_job::PlacementErrors errors = scene.ErrorsFor(seed);
   auto bench = Workbench::Create(scene, parallel);
   if (!bench.ok()) return bench.status();
-  Placement placement = FirstPlacement(scene.StartFor(seed), errors);
+  simulated_job::Placement placement = simulated_job::FirstPlacement(scene.StartFor(seed), errors);
   ScanMade made;
   made.position = scene.StartFor(seed);
   for (int number = 1;; ++number) {
-    Scan scan;
+    sensor::Scan scan;
     scan.scanner = settings.scanner;
     scan.image = scene.scanner().Scan(settings.scanner, placement.T_scene_scan, settings.faults,
                                       seed * 1000 + static_cast<uint64_t>(number), parallel);
@@ -141,10 +146,11 @@ absl::Status RunRivalJob(const StudyScene& scene, uint64_t seed, Rival& rival, P
                                                    : proposal.why);
         return absl::OkStatus();
       }
-      placement = PlacementAt(*proposal.position, number + 1, bench->T_scene_world(), errors);
+      placement = simulated_job::PlacementAt(*proposal.position, number + 1, bench->T_scene_world(),
+                                             errors);
       made.position = bench->T_scene_world() * *proposal.position;
       made.predicted = proposal.predicted;
-      if (CanStand(scene.scanner(), placement)) break;
+      if (simulated_job::CanStand(scene.scanner(), placement)) break;
       made.notes.push_back(absl::StrFormat("nobody can stand at (%.2f, %.2f, %.2f)",
                                            made.position.x(), made.position.y(),
                                            made.position.z()));
@@ -155,4 +161,4 @@ absl::Status RunRivalJob(const StudyScene& scene, uint64_t seed, Rival& rival, P
   }
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

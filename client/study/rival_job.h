@@ -11,12 +11,12 @@
 #include "client/study/study_scene.h"
 #include "core/parallel/parallel.h"
 
-namespace vantage {
+namespace vantage::study {
 
 // Runs it to its end; what happened is in the diary. An error is a fault.
-absl::Status RunRivalJob(const StudyScene& scene, uint64_t seed, Rival& rival, Parallel& parallel,
-                         JobDiary& diary);
+absl::Status RunRivalJob(const StudyScene& scene, uint64_t seed, Rival& rival,
+                         parallel::Parallel& parallel, JobDiary& diary);
 
-}  // namespace vantage
+}  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_RIVAL_JOB_H_

@@ -9,9 +9,12 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "client/library/error.h"
-#include "core/simulation/scene.h"
+#include "core/simulation/scenes/furnished_flat.h"
+#include "core/simulation/scenes/office_storey.h"
+#include "core/simulation/scenes/scene.h"
+#include "core/simulation/scenes/small_scenes.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 constexpr uint64_t kFirstReported = 100;
@@ -19,14 +22,14 @@ constexpr double kOfficeArea = 250;  // m^2
 
 struct Kind {
   const char* name;
-  Scene (*build)(uint64_t seed);
+  simulation::Scene (*build)(uint64_t seed);
   int most_scans;
 };
 constexpr Kind kKinds[] = {
-    {"two-rooms", TwoRooms, 12},
-    {"flat", FurnishedFlat, 28},
-    {"hall", PillarHall, 20},
-    {"office", [](uint64_t seed) { return OfficeFloor(seed, kOfficeArea); }, 60}};
+    {"two-rooms", simulation::TwoRooms, 12},
+    {"flat", simulation::FurnishedFlat, 28},
+    {"hall", simulation::PillarHall, 20},
+    {"office", [](uint64_t seed) { return simulation::OfficeStorey(seed, kOfficeArea); }, 60}};
 
 struct Mesh {
   const char* name;
@@ -78,12 +81,12 @@ std::vector<std::string> DefaultScenes(SceneUse use, bool small) {
 absl::Status CheckScene(const std::string& name, const std::string& data_folder) {
   const std::optional<Parsed> parsed = Parse(name);
   if (!parsed) {
-    return WithFix(absl::NotFoundError(absl::StrCat("there is no scene '", name, "'")),
-                   "flat-N, two-rooms-N, hall-N, office-N, small-house or bookstore");
+    return client::WithFix(absl::NotFoundError(absl::StrCat("there is no scene '", name, "'")),
+                           "flat-N, two-rooms-N, hall-N, office-N, small-house or bookstore");
   }
   if (parsed->mesh == nullptr) return absl::OkStatus();
   if (data_folder.empty() || !std::filesystem::exists(MeshPath(*parsed->mesh, data_folder))) {
-    return WithFix(
+    return client::WithFix(
         absl::NotFoundError(absl::StrCat("scene '", name, "' is read from ", parsed->mesh->file,
                                          ", which is not in '", data_folder, "'")),
         "name the folder with --data or VANTAGE_SHARED_DATA, or choose scenes");
@@ -91,17 +94,18 @@ absl::Status CheckScene(const std::string& name, const std::string& data_folder)
   return absl::OkStatus();
 }
 
-absl::StatusOr<Site> BuildScene(const std::string& name, const std::string& data_folder) {
+absl::StatusOr<simulated_job::Site> BuildScene(const std::string& name,
+                                               const std::string& data_folder) {
   if (absl::Status there = CheckScene(name, data_folder); !there.ok()) return there;
   const std::optional<Parsed> parsed = Parse(name);
   if (parsed->mesh != nullptr) {
-    auto site = MeshSite(MeshPath(*parsed->mesh, data_folder), std::nullopt);
+    auto site = simulated_job::MeshSite(MeshPath(*parsed->mesh, data_folder), std::nullopt);
     if (site.ok()) site->name = name;
     return site;
   }
-  Scene scene = parsed->kind->build(parsed->seed);
+  simulation::Scene scene = parsed->kind->build(parsed->seed);
   if (scene.starts.empty()) return absl::InternalError(absl::StrCat(name, " has no start"));
-  Site site;
+  simulated_job::Site site;
   site.name = name;
   site.floor_height = scene.floor_height;
   site.start = scene.starts.front();
@@ -121,4 +125,4 @@ SceneUse UseOf(const std::string& scene) {
   return tuning ? SceneUse::kTuning : SceneUse::kReporting;
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

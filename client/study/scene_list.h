@@ -7,9 +7,9 @@
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "client/simulation/site.h"
+#include "client/simulated_job/site.h"
 
-namespace vantage {
+namespace vantage::study {
 
 // Generated scenes are 'flat-N', 'two-rooms-N', 'office-N' (250 m^2) and 'hall-N', N being the
 // seed: below 100 for tuning, from 100 on for reporting, so that nothing is reported that the
@@ -24,7 +24,8 @@ absl::Status CheckScene(const std::string& name, const std::string& data_folder)
 
 // NOT_FOUND: as CheckScene. The start is not yet the
 // study's own.
-absl::StatusOr<Site> BuildScene(const std::string& name, const std::string& data_folder);
+absl::StatusOr<simulated_job::Site> BuildScene(const std::string& name,
+                                               const std::string& data_folder);
 
 // Scans after which a job in it ends at the latest.
 int MostScans(const std::string& scene);
@@ -32,6 +33,6 @@ int MostScans(const std::string& scene);
 // 'tuning' where the name says so.
 SceneUse UseOf(const std::string& scene);
 
-}  // namespace vantage
+}  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_SCENE_LIST_H_

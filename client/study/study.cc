@@ -17,7 +17,7 @@
 #include "client/study/study_job.h"
 #include "core/parallel/thread_pool.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -41,8 +41,9 @@ class Study {
   absl::StatusOr<StudyOutcome> Run() {
     for (const std::string& name : plan_.planners) {
       if (FindPlanner(name) == nullptr) {
-        return WithFix(absl::NotFoundError(absl::StrCat("there is no planner '", name, "'")),
-                       "'vantage study --list' names them all");
+        return client::WithFix(
+            absl::NotFoundError(absl::StrCat("there is no planner '", name, "'")),
+            "'vantage study --list' names them all");
       }
     }
     // A missing mesh is told now, not after hours.
@@ -75,7 +76,7 @@ class Study {
     if (!site.ok()) return site.status();
     if (jobs.empty() || TooLate()) return absl::OkStatus();
     Tell(absl::StrCat(name, ": measuring what can be attained"));
-    ThreadPool pool(width_);
+    parallel::ThreadPool pool(width_);
     const auto scene = StudyScene::Make(*std::move(site), plan_.settings, pool);
     if (!scene.ok()) return scene.status();
     const bool asks_server = std::any_of(jobs.begin(), jobs.end(), [](const Job& job) {
@@ -113,7 +114,7 @@ class Study {
     const std::string title =
         absl::StrCat(scene.name(), " ", job.planner->name, " seed ", job.seed);
     Tell(title);
-    Serial serial;
+    parallel::Serial serial;
     const std::string server = !plan_.settings.server.empty() ? plan_.settings.server
                                : servers_.empty()
                                    ? ""
@@ -176,4 +177,4 @@ absl::StatusOr<StudyOutcome> RunStudy(const StudyPlan& plan, const JobStore& sto
   return Study(plan, store, progress).Run();
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

@@ -11,9 +11,9 @@
 #include "absl/status/statusor.h"
 #include "client/study/job_store.h"
 #include "client/study/study_scene.h"
-#include "vantage/study/v1/study.pb.h"
+#include "vantage/study_records/v1/study.pb.h"
 
-namespace vantage {
+namespace vantage::study {
 
 struct StudyPlan {
   std::vector<std::string> scenes;
@@ -34,9 +34,9 @@ struct StudyProgress {
 
 // What a study came to.
 struct StudyOutcome {
-  std::vector<study::v1::JobRecord> records;  // in the order of the study
-  std::vector<std::string> faults;            // 'scene planner seed: why' of jobs that failed
-  int missing = 0;                            // jobs that were not begun or failed
+  std::vector<study_records::v1::JobRecord> records;  // in the order of the study
+  std::vector<std::string> faults;  // 'scene planner seed: why' of jobs that failed
+  int missing = 0;                  // jobs that were not begun or failed
 };
 
 // Does the jobs that `store` has no good record of. `progress` is called from one thread at a time.
@@ -44,6 +44,6 @@ struct StudyOutcome {
 absl::StatusOr<StudyOutcome> RunStudy(const StudyPlan& plan, const JobStore& store,
                                       const std::function<void(const StudyProgress&)>& progress);
 
-}  // namespace vantage
+}  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_STUDY_H_

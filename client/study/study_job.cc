@@ -9,21 +9,23 @@
 #include "absl/strings/str_format.h"
 #include "client/library/client.h"
 #include "client/library/geometry.h"
-#include "client/simulation/simulated_job.h"
+#include "client/simulated_job/simulated_job.h"
 #include "client/study/cover_program.h"
 #include "client/study/job_diary.h"
 #include "client/study/known_scene.h"
+#include "client/study/octomap_rival.h"
 #include "client/study/rival.h"
 #include "client/study/rival_job.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 constexpr double kSolverSeconds = 120;
 
-JobOptions OptionsFor(const StudyScene& scene, const StudyPlanner& planner, uint64_t seed) {
+simulated_job::JobOptions OptionsFor(const StudyScene& scene, const StudyPlanner& planner,
+                                     uint64_t seed) {
   const StudySettings& settings = scene.settings();
-  JobOptions options;
+  simulated_job::JobOptions options;
   options.scanner = settings.scanner;
   options.faults = settings.faults;
   options.required_density = settings.required_density;
@@ -41,11 +43,12 @@ JobOptions OptionsFor(const StudyScene& scene, const StudyPlanner& planner, uint
 
 // What the planner itself makes of the truly best position: shows whether it could not know, could
 // not go there or did not value it.
-absl::Status AskAboutBest(Client& client, const std::string& session, const StudyScene& scene,
-                          const JobDiary& diary, const Cycle& cycle, ScanMade& next) {
+absl::Status AskAboutBest(client::Client& client, const std::string& session,
+                          const StudyScene& scene, const JobDiary& diary,
+                          const simulated_job::Cycle& cycle, ScanMade& next) {
   v1::EvaluateViewRequest request;
   request.set_parent(session);
-  *request.mutable_position() = ToProto(
+  *request.mutable_position() = client::ToProto(
       Eigen::Vector3d(cycle.T_scene_world.inverse() * scene.positions()[diary.BestNow().position]));
   const auto answer = client.Call(request);
   // Beyond what is known at all there is nothing to evaluate.
@@ -55,23 +58,24 @@ absl::Status AskAboutBest(Client& client, const std::string& session, const Stud
     return absl::OkStatus();
   }
   if (!answer.ok()) return answer.status();
-  next.best_predicted = answer->feasible() ? answer->view().area() : 0;
-  next.best_refused = answer->feasible() ? answer->view().verdict().reason() : answer->why_not();
+  next.best_predicted = answer->feasible() ? answer->view().model_gain_m2() : 0;
+  next.best_refused =
+      answer->feasible() ? answer->view().verdict().reason() : answer->infeasible_reason();
   return absl::OkStatus();
 }
 
 absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint64_t seed,
-                     const std::string& server, Parallel& parallel, JobDiary& diary) {
-  ClientOptions connection;
+                     const std::string& server, parallel::Parallel& parallel, JobDiary& diary) {
+  client::ClientOptions connection;
   connection.server = server;
   connection.give_up_after = 1200;
-  Client client(connection);
-  Site site = scene.site();
+  client::Client client(connection);
+  simulated_job::Site site = scene.site();
   site.start = scene.StartFor(seed);
-  SimulatedJob job(client, site, OptionsFor(scene, planner, seed), scene.scanner(), scene.truth(),
-                   parallel);
+  simulated_job::SimulatedJob job(client, site, OptionsFor(scene, planner, seed), scene.scanner(),
+                                  scene.truth(), parallel);
   ScanMade next;  // what is known of the next scan when its plan is made
-  const auto result = job.Run([&](const Cycle& cycle) -> absl::Status {
+  const auto result = job.Run([&](const simulated_job::Cycle& cycle) -> absl::Status {
     ScanMade made = next;
     made.position = cycle.planned_in_scene;
     made.at = cycle.at;
@@ -110,7 +114,7 @@ std::unique_ptr<Rival> MakeRival(const std::string& name, const StudyScene& scen
 }
 
 absl::Status RunOther(const StudyScene& scene, const StudyPlanner& planner, uint64_t seed,
-                      Parallel& parallel, JobDiary& diary) {
+                      parallel::Parallel& parallel, JobDiary& diary) {
   if (planner.name == "oracle") {
     RunOracleJob(scene, seed, diary);
     return absl::OkStatus();
@@ -144,9 +148,10 @@ absl::Status RunOther(const StudyScene& scene, const StudyPlanner& planner, uint
 
 }  // namespace
 
-absl::StatusOr<study::v1::JobRecord> RunStudyJob(const StudyScene& scene,
-                                                 const StudyPlanner& planner, uint64_t seed,
-                                                 const std::string& server, Parallel& parallel) {
+absl::StatusOr<study_records::v1::JobRecord> RunStudyJob(const StudyScene& scene,
+                                                         const StudyPlanner& planner, uint64_t seed,
+                                                         const std::string& server,
+                                                         parallel::Parallel& parallel) {
   const auto begun = std::chrono::steady_clock::now();
   JobDiary diary(scene, planner.name, seed, parallel);
   const absl::Status run = planner.kind == PlannerKind::kOurs
@@ -158,4 +163,4 @@ absl::StatusOr<study::v1::JobRecord> RunStudyJob(const StudyScene& scene,
   return std::move(diary.record());
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

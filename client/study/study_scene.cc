@@ -6,7 +6,7 @@
 #include "client/study/scene_list.h"
 #include "core/simulation/counter_random.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 constexpr uint64_t kStartStream = 200;
@@ -26,24 +26,24 @@ std::string StudySettings::Describe() const {
       "tilt %.2f deg, drop-outs %d%d %.2f %.2f, mixed pixels %.5f, %d truth samples, goal %.3f, "
       "ends at "
       "%.3f or %s, walking %.2f m/s, %.1f + %.1f min a scan, planned by %s",
-      Degrees(scanner.azimuth_step), Degrees(scanner.elevation_step),
-      Degrees(scanner.elevation_min), Degrees(scanner.elevation_max), scanner.range_min,
-      scanner.range_max, faults.range_noise ? 1000 * scanner.range_noise : 0.0,
-      Degrees(scanner.max_incidence), scanner.clearance, required_density,
-      scanner.positioning_error, Degrees(heading_error), Degrees(tilt), faults.glass_drops_out,
-      faults.mirror_phantoms, faults.grazing_dropout, faults.dark_dropout, faults.beam_divergence,
-      static_cast<int>(truth_samples), goal, enough,
+      sensor::Degrees(scanner.azimuth_step), sensor::Degrees(scanner.elevation_step),
+      sensor::Degrees(scanner.elevation_min), sensor::Degrees(scanner.elevation_max),
+      scanner.range_min, scanner.range_max, faults.range_noise ? 1000 * scanner.range_noise : 0.0,
+      sensor::Degrees(scanner.max_incidence), scanner.clearance, required_density,
+      scanner.positioning_error, sensor::Degrees(heading_error), sensor::Degrees(tilt),
+      faults.glass_drops_out, faults.mirror_reflections, faults.grazing_dropout,
+      faults.dark_dropout, faults.beam_divergence, static_cast<int>(truth_samples), goal, enough,
       most_scans > 0 ? absl::StrFormat("%d scans", most_scans) : "the scans that the scene allows",
       walking_speed, setup_minutes, scan_minutes, server.empty() ? "servers of its own" : server);
 }
 
-size_t CountOf(const SampleSet& set) {
+size_t CountOf(const simulation::SampleSet& set) {
   size_t count = 0;
   for (const uint64_t word : set) count += static_cast<size_t>(std::popcount(word));
   return count;
 }
 
-size_t CountWithout(const SampleSet& set, const SampleSet& without) {
+size_t CountWithout(const simulation::SampleSet& set, const simulation::SampleSet& without) {
   size_t count = 0;
   for (size_t i = 0; i < set.size(); ++i) {
     count += static_cast<size_t>(std::popcount(set[i] & ~without[i]));
@@ -51,26 +51,27 @@ size_t CountWithout(const SampleSet& set, const SampleSet& without) {
   return count;
 }
 
-void AddTo(SampleSet& set, const SampleSet& more) {
+void AddTo(simulation::SampleSet& set, const simulation::SampleSet& more) {
   for (size_t i = 0; i < set.size(); ++i) set[i] |= more[i];
 }
 
-StudyScene::StudyScene(Site site, const StudySettings& settings, Parallel& parallel)
+StudyScene::StudyScene(simulated_job::Site site, const StudySettings& settings,
+                       parallel::Parallel& parallel)
     : site_(std::move(site)),
       settings_(settings.For(site_.name)),
       scanner_(site_.mesh),
-      positions_(AllowedPositions(scanner_, site_, settings.scanner)),
+      positions_(simulated_job::AllowedPositions(scanner_, site_, settings.scanner)),
       truth_(site_.mesh, scanner_, settings.scanner, settings.required_density, positions_,
              settings.truth_samples, parallel),
       sets_(truth_.MeasuredAtDensity(positions_, parallel)),
       walks_(scanner_, site_) {
   if (!sets_.empty()) attainable_.assign(sets_.front().size(), 0);
-  for (const SampleSet& set : sets_) AddTo(attainable_, set);
+  for (const simulation::SampleSet& set : sets_) AddTo(attainable_, set);
 }
 
-absl::StatusOr<std::unique_ptr<StudyScene>> StudyScene::Make(Site site,
+absl::StatusOr<std::unique_ptr<StudyScene>> StudyScene::Make(simulated_job::Site site,
                                                              const StudySettings& settings,
-                                                             Parallel& parallel) {
+                                                             parallel::Parallel& parallel) {
   std::unique_ptr<StudyScene> scene(new StudyScene(std::move(site), settings, parallel));
   if (CountOf(scene->attainable_) == 0) {
     return absl::FailedPreconditionError(absl::StrFormat(
@@ -82,11 +83,11 @@ absl::StatusOr<std::unique_ptr<StudyScene>> StudyScene::Make(Site site,
 }
 
 size_t StudyScene::StartIndex(uint64_t seed) const {
-  return RandomBits(seed, 1, kStartStream) % positions_.size();
+  return simulation::RandomBits(seed, 1, kStartStream) % positions_.size();
 }
 
-PlacementErrors StudyScene::ErrorsFor(uint64_t seed) const {
+simulated_job::PlacementErrors StudyScene::ErrorsFor(uint64_t seed) const {
   return {seed, settings_.scanner.positioning_error, settings_.heading_error, settings_.tilt};
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

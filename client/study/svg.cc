@@ -7,7 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_replace.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
 using Eigen::Vector2d;
@@ -117,4 +117,4 @@ std::string Chart(const std::string& title, const std::string& x_label, double x
   return svg.Finish(title);
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace vantage {
+namespace vantage::study {
 
 // Text with everything that HTML would take for markup replaced.
 std::string Escape(const std::string& text);
@@ -49,6 +49,6 @@ struct Curve {
 std::string Chart(const std::string& title, const std::string& x_label, double x_from, double x_to,
                   double goal, const std::vector<Curve>& curves);
 
-}  // namespace vantage
+}  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_SVG_H_

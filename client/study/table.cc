@@ -13,14 +13,14 @@
 #include "absl/strings/str_join.h"
 #include "client/study/planner_list.h"
 
-namespace vantage {
+namespace vantage::study {
 namespace {
 
-using study::v1::Figure;
-using study::v1::JobRecord;
-using study::v1::Row;
-using study::v1::ScanRecord;
-using study::v1::Table;
+using study_records::v1::Figure;
+using study_records::v1::JobRecord;
+using study_records::v1::Row;
+using study_records::v1::ScanRecord;
+using study_records::v1::Table;
 
 // A job and the most scans that its scene allows.
 struct Entry {
@@ -163,7 +163,8 @@ void ForPairs(const std::map<std::string, std::vector<Entry>>& scene, const std:
 bool KeepsOurRule(const std::string& planner) {
   const StudyPlanner* known = FindPlanner(planner);
   return known != nullptr && known->kind == PlannerKind::kOurs &&
-         known->choice == ViewChoice::kRegistrable && known->overrides.ByteSizeLong() == 0;
+         known->choice == simulated_job::ViewChoice::kRegistrable &&
+         known->overrides.ByteSizeLong() == 0;
 }
 
 struct Losses {
@@ -314,4 +315,4 @@ Table MakeTable(const std::vector<JobRecord>& records, double goal,
   return table;
 }
 
-}  // namespace vantage
+}  // namespace vantage::study

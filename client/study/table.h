@@ -5,24 +5,25 @@
 #include <string>
 #include <vector>
 
-#include "vantage/study/v1/study.pb.h"
+#include "vantage/study_records/v1/study.pb.h"
 
-namespace vantage {
+namespace vantage::study {
 
 // Of an odd or even number of values; 0 of none.
 double Median(std::vector<double> values);
 
 // Scans until `goal` (share of the attainable surface), lost ones counted; where the job never got
 // there most_scans + 1, the least that it would have needed.
-int ScansUntil(const study::v1::JobRecord& record, double goal, int most_scans);
+int ScansUntil(const study_records::v1::JobRecord& record, double goal, int most_scans);
 
 // Mean coverage after scans 1 to most_scans; a job that ended earlier stays where it was.
-double AreaUnderCurve(const study::v1::JobRecord& record, int most_scans);
+double AreaUnderCurve(const study_records::v1::JobRecord& record, int most_scans);
 
 // `records` in the order of the study; `most_scans` by scene is StudySettings::For.
-study::v1::Table MakeTable(const std::vector<study::v1::JobRecord>& records, double goal,
-                           const std::vector<int>& most_scans, const std::string& settings);
+study_records::v1::Table MakeTable(const std::vector<study_records::v1::JobRecord>& records,
+                                   double goal, const std::vector<int>& most_scans,
+                                   const std::string& settings);
 
-}  // namespace vantage
+}  // namespace vantage::study
 
 #endif  // VANTAGE_CLIENT_STUDY_TABLE_H_

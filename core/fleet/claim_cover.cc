@@ -4,28 +4,31 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "core/fleet/residual.h"
-#include "core/planning/opaque_grid.h"
-#include "core/planning/patches.h"
+#include "core/fleet/remaining_gain.h"
+#include "core/planning/patches/patches.h"
+#include "core/planning/plan/planning_config.h"
 #include "core/planning/planning_estimate.h"
-#include "core/planning/scoring.h"
-#include "core/planning/view_report.h"
+#include "core/planning/scoring/scoring.h"
+#include "core/visibility/opaque_grid.h"
 
-namespace vantage {
+namespace vantage::fleet {
 
-absl::StatusOr<CoveredView> MeasureCover(const PlanningView& model, const ScannerModel& scanner,
-                                         const PlanningConfig& config,
+absl::StatusOr<CoveredView> MeasureCover(const model::PlanningView& model,
+                                         const sensor::ScannerModel& scanner,
+                                         const planning::PlanningConfig& config,
                                          const Eigen::Vector3d& position,
-                                         std::span<const PledgedView> claims, Parallel& parallel) {
-  if (absl::Status valid = ValidateFor(model, scanner, config); !valid.ok()) return valid;
-  if (absl::Status fits = CheckPlanningSize(model, config); !fits.ok()) return fits;
+                                         std::span<const PledgedView> claims,
+                                         parallel::Parallel& parallel) {
+  if (absl::Status valid = planning::ValidateFor(model, scanner, config); !valid.ok()) return valid;
+  if (absl::Status fits = planning::CheckPlanningSize(model, config); !fits.ok()) return fits;
   if (!position.allFinite()) {
     return absl::InvalidArgumentError("position must be finite (m, model frame)");
   }
-  const Budget budget = Budget::Unlimited();
-  const OpaqueGrid grid(model);
-  const PatchSet patches = ExtractPatches(model, config, PatchTolerance{}, budget);
-  const Scoring scoring(model, grid, patches, scanner, config, parallel);
+  const parallel::Budget budget = parallel::Budget::Unlimited();
+  const visibility::OpaqueGrid grid(model);
+  const planning::PatchSet patches =
+      planning::ExtractPatches(model, config, planning::PatchTolerance{}, budget);
+  const planning::Scoring scoring(model, grid, patches, scanner, config, parallel);
 
   uint64_t rays = 0;
   CoveredView covered;
@@ -33,11 +36,11 @@ absl::StatusOr<CoveredView> MeasureCover(const PlanningView& model, const Scanne
   covered.left = covered.gain;
   covered.cover.by_claim.assign(claims.size(), 0);
   if (!(covered.gain > 0)) return covered;
-  Residual together(scoring.cells());
+  RemainingGain together(scoring.cells());
   for (size_t k = 0; k < claims.size(); ++k) {
-    const SensingConstraints constraints(claims[k].model);
-    const BruteForceScorer scorer(constraints, scoring.scene(), model.voxel_size());
-    Residual alone(scoring.cells());
+    const planning::SensingConstraints constraints(claims[k].model);
+    const planning::BruteForceScorer scorer(constraints, scoring.scene(), model.voxel_size());
+    RemainingGain alone(scoring.cells());
     alone.Take(claims[k].position, scorer, budget, rays);
     together.Take(claims[k].position, scorer, budget, rays);
     const double taken = alone.Lowered(0, position, scoring.scorer(), budget, rays).value_or(0);
@@ -48,4 +51,4 @@ absl::StatusOr<CoveredView> MeasureCover(const PlanningView& model, const Scanne
   return covered;
 }
 
-}  // namespace vantage
+}  // namespace vantage::fleet

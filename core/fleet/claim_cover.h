@@ -7,12 +7,12 @@
 
 #include "absl/status/statusor.h"
 #include "core/fleet/claims.h"
-#include "core/fleet/joint_plan.h"
-#include "core/model/planning_view.h"
+#include "core/fleet/fleet_request.h"
+#include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
-#include "core/planning/plan.h"
+#include "core/planning/plan/planning_config.h"
 
-namespace vantage {
+namespace vantage::fleet {
 
 struct CoveredView {
   double gain = 0;  // samples, of the view if nobody had claimed anything
@@ -23,11 +23,13 @@ struct CoveredView {
 // `claims` in the order of Claims::held(). A view that would gain nothing is covered by nobody.
 // Feasible or not: whoever claims it will see. INVALID_ARGUMENT: configuration, scanner or
 // position.
-absl::StatusOr<CoveredView> MeasureCover(const PlanningView& model, const ScannerModel& scanner,
-                                         const PlanningConfig& config,
+absl::StatusOr<CoveredView> MeasureCover(const model::PlanningView& model,
+                                         const sensor::ScannerModel& scanner,
+                                         const planning::PlanningConfig& config,
                                          const Eigen::Vector3d& position,
-                                         std::span<const PledgedView> claims, Parallel& parallel);
+                                         std::span<const PledgedView> claims,
+                                         parallel::Parallel& parallel);
 
-}  // namespace vantage
+}  // namespace vantage::fleet
 
 #endif  // VANTAGE_CORE_FLEET_CLAIM_COVER_H_

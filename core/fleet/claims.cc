@@ -5,7 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 
-namespace vantage {
+namespace vantage::fleet {
 namespace {
 
 double Apart(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
@@ -35,7 +35,7 @@ const ViewClaim* Claims::Find(absl::string_view id) const {
 std::vector<std::string> Claims::Due(absl::Time now) const {
   std::vector<std::string> due;
   for (const ViewClaim& claim : held_) {
-    if (!Holds(claim, now)) due.push_back(claim.id);
+    if (!IsActive(claim, now)) due.push_back(claim.id);
   }
   return due;
 }
@@ -92,7 +92,7 @@ absl::Status Claims::Renew(absl::string_view id, absl::Time until, absl::Time no
   const auto it = std::find_if(held_.begin(), held_.end(),
                                [&](const ViewClaim& claim) { return claim.id == id; });
   if (it == held_.end()) return absl::NotFoundError(absl::StrCat("claim ", id, " is not held"));
-  if (!Holds(*it, now)) {
+  if (!IsActive(*it, now)) {
     return absl::FailedPreconditionError(
         absl::StrCat("claim ", id, " has expired: claim the view again"));
   }
@@ -105,7 +105,7 @@ absl::Status Claims::End(absl::string_view id, ClaimEnd how, absl::Time now) {
   const auto it = std::find_if(held_.begin(), held_.end(),
                                [&](const ViewClaim& claim) { return claim.id == id; });
   if (it == held_.end()) return absl::NotFoundError(absl::StrCat("claim ", id, " is not held"));
-  if (how == ClaimEnd::kExpired && Holds(*it, now)) {
+  if (how == ClaimEnd::kExpired && IsActive(*it, now)) {
     return absl::FailedPreconditionError(absl::StrCat("claim ", id, " has not expired"));
   }
   held_.erase(it);
@@ -124,4 +124,4 @@ const ViewClaim* Claims::FulfilledBy(absl::string_view scanner, const Eigen::Vec
   return nearest;
 }
 
-}  // namespace vantage
+}  // namespace vantage::fleet

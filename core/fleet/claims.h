@@ -15,7 +15,7 @@
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
 
-namespace vantage {
+namespace vantage::fleet {
 
 struct ClaimRules {
   double covered = 0.5;            // share of a view's gain, from which on it is taken already
@@ -61,7 +61,7 @@ class Claims {
   const std::vector<ViewClaim>& held() const { return held_; }
   // Null when it is not held.
   const ViewClaim* Find(absl::string_view id) const;
-  bool Holds(const ViewClaim& claim, absl::Time now) const { return now < claim.expires; }
+  bool IsActive(const ViewClaim& claim, absl::Time now) const { return now < claim.expires; }
   // Those that are past their time.
   std::vector<std::string> Due(absl::Time now) const;
 
@@ -89,6 +89,6 @@ class Claims {
   std::vector<ViewClaim> held_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::fleet
 
 #endif  // VANTAGE_CORE_FLEET_CLAIMS_H_

@@ -5,7 +5,7 @@
 
 #include "absl/strings/str_format.h"
 
-namespace vantage {
+namespace vantage::fleet {
 
 Guarantee GuaranteeOf(const GreedyRecord& record) {
   if (record.by_minutes) return {std::nullopt, "none: views were ranked by gain per minute"};
@@ -39,4 +39,4 @@ Guarantee GuaranteeOf(const GreedyRecord& record) {
                           static_cast<int>(k), share * 100, how)};
 }
 
-}  // namespace vantage
+}  // namespace vantage::fleet

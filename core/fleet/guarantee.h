@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-namespace vantage {
+namespace vantage::fleet {
 
 // How the choice was made.
 struct GreedyRecord {
@@ -35,6 +35,6 @@ struct Guarantee {
 // consequences for what may be chosen later enter.
 Guarantee GuaranteeOf(const GreedyRecord& record);
 
-}  // namespace vantage
+}  // namespace vantage::fleet
 
 #endif  // VANTAGE_CORE_FLEET_GUARANTEE_H_

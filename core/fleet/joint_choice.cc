@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-namespace vantage {
+namespace vantage::fleet {
 namespace {
 
 constexpr size_t kBatch = 16;  // views brought up to date together, whatever the number of threads
@@ -16,38 +16,39 @@ double Apart(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
 
 }  // namespace
 
-double WorthTo(const CrewMember& member, uint32_t view, FleetRanking ranking) {
+double WorthTo(const FleetMember& member, uint32_t view, FleetRanking ranking) {
   if (!member.Can(view)) return 0;
   if (ranking == FleetRanking::kGain) return 1;
   const std::optional<double> minutes = member.Minutes(view);
   return minutes.has_value() ? 1 / std::max(kLeastMinutes, *minutes) : 0;
 }
 
-JointChoice::JointChoice(std::vector<ScannerClass>& classes, std::vector<CrewOf>& crew,
-                         Residual& residual, FleetRanking ranking, const PlanningConfig& config,
-                         const std::vector<Eigen::Vector3d>& taken, const Budget& budget,
-                         Parallel& parallel)
+JointChoice::JointChoice(std::vector<ScannerClass>& classes, std::vector<ClassedMember>& members,
+                         RemainingGain& remaining, FleetRanking ranking,
+                         const planning::PlanningConfig& config,
+                         const std::vector<Eigen::Vector3d>& taken, const parallel::Budget& budget,
+                         parallel::Parallel& parallel)
     : classes_(classes),
-      crew_(crew),
-      residual_(residual),
+      members_(members),
+      remaining_(remaining),
       ranking_(ranking),
       config_(config),
       budget_(budget),
       parallel_(parallel),
       taken_(taken),
       given_(taken.size()),
-      assigned_(crew.size(), false),
-      done_after_(residual.steps()) {
-  record_.scanners = crew.size();
+      assigned_(members.size(), false),
+      done_after_(remaining.steps()) {
+  record_.scanners = members.size();
   record_.by_minutes = ranking == FleetRanking::kGainPerMinute;
 }
 
 std::optional<size_t> JointChoice::BestScanner(size_t of, uint32_t view) const {
   std::optional<size_t> best;
   double least = std::numeric_limits<double>::infinity();
-  for (size_t s = 0; s < crew_.size(); ++s) {
-    if (assigned_[s] || crew_[s].of != of || !crew_[s].member.Can(view)) continue;
-    const std::optional<double> minutes = crew_[s].member.Minutes(view);
+  for (size_t s = 0; s < members_.size(); ++s) {
+    if (assigned_[s] || members_[s].of != of || !members_[s].member.Can(view)) continue;
+    const std::optional<double> minutes = members_[s].member.Minutes(view);
     if (!minutes.has_value() && ranking_ == FleetRanking::kGainPerMinute) continue;
     const double cost = minutes.value_or(1e9);
     if (cost >= least) continue;
@@ -60,9 +61,9 @@ std::optional<size_t> JointChoice::BestScanner(size_t of, uint32_t view) const {
 double JointChoice::Key(size_t of, uint32_t view, double gain) const {
   const std::optional<size_t> scanner = BestScanner(of, view);
   if (!scanner.has_value() || !(gain > 0)) return -1;
-  double worth = WorthTo(crew_[*scanner].member, view, ranking_);
-  const auto judged = waiting_.find({of, view});
-  if (ranking_ == FleetRanking::kGainPerMinute && judged != waiting_.end() &&
+  double worth = WorthTo(members_[*scanner].member, view, ranking_);
+  const auto judged = pending_surface_.find({of, view});
+  if (ranking_ == FleetRanking::kGainPerMinute && judged != pending_surface_.end() &&
       judged->second.minutes.has_value()) {
     worth = std::min(worth, 1 / std::max(kLeastMinutes, *judged->second.minutes));
   }
@@ -87,13 +88,13 @@ void JointChoice::Fill(double apart) {
   queue_ = std::priority_queue<Entry>(std::less<Entry>(), std::move(entries));
 }
 
-Budget JointChoice::Share(double share) const {
+parallel::Budget JointChoice::Share(double share) const {
   const auto waiting = std::count(assigned_.begin(), assigned_.end(), false);
   return budget_.Evaluating().Part(share / static_cast<double>(std::max<ptrdiff_t>(1, waiting)),
                                    rays_);
 }
 
-bool JointChoice::Refresh(std::span<const Entry> stale, const Budget& refining) {
+bool JointChoice::Refresh(std::span<const Entry> stale, const parallel::Budget& refining) {
   if (rays_ >= refining.work_limit || refining.Expired()) return false;
   for (size_t of = 0; of < classes_.size(); ++of) {
     std::vector<uint32_t> which;
@@ -123,10 +124,10 @@ bool JointChoice::RuledOut(size_t of, uint32_t view) const {
 }
 
 std::optional<std::vector<JointChoice::Refusal*>> JointChoice::TriedInsteadOf(
-    const Entry& entry, const Budget& trying) {
+    const Entry& entry, const parallel::Budget& trying) {
   if (RuledOut(entry.of, entry.view)) return std::nullopt;
   const std::vector<Eigen::Vector3d>& views = classes_[entry.of].views;
-  const bool time = tried_ < static_cast<size_t>(config_.max_checked) * crew_.size() &&
+  const bool time = tried_ < static_cast<size_t>(config_.max_checked) * members_.size() &&
                     rays_ < trying.work_limit && !trying.Expired();
   bool left_off = false;
   std::vector<Refusal*> instead_of;
@@ -148,11 +149,11 @@ void JointChoice::Refuse(const ChosenView& view, std::span<Refusal* const> inste
     ++tried_;
     tried_out_.insert({view.of, view.view});
     for (Refusal* refusal : instead_of) {
-      if (++refusal->tried >= kTriedAround) refusal->around = Refusal::Around::kAlike;
+      if (++refusal->tried >= planning::kTriedAround) refusal->around = Refusal::Around::kAlike;
     }
     return;
   }
-  const bool doubtful = view.verdict.outcome == RegistrationOutcome::kDoubtful;
+  const bool doubtful = view.verdict.outcome == registration::RegistrationOutcome::kDoubtful;
   refusals_.push_back(
       {view.of, view.view, doubtful ? Refusal::Around::kTried : Refusal::Around::kAlike, 0});
   if (std::none_of(refused_.begin(), refused_.end(), [&](const ChosenView& other) {
@@ -162,11 +163,12 @@ void JointChoice::Refuse(const ChosenView& view, std::span<Refusal* const> inste
   }
 }
 
-JointChoice::Fate JointChoice::Judge(const Entry& entry, const Budget& trying, ChosenView& chosen) {
+JointChoice::Fate JointChoice::Judge(const Entry& entry, const parallel::Budget& trying,
+                                     ChosenView& chosen) {
   ScannerClass& mine = classes_[entry.of];
   const Eigen::Vector3d& at = mine.views[entry.view];
-  const auto judged = waiting_.find({entry.of, entry.view});
-  if (judged != waiting_.end()) {
+  const auto judged = pending_surface_.find({entry.of, entry.view});
+  if (judged != pending_surface_.end()) {
     chosen = judged->second;
     return Fate::kTaken;
   }
@@ -179,7 +181,7 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const Budget& trying, C
     crowded_out_ = true;
     return Fate::kOut;
   }
-  if (checked_ - tried_ >= static_cast<size_t>(config_.max_checked) * crew_.size()) {
+  if (checked_ - tried_ >= static_cast<size_t>(config_.max_checked) * members_.size()) {
     record_.unchecked |= listed_.empty();
     return Fate::kStop;
   }
@@ -187,7 +189,7 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const Budget& trying, C
     record_.cut_short = true;
     return Fate::kStop;
   }
-  auto verdict = mine.expected->Judge(at, residual_, config_.registration, budget_, rays_);
+  auto verdict = mine.expected->Judge(at, remaining_, config_.registration, budget_, rays_);
   if (!verdict.has_value()) {
     record_.cut_short = true;
     return Fate::kStop;
@@ -203,7 +205,7 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const Budget& trying, C
     Refuse(chosen, *instead_of);
     return Fate::kOut;
   }
-  const CrewMember& member = crew_[chosen.scanner].member;
+  const FleetMember& member = members_[chosen.scanner].member;
   chosen.minutes = member.Minutes(entry.view);
   if (chosen.waits_for.empty()) {
     for (Refusal* refusal : *instead_of) refusal->around = Refusal::Around::kLeftOff;
@@ -218,7 +220,7 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const Budget& trying, C
     const double scan = member.scanner().scan_seconds / 60;
     chosen.minutes = std::max(*chosen.minutes - scan, before) + scan;
   }
-  waiting_[{entry.of, entry.view}] = chosen;
+  pending_surface_[{entry.of, entry.view}] = chosen;
   return ranking_ == FleetRanking::kGainPerMinute ? Fate::kPutBack : Fate::kTaken;
 }
 
@@ -246,7 +248,7 @@ void JointChoice::NoteExactness(const ChosenView& chosen) {
   record_.exactness = std::min(record_.exactness, share);
 }
 
-std::vector<JointChoice::Entry> JointChoice::StaleTop(const Budget& refining) {
+std::vector<JointChoice::Entry> JointChoice::StaleTop(const parallel::Budget& refining) {
   std::vector<Entry> stale;
   uint64_t affordable = refining.work_limit - std::min(refining.work_limit, rays_);
   while (!queue_.empty() && stale.size() < kBatch) {
@@ -269,8 +271,8 @@ std::vector<JointChoice::Entry> JointChoice::StaleTop(const Budget& refining) {
 std::optional<ChosenView> JointChoice::Next(double apart) {
   Fill(apart);
   // What is left then is for checks and, for one scanner, further views.
-  const Budget refining = Share(0.8);
-  const Budget trying = Share(0.9);
+  const parallel::Budget refining = Share(0.8);
+  const parallel::Budget trying = Share(0.9);
   // A choice of which nothing was checked is worth little.
   checking_until_ = budget_.work_limit;
   if (rays_ > checking_until_ - checking_until_ / 10) {
@@ -314,9 +316,9 @@ std::optional<ChosenView> JointChoice::Next(double apart) {
   return std::nullopt;
 }
 
-bool JointChoice::Settle(const ChosenView& chosen) {
+bool JointChoice::Commit(const ChosenView& chosen) {
   ScannerClass& mine = classes_[chosen.of];
-  if (!residual_.Take(mine.views[chosen.view], mine.scoring->scorer(), budget_, rays_)) {
+  if (!remaining_.Take(mine.views[chosen.view], mine.scoring->scorer(), budget_, rays_)) {
     record_.cut_short = true;
     return false;
   }
@@ -325,11 +327,11 @@ bool JointChoice::Settle(const ChosenView& chosen) {
   done_after_.push_back(chosen.minutes);
   taken_.push_back(mine.views[chosen.view]);
   listed_.clear();
-  waiting_.clear();
+  pending_surface_.clear();
   // What was refused may register once this scan is in.
   refusals_.clear();
   tried_out_.clear();
   return true;
 }
 
-}  // namespace vantage
+}  // namespace vantage::fleet

@@ -12,33 +12,37 @@
 #include <utility>
 #include <vector>
 
-#include "core/fleet/crew.h"
+#include "core/fleet/fleet_member.h"
+#include "core/fleet/fleet_request.h"
 #include "core/fleet/guarantee.h"
-#include "core/fleet/joint_plan.h"
 #include "core/fleet/lazy_gains.h"
-#include "core/fleet/residual.h"
-#include "core/fleet/waiting.h"
-#include "core/planning/evaluation.h"
-#include "core/planning/feasible_views.h"
-#include "core/planning/registration_check.h"
-#include "core/planning/scoring.h"
+#include "core/fleet/pending_surface.h"
+#include "core/fleet/remaining_gain.h"
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/evaluation/evaluation.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/planning/ranking/registration_check.h"
+#include "core/planning/scoring/scoring.h"
+#include "core/registration/bound/verdict.h"
 
-namespace vantage {
+namespace vantage::fleet {
 
 // All that scanners of one model share.
 struct ScannerClass {
-  ScannerModel model;
-  FeasibleViews feasible;
+  sensor::ScannerModel model;
+  planning::FeasibleViews feasible;
   std::vector<Eigen::Vector3d> views;  // centres of the feasible cells
-  std::unique_ptr<Scoring> scoring;
-  std::unique_ptr<OverlapSurface> overlap;
-  std::unique_ptr<ExpectedSurface> expected;
-  Evaluation evaluation;  // before anything was chosen
+  std::unique_ptr<planning::Scoring> scoring;
+  std::unique_ptr<planning::OverlapSurface> overlap;
+  std::unique_ptr<PendingSurface> expected;
+  planning::Evaluation evaluation;  // before anything was chosen
   std::unique_ptr<LazyGains> gains;
 };
 
-struct CrewOf {
-  CrewMember member;
+struct ClassedMember {
+  FleetMember member;
   size_t of = 0;  // class
 };
 
@@ -47,27 +51,28 @@ struct ChosenView {
   size_t of = 0;  // class
   uint32_t view = 0;
   size_t scanner = 0;
-  RegistrationVerdict verdict;
-  std::vector<size_t> waits_for;  // steps of the residual
+  registration::RegistrationVerdict verdict;
+  std::vector<size_t> waits_for;  // steps of the remaining gain
   std::optional<double> minutes;
 };
 
 // What a sample gained by a view counts in the ranking, if the member goes there; 0: it cannot.
-double WorthTo(const CrewMember& member, uint32_t view, FleetRanking ranking);
+double WorthTo(const FleetMember& member, uint32_t view, FleetRanking ranking);
 
 // Chooses one view after the other. References are kept.
 class JointChoice {
  public:
-  JointChoice(std::vector<ScannerClass>& classes, std::vector<CrewOf>& crew, Residual& residual,
-              FleetRanking ranking, const PlanningConfig& config,
-              const std::vector<Eigen::Vector3d>& taken, const Budget& budget, Parallel& parallel);
+  JointChoice(std::vector<ScannerClass>& classes, std::vector<ClassedMember>& members,
+              RemainingGain& remaining, FleetRanking ranking,
+              const planning::PlanningConfig& config, const std::vector<Eigen::Vector3d>& taken,
+              const parallel::Budget& budget, parallel::Parallel& parallel);
 
   // The best view of all scanners that have none, by what is known when most of the budget is
   // spent; nothing when there is none, or no time to check that it registers.
   // `apart`: only views that far from those that were returned before, m.
   std::optional<ChosenView> Next(double apart);
   // Gives the view to its scanner: others count for what it leaves. False when the budget ended.
-  bool Settle(const ChosenView& chosen);
+  bool Commit(const ChosenView& chosen);
 
   GreedyRecord& record() { return record_; }
   // Views that gain something were left out beside tripods that stand or will stand there.
@@ -109,35 +114,36 @@ class JointChoice {
   double Key(size_t of, uint32_t view, double gain) const;
   void Fill(double apart);
   // False when the budget ended before all were fresh.
-  bool Refresh(std::span<const Entry> stale, const Budget& refining);
+  bool Refresh(std::span<const Entry> stale, const parallel::Budget& refining);
   void Enqueue(size_t of, uint32_t view);
   // `trying`: until then, views around doubtful ones are tried.
-  Fate Judge(const Entry& entry, const Budget& trying, ChosenView& chosen);
+  Fate Judge(const Entry& entry, const parallel::Budget& trying, ChosenView& chosen);
   // What is known of a view by what was refused.
   bool RuledOut(size_t of, uint32_t view) const;
   // Refusals that it is tried instead of; nothing when it is not to be looked at.
-  std::optional<std::vector<Refusal*>> TriedInsteadOf(const Entry& entry, const Budget& trying);
+  std::optional<std::vector<Refusal*>> TriedInsteadOf(const Entry& entry,
+                                                      const parallel::Budget& trying);
   void Refuse(const ChosenView& view, std::span<Refusal* const> instead_of);
   void NoteExactness(const ChosenView& chosen);
   // Takes those that are not fresh off the front of the queue, a batch at most.
-  std::vector<Entry> StaleTop(const Budget& refining);
+  std::vector<Entry> StaleTop(const parallel::Budget& refining);
   // A share of what is left of the budget, for the scanners without a view evenly.
-  Budget Share(double share) const;
+  parallel::Budget Share(double share) const;
 
   std::vector<ScannerClass>& classes_;
-  std::vector<CrewOf>& crew_;
-  Residual& residual_;
+  std::vector<ClassedMember>& members_;
+  RemainingGain& remaining_;
   const FleetRanking ranking_;
-  const PlanningConfig& config_;
-  const Budget& budget_;
-  Parallel& parallel_;
+  const planning::PlanningConfig& config_;
+  const parallel::Budget& budget_;
+  parallel::Parallel& parallel_;
   std::vector<Eigen::Vector3d> taken_;   // tripods that stand or will stand there
   const size_t given_;                   // of those, not chosen here
-  std::vector<Eigen::Vector3d> listed_;  // returned since the last Settle()
+  std::vector<Eigen::Vector3d> listed_;  // returned since the last Commit()
   std::vector<bool> assigned_;
-  std::vector<std::optional<double>> done_after_;  // minutes, by step of the residual
+  std::vector<std::optional<double>> done_after_;  // minutes, by step of what remains
   std::priority_queue<Entry> queue_;
-  std::map<std::pair<size_t, uint32_t>, ChosenView> waiting_;  // judged in this round
+  std::map<std::pair<size_t, uint32_t>, ChosenView> pending_surface_;  // judged in this round
   std::vector<ChosenView> refused_;
   std::vector<Refusal> refusals_;                    // in this round
   std::set<std::pair<size_t, uint32_t>> tried_out_;  // around doubtful ones, in this round
@@ -149,6 +155,6 @@ class JointChoice {
   uint64_t checking_until_ = 0;  // rays
 };
 
-}  // namespace vantage
+}  // namespace vantage::fleet
 
 #endif  // VANTAGE_CORE_FLEET_JOINT_CHOICE_H_

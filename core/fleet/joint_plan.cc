@@ -8,36 +8,40 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/fleet/fleet_member.h"
 #include "core/fleet/joint_choice.h"
-#include "core/planning/anytime.h"
 #include "core/planning/end_early.h"
-#include "core/planning/opaque_grid.h"
-#include "core/planning/patch_tree.h"
-#include "core/planning/patches.h"
+#include "core/planning/evaluation/anytime.h"
+#include "core/planning/patches/measure_coverage.h"
+#include "core/planning/patches/patches.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/planning/plan/stage_clock.h"
 #include "core/planning/planning_estimate.h"
-#include "core/planning/rank_views.h"
-#include "core/planning/stage_clock.h"
-#include "core/planning/termination.h"
-#include "core/planning/view_report.h"
+#include "core/planning/ranking/rank_views.h"
+#include "core/planning/ranking/termination.h"
+#include "core/planning/ranking/view_report.h"
+#include "core/planning/scoring/patch_tree.h"
+#include "core/visibility/opaque_grid.h"
 
-namespace vantage {
+namespace vantage::fleet {
 namespace {
 
-auto Figures(const ScannerModel& m) {
+auto Figures(const sensor::ScannerModel& m) {
   return std::tie(m.azimuth_span, m.elevation_min, m.elevation_max, m.azimuth_step,
                   m.elevation_step, m.range_min, m.range_max, m.range_noise, m.range_noise_ppm,
                   m.max_incidence, m.clearance, m.positioning_error);
 }
 
-absl::Status Validate(const PlanningView& model, const FleetRequest& request,
-                      const PlanningConfig& config) {
+absl::Status Validate(const model::PlanningView& model, const FleetRequest& request,
+                      const planning::PlanningConfig& config) {
   if (request.scanners.empty()) {
     return absl::InvalidArgumentError("joint plan: name at least one scanner");
   }
-  std::vector<ScannerModel> models;
+  std::vector<sensor::ScannerModel> models;
   for (size_t s = 0; s < request.scanners.size(); ++s) {
     const FleetScanner& scanner = request.scanners[s];
-    if (absl::Status valid = ValidateFor(model, scanner.model, config); !valid.ok()) return valid;
+    if (absl::Status valid = planning::ValidateFor(model, scanner.model, config); !valid.ok())
+      return valid;
     if (!(scanner.speed > 0) || !std::isfinite(scanner.speed) || !(scanner.scan_seconds >= 0) ||
         !std::isfinite(scanner.scan_seconds) ||
         (scanner.at.has_value() && !scanner.at->allFinite())) {
@@ -46,7 +50,7 @@ absl::Status Validate(const PlanningView& model, const FleetRequest& request,
                        "] needs a speed above 0 m/s, scan_seconds of at least 0 and a finite "
                        "place"));
     }
-    if (std::none_of(models.begin(), models.end(), [&](const ScannerModel& other) {
+    if (std::none_of(models.begin(), models.end(), [&](const sensor::ScannerModel& other) {
           return Figures(other) == Figures(scanner.model);
         })) {
       models.push_back(scanner.model);
@@ -61,22 +65,23 @@ absl::Status Validate(const PlanningView& model, const FleetRequest& request,
     }
   }
   // Each model has its own scene and map of views.
-  PlanningConfig one = config;
+  planning::PlanningConfig one = config;
   one.memory_limit /= models.size();
-  return CheckPlanningSize(model, one);
+  return planning::CheckPlanningSize(model, one);
 }
 
 // For an evaluation, which counts its rays anew: a share of a budget of which `rays` are spent.
-Budget Fresh(const Budget& budget, double share, uint64_t rays) {
-  Budget part = budget.Evaluating().Part(share, rays);
+parallel::Budget Fresh(const parallel::Budget& budget, double share, uint64_t rays) {
+  parallel::Budget part = budget.Evaluating().Part(share, rays);
   if (part.work_limit != std::numeric_limits<uint64_t>::max()) part.work_limit -= rays;
   return part;
 }
 
 class JointPlanner {
  public:
-  JointPlanner(const PlanningView& model, const FleetRequest& request, const PlanningConfig& config,
-               const Budget& budget, Parallel& parallel, PlanProgress progress)
+  JointPlanner(const model::PlanningView& model, const FleetRequest& request,
+               const planning::PlanningConfig& config, const parallel::Budget& budget,
+               parallel::Parallel& parallel, planning::PlanProgress progress)
       : model_(model),
         request_(request),
         config_(config),
@@ -84,7 +89,7 @@ class JointPlanner {
         parallel_(parallel),
         progress_(progress),
         clock_(joint_.plan) {
-    Plan& plan = joint_.plan;
+    planning::Plan& plan = joint_.plan;
     plan.model_version = model.version();
     plan.seed = config.seed;
     plan.required_density = config.required_density;
@@ -105,7 +110,7 @@ class JointPlanner {
   bool Single() const { return request_.scanners.size() == 1; }
 
   bool EndEarly(const char* during) {
-    const Plan& plan = vantage::EndEarly(joint_.plan, budget_, during);
+    const planning::Plan& plan = planning::EndEarly(joint_.plan, budget_, during);
     for (Assignment& assignment : joint_.assignments) assignment.reason = plan.message;
     joint_.guarantee_reason = "none: no view was chosen";
     return false;
@@ -121,8 +126,8 @@ class JointPlanner {
       if (of == classes_.size()) {
         ScannerClass& mine = classes_.emplace_back();
         mine.model = scanner.model;
-        mine.feasible =
-            FeasibleViews::Find(model_, *grid_, scanner.model, config_, budget_, parallel_);
+        mine.feasible = planning::FeasibleViews::Find(model_, *grid_, scanner.model, config_,
+                                                      budget_, parallel_);
         if (!mine.feasible.finished()) return EndEarly("feasible views");
         for (size_t i = 0; i < mine.feasible.cells().size(); ++i) {
           mine.views.push_back(mine.feasible.Centre(i));
@@ -130,29 +135,30 @@ class JointPlanner {
       }
       const bool needs_way =
           config_.require_reachable || request_.ranking == FleetRanking::kGainPerMinute;
-      crew_.push_back({CrewMember(scanner, model_, classes_[of].feasible, needs_way, budget_), of});
+      members_.push_back(
+          {FleetMember(scanner, model_, classes_[of].feasible, needs_way, budget_), of});
     }
     joint_.plan.feasible_cells = classes_.front().views.size();
-    clock_.Book(PlanStage::kFeasible);
+    clock_.Book(planning::PlanStage::kFeasible);
     return !budget_.Expired() || EndEarly("feasible views");
   }
 
   // B and C. Patches, the most important first.
   bool FindPatches() {
-    Plan& plan = joint_.plan;
-    patches_ = ExtractPatches(model_, config_, PatchTolerance{}, budget_);
-    plan.coverage = MeasureCoverageWithin(model_, config_, budget_);
-    plan.needy_cells = patches_.cells.size();
-    plan.needy_area = patches_.area;
-    clock_.Book(PlanStage::kPatches);
+    planning::Plan& plan = joint_.plan;
+    patches_ = planning::ExtractPatches(model_, config_, planning::PatchTolerance{}, budget_);
+    plan.coverage = planning::MeasureCoverageWithin(model_, config_, budget_);
+    plan.deficient_cells = patches_.cells.size();
+    plan.deficient_area = patches_.area;
+    clock_.Book(planning::PlanStage::kPatches);
     if (!patches_.finished) return EndEarly("extract patches");
-    RankPatches(config_, patches_, budget_);
+    planning::RankPatches(config_, patches_, budget_);
     if (!patches_.finished) return EndEarly("rank patches");
     plan.patches = patches_.patches;
-    clock_.Book(PlanStage::kRankPatches);
+    clock_.Book(planning::PlanStage::kRankPatches);
     if (!patches_.cells.empty()) return true;
-    plan.outcome = PlanOutcome::kNothingToGain;
-    plan.termination = JudgeTermination(patches_, {}, config_, std::nullopt);
+    plan.outcome = planning::PlanOutcome::kNothingToGain;
+    plan.termination = planning::JudgeTermination(patches_, {}, config_, std::nullopt);
     plan.message = plan.termination.reason;
     plan.complete = true;
     plan.optimality_gap = 0;
@@ -164,14 +170,14 @@ class JointPlanner {
   // Notes who can be sent nowhere; true when that is everybody.
   bool AnyoneNowhere() {
     bool all = true;
-    for (size_t s = 0; s < crew_.size(); ++s) {
-      joint_.assignments[s].reason = crew_[s].member.WhyNowhere();
+    for (size_t s = 0; s < members_.size(); ++s) {
+      joint_.assignments[s].reason = members_[s].member.WhyNowhere();
       all = all && !joint_.assignments[s].reason.empty();
     }
     if (!all) return false;
-    Plan& plan = joint_.plan;
-    plan.outcome = PlanOutcome::kNoFeasibleView;
-    plan.termination = JudgeTermination(patches_, {}, config_, std::nullopt);
+    planning::Plan& plan = joint_.plan;
+    plan.outcome = planning::PlanOutcome::kNoFeasibleView;
+    plan.termination = planning::JudgeTermination(patches_, {}, config_, std::nullopt);
     plan.message = classes_.front().views.empty()
                        ? classes_.front().feasible.Explain(classes_.front().model, config_)
                        : joint_.assignments.front().reason;
@@ -184,16 +190,16 @@ class JointPlanner {
   // What is claimed counts as scanned.
   bool Pledge() {
     for (ScannerClass& mine : classes_) {
-      mine.scoring = std::make_unique<Scoring>(model_, *grid_, patches_, mine.model, config_,
-                                               parallel_, budget_);
+      mine.scoring = std::make_unique<planning::Scoring>(model_, *grid_, patches_, mine.model,
+                                                         config_, parallel_, budget_);
       if (!mine.scoring->finished()) return EndEarly("evaluate views");
     }
-    const Scoring& any = *classes_.front().scoring;
-    residual_.emplace(any.cells());
+    const planning::Scoring& any = *classes_.front().scoring;
+    remaining_.emplace(any.cells());
     for (const PledgedView& pledged : request_.pledged) {
-      const SensingConstraints constraints(pledged.model);
-      const BruteForceScorer scorer(constraints, any.scene(), model_.voxel_size());
-      if (!residual_->Take(pledged.position, scorer, budget_, rays_)) {
+      const planning::SensingConstraints constraints(pledged.model);
+      const planning::BruteForceScorer scorer(constraints, any.scene(), model_.voxel_size());
+      if (!remaining_->Take(pledged.position, scorer, budget_, rays_)) {
         return EndEarly("evaluate views");
       }
     }
@@ -202,26 +208,26 @@ class JointPlanner {
 
   // D. Evaluate views.
   bool Evaluate() {
-    const CellArrays& left = residual_->left();
-    CellArrays cells = left;
+    const planning::CellArrays& left = remaining_->left();
+    planning::CellArrays cells = left;
     if (!request_.pledged.empty() && left.size() > 0) {
       // The hierarchy wants whole packets of neighbours.
-      const std::vector<uint32_t> order = PatchOrder(left, parallel_);
+      const std::vector<uint32_t> order = planning::PatchOrder(left, parallel_);
       std::vector<float> factors;
       factors.reserve(order.size());
       for (const uint32_t i : order) factors.push_back(left.factor[i]);
       cells = left.Gather(order, factors);
     }
-    const ViewReport report(model_, *grid_, classes_.front().feasible, patches_,
-                            *classes_.front().scoring);
+    const planning::ViewReport report(model_, *grid_, classes_.front().feasible, patches_,
+                                      *classes_.front().scoring);
     // Choosing takes its part of the time: about a quarter of the evaluation's for every further
     // scanner.
-    const double rounds = 0.8 / (1 + 0.25 * static_cast<double>(crew_.size() - 1));
+    const double rounds = 0.8 / (1 + 0.25 * static_cast<double>(members_.size() - 1));
     bool any = false;
     joint_.plan.complete = true;
     for (size_t of = 0; of < classes_.size(); ++of) {
       ScannerClass& mine = classes_[of];
-      const auto show = [&](const Evaluation& so_far) {
+      const auto show = [&](const planning::Evaluation& so_far) {
         if (of == 0) progress_(report.Interim(joint_.plan, so_far, config_));
       };
       if (cells.size() == 0 || mine.views.empty()) {
@@ -231,41 +237,41 @@ class JointPlanner {
         const std::vector<double> worth = Worth(of, nullptr);
         const double share =
             rounds / (static_cast<double>(classes_.size() - of) * rounds + (1 - rounds));
-        mine.evaluation =
-            EvaluateViews(mine.scoring->scorer(), mine.feasible, cells, Options(true, worth),
-                          Fresh(budget_, share, rays_), parallel_, show, &*grid_);
+        mine.evaluation = planning::EvaluateViews(
+            mine.scoring->scorer(), mine.feasible, cells, Options(true, worth),
+            Fresh(budget_, share, rays_), parallel_, show, &*grid_);
       }
       rays_ += mine.evaluation.rays;
       any = any || mine.evaluation.any();
       joint_.plan.complete = joint_.plan.complete && mine.evaluation.complete;
-      mine.gains = std::make_unique<LazyGains>(mine.views, mine.scoring->scorer(), *residual_,
+      mine.gains = std::make_unique<LazyGains>(mine.views, mine.scoring->scorer(), *remaining_,
                                                mine.evaluation);
-      mine.overlap = std::make_unique<OverlapSurface>(model_, *grid_, mine.scoring->scene(),
-                                                      mine.model, budget_);
-      mine.expected = std::make_unique<ExpectedSurface>(patches_, *mine.scoring, *mine.overlap);
+      mine.overlap = std::make_unique<planning::OverlapSurface>(
+          model_, *grid_, mine.scoring->scene(), mine.model, budget_);
+      mine.expected = std::make_unique<PendingSurface>(patches_, *mine.scoring, *mine.overlap);
     }
     if (joint_.plan.complete) joint_.plan.confidence = 1;
     FillScoreMap();
-    clock_.Book(PlanStage::kEvaluate);
+    clock_.Book(planning::PlanStage::kEvaluate);
     return any || EndEarly("evaluate views");
   }
 
   // What a sample gained by each view counts for whoever of those without a view counts it most.
   std::vector<double> Worth(size_t of, const JointChoice* choice) const {
     std::vector<double> worth(classes_[of].views.size(), 0);
-    for (size_t s = 0; s < crew_.size(); ++s) {
-      if (crew_[s].of != of || (choice != nullptr && choice->assigned(s))) continue;
+    for (size_t s = 0; s < members_.size(); ++s) {
+      if (members_[s].of != of || (choice != nullptr && choice->assigned(s))) continue;
       for (uint32_t i = 0; i < worth.size(); ++i) {
-        worth[i] = std::max(worth[i], WorthTo(crew_[s].member, i, request_.ranking));
+        worth[i] = std::max(worth[i], WorthTo(members_[s].member, i, request_.ranking));
       }
     }
     return worth;
   }
 
-  AnytimeOptions Options(bool complete, std::span<const double> worth) {
-    AnytimeOptions options;
+  planning::AnytimeOptions Options(bool complete, std::span<const double> worth) {
+    planning::AnytimeOptions options;
     // Bounds of all evaluations hold together, each on draws of its own.
-    const auto evaluations = static_cast<double>(classes_.size() * crew_.size());
+    const auto evaluations = static_cast<double>(classes_.size() * members_.size());
     options.confidence = 1 - (1 - config_.confidence) / evaluations;
     options.seed = config_.seed + uint64_t{1'000'003} * evaluations_++;
     options.separation = config_.separation;
@@ -278,7 +284,7 @@ class JointPlanner {
   void FillScoreMap() {
     const ScannerClass& mine = classes_.front();
     for (uint32_t i = 0; i < mine.evaluation.views.size(); ++i) {
-      const ViewEstimate& view = mine.evaluation.views[i];
+      const planning::ViewEstimate& view = mine.evaluation.views[i];
       if (!view.scored) continue;
       joint_.plan.score_map.push_back({mine.views[i].cast<float>(), static_cast<float>(view.score),
                                        static_cast<float>(view.lower),
@@ -289,14 +295,14 @@ class JointPlanner {
   // Views that were not scored exactly are raced anew for what is left.
   void EvaluateAgain(JointChoice& choice, size_t rounds_left) {
     for (ScannerClass& mine : classes_) {
-      if (mine.evaluation.complete || residual_->left().size() == 0) continue;
-      const Budget part =
+      if (mine.evaluation.complete || remaining_->left().size() == 0) continue;
+      const parallel::Budget part =
           Fresh(budget_, 0.8 / static_cast<double>(rounds_left * classes_.size()), choice.rays());
       const std::vector<double> worth =
           Worth(static_cast<size_t>(&mine - classes_.data()), &choice);
-      const Evaluation anew =
-          EvaluateViews(mine.scoring->scorer(), mine.feasible, residual_->left(),
-                        Options(false, worth), part, parallel_, [](const Evaluation&) {});
+      const planning::Evaluation anew = planning::EvaluateViews(
+          mine.scoring->scorer(), mine.feasible, remaining_->left(), Options(false, worth), part,
+          parallel_, [](const planning::Evaluation&) {});
       choice.AddRays(anew.rays);
       mine.gains->Merge(anew);
     }
@@ -306,8 +312,8 @@ class JointPlanner {
   void Choose() {
     std::vector<Eigen::Vector3d> taken;
     for (const PledgedView& pledged : request_.pledged) taken.push_back(pledged.position);
-    const Budget rest = budget_.Concluding();
-    JointChoice choice(classes_, crew_, *residual_, request_.ranking, config_, taken, rest,
+    const parallel::Budget rest = budget_.Concluding();
+    JointChoice choice(classes_, members_, *remaining_, request_.ranking, config_, taken, rest,
                        parallel_);
     choice.AddRays(rays_);
     choice.record().alike = Alike();
@@ -320,26 +326,26 @@ class JointPlanner {
         Add(*next);
       }
     } else {
-      for (size_t k = 0; k < crew_.size(); ++k) {
-        if (k > 0) EvaluateAgain(choice, crew_.size() - k);
+      for (size_t k = 0; k < members_.size(); ++k) {
+        if (k > 0) EvaluateAgain(choice, members_.size() - k);
         const auto next = choice.Next(0);
         if (!next.has_value()) break;
         made.push_back(Assign(*next, made));
         Add(*next);
         joint_.score += joint_.plan.views.back().score;
-        if (!choice.Settle(*next)) break;
+        if (!choice.Commit(*next)) break;
       }
     }
     if (Single() && !joint_.plan.views.empty()) joint_.score = joint_.plan.views.front().score;
     Conclude(choice, std::move(made));
-    clock_.Book(PlanStage::kCheck);
+    clock_.Book(planning::PlanStage::kCheck);
   }
 
   bool Alike() const {
     if (classes_.size() > 1) return false;
     for (size_t i = 0; i < classes_.front().views.size(); ++i) {
-      for (const CrewOf& other : crew_) {
-        if (other.member.Can(i) != crew_.front().member.Can(i)) return false;
+      for (const ClassedMember& other : members_) {
+        if (other.member.Can(i) != members_.front().member.Can(i)) return false;
       }
     }
     return true;
@@ -359,22 +365,23 @@ class JointPlanner {
     return assignment;
   }
 
-  RankedView Describe(const ChosenView& chosen) {
+  planning::RankedView Describe(const ChosenView& chosen) {
     const ScannerClass& mine = classes_[chosen.of];
-    const CellArrays& left = residual_->left();
-    RankedView view;
-    const ViewReport report(model_, *grid_, mine.feasible, patches_, *mine.scoring);
+    const planning::CellArrays& left = remaining_->left();
+    planning::RankedView view;
+    const planning::ViewReport report(model_, *grid_, mine.feasible, patches_, *mine.scoring);
     report.Place(mine.views[chosen.view], view);
-    view.travel = crew_[chosen.scanner].member.Length(view.position);
+    view.travel = members_[chosen.scanner].member.Length(view.position);
     view.verdict = chosen.verdict;
-    view.where = Find(model_, view.position, view.height_over_floor);
+    view.where = planning::DescribeLocation(model_, view.position, view.height_over_floor);
     // The map that regions are read from is that of before anything was chosen.
-    if (residual_->steps() == request_.pledged.size()) {
-      view.region = RegionAsGood(mine.evaluation, mine.feasible, chosen.view);
+    if (remaining_->steps() == request_.pledged.size()) {
+      view.region = planning::RegionAsGood(mine.evaluation, mine.feasible, chosen.view);
     } else {
       const Eigen::Vector3d low =
           mine.feasible.cells()[chosen.view].cast<double>() * mine.feasible.cell_size();
-      view.region.box = Region(low, Eigen::Vector3d(low.array() + mine.feasible.cell_size()));
+      view.region.box =
+          planning::Region(low, Eigen::Vector3d(low.array() + mine.feasible.cell_size()));
       view.region.volume = view.region.box.volume();
       view.region.cells = 1;
     }
@@ -382,21 +389,22 @@ class JointPlanner {
     view.lower = 0;
     view.upper = mine.gains->Upper(chosen.view);
     std::vector<float> gains(left.size());
-    const ViewScore exact = mine.scoring->scorer().ScoreCells(view.position, left, budget_, gains);
+    const planning::ViewScore exact =
+        mine.scoring->scorer().ScoreCells(view.position, left, budget_, gains);
     if (exact.finished) {
       view.score = view.lower = view.upper = exact.gain;
       view.exact = true;
-      SplitGain(left, gains, patches_, view);
+      planning::SplitGain(left, gains, patches_, view);
     }
     return view;
   }
 
   void Add(const ChosenView& chosen) {
     joint_.plan.views.push_back(Describe(chosen));
-    const RankedView& view = joint_.plan.views.back();
+    const planning::RankedView& view = joint_.plan.views.back();
     Journey& journey = joint_.journeys.emplace_back();
     journey.length = view.travel;
-    journey.unreachable = crew_[chosen.scanner].member.WhyUnreachable(view.position);
+    journey.unreachable = members_[chosen.scanner].member.WhyUnreachable(view.position);
     journey.minutes = chosen.minutes;
     if (chosen.minutes.has_value()) {
       journey.per_minute = view.score / std::max(0.01, *chosen.minutes);
@@ -404,12 +412,12 @@ class JointPlanner {
   }
 
   void Conclude(JointChoice& choice, std::vector<Assignment> made) {
-    Plan& plan = joint_.plan;
+    planning::Plan& plan = joint_.plan;
     plan.rays = choice.rays();
     plan.optimality_gap = plan.views.empty() ? 1 : 1 - choice.record().exactness;
     const size_t most = std::min(choice.refused().size(), static_cast<size_t>(config_.candidates));
     for (size_t k = 0; k < most; ++k) plan.refused.push_back(Describe(choice.refused()[k]));
-    for (size_t s = 0; s < crew_.size(); ++s) {
+    for (size_t s = 0; s < members_.size(); ++s) {
       if (std::any_of(made.begin(), made.end(),
                       [&](const Assignment& done) { return done.scanner == s; })) {
         continue;
@@ -432,14 +440,14 @@ class JointPlanner {
   }
 
   std::string WhyNone(JointChoice& choice, size_t s) const {
-    std::string nowhere = crew_[s].member.WhyNowhere();
+    std::string nowhere = members_[s].member.WhyNowhere();
     if (!nowhere.empty()) return nowhere;
     if (choice.record().cut_short) return "the budget ended before a view was found for it";
     const char* const none = choice.record().unchecked
                                  ? "as many views as may be were checked, and none registers"
                                  : "no view that gains anything registers";
     for (const ChosenView& refused : choice.refused()) {
-      if (refused.of != crew_[s].of || !crew_[s].member.Can(refused.view)) continue;
+      if (refused.of != members_[s].of || !members_[s].member.Can(refused.view)) continue;
       return absl::StrCat(none, "; the best refused one: ", refused.verdict.reason,
                           "; remedy: ", refused.verdict.remedy);
     }
@@ -451,12 +459,12 @@ class JointPlanner {
   }
 
   void Terminate() {
-    Evaluation all;
+    planning::Evaluation all;
     for (const ScannerClass& mine : classes_) {
       all.views.insert(all.views.end(), mine.evaluation.views.begin(), mine.evaluation.views.end());
     }
-    Termination& termination = joint_.plan.termination;
-    termination = JudgeTermination(patches_, all, config_, std::nullopt);
+    planning::Termination& termination = joint_.plan.termination;
+    termination = planning::JudgeTermination(patches_, all, config_, std::nullopt);
     if (request_.pledged.empty()) return;
     const bool certain = termination.largest_patch_area < config_.min_patch_area;
     if (termination.suggested && !certain) {
@@ -467,32 +475,33 @@ class JointPlanner {
   }
 
   void SetOutcome(JointChoice& choice) {
-    Plan& plan = joint_.plan;
+    planning::Plan& plan = joint_.plan;
     const auto count = static_cast<int>(plan.views.size());
     if (budget_.cancelled.stop_requested()) {
-      plan.outcome = PlanOutcome::kCancelled;
+      plan.outcome = planning::PlanOutcome::kCancelled;
       plan.message = absl::StrCat("cancelled after ", choice.checked(), " views were checked");
     } else if (!plan.views.empty()) {
-      plan.outcome = PlanOutcome::kViews;
+      plan.outcome = planning::PlanOutcome::kViews;
       plan.message =
           Single() ? absl::StrFormat("%d views register, %d were refused", count,
                                      static_cast<int>(choice.refused().size()))
                    : absl::StrFormat("views for %d of %d scanners, %.2f m2 together; %d refused",
-                                     count, static_cast<int>(crew_.size()),
+                                     count, static_cast<int>(members_.size()),
                                      joint_.score / config_.required_density,
                                      static_cast<int>(choice.refused().size()));
     } else if (choice.record().cut_short) {
-      plan.outcome = PlanOutcome::kBudgetTooSmall;
+      plan.outcome = planning::PlanOutcome::kSearchUnfinished;
       plan.message = absl::StrCat(budget_.WhyEnded(), " after ", choice.checked(),
                                   " views were checked for registration and none passed");
     } else if (!choice.refused().empty()) {
-      plan.outcome = PlanOutcome::kNoRegistrableView;
-      const RegistrationVerdict& first = choice.refused().front().verdict;
+      plan.outcome = planning::PlanOutcome::kNoRegistrableView;
+      const registration::RegistrationVerdict& first = choice.refused().front().verdict;
       plan.message = absl::StrCat("none of the ", choice.checked(),
                                   " best views can be registered; the first: ", first.reason,
                                   "; remedy: ", first.remedy);
     } else {
-      plan.outcome = plan.complete ? PlanOutcome::kNothingToGain : PlanOutcome::kBudgetTooSmall;
+      plan.outcome = plan.complete ? planning::PlanOutcome::kNothingToGain
+                                   : planning::PlanOutcome::kSearchUnfinished;
       plan.message = !plan.complete ? "no view that gains anything was found in the time"
                      : choice.crowded_out()
                          ? "what is left to gain lies nearer than two clearances to claimed views"
@@ -500,7 +509,7 @@ class JointPlanner {
                          ? "no feasible view gains anything"
                          : "no feasible view gains anything beyond the claimed ones";
     }
-    const CrewMember& first = crew_.front().member;
+    const FleetMember& first = members_.front().member;
     if (Single() && first.reachable() < first.within_reach()) {
       absl::StrAppend(&plan.message,
                       absl::StrFormat("; no way is known from where it stands to %d "
@@ -510,30 +519,33 @@ class JointPlanner {
     }
   }
 
-  const PlanningView& model_;
+  const model::PlanningView& model_;
   const FleetRequest& request_;
-  const PlanningConfig& config_;
-  const Budget& budget_;
-  Parallel& parallel_;
-  PlanProgress progress_;
+  const planning::PlanningConfig& config_;
+  const parallel::Budget& budget_;
+  parallel::Parallel& parallel_;
+  planning::PlanProgress progress_;
   JointPlan joint_;
-  StageClock clock_;
-  std::optional<OpaqueGrid> grid_;
+  planning::StageClock clock_;
+  std::optional<visibility::OpaqueGrid> grid_;
   std::vector<ScannerClass> classes_;
-  std::vector<CrewOf> crew_;
-  PatchSet patches_;
-  std::optional<Residual> residual_;
+  std::vector<ClassedMember> members_;
+  planning::PatchSet patches_;
+  std::optional<RemainingGain> remaining_;
   uint64_t rays_ = 0;
   uint64_t evaluations_ = 0;  // begun
 };
 
 }  // namespace
 
-absl::StatusOr<JointPlan> MakeJointPlan(const PlanningView& model, const FleetRequest& request,
-                                        const PlanningConfig& config, const Budget& budget,
-                                        Parallel& parallel, PlanProgress progress) {
+absl::StatusOr<JointPlan> MakeJointPlan(const model::PlanningView& model,
+                                        const FleetRequest& request,
+                                        const planning::PlanningConfig& config,
+                                        const parallel::Budget& budget,
+                                        parallel::Parallel& parallel,
+                                        planning::PlanProgress progress) {
   if (absl::Status valid = Validate(model, request, config); !valid.ok()) return valid;
   return JointPlanner(model, request, config, budget, parallel, progress).Make();
 }
 
-}  // namespace vantage
+}  // namespace vantage::fleet

@@ -10,31 +10,15 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "core/fleet/crew.h"
-#include "core/model/planning_view.h"
+#include "core/fleet/fleet_request.h"
+#include "core/model/view/planning_view.h"
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
-#include "core/planning/plan.h"
+#include "core/planning/plan/plan.h"
+#include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
 
-namespace vantage {
-
-// A view that somebody is on the way to.
-struct PledgedView {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, model frame
-  ScannerModel model;
-};
-
-enum class FleetRanking {
-  kGain,
-  kGainPerMinute,  // of walking, setting up and scanning, and waiting for others
-};
-
-struct FleetRequest {
-  std::vector<FleetScanner> scanners;  // at least one
-  std::vector<PledgedView> pledged;    // count as scanned
-  FleetRanking ranking = FleetRanking::kGain;
-};
+namespace vantage::fleet {
 
 // How a scanner comes to a view.
 struct Journey {
@@ -56,7 +40,7 @@ struct JointPlan {
   // For one scanner its views, best first, at most k. For several, the views of the assignments, in
   // the order in which they were chosen; scores count what those before them leave. The map of
   // scores is that of the first scanner, before anything was chosen.
-  Plan plan;
+  planning::Plan plan;
   std::vector<Journey> journeys;        // by plan.views
   std::vector<Assignment> assignments;  // as chosen, then the scanners that got no view
   double score = 0;                     // samples, of all assignments together
@@ -68,10 +52,13 @@ struct JointPlan {
 // time, the best of all scanners first: by exact marginal gain, lazily. INVALID_ARGUMENT: the
 // configuration or a scanner is impossible. RESOURCE_EXHAUSTED: as MakePlan(), for all models
 // together. With a work limit the same on any number of threads.
-absl::StatusOr<JointPlan> MakeJointPlan(const PlanningView& model, const FleetRequest& request,
-                                        const PlanningConfig& config, const Budget& budget,
-                                        Parallel& parallel, PlanProgress progress);
+absl::StatusOr<JointPlan> MakeJointPlan(const model::PlanningView& model,
+                                        const FleetRequest& request,
+                                        const planning::PlanningConfig& config,
+                                        const parallel::Budget& budget,
+                                        parallel::Parallel& parallel,
+                                        planning::PlanProgress progress);
 
-}  // namespace vantage
+}  // namespace vantage::fleet
 
 #endif  // VANTAGE_CORE_FLEET_JOINT_PLAN_H_

@@ -2,21 +2,22 @@
 
 #include <algorithm>
 
-namespace vantage {
+namespace vantage::fleet {
 
-LazyGains::LazyGains(std::span<const Eigen::Vector3d> views, const BruteForceScorer& scorer,
-                     const Residual& residual, const Evaluation& evaluation)
-    : views_(views), scorer_(scorer), residual_(residual), gains_(views.size()) {
+LazyGains::LazyGains(std::span<const Eigen::Vector3d> views,
+                     const planning::BruteForceScorer& scorer, const RemainingGain& remaining,
+                     const planning::Evaluation& evaluation)
+    : views_(views), scorer_(scorer), remaining_(remaining), gains_(views.size()) {
   for (uint32_t i = 0; i < gains_.size(); ++i) {
-    const ViewEstimate& view = evaluation.views[i];
+    const planning::ViewEstimate& view = evaluation.views[i];
     gains_[i] = {view.exact ? view.score : view.Rank(), view.upper,
-                 static_cast<uint32_t>(residual.steps()), view.exact, view.scored};
+                 static_cast<uint32_t>(remaining.steps()), view.exact, view.scored};
   }
 }
 
-void LazyGains::Merge(const Evaluation& evaluation) {
+void LazyGains::Merge(const planning::Evaluation& evaluation) {
   for (uint32_t i = 0; i < gains_.size(); ++i) {
-    const ViewEstimate& view = evaluation.views[i];
+    const planning::ViewEstimate& view = evaluation.views[i];
     Gain& gain = gains_[i];
     gain.upper = std::min(gain.upper, view.upper);
     if (!view.scored || Fresh(i)) continue;
@@ -24,41 +25,42 @@ void LazyGains::Merge(const Evaluation& evaluation) {
     gain.value = view.exact ? view.score : view.Rank();
     gain.exact = view.exact;
     gain.ranked = true;
-    gain.step = static_cast<uint32_t>(residual_.steps());
+    gain.step = static_cast<uint32_t>(remaining_.steps());
     if (view.exact) gain.upper = gain.value;
   }
 }
 
 uint64_t LazyGains::MostRays(uint32_t view) const {
   const Gain& gain = gains_[view];
-  if (!gain.exact) return scorer_.MostRays(residual_.left());
+  if (!gain.exact) return scorer_.MostRays(remaining_.left());
   uint64_t rays = 0;
-  for (size_t k = gain.step; k < residual_.steps(); ++k)
-    rays += residual_.MostRays(k) * scorer_.RaysPerCell();
+  for (size_t k = gain.step; k < remaining_.steps(); ++k)
+    rays += remaining_.MostRays(k) * scorer_.RaysPerCell();
   return rays;
 }
 
-bool LazyGains::Update(uint32_t view, const Budget& budget, Gain& gain, uint64_t& rays) const {
+bool LazyGains::Update(uint32_t view, const parallel::Budget& budget, Gain& gain,
+                       uint64_t& rays) const {
   if (!gain.exact) {
-    const ViewScore score = scorer_.Score(views_[view], residual_.left(), budget);
+    const planning::ViewScore score = scorer_.Score(views_[view], remaining_.left(), budget);
     rays += score.rays;
     if (!score.finished) return false;
     gain.value = score.gain;
   } else {
-    for (size_t k = gain.step; k < residual_.steps(); ++k) {
-      const auto lowered = residual_.Lowered(k, views_[view], scorer_, budget, rays);
+    for (size_t k = gain.step; k < remaining_.steps(); ++k) {
+      const auto lowered = remaining_.Lowered(k, views_[view], scorer_, budget, rays);
       if (!lowered.has_value()) return false;
       gain.value = std::max(0.0, gain.value - *lowered);
     }
   }
   gain.upper = gain.value;
-  gain.step = static_cast<uint32_t>(residual_.steps());
+  gain.step = static_cast<uint32_t>(remaining_.steps());
   gain.exact = gain.ranked = true;
   return true;
 }
 
-bool LazyGains::Refresh(std::span<const uint32_t> views, const Budget& budget, Parallel& parallel,
-                        uint64_t& rays) {
+bool LazyGains::Refresh(std::span<const uint32_t> views, const parallel::Budget& budget,
+                        parallel::Parallel& parallel, uint64_t& rays) {
   struct Done {
     Gain gain;
     uint64_t rays = 0;
@@ -78,4 +80,4 @@ bool LazyGains::Refresh(std::span<const uint32_t> views, const Budget& budget, P
   return all;
 }
 
-}  // namespace vantage
+}  // namespace vantage::fleet

@@ -8,20 +8,20 @@
 #include <span>
 #include <vector>
 
-#include "core/fleet/residual.h"
+#include "core/fleet/remaining_gain.h"
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
-#include "core/planning/brute_force.h"
-#include "core/planning/evaluation.h"
+#include "core/planning/evaluation/evaluation.h"
+#include "core/planning/scoring/brute_force.h"
 
-namespace vantage {
+namespace vantage::fleet {
 
 // References are kept.
 class LazyGains {
  public:
-  // `evaluation` is of `views` on what `residual` leaves at its present step.
-  LazyGains(std::span<const Eigen::Vector3d> views, const BruteForceScorer& scorer,
-            const Residual& residual, const Evaluation& evaluation);
+  // `evaluation` is of `views` on what `remaining` leaves at its present step.
+  LazyGains(std::span<const Eigen::Vector3d> views, const planning::BruteForceScorer& scorer,
+            const RemainingGain& remaining, const planning::Evaluation& evaluation);
 
   // Something is known that a view can be ranked by.
   bool Ranked(uint32_t view) const { return gains_[view].ranked; }
@@ -31,15 +31,15 @@ class LazyGains {
   double Upper(uint32_t view) const { return gains_[view].upper; }
   bool Fresh(uint32_t view) const { return gains_[view].exact && Current(view); }
   // Value() is of what is left now, exact or not: no value of an earlier step.
-  bool Current(uint32_t view) const { return gains_[view].step == residual_.steps(); }
+  bool Current(uint32_t view) const { return gains_[view].step == remaining_.steps(); }
 
   // Another evaluation, of what is left now: for views that are not known exactly.
-  void Merge(const Evaluation& evaluation);
+  void Merge(const planning::Evaluation& evaluation);
 
   // Makes views fresh, together. False when the budget expired on the way: some are not. Adds to
   // `rays`; the result does not depend on the number of threads.
-  bool Refresh(std::span<const uint32_t> views, const Budget& budget, Parallel& parallel,
-               uint64_t& rays);
+  bool Refresh(std::span<const uint32_t> views, const parallel::Budget& budget,
+               parallel::Parallel& parallel, uint64_t& rays);
   // What making a view fresh can cost at most.
   uint64_t MostRays(uint32_t view) const;
 
@@ -47,19 +47,19 @@ class LazyGains {
   struct Gain {
     double value = 0;
     double upper = 0;
-    uint32_t step = 0;  // of the residual, that an exact value is of
+    uint32_t step = 0;  // of what remains, that an exact value is of
     bool exact = false;
     bool ranked = false;
   };
   // False when the budget expired.
-  bool Update(uint32_t view, const Budget& budget, Gain& gain, uint64_t& rays) const;
+  bool Update(uint32_t view, const parallel::Budget& budget, Gain& gain, uint64_t& rays) const;
 
   std::span<const Eigen::Vector3d> views_;
-  const BruteForceScorer& scorer_;
-  const Residual& residual_;
+  const planning::BruteForceScorer& scorer_;
+  const RemainingGain& remaining_;
   std::vector<Gain> gains_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::fleet
 
 #endif  // VANTAGE_CORE_FLEET_LAZY_GAINS_H_

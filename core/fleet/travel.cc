@@ -6,9 +6,9 @@
 #include <queue>
 #include <utility>
 
-#include "core/planning/floor.h"
+#include "core/planning/feasibility/floor_heights.h"
 
-namespace vantage {
+namespace vantage::fleet {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
@@ -20,7 +20,7 @@ class Search {
   Search(const WalkGrid& grid, std::vector<float>& length, std::vector<uint32_t>& parent)
       : grid_(grid), length_(length), parent_(parent), done_(length.size(), 0) {}
 
-  void From(uint32_t start, const Budget& budget) {
+  void From(uint32_t start, const parallel::Budget& budget) {
     using Entry = std::pair<float, uint32_t>;  // m so far, column
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
     start_ = start;
@@ -44,7 +44,7 @@ class Search {
       done_[at] = 1;
       ForNeighbours(at, [&](uint32_t to) {
         if (done_[to] != 0) return;
-        // As if it were in sight of the corner before; Settle() looks.
+        // As if the corner before could see it; Settle() looks.
         const uint32_t corner = parent_[at];
         const float length = length_[corner] + Distance(corner, to);
         if (length >= length_[to]) return;
@@ -65,7 +65,8 @@ class Search {
   bool Passable(uint32_t i) const { return i == start_ || grid_.passable[i] != 0; }
   // Between two neighbouring columns.
   bool Step(uint32_t from, uint32_t to) const {
-    return Passable(to) && std::abs(grid_.floor[to] - grid_.floor[from]) <= FloorField::kMaxStep;
+    return Passable(to) &&
+           std::abs(grid_.floor[to] - grid_.floor[from]) <= planning::FloorHeights::kMaxStep;
   }
   template <typename Visit>
   void ForNeighbours(uint32_t at, Visit visit) const {
@@ -79,7 +80,7 @@ class Search {
   }
 
   // Every column that the straight line between two centres runs through can be walked.
-  bool InSight(uint32_t a, uint32_t b) const {
+  bool PotentiallyVisibleSets(uint32_t a, uint32_t b) const {
     const Eigen::Vector2i from = At(a);
     const Eigen::Vector2i to = At(b);
     const Eigen::Vector2i delta = (to - from).cwiseAbs();
@@ -110,7 +111,7 @@ class Search {
 
   // Makes sure of the way to a column that is about to be final. False: it became longer.
   bool Settle(uint32_t at) {
-    if (InSight(parent_[at], at)) return true;
+    if (PotentiallyVisibleSets(parent_[at], at)) return true;
     const float before = length_[at];
     length_[at] = kFar;
     ForNeighbours(at, [&](uint32_t from) {
@@ -138,8 +139,9 @@ class Search {
 
 }  // namespace
 
-WalkGrid WalkGridOf(const FeasibleViews& feasible, std::span<const Eigen::AlignedBox3d> reach) {
-  const ReachMap& map = feasible.reach();
+WalkGrid WalkGridOf(const planning::FeasibleViews& feasible,
+                    std::span<const Eigen::AlignedBox3d> reach) {
+  const planning::ReachMap& map = feasible.reach();
   WalkGrid grid;
   grid.first = map.first();
   grid.size = map.size();
@@ -163,7 +165,8 @@ WalkGrid WalkGridOf(const FeasibleViews& feasible, std::span<const Eigen::Aligne
   return grid;
 }
 
-TravelMap::TravelMap(const WalkGrid& grid, const Eigen::Vector3d& from, const Budget& budget)
+TravelMap::TravelMap(const WalkGrid& grid, const Eigen::Vector3d& from,
+                     const parallel::Budget& budget)
     : grid_(grid), from_(from) {
   const Eigen::Vector2i start = grid.ColumnOf(from);
   if (!grid.Inside(start)) return;
@@ -210,4 +213,4 @@ std::vector<Eigen::Vector3d> TravelMap::Way(const Eigen::Vector3d& to) const {
   return way;
 }
 
-}  // namespace vantage
+}  // namespace vantage::fleet

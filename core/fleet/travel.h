@@ -10,9 +10,9 @@
 #include <vector>
 
 #include "core/parallel/budget.h"
-#include "core/planning/feasible_views.h"
+#include "core/planning/feasibility/feasible_views.h"
 
-namespace vantage {
+namespace vantage::fleet {
 
 // Where a scanner's axis can be: columns of a grid over the floor, each passable or not.
 struct WalkGrid {
@@ -36,7 +36,8 @@ struct WalkGrid {
 
 // The grid on which the feasible views' reachability was decided: the footprint is in it. Columns
 // outside of `reach` (m, seen from above; none: everywhere) are not passable.
-WalkGrid WalkGridOf(const FeasibleViews& feasible, std::span<const Eigen::AlignedBox3d> reach);
+WalkGrid WalkGridOf(const planning::FeasibleViews& feasible,
+                    std::span<const Eigen::AlignedBox3d> reach);
 
 // Shortest ways from one place to all others. They bend at centres of columns only, and otherwise
 // run straight through passable columns (Lazy Theta*), so that a way is as long as a taut rope
@@ -48,7 +49,7 @@ class TravelMap {
   // `from` counts as passable: a scanner stands there. Where the budget expires on the way, places
   // not reached yet count as unreachable.
   TravelMap(const WalkGrid& grid, const Eigen::Vector3d& from,
-            const Budget& budget = Budget::Unlimited());
+            const parallel::Budget& budget = parallel::Budget::Unlimited());
 
   // `from` lies on the grid.
   bool known() const { return !length_.empty(); }
@@ -64,6 +65,6 @@ class TravelMap {
   std::vector<uint32_t> parent_;  // the corner before
 };
 
-}  // namespace vantage
+}  // namespace vantage::fleet
 
 #endif  // VANTAGE_CORE_FLEET_TRAVEL_H_

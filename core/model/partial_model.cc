@@ -8,46 +8,32 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/model/carve.h"
-#include "core/model/merge.h"
-#include "core/model/model_octree.h"
-#include "core/model/phantoms.h"
-#include "core/model/snapshot.h"
+#include "core/model/carve/carve.h"
+#include "core/model/carve/scan_layer.h"
+#include "core/model/merge/merge.h"
+#include "core/model/merge/model_octree.h"
+#include "core/model/merge/reflection_mask.h"
+#include "core/model/snapshot/snapshot.h"
+#include "core/model/view/algorithm_version.h"
+#include "core/model/view/brick_key.h"
+#include "core/model/view/model_config.h"
 
-namespace vantage {
-
-absl::Status ModelConfig::Validate() const {
-  if (!(voxel_size >= 0.01 && voxel_size <= 0.5)) {
-    return absl::InvalidArgumentError("model: voxel_size must be in [0.01, 0.5] m");
-  }
-  if (!(discontinuity_angle > 0 && discontinuity_angle < kPi / 2)) {
-    return absl::InvalidArgumentError("model: discontinuity_angle must be in (0, pi/2) rad");
-  }
-  for (int i = 0; i < 3; ++i) {
-    // The octree's root spans 65,536 bricks.
-    if (!(max_half_extent[i] > 0 && max_half_extent[i] <= 30000 * Brick::kSide * voxel_size)) {
-      return absl::InvalidArgumentError(absl::StrCat("model: max_half_extent must be in (0, ",
-                                                     30000 * Brick::kSide * voxel_size,
-                                                     "] m for this voxel_size"));
-    }
-  }
-  return absl::OkStatus();
-}
+namespace vantage::model {
 
 struct PartialModel::State {
   explicit State(const ModelConfig& model_config)
       : config(model_config),
         octree(model_config.voxel_size),
         all_empty(MakeAllEmpty()),
-        view(std::make_shared<const PlanningView>(model_config.voxel_size, 0,
-                                                  std::vector<BrickAt>{}, std::vector<Stand>{})) {}
+        view(std::make_shared<const PlanningView>(
+            model_config.voxel_size, 0, std::vector<BrickAt>{}, std::vector<Station>{})) {}
 
   ModelConfig config;
   ModelOctree octree;
   ModelLeaf all_empty;
   std::shared_ptr<const PlanningView> view;  // of the octree as it is
   std::map<std::string, std::unique_ptr<ScanLayer>> layers;
-  std::vector<std::string> order;  // in which the scans came, for the stands only
+  std::vector<std::string> order;  // in which the scans came, for the stations only
   uint64_t version = 0;
 
   std::vector<const ScanLayer*> Layers() const {
@@ -56,17 +42,17 @@ struct PartialModel::State {
     return all;
   }
 
-  std::vector<Stand> Stands() const {
-    std::vector<Stand> stands;
-    stands.reserve(order.size());
-    for (const std::string& id : order) stands.push_back(layers.at(id)->stand);
-    return stands;
+  std::vector<Station> Stations() const {
+    std::vector<Station> stations;
+    stations.reserve(order.size());
+    for (const std::string& id : order) stations.push_back(layers.at(id)->station);
+    return stations;
   }
 
   // Merges what came or went with `touched`, which is in the layers or no longer.
-  void Merge(const ScanLayer& touched, LayerChange change, Parallel& parallel,
+  void Merge(const ScanLayer& touched, LayerChange change, parallel::Parallel& parallel,
              MergeReport& report) {
-    const std::vector<BrickKey> also = HideAllPhantoms(touched);
+    const std::vector<BrickKey> also = ApplyReflectionMasks(touched);
     const MergeResult merged = MergeAround(touched, change, also, Layers(), config.voxel_size,
                                            all_empty, parallel, octree);
     report.samples = touched.samples;
@@ -75,7 +61,7 @@ struct PartialModel::State {
     report.recomputed_bricks = merged.recomputed;
     report.changed_bricks = merged.changed.size();
     report.version = ++version;
-    view = std::make_shared<const PlanningView>(*view, version, merged.changed, Stands());
+    view = std::make_shared<const PlanningView>(*view, version, merged.changed, Stations());
     report.copied_pages = view->copied_pages();
   }
 
@@ -90,15 +76,15 @@ struct PartialModel::State {
     return apertures;
   }
 
-  // After `touched` came or went: takes phantoms out of it, and out of all layers where its
+  // After `touched` came or went: takes reflections out of it, and out of all layers where its
   // reflectors have changed what is known of them. Returns the bricks, beside its own, for which
   // that may matter.
-  std::vector<BrickKey> HideAllPhantoms(const ScanLayer& touched) {
+  std::vector<BrickKey> ApplyReflectionMasks(const ScanLayer& touched) {
     const std::vector<Aperture> apertures = Apertures();
     std::vector<BrickKey> changed;
     for (const auto& [id, layer] : layers) {
       if (layer.get() != &touched && touched.reflectors.empty()) continue;
-      const std::vector<BrickKey> keys = HidePhantoms(apertures, config.voxel_size, *layer);
+      const std::vector<BrickKey> keys = ApplyReflectionMask(apertures, config.voxel_size, *layer);
       changed.insert(changed.end(), keys.begin(), keys.end());
     }
     // Why something is unknown has changed too, where a layer looks through what reflects.
@@ -129,7 +115,7 @@ bool IsRigid(const Eigen::Isometry3d& pose) {
 }
 
 // The farthest corner of what the scan reaches, on each axis.
-Eigen::Vector3d Reach(const Scan& scan, const Eigen::Isometry3d& pose) {
+Eigen::Vector3d Reach(const sensor::Scan& scan, const Eigen::Isometry3d& pose) {
   float farthest = 0;
   for (const float range : scan.image.range) farthest = std::max(farthest, range);
   return pose.translation().cwiseAbs().array() + static_cast<double>(farthest);
@@ -145,9 +131,9 @@ absl::StatusOr<std::unique_ptr<PartialModel>> PartialModel::Create(const ModelCo
   return std::unique_ptr<PartialModel>(new PartialModel(std::make_unique<State>(config)));
 }
 
-absl::StatusOr<MergeReport> PartialModel::Insert(absl::string_view id, const Scan& scan,
+absl::StatusOr<MergeReport> PartialModel::Insert(absl::string_view id, const sensor::Scan& scan,
                                                  const Eigen::Isometry3d& T_model_scan,
-                                                 Parallel& parallel) {
+                                                 parallel::Parallel& parallel) {
   State& state = *state_;
   if (state.layers.contains(std::string(id))) {
     return absl::AlreadyExistsError(absl::StrCat("scan '", id, "' is in the model already"));
@@ -179,7 +165,8 @@ absl::StatusOr<MergeReport> PartialModel::Insert(absl::string_view id, const Sca
   return report;
 }
 
-absl::StatusOr<MergeReport> PartialModel::Withdraw(absl::string_view id, Parallel& parallel) {
+absl::StatusOr<MergeReport> PartialModel::Withdraw(absl::string_view id,
+                                                   parallel::Parallel& parallel) {
   State& state = *state_;
   const auto it = state.layers.find(std::string(id));
   if (it == state.layers.end()) {
@@ -195,7 +182,7 @@ absl::StatusOr<MergeReport> PartialModel::Withdraw(absl::string_view id, Paralle
   return report;
 }
 
-std::string PartialModel::Save(Parallel& parallel) const {
+std::string PartialModel::Save(parallel::Parallel& parallel) const {
   const BrickRange bricks = state_->view->bricks();
   return EncodeSnapshot({state_->config, state_->version, algorithm_version()}, state_->order,
                         state_->layers, std::vector<BrickAt>(bricks.begin(), bricks.end()),
@@ -204,7 +191,7 @@ std::string PartialModel::Save(Parallel& parallel) const {
 
 absl::StatusOr<std::unique_ptr<PartialModel>> PartialModel::Load(absl::string_view snapshot,
                                                                  size_t max_bytes,
-                                                                 Parallel& parallel) {
+                                                                 parallel::Parallel& parallel) {
   const ModelLeaf all_empty = MakeAllEmpty();
   absl::StatusOr<ModelParts> parts = DecodeSnapshot(snapshot, max_bytes, all_empty, parallel);
   if (!parts.ok()) return parts.status();
@@ -215,11 +202,11 @@ absl::StatusOr<std::unique_ptr<PartialModel>> PartialModel::Load(absl::string_vi
   state->layers = std::move(parts->layers);
   const std::vector<Aperture> apertures = state->Apertures();
   for (const auto& [id, layer] : state->layers) {
-    HidePhantoms(apertures, state->config.voxel_size, *layer);
+    ApplyReflectionMask(apertures, state->config.voxel_size, *layer);
   }
   for (const BrickAt& at : parts->bricks) state->octree.Set(at.brick, at.contents);
   state->view = std::make_shared<const PlanningView>(state->config.voxel_size, state->version,
-                                                     std::move(parts->bricks), state->Stands());
+                                                     std::move(parts->bricks), state->Stations());
   return std::unique_ptr<PartialModel>(new PartialModel(std::move(state)));
 }
 
@@ -242,7 +229,7 @@ uint64_t PartialModel::Digest() const {
       mix(surface.missed + 256u * surface.spread);
       mix((surface.ambiguous ? 1 : 0) + (surface.given_up ? 2 : 0));
     }
-    for (const VainLook& look : at.contents->vain) {
+    for (const Dropout& look : at.contents->dropouts) {
       mix(look.local);
       for (int i = 0; i < 3; ++i) mix_float(look.from[i]);
     }
@@ -273,4 +260,4 @@ std::optional<Eigen::Isometry3d> PartialModel::PoseOf(absl::string_view id) cons
   return it->second->T_model_scan;
 }
 
-}  // namespace vantage
+}  // namespace vantage::model

@@ -13,22 +13,12 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "core/model/planning_view.h"
+#include "core/model/view/model_config.h"
+#include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
 #include "core/sensor/scan.h"
 
-namespace vantage {
-
-struct ModelConfig {
-  double voxel_size = 0.05;  // m, [0.01, 0.5]
-  // Neighbouring samples are one surface unless the segment between them makes less than this angle
-  // with the line of sight, rad.
-  double discontinuity_angle = 0.14;
-  // Scans beyond this box (m, around the model's origin, half side per axis) are refused.
-  Eigen::Vector3d max_half_extent = Eigen::Vector3d(200, 200, 50);
-
-  absl::Status Validate() const;
-};
+namespace vantage::model {
 
 // What merging a scan did.
 struct MergeReport {
@@ -53,18 +43,20 @@ class PartialModel {
   // ALREADY_EXISTS: the id is in the model. INVALID_ARGUMENT: the image is not valid.
   // OUT_OF_RANGE: the site would exceed its extent; the figure is in the message.
   // On error the model is as it was.
-  absl::StatusOr<MergeReport> Insert(absl::string_view id, const Scan& scan,
-                                     const Eigen::Isometry3d& T_model_scan, Parallel& parallel);
+  absl::StatusOr<MergeReport> Insert(absl::string_view id, const sensor::Scan& scan,
+                                     const Eigen::Isometry3d& T_model_scan,
+                                     parallel::Parallel& parallel);
 
   // Takes a scan out: the model is then, bit for bit, as if it had never come. NOT_FOUND.
-  absl::StatusOr<MergeReport> Withdraw(absl::string_view id, Parallel& parallel);
+  absl::StatusOr<MergeReport> Withdraw(absl::string_view id, parallel::Parallel& parallel);
 
   // The model as bytes (snapshot.h), and back: what is loaded goes on as if it had never been away.
   // DATA_LOSS: damaged. FAILED_PRECONDITION: of a newer release. RESOURCE_EXHAUSTED: more than
   // `max_bytes` decompressed.
-  std::string Save(Parallel& parallel) const;
+  std::string Save(parallel::Parallel& parallel) const;
   static absl::StatusOr<std::unique_ptr<PartialModel>> Load(absl::string_view snapshot,
-                                                            size_t max_bytes, Parallel& parallel);
+                                                            size_t max_bytes,
+                                                            parallel::Parallel& parallel);
 
   // The model as it stands. Costs nothing: a merge leaves a view behind, which shares with the one
   // before all pages of bricks in which nothing changed. Safe to hold while the model goes on.
@@ -76,8 +68,8 @@ class PartialModel {
   const ModelConfig& config() const;
   uint64_t version() const;
   // The oldest of the algorithms that the scans in the model were carved with: those of this
-  // release (snapshot_header.h) unless an older one saved the model. Of this release when there is
-  // no scan.
+  // release (algorithm_version.h) unless an older one saved the model. Of this release when there
+  // is no scan.
   uint32_t algorithm_version() const;
   std::vector<std::string> scans() const;  // sorted
   // Scanner to model frame, as it was merged; nothing if the scan is not in the model.
@@ -89,6 +81,6 @@ class PartialModel {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::model
 
 #endif  // VANTAGE_CORE_MODEL_PARTIAL_MODEL_H_

@@ -9,7 +9,7 @@
 #include <limits>
 #include <stop_token>
 
-namespace vantage {
+namespace vantage::parallel {
 
 // With a work limit and no deadline, results are the same on any number of threads; a deadline
 // gives that promise up.
@@ -75,6 +75,6 @@ struct Budget {
   }
 };
 
-}  // namespace vantage
+}  // namespace vantage::parallel
 
 #endif  // VANTAGE_CORE_PARALLEL_BUDGET_H_

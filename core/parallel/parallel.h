@@ -7,7 +7,7 @@
 
 #include "absl/functional/function_ref.h"
 
-namespace vantage {
+namespace vantage::parallel {
 
 class Parallel {
  public:
@@ -31,6 +31,6 @@ class Serial final : public Parallel {
   }
 };
 
-}  // namespace vantage
+}  // namespace vantage::parallel
 
 #endif  // VANTAGE_CORE_PARALLEL_PARALLEL_H_

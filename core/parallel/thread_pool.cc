@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <atomic>
 
-namespace vantage {
+namespace vantage::parallel {
 namespace {
 
 // Loops come in quick succession: to be woken takes longer than many of them.
@@ -92,4 +92,4 @@ void ThreadPool::Work() {
   }
 }
 
-}  // namespace vantage
+}  // namespace vantage::parallel

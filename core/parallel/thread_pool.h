@@ -13,7 +13,7 @@
 
 #include "core/parallel/parallel.h"
 
-namespace vantage {
+namespace vantage::parallel {
 
 // For() may be called from several threads at once; loops share the workers, first come first
 // served. std::mutex rather than absl::Mutex: the thread sanitizer understands it (Debian's absl is
@@ -41,6 +41,6 @@ class ThreadPool final : public Parallel {
   std::vector<std::thread> workers_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::parallel
 
 #endif  // VANTAGE_CORE_PARALLEL_THREAD_POOL_H_

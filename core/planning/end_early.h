@@ -3,12 +3,12 @@
 #define VANTAGE_CORE_PLANNING_END_EARLY_H_
 
 #include "core/parallel/budget.h"
-#include "core/planning/plan.h"
+#include "core/planning/plan/plan.h"
 
-namespace vantage {
+namespace vantage::planning {
 
-Plan& EndEarly(Plan& plan, const Budget& budget, const char* during);
+Plan& EndEarly(Plan& plan, const parallel::Budget& budget, const char* during);
 
-}  // namespace vantage
+}  // namespace vantage::planning
 
 #endif  // VANTAGE_CORE_PLANNING_END_EARLY_H_

@@ -1,28 +1,32 @@
+#include "core/planning/evaluate_view.h"
+
 #include <utility>
 
 #include "absl/status/status.h"
-#include "core/planning/feasible_views.h"
-#include "core/planning/opaque_grid.h"
-#include "core/planning/patches.h"
-#include "core/planning/planner.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/patches/patches.h"
+#include "core/planning/plan/planning_config.h"
 #include "core/planning/planning_estimate.h"
-#include "core/planning/rank_views.h"
-#include "core/planning/registration_check.h"
-#include "core/planning/scoring.h"
-#include "core/planning/view_report.h"
+#include "core/planning/ranking/rank_views.h"
+#include "core/planning/ranking/registration_check.h"
+#include "core/planning/ranking/view_report.h"
+#include "core/planning/scoring/scoring.h"
+#include "core/visibility/opaque_grid.h"
 
-namespace vantage {
+namespace vantage::planning {
 
-absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningView& model, const ScannerModel& scanner,
+absl::StatusOr<ViewEvaluation> EvaluateView(const model::PlanningView& model,
+                                            const sensor::ScannerModel& scanner,
                                             const PlanningConfig& config,
-                                            const Eigen::Vector3d& position, Parallel& parallel) {
+                                            const Eigen::Vector3d& position,
+                                            parallel::Parallel& parallel) {
   if (absl::Status valid = ValidateFor(model, scanner, config); !valid.ok()) return valid;
   if (!position.allFinite()) {
     return absl::InvalidArgumentError("position must be finite (m, model frame)");
   }
   if (absl::Status fits = CheckPlanningSize(model, config); !fits.ok()) return fits;
-  const Budget budget = Budget::Unlimited();
-  const OpaqueGrid grid(model);
+  const parallel::Budget budget = parallel::Budget::Unlimited();
+  const visibility::OpaqueGrid grid(model);
   const FeasibleViews feasible =
       FeasibleViews::Find(model, grid, scanner, config, budget, parallel);
   PatchSet patches = ExtractPatches(model, config, PatchTolerance{}, budget);
@@ -38,7 +42,7 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningView& model, const Sca
   const ViewReport report(model, grid, feasible, patches, scoring);
   report.Exact(position, budget, view);
   report.Place(position, view);
-  view.where = Find(model, position, view.height_over_floor);
+  view.where = DescribeLocation(model, position, view.height_over_floor);
   const Eigen::Vector3d low = cell.cast<double>() * feasible.cell_size();
   view.region.box = Region(low, Eigen::Vector3d(low.array() + feasible.cell_size()));
   view.region.volume = view.region.box.volume();
@@ -51,4 +55,4 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningView& model, const Sca
   return evaluation;
 }
 
-}  // namespace vantage
+}  // namespace vantage::planning

@@ -9,30 +9,34 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/planning/anytime.h"
 #include "core/planning/end_early.h"
-#include "core/planning/feasible_views.h"
-#include "core/planning/opaque_grid.h"
-#include "core/planning/patch_order.h"
-#include "core/planning/patches.h"
+#include "core/planning/evaluation/anytime.h"
+#include "core/planning/evaluation/patch_order.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/patches/measure_coverage.h"
+#include "core/planning/patches/patches.h"
+#include "core/planning/plan/plan.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/planning/plan/ranked_view.h"
+#include "core/planning/plan/stage_clock.h"
 #include "core/planning/planning_estimate.h"
-#include "core/planning/rank_views.h"
-#include "core/planning/registration_check.h"
-#include "core/planning/scoring.h"
-#include "core/planning/stage_clock.h"
-#include "core/planning/termination.h"
-#include "core/planning/view_report.h"
+#include "core/planning/ranking/rank_views.h"
+#include "core/planning/ranking/registration_check.h"
+#include "core/planning/ranking/termination.h"
+#include "core/planning/ranking/view_report.h"
+#include "core/planning/scoring/scoring.h"
+#include "core/visibility/opaque_grid.h"
 
-namespace vantage {
+namespace vantage::planning {
 namespace {
 
-using Clock = Budget::Clock;
+using Clock = parallel::Budget::Clock;
 
 // What step D may use: the rest is kept for ranking and the registration check.
-Budget EvaluationShare(const Budget& budget) {
+parallel::Budget EvaluationShare(const parallel::Budget& budget) {
   constexpr double kShare = 0.8;
   constexpr auto kMostReserved = std::chrono::milliseconds(400);
-  Budget share = budget.Evaluating();
+  parallel::Budget share = budget.Evaluating();
   if (budget.deadline != Clock::time_point::max()) {
     const auto left = std::max(budget.deadline - budget.now(), Clock::duration::zero());
     const auto reserved = std::chrono::duration_cast<Clock::duration>((1 - kShare) * left);
@@ -84,8 +88,8 @@ void SortByExactScore(std::vector<RankedView>& views) {
                    [](const RankedView& a, const RankedView& b) { return a.score > b.score; });
 }
 
-// Needy surface that no view gains anything on; known when every view was scored on every cell.
-std::optional<double> UnseeableArea(const PatchSet& patches, const Evaluation& evaluation) {
+// Deficient surface that no view gains anything on; known when every view was scored on every cell.
+std::optional<double> UnobservableArea(const PatchSet& patches, const Evaluation& evaluation) {
   if (!evaluation.complete) return std::nullopt;
   double area = 0;
   for (size_t i = 0; i < patches.cells.size(); ++i) {
@@ -107,7 +111,7 @@ std::vector<ScoredCell> ScoreMap(const Evaluation& evaluation, const FeasibleVie
 }
 
 void SetOutcome(const RegistrationCheck& check, const Evaluation& evaluation, bool any_candidate,
-                const Budget& budget, Plan& plan) {
+                const parallel::Budget& budget, Plan& plan) {
   if (budget.cancelled.stop_requested()) {
     plan.outcome = PlanOutcome::kCancelled;
     plan.message = absl::StrCat("cancelled after ", check.checked, " views were checked");
@@ -118,7 +122,8 @@ void SetOutcome(const RegistrationCheck& check, const Evaluation& evaluation, bo
         static_cast<int>(check.registrable.size()), static_cast<int>(check.refused.size()),
         static_cast<int>(evaluation.exact), static_cast<int>(evaluation.views.size()));
   } else if (!any_candidate) {
-    plan.outcome = evaluation.complete ? PlanOutcome::kNothingToGain : PlanOutcome::kBudgetTooSmall;
+    plan.outcome =
+        evaluation.complete ? PlanOutcome::kNothingToGain : PlanOutcome::kSearchUnfinished;
     plan.message = evaluation.complete ? "no feasible view gains anything"
                                        : "no view that gains anything was found in the time";
   } else if (check.finished) {
@@ -128,7 +133,7 @@ void SetOutcome(const RegistrationCheck& check, const Evaluation& evaluation, bo
         " best views can be registered; the first: ", check.refused.front().verdict.reason,
         "; remedy: ", check.refused.front().verdict.remedy);
   } else {
-    plan.outcome = PlanOutcome::kBudgetTooSmall;
+    plan.outcome = PlanOutcome::kSearchUnfinished;
     plan.message = absl::StrCat(budget.WhyEnded(), " after ", check.checked,
                                 " views were checked for registration and none passed");
   }
@@ -136,9 +141,9 @@ void SetOutcome(const RegistrationCheck& check, const Evaluation& evaluation, bo
 
 }  // namespace
 
-absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& scanner,
-                              const PlanningConfig& config, const Budget& budget,
-                              Parallel& parallel, PlanProgress progress) {
+absl::StatusOr<Plan> MakePlan(const model::PlanningView& model, const sensor::ScannerModel& scanner,
+                              const PlanningConfig& config, const parallel::Budget& budget,
+                              parallel::Parallel& parallel, PlanProgress progress) {
   if (absl::Status valid = ValidateFor(model, scanner, config); !valid.ok()) return valid;
   if (absl::Status fits = CheckPlanningSize(model, config); !fits.ok()) return fits;
   Plan plan;
@@ -149,7 +154,7 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
   StageClock clock(plan);
 
   // A. Feasible views.
-  const OpaqueGrid grid(model, {0, 1, 2}, budget);
+  const visibility::OpaqueGrid grid(model, {0, 1, 2}, budget);
   if (budget.Expired()) return EndEarly(plan, budget, "feasible views");
   const FeasibleViews feasible =
       FeasibleViews::Find(model, grid, scanner, config, budget, parallel);
@@ -160,8 +165,8 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
   // B. Extract patches.
   PatchSet patches = ExtractPatches(model, config, PatchTolerance{}, budget);
   plan.coverage = MeasureCoverageWithin(model, config, budget);
-  plan.needy_cells = patches.cells.size();
-  plan.needy_area = patches.area;
+  plan.deficient_cells = patches.cells.size();
+  plan.deficient_area = patches.area;
   clock.Book(PlanStage::kPatches);
   if (!patches.finished) return EndEarly(plan, budget, "extract patches");
 
@@ -195,7 +200,7 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
   const auto show = [&](const Evaluation& so_far) {
     progress(report.Interim(plan, so_far, config));
   };
-  const Budget share = EvaluationShare(budget);
+  const parallel::Budget share = EvaluationShare(budget);
   const Evaluation evaluation =
       config.order == EvaluationOrder::kPatches
           ? EvaluateByPatches(scoring.scorer(), feasible, scoring.cells(), patches, grid,
@@ -215,7 +220,7 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
   clock.Book(PlanStage::kRankViews);
 
   // F. Registration check.
-  Budget rest = budget.Concluding();
+  parallel::Budget rest = budget.Concluding();
   if (rest.work_limit != std::numeric_limits<uint64_t>::max()) {
     // A ranking of which nothing was checked is worth little: the check keeps its part even where
     // the evaluation's last batch overran its own.
@@ -233,7 +238,7 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
   clock.Book(PlanStage::kCheck);
 
   plan.termination =
-      JudgeTermination(patches, evaluation, config, UnseeableArea(patches, evaluation));
+      JudgeTermination(patches, evaluation, config, UnobservableArea(patches, evaluation));
   plan.views =
       report.Describe(check.registrable, evaluation, static_cast<size_t>(config.candidates),
                       budget.Concluding(), parallel);
@@ -246,4 +251,4 @@ absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& sca
   return plan;
 }
 
-}  // namespace vantage
+}  // namespace vantage::planning

@@ -6,12 +6,14 @@
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
-#include "core/model/planning_view.h"
+#include "core/model/view/planning_view.h"
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
-#include "core/planning/plan.h"
+#include "core/planning/plan/plan.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/sensor/scanner_model.h"
 
-namespace vantage {
+namespace vantage::planning {
 
 // Called from the planning thread whenever the ranking improves: an unchecked or partly checked
 // plan whose bounds hold. Keep it short.
@@ -20,28 +22,10 @@ using PlanProgress = absl::FunctionRef<void(const Plan&)>;
 // Plans the next view. INVALID_ARGUMENT: the configuration is impossible.
 // RESOURCE_EXHAUSTED: the plan would take more memory than config.memory_limit. A plan that ends
 // early is not an error: its outcome and bounds say what it is worth.
-absl::StatusOr<Plan> MakePlan(const PlanningView& model, const ScannerModel& scanner,
-                              const PlanningConfig& config, const Budget& budget,
-                              Parallel& parallel, PlanProgress progress);
+absl::StatusOr<Plan> MakePlan(const model::PlanningView& model, const sensor::ScannerModel& scanner,
+                              const PlanningConfig& config, const parallel::Budget& budget,
+                              parallel::Parallel& parallel, PlanProgress progress);
 
-// The what-if of any position: exact score, visible patches and registration verdict. `feasible`
-// false comes with the reason in `why_not`.
-struct ViewEvaluation {
-  bool feasible = false;
-  std::string why_not;
-  RankedView view;
-  std::vector<Patch> patches;  // those that view.patches point into
-};
-absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningView& model, const ScannerModel& scanner,
-                                            const PlanningConfig& config,
-                                            const Eigen::Vector3d& position, Parallel& parallel);
-
-// How complete the model is, without planning.
-Coverage MeasureCoverage(const PlanningView& model, const PlanningConfig& config);
-// The same, incomplete when the budget expired on the way.
-Coverage MeasureCoverageWithin(const PlanningView& model, const PlanningConfig& config,
-                               const Budget& budget);
-
-}  // namespace vantage
+}  // namespace vantage::planning
 
 #endif  // VANTAGE_CORE_PLANNING_PLANNER_H_

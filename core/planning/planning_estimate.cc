@@ -5,11 +5,11 @@
 #include <limits>
 
 #include "absl/strings/str_format.h"
-#include "core/planning/anytime.h"
-#include "core/planning/patch_tree.h"
-#include "core/planning/patches.h"
+#include "core/planning/evaluation/anytime.h"
+#include "core/planning/patches/patches.h"
+#include "core/planning/scoring/patch_tree.h"
 
-namespace vantage {
+namespace vantage::planning {
 namespace {
 
 // Per voxel of the box: two grids of bits.
@@ -21,24 +21,24 @@ constexpr double kViewcell = 5;
 constexpr double kView = 250;
 // Per cell: what patches are grown from and sorted into, the table of neighbours, the scorer's
 // arrays and their copy in order, the tree (two nodes a packet).
-constexpr double kCell = 3 * sizeof(NeedyCell) + 40 + 2 * 12 * sizeof(float) + 32 +
+constexpr double kCell = 3 * sizeof(DeficientCell) + 40 + 2 * 12 * sizeof(float) + 32 +
                          2.0 * sizeof(PatchTree::Node) / CellArrays::kPacket;
 // Per surface voxel: the faces between it and what is empty, merged, with Embree's boxes.
 constexpr double kFaces = 120;
 
-double Voxels(const VoxelBox& box) {
+double Voxels(const model::VoxelBox& box) {
   return box.empty() ? 0 : ((box.max - box.min).cast<double>().array() + 2).prod();
 }
 
-double Viewcells(const PlanningView& model, const PlanningConfig& config) {
+double Viewcells(const model::PlanningView& model, const PlanningConfig& config) {
   return Voxels(model.bounds()) /
          std::pow(std::max(1.0, config.viewcell_size / model.voxel_size()), 3);
 }
 
 }  // namespace
 
-uint64_t EstimatePlanningMemory(const PlanningView& model, const PlanningConfig& config) {
-  const VoxelBox& box = model.bounds();
+uint64_t EstimatePlanningMemory(const model::PlanningView& model, const PlanningConfig& config) {
+  const model::VoxelBox& box = model.bounds();
   const double voxels = Voxels(box);
   const double viewcells = Viewcells(model, config);
   const double layers =
@@ -53,7 +53,7 @@ uint64_t EstimatePlanningMemory(const PlanningView& model, const PlanningConfig&
   return static_cast<uint64_t>(bytes);
 }
 
-absl::Status CheckPlanningSize(const PlanningView& model, const PlanningConfig& config) {
+absl::Status CheckPlanningSize(const model::PlanningView& model, const PlanningConfig& config) {
   const uint64_t bytes = EstimatePlanningMemory(model, config);
   if (bytes > config.memory_limit) {
     return absl::ResourceExhaustedError(absl::StrFormat(
@@ -70,4 +70,4 @@ absl::Status CheckPlanningSize(const PlanningView& model, const PlanningConfig& 
   return absl::OkStatus();
 }
 
-}  // namespace vantage
+}  // namespace vantage::planning

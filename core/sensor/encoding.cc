@@ -8,9 +8,9 @@
 
 #include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "core/sensor/byte_order.h"
+#include "core/bytes/byte_order.h"
 
-namespace vantage {
+namespace vantage::sensor {
 namespace {
 
 constexpr absl::string_view kMagic = "VRIM";
@@ -97,15 +97,15 @@ std::string EncodeRangeImage(const RangeImage& image) {
   std::string out;
   out.reserve(EncodedSize(image.azimuth.size(), rows));
   out.append(kMagic.data(), kMagic.size());
-  AppendLittleEndian(kVersion, out);
-  AppendLittleEndian(image.full_turn ? kFullTurn : uint16_t{0}, out);
-  AppendLittleEndian(static_cast<uint32_t>(image.azimuth.size()), out);
-  AppendLittleEndian(static_cast<uint32_t>(rows), out);
-  AppendLittleEndian(image.native_azimuth_step, out);
-  AppendLittleEndian(image.native_elevation_step, out);
-  for (const double elevation : image.elevation) AppendLittleEndian(elevation, out);
+  bytes::AppendLittleEndian(kVersion, out);
+  bytes::AppendLittleEndian(image.full_turn ? kFullTurn : uint16_t{0}, out);
+  bytes::AppendLittleEndian(static_cast<uint32_t>(image.azimuth.size()), out);
+  bytes::AppendLittleEndian(static_cast<uint32_t>(rows), out);
+  bytes::AppendLittleEndian(image.native_azimuth_step, out);
+  bytes::AppendLittleEndian(image.native_elevation_step, out);
+  for (const double elevation : image.elevation) bytes::AppendLittleEndian(elevation, out);
   for (size_t column = 0; column < image.azimuth.size(); ++column) {
-    AppendLittleEndian(image.azimuth[column], out);
+    bytes::AppendLittleEndian(image.azimuth[column], out);
     const size_t planes = out.size();
     out.resize(planes + 4 * rows);
     int32_t before = 0;
@@ -169,7 +169,7 @@ absl::Status RangeImageDecoder::TakePart(absl::string_view bytes) {
       return TakeHeader(bytes);
     case Part::kElevations:
       for (size_t row = 0; row < announced_rows_; ++row) {
-        image_.elevation.push_back(LoadLittleEndian<double>(bytes.data() + 8 * row));
+        image_.elevation.push_back(bytes::LoadLittleEndian<double>(bytes.data() + 8 * row));
       }
       part_ = Part::kColumn;
       part_bytes_ = 8 + 4 * announced_rows_;
@@ -185,18 +185,18 @@ absl::Status RangeImageDecoder::TakePart(absl::string_view bytes) {
 
 absl::Status RangeImageDecoder::TakeHeader(absl::string_view bytes) {
   if (bytes.substr(0, kMagic.size()) != kMagic) return NoHeader(taken_);
-  const auto version = LoadLittleEndian<uint16_t>(bytes.data() + 4);
+  const auto version = bytes::LoadLittleEndian<uint16_t>(bytes.data() + 4);
   if (version != kVersion) {
     return absl::InvalidArgumentError(absl::StrCat("range image: version ", version,
                                                    " is not known; this build reads ", kVersion));
   }
-  const auto flags = LoadLittleEndian<uint16_t>(bytes.data() + 6);
+  const auto flags = bytes::LoadLittleEndian<uint16_t>(bytes.data() + 6);
   if ((flags & ~kFullTurn) != 0) {
     return absl::InvalidArgumentError(
         absl::StrCat("range image: flags ", flags, " are not known; only bit 0 may be set"));
   }
-  const uint64_t columns = LoadLittleEndian<uint32_t>(bytes.data() + 8);
-  const uint64_t rows = LoadLittleEndian<uint32_t>(bytes.data() + 12);
+  const uint64_t columns = bytes::LoadLittleEndian<uint32_t>(bytes.data() + 8);
+  const uint64_t rows = bytes::LoadLittleEndian<uint32_t>(bytes.data() + 12);
   if (columns < 2 || rows < 2) {
     return absl::InvalidArgumentError(absl::StrCat("range image: ", columns, " columns x ", rows,
                                                    " rows; at least 2 x 2 are needed"));
@@ -214,8 +214,8 @@ absl::Status RangeImageDecoder::TakeHeader(absl::string_view bytes) {
   announced_columns_ = columns;
   announced_rows_ = rows;
   image_.full_turn = (flags & kFullTurn) != 0;
-  image_.native_azimuth_step = LoadLittleEndian<double>(bytes.data() + 16);
-  image_.native_elevation_step = LoadLittleEndian<double>(bytes.data() + 24);
+  image_.native_azimuth_step = bytes::LoadLittleEndian<double>(bytes.data() + 16);
+  image_.native_elevation_step = bytes::LoadLittleEndian<double>(bytes.data() + 24);
   part_ = Part::kElevations;
   part_bytes_ = 8 * rows;
   return absl::OkStatus();
@@ -233,7 +233,7 @@ absl::Status RangeImageDecoder::TakeColumn(absl::string_view bytes) {
     return absl::InvalidArgumentError(
         absl::StrCat("range image: column ", columns(), " holds a range outside 0.1 mm to 1 km"));
   }
-  image_.azimuth.push_back(LoadLittleEndian<double>(bytes.data()));
+  image_.azimuth.push_back(bytes::LoadLittleEndian<double>(bytes.data()));
   samples_ += *samples;
   if (columns() == announced_columns_) part_ = Part::kEnd;
   return absl::OkStatus();
@@ -246,4 +246,4 @@ absl::StatusOr<RangeImage> DecodeRangeImage(absl::string_view bytes, size_t max_
   return std::move(decoder).TakeImage();
 }
 
-}  // namespace vantage
+}  // namespace vantage::sensor

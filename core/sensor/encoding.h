@@ -38,7 +38,7 @@
 #include "absl/strings/string_view.h"
 #include "core/sensor/range_image.h"
 
-namespace vantage {
+namespace vantage::sensor {
 
 inline constexpr double kEncodedRangeUnit = 1e-4;  // m
 
@@ -96,6 +96,6 @@ class RangeImageDecoder {
 // finds; names the field.
 absl::StatusOr<RangeImage> DecodeRangeImage(absl::string_view bytes, size_t max_cells);
 
-}  // namespace vantage
+}  // namespace vantage::sensor
 
 #endif  // VANTAGE_CORE_SENSOR_ENCODING_H_

@@ -1,14 +1,15 @@
-// Rule 1 of gridding.h: the grid is known, its axes are not.
+#include "core/sensor/grid_columns.h"
+
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
+#include "core/sensor/grid_directions.h"
 #include "core/sensor/grid_lines.h"
-#include "core/sensor/gridding.h"
 #include "core/sensor/scanner_model.h"
 
-namespace vantage {
+namespace vantage::sensor {
 namespace {
 
 // Points as a grid, column after column or row after row.
@@ -160,4 +161,4 @@ absl::StatusOr<GriddedScan> GridColumns(std::span<const Eigen::Vector3f> points,
   return GridDirections(points);
 }
 
-}  // namespace vantage
+}  // namespace vantage::sensor

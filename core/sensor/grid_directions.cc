@@ -1,4 +1,5 @@
-// Rules 2 and 3 of gridding.h: points without a known grid.
+#include "core/sensor/grid_directions.h"
+
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
@@ -9,10 +10,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/sensor/grid_lines.h"
-#include "core/sensor/gridding.h"
 #include "core/sensor/scanner_model.h"
 
-namespace vantage {
+namespace vantage::sensor {
 namespace {
 
 constexpr double kWellConditioned = Radians(80);  // elevations whose azimuth can be trusted
@@ -302,4 +302,4 @@ absl::StatusOr<GriddedScan> GridDirections(std::span<const Eigen::Vector3f> poin
   return Resample(returns, azimuths, elevations);
 }
 
-}  // namespace vantage
+}  // namespace vantage::sensor

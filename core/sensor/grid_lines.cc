@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/sensor/scanner_model.h"
 
-namespace vantage {
+namespace vantage::sensor {
 
 double WrapAngle(double angle) {
   const double wrapped = std::remainder(angle, 2 * kPi);
@@ -185,4 +185,4 @@ absl::StatusOr<GriddedScan> AssembleGrid(LooseGrid grid) {
   return result;
 }
 
-}  // namespace vantage
+}  // namespace vantage::sensor

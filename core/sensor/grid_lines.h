@@ -1,4 +1,4 @@
-// The lines (columns and rows) of a grid that is being made from points; see gridding.h for the
+// The lines (columns and rows) of a grid that is being made from points; see gridded_scan.h for the
 // rules.
 #ifndef VANTAGE_CORE_SENSOR_GRID_LINES_H_
 #define VANTAGE_CORE_SENSOR_GRID_LINES_H_
@@ -8,9 +8,9 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "core/sensor/gridding.h"
+#include "core/sensor/gridded_scan.h"
 
-namespace vantage {
+namespace vantage::sensor {
 
 // Columns closer than this share of the median step are one.
 inline constexpr double kSameLineShare = 0.05;
@@ -39,6 +39,6 @@ struct LooseGrid {
 // the native steps. Of merged lines the one that comes first in `grid` wins.
 absl::StatusOr<GriddedScan> AssembleGrid(LooseGrid grid);
 
-}  // namespace vantage
+}  // namespace vantage::sensor
 
 #endif  // VANTAGE_CORE_SENSOR_GRID_LINES_H_

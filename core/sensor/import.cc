@@ -1,6 +1,5 @@
 #include "core/sensor/import.h"
 
-#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -10,57 +9,11 @@
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/str_cat.h"
-#include "core/sensor/import_internal.h"
+#include "core/sensor/imported_scan.h"
+#include "core/sensor/pcd.h"
+#include "core/sensor/ptx.h"
 
-namespace vantage {
-namespace {
-
-// The lowest row of which at least half the cells say something; all of them when there is none.
-int LowestUsefulRow(const RangeImage& image) {
-  for (int row = 0; row < image.rows(); ++row) {
-    int useful = 0;
-    for (int column = 0; column < image.columns(); ++column) {
-      useful += image.at(column, row) != RangeImage::kNoInformation ? 1 : 0;
-    }
-    if (2 * useful >= image.columns()) return row;
-  }
-  return 0;
-}
-
-ScannerModel ModelOf(const RangeImage& image, double range_min) {
-  ScannerModel scanner;
-  scanner.azimuth_step = image.native_azimuth_step;
-  scanner.elevation_step = image.native_elevation_step;
-  scanner.azimuth_span =
-      image.full_turn
-          ? 2 * kPi
-          : std::min(2 * kPi, image.azimuth.back() - image.azimuth.front() + scanner.azimuth_step);
-  const double half_row = 0.5 * scanner.elevation_step;
-  const auto lowest = static_cast<size_t>(LowestUsefulRow(image));
-  scanner.elevation_min = std::max(-kPi / 2, image.elevation[lowest] - half_row);
-  scanner.elevation_max = std::min(kPi / 2, image.elevation.back() + half_row);
-  scanner.range_min = range_min;
-  return scanner;
-}
-
-}  // namespace
-
-absl::StatusOr<ImportedScan> FinishImport(GriddedScan gridded, size_t points,
-                                          const ImportLimits& limits) {
-  ImportedScan scan;
-  scan.image = std::move(gridded.image);
-  scan.points = points;
-  scan.duplicates = gridded.duplicates;
-  scan.resampled = gridded.resampled;
-  MaskScannerBody(limits.range_min, limits.blind_zone, scan.image);
-  if (scan.image.SampleCount() == 0) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("points: every return is nearer than ", limits.range_min,
-                     " m, where the scanner sees only itself; are the coordinates in metres?"));
-  }
-  scan.scanner = ModelOf(scan.image, limits.range_min);
-  return scan;
-}
+namespace vantage::sensor {
 
 absl::StatusOr<ImportedScan> ReadScanFile(const std::string& path, const ImportLimits& limits) {
   const std::string extension =
@@ -93,4 +46,4 @@ absl::StatusOr<ImportedScan> ReadScanFile(const std::string& path, const ImportL
   return absl::Status(scan.status().code(), absl::StrCat(path, ": ", scan.status().message()));
 }
 
-}  // namespace vantage
+}  // namespace vantage::sensor

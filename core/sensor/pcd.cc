@@ -1,4 +1,5 @@
-// PCD, organised or not; ascii, binary and binary_compressed.
+#include "core/sensor/pcd.h"
+
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -8,13 +9,13 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
-#include "core/sensor/byte_order.h"
-#include "core/sensor/gridding.h"
-#include "core/sensor/import_internal.h"
-#include "core/sensor/lzf.h"
-#include "core/sensor/text_scanner.h"
+#include "core/bytes/byte_order.h"
+#include "core/bytes/lzf.h"
+#include "core/bytes/text_scanner.h"
+#include "core/sensor/grid_columns.h"
+#include "core/sensor/grid_directions.h"
 
-namespace vantage {
+namespace vantage::sensor {
 namespace {
 
 struct PcdField {
@@ -44,7 +45,7 @@ struct PcdHeader {
 
 absl::Status BadEntry(absl::string_view key, absl::string_view value, absl::string_view expected) {
   return absl::InvalidArgumentError(
-      absl::StrCat("PCD ", key, ": '", Shown(value), "' where ", expected, " was expected"));
+      absl::StrCat("PCD ", key, ": '", bytes::Shown(value), "' where ", expected, " was expected"));
 }
 
 constexpr size_t kMaxFields = 256;
@@ -52,7 +53,8 @@ constexpr size_t kMaxValuesPerPoint = 4096;
 
 absl::Status ReadViewpoint(absl::string_view value, PcdHeader& header) {
   std::array<double, 7> v;
-  if (ParseNumbers(value, v) != 7) return BadEntry("VIEWPOINT", value, "tx ty tz qw qx qy qz");
+  if (bytes::ParseNumbers(value, v) != 7)
+    return BadEntry("VIEWPOINT", value, "tx ty tz qw qx qy qz");
   const Eigen::Vector3d translation(v[0], v[1], v[2]);
   const Eigen::Quaterniond rotation(v[3], v[4], v[5], v[6]);
   if (!translation.allFinite() || !(std::abs(rotation.norm() - 1) < 1e-2)) {
@@ -70,7 +72,7 @@ absl::Status ReadEntry(absl::string_view key, absl::string_view value, PcdHeader
   if (key == "VERSION") {
     if (value != "0.7" && value != ".7" && value != "0.6" && value != ".6") {
       return absl::UnimplementedError(
-          absl::StrCat("PCD VERSION ", Shown(value), " is not read; save the cloud as 0.7"));
+          absl::StrCat("PCD VERSION ", bytes::Shown(value), " is not read; save the cloud as 0.7"));
     }
     return absl::OkStatus();
   }
@@ -125,10 +127,10 @@ absl::Status ReadEntry(absl::string_view key, absl::string_view value, PcdHeader
       return absl::OkStatus();
     }
     return absl::UnimplementedError(absl::StrCat(
-        "PCD DATA ", Shown(value), " is not read; use ascii, binary or binary_compressed"));
+        "PCD DATA ", bytes::Shown(value), " is not read; use ascii, binary or binary_compressed"));
   }
-  return absl::InvalidArgumentError(
-      absl::StrCat("PCD: '", Shown(key), "' is not an entry of a PCD header; is this a PCD file?"));
+  return absl::InvalidArgumentError(absl::StrCat(
+      "PCD: '", bytes::Shown(key), "' is not an entry of a PCD header; is this a PCD file?"));
 }
 
 absl::Status CheckHeader(const ImportLimits& limits, PcdHeader& header) {
@@ -174,7 +176,7 @@ absl::Status CheckHeader(const ImportLimits& limits, PcdHeader& header) {
 absl::StatusOr<PcdHeader> ReadHeader(absl::string_view bytes, const ImportLimits& limits) {
   constexpr size_t kMaxHeaderLines = 1000;
   PcdHeader header;
-  TextScanner text(bytes);
+  bytes::TextScanner text(bytes);
   absl::string_view line;
   while (header.data.empty()) {
     if (!text.NextLine(line) || text.line_number() > kMaxHeaderLines) {
@@ -199,8 +201,8 @@ absl::Status Truncated(const PcdHeader& header, absl::string_view what) {
 }
 
 double LoadFloat(const char* bytes, size_t size) {
-  return size == 4 ? static_cast<double>(LoadLittleEndian<float>(bytes))
-                   : LoadLittleEndian<double>(bytes);
+  return size == 4 ? static_cast<double>(bytes::LoadLittleEndian<float>(bytes))
+                   : bytes::LoadLittleEndian<double>(bytes);
 }
 
 // Takes a point, or says what is wrong with it. `organised`: NaN is no return.
@@ -240,14 +242,14 @@ absl::Status ReadAscii(absl::string_view data, const PcdHeader& header,
   }
   points.reserve(header.points);
   std::vector<double> values(values_per_point);
-  TextScanner text(data);
+  bytes::TextScanner text(data);
   absl::string_view line;
   while (points.size() < header.points) {
     if (!text.NextLine(line)) return Truncated(header, absl::StrCat(points.size(), " lines"));
-    if (ParseNumbers(line, values) != values_per_point) {
+    if (bytes::ParseNumbers(line, values) != values_per_point) {
       return absl::InvalidArgumentError(absl::StrCat("PCD point ", points.size(), ": '",
-                                                     Shown(line), "' where ", values_per_point,
-                                                     " numbers were expected"));
+                                                     bytes::Shown(line), "' where ",
+                                                     values_per_point, " numbers were expected"));
     }
     const Eigen::Vector3d point(values[column[0]], values[column[1]], values[column[2]]);
     if (absl::Status added = AddPoint(point, header.height > 1, points); !added.ok()) return added;
@@ -288,8 +290,8 @@ absl::Status ReadInterleaved(absl::string_view data, const PcdHeader& header,
 absl::Status ReadCompressed(absl::string_view data, const PcdHeader& header,
                             std::vector<Eigen::Vector3f>& points) {
   if (data.size() < 8) return Truncated(header, absl::StrCat(data.size(), " bytes"));
-  const size_t packed = LoadLittleEndian<uint32_t>(data.data());
-  const size_t unpacked = LoadLittleEndian<uint32_t>(data.data() + 4);
+  const size_t packed = bytes::LoadLittleEndian<uint32_t>(data.data());
+  const size_t unpacked = bytes::LoadLittleEndian<uint32_t>(data.data() + 4);
   if (packed > data.size() - 8) {
     return Truncated(header, absl::StrCat(data.size() - 8, " of ", packed, " compressed bytes"));
   }
@@ -298,7 +300,7 @@ absl::Status ReadCompressed(absl::string_view data, const PcdHeader& header,
                                                    header.points, " points take ",
                                                    header.PointBytes() * header.points));
   }
-  absl::StatusOr<std::string> values = DecompressLzf(data.substr(8, packed), unpacked);
+  absl::StatusOr<std::string> values = bytes::DecompressLzf(data.substr(8, packed), unpacked);
   if (!values.ok()) {
     return absl::InvalidArgumentError(
         absl::StrCat("PCD DATA binary_compressed: ", values.status().message()));
@@ -338,4 +340,4 @@ absl::StatusOr<ImportedScan> ParsePcd(absl::string_view bytes, const ImportLimit
   return scan;
 }
 
-}  // namespace vantage
+}  // namespace vantage::sensor

@@ -1,21 +1,23 @@
-// Structured PTX.
+#include "core/sensor/ptx.h"
+
 #include <array>
 #include <cmath>
 
 #include "absl/strings/str_cat.h"
-#include "core/sensor/gridding.h"
-#include "core/sensor/import_internal.h"
-#include "core/sensor/text_scanner.h"
+#include "core/bytes/text_scanner.h"
+#include "core/sensor/grid_columns.h"
 
-namespace vantage {
+namespace vantage::sensor {
 namespace {
 
 constexpr int kHeaderLines = 10;
 constexpr size_t kShortestPointLine = 6;  // "0 0 0\n"
 
-absl::Status BadLine(const TextScanner& text, absl::string_view line, absl::string_view expected) {
-  return absl::InvalidArgumentError(absl::StrCat(
-      "PTX line ", text.line_number(), ": '", Shown(line), "' where ", expected, " was expected"));
+absl::Status BadLine(const bytes::TextScanner& text, absl::string_view line,
+                     absl::string_view expected) {
+  return absl::InvalidArgumentError(absl::StrCat("PTX line ", text.line_number(), ": '",
+                                                 bytes::Shown(line), "' where ", expected,
+                                                 " was expected"));
 }
 
 struct PtxHeader {
@@ -24,20 +26,20 @@ struct PtxHeader {
   Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
 };
 
-absl::StatusOr<size_t> ReadCount(TextScanner& text, absl::string_view what) {
+absl::StatusOr<size_t> ReadCount(bytes::TextScanner& text, absl::string_view what) {
   absl::string_view line;
   std::array<double, 1> value;
   if (!text.NextLine(line)) {
     return absl::InvalidArgumentError(absl::StrCat("PTX: the file ends before ", what));
   }
-  if (ParseNumbers(line, value) != 1 || value[0] != std::floor(value[0]) || !(value[0] >= 0) ||
-      !(value[0] <= 1e15)) {
+  if (bytes::ParseNumbers(line, value) != 1 || value[0] != std::floor(value[0]) ||
+      !(value[0] >= 0) || !(value[0] <= 1e15)) {
     return BadLine(text, line, what);
   }
   return static_cast<size_t>(value[0]);
 }
 
-absl::StatusOr<PtxHeader> ReadHeader(TextScanner& text, absl::string_view bytes,
+absl::StatusOr<PtxHeader> ReadHeader(bytes::TextScanner& text, absl::string_view bytes,
                                      const ImportLimits& limits) {
   PtxHeader header;
   absl::StatusOr<size_t> columns = ReadCount(text, "the number of columns");
@@ -69,7 +71,7 @@ absl::StatusOr<PtxHeader> ReadHeader(TextScanner& text, absl::string_view bytes,
     absl::string_view line;
     std::array<double, 4> values;
     if (!text.NextLine(line)) return absl::InvalidArgumentError("PTX: the file ends in its header");
-    const size_t count = ParseNumbers(line, values);
+    const size_t count = bytes::ParseNumbers(line, values);
     bool finite = true;
     for (size_t k = 0; k < wanted; ++k) finite = finite && std::isfinite(values[k]);
     if (count != wanted || !finite) {
@@ -93,9 +95,9 @@ absl::StatusOr<PtxHeader> ReadHeader(TextScanner& text, absl::string_view bytes,
   return header;
 }
 
-absl::StatusOr<Eigen::Vector3f> ReadPoint(const TextScanner& text, absl::string_view line) {
+absl::StatusOr<Eigen::Vector3f> ReadPoint(const bytes::TextScanner& text, absl::string_view line) {
   std::array<double, 7> values;
-  const size_t count = ParseNumbers(line, values);
+  const size_t count = bytes::ParseNumbers(line, values);
   if (count != 3 && count != 4 && count != 6 && count != 7) {
     return BadLine(text, line, "x y z, intensity and colour");
   }
@@ -116,7 +118,7 @@ absl::StatusOr<Eigen::Vector3f> ReadPoint(const TextScanner& text, absl::string_
 }  // namespace
 
 absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimits& limits) {
-  TextScanner text(bytes);
+  bytes::TextScanner text(bytes);
   absl::StatusOr<PtxHeader> header = ReadHeader(text, bytes, limits);
   if (!header.ok()) return header.status();
   const size_t count = header->columns * header->rows;
@@ -140,13 +142,13 @@ absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimit
   while (text.NextLine(line)) {
     if (absl::StripAsciiWhitespace(line).empty()) continue;
     std::array<double, 1> next_columns;
-    if (ParseNumbers(line, next_columns) == 1) {
+    if (bytes::ParseNumbers(line, next_columns) == 1) {
       return absl::UnimplementedError(
           absl::StrCat("PTX line ", text.line_number(), ": a second scan begins here; a file may ",
                        "hold one scan, so export each set-up to its own file"));
     }
     return absl::InvalidArgumentError(absl::StrCat("PTX line ", text.line_number(), ": '",
-                                                   Shown(line), "' after the ", count,
+                                                   bytes::Shown(line), "' after the ", count,
                                                    " points that were announced"));
   }
   absl::StatusOr<GriddedScan> gridded = GridColumns(points, header->columns, header->rows);
@@ -158,4 +160,4 @@ absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimit
   return scan;
 }
 
-}  // namespace vantage
+}  // namespace vantage::sensor

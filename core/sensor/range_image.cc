@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/sensor/scanner_model.h"
 
-namespace vantage {
+namespace vantage::sensor {
 
 Eigen::Vector3d RangeImage::Direction(int column, int row) const {
   const double a = azimuth[static_cast<size_t>(column)];
@@ -72,4 +72,4 @@ absl::Status RangeImage::Validate() const {
   return absl::OkStatus();
 }
 
-}  // namespace vantage
+}  // namespace vantage::sensor

@@ -9,7 +9,7 @@
 
 #include "absl/status/status.h"
 
-namespace vantage {
+namespace vantage::sensor {
 
 // Columns share an azimuth, rows an elevation; neither need be evenly spaced. Both rise strictly.
 // Frame: the scanner's own, right-handed, z up, azimuth counter-clockwise from +x.
@@ -51,6 +51,6 @@ struct RangeImage {
   absl::Status Validate() const;
 };
 
-}  // namespace vantage
+}  // namespace vantage::sensor
 
 #endif  // VANTAGE_CORE_SENSOR_RANGE_IMAGE_H_

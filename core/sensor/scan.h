@@ -9,7 +9,7 @@
 #include "core/sensor/range_image.h"
 #include "core/sensor/scanner_model.h"
 
-namespace vantage {
+namespace vantage::sensor {
 
 using Matrix6d = Eigen::Matrix<double, 6, 6>;
 using Vector6d = Eigen::Matrix<double, 6, 1>;
@@ -36,6 +36,6 @@ struct Scan {
   std::optional<PosePrior> prior;
 };
 
-}  // namespace vantage
+}  // namespace vantage::sensor
 
 #endif  // VANTAGE_CORE_SENSOR_SCAN_H_

@@ -1,10 +1,10 @@
+#include "core/sensor/scanner_body.h"
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
 
-#include "core/sensor/gridding.h"
-
-namespace vantage {
+namespace vantage::sensor {
 
 void MaskScannerBody(double range_min, double blind_zone, RangeImage& image) {
   const int columns = image.columns();
@@ -44,4 +44,4 @@ void MaskScannerBody(double range_min, double blind_zone, RangeImage& image) {
   }
 }
 
-}  // namespace vantage
+}  // namespace vantage::sensor

@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 
-namespace vantage {
+namespace vantage::sensor {
 
 double ScannerModel::SamplesPerSteradian(double elevation) const {
   const double cos_e = std::max(std::cos(elevation), std::sin(elevation_step));
@@ -58,4 +58,4 @@ absl::Status ScannerModel::Validate() const {
   return absl::InvalidArgumentError(absl::StrCat("scanner: ", absl::StrJoin(wrong, "; ")));
 }
 
-}  // namespace vantage
+}  // namespace vantage::sensor

@@ -7,7 +7,7 @@
 
 #include "absl/status/status.h"
 
-namespace vantage {
+namespace vantage::sensor {
 
 inline constexpr double kPi = std::numbers::pi;
 constexpr double Radians(double degrees) { return degrees * kPi / 180.0; }
@@ -48,6 +48,6 @@ struct ScannerModel {
   absl::Status Validate() const;
 };
 
-}  // namespace vantage
+}  // namespace vantage::sensor
 
 #endif  // VANTAGE_CORE_SENSOR_SCANNER_MODEL_H_

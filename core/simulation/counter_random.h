@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <numbers>
 
-namespace vantage {
+namespace vantage::simulation {
 
 // The finaliser of SplitMix64: every bit of the input moves half of the bits of the output.
 constexpr uint64_t MixBits(uint64_t x) {
@@ -49,6 +49,6 @@ class RandomSequence {
   uint64_t next_ = 0;
 };
 
-}  // namespace vantage
+}  // namespace vantage::simulation
 
 #endif  // VANTAGE_CORE_SIMULATION_COUNTER_RANDOM_H_

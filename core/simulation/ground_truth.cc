@@ -7,7 +7,7 @@
 
 #include "core/simulation/counter_random.h"
 
-namespace vantage {
+namespace vantage::simulation {
 namespace {
 
 constexpr uint64_t kSampleSeed = 20060301;
@@ -20,7 +20,7 @@ struct SurfaceSample {
 };
 
 // The density at which an unobstructed scanner would measure a sample; 0 when it would not.
-double PotentialDensity(const ScannerModel& scanner, const SurfaceSample& sample,
+double PotentialDensity(const sensor::ScannerModel& scanner, const SurfaceSample& sample,
                         const Eigen::Vector3d& position) {
   const Eigen::Vector3d way = sample.point - position;
   const double range = way.norm();
@@ -37,7 +37,7 @@ double PotentialDensity(const ScannerModel& scanner, const SurfaceSample& sample
 
 struct GroundTruth::State {
   const Tracer* tracer = nullptr;
-  ScannerModel scanner;
+  sensor::ScannerModel scanner;
   double required_density = 0;
   std::vector<SurfaceSample> samples;
   double area_per_sample = 0;
@@ -47,7 +47,7 @@ struct GroundTruth::State {
 
   // Calls body(begin, end) over chunks of samples.
   template <typename Body>
-  void ForChunks(Parallel& parallel, const Body& body) const {
+  void ForChunks(parallel::Parallel& parallel, const Body& body) const {
     parallel.For((samples.size() + kChunk - 1) / kChunk, [&](size_t chunk) {
       body(chunk * kChunk, std::min(samples.size(), (chunk + 1) * kChunk));
     });
@@ -58,13 +58,13 @@ struct GroundTruth::State {
     return tracer->VisibleFrom(sample.point.cast<float>(), from, kGap) != 0;
   }
 
-  void FindAttainable(const std::vector<Eigen::Vector3d>& positions, Parallel& parallel);
+  void FindAttainable(const std::vector<Eigen::Vector3d>& positions, parallel::Parallel& parallel);
 };
 
 // Whether any position measures a sample does not depend on the order of asking, so it is asked
 // where neighbouring samples were seen from first, and stops at the first that measures at density.
 void GroundTruth::State::FindAttainable(const std::vector<Eigen::Vector3d>& positions,
-                                        Parallel& parallel) {
+                                        parallel::Parallel& parallel) {
   ForChunks(parallel, [&](size_t begin, size_t end) {
     std::vector<size_t> order(positions.size());
     std::iota(order.begin(), order.end(), size_t{0});
@@ -105,9 +105,9 @@ void GroundTruth::State::FindAttainable(const std::vector<Eigen::Vector3d>& posi
 }
 
 GroundTruth::GroundTruth(const TriangleMesh& mesh, const SimulatedScanner& tracer,
-                         const ScannerModel& scanner, double required_density,
+                         const sensor::ScannerModel& scanner, double required_density,
                          const std::vector<Eigen::Vector3d>& positions, size_t samples,
-                         Parallel& parallel)
+                         parallel::Parallel& parallel)
     : state_(std::make_unique<State>()) {
   State& state = *state_;
   state.tracer = &tracer.tracer();
@@ -161,7 +161,7 @@ GroundTruth::GroundTruth(const GroundTruth& other)
 GroundTruth::GroundTruth(GroundTruth&&) noexcept = default;
 GroundTruth& GroundTruth::operator=(GroundTruth&&) noexcept = default;
 
-void GroundTruth::AddScan(const Eigen::Vector3d& position, Parallel& parallel) {
+void GroundTruth::AddScan(const Eigen::Vector3d& position, parallel::Parallel& parallel) {
   State& state = *state_;
   state.ForChunks(parallel, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
@@ -194,7 +194,7 @@ TrueCoverage GroundTruth::Measure() const {
 }
 
 std::vector<double> GroundTruth::GainAtDensity(const std::vector<Eigen::Vector3d>& positions,
-                                               Parallel& parallel) const {
+                                               parallel::Parallel& parallel) const {
   const State& state = *state_;
   std::vector<double> gain(positions.size(), 0);
   parallel.For(positions.size(), [&](size_t p) {
@@ -211,7 +211,7 @@ std::vector<double> GroundTruth::GainAtDensity(const std::vector<Eigen::Vector3d
 }
 
 std::vector<SampleSet> GroundTruth::MeasuredAtDensity(const std::vector<Eigen::Vector3d>& positions,
-                                                      Parallel& parallel) const {
+                                                      parallel::Parallel& parallel) const {
   const State& state = *state_;
   std::vector<SampleSet> sets(positions.size());
   parallel.For(positions.size(), [&](size_t p) {
@@ -239,4 +239,4 @@ SampleSet GroundTruth::AtDensity() const {
 
 double GroundTruth::area_per_sample() const { return state_->area_per_sample; }
 
-}  // namespace vantage
+}  // namespace vantage::simulation

@@ -2,7 +2,7 @@
 #ifndef VANTAGE_CORE_SIMULATION_GROUND_TRUTH_H_
 #define VANTAGE_CORE_SIMULATION_GROUND_TRUTH_H_
 
-#include <Eigen/Geometry>
+#include <Eigen/Core>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -12,7 +12,7 @@
 #include "core/simulation/simulated_scanner.h"
 #include "core/simulation/triangle_mesh.h"
 
-namespace vantage {
+namespace vantage::simulation {
 
 struct TrueCoverage {
   double attainable_area = 0;             // m^2 that some allowed position measures at all
@@ -43,27 +43,28 @@ using SampleSet = std::vector<uint64_t>;
 class GroundTruth {
  public:
   // `tracer` must be of the same mesh and outlive this.
-  GroundTruth(const TriangleMesh& mesh, const SimulatedScanner& tracer, const ScannerModel& scanner,
-              double required_density, const std::vector<Eigen::Vector3d>& positions,
-              size_t samples, Parallel& parallel);
+  GroundTruth(const TriangleMesh& mesh, const SimulatedScanner& tracer,
+              const sensor::ScannerModel& scanner, double required_density,
+              const std::vector<Eigen::Vector3d>& positions, size_t samples,
+              parallel::Parallel& parallel);
   ~GroundTruth();
   GroundTruth(const GroundTruth&);
   GroundTruth(GroundTruth&&) noexcept;
   GroundTruth& operator=(GroundTruth&&) noexcept;
 
   // Adds a scan made at a true position (m, scene frame).
-  void AddScan(const Eigen::Vector3d& position, Parallel& parallel);
+  void AddScan(const Eigen::Vector3d& position, parallel::Parallel& parallel);
   TrueCoverage Measure() const;
 
   // What Measure() would say were a scan added at each of `positions` alone: the gain that an
   // oracle sees. m^2 of attainable surface newly measured at density.
   std::vector<double> GainAtDensity(const std::vector<Eigen::Vector3d>& positions,
-                                    Parallel& parallel) const;
+                                    parallel::Parallel& parallel) const;
 
   // Of the samples attainable at density: those that a scan at each of `positions` measures at
   // density, and those that the scans so far have measured so.
   std::vector<SampleSet> MeasuredAtDensity(const std::vector<Eigen::Vector3d>& positions,
-                                           Parallel& parallel) const;
+                                           parallel::Parallel& parallel) const;
   SampleSet AtDensity() const;
   double area_per_sample() const;  // m^2
 
@@ -72,16 +73,6 @@ class GroundTruth {
   std::unique_ptr<State> state_;
 };
 
-// Places where the scanner can really stand, m, scene frame: a lattice of `spacing` over the floor,
-// at `height` over it, with the floor below, and free within `clearance` from 5 cm over the floor
-// up to the viewpoint; and connected to `start` by a way that is free within min(clearance, 0.3 m)
-// and never further than 10 cm off the lattice of the search. `start` itself need not be on the
-// lattice.
-std::vector<Eigen::Vector3d> StandablePositions(const SimulatedScanner& tracer,
-                                                const Eigen::AlignedBox3d& bounds,
-                                                const Eigen::Vector3d& start, double floor_height,
-                                                double height, double clearance, double spacing);
-
-}  // namespace vantage
+}  // namespace vantage::simulation
 
 #endif  // VANTAGE_CORE_SIMULATION_GROUND_TRUTH_H_

@@ -6,13 +6,13 @@
 
 #include "core/simulation/counter_random.h"
 
-namespace vantage {
+namespace vantage::simulation {
 namespace {
 
-constexpr double kGrazing = Radians(80);       // from here on returns get lost
-constexpr double kGlassHeadOn = Radians(5);    // up to here glass returns
-constexpr double kPolishBegins = Radians(60);  // from here on polished surfaces reflect
-constexpr double kPolishFull = Radians(85);    // from here on as much as they do
+constexpr double kGrazing = sensor::Radians(80);       // from here on returns get lost
+constexpr double kGlassHeadOn = sensor::Radians(5);    // up to here glass returns
+constexpr double kPolishBegins = sensor::Radians(60);  // from here on polished surfaces reflect
+constexpr double kPolishFull = sensor::Radians(85);    // from here on as much as they do
 constexpr int kMaxReflections = 4;
 constexpr float kLeaveSurface = 1e-4f;  // m, where a reflected ray begins
 constexpr size_t kSubRays = 4;          // on the rim of the beam
@@ -35,7 +35,7 @@ std::vector<double> EvenLines(double first, double last, double step) {
 }
 
 bool Reflects(Material surface, float cosine, const ScanFaults& faults, double draw) {
-  if (surface == Material::kMirror) return faults.mirror_phantoms;
+  if (surface == Material::kMirror) return faults.mirror_reflections;
   if (surface != Material::kPolished) return false;
   const double incidence = std::acos(std::min(1.0, static_cast<double>(cosine)));
   const double share = (incidence - kPolishBegins) / (kPolishFull - kPolishBegins);
@@ -77,7 +77,7 @@ bool DropsOut(const Return& returned, const ScanFaults& faults, uint64_t seed, u
   double keep = 1;
   if (returned.cos_incidence < kCosGrazing) {
     const double incidence = std::acos(static_cast<double>(returned.cos_incidence));
-    keep *= 1 - faults.grazing_dropout * (incidence - kGrazing) / (kPi / 2 - kGrazing);
+    keep *= 1 - faults.grazing_dropout * (incidence - kGrazing) / (sensor::kPi / 2 - kGrazing);
   }
   if (returned.material == Material::kDark) keep *= 1 - faults.dark_dropout;
   return keep < 1 && RandomUniform(seed, cell, kDropout) >= keep;
@@ -98,17 +98,18 @@ SimulatedScanner::SimulatedScanner(const TriangleMesh& mesh)
 
 SimulatedScanner::~SimulatedScanner() = default;
 
-RangeImage SimulatedScanner::Scan(const ScannerModel& scanner,
-                                  const Eigen::Isometry3d& T_scene_scan, const ScanFaults& faults,
-                                  uint64_t seed, Parallel& parallel) const {
-  RangeImage image;
+sensor::RangeImage SimulatedScanner::Scan(const sensor::ScannerModel& scanner,
+                                          const Eigen::Isometry3d& T_scene_scan,
+                                          const ScanFaults& faults, uint64_t seed,
+                                          parallel::Parallel& parallel) const {
+  sensor::RangeImage image;
   const double half_span = 0.5 * scanner.azimuth_span;
   image.azimuth = EvenLines(-half_span, half_span, scanner.azimuth_step);
   image.elevation = EvenLines(scanner.elevation_min, scanner.elevation_max, scanner.elevation_step);
-  image.full_turn = scanner.azimuth_span > 2 * kPi - 0.5 * scanner.azimuth_step;
+  image.full_turn = scanner.azimuth_span > 2 * sensor::kPi - 0.5 * scanner.azimuth_step;
   image.native_azimuth_step = scanner.azimuth_step;
   image.native_elevation_step = scanner.elevation_step;
-  image.range.assign(image.cells(), RangeImage::kNoReturn);
+  image.range.assign(image.cells(), sensor::RangeImage::kNoReturn);
 
   const Eigen::Matrix3d rotation =
       T_scene_scan.linear() *
@@ -200,7 +201,7 @@ RangeImage SimulatedScanner::Scan(const ScannerModel& scanner,
       }
       if (faults.range_noise) range += scanner.RangeSigma(range) * RandomNormal(seed, cell, kNoise);
       if (range < scanner.range_min) {
-        image.range[cell] = RangeImage::kNoInformation;
+        image.range[cell] = sensor::RangeImage::kNoInformation;
       } else if (range <= scanner.range_max) {
         image.range[cell] = static_cast<float>(range);
       }
@@ -218,4 +219,4 @@ double SimulatedScanner::Clearance(const Eigen::Vector3d& point, double limit) c
   return tracer_->Clearance(point, limit);
 }
 
-}  // namespace vantage
+}  // namespace vantage::simulation

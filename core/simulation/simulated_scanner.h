@@ -13,13 +13,13 @@
 #include "core/simulation/tracer.h"
 #include "core/simulation/triangle_mesh.h"
 
-namespace vantage {
+namespace vantage::simulation {
 
 struct ScanFaults {
   // A scanner without faults.
   static ScanFaults None() {
     ScanFaults none;
-    none.range_noise = none.glass_drops_out = none.mirror_phantoms = false;
+    none.range_noise = none.glass_drops_out = none.mirror_reflections = false;
     none.grazing_dropout = none.dark_dropout = none.polish = none.beam_divergence = none.tilt = 0;
     return none;
   }
@@ -29,11 +29,12 @@ struct ScanFaults {
                                  // incidence to this at 90
   bool glass_drops_out = true;   // glass returns nothing unless within 5 degrees of head on; what
                                  // is behind it is not seen either. false: as matte
-  bool mirror_phantoms = true;   // mirrors return what they reflect, up to 4 times. false: as matte
-  double dark_dropout = 0.5;     // of dark surfaces
-  double polish = 0.9;           // probability that a polished surface returns what it reflects
-                                 // instead of itself: rises from 0 at 60 degrees of incidence to
-                                 // this at 85. Cell by cell, so both kinds lie side by side
+  bool mirror_reflections =
+      true;                   // mirrors return what they reflect, up to 4 times. false: as matte
+  double dark_dropout = 0.5;  // of dark surfaces
+  double polish = 0.9;        // probability that a polished surface returns what it reflects
+                              // instead of itself: rises from 0 at 60 degrees of incidence to
+                              // this at 85. Cell by cell, so both kinds lie side by side
   double beam_divergence =
       0.0003;         // rad, full angle; edges inside the beam give mixed pixels. 0: none
   double tilt = 0.0;  // rad, one sigma of roll and pitch of a set-up tripod
@@ -52,8 +53,9 @@ class SimulatedScanner {
   // Scans from a pose (rigid, scanner to scene frame). The same arguments give the same image on
   // any number of threads. Ranges outside the scanner's interval: nearer is no information, farther
   // no return.
-  RangeImage Scan(const ScannerModel& scanner, const Eigen::Isometry3d& T_scene_scan,
-                  const ScanFaults& faults, uint64_t seed, Parallel& parallel) const;
+  sensor::RangeImage Scan(const sensor::ScannerModel& scanner,
+                          const Eigen::Isometry3d& T_scene_scan, const ScanFaults& faults,
+                          uint64_t seed, parallel::Parallel& parallel) const;
 
   // True when nothing lies on the open segment from a to b.
   bool Visible(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const;
@@ -69,6 +71,6 @@ class SimulatedScanner {
   std::vector<Material> material_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::simulation
 
 #endif  // VANTAGE_CORE_SIMULATION_SIMULATED_SCANNER_H_

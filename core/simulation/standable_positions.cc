@@ -1,10 +1,10 @@
+#include "core/simulation/standable_positions.h"
+
 #include <algorithm>
 #include <cmath>
 #include <deque>
 
-#include "core/simulation/ground_truth.h"
-
-namespace vantage {
+namespace vantage::simulation {
 namespace {
 
 constexpr double kFloorRelief = 0.05;   // m: thresholds and rugs are walked over
@@ -77,10 +77,10 @@ std::vector<Eigen::Vector3d> StandablePositions(const SimulatedScanner& tracer,
   }
 
   std::vector<Eigen::Vector3d> positions;
-  const FloorLattice stands = LatticeOver(bounds, spacing);
-  for (int row = 0; row < stands.rows; ++row) {
-    for (int column = 0; column < stands.columns; ++column) {
-      const Eigen::Vector2d at = stands.At(column, row);
+  const FloorLattice stations = LatticeOver(bounds, spacing);
+  for (int row = 0; row < stations.rows; ++row) {
+    for (int column = 0; column < stations.columns; ++column) {
+      const Eigen::Vector2d at = stations.At(column, row);
       const Eigen::Vector2d way = (at - ways.origin) / kSearchStep;
       bool reached = false;
       for (int dc = 0; dc <= 1; ++dc) {
@@ -97,4 +97,4 @@ std::vector<Eigen::Vector3d> StandablePositions(const SimulatedScanner& tracer,
   return positions;
 }
 
-}  // namespace vantage
+}  // namespace vantage::simulation

@@ -7,7 +7,7 @@
 #include <limits>
 #include <vector>
 
-namespace vantage {
+namespace vantage::simulation {
 namespace {
 
 // From the real-time collision detection literature: the region of the triangle decides.
@@ -275,4 +275,4 @@ bool Tracer::CylinderFree(const Eigen::Vector2d& foot, double radius, double low
   return search.free;
 }
 
-}  // namespace vantage
+}  // namespace vantage::simulation

@@ -10,7 +10,7 @@
 
 #include "core/simulation/triangle_mesh.h"
 
-namespace vantage {
+namespace vantage::simulation {
 
 struct TraceHit {
   bool hit = false;
@@ -52,6 +52,6 @@ class Tracer {
   std::unique_ptr<State> state_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::simulation
 
 #endif  // VANTAGE_CORE_SIMULATION_TRACER_H_

@@ -1,6 +1,6 @@
 #include "core/simulation/triangle_mesh.h"
 
-namespace vantage {
+namespace vantage::simulation {
 
 Eigen::AlignedBox3d TriangleMesh::Bounds() const {
   Eigen::AlignedBox3d bounds;
@@ -8,4 +8,4 @@ Eigen::AlignedBox3d TriangleMesh::Bounds() const {
   return bounds;
 }
 
-}  // namespace vantage
+}  // namespace vantage::simulation

@@ -10,9 +10,9 @@
 #include <tuple>
 #include <utility>
 
-#include "server/observe/log_context.h"
+#include "server/telemetry/log_context.h"
 
-namespace vantage {
+namespace vantage::execution {
 namespace {
 
 constexpr std::chrono::milliseconds kSlice(2);
@@ -45,7 +45,7 @@ class PlanningPool::Share {
 };
 
 // A thread of the pool, with or without a slot. Guarded by the pool's mutex except where said.
-struct PlanningPool::Holder {
+struct PlanningPool::Slot {
   std::shared_ptr<Share> share;
   JobPriority priority = JobPriority::kPlan;
   bool granted = false;
@@ -60,7 +60,7 @@ struct PlanningPool::Queued {
   std::shared_ptr<Share> share;
   JobPriority priority;
   Job job;
-  LogContext context;  // the trace that it was submitted for
+  telemetry::LogContext context;  // the trace that it was submitted for
 };
 
 // One call of For(). May outlive it (helpers share it), but `body` is touched only while indices
@@ -94,7 +94,7 @@ struct PlanningPool::Loop {
 };
 
 // The Parallel that a job is handed.
-class PlanningPool::Lane final : public Parallel {
+class PlanningPool::Lane final : public parallel::Parallel {
  public:
   Lane(PlanningPool& pool, std::shared_ptr<Share> share, JobPriority priority)
       : pool_(pool), share_(std::move(share)), priority_(priority) {}
@@ -128,7 +128,7 @@ PlanningPool::~PlanningPool() {
     std::lock_guard<std::mutex> lock(mutex_);
     stopping_ = true;
     dropped.swap(queue_);
-    for (Holder* helper : idle_helpers_) helper->wake.notify_all();
+    for (Slot* helper : idle_helpers_) helper->wake.notify_all();
   }
   queue_changed_.notify_all();
   dropped.clear();
@@ -158,7 +158,7 @@ void PlanningPool::Submit(std::shared_ptr<Share> share, JobPriority priority, Jo
     std::lock_guard<std::mutex> lock(mutex_);
     if (stopping_) return;
     Activate(*share);
-    queue_.push_back({std::move(share), priority, std::move(job), CurrentLogContext()});
+    queue_.push_back({std::move(share), priority, std::move(job), telemetry::CurrentLogContext()});
   }
   queue_changed_.notify_one();
 }
@@ -176,9 +176,9 @@ size_t PlanningPool::BestQueued() {
   return best;
 }
 
-PlanningPool::Holder* PlanningPool::BestWaiting() {
+PlanningPool::Slot* PlanningPool::BestWaiting() {
   const auto best =
-      std::min_element(waiting_.begin(), waiting_.end(), [](const Holder* a, const Holder* b) {
+      std::min_element(waiting_.begin(), waiting_.end(), [](const Slot* a, const Slot* b) {
         return std::tie(a->share->used, a->priority) < std::tie(b->share->used, b->priority);
       });
   return best == waiting_.end() ? nullptr : *best;
@@ -199,10 +199,10 @@ PlanningPool::Loop* PlanningPool::BestLoop() {
 // Gives free slots away, to who has had least.
 void PlanningPool::Schedule() {
   while (free_slots_ > 0) {
-    Holder* waiting = BestWaiting();
+    Slot* waiting = BestWaiting();
     Loop* loop = idle_helpers_.empty() ? nullptr : BestLoop();
     if (waiting == nullptr && loop == nullptr) return;
-    Holder* chosen = waiting;
+    Slot* chosen = waiting;
     if (waiting == nullptr || (loop != nullptr && loop->share->used < waiting->share->used)) {
       chosen = idle_helpers_.back();
       idle_helpers_.pop_back();
@@ -220,39 +220,39 @@ void PlanningPool::Schedule() {
   }
 }
 
-void PlanningPool::Acquire(Holder& holder, std::unique_lock<std::mutex>& lock) {
-  holder.granted = false;
-  waiting_.push_back(&holder);
+void PlanningPool::Acquire(Slot& slot, std::unique_lock<std::mutex>& lock) {
+  slot.granted = false;
+  waiting_.push_back(&slot);
   Schedule();
-  holder.wake.wait(lock, [&] { return holder.granted; });
-  BeginSlice(holder);
+  slot.wake.wait(lock, [&] { return slot.granted; });
+  BeginSlice(slot);
 }
 
-void PlanningPool::BeginSlice(Holder& holder) {
-  holder.slice_start = Clock::now();
-  holder.charged_until = ThreadSeconds();
+void PlanningPool::BeginSlice(Slot& slot) {
+  slot.slice_start = Clock::now();
+  slot.charged_until = ThreadSeconds();
 }
 
-void PlanningPool::Charge(Holder& holder) {
+void PlanningPool::Charge(Slot& slot) {
   const double now = ThreadSeconds();
-  const double seconds = now - holder.charged_until;
-  Share& share = *(holder.loop != nullptr ? holder.loop->share : holder.share);
+  const double seconds = now - slot.charged_until;
+  Share& share = *(slot.loop != nullptr ? slot.loop->share : slot.share);
   share.used += seconds / share.weight;
   share.seconds += seconds;
-  holder.charged_until = now;
-  holder.slice_start = Clock::now();
+  slot.charged_until = now;
+  slot.slice_start = Clock::now();
 }
 
-void PlanningPool::Release(Holder& holder) {
-  Charge(holder);
+void PlanningPool::Release(Slot& slot) {
+  Charge(slot);
   ++free_slots_;
-  holder.granted = false;
+  slot.granted = false;
 }
 
 void PlanningPool::RunJobs() {
   YieldToShortTasks();
-  Holder holder;
-  current_holder = &holder;
+  Slot slot;
+  current_holder = &slot;
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
     size_t index = kNone;
@@ -267,20 +267,20 @@ void PlanningPool::RunJobs() {
     const bool plan = entry.priority == JobPriority::kPlan;
     if (plan) ++running_plans_;
     ++running_;
-    holder.share = entry.share;
-    holder.priority = entry.priority;
-    Acquire(holder, lock);
+    slot.share = entry.share;
+    slot.priority = entry.priority;
+    Acquire(slot, lock);
     lock.unlock();
     {
-      const ScopedLogContext context(std::move(entry.context));
+      const telemetry::ScopedLogContext context(std::move(entry.context));
       Lane lane(*this, entry.share, entry.priority);
       entry.job(lane);
       entry.job = nullptr;  // what it holds is released outside the lock
     }
     lock.lock();
-    Release(holder);
+    Release(slot);
     --entry.share->active;
-    holder.share.reset();
+    slot.share.reset();
     if (plan) --running_plans_;
     --running_;
     Schedule();
@@ -290,42 +290,41 @@ void PlanningPool::RunJobs() {
 
 void PlanningPool::Help() {
   YieldToShortTasks();
-  Holder holder;
-  current_holder = &holder;
+  Slot slot;
+  current_holder = &slot;
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
-    idle_helpers_.push_back(&holder);
+    idle_helpers_.push_back(&slot);
     Schedule();
-    holder.wake.wait(lock,
-                     [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return holder.granted || stopping_; });
-    if (!holder.granted) {
+    slot.wake.wait(lock,
+                   [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return slot.granted || stopping_; });
+    if (!slot.granted) {
       // A job that still runs would give work to this frame when it is gone.
-      idle_helpers_.erase(std::find(idle_helpers_.begin(), idle_helpers_.end(), &holder));
+      idle_helpers_.erase(std::find(idle_helpers_.begin(), idle_helpers_.end(), &slot));
       return;
     }
-    BeginSlice(holder);
+    BeginSlice(slot);
     lock.unlock();
-    while (holder.loop->RunOne() && !SliceOver(holder, true)) {
+    while (slot.loop->RunOne() && !SliceOver(slot, true)) {
     }
     lock.lock();
-    Release(holder);
-    std::shared_ptr<Loop> loop = std::move(holder.loop);
-    holder.loop = nullptr;
+    Release(slot);
+    std::shared_ptr<Loop> loop = std::move(slot.loop);
+    slot.loop = nullptr;
     if (loop->Exhausted())
       loops_.erase(std::remove(loops_.begin(), loops_.end(), loop), loops_.end());
   }
 }
 
 // True when the holder's slice is over and somebody who has had less wants its slot.
-bool PlanningPool::SliceOver(Holder& holder, bool leave_when_contended) {
-  if (Clock::now() - holder.slice_start < kSlice) return false;
+bool PlanningPool::SliceOver(Slot& slot, bool leave_when_contended) {
+  if (Clock::now() - slot.slice_start < kSlice) return false;
   std::lock_guard<std::mutex> lock(mutex_);
-  Charge(holder);
-  const Share& own = *(holder.loop != nullptr ? holder.loop->share : holder.share);
-  const Holder* waiting = BestWaiting();
-  if (waiting != nullptr &&
-      (waiting->share->used < own.used ||
-       (waiting->share.get() == &own && waiting->priority < holder.priority))) {
+  Charge(slot);
+  const Share& own = *(slot.loop != nullptr ? slot.loop->share : slot.share);
+  const Slot* waiting = BestWaiting();
+  if (waiting != nullptr && (waiting->share->used < own.used ||
+                             (waiting->share.get() == &own && waiting->priority < slot.priority))) {
     return true;
   }
   if (!leave_when_contended) return false;
@@ -333,24 +332,24 @@ bool PlanningPool::SliceOver(Holder& holder, bool leave_when_contended) {
   return loop != nullptr && loop->share->used < own.used;
 }
 
-void PlanningPool::Yield(Holder& holder) {
-  if (!SliceOver(holder, false)) return;
+void PlanningPool::Yield(Slot& slot) {
+  if (!SliceOver(slot, false)) return;
   std::unique_lock<std::mutex> lock(mutex_);
-  Release(holder);
+  Release(slot);
   // A helper inside a nested loop waits on behalf of the session that it helps.
-  std::shared_ptr<Loop> loop = std::move(holder.loop);
-  holder.loop = nullptr;
-  const std::shared_ptr<Share> own = holder.share;
-  if (own == nullptr) holder.share = loop->share;
-  Acquire(holder, lock);
-  holder.share = own;
-  holder.loop = std::move(loop);
+  std::shared_ptr<Loop> loop = std::move(slot.loop);
+  slot.loop = nullptr;
+  const std::shared_ptr<Share> own = slot.share;
+  if (own == nullptr) slot.share = loop->share;
+  Acquire(slot, lock);
+  slot.share = own;
+  slot.loop = std::move(loop);
 }
 
 void PlanningPool::For(const std::shared_ptr<Share>& share, JobPriority priority, size_t count,
                        absl::FunctionRef<void(size_t)> body) {
   if (count == 0) return;
-  auto* holder = static_cast<Holder*>(current_holder);
+  auto* slot = static_cast<Slot*>(current_holder);
   auto loop = std::make_shared<Loop>(share, priority, count, body);
   if (count > 1 && slots_ > 1) {
     std::lock_guard<std::mutex> lock(mutex_);
@@ -358,7 +357,7 @@ void PlanningPool::For(const std::shared_ptr<Share>& share, JobPriority priority
     Schedule();
   }
   while (loop->RunOne()) {
-    if (holder != nullptr) Yield(*holder);
+    if (slot != nullptr) Yield(*slot);
   }
   {
     std::unique_lock<std::mutex> lock(loop->mutex);
@@ -370,4 +369,4 @@ void PlanningPool::For(const std::shared_ptr<Share>& share, JobPriority priority
   }
 }
 
-}  // namespace vantage
+}  // namespace vantage::execution

@@ -18,7 +18,7 @@
 #include "absl/base/thread_annotations.h"
 #include "core/parallel/parallel.h"
 
-namespace vantage {
+namespace vantage::execution {
 
 // Among the jobs of one session the smaller goes first; between sessions the share decides.
 enum class JobPriority : uint8_t { kInteractive = 0, kModel = 1, kPlan = 2 };
@@ -29,7 +29,7 @@ enum class JobPriority : uint8_t { kInteractive = 0, kModel = 1, kPlan = 2 };
 // with the loops of the jobs that run.
 class PlanningPool {
  public:
-  using Job = std::function<void(Parallel&)>;
+  using Job = std::function<void(parallel::Parallel&)>;
   // What a session has used. Sessions with equal weights get equal processor time while they want
   // it; one that was idle gains no credit from that.
   class Share;
@@ -59,35 +59,35 @@ class PlanningPool {
 
  private:
   using Clock = std::chrono::steady_clock;
-  struct Holder;
+  struct Slot;
   struct Loop;
   struct Queued;
   class Lane;
 
   void RunJobs();
   void Help();
-  void Acquire(Holder& holder, std::unique_lock<std::mutex>& lock);
-  static void BeginSlice(Holder& holder);
-  void Release(Holder& holder) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void Charge(Holder& holder) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Acquire(Slot& slot, std::unique_lock<std::mutex>& lock);
+  static void BeginSlice(Slot& slot);
+  void Release(Slot& slot) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Charge(Slot& slot) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Schedule() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  Holder* BestWaiting() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  Slot* BestWaiting() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Loop* BestLoop() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t BestQueued() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Activate(Share& share) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void For(const std::shared_ptr<Share>& share, JobPriority priority, size_t count,
            absl::FunctionRef<void(size_t)> body);
-  void Yield(Holder& holder);
-  bool SliceOver(Holder& holder, bool leave_when_contended);
+  void Yield(Slot& slot);
+  bool SliceOver(Slot& slot, bool leave_when_contended);
 
   const int slots_;
   const int max_plans_;
   mutable std::mutex mutex_;
   std::condition_variable queue_changed_;
   std::deque<Queued> queue_ ABSL_GUARDED_BY(mutex_);
-  std::vector<Holder*> waiting_ ABSL_GUARDED_BY(mutex_);
+  std::vector<Slot*> waiting_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::shared_ptr<Loop>> loops_ ABSL_GUARDED_BY(mutex_);
-  std::vector<Holder*> idle_helpers_ ABSL_GUARDED_BY(mutex_);
+  std::vector<Slot*> idle_helpers_ ABSL_GUARDED_BY(mutex_);
   int free_slots_ ABSL_GUARDED_BY(mutex_);
   int running_ ABSL_GUARDED_BY(mutex_) = 0;
   int running_plans_ ABSL_GUARDED_BY(mutex_) = 0;
@@ -96,6 +96,6 @@ class PlanningPool {
   std::vector<std::thread> threads_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::execution
 
 #endif  // VANTAGE_SERVER_EXECUTION_PLANNING_POOL_H_

@@ -3,7 +3,7 @@
 #include <tuple>
 #include <utility>
 
-namespace vantage {
+namespace vantage::execution {
 
 Strand::Strand(PlanningPool& pool, std::shared_ptr<PlanningPool::Share> share, size_t capacity)
     : pool_(pool), share_(std::move(share)), capacity_(capacity) {}
@@ -12,7 +12,7 @@ bool Strand::TryPost(Operation operation) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     if (closed_ || operations_.size() >= capacity_) return false;
-    operations_.emplace_back(std::move(operation), CurrentLogContext());
+    operations_.emplace_back(std::move(operation), telemetry::CurrentLogContext());
     if (running_) return true;
     running_ = true;
   }
@@ -26,7 +26,7 @@ size_t Strand::Size() const {
 }
 
 void Strand::Close() {
-  std::deque<std::pair<Operation, LogContext>> dropped;
+  std::deque<std::pair<Operation, telemetry::LogContext>> dropped;
   std::lock_guard<std::mutex> lock(mutex_);
   closed_ = true;
   dropped.swap(operations_);
@@ -38,13 +38,14 @@ void Strand::WaitUntilIdle() {
 }
 
 void Strand::Next() {
-  pool_.Submit(share_, JobPriority::kModel,
-               [self = shared_from_this()](Parallel& parallel) { self->RunOne(parallel); });
+  pool_.Submit(
+      share_, JobPriority::kModel,
+      [self = shared_from_this()](parallel::Parallel& parallel) { self->RunOne(parallel); });
 }
 
-void Strand::RunOne(Parallel& parallel) {
+void Strand::RunOne(parallel::Parallel& parallel) {
   Operation operation;
-  LogContext context;
+  telemetry::LogContext context;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     if (!operations_.empty()) {
@@ -53,7 +54,7 @@ void Strand::RunOne(Parallel& parallel) {
     }
   }
   if (operation) {
-    const ScopedLogContext scope(std::move(context));
+    const telemetry::ScopedLogContext scope(std::move(context));
     operation(parallel);
     operation = nullptr;
   }
@@ -68,4 +69,4 @@ void Strand::RunOne(Parallel& parallel) {
   Next();
 }
 
-}  // namespace vantage
+}  // namespace vantage::execution

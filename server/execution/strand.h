@@ -13,15 +13,15 @@
 #include "absl/base/thread_annotations.h"
 #include "core/parallel/parallel.h"
 #include "server/execution/planning_pool.h"
-#include "server/observe/log_context.h"
+#include "server/telemetry/log_context.h"
 
-namespace vantage {
+namespace vantage::execution {
 
 // The one writer of a session's model. Thread safe. Held by shared_ptr: a queued operation keeps
 // it.
 class Strand : public std::enable_shared_from_this<Strand> {
  public:
-  using Operation = std::function<void(Parallel&)>;
+  using Operation = std::function<void(parallel::Parallel&)>;
 
   // `pool` must outlive the strand. At most `capacity` operations wait.
   Strand(PlanningPool& pool, std::shared_ptr<PlanningPool::Share> share, size_t capacity);
@@ -38,7 +38,7 @@ class Strand : public std::enable_shared_from_this<Strand> {
 
  private:
   void Next();
-  void RunOne(Parallel& parallel);
+  void RunOne(parallel::Parallel& parallel);
 
   PlanningPool& pool_;
   const std::shared_ptr<PlanningPool::Share> share_;
@@ -46,11 +46,11 @@ class Strand : public std::enable_shared_from_this<Strand> {
   mutable std::mutex mutex_;
   std::condition_variable idle_;
   // Each with the trace that it was posted for.
-  std::deque<std::pair<Operation, LogContext>> operations_ ABSL_GUARDED_BY(mutex_);
+  std::deque<std::pair<Operation, telemetry::LogContext>> operations_ ABSL_GUARDED_BY(mutex_);
   bool running_ ABSL_GUARDED_BY(mutex_) = false;
   bool closed_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
-}  // namespace vantage
+}  // namespace vantage::execution
 
 #endif  // VANTAGE_SERVER_EXECUTION_STRAND_H_

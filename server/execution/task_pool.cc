@@ -2,7 +2,7 @@
 
 #include <utility>
 
-namespace vantage {
+namespace vantage::execution {
 
 TaskPool::TaskPool(int threads, size_t capacity) : capacity_(capacity) {
   for (int i = 0; i < (threads < 1 ? 1 : threads); ++i) {
@@ -23,7 +23,7 @@ bool TaskPool::TryPost(Task task) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     if (tasks_.size() >= capacity_) return false;
-    tasks_.push_back({std::move(task), CurrentLogContext()});
+    tasks_.push_back({std::move(task), telemetry::CurrentLogContext()});
   }
   wake_.notify_one();
   return true;
@@ -32,7 +32,7 @@ bool TaskPool::TryPost(Task task) {
 void TaskPool::Post(Task task) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    tasks_.push_back({std::move(task), CurrentLogContext()});
+    tasks_.push_back({std::move(task), telemetry::CurrentLogContext()});
   }
   wake_.notify_one();
 }
@@ -52,7 +52,7 @@ void TaskPool::Work() {
     tasks_.pop_front();
     lock.unlock();
     {
-      const ScopedLogContext context(std::move(next.context));
+      const telemetry::ScopedLogContext context(std::move(next.context));
       next.task();
       next.task = nullptr;  // what it holds is released outside the lock
     }
@@ -60,4 +60,4 @@ void TaskPool::Work() {
   }
 }
 
-}  // namespace vantage
+}  // namespace vantage::execution

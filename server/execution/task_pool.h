@@ -12,9 +12,9 @@
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
-#include "server/observe/log_context.h"
+#include "server/telemetry/log_context.h"
 
-namespace vantage {
+namespace vantage::execution {
 
 class TaskPool {
  public:
@@ -41,7 +41,7 @@ class TaskPool {
   // With the trace that it was posted for.
   struct Posted {
     Task task;
-    LogContext context;
+    telemetry::LogContext context;
   };
   void Work();
 
@@ -53,6 +53,6 @@ class TaskPool {
   std::vector<std::thread> threads_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::execution
 
 #endif  // VANTAGE_SERVER_EXECUTION_TASK_POOL_H_

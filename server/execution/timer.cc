@@ -1,6 +1,6 @@
 #include "server/execution/timer.h"
 
-namespace vantage {
+namespace vantage::execution {
 
 Timer::Timer() : thread_([this] { Work(); }) {}
 
@@ -63,4 +63,4 @@ void Timer::Work() {
   }
 }
 
-}  // namespace vantage
+}  // namespace vantage::execution

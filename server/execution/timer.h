@@ -13,7 +13,7 @@
 
 #include "absl/base/thread_annotations.h"
 
-namespace vantage {
+namespace vantage::execution {
 
 // One thread; what it calls must be short (post to a pool).
 class Timer {
@@ -48,6 +48,6 @@ class Timer {
   std::thread thread_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::execution
 
 #endif  // VANTAGE_SERVER_EXECUTION_TIMER_H_

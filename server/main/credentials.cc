@@ -10,9 +10,9 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
-#include "server/guard/tls_files.h"
+#include "server/auth/tls_files.h"
 
-namespace vantage {
+namespace vantage::server {
 namespace {
 
 // How often changed certificates are looked for, s.
@@ -25,7 +25,7 @@ absl::Status Unprotected(const std::string& listen, absl::string_view lack) {
       "--callers, or say --allow-insecure-remote"));
 }
 
-absl::Status CheckTogether(const AccessOptions& access, const std::string& listen) {
+absl::Status CheckTogether(const auth::AccessOptions& access, const std::string& listen) {
   if (access.tls_cert.empty() != access.tls_key.empty()) {
     return absl::InvalidArgumentError("--tls-cert and --tls-key need one another");
   }
@@ -60,10 +60,10 @@ bool IsLoopback(const std::string& address) {
 }
 
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeCredentials(
-    const AccessOptions& access, const std::string& listen) {
+    const auth::AccessOptions& access, const std::string& listen) {
   if (absl::Status fit = CheckTogether(access, listen); !fit.ok()) return fit;
   if (!access.encrypted()) return grpc::InsecureServerCredentials();
-  const absl::StatusOr<absl::Time> expires = CheckTlsFiles(access);
+  const absl::StatusOr<absl::Time> expires = auth::CheckTlsFiles(access);
   if (!expires.ok()) return expires.status();
   namespace tls = grpc::experimental;
   auto files = access.tls_client_ca.empty()
@@ -82,4 +82,4 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeCredentials(
   return tls::TlsServerCredentials(options);
 }
 
-}  // namespace vantage
+}  // namespace vantage::server

@@ -8,9 +8,9 @@
 #include <string>
 
 #include "absl/status/statusor.h"
-#include "server/guard/access_options.h"
+#include "server/auth/access_options.h"
 
-namespace vantage {
+namespace vantage::server {
 
 // True for 127.0.0.0/8, [::1], localhost and unix sockets, with or without a port.
 bool IsLoopback(const std::string& address);
@@ -18,8 +18,8 @@ bool IsLoopback(const std::string& address);
 // INVALID_ARGUMENT, saying what to do: options that don't fit together, files that cannot serve,
 // or an address other than loopback on which a stranger could do as he likes.
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeCredentials(
-    const AccessOptions& access, const std::string& listen);
+    const auth::AccessOptions& access, const std::string& listen);
 
-}  // namespace vantage
+}  // namespace vantage::server
 
 #endif  // VANTAGE_SERVER_MAIN_CREDENTIALS_H_

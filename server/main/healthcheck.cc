@@ -15,7 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "grpc/health/v1/health.grpc.pb.h"
 
-namespace vantage {
+namespace vantage::server {
 
 namespace {
 
@@ -89,4 +89,4 @@ absl::Status CheckHealth(const std::string& address) {
   return absl::OkStatus();
 }
 
-}  // namespace vantage
+}  // namespace vantage::server

@@ -6,11 +6,11 @@
 
 #include "absl/status/status.h"
 
-namespace vantage {
+namespace vantage::server {
 
 // OK when the server at `address` says SERVING within 3 s. UNAVAILABLE otherwise, with the reason.
 absl::Status CheckHealth(const std::string& address);
 
-}  // namespace vantage
+}  // namespace vantage::server
 
 #endif  // VANTAGE_SERVER_MAIN_HEALTHCHECK_H_

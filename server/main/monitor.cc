@@ -15,9 +15,9 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
-#include "server/guard/tls_files.h"
+#include "server/auth/tls_files.h"
 
-namespace vantage {
+namespace vantage::server {
 namespace {
 
 constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
@@ -58,8 +58,8 @@ double FreeBytes(const std::string& folder) {
 // One walk over the sessions serves all that one reader asks at a time.
 class Totals {
  public:
-  explicit Totals(SessionRegistry& sessions) : sessions_(sessions) {}
-  SessionTotals Get() {
+  explicit Totals(session::SessionRegistry& sessions) : sessions_(sessions) {}
+  session::SessionTotals Get() {
     std::lock_guard<std::mutex> lock(mutex_);
     const auto now = std::chrono::steady_clock::now();
     if (now >= stale_) {
@@ -70,15 +70,15 @@ class Totals {
   }
 
  private:
-  SessionRegistry& sessions_;
+  session::SessionRegistry& sessions_;
   std::mutex mutex_;
-  SessionTotals totals_ ABSL_GUARDED_BY(mutex_);
+  session::SessionTotals totals_ ABSL_GUARDED_BY(mutex_);
   std::chrono::steady_clock::time_point stale_ ABSL_GUARDED_BY(mutex_);
 };
 
 std::string StatusPage(const Monitored& m, absl::Time started) {
-  const SessionTotals totals = m.sessions.Totals();
-  const PlanningPool::Load load = m.pool.load();
+  const session::SessionTotals totals = m.sessions.Totals();
+  const execution::PlanningPool::Load load = m.pool.load();
   std::string out = absl::StrFormat(
       "<!doctype html><html lang=\"en\"><head><meta charset=\"utf-8\"><title>vantaged</title>"
       "<style>body{font:1em sans-serif;margin:2em}td{padding:.2em 1em .2em 0}"
@@ -91,7 +91,7 @@ std::string StatusPage(const Monitored& m, absl::Time started) {
   row("sessions", absl::StrCat(totals.sessions));
   row("models in memory", absl::StrCat(totals.loaded));
   row("uploads under way", absl::StrCat(totals.uploads));
-  row("scans not settled", absl::StrCat(totals.pending_scans));
+  row("scans not decided", absl::StrCat(totals.pending_scans));
   row("plans under way", absl::StrCat(totals.plans));
   row("jobs that compute", absl::StrCat(load.running));
   row("jobs that wait", absl::StrCat(load.queued));
@@ -109,7 +109,7 @@ std::string StatusPage(const Monitored& m, absl::Time started) {
 }  // namespace
 
 void AddGauges(const Monitored& m) {
-  Metrics& metrics = m.metrics;
+  telemetry::Metrics& metrics = m.metrics;
   const auto totals = std::make_shared<Totals>(m.sessions);
   const auto gauge = [&metrics](const char* name, const char* help, std::function<double()> read) {
     metrics.AddGauge(name, help, {}, std::move(read));
@@ -119,7 +119,7 @@ void AddGauges(const Monitored& m) {
   gauge("vantage_sessions", "Sessions that there are.",
         [totals] { return static_cast<double>(totals->Get().sessions); });
   gauge("vantage_sessions_max", "Sessions that there may be.",
-        [&s = m.sessions] { return static_cast<double>(s.around().limits.sessions); });
+        [&s = m.sessions] { return static_cast<double>(s.dependencies().limits.sessions); });
   gauge("vantage_models_loaded", "Sessions whose model is in memory.",
         [totals] { return static_cast<double>(totals->Get().loaded); });
   gauge("vantage_uploads_open", "Uploads under way.",
@@ -151,33 +151,34 @@ void AddGauges(const Monitored& m) {
     gauge("vantage_tls_certificate_expires_seconds",
           "When the server's certificate on disk expires, since 1970; 0 when it cannot be used.",
           [access = m.access] {
-            const absl::StatusOr<absl::Time> expires = CheckTlsFiles(access);
+            const absl::StatusOr<absl::Time> expires = auth::CheckTlsFiles(access);
             return expires.ok() ? absl::ToDoubleSeconds(*expires - absl::UnixEpoch()) : 0.0;
           });
   }
 }
 
-std::map<std::string, HttpListener::Page> MonitorPages(const Monitored& m) {
+std::map<std::string, telemetry::HttpListener::Page> MonitorPages(const Monitored& m) {
   const absl::Time started = absl::Now();
   return {
       {"/metrics",
        [m] {
-         return HttpAnswer{200, "text/plain; version=0.0.4; charset=utf-8", m.metrics.Text()};
+         return telemetry::HttpAnswer{200, "text/plain; version=0.0.4; charset=utf-8",
+                                      m.metrics.Text()};
        }},
       {"/healthz",
        [] {
-         return HttpAnswer{200, "text/plain", "alive\n"};
+         return telemetry::HttpAnswer{200, "text/plain", "alive\n"};
        }},
       {"/readyz",
        [m] {
          const std::string state = m.state();
-         return HttpAnswer{state == "serving" ? 200 : 503, "text/plain", state + "\n"};
+         return telemetry::HttpAnswer{state == "serving" ? 200 : 503, "text/plain", state + "\n"};
        }},
       {"/",
        [m, started] {
-         return HttpAnswer{200, "text/html; charset=utf-8", StatusPage(m, started)};
+         return telemetry::HttpAnswer{200, "text/html; charset=utf-8", StatusPage(m, started)};
        }},
   };
 }
 
-}  // namespace vantage
+}  // namespace vantage::server

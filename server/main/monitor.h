@@ -7,22 +7,22 @@
 #include <map>
 #include <string>
 
+#include "server/auth/access_options.h"
 #include "server/execution/planning_pool.h"
 #include "server/execution/task_pool.h"
-#include "server/guard/access_options.h"
-#include "server/observe/http_listener.h"
-#include "server/observe/metrics.h"
 #include "server/session/session_registry.h"
+#include "server/telemetry/http_listener.h"
+#include "server/telemetry/metrics.h"
 
-namespace vantage {
+namespace vantage::server {
 
 // All of it outlives the listener.
 struct Monitored {
-  Metrics& metrics;
-  SessionRegistry& sessions;
-  PlanningPool& pool;
-  TaskPool& tasks;
-  AccessOptions access;
+  telemetry::Metrics& metrics;
+  session::SessionRegistry& sessions;
+  execution::PlanningPool& pool;
+  execution::TaskPool& tasks;
+  auth::AccessOptions access;
   std::string data_folder;             // empty: nothing is kept on disk
   std::function<std::string()> state;  // 'serving', or why not
 };
@@ -31,8 +31,8 @@ struct Monitored {
 void AddGauges(const Monitored& monitored);
 
 // /metrics, /healthz, /readyz and /.
-std::map<std::string, HttpListener::Page> MonitorPages(const Monitored& monitored);
+std::map<std::string, telemetry::HttpListener::Page> MonitorPages(const Monitored& monitored);
 
-}  // namespace vantage
+}  // namespace vantage::server
 
 #endif  // VANTAGE_SERVER_MAIN_MONITOR_H_

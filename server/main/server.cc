@@ -12,11 +12,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "grpc/health/v1/health.pb.h"
+#include "server/contract/error.h"
 #include "server/main/credentials.h"
 #include "server/main/monitor.h"
-#include "server/session/error.h"
 
-namespace vantage {
+namespace vantage::server {
 namespace {
 
 // Jobs begun at a time: they share the slots, so this only bounds stacks and snapshots in hand.
@@ -31,16 +31,17 @@ int CoresOr(int threads) {
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& options, Store& store,
-                                                      Log& log, Algorithms algorithms,
-                                                      Journal::Clock clock) {
+absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& options,
+                                                      store::Store& store, telemetry::Log& log,
+                                                      session::Algorithms algorithms,
+                                                      session::Journal::Clock clock) {
   absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials =
       MakeCredentials(options.access, options.listen);
   if (!credentials.ok()) return credentials.status();
-  std::unique_ptr<CallersFile> callers;
+  std::unique_ptr<auth::CallersFile> callers;
   if (!options.access.callers_file.empty()) {
-    absl::StatusOr<std::unique_ptr<CallersFile>> opened =
-        CallersFile::Open(options.access.callers_file);
+    absl::StatusOr<std::unique_ptr<auth::CallersFile>> opened =
+        auth::CallersFile::Open(options.access.callers_file);
     if (!opened.ok()) return absl::InvalidArgumentError(opened.status().message());
     callers = *std::move(opened);
   }
@@ -51,20 +52,22 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
   return server;
 }
 
-Server::Server(const ServerOptions& options, Store& store, Log& log,
-               std::unique_ptr<CallersFile> callers, Algorithms algorithms, Journal::Clock clock)
+Server::Server(const ServerOptions& options, store::Store& store, telemetry::Log& log,
+               std::unique_ptr<auth::CallersFile> callers, session::Algorithms algorithms,
+               session::Journal::Clock clock)
     : options_(options),
       log_(log),
-      store_(store, metrics_),
-      gate_(options.access, std::move(callers)),
+      store_(store, metrics_, log),
+      authorizer_(options.access, std::move(callers)),
       memory_(options.memory_bytes),
       pool_(CoresOr(options.threads), kMaxJobs),
       tasks_(options.request_threads, options.queued_requests),
-      sessions_(std::make_unique<SessionRegistry>(
-          SessionSurroundings{store_, pool_, timer_, log, options.limits, std::move(algorithms),
-                              std::move(clock), &metrics_, &memory_})),
-      services_(std::make_unique<Services>(
-          RpcEnvironment{*sessions_, tasks_, timer_, log, gate_, metrics_, calls_under_way_})) {}
+      sessions_(std::make_unique<session::SessionRegistry>(session::SessionDependencies{
+          store_, pool_, timer_, log, options.limits, std::move(algorithms), std::move(clock),
+          &metrics_, &memory_})),
+      services_(std::make_unique<rpc::Services>(
+          rpc::RpcDependencies{*sessions_, tasks_, timer_, log, authorizer_, metrics_,
+                               calls_under_way_, options.heartbeat})) {}
 
 absl::Status Server::Serve(const std::shared_ptr<grpc::ServerCredentials>& credentials) {
   // Linked in so that reflection can describe the built-in health service.
@@ -127,7 +130,7 @@ absl::Status Server::Serve(const std::shared_ptr<grpc::ServerCredentials>& crede
   return absl::OkStatus();
 }
 
-// Up before the sessions are taken up, so that whoever waits can see why.
+// Up before the sessions are loaded, so that whoever waits can see why.
 absl::Status Server::ServeHttp() {
   if (options_.http_listen.empty()) return absl::OkStatus();
   if (!options_.http_allow_remote && !IsLoopback(options_.http_listen)) {
@@ -146,8 +149,8 @@ absl::Status Server::ServeHttp() {
                     [this] { return static_cast<double>(memory_.budget()); });
   metrics_.AddGauge("vantage_rpcs_under_way", "Calls that have not ended, streams included.", {},
                     [this] { return static_cast<double>(calls_under_way_.load()); });
-  absl::StatusOr<std::unique_ptr<HttpListener>> listener =
-      HttpListener::Start(options_.http_listen, MonitorPages(monitored));
+  absl::StatusOr<std::unique_ptr<telemetry::HttpListener>> listener =
+      telemetry::HttpListener::Start(options_.http_listen, MonitorPages(monitored));
   if (!listener.ok()) return listener.status();
   http_ = *std::move(listener);
   log_.Info("serving HTTP", {{"port", http_->port()}});
@@ -156,14 +159,14 @@ absl::Status Server::ServeHttp() {
 
 void Server::SetServing(bool serving) {
   grpc::HealthCheckServiceInterface* health = server_->GetHealthCheckService();
-  for (const std::string& name : Services::Names()) health->SetServingStatus(name, serving);
+  for (const std::string& name : rpc::Services::Names()) health->SetServingStatus(name, serving);
   health->SetServingStatus(serving);
 }
 
 void Server::CollectLater() {
-  // Often enough that what is to be put away soon doesn't lie about for much longer.
+  // Often enough that what is to be evicted soon doesn't lie about for much longer.
   const std::chrono::milliseconds soon = std::max<std::chrono::milliseconds>(
-      std::chrono::seconds(1), absl::ToChronoMilliseconds(options_.limits.put_away_after / 2));
+      std::chrono::seconds(1), absl::ToChronoMilliseconds(options_.limits.evict_after / 2));
   timer_.After(std::min(options_.collect_every, soon), [this] {
     std::lock_guard<std::mutex> lock(collect_mutex_);
     if (collects_) tasks_.Post([this] { Collect(); });
@@ -174,7 +177,7 @@ void Server::Collect() {
   std::lock_guard<std::mutex> lock(collect_mutex_);
   if (!collects_) return;
   sessions_->Collect();
-  // What models held that were put away since the last time: the allocator would keep it.
+  // What models held that were evicted since the last time: the allocator would keep it.
   malloc_trim(0);
   CollectLater();
 }
@@ -192,7 +195,7 @@ void Server::RefreshLater() {
 }
 
 void Server::RefreshCallers() {
-  const absl::StatusOr<bool> changed = gate_.RefreshCallers();
+  const absl::StatusOr<bool> changed = authorizer_.RefreshCallers();
   const std::string error = changed.ok() ? "" : changed.status().ToString();
   std::lock_guard<std::mutex> lock(refresh_mutex_);
   if (changed.ok() && *changed) log_.Info("the callers file was read again");
@@ -231,4 +234,4 @@ Server::~Server() {
   timer_.Stop();
 }
 
-}  // namespace vantage
+}  // namespace vantage::server

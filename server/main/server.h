@@ -17,20 +17,20 @@
 #include "server/execution/planning_pool.h"
 #include "server/execution/task_pool.h"
 #include "server/execution/timer.h"
-#include "server/observe/http_listener.h"
-#include "server/observe/log.h"
-#include "server/observe/metrics.h"
-#include "server/rpc/gate.h"
+#include "server/rpc/call/authorizer.h"
 #include "server/rpc/services.h"
 #include "server/session/session_registry.h"
-#include "server/store/observed_store.h"
+#include "server/store/instrumented_store.h"
 #include "server/store/store.h"
+#include "server/telemetry/http_listener.h"
+#include "server/telemetry/log.h"
+#include "server/telemetry/metrics.h"
 
-namespace vantage {
+namespace vantage::server {
 
 struct ServerOptions {
   std::string listen = "127.0.0.1:7464";  // port 0: one that is free
-  AccessOptions access;
+  auth::AccessOptions access;
   // Where metrics, health and the status page are; empty: nowhere. Other addresses than loopback
   // only where http_allow_remote says so.
   std::string http_listen;
@@ -39,24 +39,26 @@ struct ServerOptions {
   int threads = 0;          // that compute; 0: one per core
   int request_threads = 4;  // that answer
   size_t queued_requests = 1024;
-  Limits limits;
+  contract::Limits limits;
   int64_t memory_bytes = 0;  // for models and plans; 0: no limit
   // How often what is past its time is collected.
   std::chrono::milliseconds collect_every = std::chrono::minutes(10);
+  // How long a stream is silent at most; the contract promises 15 s.
+  std::chrono::milliseconds heartbeat = std::chrono::seconds(10);
   // How long a shutdown may take: plans end and merges finish in this time.
   std::chrono::milliseconds drain_patience{20'000};
 };
 
 class Server {
  public:
-  // Starts serving: NOT_SERVING until every session that the store has is taken up, SERVING then.
+  // Starts serving: NOT_SERVING until every session that the store has is loaded, SERVING then.
   // INVALID_ARGUMENT: an address that is not loopback and not protected, or files of `access` that
   // cannot be used.
   // UNAVAILABLE: the address cannot be had. `store` and `log` outlive the server.
-  static absl::StatusOr<std::unique_ptr<Server>> Start(const ServerOptions& options, Store& store,
-                                                       Log& log,
-                                                       Algorithms algorithms = Algorithms::Core(),
-                                                       Journal::Clock clock = absl::Now);
+  static absl::StatusOr<std::unique_ptr<Server>> Start(
+      const ServerOptions& options, store::Store& store, telemetry::Log& log,
+      session::Algorithms algorithms = session::Algorithms::Core(),
+      session::Journal::Clock clock = absl::Now);
   // Drains first, where that has not happened.
   ~Server();
   Server(const Server&) = delete;
@@ -65,7 +67,7 @@ class Server {
   int port() const { return port_; }
   // 0: no HTTP listener.
   int http_port() const { return http_ == nullptr ? 0 : http_->port(); }
-  SessionRegistry& sessions() { return *sessions_; }
+  session::SessionRegistry& sessions() { return *sessions_; }
 
   // Reads the callers file again now, where there is one; it is looked at every 2 s anyway.
   void RefreshCallers();
@@ -75,8 +77,9 @@ class Server {
   void Drain();
 
  private:
-  Server(const ServerOptions& options, Store& store, Log& log, std::unique_ptr<CallersFile> callers,
-         Algorithms algorithms, Journal::Clock clock);
+  Server(const ServerOptions& options, store::Store& store, telemetry::Log& log,
+         std::unique_ptr<auth::CallersFile> callers, session::Algorithms algorithms,
+         session::Journal::Clock clock);
   absl::Status Serve(const std::shared_ptr<grpc::ServerCredentials>& credentials);
   void SetServing(bool serving);
   absl::Status ServeHttp();
@@ -85,7 +88,7 @@ class Server {
   void RefreshLater() ABSL_EXCLUSIVE_LOCKS_REQUIRED(refresh_mutex_);
 
   const ServerOptions options_;
-  Log& log_;
+  telemetry::Log& log_;
   bool drained_ = false;
   int port_ = 0;
   std::mutex collect_mutex_;  // held while it collects
@@ -93,21 +96,21 @@ class Server {
   std::mutex refresh_mutex_;
   bool refreshes_ ABSL_GUARDED_BY(refresh_mutex_) = false;
   std::string refresh_error_ ABSL_GUARDED_BY(refresh_mutex_);  // said already
-  Metrics metrics_;
-  ObservedStore store_;
+  telemetry::Metrics metrics_;
+  store::InstrumentedStore store_;
   std::atomic<int> calls_under_way_{0};
   std::atomic<const char*> state_{"starting"};
-  Gate gate_;
-  Timer timer_;
-  MemoryAccount memory_;
-  PlanningPool pool_;
-  TaskPool tasks_;
-  std::unique_ptr<SessionRegistry> sessions_;
-  std::unique_ptr<Services> services_;
+  rpc::Authorizer authorizer_;
+  execution::Timer timer_;
+  session::MemoryAccount memory_;
+  execution::PlanningPool pool_;
+  execution::TaskPool tasks_;
+  std::unique_ptr<session::SessionRegistry> sessions_;
+  std::unique_ptr<rpc::Services> services_;
   std::unique_ptr<grpc::Server> server_;
-  std::unique_ptr<HttpListener> http_;
+  std::unique_ptr<telemetry::HttpListener> http_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::server
 
 #endif  // VANTAGE_SERVER_MAIN_SERVER_H_

@@ -16,14 +16,14 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "absl/time/time.h"
-#include "server/guard/callers.h"
+#include "server/auth/callers.h"
 #include "server/main/healthcheck.h"
 #include "server/main/server.h"
 #include "server/store/backup.h"
 #include "server/store/disk_store.h"
 #include "server/store/memory_store.h"
 
-namespace vantage {
+namespace vantage::server {
 namespace {
 
 constexpr int kExitUsage = 2;
@@ -61,7 +61,7 @@ struct Program {
   std::string port_file;
   std::string http_port_file;
   std::string healthcheck;
-  LogLevel log_level = LogLevel::kInfo;
+  telemetry::LogLevel log_level = telemetry::LogLevel::kInfo;
   std::string data = DefaultDataFolder();
   bool in_memory = false;
   std::string backup_folder;
@@ -69,7 +69,7 @@ struct Program {
   const CLI::App* restore = nullptr;
   const CLI::App* verify = nullptr;
   const CLI::App* token = nullptr;
-  Caller caller;  // that the token is for
+  auth::Caller caller;  // that the token is for
   std::string caller_roles;
   int token_days = 365;
   size_t store_mib = 4096;
@@ -79,7 +79,7 @@ struct Program {
   int keep_withdrawn_days = 0;
   int quota_mib = 0;
   int memory_mib = 0;
-  int put_away_minutes = 30;
+  int evict_minutes = 30;
 };
 
 void Declare(CLI::App& app, Program& program) {
@@ -133,7 +133,7 @@ void Declare(CLI::App& app, Program& program) {
                  "for models and plans, MiB; 0: 70 % of what this machine or its container has")
       ->check(CLI::Range(0, 1 << 24))
       ->capture_default_str();
-  app.add_option("--put-away-minutes", program.put_away_minutes,
+  app.add_option("--evict-minutes", program.evict_minutes,
                  "models that nobody used for so long leave memory, and come back when they are "
                  "needed; 0: never")
       ->check(CLI::Range(0, 1 << 20))
@@ -142,11 +142,12 @@ void Declare(CLI::App& app, Program& program) {
                  "how long a shutdown waits for plans and merges")
       ->check(CLI::Range(0, 3600))
       ->capture_default_str();
-  const std::map<std::string, LogLevel> levels = {{"debug", LogLevel::kDebug},
-                                                  {"info", LogLevel::kInfo},
-                                                  {"warning", LogLevel::kWarning},
-                                                  {"error", LogLevel::kError},
-                                                  {"off", LogLevel::kOff}};
+  const std::map<std::string, telemetry::LogLevel> levels = {
+      {"debug", telemetry::LogLevel::kDebug},
+      {"info", telemetry::LogLevel::kInfo},
+      {"warning", telemetry::LogLevel::kWarning},
+      {"error", telemetry::LogLevel::kError},
+      {"off", telemetry::LogLevel::kOff}};
   app.add_option("--log-level", program.log_level, "debug, info, warning, error or off")
       ->transform(CLI::CheckedTransformer(levels, CLI::ignore_case));
   app.add_option("--healthcheck", program.healthcheck,
@@ -156,7 +157,7 @@ void Declare(CLI::App& app, Program& program) {
 }
 
 // Who may reach the server.
-void DeclareAccess(CLI::App& app, AccessOptions& access) {
+void DeclareAccess(CLI::App& app, auth::AccessOptions& access) {
   app.add_flag(
       "--allow-insecure-remote", access.allow_insecure_remote,
       "serve other machines even where that is not encrypted or callers don't have to show "
@@ -207,12 +208,12 @@ void DeclareToken(CLI::App& app, Program& program) {
 }
 
 int MakeTokenLine(const Program& program) {
-  const NewToken made = MakeToken();
+  const auth::NewToken made = auth::MakeToken();
   const absl::Time expires = absl::Now() + absl::Hours(24) * program.token_days;
   const std::string line = absl::StrCat(
       program.caller.name, " ", program.caller.tenant, " ", program.caller_roles, " ",
       made.credential, " ", absl::FormatTime("%Y-%m-%dT%H:%M:%SZ", expires, absl::UTCTimeZone()));
-  const absl::Status valid = CallerList::Parse(line).status();
+  const absl::Status valid = auth::CallerList::Parse(line).status();
   if (!valid.ok()) {
     std::fprintf(stderr, "vantaged: %s\n", std::string(valid.message()).c_str());
     return kExitUsage;
@@ -239,10 +240,10 @@ void DeclareOperations(CLI::App& app, Program& program) {
 }
 
 int Operate(const Program& program) {
-  const absl::StatusOr<StoreReport> report =
-      *program.backup    ? BackUpStore(program.data, program.backup_folder)
-      : *program.restore ? RestoreStore(program.backup_folder, program.data)
-                         : VerifyStore(program.data);
+  const absl::StatusOr<store::StoreReport> report =
+      *program.backup    ? store::BackUpStore(program.data, program.backup_folder)
+      : *program.restore ? store::RestoreStore(program.backup_folder, program.data)
+                         : store::VerifyStore(program.data);
   if (!report.ok()) {
     std::fprintf(stderr, "vantaged: %s\n", std::string(report.status().message()).c_str());
     return kExitFailed;
@@ -272,12 +273,12 @@ bool WritePortFile(const std::string& path, int port) {
   return std::rename(temporary.c_str(), path.c_str()) == 0;
 }
 
-absl::StatusOr<std::unique_ptr<Store>> OpenStore(const Program& program) {
-  if (program.in_memory) return std::make_unique<MemoryStore>(program.store_mib << 20);
+absl::StatusOr<std::unique_ptr<store::Store>> OpenStore(const Program& program) {
+  if (program.in_memory) return std::make_unique<store::MemoryStore>(program.store_mib << 20);
   if (program.data.empty()) {
     return absl::InvalidArgumentError("name a folder to keep sessions in: --data, or --in-memory");
   }
-  absl::StatusOr<std::unique_ptr<DiskStore>> store = DiskStore::Open(program.data);
+  absl::StatusOr<std::unique_ptr<store::DiskStore>> store = store::DiskStore::Open(program.data);
   if (!store.ok()) {
     return absl::Status(store.status().code(),
                         absl::StrCat(store.status().message(), " (--data ", program.data,
@@ -287,8 +288,8 @@ absl::StatusOr<std::unique_ptr<Store>> OpenStore(const Program& program) {
 }
 
 int Serve(const Program& program, const sigset_t& signals) {
-  Log log(program.log_level, Log::Stderr());
-  absl::StatusOr<std::unique_ptr<Store>> store = OpenStore(program);
+  telemetry::Log log(program.log_level, telemetry::Log::Stderr());
+  absl::StatusOr<std::unique_ptr<store::Store>> store = OpenStore(program);
   if (!store.ok()) {
     std::fprintf(stderr, "vantaged: %s\n", std::string(store.status().message()).c_str());
     return kExitFailed;
@@ -349,8 +350,8 @@ int Main(int argc, char** argv) {
   program.server.memory_bytes = program.memory_mib > 0
                                     ? static_cast<int64_t>(program.memory_mib) << 20
                                     : AvailableMemory() / 10 * 7;
-  if (program.put_away_minutes > 0) {
-    program.server.limits.put_away_after = absl::Minutes(program.put_away_minutes);
+  if (program.evict_minutes > 0) {
+    program.server.limits.evict_after = absl::Minutes(program.evict_minutes);
   }
   if (program.keep_sessions_days > 0) {
     program.server.limits.keep_sessions = absl::Hours(24) * program.keep_sessions_days;
@@ -371,6 +372,6 @@ int Main(int argc, char** argv) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::server
 
-int main(int argc, char** argv) { return vantage::Main(argc, argv); }
+int main(int argc, char** argv) { return vantage::server::Main(argc, argv); }

@@ -2,18 +2,18 @@
 
 #include <string>
 
-#include "server/rpc/handlers.h"
-#include "server/rpc/pumped_writer.h"
-#include "server/rpc/rules.h"
-#include "server/rpc/streams.h"
-#include "server/rpc/unary_call.h"
+#include "server/rpc/call/rules.h"
+#include "server/rpc/call/unary_call.h"
+#include "server/rpc/handlers/handlers.h"
+#include "server/rpc/streams/pumped_writer.h"
+#include "server/rpc/streams/streams.h"
 #include "vantage/v1/fleet_service.grpc.pb.h"
 #include "vantage/v1/model_service.grpc.pb.h"
 #include "vantage/v1/plan_service.grpc.pb.h"
 #include "vantage/v1/scan_service.grpc.pb.h"
 #include "vantage/v1/session_service.grpc.pb.h"
 
-namespace vantage {
+namespace vantage::rpc {
 namespace {
 
 using Context = grpc::CallbackServerContext;
@@ -24,26 +24,26 @@ using Context = grpc::CallbackServerContext;
                                    v1::Method##Response* response) override {            \
     static constexpr const RpcRule& kRule = RuleOf(#Method);                             \
     return UnaryCall<v1::Method##Request, v1::Method##Response>::Start(                  \
-        around_, kRule, context, request, response, handlers::Method);                   \
+        dependencies_, kRule, context, request, response, handlers::Method);             \
   }
 
-// A server stream that is made by the function of its name, if the gate lets the call in.
-#define VANTAGE_STREAM(Method)                                                  \
-  grpc::ServerWriteReactor<v1::Method##Response>* Method(                       \
-      Context* context, const v1::Method##Request* request) override {          \
-    static constexpr const RpcRule& kRule = RuleOf(#Method);                    \
-    const auto call = std::make_shared<RpcCall>(around_, kRule, *context);      \
-    call->Concerns(*request);                                                   \
-    if (!call->admitted().ok()) {                                               \
-      return new RefusedStream<grpc::ServerWriteReactor<v1::Method##Response>>( \
-          *call, call->admitted(), context);                                    \
-    }                                                                           \
-    return vantage::Method(around_, call, context, *request);                   \
+// A server stream that is made by the function of its name, if the call is admitted.
+#define VANTAGE_STREAM(Method)                                                   \
+  grpc::ServerWriteReactor<v1::Method##Response>* Method(                        \
+      Context* context, const v1::Method##Request* request) override {           \
+    static constexpr const RpcRule& kRule = RuleOf(#Method);                     \
+    const auto call = std::make_shared<RpcCall>(dependencies_, kRule, *context); \
+    call->Concerns(*request);                                                    \
+    if (!call->admitted().ok()) {                                                \
+      return new RefusedStream<grpc::ServerWriteReactor<v1::Method##Response>>(  \
+          *call, call->admitted(), context);                                     \
+    }                                                                            \
+    return rpc::Method(dependencies_, call, context, *request);                  \
   }
 
 class SessionServiceImpl final : public v1::SessionService::CallbackService {
  public:
-  explicit SessionServiceImpl(const RpcEnvironment& around) : around_(around) {}
+  explicit SessionServiceImpl(const RpcDependencies& dependencies) : dependencies_(dependencies) {}
   VANTAGE_UNARY(CreateSession)
   VANTAGE_UNARY(GetSession)
   VANTAGE_UNARY(ListSessions)
@@ -52,12 +52,12 @@ class SessionServiceImpl final : public v1::SessionService::CallbackService {
   VANTAGE_STREAM(WatchSession)
 
  private:
-  const RpcEnvironment around_;
+  const RpcDependencies dependencies_;
 };
 
 class ScanServiceImpl final : public v1::ScanService::CallbackService {
  public:
-  explicit ScanServiceImpl(const RpcEnvironment& around) : around_(around) {}
+  explicit ScanServiceImpl(const RpcDependencies& dependencies) : dependencies_(dependencies) {}
   VANTAGE_UNARY(CreateUpload)
   VANTAGE_UNARY(GetUpload)
   VANTAGE_UNARY(UploadPiece)
@@ -70,21 +70,21 @@ class ScanServiceImpl final : public v1::ScanService::CallbackService {
       Context* context) override {
     using Reactor = grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>;
     static constexpr const RpcRule& kRule = RuleOf("UploadScan");
-    const auto call = std::make_shared<RpcCall>(around_, kRule, *context);
+    const auto call = std::make_shared<RpcCall>(dependencies_, kRule, *context);
     if (!call->admitted().ok()) {
       call->Audit(call->admitted());
       return new RefusedStream<Reactor>(*call, call->admitted(), context);
     }
-    return vantage::UploadScan(around_, call, context);
+    return vantage::rpc::UploadScan(dependencies_, call, context);
   }
 
  private:
-  const RpcEnvironment around_;
+  const RpcDependencies dependencies_;
 };
 
 class PlanServiceImpl final : public v1::PlanService::CallbackService {
  public:
-  explicit PlanServiceImpl(const RpcEnvironment& around) : around_(around) {}
+  explicit PlanServiceImpl(const RpcDependencies& dependencies) : dependencies_(dependencies) {}
   VANTAGE_UNARY(CreatePlan)
   VANTAGE_UNARY(CancelPlan)
   VANTAGE_UNARY(GetPlan)
@@ -94,13 +94,13 @@ class PlanServiceImpl final : public v1::PlanService::CallbackService {
   VANTAGE_STREAM(WatchPlan)
 
  private:
-  const RpcEnvironment around_;
+  const RpcDependencies dependencies_;
 };
 
 class FleetServiceImpl final : public v1::FleetService::CallbackService {
  public:
-  explicit FleetServiceImpl(const RpcEnvironment& around) : around_(around) {}
-  VANTAGE_UNARY(AddScanner)
+  explicit FleetServiceImpl(const RpcDependencies& dependencies) : dependencies_(dependencies) {}
+  VANTAGE_UNARY(CreateScanner)
   VANTAGE_UNARY(ListScanners)
   VANTAGE_UNARY(ClaimView)
   VANTAGE_UNARY(RenewClaim)
@@ -108,17 +108,17 @@ class FleetServiceImpl final : public v1::FleetService::CallbackService {
   VANTAGE_UNARY(ListClaims)
 
  private:
-  const RpcEnvironment around_;
+  const RpcDependencies dependencies_;
 };
 
 class ModelServiceImpl final : public v1::ModelService::CallbackService {
  public:
-  explicit ModelServiceImpl(const RpcEnvironment& around) : around_(around) {}
+  explicit ModelServiceImpl(const RpcDependencies& dependencies) : dependencies_(dependencies) {}
   VANTAGE_UNARY(GetCoverage)
   VANTAGE_STREAM(ExportModel)
 
  private:
-  const RpcEnvironment around_;
+  const RpcDependencies dependencies_;
 };
 
 #undef VANTAGE_UNARY
@@ -126,12 +126,12 @@ class ModelServiceImpl final : public v1::ModelService::CallbackService {
 
 }  // namespace
 
-Services::Services(const RpcEnvironment& around) {
-  services_.push_back(std::make_unique<SessionServiceImpl>(around));
-  services_.push_back(std::make_unique<ScanServiceImpl>(around));
-  services_.push_back(std::make_unique<PlanServiceImpl>(around));
-  services_.push_back(std::make_unique<FleetServiceImpl>(around));
-  services_.push_back(std::make_unique<ModelServiceImpl>(around));
+Services::Services(const RpcDependencies& dependencies) {
+  services_.push_back(std::make_unique<SessionServiceImpl>(dependencies));
+  services_.push_back(std::make_unique<ScanServiceImpl>(dependencies));
+  services_.push_back(std::make_unique<PlanServiceImpl>(dependencies));
+  services_.push_back(std::make_unique<FleetServiceImpl>(dependencies));
+  services_.push_back(std::make_unique<ModelServiceImpl>(dependencies));
 }
 
 Services::~Services() = default;
@@ -148,4 +148,4 @@ std::vector<std::string> Services::Names() {
   };
 }
 
-}  // namespace vantage
+}  // namespace vantage::rpc

@@ -8,13 +8,13 @@
 #include <string>
 #include <vector>
 
-#include "server/rpc/environment.h"
+#include "server/rpc/call/dependencies.h"
 
-namespace vantage {
+namespace vantage::rpc {
 
 class Services {
  public:
-  explicit Services(const RpcEnvironment& around);
+  explicit Services(const RpcDependencies& dependencies);
   ~Services();
 
   void Register(grpc::ServerBuilder& builder);
@@ -25,6 +25,6 @@ class Services {
   std::vector<std::unique_ptr<grpc::Service>> services_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::rpc
 
 #endif  // VANTAGE_SERVER_RPC_SERVICES_H_

@@ -2,32 +2,38 @@
 
 #include <optional>
 
-#include "core/registration/anywhere.h"
+#include "core/planning/patches/measure_coverage.h"
+#include "core/registration/global_registration.h"
+#include "core/registration/registration.h"
 
-namespace vantage {
+namespace vantage::session {
 
 Algorithms Algorithms::Core() {
   // A scan that came without a prior is where its targets say, or looked for everywhere; the guess
   // is where the last one was.
-  const auto register_scan = [](const PlanningView& model, const Scan& scan, const PosePrior& prior,
-                                std::span<const TargetTie> targets,
-                                const RegistrationConfig& config,
-                                Parallel& parallel) -> absl::StatusOr<RegistrationResult> {
-    PosePrior start = prior;
+  const auto register_scan =
+      [](const model::PlanningView& model, const sensor::Scan& scan, const sensor::PosePrior& prior,
+         std::span<const registration::TargetTie> targets,
+         const registration::RegistrationConfig& config,
+         parallel::Parallel& parallel) -> absl::StatusOr<registration::RegistrationResult> {
+    sensor::PosePrior start = prior;
     if (!scan.prior.has_value()) {
-      const std::optional<TargetPose> pose = PoseFromTargets(targets);
+      const std::optional<registration::TargetPose> pose = registration::PoseFromTargets(targets);
       if (pose.has_value()) {
         start.T_world_scan = pose->T_world_scan;
       } else {
-        auto found = RegisterAnywhere(model, scan, prior.T_world_scan, config, parallel);
+        auto found =
+            registration::RegisterGlobally(model, scan, prior.T_world_scan, config, parallel);
         if (!found.ok() || targets.empty()) return found;
         start.T_world_scan = found->T_world_scan;
       }
     }
-    return RegisterWithTargets(model, scan, start, targets, config, parallel);
+    return registration::RegisterWithTargets(model, scan, start, targets, config, parallel);
   };
-  return {LevelFirstScan,  register_scan, MakePlan,    EvaluateView,
-          MeasureCoverage, MakeJointPlan, MeasureCover};
+  return {registration::LevelFirstScan, register_scan,
+          planning::MakePlan,           planning::EvaluateView,
+          planning::MeasureCoverage,    fleet::MakeJointPlan,
+          fleet::MeasureCover};
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

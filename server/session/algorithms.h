@@ -9,39 +9,48 @@
 #include "absl/status/statusor.h"
 #include "core/fleet/claim_cover.h"
 #include "core/fleet/joint_plan.h"
+#include "core/planning/evaluate_view.h"
+#include "core/planning/plan/coverage.h"
+#include "core/planning/plan/plan.h"
+#include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
-#include "core/registration/registration.h"
-#include "core/registration/targets.h"
+#include "core/registration/align/registration_config.h"
+#include "core/registration/align/targets.h"
+#include "core/registration/bound/registration_result.h"
+#include "core/registration/levelling.h"
 
-namespace vantage {
+namespace vantage::session {
 
 struct Algorithms {
-  std::function<absl::StatusOr<Levelling>(const Scan&)> level;
-  std::function<absl::StatusOr<RegistrationResult>(const PlanningView&, const Scan&,
-                                                   const PosePrior&, std::span<const TargetTie>,
-                                                   const RegistrationConfig&, Parallel&)>
+  std::function<absl::StatusOr<registration::Levelling>(const sensor::Scan&)> level;
+  std::function<absl::StatusOr<registration::RegistrationResult>(
+      const model::PlanningView&, const sensor::Scan&, const sensor::PosePrior&,
+      std::span<const registration::TargetTie>, const registration::RegistrationConfig&,
+      parallel::Parallel&)>
       register_scan;
-  std::function<absl::StatusOr<Plan>(const PlanningView&, const ScannerModel&,
-                                     const PlanningConfig&, const Budget&, Parallel&, PlanProgress)>
+  std::function<absl::StatusOr<planning::Plan>(
+      const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
+      const parallel::Budget&, parallel::Parallel&, planning::PlanProgress)>
       make_plan;
-  std::function<absl::StatusOr<ViewEvaluation>(const PlanningView&, const ScannerModel&,
-                                               const PlanningConfig&, const Eigen::Vector3d&,
-                                               Parallel&)>
+  std::function<absl::StatusOr<planning::ViewEvaluation>(
+      const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
+      const Eigen::Vector3d&, parallel::Parallel&)>
       evaluate_view;
-  std::function<Coverage(const PlanningView&, const PlanningConfig&)> measure_coverage;
-  std::function<absl::StatusOr<JointPlan>(const PlanningView&, const FleetRequest&,
-                                          const PlanningConfig&, const Budget&, Parallel&,
-                                          PlanProgress)>
+  std::function<planning::Coverage(const model::PlanningView&, const planning::PlanningConfig&)>
+      measure_coverage;
+  std::function<absl::StatusOr<fleet::JointPlan>(
+      const model::PlanningView&, const fleet::FleetRequest&, const planning::PlanningConfig&,
+      const parallel::Budget&, parallel::Parallel&, planning::PlanProgress)>
       make_joint_plan;
-  std::function<absl::StatusOr<CoveredView>(const PlanningView&, const ScannerModel&,
-                                            const PlanningConfig&, const Eigen::Vector3d&,
-                                            std::span<const PledgedView>, Parallel&)>
+  std::function<absl::StatusOr<fleet::CoveredView>(
+      const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
+      const Eigen::Vector3d&, std::span<const fleet::PledgedView>, parallel::Parallel&)>
       measure_cover;
 
   // The core's own.
   static Algorithms Core();
 };
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_SERVER_SESSION_ALGORITHMS_H_

@@ -7,12 +7,12 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/model/export.h"
-#include "server/session/error.h"
+#include "core/model/view/export.h"
+#include "server/contract/error.h"
+#include "server/conversion/to_proto.h"
 #include "server/session/ply.h"
-#include "server/session/to_proto.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 constexpr int kMaxScans = 1000;
@@ -55,19 +55,19 @@ Export::~Export() {
 absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> session,
                                                        const v1::ExportModelRequest& request) {
   const v1::ExportFormat format = request.format();
-  if (format == v1::EXPORT_FORMAT_ARCHIVE) return NotInThisRelease("session archive");
+  if (format == v1::EXPORT_FORMAT_ARCHIVE) return contract::NotInThisRelease("session archive");
   if (!v1::ExportFormat_IsValid(format) || format == v1::EXPORT_FORMAT_UNSPECIFIED) {
-    return InvalidField("format", "must be one of the EXPORT_FORMAT values");
+    return contract::InvalidField("format", "must be one of the EXPORT_FORMAT values");
   }
   if (request.scans_size() > 0 && format != v1::EXPORT_FORMAT_SCANS_PLY) {
-    return InvalidField("scans", "only goes with EXPORT_FORMAT_SCANS_PLY");
+    return contract::InvalidField("scans", "only goes with EXPORT_FORMAT_SCANS_PLY");
   }
   std::unique_ptr<Export> made(new Export(std::move(session), format));
   made->counted_ = made->session_->BeginExport();
   if (!made->counted_) {
-    return Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EXPORTS",
-                     "as many exports of the session are under way as it may have",
-                     absl::Seconds(5));
+    return contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EXPORTS",
+                               "as many exports of the session are under way as it may have",
+                               absl::Seconds(5));
   }
   made->file_name_ = absl::StrCat(made->session_->id(), Extension(format));
   if (made->model_.view == nullptr) return made->session_->WhyNoModel();
@@ -82,8 +82,9 @@ absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> 
       }
     });
     if (made->plan_.empty()) {
-      return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "NO_PLAN",
-                             "patches come from a plan, and none has ended yet; create one");
+      return contract::ErrorWithReason(
+          absl::StatusCode::kFailedPrecondition, "NO_PLAN",
+          "patches come from a plan, and none has ended yet; create one");
     }
   }
   return made;
@@ -91,10 +92,10 @@ absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> 
 
 absl::Status Export::ChooseScans(const v1::ExportModelRequest& request) {
   if (request.scans_size() > kMaxScans) {
-    return InvalidField(
+    return contract::InvalidField(
         "scans", absl::StrCat("has ", request.scans_size(), " names, at most ", kMaxScans, " fit"));
   }
-  Violations violations;
+  contract::Violations violations;
   session_->journal().Read([&](const SessionState& state) {
     if (request.scans().empty()) {
       for (const std::string& name : state.scan_order) {
@@ -113,7 +114,7 @@ absl::Status Export::ChooseScans(const v1::ExportModelRequest& request) {
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
   int64_t samples = 0;
-  for (const v1::Scan& scan : scans_) samples += scan.samples();
+  for (const v1::Scan& scan : scans_) samples += scan.sample_count();
   total_size_ = static_cast<int64_t>(SamplesPlyHeader(samples).size()) + samples * kSamplePlyBytes;
   return absl::OkStatus();
 }
@@ -123,25 +124,25 @@ absl::StatusOr<std::string> Export::Next() {
   if (format_ == v1::EXPORT_FORMAT_SCANS_PLY) {
     if (part == 0) {
       int64_t samples = 0;
-      for (const v1::Scan& scan : scans_) samples += scan.samples();
+      for (const v1::Scan& scan : scans_) samples += scan.sample_count();
       return SamplesPlyHeader(samples);
     }
     if (part > scans_.size()) return std::string();
     const v1::Scan& scan = scans_[part - 1];
-    absl::StatusOr<RangeImage> image = session_->LoadImage(scan.name());
+    absl::StatusOr<sensor::RangeImage> image = session_->LoadImage(scan.name());
     if (!image.ok()) return image.status();
     // Poses are in the world frame already.
-    return SamplesPlyBody(*image, ReadOwnPose(scan.pose(), Eigen::Vector3d::Zero()),
+    return SamplesPlyBody(*image, conversion::ReadOwnPose(scan.pose(), Eigen::Vector3d::Zero()),
                           static_cast<uint32_t>(part));
   }
   if (part > 0) return std::string();
   std::string file;
   switch (format_) {
     case v1::EXPORT_FORMAT_OCTOMAP:
-      file = ExportOctomap(*model_.view);
+      file = model::ExportOctomap(*model_.view);
       break;
     case v1::EXPORT_FORMAT_OCTOMAP_BINARY: {
-      absl::StatusOr<std::string> binary = ToBinary(ExportOctomap(*model_.view));
+      absl::StatusOr<std::string> binary = ToBinary(model::ExportOctomap(*model_.view));
       if (!binary.ok()) return binary.status();
       file = *std::move(binary);
       break;
@@ -153,10 +154,10 @@ absl::StatusOr<std::string> Export::Next() {
       break;
     }
     default:
-      file = ExportSurfacePly(*model_.view);
+      file = model::ExportSurfacePly(*model_.view);
   }
   total_size_ = static_cast<int64_t>(file.size());
   return file;
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

@@ -11,7 +11,7 @@
 #include "server/session/session.h"
 #include "vantage/v1/model_service.pb.h"
 
-namespace vantage {
+namespace vantage::session {
 
 class Export {
  public:
@@ -49,6 +49,6 @@ class Export {
   bool counted_ = false;  // among the session's exports
 };
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_SERVER_SESSION_EXPORT_H_

@@ -5,37 +5,39 @@
 #include <map>
 #include <vector>
 
-#include "server/session/to_proto.h"
+#include "server/conversion/to_proto.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 constexpr size_t kMaxPlaces = 100;
 
 struct Place {
-  SurfaceKind kind;
+  model::SurfaceKind kind;
   double area = 0;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  // centroid * area
 };
 
-v1::SurfaceKind WriteKind(SurfaceKind kind) {
+v1::SurfaceKind WriteKind(model::SurfaceKind kind) {
   return static_cast<v1::SurfaceKind>(static_cast<int>(kind) + 1);
 }
 
 }  // namespace
 
-void FindGivenUp(const PlanningView& model, const Eigen::Vector3d& origin,
+void FindGivenUp(const model::PlanningView& model, const Eigen::Vector3d& origin,
                  v1::GetCoverageResponse& response) {
   using Key = std::array<int, 3>;
   struct Cell {
-    SurfaceKind kind;
-    const SurfaceVoxel* surface;
+    model::SurfaceKind kind;
+    const model::SurfaceVoxel* surface;
     bool visited;
   };
   std::map<Key, Cell> cells;
-  model.ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
-    if (surface.given_up) cells[{v.x(), v.y(), v.z()}] = {KindOf(state), &surface, false};
-  });
+  model.ForEachSurface(
+      [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
+        if (surface.given_up)
+          cells[{v.x(), v.y(), v.z()}] = {model::KindOf(state), &surface, false};
+      });
   std::vector<Place> places;
   for (auto& [start, first] : cells) {
     if (first.visited) continue;
@@ -45,7 +47,7 @@ void FindGivenUp(const PlanningView& model, const Eigen::Vector3d& origin,
     while (!frontier.empty()) {
       const Key at = frontier.back();
       frontier.pop_back();
-      const SurfaceVoxel& surface = *cells.at(at).surface;
+      const model::SurfaceVoxel& surface = *cells.at(at).surface;
       place.area += surface.area;
       place.moment += surface.area * surface.centroid.cast<double>();
       for (int n = 0; n < 27; ++n) {
@@ -62,10 +64,11 @@ void FindGivenUp(const PlanningView& model, const Eigen::Vector3d& origin,
   for (size_t i = 0; i < std::min(places.size(), kMaxPlaces); ++i) {
     const Place& place = places[i];
     v1::GivenUpSurface& out = *response.add_given_up();
-    *out.mutable_centre() = WriteVector(place.moment / std::max(place.area, 1e-12) + origin);
-    out.set_area(place.area);
+    *out.mutable_centre() =
+        conversion::WriteVector(place.moment / std::max(place.area, 1e-12) + origin);
+    out.set_area_m2(place.area);
     out.set_kind(WriteKind(place.kind));
-    out.set_reason(place.kind == SurfaceKind::kHole
+    out.set_reason(place.kind == model::SurfaceKind::kHole
                        ? "scans were expected to measure it and did not: probably glass, mirror "
                          "or black"
                        : "scans looked at it and measured only what is around it: probably a "
@@ -73,4 +76,4 @@ void FindGivenUp(const PlanningView& model, const Eigen::Vector3d& origin,
   }
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

@@ -3,12 +3,13 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/model/snapshot_header.h"
-#include "proto/wire/checksum.h"
-#include "server/session/error.h"
-#include "server/session/to_proto.h"
+#include "core/bytes/checksum.h"
+#include "core/model/snapshot/snapshot_header.h"
+#include "core/model/view/algorithm_version.h"
+#include "server/contract/error.h"
+#include "server/conversion/to_proto.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 constexpr size_t kLoadBatch = 256;
@@ -18,21 +19,21 @@ constexpr size_t kLoadBatch = 256;
 RequestKey RequestKey::Of(const std::string& id, const std::string& method,
                           const google::protobuf::Message& request) {
   if (id.empty()) return {};
-  return {id, method, Sha256::Of(request.SerializeAsString())};
+  return {id, method, bytes::Sha256::Of(request.SerializeAsString())};
 }
 
-Journal::Journal(std::string session, Store& store, Clock clock)
+Journal::Journal(std::string session, store::Store& store, Clock clock)
     : session_(std::move(session)), store_(store), clock_(std::move(clock)) {}
 
 absl::Status Journal::Load() {
   std::lock_guard<std::mutex> write(write_mutex_);
   std::lock_guard<std::mutex> lock(state_mutex_);
   while (true) {
-    absl::StatusOr<std::vector<store::v1::LogEntry>> batch =
+    absl::StatusOr<std::vector<storage::v1::LogEntry>> batch =
         store_.Read(session_, state_.last_sequence, kLoadBatch);
     if (!batch.ok()) return batch.status();
     if (batch->empty()) return absl::OkStatus();
-    for (const store::v1::LogEntry& entry : *batch) {
+    for (const storage::v1::LogEntry& entry : *batch) {
       absl::Status applied = state_.Apply(entry);
       if (!applied.ok()) return applied;
     }
@@ -56,7 +57,7 @@ absl::StatusOr<std::string> Journal::Execute(
           if (known->second.method == key.method && known->second.fingerprint == key.fingerprint) {
             return known->second.resource;
           }
-          return ErrorWithReason(
+          return contract::ErrorWithReason(
               absl::StatusCode::kAlreadyExists, "REQUEST_ID_REUSED",
               absl::StrCat("request_id was used for another ", known->second.method,
                            "; use a new one for every intent"));
@@ -66,12 +67,12 @@ absl::StatusOr<std::string> Journal::Execute(
       if (!draft.ok()) return draft.status();
       sequence = state_.last_sequence + 1;
     }
-    store::v1::LogEntry entry;
-    entry.set_format_version(kLogFormatVersion);
-    entry.set_algorithm_version(kModelAlgorithmVersion);
+    storage::v1::LogEntry entry;
+    entry.set_format_version(store::kLogFormatVersion);
+    entry.set_algorithm_version(model::kModelAlgorithmVersion);
     *entry.mutable_event() = std::move(draft->event);
     entry.mutable_event()->set_sequence(sequence);
-    *entry.mutable_event()->mutable_time() = WriteTime(clock_());
+    *entry.mutable_event()->mutable_time() = conversion::WriteTime(clock_());
     entry.set_blob(std::move(draft->blob));
     entry.set_tenant(std::move(draft->tenant));
     if (!key.id.empty()) {
@@ -113,11 +114,11 @@ void Journal::Read(absl::FunctionRef<void(const SessionState&)> read) const {
 }
 
 absl::StatusOr<std::vector<v1::SessionEvent>> Journal::Events(uint64_t after, size_t limit) const {
-  absl::StatusOr<std::vector<store::v1::LogEntry>> entries = store_.Read(session_, after, limit);
+  absl::StatusOr<std::vector<storage::v1::LogEntry>> entries = store_.Read(session_, after, limit);
   if (!entries.ok()) return entries.status();
   std::vector<v1::SessionEvent> events;
   events.reserve(entries->size());
-  for (store::v1::LogEntry& entry : *entries) events.push_back(std::move(*entry.mutable_event()));
+  for (storage::v1::LogEntry& entry : *entries) events.push_back(std::move(*entry.mutable_event()));
   return events;
 }
 
@@ -133,4 +134,4 @@ void Journal::Unwatch(WatchId id) {
   watchers_.erase(id);
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

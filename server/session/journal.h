@@ -19,7 +19,7 @@
 #include "server/session/session_state.h"
 #include "server/store/store.h"
 
-namespace vantage {
+namespace vantage::session {
 
 // Names a request so that repeating it is harmless. An empty id: the request does not name itself.
 struct RequestKey {
@@ -44,7 +44,7 @@ class Journal {
   using WatchId = uint64_t;
 
   // An empty journal; `store` must outlive it.
-  Journal(std::string session, Store& store, Clock clock);
+  Journal(std::string session, store::Store& store, Clock clock);
 
   // Reads what the store has.
   absl::Status Load();
@@ -77,7 +77,7 @@ class Journal {
 
  private:
   const std::string session_;
-  Store& store_;
+  store::Store& store_;
   const Clock clock_;
   std::mutex write_mutex_;  // held for a whole step, the store's write included
   bool closed_ ABSL_GUARDED_BY(write_mutex_) = false;
@@ -88,6 +88,6 @@ class Journal {
   WatchId next_watch_ ABSL_GUARDED_BY(watch_mutex_) = 1;
 };
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_SERVER_SESSION_JOURNAL_H_

@@ -1,8 +1,8 @@
 #include "server/session/memory_account.h"
 
-namespace vantage {
+namespace vantage::session {
 
-MemoryAccount::Hold& MemoryAccount::Hold::operator=(Hold&& other) noexcept {
+MemoryAccount::Reservation& MemoryAccount::Reservation::operator=(Reservation&& other) noexcept {
   if (this == &other) return *this;
   Release();
   account_ = std::exchange(other.account_, nullptr);
@@ -10,19 +10,19 @@ MemoryAccount::Hold& MemoryAccount::Hold::operator=(Hold&& other) noexcept {
   return *this;
 }
 
-void MemoryAccount::Hold::Set(int64_t bytes) {
+void MemoryAccount::Reservation::Set(int64_t bytes) {
   if (account_ == nullptr) return;
   account_->Change(bytes - bytes_);
   bytes_ = bytes;
 }
 
-std::optional<MemoryAccount::Hold> MemoryAccount::Take(int64_t bytes) {
+std::optional<MemoryAccount::Reservation> MemoryAccount::Take(int64_t bytes) {
   int64_t lacks = 0;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     if (budget_ <= 0 || used_ == 0 || used_ + bytes <= budget_) {
       used_ += bytes;
-      return Hold(this, bytes);
+      return Reservation(this, bytes);
     }
     lacks = used_ + bytes - budget_;
   }
@@ -46,4 +46,4 @@ void MemoryAccount::Change(int64_t by) {
   used_ += by;
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

@@ -11,20 +11,20 @@
 
 #include "absl/base/thread_annotations.h"
 
-namespace vantage {
+namespace vantage::session {
 
 // Thread safe. Outlives its holds.
 class MemoryAccount {
  public:
   // A part of the account, given back at the end. Not thread safe.
-  class Hold {
+  class Reservation {
    public:
-    Hold() = default;
-    ~Hold() { Release(); }
-    Hold(Hold&& other) noexcept
+    Reservation() = default;
+    ~Reservation() { Release(); }
+    Reservation(Reservation&& other) noexcept
         : account_(std::exchange(other.account_, nullptr)),
           bytes_(std::exchange(other.bytes_, 0)) {}
-    Hold& operator=(Hold&& other) noexcept;
+    Reservation& operator=(Reservation&& other) noexcept;
 
     int64_t bytes() const { return bytes_; }
     // What is there already: never refused.
@@ -33,7 +33,7 @@ class MemoryAccount {
 
    private:
     friend class MemoryAccount;
-    Hold(MemoryAccount* account, int64_t bytes) : account_(account), bytes_(bytes) {}
+    Reservation(MemoryAccount* account, int64_t bytes) : account_(account), bytes_(bytes) {}
     MemoryAccount* account_ = nullptr;
     int64_t bytes_ = 0;
   };
@@ -43,9 +43,9 @@ class MemoryAccount {
 
   // Nothing when there is not so much. Whoever holds nothing yet may take more than there is, so
   // that what is larger than the budget is tried alone rather than never.
-  std::optional<Hold> Take(int64_t bytes);
+  std::optional<Reservation> Take(int64_t bytes);
   // A hold of nothing, to Set later.
-  Hold Empty() { return {this, 0}; }
+  Reservation Empty() { return {this, 0}; }
 
   // Called, on the thread that was refused, with the bytes that lack.
   void OnShortage(std::function<void(int64_t)> call);
@@ -64,6 +64,6 @@ class MemoryAccount {
   std::function<void(int64_t)> shortage_ ABSL_GUARDED_BY(shortage_mutex_);
 };
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_SERVER_SESSION_MEMORY_ACCOUNT_H_

@@ -8,25 +8,25 @@
 #include "core/fleet/joint_plan.h"
 #include "server/session/session.h"
 
-namespace vantage {
+namespace vantage::session {
 
 struct Session::PlanInputs {
   ModelSnapshot model;
   v1::PlanningConfig written;  // whole
-  PlanningConfig config;
-  ScannerModel scanner;
+  planning::PlanningConfig config;
+  sensor::ScannerModel scanner;
   std::string scanner_id;
-  Budget budget;
+  parallel::Budget budget;
   double seconds = 0;  // time budget, 0: none
   // For scanners by name, around claims, or by minutes.
   bool joint = false;
-  FleetRequest fleet;
+  fleet::FleetRequest fleet;
   size_t scanner_models = 1;          // distinct ones, of fleet.scanners
   std::vector<std::string> scanners;  // names, of fleet.scanners; empty: for nobody by name
   std::vector<std::string> claims;    // names, of fleet.pledged
-  std::shared_ptr<MemoryAccount::Hold> memory;  // given back with the last copy
+  std::shared_ptr<MemoryAccount::Reservation> memory;  // given back with the last copy
 };
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_SERVER_SESSION_PLAN_INPUTS_H_

@@ -3,9 +3,9 @@
 #include <utility>
 #include <vector>
 
-#include "server/session/to_proto.h"
+#include "server/conversion/to_proto.h"
 
-namespace vantage {
+namespace vantage::session {
 
 PlanRun::PlanRun(v1::Plan plan) : plan_(std::move(plan)) {}
 
@@ -23,7 +23,7 @@ void PlanRun::Start(absl::Time now) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     plan_.set_state(v1::PLAN_STATE_RUNNING);
-    *plan_.mutable_start_time() = WriteTime(now);
+    *plan_.mutable_start_time() = conversion::WriteTime(now);
   }
   Notify();
 }
@@ -37,7 +37,7 @@ void PlanRun::Improve(v1::PlanResult result) {
   Notify();
 }
 
-void PlanRun::Hold(const v1::Plan& plan, std::string why) {
+void PlanRun::AwaitLog(const v1::Plan& plan, std::string why) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     if (plan.has_result()) *plan_.mutable_result() = plan.result();
@@ -97,4 +97,4 @@ void PlanRun::Notify() {
   for (const auto& call : watchers) (*call)();
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

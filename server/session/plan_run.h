@@ -14,7 +14,7 @@
 #include "absl/time/time.h"
 #include "vantage/v1/plan.pb.h"
 
-namespace vantage {
+namespace vantage::session {
 
 // Thread safe.
 class PlanRun {
@@ -32,7 +32,7 @@ class PlanRun {
   // A better ranking (basic view).
   void Improve(v1::PlanResult result);
   // It has ended as `plan`, which cannot be logged yet: shows its result, and why.
-  void Hold(const v1::Plan& plan, std::string why);
+  void AwaitLog(const v1::Plan& plan, std::string why);
   bool Held() const;
   // The end. `plan` is what was logged.
   void End(v1::Plan plan);
@@ -61,6 +61,6 @@ class PlanRun {
   std::stop_source hurry_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_SERVER_SESSION_PLAN_RUN_H_

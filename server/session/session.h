@@ -20,45 +20,46 @@
 #include "absl/status/statusor.h"
 #include "core/fleet/claims.h"
 #include "core/model/partial_model.h"
-#include "core/model/planning_view.h"
-#include "core/model/snapshot_header.h"
+#include "core/model/view/algorithm_version.h"
+#include "core/model/view/planning_view.h"
+#include "server/contract/limits.h"
 #include "server/execution/planning_pool.h"
 #include "server/execution/strand.h"
 #include "server/execution/timer.h"
-#include "server/observe/log.h"
-#include "server/observe/metrics.h"
 #include "server/session/algorithms.h"
 #include "server/session/journal.h"
-#include "server/session/limits.h"
 #include "server/session/memory_account.h"
 #include "server/session/plan_run.h"
 #include "server/session/tenant_account.h"
 #include "server/session/upload.h"
 #include "server/store/store.h"
+#include "server/telemetry/log.h"
+#include "server/telemetry/metrics.h"
+#include "vantage/v1/error.pb.h"
 #include "vantage/v1/fleet_service.pb.h"
 #include "vantage/v1/model_service.pb.h"
 #include "vantage/v1/plan_service.pb.h"
 #include "vantage/v1/scan_service.pb.h"
 #include "vantage/v1/session_service.pb.h"
 
-namespace vantage {
+namespace vantage::session {
 
 // What sessions live on; all of it outlives them.
-struct SessionSurroundings {
-  Store& store;
-  PlanningPool& pool;
-  Timer& timer;
-  Log& log;
-  Limits limits;
+struct SessionDependencies {
+  store::Store& store;
+  execution::PlanningPool& pool;
+  execution::Timer& timer;
+  telemetry::Log& log;
+  contract::Limits limits;
   Algorithms algorithms;
   Journal::Clock clock;
-  Metrics* metrics = nullptr;       // may be null
-  MemoryAccount* memory = nullptr;  // null: no limit
+  telemetry::Metrics* metrics = nullptr;  // may be null
+  MemoryAccount* memory = nullptr;        // null: no limit
 };
 
 // The model at one moment.
 struct ModelSnapshot {
-  std::shared_ptr<const PlanningView> view;  // null while no scan is in the model
+  std::shared_ptr<const model::PlanningView> view;  // null while no scan is in the model
   uint64_t version = 0;
 };
 
@@ -68,17 +69,17 @@ class Session : public std::enable_shared_from_this<Session> {
   // Opens a new session of a tenant, who has an account. `session` is complete and checked.
   static absl::StatusOr<std::shared_ptr<Session>> Create(
       const std::string& id, const v1::Session& session, const RequestKey& key,
-      const std::string& tenant, TenantAccounts& accounts, const SessionSurroundings& around);
-  // Takes up a session that the store has: folds its log and finds its open uploads. Resume()
+      const std::string& tenant, TenantAccounts& accounts, const SessionDependencies& dependencies);
+  // Loads a session that the store has: folds its log and finds its open uploads. Resume()
   // follows.
   static absl::StatusOr<std::shared_ptr<Session>> Load(const std::string& id,
                                                        TenantAccounts& accounts,
-                                                       const SessionSurroundings& around);
+                                                       const SessionDependencies& dependencies);
 
   // Builds the model and goes on with what was under way, on the strand.
   absl::Status Resume();
   // Adds what of the store it uses: blobs by SHA-256 with how often, and spools by name.
-  void AddHoldings(std::map<std::string, int>& blobs, std::set<std::string>& spools) const;
+  void AddReferences(std::map<std::string, int>& blobs, std::set<std::string>& spools) const;
 
   const std::string& id() const { return id_; }
   // Whose it is. Empty: opened when callers were not told apart.
@@ -88,8 +89,9 @@ class Session : public std::enable_shared_from_this<Session> {
   }
   const Eigen::Vector3d& origin() const { return origin_; }
   Journal& journal() { return journal_; }
-  const SessionSurroundings& around() const { return around_; }
+  const SessionDependencies& dependencies() const { return dependencies_; }
 
+  absl::Time created() const;
   v1::Session Describe() const;
   absl::StatusOr<v1::Session> Update(const v1::UpdateSessionRequest& request);
 
@@ -112,13 +114,14 @@ class Session : public std::enable_shared_from_this<Session> {
 
   // Scans.
   absl::StatusOr<v1::Scan> GetScan(const std::string& name) const;
-  // Created after the first `skip`, at most `limit`; `more` says whether others follow.
-  std::vector<v1::Scan> ListScans(size_t skip, size_t limit, bool& more) const;
+  // Created after the one of the name `after` (empty: all), at most `limit`; `more` says whether
+  // others follow.
+  std::vector<v1::Scan> ListScans(absl::string_view after, size_t limit, bool& more) const;
   absl::StatusOr<v1::Scan> AcceptScan(const v1::AcceptScanRequest& request);
   absl::StatusOr<v1::Scan> SetScanPose(const v1::SetScanPoseRequest& request);
   absl::StatusOr<v1::WithdrawScanResponse> WithdrawScan(const v1::WithdrawScanRequest& request);
   // The range image of a scan. NOT_FOUND.
-  absl::StatusOr<RangeImage> LoadImage(const std::string& scan) const;
+  absl::StatusOr<sensor::RangeImage> LoadImage(const std::string& scan) const;
 
   // Plans.
   absl::StatusOr<v1::Plan> CreatePlan(const v1::CreatePlanRequest& request);
@@ -126,20 +129,20 @@ class Session : public std::enable_shared_from_this<Session> {
   // The result with patches and map of scores. FAILED_PRECONDITION (PLAN_DETAIL_RELEASED) when it
   // was let go.
   absl::StatusOr<v1::PlanResult> GetFullResult(const std::string& name) const;
-  std::vector<v1::Plan> ListPlans(size_t skip, size_t limit, bool& more) const;
+  std::vector<v1::Plan> ListPlans(absl::string_view after, size_t limit, bool& more) const;
   absl::StatusOr<v1::Plan> CancelPlan(const std::string& name);
   // Null when it does not run (any more).
   std::shared_ptr<PlanRun> FindRun(const std::string& name) const;
   absl::StatusOr<v1::ViewRejection> RejectView(const v1::RejectViewRequest& request);
   // The fleet.
-  absl::StatusOr<v1::Scanner> AddScanner(const v1::AddScannerRequest& request);
-  std::vector<v1::Scanner> ListScanners(size_t skip, size_t limit, bool& more) const;
+  absl::StatusOr<v1::Scanner> CreateScanner(const v1::CreateScannerRequest& request);
+  std::vector<v1::Scanner> ListScanners(absl::string_view after, size_t limit, bool& more) const;
   // Runs on the planning pool; `done` is called exactly once, there or (on refusal) here.
   void ClaimView(const v1::ClaimViewRequest& request,
                  std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done);
   absl::StatusOr<v1::Claim> RenewClaim(const v1::RenewClaimRequest& request);
   absl::Status ReleaseClaim(const v1::ReleaseClaimRequest& request);
-  std::vector<v1::Claim> ListClaims(size_t skip, size_t limit, bool& more);
+  std::vector<v1::Claim> ListClaims(absl::string_view after, size_t limit, bool& more);
   // Logs the end of claims that are past their time.
   void ExpireClaims();
 
@@ -150,7 +153,7 @@ class Session : public std::enable_shared_from_this<Session> {
   // The model.
   ModelSnapshot Model() const;
   // Why Model() has no view. FAILED_PRECONDITION (MODEL_EMPTY): no scan has been merged.
-  // UNAVAILABLE (MODEL_LOADING): after a restart, or after it was put away, soon.
+  // UNAVAILABLE (MODEL_LOADING): after a restart, or after it was evicted, soon.
   // RESOURCE_EXHAUSTED (MEMORY_SHORT): there is no room for it now.
   absl::Status WhyNoModel();
   absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage();
@@ -160,12 +163,12 @@ class Session : public std::enable_shared_from_this<Session> {
   // What the model takes, by what is known of its scans, bytes.
   int64_t EstimateModel() const;
   // Puts the model away, to its snapshot, if nobody uses it; soon. It comes back when it is needed.
-  void PostPutAway();
+  void PostEvict();
   // False when the session has as many exports under way as it may.
   bool BeginExport();
   void EndExport() { --exports_; }
   // Runs `job` on the planning pool for this session.
-  void RunInteractive(PlanningPool::Job job);
+  void RunInteractive(execution::PlanningPool::Job job);
 
   // Ends uploads that were idle for too long.
   void ExpireUploads();
@@ -188,7 +191,7 @@ class Session : public std::enable_shared_from_this<Session> {
   void WaitUntilIdle() { strand_->WaitUntilIdle(); }
 
  private:
-  Session(std::string id, const SessionSurroundings& around);
+  Session(std::string id, const SessionDependencies& dependencies);
   absl::Status Begin(TenantAccounts& accounts);
   // Blobs that the session made itself: snapshots, plans' details.
   absl::StatusOr<std::string> PutOwnBlob(absl::string_view bytes);
@@ -200,14 +203,14 @@ class Session : public std::enable_shared_from_this<Session> {
   absl::Status FailUpload(Upload& upload, const absl::Status& why);
 
   // Scans, session_scans.cc: bring a scan to where its log entry wants it.
-  void PostSettle(const std::string& scan);
-  void Settle(const std::string& scan, Parallel& parallel);
-  void Align(const v1::Scan& scan, Scan& data, Parallel& parallel);
-  void Merge(const v1::Scan& scan, const Scan& data, Parallel& parallel);
-  absl::Status RemoveFromModel(const v1::Scan& scan, Parallel& parallel);
+  void PostReconcile(const std::string& scan);
+  void Reconcile(const std::string& scan, parallel::Parallel& parallel);
+  void Align(const v1::Scan& scan, sensor::Scan& data, parallel::Parallel& parallel);
+  void Merge(const v1::Scan& scan, const sensor::Scan& data, parallel::Parallel& parallel);
+  absl::Status RemoveFromModel(const v1::Scan& scan, parallel::Parallel& parallel);
   void Refuse(const v1::Scan& scan, v1::ScanState state, const std::string& message,
               const v1::Registration* registration);
-  absl::StatusOr<Scan> LoadScan(const v1::Scan& scan) const;
+  absl::StatusOr<sensor::Scan> LoadScan(const v1::Scan& scan) const;
   void Show(ModelSnapshot snapshot);
   absl::Status Change(
       const v1::Scan& as_read,
@@ -219,21 +222,21 @@ class Session : public std::enable_shared_from_this<Session> {
   // Whether the model is in memory, session_residence.cc.
   void Touch();
   static int64_t EstimateMerge(const v1::Scan& scan);
-  absl::StatusOr<MemoryAccount::Hold> ReserveMemory(int64_t bytes) const;
-  absl::Status BeginToTakeUp();
+  absl::StatusOr<MemoryAccount::Reservation> ReserveMemory(int64_t bytes) const;
+  absl::Status BeginLoad();
   // Whether there is work for the model, or somebody was here lately.
   bool NeededAtStart() const;
   // Scans on which the log wants something done come again.
-  void SettleLater(const absl::Status& why);
+  void ReconcileLater(const absl::Status& why);
   // On the strand.
-  void HoldModel();
-  absl::Status TakeUp(Parallel& parallel);
-  void PutAway(Parallel& parallel);
+  void ReserveModel();
+  absl::Status Load(parallel::Parallel& parallel);
+  void Evict(parallel::Parallel& parallel);
 
   // The model over restarts, session_snapshots.cc; on the strand.
-  void Rebuild(Parallel& parallel);
-  void LoadSnapshot(Parallel& parallel);
-  void WriteSnapshot(Parallel& parallel);
+  void Rebuild(parallel::Parallel& parallel);
+  void LoadSnapshot(parallel::Parallel& parallel);
+  void WriteSnapshot(parallel::Parallel& parallel);
   // So many scans came or went; writes a snapshot when one is due.
   void PostSnapshot(size_t changes);
 
@@ -249,7 +252,7 @@ class Session : public std::enable_shared_from_this<Session> {
   // Adds the scanners that are named and the claims that hold to what a plan is made of.
   absl::Status AddFleet(const v1::CreatePlanRequest& request, PlanInputs& inputs) const;
   void RunPlan(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, absl::Time submitted,
-               Parallel& parallel);
+               parallel::Parallel& parallel);
   void EndPlan(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
                const std::shared_ptr<const v1::PlanResult>& full);
   void EndPlanLater(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
@@ -259,13 +262,13 @@ class Session : public std::enable_shared_from_this<Session> {
   struct ClaimAttempt;
   absl::StatusOr<ClaimAttempt> MeasureClaim(const PlanInputs& inputs,
                                             const Eigen::Vector3d& position,
-                                            Parallel& parallel) const;
-  void AddAlternative(const v1::Scanner& scanner, PlanInputs inputs, Parallel& parallel,
-                      std::map<std::string, std::string>& metadata) const;
+                                            parallel::Parallel& parallel) const;
+  void AddAlternative(const v1::Scanner& scanner, PlanInputs inputs, parallel::Parallel& parallel,
+                      v1::ClaimConflict& conflict) const;
   absl::StatusOr<v1::Claim> TakeClaim(const v1::ClaimViewRequest& request,
                                       const v1::Scanner& scanner, const PlanInputs& inputs,
-                                      Parallel& parallel);
-  absl::Status EndClaim(const std::string& name, ClaimEnd how, const std::string& scan,
+                                      parallel::Parallel& parallel);
+  absl::Status EndClaim(const std::string& name, fleet::ClaimEnd how, const std::string& scan,
                         const RequestKey& key);
   void WatchExpiry(const v1::Claim& claim);
   // The claim that a scan with a pose fulfils, by name; empty: none.
@@ -274,13 +277,13 @@ class Session : public std::enable_shared_from_this<Session> {
 
   const std::string id_;
   const std::string name_;
-  const SessionSurroundings around_;
+  const SessionDependencies dependencies_;
   Journal journal_;
   std::string tenant_;  // as its log begins; set once
   Eigen::Vector3d origin_ = Eigen::Vector3d::Zero();
   std::shared_ptr<AccountShare> account_;
-  const std::shared_ptr<PlanningPool::Share> share_;
-  const std::shared_ptr<Strand> strand_;
+  const std::shared_ptr<execution::PlanningPool::Share> share_;
+  const std::shared_ptr<execution::Strand> strand_;
   std::atomic<bool> closed_{false};
   std::atomic<int> evaluations_{0};
   std::atomic<int> exports_{0};
@@ -289,17 +292,17 @@ class Session : public std::enable_shared_from_this<Session> {
   std::atomic<int64_t> touched_{0};  // ms since 1970
 
   // Touched on the strand only.
-  std::unique_ptr<PartialModel> model_;
-  MemoryAccount::Hold model_hold_;
-  uint32_t model_algorithm_version_ = kModelAlgorithmVersion;
+  std::unique_ptr<model::PartialModel> model_;
+  MemoryAccount::Reservation model_reservation_;
+  uint32_t model_algorithm_version_ = model::kModelAlgorithmVersion;
   size_t unsaved_changes_ = 0;  // scans that came or went since the last snapshot
 
   mutable std::mutex snapshots_mutex_;  // held while they are written to the store
-  std::vector<SnapshotRecord> snapshots_ ABSL_GUARDED_BY(snapshots_mutex_);  // newest first
+  std::vector<store::SnapshotRecord> snapshots_ ABSL_GUARDED_BY(snapshots_mutex_);  // newest first
 
   mutable std::mutex mutex_;
   ModelSnapshot snapshot_ ABSL_GUARDED_BY(mutex_);
-  std::string settling_ ABSL_GUARDED_BY(mutex_);  // scan that the strand works on
+  std::string reconciling_ ABSL_GUARDED_BY(mutex_);  // scan that the strand works on
   // What scans wait for, until they are tried again: by name.
   std::map<std::string, std::string> waits_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::shared_ptr<Upload>> uploads_ ABSL_GUARDED_BY(mutex_);
@@ -307,6 +310,6 @@ class Session : public std::enable_shared_from_this<Session> {
   std::vector<std::string> full_results_ ABSL_GUARDED_BY(mutex_);  // blobs held, oldest first
 };
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_SERVER_SESSION_SESSION_H_

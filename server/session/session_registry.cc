@@ -5,17 +5,17 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "server/session/error.h"
-#include "server/session/from_proto.h"
-#include "server/session/names.h"
+#include "server/contract/error.h"
+#include "server/contract/resource_names.h"
+#include "server/conversion/from_proto.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
-constexpr char kSessionType[] = "vantage.v1.Session";
+constexpr char kSessionType[] = "vantage/Session";
 constexpr size_t kRememberedDeletions = 4096;
 constexpr absl::Duration kRetryAfter = absl::Seconds(5);
-// Before a model may be put away for another one.
+// Before a model may be evicted for another one.
 constexpr absl::Duration kUnusedForAWhile = absl::Seconds(20);
 
 // What a client gave, completed; what the server fills in is left out.
@@ -24,11 +24,12 @@ v1::Session Completed(const v1::Session& asked) {
   session.set_display_name(asked.display_name());
   *session.mutable_scanner_models() = asked.scanner_models();
   if (session.scanner_models().empty()) session.add_scanner_models();
-  for (v1::ScannerModel& scanner : *session.mutable_scanner_models()) FillDefaults(scanner);
+  for (v1::ScannerModel& scanner : *session.mutable_scanner_models())
+    conversion::FillDefaults(scanner);
   *session.mutable_model_config() = asked.model_config();
-  FillDefaults(*session.mutable_model_config());
+  conversion::FillDefaults(*session.mutable_model_config());
   *session.mutable_planning_config() = asked.planning_config();
-  FillDefaults(*session.mutable_planning_config());
+  conversion::FillDefaults(*session.mutable_planning_config());
   *session.mutable_site_rules() = asked.site_rules();
   *session.mutable_origin() = asked.origin();
   return session;
@@ -36,23 +37,25 @@ v1::Session Completed(const v1::Session& asked) {
 
 }  // namespace
 
-SessionRegistry::SessionRegistry(const SessionSurroundings& around)
-    : around_(around), accounts_(around.limits.tenant_bytes), random_(std::random_device{}()) {}
+SessionRegistry::SessionRegistry(const SessionDependencies& dependencies)
+    : dependencies_(dependencies),
+      accounts_(dependencies.limits.tenant_bytes),
+      random_(std::random_device{}()) {}
 
 SessionRegistry::~SessionRegistry() = default;
 
 absl::Status SessionRegistry::LoadAll() {
-  absl::StatusOr<std::vector<std::string>> ids = around_.store.Sessions();
+  absl::StatusOr<std::vector<std::string>> ids = dependencies_.store.Sessions();
   if (!ids.ok()) return ids.status();
   std::vector<std::pair<double, std::shared_ptr<Session>>> loaded;
   bool whole = true;
   for (const std::string& id : *ids) {
-    absl::StatusOr<std::shared_ptr<Session>> session = Session::Load(id, accounts_, around_);
+    absl::StatusOr<std::shared_ptr<Session>> session = Session::Load(id, accounts_, dependencies_);
     // One damaged session must not take the others with it; what is newer than this server must.
     if (absl::IsFailedPrecondition(session.status())) return session.status();
     if (!session.ok()) {
-      around_.log.Error("a session cannot be taken up",
-                        {{"session", id}, {"error", session.status().ToString()}});
+      dependencies_.log.Error("a session cannot be loaded",
+                              {{"session", id}, {"error", session.status().ToString()}});
       whole = false;
       continue;
     }
@@ -64,7 +67,7 @@ absl::Status SessionRegistry::LoadAll() {
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   std::map<std::string, int> blobs;
   std::set<std::string> spools;
-  for (const auto& [time, session] : loaded) session->AddHoldings(blobs, spools);
+  for (const auto& [time, session] : loaded) session->AddReferences(blobs, spools);
   // Nothing is collected while a session that may need it is damaged.
   if (whole) {
     if (absl::Status swept = Sweep(blobs, spools); !swept.ok()) return swept;
@@ -88,12 +91,12 @@ absl::Status SessionRegistry::LoadAll() {
 // What a crash left behind that no log names.
 absl::Status SessionRegistry::Sweep(const std::map<std::string, int>& blobs,
                                     const std::set<std::string>& spools) {
-  if (absl::Status kept = around_.store.KeepBlobs(blobs); !kept.ok()) return kept;
-  const absl::StatusOr<std::vector<std::string>> there = around_.store.Spools();
+  if (absl::Status kept = dependencies_.store.KeepBlobs(blobs); !kept.ok()) return kept;
+  const absl::StatusOr<std::vector<std::string>> there = dependencies_.store.Spools();
   if (!there.ok()) return there.status();
   for (const std::string& spool : *there) {
     if (spools.count(spool) != 0) continue;
-    if (absl::Status dropped = around_.store.DropSpool(spool); !dropped.ok()) return dropped;
+    if (absl::Status dropped = dependencies_.store.DropSpool(spool); !dropped.ok()) return dropped;
   }
   return absl::OkStatus();
 }
@@ -109,13 +112,13 @@ std::string SessionRegistry::FreshId() {
 
 absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
     const v1::CreateSessionRequest& request, const std::string& tenant) {
-  Violations violations;
-  CheckRequestId(request.request_id(), violations);
-  if (!request.session_id().empty() && !IsValidId(request.session_id())) {
+  contract::Violations violations;
+  conversion::CheckRequestId(request.request_id(), violations);
+  if (!request.session_id().empty() && !contract::IsValidId(request.session_id())) {
     violations.Add("session_id", "must be 1 to 63 of [a-z0-9-], starting with a letter");
   }
   const v1::Session session = Completed(request.session());
-  CheckSession(session, "session.", violations);
+  conversion::CheckSession(session, "session.", violations);
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
 
@@ -131,16 +134,16 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
       if (it != sessions_.end()) before = it->second;
     }
     if (before == nullptr) {
-      if (sessions_.size() >= around_.limits.sessions) {
-        return Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_SESSIONS",
-                         absl::StrCat("the server has ", sessions_.size(),
-                                      " sessions, the most it may; delete some"),
-                         kRetryAfter);
+      if (sessions_.size() >= dependencies_.limits.sessions) {
+        return contract::ErrorWithReason(absl::StatusCode::kResourceExhausted, "TOO_MANY_SESSIONS",
+                                         absl::StrCat("the server has ", sessions_.size(),
+                                                      " sessions, the most it may; delete some"));
       }
       if (id.empty()) id = FreshId();
       if (sessions_.count(id) != 0) {
-        return ErrorWithReason(absl::StatusCode::kAlreadyExists, "SESSION_EXISTS",
-                               absl::StrCat(NameOfSession(id), " exists; choose another id"));
+        return contract::ErrorWithReason(
+            absl::StatusCode::kAlreadyExists, "SESSION_EXISTS",
+            absl::StrCat(contract::NameOfSession(id), " exists; choose another id"));
       }
     }
   }
@@ -155,9 +158,9 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
   }
   if (absl::Status room = accounts_.Of(tenant)->Reserve(0); !room.ok()) return room;
   absl::StatusOr<std::shared_ptr<Session>> made =
-      Session::Create(id, session, key, tenant, accounts_, around_);
+      Session::Create(id, session, key, tenant, accounts_, dependencies_);
   if (!made.ok()) {
-    around_.store.Drop(id).IgnoreError();
+    dependencies_.store.Drop(id).IgnoreError();
     return made.status();
   }
   std::lock_guard<std::mutex> lock(mutex_);
@@ -172,21 +175,27 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Find(
   std::lock_guard<std::mutex> lock(mutex_);
   const auto it = sessions_.find(id);
   if (it == sessions_.end() || !it->second->BelongsTo(tenant))
-    return ResourceNotFound(kSessionType, NameOfSession(id));
+    return contract::ResourceNotFound(kSessionType, contract::NameOfSession(id));
   return it->second;
 }
 
 std::vector<std::shared_ptr<Session>> SessionRegistry::List(
-    size_t skip, size_t limit, bool& more, const std::optional<std::string>& tenant) const {
+    const SessionPlace& after, size_t limit, bool& more,
+    const std::optional<std::string>& tenant) const {
   std::lock_guard<std::mutex> lock(mutex_);
+  // Where it has been deleted, those follow that were created later.
+  bool there = sessions_.count(after.id) > 0;
   std::vector<std::shared_ptr<Session>> out;
   more = false;
   for (const std::string& id : order_) {
     const std::shared_ptr<Session>& session = sessions_.at(id);
-    if (!session->BelongsTo(tenant)) continue;
-    if (skip > 0) {
-      --skip;
-    } else if (out.size() < limit) {
+    if (there) {
+      there = id != after.id;
+      continue;
+    }
+    const bool before = sessions_.count(after.id) == 0 && session->created() <= after.created;
+    if (before || !session->BelongsTo(tenant)) continue;
+    if (out.size() < limit) {
       out.push_back(session);
     } else {
       more = true;
@@ -198,11 +207,11 @@ std::vector<std::shared_ptr<Session>> SessionRegistry::List(
 
 absl::Status SessionRegistry::Delete(const v1::DeleteSessionRequest& request,
                                      const std::optional<std::string>& tenant) {
-  Violations violations;
-  CheckRequestId(request.request_id(), violations);
+  contract::Violations violations;
+  conversion::CheckRequestId(request.request_id(), violations);
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
-  absl::StatusOr<std::string> id = ParseSessionName(request.name(), "name");
+  absl::StatusOr<std::string> id = contract::ParseSessionName(request.name(), "name");
   if (!id.ok()) return id.status();
   std::lock_guard<std::mutex> only_one(create_mutex_);
   std::shared_ptr<Session> session;
@@ -212,13 +221,13 @@ absl::Status SessionRegistry::Delete(const v1::DeleteSessionRequest& request,
       if (tenant.has_value() && deletion.tenant != *tenant) continue;
       if (!request.request_id().empty() && deletion.request == request.request_id()) {
         if (deletion.session == *id) return absl::OkStatus();
-        return ErrorWithReason(absl::StatusCode::kAlreadyExists, "REQUEST_ID_REUSED",
-                               "request_id was used for another DeleteSession");
+        return contract::ErrorWithReason(absl::StatusCode::kAlreadyExists, "REQUEST_ID_REUSED",
+                                         "request_id was used for another DeleteSession");
       }
     }
     const auto it = sessions_.find(*id);
     if (it == sessions_.end() || !it->second->BelongsTo(tenant))
-      return ResourceNotFound(kSessionType, request.name());
+      return contract::ResourceNotFound(kSessionType, request.name());
     session = it->second;
   }
   if (absl::Status erased = Erase(session); !erased.ok()) return erased;
@@ -233,7 +242,7 @@ absl::Status SessionRegistry::Delete(const v1::DeleteSessionRequest& request,
 // Its log goes first: what a crash leaves of the rest belongs to nobody, and is collected.
 absl::Status SessionRegistry::Erase(const std::shared_ptr<Session>& session) {
   const std::string& id = session->id();
-  if (absl::Status dropped = around_.store.Drop(id); !dropped.ok()) return dropped;
+  if (absl::Status dropped = dependencies_.store.Drop(id); !dropped.ok()) return dropped;
   session->Close();
   std::lock_guard<std::mutex> lock(mutex_);
   sessions_.erase(id);
@@ -269,11 +278,11 @@ void SessionRegistry::FreeMemory(int64_t bytes) {
   }
   std::sort(sessions.begin(), sessions.end(),
             [](const auto& a, const auto& b) { return a->LastTouched() < b->LastTouched(); });
-  const absl::Time unused_since = around_.clock() - kUnusedForAWhile;
+  const absl::Time unused_since = dependencies_.clock() - kUnusedForAWhile;
   for (const auto& session : sessions) {
     if (bytes <= 0 || session->LastTouched() > unused_since) return;
     bytes -= session->EstimateModel();
-    session->PostPutAway();
+    session->PostEvict();
   }
 }
 
@@ -297,8 +306,8 @@ bool SessionRegistry::draining() const {
 
 absl::Status SessionRegistry::CheckTakesWork() const {
   if (!draining()) return absl::OkStatus();
-  return Retryable(absl::StatusCode::kUnavailable, "DRAINING",
-                   "the server shuts down and takes no new work; try again", kRetryAfter);
+  return contract::Retryable(absl::StatusCode::kUnavailable, "DRAINING",
+                             "the server shuts down and takes no new work; try again", kRetryAfter);
 }
 
 bool SessionRegistry::WaitUntilIdle(std::chrono::milliseconds patience) const {
@@ -327,4 +336,4 @@ void SessionRegistry::UnwatchDrain(uint64_t id) {
   watchers_.erase(id);
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

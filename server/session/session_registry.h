@@ -19,7 +19,7 @@
 #include "absl/status/statusor.h"
 #include "server/session/session.h"
 
-namespace vantage {
+namespace vantage::session {
 
 // What a collection took away.
 struct Collected {
@@ -37,13 +37,19 @@ struct SessionTotals {
   int pending_scans = 0;
 };
 
+// A place in the order of creation.
+struct SessionPlace {
+  std::string id;  // empty: before all of them
+  absl::Time created = absl::InfinitePast();
+};
+
 // Thread safe.
 class SessionRegistry {
  public:
-  explicit SessionRegistry(const SessionSurroundings& around);
+  explicit SessionRegistry(const SessionDependencies& dependencies);
   ~SessionRegistry();
 
-  // Takes up every session that the store has.
+  // Loads every session that the store has.
   absl::Status LoadAll();
 
   // RESOURCE_EXHAUSTED (QUOTA_EXCEEDED): the tenant has no room left.
@@ -52,8 +58,8 @@ class SessionRegistry {
   // By id. NOT_FOUND, also for those of others than `tenant`.
   absl::StatusOr<std::shared_ptr<Session>> Find(
       const std::string& id, const std::optional<std::string>& tenant = {}) const;
-  // Oldest first: those created after the first `skip`, of `tenant` where one is given.
-  std::vector<std::shared_ptr<Session>> List(size_t skip, size_t limit, bool& more,
+  // Oldest first: those created after the one at `after`, of `tenant` where one is given.
+  std::vector<std::shared_ptr<Session>> List(const SessionPlace& after, size_t limit, bool& more,
                                              const std::optional<std::string>& tenant = {}) const;
   absl::Status Delete(const v1::DeleteSessionRequest& request,
                       const std::optional<std::string>& tenant = {});
@@ -81,7 +87,7 @@ class SessionRegistry {
   uint64_t WatchDrain(std::function<void()> call);
   void UnwatchDrain(uint64_t id);
 
-  const SessionSurroundings& around() const { return around_; }
+  const SessionDependencies& dependencies() const { return dependencies_; }
 
  private:
   // Under create_mutex_.
@@ -89,7 +95,7 @@ class SessionRegistry {
   absl::Status Sweep(const std::map<std::string, int>& blobs, const std::set<std::string>& spools);
   std::string FreshId() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  const SessionSurroundings around_;
+  const SessionDependencies dependencies_;
   TenantAccounts accounts_;
   std::mutex create_mutex_;  // one creation or deletion at a time
   mutable std::mutex mutex_;
@@ -110,6 +116,6 @@ class SessionRegistry {
   std::mt19937_64 random_ ABSL_GUARDED_BY(mutex_);
 };
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_SERVER_SESSION_SESSION_REGISTRY_H_

@@ -5,21 +5,21 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "core/sensor/encoding.h"
-#include "server/session/error.h"
-#include "server/session/from_proto.h"
-#include "server/session/names.h"
+#include "server/contract/error.h"
+#include "server/contract/resource_names.h"
+#include "server/conversion/from_proto.h"
+#include "server/conversion/to_proto.h"
 #include "server/session/session.h"
 #include "server/session/sightings.h"
-#include "server/session/to_proto.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
-constexpr char kScanType[] = "vantage.v1.Scan";
+constexpr char kScanType[] = "vantage/Scan";
 constexpr std::chrono::seconds kRetryAfter(5);
 
 absl::Status WrongState(const v1::Scan& scan, absl::string_view needed) {
-  return ErrorWithReason(
+  return contract::ErrorWithReason(
       absl::StatusCode::kFailedPrecondition, "SCAN_STATE",
       absl::StrCat(scan.name(), " is ", v1::ScanState_Name(scan.state()), "; ", needed),
       {{"state", v1::ScanState_Name(scan.state())}});
@@ -44,7 +44,7 @@ std::vector<std::string> Dependents(const SessionState& state, const ScanRecord&
 }  // namespace
 
 absl::StatusOr<v1::Scan> Session::GetScan(const std::string& name) const {
-  absl::StatusOr<v1::Scan> found = ResourceNotFound(kScanType, name);
+  absl::StatusOr<v1::Scan> found = contract::ResourceNotFound(kScanType, name);
   journal_.Read([&](const SessionState& state) {
     const auto it = state.scans.find(name);
     if (it != state.scans.end()) found = it->second.scan;
@@ -58,34 +58,35 @@ void Session::AddProgress(v1::Scan& scan) const {
   const bool received = scan.state() == v1::SCAN_STATE_RECEIVED;
   if (!received && scan.state() != v1::SCAN_STATE_MERGING) return;
   std::lock_guard<std::mutex> lock(mutex_);
-  if (received && settling_ == scan.name()) scan.set_state(v1::SCAN_STATE_REGISTERING);
+  if (received && reconciling_ == scan.name()) scan.set_state(v1::SCAN_STATE_REGISTERING);
   if (const auto it = waits_.find(scan.name()); it != waits_.end()) {
     scan.set_state_message(it->second);
   }
 }
 
-std::vector<v1::Scan> Session::ListScans(size_t skip, size_t limit, bool& more) const {
+std::vector<v1::Scan> Session::ListScans(absl::string_view after, size_t limit, bool& more) const {
   std::vector<v1::Scan> scans;
   journal_.Read([&](const SessionState& state) {
-    for (size_t i = skip; i < state.scan_order.size() && scans.size() < limit; ++i) {
+    const size_t begin = PlaceAfter(state.scan_order, after);
+    for (size_t i = begin; i < state.scan_order.size() && scans.size() < limit; ++i) {
       scans.push_back(state.scans.at(state.scan_order[i]).scan);
     }
-    more = skip + scans.size() < state.scan_order.size();
+    more = begin + scans.size() < state.scan_order.size();
   });
   for (v1::Scan& scan : scans) AddProgress(scan);
   return scans;
 }
 
 absl::StatusOr<v1::Scan> Session::AcceptScan(const v1::AcceptScanRequest& request) {
-  Violations violations;
-  CheckRequestId(request.request_id(), violations);
+  contract::Violations violations;
+  conversion::CheckRequestId(request.request_id(), violations);
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
   absl::StatusOr<std::string> name = journal_.Execute(
       RequestKey::Of(request.request_id(), "AcceptScan", request),
       [&](const SessionState& state) -> absl::StatusOr<Draft> {
         const auto it = state.scans.find(request.name());
-        if (it == state.scans.end()) return ResourceNotFound(kScanType, request.name());
+        if (it == state.scans.end()) return contract::ResourceNotFound(kScanType, request.name());
         const v1::Scan& scan = it->second.scan;
         const bool waits =
             scan.state() == v1::SCAN_STATE_DOUBTFUL || scan.state() == v1::SCAN_STATE_FAILED;
@@ -101,19 +102,19 @@ absl::StatusOr<v1::Scan> Session::AcceptScan(const v1::AcceptScanRequest& reques
         next.clear_state_message();
         *next.mutable_pose() = scan.registration().pose();
         next.set_pose_source(v1::POSE_SOURCE_ACCEPTED);
-        *next.mutable_update_time() = WriteTime(journal_.Now());
+        *next.mutable_update_time() = conversion::WriteTime(journal_.Now());
         return draft;
       });
   if (!name.ok()) return name.status();
-  PostSettle(*name);
+  PostReconcile(*name);
   return GetScan(*name);
 }
 
 absl::StatusOr<v1::Scan> Session::SetScanPose(const v1::SetScanPoseRequest& request) {
-  Violations violations;
-  CheckRequestId(request.request_id(), violations);
+  contract::Violations violations;
+  conversion::CheckRequestId(request.request_id(), violations);
   if (!request.has_prior()) violations.Add("prior", "is required");
-  if (request.has_prior()) ReadPosePrior(request.prior(), origin_, "prior", violations);
+  if (request.has_prior()) conversion::ReadPosePrior(request.prior(), origin_, "prior", violations);
   if (!v1::PoseUse_IsValid(request.use())) violations.Add("use", "must be ALIGN or AS_IS");
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
@@ -122,7 +123,7 @@ absl::StatusOr<v1::Scan> Session::SetScanPose(const v1::SetScanPoseRequest& requ
                        [&](const SessionState& state) -> absl::StatusOr<Draft> {
                          const auto it = state.scans.find(request.name());
                          if (it == state.scans.end())
-                           return ResourceNotFound(kScanType, request.name());
+                           return contract::ResourceNotFound(kScanType, request.name());
                          const v1::Scan& scan = it->second.scan;
                          if (scan.state() == v1::SCAN_STATE_WITHDRAWN) {
                            return WrongState(scan, "send it again instead");
@@ -143,43 +144,42 @@ absl::StatusOr<v1::Scan> Session::SetScanPose(const v1::SetScanPoseRequest& requ
                            next.clear_registration();
                            next.clear_levelling();
                          }
-                         *next.mutable_update_time() = WriteTime(journal_.Now());
+                         *next.mutable_update_time() = conversion::WriteTime(journal_.Now());
                          return draft;
                        });
   if (!name.ok()) return name.status();
-  PostSettle(*name);
+  PostReconcile(*name);
   return GetScan(*name);
 }
 
 absl::StatusOr<v1::WithdrawScanResponse> Session::WithdrawScan(
     const v1::WithdrawScanRequest& request) {
-  Violations violations;
-  CheckRequestId(request.request_id(), violations);
+  contract::Violations violations;
+  conversion::CheckRequestId(request.request_id(), violations);
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
-  absl::StatusOr<std::string> name =
-      journal_.Execute(RequestKey::Of(request.request_id(), "WithdrawScan", request),
-                       [&](const SessionState& state) -> absl::StatusOr<Draft> {
-                         const auto it = state.scans.find(request.name());
-                         if (it == state.scans.end())
-                           return ResourceNotFound(kScanType, request.name());
-                         const v1::Scan& scan = it->second.scan;
-                         if (scan.state() == v1::SCAN_STATE_WITHDRAWN) {
-                           return WrongState(scan, "it has been withdrawn already");
-                         }
-                         Draft draft;
-                         v1::ScanWithdrawnEvent& event = *draft.event.mutable_scan_withdrawn();
-                         *event.mutable_scan() = scan;
-                         event.mutable_scan()->set_state(v1::SCAN_STATE_WITHDRAWN);
-                         event.mutable_scan()->clear_state_message();
-                         *event.mutable_scan()->mutable_update_time() = WriteTime(journal_.Now());
-                         for (const std::string& dependent : Dependents(state, it->second)) {
-                           event.add_dependent_scans(dependent);
-                         }
-                         return draft;
-                       });
+  absl::StatusOr<std::string> name = journal_.Execute(
+      RequestKey::Of(request.request_id(), "WithdrawScan", request),
+      [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        const auto it = state.scans.find(request.name());
+        if (it == state.scans.end()) return contract::ResourceNotFound(kScanType, request.name());
+        const v1::Scan& scan = it->second.scan;
+        if (scan.state() == v1::SCAN_STATE_WITHDRAWN) {
+          return WrongState(scan, "it has been withdrawn already");
+        }
+        Draft draft;
+        v1::ScanWithdrawnEvent& event = *draft.event.mutable_scan_withdrawn();
+        *event.mutable_scan() = scan;
+        event.mutable_scan()->set_state(v1::SCAN_STATE_WITHDRAWN);
+        event.mutable_scan()->clear_state_message();
+        *event.mutable_scan()->mutable_update_time() = conversion::WriteTime(journal_.Now());
+        for (const std::string& dependent : Dependents(state, it->second)) {
+          event.add_dependent_scans(dependent);
+        }
+        return draft;
+      });
   if (!name.ok()) return name.status();
-  PostSettle(*name);
+  PostReconcile(*name);
   absl::StatusOr<v1::Scan> scan = GetScan(*name);
   if (!scan.ok()) return scan.status();
   v1::WithdrawScanResponse response;
@@ -199,7 +199,7 @@ absl::StatusOr<v1::WithdrawScanResponse> Session::WithdrawScan(
   }
 }
 
-absl::StatusOr<RangeImage> Session::LoadImage(const std::string& scan) const {
+absl::StatusOr<sensor::RangeImage> Session::LoadImage(const std::string& scan) const {
   std::string blob;
   bool known = false;
   journal_.Read([&](const SessionState& state) {
@@ -207,47 +207,51 @@ absl::StatusOr<RangeImage> Session::LoadImage(const std::string& scan) const {
     known = it != state.scans.end();
     if (known) blob = it->second.blob;
   });
-  if (!known) return ResourceNotFound(kScanType, scan);
+  if (!known) return contract::ResourceNotFound(kScanType, scan);
   if (blob.empty()) {
-    return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "SCAN_ERASED",
-                           absl::StrCat(scan,
-                                        " was withdrawn, and its data have been erased since; "
-                                        "send it again"));
+    return contract::ErrorWithReason(
+        absl::StatusCode::kFailedPrecondition, "SCAN_ERASED",
+        absl::StrCat(scan,
+                     " was withdrawn, and its data have been erased since; "
+                     "send it again"));
   }
-  absl::StatusOr<std::string> bytes = around_.store.GetBlob(blob);
+  absl::StatusOr<std::string> bytes = dependencies_.store.GetBlob(blob);
   if (!bytes.ok()) return bytes.status();
-  return DecodeRangeImage(*bytes, around_.limits.scan_cells);
+  return sensor::DecodeRangeImage(*bytes, dependencies_.limits.scan_cells);
 }
 
-absl::StatusOr<Scan> Session::LoadScan(const v1::Scan& scan) const {
-  absl::StatusOr<RangeImage> image = LoadImage(scan.name());
+absl::StatusOr<sensor::Scan> Session::LoadScan(const v1::Scan& scan) const {
+  absl::StatusOr<sensor::RangeImage> image = LoadImage(scan.name());
   if (!image.ok()) return image.status();
-  Scan data;
+  sensor::Scan data;
   data.image = *std::move(image);
-  Violations violations;
-  data.scanner = ReadScannerModel(scan.scanner_model(), "scanner_model", violations);
-  if (scan.has_prior()) data.prior = ReadPosePrior(scan.prior(), origin_, "prior", violations);
+  contract::Violations violations;
+  data.scanner = conversion::ReadScannerModel(scan.scanner_model(), "scanner_model", violations);
+  if (scan.has_prior())
+    data.prior = conversion::ReadPosePrior(scan.prior(), origin_, "prior", violations);
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
   return data;
 }
 
-void Session::PostSettle(const std::string& scan) {
-  const bool posted = strand_->TryPost(
-      [self = shared_from_this(), scan](Parallel& parallel) { self->Settle(scan, parallel); });
+void Session::PostReconcile(const std::string& scan) {
+  const bool posted =
+      strand_->TryPost([self = shared_from_this(), scan](parallel::Parallel& parallel) {
+        self->Reconcile(scan, parallel);
+      });
   if (!posted && !closed_) {
     RetryLater(scan, absl::ResourceExhaustedError("the session's queue is full"));
   }
 }
 
 void Session::RetryLater(const std::string& scan, const absl::Status& why) {
-  around_.log.Warning("scan waits", {{"scan", scan}, {"error", why.ToString()}});
+  dependencies_.log.Warning("scan waits", {{"scan", scan}, {"error", why.ToString()}});
   {
     std::lock_guard<std::mutex> lock(mutex_);
     waits_[scan] = absl::StrCat("waits, and is tried again: ", std::string(why.message()));
   }
-  around_.timer.After(kRetryAfter, [self = weak_from_this(), scan] {
-    if (const std::shared_ptr<Session> session = self.lock()) session->PostSettle(scan);
+  dependencies_.timer.After(kRetryAfter, [self = weak_from_this(), scan] {
+    if (const std::shared_ptr<Session> session = self.lock()) session->PostReconcile(scan);
   });
 }
 
@@ -260,12 +264,13 @@ absl::Status Session::Change(const v1::Scan& as_read,
           {},
           [&](const SessionState& state) -> absl::StatusOr<Draft> {
             const auto it = state.scans.find(as_read.name());
-            if (it == state.scans.end()) return ResourceNotFound(kScanType, as_read.name());
+            if (it == state.scans.end())
+              return contract::ResourceNotFound(kScanType, as_read.name());
             if (it->second.scan.SerializeAsString() != as_read.SerializeAsString()) {
               return absl::AbortedError("the scan changed meanwhile");
             }
             v1::Scan next = it->second.scan;
-            *next.mutable_update_time() = WriteTime(journal_.Now());
+            *next.mutable_update_time() = conversion::WriteTime(journal_.Now());
             Draft draft;
             change(state, next, draft);
             return draft;
@@ -275,13 +280,13 @@ absl::Status Session::Change(const v1::Scan& as_read,
 }
 
 // Does what the scan's state in the log asks for, and nothing when that is done.
-void Session::Settle(const std::string& name, Parallel& parallel) {
+void Session::Reconcile(const std::string& name, parallel::Parallel& parallel) {
   if (closed_) return;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     waits_.erase(name);
   }
-  if (absl::Status taken = TakeUp(parallel); !taken.ok()) return RetryLater(name, taken);
+  if (absl::Status taken = Load(parallel); !taken.ok()) return RetryLater(name, taken);
   Touch();
   v1::Scan scan;
   bool in_model = false;
@@ -299,13 +304,13 @@ void Session::Settle(const std::string& name, Parallel& parallel) {
   }
   if (scan.state() != v1::SCAN_STATE_RECEIVED && scan.state() != v1::SCAN_STATE_MERGING) return;
   // Until it is merged; then the model's own hold has it.
-  const absl::StatusOr<MemoryAccount::Hold> hold = ReserveMemory(EstimateMerge(scan));
-  if (!hold.ok()) return RetryLater(name, hold.status());
+  const absl::StatusOr<MemoryAccount::Reservation> reservation = ReserveMemory(EstimateMerge(scan));
+  if (!reservation.ok()) return RetryLater(name, reservation.status());
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    settling_ = name;
+    reconciling_ = name;
   }
-  absl::StatusOr<Scan> data = LoadScan(scan);
+  absl::StatusOr<sensor::Scan> data = LoadScan(scan);
   if (!data.ok()) {
     Refuse(scan, v1::SCAN_STATE_FAILED, std::string(data.status().message()), nullptr);
   } else if (scan.state() == v1::SCAN_STATE_RECEIVED) {
@@ -314,14 +319,14 @@ void Session::Settle(const std::string& name, Parallel& parallel) {
     Merge(scan, *data, parallel);
   }
   std::lock_guard<std::mutex> lock(mutex_);
-  settling_.clear();
+  reconciling_.clear();
 }
 
-void Session::Align(const v1::Scan& scan, Scan& data, Parallel& parallel) {
+void Session::Align(const v1::Scan& scan, sensor::Scan& data, parallel::Parallel& parallel) {
   const ModelSnapshot model = Model();
   v1::Scan placed = scan;
   placed.set_state(v1::SCAN_STATE_MERGING);
-  std::vector<TargetTie> targets;
+  std::vector<registration::TargetTie> targets;
   journal_.Read([&](const SessionState& state) { targets = TiesOf(state, scan, origin_); });
   if (model.view == nullptr) {
     const bool trusted = data.prior.has_value() && data.prior->trusted;
@@ -331,7 +336,7 @@ void Session::Align(const v1::Scan& scan, Scan& data, Parallel& parallel) {
                     nullptr);
     }
     if (from_targets->has_value() && !trusted) data.prior = *from_targets;
-    absl::StatusOr<Levelling> levelling = around_.algorithms.level(data);
+    absl::StatusOr<registration::Levelling> levelling = dependencies_.algorithms.level(data);
     if (!levelling.ok()) {
       return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(levelling.status().message()),
                     nullptr);
@@ -351,34 +356,38 @@ void Session::Align(const v1::Scan& scan, Scan& data, Parallel& parallel) {
         levelling->T_world_scan.translation() = data.prior->T_world_scan.translation();
       }
     }
-    *placed.mutable_levelling() = WriteLevelling(*levelling, origin_);
+    *placed.mutable_levelling() = conversion::WriteLevelling(*levelling, origin_);
     *placed.mutable_pose() = placed.levelling().pose();
     placed.set_pose_source(v1::POSE_SOURCE_FIRST_SCAN);
   } else {
-    PosePrior prior;
+    sensor::PosePrior prior;
     v1::PlanningConfig config;
     journal_.Read([&](const SessionState& state) {
       config = state.session.planning_config();
       // Without a prior: where the scanner stood last, to begin with.
       for (const std::string& name : state.scan_order) {
         const ScanRecord& record = state.scans.at(name);
-        if (record.in_model) prior.T_world_scan = ReadOwnPose(record.scan.pose(), origin_);
+        if (record.in_model)
+          prior.T_world_scan = conversion::ReadOwnPose(record.scan.pose(), origin_);
       }
     });
     if (data.prior.has_value()) prior = *data.prior;
-    Violations violations;
-    const PlanningConfig planning = ReadPlanningConfig(
+    contract::Violations violations;
+    const planning::PlanningConfig planning = conversion::ReadPlanningConfig(
         config, {}, origin_, model.view->voxel_size(), "planning_config", "", violations);
     const absl::Time started = absl::Now();
-    absl::StatusOr<RegistrationResult> result = around_.algorithms.register_scan(
-        *model.view, data, prior, targets, planning.registration, parallel);
+    absl::StatusOr<registration::RegistrationResult> result =
+        dependencies_.algorithms.register_scan(*model.view, data, prior, targets,
+                                               planning.registration, parallel);
     if (!result.ok()) {
       return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(result.status().message()), nullptr);
     }
-    ObserveStage(around_.metrics, "registration", absl::ToDoubleSeconds(absl::Now() - started));
-    const v1::Registration registration = WriteRegistration(*result, model.version, origin_);
+    telemetry::ObserveStage(dependencies_.metrics, "registration",
+                            absl::ToDoubleSeconds(absl::Now() - started));
+    const v1::Registration registration =
+        conversion::WriteRegistration(*result, model.version, origin_);
     if (!result->verdict.registered()) {
-      const bool doubtful = result->verdict.outcome == RegistrationOutcome::kDoubtful;
+      const bool doubtful = result->verdict.outcome == registration::RegistrationOutcome::kDoubtful;
       return Refuse(
           scan, doubtful ? v1::SCAN_STATE_DOUBTFUL : v1::SCAN_STATE_FAILED,
           absl::StrCat(result->verdict.reason,
@@ -399,10 +408,11 @@ void Session::Align(const v1::Scan& scan, Scan& data, Parallel& parallel) {
   Merge(placed, data, parallel);
 }
 
-void Session::Merge(const v1::Scan& scan, const Scan& data, Parallel& parallel) {
+void Session::Merge(const v1::Scan& scan, const sensor::Scan& data, parallel::Parallel& parallel) {
   // As the log has it, so that a replay gives the same bits.
-  const Eigen::Isometry3d T_model_scan = ReadOwnPose(scan.pose(), origin_);
-  absl::StatusOr<MergeReport> report = model_->Insert(scan.name(), data, T_model_scan, parallel);
+  const Eigen::Isometry3d T_model_scan = conversion::ReadOwnPose(scan.pose(), origin_);
+  absl::StatusOr<model::MergeReport> report =
+      model_->Insert(scan.name(), data, T_model_scan, parallel);
   if (!report.ok()) {
     return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(report.status().message()), nullptr);
   }
@@ -414,7 +424,7 @@ void Session::Merge(const v1::Scan& scan, const Scan& data, Parallel& parallel) 
       [&](const SessionState& state, v1::Scan& next, Draft& draft) {
         next_model.version = state.model_version + 1;
         next.set_state(v1::SCAN_STATE_MERGED);
-        *next.mutable_merge() = WriteMergeReport(*report);
+        *next.mutable_merge() = conversion::WriteMergeReport(*report);
         next.mutable_merge()->set_model_version(next_model.version);
         claim = FulfilledClaim(state, next);
         if (!claim.empty()) next.set_scanner(state.claims.at(claim).claim.scanner());
@@ -427,23 +437,25 @@ void Session::Merge(const v1::Scan& scan, const Scan& data, Parallel& parallel) 
     if (!absl::IsAborted(logged)) RetryLater(scan.name(), logged);
     return;
   }
-  HoldModel();
-  ObserveStage(around_.metrics, "carve", report->carve_seconds);
-  ObserveStage(around_.metrics, "merge", report->merge_seconds);
-  around_.log.Info("scan merged", {{"session", id_},
-                                   {"scan", scan.name()},
-                                   {"carve_seconds", report->carve_seconds},
-                                   {"merge_seconds", report->merge_seconds},
-                                   {"registration_seconds", scan.registration().seconds()}});
+  ReserveModel();
+  telemetry::ObserveStage(dependencies_.metrics, "carve", report->carve_seconds);
+  telemetry::ObserveStage(dependencies_.metrics, "merge", report->merge_seconds);
+  dependencies_.log.Info(
+      "scan merged",
+      {{"session", id_},
+       {"scan", scan.name()},
+       {"carve_seconds", report->carve_seconds},
+       {"merge_seconds", report->merge_seconds},
+       {"registration_seconds", conversion::ReadDuration(scan.registration().duration())}});
   // The log says so again when the server comes back, should it stop here.
-  if (!claim.empty()) EndClaim(claim, ClaimEnd::kScanArrived, scan.name(), {}).IgnoreError();
+  if (!claim.empty()) EndClaim(claim, fleet::ClaimEnd::kScanArrived, scan.name(), {}).IgnoreError();
   PostSnapshot(1);
 }
 
-absl::Status Session::RemoveFromModel(const v1::Scan& scan, Parallel& parallel) {
-  absl::StatusOr<MergeReport> removed = model_->Withdraw(scan.name(), parallel);
+absl::Status Session::RemoveFromModel(const v1::Scan& scan, parallel::Parallel& parallel) {
+  absl::StatusOr<model::MergeReport> removed = model_->Withdraw(scan.name(), parallel);
   if (!removed.ok() && !absl::IsNotFound(removed.status())) return removed.status();
-  const std::shared_ptr<const PlanningView> without = model_->Publish();
+  const std::shared_ptr<const model::PlanningView> without = model_->Publish();
   ModelSnapshot next_model;
   absl::Status logged = journal_
                             .Execute(
@@ -464,7 +476,7 @@ absl::Status Session::RemoveFromModel(const v1::Scan& scan, Parallel& parallel) 
                                 [&] { Show(next_model); })
                             .status();
   if (logged.ok()) {
-    HoldModel();
+    ReserveModel();
     PostSnapshot(1);
   }
   return logged;
@@ -483,10 +495,10 @@ void Session::Refuse(const v1::Scan& scan, v1::ScanState state, const std::strin
     *draft.event.mutable_scan_refused()->mutable_scan() = next;
   });
   if (!logged.ok() && !absl::IsAborted(logged)) RetryLater(scan.name(), logged);
-  around_.log.Info("scan refused", {{"session", id_},
-                                    {"scan", scan.name()},
-                                    {"state", v1::ScanState_Name(state)},
-                                    {"why", message}});
+  dependencies_.log.Info("scan refused", {{"session", id_},
+                                          {"scan", scan.name()},
+                                          {"state", v1::ScanState_Name(state)},
+                                          {"why", message}});
 }
 
 void Session::Show(ModelSnapshot snapshot) {
@@ -494,4 +506,4 @@ void Session::Show(ModelSnapshot snapshot) {
   snapshot_ = std::move(snapshot);
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

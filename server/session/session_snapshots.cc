@@ -5,11 +5,12 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/model/snapshot_header.h"
+#include "core/model/snapshot/snapshot_header.h"
+#include "core/model/view/algorithm_version.h"
+#include "server/conversion/to_proto.h"
 #include "server/session/session.h"
-#include "server/session/to_proto.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 // A snapshot is due when an eighth of the scans have changed since: writing them costs a session no
@@ -20,7 +21,7 @@ double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 }
 
-bool SameConfig(const ModelConfig& a, const ModelConfig& b) {
+bool SameConfig(const model::ModelConfig& a, const model::ModelConfig& b) {
   return a.voxel_size == b.voxel_size && a.discontinuity_angle == b.discontinuity_angle &&
          a.max_half_extent == b.max_half_extent;
 }
@@ -31,19 +32,19 @@ bool SameConfig(const ModelConfig& a, const ModelConfig& b) {
 // again.
 void Session::PostSnapshot(size_t changes) {
   unsaved_changes_ += changes;
-  if (around_.limits.snapshots_per_session == 0 || unsaved_changes_ == 0) return;
+  if (dependencies_.limits.snapshots_per_session == 0 || unsaved_changes_ == 0) return;
   const size_t due = std::max<size_t>(1, model_->scans().size() / kShareThatChanged);
   if (unsaved_changes_ < due) return;
-  const bool posted = strand_->TryPost([self = shared_from_this()](Parallel& parallel) {
+  const bool posted = strand_->TryPost([self = shared_from_this()](parallel::Parallel& parallel) {
     if (self->unsaved_changes_ > 0) self->WriteSnapshot(parallel);
   });
-  if (!posted && !closed_) around_.log.Info("no room for a snapshot now", {{"session", id_}});
+  if (!posted && !closed_) dependencies_.log.Info("no room for a snapshot now", {{"session", id_}});
 }
 
-void Session::WriteSnapshot(Parallel& parallel) {
+void Session::WriteSnapshot(parallel::Parallel& parallel) {
   const auto start = std::chrono::steady_clock::now();
   const std::string bytes = model_->Save(parallel);
-  SnapshotRecord record;
+  store::SnapshotRecord record;
   record.algorithm_version = model_algorithm_version_;
   journal_.Read([&](const SessionState& state) { record.sequence = state.last_sequence; });
   const absl::StatusOr<std::string> blob = PutOwnBlob(bytes);
@@ -54,16 +55,16 @@ void Session::WriteSnapshot(Parallel& parallel) {
     std::lock_guard<std::mutex> lock(snapshots_mutex_);
     // A session that is closed has given its blobs back.
     written = closed_ ? absl::CancelledError("the session was deleted")
-                      : around_.store.PutSnapshot(id_, record);
+                      : dependencies_.store.PutSnapshot(id_, record);
     if (written.ok()) {
-      std::erase_if(snapshots_, [&](const SnapshotRecord& known) {
+      std::erase_if(snapshots_, [&](const store::SnapshotRecord& known) {
         if (known.sequence == record.sequence) unused.push_back(known.blob);
         return known.sequence == record.sequence;
       });
       snapshots_.insert(snapshots_.begin(), record);
-      while (snapshots_.size() > around_.limits.snapshots_per_session) {
-        const SnapshotRecord oldest = snapshots_.back();
-        if (!around_.store.DropSnapshot(id_, oldest.sequence).ok()) break;
+      while (snapshots_.size() > dependencies_.limits.snapshots_per_session) {
+        const store::SnapshotRecord oldest = snapshots_.back();
+        if (!dependencies_.store.DropSnapshot(id_, oldest.sequence).ok()) break;
         unused.push_back(oldest.blob);
         snapshots_.pop_back();
       }
@@ -75,77 +76,79 @@ void Session::WriteSnapshot(Parallel& parallel) {
   if (!written.ok()) {
     // Nothing is lost by that: a restart takes longer. The next change tries again.
     if (!closed_) {
-      around_.log.Warning("no snapshot was written",
-                          {{"session", id_}, {"error", written.ToString()}});
+      dependencies_.log.Warning("no snapshot was written",
+                                {{"session", id_}, {"error", written.ToString()}});
     }
     return;
   }
   unsaved_changes_ = 0;
-  ObserveStage(around_.metrics, "write snapshot", SecondsSince(start));
-  around_.log.Info("snapshot written", {{"session", id_},
-                                        {"sequence", static_cast<int64_t>(record.sequence)},
-                                        {"scans", static_cast<int64_t>(model_->scans().size())},
-                                        {"bytes", static_cast<int64_t>(bytes.size())},
-                                        {"seconds", SecondsSince(start)}});
+  telemetry::ObserveStage(dependencies_.metrics, "write snapshot", SecondsSince(start));
+  dependencies_.log.Info("snapshot written",
+                         {{"session", id_},
+                          {"sequence", static_cast<int64_t>(record.sequence)},
+                          {"scans", static_cast<int64_t>(model_->scans().size())},
+                          {"bytes", static_cast<int64_t>(bytes.size())},
+                          {"seconds", SecondsSince(start)}});
 }
 
 // Newest first; one that is damaged is let go, so that the next is written anew.
-void Session::LoadSnapshot(Parallel& parallel) {
-  std::vector<SnapshotRecord> known;
+void Session::LoadSnapshot(parallel::Parallel& parallel) {
+  std::vector<store::SnapshotRecord> known;
   {
     std::lock_guard<std::mutex> lock(snapshots_mutex_);
     known = snapshots_;
   }
-  for (const SnapshotRecord& record : known) {
+  for (const store::SnapshotRecord& record : known) {
     const auto start = std::chrono::steady_clock::now();
-    const absl::StatusOr<std::string> bytes = around_.store.GetBlob(record.blob);
+    const absl::StatusOr<std::string> bytes = dependencies_.store.GetBlob(record.blob);
     absl::Status usable = bytes.status();
     if (bytes.ok()) {
-      absl::StatusOr<std::unique_ptr<PartialModel>> loaded =
-          PartialModel::Load(*bytes, around_.limits.snapshot_bytes, parallel);
+      absl::StatusOr<std::unique_ptr<model::PartialModel>> loaded =
+          model::PartialModel::Load(*bytes, dependencies_.limits.snapshot_bytes, parallel);
       usable = loaded.status();
       if (loaded.ok() && !SameConfig((*loaded)->config(), model_->config())) {
         usable = absl::DataLossError("it is of a model with another configuration");
       }
       if (usable.ok()) {
         model_ = *std::move(loaded);
-        const absl::StatusOr<SnapshotHeader> header = ReadSnapshotHeader(*bytes);
+        const absl::StatusOr<model::SnapshotHeader> header = model::ReadSnapshotHeader(*bytes);
         if (header.ok()) model_algorithm_version_ = header->algorithm_version;
       }
     }
     if (usable.ok()) {
-      ObserveStage(around_.metrics, "load snapshot", SecondsSince(start));
-      around_.log.Info("snapshot loaded", {{"session", id_},
-                                           {"sequence", static_cast<int64_t>(record.sequence)},
-                                           {"seconds", SecondsSince(start)}});
-      if (model_algorithm_version_ != kModelAlgorithmVersion) {
-        around_.log.Warning(
+      telemetry::ObserveStage(dependencies_.metrics, "load snapshot", SecondsSince(start));
+      dependencies_.log.Info("snapshot loaded",
+                             {{"session", id_},
+                              {"sequence", static_cast<int64_t>(record.sequence)},
+                              {"seconds", SecondsSince(start)}});
+      if (model_algorithm_version_ != model::kModelAlgorithmVersion) {
+        dependencies_.log.Warning(
             "older algorithms made this model; it is kept as it is rather than made anew",
             {{"session", id_},
              {"version", static_cast<int64_t>(model_algorithm_version_)},
-             {"current", static_cast<int64_t>(kModelAlgorithmVersion)}});
+             {"current", static_cast<int64_t>(model::kModelAlgorithmVersion)}});
       }
       return;
     }
-    around_.log.Warning("a snapshot cannot be used; an older one or the scans will do",
-                        {{"session", id_},
-                         {"sequence", static_cast<int64_t>(record.sequence)},
-                         {"error", usable.ToString()}});
+    dependencies_.log.Warning("a snapshot cannot be used; an older one or the scans will do",
+                              {{"session", id_},
+                               {"sequence", static_cast<int64_t>(record.sequence)},
+                               {"error", usable.ToString()}});
     if (absl::IsUnavailable(usable)) continue;  // the medium may come back
     std::lock_guard<std::mutex> lock(snapshots_mutex_);
-    if (closed_ || !around_.store.DropSnapshot(id_, record.sequence).ok()) continue;
+    if (closed_ || !dependencies_.store.DropSnapshot(id_, record.sequence).ok()) continue;
     std::erase_if(snapshots_,
-                  [&](const SnapshotRecord& it) { return it.sequence == record.sequence; });
+                  [&](const store::SnapshotRecord& it) { return it.sequence == record.sequence; });
     ReleaseOwnBlob(record.blob);
   }
 }
 
 // The newest snapshot that can be used, and what the log says beyond it. The model is a function of
 // the set of scans and poses, so the difference of the two sets is all there is to replay.
-void Session::Rebuild(Parallel& parallel) {
+void Session::Rebuild(parallel::Parallel& parallel) {
   std::map<std::string, v1::Scan> wanted;
   std::vector<v1::Scan> in_order;
-  std::vector<std::string> unsettled;
+  std::vector<std::string> undecided;
   ModelSnapshot rebuilt;
   journal_.Read([&](const SessionState& state) {
     rebuilt.version = state.model_version;
@@ -155,11 +158,11 @@ void Session::Rebuild(Parallel& parallel) {
       if (record.in_model != (record.scan.state() == v1::SCAN_STATE_MERGED) ||
           record.scan.state() == v1::SCAN_STATE_RECEIVED ||
           record.scan.state() == v1::SCAN_STATE_MERGING) {
-        unsettled.push_back(name);
+        undecided.push_back(name);
       }
     }
   });
-  // As they were merged: the last stand is where the scanner is.
+  // As they were merged: the last station is where the scanner is.
   std::stable_sort(in_order.begin(), in_order.end(), [](const v1::Scan& a, const v1::Scan& b) {
     return a.merge().model_version() < b.merge().model_version();
   });
@@ -169,33 +172,36 @@ void Session::Rebuild(Parallel& parallel) {
   size_t changes = 0;
   for (const std::string& name : model_->scans()) {
     const auto it = wanted.find(name);
-    const bool stays = it != wanted.end() && model_->PoseOf(name)->matrix() ==
-                                                 ReadOwnPose(it->second.pose(), origin_).matrix();
+    const bool stays =
+        it != wanted.end() && model_->PoseOf(name)->matrix() ==
+                                  conversion::ReadOwnPose(it->second.pose(), origin_).matrix();
     if (stays) continue;
     model_->Withdraw(name, parallel).IgnoreError();  // it is there
     ++changes;
   }
   for (const v1::Scan& scan : in_order) {
     if (model_->PoseOf(scan.name()).has_value()) continue;
-    absl::StatusOr<Scan> data = LoadScan(scan);
+    absl::StatusOr<sensor::Scan> data = LoadScan(scan);
     absl::Status inserted = data.status();
     if (data.ok()) {
       inserted =
-          model_->Insert(scan.name(), *data, ReadOwnPose(scan.pose(), origin_), parallel).status();
+          model_
+              ->Insert(scan.name(), *data, conversion::ReadOwnPose(scan.pose(), origin_), parallel)
+              .status();
     }
     if (!inserted.ok()) {
-      around_.log.Error("a merged scan could not be merged again",
-                        {{"scan", scan.name()}, {"error", inserted.ToString()}});
+      dependencies_.log.Error("a merged scan could not be merged again",
+                              {{"scan", scan.name()}, {"error", inserted.ToString()}});
       continue;
     }
     ++changes;
   }
   if (!in_order.empty()) rebuilt.view = model_->Publish();
   loaded_ = true;
-  HoldModel();
+  ReserveModel();
   Show(rebuilt);
-  for (const std::string& scan : unsettled) Settle(scan, parallel);
+  for (const std::string& scan : undecided) Reconcile(scan, parallel);
   PostSnapshot(changes);
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

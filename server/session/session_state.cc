@@ -5,11 +5,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/bytes/checksum.h"
 #include "core/fleet/claims.h"
-#include "proto/wire/checksum.h"
 #include "server/store/store.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 constexpr size_t kMaxListedRejections = 1000;
@@ -34,9 +34,10 @@ bool IsLate(const SessionState& state, const v1::Scan& scan) {
   for (const auto& [name, record] : state.claims) {
     const v1::Claim& claim = record.claim;
     const double apart = std::hypot(claim.position().x() - at.x(), claim.position().y() - at.y());
-    if (claim.scanner() != scan.scanner() || apart > ClaimRules().arrival_tolerance) continue;
+    if (claim.scanner() != scan.scanner() || apart > fleet::ClaimRules().arrival_tolerance)
+      continue;
     if (record.held() && Before(scan.create_time(), claim.expire_time())) return false;
-    lapsed = lapsed || (record.ended != ClaimEndName(ClaimEnd::kScanArrived) &&
+    lapsed = lapsed || (record.end_reason != v1::CLAIM_END_REASON_SCAN_ARRIVED &&
                         Before(claim.create_time(), *newest));
   }
   return lapsed;
@@ -48,21 +49,27 @@ absl::Status Misfit(const v1::SessionEvent& event, absl::string_view what) {
 
 }  // namespace
 
+size_t PlaceAfter(const std::vector<std::string>& order, absl::string_view name) {
+  if (name.empty()) return 0;
+  const auto it = std::find(order.begin(), order.end(), name);
+  return static_cast<size_t>(it - order.begin()) + (it == order.end() ? 0 : 1);
+}
+
 std::string EtagOf(const v1::Session& session) {
   v1::Session settable;
   settable.set_display_name(session.display_name());
   *settable.mutable_scanner_models() = session.scanner_models();
   *settable.mutable_planning_config() = session.planning_config();
   *settable.mutable_site_rules() = session.site_rules();
-  return absl::StrFormat("%08x", Crc32c(settable.SerializeAsString()));
+  return absl::StrFormat("%08x", bytes::Crc32c(settable.SerializeAsString()));
 }
 
-absl::Status SessionState::Apply(const store::v1::LogEntry& entry) {
+absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
   const v1::SessionEvent& event = entry.event();
-  if (entry.format_version() > kLogFormatVersion) {
+  if (entry.format_version() > store::kLogFormatVersion) {
     return absl::FailedPreconditionError(
         absl::StrCat("log entry ", event.sequence(), " has format ", entry.format_version(),
-                     ", this server reads up to ", kLogFormatVersion));
+                     ", this server reads up to ", store::kLogFormatVersion));
   }
   if (event.sequence() != last_sequence + 1) return Misfit(event, "out of sequence");
   std::string resource;
@@ -108,8 +115,8 @@ absl::Status SessionState::Apply(const store::v1::LogEntry& entry) {
       upload.set_name(scan.upload());
       upload.set_state(v1::UPLOAD_STATE_COMMITTED);
       upload.set_scan(scan.name());
-      upload.set_next_offset(scan.encoded_size());
-      upload.set_credit_offset(scan.encoded_size());
+      upload.set_next_offset(scan.encoded_size_bytes());
+      upload.set_credit_offset(scan.encoded_size_bytes());
       resource = scan.name();
       break;
     }
@@ -140,7 +147,7 @@ absl::Status SessionState::Apply(const store::v1::LogEntry& entry) {
     case v1::SessionEvent::kScanWithdrawn:
       status = update_scan(event.scan_withdrawn().scan());
       // Some time after it was withdrawn, its data go.
-      if (status.ok() && event.scan_withdrawn().scan().encoded_size() == 0) {
+      if (status.ok() && event.scan_withdrawn().scan().encoded_size_bytes() == 0) {
         scans[resource].blob.clear();
       }
       break;
@@ -171,8 +178,8 @@ absl::Status SessionState::Apply(const store::v1::LogEntry& entry) {
       ++rejection_count;
       resource = event.view_rejected().rejection().name();
       break;
-    case v1::SessionEvent::kScannerAdded: {
-      const v1::Scanner& scanner = event.scanner_added().scanner();
+    case v1::SessionEvent::kScannerCreated: {
+      const v1::Scanner& scanner = event.scanner_created().scanner();
       if (!scanners.emplace(scanner.name(), scanner).second) {
         return Misfit(event, absl::StrCat("scanner ", scanner.name(), " came twice"));
       }
@@ -185,7 +192,7 @@ absl::Status SessionState::Apply(const store::v1::LogEntry& entry) {
       if (scanners.count(claim.scanner()) == 0) {
         return Misfit(event, absl::StrCat("unknown scanner ", claim.scanner()));
       }
-      if (!claims.emplace(claim.name(), ClaimRecord{claim, ""}).second) {
+      if (!claims.emplace(claim.name(), ClaimRecord{claim}).second) {
         return Misfit(event, absl::StrCat("claim ", claim.name(), " came twice"));
       }
       held_claims.push_back(claim.name());
@@ -193,17 +200,20 @@ absl::Status SessionState::Apply(const store::v1::LogEntry& entry) {
       break;
     }
     case v1::SessionEvent::kClaimRenewed:
-    case v1::SessionEvent::kClaimReleased: {
+    case v1::SessionEvent::kClaimEnded: {
       const bool renewed = event.has_claim_renewed();
       const v1::Claim& claim =
-          renewed ? event.claim_renewed().claim() : event.claim_released().claim();
+          renewed ? event.claim_renewed().claim() : event.claim_ended().claim();
       const auto it = claims.find(claim.name());
       if (it == claims.end() || !it->second.held()) {
         return Misfit(event, absl::StrCat("claim ", claim.name(), " is not held"));
       }
       it->second.claim = claim;
       if (!renewed) {
-        it->second.ended = event.claim_released().reason();
+        if (event.claim_ended().end_reason() == v1::CLAIM_END_REASON_UNSPECIFIED) {
+          return Misfit(event, absl::StrCat("claim ", claim.name(), " ends for no known reason"));
+        }
+        it->second.end_reason = event.claim_ended().end_reason();
         held_claims.erase(std::find(held_claims.begin(), held_claims.end(), claim.name()));
       }
       resource = claim.name();
@@ -232,19 +242,19 @@ v1::Session SessionState::Describe(const google::protobuf::Timestamp& now) const
   for (const auto& [name, record] : scans) {
     switch (record.scan.state()) {
       case v1::SCAN_STATE_MERGED:
-        counts.set_merged(counts.merged() + 1);
+        counts.set_merged_count(counts.merged_count() + 1);
         break;
       case v1::SCAN_STATE_DOUBTFUL:
-        counts.set_doubtful(counts.doubtful() + 1);
+        counts.set_doubtful_count(counts.doubtful_count() + 1);
         break;
       case v1::SCAN_STATE_FAILED:
-        counts.set_failed(counts.failed() + 1);
+        counts.set_failed_count(counts.failed_count() + 1);
         break;
       case v1::SCAN_STATE_WITHDRAWN:
-        counts.set_withdrawn(counts.withdrawn() + 1);
+        counts.set_withdrawn_count(counts.withdrawn_count() + 1);
         break;
       default:
-        counts.set_pending(counts.pending() + 1);
+        counts.set_pending_count(counts.pending_count() + 1);
     }
   }
   const std::vector<const v1::ViewRejection*> refused = RejectionsAt(now);
@@ -283,4 +293,4 @@ bool SessionState::AnyInModel() const {
                      [](const auto& entry) { return entry.second.in_model; });
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

@@ -8,14 +8,16 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "vantage/store/v1/log.pb.h"
+#include "absl/strings/string_view.h"
+#include "vantage/storage/v1/log.pb.h"
+#include "vantage/v1/event.pb.h"
 #include "vantage/v1/fleet.pb.h"
 #include "vantage/v1/plan.pb.h"
 #include "vantage/v1/scan.pb.h"
 #include "vantage/v1/session.pb.h"
 #include "vantage/v1/upload.pb.h"
 
-namespace vantage {
+namespace vantage::session {
 
 struct ScanRecord {
   v1::Scan scan;
@@ -36,9 +38,10 @@ struct RequestRecord {
 
 struct ClaimRecord {
   v1::Claim claim;
-  std::string ended;  // how: 'scan arrived', 'expired', 'released'; empty: it is held
+  // What ended it; unspecified: it is held.
+  v1::ClaimEndReason end_reason = v1::CLAIM_END_REASON_UNSPECIFIED;
 
-  bool held() const { return ended.empty(); }
+  bool held() const { return end_reason == v1::CLAIM_END_REASON_UNSPECIFIED; }
 };
 
 struct SessionState {
@@ -63,7 +66,7 @@ struct SessionState {
 
   // Applies the next entry. INTERNAL, naming the entry, when it does not fit what was before;
   // FAILED_PRECONDITION when its format is newer than this server knows.
-  absl::Status Apply(const store::v1::LogEntry& entry);
+  absl::Status Apply(const storage::v1::LogEntry& entry);
 
   // The places that people refused and that have not expired, oldest first.
   std::vector<const v1::ViewRejection*> RejectionsAt(const google::protobuf::Timestamp& now) const;
@@ -78,9 +81,13 @@ struct SessionState {
   bool AnyInModel() const;
 };
 
+// Where those begin that come after `name` in an order of creation; at its end where it is not
+// there.
+size_t PlaceAfter(const std::vector<std::string>& order, absl::string_view name);
+
 // Changes with every change of what a client can set.
 std::string EtagOf(const v1::Session& session);
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_SERVER_SESSION_SESSION_STATE_H_

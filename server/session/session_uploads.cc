@@ -3,13 +3,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/sensor/encoding.h"
-#include "server/session/error.h"
-#include "server/session/from_proto.h"
-#include "server/session/names.h"
+#include "server/contract/error.h"
+#include "server/contract/resource_names.h"
+#include "server/conversion/from_proto.h"
+#include "server/conversion/to_proto.h"
 #include "server/session/session.h"
-#include "server/session/to_proto.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 constexpr absl::Duration kRetryAfter = absl::Seconds(2);
@@ -19,7 +19,7 @@ constexpr size_t kMaxDisplayName = 200;
 absl::StatusOr<v1::ScannerModel> ScannerOf(const SessionState& state, const v1::Upload& upload) {
   if (upload.has_scanner_model()) {
     v1::ScannerModel scanner = upload.scanner_model();
-    FillDefaults(scanner);
+    conversion::FillDefaults(scanner);
     return scanner;
   }
   std::string id = upload.scanner_model_id();
@@ -28,7 +28,7 @@ absl::StatusOr<v1::ScannerModel> ScannerOf(const SessionState& state, const v1::
   for (const v1::ScannerModel& scanner : state.session.scanner_models()) {
     if (id.empty() || scanner.id() == id) return scanner;
   }
-  return InvalidField(
+  return contract::InvalidField(
       "upload.scanner_model_id",
       absl::StrCat("'", upload.scanner_model_id(), "' is none of the session's scanner models"));
 }
@@ -37,20 +37,21 @@ absl::StatusOr<v1::ScannerModel> ScannerOf(const SessionState& state, const v1::
 
 absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& request) {
   const v1::Upload& asked = request.upload();
-  Violations violations;
-  CheckRequestId(request.request_id(), violations);
-  CheckText(asked.display_name(), kMaxDisplayName, "upload.display_name", violations);
+  contract::Violations violations;
+  conversion::CheckRequestId(request.request_id(), violations);
+  conversion::CheckText(asked.display_name(), kMaxDisplayName, "upload.display_name", violations);
   if (asked.has_scanner_model()) {
-    ReadScannerModel(asked.scanner_model(), "upload.scanner_model", violations);
+    conversion::ReadScannerModel(asked.scanner_model(), "upload.scanner_model", violations);
   }
-  if (asked.has_prior()) ReadPosePrior(asked.prior(), origin_, "upload.prior", violations);
-  CheckTargets(asked.targets(), "upload.targets", violations);
+  if (asked.has_prior())
+    conversion::ReadPosePrior(asked.prior(), origin_, "upload.prior", violations);
+  conversion::CheckTargets(asked.targets(), "upload.targets", violations);
   if (asked.has_total()) {
-    const Limits& limits = around_.limits;
+    const contract::Limits& limits = dependencies_.limits;
     const v1::UploadTotal& total = asked.total();
-    if (total.encoded_size() < 1 || total.encoded_size() > limits.encoded_scan_bytes) {
-      violations.Add("upload.total.encoded_size",
-                     absl::StrCat("is ", total.encoded_size(), " bytes, must be 1 to ",
+    if (total.encoded_size_bytes() < 1 || total.encoded_size_bytes() > limits.encoded_scan_bytes) {
+      violations.Add("upload.total.encoded_size_bytes",
+                     absl::StrCat("is ", total.encoded_size_bytes(), " bytes, must be 1 to ",
                                   limits.encoded_scan_bytes, "; thin the scan"));
     }
     if (total.sha256().size() != 32) {
@@ -68,31 +69,34 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
       [&](const SessionState& state) -> absl::StatusOr<Draft> {
         {
           std::lock_guard<std::mutex> lock(mutex_);
-          if (uploads_.size() >= around_.limits.open_uploads_per_session) {
-            return Retryable(
+          if (uploads_.size() >= dependencies_.limits.open_uploads_per_session) {
+            return contract::Retryable(
                 absl::StatusCode::kResourceExhausted, "TOO_MANY_UPLOADS",
                 absl::StrCat("the session has ", uploads_.size(), " open uploads, the most it may"),
                 kRetryAfter);
           }
         }
-        if (state.scans.size() >= around_.limits.scans_per_session) {
-          return ErrorWithReason(absl::StatusCode::kResourceExhausted, "TOO_MANY_SCANS",
-                                 absl::StrCat("the session has ", state.scans.size(),
-                                              " scans, the most it may; open another session"));
+        if (state.scans.size() >= dependencies_.limits.scans_per_session) {
+          return contract::ErrorWithReason(
+              absl::StatusCode::kResourceExhausted, "TOO_MANY_SCANS",
+              absl::StrCat("the session has ", state.scans.size(),
+                           " scans, the most it may; open another session"));
         }
         if (!asked.scanner().empty() && state.scanners.count(asked.scanner()) == 0) {
-          return InvalidField("upload.scanner", absl::StrCat("'", asked.scanner(),
-                                                             "' is no scanner of this session"));
+          return contract::InvalidField(
+              "upload.scanner",
+              absl::StrCat("'", asked.scanner(), "' is no scanner of this session"));
         }
         absl::StatusOr<v1::ScannerModel> scanner = ScannerOf(state, asked);
         if (!scanner.ok()) return scanner.status();
         // All of it, so that what was let in comes through.
-        absl::Status room = account_->Reserve(asked.total().encoded_size());
+        absl::Status room = account_->Reserve(asked.total().encoded_size_bytes());
         if (!room.ok()) return room;
-        reserved = asked.total().encoded_size();
+        reserved = asked.total().encoded_size_bytes();
         Draft draft;
         v1::Upload& upload = *draft.event.mutable_upload_created()->mutable_upload();
-        upload.set_name(ChildName(id_, "uploads", absl::StrCat("upload-", state.upload_count + 1)));
+        upload.set_name(
+            contract::ChildName(id_, "uploads", absl::StrCat("upload-", state.upload_count + 1)));
         upload.set_display_name(asked.display_name());
         upload.set_scanner_model_id(scanner->id());
         upload.set_scanner(asked.scanner());
@@ -102,8 +106,9 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
         if (asked.has_total()) *upload.mutable_total() = asked.total();
         upload.set_state(v1::UPLOAD_STATE_OPEN);
         const absl::Time now = journal_.Now();
-        *upload.mutable_create_time() = WriteTime(now);
-        *upload.mutable_expire_time() = WriteTime(now + around_.limits.upload_idle);
+        *upload.mutable_create_time() = conversion::WriteTime(now);
+        *upload.mutable_expire_time() =
+            conversion::WriteTime(now + dependencies_.limits.upload_idle);
         return draft;
       });
   if (!name.ok()) {
@@ -116,8 +121,8 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
     journal_.Read([&](const SessionState& state) { created = state.uploads.at(*name); });
     std::lock_guard<std::mutex> lock(mutex_);
     if (created.state() == v1::UPLOAD_STATE_OPEN && uploads_.count(*name) == 0) {
-      uploads_[*name] =
-          std::make_shared<Upload>(created, around_.store, around_.limits, account_, reserved);
+      uploads_[*name] = std::make_shared<Upload>(created, dependencies_.store, dependencies_.limits,
+                                                 account_, reserved);
     }
   }
   return GetUpload(*name);
@@ -132,11 +137,12 @@ void Session::ResumeUploads() {
     }
   });
   for (const v1::Upload& created : open) {
-    auto upload = std::make_shared<Upload>(created, around_.store, around_.limits, account_);
+    auto upload =
+        std::make_shared<Upload>(created, dependencies_.store, dependencies_.limits, account_);
     const absl::Status resumed = upload->Resume(journal_.Now());
     if (!resumed.ok()) {
-      around_.log.Error("an upload cannot go on",
-                        {{"upload", created.name()}, {"error", resumed.ToString()}});
+      dependencies_.log.Error("an upload cannot go on",
+                              {{"upload", created.name()}, {"error", resumed.ToString()}});
       if (absl::IsDataLoss(resumed)) {
         FailUpload(*upload, resumed).IgnoreError();
         continue;
@@ -159,7 +165,7 @@ absl::StatusOr<v1::Upload> Session::GetUpload(const std::string& name) {
     if (absl::Status known = upload->Check(); !known.ok()) return known;
     return upload->Describe();
   }
-  absl::StatusOr<v1::Upload> ended = ResourceNotFound("vantage.v1.Upload", name);
+  absl::StatusOr<v1::Upload> ended = contract::ResourceNotFound("vantage/Upload", name);
   journal_.Read([&](const SessionState& state) {
     const auto it = state.uploads.find(name);
     if (it != state.uploads.end()) ended = it->second;
@@ -170,7 +176,7 @@ absl::StatusOr<v1::Upload> Session::GetUpload(const std::string& name) {
 absl::StatusOr<v1::Upload> Session::AddToUpload(const std::string& name, const v1::Piece* piece,
                                                 const v1::UploadTotal* total) {
   std::optional<UnpackedPiece> unpacked;
-  if (piece != nullptr) unpacked.emplace(*piece, around_.limits);
+  if (piece != nullptr) unpacked.emplace(*piece, dependencies_.limits);
   absl::StatusOr<v1::Upload> taken =
       TakeForUpload(name, unpacked.has_value() ? &*unpacked : nullptr, total);
   if (!taken.ok() || taken->state() != v1::UPLOAD_STATE_OPEN) return taken;
@@ -205,7 +211,7 @@ bool Session::WindowFull(const std::string& name) const {
 absl::StatusOr<v1::Upload> Session::TakeForUpload(const std::string& name,
                                                   const UnpackedPiece* piece,
                                                   const v1::UploadTotal* total) {
-  if (closed_) return ResourceNotFound("vantage.v1.Upload", name);
+  if (closed_) return contract::ResourceNotFound("vantage/Upload", name);
   std::shared_ptr<Upload> upload;
   {
     std::lock_guard<std::mutex> lock(mutex_);
@@ -219,9 +225,10 @@ absl::StatusOr<v1::Upload> Session::TakeForUpload(const std::string& name,
     if (ended->state() == v1::UPLOAD_STATE_COMMITTED || (piece == nullptr && total == nullptr)) {
       return ended;
     }
-    return ErrorWithReason(absl::StatusCode::kFailedPrecondition, "UPLOAD_ENDED",
-                           absl::StrCat(name, " is ", v1::UploadState_Name(ended->state()), ": ",
-                                        ended->state_message()));
+    return contract::ErrorWithReason(
+        absl::StatusCode::kFailedPrecondition, "UPLOAD_ENDED",
+        absl::StrCat(name, " is ", v1::UploadState_Name(ended->state()), ": ",
+                     ended->state_message()));
   }
   if (total != nullptr) {
     absl::Status stated = upload->SetTotal(*total);
@@ -247,40 +254,43 @@ absl::Status Session::CommitScan(const std::shared_ptr<Upload>& upload) {
   if (!content.ok()) return FailUpload(*upload, content.status());
   // Should this fail, the pieces are asked for again.
   if (absl::Status synced = upload->Sync(); !synced.ok()) return synced;
-  absl::Status kept = around_.store.PutSpool(described.name(), content->sha256);
+  absl::Status kept = dependencies_.store.PutSpool(described.name(), content->sha256);
   if (!kept.ok()) return kept;
 
   absl::StatusOr<std::string> name =
       journal_.Execute({}, [&](const SessionState& state) -> absl::StatusOr<Draft> {
-        if (static_cast<size_t>(state.PendingScans()) >= around_.limits.pending_scans_per_session) {
-          return Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_PENDING_SCANS",
-                           absl::StrCat(state.PendingScans(),
-                                        " scans wait to be registered and merged; send the last "
-                                        "piece again later"),
-                           kRetryAfter);
+        if (static_cast<size_t>(state.PendingScans()) >=
+            dependencies_.limits.pending_scans_per_session) {
+          return contract::Retryable(
+              absl::StatusCode::kResourceExhausted, "TOO_MANY_PENDING_SCANS",
+              absl::StrCat(state.PendingScans(),
+                           " scans wait to be registered and merged; send the last "
+                           "piece again later"),
+              kRetryAfter);
         }
         Draft draft;
         draft.blob = content->sha256;
         v1::Scan& scan = *draft.event.mutable_scan_received()->mutable_scan();
-        scan.set_name(ChildName(id_, "scans", absl::StrCat("scan-", state.scan_order.size() + 1)));
+        scan.set_name(
+            contract::ChildName(id_, "scans", absl::StrCat("scan-", state.scan_order.size() + 1)));
         scan.set_display_name(described.display_name());
         scan.set_state(v1::SCAN_STATE_RECEIVED);
         *scan.mutable_scanner_model() = described.scanner_model();
         if (described.has_prior()) *scan.mutable_prior() = described.prior();
         *scan.mutable_targets() = described.targets();
-        scan.set_columns(static_cast<int32_t>(content->columns));
-        scan.set_rows(static_cast<int32_t>(content->rows));
-        scan.set_samples(static_cast<int64_t>(content->samples));
-        scan.set_encoded_size(content->encoded_size);
+        scan.set_column_count(static_cast<int32_t>(content->columns));
+        scan.set_row_count(static_cast<int32_t>(content->rows));
+        scan.set_sample_count(static_cast<int64_t>(content->samples));
+        scan.set_encoded_size_bytes(content->encoded_size);
         scan.set_sha256(content->sha256);
-        *scan.mutable_create_time() = WriteTime(journal_.Now());
+        *scan.mutable_create_time() = conversion::WriteTime(journal_.Now());
         *scan.mutable_update_time() = scan.create_time();
         scan.set_upload(described.name());
         scan.set_scanner(described.scanner());
         return draft;
       });
   if (!name.ok()) {
-    around_.store.ReleaseBlob(content->sha256).IgnoreError();
+    dependencies_.store.ReleaseBlob(content->sha256).IgnoreError();
     return name.status();
   }
   upload->End(v1::UPLOAD_STATE_COMMITTED, "", *name);
@@ -288,9 +298,9 @@ absl::Status Session::CommitScan(const std::shared_ptr<Upload>& upload) {
     std::lock_guard<std::mutex> lock(mutex_);
     uploads_.erase(described.name());
   }
-  around_.log.Info("scan received",
-                   {{"session", id_}, {"scan", *name}, {"bytes", content->encoded_size}});
-  PostSettle(*name);
+  dependencies_.log.Info("scan received",
+                         {{"session", id_}, {"scan", *name}, {"bytes", content->encoded_size}});
+  PostReconcile(*name);
   return absl::OkStatus();
 }
 
@@ -334,10 +344,10 @@ void Session::ExpireUploads() {
           return draft;
         });
     if (!logged.ok()) {
-      around_.log.Error("could not log the end of an upload",
-                        {{"upload", ended.name()}, {"error", logged.status().ToString()}});
+      dependencies_.log.Error("could not log the end of an upload",
+                              {{"upload", ended.name()}, {"error", logged.status().ToString()}});
     }
   }
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

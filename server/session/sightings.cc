@@ -7,9 +7,9 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/strings/str_format.h"
-#include "server/session/to_proto.h"
+#include "server/conversion/to_proto.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 Eigen::Vector3d Vector(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
@@ -17,7 +17,7 @@ Eigen::Vector3d Vector(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
 // m, one sigma of a scan's place: the first scan is where the world is.
 double PoseSigma(const v1::Scan& scan) {
   constexpr double kSigmasOfBound = 1.96;  // the bound holds at 95 %
-  return scan.registration().verdict().error_bound() / kSigmasOfBound;
+  return scan.registration().verdict().error_bound_m() / kSigmasOfBound;
 }
 
 struct Known {
@@ -27,15 +27,15 @@ struct Known {
 
 }  // namespace
 
-std::vector<TargetTie> TiesOf(const SessionState& state, const v1::Scan& scan,
-                              const Eigen::Vector3d& origin) {
-  std::vector<TargetTie> ties;
+std::vector<registration::TargetTie> TiesOf(const SessionState& state, const v1::Scan& scan,
+                                            const Eigen::Vector3d& origin) {
+  std::vector<registration::TargetTie> ties;
   if (scan.targets().empty()) return ties;
   absl::flat_hash_map<std::string, Known> known;
   for (const std::string& name : state.scan_order) {
     const ScanRecord& record = state.scans.at(name);
     if (!record.in_model || name == scan.name() || record.scan.targets().empty()) continue;
-    const Eigen::Isometry3d pose = ReadOwnPose(record.scan.pose(), origin);
+    const Eigen::Isometry3d pose = conversion::ReadOwnPose(record.scan.pose(), origin);
     for (const v1::TargetSighting& sighting : record.scan.targets()) {
       const Known here{pose * Vector(sighting.in_scan()), PoseSigma(record.scan)};
       const auto [it, fresh] = known.try_emplace(sighting.name(), here);
@@ -43,10 +43,10 @@ std::vector<TargetTie> TiesOf(const SessionState& state, const v1::Scan& scan,
     }
   }
   for (const v1::TargetSighting& sighting : scan.targets()) {
-    TargetTie tie;
+    registration::TargetTie tie;
     tie.name = sighting.name();
     tie.in_scan = Vector(sighting.in_scan());
-    if (sighting.has_sigma()) tie.sigma = sighting.sigma();
+    if (sighting.has_sigma_m()) tie.sigma = sighting.sigma_m();
     if (sighting.has_in_world()) {
       tie.in_world = Vector(sighting.in_world()) - origin;
     } else if (const auto it = known.find(tie.name); it != known.end()) {
@@ -60,8 +60,9 @@ std::vector<TargetTie> TiesOf(const SessionState& state, const v1::Scan& scan,
   return ties;
 }
 
-absl::StatusOr<std::optional<PosePrior>> FirstPoseFromTargets(std::span<const TargetTie> ties) {
-  const std::optional<TargetPose> pose = PoseFromTargets(ties);
+absl::StatusOr<std::optional<sensor::PosePrior>> FirstPoseFromTargets(
+    std::span<const registration::TargetTie> ties) {
+  const std::optional<registration::TargetPose> pose = registration::PoseFromTargets(ties);
   if (!pose.has_value()) return std::nullopt;
   if (pose->worst_share > 1) {
     return absl::InvalidArgumentError(absl::StrFormat(
@@ -69,11 +70,11 @@ absl::StatusOr<std::optional<PosePrior>> FirstPoseFromTargets(std::span<const Ta
         "the control network, or leave it out",
         pose->worst, pose->worst_off));
   }
-  PosePrior prior;
+  sensor::PosePrior prior;
   prior.T_world_scan = pose->T_world_scan;
   prior.covariance = pose->covariance;
   prior.trusted = true;
   return prior;
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

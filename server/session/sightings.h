@@ -8,20 +8,21 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "core/registration/targets.h"
+#include "core/registration/align/targets.h"
 #include "server/session/session_state.h"
 
-namespace vantage {
+namespace vantage::session {
 
 // Those with places from a control network, and those that scans in the model saw too: of these the
 // one whose own pose is known best says where. `origin`: the session's.
-std::vector<TargetTie> TiesOf(const SessionState& state, const v1::Scan& scan,
-                              const Eigen::Vector3d& origin);
+std::vector<registration::TargetTie> TiesOf(const SessionState& state, const v1::Scan& scan,
+                                            const Eigen::Vector3d& origin);
 
 // The pose of a session's first scan by its targets; nothing where they don't give one.
 // INVALID_ARGUMENT: they contradict each other.
-absl::StatusOr<std::optional<PosePrior>> FirstPoseFromTargets(std::span<const TargetTie> ties);
+absl::StatusOr<std::optional<sensor::PosePrior>> FirstPoseFromTargets(
+    std::span<const registration::TargetTie> ties);
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_SERVER_SESSION_SIGHTINGS_H_

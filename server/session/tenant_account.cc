@@ -2,9 +2,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "server/session/error.h"
+#include "server/contract/error.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 std::string Mebibytes(int64_t bytes) {
@@ -20,7 +20,7 @@ absl::Status TenantAccount::Reserve(int64_t bytes) {
     return absl::OkStatus();
   }
   const std::string who = tenant_.empty() ? "" : absl::StrCat(" of tenant '", tenant_, "'");
-  return ErrorWithReason(
+  return contract::ErrorWithReason(
       absl::StatusCode::kResourceExhausted, "QUOTA_EXCEEDED",
       absl::StrCat("the quota", who, " is ", Mebibytes(quota_), ", ", Mebibytes(used_),
                    " of it are used, and ", Mebibytes(bytes),
@@ -73,4 +73,4 @@ void AccountShare::Close() {
   closed_ = true;
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

@@ -12,7 +12,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 
-namespace vantage {
+namespace vantage::session {
 
 // Bytes of scans (those on their way with all that was announced), snapshots and plans' details.
 // What several sessions share counts for each of them. Thread safe.
@@ -68,6 +68,6 @@ class AccountShare {
   bool closed_ ABSL_GUARDED_BY(mutex_) = false;
 };
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_SERVER_SESSION_TENANT_ACCOUNT_H_

@@ -11,7 +11,7 @@
 #include "absl/status/statusor.h"
 #include "server/session/session_registry.h"
 
-namespace vantage {
+namespace vantage::session {
 
 // A value; `registry` outlives it. What RPCs get instead of the registry, so that none can forget
 // to ask whose a session is.
@@ -28,8 +28,9 @@ class TenantSessions {
   absl::StatusOr<std::shared_ptr<Session>> Find(const std::string& id) const {
     return registry_.Find(id, tenant_);
   }
-  std::vector<std::shared_ptr<Session>> List(size_t skip, size_t limit, bool& more) const {
-    return registry_.List(skip, limit, more, tenant_);
+  std::vector<std::shared_ptr<Session>> List(const SessionPlace& after, size_t limit,
+                                             bool& more) const {
+    return registry_.List(after, limit, more, tenant_);
   }
   absl::Status Delete(const v1::DeleteSessionRequest& request) const {
     return registry_.Delete(request, tenant_);
@@ -41,6 +42,6 @@ class TenantSessions {
   std::optional<std::string> tenant_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_SERVER_SESSION_TENANT_SESSIONS_H_

@@ -4,13 +4,14 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "proto/wire/compression.h"
-#include "server/session/error.h"
-#include "server/session/to_proto.h"
+#include "core/bytes/compression.h"
+#include "server/contract/error.h"
+#include "server/conversion/to_proto.h"
 #include "server/store/piece_record.h"
-#include "vantage/store/v1/log.pb.h"
+#include "vantage/storage/v1/log.pb.h"
+#include "vantage/v1/error.pb.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 using absl::StatusCode;
@@ -18,8 +19,8 @@ using absl::StatusCode;
 constexpr int64_t kWindowBytes = 4 << 20;
 
 // The bytes of a piece, decompressed and checked.
-absl::StatusOr<std::string> Unpack(const v1::Piece& piece, const Limits& limits) {
-  Violations violations;
+absl::StatusOr<std::string> Unpack(const v1::Piece& piece, const contract::Limits& limits) {
+  contract::Violations violations;
   if (piece.data().empty()) violations.Add("piece.data", "must not be empty");
   if (piece.sequence() < 0) violations.Add("piece.sequence", "must not be negative");
   if (piece.offset() < 0) violations.Add("piece.offset", "must not be negative");
@@ -29,47 +30,52 @@ absl::StatusOr<std::string> Unpack(const v1::Piece& piece, const Limits& limits)
     violations.Add("piece.compression", "must be NONE or ZSTD");
   }
   const int64_t data_size = static_cast<int64_t>(piece.data().size());
-  const int64_t size = compressed ? piece.size() : data_size;
+  const int64_t size = compressed ? piece.uncompressed_size_bytes() : data_size;
   if (size < 1 || size > limits.piece_bytes) {
     violations.Add(compressed ? "piece.size" : "piece.data",
                    absl::StrCat("has ", size, " bytes, must have 1 to ", limits.piece_bytes));
-  } else if (!compressed && piece.size() != 0 && piece.size() != data_size) {
-    violations.Add("piece.size", absl::StrCat("is ", piece.size(), ", data has ", data_size));
+  } else if (!compressed && piece.uncompressed_size_bytes() != 0 &&
+             piece.uncompressed_size_bytes() != data_size) {
+    violations.Add("piece.size",
+                   absl::StrCat("is ", piece.uncompressed_size_bytes(), ", data has ", data_size));
   }
   if (!violations.empty()) return violations.ToStatus();
 
   std::string bytes;
   if (compressed) {
-    absl::StatusOr<std::string> unpacked = ZstdDecompress(piece.data(), static_cast<size_t>(size));
+    absl::StatusOr<std::string> unpacked =
+        bytes::ZstdDecompress(piece.data(), static_cast<size_t>(size));
     if (!unpacked.ok()) {
-      return ErrorWithReason(StatusCode::kDataLoss, "PIECE_DAMAGED",
-                             absl::StrCat("piece ", piece.sequence(), ": ",
-                                          unpacked.status().message(), "; send it again"));
+      return contract::ErrorWithReason(
+          StatusCode::kDataLoss, "PIECE_DAMAGED",
+          absl::StrCat("piece ", piece.sequence(), ": ", unpacked.status().message(),
+                       "; send it again"));
     }
     bytes = *std::move(unpacked);
   } else {
     bytes = piece.data();
   }
-  if (Crc32c(bytes) != piece.crc32c()) {
-    return ErrorWithReason(StatusCode::kDataLoss, "PIECE_DAMAGED",
-                           absl::StrCat("piece ", piece.sequence(),
-                                        ": crc32c (Castagnoli, of the bytes before compression) "
-                                        "does not match; send it again"));
+  if (bytes::Crc32c(bytes) != piece.crc32c()) {
+    return contract::ErrorWithReason(
+        StatusCode::kDataLoss, "PIECE_DAMAGED",
+        absl::StrCat("piece ", piece.sequence(),
+                     ": crc32c (Castagnoli, of the bytes before compression) "
+                     "does not match; send it again"));
   }
   return bytes;
 }
 
 }  // namespace
 
-UnpackedPiece::UnpackedPiece(const v1::Piece& packed, const Limits& limits)
+UnpackedPiece::UnpackedPiece(const v1::Piece& packed, const contract::Limits& limits)
     : piece(packed), bytes(Unpack(packed, limits)) {}
 
 absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,
-                        const Limits& limits) {
-  Violations violations;
-  if (total.encoded_size() < 1 || total.encoded_size() > limits.encoded_scan_bytes) {
-    violations.Add(field + ".encoded_size",
-                   absl::StrCat("is ", total.encoded_size(), " bytes, must be 1 to ",
+                        const contract::Limits& limits) {
+  contract::Violations violations;
+  if (total.encoded_size_bytes() < 1 || total.encoded_size_bytes() > limits.encoded_scan_bytes) {
+    violations.Add(field + ".encoded_size_bytes",
+                   absl::StrCat("is ", total.encoded_size_bytes(), " bytes, must be 1 to ",
                                 limits.encoded_scan_bytes, "; thin the scan"));
   }
   if (total.sha256().size() != 32) {
@@ -79,7 +85,7 @@ absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,
   return violations.ToStatus();
 }
 
-Upload::Upload(v1::Upload created, Store& store, const Limits& limits,
+Upload::Upload(v1::Upload created, store::Store& store, const contract::Limits& limits,
                std::shared_ptr<AccountShare> account, int64_t reserved)
     : store_(store),
       limits_(limits),
@@ -87,14 +93,14 @@ Upload::Upload(v1::Upload created, Store& store, const Limits& limits,
       upload_(std::move(created)),
       reserved_(reserved),
       decoder_(Decoder()) {
-  last_piece_ = ReadTime(upload_.create_time());
+  last_piece_ = conversion::ReadTime(upload_.create_time());
   created_with_total_ = upload_.has_total();
 }
 
 absl::Status Upload::Resume(absl::Time now) {
   std::lock_guard<std::mutex> lock(mutex_);
   last_piece_ = now;
-  *upload_.mutable_expire_time() = WriteTime(now + limits_.upload_idle);
+  *upload_.mutable_expire_time() = conversion::WriteTime(now + limits_.upload_idle);
   taken_up_ = false;
   return CheckWhole();
 }
@@ -106,7 +112,7 @@ absl::Status Upload::Check() {
 
 absl::Status Upload::CheckWhole() {
   if (!taken_up_) {
-    if (absl::Status taken = TakeUp(); !taken.ok()) return taken;
+    if (absl::Status taken = Load(); !taken.ok()) return taken;
     // What the system had not written when the server was killed is written now.
     if (records_ > 0) {
       if (absl::Status synced = store_.SyncSpool(upload_.name()); !synced.ok()) return synced;
@@ -115,7 +121,7 @@ absl::Status Upload::CheckWhole() {
     durable_pieces_ = pieces_.size();
     taken_up_ = true;
     // What came before the restart is there, whatever the quota is now.
-    const int64_t there = std::max(upload_.total().encoded_size(), Received());
+    const int64_t there = std::max(upload_.total().encoded_size_bytes(), Received());
     if (account_ != nullptr && there > reserved_) {
       account_->Add(there - reserved_);
       reserved_ = there;
@@ -125,7 +131,7 @@ absl::Status Upload::CheckWhole() {
     // After a failed sync nobody knows what of the file is on the medium: what was durable before
     // is read anew, the rest is asked for again.
     absl::Status whole = store_.CutSpool(upload_.name(), durable_records_);
-    if (whole.ok()) whole = TakeUp();
+    if (whole.ok()) whole = Load();
     if (!whole.ok()) return whole;
     broken_ = false;
   }
@@ -157,8 +163,9 @@ absl::Status Upload::Sync() {
   return absl::OkStatus();
 }
 
-RangeImageDecoder Upload::Decoder() const {
-  return RangeImageDecoder(limits_.scan_cells, RangeImageDecoder::Ranges::kOnlyCheck);
+sensor::RangeImageDecoder Upload::Decoder() const {
+  return sensor::RangeImageDecoder(limits_.scan_cells,
+                                   sensor::RangeImageDecoder::Ranges::kOnlyCheck);
 }
 
 int64_t Upload::Unsynced() const {
@@ -175,16 +182,16 @@ bool Upload::WindowFull() const {
 }
 
 // All that the spool has.
-absl::Status Upload::TakeUp() {
+absl::Status Upload::Load() {
   std::vector<Stored> pieces;
-  Sha256 sha256;
+  bytes::Sha256 sha256;
   size_t records = 0;
   v1::Upload upload = upload_;
   if (!created_with_total_) upload.clear_total();
   int64_t offset = 0;
-  RangeImageDecoder decoder = Decoder();
+  sensor::RangeImageDecoder decoder = Decoder();
   absl::Status read = store_.ReadSpool(upload_.name(), [&](absl::string_view record) {
-    absl::StatusOr<store::v1::SpoolRecord> kept = ParseSpoolRecord(record);
+    absl::StatusOr<storage::v1::SpoolRecord> kept = store::ParseSpoolRecord(record);
     if (!kept.ok()) return kept.status();
     ++records;
     if (kept->has_total()) {
@@ -193,7 +200,7 @@ absl::Status Upload::TakeUp() {
     }
     const uint32_t crc32c = kept->piece().crc32c();
     const auto kept_size = static_cast<int64_t>(record.size());
-    const absl::StatusOr<std::string> bytes = PieceBytes(std::move(*kept->mutable_piece()));
+    const absl::StatusOr<std::string> bytes = store::PieceBytes(std::move(*kept->mutable_piece()));
     if (!bytes.ok()) return bytes.status();
     const int64_t kept_before = pieces.empty() ? 0 : pieces.back().kept_end;
     pieces.push_back(
@@ -217,7 +224,7 @@ absl::Status Upload::TakeUp() {
 
 absl::Status Upload::CheckOpen() const {
   if (upload_.state() == v1::UPLOAD_STATE_OPEN) return absl::OkStatus();
-  return ErrorWithReason(
+  return contract::ErrorWithReason(
       StatusCode::kFailedPrecondition, "UPLOAD_ENDED",
       absl::StrCat(upload_.name(), " is ", v1::UploadState_Name(upload_.state()),
                    upload_.scan().empty() ? absl::StrCat(": ", upload_.state_message())
@@ -249,36 +256,43 @@ absl::Status Upload::Accept(const UnpackedPiece& unpacked, absl::Time now) {
         known.crc32c == stored.crc32c) {
       return absl::OkStatus();
     }
-    return ErrorWithReason(StatusCode::kAlreadyExists, "PIECE_DIFFERS",
-                           absl::StrCat("piece ", piece.sequence(), " is stored with offset ",
-                                        known.offset, ", ", known.size,
-                                        " bytes and another checksum or place; start a new "
-                                        "upload for another scan"));
+    return contract::ErrorWithReason(
+        StatusCode::kAlreadyExists, "PIECE_DIFFERS",
+        absl::StrCat("piece ", piece.sequence(), " is stored with offset ", known.offset, ", ",
+                     known.size,
+                     " bytes and another checksum or place; start a new "
+                     "upload for another scan"));
   }
   absl::Status open = CheckOpen();
   if (!open.ok()) return open;
   if (piece.sequence() > count || stored.offset != Received()) {
-    return ErrorWithReason(
+    absl::Status gap = contract::ErrorWithReason(
         StatusCode::kOutOfRange, "UPLOAD_GAP",
         absl::StrCat("piece ", count, " at offset ", Received(), " comes next, not piece ",
                      piece.sequence(), " at offset ", piece.offset()),
         {{"next_sequence", absl::StrCat(count)}, {"next_offset", absl::StrCat(Received())}});
+    v1::ExpectedPiece expected;
+    expected.set_sequence(static_cast<int64_t>(count));
+    expected.set_offset(Received());
+    contract::AddDetail(gap, expected);
+    return gap;
   }
   const int64_t end = stored.offset + stored.size;
   const int64_t most =
-      upload_.has_total() ? upload_.total().encoded_size() : limits_.encoded_scan_bytes;
+      upload_.has_total() ? upload_.total().encoded_size_bytes() : limits_.encoded_scan_bytes;
   if (end > most) {
-    return InvalidField("piece.data",
-                        absl::StrCat("ends at ", end, ", beyond the ", most,
-                                     upload_.has_total() ? " announced" : " allowed"));
+    return contract::InvalidField("piece.data",
+                                  absl::StrCat("ends at ", end, ", beyond the ", most,
+                                               upload_.has_total() ? " announced" : " allowed"));
   }
   if (pieces_.size() >= limits_.pieces_per_upload) {
-    return ErrorWithReason(StatusCode::kResourceExhausted, "TOO_MANY_PIECES",
-                           absl::StrCat("an upload has at most ", limits_.pieces_per_upload,
-                                        " pieces; send larger ones"));
+    return contract::ErrorWithReason(
+        StatusCode::kResourceExhausted, "TOO_MANY_PIECES",
+        absl::StrCat("an upload has at most ", limits_.pieces_per_upload,
+                     " pieces; send larger ones"));
   }
   if (absl::Status room = Reserve(end); !room.ok()) return room;
-  store::v1::SpoolRecord record;
+  storage::v1::SpoolRecord record;
   record.mutable_piece()->set_crc32c(piece.crc32c());
   // A frame that lengthens its piece is not kept: no more is than the account is charged for.
   if (piece.compression() == v1::COMPRESSION_ZSTD && piece.data().size() < bytes->size()) {
@@ -298,7 +312,7 @@ absl::Status Upload::Accept(const UnpackedPiece& unpacked, absl::Time now) {
   pieces_.push_back(stored);
   ++records_;
   last_piece_ = now;
-  *upload_.mutable_expire_time() = WriteTime(now + limits_.upload_idle);
+  *upload_.mutable_expire_time() = conversion::WriteTime(now + limits_.upload_idle);
   return absl::OkStatus();
 }
 
@@ -308,21 +322,23 @@ absl::Status Upload::SetTotal(const v1::UploadTotal& total) {
   std::lock_guard<std::mutex> lock(mutex_);
   if (absl::Status whole = CheckWhole(); !whole.ok()) return whole;
   if (upload_.has_total()) {
-    if (upload_.total().encoded_size() == total.encoded_size() &&
+    if (upload_.total().encoded_size_bytes() == total.encoded_size_bytes() &&
         upload_.total().sha256() == total.sha256()) {
       return absl::OkStatus();
     }
-    return ErrorWithReason(StatusCode::kAlreadyExists, "TOTAL_DIFFERS",
-                           absl::StrCat(upload_.name(), " was announced with another total"));
+    return contract::ErrorWithReason(
+        StatusCode::kAlreadyExists, "TOTAL_DIFFERS",
+        absl::StrCat(upload_.name(), " was announced with another total"));
   }
   absl::Status open = CheckOpen();
   if (!open.ok()) return open;
-  if (total.encoded_size() < Received()) {
-    return InvalidField("total.encoded_size", absl::StrCat("is ", total.encoded_size(), ", ",
-                                                           Received(), " bytes are here already"));
+  if (total.encoded_size_bytes() < Received()) {
+    return contract::InvalidField("total.encoded_size_bytes",
+                                  absl::StrCat("is ", total.encoded_size_bytes(), ", ", Received(),
+                                               " bytes are here already"));
   }
-  if (absl::Status room = Reserve(total.encoded_size()); !room.ok()) return room;
-  store::v1::SpoolRecord record;
+  if (absl::Status room = Reserve(total.encoded_size_bytes()); !room.ok()) return room;
+  storage::v1::SpoolRecord record;
   *record.mutable_total() = total;
   absl::Status kept = store_.AppendSpool(upload_.name(), record.SerializeAsString());
   if (!kept.ok()) return kept;
@@ -342,7 +358,7 @@ absl::Status Upload::Reserve(int64_t bytes) {
 bool Upload::Complete() const {
   std::lock_guard<std::mutex> lock(mutex_);
   return taken_up_ && !broken_ && upload_.state() == v1::UPLOAD_STATE_OPEN && upload_.has_total() &&
-         Received() == upload_.total().encoded_size();
+         Received() == upload_.total().encoded_size_bytes();
 }
 
 absl::StatusOr<Upload::Content> Upload::Inspect() {
@@ -350,11 +366,12 @@ absl::StatusOr<Upload::Content> Upload::Inspect() {
   Content content;
   content.sha256 = sha256_.Digest();
   if (content.sha256 != upload_.total().sha256()) {
-    return ErrorWithReason(StatusCode::kDataLoss, "SHA256_DIFFERS",
-                           "the SHA-256 of the bytes is not the one announced; start a new upload");
+    return contract::ErrorWithReason(
+        StatusCode::kDataLoss, "SHA256_DIFFERS",
+        "the SHA-256 of the bytes is not the one announced; start a new upload");
   }
   if (absl::Status valid = decoder_.Finish(); !valid.ok()) {
-    return InvalidField("encoded range image", valid.message());
+    return contract::InvalidField("encoded range image", valid.message());
   }
   content.columns = decoder_.columns();
   content.rows = decoder_.rows();
@@ -390,8 +407,8 @@ v1::Upload Upload::Describe() const {
   out.set_next_sequence(static_cast<int64_t>(durable_pieces_));
   out.set_next_offset(Durable());
   out.set_credit_offset(Durable() + limits_.credit_bytes);
-  out.set_max_piece_size(limits_.piece_bytes);
+  out.set_max_piece_size_bytes(limits_.piece_bytes);
   return out;
 }
 
-}  // namespace vantage
+}  // namespace vantage::session

@@ -13,19 +13,19 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/time/time.h"
+#include "core/bytes/checksum.h"
 #include "core/sensor/encoding.h"
-#include "proto/wire/checksum.h"
-#include "server/session/limits.h"
+#include "server/contract/limits.h"
 #include "server/session/tenant_account.h"
 #include "server/store/store.h"
 #include "vantage/v1/upload.pb.h"
 
-namespace vantage {
+namespace vantage::session {
 
 // A piece, and its bytes, decompressed and checked, or what is wrong with them: work that needs no
 // upload and can be done while the piece before is taken.
 struct UnpackedPiece {
-  UnpackedPiece(const v1::Piece& packed, const Limits& limits);
+  UnpackedPiece(const v1::Piece& packed, const contract::Limits& limits);
 
   const v1::Piece& piece;  // outlives this
   absl::StatusOr<std::string> bytes;
@@ -37,10 +37,10 @@ class Upload {
   // `created` is the resource as it was made, named and with its fields checked. `store` must
   // outlive the upload. Room for its bytes is taken from `account`, where there is one; `reserved`
   // of them are taken already.
-  Upload(v1::Upload created, Store& store, const Limits& limits,
+  Upload(v1::Upload created, store::Store& store, const contract::Limits& limits,
          std::shared_ptr<AccountShare> account = nullptr, int64_t reserved = 0);
 
-  // Takes up what the store has of it after a restart; its idle time begins anew. DATA_LOSS: it
+  // Loads what the store has of it after a restart; its idle time begins anew. DATA_LOSS: it
   // cannot go on. With any other error it goes on when the medium does.
   absl::Status Resume(absl::Time now);
 
@@ -106,12 +106,12 @@ class Upload {
   absl::Status CheckWhole() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   int64_t Received() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   int64_t Durable() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  RangeImageDecoder Decoder() const;
-  absl::Status TakeUp() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  sensor::RangeImageDecoder Decoder() const;
+  absl::Status Load() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status Reserve(int64_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
-  Store& store_;
-  const Limits limits_;
+  store::Store& store_;
+  const contract::Limits limits_;
   const std::shared_ptr<AccountShare> account_;
   std::mutex commit_mutex_;
   std::mutex sync_mutex_;  // one at a time; what comes meanwhile is in the next
@@ -126,15 +126,15 @@ class Upload {
   bool broken_ ABSL_GUARDED_BY(mutex_) = false;   // a sync failed, and the spool is to be read anew
   int64_t reserved_ ABSL_GUARDED_BY(mutex_);      // bytes of the account
   // Of the bytes so far, so that nothing has to be read again at the end.
-  Sha256 sha256_ ABSL_GUARDED_BY(mutex_);
-  RangeImageDecoder decoder_ ABSL_GUARDED_BY(mutex_);
+  bytes::Sha256 sha256_ ABSL_GUARDED_BY(mutex_);
+  sensor::RangeImageDecoder decoder_ ABSL_GUARDED_BY(mutex_);
   absl::Time last_piece_ ABSL_GUARDED_BY(mutex_);
 };
 
 // What is wrong with a stated total.
 absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,
-                        const Limits& limits);
+                        const contract::Limits& limits);
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_SERVER_SESSION_UPLOAD_H_

@@ -14,9 +14,10 @@
 #include "server/store/durable_file.h"
 #include "server/store/log_database.h"
 #include "server/store/spool_folder.h"
-#include "vantage/store/v1/log.pb.h"
+#include "server/store/upgrade.h"
+#include "vantage/storage/v1/log.pb.h"
 
-namespace vantage {
+namespace vantage::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -74,14 +75,15 @@ absl::Status VerifyLog(const LogDatabase& logs, const std::string& session, Stor
     const absl::StatusOr<std::vector<std::string>> batch = logs.Read(session, after, kBatch);
     if (!batch.ok()) return batch.status();
     for (const std::string& bytes : *batch) {
-      store::v1::LogEntry entry;
+      storage::v1::LogEntry entry;
       if (!entry.ParseFromString(bytes)) {
         return absl::DataLossError(absl::StrCat("session ", session, ": an entry is unreadable"));
       }
+      Upgrade(entry);
       const v1::SessionEvent& event = entry.event();
       if (event.has_scan_received()) scans[event.scan_received().scan().name()] = entry.blob();
       const v1::Scan& withdrawn = event.scan_withdrawn().scan();
-      if (event.has_scan_withdrawn() && withdrawn.encoded_size() == 0) {
+      if (event.has_scan_withdrawn() && withdrawn.encoded_size_bytes() == 0) {
         scans.erase(withdrawn.name());  // and its data with it
       }
       ++report.entries;
@@ -212,4 +214,4 @@ absl::StatusOr<StoreReport> RestoreStore(const std::string& from, const std::str
   return backup;
 }
 
-}  // namespace vantage
+}  // namespace vantage::store

@@ -9,7 +9,7 @@
 
 #include "absl/status/statusor.h"
 
-namespace vantage {
+namespace vantage::store {
 
 // What is in a folder, and what is wrong with it.
 struct StoreReport {
@@ -35,6 +35,6 @@ absl::StatusOr<StoreReport> BackUpStore(const std::string& from, const std::stri
 // (DATA_LOSS) and a folder that is not empty (FAILED_PRECONDITION).
 absl::StatusOr<StoreReport> RestoreStore(const std::string& from, const std::string& to);
 
-}  // namespace vantage
+}  // namespace vantage::store
 
 #endif  // VANTAGE_SERVER_STORE_BACKUP_H_

@@ -11,12 +11,12 @@
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
-#include "proto/wire/checksum.h"
+#include "core/bytes/checksum.h"
 #include "server/store/durable_file.h"
 #include "server/store/piece_record.h"
 #include "server/store/record_file.h"
 
-namespace vantage {
+namespace vantage::store {
 namespace {
 
 namespace fs = std::filesystem;
@@ -76,7 +76,7 @@ absl::StatusOr<std::vector<std::string>> BlobFolder::List() const {
 }
 
 absl::StatusOr<std::string> BlobFolder::Put(absl::string_view bytes) {
-  std::string sha256 = Sha256::Of(bytes);
+  std::string sha256 = bytes::Sha256::Of(bytes);
   std::lock_guard<std::mutex> lock(mutex_);
   const auto known = holders_.find(sha256);
   if (known != holders_.end()) {
@@ -134,7 +134,7 @@ absl::StatusOr<std::string> BlobFolder::Get(const std::string& sha256) const {
   const std::string file = FileOf(sha256, records);
   absl::StatusOr<std::string> bytes = records ? ReadPieces(file) : ReadWhole(file);
   if (absl::IsNotFound(bytes.status())) return absl::NotFoundError("no such blob");
-  if (bytes.ok() && Sha256::Of(*bytes) != sha256) {
+  if (bytes.ok() && bytes::Sha256::Of(*bytes) != sha256) {
     return absl::DataLossError(
         absl::StrCat(file, " is damaged: its SHA-256 is not its name; restore it"));
   }
@@ -174,4 +174,4 @@ absl::Status BlobFolder::Keep(const std::map<std::string, int>& holders) {
   return absl::OkStatus();
 }
 
-}  // namespace vantage
+}  // namespace vantage::store

@@ -15,7 +15,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 
-namespace vantage {
+namespace vantage::store {
 
 // Thread safe. Methods as the store's (store.h).
 class BlobFolder {
@@ -48,6 +48,6 @@ class BlobFolder {
   std::map<std::string, int> holders_ ABSL_GUARDED_BY(mutex_);
 };
 
-}  // namespace vantage
+}  // namespace vantage::store
 
 #endif  // VANTAGE_SERVER_STORE_BLOB_FOLDER_H_

@@ -1,4 +1,5 @@
 #include "server/store/disk_store.h"
+#include "server/store/upgrade.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -8,7 +9,7 @@
 
 #include "absl/strings/str_cat.h"
 
-namespace vantage {
+namespace vantage::store {
 
 DiskStore::DiskStore(const std::string& folder, FileDescriptor lock)
     : lock_(std::move(lock)),
@@ -36,20 +37,21 @@ absl::StatusOr<std::unique_ptr<DiskStore>> DiskStore::Open(const std::string& fo
   return store;
 }
 
-absl::Status DiskStore::Append(const std::string& session, const store::v1::LogEntry& entry) {
+absl::Status DiskStore::Append(const std::string& session, const storage::v1::LogEntry& entry) {
   return logs_->Append(session, entry.event().sequence(), entry.SerializeAsString());
 }
 
-absl::StatusOr<std::vector<store::v1::LogEntry>> DiskStore::Read(const std::string& session,
-                                                                 uint64_t after,
-                                                                 size_t limit) const {
+absl::StatusOr<std::vector<storage::v1::LogEntry>> DiskStore::Read(const std::string& session,
+                                                                   uint64_t after,
+                                                                   size_t limit) const {
   const absl::StatusOr<std::vector<std::string>> bytes = logs_->Read(session, after, limit);
   if (!bytes.ok()) return bytes.status();
-  std::vector<store::v1::LogEntry> entries(bytes->size());
+  std::vector<storage::v1::LogEntry> entries(bytes->size());
   for (size_t i = 0; i < entries.size(); ++i) {
     if (!entries[i].ParseFromString((*bytes)[i])) {
       return absl::DataLossError(absl::StrCat("log of ", session, " is damaged"));
     }
+    Upgrade(entries[i]);
   }
   return entries;
 }
@@ -111,4 +113,4 @@ absl::Status DiskStore::DropSpool(const std::string& spool) { return spools_.Dro
 
 absl::StatusOr<std::vector<std::string>> DiskStore::Spools() const { return spools_.List(); }
 
-}  // namespace vantage
+}  // namespace vantage::store

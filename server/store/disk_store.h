@@ -18,7 +18,7 @@
 #include "server/store/spool_folder.h"
 #include "server/store/store.h"
 
-namespace vantage {
+namespace vantage::store {
 
 class DiskStore final : public Store {
  public:
@@ -26,9 +26,10 @@ class DiskStore final : public Store {
   // wrote it. DATA_LOSS: damaged. UNAVAILABLE: it cannot be written.
   static absl::StatusOr<std::unique_ptr<DiskStore>> Open(const std::string& folder);
 
-  absl::Status Append(const std::string& session, const store::v1::LogEntry& entry) override;
-  absl::StatusOr<std::vector<store::v1::LogEntry>> Read(const std::string& session, uint64_t after,
-                                                        size_t limit) const override;
+  absl::Status Append(const std::string& session, const storage::v1::LogEntry& entry) override;
+  absl::StatusOr<std::vector<storage::v1::LogEntry>> Read(const std::string& session,
+                                                          uint64_t after,
+                                                          size_t limit) const override;
   absl::StatusOr<std::vector<std::string>> Sessions() const override;
   absl::Status Drop(const std::string& session) override;
   absl::Status PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) override;
@@ -57,6 +58,6 @@ class DiskStore final : public Store {
   std::unique_ptr<LogDatabase> logs_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::store
 
 #endif  // VANTAGE_SERVER_STORE_DISK_STORE_H_

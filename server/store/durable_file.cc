@@ -12,7 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 
-namespace vantage {
+namespace vantage::store {
 namespace {
 
 std::string FolderOf(const std::string& path) {
@@ -121,4 +121,4 @@ absl::Status ReplaceFile(const std::string& path, const std::string& temporary,
   return SyncFolder(FolderOf(path));
 }
 
-}  // namespace vantage
+}  // namespace vantage::store

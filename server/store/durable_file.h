@@ -9,7 +9,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 
-namespace vantage {
+namespace vantage::store {
 
 // A file descriptor that closes itself.
 class FileDescriptor {
@@ -47,6 +47,6 @@ absl::StatusOr<std::string> ReadWhole(const std::string& path);
 absl::Status ReplaceFile(const std::string& path, const std::string& temporary,
                          absl::string_view bytes);
 
-}  // namespace vantage
+}  // namespace vantage::store
 
 #endif  // VANTAGE_SERVER_STORE_DURABLE_FILE_H_

@@ -7,10 +7,10 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "proto/wire/checksum.h"
+#include "core/bytes/checksum.h"
 #include "server/store/durable_file.h"
 
-namespace vantage {
+namespace vantage::store {
 namespace {
 
 constexpr int kBusyMilliseconds = 10'000;
@@ -217,7 +217,7 @@ absl::Status LogDatabase::Append(const std::string& session, uint64_t sequence,
   Use append(writer_->statements.at(kAppend));
   append.Bind(1, absl::string_view(session));
   append.Bind(2, sequence);
-  append.Bind(3, uint64_t{Crc32c(entry)});
+  append.Bind(3, uint64_t{bytes::Crc32c(entry)});
   append.BindBytes(4, entry);
   if (append.Step() != SQLITE_DONE) {
     return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
@@ -240,7 +240,7 @@ absl::StatusOr<std::vector<std::string>> LogDatabase::Read(const std::string& se
     while ((step = read.Step()) == SQLITE_ROW) {
       std::string entry = read.Bytes(2);
       const uint64_t expected = after + entries.size() + 1;
-      if (read.Number(0) != expected || read.Number(1) != Crc32c(entry)) {
+      if (read.Number(0) != expected || read.Number(1) != bytes::Crc32c(entry)) {
         return absl::DataLossError(absl::StrCat("session ", session, ": entry ", expected, " in ",
                                                 path_, " is damaged or missing"));
       }
@@ -364,4 +364,4 @@ absl::Status LogDatabase::CopyTo(const std::string& path) const {
   return SyncData(file.get(), path);
 }
 
-}  // namespace vantage
+}  // namespace vantage::store

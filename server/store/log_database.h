@@ -13,7 +13,7 @@
 #include "absl/strings/string_view.h"
 #include "server/store/store.h"
 
-namespace vantage {
+namespace vantage::store {
 
 // Thread safe: one writes while another reads. Methods as the store's (store.h).
 class LogDatabase {
@@ -55,6 +55,6 @@ class LogDatabase {
   const std::unique_ptr<Connection> reader_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::store
 
 #endif  // VANTAGE_SERVER_STORE_LOG_DATABASE_H_

@@ -4,10 +4,11 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "proto/wire/checksum.h"
+#include "core/bytes/checksum.h"
 #include "server/store/piece_record.h"
+#include "server/store/upgrade.h"
 
-namespace vantage {
+namespace vantage::store {
 
 MemoryStore::MemoryStore(size_t capacity) : capacity_(capacity) {}
 
@@ -21,7 +22,7 @@ absl::Status MemoryStore::Reserve(size_t bytes) {
   return absl::OkStatus();
 }
 
-absl::Status MemoryStore::Append(const std::string& session, const store::v1::LogEntry& entry) {
+absl::Status MemoryStore::Append(const std::string& session, const storage::v1::LogEntry& entry) {
   std::string bytes = entry.SerializeAsString();
   std::lock_guard<std::mutex> lock(mutex_);
   const auto log = logs_.find(session);
@@ -36,9 +37,9 @@ absl::Status MemoryStore::Append(const std::string& session, const store::v1::Lo
   return absl::OkStatus();
 }
 
-absl::StatusOr<std::vector<store::v1::LogEntry>> MemoryStore::Read(const std::string& session,
-                                                                   uint64_t after,
-                                                                   size_t limit) const {
+absl::StatusOr<std::vector<storage::v1::LogEntry>> MemoryStore::Read(const std::string& session,
+                                                                     uint64_t after,
+                                                                     size_t limit) const {
   std::vector<std::string> bytes;
   {
     std::lock_guard<std::mutex> lock(mutex_);
@@ -49,11 +50,12 @@ absl::StatusOr<std::vector<store::v1::LogEntry>> MemoryStore::Read(const std::st
     bytes.assign(log->second.begin() + static_cast<std::ptrdiff_t>(first),
                  log->second.begin() + static_cast<std::ptrdiff_t>(first + count));
   }
-  std::vector<store::v1::LogEntry> entries(bytes.size());
+  std::vector<storage::v1::LogEntry> entries(bytes.size());
   for (size_t i = 0; i < bytes.size(); ++i) {
     if (!entries[i].ParseFromString(bytes[i])) {
       return absl::DataLossError(absl::StrCat("log of ", session, " is damaged"));
     }
+    Upgrade(entries[i]);
   }
   return entries;
 }
@@ -104,7 +106,7 @@ absl::Status MemoryStore::DropSnapshot(const std::string& session, uint64_t sequ
 }
 
 absl::StatusOr<std::string> MemoryStore::PutBlob(absl::string_view bytes) {
-  std::string sha256 = Sha256::Of(bytes);
+  std::string sha256 = bytes::Sha256::Of(bytes);
   std::lock_guard<std::mutex> lock(mutex_);
   const auto known = blobs_.find(sha256);
   if (known != blobs_.end()) {
@@ -224,4 +226,4 @@ size_t MemoryStore::used() const {
   return used_;
 }
 
-}  // namespace vantage
+}  // namespace vantage::store

@@ -10,16 +10,17 @@
 #include "absl/base/thread_annotations.h"
 #include "server/store/store.h"
 
-namespace vantage {
+namespace vantage::store {
 
 class MemoryStore : public Store {
  public:
   // Holds at most `capacity` bytes of logs, blobs and spools together.
   explicit MemoryStore(size_t capacity);
 
-  absl::Status Append(const std::string& session, const store::v1::LogEntry& entry) override;
-  absl::StatusOr<std::vector<store::v1::LogEntry>> Read(const std::string& session, uint64_t after,
-                                                        size_t limit) const override;
+  absl::Status Append(const std::string& session, const storage::v1::LogEntry& entry) override;
+  absl::StatusOr<std::vector<storage::v1::LogEntry>> Read(const std::string& session,
+                                                          uint64_t after,
+                                                          size_t limit) const override;
   absl::StatusOr<std::vector<std::string>> Sessions() const override;
   absl::Status Drop(const std::string& session) override;
   absl::Status PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) override;
@@ -59,6 +60,6 @@ class MemoryStore : public Store {
   std::map<std::string, std::vector<std::string>> spools_ ABSL_GUARDED_BY(mutex_);
 };
 
-}  // namespace vantage
+}  // namespace vantage::store
 
 #endif  // VANTAGE_SERVER_STORE_MEMORY_STORE_H_

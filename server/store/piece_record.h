@@ -7,19 +7,19 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "vantage/store/v1/log.pb.h"
+#include "vantage/storage/v1/log.pb.h"
 
-namespace vantage {
+namespace vantage::store {
 
 // DATA_LOSS: not a record.
-absl::StatusOr<store::v1::SpoolRecord> ParseSpoolRecord(absl::string_view record);
+absl::StatusOr<storage::v1::SpoolRecord> ParseSpoolRecord(absl::string_view record);
 
 // A piece's bytes before compression. DATA_LOSS.
-absl::StatusOr<std::string> PieceBytes(store::v1::SpoolRecord::Piece piece);
+absl::StatusOr<std::string> PieceBytes(storage::v1::SpoolRecord::Piece piece);
 
 // Appends what a record holds of the encoded range image, which may be nothing. DATA_LOSS.
 absl::Status AppendPiece(absl::string_view record, std::string& whole);
 
-}  // namespace vantage
+}  // namespace vantage::store
 
 #endif  // VANTAGE_SERVER_STORE_PIECE_RECORD_H_

@@ -5,21 +5,21 @@
 
 #include <cerrno>
 
-#include "proto/wire/checksum.h"
+#include "core/bytes/checksum.h"
 #include "server/store/durable_file.h"
 
-namespace vantage {
+namespace vantage::store {
 
 RecordHeader RecordHeader::Of(absl::string_view record) {
   RecordHeader header;
   header.size = static_cast<uint32_t>(record.size());
-  header.crc32c = Crc32c(record);
+  header.crc32c = bytes::Crc32c(record);
   header.own_crc32c = header.OwnChecksum();
   return header;
 }
 
 uint32_t RecordHeader::OwnChecksum() const {
-  return Crc32c(bytes().substr(0, 2 * sizeof(uint32_t)));
+  return bytes::Crc32c(bytes().substr(0, 2 * sizeof(uint32_t)));
 }
 
 absl::StatusOr<int64_t> VisitRecords(int fd, const std::string& path,
@@ -48,7 +48,7 @@ absl::StatusOr<int64_t> VisitRecords(int fd, const std::string& path,
     if (header.own_crc32c != header.OwnChecksum() || header.size > end - at) return begin;
     record.resize(header.size);
     if (absl::Status got = read(record.data(), header.size); !got.ok()) return got;
-    if (Crc32c(record) != header.crc32c) {
+    if (bytes::Crc32c(record) != header.crc32c) {
       if (damaged != nullptr) *damaged = at < end;
       return begin;
     }
@@ -57,4 +57,4 @@ absl::StatusOr<int64_t> VisitRecords(int fd, const std::string& path,
   return at;
 }
 
-}  // namespace vantage
+}  // namespace vantage::store

@@ -11,7 +11,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 
-namespace vantage {
+namespace vantage::store {
 
 // Before every record. Little endian.
 struct RecordHeader {
@@ -34,6 +34,6 @@ absl::StatusOr<int64_t> VisitRecords(int fd, const std::string& path,
                                      absl::FunctionRef<absl::Status(absl::string_view)> visit,
                                      bool* damaged = nullptr);
 
-}  // namespace vantage
+}  // namespace vantage::store
 
 #endif  // VANTAGE_SERVER_STORE_RECORD_FILE_H_

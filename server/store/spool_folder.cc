@@ -13,7 +13,7 @@
 #include "server/store/durable_file.h"
 #include "server/store/record_file.h"
 
-namespace vantage {
+namespace vantage::store {
 // Names are of lower-case letters, digits, '-' and '/'.
 std::string SpoolFolder::FileOf(const std::string& spool) const {
   return absl::StrCat(path_, "/", absl::StrReplaceAll(spool, {{"/", "."}}));
@@ -147,4 +147,4 @@ absl::StatusOr<std::vector<std::string>> SpoolFolder::List() const {
   return names;
 }
 
-}  // namespace vantage
+}  // namespace vantage::store

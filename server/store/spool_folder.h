@@ -16,7 +16,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 
-namespace vantage {
+namespace vantage::store {
 
 // Thread safe. Methods as the store's (store.h). What was not synced when the power went may be
 // there or not, or in part: what is taken ends before the first record that is not whole.
@@ -54,6 +54,6 @@ class SpoolFolder {
   std::map<std::string, std::shared_ptr<Spool>> open_ ABSL_GUARDED_BY(mutex_);
 };
 
-}  // namespace vantage
+}  // namespace vantage::store
 
 #endif  // VANTAGE_SERVER_STORE_SPOOL_FOLDER_H_

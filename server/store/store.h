@@ -13,12 +13,13 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
-#include "vantage/store/v1/log.pb.h"
+#include "vantage/storage/v1/log.pb.h"
 
-namespace vantage {
+namespace vantage::store {
 
-// Format that entries are written in, and the newest that is read.
-inline constexpr uint32_t kLogFormatVersion = 1;
+// Format that entries are written in, and the newest that is read. Those of format 1, of release
+// 0.1, are read as if they were of this one (upgrade.h).
+inline constexpr uint32_t kLogFormatVersion = 2;
 
 // A snapshot of a session's model: what a restart begins with. Never needed: what it says is in the
 // log and the scans, too.
@@ -36,11 +37,11 @@ class Store {
 
   // Appends an entry to the log of a session; a log begins with sequence number 1. ABORTED when
   // the entry's sequence number is not the next (somebody else writes this session).
-  virtual absl::Status Append(const std::string& session, const store::v1::LogEntry& entry) = 0;
+  virtual absl::Status Append(const std::string& session, const storage::v1::LogEntry& entry) = 0;
   // Entries with sequence numbers above `after`, in order, at most `limit`. NOT_FOUND.
-  virtual absl::StatusOr<std::vector<store::v1::LogEntry>> Read(const std::string& session,
-                                                                uint64_t after,
-                                                                size_t limit) const = 0;
+  virtual absl::StatusOr<std::vector<storage::v1::LogEntry>> Read(const std::string& session,
+                                                                  uint64_t after,
+                                                                  size_t limit) const = 0;
   // Every session that has a log, sorted.
   virtual absl::StatusOr<std::vector<std::string>> Sessions() const = 0;
   // Forgets a session's log. NOT_FOUND. Blobs that nobody else holds go with ReleaseBlob.
@@ -89,6 +90,6 @@ class Store {
   virtual absl::StatusOr<std::vector<std::string>> Spools() const = 0;
 };
 
-}  // namespace vantage
+}  // namespace vantage::store
 
 #endif  // VANTAGE_SERVER_STORE_STORE_H_

@@ -2,23 +2,25 @@
 
 #include <algorithm>
 
-#include "core/planning/hierarchy.h"
-#include "core/planning/rank_views.h"
+#include "core/planning/evaluation/hierarchy.h"
+#include "core/planning/ranking/rank_views.h"
 #include "tests/bench/figures.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
 constexpr size_t kTimedViews = 300;  // by brute force
 
 }  // namespace
 
-AnswerJudge::AnswerJudge(const PlanningJob& job, Parallel& parallel)
+AnswerJudge::AnswerJudge(const PlanningJob& job, parallel::Parallel& parallel)
     : job_(job), overlap_(*job.model, job.grid, job.scoring->scene(), job.scanner) {
-  HierarchicalScorer hierarchy(job.scoring->scorer(), job.grid, job.scoring->cells(),
-                               job.feasible.cells(), job.feasible.cell_size(), {}, parallel);
-  Evaluation all;
-  for (const ViewScore& score : ScoreEveryView(hierarchy, Budget::Unlimited(), parallel)) {
+  planning::HierarchicalScorer hierarchy(job.scoring->scorer(), job.grid, job.scoring->cells(),
+                                         job.feasible.cells(), job.feasible.cell_size(), {},
+                                         parallel);
+  planning::Evaluation all;
+  for (const planning::ViewScore& score :
+       planning::ScoreEveryView(hierarchy, parallel::Budget::Unlimited(), parallel)) {
     truth_.push_back(score.gain);
     all.views.push_back({score.gain, score.gain, score.gain, true, true, 0});
   }
@@ -28,29 +30,31 @@ AnswerJudge::AnswerJudge(const PlanningJob& job, Parallel& parallel)
   size_t timed = 0;
   const double seconds = ThreadSeconds([&] {
     for (size_t i = stride / 2; i < job.views.size(); i += stride, ++timed) {
-      (void)job.scoring->scorer().Score(job.views[i], job.scoring->cells(), Budget::Unlimited());
+      (void)job.scoring->scorer().Score(job.views[i], job.scoring->cells(),
+                                        parallel::Budget::Unlimited());
     }
   });
   brute_seconds_ = seconds * static_cast<double>(job.views.size()) / static_cast<double>(timed);
 }
 
-int AnswerJudge::FirstRegistrable(const Evaluation& evaluation) const {
-  const std::vector<uint32_t> ranked = RankViews(evaluation, job_.feasible, job_.config.separation,
-                                                 static_cast<size_t>(job_.config.max_checked));
-  Serial serial;
-  const RegistrationCheck check =
-      CheckRegistration(overlap_, job_.scoring->scene(), evaluation, job_.feasible, ranked, 1,
-                        job_.config, Budget::Unlimited(), serial);
+int AnswerJudge::FirstRegistrable(const planning::Evaluation& evaluation) const {
+  const std::vector<uint32_t> ranked =
+      planning::RankViews(evaluation, job_.feasible, job_.config.separation,
+                          static_cast<size_t>(job_.config.max_checked));
+  parallel::Serial serial;
+  const planning::RegistrationCheck check =
+      planning::CheckRegistration(overlap_, job_.scoring->scene(), evaluation, job_.feasible,
+                                  ranked, 1, job_.config, parallel::Budget::Unlimited(), serial);
   return check.registrable.empty() ? -1 : static_cast<int>(check.registrable.front().view);
 }
 
-double AnswerJudge::Regret(const Evaluation& evaluation) const {
+double AnswerJudge::Regret(const planning::Evaluation& evaluation) const {
   const int answer = FirstRegistrable(evaluation);
   if (answer < 0) return 1;
   return std::max(0.0, 1 - truth_[static_cast<size_t>(answer)] / best_);
 }
 
-bool AnswerJudge::BoundsHold(const Evaluation& evaluation) const {
+bool AnswerJudge::BoundsHold(const planning::Evaluation& evaluation) const {
   for (size_t i = 0; i < truth_.size(); ++i) {
     const double slack = 1e-6 * (1 + truth_[i]);
     if (truth_[i] > evaluation.views[i].upper + slack) return false;
@@ -59,4 +63,4 @@ bool AnswerJudge::BoundsHold(const Evaluation& evaluation) const {
   return true;
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

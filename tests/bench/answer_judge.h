@@ -6,22 +6,22 @@
 #include <vector>
 
 #include "core/parallel/parallel.h"
-#include "core/planning/evaluation.h"
-#include "core/planning/registration_check.h"
+#include "core/planning/evaluation/evaluation.h"
+#include "core/planning/ranking/registration_check.h"
 #include "tests/bench/planning_job.h"
 
-namespace vantage {
+namespace vantage::bench {
 
 // Scores all views exactly, by the hierarchy. Keeps the reference. Thread safe.
 class AnswerJudge {
  public:
-  AnswerJudge(const PlanningJob& job, Parallel& parallel);
+  AnswerJudge(const PlanningJob& job, parallel::Parallel& parallel);
 
   // What is lost, [0, 1], by taking the first registrable of the evaluation's ranking (views apart
   // by the separation) instead of the first of the true one. 1: none was found.
-  double Regret(const Evaluation& evaluation) const;
+  double Regret(const planning::Evaluation& evaluation) const;
   // Whether every view's true score lies within its bounds.
-  bool BoundsHold(const Evaluation& evaluation) const;
+  bool BoundsHold(const planning::Evaluation& evaluation) const;
 
   double best() const { return best_; }
   const std::vector<double>& truth() const { return truth_; }
@@ -29,15 +29,15 @@ class AnswerJudge {
   double brute_seconds() const { return brute_seconds_; }
 
  private:
-  int FirstRegistrable(const Evaluation& evaluation) const;
+  int FirstRegistrable(const planning::Evaluation& evaluation) const;
 
   const PlanningJob& job_;
-  OverlapSurface overlap_;
+  planning::OverlapSurface overlap_;
   std::vector<double> truth_;
   double best_ = 0;
   double brute_seconds_ = 0;
 };
 
-}  // namespace vantage
+}  // namespace vantage::bench
 
 #endif  // VANTAGE_TESTS_BENCH_ANSWER_JUDGE_H_

@@ -9,7 +9,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/parallel/thread_pool.h"
-#include "core/planning/anytime.h"
+#include "core/planning/evaluation/anytime.h"
 #include "tests/bench/answer_judge.h"
 #include "tests/bench/anytime_curves.h"
 #include "tests/bench/benchmarks.h"
@@ -17,21 +17,21 @@
 #include "tests/bench/planning_job.h"
 #include "tests/bench/rival_planner.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
 constexpr uint64_t kTuningSeed = 100'001;  // the rival is tuned on other seeds than it is judged on
 constexpr double kEnough = 0.005;          // regret
 
-Evaluation Ours(const PlanningJob& job, uint64_t seed, const Budget& budget) {
-  Serial serial;
+planning::Evaluation Ours(const PlanningJob& job, uint64_t seed, const parallel::Budget& budget) {
+  parallel::Serial serial;
   return AnytimeEvaluation(job, seed, budget, serial);
 }
 
 // `evaluate(seed)` for seeds from `first` on, one to a thread at a time, each counting its own CPU.
 template <typename Evaluate>
-std::vector<double> Regrets(const AnswerJudge& judge, uint64_t first, int runs, Parallel& parallel,
-                            Evaluate&& evaluate) {
+std::vector<double> Regrets(const AnswerJudge& judge, uint64_t first, int runs,
+                            parallel::Parallel& parallel, Evaluate&& evaluate) {
   std::vector<double> regrets(static_cast<size_t>(runs));
   parallel.For(regrets.size(), [&](size_t k) { regrets[k] = judge.Regret(evaluate(first + k)); });
   return regrets;
@@ -50,7 +50,7 @@ struct Points {
 };
 
 Points Duel(const std::string& scene, const PlanningJob& job, const AnswerJudge& judge,
-            Parallel& parallel, Figures& figures) {
+            parallel::Parallel& parallel, Figures& figures) {
   Points points;
   std::string table;
   for (const double milliseconds : {10, 30, 100, 300, 1000}) {
@@ -92,7 +92,7 @@ Points Duel(const std::string& scene, const PlanningJob& job, const AnswerJudge&
 
 // The shortest budget, as a part of brute force's time, at which every plan is good enough.
 void Speedup(const std::string& scene, const PlanningJob& job, const AnswerJudge& judge, int runs,
-             std::span<const double> parts, const std::string& aim, Parallel& parallel,
+             std::span<const double> parts, const std::string& aim, parallel::Parallel& parallel,
              Figures& figures) {
   std::string tried;
   for (const double part : parts) {
@@ -127,20 +127,20 @@ void Speedup(const std::string& scene, const PlanningJob& job, const AnswerJudge
 
 // Two threads against one, on the same work, beside a loop of plain arithmetic.
 void BenchThreads(const PlanningJob& job, Figures& figures) {
-  Serial serial;
-  ThreadPool pool(2);
-  Budget budget;
+  parallel::Serial serial;
+  parallel::ThreadPool pool(2);
+  parallel::Budget budget;
   budget.work_limit = 10'000'000;
-  const auto evaluate = [&](Parallel& parallel) {
+  const auto evaluate = [&](parallel::Parallel& parallel) {
     return WallSeconds([&] {
-      (void)EvaluateViews(
+      (void)planning::EvaluateViews(
           job.scoring->scorer(), job.feasible, job.scoring->cells(), {}, budget, parallel,
-          [](const Evaluation&) {}, &job.grid);
+          [](const planning::Evaluation&) {}, &job.grid);
     });
   };
   volatile double factor = 0.999999;  // not to be known when this is compiled
   volatile double sink = 0;
-  const auto loop = [&](Parallel& parallel) {
+  const auto loop = [&](parallel::Parallel& parallel) {
     return WallSeconds([&] {
       parallel.For(16, [&](size_t) {
         const double by = factor;
@@ -169,7 +169,7 @@ constexpr double kFloorParts[] = {4000, 2800, 2000, 1400, 1000, 700, 500, 400, 3
 
 }  // namespace
 
-void BenchAnytime(const BenchOptions& options, Parallel& parallel, Figures& figures) {
+void BenchAnytime(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
   const bool full = options.full;
   Points points;
   const auto wanted = [&](const std::string& scene) {
@@ -225,4 +225,4 @@ void BenchAnytime(const BenchOptions& options, Parallel& parallel, Figures& figu
   if (figures.Wants("plan.threads2.")) BenchThreads(*FlatPlanningJob(3, parallel), figures);
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

@@ -5,27 +5,27 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "core/planning/anytime.h"
-#include "core/planning/patch_order.h"
+#include "core/planning/evaluation/anytime.h"
+#include "core/planning/evaluation/patch_order.h"
 #include "tests/bench/cpu_budget.h"
 #include "tests/bench/curve_chart.h"
 #include "tests/bench/figures.h"
 #include "tests/bench/rival_planner.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
 constexpr size_t kSeeds = 7;         // up to kMostRepeated
 constexpr double kMostRepeated = 1;  // s
-constexpr double kLongest = 20;      // s, of CPU: brute force itself takes minutes on floors
+constexpr double kLongest = 20;      // s, of CPU: brute force itself takes minutes on storeys
 constexpr double kLeast = 1e-4;      // regret drawn as 0
 
 // What could still be lost, as the plan says it: nothing is refused here.
-double Gap(const Evaluation& evaluation) {
+double Gap(const planning::Evaluation& evaluation) {
   double most = 0;
   double lower = 0;
   double rank = -1;
-  for (const ViewEstimate& view : evaluation.views) {
+  for (const planning::ViewEstimate& view : evaluation.views) {
     most = std::max(most, view.upper);
     if (view.scored && view.Rank() > rank) {
       rank = view.Rank();
@@ -37,19 +37,20 @@ double Gap(const Evaluation& evaluation) {
 
 }  // namespace
 
-Evaluation AnytimeEvaluation(const PlanningJob& job, uint64_t seed, const Budget& budget,
-                             Parallel& parallel) {
-  AnytimeOptions options;
+planning::Evaluation AnytimeEvaluation(const PlanningJob& job, uint64_t seed,
+                                       const parallel::Budget& budget,
+                                       parallel::Parallel& parallel) {
+  planning::AnytimeOptions options;
   options.seed = seed;
   options.separation = job.config.separation;
   options.leaders = job.config.candidates;
-  return EvaluateViews(
+  return planning::EvaluateViews(
       job.scoring->scorer(), job.feasible, job.scoring->cells(), options, budget, parallel,
-      [](const Evaluation&) {}, &job.grid);
+      [](const planning::Evaluation&) {}, &job.grid);
 }
 
 bool DrawAnytimeCurves(const std::string& path, const std::string& scene, const PlanningJob& job,
-                       const AnswerJudge& judge, Parallel& parallel) {
+                       const AnswerJudge& judge, parallel::Parallel& parallel) {
   const double longest = std::min(judge.brute_seconds() * 1.1, kLongest + 1e-9);
   std::vector<double> times;
   for (double decade = 0.005; decade < longest; decade *= 10) {
@@ -69,15 +70,15 @@ bool DrawAnytimeCurves(const std::string& path, const std::string& scene, const 
     std::array<double, 2> by_patch{};
     // Each run on one thread, which counts its own time.
     parallel.For(2 * seeds + 1, [&](size_t k) {
-      Serial serial;
-      const Budget budget = CpuBudget(time);
+      parallel::Serial serial;
+      const parallel::Budget budget = CpuBudget(time);
       if (k == 2 * seeds) {
-        const Evaluation evaluation =
-            EvaluateByPatches(job.scoring->scorer(), job.feasible, job.scoring->cells(),
-                              job.patches, job.grid, {}, budget, serial, [](const Evaluation&) {});
+        const planning::Evaluation evaluation = planning::EvaluateByPatches(
+            job.scoring->scorer(), job.feasible, job.scoring->cells(), job.patches, job.grid, {},
+            budget, serial, [](const planning::Evaluation&) {});
         by_patch = {judge.Regret(evaluation), Gap(evaluation)};
       } else if (k < seeds) {
-        const Evaluation evaluation = AnytimeEvaluation(job, k + 1, budget, serial);
+        const planning::Evaluation evaluation = AnytimeEvaluation(job, k + 1, budget, serial);
         own[k] = judge.Regret(evaluation);
         gaps[k] = Gap(evaluation);
       } else {
@@ -103,4 +104,4 @@ bool DrawAnytimeCurves(const std::string& path, const std::string& scene, const 
                     {regret, stated});
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

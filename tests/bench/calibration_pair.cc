@@ -7,29 +7,31 @@
 
 #include "absl/strings/str_format.h"
 #include "core/model/partial_model.h"
-#include "core/planning/occlusion_scene.h"
-#include "core/planning/opaque_grid.h"
-#include "core/planning/registration_check.h"
-#include "core/registration/align.h"
+#include "core/planning/ranking/registration_check.h"
+#include "core/registration/align/align.h"
+#include "core/registration/align/registration_config.h"
+#include "core/registration/align/scan_surface.h"
+#include "core/registration/bound/registration_result.h"
 #include "core/registration/registration.h"
-#include "core/registration/scan_surface.h"
 #include "core/simulation/counter_random.h"
 #include "core/simulation/simulated_scanner.h"
+#include "core/visibility/occlusion_scene.h"
+#include "core/visibility/opaque_grid.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
 using Eigen::Vector3d;
 
-constexpr double kStandClearance = 0.30;  // m
-constexpr double kNearestSecond = 0.5;    // m from the first scan
+constexpr double kStationClearance = 0.30;  // m
+constexpr double kNearestSecond = 0.5;      // m from the first scan
 constexpr double kFarthestSecond = 4.5;
 constexpr double kHiddenShare = 0.2;  // of second places need not be seen from the first
 
 class Normal {
  public:
   explicit Normal(uint64_t seed) : seed_(seed) {}
-  double operator()() { return RandomNormal(seed_, next_++, 0); }
+  double operator()() { return simulation::RandomNormal(seed_, next_++, 0); }
   Vector3d Three() {
     const double x = (*this)();
     const double y = (*this)();
@@ -47,11 +49,11 @@ class SharedError {
  public:
   SharedError(double correlation_length, uint64_t seed) {
     Normal normal(seed);
-    RandomSequence random(MixBits(seed) + 1);
-    const double scale = correlation_length / std::sqrt(2 * kPi);
+    simulation::RandomSequence random(simulation::MixBits(seed) + 1);
+    const double scale = correlation_length / std::sqrt(2 * sensor::kPi);
     for (Wave& wave : waves_) {
       wave.vector = (normal.Three() / scale).cast<float>();
-      wave.phase = static_cast<float>(random.Between(0, 2 * kPi));
+      wave.phase = static_cast<float>(random.Between(0, 2 * sensor::kPi));
     }
   }
   double At(const Eigen::Vector3f& point) const {
@@ -87,29 +89,30 @@ class Site {
     scanner_.range_max = kCalibrationRange;
     scanner_.positioning_error = settings.position_guess;
   }
-  const ScannerModel& scanner() const { return scanner_; }
-  const SimulatedScanner& tracer() const { return tracer_; }
+  const sensor::ScannerModel& scanner() const { return scanner_; }
+  const simulation::SimulatedScanner& tracer() const { return tracer_; }
 
   bool CanStand(const Vector3d& at) const {
     return tracer_.tracer().Trace(at.cast<float>(), Eigen::Vector3f(0, 0, -1), 0).hit &&
-           tracer_.Clearance(at, kStandClearance) >= kStandClearance;
+           tracer_.Clearance(at, kStationClearance) >= kStationClearance;
   }
-  Vector3d Place(RandomSequence& random) const {
-    const Eigen::AlignedBox3d& box = scene_.stands;
+  Vector3d Place(simulation::RandomSequence& random) const {
+    const Eigen::AlignedBox3d& box = scene_.stations;
     Vector3d local;
     for (int k = 0; k < 3; ++k) local[k] = random.Between(box.min()[k], box.max()[k]);
     return scene_.T_scene_local * local;
   }
-  Scan Measure(const Eigen::Isometry3d& pose, double correlation_length, uint64_t seed) const {
-    Serial serial;
-    Scan scan;
+  sensor::Scan Measure(const Eigen::Isometry3d& pose, double correlation_length,
+                       uint64_t seed) const {
+    parallel::Serial serial;
+    sensor::Scan scan;
     scan.scanner = scanner_;
-    scan.image = tracer_.Scan(scanner_, pose, ScanFaults{}, seed, serial);
-    const SharedError shared(correlation_length, MixBits(seed));
+    scan.image = tracer_.Scan(scanner_, pose, simulation::ScanFaults{}, seed, serial);
+    const SharedError shared(correlation_length, simulation::MixBits(seed));
     for (int column = 0; column < scan.image.columns(); ++column) {
       for (int row = 0; row < scan.image.rows(); ++row) {
         float& range = scan.image.range[scan.image.Index(column, row)];
-        if (!RangeImage::IsRange(range)) continue;
+        if (!sensor::RangeImage::IsRange(range)) continue;
         const Vector3d point = pose * Vector3d(range * scan.image.Direction(column, row));
         range += static_cast<float>(settings_.shared_sigma * shared.At(point.cast<float>()));
       }
@@ -119,9 +122,9 @@ class Site {
 
  private:
   CalibrationScene scene_;
-  SimulatedScanner tracer_;
+  simulation::SimulatedScanner tracer_;
   CalibrationSettings settings_;
-  ScannerModel scanner_;
+  sensor::ScannerModel scanner_;
 };
 
 }  // namespace
@@ -138,13 +141,15 @@ double LargestMove(const Eigen::Isometry3d& pose, const Eigen::Isometry3d& truth
   return largest;
 }
 
-Eigen::AlignedBox3d OverlapBox(const PlanningView& model, const Scan& scan,
-                               const Eigen::Isometry3d& truth, Parallel& parallel) {
-  const RegistrationConfig config;
-  const ScanSurface surface = SampleSurface(scan, config.sample_spacing, parallel);
+Eigen::AlignedBox3d OverlapBox(const model::PlanningView& model, const sensor::Scan& scan,
+                               const Eigen::Isometry3d& truth, parallel::Parallel& parallel) {
+  const registration::RegistrationConfig config;
+  const registration::ScanSurface surface =
+      registration::SampleSurface(scan, config.sample_spacing, parallel);
   Eigen::AlignedBox3d box;
-  for (const Correspondence& c : FindCorrespondences(VoxelSearch(model, BoxOf(surface, truth)),
-                                                     surface, truth, config, parallel)) {
+  for (const registration::Correspondence& c : registration::FindCorrespondences(
+           registration::VoxelSearch(model, registration::BoxOf(surface, truth)), surface, truth,
+           config, parallel)) {
     box.extend(c.point);
   }
   return box;
@@ -152,11 +157,11 @@ Eigen::AlignedBox3d OverlapBox(const PlanningView& model, const Scan& scan,
 
 std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, uint64_t seed,
                                           int count, const CalibrationSettings& settings,
-                                          const RegistrationConfig& config) {
-  Serial serial;
+                                          const registration::RegistrationConfig& config) {
+  parallel::Serial serial;
   const Site site(family, seed, settings);
-  RandomSequence random(MixBits(seed) ^ 41);
-  Normal normal(MixBits(seed) ^ 43);
+  simulation::RandomSequence random(simulation::MixBits(seed) ^ 41);
+  Normal normal(simulation::MixBits(seed) ^ 43);
   std::vector<CalibrationPair> pairs;
   Vector3d first = site.Place(random);
   for (int tries = 0; !site.CanStand(first); ++tries) {
@@ -164,14 +169,15 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
     first = site.Place(random);
   }
   const Eigen::Isometry3d T_world_first =
-      Upright(first, random.Between(0, 2 * kPi), settings.tilt_guess, normal);
-  auto model = PartialModel::Create({});
-  const Scan made = site.Measure(T_world_first, config.correlation_length, seed);
+      Upright(first, random.Between(0, 2 * sensor::kPi), settings.tilt_guess, normal);
+  auto model = model::PartialModel::Create({});
+  const sensor::Scan made = site.Measure(T_world_first, config.correlation_length, seed);
   if (!model.ok() || !(*model)->Insert("first", made, T_world_first, serial).ok()) return pairs;
   const auto view = (*model)->Publish();
-  const OpaqueGrid grid(*view);
-  const OcclusionScene occlusion(grid, OpaqueGrid(*view, {1, 2, 0}), serial);
-  const OverlapSurface surface(*view, grid, occlusion, site.scanner());
+  const visibility::OpaqueGrid grid(*view);
+  const visibility::OcclusionScene occlusion(grid, visibility::OpaqueGrid(*view, {1, 2, 0}),
+                                             serial);
+  const planning::OverlapSurface surface(*view, grid, occlusion, site.scanner());
 
   for (int tries = 0; static_cast<int>(pairs.size()) < count && tries < 20'000; ++tries) {
     const Vector3d at = site.Place(random);
@@ -184,28 +190,28 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
     pair.degenerate = family.degenerate;
     pair.scene = scene;
     pair.pair = static_cast<int>(pairs.size());
-    const double heading = random.Between(0, 2 * kPi);
+    const double heading = random.Between(0, 2 * sensor::kPi);
     const Eigen::Isometry3d truth = Upright(at, heading, settings.tilt_guess, normal);
     // The planned place that was missed, the heading off by a compass's error, upright.
-    PosePrior prior;
+    sensor::PosePrior prior;
     const Vector3d planned = at + settings.position_guess * normal.Three();
     // Only what is known to be empty is ever planned.
     if (!view->Empty(view->At(planned))) continue;
     const double guessed_heading = heading + settings.heading_guess * normal();
     prior.T_world_scan = Upright(planned, guessed_heading, 0, normal);
-    const Vector6d sigma{{settings.tilt_guess, settings.tilt_guess, settings.heading_guess,
-                          settings.position_guess, settings.position_guess,
-                          settings.position_guess}};
+    const sensor::Vector6d sigma{{settings.tilt_guess, settings.tilt_guess, settings.heading_guess,
+                                  settings.position_guess, settings.position_guess,
+                                  settings.position_guess}};
     prior.covariance = sigma.cwiseAbs2().asDiagonal();
     const Eigen::Isometry3d missed = truth.inverse() * prior.T_world_scan;
     pair.prior_metres = missed.translation().norm();
-    pair.prior_degrees = Degrees(Eigen::AngleAxisd(missed.linear()).angle());
+    pair.prior_degrees = sensor::Degrees(Eigen::AngleAxisd(missed.linear()).angle());
 
-    const auto predicted =
-        surface.Predict(prior.T_world_scan.translation(), occlusion, config, Budget::Unlimited());
-    const Scan scan =
+    const auto predicted = surface.Predict(prior.T_world_scan.translation(), occlusion, config,
+                                           parallel::Budget::Unlimited());
+    const sensor::Scan scan =
         site.Measure(truth, config.correlation_length, seed * 1000 + static_cast<uint64_t>(tries));
-    const auto aligned = Register(*view, scan, prior, config, serial);
+    const auto aligned = registration::Register(*view, scan, prior, config, serial);
     if (!predicted.has_value() || !aligned.ok()) continue;
     pair.predicted = predicted->verdict.outcome;
     pair.predicted_bound = predicted->verdict.error_bound;
@@ -217,8 +223,9 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
   return pairs;
 }
 
-void RecordAlignment(const RegistrationResult& aligned, const Eigen::Isometry3d& truth,
-                     const Eigen::AlignedBox3d& overlap, CalibrationPair& pair) {
+void RecordAlignment(const registration::RegistrationResult& aligned,
+                     const Eigen::Isometry3d& truth, const Eigen::AlignedBox3d& overlap,
+                     CalibrationPair& pair) {
   pair.outcome = aligned.verdict.outcome;
   pair.bound = aligned.verdict.error_bound;
   pair.judged = aligned.verdict.judged_bound;
@@ -226,7 +233,7 @@ void RecordAlignment(const RegistrationResult& aligned, const Eigen::Isometry3d&
   pair.achieved = LargestMove(aligned.T_world_scan, truth, overlap);
   const Eigen::Isometry3d error = truth.inverse() * aligned.T_world_scan;
   pair.metres = error.translation().norm();
-  pair.degrees = Degrees(Eigen::AngleAxisd(error.linear()).angle());
+  pair.degrees = sensor::Degrees(Eigen::AngleAxisd(error.linear()).angle());
   pair.seconds = aligned.seconds;
   pair.decided_by = aligned.verdict.decided_by;
 }
@@ -263,11 +270,11 @@ std::optional<CalibrationPair> FromLine(const std::string& line) {
   p.pair = whole();
   p.prior_metres = number();
   p.prior_degrees = number();
-  p.predicted = static_cast<RegistrationOutcome>(whole());
+  p.predicted = static_cast<registration::RegistrationOutcome>(whole());
   p.predicted_bound = number();
   p.predicted_judged = number();
   p.predicted_overlap = number();
-  p.outcome = static_cast<RegistrationOutcome>(whole());
+  p.outcome = static_cast<registration::RegistrationOutcome>(whole());
   p.bound = number();
   p.judged = number();
   p.overlap = number();
@@ -279,4 +286,4 @@ std::optional<CalibrationPair> FromLine(const std::string& line) {
   return p;
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

@@ -8,22 +8,23 @@
 #include <string>
 #include <vector>
 
-#include "core/model/planning_view.h"
+#include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
-#include "core/registration/registration.h"
-#include "core/registration/verdict.h"
+#include "core/registration/align/registration_config.h"
+#include "core/registration/bound/registration_result.h"
+#include "core/registration/bound/verdict.h"
 #include "core/sensor/scan.h"
 #include "tests/bench/calibration_scene.h"
 
-namespace vantage {
+namespace vantage::bench {
 
 // What the study's instrument does and what its poses are guessed to, one sigma. Bounds are told
 // the same.
 struct CalibrationSettings {
-  double step = Radians(0.5);         // rad between samples
-  double position_guess = 0.15;       // m per axis, that a scanner misses its planned place
-  double heading_guess = Radians(5);  // rad
-  double tilt_guess = Radians(1);     // rad
+  double step = sensor::Radians(0.5);         // rad between samples
+  double position_guess = 0.15;               // m per axis, that a scanner misses its planned place
+  double heading_guess = sensor::Radians(5);  // rad
+  double tilt_guess = sensor::Radians(1);     // rad
   // Errors of ranges that neighbours share, beside the scanner's white noise: a field over each
   // scan's surfaces of this sigma (m) whose integral scale is the configured correlation length.
   // Two scans of one surface at the usual incidence differ by about the configured 2 mm.
@@ -38,12 +39,12 @@ struct CalibrationPair {
   double prior_metres = 0;  // how far off the pose was guessed
   double prior_degrees = 0;
   // Predicted for the planned place before the scan was made.
-  RegistrationOutcome predicted = RegistrationOutcome::kFailed;
+  registration::RegistrationOutcome predicted = registration::RegistrationOutcome::kFailed;
   double predicted_bound = 0;   // E, m
   double predicted_judged = 0;  // m
   double predicted_overlap = 0;
   // Of the alignment.
-  RegistrationOutcome outcome = RegistrationOutcome::kFailed;
+  registration::RegistrationOutcome outcome = registration::RegistrationOutcome::kFailed;
   double bound = 0;   // E, m
   double judged = 0;  // m
   double overlap = 0;
@@ -53,7 +54,7 @@ struct CalibrationPair {
   double seconds = 0;  // Register(), one thread
   std::string decided_by;
 
-  bool Accurate(const RegistrationConfig& config) const {
+  bool Accurate(const registration::RegistrationConfig& config) const {
     return achieved <= config.required_accuracy;
   }
 };
@@ -61,25 +62,26 @@ struct CalibrationPair {
 // One model of a scene of the family, and `count` scans beside it. Everything follows from `seed`.
 std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, uint64_t seed,
                                           int count, const CalibrationSettings& settings,
-                                          const RegistrationConfig& config);
+                                          const registration::RegistrationConfig& config);
 
 // Of the samples that lie on the model's surface at the true pose, m: what bounds are about.
-Eigen::AlignedBox3d OverlapBox(const PlanningView& model, const Scan& scan,
-                               const Eigen::Isometry3d& truth, Parallel& parallel);
+Eigen::AlignedBox3d OverlapBox(const model::PlanningView& model, const sensor::Scan& scan,
+                               const Eigen::Isometry3d& truth, parallel::Parallel& parallel);
 
 // How far a wrong pose moves the corners of the box at most, m; of an empty box: the scanner.
 double LargestMove(const Eigen::Isometry3d& pose, const Eigen::Isometry3d& truth,
                    const Eigen::AlignedBox3d& box);
 
 // What an alignment said of itself and how far off it was; `overlap` is OverlapBox's.
-void RecordAlignment(const RegistrationResult& aligned, const Eigen::Isometry3d& truth,
-                     const Eigen::AlignedBox3d& overlap, CalibrationPair& pair);
+void RecordAlignment(const registration::RegistrationResult& aligned,
+                     const Eigen::Isometry3d& truth, const Eigen::AlignedBox3d& overlap,
+                     CalibrationPair& pair);
 
 // A pair as a line of a table, and back; nothing when the line is none.
 std::string CalibrationHeader();
 std::string ToLine(const CalibrationPair& pair);
 std::optional<CalibrationPair> FromLine(const std::string& line);
 
-}  // namespace vantage
+}  // namespace vantage::bench
 
 #endif  // VANTAGE_TESTS_BENCH_CALIBRATION_PAIR_H_

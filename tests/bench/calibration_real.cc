@@ -7,14 +7,17 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/model/partial_model.h"
+#include "core/registration/align/registration_config.h"
+#include "core/registration/levelling.h"
 #include "core/registration/registration.h"
 #include "core/sensor/import.h"
+#include "core/sensor/imported_scan.h"
 #include "core/simulation/counter_random.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
-Eigen::Vector3d RandomDirection(RandomSequence& random) {
+Eigen::Vector3d RandomDirection(simulation::RandomSequence& random) {
   while (true) {
     const double x = random.Between(-1, 1);
     const double y = random.Between(-1, 1);
@@ -46,7 +49,7 @@ bool ReadReference(const std::string& path, Eigen::Isometry3d& pose) {
 
 }  // namespace
 
-std::vector<CalibrationPair> MeasureRealPairs(int priors, Parallel& parallel,
+std::vector<CalibrationPair> MeasureRealPairs(int priors, parallel::Parallel& parallel,
                                               std::string& why_not) {
   std::vector<CalibrationPair> pairs;
   const char* data = std::getenv("VANTAGE_SHARED_DATA");
@@ -55,10 +58,10 @@ std::vector<CalibrationPair> MeasureRealPairs(int priors, Parallel& parallel,
     return pairs;
   }
   const std::string folder = absl::StrCat(data, "/pcl_room_scan/");
-  std::array<Scan, 2> scans;
+  std::array<sensor::Scan, 2> scans;
   for (size_t i = 0; i < scans.size(); ++i) {
-    const auto imported =
-        ReadScanFile(absl::StrCat(folder, "room_scan", i + 1, ".ptx"), ImportLimits());
+    const auto imported = sensor::ReadScanFile(absl::StrCat(folder, "room_scan", i + 1, ".ptx"),
+                                               sensor::ImportLimits());
     if (!imported.ok()) {
       why_not = std::string(imported.status().message());
       return pairs;
@@ -71,11 +74,11 @@ std::vector<CalibrationPair> MeasureRealPairs(int priors, Parallel& parallel,
     why_not = folder + "poses.txt has no pose of room_scan2";
     return pairs;
   }
-  RegistrationConfig config;
+  registration::RegistrationConfig config;
   config.required_accuracy = kRealAccuracy;
   for (size_t first = 0; first < 2; ++first) {
-    const auto level = LevelFirstScan(scans[first]);
-    auto model = PartialModel::Create({});
+    const auto level = registration::LevelFirstScan(scans[first]);
+    auto model = model::PartialModel::Create({});
     if (!level.ok() || !model.ok() ||
         !(*model)->Insert("first", scans[first], level->T_world_scan, parallel).ok()) {
       why_not = "the first scan makes no model";
@@ -83,20 +86,21 @@ std::vector<CalibrationPair> MeasureRealPairs(int priors, Parallel& parallel,
     }
     const Eigen::Isometry3d truth =
         level->T_world_scan * (first == 0 ? T_scan1_scan2 : T_scan1_scan2.inverse());
-    RandomSequence random(20 + first);
+    simulation::RandomSequence random(20 + first);
     for (int k = 0; k < priors; ++k) {
       CalibrationPair pair;
       pair.family = absl::StrCat("real ", first + 1, " to ", 2 - first);
       pair.pair = k;
       pair.prior_metres = random.Between(0, 0.5);
       pair.prior_degrees = random.Between(0, 15);
-      PosePrior prior;
+      sensor::PosePrior prior;
       prior.T_world_scan = truth;
       prior.T_world_scan.linear() =
-          Eigen::AngleAxisd(Radians(pair.prior_degrees), RandomDirection(random)) * truth.linear();
+          Eigen::AngleAxisd(sensor::Radians(pair.prior_degrees), RandomDirection(random)) *
+          truth.linear();
       prior.T_world_scan.translation() += pair.prior_metres * RandomDirection(random);
       const auto aligned =
-          Register(*(*model)->Publish(), scans[1 - first], prior, config, parallel);
+          registration::Register(*(*model)->Publish(), scans[1 - first], prior, config, parallel);
       if (!aligned.ok()) continue;
       RecordAlignment(*aligned, truth,
                       OverlapBox(*(*model)->Publish(), scans[1 - first], truth, parallel), pair);
@@ -106,4 +110,4 @@ std::vector<CalibrationPair> MeasureRealPairs(int priors, Parallel& parallel,
   return pairs;
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

@@ -8,7 +8,7 @@
 #include "core/parallel/parallel.h"
 #include "tests/bench/calibration_pair.h"
 
-namespace vantage {
+namespace vantage::bench {
 
 // The instrument (ranges quantised to 1 cm, columns skewed) and its reference pose, good to a few
 // centimetres, allow no more than this, m.
@@ -16,8 +16,9 @@ inline constexpr double kRealAccuracy = 0.05;
 
 // Both ways round, from `priors` random priors each up to 0.5 m and 15 degrees wrong. Empty, with
 // a word on why, where the data are not.
-std::vector<CalibrationPair> MeasureRealPairs(int priors, Parallel& parallel, std::string& why_not);
+std::vector<CalibrationPair> MeasureRealPairs(int priors, parallel::Parallel& parallel,
+                                              std::string& why_not);
 
-}  // namespace vantage
+}  // namespace vantage::bench
 
 #endif  // VANTAGE_TESTS_BENCH_CALIBRATION_REAL_H_

@@ -9,7 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "tests/bench/calibration_real.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
 // Priors that an alignment has to cope with, and what it then has to come to.
@@ -32,10 +32,10 @@ struct Tally {
   std::vector<double> ratio;
   std::vector<double> seconds;
 
-  void Add(const CalibrationPair& p, const RegistrationConfig& config) {
+  void Add(const CalibrationPair& p, const registration::RegistrationConfig& config) {
     const bool good = p.Accurate(config);
-    const bool taken = p.outcome == RegistrationOutcome::kRegistered;
-    const bool foretold = p.predicted == RegistrationOutcome::kRegistered;
+    const bool taken = p.outcome == registration::RegistrationOutcome::kRegistered;
+    const bool foretold = p.predicted == registration::RegistrationOutcome::kRegistered;
     ++pairs;
     accurate += good ? 1 : 0;
     predicted_held += p.achieved <= p.predicted_bound ? 1 : 0;
@@ -54,13 +54,13 @@ double Share(size_t part, size_t all) {
   return all == 0 ? 0 : static_cast<double>(part) / static_cast<double>(all);
 }
 
-const char* Words(RegistrationOutcome outcome) {
+const char* Words(registration::RegistrationOutcome outcome) {
   switch (outcome) {
-    case RegistrationOutcome::kRegistered:
+    case registration::RegistrationOutcome::kRegistered:
       return "registered";
-    case RegistrationOutcome::kDoubtful:
+    case registration::RegistrationOutcome::kDoubtful:
       return "doubtful";
-    case RegistrationOutcome::kFailed:
+    case registration::RegistrationOutcome::kFailed:
       return "failed";
   }
   return "";
@@ -80,7 +80,7 @@ double Along(double metres) {
 }
 
 void Panel(double left, const std::string& title, const std::vector<CalibrationPair>& pairs,
-           bool predicted, const RegistrationConfig& config, std::string& out) {
+           bool predicted, const registration::RegistrationConfig& config, std::string& out) {
   const auto x_of = [&](double m) { return left + kSide * Along(m); };
   const auto y_of = [&](double m) { return kTop + kSide * (1 - Along(m)); };
   absl::StrAppendFormat(&out, "<text x=\"%g\" y=\"%g\">%s</text>\n", left, kTop - 12, title);
@@ -105,10 +105,10 @@ void Panel(double left, const std::string& title, const std::vector<CalibrationP
       x_of(config.required_accuracy), kTop, kTop + kSide, left, y_of(config.required_accuracy),
       left + kSide, left + 0.5 * kSide, kTop + kSide + 32);
   for (const CalibrationPair& p : pairs) {
-    const RegistrationOutcome outcome = predicted ? p.predicted : p.outcome;
-    const char* colour = outcome == RegistrationOutcome::kRegistered ? "#0072b2"
-                         : outcome == RegistrationOutcome::kDoubtful ? "#e69f00"
-                                                                     : "#d55e00";
+    const registration::RegistrationOutcome outcome = predicted ? p.predicted : p.outcome;
+    const char* colour = outcome == registration::RegistrationOutcome::kRegistered ? "#0072b2"
+                         : outcome == registration::RegistrationOutcome::kDoubtful ? "#e69f00"
+                                                                                   : "#d55e00";
     absl::StrAppendFormat(&out,
                           "<circle cx=\"%.1f\" cy=\"%.1f\" r=\"2\" fill=\"%s\" "
                           "fill-opacity=\"0.5\"/>\n",
@@ -137,8 +137,8 @@ double LowerLimit95(size_t good, size_t all) {
   return low;
 }
 
-void ReportCalibration(const std::vector<CalibrationPair>& pairs, const RegistrationConfig& config,
-                       Figures& figures) {
+void ReportCalibration(const std::vector<CalibrationPair>& pairs,
+                       const registration::RegistrationConfig& config, Figures& figures) {
   Tally all;
   size_t degenerate = 0;
   for (const CalibrationPair& p : pairs) {
@@ -186,7 +186,8 @@ void ReportCalibration(const std::vector<CalibrationPair>& pairs, const Registra
                "median of Register(), one thread of two busy ones"});
 }
 
-void PrintFamilies(const std::vector<CalibrationPair>& pairs, const RegistrationConfig& config) {
+void PrintFamilies(const std::vector<CalibrationPair>& pairs,
+                   const registration::RegistrationConfig& config) {
   std::vector<std::string> order;
   std::map<std::string, Tally> families;
   for (const CalibrationPair& p : pairs) {
@@ -225,7 +226,7 @@ void PrintRealPairs(const std::vector<CalibrationPair>& pairs) {
     absl::PrintF("%-12s %3d %7.2f m %5.1f deg | %6.1f mm %5.2f deg %5.1f mm %6.0f %%  %-10s %s\n",
                  p.family, p.pair, p.prior_metres, p.prior_degrees, 1000 * p.metres, p.degrees,
                  1000 * p.bound, 100 * p.overlap, Words(p.outcome), p.decided_by);
-    const bool taken = p.outcome == RegistrationOutcome::kRegistered;
+    const bool taken = p.outcome == registration::RegistrationOutcome::kRegistered;
     accepted += taken ? 1 : 0;
     wrong += taken && (p.metres > kRealAccuracy || p.degrees > 1.0) ? 1 : 0;
   }
@@ -234,7 +235,7 @@ void PrintRealPairs(const std::vector<CalibrationPair>& pairs) {
 }
 
 bool DrawCalibration(const std::string& path, const std::vector<CalibrationPair>& pairs,
-                     const RegistrationConfig& config) {
+                     const registration::RegistrationConfig& config) {
   const double width = kLeft + 2 * kSide + kGap + 20;
   std::string out = absl::StrFormat(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"%g\" height=\"%g\" "
@@ -255,4 +256,4 @@ bool DrawCalibration(const std::string& path, const std::vector<CalibrationPair>
   return file.good();
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

@@ -8,23 +8,24 @@
 #include "tests/bench/calibration_pair.h"
 #include "tests/bench/figures.h"
 
-namespace vantage {
+namespace vantage::bench {
 
 // The one-sided 95 % lower limit of a share seen as `good` of `all` (Clopper and Pearson).
 double LowerLimit95(size_t good, size_t all);
 
 // predict.* and verdict.* of all pairs.
-void ReportCalibration(const std::vector<CalibrationPair>& pairs, const RegistrationConfig& config,
-                       Figures& figures);
-void PrintFamilies(const std::vector<CalibrationPair>& pairs, const RegistrationConfig& config);
+void ReportCalibration(const std::vector<CalibrationPair>& pairs,
+                       const registration::RegistrationConfig& config, Figures& figures);
+void PrintFamilies(const std::vector<CalibrationPair>& pairs,
+                   const registration::RegistrationConfig& config);
 // One line each.
 void PrintRealPairs(const std::vector<CalibrationPair>& pairs);
 
 // Predicted E and that of the alignment against what was achieved, both axes logarithmic. False
 // when the file cannot be written.
 bool DrawCalibration(const std::string& path, const std::vector<CalibrationPair>& pairs,
-                     const RegistrationConfig& config);
+                     const registration::RegistrationConfig& config);
 
-}  // namespace vantage
+}  // namespace vantage::bench
 
 #endif  // VANTAGE_TESTS_BENCH_CALIBRATION_REPORT_H_

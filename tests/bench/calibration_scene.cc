@@ -6,50 +6,53 @@
 #include <utility>
 
 #include "core/simulation/counter_random.h"
-#include "core/simulation/mesh_builder.h"
-#include "core/simulation/scene.h"
+#include "core/simulation/scenes/furnished_flat.h"
+#include "core/simulation/scenes/mesh_builder.h"
+#include "core/simulation/scenes/office_storey.h"
+#include "core/simulation/scenes/scene.h"
+#include "core/simulation/scenes/small_scenes.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
 using Eigen::AlignedBox3d;
 using Eigen::Vector3d;
 
 constexpr double kOutOfSight = 1.8 * kCalibrationRange;  // m, of ends that no scan reaches
-constexpr double kStandHalf = 4.0;                       // m, along what is open
-constexpr double kKeepOff = 0.6;                         // m, of stands from walls
+constexpr double kStationHalf = 4.0;                     // m, along what is open
+constexpr double kKeepOff = 0.6;                         // m, of stations from walls
 constexpr int kRound = 360;                              // facets of what is round
 
 // Set up at tripod heights in a box.
-AlignedBox3d Stands(const Vector3d& low, const Vector3d& high) {
+AlignedBox3d Stations(const Vector3d& low, const Vector3d& high) {
   return {Vector3d(low.x(), low.y(), low.z() + 1.0), Vector3d(high.x(), high.y(), low.z() + 1.9)};
 }
 
 // Turned about the vertical, so that its walls do not lie along the voxels.
-Eigen::Isometry3d Turned(RandomSequence& random) {
+Eigen::Isometry3d Turned(simulation::RandomSequence& random) {
   return Eigen::Isometry3d(
       Eigen::AngleAxisd(random.Between(0, 2 * std::numbers::pi), Vector3d::UnitZ()));
 }
 
-CalibrationScene Furnished(Scene scene) {
+CalibrationScene Furnished(simulation::Scene scene) {
   CalibrationScene made;
   const AlignedBox3d bounds = scene.mesh.Bounds();
-  made.stands = Stands(bounds.min(), bounds.max());
+  made.stations = Stations(bounds.min(), bounds.max());
   made.mesh = std::move(scene.mesh);
   return made;
 }
 
-CalibrationScene Flat(uint64_t seed) { return Furnished(FurnishedFlat(seed)); }
-CalibrationScene Office(uint64_t seed) { return Furnished(OfficeFloor(seed, 150)); }
-CalibrationScene Doorway(uint64_t seed) { return Furnished(TwoRooms(seed)); }
-CalibrationScene Pillars(uint64_t seed) { return Furnished(PillarHall(seed)); }
+CalibrationScene Flat(uint64_t seed) { return Furnished(simulation::FurnishedFlat(seed)); }
+CalibrationScene Office(uint64_t seed) { return Furnished(simulation::OfficeStorey(seed, 150)); }
+CalibrationScene Doorway(uint64_t seed) { return Furnished(simulation::TwoRooms(seed)); }
+CalibrationScene Pillars(uint64_t seed) { return Furnished(simulation::PillarHall(seed)); }
 
 // One room with crates of all sizes on its floor.
 CalibrationScene Crates(uint64_t seed) {
-  RandomSequence random(MixBits(seed) ^ 31);
+  simulation::RandomSequence random(simulation::MixBits(seed) ^ 31);
   CalibrationScene scene;
   scene.T_scene_local = Turned(random);
-  MeshBuilder builder(scene.mesh);
+  simulation::MeshBuilder builder(scene.mesh);
   builder.SetFrame(scene.T_scene_local);
   const Vector3d half(random.Between(2.2, 4.5), random.Between(2.0, 3.5), 0);
   const double height = random.Between(2.3, 3.5);
@@ -62,7 +65,7 @@ CalibrationScene Crates(uint64_t seed) {
     builder.TurnedBox(at, size, random.Between(0, std::numbers::pi));
   }
   const Vector3d off(kKeepOff, kKeepOff, 0);
-  scene.stands = Stands(-half + off, half - off);
+  scene.stations = Stations(-half + off, half - off);
   return scene;
 }
 
@@ -70,21 +73,22 @@ struct CorridorSize {
   double half_width;
   double height;
 };
-CorridorSize AddCorridor(RandomSequence& random, CalibrationScene& scene, MeshBuilder& builder) {
+CorridorSize AddCorridor(simulation::RandomSequence& random, CalibrationScene& scene,
+                         simulation::MeshBuilder& builder) {
   scene.T_scene_local = Turned(random);
   builder.SetFrame(scene.T_scene_local);
   const CorridorSize size{random.Between(0.8, 1.6), random.Between(2.2, 3.2)};
   builder.Box({-kOutOfSight, -size.half_width, 0}, {kOutOfSight, size.half_width, size.height});
-  scene.stands = Stands({-kStandHalf, -size.half_width + 0.5, 0},
-                        {kStandHalf, size.half_width - 0.5, size.height});
+  scene.stations = Stations({-kStationHalf, -size.half_width + 0.5, 0},
+                            {kStationHalf, size.half_width - 0.5, size.height});
   return size;
 }
 
 // A corridor whose only hold along its axis are flat pilasters.
 CalibrationScene Pilasters(uint64_t seed) {
-  RandomSequence random(MixBits(seed) ^ 32);
+  simulation::RandomSequence random(simulation::MixBits(seed) ^ 32);
   CalibrationScene scene;
-  MeshBuilder builder(scene.mesh);
+  simulation::MeshBuilder builder(scene.mesh);
   const CorridorSize size = AddCorridor(random, scene, builder);
   const double depth = random.Between(0.05, 0.35);
   const double spacing = random.Between(1.5, 3.0);
@@ -93,55 +97,55 @@ CalibrationScene Pilasters(uint64_t seed) {
     const double side = random.Chance(0.5) ? -size.half_width : size.half_width - depth;
     builder.Box({x, side, 0}, {x + width, side + depth, size.height});
   }
-  scene.stands.min().y() += 0.1;
-  scene.stands.max().y() -= 0.1;
+  scene.stations.min().y() += 0.1;
+  scene.stations.max().y() -= 0.1;
   return scene;
 }
 
 CalibrationScene Corridor(uint64_t seed) {
-  RandomSequence random(MixBits(seed) ^ 33);
+  simulation::RandomSequence random(simulation::MixBits(seed) ^ 33);
   CalibrationScene scene;
-  MeshBuilder builder(scene.mesh);
+  simulation::MeshBuilder builder(scene.mesh);
   AddCorridor(random, scene, builder);
   return scene;
 }
 
 // An upright round room.
 CalibrationScene Tower(uint64_t seed) {
-  RandomSequence random(MixBits(seed) ^ 34);
+  simulation::RandomSequence random(simulation::MixBits(seed) ^ 34);
   CalibrationScene scene;
   scene.T_scene_local = Turned(random);
-  MeshBuilder builder(scene.mesh);
+  simulation::MeshBuilder builder(scene.mesh);
   builder.SetFrame(scene.T_scene_local);
   const double radius = random.Between(1.5, 5.0);
   builder.Cylinder(Vector3d::Zero(), radius, radius, random.Between(2.4, 5.0), kRound);
   const double half = std::sqrt(0.5) * (radius - 0.5);
-  scene.stands = Stands({-half, -half, 0}, {half, half, 0});
+  scene.stations = Stations({-half, -half, 0}, {half, half, 0});
   return scene;
 }
 
 // A round tunnel, lying; of a floor there is nothing.
 CalibrationScene Tunnel(uint64_t seed) {
-  RandomSequence random(MixBits(seed) ^ 35);
+  simulation::RandomSequence random(simulation::MixBits(seed) ^ 35);
   CalibrationScene scene;
   scene.T_scene_local = Turned(random);
-  MeshBuilder builder(scene.mesh);
+  simulation::MeshBuilder builder(scene.mesh);
   const double radius = random.Between(1.5, 4.0);
   Eigen::Isometry3d T_local_tunnel = Eigen::Isometry3d::Identity();
   T_local_tunnel.rotate(Eigen::AngleAxisd(0.5 * std::numbers::pi, Vector3d::UnitY()));
   builder.SetFrame(scene.T_scene_local * T_local_tunnel);
   builder.Cylinder({0, 0, -kOutOfSight}, radius, radius, 2 * kOutOfSight, kRound);
   const double half = 0.4 * radius;
-  scene.stands = {Vector3d(-kStandHalf, -half, -half), Vector3d(kStandHalf, half, half)};
+  scene.stations = {Vector3d(-kStationHalf, -half, -half), Vector3d(kStationHalf, half, half)};
   return scene;
 }
 
 // A corridor under a barrel vault, wide as a nave.
 CalibrationScene Nave(uint64_t seed) {
-  RandomSequence random(MixBits(seed) ^ 36);
+  simulation::RandomSequence random(simulation::MixBits(seed) ^ 36);
   CalibrationScene scene;
   scene.T_scene_local = Turned(random);
-  MeshBuilder builder(scene.mesh);
+  simulation::MeshBuilder builder(scene.mesh);
   builder.SetFrame(scene.T_scene_local);
   const double half = random.Between(1.8, 3.5);
   const double springing = random.Between(1.8, 3.0);
@@ -159,31 +163,32 @@ CalibrationScene Nave(uint64_t seed) {
     quad(half * std::cos(a), springing + half * std::sin(a), half * std::cos(b),
          springing + half * std::sin(b));
   }
-  scene.stands = Stands({-kStandHalf, -half + kKeepOff, 0}, {kStandHalf, half - kKeepOff, 0});
+  scene.stations =
+      Stations({-kStationHalf, -half + kKeepOff, 0}, {kStationHalf, half - kKeepOff, 0});
   return scene;
 }
 
 // Floor and ceiling; the walls are too far off to be measured.
 CalibrationScene BareHall(uint64_t seed) {
-  RandomSequence random(MixBits(seed) ^ 37);
+  simulation::RandomSequence random(simulation::MixBits(seed) ^ 37);
   CalibrationScene scene;
-  MeshBuilder builder(scene.mesh);
+  simulation::MeshBuilder builder(scene.mesh);
   builder.Box({-kOutOfSight, -kOutOfSight, 0},
               {kOutOfSight, kOutOfSight, random.Between(2.8, 5.0)});
-  scene.stands = Stands({-kStandHalf, -kStandHalf, 0}, {kStandHalf, kStandHalf, 0});
+  scene.stations = Stations({-kStationHalf, -kStationHalf, 0}, {kStationHalf, kStationHalf, 0});
   return scene;
 }
 
 // Outdoors: the ground and one long wall.
 CalibrationScene Yard(uint64_t seed) {
-  RandomSequence random(MixBits(seed) ^ 38);
+  simulation::RandomSequence random(simulation::MixBits(seed) ^ 38);
   CalibrationScene scene;
   scene.T_scene_local = Turned(random);
-  MeshBuilder builder(scene.mesh);
+  simulation::MeshBuilder builder(scene.mesh);
   builder.SetFrame(scene.T_scene_local);
   builder.Box({-kOutOfSight, -kOutOfSight, -0.3}, {kOutOfSight, kOutOfSight, 0});
   builder.Box({-kOutOfSight, 3, -0.3}, {kOutOfSight, 3.3, random.Between(2.5, 8.0)});
-  scene.stands = Stands({-kStandHalf, -2, 0}, {kStandHalf, 3 - kKeepOff, 0});
+  scene.stations = Stations({-kStationHalf, -2, 0}, {kStationHalf, 3 - kKeepOff, 0});
   return scene;
 }
 
@@ -206,4 +211,4 @@ constexpr std::array<SceneFamily, 12> kFamilies = {{
 
 std::span<const SceneFamily> CalibrationFamilies() { return kFamilies; }
 
-}  // namespace vantage
+}  // namespace vantage::bench

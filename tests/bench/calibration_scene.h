@@ -9,16 +9,16 @@
 
 #include "core/simulation/triangle_mesh.h"
 
-namespace vantage {
+namespace vantage::bench {
 
 // Ranges of the study's scanner end here, m: what is farther off is not seen.
 inline constexpr double kCalibrationRange = 10.0;
 
 struct CalibrationScene {
-  TriangleMesh mesh;
+  simulation::TriangleMesh mesh;
   // Where scanners are set up: a box in a frame of the scene's own, m.
   Eigen::Isometry3d T_scene_local = Eigen::Isometry3d::Identity();
-  Eigen::AlignedBox3d stands;
+  Eigen::AlignedBox3d stations;
 };
 
 struct SceneFamily {
@@ -31,6 +31,6 @@ struct SceneFamily {
 // As many degenerate families as others.
 std::span<const SceneFamily> CalibrationFamilies();
 
-}  // namespace vantage
+}  // namespace vantage::bench
 
 #endif  // VANTAGE_TESTS_BENCH_CALIBRATION_SCENE_H_

@@ -5,25 +5,25 @@
 #include <string>
 
 #include "absl/strings/str_cat.h"
-#include "core/model/carve.h"
-#include "core/simulation/scene.h"
+#include "core/model/carve/carve.h"
+#include "core/simulation/scenes/furnished_flat.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/flat_job.h"
 #include "tests/bench/resident_memory.h"
 
-namespace vantage {
+namespace vantage::bench {
 
 namespace {
 
 // What OctoMap is given: the samples in the model's frame.
-octomap::Pointcloud CloudOf(const Scan& scan, const Eigen::Isometry3d& pose) {
+octomap::Pointcloud CloudOf(const sensor::Scan& scan, const Eigen::Isometry3d& pose) {
   octomap::Pointcloud cloud;
   cloud.reserve(scan.image.cells());
   for (int c = 0; c < scan.image.columns(); ++c) {
     for (int r = 0; r < scan.image.rows(); ++r) {
       const float range = scan.image.at(c, r);
-      if (!RangeImage::IsRange(range)) continue;
+      if (!sensor::RangeImage::IsRange(range)) continue;
       const Eigen::Vector3f p =
           (pose * (static_cast<double>(range) * scan.image.Direction(c, r))).cast<float>();
       cloud.push_back(p.x(), p.y(), p.z());
@@ -41,27 +41,28 @@ std::unique_ptr<octomap::OcTree> InsertIntoOctomap(const octomap::Pointcloud& cl
   return tree;
 }
 
-std::unique_ptr<PartialModel> Insert(const Scan& scan, const Eigen::Isometry3d& pose,
-                                     const ModelConfig& config, Parallel& parallel) {
-  auto model = PartialModel::Create(config).value();
+std::unique_ptr<model::PartialModel> Insert(const sensor::Scan& scan, const Eigen::Isometry3d& pose,
+                                            const model::ModelConfig& config,
+                                            parallel::Parallel& parallel) {
+  auto model = model::PartialModel::Create(config).value();
   (void)model->Insert("scan", scan, pose, parallel).value();
   return model;
 }
 
 // The scan to the planning view, with all threads.
-double WorkingSeconds(int runs, const Scan& scan, const Eigen::Isometry3d& pose,
-                      const ModelConfig& config, Parallel& parallel) {
+double WorkingSeconds(int runs, const sensor::Scan& scan, const Eigen::Isometry3d& pose,
+                      const model::ModelConfig& config, parallel::Parallel& parallel) {
   return MedianSeconds(runs, [&] { (void)Insert(scan, pose, config, parallel)->Publish(); });
 }
 
 void BenchSize(const std::string& name, const std::string& aim, const std::string& what,
-               const Scan& scan, const Eigen::Isometry3d& pose, const ModelConfig& config,
-               Parallel& parallel, Figures& figures) {
+               const sensor::Scan& scan, const Eigen::Isometry3d& pose,
+               const model::ModelConfig& config, parallel::Parallel& parallel, Figures& figures) {
   const octomap::Pointcloud cloud = CloudOf(scan, pose);
   const double octomap_seconds =
       WallSeconds([&] { (void)InsertIntoOctomap(cloud, pose, config.voxel_size); });
-  Serial serial;
-  const double carve = MedianSeconds(3, [&] { (void)Carve(scan, pose, config, serial); });
+  parallel::Serial serial;
+  const double carve = MedianSeconds(3, [&] { (void)model::Carve(scan, pose, config, serial); });
   const double working = WorkingSeconds(3, scan, pose, config, parallel);
   figures.Add({absl::StrCat("carve.", name, ".speedup"), octomap_seconds / working, "x", aim,
                absl::StrCat(what, ", planning view out, ", parallel.width(),
@@ -70,16 +71,16 @@ void BenchSize(const std::string& name, const std::string& aim, const std::strin
                absl::StrCat(what, ", scan layer out, one thread: no merge, normals or frontier")});
 }
 
-void BenchFlatScan(const Scan& scan, const Eigen::Isometry3d& pose, Parallel& parallel,
-                   Figures& figures) {
-  const ModelConfig config;
-  Serial serial;
+void BenchFlatScan(const sensor::Scan& scan, const Eigen::Isometry3d& pose,
+                   parallel::Parallel& parallel, Figures& figures) {
+  const model::ModelConfig config;
+  parallel::Serial serial;
   const octomap::Pointcloud cloud = CloudOf(scan, pose);
   const double octomap_seconds =
       MedianSeconds(3, [&] { (void)InsertIntoOctomap(cloud, pose, config.voxel_size); });
   figures.Add({"carve.octomap.seconds", octomap_seconds, "s", "",
                absl::StrCat("insertPointCloud as it comes, ", cloud.size(), " points")});
-  const double carve = MedianSeconds(5, [&] { (void)Carve(scan, pose, config, serial); });
+  const double carve = MedianSeconds(5, [&] { (void)model::Carve(scan, pose, config, serial); });
   figures.Add({"carve.seconds", carve, "s", "", "scan layer, one thread, median of 5"});
   figures.Add({"carve.layer.speedup", octomap_seconds / carve, "x", "",
                "the same: empty space, surface and its sums, reflections; no merge"});
@@ -94,7 +95,7 @@ void BenchFlatScan(const Scan& scan, const Eigen::Isometry3d& pose, Parallel& pa
   std::unique_ptr<octomap::OcTree> tree;
   const double theirs =
       TransientMegabytes([&] { tree = InsertIntoOctomap(cloud, pose, config.voxel_size); });
-  std::unique_ptr<PartialModel> model;
+  std::unique_ptr<model::PartialModel> model;
   const double ours = TransientMegabytes([&] { model = Insert(scan, pose, config, serial); });
   figures.Add({"carve.octree.extra_mb", ours, "MB", "10",
                absl::StrCat("peak over what is kept, resident; insertPointCloud's ", theirs)});
@@ -102,24 +103,24 @@ void BenchFlatScan(const Scan& scan, const Eigen::Isometry3d& pose, Parallel& pa
 
 }  // namespace
 
-void BenchCarve(Parallel& parallel, Figures& figures) {
+void BenchCarve(parallel::Parallel& parallel, Figures& figures) {
   if (!figures.Wants("carve.")) return;
   const FlatJob job = MakeFlatJob(1, 1, parallel);
-  const Scan& scan = job.scans[0];
+  const sensor::Scan& scan = job.scans[0];
   const Eigen::Isometry3d& pose = job.poses[0];
   BenchFlatScan(scan, pose, parallel, figures);
   if (figures.Wants("carve.25mm.")) {
     BenchSize("25mm", "60", "2.5 cm voxels", scan, pose, {.voxel_size = 0.025}, parallel, figures);
   }
   if (figures.Wants("carve.10m.")) {
-    Scan dense;
-    dense.scanner.azimuth_step = 2 * kPi / 5000;
-    dense.scanner.elevation_step = Radians(150) / 2000;
-    const SimulatedScanner simulated(FurnishedFlat(1).mesh);
-    dense.image = simulated.Scan(dense.scanner, pose, ScanFaults{}, 1, parallel);
+    sensor::Scan dense;
+    dense.scanner.azimuth_step = 2 * sensor::kPi / 5000;
+    dense.scanner.elevation_step = sensor::Radians(150) / 2000;
+    const simulation::SimulatedScanner simulated(simulation::FurnishedFlat(1).mesh);
+    dense.image = simulated.Scan(dense.scanner, pose, simulation::ScanFaults{}, 1, parallel);
     BenchSize("10m", "50", absl::StrCat(dense.image.columns(), " x ", dense.image.rows(), " rays"),
               dense, pose, {}, parallel, figures);
   }
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

@@ -6,24 +6,24 @@
 
 #include "core/parallel/budget.h"
 
-namespace vantage {
+namespace vantage::bench {
 
-inline Budget::Clock::time_point ThreadCpuNow() {
+inline parallel::Budget::Clock::time_point ThreadCpuNow() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
-  return Budget::Clock::time_point(std::chrono::seconds(time.tv_sec) +
-                                   std::chrono::nanoseconds(time.tv_nsec));
+  return parallel::Budget::Clock::time_point(std::chrono::seconds(time.tv_sec) +
+                                             std::chrono::nanoseconds(time.tv_nsec));
 }
 
 // From now on, on the calling thread.
-inline Budget CpuBudget(double seconds) {
-  Budget budget;
+inline parallel::Budget CpuBudget(double seconds) {
+  parallel::Budget budget;
   budget.now = &ThreadCpuNow;
-  budget.deadline = ThreadCpuNow() + std::chrono::duration_cast<Budget::Clock::duration>(
+  budget.deadline = ThreadCpuNow() + std::chrono::duration_cast<parallel::Budget::Clock::duration>(
                                          std::chrono::duration<double>(seconds));
   return budget;
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench
 
 #endif  // VANTAGE_TESTS_BENCH_CPU_BUDGET_H_

@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
 constexpr double kWidth = 560;  // px, of a panel
@@ -92,4 +92,4 @@ bool WriteChart(const std::string& path, const std::string& title, double from, 
   return file.good();
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

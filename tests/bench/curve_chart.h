@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-namespace vantage {
+namespace vantage::bench {
 
 struct ChartCurve {
   std::string name;
@@ -30,6 +30,6 @@ struct ChartPanel {
 bool WriteChart(const std::string& path, const std::string& title, double from, double to,
                 const std::vector<ChartPanel>& panels);
 
-}  // namespace vantage
+}  // namespace vantage::bench
 
 #endif  // VANTAGE_TESTS_BENCH_CURVE_CHART_H_

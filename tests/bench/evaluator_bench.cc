@@ -1,5 +1,5 @@
 // Exact scores of all views: the hierarchy against brute force with packets, in a flat and on
-// office floors.
+// office storeys.
 #include <algorithm>
 #include <cmath>
 #include <memory>
@@ -10,11 +10,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/planning/hierarchy.h"
+#include "core/planning/evaluation/hierarchy.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/planning_job.h"
 
-namespace vantage {
+namespace vantage::bench {
 
 namespace {
 
@@ -32,24 +32,24 @@ struct Comparison {
   double rms = 0;  // of the views drawn, relative to the root mean square of brute force
 };
 
-Comparison Compare(const PlanningJob& job, const HierarchyOptions& options, size_t stride,
+Comparison Compare(const PlanningJob& job, const planning::HierarchyOptions& options, size_t stride,
                    double share_drawn) {
-  Serial serial;
-  const Budget unlimited = Budget::Unlimited();
+  parallel::Serial serial;
+  const parallel::Budget unlimited = parallel::Budget::Unlimited();
   Comparison result;
-  std::unique_ptr<HierarchicalScorer> hierarchy;
+  std::unique_ptr<planning::HierarchicalScorer> hierarchy;
   result.build = ThreadSeconds([&] {
-    hierarchy = std::make_unique<HierarchicalScorer>(job.scoring->scorer(), job.grid,
-                                                     job.scoring->cells(), job.feasible.cells(),
-                                                     job.feasible.cell_size(), options, serial);
+    hierarchy = std::make_unique<planning::HierarchicalScorer>(
+        job.scoring->scorer(), job.grid, job.scoring->cells(), job.feasible.cells(),
+        job.feasible.cell_size(), options, serial);
     hierarchy->Cull(unlimited, serial);
   });
   std::mt19937_64 random(1);
   double square = 0;
   double reference = 0;
-  std::vector<ViewScore> scores;
+  std::vector<planning::ViewScore> scores;
   for (size_t b = stride / 2; b < hierarchy->blocks().size(); b += stride) {
-    const ViewBlock& block = hierarchy->blocks()[b];
+    const planning::ViewBlock& block = hierarchy->blocks()[b];
     const std::span<const uint32_t> views = hierarchy->Views(block);
     scores.assign(views.size(), {});
     result.views += views.size();
@@ -57,7 +57,7 @@ Comparison Compare(const PlanningJob& job, const HierarchyOptions& options, size
     for (size_t k = 0; k < views.size(); ++k) {
       result.rays += scores[k].rays;
       if (static_cast<double>(random() >> 11) * 0x1p-53 >= share_drawn) continue;
-      ViewScore truth;
+      planning::ViewScore truth;
       result.brute += ThreadSeconds([&] {
         truth = job.scoring->scorer().Score(job.views[views[k]], job.scoring->cells(), unlimited);
       });
@@ -100,7 +100,7 @@ Cost Report(const std::string& name, const std::string& aim, const PlanningJob& 
 }
 
 void ReportRays(const PlanningJob& job, Figures& figures) {
-  HierarchyOptions options;
+  planning::HierarchyOptions options;
   options.leaf_views = 1;
   options.tolerance = job.config.density_tolerance;
   const Comparison c = Compare(job, options, 6, 1.0);
@@ -115,7 +115,7 @@ void ReportRays(const PlanningJob& job, Figures& figures) {
 
 }  // namespace
 
-void BenchEvaluator(bool full, Parallel& parallel, Figures& figures) {
+void BenchEvaluator(bool full, parallel::Parallel& parallel, Figures& figures) {
   if (!figures.Wants("plan.exact.")) return;
   {
     const std::unique_ptr<PlanningJob> job = FlatPlanningJob(3, parallel);
@@ -133,4 +133,4 @@ void BenchEvaluator(bool full, Parallel& parallel, Figures& figures) {
                                exponent(small.brute, large.brute))});
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

@@ -10,10 +10,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/planning/plan.h"
+#include "core/planning/plan/planning_config.h"
 #include "core/sensor/scanner_model.h"
 
-namespace vantage {
+namespace vantage::bench {
 
 namespace {
 
@@ -46,8 +46,8 @@ void Figures::Add(Figure figure) {
 
 bool Figures::WriteJson(const std::string& path) const {
   const char* commit = std::getenv("VANTAGE_COMMIT");
-  const ScannerModel scanner;
-  const PlanningConfig config;
+  const sensor::ScannerModel scanner;
+  const planning::PlanningConfig config;
   std::ofstream out(path);
   out << "{\n  \"machine\": {\"processor\": " << Quoted(Processor())
       << ", \"threads\": " << std::thread::hardware_concurrency()
@@ -57,7 +57,7 @@ bool Figures::WriteJson(const std::string& path) const {
              "\"required_density_per_m2\": %g, \"range_min_m\": %g, \"range_max_m\": %g, "
              "\"range_noise_m\": %g, \"step_deg\": %g, \"voxel_m\": 0.05, \"viewcell_m\": %g",
              config.required_density, scanner.range_min, scanner.range_max, scanner.range_noise,
-             Degrees(scanner.azimuth_step), config.viewcell_size)
+             sensor::Degrees(scanner.azimuth_step), config.viewcell_size)
       << "},\n  \"figures\": [\n";
   for (size_t i = 0; i < figures_.size(); ++i) {
     const Figure& f = figures_[i];
@@ -111,4 +111,4 @@ double MedianSeconds(int runs, const std::function<void()>& call) {
   return Percentile(seconds, 0.5);
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-namespace vantage {
+namespace vantage::bench {
 
 struct Figure {
   std::string name;  // stable
@@ -47,6 +47,6 @@ double MachineLoopSeconds();
 double MedianSeconds(int runs, const std::function<void()>& call);
 double Percentile(std::vector<double> values, double share);
 
-}  // namespace vantage
+}  // namespace vantage::bench
 
 #endif  // VANTAGE_TESTS_BENCH_FIGURES_H_

@@ -3,48 +3,53 @@
 #include <string>
 #include <utility>
 
+#include "core/planning/plan/plan.h"
 #include "core/planning/planner.h"
-#include "core/simulation/scene.h"
+#include "core/simulation/scenes/furnished_flat.h"
+#include "core/simulation/scenes/scene.h"
 #include "core/simulation/simulated_scanner.h"
 
-namespace vantage {
+namespace vantage::bench {
 
-FlatJob MakeFlatJob(uint64_t seed, size_t count, Parallel& parallel) {
-  const Scene scene = FurnishedFlat(seed);
-  const SimulatedScanner tracer(scene.mesh);
-  const ScannerModel scanner;
+FlatJob MakeFlatJob(uint64_t seed, size_t count, parallel::Parallel& parallel) {
+  const simulation::Scene scene = simulation::FurnishedFlat(seed);
+  const simulation::SimulatedScanner tracer(scene.mesh);
+  const sensor::ScannerModel scanner;
   FlatJob job;
-  auto model = PartialModel::Create({}).value();
+  auto model = model::PartialModel::Create({}).value();
   Eigen::Vector3d position = scene.starts[0];
   while (job.scans.size() < count) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.translate(position);
     pose.rotate(
         Eigen::AngleAxisd(0.7 * static_cast<double>(job.scans.size()), Eigen::Vector3d::UnitZ()));
-    Scan scan;
+    sensor::Scan scan;
     scan.scanner = scanner;
-    scan.image = tracer.Scan(scanner, pose, ScanFaults{}, seed + job.scans.size(), parallel);
+    scan.image =
+        tracer.Scan(scanner, pose, simulation::ScanFaults{}, seed + job.scans.size(), parallel);
     model->Insert("scan" + std::to_string(job.scans.size()), scan, pose, parallel).value();
     job.scans.push_back(std::move(scan));
     job.poses.push_back(pose);
     if (job.scans.size() == count) break;
     // By work, not time: the same job on every machine.
-    Budget budget;
+    parallel::Budget budget;
     budget.work_limit = 4'000'000;
-    const Plan plan =
-        MakePlan(*model->Publish(), scanner, {}, budget, parallel, [](const Plan&) {}).value();
+    const planning::Plan plan = planning::MakePlan(*model->Publish(), scanner, {}, budget, parallel,
+                                                   [](const planning::Plan&) {})
+                                    .value();
     position = plan.views.empty() ? scene.starts[job.scans.size() % scene.starts.size()]
                                   : plan.views[0].position;
   }
   return job;
 }
 
-std::unique_ptr<PartialModel> ModelOf(const FlatJob& job, size_t count, Parallel& parallel) {
-  auto model = PartialModel::Create({}).value();
+std::unique_ptr<model::PartialModel> ModelOf(const FlatJob& job, size_t count,
+                                             parallel::Parallel& parallel) {
+  auto model = model::PartialModel::Create({}).value();
   for (size_t i = 0; i < count; ++i) {
     model->Insert("scan" + std::to_string(i), job.scans[i], job.poses[i], parallel).value();
   }
   return model;
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

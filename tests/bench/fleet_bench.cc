@@ -8,7 +8,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/fleet/fleet_request.h"
 #include "core/fleet/joint_plan.h"
+#include "core/planning/plan/plan.h"
+#include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/flat_job.h"
@@ -16,35 +19,37 @@
 #include "tests/support/closed_form_view.h"
 #include "tests/support/planning_problem.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
-FleetRequest Crew(size_t count) {
-  FleetRequest request;
+fleet::FleetRequest RequestFor(size_t count) {
+  fleet::FleetRequest request;
   request.scanners.resize(count);
   return request;
 }
 
 // What greedy's pair gains together over what the best of all pairs does.
-double GreedyOverBestPair(uint64_t seed, Parallel& parallel) {
-  PlanningConfig config;
+double GreedyOverBestPair(uint64_t seed, parallel::Parallel& parallel) {
+  planning::PlanningConfig config;
   config.viewcell_size = 0.4;
   config.max_height = 1.7;
   config.registration.required_accuracy = 0.5;
   config.registration.minimum_overlap = 1e-6;
-  ClosedFormScene scene = FurnishedRoom(seed);
+  test_support::ClosedFormScene scene = test_support::FurnishedRoom(seed);
   scene.density = [](const Eigen::Vector3d& p) {
     return 20000 / (Eigen::Vector3d(1.5, 1.5, 1.5) - p).squaredNorm();
   };
-  const PlanningProblem problem(std::make_shared<PlanningView>(BuildView(scene)), config);
-  const JointPlan joint = MakeJointPlan(*problem.model, Crew(2), config, Budget::Unlimited(),
-                                        parallel, [](const Plan&) {})
-                              .value();
+  const test_support::PlanningProblem problem(
+      std::make_shared<model::PlanningView>(test_support::BuildView(scene)), config);
+  const fleet::JointPlan joint =
+      fleet::MakeJointPlan(*problem.model, RequestFor(2), config, parallel::Budget::Unlimited(),
+                           parallel, [](const planning::Plan&) {})
+          .value();
   std::vector<std::vector<float>> gains;
   for (const Eigen::Vector3d& view : problem.views) {
     gains.emplace_back(problem.scoring->cells().size());
-    problem.scoring->scorer().ScoreCells(view, problem.scoring->cells(), Budget::Unlimited(),
-                                         gains.back());
+    problem.scoring->scorer().ScoreCells(view, problem.scoring->cells(),
+                                         parallel::Budget::Unlimited(), gains.back());
   }
   double best = 0;
   for (size_t a = 0; a < gains.size(); ++a) {
@@ -59,7 +64,7 @@ double GreedyOverBestPair(uint64_t seed, Parallel& parallel) {
   return joint.score / best;
 }
 
-void BenchGreedy(Parallel& parallel, Figures& figures) {
+void BenchGreedy(parallel::Parallel& parallel, Figures& figures) {
   constexpr uint64_t kScenes = 12;
   double worst = 1;
   for (uint64_t seed = 1; seed <= kScenes; ++seed) {
@@ -72,23 +77,25 @@ void BenchGreedy(Parallel& parallel, Figures& figures) {
 }
 
 // Both until every view is scored exactly, one thread.
-void BenchCost(Parallel& parallel, Figures& figures) {
+void BenchCost(parallel::Parallel& parallel, Figures& figures) {
   const FlatJob job = MakeFlatJob(1, 3, parallel);
   const auto view = ModelOf(job, 3, parallel)->Publish();
-  Serial serial;
-  const PlanningConfig config;
+  parallel::Serial serial;
+  const planning::PlanningConfig config;
   std::vector<double> ratios;
   double alone = 0;
   double together = 0;
-  JointPlan joint;
+  fleet::JointPlan joint;
   for (int run = 0; run < 3; ++run) {
     alone = ThreadSeconds([&] {
-      (void)MakePlan(*view, ScannerModel(), config, Budget::Unlimited(), serial, [](const Plan&) {
-      }).value();
+      (void)planning::MakePlan(*view, sensor::ScannerModel(), config, parallel::Budget::Unlimited(),
+                               serial, [](const planning::Plan&) {})
+          .value();
     });
     together = ThreadSeconds([&] {
-      joint = MakeJointPlan(*view, Crew(4), config, Budget::Unlimited(), serial, [](const Plan&) {
-              }).value();
+      joint = fleet::MakeJointPlan(*view, RequestFor(4), config, parallel::Budget::Unlimited(),
+                                   serial, [](const planning::Plan&) {})
+                  .value();
     });
     ratios.push_back(together / alone);
   }
@@ -99,7 +106,7 @@ void BenchCost(Parallel& parallel, Figures& figures) {
 }
 
 // Whole jobs, simulated: the same floor with more scanners, with and without claims.
-void BenchJobs(const BenchOptions& options, Parallel& parallel, Figures& figures) {
+void BenchJobs(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
   const double area = options.full ? 1000 : 250;
   const FleetScene scene = MakeFleetScene(1, area, parallel);
   FleetJobOptions job;
@@ -142,7 +149,7 @@ void BenchJobs(const BenchOptions& options, Parallel& parallel, Figures& figures
 
 }  // namespace
 
-void BenchFleet(const BenchOptions& options, Parallel& parallel, Figures& figures) {
+void BenchFleet(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
   if (figures.Wants("fleet.greedy_ratio")) BenchGreedy(parallel, figures);
   if (figures.Wants("fleet.joint4.")) BenchCost(parallel, figures);
   if (figures.Wants("fleet.speedup4") || figures.Wants("fleet.waste_ratio") ||
@@ -151,4 +158,4 @@ void BenchFleet(const BenchOptions& options, Parallel& parallel, Figures& figure
   }
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

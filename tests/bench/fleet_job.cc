@@ -9,17 +9,20 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/fleet/fleet_request.h"
 #include "core/fleet/joint_plan.h"
 #include "core/fleet/travel.h"
 #include "core/model/partial_model.h"
-#include "core/planning/opaque_grid.h"
+#include "core/simulation/scenes/office_storey.h"
+#include "core/simulation/standable_positions.h"
+#include "core/visibility/opaque_grid.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
 constexpr double kHeight = 1.5;  // m, of the viewpoints that are allowed
 
-size_t Count(const SampleSet& set) {
+size_t Count(const simulation::SampleSet& set) {
   size_t count = 0;
   for (const uint64_t word : set) count += static_cast<size_t>(std::popcount(word));
   return count;
@@ -34,22 +37,22 @@ struct Member {
 
 class FleetJob {
  public:
-  FleetJob(const FleetScene& scene, const FleetJobOptions& options, Parallel& parallel)
+  FleetJob(const FleetScene& scene, const FleetJobOptions& options, parallel::Parallel& parallel)
       : scene_(scene),
         options_(options),
         parallel_(parallel),
         truth_(*scene.truth),
-        model_(PartialModel::Create({}).value()),
-        crew_(options.scanners),
+        model_(model::PartialModel::Create({}).value()),
+        members_(options.scanners),
         ways_(options.scanners) {}
 
   FleetJobResult Run() {
-    for (Member& member : crew_) member.at = scene_.scene.starts[0];
-    crew_[0].going = scene_.scene.starts[0];
-    crew_[0].done = options_.scan_seconds / 60;
+    for (Member& member : members_) member.at = scene_.scene.starts[0];
+    members_[0].going = scene_.scene.starts[0];
+    members_[0].done = options_.scan_seconds / 60;
     while (result_.scans < options_.most_scans) {
       const auto next =
-          std::min_element(crew_.begin(), crew_.end(), [](const Member& a, const Member& b) {
+          std::min_element(members_.begin(), members_.end(), [](const Member& a, const Member& b) {
             return (a.going ? a.done : kNever) < (b.going ? b.done : kNever);
           });
       if (!next->going.has_value()) break;  // nobody has anywhere to go
@@ -57,7 +60,7 @@ class FleetJob {
       if (result_.attained >= options_.target) break;
       const auto view = model_->Publish();
       // Who has waited longest goes first.
-      for (Member& member : crew_) {
+      for (Member& member : members_) {
         if (!member.going.has_value()) SendOut(*view, member);
       }
     }
@@ -77,9 +80,10 @@ class FleetJob {
     member.going.reset();
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.translate(member.at);
-    Scan scan;
+    sensor::Scan scan;
     scan.scanner = scene_.scanner;
-    scan.image = scene_.tracer->Scan(scene_.scanner, pose, ScanFaults{}, result_.scans, parallel_);
+    scan.image = scene_.tracer->Scan(scene_.scanner, pose, simulation::ScanFaults{}, result_.scans,
+                                     parallel_);
     model_->Insert(absl::StrCat("scan", result_.scans), scan, pose, parallel_).value();
     measured_ += Count(truth_.MeasuredAtDensity({member.at}, parallel_)[0]);
     truth_.AddScan(member.at, parallel_);
@@ -87,48 +91,49 @@ class FleetJob {
     result_.attained = truth_.Measure().attained_share();
     result_.minutes = now_;
     ++result_.scans;
-    result_.stops.push_back(
-        {static_cast<size_t>(&member - crew_.data()), member.at, now_, std::move(WayOf(member))});
+    result_.stops.push_back({static_cast<size_t>(&member - members_.data()), member.at, now_,
+                             std::move(WayOf(member))});
   }
 
   std::vector<Eigen::Vector3d>& WayOf(const Member& member) {
-    return ways_[static_cast<size_t>(&member - crew_.data())];
+    return ways_[static_cast<size_t>(&member - members_.data())];
   }
 
-  void SendOut(const PlanningView& view, Member& member) {
-    FleetRequest request;
+  void SendOut(const model::PlanningView& view, Member& member) {
+    fleet::FleetRequest request;
     request.scanners = {{scene_.scanner, member.at, {}, options_.speed, options_.scan_seconds}};
-    request.ranking = FleetRanking::kGainPerMinute;
-    for (const Member& other : crew_) {
+    request.ranking = fleet::FleetRanking::kGainPerMinute;
+    for (const Member& other : members_) {
       if (options_.claims && other.going.has_value()) {
         request.pledged.push_back({*other.going, scene_.scanner});
       }
     }
-    PlanningConfig config;
+    planning::PlanningConfig config;
     config.candidates = 1;
     config.seed = result_.scans + 1;
-    Budget budget;
+    parallel::Budget budget;
     budget.work_limit = options_.plan_work;
-    const auto plan = MakeJointPlan(view, request, config, budget, parallel_, [](const Plan&) {});
+    const auto plan = fleet::MakeJointPlan(view, request, config, budget, parallel_,
+                                           [](const planning::Plan&) {});
     if (!plan.ok() || plan->plan.views.empty() ||
         plan->plan.views[0].score < options_.enough * config.required_density) {
       return;
     }
     const Eigen::Vector3d to = plan->plan.views[0].position;
-    const OpaqueGrid grid(view);
-    const FeasibleViews feasible =
-        FeasibleViews::Find(view, grid, scene_.scanner, config, Budget::Unlimited(), parallel_);
-    WayOf(member) = TravelMap(WalkGridOf(feasible, {}), member.at).Way(to);
+    const visibility::OpaqueGrid grid(view);
+    const planning::FeasibleViews feasible = planning::FeasibleViews::Find(
+        view, grid, scene_.scanner, config, parallel::Budget::Unlimited(), parallel_);
+    WayOf(member) = fleet::TravelMap(fleet::WalkGridOf(feasible, {}), member.at).Way(to);
     member.going = to;
     member.done = now_ + plan->journeys[0].minutes.value_or(options_.scan_seconds / 60);
   }
 
   const FleetScene& scene_;
   const FleetJobOptions& options_;
-  Parallel& parallel_;
-  GroundTruth truth_;
-  std::unique_ptr<PartialModel> model_;
-  std::vector<Member> crew_;
+  parallel::Parallel& parallel_;
+  simulation::GroundTruth truth_;
+  std::unique_ptr<model::PartialModel> model_;
+  std::vector<Member> members_;
   std::vector<std::vector<Eigen::Vector3d>> ways_;
   FleetJobResult result_;
   double now_ = 0;       // min
@@ -138,21 +143,21 @@ class FleetJob {
 
 }  // namespace
 
-FleetScene MakeFleetScene(uint64_t seed, double area, Parallel& parallel) {
+FleetScene MakeFleetScene(uint64_t seed, double area, parallel::Parallel& parallel) {
   FleetScene made;
-  made.scene = OfficeFloor(seed, area);
-  made.tracer = std::make_unique<SimulatedScanner>(made.scene.mesh);
+  made.scene = simulation::OfficeStorey(seed, area);
+  made.tracer = std::make_unique<simulation::SimulatedScanner>(made.scene.mesh);
   const std::vector<Eigen::Vector3d> positions =
-      StandablePositions(*made.tracer, made.scene.mesh.Bounds(), made.scene.starts[0],
-                         made.scene.floor_height, kHeight, made.scanner.clearance, 0.4);
-  made.truth = std::make_unique<GroundTruth>(made.scene.mesh, *made.tracer, made.scanner,
-                                             PlanningConfig().required_density, positions,
-                                             static_cast<size_t>(100 * area), parallel);
+      simulation::StandablePositions(*made.tracer, made.scene.mesh.Bounds(), made.scene.starts[0],
+                                     made.scene.floor_height, kHeight, made.scanner.clearance, 0.4);
+  made.truth = std::make_unique<simulation::GroundTruth>(
+      made.scene.mesh, *made.tracer, made.scanner, planning::PlanningConfig().required_density,
+      positions, static_cast<size_t>(100 * area), parallel);
   return made;
 }
 
 FleetJobResult RunFleetJob(const FleetScene& scene, const FleetJobOptions& options,
-                           Parallel& parallel) {
+                           parallel::Parallel& parallel) {
   return FleetJob(scene, options, parallel).Run();
 }
 
@@ -203,4 +208,4 @@ bool DrawTours(const FleetScene& scene, const FleetJobResult& result, const std:
   return out.good();
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

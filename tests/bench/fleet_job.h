@@ -10,20 +10,20 @@
 
 #include "core/parallel/parallel.h"
 #include "core/simulation/ground_truth.h"
-#include "core/simulation/scene.h"
+#include "core/simulation/scenes/scene.h"
 #include "core/simulation/simulated_scanner.h"
 
-namespace vantage {
+namespace vantage::bench {
 
 struct FleetScene {
-  Scene scene;
-  ScannerModel scanner;
-  std::unique_ptr<SimulatedScanner> tracer;
-  std::unique_ptr<GroundTruth> truth;  // nothing scanned yet
+  simulation::Scene scene;
+  sensor::ScannerModel scanner;
+  std::unique_ptr<simulation::SimulatedScanner> tracer;
+  std::unique_ptr<simulation::GroundTruth> truth;  // nothing scanned yet
 };
 
-// A generated office floor of so many m^2.
-FleetScene MakeFleetScene(uint64_t seed, double area, Parallel& parallel);
+// A generated office storey of so many m^2.
+FleetScene MakeFleetScene(uint64_t seed, double area, parallel::Parallel& parallel);
 
 struct FleetJobOptions {
   size_t scanners = 1;
@@ -55,11 +55,11 @@ struct FleetJobResult {
 // Poses are true: registration is another figure's subject. By events: whoever is free is planned
 // for, on what the model knows then, ranked by gain per minute.
 FleetJobResult RunFleetJob(const FleetScene& scene, const FleetJobOptions& options,
-                           Parallel& parallel);
+                           parallel::Parallel& parallel);
 
 // The tours over the floor plan, as SVG. False when the file cannot be written.
 bool DrawTours(const FleetScene& scene, const FleetJobResult& result, const std::string& path);
 
-}  // namespace vantage
+}  // namespace vantage::bench
 
 #endif  // VANTAGE_TESTS_BENCH_FLEET_JOB_H_

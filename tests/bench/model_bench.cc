@@ -4,25 +4,26 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
-#include "core/model/carve.h"
-#include "core/simulation/scene.h"
+#include "core/model/carve/carve.h"
+#include "core/simulation/scenes/office_storey.h"
+#include "core/simulation/scenes/scene.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/flat_job.h"
 #include "tests/bench/resident_memory.h"
 
-namespace vantage {
+namespace vantage::bench {
 
 namespace {
 
-void BenchMerge(const FlatJob& job, Parallel& parallel, Figures& figures) {
+void BenchMerge(const FlatJob& job, parallel::Parallel& parallel, Figures& figures) {
   if (!figures.Wants("merge.")) return;
-  Serial serial;
+  parallel::Serial serial;
   const size_t last = job.scans.size() - 1;
   const auto model = ModelOf(job, last, parallel);
   std::vector<double> shares;
   for (int run = 0; run < 5; ++run) {
-    const MergeReport report =
+    const model::MergeReport report =
         model->Insert("last", job.scans[last], job.poses[last], serial).value();
     shares.push_back(report.merge_seconds / report.carve_seconds);
     (void)model->Withdraw("last", serial).value();
@@ -41,31 +42,31 @@ struct Footprint {
 
 // `scan` makes the scan of a number at its pose; what it returns is gone again before the next.
 template <typename MakeScan>
-Footprint Measure(size_t scans, MakeScan&& make_scan, Parallel& parallel) {
+Footprint Measure(size_t scans, MakeScan&& make_scan, parallel::Parallel& parallel) {
   Footprint footprint;
   {
     const double before = ResidentMegabytes();
-    auto model = PartialModel::Create({}).value();
+    auto model = model::PartialModel::Create({}).value();
     for (size_t i = 0; i < scans; ++i) {
       const auto [scan, pose] = make_scan(i);
       (void)model->Insert(absl::StrCat("scan", i), scan, pose, parallel).value();
     }
-    const std::shared_ptr<const PlanningView> view = model->Publish();
+    const std::shared_ptr<const model::PlanningView> view = model->Publish();
     footprint.model = ResidentMegabytes() - before;
     footprint.surface_voxels = view->SurfaceCount();
   }
   const double before = ResidentMegabytes();
-  std::vector<std::unique_ptr<ScanLayer>> layers;
+  std::vector<std::unique_ptr<model::ScanLayer>> layers;
   for (size_t i = 0; i < scans; ++i) {
     const auto [scan, pose] = make_scan(i);
-    layers.push_back(Carve(scan, pose, {}, parallel));
+    layers.push_back(model::Carve(scan, pose, {}, parallel));
   }
   footprint.layers = ResidentMegabytes() - before;
   footprint.model -= footprint.layers;
   return footprint;
 }
 
-void BenchFlatMemory(const FlatJob& job, Parallel& parallel, Figures& figures) {
+void BenchFlatMemory(const FlatJob& job, parallel::Parallel& parallel, Figures& figures) {
   if (!figures.Wants("model.bytes_per_voxel")) return;
   const Footprint flat = Measure(
       job.scans.size(), [&](size_t i) { return std::pair(job.scans[i], job.poses[i]); }, parallel);
@@ -78,19 +79,19 @@ void BenchFlatMemory(const FlatJob& job, Parallel& parallel, Figures& figures) {
                "what the model keeps of each scan, to forget it bit for bit"});
 }
 
-// A floor of 1,000 m2 with range 30 m, as a building is scanned.
-void BenchFloorMemory(Parallel& parallel, Figures& figures) {
+// A storey of 1,000 m2 with range 30 m, as a building is scanned.
+void BenchFloorMemory(parallel::Parallel& parallel, Figures& figures) {
   constexpr size_t kScans = 30;
-  const Scene scene = OfficeFloor(1, 1000);
-  const SimulatedScanner simulated(scene.mesh);
-  ScannerModel scanner;
+  const simulation::Scene scene = simulation::OfficeStorey(1, 1000);
+  const simulation::SimulatedScanner simulated(scene.mesh);
+  sensor::ScannerModel scanner;
   scanner.range_max = 30;
   const auto make_scan = [&](size_t i) {
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.translate(scene.starts[i * scene.starts.size() / kScans]);
-    Scan scan;
+    sensor::Scan scan;
     scan.scanner = scanner;
-    scan.image = simulated.Scan(scanner, pose, ScanFaults{}, i, parallel);
+    scan.image = simulated.Scan(scanner, pose, simulation::ScanFaults{}, i, parallel);
     return std::pair(std::move(scan), pose);
   };
   const Footprint floor = Measure(kScans, make_scan, parallel);
@@ -102,7 +103,7 @@ void BenchFloorMemory(Parallel& parallel, Figures& figures) {
 
 }  // namespace
 
-void BenchModel(bool full, Parallel& parallel, Figures& figures) {
+void BenchModel(bool full, parallel::Parallel& parallel, Figures& figures) {
   if (figures.Wants("merge.") || figures.Wants("model.bytes_per_voxel")) {
     const FlatJob job = MakeFlatJob(1, 10, parallel);
     BenchMerge(job, parallel, figures);
@@ -111,4 +112,4 @@ void BenchModel(bool full, Parallel& parallel, Figures& figures) {
   if (full && figures.Wants("model.1000m2.")) BenchFloorMemory(parallel, figures);
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

@@ -25,11 +25,13 @@
 #include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
 #include "core/sensor/import.h"
-#include "core/simulation/scene.h"
+#include "core/sensor/imported_scan.h"
+#include "core/simulation/scenes/pane_room.h"
+#include "core/simulation/scenes/scene.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/core/model/closed_form_scene.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
 using Eigen::Vector2d;
@@ -41,27 +43,27 @@ constexpr double kLegend = 62;     // pixels
 constexpr double kWidth = 1100;    // pixels
 constexpr double kGivenUpInk = 3;  // pixels, side of the dot on what was given up on
 
-const Colour kUnknown = Rgb(0xdcdcdc);
-const Colour kAbsorbed = Rgb(0x8c8c8c);
-const Colour kTruth = Rgb(0x009e73);
-const Colour kGivenUp = Rgb(0xffffff);
+const picture::Colour kUnknown = picture::Rgb(0xdcdcdc);
+const picture::Colour kAbsorbed = picture::Rgb(0x8c8c8c);
+const picture::Colour kTruth = picture::Rgb(0x009e73);
+const picture::Colour kGivenUp = picture::Rgb(0xffffff);
 
-Colour ColourOf(VoxelState state) {
+picture::Colour ColourOf(model::VoxelState state) {
   switch (state) {
-    case VoxelState::kUnknown:
+    case model::VoxelState::kUnknown:
       return kUnknown;
-    case VoxelState::kEmpty:
-      return palette::kWhite;
-    case VoxelState::kTrueSurface:
-      return palette::kMeasured;
-    case VoxelState::kAbsorbed:
+    case model::VoxelState::kEmpty:
+      return picture::palette::kWhite;
+    case model::VoxelState::kTrueSurface:
+      return picture::palette::kMeasured;
+    case model::VoxelState::kAbsorbed:
       return kAbsorbed;
-    case VoxelState::kFalseOcclusion:
-      return palette::kOcclusion;
-    case VoxelState::kFalseHole:
-      return palette::kHole;
-    case VoxelState::kFalseImage:
-      return palette::kImageBoundary;
+    case model::VoxelState::kFalseOcclusion:
+      return picture::palette::kOcclusion;
+    case model::VoxelState::kFalseHole:
+      return picture::palette::kHole;
+    case model::VoxelState::kFalseImage:
+      return picture::palette::kImageBoundary;
   }
   return kUnknown;
 }
@@ -78,7 +80,7 @@ struct Slice {
 struct Picture {
   std::string title;
   std::string note;
-  std::shared_ptr<const PlanningView> model;
+  std::shared_ptr<const model::PlanningView> model;
   Eigen::AlignedBox3d shown;  // m, model frame
   std::vector<Slice> slices;
   // Points (m) of what is really there, within half a voxel of a slice.
@@ -88,26 +90,26 @@ struct Picture {
 class SlicePanel {
  public:
   SlicePanel(const Picture& picture, const Slice& slice, const Vector2d& corner, double scale,
-             Canvas& canvas)
+             picture::Canvas& canvas)
       : picture_(picture), slice_(slice), corner_(corner), scale_(scale), canvas_(canvas) {}
 
   void Draw() const {
-    const PlanningView& model = *picture_.model;
+    const model::PlanningView& model = *picture_.model;
     const double h = model.voxel_size();
-    const VoxelIndex low = model.At(picture_.shown.min());
-    const VoxelIndex high = model.At(picture_.shown.max());
+    const model::VoxelIndex low = model.At(picture_.shown.min());
+    const model::VoxelIndex high = model.At(picture_.shown.max());
     const int width = high[slice_.right()] - low[slice_.right()] + 1;
     const int height = high[slice_.up()] - low[slice_.up()] + 1;
-    Raster raster(width, height);
+    picture::Raster raster(width, height);
     std::vector<Vector2d> given_up;
     for (int j = 0; j < height; ++j) {
       for (int i = 0; i < width; ++i) {
-        VoxelIndex v;
+        model::VoxelIndex v;
         v[slice_.normal_axis] = static_cast<int>(std::floor(slice_.at / h));
         v[slice_.right()] = low[slice_.right()] + i;
         v[slice_.up()] = low[slice_.up()] + j;
         raster.At(i, height - 1 - j) = ColourOf(model.State(v));
-        const SurfaceVoxel* surface = model.Surface(v);
+        const model::SurfaceVoxel* surface = model.Surface(v);
         if (surface != nullptr && surface->given_up) given_up.push_back(On(model.Centre(v)));
       }
     }
@@ -123,23 +125,23 @@ class SlicePanel {
       canvas_.FillRectangle(On(p) - Vector2d(0.6, 0.6), On(p) + Vector2d(0.6, 0.6), kTruth);
     }
     int number = 0;
-    for (const Stand& stand : model.stands()) {
-      const Vector2d p = On(stand.position);
-      canvas_.FillCircle(p, 9, palette::kWhite);
-      canvas_.StrokeCircle(p, 9, 1.5, palette::kInk);
-      canvas_.Text(p + Vector2d(0, 4), absl::StrCat(++number), 12, palette::kInk, Align::kCentre,
-                   true);
+    for (const model::Station& station : model.stations()) {
+      const Vector2d p = On(station.position);
+      canvas_.FillCircle(p, 9, picture::palette::kWhite);
+      canvas_.StrokeCircle(p, 9, 1.5, picture::palette::kInk);
+      canvas_.Text(p + Vector2d(0, 4), absl::StrCat(++number), 12, picture::palette::kInk,
+                   picture::Align::kCentre, true);
     }
     canvas_.Unclip();
-    canvas_.StrokeRectangle(top_left, bottom_right, 1, palette::kFaintInk);
+    canvas_.StrokeRectangle(top_left, bottom_right, 1, picture::palette::kFaintInk);
     constexpr std::array<const char*, 3> kAxes = {"x", "y", "z"};
     canvas_.Text(top_left - Vector2d(0, 8),
                  absl::StrFormat("%s = %.2f m; %s right, %s up", kAxes[slice_.normal_axis],
                                  slice_.at, kAxes[slice_.right()], kAxes[slice_.up()]),
-                 14, palette::kInk, Align::kLeft, true);
+                 14, picture::palette::kInk, picture::Align::kLeft, true);
     const Vector2d bar(top_left.x(), bottom_right.y() + 14);
-    canvas_.FillRectangle(bar, bar + Vector2d(scale_, 4), palette::kInk);
-    canvas_.Text(bar + Vector2d(scale_ + 6, 6), "1 m", 12, palette::kInk);
+    canvas_.FillRectangle(bar, bar + Vector2d(scale_, 4), picture::palette::kInk);
+    canvas_.Text(bar + Vector2d(scale_ + 6, 6), "1 m", 12, picture::palette::kInk);
   }
 
  private:
@@ -152,7 +154,7 @@ class SlicePanel {
   Slice slice_;
   Vector2d corner_;
   double scale_;
-  Canvas& canvas_;
+  picture::Canvas& canvas_;
 };
 
 absl::Status Write(const Picture& picture, const std::string& path) {
@@ -164,43 +166,45 @@ absl::Status Write(const Picture& picture, const std::string& path) {
   const double scale = std::max(1.0, std::floor((kWidth - 2 * kMargin) / widest * h)) / h;
   double height = kHeading;
   for (const Slice& slice : picture.slices) height += size[slice.up()] * scale + kMargin;
-  Canvas canvas(static_cast<int>(widest * scale + 2 * kMargin), static_cast<int>(height + kLegend),
-                palette::kWhite);
-  canvas.Text({kMargin, 28}, picture.title, 20, palette::kInk, Align::kLeft, true);
-  canvas.Text({kMargin, 48}, picture.note, 13, palette::kFaintInk);
+  picture::Canvas canvas(static_cast<int>(widest * scale + 2 * kMargin),
+                         static_cast<int>(height + kLegend), picture::palette::kWhite);
+  canvas.Text({kMargin, 28}, picture.title, 20, picture::palette::kInk, picture::Align::kLeft,
+              true);
+  canvas.Text({kMargin, 48}, picture.note, 13, picture::palette::kFaintInk);
   double top = kHeading + 10;
   for (const Slice& slice : picture.slices) {
     SlicePanel(picture, slice, {kMargin, top}, scale, canvas).Draw();
     top += size[slice.up()] * scale + kMargin;
   }
   Vector2d at(kMargin, height + 12);
-  const auto legend = [&](const Colour& colour, const std::string& text) {
+  const auto legend = [&](const picture::Colour& colour, const std::string& text) {
     const double width = 24 + canvas.TextWidth(text, 13) + 18;
     if (at.x() + width > canvas.width() - kMargin) at = {kMargin, at.y() + 22};
     canvas.FillRectangle(at - Vector2d(0, 11), at + Vector2d(18, 2), colour);
-    canvas.StrokeRectangle(at - Vector2d(0, 11), at + Vector2d(18, 2), 0.6, palette::kFaintInk);
-    canvas.Text(at + Vector2d(24, 0), text, 13, palette::kInk);
+    canvas.StrokeRectangle(at - Vector2d(0, 11), at + Vector2d(18, 2), 0.6,
+                           picture::palette::kFaintInk);
+    canvas.Text(at + Vector2d(24, 0), text, 13, picture::palette::kInk);
     at.x() += width;
   };
-  legend(palette::kWhite, "empty");
+  legend(picture::palette::kWhite, "empty");
   legend(kUnknown, "unknown");
-  legend(palette::kMeasured, "true surface");
+  legend(picture::palette::kMeasured, "true surface");
   legend(kAbsorbed, "absorbed");
-  legend(palette::kOcclusion, "occlusion");
-  legend(palette::kHole, "hole boundary");
-  legend(palette::kImageBoundary, "image boundary");
+  legend(picture::palette::kOcclusion, "occlusion");
+  legend(picture::palette::kHole, "hole boundary");
+  legend(picture::palette::kImageBoundary, "image boundary");
   legend(kGivenUp, "dot: given up");
   legend(kTruth, "what is really there");
   return canvas.WritePng(path);
 }
 
-void Insert(const std::string& id, const Scan& scan, const Eigen::Isometry3d& pose,
-            Parallel& parallel, PartialModel& model) {
+void Insert(const std::string& id, const sensor::Scan& scan, const Eigen::Isometry3d& pose,
+            parallel::Parallel& parallel, model::PartialModel& model) {
   (void)model.Insert(id, scan, pose, parallel).value();
 }
 
 // Where the air of a closed-form scene ends on a slice.
-std::vector<Vector3d> AirEnds(const ClosedFormScene& scene, const Eigen::AlignedBox3d& shown,
+std::vector<Vector3d> AirEnds(const model::ClosedFormScene& scene, const Eigen::AlignedBox3d& shown,
                               const Slice& slice) {
   constexpr double kStep = 0.01;  // m
   std::vector<Vector3d> ends;
@@ -224,7 +228,7 @@ std::vector<Vector3d> AirEnds(const ClosedFormScene& scene, const Eigen::Aligned
 }
 
 // Where a slice cuts the triangles of a mesh.
-std::vector<Vector3d> Cuts(const TriangleMesh& mesh, const Slice& slice) {
+std::vector<Vector3d> Cuts(const simulation::TriangleMesh& mesh, const Slice& slice) {
   constexpr double kStep = 0.01;  // m
   std::vector<Vector3d> points;
   for (const auto& triangle : mesh.triangles) {
@@ -245,8 +249,8 @@ std::vector<Vector3d> Cuts(const TriangleMesh& mesh, const Slice& slice) {
   return points;
 }
 
-Picture ClosedForm(Parallel& parallel) {
-  ClosedFormScene scene = DoorwayRooms();
+Picture ClosedForm(parallel::Parallel& parallel) {
+  model::ClosedFormScene scene = model::DoorwayRooms();
   scene.air.emplace_back(Vector3d(2.9, -1.4, 0.9), Vector3d(3.2, 0.2, 2.0));
   scene.air.emplace_back(Vector3d(3.15, -100, -100), Vector3d(100, 100, 100));
   scene.solids.push_back({{-1.1, -1.0, 0.6}, {0.3, 0.2, 0.6}});
@@ -256,10 +260,10 @@ Picture ClosedForm(Parallel& parallel) {
       "Doorway in the middle, a box on the left, a window without anything behind it on the right";
   picture.shown = {Vector3d(-3.3, -2.3, -0.2), Vector3d(3.5, 2.3, 2.8)};
   picture.slices = {{2, 1.1}, {1, 0.12}};
-  auto model = PartialModel::Create({}).value();
-  const Eigen::Isometry3d pose = PoseAt({-1.6, 0.5, 1.5}, 0.3, 0.01, 0.02);
-  Insert("scan", ScanScene(scene, pose, {.step = Radians(0.25), .noise = 0.003}), pose, parallel,
-         *model);
+  auto model = model::PartialModel::Create({}).value();
+  const Eigen::Isometry3d pose = model::PoseAt({-1.6, 0.5, 1.5}, 0.3, 0.01, 0.02);
+  Insert("scan", model::ScanScene(scene, pose, {.step = sensor::Radians(0.25), .noise = 0.003}),
+         pose, parallel, *model);
   picture.model = model->Publish();
   picture.truth = [scene, shown = picture.shown](const Slice& slice) {
     return AirEnds(scene, shown, slice);
@@ -267,8 +271,8 @@ Picture ClosedForm(Parallel& parallel) {
   return picture;
 }
 
-Picture Panes(Parallel& parallel) {
-  const Scene scene = PaneRoom({true, true, false, false});
+Picture Panes(parallel::Parallel& parallel) {
+  const simulation::Scene scene = simulation::PaneRoom({true, true, false, false});
   Picture picture;
   picture.title = "The room with two windows and a mirror, three scans";
   picture.note =
@@ -276,12 +280,12 @@ Picture Panes(Parallel& parallel) {
       "gone";
   picture.shown = {Vector3d(-0.5, -0.8, -0.2), Vector3d(5.7, 4.7, 2.8)};
   picture.slices = {{2, 1.3}, {0, 3.0}};
-  const SimulatedScanner simulated(scene.mesh);
-  auto model = PartialModel::Create({}).value();
-  const std::vector<Vector3d> stands = {{0.8, 2.4, 1.5}, {3.3, 2.1, 1.5}, {4.4, 3.0, 1.5}};
-  for (size_t i = 0; i < stands.size(); ++i) {
-    const Eigen::Isometry3d pose = PoseAt(stands[i], 0.3 * static_cast<double>(i));
-    Scan scan;
+  const simulation::SimulatedScanner simulated(scene.mesh);
+  auto model = model::PartialModel::Create({}).value();
+  const std::vector<Vector3d> stations = {{0.8, 2.4, 1.5}, {3.3, 2.1, 1.5}, {4.4, 3.0, 1.5}};
+  for (size_t i = 0; i < stations.size(); ++i) {
+    const Eigen::Isometry3d pose = model::PoseAt(stations[i], 0.3 * static_cast<double>(i));
+    sensor::Scan scan;
     scan.image = simulated.Scan(scan.scanner, pose, {}, i + 1, parallel);
     Insert(absl::StrCat("scan", i), scan, pose, parallel, *model);
   }
@@ -290,23 +294,23 @@ Picture Panes(Parallel& parallel) {
   return picture;
 }
 
-absl::StatusOr<Picture> Real(const std::string& file, Parallel& parallel) {
-  const absl::StatusOr<ImportedScan> imported = ReadScanFile(file, {});
+absl::StatusOr<Picture> Real(const std::string& file, parallel::Parallel& parallel) {
+  const absl::StatusOr<sensor::ImportedScan> imported = sensor::ReadScanFile(file, {});
   if (!imported.ok()) return imported.status();
-  Scan scan{imported->image, imported->scanner, std::nullopt};
+  sensor::Scan scan{imported->image, imported->scanner, std::nullopt};
   Picture picture;
   picture.title = "A real scan";
   picture.note = "Panoramic scan of a furnished home, 6 cm between samples at 3 m";
   picture.shown = {Vector3d(-4.5, -4.5, -1.6), Vector3d(4.5, 4.5, 1.8)};
   picture.slices = {{2, 0.02}, {1, 0.02}};
-  auto model = PartialModel::Create({}).value();
+  auto model = model::PartialModel::Create({}).value();
   Insert("scan", scan, Eigen::Isometry3d::Identity(), parallel, *model);
   picture.model = model->Publish();
   picture.truth = [image = scan.image, half = picture.model->voxel_size() / 2](const Slice& slice) {
     std::vector<Vector3d> samples;
     for (int c = 0; c < image.columns(); ++c) {
       for (int r = 0; r < image.rows(); ++r) {
-        if (!RangeImage::IsRange(image.at(c, r))) continue;
+        if (!sensor::RangeImage::IsRange(image.at(c, r))) continue;
         const Vector3d p = static_cast<double>(image.at(c, r)) * image.Direction(c, r);
         if (std::abs(p[slice.normal_axis] - slice.at) < half) samples.push_back(p);
       }
@@ -323,7 +327,7 @@ int Run(const std::string& folder) {
     std::cerr << "cannot make the folder " << folder << ": " << failed.message() << "\n";
     return 1;
   }
-  ThreadPool pool(2);
+  parallel::ThreadPool pool(2);
   const auto write = [&](const Picture& picture, const std::string& name) {
     const std::string path = absl::StrCat(folder, "/", name, ".png");
     const absl::Status written = Write(picture, path);
@@ -352,12 +356,12 @@ int Run(const std::string& folder) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::bench
 
 int main(int argc, char** argv) {
   CLI::App app("Pictures of the surface kinds in partial models");
   std::string folder = ".";
   app.add_option("--out", folder, "folder to write them to")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
-  return vantage::Run(folder);
+  return vantage::bench::Run(folder);
 }

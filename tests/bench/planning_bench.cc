@@ -10,35 +10,38 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/planning/feasible_views.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/plan/plan.h"
+#include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
 #include "core/planning/planning_estimate.h"
-#include "core/planning/scoring.h"
+#include "core/planning/scoring/scoring.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/flat_job.h"
 #include "tests/bench/planning_job.h"
 
-namespace vantage {
+namespace vantage::bench {
 
 namespace {
 
-void BenchPackets(const PlanningView& model, const ScannerModel& scanner, Parallel& parallel,
-                  Figures& figures) {
-  const PlanningConfig config;
-  const Budget unlimited = Budget::Unlimited();
-  const OpaqueGrid grid(model);
-  const FeasibleViews feasible =
-      FeasibleViews::Find(model, grid, scanner, config, unlimited, parallel);
-  PatchSet patches = ExtractPatches(model, config, PatchTolerance{}, unlimited);
-  RankPatches(config, patches);
-  const Scoring scoring(model, grid, patches, scanner, config, parallel);
-  const SensingConstraints constraints(scanner);
-  const CellArrays& cells = scoring.cells();
+void BenchPackets(const model::PlanningView& model, const sensor::ScannerModel& scanner,
+                  parallel::Parallel& parallel, Figures& figures) {
+  const planning::PlanningConfig config;
+  const parallel::Budget unlimited = parallel::Budget::Unlimited();
+  const visibility::OpaqueGrid grid(model);
+  const planning::FeasibleViews feasible =
+      planning::FeasibleViews::Find(model, grid, scanner, config, unlimited, parallel);
+  planning::PatchSet patches =
+      planning::ExtractPatches(model, config, planning::PatchTolerance{}, unlimited);
+  planning::RankPatches(config, patches);
+  const planning::Scoring scoring(model, grid, patches, scanner, config, parallel);
+  const planning::SensingConstraints constraints(scanner);
+  const planning::CellArrays& cells = scoring.cells();
 
   // Every 40th view; their packets are laid out beforehand for Embree alone.
   struct Packets {
     Eigen::Vector3f origin;
-    std::vector<std::pair<TargetPacket, uint32_t>> packets;
+    std::vector<std::pair<visibility::TargetPacket, uint32_t>> packets;
   };
   std::vector<Eigen::Vector3d> views;
   std::vector<Packets> raw;
@@ -46,14 +49,14 @@ void BenchPackets(const PlanningView& model, const ScannerModel& scanner, Parall
   for (size_t i = 0; i < feasible.cells().size(); i += 40) {
     views.push_back(feasible.Centre(i));
     Packets of_view{scoring.scene().ToScene(views.back() / model.voxel_size()), {}};
-    TargetPacket targets{};
+    visibility::TargetPacket targets{};
     uint32_t filled = 0;
     alignas(32) float gains[8];
     for (size_t packet = 0; packet < cells.packets(); ++packet) {
       uint32_t bits = constraints.Gains(views.back().cast<float>(), cells, packet, gains);
       for (; bits != 0; bits &= bits - 1) {
         const size_t at =
-            packet * CellArrays::kPacket + static_cast<size_t>(std::countr_zero(bits));
+            packet * planning::CellArrays::kPacket + static_cast<size_t>(std::countr_zero(bits));
         targets.x[filled] = cells.tx[at];
         targets.y[filled] = cells.ty[at];
         targets.z[filled] = cells.tz[at];
@@ -99,18 +102,20 @@ void BenchPackets(const PlanningView& model, const ScannerModel& scanner, Parall
 }
 
 // `of`: the scene's part of the figures' names.
-void BenchBudgets(const std::string& of, const PlanningView& model, const ScannerModel& scanner,
-                  int runs, Parallel& parallel, Figures& figures) {
+void BenchBudgets(const std::string& of, const model::PlanningView& model,
+                  const sensor::ScannerModel& scanner, int runs, parallel::Parallel& parallel,
+                  Figures& figures) {
   std::vector<double> over, cancelled;
   for (int run = 0; run < runs; ++run) {
     const double budget = run % 2 == 0 ? 0.05 : 0.2;
     const double took = WallSeconds([&] {
-      (void)MakePlan(model, scanner, {}, Budget::Seconds(budget), parallel, [](const Plan&) {});
+      (void)planning::MakePlan(model, scanner, {}, parallel::Budget::Seconds(budget), parallel,
+                               [](const planning::Plan&) {});
     });
     over.push_back(std::max(0.0, took - budget));
 
     std::stop_source stop;
-    Budget endless;
+    parallel::Budget endless;
     endless.cancelled = stop.get_token();
     std::chrono::steady_clock::time_point asked;
     std::thread canceller([&] {
@@ -118,7 +123,7 @@ void BenchBudgets(const std::string& of, const PlanningView& model, const Scanne
       asked = std::chrono::steady_clock::now();
       stop.request_stop();
     });
-    (void)MakePlan(model, scanner, {}, endless, parallel, [](const Plan&) {});
+    (void)planning::MakePlan(model, scanner, {}, endless, parallel, [](const planning::Plan&) {});
     const auto ended = std::chrono::steady_clock::now();
     canceller.join();
     cancelled.push_back(std::max(0.0, std::chrono::duration<double>(ended - asked).count()));
@@ -139,24 +144,25 @@ double PeakGigabytes() {
   return kilobytes / 1e6;
 }
 
-void BenchLargeFloor(Parallel& parallel, Figures& figures) {
-  ScannerModel scanner;
+void BenchLargeFloor(parallel::Parallel& parallel, Figures& figures) {
+  sensor::ScannerModel scanner;
   const auto model = ScannedOffice(2000, scanner, parallel);
   malloc_trim(0);
   std::ofstream("/proc/self/clear_refs") << "5";
   const double before = PeakGigabytes();
   const double budget = 10;
-  Plan plan;
+  planning::Plan plan;
   const double took = WallSeconds([&] {
-    plan = MakePlan(*model, scanner, {}, Budget::Seconds(budget), parallel, [](const Plan&) {
-           }).value();
+    plan = planning::MakePlan(*model, scanner, {}, parallel::Budget::Seconds(budget), parallel,
+                              [](const planning::Plan&) {})
+               .value();
   });
   const double peak = PeakGigabytes();
-  const double estimate = static_cast<double>(EstimatePlanningMemory(*model, {})) / 1e9;
+  const double estimate = static_cast<double>(planning::EstimatePlanningMemory(*model, {})) / 1e9;
   figures.Add({"plan.2000m2.gb", peak, "GB", "2",
                absl::StrFormat("the process at its peak while it plans %d viewcells x %d cells in "
                                "%.1f s; %.2f GB of it the model and its views; gap %.3f: %s",
-                               plan.feasible_cells, plan.needy_cells, took, before,
+                               plan.feasible_cells, plan.deficient_cells, took, before,
                                plan.optimality_gap, plan.message)});
   figures.Add({"plan.2000m2.estimate_share", (peak - before) / estimate, "of estimate", "",
                absl::StrFormat("%.2f GB taken besides the model, %.2f GB estimated beforehand",
@@ -165,9 +171,9 @@ void BenchLargeFloor(Parallel& parallel, Figures& figures) {
 
 }  // namespace
 
-void BenchPlanning(bool full, Parallel& parallel, Figures& figures) {
+void BenchPlanning(bool full, parallel::Parallel& parallel, Figures& figures) {
   if (full && (figures.Wants("plan.budget.1000m2.") || figures.Wants("plan.cancel.1000m2."))) {
-    ScannerModel scanner;
+    sensor::ScannerModel scanner;
     const auto model = ScannedOffice(1000, scanner, parallel);
     BenchBudgets("1000m2.", *model, scanner, 100, parallel, figures);
   }
@@ -182,4 +188,4 @@ void BenchPlanning(bool full, Parallel& parallel, Figures& figures) {
   BenchBudgets("", *view, job.scans[0].scanner, 100, parallel, figures);
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

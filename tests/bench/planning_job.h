@@ -8,41 +8,43 @@
 #include <string>
 #include <vector>
 
-#include "core/model/planning_view.h"
+#include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
-#include "core/planning/feasible_views.h"
-#include "core/planning/opaque_grid.h"
-#include "core/planning/patches.h"
-#include "core/planning/plan.h"
-#include "core/planning/scoring.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/patches/patches.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/planning/scoring/scoring.h"
+#include "core/visibility/opaque_grid.h"
 
-namespace vantage {
+namespace vantage::bench {
 
 struct PlanningJob {
-  PlanningJob(std::shared_ptr<const PlanningView> view, const ScannerModel& of, Parallel& parallel);
+  PlanningJob(std::shared_ptr<const model::PlanningView> view, const sensor::ScannerModel& of,
+              parallel::Parallel& parallel);
   std::string Size() const;
 
-  std::shared_ptr<const PlanningView> model;
-  ScannerModel scanner;
-  PlanningConfig config;
-  OpaqueGrid grid;
-  FeasibleViews feasible;
-  PatchSet patches;
-  std::unique_ptr<Scoring> scoring;
+  std::shared_ptr<const model::PlanningView> model;
+  sensor::ScannerModel scanner;
+  planning::PlanningConfig config;
+  visibility::OpaqueGrid grid;
+  planning::FeasibleViews feasible;
+  planning::PatchSet patches;
+  std::unique_ptr<planning::Scoring> scoring;
   std::vector<Eigen::Vector3d> views;
 };
 
 // The furnished flat of FlatJob after so many scans.
-std::unique_ptr<PlanningJob> FlatPlanningJob(size_t scans, Parallel& parallel);
+std::unique_ptr<PlanningJob> FlatPlanningJob(size_t scans, parallel::Parallel& parallel);
 
-// An office floor after one scan per 50 m2, from where its rooms are freest; range 30 m.
-std::shared_ptr<const PlanningView> ScannedOffice(double area_m2, ScannerModel& scanner,
-                                                  Parallel& parallel);
-std::unique_ptr<PlanningJob> OfficePlanningJob(double area_m2, Parallel& parallel);
+// An office storey after one scan per 50 m2, from where its rooms are freest; range 30 m.
+std::shared_ptr<const model::PlanningView> ScannedOffice(double area_m2,
+                                                         sensor::ScannerModel& scanner,
+                                                         parallel::Parallel& parallel);
+std::unique_ptr<PlanningJob> OfficePlanningJob(double area_m2, parallel::Parallel& parallel);
 
 // The furnished house of the shared data after five scans; null where the data are not there.
-std::unique_ptr<PlanningJob> SmallHousePlanningJob(Parallel& parallel);
+std::unique_ptr<PlanningJob> SmallHousePlanningJob(parallel::Parallel& parallel);
 
-}  // namespace vantage
+}  // namespace vantage::bench
 
 #endif  // VANTAGE_TESTS_BENCH_PLANNING_JOB_H_

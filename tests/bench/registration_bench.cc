@@ -10,20 +10,24 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/model/partial_model.h"
-#include "core/planning/occlusion_scene.h"
-#include "core/planning/opaque_grid.h"
-#include "core/planning/registration_check.h"
-#include "core/registration/align.h"
-#include "core/registration/anywhere.h"
+#include "core/planning/ranking/registration_check.h"
+#include "core/registration/align/align.h"
+#include "core/registration/align/registration_config.h"
+#include "core/registration/align/scan_surface.h"
+#include "core/registration/bound/registration_result.h"
+#include "core/registration/global_registration.h"
 #include "core/registration/registration.h"
-#include "core/registration/scan_surface.h"
 #include "core/simulation/counter_random.h"
-#include "core/simulation/scene.h"
+#include "core/simulation/scenes/furnished_flat.h"
+#include "core/simulation/scenes/scene.h"
+#include "core/simulation/scenes/small_scenes.h"
 #include "core/simulation/simulated_scanner.h"
+#include "core/visibility/occlusion_scene.h"
+#include "core/visibility/opaque_grid.h"
 #include "tests/bench/benchmarks.h"
-#include "tests/core/registration/pcl_icp.h"
+#include "tests/core/registration/align/pcl_icp.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
 using Eigen::Vector3d;
@@ -32,7 +36,7 @@ constexpr size_t kPairs = 50;
 constexpr size_t kPerScene = 10;
 // Priors that PCL's ICP can still begin from.
 constexpr double kPriorMetres = 0.05;
-constexpr double kPriorRadians = Radians(1);
+constexpr double kPriorRadians = sensor::Radians(1);
 constexpr double kPclReach = 0.15;  // m, of its correspondences
 
 Eigen::Isometry3d Upright(const Vector3d& position, double heading) {
@@ -42,11 +46,12 @@ Eigen::Isometry3d Upright(const Vector3d& position, double heading) {
   return pose;
 }
 
-Scan Measure(const SimulatedScanner& tracer, const ScannerModel& scanner,
-             const Eigen::Isometry3d& pose, uint64_t seed, Parallel& parallel) {
-  Scan scan;
+sensor::Scan Measure(const simulation::SimulatedScanner& tracer,
+                     const sensor::ScannerModel& scanner, const Eigen::Isometry3d& pose,
+                     uint64_t seed, parallel::Parallel& parallel) {
+  sensor::Scan scan;
   scan.scanner = scanner;
-  scan.image = tracer.Scan(scanner, pose, ScanFaults{}, seed, parallel);
+  scan.image = tracer.Scan(scanner, pose, simulation::ScanFaults{}, seed, parallel);
   return scan;
 }
 
@@ -54,17 +59,17 @@ double Metres(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm();
 }
 
-void BenchAlign(bool full, Parallel& parallel, Figures& figures) {
+void BenchAlign(bool full, parallel::Parallel& parallel, Figures& figures) {
   std::vector<double> seconds, ours, theirs, speedup, our_error, their_error;
   double samples = 0;
-  const ScannerModel scanner;
-  Serial serial;
+  const sensor::ScannerModel scanner;
+  parallel::Serial serial;
   for (uint64_t seed = 1; seconds.size() < kPairs; ++seed) {
-    const Scene scene = FurnishedFlat(seed);
-    const SimulatedScanner tracer(scene.mesh);
-    RandomSequence random(seed);
+    const simulation::Scene scene = simulation::FurnishedFlat(seed);
+    const simulation::SimulatedScanner tracer(scene.mesh);
+    simulation::RandomSequence random(seed);
     const Vector3d first = scene.starts[0];
-    auto model = PartialModel::Create({}).value();
+    auto model = model::PartialModel::Create({}).value();
     const Eigen::Isometry3d T_first = Upright(first, 0.3);
     model->Insert("first", Measure(tracer, scanner, T_first, seed, parallel), T_first, parallel)
         .value();
@@ -74,29 +79,32 @@ void BenchAlign(bool full, Parallel& parallel, Figures& figures) {
       const Vector3d at = first + Vector3d(random.Between(-2.5, 2.5), random.Between(-2.5, 2.5),
                                            random.Between(-0.2, 0.2));
       if (tracer.Clearance(at, 0.35) < 0.35 || !tracer.Visible(first, at)) continue;
-      const Eigen::Isometry3d truth = Upright(at, random.Between(0, 2 * kPi));
-      const Scan scan = Measure(tracer, scanner, truth, 1000 * seed + made, parallel);
-      PosePrior prior;
-      const double heading = random.Between(0, 2 * kPi);
-      const double axis = random.Between(0, 2 * kPi);
+      const Eigen::Isometry3d truth = Upright(at, random.Between(0, 2 * sensor::kPi));
+      const sensor::Scan scan = Measure(tracer, scanner, truth, 1000 * seed + made, parallel);
+      sensor::PosePrior prior;
+      const double heading = random.Between(0, 2 * sensor::kPi);
+      const double axis = random.Between(0, 2 * sensor::kPi);
       prior.T_world_scan = truth;
       prior.T_world_scan.pretranslate(kPriorMetres *
                                       Vector3d(std::cos(heading), std::sin(heading), 0));
       prior.T_world_scan.rotate(
           Eigen::AngleAxisd(kPriorRadians, Vector3d(std::cos(axis), std::sin(axis), 0)));
-      RegistrationResult result;
-      seconds.push_back(
-          WallSeconds([&] { result = Register(*view, scan, prior, {}, parallel).value(); }));
+      registration::RegistrationResult result;
+      seconds.push_back(WallSeconds(
+          [&] { result = registration::Register(*view, scan, prior, {}, parallel).value(); }));
       samples += static_cast<double>(scan.image.SampleCount());
       // PCL takes many seconds for each.
       if (made++ > 0 && !full) continue;
-      const ScanSurface surface = SampleSurface(scan, RegistrationConfig().sample_spacing, serial);
-      Alignment alignment;
-      ours.push_back(ThreadSeconds([&] { alignment = Align(*view, surface, prior, {}, serial); }));
+      const registration::ScanSurface surface = registration::SampleSurface(
+          scan, registration::RegistrationConfig().sample_spacing, serial);
+      registration::Alignment alignment;
+      ours.push_back(ThreadSeconds(
+          [&] { alignment = registration::Align(*view, surface, prior, {}, serial); }));
       Eigen::Isometry3d pcl;
       const size_t most = std::min<size_t>(24'000, surface.samples.size());
       theirs.push_back(ThreadSeconds([&] {
-        pcl = AlignByPcl(*view, {surface.samples.data(), most}, prior.T_world_scan, kPclReach);
+        pcl = registration::AlignByPcl(*view, {surface.samples.data(), most}, prior.T_world_scan,
+                                       kPclReach);
       }));
       speedup.push_back(theirs.back() / ours.back());
       our_error.push_back(Metres(alignment.T_world_scan, truth));
@@ -120,27 +128,30 @@ void BenchAlign(bool full, Parallel& parallel, Figures& figures) {
 }
 
 // `name`: of the figure; `of`: of the scene, which one scan has seen.
-void BenchPredict(const char* name, const char* of, const Scene& scene, const char* aim,
-                  Parallel& parallel, Figures& figures) {
-  const SimulatedScanner tracer(scene.mesh);
-  const ScannerModel scanner;
+void BenchPredict(const char* name, const char* of, const simulation::Scene& scene, const char* aim,
+                  parallel::Parallel& parallel, Figures& figures) {
+  const simulation::SimulatedScanner tracer(scene.mesh);
+  const sensor::ScannerModel scanner;
   const Eigen::Isometry3d pose = Upright(scene.starts[0], 0);
-  auto model = PartialModel::Create({}).value();
+  auto model = model::PartialModel::Create({}).value();
   model->Insert("first", Measure(tracer, scanner, pose, 1, parallel), pose, parallel).value();
   const auto view = model->Publish();
   size_t surface = 0;
-  view->ForEachSurface([&](const VoxelIndex&, VoxelState state, const SurfaceVoxel&) {
-    surface += state == VoxelState::kTrueSurface ? 1 : 0;
-  });
-  const OpaqueGrid grid(*view);
-  const OcclusionScene occlusion(grid, OpaqueGrid(*view, {1, 2, 0}), parallel);
-  const OverlapSurface overlap(*view, grid, occlusion, scanner);
+  view->ForEachSurface(
+      [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel&) {
+        surface += state == model::VoxelState::kTrueSurface ? 1 : 0;
+      });
+  const visibility::OpaqueGrid grid(*view);
+  const visibility::OcclusionScene occlusion(grid, visibility::OpaqueGrid(*view, {1, 2, 0}),
+                                             parallel);
+  const planning::OverlapSurface overlap(*view, grid, occlusion, scanner);
   std::vector<double> milliseconds;
   for (size_t k = 0; k < kPairs; ++k) {
     const double angle = 0.37 * static_cast<double>(k);
     const Vector3d at = scene.starts[0] + Vector3d(1.2 * std::cos(angle), 1.2 * std::sin(angle), 0);
     milliseconds.push_back(1000 * ThreadSeconds([&] {
-                             (void)overlap.Predict(at, occlusion, {}, Budget::Unlimited());
+                             (void)overlap.Predict(at, occlusion, {},
+                                                   parallel::Budget::Unlimited());
                            }));
   }
   figures.Add({name, Percentile(milliseconds, 0.5), "ms", aim,
@@ -149,16 +160,16 @@ void BenchPredict(const char* name, const char* of, const Scene& scene, const ch
                                of, surface / 1000)});
 }
 
-void BenchAnywhere(bool full, Parallel& parallel, Figures& figures) {
+void BenchGlobalRegistration(bool full, parallel::Parallel& parallel, Figures& figures) {
   std::vector<double> seconds;
   int right = 0;
   int wrong = 0;
-  const ScannerModel scanner;
+  const sensor::ScannerModel scanner;
   const uint64_t flats = full ? 4 : 2;
   for (uint64_t seed = 1; seed <= flats; ++seed) {
-    const Scene flat = FurnishedFlat(seed);
-    const SimulatedScanner tracer(flat.mesh);
-    auto model = PartialModel::Create({}).value();
+    const simulation::Scene flat = simulation::FurnishedFlat(seed);
+    const simulation::SimulatedScanner tracer(flat.mesh);
+    auto model = model::PartialModel::Create({}).value();
     for (size_t i = 0; i < flat.starts.size(); ++i) {
       const Eigen::Isometry3d pose = Upright(flat.starts[i], 0.7 * static_cast<double>(i));
       model
@@ -169,12 +180,12 @@ void BenchAnywhere(bool full, Parallel& parallel, Figures& figures) {
     for (size_t i = 0; i < flat.starts.size(); ++i) {
       const Eigen::Isometry3d truth =
           Upright(flat.starts[i] + Vector3d(0.3, -0.2, 0.1), 2.0 + 1.3 * static_cast<double>(i));
-      const Scan scan = Measure(tracer, scanner, truth, 100 * seed + i, parallel);
-      RegistrationResult result;
+      const sensor::Scan scan = Measure(tracer, scanner, truth, 100 * seed + i, parallel);
+      registration::RegistrationResult result;
       seconds.push_back(WallSeconds([&] {
-        result =
-            RegisterAnywhere(*model->Publish(), scan, Upright(flat.starts.back(), 0), {}, parallel)
-                .value();
+        result = registration::RegisterGlobally(*model->Publish(), scan,
+                                                Upright(flat.starts.back(), 0), {}, parallel)
+                     .value();
       }));
       if (!result.verdict.registered()) continue;
       (Metres(result.T_world_scan, truth) < 0.02 ? right : wrong) += 1;
@@ -188,18 +199,19 @@ void BenchAnywhere(bool full, Parallel& parallel, Figures& figures) {
 
 }  // namespace
 
-void BenchRegistration(bool full, Parallel& parallel, Figures& figures) {
+void BenchRegistration(bool full, parallel::Parallel& parallel, Figures& figures) {
   if (figures.Wants("align.seconds") || figures.Wants("align.speedup") ||
       figures.Wants("align.accuracy_ratio")) {
     BenchAlign(full, parallel, figures);
   }
   if (figures.Wants("predict.ms")) {
-    BenchPredict("predict.ms", "furnished flat", FurnishedFlat(1), "2", parallel, figures);
+    BenchPredict("predict.ms", "furnished flat", simulation::FurnishedFlat(1), "2", parallel,
+                 figures);
   }
   if (figures.Wants("predict.hall.ms")) {
-    BenchPredict("predict.hall.ms", "hall", PillarHall(1), "", parallel, figures);
+    BenchPredict("predict.hall.ms", "hall", simulation::PillarHall(1), "", parallel, figures);
   }
-  if (figures.Wants("align.coarse.")) BenchAnywhere(full, parallel, figures);
+  if (figures.Wants("align.coarse.")) BenchGlobalRegistration(full, parallel, figures);
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

@@ -6,7 +6,7 @@
 #include <fstream>
 #include <string>
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
 // A line of /proc/self/status in MB (1e6 bytes); it counts in units of 1,024 bytes.
@@ -35,4 +35,4 @@ double TransientMegabytes(const std::function<void()>& call) {
   return std::max(0.0, peak - ResidentMegabytes());
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

@@ -4,7 +4,7 @@
 
 #include <functional>
 
-namespace vantage {
+namespace vantage::bench {
 
 // MB (1e6 bytes) of the process in memory, after what is free in the heap has gone back to the
 // system: what still counts is held, or lies between what is.
@@ -15,6 +15,6 @@ double ResidentMegabytes();
 // the peak be reset.
 double TransientMegabytes(const std::function<void()>& call);
 
-}  // namespace vantage
+}  // namespace vantage::bench
 
 #endif  // VANTAGE_TESTS_BENCH_RESIDENT_MEMORY_H_

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <span>
 
-#include "core/planning/cell_sample.h"
-#include "core/planning/view_lattice.h"
+#include "core/planning/evaluation/cell_sample.h"
+#include "core/planning/evaluation/view_lattice.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
 bool OnLattice(const Eigen::Vector3i& cell, int stride) {
@@ -27,17 +27,17 @@ std::vector<RivalSettings> RivalChoices() {
   return choices;
 }
 
-Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings& settings, uint64_t seed,
-                           const Budget& budget) {
-  const CellArrays& cells = job.scoring->cells();
-  const BruteForceScorer& scorer = job.scoring->scorer();
-  const CellSampler sampler(cells);
-  const CellArrays sample = sampler.Draw(settings.draws, seed, 0).cells;
+planning::Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings& settings,
+                                     uint64_t seed, const parallel::Budget& budget) {
+  const planning::CellArrays& cells = job.scoring->cells();
+  const planning::BruteForceScorer& scorer = job.scoring->scorer();
+  const planning::CellSampler sampler(cells);
+  const planning::CellArrays sample = sampler.Draw(settings.draws, seed, 0).cells;
   const double unit = sampler.potential() / static_cast<double>(settings.draws);
-  Evaluation evaluation;
+  planning::Evaluation evaluation;
   evaluation.views.resize(job.views.size());
-  const auto score = [&](uint32_t i, const Budget& part) {
-    const ViewScore found = scorer.Score(job.views[i], sample, part);
+  const auto score = [&](uint32_t i, const parallel::Budget& part) {
+    const planning::ViewScore found = scorer.Score(job.views[i], sample, part);
     evaluation.rays += found.rays;
     if (!found.finished) return false;
     evaluation.views[i].score = found.gain * unit;
@@ -45,16 +45,16 @@ Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings& settings
     return true;
   };
   // The order of the planner's own lattice is random within a level.
-  const Budget lattice_part = budget.Part(settings.lattice_share, 0);
+  const parallel::Budget lattice_part = budget.Part(settings.lattice_share, 0);
   size_t on_lattice = 0;
-  ViewLattice lattice(job.feasible.cells(), seed);
+  planning::ViewLattice lattice(job.feasible.cells(), seed);
   while (const auto i = lattice.Next()) {
     if (!OnLattice(job.feasible.cells()[*i], settings.stride)) continue;
     if (!score(*i, lattice_part)) break;
     ++on_lattice;
   }
-  const Budget refine_part = budget.Part(0.5, 0);
-  std::vector<uint32_t> best = ByScore(evaluation);
+  const parallel::Budget refine_part = budget.Part(0.5, 0);
+  std::vector<uint32_t> best = planning::ByScore(evaluation);
   const auto kept =
       static_cast<size_t>(std::ceil(settings.refined * static_cast<double>(on_lattice)));
   best.resize(std::min(best.size(), kept));
@@ -72,8 +72,8 @@ Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings& settings
       }
     }
   }
-  for (const uint32_t i : ByScore(evaluation)) {
-    const ViewScore found = scorer.Score(job.views[i], cells, budget);
+  for (const uint32_t i : planning::ByScore(evaluation)) {
+    const planning::ViewScore found = scorer.Score(job.views[i], cells, budget);
     if (!found.finished) break;
     evaluation.rays += found.rays;
     evaluation.views[i].score = found.gain;
@@ -81,10 +81,10 @@ Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings& settings
     ++evaluation.exact;
   }
   // What is known goes before what is guessed.
-  for (ViewEstimate& view : evaluation.views) {
+  for (planning::ViewEstimate& view : evaluation.views) {
     if (view.scored && !view.exact && evaluation.exact > 0) view.error = sampler.potential();
   }
   return evaluation;
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

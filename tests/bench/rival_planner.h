@@ -7,10 +7,10 @@
 #include <vector>
 
 #include "core/parallel/budget.h"
-#include "core/planning/evaluation.h"
+#include "core/planning/evaluation/evaluation.h"
 #include "tests/bench/planning_job.h"
 
-namespace vantage {
+namespace vantage::bench {
 
 struct RivalSettings {
   int stride = 3;              // of the lattice, viewcells
@@ -23,9 +23,9 @@ struct RivalSettings {
 std::vector<RivalSettings> RivalChoices();
 
 // One thread. Views scored exactly rank before those that are estimated.
-Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings& settings, uint64_t seed,
-                           const Budget& budget);
+planning::Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings& settings,
+                                     uint64_t seed, const parallel::Budget& budget);
 
-}  // namespace vantage
+}  // namespace vantage::bench
 
 #endif  // VANTAGE_TESTS_BENCH_RIVAL_PLANNER_H_

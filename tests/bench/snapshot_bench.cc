@@ -3,22 +3,22 @@
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/flat_job.h"
 
-namespace vantage {
+namespace vantage::bench {
 
-void BenchSnapshot(Parallel& parallel, Figures& figures) {
+void BenchSnapshot(parallel::Parallel& parallel, Figures& figures) {
   if (!figures.Wants("snapshot.")) return;
   constexpr int kScans = 6;
   const FlatJob job = MakeFlatJob(1, kScans, parallel);
-  std::unique_ptr<PartialModel> model;
+  std::unique_ptr<model::PartialModel> model;
   const double rebuild = MedianSeconds(3, [&] { model = ModelOf(job, kScans, parallel); });
   std::string bytes;
   const double save = MedianSeconds(3, [&] { bytes = model->Save(parallel); });
   constexpr size_t kPlenty = size_t{1} << 32;
-  std::unique_ptr<PartialModel> loaded;
-  const double load =
-      MedianSeconds(5, [&] { loaded = PartialModel::Load(bytes, kPlenty, parallel).value(); });
+  std::unique_ptr<model::PartialModel> loaded;
+  const double load = MedianSeconds(
+      5, [&] { loaded = model::PartialModel::Load(bytes, kPlenty, parallel).value(); });
   size_t samples = 0;
-  for (const Scan& scan : job.scans) samples += scan.image.SampleCount();
+  for (const sensor::Scan& scan : job.scans) samples += scan.image.SampleCount();
   const std::string what =
       absl::StrCat(kScans, " scans of a flat, ", samples, " samples, ", parallel.width(),
                    " threads", loaded->Digest() == model->Digest() ? "" : "; THE MODELS DIFFER");
@@ -30,4 +30,4 @@ void BenchSnapshot(Parallel& parallel, Figures& figures) {
                absl::StrCat(bytes.size(), " bytes, range images included")});
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench

@@ -39,32 +39,32 @@ int main(int argc, char** argv) {
   }
 
   const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  vantage::ThreadPool pool(threads);
-  vantage::Figures figures(only);
+  vantage::parallel::ThreadPool pool(threads);
+  vantage::bench::Figures figures(only);
   // A loop of plain arithmetic: how fast this machine was during this run.
   if (figures.Wants("machine.")) {
     std::vector<double> loops;
     loops.reserve(3);
-    for (int run = 0; run < 3; ++run) loops.push_back(vantage::MachineLoopSeconds());
-    const double loop = vantage::Percentile(loops, 0.5);
+    for (int run = 0; run < 3; ++run) loops.push_back(vantage::bench::MachineLoopSeconds());
+    const double loop = vantage::bench::Percentile(loops, 0.5);
     figures.Add({"machine.loop.seconds", loop, "s", "", "1e8 dependent multiply-adds, one thread"});
   }
   // How long each group took, as they end: the whole is to stay within half an hour.
   double whole = 0;
   const auto timed = [&](const char* group, const std::function<void()>& bench) {
-    const double seconds = vantage::WallSeconds(bench);
+    const double seconds = vantage::bench::WallSeconds(bench);
     whole += seconds;
     if (seconds >= 1) std::cerr << absl::StrFormat("[%5.0f s] %s: %.0f s\n", whole, group, seconds);
   };
-  timed("carve", [&] { vantage::BenchCarve(pool, figures); });
-  timed("model", [&] { vantage::BenchModel(full, pool, figures); });
-  timed("snapshot", [&] { vantage::BenchSnapshot(pool, figures); });
-  timed("planning", [&] { vantage::BenchPlanning(full, pool, figures); });
-  timed("evaluator", [&] { vantage::BenchEvaluator(full, pool, figures); });
-  timed("anytime", [&] { vantage::BenchAnytime({full, pictures}, pool, figures); });
-  timed("registration", [&] { vantage::BenchRegistration(full, pool, figures); });
-  timed("cycle", [&] { vantage::BenchCycle(pool, figures); });
-  timed("fleet", [&] { vantage::BenchFleet({full, pictures}, pool, figures); });
+  timed("carve", [&] { vantage::bench::BenchCarve(pool, figures); });
+  timed("model", [&] { vantage::bench::BenchModel(full, pool, figures); });
+  timed("snapshot", [&] { vantage::bench::BenchSnapshot(pool, figures); });
+  timed("planning", [&] { vantage::bench::BenchPlanning(full, pool, figures); });
+  timed("evaluator", [&] { vantage::bench::BenchEvaluator(full, pool, figures); });
+  timed("anytime", [&] { vantage::bench::BenchAnytime({full, pictures}, pool, figures); });
+  timed("registration", [&] { vantage::bench::BenchRegistration(full, pool, figures); });
+  timed("cycle", [&] { vantage::bench::BenchCycle(pool, figures); });
+  timed("fleet", [&] { vantage::bench::BenchFleet({full, pictures}, pool, figures); });
   if (!figures.WriteJson(out)) {
     std::cerr << "cannot write " << out << ": name a file in a folder that can be written\n";
     return 1;

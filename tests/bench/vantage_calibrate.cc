@@ -25,7 +25,7 @@
 #include "tests/bench/calibration_scene.h"
 #include "tests/bench/figures.h"
 
-namespace vantage {
+namespace vantage::bench {
 namespace {
 
 // Scenes for tuning and for reporting have nothing in common.
@@ -58,7 +58,7 @@ struct StudyOptions {
 int Calibrate(const StudyOptions& options) {
   const auto started = std::chrono::steady_clock::now();
   const CalibrationSettings settings;
-  const RegistrationConfig config;
+  const registration::RegistrationConfig config;
   const auto families = CalibrationFamilies();
   const std::string& folder = options.folder;
   std::filesystem::create_directories(folder);
@@ -81,7 +81,7 @@ int Calibrate(const StudyOptions& options) {
   }
   absl::PrintF("seed %d, %d scenes in each of %d families, %d pairs each; %d scenes are done\n",
                options.base_seed, options.scenes, families.size(), options.pairs, done.size());
-  ThreadPool pool(std::max(1, options.threads));
+  parallel::ThreadPool pool(std::max(1, options.threads));
   const auto width = static_cast<size_t>(pool.width());
   std::ofstream out(table, std::ios::app);
   if (pairs.empty()) out << CalibrationHeader() << "\n";
@@ -132,13 +132,13 @@ int Calibrate(const StudyOptions& options) {
   return 0;
 }
 
-}  // namespace vantage
+}  // namespace vantage::bench
 
 int main(int argc, char** argv) {
   CLI::App app("Registration's predictions and verdicts against the truth");
   bool small = false;
   bool tuning = false;
-  vantage::StudyOptions options;
+  vantage::bench::StudyOptions options;
   app.add_flag("--small", small, "2 scenes a family instead of 17");
   app.add_flag("--tuning", tuning, "the scenes for tuning, not those that are reported");
   app.add_option("--out", options.folder, "folder for the table, the figures and the picture")
@@ -151,6 +151,6 @@ int main(int argc, char** argv) {
   app.add_option("--priors", options.priors, "of each real pair; 0: none")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   if (options.scenes <= 0) options.scenes = small ? 2 : 17;
-  if (tuning) options.base_seed = vantage::kTuningSeed;
-  return vantage::Calibrate(options);
+  if (tuning) options.base_seed = vantage::bench::kTuningSeed;
+  return vantage::bench::Calibrate(options);
 }

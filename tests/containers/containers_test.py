@@ -116,7 +116,7 @@ class RunTest(ContainerTest):
     def test_whole_job(self):
         server = self.serve(house.engine.new_volume())
         job = self.started_job(server)
-        before = job.coverage().area_at_density
+        before = job.coverage().area_at_density_m2
         plan = job.plan()
         self.assertEqual(state_of(plan), "PLAN_STATE_SUCCEEDED", plan.state_message)
         self.assertEqual(name_of(plan.result, "outcome"), "PLAN_OUTCOME_VIEWS")
@@ -132,9 +132,9 @@ class RunTest(ContainerTest):
         for axis in "xyz":
             self.assertAlmostEqual(getattr(second.pose.translation, axis), getattr(there, axis),
                                    delta=0.01, msg="we know where it stood")
-        after = job.coverage().area_at_density
+        after = job.coverage().area_at_density_m2
         say(f"at density: {before:.1f} m2, then {after:.1f} m2; registered with an error bound of "
-            f"{1000 * second.registration.verdict.error_bound:.1f} mm")
+            f"{1000 * second.registration.verdict.error_bound_m:.1f} mm")
         self.assertGreater(after, before)
         again = job.plan()
         self.assertEqual(state_of(again), "PLAN_STATE_SUCCEEDED", again.state_message)
@@ -170,7 +170,7 @@ class KeepingTest(ContainerTest):
         self.assertEqual(server.stop(), 0)
         server.remove()
         successor = self.serve(volume)
-        say(f"from run to SERVING with a job to take up: {self.until_serving(successor):.2f} s")
+        say(f"from run to SERVING with a job to load: {self.until_serving(successor):.2f} s")
         job = self.job(successor)
         self.assertEqual(job.get().last_sequence, state.last_sequence)
         self.assertEqual([scan.sha256 for scan in job.scans()],
@@ -196,7 +196,7 @@ class KeepingTest(ContainerTest):
         self.assertEqual(jobs.what_was_planned(planned_when_loaded(job)),
                          jobs.what_was_planned(plan))
         upload = job.send(kept, second)
-        scan = job.settled(upload.scan)
+        scan = job.decided(upload.scan)
         self.assertEqual(scan.sha256, jobs.hashlib.sha256(second).digest())
         self.assertEqual(state_of(scan), "SCAN_STATE_MERGED", scan.state_message)
 
@@ -215,7 +215,7 @@ class KeepingTest(ContainerTest):
             try:
                 upload = job.send(job.open_upload(scan, prior), scan)
                 kept.append(jobs.hashlib.sha256(scan).digest())
-                waits = job.settled_or_waiting(upload.scan).state_message
+                waits = job.decided_or_waiting(upload.scan).state_message
             except grpc.RpcError as error:
                 self.assertEqual(error.code(), grpc.StatusCode.UNAVAILABLE)
                 self.assertEqual(server.wait(), 137)
@@ -235,7 +235,7 @@ class KeepingTest(ContainerTest):
         self.assertEqual(found[:len(kept)], kept)
         self.assertLessEqual(len(found), len(kept) + 1, "one whose answer was lost")
         # With room, what waited is merged.
-        self.assertEqual(state_of(self.job(successor).settled(scans[len(kept) - 1].name)),
+        self.assertEqual(state_of(self.job(successor).decided(scans[len(kept) - 1].name)),
                          "SCAN_STATE_MERGED")
 
     def test_sigterm_ends_a_plan_and_keeps_it(self):
@@ -260,7 +260,7 @@ class KeepingTest(ContainerTest):
 
 
 def planned_when_loaded(job):
-    """The plan of a job that was just taken up: its model may still be on its way."""
+    """The plan of a job that was just loaded: its model may still be on its way."""
     deadline = time.monotonic() + 60
     while True:
         try:

@@ -17,8 +17,8 @@ from reflected_client import Reflected, error_of  # noqa: E402,F401
 SESSIONS, SCANS, PLANS, MODELS = (f"vantage.v1.{name}Service"
                                   for name in ("Session", "Scan", "Plan", "Model"))
 UNDER_WAY = 1, 2, 3  # SCAN_STATE_RECEIVED, _REGISTERING, _MERGING
-SCANNER = {"azimuthStep": math.radians(1.5), "elevationStep": math.radians(1.5),
-           "rangeNoise": 0.002}
+SCANNER = {"azimuthStepRad": math.radians(1.5), "elevationStepRad": math.radians(1.5),
+           "rangeNoiseM": 0.002}
 
 
 def healthy(address, credentials=None, timeout=1.0):
@@ -54,8 +54,8 @@ class Job:
     def create(self, density=100, voxel=0.05):
         return self.client.call(SESSIONS, "CreateSession", {
             "sessionId": self.name.split("/")[1],
-            "session": {"scannerModels": [SCANNER], "modelConfig": {"voxelSize": voxel},
-                        "planningConfig": {"requiredDensity": density}}}).session
+            "session": {"scannerModels": [SCANNER], "modelConfig": {"voxelSizeM": voxel},
+                        "planningConfig": {"requiredDensityPerM2": density}}}).session
 
     def get(self):
         return self.client.call(SESSIONS, "GetSession", {"name": self.name}).session
@@ -64,7 +64,7 @@ class Job:
         return self.client.call(SCANS, "ListScans", {"parent": self.name}).scans
 
     def open_upload(self, image, prior=None):
-        upload = {"total": {"encodedSize": len(image),
+        upload = {"total": {"encodedSizeBytes": len(image),
                             "sha256": base64.b64encode(hashlib.sha256(image).digest()).decode()}}
         if prior:
             upload["prior"] = prior
@@ -74,7 +74,7 @@ class Job:
     def send(self, upload, image, pieces=None):
         """Sends what is missing, or the next `pieces` of it; answers the upload."""
         sent = 0
-        size = min(upload.max_piece_size, 16 * 1024)
+        size = min(upload.max_piece_size_bytes, 16 * 1024)
         while upload.next_offset < len(image) and (pieces is None or sent < pieces):
             data = image[upload.next_offset:upload.next_offset + size]
             upload = self.client.call(SCANS, "UploadPiece", {
@@ -89,9 +89,9 @@ class Job:
         """Sends a scan and waits until the model has it; answers what became of it."""
         upload = self.send(self.open_upload(image, prior), image)
         assert upload.scan, upload
-        return self.settled(upload.scan)
+        return self.decided(upload.scan)
 
-    def settled(self, scan):
+    def decided(self, scan):
         """Waits for the scan's end by following the session's events from the first."""
         merged = "scan_merged", "scan_refused"
         for response in self.client.watch(SESSIONS, "WatchSession", {"name": self.name}):
@@ -100,19 +100,19 @@ class Job:
                 break
         return self.client.call(SCANS, "GetScan", {"name": scan}).scan
 
-    def settled_or_waiting(self, scan):
-        """As soon as a scan is settled, or says what it waits for."""
+    def decided_or_waiting(self, scan):
+        """As soon as a scan is decided, or says what it waits for."""
         deadline = time.monotonic() + 60
         while time.monotonic() < deadline:
             got = self.client.call(SCANS, "GetScan", {"name": scan}).scan
             if got.state not in UNDER_WAY or got.state_message:
                 return got
             time.sleep(0.02)
-        raise AssertionError(f"{scan} neither settled nor said what it waits for")
+        raise AssertionError(f"{scan} neither decided nor said what it waits for")
 
     def plan(self, **how):
         """Makes a plan and follows it to its end; by default one that can be repeated."""
-        made = self.start_plan(**(how or {"workLimit": 3000000, "seed": 7}))
+        made = self.start_plan(**(how or {"workLimitRays": 3000000, "seed": 7}))
         for response in self.client.watch(PLANS, "WatchPlan", {"name": made.name}):
             last = response
         assert last.last, last

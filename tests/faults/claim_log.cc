@@ -6,7 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 constexpr size_t kMostBroken = 100;
@@ -34,8 +34,8 @@ void ClaimLog::Take(const v1::SessionEvent& event) {
   ++counts_.events;
   const double now = Seconds(event.time());
   switch (event.event_case()) {
-    case v1::SessionEvent::kScannerAdded:
-      scanners_.insert(event.scanner_added().scanner().name());
+    case v1::SessionEvent::kScannerCreated:
+      scanners_.insert(event.scanner_created().scanner().name());
       break;
     case v1::SessionEvent::kScanMerged:
       if (!merged_names_.insert(event.scan_merged().scan().name()).second) {
@@ -49,8 +49,8 @@ void ClaimLog::Take(const v1::SessionEvent& event) {
     case v1::SessionEvent::kClaimRenewed:
       Renewed(event.claim_renewed().claim(), now);
       break;
-    case v1::SessionEvent::kClaimReleased:
-      Released(event.claim_released(), now);
+    case v1::SessionEvent::kClaimEnded:
+      Ended(event.claim_ended(), now);
       break;
     default:
       break;
@@ -111,7 +111,7 @@ void ClaimLog::Renewed(const v1::Claim& claim, double now) {
   it->second = claim;
 }
 
-void ClaimLog::Released(const v1::ClaimReleasedEvent& event, double now) {
+void ClaimLog::Ended(const v1::ClaimEndedEvent& event, double now) {
   const std::string& name = event.claim().name();
   const auto it = held_.find(name);
   if (it == held_.end()) return Broken(absl::StrCat(name, " ends and is not held"));
@@ -120,15 +120,16 @@ void ClaimLog::Released(const v1::ClaimReleasedEvent& event, double now) {
   ended_.insert(name);
   const double late = now - Seconds(claim.expire_time());
   if (late > kLatestExpiry) {
-    Broken(absl::StrFormat("%s ends %.3f s after its time (%s)", name, late, event.reason()));
+    Broken(absl::StrFormat("%s ends %.3f s after its time (%s)", name, late,
+                           v1::ClaimEndReason_Name(event.end_reason())));
   }
-  if (event.reason() == "expired") {
+  if (event.end_reason() == v1::CLAIM_END_REASON_EXPIRED) {
     ++counts_.expired;
     counts_.latest_expiry = std::max(counts_.latest_expiry, late);
     if (late < -1e-6) Broken(absl::StrFormat("%s expires %.3f s before its time", name, -late));
-  } else if (event.reason() == "released") {
+  } else if (event.end_reason() == v1::CLAIM_END_REASON_RELEASED) {
     ++counts_.released;
-  } else if (event.reason() == "scan arrived") {
+  } else if (event.end_reason() == v1::CLAIM_END_REASON_SCAN_ARRIVED) {
     ++counts_.fulfilled;
     const auto scan = merged_.find(event.scan());
     if (scan == merged_.end()) {
@@ -144,8 +145,9 @@ void ClaimLog::Released(const v1::ClaimReleasedEvent& event, double now) {
     }
     merged_.erase(scan);
   } else {
-    Broken(absl::StrCat(name, " ends for no known reason: '", event.reason(), "'"));
+    Broken(absl::StrCat(
+        name, " ends for no known reason: ", v1::ClaimEndReason_Name(event.end_reason())));
   }
 }
 
-}  // namespace vantage
+}  // namespace vantage::faults

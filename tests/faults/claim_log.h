@@ -12,7 +12,7 @@
 
 #include "vantage/v1/event.pb.h"
 
-namespace vantage {
+namespace vantage::faults {
 
 struct ClaimLogCounts {
   size_t events = 0;
@@ -50,7 +50,7 @@ class ClaimLog {
  private:
   void Taken(const v1::Claim& claim, double now);
   void Renewed(const v1::Claim& claim, double now);
-  void Released(const v1::ClaimReleasedEvent& event, double now);
+  void Ended(const v1::ClaimEndedEvent& event, double now);
   void NothingIsDue(double now);
   void Broken(const std::string& what);
 
@@ -65,6 +65,6 @@ class ClaimLog {
   std::vector<std::string> broken_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::faults
 
 #endif  // VANTAGE_TESTS_FAULTS_CLAIM_LOG_H_

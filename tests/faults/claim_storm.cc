@@ -21,7 +21,7 @@
 #include "tests/server/fixture/room_scan.h"
 #include "vantage/v1/session_service.grpc.pb.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -217,7 +217,7 @@ class Rover {
       if (it == log.taken().end()) {
         findings_.Broken(absl::StrCat(name, " was granted and is not in the log"));
       } else if (it->second.scanner() != scanner_ ||
-                 (FromProto(it->second.position()) - position).norm() > 1e-9) {
+                 (client::FromProto(it->second.position()) - position).norm() > 1e-9) {
         findings_.Broken(absl::StrCat(name, " was granted and is another's in the log"));
       }
     }
@@ -231,8 +231,9 @@ class Rover {
       const auto it = log.taken().find(name);
       if (it == log.taken().end()) {
         findings_.Broken(absl::StrCat("refused for ", name, ", which nobody took"));
-      } else if (position && (FromProto(it->second.position()) - *position).head<2>().norm() >=
-                                 ClaimLog::kSeparation) {
+      } else if (position &&
+                 (client::FromProto(it->second.position()) - *position).head<2>().norm() >=
+                     ClaimLog::kSeparation) {
         findings_.Broken(absl::StrCat("refused as the same place as ", name, ", which it is not"));
       }
     }
@@ -253,8 +254,8 @@ class Rover {
   }
 
  private:
-  static ClientOptions OptionsFor(const std::string& server) {
-    ClientOptions options;
+  static client::ClientOptions OptionsFor(const std::string& server) {
+    client::ClientOptions options;
     options.server = server;
     return options;
   }
@@ -296,15 +297,15 @@ class Rover {
     request.set_parent(kSession);
     request.set_scanner(scanner_);
     const Vector3d position = Place();
-    *request.mutable_position() = ToProto(position);
+    *request.mutable_position() = client::ToProto(position);
     request.mutable_ttl()->set_seconds(kShortestTtl + Draw(kLongestTtl - kShortestTtl + 1));
     const auto claimed = client_.Call(request);
-    const Explanation why = Explain(claimed.ok() ? absl::OkStatus() : claimed.status());
+    const client::Explanation why =
+        client::Explain(claimed.ok() ? absl::OkStatus() : claimed.status());
     if (why.reason == "CLAIMED") {
       ++calls_;
-      const auto same = why.metadata.find("same_place");
-      const bool same_place = same != why.metadata.end() && same->second == "true";
-      refused_by_.emplace_back(why.metadata.count("claim") ? why.metadata.at("claim") : "",
+      const bool same_place = why.claim_conflict && why.claim_conflict->same_place();
+      refused_by_.emplace_back(why.claim_conflict ? why.claim_conflict->claim() : "",
                                same_place ? std::optional<Vector3d>(position) : std::nullopt);
       return;
     }
@@ -325,7 +326,7 @@ class Rover {
     request.mutable_ttl()->set_seconds(kShortestTtl);
     const double before = Now();
     const auto renewed = client_.Call(request);
-    if (!renewed.ok() && Explain(renewed.status()).reason == "CLAIM_ENDED") return;
+    if (!renewed.ok() && client::Explain(renewed.status()).reason == "CLAIM_ENDED") return;
     if (!Answered(renewed, "renew")) return;
     if (Seconds(renewed->claim().expire_time()) < before + kShortestTtl - 30) {
       findings_.Broken(request.name() + " was renewed into the past");
@@ -337,7 +338,7 @@ class Rover {
     v1::ReleaseClaimRequest request;
     request.set_name(Some());
     const auto released = client_.Call(request);
-    if (!released.ok() && Explain(released.status()).reason == "CLAIM_ENDED") return;
+    if (!released.ok() && client::Explain(released.status()).reason == "CLAIM_ENDED") return;
     if (Answered(released, "release")) released_.push_back(request.name());
   }
 
@@ -354,9 +355,10 @@ class Rover {
         findings_.Broken(absl::StrCat(claim.name(), " is listed after its time"));
       }
       for (int j = 0; j < i; ++j) {
-        const double apart = (FromProto(claim.position()) - FromProto(listed->claims(j).position()))
-                                 .head<2>()
-                                 .norm();
+        const double apart =
+            (client::FromProto(claim.position()) - client::FromProto(listed->claims(j).position()))
+                .head<2>()
+                .norm();
         if (apart < ClaimLog::kSeparation) {
           findings_.Broken(absl::StrCat(claim.name(), " and ", listed->claims(j).name(),
                                         " are listed together, ", apart, " m apart"));
@@ -368,8 +370,8 @@ class Rover {
   void Plan() {
     v1::CreatePlanRequest request;
     request.set_parent(kSession);
-    request.add_scanners(scanner_);
-    request.mutable_plan()->set_work_limit(kPlanRays);
+    request.mutable_plan()->add_scanners(scanner_);
+    request.mutable_plan()->set_work_limit_rays(kPlanRays);
     const auto created = client_.Call(request);
     if (!Answered(created, "plan")) return;
     const auto plan = client_.WatchPlan(created->plan().name(), [](const v1::Plan&) {});
@@ -386,12 +388,14 @@ class Rover {
     const Vector3d in_room = T_world_room_.inverse() * place;
     v1::Upload upload;
     upload.set_scanner(scanner_);
-    PosePrior prior;
+    sensor::PosePrior prior;
     prior.T_world_scan.linear() = T_world_room_.linear();
     prior.T_world_scan.translation() = place;
-    *upload.mutable_prior() = ToProto(prior);
-    const RangeImage image = NoisyRoom(in_room, kDegrees, static_cast<uint32_t>(random_()));
-    const auto pushed = client_.Upload(kSession, upload, image, [](const UploadProgress&) {});
+    *upload.mutable_prior() = client::ToProto(prior);
+    const sensor::RangeImage image =
+        fixture::NoisyRoom(in_room, kDegrees, static_cast<uint32_t>(random_()));
+    const auto pushed =
+        client_.Upload(kSession, upload, image, [](const client::UploadProgress&) {});
     if (!Answered(pushed, "push")) return;
     const auto scan = client_.WaitForScan(*pushed, [](const v1::Scan&) {});
     if (!Answered(scan, "wait for scan")) return;
@@ -399,7 +403,7 @@ class Rover {
   }
 
   const ClaimStorm& storm_;
-  Client client_;
+  client::Client client_;
   const std::string scanner_;  // resource name
   const Eigen::Isometry3d T_world_room_;
   std::mt19937_64 random_;
@@ -416,32 +420,32 @@ class Rover {
 
 // A small job: one coarse room that a scan all but finishes. One claim would otherwise cover all
 // that is left to gain, and there would be no other. The way from the room's frame into the job's.
-absl::StatusOr<Eigen::Isometry3d> Open(Client& client, int scanners) {
+absl::StatusOr<Eigen::Isometry3d> Open(client::Client& client, int scanners) {
   v1::CreateSessionRequest create;
   create.set_session_id("storm");
-  create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+  create.mutable_session()->mutable_model_config()->set_voxel_size_m(0.1);
   v1::PlanningConfig& planning = *create.mutable_session()->mutable_planning_config();
-  planning.set_required_density(4);
-  planning.set_viewcell_size(0.4);
-  planning.set_candidates(3);
-  planning.set_max_checked(5);
+  planning.set_required_density_per_m2(4);
+  planning.set_viewcell_size_m(0.4);
+  planning.set_max_view_count(3);
+  planning.set_max_checked_view_count(5);
   if (const auto created = client.Call(create); !created.ok()) return created.status();
   for (int i = 0; i < scanners; ++i) {
-    v1::AddScannerRequest add;
+    v1::CreateScannerRequest add;
     add.set_parent(kSession);
     add.set_scanner_id(absl::StrCat("rover-", i));
     add.mutable_scanner();
     if (const auto added = client.Call(add); !added.ok()) return added.status();
   }
-  const auto pushed =
-      client.Upload(kSession, {}, NoisyRoom(kFirstPlace, kDegrees), [](const UploadProgress&) {});
+  const auto pushed = client.Upload(kSession, {}, fixture::NoisyRoom(kFirstPlace, kDegrees),
+                                    [](const client::UploadProgress&) {});
   if (!pushed.ok()) return pushed.status();
   const auto scan = client.WaitForScan(*pushed, [](const v1::Scan&) {});
   if (!scan.ok()) return scan.status();
   if (scan->state() != v1::SCAN_STATE_MERGED) return absl::InternalError(scan->state_message());
   Eigen::Isometry3d T_room_scan = Eigen::Isometry3d::Identity();
   T_room_scan.translation() = kFirstPlace;
-  return FromProto(scan->pose()) * T_room_scan.inverse();
+  return client::FromProto(scan->pose()) * T_room_scan.inverse();
 }
 
 }  // namespace
@@ -449,9 +453,9 @@ absl::StatusOr<Eigen::Isometry3d> Open(Client& client, int scanners) {
 ClaimStormResult RunClaimStorm(const ClaimStorm& storm) {
   ClaimStormResult result;
   Findings findings;
-  ClientOptions direct;
+  client::ClientOptions direct;
   direct.server = storm.server;
-  Client client(direct);
+  client::Client client(direct);
   const auto T_world_room = Open(client, storm.clients);
   if (!T_world_room.ok()) {
     result.broken = {absl::StrCat("the job cannot be set up: ", T_world_room.status().ToString())};
@@ -506,4 +510,4 @@ ClaimStormResult RunClaimStorm(const ClaimStorm& storm) {
   return result;
 }
 
-}  // namespace vantage
+}  // namespace vantage::faults

@@ -10,7 +10,7 @@
 
 #include "tests/faults/claim_log.h"
 
-namespace vantage {
+namespace vantage::faults {
 
 struct ClaimStorm {
   std::string server;   // host:port
@@ -35,6 +35,6 @@ struct ClaimStormResult {
 
 ClaimStormResult RunClaimStorm(const ClaimStorm& storm);
 
-}  // namespace vantage
+}  // namespace vantage::faults
 
 #endif  // VANTAGE_TESTS_FAULTS_CLAIM_STORM_H_

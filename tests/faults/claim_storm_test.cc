@@ -11,7 +11,7 @@
 #include "tests/faults/claim_log.h"
 #include "tests/integration/process.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 using ::testing::HasSubstr;
@@ -24,7 +24,7 @@ class Writer {
  public:
   explicit Writer(ClaimLog& log) : log_(log) {
     v1::SessionEvent event;
-    event.mutable_scanner_added()->mutable_scanner()->set_name("red");
+    event.mutable_scanner_created()->mutable_scanner()->set_name("red");
     Write(event);
   }
   void Write(v1::SessionEvent event) {
@@ -50,11 +50,11 @@ class Writer {
     *event.mutable_claim_taken()->mutable_claim() = claim;
     Write(event);
   }
-  void End(const v1::Claim& claim, const std::string& reason, const std::string& scan = "") {
+  void End(const v1::Claim& claim, v1::ClaimEndReason reason, const std::string& scan = "") {
     v1::SessionEvent event;
-    *event.mutable_claim_released()->mutable_claim() = claim;
-    event.mutable_claim_released()->set_reason(reason);
-    event.mutable_claim_released()->set_scan(scan);
+    *event.mutable_claim_ended()->mutable_claim() = claim;
+    event.mutable_claim_ended()->set_end_reason(reason);
+    event.mutable_claim_ended()->set_scan(scan);
     Write(event);
   }
   void Merge(const std::string& name, double x) {
@@ -79,12 +79,12 @@ TEST(ClaimLog, FindsNothingWrongWithWhatIsRight) {
   writer.Take(a);
   const v1::Claim b = writer.ClaimAt("b", 0.61);
   writer.Take(b);
-  writer.End(a, "released");
+  writer.End(a, v1::CLAIM_END_REASON_RELEASED);
   writer.Take(writer.ClaimAt("c", 0));
   writer.Merge("scan", 1.05);
-  writer.End(b, "scan arrived", "scan");
+  writer.End(b, v1::CLAIM_END_REASON_SCAN_ARRIVED, "scan");
   writer.Wait(17);
-  writer.End(writer.ClaimAt("c", 0), "expired");
+  writer.End(writer.ClaimAt("c", 0), v1::CLAIM_END_REASON_EXPIRED);
   EXPECT_THAT(log.broken(), IsEmpty());
   EXPECT_EQ(log.held(), 0U);
 }
@@ -125,7 +125,7 @@ TEST(ClaimLog, FindsClaimsThatEndAtTheWrongTime) {
     Writer writer(log);
     const v1::Claim claim = writer.ClaimAt("a", 0);
     writer.Take(claim);
-    writer.End(claim, "expired");
+    writer.End(claim, v1::CLAIM_END_REASON_EXPIRED);
     EXPECT_THAT(absl::StrJoin(log.broken(), "\n"), HasSubstr("s before its time"));
   }
   {
@@ -134,7 +134,7 @@ TEST(ClaimLog, FindsClaimsThatEndAtTheWrongTime) {
     const v1::Claim claim = writer.ClaimAt("a", 0);
     writer.Take(claim);
     writer.Wait(30);
-    writer.End(claim, "expired");
+    writer.End(claim, v1::CLAIM_END_REASON_EXPIRED);
     EXPECT_THAT(absl::StrJoin(log.broken(), "\n"), HasSubstr("s after its time"));
   }
   {
@@ -151,10 +151,10 @@ TEST(ClaimLog, FindsClaimsThatEndAtTheWrongTime) {
     const v1::Claim claim = writer.ClaimAt("a", 0);
     writer.Take(claim);
     writer.Merge("scan", 0.6);
-    writer.End(claim, "scan arrived", "scan");
+    writer.End(claim, v1::CLAIM_END_REASON_SCAN_ARRIVED, "scan");
     EXPECT_THAT(absl::StrJoin(log.broken(), "\n"), HasSubstr("a scan made 0.60 m away"));
   }
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::faults

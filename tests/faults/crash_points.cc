@@ -11,7 +11,7 @@
 #include "tests/faults/disk_recorder.h"
 #include "tests/faults/scripted_job.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 // A run of the job: what it did to the disk, and what its client knew when.
@@ -160,4 +160,4 @@ absl::StatusOr<DiskFaults> FailAtPoints(const std::string& scratch, size_t first
   return done;
 }
 
-}  // namespace vantage
+}  // namespace vantage::faults

@@ -10,7 +10,7 @@
 
 #include "absl/status/statusor.h"
 
-namespace vantage {
+namespace vantage::faults {
 
 struct CrashPoints {
   size_t steps = 0;                 // writes, syncs, renames and such of the undisturbed job
@@ -38,6 +38,6 @@ struct DiskFaults {
 absl::StatusOr<DiskFaults> FailAtPoints(const std::string& scratch, size_t first, size_t stride,
                                         const std::function<bool()>& more);
 
-}  // namespace vantage
+}  // namespace vantage::faults
 
 #endif  // VANTAGE_TESTS_FAULTS_CRASH_POINTS_H_

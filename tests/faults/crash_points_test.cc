@@ -14,7 +14,7 @@
 #include "tests/faults/crashed_disk.h"
 #include "tests/faults/disk_recorder.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 class Scratch {
@@ -66,18 +66,18 @@ TEST(CrashedDisk, ForgetsWhatWasNotSynced) {
   const std::string data = live + "/data";
   std::filesystem::create_directory(live);
   DiskRecorder::Start(live);
-  ASSERT_TRUE(MakeFolder(data).ok());
+  ASSERT_TRUE(store::MakeFolder(data).ok());
   const std::string synced = data + "/synced";
-  ASSERT_TRUE(ReplaceFile(synced, data + "/temporary", "first").ok());
+  ASSERT_TRUE(store::ReplaceFile(synced, data + "/temporary", "first").ok());
   {
-    const FileDescriptor file(::open(synced.c_str(), O_RDWR | O_CLOEXEC));
-    ASSERT_TRUE(WriteAt(file.get(), "12345", 5, synced).ok());
-    ASSERT_TRUE(SyncData(file.get(), synced).ok());
-    ASSERT_TRUE(WriteAt(file.get(), "FIRST", 0, synced).ok());
+    const store::FileDescriptor file(::open(synced.c_str(), O_RDWR | O_CLOEXEC));
+    ASSERT_TRUE(store::WriteAt(file.get(), "12345", 5, synced).ok());
+    ASSERT_TRUE(store::SyncData(file.get(), synced).ok());
+    ASSERT_TRUE(store::WriteAt(file.get(), "FIRST", 0, synced).ok());
     const std::string nameless = data + "/nameless";
-    const FileDescriptor other(::open(nameless.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
-    ASSERT_TRUE(WriteAt(other.get(), "x", 0, nameless).ok());
-    ASSERT_TRUE(SyncData(other.get(), nameless).ok());
+    const store::FileDescriptor other(::open(nameless.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0600));
+    ASSERT_TRUE(store::WriteAt(other.get(), "x", 0, nameless).ok());
+    ASSERT_TRUE(store::SyncData(other.get(), nameless).ok());
   }
   const std::vector<DiskStep> steps = DiskRecorder::Stop();
   MakeCrashedFolder("", steps, Unsynced::kLost, 1, scratch.path() + "/lost");
@@ -99,4 +99,4 @@ TEST(CrashedDisk, ForgetsWhatWasNotSynced) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::faults

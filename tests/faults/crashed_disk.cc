@@ -9,7 +9,7 @@
 #include <set>
 #include <vector>
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 using Kind = DiskStep::Kind;
@@ -186,4 +186,4 @@ void MakeCrashedFolder(const std::string& base, std::span<const DiskStep> steps,
   Disk(base, steps).Write(unsynced, seed, to);
 }
 
-}  // namespace vantage
+}  // namespace vantage::faults

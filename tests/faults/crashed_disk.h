@@ -8,7 +8,7 @@
 
 #include "tests/faults/disk_recorder.h"
 
-namespace vantage {
+namespace vantage::faults {
 
 // What becomes of writes, and of names in folders, that were not synced.
 enum class Unsynced {
@@ -23,6 +23,6 @@ enum class Unsynced {
 void MakeCrashedFolder(const std::string& base, std::span<const DiskStep> steps, Unsynced unsynced,
                        uint64_t seed, const std::string& to);
 
-}  // namespace vantage
+}  // namespace vantage::faults
 
 #endif  // VANTAGE_TESTS_FAULTS_CRASHED_DISK_H_

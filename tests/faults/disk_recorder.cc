@@ -16,7 +16,7 @@
 #include <optional>
 #include <utility>
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 // What the recorder knows. Never destroyed: files are closed until the very end.
@@ -174,10 +174,10 @@ void DiskRecorder::FailNoMore() {
   recorder.failing = false;
 }
 
-}  // namespace vantage
+}  // namespace vantage::faults
 
 // The C library's own names. What is not below the folder goes straight through.
-using vantage::DiskStep;
+using vantage::faults::DiskStep;
 
 extern "C" {
 
@@ -186,7 +186,7 @@ int open(const char* path, int flags, ...) {
   va_start(more, flags);
   const mode_t mode = va_arg(more, mode_t);
   va_end(more);
-  return vantage::OpenFile("open", AT_FDCWD, path, flags, mode);
+  return vantage::faults::OpenFile("open", AT_FDCWD, path, flags, mode);
 }
 
 int open64(const char* path, int flags, ...) {
@@ -194,29 +194,30 @@ int open64(const char* path, int flags, ...) {
   va_start(more, flags);
   const mode_t mode = va_arg(more, mode_t);
   va_end(more);
-  return vantage::OpenFile("open64", AT_FDCWD, path, flags, mode);
+  return vantage::faults::OpenFile("open64", AT_FDCWD, path, flags, mode);
 }
 
 int close(int fd) {
-  vantage::Recorder& recorder = vantage::TheRecorder();
+  vantage::faults::Recorder& recorder = vantage::faults::TheRecorder();
   std::lock_guard<std::recursive_mutex> lock(recorder.mutex);
   recorder.open.erase(fd);
-  return vantage::Real<int(int)>("close")(fd);
+  return vantage::faults::Real<int(int)>("close")(fd);
 }
 
 ssize_t write(int fd, const void* bytes, size_t size) {
   const off_t at = ::lseek(fd, 0, SEEK_CUR);
-  return vantage::OnFile(
-      fd, DiskStep::Kind::kWrite, static_cast<uint64_t>(at < 0 ? 0 : at), bytes, size,
-      [&] { return vantage::Real<ssize_t(int, const void*, size_t)>("write")(fd, bytes, size); });
+  return vantage::faults::OnFile(
+      fd, DiskStep::Kind::kWrite, static_cast<uint64_t>(at < 0 ? 0 : at), bytes, size, [&] {
+        return vantage::faults::Real<ssize_t(int, const void*, size_t)>("write")(fd, bytes, size);
+      });
 }
 
 ssize_t pwrite(int fd, const void* bytes, size_t size, off_t offset) {
-  return vantage::OnFile(fd, DiskStep::Kind::kWrite, static_cast<uint64_t>(offset), bytes, size,
-                         [&] {
-                           return vantage::Real<ssize_t(int, const void*, size_t, off_t)>("pwrite")(
-                               fd, bytes, size, offset);
-                         });
+  return vantage::faults::OnFile(
+      fd, DiskStep::Kind::kWrite, static_cast<uint64_t>(offset), bytes, size, [&] {
+        return vantage::faults::Real<ssize_t(int, const void*, size_t, off_t)>("pwrite")(
+            fd, bytes, size, offset);
+      });
 }
 
 ssize_t pwrite64(int fd, const void* bytes, size_t size, off64_t offset) {
@@ -224,78 +225,80 @@ ssize_t pwrite64(int fd, const void* bytes, size_t size, off64_t offset) {
 }
 
 int ftruncate(int fd, off_t size) noexcept {
-  return static_cast<int>(
-      vantage::OnFile(fd, DiskStep::Kind::kTruncate, static_cast<uint64_t>(size), nullptr, 0,
-                      [&] { return vantage::Real<int(int, off_t)>("ftruncate")(fd, size); }));
+  return static_cast<int>(vantage::faults::OnFile(
+      fd, DiskStep::Kind::kTruncate, static_cast<uint64_t>(size), nullptr, 0,
+      [&] { return vantage::faults::Real<int(int, off_t)>("ftruncate")(fd, size); }));
 }
 
 int ftruncate64(int fd, off64_t size) noexcept { return ftruncate(fd, size); }
 
 int fsync(int fd) {
-  return static_cast<int>(vantage::OnFile(fd, DiskStep::Kind::kSyncFile, 0, nullptr, 0,
-                                          [&] { return vantage::Real<int(int)>("fsync")(fd); }));
+  return static_cast<int>(
+      vantage::faults::OnFile(fd, DiskStep::Kind::kSyncFile, 0, nullptr, 0,
+                              [&] { return vantage::faults::Real<int(int)>("fsync")(fd); }));
 }
 
 int fdatasync(int fd) {
-  return static_cast<int>(vantage::OnFile(fd, DiskStep::Kind::kSyncFile, 0, nullptr, 0, [&] {
-    return vantage::Real<int(int)>("fdatasync")(fd);
-  }));
+  return static_cast<int>(
+      vantage::faults::OnFile(fd, DiskStep::Kind::kSyncFile, 0, nullptr, 0,
+                              [&] { return vantage::faults::Real<int(int)>("fdatasync")(fd); }));
 }
 
 int mkdir(const char* path, mode_t mode) noexcept {
-  vantage::Recorder& recorder = vantage::TheRecorder();
+  vantage::faults::Recorder& recorder = vantage::faults::TheRecorder();
   std::lock_guard<std::recursive_mutex> lock(recorder.mutex);
-  const auto below = vantage::Below(recorder, path);
-  if (below.has_value() && vantage::Fails(recorder)) return -1;
-  const int done = vantage::Real<int(const char*, mode_t)>("mkdir")(path, mode);
+  const auto below = vantage::faults::Below(recorder, path);
+  if (below.has_value() && vantage::faults::Fails(recorder)) return -1;
+  const int done = vantage::faults::Real<int(const char*, mode_t)>("mkdir")(path, mode);
   if (done == 0 && below.has_value()) {
     recorder.nodes[*below] = recorder.next_node;
-    vantage::Record(recorder,
-                    {DiskStep::Kind::kMakeFolder, recorder.next_node++, *below, "", 0, ""});
+    vantage::faults::Record(recorder,
+                            {DiskStep::Kind::kMakeFolder, recorder.next_node++, *below, "", 0, ""});
   }
   return done;
 }
 
 int rename(const char* from, const char* to) noexcept {
-  vantage::Recorder& recorder = vantage::TheRecorder();
+  vantage::faults::Recorder& recorder = vantage::faults::TheRecorder();
   std::lock_guard<std::recursive_mutex> lock(recorder.mutex);
-  const auto below = vantage::Below(recorder, from);
-  const auto target = vantage::Below(recorder, to);
-  if (below.has_value() && vantage::Fails(recorder)) return -1;
-  const int done = vantage::Real<int(const char*, const char*)>("rename")(from, to);
+  const auto below = vantage::faults::Below(recorder, from);
+  const auto target = vantage::faults::Below(recorder, to);
+  if (below.has_value() && vantage::faults::Fails(recorder)) return -1;
+  const int done = vantage::faults::Real<int(const char*, const char*)>("rename")(from, to);
   if (done == 0 && below.has_value() && target.has_value()) {
     const uint64_t node = recorder.nodes[*below];
     recorder.nodes[*target] = node;
     recorder.nodes.erase(*below);
-    vantage::Record(recorder, {DiskStep::Kind::kRename, node, *below, *target, 0, ""});
+    vantage::faults::Record(recorder, {DiskStep::Kind::kRename, node, *below, *target, 0, ""});
   }
   return done;
 }
 
 int link(const char* from, const char* to) noexcept {
-  vantage::Recorder& recorder = vantage::TheRecorder();
+  vantage::faults::Recorder& recorder = vantage::faults::TheRecorder();
   std::lock_guard<std::recursive_mutex> lock(recorder.mutex);
-  const auto below = vantage::Below(recorder, from);
-  const auto target = vantage::Below(recorder, to);
-  if (target.has_value() && vantage::Fails(recorder)) return -1;
-  const int done = vantage::Real<int(const char*, const char*)>("link")(from, to);
+  const auto below = vantage::faults::Below(recorder, from);
+  const auto target = vantage::faults::Below(recorder, to);
+  if (target.has_value() && vantage::faults::Fails(recorder)) return -1;
+  const int done = vantage::faults::Real<int(const char*, const char*)>("link")(from, to);
   if (done == 0 && below.has_value() && target.has_value()) {
     uint64_t& node = recorder.nodes[*below];
     if (node == 0) node = recorder.next_node++;
     recorder.nodes[*target] = node;
-    vantage::Record(recorder, {DiskStep::Kind::kLink, node, *below, *target, 0, ""});
+    vantage::faults::Record(recorder, {DiskStep::Kind::kLink, node, *below, *target, 0, ""});
   }
   return done;
 }
 
 int unlink(const char* path) noexcept {
-  vantage::Recorder& recorder = vantage::TheRecorder();
+  vantage::faults::Recorder& recorder = vantage::faults::TheRecorder();
   std::lock_guard<std::recursive_mutex> lock(recorder.mutex);
-  const auto below = vantage::Below(recorder, path);
-  if (below.has_value() && vantage::Fails(recorder)) return -1;
-  const int done = vantage::Real<int(const char*)>("unlink")(path);
+  const auto below = vantage::faults::Below(recorder, path);
+  if (below.has_value() && vantage::faults::Fails(recorder)) return -1;
+  const int done = vantage::faults::Real<int(const char*)>("unlink")(path);
   if (done == 0 && below.has_value()) {
-    vantage::Record(recorder, {DiskStep::Kind::kRemove, recorder.nodes[*below], *below, "", 0, ""});
+    vantage::faults::Record(recorder,
+                            {DiskStep::Kind::kRemove, recorder.nodes[*below], *below, "", 0, ""});
     recorder.nodes.erase(*below);
   }
   return done;

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-namespace vantage {
+namespace vantage::faults {
 
 struct DiskStep {
   enum class Kind {
@@ -48,6 +48,6 @@ class DiskRecorder {
   static void FailNoMore();
 };
 
-}  // namespace vantage
+}  // namespace vantage::faults
 
 #endif  // VANTAGE_TESTS_FAULTS_DISK_RECORDER_H_

@@ -6,24 +6,24 @@
 
 #include "tests/bench/figures.h"
 
-namespace vantage {
+namespace vantage::faults {
 
 // How long a group may go on beyond its least.
 using GoOn = std::function<bool()>;
 
 // crash.*, disk.*: the scripted job cut off, or refused, at the steps that it makes on its disk.
 // True: nothing was lost.
-bool MeasureCrashes(size_t stride, const GoOn& more, Figures& figures);
+bool MeasureCrashes(size_t stride, const GoOn& more, bench::Figures& figures);
 // kill.*: the real server, killed at random moments.
-bool MeasureKills(int kills, Figures& figures);
+bool MeasureKills(int kills, bench::Figures& figures);
 // link.*: scans over links that break, lose, delay and have little bandwidth. True where the system
 // does not let us make such links.
-bool MeasureLink(Figures& figures);
+bool MeasureLink(bench::Figures& figures);
 // upload.*: against a bare stream that syncs every 4 MiB.
-bool MeasureUpload(Figures& figures);
+bool MeasureUpload(bench::Figures& figures);
 // restart.*: sessions of ten scans.
-bool MeasureRestart(int sessions, Figures& figures);
+bool MeasureRestart(int sessions, bench::Figures& figures);
 
-}  // namespace vantage
+}  // namespace vantage::faults
 
 #endif  // VANTAGE_TESTS_FAULTS_FAULT_FIGURES_H_

@@ -21,7 +21,7 @@
 
 #include "server/store/durable_file.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -37,10 +37,10 @@ sockaddr_in Loopback(int port) {
 }
 
 // Closes with a reset, so that the other end is told at once.
-void Reset(FileDescriptor& socket) {
+void Reset(store::FileDescriptor& socket) {
   const linger at_once{1, 0};
   setsockopt(socket.get(), SOL_SOCKET, SO_LINGER, &at_once, sizeof(at_once));
-  socket = FileDescriptor();
+  socket = store::FileDescriptor();
 }
 
 // One way of a connection.
@@ -51,8 +51,8 @@ struct Way {
 };
 
 struct Connection {
-  FileDescriptor client;
-  FileDescriptor server;
+  store::FileDescriptor client;
+  store::FileDescriptor server;
   Way up;    // to the server
   Way down;  // to the client
   bool silent = false;
@@ -65,8 +65,8 @@ struct Connection {
 struct FaultyProxy::Wire {
   int server_port = 0;
   int port = 0;
-  FileDescriptor listener;
-  FileDescriptor stop{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  store::FileDescriptor listener;
+  store::FileDescriptor stop{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   std::list<Connection> connections;
   std::deque<LinkFault> due;
   int64_t since_fault = 0;
@@ -87,10 +87,10 @@ struct FaultyProxy::Wire {
 
 void FaultyProxy::Wire::Accept() {
   Connection made;
-  made.client =
-      FileDescriptor(::accept4(listener.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
+  made.client = store::FileDescriptor(
+      ::accept4(listener.get(), nullptr, nullptr, SOCK_NONBLOCK | SOCK_CLOEXEC));
   if (!made.client.ok()) return;
-  made.server = FileDescriptor(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
+  made.server = store::FileDescriptor(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0));
   const sockaddr_in address = Loopback(server_port);
   if (::connect(made.server.get(), reinterpret_cast<const sockaddr*>(&address), sizeof(address)) !=
       0) {
@@ -143,13 +143,13 @@ bool FaultyProxy::Wire::Carry(int from, int to, Way& way, bool from_client,
 
 // Swallows what comes of one end of a silent connection; notices when that end gives it up.
 bool FaultyProxy::Wire::Discard(Connection& connection, bool client) {
-  FileDescriptor& socket = client ? connection.client : connection.server;
+  store::FileDescriptor& socket = client ? connection.client : connection.server;
   std::array<char, kBufferBytes> bytes;
   ssize_t got = 0;
   while ((got = ::recv(socket.get(), bytes.data(), bytes.size(), 0)) > 0) {
   }
   if (got < 0 && (errno == EAGAIN || errno == EINTR)) return true;
-  socket = FileDescriptor();
+  socket = store::FileDescriptor();
   const std::lock_guard<std::mutex> lock(mutex);
   const double seconds = std::chrono::duration<double>(Clock::now() - connection.since).count();
   (client ? noticed[connection.index].client : noticed[connection.index].server) = seconds;
@@ -213,7 +213,7 @@ FaultyProxy::FaultyProxy(const std::string& server, std::vector<LinkFault> fault
   wire_->server_port = std::stoi(server.substr(server.rfind(':') + 1));
   wire_->due.assign(faults.begin(), faults.end());
   wire_->listener =
-      FileDescriptor(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
+      store::FileDescriptor(::socket(AF_INET, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0));
   sockaddr_in address = Loopback(0);
   socklen_t size = sizeof(address);
   auto* any = reinterpret_cast<sockaddr*>(&address);
@@ -254,4 +254,4 @@ std::vector<Noticed> FaultyProxy::WaitUntilNoticed(double seconds) const {
   return wire_->noticed;
 }
 
-}  // namespace vantage
+}  // namespace vantage::faults

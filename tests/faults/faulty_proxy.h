@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace vantage {
+namespace vantage::faults {
 
 struct LinkFault {
   enum class Kind {
@@ -48,6 +48,6 @@ class FaultyProxy {
   const std::unique_ptr<Wire> wire_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::faults
 
 #endif  // VANTAGE_TESTS_FAULTS_FAULTY_PROXY_H_

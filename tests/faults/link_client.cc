@@ -8,12 +8,12 @@
 
 int main(int argc, char** argv) {
   if (argc != 5) return 2;
-  vantage::LinkJob job;
+  vantage::faults::LinkJob job;
   job.server = argv[1];
   job.name = argv[2];
   job.scans = std::atoi(argv[3]);
   job.degrees = std::atof(argv[4]);
-  const vantage::LinkJobResult result = vantage::PushOverLink(job);
+  const vantage::faults::LinkJobResult result = vantage::faults::PushOverLink(job);
   std::printf("%d %lld %lld %d %s\n", result.arrived, static_cast<long long>(result.once_bytes),
               static_cast<long long>(result.sent_bytes), result.reconnects, result.failure.c_str());
   return result.arrived == job.scans ? 0 : 1;

@@ -6,11 +6,11 @@
 #include "tests/faults/link_job.h"
 #include "tests/integration/process.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 TEST(LinkFaults, ScansArriveOnceAndSilenceIsNoticed) {
-  ServerProcess server;
+  integration::ServerProcess server;
   ASSERT_FALSE(server.address().empty());
   using Kind = LinkFault::Kind;
   // A scan is about 20 kB: within the first, between two, twice in one, in its last bytes.
@@ -37,4 +37,4 @@ TEST(LinkFaults, ScansArriveOnceAndSilenceIsNoticed) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::faults

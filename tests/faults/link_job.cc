@@ -7,11 +7,11 @@
 #include "absl/strings/str_cat.h"
 #include "client/library/client.h"
 #include "client/library/piece.h"
+#include "core/bytes/checksum.h"
 #include "core/sensor/encoding.h"
-#include "proto/wire/checksum.h"
 #include "tests/server/fixture/room_scan.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 constexpr size_t kPieceBytes = 256 << 10;  // as the client library's
@@ -36,8 +36,8 @@ int64_t BytesOnce(const std::string& encoded) {
   int64_t sequence = 0;
   for (size_t at = 0; at < encoded.size(); at += kPieceBytes) {
     const absl::string_view part = absl::string_view(encoded).substr(at, kPieceBytes);
-    bytes +=
-        static_cast<int64_t>(MakePiece(part, sequence++, static_cast<int64_t>(at)).data().size());
+    bytes += static_cast<int64_t>(
+        client::MakePiece(part, sequence++, static_cast<int64_t>(at)).data().size());
   }
   return bytes;
 }
@@ -46,30 +46,32 @@ int64_t BytesOnce(const std::string& encoded) {
 
 LinkJobResult PushOverLink(const LinkJob& job) {
   LinkJobResult result;
-  ClientOptions options;
+  client::ClientOptions options;
   options.server = job.server;
-  Client client(options);
+  client::Client client(options);
   const auto failed = [&](const absl::Status& status) {
     if (result.failure.empty()) result.failure = status.ToString();
   };
   for (int i = 0; i < job.scans; ++i) {
-    const RangeImage image = NoisyRoom({2.0, 1.5, 1.4}, job.degrees, static_cast<uint32_t>(i + 1));
-    const std::string encoded = EncodeRangeImage(image);
+    const sensor::RangeImage image =
+        fixture::NoisyRoom({2.0, 1.5, 1.4}, job.degrees, static_cast<uint32_t>(i + 1));
+    const std::string encoded = sensor::EncodeRangeImage(image);
     result.once_bytes += BytesOnce(encoded);
     const std::string id = absl::StrCat(job.name, "-", i);
     const std::string session = absl::StrCat("sessions/", id);
     v1::CreateSessionRequest create;
     create.set_session_id(id);
     create.set_request_id(id);
-    create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+    create.mutable_session()->mutable_model_config()->set_voxel_size_m(0.1);
     const auto created = Persist([&] { return client.Call(create); });
     if (!created.ok()) {
       failed(created.status());
       continue;
     }
     const auto pushed = Persist([&] {
-      UploadProgress last;
-      auto scan = client.Upload(session, {}, image, [&](const UploadProgress& now) { last = now; });
+      client::UploadProgress last;
+      auto scan =
+          client.Upload(session, {}, image, [&](const client::UploadProgress& now) { last = now; });
       result.sent_bytes += last.sent_bytes;
       result.reconnects += last.reconnects;
       return scan;
@@ -85,7 +87,8 @@ LinkJobResult PushOverLink(const LinkJob& job) {
       failed(scans.status());
       continue;
     }
-    const bool once = scans->scans_size() == 1 && scans->scans(0).sha256() == Sha256::Of(encoded);
+    const bool once =
+        scans->scans_size() == 1 && scans->scans(0).sha256() == bytes::Sha256::Of(encoded);
     if (!once) {
       failed(absl::DataLossError(
           absl::StrCat(session, " has ", scans->scans_size(), " scans, or another's bytes")));
@@ -95,4 +98,4 @@ LinkJobResult PushOverLink(const LinkJob& job) {
   return result;
 }
 
-}  // namespace vantage
+}  // namespace vantage::faults

@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <string>
 
-namespace vantage {
+namespace vantage::faults {
 
 struct LinkJob {
   std::string server;  // host:port
@@ -25,6 +25,6 @@ struct LinkJobResult {
 
 LinkJobResult PushOverLink(const LinkJob& job);
 
-}  // namespace vantage
+}  // namespace vantage::faults
 
 #endif  // VANTAGE_TESTS_FAULTS_LINK_JOB_H_

@@ -8,7 +8,7 @@
 #include "tests/faults/fault_figures.h"
 #include "tests/integration/process.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 constexpr uint64_t kSeed = 11;
@@ -25,10 +25,10 @@ bool Report(const absl::StatusOr<Result>& result) {
 
 }  // namespace
 
-bool MeasureCrashes(size_t stride, const GoOn& more, Figures& figures) {
+bool MeasureCrashes(size_t stride, const GoOn& more, bench::Figures& figures) {
   bool kept = true;
   if (figures.Wants("disk.")) {
-    const ScratchFolder scratch;
+    const integration::ScratchFolder scratch;
     const auto faulty = FailAtPoints(scratch.path(), 0, 6 * stride, more);
     kept = Report(faulty) && kept;
     if (faulty.ok()) {
@@ -40,7 +40,7 @@ bool MeasureCrashes(size_t stride, const GoOn& more, Figures& figures) {
     }
   }
   if (figures.Wants("crash.")) {
-    const ScratchFolder scratch;
+    const integration::ScratchFolder scratch;
     const auto points = CrashAtEveryPoint(scratch.path(), 0, stride, kSeed, more);
     kept = Report(points) && kept;
     if (points.ok()) {
@@ -59,11 +59,11 @@ bool MeasureCrashes(size_t stride, const GoOn& more, Figures& figures) {
   return kept;
 }
 
-bool MeasureKills(int kills, Figures& figures) {
+bool MeasureKills(int kills, bench::Figures& figures) {
   setenv("VANTAGE_KILLS", absl::StrCat(kills).c_str(), 1);
-  Finished run;
-  const double seconds = WallSeconds([&] {
-    run = RunProgram({DURABILITY_TEST, "--gtest_filter=Durability.Killed*"});
+  integration::Finished run;
+  const double seconds = bench::WallSeconds([&] {
+    run = integration::RunProgram({DURABILITY_TEST, "--gtest_filter=Durability.Killed*"});
   });
   figures.Add(
       {"kill.kills", static_cast<double>(kills), "", "300",
@@ -75,4 +75,4 @@ bool MeasureKills(int kills, Figures& figures) {
   return run.exit_code == 0;
 }
 
-}  // namespace vantage
+}  // namespace vantage::faults

@@ -14,7 +14,7 @@
 #include "tests/faults/packet_link.h"
 #include "tests/integration/process.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -80,12 +80,13 @@ Outcome RunTrial(PacketLink& link, const std::string& server, const Trial& trial
   link.Set(trial.link);
   const int64_t delivered_before = link.DeliveredBytes();
   const auto start = Clock::now();
-  Finished job;
+  integration::Finished job;
   std::atomic<bool> done{false};
   std::thread pushing([&] {
     link.RunAt(LinkEnd::kClient, [&] {
-      job = RunProgram({LINK_CLIENT, server, absl::StrReplaceAll(trial.name, {{"_", "-"}}),
-                        absl::StrCat(scans), absl::StrCat(trial.degrees)});
+      job = integration::RunProgram({LINK_CLIENT, server,
+                                     absl::StrReplaceAll(trial.name, {{"_", "-"}}),
+                                     absl::StrCat(scans), absl::StrCat(trial.degrees)});
     });
     done = true;
   });
@@ -108,17 +109,18 @@ Outcome RunTrial(PacketLink& link, const std::string& server, const Trial& trial
 
 }  // namespace
 
-bool MeasureLink(Figures& figures) {
+bool MeasureLink(bench::Figures& figures) {
   const auto link = PacketLink::Make(kSeed);
   if (!link.ok()) {
     std::cerr << "link: skipped, it needs root and /dev/net/tun: " << link.status().message()
               << "\n";
     return true;
   }
-  std::unique_ptr<ServerProcess> server;
+  std::unique_ptr<integration::ServerProcess> server;
   (*link)->RunAt(LinkEnd::kServer, [&] {
-    server = std::make_unique<ServerProcess>("", PacketLink::AddressOf(LinkEnd::kServer),
-                                             std::vector<std::string>{"--allow-insecure-remote"});
+    server = std::make_unique<integration::ServerProcess>(
+        "", PacketLink::AddressOf(LinkEnd::kServer),
+        std::vector<std::string>{"--allow-insecure-remote"});
   });
   LinkConditions good;  // a tablet's, with nobody else in the hall
   good.delay = std::chrono::milliseconds(5);
@@ -186,4 +188,4 @@ bool MeasureLink(Figures& figures) {
   return arrived == wanted;
 }
 
-}  // namespace vantage
+}  // namespace vantage::faults

@@ -15,7 +15,7 @@
 #include "tests/server/fixture/session_host.h"
 #include "vantage/v1/plan_service.grpc.pb.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 constexpr int kScans = 10;
@@ -32,24 +32,24 @@ void Say(const std::string& words, std::chrono::steady_clock::time_point start) 
 // Aligned where their priors are: it is the restart that is measured.
 absl::Status MakeSessions(const std::string& folder, int sessions) {
   const auto start = std::chrono::steady_clock::now();
-  const auto store = DiskStore::Open(folder);
+  const auto store = store::DiskStore::Open(folder);
   if (!store.ok()) return store.status();
-  Script script;
-  SessionHost host(**store, script.Make(), {}, absl::Now,
-                   static_cast<int>(std::thread::hardware_concurrency()));
+  fixture::Script script;
+  fixture::SessionHost host(**store, script.Make(), {}, absl::Now,
+                            static_cast<int>(std::thread::hardware_concurrency()));
   std::vector<std::string> scans;
   std::vector<v1::PosePrior> priors;
   scans.reserve(kScans);
   priors.reserve(kScans);
   for (int scan = 0; scan < kScans; ++scan) {
     const Eigen::Vector3d at(1.0 + 0.3 * scan, 1.2 + 0.17 * scan, 1.4);
-    scans.push_back(EncodedRoom(at, kDegrees));
-    priors.push_back(PriorAt(at.x(), at.y(), at.z()));
+    scans.push_back(fixture::EncodedRoom(at, kDegrees));
+    priors.push_back(fixture::PriorAt(at.x(), at.y(), at.z()));
   }
   for (int i = 0; i < sessions; ++i) {
-    const auto session = OpenSession(host.registry, absl::StrCat("job-", i));
+    const auto session = fixture::OpenSession(host.registry, absl::StrCat("job-", i));
     for (size_t scan = 0; scan < scans.size(); ++scan) {
-      const auto sent = SendScan(*session, scans[scan], &priors[scan]);
+      const auto sent = fixture::SendScan(*session, scans[scan], &priors[scan]);
       if (!sent.ok()) return sent.status();
     }
     session->WaitUntilIdle();
@@ -61,8 +61,8 @@ absl::Status MakeSessions(const std::string& folder, int sessions) {
 
 }  // namespace
 
-bool MeasureRestart(int sessions, Figures& figures) {
-  const ScratchFolder scratch;
+bool MeasureRestart(int sessions, bench::Figures& figures) {
+  const integration::ScratchFolder scratch;
   const std::string data = scratch.File("data");
   const absl::Status made = MakeSessions(data, sessions);
   if (!made.ok()) {
@@ -72,7 +72,7 @@ bool MeasureRestart(int sessions, Figures& figures) {
   using Clock = std::chrono::steady_clock;
   const auto start = Clock::now();
   const auto since = [&] { return std::chrono::duration<double>(Clock::now() - start).count(); };
-  ServerProcess server(data);
+  integration::ServerProcess server(data);
   const double serving = since();
   Say("serving", start);
   const auto channel = grpc::CreateChannel(server.address(), grpc::InsecureChannelCredentials());
@@ -88,7 +88,7 @@ bool MeasureRestart(int sessions, Figures& figures) {
       if (running[i].empty()) {
         v1::CreatePlanRequest create;
         create.set_parent(absl::StrCat("sessions/job-", i));
-        create.mutable_plan()->set_work_limit(100'000);
+        create.mutable_plan()->set_work_limit_rays(100'000);
         v1::CreatePlanResponse response;
         if (plans->CreatePlan(&context, create, &response).ok())
           running[i] = response.plan().name();
@@ -113,13 +113,13 @@ bool MeasureRestart(int sessions, Figures& figures) {
     return false;
   }
   const std::string what = absl::StrCat(sessions, " sessions of ", kScans, " scans of ",
-                                        ScanRoom({2, 2, 1.4}, kDegrees).cells(), " cells");
+                                        fixture::ScanRoom({2, 2, 1.4}, kDegrees).cells(), " cells");
   figures.Add({"restart.serving.seconds", serving, "s", "", what + ", from exec to SERVING"});
-  figures.Add({"restart.first_plan.median.seconds", Percentile(first_plan, 0.5), "s", "",
+  figures.Add({"restart.first_plan.median.seconds", bench::Percentile(first_plan, 0.5), "s", "",
                "from exec to the end of a session's first plan, all of them asked at once"});
   figures.Add(
       {"restart.first_plan.last.seconds", first_plan.back(), "s", "", "the last session's"});
   return true;
 }
 
-}  // namespace vantage
+}  // namespace vantage::faults

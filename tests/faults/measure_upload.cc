@@ -12,9 +12,9 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
+#include "core/bytes/checksum.h"
+#include "core/bytes/compression.h"
 #include "core/sensor/encoding.h"
-#include "proto/wire/checksum.h"
-#include "proto/wire/compression.h"
 #include "server/store/disk_store.h"
 #include "server/store/durable_file.h"
 #include "tests/faults/fault_figures.h"
@@ -24,7 +24,7 @@
 #include "vantage/v1/scan_service.grpc.pb.h"
 #include "vantage/v1/session_service.grpc.pb.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 constexpr int64_t kPieceBytes = 256 << 10;  // as the client library's
@@ -40,10 +40,10 @@ std::vector<v1::UploadScanRequest> MessagesOf(const std::string& bytes) {
     v1::Piece& piece = *messages.emplace_back().mutable_piece();
     piece.set_sequence(static_cast<int64_t>(messages.size()) - 1);
     piece.set_offset(offset);
-    piece.set_size(static_cast<int64_t>(part.size()));
-    piece.set_crc32c(Crc32c(part));
+    piece.set_uncompressed_size_bytes(static_cast<int64_t>(part.size()));
+    piece.set_crc32c(bytes::Crc32c(part));
     piece.set_compression(v1::COMPRESSION_ZSTD);
-    piece.set_data(ZstdCompress(part));
+    piece.set_data(bytes::ZstdCompress(part));
   }
   return messages;
 }
@@ -56,17 +56,17 @@ class BareService final : public v1::ScanService::Service {
   grpc::Status UploadScan(
       grpc::ServerContext*,
       grpc::ServerReaderWriter<v1::UploadScanResponse, v1::UploadScanRequest>* stream) override {
-    const FileDescriptor file(::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600));
+    const store::FileDescriptor file(::open(path_.c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600));
     v1::UploadScanRequest request;
     int64_t received = 0;
     uint64_t written = 0;
     size_t unsynced = 0;
     while (stream->Read(&request)) {
       const std::string& data = request.piece().data();
-      if (!WriteAt(file.get(), data, written, path_).ok()) return grpc::Status::CANCELLED;
+      if (!store::WriteAt(file.get(), data, written, path_).ok()) return grpc::Status::CANCELLED;
       written += data.size();
       unsynced += data.size();
-      received = request.piece().offset() + request.piece().size();
+      received = request.piece().offset() + request.piece().uncompressed_size_bytes();
       const bool last = received == total_;
       if (unsynced < kSyncBytes && !last) continue;
       if (::fsync(file.get()) != 0) return grpc::Status::CANCELLED;
@@ -91,7 +91,7 @@ double Send(v1::ScanService::Stub& stub, const std::string& upload,
             std::vector<v1::UploadScanRequest> messages) {
   messages.front().set_upload(upload);
   bool committed = false;
-  const double seconds = WallSeconds([&] {
+  const double seconds = bench::WallSeconds([&] {
     grpc::ClientContext context;
     context.set_deadline(std::chrono::system_clock::now() + kPatience);
     const auto stream = stub.UploadScan(&context);
@@ -116,7 +116,8 @@ double Send(v1::ScanService::Stub& stub, const std::string& upload,
       {
         std::unique_lock<std::mutex> lock(mutex);
         changed.wait(lock, [&] {
-          return ended || message.piece().offset() + message.piece().size() <= credit;
+          return ended ||
+                 message.piece().offset() + message.piece().uncompressed_size_bytes() <= credit;
         });
         if (ended) break;
       }
@@ -135,7 +136,7 @@ double Send(v1::ScanService::Stub& stub, const std::string& upload,
 
 // Until the server does nothing any more: a scan that was committed is registered and merged, and
 // what of that was under way when its session ended is no part of the next upload.
-void WaitUntilQuiet(const ServerProcess& server) {
+void WaitUntilQuiet(const integration::ServerProcess& server) {
   constexpr auto kLook = std::chrono::milliseconds(200);
   constexpr double kQuiet = 0.01;  // s of processor time between two looks
   double before = -1;
@@ -154,10 +155,10 @@ double ChildSeconds() {
 
 }  // namespace
 
-bool MeasureUpload(Figures& figures) {
-  const ScratchFolder scratch;
-  const RangeImage image = NoisyRoom({2.0, 1.5, 1.4}, 0.09);
-  const std::string bytes = EncodeRangeImage(image);
+bool MeasureUpload(bench::Figures& figures) {
+  const integration::ScratchFolder scratch;
+  const sensor::RangeImage image = fixture::NoisyRoom({2.0, 1.5, 1.4}, 0.09);
+  const std::string bytes = sensor::EncodeRangeImage(image);
   const std::vector<v1::UploadScanRequest> messages = MessagesOf(bytes);
   size_t sent = 0;
   for (const auto& message : messages) sent += message.piece().data().size();
@@ -171,7 +172,7 @@ bool MeasureUpload(Figures& figures) {
   const auto bare_stub = v1::ScanService::NewStub(
       grpc::CreateChannel(absl::StrCat("127.0.0.1:", port), grpc::InsecureChannelCredentials()));
 
-  ServerProcess server(scratch.File("data"));
+  integration::ServerProcess server(scratch.File("data"));
   const auto channel = grpc::CreateChannel(server.address(), grpc::InsecureChannelCredentials());
   const auto sessions = v1::SessionService::NewStub(channel);
   const auto scans = v1::ScanService::NewStub(channel);
@@ -182,15 +183,16 @@ bool MeasureUpload(Figures& figures) {
     const double reference = Send(*bare_stub, "bare", messages);
     // A session of its own, ended at once: what becomes of the scan afterwards is not the upload's.
     v1::CreateSessionRequest open;
-    open.mutable_session()->mutable_model_config()->set_voxel_size(0.5);
-    open.mutable_session()->mutable_planning_config()->set_viewcell_size(0.5);
+    open.mutable_session()->mutable_model_config()->set_voxel_size_m(0.5);
+    open.mutable_session()->mutable_planning_config()->set_viewcell_size_m(0.5);
     v1::CreateSessionResponse opened;
     grpc::ClientContext opening;
     sessions->CreateSession(&opening, open, &opened);
     v1::CreateUploadRequest create;
     create.set_parent(opened.session().name());
-    create.mutable_upload()->mutable_total()->set_encoded_size(static_cast<int64_t>(bytes.size()));
-    create.mutable_upload()->mutable_total()->set_sha256(Sha256::Of(bytes));
+    create.mutable_upload()->mutable_total()->set_encoded_size_bytes(
+        static_cast<int64_t>(bytes.size()));
+    create.mutable_upload()->mutable_total()->set_sha256(bytes::Sha256::Of(bytes));
     v1::CreateUploadResponse created;
     grpc::ClientContext creating;
     if (!scans->CreateUpload(&creating, create, &created).ok()) return false;
@@ -211,8 +213,8 @@ bool MeasureUpload(Figures& figures) {
     our_seconds.push_back(ours);
   }
   bare_server->Shutdown();
-  const double reference = Percentile(bare_seconds, 0.5);
-  const double ours = Percentile(our_seconds, 0.5);
+  const double reference = bench::Percentile(bare_seconds, 0.5);
+  const double ours = bench::Percentile(our_seconds, 0.5);
   figures.Add({"upload.seconds", ours, "s", "",
                absl::StrCat(bytes.size() >> 20, " MiB of range image in ", sent >> 20,
                             " MiB of messages, to COMMITTED")});
@@ -220,7 +222,7 @@ bool MeasureUpload(Figures& figures) {
                "of what a bare stream of the same messages with an fsync every 4 MiB moves"});
 
   // The command line, which reads a file, builds the range image, encodes, compresses and sends it.
-  const RangeImage small = NoisyRoom({2.0, 1.5, 1.4}, 0.36);
+  const sensor::RangeImage small = fixture::NoisyRoom({2.0, 1.5, 1.4}, 0.36);
   const std::string file = scratch.File("scan.ptx");
   if (std::FILE* out = std::fopen(file.c_str(), "w"); out != nullptr) {
     std::fprintf(out, "%d\n%d\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n", small.columns(), small.rows());
@@ -232,9 +234,10 @@ bool MeasureUpload(Figures& figures) {
       }
     }
     std::fclose(out);
-    Vantage(server, {"session", "create", "cpu"});
+    integration::Vantage(server, {"session", "create", "cpu"});
     const double before = ChildSeconds();
-    const Finished pushed = Vantage(server, {"scan", "push", "cpu", file, "--no-wait"});
+    const integration::Finished pushed =
+        integration::Vantage(server, {"scan", "push", "cpu", file, "--no-wait"});
     if (pushed.exit_code == 0) {
       figures.Add({"upload.client.cpu", (ChildSeconds() - before) * 1e6 / small.cells(),
                    "s/Msample", "", "the command line, from a PTX file to COMMITTED"});
@@ -245,4 +248,4 @@ bool MeasureUpload(Figures& figures) {
   return true;
 }
 
-}  // namespace vantage
+}  // namespace vantage::faults

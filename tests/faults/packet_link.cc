@@ -28,7 +28,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/store/durable_file.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -50,8 +50,8 @@ absl::Status SystemError(absl::string_view doing) {
 }
 
 struct End {
-  FileDescriptor name_space;
-  FileDescriptor tun;
+  store::FileDescriptor name_space;
+  store::FileDescriptor tun;
 };
 
 absl::Status BringUp(int control, const char* device) {
@@ -77,15 +77,15 @@ absl::Status Assign(int control, unsigned long what, const char* address) {
 absl::StatusOr<End> MakeEnd(size_t index) {
   if (::unshare(CLONE_NEWNET) != 0) return SystemError("make a network namespace");
   End end;
-  end.name_space = FileDescriptor(::open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC));
+  end.name_space = store::FileDescriptor(::open("/proc/thread-self/ns/net", O_RDONLY | O_CLOEXEC));
   if (!end.name_space.ok()) return SystemError("open the network namespace");
-  end.tun = FileDescriptor(::open("/dev/net/tun", O_RDWR | O_CLOEXEC | O_NONBLOCK));
+  end.tun = store::FileDescriptor(::open("/dev/net/tun", O_RDWR | O_CLOEXEC | O_NONBLOCK));
   if (!end.tun.ok()) return SystemError("open /dev/net/tun");
   ifreq request{};
   std::strncpy(request.ifr_name, kDevice, IFNAMSIZ - 1);
   request.ifr_flags = IFF_TUN | IFF_NO_PI;
   if (::ioctl(end.tun.get(), TUNSETIFF, &request) != 0) return SystemError("make a tun device");
-  const FileDescriptor control(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
+  const store::FileDescriptor control(::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0));
   if (!control.ok()) return SystemError("open a socket");
   absl::Status done = Assign(control.get(), SIOCSIFADDR, kAddresses[index]);
   if (done.ok()) done = Assign(control.get(), SIOCSIFDSTADDR, kAddresses[1 - index]);
@@ -121,7 +121,7 @@ struct Way {
 
 struct PacketLink::Wire {
   std::array<End, 2> ends;
-  FileDescriptor wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
+  store::FileDescriptor wake{::eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK)};
   std::mutex mutex;
   LinkConditions conditions;  // guarded by mutex
   std::atomic<bool> stopping{false};
@@ -281,4 +281,4 @@ int PacketLink::Established(LinkEnd end) const {
   return count;
 }
 
-}  // namespace vantage
+}  // namespace vantage::faults

@@ -12,7 +12,7 @@
 
 #include "absl/status/statusor.h"
 
-namespace vantage {
+namespace vantage::faults {
 
 // Both ways alike, but for `server_unheard`.
 struct LinkConditions {
@@ -52,6 +52,6 @@ class PacketLink {
   const std::unique_ptr<Wire> wire_;
 };
 
-}  // namespace vantage
+}  // namespace vantage::faults
 
 #endif  // VANTAGE_TESTS_FAULTS_PACKET_LINK_H_

@@ -8,13 +8,13 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "proto/wire/checksum.h"
+#include "core/bytes/checksum.h"
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
 
-namespace vantage {
+namespace vantage::faults {
 namespace {
 
 constexpr size_t kPieces = 3;
@@ -26,7 +26,7 @@ absl::Status Lost(absl::string_view what) { return absl::DataLossError(what); }
 
 class Job {
  public:
-  Job(SessionRegistry& registry, Told known, const std::function<void(const Told&)>& told)
+  Job(session::SessionRegistry& registry, Told known, const std::function<void(const Told&)>& told)
       : registry_(registry), known_(std::move(known)), told_(told) {}
 
   absl::Status CheckKnown() {
@@ -57,8 +57,8 @@ class Job {
     v1::CreateSessionRequest create;
     create.set_session_id(kJob);
     create.set_request_id("open");
-    create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
-    absl::StatusOr<std::shared_ptr<Session>> session = registry_.Create(create);
+    create.mutable_session()->mutable_model_config()->set_voxel_size_m(0.1);
+    absl::StatusOr<std::shared_ptr<session::Session>> session = registry_.Create(create);
     if (!session.ok()) return session.status();
     Tell(**session);
     absl::Status done = SendScan(**session, 1, {2.0, 1.5, 1.4});
@@ -72,31 +72,32 @@ class Job {
   }
 
  private:
-  static absl::StatusOr<std::vector<std::string>> Events(const Session& session) {
-    const auto events = const_cast<Session&>(session).journal().Events(0, 10'000);
+  static absl::StatusOr<std::vector<std::string>> Events(const session::Session& session) {
+    const auto events = const_cast<session::Session&>(session).journal().Events(0, 10'000);
     if (!events.ok()) return events.status();
     std::vector<std::string> serialised;
     for (const v1::SessionEvent& event : *events) serialised.push_back(event.SerializeAsString());
     return serialised;
   }
 
-  void Tell(const Session& session) {
+  void Tell(const session::Session& session) {
     const auto events = Events(session);
     if (events.ok()) known_.events = *events;
     told_(known_);
   }
 
-  absl::Status SendScan(Session& session, int number, const Eigen::Vector3d& position) {
-    const std::string bytes = EncodedRoom(position, kDegrees);
+  absl::Status SendScan(session::Session& session, int number, const Eigen::Vector3d& position) {
+    const std::string bytes = fixture::EncodedRoom(position, kDegrees);
     v1::CreateUploadRequest request;
     request.set_request_id(absl::StrCat("upload-", number));
-    *request.mutable_upload()->mutable_prior() = PriorAt(position.x(), position.y(), position.z());
+    *request.mutable_upload()->mutable_prior() =
+        fixture::PriorAt(position.x(), position.y(), position.z());
     const auto created = session.CreateUpload(request);
     if (!created.ok()) return created.status();
     Tell(session);
     v1::UploadTotal total;
-    total.set_encoded_size(static_cast<int64_t>(bytes.size()));
-    total.set_sha256(Sha256::Of(bytes));
+    total.set_encoded_size_bytes(static_cast<int64_t>(bytes.size()));
+    total.set_sha256(bytes::Sha256::Of(bytes));
     v1::Upload upload = *created;
     while (upload.state() == v1::UPLOAD_STATE_OPEN) {
       v1::Piece piece;
@@ -104,7 +105,7 @@ class Job {
       piece.set_offset(upload.next_offset());
       piece.set_data(
           bytes.substr(static_cast<size_t>(upload.next_offset()), bytes.size() / kPieces + 1));
-      piece.set_crc32c(Crc32c(piece.data()));
+      piece.set_crc32c(bytes::Crc32c(piece.data()));
       const bool more = !piece.data().empty();
       const auto now = session.AddToUpload(upload.name(), more ? &piece : nullptr, &total);
       if (!now.ok()) return now.status();
@@ -117,7 +118,7 @@ class Job {
     if (upload.state() != v1::UPLOAD_STATE_COMMITTED) {
       return Lost(absl::StrCat(upload.name(), ": ", upload.state_message()));
     }
-    WaitUntilSettled(session, upload.scan());
+    WaitUntilDecided(session, upload.scan());
     session.WaitUntilIdle();
     const auto scan = session.GetScan(upload.scan());
     if (!scan.ok()) return scan.status();
@@ -131,10 +132,10 @@ class Job {
   }
 
   // A step that could not be logged is tried again by itself some seconds later.
-  static void WaitUntilSettled(Session& session, const std::string& scan) {
+  static void WaitUntilDecided(session::Session& session, const std::string& scan) {
     std::mutex mutex;
     std::condition_variable changed;
-    const Journal::WatchId watch = session.journal().Watch([&] {
+    const session::Journal::WatchId watch = session.journal().Watch([&] {
       const std::lock_guard<std::mutex> lock(mutex);
       changed.notify_all();
     });
@@ -153,7 +154,7 @@ class Job {
     session.WaitUntilIdle();
   }
 
-  absl::Status Withdraw(Session& session, const std::string& scan) {
+  absl::Status Withdraw(session::Session& session, const std::string& scan) {
     v1::WithdrawScanRequest request;
     request.set_name(scan);
     request.set_request_id("withdraw");
@@ -171,7 +172,7 @@ class Job {
     v1::CreateSessionRequest create;
     create.set_session_id(kOther);
     create.set_request_id("other");
-    create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+    create.mutable_session()->mutable_model_config()->set_voxel_size_m(0.1);
     return registry_.Create(create).status();
   }
 
@@ -185,12 +186,12 @@ class Job {
     return absl::OkStatus();
   }
 
-  absl::StatusOr<JobEnding> End(Session& session) {
+  absl::StatusOr<JobEnding> End(session::Session& session) {
     JobEnding ending;
     for (int attempt = 0; ending.plan.empty(); ++attempt) {
       v1::CreatePlanRequest request;
       request.set_request_id(absl::StrCat("plan-", attempt));
-      request.mutable_plan()->set_work_limit(100'000);
+      request.mutable_plan()->set_work_limit_rays(100'000);
       request.mutable_plan()->set_seed(7);
       auto plan = session.CreatePlan(request);
       if (!plan.ok()) return plan.status();
@@ -210,30 +211,30 @@ class Job {
     }
     bool more = false;
     for (v1::Scan scan : session.ListScans(0, 100, more)) {
-      scan.mutable_merge()->clear_carve_seconds();
-      scan.mutable_merge()->clear_merge_seconds();
-      scan.mutable_registration()->clear_seconds();
+      scan.mutable_merge()->clear_carve_duration();
+      scan.mutable_merge()->clear_merge_duration();
+      scan.mutable_registration()->clear_duration();
       ending.scans.push_back(scan.DebugString());
     }
-    const ModelSnapshot model = session.Model();
+    const session::ModelSnapshot model = session.Model();
     if (model.view == nullptr) return Lost("there is no model");
-    for (const BrickAt& at : model.view->bricks()) {
+    for (const model::BrickAt& at : model.view->bricks()) {
       for (int i = 0; i < 3; ++i) absl::StrAppend(&ending.model, at.brick[i], " ");
-      for (const VoxelState state : at.contents->state) {
+      for (const model::VoxelState state : at.contents->state) {
         ending.model += static_cast<char>('0' + static_cast<int>(state));
       }
-      for (const SurfaceVoxel& voxel : at.contents->surface) {
+      for (const model::SurfaceVoxel& voxel : at.contents->surface) {
         const std::string floats(reinterpret_cast<const char*>(&voxel.centroid), sizeof(float) * 6);
         absl::StrAppend(&ending.model, floats, voxel.samples, " ", voxel.area, voxel.density);
       }
     }
-    for (const Stand& stand : model.view->stands()) {
-      absl::StrAppend(&ending.model, stand.position.x(), ",", stand.position.y(), ";");
+    for (const model::Station& station : model.view->stations()) {
+      absl::StrAppend(&ending.model, station.position.x(), ",", station.position.y(), ";");
     }
     return ending;
   }
 
-  SessionRegistry& registry_;
+  session::SessionRegistry& registry_;
   Told known_;
   const std::function<void(const Told&)>& told_;
 };
@@ -243,12 +244,12 @@ class Job {
 absl::StatusOr<JobEnding> RunScriptedJob(const std::string& folder, const Told& known,
                                          const std::function<void(const Told&)>& told,
                                          const std::function<bool(const absl::Status&)>& mend) {
-  absl::StatusOr<std::unique_ptr<DiskStore>> store = DiskStore::Open(folder);
+  absl::StatusOr<std::unique_ptr<store::DiskStore>> store = store::DiskStore::Open(folder);
   if (!store.ok()) return store.status();
-  Script script;
-  Algorithms algorithms = script.Make();
-  algorithms.make_plan = Algorithms::Core().make_plan;
-  SessionHost around(**store, std::move(algorithms));
+  fixture::Script script;
+  session::Algorithms algorithms = script.Make();
+  algorithms.make_plan = session::Algorithms::Core().make_plan;
+  fixture::SessionHost around(**store, std::move(algorithms));
   absl::Status loaded = around.registry.LoadAll();
   if (!loaded.ok()) return loaded;
   Job job(around.registry, known, told);
@@ -264,4 +265,4 @@ absl::StatusOr<JobEnding> RunScriptedJob(const std::string& folder, const Told& 
   return ending;
 }
 
-}  // namespace vantage
+}  // namespace vantage::faults

@@ -13,7 +13,7 @@
 
 #include "absl/status/statusor.h"
 
-namespace vantage {
+namespace vantage::faults {
 
 // What a client was told: it must be so for ever after.
 struct Told {
@@ -40,6 +40,6 @@ absl::StatusOr<JobEnding> RunScriptedJob(
       return false;
     });
 
-}  // namespace vantage
+}  // namespace vantage::faults
 
 #endif  // VANTAGE_TESTS_FAULTS_SCRIPTED_JOB_H_

@@ -15,7 +15,7 @@ int main(int argc, char** argv) {
   CLI::App app("Whether claims hold whatever happens");
   std::string out = "claims.json";
   double minutes = 10;
-  vantage::ClaimStorm storm;
+  vantage::faults::ClaimStorm storm;
   app.add_option("--minutes", minutes, "how long")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
   app.add_option("--out", out, "where to write the JSON")->capture_default_str();
   CLI11_PARSE(app, argc, argv);
 
-  const vantage::ServerProcess server;
+  const vantage::integration::ServerProcess server;
   if (server.address().empty()) {
     std::cerr << "the server does not start: " << server.Log();
     return 1;
@@ -31,11 +31,11 @@ int main(int argc, char** argv) {
   storm.server = server.address();
   storm.seconds = 60 * minutes;
   storm.breaks = static_cast<int>(6 * minutes);
-  const vantage::ClaimStormResult result = vantage::RunClaimStorm(storm);
+  const vantage::faults::ClaimStormResult result = vantage::faults::RunClaimStorm(storm);
   for (const std::string& what : result.broken) std::cerr << what << "\n";
 
-  const vantage::ClaimLogCounts& counts = result.counts;
-  vantage::Figures figures("");
+  const vantage::faults::ClaimLogCounts& counts = result.counts;
+  vantage::bench::Figures figures("");
   figures.Add(
       {"claims.broken", static_cast<double>(result.broken.size()), "", "0",
        absl::StrFormat("%d clients for %g minutes, seed %d, the link broken %d times; %d calls, %d "
@@ -49,9 +49,10 @@ int main(int argc, char** argv) {
                                result.refused, counts.released, counts.expired, counts.fulfilled,
                                result.planned, result.pushed, counts.most_held)});
   figures.Add({"claims.latest_expiry", counts.latest_expiry, "s",
-               absl::StrFormat("<= %g", vantage::ClaimLog::kLatestExpiry), "after its time"});
+               absl::StrFormat("<= %g", vantage::faults::ClaimLog::kLatestExpiry),
+               "after its time"});
   figures.Add({"claims.nearest", counts.nearest, "m",
-               absl::StrFormat(">= %g", vantage::ClaimLog::kSeparation),
+               absl::StrFormat(">= %g", vantage::faults::ClaimLog::kSeparation),
                "between two places that were claimed at a time"});
   if (!figures.WriteJson(out)) {
     std::cerr << "cannot write " << out << ": name a file in a folder that can be written\n";

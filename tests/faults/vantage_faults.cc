@@ -29,17 +29,19 @@ int main(int argc, char** argv) {
     };
   };
   const bool full = minutes >= 10;
-  vantage::Figures figures(only);
+  vantage::bench::Figures figures(only);
   bool kept = true;
-  if (figures.Wants("link.")) kept = vantage::MeasureLink(figures) && kept;
-  if (figures.Wants("upload.")) kept = vantage::MeasureUpload(figures) && kept;
-  if (figures.Wants("restart.")) kept = vantage::MeasureRestart(full ? 100 : 10, figures) && kept;
+  if (figures.Wants("link.")) kept = vantage::faults::MeasureLink(figures) && kept;
+  if (figures.Wants("upload.")) kept = vantage::faults::MeasureUpload(figures) && kept;
+  if (figures.Wants("restart."))
+    kept = vantage::faults::MeasureRestart(full ? 100 : 10, figures) && kept;
   if (figures.Wants("kill.")) {
-    kept =
-        vantage::MeasureKills(std::clamp(static_cast<int>(30 * minutes), 15, 300), figures) && kept;
+    kept = vantage::faults::MeasureKills(std::clamp(static_cast<int>(30 * minutes), 15, 300),
+                                         figures) &&
+           kept;
   }
   if (figures.Wants("crash.") || figures.Wants("disk.")) {
-    kept = vantage::MeasureCrashes(full ? 1 : 7, until(full ? 1e6 : 1), figures) && kept;
+    kept = vantage::faults::MeasureCrashes(full ? 1 : 7, until(full ? 1e6 : 1), figures) && kept;
   }
   if (!figures.WriteJson(out)) {
     std::cerr << "cannot write " << out << ": name a file in a folder that can be written\n";

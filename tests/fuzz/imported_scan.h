@@ -8,9 +8,9 @@
 
 #include "absl/status/statusor.h"
 #include "core/sensor/encoding.h"
-#include "core/sensor/import.h"
+#include "core/sensor/imported_scan.h"
 
-namespace vantage {
+namespace vantage::fuzz {
 
 inline constexpr size_t kFuzzedPoints = 20'000;
 
@@ -20,7 +20,7 @@ inline void Require(bool condition, const std::string& what) {
   std::abort();
 }
 
-inline void CheckImportedScan(const absl::StatusOr<ImportedScan>& scan) {
+inline void CheckImportedScan(const absl::StatusOr<sensor::ImportedScan>& scan) {
   if (!scan.ok()) {
     Require(absl::IsInvalidArgument(scan.status()) || absl::IsUnimplemented(scan.status()),
             "refused as INVALID_ARGUMENT or UNIMPLEMENTED: " + scan.status().ToString());
@@ -29,12 +29,13 @@ inline void CheckImportedScan(const absl::StatusOr<ImportedScan>& scan) {
   }
   Require(scan->image.Validate().ok(), "image: " + scan->image.Validate().ToString());
   Require(scan->points <= kFuzzedPoints, "the limit on points");
-  const std::string bytes = EncodeRangeImage(scan->image);
-  const absl::StatusOr<RangeImage> back = DecodeRangeImage(bytes, scan->image.cells());
+  const std::string bytes = sensor::EncodeRangeImage(scan->image);
+  const absl::StatusOr<sensor::RangeImage> back =
+      sensor::DecodeRangeImage(bytes, scan->image.cells());
   // Returns beyond what the encoding holds may leave nothing to decode.
-  if (back.ok()) Require(EncodeRangeImage(*back) == bytes, "one encoding for each image");
+  if (back.ok()) Require(sensor::EncodeRangeImage(*back) == bytes, "one encoding for each image");
 }
 
-}  // namespace vantage
+}  // namespace vantage::fuzz
 
 #endif  // VANTAGE_TESTS_FUZZ_IMPORTED_SCAN_H_

@@ -1,12 +1,13 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/sensor/ptx.h"
 #include "tests/fuzz/imported_scan.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  vantage::ImportLimits limits;
-  limits.max_points = vantage::kFuzzedPoints;
-  vantage::CheckImportedScan(
-      vantage::ParsePtx({reinterpret_cast<const char*>(data), size}, limits));
+  vantage::sensor::ImportLimits limits;
+  limits.max_points = vantage::fuzz::kFuzzedPoints;
+  vantage::fuzz::CheckImportedScan(
+      vantage::sensor::ParsePtx({reinterpret_cast<const char*>(data), size}, limits));
   return 0;
 }

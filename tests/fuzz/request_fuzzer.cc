@@ -8,67 +8,75 @@
 #include <string>
 #include <vector>
 
-#include "server/rpc/handlers.h"
-#include "server/rpc/lookup.h"
-#include "server/session/error.h"
+#include "server/contract/error.h"
+#include "server/rpc/handlers/handlers.h"
+#include "server/rpc/handlers/lookup.h"
 #include "server/session/export.h"
 #include "server/session/session_registry.h"
 #include "server/store/memory_store.h"
 
-namespace vantage {
+namespace vantage::fuzz {
 namespace {
 
 // Algorithms that refuse: what is looked at is what comes before them.
-Algorithms Refusing() {
+session::Algorithms Refusing() {
   const absl::Status no = absl::FailedPreconditionError("not here");
-  Algorithms algorithms;
-  algorithms.level = [no](const Scan&) -> absl::StatusOr<Levelling> { return no; };
-  algorithms.register_scan = [no](const PlanningView&, const Scan&, const PosePrior&,
-                                  std::span<const TargetTie>, const RegistrationConfig&,
-                                  Parallel&) -> absl::StatusOr<RegistrationResult> { return no; };
-  algorithms.make_plan = [no](const PlanningView&, const ScannerModel&, const PlanningConfig&,
-                              const Budget&, Parallel&,
-                              PlanProgress) -> absl::StatusOr<Plan> { return no; };
-  algorithms.evaluate_view = [no](const PlanningView&, const ScannerModel&, const PlanningConfig&,
-                                  const Eigen::Vector3d&,
-                                  Parallel&) -> absl::StatusOr<ViewEvaluation> { return no; };
-  algorithms.measure_coverage = [](const PlanningView&, const PlanningConfig&) {
-    return Coverage();
+  session::Algorithms algorithms;
+  algorithms.level = [no](const sensor::Scan&) -> absl::StatusOr<registration::Levelling> {
+    return no;
+  };
+  algorithms.register_scan =
+      [no](const model::PlanningView&, const sensor::Scan&, const sensor::PosePrior&,
+           std::span<const registration::TargetTie>, const registration::RegistrationConfig&,
+           parallel::Parallel&) -> absl::StatusOr<registration::RegistrationResult> { return no; };
+  algorithms.make_plan =
+      [no](const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
+           const parallel::Budget&, parallel::Parallel&,
+           planning::PlanProgress) -> absl::StatusOr<planning::Plan> { return no; };
+  algorithms.evaluate_view = [no](const model::PlanningView&, const sensor::ScannerModel&,
+                                  const planning::PlanningConfig&, const Eigen::Vector3d&,
+                                  parallel::Parallel&) -> absl::StatusOr<planning::ViewEvaluation> {
+    return no;
+  };
+  algorithms.measure_coverage = [](const model::PlanningView&, const planning::PlanningConfig&) {
+    return planning::Coverage();
   };
   return algorithms;
 }
 
-using Handle = std::function<absl::Status(const TenantSessions&, const std::string&)>;
+using Handle = std::function<absl::Status(const session::TenantSessions&, const std::string&)>;
 
 template <typename Request, typename Response>
-Handle Of(absl::StatusOr<Response> (*handler)(const TenantSessions&, const Request&)) {
-  return [handler](const TenantSessions& sessions, const std::string& bytes) -> absl::Status {
-    Request request;
-    if (!request.ParseFromString(bytes)) return absl::OkStatus();
-    return handler(sessions, request).status();
-  };
+Handle Of(absl::StatusOr<Response> (*handler)(const session::TenantSessions&, const Request&)) {
+  return
+      [handler](const session::TenantSessions& sessions, const std::string& bytes) -> absl::Status {
+        Request request;
+        if (!request.ParseFromString(bytes)) return absl::OkStatus();
+        return handler(sessions, request).status();
+      };
 }
 
 // Of a handler that answers later, on another thread.
 template <typename Request, typename Response>
-Handle Of(void (*handler)(const TenantSessions&, const Request&,
+Handle Of(void (*handler)(const session::TenantSessions&, const Request&,
                           std::function<void(absl::StatusOr<Response>)>)) {
-  return [handler](const TenantSessions& sessions, const std::string& bytes) -> absl::Status {
-    Request request;
-    if (!request.ParseFromString(bytes)) return absl::OkStatus();
-    std::promise<absl::Status> answer;
-    handler(sessions, request,
-            [&](absl::StatusOr<Response> response) { answer.set_value(response.status()); });
-    return answer.get_future().get();
-  };
+  return
+      [handler](const session::TenantSessions& sessions, const std::string& bytes) -> absl::Status {
+        Request request;
+        if (!request.ParseFromString(bytes)) return absl::OkStatus();
+        std::promise<absl::Status> answer;
+        handler(sessions, request,
+                [&](absl::StatusOr<Response> response) { answer.set_value(response.status()); });
+        return answer.get_future().get();
+      };
 }
 
-absl::Status ExportAll(const TenantSessions& sessions, const std::string& bytes) {
+absl::Status ExportAll(const session::TenantSessions& sessions, const std::string& bytes) {
   v1::ExportModelRequest request;
   if (!request.ParseFromString(bytes)) return absl::OkStatus();
-  const auto session = FindSession(sessions, request.name(), "name");
+  const auto session = rpc::FindSession(sessions, request.name(), "name");
   if (!session.ok()) return session.status();
-  const auto source = Export::Create(*session, request);
+  const auto source = session::Export::Create(*session, request);
   if (!source.ok()) return source.status();
   while (true) {
     const absl::StatusOr<std::string> part = (*source)->Next();
@@ -84,7 +92,7 @@ const std::vector<Handle>& Handlers() {
       Of(handlers::ListScans),     Of(handlers::AcceptScan),    Of(handlers::SetScanPose),
       Of(handlers::WithdrawScan),  Of(handlers::CreatePlan),    Of(handlers::GetPlan),
       Of(handlers::ListPlans),     Of(handlers::CancelPlan),    Of(handlers::RejectView),
-      Of(handlers::GetCoverage),   Of(handlers::AddScanner),    Of(handlers::ListScanners),
+      Of(handlers::GetCoverage),   Of(handlers::CreateScanner), Of(handlers::ListScanners),
       Of(handlers::RenewClaim),    Of(handlers::ReleaseClaim),  Of(handlers::ListClaims),
       Of(handlers::ClaimView),     Of(handlers::EvaluateView),  ExportAll,
   };
@@ -92,21 +100,21 @@ const std::vector<Handle>& Handlers() {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::fuzz
 
 // Several requests, one after the other, to a server that has one session with an upload: a byte
 // for the method, two for the length, the message. Each is answered with a canonical code that
 // blames nobody's programming.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace vantage;  // NOLINT: the entry point's name is not ours
-  static Log& log = *new Log(LogLevel::kOff, Log::Stderr());
-  static Timer& timer = *new Timer();
-  static PlanningPool& pool = *new PlanningPool(1, 2);
-  MemoryStore store(size_t{64} << 20);
-  SessionRegistry registry(SessionSurroundings{store, pool, timer, log, Limits(), Refusing(), [] {
-                                                 return absl::FromUnixSeconds(1'700'000'000);
-                                               }});
-  const TenantSessions sessions(registry, "tenant");
+  static telemetry::Log& log = *new Log(telemetry::LogLevel::kOff, telemetry::Log::Stderr());
+  static execution::Timer& timer = *new Timer();
+  static execution::PlanningPool& pool = *new PlanningPool(1, 2);
+  store::MemoryStore store(size_t{64} << 20);
+  session::SessionRegistry registry(
+      session::SessionDependencies{store, pool, timer, log, contract::Limits(), Refusing(),
+                                   [] { return absl::FromUnixSeconds(1'700'000'000); }});
+  const session::TenantSessions sessions(registry, "tenant");
   v1::CreateSessionRequest create;
   create.set_session_id("job");
   if (!handlers::CreateSession(sessions, create).ok()) std::abort();
@@ -122,7 +130,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const absl::Status answer = handle(sessions, bytes);
     if (absl::IsInternal(answer) || absl::IsUnknown(answer) || absl::IsDataLoss(answer)) {
       // A damaged piece is its sender's.
-      if (ReasonOf(answer) != "PIECE_DAMAGED") std::abort();
+      if (contract::ReasonOf(answer) != "PIECE_DAMAGED") std::abort();
     }
     at += 3 + length;
   }

@@ -11,7 +11,7 @@
 
 #include "tests/integration/process.h"
 
-namespace vantage {
+namespace vantage::integration {
 
 template <typename Message>
 Message Answer(const Finished& finished) {
@@ -31,6 +31,6 @@ inline std::string SharedData(const std::string& file) {
   return std::filesystem::exists(path) ? path : "";
 }
 
-}  // namespace vantage
+}  // namespace vantage::integration
 
 #endif  // VANTAGE_TESTS_INTEGRATION_ANSWERS_H_

@@ -4,11 +4,12 @@
 
 #include <fstream>
 
+#include "absl/strings/str_cat.h"
 #include "tests/integration/answers.h"
 #include "vantage/v1/scan_service.pb.h"
 #include "vantage/v1/session.pb.h"
 
-namespace vantage {
+namespace vantage::integration {
 namespace {
 
 using ::testing::HasSubstr;
@@ -77,14 +78,14 @@ TEST_F(BadInputTest, FilesThatAreNotWhatTheyClaim) {
 }
 
 TEST_F(BadInputTest, TruncatedScan) {
-  ExpectRefused({"scan", "push", "job", Write("short.ptx", std::string(kPtxHead) + "1 0 0 0.5\n")},
+  ExpectRefused({"scan", "push", "job", Write("short.ptx", absl::StrCat(kPtxHead, "1 0 0 0.5\n"))},
                 5, "short.ptx");
 }
 
 TEST_F(BadInputTest, NotANumber) {
   ExpectRefused(
       {"scan", "push", "job",
-       Write("nan.ptx", std::string(kPtxHead) + "1 0 0 0.5\nnan 0 1 0.5\n0 1 0 0.5\n0 1 1 0.5\n")},
+       Write("nan.ptx", absl::StrCat(kPtxHead, "1 0 0 0.5\nnan 0 1 0.5\n0 1 0 0.5\n0 1 1 0.5\n"))},
       5, "nan.ptx");
 }
 
@@ -122,14 +123,14 @@ TEST_F(BadInputTest, UnknownNames) {
 TEST_F(BadInputTest, ImpossibleConfigurationNamesEveryField) {
   const Finished finished =
       Vantage(server_, {"session", "create", "other", "--density", "-3", "--voxel", "7", "--set",
-                        "planning_config.min_height=3"});
+                        "planning_config.min_height_m=3"});
   EXPECT_EQ(finished.exit_code, 5) << finished.out;
-  EXPECT_THAT(finished.error, HasSubstr("required_density"));
-  EXPECT_THAT(finished.error, HasSubstr("voxel_size"));
+  EXPECT_THAT(finished.error, HasSubstr("required_density_per_m2"));
+  EXPECT_THAT(finished.error, HasSubstr("voxel_size_m"));
   EXPECT_THAT(finished.error, HasSubstr("height"));
   EXPECT_EQ(Vantage(server_, {"session", "show", "other"}).exit_code, 3);
   // A density that the scanner reaches nowhere in its range.
-  ExpectRefused({"session", "update", "job", "--density", "1e12"}, 5, "required_density");
+  ExpectRefused({"session", "update", "job", "--density", "1e12"}, 5, "required_density_per_m2");
 }
 
 TEST_F(BadInputTest, NothingToPlanOrExportYet) {
@@ -148,4 +149,4 @@ TEST_F(BadInputTest, WhatALaterReleaseBrings) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::integration

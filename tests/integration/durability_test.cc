@@ -12,7 +12,7 @@
 #include <thread>
 #include <vector>
 
-#include "proto/wire/checksum.h"
+#include "core/bytes/checksum.h"
 #include "tests/integration/process.h"
 #include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
@@ -23,7 +23,7 @@
 #include "vantage/v1/scan_service.grpc.pb.h"
 #include "vantage/v1/session_service.grpc.pb.h"
 
-namespace vantage {
+namespace vantage::integration {
 namespace {
 
 constexpr char kSession[] = "sessions/job";
@@ -39,7 +39,7 @@ struct Acknowledged {
 };
 
 std::string ScanBytes(int number) {
-  return EncodedRoom({1.2 + 0.8 * number, 1.5 + 0.3 * number, 1.4}, 2.0);
+  return fixture::EncodedRoom({1.2 + 0.8 * number, 1.5 + 0.3 * number, 1.4}, 2.0);
 }
 
 // One connection to one run of the server.
@@ -150,7 +150,7 @@ class JobClient {
       context.set_deadline(std::chrono::system_clock::now() + kPatience);
       const grpc::Status status = (stub.*method)(&context, request, &response);
       if (status.ok()) return true;
-      const bool loading = InfoOf(status).reason() == "MODEL_LOADING";
+      const bool loading = fixture::InfoOf(status).reason() == "MODEL_LOADING";
       if (!loading || attempt > 600) {
         EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE) << status.error_message();
         refusal_ = status.error_message();
@@ -166,10 +166,10 @@ class JobClient {
     create.set_parent(kSession);
     create.set_request_id("upload-" + std::to_string(number));
     v1::UploadTotal& total = *create.mutable_upload()->mutable_total();
-    total.set_encoded_size(static_cast<int64_t>(bytes.size()));
-    total.set_sha256(Sha256::Of(bytes));
+    total.set_encoded_size_bytes(static_cast<int64_t>(bytes.size()));
+    total.set_sha256(bytes::Sha256::Of(bytes));
     *create.mutable_upload()->mutable_prior() =
-        PriorAt(1.2 + 0.8 * number, 1.5 + 0.3 * number, 1.4);
+        fixture::PriorAt(1.2 + 0.8 * number, 1.5 + 0.3 * number, 1.4);
     v1::CreateUploadResponse created;
     if (!Call(*scans_, &v1::ScanService::Stub::CreateUpload, create, created)) return false;
     const auto at = static_cast<size_t>(number);
@@ -193,16 +193,16 @@ class JobClient {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
         continue;
       }
-      piece.set_crc32c(Crc32c(piece.data()));
+      piece.set_crc32c(bytes::Crc32c(piece.data()));
       v1::UploadPieceResponse response;
       if (!Call(*scans_, &v1::ScanService::Stub::UploadPiece, request, response)) return false;
       known.uploads[at] = response.upload();
     }
     EXPECT_EQ(known.uploads[at].state(), v1::UPLOAD_STATE_COMMITTED);
-    return WaitUntilSettled(known.uploads[at].scan());
+    return WaitUntilDecided(known.uploads[at].scan());
   }
 
-  bool WaitUntilSettled(const std::string& scan) {
+  bool WaitUntilDecided(const std::string& scan) {
     v1::GetScanRequest request;
     request.set_name(scan);
     v1::GetScanResponse response;
@@ -228,7 +228,7 @@ class JobClient {
       v1::CreatePlanRequest create;
       create.set_parent(kSession);
       create.set_request_id("plan-" + std::to_string(number) + "-" + std::to_string(attempt));
-      create.mutable_plan()->set_work_limit(300'000);
+      create.mutable_plan()->set_work_limit_rays(300'000);
       create.mutable_plan()->set_seed(7);
       v1::CreatePlanResponse created;
       if (!Call(*plans_, &v1::PlanService::Stub::CreatePlan, create, created)) return false;
@@ -270,9 +270,9 @@ Ending EndingOf(JobClient& client, const Acknowledged& known) {
   for (v1::Scan scan : client.Scans()) {
     scan.clear_create_time();
     scan.clear_update_time();
-    scan.mutable_registration()->clear_seconds();
-    scan.mutable_merge()->clear_carve_seconds();
-    scan.mutable_merge()->clear_merge_seconds();
+    scan.mutable_registration()->clear_duration();
+    scan.mutable_merge()->clear_carve_duration();
+    scan.mutable_merge()->clear_merge_duration();
     ending.scans.push_back(scan.DebugString());
   }
   ending.plans = known.plan_answers;
@@ -349,4 +349,4 @@ TEST(Durability, TwoServersNeverShareAFolder) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::integration

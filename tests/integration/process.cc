@@ -18,7 +18,7 @@
 
 extern char** environ;  // NOLINT(readability-redundant-declaration)
 
-namespace vantage {
+namespace vantage::integration {
 namespace {
 
 constexpr int kStartMilliseconds = 60'000;
@@ -157,4 +157,4 @@ Finished Vantage(const ServerProcess& server, std::vector<std::string> arguments
   return RunProgram(command);
 }
 
-}  // namespace vantage
+}  // namespace vantage::integration

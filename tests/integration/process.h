@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-namespace vantage {
+namespace vantage::integration {
 
 struct Finished {
   int exit_code = -1;  // -1: killed by a signal
@@ -68,6 +68,6 @@ class ServerProcess {
 // The real command line against a server.
 Finished Vantage(const ServerProcess& server, std::vector<std::string> arguments);
 
-}  // namespace vantage
+}  // namespace vantage::integration
 
 #endif  // VANTAGE_TESTS_INTEGRATION_PROCESS_H_

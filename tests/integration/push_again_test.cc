@@ -5,21 +5,22 @@
 #include "tests/integration/process.h"
 #include "tests/server/fixture/room_scan.h"
 
-namespace vantage {
+namespace vantage::integration {
 namespace {
 
 TEST(PushAgain, IsTheSameScanUntilThatIsWithdrawn) {
   ServerProcess server;
   ASSERT_FALSE(server.address().empty());
-  ClientOptions options;
+  client::ClientOptions options;
   options.server = server.address();
-  Client client(options);
+  client::Client client(options);
   v1::CreateSessionRequest open;
   open.set_session_id("job");
   ASSERT_TRUE(client.Call(open).ok());
-  const RangeImage image = ScanRoom({2.0, 1.5, 1.4}, 3.0);
+  const sensor::RangeImage image = fixture::ScanRoom({2.0, 1.5, 1.4}, 3.0);
   const auto push = [&](const v1::Upload& upload) {
-    return client.Upload("sessions/job", upload, image, [](const UploadProgress&) {}).value();
+    return client.Upload("sessions/job", upload, image, [](const client::UploadProgress&) {})
+        .value();
   };
   const std::string first = push({});
   EXPECT_EQ(push({}), first);
@@ -37,4 +38,4 @@ TEST(PushAgain, IsTheSameScanUntilThatIsWithdrawn) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::integration

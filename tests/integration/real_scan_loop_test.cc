@@ -13,7 +13,7 @@
 #include "vantage/v1/plan.pb.h"
 #include "vantage/v1/scan.pb.h"
 
-namespace vantage {
+namespace vantage::integration {
 namespace {
 
 using Eigen::Isometry3d;
@@ -22,7 +22,7 @@ using Eigen::Vector3d;
 // What these scans can be asked for: about 1 degree between samples, ranges in whole centimetres.
 constexpr char kDensity[] = "100";
 constexpr char kAccuracy[] = "0.05";
-constexpr char kNoise[] = "scanner.range_noise=0.01";
+constexpr char kNoise[] = "scanner.range_noise_m=0.01";
 
 std::string Contents(const std::string& path) {
   std::ifstream file(path, std::ios::binary);
@@ -36,7 +36,8 @@ class RealScansTest : public ::testing::Test {
       GTEST_SKIP() << "the real room scans are not on this machine (VANTAGE_SHARED_DATA)";
     }
     ASSERT_FALSE(server_.address().empty());
-    const auto poses = ParsePoses(Contents(SharedData("pcl_room_scan/poses.txt")), "poses.txt");
+    const auto poses =
+        cli::ParsePoses(Contents(SharedData("pcl_room_scan/poses.txt")), "poses.txt");
     ASSERT_TRUE(poses.ok()) << poses.status();
     T_scan1_scan2_ = (*poses)[0].second.inverse() * (*poses)[1].second;
   }
@@ -77,20 +78,20 @@ TEST_F(RealScansTest, FromTheFirstScanToTheNextPositionTwice) {
   const v1::Scan first = PushFirst("home", "pcl_room_scan/room_scan1.ptx");
   ASSERT_EQ(first.state(), v1::SCAN_STATE_MERGED) << first.state_message();
   EXPECT_TRUE(first.levelling().found_floor());
-  const Isometry3d T_world_scan1 = FromProto(first.pose());
+  const Isometry3d T_world_scan1 = client::FromProto(first.pose());
 
   const v1::Plan plan1 = Plan("home");
   EXPECT_GT(plan1.result().views_size() + plan1.result().refused_size(), 0);
   for (const v1::RankedView& view : plan1.result().views()) {
     EXPECT_EQ(view.verdict().outcome(), v1::REGISTRATION_OUTCOME_REGISTERED);
-    EXPECT_GE(view.upper(), view.score());
-    EXPECT_LE(view.lower(), view.score());
+    EXPECT_GE(view.score_upper(), view.score());
+    EXPECT_LE(view.score_lower(), view.score());
   }
 
   // A prior that is 0.2 m and 5 degrees wrong.
   Isometry3d error = Isometry3d::Identity();
   error.linear() =
-      Eigen::AngleAxisd(Radians(5), Vector3d(0.1, 0.1, 1).normalized()).toRotationMatrix();
+      Eigen::AngleAxisd(sensor::Radians(5), Vector3d(0.1, 0.1, 1).normalized()).toRotationMatrix();
   error.translation() = Vector3d(0.15, -0.12, 0.05).normalized() * 0.2;
   const Finished pushed = Vantage(
       server_, {"scan", "push", "home", SharedData("pcl_room_scan/room_scan2.ptx"), "--prior-file",
@@ -100,17 +101,17 @@ TEST_F(RealScansTest, FromTheFirstScanToTheNextPositionTwice) {
   ASSERT_EQ(second.state(), v1::SCAN_STATE_MERGED) << second.state_message();
   EXPECT_EQ(second.registration().verdict().outcome(), v1::REGISTRATION_OUTCOME_REGISTERED);
   const Isometry3d off =
-      T_scan1_scan2_.inverse() * (T_world_scan1.inverse() * FromProto(second.pose()));
+      T_scan1_scan2_.inverse() * (T_world_scan1.inverse() * client::FromProto(second.pose()));
   EXPECT_LT(off.translation().norm(), 0.05);
-  EXPECT_LT(Degrees(Eigen::AngleAxisd(off.linear()).angle()), 1.0);
+  EXPECT_LT(sensor::Degrees(Eigen::AngleAxisd(off.linear()).angle()), 1.0);
   RecordProperty("off_mm", static_cast<int>(off.translation().norm() * 1000));
 
   const v1::Plan plan2 = Plan("home");
   EXPECT_GT(plan2.result().model_version(), plan1.result().model_version());
-  EXPECT_GT(plan2.result().coverage().area_at_density(),
-            plan1.result().coverage().area_at_density());
+  EXPECT_GT(plan2.result().coverage().area_at_density_m2(),
+            plan1.result().coverage().area_at_density_m2());
 
-  // The body of the scanner and the blind cells beside it do not ban its own stand.
+  // The body of the scanner and the blind cells beside it do not ban its own station.
   for (const v1::Scan& scan : {first, second}) {
     const v1::Vector3& at = scan.pose().translation();
     const Finished evaluated = Vantage(
@@ -134,7 +135,7 @@ TEST_F(RealScansTest, WithdrawingAScanLeavesTheModelWithoutIt) {
   const Finished pushed =
       Vantage(server_, {"scan", "push", "home", SharedData("pcl_room_scan/room_scan2.ptx"),
                         "--scanner", "from-file", "--prior-file",
-                        PriorFile(FromProto(first.pose()) * T_scan1_scan2_), "--json"});
+                        PriorFile(client::FromProto(first.pose()) * T_scan1_scan2_), "--json"});
   ASSERT_EQ(pushed.exit_code, 0) << pushed.error;
   EXPECT_NE(export_to("with.ply"), before);
   const std::string name = Answer<v1::Scan>(pushed).name();
@@ -151,10 +152,10 @@ TEST_F(RealScansTest, PtxAndPcdGiveTheSameModel) {
   std::vector<std::set<std::tuple<int, int, int, int>>> models;
   for (const std::string session : {"from-ptx", "from-pcd"}) {
     ASSERT_EQ(Vantage(server_, {"export", session, "-o", folder_.File("model.ply")}).exit_code, 0);
-    const auto surfaces = ParseSurfacePly(Contents(folder_.File("model.ply")));
+    const auto surfaces = picture::ParseSurfacePly(Contents(folder_.File("model.ply")));
     ASSERT_TRUE(surfaces.ok()) << surfaces.status();
     models.emplace_back();
-    for (const SurfaceElement& e : *surfaces) {
+    for (const picture::SurfaceElement& e : *surfaces) {
       const Eigen::Array3i voxel = (e.position.array() / 0.05f).floor().cast<int>();
       models.back().emplace(voxel.x(), voxel.y(), voxel.z(), static_cast<int>(e.kind));
     }
@@ -167,4 +168,4 @@ TEST_F(RealScansTest, PtxAndPcdGiveTheSameModel) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::integration

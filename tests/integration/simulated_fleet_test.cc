@@ -12,7 +12,7 @@
 #include "vantage/v1/fleet_service.pb.h"
 #include "vantage/v1/scan_service.pb.h"
 
-namespace vantage {
+namespace vantage::integration {
 namespace {
 
 using ::testing::HasSubstr;
@@ -96,4 +96,4 @@ TEST(SimulatedFleet, FlagsOfAFleetNeedOne) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::integration

@@ -9,7 +9,7 @@
 #include "tests/integration/answers.h"
 #include "vantage/v1/scan_service.pb.h"
 
-namespace vantage {
+namespace vantage::integration {
 namespace {
 
 using ::testing::HasSubstr;
@@ -118,4 +118,4 @@ TEST(SimulatedJob, MeshThatIsNoneIsRefused) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::integration

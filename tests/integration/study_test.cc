@@ -9,7 +9,7 @@
 #include "tests/integration/answers.h"
 #include "tests/integration/process.h"
 
-namespace vantage {
+namespace vantage::integration {
 namespace {
 
 using ::testing::HasSubstr;
@@ -90,4 +90,4 @@ TEST(Study, NamesWhatThereIsNot) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::integration

@@ -37,12 +37,12 @@ def check(address):
     sessions = "vantage.v1.SessionService"
     created = server.call(sessions, "CreateSession",
                           {"sessionId": "other", "requestId": "r1",
-                           "session": {"planningConfig": {"requiredDensity": 400}}})
+                           "session": {"planningConfig": {"requiredDensityPerM2": 400}}})
     assert created.session.name == "sessions/other"
-    assert created.session.planning_config.required_density == 400
+    assert created.session.planning_config.required_density_per_m2 == 400
     again = server.call(sessions, "CreateSession",
                         {"sessionId": "other", "requestId": "r1",
-                         "session": {"planningConfig": {"requiredDensity": 400}}})
+                         "session": {"planningConfig": {"requiredDensityPerM2": 400}}})
     assert again.session.name == "sessions/other", "the same request is harmless"
 
     code, text, metadata = error_of(lambda: server.call(sessions, "GetSession",
@@ -51,10 +51,10 @@ def check(address):
     assert "nowhere" in text and "grpc-status-details-bin" in metadata, (text, metadata)
     code, text, metadata = error_of(lambda: server.call(
         sessions, "CreateSession",
-        {"session": {"planningConfig": {"requiredDensity": -1, "minHeight": -1}}}))
+        {"session": {"planningConfig": {"requiredDensityPerM2": -1, "minHeightM": -1}}}))
     assert code == grpc.StatusCode.INVALID_ARGUMENT, code
-    assert b"required_density" in metadata["grpc-status-details-bin"]
-    assert b"min_height" in metadata["grpc-status-details-bin"], "all violations, not the first"
+    assert b"required_density_per_m2" in metadata["grpc-status-details-bin"]
+    assert b"min_height_m" in metadata["grpc-status-details-bin"], "all violations, not the first"
     code, _, metadata = error_of(lambda: server.call(
         "vantage.v1.FleetService", "ListScanners", {"parent": "sessions/nowhere"}))
     assert code == grpc.StatusCode.NOT_FOUND and "grpc-status-details-bin" in metadata, code

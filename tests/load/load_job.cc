@@ -9,7 +9,7 @@
 #include "client/library/geometry.h"
 #include "tests/load/load_scans.h"
 
-namespace vantage {
+namespace vantage::load {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -30,7 +30,7 @@ void SleepUntil(Clock::time_point when, const std::atomic<bool>& stop) {
   }
 }
 
-absl::StatusOr<std::string> OpenSession(Client& client, const std::string& id) {
+absl::StatusOr<std::string> OpenSession(client::Client& client, const std::string& id) {
   v1::CreateSessionRequest request;
   request.set_session_id(id);
   const auto opened = client.Call(request);
@@ -39,11 +39,12 @@ absl::StatusOr<std::string> OpenSession(Client& client, const std::string& id) {
 }
 
 // One scan and the plan after it.
-absl::Status RunCycle(Client& client, int job, const LoadPlan& load, const std::string& session,
-                      const RangeImage& image, const PosePrior& prior, LoadLog& log) {
+absl::Status RunCycle(client::Client& client, int job, const LoadPlan& load,
+                      const std::string& session, const sensor::RangeImage& image,
+                      const sensor::PosePrior& prior, LoadLog& log) {
   v1::Upload upload;
-  *upload.mutable_prior() = ToProto(prior);
-  const auto scan = client.Upload(session, upload, image, [](const UploadProgress&) {});
+  *upload.mutable_prior() = client::ToProto(prior);
+  const auto scan = client.Upload(session, upload, image, [](const client::UploadProgress&) {});
   if (!scan.ok()) return scan.status();
   const auto stored = Clock::now();
   const auto settled = client.WaitForScan(*scan, [](const v1::Scan&) {});
@@ -61,7 +62,7 @@ absl::Status RunCycle(Client& client, int job, const LoadPlan& load, const std::
   if (!plan.ok()) return plan.status();
   log.Cycle(job, SecondsSince(stored),
             SecondsBetween(plan->start_time(), plan->end_time()) - load.budget,
-            static_cast<double>(plan->result().rays()));
+            static_cast<double>(plan->result().ray_count()));
   return absl::OkStatus();
 }
 
@@ -82,7 +83,7 @@ void LoadLog::Unary(double seconds) {
   unary_.push_back(seconds);
 }
 void LoadLog::Error(const absl::Status& status) {
-  const Explanation e = Explain(status);
+  const client::Explanation e = client::Explain(status);
   std::lock_guard<std::mutex> lock(mutex_);
   ++errors_[absl::StrCat(absl::StatusCodeToString(status.code()), " ",
                          e.reason.empty() ? e.cause : e.reason)];
@@ -116,11 +117,11 @@ std::map<std::string, int> LoadLog::errors() const {
   return errors_;
 }
 
-void RunLoadJob(int job, const LoadPlan& plan, const std::vector<Scan>& scans,
+void RunLoadJob(int job, const LoadPlan& plan, const std::vector<sensor::Scan>& scans,
                 const std::atomic<bool>& stop, LoadLog& log) {
-  ClientOptions options;
+  client::ClientOptions options;
   options.server = plan.server;
-  Client client(options);
+  client::Client client(options);
   std::string session;
   int session_count = 0;
   uint64_t pushed = 0;
@@ -140,7 +141,7 @@ void RunLoadJob(int job, const LoadPlan& plan, const std::vector<Scan>& scans,
       }
       session = *opened;
     }
-    const Scan& scan = scans[which];
+    const sensor::Scan& scan = scans[which];
     which = (which + 1) % scans.size();
     const uint64_t number = static_cast<uint64_t>(job) << 32 | pushed++;
     const absl::Status done =
@@ -153,10 +154,10 @@ void RunLoadJob(int job, const LoadPlan& plan, const std::vector<Scan>& scans,
 
 void RunProber(const LoadPlan& plan, const std::vector<std::string>& sessions,
                const std::atomic<bool>& stop, LoadLog& log) {
-  ClientOptions options;
+  client::ClientOptions options;
   options.server = plan.server;
   options.attempts = 1;
-  Client client(options);
+  client::Client client(options);
   for (size_t i = 0; !stop; ++i) {
     const auto begun = Clock::now();
     absl::Status done;
@@ -175,4 +176,4 @@ void RunProber(const LoadPlan& plan, const std::vector<std::string>& sessions,
   }
 }
 
-}  // namespace vantage
+}  // namespace vantage::load

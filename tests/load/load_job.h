@@ -11,7 +11,7 @@
 #include "absl/status/status.h"
 #include "core/sensor/scan.h"
 
-namespace vantage {
+namespace vantage::load {
 
 struct LoadPlan {
   std::string server;   // HOST:PORT
@@ -50,13 +50,13 @@ class LoadLog {
 
 // Pushes a scan, waits until it is merged, plans, again and again until `stop`. When all of `scans`
 // are in a session, the next one begins. No two scans that are pushed have the same bytes.
-void RunLoadJob(int job, const LoadPlan& plan, const std::vector<Scan>& scans,
+void RunLoadJob(int job, const LoadPlan& plan, const std::vector<sensor::Scan>& scans,
                 const std::atomic<bool>& stop, LoadLog& log);
 
 // Asks for sessions and lists, ten times a second, until `stop`.
 void RunProber(const LoadPlan& plan, const std::vector<std::string>& sessions,
                const std::atomic<bool>& stop, LoadLog& log);
 
-}  // namespace vantage
+}  // namespace vantage::load
 
 #endif  // VANTAGE_TESTS_LOAD_LOAD_JOB_H_

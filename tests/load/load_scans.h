@@ -9,16 +9,16 @@
 
 #include "core/sensor/scan.h"
 
-namespace vantage {
+namespace vantage::load {
 
 // `count` scans of 1,440 x 600 cells with the faults of a real scanner. The first has its true pose
 // as its prior, the others are up to 10 cm an axis and 5 degrees off.
-std::vector<Scan> MakeLoadScans(size_t count);
+std::vector<sensor::Scan> MakeLoadScans(size_t count);
 
 // The same scan with one sample 1 mm farther, another one for each `number`: to everybody who looks
 // at the bytes, a scan that was never seen before.
-RangeImage Unseen(const RangeImage& image, uint64_t number);
+sensor::RangeImage Unseen(const sensor::RangeImage& image, uint64_t number);
 
-}  // namespace vantage
+}  // namespace vantage::load
 
 #endif  // VANTAGE_TESTS_LOAD_LOAD_SCANS_H_

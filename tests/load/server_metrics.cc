@@ -11,7 +11,7 @@
 
 #include "absl/strings/str_split.h"
 
-namespace vantage {
+namespace vantage::load {
 
 std::map<std::string, double> ReadMetrics(int port) {
   const int to = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0);
@@ -46,4 +46,4 @@ std::map<std::string, double> ReadMetrics(int port) {
   return samples;
 }
 
-}  // namespace vantage
+}  // namespace vantage::load

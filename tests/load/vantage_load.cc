@@ -23,7 +23,7 @@
 #include "tests/load/load_scans.h"
 #include "tests/load/server_metrics.h"
 
-namespace vantage {
+namespace vantage::load {
 namespace {
 
 using Clock = std::chrono::steady_clock;
@@ -51,10 +51,10 @@ double SpreadOf(const std::map<int, double>& rays) {
 }
 
 int Run(double minutes, int sessions, int jobs, const std::string& out) {
-  const ScratchFolder scratch;
-  ServerProcess server(
+  const integration::ScratchFolder scratch;
+  integration::ServerProcess server(
       scratch.File("data"), "127.0.0.1",
-      {"--http", "127.0.0.1:0", "--http-port-file", scratch.File("http"), "--put-away-minutes", "1",
+      {"--http", "127.0.0.1:0", "--http-port-file", scratch.File("http"), "--evict-minutes", "1",
        "--calls-per-second", "0", "--log-level", "warning"});
   if (server.address().empty()) return 1;
   const int http = PortIn(scratch.File("http"));
@@ -62,10 +62,10 @@ int Run(double minutes, int sessions, int jobs, const std::string& out) {
   plan.server = server.address();
 
   std::cout << "making scans\n";
-  const std::vector<Scan> scans = MakeLoadScans(kScans);
-  ClientOptions options;
+  const std::vector<sensor::Scan> scans = MakeLoadScans(kScans);
+  client::ClientOptions options;
   options.server = plan.server;
-  Client client(options);
+  client::Client client(options);
   std::vector<std::string> names;
   for (int i = 0; i < sessions; ++i) {
     v1::CreateSessionRequest request;
@@ -110,7 +110,7 @@ int Run(double minutes, int sessions, int jobs, const std::string& out) {
   const bool lives = !ReadMetrics(http).empty();
   const int code = server.Stop(SIGTERM);
 
-  Figures figures("");
+  bench::Figures figures("");
   const auto add = [&](const char* name, double value, const char* unit, const char* aim) {
     figures.Add({name, value, unit, aim, absl::StrCat(jobs, " jobs, ", sessions, " sessions")});
   };
@@ -118,13 +118,13 @@ int Run(double minutes, int sessions, int jobs, const std::string& out) {
   add("load.scans.merged", log.merged(), "scans", "");
   add("load.scans.not_merged", log.not_merged(), "scans", "");
   if (!log.unary().empty()) {
-    add("load.unary.p50", 1e3 * Percentile(log.unary(), 0.5), "ms", "");
-    add("load.unary.p99", 1e3 * Percentile(log.unary(), 0.99), "ms", "50");
+    add("load.unary.p50", 1e3 * bench::Percentile(log.unary(), 0.5), "ms", "");
+    add("load.unary.p99", 1e3 * bench::Percentile(log.unary(), 0.99), "ms", "50");
   }
   if (!log.to_plan().empty()) {
-    add("load.to_plan.p50", Percentile(log.to_plan(), 0.5), "s", "");
-    add("load.to_plan.p99", Percentile(log.to_plan(), 0.99), "s", "5");
-    add("load.over_budget.p99", 1e3 * Percentile(log.over_budget(), 0.99), "ms", "");
+    add("load.to_plan.p50", bench::Percentile(log.to_plan(), 0.5), "s", "");
+    add("load.to_plan.p99", bench::Percentile(log.to_plan(), 0.99), "s", "5");
+    add("load.over_budget.p99", 1e3 * bench::Percentile(log.over_budget(), 0.99), "ms", "");
     add("load.over_budget.max", 1e3 * Largest(log.over_budget()), "ms", "");
   }
   if (!log.rays().empty()) {
@@ -148,7 +148,7 @@ int Run(double minutes, int sessions, int jobs, const std::string& out) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::load
 
 int main(int argc, char** argv) {
   CLI::App app("Many jobs on one server, on this machine");
@@ -165,5 +165,5 @@ int main(int argc, char** argv) {
   app.add_option("--jobs", jobs, "at a time")->check(CLI::Range(1, 64))->capture_default_str();
   app.add_option("--out", out, "where to write the figures as JSON");
   CLI11_PARSE(app, argc, argv);
-  return vantage::Run(minutes, sessions, jobs, out);
+  return vantage::load::Run(minutes, sessions, jobs, out);
 }

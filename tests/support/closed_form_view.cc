@@ -6,7 +6,7 @@
 #include <random>
 #include <utility>
 
-namespace vantage {
+namespace vantage::test_support {
 namespace {
 
 enum class Matter : uint8_t { kUnknown, kEmpty, kSolid };
@@ -33,9 +33,9 @@ class MatterGrid {
       }
     }
   }
-  const VoxelIndex& min() const { return min_; }
-  const VoxelIndex& max() const { return max_; }
-  Matter At(const VoxelIndex& v) const {
+  const model::VoxelIndex& min() const { return min_; }
+  const model::VoxelIndex& max() const { return max_; }
+  Matter At(const model::VoxelIndex& v) const {
     if ((v.array() < min_.array()).any() || (v.array() >= max_.array()).any()) {
       return Matter::kUnknown;
     }
@@ -43,18 +43,18 @@ class MatterGrid {
   }
 
  private:
-  size_t Index(const VoxelIndex& v) const {
-    const VoxelIndex d = v - min_;
+  size_t Index(const model::VoxelIndex& v) const {
+    const model::VoxelIndex d = v - min_;
     return static_cast<size_t>(d.x() + size_.x() * (d.y() + size_.y() * d.z()));
   }
-  VoxelIndex min_, max_, size_;
+  model::VoxelIndex min_, max_, size_;
   std::vector<Matter> matter_;
 };
 
-bool TouchesEmpty(const MatterGrid& grid, const VoxelIndex& v) {
+bool TouchesEmpty(const MatterGrid& grid, const model::VoxelIndex& v) {
   for (int axis = 0; axis < 3; ++axis) {
     for (const int side : {-1, 1}) {
-      VoxelIndex to = v;
+      model::VoxelIndex to = v;
       to[axis] += side;
       if (grid.At(to) == Matter::kEmpty) return true;
     }
@@ -62,13 +62,13 @@ bool TouchesEmpty(const MatterGrid& grid, const VoxelIndex& v) {
   return false;
 }
 
-Eigen::Vector3f NormalOf(const MatterGrid& grid, const VoxelIndex& v) {
+Eigen::Vector3f NormalOf(const MatterGrid& grid, const model::VoxelIndex& v) {
   Eigen::Vector3f sum = Eigen::Vector3f::Zero();
   Eigen::Vector3f any = Eigen::Vector3f::UnitZ();
   for (int dz = -1; dz <= 1; ++dz) {
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
-        if (grid.At(v + VoxelIndex(dx, dy, dz)) != Matter::kEmpty) continue;
+        if (grid.At(v + model::VoxelIndex(dx, dy, dz)) != Matter::kEmpty) continue;
         const Eigen::Vector3f d(static_cast<float>(dx), static_cast<float>(dy),
                                 static_cast<float>(dz));
         sum += d;
@@ -81,39 +81,39 @@ Eigen::Vector3f NormalOf(const MatterGrid& grid, const VoxelIndex& v) {
 
 }  // namespace
 
-Stand MakeStand(const Eigen::Vector3d& position) {
-  Stand stand;
-  stand.position = position;
-  stand.floor_height = 0;
-  stand.floor_found = true;
-  stand.clearance = 0.35;
-  return stand;
+model::Station MakeStation(const Eigen::Vector3d& position) {
+  model::Station station;
+  station.position = position;
+  station.floor_height = 0;
+  station.floor_found = true;
+  station.clearance = 0.35;
+  return station;
 }
 
-PlanningView BuildView(const ClosedFormScene& scene) {
+model::PlanningView BuildView(const ClosedFormScene& scene) {
   const MatterGrid grid(scene);
   const auto h = static_cast<float>(scene.voxel);
-  std::vector<BrickAt> bricks;
-  const VoxelIndex first = Brick::Of(grid.min());
-  const VoxelIndex last = Brick::Of(grid.max());
+  std::vector<model::BrickAt> bricks;
+  const model::VoxelIndex first = model::Brick::Of(grid.min());
+  const model::VoxelIndex last = model::Brick::Of(grid.max());
   for (int bz = first.z(); bz <= last.z(); ++bz) {
     for (int by = first.y(); by <= last.y(); ++by) {
       for (int bx = first.x(); bx <= last.x(); ++bx) {
-        auto brick = std::make_shared<Brick>();
+        auto brick = std::make_shared<model::Brick>();
         bool any = false;
-        for (int local = 0; local < Brick::kVoxels; ++local) {
-          const VoxelIndex v = PlanningView::Global({bx, by, bz}, local);
+        for (int local = 0; local < model::Brick::kVoxels; ++local) {
+          const model::VoxelIndex v = model::PlanningView::Global({bx, by, bz}, local);
           const Matter matter = grid.At(v);
           auto& state = brick->state[static_cast<size_t>(local)];
           if (matter == Matter::kEmpty) {
-            state = VoxelState::kEmpty;
+            state = model::VoxelState::kEmpty;
             any = true;
             continue;
           }
           if (!TouchesEmpty(grid, v)) continue;
           const Eigen::Vector3d p = (v.cast<double>().array() + 0.5) * scene.voxel;
-          state = matter == Matter::kSolid ? VoxelState::kTrueSurface : scene.false_kind(p);
-          SurfaceVoxel surface;
+          state = matter == Matter::kSolid ? model::VoxelState::kTrueSurface : scene.false_kind(p);
+          model::SurfaceVoxel surface;
           surface.centroid = p.cast<float>();
           surface.normal = NormalOf(grid, v);
           const Eigen::Array3f n = surface.normal.array().abs();
@@ -132,7 +132,7 @@ PlanningView BuildView(const ClosedFormScene& scene) {
       }
     }
   }
-  return PlanningView(scene.voxel, 1, std::move(bricks), scene.stands);
+  return model::PlanningView(scene.voxel, 1, std::move(bricks), scene.stations);
 }
 
 ClosedFormScene FurnishedRoom(uint64_t seed) {
@@ -157,15 +157,15 @@ ClosedFormScene FurnishedRoom(uint64_t seed) {
     return std::any_of(boxes.begin(), boxes.end(),
                        [&](const Eigen::AlignedBox3d& box) { return box.contains(p); });
   };
-  // Behind the screen, what a line from the stand past its edge does not reach.
+  // Behind the screen, what a line from the station past its edge does not reach.
   scene.known = [](const Eigen::Vector3d& p) {
     return p.x() < 4.3 || (p.y() - 1.5) * (4.3 - 1.5) > (3.4 - 1.5) * (p.x() - 1.5);
   };
   scene.density = [](const Eigen::Vector3d& p) {
     return 6000 / (Eigen::Vector3d(1.5, 1.5, 1.5) - p).squaredNorm();
   };
-  scene.stands = {MakeStand(Eigen::Vector3d(1.5, 1.5, 1.5))};
+  scene.stations = {MakeStation(Eigen::Vector3d(1.5, 1.5, 1.5))};
   return scene;
 }
 
-}  // namespace vantage
+}  // namespace vantage::test_support

@@ -7,10 +7,10 @@
 #include <functional>
 #include <vector>
 
-#include "core/model/planning_view.h"
-#include "core/model/voxel.h"
+#include "core/model/view/planning_view.h"
+#include "core/model/view/voxel.h"
 
-namespace vantage {
+namespace vantage::test_support {
 
 // Voxels are judged at their centres. Neither solid nor known: unknown.
 struct ClosedFormScene {
@@ -21,24 +21,24 @@ struct ClosedFormScene {
   // q of measured surface, samples / m^2.
   std::function<double(const Eigen::Vector3d&)> density = [](const Eigen::Vector3d&) { return 0; };
   // What false surface at a place is.
-  std::function<VoxelState(const Eigen::Vector3d&)> false_kind = [](const Eigen::Vector3d&) {
-    return VoxelState::kFalseOcclusion;
+  std::function<model::VoxelState(const Eigen::Vector3d&)> false_kind = [](const Eigen::Vector3d&) {
+    return model::VoxelState::kFalseOcclusion;
   };
-  std::vector<Stand> stands;
+  std::vector<model::Station> stations;
 };
 
-// A stand on a floor at z = 0, with the default clearance.
-Stand MakeStand(const Eigen::Vector3d& position);
+// A station on a floor at z = 0, with the default clearance.
+model::Station MakeStation(const Eigen::Vector3d& position);
 
 // Solid voxels with an empty face neighbour are true surface, unknown ones false surface; normals
 // point to the empty 26-neighbours, areas are as the model defines them.
-PlanningView BuildView(const ClosedFormScene& scene);
+model::PlanningView BuildView(const ClosedFormScene& scene);
 
 // A furnished room, 6 x 5 x 2.7 m with its corner at the origin, floor at z = 0, walls 0.1 m thick:
-// seeded boxes on the floor, a stand at (1.5, 1.5, 1.5), and unknown space behind a screen. `seed`
-// moves the boxes.
+// seeded boxes on the floor, a station at (1.5, 1.5, 1.5), and unknown space behind a screen.
+// `seed` moves the boxes.
 ClosedFormScene FurnishedRoom(uint64_t seed);
 
-}  // namespace vantage
+}  // namespace vantage::test_support
 
 #endif  // VANTAGE_TESTS_SUPPORT_CLOSED_FORM_VIEW_H_

@@ -14,7 +14,7 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_split.h"
 
-namespace vantage {
+namespace vantage::test_support {
 namespace {
 
 constexpr char kWords[] = "text: ";
@@ -106,4 +106,4 @@ void ExpectGolden(const GoldenText& golden, const std::string& path) {
   ADD_FAILURE() << path << ": " << different << " lines differ\n" << differences;
 }
 
-}  // namespace vantage
+}  // namespace vantage::test_support

@@ -12,7 +12,7 @@
 
 #include "absl/strings/string_view.h"
 
-namespace vantage {
+namespace vantage::test_support {
 
 // Labels are words of the field, not names in the code: those may change, what was recorded stays.
 class GoldenText {
@@ -56,6 +56,6 @@ class GoldenText {
 // the environment it writes the file instead: see with git what changed.
 void ExpectGolden(const GoldenText& golden, const std::string& path);
 
-}  // namespace vantage
+}  // namespace vantage::test_support
 
 #endif  // VANTAGE_TESTS_SUPPORT_GOLDEN_H_

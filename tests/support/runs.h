@@ -2,7 +2,7 @@
 #ifndef VANTAGE_TESTS_SUPPORT_RUNS_H_
 #define VANTAGE_TESTS_SUPPORT_RUNS_H_
 
-namespace vantage {
+namespace vantage::test_support {
 
 #if defined(__has_feature)
 #if __has_feature(address_sanitizer) || __has_feature(thread_sanitizer)
@@ -21,6 +21,6 @@ constexpr Count Runs(Count full) {
 #endif
 }
 
-}  // namespace vantage
+}  // namespace vantage::test_support
 
 #endif  // VANTAGE_TESTS_SUPPORT_RUNS_H_

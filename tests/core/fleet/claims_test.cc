@@ -8,7 +8,7 @@
 
 #include "absl/strings/str_cat.h"
 
-namespace vantage {
+namespace vantage::fleet {
 namespace {
 
 using Eigen::Vector3d;
@@ -194,7 +194,7 @@ TEST(ClaimsTest, InvariantsHoldWhateverHappens) {
       ASSERT_EQ(claims.held().size(), expected.size());
       for (const ViewClaim& claim : claims.held()) {
         ASSERT_EQ(expected.at(claim.id).expires, claim.expires);
-        ASSERT_TRUE(claims.Holds(claim, now));
+        ASSERT_TRUE(claims.IsActive(claim, now));
         for (const ViewClaim& other : claims.held()) {
           if (&claim == &other) continue;
           ASSERT_GE((claim.position - other.position).norm(), rules.separation);
@@ -211,4 +211,4 @@ TEST(ClaimsTest, InvariantsHoldWhateverHappens) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::fleet

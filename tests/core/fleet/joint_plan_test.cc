@@ -9,14 +9,15 @@
 #include <set>
 #include <vector>
 
+#include "core/fleet/fleet_request.h"
 #include "core/fleet/guarantee.h"
-#include "core/fleet/residual.h"
-#include "core/fleet/waiting.h"
+#include "core/fleet/pending_surface.h"
+#include "core/fleet/remaining_gain.h"
 #include "core/parallel/thread_pool.h"
 #include "tests/support/closed_form_view.h"
 #include "tests/support/planning_problem.h"
 
-namespace vantage {
+namespace vantage::fleet {
 namespace {
 
 using ::testing::HasSubstr;
@@ -32,45 +33,46 @@ class JointPlanTest : public ::testing::Test {
     config_.registration.minimum_overlap = 1e-6;
   }
 
-  // What the stand sees has the density that a scan from there gives it.
-  static ClosedFormScene Room(uint64_t seed) {
-    ClosedFormScene scene = FurnishedRoom(seed);
+  // What the station sees has the density that a scan from there gives it.
+  static test_support::ClosedFormScene Room(uint64_t seed) {
+    test_support::ClosedFormScene scene = test_support::FurnishedRoom(seed);
     scene.density = [](const Eigen::Vector3d& p) {
       return 20000 / (Eigen::Vector3d(1.5, 1.5, 1.5) - p).squaredNorm();
     };
     return scene;
   }
 
-  JointPlan Make(const PlanningView& model, const FleetRequest& request,
-                 const Budget& budget = Budget::Unlimited()) {
+  JointPlan Make(const model::PlanningView& model, const FleetRequest& request,
+                 const parallel::Budget& budget = parallel::Budget::Unlimited()) {
     return Make(model, request, budget, serial_);
   }
-  JointPlan Make(const PlanningView& model, const FleetRequest& request, const Budget& budget,
-                 Parallel& parallel) {
-    auto plan = MakeJointPlan(model, request, config_, budget, parallel, [](const Plan&) {});
+  JointPlan Make(const model::PlanningView& model, const FleetRequest& request,
+                 const parallel::Budget& budget, parallel::Parallel& parallel) {
+    auto plan =
+        MakeJointPlan(model, request, config_, budget, parallel, [](const planning::Plan&) {});
     EXPECT_TRUE(plan.ok()) << plan.status();
     return plan.ok() ? *std::move(plan) : JointPlan{};
   }
 
-  static FleetRequest Crew(size_t count) {
+  static FleetRequest RequestFor(size_t count) {
     FleetRequest request;
     request.scanners.resize(count);
     return request;
   }
 
-  PlanningConfig config_;
-  Serial serial_;
+  planning::PlanningConfig config_;
+  parallel::Serial serial_;
 };
 
 // Gains of every view on every cell, and what pairs gain together.
 class Exhaustive {
  public:
-  Exhaustive(const PlanningView& model, const PlanningConfig& config)
-      : problem_(std::make_shared<PlanningView>(model), config) {
+  Exhaustive(const model::PlanningView& model, const planning::PlanningConfig& config)
+      : problem_(std::make_shared<model::PlanningView>(model), config) {
     for (const Eigen::Vector3d& view : problem_.views) {
       gains_.emplace_back(problem_.scoring->cells().size());
-      problem_.scoring->scorer().ScoreCells(view, problem_.scoring->cells(), Budget::Unlimited(),
-                                            gains_.back());
+      problem_.scoring->scorer().ScoreCells(view, problem_.scoring->cells(),
+                                            parallel::Budget::Unlimited(), gains_.back());
     }
   }
   size_t size() const { return gains_.size(); }
@@ -99,17 +101,17 @@ class Exhaustive {
   }
 
  private:
-  PlanningProblem problem_;
+  test_support::PlanningProblem problem_;
   std::vector<std::vector<float>> gains_;
 };
 
 TEST_F(JointPlanTest, GreedyIsNearlyTheBestPairInEveryCase) {
   for (const uint64_t seed : {1u, 2u, 3u, 4u}) {
     SCOPED_TRACE(seed);
-    const PlanningView model = BuildView(Room(seed));
+    const model::PlanningView model = test_support::BuildView(Room(seed));
     const Exhaustive all(model, config_);
     ASSERT_GT(all.size(), 30u);
-    const JointPlan joint = Make(model, Crew(2));
+    const JointPlan joint = Make(model, RequestFor(2));
     ASSERT_EQ(joint.plan.views.size(), 2u) << joint.plan.message;
     const size_t a = all.IndexOf(joint.plan.views[0].position);
     const size_t b = all.IndexOf(joint.plan.views[1].position);
@@ -123,7 +125,7 @@ TEST_F(JointPlanTest, GreedyIsNearlyTheBestPairInEveryCase) {
       EXPECT_LE(all.Together({v}), all.Together({a}) * (1 + 1e-5));
       // Tripods need room.
       const double apart = (all.views()[v] - all.views()[a]).head<2>().norm();
-      if (apart < 2 * ScannerModel().clearance) continue;
+      if (apart < 2 * sensor::ScannerModel().clearance) continue;
       EXPECT_LE(all.Together({a, v}), together * (1 + 1e-5));
     }
     EXPECT_EQ(joint.plan.optimality_gap, 0);
@@ -133,10 +135,11 @@ TEST_F(JointPlanTest, GreedyIsNearlyTheBestPairInEveryCase) {
 }
 
 TEST_F(JointPlanTest, ASingleScannersPlanIsThePlan) {
-  const PlanningView model = BuildView(Room(2));
-  const JointPlan joint = Make(model, Crew(1));
+  const model::PlanningView model = test_support::BuildView(Room(2));
+  const JointPlan joint = Make(model, RequestFor(1));
   const auto plan =
-      MakePlan(model, ScannerModel(), config_, Budget::Unlimited(), serial_, [](const Plan&) {});
+      planning::MakePlan(model, sensor::ScannerModel(), config_, parallel::Budget::Unlimited(),
+                         serial_, [](const planning::Plan&) {});
   ASSERT_TRUE(plan.ok());
   ASSERT_EQ(joint.plan.views.size(), plan->views.size());
   for (size_t k = 0; k < plan->views.size(); ++k) {
@@ -163,11 +166,12 @@ TEST_F(JointPlanTest, ADoubtfulViewDoesNotStandForThoseAroundIt) {
   int better = 0;
   for (uint64_t seed = 1; seed <= 3; ++seed) {
     SCOPED_TRACE(testing::Message() << "seed " << seed);
-    const auto model = std::make_shared<PlanningView>(BuildView(FurnishedRoom(seed)));
+    const auto model = std::make_shared<model::PlanningView>(
+        test_support::BuildView(test_support::FurnishedRoom(seed)));
     config_.candidates = 40;
     config_.registration.required_accuracy = 0.5;
     std::vector<double> bounds;
-    for (const RankedView& view : Make(*model, Crew(1)).plan.views) {
+    for (const planning::RankedView& view : Make(*model, RequestFor(1)).plan.views) {
       bounds.push_back(view.verdict.judged_bound);
     }
     ASSERT_GT(bounds.size(), 6u);
@@ -176,19 +180,21 @@ TEST_F(JointPlanTest, ADoubtfulViewDoesNotStandForThoseAroundIt) {
     config_.candidates = 5;
 
     const auto plan =
-        MakePlan(*model, ScannerModel(), config_, Budget::Unlimited(), serial_, [](const Plan&) {});
+        planning::MakePlan(*model, sensor::ScannerModel(), config_, parallel::Budget::Unlimited(),
+                           serial_, [](const planning::Plan&) {});
     ASSERT_TRUE(plan.ok());
-    const JointPlan joint = Make(*model, Crew(1));
+    const JointPlan joint = Make(*model, RequestFor(1));
     ASSERT_FALSE(plan->views.empty());
     ASSERT_FALSE(joint.plan.views.empty());
     EXPECT_EQ(joint.plan.views[0].position, plan->views[0].position);
-    for (const RankedView& view : joint.plan.views) EXPECT_TRUE(view.verdict.registered());
+    for (const planning::RankedView& view : joint.plan.views)
+      EXPECT_TRUE(view.verdict.registered());
     // Somebody stands beside one that was refused.
-    for (const RankedView& refused : joint.plan.refused) {
+    for (const planning::RankedView& refused : joint.plan.refused) {
       const double apart = (refused.position - joint.plan.views[0].position).norm();
       better += apart < config_.separation ? 1 : 0;
     }
-    const JointPlan two = Make(*model, Crew(2));
+    const JointPlan two = Make(*model, RequestFor(2));
     ASSERT_FALSE(two.plan.views.empty());
     EXPECT_EQ(two.plan.views[0].position, plan->views[0].position);
   }
@@ -196,19 +202,19 @@ TEST_F(JointPlanTest, ADoubtfulViewDoesNotStandForThoseAroundIt) {
 }
 
 TEST_F(JointPlanTest, ClaimedViewsCountAsScanned) {
-  const PlanningView model = BuildView(Room(3));
-  const JointPlan two = Make(model, Crew(2));
+  const model::PlanningView model = test_support::BuildView(Room(3));
+  const JointPlan two = Make(model, RequestFor(2));
   ASSERT_EQ(two.plan.views.size(), 2u);
-  FleetRequest request = Crew(1);
-  request.pledged = {{two.plan.views[0].position, ScannerModel()}};
+  FleetRequest request = RequestFor(1);
+  request.pledged = {{two.plan.views[0].position, sensor::ScannerModel()}};
   const JointPlan around = Make(model, request);
   ASSERT_FALSE(around.plan.views.empty());
   EXPECT_EQ(around.plan.views[0].position, two.plan.views[1].position);
   EXPECT_NEAR(around.plan.views[0].score, two.plan.views[1].score, 1e-4 * two.plan.views[1].score);
   EXPECT_LT(around.plan.views[0].score, two.plan.views[0].score);
   // A finer scanner's claim leaves less, never more.
-  ScannerModel coarse;
-  coarse.azimuth_step = coarse.elevation_step = Radians(1);
+  sensor::ScannerModel coarse;
+  coarse.azimuth_step = coarse.elevation_step = sensor::Radians(1);
   request.pledged[0].model = coarse;
   const JointPlan beside = Make(model, request);
   EXPECT_GT(beside.plan.views[0].score, around.plan.views[0].score);
@@ -216,9 +222,9 @@ TEST_F(JointPlanTest, ClaimedViewsCountAsScanned) {
 
 TEST_F(JointPlanTest, ScannersThatDifferAreEachSentWhereTheyGainMost) {
   // The three best views lie apart, so that there is a guarantee.
-  const PlanningView model = BuildView(Room(5));
-  FleetRequest request = Crew(3);
-  request.scanners[1].model.azimuth_step = Radians(0.5);
+  const model::PlanningView model = test_support::BuildView(Room(5));
+  FleetRequest request = RequestFor(3);
+  request.scanners[1].model.azimuth_step = sensor::Radians(0.5);
   request.scanners[1].model.range_max = 3;
   const JointPlan joint = Make(model, request);
   ASSERT_EQ(joint.plan.views.size(), 3u) << joint.plan.message;
@@ -238,9 +244,10 @@ TEST_F(JointPlanTest, ScannersThatDifferAreEachSentWhereTheyGainMost) {
 }
 
 TEST_F(JointPlanTest, WhoCannotGetAnywhereIsToldWhy) {
-  const PlanningView model = BuildView(Room(2));
-  FleetRequest request = Crew(3);
-  request.scanners[1].reach = {Region(Eigen::Vector3d(50, 50, 0), Eigen::Vector3d(60, 60, 3))};
+  const model::PlanningView model = test_support::BuildView(Room(2));
+  FleetRequest request = RequestFor(3);
+  request.scanners[1].reach = {
+      planning::Region(Eigen::Vector3d(50, 50, 0), Eigen::Vector3d(60, 60, 3))};
   request.scanners[2].at = Eigen::Vector3d(-20, 0, 1.5);
   const JointPlan joint = Make(model, request);
   ASSERT_EQ(joint.plan.views.size(), 1u);
@@ -250,30 +257,31 @@ TEST_F(JointPlanTest, WhoCannotGetAnywhereIsToldWhy) {
   EXPECT_THAT(joint.assignments[1].reason, HasSubstr("reach"));
   EXPECT_THAT(joint.assignments[2].reason, HasSubstr("outside of the model"));
   // Reach confines the views.
-  FleetRequest confined = Crew(1);
-  confined.scanners[0].reach = {Region(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(3, 2.5, 2.7))};
+  FleetRequest confined = RequestFor(1);
+  confined.scanners[0].reach = {
+      planning::Region(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(3, 2.5, 2.7))};
   const JointPlan inside = Make(model, confined);
   ASSERT_FALSE(inside.plan.views.empty());
-  for (const RankedView& view : inside.plan.views) {
+  for (const planning::RankedView& view : inside.plan.views) {
     EXPECT_TRUE(confined.scanners[0].reach[0].contains(view.position));
   }
   // Nobody can go anywhere.
-  FleetRequest nobody = Crew(1);
+  FleetRequest nobody = RequestFor(1);
   nobody.scanners[0] = request.scanners[2];
   const JointPlan none = Make(model, nobody);
-  EXPECT_EQ(none.plan.outcome, PlanOutcome::kNoFeasibleView);
+  EXPECT_EQ(none.plan.outcome, planning::PlanOutcome::kNoFeasibleView);
   EXPECT_THAT(none.plan.message, HasSubstr("outside of the model"));
   EXPECT_FALSE(none.guarantee.has_value());
 }
 
 TEST_F(JointPlanTest, WhoseScansWouldNotRegisterIsToldSo) {
-  const PlanningView model = BuildView(Room(2));
+  const model::PlanningView model = test_support::BuildView(Room(2));
   config_.registration.required_accuracy = 0.05;
   config_.separation = 10;  // the first refusal stands for all
-  FleetRequest request = Crew(2);
+  FleetRequest request = RequestFor(2);
   // Sees nothing but the ceiling.
-  request.scanners[1].model.elevation_min = Radians(60);
-  request.scanners[1].model.elevation_max = Radians(80);
+  request.scanners[1].model.elevation_min = sensor::Radians(60);
+  request.scanners[1].model.elevation_max = sensor::Radians(80);
   const JointPlan joint = Make(model, request);
   ASSERT_EQ(joint.plan.views.size(), 1u) << joint.plan.message;
   EXPECT_EQ(joint.assignments[0].scanner, 0u);
@@ -290,18 +298,19 @@ TEST_F(JointPlanTest, WhoseScansWouldNotRegisterIsToldSo) {
 }
 
 TEST_F(JointPlanTest, GainPerMinuteIsTheBestRatioThereIs) {
-  const PlanningView model = BuildView(Room(5));
-  FleetRequest request = Crew(1);
+  const model::PlanningView model = test_support::BuildView(Room(5));
+  FleetRequest request = RequestFor(1);
   request.ranking = FleetRanking::kGainPerMinute;
   request.scanners[0].speed = 0.02;  // somebody who carries much
   request.scanners[0].scan_seconds = 30;
   const JointPlan joint = Make(model, request);
   ASSERT_FALSE(joint.plan.views.empty());
   const Exhaustive all(model, config_);
-  const OpaqueGrid grid(model);
-  const FeasibleViews feasible =
-      FeasibleViews::Find(model, grid, ScannerModel(), config_, Budget::Unlimited(), serial_);
-  const CrewMember member(request.scanners[0], model, feasible, true, Budget::Unlimited());
+  const visibility::OpaqueGrid grid(model);
+  const planning::FeasibleViews feasible = planning::FeasibleViews::Find(
+      model, grid, sensor::ScannerModel(), config_, parallel::Budget::Unlimited(), serial_);
+  const FleetMember member(request.scanners[0], model, feasible, true,
+                           parallel::Budget::Unlimited());
   double best = 0;
   for (size_t v = 0; v < all.size(); ++v) {
     const auto length = member.Length(all.views()[v]);
@@ -314,7 +323,7 @@ TEST_F(JointPlanTest, GainPerMinuteIsTheBestRatioThereIs) {
     EXPECT_LE(*joint.journeys[k].per_minute, *joint.journeys[k - 1].per_minute * (1 + 1e-5));
   }
   // The slower one walks, the nearer is the view.
-  const JointPlan by_gain = Make(model, Crew(1));
+  const JointPlan by_gain = Make(model, RequestFor(1));
   EXPECT_LE(*joint.journeys[0].length, *by_gain.journeys[0].length);
   EXPECT_GE(by_gain.plan.views[0].score, joint.plan.views[0].score);
   EXPECT_FALSE(joint.guarantee.has_value());
@@ -322,25 +331,26 @@ TEST_F(JointPlanTest, GainPerMinuteIsTheBestRatioThereIs) {
 }
 
 TEST_F(JointPlanTest, AViewWaitsForTheScansThatItNeedsAndNoOthers) {
-  PlanningProblem problem(std::make_shared<PlanningView>(BuildView(Room(2))), config_);
-  const BruteForceScorer& scorer = problem.scoring->scorer();
-  const OverlapSurface overlap(*problem.model, problem.grid, problem.scoring->scene(),
-                               problem.scanner);
-  ExpectedSurface expected(problem.patches, *problem.scoring, overlap);
+  test_support::PlanningProblem problem(
+      std::make_shared<model::PlanningView>(test_support::BuildView(Room(2))), config_);
+  const planning::BruteForceScorer& scorer = problem.scoring->scorer();
+  const planning::OverlapSurface overlap(*problem.model, problem.grid, problem.scoring->scene(),
+                                         problem.scanner);
+  PendingSurface expected(problem.patches, *problem.scoring, overlap);
   const auto best = std::max_element(
       problem.views.begin(), problem.views.end(), [&](const auto& a, const auto& b) {
-        return scorer.Score(a, problem.scoring->cells(), Budget::Unlimited()).gain <
-               scorer.Score(b, problem.scoring->cells(), Budget::Unlimited()).gain;
+        return scorer.Score(a, problem.scoring->cells(), parallel::Budget::Unlimited()).gain <
+               scorer.Score(b, problem.scoring->cells(), parallel::Budget::Unlimited()).gain;
       });
   uint64_t rays = 0;
-  const Residual nobody(problem.scoring->cells());
-  Residual after(problem.scoring->cells());
+  const RemainingGain nobody(problem.scoring->cells());
+  RemainingGain after(problem.scoring->cells());
   // The second sees nothing that the first has not seen.
-  ASSERT_TRUE(after.Take(*best, scorer, Budget::Unlimited(), rays));
-  ASSERT_TRUE(after.Take(*best, scorer, Budget::Unlimited(), rays));
-  RegistrationConfig config = config_.registration;
-  const auto judge = [&](const Eigen::Vector3d& view, const Residual& residual) {
-    return expected.Judge(view, residual, config, Budget::Unlimited(), rays).value();
+  ASSERT_TRUE(after.Take(*best, scorer, parallel::Budget::Unlimited(), rays));
+  ASSERT_TRUE(after.Take(*best, scorer, parallel::Budget::Unlimited(), rays));
+  registration::RegistrationConfig config = config_.registration;
+  const auto judge = [&](const Eigen::Vector3d& view, const RemainingGain& remaining) {
+    return expected.Judge(view, remaining, config, parallel::Budget::Unlimited(), rays).value();
   };
   int waiting = 0;
   for (size_t v = 0; v < problem.views.size(); v += 3) {
@@ -377,16 +387,16 @@ void ExpectSame(const JointPlan& a, const JointPlan& b) {
 }
 
 TEST_F(JointPlanTest, SameOnAnyNumberOfThreadsUnderAWorkLimit) {
-  const PlanningView model = BuildView(Room(3));
-  FleetRequest request = Crew(3);
+  const model::PlanningView model = test_support::BuildView(Room(3));
+  FleetRequest request = RequestFor(3);
   request.scanners[2].model.range_max = 5;
   for (const uint64_t limit : {40'000u, 400'000u}) {
     SCOPED_TRACE(limit);
-    Budget budget;
+    parallel::Budget budget;
     budget.work_limit = limit;
     const JointPlan one = Make(model, request, budget);
     for (const int threads : {2, 5}) {
-      ThreadPool pool(threads);
+      parallel::ThreadPool pool(threads);
       ExpectSame(one, Make(model, request, budget, pool));
     }
     // What is promised follows from how exactly the choice was made.
@@ -398,21 +408,21 @@ TEST_F(JointPlanTest, SameOnAnyNumberOfThreadsUnderAWorkLimit) {
 }
 
 TEST_F(JointPlanTest, WhatSamplesTellDoesWhenTheWorkLimitIsReached) {
-  const PlanningView model = BuildView(Room(3));
+  const model::PlanningView model = test_support::BuildView(Room(3));
   const Exhaustive all(model, config_);
-  FleetRequest request = Crew(1);
+  FleetRequest request = RequestFor(1);
   request.ranking = FleetRanking::kGainPerMinute;
   request.scanners[0].speed = 0.02;
   const JointPlan unlimited = Make(model, request);
   int cut_short = 0;
   for (const uint64_t limit : {10'000u, 30'000u, 100'000u, 300'000u, 1'000'000u}) {
     SCOPED_TRACE(limit);
-    Budget budget;
+    parallel::Budget budget;
     budget.work_limit = limit;
     const JointPlan joint = Make(model, request, budget);
     ASSERT_FALSE(joint.plan.views.empty()) << joint.plan.message;
     cut_short += joint.plan.complete ? 0 : 1;
-    const RankedView& view = joint.plan.views[0];
+    const planning::RankedView& view = joint.plan.views[0];
     EXPECT_NEAR(view.score, all.Together({all.IndexOf(view.position)}), 1e-3 * view.score);
     // Each choice is the best but for the gap that is stated.
     const double best = *unlimited.journeys[0].per_minute;
@@ -421,44 +431,45 @@ TEST_F(JointPlanTest, WhatSamplesTellDoesWhenTheWorkLimitIsReached) {
   }
   EXPECT_GE(cut_short, 3);
   // Two are sent out even so.
-  Budget budget;
+  parallel::Budget budget;
   budget.work_limit = 200'000;
-  EXPECT_EQ(Make(model, Crew(2), budget).plan.views.size(), 2u);
+  EXPECT_EQ(Make(model, RequestFor(2), budget).plan.views.size(), 2u);
 }
 
 TEST_F(JointPlanTest, ABudgetThatIsTooShortSaysSo) {
-  const PlanningView model = BuildView(Room(3));
-  Budget budget = Budget::Seconds(-1);
-  const JointPlan joint = Make(model, Crew(2), budget);
-  EXPECT_EQ(joint.plan.outcome, PlanOutcome::kBudgetTooSmall);
+  const model::PlanningView model = test_support::BuildView(Room(3));
+  parallel::Budget budget = parallel::Budget::Seconds(-1);
+  const JointPlan joint = Make(model, RequestFor(2), budget);
+  EXPECT_EQ(joint.plan.outcome, planning::PlanOutcome::kSearchUnfinished);
   ASSERT_EQ(joint.assignments.size(), 2u);
   EXPECT_FALSE(joint.assignments[0].reason.empty());
   std::stop_source stop;
   stop.request_stop();
-  budget = Budget::Unlimited();
+  budget = parallel::Budget::Unlimited();
   budget.cancelled = stop.get_token();
-  EXPECT_EQ(Make(model, Crew(2), budget).plan.outcome, PlanOutcome::kCancelled);
+  EXPECT_EQ(Make(model, RequestFor(2), budget).plan.outcome, planning::PlanOutcome::kCancelled);
 }
 
 TEST_F(JointPlanTest, RefusesWhatIsImpossible) {
-  const PlanningView model = BuildView(Room(3));
+  const model::PlanningView model = test_support::BuildView(Room(3));
   const auto code = [&](const FleetRequest& request) {
-    return MakeJointPlan(model, request, config_, Budget::Unlimited(), serial_, [](const Plan&) {})
+    return MakeJointPlan(model, request, config_, parallel::Budget::Unlimited(), serial_,
+                         [](const planning::Plan&) {})
         .status()
         .code();
   };
-  EXPECT_EQ(code(Crew(0)), absl::StatusCode::kInvalidArgument);
-  FleetRequest slow = Crew(1);
+  EXPECT_EQ(code(RequestFor(0)), absl::StatusCode::kInvalidArgument);
+  FleetRequest slow = RequestFor(1);
   slow.scanners[0].speed = 0;
   EXPECT_EQ(code(slow), absl::StatusCode::kInvalidArgument);
-  FleetRequest lost = Crew(1);
+  FleetRequest lost = RequestFor(1);
   lost.scanners[0].at = Eigen::Vector3d(NAN, 0, 0);
   EXPECT_EQ(code(lost), absl::StatusCode::kInvalidArgument);
-  FleetRequest pledged = Crew(1);
-  pledged.pledged = {{Eigen::Vector3d(0, INFINITY, 0), ScannerModel()}};
+  FleetRequest pledged = RequestFor(1);
+  pledged.pledged = {{Eigen::Vector3d(0, INFINITY, 0), sensor::ScannerModel()}};
   EXPECT_EQ(code(pledged), absl::StatusCode::kInvalidArgument);
   config_.memory_limit = 1000;
-  EXPECT_EQ(code(Crew(1)), absl::StatusCode::kResourceExhausted);
+  EXPECT_EQ(code(RequestFor(1)), absl::StatusCode::kResourceExhausted);
 }
 
 TEST(GuaranteeTest, IsWhatTheTheoremsSay) {
@@ -482,4 +493,4 @@ TEST(GuaranteeTest, IsWhatTheTheoremsSay) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::fleet

@@ -7,11 +7,11 @@
 #include <random>
 
 #include "core/parallel/parallel.h"
-#include "core/planning/floor.h"
-#include "core/planning/opaque_grid.h"
+#include "core/planning/feasibility/floor_heights.h"
+#include "core/visibility/opaque_grid.h"
 #include "tests/support/closed_form_view.h"
 
-namespace vantage {
+namespace vantage::fleet {
 namespace {
 
 using Eigen::Vector3d;
@@ -92,8 +92,8 @@ TEST(TravelTest, ClimbsNoHigherThanAStep) {
     }
     return TravelMap(grid, CentreOf(grid, {5, 5})).Length(CentreOf(grid, {30, 5})).has_value();
   };
-  EXPECT_TRUE(raised(static_cast<float>(FloorField::kMaxStep) - 0.01f));
-  EXPECT_FALSE(raised(static_cast<float>(FloorField::kMaxStep) + 0.01f));
+  EXPECT_TRUE(raised(static_cast<float>(planning::FloorHeights::kMaxStep) - 0.01f));
+  EXPECT_FALSE(raised(static_cast<float>(planning::FloorHeights::kMaxStep) + 0.01f));
 }
 
 TEST(TravelTest, AScannerThatDoesNotFitWhereItStandsGetsOutOfThatColumnOnly) {
@@ -166,8 +166,8 @@ TEST(TravelTest, LiesBetweenTheStraightLineAndWaysAlongTheGrid) {
 }
 
 TEST(TravelTest, FootprintAndReachAreInTheGridOfAModel) {
-  // Two rooms of 3 x 4 m joined by a doorway of 0.9 m, with a stand in the first.
-  ClosedFormScene scene;
+  // Two rooms of 3 x 4 m joined by a doorway of 0.9 m, with a station in the first.
+  test_support::ClosedFormScene scene;
   scene.extent = Eigen::AlignedBox3d(Vector3d(-0.1, -0.1, -0.1), Vector3d(6.2, 4.1, 2.8));
   scene.solid = [](const Vector3d& p) {
     const bool inside =
@@ -175,16 +175,17 @@ TEST(TravelTest, FootprintAndReachAreInTheGridOfAModel) {
     const bool wall = p.x() > 3 && p.x() < 3.1 && (p.y() < 1.5 || p.y() > 2.4 || p.z() > 2);
     return !inside || wall;
   };
-  scene.stands = {MakeStand({1.0, 0.8, 1.5})};
-  const PlanningView model = BuildView(scene);
-  const OpaqueGrid grid(model);
-  Serial serial;
+  scene.stations = {test_support::MakeStation({1.0, 0.8, 1.5})};
+  const model::PlanningView model = test_support::BuildView(scene);
+  const visibility::OpaqueGrid grid(model);
+  parallel::Serial serial;
   const auto length = [&](double width, const std::vector<Eigen::AlignedBox3d>& reach) {
-    PlanningConfig config;
+    planning::PlanningConfig config;
     config.scanner_width = width;
-    const FeasibleViews feasible =
-        FeasibleViews::Find(model, grid, ScannerModel(), config, Budget::Unlimited(), serial);
-    return TravelMap(WalkGridOf(feasible, reach), scene.stands[0].position).Length({5.0, 0.8, 1.5});
+    const planning::FeasibleViews feasible = planning::FeasibleViews::Find(
+        model, grid, sensor::ScannerModel(), config, parallel::Budget::Unlimited(), serial);
+    return TravelMap(WalkGridOf(feasible, reach), scene.stations[0].position)
+        .Length({5.0, 0.8, 1.5});
   };
   const auto open = length(0.6, {});
   ASSERT_TRUE(open.has_value());
@@ -201,4 +202,4 @@ TEST(TravelTest, FootprintAndReachAreInTheGridOfAModel) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::fleet

@@ -5,7 +5,7 @@
 #include <limits>
 #include <random>
 
-namespace vantage {
+namespace vantage::model {
 
 namespace {
 
@@ -92,7 +92,7 @@ ClosedFormScene BoxInRoom() {
   ClosedFormScene scene = EmptyRoom();
   scene.name = "box in a room";
   scene.solids.push_back({{1.4, 0.9, 0.45}, {0.4, 0.3, 0.45}});
-  scene.stands.push_back({-1.5, -1.2, 1.4});
+  scene.stations.push_back({-1.5, -1.2, 1.4});
   return scene;
 }
 
@@ -117,7 +117,7 @@ ClosedFormScene ThinWallRoom() {
   ClosedFormScene scene = EmptyRoom();
   scene.name = "thin wall";
   scene.solids.push_back({{0.83, -1.0, 1.3}, {0.06, 1.1, 1.4}});
-  scene.stands = {{-0.9, -0.7, 1.5}, {1.7, -0.9, 1.5}};
+  scene.stations = {{-0.9, -0.7, 1.5}, {1.7, -0.9, 1.5}};
   return scene;
 }
 
@@ -126,7 +126,7 @@ ClosedFormScene DoorwayRooms() {
   scene.name = "room seen through a doorway";
   scene.air = {Box(-3.02, -2.01, 0.02, 0.01, 2.03, 2.52), Box(0.13, -2.01, 0.02, 3.03, 2.03, 2.52),
                Box(-0.1, -0.42, 0.02, 0.2, 0.48, 2.03)};
-  scene.stands = {{-1.5, 0.3, 1.5}, {1.6, -0.4, 1.5}};
+  scene.stations = {{-1.5, 0.3, 1.5}, {1.6, -0.4, 1.5}};
   return scene;
 }
 
@@ -161,27 +161,28 @@ ClosedFormScene RandomScene(uint64_t seed) {
          {uniform(0.05, 0.4), uniform(0.05, 0.4), uniform(0.05, 0.4)},
          Eigen::Quaterniond(Eigen::AngleAxisd(uniform(0, 3), axis.normalized()))});
   }
-  scene.stands.clear();
-  while (scene.stands.size() < 3) {
+  scene.stations.clear();
+  while (scene.stations.size() < 3) {
     const Eigen::Vector3d place{uniform(-2.5, 2.5), uniform(-1.5, 1.5), uniform(1.2, 1.8)};
     if (scene.InAir(place) && scene.DistanceToSurface(place, 1) > 0.5)
-      scene.stands.push_back(place);
+      scene.stations.push_back(place);
   }
   return scene;
 }
 
-Scan ScanScene(const ClosedFormScene& scene, const Eigen::Isometry3d& T_world_scan,
-               const ScanOptions& options) {
-  Scan scan;
+sensor::Scan ScanScene(const ClosedFormScene& scene, const Eigen::Isometry3d& T_world_scan,
+                       const ScanOptions& options) {
+  sensor::Scan scan;
   scan.scanner.azimuth_step = scan.scanner.elevation_step = options.step;
   scan.scanner.elevation_min = options.elevation_min;
-  RangeImage& image = scan.image;
-  const int columns = static_cast<int>(std::floor(2 * kPi / options.step));
-  for (int c = 0; c < columns; ++c) image.azimuth.push_back(-kPi + (c + 0.5) * 2 * kPi / columns);
-  for (double e = options.elevation_min; e <= kPi / 2 + 1e-9; e += options.step) {
-    image.elevation.push_back(std::min(e, kPi / 2));
+  sensor::RangeImage& image = scan.image;
+  const int columns = static_cast<int>(std::floor(2 * sensor::kPi / options.step));
+  for (int c = 0; c < columns; ++c)
+    image.azimuth.push_back(-sensor::kPi + (c + 0.5) * 2 * sensor::kPi / columns);
+  for (double e = options.elevation_min; e <= sensor::kPi / 2 + 1e-9; e += options.step) {
+    image.elevation.push_back(std::min(e, sensor::kPi / 2));
   }
-  image.native_azimuth_step = 2 * kPi / columns;
+  image.native_azimuth_step = 2 * sensor::kPi / columns;
   image.native_elevation_step = options.step;
   std::mt19937_64 random(options.seed);
   std::normal_distribution<double> noise(0, 1);
@@ -190,9 +191,9 @@ Scan ScanScene(const ClosedFormScene& scene, const Eigen::Isometry3d& T_world_sc
       const double range =
           scene.Cast(T_world_scan.translation(), T_world_scan.linear() * image.Direction(c, r), 30);
       if (range > scan.scanner.range_max) {
-        image.range.push_back(RangeImage::kNoReturn);
+        image.range.push_back(sensor::RangeImage::kNoReturn);
       } else if (range < scan.scanner.range_min) {
-        image.range.push_back(RangeImage::kNoInformation);
+        image.range.push_back(sensor::RangeImage::kNoInformation);
       } else {
         image.range.push_back(static_cast<float>(range + options.noise * noise(random)));
       }
@@ -210,4 +211,4 @@ Eigen::Isometry3d PoseAt(const Eigen::Vector3d& position, double yaw, double pit
   return pose;
 }
 
-}  // namespace vantage
+}  // namespace vantage::model

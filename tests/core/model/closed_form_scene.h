@@ -11,7 +11,7 @@
 
 #include "core/sensor/scan.h"
 
-namespace vantage {
+namespace vantage::model {
 
 // A box turned about its centre.
 struct TurnedBox {
@@ -29,7 +29,7 @@ struct ClosedFormScene {
   std::string name;
   std::vector<Eigen::AlignedBox3d> air;
   std::vector<TurnedBox> solids;
-  std::vector<Eigen::Vector3d> stands;  // to scan from
+  std::vector<Eigen::Vector3d> stations;  // to scan from
 
   bool InAir(const Eigen::Vector3d& point) const;
   // A lower bound of the distance from a point to the nearest surface, on either side; at most
@@ -54,16 +54,16 @@ std::vector<ClosedFormScene> AllScenes();
 ClosedFormScene RandomScene(uint64_t seed);
 
 struct ScanOptions {
-  double step = Radians(0.4);
-  double elevation_min = Radians(-60);
+  double step = sensor::Radians(0.4);
+  double elevation_min = sensor::Radians(-60);
   double noise = 0;  // m, one sigma along the ray
   uint64_t seed = 1;
 };
-Scan ScanScene(const ClosedFormScene& scene, const Eigen::Isometry3d& T_world_scan,
-               const ScanOptions& options);
+sensor::Scan ScanScene(const ClosedFormScene& scene, const Eigen::Isometry3d& T_world_scan,
+                       const ScanOptions& options);
 Eigen::Isometry3d PoseAt(const Eigen::Vector3d& position, double yaw = 0, double pitch = 0,
                          double roll = 0);
 
-}  // namespace vantage
+}  // namespace vantage::model
 
 #endif  // VANTAGE_TESTS_CORE_MODEL_CLOSED_FORM_SCENE_H_

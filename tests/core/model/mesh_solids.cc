@@ -10,8 +10,8 @@
 
 #include "tests/core/model/triangle_distance.h"
 
-namespace vantage {
-MeshSolids::MeshSolids(const TriangleMesh& mesh) {
+namespace vantage::model {
+MeshSolids::MeshSolids(const simulation::TriangleMesh& mesh) {
   // Vertices at one place are one.
   std::map<std::array<float, 3>, uint32_t> places;
   std::vector<uint32_t> place(mesh.vertices.size());
@@ -122,4 +122,4 @@ double MeshSolids::DepthIn(uint32_t solid, const Eigen::Vector3d& point) const {
   return nearest;
 }
 
-}  // namespace vantage
+}  // namespace vantage::model

@@ -11,14 +11,14 @@
 
 #include "core/simulation/triangle_mesh.h"
 
-namespace vantage {
+namespace vantage::model {
 
 // A solid is a connected part of the mesh each of whose edges belongs to an even number of its
 // triangles: it has an inside. Parts that have none (panes, sheets, floors) are left out. Solids
 // may overlap.
 class MeshSolids {
  public:
-  explicit MeshSolids(const TriangleMesh& mesh);
+  explicit MeshSolids(const simulation::TriangleMesh& mesh);
 
   size_t solids() const { return solids_; }
   // The solids that a point lies in. Points exactly above an edge are moved by 10 um.
@@ -41,6 +41,6 @@ class MeshSolids {
   size_t solids_ = 0;
 };
 
-}  // namespace vantage
+}  // namespace vantage::model
 
 #endif  // VANTAGE_TESTS_CORE_MODEL_MESH_SOLIDS_H_

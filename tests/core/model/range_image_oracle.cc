@@ -7,7 +7,7 @@
 
 #include "tests/core/model/triangle_distance.h"
 
-namespace vantage {
+namespace vantage::model {
 namespace {
 
 uint64_t Packed(const VoxelIndex& v) {
@@ -17,12 +17,12 @@ uint64_t Packed(const VoxelIndex& v) {
 
 // Into [from, from + 2 pi).
 double Wrapped(double angle, double from) {
-  return angle - 2 * kPi * std::floor((angle - from) / (2 * kPi));
+  return angle - 2 * sensor::kPi * std::floor((angle - from) / (2 * sensor::kPi));
 }
 
 }  // namespace
 
-RangeImageOracle::RangeImageOracle(const Scan& scan, const Eigen::Isometry3d& T_model_scan,
+RangeImageOracle::RangeImageOracle(const sensor::Scan& scan, const Eigen::Isometry3d& T_model_scan,
                                    double voxel_size, double discontinuity_angle)
     : azimuth_(scan.image.azimuth),
       elevation_(scan.image.elevation),
@@ -36,7 +36,7 @@ RangeImageOracle::RangeImageOracle(const Scan& scan, const Eigen::Isometry3d& T_
   const int rows = scan.image.rows();
   for (float& range : range_) {
     if (range > 0 && range < static_cast<float>(scan.scanner.range_min)) {
-      range = RangeImage::kNoInformation;
+      range = sensor::RangeImage::kNoInformation;
     }
   }
   std::vector<size_t> mixed;
@@ -60,8 +60,8 @@ RangeImageOracle::RangeImageOracle(const Scan& scan, const Eigen::Isometry3d& T_
       if (between && !joined) mixed.push_back(scan.image.Index(c, r));
     }
   }
-  for (const size_t index : mixed) range_[index] = RangeImage::kNoInformation;
-  passed_.resize(range_.size(), RangeImage::kNoInformation);
+  for (const size_t index : mixed) range_[index] = sensor::RangeImage::kNoInformation;
+  passed_.resize(range_.size(), sensor::RangeImage::kNoInformation);
   for (int c = 0; c < columns; ++c) {
     for (int r = 0; r < rows; ++r) {
       if (At(c, r) > 0) continue;
@@ -134,14 +134,14 @@ RangeImageOracle::Place RangeImageOracle::Column(double azimuth) const {
   const double angle = Wrapped(azimuth, azimuth_.front());
   Place place;
   if (angle > azimuth_.back()) {  // after the last column, before the first
-    const double gap = azimuth_.front() + 2 * kPi - azimuth_.back();
+    const double gap = azimuth_.front() + 2 * sensor::kPi - azimuth_.back();
     const double share = (angle - azimuth_.back()) / gap;
     if (full_turn_) return {count - 1, 0, share, true};
     const auto n = static_cast<size_t>(count);
     if (angle - azimuth_.back() <= 0.5 * (azimuth_[n - 1] - azimuth_[n - 2])) {
       return {count - 1, count - 1, 0, true};
     }
-    if (azimuth_.front() + 2 * kPi - angle <= 0.5 * (azimuth_[1] - azimuth_[0])) {
+    if (azimuth_.front() + 2 * sensor::kPi - angle <= 0.5 * (azimuth_[1] - azimuth_[0])) {
       return {0, 0, 0, true};
     }
     return place;
@@ -249,7 +249,7 @@ bool RangeImageOracle::NearTriangle(const VoxelIndex& voxel) const {
   const double elevation = std::atan2(p.z(), level);
   const Place column = Column(std::atan2(p.y(), p.x()));
   const Place row = Row(elevation);
-  const double turn = std::min(kPi, angle * p.norm() / std::max(level, 1e-6));
+  const double turn = std::min(sensor::kPi, angle * p.norm() / std::max(level, 1e-6));
   const int aside = std::min(columns / 2, 2 + static_cast<int>(turn / (azimuth_[1] - azimuth_[0])));
   const int along = 2 + static_cast<int>(angle / (elevation_[1] - elevation_[0]));
   for (int i = -aside; i <= aside; ++i) {
@@ -297,4 +297,4 @@ bool RangeImageOracle::IsTie(const VoxelIndex& voxel) const {
   return std::max({front, behind, unknown}) < front + behind + unknown;
 }
 
-}  // namespace vantage
+}  // namespace vantage::model

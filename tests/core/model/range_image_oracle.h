@@ -10,10 +10,10 @@
 #include <unordered_set>
 #include <vector>
 
-#include "core/model/voxel.h"
+#include "core/model/view/voxel.h"
 #include "core/sensor/scan.h"
 
-namespace vantage {
+namespace vantage::model {
 
 // The rule. A direction reads the range of the four cells around it, linear in 1 / range both ways,
 // where these are one surface; else that of the nearest cell; nothing more than half a step outside
@@ -37,8 +37,8 @@ class RangeImageOracle {
  public:
   enum class Verdict : uint8_t { kEmpty, kEmptyOrSurface, kNotEmpty, kAcrossTheBorder };
 
-  RangeImageOracle(const Scan& scan, const Eigen::Isometry3d& T_model_scan, double voxel_size,
-                   double discontinuity_angle);
+  RangeImageOracle(const sensor::Scan& scan, const Eigen::Isometry3d& T_model_scan,
+                   double voxel_size, double discontinuity_angle);
 
   // How much farther than a point (m, model frame) the range in its direction is, m; NaN where
   // nothing is known.
@@ -87,6 +87,6 @@ class RangeImageOracle {
   std::unordered_set<uint64_t> sampled_;  // voxels with a sample well inside them
 };
 
-}  // namespace vantage
+}  // namespace vantage::model
 
 #endif  // VANTAGE_TESTS_CORE_MODEL_RANGE_IMAGE_ORACLE_H_

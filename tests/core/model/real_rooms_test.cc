@@ -15,7 +15,7 @@
 #include "core/parallel/thread_pool.h"
 #include "core/sensor/import.h"
 
-namespace vantage {
+namespace vantage::model {
 namespace {
 
 class RealRoomsTest : public testing::Test {
@@ -26,7 +26,7 @@ class RealRoomsTest : public testing::Test {
     std::ifstream poses(folder + "/poses.txt");
     if (!poses) GTEST_SKIP() << folder << " is not here: no real scans to read";
     model_ = PartialModel::Create({}).value();
-    ThreadPool pool(2);
+    parallel::ThreadPool pool(2);
     for (std::string line; std::getline(poses, line);) {
       std::istringstream words(line);
       std::string name;
@@ -36,7 +36,7 @@ class RealRoomsTest : public testing::Test {
       ASSERT_TRUE(words) << line;
       Eigen::Isometry3d pose(matrix);
       pose.linear() = Eigen::Quaterniond(pose.linear()).normalized().toRotationMatrix();
-      const auto scan = ReadScanFile(folder + "/" + name + ".ptx", {});
+      const auto scan = sensor::ReadScanFile(folder + "/" + name + ".ptx", {});
       ASSERT_TRUE(scan.ok()) << scan.status();
       images_.push_back(scan->image);
       poses_.push_back(pose);
@@ -53,7 +53,7 @@ class RealRoomsTest : public testing::Test {
   void ForEachFour(Fn&& fn) const {
     constexpr std::array<std::array<int, 2>, 4> kCorners = {{{0, 0}, {1, 0}, {1, 1}, {0, 1}}};
     for (size_t i = 0; i < images_.size(); ++i) {
-      const RangeImage& image = images_[i];
+      const sensor::RangeImage& image = images_[i];
       for (int c = 0; c + 1 < image.columns(); ++c) {
         for (int r = 0; r + 1 < image.rows(); ++r) {
           std::array<Eigen::Vector3d, 4> point;
@@ -78,7 +78,7 @@ class RealRoomsTest : public testing::Test {
   }
 
   std::unique_ptr<PartialModel> model_;
-  std::vector<RangeImage> images_;
+  std::vector<sensor::RangeImage> images_;
   std::vector<Eigen::Isometry3d> poses_;
   std::shared_ptr<const PlanningView> view_;
 };
@@ -140,4 +140,4 @@ TEST_F(RealRoomsTest, NothingLeaks) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::model

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <limits>
 
-namespace vantage {
+namespace vantage::model {
 
 inline double SegmentDistance(const Eigen::Vector3d& p, const Eigen::Vector3d& a,
                               const Eigen::Vector3d& b) {
@@ -31,6 +31,6 @@ inline double TriangleDistance(const Eigen::Vector3d& p,
   return over ? std::abs(normal.dot(p - corner[0])) : nearest;
 }
 
-}  // namespace vantage
+}  // namespace vantage::model
 
 #endif  // VANTAGE_TESTS_CORE_MODEL_TRIANGLE_DISTANCE_H_

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-namespace vantage {
+namespace vantage::parallel {
 namespace {
 
 class ThreadPoolTest : public testing::TestWithParam<int> {};
@@ -45,4 +45,4 @@ TEST_P(ThreadPoolTest, LoopsNest) {
 INSTANTIATE_TEST_SUITE_P(Widths, ThreadPoolTest, testing::Values(1, 2, 8));
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::parallel

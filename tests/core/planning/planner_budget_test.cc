@@ -10,16 +10,18 @@
 #include <vector>
 
 #include "core/parallel/thread_pool.h"
-#include "core/planning/feasible_views.h"
-#include "core/planning/hierarchy.h"
-#include "core/planning/patch_tree.h"
+#include "core/planning/evaluation/hierarchy.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/plan/plan.h"
+#include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
-#include "core/planning/registration_check.h"
-#include "core/planning/scoring.h"
+#include "core/planning/ranking/registration_check.h"
+#include "core/planning/scoring/patch_tree.h"
+#include "core/planning/scoring/scoring.h"
 #include "tests/support/closed_form_view.h"
 #include "tests/support/runs.h"
 
-namespace vantage {
+namespace vantage::planning {
 namespace {
 
 // The clock that budgets are given: a function without state of its own.
@@ -27,15 +29,15 @@ std::atomic<int64_t> steps{0};
 std::atomic<int64_t> stop_at{0};
 std::stop_source* stopper = nullptr;
 
-Budget::Clock::time_point Step() {
+parallel::Budget::Clock::time_point Step() {
   const int64_t step = ++steps;
   if (stopper != nullptr && step >= stop_at.load()) stopper->request_stop();
-  return Budget::Clock::time_point(std::chrono::nanoseconds(step));
+  return parallel::Budget::Clock::time_point(std::chrono::nanoseconds(step));
 }
 
 class PlannerBudgetTest : public ::testing::Test {
  protected:
-  PlannerBudgetTest() : model_(BuildView(FurnishedRoom(3))) {
+  PlannerBudgetTest() : model_(test_support::BuildView(test_support::FurnishedRoom(3))) {
     config_.viewcell_size = 0.2;
     config_.registration.required_accuracy = 0.1;
     config_.registration.minimum_overlap = 0.01;
@@ -43,27 +45,28 @@ class PlannerBudgetTest : public ::testing::Test {
     stopper = nullptr;
   }
   Plan Make(
-      const Budget& budget, Parallel& parallel, PlanProgress progress = [](const Plan&) {}) {
+      const parallel::Budget& budget, parallel::Parallel& parallel,
+      PlanProgress progress = [](const Plan&) {}) {
     return MakePlan(model_, scanner_, config_, budget, parallel, progress).value();
   }
-  static Budget EndingAt(int64_t step) {
-    Budget budget;
+  static parallel::Budget EndingAt(int64_t step) {
+    parallel::Budget budget;
     budget.now = &Step;
-    budget.deadline = Budget::Clock::time_point(std::chrono::nanoseconds(step));
+    budget.deadline = parallel::Budget::Clock::time_point(std::chrono::nanoseconds(step));
     return budget;
   }
 
-  PlanningView model_;
-  ScannerModel scanner_;
+  model::PlanningView model_;
+  sensor::ScannerModel scanner_;
   PlanningConfig config_;
-  Serial serial_;
+  parallel::Serial serial_;
 };
 
 // How often a plan may look at the clock after its end: once in each round of the loop it is in.
 // Such a round does nothing else.
 constexpr int64_t kStepsToStop = 4000;
 // Plans end at steps that are so many times as late from one to the next.
-constexpr int64_t kNext = Runs(16) == 16 ? 2 : 64;
+constexpr int64_t kNext = test_support::Runs(16) == 16 ? 2 : 64;
 
 // From the first to nearly the last.
 std::vector<int64_t> EndsWithin(int64_t whole) {
@@ -77,7 +80,7 @@ std::vector<int64_t> EndsWithin(int64_t whole) {
 // looks at the clock after a bounded amount of work.
 TEST_F(PlannerBudgetTest, SetupLooksAtTheClockAsOftenAsItsWorkDemands) {
   config_.pose_sensitivity = true;  // counts are built as well
-  const Budget budget = EndingAt(int64_t{1} << 60);
+  const parallel::Budget budget = EndingAt(int64_t{1} << 60);
   int64_t before = 0;
   const auto looks = [&](auto&& build) {
     before = steps;
@@ -85,13 +88,14 @@ TEST_F(PlannerBudgetTest, SetupLooksAtTheClockAsOftenAsItsWorkDemands) {
     return steps - before;
   };
   const auto bricks = static_cast<int64_t>(model_.bricks().size());
-  std::optional<OpaqueGrid> grid;
+  std::optional<visibility::OpaqueGrid> grid;
   EXPECT_GE(looks([&] {
               grid.emplace(model_, std::array<int, 3>{0, 1, 2}, budget);
             }),
             bricks / 128);
-  const VoxelIndex size = grid->box().max - grid->box().min;
-  EXPECT_GE(looks([&] { (void)FloorField::Find(model_, std::nullopt, budget); }), bricks / 128 + 3);
+  const model::VoxelIndex size = grid->box().max - grid->box().min;
+  EXPECT_GE(looks([&] { (void)FloorHeights::Find(model_, std::nullopt, budget); }),
+            bricks / 128 + 3);
   EXPECT_GE(
       looks([&] { (void)FeasibleViews::Find(model_, *grid, scanner_, config_, budget, serial_); }),
       bricks / 128 + size.y() / 4 + size.z() / 4 + size.y());
@@ -114,8 +118,8 @@ TEST_F(PlannerBudgetTest, SetupLooksAtTheClockAsOftenAsItsWorkDemands) {
 }
 
 TEST_F(PlannerBudgetTest, SetupThatIsCutShortSaysSo) {
-  const OpaqueGrid grid(model_);
-  PatchSet patches = ExtractPatches(model_, config_, {}, Budget::Unlimited());
+  const visibility::OpaqueGrid grid(model_);
+  PatchSet patches = ExtractPatches(model_, config_, {}, parallel::Budget::Unlimited());
   RankPatches(config_, patches);
   steps = 0;
   const Scoring whole(model_, grid, patches, scanner_, config_, serial_,
@@ -128,11 +132,11 @@ TEST_F(PlannerBudgetTest, SetupThatIsCutShortSaysSo) {
     EXPECT_FALSE(cut.finished()) << "step " << end << " of " << all;
   }
   const FeasibleViews feasible =
-      FeasibleViews::Find(model_, grid, scanner_, config_, Budget::Unlimited(), serial_);
+      FeasibleViews::Find(model_, grid, scanner_, config_, parallel::Budget::Unlimited(), serial_);
   steps = 0;
   HierarchicalScorer hierarchy(whole.scorer(), grid, whole.cells(), feasible.cells(),
                                feasible.cell_size(), {}, serial_, EndingAt(5));
-  EXPECT_FALSE(hierarchy.Cull(Budget::Unlimited(), serial_));
+  EXPECT_FALSE(hierarchy.Cull(parallel::Budget::Unlimited(), serial_));
 }
 
 TEST_F(PlannerBudgetTest, EndsSoonAfterItsDeadlineWhereverThatFalls) {
@@ -146,7 +150,7 @@ TEST_F(PlannerBudgetTest, EndsSoonAfterItsDeadlineWhereverThatFalls) {
     EXPECT_LE(steps.load(), end + kStepsToStop)
         << "deadline at step " << end << " of " << whole << ": " << plan.message;
     EXPECT_FALSE(plan.complete && end < whole / 4);
-    early |= plan.outcome == PlanOutcome::kBudgetTooSmall;
+    early |= plan.outcome == PlanOutcome::kSearchUnfinished;
     late |= plan.outcome == PlanOutcome::kViews;
   }
   EXPECT_TRUE(early);
@@ -156,13 +160,13 @@ TEST_F(PlannerBudgetTest, EndsSoonAfterItsDeadlineWhereverThatFalls) {
 TEST_F(PlannerBudgetTest, EndsSoonAfterItIsCancelledWhereverThatFalls) {
   (void)Make(EndingAt(int64_t{1} << 60), serial_);
   const int64_t whole = steps;
-  ThreadPool pool(2);
+  parallel::ThreadPool pool(2);
   for (int64_t end = 1; end < whole; end *= kNext) {
     std::stop_source source;
     steps = 0;
     stop_at = end;
     stopper = &source;
-    Budget budget = EndingAt(int64_t{1} << 60);
+    parallel::Budget budget = EndingAt(int64_t{1} << 60);
     budget.cancelled = source.get_token();
     const Plan plan = Make(budget, pool);
     stopper = nullptr;
@@ -174,14 +178,14 @@ TEST_F(PlannerBudgetTest, EndsSoonAfterItIsCancelledWhereverThatFalls) {
 TEST_F(PlannerBudgetTest, InAHurryAnswersWithWhatItHas) {
   (void)Make(EndingAt(int64_t{1} << 60), serial_);
   const int64_t whole = steps;
-  ThreadPool pool(2);
+  parallel::ThreadPool pool(2);
   bool views = false;
   for (int64_t end = 1; end < whole; end *= kNext) {
     std::stop_source source;
     steps = 0;
     stop_at = end;
     stopper = &source;
-    Budget budget = EndingAt(int64_t{1} << 60);
+    parallel::Budget budget = EndingAt(int64_t{1} << 60);
     budget.hurried = source.get_token();
     std::vector<Plan> shown;
     const Plan plan = Make(budget, pool, [&](const Plan& so_far) { shown.push_back(so_far); });
@@ -197,4 +201,4 @@ TEST_F(PlannerBudgetTest, InAHurryAnswersWithWhatItHas) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::planning

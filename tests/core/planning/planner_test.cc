@@ -11,10 +11,16 @@
 #include <vector>
 
 #include "core/parallel/thread_pool.h"
+#include "core/planning/evaluate_view.h"
+#include "core/planning/patches/measure_coverage.h"
+#include "core/planning/plan/coverage.h"
+#include "core/planning/plan/plan.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/planning/plan/ranked_view.h"
 #include "core/planning/planning_estimate.h"
 #include "tests/support/closed_form_view.h"
 
-namespace vantage {
+namespace vantage::planning {
 namespace {
 
 using ::testing::HasSubstr;
@@ -27,26 +33,27 @@ class PlannerTest : public ::testing::Test {
     config_.registration.required_accuracy = 0.1;
     config_.registration.minimum_overlap = 0.01;
   }
-  Plan Make(const PlanningView& model, const Budget& budget, Parallel& parallel) {
+  Plan Make(const model::PlanningView& model, const parallel::Budget& budget,
+            parallel::Parallel& parallel) {
     absl::StatusOr<Plan> plan =
         MakePlan(model, scanner_, config_, budget, parallel, [this](const Plan&) { ++shown_; });
     EXPECT_TRUE(plan.ok()) << plan.status();
     return plan.ok() ? *std::move(plan) : Plan{};
   }
-  ScannerModel scanner_;
+  sensor::ScannerModel scanner_;
   PlanningConfig config_;
-  Serial serial_;
+  parallel::Serial serial_;
   int shown_ = 0;
 };
 
 TEST_F(PlannerTest, FindsTheViewBehindTheScreen) {
-  ClosedFormScene scene = FurnishedRoom(2);
-  // What the stand sees has the density that a scan from there gives it.
+  test_support::ClosedFormScene scene = test_support::FurnishedRoom(2);
+  // What the station sees has the density that a scan from there gives it.
   scene.density = [](const Eigen::Vector3d& p) {
     return 60000 / (Eigen::Vector3d(1.5, 1.5, 1.5) - p).squaredNorm();
   };
-  const PlanningView model = BuildView(scene);
-  const Plan plan = Make(model, Budget::Unlimited(), serial_);
+  const model::PlanningView model = test_support::BuildView(scene);
+  const Plan plan = Make(model, parallel::Budget::Unlimited(), serial_);
   ASSERT_EQ(plan.outcome, PlanOutcome::kViews) << plan.message;
   EXPECT_GT(shown_, 0);
   EXPECT_TRUE(plan.complete);
@@ -55,7 +62,7 @@ TEST_F(PlannerTest, FindsTheViewBehindTheScreen) {
   EXPECT_EQ(plan.model_version, model.version());
   EXPECT_EQ(plan.score_map.size(), plan.feasible_cells);
   EXPECT_FALSE(plan.termination.suggested) << plan.termination.reason;
-  EXPECT_TRUE(plan.termination.unseeable_known);
+  EXPECT_TRUE(plan.termination.unobservable_known);
   ASSERT_LE(plan.views.size(), 10u);
   double last = std::numeric_limits<double>::infinity();
   for (size_t i = 0; i < plan.views.size(); ++i) {
@@ -65,7 +72,7 @@ TEST_F(PlannerTest, FindsTheViewBehindTheScreen) {
     EXPECT_LE(view.score, last);
     last = view.score;
     double by_kind = 0;
-    for (const double gain : view.gain_by_kind) by_kind += gain;
+    for (const double gain : view.score_by_kind) by_kind += gain;
     EXPECT_NEAR(by_kind, view.score, 1e-9 * view.score);
     EXPECT_GE(view.height_over_floor, config_.min_height);
     EXPECT_LE(view.height_over_floor, config_.max_height);
@@ -79,23 +86,23 @@ TEST_F(PlannerTest, FindsTheViewBehindTheScreen) {
       EXPECT_GE((plan.views[j].position - view.position).norm(), config_.separation);
     }
   }
-  // The unknown corner holds most of what is missing; the stand does not see it.
-  const absl::StatusOr<ViewEvaluation> stand =
-      EvaluateView(model, scanner_, config_, model.stands()[0].position, serial_);
-  ASSERT_TRUE(stand.ok());
-  EXPECT_GT(plan.views[0].score, 1.5 * stand->view.score);
+  // The unknown corner holds most of what is missing; the station does not see it.
+  const absl::StatusOr<ViewEvaluation> station =
+      EvaluateView(model, scanner_, config_, model.stations()[0].position, serial_);
+  ASSERT_TRUE(station.ok());
+  EXPECT_GT(plan.views[0].score, 1.5 * station->view.score);
 }
 
 TEST_F(PlannerTest, EvaluateViewSaysWhatThePlanSays) {
-  const PlanningView model = BuildView(FurnishedRoom(2));
-  const Plan plan = Make(model, Budget::Unlimited(), serial_);
+  const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(2));
+  const Plan plan = Make(model, parallel::Budget::Unlimited(), serial_);
   ASSERT_FALSE(plan.views.empty());
   const absl::StatusOr<ViewEvaluation> one =
       EvaluateView(model, scanner_, config_, plan.views[0].position, serial_);
   ASSERT_TRUE(one.ok());
   EXPECT_TRUE(one->feasible) << one->why_not;
   EXPECT_EQ(one->view.score, plan.views[0].score);
-  EXPECT_EQ(one->view.gain_by_kind, plan.views[0].gain_by_kind);
+  EXPECT_EQ(one->view.score_by_kind, plan.views[0].score_by_kind);
   EXPECT_EQ(one->view.verdict.error_bound, plan.views[0].verdict.error_bound);
   const absl::StatusOr<ViewEvaluation> high =
       EvaluateView(model, scanner_, config_, {1.5, 1.5, 2.5}, serial_);
@@ -130,14 +137,14 @@ void ExpectSame(const Plan& a, const Plan& b) {
 }
 
 TEST_F(PlannerTest, SamePlanOnAnyNumberOfThreadsUnderAWorkLimit) {
-  const PlanningView model = BuildView(FurnishedRoom(3));
+  const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(3));
   for (const uint64_t limit : {300'000u, 3'000'000u}) {
-    Budget budget;
+    parallel::Budget budget;
     budget.work_limit = limit;
     const Plan one = Make(model, budget, serial_);
     EXPECT_LT(one.rays, limit + limit / 2);
     for (const int threads : {2, 16}) {
-      ThreadPool pool(threads);
+      parallel::ThreadPool pool(threads);
       ExpectSame(one, Make(model, budget, pool));
     }
   }
@@ -146,24 +153,25 @@ TEST_F(PlannerTest, SamePlanOnAnyNumberOfThreadsUnderAWorkLimit) {
 TEST_F(PlannerTest, CancelledSaysSo) {
   std::stop_source source;
   source.request_stop();
-  Budget budget;
+  parallel::Budget budget;
   budget.cancelled = source.get_token();
-  const Plan plan = Make(BuildView(FurnishedRoom(3)), budget, serial_);
+  const Plan plan = Make(test_support::BuildView(test_support::FurnishedRoom(3)), budget, serial_);
   EXPECT_EQ(plan.outcome, PlanOutcome::kCancelled);
   EXPECT_EQ(plan.rays, 0u);
 }
 
 TEST_F(PlannerTest, NoTimeAtAllSaysSo) {
-  const Plan plan = Make(BuildView(FurnishedRoom(3)), Budget::Seconds(0), serial_);
-  EXPECT_EQ(plan.outcome, PlanOutcome::kBudgetTooSmall);
+  const Plan plan = Make(test_support::BuildView(test_support::FurnishedRoom(3)),
+                         parallel::Budget::Seconds(0), serial_);
+  EXPECT_EQ(plan.outcome, PlanOutcome::kSearchUnfinished);
   EXPECT_THAT(plan.message, HasSubstr("budget"));
 }
 
 TEST_F(PlannerTest, FinishedSiteSuggestsToStop) {
-  ClosedFormScene scene = FurnishedRoom(3);
+  test_support::ClosedFormScene scene = test_support::FurnishedRoom(3);
   scene.known = [](const Eigen::Vector3d&) { return true; };
   scene.density = [](const Eigen::Vector3d&) { return 1e5; };
-  const Plan plan = Make(BuildView(scene), Budget::Unlimited(), serial_);
+  const Plan plan = Make(test_support::BuildView(scene), parallel::Budget::Unlimited(), serial_);
   EXPECT_EQ(plan.outcome, PlanOutcome::kNothingToGain);
   EXPECT_TRUE(plan.termination.suggested);
   EXPECT_NEAR(plan.coverage.estimated_coverage, 1, 1e-9);
@@ -171,16 +179,18 @@ TEST_F(PlannerTest, FinishedSiteSuggestsToStop) {
 
 TEST_F(PlannerTest, NowhereToStandNamesTheConstraint) {
   scanner_.clearance = 4;
-  const Plan plan = Make(BuildView(FurnishedRoom(3)), Budget::Unlimited(), serial_);
+  const Plan plan = Make(test_support::BuildView(test_support::FurnishedRoom(3)),
+                         parallel::Budget::Unlimited(), serial_);
   EXPECT_EQ(plan.outcome, PlanOutcome::kNoFeasibleView);
   EXPECT_THAT(plan.message, HasSubstr("clearance"));
   EXPECT_FALSE(plan.termination.suggested);
-  EXPECT_GT(plan.needy_cells, 0u);
+  EXPECT_GT(plan.deficient_cells, 0u);
 }
 
 TEST_F(PlannerTest, NothingRegistersComesWithRemedies) {
   config_.registration.minimum_overlap = 0.999;
-  const Plan plan = Make(BuildView(FurnishedRoom(3)), Budget::Unlimited(), serial_);
+  const Plan plan = Make(test_support::BuildView(test_support::FurnishedRoom(3)),
+                         parallel::Budget::Unlimited(), serial_);
   EXPECT_EQ(plan.outcome, PlanOutcome::kNoRegistrableView);
   EXPECT_TRUE(plan.views.empty());
   ASSERT_FALSE(plan.refused.empty());
@@ -193,9 +203,9 @@ TEST_F(PlannerTest, ImpossibleConfigurationNamesEveryField) {
   config_.viewcell_size = -1;
   config_.candidates = 0;
   config_.rejected = {{Eigen::Vector3d::Zero(), -1}};
-  const auto status =
-      MakePlan(BuildView(FurnishedRoom(3)), scanner_, config_, {}, serial_, [](const Plan&) {
-      }).status();
+  const auto status = MakePlan(test_support::BuildView(test_support::FurnishedRoom(3)), scanner_,
+                               config_, {}, serial_, [](const Plan&) {})
+                          .status();
   EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
   const std::string message(status.message().data(), status.message().size());
   EXPECT_THAT(message, HasSubstr("required_density"));
@@ -206,26 +216,26 @@ TEST_F(PlannerTest, ImpossibleConfigurationNamesEveryField) {
 
 TEST_F(PlannerTest, ViewcellMustBeAMultipleOfTheVoxel) {
   config_.viewcell_size = 0.12;
-  EXPECT_EQ(
-      MakePlan(BuildView(FurnishedRoom(3)), scanner_, config_, {}, serial_, [](const Plan&) {})
-          .status()
-          .code(),
-      absl::StatusCode::kInvalidArgument);
+  EXPECT_EQ(MakePlan(test_support::BuildView(test_support::FurnishedRoom(3)), scanner_, config_, {},
+                     serial_, [](const Plan&) {})
+                .status()
+                .code(),
+            absl::StatusCode::kInvalidArgument);
 }
 
 TEST_F(PlannerTest, CoverageAddsUp) {
-  const PlanningView model = BuildView(FurnishedRoom(3));
+  const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(3));
   const Coverage coverage = MeasureCoverage(model, config_);
   double all = 0;
   for (const double area : coverage.area) all += area;
-  EXPECT_GT(coverage.area[static_cast<size_t>(SurfaceKind::kTrue)], 50);
-  EXPECT_GT(coverage.area[static_cast<size_t>(SurfaceKind::kOcclusion)], 1);
+  EXPECT_GT(coverage.area[static_cast<size_t>(model::SurfaceKind::kTrue)], 50);
+  EXPECT_GT(coverage.area[static_cast<size_t>(model::SurfaceKind::kOcclusion)], 1);
   EXPECT_NEAR(coverage.estimated_coverage, coverage.area_at_density / all, 1e-12);
 }
 
-// A sealed room beside the one with the stand: known, since it was given so, but nobody gets in.
+// A sealed room beside the one with the station: known, since it was given so, but nobody gets in.
 TEST_F(PlannerTest, SaysWhatNoFeasibleViewCanSee) {
-  ClosedFormScene scene;
+  test_support::ClosedFormScene scene;
   const Region room(Eigen::Vector3d::Zero(), Eigen::Vector3d(4, 3, 2.6));
   const Region sealed(Eigen::Vector3d(4.2, 0, 0), Eigen::Vector3d(6.2, 3, 2.6));
   scene.extent = Region(Eigen::Vector3d(-0.1, -0.1, -0.1), Eigen::Vector3d(6.3, 3.1, 2.7));
@@ -235,17 +245,18 @@ TEST_F(PlannerTest, SaysWhatNoFeasibleViewCanSee) {
   scene.density = [=](const Eigen::Vector3d& p) {
     return missing.contains(p) || p.x() > 4.1 ? 0 : 1e5;
   };
-  scene.stands = {MakeStand(Eigen::Vector3d(1.5, 1.5, 1.5))};
-  const Plan plan = Make(BuildView(scene), Budget::Unlimited(), serial_);
+  scene.stations = {test_support::MakeStation(Eigen::Vector3d(1.5, 1.5, 1.5))};
+  const Plan plan = Make(test_support::BuildView(scene), parallel::Budget::Unlimited(), serial_);
   ASSERT_TRUE(plan.complete) << plan.message;
-  ASSERT_TRUE(plan.termination.unseeable_known);
+  ASSERT_TRUE(plan.termination.unobservable_known);
   const double surface = 2 * (2 * 3 + 2 * 2.6 + 3 * 2.6);
-  EXPECT_NEAR(plan.termination.unseeable_area, surface, 0.03 * surface);
-  EXPECT_NEAR(plan.needy_area - plan.termination.unseeable_area, 0.25, 0.01);
+  EXPECT_NEAR(plan.termination.unobservable_area, surface, 0.03 * surface);
+  EXPECT_NEAR(plan.deficient_area - plan.termination.unobservable_area, 0.25, 0.01);
 }
 
 TEST_F(PlannerTest, RegionIsTheConnectedCellsThatAreAsGood) {
-  const Plan plan = Make(BuildView(FurnishedRoom(2)), Budget::Unlimited(), serial_);
+  const Plan plan = Make(test_support::BuildView(test_support::FurnishedRoom(2)),
+                         parallel::Budget::Unlimited(), serial_);
   ASSERT_TRUE(plan.complete);
   const double size = config_.viewcell_size;
   std::map<std::array<int, 3>, double> score;
@@ -290,10 +301,10 @@ TEST_F(PlannerTest, RegionIsTheConnectedCellsThatAreAsGood) {
 }
 
 TEST_F(PlannerTest, ThePapersOrderEndsWithTheSameViews) {
-  const PlanningView model = BuildView(FurnishedRoom(4));
-  const Plan anytime = Make(model, Budget::Unlimited(), serial_);
+  const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(4));
+  const Plan anytime = Make(model, parallel::Budget::Unlimited(), serial_);
   config_.order = EvaluationOrder::kPatches;
-  const Plan by_patches = Make(model, Budget::Unlimited(), serial_);
+  const Plan by_patches = Make(model, parallel::Budget::Unlimited(), serial_);
   EXPECT_TRUE(by_patches.complete);
   ASSERT_EQ(anytime.views.size(), by_patches.views.size());
   ASSERT_FALSE(anytime.views.empty());
@@ -304,27 +315,28 @@ TEST_F(PlannerTest, ThePapersOrderEndsWithTheSameViews) {
 }
 
 TEST_F(PlannerTest, RefusesWhatTakesMoreMemoryThanAllowed) {
-  const PlanningView model = BuildView(FurnishedRoom(3));
+  const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(3));
   const uint64_t needed = EstimatePlanningMemory(model, config_);
   config_.memory_limit = needed;
-  EXPECT_EQ(Make(model, Budget::Unlimited(), serial_).outcome, PlanOutcome::kViews);
+  EXPECT_EQ(Make(model, parallel::Budget::Unlimited(), serial_).outcome, PlanOutcome::kViews);
   config_.memory_limit = needed - 1;
   const absl::Status status =
-      MakePlan(model, scanner_, config_, Budget::Unlimited(), serial_, [](const Plan&) {}).status();
+      MakePlan(model, scanner_, config_, parallel::Budget::Unlimited(), serial_, [](const Plan&) {
+      }).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(status.message()), HasSubstr("memory_limit"));
   // What does not fit is refused before anything of its size is built.
-  std::vector<BrickAt> far;
+  std::vector<model::BrickAt> far;
   for (const int at : {-60, 60}) {
-    far.push_back({VoxelIndex::Constant(at), model.bricks().front().contents});
+    far.push_back({model::VoxelIndex::Constant(at), model.bricks().front().contents});
   }
   config_.memory_limit = 100'000'000;
-  EXPECT_EQ(MakePlan(PlanningView(0.05, 1, far, {}), scanner_, config_, Budget::Unlimited(),
-                     serial_, [](const Plan&) {})
+  EXPECT_EQ(MakePlan(model::PlanningView(0.05, 1, far, {}), scanner_, config_,
+                     parallel::Budget::Unlimited(), serial_, [](const Plan&) {})
                 .status()
                 .code(),
             absl::StatusCode::kResourceExhausted);
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::planning

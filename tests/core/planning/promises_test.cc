@@ -7,44 +7,45 @@
 
 #include "core/model/partial_model.h"
 #include "core/parallel/parallel.h"
-#include "core/planning/planner.h"
+#include "core/planning/evaluate_view.h"
+#include "core/planning/plan/planning_config.h"
 #include "tests/core/model/closed_form_scene.h"
 
-namespace vantage {
+namespace vantage::planning {
 namespace {
 
-class PromisesTest : public testing::TestWithParam<ClosedFormScene> {
+class PromisesTest : public testing::TestWithParam<model::ClosedFormScene> {
  protected:
   // m^2 at the required density that the planner promises from a place.
-  double PromisedAt(const PartialModel& model, const Eigen::Vector3d& position) {
+  double PromisedAt(const model::PartialModel& model, const Eigen::Vector3d& position) {
     const absl::StatusOr<ViewEvaluation> view =
         EvaluateView(*model.Publish(), scanner_, config_, position, serial_);
     EXPECT_TRUE(view.ok()) << view.status();
     return view.ok() ? view->view.score / config_.required_density : 0;
   }
-  void Scan(PartialModel& model, const std::string& id, const Eigen::Vector3d& position) {
-    const Eigen::Isometry3d pose = PoseAt(position);
-    ScanOptions options;
+  void Scan(model::PartialModel& model, const std::string& id, const Eigen::Vector3d& position) {
+    const Eigen::Isometry3d pose = model::PoseAt(position);
+    model::ScanOptions options;
     options.noise = 0.003;
     options.step = step_;
     options.seed = ++seed_;
-    const auto scan = ScanScene(GetParam(), pose, options);
+    const auto scan = model::ScanScene(GetParam(), pose, options);
     scanner_ = scan.scanner;
     ASSERT_TRUE(model.Insert(id, scan, pose, serial_).ok());
   }
 
-  ScannerModel scanner_;
+  sensor::ScannerModel scanner_;
   PlanningConfig config_;
-  Serial serial_;
-  double step_ = Radians(0.4);
+  parallel::Serial serial_;
+  double step_ = sensor::Radians(0.4);
   uint64_t seed_ = 0;
 };
 
 TEST_P(PromisesTest, TwoScansFromAPlaceLeaveNothingPromisedThere) {
   config_.required_density = 1000;
-  step_ = Radians(0.2);  // two samples fall on every voxel at least, however askew
-  const Eigen::Vector3d place = GetParam().stands[0];
-  auto model = PartialModel::Create({}).value();
+  step_ = sensor::Radians(0.2);  // two samples fall on every voxel at least, however askew
+  const Eigen::Vector3d place = GetParam().stations[0];
+  auto model = model::PartialModel::Create({}).value();
   Scan(*model, "first", place);
   const double once = PromisedAt(*model, place);
   Scan(*model, "second", place);
@@ -57,30 +58,31 @@ TEST_P(PromisesTest, TwoScansFromAPlaceLeaveNothingPromisedThere) {
 // Giving up is for what no look brings: the room next door stays worth a visit however often its
 // door was looked at.
 TEST_P(PromisesTest, WhatHidesRoomIsNotGivenUp) {
-  auto model = PartialModel::Create({}).value();
-  const Eigen::Vector3d place = GetParam().stands[0];
+  auto model = model::PartialModel::Create({}).value();
+  const Eigen::Vector3d place = GetParam().stations[0];
   Scan(*model, "first", place);
   Scan(*model, "second", place + Eigen::Vector3d(0.3, 0.2, 0.1));
   Scan(*model, "third", place + Eigen::Vector3d(0.1, -0.3, -0.1));
   const auto view = model->Publish();
   double open = 0;  // m^2 of false surface away from anything solid
   double given_up = 0;
-  view->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
-    if (!IsFalseSurface(state) || state == VoxelState::kFalseHole) return;
-    if (GetParam().DistanceToSurface(view->Centre(v), 1) < 2 * view->voxel_size()) return;
-    open += static_cast<double>(surface.area);
-    if (surface.given_up) given_up += static_cast<double>(surface.area);
-  });
+  view->ForEachSurface(
+      [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
+        if (!model::IsFalseSurface(state) || state == model::VoxelState::kFalseHole) return;
+        if (GetParam().DistanceToSurface(view->Centre(v), 1) < 2 * view->voxel_size()) return;
+        open += static_cast<double>(surface.area);
+        if (surface.given_up) given_up += static_cast<double>(surface.area);
+      });
   std::printf("%s: %.3f m^2 of %.2f m^2 given up\n", GetParam().name.c_str(), given_up, open);
   EXPECT_LE(given_up, 0.01 * open);
 }
 
-std::vector<ClosedFormScene> Scenes() {
-  std::vector<ClosedFormScene> scenes = AllScenes();
-  for (uint64_t seed = 1; seed <= 3; ++seed) scenes.push_back(RandomScene(seed));
+std::vector<model::ClosedFormScene> Scenes() {
+  std::vector<model::ClosedFormScene> scenes = model::AllScenes();
+  for (uint64_t seed = 1; seed <= 3; ++seed) scenes.push_back(model::RandomScene(seed));
   return scenes;
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, PromisesTest, testing::ValuesIn(Scenes()));
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::planning

@@ -4,58 +4,62 @@
 #include <string>
 
 #include "core/parallel/thread_pool.h"
-#include "core/simulation/passing.h"
-#include "core/simulation/scene.h"
+#include "core/simulation/scenes/pane_room.h"
+#include "core/simulation/scenes/passing.h"
+#include "core/simulation/scenes/scene.h"
 #include "tests/support/closed_loop.h"
 
-namespace vantage {
+namespace vantage::planning {
 namespace {
 
-LoopOptions Options() {
-  LoopOptions options;
-  options.scanner.azimuth_step = options.scanner.elevation_step = Radians(0.3);
+test_support::LoopOptions Options() {
+  test_support::LoopOptions options;
+  options.scanner.azimuth_step = options.scanner.elevation_step = sensor::Radians(0.3);
   options.planning.required_density = 1600;
   options.planning.viewcell_size = 0.2;
   return options;
 }
 
 // The operator is somewhere in every scan, and a cupboard's door never where it was.
-LoopResult RunWithComings() {
-  const Scene scene = PaneRoom({false, false, false, false});
-  const SimulatedScanner still(scene.mesh);
-  ThreadPool pool(2);
-  return RunClosedLoop(
-      [&](int scan, const Eigen::Vector3d& stand) {
-        TriangleMesh mesh = scene.mesh;
-        MeshBuilder builder(mesh);
-        const auto place = OperatorPlace(still, stand, 0, static_cast<uint64_t>(scan) + 1);
+test_support::LoopResult RunWithComings() {
+  const simulation::Scene scene = simulation::PaneRoom({false, false, false, false});
+  const simulation::SimulatedScanner still(scene.mesh);
+  parallel::ThreadPool pool(2);
+  return test_support::RunClosedLoop(
+      [&](int scan, const Eigen::Vector3d& station) {
+        simulation::TriangleMesh mesh = scene.mesh;
+        simulation::MeshBuilder builder(mesh);
+        const auto place =
+            simulation::OperatorPlace(still, station, 0, static_cast<uint64_t>(scan) + 1);
         EXPECT_TRUE(place.has_value());
-        if (place.has_value()) AddPerson(*place, 0.7 * scan, builder);
-        AddDoorLeaf({{0.58, 0.4, 0}, 0.55, 1.9, kPi / 2}, scan % 2 == 0 ? -0.1 : -1.4, builder);
+        if (place.has_value()) simulation::AddPerson(*place, 0.7 * scan, builder);
+        simulation::AddDoorLeaf({{0.58, 0.4, 0}, 0.55, 1.9, sensor::kPi / 2},
+                                scan % 2 == 0 ? -0.1 : -1.4, builder);
         return mesh;
       },
       scene.starts[0], Options(), pool);
 }
 
-LoopResult RunIn(const Panes& panes) {
-  const Scene scene = PaneRoom(panes);
-  ThreadPool pool(2);
-  return RunClosedLoop([&](int, const Eigen::Vector3d&) { return scene.mesh; }, scene.starts[0],
-                       Options(), pool);
+test_support::LoopResult RunIn(const simulation::Panes& panes) {
+  const simulation::Scene scene = simulation::PaneRoom(panes);
+  parallel::ThreadPool pool(2);
+  return test_support::RunClosedLoop([&](int, const Eigen::Vector3d&) { return scene.mesh; },
+                                     scene.starts[0], Options(), pool);
 }
 
-void ExpectSensible(const LoopResult& result, size_t plain_scans) {
+void ExpectSensible(const test_support::LoopResult& result, size_t plain_scans) {
   std::string reasons;
   for (const Plan& plan : result.plans) reasons += plan.termination.reason + "\n";
   SCOPED_TRACE(reasons);
-  std::printf("%zu scans, %zu in the plain room\n", result.stands.size(), plain_scans);
+  std::printf("%zu scans, %zu in the plain room\n", result.stations.size(), plain_scans);
   EXPECT_TRUE(result.stopped);
-  EXPECT_LE(result.stands.size(), plain_scans + 1);
+  EXPECT_LE(result.stations.size(), plain_scans + 1);
   const Eigen::AlignedBox3d room(Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(5.2, 4.2, 2.6));
-  for (size_t i = 0; i < result.stands.size(); ++i) {
-    EXPECT_TRUE(room.contains(result.stands[i])) << result.stands[i].transpose();
+  for (size_t i = 0; i < result.stations.size(); ++i) {
+    EXPECT_TRUE(room.contains(result.stations[i])) << result.stations[i].transpose();
     for (size_t k = 0; k < i; ++k) {
-      EXPECT_GT((result.stands[i] - result.stands[k]).norm(), 0.3) << "scans " << k << " and " << i;
+      EXPECT_GT((result.stations[i] - result.stations[k]).norm(), 0.3)
+          << "scans " << k << " and " << i;
     }
   }
   // Nor was anything else said to be feasible outside.
@@ -69,9 +73,9 @@ void ExpectSensible(const LoopResult& result, size_t plain_scans) {
 class ScepticalCycleTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    const LoopResult plain = RunIn({false, false, false, false});
+    const test_support::LoopResult plain = RunIn({false, false, false, false});
     EXPECT_TRUE(plain.stopped);
-    plain_scans_ = plain.stands.size();
+    plain_scans_ = plain.stations.size();
   }
   static size_t plain_scans_;
 };
@@ -82,7 +86,7 @@ TEST_F(ScepticalCycleTest, Windows) {
 }
 
 TEST_F(ScepticalCycleTest, AMirror) {
-  const LoopResult result = RunIn({false, true, false, false});
+  const test_support::LoopResult result = RunIn({false, true, false, false});
   ExpectSensible(result, plain_scans_);
   // It is named for what it is: never measured, given up.
   EXPECT_GT(result.plans.back().coverage.area_given_up, 1.5);
@@ -106,4 +110,4 @@ TEST_F(ScepticalCycleTest, ADarkCupboard) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::planning

@@ -6,7 +6,7 @@
 #include <tuple>
 #include <utility>
 
-namespace vantage {
+namespace vantage::registration {
 
 BoxScene::Hit BoxScene::Cast(const Eigen::Vector3d& origin,
                              const Eigen::Vector3d& direction) const {
@@ -74,14 +74,14 @@ BoxScene Corridor() {
   return scene;
 }
 
-Scan ScanScene(const BoxScene& scene, const Eigen::Isometry3d& T_world_scan,
-               const ScanSettings& settings, unsigned seed) {
-  Scan scan;
-  RangeImage& image = scan.image;
-  for (double a = -kPi; a < kPi - 0.5 * settings.step; a += settings.step) {
+sensor::Scan ScanScene(const BoxScene& scene, const Eigen::Isometry3d& T_world_scan,
+                       const ScanSettings& settings, unsigned seed) {
+  sensor::Scan scan;
+  sensor::RangeImage& image = scan.image;
+  for (double a = -sensor::kPi; a < sensor::kPi - 0.5 * settings.step; a += settings.step) {
     image.azimuth.push_back(a);
   }
-  for (double e = settings.elevation_min; e < kPi / 2; e += settings.step) {
+  for (double e = settings.elevation_min; e < sensor::kPi / 2; e += settings.step) {
     image.elevation.push_back(e);
   }
   image.native_azimuth_step = image.native_elevation_step = settings.step;
@@ -98,14 +98,14 @@ Scan ScanScene(const BoxScene& scene, const Eigen::Isometry3d& T_world_scan,
   for (int c = 0; c < image.columns(); ++c) {
     for (int r = 0; r < image.rows(); ++r) {
       if (blind(image.elevation[static_cast<size_t>(r)])) {
-        image.range.push_back(RangeImage::kNoInformation);
+        image.range.push_back(sensor::RangeImage::kNoInformation);
         continue;
       }
       const BoxScene::Hit hit =
           scene.Cast(T_world_scan.translation(), T_world_scan.linear() * image.Direction(c, r));
       const bool in_range = hit.range > 0.5 && hit.range < scan.scanner.range_max;
       image.range.push_back(in_range ? static_cast<float>(hit.range + noise(random))
-                                     : RangeImage::kNoReturn);
+                                     : sensor::RangeImage::kNoReturn);
     }
   }
   return scan;
@@ -129,21 +129,22 @@ void ViewBuilder::AddSample(const Eigen::Vector3d& origin, const Eigen::Vector3d
   ++cell.samples;
 }
 
-std::shared_ptr<const PlanningView> ViewBuilder::Build() const {
+std::shared_ptr<const model::PlanningView> ViewBuilder::Build() const {
   std::map<std::tuple<int, int, int>, std::map<int, const Cell*>> bricks;
   for (const auto& [key, cell] : cells_) {
-    const VoxelIndex v(key.x, key.y, key.z);
-    const VoxelIndex b = Brick::Of(v);
-    bricks[{b.x(), b.y(), b.z()}][Brick::LocalOf(v)] = &cell;
+    const model::VoxelIndex v(key.x, key.y, key.z);
+    const model::VoxelIndex b = model::Brick::Of(v);
+    bricks[{b.x(), b.y(), b.z()}][model::Brick::LocalOf(v)] = &cell;
   }
-  std::vector<BrickAt> list;
+  std::vector<model::BrickAt> list;
   for (const auto& [at, cells] : bricks) {
-    auto brick = std::make_shared<Brick>();
+    auto brick = std::make_shared<model::Brick>();
     for (const auto& [local, cell] : cells) {
-      brick->state[local] = cell->samples > 0 ? VoxelState::kTrueSurface : VoxelState::kEmpty;
+      brick->state[local] =
+          cell->samples > 0 ? model::VoxelState::kTrueSurface : model::VoxelState::kEmpty;
       if (cell->samples == 0) continue;
       brick->surface_mask[local / 64] |= uint64_t{1} << (local % 64);
-      SurfaceVoxel voxel;
+      model::SurfaceVoxel voxel;
       voxel.centroid = (cell->sum / cell->samples).cast<float>();
       voxel.normal = cell->normal.normalized().cast<float>();
       voxel.area = static_cast<float>(voxel_ * voxel_ / voxel.normal.cwiseAbs().sum());
@@ -151,16 +152,17 @@ std::shared_ptr<const PlanningView> ViewBuilder::Build() const {
       voxel.density = static_cast<float>(cell->samples) / voxel.area;
       brick->surface.push_back(voxel);
     }
-    list.push_back({VoxelIndex(std::get<0>(at), std::get<1>(at), std::get<2>(at)), brick});
+    list.push_back({model::VoxelIndex(std::get<0>(at), std::get<1>(at), std::get<2>(at)), brick});
   }
-  return std::make_shared<PlanningView>(voxel_, 1, std::move(list), std::vector<Stand>{});
+  return std::make_shared<model::PlanningView>(voxel_, 1, std::move(list),
+                                               std::vector<model::Station>{});
 }
 
-std::shared_ptr<const PlanningView> ModelOf(const BoxScene& scene,
-                                            const Eigen::Isometry3d& T_world_scan,
-                                            const ScanSettings& settings, double normal_noise,
-                                            unsigned seed) {
-  const Scan scan = ScanScene(scene, T_world_scan, settings, seed);
+std::shared_ptr<const model::PlanningView> ModelOf(const BoxScene& scene,
+                                                   const Eigen::Isometry3d& T_world_scan,
+                                                   const ScanSettings& settings,
+                                                   double normal_noise, unsigned seed) {
+  const sensor::Scan scan = ScanScene(scene, T_world_scan, settings, seed);
   std::mt19937_64 random(seed + 1000);
   std::normal_distribution<double> gauss(0, 1);
   ViewBuilder builder(0.05);
@@ -168,7 +170,7 @@ std::shared_ptr<const PlanningView> ModelOf(const BoxScene& scene,
   for (int c = 0; c < scan.image.columns(); ++c) {
     for (int r = 0; r < scan.image.rows(); ++r) {
       const float range = scan.image.at(c, r);
-      if (!RangeImage::IsRange(range)) continue;
+      if (!sensor::RangeImage::IsRange(range)) continue;
       const Eigen::Vector3d direction = T_world_scan.linear() * scan.image.Direction(c, r);
       const Eigen::Vector3d point = T_world_scan.translation() + range * direction;
       const Eigen::Array3i v = (point / 0.05).array().floor().cast<int>();
@@ -204,4 +206,4 @@ Eigen::Isometry3d Disturbed(const Eigen::Isometry3d& pose, double metres, double
   return disturbed;
 }
 
-}  // namespace vantage
+}  // namespace vantage::registration

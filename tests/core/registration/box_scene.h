@@ -11,10 +11,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/model/planning_view.h"
+#include "core/model/view/planning_view.h"
 #include "core/sensor/scan.h"
 
-namespace vantage {
+namespace vantage::registration {
 
 struct BoxScene {
   Eigen::AlignedBox3d room;                 // seen from inside
@@ -35,13 +35,13 @@ BoxScene FurnishedRoom(unsigned seed);
 BoxScene Corridor();
 
 struct ScanSettings {
-  double step = Radians(0.5);
+  double step = sensor::Radians(0.5);
   double noise = 0.003;  // m
-  double elevation_min = Radians(-60);
+  double elevation_min = sensor::Radians(-60);
   std::vector<std::pair<double, double>> blind;  // rad, elevations at which nothing is measured
 };
-Scan ScanScene(const BoxScene& scene, const Eigen::Isometry3d& T_world_scan,
-               const ScanSettings& settings, unsigned seed);
+sensor::Scan ScanScene(const BoxScene& scene, const Eigen::Isometry3d& T_world_scan,
+                       const ScanSettings& settings, unsigned seed);
 
 // Collects samples with normals, and the space before them, into a planning view.
 class ViewBuilder {
@@ -49,7 +49,7 @@ class ViewBuilder {
   explicit ViewBuilder(double voxel) : voxel_(voxel) {}
   void AddSample(const Eigen::Vector3d& origin, const Eigen::Vector3d& point,
                  const Eigen::Vector3d& normal);
-  std::shared_ptr<const PlanningView> Build() const;
+  std::shared_ptr<const model::PlanningView> Build() const;
 
  private:
   struct Key {
@@ -75,10 +75,10 @@ class ViewBuilder {
 
 // The model after one scan: noisy samples, the scene's normals turned by `normal_noise` rad (per
 // voxel).
-std::shared_ptr<const PlanningView> ModelOf(const BoxScene& scene,
-                                            const Eigen::Isometry3d& T_world_scan,
-                                            const ScanSettings& settings, double normal_noise,
-                                            unsigned seed);
+std::shared_ptr<const model::PlanningView> ModelOf(const BoxScene& scene,
+                                                   const Eigen::Isometry3d& T_world_scan,
+                                                   const ScanSettings& settings,
+                                                   double normal_noise, unsigned seed);
 
 // A pose at a place with a heading and a small tilt.
 Eigen::Isometry3d PoseAt(const Eigen::Vector3d& position, double yaw, double pitch = 0,
@@ -88,6 +88,6 @@ Eigen::Isometry3d PoseAt(const Eigen::Vector3d& position, double yaw, double pit
 Eigen::Isometry3d Disturbed(const Eigen::Isometry3d& pose, double metres, double radians,
                             std::mt19937_64& random);
 
-}  // namespace vantage
+}  // namespace vantage::registration
 
 #endif  // VANTAGE_TESTS_CORE_REGISTRATION_BOX_SCENE_H_

@@ -9,48 +9,49 @@
 
 #include "core/model/partial_model.h"
 #include "core/parallel/parallel.h"
+#include "core/registration/align/without_reflections.h"
 #include "core/registration/registration.h"
-#include "core/registration/without_reflections.h"
-#include "core/simulation/scene.h"
+#include "core/simulation/scenes/furnished_flat.h"
+#include "core/simulation/scenes/scene.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/core/registration/box_scene.h"
 
-namespace vantage {
+namespace vantage::registration {
 namespace {
 
 class MirrorTest : public testing::Test {
  protected:
   MirrorTest() : simulated_(scene_.mesh) {
-    scanner_.azimuth_step = scanner_.elevation_step = Radians(0.3);
+    scanner_.azimuth_step = scanner_.elevation_step = sensor::Radians(0.3);
   }
 
-  Scan ScanAt(const Eigen::Isometry3d& pose, const ScanFaults& faults = {}) {
+  sensor::Scan ScanAt(const Eigen::Isometry3d& pose, const simulation::ScanFaults& faults = {}) {
     return {simulated_.Scan(scanner_, pose, faults, 7, serial_), scanner_, {}};
   }
   // What the first scan sees: the hall, the doors to other rooms, and into the bath.
-  std::shared_ptr<const PlanningView> AfterTheFirst() {
-    auto model = *PartialModel::Create({});
+  std::shared_ptr<const model::PlanningView> AfterTheFirst() {
+    auto model = *model::PartialModel::Create({});
     const Eigen::Isometry3d pose = PoseAt({0.95, 6.65, 1.2}, 0);
     EXPECT_TRUE(model->Insert("first", ScanAt(pose), pose, serial_).ok());
     return model->Publish();
   }
 
-  Serial serial_;
-  const Scene scene_ = FurnishedFlat(101);
-  const SimulatedScanner simulated_;
-  ScannerModel scanner_;
+  parallel::Serial serial_;
+  const simulation::Scene scene_ = simulation::FurnishedFlat(101);
+  const simulation::SimulatedScanner simulated_;
+  sensor::ScannerModel scanner_;
 };
 
 // A metre from the mirror over the washstand, 0.6 m wide in the wall at y = 4.43.
 const Eigen::Isometry3d kBeforeTheMirror = PoseAt({3.44, 3.47, 1.1}, 0.4);
 
 TEST_F(MirrorTest, AScanFromBeforeAMirrorIsRegistered) {
-  const std::shared_ptr<const PlanningView> model = AfterTheFirst();
-  const Scan scan = ScanAt(kBeforeTheMirror);
+  const std::shared_ptr<const model::PlanningView> model = AfterTheFirst();
+  const sensor::Scan scan = ScanAt(kBeforeTheMirror);
   std::mt19937_64 random(1);
   for (int t = 0; t < 5; ++t) {
-    PosePrior prior;
-    prior.T_world_scan = Disturbed(kBeforeTheMirror, 0.1, Radians(3), random);
+    sensor::PosePrior prior;
+    prior.T_world_scan = Disturbed(kBeforeTheMirror, 0.1, sensor::Radians(3), random);
     const auto result = Register(*model, scan, prior, {}, serial_);
     ASSERT_TRUE(result.ok());
     EXPECT_TRUE(result->verdict.registered()) << result->verdict.reason;
@@ -60,11 +61,11 @@ TEST_F(MirrorTest, AScanFromBeforeAMirrorIsRegistered) {
 }
 
 TEST_F(MirrorTest, AScanAtAWrongPlaceIsNot) {
-  const std::shared_ptr<const PlanningView> model = AfterTheFirst();
-  const Scan scan = ScanAt(kBeforeTheMirror);
+  const std::shared_ptr<const model::PlanningView> model = AfterTheFirst();
+  const sensor::Scan scan = ScanAt(kBeforeTheMirror);
   for (const Eigen::Vector3d& off :
        {Eigen::Vector3d(2, 0, 0), {0, 2, 0}, {3, 1, 0}, {-2, 1, 0}, {5, 2, 0}}) {
-    PosePrior prior;
+    sensor::PosePrior prior;
     prior.T_world_scan = kBeforeTheMirror;
     prior.T_world_scan.pretranslate(off);
     const auto result = Register(*model, scan, prior, {}, serial_);
@@ -76,20 +77,21 @@ TEST_F(MirrorTest, AScanAtAWrongPlaceIsNot) {
 }
 
 TEST_F(MirrorTest, OnlyWhatIsBehindTheMirrorIsLeftOut) {
-  const Scan scan = ScanAt(kBeforeTheMirror);
-  const std::optional<Scan> without = WithoutReflections(scan, serial_);
+  const sensor::Scan scan = ScanAt(kBeforeTheMirror);
+  const std::optional<sensor::Scan> without = WithoutReflections(scan, serial_);
   ASSERT_TRUE(without.has_value());
   ASSERT_TRUE(without->image.Validate().ok());
   // What a mirror that cannot be seen in would have let through.
-  const RangeImage truth = ScanAt(kBeforeTheMirror, ScanFaults::None()).image;
+  const sensor::RangeImage truth = ScanAt(kBeforeTheMirror, simulation::ScanFaults::None()).image;
   size_t phantoms = 0;
   size_t left = 0;
   size_t lost = 0;
   for (size_t i = 0; i < truth.range.size(); ++i) {
     const float range = scan.image.range[i];
-    if (!RangeImage::IsRange(range)) continue;
-    const bool phantom = RangeImage::IsRange(truth.range[i]) && range > truth.range[i] + 0.15F;
-    const bool is_left = RangeImage::IsRange(without->image.range[i]);
+    if (!sensor::RangeImage::IsRange(range)) continue;
+    const bool phantom =
+        sensor::RangeImage::IsRange(truth.range[i]) && range > truth.range[i] + 0.15F;
+    const bool is_left = sensor::RangeImage::IsRange(without->image.range[i]);
     EXPECT_TRUE(!is_left || without->image.range[i] == range);
     phantoms += phantom ? 1 : 0;
     left += phantom && is_left ? 1 : 0;
@@ -101,9 +103,9 @@ TEST_F(MirrorTest, OnlyWhatIsBehindTheMirrorIsLeftOut) {
 }
 
 TEST_F(MirrorTest, WithoutAMirrorInSightNothingIsLeftOut) {
-  const Scan scan = ScanAt(PoseAt({0.95, 6.65, 1.2}, 0), ScanFaults::None());
+  const sensor::Scan scan = ScanAt(PoseAt({0.95, 6.65, 1.2}, 0), simulation::ScanFaults::None());
   EXPECT_FALSE(WithoutReflections(scan, serial_).has_value());
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::registration

@@ -8,12 +8,16 @@
 #include <string>
 
 #include "core/model/partial_model.h"
+#include "core/model/view/model_config.h"
 #include "core/parallel/thread_pool.h"
+#include "core/registration/align/registration_config.h"
+#include "core/registration/levelling.h"
 #include "core/registration/registration.h"
 #include "core/sensor/import.h"
+#include "core/sensor/imported_scan.h"
 #include "tests/core/registration/box_scene.h"
 
-namespace vantage {
+namespace vantage::registration {
 namespace {
 
 // The instrument cannot meet the default of 10 mm: what it is held to is what its reference pose
@@ -34,8 +38,8 @@ class RealScans : public testing::Test {
       GTEST_SKIP() << folder << "room_scan1.ptx is not there: no real scans to read";
     }
     for (int i = 0; i < 2; ++i) {
-      const auto imported =
-          ReadScanFile(folder + "room_scan" + std::to_string(i + 1) + ".ptx", ImportLimits());
+      const auto imported = sensor::ReadScanFile(
+          folder + "room_scan" + std::to_string(i + 1) + ".ptx", sensor::ImportLimits());
       ASSERT_TRUE(imported.ok()) << imported.status();
       scans_[i].image = imported->image;
       scans_[i].scanner = imported->scanner;
@@ -57,11 +61,11 @@ class RealScans : public testing::Test {
   }
 
   // Scan 1 levelled and inserted.
-  std::shared_ptr<const PlanningView> ModelOfScan1() {
+  std::shared_ptr<const model::PlanningView> ModelOfScan1() {
     const auto level = LevelFirstScan(scans_[0]);
     EXPECT_TRUE(level.ok()) << level.status();
     T_world_scan1_ = level->T_world_scan;
-    auto model = PartialModel::Create(ModelConfig());
+    auto model = model::PartialModel::Create(model::ModelConfig());
     EXPECT_TRUE(model.ok()) << model.status();
     const auto merged = (*model)->Insert("scan1", scans_[0], T_world_scan1_, pool_);
     EXPECT_TRUE(merged.ok()) << merged.status();
@@ -75,11 +79,11 @@ class RealScans : public testing::Test {
   Difference ToReference(const Eigen::Isometry3d& T_world_scan2) const {
     const Eigen::Isometry3d e =
         T_scan1_scan2_.inverse() * (T_world_scan1_.inverse() * T_world_scan2);
-    return {e.translation().norm(), Degrees(Eigen::AngleAxisd(e.linear()).angle())};
+    return {e.translation().norm(), sensor::Degrees(Eigen::AngleAxisd(e.linear()).angle())};
   }
 
-  ThreadPool pool_{2};
-  Scan scans_[2];
+  parallel::ThreadPool pool_{2};
+  sensor::Scan scans_[2];
   Eigen::Isometry3d T_scan1_scan2_ = Eigen::Isometry3d::Identity();
   Eigen::Isometry3d T_world_scan1_ = Eigen::Isometry3d::Identity();
 };
@@ -90,18 +94,18 @@ TEST_F(RealScans, AreLevelledByTheirFloor) {
     const auto level = LevelFirstScan(scans_[i]);
     ASSERT_TRUE(level.ok()) << level.status();
     EXPECT_TRUE(level->found_floor);
-    EXPECT_NEAR(Degrees(level->tilt), kTilt[i], 0.3);
+    EXPECT_NEAR(sensor::Degrees(level->tilt), kTilt[i], 0.3);
   }
 }
 
 TEST_F(RealScans, SecondRegistersFromAPriorOff20CentimetresAnd5Degrees) {
   const auto model = ModelOfScan1();
   const Eigen::Isometry3d reference = T_world_scan1_ * T_scan1_scan2_;
-  PosePrior prior;
+  sensor::PosePrior prior;
   prior.T_world_scan = reference;
   prior.T_world_scan.translation() += Eigen::Vector3d(0.16, -0.12, 0);
   prior.T_world_scan.linear() =
-      Eigen::AngleAxisd(Radians(5), Eigen::Vector3d::UnitZ()) * reference.linear();
+      Eigen::AngleAxisd(sensor::Radians(5), Eigen::Vector3d::UnitZ()) * reference.linear();
   const auto result = Register(*model, scans_[1], prior, ForThisInstrument(), pool_);
   ASSERT_TRUE(result.ok()) << result.status();
   const Difference d = ToReference(result->T_world_scan);
@@ -119,8 +123,8 @@ TEST_F(RealScans, TwentyPriorsUpToHalfAMetreAnd15Degrees) {
   for (int k = 0; k < 20; ++k) {
     const double metres = 0.5 * unit(random);
     const double degrees = 15 * unit(random);
-    PosePrior prior;
-    prior.T_world_scan = Disturbed(reference, metres, Radians(degrees), random);
+    sensor::PosePrior prior;
+    prior.T_world_scan = Disturbed(reference, metres, sensor::Radians(degrees), random);
     const auto result = Register(*model, scans_[1], prior, ForThisInstrument(), pool_);
     ASSERT_TRUE(result.ok()) << result.status();
     const Difference d = ToReference(result->T_world_scan);
@@ -144,8 +148,8 @@ TEST_F(RealScans, AreNotAcceptedWhereTheyDoNotBelong) {
   const Eigen::Isometry3d reference = T_world_scan1_ * T_scan1_scan2_;
   for (const double yaw : {90.0, 180.0, 270.0}) {
     for (const double shift : {-1.5, 1.5}) {
-      PosePrior prior;
-      prior.T_world_scan = PoseAt({0, 0, 0}, Radians(yaw)) * reference;
+      sensor::PosePrior prior;
+      prior.T_world_scan = PoseAt({0, 0, 0}, sensor::Radians(yaw)) * reference;
       prior.T_world_scan.translation() =
           reference.translation() + Eigen::Vector3d(shift, 0.5 * shift, 0);
       const auto result = Register(*model, scans_[1], prior, ForThisInstrument(), pool_);
@@ -161,4 +165,4 @@ TEST_F(RealScans, AreNotAcceptedWhereTheyDoNotBelong) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::registration

@@ -7,9 +7,9 @@
 #include <random>
 #include <vector>
 
-#include "core/registration/error_bound.h"
+#include "core/registration/bound/error_bound.h"
 
-namespace vantage {
+namespace vantage::registration {
 
 inline constexpr double kShapeSigma = 0.003;  // m, of each point along its normal
 
@@ -35,7 +35,7 @@ class Shape {
     return *this;
   }
   const std::vector<Constraint>& points() const { return points_; }
-  OverlapGeometry Geometry(double assumed_noise = Radians(2)) const {
+  OverlapGeometry Geometry(double assumed_noise = sensor::Radians(2)) const {
     return {points_, assumed_noise, RegistrationConfig()};
   }
 
@@ -58,6 +58,6 @@ inline Shape CorridorShape(double noise, unsigned seed) {
   return shape;
 }
 
-}  // namespace vantage
+}  // namespace vantage::registration
 
 #endif  // VANTAGE_TESTS_CORE_REGISTRATION_SHAPE_H_

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "core/sensor/byte_order.h"
+#include "core/bytes/byte_order.h"
 #include "core/sensor/scanner_model.h"
 
-namespace vantage {
+namespace vantage::sensor {
 
 // Distance from the origin to the walls of the room [-2, 3] x [-1.5, 2.5] x [-1.2, 1.6] along a
 // unit direction, m.
@@ -93,7 +93,7 @@ inline std::string PcdBinary(size_t width, size_t height,
   for (const Eigen::Vector3d& p : points) {
     bytes.push_back(7);
     for (int axis = 0; axis < 3; ++axis) {
-      AppendLittleEndian(static_cast<float>(p[axis]), bytes);
+      bytes::AppendLittleEndian(static_cast<float>(p[axis]), bytes);
     }
   }
   return bytes;
@@ -126,7 +126,7 @@ inline std::string PcdCompressed(size_t width, size_t height,
   std::string planes;
   for (int axis = 0; axis < 3; ++axis) {
     for (const Eigen::Vector3d& p : points) {
-      AppendLittleEndian(static_cast<float>(p[axis]), planes);
+      bytes::AppendLittleEndian(static_cast<float>(p[axis]), planes);
     }
   }
   for (size_t at = 0; at < planes.size(); at += 32) {
@@ -135,11 +135,11 @@ inline std::string PcdCompressed(size_t width, size_t height,
     block.append(planes, at, length);
   }
   std::string bytes = PcdHeaderText(width, height, "binary_compressed");
-  AppendLittleEndian(static_cast<uint32_t>(block.size()), bytes);
-  AppendLittleEndian(static_cast<uint32_t>(points.size() * 13), bytes);
+  bytes::AppendLittleEndian(static_cast<uint32_t>(block.size()), bytes);
+  bytes::AppendLittleEndian(static_cast<uint32_t>(points.size() * 13), bytes);
   return bytes + block;
 }
 
-}  // namespace vantage
+}  // namespace vantage::sensor
 
 #endif  // VANTAGE_TESTS_CORE_SENSOR_ANALYTIC_ROOM_H_

@@ -8,7 +8,7 @@
 #include <ostream>
 #include <random>
 
-namespace vantage {
+namespace vantage::sensor {
 namespace {
 
 constexpr size_t kMaxCells = 1'000'000;
@@ -200,4 +200,4 @@ INSTANTIATE_TEST_SUITE_P(
     [](const auto& suite) { return suite.param.name; });
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::sensor

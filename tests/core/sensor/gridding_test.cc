@@ -1,13 +1,16 @@
-#include "core/sensor/gridding.h"
 
 #include <gtest/gtest.h>
 
 #include <algorithm>
 #include <random>
 
+#include "core/sensor/grid_columns.h"
+#include "core/sensor/grid_directions.h"
+#include "core/sensor/gridded_scan.h"
+#include "core/sensor/scanner_body.h"
 #include "tests/core/sensor/analytic_room.h"
 
-namespace vantage {
+namespace vantage::sensor {
 namespace {
 
 const auto kAlways = [](size_t, size_t) { return true; };
@@ -257,4 +260,4 @@ TEST(MaskScannerBodyTest, TakesTheBodyAndItsBlindZoneButNoWindow) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::sensor

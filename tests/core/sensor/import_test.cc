@@ -8,10 +8,12 @@
 #include <ostream>
 #include <sstream>
 
-#include "core/sensor/lzf.h"
+#include "core/sensor/imported_scan.h"
+#include "core/sensor/pcd.h"
+#include "core/sensor/ptx.h"
 #include "tests/core/sensor/analytic_room.h"
 
-namespace vantage {
+namespace vantage::sensor {
 namespace {
 
 // 40 x 20 cells, a few without return; nothing nearer than range_min.
@@ -241,18 +243,6 @@ TEST_P(BadPcdTest, IsRefusedWithTheCause) {
 INSTANTIATE_TEST_SUITE_P(Files, BadPcdTest, testing::ValuesIn(BadPcdFiles()),
                          [](const auto& suite) { return std::string(suite.param.name); });
 
-TEST(LzfTest, RefusesWhatDoesNotFit) {
-  EXPECT_EQ(*DecompressLzf(std::string("\2abc\x20\2", 6), 6), "abcabc");
-  EXPECT_EQ(*DecompressLzf("", 0), "");
-  EXPECT_FALSE(DecompressLzf(std::string("\2abc\x20\3", 6), 6).ok());  // before the beginning
-  EXPECT_FALSE(DecompressLzf(std::string("\2abc\x20\2", 6), 5).ok());  // beyond the end
-  EXPECT_FALSE(DecompressLzf(std::string("\2abc\x20\2", 6), 7).ok());  // too short
-  EXPECT_FALSE(DecompressLzf(std::string("\2ab", 3), 3).ok());         // cut in a literal
-  EXPECT_FALSE(DecompressLzf(std::string("\0a\x20", 3), 4).ok());      // cut in a reference
-  EXPECT_FALSE(DecompressLzf(std::string("\0a\xE0", 3), 12).ok());
-  EXPECT_FALSE(DecompressLzf("\0a", 4'000'000'000).ok());  // could never unpack to that
-}
-
 TEST(ReadScanFileTest, SaysWhatIsWrongWithTheFile) {
   const std::filesystem::path folder = testing::TempDir();
   EXPECT_EQ(ReadScanFile((folder / "no_such_scan.ptx").string(), {}).status().code(),
@@ -343,4 +333,4 @@ TEST_P(RealScanTest, BodyAndBlindZoneAreNoInformation) {
 INSTANTIATE_TEST_SUITE_P(Scans, RealScanTest, testing::Values(1, 2));
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::sensor

@@ -4,7 +4,7 @@
 
 #include <cmath>
 
-namespace vantage {
+namespace vantage::sensor {
 namespace {
 
 // algorithm.md section 3: s = cos i / (da de cos e r^2).
@@ -36,4 +36,4 @@ TEST(ScannerModelTest, SamplingDensityIsCappedOverhead) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::sensor

@@ -6,10 +6,12 @@
 #include <cmath>
 
 #include "core/parallel/thread_pool.h"
-#include "core/simulation/mesh_builder.h"
-#include "core/simulation/scene.h"
+#include "core/simulation/scenes/mesh_builder.h"
+#include "core/simulation/scenes/scene.h"
+#include "core/simulation/scenes/small_scenes.h"
+#include "core/simulation/standable_positions.h"
 
-namespace vantage {
+namespace vantage::simulation {
 namespace {
 
 constexpr double kDensity = 2500;
@@ -34,8 +36,9 @@ double BoxArea(const Eigen::Vector3d& from, double least) {
           const double r = way.norm();
           const double cos_i = std::abs(way[axis]) / r;
           const double e = std::asin(way.z() / r);
-          if (r < 0.5 || r > 20 || cos_i < std::cos(75 * kPi / 180) || e < -kPi / 3) continue;
-          const double step = 0.25 * kPi / 180;
+          if (r < 0.5 || r > 20 || cos_i < std::cos(75 * sensor::kPi / 180) || e < -sensor::kPi / 3)
+            continue;
+          const double step = 0.25 * sensor::kPi / 180;
           const double rho = 1 / (step * step * std::max(std::cos(e), std::sin(step)));
           if (rho * cos_i / (r * r) >= least) area += kStep * kStep;
         }
@@ -49,9 +52,10 @@ TEST(GroundTruthTest, AnEmptyBoxIsCoveredAsTheFormulaSays) {
   const Scene room = BoxRoom(kRoom);
   const SimulatedScanner tracer(room.mesh);
   const std::vector<Eigen::Vector3d> positions = {{2, 2, 1.5}, {6, 4, 1.5}};
-  Serial serial;
+  parallel::Serial serial;
   constexpr size_t kSamples = 40'000;
-  GroundTruth truth(room.mesh, tracer, ScannerModel{}, kDensity, positions, kSamples, serial);
+  GroundTruth truth(room.mesh, tracer, sensor::ScannerModel{}, kDensity, positions, kSamples,
+                    serial);
   const double total = 2 * (8 * 6 + 8 * 2.7 + 6 * 2.7);
   // Five sigma of a share of samples; stratified sampling does better.
   const double tolerance = 5 * total * 0.5 / std::sqrt(kSamples);
@@ -81,7 +85,7 @@ TEST(GroundTruthTest, WhatNobodySeesDoesNotCount) {
                 Eigen::Vector3d(2, 0.01, 2), Eigen::Vector3d(1, 0.01, 2)},
                Material::kMirror);
   const SimulatedScanner tracer(mesh);
-  Serial serial;
+  parallel::Serial serial;
   std::vector<Eigen::Vector3d> positions;
   for (double x = 0.5; x < 8; x += 0.5) {
     for (double y = 0.5; y < 6; y += 0.5) {
@@ -89,7 +93,7 @@ TEST(GroundTruthTest, WhatNobodySeesDoesNotCount) {
       positions.emplace_back(x, y, 1.5);
     }
   }
-  const GroundTruth truth(mesh, tracer, ScannerModel{}, 1, positions, 40'000, serial);
+  const GroundTruth truth(mesh, tracer, sensor::ScannerModel{}, 1, positions, 40'000, serial);
   const TrueCoverage coverage = truth.Measure();
   // Room without the square below the cupboard and the one behind the mirror; the cupboard's sides,
   // for its top is higher than the scanner. All of it is measured from somewhere.
@@ -101,12 +105,12 @@ TEST(GroundTruthTest, WhatNobodySeesDoesNotCount) {
 TEST(GroundTruthTest, AgreesWithBruteForceOverAllPositionsOnAnyNumberOfThreads) {
   const Scene scene = TwoRooms(1);
   const SimulatedScanner tracer(scene.mesh);
-  ThreadPool pool(3);
-  Serial serial;
+  parallel::ThreadPool pool(3);
+  parallel::Serial serial;
   const std::vector<Eigen::Vector3d> positions =
       StandablePositions(tracer, scene.mesh.Bounds(), scene.starts.front(), 0, 1.5, 0.35, 0.5);
   ASSERT_GT(positions.size(), 20u);
-  ScannerModel scanner;
+  sensor::ScannerModel scanner;
   GroundTruth truth(scene.mesh, tracer, scanner, kDensity, positions, 4000, pool);
   // Scanning from everywhere sees exactly what is attainable.
   for (const Eigen::Vector3d& position : positions) truth.AddScan(position, serial);
@@ -120,8 +124,8 @@ TEST(GroundTruthTest, SetsAndSharesAgreeWithTheAreas) {
   const Scene room = BoxRoom(kRoom);
   const SimulatedScanner tracer(room.mesh);
   const std::vector<Eigen::Vector3d> positions = {{2, 2, 1.5}, {6, 4, 1.5}, {6.5, 1, 1.2}};
-  Serial serial;
-  GroundTruth truth(room.mesh, tracer, ScannerModel{}, kDensity, positions, 5000, serial);
+  parallel::Serial serial;
+  GroundTruth truth(room.mesh, tracer, sensor::ScannerModel{}, kDensity, positions, 5000, serial);
   const std::vector<SampleSet> sets = truth.MeasuredAtDensity(positions, serial);
   const std::vector<double> gains = truth.GainAtDensity(positions, serial);
   const auto area = [&](const SampleSet& set) {
@@ -176,4 +180,4 @@ TEST(StandablePositionsTest, KeepToWhatIsConnectedAndNotOnTables) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::simulation

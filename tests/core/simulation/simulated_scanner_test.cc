@@ -6,15 +6,17 @@
 #include <cstring>
 
 #include "core/parallel/thread_pool.h"
-#include "core/simulation/mesh_builder.h"
-#include "core/simulation/scene.h"
+#include "core/simulation/scenes/furnished_flat.h"
+#include "core/simulation/scenes/mesh_builder.h"
+#include "core/simulation/scenes/scene.h"
+#include "core/simulation/scenes/small_scenes.h"
 
-namespace vantage {
+namespace vantage::simulation {
 namespace {
 
-ScannerModel CoarseScanner() {
-  ScannerModel scanner;
-  scanner.azimuth_step = scanner.elevation_step = Radians(1);
+sensor::ScannerModel CoarseScanner() {
+  sensor::ScannerModel scanner;
+  scanner.azimuth_step = scanner.elevation_step = sensor::Radians(1);
   return scanner;
 }
 
@@ -40,9 +42,9 @@ const Eigen::Vector3d kRoom(6, 4, 2.7);
 
 TEST(SimulatedScannerTest, GridFollowsTheModel) {
   const SimulatedScanner simulated(BoxRoom(kRoom).mesh);
-  Serial serial;
-  ScannerModel scanner;
-  const RangeImage image = simulated.Scan(scanner, PoseAt({3, 2, 1.5}), {}, 1, serial);
+  parallel::Serial serial;
+  sensor::ScannerModel scanner;
+  const sensor::RangeImage image = simulated.Scan(scanner, PoseAt({3, 2, 1.5}), {}, 1, serial);
   EXPECT_TRUE(image.Validate().ok()) << image.Validate();
   EXPECT_EQ(image.columns(), 1440);
   EXPECT_EQ(image.rows(), 600);
@@ -50,21 +52,21 @@ TEST(SimulatedScannerTest, GridFollowsTheModel) {
   EXPECT_EQ(image.native_azimuth_step, scanner.azimuth_step);
   EXPECT_NEAR(image.elevation.front(), scanner.elevation_min + 0.5 * scanner.elevation_step, 1e-12);
   EXPECT_NEAR(image.elevation.back(), scanner.elevation_max - 0.5 * scanner.elevation_step, 1e-12);
-  scanner.azimuth_span = Radians(90);
-  const RangeImage sector = simulated.Scan(scanner, PoseAt({3, 2, 1.5}), {}, 1, serial);
+  scanner.azimuth_span = sensor::Radians(90);
+  const sensor::RangeImage sector = simulated.Scan(scanner, PoseAt({3, 2, 1.5}), {}, 1, serial);
   EXPECT_FALSE(sector.full_turn);
   EXPECT_EQ(sector.columns(), 360);
-  EXPECT_NEAR(sector.azimuth.front(), -Radians(45) + 0.5 * scanner.azimuth_step, 1e-12);
+  EXPECT_NEAR(sector.azimuth.front(), -sensor::Radians(45) + 0.5 * scanner.azimuth_step, 1e-12);
 }
 
 TEST(SimulatedScannerTest, RangesOfABoxAreThoseOfGeometry) {
   const SimulatedScanner simulated(BoxRoom(kRoom).mesh);
-  Serial serial;
-  ScannerModel scanner = CoarseScanner();
+  parallel::Serial serial;
+  sensor::ScannerModel scanner = CoarseScanner();
   scanner.range_min = 0.1;
   for (const double yaw : {0.0, 0.7, -2.0}) {
     const Eigen::Isometry3d pose = PoseAt({1.1, 2.6, 1.5}, yaw);
-    const RangeImage image = simulated.Scan(scanner, pose, ScanFaults::None(), 1, serial);
+    const sensor::RangeImage image = simulated.Scan(scanner, pose, ScanFaults::None(), 1, serial);
     EXPECT_EQ(image.SampleCount(), image.cells());
     for (int column = 0; column < image.columns(); ++column) {
       for (int row = 0; row < image.rows(); ++row) {
@@ -77,12 +79,12 @@ TEST(SimulatedScannerTest, RangesOfABoxAreThoseOfGeometry) {
 
 TEST(SimulatedScannerTest, BeyondTheIntervalNearIsNoInformationAndFarIsNoReturn) {
   const SimulatedScanner simulated(BoxRoom({30, 4, 2.7}).mesh);
-  Serial serial;
-  ScannerModel scanner = CoarseScanner();
+  parallel::Serial serial;
+  sensor::ScannerModel scanner = CoarseScanner();
   scanner.range_min = 1.0;
   scanner.range_max = 10;
   const Eigen::Isometry3d pose = PoseAt({3, 0.8, 1.5});
-  const RangeImage image = simulated.Scan(scanner, pose, ScanFaults::None(), 1, serial);
+  const sensor::RangeImage image = simulated.Scan(scanner, pose, ScanFaults::None(), 1, serial);
   int near = 0;
   int far = 0;
   for (int column = 0; column < image.columns(); ++column) {
@@ -90,8 +92,8 @@ TEST(SimulatedScannerTest, BeyondTheIntervalNearIsNoInformationAndFarIsNoReturn)
       const double truth = BoxRange({30, 4, 2.7}, pose.translation(), image.Direction(column, row));
       if (std::abs(truth - 1) < 1e-4 || std::abs(truth - 10) < 1e-4) continue;
       const float range = image.at(column, row);
-      EXPECT_EQ(range == RangeImage::kNoInformation, truth < 1);
-      EXPECT_EQ(range == RangeImage::kNoReturn, truth > 10);
+      EXPECT_EQ(range == sensor::RangeImage::kNoInformation, truth < 1);
+      EXPECT_EQ(range == sensor::RangeImage::kNoReturn, truth > 10);
       near += truth < 1 ? 1 : 0;
       far += truth > 10 ? 1 : 0;
     }
@@ -102,21 +104,23 @@ TEST(SimulatedScannerTest, BeyondTheIntervalNearIsNoInformationAndFarIsNoReturn)
 
 TEST(SimulatedScannerTest, NoiseHasTheModelsSigma) {
   const SimulatedScanner simulated(BoxRoom(kRoom).mesh);
-  Serial serial;
-  ScannerModel scanner;
+  parallel::Serial serial;
+  sensor::ScannerModel scanner;
   scanner.range_noise = 0.003;
   scanner.range_noise_ppm = 500;
   ScanFaults faults = ScanFaults::None();
   const Eigen::Isometry3d pose = PoseAt({2, 2, 1.5});
-  const RangeImage truth = simulated.Scan(scanner, pose, faults, 1, serial);
+  const sensor::RangeImage truth = simulated.Scan(scanner, pose, faults, 1, serial);
   faults.range_noise = true;
-  const RangeImage noisy = simulated.Scan(scanner, pose, faults, 7, serial);
+  const sensor::RangeImage noisy = simulated.Scan(scanner, pose, faults, 7, serial);
   double sum = 0;
   double squares = 0;
   double fourth = 0;
   size_t count = 0;
   for (size_t i = 0; i < truth.cells(); ++i) {
-    if (!RangeImage::IsRange(truth.range[i]) || !RangeImage::IsRange(noisy.range[i])) continue;
+    if (!sensor::RangeImage::IsRange(truth.range[i]) ||
+        !sensor::RangeImage::IsRange(noisy.range[i]))
+      continue;
     const double r = truth.range[i];
     const double scaled = (noisy.range[i] - r) / (0.003 + 500e-6 * r);
     sum += scaled;
@@ -136,15 +140,15 @@ TEST(SimulatedScannerTest, SameBytesOnAnyNumberOfThreadsAndOthersForAnotherSeed)
   const Scene scene = FurnishedFlat(3);
   const SimulatedScanner simulated(scene.mesh);
   ScanFaults faults;
-  faults.tilt = Radians(0.5);
+  faults.tilt = sensor::Radians(0.5);
   const Eigen::Isometry3d pose = PoseAt(scene.starts.front(), 0.3);
-  const auto scan = [&](Parallel& parallel, uint64_t seed) {
+  const auto scan = [&](parallel::Parallel& parallel, uint64_t seed) {
     return simulated.Scan(CoarseScanner(), pose, faults, seed, parallel).range;
   };
-  Serial serial;
+  parallel::Serial serial;
   const std::vector<float> expected = scan(serial, 11);
   for (const int width : {2, 3, 8}) {
-    ThreadPool pool(width);
+    parallel::ThreadPool pool(width);
     const std::vector<float> ranges = scan(pool, 11);
     ASSERT_EQ(ranges.size(), expected.size());
     EXPECT_EQ(std::memcmp(ranges.data(), expected.data(), 4 * ranges.size()), 0) << width;
@@ -170,19 +174,19 @@ bool HitsWall(const Eigen::Vector3d& from, const Eigen::Vector3d& d) {
 
 TEST(SimulatedScannerTest, GlassReturnsOnlyHeadOn) {
   const SimulatedScanner simulated(RoomWithWall(Material::kGlass));
-  Serial serial;
+  parallel::Serial serial;
   ScanFaults faults = ScanFaults::None();
   const Eigen::Vector3d from(3, 2, 1.5);
-  const RangeImage all = simulated.Scan(CoarseScanner(), PoseAt(from), faults, 1, serial);
+  const sensor::RangeImage all = simulated.Scan(CoarseScanner(), PoseAt(from), faults, 1, serial);
   EXPECT_EQ(all.SampleCount(), all.cells());
   faults.glass_drops_out = true;
-  const RangeImage image = simulated.Scan(CoarseScanner(), PoseAt(from), faults, 1, serial);
+  const sensor::RangeImage image = simulated.Scan(CoarseScanner(), PoseAt(from), faults, 1, serial);
   int head_on = 0;
   for (int column = 0; column < image.columns(); ++column) {
     for (int row = 0; row < image.rows(); ++row) {
       const Eigen::Vector3d d = image.Direction(column, row);
-      const bool returns = !HitsWall(from, d) || d.x() > std::cos(Radians(5));
-      EXPECT_EQ(RangeImage::IsRange(image.at(column, row)), returns);
+      const bool returns = !HitsWall(from, d) || d.x() > std::cos(sensor::Radians(5));
+      EXPECT_EQ(sensor::RangeImage::IsRange(image.at(column, row)), returns);
       head_on += returns && HitsWall(from, d) ? 1 : 0;
     }
   }
@@ -191,11 +195,11 @@ TEST(SimulatedScannerTest, GlassReturnsOnlyHeadOn) {
 
 TEST(SimulatedScannerTest, MirrorReturnsTheRoomBehindIt) {
   const SimulatedScanner simulated(RoomWithWall(Material::kMirror));
-  Serial serial;
+  parallel::Serial serial;
   ScanFaults faults = ScanFaults::None();
-  faults.mirror_phantoms = true;
+  faults.mirror_reflections = true;
   const Eigen::Vector3d from(3, 2, 1.5);
-  const RangeImage image = simulated.Scan(CoarseScanner(), PoseAt(from), faults, 1, serial);
+  const sensor::RangeImage image = simulated.Scan(CoarseScanner(), PoseAt(from), faults, 1, serial);
   for (int column = 0; column < image.columns(); ++column) {
     for (int row = 0; row < image.rows(); ++row) {
       const Eigen::Vector3d d = image.Direction(column, row);
@@ -208,11 +212,12 @@ TEST(SimulatedScannerTest, MirrorReturnsTheRoomBehindIt) {
 
 TEST(SimulatedScannerTest, APolishedWallReflectsAtGrazingIncidenceAsOftenAsStated) {
   const SimulatedScanner simulated(RoomWithWall(Material::kPolished));
-  Serial serial;
+  parallel::Serial serial;
   ScanFaults faults = ScanFaults::None();
   faults.polish = 0.8;
   const Eigen::Vector3d from(5.4, 2, 1.5);  // near the wall, so that much of it is grazed
-  const RangeImage image = simulated.Scan(ScannerModel(), PoseAt(from), faults, 3, serial);
+  const sensor::RangeImage image =
+      simulated.Scan(sensor::ScannerModel(), PoseAt(from), faults, 3, serial);
   double expected = 0;
   double variance = 0;
   double reflected = 0;
@@ -221,7 +226,7 @@ TEST(SimulatedScannerTest, APolishedWallReflectsAtGrazingIncidenceAsOftenAsState
       const Eigen::Vector3d d = image.Direction(column, row);
       if (!HitsWall(from, d) || image.at(column, row) <= 0) continue;
       const double wall = BoxRange(kRoom, from, d);
-      const double incidence = Degrees(std::acos(d.x()));
+      const double incidence = sensor::Degrees(std::acos(d.x()));
       const double p = 0.8 * std::clamp((incidence - 60) / 25, 0.0, 1.0);
       expected += p;
       variance += p * (1 - p);
@@ -237,22 +242,22 @@ TEST(SimulatedScannerTest, APolishedWallReflectsAtGrazingIncidenceAsOftenAsState
 
 TEST(SimulatedScannerTest, DarkAndGrazingDropOutAsOftenAsStated) {
   const SimulatedScanner simulated(RoomWithWall(Material::kDark));
-  Serial serial;
-  ScannerModel scanner;
+  parallel::Serial serial;
+  sensor::ScannerModel scanner;
   ScanFaults faults = ScanFaults::None();
   faults.dark_dropout = 0.3;
   const Eigen::Vector3d from(3, 2, 1.5);
-  const RangeImage dark = simulated.Scan(scanner, PoseAt(from), faults, 5, serial);
+  const sensor::RangeImage dark = simulated.Scan(scanner, PoseAt(from), faults, 5, serial);
   double hits = 0;
   double lost = 0;
   for (int column = 0; column < dark.columns(); ++column) {
     for (int row = 0; row < dark.rows(); ++row) {
       if (!HitsWall(from, dark.Direction(column, row))) {
-        EXPECT_TRUE(RangeImage::IsRange(dark.at(column, row)));
+        EXPECT_TRUE(sensor::RangeImage::IsRange(dark.at(column, row)));
         continue;
       }
       ++hits;
-      lost += RangeImage::IsRange(dark.at(column, row)) ? 0 : 1;
+      lost += sensor::RangeImage::IsRange(dark.at(column, row)) ? 0 : 1;
     }
   }
   EXPECT_NEAR(lost / hits, 0.3, 5 * std::sqrt(0.3 * 0.7 / hits));
@@ -263,7 +268,7 @@ TEST(SimulatedScannerTest, DarkAndGrazingDropOutAsOftenAsStated) {
   faults = ScanFaults::None();
   faults.grazing_dropout = 0.8;
   const Eigen::Vector3d middle(15, 15, 0.5);
-  const RangeImage grazed = wide.Scan(scanner, PoseAt(middle), faults, 5, serial);
+  const sensor::RangeImage grazed = wide.Scan(scanner, PoseAt(middle), faults, 5, serial);
   double expected = 0;
   double variance = 0;
   double dropped = 0;
@@ -274,11 +279,11 @@ TEST(SimulatedScannerTest, DarkAndGrazingDropOutAsOftenAsStated) {
       if (range > scanner.range_max - 0.01 || range < scanner.range_min + 0.01) continue;
       const bool floor_or_ceiling = std::abs((middle + range * d).z() - 0.5) > 0.5 - 1e-9;
       const double cosine = floor_or_ceiling ? std::abs(d.z()) : d.head<2>().cwiseAbs().maxCoeff();
-      const double incidence = Degrees(std::acos(cosine));
+      const double incidence = sensor::Degrees(std::acos(cosine));
       const double p = 0.8 * std::max(0.0, (incidence - 80) / 10);
       expected += p;
       variance += p * (1 - p);
-      dropped += RangeImage::IsRange(grazed.at(column, row)) ? 0 : 1;
+      dropped += sensor::RangeImage::IsRange(grazed.at(column, row)) ? 0 : 1;
     }
   }
   EXPECT_GT(expected, 1000);
@@ -290,12 +295,12 @@ TEST(SimulatedScannerTest, MixedPixelsLieBetweenTheTwoSurfacesAndOnlyAtEdges) {
   MeshBuilder builder(mesh);
   builder.Box({4.4, 1.7, 0}, {4.6, 2.3, 2.0});
   const SimulatedScanner simulated(mesh);
-  Serial serial;
-  ScannerModel scanner;
+  parallel::Serial serial;
+  sensor::ScannerModel scanner;
   ScanFaults faults = ScanFaults::None();
-  const RangeImage clean = simulated.Scan(scanner, PoseAt({2, 2, 1.5}), faults, 1, serial);
+  const sensor::RangeImage clean = simulated.Scan(scanner, PoseAt({2, 2, 1.5}), faults, 1, serial);
   faults.beam_divergence = 0.0015;
-  const RangeImage image = simulated.Scan(scanner, PoseAt({2, 2, 1.5}), faults, 1, serial);
+  const sensor::RangeImage image = simulated.Scan(scanner, PoseAt({2, 2, 1.5}), faults, 1, serial);
   int mixed = 0;
   for (int column = 1; column + 1 < image.columns(); ++column) {
     for (int row = 1; row + 1 < image.rows(); ++row) {
@@ -322,16 +327,16 @@ TEST(SimulatedScannerTest, MixedPixelsLieBetweenTheTwoSurfacesAndOnlyAtEdges) {
 
 TEST(SimulatedScannerTest, TiltTurnsTheRoomAboutTheScanner) {
   const SimulatedScanner simulated(BoxRoom(kRoom).mesh);
-  Serial serial;
+  parallel::Serial serial;
   ScanFaults faults = ScanFaults::None();
-  faults.tilt = Radians(1.5);
+  faults.tilt = sensor::Radians(1.5);
   const Eigen::Vector3d from(3, 2, 1.5);
   double roll_squares = 0;
   constexpr int kScans = 60;
-  ScannerModel scanner = CoarseScanner();
-  scanner.azimuth_step = scanner.elevation_step = Radians(5);
+  sensor::ScannerModel scanner = CoarseScanner();
+  scanner.azimuth_step = scanner.elevation_step = sensor::Radians(5);
   for (uint64_t seed = 0; seed < kScans; ++seed) {
-    const RangeImage image = simulated.Scan(scanner, PoseAt(from), faults, seed, serial);
+    const sensor::RangeImage image = simulated.Scan(scanner, PoseAt(from), faults, seed, serial);
     // The floor's normal in the scanner's frame says how it is tilted.
     Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -353,4 +358,4 @@ TEST(SimulatedScannerTest, TiltTurnsTheRoomAboutTheScanner) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::simulation

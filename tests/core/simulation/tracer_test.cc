@@ -6,11 +6,12 @@
 #include <cmath>
 
 #include "core/simulation/counter_random.h"
-#include "core/simulation/mesh_builder.h"
-#include "core/simulation/scene.h"
+#include "core/simulation/scenes/mesh_builder.h"
+#include "core/simulation/scenes/scene.h"
+#include "core/simulation/scenes/small_scenes.h"
 #include "core/simulation/simulated_scanner.h"
 
-namespace vantage {
+namespace vantage::simulation {
 namespace {
 
 // Some boxes in different attitudes inside a large one.
@@ -155,4 +156,4 @@ TEST(TracerTest, CylinderIsFreeUntilSomethingReachesIntoIt) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::simulation

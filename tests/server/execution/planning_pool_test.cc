@@ -9,7 +9,7 @@
 #include <thread>
 #include <vector>
 
-namespace vantage {
+namespace vantage::execution {
 namespace {
 
 class PlanningPoolTest : public testing::TestWithParam<int> {};
@@ -18,7 +18,7 @@ TEST_P(PlanningPoolTest, EveryIndexRunsOnceAlsoNested) {
   PlanningPool pool(GetParam(), 4);
   std::vector<std::atomic<int>> counts(500);
   std::promise<void> done;
-  pool.Submit(pool.NewShare(), JobPriority::kPlan, [&](Parallel& parallel) {
+  pool.Submit(pool.NewShare(), JobPriority::kPlan, [&](parallel::Parallel& parallel) {
     parallel.For(50, [&](size_t i) { parallel.For(10, [&](size_t j) { ++counts[i * 10 + j]; }); });
     done.set_value();
   });
@@ -32,12 +32,13 @@ TEST_P(PlanningPoolTest, ManyJobsOfManySessionsAllRun) {
   std::atomic<int> sum{0};
   std::latch done(kJobs);
   for (int i = 0; i < kJobs; ++i) {
-    pool.Submit(pool.NewShare(), static_cast<JobPriority>(i % 3), [&](Parallel& parallel) {
-      std::atomic<int> own{0};
-      parallel.For(20, [&](size_t) { ++own; });
-      sum += own;
-      done.count_down();
-    });
+    pool.Submit(pool.NewShare(), static_cast<JobPriority>(i % 3),
+                [&](parallel::Parallel& parallel) {
+                  std::atomic<int> own{0};
+                  parallel.For(20, [&](size_t) { ++own; });
+                  sum += own;
+                  done.count_down();
+                });
   }
   done.wait();
   EXPECT_EQ(sum, kJobs * 20);
@@ -51,7 +52,7 @@ TEST(PlanningPool, NeverMoreBodiesThanSlots) {
   std::atomic<int> most{0};
   std::latch done(6);
   for (int job = 0; job < 6; ++job) {
-    pool.Submit(pool.NewShare(), JobPriority::kPlan, [&](Parallel& parallel) {
+    pool.Submit(pool.NewShare(), JobPriority::kPlan, [&](parallel::Parallel& parallel) {
       parallel.For(200, [&](size_t) {
         const int now = ++running;
         int seen = most;
@@ -75,7 +76,7 @@ TEST(PlanningPool, InteractiveBeforeModelBeforePlan) {
   std::promise<void> release;
   std::vector<int> order;
   std::latch done(4);
-  pool.Submit(share, JobPriority::kModel, [&](Parallel&) {
+  pool.Submit(share, JobPriority::kModel, [&](parallel::Parallel&) {
     begun.set_value();
     release.get_future().wait();
     done.count_down();
@@ -85,7 +86,7 @@ TEST(PlanningPool, InteractiveBeforeModelBeforePlan) {
   // order of submission decides.
   for (const JobPriority priority :
        {JobPriority::kInteractive, JobPriority::kPlan, JobPriority::kModel}) {
-    pool.Submit(share, priority, [&, priority](Parallel&) {
+    pool.Submit(share, priority, [&, priority](parallel::Parallel&) {
       order.push_back(static_cast<int>(priority));
       done.count_down();
     });
@@ -102,7 +103,7 @@ TEST(PlanningPool, ASessionThatComesLateGetsTheSlotBetweenBodies) {
   std::atomic<bool> late_ran{false};
   std::promise<void> begun;
   std::latch done(2);
-  pool.Submit(pool.NewShare(), JobPriority::kInteractive, [&](Parallel& parallel) {
+  pool.Submit(pool.NewShare(), JobPriority::kInteractive, [&](parallel::Parallel& parallel) {
     begun.set_value();
     while (!late_ran) {
       parallel.For(1000, [](size_t) {});
@@ -110,7 +111,7 @@ TEST(PlanningPool, ASessionThatComesLateGetsTheSlotBetweenBodies) {
     done.count_down();
   });
   begun.get_future().wait();
-  pool.Submit(pool.NewShare(), JobPriority::kPlan, [&](Parallel&) {
+  pool.Submit(pool.NewShare(), JobPriority::kPlan, [&](parallel::Parallel&) {
     late_ran = true;
     done.count_down();
   });
@@ -127,7 +128,7 @@ TEST(PlanningPool, SharesAreBySessionNotByJob) {
   std::atomic<bool> stop{false};
   std::latch begun(4);
   std::latch done(4);
-  const auto job = [&](Parallel& parallel) {
+  const auto job = [&](parallel::Parallel& parallel) {
     begun.count_down();
     while (!stop) parallel.For(100, [](size_t) {});
     done.count_down();
@@ -156,13 +157,14 @@ TEST(PlanningPool, DropsWhatHasNotBegun) {
     std::promise<void> begun;
     std::promise<void> release;
     std::shared_future<void> released = release.get_future().share();
-    pool.Submit(share, JobPriority::kPlan, [&, released](Parallel&) {
+    pool.Submit(share, JobPriority::kPlan, [&, released](parallel::Parallel&) {
       begun.set_value();
       released.wait();
     });
     begun.get_future().wait();
     for (int i = 0; i < 20; ++i) {
-      pool.Submit(share, JobPriority::kPlan, [held, released](Parallel&) { released.wait(); });
+      pool.Submit(share, JobPriority::kPlan,
+                  [held, released](parallel::Parallel&) { released.wait(); });
     }
     held.reset();
     release.set_value();
@@ -178,7 +180,7 @@ TEST(PlanningPool, AJobThatRunsAtTheEndIsFinished) {
   std::atomic<int> bodies{0};
   {
     PlanningPool pool(4, 2);
-    pool.Submit(pool.NewShare(), JobPriority::kInteractive, [&](Parallel& parallel) {
+    pool.Submit(pool.NewShare(), JobPriority::kInteractive, [&](parallel::Parallel& parallel) {
       begun.set_value();
       ending.get_future().wait();
       std::this_thread::sleep_for(std::chrono::milliseconds(100));
@@ -191,4 +193,4 @@ TEST(PlanningPool, AJobThatRunsAtTheEndIsFinished) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::execution

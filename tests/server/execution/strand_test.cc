@@ -7,7 +7,7 @@
 #include <thread>
 #include <vector>
 
-namespace vantage {
+namespace vantage::execution {
 namespace {
 
 TEST(Strand, RunsInOrderAndOneAtATime) {
@@ -17,7 +17,7 @@ TEST(Strand, RunsInOrderAndOneAtATime) {
   bool overlapped = false;
   std::vector<int> order;
   for (int i = 0; i < 200; ++i) {
-    ASSERT_TRUE(strand->TryPost([&, i](Parallel&) {
+    ASSERT_TRUE(strand->TryPost([&, i](parallel::Parallel&) {
       if (++running > 1) overlapped = true;
       order.push_back(i);
       --running;
@@ -34,21 +34,21 @@ TEST(Strand, RefusesBeyondItsCapacityAndAfterClosing) {
   const auto strand = std::make_shared<Strand>(pool, pool.NewShare(), 2);
   std::promise<void> begun;
   std::promise<void> release;
-  ASSERT_TRUE(strand->TryPost([&](Parallel&) {
+  ASSERT_TRUE(strand->TryPost([&](parallel::Parallel&) {
     begun.set_value();
     release.get_future().wait();
   }));
   begun.get_future().wait();
   std::atomic<int> ran{0};
-  EXPECT_TRUE(strand->TryPost([&](Parallel&) { ++ran; }));
-  EXPECT_TRUE(strand->TryPost([&](Parallel&) { ++ran; }));
-  EXPECT_FALSE(strand->TryPost([&](Parallel&) { ++ran; }));
+  EXPECT_TRUE(strand->TryPost([&](parallel::Parallel&) { ++ran; }));
+  EXPECT_TRUE(strand->TryPost([&](parallel::Parallel&) { ++ran; }));
+  EXPECT_FALSE(strand->TryPost([&](parallel::Parallel&) { ++ran; }));
   strand->Close();
-  EXPECT_FALSE(strand->TryPost([&](Parallel&) { ++ran; }));
+  EXPECT_FALSE(strand->TryPost([&](parallel::Parallel&) { ++ran; }));
   release.set_value();
   strand->WaitUntilIdle();
   EXPECT_EQ(ran, 0);
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::execution

@@ -9,7 +9,7 @@
 
 #include "server/execution/task_pool.h"
 
-namespace vantage {
+namespace vantage::execution {
 namespace {
 
 TEST(Timer, CallsInOrderOfTimeAndNotWhatWasCancelled) {
@@ -79,4 +79,4 @@ TEST(TaskPool, RefusesWhenFullAndRunsWhatItTook) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::execution

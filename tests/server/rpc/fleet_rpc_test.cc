@@ -1,27 +1,27 @@
-// AddScanner, ListScanners, ClaimView, RenewClaim, ReleaseClaim, ListClaims; a plan for a fleet.
+// CreateScanner, ListScanners, ClaimView, RenewClaim, ReleaseClaim, ListClaims; a plan for a fleet.
 #include <gtest/gtest.h>
 
 #include <string>
 
 #include "tests/server/fixture/in_process.h"
 
-namespace vantage {
+namespace vantage::rpc {
 namespace {
 
 TEST(FleetRpc, AScannerClaimsRenewsAndGivesBack) {
-  Script script;
+  fixture::Script script;
   script.EndPlans();
-  InProcess server(script.Make());
+  fixture::InProcess server(script.Make());
   const std::string session = server.OpenRoom("job");
-  v1::AddScannerRequest add;
+  v1::CreateScannerRequest add;
   add.set_parent(session);
   add.set_scanner_id("red");
   add.mutable_scanner();
   for (const char* id : {"red", "blue"}) {
     grpc::ClientContext context;
-    v1::AddScannerResponse added;
+    v1::CreateScannerResponse added;
     add.set_scanner_id(id);
-    ASSERT_TRUE(server.fleet->AddScanner(&context, add, &added).ok());
+    ASSERT_TRUE(server.fleet->CreateScanner(&context, add, &added).ok());
     EXPECT_EQ(added.scanner().name(), session + "/scanners/" + id);
   }
   std::string token;
@@ -54,8 +54,8 @@ TEST(FleetRpc, AScannerClaimsRenewsAndGivesBack) {
     v1::ClaimViewResponse response;
     const grpc::Status refused = server.fleet->ClaimView(&context, claim, &response);
     EXPECT_EQ(refused.error_code(), grpc::StatusCode::ALREADY_EXISTS);
-    EXPECT_EQ(InfoOf(refused).reason(), "CLAIMED");
-    EXPECT_EQ(InfoOf(refused).metadata().at("claim"), claimed.claim().name());
+    EXPECT_EQ(fixture::InfoOf(refused).reason(), "CLAIMED");
+    EXPECT_EQ(fixture::InfoOf(refused).metadata().at("claim"), claimed.claim().name());
   }
   {
     grpc::ClientContext context;
@@ -79,8 +79,8 @@ TEST(FleetRpc, AScannerClaimsRenewsAndGivesBack) {
     grpc::ClientContext context;
     v1::CreatePlanRequest request;
     request.set_parent(session);
-    request.add_scanners(session + "/scanners/red");
-    request.add_scanners(session + "/scanners/blue");
+    request.mutable_plan()->add_scanners(session + "/scanners/red");
+    request.mutable_plan()->add_scanners(session + "/scanners/blue");
     v1::CreatePlanResponse created;
     ASSERT_TRUE(server.plans->CreatePlan(&context, request, &created).ok());
     EXPECT_EQ(created.plan().scanners_size(), 2);
@@ -102,4 +102,4 @@ TEST(FleetRpc, AScannerClaimsRenewsAndGivesBack) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::rpc

@@ -9,17 +9,17 @@
 #include <sstream>
 #include <string>
 
-#include "proto/wire/checksum.h"
+#include "core/bytes/checksum.h"
 #include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
 
-namespace vantage {
+namespace vantage::rpc {
 namespace {
 
 class ModelRpc : public testing::Test {
  protected:
-  Script script_;
-  InProcess server_{script_.Make()};
+  fixture::Script script_;
+  fixture::InProcess server_{script_.Make()};
 
   grpc::Status Export(const std::string& session, v1::ExportFormat format, std::string& file) {
     grpc::ClientContext context;
@@ -32,11 +32,11 @@ class ModelRpc : public testing::Test {
     int64_t total = 0;
     while (stream->Read(&part)) {
       EXPECT_EQ(part.offset(), static_cast<int64_t>(file.size()));
-      EXPECT_EQ(part.crc32c(), Crc32c(part.data()));
+      EXPECT_EQ(part.crc32c(), bytes::Crc32c(part.data()));
       EXPECT_LE(part.data().size(), size_t{256} << 10);
       EXPECT_EQ(part.file_name().empty(), !file.empty());
       file += part.data();
-      total = part.total_size();
+      total = part.total_size_bytes();
     }
     grpc::Status status = stream->Finish();
     EXPECT_EQ(total, static_cast<int64_t>(file.size()));
@@ -53,10 +53,10 @@ TEST_F(ModelRpc, CoverageIsZeroWithoutAModelAndMeasuredWithOne) {
     request.set_name(session);
     v1::GetCoverageResponse response;
     ASSERT_TRUE(server_.models->GetCoverage(&context, request, &response).ok());
-    EXPECT_EQ(response.coverage().area().occlusion(), with_model ? 2 : 0);
-    EXPECT_EQ(response.coverage().required_density(), 2500);
+    EXPECT_EQ(response.coverage().area_by_kind_m2().occlusion(), with_model ? 2 : 0);
+    EXPECT_EQ(response.coverage().required_density_per_m2(), 2500);
     EXPECT_EQ(response.model_version(), with_model ? 1U : 0U);
-    EXPECT_FALSE(response.has_best_remaining_gain());
+    EXPECT_FALSE(response.has_best_remaining_model_gain_m2());
   }
 }
 
@@ -93,7 +93,7 @@ TEST_F(ModelRpc, RegisteredSamplesLieOnTheRoom) {
   std::string file;
   ASSERT_TRUE(Export(session, v1::EXPORT_FORMAT_SCANS_PLY, file).ok());
   const size_t header = file.find("end_header\n") + 11;
-  const size_t samples = ScanRoom({2.0, 1.5, 1.4}, 2.0).SampleCount();
+  const size_t samples = fixture::ScanRoom({2.0, 1.5, 1.4}, 2.0).SampleCount();
   ASSERT_EQ(file.size(), header + samples * 28);
   for (size_t i = 0; i < samples; ++i) {
     double p[3];
@@ -110,7 +110,8 @@ TEST_F(ModelRpc, SurfaceAndPatchesAsPly) {
   std::string file;
   ASSERT_TRUE(Export(session, v1::EXPORT_FORMAT_SURFACE_PLY, file).ok());
   EXPECT_EQ(file.substr(0, 4), "ply\n");
-  EXPECT_EQ(InfoOf(Export(session, v1::EXPORT_FORMAT_PATCH_PLY, file)).reason(), "NO_PLAN");
+  EXPECT_EQ(fixture::InfoOf(Export(session, v1::EXPORT_FORMAT_PATCH_PLY, file)).reason(),
+            "NO_PLAN");
   script_.EndPlans();
   grpc::ClientContext context;
   v1::CreatePlanRequest plan;
@@ -125,14 +126,15 @@ TEST_F(ModelRpc, SurfaceAndPatchesAsPly) {
 TEST_F(ModelRpc, WhatCannotBeExportedSaysWhy) {
   const std::string empty = server_.OpenSession("empty");
   std::string file;
-  EXPECT_EQ(InfoOf(Export(empty, v1::EXPORT_FORMAT_OCTOMAP, file)).reason(), "MODEL_EMPTY");
+  EXPECT_EQ(fixture::InfoOf(Export(empty, v1::EXPORT_FORMAT_OCTOMAP, file)).reason(),
+            "MODEL_EMPTY");
   EXPECT_EQ(Export(empty, v1::EXPORT_FORMAT_UNSPECIFIED, file).error_code(),
             grpc::StatusCode::INVALID_ARGUMENT);
   const grpc::Status archive = Export(empty, v1::EXPORT_FORMAT_ARCHIVE, file);
   EXPECT_EQ(archive.error_code(), grpc::StatusCode::UNIMPLEMENTED);
-  EXPECT_EQ(InfoOf(archive).reason(), "NOT_IN_THIS_RELEASE");
-  EXPECT_EQ(InfoOf(archive).metadata().at("feature"), "session archive");
+  EXPECT_EQ(fixture::InfoOf(archive).reason(), "NOT_IN_THIS_RELEASE");
+  EXPECT_EQ(fixture::InfoOf(archive).metadata().at("feature"), "session archive");
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::rpc

@@ -10,13 +10,13 @@
 #include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
 
-namespace vantage {
+namespace vantage::rpc {
 namespace {
 
 class PlanRpc : public testing::Test {
  protected:
-  Script script_;
-  InProcess server_{script_.Make()};
+  fixture::Script script_;
+  fixture::InProcess server_{script_.Make()};
   std::string session_ = server_.OpenRoom("job");
 
   v1::CreatePlanRequest Request() const {
@@ -49,6 +49,37 @@ class PlanRpc : public testing::Test {
     return step.plan();
   }
 };
+
+TEST(PlanHeartbeats, AWatchOfASilentPlanSaysThatItIsAlive) {
+  fixture::Script script;
+  server::ServerOptions options;
+  options.heartbeat = std::chrono::milliseconds(20);
+  fixture::InProcess server(script.Make(), options);
+  v1::CreatePlanRequest create;
+  create.set_parent(server.OpenRoom("job"));
+  create.mutable_plan()->mutable_time_budget()->set_seconds(600);
+  v1::CreatePlanResponse created;
+  {
+    grpc::ClientContext context;
+    ASSERT_TRUE(server.plans->CreatePlan(&context, create, &created).ok());
+  }
+  script.WaitForPlans(1);
+  grpc::ClientContext context;
+  v1::WatchPlanRequest request;
+  request.set_name(created.plan().name());
+  const auto stream = server.plans->WatchPlan(&context, request);
+  v1::WatchPlanResponse step;
+  for (int beats = 0; beats < 3; beats += step.has_heartbeat() ? 1 : 0) {
+    ASSERT_TRUE(stream->Read(&step));
+  }
+  EXPECT_GT(step.heartbeat().time().seconds(), 0);
+  EXPECT_FALSE(step.last());
+  script.EndPlans();
+  while (stream->Read(&step)) {
+  }
+  EXPECT_TRUE(stream->Finish().ok());
+  EXPECT_TRUE(step.has_plan() && step.last());
+}
 
 TEST_F(PlanRpc, ReturnsAtOnceIsWatchedWhileItImprovesAndIsKept) {
   v1::Plan plan;
@@ -91,8 +122,8 @@ TEST_F(PlanRpc, TheFullViewHasPatchesAndTheMapOfScoresByPages) {
   const v1::Plan ended = WatchToTheEnd(plan.name());
   EXPECT_EQ(ended.result().patches_size(), 0);
   EXPECT_EQ(ended.result().patch_count(), 3);
-  EXPECT_EQ(ended.result().stages_size(), 6);
-  EXPECT_EQ(ended.result().config().required_density(), 2500);
+  EXPECT_EQ(ended.result().stage_durations_size(), 6);
+  EXPECT_EQ(ended.result().config().required_density_per_m2(), 2500);
   v1::GetPlanRequest request;
   request.set_name(plan.name());
   request.set_view(v1::PLAN_VIEW_FULL);
@@ -101,7 +132,7 @@ TEST_F(PlanRpc, TheFullViewHasPatchesAndTheMapOfScoresByPages) {
   ASSERT_TRUE(Get(request, first).ok());
   EXPECT_EQ(first.plan().result().patches_size(), 3);
   EXPECT_THAT(first.plan().result().score_map().score(), testing::ElementsAre(10, 20));
-  EXPECT_EQ(first.plan().result().score_map().total_cells(), 3);
+  EXPECT_EQ(first.plan().result().score_map().total_viewcell_count(), 3);
   request.set_score_map_page_token(first.next_score_map_page_token());
   v1::GetPlanResponse second;
   ASSERT_TRUE(Get(request, second).ok());
@@ -175,7 +206,7 @@ TEST_F(PlanRpc, ManyUnderWayAreRefusedWithARetryDelay) {
     EXPECT_EQ(status.ok(), i < 8);
   }
   EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
-  EXPECT_EQ(InfoOf(status).reason(), "TOO_MANY_PLANS");
+  EXPECT_EQ(fixture::InfoOf(status).reason(), "TOO_MANY_PLANS");
   script_.EndPlans();
 }
 
@@ -204,24 +235,24 @@ TEST_F(PlanRpc, IdempotentAndChecked) {
 
   request = Request();
   request.mutable_plan()->mutable_time_budget()->set_seconds(-5);
-  EXPECT_THAT(ViolatedFields(Create(request, first)),
+  EXPECT_THAT(fixture::ViolatedFields(Create(request, first)),
               testing::UnorderedElementsAre("plan.time_budget"));
   request = Request();
   request.mutable_plan()->set_scanner_model_id("nobody");
-  request.mutable_plan()->mutable_config_overrides()->set_candidates(0);
-  EXPECT_THAT(
-      ViolatedFields(Create(request, first)),
-      testing::UnorderedElementsAre("plan.scanner_model_id", "plan.config_overrides.candidates"));
+  request.mutable_plan()->mutable_config_overrides()->set_max_view_count(0);
+  EXPECT_THAT(fixture::ViolatedFields(Create(request, first)),
+              testing::UnorderedElementsAre("plan.scanner_model_id",
+                                            "plan.config_overrides.max_view_count"));
   request = Request();
-  request.add_scanners(session_ + "/scanners/a");
+  request.mutable_plan()->add_scanners(session_ + "/scanners/a");
   const grpc::Status joint = Create(request, first);
-  EXPECT_THAT(ViolatedFields(joint), testing::UnorderedElementsAre("scanners[0]"));
+  EXPECT_THAT(fixture::ViolatedFields(joint), testing::UnorderedElementsAre("plan.scanners[0]"));
 
   request = Request();
   request.set_parent(server_.OpenSession("empty"));
   const grpc::Status empty = Create(request, first);
   EXPECT_EQ(empty.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(InfoOf(empty).reason(), "MODEL_EMPTY");
+  EXPECT_EQ(fixture::InfoOf(empty).reason(), "MODEL_EMPTY");
 }
 
 TEST_F(PlanRpc, ListedByPages) {
@@ -257,11 +288,11 @@ TEST_F(PlanRpc, EvaluatesAPositionAndRefusesNonsense) {
   ASSERT_TRUE(server_.plans->EvaluateView(&context, request, &response).ok());
   EXPECT_TRUE(response.feasible());
   EXPECT_EQ(response.view().position().x(), 0.25);
-  EXPECT_EQ(response.view().area(), 2);  // 5000 samples at 2500 / m^2
+  EXPECT_EQ(response.view().model_gain_m2(), 2);  // 5000 samples at 2500 / m^2
   EXPECT_EQ(response.model_version(), 1U);
   grpc::ClientContext other;
   request.mutable_position()->set_y(std::nan(""));
-  EXPECT_THAT(ViolatedFields(server_.plans->EvaluateView(&other, request, &response)),
+  EXPECT_THAT(fixture::ViolatedFields(server_.plans->EvaluateView(&other, request, &response)),
               testing::UnorderedElementsAre("position.y"));
 }
 
@@ -277,7 +308,7 @@ TEST_F(PlanRpc, RejectedPlacesShowInTheSession) {
     grpc::ClientContext context;
     ASSERT_TRUE(server_.plans->RejectView(&context, request, &response).ok());
   }
-  EXPECT_EQ(response.rejection().radius(), 0.5);
+  EXPECT_EQ(response.rejection().radius_m(), 0.5);
   grpc::ClientContext get;
   v1::GetSessionRequest read;
   read.set_name(session_);
@@ -289,12 +320,12 @@ TEST_F(PlanRpc, RejectedPlacesShowInTheSession) {
                 session.session().rejections(0).create_time().seconds(),
             3600);
   grpc::ClientContext bad;
-  request.set_radius(-1);
+  request.set_radius_m(-1);
   request.clear_position();
   request.set_request_id("");
-  EXPECT_THAT(ViolatedFields(server_.plans->RejectView(&bad, request, &response)),
-              testing::UnorderedElementsAre("position", "radius"));
+  EXPECT_THAT(fixture::ViolatedFields(server_.plans->RejectView(&bad, request, &response)),
+              testing::UnorderedElementsAre("position", "radius_m"));
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::rpc

@@ -7,20 +7,20 @@
 #include <random>
 #include <string>
 
+#include "core/bytes/checksum.h"
+#include "core/bytes/compression.h"
 #include "core/sensor/encoding.h"
-#include "proto/wire/checksum.h"
-#include "proto/wire/compression.h"
 #include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/session_host.h"
 
-namespace vantage {
+namespace vantage::rpc {
 namespace {
 
 class ScanRpc : public testing::Test {
  protected:
-  Script script_;
-  InProcess server_{script_.Make()};
+  fixture::Script script_;
+  fixture::InProcess server_{script_.Make()};
 
   v1::Session Session(const std::string& name) {
     grpc::ClientContext context;
@@ -41,8 +41,8 @@ class ScanRpc : public testing::Test {
     v1::CreateUploadRequest request;
     request.set_parent(session);
     v1::UploadTotal& total = *request.mutable_upload()->mutable_total();
-    total.set_encoded_size(static_cast<int64_t>(bytes.size()));
-    total.set_sha256(Sha256::Of(bytes));
+    total.set_encoded_size_bytes(static_cast<int64_t>(bytes.size()));
+    total.set_sha256(bytes::Sha256::Of(bytes));
     v1::Upload upload;
     EXPECT_TRUE(CreateUpload(request, upload).ok());
     return upload;
@@ -62,9 +62,9 @@ class ScanRpc : public testing::Test {
     const std::string part = bytes.substr(static_cast<size_t>(offset), size);
     piece.set_sequence(sequence);
     piece.set_offset(offset);
-    piece.set_size(static_cast<int64_t>(part.size()));
-    piece.set_crc32c(Crc32c(part));
-    piece.set_data(ZstdCompress(part));
+    piece.set_uncompressed_size_bytes(static_cast<int64_t>(part.size()));
+    piece.set_crc32c(bytes::Crc32c(part));
+    piece.set_data(bytes::ZstdCompress(part));
     piece.set_compression(v1::COMPRESSION_ZSTD);
     return piece;
   }
@@ -72,7 +72,7 @@ class ScanRpc : public testing::Test {
 
 TEST_F(ScanRpc, StreamedWholeItIsMergedAndDefinesTheWorld) {
   const std::string session = server_.OpenSession("job");
-  const std::string bytes = EncodedRoom();
+  const std::string bytes = fixture::EncodedRoom();
   const v1::Upload upload = Announce(session, bytes);
   EXPECT_GT(upload.credit_offset(), 0);
   grpc::ClientContext context;
@@ -82,7 +82,7 @@ TEST_F(ScanRpc, StreamedWholeItIsMergedAndDefinesTheWorld) {
     v1::UploadScanRequest request;
     if (sequence == 0) request.set_upload(upload.name());
     *request.mutable_piece() = Cut(bytes, sequence, offset, 10'000);
-    offset += request.piece().size();
+    offset += request.piece().uncompressed_size_bytes();
     ASSERT_TRUE(stream->Write(request));
   }
   v1::UploadScanResponse ack;
@@ -97,9 +97,10 @@ TEST_F(ScanRpc, StreamedWholeItIsMergedAndDefinesTheWorld) {
   const v1::Scan scan = server_.WaitFor(session, ack.scan(), v1::SCAN_STATE_MERGED);
   EXPECT_EQ(scan.pose_source(), v1::POSE_SOURCE_FIRST_SCAN);
   EXPECT_EQ(scan.pose().translation().x(), 0);
-  EXPECT_EQ(scan.sha256(), Sha256::Of(bytes));
-  EXPECT_EQ(scan.samples(), static_cast<int64_t>(ScanRoom({2.0, 1.5, 1.4}, 2.0).SampleCount()));
-  EXPECT_GT(scan.merge().surface_voxels(), 0);
+  EXPECT_EQ(scan.sha256(), bytes::Sha256::Of(bytes));
+  EXPECT_EQ(scan.sample_count(),
+            static_cast<int64_t>(fixture::ScanRoom({2.0, 1.5, 1.4}, 2.0).SampleCount()));
+  EXPECT_GT(scan.merge().surface_voxel_count(), 0);
   EXPECT_EQ(Session(session).model_version(), 1U);
 }
 
@@ -107,7 +108,7 @@ TEST_F(ScanRpc, StreamedWholeItIsMergedAndDefinesTheWorld) {
 // once.
 TEST_F(ScanRpc, ResumesAfterAnyBreak) {
   const std::string session = server_.OpenSession("job");
-  const std::string bytes = EncodedRoom();
+  const std::string bytes = fixture::EncodedRoom();
   const v1::Upload upload = Announce(session, bytes);
   const size_t size = bytes.size() / 5 + 1;
   std::string committed;
@@ -155,7 +156,7 @@ TEST_F(ScanRpc, ResumesAfterAnyBreak) {
 // What the client does not know in advance it may say at the end; the last piece again is harmless.
 TEST_F(ScanRpc, TheTotalMayComeLast) {
   const std::string session = server_.OpenSession("job");
-  const std::string bytes = EncodedRoom();
+  const std::string bytes = fixture::EncodedRoom();
   v1::CreateUploadRequest create;
   create.set_parent(session);
   v1::Upload upload;
@@ -163,8 +164,8 @@ TEST_F(ScanRpc, TheTotalMayComeLast) {
   v1::UploadPieceRequest request;
   request.set_upload(upload.name());
   *request.mutable_piece() = Cut(bytes, 0, 0, bytes.size());
-  request.mutable_total()->set_encoded_size(static_cast<int64_t>(bytes.size()));
-  request.mutable_total()->set_sha256(Sha256::Of(bytes));
+  request.mutable_total()->set_encoded_size_bytes(static_cast<int64_t>(bytes.size()));
+  request.mutable_total()->set_sha256(bytes::Sha256::Of(bytes));
   for (int i = 0; i < 3; ++i) {
     grpc::ClientContext context;
     v1::UploadPieceResponse response;
@@ -180,7 +181,7 @@ TEST_F(ScanRpc, GarbageIsRefusedAndLeavesTheSessionAsItWas) {
   const std::string session = server_.OpenRoom("job");
   const v1::Session before = Session(session);
   std::mt19937 random(3);
-  const std::string good = EncodedRoom();
+  const std::string good = fixture::EncodedRoom();
   std::string garbage(5000, '\0');
   for (char& c : garbage) c = static_cast<char>(random());
   std::string announced = good;  // a billion points announced
@@ -195,7 +196,7 @@ TEST_F(ScanRpc, GarbageIsRefusedAndLeavesTheSessionAsItWas) {
     int64_t sequence = 0;
     for (int64_t offset = 0; offset < static_cast<int64_t>(bytes.size()) && status.ok();) {
       const v1::Piece piece = Cut(bytes, sequence++, offset, 1 << 19);
-      offset += piece.size();
+      offset += piece.uncompressed_size_bytes();
       status = SendPiece(upload.name(), piece, after);
     }
     EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT) << status.error_message();
@@ -217,18 +218,18 @@ TEST_F(ScanRpc, AnnouncementsAreChecked) {
   const std::string session = server_.OpenSession("job");
   v1::CreateUploadRequest request;
   request.set_parent(session);
-  request.mutable_upload()->mutable_total()->set_encoded_size(int64_t{1} << 50);
+  request.mutable_upload()->mutable_total()->set_encoded_size_bytes(int64_t{1} << 50);
   request.mutable_upload()->mutable_total()->set_sha256("short");
-  *request.mutable_upload()->mutable_prior() = PriorAt(std::nan(""), 0, 0);
-  request.mutable_upload()->mutable_scanner_model()->set_range_min(-1);
+  *request.mutable_upload()->mutable_prior() = fixture::PriorAt(std::nan(""), 0, 0);
+  request.mutable_upload()->mutable_scanner_model()->set_min_range_m(-1);
   v1::Upload upload;
-  EXPECT_THAT(ViolatedFields(CreateUpload(request, upload)),
-              testing::UnorderedElementsAre("upload.total.encoded_size", "upload.total.sha256",
-                                            "upload.prior.pose.translation.x",
-                                            "upload.scanner_model.range_min"));
+  EXPECT_THAT(fixture::ViolatedFields(CreateUpload(request, upload)),
+              testing::UnorderedElementsAre(
+                  "upload.total.encoded_size_bytes", "upload.total.sha256",
+                  "upload.prior.pose.translation.x", "upload.scanner_model.min_range_m"));
   request.clear_upload();
   request.mutable_upload()->set_scanner_model_id("nobody");
-  EXPECT_THAT(ViolatedFields(CreateUpload(request, upload)),
+  EXPECT_THAT(fixture::ViolatedFields(CreateUpload(request, upload)),
               testing::UnorderedElementsAre("upload.scanner_model_id"));
   request.set_parent("sessions/nobody");
   EXPECT_EQ(CreateUpload(request, upload).error_code(), grpc::StatusCode::NOT_FOUND);
@@ -246,15 +247,15 @@ TEST_F(ScanRpc, OpenUploadsAreBoundedWithARetryDelay) {
   }
   EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   bool retry = false;
-  for (const auto& any : Details(status)) retry |= any.Is<google::rpc::RetryInfo>();
+  for (const auto& any : fixture::Details(status)) retry |= any.Is<google::rpc::RetryInfo>();
   EXPECT_TRUE(retry);
 }
 
 TEST_F(ScanRpc, DoubtfulIsKeptUntilSomebodyDecides) {
   const std::string session = server_.OpenRoom("job");
-  script_.SetVerdict(RegistrationOutcome::kDoubtful);
-  const v1::PosePrior prior = PriorAt(0.3, 0.2, 0);
-  const v1::Upload upload = server_.Send(session, EncodedRoom({2.3, 1.7, 1.4}), &prior);
+  script_.SetVerdict(registration::RegistrationOutcome::kDoubtful);
+  const v1::PosePrior prior = fixture::PriorAt(0.3, 0.2, 0);
+  const v1::Upload upload = server_.Send(session, fixture::EncodedRoom({2.3, 1.7, 1.4}), &prior);
   const v1::Scan doubtful = server_.WaitFor(session, upload.scan(), v1::SCAN_STATE_DOUBTFUL);
   EXPECT_EQ(Session(session).model_version(), 1U);
   EXPECT_EQ(doubtful.state_message(), "slides along x; remedy: two targets");
@@ -276,20 +277,20 @@ TEST_F(ScanRpc, DoubtfulIsKeptUntilSomebodyDecides) {
   v1::AcceptScanResponse response;
   const grpc::Status again = server_.scans->AcceptScan(&context, accept, &response);
   EXPECT_EQ(again.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
-  EXPECT_EQ(InfoOf(again).reason(), "SCAN_STATE");
+  EXPECT_EQ(fixture::InfoOf(again).reason(), "SCAN_STATE");
 }
 
 TEST_F(ScanRpc, APoseMaySetAndAScanBeWithdrawn) {
   const std::string session = server_.OpenRoom("job");
-  const v1::PosePrior prior = PriorAt(0.3, 0.2, 0);
-  const v1::Upload upload = server_.Send(session, EncodedRoom({2.3, 1.7, 1.4}), &prior);
+  const v1::PosePrior prior = fixture::PriorAt(0.3, 0.2, 0);
+  const v1::Upload upload = server_.Send(session, fixture::EncodedRoom({2.3, 1.7, 1.4}), &prior);
   server_.WaitFor(session, upload.scan(), v1::SCAN_STATE_MERGED);
   const uint64_t version = Session(session).model_version();
   {
     grpc::ClientContext context;
     v1::SetScanPoseRequest request;
     request.set_name(upload.scan());
-    *request.mutable_prior() = PriorAt(0.31, 0.2, 0);
+    *request.mutable_prior() = fixture::PriorAt(0.31, 0.2, 0);
     request.set_use(v1::POSE_USE_AS_IS);
     v1::SetScanPoseResponse response;
     ASSERT_TRUE(server_.scans->SetScanPose(&context, request, &response).ok());
@@ -328,9 +329,9 @@ TEST_F(ScanRpc, APoseMaySetAndAScanBeWithdrawn) {
 // Withdrawn while it is being aligned, a scan never gets into the model.
 TEST_F(ScanRpc, WithdrawnWhileAligningItNeverMerges) {
   const std::string session = server_.OpenRoom("job");
-  script_.HoldAlignments();
-  const v1::PosePrior prior = PriorAt(0.3, 0.2, 0);
-  const v1::Upload upload = server_.Send(session, EncodedRoom({2.3, 1.7, 1.4}), &prior);
+  script_.PauseAlignments();
+  const v1::PosePrior prior = fixture::PriorAt(0.3, 0.2, 0);
+  const v1::Upload upload = server_.Send(session, fixture::EncodedRoom({2.3, 1.7, 1.4}), &prior);
   script_.WaitForAlignment();
   {
     grpc::ClientContext context;
@@ -348,13 +349,13 @@ TEST_F(ScanRpc, WithdrawnWhileAligningItNeverMerges) {
   script_.ReleaseAlignments();
   ASSERT_TRUE(server_.server().sessions().WaitUntilIdle(std::chrono::seconds(60)));
   EXPECT_EQ(Session(session).model_version(), 1U);
-  EXPECT_EQ(Session(session).scan_counts().withdrawn(), 1);
-  EXPECT_EQ(Session(session).scan_counts().merged(), 1);
+  EXPECT_EQ(Session(session).scan_counts().withdrawn_count(), 1);
+  EXPECT_EQ(Session(session).scan_counts().merged_count(), 1);
 }
 
 TEST_F(ScanRpc, ACancelledStreamKeepsWhatCame) {
   const std::string session = server_.OpenSession("job");
-  const std::string bytes = EncodedRoom();
+  const std::string bytes = fixture::EncodedRoom();
   const v1::Upload upload = Announce(session, bytes);
   grpc::ClientContext context;
   const auto stream = server_.scans->UploadScan(&context);
@@ -378,21 +379,22 @@ TEST_F(ScanRpc, ACancelledStreamKeepsWhatCame) {
 // All of it was sent when there was no place for one more scan: whoever opens a stream for it
 // again, with nothing left to send, gets it committed.
 TEST(UploadToAFullSession, IsCommittedWhenItsSenderComesAgain) {
-  Script script;
-  ServerOptions options;
+  fixture::Script script;
+  server::ServerOptions options;
   options.limits.pending_scans_per_session = 1;
-  InProcess server(script.Make(), options);
+  fixture::InProcess server(script.Make(), options);
   const std::string session = server.OpenRoom("job");
-  script.HoldAlignments();
-  const v1::PosePrior prior = PriorAt(3.0, 2.5, 1.4);
-  const v1::Upload held = server.Send(session, EncodedRoom({3.0, 2.5, 1.4}), &prior);
+  script.PauseAlignments();
+  const v1::PosePrior prior = fixture::PriorAt(3.0, 2.5, 1.4);
+  const v1::Upload held = server.Send(session, fixture::EncodedRoom({3.0, 2.5, 1.4}), &prior);
   ASSERT_EQ(held.state(), v1::UPLOAD_STATE_COMMITTED);
 
-  const std::string bytes = EncodedRoom({1.0, 1.0, 1.4});
+  const std::string bytes = fixture::EncodedRoom({1.0, 1.0, 1.4});
   v1::CreateUploadRequest create;
   create.set_parent(session);
-  create.mutable_upload()->mutable_total()->set_encoded_size(static_cast<int64_t>(bytes.size()));
-  create.mutable_upload()->mutable_total()->set_sha256(Sha256::Of(bytes));
+  create.mutable_upload()->mutable_total()->set_encoded_size_bytes(
+      static_cast<int64_t>(bytes.size()));
+  create.mutable_upload()->mutable_total()->set_sha256(bytes::Sha256::Of(bytes));
   v1::CreateUploadResponse created;
   {
     grpc::ClientContext context;
@@ -401,13 +403,13 @@ TEST(UploadToAFullSession, IsCommittedWhenItsSenderComesAgain) {
   v1::UploadPieceRequest piece;
   piece.set_upload(created.upload().name());
   piece.mutable_piece()->set_data(bytes);
-  piece.mutable_piece()->set_crc32c(Crc32c(bytes));
+  piece.mutable_piece()->set_crc32c(bytes::Crc32c(bytes));
   v1::UploadPieceResponse response;
   {
     grpc::ClientContext context;
     const grpc::Status refused = server.scans->UploadPiece(&context, piece, &response);
     EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
-    EXPECT_EQ(InfoOf(refused).reason(), "TOO_MANY_PENDING_SCANS");
+    EXPECT_EQ(fixture::InfoOf(refused).reason(), "TOO_MANY_PENDING_SCANS");
   }
   script.ReleaseAlignments();
   server.WaitFor(session, held.scan(), v1::SCAN_STATE_MERGED);
@@ -427,4 +429,4 @@ TEST(UploadToAFullSession, IsCommittedWhenItsSenderComesAgain) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::rpc

@@ -6,20 +6,20 @@
 #include <thread>
 
 #include "grpc/health/v1/health.grpc.pb.h"
+#include "server/contract/error.h"
 #include "server/main/credentials.h"
 #include "server/main/healthcheck.h"
 #include "server/rpc/services.h"
-#include "server/session/error.h"
 #include "tests/load/server_metrics.h"
 #include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
 
-namespace vantage {
+namespace vantage::rpc {
 namespace {
 
 using grpc::health::v1::HealthCheckResponse;
 
-HealthCheckResponse::ServingStatus Health(InProcess& server, const std::string& service) {
+HealthCheckResponse::ServingStatus Health(fixture::InProcess& server, const std::string& service) {
   grpc::ClientContext context;
   grpc::health::v1::HealthCheckRequest request;
   request.set_service(service);
@@ -30,8 +30,8 @@ HealthCheckResponse::ServingStatus Health(InProcess& server, const std::string& 
 }
 
 TEST(Serving, EveryServiceIsHealthyAndDescribed) {
-  Script script;
-  InProcess server(script.Make());
+  fixture::Script script;
+  fixture::InProcess server(script.Make());
   EXPECT_EQ(Health(server, ""), HealthCheckResponse::SERVING);
   ASSERT_EQ(Services::Names().size(), 5U);
   for (const std::string& name : Services::Names()) {
@@ -41,13 +41,13 @@ TEST(Serving, EveryServiceIsHealthyAndDescribed) {
   EXPECT_NE(google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(
                 "grpc.health.v1.Health"),
             nullptr);
-  EXPECT_TRUE(CheckHealth(server.address()).ok());
+  EXPECT_TRUE(server::CheckHealth(server.address()).ok());
 }
 
 // Plans end with their best, watchers are told where to resume, uploads that the rest stays.
 TEST(Serving, DrainEndsEverythingInOrder) {
-  Script script;
-  InProcess server(script.Make());
+  fixture::Script script;
+  fixture::InProcess server(script.Make());
   const std::string session = server.OpenRoom("job");
 
   grpc::ClientContext plan_context;
@@ -100,18 +100,18 @@ TEST(Serving, DrainEndsEverythingInOrder) {
   EXPECT_EQ(event.resume().after_sequence(), last);
   const grpc::Status watched = events->Finish();
   EXPECT_EQ(watched.error_code(), grpc::StatusCode::UNAVAILABLE);
-  EXPECT_EQ(InfoOf(watched).reason(), "DRAINING");
+  EXPECT_EQ(fixture::InfoOf(watched).reason(), "DRAINING");
 
   while (upload->Read(&ack)) {
   }
-  EXPECT_EQ(InfoOf(upload->Finish()).reason(), "DRAINING");
+  EXPECT_EQ(fixture::InfoOf(upload->Finish()).reason(), "DRAINING");
   drain.join();
-  EXPECT_FALSE(CheckHealth(server.address()).ok());
+  EXPECT_FALSE(server::CheckHealth(server.address()).ok());
 }
 
 TEST(Serving, NewWorkIsRefusedWhileDraining) {
-  Script script;
-  InProcess server(script.Make());
+  fixture::Script script;
+  fixture::InProcess server(script.Make());
   const std::string session = server.OpenRoom("job");
   server.server().sessions().BeginDrain();
   grpc::ClientContext context;
@@ -120,7 +120,7 @@ TEST(Serving, NewWorkIsRefusedWhileDraining) {
   v1::CreatePlanResponse response;
   const grpc::Status status = server.plans->CreatePlan(&context, request, &response);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
-  EXPECT_EQ(InfoOf(status).reason(), "DRAINING");
+  EXPECT_EQ(fixture::InfoOf(status).reason(), "DRAINING");
   // Reads still work.
   grpc::ClientContext get;
   v1::GetSessionRequest read;
@@ -130,11 +130,11 @@ TEST(Serving, NewWorkIsRefusedWhileDraining) {
 }
 
 TEST(Serving, SessionsPastTheirTimeAreCollected) {
-  ServerOptions options;
+  server::ServerOptions options;
   options.collect_every = std::chrono::milliseconds(5);
   options.limits.keep_sessions = absl::ZeroDuration();
-  Script script;
-  InProcess server(script.Make(), options);
+  fixture::Script script;
+  fixture::InProcess server(script.Make(), options);
   grpc::ClientContext context;
   context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(60));
   v1::WatchSessionRequest watch;
@@ -147,17 +147,17 @@ TEST(Serving, SessionsPastTheirTimeAreCollected) {
 }
 
 // However rarely the rest is collected.
-TEST(Serving, IdleModelsArePutAwayInTime) {
-  ServerOptions options;
+TEST(Serving, IdleModelsAreEvictedInTime) {
+  server::ServerOptions options;
   options.http_listen = "127.0.0.1:0";
-  options.limits.put_away_after = absl::Seconds(1);
-  Script script;
-  InProcess server(script.Make(), options);
+  options.limits.evict_after = absl::Seconds(1);
+  fixture::Script script;
+  fixture::InProcess server(script.Make(), options);
   server.OpenRoom("job");
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
   double loaded = 1;
   while (loaded > 0 && std::chrono::steady_clock::now() < until) {
-    loaded = ReadMetrics(server.server().http_port())["vantage_models_loaded"];
+    loaded = load::ReadMetrics(server.server().http_port())["vantage_models_loaded"];
     std::this_thread::sleep_for(std::chrono::milliseconds(50));
   }
   EXPECT_EQ(loaded, 0);
@@ -166,52 +166,52 @@ TEST(Serving, IdleModelsArePutAwayInTime) {
 TEST(Serving, OnlyLoopbackUnlessAskedForOutLoud) {
   for (const char* address :
        {"127.0.0.1:0", "127.9.9.9:7464", "localhost:1", "[::1]:7464", "unix:/tmp/x"}) {
-    EXPECT_TRUE(IsLoopback(address)) << address;
+    EXPECT_TRUE(server::IsLoopback(address)) << address;
   }
   for (const char* address : {"0.0.0.0:7464", "[::]:7464", "10.0.0.1:7464", "127.evil.com:1",
                               "127.0.0.1.evil.com:1", "localhost.evil.com:1"}) {
-    EXPECT_FALSE(IsLoopback(address)) << address;
+    EXPECT_FALSE(server::IsLoopback(address)) << address;
   }
-  MemoryStore store(1 << 20);
-  Log log(LogLevel::kOff, Log::Stderr());
-  ServerOptions options;
+  store::MemoryStore store(1 << 20);
+  telemetry::Log log(telemetry::LogLevel::kOff, telemetry::Log::Stderr());
+  server::ServerOptions options;
   options.listen = "0.0.0.0:0";
-  const auto server = Server::Start(options, store, log);
+  const auto server = server::Server::Start(options, store, log);
   EXPECT_TRUE(absl::IsInvalidArgument(server.status()));
 }
 
 // However much is wrong, the error's details stay below what a trailer may hold.
 TEST(Serving, ErrorsFitTheTrailer) {
-  Script script;
-  InProcess server(script.Make());
+  fixture::Script script;
+  fixture::InProcess server(script.Make());
   grpc::ClientContext context;
   v1::CreateSessionRequest request;
   for (int i = 0; i < 16; ++i) {
     v1::ScannerModel& scanner = *request.mutable_session()->add_scanner_models();
     scanner.set_id(std::string(10'000, 'X'));
-    scanner.set_range_min(-1);
-    scanner.set_range_max(-2);
-    scanner.set_azimuth_step(-1);
-    scanner.set_max_incidence(9);
+    scanner.set_min_range_m(-1);
+    scanner.set_max_range_m(-2);
+    scanner.set_azimuth_step_rad(-1);
+    scanner.set_max_incidence_rad(9);
   }
   v1::CreateSessionResponse response;
   const grpc::Status status = server.sessions->CreateSession(&context, request, &response);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  EXPECT_GE(ViolatedFields(status).size(), 10U);
+  EXPECT_GE(fixture::ViolatedFields(status).size(), 10U);
   EXPECT_LT(status.error_details().size() + status.error_message().size(), 8192U);
 }
 
 TEST(Serving, AnOversizedMessageIsRefusedNotSwallowed) {
-  Script script;
-  InProcess server(script.Make());
+  fixture::Script script;
+  fixture::InProcess server(script.Make());
   grpc::ClientContext context;
   v1::CreateSessionRequest request;
   request.mutable_session()->set_display_name(std::string(5 << 20, 'x'));
   v1::CreateSessionResponse response;
   EXPECT_EQ(server.sessions->CreateSession(&context, request, &response).error_code(),
             grpc::StatusCode::RESOURCE_EXHAUSTED);
-  EXPECT_TRUE(CheckHealth(server.address()).ok());
+  EXPECT_TRUE(server::CheckHealth(server.address()).ok());
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::rpc

@@ -8,15 +8,15 @@
 #include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
 
-namespace vantage {
+namespace vantage::rpc {
 namespace {
 
 using testing::Contains;
 
 class SessionRpc : public testing::Test {
  protected:
-  Script script_;
-  InProcess server_{script_.Make()};
+  fixture::Script script_;
+  fixture::InProcess server_{script_.Make()};
 
   grpc::Status Create(const v1::CreateSessionRequest& request, v1::Session& session) {
     grpc::ClientContext context;
@@ -47,11 +47,11 @@ class SessionRpc : public testing::Test {
 TEST(Tenants, AreNamedByTheMetadataThatTheOperatorTrusts) {
   for (const bool trusted : {true, false}) {
     SCOPED_TRACE(trusted);
-    ServerOptions options;
+    server::ServerOptions options;
     options.limits.tenant_bytes = 1000;
     if (trusted) options.access.tenant_metadata = "x-tenant";
-    Script script;
-    InProcess server(script.Make(), options);
+    fixture::Script script;
+    fixture::InProcess server(script.Make(), options);
     grpc::ClientContext context;
     context.AddMetadata("x-tenant", "museum");
     v1::CreateSessionRequest create;
@@ -62,12 +62,12 @@ TEST(Tenants, AreNamedByTheMetadataThatTheOperatorTrusts) {
     begin.AddMetadata("x-tenant", "museum");
     v1::CreateUploadRequest announce;
     announce.set_parent("sessions/job");
-    announce.mutable_upload()->mutable_total()->set_encoded_size(1001);
+    announce.mutable_upload()->mutable_total()->set_encoded_size_bytes(1001);
     announce.mutable_upload()->mutable_total()->set_sha256(std::string(32, 's'));
     v1::CreateUploadResponse announced;
     const grpc::Status refused = server.scans->CreateUpload(&begin, announce, &announced);
     EXPECT_EQ(refused.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
-    EXPECT_EQ(InfoOf(refused).reason(), "QUOTA_EXCEEDED");
+    EXPECT_EQ(fixture::InfoOf(refused).reason(), "QUOTA_EXCEEDED");
     EXPECT_EQ(refused.error_message().find("'museum'") != std::string::npos, trusted)
         << refused.error_message();
   }
@@ -81,8 +81,8 @@ TEST_F(SessionRpc, CreatedWithEveryFieldFilledInAndReadBack) {
   ASSERT_TRUE(Create(request, made).ok());
   EXPECT_EQ(made.name(), "sessions/flat-12");
   EXPECT_EQ(made.scanner_models_size(), 1);
-  EXPECT_EQ(made.planning_config().required_density(), 2500);
-  EXPECT_EQ(made.model_config().voxel_size(), 0.05);
+  EXPECT_EQ(made.planning_config().required_density_per_m2(), 2500);
+  EXPECT_EQ(made.model_config().voxel_size_m(), 0.05);
   EXPECT_EQ(made.last_sequence(), 1U);
   EXPECT_FALSE(made.etag().empty());
   v1::Session read;
@@ -101,27 +101,27 @@ TEST_F(SessionRpc, TheSameRequestTwiceIsOneSession) {
   request.mutable_session()->set_display_name("another");
   const grpc::Status reused = Create(request, second);
   EXPECT_EQ(reused.error_code(), grpc::StatusCode::ALREADY_EXISTS);
-  EXPECT_EQ(InfoOf(reused).reason(), "REQUEST_ID_REUSED");
+  EXPECT_EQ(fixture::InfoOf(reused).reason(), "REQUEST_ID_REUSED");
   request.set_request_id("");
   request.set_session_id(first.name().substr(9));
-  EXPECT_EQ(InfoOf(Create(request, second)).reason(), "SESSION_EXISTS");
+  EXPECT_EQ(fixture::InfoOf(Create(request, second)).reason(), "SESSION_EXISTS");
 }
 
 TEST_F(SessionRpc, AnImpossibleConfigurationNamesEveryField) {
   v1::CreateSessionRequest request;
   request.set_session_id("Bad Id");
   request.set_request_id("has space");
-  request.mutable_session()->mutable_planning_config()->set_required_density(1e9);
-  request.mutable_session()->mutable_model_config()->set_voxel_size(7);
+  request.mutable_session()->mutable_planning_config()->set_required_density_per_m2(1e9);
+  request.mutable_session()->mutable_model_config()->set_voxel_size_m(7);
   v1::Session made;
   const grpc::Status status = Create(request, made);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
-  const auto fields = ViolatedFields(status);
-  for (const char* field : {"session_id", "request_id", "session.model_config.voxel_size",
-                            "session.planning_config.required_density"}) {
+  const auto fields = fixture::ViolatedFields(status);
+  for (const char* field : {"session_id", "request_id", "session.model_config.voxel_size_m",
+                            "session.planning_config.required_density_per_m2"}) {
     EXPECT_THAT(fields, Contains(field));
   }
-  EXPECT_EQ(InfoOf(status).domain(), "vantage");
+  EXPECT_EQ(fixture::InfoOf(status).domain(), "vantage");
 }
 
 TEST_F(SessionRpc, UnknownNamesAreNotFoundWithResourceInfo) {
@@ -129,11 +129,11 @@ TEST_F(SessionRpc, UnknownNamesAreNotFoundWithResourceInfo) {
   const grpc::Status status = Get("sessions/nobody", session);
   EXPECT_EQ(status.error_code(), grpc::StatusCode::NOT_FOUND);
   bool found = false;
-  for (const auto& any : Details(status)) {
+  for (const auto& any : fixture::Details(status)) {
     google::rpc::ResourceInfo info;
     if (!any.UnpackTo(&info)) continue;
     found = true;
-    EXPECT_EQ(info.resource_type(), "vantage.v1.Session");
+    EXPECT_EQ(info.resource_type(), "vantage/Session");
     EXPECT_EQ(info.resource_name(), "sessions/nobody");
   }
   EXPECT_TRUE(found);
@@ -159,11 +159,47 @@ TEST_F(SessionRpc, ListsInOrderByPages) {
 
   grpc::ClientContext context;
   v1::ListSessionsRequest request;
-  request.set_page_size(5000);
+  request.set_page_size(-1);
   request.set_page_token("nonsense");
   v1::ListSessionsResponse response;
   const grpc::Status status = server_.sessions->ListSessions(&context, request, &response);
-  EXPECT_THAT(ViolatedFields(status), testing::UnorderedElementsAre("page_size", "page_token"));
+  EXPECT_THAT(fixture::ViolatedFields(status),
+              testing::UnorderedElementsAre("page_size", "page_token"));
+}
+
+TEST_F(SessionRpc, APageBeginsAfterTheOneBeforeWhateverWasDeleted) {
+  for (const char* id : {"c", "a", "b", "e", "d"}) server_.OpenSession(id);
+  v1::ListSessionsRequest request;
+  request.set_page_size(2);
+  v1::ListSessionsResponse first;
+  {
+    grpc::ClientContext context;
+    ASSERT_TRUE(server_.sessions->ListSessions(&context, request, &first).ok());
+  }
+  for (const v1::Session& session : first.sessions()) {
+    grpc::ClientContext context;
+    v1::DeleteSessionRequest gone;
+    gone.set_name(session.name());
+    v1::DeleteSessionResponse done;
+    ASSERT_TRUE(server_.sessions->DeleteSession(&context, gone, &done).ok());
+  }
+  request.set_page_token(first.next_page_token());
+  request.set_page_size(5000);  // more than there may be: as many as there may
+  v1::ListSessionsResponse rest;
+  grpc::ClientContext context;
+  ASSERT_TRUE(server_.sessions->ListSessions(&context, request, &rest).ok());
+  std::string order;
+  for (const v1::Session& session : rest.sessions()) order += session.name().substr(9);
+  EXPECT_EQ(order, "bed");
+  EXPECT_EQ(rest.next_page_token(), "");
+  // Of another list it is none.
+  grpc::ClientContext other;
+  v1::ListScansRequest scans;
+  scans.set_parent("sessions/b");
+  scans.set_page_token(first.next_page_token());
+  v1::ListScansResponse none;
+  EXPECT_THAT(fixture::ViolatedFields(server_.scans->ListScans(&other, scans, &none)),
+              testing::UnorderedElementsAre("page_token"));
 }
 
 TEST_F(SessionRpc, UpdatesWhatTheMaskNamesAndOnlyAsAWhole) {
@@ -175,24 +211,24 @@ TEST_F(SessionRpc, UpdatesWhatTheMaskNamesAndOnlyAsAWhole) {
   box.mutable_max()->set_x(1);
   box.mutable_max()->set_y(1);
   box.mutable_max()->set_z(1);
-  request.mutable_session()->mutable_planning_config()->set_candidates(4);
+  request.mutable_session()->mutable_planning_config()->set_max_view_count(4);
   request.mutable_session()->set_display_name("not in the mask");
   request.mutable_update_mask()->add_paths("site_rules");
-  request.mutable_update_mask()->add_paths("planning_config.candidates");
+  request.mutable_update_mask()->add_paths("planning_config.max_view_count");
   v1::Session session;
   ASSERT_TRUE(Update(request, session).ok());
   EXPECT_EQ(session.site_rules().keep_out_size(), 1);
-  EXPECT_EQ(session.planning_config().candidates(), 4);
-  EXPECT_EQ(session.planning_config().required_density(), 2500);
+  EXPECT_EQ(session.planning_config().max_view_count(), 4);
+  EXPECT_EQ(session.planning_config().required_density_per_m2(), 2500);
   EXPECT_EQ(session.display_name(), "");
 
   // Impossible: stays as it was.
-  request.mutable_session()->mutable_planning_config()->set_candidates(4000);
+  request.mutable_session()->mutable_planning_config()->set_max_view_count(4000);
   v1::Session unused;
-  EXPECT_THAT(ViolatedFields(Update(request, unused)),
-              Contains("session.planning_config.candidates"));
+  EXPECT_THAT(fixture::ViolatedFields(Update(request, unused)),
+              Contains("session.planning_config.max_view_count"));
   request.mutable_update_mask()->add_paths("model_config");
-  EXPECT_THAT(ViolatedFields(Update(request, unused)), Contains("update_mask"));
+  EXPECT_THAT(fixture::ViolatedFields(Update(request, unused)), Contains("update_mask"));
   v1::Session after;
   ASSERT_TRUE(Get(name, after).ok());
   EXPECT_EQ(after.SerializeAsString(), session.SerializeAsString());
@@ -281,4 +317,4 @@ TEST_F(SessionRpc, WatchEndsWhenTheSessionIsDeleted) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::rpc

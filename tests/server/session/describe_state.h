@@ -7,13 +7,13 @@
 #include "server/store/store.h"
 #include "tests/support/golden.h"
 
-namespace vantage {
+namespace vantage::session {
 
 // All that the log of a session comes to, with the whole results of its plans.
-void Describe(const SessionState& state, const Store& store, GoldenText& out);
+void Describe(const SessionState& state, const store::Store& store, test_support::GoldenText& out);
 // What the uploads under way brought.
-void DescribeSpools(const Store& store, GoldenText& out);
+void DescribeSpools(const store::Store& store, test_support::GoldenText& out);
 
-}  // namespace vantage
+}  // namespace vantage::session
 
 #endif  // VANTAGE_TESTS_SERVER_SESSION_DESCRIBE_STATE_H_

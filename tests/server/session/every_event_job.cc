@@ -14,15 +14,17 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "core/bytes/checksum.h"
+#include "core/bytes/compression.h"
 #include "core/parallel/parallel.h"
 #include "core/sensor/encoding.h"
-#include "core/simulation/scene.h"
+#include "core/simulation/scenes/scene.h"
+#include "core/simulation/scenes/small_scenes.h"
 #include "core/simulation/simulated_scanner.h"
-#include "proto/wire/checksum.h"
-#include "proto/wire/compression.h"
+#include "server/conversion/to_proto.h"
 #include "tests/server/fixture/session_host.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 constexpr size_t kPieceBytes = 5000;
@@ -38,34 +40,35 @@ v1::Vector3 World(const Eigen::Vector3d& position) {
 
 class Job {
  public:
-  explicit Job(Store& store) : scene_(TwoRooms(1)), tracer_(scene_.mesh) {
-    scanner_.azimuth_step = scanner_.elevation_step = Radians(4);
+  explicit Job(store::Store& store) : scene_(simulation::TwoRooms(1)), tracer_(scene_.mesh) {
+    scanner_.azimuth_step = scanner_.elevation_step = sensor::Radians(4);
     Algorithms algorithms = Algorithms::Core();
-    algorithms.register_scan = [this, align = algorithms.register_scan](
-                                   const PlanningView& model, const Scan& scan,
-                                   const PosePrior& prior, std::span<const TargetTie> targets,
-                                   const RegistrationConfig& config, Parallel& parallel) {
-      auto result = align(model, scan, prior, targets, config, parallel);
-      if (result.ok() && verdict_.has_value()) {
-        result->verdict.outcome = *verdict_;
-        const bool good = *verdict_ == RegistrationOutcome::kRegistered;
-        result->verdict.reason = good ? "" : "as the job wants it";
-        result->verdict.remedy = good ? "" : "set its pose";
-      }
-      return result;
-    };
-    Limits limits;
+    algorithms.register_scan =
+        [this, align = algorithms.register_scan](
+            const model::PlanningView& model, const sensor::Scan& scan,
+            const sensor::PosePrior& prior, std::span<const registration::TargetTie> targets,
+            const registration::RegistrationConfig& config, parallel::Parallel& parallel) {
+          auto result = align(model, scan, prior, targets, config, parallel);
+          if (result.ok() && verdict_.has_value()) {
+            result->verdict.outcome = *verdict_;
+            const bool good = *verdict_ == registration::RegistrationOutcome::kRegistered;
+            result->verdict.reason = good ? "" : "as the job wants it";
+            result->verdict.remedy = good ? "" : "set its pose";
+          }
+          return result;
+        };
+    contract::Limits limits;
     limits.snapshots_per_session = 0;
     limits.keep_withdrawn_scans = absl::Hours(2);
-    host_ = std::make_unique<SessionHost>(store, std::move(algorithms), limits, [this] {
-      return FixtureTime() + absl::Seconds(seconds_.load());
+    host_ = std::make_unique<fixture::SessionHost>(store, std::move(algorithms), limits, [this] {
+      return fixture::FixtureTime() + absl::Seconds(seconds_.load());
     });
   }
 
   void Run() {
     Open();
-    AddScanner("red", "fine", 0.8, 120);
-    AddScanner("blue", "coarse", 1.2, 90);
+    CreateScanner("red", "fine", 0.8, 120);
+    CreateScanner("blue", "coarse", 1.2, 90);
     const Eigen::Vector3d start = scene_.starts[0];
 
     // The first scan, and where to go from there.
@@ -76,7 +79,7 @@ class Job {
     ASSERT_GT(made.result().views_size(), 1) << made.result().message();
     v1::RejectViewRequest reject;
     *reject.mutable_position() = World({50, 50, 0});
-    reject.set_radius(0.75);
+    reject.set_radius_m(0.75);
     reject.set_reason("a cupboard");
     reject.mutable_ttl()->set_seconds(864'000);
     reject.set_request_id("reject-1");
@@ -93,7 +96,7 @@ class Job {
     Plan("plan-2", {Scanner("red"), Scanner("blue")}, true);
     const Eigen::Vector3d claimed =
         Eigen::Vector3d(first.position().x(), first.position().y(), first.position().z()) - kOrigin;
-    verdict_ = RegistrationOutcome::kRegistered;
+    verdict_ = registration::RegistrationOutcome::kRegistered;
     const v1::PosePrior near = Prior(claimed + Eigen::Vector3d(0.06, -0.04, 0.01), 1);
     Send(claimed, "second", &near, Scanner("red"));
     const v1::Claim second = Claim("blue", World(scene_.starts[1]), "");
@@ -106,7 +109,7 @@ class Job {
     session_->ExpireClaims();
 
     // Scans that a person decides on, one by targets and one that is believed.
-    verdict_ = RegistrationOutcome::kDoubtful;
+    verdict_ = registration::RegistrationOutcome::kDoubtful;
     const Eigen::Vector3d beside = start + Eigen::Vector3d(0.4, 0.2, 0);
     const v1::PosePrior prior = Prior(beside, 2);
     v1::AcceptScanRequest accept;
@@ -114,7 +117,7 @@ class Job {
     accept.set_request_id("accept-1");
     ASSERT_TRUE(session_->AcceptScan(accept).ok());
     Rest();
-    verdict_ = RegistrationOutcome::kFailed;
+    verdict_ = registration::RegistrationOutcome::kFailed;
     v1::SetScanPoseRequest set;
     set.set_name(Send(start, "failed", &prior, ""));
     *set.mutable_prior() = Prior(start, 0);
@@ -125,7 +128,7 @@ class Job {
     verdict_.reset();
     v1::PosePrior trusted = Prior(beside, 0);
     for (int i = 0; i < 36; ++i) trusted.add_covariance(i % 7 == 0 ? 1e-6 : 0);
-    trusted.set_levelled_sigma(0.002);
+    trusted.set_levelled_sigma_rad(0.002);
     trusted.set_trusted(true);
     std::vector<v1::TargetSighting> targets(3);
     for (int i = 0; i < 3; ++i) {
@@ -135,7 +138,7 @@ class Job {
       targets[i].mutable_in_scan()->set_y(at.y());
       targets[i].mutable_in_scan()->set_z(at.z());
       *targets[i].mutable_in_world() = World(beside + at);
-      targets[i].set_sigma(0.003);
+      targets[i].set_sigma_m(0.003);
     }
     Send(beside, "trusted", &trusted, Scanner("blue"), targets);
 
@@ -182,17 +185,17 @@ class Job {
     for (const char* id : {"fine", "coarse"}) {
       v1::ScannerModel& model = *session.add_scanner_models();
       model.set_id(id);
-      model.set_azimuth_step(id[0] == 'f' ? Radians(4) : Radians(5));
-      model.set_elevation_step(id[0] == 'f' ? Radians(4) : Radians(5));
-      model.set_range_max(15);
+      model.set_azimuth_step_rad(id[0] == 'f' ? sensor::Radians(4) : sensor::Radians(5));
+      model.set_elevation_step_rad(id[0] == 'f' ? sensor::Radians(4) : sensor::Radians(5));
+      model.set_max_range_m(15);
     }
-    session.mutable_model_config()->set_voxel_size(0.2);
-    session.mutable_planning_config()->set_required_density(12);
-    session.mutable_planning_config()->set_viewcell_size(0.4);
+    session.mutable_model_config()->set_voxel_size_m(0.2);
+    session.mutable_planning_config()->set_required_density_per_m2(12);
+    session.mutable_planning_config()->set_viewcell_size_m(0.4);
     session.mutable_planning_config()->set_require_reachable(false);
-    session.mutable_planning_config()->set_candidates(3);
-    session.mutable_planning_config()->mutable_registration()->set_required_accuracy(0.1);
-    session.mutable_planning_config()->mutable_registration()->set_sample_spacing(0.1);
+    session.mutable_planning_config()->set_max_view_count(3);
+    session.mutable_planning_config()->mutable_registration()->set_required_accuracy_m(0.1);
+    session.mutable_planning_config()->mutable_registration()->set_sample_spacing_m(0.1);
     *session.mutable_origin() = World(Eigen::Vector3d::Zero());
     session_ = host_->registry.Create(create, "office").value();
 
@@ -213,35 +216,37 @@ class Job {
     ASSERT_TRUE(updated.ok()) << updated.status();
   }
 
-  void AddScanner(const std::string& id, const std::string& model, double speed, double seconds) {
-    v1::AddScannerRequest request;
+  void CreateScanner(const std::string& id, const std::string& model, double speed,
+                     double seconds) {
+    v1::CreateScannerRequest request;
     request.set_scanner_id(id);
     request.set_request_id("add-" + id);
     v1::Scanner& scanner = *request.mutable_scanner();
     scanner.set_display_name("the " + id + " one");
     scanner.set_scanner_model_id(model);
     scanner.set_operator_("somebody");
-    scanner.set_speed(speed);
-    scanner.set_scan_seconds(seconds);
+    scanner.set_speed_m_per_s(speed);
+    *scanner.mutable_scan_duration() = conversion::WriteDuration(seconds);
     *scanner.add_reach()->mutable_min() = World({-1, -1, -1});
     *scanner.mutable_reach(0)->mutable_max() = World({20, 20, 4});
-    const auto added = session_->AddScanner(request);
+    const auto added = session_->CreateScanner(request);
     ASSERT_TRUE(added.ok()) << added.status();
   }
 
   static v1::PosePrior Prior(const Eigen::Vector3d& position, double degrees) {
-    v1::PosePrior prior = PriorAt(0, 0, 0);
+    v1::PosePrior prior = fixture::PriorAt(0, 0, 0);
     *prior.mutable_pose()->mutable_translation() = World(position);
-    prior.mutable_pose()->mutable_rotation()->set_w(std::cos(Radians(degrees) / 2));
-    prior.mutable_pose()->mutable_rotation()->set_z(std::sin(Radians(degrees) / 2));
+    prior.mutable_pose()->mutable_rotation()->set_w(std::cos(sensor::Radians(degrees) / 2));
+    prior.mutable_pose()->mutable_rotation()->set_z(std::sin(sensor::Radians(degrees) / 2));
     return prior;
   }
 
   std::string Encoded(const Eigen::Vector3d& position) {
-    Serial serial;
+    parallel::Serial serial;
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
     pose.translation() = position;
-    return EncodeRangeImage(tracer_.Scan(scanner_, pose, ScanFaults(), ++scans_, serial));
+    return sensor::EncodeRangeImage(
+        tracer_.Scan(scanner_, pose, simulation::ScanFaults(), ++scans_, serial));
   }
 
   // A piece of an encoding, every second one compressed.
@@ -250,11 +255,11 @@ class Job {
     piece.set_sequence(upload.next_sequence());
     piece.set_offset(upload.next_offset());
     const std::string data = bytes.substr(static_cast<size_t>(upload.next_offset()), kPieceBytes);
-    piece.set_crc32c(Crc32c(data));
+    piece.set_crc32c(bytes::Crc32c(data));
     if (upload.next_sequence() % 2 == 1) {
-      piece.set_data(ZstdCompress(data));
+      piece.set_data(bytes::ZstdCompress(data));
       piece.set_compression(v1::COMPRESSION_ZSTD);
-      piece.set_size(static_cast<int64_t>(data.size()));
+      piece.set_uncompressed_size_bytes(static_cast<int64_t>(data.size()));
     } else {
       piece.set_data(data);
     }
@@ -263,8 +268,8 @@ class Job {
 
   static v1::UploadTotal TotalOf(const std::string& bytes) {
     v1::UploadTotal total;
-    total.set_encoded_size(static_cast<int64_t>(bytes.size()));
-    total.set_sha256(Sha256::Of(bytes));
+    total.set_encoded_size_bytes(static_cast<int64_t>(bytes.size()));
+    total.set_sha256(bytes::Sha256::Of(bytes));
     return total;
   }
 
@@ -300,7 +305,7 @@ class Job {
     request.set_request_id("upload-damaged");
     absl::StatusOr<v1::Upload> upload = session_->CreateUpload(request);
     v1::UploadTotal total = TotalOf(bytes);
-    total.set_sha256(Sha256::Of("something else"));
+    total.set_sha256(bytes::Sha256::Of("something else"));
     const std::string name = upload.value().name();
     while (upload.ok() && upload->state() == v1::UPLOAD_STATE_OPEN) {
       const v1::Piece piece = PieceOf(bytes, *upload);
@@ -349,15 +354,13 @@ class Job {
                    double overlap = 0) {
     v1::CreatePlanRequest request;
     request.set_request_id(id);
-    for (const std::string& scanner : scanners) request.add_scanners(scanner);
-    request.mutable_plan()->set_work_limit(500'000);
+    for (const std::string& scanner : scanners) request.mutable_plan()->add_scanners(scanner);
+    request.mutable_plan()->set_work_limit_rays(500'000);
     request.mutable_plan()->set_seed(7);
-    if (by_minutes) request.mutable_plan()->set_ranking(v1::RANKING_GAIN_PER_MINUTE);
+    if (by_minutes) request.mutable_plan()->set_ranking(v1::RANKING_SCORE_PER_MINUTE);
     if (overlap > 0) {
-      request.mutable_plan()
-          ->mutable_config_overrides()
-          ->mutable_registration()
-          ->set_minimum_overlap(overlap);
+      request.mutable_plan()->mutable_config_overrides()->mutable_registration()->set_min_overlap(
+          overlap);
     }
     const auto plan = session_->CreatePlan(request);
     EXPECT_TRUE(plan.ok()) << plan.status();
@@ -369,27 +372,28 @@ class Job {
     v1::CreatePlanRequest request;
     request.set_request_id("plan-cancelled");
     request.mutable_plan()->mutable_time_budget()->set_seconds(600);
-    request.mutable_plan()->mutable_config_overrides()->set_viewcell_size(0.2);
-    request.mutable_plan()->mutable_config_overrides()->set_max_height(1.3);
+    request.mutable_plan()->mutable_config_overrides()->set_viewcell_size_m(0.2);
+    request.mutable_plan()->mutable_config_overrides()->set_max_height_m(1.3);
     const auto plan = session_->CreatePlan(request);
     ASSERT_TRUE(plan.ok()) << plan.status();
     ASSERT_TRUE(session_->CancelPlan(plan->name()).ok());
     EXPECT_TRUE(host_->registry.WaitUntilIdle(std::chrono::seconds(60)));
   }
 
-  const Scene scene_;
-  const SimulatedScanner tracer_;
-  ScannerModel scanner_;
-  std::optional<RegistrationOutcome> verdict_;  // instead of what an alignment comes to
+  const simulation::Scene scene_;
+  const simulation::SimulatedScanner tracer_;
+  sensor::ScannerModel scanner_;
+  std::optional<registration::RegistrationOutcome>
+      verdict_;  // instead of what an alignment comes to
   std::atomic<int> seconds_{0};
   uint64_t scans_ = 0;
   int claims_ = 0;
-  std::unique_ptr<SessionHost> host_;
+  std::unique_ptr<fixture::SessionHost> host_;
   std::shared_ptr<Session> session_;
 };
 
 }  // namespace
 
-void RunEveryEventJob(Store& store) { Job(store).Run(); }
+void RunEveryEventJob(store::Store& store) { Job(store).Run(); }
 
-}  // namespace vantage
+}  // namespace vantage::session

@@ -6,7 +6,7 @@
 #include <thread>
 #include <vector>
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 TEST(MemoryAccount, LetsNobodyHaveWhatIsNotThere) {
@@ -57,15 +57,15 @@ TEST(MemoryAccount, SaysWhatLacks) {
 
 TEST(MemoryAccount, HoldsMoveWithoutCountingTwice) {
   MemoryAccount account(100);
-  MemoryAccount::Hold hold = account.Empty();
-  hold.Set(30);
-  MemoryAccount::Hold other = std::move(hold);
+  MemoryAccount::Reservation reservation = account.Empty();
+  reservation.Set(30);
+  MemoryAccount::Reservation other = std::move(reservation);
   EXPECT_EQ(account.used(), 30);
   other = *account.Take(10);
   EXPECT_EQ(account.used(), 10);
   other.Set(70);
   EXPECT_EQ(account.used(), 70);
-  MemoryAccount::Hold nobodys;
+  MemoryAccount::Reservation nobodys;
   nobodys.Set(5);  // harmless: of no account
   EXPECT_EQ(account.used(), 70);
 }
@@ -87,4 +87,4 @@ TEST(MemoryAccount, IsEvenAfterManyThreads) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::session

@@ -9,17 +9,26 @@
 #include "core/sensor/encoding.h"
 #include "google/protobuf/util/message_differencer.h"
 #include "google/rpc/error_details.pb.h"
-#include "server/session/error.h"
-#include "server/session/to_proto.h"
+#include "server/contract/error.h"
+#include "server/conversion/fleet_proto.h"
+#include "server/conversion/to_proto.h"
 #include "server/store/memory_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
+#include "vantage/v1/error.pb.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 using google::protobuf::util::MessageDifferencer;
+
+v1::ClaimConflict ConflictIn(const absl::Status& status) {
+  v1::ClaimConflict conflict;
+  const auto payload = status.GetPayload("type.googleapis.com/vantage.v1.ClaimConflict");
+  EXPECT_TRUE(payload.has_value() && conflict.ParseFromString(std::string(*payload))) << status;
+  return conflict;
+}
 
 google::rpc::ErrorInfo InfoIn(const absl::Status& status) {
   google::rpc::ErrorInfo info;
@@ -34,13 +43,13 @@ class FleetSession : public testing::Test {
   FleetSession() {
     script_.EndPlans();
     Start();
-    session_ = OpenSession(host_->registry, "job");
+    session_ = fixture::OpenSession(host_->registry, "job");
   }
 
   void Start() {
-    host_ = std::make_unique<SessionHost>(store_, script_.Make(), Limits(), [this] {
-      return FixtureTime() + absl::Seconds(seconds_.load());
-    });
+    host_ = std::make_unique<fixture::SessionHost>(
+        store_, script_.Make(), contract::Limits(),
+        [this] { return fixture::FixtureTime() + absl::Seconds(seconds_.load()); });
   }
   void Restart() {
     session_.reset();
@@ -53,10 +62,10 @@ class FleetSession : public testing::Test {
   void Pass(int seconds) { seconds_ += seconds; }
 
   std::string Add(const std::string& id) {
-    v1::AddScannerRequest request;
+    v1::CreateScannerRequest request;
     request.set_scanner_id(id);
     request.mutable_scanner()->set_operator_("somebody");
-    return session_->AddScanner(request).value().name();
+    return session_->CreateScanner(request).value().name();
   }
   absl::StatusOr<v1::Claim> Claim(const std::string& scanner, double x, double y,
                                   int ttl_seconds = 60, const std::string& request_id = "") {
@@ -82,40 +91,40 @@ class FleetSession : public testing::Test {
   }
   std::vector<v1::Claim> Held() {
     bool more = false;
-    return session_->ListClaims(0, 100, more);
+    return session_->ListClaims("", 100, more);
   }
   v1::Scanner Scanner(const std::string& name) {
     bool more = false;
-    for (const v1::Scanner& scanner : session_->ListScanners(0, 100, more)) {
+    for (const v1::Scanner& scanner : session_->ListScanners("", 100, more)) {
       if (scanner.name() == name) return scanner;
     }
     return {};
   }
   // A scan of the room from a place, registered there; its name.
   std::string Scan(double x, double y, double degrees = 4, const std::string& by = "") {
-    const v1::PosePrior prior = PriorAt(x, y, 1.4);
-    const std::string bytes = EncodedRoom({x, y, 1.4}, degrees);
-    std::string scan = SendScan(*session_, bytes, &prior, "", by).value().scan();
+    const v1::PosePrior prior = fixture::PriorAt(x, y, 1.4);
+    const std::string bytes = fixture::EncodedRoom({x, y, 1.4}, degrees);
+    std::string scan = fixture::SendScan(*session_, bytes, &prior, "", by).value().scan();
     session_->WaitUntilIdle();
     return scan;
   }
   std::vector<v1::SessionEvent> Events() { return session_->journal().Events(0, 10'000).value(); }
   // How a claim ended, as the log has it; empty: it did not.
   std::string EndOf(const std::string& claim) {
-    std::string reason;
+    std::string words;
     for (const v1::SessionEvent& event : Events()) {
-      if (event.claim_released().claim().name() == claim) {
-        EXPECT_EQ(reason, "") << "ended twice";
-        reason = event.claim_released().reason();
+      if (event.claim_ended().claim().name() == claim) {
+        EXPECT_EQ(words, "") << "ended twice";
+        words = conversion::Words(event.claim_ended().end_reason());
       }
     }
-    return reason;
+    return words;
   }
 
-  Script script_;
-  MemoryStore store_{size_t{256} << 20};
+  fixture::Script script_;
+  store::MemoryStore store_{size_t{256} << 20};
   std::atomic<int> seconds_{0};
-  std::unique_ptr<SessionHost> host_;
+  std::unique_ptr<fixture::SessionHost> host_;
   std::shared_ptr<Session> session_;
 };
 
@@ -123,22 +132,22 @@ TEST_F(FleetSession, ScannersAreAddedOnceAndKnown) {
   EXPECT_EQ(Add("red"), "sessions/job/scanners/red");
   EXPECT_EQ(Add(""), "sessions/job/scanners/scanner-2");
   const v1::Scanner red = Scanner("sessions/job/scanners/red");
-  EXPECT_EQ(red.speed(), 1);
-  EXPECT_EQ(red.scan_seconds(), 180);
+  EXPECT_EQ(red.speed_m_per_s(), 1);
+  EXPECT_EQ(red.scan_duration().seconds(), 180);
   EXPECT_EQ(red.scanner_model_id(), "panoramic");
   EXPECT_FALSE(red.has_last_pose());
-  v1::AddScannerRequest again;
+  v1::CreateScannerRequest again;
   again.set_scanner_id("red");
   again.mutable_scanner();
-  EXPECT_EQ(ReasonOf(session_->AddScanner(again).status()), "SCANNER_EXISTS");
+  EXPECT_EQ(contract::ReasonOf(session_->CreateScanner(again).status()), "SCANNER_EXISTS");
   again.set_scanner_id("Red One");
   again.mutable_scanner()->set_scanner_model_id("none");
-  again.mutable_scanner()->set_speed(0);
-  again.mutable_scanner()->set_scan_seconds(-1);
+  again.mutable_scanner()->set_speed_m_per_s(0);
+  again.mutable_scanner()->mutable_scan_duration()->set_seconds(-1);
   again.mutable_scanner()->add_reach()->mutable_min();
-  const absl::Status wrong = session_->AddScanner(again).status();
-  for (const char* field : {"scanner_id", "scanner.scanner_model_id", "scanner.speed",
-                            "scanner.scan_seconds", "scanner.reach[0].max"}) {
+  const absl::Status wrong = session_->CreateScanner(again).status();
+  for (const char* field : {"scanner_id", "scanner.scanner_model_id", "scanner.speed_m_per_s",
+                            "scanner.scan_duration", "scanner.reach[0].max"}) {
     EXPECT_NE(wrong.ToString().find(field), std::string::npos) << field << ": " << wrong;
   }
 }
@@ -157,16 +166,21 @@ TEST_F(FleetSession, OneHasItAndTheOtherIsToldWhyAndWhereElse) {
   EXPECT_EQ(info.reason(), "CLAIMED");
   EXPECT_EQ(info.metadata().at("claim"), first->name());
   EXPECT_EQ(info.metadata().at("scanner"), red);
-  EXPECT_EQ(info.metadata().at("covered"), "0.60");
-  EXPECT_EQ(info.metadata().at("same_place"), "false");
-  EXPECT_EQ(info.metadata().at("alternative"), "1.000,1.000,1.500");
-  EXPECT_EQ(InfoIn(Claim(blue, 1.3, 1).status()).metadata().at("same_place"), "true");
+  const v1::ClaimConflict conflict = ConflictIn(second.status());
+  EXPECT_EQ(conflict.claim(), first->name());
+  EXPECT_EQ(conflict.scanner(), red);
+  EXPECT_NEAR(conflict.covered_share(), 0.6, 0.005);
+  EXPECT_FALSE(conflict.same_place());
+  EXPECT_EQ(conflict.expire_time().seconds(), first->expire_time().seconds());
+  EXPECT_NEAR(conflict.alternative().position().x(), 1, 1e-3);
+  EXPECT_NEAR(conflict.alternative().position().z(), 1.5, 1e-3);
+  EXPECT_TRUE(ConflictIn(Claim(blue, 1.3, 1).status()).same_place());
   ASSERT_TRUE(Claim(blue, 2.2, 1).ok());
   EXPECT_EQ(Held().size(), 2u);
   // Given back, it can be had.
   ASSERT_TRUE(Release(first->name()).ok());
   EXPECT_EQ(EndOf(first->name()), "released");
-  EXPECT_EQ(ReasonOf(Release(first->name())), "CLAIM_ENDED");
+  EXPECT_EQ(contract::ReasonOf(Release(first->name())), "CLAIM_ENDED");
   EXPECT_EQ(Release("sessions/job/claims/claim-99").code(), absl::StatusCode::kNotFound);
   EXPECT_TRUE(Claim(blue, 1, 1).ok());
   EXPECT_EQ(Claim("sessions/job/scanners/nobody", 5, 5).status().code(),
@@ -187,8 +201,8 @@ TEST_F(FleetSession, OfManyAtTheSameTimeExactlyOneWins) {
       threads.emplace_back([&, scanner] {
         const auto claim = Claim(scanner, 0.5 + 1.5 * round, 3);
         if (claim.ok()) ++won;
-        EXPECT_TRUE(claim.ok() || ReasonOf(claim.status()) == "CLAIMED" ||
-                    ReasonOf(claim.status()) == "CLAIMS_BUSY")
+        EXPECT_TRUE(claim.ok() || contract::ReasonOf(claim.status()) == "CLAIMED" ||
+                    contract::ReasonOf(claim.status()) == "CLAIMS_BUSY")
             << claim.status();
       });
     }
@@ -209,12 +223,13 @@ TEST_F(FleetSession, ClaimsExpireAndAreRenewed) {
   renew.mutable_ttl()->set_seconds(100);
   const auto renewed = session_->RenewClaim(renew);
   ASSERT_TRUE(renewed.ok()) << renewed.status();
-  EXPECT_EQ(ReadTime(renewed->expire_time()), FixtureTime() + absl::Seconds(150));
+  EXPECT_EQ(conversion::ReadTime(renewed->expire_time()),
+            fixture::FixtureTime() + absl::Seconds(150));
   Pass(99);
   EXPECT_EQ(Held().size(), 1u);
-  EXPECT_EQ(ReasonOf(Claim(blue, 1, 1).status()), "CLAIMED");
+  EXPECT_EQ(contract::ReasonOf(Claim(blue, 1, 1).status()), "CLAIMED");
   Pass(1);
-  EXPECT_EQ(ReasonOf(session_->RenewClaim(renew).status()), "CLAIM_ENDED");
+  EXPECT_EQ(contract::ReasonOf(session_->RenewClaim(renew).status()), "CLAIM_ENDED");
   EXPECT_TRUE(Claim(blue, 1, 1).ok());
   EXPECT_EQ(EndOf(first->name()), "expired");
   // Nobody has to ask for it.
@@ -241,13 +256,13 @@ TEST_F(FleetSession, AScanFromThereEndsTheClaim) {
   uint64_t merged = 0;
   for (const v1::SessionEvent& event : Events()) {
     if (event.scan_merged().scan().name() == scan) merged = event.sequence();
-    if (event.has_claim_released()) {
-      EXPECT_EQ(event.claim_released().scan(), scan);
+    if (event.has_claim_ended()) {
+      EXPECT_EQ(event.claim_ended().scan(), scan);
       EXPECT_GT(merged, 0u);
     }
   }
   // A doubtful scan ends nothing: a person has to decide.
-  script_.SetVerdict(RegistrationOutcome::kDoubtful);
+  script_.SetVerdict(registration::RegistrationOutcome::kDoubtful);
   Scan(4, 3);
   EXPECT_EQ(EndOf(second->name()), "");
 }
@@ -265,27 +280,28 @@ TEST_F(FleetSession, LateOrTwiceAScanMergesAsIfNobodyHadClaimedAnything) {
   const std::string twice = Scan(1, 1);
   EXPECT_EQ(session_->GetScan(twice)->state(), v1::SCAN_STATE_MERGED);
   // The model is that of the scans alone, to the voxel.
-  const auto plain = OpenSession(host_->registry, "plain");
+  const auto plain = fixture::OpenSession(host_->registry, "plain");
   for (const auto& [x, y] : {std::pair(2.0, 1.5), std::pair(1.0, 1.0), std::pair(1.0, 1.0)}) {
-    const v1::PosePrior prior = PriorAt(x, y, 1.4);
-    ASSERT_TRUE(SendScan(*plain, EncodedRoom({x, y, 1.4}, 4), &prior).ok());
+    const v1::PosePrior prior = fixture::PriorAt(x, y, 1.4);
+    ASSERT_TRUE(fixture::SendScan(*plain, fixture::EncodedRoom({x, y, 1.4}, 4), &prior).ok());
     plain->WaitUntilIdle();
   }
   const auto a = session_->Model().view;
   const auto b = plain->Model().view;
   ASSERT_EQ(a->SurfaceCount(), b->SurfaceCount());
   size_t differ = 0;
-  a->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& surface) {
-    const SurfaceVoxel* other = b->Surface(v);
-    differ += b->State(v) != state || other == nullptr || other->centroid != surface.centroid ||
-              other->density != surface.density;
-  });
+  a->ForEachSurface(
+      [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
+        const model::SurfaceVoxel* other = b->Surface(v);
+        differ += b->State(v) != state || other == nullptr || other->centroid != surface.centroid ||
+                  other->density != surface.density;
+      });
   EXPECT_EQ(differ, 0u);
 }
 
 TEST_F(FleetSession, ALateScanLeavesItsScannerWhereItIs) {
   const std::string red = Add("red");
-  const auto stands = [&] {
+  const auto stations = [&] {
     const v1::Vector3 at = Scanner(red).last_pose().translation();
     return std::pair(std::lround(at.x() * 100), std::lround(at.y() * 100));  // cm
   };
@@ -294,19 +310,19 @@ TEST_F(FleetSession, ALateScanLeavesItsScannerWhereItIs) {
   Pass(100);
   ASSERT_TRUE(Claim(red, 4, 3, 60).ok());
   Scan(4, 3, 4, red);
-  EXPECT_EQ(stands(), std::pair(400L, 300L));
+  EXPECT_EQ(stations(), std::pair(400L, 300L));
   Pass(7200);
   const std::string late = Scan(1, 1, 4, red);
   EXPECT_EQ(session_->GetScan(late)->state(), v1::SCAN_STATE_MERGED);
   EXPECT_EQ(session_->GetScan(late)->scanner(), red);
-  EXPECT_EQ(stands(), std::pair(400L, 300L)) << "where it stood two hours ago";
+  EXPECT_EQ(stations(), std::pair(400L, 300L)) << "where it stood two hours ago";
   // Sent there again, it stands there; and anywhere else where it never had a claim.
   ASSERT_TRUE(Claim(red, 1, 1, 60).ok());
   Scan(1.1, 1, 4, red);
-  EXPECT_EQ(stands(), std::pair(110L, 100L));
+  EXPECT_EQ(stations(), std::pair(110L, 100L));
   Pass(60);
   Scan(3, 2, 4, red);
-  EXPECT_EQ(stands(), std::pair(300L, 200L));
+  EXPECT_EQ(stations(), std::pair(300L, 200L));
 }
 
 TEST_F(FleetSession, TheFirstScanIsNeverLate) {
@@ -320,7 +336,7 @@ TEST_F(FleetSession, TheFirstScanIsNeverLate) {
 
 // A person as an upright cylinder, as a scanner at `from` sees it in the room.
 std::string RoomWithPerson(const Eigen::Vector3d& from, const Eigen::Vector2d& person) {
-  RangeImage image = ScanRoom(from, 2);
+  sensor::RangeImage image = fixture::ScanRoom(from, 2);
   for (int c = 0; c < image.columns(); ++c) {
     for (int r = 0; r < image.rows(); ++r) {
       const Eigen::Vector3d ray = image.Direction(c, r);
@@ -336,28 +352,29 @@ std::string RoomWithPerson(const Eigen::Vector3d& from, const Eigen::Vector2d& p
       image.range[image.Index(c, r)] = static_cast<float>(range);
     }
   }
-  return EncodeRangeImage(image);
+  return sensor::EncodeRangeImage(image);
 }
 
 TEST_F(FleetSession, AColleagueSeenInAScanIsNoWall) {
   const Eigen::Vector2d colleague(3.5, 2.5);
   const auto send = [&](double x, double y, bool with) {
-    const v1::PosePrior prior = PriorAt(x, y, 1.4);
+    const v1::PosePrior prior = fixture::PriorAt(x, y, 1.4);
     const Eigen::Vector3d from(x, y, 1.4);
-    const std::string bytes =
-        with ? RoomWithPerson(from, colleague) : EncodeRangeImage(ScanRoom(from, 2));
-    ASSERT_TRUE(SendScan(*session_, bytes, &prior).ok());
+    const std::string bytes = with ? RoomWithPerson(from, colleague)
+                                   : sensor::EncodeRangeImage(fixture::ScanRoom(from, 2));
+    ASSERT_TRUE(fixture::SendScan(*session_, bytes, &prior).ok());
     session_->WaitUntilIdle();
   };
   // Surface that is neither wall nor floor, around where the colleague stood.
   const auto left = [&] {
     const auto view = session_->Model().view;
     size_t count = 0;
-    view->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel&) {
-      const Eigen::Vector3d p = view->Centre(v);
-      count += state == VoxelState::kTrueSurface && p.z() > 0.3 && p.z() < 1.7 &&
-               (p.head<2>() - colleague).norm() < 0.45;
-    });
+    view->ForEachSurface(
+        [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel&) {
+          const Eigen::Vector3d p = view->Centre(v);
+          count += state == model::VoxelState::kTrueSurface && p.z() > 0.3 && p.z() < 1.7 &&
+                   (p.head<2>() - colleague).norm() < 0.45;
+        });
     return count;
   };
   send(1.5, 1.5, true);
@@ -409,10 +426,10 @@ TEST_F(FleetSession, PlansAreMadeForScannersAndAroundClaims) {
   const auto claim = Claim(blue, 4, 3);
   ASSERT_TRUE(claim.ok());
   v1::CreatePlanRequest request;
-  request.mutable_plan()->set_work_limit(1000);
+  request.mutable_plan()->set_work_limit_rays(1000);
   const auto plan_for = [&](const std::vector<std::string>& scanners) {
-    request.clear_scanners();
-    for (const std::string& scanner : scanners) request.add_scanners(scanner);
+    request.mutable_plan()->clear_scanners();
+    for (const std::string& scanner : scanners) request.mutable_plan()->add_scanners(scanner);
     const auto plan = session_->CreatePlan(request);
     EXPECT_TRUE(plan.ok()) << plan.status();
     EXPECT_TRUE(host_->registry.WaitUntilIdle(std::chrono::seconds(60)));
@@ -424,31 +441,31 @@ TEST_F(FleetSession, PlansAreMadeForScannersAndAroundClaims) {
   EXPECT_EQ(of_red.result().joint().claims(0), claim->name());
   EXPECT_EQ(of_red.scanners(0), red);
   EXPECT_EQ(of_red.result().joint().assignments(0).scanner(), red);
-  EXPECT_EQ(of_red.result().joint().assignments(0).view(), 0);
+  EXPECT_EQ(of_red.result().joint().assignments(0).view_index(), 0);
   EXPECT_EQ(plan_for({blue}).result().joint().claims_size(), 0);
   EXPECT_EQ(plan_for({}).result().joint().claims_size(), 1);
   const v1::Plan both = plan_for({blue, red});
   EXPECT_EQ(both.result().joint().claims_size(), 0);
   ASSERT_EQ(both.result().joint().assignments_size(), 2);
-  EXPECT_FALSE(both.result().joint().assignments(1).has_view());
+  EXPECT_FALSE(both.result().joint().assignments(1).has_view_index());
   EXPECT_EQ(both.result().joint().assignments(1).reason(), "scripted");
   // When nobody has claimed anything, and nobody is named, it is a plan like any other.
   ASSERT_TRUE(Release(claim->name()).ok());
   EXPECT_FALSE(plan_for({}).result().has_joint());
-  request.mutable_plan()->set_ranking(v1::RANKING_GAIN_PER_MINUTE);
+  request.mutable_plan()->set_ranking(v1::RANKING_SCORE_PER_MINUTE);
   EXPECT_TRUE(plan_for({}).result().has_joint());
-  EXPECT_EQ(plan_for({}).ranking(), v1::RANKING_GAIN_PER_MINUTE);
+  EXPECT_EQ(plan_for({}).ranking(), v1::RANKING_SCORE_PER_MINUTE);
 
-  request.clear_scanners();
-  request.add_scanners(red);
-  request.add_scanners(red);
-  request.add_scanners("sessions/job/scanners/nobody");
+  request.mutable_plan()->clear_scanners();
+  request.mutable_plan()->add_scanners(red);
+  request.mutable_plan()->add_scanners(red);
+  request.mutable_plan()->add_scanners("sessions/job/scanners/nobody");
   request.mutable_plan()->set_scanner_model_id("panoramic");
   const absl::Status wrong = session_->CreatePlan(request).status();
-  for (const char* field : {"scanners[1]", "scanners[2]", "plan.scanner_model_id"}) {
+  for (const char* field : {"plan.scanners[1]", "plan.scanners[2]", "plan.scanner_model_id"}) {
     EXPECT_NE(wrong.ToString().find(field), std::string::npos) << field << ": " << wrong;
   }
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::session

@@ -11,15 +11,15 @@
 #include <string>
 
 #include "absl/strings/escaping.h"
-#include "proto/wire/checksum.h"
-#include "server/session/error.h"
+#include "core/bytes/checksum.h"
+#include "server/contract/error.h"
 #include "server/store/backup.h"
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 namespace fs = std::filesystem;
@@ -40,11 +40,12 @@ class SessionKeeping : public testing::Test {
   }
 
   // A server that starts (anew) with these limits.
-  void Start(const Limits& limits = {}) {
+  void Start(const contract::Limits& limits = {}) {
     host_.reset();
     store_.reset();
-    store_ = DiskStore::Open(folder_).value();
-    host_ = std::make_unique<SessionHost>(*store_, script_.Make(), limits, [this] { return now_; });
+    store_ = store::DiskStore::Open(folder_).value();
+    host_ = std::make_unique<fixture::SessionHost>(*store_, script_.Make(), limits,
+                                                   [this] { return now_; });
     ASSERT_TRUE(host_->registry.LoadAll().ok());
     ASSERT_TRUE(host_->registry.WaitUntilIdle(std::chrono::seconds(60)));
   }
@@ -52,8 +53,8 @@ class SessionKeeping : public testing::Test {
 
   // The scan's name, when it is merged.
   static std::string Push(Session& session, const std::string& bytes) {
-    const v1::PosePrior prior = PriorAt(2.0, 1.5, 1.4);
-    const absl::StatusOr<v1::Upload> upload = SendScan(session, bytes, &prior);
+    const v1::PosePrior prior = fixture::PriorAt(2.0, 1.5, 1.4);
+    const absl::StatusOr<v1::Upload> upload = fixture::SendScan(session, bytes, &prior);
     EXPECT_TRUE(upload.ok()) << upload.status();
     session.WaitUntilIdle();
     return upload.ok() ? upload->scan() : "";
@@ -69,13 +70,13 @@ class SessionKeeping : public testing::Test {
     std::string upload = session.CreateUpload({}).value().name();
     v1::Piece piece;
     piece.set_data(bytes.substr(0, size));
-    piece.set_crc32c(Crc32c(piece.data()));
+    piece.set_crc32c(bytes::Crc32c(piece.data()));
     EXPECT_TRUE(session.AddToUpload(upload, &piece, nullptr).ok());
     return upload;
   }
   void MakePlan(Session& session) {
     v1::CreatePlanRequest plan;
-    plan.mutable_plan()->set_work_limit(1000);
+    plan.mutable_plan()->set_work_limit_rays(1000);
     ASSERT_TRUE(session.CreatePlan(plan).ok());
     ASSERT_TRUE(registry().WaitUntilIdle(std::chrono::seconds(60)));
   }
@@ -104,20 +105,20 @@ class SessionKeeping : public testing::Test {
   static std::set<std::string> BlobsOf(const Session& session) {
     std::map<std::string, int> blobs;
     std::set<std::string> spools;
-    session.AddHoldings(blobs, spools);
+    session.AddReferences(blobs, spools);
     std::set<std::string> names;
     for (const auto& [sha256, holders] : blobs) names.insert(absl::BytesToHexString(sha256));
     return names;
   }
 
-  const std::string shared_ = EncodedRoom({2.0, 1.5, 1.4}, 3.0);
-  const std::string own_ = EncodedRoom({3.0, 2.5, 1.4}, 3.0);
-  const std::string started_ = EncodedRoom({1.0, 2.0, 1.4}, 3.0);
-  absl::Time now_ = FixtureTime();
+  const std::string shared_ = fixture::EncodedRoom({2.0, 1.5, 1.4}, 3.0);
+  const std::string own_ = fixture::EncodedRoom({3.0, 2.5, 1.4}, 3.0);
+  const std::string started_ = fixture::EncodedRoom({1.0, 2.0, 1.4}, 3.0);
+  absl::Time now_ = fixture::FixtureTime();
   std::string folder_;
-  Script script_;
-  std::unique_ptr<DiskStore> store_;
-  std::unique_ptr<SessionHost> host_;
+  fixture::Script script_;
+  std::unique_ptr<store::DiskStore> store_;
+  std::unique_ptr<fixture::SessionHost> host_;
 };
 
 TEST_F(SessionKeeping, NothingOfADeletedSessionIsOnTheDisk) {
@@ -125,9 +126,9 @@ TEST_F(SessionKeeping, NothingOfADeletedSessionIsOnTheDisk) {
   v1::CreateSessionRequest create;
   create.set_session_id("confidential");
   create.mutable_session()->set_display_name(kMarker);
-  create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+  create.mutable_session()->mutable_model_config()->set_voxel_size_m(0.1);
   const auto gone = registry().Create(create).value();
-  const auto stays = OpenSession(registry(), "stays");
+  const auto stays = fixture::OpenSession(registry(), "stays");
   Push(*gone, own_);
   Push(*gone, shared_);
   const std::string kept = Push(*stays, shared_);
@@ -146,7 +147,7 @@ TEST_F(SessionKeeping, NothingOfADeletedSessionIsOnTheDisk) {
   EXPECT_EQ(BlobsOnDisk(), BlobsOf(*stays));
   EXPECT_TRUE(store_->Spools().value().empty());
   EXPECT_TRUE(stays->LoadImage(kept).ok());
-  const auto report = VerifyStore(folder_).value();
+  const auto report = store::VerifyStore(folder_).value();
   EXPECT_TRUE(report.faults.empty()) << report.faults[0];
   // Who still had it in hand adds nothing.
   EXPECT_FALSE(gone->CreateUpload({}).ok());
@@ -158,13 +159,13 @@ TEST_F(SessionKeeping, NothingOfADeletedSessionIsOnTheDisk) {
 }
 
 TEST_F(SessionKeeping, SessionsPastTheirTimeGo) {
-  Limits limits;
+  contract::Limits limits;
   limits.keep_sessions = absl::Hours(48);
   Start(limits);
   const absl::Time start = now_;
-  OpenSession(registry(), "unused");
-  const auto used = OpenSession(registry(), "used");
-  const auto uploading = OpenSession(registry(), "uploading");
+  fixture::OpenSession(registry(), "unused");
+  const auto used = fixture::OpenSession(registry(), "used");
+  const auto uploading = fixture::OpenSession(registry(), "uploading");
   now_ = start + absl::Hours(30);
   Push(*used, own_);
   now_ = start + absl::Hours(40);
@@ -189,7 +190,7 @@ TEST_F(SessionKeeping, SessionsPastTheirTimeGo) {
 }
 
 TEST_F(SessionKeeping, NothingGoesByItselfUnlessAsked) {
-  const auto session = OpenSession(registry(), "job");
+  const auto session = fixture::OpenSession(registry(), "job");
   const std::string scan = Push(*session, own_);
   Withdraw(*session, scan);
   now_ += absl::Hours(24 * 365 * 100);
@@ -198,11 +199,11 @@ TEST_F(SessionKeeping, NothingGoesByItselfUnlessAsked) {
 }
 
 TEST_F(SessionKeeping, DataOfWithdrawnScansGo) {
-  Limits limits;
+  contract::Limits limits;
   limits.keep_withdrawn_scans = absl::Hours(240);
   Start(limits);
-  auto session = OpenSession(registry(), "job");
-  const auto other = OpenSession(registry(), "other");
+  auto session = fixture::OpenSession(registry(), "job");
+  const auto other = fixture::OpenSession(registry(), "other");
   const std::string withdrawn = Push(*session, own_);
   const std::string also_elsewhere = Push(*session, shared_);
   const std::string merged = Push(*session, started_);
@@ -226,38 +227,38 @@ TEST_F(SessionKeeping, DataOfWithdrawnScansGo) {
       session = registry().Find("job").value();
     }
     for (const std::string& scan : {withdrawn, also_elsewhere}) {
-      EXPECT_EQ(ReasonOf(session->LoadImage(scan).status()), "SCAN_ERASED");
+      EXPECT_EQ(contract::ReasonOf(session->LoadImage(scan).status()), "SCAN_ERASED");
       EXPECT_EQ(session->GetScan(scan)->state(), v1::SCAN_STATE_WITHDRAWN);
-      EXPECT_EQ(session->GetScan(scan)->encoded_size(), 0);
+      EXPECT_EQ(session->GetScan(scan)->encoded_size_bytes(), 0);
     }
     EXPECT_TRUE(session->LoadImage(merged).ok());
-    const auto report = VerifyStore(folder_).value();
+    const auto report = store::VerifyStore(folder_).value();
     EXPECT_TRUE(report.faults.empty()) << report.faults[0];
     EXPECT_EQ(registry().Collect(), Collected());
   }
 }
 
 TEST_F(SessionKeeping, AQuotaIsForEachTenantAndLosesNothing) {
-  Limits limits;
+  contract::Limits limits;
   limits.snapshots_per_session = 0;
   const auto size = static_cast<int64_t>(own_.size());
   ASSERT_EQ(shared_.size(), own_.size());
   ASSERT_EQ(started_.size(), own_.size());
   limits.tenant_bytes = 5 * size / 2;
   Start(limits);
-  const auto first = OpenSession(registry(), "first", "x");
-  const auto second = OpenSession(registry(), "second", "x");
+  const auto first = fixture::OpenSession(registry(), "first", "x");
+  const auto second = fixture::OpenSession(registry(), "second", "x");
   const std::string scan = Push(*first, own_);
   Push(*second, shared_);
   EXPECT_EQ(registry().UsedBy("x"), 2 * size);
 
   // Announced: refused before anything is sent.
   v1::CreateUploadRequest announced;
-  announced.mutable_upload()->mutable_total()->set_encoded_size(size);
-  announced.mutable_upload()->mutable_total()->set_sha256(Sha256::Of(started_));
+  announced.mutable_upload()->mutable_total()->set_encoded_size_bytes(size);
+  announced.mutable_upload()->mutable_total()->set_sha256(bytes::Sha256::Of(started_));
   const absl::Status refused = first->CreateUpload(announced).status();
   EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
-  EXPECT_EQ(ReasonOf(refused), "QUOTA_EXCEEDED");
+  EXPECT_EQ(contract::ReasonOf(refused), "QUOTA_EXCEEDED");
   EXPECT_THAT(std::string(refused.message()), HasSubstr("the quota of tenant 'x' is"));
   EXPECT_EQ(registry().UsedBy("x"), 2 * size);
   // Not announced: refused where it ends, and it goes on from there when there is room.
@@ -267,12 +268,14 @@ TEST_F(SessionKeeping, AQuotaIsForEachTenantAndLosesNothing) {
   rest.set_sequence(1);
   rest.set_offset(static_cast<int64_t>(started_.size() / 3));
   rest.set_data(started_.substr(started_.size() / 3));
-  rest.set_crc32c(Crc32c(rest.data()));
-  EXPECT_EQ(ReasonOf(first->AddToUpload(upload, nullptr, &total).status()), "QUOTA_EXCEEDED");
-  EXPECT_EQ(ReasonOf(first->AddToUpload(upload, &rest, nullptr).status()), "QUOTA_EXCEEDED");
+  rest.set_crc32c(bytes::Crc32c(rest.data()));
+  EXPECT_EQ(contract::ReasonOf(first->AddToUpload(upload, nullptr, &total).status()),
+            "QUOTA_EXCEEDED");
+  EXPECT_EQ(contract::ReasonOf(first->AddToUpload(upload, &rest, nullptr).status()),
+            "QUOTA_EXCEEDED");
   EXPECT_EQ(first->GetUpload(upload)->next_offset(), rest.offset());
   // Others are not concerned.
-  const auto stranger = OpenSession(registry(), "stranger", "y");
+  const auto stranger = fixture::OpenSession(registry(), "stranger", "y");
   Push(*stranger, own_);
   EXPECT_EQ(registry().UsedBy("y"), size);
 
@@ -291,23 +294,23 @@ TEST_F(SessionKeeping, AQuotaIsForEachTenantAndLosesNothing) {
   const auto again = registry().Find("first").value();
   EXPECT_TRUE(again->LoadImage(scan).ok());
   EXPECT_TRUE(again->LoadImage(done->scan()).ok());
-  EXPECT_EQ(ReasonOf(again->CreateUpload(announced).status()), "QUOTA_EXCEEDED");
+  EXPECT_EQ(contract::ReasonOf(again->CreateUpload(announced).status()), "QUOTA_EXCEEDED");
   v1::CreateSessionRequest another;
   another.set_session_id("another");
-  EXPECT_EQ(ReasonOf(registry().Create(another, "x").status()), "QUOTA_EXCEEDED");
+  EXPECT_EQ(contract::ReasonOf(registry().Create(another, "x").status()), "QUOTA_EXCEEDED");
   EXPECT_TRUE(registry().Create(another, "y").ok());
 }
 
 // What is counted is what a restart counts, whatever it was counted for.
 TEST_F(SessionKeeping, AccountsSurviveARestart) {
-  const auto session = OpenSession(registry(), "job", "x");
+  const auto session = fixture::OpenSession(registry(), "job", "x");
   const std::string scan = Push(*session, own_);
   Push(*session, shared_);
-  Push(*session, EncodedRoom({3.5, 1.5, 1.4}, 3.0));
+  Push(*session, fixture::EncodedRoom({3.5, 1.5, 1.4}, 3.0));
   Withdraw(*session, scan);
   MakePlan(*session);
   v1::CreateUploadRequest announced;
-  announced.mutable_upload()->mutable_total()->set_encoded_size(1 << 20);
+  announced.mutable_upload()->mutable_total()->set_encoded_size_bytes(1 << 20);
   announced.mutable_upload()->mutable_total()->set_sha256(std::string(32, 's'));
   ASSERT_TRUE(session->CreateUpload(announced).ok());
   Begin(*session, started_, 1000);
@@ -325,4 +328,4 @@ TEST_F(SessionKeeping, AccountsSurviveARestart) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::session

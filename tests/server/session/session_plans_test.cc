@@ -9,23 +9,23 @@
 #include <thread>
 
 #include "absl/strings/str_cat.h"
-#include "server/session/error.h"
+#include "server/contract/error.h"
 #include "server/store/memory_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 using testing::HasSubstr;
 
-class FullDisk : public MemoryStore {
+class FullDisk : public store::MemoryStore {
  public:
-  FullDisk() : MemoryStore(size_t{64} << 20) {}
-  absl::Status Append(const std::string& session, const store::v1::LogEntry& entry) override {
+  FullDisk() : store::MemoryStore(size_t{64} << 20) {}
+  absl::Status Append(const std::string& session, const storage::v1::LogEntry& entry) override {
     if (full) return absl::ResourceExhaustedError("the disk is full");
-    return MemoryStore::Append(session, entry);
+    return store::MemoryStore::Append(session, entry);
   }
   std::atomic<bool> full{false};
 };
@@ -34,25 +34,27 @@ class SessionPlans : public testing::Test {
  protected:
   SessionPlans() {
     Algorithms algorithms = script_.Make();
-    algorithms.make_plan = [this](const PlanningView&, const ScannerModel&,
-                                  const PlanningConfig& config, const Budget&, Parallel&,
-                                  const PlanProgress&) -> absl::StatusOr<Plan> {
+    algorithms.make_plan = [this](const model::PlanningView&, const sensor::ScannerModel&,
+                                  const planning::PlanningConfig& config, const parallel::Budget&,
+                                  parallel::Parallel&,
+                                  const planning::PlanProgress&) -> absl::StatusOr<planning::Plan> {
       during_plan_();
       const std::lock_guard<std::mutex> lock(mutex_);
       config_ = config;
       return plan_;
     };
-    host_ = std::make_unique<SessionHost>(store_, std::move(algorithms), Limits(), [this] {
-      return FixtureTime() + absl::Seconds(seconds_.load());
-    });
-    session_ = OpenSession(host_->registry, "job");
-    const v1::PosePrior prior = PriorAt(2.0, 1.5, 1.4);
-    EXPECT_TRUE(SendScan(*session_, EncodedRoom({2.0, 1.5, 1.4}, 3.0), &prior).ok());
+    host_ = std::make_unique<fixture::SessionHost>(
+        store_, std::move(algorithms), contract::Limits(),
+        [this] { return fixture::FixtureTime() + absl::Seconds(seconds_.load()); });
+    session_ = fixture::OpenSession(host_->registry, "job");
+    const v1::PosePrior prior = fixture::PriorAt(2.0, 1.5, 1.4);
+    EXPECT_TRUE(
+        fixture::SendScan(*session_, fixture::EncodedRoom({2.0, 1.5, 1.4}, 3.0), &prior).ok());
     session_->WaitUntilIdle();
   }
 
   // The name of a plan, when it has come to what `plan` says.
-  std::string MakePlan(const Plan& plan = {}) {
+  std::string MakePlan(const planning::Plan& plan = {}) {
     {
       const std::lock_guard<std::mutex> lock(mutex_);
       plan_ = plan;
@@ -62,7 +64,7 @@ class SessionPlans : public testing::Test {
     return name;
   }
   // What the last plan was made from.
-  PlanningConfig Config() {
+  planning::PlanningConfig Config() {
     const std::lock_guard<std::mutex> lock(mutex_);
     return config_;
   }
@@ -76,11 +78,11 @@ class SessionPlans : public testing::Test {
   std::atomic<int> seconds_{0};
   std::function<void()> during_plan_ = [] {};
   std::mutex mutex_;
-  Plan plan_;
-  PlanningConfig config_;
+  planning::Plan plan_;
+  planning::PlanningConfig config_;
   FullDisk store_;
-  Script script_;
-  std::unique_ptr<SessionHost> host_;
+  fixture::Script script_;
+  std::unique_ptr<fixture::SessionHost> host_;
   std::shared_ptr<Session> session_;
 };
 
@@ -99,7 +101,7 @@ TEST_F(SessionPlans, ExpiredRejectionsCountForNothing) {
   constexpr int kMost = 10'000;
   for (int i = 0; i < kMost - 1; ++i) ASSERT_TRUE(Reject(i, 60).ok());
   ASSERT_TRUE(Reject(7).ok());
-  EXPECT_EQ(ReasonOf(Reject(1).status()), "TOO_MANY_REJECTIONS");
+  EXPECT_EQ(contract::ReasonOf(Reject(1).status()), "TOO_MANY_REJECTIONS");
   seconds_ = 61;
   EXPECT_TRUE(Reject(8).ok());
   MakePlan();
@@ -111,55 +113,57 @@ TEST_F(SessionPlans, ThatWouldTakeTooMuchMemoryAreRefused) {
   v1::CreateSessionRequest open;
   open.set_session_id("wide");
   v1::ModelConfig& model = *open.mutable_session()->mutable_model_config();
-  model.set_voxel_size(0.1);
+  model.set_voxel_size_m(0.1);
   model.mutable_max_half_extent()->set_x(2000);
   model.mutable_max_half_extent()->set_y(2000);
   model.mutable_max_half_extent()->set_z(50);
   const auto wide = host_->registry.Create(open, "").value();
   // Two rooms with more than a kilometre of nothing between them.
   for (const double at : {2.0, 1000.0}) {
-    const v1::PosePrior prior = PriorAt(at, at, 1.4);
-    ASSERT_TRUE(SendScan(*wide, EncodedRoom({at > 2 ? 3.0 : 2.0, 1.5, 1.4}, 3.0), &prior).ok());
+    const v1::PosePrior prior = fixture::PriorAt(at, at, 1.4);
+    ASSERT_TRUE(
+        fixture::SendScan(*wide, fixture::EncodedRoom({at > 2 ? 3.0 : 2.0, 1.5, 1.4}, 3.0), &prior)
+            .ok());
     wide->WaitUntilIdle();
   }
-  ASSERT_EQ(wide->Describe().scan_counts().merged(), 2);
+  ASSERT_EQ(wide->Describe().scan_counts().merged_count(), 2);
   const absl::Status refused = wide->CreatePlan({}).status();
   EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
-  EXPECT_EQ(ReasonOf(refused), "PLAN_TOO_LARGE");
+  EXPECT_EQ(contract::ReasonOf(refused), "PLAN_TOO_LARGE");
   bool more = false;
-  EXPECT_TRUE(wide->ListPlans(0, 10, more).empty());
+  EXPECT_TRUE(wide->ListPlans("", 10, more).empty());
 }
 
 TEST_F(SessionPlans, ThatFoundOutNothingSayNothingOfWhatRemains) {
-  Plan nothing;
+  planning::Plan nothing;
   nothing.required_density = 2500;
-  nothing.outcome = PlanOutcome::kBudgetTooSmall;
+  nothing.outcome = planning::PlanOutcome::kSearchUnfinished;
   MakePlan(nothing);
-  EXPECT_FALSE(session_->MeasureCoverage().value().has_best_remaining_gain());
-  Plan found = nothing;
-  found.outcome = PlanOutcome::kViews;
+  EXPECT_FALSE(session_->MeasureCoverage().value().has_best_remaining_model_gain_m2());
+  planning::Plan found = nothing;
+  found.outcome = planning::PlanOutcome::kViews;
   found.termination.best_upper = 5000;
   const std::string plan = MakePlan(found);
   MakePlan(nothing);
-  nothing.outcome = PlanOutcome::kNoFeasibleView;
+  nothing.outcome = planning::PlanOutcome::kNoFeasibleView;
   MakePlan(nothing);
   EXPECT_EQ(session_->MeasureCoverage()->plan(), plan);
-  EXPECT_EQ(session_->MeasureCoverage()->best_remaining_gain(), 2);
+  EXPECT_EQ(session_->MeasureCoverage()->best_remaining_model_gain_m2(), 2);
   // One that ran out of time later has evaluated views, and has a bound.
-  found.outcome = PlanOutcome::kBudgetTooSmall;
+  found.outcome = planning::PlanOutcome::kSearchUnfinished;
   found.termination.best_upper = 2500;
   MakePlan(found);
-  EXPECT_EQ(session_->MeasureCoverage()->best_remaining_gain(), 1);
-  nothing.outcome = PlanOutcome::kNothingToGain;
+  EXPECT_EQ(session_->MeasureCoverage()->best_remaining_model_gain_m2(), 1);
+  nothing.outcome = planning::PlanOutcome::kNothingToGain;
   const std::string done = MakePlan(nothing);
   EXPECT_EQ(session_->MeasureCoverage()->plan(), done);
-  EXPECT_EQ(session_->MeasureCoverage()->best_remaining_gain(), 0);
+  EXPECT_EQ(session_->MeasureCoverage()->best_remaining_model_gain_m2(), 0);
 }
 
 TEST_F(SessionPlans, EndWhenTheDiskHasRoom) {
   during_plan_ = [this] { store_.full = true; };
-  Plan found;
-  found.outcome = PlanOutcome::kViews;
+  planning::Plan found;
+  found.outcome = planning::PlanOutcome::kViews;
   found.views.resize(1);
   found.patches.resize(3);
   const std::string plan = MakePlan(found);
@@ -188,4 +192,4 @@ TEST_F(SessionPlans, ThatWaitForTheDiskGoWithTheirSession) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::session

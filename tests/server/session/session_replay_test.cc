@@ -1,4 +1,4 @@
-// A session is the fold of its log: taken up again from the store it is as it was.
+// A session is the fold of its log: loaded again from the store it is as it was.
 #include <gtest/gtest.h>
 
 #include <cstdlib>
@@ -12,7 +12,7 @@
 #include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 using google::protobuf::util::MessageDifferencer;
@@ -20,7 +20,8 @@ using google::protobuf::util::MessageDifferencer;
 // The scan's name, when all is done.
 std::string SendRoom(Session& session, const Eigen::Vector3d& position, const v1::PosePrior* prior,
                      const std::string& request_id) {
-  const v1::Upload upload = SendScan(session, EncodedRoom(position), prior, request_id).value();
+  const v1::Upload upload =
+      fixture::SendScan(session, fixture::EncodedRoom(position), prior, request_id).value();
   session.WaitUntilIdle();
   return upload.scan();
 }
@@ -38,15 +39,15 @@ class SessionReplayOnDisk : public testing::Test {
   }
   void Reopen() {
     store_.reset();
-    store_ = DiskStore::Open(folder_).value();
+    store_ = store::DiskStore::Open(folder_).value();
   }
 
   std::string folder_;
-  std::unique_ptr<DiskStore> store_;
+  std::unique_ptr<store::DiskStore> store_;
 };
 
 TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
-  Script script;
+  fixture::Script script;
   script.EndPlans();
   v1::Session session_before;
   std::vector<v1::Scan> scans_before;
@@ -54,20 +55,20 @@ TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
   v1::PlanResult full_before;
   ModelSnapshot model_before;
   {
-    SessionHost first(*store_, script.Make());
+    fixture::SessionHost first(*store_, script.Make());
     v1::CreateSessionRequest create;
     create.set_session_id("job");
     create.set_request_id("r1");
     create.mutable_session()->mutable_origin()->set_x(1000);
     const auto session = first.registry.Create(create).value();
-    const v1::PosePrior at_first = PriorAt(1002.0, 1.5, 1.4);
+    const v1::PosePrior at_first = fixture::PriorAt(1002.0, 1.5, 1.4);
     SendRoom(*session, {2.0, 1.5, 1.4}, &at_first, "u1");
-    const v1::PosePrior near = PriorAt(1003.0, 2.5, 1.4);
+    const v1::PosePrior near = fixture::PriorAt(1003.0, 2.5, 1.4);
     SendRoom(*session, {3.0, 2.5, 1.4}, &near, "u2");
-    script.SetVerdict(RegistrationOutcome::kDoubtful);
+    script.SetVerdict(registration::RegistrationOutcome::kDoubtful);
     const std::string doubtful = SendRoom(*session, {1.0, 1.0, 1.4}, &near, "u3");
     EXPECT_EQ(session->GetScan(doubtful)->state(), v1::SCAN_STATE_DOUBTFUL);
-    script.SetVerdict(RegistrationOutcome::kRegistered);
+    script.SetVerdict(registration::RegistrationOutcome::kRegistered);
     const std::string gone = SendRoom(*session, {1.0, 2.0, 1.4}, &near, "u4");
     v1::WithdrawScanRequest withdraw;
     withdraw.set_name(gone);
@@ -78,30 +79,30 @@ TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
     ASSERT_TRUE(session->RejectView(reject).ok());
     v1::CreatePlanRequest plan;
     plan.set_request_id("p1");
-    plan.mutable_plan()->set_work_limit(1000);
+    plan.mutable_plan()->set_work_limit_rays(1000);
     ASSERT_TRUE(session->CreatePlan(plan).ok());
     ASSERT_TRUE(first.registry.WaitUntilIdle(std::chrono::seconds(60)));
 
     session_before = session->Describe();
     bool more = false;
-    scans_before = session->ListScans(0, 100, more);
-    plans_before = session->ListPlans(0, 100, more);
+    scans_before = session->ListScans("", 100, more);
+    plans_before = session->ListPlans("", 100, more);
     full_before = session->GetFullResult("sessions/job/plans/plan-1").value();
     model_before = session->Model();
   }
   Reopen();
-  SessionHost second(*store_, script.Make());
+  fixture::SessionHost second(*store_, script.Make());
   ASSERT_TRUE(second.registry.LoadAll().ok());
   const auto session = second.registry.Find("job").value();
   session->WaitUntilIdle();
   EXPECT_TRUE(MessageDifferencer::Equals(session->Describe(), session_before));
   bool more = false;
-  const auto scans = session->ListScans(0, 100, more);
+  const auto scans = session->ListScans("", 100, more);
   ASSERT_EQ(scans.size(), scans_before.size());
   for (size_t i = 0; i < scans.size(); ++i) {
     EXPECT_TRUE(MessageDifferencer::Equals(scans[i], scans_before[i])) << scans[i].DebugString();
   }
-  const auto plans = session->ListPlans(0, 100, more);
+  const auto plans = session->ListPlans("", 100, more);
   ASSERT_EQ(plans.size(), plans_before.size());
   EXPECT_TRUE(MessageDifferencer::Equals(plans[0], plans_before[0]));
   EXPECT_TRUE(MessageDifferencer::Equals(
@@ -121,7 +122,7 @@ TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
   // Requests that were executed before are known.
   v1::CreatePlanRequest plan;
   plan.set_request_id("p1");
-  plan.mutable_plan()->set_work_limit(1000);
+  plan.mutable_plan()->set_work_limit_rays(1000);
   EXPECT_EQ(session->CreatePlan(plan)->name(), "sessions/job/plans/plan-1");
   v1::CreateSessionRequest create;
   create.set_session_id("job");
@@ -131,22 +132,22 @@ TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
 }
 
 TEST_F(SessionReplayOnDisk, OpenUploadsGoOnAndLeftoversGo) {
-  Script script;
-  const std::string bytes = EncodedRoom({2.0, 1.5, 1.4});
+  fixture::Script script;
+  const std::string bytes = fixture::EncodedRoom({2.0, 1.5, 1.4});
   const size_t half = bytes.size() / 2;
   v1::UploadTotal total;
-  total.set_encoded_size(static_cast<int64_t>(bytes.size()));
-  total.set_sha256(Sha256::Of(bytes));
+  total.set_encoded_size_bytes(static_cast<int64_t>(bytes.size()));
+  total.set_sha256(bytes::Sha256::Of(bytes));
   std::string upload;
   {
-    SessionHost first(*store_, script.Make());
+    fixture::SessionHost first(*store_, script.Make());
     v1::CreateSessionRequest create;
     create.set_session_id("job");
     const auto session = first.registry.Create(create).value();
     upload = session->CreateUpload({}).value().name();
     v1::Piece piece;
     piece.set_data(bytes.substr(0, half));
-    piece.set_crc32c(Crc32c(piece.data()));
+    piece.set_crc32c(bytes::Crc32c(piece.data()));
     ASSERT_TRUE(session->AddToUpload(upload, &piece, &total).ok());
   }
   // As a crash between two steps leaves them.
@@ -154,9 +155,9 @@ TEST_F(SessionReplayOnDisk, OpenUploadsGoOnAndLeftoversGo) {
   ASSERT_TRUE(store_->AppendSpool("sessions/gone/uploads/upload-1", "of no session").ok());
   Reopen();
   {
-    SessionHost second(*store_, script.Make());
+    fixture::SessionHost second(*store_, script.Make());
     ASSERT_TRUE(second.registry.LoadAll().ok());
-    EXPECT_TRUE(absl::IsNotFound(store_->GetBlob(Sha256::Of("named by no log")).status()));
+    EXPECT_TRUE(absl::IsNotFound(store_->GetBlob(bytes::Sha256::Of("named by no log")).status()));
     EXPECT_EQ(store_->Spools().value(), std::vector<std::string>{upload});
     const auto session = second.registry.Find("job").value();
     EXPECT_EQ(session->GetUpload(upload)->next_offset(), static_cast<int64_t>(half));
@@ -164,7 +165,7 @@ TEST_F(SessionReplayOnDisk, OpenUploadsGoOnAndLeftoversGo) {
     rest.set_sequence(1);
     rest.set_offset(static_cast<int64_t>(half));
     rest.set_data(bytes.substr(half));
-    rest.set_crc32c(Crc32c(rest.data()));
+    rest.set_crc32c(bytes::Crc32c(rest.data()));
     const auto done = session->AddToUpload(upload, &rest, nullptr);
     ASSERT_TRUE(done.ok()) << done.status();
     EXPECT_EQ(done->state(), v1::UPLOAD_STATE_COMMITTED);
@@ -176,44 +177,45 @@ TEST_F(SessionReplayOnDisk, OpenUploadsGoOnAndLeftoversGo) {
 
 // All pieces were stored, and the crash came before the scan was committed.
 TEST_F(SessionReplayOnDisk, ACompleteUploadBecomesAScan) {
-  Script script;
-  const std::string bytes = EncodedRoom({2.0, 1.5, 1.4});
+  fixture::Script script;
+  const std::string bytes = fixture::EncodedRoom({2.0, 1.5, 1.4});
   std::string upload;
   {
-    SessionHost first(*store_, script.Make());
+    fixture::SessionHost first(*store_, script.Make());
     v1::CreateSessionRequest create;
     create.set_session_id("job");
     const auto session = first.registry.Create(create).value();
     v1::CreateUploadRequest request;
-    request.mutable_upload()->mutable_total()->set_encoded_size(static_cast<int64_t>(bytes.size()));
-    request.mutable_upload()->mutable_total()->set_sha256(Sha256::Of(bytes));
+    request.mutable_upload()->mutable_total()->set_encoded_size_bytes(
+        static_cast<int64_t>(bytes.size()));
+    request.mutable_upload()->mutable_total()->set_sha256(bytes::Sha256::Of(bytes));
     upload = session->CreateUpload(request).value().name();
-    store::v1::SpoolRecord record;
+    storage::v1::SpoolRecord record;
     record.mutable_piece()->set_data(bytes);
-    record.mutable_piece()->set_crc32c(Crc32c(bytes));
+    record.mutable_piece()->set_crc32c(bytes::Crc32c(bytes));
     ASSERT_TRUE(store_->AppendSpool(upload, record.SerializeAsString()).ok());
   }
   Reopen();
-  SessionHost second(*store_, script.Make());
+  fixture::SessionHost second(*store_, script.Make());
   ASSERT_TRUE(second.registry.LoadAll().ok());
   const auto session = second.registry.Find("job").value();
   session->WaitUntilIdle();
   EXPECT_EQ(session->GetUpload(upload)->state(), v1::UPLOAD_STATE_COMMITTED);
   bool more = false;
-  EXPECT_EQ(session->ListScans(0, 10, more).size(), 1U);
+  EXPECT_EQ(session->ListScans("", 10, more).size(), 1U);
 }
 
 TEST(SessionReplay, EntriesOfANewerFormatAreRefused) {
   SessionState state;
-  store::v1::LogEntry entry;
-  entry.set_format_version(kLogFormatVersion + 1);
+  storage::v1::LogEntry entry;
+  entry.set_format_version(store::kLogFormatVersion + 1);
   entry.mutable_event()->set_sequence(1);
   entry.mutable_event()->mutable_session_created();
   EXPECT_TRUE(absl::IsFailedPrecondition(state.Apply(entry)));
-  entry.set_format_version(kLogFormatVersion);
+  entry.set_format_version(store::kLogFormatVersion);
   EXPECT_TRUE(state.Apply(entry).ok());
   EXPECT_FALSE(state.Apply(entry).ok());  // twice
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::session

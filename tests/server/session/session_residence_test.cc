@@ -11,21 +11,21 @@
 #include <thread>
 
 #include "core/planning/planning_estimate.h"
-#include "server/session/error.h"
+#include "server/contract/error.h"
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 class Residence : public testing::Test {
  protected:
-  Residence() : log_(LogLevel::kOff, Log::Stderr()) {
+  Residence() : log_(telemetry::LogLevel::kOff, telemetry::Log::Stderr()) {
     std::string name = testing::TempDir() + "/residence-XXXXXX";
     folder_ = mkdtemp(name.data());
-    store_ = DiskStore::Open(folder_).value();
+    store_ = store::DiskStore::Open(folder_).value();
   }
   ~Residence() override {
     timer_.reset();
@@ -36,41 +36,42 @@ class Residence : public testing::Test {
   }
 
   // A host with so much memory for models, bytes.
-  void Begin(int64_t budget, absl::Duration put_away_after = absl::InfiniteDuration()) {
+  void Begin(int64_t budget, absl::Duration evict_after = absl::InfiniteDuration()) {
     memory_ = std::make_unique<MemoryAccount>(budget);
-    pool_ = std::make_unique<PlanningPool>(2, 8);
-    timer_ = std::make_unique<Timer>();
-    Limits limits;
-    limits.put_away_after = put_away_after;
-    registry_ = std::make_unique<SessionRegistry>(SessionSurroundings{
+    pool_ = std::make_unique<execution::PlanningPool>(2, 8);
+    timer_ = std::make_unique<execution::Timer>();
+    contract::Limits limits;
+    limits.evict_after = evict_after;
+    registry_ = std::make_unique<SessionRegistry>(SessionDependencies{
         *store_, *pool_, *timer_, log_, limits, script_.Make(),
         [this] { return absl::FromUnixSeconds(now_.load()); }, nullptr, memory_.get()});
   }
-  void Restart(int64_t budget, absl::Duration put_away_after) {
+  void Restart(int64_t budget, absl::Duration evict_after) {
     timer_.reset();
     registry_.reset();
     pool_.reset();
     store_.reset();
-    store_ = DiskStore::Open(folder_).value();
-    Begin(budget, put_away_after);
+    store_ = store::DiskStore::Open(folder_).value();
+    Begin(budget, evict_after);
     ASSERT_TRUE(registry_->LoadAll().ok());
   }
 
   static std::string SendRoom(Session& session, const Eigen::Vector3d& position) {
-    const v1::PosePrior prior = PriorAt(position.x(), position.y(), position.z());
-    std::string scan = SendScan(session, EncodedRoom(position, 3.0), &prior).value().scan();
+    const v1::PosePrior prior = fixture::PriorAt(position.x(), position.y(), position.z());
+    std::string scan =
+        fixture::SendScan(session, fixture::EncodedRoom(position, 3.0), &prior).value().scan();
     session.WaitUntilIdle();
     EXPECT_EQ(session.GetScan(scan)->state(), v1::SCAN_STATE_MERGED);
     return scan;
   }
   std::shared_ptr<Session> OpenRooms(const std::string& id) {
-    auto session = OpenSession(*registry_, id);
+    auto session = fixture::OpenSession(*registry_, id);
     SendRoom(*session, {2.0, 1.5, 1.4});
     SendRoom(*session, {3.0, 2.5, 1.4});
     return session;
   }
-  static void PutAway(Session& session) {
-    session.PostPutAway();
+  static void Evict(Session& session) {
+    session.PostEvict();
     session.WaitUntilIdle();
   }
 
@@ -79,8 +80,8 @@ class Residence : public testing::Test {
     ASSERT_NE(model.view, nullptr);
     ASSERT_EQ(model.view->bricks().size(), before.view->bricks().size());
     for (size_t i = 0; i < model.view->bricks().size(); ++i) {
-      const Brick& brick = *model.view->bricks()[i].contents;
-      const Brick& other = *before.view->bricks()[i].contents;
+      const model::Brick& brick = *model.view->bricks()[i].contents;
+      const model::Brick& other = *before.view->bricks()[i].contents;
       EXPECT_EQ(brick.state, other.state);
       ASSERT_EQ(brick.surface.size(), other.surface.size());
       for (size_t k = 0; k < brick.surface.size(); ++k) {
@@ -92,13 +93,13 @@ class Residence : public testing::Test {
 
   std::string folder_;
   std::atomic<int64_t> now_{1'700'000'000};
-  Log log_;
-  Script script_;
-  std::unique_ptr<DiskStore> store_;
+  telemetry::Log log_;
+  fixture::Script script_;
+  std::unique_ptr<store::DiskStore> store_;
   std::unique_ptr<MemoryAccount> memory_;
-  std::unique_ptr<PlanningPool> pool_;
+  std::unique_ptr<execution::PlanningPool> pool_;
   std::unique_ptr<SessionRegistry> registry_;
-  std::unique_ptr<Timer> timer_;
+  std::unique_ptr<execution::Timer> timer_;
 };
 
 TEST_F(Residence, AModelComesBackAsItWas) {
@@ -106,17 +107,17 @@ TEST_F(Residence, AModelComesBackAsItWas) {
   const auto session = OpenRooms("job");
   const ModelSnapshot before = session->Model();
   EXPECT_GT(memory_->used(), 0);
-  PutAway(*session);
+  Evict(*session);
   EXPECT_FALSE(session->loaded());
   EXPECT_EQ(session->Model().view, nullptr);
   EXPECT_EQ(memory_->used(), 0);
   // Whatever needs no model needs no model.
-  EXPECT_EQ(session->Describe().scan_counts().merged(), 2);
+  EXPECT_EQ(session->Describe().scan_counts().merged_count(), 2);
   bool more = false;
-  EXPECT_EQ(session->ListScans(0, 10, more).size(), 2U);
+  EXPECT_EQ(session->ListScans("", 10, more).size(), 2U);
   EXPECT_FALSE(session->loaded());
   // The first that does is told to come again, and then it is there.
-  EXPECT_EQ(ReasonOf(session->MeasureCoverage().status()), "MODEL_LOADING");
+  EXPECT_EQ(contract::ReasonOf(session->MeasureCoverage().status()), "MODEL_LOADING");
   session->WaitUntilIdle();
   ExpectSame(session->Model(), before);
   EXPECT_TRUE(session->MeasureCoverage().ok());
@@ -127,7 +128,7 @@ TEST_F(Residence, AScanForAModelThatIsAwayIsMergedIntoIt) {
   Begin(0);
   const auto stays = OpenRooms("stays");
   const auto leaves = OpenRooms("leaves");
-  PutAway(*leaves);
+  Evict(*leaves);
   SendRoom(*stays, {1.0, 2.0, 1.4});
   SendRoom(*leaves, {1.0, 2.0, 1.4});
   EXPECT_TRUE(leaves->loaded());
@@ -143,12 +144,12 @@ TEST_F(Residence, WhoIsUsedStays) {
   const auto plan = session->CreatePlan(create);
   ASSERT_TRUE(plan.ok()) << plan.status();
   script_.WaitForPlans(1);
-  PutAway(*session);
+  Evict(*session);
   EXPECT_TRUE(session->loaded());
   const int64_t with_plan = memory_->used();
   script_.EndPlans();
   while (session->RunningPlans() > 0) std::this_thread::yield();
-  PutAway(*session);
+  Evict(*session);
   EXPECT_FALSE(session->loaded());
   EXPECT_LT(memory_->used(), with_plan);
 }
@@ -183,7 +184,7 @@ TEST_F(Residence, AStartTakesUpWhatIsUsed) {
   recent->WaitUntilIdle();
   EXPECT_FALSE(old->loaded());
   EXPECT_TRUE(recent->loaded());
-  EXPECT_EQ(ReasonOf(old->MeasureCoverage().status()), "MODEL_LOADING");
+  EXPECT_EQ(contract::ReasonOf(old->MeasureCoverage().status()), "MODEL_LOADING");
   old->WaitUntilIdle();
   EXPECT_TRUE(old->MeasureCoverage().ok());
 }
@@ -201,12 +202,12 @@ TEST_F(Residence, WhatDoesNotFitIsRefusedAndComesWhenThereIsRoom) {
   Restart(one + one / 2, absl::ZeroDuration());
   const auto first = registry_->Find("first").value();
   const auto second = registry_->Find("second").value();
-  EXPECT_EQ(ReasonOf(first->MeasureCoverage().status()), "MODEL_LOADING");
+  EXPECT_EQ(contract::ReasonOf(first->MeasureCoverage().status()), "MODEL_LOADING");
   first->WaitUntilIdle();
   ASSERT_TRUE(first->loaded());
   const absl::Status refused = second->MeasureCoverage().status();
   EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
-  EXPECT_EQ(ReasonOf(refused), "MEMORY_SHORT");
+  EXPECT_EQ(contract::ReasonOf(refused), "MEMORY_SHORT");
   second->WaitUntilIdle();
   EXPECT_FALSE(second->loaded());
   EXPECT_LE(memory_->used(), memory_->budget());
@@ -218,7 +219,7 @@ TEST_F(Residence, WhatDoesNotFitIsRefusedAndComesWhenThereIsRoom) {
   registry_->FreeMemory(one);
   first->WaitUntilIdle();
   EXPECT_FALSE(first->loaded());
-  EXPECT_EQ(ReasonOf(second->MeasureCoverage().status()), "MODEL_LOADING");
+  EXPECT_EQ(contract::ReasonOf(second->MeasureCoverage().status()), "MODEL_LOADING");
   second->WaitUntilIdle();
   EXPECT_TRUE(second->MeasureCoverage().ok());
 }
@@ -229,14 +230,17 @@ TEST_F(Residence, AScanThatDoesNotFitSaysSoAndComesWhenThereIsRoom) {
   Restart(1, absl::InfiniteDuration());  // the model alone is more, and is tried alone
   auto session = registry_->Find("job").value();
   session->WaitUntilIdle();
-  const v1::PosePrior prior = PriorAt(1.0, 2.0, 1.4);
+  const v1::PosePrior prior = fixture::PriorAt(1.0, 2.0, 1.4);
   const std::string scan =
-      SendScan(*session, EncodedRoom({1.0, 2.0, 1.4}, 3.0), &prior).value().scan();
+      fixture::SendScan(*session, fixture::EncodedRoom({1.0, 2.0, 1.4}, 3.0), &prior)
+          .value()
+          .scan();
   session->WaitUntilIdle();
   EXPECT_EQ(session->GetScan(scan)->state(), v1::SCAN_STATE_RECEIVED);
   EXPECT_THAT(session->GetScan(scan)->state_message(), ::testing::HasSubstr("memory"));
   bool more = false;
-  EXPECT_THAT(session->ListScans(2, 1, more).at(0).state_message(), ::testing::HasSubstr("memory"));
+  EXPECT_THAT(session->ListScans("sessions/job/scans/scan-2", 1, more).at(0).state_message(),
+              ::testing::HasSubstr("memory"));
   session = nullptr;
   Restart(0, absl::InfiniteDuration());
   session = registry_->Find("job").value();
@@ -249,18 +253,18 @@ TEST_F(Residence, APlanTakesWhatItsCellsAndScannersNeed) {
   Begin(0);
   v1::CreateSessionRequest open;
   open.set_session_id("job");
-  open.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+  open.mutable_session()->mutable_model_config()->set_voxel_size_m(0.1);
   for (const char* id : {"a", "same", "far"}) {
     open.mutable_session()->add_scanner_models()->set_id(id);
   }
-  open.mutable_session()->mutable_scanner_models(2)->set_range_max(50);
+  open.mutable_session()->mutable_scanner_models(2)->set_max_range_m(50);
   const auto session = registry_->Create(open, "").value();
   SendRoom(*session, {2.0, 1.5, 1.4});
   for (const char* id : {"a", "same", "far"}) {
-    v1::AddScannerRequest add;
+    v1::CreateScannerRequest add;
     add.set_scanner_id(id);
     add.mutable_scanner()->set_scanner_model_id(id);
-    ASSERT_TRUE(session->AddScanner(add).ok());
+    ASSERT_TRUE(session->CreateScanner(add).ok());
   }
   const auto taken = [&](const v1::CreatePlanRequest& request) {
     const int64_t before = memory_->used();
@@ -270,14 +274,15 @@ TEST_F(Residence, APlanTakesWhatItsCellsAndScannersNeed) {
   v1::CreatePlanRequest plan;
   plan.mutable_plan()->mutable_time_budget()->set_seconds(3000);
   const int64_t one = taken(plan);
-  EXPECT_EQ(one, static_cast<int64_t>(EstimatePlanningMemory(*session->Model().view, {})));
-  plan.mutable_plan()->mutable_config_overrides()->set_viewcell_size(0.2);
+  EXPECT_EQ(one,
+            static_cast<int64_t>(planning::EstimatePlanningMemory(*session->Model().view, {})));
+  plan.mutable_plan()->mutable_config_overrides()->set_viewcell_size_m(0.2);
   EXPECT_LT(taken(plan), one);
   plan.mutable_plan()->clear_config_overrides();
-  plan.add_scanners("sessions/job/scanners/a");
-  plan.add_scanners("sessions/job/scanners/same");
+  plan.mutable_plan()->add_scanners("sessions/job/scanners/a");
+  plan.mutable_plan()->add_scanners("sessions/job/scanners/same");
   EXPECT_EQ(taken(plan), one);
-  plan.add_scanners("sessions/job/scanners/far");
+  plan.mutable_plan()->add_scanners("sessions/job/scanners/far");
   EXPECT_EQ(taken(plan), 2 * one);
   session->StopPlans(PlanRun::StopReason::kCancelled);
   while (session->RunningPlans() > 0) std::this_thread::yield();
@@ -293,9 +298,9 @@ TEST_F(Residence, APlanThatDoesNotFitIsRefused) {
   v1::CreatePlanRequest create;
   create.set_parent("sessions/job");
   const absl::Status refused = session->CreatePlan(create).status();
-  EXPECT_EQ(ReasonOf(refused), "MEMORY_SHORT");
+  EXPECT_EQ(contract::ReasonOf(refused), "MEMORY_SHORT");
   EXPECT_EQ(session->RunningPlans(), 0U);
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::session

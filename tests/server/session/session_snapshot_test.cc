@@ -15,19 +15,20 @@
 #include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
-Limits Keeping(size_t snapshots) {
-  Limits limits;
+contract::Limits Keeping(size_t snapshots) {
+  contract::Limits limits;
   limits.snapshots_per_session = snapshots;
   return limits;
 }
 
 // The scan's name, when all is done.
 std::string SendRoom(Session& session, const Eigen::Vector3d& position) {
-  const v1::PosePrior prior = PriorAt(position.x(), position.y(), position.z());
-  std::string scan = SendScan(session, EncodedRoom(position, 3.0), &prior).value().scan();
+  const v1::PosePrior prior = fixture::PriorAt(position.x(), position.y(), position.z());
+  std::string scan =
+      fixture::SendScan(session, fixture::EncodedRoom(position, 3.0), &prior).value().scan();
   session.WaitUntilIdle();
   EXPECT_EQ(session.GetScan(scan)->state(), v1::SCAN_STATE_MERGED);
   return scan;
@@ -45,8 +46,8 @@ void ExpectSame(const ModelSnapshot& model, const ModelSnapshot& before) {
   ASSERT_NE(model.view, nullptr);
   ASSERT_EQ(model.view->bricks().size(), before.view->bricks().size());
   for (size_t i = 0; i < model.view->bricks().size(); ++i) {
-    const Brick& brick = *model.view->bricks()[i].contents;
-    const Brick& other = *before.view->bricks()[i].contents;
+    const model::Brick& brick = *model.view->bricks()[i].contents;
+    const model::Brick& other = *before.view->bricks()[i].contents;
     EXPECT_EQ(model.view->bricks()[i].brick, before.view->bricks()[i].brick);
     EXPECT_EQ(brick.state, other.state);
     ASSERT_EQ(brick.surface.size(), other.surface.size());
@@ -56,9 +57,9 @@ void ExpectSame(const ModelSnapshot& model, const ModelSnapshot& before) {
       EXPECT_EQ(brick.surface[k].density, other.surface[k].density);
     }
   }
-  ASSERT_EQ(model.view->stands().size(), before.view->stands().size());
-  for (size_t i = 0; i < model.view->stands().size(); ++i) {
-    EXPECT_EQ(model.view->stands()[i].position, before.view->stands()[i].position);
+  ASSERT_EQ(model.view->stations().size(), before.view->stations().size());
+  for (size_t i = 0; i < model.view->stations().size(); ++i) {
+    EXPECT_EQ(model.view->stations()[i].position, before.view->stations()[i].position);
   }
 }
 
@@ -76,7 +77,7 @@ class SessionSnapshots : public testing::Test {
   }
   void Reopen() {
     store_.reset();
-    store_ = DiskStore::Open(folder_).value();
+    store_ = store::DiskStore::Open(folder_).value();
   }
   std::string FileOf(const std::string& blob) const {
     const std::string name = absl::BytesToHexString(blob);
@@ -91,10 +92,10 @@ class SessionSnapshots : public testing::Test {
 
   // Three scans, the second withdrawn again; what the model is then.
   ModelSnapshot MakeJob(size_t snapshots = 2) {
-    SessionHost first(*store_, script_.Make(), Keeping(snapshots));
+    fixture::SessionHost first(*store_, script_.Make(), Keeping(snapshots));
     v1::CreateSessionRequest create;
     create.set_session_id("job");
-    create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+    create.mutable_session()->mutable_model_config()->set_voxel_size_m(0.1);
     const auto session = first.registry.Create(create).value();
     first_scan_ = SendRoom(*session, {2.0, 1.5, 1.4});
     const std::string second = SendRoom(*session, {3.0, 2.5, 1.4});
@@ -108,7 +109,7 @@ class SessionSnapshots : public testing::Test {
   // not needed.
   ModelSnapshot AfterRestart() {
     Reopen();
-    SessionHost second(*store_, script_.Make());
+    fixture::SessionHost second(*store_, script_.Make());
     EXPECT_TRUE(second.registry.LoadAll().ok());
     const auto session = second.registry.Find("job").value();
     session->WaitUntilIdle();
@@ -123,8 +124,8 @@ class SessionSnapshots : public testing::Test {
   }
 
   std::string folder_;
-  std::unique_ptr<DiskStore> store_;
-  Script script_;
+  std::unique_ptr<store::DiskStore> store_;
+  fixture::Script script_;
   std::string first_scan_;
   std::vector<v1::SessionEvent> journal_;
 };
@@ -156,13 +157,14 @@ TEST_F(SessionSnapshots, ADamagedOneFallsBackToTheOneBefore) {
   // The damaged one was let go and written anew.
   const auto now = store_->Snapshots("job").value();
   ASSERT_EQ(now.size(), 2U);
-  for (const SnapshotRecord& snapshot : now) EXPECT_TRUE(store_->GetBlob(snapshot.blob).ok());
+  for (const store::SnapshotRecord& snapshot : now)
+    EXPECT_TRUE(store_->GetBlob(snapshot.blob).ok());
 }
 
 TEST_F(SessionSnapshots, WithoutAnyTheScansDo) {
   const ModelSnapshot before = MakeJob();
-  const std::vector<SnapshotRecord> known = store_->Snapshots("job").value();
-  for (const SnapshotRecord& snapshot : known) Damage(snapshot.blob);
+  const std::vector<store::SnapshotRecord> known = store_->Snapshots("job").value();
+  for (const store::SnapshotRecord& snapshot : known) Damage(snapshot.blob);
   ExpectSame(AfterRestart(), before);
   ASSERT_EQ(store_->Snapshots("job").value().size(), 1U);
   DestroyScans();
@@ -177,12 +179,12 @@ TEST_F(SessionSnapshots, AreWrittenForAFolderThatHasNone) {
 }
 
 TEST_F(SessionSnapshots, GoOnToTheSameModelAsASessionThatNeverStopped) {
-  Script script;
-  MemoryStore memory(size_t{1} << 30);
-  SessionHost stayed(memory, script.Make());
+  fixture::Script script;
+  store::MemoryStore memory(size_t{1} << 30);
+  fixture::SessionHost stayed(memory, script.Make());
   v1::CreateSessionRequest create;
   create.set_session_id("job");
-  create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+  create.mutable_session()->mutable_model_config()->set_voxel_size_m(0.1);
   const auto never_stopped = stayed.registry.Create(create).value();
   SendRoom(*never_stopped, {2.0, 1.5, 1.4});
   SendRoom(*never_stopped, {3.0, 2.5, 1.4});
@@ -192,7 +194,7 @@ TEST_F(SessionSnapshots, GoOnToTheSameModelAsASessionThatNeverStopped) {
   MakeJob();
   ExpectSame(AfterRestart(), never_stopped->Model());
   Reopen();
-  SessionHost again(*store_, script_.Make());
+  fixture::SessionHost again(*store_, script_.Make());
   ASSERT_TRUE(again.registry.LoadAll().ok());
   const auto session = again.registry.Find("job").value();
   session->WaitUntilIdle();
@@ -209,15 +211,15 @@ TEST_F(SessionSnapshots, AFolderOfTheFirstReleaseIsTakenUp) {
   std::filesystem::remove_all(folder_);
   std::filesystem::copy(std::string(TEST_DATA_FOLDER) + "/release_0_1", folder_,
                         std::filesystem::copy_options::recursive);
-  store_ = DiskStore::Open(folder_).value();
+  store_ = store::DiskStore::Open(folder_).value();
   ModelSnapshot before;
   for (const bool again : {false, true}) {
-    SessionHost server(*store_, Algorithms::Core());
+    fixture::SessionHost server(*store_, Algorithms::Core());
     ASSERT_TRUE(server.registry.LoadAll().ok());
     const auto session = server.registry.Find("flat").value();
     session->WaitUntilIdle();
     bool more = false;
-    const std::vector<v1::Scan> scans = session->ListScans(0, 10, more);
+    const std::vector<v1::Scan> scans = session->ListScans("", 10, more);
     ASSERT_EQ(scans.size(), 2U);
     EXPECT_EQ(scans[0].state(), v1::SCAN_STATE_MERGED);
     EXPECT_EQ(scans[1].pose_source(), v1::POSE_SOURCE_REGISTRATION);
@@ -228,7 +230,7 @@ TEST_F(SessionSnapshots, AFolderOfTheFirstReleaseIsTakenUp) {
     if (again) ExpectSame(session->Model(), before);
     before = session->Model();
     ASSERT_NE(before.view, nullptr);
-    EXPECT_EQ(before.view->stands().size(), 2U);
+    EXPECT_EQ(before.view->stations().size(), 2U);
     EXPECT_EQ(store_->Snapshots("flat").value().size(), 1U);
   }
 }
@@ -236,7 +238,7 @@ TEST_F(SessionSnapshots, AFolderOfTheFirstReleaseIsTakenUp) {
 TEST_F(SessionSnapshots, DeletingTheSessionErasesThemAndItsScans) {
   MakeJob();
   Reopen();
-  SessionHost second(*store_, script_.Make());
+  fixture::SessionHost second(*store_, script_.Make());
   ASSERT_TRUE(second.registry.LoadAll().ok());
   v1::DeleteSessionRequest remove;
   remove.set_name("sessions/job");
@@ -248,4 +250,4 @@ TEST_F(SessionSnapshots, DeletingTheSessionErasesThemAndItsScans) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::session

@@ -8,14 +8,14 @@
 #include <vector>
 
 #include "core/sensor/encoding.h"
-#include "server/session/error.h"
+#include "server/contract/error.h"
 #include "server/store/memory_store.h"
 #include "tests/core/registration/box_scene.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/script.h"
 #include "tests/server/fixture/session_host.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 void Write(const Eigen::Vector3d& from, v1::Vector3& to) {
@@ -38,33 +38,34 @@ class SightingsTest : public testing::Test {
  protected:
   v1::Scan Send(Session& session, const std::string& encoded, const v1::PosePrior* prior,
                 const std::vector<v1::TargetSighting>& targets) {
-    const auto upload = SendScan(session, encoded, prior, "", "", targets);
+    const auto upload = fixture::SendScan(session, encoded, prior, "", "", targets);
     EXPECT_TRUE(upload.ok()) << upload.status();
     if (!upload.ok()) return {};
     session.WaitUntilIdle();
     return session.GetScan(upload->scan()).value();
   }
-  MemoryStore store_{size_t{256} << 20};
+  store::MemoryStore store_{size_t{256} << 20};
 };
 
 TEST_F(SightingsTest, AreTiedToWhereEarlierScansSawThem) {
-  Script script;
-  SessionHost host(store_, script.Make());
-  const auto session = OpenSession(host.registry, "job");
-  const Eigen::Isometry3d first = PoseAt({2, 1.5, 1.4}, 0);
-  const v1::PosePrior at_first = PriorAt(2, 1.5, 1.4);
-  Send(*session, EncodedRoom({2, 1.5, 1.4}), &at_first,
+  fixture::Script script;
+  fixture::SessionHost host(store_, script.Make());
+  const auto session = fixture::OpenSession(host.registry, "job");
+  const Eigen::Isometry3d first = registration::PoseAt({2, 1.5, 1.4}, 0);
+  const v1::PosePrior at_first = fixture::PriorAt(2, 1.5, 1.4);
+  Send(*session, fixture::EncodedRoom({2, 1.5, 1.4}), &at_first,
        {Sighting("T1", {4.9, 1, 2}, first), Sighting("T2", {0.1, 3, 1}, first)});
   EXPECT_TRUE(script.Targets().empty());
-  const v1::PosePrior near = PriorAt(3, 2.5, 1.4);
-  v1::TargetSighting vague = Sighting("T2", {0.1, 3, 1}, PoseAt({3, 2.5, 1.4}, 0));
-  vague.set_sigma(0.01);
-  const v1::Scan scan = Send(*session, EncodedRoom({3, 2.5, 1.4}), &near,
-                             {vague, Sighting("new", {1, 1, 1}, first),
-                              Sighting("C", {3, 3, 2}, PoseAt({3, 2.5, 1.4}, 0), true)});
+  const v1::PosePrior near = fixture::PriorAt(3, 2.5, 1.4);
+  v1::TargetSighting vague = Sighting("T2", {0.1, 3, 1}, registration::PoseAt({3, 2.5, 1.4}, 0));
+  vague.set_sigma_m(0.01);
+  const v1::Scan scan =
+      Send(*session, fixture::EncodedRoom({3, 2.5, 1.4}), &near,
+           {vague, Sighting("new", {1, 1, 1}, first),
+            Sighting("C", {3, 3, 2}, registration::PoseAt({3, 2.5, 1.4}, 0), true)});
   EXPECT_EQ(scan.state(), v1::SCAN_STATE_MERGED) << scan.state_message();
   EXPECT_EQ(scan.targets_size(), 3);
-  const std::vector<TargetTie> ties = script.Targets();
+  const std::vector<registration::TargetTie> ties = script.Targets();
   ASSERT_EQ(ties.size(), 2u);
   EXPECT_EQ(ties[0].name, "T2");
   EXPECT_LT((ties[0].in_world - Eigen::Vector3d(0.1, 3, 1)).norm(), 1e-9);
@@ -75,43 +76,43 @@ TEST_F(SightingsTest, AreTiedToWhereEarlierScansSawThem) {
 }
 
 TEST_F(SightingsTest, OfWithdrawnScansSayNothing) {
-  Script script;
-  SessionHost host(store_, script.Make());
-  const auto session = OpenSession(host.registry, "job");
-  const v1::PosePrior at = PriorAt(2, 1.5, 1.4);
-  Send(*session, EncodedRoom({2, 1.5, 1.4}), &at, {});
-  const v1::Scan gone = Send(*session, EncodedRoom({2.5, 1.5, 1.4}), &at,
-                             {Sighting("T1", {4.9, 1, 2}, PoseAt({2, 1.5, 1.4}, 0))});
+  fixture::Script script;
+  fixture::SessionHost host(store_, script.Make());
+  const auto session = fixture::OpenSession(host.registry, "job");
+  const v1::PosePrior at = fixture::PriorAt(2, 1.5, 1.4);
+  Send(*session, fixture::EncodedRoom({2, 1.5, 1.4}), &at, {});
+  const v1::Scan gone = Send(*session, fixture::EncodedRoom({2.5, 1.5, 1.4}), &at,
+                             {Sighting("T1", {4.9, 1, 2}, registration::PoseAt({2, 1.5, 1.4}, 0))});
   v1::WithdrawScanRequest withdraw;
   withdraw.set_name(gone.name());
   ASSERT_TRUE(session->WithdrawScan(withdraw).ok());
   session->WaitUntilIdle();
-  Send(*session, EncodedRoom({3, 1.5, 1.4}), &at,
-       {Sighting("T1", {4.9, 1, 2}, PoseAt({3, 1.5, 1.4}, 0))});
+  Send(*session, fixture::EncodedRoom({3, 1.5, 1.4}), &at,
+       {Sighting("T1", {4.9, 1, 2}, registration::PoseAt({3, 1.5, 1.4}, 0))});
   EXPECT_TRUE(script.Targets().empty());
 }
 
 TEST_F(SightingsTest, ThreeOfAControlNetworkPlaceTheFirstScan) {
-  Script script;
-  SessionHost host(store_, script.Make());
+  fixture::Script script;
+  fixture::SessionHost host(store_, script.Make());
   v1::CreateSessionRequest create;
   create.set_session_id("job");
   create.mutable_session()->mutable_origin()->set_x(5000);
-  create.mutable_session()->mutable_model_config()->set_voxel_size(0.1);
+  create.mutable_session()->mutable_model_config()->set_voxel_size_m(0.1);
   const auto session = host.registry.Create(create).value();
-  const Eigen::Isometry3d truth = PoseAt({5012, -3, 1.6}, 0.7, 0.01, -0.02);
+  const Eigen::Isometry3d truth = registration::PoseAt({5012, -3, 1.6}, 0.7, 0.01, -0.02);
   std::vector<v1::TargetSighting> targets = {Sighting("A", {5014, -2, 2}, truth, true),
                                              Sighting("B", {5011, -5, 1}, truth, true),
                                              Sighting("C", {5010, -1, 0.5}, truth, true)};
-  const v1::Scan scan = Send(*session, EncodedRoom({2, 1.5, 1.4}), nullptr, targets);
+  const v1::Scan scan = Send(*session, fixture::EncodedRoom({2, 1.5, 1.4}), nullptr, targets);
   ASSERT_EQ(scan.state(), v1::SCAN_STATE_MERGED) << scan.state_message();
   EXPECT_NEAR(scan.pose().translation().x(), 5012, 1e-6);
   EXPECT_NEAR(scan.pose().translation().y(), -3, 1e-6);
   EXPECT_NEAR(scan.pose().rotation().w(), Eigen::Quaterniond(truth.linear()).w(), 1e-6);
 
-  const auto second = OpenSession(host.registry, "confused");
+  const auto second = fixture::OpenSession(host.registry, "confused");
   targets[1].mutable_in_world()->set_x(5011.1);
-  const v1::Scan refused = Send(*second, EncodedRoom({2, 1.5, 1.4}), nullptr, targets);
+  const v1::Scan refused = Send(*second, fixture::EncodedRoom({2, 1.5, 1.4}), nullptr, targets);
   EXPECT_EQ(refused.state(), v1::SCAN_STATE_FAILED);
   EXPECT_NE(refused.state_message().find("target '"), std::string::npos) << refused.state_message();
 }
@@ -119,39 +120,42 @@ TEST_F(SightingsTest, ThreeOfAControlNetworkPlaceTheFirstScan) {
 // The whole of it: a bare corridor leaves its axis open, and two targets that the first scan saw
 // too cure it.
 TEST_F(SightingsTest, TwoCureACorridor) {
-  SessionHost host(store_, Algorithms::Core());
-  const auto session = OpenSession(host.registry, "corridor");
-  const Eigen::Isometry3d first = PoseAt({0, 0, 1.4}, 0);
-  const Eigen::Isometry3d truth = PoseAt({1.5, 0.2, 1.4}, 0.4);
+  fixture::SessionHost host(store_, Algorithms::Core());
+  const auto session = fixture::OpenSession(host.registry, "corridor");
+  const Eigen::Isometry3d first = registration::PoseAt({0, 0, 1.4}, 0);
+  const Eigen::Isometry3d truth = registration::PoseAt({1.5, 0.2, 1.4}, 0.4);
   const Eigen::Vector3d t1(4, -1, 1.2);
   const Eigen::Vector3d t2(-2, 1, 1.7);
-  const v1::PosePrior at_first = PriorAt(0, 0, 1.4);
-  Send(*session, EncodeRangeImage(ScanScene(Corridor(), first, {}, 3).image), &at_first,
-       {Sighting("T1", t1, first), Sighting("T2", t2, first)});
-  v1::PosePrior off = PriorAt(1.7, 0.2, 1.4);
+  const v1::PosePrior at_first = fixture::PriorAt(0, 0, 1.4);
+  Send(*session,
+       sensor::EncodeRangeImage(
+           registration::ScanScene(registration::Corridor(), first, {}, 3).image),
+       &at_first, {Sighting("T1", t1, first), Sighting("T2", t2, first)});
+  v1::PosePrior off = fixture::PriorAt(1.7, 0.2, 1.4);
   off.mutable_pose()->mutable_rotation()->set_w(std::cos(0.2));
   off.mutable_pose()->mutable_rotation()->set_z(std::sin(0.2));
-  const std::string second = EncodeRangeImage(ScanScene(Corridor(), truth, {}, 4).image);
+  const std::string second = sensor::EncodeRangeImage(
+      registration::ScanScene(registration::Corridor(), truth, {}, 4).image);
   const v1::Scan without = Send(*session, second, &off, {});
   EXPECT_EQ(without.state(), v1::SCAN_STATE_FAILED) << without.state_message();
   const v1::Scan with =
       Send(*session, second, &off, {Sighting("T1", t1, truth), Sighting("T2", t2, truth)});
   ASSERT_EQ(with.state(), v1::SCAN_STATE_MERGED) << with.state_message();
-  EXPECT_EQ(with.registration().verdict().decided_by(), "targets");
+  EXPECT_EQ(with.registration().verdict().basis(), v1::REGISTRATION_BASIS_TARGETS);
   EXPECT_NEAR(with.pose().translation().x(), 1.5, 0.004);
 }
 
 TEST_F(SightingsTest, BadOnesAreRefusedByField) {
-  Script script;
-  SessionHost host(store_, script.Make());
-  const auto session = OpenSession(host.registry, "job");
-  const v1::TargetSighting good = Sighting("T1", {1, 1, 1}, PoseAt({0, 0, 0}, 0));
+  fixture::Script script;
+  fixture::SessionHost host(store_, script.Make());
+  const auto session = fixture::OpenSession(host.registry, "job");
+  const v1::TargetSighting good = Sighting("T1", {1, 1, 1}, registration::PoseAt({0, 0, 0}, 0));
   v1::TargetSighting nameless = good;
   nameless.clear_name();
   v1::TargetSighting nowhere = good;
   nowhere.clear_in_scan();
   v1::TargetSighting vague = good;
-  vague.set_sigma(2);
+  vague.set_sigma_m(2);
   v1::TargetSighting infinite = good;
   infinite.mutable_in_world()->set_x(INFINITY);
   const std::vector<std::pair<std::vector<v1::TargetSighting>, std::string>> cases = {
@@ -162,11 +166,12 @@ TEST_F(SightingsTest, BadOnesAreRefusedByField) {
       {{good, good}, "upload.targets[1].name"},
       {std::vector<v1::TargetSighting>(101, good), "upload.targets"}};
   for (const auto& [targets, field] : cases) {
-    const auto upload = SendScan(*session, EncodedRoom({2, 1.5, 1.4}), nullptr, "", "", targets);
+    const auto upload =
+        fixture::SendScan(*session, fixture::EncodedRoom({2, 1.5, 1.4}), nullptr, "", "", targets);
     EXPECT_EQ(upload.status().code(), absl::StatusCode::kInvalidArgument) << field;
     EXPECT_NE(upload.status().message().find(field), absl::string_view::npos) << upload.status();
   }
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::session

@@ -8,29 +8,30 @@
 #include <string>
 #include <vector>
 
+#include "core/bytes/compression.h"
 #include "core/sensor/encoding.h"
-#include "proto/wire/compression.h"
-#include "server/session/error.h"
-#include "server/session/to_proto.h"
+#include "server/contract/error.h"
+#include "server/conversion/to_proto.h"
 #include "server/store/memory_store.h"
+#include "vantage/v1/error.pb.h"
 
-namespace vantage {
+namespace vantage::session {
 namespace {
 
 class UploadTest : public testing::Test {
  protected:
   UploadTest() {
     std::mt19937 random(11);
-    RangeImage image;
+    sensor::RangeImage image;
     for (int c = 0; c < 100; ++c) image.azimuth.push_back(0.06 * c);
     for (int r = 0; r < 24; ++r) image.elevation.push_back(0.06 * (r - 12));
     image.native_azimuth_step = image.native_elevation_step = 0.06;
     for (size_t i = 0; i < image.cells(); ++i) {
-      image.range.push_back(random() % 9 == 0 ? RangeImage::kNoReturn
+      image.range.push_back(random() % 9 == 0 ? sensor::RangeImage::kNoReturn
                                               : 2.0f + 1e-4f * static_cast<float>(random() % 50));
     }
     samples_ = image.SampleCount();
-    whole_ = EncodeRangeImage(image);
+    whole_ = sensor::EncodeRangeImage(image);
     limits_.piece_bytes = 4096;
     limits_.encoded_scan_bytes = 1 << 20;
   }
@@ -44,8 +45,8 @@ class UploadTest : public testing::Test {
   }
   v1::UploadTotal Total() const {
     v1::UploadTotal total;
-    total.set_encoded_size(static_cast<int64_t>(whole_.size()));
-    total.set_sha256(Sha256::Of(whole_));
+    total.set_encoded_size_bytes(static_cast<int64_t>(whole_.size()));
+    total.set_sha256(bytes::Sha256::Of(whole_));
     return total;
   }
   v1::Piece Cut(int64_t sequence, size_t offset, size_t size, bool compressed = false) const {
@@ -53,15 +54,15 @@ class UploadTest : public testing::Test {
     const std::string bytes = whole_.substr(offset, size);
     piece.set_sequence(sequence);
     piece.set_offset(static_cast<int64_t>(offset));
-    piece.set_crc32c(Crc32c(bytes));
-    piece.set_data(compressed ? ZstdCompress(bytes) : bytes);
+    piece.set_crc32c(bytes::Crc32c(bytes));
+    piece.set_data(compressed ? bytes::ZstdCompress(bytes) : bytes);
     piece.set_compression(compressed ? v1::COMPRESSION_ZSTD : v1::COMPRESSION_NONE);
-    if (compressed) piece.set_size(static_cast<int64_t>(bytes.size()));
+    if (compressed) piece.set_uncompressed_size_bytes(static_cast<int64_t>(bytes.size()));
     return piece;
   }
 
   // Committed, it is kept as the whole; then it ends.
-  void ExpectWhole(Upload& upload, Store& store) const {
+  void ExpectWhole(Upload& upload, store::Store& store) const {
     const absl::StatusOr<Upload::Content> content = upload.Inspect();
     ASSERT_TRUE(content.ok()) << content.status();
     EXPECT_EQ(content->columns, 100U);
@@ -71,13 +72,13 @@ class UploadTest : public testing::Test {
     ASSERT_TRUE(upload.Sync().ok());
     ASSERT_TRUE(store.PutSpool(upload.Describe().name(), content->sha256).ok());
     upload.End(v1::UPLOAD_STATE_COMMITTED, "", "scan");
-    EXPECT_TRUE(store.GetBlob(Sha256::Of(whole_)).value() == whole_);
+    EXPECT_TRUE(store.GetBlob(bytes::Sha256::Of(whole_)).value() == whole_);
   }
 
   std::string whole_;
   size_t samples_ = 0;
-  Limits limits_;
-  MemoryStore store_{1 << 20};
+  contract::Limits limits_;
+  store::MemoryStore store_{1 << 20};
   absl::Time now_ = absl::FromUnixSeconds(1'000'000);
 };
 
@@ -87,7 +88,7 @@ TEST_F(UploadTest, AnyCutWithRepetitionsGivesTheWhole) {
   for (uint32_t seed = 1; seed <= 200; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
-    MemoryStore store(1 << 20);
+    store::MemoryStore store(1 << 20);
     Upload upload(Created(seed % 2 == 0), store, limits_);
     std::vector<v1::Piece> sent;
     size_t offset = 0;
@@ -120,17 +121,17 @@ TEST_F(UploadTest, AnyCutWithRepetitionsGivesTheWhole) {
     }
     EXPECT_TRUE(upload.Complete());
     ExpectWhole(upload, store);
-    ASSERT_TRUE(store.ReleaseBlob(Sha256::Of(whole_)).ok());
+    ASSERT_TRUE(store.ReleaseBlob(bytes::Sha256::Of(whole_)).ok());
     EXPECT_EQ(store.used(), 0U);
   }
 }
 
 // Its syncs fail when told to.
-class FailingStore final : public MemoryStore {
+class FailingStore final : public store::MemoryStore {
  public:
-  using MemoryStore::MemoryStore;
+  using store::MemoryStore::MemoryStore;
   absl::Status SyncSpool(const std::string& spool) override {
-    if (!failing) return MemoryStore::SyncSpool(spool);
+    if (!failing) return store::MemoryStore::SyncSpool(spool);
     return absl::UnavailableError("the medium fails");
   }
   bool failing = false;
@@ -176,54 +177,66 @@ TEST_F(UploadTest, ADifferentPieceInItsPlaceIsRefusedAndChangesNothing) {
   ASSERT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());
   v1::Piece other = Cut(0, 0, 1000);
   (*other.mutable_data())[5] ^= 1;
-  other.set_crc32c(Crc32c(other.data()));
-  EXPECT_EQ(ReasonOf(upload.Accept(other, now_)), "PIECE_DIFFERS");
-  EXPECT_EQ(ReasonOf(upload.Accept(Cut(0, 0, 999), now_)), "PIECE_DIFFERS");
+  other.set_crc32c(bytes::Crc32c(other.data()));
+  EXPECT_EQ(contract::ReasonOf(upload.Accept(other, now_)), "PIECE_DIFFERS");
+  EXPECT_EQ(contract::ReasonOf(upload.Accept(Cut(0, 0, 999), now_)), "PIECE_DIFFERS");
   EXPECT_TRUE(upload.Sync().ok());
   EXPECT_EQ(upload.Describe().next_offset(), 1000);
 }
 
+TEST_F(UploadTest, AGapSaysWhichPieceIsExpected) {
+  Upload upload(Created(true), store_, limits_);
+  ASSERT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());
+  const absl::Status gap = upload.Accept(Cut(2, 5000, 10), now_);
+  EXPECT_EQ(contract::ReasonOf(gap), "UPLOAD_GAP");
+  v1::ExpectedPiece expected;
+  const auto detail = gap.GetPayload("type.googleapis.com/vantage.v1.ExpectedPiece");
+  ASSERT_TRUE(detail.has_value() && expected.ParseFromString(std::string(*detail)));
+  EXPECT_EQ(expected.sequence(), 1);
+  EXPECT_EQ(expected.offset(), 1000);
+}
+
 TEST_F(UploadTest, GapsDamageAndOverrunsAreRefused) {
   Upload upload(Created(true), store_, limits_);
-  EXPECT_EQ(ReasonOf(upload.Accept(Cut(1, 1000, 10), now_)), "UPLOAD_GAP");
-  EXPECT_EQ(ReasonOf(upload.Accept(Cut(0, 5, 10), now_)), "UPLOAD_GAP");
+  EXPECT_EQ(contract::ReasonOf(upload.Accept(Cut(1, 1000, 10), now_)), "UPLOAD_GAP");
+  EXPECT_EQ(contract::ReasonOf(upload.Accept(Cut(0, 5, 10), now_)), "UPLOAD_GAP");
   v1::Piece damaged = Cut(0, 0, 100);
   (*damaged.mutable_data())[0] ^= 1;
-  EXPECT_EQ(ReasonOf(upload.Accept(damaged, now_)), "PIECE_DAMAGED");
+  EXPECT_EQ(contract::ReasonOf(upload.Accept(damaged, now_)), "PIECE_DAMAGED");
   v1::Piece truncated = Cut(0, 0, 100, true);
   truncated.mutable_data()->pop_back();
-  EXPECT_EQ(ReasonOf(upload.Accept(truncated, now_)), "PIECE_DAMAGED");
+  EXPECT_EQ(contract::ReasonOf(upload.Accept(truncated, now_)), "PIECE_DAMAGED");
   // A bomb: much more than stated.
   v1::Piece bomb = Cut(0, 0, 100, true);
   std::string zeros;
   zeros.resize(100'000'000);
-  bomb.set_data(ZstdCompress(zeros));
-  EXPECT_EQ(ReasonOf(upload.Accept(bomb, now_)), "PIECE_DAMAGED");
+  bomb.set_data(bytes::ZstdCompress(zeros));
+  EXPECT_EQ(contract::ReasonOf(upload.Accept(bomb, now_)), "PIECE_DAMAGED");
   v1::Piece announced = Cut(0, 0, 100, true);
-  announced.set_size(int64_t{1} << 60);
-  EXPECT_EQ(ReasonOf(upload.Accept(announced, now_)), "INVALID_FIELDS");
+  announced.set_uncompressed_size_bytes(int64_t{1} << 60);
+  EXPECT_EQ(contract::ReasonOf(upload.Accept(announced, now_)), "INVALID_FIELDS");
   v1::Piece empty = Cut(0, 0, 100);
   empty.clear_data();
-  EXPECT_EQ(ReasonOf(upload.Accept(empty, now_)), "INVALID_FIELDS");
+  EXPECT_EQ(contract::ReasonOf(upload.Accept(empty, now_)), "INVALID_FIELDS");
   EXPECT_EQ(upload.Describe().next_offset(), 0);
 
   v1::Upload small = Created(true);
-  small.mutable_total()->set_encoded_size(50);
+  small.mutable_total()->set_encoded_size_bytes(50);
   Upload overrun(small, store_, limits_);
-  EXPECT_EQ(ReasonOf(overrun.Accept(Cut(0, 0, 51), now_)), "INVALID_FIELDS");
+  EXPECT_EQ(contract::ReasonOf(overrun.Accept(Cut(0, 0, 51), now_)), "INVALID_FIELDS");
 }
 
 TEST_F(UploadTest, TheWholeIsCheckedAgainstWhatWasAnnounced) {
   v1::Upload created = Created(true);
-  created.mutable_total()->set_sha256(Sha256::Of("something else"));
-  created.mutable_total()->set_encoded_size(1000);
+  created.mutable_total()->set_sha256(bytes::Sha256::Of("something else"));
+  created.mutable_total()->set_encoded_size_bytes(1000);
   Upload upload(created, store_, limits_);
   ASSERT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());
   EXPECT_TRUE(upload.Complete());
-  EXPECT_EQ(ReasonOf(upload.Inspect().status()), "SHA256_DIFFERS");
-  EXPECT_EQ(ReasonOf(upload.SetTotal(Total())), "TOTAL_DIFFERS");
+  EXPECT_EQ(contract::ReasonOf(upload.Inspect().status()), "SHA256_DIFFERS");
+  EXPECT_EQ(contract::ReasonOf(upload.SetTotal(Total())), "TOTAL_DIFFERS");
   upload.End(v1::UPLOAD_STATE_FAILED, "differs", "");
-  EXPECT_EQ(ReasonOf(upload.Accept(Cut(1, 1000, 10), now_)), "UPLOAD_ENDED");
+  EXPECT_EQ(contract::ReasonOf(upload.Accept(Cut(1, 1000, 10), now_)), "UPLOAD_ENDED");
   EXPECT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());  // still harmless
 }
 
@@ -232,7 +245,7 @@ TEST_F(UploadTest, WhatIsNoRangeImageIsFoundOut) {
     SCOPED_TRACE(broken);
     const std::string sound = whole_;
     whole_[broken] = '\x7f';
-    MemoryStore store(1 << 20);
+    store::MemoryStore store(1 << 20);
     Upload upload(Created(true), store, limits_);
     for (size_t at = 0; at < whole_.size(); at += 700) {
       const size_t size = std::min<size_t>(700, whole_.size() - at);
@@ -240,9 +253,9 @@ TEST_F(UploadTest, WhatIsNoRangeImageIsFoundOut) {
     }
     EXPECT_TRUE(upload.Complete());
     const absl::Status status = upload.Inspect().status();
-    EXPECT_EQ(ReasonOf(status), "INVALID_FIELDS") << status;
+    EXPECT_EQ(contract::ReasonOf(status), "INVALID_FIELDS") << status;
     // As it would be found in the whole.
-    const absl::Status whole = DecodeRangeImage(whole_, limits_.scan_cells).status();
+    const absl::Status whole = sensor::DecodeRangeImage(whole_, limits_.scan_cells).status();
     EXPECT_NE(status.message().find(whole.message()), absl::string_view::npos) << status << whole;
     whole_ = sound;
   }
@@ -259,7 +272,7 @@ TEST_F(UploadTest, KeepsNoFrameThatLengthens) {
 }
 
 TEST_F(UploadTest, FailsWithoutRoomAndGoesOnWhenThereIs) {
-  MemoryStore store(1500);
+  store::MemoryStore store(1500);
   Upload upload(Created(true), store, limits_);
   ASSERT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());
   EXPECT_TRUE(absl::IsResourceExhausted(upload.Accept(Cut(1, 1000, 1000), now_)));
@@ -268,12 +281,12 @@ TEST_F(UploadTest, FailsWithoutRoomAndGoesOnWhenThereIs) {
   EXPECT_TRUE(upload.Accept(Cut(1, 1000, 400), now_).ok());
 }
 
-// Property: taken up from the store after any piece, it goes on as if nothing had happened.
+// Property: loaded from the store after any piece, it goes on as if nothing had happened.
 TEST_F(UploadTest, GoesOnAfterARestart) {
   for (uint32_t seed = 1; seed <= 50; ++seed) {
     SCOPED_TRACE(seed);
     std::mt19937 random(seed);
-    MemoryStore store(1 << 20);
+    store::MemoryStore store(1 << 20);
     const bool announced = seed % 2 == 0;
     const v1::Upload created = Created(announced);
     auto upload = std::make_unique<Upload>(created, store, limits_);
@@ -313,4 +326,4 @@ TEST_F(UploadTest, IsIdleAfterItsTime) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::session

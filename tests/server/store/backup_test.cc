@@ -13,13 +13,13 @@
 #include "absl/strings/str_cat.h"
 #include "server/store/disk_store.h"
 
-namespace vantage {
+namespace vantage::store {
 namespace {
 
 namespace fs = std::filesystem;
 
-store::v1::LogEntry Entry(uint64_t sequence, const std::string& blob) {
-  store::v1::LogEntry entry;
+storage::v1::LogEntry Entry(uint64_t sequence, const std::string& blob) {
+  storage::v1::LogEntry entry;
   entry.set_format_version(kLogFormatVersion);
   entry.set_blob(blob);
   entry.mutable_event()->set_sequence(sequence);
@@ -124,4 +124,4 @@ TEST_F(BackupTest, NeverWritesOverAnything) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::store

@@ -13,18 +13,18 @@
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/match.h"
-#include "proto/wire/checksum.h"
-#include "proto/wire/compression.h"
+#include "core/bytes/checksum.h"
+#include "core/bytes/compression.h"
 
-namespace vantage {
+namespace vantage::store {
 namespace {
 
 namespace fs = std::filesystem;
 
 constexpr char kSpool[] = "sessions/a/uploads/upload-1";
 
-store::v1::LogEntry Entry(uint64_t sequence, const std::string& blob = "") {
-  store::v1::LogEntry entry;
+storage::v1::LogEntry Entry(uint64_t sequence, const std::string& blob = "") {
+  storage::v1::LogEntry entry;
   entry.set_format_version(kLogFormatVersion);
   entry.set_blob(blob);
   entry.mutable_event()->set_sequence(sequence);
@@ -97,11 +97,11 @@ TEST_F(DiskStoreTest, EverythingIsThereAgain) {
 // A scan is kept in the file that its pieces came into, and found again and checked.
 TEST_F(DiskStoreTest, AScanIsKeptAsItCame) {
   const std::string bytes(100'000, 'r');
-  store::v1::SpoolRecord record;
-  record.mutable_piece()->set_data(ZstdCompress(bytes));
+  storage::v1::SpoolRecord record;
+  record.mutable_piece()->set_data(bytes::ZstdCompress(bytes));
   record.mutable_piece()->set_compression(v1::COMPRESSION_ZSTD);
   record.mutable_piece()->set_size(static_cast<int64_t>(bytes.size()));
-  const std::string sha = Sha256::Of(bytes);
+  const std::string sha = bytes::Sha256::Of(bytes);
   {
     const auto store = Open();
     ASSERT_TRUE(store->AppendSpool(kSpool, record.SerializeAsString()).ok());
@@ -280,4 +280,4 @@ TEST_F(DiskStoreTest, WithoutRoomNothingIsLostAndItGoesOnAfterwards) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::store

@@ -7,16 +7,16 @@
 #include <memory>
 #include <string>
 
-#include "proto/wire/checksum.h"
-#include "proto/wire/compression.h"
+#include "core/bytes/checksum.h"
+#include "core/bytes/compression.h"
 #include "server/store/disk_store.h"
 #include "server/store/memory_store.h"
 
-namespace vantage {
+namespace vantage::store {
 namespace {
 
-store::v1::LogEntry Entry(uint64_t sequence) {
-  store::v1::LogEntry entry;
+storage::v1::LogEntry Entry(uint64_t sequence) {
+  storage::v1::LogEntry entry;
   entry.set_format_version(kLogFormatVersion);
   entry.mutable_event()->set_sequence(sequence);
   return entry;
@@ -97,10 +97,10 @@ TEST_P(StoreTest, SnapshotsGoWithTheirLog) {
 }
 
 std::string Piece(absl::string_view bytes, bool compressed) {
-  store::v1::SpoolRecord record;
-  store::v1::SpoolRecord::Piece& piece = *record.mutable_piece();
-  piece.set_crc32c(Crc32c(bytes));
-  piece.set_data(compressed ? ZstdCompress(bytes) : std::string(bytes));
+  storage::v1::SpoolRecord record;
+  storage::v1::SpoolRecord::Piece& piece = *record.mutable_piece();
+  piece.set_crc32c(bytes::Crc32c(bytes));
+  piece.set_data(compressed ? bytes::ZstdCompress(bytes) : std::string(bytes));
   if (compressed) {
     piece.set_compression(v1::COMPRESSION_ZSTD);
     piece.set_size(static_cast<int64_t>(bytes.size()));
@@ -113,12 +113,12 @@ TEST_P(StoreTest, ASpoolIsKeptAsTheBlobItComesTo) {
   const std::string first(5000, 'a');
   const std::string second = "and as it is";
   ASSERT_TRUE(store_->AppendSpool(spool, Piece(first, true)).ok());
-  store::v1::SpoolRecord total;
-  total.mutable_total()->set_encoded_size(5012);
+  storage::v1::SpoolRecord total;
+  total.mutable_total()->set_encoded_size_bytes(5012);
   ASSERT_TRUE(store_->AppendSpool(spool, total.SerializeAsString()).ok());
   ASSERT_TRUE(store_->AppendSpool(spool, Piece(second, false)).ok());
   ASSERT_TRUE(store_->SyncSpool(spool).ok());
-  const std::string sha = Sha256::Of(first + second);
+  const std::string sha = bytes::Sha256::Of(first + second);
   ASSERT_TRUE(store_->PutSpool(spool, sha).ok());
   // Not committed after all, and once more.
   EXPECT_TRUE(store_->ReleaseBlob(sha).ok());
@@ -141,7 +141,7 @@ TEST_P(StoreTest, ASpoolIsKeptAsTheBlobItComesTo) {
 TEST_P(StoreTest, BlobsAreCounted) {
   const std::string bytes(600, 'x');
   const std::string sha = store_->PutBlob(bytes).value();
-  EXPECT_EQ(sha, Sha256::Of(bytes));
+  EXPECT_EQ(sha, bytes::Sha256::Of(bytes));
   EXPECT_EQ(store_->PutBlob(bytes).value(), sha);
   EXPECT_EQ(store_->BlobSize(sha).value(), 600);
   EXPECT_TRUE(store_->ReleaseBlob(sha).ok());
@@ -157,7 +157,7 @@ TEST_P(StoreTest, BlobsAreCounted) {
 TEST_P(StoreTest, BlobsThatNobodyHoldsGo) {
   const std::string kept = store_->PutBlob("kept").value();
   const std::string gone = store_->PutBlob("gone").value();
-  ASSERT_TRUE(store_->KeepBlobs({{kept, 2}, {Sha256::Of("never there"), 1}}).ok());
+  ASSERT_TRUE(store_->KeepBlobs({{kept, 2}, {bytes::Sha256::Of("never there"), 1}}).ok());
   EXPECT_TRUE(absl::IsNotFound(store_->GetBlob(gone).status()));
   EXPECT_TRUE(store_->ReleaseBlob(kept).ok());
   EXPECT_EQ(store_->GetBlob(kept).value(), "kept");
@@ -204,4 +204,4 @@ TEST(MemoryStore, RoomIsBoundedAndComesBack) {
 }
 
 }  // namespace
-}  // namespace vantage
+}  // namespace vantage::store

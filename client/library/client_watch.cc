@@ -1,0 +1,195 @@
+// Streams from the server that outlive their links: session events, plans, exports.
+#include "absl/strings/str_cat.h"
+#include "client/library/client.h"
+#include "client/library/resource_names.h"
+#include "client/library/resumption.h"
+#include "client/library/wire.h"
+#include "core/bytes/checksum.h"
+
+namespace vantage::client {
+namespace {
+
+// The scan that an event is about, if it is about one.
+const v1::Scan* ScanOf(const v1::SessionEvent& event) {
+  switch (event.event_case()) {
+    case v1::SessionEvent::kScanReceived:
+      return &event.scan_received().scan();
+    case v1::SessionEvent::kScanRegistered:
+      return &event.scan_registered().scan();
+    case v1::SessionEvent::kScanRefused:
+      return &event.scan_refused().scan();
+    case v1::SessionEvent::kScanAccepted:
+      return &event.scan_accepted().scan();
+    case v1::SessionEvent::kScanPoseSet:
+      return &event.scan_pose_set().scan();
+    case v1::SessionEvent::kScanMerged:
+      return &event.scan_merged().scan();
+    case v1::SessionEvent::kScanWithdrawn:
+      return &event.scan_withdrawn().scan();
+    case v1::SessionEvent::kScanRemoved:
+      return &event.scan_removed().scan();
+    default:
+      return nullptr;
+  }
+}
+
+}  // namespace
+
+absl::Status Client::WatchSession(const std::string& session, uint64_t after_sequence,
+                                  absl::FunctionRef<bool(const v1::SessionEvent&)> on_event) {
+  Resumption resumption(wire_->options.give_up_after);
+  uint64_t last = after_sequence;
+  while (true) {
+    v1::WatchSessionRequest request;
+    request.set_name(session);
+    request.set_after_sequence(last);
+    grpc::ClientContext context;
+    if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
+    auto stream = wire_->sessions->WatchSession(&context, request);
+    v1::WatchSessionResponse response;
+    while (stream->Read(&response)) {
+      resumption.Progress();
+      if (!response.has_event()) continue;
+      if (response.event().sequence() <= last) continue;
+      last = response.event().sequence();
+      if (!on_event(response.event())) {
+        context.TryCancel();
+        while (stream->Read(&response)) {
+        }
+        stream->Finish().ok();
+        return absl::OkStatus();
+      }
+    }
+    const grpc::Status status = stream->Finish();
+    const absl::Status ended = status.ok() ? absl::UnavailableError("the server closed the watch")
+                                           : wire_->Failure(status);
+    if (absl::Status resumed = resumption.AfterBreak(ended); !resumed.ok()) return resumed;
+  }
+}
+
+absl::StatusOr<v1::Scan> Client::WaitForScan(const std::string& name,
+                                             absl::FunctionRef<void(const v1::Scan&)> on_state) {
+  // The session first: what happens to the scan after that is heard of as an event.
+  v1::GetSessionRequest get_session;
+  get_session.set_name(SessionOf(name));
+  const auto session = Call(get_session);
+  if (!session.ok()) return session.status();
+  v1::GetScanRequest get_scan;
+  get_scan.set_name(name);
+  const auto scan = Call(get_scan);
+  if (!scan.ok()) return scan.status();
+  v1::Scan latest = scan->scan();
+  on_state(latest);
+  if (IsDecided(latest.state())) return latest;
+  const absl::Status watched = WatchSession(SessionOf(name), session->session().last_sequence(),
+                                            [&](const v1::SessionEvent& event) {
+                                              const v1::Scan* changed = ScanOf(event);
+                                              if (changed == nullptr || changed->name() != name)
+                                                return true;
+                                              latest = *changed;
+                                              on_state(latest);
+                                              return !IsDecided(latest.state());
+                                            });
+  if (!watched.ok()) return watched;
+  return latest;
+}
+
+absl::StatusOr<v1::Plan> Client::WatchPlan(const std::string& name,
+                                           absl::FunctionRef<void(const v1::Plan&)> on_revision) {
+  Resumption resumption(wire_->options.give_up_after);
+  v1::Plan latest;
+  while (true) {
+    v1::WatchPlanRequest request;
+    request.set_name(name);
+    request.set_after_revision(latest.revision());
+    grpc::ClientContext context;
+    if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
+    auto stream = wire_->plans->WatchPlan(&context, request);
+    v1::WatchPlanResponse response;
+    while (stream->Read(&response)) {
+      resumption.Progress();
+      if (!response.has_plan()) continue;  // a heartbeat
+      latest = response.plan();
+      on_revision(latest);
+    }
+    const grpc::Status status = stream->Finish();
+    if (HasEnded(latest.state())) return latest;
+    const absl::Status ended = status.ok() ? absl::UnavailableError("the server closed the watch")
+                                           : wire_->Failure(status);
+    if (absl::Status resumed = resumption.AfterBreak(ended); !resumed.ok()) return resumed;
+  }
+}
+
+absl::StatusOr<v1::Plan> Client::GetFullPlan(const std::string& name) {
+  v1::GetPlanRequest request;
+  request.set_name(name);
+  request.set_view(v1::PLAN_VIEW_FULL);
+  auto first = Call(request);
+  if (!first.ok()) return first.status();
+  v1::Plan plan = std::move(*first->mutable_plan());
+  v1::ScoreMap& map = *plan.mutable_result()->mutable_score_map();
+  std::string token = first->next_score_map_page_token();
+  while (!token.empty()) {
+    request.set_score_map_page_token(token);
+    const auto page = Call(request);
+    if (!page.ok()) return page.status();
+    const v1::ScoreMap& more = page->plan().result().score_map();
+    map.mutable_x()->MergeFrom(more.x());
+    map.mutable_y()->MergeFrom(more.y());
+    map.mutable_z()->MergeFrom(more.z());
+    map.mutable_score()->MergeFrom(more.score());
+    map.mutable_score_lower()->MergeFrom(more.score_lower());
+    map.mutable_score_upper()->MergeFrom(more.score_upper());
+    token = page->next_score_map_page_token();
+  }
+  return plan;
+}
+
+absl::StatusOr<std::string> Client::Export(
+    const v1::ExportModelRequest& request,
+    absl::FunctionRef<absl::Status(absl::string_view)> sink) {
+  grpc::ClientContext context;
+  if (absl::Status prepared = wire_->Prepare(context); !prepared.ok()) return prepared;
+  auto stream = wire_->model->ExportModel(&context, request);
+  v1::ExportModelResponse response;
+  std::string file_name;
+  int64_t received = 0;
+  int64_t announced = 0;
+  absl::Status refused;
+  while (stream->Read(&response)) {
+    if (!refused.ok() || response.has_heartbeat()) continue;
+    if (response.offset() != received || bytes::Crc32c(response.data()) != response.crc32c()) {
+      refused = absl::DataLossError(
+          absl::StrCat("the export was damaged on its way, after ", received, " bytes"));
+      context.TryCancel();
+      continue;
+    }
+    received += static_cast<int64_t>(response.data().size());
+    if (response.total_size_bytes() > 0) announced = response.total_size_bytes();
+    if (!response.file_name().empty()) file_name = response.file_name();
+    if (refused = sink(response.data()); !refused.ok()) context.TryCancel();
+  }
+  const grpc::Status status = stream->Finish();
+  if (!refused.ok()) return refused;
+  if (!status.ok()) return wire_->Failure(status);
+  if (announced > 0 && announced != received) {
+    return absl::DataLossError(
+        absl::StrCat("the export ended after ", received, " of ", announced, " bytes"));
+  }
+  return file_name;
+}
+
+absl::StatusOr<std::string> Client::ExportBytes(const v1::ExportModelRequest& request) {
+  Resumption resumption(wire_->options.give_up_after);
+  while (true) {
+    std::string bytes;
+    const auto name = Export(request, [&](absl::string_view piece) {
+      bytes.append(piece.data(), piece.size());
+      return absl::OkStatus();
+    });
+    if (name.ok()) return bytes;
+    if (absl::Status resumed = resumption.AfterBreak(name.status()); !resumed.ok()) return resumed;
+  }
+}
+
+}  // namespace vantage::client

@@ -1,0 +1,54 @@
+// How a simulated scanner comes to stand where it does, and what its maker believes of that.
+#ifndef VANTAGE_CLIENT_SIMULATED_JOB_PLACEMENT_H_
+#define VANTAGE_CLIENT_SIMULATED_JOB_PLACEMENT_H_
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "client/simulated_job/site.h"
+#include "core/sensor/scan.h"
+#include "core/sensor/scanner_model.h"
+#include "core/simulation/simulated_scanner.h"
+
+namespace vantage::simulated_job {
+
+// By how much a surveyor misses, one sigma each.
+struct PlacementErrors {
+  uint64_t seed = 1;
+  double position = 0.05;               // m per axis
+  double heading = sensor::Radians(5);  // rad, of the prior's heading
+  double tilt = sensor::Radians(0.5);   // rad, of the tripod's roll and pitch
+};
+
+struct Placement {
+  Eigen::Vector3d planned = Eigen::Vector3d::Zero();               // m, world
+  Eigen::Isometry3d T_scene_scan = Eigen::Isometry3d::Identity();  // the truth
+  Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();  // the truth; not for the first
+  std::optional<sensor::PosePrior> prior;
+};
+
+// The first scan: upright but for the tilt, turned at random, exactly at `start` (m, scene frame).
+Placement FirstPlacement(const Eigen::Vector3d& start, const PlacementErrors& errors);
+
+// Scan `number`, meant to be at `planned` (m, world). The prior is the planned position, upright.
+Placement PlacementAt(const Eigen::Vector3d& planned, int number,
+                      const Eigen::Isometry3d& T_scene_world, const PlacementErrors& errors);
+
+// What a surveyor measures with tape and compass when a scan did not align: 2 cm, 1 degree.
+sensor::PosePrior MeasuredPrior(const Placement& placement, int number,
+                                const PlacementErrors& errors);
+
+// A tripod really fits there.
+bool CanStand(const simulation::SimulatedScanner& scanner, const Placement& placement);
+
+// A lattice of the places that a scanner may be brought to, at two heights; m, scene frame.
+inline constexpr double kLatticeOfTruth = 0.3;  // m
+std::vector<Eigen::Vector3d> AllowedPositions(const simulation::SimulatedScanner& tracer,
+                                              const Site& site,
+                                              const sensor::ScannerModel& scanner);
+
+}  // namespace vantage::simulated_job
+
+#endif  // VANTAGE_CLIENT_SIMULATED_JOB_PLACEMENT_H_

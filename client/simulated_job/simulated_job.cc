@@ -1,0 +1,154 @@
+#include "client/simulated_job/simulated_job.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/library/geometry.h"
+
+namespace vantage::simulated_job {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr int kMostRefusals = 5;  // places in a row where nobody can stand
+
+const v1::RankedView* FirstWithOverlap(
+    const google::protobuf::RepeatedPtrField<v1::RankedView>& views, double overlap) {
+  for (const v1::RankedView& view : views) {
+    if (view.verdict().overlap_share() >= overlap) return &view;
+  }
+  return nullptr;
+}
+
+// The best view by the rule; null when there is none. Both lists are sorted, the best first.
+const v1::RankedView* Choose(const v1::PlanResult& plan, ViewChoice choice) {
+  if (choice == ViewChoice::kRegistrable) {
+    return plan.outcome() == v1::PLAN_OUTCOME_VIEWS ? &plan.views(0) : nullptr;
+  }
+  const double overlap =
+      choice == ViewChoice::kOverlap ? plan.config().registration().min_overlap() : 0;
+  const v1::RankedView* passed = FirstWithOverlap(plan.views(), overlap);
+  const v1::RankedView* refused = FirstWithOverlap(plan.refused(), overlap);
+  if (passed == nullptr || refused == nullptr) return passed != nullptr ? passed : refused;
+  return refused->score() > passed->score() ? refused : passed;
+}
+
+}  // namespace
+
+SimulatedJob::SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,
+                           parallel::Parallel& parallel)
+    : SimulatedJob(client, site, options, std::make_unique<simulation::SimulatedScanner>(site.mesh),
+                   parallel) {}
+
+SimulatedJob::SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,
+                           std::unique_ptr<const simulation::SimulatedScanner> scanner,
+                           parallel::Parallel& parallel)
+    : SimulatedJob(
+          client, site, options, *scanner,
+          simulation::GroundTruth(site.mesh, *scanner, options.scanner, options.required_density,
+                                  AllowedPositions(*scanner, site, options.scanner),
+                                  options.truth_samples, parallel),
+          parallel) {
+  own_scanner_ = std::move(scanner);
+}
+
+SimulatedJob::SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,
+                           const simulation::SimulatedScanner& scanner,
+                           const simulation::GroundTruth& truth, parallel::Parallel& parallel)
+    : options_(options),
+      parallel_(parallel),
+      truth_(truth),
+      surveyor_(client, site, scanner, options, parallel) {}
+
+SimulatedJob::~SimulatedJob() = default;
+
+// Where to go after a plan; nothing, and why, when the job ends with it.
+std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& plan,
+                                                             JobResult& result,
+                                                             std::vector<std::string>& notes) {
+  const v1::PlanResult& answer = plan.result();
+  if (answer.termination().suggested()) {
+    if (!result.planner_stopped) result.stop_suggested_after = result.made;
+    result.planner_stopped = true;
+    result.why = absl::StrCat("the planner suggests to stop: ", answer.termination().reason());
+    if (options_.heed_termination) return std::nullopt;
+  }
+  if (const v1::RankedView* chosen = Choose(answer, options_.choice); chosen != nullptr) {
+    return Next{client::FromProto(chosen->position()), chosen->model_gain_m2()};
+  }
+  if (answer.outcome() != v1::PLAN_OUTCOME_NO_REGISTRABLE_VIEW || answer.refused().empty()) {
+    result.why = absl::StrCat("the planner has no view to offer: ", answer.message());
+    return std::nullopt;
+  }
+  const v1::RankedView* nearest = surveyor_.NearestRefused(answer);
+  if (nearest == nullptr) {
+    result.why = absl::StrCat("no view will register: ", answer.message());
+    return std::nullopt;
+  }
+  notes.push_back(
+      absl::StrCat("no view is sure to register; taking the nearest refused one, "
+                   "whose remedy is: ",
+                   nearest->verdict().remedy()));
+  return Next{client::FromProto(nearest->position()), nearest->model_gain_m2()};
+}
+
+absl::StatusOr<JobResult> SimulatedJob::Run(
+    absl::FunctionRef<absl::Status(const Cycle&)> on_cycle) {
+  if (absl::Status opened = surveyor_.Open(); !opened.ok()) return opened;
+  JobResult result;
+  result.session = surveyor_.session();
+  std::optional<double> predicted;
+  Placement placement = surveyor_.First();
+  std::vector<std::string> notes;
+  for (int number = 1; number <= options_.max_scans; ++number) {
+    auto made = surveyor_.Make(placement, number, "");
+    if (!made.ok()) return made.status();
+    Cycle cycle;
+    static_cast<MadeScan&>(cycle) = *std::move(made);
+    cycle.predicted_area = predicted;
+    cycle.notes.insert(cycle.notes.begin(), notes.begin(), notes.end());
+    notes.clear();
+    ++result.made;
+    if (cycle.merged) {
+      truth_.AddScan(cycle.at, parallel_);
+    } else {
+      ++result.lost;
+    }
+    cycle.truth = truth_.Measure();
+    if (cycle.truth.attained_share() >= options_.enough) {
+      if (absl::Status heard = on_cycle(cycle); !heard.ok()) return heard;
+      result.why =
+          absl::StrFormat("%.0f %% of what can be measured is at density", options_.enough * 100);
+      return result;
+    }
+
+    std::optional<Next> next;
+    for (int refusals = 0; refusals <= kMostRefusals; ++refusals) {
+      auto made_plan = surveyor_.Plan({}, v1::RANKING_UNSPECIFIED);
+      if (!made_plan.ok()) return made_plan.status();
+      cycle.plan = std::move(made_plan->plan);
+      cycle.plan_budget = made_plan->budget;
+      cycle.plan_attempts = made_plan->attempts;
+      cycle.plan_seconds += made_plan->seconds;
+      next = NextPosition(cycle.plan, result, notes);
+      if (!next) break;
+      placement = surveyor_.At(next->position, number + 1);
+      const auto blocked = surveyor_.IsBlocked(placement);
+      if (!blocked.ok()) return blocked.status();
+      if (!*blocked) break;
+      cycle.notes.push_back(absl::StrFormat("nobody can stand at (%.2f, %.2f, %.2f)",
+                                            next->position.x(), next->position.y(),
+                                            next->position.z()));
+      next.reset();
+      result.why = "the planner's views cannot be stood at";
+    }
+    if (absl::Status heard = on_cycle(cycle); !heard.ok()) return heard;
+    if (!next) return result;
+    predicted = next->area;
+    result.why = absl::StrFormat("%d scans were made, as many as asked for", options_.max_scans);
+  }
+  return result;
+}
+
+}  // namespace vantage::simulated_job

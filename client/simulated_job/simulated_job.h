@@ -1,0 +1,90 @@
+// A whole job with a simulated scanner: scan, push, plan, move, until the planner suggests to stop.
+// It knows the truth and the server does not: everything goes through the public API as a surveyor
+// and a real scanner would use it.
+#ifndef VANTAGE_CLIENT_SIMULATED_JOB_SIMULATED_JOB_H_
+#define VANTAGE_CLIENT_SIMULATED_JOB_SIMULATED_JOB_H_
+
+#include <Eigen/Geometry>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "client/library/client.h"
+#include "client/simulated_job/site.h"
+#include "client/simulated_job/surveyor.h"
+#include "core/parallel/parallel.h"
+#include "core/simulation/ground_truth.h"
+#include "core/simulation/simulated_scanner.h"
+
+namespace vantage::simulated_job {
+
+// What became of one scan and what was planned after it.
+struct Cycle : MadeScan {
+  std::optional<double> predicted_area;  // m^2 brought to density, by the plan that chose it
+  simulation::TrueCoverage truth;        // by the merged scans
+  v1::Plan plan;                         // made afterwards
+  // What it took to choose the next place.
+  double plan_budget = 0;   // s, of `plan`; 0 where work was limited instead
+  int plan_attempts = 0;    // of `plan`, with twice the budget each
+  double plan_seconds = 0;  // of all attempts, and of plans whose places were blocked
+};
+
+struct JobResult {
+  std::string session;  // resource name
+  int made = 0;         // scans
+  int lost = 0;         // of them could not be joined to the model
+  bool planner_stopped = false;
+  int stop_suggested_after = 0;  // scans, where planner_stopped
+  std::string why;               // it ended
+};
+
+class SimulatedJob {
+ public:
+  // All must outlive the job.
+  SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,
+               parallel::Parallel& parallel);
+  // With a scanner in the site's mesh and its ground truth, which is copied, made beforehand.
+  SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,
+               const simulation::SimulatedScanner& scanner, const simulation::GroundTruth& truth,
+               parallel::Parallel& parallel);
+  ~SimulatedJob();
+
+  // Says what it is about to do, for a progress line.
+  void OnActivity(std::function<void(const std::string&)> say) {
+    surveyor_.OnActivity(std::move(say));
+  }
+
+  // Runs the job; `on_cycle` hears of every scan once it is decided and planned after. An error is
+  // a fault; a job that ends early for a reason says so in its result.
+  absl::StatusOr<JobResult> Run(absl::FunctionRef<absl::Status(const Cycle&)> on_cycle);
+
+  // Resource name; empty until it is created. For whoever cleans up after a fault, too.
+  const std::string& session() const { return surveyor_.session(); }
+
+ private:
+  struct Next {
+    Eigen::Vector3d position;  // m, world
+    double area = 0;           // m^2 brought to density that it promises
+  };
+
+  SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,
+               std::unique_ptr<const simulation::SimulatedScanner> scanner,
+               parallel::Parallel& parallel);
+  std::optional<Next> NextPosition(const v1::Plan& plan, JobResult& result,
+                                   std::vector<std::string>& notes);
+
+  const JobOptions options_;
+  parallel::Parallel& parallel_;
+  std::unique_ptr<const simulation::SimulatedScanner> own_scanner_;
+  simulation::GroundTruth truth_;
+  Surveyor surveyor_;
+};
+
+}  // namespace vantage::simulated_job
+
+#endif  // VANTAGE_CLIENT_SIMULATED_JOB_SIMULATED_JOB_H_

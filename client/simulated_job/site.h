@@ -1,0 +1,37 @@
+// A place to simulate a job in: a mesh, its floor and where the first scan is made.
+#ifndef VANTAGE_CLIENT_SIMULATED_JOB_SITE_H_
+#define VANTAGE_CLIENT_SIMULATED_JOB_SITE_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/simulation/triangle_mesh.h"
+
+namespace vantage::simulated_job {
+
+struct Site {
+  std::string name;
+  simulation::TriangleMesh mesh;
+  double floor_height = 0;                          // m, scene frame, below the start
+  Eigen::Vector3d start = Eigen::Vector3d::Zero();  // m, scene frame
+};
+
+// What GeneratedSite() makes, as --scene names it.
+enum class SceneKind { kFlat, kTwoRooms, kHall, kOffice };
+
+// A scene of the project's own making (core/simulation/scenes/scene.h). `area` (m^2) counts for an
+// office floor only. Without a start the scene's first is taken. INVALID_ARGUMENT: the start is not
+// free.
+absl::StatusOr<Site> GeneratedSite(SceneKind kind, uint64_t seed, double area,
+                                   const std::optional<Eigen::Vector3d>& start);
+
+// A mesh from a PLY file. Without a start the most enclosed free place at 1.5 m over the lowest
+// floor is taken. INVALID_ARGUMENT: not a mesh, or the start is not free.
+absl::StatusOr<Site> MeshSite(const std::string& path, const std::optional<Eigen::Vector3d>& start);
+
+}  // namespace vantage::simulated_job
+
+#endif  // VANTAGE_CLIENT_SIMULATED_JOB_SITE_H_

@@ -1,0 +1,129 @@
+// What whoever carries a simulated scanner does: sets it up, scans, pushes, measures the pose again
+// when a scan does not align, and asks where to go next.
+#ifndef VANTAGE_CLIENT_SIMULATED_JOB_SURVEYOR_H_
+#define VANTAGE_CLIENT_SIMULATED_JOB_SURVEYOR_H_
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "client/library/client.h"
+#include "client/simulated_job/placement.h"
+#include "client/simulated_job/site.h"
+#include "core/parallel/parallel.h"
+#include "core/sensor/scanner_model.h"
+#include "core/simulation/simulated_scanner.h"
+
+namespace vantage::simulated_job {
+
+// Which of a plan's views is taken.
+enum class ViewChoice {
+  kRegistrable,  // the best that will register, as the plan says
+  kOverlap,      // the best whose overlap suffices, whatever its shape: the usual rule
+  kBest,         // the best, registrable or not
+};
+
+struct JobOptions {
+  std::string session_id;  // empty: the server chooses
+  sensor::ScannerModel scanner;
+  simulation::ScanFaults faults;
+  double required_density = 2500;             // samples / m^2
+  int max_scans = 10;                         // made, lost ones included
+  uint64_t seed = 1;                          // of noise, positioning and planning
+  double plan_seconds = 1.0;                  // time budget of a plan, s
+  std::optional<uint64_t> plan_work;          // rays instead of time: repeatable
+  double heading_error = sensor::Radians(5);  // one sigma of the prior's heading, rad
+  double tilt = sensor::Radians(0.5);         // one sigma of the tripod's roll and pitch, rad
+  size_t truth_samples = 40'000;              // points on the mesh that coverage is measured on
+  bool full_plans = false;                    // with the map of scores
+  v1::PlanningConfig plan_overrides;          // for every plan
+  ViewChoice choice = ViewChoice::kRegistrable;
+  bool heed_termination = true;  // false: goes on as long as there are views
+  double enough = 2;             // ends at this share of what is attainable at density; 2: never
+};
+
+// A scan, and what became of it.
+struct MadeScan {
+  int number = 0;                                              // of the scan, from 1
+  Eigen::Vector3d planned = Eigen::Vector3d::Zero();           // m, world: where it was meant to be
+  Eigen::Vector3d planned_in_scene = Eigen::Vector3d::Zero();  // m, scene frame: the same place
+  Eigen::Vector3d at = Eigen::Vector3d::Zero();                // m, scene frame: where it was made
+  v1::Scan scan;
+  Eigen::Isometry3d T_scene_world = Eigen::Isometry3d::Identity();
+  bool merged = false;
+  bool second_prior = false;  // it took a better prior
+  double off_metres = 0;      // pose in the model against the truth
+  double off_degrees = 0;
+  double send_seconds = 0;
+  std::vector<std::string> notes;  // what a surveyor would write down
+};
+
+// A plan, and what it took to get it.
+struct PlanMade {
+  v1::Plan plan;
+  double budget = 0;   // s that gave it; 0 where work was limited instead
+  int attempts = 0;    // with twice the budget each
+  double seconds = 0;  // of all attempts
+};
+
+class Surveyor {
+ public:
+  // All but the options must outlive it.
+  Surveyor(client::Client& client, const Site& site, const simulation::SimulatedScanner& scanner,
+           const JobOptions& options, parallel::Parallel& parallel);
+
+  // Says what it is about to do, for a progress line.
+  void OnActivity(std::function<void(const std::string&)> say) { say_ = std::move(say); }
+
+  // Creates the session.
+  absl::Status Open();
+  const std::string& session() const { return session_; }  // resource name
+
+  // Where the first scan is made, and the scan after that which is meant to be at `planned` (m,
+  // world).
+  Placement First() const;
+  Placement At(const Eigen::Vector3d& planned, int number) const;
+
+  // Scans, pushes and waits until it is decided. A scan that does not align gets a measured prior;
+  // when that does not help it is withdrawn, and its place rejected. `by`: the fleet's scanner, by
+  // resource name, or empty. INTERNAL: the first scan was not merged.
+  absl::StatusOr<MadeScan> Make(const Placement& placement, int number, const std::string& by);
+
+  // Until it has ended; with twice the budget where that was too small, this plan only.
+  absl::StatusOr<PlanMade> Plan(const std::vector<std::string>& scanners, v1::Ranking ranking);
+
+  // Of the views that a plan refused the one nearest to a station: staying near is what remedies
+  // come down to. Null when there is none.
+  const v1::RankedView* NearestRefused(const v1::PlanResult& plan) const;
+
+  // Nobody can stand there: told to the server. Nothing happens to a place that is free.
+  absl::StatusOr<bool> IsBlocked(const Placement& placement);
+
+  const Eigen::Isometry3d& T_scene_world() const { return T_scene_world_; }
+
+ private:
+  absl::Status Push(const Placement& placement, const std::string& by, MadeScan& made);
+  absl::Status AlignAgain(const Placement& placement, MadeScan& made);
+  absl::Status GiveUpOn(MadeScan& made);
+  absl::Status Reject(const Eigen::Vector3d& place, double radius, const std::string& reason);
+
+  client::Client& client_;
+  const Site& site_;
+  const simulation::SimulatedScanner& scanner_;
+  const JobOptions options_;
+  PlacementErrors errors_;
+  parallel::Parallel& parallel_;
+  std::function<void(const std::string&)> say_ = [](const std::string&) {};
+  std::string session_;
+  Eigen::Isometry3d T_scene_world_ = Eigen::Isometry3d::Identity();
+  std::vector<Eigen::Vector3d> stations_;  // m, world, of merged scans
+};
+
+}  // namespace vantage::simulated_job
+
+#endif  // VANTAGE_CLIENT_SIMULATED_JOB_SURVEYOR_H_

@@ -1,0 +1,40 @@
+// What the header of a PLY file says: elements, and the properties each instance of one has.
+#ifndef VANTAGE_CORE_BYTES_PLY_H_
+#define VANTAGE_CORE_BYTES_PLY_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "absl/strings/string_view.h"
+
+namespace vantage::bytes {
+
+enum class PlyType { kInt8, kUint8, kInt16, kUint16, kInt32, kUint32, kFloat, kDouble };
+
+size_t PlyTypeSize(PlyType type);                            // bytes
+absl::string_view PlyTypeName(PlyType type);                 // char, uchar, short, ...
+std::optional<PlyType> FindPlyType(absl::string_view name);  // both char and int8, ...
+
+struct PlyProperty {
+  std::string name;
+  PlyType type = PlyType::kFloat;
+  // A list of `type` when there is one: what its length is written as.
+  std::optional<PlyType> count_type = std::nullopt;
+};
+
+struct PlyElement {
+  std::string name;
+  uint64_t count = 0;
+  std::vector<PlyProperty> properties;
+
+  // Where in `properties` one of this name is; the last of several.
+  std::optional<size_t> FindScalar(absl::string_view property) const;
+  std::optional<size_t> FindList(absl::string_view property) const;
+};
+
+}  // namespace vantage::bytes
+
+#endif  // VANTAGE_CORE_BYTES_PLY_H_

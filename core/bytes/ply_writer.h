@@ -1,0 +1,26 @@
+// PLY files written, binary little-endian, piece by piece: a header, then the instances of its
+// elements in their order.
+#ifndef VANTAGE_CORE_BYTES_PLY_WRITER_H_
+#define VANTAGE_CORE_BYTES_PLY_WRITER_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/strings/string_view.h"
+#include "core/bytes/byte_order.h"
+#include "core/bytes/ply.h"
+
+namespace vantage::bytes {
+
+// `comment` and the names without line breaks.
+std::string EncodePlyHeader(absl::string_view comment, const std::vector<PlyElement>& elements);
+
+// Values of an instance, of the very types the header has; before those of a list, their number.
+template <typename... Values>
+void AppendPlyValues(std::string& out, Values... values) {
+  (AppendLittleEndian(values, out), ...);
+}
+
+}  // namespace vantage::bytes
+
+#endif  // VANTAGE_CORE_BYTES_PLY_WRITER_H_

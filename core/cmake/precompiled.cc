@@ -1,0 +1,1 @@
+// A target needs a source: room.cmake says what is precompiled.

@@ -1,0 +1,32 @@
+// What a joint plan is asked for.
+#ifndef VANTAGE_CORE_FLEET_FLEET_REQUEST_H_
+#define VANTAGE_CORE_FLEET_FLEET_REQUEST_H_
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/fleet/fleet_member.h"
+#include "core/sensor/scanner_model.h"
+
+namespace vantage::fleet {
+
+// A view that somebody is on the way to.
+struct PledgedView {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, model frame
+  sensor::ScannerModel model;
+};
+
+enum class FleetRanking {
+  kGain,
+  kGainPerMinute,  // of walking, setting up and scanning, and waiting for others
+};
+
+struct FleetRequest {
+  std::vector<FleetScanner> scanners;  // at least one
+  std::vector<PledgedView> pledged;    // count as scanned
+  FleetRanking ranking = FleetRanking::kGain;
+};
+
+}  // namespace vantage::fleet
+
+#endif  // VANTAGE_CORE_FLEET_FLEET_REQUEST_H_

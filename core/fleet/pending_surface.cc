@@ -1,0 +1,70 @@
+#include "core/fleet/pending_surface.h"
+
+#include <algorithm>
+#include <numeric>
+#include <utility>
+
+namespace vantage::fleet {
+
+PendingSurface::PendingSurface(const planning::PatchSet& patches, const planning::Scoring& scoring,
+                               const planning::OverlapSurface& overlap)
+    : patches_(patches), scoring_(scoring), overlap_(overlap), at_(patches.cells.size(), 0) {
+  const planning::CellArrays& cells = scoring.cells();
+  for (uint32_t i = 0; i < cells.size(); ++i) at_[cells.cell[i]] = i;
+}
+
+planning::CellArrays PendingSurface::Of(const RemainingGain& remaining,
+                                        const std::vector<size_t>& steps) const {
+  std::vector<uint32_t> seen;  // by several steps, often
+  for (const size_t step : steps) {
+    seen.insert(seen.end(), remaining.Seen(step).begin(), remaining.Seen(step).end());
+  }
+  std::sort(seen.begin(), seen.end());
+  seen.erase(std::unique(seen.begin(), seen.end()), seen.end());
+  std::vector<uint32_t> indices;
+  std::vector<float> areas;
+  for (const uint32_t i : seen) {
+    const planning::DeficientCell& cell = patches_.cells[i];
+    const bool opening =
+        cell.kind == model::SurfaceKind::kOcclusion || cell.kind == model::SurfaceKind::kImage;
+    if (!opening || cell.success < 1) continue;
+    indices.push_back(at_[i]);
+    areas.push_back(cell.area);
+  }
+  return overlap_.Thinned(scoring_.cells(), indices, areas);
+}
+
+std::optional<PendingSurface::Verdict> PendingSurface::Judge(
+    const Eigen::Vector3d& view, const RemainingGain& remaining,
+    const registration::RegistrationConfig& config, const parallel::Budget& budget,
+    uint64_t& rays) {
+  const auto predict = [&](const std::vector<size_t>& steps) {
+    const planning::CellArrays expected = Of(remaining, steps);
+    auto seen = overlap_.Predict(view, scoring_.scene(), config, budget, &expected);
+    if (seen.has_value()) rays += seen->rays;
+    return seen;
+  };
+  auto alone = predict({});
+  if (!alone.has_value()) return std::nullopt;
+  Verdict judged{std::move(alone->verdict), {}};
+  if (judged.verdict.registered() || remaining.steps() == 0) return judged;
+  std::vector<size_t> needed(remaining.steps());
+  std::iota(needed.begin(), needed.end(), size_t{0});
+  auto after = predict(needed);
+  if (!after.has_value()) return std::nullopt;
+  if (!after->verdict.registered()) return judged;
+  judged.verdict = after->verdict;
+  for (size_t k = remaining.steps(); k-- > 0;) {
+    std::vector<size_t> fewer = needed;
+    std::erase(fewer, k);
+    auto without = predict(fewer);
+    if (!without.has_value()) return std::nullopt;
+    if (!without->verdict.registered()) continue;
+    needed = std::move(fewer);
+    judged.verdict = without->verdict;
+  }
+  judged.waits_for = std::move(needed);
+  return judged;
+}
+
+}  // namespace vantage::fleet

@@ -1,0 +1,69 @@
+#include "core/fleet/remaining_gain.h"
+
+#include <algorithm>
+
+namespace vantage::fleet {
+namespace {
+
+// What is left of a cell after rounding is nothing.
+constexpr float kSatisfied = 1 - 1e-5f;
+
+}  // namespace
+
+RemainingGain::RemainingGain(const planning::CellArrays& cells) : cells_(cells) { Compact(); }
+
+void RemainingGain::Compact() {
+  std::vector<uint32_t> indices;
+  std::vector<float> factors;
+  for (uint32_t i = 0; i < cells_.size(); ++i) {
+    if (cells_.q[i] >= cells_.enough[i] * kSatisfied) continue;
+    indices.push_back(i);
+    factors.push_back(cells_.factor[i]);
+  }
+  left_ = cells_.Gather(indices, factors);
+}
+
+std::optional<double> RemainingGain::Take(const Eigen::Vector3d& view,
+                                          const planning::BruteForceScorer& scorer,
+                                          const parallel::Budget& budget, uint64_t& rays) {
+  std::vector<float> gains(cells_.size());
+  const planning::ViewScore score = scorer.ScoreCells(view, cells_, budget, gains);
+  rays += score.rays;
+  if (!score.finished) return std::nullopt;
+  Step step;
+  std::vector<uint32_t> indices;
+  std::vector<float> factors;
+  for (uint32_t i = 0; i < gains.size(); ++i) {
+    if (gains[i] <= 0) continue;
+    indices.push_back(i);
+    factors.push_back(cells_.factor[i]);
+  }
+  step.changed = cells_.Gather(indices, factors);
+  for (const uint32_t i : indices) {
+    cells_.q[i] = std::min(cells_.enough[i], cells_.q[i] + gains[i] / cells_.factor[i]);
+    step.after.push_back(cells_.q[i]);
+  }
+  steps_.push_back(std::move(step));
+  Compact();
+  return score.gain;
+}
+
+std::optional<double> RemainingGain::Lowered(size_t k, const Eigen::Vector3d& view,
+                                             const planning::BruteForceScorer& scorer,
+                                             const parallel::Budget& budget, uint64_t& rays) const {
+  const Step& step = steps_[k];
+  std::vector<float> gains(step.changed.size());
+  const planning::ViewScore score = scorer.ScoreCells(view, step.changed, budget, gains);
+  rays += score.rays;
+  if (!score.finished) return std::nullopt;
+  double lowered = 0;
+  for (size_t i = 0; i < gains.size(); ++i) {
+    if (gains[i] <= 0) continue;
+    // What it gained before, or all that the step has taken, whichever is less.
+    const float taken = step.changed.factor[i] * (step.after[i] - step.changed.q[i]);
+    lowered += static_cast<double>(std::min(gains[i], taken));
+  }
+  return lowered;
+}
+
+}  // namespace vantage::fleet

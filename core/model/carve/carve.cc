@@ -1,0 +1,219 @@
+#include "core/model/carve/carve.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <limits>
+#include <utility>
+#include <vector>
+
+#include "core/model/carve/station.h"
+#include "core/model/carve/surface_points.h"
+#include "core/model/carve/voxel_visibility.h"
+#include "core/model/reflections/reflections.h"
+#include "core/model/scan/range_pyramid.h"
+
+namespace vantage::model {
+
+namespace {
+
+constexpr double kHalfDiagonal = 0.8660254037844386;  // of a unit cube
+
+// Empty space, from the root cube down. Cubes are counted in voxels.
+class EmptySpace {
+ public:
+  struct Output {
+    std::vector<std::pair<VoxelIndex, BrickMask>> mixed;  // bricks that are empty in part
+    std::vector<VoxelIndex> whole;                        // bricks that are wholly empty
+  };
+
+  EmptySpace(const ScanLayer& layer, const RangePyramid& pyramid, double voxel_size)
+      : surface_(layer.range_surface),
+        pyramid_(pyramid),
+        centres_(layer.range_surface, layer.T_model_scan, voxel_size),
+        voxel_size_(voxel_size),
+        origin_(layer.T_model_scan.translation()),
+        R_scan_model_(layer.T_model_scan.linear().transpose()) {}
+
+  // A cube of at least one brick, aligned to its size.
+  void Split(const VoxelIndex& corner, int side, Output& output) const {
+    switch (Decide(corner, side)) {
+      case Verdict::kUnknown:
+        return;
+      case Verdict::kEmpty:
+        for (int z = 0; z < side; z += Brick::kSide) {
+          for (int y = 0; y < side; y += Brick::kSide) {
+            for (int x = 0; x < side; x += Brick::kSide) {
+              output.whole.push_back(Brick::Of(corner + VoxelIndex(x, y, z)));
+            }
+          }
+        }
+        return;
+      case Verdict::kMixed:
+        break;
+    }
+    if (side > Brick::kSide) {
+      ForEachOctant(corner, side, [&](const VoxelIndex& part) { Split(part, side / 2, output); });
+      return;
+    }
+    BrickMask mask;
+    ForEachOctant(corner, side, [&](const VoxelIndex& part) { Fill(part, mask); });
+    if (mask.Any()) output.mixed.emplace_back(Brick::Of(corner), mask);
+  }
+
+ private:
+  enum class Verdict { kEmpty, kUnknown, kMixed };
+
+  template <typename Fn>
+  static void ForEachOctant(const VoxelIndex& corner, int side, Fn&& fn) {
+    const int half = side / 2;
+    for (int octant = 0; octant < 8; ++octant) {
+      fn(corner + half * VoxelIndex(octant & 1, octant >> 1 & 1, octant >> 2));
+    }
+  }
+
+  // An eighth of a brick.
+  void Fill(const VoxelIndex& corner, BrickMask& mask) const {
+    constexpr int kSide = VoxelVisibility::kSide;
+    static_assert(2 * kSide == Brick::kSide);
+    uint64_t empty = 0;
+    switch (Decide(corner, kSide)) {
+      case Verdict::kUnknown:
+        return;
+      case Verdict::kEmpty:
+        empty = ~uint64_t{0};
+        break;
+      case Verdict::kMixed: {
+        const VoxelVisibility::Block block = centres_.Test(corner);
+        empty = block.empty;
+        for (uint64_t left = block.untold; left != 0; left &= left - 1) {
+          const int bit = std::countr_zero(left);
+          const VoxelIndex voxel =
+              corner + VoxelIndex(bit % kSide, bit / kSide % kSide, bit / (kSide * kSide));
+          // No ray passes through a voxel that is wholly beyond what was seen.
+          if (Decide(voxel, 1) != Verdict::kUnknown && centres_.MostRaysPass(voxel)) {
+            empty |= uint64_t{1} << bit;
+          }
+        }
+      }
+    }
+    for (int row = 0; row < kSide * kSide; ++row) {
+      const int local = Brick::LocalOf(corner + VoxelIndex(0, row % kSide, row / kSide));
+      mask.word[static_cast<size_t>(local / 64)] |= (empty >> (kSide * row) & 15) << (local % 64);
+    }
+  }
+
+  // Conservative: the cube's bounding sphere against the range image.
+  Verdict Decide(const VoxelIndex& corner, int side) const {
+    const double half = 0.5 * side * voxel_size_;
+    const Eigen::Vector3d centre =
+        (corner.cast<double>() * voxel_size_).array() + half - origin_.array();
+    const Eigen::Array3d away = centre.array().abs();
+    const double nearest = (away - half).max(0.0).matrix().norm();
+    const double farthest = (away + half).matrix().norm();
+    const double distance = centre.norm();
+    const double radius = 2 * half * kHalfDiagonal;
+    if (distance <= radius) return Verdict::kMixed;
+
+    const Eigen::Vector3d in_scan = R_scan_model_ * centre;
+    const double reach = std::asin(radius / distance);
+    const double elevation = std::asin(std::clamp(in_scan.z() / distance, -1.0, 1.0));
+    const AngularAxis::Span rows = surface_.elevation().Cover(elevation - reach, elevation + reach);
+    if (rows.count == 0) return Verdict::kUnknown;
+    AngularAxis::Span columns;
+    const double level = std::cos(elevation);
+    if (std::abs(elevation) + reach >= sensor::kPi / 2 || std::sin(reach) >= level) {
+      columns = surface_.azimuth().Cover(-sensor::kPi, 2 * sensor::kPi);  // a pole: every azimuth
+      if (!surface_.azimuth().closed()) columns.cut = true;
+    } else {
+      const double azimuth = std::atan2(in_scan.y(), in_scan.x());
+      const double turn = std::asin(std::sin(reach) / level);
+      columns = surface_.azimuth().Cover(azimuth - turn, azimuth + turn);
+    }
+    if (columns.count == 0) return Verdict::kUnknown;
+
+    float min = std::numeric_limits<float>::infinity();
+    float max = 0;
+    for (int i = 0; i < columns.count; ++i) {
+      const RangePyramid::Bounds bounds =
+          pyramid_.Over(columns.first[i], columns.last[i], rows.first[0], rows.last[0]);
+      min = std::min(min, bounds.min);
+      max = std::max(max, bounds.max);
+    }
+    if (nearest >= static_cast<double>(max)) return Verdict::kUnknown;
+    if (farthest < static_cast<double>(min) && !rows.cut && !columns.cut) return Verdict::kEmpty;
+    return Verdict::kMixed;
+  }
+
+  const RangeSurface& surface_;
+  const RangePyramid& pyramid_;
+  VoxelVisibility centres_;
+  double voxel_size_;
+  Eigen::Vector3d origin_;
+  Eigen::Matrix3d R_scan_model_;
+};
+
+void CarveEmptySpace(double voxel_size, parallel::Parallel& parallel, ScanLayer& layer) {
+  const RangePyramid pyramid(layer.range_surface, parallel);
+  const RangePyramid::Bounds all =
+      pyramid.Over(0, layer.range_surface.columns() - 1, 0, layer.range_surface.rows() - 1);
+  // The cubes that the work is dealt out in: 64 voxels a side, all that the longest range reaches.
+  constexpr int kChunk = 64;
+  const double reach = static_cast<double>(all.max);
+  const Eigen::Vector3d origin = layer.T_model_scan.translation();
+  const auto chunk_of = [&](double offset) -> VoxelIndex {
+    return ((origin.array() + offset) / (voxel_size * kChunk)).floor().cast<int>();
+  };
+  const VoxelIndex first = chunk_of(-reach);
+  const VoxelIndex size = chunk_of(reach) - first + VoxelIndex::Ones();
+  const size_t chunks =
+      static_cast<size_t>(size.x()) * static_cast<size_t>(size.y()) * static_cast<size_t>(size.z());
+  std::vector<EmptySpace::Output> outputs(chunks);
+  const EmptySpace empty_space(layer, pyramid, voxel_size);
+  parallel.For(chunks, [&](size_t i) {
+    const int c = static_cast<int>(i);
+    const VoxelIndex chunk =
+        first + VoxelIndex(c % size.x(), c / size.x() % size.y(), c / (size.x() * size.y()));
+    empty_space.Split(chunk * kChunk, kChunk, outputs[i]);
+  });
+  for (const EmptySpace::Output& output : outputs) {
+    for (const auto& [brick, mask] : output.mixed) layer.bricks[KeyOf(brick)].empty = mask;
+    for (const VoxelIndex& brick : output.whole) {
+      layer.bricks[KeyOf(brick)].empty.word.fill(~uint64_t{0});
+    }
+  }
+}
+
+}  // namespace
+
+std::unique_ptr<ScanLayer> Carve(const sensor::Scan& scan, const Eigen::Isometry3d& T_model_scan,
+                                 const ModelConfig& config, parallel::Parallel& parallel) {
+  auto layer = std::unique_ptr<ScanLayer>(new ScanLayer{
+      .range_surface = RangeSurface(scan.image, scan.scanner, config.discontinuity_angle, parallel),
+      .scanner = scan.scanner,
+      .T_model_scan = T_model_scan});
+  // Density is computed from the steps the instrument measured with, not the grid's.
+  layer->scanner.azimuth_step = scan.image.native_azimuth_step;
+  layer->scanner.elevation_step = scan.image.native_elevation_step;
+  const std::vector<double>& rows = scan.image.elevation;
+  layer->elevation_first = rows[0] - (rows[1] - rows[0]) / 2;
+  layer->elevation_last = rows.back() + (rows.back() - rows[rows.size() - 2]) / 2;
+
+  layer->reflectors = EndReflections(layer->range_surface, parallel);
+  layer->range_surface.EndLoneRays(parallel);
+  layer->holes = HoleMap(layer->range_surface);
+  CarveEmptySpace(config.voxel_size, parallel, *layer);
+  AddSurfacePoints(config.voxel_size, parallel, *layer);
+  ClearStation(config.voxel_size, *layer);
+  for (auto& [key, brick] : layer->bricks) {
+    // A voxel that holds surface is surface, wherever its centre lies.
+    for (size_t w = 0; w < brick.empty.word.size(); ++w) {
+      brick.empty.word[w] &= ~brick.surface.word[w];
+    }
+    layer->empty_voxels += static_cast<size_t>(brick.empty.Count());
+    layer->surface_voxels += static_cast<size_t>(brick.surface.Count());
+  }
+  return layer;
+}
+
+}  // namespace vantage::model

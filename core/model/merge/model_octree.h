@@ -1,0 +1,75 @@
+// The site's octree: OctoMap's tree with nodes of our own. Its leaves are bricks of 8 x 8 x 8
+// voxels; equal empty bricks are one node.
+#ifndef VANTAGE_CORE_MODEL_MERGE_MODEL_OCTREE_H_
+#define VANTAGE_CORE_MODEL_MERGE_MODEL_OCTREE_H_
+
+#include <octomap/AbstractOcTree.h>
+#include <octomap/OcTreeBaseImpl.h>
+#include <octomap/OcTreeDataNode.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/model/view/voxel.h"
+
+namespace vantage::model {
+
+// Can the octree hold a brick there?
+inline bool IsInOctree(const VoxelIndex& brick) {
+  constexpr int kReach = 32767;
+  return (brick.array() >= -kReach).all() && (brick.array() < kReach).all();
+}
+
+// What a leaf says of its cube: all that merging keeps of a brick is what is published, since the
+// rest follows from the scans' layers. Null is unknown.
+using ModelLeaf = std::shared_ptr<const Brick>;
+
+class ModelNode : public octomap::OcTreeDataNode<ModelLeaf> {
+ public:
+  using octomap::OcTreeDataNode<ModelLeaf>::OcTreeDataNode;
+  // Called by the tree when a child goes: inner nodes say nothing of their own. Ours never lose
+  // one, but the tree's code names it.
+  void updateOccupancyChildren() {}
+};
+
+class ModelOctree : public octomap::OcTreeBaseImpl<ModelNode, octomap::AbstractOcTree> {
+ public:
+  explicit ModelOctree(double voxel_size);
+
+  // The brick at brick coordinates, or null where all is unknown.
+  ModelLeaf Find(const VoxelIndex& brick) const;
+  // Sets a brick; null is unknown. Bricks lie within +-32,768 of the origin. Equal bricks (the same
+  // shared contents) that fill a larger cube become one node.
+  void Set(const VoxelIndex& brick, ModelLeaf leaf);
+
+  // Calls fn(brick coordinates, leaf) for every brick that is not unknown, joined ones one by one.
+  template <typename Fn>
+  void ForEach(Fn&& fn) const {
+    for (auto it = begin_leafs(), end = end_leafs(); it != end; ++it) {
+      if (it->getValue() == nullptr) continue;
+      const int side = 1 << (getTreeDepth() - it.getDepth());
+      const octomap::OcTreeKey key = it.getIndexKey();
+      for (int z = 0; z < side; ++z) {
+        for (int y = 0; y < side; ++y) {
+          for (int x = 0; x < side; ++x) {
+            fn(VoxelIndex(key[0] + x - kOrigin, key[1] + y - kOrigin, key[2] + z - kOrigin),
+               it->getValue());
+          }
+        }
+      }
+    }
+  }
+
+  ModelOctree* create() const override { return new ModelOctree(resolution / Brick::kSide); }
+  std::string getTreeType() const override { return "VantageModelOctree"; }
+
+ private:
+  static constexpr int kOrigin = 32768;
+  static constexpr unsigned kLevels = 16;  // OctoMap's
+  static octomap::OcTreeKey KeyAt(const VoxelIndex& brick);
+};
+
+}  // namespace vantage::model
+
+#endif  // VANTAGE_CORE_MODEL_MERGE_MODEL_OCTREE_H_

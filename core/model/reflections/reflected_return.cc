@@ -1,0 +1,44 @@
+#include "core/model/reflections/reflected_return.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace vantage::model {
+
+Back ReturnTest::Compare(const Eigen::Vector3d& point, double agreement) const {
+  constexpr double kClearlyEmpty = 0.15;  // m short of what was measured there
+  constexpr double kRagged = 0.5;         // m: too much depth around to say anything
+  const AngularAxis::Position a = surface_.azimuth().Locate(std::atan2(point.y(), point.x()));
+  const AngularAxis::Position e =
+      surface_.elevation().Locate(std::atan2(point.z(), point.head<2>().norm()));
+  if (!a.inside || !e.inside) return Back::kHidden;
+  float low = std::numeric_limits<float>::infinity();
+  float high = 0;
+  bool all = true;
+  for (int dc = -1; dc <= 1; ++dc) {
+    for (int dr = -1; dr <= 1; ++dr) {
+      const int r = e.nearest() + dr;
+      int c = a.nearest() + dc;
+      if (surface_.azimuth().closed()) c = (c + surface_.columns()) % surface_.columns();
+      if (c < 0 || c >= surface_.columns() || r < 0 || r >= surface_.rows()) continue;
+      if (!surface_.Returned(c, r)) {
+        all = false;
+        continue;
+      }
+      low = std::min(low, surface_.at(c, r));
+      high = std::max(high, surface_.at(c, r));
+    }
+  }
+  if (!(high > 0)) return Back::kHidden;
+  const double distance = point.norm();
+  if (distance < static_cast<double>(low) - kClearlyEmpty) {
+    return all ? Back::kContradicts : Back::kHidden;
+  }
+  if (static_cast<double>(high - low) > kRagged) return Back::kHidden;
+  const bool agrees = distance > static_cast<double>(low) - agreement &&
+                      distance < static_cast<double>(high) + agreement;
+  return agrees ? Back::kAgrees : Back::kHidden;
+}
+
+}  // namespace vantage::model

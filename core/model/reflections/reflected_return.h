@@ -1,0 +1,93 @@
+// A return, reflected back at a plane, against what the same scan measured there.
+#ifndef VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTED_RETURN_H_
+#define VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTED_RETURN_H_
+
+#include <Eigen/Core>
+#include <cmath>
+#include <cstdint>
+#include <vector>
+
+#include "core/model/scan/range_surface.h"
+#include "core/model/scan/scan_planes.h"
+
+namespace vantage::model {
+
+// What a return turns out to be when it is reflected back.
+enum class Back : uint8_t {
+  kInFront,      // not behind the plane: in no question
+  kAgrees,       // on measured surface
+  kHidden,       // where the scan saw nothing
+  kContradicts,  // in space that the scan saw empty
+};
+
+// normal . x = -distance (m), scanner's frame; unit normal, towards the scanner.
+struct ReflectingPlane {
+  Eigen::Vector3d normal;
+  double distance;
+  double behind = 0.04;  // m behind it, from where on returns are in question: past its wall
+
+  double Above(const Eigen::Vector3d& point) const { return normal.dot(point) + distance; }
+  // Reflectors hang on walls, or lie.
+  bool IsUpright() const { return std::abs(normal.z()) < 0.35; }
+  bool IsLevel() const { return std::abs(normal.z()) > 0.95; }
+  // Where a ray in a direction, of any length, meets it.
+  Eigen::Vector3d Crossing(const Eigen::Vector3d& direction) const {
+    return direction * (-distance / normal.dot(direction));
+  }
+  Eigen::Vector3d Reflected(const Eigen::Vector3d& point) const {
+    return point - 2 * Above(point) * normal;
+  }
+};
+
+class ReturnTest {
+ public:
+  // m behind the plane, from where on a return is evidence: nearer, a wall's relief agrees with
+  // itself.
+  static constexpr double kWellBehind = 0.15;
+
+  // Keeps the reference.
+  explicit ReturnTest(const RangeSurface& surface) : surface_(surface) {}
+
+  Eigen::Vector3d Point(int column, int row) const {
+    return static_cast<double>(surface_.at(column, row)) * surface_.Direction(column, row);
+  }
+
+  std::vector<Eigen::Vector3d> Points(const std::vector<ScanCell>& cells) const {
+    std::vector<Eigen::Vector3d> points;
+    points.reserve(cells.size());
+    for (const ScanCell& cell : cells) points.push_back(Point(cell.column, cell.row));
+    return points;
+  }
+
+  Back Test(const ReflectingPlane& plane, int column, int row) const {
+    if (!surface_.Returned(column, row)) return Back::kInFront;
+    const Eigen::Vector3d point = Point(column, row);
+    if (plane.Above(point) > -plane.behind) return Back::kInFront;
+    return Compare(plane.Reflected(point), kAgreement);
+  }
+
+  bool WellBehind(const ReflectingPlane& plane, int column, int row) const {
+    return plane.Above(Point(column, row)) < -kWellBehind;
+  }
+
+  // Would a return that agrees cease to, were the plane a little nearer or farther? One on a floor
+  // or a side wall, which go on and on, would not, and says nothing.
+  bool Telling(const ReflectingPlane& plane, int column, int row) const {
+    constexpr double kShift = 0.3;  // m
+    const Eigen::Vector3d back = plane.Reflected(Point(column, row));
+    return Compare(back + kShift * plane.normal, kAgreement) != Back::kAgrees ||
+           Compare(back - kShift * plane.normal, kAgreement) != Back::kAgrees;
+  }
+
+  // A point against what the scan measured in its direction, to within `agreement` (m).
+  Back Compare(const Eigen::Vector3d& point, double agreement) const;
+
+ private:
+  static constexpr double kAgreement = 0.06;  // m between a reflected return and what was measured
+
+  const RangeSurface& surface_;
+};
+
+}  // namespace vantage::model
+
+#endif  // VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTED_RETURN_H_

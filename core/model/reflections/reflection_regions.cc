@@ -1,0 +1,378 @@
+#include "core/model/reflections/reflection_regions.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <cstdint>
+#include <optional>
+#include <utility>
+
+namespace vantage::model {
+namespace {
+
+constexpr size_t kLeastRegion = 150;  // cells
+constexpr size_t kLeastTelling = 30;  // cells that say something
+
+// Every `stride`-th column and row of the image, judged by one plane.
+class Judgement {
+ public:
+  Judgement(const RangeSurface& surface, const ReflectingPlane& plane, int stride)
+      : surface_(surface),
+        plane_(plane),
+        tester_(surface),
+        stride_(stride),
+        columns_((surface.columns() + stride - 1) / stride),
+        rows_((surface.rows() + stride - 1) / stride),
+        taken_(static_cast<size_t>(columns_) * static_cast<size_t>(rows_), 0) {
+    back_.reserve(taken_.size());
+    for (int c = 0; c < columns_; ++c) {
+      for (int r = 0; r < rows_; ++r) {
+        back_.push_back(tester_.Test(plane, c * stride, r * stride));
+      }
+    }
+  }
+
+  // The cells of the whole image, not every `stride`-th alone, that are reflections.
+  std::vector<ScanCell> AllReflections() {
+    if (Reflections().empty()) return {};
+    // Cells in between are like the one next to them; where that answered from before the plane,
+    // like those around it.
+    std::vector<uint8_t> near(taken_);
+    for (int c = 0; c < columns_; ++c) {
+      for (int r = 0; r < rows_; ++r) {
+        const ScanCell cell{c, r};
+        if (taken_[Index(cell)] != 0 || BackOf(cell) != Back::kInFront) continue;
+        ForNeighbours(cell, 1, [&](const ScanCell& n) { near[Index(cell)] |= taken_[Index(n)]; });
+      }
+    }
+    std::vector<ScanCell> found;
+    for (int c = 0; c < surface_.columns(); ++c) {
+      int next_c = (c + stride_ / 2) / stride_;
+      if (next_c == columns_) next_c = surface_.azimuth().closed() ? 0 : columns_ - 1;
+      for (int r = 0; r < surface_.rows(); ++r) {
+        const int next_r = std::min((r + stride_ / 2) / stride_, rows_ - 1);
+        const bool among = near[Index({next_c, next_r})] != 0;
+        if ((!among && !scattered_) || !surface_.Returned(c, r)) continue;
+        if (plane_.Above(tester_.Point(c, r)) > -plane_.behind) continue;
+        if (among || AmongThePlanesOwn(c, r, 1)) found.push_back({c, r});
+      }
+    }
+    return found;
+  }
+
+  // The cells of all regions that are reflections.
+  std::vector<ScanCell> Reflections() {
+    std::vector<std::vector<ScanCell>> regions;
+    std::vector<uint8_t> seen(back_.size(), 0);
+    for (int c = 0; c < columns_; ++c) {
+      for (int r = 0; r < rows_; ++r) {
+        if (InQuestion(Index({c, r})) && seen[Index({c, r})] == 0) {
+          regions.push_back(Gather({c, r}, seen));
+        }
+      }
+    }
+    std::vector<ScanCell> found;
+    for (std::vector<ScanCell>& region : regions) {
+      if (!IsReflection(region)) continue;
+      Take(region, found);
+      region.clear();
+    }
+    if (found.empty()) return found;
+    // Now the plane is known to reflect, less is asked of the rest.
+    BoundReflector(found);
+    const size_t largest = found.size();
+    for (const std::vector<ScanCell>& region : regions) {
+      if (4 * region.size() <= largest && IsMoreOfIt(region)) Take(region, found);
+    }
+    TakeAmongThePlanesOwn(found);
+    TakeSpecks(found);
+    return found;
+  }
+
+ private:
+  size_t Index(const ScanCell& cell) const {
+    return static_cast<size_t>(cell.column) * static_cast<size_t>(rows_) +
+           static_cast<size_t>(cell.row);
+  }
+  Back BackOf(const ScanCell& cell) const { return back_[Index(cell)]; }
+  bool InQuestion(size_t i) const { return back_[i] == Back::kAgrees || back_[i] == Back::kHidden; }
+  std::optional<ScanCell> Beside(const ScanCell& cell, int dc, int dr) const {
+    int c = cell.column + dc;
+    const int r = cell.row + dr;
+    if (surface_.azimuth().closed()) c = (c + columns_) % columns_;
+    if (c < 0 || c >= columns_ || r < 0 || r >= rows_) return std::nullopt;
+    return ScanCell{c, r};
+  }
+  template <typename Fn>
+  void ForNeighbours(const ScanCell& cell, int reach, Fn&& fn) const {
+    for (int dc = -reach; dc <= reach; ++dc) {
+      for (int dr = -reach; dr <= reach; ++dr) {
+        if (dc == 0 && dr == 0) continue;
+        const std::optional<ScanCell> beside = Beside(cell, dc, dr);
+        if (beside) fn(*beside);
+      }
+    }
+  }
+  bool Returned(const ScanCell& cell) const {
+    return surface_.Returned(cell.column * stride_, cell.row * stride_);
+  }
+  Eigen::Vector3d Point(const ScanCell& cell) const {
+    return tester_.Point(cell.column * stride_, cell.row * stride_);
+  }
+
+  std::vector<ScanCell> Gather(const ScanCell& seed, std::vector<uint8_t>& seen) const {
+    std::vector<ScanCell> region = {seed};
+    seen[Index(seed)] = 1;
+    for (size_t i = 0; i < region.size(); ++i) {
+      // Two cells on: a polished floor answers in between.
+      ForNeighbours(ScanCell(region[i]), 2, [&](const ScanCell& n) {
+        if (seen[Index(n)] != 0 || !InQuestion(Index(n))) return;
+        seen[Index(n)] = 1;
+        region.push_back(n);
+      });
+    }
+    return region;
+  }
+
+  // Has a cell of the image the plane's own returns on both sides, left and right or above and
+  // below, within three steps of `step` cells?
+  bool AmongThePlanesOwn(int column, int row, int step) const {
+    const auto own = [&](int dc, int dr) {
+      for (int k = step; k <= 3 * step; k += step) {
+        int c = column + k * dc;
+        const int r = row + k * dr;
+        if (surface_.azimuth().closed()) c = (c + surface_.columns()) % surface_.columns();
+        if (c < 0 || c >= surface_.columns() || r < 0 || r >= surface_.rows()) continue;
+        if (surface_.Returned(c, r) &&
+            std::abs(plane_.Above(tester_.Point(c, r))) < plane_.behind) {
+          return true;
+        }
+      }
+      return false;
+    };
+    return (own(-1, 0) && own(1, 0)) || (own(0, -1) && own(0, 1));
+  }
+  bool AmongThePlanesOwn(const ScanCell& cell) const {
+    return AmongThePlanesOwn(cell.column * stride_, cell.row * stride_, stride_);
+  }
+
+  // Cells of the region beside what contradicts.
+  size_t Contradicted(const std::vector<ScanCell>& region) const {
+    size_t contradicted = 0;
+    for (const ScanCell& cell : region) {
+      bool beside = false;
+      ForNeighbours(cell, 1, [&](const ScanCell& n) { beside |= BackOf(n) == Back::kContradicts; });
+      contradicted += beside ? 1 : 0;
+    }
+    return contradicted;
+  }
+
+  // Is every sample joined to the next all the way to a neighbour?
+  bool Connected(const ScanCell& cell, int dc, int dr) const {
+    int c = cell.column * stride_;
+    int r = cell.row * stride_;
+    const std::optional<ScanCell> beside = Beside(cell, dc, dr);
+    const int to_c = beside->column * stride_;
+    const int to_r = beside->row * stride_;
+    for (int step = 0; step < 2 * stride_ && (c != to_c || r != to_r); ++step) {
+      if (dc > 0) {
+        if (!surface_.JoinedToNextColumn(c, r)) return false;
+        c = surface_.NextColumn(c);
+      } else if (dc < 0) {
+        c = c > 0 ? c - 1 : surface_.columns() - 1;
+        if (!surface_.JoinedToNextColumn(c, r)) return false;
+      } else if (dr > 0) {
+        if (!surface_.JoinedToNextRow(c, r++)) return false;
+      } else if (!surface_.JoinedToNextRow(c, --r)) {
+        return false;
+      }
+    }
+    return true;
+  }
+
+  // Does what begins at a cell go on along the plane? A jamb goes away from it.
+  bool LiesInPlane(const ScanCell& cell, int dc, int dr) const {
+    constexpr double kProud = 0.12;  // m that a mirror stands out from its wall
+    const int further = std::max(1, 6 / stride_);
+    const std::optional<ScanCell> on = Beside(cell, further * dc, further * dr);
+    if (!on || !Returned(*on)) return false;
+    const double above = plane_.Above(Point(*on));
+    return above > -kProud && above < 0.06;
+  }
+
+  // What a region ends at: pairs of a cell in it and one beside it that answered.
+  struct Border {
+    size_t all = 0;
+    size_t broken = 0;     // the surface breaks off, and what is beside lies in the plane
+    size_t connected = 0;  // the surface goes on through the plane
+    size_t behind = 0;     // beside is what contradicts
+    size_t before = 0;     // or what is well before the plane
+  };
+  Border BorderOf(const std::vector<ScanCell>& region) const {
+    constexpr double kAtPlane = 0.25;  // m
+    Border border;
+    for (const ScanCell& cell : region) {
+      for (const auto& [dc, dr] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
+        const std::optional<ScanCell> beside = Beside(cell, dc, dr);
+        if (!beside || InQuestion(Index(*beside)) || !Returned(*beside)) continue;
+        ++border.all;
+        if (BackOf(*beside) == Back::kContradicts) {
+          ++border.behind;
+        } else if (plane_.Above(Point(*beside)) > kAtPlane) {
+          ++border.before;
+        } else if (Connected(cell, dc, dr)) {
+          ++border.connected;
+        } else if (LiesInPlane(*beside, dc, dr)) {
+          ++border.broken;
+        }
+      }
+    }
+    return border;
+  }
+  static bool BreaksOff(const Border& border) {
+    return 2 * border.broken >= border.all && 8 * border.behind <= border.all &&
+           2 * border.before <= border.broken;
+  }
+
+  bool IsReflection(const std::vector<ScanCell>& region) {
+    const size_t stands_for = static_cast<size_t>(stride_) * static_cast<size_t>(stride_);
+    if (region.size() < std::max<size_t>(8, kLeastRegion / stands_for)) return false;
+    const size_t skip = std::max<size_t>(1, region.size() / 2000);
+    size_t sampled = 0;
+    size_t looked = 0;  // at what is evidence
+    size_t agree = 0;
+    size_t telling = 0;
+    size_t telling_agree = 0;
+    size_t among_own = 0;
+    for (size_t i = 0; i < region.size(); i += skip) {
+      const ScanCell& cell = region[i];
+      ++sampled;
+      if (!tester_.WellBehind(plane_, cell.column * stride_, cell.row * stride_)) continue;
+      const bool agrees = BackOf(cell) == Back::kAgrees;
+      ++looked;
+      agree += agrees ? 1 : 0;
+      const bool own = AmongThePlanesOwn(cell);
+      among_own += own ? 1 : 0;
+      if (own || tester_.Telling(plane_, cell.column * stride_, cell.row * stride_)) {
+        ++telling;
+        telling_agree += agrees ? 1 : 0;
+      }
+    }
+    if (2 * looked < sampled || 3 * agree < looked) return false;
+    if (telling * skip < kLeastTelling / static_cast<size_t>(stride_)) return false;
+    if (2 * telling_agree < telling) return false;
+    if (12 * Contradicted(region) > region.size()) return false;
+    const Border border = BorderOf(region);
+    // Returns scattered among the plane's own, each alone, are no room.
+    if (2 * among_own > looked && 2 * border.broken >= border.all &&
+        8 * border.connected <= border.all) {
+      scattered_ = true;
+      return true;
+    }
+    const double width = std::sqrt(static_cast<double>(region.size()));
+    return BreaksOff(border) && static_cast<double>(border.broken) >= 0.75 * width;
+  }
+
+  // Where the ray of a cell crosses the plane, m, scanner's frame.
+  Eigen::Vector3d Crossing(const ScanCell& cell) const {
+    return plane_.Crossing(surface_.Direction(cell.column * stride_, cell.row * stride_));
+  }
+
+  // A polished floor reflects all over. A mirror ends, and in the same wall there are doors:
+  // through them floor, ceiling and side walls look like what they are reflected into.
+  void BoundReflector(const std::vector<ScanCell>& found) {
+    constexpr double kAround = 0.3;  // m
+    if (plane_.IsLevel()) return;
+    reflector_.emplace();
+    for (const ScanCell& cell : found) reflector_->extend(Crossing(cell));
+    reflector_->min().array() -= kAround;
+    reflector_->max().array() += kAround;
+  }
+  bool OnReflector(const ScanCell& cell) const {
+    return !reflector_ || reflector_->contains(Crossing(cell));
+  }
+
+  bool IsMoreOfIt(const std::vector<ScanCell>& region) const {
+    size_t agree = 0;
+    for (const ScanCell& cell : region) {
+      if (!OnReflector(cell)) return false;
+      agree += BackOf(cell) == Back::kAgrees ? 1 : 0;
+    }
+    return 2 * agree >= region.size() && 4 * Contradicted(region) <= region.size() &&
+           BreaksOff(BorderOf(region));
+  }
+
+  void Take(const std::vector<ScanCell>& cells, std::vector<ScanCell>& found) {
+    for (const ScanCell& cell : cells) {
+      taken_[Index(cell)] = 1;
+      found.push_back(cell);
+    }
+  }
+
+  void TakeAmongThePlanesOwn(std::vector<ScanCell>& found) {
+    for (int c = 0; c < columns_; ++c) {
+      for (int r = 0; r < rows_; ++r) {
+        const ScanCell cell{c, r};
+        if (BackOf(cell) == Back::kInFront || taken_[Index(cell)] != 0) continue;
+        if (OnReflector(cell) && AmongThePlanesOwn(cell)) Take({cell}, found);
+      }
+    }
+  }
+
+  // Returns from behind the plane in small clusters amid a reflection are part of it, whatever they
+  // seem to say: mixed pixels, edges, what was reflected twice.
+  void TakeSpecks(std::vector<ScanCell>& found) {
+    const size_t largest = found.size() / 50 + 4;
+    std::vector<uint8_t> seen(back_.size(), 0);
+    const auto open = [&](const ScanCell& cell) {
+      const size_t i = Index(cell);
+      return seen[i] == 0 && taken_[i] == 0 && back_[i] != Back::kInFront;
+    };
+    const std::vector<ScanCell> reflection = found;
+    for (const ScanCell& cell : reflection) {
+      ForNeighbours(cell, 2, [&](const ScanCell& start) {
+        if (!open(start)) return;
+        seen[Index(start)] = 1;
+        std::vector<ScanCell> cluster = {start};
+        size_t touching = 0;
+        for (size_t i = 0; i < cluster.size(); ++i) {
+          bool touches = false;
+          ForNeighbours(ScanCell(cluster[i]), 1, [&](const ScanCell& n) {
+            touches |= taken_[Index(n)] != 0;
+            if (!open(n)) return;
+            seen[Index(n)] = 1;
+            cluster.push_back(n);
+          });
+          touching += touches ? 1 : 0;
+        }
+        if (cluster.size() <= 4 || (cluster.size() <= largest && 4 * touching >= cluster.size())) {
+          Take(cluster, found);
+        }
+      });
+    }
+  }
+
+  const RangeSurface& surface_;
+  ReflectingPlane plane_;
+  ReturnTest tester_;
+  int stride_;
+  int columns_;
+  int rows_;
+  std::vector<Back> back_;
+  std::vector<uint8_t> taken_;
+  std::optional<Eigen::AlignedBox3d> reflector_;  // m, scanner's frame; none: all of the plane
+  bool scattered_ = false;  // there are reflections among the plane's own returns
+};
+
+}  // namespace
+
+bool HasReflections(const RangeSurface& surface, const ReflectingPlane& plane, int stride) {
+  return !Judgement(surface, plane, stride).Reflections().empty();
+}
+
+std::vector<ScanCell> FindReflections(const RangeSurface& surface, const ReflectingPlane& plane,
+                                      int stride) {
+  return Judgement(surface, plane, stride).AllReflections();
+}
+
+}  // namespace vantage::model

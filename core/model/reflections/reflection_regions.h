@@ -1,0 +1,22 @@
+// Which connected returns from behind a plane came by way of it (reflections.h has the rule).
+#ifndef VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTION_REGIONS_H_
+#define VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTION_REGIONS_H_
+
+#include <vector>
+
+#include "core/model/reflections/reflected_return.h"
+#include "core/model/scan/range_surface.h"
+#include "core/model/scan/scan_planes.h"
+
+namespace vantage::model {
+
+// Are there any, judged by every `stride`-th column and row alone?
+bool HasReflections(const RangeSurface& surface, const ReflectingPlane& plane, int stride);
+
+// The cells of the whole image that are reflections, judged likewise.
+std::vector<ScanCell> FindReflections(const RangeSurface& surface, const ReflectingPlane& plane,
+                                      int stride);
+
+}  // namespace vantage::model
+
+#endif  // VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTION_REGIONS_H_

@@ -1,0 +1,280 @@
+#include "core/model/reflections/reflections.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "absl/container/flat_hash_map.h"
+#include "core/model/reflections/reflected_return.h"
+#include "core/model/reflections/reflection_regions.h"
+#include "core/model/scan/scan_planes.h"
+
+namespace vantage::model {
+namespace {
+
+constexpr int kMostPlanes = 16;
+constexpr double kDisplaced = 0.3;         // cosine to its normal: reflecting turns the surface
+constexpr double kNearestReflector = 0.3;  // m from the scanner
+constexpr double kRoughly = 0.06;          // m, at which a return comes back to a surface
+constexpr double kClosely = 0.03;          // m
+constexpr size_t kTested = 64;             // cells of a plane to try a candidate with
+constexpr size_t kMostJudged = 16;         // candidates
+constexpr double kCoarse = 20'000;         // cells for a first judgement
+constexpr double kFine = 150'000;          // for the second: most there is to tell, at a fixed cost
+
+// The plane that reflects `from` into `to`, if an upright one before the scanner does. A floor that
+// reflects is itself measured from above.
+std::optional<ReflectingPlane> Between(const ScanPlane& from, const ScanPlane& to) {
+  const Eigen::Vector3d turn = to.normal - from.normal;
+  const double length = turn.norm();
+  if (length < 2 * kDisplaced) return std::nullopt;
+  const ReflectingPlane plane{turn / length, (to.distance - from.distance) / length};
+  if (plane.distance < kNearestReflector || !plane.IsUpright()) return std::nullopt;
+  return plane;
+}
+
+// How many of the points, which lie behind a plane, come back to within so much (m) of measured
+// surface.
+size_t ComeBack(const ReturnTest& tester, const ReflectingPlane& plane,
+                const std::vector<Eigen::Vector3d>& behind, double within) {
+  return static_cast<size_t>(
+      std::count_if(behind.begin(), behind.end(), [&](const Eigen::Vector3d& point) {
+        return tester.Compare(plane.Reflected(point), within) == Back::kAgrees;
+      }));
+}
+
+// Where rays to those of the points that lie behind a plane cross it, on average.
+std::optional<Eigen::Vector3d> MeanCrossing(const ReflectingPlane& plane,
+                                            const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  size_t behind = 0;
+  for (const Eigen::Vector3d& point : points) {
+    if (plane.Above(point) >= 0) continue;
+    sum += plane.Crossing(point);
+    ++behind;
+  }
+  if (behind == 0) return std::nullopt;
+  return sum / static_cast<double>(behind);
+}
+
+// A mirror leans, and hangs a little askew: a degree at the wall is a foot ten metres behind it.
+// Turned about where its returns came through, and moved, to where most of them come back.
+ReflectingPlane Straighten(const ReturnTest& tester, const ReflectingPlane& plane,
+                           const std::vector<Eigen::Vector3d>& behind) {
+  constexpr int kMostTurn = 8;                     // of kTurn, to either side
+  constexpr double kTurn = sensor::Radians(0.25);  // rad
+  constexpr int kMostShift = 3;                    // cm
+  ReflectingPlane best = plane;
+  for (const double within : {kRoughly, kClosely, kClosely}) {
+    size_t most = ComeBack(tester, best, behind, within);
+    const auto try_out = [&](const ReflectingPlane& other) {
+      const size_t agree = ComeBack(tester, other, behind, within);
+      if (agree <= most) return;
+      most = agree;
+      best = other;
+    };
+    for (const bool lean : {false, true}) {
+      const ReflectingPlane from = best;
+      const std::optional<Eigen::Vector3d> through = MeanCrossing(from, behind);
+      if (!through) return best;
+      const Eigen::Vector3d axis = lean ? from.normal.cross(Eigen::Vector3d::UnitZ()).normalized()
+                                        : Eigen::Vector3d::UnitZ();
+      for (int turn = -kMostTurn; turn <= kMostTurn; ++turn) {
+        const Eigen::Vector3d normal = Eigen::AngleAxisd(turn * kTurn, axis) * from.normal;
+        try_out({normal, -normal.dot(*through)});
+      }
+    }
+    const ReflectingPlane from = best;
+    for (int shift = -kMostShift; shift <= kMostShift; ++shift) {
+      try_out({from.normal, from.distance + 0.01 * shift});
+    }
+  }
+  return best;
+}
+
+// A mirror hangs before a wall, which goes on around it and is in no question: returns are from
+// where the wall has ended. `points` are what was seen by way of the mirror.
+void StartPastItsWall(const std::vector<ScanPlane>& planes,
+                      const std::vector<Eigen::Vector3d>& points, ReflectingPlane& mirror) {
+  constexpr double kParallel = 0.995;  // cosine
+  constexpr double kProud = 0.12;      // m
+  const std::optional<Eigen::Vector3d> through = MeanCrossing(mirror, points);
+  if (!through) return;
+  const double past = mirror.behind;
+  for (const ScanPlane& wall : planes) {
+    if (wall.normal.dot(mirror.normal) < kParallel) continue;
+    const double before = wall.Above(*through);
+    if (before < kProud) mirror.behind = std::max(mirror.behind, past + before);
+  }
+}
+
+// A measured plane, or one up to a decimetre before it: a mirror hangs on its wall, with a frame.
+// The one that brings most of what lies behind back onto measured surface.
+std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane& wall,
+                                      const std::vector<ScanCell>& sample) {
+  constexpr size_t kEnough = 20;  // cells
+  constexpr size_t kMost = 400;   // that are looked at
+  const ReflectingPlane itself{wall.normal, wall.distance};
+  if (!itself.IsUpright() && !itself.IsLevel()) return std::nullopt;
+  std::vector<Eigen::Vector3d> behind;
+  for (const ScanCell& cell : sample) {
+    const Eigen::Vector3d point = tester.Point(cell.column, cell.row);
+    if (wall.Above(point) < -ReturnTest::kWellBehind) behind.push_back(point);
+  }
+  if (behind.size() < kEnough) return std::nullopt;
+  const size_t skip = std::max<size_t>(1, behind.size() / kMost);
+  std::vector<Eigen::Vector3d> looked_at;
+  for (size_t i = 0; i < behind.size(); i += skip) looked_at.push_back(behind[i]);
+  std::optional<ReflectingPlane> best;
+  size_t most = kEnough / 2;
+  for (int before = 0; before <= 10; before += 1) {
+    const ReflectingPlane plane{wall.normal, wall.distance - 0.01 * before};
+    if (plane.distance < kNearestReflector) break;
+    const size_t agree = ComeBack(tester, plane, looked_at, kRoughly);
+    if (agree <= most) continue;
+    most = agree;
+    best = plane;
+  }
+  if (!best || !best->IsUpright()) return best;
+  ReflectingPlane mirror = Straighten(tester, *best, looked_at);
+  StartPastItsWall({wall}, looked_at, mirror);
+  return mirror;
+}
+
+// The share of some of the cells that agree, less those that contradict; 0 below one half.
+double Support(const ReturnTest& tester, const ReflectingPlane& plane,
+               const std::vector<ScanCell>& cells) {
+  const size_t stride = std::max<size_t>(1, cells.size() / kTested);
+  double agree = 0;
+  double contradict = 0;
+  double behind = 0;
+  for (size_t i = 0; i < cells.size(); i += stride) {
+    const Back back = tester.Test(plane, cells[i].column, cells[i].row);
+    behind += back == Back::kInFront ? 0 : 1;
+    agree += back == Back::kAgrees ? 1 : 0;
+    contradict += back == Back::kContradicts ? 1 : 0;
+  }
+  if (behind < 8 || 2 * agree < behind || 5 * contradict > behind) return 0;
+  return agree - contradict;
+}
+
+// Has the plane returns from behind it right beside its own, in many places?
+bool HasScattered(const RangeSurface& surface, const ScanPlane& plane) {
+  const ReturnTest tester(surface);
+  const ReflectingPlane itself{plane.normal, plane.distance};
+  size_t scattered = 0;
+  size_t agree = 0;
+  for (const ScanCell& cell : plane.cells) {
+    for (int k = 0; k < 25; ++k) {
+      const int c = cell.column + k % 5 - 2;
+      const int r = cell.row + k / 5 - 2;
+      if (c < 0 || c >= surface.columns() || r < 0 || r >= surface.rows()) continue;
+      const Back back = tester.Test(itself, c, r);
+      if (back == Back::kInFront || !tester.WellBehind(itself, c, r)) continue;
+      ++scattered;
+      agree += back == Back::kAgrees ? 1 : 0;
+    }
+  }
+  return scattered >= 8 && 2 * agree > scattered;
+}
+
+struct Candidate {
+  double support;
+  ReflectingPlane plane;
+  bool scattered;  // its regions may be too ragged for a coarse look
+};
+
+// The most promising first.
+std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride,
+                                      parallel::Parallel& parallel) {
+  const std::vector<ScanPlane> planes = FindScanPlanes(surface, kMostPlanes, parallel);
+  const ReturnTest tester(surface);
+  std::vector<ScanCell> sample;
+  for (int c = 0; c < surface.columns(); c += stride) {
+    for (int r = 0; r < surface.rows(); r += stride) {
+      if (surface.Returned(c, r)) sample.push_back({c, r});
+    }
+  }
+  std::vector<std::vector<Candidate>> by_plane(planes.size());
+  parallel.For(planes.size(), [&](size_t i) {
+    const ScanPlane& plane = planes[i];
+    std::vector<Candidate>& candidates = by_plane[i];
+    const ReflectingPlane itself{plane.normal, plane.distance};
+    if (HasScattered(surface, plane)) {
+      constexpr double kBeforeAllOthers = 1e6;
+      candidates.push_back({kBeforeAllOthers * plane.area, itself, true});
+    }
+    if (const std::optional<ReflectingPlane> on_wall = OnWall(tester, plane, sample)) {
+      candidates.push_back({plane.area, *on_wall, false});
+    }
+    for (const ScanPlane& other : planes) {
+      std::optional<ReflectingPlane> between = Between(plane, other);
+      if (!between) continue;
+      const double support = Support(tester, *between, other.cells);
+      if (support <= 0) continue;
+      StartPastItsWall(planes, tester.Points(other.cells), *between);
+      candidates.push_back({support * other.area, *between, false});
+    }
+  });
+  std::vector<Candidate> candidates;
+  for (const std::vector<Candidate>& some : by_plane) {
+    candidates.insert(candidates.end(), some.begin(), some.end());
+  }
+  std::stable_sort(candidates.begin(), candidates.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.support > b.support; });
+  return candidates;
+}
+
+bool Same(const ReflectingPlane& a, const ReflectingPlane& b) {
+  return a.normal.dot(b.normal) > 0.998 && std::abs(a.distance - b.distance) < 0.05;
+}
+
+}  // namespace
+
+std::vector<Reflector> EndReflections(RangeSurface& surface, parallel::Parallel& parallel) {
+  const double all = static_cast<double>(surface.columns()) * surface.rows();
+  const int stride = std::max(1, static_cast<int>(std::sqrt(all / kCoarse)));
+  const int fine = std::max(1, static_cast<int>(std::sqrt(all / kFine)));
+  std::vector<Candidate> judged;
+  for (const Candidate& candidate : FindCandidates(surface, stride, parallel)) {
+    if (judged.size() >= kMostJudged) break;
+    if (std::none_of(judged.begin(), judged.end(),
+                     [&](const Candidate& j) { return Same(j.plane, candidate.plane); })) {
+      judged.push_back(candidate);
+    }
+  }
+  std::vector<std::vector<ScanCell>> reflections(judged.size());
+  parallel.For(judged.size(), [&](size_t i) {
+    // Coarsely first: most candidates are none.
+    const ReflectingPlane& plane = judged[i].plane;
+    if (!judged[i].scattered && !HasReflections(surface, plane, stride)) return;
+    reflections[i] = FindReflections(surface, plane, fine);
+  });
+  std::vector<Reflector> reflectors;
+  absl::flat_hash_map<std::pair<int, int>, double> ends;  // column and row to range, m
+  for (size_t i = 0; i < judged.size(); ++i) {
+    const ReflectingPlane& plane = judged[i].plane;
+    const std::vector<ScanCell>& cells = reflections[i];
+    if (cells.empty()) continue;
+    // A ray that met two reflectors ended at the first.
+    for (const ScanCell& cell : cells) {
+      const double towards = -plane.normal.dot(surface.Direction(cell.column, cell.row));
+      const auto [it, fresh] = ends.try_emplace({cell.column, cell.row}, plane.distance / towards);
+      if (!fresh) it->second = std::min(it->second, plane.distance / towards);
+    }
+    std::vector<Eigen::Vector3d> crossings;
+    crossings.reserve(cells.size());
+    for (const ScanCell& cell : cells) {
+      crossings.push_back(plane.Crossing(surface.Direction(cell.column, cell.row)));
+    }
+    reflectors.push_back({plane.normal, plane.distance, cells.size(),
+                          Aperture(plane.normal, plane.distance, crossings)});
+  }
+  for (const auto& [cell, range] : ends) {
+    surface.EndAt(cell.first, cell.second, static_cast<float>(range));
+  }
+  return reflectors;
+}
+
+}  // namespace vantage::model

@@ -1,0 +1,233 @@
+#include "core/model/scan/range_surface.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+namespace vantage::model {
+
+namespace {
+
+// Runs of columns that are worked on at the same time, in order.
+struct ColumnParts {
+  ColumnParts(int all, const parallel::Parallel& parallel)
+      : columns(all),
+        count(parallel.width() == 1
+                  ? 1
+                  : static_cast<size_t>(std::clamp(columns, 1, 8 * parallel.width()))) {}
+
+  int first(size_t part) const {
+    return static_cast<int>(part * static_cast<size_t>(columns) / count);
+  }
+  int end(size_t part) const { return first(part + 1); }
+
+  int columns;
+  size_t count;
+};
+
+}  // namespace
+
+RangeSurface::RangeSurface(const sensor::RangeImage& image, const sensor::ScannerModel& scanner,
+                           double discontinuity_angle, parallel::Parallel& parallel)
+    : azimuth_(image.azimuth, image.full_turn),
+      elevation_(image.elevation, false),
+      range_(image.range),
+      joined_(image.cells(), 0) {
+  FillTables();
+  for (float& range : range_) {
+    if (sensor::RangeImage::IsRange(range) && range < static_cast<float>(scanner.range_min)) {
+      range = sensor::RangeImage::kNoInformation;
+    }
+  }
+  Join(scanner, discontinuity_angle, parallel);
+  DropMixedPixels(parallel);
+  JoinQuads(parallel);
+}
+
+RangeSurface::RangeSurface(AngularAxis azimuth, AngularAxis elevation, std::vector<float> range,
+                           std::vector<uint8_t> joined)
+    : azimuth_(std::move(azimuth)),
+      elevation_(std::move(elevation)),
+      range_(std::move(range)),
+      joined_(std::move(joined)) {
+  FillTables();
+}
+
+void RangeSurface::FillTables() {
+  for (const double a : azimuth_.angles()) {
+    cos_azimuth_.push_back(std::cos(a));
+    sin_azimuth_.push_back(std::sin(a));
+  }
+  for (const double e : elevation_.angles()) {
+    cos_elevation_.push_back(std::cos(e));
+    sin_elevation_.push_back(std::sin(e));
+  }
+}
+
+void RangeSurface::Join(const sensor::ScannerModel& scanner, double discontinuity_angle,
+                        parallel::Parallel& parallel) {
+  const double tangent = std::tan(discontinuity_angle);
+  // Five sigma of a difference of two ranges: what noise alone explains is no discontinuity.
+  const double noise = 5 * std::sqrt(2.0) * scanner.RangeSigma(scanner.range_max);
+  const auto one_surface = [&](float a, float b, double angle) {
+    if (!sensor::RangeImage::IsRange(a) || !sensor::RangeImage::IsRange(b)) return false;
+    const double depth = std::abs(static_cast<double>(a) - static_cast<double>(b));
+    const double lateral = static_cast<double>(std::min(a, b)) * angle;  // angles are small here
+    return depth <= noise || lateral >= depth * tangent;
+  };
+  const auto step_to = [](double from, double to) {
+    return to > from ? to - from : to + 2 * sensor::kPi - from;
+  };
+  std::vector<double> rise(static_cast<size_t>(rows()), sensor::kPi);
+  for (size_t r = 0; r + 1 < rise.size(); ++r) {
+    rise[r] = std::asin(sin_elevation_[r + 1]) - std::asin(sin_elevation_[r]);
+  }
+  const auto join_column = [&](int c) {
+    const int next = NextColumn(c);
+    // A gap this wide was not scanned: nothing is known to join across it.
+    constexpr double kWidestGap = 0.1;  // rad
+    const double turn = next < 0 ? sensor::kPi
+                                 : step_to(std::atan2(sin_azimuth_[c], cos_azimuth_[c]),
+                                           std::atan2(sin_azimuth_[next], cos_azimuth_[next]));
+    for (int r = 0; r < rows(); ++r) {
+      uint8_t& joined = joined_[Index(c, r)];
+      if (next >= 0 && turn < kWidestGap &&
+          one_surface(at(c, r), at(next, r), turn * cos_elevation_[r])) {
+        joined |= 1;
+      }
+      if (rise[r] < kWidestGap && one_surface(at(c, r), at(c, r + 1), rise[r])) joined |= 2;
+    }
+  };
+  const ColumnParts parts(columns(), parallel);
+  parallel.For(parts.count, [&](size_t part) {
+    for (int c = parts.first(part); c < parts.end(part); ++c) join_column(c);
+  });
+}
+
+void RangeSurface::DropMixedPixels(parallel::Parallel& parallel) {
+  const auto between = [](float before, float here, float after) {
+    return sensor::RangeImage::IsRange(before) && sensor::RangeImage::IsRange(after) &&
+           (here - before) * (after - here) > 0;
+  };
+  const auto find_in = [&](int c, std::vector<uint32_t>& mixed) {
+    const int next = NextColumn(c);
+    const int previous = c > 0 ? c - 1 : (azimuth_.closed() ? columns() - 1 : -1);
+    for (int r = 0; r < rows(); ++r) {
+      const float here = at(c, r);
+      if (!sensor::RangeImage::IsRange(here) || (joined_[Index(c, r)] & 3) != 0) continue;
+      if (r > 0 && JoinedToNextRow(c, r - 1)) continue;
+      if (previous >= 0 && JoinedToNextColumn(previous, r)) continue;
+      const bool across = previous >= 0 && next >= 0 && between(at(previous, r), here, at(next, r));
+      const bool along = r > 0 && r + 1 < rows() && between(at(c, r - 1), here, at(c, r + 1));
+      if (across || along) mixed.push_back(static_cast<uint32_t>(Index(c, r)));
+    }
+  };
+  const ColumnParts parts(columns(), parallel);
+  std::vector<std::vector<uint32_t>> mixed(parts.count);
+  parallel.For(parts.count, [&](size_t part) {
+    for (int c = parts.first(part); c < parts.end(part); ++c) find_in(c, mixed[part]);
+  });
+  for (const std::vector<uint32_t>& some : mixed) {
+    mixed_.insert(mixed_.end(), some.begin(), some.end());
+  }
+  for (const uint32_t index : mixed_) range_[index] = sensor::RangeImage::kNoInformation;
+}
+
+void RangeSurface::JoinQuads(parallel::Parallel& parallel) {
+  const auto join_column = [this](int c) {
+    const int next = NextColumn(c);
+    if (next < 0) return;
+    for (int r = 0; r + 1 < rows(); ++r) {
+      const bool quad = JoinedToNextColumn(c, r) && JoinedToNextRow(c, r) &&
+                        JoinedToNextColumn(c, r + 1) && JoinedToNextRow(next, r);
+      if (quad) joined_[Index(c, r)] |= 4;
+    }
+  };
+  const ColumnParts parts(columns(), parallel);
+  parallel.For(parts.count, [&](size_t part) {
+    // The last column reads the first of the next part, which is being written.
+    for (int c = parts.first(part); c + 1 < parts.end(part); ++c) join_column(c);
+  });
+  for (size_t part = 0; part < parts.count; ++part) {
+    if (parts.first(part) < parts.end(part)) join_column(parts.end(part) - 1);
+  }
+}
+
+void RangeSurface::EndAt(int column, int row, float range) {
+  const size_t own = Index(column, row);
+  range_[own] = range;
+  joined_[own] = 8;
+  const int previous = column > 0 ? column - 1 : (azimuth_.closed() ? columns() - 1 : -1);
+  const auto part = [this](int c, int r, int bits) {
+    joined_[Index(c, r)] = static_cast<uint8_t>(joined_[Index(c, r)] & ~bits);
+  };
+  if (row > 0) part(column, row - 1, 2 | 4);
+  if (previous >= 0) part(previous, row, 1 | 4);
+  if (previous >= 0 && row > 0) part(previous, row - 1, 4);
+}
+
+void RangeSurface::EndLoneRays(parallel::Parallel& parallel) {
+  constexpr int kTelling = 7;
+  struct End {
+    size_t index;
+    float range;
+  };
+  std::vector<End> ends;
+  const auto beside = [this](int column, int row, int dc, int dr) {
+    int c = column + dc;
+    if (azimuth_.closed()) c = (c + columns()) % columns();
+    const int r = row + dr;
+    if (c < 0 || c >= columns() || r < 0 || r >= rows()) return sensor::RangeImage::kNoInformation;
+    return at(c, r);
+  };
+  for (const uint32_t index : mixed_) {
+    const int c = static_cast<int>(index) / rows();
+    const int r = static_cast<int>(index) % rows();
+    float nearest = std::numeric_limits<float>::infinity();
+    for (const auto& [dc, dr] : {std::pair{1, 0}, std::pair{0, 1}}) {
+      const float before = beside(c, r, -dc, -dr);
+      const float after = beside(c, r, dc, dr);
+      if (sensor::RangeImage::IsRange(before) && sensor::RangeImage::IsRange(after)) {
+        nearest = std::min({nearest, before, after});
+      }
+    }
+    if (std::isfinite(nearest)) ends.push_back({index, nearest});
+  }
+  const auto look_in = [&](int c, std::vector<End>& found) {
+    for (int r = 0; r < rows(); ++r) {
+      if (sensor::RangeImage::IsRange(at(c, r))) continue;
+      int telling = 0;
+      float nearest = std::numeric_limits<float>::infinity();
+      for (int dc = -1; dc <= 1; ++dc) {
+        for (int dr = -1; dr <= 1; ++dr) {
+          const float range = beside(c, r, dc, dr);
+          if (!sensor::RangeImage::IsRange(range)) continue;
+          ++telling;
+          nearest = std::min(nearest, range);
+        }
+      }
+      if (telling >= kTelling) found.push_back({Index(c, r), nearest});
+    }
+  };
+  const ColumnParts parts(columns(), parallel);
+  std::vector<std::vector<End>> found(parts.count);
+  parallel.For(parts.count, [&](size_t part) {
+    for (int c = parts.first(part); c < parts.end(part); ++c) look_in(c, found[part]);
+  });
+  for (const std::vector<End>& some : found) ends.insert(ends.end(), some.begin(), some.end());
+  for (const End& end : ends) {
+    if (sensor::RangeImage::IsRange(range_[end.index]))
+      continue;  // a mixed pixel that stands alone
+    joined_[end.index] = range_[end.index] == sensor::RangeImage::kNoReturn ? 8 : 8 | 1;
+    range_[end.index] = end.range;
+  }
+  mixed_ = {};
+}
+
+RangeSurface::Reading RangeSurface::Read(const Eigen::Vector3d& direction) const {
+  const double level = std::sqrt(direction.x() * direction.x() + direction.y() * direction.y());
+  return RangeAt(std::atan2(direction.y(), direction.x()), std::atan2(direction.z(), level));
+}
+
+}  // namespace vantage::model

@@ -1,0 +1,136 @@
+// What a range image says between its samples: which neighbours are one surface, and how far a ray
+// in any direction was seen to go (algorithm.md section 4, 'Surface between samples').
+#ifndef VANTAGE_CORE_MODEL_SCAN_RANGE_SURFACE_H_
+#define VANTAGE_CORE_MODEL_SCAN_RANGE_SURFACE_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "core/model/scan/angular_axis.h"
+#include "core/parallel/parallel.h"
+#include "core/sensor/range_image.h"
+#include "core/sensor/scanner_model.h"
+
+namespace vantage::model {
+
+// Why a scan leaves a place unknown; kNone where it does not.
+enum class UnknownReason : uint8_t { kNone, kOcclusion, kHole, kImage };
+
+class RangeSurface {
+ public:
+  // `discontinuity_angle` (rad): neighbours are two surfaces when the segment between them makes a
+  // smaller angle with the line of sight, unless range noise alone explains it. Mixed pixels
+  // (joined to no neighbour, between a nearer and a farther one) become no information, and so do
+  // returns nearer than the scanner's range.
+  RangeSurface(const sensor::RangeImage& image, const sensor::ScannerModel& scanner,
+               double discontinuity_angle, parallel::Parallel& parallel);
+
+  int columns() const { return azimuth_.size(); }
+  int rows() const { return elevation_.size(); }
+  const AngularAxis& azimuth() const { return azimuth_; }
+  const AngularAxis& elevation() const { return elevation_; }
+  float at(int column, int row) const { return range_[Index(column, row)]; }
+  const float* Column(int column) const { return &range_[Index(column, 0)]; }
+  const std::vector<double>& cos_azimuth() const { return cos_azimuth_; }
+  const std::vector<double>& sin_azimuth() const { return sin_azimuth_; }
+  const std::vector<double>& cos_elevation() const { return cos_elevation_; }
+  const std::vector<double>& sin_elevation() const { return sin_elevation_; }
+  // Unit vector of a cell's ray, scanner frame.
+  Eigen::Vector3d Direction(int column, int row) const {
+    const size_t c = static_cast<size_t>(column);
+    const size_t r = static_cast<size_t>(row);
+    return {cos_elevation_[r] * cos_azimuth_[c], cos_elevation_[r] * sin_azimuth_[c],
+            sin_elevation_[r]};
+  }
+
+  // Did something answer here, and from where the ray went?
+  bool Returned(int column, int row) const {
+    return range_[Index(column, row)] > 0 && (joined_[Index(column, row)] & 8) == 0;
+  }
+  // Did the ray go on, or into a reflector, and nothing came back?
+  bool Hole(int column, int row) const {
+    const float range = range_[Index(column, row)];
+    return sensor::RangeImage::IsRange(range) ? (joined_[Index(column, row)] & 9) == 8
+                                              : range == sensor::RangeImage::kNoReturn;
+  }
+  // Ends the ray of a cell that holds a range at a reflector, `range` m away: empty up to there,
+  // nothing known beyond, no surface, joined to nothing.
+  void EndAt(int column, int row, float range);
+  // Ends rays that tell nothing and stand alone, so that no hairs of unknown run from them to the
+  // scanner: mixed pixels at the nearer of the surfaces that they mix, which the beam has passed;
+  // cells seven of whose eight neighbours tell a range at the nearest of those. A line of such
+  // cells may be a thin black thing, and stays. After all calls of EndAt.
+  void EndLoneRays(parallel::Parallel& parallel);
+
+  int NextColumn(int column) const {
+    return column + 1 < columns() ? column + 1 : (azimuth_.closed() ? 0 : -1);
+  }
+  // Is the cell one surface with the one in the next column (which may wrap), or the next row?
+  bool JoinedToNextColumn(int column, int row) const {
+    return (joined_[Index(column, row)] & 9) == 1;
+  }
+  bool JoinedToNextRow(int column, int row) const {
+    return (joined_[Index(column, row)] & 10) == 2;
+  }
+  // Are the four cells from (column, row) to the next column and row one surface?
+  bool QuadJoined(int column, int row) const { return (joined_[Index(column, row)] & 12) == 4; }
+
+  // How far space was seen to be empty along a direction (scanner frame, any length > 0), and why
+  // no farther. Inside a joined quad the range is interpolated as a plane would give it (linearly
+  // in 1 / range); elsewhere it is that of the nearest ray.
+  struct Reading {
+    float range = 0;  // m; 0 where nothing is known along the direction
+    UnknownReason beyond = UnknownReason::kImage;
+  };
+  Reading Read(const Eigen::Vector3d& direction) const;
+  // The same for a direction of `azimuth` and `elevation` (rad).
+  Reading RangeAt(double azimuth, double elevation) const;
+
+ private:
+  friend class LayerCodec;  // snapshots
+  // As an earlier one was.
+  RangeSurface(AngularAxis azimuth, AngularAxis elevation, std::vector<float> range,
+               std::vector<uint8_t> joined);
+  void FillTables();
+  size_t Index(int column, int row) const {
+    return static_cast<size_t>(column) * static_cast<size_t>(rows()) + static_cast<size_t>(row);
+  }
+  void Join(const sensor::ScannerModel& scanner, double discontinuity_angle,
+            parallel::Parallel& parallel);
+  void DropMixedPixels(parallel::Parallel& parallel);
+  void JoinQuads(parallel::Parallel& parallel);
+
+  AngularAxis azimuth_;
+  AngularAxis elevation_;
+  std::vector<double> cos_azimuth_, sin_azimuth_, cos_elevation_, sin_elevation_;
+  std::vector<float> range_;  // as in RangeImage
+  // Bits: 1 to the next column, 2 to the next row, 4 quad; or 8 ended, joined to nothing, and then
+  // 1 where nothing was told rather than nothing came back.
+  std::vector<uint8_t> joined_;
+  std::vector<uint32_t> mixed_;  // cells that were mixed pixels, until EndLoneRays
+};
+
+// Here, since carving calls it for every voxel near a surface.
+inline RangeSurface::Reading RangeSurface::RangeAt(double azimuth, double elevation) const {
+  const AngularAxis::Position e = elevation_.Locate(elevation);
+  if (!e.inside) return {};
+  const AngularAxis::Position a = azimuth_.Locate(azimuth);
+  if (!a.inside) return {};
+  if (QuadJoined(a.lower, e.lower) && a.upper != a.lower && e.upper != e.lower) {
+    const float low = (1 - a.fraction) / at(a.lower, e.lower) + a.fraction / at(a.upper, e.lower);
+    const float high = (1 - a.fraction) / at(a.lower, e.upper) + a.fraction / at(a.upper, e.upper);
+    return {1.0f / ((1 - e.fraction) * low + e.fraction * high), UnknownReason::kOcclusion};
+  }
+  const float range = at(a.nearest(), e.nearest());
+  if (sensor::RangeImage::IsRange(range)) {
+    const uint8_t how = joined_[Index(a.nearest(), e.nearest())];
+    if ((how & 8) == 0) return {range, UnknownReason::kOcclusion};
+    return {range, (how & 1) == 0 ? UnknownReason::kHole : UnknownReason::kImage};
+  }
+  return {0, range == sensor::RangeImage::kNoReturn ? UnknownReason::kHole : UnknownReason::kImage};
+}
+
+}  // namespace vantage::model
+
+#endif  // VANTAGE_CORE_MODEL_SCAN_RANGE_SURFACE_H_

@@ -1,0 +1,24 @@
+// How a model is made: the size of its voxels and the extent of its site.
+#ifndef VANTAGE_CORE_MODEL_VIEW_MODEL_CONFIG_H_
+#define VANTAGE_CORE_MODEL_VIEW_MODEL_CONFIG_H_
+
+#include <Eigen/Core>
+
+#include "absl/status/status.h"
+
+namespace vantage::model {
+
+struct ModelConfig {
+  double voxel_size = 0.05;  // m, [0.01, 0.5]
+  // Neighbouring samples are one surface unless the segment between them makes less than this angle
+  // with the line of sight, rad.
+  double discontinuity_angle = 0.14;
+  // Scans beyond this box (m, around the model's origin, half side per axis) are refused.
+  Eigen::Vector3d max_half_extent = Eigen::Vector3d(200, 200, 50);
+
+  absl::Status Validate() const;
+};
+
+}  // namespace vantage::model
+
+#endif  // VANTAGE_CORE_MODEL_VIEW_MODEL_CONFIG_H_

@@ -1,0 +1,99 @@
+// What the model says of one voxel (algorithm.md section 4).
+#ifndef VANTAGE_CORE_MODEL_VIEW_VOXEL_H_
+#define VANTAGE_CORE_MODEL_VIEW_VOXEL_H_
+
+#include <Eigen/Core>
+#include <array>
+#include <bit>
+#include <cstdint>
+#include <vector>
+
+namespace vantage::model {
+
+// Integer voxel coordinates: the voxel covers [index * h, (index + 1) * h) on each axis of the
+// model frame, h being the voxel size.
+using VoxelIndex = Eigen::Vector3i;
+
+enum class VoxelState : uint8_t {
+  kUnknown = 0,
+  kEmpty = 1,           // seen through
+  kTrueSurface = 2,     // measured
+  kAbsorbed = 3,        // surface fused into a neighbour: opaque, without area, closes leaks
+  kFalseOcclusion = 4,  // unknown next to empty, behind a measured surface
+  kFalseHole = 5,       // unknown next to empty, along a ray with no return
+  kFalseImage = 6,      // unknown next to empty, outside the field of view
+};
+inline constexpr int kVoxelStates = 7;
+
+constexpr bool IsFalseSurface(VoxelState s) { return s >= VoxelState::kFalseOcclusion; }
+constexpr bool HasArea(VoxelState s) { return s == VoxelState::kTrueSurface || IsFalseSurface(s); }
+// Every non-empty voxel stops a ray: true surface, false surface and unknown alike.
+constexpr bool IsOpaque(VoxelState s) { return s != VoxelState::kEmpty; }
+
+// The four kinds of surface that the metric weighs apart, in this order everywhere.
+enum class SurfaceKind : uint8_t { kTrue = 0, kOcclusion = 1, kHole = 2, kImage = 3 };
+inline constexpr int kSurfaceKinds = 4;
+inline constexpr std::array<const char*, kSurfaceKinds> kSurfaceKindNames = {
+    "true surface", "occlusion", "hole boundary", "image boundary"};
+// Only for states that have area.
+constexpr SurfaceKind KindOf(VoxelState s) {
+  return s == VoxelState::kTrueSurface
+             ? SurfaceKind::kTrue
+             : static_cast<SurfaceKind>(static_cast<int>(s) -
+                                        static_cast<int>(VoxelState::kFalseOcclusion) + 1);
+}
+
+// Attributes of a voxel that has area.
+struct SurfaceVoxel {
+  Eigen::Vector3f centroid;  // m, model frame: of the samples in it; else of the interpolated
+                             // surface; false surface: the voxel's centre
+  Eigen::Vector3f normal;    // unit, towards the empty side
+  float area = 0;            // m^2: true h^2 / (|nx|+|ny|+|nz|), false h^2 / max |n_i|
+  float density = 0;         // q, samples / m^2 of the best scan so far; 0 on false surface
+  uint32_t samples = 0;      // measured samples in it; 0 where only interpolated, or false
+  uint8_t missed = 0;        // scans that should have measured it and did not
+  uint8_t spread = 0;        // by how much that scan sampled the centroid more densely than the
+                             // worst corner, which is what `density` says, in 1/256 of it
+  bool ambiguous = false;    // one voxel thick with empty space on both sides: normal is a guess
+  bool given_up = false;     // two or more of these: no longer keeps the job open
+};
+
+// A scan looked at a voxel that has area and its rays, which should have met it, did not come back:
+// glass in between, say. From there, or from farther away in the same direction, others drop out
+// too.
+struct Dropout {
+  Eigen::Vector3f from;  // m, model frame, where the scanner stood
+  uint32_t local = 0;    // which voxel of the brick
+
+  bool operator==(const Dropout&) const = default;
+};
+
+// A cube of voxels, the unit of storage, sharing and change. Immutable once published.
+struct Brick {
+  static constexpr int kSide = 8;
+  static constexpr int kVoxels = kSide * kSide * kSide;
+
+  // x fastest: local = x + 8 (y + 8 z).
+  static constexpr int Local(int x, int y, int z) { return x + kSide * (y + kSide * z); }
+  static int LocalOf(const VoxelIndex& v) { return Local(v.x() & 7, v.y() & 7, v.z() & 7); }
+  // The brick that a voxel is in (floor division).
+  static VoxelIndex Of(const VoxelIndex& v) { return {v.x() >> 3, v.y() >> 3, v.z() >> 3}; }
+
+  std::array<VoxelState, kVoxels> state{};
+  std::array<uint64_t, kSide> surface_mask{};  // bit local % 64 of word local / 64: has area
+  std::vector<SurfaceVoxel> surface;           // of the voxels in the mask, in order of local
+  std::vector<Dropout> dropouts;               // of some of them, in order of local
+
+  // The attributes of a voxel that has area, else null.
+  const SurfaceVoxel* Surface(int local) const {
+    const uint64_t bit = uint64_t{1} << (local % 64);
+    if ((surface_mask[local / 64] & bit) == 0) return nullptr;
+    int rank = std::popcount(surface_mask[local / 64] & (bit - 1));
+    for (int word = 0; word < local / 64; ++word) rank += std::popcount(surface_mask[word]);
+    return &surface[rank];
+  }
+};
+
+}  // namespace vantage::model
+
+#endif  // VANTAGE_CORE_MODEL_VIEW_VOXEL_H_

@@ -1,0 +1,35 @@
+// The what-if of any position, without planning.
+#ifndef VANTAGE_CORE_PLANNING_EVALUATE_VIEW_H_
+#define VANTAGE_CORE_PLANNING_EVALUATE_VIEW_H_
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/model/view/planning_view.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/plan/patch.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/planning/plan/ranked_view.h"
+#include "core/sensor/scanner_model.h"
+
+namespace vantage::planning {
+
+// The what-if of any position: exact score, visible patches and registration verdict. `feasible`
+// false comes with the reason in `why_not`.
+struct ViewEvaluation {
+  bool feasible = false;
+  std::string why_not;
+  RankedView view;
+  std::vector<Patch> patches;  // those that view.patches point into
+};
+absl::StatusOr<ViewEvaluation> EvaluateView(const model::PlanningView& model,
+                                            const sensor::ScannerModel& scanner,
+                                            const PlanningConfig& config,
+                                            const Eigen::Vector3d& position,
+                                            parallel::Parallel& parallel);
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_EVALUATE_VIEW_H_

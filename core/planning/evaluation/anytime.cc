@@ -1,0 +1,168 @@
+#include "core/planning/evaluation/anytime.h"
+
+#include <algorithm>
+#include <chrono>
+#include <queue>
+#include <span>
+#include <vector>
+
+#include "core/planning/evaluation/cell_sample.h"
+#include "core/planning/evaluation/completion.h"
+
+namespace vantage::planning {
+namespace {
+
+constexpr size_t kDecideBatch = 8;  // views
+constexpr size_t kMostChallengers = 16;
+
+struct Entry {
+  double score;
+  uint32_t view;
+  bool operator<(const Entry& other) const {
+    return score != other.score ? score < other.score : view > other.view;
+  }
+};
+
+bool NearAny(const FeasibleViews& views, uint32_t i, std::span<const uint32_t> others,
+             double separation) {
+  return std::any_of(others.begin(), others.end(), [&](uint32_t j) {
+    return (views.Centre(i) - views.Centre(j)).norm() < separation;
+  });
+}
+
+// Views that may well be better than an exact one though they rank behind it, the best first.
+std::vector<uint32_t> Challengers(const EvaluationRun& run, uint32_t exact, size_t most) {
+  const double to_beat = run.Rank(exact);
+  std::vector<Entry> entries;
+  for (uint32_t i = 0; i < run.size(); ++i) {
+    const ViewEstimate& view = run.view(i);
+    if (!view.scored || view.exact) continue;
+    if (run.Worth(i) * (view.score + view.error) > to_beat) {
+      entries.push_back({run.Worth(i) * view.score, i});
+    }
+  }
+  std::sort(entries.rbegin(), entries.rend());
+  entries.resize(std::min(entries.size(), most));
+  std::vector<uint32_t> challengers;
+  challengers.reserve(entries.size());
+  for (const Entry& entry : entries) challengers.push_back(entry.view);
+  return challengers;
+}
+
+// Of an exact view's neighbours, two viewcells away, then next to it, those that are not exact.
+// Samples don't tell such views apart: what is seen from one is mostly seen from the other.
+std::vector<uint32_t> Around(const EvaluationRun& run, uint32_t exact, size_t most) {
+  std::vector<uint32_t> around;
+  for (const int step : {2, 1}) {
+    for (int k = 0; k < 6; ++k) {
+      Eigen::Vector3i to = run.views().cells()[exact];
+      to[k / 2] += k % 2 == 0 ? step : -step;
+      const int at = run.views().IndexOf(to);
+      if (at < 0 || around.size() == most) continue;
+      const auto i = static_cast<uint32_t>(at);
+      if (!run.view(i).exact && run.Worth(i) > 0) around.push_back(i);
+    }
+    if (!around.empty()) break;
+  }
+  return around;
+}
+
+// The best views that lie apart, exactly: whoever ranks best is scored, until the best are. Who
+// leads them is where people go first. So before the others are decided on, its surroundings are
+// climbed, and it is challenged; whoever of the challengers wins is climbed from too.
+void Decide(const AnytimeOptions& options, EvaluationRun& run) {
+  std::priority_queue<Entry> queue;
+  for (uint32_t i = 0; i < run.size(); ++i) {
+    if (run.view(i).scored && run.Worth(i) > 0) queue.push({run.Rank(i), i});
+  }
+  if (queue.empty()) return;
+  std::vector<uint32_t> leaders;
+  std::vector<uint32_t> batch;
+  bool challenged = false;
+  while (!queue.empty() && static_cast<int>(leaders.size()) < options.leaders) {
+    // As many as rank before the best exact one, at most a batch.
+    batch.clear();
+    const size_t most = run.Affordable(run.cells(), kDecideBatch, run.budget());
+    while (!queue.empty() && batch.size() < most) {
+      const uint32_t i = queue.top().view;
+      // Who has become exact since it was listed is listed again.
+      const bool outdated = queue.top().score != run.Rank(i);
+      if (outdated || NearAny(run.views(), i, leaders, options.separation)) {
+        queue.pop();
+        continue;
+      }
+      if (run.view(i).exact) {
+        if (!batch.empty()) break;
+        if (leaders.empty()) {
+          batch = Around(run, i, most);
+          if (batch.empty() && !challenged) {
+            challenged = true;
+            batch =
+                Challengers(run, i, run.Affordable(run.cells(), kMostChallengers, run.budget()));
+          }
+          if (!batch.empty()) break;
+        }
+        leaders.push_back(i);
+        queue.pop();
+        break;
+      }
+      batch.push_back(i);
+      queue.pop();
+    }
+    if (batch.empty()) continue;
+    if (!run.ScoreExactly(batch, run.budget())) return;
+    for (const uint32_t i : batch) queue.push({run.Rank(i), i});
+  }
+  run.SetDecided();
+}
+
+bool WorthAHierarchy(const AnytimeOptions& options, const EvaluationRun& run,
+                     const visibility::OpaqueGrid& grid) {
+  const model::VoxelBox& box = grid.box();
+  const double voxels = (box.max - box.min).cast<double>().prod();
+  const auto left = static_cast<uint64_t>(run.size() - run.evaluation().exact) * run.cells().size();
+  if (left < options.hierarchy_pairs || voxels > static_cast<double>(options.hierarchy_voxels)) {
+    return false;
+  }
+  // Building takes a third of this on one thread.
+  const double seconds = 1e-6 * static_cast<double>(run.cells().size()) + 1e-8 * voxels;
+  const parallel::Budget& budget = run.budget();
+  return budget.deadline == parallel::Budget::Clock::time_point::max() ||
+         std::chrono::duration<double>(budget.deadline - budget.now()).count() > seconds;
+}
+
+}  // namespace
+
+Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& views,
+                         const CellArrays& cells, const AnytimeOptions& options,
+                         const parallel::Budget& budget, parallel::Parallel& parallel,
+                         EvaluationProgress progress, const visibility::OpaqueGrid* grid) {
+  const CellSampler sampler(cells);
+  EvaluationRun run(scorer, views, cells, sampler.potential(), budget, parallel, options.worth,
+                    grid);
+  ViewRace race(run, sampler, options.race, options.confidence, options.seed);
+  race.Run(run.Share(options.race_share));
+  if (run.evaluation().any()) progress(run.evaluation());
+  Decide(options, run);
+  if (run.evaluation().any()) progress(run.evaluation());
+  if (!options.complete) return run.Finish();
+  // Whatever samples tell from here on, the leaders are decided on anew.
+  while (race.Widen()) {
+    race.Run(run.Share(options.race_share));
+    Decide(options, run);
+  }
+  if (run.evaluation().any()) progress(run.evaluation());
+  for (size_t rung = 1; rung + 1 < race.rungs(); ++rung) {
+    race.Tighten(rung, run.Share(options.race_share));
+    Decide(options, run);
+  }
+  if (run.evaluation().any()) progress(run.evaluation());
+  if (grid != nullptr && WorthAHierarchy(options, run, *grid)) {
+    CompleteByHierarchy(run, *grid, progress);
+  } else {
+    CompleteByView(run, progress);
+  }
+  return run.Finish();
+}
+
+}  // namespace vantage::planning

@@ -1,0 +1,49 @@
+// Step D under a budget: race, decide, complete (algorithm.md section 8, 'Anytime, and honest about
+// it').
+#ifndef VANTAGE_CORE_PLANNING_EVALUATION_ANYTIME_H_
+#define VANTAGE_CORE_PLANNING_EVALUATION_ANYTIME_H_
+
+#include <cstdint>
+#include <span>
+
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/evaluation/evaluation.h"
+#include "core/planning/evaluation/evaluation_run.h"
+#include "core/planning/evaluation/view_race.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/scoring/brute_force.h"
+#include "core/visibility/opaque_grid.h"
+
+namespace vantage::planning {
+
+struct AnytimeOptions {
+  RaceOptions race;
+  double race_share = 0.8;   // of the budget, at most: the rest is for deciding on the leaders
+  double confidence = 0.95;  // of all bounds together
+  uint64_t seed = 1;
+  double separation = 0.6;  // m, of the leaders scored exactly
+  int leaders = 10;
+  // Of views and cells left to complete, from which on the hierarchy is worth building.
+  uint64_t hierarchy_pairs = 50'000'000;
+  // Of the box around the model, up to which it is; its table of counts takes 4 bytes a voxel.
+  uint64_t hierarchy_voxels = uint64_t{1} << 28;
+  // By view: what a sample gained there counts, as where gains are ranked by the minute; 0 where
+  // nobody can go. Empty: 1 everywhere. Scores and bounds are of samples all the same.
+  std::span<const double> worth;
+  bool complete = true;  // false: ends when the leaders are decided on
+};
+
+// Scores `views` on `cells`. What is left after race and decision is completed by the hierarchy
+// where `grid` (axes {0, 1, 2}) is given, enough is left, there is time to build it and the model
+// is not too large for it, otherwise view by view; both give the same scores up to rounding.
+// `cells` are then in the order of PatchOrder(). Heeds deadline, cancellation and work limit
+// (rays); with a work limit alone the result does not depend on the number of threads.
+Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& views,
+                         const CellArrays& cells, const AnytimeOptions& options,
+                         const parallel::Budget& budget, parallel::Parallel& parallel,
+                         EvaluationProgress progress, const visibility::OpaqueGrid* grid = nullptr);
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_EVALUATION_ANYTIME_H_

@@ -1,0 +1,22 @@
+// The last phase of an evaluation: every view exactly (algorithm.md section 8, 'complete').
+#ifndef VANTAGE_CORE_PLANNING_EVALUATION_COMPLETION_H_
+#define VANTAGE_CORE_PLANNING_EVALUATION_COMPLETION_H_
+
+#include <cstdint>
+
+#include "core/planning/evaluation/evaluation_run.h"
+#include "core/visibility/opaque_grid.h"
+
+namespace vantage::planning {
+
+// View by view, those of the highest upper bound first: the gap closes fastest so.
+void CompleteByView(EvaluationRun& run, EvaluationProgress progress);
+
+// Block by block through the hierarchy. What its upper levels leave to see bounds every view at
+// once. `grid` has axes {0, 1, 2}; the run's cells are in the order of PatchOrder().
+void CompleteByHierarchy(EvaluationRun& run, const visibility::OpaqueGrid& grid,
+                         EvaluationProgress progress);
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_EVALUATION_COMPLETION_H_

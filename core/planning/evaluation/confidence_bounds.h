@@ -1,0 +1,37 @@
+// Bounds on a mean from a sample, without assuming a distribution (algorithm.md section 8,
+// 'Anytime, and honest about it').
+#ifndef VANTAGE_CORE_PLANNING_EVALUATION_CONFIDENCE_BOUNDS_H_
+#define VANTAGE_CORE_PLANNING_EVALUATION_CONFIDENCE_BOUNDS_H_
+
+#include <cstdint>
+#include <vector>
+
+namespace vantage::planning {
+
+// Hoeffding's first theorem (1963): for n independent draws from [0, 1], not necessarily alike,
+// whose means average to mu, P(average >= mu + t) <= exp(-n KL(mu + t || mu)), and likewise below.
+// Inverting it bounds mu from the average seen. Rounded outwards to a grid
+// of averages, whose bounds are kept: thousands of views ask for a few hundred of them.
+class MeanBounds {
+ public:
+  // Each side fails with a probability of at most exp(-log_inverse_error).
+  MeanBounds(uint64_t draws, double log_inverse_error);
+
+  double Lower(double average);  // [0, average]
+  double Upper(double average);  // [average, 1]
+
+ private:
+  static constexpr int kSteps = 1024;
+  double Invert(double p, double out) const;
+
+  double limit_;
+  std::vector<double> lower_;  // at i / kSteps, where asked for
+  std::vector<double> upper_;
+};
+
+// A number in [0, 1) that depends on nothing but its arguments (SplitMix64).
+double HashToUnit(uint64_t seed, uint64_t round, uint64_t index);
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_EVALUATION_CONFIDENCE_BOUNDS_H_

@@ -1,0 +1,44 @@
+// What is known of the views' scores (algorithm.md section 8).
+#ifndef VANTAGE_CORE_PLANNING_EVALUATION_EVALUATION_H_
+#define VANTAGE_CORE_PLANNING_EVALUATION_EVALUATION_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <vector>
+
+namespace vantage::planning {
+
+struct ViewEstimate {
+  double score = 0;  // the best estimate so far, samples
+  double lower = 0;  // bounds: together they hold with the confidence asked for
+  double upper = 0;
+  bool scored = false;  // false: nothing but the bounds is known
+  bool exact = false;   // lower == score == upper, for certain
+  double error = 0;     // standard error of `score`, about; no bound
+  // What views are ranked by. Of hundreds of views with few draws some look good by chance alone:
+  // two standard errors keep them behind those that are known to be good.
+  double Rank() const { return score - 2 * error; }
+};
+
+struct Evaluation {
+  std::vector<ViewEstimate> views;
+  uint64_t rays = 0;
+  size_t exact = 0;       // views
+  bool complete = false;  // all of them
+  bool decided = false;   // the leaders are exact
+  // By deficient cell: some scored view gains something there. Final only when complete.
+  std::vector<uint8_t> seen;
+  bool any() const {
+    for (const ViewEstimate& view : views) {
+      if (view.scored) return true;
+    }
+    return false;
+  }
+};
+
+// Scored views from the best on, equal ones by index.
+std::vector<uint32_t> ByScore(const Evaluation& evaluation);
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_EVALUATION_EVALUATION_H_

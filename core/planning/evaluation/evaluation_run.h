@@ -1,0 +1,105 @@
+// An evaluation under way: views are scored in batches, on all cells or a sample, within a budget.
+#ifndef VANTAGE_CORE_PLANNING_EVALUATION_EVALUATION_RUN_H_
+#define VANTAGE_CORE_PLANNING_EVALUATION_EVALUATION_RUN_H_
+
+#include <Eigen/Core>
+#include <atomic>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "absl/functional/function_ref.h"
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/evaluation/cell_sample.h"
+#include "core/planning/evaluation/evaluation.h"
+#include "core/planning/evaluation/visibility_cache.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/scoring/brute_force.h"
+#include "core/visibility/opaque_grid.h"
+
+namespace vantage::planning {
+
+// Called when the evaluation has improved.
+using EvaluationProgress = absl::FunctionRef<void(const Evaluation&)>;
+
+// Floats round: what a sum of gains in float may be off by, relatively.
+inline constexpr double kRounding = 1e-5;
+
+// References are kept.
+class EvaluationRun {
+ public:
+  // `potential`: the most that any view can gain, samples. `worth` and `grid`: as EvaluateViews()
+  // has them.
+  EvaluationRun(const BruteForceScorer& scorer, const FeasibleViews& views, const CellArrays& cells,
+                double potential, const parallel::Budget& budget, parallel::Parallel& parallel,
+                std::span<const double> worth = {}, const visibility::OpaqueGrid* grid = nullptr);
+
+  const BruteForceScorer& scorer() const { return scorer_; }
+  const FeasibleViews& views() const { return views_; }
+  const CellArrays& cells() const { return cells_; }
+  const parallel::Budget& budget() const { return budget_; }
+  parallel::Parallel& parallel() const { return parallel_; }
+  size_t size() const { return evaluation_.views.size(); }
+
+  const Evaluation& evaluation() const { return evaluation_; }
+  const ViewEstimate& view(uint32_t i) const { return evaluation_.views[i]; }
+  ViewEstimate& view(uint32_t i) { return evaluation_.views[i]; }
+  // What a sample gained by the view counts.
+  double Worth(uint32_t i) const { return worth_.empty() ? 1 : worth_[i]; }
+  double Rank(uint32_t i) const { return Worth(i) * view(i).Rank(); }
+  std::span<std::atomic<uint8_t>> seen() { return seen_; }
+
+  // A part of what is left of time and work.
+  parallel::Budget Share(double share) const { return budget_.Part(share, evaluation_.rays); }
+  bool Spent(const parallel::Budget& part) const {
+    return evaluation_.rays >= part.work_limit || part.Expired();
+  }
+  uint64_t WorkLeft(const parallel::Budget& part) const {
+    return part.work_limit > evaluation_.rays ? part.work_limit - evaluation_.rays : 0;
+  }
+  // Views that may be scored together on `cells`: a work limit is overrun by one view at most.
+  size_t Affordable(const CellArrays& cells, size_t most, const parallel::Budget& part) const;
+
+  // Scores views together, on all cells where there is no `sample`. What the budget left unfinished
+  // is left out, and false returned.
+  bool Score(std::span<const uint32_t> which, const CellSample* sample,
+             const parallel::Budget& part,
+             absl::FunctionRef<void(uint32_t view, double gain)> note);
+  bool ScoreExactly(std::span<const uint32_t> which, const parallel::Budget& part);
+
+  void AddRays(uint64_t rays) { evaluation_.rays += rays; }
+  void SetExact(uint32_t i, double gain);
+  void SetDecided() { evaluation_.decided = true; }
+  void SetComplete() { evaluation_.complete = evaluation_.decided = true; }
+
+  Evaluation Finish();
+
+ private:
+  // A view is scored in parts, so that a few views keep several threads busy.
+  struct Part {
+    uint32_t view;   // of those scored together
+    uint32_t begin;  // ranges_
+    uint32_t end;
+  };
+  // Divides what is potentially visible from the views into parts.
+  void Divide(std::span<const uint32_t> which, const CellSample* sample);
+
+  const BruteForceScorer& scorer_;
+  const FeasibleViews& views_;
+  const CellArrays& cells_;
+  const parallel::Budget& budget_;
+  parallel::Parallel& parallel_;
+  const std::span<const double> worth_;     // by view
+  std::vector<std::atomic<uint8_t>> seen_;  // by deficient cell
+  std::optional<VisibilityCache> visibility_cache_;
+  std::vector<PacketRange> ranges_;
+  std::vector<Part> parts_;
+  std::vector<ViewScore> scores_;  // by part
+  Evaluation evaluation_;
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_EVALUATION_EVALUATION_RUN_H_

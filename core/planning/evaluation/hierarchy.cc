@@ -1,0 +1,228 @@
+#include "core/planning/evaluation/hierarchy.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace vantage::planning {
+namespace {
+
+constexpr size_t kCandidatesBetweenPolls = 256;
+
+std::vector<PacketRange> RangesOf(const PatchTree& tree,
+                                  std::span<const ViewBlock::Candidate> candidates) {
+  std::vector<PacketRange> ranges;
+  ranges.reserve(candidates.size());
+  for (const ViewBlock::Candidate& candidate : candidates) {
+    const PatchTree::Node& node = tree[candidate.node];
+    const bool visible = (candidate.satisfied & kVisible) != 0;
+    if (!ranges.empty() && ranges.back().end == node.first_packet() &&
+        ranges.back().visible == visible) {
+      ranges.back().end = node.end_packet();
+    } else {
+      ranges.push_back({node.first_packet(), node.end_packet(), visible});
+    }
+  }
+  return ranges;
+}
+
+}  // namespace
+
+// What goes down with the recursion below a block.
+struct HierarchicalScorer::Descent {
+  const parallel::Budget& budget;
+  uint32_t first;  // view of `scores`, in the order of the tree
+  std::span<ViewScore> scores;
+  std::span<std::atomic<uint8_t>> seen;
+  HierarchyCounts counts;
+};
+
+HierarchicalScorer::HierarchicalScorer(const BruteForceScorer& scorer,
+                                       const visibility::OpaqueGrid& grid, const CellArrays& cells,
+                                       std::span<const Eigen::Vector3i> viewcells,
+                                       double viewcell_size, const HierarchyOptions& options,
+                                       parallel::Parallel& parallel, const parallel::Budget& budget)
+    : scorer_(scorer),
+      cells_(cells),
+      viewcells_(viewcells),
+      viewcell_size_(viewcell_size),
+      options_(options),
+      counts_(grid, parallel, budget),
+      tests_(scorer, grid, counts_, options.tolerance, options.visible_pairs),
+      patches_(cells, parallel, budget),
+      views_(viewcells, viewcell_size, options.leaf_views),
+      built_(!budget.Expired()) {}
+
+void HierarchicalScorer::Refine(const ViewBox& pass, const ViewBlock::Candidate& candidate,
+                                Candidates& out, double& certain, HierarchyCounts& counts,
+                                std::span<std::atomic<uint8_t>> seen) const {
+  const PatchTree::Node& node = patches_[candidate.node];
+  uint8_t satisfied = candidate.satisfied;
+  double gain = 0;
+  switch (tests_.Test(pass, node, cells_, satisfied, gain, counts, seen)) {
+    case ShaftClassifier::Relation::kNothing:
+      return;
+    case ShaftClassifier::Relation::kConstant:
+      certain += gain;
+      return;
+    case ShaftClassifier::Relation::kMixed:
+      break;
+  }
+  // The larger of the two is split: the patch here, the views by who calls.
+  if (node.child != 0 && (pass.leaf || static_cast<double>(node.width) > pass.width)) {
+    for (uint32_t child = node.child; child < node.child + 2; ++child) {
+      Refine(pass, {child, satisfied}, out, certain, counts, seen);
+    }
+    return;
+  }
+  out.push_back({candidate.node, satisfied});
+}
+
+bool HierarchicalScorer::RefineAll(const ViewBox& pass,
+                                   std::span<const ViewBlock::Candidate> candidates,
+                                   const parallel::Budget& budget, Candidates& out, double& certain,
+                                   HierarchyCounts& counts,
+                                   std::span<std::atomic<uint8_t>> seen) const {
+  for (size_t i = 0; i < candidates.size(); ++i) {
+    if (i % kCandidatesBetweenPolls == 0 && budget.Expired()) return false;
+    Refine(pass, candidates[i], out, certain, counts, seen);
+  }
+  return true;
+}
+
+bool HierarchicalScorer::Cull(const parallel::Budget& budget, parallel::Parallel& parallel,
+                              std::span<std::atomic<uint8_t>> seen) {
+  blocks_.clear();
+  block_of_.assign(viewcells_.size(), 0);
+  culled_ = {};
+  if (!built_) return false;
+  if (viewcells_.empty() || cells_.size() == 0) return true;
+  struct Level {
+    ViewBlock block;
+    HierarchyCounts counts;
+  };
+  const auto refine = [&](uint32_t node, const ViewBlock& parent, Level& level) {
+    level.block.node = node;
+    level.block.certain = parent.certain;
+    RefineAll(tests_.Of(views_[node]), parent.candidates, budget, level.block.candidates,
+              level.block.certain, level.counts, seen);
+  };
+  ViewBlock all;
+  all.candidates.push_back({});
+  std::vector<Level> front(1);
+  refine(0, all, front[0]);
+  if (budget.Expired()) return false;
+  culled_ += front[0].counts;
+  while (!front.empty()) {
+    // Nodes of one level side by side, each with its parent's list.
+    struct Task {
+      uint32_t node;
+      const ViewBlock* parent;
+    };
+    std::vector<Task> tasks;
+    for (Level& level : front) {
+      const ViewTree::Node& node = views_[level.block.node];
+      if (node.size() <= options_.block_views || node.children == 0) {
+        blocks_.push_back(std::move(level.block));
+        continue;
+      }
+      for (uint32_t c = 0; c < node.children; ++c) tasks.push_back({node.child + c, &level.block});
+    }
+    std::vector<Level> next(tasks.size());
+    parallel.For(tasks.size(), [&](size_t i) { refine(tasks[i].node, *tasks[i].parent, next[i]); });
+    if (budget.Expired()) {  // a list may be cut short
+      blocks_.clear();
+      return false;
+    }
+    for (const Level& level : next) culled_ += level.counts;
+    front = std::move(next);
+  }
+  std::sort(blocks_.begin(), blocks_.end(), [this](const ViewBlock& a, const ViewBlock& b) {
+    return views_[a.node].begin < views_[b.node].begin;
+  });
+  for (uint32_t b = 0; b < blocks_.size(); ++b) {
+    ViewBlock& block = blocks_[b];
+    block.potential = block.certain;
+    for (const ViewBlock::Candidate& candidate : block.candidates) {
+      block.potential += patches_[candidate.node].potential;
+    }
+    for (const uint32_t view : Views(block)) block_of_[view] = b;
+  }
+  return true;
+}
+
+void HierarchicalScorer::Descend(Descent& descent, uint32_t index,
+                                 std::span<const ViewBlock::Candidate> candidates,
+                                 double certain) const {
+  const ViewTree::Node& node = views_[index];
+  Candidates own;
+  own.reserve(candidates.size());
+  if (!RefineAll(tests_.Of(node), candidates, descent.budget, own, certain, descent.counts,
+                 descent.seen)) {
+    return;
+  }
+  if (node.children > 0) {
+    for (uint32_t c = 0; c < node.children; ++c) Descend(descent, node.child + c, own, certain);
+    return;
+  }
+  const std::vector<PacketRange> ranges = RangesOf(patches_, own);
+  for (uint32_t k = node.begin; k < node.end; ++k) {
+    ViewScore& score = descent.scores[k - descent.first];
+    score = scorer_.ScorePackets(Centre(views_.order()[k]), cells_, ranges, descent.budget,
+                                 descent.seen);
+    score.gain += certain;
+  }
+}
+
+HierarchyCounts HierarchicalScorer::ScoreBlock(const ViewBlock& block,
+                                               const parallel::Budget& budget,
+                                               std::span<ViewScore> scores,
+                                               std::span<std::atomic<uint8_t>> seen) const {
+  HierarchyCounts counts;
+  for (size_t part = 0; part < Parts(block); ++part) {
+    counts += ScorePart(block, part, budget, scores, seen);
+  }
+  return counts;
+}
+
+size_t HierarchicalScorer::Parts(const ViewBlock& block) const {
+  return std::max(1u, static_cast<uint32_t>(views_[block.node].children));
+}
+
+HierarchyCounts HierarchicalScorer::ScorePart(const ViewBlock& block, size_t part,
+                                              const parallel::Budget& budget,
+                                              std::span<ViewScore> scores,
+                                              std::span<std::atomic<uint8_t>> seen) const {
+  const ViewTree::Node& node = views_[block.node];
+  Descent descent{budget, node.begin, scores, seen, {}};
+  const uint32_t below = node.children > 0 ? node.child + static_cast<uint32_t>(part) : block.node;
+  Descend(descent, below, block.candidates, block.certain);
+  return descent.counts;
+}
+
+ViewScore HierarchicalScorer::ScoreView(uint32_t view, const parallel::Budget& budget,
+                                        std::span<std::atomic<uint8_t>> seen) const {
+  const ViewBlock& block = blocks_[block_of_[view]];
+  ViewScore score = scorer_.ScorePackets(Centre(view), cells_, RangesOf(patches_, block.candidates),
+                                         budget, seen);
+  score.gain += block.certain;
+  return score;
+}
+
+std::vector<ViewScore> ScoreEveryView(HierarchicalScorer& scorer, const parallel::Budget& budget,
+                                      parallel::Parallel& parallel) {
+  size_t views = 0;
+  std::vector<ViewScore> scores;
+  if (!scorer.Cull(budget, parallel)) return scores;
+  for (const ViewBlock& block : scorer.blocks()) views += scorer.Views(block).size();
+  scores.resize(views);
+  parallel.For(scorer.blocks().size(), [&](size_t b) {
+    const ViewBlock& block = scorer.blocks()[b];
+    const std::span<const uint32_t> which = scorer.Views(block);
+    std::vector<ViewScore> own(which.size());
+    scorer.ScoreBlock(block, budget, own);
+    for (size_t k = 0; k < own.size(); ++k) scores[which[k]] = own[k];
+  });
+  return scores;
+}
+
+}  // namespace vantage::planning

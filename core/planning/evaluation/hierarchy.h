@@ -1,0 +1,131 @@
+// The hierarchical scorer: an octree of viewcells against a tree of patches, both split only where
+// their relation is mixed (algorithm.md section 8).
+#ifndef VANTAGE_CORE_PLANNING_EVALUATION_HIERARCHY_H_
+#define VANTAGE_CORE_PLANNING_EVALUATION_HIERARCHY_H_
+
+#include <Eigen/Geometry>
+#include <atomic>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/evaluation/shaft_classifier.h"
+#include "core/planning/evaluation/view_tree.h"
+#include "core/planning/scoring/brute_force.h"
+#include "core/planning/scoring/patch_tree.h"
+#include "core/visibility/summed_volume_table.h"
+
+namespace vantage::planning {
+
+struct HierarchyOptions {
+  // epsilon: a pair counts with the middle of its density's bounds when those are so near. 0: only
+  // where the required density is certain, so that scores are those of brute force. Not used with
+  // pose sensitivity.
+  double tolerance = 0;
+  // Views of a leaf. With the packet of 8 cells that is a leaf on the other side, a leaf pair of at
+  // most 128, decided by rays for each view across all its packets. 1: not batched.
+  uint32_t leaf_views = 16;
+  uint32_t block_views = 256;  // views culled together, the unit of parallel work
+  // Shafts of at least so many pairs are tested for being entirely visible; the test costs more
+  // than the rays of smaller ones.
+  uint32_t visible_pairs = 64;
+};
+
+// Views that lie together and what any of them may see.
+struct ViewBlock {
+  uint32_t node = 0;     // of the view tree
+  double certain = 0;    // every view of the block gains this
+  double potential = 0;  // no view gains more, samples
+  // Of the patch tree, in the order of the cells; what is left out gains nothing from the block
+  // or is in `certain`.
+  struct Candidate {
+    uint32_t node = 0;
+    uint8_t satisfied = 0;
+  };
+  std::vector<Candidate> candidates;
+};
+
+// Goes down the view tree with the list of patch groups that are still mixed, instead of down from
+// each patch: a view's score is then whole when its leaf is done, blocks of views are independent
+// of one another, and a deadline leaves whole views. References are kept. Thread safe but for
+// Cull().
+class HierarchicalScorer {
+ public:
+  // `grid` has axes {0, 1, 2}; `cells` are in the order of PatchOrder(); view i is the centre of
+  // viewcell i (FeasibleViews::cells()). Once the budget has expired, Cull() returns false.
+  HierarchicalScorer(const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid,
+                     const CellArrays& cells, std::span<const Eigen::Vector3i> viewcells,
+                     double viewcell_size, const HierarchyOptions& options,
+                     parallel::Parallel& parallel,
+                     const parallel::Budget& budget = parallel::Budget::Unlimited());
+
+  // The upper levels: from the roots to the blocks. False when the budget expired on the way.
+  // `seen` as for BruteForceScorer::Score().
+  bool Cull(const parallel::Budget& budget, parallel::Parallel& parallel,
+            std::span<std::atomic<uint8_t>> seen = {});
+
+  const std::vector<ViewBlock>& blocks() const { return blocks_; }
+  uint32_t BlockOf(uint32_t view) const { return block_of_[view]; }
+  std::span<const uint32_t> Views(const ViewBlock& block) const {
+    return views_.Views(views_[block.node]);
+  }
+
+  // The lower levels of a block: exact scores of all its views, `scores` parallel to Views(block).
+  // After the budget's deadline the rest is left unfinished.
+  HierarchyCounts ScoreBlock(const ViewBlock& block, const parallel::Budget& budget,
+                             std::span<ViewScore> scores,
+                             std::span<std::atomic<uint8_t>> seen = {}) const;
+
+  // The same in parts that may be scored side by side, each into its place in `scores`.
+  size_t Parts(const ViewBlock& block) const;
+  HierarchyCounts ScorePart(const ViewBlock& block, size_t part, const parallel::Budget& budget,
+                            std::span<ViewScore> scores,
+                            std::span<std::atomic<uint8_t>> seen = {}) const;
+
+  // One view, by its block's candidates alone.
+  ViewScore ScoreView(uint32_t view, const parallel::Budget& budget,
+                      std::span<std::atomic<uint8_t>> seen = {}) const;
+
+  const PatchTree& patches() const { return patches_; }
+  const HierarchyCounts& culled() const { return culled_; }
+
+ private:
+  using Candidates = std::vector<ViewBlock::Candidate>;
+
+  void Refine(const ViewBox& pass, const ViewBlock::Candidate& candidate, Candidates& out,
+              double& certain, HierarchyCounts& counts, std::span<std::atomic<uint8_t>> seen) const;
+  // False when the budget expired on the way.
+  bool RefineAll(const ViewBox& pass, std::span<const ViewBlock::Candidate> candidates,
+                 const parallel::Budget& budget, Candidates& out, double& certain,
+                 HierarchyCounts& counts, std::span<std::atomic<uint8_t>> seen) const;
+  Eigen::Vector3d Centre(uint32_t view) const {
+    return (viewcells_[view].cast<double>().array() + 0.5) * viewcell_size_;
+  }
+  struct Descent;
+  void Descend(Descent& descent, uint32_t node, std::span<const ViewBlock::Candidate> candidates,
+               double certain) const;
+
+  const BruteForceScorer& scorer_;
+  const CellArrays& cells_;
+  std::span<const Eigen::Vector3i> viewcells_;
+  double viewcell_size_;
+  HierarchyOptions options_;
+  visibility::SummedVolumeTable counts_;
+  ShaftClassifier tests_;
+  PatchTree patches_;
+  ViewTree views_;
+  bool built_ = false;
+  std::vector<ViewBlock> blocks_;
+  std::vector<uint32_t> block_of_;
+  HierarchyCounts culled_;
+};
+
+// Every view against every cell by the hierarchy. The same result on any number of threads.
+std::vector<ViewScore> ScoreEveryView(HierarchicalScorer& scorer, const parallel::Budget& budget,
+                                      parallel::Parallel& parallel);
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_EVALUATION_HIERARCHY_H_

@@ -1,0 +1,93 @@
+#include "core/planning/evaluation/shaft_classifier.h"
+
+#include <algorithm>
+
+#include "core/visibility/shaft.h"
+
+namespace vantage::planning {
+namespace {
+
+constexpr double kFloatSlack = 1e-5;  // m: views and cells are floats where gains are computed
+
+}  // namespace
+
+ShaftClassifier::ShaftClassifier(const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid,
+                                 const visibility::SummedVolumeTable& counts, double tolerance,
+                                 uint32_t visible_pairs)
+    : scorer_(scorer),
+      intervals_(scorer.constraints()),
+      grid_(grid),
+      counts_(counts),
+      tolerance_(tolerance),
+      visible_pairs_(visible_pairs) {}
+
+ViewBox ShaftClassifier::Of(const ViewTree::Node& node) const {
+  const Eigen::Vector3d reach = Eigen::Vector3d::Constant(scorer_.reach());
+  const Eigen::Vector3d slack = Eigen::Vector3d::Constant(kFloatSlack);
+  const Eigen::Vector3d low = node.centres.min() - reach;
+  const Eigen::Vector3d high = node.centres.max() + reach;
+  ViewBox views;
+  views.box = Eigen::AlignedBox3d(low - slack, high + slack);
+  views.scene = Eigen::AlignedBox3d(low / scorer_.voxel() - scorer_.scene().corner(),
+                                    high / scorer_.voxel() - scorer_.scene().corner());
+  views.width = (high - low).maxCoeff();
+  views.views = node.size();
+  views.leaf = node.children == 0;
+  return views;
+}
+
+// What each view of a pair gains that is entirely visible and of which all constraints hold.
+double ShaftClassifier::Constant(const PatchTree::Node& group, const CellArrays& cells,
+                                 const Interval& density) const {
+  if (density.min >= group.bounds.most_enough) return group.potential;
+  const auto s = static_cast<float>(0.5 * (density.min + density.max));
+  double sum = 0;
+  for (size_t i = group.begin; i < group.end; ++i) {
+    const float gained = std::max(0.0f, std::min(s, cells.enough[i]) - cells.q[i]);
+    sum += static_cast<double>(cells.factor[i]) * static_cast<double>(gained);
+  }
+  return sum;
+}
+
+ShaftClassifier::Relation ShaftClassifier::Test(const ViewBox& views, const PatchTree::Node& group,
+                                                const CellArrays& cells, uint8_t& satisfied,
+                                                double& gain, HierarchyCounts& counts,
+                                                std::span<std::atomic<uint8_t>> seen) const {
+  Interval density;
+  ++counts.pairs;
+  if (!intervals_.Test(views.box, group.bounds, satisfied, density)) {
+    ++counts.violated;
+    return Relation::kNothing;
+  }
+  if (!(satisfied & kVisible)) {
+    const visibility::Hidden hidden =
+        visibility::Occlusion(grid_, counts_, views.scene, group.targets);
+    if (hidden == visibility::Hidden::kAll) {
+      ++counts.occluded;
+      return Relation::kNothing;
+    }
+    // Nothing between the middles: perhaps nothing at all.
+    if (hidden == visibility::Hidden::kNone &&
+        static_cast<uint64_t>(views.views) * group.size() >= visible_pairs_ &&
+        EntirelyVisible(counts_, views.scene, group.targets)) {
+      ++counts.visible;
+      satisfied |= kVisible;
+    }
+  }
+  constexpr uint8_t kAllSatisfied = kSensingSatisfied | kVisible;
+  if ((satisfied & kAllSatisfied) != kAllSatisfied) return Relation::kMixed;
+  if (group.bounds.has_dropouts) return Relation::kMixed;
+  const bool saturated = density.min >= group.bounds.most_enough;
+  const bool constant =
+      scorer_.reach() == 0 && density.max - density.min <= tolerance_ * density.max;
+  if (!saturated && !constant) return Relation::kMixed;
+  gain = Constant(group, cells, density);
+  if (!seen.empty() && gain > 0) {
+    for (uint32_t i = group.begin; i < group.end; ++i) {
+      if (cells.factor[i] > 0) MarkSeen(seen, cells.cell[i]);
+    }
+  }
+  return Relation::kConstant;
+}
+
+}  // namespace vantage::planning

@@ -1,0 +1,73 @@
+#include "core/planning/evaluation/visibility_cache.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace vantage::planning {
+namespace {
+
+constexpr double kSide = 0.6;  // m, about
+// Looking takes as long as scoring one view on so large a part of the cells.
+constexpr uint64_t kLookingTakes = 10;
+constexpr double kFloatSlack = 1e-5;  // m: views are floats where rays are cast
+
+}  // namespace
+
+VisibilityCache::VisibilityCache(const BruteForceScorer& scorer, const FeasibleViews& views,
+                                 const CellArrays& cells, const visibility::OpaqueGrid& grid)
+    : scorer_(scorer),
+      views_(views),
+      worth_looking_(cells.size() / kLookingTakes),
+      side_(std::max(1, static_cast<int>(std::lround(kSide / views.cell_size())))),
+      visible_sets_(cells, grid) {}
+
+VisibilityCache::Key VisibilityCache::KeyOf(uint32_t view) const {
+  Key key;
+  for (int a = 0; a < 3; ++a) {
+    const int at = views_.cells()[view][a];
+    key[static_cast<size_t>(a)] = (at >= 0 ? at : at - side_ + 1) / side_;
+  }
+  return key;
+}
+
+Eigen::AlignedBox3d VisibilityCache::BoxOf(const Key& key) const {
+  const Eigen::Vector3d first = Eigen::Vector3i(key[0], key[1], key[2]).cast<double>() * side_;
+  const Eigen::Vector3d low = first.array() + 0.5;
+  const Eigen::Vector3d high = first.array() + side_ - 0.5;
+  const double around = scorer_.reach() + kFloatSlack;
+  const auto in_scene = [&](const Eigen::Vector3d& viewcells, double by) -> Eigen::Vector3d {
+    const Eigen::Vector3d at = viewcells * views_.cell_size();
+    return (at.array() + by) / scorer_.voxel() - scorer_.scene().corner().array();
+  };
+  return {in_scene(low, -around), in_scene(high, around)};
+}
+
+void VisibilityCache::Prepare(std::span<const uint32_t> which, size_t drawn,
+                              const parallel::Budget& budget, parallel::Parallel& parallel) {
+  struct Look {
+    Key key;
+    std::optional<std::vector<PacketRange>> potentially_visible;
+  };
+  std::vector<Look> looks;
+  for (const uint32_t view : which) {
+    const Key key = KeyOf(view);
+    Entry& entry = entries_[key];
+    const bool before = entry.scored >= worth_looking_;
+    entry.scored += drawn;
+    if (!before && entry.scored >= worth_looking_) looks.push_back({key, {}});
+  }
+  parallel.For(looks.size(), [&](size_t k) {
+    if (!budget.Expired()) looks[k].potentially_visible = visible_sets_.From(BoxOf(looks[k].key));
+  });
+  for (Look& look : looks)
+    entries_[look.key].potentially_visible = std::move(look.potentially_visible);
+}
+
+const std::vector<PacketRange>* VisibilityCache::PotentiallyVisibleFrom(uint32_t view) const {
+  const auto found = entries_.find(KeyOf(view));
+  if (found == entries_.end() || !found->second.potentially_visible.has_value()) return nullptr;
+  return &*found->second.potentially_visible;
+}
+
+}  // namespace vantage::planning

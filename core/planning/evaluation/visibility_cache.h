@@ -1,0 +1,58 @@
+// Potentially visible sets of views, found once for those that lie close together.
+#ifndef VANTAGE_CORE_PLANNING_EVALUATION_VISIBILITY_CACHE_H_
+#define VANTAGE_CORE_PLANNING_EVALUATION_VISIBILITY_CACHE_H_
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/scoring/brute_force.h"
+#include "core/planning/scoring/constraints.h"
+#include "core/planning/scoring/potentially_visible_sets.h"
+#include "core/visibility/opaque_grid.h"
+
+namespace vantage::planning {
+
+// References are kept.
+class VisibilityCache {
+ public:
+  // `cells` and `grid` as PotentiallyVisibleSets wants them.
+  VisibilityCache(const BruteForceScorer& scorer, const FeasibleViews& views,
+                  const CellArrays& cells, const visibility::OpaqueGrid& grid);
+
+  // To be told before `which` are scored on `drawn` cells each. Where that and what was scored
+  // before come to more than it takes, what is potentially visible is found out. With a budget that
+  // doesn't expire that does not depend on the number of threads.
+  void Prepare(std::span<const uint32_t> which, size_t drawn, const parallel::Budget& budget,
+               parallel::Parallel& parallel);
+
+  // All cells but those that are hidden from the view; null: not found out.
+  const std::vector<PacketRange>* PotentiallyVisibleFrom(uint32_t view) const;
+
+ private:
+  using Key = std::array<int, 3>;
+  struct Entry {
+    uint64_t scored = 0;  // pairs of view and cell
+    std::optional<std::vector<PacketRange>> potentially_visible;
+  };
+  Key KeyOf(uint32_t view) const;
+  Eigen::AlignedBox3d BoxOf(const Key& key) const;
+
+  const BruteForceScorer& scorer_;
+  const FeasibleViews& views_;
+  const uint64_t worth_looking_;  // pairs
+  const int side_;                // viewcells
+  const PotentiallyVisibleSets visible_sets_;
+  absl::flat_hash_map<Key, Entry> entries_;
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_EVALUATION_VISIBILITY_CACHE_H_

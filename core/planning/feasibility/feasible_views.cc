@@ -1,0 +1,347 @@
+#include "core/planning/feasibility/feasible_views.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+
+namespace vantage::planning {
+namespace {
+
+constexpr double kSlack = 1e-9;  // m, for limits that fall on a cell's face
+
+int FloorDiv(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
+
+// row | row << 1 | row >> 1, with opaque space beyond both ends.
+void Dilate(std::span<const uint64_t> row, std::span<uint64_t> out) {
+  for (size_t w = 0; w < row.size(); ++w) {
+    const uint64_t below = w == 0 ? 1 : row[w - 1] >> 63;
+    const uint64_t above = w + 1 == row.size() ? uint64_t{1} << 63 : row[w + 1] << 63;
+    out[w] = row[w] | row[w] << 1 | below | row[w] >> 1 | above;
+  }
+}
+
+bool AnyBit(const uint64_t* words, int first, int count) {
+  for (int bit = first; bit < first + count; ++bit) {
+    if ((words[bit >> 6] >> (bit & 63)) & 1) return true;
+  }
+  return false;
+}
+
+}  // namespace
+
+FeasibleViews FeasibleViews::Find(const model::PlanningView& model,
+                                  const visibility::OpaqueGrid& grid,
+                                  const sensor::ScannerModel& scanner, const PlanningConfig& config,
+                                  const parallel::Budget& budget, parallel::Parallel& parallel) {
+  FeasibleViews views;
+  views.voxel_ = model.voxel_size();
+  views.voxels_per_cell_ =
+      std::max(1, static_cast<int>(std::lround(config.viewcell_size / model.voxel_size())));
+  const int n = views.voxels_per_cell_;
+  views.cell_size_ = n * model.voxel_size();
+  const model::VoxelBox& box = model.bounds();
+  if (box.empty()) {
+    views.finished_ = true;
+    return views;
+  }
+  for (int a = 0; a < 3; ++a) {
+    views.first_[a] = FloorDiv(box.min[a], n);
+    views.size_[a] = FloorDiv(box.max[a] - 1, n) + 1 - views.first_[a];
+  }
+  const size_t layer = static_cast<size_t>(views.size_.x()) * static_cast<size_t>(views.size_.y());
+  views.why_.assign(layer * static_cast<size_t>(views.size_.z()),
+                    static_cast<uint8_t>(Infeasibility::kNoFloor));
+  views.floor_ = FloorHeights::Find(model, config.floor_height, budget);
+  if (budget.Expired()) return views;
+
+  parallel.For(static_cast<size_t>(views.size_.y()), [&](size_t row) {
+    if (budget.Expired()) return;
+    const int cy = views.first_.y() + static_cast<int>(row);
+    for (int cx = views.first_.x(); cx < views.first_.x() + views.size_.x(); ++cx) {
+      views.JudgeColumn(cx, cy, grid, config);
+    }
+  });
+  if (budget.Expired() || !views.CarveClearance(grid, scanner.clearance, budget, parallel)) {
+    return views;
+  }
+  if (budget.Expired()) return views;
+  // Where a scanner stood it can stand: what little its own blind cone and rays without a return
+  // leave unknown around it does not ban the place.
+  for (const model::Station& station : model.stations()) {
+    if (station.clearance < scanner.clearance - kSlack) continue;  // it proves no more than it had
+    const CellIndex cell = views.CellOf(station.position);
+    const Infeasibility why = views.Why(cell);
+    if (why == Infeasibility::kAboveObject || why == Infeasibility::kClearance) {
+      views.why_[views.Offset(cell)] = static_cast<uint8_t>(Infeasibility::kNone);
+    }
+  }
+  views.reach_ = ReachMap(model, grid, views.floor_, config, views.first_.head<2>(),
+                          views.size_.head<2>(), n, budget);
+  if (budget.Expired()) return views;
+
+  views.index_.assign(views.why_.size(), -1);
+  for (size_t at = 0; at < views.why_.size(); ++at) {
+    auto why = static_cast<Infeasibility>(views.why_[at]);
+    const CellIndex cell =
+        views.first_ +
+        CellIndex(static_cast<int>(at % static_cast<size_t>(views.size_.x())),
+                  static_cast<int>(at % layer / static_cast<size_t>(views.size_.x())),
+                  static_cast<int>(at / layer));
+    if (why == Infeasibility::kNone && config.require_reachable &&
+        !views.reach_.Reached(cell.x(), cell.y())) {
+      why = Infeasibility::kUnreachable;
+      views.why_[at] = static_cast<uint8_t>(why);
+    }
+    ++views.counts_[static_cast<size_t>(why)];
+    if (why != Infeasibility::kNone) continue;
+    views.index_[at] = static_cast<int32_t>(views.cells_.size());
+    views.cells_.push_back(cell);
+  }
+  views.finished_ = true;
+  return views;
+}
+
+// Everything but clearance and reachability, for the cells of one column.
+void FeasibleViews::JudgeColumn(int cx, int cy, const visibility::OpaqueGrid& grid,
+                                const PlanningConfig& config) {
+  const int n = voxels_per_cell_;
+  float low_floor = std::numeric_limits<float>::infinity();
+  float high_floor = -low_floor;
+  int top = std::numeric_limits<int>::max();  // first layer over the floor that is not empty
+  for (int y = cy * n; y < cy * n + n; ++y) {
+    for (int x = cx * n; x < cx * n + n; ++x) {
+      const float height = floor_.Height(x, y);
+      if (std::isnan(height)) return;  // kNoFloor, as initialised
+      low_floor = std::min(low_floor, height);
+      high_floor = std::max(high_floor, height);
+      int z = FirstLayerOverFloor(height, voxel_);
+      while (z < top && grid.Empty({x, y, z})) ++z;
+      top = std::min(top, z);
+    }
+  }
+  const double x0 = cx * cell_size_;
+  const double y0 = cy * cell_size_;
+  for (int cz = first_.z(); cz < first_.z() + size_.z(); ++cz) {
+    const Eigen::Vector3d corner(x0, y0, cz * cell_size_);
+    const Region cell(corner, corner + Eigen::Vector3d::Constant(cell_size_));
+    Infeasibility why = Infeasibility::kNone;
+    if (cell.min().z() < high_floor + config.min_height - kSlack) {
+      why = Infeasibility::kTooLow;
+    } else if (cell.max().z() > low_floor + config.max_height + kSlack) {
+      why = Infeasibility::kTooHigh;
+    } else if (cz * n + n > top) {
+      why = Infeasibility::kAboveObject;
+    } else if (config.region_of_interest.has_value() &&
+               ((cell.min().array() < config.region_of_interest->min().array() - kSlack).any() ||
+                (cell.max().array() > config.region_of_interest->max().array() + kSlack).any())) {
+      why = Infeasibility::kOutsideRegion;
+    } else {
+      for (const Region& keep_out : config.keep_out) {
+        if ((cell.min().array() < keep_out.max().array() - kSlack).all() &&
+            (cell.max().array() > keep_out.min().array() + kSlack).all()) {
+          why = Infeasibility::kKeepOut;
+        }
+      }
+      for (const RejectedPlace& place : config.rejected) {
+        if (why != Infeasibility::kNone) break;
+        const double dx = std::max(
+            {0.0, cell.min().x() - place.position.x(), place.position.x() - cell.max().x()});
+        const double dy = std::max(
+            {0.0, cell.min().y() - place.position.y(), place.position.y() - cell.max().y()});
+        if (dx * dx + dy * dy < place.radius * place.radius) why = Infeasibility::kRejected;
+      }
+    }
+    why_[Offset({cx, cy, cz})] = static_cast<uint8_t>(why);
+  }
+}
+
+// A voxel lacks clearance when the gap between it and a non-empty voxel, box to box, is less than
+// the clearance; a cell when one of its voxels does. The gap is a whole number of voxels on each
+// axis, so growing rows of bits by whole voxels is exact.
+bool FeasibleViews::CarveClearance(const visibility::OpaqueGrid& grid, double clearance,
+                                   const parallel::Budget& budget, parallel::Parallel& parallel) {
+  const int n = voxels_per_cell_;
+  const double limit = clearance / voxel_ - 1e-6;  // voxels
+  // Offsets of rows with the number of voxels by which theirs must be grown along x.
+  struct Offset2 {
+    int dy, dz, grow;
+  };
+  std::vector<Offset2> offsets;
+  int most = 0;
+  const int reach = static_cast<int>(std::ceil(limit)) + 1;
+  for (int dz = -reach; dz <= reach; ++dz) {
+    for (int dy = -reach; dy <= reach; ++dy) {
+      const int gy = std::max(0, std::abs(dy) - 1);
+      const int gz = std::max(0, std::abs(dz) - 1);
+      const double rest = limit * limit - gy * gy - gz * gz;
+      if (rest <= 0) continue;
+      const int grow = static_cast<int>(std::ceil(std::sqrt(rest)));  // largest gap below, plus 1
+      offsets.push_back({dy, dz, grow});
+      most = std::max(most, grow);
+    }
+  }
+  // Only layers near cells that are still in question.
+  const size_t layer = static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y());
+  std::vector<uint8_t> wanted(static_cast<size_t>(size_.z()), 0);
+  for (size_t cz = 0; cz < wanted.size(); ++cz) {
+    const auto begin = why_.begin() + static_cast<ptrdiff_t>(cz * layer);
+    wanted[cz] = std::any_of(begin, begin + static_cast<ptrdiff_t>(layer),
+                             [](uint8_t why) { return why == 0; });
+  }
+  const model::VoxelBox& box = grid.box();
+  const size_t words = grid.words_per_row();
+  const size_t rows = static_cast<size_t>(box.max.y() - box.min.y());
+  const size_t block = rows * words;  // one layer grown by one amount
+  const auto levels = static_cast<size_t>(most) + 1;
+
+  parallel.For(wanted.size(), [&](size_t slot) {
+    if (!wanted[slot] || budget.Expired()) return;
+    const int cz = first_.z() + static_cast<int>(slot);
+    std::vector<uint64_t> grown(block * levels);
+    std::vector<uint64_t> lacking(block, 0);
+    for (int layer_z = cz * n - reach; layer_z < cz * n + n + reach; ++layer_z) {
+      if (budget.Expired()) return;
+      const bool outside = layer_z < box.min.z() || layer_z >= box.max.z();
+      if (!outside) {
+        for (size_t row = 0; row < rows; ++row) {
+          const auto source = grid.Row(box.min.y() + static_cast<int>(row), layer_z);
+          std::copy(source.begin(), source.end(),
+                    grown.begin() + static_cast<ptrdiff_t>(row * words));
+          for (size_t g = 1; g < levels; ++g) {
+            Dilate({grown.data() + (g - 1) * block + row * words, words},
+                   {grown.data() + g * block + row * words, words});
+          }
+        }
+      }
+      // The cell's nearest own layer decides the gap along z: one pass over dy for the layer.
+      const int own = std::clamp(layer_z, cz * n, cz * n + n - 1);
+      for (const Offset2& offset : offsets) {
+        if (offset.dz != layer_z - own) continue;
+        if (outside) {
+          std::fill(lacking.begin(), lacking.end(), ~uint64_t{0});
+          break;
+        }
+        const uint64_t* level = grown.data() + static_cast<size_t>(offset.grow) * block;
+        for (size_t row = 0; row < rows; ++row) {
+          const int64_t from = static_cast<int64_t>(row) + offset.dy;
+          uint64_t* to = lacking.data() + row * words;
+          if (from < 0 || from >= static_cast<int64_t>(rows)) {
+            std::fill(to, to + words, ~uint64_t{0});
+            continue;
+          }
+          const uint64_t* source = level + static_cast<size_t>(from) * words;
+          for (size_t w = 0; w < words; ++w) to[w] |= source[w];
+        }
+      }
+    }
+    for (int cy = first_.y(); cy < first_.y() + size_.y(); ++cy) {
+      for (int cx = first_.x(); cx < first_.x() + size_.x(); ++cx) {
+        uint8_t& why = why_[Offset({cx, cy, cz})];
+        if (why != 0) continue;
+        for (int y = cy * n; y < cy * n + n; ++y) {
+          const size_t row = static_cast<size_t>(y - box.min.y());
+          if (AnyBit(lacking.data() + row * words, cx * n - box.min.x(), n)) {
+            why = static_cast<uint8_t>(Infeasibility::kClearance);
+          }
+        }
+      }
+    }
+  });
+  return !budget.Expired();
+}
+
+double FeasibleViews::HeightOverFloor(const Eigen::Vector3d& p) const {
+  return p.z() - floor_.Height(static_cast<int>(std::floor(p.x() / voxel_)),
+                               static_cast<int>(std::floor(p.y() / voxel_)));
+}
+
+std::string InfeasibilityWords(Infeasibility why, const sensor::ScannerModel& scanner,
+                               const PlanningConfig& config) {
+  switch (why) {
+    case Infeasibility::kNone:
+      return "feasible";
+    case Infeasibility::kNoFloor:
+      return "no floor is known below it: scan nearer to it, or set floor_height";
+    case Infeasibility::kTooLow:
+      return absl::StrFormat("lower than min_height, %.2f m over the floor", config.min_height);
+    case Infeasibility::kTooHigh:
+      return absl::StrFormat("higher than max_height, %.2f m over the floor", config.max_height);
+    case Infeasibility::kAboveObject:
+      return "something that is not known to be empty lies between it and the floor";
+    case Infeasibility::kOutsideRegion:
+      return "outside the region of interest";
+    case Infeasibility::kKeepOut:
+      return "inside a keep-out zone";
+    case Infeasibility::kRejected:
+      return "a person rejected this place";
+    case Infeasibility::kClearance:
+      return absl::StrFormat("less than %.2f m of clearance to what is not known to be empty",
+                             scanner.clearance);
+    case Infeasibility::kUnreachable:
+      return absl::StrFormat(
+          "no passage %.2f m wide and %.2f m high from where the scanner has stood",
+          config.scanner_width, config.scanner_height);
+  }
+  return "unknown reason";
+}
+
+std::string FeasibleViews::Explain(const sensor::ScannerModel& scanner,
+                                   const PlanningConfig& config) const {
+  if (!cells_.empty()) return absl::StrCat(cells_.size(), " viewcells are feasible");
+  if (!floor_.found()) {
+    return "no viewcell is feasible: the model shows no floor (upward measured surface under free "
+           "space); set floor_height, or scan so that the floor is seen";
+  }
+  std::string message = "no viewcell is feasible; of the cells at an allowed height over the floor";
+  size_t total = 0;
+  const char* separator = ": ";
+  for (int reason = static_cast<int>(Infeasibility::kAboveObject); reason < kInfeasibilities;
+       ++reason) {
+    const size_t count = counts_[static_cast<size_t>(reason)];
+    total += count;
+    if (count == 0) continue;
+    absl::StrAppend(&message, separator, count, " - ",
+                    InfeasibilityWords(static_cast<Infeasibility>(reason), scanner, config));
+    separator = "; ";
+  }
+  if (total == 0) {
+    return absl::StrFormat(
+        "no viewcell is feasible: none lies wholly between %.2f m and %.2f m over the floor, which "
+        "is at %.2f to %.2f m; widen the height range (it must hold a viewcell of %.2f m)",
+        config.min_height, config.max_height, floor_.lowest(), floor_.highest(), cell_size_);
+  }
+  return message;
+}
+
+double ClearanceAt(const visibility::OpaqueGrid& grid, double voxel, const Eigen::Vector3d& p,
+                   double limit) {
+  const Eigen::Vector3d q = p / voxel;
+  const model::VoxelIndex at = q.array().floor().cast<int>();
+  const int reach = static_cast<int>(std::ceil(limit / voxel));
+  double best = limit / voxel;
+  best *= best;
+  // Cubic shells outwards: shell r cannot hold anything nearer than r - 1 voxels.
+  for (int r = 0; r <= reach; ++r) {
+    if (r > 1 && static_cast<double>(r - 1) * (r - 1) >= best) break;
+    for (int dz = -r; dz <= r; ++dz) {
+      for (int dy = -r; dy <= r; ++dy) {
+        const bool face = std::abs(dz) == r || std::abs(dy) == r;
+        for (int dx = -r; dx <= r; dx += face || r == 0 ? 1 : 2 * r) {
+          const model::VoxelIndex v = at + model::VoxelIndex(dx, dy, dz);
+          if (grid.Empty(v)) continue;
+          double squared = 0;
+          for (int a = 0; a < 3; ++a) {
+            const double gap = std::max({0.0, v[a] - q[a], q[a] - (v[a] + 1)});
+            squared += gap * gap;
+          }
+          best = std::min(best, squared);
+        }
+      }
+    }
+  }
+  return std::sqrt(best) * voxel;
+}
+
+}  // namespace vantage::planning

@@ -1,0 +1,117 @@
+// Step A: where a scanner can stand (algorithm.md section 7A).
+#ifndef VANTAGE_CORE_PLANNING_FEASIBILITY_FEASIBLE_VIEWS_H_
+#define VANTAGE_CORE_PLANNING_FEASIBILITY_FEASIBLE_VIEWS_H_
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/model/view/planning_view.h"
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/feasibility/floor_heights.h"
+#include "core/planning/feasibility/reachability.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/sensor/scanner_model.h"
+#include "core/visibility/opaque_grid.h"
+
+namespace vantage::planning {
+
+// Why a viewcell is not feasible: the first of these that applies, in this order.
+enum class Infeasibility : uint8_t {
+  kNone = 0,
+  kNoFloor,        // no floor is known below it
+  kTooLow,         // some of it is lower over the floor than allowed
+  kTooHigh,        // some of it is higher over the floor than allowed
+  kAboveObject,    // something that is not known to be empty lies between it and the floor
+  kOutsideRegion,  // not wholly inside the region of interest
+  kKeepOut,        // touches a keep-out box
+  kRejected,       // within the radius of a rejected place
+  kClearance,      // something that is not known to be empty is nearer than the clearance
+  kUnreachable,    // no passage for the scanner from where it has stood
+};
+inline constexpr int kInfeasibilities = 10;
+
+// The smallest viewcells, all of one size, each entirely feasible or not: mixed means infeasible.
+// The cell of a station that had at least this clearance is exempt from clearance and from what
+// lies below it.
+class FeasibleViews {
+ public:
+  // Cell coordinates: cell c covers [c, c + 1) * cell_size on each axis of the model frame.
+  using CellIndex = Eigen::Vector3i;
+
+  // Stops early (an empty set, `finished` false) when the budget expires. `grid` is the model's,
+  // with axes {0, 1, 2}. The configuration is valid.
+  static FeasibleViews Find(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
+                            const sensor::ScannerModel& scanner, const PlanningConfig& config,
+                            const parallel::Budget& budget, parallel::Parallel& parallel);
+
+  bool finished() const { return finished_; }
+  double cell_size() const { return cell_size_; }
+  const std::vector<CellIndex>& cells() const { return cells_; }  // by z, y, x
+  Eigen::Vector3d Centre(size_t i) const {
+    return (cells_[i].cast<double>().array() + 0.5) * cell_size_;
+  }
+  CellIndex CellOf(const Eigen::Vector3d& p) const {
+    return (p / cell_size_).array().floor().cast<int>();
+  }
+  // Position in cells(), or -1.
+  int IndexOf(const CellIndex& cell) const { return Inside(cell) ? index_[Offset(cell)] : -1; }
+  Infeasibility Why(const CellIndex& cell) const {
+    return Inside(cell) ? static_cast<Infeasibility>(why_[Offset(cell)]) : Infeasibility::kNoFloor;
+  }
+
+  const FloorHeights& floor() const { return floor_; }
+  const ReachMap& reach() const { return reach_; }
+  // Height over the floor below, m; NaN where there is none.
+  double HeightOverFloor(const Eigen::Vector3d& p) const;
+
+  // Cells by reason, of those whose height over the floor is allowed; and in words, which
+  // constraint leaves nothing and what to do about it.
+  const std::array<size_t, kInfeasibilities>& counts() const { return counts_; }
+  std::string Explain(const sensor::ScannerModel& scanner, const PlanningConfig& config) const;
+
+ private:
+  bool Inside(const CellIndex& c) const {
+    return ((c - first_).array() >= 0).all() && ((c - first_).array() < size_.array()).all();
+  }
+  size_t Offset(const CellIndex& c) const {
+    const CellIndex d = c - first_;
+    return static_cast<size_t>(d.x()) +
+           static_cast<size_t>(size_.x()) *
+               (static_cast<size_t>(d.y()) +
+                static_cast<size_t>(size_.y()) * static_cast<size_t>(d.z()));
+  }
+  void JudgeColumn(int cx, int cy, const visibility::OpaqueGrid& grid,
+                   const PlanningConfig& config);
+  bool CarveClearance(const visibility::OpaqueGrid& grid, double clearance,
+                      const parallel::Budget& budget, parallel::Parallel& parallel);
+
+  bool finished_ = false;
+  double voxel_ = 0;         // m
+  int voxels_per_cell_ = 1;  // along an edge
+  double cell_size_ = 0;     // m
+  CellIndex first_ = CellIndex::Zero();
+  CellIndex size_ = CellIndex::Zero();
+  std::vector<uint8_t> why_;    // Infeasibility, dense over the model's bounds
+  std::vector<int32_t> index_;  // into cells_, -1
+  std::vector<CellIndex> cells_;
+  std::array<size_t, kInfeasibilities> counts_{};
+  FloorHeights floor_;
+  ReachMap reach_;
+};
+
+// The words for a person of why a single cell is refused.
+std::string InfeasibilityWords(Infeasibility why, const sensor::ScannerModel& scanner,
+                               const PlanningConfig& config);
+
+// Distance from `p` to the nearest voxel that is not empty, m, at most `limit`.
+double ClearanceAt(const visibility::OpaqueGrid& grid, double voxel, const Eigen::Vector3d& p,
+                   double limit);
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_FEASIBILITY_FEASIBLE_VIEWS_H_

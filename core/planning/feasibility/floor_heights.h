@@ -1,0 +1,65 @@
+// The floor: its height under every column of voxels (algorithm.md section 7A).
+#ifndef VANTAGE_CORE_PLANNING_FEASIBILITY_FLOOR_HEIGHTS_H_
+#define VANTAGE_CORE_PLANNING_FEASIBILITY_FLOOR_HEIGHTS_H_
+
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <vector>
+
+#include "core/model/view/planning_view.h"
+#include "core/parallel/budget.h"
+
+namespace vantage::planning {
+
+// A floor is measured surface that faces up with known-empty space on top, and is the lowest such
+// in its column; pieces of it stand for a floor when they carry a station, continue a floor at the
+// same height, continue it by a step, or are large and have no floor around them that lies lower (a
+// table has one). Between measured pieces the height is interpolated.
+class FloorHeights {
+ public:
+  // Neighbouring floors belong together up to this difference in height, m.
+  static constexpr double kMaxStep = 0.20;
+
+  // `given`: z of the floor everywhere (m), found from the model when absent.
+  static FloorHeights Find(const model::PlanningView& model, std::optional<double> given,
+                           const parallel::Budget& budget = parallel::Budget::Unlimited());
+
+  // z of the floor under the voxel column (x, y), m; NaN where none is known.
+  float Height(int x, int y) const {
+    if (x < min_x_ || y < min_y_ || x >= min_x_ + size_x_ || y >= min_y_ + size_y_) {
+      return std::numeric_limits<float>::quiet_NaN();
+    }
+    return height_[Index(x, y)];
+  }
+
+  double measured_area() const { return measured_area_; }  // m^2 that carried the decision
+  bool found() const { return found_; }
+  // Of the measured floor (or as given), m; NaN when there is none.
+  float lowest() const { return lowest_; }
+  float highest() const { return highest_; }
+
+ private:
+  struct Piece;
+  size_t Index(int x, int y) const {
+    return static_cast<size_t>(x - min_x_) +
+           static_cast<size_t>(size_x_) * static_cast<size_t>(y - min_y_);
+  }
+  std::vector<Piece> FindPieces(const std::vector<float>& candidate, double voxel,
+                                const parallel::Budget& budget) const;
+  void KeepFloors(const model::PlanningView& model, const std::vector<float>& candidate,
+                  std::vector<Piece> pieces, const parallel::Budget& budget);
+  void SeedStations(const model::PlanningView& model);
+  void Interpolate(double reach, double voxel, const parallel::Budget& budget);
+
+  int min_x_ = 0, min_y_ = 0, size_x_ = 0, size_y_ = 0;  // voxel columns
+  std::vector<float> height_;
+  double measured_area_ = 0;
+  bool found_ = false;
+  float lowest_ = std::numeric_limits<float>::quiet_NaN();
+  float highest_ = std::numeric_limits<float>::quiet_NaN();
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_FEASIBILITY_FLOOR_HEIGHTS_H_

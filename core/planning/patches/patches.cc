@@ -1,0 +1,244 @@
+#include "core/planning/patches/patches.h"
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <span>
+#include <utility>
+
+#include "absl/container/flat_hash_map.h"
+#include "core/planning/patches/space_behind.h"
+#include "core/visibility/surface_walk.h"
+
+namespace vantage::planning {
+namespace {
+
+constexpr uint32_t kCellsBetweenPolls = 8192;
+constexpr uint32_t kMembersBetweenPolls = 1024;  // each asks for its 26 neighbours
+constexpr uint32_t kNoCell = std::numeric_limits<uint32_t>::max();
+
+// From a voxel to its deficient cell, by bricks: neighbours are looked up 26 times a cell.
+class CellTable {
+ public:
+  // Not to be used when the budget has expired on the way.
+  CellTable(const std::vector<DeficientCell>& cells, const parallel::Budget& budget) {
+    for (uint32_t i = 0; i < cells.size(); ++i) {
+      if (i % kCellsBetweenPolls == 0 && budget.Expired()) return;
+      const auto [it, fresh] = slot_.try_emplace(Key(model::Brick::Of(cells[i].voxel)),
+                                                 static_cast<uint32_t>(bricks_.size()));
+      if (fresh) {
+        bricks_.emplace_back();
+        bricks_.back().fill(kNoCell);
+      }
+      bricks_[it->second][static_cast<size_t>(model::Brick::LocalOf(cells[i].voxel))] = i;
+    }
+  }
+
+  template <typename Fn>
+  void ForEachNeighbour(const model::VoxelIndex& v, Fn&& fn) const {
+    const bool inner = ((v.array() - (v.array() / 8) * 8) > 0).all() && (v.array() >= 0).all() &&
+                       ((v.array() - (v.array() / 8) * 8) < 7).all();
+    const auto own = slot_.find(Key(model::Brick::Of(v)));
+    for (int dz = -1; dz <= 1; ++dz) {
+      for (int dy = -1; dy <= 1; ++dy) {
+        for (int dx = -1; dx <= 1; ++dx) {
+          if (dx == 0 && dy == 0 && dz == 0) continue;
+          const model::VoxelIndex to = v + model::VoxelIndex(dx, dy, dz);
+          const auto it = inner ? own : slot_.find(Key(model::Brick::Of(to)));
+          if (it == slot_.end()) continue;
+          const uint32_t cell = bricks_[it->second][static_cast<size_t>(model::Brick::LocalOf(to))];
+          if (cell != kNoCell) fn(cell);
+        }
+      }
+    }
+  }
+
+ private:
+  static uint64_t Key(const model::VoxelIndex& brick) {
+    const auto part = [](int i) { return static_cast<uint64_t>(i + (1 << 20)) & 0x1fffff; };
+    return part(brick.x()) | part(brick.y()) << 21 | part(brick.z()) << 42;
+  }
+  absl::flat_hash_map<uint64_t, uint32_t> slot_;
+  std::vector<std::array<uint32_t, model::Brick::kVoxels>> bricks_;
+};
+
+// Centre, normal, rectangle and sums of cells [begin, end).
+Patch Describe(const std::vector<DeficientCell>& cells, uint32_t begin, uint32_t end, double voxel,
+               const PlanningConfig& config) {
+  Patch patch;
+  patch.kind = cells[begin].kind;
+  patch.cells.resize(end - begin);
+  std::iota(patch.cells.begin(), patch.cells.end(), begin);
+  Eigen::Vector3d normal = Eigen::Vector3d::Zero();
+  Eigen::Vector3d mean = Eigen::Vector3d::Zero();
+  double density = 0;
+  for (uint32_t i = begin; i < end; ++i) {
+    const DeficientCell& cell = cells[i];
+    const double area = cell.area;
+    patch.area += area;
+    density += area * cell.density;
+    patch.deficit += area * (cell.enough - cell.density);
+    normal += area * cell.normal.cast<double>();
+    mean += area * cell.position.cast<double>();
+  }
+  mean /= patch.area;
+  patch.mean_density = density / patch.area;
+  patch.normal = normal.norm() > 1e-9 ? Eigen::Vector3d(normal.normalized())
+                                      : cells[begin].normal.cast<double>();
+  // The rectangle lies along the principal axes of the cells in the plane.
+  const Eigen::Vector3d e1 = patch.normal.unitOrthogonal();
+  const Eigen::Vector3d e2 = patch.normal.cross(e1);
+  Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
+  for (uint32_t i = begin; i < end; ++i) {
+    const Eigen::Vector3d d = cells[i].position.cast<double>() - mean;
+    const Eigen::Vector2d uv(d.dot(e1), d.dot(e2));
+    scatter += uv * uv.transpose();
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(scatter);
+  const Eigen::Vector2d major = solver.eigenvectors().col(1);
+  patch.axis_u = (major.x() * e1 + major.y() * e2).normalized();
+  Eigen::Vector3d axis_v = patch.normal.cross(patch.axis_u);
+  Eigen::AlignedBox2d extent;
+  for (uint32_t i = begin; i < end; ++i) {
+    const Eigen::Vector3d d = cells[i].position.cast<double>() - mean;
+    extent.extend(Eigen::Vector2d(d.dot(patch.axis_u), d.dot(axis_v)));
+  }
+  extent.min().array() -= voxel / 2;  // cells have a width
+  extent.max().array() += voxel / 2;
+  const Eigen::Vector2d middle = extent.center();
+  patch.centre = mean + middle.x() * patch.axis_u + middle.y() * axis_v;
+  patch.length_u = extent.sizes().x();
+  patch.length_v = extent.sizes().y();
+  if (patch.length_v > patch.length_u) {
+    std::swap(patch.length_u, patch.length_v);
+    patch.axis_u = axis_v;
+  }
+  patch.importance = config.weights[static_cast<size_t>(patch.kind)] * patch.deficit;
+  return patch;
+}
+
+}  // namespace
+
+double SuccessProbability(int missed) { return 2.0 / (2 + missed); }
+
+PatchSet ExtractPatches(const model::PlanningView& model, const PlanningConfig& config,
+                        const PatchTolerance& tolerance, const parallel::Budget& budget) {
+  PatchSet set;
+  std::vector<DeficientCell> deficient;
+  const auto density = static_cast<float>(config.required_density);
+  const auto enough = [&](const model::VoxelIndex& v, model::VoxelState state,
+                          const model::SurfaceVoxel& surface) {
+    // Rays have gone into a hole, and nothing came back.
+    const bool opening =
+        state == model::VoxelState::kFalseOcclusion || state == model::VoxelState::kFalseImage;
+    if (config.depth_behind <= 0 || !opening) return density;
+    const double depth = DepthBehind(model, v, surface.normal, config.depth_behind);
+    return static_cast<float>(DensityWorthHaving(config.required_density, depth));
+  };
+  visibility::WalkSurface(
+      model, budget,
+      [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
+        if (surface.given_up || !(surface.area > 0) || surface.density >= density) return;
+        if (config.region_of_interest.has_value() &&
+            !config.region_of_interest->contains(model.Centre(v))) {
+          return;
+        }
+        const std::span<const model::Dropout> dropouts = model.Dropouts(v);
+        deficient.push_back(
+            {v, model::KindOf(state), surface.centroid, surface.normal, surface.area,
+             model::IsFalseSurface(state) ? 0.0f : surface.density,
+             1 + static_cast<float>(surface.spread) / 256, enough(v, state, surface),
+             static_cast<float>(SuccessProbability(surface.missed)),
+             static_cast<uint32_t>(set.dropouts.size()), static_cast<uint32_t>(dropouts.size())});
+        for (const model::Dropout& look : dropouts) set.dropouts.push_back(look.from);
+      });
+  if (budget.Expired()) return set;
+
+  const CellTable table(deficient, budget);
+  if (budget.Expired()) return set;
+  const double voxel = model.voxel_size();
+  const auto cos_angle = static_cast<float>(std::cos(tolerance.angle));
+  const auto max_offset = static_cast<float>(tolerance.offset * voxel);
+  std::vector<uint8_t> taken(deficient.size(), 0);
+  std::vector<uint32_t> members;
+  set.cells.reserve(deficient.size());
+  for (uint32_t seed = 0; seed < deficient.size(); ++seed) {
+    if (seed % kMembersBetweenPolls == 0 && budget.Expired()) return set;
+    if (taken[seed]) continue;
+    // The plane is that of the seed and those around it that agree with it, and stays: a plane
+    // that moved while the patch grew could leave its first cells outside the tolerance.
+    Eigen::Vector3f normal = deficient[seed].normal;
+    Eigen::Vector3f centre = deficient[seed].position;
+    float count = 1;
+    table.ForEachNeighbour(deficient[seed].voxel, [&](uint32_t i) {
+      if (deficient[i].kind != deficient[seed].kind ||
+          deficient[i].normal.dot(deficient[seed].normal) < cos_angle ||
+          std::abs(deficient[seed].normal.dot(deficient[i].position - deficient[seed].position)) >
+              max_offset) {
+        return;
+      }
+      normal += deficient[i].normal;
+      centre += deficient[i].position;
+      count += 1;
+    });
+    normal.normalize();
+    centre /= count;
+    const auto fits = [&](uint32_t i) {
+      return deficient[i].kind == deficient[seed].kind &&
+             deficient[i].normal.dot(normal) >= cos_angle &&
+             std::abs(normal.dot(deficient[i].position - centre)) <= max_offset;
+    };
+    if (!fits(seed)) {  // an edge: its own plane then
+      normal = deficient[seed].normal;
+      centre = deficient[seed].position;
+    }
+    members.assign(1, seed);
+    taken[seed] = 1;
+    for (size_t head = 0; head < members.size(); ++head) {
+      if ((head + 1) % kMembersBetweenPolls == 0 && budget.Expired()) return set;
+      table.ForEachNeighbour(deficient[members[head]].voxel, [&](uint32_t i) {
+        if (taken[i] || !fits(i)) return;
+        taken[i] = 1;
+        members.push_back(i);
+      });
+    }
+    const auto begin = static_cast<uint32_t>(set.cells.size());
+    for (const uint32_t i : members) set.cells.push_back(deficient[i]);
+    set.patches.push_back(
+        Describe(set.cells, begin, static_cast<uint32_t>(set.cells.size()), voxel, config));
+    set.area += set.patches.back().area;
+  }
+  set.finished = true;
+  return set;
+}
+
+void RankPatches(const PlanningConfig& config, PatchSet& set, const parallel::Budget& budget) {
+  for (Patch& patch : set.patches) {
+    patch.importance = config.weights[static_cast<size_t>(patch.kind)] * patch.deficit;
+  }
+  // Equal importance: the patch met first comes first.
+  std::stable_sort(set.patches.begin(), set.patches.end(),
+                   [](const Patch& a, const Patch& b) { return a.importance > b.importance; });
+  std::vector<DeficientCell> cells;
+  cells.reserve(set.cells.size());
+  size_t until_poll = 0;
+  for (Patch& patch : set.patches) {
+    if (cells.size() >= until_poll) {
+      if (budget.Expired()) {
+        set.finished = false;
+        return;
+      }
+      until_poll = cells.size() + kCellsBetweenPolls;
+    }
+    for (uint32_t& cell : patch.cells) {
+      cells.push_back(set.cells[cell]);
+      cell = static_cast<uint32_t>(cells.size() - 1);
+    }
+  }
+  set.cells = std::move(cells);
+}
+
+}  // namespace vantage::planning

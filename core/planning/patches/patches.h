@@ -1,0 +1,64 @@
+// Steps B and C: surface that needs work, grouped into planar patches and ranked (algorithm.md
+// section 7).
+#ifndef VANTAGE_CORE_PLANNING_PATCHES_PATCHES_H_
+#define VANTAGE_CORE_PLANNING_PATCHES_PATCHES_H_
+
+#include <Eigen/Core>
+#include <vector>
+
+#include "core/model/view/planning_view.h"
+#include "core/parallel/budget.h"
+#include "core/planning/plan/patch.h"
+#include "core/planning/plan/planning_config.h"
+
+namespace vantage::planning {
+
+// A voxel that needs work: false surface, or true surface below the required density, that is not
+// given up and lies in the region of interest.
+struct DeficientCell {
+  model::VoxelIndex voxel;
+  model::SurfaceKind kind = model::SurfaceKind::kTrue;
+  Eigen::Vector3f position;  // m, the model's centroid of it
+  Eigen::Vector3f normal;    // unit, towards the empty side
+  float area = 0;            // m^2
+  float density = 0;         // q, samples / m^2
+  float spread = 1;          // density at its middle over q, of the scan that q is of
+  float enough = 0;          // samples / m^2: D, or more where there is space behind it
+  float success = 1;         // probability that measuring it works, from earlier attempts
+  // Places from which rays to it dropped out: [dropouts, dropouts + dropout_count) of
+  // PatchSet::dropouts.
+  uint32_t dropouts = 0;
+  uint32_t dropout_count = 0;
+};
+
+// How far a patch may stray from its plane.
+struct PatchTolerance {
+  double angle = 0.35;   // rad, of a cell's normal from the plane's
+  double offset = 0.75;  // voxels, of a cell's position from the plane
+};
+
+struct PatchSet {
+  std::vector<DeficientCell> cells;       // those of a patch side by side, patches in order
+  std::vector<Patch> patches;             // unranked: by first cell met
+  std::vector<Eigen::Vector3f> dropouts;  // m, model frame
+  double area = 0;                        // m^2, of all cells
+  bool finished = false;                  // false: the budget expired on the way
+};
+
+// B. Each deficient voxel is in exactly one patch; a patch is connected (26 neighbours), of one
+// kind, and planar within the tolerance.
+PatchSet ExtractPatches(const model::PlanningView& model, const PlanningConfig& config,
+                        const PatchTolerance& tolerance, const parallel::Budget& budget);
+
+// C. Sorts the patches by importance = weight * deficit, the most important first, and the cells
+// with them. When the budget expires on the way, the set is no longer `finished` and of no use.
+void RankPatches(const PlanningConfig& config, PatchSet& set,
+                 const parallel::Budget& budget = parallel::Budget::Unlimited());
+
+// The success probability of algorithm.md section 4, 'What never comes', after so many failures and
+// no success (what succeeded needs no work): 1 / (2 + f), normalised to 1 for no attempt.
+double SuccessProbability(int missed);
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_PATCHES_PATCHES_H_

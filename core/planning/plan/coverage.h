@@ -1,0 +1,21 @@
+// How complete a model is.
+#ifndef VANTAGE_CORE_PLANNING_PLAN_COVERAGE_H_
+#define VANTAGE_CORE_PLANNING_PLAN_COVERAGE_H_
+
+#include <array>
+
+#include "core/model/view/voxel.h"
+
+namespace vantage::planning {
+
+struct Coverage {
+  std::array<double, model::kSurfaceKinds> area{};  // m^2 by kind
+  double area_at_density = 0;                       // m^2 of true surface with q >= D
+  double area_given_up = 0;                         // m^2
+  // Area at density over all area that is true, false or under-sampled: the planner's estimate.
+  double estimated_coverage = 0;  // [0, 1]
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_PLAN_COVERAGE_H_

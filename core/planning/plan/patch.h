@@ -1,0 +1,30 @@
+// A piece of surface that needs work (algorithm.md section 7).
+#ifndef VANTAGE_CORE_PLANNING_PLAN_PATCH_H_
+#define VANTAGE_CORE_PLANNING_PLAN_PATCH_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "core/model/view/voxel.h"
+
+namespace vantage::planning {
+
+// A planar group of voxels that need work, of one kind (section 7B).
+struct Patch {
+  model::SurfaceKind kind = model::SurfaceKind::kTrue;
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();   // m, of the bounding rectangle
+  Eigen::Vector3d normal = Eigen::Vector3d::UnitZ();  // unit
+  Eigen::Vector3d axis_u = Eigen::Vector3d::UnitX();  // unit, along the rectangle's longer side
+  double length_u = 0;                                // m, full sides of the rectangle
+  double length_v = 0;
+  double area = 0;          // m^2, sum over its cells
+  double mean_density = 0;  // mean q, samples / m^2
+  double deficit = 0;       // samples lacking: (D - mean q) * area, and what space behind it needs
+  double importance = 0;    // w * deficit
+  std::vector<uint32_t> cells;  // into PlanInput's deficient cells, ascending
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_PLAN_PATCH_H_

@@ -1,0 +1,74 @@
+// What a plan answers (algorithm.md sections 5 to 10).
+#ifndef VANTAGE_CORE_PLANNING_PLAN_PLAN_H_
+#define VANTAGE_CORE_PLANNING_PLAN_PLAN_H_
+
+#include <Eigen/Core>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "core/planning/plan/coverage.h"
+#include "core/planning/plan/patch.h"
+#include "core/planning/plan/ranked_view.h"
+
+namespace vantage::planning {
+
+enum class PlanOutcome {
+  kViews,              // `views` is not empty
+  kNoFeasibleView,     // nowhere to stand; `message` says which constraint leaves nothing
+  kNoRegistrableView,  // candidates exist, none registers: `refused` with remedies
+  kNothingToGain,      // every surface meets D, or no view gains anything
+  kSearchUnfinished,   // nothing could be said in the time
+  kCancelled,
+};
+
+enum class PlanStage { kFeasible, kPatches, kRankPatches, kEvaluate, kRankViews, kCheck };
+inline constexpr int kPlanStages = 6;
+inline constexpr std::array<const char*, kPlanStages> kPlanStageNames = {
+    "feasible views", "extract patches", "rank patches",
+    "evaluate views", "rank views",      "registration check"};
+
+struct Termination {
+  bool suggested = false;
+  std::string reason;             // with the numbers, also when not suggested
+  double best_upper = 0;          // samples, over all views
+  double largest_patch_area = 0;  // m^2
+  double unobservable_area =
+      0;  // m^2 of deficient surface that gains nothing from any feasible view
+  bool unobservable_known = false;  // only a complete evaluation knows
+};
+
+// One viewcell of the map of scores.
+struct ScoredCell {
+  Eigen::Vector3f centre;  // m
+  float score = 0;         // samples
+  float lower = 0;
+  float upper = 0;
+};
+
+struct Plan {
+  PlanOutcome outcome = PlanOutcome::kSearchUnfinished;
+  std::string message;
+  uint64_t model_version = 0;
+  uint64_t seed = 0;
+  std::vector<RankedView> views;      // registrable, best first, at most k
+  std::vector<RankedView> refused;    // the best that fail the check, best first, at most k
+  std::vector<Patch> patches;         // most important first
+  std::vector<ScoredCell> score_map;  // every feasible viewcell that was scored
+  double optimality_gap = 1;          // section 8; 0 when exact
+  double confidence = 1;              // of all bounds together
+  bool complete = false;              // every view scored exactly
+  Termination termination;
+  Coverage coverage;
+  double required_density = 0;  // D that the figures refer to
+  size_t feasible_cells = 0;
+  size_t deficient_cells = 0;
+  double deficient_area = 0;  // m^2
+  uint64_t rays = 0;          // the work done in evaluating and checking
+  std::array<double, kPlanStages> seconds{};
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_PLAN_PLAN_H_

@@ -1,0 +1,61 @@
+// A candidate view in the form in which it is handed out (algorithm.md section 11).
+#ifndef VANTAGE_CORE_PLANNING_PLAN_RANKED_VIEW_H_
+#define VANTAGE_CORE_PLANNING_PLAN_RANKED_VIEW_H_
+
+#include <Eigen/Core>
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/model/view/voxel.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/registration/bound/verdict.h"
+
+namespace vantage::planning {
+
+// Where a candidate is, in a room's own terms.
+struct WallOffset {
+  Eigen::Vector3d wall_point;   // m, on the wall
+  Eigen::Vector3d wall_normal;  // unit, horizontal, towards the candidate
+  double distance = 0;          // m
+};
+struct LocationDescription {
+  std::vector<WallOffset> walls;     // two distinct walls where there are any
+  double last_station_distance = 0;  // m, horizontally
+  double last_station_bearing = 0;   // rad, counter-clockwise from the model's +x
+  std::string words;  // 'from station 2: 1.84 m towards ...; 1.10 m and 2.35 m from the walls'
+};
+
+// The connected viewcells around a candidate that score at least 95 % of it.
+struct EquivalentRegion {
+  Region box;         // m
+  double volume = 0;  // m^3
+  int cells = 0;
+};
+
+struct PatchScore {
+  int patch = 0;    // index into Plan::patches
+  double gain = 0;  // samples
+};
+
+struct RankedView {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, model frame
+  // Samples: expected useful new ones, weighted (`weights`, what samples are worth).
+  double score = 0;
+  double lower = 0;  // samples, score's bounds at the plan's confidence
+  double upper = 0;
+  bool exact = false;  // lower == score == upper, confidence 1
+  std::array<double, model::kSurfaceKinds> score_by_kind{};  // samples, weighted, sums to score
+  double height_over_floor = 0;                              // m
+  double clearance = 0;                                      // m, to the nearest thing not empty
+  std::optional<double> travel;     // m, from the last station through free space
+  std::vector<PatchScore> patches;  // the most gained first, at most 5
+  LocationDescription where;
+  EquivalentRegion region;
+  registration::RegistrationVerdict verdict;
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_PLAN_RANKED_VIEW_H_

@@ -1,0 +1,31 @@
+// Where the seconds of a plan went.
+#ifndef VANTAGE_CORE_PLANNING_PLAN_STAGE_CLOCK_H_
+#define VANTAGE_CORE_PLANNING_PLAN_STAGE_CLOCK_H_
+
+#include <chrono>
+#include <cstddef>
+
+#include "core/planning/plan/plan.h"
+
+namespace vantage::planning {
+
+// Books the time since the last call, or since it was made, on a stage. `plan` outlives it.
+class StageClock {
+ public:
+  using Clock = std::chrono::steady_clock;
+
+  explicit StageClock(Plan& plan) : plan_(plan) {}
+  void Book(PlanStage stage) {
+    const Clock::time_point now = Clock::now();
+    plan_.seconds[static_cast<size_t>(stage)] += std::chrono::duration<double>(now - last_).count();
+    last_ = now;
+  }
+
+ private:
+  Plan& plan_;
+  Clock::time_point last_ = Clock::now();
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_PLAN_STAGE_CLOCK_H_

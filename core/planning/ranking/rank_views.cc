@@ -1,0 +1,184 @@
+#include "core/planning/ranking/rank_views.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/visibility/voxel_walk.h"
+
+namespace vantage::planning {
+namespace {
+
+constexpr double kAsGood = 0.95;
+constexpr size_t kMostPatches = 5;
+constexpr double kWallReach = 20.0;  // m
+constexpr int kWallRays = 72;        // around the horizon
+constexpr int kWallSupport = 3;      // rays that meet a wall at least
+constexpr float kWallTilt = 0.3f;    // |nz| of a wall at most
+
+const char* AxisName(const Eigen::Vector3d& direction) {
+  if (std::abs(direction.x()) >= std::abs(direction.y())) {
+    return direction.x() >= 0 ? "+x" : "-x";
+  }
+  return direction.y() >= 0 ? "+y" : "-y";
+}
+
+// A plane that several horizontal rays meet.
+struct Wall {
+  WallOffset offset;
+  int support = 0;
+};
+
+// The walls that are visible at the height of `position`, in the order of the rays.
+std::vector<Wall> WallsAround(const model::PlanningView& model, const Eigen::Vector3d& position) {
+  std::vector<Wall> walls;
+  const double h = model.voxel_size();
+  for (int i = 0; i < kWallRays; ++i) {
+    const double azimuth = 2 * sensor::kPi * i / kWallRays;
+    const Eigen::Vector3d to =
+        position + kWallReach * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0);
+    const model::SurfaceVoxel* hit = nullptr;
+    visibility::WalkVoxels(position / h, to / h, [&](const model::VoxelIndex& v, double) {
+      if (model.Empty(v)) return true;
+      if (model.State(v) == model::VoxelState::kTrueSurface) hit = model.Surface(v);
+      return false;
+    });
+    if (hit == nullptr || std::abs(hit->normal.z()) > kWallTilt) continue;
+    Eigen::Vector3d normal = hit->normal.cast<double>();
+    normal.z() = 0;
+    normal.normalize();
+    const Eigen::Vector3d point = hit->centroid.cast<double>();
+    const double distance = normal.dot(position - point);
+    if (distance <= 0) continue;
+    const auto same = std::find_if(walls.begin(), walls.end(), [&](const Wall& wall) {
+      return wall.offset.wall_normal.dot(normal) > 0.95 &&
+             std::abs(wall.offset.distance - distance) < 3 * h;
+    });
+    if (same != walls.end()) {
+      ++same->support;
+    } else {
+      walls.push_back({{point, normal, distance}, 1});
+    }
+  }
+  return walls;
+}
+
+}  // namespace
+
+std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleViews& feasible,
+                                double separation, size_t count) {
+  std::vector<uint32_t> ranked;
+  for (const uint32_t i : ByScore(evaluation)) {
+    if (ranked.size() >= count) break;
+    // Ranks are of scores less their errors: one that gains nothing may come before some that do.
+    if (evaluation.views[i].score <= 0) continue;
+    const Eigen::Vector3d at = feasible.Centre(i);
+    const bool near = std::any_of(ranked.begin(), ranked.end(), [&](uint32_t j) {
+      return (feasible.Centre(j) - at).norm() < separation;
+    });
+    if (!near) ranked.push_back(i);
+  }
+  return ranked;
+}
+
+EquivalentRegion RegionAsGood(const Evaluation& evaluation, const FeasibleViews& feasible,
+                              uint32_t view) {
+  const double enough = kAsGood * evaluation.views[view].score;
+  std::vector<uint32_t> members{view};
+  std::vector<uint8_t> taken(evaluation.views.size(), 0);
+  taken[view] = 1;
+  EquivalentRegion region;
+  for (size_t head = 0; head < members.size(); ++head) {
+    const FeasibleViews::CellIndex& cell = feasible.cells()[members[head]];
+    const Eigen::Vector3d low = cell.cast<double>() * feasible.cell_size();
+    region.box.extend(low);
+    region.box.extend(Eigen::Vector3d(low.array() + feasible.cell_size()));
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int side : {-1, 1}) {
+        FeasibleViews::CellIndex to = cell;
+        to[axis] += side;
+        const int i = feasible.IndexOf(to);
+        if (i < 0 || taken[static_cast<size_t>(i)]) continue;
+        const ViewEstimate& estimate = evaluation.views[static_cast<size_t>(i)];
+        if (!estimate.scored || estimate.score < enough) continue;
+        taken[static_cast<size_t>(i)] = 1;
+        members.push_back(static_cast<uint32_t>(i));
+      }
+    }
+  }
+  region.cells = static_cast<int>(members.size());
+  region.volume = region.cells * std::pow(feasible.cell_size(), 3);
+  return region;
+}
+
+LocationDescription DescribeLocation(const model::PlanningView& model,
+                                     const Eigen::Vector3d& position, double height) {
+  LocationDescription where;
+  std::string words;
+  if (!model.stations().empty()) {
+    const Eigen::Vector2d offset = position.head<2>() - model.stations().back().position.head<2>();
+    where.last_station_distance = offset.norm();
+    where.last_station_bearing = std::atan2(offset.y(), offset.x());
+    words = absl::StrFormat("%.2f m from station %d at a bearing of %.0f degrees from +x",
+                            where.last_station_distance, static_cast<int>(model.stations().size()),
+                            sensor::Degrees(where.last_station_bearing));
+  }
+  // The wall that most rays meet, then the best one that stands across it.
+  const std::vector<Wall> walls = WallsAround(model, position);
+  const auto best = [&](const WallOffset* other) {
+    const Wall* found = nullptr;
+    for (const Wall& wall : walls) {
+      if (wall.support < kWallSupport) continue;
+      if (other != nullptr && std::abs(wall.offset.wall_normal.dot(other->wall_normal)) > 0.5) {
+        continue;
+      }
+      if (found == nullptr || wall.support > found->support) found = &wall;
+    }
+    return found;
+  };
+  if (const Wall* first = best(nullptr); first != nullptr) {
+    where.walls.push_back(first->offset);
+    if (const Wall* second = best(&where.walls.front()); second != nullptr) {
+      where.walls.push_back(second->offset);
+    }
+  }
+  for (const WallOffset& wall : where.walls) {
+    absl::StrAppend(&words, words.empty() ? "" : "; ",
+                    absl::StrFormat("%.2f m from the wall on its %s side", wall.distance,
+                                    AxisName(-wall.wall_normal)));
+  }
+  absl::StrAppend(&words, words.empty() ? "" : "; ",
+                  absl::StrFormat("tripod height %.2f m", height));
+  where.words = words;
+  return where;
+}
+
+void SplitGain(const CellArrays& cells, std::span<const float> gains, const PatchSet& patches,
+               RankedView& view) {
+  view.score_by_kind.fill(0);
+  std::vector<double> gain(patches.patches.size(), 0);
+  for (size_t i = 0; i < cells.size(); ++i) {
+    if (gains[i] <= 0) continue;
+    // Patches own their cells side by side, in order.
+    const auto patch = std::partition_point(
+        patches.patches.begin(), patches.patches.end(),
+        [&](const Patch& other) { return other.cells.back() < cells.cell[i]; });
+    view.score_by_kind[static_cast<size_t>(patch->kind)] += static_cast<double>(gains[i]);
+    gain[static_cast<size_t>(patch - patches.patches.begin())] += static_cast<double>(gains[i]);
+  }
+  std::vector<PatchScore> by_patch;
+  for (size_t k = 0; k < gain.size(); ++k) {
+    if (gain[k] > 0) by_patch.push_back({static_cast<int>(k), gain[k]});
+  }
+  std::stable_sort(by_patch.begin(), by_patch.end(),
+                   [](const PatchScore& a, const PatchScore& b) { return a.gain > b.gain; });
+  by_patch.resize(std::min(by_patch.size(), kMostPatches));
+  view.patches = by_patch;
+}
+
+}  // namespace vantage::planning

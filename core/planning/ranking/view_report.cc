@@ -1,0 +1,99 @@
+#include "core/planning/ranking/view_report.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "absl/strings/str_format.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/planning/ranking/rank_views.h"
+
+namespace vantage::planning {
+namespace {
+
+constexpr double kClearanceLimit = 2.0;  // m, reported at most
+
+}  // namespace
+
+void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const {
+  view.position = position;
+  view.height_over_floor = feasible_.HeightOverFloor(position);
+  view.clearance = ClearanceAt(grid_, model_.voxel_size(), position, kClearanceLimit);
+  const FeasibleViews::CellIndex cell = feasible_.CellOf(position);
+  view.travel = feasible_.reach().Travel(cell.x(), cell.y());
+}
+
+bool ViewReport::Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
+                       RankedView& view) const {
+  std::vector<float> gains(scoring_.cells().size());
+  const ViewScore score = scoring_.scorer().ScoreCells(position, scoring_.cells(), budget, gains);
+  if (!score.finished) return false;
+  view.score = view.lower = view.upper = score.gain;
+  view.exact = true;
+  SplitGain(scoring_.cells(), gains, patches_, view);
+  return true;
+}
+
+std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checked,
+                                             const Evaluation& evaluation, size_t count,
+                                             const parallel::Budget& budget,
+                                             parallel::Parallel& parallel) const {
+  std::vector<RankedView> views(std::min(count, checked.size()));
+  parallel.For(views.size(), [&](size_t k) {
+    RankedView& view = views[k];
+    const uint32_t i = checked[k].view;
+    const ViewEstimate& estimate = evaluation.views[i];
+    view.score = estimate.score;
+    view.lower = estimate.lower;
+    view.upper = estimate.upper;
+    view.exact = estimate.exact;
+    view.verdict = checked[k].verdict;
+    Place(feasible_.Centre(i), view);
+    view.region = RegionAsGood(evaluation, feasible_, i);
+    view.where = DescribeLocation(model_, view.position, view.height_over_floor);
+    RankedView split;
+    if (Exact(view.position, budget, split)) {
+      view.score_by_kind = split.score_by_kind;
+      view.patches = std::move(split.patches);
+      view.score = view.lower = view.upper = split.score;
+      view.exact = true;
+    }
+  });
+  return views;
+}
+
+Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation,
+                         const PlanningConfig& config) const {
+  Plan plan;
+  plan.outcome = PlanOutcome::kViews;
+  plan.message = "still evaluating: the views are not yet checked for registration";
+  plan.model_version = base.model_version;
+  plan.seed = base.seed;
+  plan.coverage = base.coverage;
+  plan.required_density = base.required_density;
+  plan.confidence = base.confidence;
+  plan.feasible_cells = base.feasible_cells;
+  plan.deficient_cells = base.deficient_cells;
+  plan.deficient_area = base.deficient_area;
+  plan.seconds = base.seconds;
+  plan.rays = evaluation.rays;
+  double most = 0;
+  for (const ViewEstimate& view : evaluation.views) most = std::max(most, view.upper);
+  for (const uint32_t i : RankViews(evaluation, feasible_, config.separation,
+                                    static_cast<size_t>(config.candidates))) {
+    const ViewEstimate& estimate = evaluation.views[i];
+    RankedView view;
+    view.score = estimate.score;
+    view.lower = estimate.lower;
+    view.upper = estimate.upper;
+    view.exact = estimate.exact;
+    view.verdict.reason = "not checked yet";
+    Place(feasible_.Centre(i), view);
+    plan.views.push_back(std::move(view));
+  }
+  plan.optimality_gap =
+      most > 0 && !plan.views.empty() ? std::clamp(1 - plan.views[0].lower / most, 0.0, 1.0) : 1;
+  plan.termination.best_upper = most;
+  return plan;
+}
+
+}  // namespace vantage::planning

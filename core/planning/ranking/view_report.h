@@ -1,0 +1,61 @@
+// Candidate views in the form in which they are handed out (algorithm.md section 11, 'Findable
+// answers').
+#ifndef VANTAGE_CORE_PLANNING_RANKING_VIEW_REPORT_H_
+#define VANTAGE_CORE_PLANNING_RANKING_VIEW_REPORT_H_
+
+#include <span>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/model/view/planning_view.h"
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/evaluation/anytime.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/patches/patches.h"
+#include "core/planning/plan/plan.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/planning/plan/ranked_view.h"
+#include "core/planning/ranking/registration_check.h"
+#include "core/planning/scoring/scoring.h"
+#include "core/visibility/opaque_grid.h"
+
+namespace vantage::planning {
+
+// References are kept.
+class ViewReport {
+ public:
+  ViewReport(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
+             const FeasibleViews& feasible, const PatchSet& patches, const Scoring& scoring)
+      : model_(model), grid_(grid), feasible_(feasible), patches_(patches), scoring_(scoring) {}
+
+  // The first `count` of `checked`, in order. Gains are split exactly; where the budget expires
+  // before that, score_by_kind and patches stay empty.
+  std::vector<RankedView> Describe(std::span<const CheckedView> checked,
+                                   const Evaluation& evaluation, size_t count,
+                                   const parallel::Budget& budget,
+                                   parallel::Parallel& parallel) const;
+
+  // A position's own figures, gain split included; any position, feasible or not. An unfinished
+  // score leaves gain and patches empty and returns false.
+  bool Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
+             RankedView& view) const;
+
+  // What can be said while the evaluation goes on: the best views so far, unchecked. Patches and
+  // score map come with the final plan only.
+  Plan Interim(const Plan& base, const Evaluation& evaluation, const PlanningConfig& config) const;
+
+  // Where a position is: height, clearance, way from the last station.
+  void Place(const Eigen::Vector3d& position, RankedView& view) const;
+
+ private:
+  const model::PlanningView& model_;
+  const visibility::OpaqueGrid& grid_;
+  const FeasibleViews& feasible_;
+  const PatchSet& patches_;
+  const Scoring& scoring_;
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_RANKING_VIEW_REPORT_H_

@@ -1,0 +1,135 @@
+#include "core/planning/scoring/brute_force.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+
+namespace vantage::planning {
+namespace {
+
+constexpr size_t kPacketsBetweenPolls = 1024;
+
+struct Origin {
+  Eigen::Vector3f model;  // m
+  Eigen::Vector3f scene;
+};
+
+// Cells that passed the cheap tests, waiting until they fill a packet of rays.
+struct Waiting {
+  visibility::TargetPacket targets;
+  uint32_t known = 0;  // bit i: visible without a ray
+  std::array<float, 8> gain;
+  std::array<uint32_t, 8> at;
+  int count = 0;
+};
+
+}  // namespace
+
+template <typename OnGain>
+ViewScore BruteForceScorer::Run(const Eigen::Vector3d& view, const CellArrays& cells,
+                                std::span<const PacketRange> ranges, const parallel::Budget& budget,
+                                OnGain&& on_gain) const {
+  std::array<Origin, 9> origins;
+  const int origin_count = sensitivity_ != nullptr ? 9 : 1;
+  for (int i = 0; i < origin_count; ++i) {
+    Eigen::Vector3d at = view;
+    if (i > 0) {
+      for (int a = 0; a < 3; ++a) at[a] += ((i - 1) >> a) & 1 ? reach() : -reach();
+    }
+    origins[static_cast<size_t>(i)] = {at.cast<float>(), scene_.ToScene(at / voxel_)};
+  }
+
+  ViewScore score;
+  Waiting waiting;
+  const auto trace = [&] {
+    uint32_t visible = ((1u << waiting.count) - 1) & ~waiting.known;
+    for (int i = 0; i < origin_count && visible != 0; ++i) {
+      score.rays += static_cast<uint64_t>(std::popcount(visible));
+      visible &= ~scene_.Occluded(origins[static_cast<size_t>(i)].scene, waiting.targets, visible);
+    }
+    visible |= waiting.known;
+    for (; visible != 0; visible &= visible - 1) {
+      const auto k = static_cast<size_t>(std::countr_zero(visible));
+      if (sensitivity_ != nullptr) {
+        waiting.gain[k] = sensitivity_->Gain(view, cells, waiting.at[k]);
+        if (waiting.gain[k] <= 0) continue;
+      }
+      score.gain += static_cast<double>(waiting.gain[k]);
+      on_gain(waiting.at[k], waiting.gain[k]);
+    }
+    waiting.count = 0;
+    waiting.known = 0;
+  };
+
+  alignas(32) float gains[8];
+  alignas(32) float other[8];
+  size_t until_poll = 0;
+  for (const PacketRange& range : ranges) {
+    for (size_t packet = range.begin; packet < range.end; ++packet) {
+      if (until_poll-- == 0) {
+        if (budget.Expired()) return score;
+        until_poll = kPacketsBetweenPolls;
+      }
+      uint32_t bits = constraints_.Gains(origins[0].model, cells, packet, gains);
+      for (int i = 1; i < origin_count && bits != 0; ++i) {
+        bits &= constraints_.Gains(origins[static_cast<size_t>(i)].model, cells, packet, other);
+      }
+      for (; bits != 0; bits &= bits - 1) {
+        const auto k = static_cast<size_t>(std::countr_zero(bits));
+        const size_t at = packet * CellArrays::kPacket + k;
+        if (cells.IsDropout(origins[0].model, at)) continue;
+        const auto slot = static_cast<size_t>(waiting.count);
+        waiting.targets.x[slot] = cells.tx[at];
+        waiting.targets.y[slot] = cells.ty[at];
+        waiting.targets.z[slot] = cells.tz[at];
+        waiting.gain[slot] = gains[k];
+        waiting.at[slot] = static_cast<uint32_t>(at);
+        waiting.known |= static_cast<uint32_t>(range.visible) << slot;
+        if (++waiting.count == 8) trace();
+      }
+    }
+  }
+  if (waiting.count > 0) {
+    for (auto slot = static_cast<size_t>(waiting.count); slot < 8; ++slot) {
+      waiting.targets.x[slot] = waiting.targets.y[slot] = waiting.targets.z[slot] = 0;
+    }
+    trace();
+  }
+  score.finished = true;
+  return score;
+}
+
+ViewScore BruteForceScorer::Score(const Eigen::Vector3d& view, const CellArrays& cells,
+                                  const parallel::Budget& budget,
+                                  std::span<std::atomic<uint8_t>> seen) const {
+  const PacketRange all{0, static_cast<uint32_t>(cells.packets()), false};
+  return ScorePackets(view, cells, {&all, 1}, budget, seen);
+}
+
+ViewScore BruteForceScorer::ScorePackets(const Eigen::Vector3d& view, const CellArrays& cells,
+                                         std::span<const PacketRange> ranges,
+                                         const parallel::Budget& budget,
+                                         std::span<std::atomic<uint8_t>> seen) const {
+  if (seen.empty()) return Run(view, cells, ranges, budget, [](uint32_t, float) {});
+  return Run(view, cells, ranges, budget,
+             [&](uint32_t at, float) { MarkSeen(seen, cells.cell[at]); });
+}
+
+ViewScore BruteForceScorer::ScoreCells(const Eigen::Vector3d& view, const CellArrays& cells,
+                                       const parallel::Budget& budget,
+                                       std::span<float> gains) const {
+  std::fill(gains.begin(), gains.end(), 0.0f);
+  const PacketRange all{0, static_cast<uint32_t>(cells.packets()), false};
+  return Run(view, cells, {&all, 1}, budget, [&](uint32_t at, float gain) { gains[at] = gain; });
+}
+
+std::vector<ViewScore> ScoreEveryView(const BruteForceScorer& scorer,
+                                      std::span<const Eigen::Vector3d> views,
+                                      const CellArrays& cells, const parallel::Budget& budget,
+                                      parallel::Parallel& parallel) {
+  std::vector<ViewScore> scores(views.size());
+  parallel.For(views.size(), [&](size_t i) { scores[i] = scorer.Score(views[i], cells, budget); });
+  return scores;
+}
+
+}  // namespace vantage::planning

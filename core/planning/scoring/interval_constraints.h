@@ -1,0 +1,83 @@
+// Bounds of the sensing constraints between a box of views and a group of patch cells (algorithm.md
+// section 8, 'Bounds').
+#ifndef VANTAGE_CORE_PLANNING_SCORING_INTERVAL_CONSTRAINTS_H_
+#define VANTAGE_CORE_PLANNING_SCORING_INTERVAL_CONSTRAINTS_H_
+
+#include <Eigen/Geometry>
+#include <cstdint>
+
+#include "core/planning/scoring/constraints.h"
+
+namespace vantage::planning {
+
+// What is known of all cells of a group.
+struct CellBounds {
+  Eigen::AlignedBox3d position;  // m, model frame
+  Eigen::AlignedBox3d normal;    // of the unit normals' components
+  // Of n . (p - position's centre), m: a planar group is thin along its normals, whichever way it
+  // lies.
+  double offset_min = 0;
+  double offset_max = 0;
+  double least_density = 0;   // q, samples / m^2
+  double most_enough = 0;     // samples / m^2
+  bool has_dropouts = false;  // at some of them, so that what they gain depends on the way there
+
+  static CellBounds Of(const CellArrays& cells, size_t begin, size_t end);
+};
+
+struct Interval {
+  double min = 0;
+  double max = 0;
+};
+
+struct PairBounds {
+  Interval range;          // m
+  Interval facing;         // n . (v - p), m
+  Interval cos_incidence;  // facing / range
+  Interval sin_elevation;  // of the direction from the view to the cell
+  Interval density;        // s, samples / m^2; only where facing and range can be allowed
+};
+
+// Constraints that every view and cell of a pair satisfies. They stay satisfied for its parts, and
+// are not tested again there.
+enum : uint8_t {
+  kRangeSatisfied = 1,
+  kElevationSatisfied = 2,
+  kIncidenceSatisfied = 4,
+  kSensingSatisfied = 7,
+  kVisible = 8,
+};
+
+class IntervalConstraints {
+ public:
+  explicit IntervalConstraints(const SensingConstraints& constraints);
+
+  // All bounds, for whatever box (m).
+  PairBounds Bound(const Eigen::AlignedBox3d& views, const CellBounds& cells) const;
+
+  // False: some constraint is entirely violated, or no view can see a cell at more than the density
+  // it has, so the pair gains nothing. Otherwise adds to `satisfied`, and `density` bounds s over
+  // what satisfies the constraints. The limits carry a slack of 1e-6, as gains are computed in
+  // floats.
+  bool Test(const Eigen::AlignedBox3d& views, const CellBounds& cells, uint8_t& satisfied,
+            Interval& density) const;
+
+  // The least rho (samples per steradian) in the directions of the pair.
+  double LeastPerSteradian(const Eigen::AlignedBox3d& views, const CellBounds& cells) const;
+
+ private:
+  struct Geometry;
+  Interval Facing(const Eigen::AlignedBox3d& views, const CellBounds& cells) const;
+  Interval PerSteradian(const Geometry& geometry) const;
+  Interval Density(const Geometry& geometry, const Interval& facing) const;
+
+  double per_steradian_;
+  double least_cos_;
+  double range_min_, range_max_;
+  double sin_min_, sin_max_;
+  double cos_incidence_;
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_SCORING_INTERVAL_CONSTRAINTS_H_

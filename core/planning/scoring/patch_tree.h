@@ -1,0 +1,56 @@
+// Patch cells as a binary tree: groups of patches at the top, pieces of one patch at the bottom
+// (algorithm.md section 8).
+#ifndef VANTAGE_CORE_PLANNING_SCORING_PATCH_TREE_H_
+#define VANTAGE_CORE_PLANNING_SCORING_PATCH_TREE_H_
+
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <vector>
+
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/scoring/constraints.h"
+#include "core/planning/scoring/interval_constraints.h"
+
+namespace vantage::planning {
+
+// A node's cells lie side by side in the order of PatchOrder(), in whole packets; a leaf is one
+// packet. Each node is halved across what its cells differ in most, place or direction: a metre
+// counts like a difference of 1 in a component of the normal.
+class PatchTree {
+ public:
+  struct Node {
+    uint32_t begin = 0;  // cells
+    uint32_t end = 0;
+    uint32_t child = 0;  // the first of two; 0: a leaf
+    float width = 0;     // m, the longest side of the cells' box
+    CellBounds bounds;
+    Eigen::AlignedBox3d targets;  // scene coordinates
+    double potential = 0;         // the most that a view can gain, samples
+
+    uint32_t size() const { return end - begin; }
+    uint32_t first_packet() const { return begin / CellArrays::kPacket; }
+    uint32_t end_packet() const { return (end + CellArrays::kPacket - 1) / CellArrays::kPacket; }
+  };
+
+  PatchTree() = default;  // of no cells: a root without any
+  // `cells` in the order of PatchOrder(), padded. Not to be used when the budget has expired on the
+  // way.
+  PatchTree(const CellArrays& cells, parallel::Parallel& parallel,
+            const parallel::Budget& budget = parallel::Budget::Unlimited());
+
+  const Node& root() const { return nodes_.front(); }
+  const Node& operator[](uint32_t i) const { return nodes_[i]; }
+  size_t size() const { return nodes_.size(); }
+
+ private:
+  std::vector<Node> nodes_ = std::vector<Node>(1);
+};
+
+// The order in which the tree wants the cells. Empty when the budget expired on the way.
+std::vector<uint32_t> PatchOrder(const CellArrays& cells, parallel::Parallel& parallel,
+                                 const parallel::Budget& budget = parallel::Budget::Unlimited());
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_SCORING_PATCH_TREE_H_

@@ -1,0 +1,46 @@
+// What a patch cell gains from *every* pose that a person may hit when aiming at a view
+// (algorithm.md section 8, 'Pose-error sensitivity').
+#ifndef VANTAGE_CORE_PLANNING_SCORING_POSE_SENSITIVITY_H_
+#define VANTAGE_CORE_PLANNING_SCORING_POSE_SENSITIVITY_H_
+
+#include <Eigen/Geometry>
+
+#include "core/planning/scoring/constraints.h"
+#include "core/planning/scoring/interval_constraints.h"
+#include "core/visibility/summed_volume_table.h"
+
+namespace vantage::planning {
+
+// References are kept. Thread safe.
+class PoseSensitivity {
+ public:
+  // `reach` (m, per axis): half a viewcell and the positioning error. `corner`: of the scene, in
+  // voxels; `voxel` in m.
+  PoseSensitivity(const SensingConstraints& constraints,
+                  const visibility::SummedVolumeTable& counts, double reach, double voxel,
+                  const Eigen::Vector3d& corner)
+      : constraints_(constraints),
+        intervals_(constraints),
+        counts_(counts),
+        reach_(reach),
+        voxel_(voxel),
+        corner_(corner) {}
+
+  // Gain of cell `at` with the lower bound of the density over the box of half side `reach` around
+  // the view, or 0 where a constraint may be violated or the target hidden from somewhere in it.
+  float Gain(const Eigen::Vector3d& view, const CellArrays& cells, size_t at) const;
+
+  double reach() const { return reach_; }
+
+ private:
+  const SensingConstraints& constraints_;
+  IntervalConstraints intervals_;
+  const visibility::SummedVolumeTable& counts_;
+  double reach_;
+  double voxel_;
+  Eigen::Vector3d corner_;
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_SCORING_POSE_SENSITIVITY_H_

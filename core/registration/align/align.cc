@@ -1,0 +1,241 @@
+#include "core/registration/align/align.h"
+
+#include <algorithm>
+#include <cmath>
+#include <span>
+
+#include "core/registration/align/align_stages.h"
+#include "core/registration/align/correspondence_field.h"
+#include "core/registration/align/voxel_search.h"
+
+namespace vantage::registration {
+namespace {
+
+constexpr size_t kCoarseSamples = 700;   // for the many starts
+constexpr size_t kSpaceSamples = 2000;   // for what contradicts a minimum
+constexpr size_t kScoreSamples = 4000;   // for comparing minima
+constexpr size_t kFineSamples = 24'000;  // for the last stage
+constexpr size_t kApartSamples = 500;    // for telling minima apart
+constexpr int kFineMinima = 5;           // that are refined and compared
+
+std::span<const SurfaceSample> First(const ScanSurface& surface, size_t count) {
+  return {surface.samples.data(), std::min(count, surface.samples.size())};
+}
+
+void SortAndKeepDistinct(std::span<const SurfaceSample> samples, double apart,
+                         std::vector<Minimum>& minima) {
+  std::stable_sort(minima.begin(), minima.end(),
+                   [](const Minimum& a, const Minimum& b) { return a.score > b.score; });
+  std::vector<Minimum> distinct;
+  for (const Minimum& m : minima) {
+    const bool same = std::any_of(distinct.begin(), distinct.end(), [&](const Minimum& other) {
+      return Apart(m.T_world_scan, other.T_world_scan, samples) < apart;
+    });
+    if (!same) distinct.push_back(m);
+  }
+  minima = std::move(distinct);
+}
+
+// What `add(sample, result)` makes of each run of samples, in their order, however many threads
+// there are.
+template <typename Result, typename Add>
+std::vector<Result> InChunks(std::span<const SurfaceSample> samples, parallel::Parallel& parallel,
+                             const Add& add) {
+  constexpr size_t kChunk = 1024;
+  std::vector<Result> results((samples.size() + kChunk - 1) / kChunk);
+  parallel.For(results.size(), [&](size_t chunk) {
+    const size_t from = chunk * kChunk;
+    for (const SurfaceSample& s : samples.subspan(from, std::min(kChunk, samples.size() - from))) {
+      add(s, results[chunk]);
+    }
+  });
+  return results;
+}
+
+}  // namespace
+
+std::vector<Eigen::Isometry3d> Starts(const sensor::PosePrior& prior) {
+  double shift = 0.40;
+  double turn = sensor::Radians(12);
+  if (prior.covariance.has_value()) {
+    shift = std::min(shift, 2 * std::sqrt(prior.covariance->diagonal().tail<3>().maxCoeff()));
+    turn = std::min(turn, 2 * std::sqrt((*prior.covariance)(2, 2)));
+  }
+  std::vector<Eigen::Isometry3d> starts{prior.T_world_scan};
+  for (const double heading : {0.0, -1.0, 1.0}) {
+    for (const double x : {0.0, -1.0, 1.0}) {
+      for (const double y : {0.0, -1.0, 1.0}) {
+        if (heading == 0 && x == 0 && y == 0) continue;
+        sensor::Vector6d change = sensor::Vector6d::Zero();
+        change[2] = heading * turn;
+        change[3] = x * shift;
+        change[4] = y * shift;
+        starts.push_back(Moved(prior.T_world_scan, change, prior.T_world_scan.translation()));
+      }
+    }
+  }
+  return starts;
+}
+
+Alignment Align(const model::PlanningView& model, const ScanSurface& surface,
+                const sensor::PosePrior& prior, const RegistrationConfig& config,
+                parallel::Parallel& parallel, std::span<const TargetTie> targets) {
+  Eigen::AlignedBox3d box = BoxOf(surface, prior.T_world_scan);
+  const double margin = 1.0 + config.max_correspondence;
+  box.extend(Eigen::Vector3d(box.min() - Eigen::Vector3d::Constant(margin)));
+  box.extend(Eigen::Vector3d(box.max() + Eigen::Vector3d::Constant(margin)));
+  const CorrespondenceField field(model, box, config.max_correspondence, parallel);
+  // However it is turned.
+  double radius = margin;
+  for (const SurfaceSample& s : surface.samples) {
+    radius = std::max(radius, margin + static_cast<double>(s.point.norm()));
+  }
+  const Eigen::Vector3d at = prior.T_world_scan.translation();
+  const VoxelSearch search(
+      model, {at - Eigen::Vector3d::Constant(radius), at + Eigen::Vector3d::Constant(radius)});
+  const std::vector<Eigen::Isometry3d> starts = Starts(prior);
+  return AlignFrom(model, field, search, surface, prior, StartKind::kAroundPrior, starts, config,
+                   parallel, targets);
+}
+
+Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField& field,
+                    const VoxelSearch& search, const ScanSurface& surface,
+                    const sensor::PosePrior& prior, StartKind kind,
+                    std::span<const Eigen::Isometry3d> starts, const RegistrationConfig& config,
+                    parallel::Parallel& parallel, std::span<const TargetTie> targets) {
+  const std::span<const SurfaceSample> coarse = First(surface, kCoarseSamples);
+  const std::span<const SurfaceSample> few = First(surface, kApartSamples);
+  const auto term_of = [&](const Eigen::Isometry3d& start) {
+    sensor::PosePrior own = prior;
+    if (kind == StartKind::kPlaces) own.T_world_scan = start;
+    return PriorTerm(own, targets);
+  };
+  std::vector<Minimum> minima(starts.size());
+  parallel.For(starts.size(), [&](size_t i) {
+    const Eigen::Isometry3d pose = AlignCoarse(field, coarse, starts[i], term_of(starts[i]),
+                                               config.max_correspondence, model.voxel_size());
+    minima[i] = {pose, ScorePose(search, coarse, pose)};
+  });
+  SortAndKeepDistinct(few, 0.5 * kApart, minima);
+  if (minima.size() > kFineMinima) minima.resize(kFineMinima);
+
+  parallel.For(minima.size(), [&](size_t i) {
+    parallel::Serial serial;
+    Minimum& m = minima[i];
+    m.T_world_scan = AlignFine(search, surface, kScoreSamples, m.T_world_scan,
+                               term_of(m.T_world_scan), config, serial, 12)
+                         .pose;
+    m.score = ScorePose(search, First(surface, kScoreSamples), m.T_world_scan);
+    const SpaceAgreement space =
+        CompareWithSpace(model, search, First(surface, kSpaceSamples), m.T_world_scan, serial);
+    const double met = space.fitting + space.contradicting;
+    if (met > 0) m.score *= 1 - space.contradicting / met;
+  });
+  SortAndKeepDistinct(few, kApart, minima);
+
+  Alignment result;
+  const Eigen::Isometry3d best = minima.front().T_world_scan;
+  const FineResult fine =
+      AlignFine(search, surface, kFineSamples, best, term_of(best), config, parallel, 30);
+  result.T_world_scan = fine.pose;
+  result.converged = fine.converged;
+  result.iterations = fine.iterations;
+  result.score = minima.front().score;
+  result.rivals.assign(minima.begin() + 1, minima.end());
+  return result;
+}
+
+Alignment Refine(const model::PlanningView& model, const ScanSurface& surface, Alignment alignment,
+                 const PriorTerm& prior, const RegistrationConfig& config,
+                 parallel::Parallel& parallel) {
+  Eigen::AlignedBox3d box = BoxOf(surface, alignment.T_world_scan);
+  const Eigen::Vector3d margin = Eigen::Vector3d::Constant(config.max_correspondence);
+  box.extend(Eigen::Vector3d(box.min() - margin));
+  box.extend(Eigen::Vector3d(box.max() + margin));
+  const FineResult fine = AlignFine(VoxelSearch(model, box), surface, kFineSamples,
+                                    alignment.T_world_scan, prior, config, parallel, 30);
+  alignment.T_world_scan = fine.pose;
+  alignment.converged = fine.converged;
+  alignment.iterations = fine.iterations;
+  return alignment;
+}
+
+std::vector<Correspondence> FindCorrespondences(const VoxelSearch& search,
+                                                const ScanSurface& surface,
+                                                const Eigen::Isometry3d& pose,
+                                                const RegistrationConfig& config,
+                                                parallel::Parallel& parallel) {
+  const auto found = InChunks<std::vector<Correspondence>>(
+      surface.samples, parallel, [&](const SurfaceSample& s, std::vector<Correspondence>& of) {
+        const Eigen::Vector3d point = pose * s.point.cast<double>();
+        const Eigen::Vector3d normal = pose.linear() * s.normal.cast<double>();
+        const Match match = search.Find(point, normal);
+        if (match.voxel == nullptr) return;
+        const Eigen::Vector3d gap = point - match.voxel->centroid.cast<double>();
+        Correspondence c;
+        c.point = point;
+        c.normal = match.normal;
+        c.residual = gap.dot(match.normal);
+        c.variance = ResidualVariance(s, *match.voxel, gap, c.residual, surface.roughness,
+                                      config.normal_sigma);
+        c.normal_angle =
+            std::acos(std::clamp(normal.dot(match.voxel->normal.cast<double>()), -1.0, 1.0));
+        c.cells = s.cells;
+        of.push_back(c);
+      });
+  std::vector<Correspondence> all;
+  for (const std::vector<Correspondence>& chunk : found) {
+    all.insert(all.end(), chunk.begin(), chunk.end());
+  }
+  return all;
+}
+
+SpaceAgreement CompareWithSpace(const model::PlanningView& model, const VoxelSearch& search,
+                                std::span<const SurfaceSample> samples,
+                                const Eigen::Isometry3d& T_world_scan,
+                                parallel::Parallel& parallel) {
+  const double h = model.voxel_size();
+  const Eigen::Vector3d origin = T_world_scan.translation();
+  const double behind = 4 * h;  // so far past a surface a sample has gone through it
+  const auto compare = [&](const SurfaceSample& s, SpaceAgreement& agreement) {
+    const Eigen::Vector3d point = T_world_scan * s.point.cast<double>();
+    const Eigen::Vector3d normal = T_world_scan.linear() * s.normal.cast<double>();
+    if (search.Find(point, normal).voxel != nullptr) {
+      agreement.fitting += s.cells;
+      return;
+    }
+    const model::VoxelIndex at = model.At(point);
+    bool free = model.Empty(at);
+    for (int z = -2; free && z <= 2; ++z) {
+      for (int y = -2; free && y <= 2; ++y) {
+        for (int x = -2; free && x <= 2; ++x) free = model.Empty(at + model::VoxelIndex(x, y, z));
+      }
+    }
+    bool contradicts = free;
+    const Eigen::Vector3d ray = point - origin;
+    const double length = ray.norm();
+    const Eigen::Vector3d direction = ray / length;
+    model::VoxelIndex last = model::VoxelIndex::Constant(INT32_MIN);
+    for (double t = 0.3; !contradicts && t < length - behind; t += 0.5 * h) {
+      const model::VoxelIndex v = model.At(origin + t * direction);
+      if (v == last) continue;
+      last = v;
+      if (model.State(v) != model::VoxelState::kTrueSurface) continue;
+      const model::SurfaceVoxel* voxel = model.Surface(v);
+      const Eigen::Vector3d n = voxel->normal.cast<double>();
+      if (voxel->samples == 0 || n.dot(direction) > -0.3) continue;
+      const Eigen::Vector3d to = voxel->centroid.cast<double>() - origin;
+      const double off = (to - to.dot(direction) * direction).norm();
+      contradicts = off < 0.4 * h && n.dot(point - voxel->centroid.cast<double>()) < -0.5 * behind;
+    }
+    if (contradicts) agreement.contradicting += s.cells;
+  };
+  SpaceAgreement agreement;
+  for (const SpaceAgreement& chunk : InChunks<SpaceAgreement>(samples, parallel, compare)) {
+    agreement.fitting += chunk.fitting;
+    agreement.contradicting += chunk.contradicting;
+  }
+  return agreement;
+}
+
+}  // namespace vantage::registration

@@ -1,0 +1,96 @@
+// Point-to-plane alignment of a scan's surface to the true surface of the model: many starts on few
+// samples in a correspondence field, then all samples against the voxels' centroids and normals.
+#ifndef VANTAGE_CORE_REGISTRATION_ALIGN_ALIGN_H_
+#define VANTAGE_CORE_REGISTRATION_ALIGN_ALIGN_H_
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <span>
+#include <vector>
+
+#include "core/model/view/planning_view.h"
+#include "core/parallel/parallel.h"
+#include "core/registration/align/correspondence_field.h"
+#include "core/registration/align/pose_step.h"
+#include "core/registration/align/registration_config.h"
+#include "core/registration/align/scan_surface.h"
+#include "core/registration/align/targets.h"
+#include "core/registration/align/voxel_search.h"
+#include "core/sensor/scan.h"
+
+namespace vantage::registration {
+
+// A sample of the scan and the piece of the model's surface it lies on.
+struct Correspondence {
+  Eigen::Vector3d point;    // m, world: the sample at the aligned pose
+  Eigen::Vector3d normal;   // unit, world: mean of the sample's and the voxel's
+  double residual = 0;      // m, of the point from the plane, along the normal
+  double variance = 0;      // m^2, of the residual, from what is known of sensor and model
+  double normal_angle = 0;  // rad, between the sample's and the voxel's normal
+  double cells = 0;         // samples of the image that it stands for
+};
+
+// Another pose that a start ended in.
+struct Minimum {
+  Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
+  double score = 0;  // share of the samples that fit, less those that contradict; at most 1
+};
+
+struct Alignment {
+  Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
+  bool converged = false;
+  int iterations = 0;           // of the last stage
+  double score = 0;             // as in Minimum
+  std::vector<Minimum> rivals;  // other minima apart from it by more than kApart, best first
+};
+
+// Poses that move the scan's surface by less than this (m, rms) count as the same minimum.
+inline constexpr double kApart = 0.08;
+
+// Aligns from `prior`. Directions that nothing constrains stay as the prior has them.
+Alignment Align(const model::PlanningView& model, const ScanSurface& surface,
+                const sensor::PosePrior& prior, const RegistrationConfig& config,
+                parallel::Parallel& parallel, std::span<const TargetTie> targets = {});
+
+// Shifts and headings around the prior at a spacing that the first stage's reach bridges, as far as
+// the prior may be wrong; the prior itself first.
+std::vector<Eigen::Isometry3d> Starts(const sensor::PosePrior& prior);
+
+// What the starts of an alignment are: guesses around one prior, or places of their own, none of
+// which is more likely than the others. What nothing constrains then stays as the start has it.
+enum class StartKind { kAroundPrior, kPlaces };
+
+// From the given starts, of which there is at least one; `field` and `search` cover what they
+// reach. Of a prior that places stand for, only the inclinometer counts.
+Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField& field,
+                    const VoxelSearch& search, const ScanSurface& surface,
+                    const sensor::PosePrior& prior, StartKind kind,
+                    std::span<const Eigen::Isometry3d> starts, const RegistrationConfig& config,
+                    parallel::Parallel& parallel, std::span<const TargetTie> targets = {});
+
+// Once more from where an alignment ended or was moved to, against the voxels; scores stay.
+Alignment Refine(const model::PlanningView& model, const ScanSurface& surface, Alignment alignment,
+                 const PriorTerm& prior, const RegistrationConfig& config,
+                 parallel::Parallel& parallel);
+
+// The compatible true surface at each sample, at a given pose; outliers included.
+std::vector<Correspondence> FindCorrespondences(const VoxelSearch& search,
+                                                const ScanSurface& surface,
+                                                const Eigen::Isometry3d& T_world_scan,
+                                                const RegistrationConfig& config,
+                                                parallel::Parallel& parallel);
+
+// How a pose agrees with what is known to be empty. A sample contradicts when it lies well inside
+// known-empty space, or when its ray has passed through true surface before.
+struct SpaceAgreement {
+  double fitting = 0;        // samples of the image that lie on true surface
+  double contradicting = 0;  // samples of the image that contradict
+};
+SpaceAgreement CompareWithSpace(const model::PlanningView& model, const VoxelSearch& search,
+                                std::span<const SurfaceSample> samples,
+                                const Eigen::Isometry3d& T_world_scan,
+                                parallel::Parallel& parallel);
+
+}  // namespace vantage::registration
+
+#endif  // VANTAGE_CORE_REGISTRATION_ALIGN_ALIGN_H_

@@ -1,0 +1,239 @@
+#include "core/registration/align/global_search.h"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+
+#include "absl/strings/str_format.h"
+#include "core/registration/align/floor_plane.h"
+#include "core/sensor/scanner_model.h"
+
+namespace vantage::registration {
+namespace {
+
+// Steps that leave the alignment's first stage at most its reach of half a metre to bridge, with
+// the walls some metres off.
+constexpr double kPlaceStep = 0.35;  // m
+constexpr int kHeadings = 60;
+constexpr double kReach = 0.40;       // m, beyond which a sample does not fit
+constexpr float kCompatible = 0.75f;  // cosine between normals
+// Samples looked at: few for all candidates, more for the best of them.
+constexpr size_t kFewSamples = 60;
+constexpr size_t kManySamples = 300;
+constexpr size_t kLookedAtTwice = 3000;
+constexpr size_t kPlaces = 160;
+constexpr double kNotTheSame = 0.30;  // m, between places of about the same heading
+constexpr int kHeadingsNotTheSame = 2;
+constexpr size_t kMostCandidates = 1'000'000;  // five seconds on one core
+// Of floors.
+constexpr double kMaxTilt = sensor::Radians(12);
+constexpr double kFloorBin = 0.10;          // m
+constexpr double kLeastFloor = 2.0;         // m^2
+constexpr size_t kMostFloors = 3;           // heights that are tried
+constexpr double kHeightOverStation = 0.3;  // m, up and down, where no floor is seen
+
+struct Candidate {
+  float score = 0;
+  int place = 0;
+  int height = 0;
+  int heading = 0;
+};
+
+struct Turned {
+  std::vector<Eigen::Vector3f> point;  // relative to the scanner, world's directions
+  std::vector<Eigen::Vector3f> normal;
+};
+
+Turned Turn(const ScanSurface& surface, const Eigen::Matrix3d& upright, int heading) {
+  const Eigen::Matrix3f turn =
+      (Eigen::AngleAxisd(2 * sensor::kPi * heading / kHeadings, Eigen::Vector3d::UnitZ()) * upright)
+          .cast<float>();
+  Turned turned;
+  const size_t count = std::min(kManySamples, surface.samples.size());
+  for (size_t i = 0; i < count; ++i) {
+    turned.point.emplace_back(turn * surface.samples[i].point);
+    turned.normal.emplace_back(turn * surface.samples[i].normal);
+  }
+  return turned;
+}
+
+// Sum over samples of how near compatible surface is.
+float Fit(const CorrespondenceField& field, const Turned& turned, size_t count,
+          const Eigen::Vector3f& at) {
+  constexpr auto kFar = static_cast<float>(kReach * kReach);
+  float sum = 0;
+  for (size_t i = 0; i < std::min(count, turned.point.size()); ++i) {
+    const Eigen::Vector3f point = turned.point[i] + at;
+    const SurfaceElement* element = field.Nearest(point, turned.normal[i]);
+    if (element == nullptr || turned.normal[i].dot(element->normal) < kCompatible) continue;
+    const float along = (point - element->centroid).dot(element->normal);
+    const float gap = (point - element->centroid).squaredNorm();
+    if (gap < kFar) sum += 1 - along * along / kFar;
+  }
+  return sum / static_cast<float>(std::max<size_t>(1, std::min(count, turned.point.size())));
+}
+
+// Samples of the scan that would lie in space known to be empty, as a share.
+float Misplaced(const model::PlanningView& model, const CorrespondenceField& field,
+                const Turned& turned, const Eigen::Vector3f& at) {
+  size_t misplaced = 0;
+  for (size_t i = 0; i < turned.point.size(); ++i) {
+    const Eigen::Vector3f point = turned.point[i] + at;
+    if (!model.Empty(model.At(point.cast<double>()))) continue;
+    const SurfaceElement* element = field.Nearest(point, turned.normal[i]);
+    const bool near = element != nullptr && (point - element->centroid).squaredNorm() <
+                                                static_cast<float>(kReach * kReach);
+    misplaced += near ? 0 : 1;
+  }
+  return static_cast<float>(misplaced) /
+         static_cast<float>(std::max<size_t>(1, turned.point.size()));
+}
+
+// Heights of level surface that much of the model lies at, largest first.
+std::vector<double> Floors(const model::PlanningView& model) {
+  std::map<int, double> area;
+  model.ForEachSurface(
+      [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel& voxel) {
+        if (state != model::VoxelState::kTrueSurface || voxel.normal.z() < 0.95f) return;
+        area[static_cast<int>(std::floor(voxel.centroid.z() / kFloorBin))] += voxel.area;
+      });
+  std::vector<std::pair<double, double>> floors;  // area, height
+  for (const auto& [bin, own] : area) {
+    const auto at = [&](int other) {
+      const auto it = area.find(other);
+      return it == area.end() ? 0.0 : it->second;
+    };
+    if (at(bin - 1) > own || at(bin + 1) >= own) continue;
+    const double sum = at(bin - 1) + own + at(bin + 1);
+    if (sum < kLeastFloor) continue;
+    const double middle = (at(bin + 1) - at(bin - 1)) / sum + bin + 0.5;
+    floors.emplace_back(sum, middle * kFloorBin);
+  }
+  std::sort(floors.rbegin(), floors.rend());
+  std::vector<double> heights;
+  for (const auto& [sum, height] : floors) {
+    if (heights.size() < kMostFloors) heights.push_back(height);
+  }
+  return heights;
+}
+
+// z of the scanner, m.
+std::vector<double> Heights(const model::PlanningView& model, const FloorPlane* floor) {
+  std::vector<double> heights;
+  if (floor != nullptr) {
+    for (const double z : Floors(model)) heights.push_back(z - floor->height);
+  }
+  if (!heights.empty()) return heights;
+  for (const model::Station& station : model.stations()) {
+    for (const double off : {-kHeightOverStation, 0.0, kHeightOverStation}) {
+      const double z = station.position.z() + off;
+      const bool near = std::any_of(heights.begin(), heights.end(), [z](double other) {
+        return std::abs(other - z) < 0.5 * kHeightOverStation;
+      });
+      if (!near) heights.push_back(z);
+    }
+  }
+  return heights;
+}
+
+}  // namespace
+
+GlobalSearch SearchGlobally(const model::PlanningView& model, const CorrespondenceField& field,
+                            const ScanSurface& surface, double spacing,
+                            parallel::Parallel& parallel) {
+  GlobalSearch search;
+  FloorPlane floor;
+  search.floor_found = FindFloorPlane(surface.samples, spacing, kMaxTilt, floor);
+  Eigen::Matrix3d upright = Eigen::Matrix3d::Identity();
+  if (search.floor_found) {
+    upright = Eigen::Quaterniond::FromTwoVectors(floor.normal, Eigen::Vector3d::UnitZ())
+                  .toRotationMatrix();
+  }
+  const std::vector<double> heights = Heights(model, search.floor_found ? &floor : nullptr);
+  // A scanner stands where space is known, or a step beyond: in a doorway, in the next room.
+  const double h = model.voxel_size();
+  const Eigen::Vector2d low = model.bounds().min.cast<double>().head<2>() * h;
+  const Eigen::Vector2d size = model.bounds().max.cast<double>().head<2>() * h - low;
+  const int columns = static_cast<int>(size.x() / kPlaceStep) + 1;
+  const int rows = static_cast<int>(size.y() / kPlaceStep) + 1;
+  const size_t candidates = static_cast<size_t>(columns) * static_cast<size_t>(rows) *
+                            heights.size() * static_cast<size_t>(kHeadings);
+  if (candidates == 0 || surface.samples.size() < kFewSamples) {
+    search.why_not = "too little surface to look for its place";
+    return search;
+  }
+  if (candidates > kMostCandidates) {
+    search.why_not =
+        absl::StrFormat("the site (%.0f x %.0f m) is too large to be searched", size.x(), size.y());
+    return search;
+  }
+
+  const auto at = [&](const Candidate& c) -> Eigen::Vector3f {
+    const int column = c.place % columns;
+    const int row = c.place / columns;
+    const Eigen::Vector2d middle(column + 0.5, row + 0.5);
+    return Eigen::Vector3d(low.x() + middle.x() * kPlaceStep, low.y() + middle.y() * kPlaceStep,
+                           heights[static_cast<size_t>(c.height)])
+        .cast<float>();
+  };
+  const auto better = [](const Candidate& a, const Candidate& b) {
+    if (a.score != b.score) return a.score > b.score;
+    if (a.heading != b.heading) return a.heading < b.heading;
+    return a.height != b.height ? a.height < b.height : a.place < b.place;
+  };
+  std::vector<std::vector<Candidate>> best(kHeadings);
+  parallel.For(kHeadings, [&](size_t heading) {
+    const Turned turned = Turn(surface, upright, static_cast<int>(heading));
+    std::vector<Candidate>& list = best[heading];
+    for (int height = 0; height < static_cast<int>(heights.size()); ++height) {
+      for (int place = 0; place < columns * rows; ++place) {
+        Candidate c{0, place, height, static_cast<int>(heading)};
+        c.score = Fit(field, turned, kFewSamples, at(c));
+        list.push_back(c);
+      }
+    }
+    const size_t keep = std::min(list.size(), kLookedAtTwice / kHeadings * 4);
+    std::partial_sort(list.begin(), list.begin() + static_cast<ptrdiff_t>(keep), list.end(),
+                      better);
+    list.resize(keep);
+  });
+  std::vector<Candidate> all;
+  for (const auto& list : best) all.insert(all.end(), list.begin(), list.end());
+  std::sort(all.begin(), all.end(), better);
+  if (all.size() > kLookedAtTwice) all.resize(kLookedAtTwice);
+  std::vector<std::vector<Candidate>> by_heading(kHeadings);
+  for (const Candidate& c : all) by_heading[static_cast<size_t>(c.heading)].push_back(c);
+  parallel.For(kHeadings, [&](size_t heading) {
+    if (by_heading[heading].empty()) return;
+    const Turned turned = Turn(surface, upright, static_cast<int>(heading));
+    for (Candidate& c : by_heading[heading]) {
+      const Eigen::Vector3f place = at(c);
+      c.score = Fit(field, turned, kManySamples, place) - Misplaced(model, field, turned, place);
+    }
+  });
+  all.clear();
+  for (const auto& list : by_heading) all.insert(all.end(), list.begin(), list.end());
+  std::sort(all.begin(), all.end(), better);
+
+  std::vector<Candidate> chosen;
+  for (const Candidate& c : all) {
+    if (chosen.size() >= kPlaces) break;
+    const bool same = std::any_of(chosen.begin(), chosen.end(), [&](const Candidate& other) {
+      const int turn = std::abs(c.heading - other.heading);
+      return std::min(turn, kHeadings - turn) < kHeadingsNotTheSame &&
+             (at(c) - at(other)).norm() < kNotTheSame;
+    });
+    if (same) continue;
+    chosen.push_back(c);
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.linear() =
+        Eigen::AngleAxisd(2 * sensor::kPi * c.heading / kHeadings, Eigen::Vector3d::UnitZ()) *
+        upright;
+    pose.translation() = at(c).cast<double>();
+    search.places.push_back(pose);
+  }
+  return search;
+}
+
+}  // namespace vantage::registration

@@ -1,0 +1,33 @@
+// Where among the rooms so far was a scan made, when nothing is known but that it was upright?
+// (algorithm.md section 9: alignment without a prior)
+#ifndef VANTAGE_CORE_REGISTRATION_ALIGN_GLOBAL_SEARCH_H_
+#define VANTAGE_CORE_REGISTRATION_ALIGN_GLOBAL_SEARCH_H_
+
+#include <Eigen/Geometry>
+#include <string>
+#include <vector>
+
+#include "core/model/view/planning_view.h"
+#include "core/parallel/parallel.h"
+#include "core/registration/align/correspondence_field.h"
+#include "core/registration/align/scan_surface.h"
+
+namespace vantage::registration {
+
+struct GlobalSearch {
+  std::vector<Eigen::Isometry3d> places;  // T_world_scan, best first; good to a few decimetres
+  bool floor_found = false;               // in the scan: it gave tilt and height
+  std::string why_not;                    // in words, when there are no places
+};
+
+// Tries a lattice of places and headings all over the model: heights from the floors that model and
+// scan show, or from where scanners stood. `field` covers the model. The work is bounded: a site of
+// more than a million candidates (2,000 m^2 with floors at one height) is not searched, and the
+// answer says so.
+GlobalSearch SearchGlobally(const model::PlanningView& model, const CorrespondenceField& field,
+                            const ScanSurface& surface, double spacing,
+                            parallel::Parallel& parallel);
+
+}  // namespace vantage::registration
+
+#endif  // VANTAGE_CORE_REGISTRATION_ALIGN_GLOBAL_SEARCH_H_

@@ -1,0 +1,28 @@
+// What is required of a registration, and what it may assume.
+#ifndef VANTAGE_CORE_REGISTRATION_ALIGN_REGISTRATION_CONFIG_H_
+#define VANTAGE_CORE_REGISTRATION_ALIGN_REGISTRATION_CONFIG_H_
+
+#include "absl/status/status.h"
+
+namespace vantage::registration {
+
+struct RegistrationConfig {
+  double required_accuracy = 0.010;  // m at 95 %, > 0
+  double minimum_overlap = 0.10;     // share of the new scan's samples, (0, 1)
+  double correlation_length = 0.5;   // m, of residuals
+  double correlated_sigma = 0.002;   // m, sigma_c, the part that averaging does not remove
+  double normal_sigma = 0.035;       // rad, noise of estimated normals
+  double sample_spacing = 0.05;      // m, the scan is thinned to this before aligning
+  double max_correspondence = 0.5;   // m, at the start of the alignment; shrinks
+  // rad, the inclinometer that planned scans will have, one sigma; 0: none. Of a scan that was
+  // made, its prior says it.
+  double levelled_sigma = 0;
+  int draws = 256;    // of the error bound's Monte Carlo
+  unsigned seed = 1;  // of those draws, and printed with them
+
+  absl::Status Validate() const;
+};
+
+}  // namespace vantage::registration
+
+#endif  // VANTAGE_CORE_REGISTRATION_ALIGN_REGISTRATION_CONFIG_H_

@@ -1,0 +1,87 @@
+// From a sample to the piece of the model's true surface that it lies on, in the voxels themselves.
+#ifndef VANTAGE_CORE_REGISTRATION_ALIGN_VOXEL_SEARCH_H_
+#define VANTAGE_CORE_REGISTRATION_ALIGN_VOXEL_SEARCH_H_
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/model/view/planning_view.h"
+#include "core/registration/align/scan_surface.h"
+
+namespace vantage::registration {
+
+// Voxels from a sample to a voxel's centroid.
+inline constexpr double kFineReach = 1.6;
+// And at most, whatever is asked for.
+inline constexpr double kWidestReach = 2.5;
+
+struct Match {
+  const model::SurfaceVoxel* voxel = nullptr;
+  Eigen::Vector3d normal;  // mean of the sample's and the voxel's
+};
+
+// Of one model, which outlives it: true surface by brick, a bit for each voxel.
+class VoxelSearch {
+ public:
+  // Only surface in `box` (m, world) and a little around it is found.
+  VoxelSearch(const model::PlanningView& model, const Eigen::AlignedBox3d& box);
+
+  double voxel_size() const { return voxel_; }
+
+  // The nearest compatible true-surface voxel by its centroid, at most `reach` voxels away.
+  Match Find(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
+             double reach = kFineReach) const;
+
+ private:
+  struct TrueSurface {
+    const model::Brick* brick = nullptr;
+    std::array<uint64_t, model::Brick::kSide> mask{};  // of true surface, as Brick::surface_mask
+    std::array<uint16_t, model::Brick::kSide>
+        ranks{};  // in Brick::surface, of the first in each layer
+  };
+  // Eight bricks along each side; -1: no true surface.
+  using Page = std::array<int32_t, model::Brick::kVoxels>;
+
+  size_t PlaceOf(const model::VoxelIndex& page) const {
+    const model::VoxelIndex at = page - first_page_;
+    return static_cast<size_t>(at.x()) +
+           static_cast<size_t>(size_.x()) *
+               (static_cast<size_t>(at.y()) +
+                static_cast<size_t>(size_.y()) * static_cast<size_t>(at.z()));
+  }
+  const TrueSurface* At(const model::VoxelIndex& brick) const {
+    const model::VoxelIndex page = model::BrickPage::Of(brick);
+    if (((page - first_page_).array() < 0).any() ||
+        ((page - first_page_).array() >= size_.array()).any()) {
+      return nullptr;
+    }
+    const int32_t held = table_[PlaceOf(page)];
+    if (held < 0) return nullptr;
+    const int32_t i =
+        pages_[static_cast<size_t>(held)][static_cast<size_t>(model::Brick::LocalOf(brick))];
+    return i < 0 ? nullptr : &bricks_[static_cast<size_t>(i)];
+  }
+
+  double voxel_;
+  model::VoxelIndex first_page_ = model::VoxelIndex::Zero();
+  model::VoxelIndex size_ = model::VoxelIndex::Zero();  // of the table, in pages
+  std::vector<int32_t> table_;                          // dense over the box; -1: no true surface
+  std::vector<Page> pages_;
+  std::vector<TrueSurface> bricks_;
+};
+
+// Of a scan's samples at a pose, m, world.
+Eigen::AlignedBox3d BoxOf(const ScanSurface& surface, const Eigen::Isometry3d& T_world_scan);
+
+// Variance of a residual before any of it is seen, m^2. `gap`: from the voxel's centroid to the
+// sample, `along` of it along the normal.
+double ResidualVariance(const SurfaceSample& sample, const model::SurfaceVoxel& voxel,
+                        const Eigen::Vector3d& gap, double along, double roughness,
+                        double normal_sigma);
+
+}  // namespace vantage::registration
+
+#endif  // VANTAGE_CORE_REGISTRATION_ALIGN_VOXEL_SEARCH_H_

@@ -1,0 +1,93 @@
+// How far off can a registration be? From the geometry of an overlap to a bound in metres, for an
+// alignment that was made and for one that is only planned (algorithm.md section 9).
+#ifndef VANTAGE_CORE_REGISTRATION_BOUND_ERROR_BOUND_H_
+#define VANTAGE_CORE_REGISTRATION_BOUND_ERROR_BOUND_H_
+
+#include <Eigen/Core>
+#include <Eigen/Geometry>
+#include <cstdint>
+#include <span>
+#include <string>
+
+#include "core/registration/align/registration_config.h"
+#include "core/registration/align/targets.h"
+#include "core/sensor/scan.h"
+
+namespace vantage::registration {
+
+// One point-to-plane equation of the overlap.
+struct Constraint {
+  Eigen::Vector3d position;  // m, world
+  Eigen::Vector3d normal;    // unit, world; an estimate
+  double variance = 0;       // m^2, of the residual's independent part, > 0
+  double weight = 1;         // how many equations like this one it stands for, > 0
+  double residual = 0;       // m, as it was observed; 0 where nothing was observed yet
+};
+
+// Pose changes here are [rotation about world axes, rad; translation, m] about the overlap's
+// centroid: a point x moves by G(x) xi = w x (x - centroid) + t.
+struct ErrorBound {
+  sensor::Matrix6d covariance = sensor::Matrix6d::Zero();
+  double bound = 0;     // E: m, 95 % quantile of the largest displacement of the box's corners
+  double rigorous = 0;  // m, sqrt(chi2_6 lambda_max)
+  double strength = 0;  // standard deviation of the strongest over that of the weakest direction
+  sensor::Vector6d weakest = sensor::Vector6d::Zero();  // of largest displacement, scaled to a mean
+                                                        // corner displacement of 1 m
+};
+
+// Everything about an overlap that the bound depends on, once; then bounds with as many kinds of
+// outside knowledge as wanted.
+class OverlapGeometry {
+ public:
+  // Displacements are never believed to be larger than this (m): it stands for 'unconstrained'.
+  static constexpr double kUnconstrained = 10.0;
+
+  // `normal_sigma`: noise of each normal, rad. Needs at least one constraint.
+  OverlapGeometry(std::span<const Constraint> constraints, double normal_sigma,
+                  const RegistrationConfig& config);
+
+  const Eigen::Vector3d& centroid() const { return centroid_; }
+  const Eigen::AlignedBox3d& box() const { return box_; }
+  // Of the geometry alone, after what noise in the normals feigns was taken out.
+  const sensor::Matrix6d& information() const { return information_; }
+  // Information about the centroid that closes what the geometry leaves open, and nothing else:
+  // more than the geometry has of any direction.
+  sensor::Matrix6d Open() const;
+  // Directions (of six) that the geometry constrains.
+  int constrained_directions() const { return constrained_; }
+
+  // `known`: information (about the centroid) from elsewhere, added to the geometry's.
+  ErrorBound Bound(const sensor::Matrix6d& known) const;
+
+  // Information that a pose covariance [rotation; translation of the scanner] stands for, moved
+  // from the scanner's position to the centroid.
+  sensor::Matrix6d FromPoseCovariance(const sensor::Matrix6d& covariance,
+                                      const Eigen::Vector3d& scanner_position) const;
+
+  // Information that targets stand for, each known along all three axes.
+  sensor::Matrix6d FromTargets(std::span<const TargetTie> targets) const;
+
+ private:
+  Eigen::Matrix<double, 3, 6> Displacement(const Eigen::Vector3d& point) const;
+
+  Eigen::Vector3d centroid_;
+  Eigen::AlignedBox3d box_;
+  sensor::Matrix6d information_ = sensor::Matrix6d::Zero();
+  sensor::Matrix6d correlated_ =
+      sensor::Matrix6d::Zero();  // sum over blocks of what each may push, squared
+  int constrained_ = 0;
+  int draws_;
+  unsigned seed_;
+};
+
+// The block of correlated residuals that a constraint belongs to: a cell of one correlation length
+// and similar normals.
+uint64_t CorrelationBlock(const Eigen::Vector3d& position, const Eigen::Vector3d& normal,
+                          double correlation_length);
+
+// Information of an inclinometer: rotation about the two horizontal axes known to `sigma` rad.
+sensor::Matrix6d LevelInformation(double sigma);
+
+}  // namespace vantage::registration
+
+#endif  // VANTAGE_CORE_REGISTRATION_BOUND_ERROR_BOUND_H_

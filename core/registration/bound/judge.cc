@@ -1,0 +1,108 @@
+#include "core/registration/bound/judge.h"
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/registration/bound/direction_words.h"
+
+namespace vantage::registration {
+namespace {
+
+// Up to this many times the required accuracy a person may still decide; beyond, it is hopeless.
+constexpr double kDoubtfulFactor = 3.0;
+constexpr const char* kMoreOverlap =
+    "stand nearer to what is scanned already, with more of it in view";
+
+std::string Millimetres(double metres) {
+  if (metres >= OverlapGeometry::kUnconstrained) return "unbounded";
+  if (metres >= 0.1) return absl::StrFormat("%.2f m", metres);
+  return absl::StrFormat("%.1f mm", metres * 1000);
+}
+
+std::string OverlapReason(double share, const RegistrationConfig& config) {
+  return absl::StrFormat(
+      "only %.1f %% of the scan overlaps what is scanned already, %.0f %% are "
+      "required",
+      100 * share, 100 * config.minimum_overlap);
+}
+
+// The first guarantee that meets the requirement by itself, or all of them.
+std::string WhatDecided(const OverlapGeometry& geometry, const PoseKnowledge& known,
+                        double required) {
+  std::string all;
+  for (const Guarantee& g : known.guarantees) {
+    if (known.guarantees.size() == 1 || geometry.Bound(g.information).bound <= required) {
+      return g.name;
+    }
+    absl::StrAppend(&all, all.empty() ? "" : " and ", g.name);
+  }
+  return all;
+}
+
+}  // namespace
+
+sensor::Matrix6d PoseKnowledge::Guaranteed() const {
+  sensor::Matrix6d sum = sensor::Matrix6d::Zero();
+  for (const Guarantee& g : guarantees) sum += g.information;
+  return sum;
+}
+
+RegistrationVerdict Judge(const OverlapGeometry& geometry, double overlap_share,
+                          const PoseKnowledge& known, const RegistrationConfig& config) {
+  const ErrorBound alone = geometry.Bound(sensor::Matrix6d::Zero());
+  const sensor::Matrix6d guaranteed = known.Guaranteed();
+  const ErrorBound judged = known.guarantees.empty() ? alone : geometry.Bound(guaranteed);
+  const ErrorBound all =
+      known.guessed.isZero(0) ? judged : geometry.Bound(guaranteed + known.guessed);
+  RegistrationVerdict verdict;
+  verdict.overlap_share = overlap_share;
+  verdict.error_bound = all.bound;
+  verdict.judged_bound = judged.bound;
+  verdict.rigorous_bound = all.rigorous;
+  verdict.strength = judged.strength;
+  verdict.weakest = judged.weakest;
+  const DirectionWords words =
+      DescribeDirection(judged.weakest, 0.5 * geometry.box().diagonal().norm());
+  verdict.weakest_words = words.direction;
+  verdict.decided_by = "scan geometry";
+
+  if (!(judged.bound <= config.required_accuracy)) {
+    verdict.outcome = judged.bound <= kDoubtfulFactor * config.required_accuracy
+                          ? RegistrationOutcome::kDoubtful
+                          : RegistrationOutcome::kFailed;
+    verdict.reason = absl::StrCat("the overlap's shape leaves ", words.direction,
+                                  " open: error bound ", Millimetres(judged.bound), ", ",
+                                  Millimetres(config.required_accuracy), " required");
+    verdict.remedy = words.remedy;
+  } else {
+    verdict.outcome = RegistrationOutcome::kRegistered;
+    if (alone.bound > config.required_accuracy) {
+      verdict.decided_by = WhatDecided(geometry, known, config.required_accuracy);
+    }
+  }
+  if (overlap_share < config.minimum_overlap) {
+    if (verdict.registered()) {
+      verdict.outcome = RegistrationOutcome::kDoubtful;
+      verdict.decided_by = "overlap";
+      verdict.reason = OverlapReason(overlap_share, config);
+      verdict.remedy = kMoreOverlap;
+    } else {
+      verdict.reason = absl::StrCat(OverlapReason(overlap_share, config), ", and ", verdict.reason);
+    }
+  }
+  return verdict;
+}
+
+RegistrationVerdict NoOverlap(double overlap_share, const RegistrationConfig& config) {
+  RegistrationVerdict verdict;
+  verdict.outcome = RegistrationOutcome::kFailed;
+  verdict.overlap_share = overlap_share;
+  verdict.error_bound = verdict.judged_bound = verdict.rigorous_bound =
+      2 * OverlapGeometry::kUnconstrained;
+  verdict.weakest_words = "every direction";
+  verdict.decided_by = "overlap";
+  verdict.reason = OverlapReason(overlap_share, config);
+  verdict.remedy = kMoreOverlap;
+  return verdict;
+}
+
+}  // namespace vantage::registration

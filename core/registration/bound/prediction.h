@@ -1,0 +1,32 @@
+// Will a scan from a view that was not made yet register? (algorithm.md section 9)
+#ifndef VANTAGE_CORE_REGISTRATION_BOUND_PREDICTION_H_
+#define VANTAGE_CORE_REGISTRATION_BOUND_PREDICTION_H_
+
+#include <Eigen/Core>
+#include <span>
+
+#include "core/registration/align/registration_config.h"
+#include "core/registration/bound/verdict.h"
+#include "core/sensor/scanner_model.h"
+
+namespace vantage::registration {
+
+// A true-surface voxel that the view would see.
+struct OverlapElement {
+  Eigen::Vector3f position;    // m, its centroid
+  Eigen::Vector3f normal;      // unit
+  float samples = 0;           // that a scan from the view would put on it
+  uint32_t model_samples = 0;  // that the model's centroid rests on
+};
+
+// `overlap` is every true-surface voxel visible from `position` with a positive cosine of incidence
+// (a regular subset will do: `weight` >= 1 elements stand behind each). `expected_samples` counts
+// the returns a scan from there is expected to have on any surface, known or not.
+RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap, double weight,
+                                        double expected_samples, const Eigen::Vector3d& position,
+                                        const sensor::ScannerModel& scanner,
+                                        const RegistrationConfig& config);
+
+}  // namespace vantage::registration
+
+#endif  // VANTAGE_CORE_REGISTRATION_BOUND_PREDICTION_H_

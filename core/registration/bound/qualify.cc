@@ -1,0 +1,218 @@
+#include "core/registration/bound/qualify.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <string>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/registration/align/pose_step.h"
+#include "core/registration/bound/judge.h"
+
+namespace vantage::registration {
+namespace {
+
+constexpr size_t kFewestCorrespondences = 50;
+constexpr size_t kSpaceSamples = 6000;
+// Residuals beyond this many robust standard deviations are something else than noise.
+constexpr double kInlierDeviations = 4.0;
+// Noisier residuals than expected widen the bound. Beyond so many times what the noise explains,
+// and so much of a voxel (a wrong match is anywhere within one and a half), they are no noise at
+// all.
+constexpr double kResidualFactor = 3.0;
+constexpr double kResidualVoxels = 0.4;
+// Share of the samples meeting known space that may contradict it: things do move.
+constexpr double kContradictionDoubtful = 0.08;
+constexpr double kContradictionFailed = 0.40;
+// A rival minimum that explains this share of what the best explains makes a doubt.
+constexpr double kRivalShare = 0.85;
+
+double Median(std::vector<double> values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+struct Residuals {
+  std::vector<Constraint> constraints;  // of the inliers
+  double cells = 0;                     // samples of the image that they stand for
+  double rms = 0;                       // m
+  double expected = 0;                  // m
+  double normal_sigma = 0;              // rad, of the normals used
+};
+
+Residuals Weigh(const std::vector<Correspondence>& found, const RegistrationConfig& config) {
+  Residuals result;
+  std::vector<double> magnitudes;
+  std::vector<double> angles;
+  magnitudes.reserve(found.size());
+  for (const Correspondence& c : found) magnitudes.push_back(std::abs(c.residual));
+  const double gate = kInlierDeviations * 1.4826 * std::max(Median(magnitudes), 5e-4);
+  double squared = 0;
+  double variance = 0;
+  for (const Correspondence& c : found) {
+    if (std::abs(c.residual) > gate) continue;
+    result.constraints.push_back({c.point, c.normal, c.variance, 1.0, c.residual});
+    result.cells += c.cells;
+    squared += c.residual * c.residual;
+    variance += c.variance;
+    angles.push_back(c.normal_angle);
+  }
+  const auto count = static_cast<double>(std::max<size_t>(1, result.constraints.size()));
+  result.rms = std::sqrt(squared / count);
+  result.expected = std::sqrt(variance / count);
+  // The angle between two noisy normals is Rayleigh distributed; their mean has half its sigma.
+  constexpr double kRayleighMedian = 1.1774;
+  result.normal_sigma = std::max(config.normal_sigma / std::sqrt(2.0),
+                                 0.5 * Median(std::move(angles)) / kRayleighMedian);
+  // Noisier than expected is noisier in the covariance too.
+  const double factor = std::max(1.0, squared / std::max(variance, 1e-12));
+  for (Constraint& c : result.constraints) c.variance *= factor;
+  return result;
+}
+
+PoseKnowledge Known(const OverlapGeometry& geometry, const sensor::PosePrior& prior,
+                    std::span<const TargetTie> targets) {
+  PoseKnowledge known;
+  const Eigen::Vector3d position = prior.T_world_scan.translation();
+  const bool has_covariance = prior.covariance.has_value();
+  if (prior.levelled_sigma.has_value()) {
+    known.guarantees.push_back({"levelling", LevelInformation(*prior.levelled_sigma)});
+  }
+  if (!targets.empty()) {
+    known.guarantees.push_back({"targets", geometry.FromTargets(targets)});
+  }
+  if (prior.trusted && has_covariance) {
+    known.guarantees.push_back(
+        {"trusted pose", geometry.FromPoseCovariance(*prior.covariance, position)});
+  } else if (has_covariance) {
+    known.guessed = geometry.FromPoseCovariance(*prior.covariance, position);
+  }
+  return known;
+}
+
+// Worsens a verdict; the first reason stays in front.
+void Refuse(RegistrationVerdict& verdict, RegistrationOutcome outcome, const std::string& by,
+            const std::string& reason, const std::string& remedy) {
+  if (static_cast<int>(outcome) > static_cast<int>(verdict.outcome) || verdict.registered()) {
+    verdict.outcome = outcome;
+    verdict.decided_by = by;
+  }
+  verdict.reason = verdict.reason.empty() ? reason : absl::StrCat(reason, "; ", verdict.reason);
+  verdict.remedy = remedy;
+}
+
+// The target that lies farthest from where it should, beyond what its own uncertainty and that of
+// the pose explain; null when none does.
+const TargetTie* WrongTarget(const RegistrationResult& result, std::span<const TargetTie> targets,
+                             double& metres) {
+  constexpr double kChiSquare3At999 = 16.27;
+  const TargetTie* wrong = nullptr;
+  metres = 0;
+  for (const TargetTie& target : targets) {
+    const Eigen::Vector3d miss = result.T_world_scan * target.in_scan - target.in_world;
+    const Eigen::Vector3d arm = target.in_world - result.centroid;
+    Eigen::Matrix<double, 3, 6> moves;
+    moves << 0, arm.z(), -arm.y(), 1, 0, 0, -arm.z(), 0, arm.x(), 0, 1, 0, arm.y(), -arm.x(), 0, 0,
+        0, 1;
+    const Eigen::Matrix3d variance = moves * result.covariance * moves.transpose() +
+                                     target.sigma * target.sigma * Eigen::Matrix3d::Identity();
+    if (miss.dot(variance.ldlt().solve(miss)) <= kChiSquare3At999 || miss.norm() <= metres)
+      continue;
+    wrong = &target;
+    metres = miss.norm();
+  }
+  return wrong;
+}
+
+}  // namespace
+
+Qualification Qualify(const model::PlanningView& model, const ScanSurface& surface,
+                      const Alignment& alignment, const sensor::PosePrior& prior,
+                      const RegistrationConfig& config, parallel::Parallel& parallel,
+                      std::span<const TargetTie> targets) {
+  Qualification qualification;
+  RegistrationResult& result = qualification.result;
+  result.T_world_scan = alignment.T_world_scan;
+  result.converged = alignment.converged;
+  result.iterations = alignment.iterations;
+  const VoxelSearch search(model, BoxOf(surface, alignment.T_world_scan));
+  const Residuals residuals =
+      Weigh(FindCorrespondences(search, surface, alignment.T_world_scan, config, parallel), config);
+  result.correspondences = residuals.constraints.size();
+  result.rms_residual = residuals.rms;
+  result.expected_residual = residuals.expected;
+  const double share =
+      surface.image_samples > 0 ? std::min(1.0, residuals.cells / surface.image_samples) : 0.0;
+  if (result.correspondences < kFewestCorrespondences) {
+    result.centroid = alignment.T_world_scan.translation();
+    result.verdict = NoOverlap(share, config);
+    return qualification;
+  }
+
+  const OverlapGeometry geometry(residuals.constraints, residuals.normal_sigma, config);
+  const PoseKnowledge known = Known(geometry, prior, targets);
+  result.centroid = geometry.centroid();
+  if (geometry.constrained_directions() < 6) {
+    NormalEquations step;
+    step.h = geometry.information();
+    PriorTerm(prior, targets).AddTo(step, alignment.T_world_scan, geometry.centroid());
+    qualification.to_prior = SolveStep(step);
+    qualification.open = geometry.Open();
+  }
+  result.covariance = geometry.Bound(known.Guaranteed() + known.guessed).covariance;
+  result.verdict = Judge(geometry, share, known, config);
+
+  RegistrationVerdict& verdict = result.verdict;
+  if (result.rms_residual >
+      std::max(kResidualFactor * result.expected_residual, kResidualVoxels * model.voxel_size())) {
+    Refuse(verdict, RegistrationOutcome::kDoubtful, "residuals",
+           absl::StrFormat("the surfaces lie %.0f mm apart (rms), the noise explains %.0f mm",
+                           1000 * result.rms_residual, 1000 * result.expected_residual),
+           "check the scanner's noise figures, or whether much was moved between the scans");
+  }
+  const SpaceAgreement space = CompareWithSpace(
+      model, search, {surface.samples.data(), std::min(kSpaceSamples, surface.samples.size())},
+      alignment.T_world_scan, parallel);
+  const double met = space.fitting + space.contradicting;
+  result.contradiction_share = met > 0 ? space.contradicting / met : 0.0;
+  if (result.contradiction_share > kContradictionDoubtful) {
+    Refuse(verdict,
+           result.contradiction_share > kContradictionFailed ? RegistrationOutcome::kFailed
+                                                             : RegistrationOutcome::kDoubtful,
+           "contradiction",
+           absl::StrFormat("%.0f %% of the scan lies in space known to be empty or behind walls",
+                           100 * result.contradiction_share),
+           "give a better prior pose, or scan again if people or furniture moved");
+  }
+  // Where the shape leaves a direction open, poses along it fit as well: nothing new.
+  const bool firm = verdict.judged_bound <= config.required_accuracy;
+  if (firm && !alignment.rivals.empty() &&
+      alignment.rivals.front().score > kRivalShare * alignment.score) {
+    const double apart =
+        (alignment.rivals.front().T_world_scan.translation() - alignment.T_world_scan.translation())
+            .norm();
+    Refuse(verdict, RegistrationOutcome::kDoubtful, "rival pose",
+           absl::StrFormat("another pose %.2f m away fits almost as well (%.0f %%)", apart,
+                           100 * alignment.rivals.front().score / alignment.score),
+           "give a better prior pose, or overlap something that is not the same on both sides");
+  }
+  double metres = 0;
+  if (const TargetTie* wrong = WrongTarget(result, targets, metres); wrong != nullptr) {
+    Refuse(verdict, RegistrationOutcome::kDoubtful, "targets",
+           absl::StrFormat("target '%s' lies %.3f m from its place, the surfaces put it elsewhere",
+                           wrong->name, metres),
+           "check the target's name and coordinates, and that it was not moved");
+  }
+  if (!alignment.converged) {
+    Refuse(verdict, RegistrationOutcome::kFailed, "convergence",
+           absl::StrFormat("the alignment did not settle within %d steps", alignment.iterations),
+           "give a better prior pose");
+  }
+  return qualification;
+}
+
+}  // namespace vantage::registration

@@ -1,0 +1,35 @@
+// The verdict on an alignment that was made (algorithm.md section 9, last paragraph).
+#ifndef VANTAGE_CORE_REGISTRATION_BOUND_QUALIFY_H_
+#define VANTAGE_CORE_REGISTRATION_BOUND_QUALIFY_H_
+
+#include <span>
+
+#include "core/model/view/planning_view.h"
+#include "core/parallel/parallel.h"
+#include "core/registration/align/align.h"
+#include "core/registration/align/registration_config.h"
+#include "core/registration/align/scan_surface.h"
+#include "core/registration/align/targets.h"
+#include "core/registration/bound/registration_result.h"
+
+namespace vantage::registration {
+
+struct Qualification {
+  RegistrationResult result;
+  // Where the overlap's shape leaves directions open: the change of the pose, about the overlap's
+  // centroid, that takes those back to what the prior has them. Else zero.
+  sensor::Vector6d to_prior = sensor::Vector6d::Zero();
+  sensor::Matrix6d open =
+      sensor::Matrix6d::Zero();  // information that would close those directions
+};
+
+// Weighs overlap, residuals, covariance with correlated errors, contradiction with known-empty
+// space and rival minima at the alignment's pose.
+Qualification Qualify(const model::PlanningView& model, const ScanSurface& surface,
+                      const Alignment& alignment, const sensor::PosePrior& prior,
+                      const RegistrationConfig& config, parallel::Parallel& parallel,
+                      std::span<const TargetTie> targets = {});
+
+}  // namespace vantage::registration
+
+#endif  // VANTAGE_CORE_REGISTRATION_BOUND_QUALIFY_H_

@@ -1,0 +1,32 @@
+// What became of aligning a scan (algorithm.md section 9).
+#ifndef VANTAGE_CORE_REGISTRATION_BOUND_REGISTRATION_RESULT_H_
+#define VANTAGE_CORE_REGISTRATION_BOUND_REGISTRATION_RESULT_H_
+
+#include <Eigen/Geometry>
+#include <cstddef>
+
+#include "core/registration/bound/verdict.h"
+#include "core/sensor/scan.h"
+
+namespace vantage::registration {
+
+// An alignment and its evidence.
+struct RegistrationResult {
+  Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
+  bool converged = false;
+  int iterations = 0;
+  size_t correspondences = 0;
+  double rms_residual = 0;         // m, point to plane, of the inliers
+  double expected_residual = 0;    // m, what the noise explains
+  double contradiction_share = 0;  // of the samples: behind known-empty space (they see through it)
+  sensor::Matrix6d covariance =
+      sensor::Matrix6d::Zero();  // [rotation about world axes; translation], about the
+                                 // overlap's centroid
+  Eigen::Vector3d centroid = Eigen::Vector3d::Zero();  // of the overlap, m, world
+  double seconds = 0;
+  RegistrationVerdict verdict;
+};
+
+}  // namespace vantage::registration
+
+#endif  // VANTAGE_CORE_REGISTRATION_BOUND_REGISTRATION_RESULT_H_

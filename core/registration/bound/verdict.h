@@ -1,0 +1,38 @@
+// Can a scan be joined to the model? The same words for a scan that was made and for one that is
+// only planned (algorithm.md section 9).
+#ifndef VANTAGE_CORE_REGISTRATION_BOUND_VERDICT_H_
+#define VANTAGE_CORE_REGISTRATION_BOUND_VERDICT_H_
+
+#include <string>
+
+#include "core/sensor/scan.h"
+
+namespace vantage::registration {
+
+enum class RegistrationOutcome {
+  kRegistered,  // merges by itself; for a planned view: will register
+  kDoubtful,    // kept, a person decides
+  kFailed,
+};
+
+struct RegistrationVerdict {
+  RegistrationOutcome outcome = RegistrationOutcome::kFailed;
+  double overlap_share = 0;   // of the new scan's samples, [0, 1]
+  double error_bound = 0;     // E: m, 95 % quantile of the largest corner displacement, from
+                              // all that is known, the guess of a pose included
+  double judged_bound = 0;    // m, the same without the guess of a pose: decides the verdict
+  double rigorous_bound = 0;  // sqrt(chi2_6 lambda_max), m, never below error_bound's truth
+  double strength = 0;        // weakest over strongest direction, [0, 1]
+  sensor::Vector6d weakest =
+      sensor::Vector6d::Zero();  // pose change [rad; m], about the overlap's centroid
+  std::string weakest_words;     // 'sliding along x (east-west)'
+  std::string decided_by;        // 'scan geometry', 'levelling', 'targets', ...
+  std::string reason;            // why not registered; empty when it is
+  std::string remedy;            // what to do about it; empty when registered
+
+  bool registered() const { return outcome == RegistrationOutcome::kRegistered; }
+};
+
+}  // namespace vantage::registration
+
+#endif  // VANTAGE_CORE_REGISTRATION_BOUND_VERDICT_H_

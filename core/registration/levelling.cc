@@ -1,0 +1,35 @@
+#include "core/registration/levelling.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/parallel/parallel.h"
+#include "core/registration/align/floor_plane.h"
+#include "core/registration/align/scan_surface.h"
+
+namespace vantage::registration {
+
+absl::StatusOr<Levelling> LevelFirstScan(const sensor::Scan& scan) {
+  if (absl::Status status = scan.image.Validate(); !status.ok()) return status;
+  constexpr double kMaxTilt = sensor::Radians(15);
+  constexpr double kSpacing = 0.10;
+  Levelling result;
+  Eigen::Vector3d up = Eigen::Vector3d::UnitZ();
+  if (scan.prior.has_value() && scan.prior->levelled_sigma.has_value()) {
+    up = scan.prior->T_world_scan.linear().transpose() * Eigen::Vector3d::UnitZ();
+    result.from_inclinometer = true;
+  } else {
+    parallel::Serial serial;
+    const ScanSurface surface = SampleSurface(scan, kSpacing, serial);
+    FloorPlane floor;
+    result.found_floor = FindFloorPlane(surface.samples, kSpacing, kMaxTilt, floor);
+    if (result.found_floor) up = floor.normal;
+  }
+  // The smallest rotation that does it: the first scan keeps its heading.
+  const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
+  result.T_world_scan.linear() = turn.toRotationMatrix();
+  result.tilt = std::acos(std::clamp(up.normalized().z(), -1.0, 1.0));
+  return result;
+}
+
+}  // namespace vantage::registration

@@ -1,0 +1,187 @@
+#include "core/registration/registration.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/LU>
+#include <chrono>
+#include <cmath>
+#include <span>
+#include <utility>
+
+#include "absl/strings/str_format.h"
+#include "core/registration/align/align.h"
+#include "core/registration/align/pose_step.h"
+#include "core/registration/align/registration_config.h"
+#include "core/registration/align/scan_surface.h"
+#include "core/registration/align/targets.h"
+#include "core/registration/align/voxel_search.h"
+#include "core/registration/bound/qualify.h"
+#include "core/registration/bound/registration_result.h"
+#include "core/registration/mirrors_told.h"
+#include "core/registration/registration_input.h"
+
+namespace vantage::registration {
+namespace {
+
+// The change from the trusted to the aligned pose, against what both leave open: chi-square of six
+// degrees of freedom.
+double Disagreement(const sensor::PosePrior& trusted, const RegistrationResult& aligned) {
+  const Eigen::Isometry3d& from = trusted.T_world_scan;
+  const Eigen::Matrix3d turn = aligned.T_world_scan.linear() * from.linear().transpose();
+  const Eigen::AngleAxisd rotation(turn);
+  sensor::Vector6d change;
+  change << rotation.angle() * rotation.axis(),
+      aligned.T_world_scan.translation() - from.translation();
+  // The alignment's covariance is about the overlap's centroid: move it to the scanner.
+  const Eigen::Vector3d arm = from.translation() - aligned.centroid;
+  sensor::Matrix6d move = sensor::Matrix6d::Identity();
+  move.bottomLeftCorner<3, 3>() << 0, arm.z(), -arm.y(), -arm.z(), 0, arm.x(), arm.y(), -arm.x(), 0;
+  const sensor::Matrix6d covariance =
+      move * aligned.covariance * move.transpose() + *trusted.covariance;
+  return change.dot(covariance.ldlt().solve(change));
+}
+
+// Samples that face along a change of the pose and lie on true surface at `pose`. Noise never turns
+// a normal so far: a few dozen sides of pilasters tell where along a corridor a scan belongs,
+// though they are too few to say how well.
+struct Constrain {
+  size_t samples = 0;
+  double share = 0;  // of the change, that would bring them onto the surface
+};
+Constrain SupportAlong(const sensor::Vector6d& change, const Eigen::Vector3d& about,
+                       const VoxelSearch& search, std::span<const SurfaceSample> samples,
+                       const Eigen::Isometry3d& pose, double near) {
+  constexpr double kFaces = 0.5;  // cosine
+  Constrain hold;
+  double along = 0;
+  double squared = 0;
+  for (const SurfaceSample& s : samples) {
+    const Eigen::Vector3d point = pose * s.point.cast<double>();
+    const Eigen::Vector3d normal = pose.linear() * s.normal.cast<double>();
+    const Eigen::Vector3d move = change.tail<3>() + change.head<3>().cross(point - about);
+    const double least = kFaces * move.norm();
+    if (std::abs(normal.dot(move)) < least) continue;
+    const Match match = search.Find(point, normal);
+    if (match.voxel == nullptr || std::abs(match.normal.dot(move)) < least) continue;
+    const double residual = (point - match.voxel->centroid.cast<double>()).dot(match.normal);
+    if (std::abs(residual) >= near) continue;
+    ++hold.samples;
+    const double moves = match.normal.dot(move);
+    along -= moves * residual;
+    squared += moves * moves;
+  }
+  if (squared > 0) hold.share = along / squared;
+  return hold;
+}
+
+// Noisy normals hold a scan wherever a start has left it in directions that nothing constrains.
+// What is known beforehand decides there, unless surface does that the prior's place would lose.
+RegistrationResult QualifyNearPrior(const model::PlanningView& model, const ScanSurface& surface,
+                                    Alignment alignment, const sensor::PosePrior& prior,
+                                    const RegistrationConfig& config,
+                                    std::span<const TargetTie> targets,
+                                    parallel::Parallel& parallel) {
+  constexpr int kRounds = 2;         // a large turn is not a straight line
+  constexpr double kSettled = 1e-3;  // m and rad
+  constexpr size_t kFewest = 20;     // samples that hold it where it is,
+  constexpr size_t kTimes = 4;       // and so many times what holds it near the prior
+  constexpr double kNear = 3;        // residuals
+  constexpr int kSteps = 5;
+  Qualification qualified = Qualify(model, surface, alignment, prior, config, parallel, targets);
+  for (int round = 0; round < kRounds; ++round) {
+    if (qualified.to_prior.cwiseAbs().maxCoeff() < kSettled) break;
+    const Eigen::Vector3d about = qualified.result.centroid;
+    const sensor::Vector6d change = qualified.to_prior;
+    Alignment free = alignment;
+    alignment.T_world_scan = Moved(alignment.T_world_scan, qualified.to_prior, about);
+    PriorTerm held(prior, targets);
+    held.Constrain({alignment.T_world_scan, about, qualified.open});
+    alignment = Refine(model, surface, std::move(alignment), held, config, parallel);
+    const auto hold_of = [&](const Alignment& at) {
+      return SupportAlong(change, about, VoxelSearch(model, BoxOf(surface, at.T_world_scan)),
+                          surface.samples, at.T_world_scan, kNear * qualified.result.rms_residual);
+    };
+    if (round == 0) {
+      Constrain here = hold_of(free);
+      if (here.samples >= kFewest && here.samples >= kTimes * hold_of(alignment).samples) {
+        // By those alone, since the noise of all others would hold it too.
+        for (int step = 0; step < kSteps; ++step, here = hold_of(free)) {
+          free.T_world_scan = Moved(free.T_world_scan, here.share * change, about);
+        }
+        return Qualify(model, surface, free, prior, config, parallel, targets).result;
+      }
+    }
+    qualified = Qualify(model, surface, alignment, prior, config, parallel, targets);
+  }
+  return qualified.result;
+}
+
+RegistrationResult RegisterReturns(const model::PlanningView& model, const sensor::Scan& scan,
+                                   const sensor::PosePrior& prior,
+                                   std::span<const TargetTie> targets,
+                                   const RegistrationConfig& config, parallel::Parallel& parallel) {
+  const ScanSurface surface = SampleSurface(scan, config.sample_spacing, parallel);
+  // A trusted pose is kept, and compared with where the scan's own evidence puts it: so it must not
+  // hold the alignment.
+  sensor::PosePrior guess = prior;
+  if (prior.trusted) {
+    guess.trusted = false;
+    guess.covariance.reset();
+  }
+  const Alignment alignment = Align(model, surface, guess, config, parallel, targets);
+  RegistrationResult result;
+  if (prior.trusted) {
+    const RegistrationResult aligned =
+        Qualify(model, surface, alignment, guess, config, parallel, targets).result;
+    const bool checkable = aligned.correspondences > 0 && aligned.converged;
+    Alignment kept = alignment;
+    kept.T_world_scan = prior.T_world_scan;
+    kept.converged = true;
+    kept.rivals.clear();  // the pose was not chosen among minima
+    result = Qualify(model, surface, kept, prior, config, parallel, targets).result;
+    constexpr double kChiSquare6At999 = 22.46;
+    if (checkable && Disagreement(prior, aligned) > kChiSquare6At999 &&
+        aligned.verdict.overlap_share >= config.minimum_overlap) {
+      const double shift =
+          (aligned.T_world_scan.translation() - prior.T_world_scan.translation()).norm();
+      result.verdict.outcome = RegistrationOutcome::kDoubtful;
+      result.verdict.decided_by = "trusted pose";
+      result.verdict.reason = absl::StrFormat(
+          "the surfaces fit %.3f m away from the trusted pose, more than its covariance allows",
+          shift);
+      result.verdict.remedy = "check the control registration, or give its covariance as it is";
+    }
+  } else {
+    result = QualifyNearPrior(model, surface, alignment, prior, config, targets, parallel);
+  }
+  return result;
+}
+
+}  // namespace
+
+absl::StatusOr<RegistrationResult> Register(const model::PlanningView& model,
+                                            const sensor::Scan& scan,
+                                            const sensor::PosePrior& prior,
+                                            const RegistrationConfig& config,
+                                            parallel::Parallel& parallel) {
+  return RegisterWithTargets(model, scan, prior, {}, config, parallel);
+}
+
+absl::StatusOr<RegistrationResult> RegisterWithTargets(const model::PlanningView& model,
+                                                       const sensor::Scan& scan,
+                                                       const sensor::PosePrior& prior,
+                                                       std::span<const TargetTie> targets,
+                                                       const RegistrationConfig& config,
+                                                       parallel::Parallel& parallel) {
+  const auto started = std::chrono::steady_clock::now();
+  const absl::Status valid = ValidateRegistration(model, scan, prior, config);
+  if (!valid.ok()) return valid;
+  if (absl::Status status = ValidateTargets(targets); !status.ok()) return status;
+  RegistrationResult result = WithMirrorsTold(scan, parallel, [&](const sensor::Scan& returns) {
+    return RegisterReturns(model, returns, prior, targets, config, parallel);
+  });
+  result.seconds =
+      std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+  return result;
+}
+
+}  // namespace vantage::registration

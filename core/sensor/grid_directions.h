@@ -1,0 +1,19 @@
+// Points whose grid is not known, to a range image.
+#ifndef VANTAGE_CORE_SENSOR_GRID_DIRECTIONS_H_
+#define VANTAGE_CORE_SENSOR_GRID_DIRECTIONS_H_
+
+#include <Eigen/Core>
+#include <span>
+
+#include "absl/status/statusor.h"
+#include "core/sensor/gridded_scan.h"
+
+namespace vantage::sensor {
+
+// Rule 2 (gridded_scan.h), else 3.
+// INVALID_ARGUMENT: fewer than 2 columns or rows, or no return; says what was found.
+absl::StatusOr<GriddedScan> GridDirections(std::span<const Eigen::Vector3f> points);
+
+}  // namespace vantage::sensor
+
+#endif  // VANTAGE_CORE_SENSOR_GRID_DIRECTIONS_H_

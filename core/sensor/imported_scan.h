@@ -1,0 +1,46 @@
+// What is made of the points that an instrument delivers, of any format.
+#ifndef VANTAGE_CORE_SENSOR_IMPORTED_SCAN_H_
+#define VANTAGE_CORE_SENSOR_IMPORTED_SCAN_H_
+
+#include <Eigen/Geometry>
+#include <cstddef>
+#include <optional>
+
+#include "absl/status/statusor.h"
+#include "core/sensor/gridded_scan.h"
+#include "core/sensor/range_image.h"
+#include "core/sensor/scanner_model.h"
+
+namespace vantage::sensor {
+
+struct ImportedScan {
+  RangeImage image;
+  // From the file (PTX header, PCD viewpoint); absent when it is the identity.
+  std::optional<Eigen::Isometry3d> T_world_scan;
+  // A scanner model that fits the image (spans, elevation interval, native steps); range interval,
+  // noise and the rest are the defaults.
+  ScannerModel scanner;
+  size_t points = 0;       // in the file, no-return entries included
+  size_t duplicates = 0;   // returns whose cell an earlier one had taken
+  bool resampled = false;  // the directions formed no grid (gridded_scan.h): cells are interpolated
+};
+
+struct ImportLimits {
+  size_t max_points = 100'000'000;
+  // Nearer returns are the scanner's own body: no information. m.
+  double range_min = 0.5;
+  // No-return cells connected to the body's cells within this angle are its blind zone, not free
+  // space: no information. rad.
+  double blind_zone = Radians(30);
+};
+
+// Coordinates beyond this are in other units or another frame, m.
+inline constexpr double kMaxImportRange = 1000;
+
+// Masks the scanner's body and fits the scanner model.
+absl::StatusOr<ImportedScan> FinishImport(GriddedScan gridded, size_t points,
+                                          const ImportLimits& limits);
+
+}  // namespace vantage::sensor
+
+#endif  // VANTAGE_CORE_SENSOR_IMPORTED_SCAN_H_

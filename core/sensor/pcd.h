@@ -1,0 +1,24 @@
+// Reading PCD, organised or not.
+#ifndef VANTAGE_CORE_SENSOR_PCD_H_
+#define VANTAGE_CORE_SENSOR_PCD_H_
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "core/sensor/imported_scan.h"
+
+namespace vantage::sensor {
+
+// 0.7 (and 0.6); ascii, binary, binary_compressed; fields x y z of type F, size 4 or 8, any
+// others are skipped. Organised (HEIGHT > 1): NaN or 0 0 0 is no return. Unorganised: every
+// point is a return, the origin is the centre of projection, and directions of the grid
+// without a point are no return. Points are in the scanner's frame and VIEWPOINT is its pose
+// in the world, as pcl_transform_from_viewpoint has it.
+//
+// Parses the bytes of a file. INVALID_ARGUMENT: not the format it claims, truncated, NaN, empty
+// grid, or counts beyond the limits; the message names the line or field and what to do about it.
+// UNIMPLEMENTED: a variant of the format that is not read, by name.
+absl::StatusOr<ImportedScan> ParsePcd(absl::string_view bytes, const ImportLimits& limits);
+
+}  // namespace vantage::sensor
+
+#endif  // VANTAGE_CORE_SENSOR_PCD_H_

@@ -1,0 +1,22 @@
+// Reading structured PTX.
+#ifndef VANTAGE_CORE_SENSOR_PTX_H_
+#define VANTAGE_CORE_SENSOR_PTX_H_
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "core/sensor/imported_scan.h"
+
+namespace vantage::sensor {
+
+// One scan, columns x rows, points in the scanner's frame, "0 0 0" for no return; 3 (x y z),
+// 4 (+ intensity), 6 or 7 (+ r g b) numbers a line. The 4 x 4 in the header is in row-vector
+// convention: its last row is the translation. It becomes T_world_scan.
+//
+// Parses the bytes of a file. INVALID_ARGUMENT: not the format it claims, truncated, NaN, empty
+// grid, or counts beyond the limits; the message names the line or field and what to do about it.
+// UNIMPLEMENTED: a variant of the format that is not read, by name.
+absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimits& limits);
+
+}  // namespace vantage::sensor
+
+#endif  // VANTAGE_CORE_SENSOR_PTX_H_

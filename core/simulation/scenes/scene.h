@@ -1,0 +1,25 @@
+// A scene that the project generates, by seed.
+#ifndef VANTAGE_CORE_SIMULATION_SCENES_SCENE_H_
+#define VANTAGE_CORE_SIMULATION_SCENES_SCENE_H_
+
+#include <Eigen/Core>
+#include <string>
+#include <vector>
+
+#include "core/simulation/triangle_mesh.h"
+
+namespace vantage::simulation {
+
+// All generated scenes: floor at z = 0, closed but for panes of glass with nothing behind them, and
+// every room reachable for a scanner 0.7 m wide. The same seed gives the same scene on every
+// machine.
+struct Scene {
+  std::string name;
+  TriangleMesh mesh;
+  double floor_height = 0;              // m
+  std::vector<Eigen::Vector3d> starts;  // m, free places for a first scan, viewpoint height
+};
+
+}  // namespace vantage::simulation
+
+#endif  // VANTAGE_CORE_SIMULATION_SCENES_SCENE_H_

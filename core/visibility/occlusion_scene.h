@@ -1,0 +1,60 @@
+// What stops a ray: the faces between empty and non-empty voxels, traced by Embree (algorithm.md
+// section 5, 'visible'; section 4, 'Planning view').
+#ifndef VANTAGE_CORE_VISIBILITY_OCCLUSION_SCENE_H_
+#define VANTAGE_CORE_VISIBILITY_OCCLUSION_SCENE_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+
+#include "core/parallel/budget.h"
+#include "core/parallel/parallel.h"
+#include "core/visibility/opaque_grid.h"
+
+namespace vantage::visibility {
+
+// Targets of one packet, in scene coordinates.
+struct alignas(32) TargetPacket {
+  float x[8];
+  float y[8];
+  float z[8];
+};
+
+// The instructions that rays are traced with.
+enum class RayInstructions { kBest, kSse42, kAvx2 };
+
+// Scene coordinates are voxels counted from `grid`'s corner: faces lie on whole numbers, which
+// floats hold exactly. Outside the grid everything is opaque, so rays between empty voxels never
+// leave it. Const methods may be called from any thread; Embree starts none of its own.
+class OcclusionScene {
+ public:
+  // `across` is the same model's grid with axes {1, 2, 0}; `grid` has {0, 1, 2}. Not to be used
+  // when the budget has expired on the way.
+  OcclusionScene(const OpaqueGrid& grid, const OpaqueGrid& across, parallel::Parallel& parallel,
+                 const parallel::Budget& budget = parallel::Budget::Unlimited(),
+                 RayInstructions instructions = RayInstructions::kBest);
+  ~OcclusionScene();
+  OcclusionScene(OcclusionScene&&) noexcept;
+  OcclusionScene& operator=(OcclusionScene&&) noexcept;
+
+  // The origin of scene coordinates, in voxels, model frame.
+  const Eigen::Vector3d& corner() const { return corner_; }
+  // `p` in units of voxels, model frame.
+  Eigen::Vector3f ToScene(const Eigen::Vector3d& p) const { return (p - corner_).cast<float>(); }
+
+  // Bit i: the segment from `origin` to target i is blocked. Only targets in `valid` are traced.
+  uint32_t Occluded(const Eigen::Vector3f& origin, const TargetPacket& targets,
+                    uint32_t valid) const;
+
+  size_t faces() const { return faces_; }
+
+ private:
+  struct Tracer;
+  Eigen::Vector3d corner_;
+  size_t faces_ = 0;
+  std::unique_ptr<Tracer> tracer_;
+};
+
+}  // namespace vantage::visibility
+
+#endif  // VANTAGE_CORE_VISIBILITY_OCCLUSION_SCENE_H_

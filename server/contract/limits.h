@@ -1,0 +1,45 @@
+// Limits on everything that comes from the wire.
+#ifndef VANTAGE_SERVER_CONTRACT_LIMITS_H_
+#define VANTAGE_SERVER_CONTRACT_LIMITS_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "absl/time/time.h"
+
+namespace vantage::contract {
+
+struct Limits {
+  size_t sessions = 1000;
+  size_t scans_per_session = 1000;
+  size_t pending_scans_per_session = 32;  // received, not yet merged or refused
+  size_t open_uploads_per_session = 16;
+  size_t running_plans_per_session = 8;  // queued or running
+  size_t plans_per_session = 10'000;
+  size_t scanners_per_session = 64;
+  size_t claims_per_session = 20'000;       // ever taken
+  size_t full_plans_per_session = 16;       // the newest, whose patches and map of scores are kept
+  size_t snapshots_per_session = 2;         // of the model, the newest; 0: none are written
+  size_t snapshot_bytes = size_t{8} << 30;  // decompressed, of one that is loaded
+  size_t exports_per_session = 4;           // at a time
+  size_t evaluations = 32;                  // what-ifs of a session at a time
+  int64_t encoded_scan_bytes = int64_t{512} << 20;
+  size_t scan_cells = 100'000'000;
+  int64_t piece_bytes = 1 << 20;    // before compression
+  int64_t credit_bytes = 32 << 20;  // in flight
+  size_t pieces_per_upload = 1 << 18;
+  absl::Duration upload_idle = absl::Hours(24);
+  // After this time without an event a session is deleted, and a withdrawn scan's data are erased.
+  absl::Duration keep_sessions = absl::InfiniteDuration();
+  absl::Duration keep_withdrawn_scans = absl::InfiniteDuration();
+  // After this time without use a session's model leaves memory.
+  absl::Duration evict_after = absl::InfiniteDuration();
+  size_t calls = 4096;          // under way at a time, streams included
+  int64_t tenant_bytes = 0;     // quota of each tenant; 0: none
+  int message_bytes = 4 << 20;  // received
+};
+
+}  // namespace vantage::contract
+
+#endif  // VANTAGE_SERVER_CONTRACT_LIMITS_H_

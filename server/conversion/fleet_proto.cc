@@ -1,0 +1,165 @@
+#include "server/conversion/fleet_proto.h"
+
+#include <algorithm>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "server/conversion/from_proto.h"
+#include "server/conversion/to_proto.h"
+
+namespace vantage::conversion {
+namespace {
+
+constexpr size_t kMaxText = 200;
+constexpr int kMaxReach = 64;
+constexpr double kMaxSpeed = 10;  // m/s
+constexpr double kMaxScanSeconds = 86400;
+
+void CheckBox(const v1::Box& box, const std::string& field, contract::Violations& violations) {
+  if (!box.has_min()) violations.Add(field + ".min", "is required");
+  if (!box.has_max()) violations.Add(field + ".max", "is required");
+  const Eigen::Vector3d min = ReadVector(box.min(), field + ".min", violations);
+  const Eigen::Vector3d max = ReadVector(box.max(), field + ".max", violations);
+  if (box.has_min() && box.has_max() && !(min.array() < max.array()).all()) {
+    violations.Add(field, "must have min below max on every axis");
+  }
+}
+
+const v1::ScannerModel* FindModel(const std::string& id, const v1::Session& session) {
+  const auto it = std::find_if(session.scanner_models().begin(), session.scanner_models().end(),
+                               [&](const v1::ScannerModel& model) { return model.id() == id; });
+  return it == session.scanner_models().end() ? nullptr : &*it;
+}
+
+}  // namespace
+
+void CheckScanner(const v1::Scanner& scanner, const v1::Session& session, const std::string& field,
+                  contract::Violations& violations) {
+  CheckText(scanner.display_name(), kMaxText, field + ".display_name", violations);
+  CheckText(scanner.operator_(), kMaxText, field + ".operator", violations);
+  const std::string& model = scanner.scanner_model_id();
+  if (!model.empty() && FindModel(model, session) == nullptr) {
+    violations.Add(field + ".scanner_model_id",
+                   absl::StrCat("'", model, "' is none of the session's scanner models"));
+  }
+  if (scanner.reach_size() > kMaxReach) {
+    violations.Add(field + ".reach", absl::StrCat("has ", scanner.reach_size(), " boxes, at most ",
+                                                  kMaxReach, " fit"));
+  } else {
+    for (int i = 0; i < scanner.reach_size(); ++i) {
+      CheckBox(scanner.reach(i), absl::StrCat(field, ".reach[", i, "]"), violations);
+    }
+  }
+  if (scanner.has_speed_m_per_s() &&
+      !(scanner.speed_m_per_s() > 0 && scanner.speed_m_per_s() <= kMaxSpeed)) {
+    violations.Add(field + ".speed_m_per_s", absl::StrFormat("is %g m/s, must be in (0, %g]",
+                                                             scanner.speed_m_per_s(), kMaxSpeed));
+  }
+  const int32_t nanos = scanner.scan_duration().nanos();
+  const double duration = ReadDuration(scanner.scan_duration());
+  if (!(duration >= 0 && duration <= kMaxScanSeconds && nanos >= 0 && nanos < 1'000'000'000)) {
+    violations.Add(field + ".scan_duration",
+                   absl::StrFormat("is %g s, must be in [0, %g]", duration, kMaxScanSeconds));
+  }
+}
+
+void FillDefaults(v1::Scanner& scanner, const v1::Session& session) {
+  const fleet::FleetScanner defaults;
+  scanner.set_scanner_model_id(ModelOf(scanner, session).id());
+  if (!scanner.has_speed_m_per_s()) scanner.set_speed_m_per_s(defaults.speed);
+  if (!scanner.has_scan_duration()) {
+    *scanner.mutable_scan_duration() = WriteDuration(defaults.scan_seconds);
+  }
+}
+
+const v1::ScannerModel& ModelOf(const v1::Scanner& scanner, const v1::Session& session) {
+  const v1::ScannerModel* model = FindModel(scanner.scanner_model_id(), session);
+  return model != nullptr ? *model : session.scanner_models(0);
+}
+
+fleet::FleetScanner ReadFleetScanner(const v1::Scanner& scanner, const v1::Session& session,
+                                     const Eigen::Vector3d& origin) {
+  contract::Violations none;  // it was checked when it was added
+  fleet::FleetScanner out;
+  out.model = ReadScannerModel(ModelOf(scanner, session), "scanner_model", none);
+  if (scanner.has_last_pose()) out.at = ReadOwnPose(scanner.last_pose(), origin).translation();
+  for (const v1::Box& box : scanner.reach()) {
+    out.reach.emplace_back(ReadVector(box.min(), "", none) - origin,
+                           ReadVector(box.max(), "", none) - origin);
+  }
+  out.speed = scanner.speed_m_per_s();
+  out.scan_seconds = ReadDuration(scanner.scan_duration());
+  return out;
+}
+
+fleet::Claims ReadClaims(std::span<const v1::Claim* const> held, const Eigen::Vector3d& origin) {
+  std::vector<fleet::ViewClaim> claims;
+  claims.reserve(held.size());
+  for (const v1::Claim* claim : held) {
+    const v1::Vector3& at = claim->position();
+    claims.push_back({claim->name(), claim->scanner(),
+                      Eigen::Vector3d(at.x(), at.y(), at.z()) - origin,
+                      ReadTime(claim->create_time()), ReadTime(claim->expire_time())});
+  }
+  return fleet::Claims(std::move(claims));
+}
+
+v1::ClaimEndReason WriteClaimEnd(fleet::ClaimEnd end) {
+  switch (end) {
+    case fleet::ClaimEnd::kScanArrived:
+      return v1::CLAIM_END_REASON_SCAN_ARRIVED;
+    case fleet::ClaimEnd::kExpired:
+      return v1::CLAIM_END_REASON_EXPIRED;
+    case fleet::ClaimEnd::kReleased:
+      return v1::CLAIM_END_REASON_RELEASED;
+  }
+  return v1::CLAIM_END_REASON_UNSPECIFIED;
+}
+
+const char* Words(v1::ClaimEndReason reason) {
+  switch (reason) {
+    case v1::CLAIM_END_REASON_SCAN_ARRIVED:
+      return fleet::ClaimEndName(fleet::ClaimEnd::kScanArrived);
+    case v1::CLAIM_END_REASON_EXPIRED:
+      return fleet::ClaimEndName(fleet::ClaimEnd::kExpired);
+    case v1::CLAIM_END_REASON_RELEASED:
+      return fleet::ClaimEndName(fleet::ClaimEnd::kReleased);
+    default:
+      return "not stated";
+  }
+}
+
+void WriteJointPlan(const fleet::JointPlan& joint, const std::vector<std::string>& scanners,
+                    const std::vector<std::string>& claims, double required_density,
+                    v1::PlanResult& result) {
+  v1::JointPlan& out = *result.mutable_joint();
+  for (const fleet::Assignment& assignment : joint.assignments) {
+    v1::Assignment& written = *out.add_assignments();
+    if (assignment.scanner < scanners.size()) written.set_scanner(scanners[assignment.scanner]);
+    if (assignment.view.has_value()) written.set_view_index(static_cast<int32_t>(*assignment.view));
+    written.set_reason(assignment.reason);
+    for (const size_t before : assignment.waits_for) {
+      written.add_waits_for(static_cast<int32_t>(before));
+    }
+    for (const size_t claim : assignment.waits_for_pledged) {
+      if (claim < claims.size()) written.add_waits_for_claims(claims[claim]);
+    }
+  }
+  out.set_score(joint.score);
+  out.set_model_gain_m2(joint.score / required_density);
+  if (joint.guarantee.has_value()) out.set_guarantee(*joint.guarantee);
+  out.set_guarantee_reason(joint.guarantee_reason);
+  for (const std::string& claim : claims) out.add_claims(claim);
+  for (int i = 0; i < result.views_size(); ++i) {
+    if (static_cast<size_t>(i) >= joint.journeys.size()) break;
+    const fleet::Journey& journey = joint.journeys[static_cast<size_t>(i)];
+    v1::RankedView& view = *result.mutable_views(i);
+    view.set_unreachable_reason(journey.unreachable);
+    if (journey.minutes.has_value()) {
+      *view.mutable_total_duration() = WriteDuration(60 * *journey.minutes);
+    }
+    if (journey.per_minute.has_value()) view.set_score_per_minute(*journey.per_minute);
+  }
+}
+
+}  // namespace vantage::conversion

@@ -1,0 +1,46 @@
+// The fleet between the wire and the core.
+#ifndef VANTAGE_SERVER_CONVERSION_FLEET_PROTO_H_
+#define VANTAGE_SERVER_CONVERSION_FLEET_PROTO_H_
+
+#include <Eigen/Core>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/fleet/claims.h"
+#include "core/fleet/joint_plan.h"
+#include "server/contract/error.h"
+#include "vantage/v1/event.pb.h"
+#include "vantage/v1/fleet.pb.h"
+#include "vantage/v1/plan.pb.h"
+#include "vantage/v1/session.pb.h"
+
+namespace vantage::conversion {
+
+// What is wrong with a scanner that is to be added to `session`.
+void CheckScanner(const v1::Scanner& scanner, const v1::Session& session, const std::string& field,
+                  contract::Violations& violations);
+void FillDefaults(v1::Scanner& scanner, const v1::Session& session);
+
+// The scanner's model; the session's first where that one is no longer there.
+const v1::ScannerModel& ModelOf(const v1::Scanner& scanner, const v1::Session& session);
+
+fleet::FleetScanner ReadFleetScanner(const v1::Scanner& scanner, const v1::Session& session,
+                                     const Eigen::Vector3d& origin);
+
+// Claims that are held (SessionState::HeldClaims), in the model frame, in the same order.
+fleet::Claims ReadClaims(std::span<const v1::Claim* const> held, const Eigen::Vector3d& origin);
+
+v1::ClaimEndReason WriteClaimEnd(fleet::ClaimEnd end);
+// 'scan arrived', 'expired', 'released'.
+const char* Words(v1::ClaimEndReason reason);
+
+// Who goes where, into a result that has the plan's views. `scanners` and `claims`: names, of the
+// request's scanners (none: for nobody by name) and pledged views.
+void WriteJointPlan(const fleet::JointPlan& joint, const std::vector<std::string>& scanners,
+                    const std::vector<std::string>& claims, double required_density,
+                    v1::PlanResult& result);
+
+}  // namespace vantage::conversion
+
+#endif  // VANTAGE_SERVER_CONVERSION_FLEET_PROTO_H_

@@ -1,0 +1,369 @@
+#include "server/conversion/to_proto.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "google/protobuf/util/time_util.h"
+
+namespace vantage::conversion {
+namespace {
+
+v1::RegistrationOutcome WriteOutcome(registration::RegistrationOutcome outcome) {
+  switch (outcome) {
+    case registration::RegistrationOutcome::kRegistered:
+      return v1::REGISTRATION_OUTCOME_REGISTERED;
+    case registration::RegistrationOutcome::kDoubtful:
+      return v1::REGISTRATION_OUTCOME_DOUBTFUL;
+    case registration::RegistrationOutcome::kFailed:
+      return v1::REGISTRATION_OUTCOME_FAILED;
+  }
+  return v1::REGISTRATION_OUTCOME_UNSPECIFIED;
+}
+
+v1::PlanOutcome WriteOutcome(planning::PlanOutcome outcome) {
+  switch (outcome) {
+    case planning::PlanOutcome::kViews:
+      return v1::PLAN_OUTCOME_VIEWS;
+    case planning::PlanOutcome::kNoFeasibleView:
+      return v1::PLAN_OUTCOME_NO_FEASIBLE_VIEW;
+    case planning::PlanOutcome::kNoRegistrableView:
+      return v1::PLAN_OUTCOME_NO_REGISTRABLE_VIEW;
+    case planning::PlanOutcome::kNothingToGain:
+      return v1::PLAN_OUTCOME_NOTHING_TO_GAIN;
+    case planning::PlanOutcome::kSearchUnfinished:
+      return v1::PLAN_OUTCOME_SEARCH_UNFINISHED;
+    case planning::PlanOutcome::kCancelled:
+      return v1::PLAN_OUTCOME_CANCELLED;
+  }
+  return v1::PLAN_OUTCOME_UNSPECIFIED;
+}
+
+v1::PlanStage WriteStage(planning::PlanStage stage) {
+  switch (stage) {
+    case planning::PlanStage::kFeasible:
+      return v1::PLAN_STAGE_FEASIBLE_VIEWS;
+    case planning::PlanStage::kPatches:
+      return v1::PLAN_STAGE_EXTRACT_PATCHES;
+    case planning::PlanStage::kRankPatches:
+      return v1::PLAN_STAGE_RANK_PATCHES;
+    case planning::PlanStage::kEvaluate:
+      return v1::PLAN_STAGE_EVALUATE_VIEWS;
+    case planning::PlanStage::kRankViews:
+      return v1::PLAN_STAGE_RANK_VIEWS;
+    case planning::PlanStage::kCheck:
+      return v1::PLAN_STAGE_REGISTRATION_CHECK;
+  }
+  return v1::PLAN_STAGE_UNSPECIFIED;
+}
+
+// The core's words for it; several guarantees together are joined by 'and'.
+v1::RegistrationBasis WriteBasis(absl::string_view words) {
+  static constexpr std::pair<absl::string_view, v1::RegistrationBasis> kBases[] = {
+      {"scan geometry", v1::REGISTRATION_BASIS_SCAN_GEOMETRY},
+      {"levelling", v1::REGISTRATION_BASIS_LEVELLING},
+      {"targets", v1::REGISTRATION_BASIS_TARGETS},
+      {"trusted pose", v1::REGISTRATION_BASIS_TRUSTED_POSE},
+      {"overlap", v1::REGISTRATION_BASIS_OVERLAP},
+      {"no pose prior", v1::REGISTRATION_BASIS_NO_POSE_PRIOR},
+  };
+  for (const auto& [name, basis] : kBases) {
+    if (words == name) return basis;
+  }
+  return words.empty() ? v1::REGISTRATION_BASIS_UNSPECIFIED : v1::REGISTRATION_BASIS_COMBINED;
+}
+
+v1::SurfaceKind WriteKind(model::SurfaceKind kind) {
+  switch (kind) {
+    case model::SurfaceKind::kTrue:
+      return v1::SURFACE_KIND_TRUE;
+    case model::SurfaceKind::kOcclusion:
+      return v1::SURFACE_KIND_OCCLUSION;
+    case model::SurfaceKind::kHole:
+      return v1::SURFACE_KIND_HOLE_BOUNDARY;
+    case model::SurfaceKind::kImage:
+      return v1::SURFACE_KIND_IMAGE_BOUNDARY;
+  }
+  return v1::SURFACE_KIND_UNSPECIFIED;
+}
+
+v1::BySurfaceKind WriteByKind(const std::array<double, model::kSurfaceKinds>& values) {
+  v1::BySurfaceKind out;
+  out.set_true_surface(values[0]);
+  out.set_occlusion(values[1]);
+  out.set_hole_boundary(values[2]);
+  out.set_image_boundary(values[3]);
+  return out;
+}
+
+void WriteCovariance(const sensor::Matrix6d& covariance,
+                     google::protobuf::RepeatedField<double>& numbers) {
+  for (int row = 0; row < 6; ++row) {
+    for (int column = 0; column < 6; ++column) numbers.Add(covariance(row, column));
+  }
+}
+
+void WriteScoreMap(const planning::Plan& plan, double cell_size, const Eigen::Vector3d& origin,
+                   v1::ScoreMap& map) {
+  *map.mutable_origin() = WriteVector(origin);
+  map.set_viewcell_size_m(cell_size);
+  map.set_total_viewcell_count(static_cast<int64_t>(plan.score_map.size()));
+  for (const planning::ScoredCell& cell : plan.score_map) {
+    map.add_x(cell.centre.x());
+    map.add_y(cell.centre.y());
+    map.add_z(cell.centre.z());
+    map.add_score(cell.score);
+    map.add_score_lower(cell.lower);
+    map.add_score_upper(cell.upper);
+  }
+}
+
+}  // namespace
+
+google::protobuf::Timestamp WriteTime(absl::Time time) {
+  google::protobuf::Timestamp out;
+  const int64_t nanos = absl::ToUnixNanos(time);
+  out.set_seconds(nanos / 1'000'000'000);
+  out.set_nanos(static_cast<int32_t>(nanos % 1'000'000'000));
+  return out;
+}
+
+absl::Time ReadTime(const google::protobuf::Timestamp& time) {
+  return absl::FromUnixSeconds(time.seconds()) + absl::Nanoseconds(time.nanos());
+}
+
+google::protobuf::Duration WriteDuration(double seconds) {
+  const double nanos = seconds * 1e9;
+  if (!(nanos >= 0 && nanos < 9.2e18)) return {};
+  return google::protobuf::util::TimeUtil::NanosecondsToDuration(std::llround(nanos));
+}
+
+double ReadDuration(const google::protobuf::Duration& duration) {
+  return static_cast<double>(duration.seconds()) + duration.nanos() / 1e9;
+}
+
+v1::Vector3 WriteVector(const Eigen::Vector3d& vector) {
+  v1::Vector3 out;
+  out.set_x(vector.x());
+  out.set_y(vector.y());
+  out.set_z(vector.z());
+  return out;
+}
+
+v1::Pose WritePose(const Eigen::Isometry3d& T_model_scan, const Eigen::Vector3d& origin) {
+  v1::Pose out;
+  const Eigen::Quaterniond rotation(T_model_scan.linear());
+  out.mutable_rotation()->set_w(rotation.w());
+  out.mutable_rotation()->set_x(rotation.x());
+  out.mutable_rotation()->set_y(rotation.y());
+  out.mutable_rotation()->set_z(rotation.z());
+  *out.mutable_translation() = WriteVector(T_model_scan.translation() + origin);
+  return out;
+}
+
+Eigen::Isometry3d ReadOwnPose(const v1::Pose& pose, const Eigen::Vector3d& origin) {
+  Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
+  const v1::Quaternion& q = pose.rotation();
+  out.linear() = Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()).normalized().toRotationMatrix();
+  out.translation() =
+      Eigen::Vector3d(pose.translation().x(), pose.translation().y(), pose.translation().z()) -
+      origin;
+  return out;
+}
+
+v1::RegistrationVerdict WriteVerdict(const registration::RegistrationVerdict& verdict) {
+  v1::RegistrationVerdict out;
+  out.set_outcome(WriteOutcome(verdict.outcome));
+  out.set_overlap_share(verdict.overlap_share);
+  out.set_error_bound_m(verdict.error_bound);
+  out.set_rigorous_bound_m(verdict.rigorous_bound);
+  out.set_strength(verdict.strength);
+  *out.mutable_weakest_rotation() = WriteVector(verdict.weakest.head<3>());
+  *out.mutable_weakest_translation() = WriteVector(verdict.weakest.tail<3>());
+  out.set_weakest_description(verdict.weakest_words);
+  out.set_basis(WriteBasis(verdict.decided_by));
+  out.set_reason(verdict.reason);
+  out.set_remedy(verdict.remedy);
+  return out;
+}
+
+v1::Registration WriteRegistration(const registration::RegistrationResult& result,
+                                   uint64_t model_version, const Eigen::Vector3d& origin) {
+  v1::Registration out;
+  *out.mutable_pose() = WritePose(result.T_world_scan, origin);
+  out.set_converged(result.converged);
+  out.set_iteration_count(result.iterations);
+  out.set_correspondence_count(static_cast<int64_t>(result.correspondences));
+  out.set_rms_residual_m(result.rms_residual);
+  out.set_expected_residual_m(result.expected_residual);
+  out.set_contradiction_share(result.contradiction_share);
+  WriteCovariance(result.covariance, *out.mutable_covariance());
+  *out.mutable_centroid() = WriteVector(result.centroid + origin);
+  *out.mutable_duration() = WriteDuration(result.seconds);
+  *out.mutable_verdict() = WriteVerdict(result.verdict);
+  out.set_model_version(model_version);
+  return out;
+}
+
+v1::Levelling WriteLevelling(const registration::Levelling& levelling,
+                             const Eigen::Vector3d& origin) {
+  v1::Levelling out;
+  *out.mutable_pose() = WritePose(levelling.T_world_scan, origin);
+  out.set_tilt_rad(levelling.tilt);
+  out.set_from_inclinometer(levelling.from_inclinometer);
+  out.set_found_floor(levelling.found_floor);
+  return out;
+}
+
+v1::MergeReport WriteMergeReport(const model::MergeReport& report) {
+  v1::MergeReport out;
+  out.set_model_version(report.version);
+  out.set_sample_count(static_cast<int64_t>(report.samples));
+  out.set_empty_voxel_count(static_cast<int64_t>(report.empty_voxels));
+  out.set_surface_voxel_count(static_cast<int64_t>(report.surface_voxels));
+  out.set_changed_brick_count(static_cast<int64_t>(report.changed_bricks));
+  *out.mutable_carve_duration() = WriteDuration(report.carve_seconds);
+  *out.mutable_merge_duration() = WriteDuration(report.merge_seconds);
+  return out;
+}
+
+v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_density) {
+  v1::Coverage out;
+  *out.mutable_area_by_kind_m2() = WriteByKind(coverage.area);
+  out.set_area_at_density_m2(coverage.area_at_density);
+  out.set_area_given_up_m2(coverage.area_given_up);
+  out.set_estimated_coverage(coverage.estimated_coverage);
+  out.set_required_density_per_m2(required_density);
+  return out;
+}
+
+v1::Patch WritePatch(const planning::Patch& patch, const Eigen::Vector3d& origin) {
+  v1::Patch out;
+  out.set_kind(WriteKind(patch.kind));
+  *out.mutable_centre() = WriteVector(patch.centre + origin);
+  *out.mutable_normal() = WriteVector(patch.normal);
+  *out.mutable_axis_u() = WriteVector(patch.axis_u);
+  out.set_length_u_m(patch.length_u);
+  out.set_length_v_m(patch.length_v);
+  out.set_area_m2(patch.area);
+  out.set_mean_density_per_m2(patch.mean_density);
+  out.set_deficit(patch.deficit);
+  out.set_importance(patch.importance);
+  return out;
+}
+
+v1::RankedView WriteView(const planning::RankedView& view,
+                         const std::vector<planning::Patch>& patches, double density,
+                         const Eigen::Vector3d& origin) {
+  v1::RankedView out;
+  *out.mutable_position() = WriteVector(view.position + origin);
+  out.set_score(view.score);
+  out.set_score_lower(view.lower);
+  out.set_score_upper(view.upper);
+  out.set_exact(view.exact);
+  out.set_model_gain_m2(view.score / density);
+  out.set_model_gain_lower_m2(view.lower / density);
+  out.set_model_gain_upper_m2(view.upper / density);
+  *out.mutable_score_by_kind() = WriteByKind(view.score_by_kind);
+  out.set_height_over_floor_m(view.height_over_floor);
+  out.set_clearance_m(view.clearance);
+  if (view.travel.has_value()) {
+    out.set_travel_distance_m(*view.travel);
+  } else {
+    out.set_unreachable_reason("no free path from the last station is known");
+  }
+  for (const planning::PatchScore& gain : view.patches) {
+    v1::PatchScore& written = *out.add_patch_scores();
+    written.set_patch_index(gain.patch);
+    written.set_score(gain.gain);
+    if (gain.patch >= 0 && static_cast<size_t>(gain.patch) < patches.size()) {
+      const planning::Patch& patch = patches[static_cast<size_t>(gain.patch)];
+      *written.mutable_centre() = WriteVector(patch.centre + origin);
+      written.set_kind(WriteKind(patch.kind));
+    }
+  }
+  v1::LocationDescription& where = *out.mutable_location();
+  for (const planning::WallOffset& wall : view.where.walls) {
+    v1::WallOffset& written = *where.add_walls();
+    *written.mutable_wall_point() = WriteVector(wall.wall_point + origin);
+    *written.mutable_wall_normal() = WriteVector(wall.wall_normal);
+    written.set_distance_m(wall.distance);
+  }
+  where.set_last_station_distance_m(view.where.last_station_distance);
+  where.set_last_station_bearing_rad(view.where.last_station_bearing);
+  where.set_description(view.where.words);
+  if (!view.region.box.isEmpty()) {
+    v1::EquivalentRegion& region = *out.mutable_region();
+    *region.mutable_box()->mutable_min() = WriteVector(view.region.box.min() + origin);
+    *region.mutable_box()->mutable_max() = WriteVector(view.region.box.max() + origin);
+    region.set_volume_m3(view.region.volume);
+    region.set_viewcell_count(view.region.cells);
+  }
+  *out.mutable_verdict() = WriteVerdict(view.verdict);
+  return out;
+}
+
+v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningConfig& config,
+                               bool full, const Eigen::Vector3d& origin) {
+  const double density = config.required_density_per_m2();
+  v1::PlanResult out;
+  out.set_outcome(WriteOutcome(plan.outcome));
+  out.set_message(plan.message);
+  out.set_model_version(plan.model_version);
+  for (const planning::RankedView& view : plan.views) {
+    *out.add_views() = WriteView(view, plan.patches, density, origin);
+  }
+  for (const planning::RankedView& view : plan.refused) {
+    *out.add_refused() = WriteView(view, plan.patches, density, origin);
+  }
+  out.set_optimality_gap(plan.optimality_gap);
+  out.set_confidence(plan.confidence);
+  out.set_complete(plan.complete);
+  v1::Termination& termination = *out.mutable_termination();
+  termination.set_suggested(plan.termination.suggested);
+  termination.set_reason(plan.termination.reason);
+  termination.set_best_score_upper(plan.termination.best_upper);
+  termination.set_best_model_gain_upper_m2(plan.termination.best_upper / density);
+  termination.set_largest_patch_area_m2(plan.termination.largest_patch_area);
+  if (plan.termination.unobservable_known) {
+    termination.set_unobservable_area_m2(plan.termination.unobservable_area);
+  }
+  *out.mutable_coverage() = WriteCoverage(plan.coverage, density);
+  out.set_feasible_viewcell_count(static_cast<int64_t>(plan.feasible_cells));
+  out.set_deficient_voxel_count(static_cast<int64_t>(plan.deficient_cells));
+  out.set_deficient_area_m2(plan.deficient_area);
+  out.set_ray_count(plan.rays);
+  out.set_seed(plan.seed);
+  for (int stage = 0; stage < planning::kPlanStages; ++stage) {
+    v1::StageDuration& written = *out.add_stage_durations();
+    written.set_stage(WriteStage(static_cast<planning::PlanStage>(stage)));
+    *written.mutable_duration() = WriteDuration(plan.seconds[static_cast<size_t>(stage)]);
+  }
+  *out.mutable_config() = config;
+  out.set_patch_count(static_cast<int64_t>(plan.patches.size()));
+  if (!full) return out;
+  const size_t patches = std::min<size_t>(plan.patches.size(), kMaxPatches);
+  for (size_t i = 0; i < patches; ++i) *out.add_patches() = WritePatch(plan.patches[i], origin);
+  WriteScoreMap(plan, config.viewcell_size_m(), origin, *out.mutable_score_map());
+  return out;
+}
+
+void StripToBasic(v1::PlanResult& result) {
+  result.clear_patches();
+  result.clear_score_map();
+}
+
+v1::EvaluateViewResponse WriteEvaluation(const planning::ViewEvaluation& evaluation, double density,
+                                         const Eigen::Vector3d& origin) {
+  v1::EvaluateViewResponse out;
+  out.set_feasible(evaluation.feasible);
+  out.set_infeasible_reason(evaluation.why_not);
+  *out.mutable_view() = WriteView(evaluation.view, evaluation.patches, density, origin);
+  const size_t patches = std::min<size_t>(evaluation.patches.size(), kMaxPatches);
+  for (size_t i = 0; i < patches; ++i) {
+    *out.add_patches() = WritePatch(evaluation.patches[i], origin);
+  }
+  return out;
+}
+
+}  // namespace vantage::conversion

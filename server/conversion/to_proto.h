@@ -1,0 +1,67 @@
+// From the core to the wire. Positions and poses gain the session's origin: world = model + origin.
+#ifndef VANTAGE_SERVER_CONVERSION_TO_PROTO_H_
+#define VANTAGE_SERVER_CONVERSION_TO_PROTO_H_
+
+#include <Eigen/Geometry>
+
+#include "absl/time/time.h"
+#include "core/model/partial_model.h"
+#include "core/planning/evaluate_view.h"
+#include "core/planning/plan/coverage.h"
+#include "core/planning/plan/patch.h"
+#include "core/planning/plan/plan.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/planning/plan/ranked_view.h"
+#include "core/registration/bound/registration_result.h"
+#include "core/registration/levelling.h"
+#include "google/protobuf/duration.pb.h"
+#include "google/protobuf/timestamp.pb.h"
+#include "vantage/v1/coverage.pb.h"
+#include "vantage/v1/geometry.pb.h"
+#include "vantage/v1/plan.pb.h"
+#include "vantage/v1/plan_service.pb.h"
+#include "vantage/v1/registration.pb.h"
+#include "vantage/v1/scan.pb.h"
+
+namespace vantage::conversion {
+
+// Patches that travel in one answer at most; the first are the most important.
+inline constexpr int kMaxPatches = 8000;
+
+google::protobuf::Timestamp WriteTime(absl::Time time);
+absl::Time ReadTime(const google::protobuf::Timestamp& time);
+// To the nanosecond; what is no time span (negative, not finite, beyond 292 years) is 0.
+google::protobuf::Duration WriteDuration(double seconds);
+double ReadDuration(const google::protobuf::Duration& duration);  // s
+
+v1::Vector3 WriteVector(const Eigen::Vector3d& vector);
+v1::Pose WritePose(const Eigen::Isometry3d& T_model_scan, const Eigen::Vector3d& origin);
+// The inverse, for poses that the server wrote itself.
+Eigen::Isometry3d ReadOwnPose(const v1::Pose& pose, const Eigen::Vector3d& origin);
+
+v1::RegistrationVerdict WriteVerdict(const registration::RegistrationVerdict& verdict);
+v1::Registration WriteRegistration(const registration::RegistrationResult& result,
+                                   uint64_t model_version, const Eigen::Vector3d& origin);
+v1::Levelling WriteLevelling(const registration::Levelling& levelling,
+                             const Eigen::Vector3d& origin);
+v1::MergeReport WriteMergeReport(const model::MergeReport& report);
+v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_density);
+
+// `patches` are those that view.patches points into.
+v1::RankedView WriteView(const planning::RankedView& view,
+                         const std::vector<planning::Patch>& patches, double required_density,
+                         const Eigen::Vector3d& origin);
+v1::Patch WritePatch(const planning::Patch& patch, const Eigen::Vector3d& origin);
+
+// `full`: with patches and map of scores.
+v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningConfig& config,
+                               bool full, const Eigen::Vector3d& origin);
+// Takes what only the full view has out of a result.
+void StripToBasic(v1::PlanResult& result);
+
+v1::EvaluateViewResponse WriteEvaluation(const planning::ViewEvaluation& evaluation,
+                                         double required_density, const Eigen::Vector3d& origin);
+
+}  // namespace vantage::conversion
+
+#endif  // VANTAGE_SERVER_CONVERSION_TO_PROTO_H_

@@ -1,0 +1,195 @@
+#include "server/rpc/call/authorizer.h"
+
+#include <grpc/grpc_security_constants.h>
+
+#include <chrono>
+#include <iterator>
+#include <utility>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/strip.h"
+#include "absl/time/clock.h"
+#include "server/contract/error.h"
+
+namespace vantage::rpc {
+namespace {
+
+constexpr char kAuthorization[] = "authorization";
+constexpr absl::string_view kBearer = "bearer ";
+constexpr size_t kMaxTenant = 200;
+// Of one address: what fails more often is told to wait, and not logged each time.
+constexpr double kFailuresPerSecond = 1;
+constexpr double kFailuresAtOnce = 20;
+
+absl::string_view View(const grpc::string_ref& text) { return {text.data(), text.size()}; }
+
+// The only value of a key. Several: INVALID_ARGUMENT, since it is not known who wrote which.
+absl::StatusOr<std::optional<std::string>> OnlyValue(const grpc::ServerContextBase& context,
+                                                     const std::string& key) {
+  const auto [first, end] = context.client_metadata().equal_range(key);
+  if (first == end) return std::nullopt;
+  if (std::next(first) != end) {
+    return absl::InvalidArgumentError(absl::StrCat("the call has several values for ", key));
+  }
+  return std::string(View(first->second));
+}
+
+absl::Status Unauthenticated(absl::string_view reason, absl::string_view message) {
+  return contract::ErrorWithReason(absl::StatusCode::kUnauthenticated, reason, message);
+}
+
+absl::Status CheckExpiry(const auth::Caller& caller) {
+  if (caller.expires > absl::Now()) return absl::OkStatus();
+  return Unauthenticated("TOKEN_EXPIRED",
+                         absl::StrCat("the credential of '", caller.name, "' expired on ",
+                                      absl::FormatTime(caller.expires, absl::UTCTimeZone())));
+}
+
+absl::Status CheckRole(const RpcRule& rule, const std::string& name, const auth::Roles& roles) {
+  if (roles.Allow(rule.needs)) return absl::OkStatus();
+  return contract::ErrorWithReason(
+      absl::StatusCode::kPermissionDenied, "ROLE_MISSING",
+      absl::StrCat("'", name, "' may not call ", std::string(rule.method), ": that needs the role ",
+                   auth::RoleName(rule.needs)),
+      {{"role", auth::RoleName(rule.needs)}});
+}
+
+// 'ipv4:10.0.0.7' of 'ipv4:10.0.0.7:51234'.
+std::string AddressOf(const std::string& peer) {
+  return absl::StartsWith(peer, "ip") ? peer.substr(0, peer.rfind(':')) : peer;
+}
+
+}  // namespace
+
+Authorizer::Authorizer(auth::AccessOptions options, std::unique_ptr<auth::CallersFile> callers)
+    : options_(std::move(options)),
+      callers_(std::move(callers)),
+      calls_(options_.calls_per_second, options_.calls_at_once),
+      failures_(kFailuresPerSecond, kFailuresAtOnce) {}
+
+absl::StatusOr<bool> Authorizer::RefreshCallers() {
+  return callers_ == nullptr ? absl::StatusOr<bool>(false) : callers_->Refresh();
+}
+
+absl::StatusOr<std::optional<std::string>> Authorizer::NamedTenant(
+    const grpc::ServerContextBase& context) const {
+  if (options_.tenant_metadata.empty()) return std::nullopt;
+  absl::StatusOr<std::optional<std::string>> value = OnlyValue(context, options_.tenant_metadata);
+  if (!value.ok()) return Unauthenticated("TENANT_AMBIGUOUS", value.status().message());
+  if (value->has_value() && (*value)->size() > kMaxTenant) {
+    return Unauthenticated("TENANT_MISSING", "the tenant's name is too long");
+  }
+  return value;
+}
+
+// Where callers are not told apart by a file.
+absl::StatusOr<Authorizer::Identity> Authorizer::IdentifyOpenly(
+    const grpc::ServerContextBase& context) const {
+  absl::StatusOr<std::optional<std::string>> named = NamedTenant(context);
+  if (!named.ok()) return named.status();
+  Identity identity{AddressOf(context.peer()), std::nullopt, auth::Roles::All(), ""};
+  for (const grpc::string_ref& name : context.auth_context()->GetPeerIdentity()) {
+    identity.name = std::string(View(name));
+  }
+  if (options_.tenant_metadata.empty()) return identity;
+  identity.tenant = named->value_or("");
+  if (!identity.tenant->empty()) identity.name = *identity.tenant;
+  return identity;
+}
+
+// The line of the callers file that the call's credentials belong to.
+absl::StatusOr<auth::Caller> Authorizer::FindCaller(const grpc::ServerContextBase& context) const {
+  const std::shared_ptr<const auth::CallerList> list = callers_->list();
+  const absl::StatusOr<std::optional<std::string>> header = OnlyValue(context, kAuthorization);
+  if (!header.ok()) return Unauthenticated("TOKEN_UNKNOWN", header.status().message());
+  if (header->has_value()) {
+    const absl::string_view text = **header;
+    if (!absl::EqualsIgnoreCase(text.substr(0, kBearer.size()), kBearer)) {
+      return Unauthenticated("TOKEN_UNKNOWN", "authorization must be 'Bearer TOKEN'");
+    }
+    const auth::Caller* known =
+        list->ByToken(absl::StripAsciiWhitespace(text.substr(kBearer.size())));
+    if (known != nullptr) return *known;
+    return Unauthenticated("TOKEN_UNKNOWN", "the token is none that this server knows");
+  }
+  const std::shared_ptr<const grpc::AuthContext> peer = context.auth_context();
+  if (!peer->IsPeerAuthenticated()) {
+    return Unauthenticated("CREDENTIALS_MISSING",
+                           "this server has to know who calls: send 'authorization: Bearer TOKEN'"
+                           ", or connect with a certificate");
+  }
+  for (const char* property : {GRPC_X509_SAN_PROPERTY_NAME, GRPC_X509_CN_PROPERTY_NAME}) {
+    for (const grpc::string_ref& name : peer->FindPropertyValues(property)) {
+      const auth::Caller* known = list->ByCertificate(std::string(View(name)));
+      if (known != nullptr) return *known;
+    }
+  }
+  return Unauthenticated("CERTIFICATE_UNKNOWN",
+                         "the certificate is in order, but none of the callers that this server "
+                         "knows has it");
+}
+
+absl::StatusOr<Authorizer::Identity> Authorizer::Identify(
+    const grpc::ServerContextBase& context) const {
+  if (callers_ == nullptr) return IdentifyOpenly(context);
+  const absl::StatusOr<auth::Caller> caller = FindCaller(context);
+  if (!caller.ok()) return caller.status();
+  if (absl::Status valid = CheckExpiry(*caller); !valid.ok()) return valid;
+  if (!caller->names_tenant) {
+    return Identity{caller->name, caller->tenant, caller->roles, caller->credential};
+  }
+  const absl::StatusOr<std::optional<std::string>> named = NamedTenant(context);
+  if (!named.ok()) return named.status();
+  if (named->value_or("").empty()) {
+    return Unauthenticated("TENANT_MISSING",
+                           absl::StrCat("'", caller->name, "' must name the tenant it calls for",
+                                        options_.tenant_metadata.empty()
+                                            ? ", and this server has no --tenant-metadata"
+                                            : absl::StrCat(" in ", options_.tenant_metadata)));
+  }
+  return Identity{absl::StrCat(caller->name, "/", **named), *named, caller->roles,
+                  caller->credential};
+}
+
+Admission Authorizer::Admit(const RpcRule& rule, const grpc::ServerContextBase& context) {
+  const auto now = std::chrono::steady_clock::now();
+  Admission admission;
+  absl::StatusOr<Identity> identity = Identify(context);
+  if (!identity.ok()) {
+    admission.caller = AddressOf(context.peer());
+    admission.status = identity.status();
+    const absl::Duration wait = failures_.Take(admission.caller, now);
+    if (wait > absl::ZeroDuration()) {
+      admission.status = contract::Retryable(absl::StatusCode::kResourceExhausted, "RATE_LIMITED",
+                                             "too many calls without valid credentials", wait);
+    }
+    return admission;
+  }
+  admission.caller = identity->name;
+  admission.tenant = std::move(identity->tenant);
+  admission.credential = std::move(identity->credential);
+  const absl::Duration wait = calls_.Take(admission.caller, now);
+  if (wait > absl::ZeroDuration()) {
+    admission.status = contract::Retryable(
+        absl::StatusCode::kResourceExhausted, "RATE_LIMITED",
+        absl::StrCat("more than ", options_.calls_per_second, " calls a second"), wait);
+  } else {
+    admission.status = CheckRole(rule, identity->name, identity->roles);
+  }
+  return admission;
+}
+
+absl::Status Authorizer::StillLetsIn(const RpcRule& rule, const Admission& admission) const {
+  if (callers_ == nullptr || admission.credential.empty()) return absl::OkStatus();
+  const std::shared_ptr<const auth::CallerList> list = callers_->list();
+  const auth::Caller* caller = list->ByCredential(admission.credential);
+  if (caller == nullptr || (!caller->names_tenant && caller->tenant != admission.tenant)) {
+    return Unauthenticated("CREDENTIALS_WITHDRAWN",
+                           absl::StrCat("what '", admission.caller, "' showed is known no more"));
+  }
+  if (absl::Status valid = CheckExpiry(*caller); !valid.ok()) return valid;
+  return CheckRole(rule, caller->name, caller->roles);
+}
+
+}  // namespace vantage::rpc

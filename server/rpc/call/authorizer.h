@@ -1,0 +1,67 @@
+// Who calls, and whether they may: the one place where every RPC is let in or refused.
+#ifndef VANTAGE_SERVER_RPC_CALL_AUTHORIZER_H_
+#define VANTAGE_SERVER_RPC_CALL_AUTHORIZER_H_
+
+#include <grpcpp/server_context.h>
+
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "server/auth/access_options.h"
+#include "server/auth/callers.h"
+#include "server/auth/rate_limits.h"
+#include "server/rpc/call/rules.h"
+
+namespace vantage::rpc {
+
+// What the gate found out about a call.
+struct Admission {
+  absl::Status status;  // OK: let in
+  std::string caller;   // as the callers file names it, or its address; for logs and limits
+  // Whose sessions it may see; nullopt: all, where callers are not told apart.
+  std::optional<std::string> tenant;
+  std::string credential;  // Caller::credential; empty where callers are not told apart
+};
+
+// Thread safe.
+class Authorizer {
+ public:
+  // `callers`: null where the options have no callers file.
+  Authorizer(auth::AccessOptions options, std::unique_ptr<auth::CallersFile> callers);
+
+  // UNAUTHENTICATED (CREDENTIALS_MISSING, TOKEN_UNKNOWN, TOKEN_EXPIRED, CERTIFICATE_UNKNOWN,
+  // TENANT_MISSING), RESOURCE_EXHAUSTED (RATE_LIMITED), PERMISSION_DENIED (ROLE_MISSING).
+  Admission Admit(const RpcRule& rule, const grpc::ServerContextBase& context);
+
+  // Whether a call that was let in would be let in by what is known now: streams ask, since they
+  // may last longer than what their caller showed. UNAUTHENTICATED (CREDENTIALS_WITHDRAWN,
+  // TOKEN_EXPIRED), PERMISSION_DENIED (ROLE_MISSING).
+  absl::Status StillLetsIn(const RpcRule& rule, const Admission& admission) const;
+
+  // Reads the callers file if it changed; true when it had. On an error the known ones stay.
+  absl::StatusOr<bool> RefreshCallers();
+
+ private:
+  struct Identity {
+    std::string name;
+    std::optional<std::string> tenant;
+    auth::Roles roles;
+    std::string credential;
+  };
+  absl::StatusOr<Identity> Identify(const grpc::ServerContextBase& context) const;
+  absl::StatusOr<Identity> IdentifyOpenly(const grpc::ServerContextBase& context) const;
+  absl::StatusOr<auth::Caller> FindCaller(const grpc::ServerContextBase& context) const;
+  absl::StatusOr<std::optional<std::string>> NamedTenant(
+      const grpc::ServerContextBase& context) const;
+
+  const auth::AccessOptions options_;
+  const std::unique_ptr<auth::CallersFile> callers_;
+  auth::RateLimits calls_;
+  auth::RateLimits failures_;
+};
+
+}  // namespace vantage::rpc
+
+#endif  // VANTAGE_SERVER_RPC_CALL_AUTHORIZER_H_

@@ -1,0 +1,32 @@
+// What RPCs run on.
+#ifndef VANTAGE_SERVER_RPC_CALL_DEPENDENCIES_H_
+#define VANTAGE_SERVER_RPC_CALL_DEPENDENCIES_H_
+
+#include <atomic>
+#include <chrono>
+
+#include "server/execution/task_pool.h"
+#include "server/execution/timer.h"
+#include "server/rpc/call/authorizer.h"
+#include "server/session/session_registry.h"
+#include "server/telemetry/log.h"
+#include "server/telemetry/metrics.h"
+
+namespace vantage::rpc {
+
+// All of it outlives the gRPC server.
+struct RpcDependencies {
+  session::SessionRegistry& sessions;
+  execution::TaskPool& tasks;
+  execution::Timer& timer;
+  telemetry::Log& log;
+  Authorizer& authorizer;
+  telemetry::Metrics& metrics;
+  std::atomic<int>& calls_under_way;
+  // How long a stream is silent at most; the contract promises 15 s.
+  std::chrono::milliseconds heartbeat;
+};
+
+}  // namespace vantage::rpc
+
+#endif  // VANTAGE_SERVER_RPC_CALL_DEPENDENCIES_H_

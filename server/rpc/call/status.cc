@@ -1,0 +1,69 @@
+#include "server/rpc/call/status.h"
+
+#include <algorithm>
+#include <string>
+
+#include "absl/strings/cord.h"
+#include "absl/strings/str_cat.h"
+#include "absl/time/time.h"
+#include "google/rpc/error_details.pb.h"
+#include "google/rpc/status.pb.h"
+#include "server/contract/error.h"
+
+namespace vantage::rpc {
+namespace {
+
+constexpr absl::Duration kDefaultRetry = absl::Seconds(1);
+constexpr size_t kMaxMessage = 1500;
+constexpr size_t kMaxDetails = 6144;  // of the trailer's 8 KiB; base64 is not counted by the limit
+
+// The delay of a RetryInfo payload, where there is one.
+bool RetryDelay(const absl::Status& status, google::protobuf::Duration& delay) {
+  const auto payload = status.GetPayload("type.googleapis.com/google.rpc.RetryInfo");
+  google::rpc::RetryInfo info;
+  if (!payload.has_value() || !info.ParseFromString(std::string(*payload))) return false;
+  delay = info.retry_delay();
+  return true;
+}
+
+}  // namespace
+
+grpc::Status ToGrpcStatus(const absl::Status& original, grpc::ServerContextBase& context) {
+  if (original.ok()) return grpc::Status::OK;
+  absl::Status status = original;
+  // A limit that waiting does not lift has a reason and no delay; what the store says has neither.
+  const bool waiting_helps = absl::IsUnavailable(status) || (absl::IsResourceExhausted(status) &&
+                                                             contract::ReasonOf(status).empty());
+  if (contract::ReasonOf(status).empty()) {
+    absl::Status with_reason = contract::ErrorWithReason(
+        status.code(), absl::StatusCodeToString(status.code()), status.message());
+    with_reason.ForEachPayload(
+        [&](absl::string_view url, const absl::Cord& payload) { status.SetPayload(url, payload); });
+  }
+  google::protobuf::Duration delay;
+  const bool has_delay = RetryDelay(status, delay);
+  if (has_delay || waiting_helps) {
+    if (!has_delay) {
+      google::rpc::RetryInfo info;
+      info.mutable_retry_delay()->set_seconds(absl::ToInt64Seconds(kDefaultRetry));
+      contract::AddDetail(status, info);
+      delay = info.retry_delay();
+    }
+    context.AddTrailingMetadata("grpc-retry-pushback-ms",
+                                absl::StrCat(delay.seconds() * 1000 + delay.nanos() / 1'000'000));
+  }
+  google::rpc::Status details;
+  details.set_code(static_cast<int>(status.code()));
+  std::string message(status.message().substr(0, kMaxMessage));
+  details.set_message(message);
+  status.ForEachPayload([&](absl::string_view url, const absl::Cord& payload) {
+    if (details.ByteSizeLong() + payload.size() + url.size() > kMaxDetails) return;
+    google::protobuf::Any& detail = *details.add_details();
+    detail.set_type_url(std::string(url));
+    detail.set_value(std::string(payload));
+  });
+  // The canonical codes of absl and gRPC are the same numbers.
+  return {static_cast<grpc::StatusCode>(status.raw_code()), message, details.SerializeAsString()};
+}
+
+}  // namespace vantage::rpc

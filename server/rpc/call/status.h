@@ -1,0 +1,21 @@
+// The one place that turns an absl::Status into a gRPC status with details.
+#ifndef VANTAGE_SERVER_RPC_CALL_STATUS_H_
+#define VANTAGE_SERVER_RPC_CALL_STATUS_H_
+
+#include <grpcpp/server_context.h>
+#include <grpcpp/support/status.h>
+
+#include "absl/status/status.h"
+
+namespace vantage::rpc {
+
+// Every error gets an ErrorInfo of domain 'vantage' (one with the code's name as reason where it
+// has none), and its payloads as a google.rpc.Status in grpc-status-details-bin. RESOURCE_EXHAUSTED
+// and UNAVAILABLE get RetryInfo (one second where they have none) and, since gRPC's own retry
+// heeds only that, the trailer grpc-retry-pushback-ms. INTERNAL and UNKNOWN say nothing of the
+// server's inside beyond their message.
+grpc::Status ToGrpcStatus(const absl::Status& status, grpc::ServerContextBase& context);
+
+}  // namespace vantage::rpc
+
+#endif  // VANTAGE_SERVER_RPC_CALL_STATUS_H_

@@ -1,0 +1,100 @@
+// A unary RPC whose handler runs on our own threads.
+#ifndef VANTAGE_SERVER_RPC_CALL_UNARY_CALL_H_
+#define VANTAGE_SERVER_RPC_CALL_UNARY_CALL_H_
+
+#include <grpcpp/grpcpp.h>
+
+#include <atomic>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "server/contract/error.h"
+#include "server/rpc/call/dependencies.h"
+#include "server/rpc/call/rpc_call.h"
+#include "server/rpc/call/status.h"
+
+namespace vantage::rpc {
+
+// Keeps itself until gRPC is done with it and no handler refers to it any more. The handler works
+// on a copy of the request and its answer is moved in under a claim, so a call that was cancelled
+// meanwhile finishes at once and is never touched again.
+template <typename Request, typename Response>
+class UnaryCall final : public grpc::ServerUnaryReactor,
+                        public std::enable_shared_from_this<UnaryCall<Request, Response>> {
+ public:
+  using Answer = absl::StatusOr<Response>;
+  using Done = std::function<void(Answer)>;
+  using AsyncHandler = std::function<void(const session::TenantSessions&, const Request&, Done)>;
+  using Handler = Answer (*)(const session::TenantSessions&, const Request&);
+
+  // `handler` calls its last argument exactly once, on any thread.
+  static grpc::ServerUnaryReactor* Start(const RpcDependencies& dependencies, const RpcRule& rule,
+                                         grpc::CallbackServerContext* context,
+                                         const Request* request, Response* response,
+                                         AsyncHandler handler) {
+    std::shared_ptr<UnaryCall> call(new UnaryCall(dependencies, rule, context, response));
+    call->self_ = call;
+    call->call_.Concerns(*request);
+    if (!call->call_.admitted().ok()) {
+      call->Complete(call->call_.admitted());
+      return call.get();
+    }
+    const telemetry::ScopedLogContext scope(call->call_.context());
+    const bool posted =
+        dependencies.tasks.TryPost([call, copy = *request, handler = std::move(handler)] {
+          if (call->finished_) return;  // cancelled while it waited
+          handler(call->call_.sessions(), copy,
+                  [call](Answer answer) { call->Complete(std::move(answer)); });
+        });
+    if (!posted) {
+      call->Complete(contract::Retryable(absl::StatusCode::kResourceExhausted, "SERVER_BUSY",
+                                         "too many requests wait; try again",
+                                         absl::Milliseconds(500)));
+    }
+    return call.get();
+  }
+
+  static grpc::ServerUnaryReactor* Start(const RpcDependencies& dependencies, const RpcRule& rule,
+                                         grpc::CallbackServerContext* context,
+                                         const Request* request, Response* response,
+                                         Handler handler) {
+    return Start(dependencies, rule, context, request, response,
+                 [handler](const session::TenantSessions& sessions, const Request& asked,
+                           const Done& done) { done(handler(sessions, asked)); });
+  }
+
+  void OnCancel() override {
+    if (finished_.exchange(true)) return;
+    call_.End(grpc::Status::CANCELLED);
+    Finish(grpc::Status::CANCELLED);
+  }
+  void OnDone() override { self_.reset(); }
+
+ private:
+  UnaryCall(const RpcDependencies& dependencies, const RpcRule& rule,
+            grpc::CallbackServerContext* context, Response* response)
+      : call_(dependencies, rule, *context), context_(context), response_(response) {}
+
+  void Complete(Answer answer) {
+    // What happened happened, whether or not somebody still waits to hear of it.
+    call_.Audit(answer.status(), answer.ok() ? &*answer : nullptr);
+    if (finished_.exchange(true)) return;
+    const grpc::Status status = ToGrpcStatus(answer.status(), *context_);
+    if (answer.ok()) *response_ = *std::move(answer);
+    call_.End(status);
+    Finish(status);
+  }
+
+  RpcCall call_;
+  grpc::CallbackServerContext* const context_;
+  Response* const response_;
+  std::atomic<bool> finished_{false};
+  std::shared_ptr<UnaryCall> self_;
+};
+
+}  // namespace vantage::rpc
+
+#endif  // VANTAGE_SERVER_RPC_CALL_UNARY_CALL_H_

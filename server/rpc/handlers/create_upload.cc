@@ -1,0 +1,34 @@
+#include <utility>
+
+#include "server/rpc/handlers/handlers.h"
+#include "server/rpc/handlers/lookup.h"
+
+namespace vantage::rpc::handlers {
+
+absl::StatusOr<v1::CreateUploadResponse> CreateUpload(const session::TenantSessions& sessions,
+                                                      const v1::CreateUploadRequest& request) {
+  absl::Status open = sessions.CheckTakesWork();
+  if (!open.ok()) return open;
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return session.status();
+  absl::StatusOr<v1::Upload> upload = (*session)->CreateUpload(request);
+  if (!upload.ok()) return upload.status();
+  v1::CreateUploadResponse response;
+  *response.mutable_upload() = *std::move(upload);
+  return response;
+}
+
+absl::StatusOr<v1::GetUploadResponse> GetUpload(const session::TenantSessions& sessions,
+                                                const v1::GetUploadRequest& request) {
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindParent(sessions, request.name(), "uploads", "name");
+  if (!session.ok()) return session.status();
+  absl::StatusOr<v1::Upload> upload = (*session)->GetUpload(request.name());
+  if (!upload.ok()) return upload.status();
+  v1::GetUploadResponse response;
+  *response.mutable_upload() = *std::move(upload);
+  return response;
+}
+
+}  // namespace vantage::rpc::handlers

@@ -1,0 +1,18 @@
+#include <utility>
+
+#include "server/rpc/handlers/handlers.h"
+#include "server/rpc/handlers/lookup.h"
+
+namespace vantage::rpc::handlers {
+
+void EvaluateView(const session::TenantSessions& sessions, const v1::EvaluateViewRequest& request,
+                  std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done) {
+  absl::Status open = sessions.CheckTakesWork();
+  if (!open.ok()) return done(open);
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return done(session.status());
+  (*session)->EvaluateView(request, std::move(done));
+}
+
+}  // namespace vantage::rpc::handlers

@@ -1,0 +1,94 @@
+// The fleet: scanners and claims.
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/rpc/handlers/handlers.h"
+#include "server/rpc/handlers/lookup.h"
+
+namespace vantage::rpc::handlers {
+
+absl::StatusOr<v1::CreateScannerResponse> CreateScanner(const session::TenantSessions& sessions,
+                                                        const v1::CreateScannerRequest& request) {
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return session.status();
+  absl::StatusOr<v1::Scanner> scanner = (*session)->CreateScanner(request);
+  if (!scanner.ok()) return scanner.status();
+  v1::CreateScannerResponse response;
+  *response.mutable_scanner() = *std::move(scanner);
+  return response;
+}
+
+absl::StatusOr<v1::ListScannersResponse> ListScanners(const session::TenantSessions& sessions,
+                                                      const v1::ListScannersRequest& request) {
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return session.status();
+  const std::string list = absl::StrCat(request.parent(), "/scanners");
+  absl::StatusOr<Page> page = ReadPage(request.page_size(), request.page_token(), list, 50, 1000,
+                                       "page_size", "page_token");
+  if (!page.ok()) return page.status();
+  v1::ListScannersResponse response;
+  bool more = false;
+  for (v1::Scanner& scanner : (*session)->ListScanners(page->after, page->limit, more)) {
+    *response.add_scanners() = std::move(scanner);
+  }
+  if (more && response.scanners_size() > 0) {
+    response.set_next_page_token(NextPageToken(list, response.scanners().rbegin()->name()));
+  }
+  return response;
+}
+
+void ClaimView(const session::TenantSessions& sessions, const v1::ClaimViewRequest& request,
+               std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done) {
+  absl::Status open = sessions.CheckTakesWork();
+  if (!open.ok()) return done(open);
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return done(session.status());
+  (*session)->ClaimView(request, std::move(done));
+}
+
+absl::StatusOr<v1::RenewClaimResponse> RenewClaim(const session::TenantSessions& sessions,
+                                                  const v1::RenewClaimRequest& request) {
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindParent(sessions, request.name(), "claims", "name");
+  if (!session.ok()) return session.status();
+  absl::StatusOr<v1::Claim> claim = (*session)->RenewClaim(request);
+  if (!claim.ok()) return claim.status();
+  v1::RenewClaimResponse response;
+  *response.mutable_claim() = *std::move(claim);
+  return response;
+}
+
+absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(const session::TenantSessions& sessions,
+                                                      const v1::ReleaseClaimRequest& request) {
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindParent(sessions, request.name(), "claims", "name");
+  if (!session.ok()) return session.status();
+  absl::Status released = (*session)->ReleaseClaim(request);
+  if (!released.ok()) return released;
+  return v1::ReleaseClaimResponse();
+}
+
+absl::StatusOr<v1::ListClaimsResponse> ListClaims(const session::TenantSessions& sessions,
+                                                  const v1::ListClaimsRequest& request) {
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return session.status();
+  const std::string list = absl::StrCat(request.parent(), "/claims");
+  absl::StatusOr<Page> page = ReadPage(request.page_size(), request.page_token(), list, 50, 1000,
+                                       "page_size", "page_token");
+  if (!page.ok()) return page.status();
+  v1::ListClaimsResponse response;
+  bool more = false;
+  for (v1::Claim& claim : (*session)->ListClaims(page->after, page->limit, more)) {
+    *response.add_claims() = std::move(claim);
+  }
+  if (more && response.claims_size() > 0) {
+    response.set_next_page_token(NextPageToken(list, response.claims().rbegin()->name()));
+  }
+  return response;
+}
+
+}  // namespace vantage::rpc::handlers

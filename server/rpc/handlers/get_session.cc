@@ -1,0 +1,61 @@
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+#include "absl/time/time.h"
+#include "server/contract/error.h"
+#include "server/rpc/handlers/handlers.h"
+#include "server/rpc/handlers/lookup.h"
+
+namespace vantage::rpc::handlers {
+namespace {
+
+// The session that a page begins after: its id, and when it was created, should it be gone by then.
+bool ReadPlace(const std::string& text, session::SessionPlace& place) {
+  const std::vector<std::string> parts = absl::StrSplit(text, ':');
+  int64_t created = 0;
+  if (parts.size() != 2 || !absl::SimpleAtoi(parts[1], &created)) return false;
+  place = {parts[0], absl::FromUnixNanos(created)};
+  return true;
+}
+
+}  // namespace
+
+absl::StatusOr<v1::GetSessionResponse> GetSession(const session::TenantSessions& sessions,
+                                                  const v1::GetSessionRequest& request) {
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindSession(sessions, request.name(), "name");
+  if (!session.ok()) return session.status();
+  v1::GetSessionResponse response;
+  *response.mutable_session() = (*session)->Describe();
+  return response;
+}
+
+absl::StatusOr<v1::ListSessionsResponse> ListSessions(const session::TenantSessions& sessions,
+                                                      const v1::ListSessionsRequest& request) {
+  absl::StatusOr<Page> page = ReadPage(request.page_size(), request.page_token(), "sessions", 50,
+                                       1000, "page_size", "page_token");
+  if (!page.ok()) return page.status();
+  session::SessionPlace after;
+  if (!page->after.empty() && !ReadPlace(page->after, after)) {
+    return contract::InvalidField("page_token", "is none that this list gave; begin without one");
+  }
+  v1::ListSessionsResponse response;
+  bool more = false;
+  const std::vector<std::shared_ptr<session::Session>> listed =
+      sessions.List(after, page->limit, more);
+  for (const std::shared_ptr<session::Session>& session : listed) {
+    *response.add_sessions() = session->Describe();
+  }
+  if (more && !listed.empty()) {
+    response.set_next_page_token(NextPageToken(
+        "sessions",
+        absl::StrCat(listed.back()->id(), ":", absl::ToUnixNanos(listed.back()->created()))));
+  }
+  return response;
+}
+
+}  // namespace vantage::rpc::handlers

@@ -1,0 +1,38 @@
+// Finding what a request names, and pages of lists.
+#ifndef VANTAGE_SERVER_RPC_HANDLERS_LOOKUP_H_
+#define VANTAGE_SERVER_RPC_HANDLERS_LOOKUP_H_
+
+#include <cstddef>
+#include <memory>
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "server/session/tenant_sessions.h"
+
+namespace vantage::rpc {
+
+// The session named 'sessions/{session}' in `field`.
+absl::StatusOr<std::shared_ptr<session::Session>> FindSession(
+    const session::TenantSessions& sessions, const std::string& name, absl::string_view field);
+// The session that 'sessions/{session}/{collection}/{id}' in `field` belongs to.
+absl::StatusOr<std::shared_ptr<session::Session>> FindParent(
+    const session::TenantSessions& sessions, const std::string& name, absl::string_view collection,
+    absl::string_view field);
+
+// A page of a list in order of creation.
+struct Page {
+  std::string after;  // names the entry after which it begins; empty: it is the first
+  size_t limit = 50;
+};
+// `size` 0 is `default_size`, and more than `max_size` is `max_size`; INVALID_ARGUMENT for a
+// negative one, or for a token that no list called `list` gave.
+absl::StatusOr<Page> ReadPage(int size, const std::string& token, absl::string_view list,
+                              int default_size, int max_size, absl::string_view size_field,
+                              absl::string_view token_field);
+// For the page that begins after the entry `last`, in whatever terms the list knows it again.
+std::string NextPageToken(absl::string_view list, absl::string_view last);
+
+}  // namespace vantage::rpc
+
+#endif  // VANTAGE_SERVER_RPC_HANDLERS_LOOKUP_H_

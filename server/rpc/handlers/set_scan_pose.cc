@@ -1,0 +1,20 @@
+#include <utility>
+
+#include "server/rpc/handlers/handlers.h"
+#include "server/rpc/handlers/lookup.h"
+
+namespace vantage::rpc::handlers {
+
+absl::StatusOr<v1::SetScanPoseResponse> SetScanPose(const session::TenantSessions& sessions,
+                                                    const v1::SetScanPoseRequest& request) {
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindParent(sessions, request.name(), "scans", "name");
+  if (!session.ok()) return session.status();
+  absl::StatusOr<v1::Scan> scan = (*session)->SetScanPose(request);
+  if (!scan.ok()) return scan.status();
+  v1::SetScanPoseResponse response;
+  *response.mutable_scan() = *std::move(scan);
+  return response;
+}
+
+}  // namespace vantage::rpc::handlers

@@ -1,0 +1,126 @@
+#include "server/store/instrumented_store.h"
+
+#include <chrono>
+
+#include "absl/functional/function_ref.h"
+
+namespace vantage::store {
+namespace {
+
+const absl::Status& StatusOf(const absl::Status& status) { return status; }
+template <typename T>
+const absl::Status& StatusOf(const absl::StatusOr<T>& status) {
+  return status.status();
+}
+
+// What a client may hear of it, and the cure. Where the server keeps its files is nobody's
+// business: that is in the log.
+absl::Status WithoutPaths(const absl::Status& status) {
+  switch (status.code()) {
+    case absl::StatusCode::kResourceExhausted:
+      return {status.code(),
+              "the server has no room left to store it; nothing was changed: delete "
+              "sessions, or have its operator make room"};
+    case absl::StatusCode::kUnavailable:
+      return {status.code(), "the server's storage fails; try again, and tell its operator"};
+    case absl::StatusCode::kDataLoss:
+      return {status.code(),
+              "what the server stored of it is damaged; have its operator restore a "
+              "backup"};
+    default:
+      return {status.code(), "the server's storage fails; its log says how"};
+  }
+}
+
+template <typename Step>
+auto Instrumented(telemetry::Metrics& metrics, telemetry::Log& log, const char* operation,
+                  Step&& step) {
+  const auto begun = std::chrono::steady_clock::now();
+  auto result = step();
+  const std::chrono::duration<double> took = std::chrono::steady_clock::now() - begun;
+  metrics
+      .HistogramOf("vantage_store_seconds", "Time that a step of the store took.",
+                   {{"operation", operation}})
+      .Observe(took.count());
+  const absl::Status& status = StatusOf(result);
+  if (!status.ok() && !absl::IsNotFound(status) && !absl::IsAborted(status)) {
+    metrics
+        .CounterOf("vantage_store_errors_total", "Steps of the store that failed.",
+                   {{"operation", operation}, {"code", absl::StatusCodeToString(status.code())}})
+        .Add();
+    log.Error("a step of the store failed",
+              {{"operation", operation}, {"error", status.ToString()}});
+    return decltype(result)(WithoutPaths(status));
+  }
+  return result;
+}
+
+}  // namespace
+
+absl::Status InstrumentedStore::Append(const std::string& session,
+                                       const storage::v1::LogEntry& entry) {
+  return Instrumented(metrics_, log_, "append", [&] { return store_.Append(session, entry); });
+}
+absl::StatusOr<std::vector<storage::v1::LogEntry>> InstrumentedStore::Read(
+    const std::string& session, uint64_t after, size_t limit) const {
+  return Instrumented(metrics_, log_, "read", [&] { return store_.Read(session, after, limit); });
+}
+absl::StatusOr<std::vector<std::string>> InstrumentedStore::Sessions() const {
+  return Instrumented(metrics_, log_, "sessions", [&] { return store_.Sessions(); });
+}
+absl::Status InstrumentedStore::Drop(const std::string& session) {
+  return Instrumented(metrics_, log_, "drop", [&] { return store_.Drop(session); });
+}
+absl::Status InstrumentedStore::PutSnapshot(const std::string& session,
+                                            const SnapshotRecord& snapshot) {
+  return Instrumented(metrics_, log_, "put_snapshot",
+                      [&] { return store_.PutSnapshot(session, snapshot); });
+}
+absl::StatusOr<std::vector<SnapshotRecord>> InstrumentedStore::Snapshots(
+    const std::string& session) const {
+  return Instrumented(metrics_, log_, "snapshots", [&] { return store_.Snapshots(session); });
+}
+absl::Status InstrumentedStore::DropSnapshot(const std::string& session, uint64_t sequence) {
+  return Instrumented(metrics_, log_, "drop_snapshot",
+                      [&] { return store_.DropSnapshot(session, sequence); });
+}
+absl::StatusOr<std::string> InstrumentedStore::PutBlob(absl::string_view bytes) {
+  return Instrumented(metrics_, log_, "put_blob", [&] { return store_.PutBlob(bytes); });
+}
+absl::Status InstrumentedStore::PutSpool(const std::string& spool, const std::string& sha256) {
+  return Instrumented(metrics_, log_, "put_spool", [&] { return store_.PutSpool(spool, sha256); });
+}
+absl::StatusOr<int64_t> InstrumentedStore::BlobSize(const std::string& sha256) const {
+  return Instrumented(metrics_, log_, "blob_size", [&] { return store_.BlobSize(sha256); });
+}
+absl::StatusOr<std::string> InstrumentedStore::GetBlob(const std::string& sha256) const {
+  return Instrumented(metrics_, log_, "get_blob", [&] { return store_.GetBlob(sha256); });
+}
+absl::Status InstrumentedStore::ReleaseBlob(const std::string& sha256) {
+  return Instrumented(metrics_, log_, "release_blob", [&] { return store_.ReleaseBlob(sha256); });
+}
+absl::Status InstrumentedStore::KeepBlobs(const std::map<std::string, int>& holders) {
+  return Instrumented(metrics_, log_, "keep_blobs", [&] { return store_.KeepBlobs(holders); });
+}
+absl::Status InstrumentedStore::AppendSpool(const std::string& spool, absl::string_view record) {
+  return Instrumented(metrics_, log_, "append_spool",
+                      [&] { return store_.AppendSpool(spool, record); });
+}
+absl::Status InstrumentedStore::SyncSpool(const std::string& spool) {
+  return Instrumented(metrics_, log_, "sync_spool", [&] { return store_.SyncSpool(spool); });
+}
+absl::Status InstrumentedStore::CutSpool(const std::string& spool, size_t records) {
+  return Instrumented(metrics_, log_, "cut_spool", [&] { return store_.CutSpool(spool, records); });
+}
+absl::Status InstrumentedStore::ReadSpool(
+    const std::string& spool, absl::FunctionRef<absl::Status(absl::string_view)> visit) const {
+  return Instrumented(metrics_, log_, "read_spool", [&] { return store_.ReadSpool(spool, visit); });
+}
+absl::Status InstrumentedStore::DropSpool(const std::string& spool) {
+  return Instrumented(metrics_, log_, "drop_spool", [&] { return store_.DropSpool(spool); });
+}
+absl::StatusOr<std::vector<std::string>> InstrumentedStore::Spools() const {
+  return Instrumented(metrics_, log_, "spools", [&] { return store_.Spools(); });
+}
+
+}  // namespace vantage::store

@@ -1,0 +1,31 @@
+// The trace that the current thread works for, so that every line of the log can name it.
+#ifndef VANTAGE_SERVER_TELEMETRY_LOG_CONTEXT_H_
+#define VANTAGE_SERVER_TELEMETRY_LOG_CONTEXT_H_
+
+#include <memory>
+#include <string>
+#include <utility>
+
+namespace vantage::telemetry {
+
+// A value that work takes along when it goes to another thread. Null: no trace.
+using LogContext = std::shared_ptr<const std::string>;
+
+// Of this thread.
+LogContext CurrentLogContext();
+
+// The thread works for this trace while it lives.
+class ScopedLogContext {
+ public:
+  explicit ScopedLogContext(LogContext context);
+  ~ScopedLogContext();
+  ScopedLogContext(const ScopedLogContext&) = delete;
+  ScopedLogContext& operator=(const ScopedLogContext&) = delete;
+
+ private:
+  LogContext before_;
+};
+
+}  // namespace vantage::telemetry
+
+#endif  // VANTAGE_SERVER_TELEMETRY_LOG_CONTEXT_H_

@@ -1,0 +1,156 @@
+// Step F against the verdict of every view.
+#include "core/planning/ranking/registration_check.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <vector>
+
+#include "core/parallel/thread_pool.h"
+#include "core/planning/ranking/rank_views.h"
+#include "tests/support/closed_form_view.h"
+#include "tests/support/planning_problem.h"
+
+namespace vantage::planning {
+namespace {
+
+// A room whose accuracy is asked for so that a good part of its views is refused, most of them by
+// little.
+struct Room : test_support::PlanningProblem {
+  explicit Room(uint64_t seed)
+      : test_support::PlanningProblem(std::make_shared<model::PlanningView>(test_support::BuildView(
+                                          test_support::FurnishedRoom(seed))),
+                                      Config()),
+        overlap(*model, grid, scoring->scene(), scanner) {
+    for (const ViewScore& score : BruteForce(serial)) {
+      evaluation.views.push_back({score.gain, score.gain, score.gain, true, true, 0});
+    }
+    std::vector<double> bounds;
+    for (const Eigen::Vector3d& view : views) bounds.push_back(VerdictAt(view).judged_bound);
+    std::vector<double> sorted = bounds;
+    const auto middle = sorted.begin() + static_cast<ptrdiff_t>(sorted.size() / 3);
+    std::nth_element(sorted.begin(), middle, sorted.end());
+    config.registration.required_accuracy = *middle;
+    for (const Eigen::Vector3d& view : views) verdicts.push_back(VerdictAt(view));
+    candidates = RankViews(evaluation, feasible, config.separation, 60);
+  }
+  static PlanningConfig Config() {
+    PlanningConfig config;
+    config.viewcell_size = 0.2;
+    config.registration.minimum_overlap = 0.01;
+    return config;
+  }
+  registration::RegistrationVerdict VerdictAt(const Eigen::Vector3d& view) const {
+    return overlap
+        .Predict(view, scoring->scene(), config.registration, parallel::Budget::Unlimited())
+        ->verdict;
+  }
+  RegistrationCheck Check(parallel::Parallel& parallel,
+                          const parallel::Budget& budget = parallel::Budget::Unlimited()) const {
+    return CheckRegistration(overlap, scoring->scene(), evaluation, feasible, candidates, 10,
+                             config, budget, parallel);
+  }
+  double Score(uint32_t view) const { return evaluation.views[view].score; }
+  bool Near(uint32_t a, uint32_t b) const {
+    return (views[a] - views[b]).norm() < config.separation;
+  }
+
+  OverlapSurface overlap;
+  Evaluation evaluation;
+  std::vector<registration::RegistrationVerdict> verdicts;
+  std::vector<uint32_t> candidates;
+};
+
+TEST(RegistrationCheckTest, ADoubtfulViewDoesNotStandForThoseAroundIt) {
+  constexpr size_t kTried = 16;
+  int doubtful = 0;
+  int better = 0;
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    Room room(seed);
+    const RegistrationCheck check = room.Check(room.serial);
+    ASSERT_TRUE(check.finished);
+    ASSERT_FALSE(check.registrable.empty());
+    for (size_t i = 0; i < check.registrable.size(); ++i) {
+      const uint32_t view = check.registrable[i].view;
+      EXPECT_TRUE(room.verdicts[view].registered());
+      for (size_t j = 0; j < i; ++j) {
+        EXPECT_GE(room.Score(check.registrable[j].view), room.Score(view));
+        EXPECT_FALSE(room.Near(check.registrable[j].view, view));
+      }
+    }
+    for (const uint32_t view : check.refused_around) {
+      EXPECT_FALSE(room.verdicts[view].registered());
+    }
+    const double first = room.Score(check.registrable.front().view);
+    // Never worse than the best candidate that registers.
+    const auto plain = std::find_if(room.candidates.begin(), room.candidates.end(),
+                                    [&](uint32_t i) { return room.verdicts[i].registered(); });
+    if (plain != room.candidates.end()) {
+      EXPECT_GE(first, room.Score(*plain));
+      better += first > room.Score(*plain) ? 1 : 0;
+    }
+    for (const CheckedView& refused : check.refused) {
+      EXPECT_FALSE(room.verdicts[refused.view].registered());
+      if (refused.verdict.outcome != registration::RegistrationOutcome::kDoubtful) {
+        EXPECT_FALSE(refused.alone);
+        continue;
+      }
+      ++doubtful;
+      std::vector<uint32_t> around;
+      for (uint32_t i = 0; i < room.views.size(); ++i) {
+        if (i != refused.view && room.Score(i) > 0 && room.Near(i, refused.view)) {
+          around.push_back(i);
+        }
+      }
+      std::sort(around.begin(), around.end(),
+                [&](uint32_t a, uint32_t b) { return room.Score(a) > room.Score(b); });
+      around.resize(std::min(kTried, around.size()));
+      for (const uint32_t i : around) {
+        EXPECT_TRUE(!room.verdicts[i].registered() || room.Score(i) <= first);
+      }
+    }
+  }
+  EXPECT_GT(doubtful, 5);
+  EXPECT_GT(better, 0);  // or nothing was tested
+}
+
+TEST(RegistrationCheckTest, SameOnAnyNumberOfThreads) {
+  Room room(3);
+  parallel::Budget some;
+  some.work_limit = 30 * room.overlap.MostRays();
+  for (const parallel::Budget& budget : {parallel::Budget::Unlimited(), some}) {
+    const RegistrationCheck one = room.Check(room.serial, budget);
+    for (const int threads : {2, 16}) {
+      parallel::ThreadPool pool(threads);
+      const RegistrationCheck other = room.Check(pool, budget);
+      EXPECT_EQ(one.rays, other.rays);
+      EXPECT_EQ(one.checked, other.checked);
+      EXPECT_EQ(one.refused_around, other.refused_around);
+      ASSERT_EQ(one.registrable.size(), other.registrable.size());
+      for (size_t i = 0; i < one.registrable.size(); ++i) {
+        EXPECT_EQ(one.registrable[i].view, other.registrable[i].view);
+      }
+    }
+  }
+}
+
+TEST(RegistrationCheckTest, WithoutTimeForMoreTheCandidatesAreChecked) {
+  Room room(3);
+  const RegistrationCheck all = room.Check(room.serial);
+  for (const uint64_t views : {1, 4, 9}) {
+    parallel::Budget budget;
+    budget.work_limit = views * room.overlap.MostRays();
+    const RegistrationCheck check = room.Check(room.serial, budget);
+    EXPECT_LT(check.checked, all.checked);
+    EXPECT_GE(check.checked, views);
+    for (const CheckedView& view : check.refused) {
+      EXPECT_NE(std::find(room.candidates.begin(), room.candidates.end(), view.view),
+                room.candidates.end());
+    }
+  }
+}
+
+}  // namespace
+}  // namespace vantage::planning

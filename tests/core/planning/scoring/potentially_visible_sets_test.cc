@@ -1,0 +1,127 @@
+// What is hidden from a box of views against what each of them gains.
+#include "core/planning/scoring/potentially_visible_sets.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <memory>
+#include <numeric>
+#include <random>
+#include <vector>
+
+#include "core/parallel/thread_pool.h"
+#include "core/planning/evaluation/visibility_cache.h"
+#include "tests/support/closed_form_view.h"
+#include "tests/support/planning_problem.h"
+#include "tests/support/scanned_office.h"
+
+namespace vantage::planning {
+namespace {
+
+// An office storey of many rooms, or one room.
+class PotentiallyVisibleSetsTest : public ::testing::TestWithParam<bool> {
+ protected:
+  static test_support::PlanningProblem MakeProblem(bool pose_sensitivity) {
+    PlanningConfig config;
+    config.viewcell_size = GetParam() ? 0.3 : 0.2;
+    config.pose_sensitivity = pose_sensitivity;
+    return {GetParam() ? test_support::ScannedOffice()
+                       : std::make_shared<model::PlanningView>(
+                             test_support::BuildView(test_support::FurnishedRoom(2))),
+            config};
+  }
+  static size_t Packets(const std::vector<PacketRange>& ranges) {
+    return std::accumulate(
+        ranges.begin(), ranges.end(), size_t{0},
+        [](size_t sum, const PacketRange& range) { return sum + (range.end - range.begin); });
+  }
+
+  std::mt19937_64 random_{5};
+};
+
+TEST_P(PotentiallyVisibleSetsTest, NothingIsGainedOutOfSight) {
+  const test_support::PlanningProblem problem = MakeProblem(false);
+  const CellArrays& cells = problem.scoring->cells();
+  const visibility::OcclusionScene& scene = problem.scoring->scene();
+  const PotentiallyVisibleSets potentially_visible(cells, problem.grid);
+  std::vector<float> gains(cells.size());
+  size_t packets = 0;
+  size_t all = 0;
+  for (int k = 0; k < 60; ++k) {
+    const Eigen::Vector3d& at = problem.views[random_() % problem.views.size()];
+    const double side = std::array{0.0, 0.3, 0.7, 1.5}[static_cast<size_t>(k % 4)];  // m
+    const Eigen::AlignedBox3d box(at.array() - side / 2, at.array() + side / 2);
+    const std::vector<PacketRange> ranges = potentially_visible.From(
+        {scene.ToScene(box.min() / problem.model->voxel_size()).cast<double>(),
+         scene.ToScene(box.max() / problem.model->voxel_size()).cast<double>()});
+    packets += Packets(ranges);
+    all += cells.packets();
+    std::vector<bool> listed(cells.packets(), false);
+    for (const PacketRange& range : ranges) {
+      ASSERT_LT(range.begin, range.end);
+      ASSERT_LE(range.end, cells.packets());
+      for (uint32_t packet = range.begin; packet < range.end; ++packet) {
+        ASSERT_FALSE(listed[packet]);
+        listed[packet] = true;
+      }
+    }
+    for (const Eigen::Vector3d& view : problem.views) {
+      if (!box.contains(view) || (side > 1 && random_() % 8 != 0)) continue;
+      problem.scoring->scorer().ScoreCells(view, cells, parallel::Budget::Unlimited(), gains);
+      for (size_t i = 0; i < gains.size(); ++i) {
+        ASSERT_TRUE(gains[i] == 0 || listed[i / CellArrays::kPacket]) << k << " cell " << i;
+      }
+    }
+  }
+  // Rooms hide each other.
+  if (GetParam()) {
+    EXPECT_LT(packets, all * 3 / 4);
+  }
+}
+
+TEST_P(PotentiallyVisibleSetsTest, TheCacheIsFilledWhenThatIsWorthIt) {
+  for (const bool pose_sensitivity : {false, true}) {
+    const test_support::PlanningProblem problem = MakeProblem(pose_sensitivity);
+    const CellArrays& cells = problem.scoring->cells();
+    const BruteForceScorer& scorer = problem.scoring->scorer();
+    parallel::Serial serial;
+    parallel::ThreadPool pool(3);
+    VisibilityCache one(scorer, problem.feasible, cells, problem.grid);
+    VisibilityCache other(scorer, problem.feasible, cells, problem.grid);
+    std::vector<uint32_t> which;
+    for (int k = 0; k < 40; ++k) {
+      which.push_back(static_cast<uint32_t>(random_() % problem.views.size()));
+    }
+    // A glance at each is cheaper than to look around.
+    one.Prepare(which, 1, parallel::Budget::Unlimited(), serial);
+    for (const uint32_t i : which) EXPECT_EQ(one.PotentiallyVisibleFrom(i), nullptr);
+    one.Prepare(which, cells.size(), parallel::Budget::Unlimited(), serial);
+    other.Prepare(which, cells.size(), parallel::Budget::Unlimited(), pool);
+    for (const uint32_t i : which) {
+      ASSERT_NE(one.PotentiallyVisibleFrom(i), nullptr);
+      ASSERT_NE(other.PotentiallyVisibleFrom(i), nullptr);
+      EXPECT_EQ(Packets(*one.PotentiallyVisibleFrom(i)), Packets(*other.PotentiallyVisibleFrom(i)));
+      const ViewScore all = scorer.Score(problem.views[i], cells, parallel::Budget::Unlimited());
+      const ViewScore seen = scorer.ScorePackets(
+          problem.views[i], cells, *one.PotentiallyVisibleFrom(i), parallel::Budget::Unlimited());
+      EXPECT_NEAR(seen.gain, all.gain, 1e-9 * all.gain);
+      EXPECT_LE(seen.rays, all.rays);
+    }
+  }
+}
+
+TEST_P(PotentiallyVisibleSetsTest, WhoHasNoTimeToLookScoresAll) {
+  const test_support::PlanningProblem problem = MakeProblem(false);
+  const CellArrays& cells = problem.scoring->cells();
+  VisibilityCache neighbourhoods(problem.scoring->scorer(), problem.feasible, cells, problem.grid);
+  parallel::Serial serial;
+  const uint32_t view = 0;
+  neighbourhoods.Prepare({&view, 1}, cells.size(), parallel::Budget::Seconds(-1), serial);
+  EXPECT_EQ(neighbourhoods.PotentiallyVisibleFrom(view), nullptr);
+}
+
+INSTANTIATE_TEST_SUITE_P(Scenes, PotentiallyVisibleSetsTest, ::testing::Bool(),
+                         [](const auto& param) { return param.param ? "Office" : "Room"; });
+
+}  // namespace
+}  // namespace vantage::planning

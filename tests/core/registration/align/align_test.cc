@@ -1,0 +1,282 @@
+// Alignment and its verdict in closed-form rooms, where the true pose is known.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <string>
+
+#include "core/parallel/thread_pool.h"
+#include "core/registration/align/align.h"
+#include "core/registration/levelling.h"
+#include "core/registration/registration.h"
+#include "tests/core/registration/box_scene.h"
+
+namespace vantage::registration {
+namespace {
+
+constexpr double kNormalNoise = sensor::Radians(2);
+
+struct PoseError {
+  double metres;
+  double degrees;
+};
+PoseError ErrorOf(const Eigen::Isometry3d& pose, const Eigen::Isometry3d& truth) {
+  const Eigen::Isometry3d e = truth.inverse() * pose;
+  return {e.translation().norm(), sensor::Degrees(Eigen::AngleAxisd(e.linear()).angle())};
+}
+
+class FurnishedRooms : public testing::TestWithParam<unsigned> {};
+
+TEST_P(FurnishedRooms, FromPriorsUpTo30CentimetresAnd10Degrees) {
+  parallel::ThreadPool pool(2);
+  const unsigned room = GetParam();
+  std::mt19937_64 random(101 + room);
+  std::uniform_real_distribution<double> unit(0, 1);
+  const BoxScene scene = FurnishedRoom(room);
+  const auto model = ModelOf(scene, PoseAt({-1.0, -0.6, 1.4}, 0.3), {}, kNormalNoise, 1000 + room);
+  int accurate = 0;
+  int registered = 0;
+  int wrongly_registered = 0;
+  int bound_holds = 0;
+  constexpr int kTrials = 20;
+  for (unsigned t = 0; t < kTrials; ++t) {
+    const Eigen::Isometry3d truth =
+        PoseAt({0.8 + 0.5 * unit(random), -0.3 + 0.6 * unit(random), 1.3 + 0.3 * unit(random)},
+               2 * sensor::kPi * unit(random), sensor::Radians(2) * unit(random),
+               sensor::Radians(2) * unit(random));
+    const sensor::Scan scan = ScanScene(scene, truth, {}, 2000 + 100 * room + t);
+    sensor::PosePrior prior;
+    prior.T_world_scan =
+        Disturbed(truth, 0.3 * unit(random), sensor::Radians(10) * unit(random), random);
+    const auto result = Register(*model, scan, prior, {}, pool);
+    ASSERT_TRUE(result.ok()) << result.status();
+    const PoseError error = ErrorOf(result->T_world_scan, truth);
+    const bool right = error.metres <= 0.003 && error.degrees <= 0.05;
+    // The largest displacement of the room's corners is what the bound is about.
+    double moved = 0;
+    for (int corner = 0; corner < 8; ++corner) {
+      const Eigen::Vector3d x =
+          scene.room.corner(static_cast<Eigen::AlignedBox3d::CornerType>(corner));
+      moved = std::max(moved, (result->T_world_scan * (truth.inverse() * x) - x).norm());
+    }
+    accurate += right ? 1 : 0;
+    registered += result->verdict.registered() ? 1 : 0;
+    bound_holds += moved <= result->verdict.judged_bound ? 1 : 0;
+    wrongly_registered += result->verdict.registered() && moved > 0.010 ? 1 : 0;
+    std::printf("room %u prior %u: %.2f mm, %.3f degrees, moved %.2f mm, bound %.2f mm. %s\n", room,
+                t, 1000 * error.metres, error.degrees, 1000 * moved,
+                1000 * result->verdict.judged_bound, result->verdict.reason.c_str());
+  }
+  EXPECT_EQ(accurate, kTrials);
+  EXPECT_GE(registered, kTrials - 1);
+  EXPECT_EQ(wrongly_registered, 0);
+  EXPECT_GE(bound_holds, kTrials - 1);
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, FurnishedRooms, testing::Range(0U, 6U));
+
+TEST(Register, CorridorIsRefusedAlongItsAxis) {
+  parallel::Serial serial;
+  const BoxScene scene = Corridor();
+  const auto model = ModelOf(scene, PoseAt({0, 0, 1.4}, 0), {}, kNormalNoise, 3);
+  const Eigen::Isometry3d truth = PoseAt({1.5, 0.2, 1.4}, 0.4);
+  const sensor::Scan scan = ScanScene(scene, truth, {}, 4);
+  sensor::PosePrior prior;
+  prior.T_world_scan = truth;
+  prior.T_world_scan.translation().x() += 0.2;
+  const auto result = Register(*model, scan, prior, {}, serial);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_FALSE(result->verdict.registered());
+  EXPECT_EQ(result->verdict.weakest_words, "sliding along x (east-west)");
+  EXPECT_FALSE(result->verdict.reason.empty());
+  EXPECT_FALSE(result->verdict.remedy.empty());
+  // What is constrained is right all the same.
+  EXPECT_NEAR(result->T_world_scan.translation().y(), 0.2, 0.003);
+  EXPECT_NEAR(result->T_world_scan.translation().z(), 1.4, 0.003);
+}
+
+TEST(Register, ShallowPilastersHoldAScanAlongACorridor) {
+  constexpr double kDepth = 0.10;  // m, two voxels
+  parallel::ThreadPool pool(2);
+  BoxScene scene = Corridor();
+  const Eigen::Vector3d low = scene.room.min();
+  const Eigen::Vector3d high = scene.room.max();
+  bool left = false;
+  for (const double x : {-9.1, -6.4, -4.9, -3.2, -1.1, 0.6, 2.9, 4.3, 6.8, 8.0}) {
+    const double y = left ? low.y() : high.y() - kDepth;
+    scene.solids.emplace_back(Eigen::Vector3d(x, y, low.z()),
+                              Eigen::Vector3d(x + 0.5, y + kDepth, high.z()));
+    left = !left;
+  }
+  const auto model = ModelOf(scene, PoseAt({0, 0, 1.4}, 0), {}, kNormalNoise, 3);
+  std::mt19937_64 random(7);
+  for (unsigned trial = 0; trial < 8; ++trial) {
+    SCOPED_TRACE(trial);
+    const Eigen::Isometry3d truth = PoseAt({0.9 + 0.15 * trial, 0.1, 1.4}, 0.8 * trial);
+    sensor::PosePrior prior;
+    prior.T_world_scan = Disturbed(truth, 0.2, sensor::Radians(5), random);
+    const auto result = Register(*model, ScanScene(scene, truth, {}, 40 + trial), prior, {}, pool);
+    ASSERT_TRUE(result.ok()) << result.status();
+    const PoseError error = ErrorOf(result->T_world_scan, truth);
+    EXPECT_LT(error.metres, 0.003) << result->verdict.reason;
+    EXPECT_LT(error.degrees, 0.05);
+    EXPECT_TRUE(result->verdict.registered()) << result->verdict.reason;
+  }
+}
+
+TEST(Register, AnotherRoomIsNotAccepted) {
+  parallel::Serial serial;
+  const auto model = ModelOf(FurnishedRoom(1), PoseAt({0, 0, 1.4}, 0), {}, kNormalNoise, 5);
+  BoxScene other = FurnishedRoom(9);
+  other.room =
+      Eigen::AlignedBox3d(Eigen::Vector3d(-1.7, -3.4, -0.4), Eigen::Vector3d(4.1, 1.6, 3.3));
+  const sensor::Scan scan = ScanScene(other, PoseAt({0.5, 0, 1.4}, 0.2), {}, 6);
+  sensor::PosePrior prior;
+  prior.T_world_scan = PoseAt({0.5, 0, 1.4}, 0.2);
+  const auto result = Register(*model, scan, prior, {}, serial);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_FALSE(result->verdict.registered()) << result->contradiction_share;
+}
+
+TEST(Register, MovedFurnitureDoesNotPullTheRoomAway) {
+  parallel::Serial serial;
+  BoxScene before = FurnishedRoom(2);
+  BoxScene after = before;
+  for (size_t i = 5; i < 9; ++i) after.solids[i].translate(Eigen::Vector3d(0.15, -0.1, 0));
+  const auto model = ModelOf(before, PoseAt({-1, -0.6, 1.4}, 0), {}, kNormalNoise, 7);
+  const Eigen::Isometry3d truth = PoseAt({0.9, 0, 1.5}, 1.0);
+  sensor::PosePrior prior;
+  prior.T_world_scan = PoseAt({1.0, 0.1, 1.45}, 1.05);
+  const auto result = Register(*model, ScanScene(after, truth, {}, 8), prior, {}, serial);
+  ASSERT_TRUE(result.ok()) << result.status();
+  const PoseError error = ErrorOf(result->T_world_scan, truth);
+  EXPECT_LT(error.metres, 0.003);
+  EXPECT_LT(error.degrees, 0.05);
+  EXPECT_TRUE(result->verdict.registered()) << result->verdict.reason;
+}
+
+TEST(Register, ContradictionShowsWhenSeenThroughWalls) {
+  const BoxScene scene = FurnishedRoom(3);
+  const auto model = ModelOf(scene, PoseAt({0, 0, 1.4}, 0), {}, kNormalNoise, 9);
+  BoxScene larger = scene;
+  larger.room = Eigen::AlignedBox3d(Eigen::Vector3d(-6, -5, 0), Eigen::Vector3d(6, 5, 2.7));
+  parallel::Serial serial;
+  const Eigen::Isometry3d truth = PoseAt({0.3, 0.2, 1.4}, 0);
+  const auto share = [&](const BoxScene& seen) {
+    const ScanSurface surface = SampleSurface(ScanScene(seen, truth, {}, 10), 0.05, serial);
+    const SpaceAgreement a = CompareWithSpace(*model, VoxelSearch(*model, BoxOf(surface, truth)),
+                                              surface.samples, truth, serial);
+    return a.contradicting / (a.contradicting + a.fitting);
+  };
+  EXPECT_LT(share(scene), 0.01);
+  EXPECT_GT(share(larger), 0.10);
+}
+
+TEST(Register, TrustedPoseStandsUnlessTheSurfacesDisagree) {
+  parallel::Serial serial;
+  const BoxScene scene = FurnishedRoom(4);
+  const auto model = ModelOf(scene, PoseAt({-1, -0.6, 1.4}, 0), {}, kNormalNoise, 11);
+  const Eigen::Isometry3d truth = PoseAt({0.9, 0, 1.5}, 1.0);
+  const sensor::Scan scan = ScanScene(scene, truth, {}, 12);
+  sensor::PosePrior prior;
+  prior.trusted = true;
+  prior.T_world_scan = truth;
+  prior.T_world_scan.translation().x() += 0.002;
+  prior.covariance = sensor::Matrix6d::Identity() * 4e-6;
+  auto result = Register(*model, scan, prior, {}, serial);
+  ASSERT_TRUE(result.ok()) << result.status();
+  EXPECT_TRUE(result->verdict.registered()) << result->verdict.reason;
+  EXPECT_TRUE(result->T_world_scan.isApprox(prior.T_world_scan));
+  // However far off.
+  for (const double off : {0.05, 0.10, 0.20, 0.35}) {
+    SCOPED_TRACE(off);
+    prior.T_world_scan.translation().x() = truth.translation().x() + off;
+    result = Register(*model, scan, prior, {}, serial);
+    ASSERT_TRUE(result.ok()) << result.status();
+    EXPECT_FALSE(result->verdict.registered());
+    EXPECT_EQ(result->verdict.decided_by, "trusted pose");
+  }
+}
+
+TEST(Register, SameBytesForAnyNumberOfThreads) {
+  const BoxScene scene = FurnishedRoom(5);
+  const auto model = ModelOf(scene, PoseAt({-1, -0.6, 1.4}, 0), {}, kNormalNoise, 13);
+  const Eigen::Isometry3d truth = PoseAt({0.9, 0, 1.5}, 1.0);
+  const sensor::Scan scan = ScanScene(scene, truth, {}, 14);
+  sensor::PosePrior prior;
+  prior.T_world_scan = PoseAt({1.0, 0.1, 1.45}, 1.1);
+  parallel::Serial serial;
+  parallel::ThreadPool pool(3);
+  const auto a = Register(*model, scan, prior, {}, serial);
+  const auto b = Register(*model, scan, prior, {}, pool);
+  ASSERT_TRUE(a.ok() && b.ok());
+  EXPECT_EQ(a->T_world_scan.matrix(), b->T_world_scan.matrix());
+  EXPECT_EQ(a->covariance, b->covariance);
+  EXPECT_EQ(a->verdict.error_bound, b->verdict.error_bound);
+}
+
+TEST(Register, BadInputIsNamed) {
+  parallel::Serial serial;
+  const BoxScene scene = BareRoom();
+  const auto model = ModelOf(scene, PoseAt({0, 0, 1.4}, 0), {}, 0, 15);
+  sensor::Scan scan = ScanScene(scene, PoseAt({0, 0, 1.4}, 0), {}, 16);
+  const model::PlanningView nothing(0.05, 0, {}, {});
+  EXPECT_EQ(Register(nothing, scan, {}, {}, serial).status().code(),
+            absl::StatusCode::kFailedPrecondition);
+  sensor::PosePrior prior;
+  prior.T_world_scan.linear() *= 1.1;
+  EXPECT_EQ(Register(*model, scan, prior, {}, serial).status().code(),
+            absl::StatusCode::kInvalidArgument);
+  prior = {};
+  prior.covariance = -sensor::Matrix6d::Identity();
+  EXPECT_EQ(Register(*model, scan, prior, {}, serial).status().code(),
+            absl::StatusCode::kInvalidArgument);
+  scan.image.range[5] = std::nanf("");
+  EXPECT_EQ(Register(*model, scan, {}, {}, serial).status().code(),
+            absl::StatusCode::kInvalidArgument);
+}
+
+TEST(Level, TakesTheTiltOutOfTheFirstScan) {
+  for (const double pitch : {0.0, 1.0, -4.0, 9.0}) {
+    const sensor::Scan scan = ScanScene(
+        FurnishedRoom(6),
+        PoseAt({0.2, 0.1, 1.3}, 0.7, sensor::Radians(pitch), sensor::Radians(0.4 * pitch)), {}, 17);
+    const auto level = LevelFirstScan(scan);
+    ASSERT_TRUE(level.ok()) << level.status();
+    EXPECT_TRUE(level->found_floor);
+    const Eigen::Vector3d up =
+        PoseAt({0, 0, 0}, 0.7, sensor::Radians(pitch), sensor::Radians(0.4 * pitch))
+            .linear()
+            .transpose() *
+        Eigen::Vector3d::UnitZ();
+    EXPECT_NEAR(sensor::Degrees(std::acos((level->T_world_scan.linear() * up).z())), 0, 0.05)
+        << pitch;
+    EXPECT_NEAR(sensor::Degrees(level->tilt), sensor::Degrees(std::acos(up.z())), 0.05);
+  }
+}
+
+TEST(Level, InclinometerStands) {
+  sensor::Scan scan = ScanScene(BareRoom(), PoseAt({0, 0, 1.4}, 0, sensor::Radians(3)), {}, 18);
+  sensor::PosePrior prior;
+  prior.T_world_scan = PoseAt({5, 6, 7}, 1.2, sensor::Radians(2), 0);
+  prior.levelled_sigma = sensor::Radians(0.01);
+  scan.prior = prior;
+  const auto level = LevelFirstScan(scan);
+  ASSERT_TRUE(level.ok());
+  EXPECT_TRUE(level->from_inclinometer);
+  EXPECT_NEAR(sensor::Degrees(level->tilt), 2, 1e-6);
+  // No heading and no place are taken from it.
+  EXPECT_TRUE(level->T_world_scan.translation().isZero());
+  EXPECT_NEAR(level->T_world_scan.linear()(1, 0), 0, 1e-9);
+}
+
+TEST(Level, NoFloorNoRotation) {
+  ScanSettings upwards;
+  upwards.elevation_min = sensor::Radians(5);
+  const auto level = LevelFirstScan(ScanScene(BareRoom(), PoseAt({0, 0, 1.4}, 0), upwards, 19));
+  ASSERT_TRUE(level.ok());
+  EXPECT_FALSE(level->found_floor);
+  EXPECT_TRUE(level->T_world_scan.isApprox(Eigen::Isometry3d::Identity()));
+}
+
+}  // namespace
+}  // namespace vantage::registration

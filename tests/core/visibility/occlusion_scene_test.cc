@@ -1,0 +1,206 @@
+#include "core/visibility/occlusion_scene.h"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <iostream>
+#include <random>
+#include <vector>
+
+#include "core/parallel/parallel.h"
+#include "core/visibility/opaque_grid.h"
+#include "core/visibility/target.h"
+#include "core/visibility/voxel_walk.h"
+#include "tests/support/closed_form_view.h"
+#include "tests/support/runs.h"
+
+namespace vantage::visibility {
+namespace {
+
+// Rubble: every voxel solid or empty at random, in blobs.
+model::PlanningView Rubble(uint64_t seed, double solid_share) {
+  test_support::ClosedFormScene scene;
+  scene.voxel = 0.1;
+  scene.extent =
+      Eigen::AlignedBox3d(Eigen::Vector3d(-1.7, -1.3, -0.9), Eigen::Vector3d(6, 1.9, 1.5));
+  scene.solid = [=](const Eigen::Vector3d& p) {
+    const Eigen::Vector3i v = (p / 0.1).array().floor().cast<int>();
+    const auto hash = static_cast<uint64_t>((v.x() >> 1) * 73856093 ^ (v.y() >> 1) * 19349663 ^
+                                            v.z() * 83492791) +
+                      seed;
+    std::mt19937_64 random(hash);
+    random.discard(3);
+    return static_cast<double>(random() >> 11) * 0x1.0p-53 < solid_share;
+  };
+  return test_support::BuildView(scene);
+}
+
+TEST(OpaqueGridTest, SaysWhatTheModelSaysOnAllAxes) {
+  const model::PlanningView model = Rubble(1, 0.3);
+  const OpaqueGrid grid(model);
+  const OpaqueGrid across(model, {1, 2, 0});
+  const model::VoxelBox box{model.bounds().min.array() - 3, model.bounds().max.array() + 3};
+  for (int z = box.min.z(); z < box.max.z(); ++z) {
+    for (int y = box.min.y(); y < box.max.y(); ++y) {
+      for (int x = box.min.x(); x < box.max.x(); ++x) {
+        const model::VoxelIndex v(x, y, z);
+        ASSERT_EQ(grid.Empty(v), model.Empty(v)) << v.transpose();
+        ASSERT_EQ(across.Empty(v), model.Empty(v)) << v.transpose();
+      }
+    }
+  }
+}
+
+TEST(OcclusionSceneTest, AgreesWithWalkingTheVoxels) {
+  std::mt19937_64 random(7);
+  parallel::Serial serial;
+  for (const double share : {0.02, 0.1, 0.4}) {
+    const model::PlanningView model = Rubble(random(), share);
+    const OpaqueGrid grid(model);
+    const OcclusionScene scene(grid, OpaqueGrid(model, {1, 2, 0}), serial);
+    ASSERT_GT(scene.faces(), 100u);
+    std::vector<model::VoxelIndex> empty;
+    for (int z = model.bounds().min.z(); z < model.bounds().max.z(); ++z) {
+      for (int y = model.bounds().min.y(); y < model.bounds().max.y(); ++y) {
+        for (int x = model.bounds().min.x(); x < model.bounds().max.x(); ++x) {
+          if (model.Empty({x, y, z})) empty.push_back({x, y, z});
+        }
+      }
+    }
+    const auto somewhere = [&] {
+      Eigen::Vector3d p = empty[random() % empty.size()].cast<double>();
+      for (int a = 0; a < 3; ++a)
+        p[a] += 0.02 + 0.96 * static_cast<double>(random() >> 11) * 0x1p-53;
+      return p;
+    };
+    int blocked = 0;
+    int wrong = 0;
+    constexpr int kPackets = 5000;
+    for (int packet = 0; packet < kPackets; ++packet) {
+      // What is traced is what floats hold: the oracle walks the same segment.
+      const Eigen::Vector3f origin = scene.ToScene(somewhere());
+      TargetPacket targets;
+      const auto valid = static_cast<uint32_t>(random() & 0xff);
+      uint32_t expected = 0;
+      for (int i = 0; i < 8; ++i) {
+        const Eigen::Vector3f to = scene.ToScene(somewhere());
+        targets.x[i] = to.x();
+        targets.y[i] = to.y();
+        targets.z[i] = to.z();
+        const bool clear = WalkVoxels(
+            origin.cast<double>(), to.cast<double>(),
+            [&](const model::VoxelIndex& v, double) { return grid.Empty(v + grid.box().min); });
+        if (!clear) expected |= 1u << i;
+      }
+      expected &= valid;
+      const uint32_t found = scene.Occluded(origin, targets, valid);
+      wrong += std::popcount(found ^ expected);
+      blocked += std::popcount(found);
+    }
+    EXPECT_GT(blocked, kPackets / 10);
+    EXPECT_LT(blocked, kPackets * 4);
+    // Of 20,000 segments, those that pass an edge within the rounding of a float.
+    EXPECT_LE(wrong, 2) << "share " << share;
+  }
+}
+
+TEST(TargetTest, LiesInEmptySpaceAndInFront) {
+  const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(3));
+  const OpaqueGrid grid(model);
+  size_t cells = 0;
+  size_t direct = 0;
+  model.ForEachSurface([&](const model::VoxelIndex& v, model::VoxelState,
+                           const model::SurfaceVoxel& surface) {
+    ++cells;
+    const auto target = TargetOf(grid, v, surface.normal);
+    ASSERT_TRUE(target.has_value());  // every surface voxel of this scene has an empty neighbour
+    EXPECT_TRUE(model.Empty(target->array().floor().cast<int>()));
+    const Eigen::Vector3d offset = *target - (v.cast<double>().array() + 0.5).matrix();
+    EXPECT_LE(offset.norm(), 2.4501);
+    direct += std::abs(offset.norm() - 1.45) < 1e-5;
+  });
+  EXPECT_GT(direct, cells * 9 / 10);
+}
+
+TEST(TargetTest, BuriedCellHasNone) {
+  const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(3));
+  EXPECT_FALSE(TargetOf(OpaqueGrid(model), {-500, 0, 0}, Eigen::Vector3f::UnitX()).has_value());
+}
+
+// Whether a ray runs along an edge: beside it, to one side or another, something else is met.
+bool Grazes(const OpaqueGrid& grid, const Eigen::Vector3f& from, const Eigen::Vector3f& to) {
+  int visible = 0;
+  for (int k = 0; k < 8; ++k) {
+    const Eigen::Vector3d aside =
+        2e-4 * Eigen::Vector3d(k & 1 ? 1.1 : -0.9, k & 2 ? 1.2 : -0.8, k & 4 ? 1.3 : -0.7);
+    visible += WalkVoxels(
+        from.cast<double>() + aside, to.cast<double>() + aside,
+        [&](const model::VoxelIndex& v, double) { return grid.Empty(v + grid.box().min); });
+  }
+  return visible > 0 && visible < 8;
+}
+
+// Rays as the planner casts them: from the middles of viewcells, which are corners of voxels, to
+// targets in front of surface. Only those that run along an edge may be decided differently.
+TEST(OcclusionSceneTest, NarrowAndWideInstructionsDifferOnlyAlongEdges) {
+  if (!__builtin_cpu_supports("avx2")) GTEST_SKIP() << "this processor has no AVX2";
+  parallel::Serial serial;
+  std::mt19937_64 random(11);
+  for (const model::PlanningView& model :
+       {test_support::BuildView(test_support::FurnishedRoom(3)), Rubble(5, 0.1)}) {
+    const OpaqueGrid grid(model);
+    const OpaqueGrid across(model, {1, 2, 0});
+    const OcclusionScene narrow(grid, across, serial, parallel::Budget::Unlimited(),
+                                RayInstructions::kSse42);
+    const OcclusionScene wide(grid, across, serial, parallel::Budget::Unlimited(),
+                              RayInstructions::kAvx2);
+    std::vector<Eigen::Vector3f> targets;
+    model.ForEachSurface(
+        [&](const model::VoxelIndex& v, model::VoxelState, const model::SurfaceVoxel& surface) {
+          const auto target = TargetOf(grid, v, surface.normal);
+          if (target.has_value()) targets.push_back(narrow.ToScene(*target));
+        });
+    ASSERT_GT(targets.size(), 1000u);
+    const Eigen::Vector3i cells = (grid.box().max - grid.box().min) / 2;
+    int views = 0;
+    int rays = 0;
+    int occluded = 0;
+    int different = 0;
+    for (int tried = 0; tried < 100000 && views < test_support::Runs(200); ++tried) {
+      Eigen::Vector3i cell;  // of 2 voxels
+      for (int a = 0; a < 3; ++a) {
+        cell[a] = static_cast<int>(random() % static_cast<uint64_t>(cells[a]));
+      }
+      if (!grid.Empty(model::VoxelIndex(2 * cell + grid.box().min))) continue;
+      ++views;
+      const Eigen::Vector3f origin = (2 * cell).cast<float>().array() + 1.0f;
+      for (size_t at = random() % 64; at + 8 <= targets.size(); at += 64) {
+        TargetPacket packet;
+        for (size_t k = 0; k < 8; ++k) {
+          packet.x[k] = targets[at + k].x();
+          packet.y[k] = targets[at + k].y();
+          packet.z[k] = targets[at + k].z();
+        }
+        const uint32_t hits = narrow.Occluded(origin, packet, 0xff);
+        rays += 8;
+        occluded += std::popcount(hits);
+        for (uint32_t bits = hits ^ wide.Occluded(origin, packet, 0xff); bits != 0;
+             bits &= bits - 1) {
+          ++different;
+          const Eigen::Vector3f& target = targets[at + static_cast<size_t>(std::countr_zero(bits))];
+          EXPECT_TRUE(Grazes(grid, origin, target))
+              << "from " << origin.transpose() << " to " << target.transpose();
+        }
+      }
+    }
+    EXPECT_EQ(views, test_support::Runs(200));
+    EXPECT_GT(occluded, rays / 20);
+    EXPECT_LT(different, rays / 1000);
+    RecordProperty("rays", rays);
+    RecordProperty("different", different);
+    std::cout << different << " of " << rays << " rays differ\n";
+  }
+}
+
+}  // namespace
+}  // namespace vantage::visibility

@@ -1,0 +1,2 @@
+// Precompiled headers need a target with a source.
+int main() { return 0; }

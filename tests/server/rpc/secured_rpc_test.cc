@@ -1,0 +1,765 @@
+// Who may call what: a server with certificates, tokens, tenants and roles, over real connections.
+#include <gmock/gmock.h>
+#include <grpcpp/generic/generic_stub.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <map>
+#include <mutex>
+#include <set>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_replace.h"
+#include "absl/strings/str_split.h"
+#include "google/protobuf/dynamic_message.h"
+#include "google/protobuf/util/json_util.h"
+#include "server/main/credentials.h"
+#include "server/rpc/call/rules.h"
+#include "tests/server/fixture/certificates.h"
+#include "tests/server/fixture/in_process.h"
+
+namespace vantage::rpc {
+namespace {
+
+using google::protobuf::DescriptorPool;
+using google::protobuf::Message;
+using google::protobuf::MethodDescriptor;
+using grpc::StatusCode;
+using ::testing::ElementsAre;
+using ::testing::HasSubstr;
+using ::testing::IsEmpty;
+using ::testing::Not;
+
+// Every method of the contract, from its descriptors.
+std::vector<const MethodDescriptor*> AllMethods() {
+  std::vector<const MethodDescriptor*> methods;
+  for (const std::string& name : Services::Names()) {
+    const auto* service = DescriptorPool::generated_pool()->FindServiceByName(name);
+    for (int i = 0; i < service->method_count(); ++i) methods.push_back(service->method(i));
+  }
+  return methods;
+}
+
+const RpcRule* FindRule(const MethodDescriptor& method) {
+  for (const RpcRule& rule : kRpcRules) {
+    if (rule.service == method.service()->name() && rule.method == method.name()) return &rule;
+  }
+  return nullptr;
+}
+
+std::unique_ptr<Message> NewRequest(const MethodDescriptor& method) {
+  const Message* prototype =
+      google::protobuf::MessageFactory::generated_factory()->GetPrototype(method.input_type());
+  return std::unique_ptr<Message>(prototype->New());
+}
+
+// What a client sends besides its request.
+using Metadata = std::multimap<std::string, std::string>;
+
+struct Answer {
+  grpc::Status status;
+  std::multimap<std::string, std::string> trailers;
+};
+
+// A server with a folder for its files, whose log is kept.
+class Guarded {
+ public:
+  Guarded()
+      : authority_("test authority"),
+        store_(size_t{1} << 30),
+        log_(telemetry::LogLevel::kInfo, Sink()) {
+    std::string name = ::testing::TempDir() + "/guarded-XXXXXX";
+    folder_ = mkdtemp(name.data());
+  }
+  ~Guarded() {
+    server_.reset();
+    std::error_code ignored;
+    std::filesystem::remove_all(folder_, ignored);
+  }
+  Guarded(const Guarded&) = delete;
+  Guarded& operator=(const Guarded&) = delete;
+
+  std::string File(const std::string& name) const { return folder_ + "/" + name; }
+  const fixture::TestAuthority& authority() const { return authority_; }
+
+  // A token for a line of the callers file.
+  std::string AddToken(const std::string& name_tenant_roles, const std::string& expires = "") {
+    const auth::NewToken made = auth::MakeToken();
+    AddLine(absl::StrCat(name_tenant_roles, " ", made.credential, " ", expires));
+    return made.token;
+  }
+  void AddLine(const std::string& line) { callers_ += line + "\n"; }
+  void WriteCallers(const std::string& text) const {
+    fixture::WriteTestFile(File("callers"), text);
+    chmod(File("callers").c_str(), 0600);
+  }
+  void WriteCallers() const { WriteCallers(callers_); }
+  void WriteCallersBut(const std::string& name) const {
+    std::string others;
+    for (const absl::string_view line : absl::StrSplit(callers_, '\n')) {
+      if (!absl::StartsWith(line, name + " ")) absl::StrAppend(&others, line, "\n");
+    }
+    WriteCallers(others);
+  }
+
+  server::ServerOptions WithCallers() const {
+    WriteCallers();
+    server::ServerOptions options;
+    options.access.callers_file = File("callers");
+    return options;
+  }
+  // Adds a certificate for 127.0.0.1, by this authority.
+  void Encrypt(server::ServerOptions& options, bool clients_too) {
+    WriteServerCertificate("server");
+    fixture::WriteTestFile(File("ca.pem"), authority_.certificate());
+    options.access.tls_cert = File("cert.pem");
+    options.access.tls_key = File("key.pem");
+    if (clients_too) options.access.tls_client_ca = File("ca.pem");
+  }
+  void WriteServerCertificate(const std::string& name) {
+    const fixture::CertifiedKey own = authority_.Issue(name, "IP:127.0.0.1");
+    fixture::WriteTestFile(File("key.pem"), own.key);
+    fixture::WriteTestFile(File("cert.pem"), own.certificate);
+  }
+
+  void Start(server::ServerOptions options) {
+    options.listen = "127.0.0.1:0";
+    options.threads = 2;
+    script_.EndPlans();
+    auto server = server::Server::Start(options, store_, log_, script_.Make());
+    ASSERT_TRUE(server.ok()) << server.status();
+    server_ = *std::move(server);
+  }
+  server::Server& server() { return *server_; }
+
+  std::shared_ptr<grpc::Channel> Plain() const {
+    return Connect(grpc::InsecureChannelCredentials());
+  }
+  std::shared_ptr<grpc::Channel> Encrypted(const fixture::CertifiedKey* own = nullptr) const {
+    grpc::SslCredentialsOptions tls;
+    tls.pem_root_certs = authority_.certificate();
+    if (own != nullptr) {
+      tls.pem_cert_chain = own->certificate;
+      tls.pem_private_key = own->key;
+    }
+    return Connect(grpc::SslCredentials(tls));
+  }
+
+  // Lines of the log that say so.
+  std::vector<std::string> Lines(const std::string& with) const {
+    std::lock_guard<std::mutex> lock(mutex_);
+    std::vector<std::string> found;
+    for (const std::string& line : lines_) {
+      if (line.find(with) != std::string::npos) found.push_back(line);
+    }
+    return found;
+  }
+
+ private:
+  telemetry::Log::Sink Sink() {
+    return [this](absl::string_view line) {
+      std::lock_guard<std::mutex> lock(mutex_);
+      lines_.emplace_back(line);
+    };
+  }
+  std::shared_ptr<grpc::Channel> Connect(
+      const std::shared_ptr<grpc::ChannelCredentials>& credentials) const {
+    // A connection of its own: channels that look alike share one else.
+    grpc::ChannelArguments arguments;
+    arguments.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    return grpc::CreateCustomChannel(absl::StrCat("127.0.0.1:", server_->port()), credentials,
+                                     arguments);
+  }
+
+  fixture::TestAuthority authority_;
+  std::string folder_;
+  std::string callers_;
+  mutable std::mutex mutex_;
+  std::vector<std::string> lines_;  // guarded by mutex_
+  store::MemoryStore store_;
+  telemetry::Log log_;
+  fixture::Script script_;
+  std::unique_ptr<server::Server> server_;
+};
+
+// Calls any method with one request, and reads one answer.
+Answer Call(const std::shared_ptr<grpc::Channel>& channel, const MethodDescriptor& method,
+            const Message& request, const Metadata& metadata = {}) {
+  grpc::GenericStub stub(channel);
+  grpc::ClientContext context;
+  context.set_deadline(std::chrono::system_clock::now() + std::chrono::seconds(30));
+  for (const auto& [key, value] : metadata) context.AddMetadata(key, value);
+  const grpc::Slice slice(request.SerializeAsString());
+  const grpc::ByteBuffer sent(&slice, 1);
+  grpc::CompletionQueue queue;
+  const auto stream = stub.PrepareCall(
+      &context, absl::StrCat("/", method.service()->full_name(), "/", method.name()), &queue);
+  const auto step = [&queue] {
+    void* tag = nullptr;
+    bool ok = false;
+    return queue.Next(&tag, &ok) && ok;
+  };
+  stream->StartCall(nullptr);
+  step();
+  stream->WriteLast(sent, grpc::WriteOptions(), nullptr);
+  step();
+  grpc::ByteBuffer received;
+  stream->Read(&received, nullptr);
+  // A stream that has begun to speak was let in.
+  if (step() && method.server_streaming()) context.TryCancel();
+  Answer answer;
+  stream->Finish(&answer.status, nullptr);
+  step();
+  queue.Shutdown();
+  step();
+  for (const auto& [key, value] : context.GetServerTrailingMetadata()) {
+    answer.trailers.emplace(std::string(key.data(), key.size()),
+                            std::string(value.data(), value.size()));
+  }
+  return answer;
+}
+
+Metadata Bearer(const std::string& token) { return {{"authorization", "Bearer " + token}}; }
+
+const MethodDescriptor& Method(const std::string& name) {
+  const auto* method = DescriptorPool::generated_pool()->FindMethodByName("vantage.v1." + name);
+  if (method == nullptr) std::abort();
+  return *method;
+}
+
+Answer ListSessions(const std::shared_ptr<grpc::Channel>& channel, const Metadata& metadata = {}) {
+  return Call(channel, Method("SessionService.ListSessions"), v1::ListSessionsRequest(), metadata);
+}
+
+std::string ReasonOf(const Answer& answer) {
+  return answer.status.error_details().empty() ? "" : fixture::InfoOf(answer.status).reason();
+}
+
+grpc::Status OpenSession(const std::shared_ptr<grpc::Channel>& channel, const std::string& id,
+                         const Metadata& metadata) {
+  v1::CreateSessionRequest request;
+  request.set_session_id(id);
+  return Call(channel, Method("SessionService.CreateSession"), request, metadata).status;
+}
+
+std::vector<std::string> SessionsSeen(const std::shared_ptr<grpc::Channel>& channel,
+                                      const Metadata& metadata) {
+  grpc::ClientContext context;
+  for (const auto& [key, value] : metadata) context.AddMetadata(key, value);
+  v1::ListSessionsResponse response;
+  const grpc::Status status = v1::SessionService::NewStub(channel)->ListSessions(
+      &context, v1::ListSessionsRequest(), &response);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  std::vector<std::string> names;
+  for (const v1::Session& session : response.sessions()) names.push_back(session.name());
+  return names;
+}
+
+// ---- Every RPC ---------------------------------------------------------------------------------
+
+TEST(Rules, AreOneForEachMethodOfTheContract) {
+  const std::vector<const MethodDescriptor*> methods = AllMethods();
+  EXPECT_EQ(methods.size(), std::size(kRpcRules));
+  for (const MethodDescriptor* method : methods) {
+    EXPECT_NE(FindRule(*method), nullptr) << method->full_name();
+  }
+}
+
+// What only looks has a name that says so, and the other way round.
+TEST(Rules, ReadersChangeNothing) {
+  for (const RpcRule& rule : kRpcRules) {
+    const std::string name(rule.method);
+    const bool looks = name.rfind("Get", 0) == 0 || name.rfind("List", 0) == 0 ||
+                       name.rfind("Watch", 0) == 0 || name.rfind("Export", 0) == 0 ||
+                       name.rfind("Evaluate", 0) == 0;
+    EXPECT_EQ(rule.mutates, !looks) << name;
+    EXPECT_FALSE(rule.needs == auth::Role::kRead && rule.mutates) << name;
+  }
+}
+
+TEST(Guard, NoMethodAnswersAStranger) {
+  Guarded guarded;
+  guarded.AddToken("tablet museum administer");
+  guarded.Start(guarded.WithCallers());
+  const auto channel = guarded.Plain();
+  for (const MethodDescriptor* method : AllMethods()) {
+    const Answer answer = Call(channel, *method, *NewRequest(*method));
+    // The twentieth failure in a row has to wait; either way it is not let in.
+    EXPECT_TRUE(answer.status.error_code() == StatusCode::UNAUTHENTICATED ||
+                ReasonOf(answer) == "RATE_LIMITED")
+        << method->full_name() << ": " << answer.status.error_message();
+  }
+}
+
+TEST(Guard, EachMethodNeedsItsRole) {
+  for (const auth::Role role :
+       {auth::Role::kRead, auth::Role::kSubmit, auth::Role::kPlan, auth::Role::kAdminister}) {
+    Guarded guarded;
+    const std::string token =
+        guarded.AddToken(absl::StrCat("tablet museum ", auth::RoleName(role)));
+    guarded.Start(guarded.WithCallers());
+    const auto channel = guarded.Plain();
+    for (const MethodDescriptor* method : AllMethods()) {
+      const Answer answer = Call(channel, *method, *NewRequest(*method), Bearer(token));
+      EXPECT_NE(answer.status.error_code(), StatusCode::UNAUTHENTICATED) << method->full_name();
+      EXPECT_EQ(ReasonOf(answer) == "ROLE_MISSING",
+                !auth::Roles().With(role).Allow(FindRule(*method)->needs))
+          << method->full_name() << " as " << auth::RoleName(role) << ": "
+          << answer.status.error_message();
+    }
+  }
+}
+
+// Sets whatever names a resource, in the request or in what it holds; false when nothing does.
+bool Name(Message& request, const std::string& session) {
+  const std::map<std::string, std::string> children = {
+      {"GetUploadRequest", "/uploads/upload-1"},   {"UploadScanRequest", "/uploads/upload-1"},
+      {"UploadPieceRequest", "/uploads/upload-1"}, {"GetScanRequest", "/scans/scan-1"},
+      {"AcceptScanRequest", "/scans/scan-1"},      {"SetScanPoseRequest", "/scans/scan-1"},
+      {"WithdrawScanRequest", "/scans/scan-1"},    {"WatchPlanRequest", "/plans/plan-1"},
+      {"CancelPlanRequest", "/plans/plan-1"},      {"GetPlanRequest", "/plans/plan-1"},
+      {"ReleaseClaimRequest", "/claims/claim-1"},  {"RenewClaimRequest", "/claims/claim-1"},
+  };
+  const std::string& type = request.GetDescriptor()->name();
+  const auto child = children.find(type);
+  const std::string name = session + (child == children.end() ? "" : child->second);
+  for (const char* field_name : {"name", "upload", "parent"}) {
+    const auto* field = request.GetDescriptor()->FindFieldByName(field_name);
+    if (field == nullptr ||
+        field->cpp_type() != google::protobuf::FieldDescriptor::CPPTYPE_STRING) {
+      continue;
+    }
+    request.GetReflection()->SetString(&request, field, name);
+    return true;
+  }
+  if (auto* update = dynamic_cast<v1::UpdateSessionRequest*>(&request)) {
+    update->mutable_session()->set_name(name);
+    return true;
+  }
+  return false;
+}
+
+// What an error says besides its message, whichever of the two sessions it is about; in no order.
+std::multiset<std::string> DetailsOf(const Answer& answer) {
+  std::multiset<std::string> details;
+  for (const google::protobuf::Any& any : fixture::Details(answer.status)) {
+    details.insert(
+        absl::StrReplaceAll(any.SerializeAsString(), {{"sessions/job", "sessions/not"}}));
+  }
+  return details;
+}
+
+// To the letter the same answer as for a session that is not there.
+TEST(Guard, AnotherTenantsSessionIsNotThere) {
+  Guarded guarded;
+  const std::string owner = guarded.AddToken("tablet museum administer");
+  const std::string stranger = guarded.AddToken("tablet-2 castle administer");
+  guarded.Start(guarded.WithCallers());
+  const auto channel = guarded.Plain();
+  ASSERT_TRUE(OpenSession(channel, "job", Bearer(owner)).ok());
+  int named = 0;
+  for (const MethodDescriptor* method : AllMethods()) {
+    const auto request = NewRequest(*method);
+    if (!Name(*request, "sessions/job")) continue;
+    ++named;
+    const Answer there = Call(channel, *method, *request, Bearer(stranger));
+    Name(*request, "sessions/not");
+    const Answer not_there = Call(channel, *method, *request, Bearer(stranger));
+    EXPECT_EQ(there.status.error_code(), not_there.status.error_code()) << method->full_name();
+    EXPECT_EQ(absl::StrReplaceAll(there.status.error_message(), {{"sessions/job", "sessions/not"}}),
+              not_there.status.error_message());
+    EXPECT_EQ(DetailsOf(there), DetailsOf(not_there)) << method->full_name();
+    EXPECT_FALSE(there.status.ok()) << method->full_name();
+  }
+  EXPECT_EQ(named, static_cast<int>(AllMethods().size()) - 2);  // all but Create- and ListSessions
+  EXPECT_THAT(SessionsSeen(channel, Bearer(stranger)), IsEmpty());
+  EXPECT_THAT(SessionsSeen(channel, Bearer(owner)), ElementsAre("sessions/job"));
+}
+
+TEST(Guard, AnotherTenantsRequestIdMeansNothing) {
+  Guarded guarded;
+  const std::string owner = guarded.AddToken("tablet museum administer");
+  const std::string stranger = guarded.AddToken("tablet-2 castle administer");
+  guarded.Start(guarded.WithCallers());
+  const auto channel = guarded.Plain();
+  v1::CreateSessionRequest request;
+  request.set_request_id("same-for-both");
+  for (const std::string& token : {owner, stranger}) {
+    EXPECT_TRUE(
+        Call(channel, Method("SessionService.CreateSession"), request, Bearer(token)).status.ok());
+  }
+  const std::vector<std::string> first = SessionsSeen(channel, Bearer(owner));
+  const std::vector<std::string> second = SessionsSeen(channel, Bearer(stranger));
+  ASSERT_EQ(first.size(), 1U);
+  ASSERT_EQ(second.size(), 1U);
+  EXPECT_NE(first, second);
+}
+
+// Ids that are paths, and worse, name nothing.
+TEST(Guard, IdsThatArePathsAreRefused) {
+  Guarded guarded;
+  guarded.Start({});
+  const auto channel = guarded.Plain();
+  for (const std::string& id :
+       {std::string("../../etc/passwd"), std::string("a/../b"), std::string("/etc"),
+        std::string("a\0b", 3), std::string("A"), std::string("a b"), std::string("."),
+        std::string(".."), std::string("-a"), std::string("a-"), std::string(64, 'a'),
+        std::string("%2e%2e"), std::string("a\nb"), std::string(100'000, 'x')}) {
+    v1::CreateSessionRequest create;
+    create.set_session_id(id);
+    EXPECT_EQ(Call(channel, Method("SessionService.CreateSession"), create).status.error_code(),
+              StatusCode::INVALID_ARGUMENT);
+    v1::GetScanRequest get;
+    get.set_name("sessions/" + id + "/scans/" + id);
+    EXPECT_EQ(Call(channel, Method("ScanService.GetScan"), get).status.error_code(),
+              StatusCode::INVALID_ARGUMENT);
+  }
+}
+
+// ---- Tokens ------------------------------------------------------------------------------------
+
+TEST(Tokens, WrongOnesAreRefusedWithTheReason) {
+  Guarded guarded;
+  const std::string good = guarded.AddToken("tablet museum read");
+  const std::string late = guarded.AddToken("old museum read", "2020-01-01T00:00:00Z");
+  guarded.Start(guarded.WithCallers());
+  const auto channel = guarded.Plain();
+  EXPECT_TRUE(ListSessions(channel, Bearer(good)).status.ok());
+  EXPECT_TRUE(ListSessions(channel, {{"authorization", "bearer " + good}}).status.ok());
+  const std::vector<std::pair<Metadata, std::string>> wrong = {
+      {{}, "CREDENTIALS_MISSING"},
+      {Bearer(late), "TOKEN_EXPIRED"},
+      {Bearer(auth::MakeToken().token), "TOKEN_UNKNOWN"},
+      {Bearer(good + "x"), "TOKEN_UNKNOWN"},
+      {Bearer(good.substr(1)), "TOKEN_UNKNOWN"},
+      {Bearer(""), "TOKEN_UNKNOWN"},
+      {{{"authorization", good}}, "TOKEN_UNKNOWN"},
+      {{{"authorization", "Basic " + good}}, "TOKEN_UNKNOWN"},
+      {{{"authorization", "Bearer " + good}, {"authorization", "Bearer " + good}}, "TOKEN_UNKNOWN"},
+  };
+  for (const auto& [metadata, reason] : wrong) {
+    const Answer answer = ListSessions(channel, metadata);
+    EXPECT_EQ(answer.status.error_code(), StatusCode::UNAUTHENTICATED) << reason;
+    EXPECT_EQ(ReasonOf(answer), reason);
+    EXPECT_THAT(answer.status.error_message(), Not(HasSubstr(good)));
+  }
+  for (const std::string& line : guarded.Lines("call failed"))
+    EXPECT_THAT(line, Not(HasSubstr(good)));
+}
+
+TEST(Tokens, TakenBackWhileTheServerRuns) {
+  Guarded guarded;
+  const std::string token = guarded.AddToken("tablet museum read");
+  guarded.Start(guarded.WithCallers());
+  const auto channel = guarded.Plain();
+  ASSERT_TRUE(ListSessions(channel, Bearer(token)).status.ok());
+  guarded.WriteCallers("# nobody\n");
+  guarded.server().RefreshCallers();
+  EXPECT_EQ(ReasonOf(ListSessions(channel, Bearer(token))), "TOKEN_UNKNOWN");
+  guarded.WriteCallers();
+  guarded.server().RefreshCallers();
+  EXPECT_TRUE(ListSessions(channel, Bearer(token)).status.ok());
+  // A slip of the pen locks nobody out and lets nobody in; it is said once.
+  guarded.WriteCallers("nonsense\n");
+  guarded.server().RefreshCallers();
+  guarded.server().RefreshCallers();
+  EXPECT_TRUE(ListSessions(channel, Bearer(token)).status.ok());
+  EXPECT_EQ(guarded.Lines("the callers file cannot be used").size(), 1U);
+}
+
+// Streams outlast what was shown when they began.
+TEST(Tokens, TakenBackWhileAStreamIsOpen) {
+  Guarded guarded;
+  const std::string owner = guarded.AddToken("office museum administer");
+  const std::string tablet = guarded.AddToken("tablet museum read");
+  guarded.Start(guarded.WithCallers());
+  const auto channel = guarded.Plain();
+  ASSERT_TRUE(OpenSession(channel, "job", Bearer(owner)).ok());
+  const auto sessions = v1::SessionService::NewStub(channel);
+  grpc::ClientContext context;
+  for (const auto& [key, value] : Bearer(tablet)) context.AddMetadata(key, value);
+  v1::WatchSessionRequest watch;
+  watch.set_name("sessions/job");
+  const auto stream = sessions->WatchSession(&context, watch);
+  v1::WatchSessionResponse step;
+  ASSERT_TRUE(stream->Read(&step));
+  guarded.WriteCallersBut("tablet");
+  guarded.server().RefreshCallers();
+  grpc::ClientContext updating;
+  for (const auto& [key, value] : Bearer(owner)) updating.AddMetadata(key, value);
+  v1::UpdateSessionRequest update;
+  update.mutable_session()->set_name("sessions/job");
+  update.mutable_session()->set_display_name("renamed");
+  update.mutable_update_mask()->add_paths("display_name");
+  v1::UpdateSessionResponse updated;
+  const grpc::Status done = sessions->UpdateSession(&updating, update, &updated);
+  ASSERT_TRUE(done.ok()) << done.error_message();
+  EXPECT_FALSE(stream->Read(&step)) << "what happened since is told: " << step.DebugString();
+  EXPECT_EQ(stream->Finish().error_code(), StatusCode::UNAUTHENTICATED);
+}
+
+// It is noticed without being told.
+TEST(Tokens, TheFileIsWatched) {
+  Guarded guarded;
+  const std::string token = guarded.AddToken("tablet museum read");
+  guarded.Start(guarded.WithCallers());
+  const auto channel = guarded.Plain();
+  guarded.WriteCallers("# nobody\n");
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  while (ListSessions(channel, Bearer(token)).status.ok()) {
+    ASSERT_LT(std::chrono::steady_clock::now(), until);
+  }
+}
+
+// ---- Certificates ------------------------------------------------------------------------------
+
+TEST(Certificates, SayWhoCalls) {
+  Guarded guarded;
+  guarded.AddLine("office museum administer certificate:office.example");
+  guarded.AddLine("by-name castle read certificate:Tablet-7");
+  server::ServerOptions options = guarded.WithCallers();
+  guarded.Encrypt(options, true);
+  guarded.Start(options);
+  const fixture::CertifiedKey office = guarded.authority().Issue("whatever", "DNS:office.example");
+  const fixture::CertifiedKey named = guarded.authority().Issue("Tablet-7");
+  const fixture::CertifiedKey unknown =
+      guarded.authority().Issue("Tablet-8", "DNS:office.example.evil");
+  EXPECT_TRUE(OpenSession(guarded.Encrypted(&office), "job", {}).ok());
+  EXPECT_THAT(SessionsSeen(guarded.Encrypted(&named), {}), IsEmpty());
+  EXPECT_EQ(OpenSession(guarded.Encrypted(&named), "other", {}).error_code(),
+            StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(ReasonOf(ListSessions(guarded.Encrypted(&unknown))), "CERTIFICATE_UNKNOWN");
+
+  // Those that nobody signed, that others signed, that are past their time, or that are not there
+  // don't get as far as a call.
+  const fixture::TestAuthority others("test authority");
+  const fixture::CertifiedKey forged = others.Issue("whatever", "DNS:office.example");
+  const fixture::CertifiedKey late =
+      guarded.authority().Issue("whatever", "DNS:office.example", -absl::Minutes(1));
+  for (const fixture::CertifiedKey* bad :
+       {&forged, &late, static_cast<const fixture::CertifiedKey*>(nullptr)}) {
+    EXPECT_EQ(ListSessions(guarded.Encrypted(bad)).status.error_code(), StatusCode::UNAVAILABLE);
+  }
+  EXPECT_EQ(ListSessions(guarded.Plain()).status.error_code(), StatusCode::UNAVAILABLE);
+}
+
+TEST(Certificates, AloneLetInWhoeverTheAuthoritySigned) {
+  Guarded guarded;
+  server::ServerOptions options;
+  guarded.Encrypt(options, true);
+  guarded.Start(options);
+  const fixture::CertifiedKey one = guarded.authority().Issue("one");
+  EXPECT_TRUE(OpenSession(guarded.Encrypted(&one), "job", {}).ok());
+  EXPECT_EQ(ListSessions(guarded.Encrypted()).status.error_code(), StatusCode::UNAVAILABLE);
+}
+
+TEST(Certificates, OrTokensWhereThatIsAllowed) {
+  Guarded guarded;
+  const std::string token = guarded.AddToken("tablet museum read");
+  guarded.AddLine("office museum administer certificate:office.example");
+  server::ServerOptions options = guarded.WithCallers();
+  guarded.Encrypt(options, true);
+  options.access.tls_optional_client_certificates = true;
+  guarded.Start(options);
+  const fixture::CertifiedKey office = guarded.authority().Issue("whatever", "DNS:office.example");
+  EXPECT_TRUE(OpenSession(guarded.Encrypted(&office), "job", {}).ok());
+  EXPECT_TRUE(ListSessions(guarded.Encrypted(), Bearer(token)).status.ok());
+  EXPECT_EQ(ReasonOf(ListSessions(guarded.Encrypted())), "CREDENTIALS_MISSING");
+  const fixture::TestAuthority others("test authority");
+  const fixture::CertifiedKey forged = others.Issue("whatever", "DNS:office.example");
+  EXPECT_FALSE(OpenSession(guarded.Encrypted(&forged), "forged", {}).ok());
+  // Whoever shows both is who the token says.
+  EXPECT_EQ(OpenSession(guarded.Encrypted(&office), "both", Bearer(token)).error_code(),
+            StatusCode::PERMISSION_DENIED);
+  EXPECT_EQ(ReasonOf(ListSessions(guarded.Encrypted(&office), Bearer("made up"))), "TOKEN_UNKNOWN");
+}
+
+// Replaced on disk, new connections see the new one; the server did not stop.
+TEST(Certificates, AreReadAgain) {
+  Guarded guarded;
+  const std::string token = guarded.AddToken("tablet museum read");
+  server::ServerOptions options = guarded.WithCallers();
+  guarded.Encrypt(options, false);
+  guarded.Start(options);
+  ASSERT_TRUE(ListSessions(guarded.Encrypted(), Bearer(token)).status.ok());
+  // Signed by another authority, which a client has to trust to get through.
+  const fixture::TestAuthority next("next authority");
+  const fixture::CertifiedKey own = next.Issue("server", "IP:127.0.0.1");
+  fixture::WriteTestFile(guarded.File("key.pem"), own.key);
+  fixture::WriteTestFile(guarded.File("cert.pem"), own.certificate);
+  grpc::SslCredentialsOptions tls;
+  tls.pem_root_certs = next.certificate();
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (true) {
+    grpc::ChannelArguments fresh;
+    fresh.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
+    const auto channel = grpc::CreateCustomChannel(
+        absl::StrCat("127.0.0.1:", guarded.server().port()), grpc::SslCredentials(tls), fresh);
+    if (ListSessions(channel, Bearer(token)).status.ok()) break;
+    ASSERT_LT(std::chrono::steady_clock::now(), until);
+  }
+  EXPECT_EQ(ListSessions(guarded.Encrypted(), Bearer(token)).status.error_code(),
+            StatusCode::UNAVAILABLE);
+}
+
+// ---- Tenants named by a proxy ------------------------------------------------------------------
+
+TEST(Proxy, NamesTheTenantOfEachCall) {
+  Guarded guarded;
+  const std::string proxy = guarded.AddToken("proxy * administer");
+  const std::string tablet = guarded.AddToken("tablet museum administer");
+  server::ServerOptions options = guarded.WithCallers();
+  options.access.tenant_metadata = "x-tenant";
+  guarded.Start(options);
+  const auto channel = guarded.Plain();
+  const auto as = [](const std::string& token, const std::string& tenant) {
+    Metadata metadata = Bearer(token);
+    metadata.emplace("x-tenant", tenant);
+    return metadata;
+  };
+  ASSERT_TRUE(OpenSession(channel, "museum-job", as(proxy, "museum")).ok());
+  ASSERT_TRUE(OpenSession(channel, "castle-job", as(proxy, "castle")).ok());
+  EXPECT_THAT(SessionsSeen(channel, as(proxy, "castle")), ElementsAre("sessions/castle-job"));
+  // Nobody else can.
+  EXPECT_THAT(SessionsSeen(channel, as(tablet, "castle")), ElementsAre("sessions/museum-job"));
+  // Not naming one is no way to see them all, nor is naming two.
+  EXPECT_EQ(ReasonOf(ListSessions(channel, Bearer(proxy))), "TENANT_MISSING");
+  EXPECT_EQ(ReasonOf(ListSessions(channel, as(proxy, ""))), "TENANT_MISSING");
+  Metadata two = as(proxy, "museum");
+  two.emplace("x-tenant", "castle");
+  EXPECT_EQ(ReasonOf(ListSessions(channel, two)), "TENANT_AMBIGUOUS");
+}
+
+TEST(Proxy, IsHeededOnlyWhereTheOperatorSaidSo) {
+  Guarded guarded;
+  const std::string proxy = guarded.AddToken("proxy * administer");
+  guarded.Start(guarded.WithCallers());
+  Metadata metadata = Bearer(proxy);
+  metadata.emplace("x-tenant", "museum");
+  EXPECT_EQ(ReasonOf(ListSessions(guarded.Plain(), metadata)), "TENANT_MISSING");
+}
+
+// ---- Limits, audit, addresses ------------------------------------------------------------------
+
+TEST(RateLimit, TellsWhoCallsTooOftenWhenToComeBack) {
+  Guarded guarded;
+  const std::string greedy = guarded.AddToken("greedy museum read");
+  const std::string modest = guarded.AddToken("modest museum read");
+  server::ServerOptions options = guarded.WithCallers();
+  options.access.calls_per_second = 0.01;
+  options.access.calls_at_once = 3;
+  guarded.Start(options);
+  const auto channel = guarded.Plain();
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(ListSessions(channel, Bearer(greedy)).status.ok());
+  const Answer refused = ListSessions(channel, Bearer(greedy));
+  EXPECT_EQ(refused.status.error_code(), StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(ReasonOf(refused), "RATE_LIMITED");
+  bool has_delay = false;
+  for (const google::protobuf::Any& any : fixture::Details(refused.status)) {
+    google::rpc::RetryInfo retry;
+    if (!any.UnpackTo(&retry)) continue;
+    has_delay = true;
+    EXPECT_GT(retry.retry_delay().seconds(), 50);
+    EXPECT_LE(retry.retry_delay().seconds(), 100);
+  }
+  EXPECT_TRUE(has_delay);
+  EXPECT_EQ(refused.trailers.count("grpc-retry-pushback-ms"), 1U);
+  EXPECT_TRUE(ListSessions(channel, Bearer(modest)).status.ok());
+}
+
+TEST(RateLimit, StrangersFillNoLog) {
+  Guarded guarded;
+  const std::string good = guarded.AddToken("tablet museum read");
+  guarded.Start(guarded.WithCallers());
+  const auto channel = guarded.Plain();
+  for (int i = 0; i < 200; ++i) {
+    EXPECT_FALSE(ListSessions(channel, Bearer("made up")).status.ok());
+  }
+  EXPECT_LT(guarded.Lines("call failed").size(), 100U);
+  // From the same address, who is known is not held up by them.
+  EXPECT_TRUE(ListSessions(channel, Bearer(good)).status.ok());
+}
+
+TEST(AuditLog, HasALineForEveryMutationTriedAndNoneForReads) {
+  Guarded guarded;
+  const std::string token = guarded.AddToken("tablet museum read,submit");
+  guarded.Start(guarded.WithCallers());
+  const auto channel = guarded.Plain();
+  for (const MethodDescriptor* method : AllMethods()) {
+    const auto request = NewRequest(*method);
+    Name(*request, "sessions/job-of-nobody");
+    Metadata metadata = Bearer(token);
+    metadata.emplace("traceparent", "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01");
+    Call(channel, *method, *request, metadata);
+    std::vector<std::string> lines = guarded.Lines("\"message\":\"audit\"");
+    std::erase_if(lines, [&](const std::string& line) {
+      return line.find(absl::StrCat("\"method\":\"", method->name(), "\"")) == std::string::npos;
+    });
+    EXPECT_EQ(lines.size(), FindRule(*method)->mutates ? 1U : 0U) << method->full_name();
+    for (const std::string& line : lines) {
+      EXPECT_THAT(line, HasSubstr("\"caller\":\"tablet\",\"tenant\":\"museum\""));
+      EXPECT_THAT(line, HasSubstr("\"peer\":\"ipv4:127.0.0.1:"));
+      EXPECT_THAT(line, HasSubstr("\"trace_id\":\"0af7651916cd43dd8448eb211c80319c\""));
+      EXPECT_THAT(line, HasSubstr("\"resource\":\"sessions/"));
+      EXPECT_THAT(line, HasSubstr("\"code\":\""));
+    }
+  }
+}
+
+TEST(Addresses, OthersThanLoopbackNeedEncryptionAndCallers) {
+  Guarded guarded;
+  guarded.AddToken("tablet museum read");
+  server::ServerOptions callers = guarded.WithCallers();
+  const auto refusal = [](const auth::AccessOptions& access) {
+    return std::string(server::MakeCredentials(access, "0.0.0.0:7464").status().message());
+  };
+  EXPECT_THAT(refusal({}), HasSubstr("nothing would be encrypted"));
+  EXPECT_THAT(refusal(callers.access), HasSubstr("nothing would be encrypted"));
+  server::ServerOptions encrypted;
+  guarded.Encrypt(encrypted, false);
+  EXPECT_THAT(refusal(encrypted.access), HasSubstr("anyone could call"));
+  encrypted.access.tenant_metadata = "x-tenant";  // which anyone can send
+  EXPECT_THAT(refusal(encrypted.access), HasSubstr("anyone could call"));
+  encrypted.access.tenant_metadata.clear();
+  encrypted.access.callers_file = callers.access.callers_file;
+  EXPECT_TRUE(server::MakeCredentials(encrypted.access, "0.0.0.0:7464").ok());
+  encrypted.access.callers_file.clear();
+  encrypted.access.tls_client_ca = guarded.File("ca.pem");
+  EXPECT_TRUE(server::MakeCredentials(encrypted.access, "0.0.0.0:7464").ok());
+  auth::AccessOptions out_loud;
+  out_loud.allow_insecure_remote = true;
+  EXPECT_TRUE(server::MakeCredentials(out_loud, "0.0.0.0:7464").ok());
+}
+
+TEST(Addresses, FilesThatCannotServeAreNamedAtTheStart) {
+  Guarded guarded;
+  server::ServerOptions options;
+  guarded.Encrypt(options, true);
+  const auto refusal = [&](const std::string& file, const std::string& text) {
+    guarded.Encrypt(options, true);
+    fixture::WriteTestFile(guarded.File(file), text);
+    const absl::Status status = server::MakeCredentials(options.access, "127.0.0.1:0").status();
+    EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
+    return std::string(status.message());
+  };
+  const fixture::CertifiedKey other = guarded.authority().Issue("other");
+  EXPECT_THAT(refusal("cert.pem", "nonsense"), HasSubstr("cert.pem holds no certificate"));
+  EXPECT_THAT(refusal("key.pem", ""), HasSubstr("key.pem holds no key"));
+  EXPECT_THAT(refusal("key.pem", other.key), HasSubstr("is not the key of the certificate"));
+  EXPECT_THAT(refusal("ca.pem", other.key), HasSubstr("ca.pem holds no certificate"));
+  const fixture::CertifiedKey late = guarded.authority().Issue("server", "", -absl::Minutes(1));
+  fixture::WriteTestFile(guarded.File("key.pem"), late.key);
+  fixture::WriteTestFile(guarded.File("ca.pem"), guarded.authority().certificate());
+  fixture::WriteTestFile(guarded.File("cert.pem"), late.certificate);
+  EXPECT_THAT(
+      std::string(server::MakeCredentials(options.access, "127.0.0.1:0").status().message()),
+      HasSubstr("cert.pem has expired"));
+  options.access.tls_key.clear();
+  EXPECT_FALSE(server::MakeCredentials(options.access, "127.0.0.1:0").ok());
+}
+
+}  // namespace
+}  // namespace vantage::rpc

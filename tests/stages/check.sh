@@ -1,0 +1,28 @@
+#!/usr/bin/env bash
+# check.sh [STAGE...] [--all]: what ./dev test leaves out. Tidy, sanitizers and fuzzers cover a part of
+# the tree (see coverage.py) within their budgets; with --all everything, however long it takes.
+source "$(dirname "${BASH_SOURCE[0]}")/run.sh"
+all=() chosen=()
+for word in "$@"; do
+  case $word in
+    --all) all=(--all) ;;
+    -*) die "unknown option $word; ./dev check [STAGE...] [--all]" ;;
+    *) chosen+=("$word") ;;
+  esac
+done
+readarray -t every < <(sed '1,/^# .\/dev check/d; s/ .*//' "$stages/stages.txt")
+((${#chosen[@]})) || chosen=("${every[@]}")
+for name in "${chosen[@]}"; do
+  [[ " ${every[*]} " == *" $name "* ]] || die "no stage is called $name; there are: ${every[*]}"
+done
+# 40 times its budget: only what hangs is stopped.
+((${#all[@]} == 0)) || export VANTAGE_SLACK=40
+
+for name in "${chosen[@]}"; do
+  case $name in
+    tidy | asan | tsan) stage "$name" "$stages/$name.sh" "${all[@]}" || true ;;
+    fuzz) stage fuzz "$stages/fuzz.sh" --stage "${all[@]}" || true ;;
+    *) stage "$name" || true ;;
+  esac
+done
+finish check

@@ -1,0 +1,140 @@
+#!/usr/bin/env bash
+# install.sh PURPOSE...: the Debian packages, and what comes from npm, that each purpose needs. Only
+# what is missing, so that a second run is silent.
+source "$(dirname "${BASH_SOURCE[0]}")/prelude.sh"
+
+declare -A packages=(
+  [build]="g++ cmake ninja-build ccache
+    libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
+    libabsl-dev libeigen3-dev liboctomap-dev libembree-dev libtbb-dev libboost-dev
+    libssl-dev libzstd-dev liblzf-dev libsqlite3-dev libmicrohttpd-dev libcli11-dev
+    libcairo2-dev pkg-config fonts-dejavu-core libgtest-dev libgmock-dev libbenchmark-dev
+    libpcl-common1.13 libpcl-kdtree1.13 libpcl-search1.13 libpcl-octree1.13
+    libpcl-sample-consensus1.13 libpcl-features1.13 libpcl-filters1.13 libpcl-segmentation1.13
+    libpcl-registration1.13"
+  [study]="coinor-cbc" # the fewest positions, by integer programming
+  [test]="coinor-cbc python3-grpcio"
+  [format]="git clang-format-14"
+  [shell]="git shellcheck"
+  [tidy]="git clang-14 clang-tidy-14 python3"
+  [sanitizers]="git clang-14 libclang-rt-14-dev llvm-14 python3"
+  [attack]="python3-grpcio haproxy openssl"
+  [package]="help2man dpkg-dev file"
+  # What really runs the image, and checks what it is deployed with.
+  [containers]="podman runc debootstrap haproxy openssl python3-grpcio python3-yaml"
+  [deploy]="haproxy openssl docker-compose python3-yaml systemd"
+  [npm]="nodejs npm"
+)
+buf_version=1.75.0
+kubernetes_types=(typescript@5.6.3 kubernetes-types@1.30.0)
+
+apt_get() {
+  local become=()
+  if ((EUID != 0)); then
+    command -v sudo >/dev/null || die "installing packages needs root or sudo: apt-get $*"
+    become=(sudo)
+  fi
+  # dpkg syncs every file by itself unless told otherwise, which is half of the time.
+  "${become[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::Timeout=600 \
+    -o Dpkg::Options::=--force-unsafe-io -o Acquire::Retries=3 "$@"
+}
+
+apt_update() {
+  # The lock on the package lists knows no time-out, so another apt-get is waited for here.
+  local try
+  for try in 1 2 3 4 5 6; do
+    apt_get update && return
+    echo "apt-get update failed, try $try of 6"
+    sleep 10
+  done
+  return 1
+}
+
+apt_install() {
+  # Lists of the last hour do: the stages of one run install one after the other.
+  if [[ -z $(find /var/lib/apt/lists -maxdepth 1 -name '*Packages*' -cmin -60 2>/dev/null) ]]; then
+    apt_update || return
+  fi
+  apt_get install --no-install-recommends "$@" ||
+    { apt_update && apt_get install --no-install-recommends "$@"; }
+}
+
+install_packages() {
+  local purpose=$1 name missing=()
+  for name in ${packages[$purpose]}; do
+    [[ $(dpkg-query -W -f='${db:Status-Status}' "$name" 2>/dev/null) == installed ]] ||
+      missing+=("$name")
+  done
+  ((${#missing[@]})) || return 0
+  say "installing for $purpose: ${missing[*]}"
+  quietly "apt-$purpose" apt_install "${missing[@]}"
+}
+
+# libpcl-dev depends on VTK and Qt (2.9 GB); its headers and FLANN's need neither.
+unpack_pcl_headers() {
+  local to=$root/build/pcl deb
+  [[ -e $to/.done ]] && return
+  say "unpacking PCL's headers into build/pcl"
+  rm -rf "$to"
+  mkdir -p "$to/deb"
+  (
+    cd "$to/deb"
+    download=(apt-get -q -o Acquire::Retries=3 download libpcl-dev libflann-dev)
+    # Root's downloads are handed to the user _apt, who may not be able to write here.
+    ((EUID != 0)) || download+=(-o APT::Sandbox::User=root)
+    quietly pcl-headers "${download[@]}" || {
+      quietly apt-update apt_update
+      quietly pcl-headers "${download[@]}"
+    }
+    for deb in *.deb; do dpkg-deb -x "$deb" "$to"; done
+  )
+  rm -rf "$to/deb"
+  touch "$to/.done"
+}
+
+# from_npm FOLDER PACKAGE@VERSION...: into build/FOLDER. Fails where npm cannot be had or reached.
+from_npm() {
+  local to=build/$1 name missing=()
+  shift
+  for name in "$@"; do
+    [[ $(sed -n 's/^  "version": "\(.*\)",$/\1/p' "$to/node_modules/${name%@*}/package.json" \
+      2>/dev/null) == "${name##*@}" ]] || missing+=("$name")
+  done
+  ((${#missing[@]})) || return 0
+  command -v npm >/dev/null || install_packages npm || return
+  say "installing from npm into $to: ${missing[*]}"
+  mkdir -p "$to"
+  # Where the registry is not reached, that is soon clear.
+  quietly "npm-${to##*/}" timeout 60 npm install --prefix "$to" --no-save --no-audit --no-fund \
+    --fetch-retries=2 --fetch-retry-mintimeout=1000 --fetch-retry-maxtimeout=3000 \
+    --fetch-timeout=15000 "$@"
+}
+
+install() {
+  case $1 in
+    build)
+      install_packages build
+      # The headers; the libraries are packages.
+      unpack_pcl_headers
+      ;;
+    bench) install build ;;
+    test | study | package | tidy | sanitizers | attack)
+      install build
+      install_packages "$1"
+      ;;
+    containers)
+      install package
+      install_packages containers
+      ;;
+    format | shell) install_packages "$1" ;;
+    proto) from_npm node "@bufbuild/buf@$buf_version" ;;
+    deploy)
+      install_packages deploy
+      # Its test of types says by itself that it was skipped.
+      from_npm node-deploy "${kubernetes_types[@]}" || say "no types from npm"
+      ;;
+    *) die "install for what? ${!packages[*]}, bench or proto; not '$1'" ;;
+  esac
+}
+
+for purpose in "$@"; do install "$purpose"; done

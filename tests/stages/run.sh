@@ -1,0 +1,52 @@
+# shellcheck shell=bash
+# Sourced by test.sh and check.sh: runs stages within their budgets and counts what they did.
+source "$(dirname "${BASH_SOURCE[0]}")/prelude.sh"
+mkdir -p "$logs"
+
+passed=0 failed=0 skipped_tests=0 rows=()
+
+# stage NAME [COMMAND...]: runs the command, by default tests/stages/NAME.sh, as the stage of that name.
+# True if it passed or was skipped. VANTAGE_SLACK times its budget, or at VANTAGE_DEADLINE (seconds of
+# the epoch), it is stopped.
+stage() {
+  local name=$1 budget what began=$EPOCHSECONDS log=$logs/stage-$1.log status=0 limit took counts result
+  shift
+  (($#)) || set -- "$stages/$name.sh"
+  read -r budget what < <(sed -n "s/^$name  *//p" "$stages/stages.txt") || die "no stage is called $name"
+  say "$name: $what (budget $budget s)"
+  limit=$((budget * ${VANTAGE_SLACK:-3}))
+  ((limit < ${VANTAGE_DEADLINE:-9999999999} - began)) || limit=$((VANTAGE_DEADLINE - began))
+  if ((limit > 0)); then
+    timeout -k 10 "$limit" "$@" >"$log" 2>&1 </dev/null || status=$?
+  else
+    status=124
+    echo "no time was left" >"$log"
+  fi
+  took=$((EPOCHSECONDS - began))
+  # What a stage covered and what not, and why it did nothing.
+  grep -aE '^(coverage|skipped|note): ' "$log" | sed 's/^/         /' || true
+  case $status in
+    0) result=ok ;;
+    "$skipped") result=skipped ;;
+    *)
+      result=FAILED
+      tail -n 120 "$log"
+      ((status != 124)) || echo "stopped after $took s"
+      say "$name: FAILED, the whole log: $log"
+      ;;
+  esac
+  read -r -a counts < <(awk -v status="$status" -f "$stages/count.awk" "$log")
+  ((passed += counts[0], failed += counts[1], skipped_tests += counts[2])) || true
+  rows+=("$(printf '%-12s %6d s of %5d s  %-7s %5d passed %3d failed %3d skipped%s' "$name" \
+    "$took" "$budget" "$result" "${counts[@]}" "$( ((took <= budget)) || echo '  OVER BUDGET')")")
+  ((status == 0 || status == skipped))
+}
+
+# finish NAME: the table and the count, also kept in build/log/count-NAME.
+finish() {
+  echo
+  printf '%s\n' "${rows[@]}"
+  say "done"
+  echo "$passed passed, $failed failed, $skipped_tests skipped" | tee "$logs/count-$1"
+  ((failed == 0))
+}

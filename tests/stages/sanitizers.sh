@@ -1,0 +1,51 @@
+# shellcheck shell=bash
+# Sourced by the stages that run under clang's sanitizers: what they cover, how they build and run it.
+source "$(dirname "${BASH_SOURCE[0]}")/prelude.sh"
+
+# What a sanitizer reports names functions and lines.
+symbolizer=/usr/bin/llvm-symbolizer-14
+export ASAN_OPTIONS=external_symbolizer_path=$symbolizer:detect_stack_use_after_return=1
+# What Debian's libraries do to memory of ours is seen, what they synchronise is not.
+export TSAN_OPTIONS=external_symbolizer_path=$symbolizer:halt_on_error=1:second_deadlock_stack=1:ignore_noninstrumented_modules=1
+export UBSAN_OPTIONS=external_symbolizer_path=$symbolizer:print_stacktrace=1
+export LSAN_OPTIONS=suppressions=$root/tests/support/lsan.supp:print_suppressions=0
+
+# rooms FOLDER...: those of the folders of tests, and of the folders in them, that have tests.
+rooms() {
+  our_files "${@/%//*_test.cc}" | sed 's,/[^/]*$,,' | sort -u
+}
+
+# What the address sanitizer sees: the arithmetic behind every answer, what reads untrusted bytes, and
+# the fuzzers. What calls gRPC is left out: its library is not instrumented.
+asan_units() {
+  rooms tests/core tests/server/{auth,execution,guard,observe,session,store,telemetry}
+  our_files 'tests/fuzz/*_fuzzer.cc'
+}
+
+# built PRESET UNIT...: builds the units, folders of tests or fuzzers.
+built() {
+  local preset=$1 unit targets=()
+  shift
+  for unit in "$@"; do
+    case $unit in
+      *.cc) targets+=("$(basename "$unit" .cc)") ;;
+      *) targets+=("$unit/all") ;;
+    esac
+  done
+  "$stages/build.sh" "$preset" "${targets[@]}"
+}
+
+# sanitized PRESET UNIT... : runs the tests of the units that are folders. Statistics over hundreds of
+# runs show nothing more under sanitizers than a few of them do.
+wrapper=()
+sanitized() {
+  local preset=$1 unit status=0
+  shift
+  for unit in "$@"; do
+    [[ -d $unit ]] || continue
+    echo "---- $unit"
+    "${wrapper[@]}" "$stages/unit.sh" --test-dir "build/$preset/$unit" --no-tests=ignore \
+      -LE 'integration|study' -E '(^|[/.])(Seeds|Scenes)/.*[/ ][2-9]$' || status=1
+  done
+  return "$status"
+}

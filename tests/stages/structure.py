@@ -1,0 +1,101 @@
+#!/usr/bin/env python3
+"""Whether the house stands as CONTRIBUTING.md draws it: no type is defined twice in a namespace (the
+linker would take either), files stand in the namespace of their folder, and includes go one way,
+between parts and rooms and from file to file. Lines are read as clang-format leaves them."""
+import collections
+import os
+import re
+import subprocess
+import sys
+
+PARTS = {'core': {'core'}, 'server': {'core', 'server'}, 'client': {'core', 'client'}}
+NAMESPACES = {'server/main': 'server', 'client/library': 'client', 'tests/support': 'test_support'}
+
+
+def module(path):
+    """The folder that names a file's namespace: core/planning for core/planning/patches/patches.h."""
+    names = path.split('/')[:-1]
+    if names[0] == 'tests' and names[1] in ('core', 'server', 'client'):
+        names = names[1:]
+    return '/'.join(names[:2])
+
+
+def types(path, text):
+    """Namespace and name of each class, struct and enum that is defined outside of others."""
+    space, hidden = [], False
+    for line in text.split('\n'):
+        if match := re.match(r'(?:inline )?namespace ([\w:]+)', line):
+            space.append(match[1])
+        elif line.startswith('namespace {'):
+            space.append('')
+        elif line.startswith('}  // namespace'):
+            space.pop()
+        elif match := re.match(r'(?:class|struct|enum class|enum|union) (?:\w+\(.*?\) )?(\w+)(?!\w|::)[^;]*$', line):
+            if '' not in space and '<' not in line.split(match[1], 1)[1].split('{')[0].split(':')[0]:
+                yield '::'.join(space), match[1]
+
+
+def circles(arrows):
+    """Groups of nodes that reach each other (Tarjan 1972)."""
+    index, low, stack, found = {}, {}, [], []
+
+    def visit(node):
+        index[node] = low[node] = len(index)
+        stack.append(node)
+        for to in arrows.get(node, ()):
+            if to not in index:
+                visit(to)
+            if to in stack:
+                low[node] = min(low[node], low[to])
+        if low[node] == index[node]:
+            group = stack[stack.index(node):]
+            del stack[-len(group):]
+            if len(group) > 1:
+                found.append(sorted(group))
+
+    for node in sorted(arrows):
+        if node not in index:
+            visit(node)
+    return found
+
+
+def main():
+    sys.setrecursionlimit(10000)
+    os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), '../..'))
+    paths = [p for p in subprocess.run(['git', 'ls-files', '-co', '--exclude-standard', 'core', 'server',
+                                        'client', 'tests'], capture_output=True, text=True,
+                                       check=True).stdout.split()
+             if p.endswith(('.h', '.cc')) and os.path.exists(p)]
+    wrong = []
+    defined = collections.defaultdict(set)
+    rooms, units = collections.defaultdict(set), collections.defaultdict(set)
+    for path in paths:
+        with open(path, encoding='utf-8') as file:
+            text = file.read()
+        for space, name in types(path, text):
+            defined[f'{space}::{name}'].add(path)
+        home = NAMESPACES.get(module(path), module(path).split('/')[-1])
+        for space in re.findall(r'^namespace (vantage[\w:]*) \{', text, re.M):
+            if space.split('::')[1:2] != [home]:
+                wrong.append(f'{path}: namespace {space}, in a folder of vantage::{home}')
+        for to in re.findall(r'^#include "((?:core|server|client|tests)/[^"]+)"', text, re.M):
+            part = path.split('/')[0]
+            if to.split('/')[0] not in PARTS.get(part, {'core', 'server', 'client', 'tests'}):
+                wrong.append(f'{path}: includes {to}')
+            if part == 'tests':
+                continue
+            here, there = os.path.dirname(path), os.path.dirname(to)
+            if here != there:
+                rooms[here].add(there)
+            if path.rsplit('.', 1)[0] != to.rsplit('.', 1)[0]:
+                units[path.rsplit('.', 1)[0]].add(to.rsplit('.', 1)[0])
+    wrong += [f'{name} is defined in {" and ".join(sorted(where))}'
+              for name, where in defined.items() if len(where) > 1 and name.count('::') > 1]
+    wrong += [f'a circle of rooms: {" ".join(group)}' for group in circles(rooms)]
+    wrong += [f'a circle of files: {" ".join(group)}' for group in circles(units)]
+    print('\n'.join(wrong) or f'{len(paths)} files, {len(defined)} types, no circle')
+    return bool(wrong)
+
+
+if __name__ == '__main__':
+    sys.exit(main())
