@@ -30,8 +30,9 @@ absl::StatusOr<ExitCode> RunEvaluate(Environment& environment, const EvaluateArg
     std::fputs(ToJson(*evaluated).c_str(), stdout);
   } else {
     std::printf("%s  %s\n%s  model      version %llu, %.3f s\n", Text(request.position()).c_str(),
-                evaluated->feasible() ? "feasible"
-                                      : ("not feasible: " + evaluated->infeasible_reason()).c_str(),
+                evaluated->feasible()
+                    ? "feasible"
+                    : ("not feasible: " + evaluated->infeasible_message()).c_str(),
                 ViewReport(evaluated->view()).c_str(),
                 static_cast<unsigned long long>(evaluated->model_version()),
                 client::SecondsOf(evaluated->duration()));

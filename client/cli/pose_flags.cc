@@ -8,6 +8,7 @@
 #include "absl/strings/str_split.h"
 #include "client/cli/file.h"
 #include "client/library/error.h"
+#include "core/sensor/scanner_model.h"
 
 namespace vantage::cli {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "core/sensor/scan.h"
+#include "core/sensor/pose_prior.h"
 
 namespace vantage::cli {
 

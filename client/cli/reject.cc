@@ -30,7 +30,7 @@ absl::StatusOr<ExitCode> RunReject(Environment& environment, const RejectArgumen
   }
   const auto rejected = environment.client().Call(request);
   if (!rejected.ok()) return rejected.status();
-  const v1::ViewRejection& rejection = rejected->rejection();
+  const v1::Rejection& rejection = rejected->rejection();
   std::printf("plans avoid %s and %s around it%s%s\n", Text(rejection.position()).c_str(),
               Length(rejection.radius_m()).c_str(), rejection.has_expire_time() ? " until " : "",
               rejection.has_expire_time() ? Time(rejection.expire_time()).c_str() : "");

@@ -35,8 +35,9 @@ void AddViews(const google::protobuf::RepeatedPtrField<v1::RankedView>& views, b
          absl::StrFormat("%.2f", view.height_over_floor_m()), SquareMetres(view.model_gain_m2()),
          absl::StrFormat("%.2f..%.2f", view.model_gain_lower_m2(), view.model_gain_upper_m2()),
          view.has_travel_distance_m() ? absl::StrFormat("%.1f", view.travel_distance_m()) : "",
-         Word(view.verdict().outcome()), Percent(view.verdict().overlap_share()),
-         Length(view.verdict().error_bound_m()),
+         view.has_verdict() ? Word(view.verdict().outcome()) : "not checked yet",
+         view.has_verdict() ? Percent(view.verdict().overlap_share()) : "",
+         view.has_verdict() ? Length(view.verdict().error_bound_m()) : "",
          refused ? view.verdict().remedy() : view.location().description()});
   }
 }
@@ -111,7 +112,7 @@ std::string VerdictFigures(const v1::RegistrationVerdict& verdict) {
 
 std::string VerdictLine(const v1::RegistrationVerdict& verdict) {
   std::string line = VerdictFigures(verdict);
-  if (!verdict.reason().empty()) absl::StrAppend(&line, "; ", verdict.reason());
+  if (!verdict.message().empty()) absl::StrAppend(&line, "; ", verdict.message());
   if (!verdict.remedy().empty()) absl::StrAppend(&line, "; remedy: ", verdict.remedy());
   return line;
 }
@@ -127,7 +128,7 @@ std::string SessionReport(const v1::Session& session) {
   absl::StrAppendFormat(&out,
                         "  scans     %d merged, %d pending, %d doubtful, %d failed, %d withdrawn; "
                         "model version %d\n",
-                        n.merged_count(), n.pending_count(), n.doubtful_count(), n.failed_count(),
+                        n.merged_count(), n.unmerged_count(), n.doubtful_count(), n.failed_count(),
                         n.withdrawn_count(), session.model_version());
   absl::StrAppendFormat(&out, "  model     voxel %s, origin %s\n",
                         Length(session.model_config().voxel_size_m()), Text(session.origin()));
@@ -135,8 +136,8 @@ std::string SessionReport(const v1::Session& session) {
       &out,
       "  planning  density %.0f /m\u00b2, viewcell %s, heights %.2f to %.2f m, stop below %.2f "
       "m\u00b2\n",
-      p.required_density_per_m2(), Length(p.viewcell_size_m()), p.min_height_m(), p.max_height_m(),
-      p.terminate_below_m2());
+      p.required_density_per_m2(), Length(p.viewcell_size_m()), p.min_viewpoint_height_m(),
+      p.max_viewpoint_height_m(), p.terminate_below_m2());
   absl::StrAppendFormat(&out, "  register  to %s at 95 %%, overlap at least %s\n",
                         Length(p.registration().required_accuracy_m()),
                         Percent(p.registration().min_overlap()));
@@ -149,7 +150,7 @@ std::string SessionReport(const v1::Session& session) {
         sensor::Degrees(s.min_elevation_rad()), sensor::Degrees(s.max_elevation_rad()),
         s.min_range_m(), s.max_range_m(), Length(s.range_noise_m()));
   }
-  for (const v1::ViewRejection& r : session.rejections()) {
+  for (const v1::Rejection& r : session.rejections()) {
     absl::StrAppendFormat(&out, "  rejected  %s within %s%s\n", Text(r.position()),
                           Length(r.radius_m()), r.reason().empty() ? "" : ": " + r.reason());
   }
@@ -227,7 +228,8 @@ std::string ViewReport(const v1::RankedView& view) {
                             : "");
   if (!view.location().description().empty())
     absl::StrAppend(&out, "  where      ", view.location().description(), "\n");
-  absl::StrAppend(&out, "  verdict    ", VerdictLine(view.verdict()), "\n");
+  absl::StrAppend(&out, "  verdict    ",
+                  view.has_verdict() ? VerdictLine(view.verdict()) : "not checked yet", "\n");
   return out;
 }
 
@@ -237,9 +239,9 @@ std::string CoverageReport(const v1::Coverage& c) {
       "coverage %s (estimated): %.1f m\u00b2 at density of %.1f m\u00b2 measured; missing %.1f "
       "m\u00b2 hidden, %.1f m\u00b2 without return, %.1f m\u00b2 outside the field of view; %.1f "
       "m\u00b2 given up; density %.0f /m\u00b2\n",
-      absl::StrFormat("%.1f %%", c.estimated_coverage() * 100), c.area_at_density_m2(),
-      a.true_surface(), a.occlusion(), a.hole_boundary(), a.image_boundary(), c.area_given_up_m2(),
-      c.required_density_per_m2());
+      c.has_estimated_coverage() ? absl::StrFormat("%.1f %%", c.estimated_coverage() * 100) : "-",
+      c.area_at_density_m2(), a.true_surface(), a.occlusion(), a.hole_boundary(),
+      a.image_boundary(), c.area_given_up_m2(), c.required_density_per_m2());
 }
 
 std::string JointReport(const v1::PlanResult& r) {
@@ -249,7 +251,7 @@ std::string JointReport(const v1::PlanResult& r) {
     const std::string who = assignment.scanner().empty() ? std::string("the scanner")
                                                          : client::IdOf(assignment.scanner());
     if (!assignment.has_view_index() || assignment.view_index() >= r.views_size()) {
-      absl::StrAppend(&out, who, ": no view: ", assignment.reason(), "\n");
+      absl::StrAppend(&out, who, ": no view: ", assignment.message(), "\n");
       continue;
     }
     const v1::RankedView& view = r.views(assignment.view_index());
@@ -258,10 +260,10 @@ std::string JointReport(const v1::PlanResult& r) {
     if (view.has_total_duration()) {
       absl::StrAppendFormat(&out, ", %.1f m walk, %.1f minutes", view.travel_distance_m(),
                             client::SecondsOf(view.total_duration()) / 60);
-    } else if (!view.unreachable_reason().empty()) {
-      absl::StrAppend(&out, ", ", view.unreachable_reason());
+    } else if (!view.unreachable_message().empty()) {
+      absl::StrAppend(&out, ", ", view.unreachable_message());
     }
-    for (const int before : assignment.waits_for()) {
+    for (const int before : assignment.waits_for_indices()) {
       absl::StrAppend(&out, "; waits for ", client::IdOf(r.joint().assignments(before).scanner()));
     }
     for (const std::string& claim : assignment.waits_for_claims()) {
@@ -271,7 +273,7 @@ std::string JointReport(const v1::PlanResult& r) {
   }
   if (r.joint().assignments_size() > 1) {
     absl::StrAppendFormat(&out, "together %.2f m\u00b2; guarantee: %s\n", r.joint().model_gain_m2(),
-                          r.joint().guarantee_reason());
+                          r.joint().guarantee_message());
   }
   if (r.joint().claims_size() > 0) {
     absl::StrAppend(&out, "around ", r.joint().claims_size(), " claimed views\n");
@@ -299,9 +301,9 @@ std::string PlanReport(const v1::Plan& plan) {
   if (r.has_joint()) out += JointReport(r);
   if (r.has_coverage()) out += CoverageReport(r.coverage());
   absl::StrAppendFormat(&out, "%s: %s\n", r.termination().suggested() ? "stop" : "go on",
-                        r.termination().reason());
+                        r.termination().message());
   absl::StrAppendFormat(&out,
-                        "model version %d, %d viewcells, %.1f m\u00b2 need work, gap %.1f %% at "
+                        "model version %d, %d viewcells, %.1f m\u00b2 deficient, gap %.1f %% at "
                         "confidence %.0f %%%s; "
                         "%d rays, seed %d\n",
                         r.model_version(), r.feasible_viewcell_count(), r.deficient_area_m2(),

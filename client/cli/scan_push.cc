@@ -14,8 +14,8 @@
 #include "client/library/error.h"
 #include "client/library/geometry.h"
 #include "client/library/resource_names.h"
-#include "core/sensor/import.h"
 #include "core/sensor/imported_scan.h"
+#include "core/sensor/scan_file.h"
 
 namespace vantage::cli {
 namespace {

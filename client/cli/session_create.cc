@@ -18,7 +18,7 @@ absl::StatusOr<ExitCode> RunSessionCreate(Environment& environment,
                                           const SessionCreateArguments& arguments) {
   v1::CreateSessionRequest request;
   request.set_session_id(arguments.id);
-  if (auto paths = Apply(arguments.settings, *request.mutable_session()); !paths.ok()) {
+  if (auto paths = ApplySettings(arguments.settings, *request.mutable_session()); !paths.ok()) {
     return paths.status();
   }
   const auto created = environment.client().Call(request);
@@ -36,7 +36,8 @@ void AddSessionCreate(CLI::App& parent, Environment& environment) {
       parent, environment, "create", "Open a job",
       "  vantage session create flat --name 'Flat, 3rd floor'\n"
       "  vantage session create --scanner-from scan1.ptx --density 100\n"
-      "  vantage session create hall --config hall.json --set planning_config.max_height_m=3",
+      "  vantage session create hall --config hall.json --set "
+      "planning_config.max_viewpoint_height_m=3",
       [](CLI::App& command, SessionCreateArguments& a) {
         command.add_option("ID", a.id, "1 to 63 of [a-z0-9-]; chosen by the server when left out");
         AddSettings(command, a.settings);

@@ -16,7 +16,7 @@ struct SessionListArguments {
 
 absl::StatusOr<ExitCode> RunSessionList(Environment& environment,
                                         const SessionListArguments& arguments) {
-  Table table({"session", "name", ">merged", ">waiting", ">model", "last change"});
+  Table table({"session", "name", ">merged", ">undecided", ">model", "last change"});
   v1::ListSessionsRequest request;
   v1::ListSessionsResponse all;
   do {
@@ -32,7 +32,7 @@ absl::StatusOr<ExitCode> RunSessionList(Environment& environment,
   for (const v1::Session& session : all.sessions()) {
     const v1::ScanCounts& n = session.scan_counts();
     table.Add({client::IdOf(session.name()), session.display_name(), absl::StrCat(n.merged_count()),
-               absl::StrCat(n.pending_count() + n.doubtful_count()),
+               absl::StrCat(n.unmerged_count() + n.doubtful_count()),
                absl::StrCat(session.model_version()), Time(session.update_time())});
   }
   if (all.sessions().empty()) {

@@ -8,8 +8,8 @@
 #include "client/cli/file.h"
 #include "client/cli/json.h"
 #include "client/library/geometry.h"
-#include "core/sensor/import.h"
 #include "core/sensor/imported_scan.h"
+#include "core/sensor/scan_file.h"
 
 namespace vantage::cli {
 namespace {
@@ -42,13 +42,13 @@ void AddSettings(CLI::App& command, SessionSettings& s) {
   command
       .add_option("--set", s.set,
                   "PATH=VALUE, repeatable: any field of the session, such as "
-                  "planning_config.max_height_m=2.5, or of its first scanner, such as "
+                  "planning_config.max_viewpoint_height_m=2.5, or of its first scanner, such as "
                   "scanner.max_range_m=30")
       ->allow_extra_args(false);
 }
 
-absl::StatusOr<std::vector<std::string>> Apply(const SessionSettings& settings,
-                                               v1::Session& session) {
+absl::StatusOr<std::vector<std::string>> ApplySettings(const SessionSettings& settings,
+                                                       v1::Session& session) {
   std::set<std::string> paths;
   if (!settings.config.empty()) {
     const auto text = ReadFile(settings.config);

@@ -26,8 +26,8 @@ void AddSettings(CLI::App& command, SessionSettings& settings);
 
 // Writes the settings into the session, file first, flags over it. Returns the paths that were
 // touched, as an update mask has them.
-absl::StatusOr<std::vector<std::string>> Apply(const SessionSettings& settings,
-                                               v1::Session& session);
+absl::StatusOr<std::vector<std::string>> ApplySettings(const SessionSettings& settings,
+                                                       v1::Session& session);
 
 }  // namespace vantage::cli
 

@@ -22,7 +22,7 @@ absl::StatusOr<ExitCode> RunSessionUpdate(Environment& environment,
   if (!current.ok()) return current.status();
   v1::UpdateSessionRequest request;
   *request.mutable_session() = std::move(*current->mutable_session());
-  const auto paths = Apply(arguments.settings, *request.mutable_session());
+  const auto paths = ApplySettings(arguments.settings, *request.mutable_session());
   if (!paths.ok()) return paths.status();
   if (paths->empty()) {
     return client::WithFix(absl::InvalidArgumentError("nothing to change was given"),

@@ -127,7 +127,9 @@ std::string CycleRow(const simulated_job::Cycle& cycle) {
                       : Word(registration.verdict().outcome()),
       first ? "" : Length(registration.verdict().error_bound_m()),
       cycle.merged && !first ? Length(cycle.off_metres) : "",
-      absl::StrFormat("%.1f %%", plan.coverage().estimated_coverage() * 100),
+      plan.coverage().has_estimated_coverage()
+          ? absl::StrFormat("%.1f %%", plan.coverage().estimated_coverage() * 100)
+          : "",
       absl::StrFormat("%.1f %%", cycle.truth.at_density_share() * 100),
       absl::StrFormat("%.1f %%", cycle.truth.seen_share() * 100)};
   const v1::RankedView* next = !plan.views().empty()     ? &plan.views(0)
@@ -137,7 +139,7 @@ std::string CycleRow(const simulated_job::Cycle& cycle) {
     cells.push_back(absl::StrFormat("%.1f", next->model_gain_m2()));
     cells.push_back(
         absl::StrFormat("%.1f..%.1f", next->model_gain_lower_m2(), next->model_gain_upper_m2()));
-    cells.push_back(Word(next->verdict().outcome()));
+    cells.push_back(next->has_verdict() ? Word(next->verdict().outcome()) : "not checked yet");
   } else {
     cells.insert(cells.end(), {"", "", "no view"});
   }
@@ -160,8 +162,9 @@ absl::StatusOr<simulated_job::Site> ChooseSite(const SimulateArguments& argument
   if (!arguments.mesh.empty()) return simulated_job::MeshSite(arguments.mesh, start);
   const simulated_job::SceneKind kind = Scenes().at(arguments.scene);
   if (arguments.area && kind != simulated_job::SceneKind::kOffice) {
-    return client::WithFix(absl::InvalidArgumentError("only an office floor has an area to choose"),
-                           "add --scene office, or leave --area out");
+    return client::WithFix(
+        absl::InvalidArgumentError("only an office storey has an area to choose"),
+        "add --scene office, or leave --area out");
   }
   return simulated_job::GeneratedSite(kind, arguments.seed, arguments.area.value_or(kOfficeArea),
                                       start);

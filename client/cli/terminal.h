@@ -15,7 +15,6 @@ class ProgressLine {
   ProgressLine(const ProgressLine&) = delete;
   ProgressLine& operator=(const ProgressLine&) = delete;
 
-  bool on_terminal() const { return terminal_; }
   void Show(const std::string& text);
   // Removes the line (on a terminal), so that output can follow.
   void Clear();

@@ -5,7 +5,7 @@
 #include <Eigen/Core>
 #include <Eigen/Geometry>
 
-#include "core/sensor/scan.h"
+#include "core/sensor/pose_prior.h"
 #include "core/sensor/scanner_model.h"
 #include "vantage/v1/geometry.pb.h"
 #include "vantage/v1/scanner_model.pb.h"

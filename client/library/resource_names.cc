@@ -23,7 +23,6 @@ std::string SessionName(absl::string_view given) {
   return absl::StrContains(given, '/') ? std::string(given) : absl::StrCat("sessions/", given);
 }
 std::string ScanName(absl::string_view given) { return ChildName(given, "scans"); }
-std::string PlanName(absl::string_view given) { return ChildName(given, "plans"); }
 std::string ClaimName(absl::string_view given) { return ChildName(given, "claims"); }
 
 std::string ScannerName(absl::string_view session, absl::string_view given) {

@@ -70,14 +70,6 @@ void Canvas::Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double
   cairo_stroke(context);
 }
 
-void Canvas::DashedLine(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double stroke,
-                        const Colour& c) {
-  const double dashes[] = {6, 4};
-  cairo_set_dash(drawing_->context, dashes, 2, 0);
-  Line(from, to, stroke, c);
-  cairo_set_dash(drawing_->context, nullptr, 0, 0);
-}
-
 void Canvas::FillRectangle(const Eigen::Vector2d& min, const Eigen::Vector2d& max,
                            const Colour& c) {
   SetColour(drawing_->context, c);

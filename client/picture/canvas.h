@@ -38,8 +38,6 @@ class Canvas {
   int height() const;
 
   void Line(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double stroke, const Colour& c);
-  void DashedLine(const Eigen::Vector2d& from, const Eigen::Vector2d& to, double stroke,
-                  const Colour& c);
   void FillRectangle(const Eigen::Vector2d& min, const Eigen::Vector2d& max, const Colour& c);
   void StrokeRectangle(const Eigen::Vector2d& min, const Eigen::Vector2d& max, double stroke,
                        const Colour& c);

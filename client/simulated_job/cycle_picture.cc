@@ -21,7 +21,7 @@ picture::JobPicture::Candidate CandidateOf(const v1::RankedView& view) {
 
 std::string NextLine(const v1::PlanResult& result) {
   if (result.termination().suggested()) {
-    return absl::StrCat("No further scan: ", result.termination().reason());
+    return absl::StrCat("No further scan: ", result.termination().message());
   }
   if (result.views().empty()) return absl::StrCat("No next position: ", result.message());
   const v1::RankedView& next = result.views(0);
@@ -64,14 +64,15 @@ absl::Status WriteCyclePicture(client::Client& client, const std::string& sessio
   picture.figures = {
       absl::StrFormat("Coverage at %.0f samples/m\u00b2: %.1f %% estimated, %.1f %% true (%.1f %% "
                       "of the attainable surface seen at all)",
-                      result.coverage().required_density_per_m2(),
+                      result.config().required_density_per_m2(),
                       result.coverage().estimated_coverage() * 100,
                       cycle.truth.at_density_share() * 100, cycle.truth.seen_share() * 100),
       NextLine(result)};
-  picture.required_density = result.coverage().required_density_per_m2();
+  picture.required_density = result.config().required_density_per_m2();
   picture.surfaces = *std::move(surfaces);
   picture.stations = stations;
-  if (result.config().has_separation_m()) picture.separation = result.config().separation_m();
+  if (result.config().has_candidate_separation_m())
+    picture.separation = result.config().candidate_separation_m();
   AddScores(result.score_map(), picture);
   if (!result.termination().suggested()) {
     for (const v1::RankedView& view : result.views()) {

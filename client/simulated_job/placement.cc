@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 #include "core/simulation/standable_positions.h"
 
 namespace vantage::simulated_job {

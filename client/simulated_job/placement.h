@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "client/simulated_job/site.h"
-#include "core/sensor/scan.h"
+#include "core/sensor/pose_prior.h"
 #include "core/sensor/scanner_model.h"
 #include "core/simulation/simulated_scanner.h"
 

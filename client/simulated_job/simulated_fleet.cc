@@ -176,7 +176,7 @@ absl::StatusOr<std::optional<SimulatedFleet::Goal>> SimulatedFleet::ChooseGoal(
   const v1::PlanResult& answer = plan->plan.result();
   std::vector<const v1::RankedView*> views;
   if (answer.termination().suggested()) {
-    result_.why = absl::StrCat("the planner suggests to stop: ", answer.termination().reason());
+    result_.why = absl::StrCat("the planner suggests to stop: ", answer.termination().message());
     return std::nullopt;
   }
   if (answer.outcome() == v1::PLAN_OUTCOME_VIEWS) {

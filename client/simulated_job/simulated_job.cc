@@ -71,7 +71,7 @@ std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& pla
   if (answer.termination().suggested()) {
     if (!result.planner_stopped) result.stop_suggested_after = result.made;
     result.planner_stopped = true;
-    result.why = absl::StrCat("the planner suggests to stop: ", answer.termination().reason());
+    result.why = absl::StrCat("the planner suggests to stop: ", answer.termination().message());
     if (options_.heed_termination) return std::nullopt;
   }
   if (const v1::RankedView* chosen = Choose(answer, options_.choice); chosen != nullptr) {

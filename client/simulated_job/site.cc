@@ -104,7 +104,7 @@ absl::StatusOr<Site> GeneratedSite(SceneKind kind, uint64_t seed, double area,
       break;
     case SceneKind::kOffice:
       scene = simulation::OfficeStorey(seed, area);
-      what = absl::StrFormat("office floor of %.0f m\u00b2", area);
+      what = absl::StrFormat("office storey of %.0f m\u00b2", area);
       break;
   }
   Site site;
@@ -122,7 +122,7 @@ absl::StatusOr<Site> GeneratedSite(SceneKind kind, uint64_t seed, double area,
 
 absl::StatusOr<Site> MeshSite(const std::string& path,
                               const std::optional<Eigen::Vector3d>& start) {
-  auto mesh = simulation::ReadPly(path);
+  auto mesh = simulation::ReadMeshPly(path);
   if (!mesh.ok()) return mesh.status();
   const simulation::SimulatedScanner tracer(*mesh);
   const std::optional<Eigen::Vector3d> place = start ? start : FindStart(tracer, mesh->Bounds());

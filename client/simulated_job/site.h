@@ -23,8 +23,8 @@ struct Site {
 enum class SceneKind { kFlat, kTwoRooms, kHall, kOffice };
 
 // A scene of the project's own making (core/simulation/scenes/scene.h). `area` (m^2) counts for an
-// office floor only. Without a start the scene's first is taken. INVALID_ARGUMENT: the start is not
-// free.
+// office storey only. Without a start the scene's first is taken. INVALID_ARGUMENT: the start is
+// not free.
 absl::StatusOr<Site> GeneratedSite(SceneKind kind, uint64_t seed, double area,
                                    const std::optional<Eigen::Vector3d>& start);
 

@@ -12,7 +12,6 @@
 namespace vantage::simulated_job {
 namespace {
 
-using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
@@ -141,7 +140,6 @@ absl::StatusOr<MadeScan> Surveyor::Make(const Placement& placement, int number,
   }
   const Isometry3d off = T_world_scan.inverse() * client::FromProto(made.scan.pose());
   made.off_metres = off.translation().norm();
-  made.off_degrees = sensor::Degrees(AngleAxisd(off.linear()).angle());
   stations_.push_back(client::FromProto(made.scan.pose()).translation());
   return made;
 }

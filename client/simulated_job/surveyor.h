@@ -58,7 +58,6 @@ struct MadeScan {
   bool merged = false;
   bool second_prior = false;  // it took a better prior
   double off_metres = 0;      // pose in the model against the truth
-  double off_degrees = 0;
   double send_seconds = 0;
   std::vector<std::string> notes;  // what a surveyor would write down
 };

@@ -23,8 +23,8 @@ JobDiary::JobDiary(const StudyScene& scene, const std::string& planner, uint64_t
 JobDiary::Best JobDiary::BestNow() const {
   Best best;
   for (size_t i = 0; i < scene_.sets().size(); ++i) {
-    const size_t gain = CountWithout(scene_.sets()[i], at_density_);
-    if (gain > best.gain) best = {i, gain};
+    const size_t new_samples = CountWithout(scene_.sets()[i], at_density_);
+    if (new_samples > best.new_samples) best = {i, new_samples};
   }
   return best;
 }
@@ -43,7 +43,7 @@ void JobDiary::Add(const ScanMade& scan) {
   record.set_minutes(minutes_);
   if (scan.predicted) record.set_predicted(*scan.predicted);
   const Best best = BestNow();
-  record.set_best(static_cast<double>(best.gain) * scene_.area_per_sample());
+  record.set_best(static_cast<double>(best.new_samples) * scene_.area_per_sample());
   *record.mutable_best_position() = client::ToProto(scene_.positions()[best.position]);
   if (scan.best_predicted) record.set_best_predicted(*scan.best_predicted);
   record.set_best_refused(scan.best_refused);

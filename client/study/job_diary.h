@@ -42,11 +42,10 @@ class JobDiary {
   int scans() const { return record_.scans_size(); }
   // Share of the attainable surface that is at density.
   double covered() const { return last_.attained_share(); }
-  // The allowed position that brings the most new surface to density now, and how many samples that
-  // is.
+  // The allowed position with the largest true gain now.
   struct Best {
-    size_t position = 0;  // index into StudyScene::positions()
-    size_t gain = 0;      // samples
+    size_t position = 0;     // index into StudyScene::positions()
+    size_t new_samples = 0;  // of the ground truth, at density only once it is scanned from there
   };
   Best BestNow() const;
   // Samples at density.

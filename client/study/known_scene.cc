@@ -101,7 +101,7 @@ void RunGivenJob(const StudyScene& scene, uint64_t seed, const std::vector<Vecto
   }
   while (!diary.Over()) {
     const JobDiary::Best best = diary.BestNow();
-    if (best.gain == 0) {
+    if (best.new_samples == 0) {
       diary.record().set_ended("nothing is left to gain");
       return;
     }

@@ -6,7 +6,7 @@
 #include <cmath>
 #include <unordered_set>
 
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 
 namespace vantage::study {
 namespace {
@@ -54,7 +54,8 @@ class Octomap final : public Rival {
     }
     s.parallel.For(places.size(), [&](size_t i) { volume[i] = UnknownFrom(places[i]); });
     const auto best = std::max_element(volume.begin(), volume.end());
-    if (*best == 0) return {std::nullopt, std::nullopt, "no unknown volume is in sight"};
+    if (*best == 0)
+      return {std::nullopt, std::nullopt, "no unknown volume is visible from any place"};
     return {places[static_cast<size_t>(best - volume.begin())], std::nullopt, ""};
   }
 

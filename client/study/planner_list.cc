@@ -37,19 +37,19 @@ std::vector<StudyPlanner> MakePlanners() {
   all.push_back(Ours("ours-unchecked", "the best view, whether it will register or not"));
   all.back().choice = simulated_job::ViewChoice::kBest;
   all.push_back(Ours("ours-paper", "by the paper's metric: samples and nothing else"));
-  all.back().overrides.set_least_deficit(0);
-  all.back().overrides.set_counts_from(0);
-  all.back().overrides.set_depth_behind_m(0);
+  all.back().overrides.set_min_deficit_share(0);
+  all.back().overrides.set_min_counted_density_share(0);
+  all.back().overrides.set_unknown_depth_m(0);
   all.push_back(Ours("ours-samples", "true surface counts by samples, as in the paper"));
-  all.back().overrides.set_least_deficit(0);
-  all.back().overrides.set_counts_from(0);
+  all.back().overrides.set_min_deficit_share(0);
+  all.back().overrides.set_min_counted_density_share(0);
   all.push_back(Ours("ours-sensitive", "counting only what every pose within the error sees"));
   all.back().overrides.set_pose_sensitivity(true);
   all.push_back(Ours("ours-seen", "false surface counts in full wherever it is seen"));
   all.back().overrides.set_density_on_false_surface(false);
   const auto behind = [&](const char* name, double depth, const char* words) {
     all.push_back(Ours(name, words));
-    all.back().overrides.set_depth_behind_m(depth);
+    all.back().overrides.set_unknown_depth_m(depth);
   };
   behind("ours-behind0", 0, "counting on nothing behind false surface");
   behind("ours-behind1", 1, "counting on a metre of space behind false surface, not three");

@@ -4,11 +4,12 @@
 #include <utility>
 
 #include "core/planning/patches/patches.h"
+#include "core/planning/plan/model_gain.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
 #include "core/planning/scoring/scoring.h"
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 
 namespace vantage::study {
 namespace {
@@ -31,7 +32,7 @@ class Frontier final : public Rival {
  public:
   Proposal Propose(const PlanningSituation& s) override {
     constexpr double kLeastArea = 0.5;  // m^2 of frontier to be seen
-    constexpr double kLeastStep = 1.0;  // m from every former stand
+    constexpr double kLeastStep = 1.0;  // m from every former station
     constexpr double kSpacing = 0.3;    // m between the places asked
     planning::PlanningConfig config = s.config;
     config.weights = {0, 1, 1, 1};
@@ -66,7 +67,7 @@ class Frontier final : public Rival {
       }
       if (area >= kLeastArea) return {s.feasible.Centre(i), std::nullopt, ""};
     }
-    return {std::nullopt, std::nullopt, "no frontier is in sight of any place"};
+    return {std::nullopt, std::nullopt, "no frontier is visible from any place"};
   }
 };
 
@@ -96,7 +97,7 @@ class FeasibleOracle final : public Rival {
 
  private:
   simulation::GroundTruth truth_;
-  size_t seen_ = 0;  // stands that the truth has heard of
+  size_t seen_ = 0;  // stations that the truth has heard of
 };
 
 class Route final : public Rival {
@@ -120,7 +121,8 @@ class BruteForce final : public Rival {
                            [](const planning::Plan&) {});
     if (!plan.ok()) return {std::nullopt, std::nullopt, std::string(plan.status().message())};
     if (plan->views.empty()) return {std::nullopt, std::nullopt, plan->message};
-    return {plan->views[0].position, plan->views[0].score / s.config.required_density, ""};
+    return {plan->views[0].position,
+            planning::ModelGain(plan->views[0].score, s.config.required_density), ""};
   }
 };
 

@@ -53,7 +53,7 @@ class Rival {
 // Any place that is feasible, all alike.
 std::unique_ptr<Rival> RandomRival();
 
-// The nearest place, by the way there and at least a metre from every former stand, that sees at
+// The nearest place, by the way there and at least a metre from every former station, that sees at
 // least half a square metre of frontier (false surface, whatever the density).
 std::unique_ptr<Rival> FrontierRival();
 

@@ -4,7 +4,7 @@
 
 #include "absl/strings/str_format.h"
 #include "client/study/scene_list.h"
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 
 namespace vantage::study {
 namespace {

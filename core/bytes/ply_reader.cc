@@ -116,8 +116,8 @@ absl::Status PlyReader::ReadHeader(absl::string_view bytes) {
       if (understood) elements_.back().properties.push_back(*std::move(property));
     }
     if (!understood) {
-      return absl::InvalidArgumentError(
-          absl::StrCat("PLY line ", text.line_number(), ": '", Shown(line), "' is not understood"));
+      return absl::InvalidArgumentError(absl::StrCat("PLY line ", text.line_number(), ": '",
+                                                     ShownLine(line), "' is not understood"));
     }
   }
   return absl::InvalidArgumentError("PLY: no end_header; is this a PLY file?");

@@ -40,7 +40,7 @@ class TextScanner {
 };
 
 // A line as it may be shown in a message: printable and short.
-inline std::string Shown(absl::string_view line) {
+inline std::string ShownLine(absl::string_view line) {
   std::string shown;
   for (const char c : line.substr(0, 40)) shown += absl::ascii_isprint(c) ? c : '?';
   if (line.size() > 40) shown += "...";

@@ -32,10 +32,10 @@ absl::StatusOr<CoveredView> MeasureCover(const model::PlanningView& model,
 
   uint64_t rays = 0;
   CoveredView covered;
-  covered.gain = scoring.scorer().Score(position, scoring.cells(), budget).gain;
-  covered.left = covered.gain;
+  covered.score = scoring.scorer().Score(position, scoring.cells(), budget).score;
+  covered.left = covered.score;
   covered.cover.by_claim.assign(claims.size(), 0);
-  if (!(covered.gain > 0)) return covered;
+  if (!(covered.score > 0)) return covered;
   RemainingGain together(scoring.cells());
   for (size_t k = 0; k < claims.size(); ++k) {
     const planning::SensingConstraints constraints(claims[k].model);
@@ -44,10 +44,10 @@ absl::StatusOr<CoveredView> MeasureCover(const model::PlanningView& model,
     alone.Take(claims[k].position, scorer, budget, rays);
     together.Take(claims[k].position, scorer, budget, rays);
     const double taken = alone.Lowered(0, position, scoring.scorer(), budget, rays).value_or(0);
-    covered.cover.by_claim[k] = std::clamp(taken / covered.gain, 0.0, 1.0);
+    covered.cover.by_claim[k] = std::clamp(taken / covered.score, 0.0, 1.0);
   }
-  covered.left = scoring.scorer().Score(position, together.left(), budget).gain;
-  covered.cover.together = std::clamp(1 - covered.left / covered.gain, 0.0, 1.0);
+  covered.left = scoring.scorer().Score(position, together.left(), budget).score;
+  covered.cover.together = std::clamp(1 - covered.left / covered.score, 0.0, 1.0);
   return covered;
 }
 

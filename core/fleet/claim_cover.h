@@ -15,8 +15,8 @@
 namespace vantage::fleet {
 
 struct CoveredView {
-  double gain = 0;  // samples, of the view if nobody had claimed anything
-  double left = 0;  // samples, beyond the claims
+  double score = 0;  // samples, of the view if nobody had claimed anything
+  double left = 0;   // samples, beyond the claims
   ClaimCover cover;
 };
 

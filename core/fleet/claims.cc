@@ -4,15 +4,9 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/fleet/horizontal_distance.h"
 
 namespace vantage::fleet {
-namespace {
-
-double Apart(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return (a - b).head<2>().norm();
-}
-
-}  // namespace
 
 const char* ClaimEndName(ClaimEnd end) {
   switch (end) {
@@ -46,7 +40,7 @@ std::optional<ClaimRefusal> Claims::Conflict(const ViewClaim& wanted, const Clai
   refusal.covered = cover.together;
   double most = -1;
   for (size_t i = 0; i < held_.size(); ++i) {
-    const bool same = Apart(held_[i].position, wanted.position) < rules.separation;
+    const bool same = HorizontalDistance(held_[i].position, wanted.position) < rules.separation;
     refusal.same_place |= same;
     // The same place weighs more than any share of the surface.
     const double weight = (i < cover.by_claim.size() ? cover.by_claim[i] : 0) + (same ? 2 : 0);
@@ -117,9 +111,10 @@ const ViewClaim* Claims::FulfilledBy(absl::string_view scanner, const Eigen::Vec
   const ViewClaim* nearest = nullptr;
   for (const ViewClaim& claim : held_) {
     if (!scanner.empty() && claim.scanner != scanner) continue;
-    const double apart = Apart(claim.position, position);
+    const double apart = HorizontalDistance(claim.position, position);
     if (apart > rules.arrival_tolerance) continue;
-    if (nearest == nullptr || apart < Apart(nearest->position, position)) nearest = &claim;
+    if (nearest == nullptr || apart < HorizontalDistance(nearest->position, position))
+      nearest = &claim;
   }
   return nearest;
 }

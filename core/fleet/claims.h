@@ -18,7 +18,7 @@
 namespace vantage::fleet {
 
 struct ClaimRules {
-  double covered = 0.5;            // share of a view's gain, from which on it is taken already
+  double covered = 0.5;            // share of a view's score, from which on it is taken already
   double separation = 0.6;         // m; nearer to another claim, horizontally, is the same place
   double arrival_tolerance = 0.5;  // m, horizontally, of a scan from the claim that it fulfils
   size_t most_per_scanner = 8;
@@ -45,7 +45,7 @@ const char* ClaimEndName(ClaimEnd end);
 // Why a claim is not granted.
 struct ClaimRefusal {
   size_t by = 0;       // index into held(): the claim that covers most of it, the earliest if equal
-  double covered = 0;  // share of its gain that claims cover, [0, 1]
+  double covered = 0;  // share of its score that claims cover, [0, 1]
   bool same_place = false;
 };
 

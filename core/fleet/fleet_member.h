@@ -1,67 +1,23 @@
-// Who is there to scan, where each can get to, and how long that takes (algorithm.md section 11,
-// 'Travel').
+// Who is there to scan.
 #ifndef VANTAGE_CORE_FLEET_FLEET_MEMBER_H_
 #define VANTAGE_CORE_FLEET_FLEET_MEMBER_H_
 
 #include <Eigen/Core>
-#include <cstddef>
 #include <optional>
-#include <string>
 #include <vector>
 
-#include "core/fleet/travel.h"
-#include "core/model/view/planning_view.h"
-#include "core/parallel/budget.h"
-#include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::fleet {
 
 // A scanner and whoever carries it.
-struct FleetScanner {
+struct FleetMember {
   sensor::ScannerModel model;
   std::optional<Eigen::Vector3d> at;    // m, where it stands; absent: at the model's last station
   std::vector<planning::Region> reach;  // where it may stand and walk; none: everywhere
   double speed = 1;                     // m/s, > 0
   double scan_seconds = 180;            // to set up and scan
-};
-
-// One scanner's ways to a set of views.
-class FleetMember {
- public:
-  // `feasible` are the views of the scanner's own model. With `must_be_reachable`, views without a
-  // way are out of the question.
-  FleetMember(const FleetScanner& scanner, const model::PlanningView& model,
-              const planning::FeasibleViews& feasible, bool must_be_reachable,
-              const parallel::Budget& budget);
-
-  // It can be sent there.
-  bool Can(size_t view) const { return can_[view]; }
-  // Walking, setting up and scanning, minutes; absent where no way is known.
-  std::optional<double> Minutes(size_t view) const;
-  // m.
-  std::optional<double> Length(const Eigen::Vector3d& to) const { return travel_.Length(to); }
-  // Why Length() is absent, in words; empty where it is not.
-  std::string WhyUnreachable(const Eigen::Vector3d& to) const;
-  const TravelMap& travel() const { return travel_; }
-  const FleetScanner& scanner() const { return scanner_; }
-
-  size_t within_reach() const { return within_; }  // views
-  size_t reachable() const { return reachable_; }  // of those, with a way
-  // Why it can be sent nowhere; empty when it can.
-  std::string WhyNowhere() const;
-
- private:
-  bool Within(const Eigen::Vector3d& p) const;
-
-  FleetScanner scanner_;
-  std::optional<Eigen::Vector3d> start_;
-  TravelMap travel_;
-  std::vector<bool> can_;
-  std::vector<float> minutes_;  // by view; NaN
-  size_t within_ = 0;
-  size_t reachable_ = 0;
 };
 
 }  // namespace vantage::fleet

@@ -17,14 +17,14 @@ struct PledgedView {
 };
 
 enum class FleetRanking {
-  kGain,
-  kGainPerMinute,  // of walking, setting up and scanning, and waiting for others
+  kScore,
+  kScorePerMinute,  // of walking, setting up and scanning, and waiting for others
 };
 
 struct FleetRequest {
-  std::vector<FleetScanner> scanners;  // at least one
-  std::vector<PledgedView> pledged;    // count as scanned
-  FleetRanking ranking = FleetRanking::kGain;
+  std::vector<FleetMember> scanners;  // at least one
+  std::vector<PledgedView> pledged;   // count as scanned
+  FleetRanking ranking = FleetRanking::kScore;
 };
 
 }  // namespace vantage::fleet

@@ -8,7 +8,7 @@
 namespace vantage::fleet {
 
 Guarantee GuaranteeOf(const GreedyRecord& record) {
-  if (record.by_minutes) return {std::nullopt, "none: views were ranked by gain per minute"};
+  if (record.by_minutes) return {std::nullopt, "none: views were ranked by score per minute"};
   if (record.waits) {
     return {std::nullopt, "none: a view registers only after another's scan is in"};
   }

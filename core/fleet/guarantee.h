@@ -12,11 +12,11 @@ namespace vantage::fleet {
 // How the choice was made.
 struct GreedyRecord {
   size_t scanners = 0;
-  // The least, over the choices, of what the chosen view gained over the most that any other could
-  // have gained instead (upper bound): 1 when every choice was exact.
+  // The least, over the choices, of what the chosen view scored over the most that any other could
+  // have scored instead (upper bound): 1 when every choice was exact.
   double exactness = 1;
   bool alike = true;        // every scanner could be sent to the same views and measures the same
-  bool by_minutes = false;  // ranked by gain per minute
+  bool by_minutes = false;  // ranked by score per minute
   bool waits = false;       // a chosen view needs others' scans to register
   bool crowded = false;     // a view was left out because it stood too near to a chosen one
   bool unchecked = false;   // as many views as may be were checked before every scanner had one
@@ -24,11 +24,11 @@ struct GreedyRecord {
 };
 
 struct Guarantee {
-  std::optional<double> share;  // of the best choice's gain; absent: none
+  std::optional<double> share;  // of the best choice's score; absent: none
   std::string reason;
 };
 
-// The gain is a monotone submodular function of the set of views. Greedy by a factor `a` (the
+// The score is a monotone submodular function of the set of views. Greedy by a factor `a` (the
 // exactness) reaches 1 - (1 - a/k)^k of the best set of k like scanners (Nemhauser, Wolsey and
 // Fisher 1978; 1 - 1/e for many), and a / (1 + a) where each scanner has views of its own (a
 // partition matroid; Fisher, Nemhauser and Wolsey 1978). Neither holds once time or a choice's own

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <limits>
 
+#include "core/fleet/horizontal_distance.h"
+
 namespace vantage::fleet {
 namespace {
 
@@ -10,16 +12,12 @@ constexpr size_t kBatch = 16;  // views brought up to date together, whatever th
 
 constexpr double kLeastMinutes = 0.01;  // no view is free
 
-double Apart(const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
-  return (a - b).head<2>().norm();
-}
-
 }  // namespace
 
-double WorthTo(const FleetMember& member, uint32_t view, FleetRanking ranking) {
-  if (!member.Can(view)) return 0;
-  if (ranking == FleetRanking::kGain) return 1;
-  const std::optional<double> minutes = member.Minutes(view);
+double WorthTo(const MemberRoutes& routes, uint32_t view, FleetRanking ranking) {
+  if (!routes.Can(view)) return 0;
+  if (ranking == FleetRanking::kScore) return 1;
+  const std::optional<double> minutes = routes.Minutes(view);
   return minutes.has_value() ? 1 / std::max(kLeastMinutes, *minutes) : 0;
 }
 
@@ -40,16 +38,16 @@ JointChoice::JointChoice(std::vector<ScannerClass>& classes, std::vector<Classed
       assigned_(members.size(), false),
       done_after_(remaining.steps()) {
   record_.scanners = members.size();
-  record_.by_minutes = ranking == FleetRanking::kGainPerMinute;
+  record_.by_minutes = ranking == FleetRanking::kScorePerMinute;
 }
 
 std::optional<size_t> JointChoice::BestScanner(size_t of, uint32_t view) const {
   std::optional<size_t> best;
   double least = std::numeric_limits<double>::infinity();
   for (size_t s = 0; s < members_.size(); ++s) {
-    if (assigned_[s] || members_[s].of != of || !members_[s].member.Can(view)) continue;
-    const std::optional<double> minutes = members_[s].member.Minutes(view);
-    if (!minutes.has_value() && ranking_ == FleetRanking::kGainPerMinute) continue;
+    if (assigned_[s] || members_[s].of != of || !members_[s].routes.Can(view)) continue;
+    const std::optional<double> minutes = members_[s].routes.Minutes(view);
+    if (!minutes.has_value() && ranking_ == FleetRanking::kScorePerMinute) continue;
     const double cost = minutes.value_or(1e9);
     if (cost >= least) continue;
     least = cost;
@@ -58,16 +56,16 @@ std::optional<size_t> JointChoice::BestScanner(size_t of, uint32_t view) const {
   return best;
 }
 
-double JointChoice::Key(size_t of, uint32_t view, double gain) const {
+double JointChoice::Key(size_t of, uint32_t view, double score) const {
   const std::optional<size_t> scanner = BestScanner(of, view);
-  if (!scanner.has_value() || !(gain > 0)) return -1;
-  double worth = WorthTo(members_[*scanner].member, view, ranking_);
-  const auto judged = pending_surface_.find({of, view});
-  if (ranking_ == FleetRanking::kGainPerMinute && judged != pending_surface_.end() &&
+  if (!scanner.has_value() || !(score > 0)) return -1;
+  double worth = WorthTo(members_[*scanner].routes, view, ranking_);
+  const auto judged = judged_.find({of, view});
+  if (ranking_ == FleetRanking::kScorePerMinute && judged != judged_.end() &&
       judged->second.minutes.has_value()) {
     worth = std::min(worth, 1 / std::max(kLeastMinutes, *judged->second.minutes));
   }
-  return gain * worth;
+  return score * worth;
 }
 
 void JointChoice::Fill(double apart) {
@@ -119,7 +117,7 @@ bool JointChoice::RuledOut(size_t of, uint32_t view) const {
            return refusal.of == of &&
                   (refusal.view == view ||
                    (refusal.around == Refusal::Around::kAlike &&
-                    (views[refusal.view] - views[view]).norm() < config_.separation));
+                    (views[refusal.view] - views[view]).norm() < config_.candidate_separation));
          });
 }
 
@@ -133,7 +131,7 @@ std::optional<std::vector<JointChoice::Refusal*>> JointChoice::TriedInsteadOf(
   std::vector<Refusal*> instead_of;
   for (Refusal& refusal : refusals_) {
     if (refusal.of != entry.of ||
-        (views[refusal.view] - views[entry.view]).norm() >= config_.separation) {
+        (views[refusal.view] - views[entry.view]).norm() >= config_.candidate_separation) {
       continue;
     }
     if (!time) refusal.around = Refusal::Around::kLeftOff;
@@ -167,8 +165,8 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const parallel::Budget&
                                      ChosenView& chosen) {
   ScannerClass& mine = classes_[entry.of];
   const Eigen::Vector3d& at = mine.views[entry.view];
-  const auto judged = pending_surface_.find({entry.of, entry.view});
-  if (judged != pending_surface_.end()) {
+  const auto judged = judged_.find({entry.of, entry.view});
+  if (judged != judged_.end()) {
     chosen = judged->second;
     return Fate::kTaken;
   }
@@ -176,7 +174,7 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const parallel::Budget&
   if (!instead_of.has_value()) return Fate::kOut;
   const double room = 2 * mine.model.clearance;
   for (size_t k = 0; k < taken_.size(); ++k) {
-    if (Apart(taken_[k], at) >= room) continue;
+    if (HorizontalDistance(taken_[k], at) >= room) continue;
     record_.crowded |= k >= given_;
     crowded_out_ = true;
     return Fate::kOut;
@@ -189,7 +187,7 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const parallel::Budget&
     record_.cut_short = true;
     return Fate::kStop;
   }
-  auto verdict = mine.expected->Judge(at, remaining_, config_.registration, budget_, rays_);
+  auto verdict = mine.pending_surface->Judge(at, remaining_, config_.registration, budget_, rays_);
   if (!verdict.has_value()) {
     record_.cut_short = true;
     return Fate::kStop;
@@ -205,8 +203,8 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const parallel::Budget&
     Refuse(chosen, *instead_of);
     return Fate::kOut;
   }
-  const FleetMember& member = members_[chosen.scanner].member;
-  chosen.minutes = member.Minutes(entry.view);
+  const MemberRoutes& routes = members_[chosen.scanner].routes;
+  chosen.minutes = routes.Minutes(entry.view);
   if (chosen.waits_for.empty()) {
     for (Refusal* refusal : *instead_of) refusal->around = Refusal::Around::kLeftOff;
     return Fate::kTaken;
@@ -217,11 +215,11 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const parallel::Budget&
     before = std::max(before, done_after_[step].value_or(0));
   }
   if (chosen.minutes.has_value()) {
-    const double scan = member.scanner().scan_seconds / 60;
+    const double scan = routes.member().scan_seconds / 60;
     chosen.minutes = std::max(*chosen.minutes - scan, before) + scan;
   }
-  pending_surface_[{entry.of, entry.view}] = chosen;
-  return ranking_ == FleetRanking::kGainPerMinute ? Fate::kPutBack : Fate::kTaken;
+  judged_[{entry.of, entry.view}] = chosen;
+  return ranking_ == FleetRanking::kScorePerMinute ? Fate::kPutBack : Fate::kTaken;
 }
 
 void JointChoice::NoteExactness(const ChosenView& chosen) {
@@ -237,8 +235,9 @@ void JointChoice::NoteExactness(const ChosenView& chosen) {
       if (upper <= most || RuledOut(of, i)) continue;
       // Nobody can stand beside a claimed view.
       const Eigen::Vector3d& at = classes_[of].views[i];
-      if (std::none_of(given.begin(), given.end(),
-                       [&](const Eigen::Vector3d& other) { return Apart(other, at) < room; })) {
+      if (std::none_of(given.begin(), given.end(), [&](const Eigen::Vector3d& other) {
+            return HorizontalDistance(other, at) < room;
+          })) {
         most = upper;
       }
     }
@@ -327,7 +326,7 @@ bool JointChoice::Commit(const ChosenView& chosen) {
   done_after_.push_back(chosen.minutes);
   taken_.push_back(mine.views[chosen.view]);
   listed_.clear();
-  pending_surface_.clear();
+  judged_.clear();
   // What was refused may register once this scan is in.
   refusals_.clear();
   tried_out_.clear();

@@ -12,10 +12,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/fleet/fleet_member.h"
 #include "core/fleet/fleet_request.h"
 #include "core/fleet/guarantee.h"
 #include "core/fleet/lazy_gains.h"
+#include "core/fleet/member_routes.h"
 #include "core/fleet/pending_surface.h"
 #include "core/fleet/remaining_gain.h"
 #include "core/parallel/budget.h"
@@ -36,13 +36,13 @@ struct ScannerClass {
   std::vector<Eigen::Vector3d> views;  // centres of the feasible cells
   std::unique_ptr<planning::Scoring> scoring;
   std::unique_ptr<planning::OverlapSurface> overlap;
-  std::unique_ptr<PendingSurface> expected;
+  std::unique_ptr<PendingSurface> pending_surface;
   planning::Evaluation evaluation;  // before anything was chosen
   std::unique_ptr<LazyGains> gains;
 };
 
 struct ClassedMember {
-  FleetMember member;
+  MemberRoutes routes;
   size_t of = 0;  // class
 };
 
@@ -57,7 +57,7 @@ struct ChosenView {
 };
 
 // What a sample gained by a view counts in the ranking, if the member goes there; 0: it cannot.
-double WorthTo(const FleetMember& member, uint32_t view, FleetRanking ranking);
+double WorthTo(const MemberRoutes& routes, uint32_t view, FleetRanking ranking);
 
 // Chooses one view after the other. References are kept.
 class JointChoice {
@@ -110,8 +110,8 @@ class JointChoice {
 
   // The scanner without a view that would be there first; nothing when none can be sent.
   std::optional<size_t> BestScanner(size_t of, uint32_t view) const;
-  // What a gain counts in the ranking; below 0: it does not.
-  double Key(size_t of, uint32_t view, double gain) const;
+  // What a score counts in the ranking; below 0: it does not.
+  double Key(size_t of, uint32_t view, double score) const;
   void Fill(double apart);
   // False when the budget ended before all were fresh.
   bool Refresh(std::span<const Entry> stale, const parallel::Budget& refining);
@@ -143,7 +143,7 @@ class JointChoice {
   std::vector<bool> assigned_;
   std::vector<std::optional<double>> done_after_;  // minutes, by step of what remains
   std::priority_queue<Entry> queue_;
-  std::map<std::pair<size_t, uint32_t>, ChosenView> pending_surface_;  // judged in this round
+  std::map<std::pair<size_t, uint32_t>, ChosenView> judged_;  // judged in this round
   std::vector<ChosenView> refused_;
   std::vector<Refusal> refusals_;                    // in this round
   std::set<std::pair<size_t, uint32_t>> tried_out_;  // around doubtful ones, in this round

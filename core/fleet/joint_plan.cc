@@ -8,12 +8,13 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/fleet/fleet_member.h"
 #include "core/fleet/joint_choice.h"
+#include "core/fleet/member_routes.h"
 #include "core/planning/end_early.h"
 #include "core/planning/evaluation/anytime.h"
 #include "core/planning/patches/measure_coverage.h"
 #include "core/planning/patches/patches.h"
+#include "core/planning/plan/model_gain.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/stage_clock.h"
 #include "core/planning/planning_estimate.h"
@@ -39,21 +40,20 @@ absl::Status Validate(const model::PlanningView& model, const FleetRequest& requ
   }
   std::vector<sensor::ScannerModel> models;
   for (size_t s = 0; s < request.scanners.size(); ++s) {
-    const FleetScanner& scanner = request.scanners[s];
-    if (absl::Status valid = planning::ValidateFor(model, scanner.model, config); !valid.ok())
+    const FleetMember& member = request.scanners[s];
+    if (absl::Status valid = planning::ValidateFor(model, member.model, config); !valid.ok())
       return valid;
-    if (!(scanner.speed > 0) || !std::isfinite(scanner.speed) || !(scanner.scan_seconds >= 0) ||
-        !std::isfinite(scanner.scan_seconds) ||
-        (scanner.at.has_value() && !scanner.at->allFinite())) {
+    if (!(member.speed > 0) || !std::isfinite(member.speed) || !(member.scan_seconds >= 0) ||
+        !std::isfinite(member.scan_seconds) || (member.at.has_value() && !member.at->allFinite())) {
       return absl::InvalidArgumentError(
           absl::StrCat("joint plan: scanners[", s,
                        "] needs a speed above 0 m/s, scan_seconds of at least 0 and a finite "
                        "place"));
     }
     if (std::none_of(models.begin(), models.end(), [&](const sensor::ScannerModel& other) {
-          return Figures(other) == Figures(scanner.model);
+          return Figures(other) == Figures(member.model);
         })) {
-      models.push_back(scanner.model);
+      models.push_back(member.model);
     }
   }
   for (size_t i = 0; i < request.pledged.size(); ++i) {
@@ -120,13 +120,13 @@ class JointPlanner {
   bool FindViews() {
     grid_.emplace(model_, std::array<int, 3>{0, 1, 2}, budget_);
     if (budget_.Expired()) return EndEarly("feasible views");
-    for (const FleetScanner& scanner : request_.scanners) {
+    for (const FleetMember& member : request_.scanners) {
       size_t of = 0;
-      while (of < classes_.size() && Figures(classes_[of].model) != Figures(scanner.model)) ++of;
+      while (of < classes_.size() && Figures(classes_[of].model) != Figures(member.model)) ++of;
       if (of == classes_.size()) {
         ScannerClass& mine = classes_.emplace_back();
-        mine.model = scanner.model;
-        mine.feasible = planning::FeasibleViews::Find(model_, *grid_, scanner.model, config_,
+        mine.model = member.model;
+        mine.feasible = planning::FeasibleViews::Find(model_, *grid_, member.model, config_,
                                                       budget_, parallel_);
         if (!mine.feasible.finished()) return EndEarly("feasible views");
         for (size_t i = 0; i < mine.feasible.cells().size(); ++i) {
@@ -134,9 +134,9 @@ class JointPlanner {
         }
       }
       const bool needs_way =
-          config_.require_reachable || request_.ranking == FleetRanking::kGainPerMinute;
+          config_.require_reachable || request_.ranking == FleetRanking::kScorePerMinute;
       members_.push_back(
-          {FleetMember(scanner, model_, classes_[of].feasible, needs_way, budget_), of});
+          {MemberRoutes(member, model_, classes_[of].feasible, needs_way, budget_), of});
     }
     joint_.plan.feasible_cells = classes_.front().views.size();
     clock_.Book(planning::PlanStage::kFeasible);
@@ -171,7 +171,7 @@ class JointPlanner {
   bool AnyoneNowhere() {
     bool all = true;
     for (size_t s = 0; s < members_.size(); ++s) {
-      joint_.assignments[s].reason = members_[s].member.WhyNowhere();
+      joint_.assignments[s].reason = members_[s].routes.WhyNowhere();
       all = all && !joint_.assignments[s].reason.empty();
     }
     if (!all) return false;
@@ -248,7 +248,8 @@ class JointPlanner {
                                                mine.evaluation);
       mine.overlap = std::make_unique<planning::OverlapSurface>(
           model_, *grid_, mine.scoring->scene(), mine.model, budget_);
-      mine.expected = std::make_unique<PendingSurface>(patches_, *mine.scoring, *mine.overlap);
+      mine.pending_surface =
+          std::make_unique<PendingSurface>(patches_, *mine.scoring, *mine.overlap);
     }
     if (joint_.plan.complete) joint_.plan.confidence = 1;
     FillScoreMap();
@@ -262,7 +263,7 @@ class JointPlanner {
     for (size_t s = 0; s < members_.size(); ++s) {
       if (members_[s].of != of || (choice != nullptr && choice->assigned(s))) continue;
       for (uint32_t i = 0; i < worth.size(); ++i) {
-        worth[i] = std::max(worth[i], WorthTo(members_[s].member, i, request_.ranking));
+        worth[i] = std::max(worth[i], WorthTo(members_[s].routes, i, request_.ranking));
       }
     }
     return worth;
@@ -274,7 +275,7 @@ class JointPlanner {
     const auto evaluations = static_cast<double>(classes_.size() * members_.size());
     options.confidence = 1 - (1 - config_.confidence) / evaluations;
     options.seed = config_.seed + uint64_t{1'000'003} * evaluations_++;
-    options.separation = config_.separation;
+    options.separation = config_.candidate_separation;
     options.leaders = complete ? config_.candidates : 2;
     options.complete = complete;
     options.worth = worth;
@@ -320,7 +321,7 @@ class JointPlanner {
     std::vector<Assignment> made;
     if (Single()) {
       for (int k = 0; k < config_.candidates; ++k) {
-        const auto next = choice.Next(config_.separation);
+        const auto next = choice.Next(config_.candidate_separation);
         if (!next.has_value()) break;
         if (k == 0) made.push_back(Assign(*next, made));
         Add(*next);
@@ -345,7 +346,7 @@ class JointPlanner {
     if (classes_.size() > 1) return false;
     for (size_t i = 0; i < classes_.front().views.size(); ++i) {
       for (const ClassedMember& other : members_) {
-        if (other.member.Can(i) != members_.front().member.Can(i)) return false;
+        if (other.routes.Can(i) != members_.front().routes.Can(i)) return false;
       }
     }
     return true;
@@ -371,30 +372,30 @@ class JointPlanner {
     planning::RankedView view;
     const planning::ViewReport report(model_, *grid_, mine.feasible, patches_, *mine.scoring);
     report.Place(mine.views[chosen.view], view);
-    view.travel = members_[chosen.scanner].member.Length(view.position);
+    view.travel = members_[chosen.scanner].routes.Length(view.position);
     view.verdict = chosen.verdict;
-    view.where = planning::DescribeLocation(model_, view.position, view.height_over_floor);
+    view.location = planning::DescribeLocation(model_, view.position, view.height_over_floor);
     // The map that regions are read from is that of before anything was chosen.
     if (remaining_->steps() == request_.pledged.size()) {
-      view.region = planning::RegionAsGood(mine.evaluation, mine.feasible, chosen.view);
+      view.region = planning::EquivalentRegionOf(mine.evaluation, mine.feasible, chosen.view);
     } else {
       const Eigen::Vector3d low =
           mine.feasible.cells()[chosen.view].cast<double>() * mine.feasible.cell_size();
       view.region.box =
           planning::Region(low, Eigen::Vector3d(low.array() + mine.feasible.cell_size()));
       view.region.volume = view.region.box.volume();
-      view.region.cells = 1;
+      view.region.viewcell_count = 1;
     }
     view.score = mine.gains->Value(chosen.view);
     view.lower = 0;
     view.upper = mine.gains->Upper(chosen.view);
-    std::vector<float> gains(left.size());
+    std::vector<float> cell_scores(left.size());
     const planning::ViewScore exact =
-        mine.scoring->scorer().ScoreCells(view.position, left, budget_, gains);
+        mine.scoring->scorer().ScoreCells(view.position, left, budget_, cell_scores);
     if (exact.finished) {
-      view.score = view.lower = view.upper = exact.gain;
+      view.score = view.lower = view.upper = exact.score;
       view.exact = true;
-      planning::SplitGain(left, gains, patches_, view);
+      planning::SplitScore(left, cell_scores, patches_, view);
     }
     return view;
   }
@@ -404,7 +405,7 @@ class JointPlanner {
     const planning::RankedView& view = joint_.plan.views.back();
     Journey& journey = joint_.journeys.emplace_back();
     journey.length = view.travel;
-    journey.unreachable = members_[chosen.scanner].member.WhyUnreachable(view.position);
+    journey.unreachable = members_[chosen.scanner].routes.WhyUnreachable(view.position);
     journey.minutes = chosen.minutes;
     if (chosen.minutes.has_value()) {
       journey.per_minute = view.score / std::max(0.01, *chosen.minutes);
@@ -440,14 +441,14 @@ class JointPlanner {
   }
 
   std::string WhyNone(JointChoice& choice, size_t s) const {
-    std::string nowhere = members_[s].member.WhyNowhere();
+    std::string nowhere = members_[s].routes.WhyNowhere();
     if (!nowhere.empty()) return nowhere;
     if (choice.record().cut_short) return "the budget ended before a view was found for it";
     const char* const none = choice.record().unchecked
                                  ? "as many views as may be were checked, and none registers"
                                  : "no view that gains anything registers";
     for (const ChosenView& refused : choice.refused()) {
-      if (refused.of != members_[s].of || !members_[s].member.Can(refused.view)) continue;
+      if (refused.of != members_[s].of || !members_[s].routes.Can(refused.view)) continue;
       return absl::StrCat(none, "; the best refused one: ", refused.verdict.reason,
                           "; remedy: ", refused.verdict.remedy);
     }
@@ -487,7 +488,7 @@ class JointPlanner {
                                      static_cast<int>(choice.refused().size()))
                    : absl::StrFormat("views for %d of %d scanners, %.2f m2 together; %d refused",
                                      count, static_cast<int>(members_.size()),
-                                     joint_.score / config_.required_density,
+                                     planning::ModelGain(joint_.score, config_.required_density),
                                      static_cast<int>(choice.refused().size()));
     } else if (choice.record().cut_short) {
       plan.outcome = planning::PlanOutcome::kSearchUnfinished;
@@ -509,7 +510,7 @@ class JointPlanner {
                          ? "no feasible view gains anything"
                          : "no feasible view gains anything beyond the claimed ones";
     }
-    const FleetMember& first = members_.front().member;
+    const MemberRoutes& first = members_.front().routes;
     if (Single() && first.reachable() < first.within_reach()) {
       absl::StrAppend(&plan.message,
                       absl::StrFormat("; no way is known from where it stands to %d "

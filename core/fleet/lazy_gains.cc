@@ -45,7 +45,7 @@ bool LazyGains::Update(uint32_t view, const parallel::Budget& budget, Gain& gain
     const planning::ViewScore score = scorer_.Score(views_[view], remaining_.left(), budget);
     rays += score.rays;
     if (!score.finished) return false;
-    gain.value = score.gain;
+    gain.value = score.score;
   } else {
     for (size_t k = gain.step; k < remaining_.steps(); ++k) {
       const auto lowered = remaining_.Lowered(k, views_[view], scorer_, budget, rays);

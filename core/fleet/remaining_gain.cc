@@ -26,42 +26,42 @@ void RemainingGain::Compact() {
 std::optional<double> RemainingGain::Take(const Eigen::Vector3d& view,
                                           const planning::BruteForceScorer& scorer,
                                           const parallel::Budget& budget, uint64_t& rays) {
-  std::vector<float> gains(cells_.size());
-  const planning::ViewScore score = scorer.ScoreCells(view, cells_, budget, gains);
+  std::vector<float> cell_scores(cells_.size());
+  const planning::ViewScore score = scorer.ScoreCells(view, cells_, budget, cell_scores);
   rays += score.rays;
   if (!score.finished) return std::nullopt;
   Step step;
   std::vector<uint32_t> indices;
   std::vector<float> factors;
-  for (uint32_t i = 0; i < gains.size(); ++i) {
-    if (gains[i] <= 0) continue;
+  for (uint32_t i = 0; i < cell_scores.size(); ++i) {
+    if (cell_scores[i] <= 0) continue;
     indices.push_back(i);
     factors.push_back(cells_.factor[i]);
   }
   step.changed = cells_.Gather(indices, factors);
   for (const uint32_t i : indices) {
-    cells_.q[i] = std::min(cells_.enough[i], cells_.q[i] + gains[i] / cells_.factor[i]);
+    cells_.q[i] = std::min(cells_.enough[i], cells_.q[i] + cell_scores[i] / cells_.factor[i]);
     step.after.push_back(cells_.q[i]);
   }
   steps_.push_back(std::move(step));
   Compact();
-  return score.gain;
+  return score.score;
 }
 
 std::optional<double> RemainingGain::Lowered(size_t k, const Eigen::Vector3d& view,
                                              const planning::BruteForceScorer& scorer,
                                              const parallel::Budget& budget, uint64_t& rays) const {
   const Step& step = steps_[k];
-  std::vector<float> gains(step.changed.size());
-  const planning::ViewScore score = scorer.ScoreCells(view, step.changed, budget, gains);
+  std::vector<float> cell_scores(step.changed.size());
+  const planning::ViewScore score = scorer.ScoreCells(view, step.changed, budget, cell_scores);
   rays += score.rays;
   if (!score.finished) return std::nullopt;
   double lowered = 0;
-  for (size_t i = 0; i < gains.size(); ++i) {
-    if (gains[i] <= 0) continue;
+  for (size_t i = 0; i < cell_scores.size(); ++i) {
+    if (cell_scores[i] <= 0) continue;
     // What it gained before, or all that the step has taken, whichever is less.
     const float taken = step.changed.factor[i] * (step.after[i] - step.changed.q[i]);
-    lowered += static_cast<double>(std::min(gains[i], taken));
+    lowered += static_cast<double>(std::min(cell_scores[i], taken));
   }
   return lowered;
 }

@@ -37,14 +37,14 @@ class Search {
       const uint32_t at = queue.top().second;
       queue.pop();
       if (done_[at] != 0 || so_far > length_[at]) continue;
-      if (!Settle(at)) {  // the straight way there is blocked: it is farther than it seemed
+      if (!SetVertex(at)) {  // the straight way there is blocked: it is farther than it seemed
         queue.emplace(length_[at], at);
         continue;
       }
       done_[at] = 1;
       ForNeighbours(at, [&](uint32_t to) {
         if (done_[to] != 0) return;
-        // As if the corner before could see it; Settle() looks.
+        // As if the corner before could see it; SetVertex() looks.
         const uint32_t corner = parent_[at];
         const float length = length_[corner] + Distance(corner, to);
         if (length >= length_[to]) return;
@@ -80,7 +80,7 @@ class Search {
   }
 
   // Every column that the straight line between two centres runs through can be walked.
-  bool PotentiallyVisibleSets(uint32_t a, uint32_t b) const {
+  bool LineOfSight(uint32_t a, uint32_t b) const {
     const Eigen::Vector2i from = At(a);
     const Eigen::Vector2i to = At(b);
     const Eigen::Vector2i delta = (to - from).cwiseAbs();
@@ -110,8 +110,8 @@ class Search {
   }
 
   // Makes sure of the way to a column that is about to be final. False: it became longer.
-  bool Settle(uint32_t at) {
-    if (PotentiallyVisibleSets(parent_[at], at)) return true;
+  bool SetVertex(uint32_t at) {
+    if (LineOfSight(parent_[at], at)) return true;
     const float before = length_[at];
     length_[at] = kFar;
     ForNeighbours(at, [&](uint32_t from) {

@@ -229,9 +229,9 @@ uint64_t PartialModel::Digest() const {
       mix(surface.missed + 256u * surface.spread);
       mix((surface.ambiguous ? 1 : 0) + (surface.given_up ? 2 : 0));
     }
-    for (const Dropout& look : at.contents->dropouts) {
-      mix(look.local);
-      for (int i = 0; i < 3; ++i) mix_float(look.from[i]);
+    for (const Dropout& dropout : at.contents->dropouts) {
+      mix(dropout.local);
+      for (int i = 0; i < 3; ++i) mix_float(dropout.from[i]);
     }
   }
   return digest;

@@ -37,16 +37,17 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const model::PlanningView& model,
   const FeasibleViews::CellIndex cell = feasible.CellOf(position);
   const Infeasibility why = feasible.Why(cell);
   evaluation.feasible = why == Infeasibility::kNone;
-  if (!evaluation.feasible) evaluation.why_not = InfeasibilityWords(why, scanner, config);
+  if (!evaluation.feasible)
+    evaluation.infeasible_message = InfeasibilityWords(why, scanner, config);
   RankedView& view = evaluation.view;
   const ViewReport report(model, grid, feasible, patches, scoring);
   report.Exact(position, budget, view);
   report.Place(position, view);
-  view.where = DescribeLocation(model, position, view.height_over_floor);
+  view.location = DescribeLocation(model, position, view.height_over_floor);
   const Eigen::Vector3d low = cell.cast<double>() * feasible.cell_size();
   view.region.box = Region(low, Eigen::Vector3d(low.array() + feasible.cell_size()));
   view.region.volume = view.region.box.volume();
-  view.region.cells = 1;
+  view.region.viewcell_count = 1;
   const OverlapSurface overlap(model, grid, scoring.scene(), scanner);
   if (auto seen = overlap.Predict(position, scoring.scene(), config.registration, budget)) {
     view.verdict = std::move(seen->verdict);

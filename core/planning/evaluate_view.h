@@ -17,12 +17,12 @@
 namespace vantage::planning {
 
 // The what-if of any position: exact score, visible patches and registration verdict. `feasible`
-// false comes with the reason in `why_not`.
+// false comes with the reason in `infeasible_message`.
 struct ViewEvaluation {
   bool feasible = false;
-  std::string why_not;
+  std::string infeasible_message;
   RankedView view;
-  std::vector<Patch> patches;  // those that view.patches point into
+  std::vector<Patch> patches;  // those that view.patch_scores point into
 };
 absl::StatusOr<ViewEvaluation> EvaluateView(const model::PlanningView& model,
                                             const sensor::ScannerModel& scanner,

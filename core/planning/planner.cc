@@ -194,7 +194,7 @@ absl::StatusOr<Plan> MakePlan(const model::PlanningView& model, const sensor::Sc
   AnytimeOptions options;
   options.confidence = config.confidence;
   options.seed = config.seed;
-  options.separation = config.separation;
+  options.separation = config.candidate_separation;
   options.leaders = config.candidates;
   const ViewReport report(model, grid, feasible, patches, scoring);
   const auto show = [&](const Evaluation& so_far) {
@@ -215,8 +215,8 @@ absl::StatusOr<Plan> MakePlan(const model::PlanningView& model, const sensor::Sc
   if (!evaluation.any()) return EndEarly(plan, budget, "evaluate views");
 
   // E. Rank views.
-  const std::vector<uint32_t> ranked =
-      RankViews(evaluation, feasible, config.separation, static_cast<size_t>(config.max_checked));
+  const std::vector<uint32_t> ranked = RankViews(evaluation, feasible, config.candidate_separation,
+                                                 static_cast<size_t>(config.max_checked));
   clock.Book(PlanStage::kRankViews);
 
   // F. Registration check.
@@ -243,7 +243,8 @@ absl::StatusOr<Plan> MakePlan(const model::PlanningView& model, const sensor::Sc
       report.Describe(check.registrable, evaluation, static_cast<size_t>(config.candidates),
                       budget.Concluding(), parallel);
   SortByExactScore(plan.views);
-  plan.optimality_gap = OptimalityGap(evaluation, feasible, check, config.separation, plan.views);
+  plan.optimality_gap =
+      OptimalityGap(evaluation, feasible, check, config.candidate_separation, plan.views);
   plan.refused = report.Describe(check.refused, evaluation, static_cast<size_t>(config.candidates),
                                  budget.Concluding(), parallel);
   SetOutcome(check, evaluation, !ranked.empty(), budget, plan);

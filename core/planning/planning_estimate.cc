@@ -43,7 +43,9 @@ uint64_t EstimatePlanningMemory(const model::PlanningView& model, const Planning
   const double viewcells = Viewcells(model, config);
   const double layers =
       box.empty() ? 1 : std::max(1.0, (box.max.z() - box.min.z()) * model.voxel_size());
-  const double views = viewcells * std::min(1.0, (config.max_height - config.min_height) / layers);
+  const double views =
+      viewcells *
+      std::min(1.0, (config.max_viewpoint_height - config.min_viewpoint_height) / layers);
   const auto surface = static_cast<double>(model.SurfaceCount());
   double bytes = voxels * kGrids + viewcells * kViewcell + views * kView +
                  surface * (kCell + kFaces) + (1 << 20);

@@ -11,7 +11,7 @@
 namespace vantage::planning {
 
 // Bytes that MakePlan() needs at its peak besides the model, from the model's box and surface alone
-// (all surface as if it needed work). Not below what is needed; see README.md for how far above.
+// (as if all surface were deficient). Not below what is needed; see README.md for how far above.
 uint64_t EstimatePlanningMemory(const model::PlanningView& model, const PlanningConfig& config);
 
 // RESOURCE_EXHAUSTED, naming the limit and what to change, when that is more than

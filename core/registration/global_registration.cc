@@ -29,7 +29,7 @@ void DoubtWhatShapeAloneFound(RegistrationResult& result) {
     return;
   }
   verdict.outcome = RegistrationOutcome::kDoubtful;
-  verdict.decided_by = "no pose prior";
+  verdict.bases = {RegistrationBasis::kNoPosePrior};
   verdict.reason = absl::StrFormat(
       "without a pose prior its place was found by shape alone: %.0f %% overlap, %.0f %% in "
       "contradiction",
@@ -49,7 +49,7 @@ RegistrationResult RegisterReturnsGlobally(const model::PlanningView& model,
   const CorrespondenceField field(model, everywhere, config.max_correspondence, parallel);
   const VoxelSearch search(model, everywhere);
   const GlobalSearch found = SearchGlobally(model, field, surface, config.sample_spacing, parallel);
-  std::vector<Eigen::Isometry3d> starts = Starts(near_last);
+  std::vector<Eigen::Isometry3d> starts = StartsAroundPrior(near_last);
   starts.insert(starts.begin(), found.places.begin(), found.places.end());
   const Alignment alignment = AlignFrom(model, field, search, surface, near_last,
                                         StartKind::kPlaces, starts, config, parallel);

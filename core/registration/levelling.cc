@@ -6,6 +6,7 @@
 #include "core/parallel/parallel.h"
 #include "core/registration/align/floor_plane.h"
 #include "core/registration/align/scan_surface.h"
+#include "core/sensor/scan.h"
 
 namespace vantage::registration {
 

@@ -43,15 +43,15 @@ double Disagreement(const sensor::PosePrior& trusted, const RegistrationResult& 
 // Samples that face along a change of the pose and lie on true surface at `pose`. Noise never turns
 // a normal so far: a few dozen sides of pilasters tell where along a corridor a scan belongs,
 // though they are too few to say how well.
-struct Constrain {
+struct Support {
   size_t samples = 0;
   double share = 0;  // of the change, that would bring them onto the surface
 };
-Constrain SupportAlong(const sensor::Vector6d& change, const Eigen::Vector3d& about,
-                       const VoxelSearch& search, std::span<const SurfaceSample> samples,
-                       const Eigen::Isometry3d& pose, double near) {
+Support SupportAlong(const sensor::Vector6d& change, const Eigen::Vector3d& about,
+                     const VoxelSearch& search, std::span<const SurfaceSample> samples,
+                     const Eigen::Isometry3d& pose, double near) {
   constexpr double kFaces = 0.5;  // cosine
-  Constrain hold;
+  Support support;
   double along = 0;
   double squared = 0;
   for (const SurfaceSample& s : samples) {
@@ -64,13 +64,13 @@ Constrain SupportAlong(const sensor::Vector6d& change, const Eigen::Vector3d& ab
     if (match.voxel == nullptr || std::abs(match.normal.dot(move)) < least) continue;
     const double residual = (point - match.voxel->centroid.cast<double>()).dot(match.normal);
     if (std::abs(residual) >= near) continue;
-    ++hold.samples;
+    ++support.samples;
     const double moves = match.normal.dot(move);
     along -= moves * residual;
     squared += moves * moves;
   }
-  if (squared > 0) hold.share = along / squared;
-  return hold;
+  if (squared > 0) support.share = along / squared;
+  return support;
 }
 
 // Noisy normals hold a scan wherever a start has left it in directions that nothing constrains.
@@ -80,32 +80,32 @@ RegistrationResult QualifyNearPrior(const model::PlanningView& model, const Scan
                                     const RegistrationConfig& config,
                                     std::span<const TargetTie> targets,
                                     parallel::Parallel& parallel) {
-  constexpr int kRounds = 2;         // a large turn is not a straight line
-  constexpr double kSettled = 1e-3;  // m and rad
-  constexpr size_t kFewest = 20;     // samples that hold it where it is,
-  constexpr size_t kTimes = 4;       // and so many times what holds it near the prior
-  constexpr double kNear = 3;        // residuals
+  constexpr int kRounds = 2;           // a large turn is not a straight line
+  constexpr double kConverged = 1e-3;  // m and rad
+  constexpr size_t kFewest = 20;       // samples that hold it where it is,
+  constexpr size_t kTimes = 4;         // and so many times what holds it near the prior
+  constexpr double kNear = 3;          // residuals
   constexpr int kSteps = 5;
   Qualification qualified = Qualify(model, surface, alignment, prior, config, parallel, targets);
   for (int round = 0; round < kRounds; ++round) {
-    if (qualified.to_prior.cwiseAbs().maxCoeff() < kSettled) break;
+    if (qualified.to_prior.cwiseAbs().maxCoeff() < kConverged) break;
     const Eigen::Vector3d about = qualified.result.centroid;
     const sensor::Vector6d change = qualified.to_prior;
     Alignment free = alignment;
-    alignment.T_world_scan = Moved(alignment.T_world_scan, qualified.to_prior, about);
-    PriorTerm held(prior, targets);
-    held.Constrain({alignment.T_world_scan, about, qualified.open});
-    alignment = Refine(model, surface, std::move(alignment), held, config, parallel);
-    const auto hold_of = [&](const Alignment& at) {
+    alignment.T_world_scan = MovedPose(alignment.T_world_scan, qualified.to_prior, about);
+    PriorTerm constrained(prior, targets);
+    constrained.Constrain({alignment.T_world_scan, about, qualified.open});
+    alignment = Refine(model, surface, std::move(alignment), constrained, config, parallel);
+    const auto support_of = [&](const Alignment& at) {
       return SupportAlong(change, about, VoxelSearch(model, BoxOf(surface, at.T_world_scan)),
                           surface.samples, at.T_world_scan, kNear * qualified.result.rms_residual);
     };
     if (round == 0) {
-      Constrain here = hold_of(free);
-      if (here.samples >= kFewest && here.samples >= kTimes * hold_of(alignment).samples) {
+      Support here = support_of(free);
+      if (here.samples >= kFewest && here.samples >= kTimes * support_of(alignment).samples) {
         // By those alone, since the noise of all others would hold it too.
-        for (int step = 0; step < kSteps; ++step, here = hold_of(free)) {
-          free.T_world_scan = Moved(free.T_world_scan, here.share * change, about);
+        for (int step = 0; step < kSteps; ++step, here = support_of(free)) {
+          free.T_world_scan = MovedPose(free.T_world_scan, here.share * change, about);
         }
         return Qualify(model, surface, free, prior, config, parallel, targets).result;
       }
@@ -144,7 +144,7 @@ RegistrationResult RegisterReturns(const model::PlanningView& model, const senso
       const double shift =
           (aligned.T_world_scan.translation() - prior.T_world_scan.translation()).norm();
       result.verdict.outcome = RegistrationOutcome::kDoubtful;
-      result.verdict.decided_by = "trusted pose";
+      result.verdict.bases = {RegistrationBasis::kTrustedPose};
       result.verdict.reason = absl::StrFormat(
           "the surfaces fit %.3f m away from the trusted pose, more than its covariance allows",
           shift);

@@ -6,7 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/sensor/grid_directions.h"
-#include "core/sensor/grid_lines.h"
+#include "core/sensor/loose_grid.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::sensor {

@@ -44,8 +44,8 @@ struct PcdHeader {
 };
 
 absl::Status BadEntry(absl::string_view key, absl::string_view value, absl::string_view expected) {
-  return absl::InvalidArgumentError(
-      absl::StrCat("PCD ", key, ": '", bytes::Shown(value), "' where ", expected, " was expected"));
+  return absl::InvalidArgumentError(absl::StrCat("PCD ", key, ": '", bytes::ShownLine(value),
+                                                 "' where ", expected, " was expected"));
 }
 
 constexpr size_t kMaxFields = 256;
@@ -71,8 +71,8 @@ absl::Status ReadEntry(absl::string_view key, absl::string_view value, PcdHeader
       absl::StrSplit(value, absl::ByAnyChar(" \t"), absl::SkipEmpty());
   if (key == "VERSION") {
     if (value != "0.7" && value != ".7" && value != "0.6" && value != ".6") {
-      return absl::UnimplementedError(
-          absl::StrCat("PCD VERSION ", bytes::Shown(value), " is not read; save the cloud as 0.7"));
+      return absl::UnimplementedError(absl::StrCat("PCD VERSION ", bytes::ShownLine(value),
+                                                   " is not read; save the cloud as 0.7"));
     }
     return absl::OkStatus();
   }
@@ -126,11 +126,12 @@ absl::Status ReadEntry(absl::string_view key, absl::string_view value, PcdHeader
     if (value == "ascii" || value == "binary" || value == "binary_compressed") {
       return absl::OkStatus();
     }
-    return absl::UnimplementedError(absl::StrCat(
-        "PCD DATA ", bytes::Shown(value), " is not read; use ascii, binary or binary_compressed"));
+    return absl::UnimplementedError(
+        absl::StrCat("PCD DATA ", bytes::ShownLine(value),
+                     " is not read; use ascii, binary or binary_compressed"));
   }
   return absl::InvalidArgumentError(absl::StrCat(
-      "PCD: '", bytes::Shown(key), "' is not an entry of a PCD header; is this a PCD file?"));
+      "PCD: '", bytes::ShownLine(key), "' is not an entry of a PCD header; is this a PCD file?"));
 }
 
 absl::Status CheckHeader(const ImportLimits& limits, PcdHeader& header) {
@@ -248,7 +249,7 @@ absl::Status ReadAscii(absl::string_view data, const PcdHeader& header,
     if (!text.NextLine(line)) return Truncated(header, absl::StrCat(points.size(), " lines"));
     if (bytes::ParseNumbers(line, values) != values_per_point) {
       return absl::InvalidArgumentError(absl::StrCat("PCD point ", points.size(), ": '",
-                                                     bytes::Shown(line), "' where ",
+                                                     bytes::ShownLine(line), "' where ",
                                                      values_per_point, " numbers were expected"));
     }
     const Eigen::Vector3d point(values[column[0]], values[column[1]], values[column[2]]);

@@ -16,7 +16,7 @@ constexpr size_t kShortestPointLine = 6;  // "0 0 0\n"
 absl::Status BadLine(const bytes::TextScanner& text, absl::string_view line,
                      absl::string_view expected) {
   return absl::InvalidArgumentError(absl::StrCat("PTX line ", text.line_number(), ": '",
-                                                 bytes::Shown(line), "' where ", expected,
+                                                 bytes::ShownLine(line), "' where ", expected,
                                                  " was expected"));
 }
 
@@ -148,7 +148,7 @@ absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimit
                        "hold one scan, so export each set-up to its own file"));
     }
     return absl::InvalidArgumentError(absl::StrCat("PTX line ", text.line_number(), ": '",
-                                                   bytes::Shown(line), "' after the ", count,
+                                                   bytes::ShownLine(line), "' after the ", count,
                                                    " points that were announced"));
   }
   absl::StatusOr<GriddedScan> gridded = GridColumns(points, header->columns, header->rows);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 
 namespace vantage::simulation {
 namespace {

@@ -56,8 +56,8 @@ class GroundTruth {
   void AddScan(const Eigen::Vector3d& position, parallel::Parallel& parallel);
   TrueCoverage Measure() const;
 
-  // What Measure() would say were a scan added at each of `positions` alone: the gain that an
-  // oracle sees. m^2 of attainable surface newly measured at density.
+  // What Measure() would say were a scan added at each of `positions` alone: the true gain,
+  // m^2 of attainable surface newly measured at density.
   std::vector<double> GainAtDensity(const std::vector<Eigen::Vector3d>& positions,
                                     parallel::Parallel& parallel) const;
 

@@ -75,7 +75,7 @@ absl::Status ReadFaces(bytes::PlyReader& reader, const bytes::PlyElement& elemen
 
 }  // namespace
 
-absl::StatusOr<TriangleMesh> ParsePly(absl::string_view bytes) {
+absl::StatusOr<TriangleMesh> ParseMeshPly(absl::string_view bytes) {
   absl::StatusOr<bytes::PlyReader> reader = bytes::PlyReader::Open(bytes);
   if (!reader.ok()) return reader.status();
   if (reader->format() == bytes::PlyFormat::kBinaryBigEndian) {
@@ -99,13 +99,13 @@ absl::StatusOr<TriangleMesh> ParsePly(absl::string_view bytes) {
   return mesh;
 }
 
-absl::StatusOr<TriangleMesh> ReadPly(const std::string& path) {
+absl::StatusOr<TriangleMesh> ReadMeshPly(const std::string& path) {
   errno = 0;
   std::ifstream file(path, std::ios::binary);
   if (!file) return absl::ErrnoToStatus(errno == 0 ? EIO : errno, absl::StrCat(path, ": open"));
   const std::string bytes((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   if (file.bad()) return absl::DataLossError(absl::StrCat(path, ": reading failed"));
-  absl::StatusOr<TriangleMesh> mesh = ParsePly(bytes);
+  absl::StatusOr<TriangleMesh> mesh = ParseMeshPly(bytes);
   if (mesh.ok()) return mesh;
   return absl::Status(mesh.status().code(), absl::StrCat(path, ": ", mesh.status().message()));
 }

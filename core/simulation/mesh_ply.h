@@ -14,10 +14,10 @@ namespace vantage::simulation {
 // faces, which become fans). Every triangle is matte; triangles without area are dropped.
 // INVALID_ARGUMENT names what is wrong with the file; nothing is allocated for counts that the file
 // is too short for. UNIMPLEMENTED: big-endian.
-absl::StatusOr<TriangleMesh> ParsePly(absl::string_view bytes);
+absl::StatusOr<TriangleMesh> ParseMeshPly(absl::string_view bytes);
 
 // Reads such a file. NOT_FOUND and PERMISSION_DENIED as the file system says.
-absl::StatusOr<TriangleMesh> ReadPly(const std::string& path);
+absl::StatusOr<TriangleMesh> ReadMeshPly(const std::string& path);
 
 }  // namespace vantage::simulation
 

@@ -126,15 +126,15 @@ Hidden Occlusion(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
   return OcclusionBy(grid, all_opaque, views, targets);
 }
 
-Hidden Occlusion(const OpaqueGrid& grid, const SummedVolumeTable& counts,
+Hidden Occlusion(const OpaqueGrid& grid, const SummedVolumeTable& table,
                  const Eigen::AlignedBox3d& views, const Eigen::AlignedBox3d& targets) {
   const auto all_opaque = [&](const Eigen::Vector3i& low, const Eigen::Vector3i& high) {
-    return counts.Count(low, high) == static_cast<uint32_t>((high - low).prod());
+    return table.Count(low, high) == static_cast<uint32_t>((high - low).prod());
   };
   return OcclusionBy(grid, all_opaque, views, targets);
 }
 
-bool EntirelyVisible(const SummedVolumeTable& counts, const Eigen::AlignedBox3d& views,
+bool EntirelyVisible(const SummedVolumeTable& table, const Eigen::AlignedBox3d& views,
                      const Eigen::AlignedBox3d& targets) {
   // The hull of two boxes is the union of their sections (1 - s) V + s T, which are boxes.
   const Eigen::Vector3d low0 = views.min().array() - kMargin;
@@ -144,11 +144,11 @@ bool EntirelyVisible(const SummedVolumeTable& counts, const Eigen::AlignedBox3d&
   const auto voxels = [&](const Eigen::Vector3d& low, const Eigen::Vector3d& high,
                           Eigen::Vector3i& first, Eigen::Vector3i& end) {
     for (int a = 0; a < 3; ++a) {
-      if (!(low[a] >= 0) || !(high[a] < counts.size()[a])) return 1u;  // all is opaque outside
+      if (!(low[a] >= 0) || !(high[a] < table.size()[a])) return 1u;  // all is opaque outside
       first[a] = static_cast<int>(low[a]);
       end[a] = static_cast<int>(high[a]) + 1;
     }
-    return counts.Count(first, end);
+    return table.Count(first, end);
   };
   struct Slab {
     double begin, end;
@@ -181,7 +181,7 @@ bool EntirelyVisible(const SummedVolumeTable& counts, const Eigen::AlignedBox3d&
       for (int y = first.y(); y < end.y(); ++y) {
         for (int x = first.x(); x < end.x(); ++x) {
           const Eigen::Vector3i voxel(x, y, z);
-          if (counts.Count(voxel, voxel.array() + 1) == 0) continue;
+          if (table.Count(voxel, voxel.array() + 1) == 0) continue;
           // The sections that touch the voxel, axis by axis, are an interval.
           double begin = slab.begin;
           double until = slab.end;

@@ -22,12 +22,13 @@ namespace vantage::visibility {
 enum class Hidden { kNone, kMaybe, kAll };
 Hidden Occlusion(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
                  const Eigen::AlignedBox3d& targets);
-// The same with counts of `grid`, which take long to make and then answer for wide shafts sooner.
-Hidden Occlusion(const OpaqueGrid& grid, const SummedVolumeTable& counts,
+// The same with the table of `grid`, which takes long to make and then answers for wide shafts
+// sooner.
+Hidden Occlusion(const OpaqueGrid& grid, const SummedVolumeTable& table,
                  const Eigen::AlignedBox3d& views, const Eigen::AlignedBox3d& targets);
 
 // No opaque voxel meets the convex hull of the boxes. Exact.
-bool EntirelyVisible(const SummedVolumeTable& counts, const Eigen::AlignedBox3d& views,
+bool EntirelyVisible(const SummedVolumeTable& table, const Eigen::AlignedBox3d& views,
                      const Eigen::AlignedBox3d& targets);
 
 }  // namespace vantage::visibility

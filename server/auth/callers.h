@@ -47,7 +47,6 @@ class CallerList {
   const Caller* ByCredential(const std::string& credential) const;
 
   size_t size() const { return by_token_.size() + by_certificate_.size(); }
-  bool any_certificate() const { return !by_certificate_.empty(); }
   bool any_proxy() const;
 
  private:

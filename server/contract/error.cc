@@ -78,6 +78,10 @@ absl::Status InvalidField(absl::string_view field, absl::string_view description
   return violations.ToStatus();
 }
 
+absl::Status UnknownPageToken(absl::string_view field) {
+  return InvalidField(field, "is none that this list gave; begin without one");
+}
+
 absl::Status ResourceNotFound(absl::string_view type, absl::string_view name) {
   absl::Status status = ErrorWithReason(absl::StatusCode::kNotFound, "NOT_FOUND",
                                         absl::StrCat(Shortened(name), " does not exist"));

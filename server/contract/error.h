@@ -33,6 +33,9 @@ class Violations {
 // INVALID_ARGUMENT with one field violation.
 absl::Status InvalidField(absl::string_view field, absl::string_view description);
 
+// INVALID_ARGUMENT naming `page_token` (or the field that stands for it): this list gave none such.
+absl::Status UnknownPageToken(absl::string_view field = "page_token");
+
 // A status with an ErrorInfo: `reason` is a stable constant in upper snake case.
 absl::Status ErrorWithReason(absl::StatusCode code, absl::string_view reason,
                              absl::string_view message,

@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/planning/plan/model_gain.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 
@@ -64,7 +65,7 @@ void CheckScanner(const v1::Scanner& scanner, const v1::Session& session, const 
 }
 
 void FillDefaults(v1::Scanner& scanner, const v1::Session& session) {
-  const fleet::FleetScanner defaults;
+  const fleet::FleetMember defaults;
   scanner.set_scanner_model_id(ModelOf(scanner, session).id());
   if (!scanner.has_speed_m_per_s()) scanner.set_speed_m_per_s(defaults.speed);
   if (!scanner.has_scan_duration()) {
@@ -77,10 +78,10 @@ const v1::ScannerModel& ModelOf(const v1::Scanner& scanner, const v1::Session& s
   return model != nullptr ? *model : session.scanner_models(0);
 }
 
-fleet::FleetScanner ReadFleetScanner(const v1::Scanner& scanner, const v1::Session& session,
-                                     const Eigen::Vector3d& origin) {
+fleet::FleetMember ReadFleetMember(const v1::Scanner& scanner, const v1::Session& session,
+                                   const Eigen::Vector3d& origin) {
   contract::Violations none;  // it was checked when it was added
-  fleet::FleetScanner out;
+  fleet::FleetMember out;
   out.model = ReadScannerModel(ModelOf(scanner, session), "scanner_model", none);
   if (scanner.has_last_pose()) out.at = ReadOwnPose(scanner.last_pose(), origin).translation();
   for (const v1::Box& box : scanner.reach()) {
@@ -96,9 +97,7 @@ fleet::Claims ReadClaims(std::span<const v1::Claim* const> held, const Eigen::Ve
   std::vector<fleet::ViewClaim> claims;
   claims.reserve(held.size());
   for (const v1::Claim* claim : held) {
-    const v1::Vector3& at = claim->position();
-    claims.push_back({claim->name(), claim->scanner(),
-                      Eigen::Vector3d(at.x(), at.y(), at.z()) - origin,
+    claims.push_back({claim->name(), claim->scanner(), ReadOwnVector(claim->position()) - origin,
                       ReadTime(claim->create_time()), ReadTime(claim->expire_time())});
   }
   return fleet::Claims(std::move(claims));
@@ -137,24 +136,24 @@ void WriteJointPlan(const fleet::JointPlan& joint, const std::vector<std::string
     v1::Assignment& written = *out.add_assignments();
     if (assignment.scanner < scanners.size()) written.set_scanner(scanners[assignment.scanner]);
     if (assignment.view.has_value()) written.set_view_index(static_cast<int32_t>(*assignment.view));
-    written.set_reason(assignment.reason);
+    written.set_message(assignment.reason);
     for (const size_t before : assignment.waits_for) {
-      written.add_waits_for(static_cast<int32_t>(before));
+      written.add_waits_for_indices(static_cast<int32_t>(before));
     }
     for (const size_t claim : assignment.waits_for_pledged) {
       if (claim < claims.size()) written.add_waits_for_claims(claims[claim]);
     }
   }
   out.set_score(joint.score);
-  out.set_model_gain_m2(joint.score / required_density);
+  out.set_model_gain_m2(planning::ModelGain(joint.score, required_density));
   if (joint.guarantee.has_value()) out.set_guarantee(*joint.guarantee);
-  out.set_guarantee_reason(joint.guarantee_reason);
+  out.set_guarantee_message(joint.guarantee_reason);
   for (const std::string& claim : claims) out.add_claims(claim);
   for (int i = 0; i < result.views_size(); ++i) {
     if (static_cast<size_t>(i) >= joint.journeys.size()) break;
     const fleet::Journey& journey = joint.journeys[static_cast<size_t>(i)];
     v1::RankedView& view = *result.mutable_views(i);
-    view.set_unreachable_reason(journey.unreachable);
+    view.set_unreachable_message(journey.unreachable);
     if (journey.minutes.has_value()) {
       *view.mutable_total_duration() = WriteDuration(60 * *journey.minutes);
     }

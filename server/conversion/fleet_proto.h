@@ -25,14 +25,14 @@ void FillDefaults(v1::Scanner& scanner, const v1::Session& session);
 // The scanner's model; the session's first where that one is no longer there.
 const v1::ScannerModel& ModelOf(const v1::Scanner& scanner, const v1::Session& session);
 
-fleet::FleetScanner ReadFleetScanner(const v1::Scanner& scanner, const v1::Session& session,
-                                     const Eigen::Vector3d& origin);
+fleet::FleetMember ReadFleetMember(const v1::Scanner& scanner, const v1::Session& session,
+                                   const Eigen::Vector3d& origin);
 
 // Claims that are held (SessionState::HeldClaims), in the model frame, in the same order.
 fleet::Claims ReadClaims(std::span<const v1::Claim* const> held, const Eigen::Vector3d& origin);
 
 v1::ClaimEndReason WriteClaimEnd(fleet::ClaimEnd end);
-// 'scan arrived', 'expired', 'released'.
+// For people: 'scan arrived', 'expired', 'released'.
 const char* Words(v1::ClaimEndReason reason);
 
 // Who goes where, into a result that has the plan's views. `scanners` and `claims`: names, of the

@@ -114,8 +114,8 @@ void FillDefaults(v1::PlanningConfig& p) {
   if (!p.has_required_density_per_m2()) p.set_required_density_per_m2(d.required_density);
   if (!p.has_viewcell_size_m()) p.set_viewcell_size_m(d.viewcell_size);
   if (!p.has_density_tolerance()) p.set_density_tolerance(d.density_tolerance);
-  if (!p.has_min_height_m()) p.set_min_height_m(d.min_height);
-  if (!p.has_max_height_m()) p.set_max_height_m(d.max_height);
+  if (!p.has_min_viewpoint_height_m()) p.set_min_viewpoint_height_m(d.min_viewpoint_height);
+  if (!p.has_max_viewpoint_height_m()) p.set_max_viewpoint_height_m(d.max_viewpoint_height);
   if (!p.has_require_reachable()) p.set_require_reachable(d.require_reachable);
   if (!p.has_scanner_width_m()) p.set_scanner_width_m(d.scanner_width);
   if (!p.has_scanner_height_m()) p.set_scanner_height_m(d.scanner_height);
@@ -128,13 +128,14 @@ void FillDefaults(v1::PlanningConfig& p) {
   if (!p.has_density_on_false_surface()) {
     p.set_density_on_false_surface(d.density_on_false_surface);
   }
-  if (!p.has_least_deficit()) p.set_least_deficit(d.least_deficit);
-  if (!p.has_counts_from()) p.set_counts_from(d.counts_from);
-  if (!p.has_depth_behind_m()) p.set_depth_behind_m(d.depth_behind);
+  if (!p.has_min_deficit_share()) p.set_min_deficit_share(d.min_deficit_share);
+  if (!p.has_min_counted_density_share())
+    p.set_min_counted_density_share(d.min_counted_density_share);
+  if (!p.has_unknown_depth_m()) p.set_unknown_depth_m(d.unknown_depth);
   if (p.evaluation_order() == v1::EVALUATION_ORDER_UNSPECIFIED) {
     p.set_evaluation_order(v1::EVALUATION_ORDER_ANYTIME);
   }
-  if (!p.has_separation_m()) p.set_separation_m(d.separation);
+  if (!p.has_candidate_separation_m()) p.set_candidate_separation_m(d.candidate_separation);
   if (!p.has_max_view_count()) p.set_max_view_count(d.candidates);
   if (!p.has_max_checked_view_count()) p.set_max_checked_view_count(d.max_checked);
   if (!p.has_terminate_below_m2()) p.set_terminate_below_m2(d.terminate_below);
@@ -303,13 +304,13 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
                                                   p.viewcell_size_m(), voxel_size));
   }
   CheckRange(p.density_tolerance(), 0, 0.999, f + ".density_tolerance", v);
-  CheckRange(p.min_height_m(), 1e-3, 100, f + ".min_height_m", v);
-  CheckRange(p.max_height_m(), 1e-3, 100, f + ".max_height_m", v);
-  if (!(p.min_height_m() <= p.max_height_m())) {
-    v.Add(f + ".max_height_m", "must not be below min_height_m");
+  CheckRange(p.min_viewpoint_height_m(), 1e-3, 100, f + ".min_viewpoint_height_m", v);
+  CheckRange(p.max_viewpoint_height_m(), 1e-3, 100, f + ".max_viewpoint_height_m", v);
+  if (!(p.min_viewpoint_height_m() <= p.max_viewpoint_height_m())) {
+    v.Add(f + ".max_viewpoint_height_m", "must not be below min_viewpoint_height_m");
   }
-  if (p.has_floor_height_m()) {
-    CheckRange(p.floor_height_m(), -kMaxCoordinate, kMaxCoordinate, f + ".floor_height_m", v);
+  if (p.has_floor_z_m()) {
+    CheckRange(p.floor_z_m(), -kMaxCoordinate, kMaxCoordinate, f + ".floor_z_m", v);
   }
   CheckRange(p.scanner_width_m(), 1e-3, 100, f + ".scanner_width_m", v);
   CheckRange(p.scanner_height_m(), 1e-3, 100, f + ".scanner_height_m", v);
@@ -322,15 +323,15 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
       w.image_boundary() == 0) {
     v.Add(f + ".weights", "must not all be 0");
   }
-  CheckRange(p.least_deficit(), 0, 1, f + ".least_deficit", v);
-  CheckRange(p.counts_from(), 0, 0.999, f + ".counts_from", v);
-  CheckRange(p.depth_behind_m(), 0, 10, f + ".depth_behind_m", v);
+  CheckRange(p.min_deficit_share(), 0, 1, f + ".min_deficit_share", v);
+  CheckRange(p.min_counted_density_share(), 0, 0.999, f + ".min_counted_density_share", v);
+  CheckRange(p.unknown_depth_m(), 0, 10, f + ".unknown_depth_m", v);
   if (!v1::EvaluationOrder_IsValid(p.evaluation_order())) {
     v.Add(f + ".evaluation_order",
           absl::StrCat("is ", static_cast<int>(p.evaluation_order()),
                        ", must be EVALUATION_ORDER_ANYTIME or EVALUATION_ORDER_PATCHES"));
   }
-  CheckRange(p.separation_m(), 0, 1000, f + ".separation_m", v);
+  CheckRange(p.candidate_separation_m(), 0, 1000, f + ".candidate_separation_m", v);
   CheckRange(p.max_view_count(), 1, 100, f + ".max_view_count", v);
   CheckRange(p.max_checked_view_count(), 1, 1000, f + ".max_checked_view_count", v);
   CheckRange(p.terminate_below_m2(), 0, kHuge, f + ".terminate_below_m2", v);
@@ -342,22 +343,22 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
   out.required_density = p.required_density_per_m2();
   out.viewcell_size = p.viewcell_size_m();
   out.density_tolerance = p.density_tolerance();
-  out.min_height = p.min_height_m();
-  out.max_height = p.max_height_m();
-  if (p.has_floor_height_m()) out.floor_height = p.floor_height_m() - origin.z();
+  out.min_viewpoint_height = p.min_viewpoint_height_m();
+  out.max_viewpoint_height = p.max_viewpoint_height_m();
+  if (p.has_floor_z_m()) out.floor_z = p.floor_z_m() - origin.z();
   out.require_reachable = p.require_reachable();
   out.scanner_width = p.scanner_width_m();
   out.scanner_height = p.scanner_height_m();
   out.weights = {w.true_surface(), w.occlusion(), w.hole_boundary(), w.image_boundary()};
   out.pose_sensitivity = p.pose_sensitivity();
   out.density_on_false_surface = p.density_on_false_surface();
-  out.least_deficit = p.least_deficit();
-  out.counts_from = p.counts_from();
-  out.depth_behind = p.depth_behind_m();
+  out.min_deficit_share = p.min_deficit_share();
+  out.min_counted_density_share = p.min_counted_density_share();
+  out.unknown_depth = p.unknown_depth_m();
   out.order = p.evaluation_order() == v1::EVALUATION_ORDER_PATCHES
                   ? planning::EvaluationOrder::kPatches
                   : planning::EvaluationOrder::kAnytime;
-  out.separation = p.separation_m();
+  out.candidate_separation = p.candidate_separation_m();
   out.candidates = p.max_view_count();
   out.max_checked = p.max_checked_view_count();
   out.terminate_below = p.terminate_below_m2();

@@ -12,7 +12,7 @@
 #include "absl/strings/string_view.h"
 #include "core/model/view/model_config.h"
 #include "core/planning/plan/planning_config.h"
-#include "core/sensor/scan.h"
+#include "core/sensor/pose_prior.h"
 #include "core/sensor/scanner_model.h"
 #include "server/contract/error.h"
 #include "vantage/v1/geometry.pb.h"

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/planning/plan/model_gain.h"
 #include "google/protobuf/util/time_util.h"
 
 namespace vantage::conversion {
@@ -57,34 +58,30 @@ v1::PlanStage WriteStage(planning::PlanStage stage) {
   return v1::PLAN_STAGE_UNSPECIFIED;
 }
 
-// The core's words for it; several guarantees together are joined by 'and'.
-v1::RegistrationBasis WriteBasis(absl::string_view words) {
-  static constexpr std::pair<absl::string_view, v1::RegistrationBasis> kBases[] = {
-      {"scan geometry", v1::REGISTRATION_BASIS_SCAN_GEOMETRY},
-      {"levelling", v1::REGISTRATION_BASIS_LEVELLING},
-      {"targets", v1::REGISTRATION_BASIS_TARGETS},
-      {"trusted pose", v1::REGISTRATION_BASIS_TRUSTED_POSE},
-      {"overlap", v1::REGISTRATION_BASIS_OVERLAP},
-      {"no pose prior", v1::REGISTRATION_BASIS_NO_POSE_PRIOR},
-  };
-  for (const auto& [name, basis] : kBases) {
-    if (words == name) return basis;
+v1::RegistrationBasis WriteBasis(registration::RegistrationBasis basis) {
+  switch (basis) {
+    case registration::RegistrationBasis::kScanGeometry:
+      return v1::REGISTRATION_BASIS_SCAN_GEOMETRY;
+    case registration::RegistrationBasis::kLevelling:
+      return v1::REGISTRATION_BASIS_LEVELLING;
+    case registration::RegistrationBasis::kTargets:
+      return v1::REGISTRATION_BASIS_TARGETS;
+    case registration::RegistrationBasis::kTrustedPose:
+      return v1::REGISTRATION_BASIS_TRUSTED_POSE;
+    case registration::RegistrationBasis::kOverlap:
+      return v1::REGISTRATION_BASIS_OVERLAP;
+    case registration::RegistrationBasis::kNoPosePrior:
+      return v1::REGISTRATION_BASIS_NO_POSE_PRIOR;
+    case registration::RegistrationBasis::kResiduals:
+      return v1::REGISTRATION_BASIS_RESIDUALS;
+    case registration::RegistrationBasis::kContradiction:
+      return v1::REGISTRATION_BASIS_CONTRADICTION;
+    case registration::RegistrationBasis::kRivalPose:
+      return v1::REGISTRATION_BASIS_RIVAL_POSE;
+    case registration::RegistrationBasis::kNotConverged:
+      return v1::REGISTRATION_BASIS_NOT_CONVERGED;
   }
-  return words.empty() ? v1::REGISTRATION_BASIS_UNSPECIFIED : v1::REGISTRATION_BASIS_COMBINED;
-}
-
-v1::SurfaceKind WriteKind(model::SurfaceKind kind) {
-  switch (kind) {
-    case model::SurfaceKind::kTrue:
-      return v1::SURFACE_KIND_TRUE;
-    case model::SurfaceKind::kOcclusion:
-      return v1::SURFACE_KIND_OCCLUSION;
-    case model::SurfaceKind::kHole:
-      return v1::SURFACE_KIND_HOLE_BOUNDARY;
-    case model::SurfaceKind::kImage:
-      return v1::SURFACE_KIND_IMAGE_BOUNDARY;
-  }
-  return v1::SURFACE_KIND_UNSPECIFIED;
+  return v1::REGISTRATION_BASIS_UNSPECIFIED;
 }
 
 v1::BySurfaceKind WriteByKind(const std::array<double, model::kSurfaceKinds>& values) {
@@ -120,6 +117,20 @@ void WriteScoreMap(const planning::Plan& plan, double cell_size, const Eigen::Ve
 
 }  // namespace
 
+v1::SurfaceKind WriteKind(model::SurfaceKind kind) {
+  switch (kind) {
+    case model::SurfaceKind::kTrue:
+      return v1::SURFACE_KIND_TRUE;
+    case model::SurfaceKind::kOcclusion:
+      return v1::SURFACE_KIND_OCCLUSION;
+    case model::SurfaceKind::kHole:
+      return v1::SURFACE_KIND_HOLE_BOUNDARY;
+    case model::SurfaceKind::kImage:
+      return v1::SURFACE_KIND_IMAGE_BOUNDARY;
+  }
+  return v1::SURFACE_KIND_UNSPECIFIED;
+}
+
 google::protobuf::Timestamp WriteTime(absl::Time time) {
   google::protobuf::Timestamp out;
   const int64_t nanos = absl::ToUnixNanos(time);
@@ -150,6 +161,10 @@ v1::Vector3 WriteVector(const Eigen::Vector3d& vector) {
   return out;
 }
 
+Eigen::Vector3d ReadOwnVector(const v1::Vector3& vector) {
+  return {vector.x(), vector.y(), vector.z()};
+}
+
 v1::Pose WritePose(const Eigen::Isometry3d& T_model_scan, const Eigen::Vector3d& origin) {
   v1::Pose out;
   const Eigen::Quaterniond rotation(T_model_scan.linear());
@@ -165,9 +180,7 @@ Eigen::Isometry3d ReadOwnPose(const v1::Pose& pose, const Eigen::Vector3d& origi
   Eigen::Isometry3d out = Eigen::Isometry3d::Identity();
   const v1::Quaternion& q = pose.rotation();
   out.linear() = Eigen::Quaterniond(q.w(), q.x(), q.y(), q.z()).normalized().toRotationMatrix();
-  out.translation() =
-      Eigen::Vector3d(pose.translation().x(), pose.translation().y(), pose.translation().z()) -
-      origin;
+  out.translation() = ReadOwnVector(pose.translation()) - origin;
   return out;
 }
 
@@ -181,8 +194,15 @@ v1::RegistrationVerdict WriteVerdict(const registration::RegistrationVerdict& ve
   *out.mutable_weakest_rotation() = WriteVector(verdict.weakest.head<3>());
   *out.mutable_weakest_translation() = WriteVector(verdict.weakest.tail<3>());
   out.set_weakest_description(verdict.weakest_words);
-  out.set_basis(WriteBasis(verdict.decided_by));
-  out.set_reason(verdict.reason);
+  if (verdict.bases.size() == 1) {
+    out.set_basis(WriteBasis(verdict.bases.front()));
+  } else if (!verdict.bases.empty()) {
+    out.set_basis(v1::REGISTRATION_BASIS_COMBINED);
+    for (const registration::RegistrationBasis basis : verdict.bases) {
+      out.add_combined_bases(WriteBasis(basis));
+    }
+  }
+  out.set_message(verdict.reason);
   out.set_remedy(verdict.remedy);
   return out;
 }
@@ -232,7 +252,9 @@ v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_d
   *out.mutable_area_by_kind_m2() = WriteByKind(coverage.area);
   out.set_area_at_density_m2(coverage.area_at_density);
   out.set_area_given_up_m2(coverage.area_given_up);
-  out.set_estimated_coverage(coverage.estimated_coverage);
+  if (coverage.estimated_coverage.has_value()) {
+    out.set_estimated_coverage(*coverage.estimated_coverage);
+  }
   out.set_required_density_per_m2(required_density);
   return out;
 }
@@ -261,43 +283,48 @@ v1::RankedView WriteView(const planning::RankedView& view,
   out.set_score_lower(view.lower);
   out.set_score_upper(view.upper);
   out.set_exact(view.exact);
-  out.set_model_gain_m2(view.score / density);
-  out.set_model_gain_lower_m2(view.lower / density);
-  out.set_model_gain_upper_m2(view.upper / density);
+  out.set_model_gain_m2(planning::ModelGain(view.score, density));
+  out.set_model_gain_lower_m2(planning::ModelGain(view.lower, density));
+  out.set_model_gain_upper_m2(planning::ModelGain(view.upper, density));
   *out.mutable_score_by_kind() = WriteByKind(view.score_by_kind);
   out.set_height_over_floor_m(view.height_over_floor);
   out.set_clearance_m(view.clearance);
   if (view.travel.has_value()) {
     out.set_travel_distance_m(*view.travel);
   } else {
-    out.set_unreachable_reason("no free path from the last station is known");
+    out.set_unreachable_message("no free path from the last station is known");
   }
-  for (const planning::PatchScore& gain : view.patches) {
+  for (const planning::PatchScore& score : view.patch_scores) {
     v1::PatchScore& written = *out.add_patch_scores();
-    written.set_patch_index(gain.patch);
-    written.set_score(gain.gain);
-    if (gain.patch >= 0 && static_cast<size_t>(gain.patch) < patches.size()) {
-      const planning::Patch& patch = patches[static_cast<size_t>(gain.patch)];
+    written.set_patch_index(score.patch);
+    written.set_score(score.score);
+    if (score.patch >= 0 && static_cast<size_t>(score.patch) < patches.size()) {
+      const planning::Patch& patch = patches[static_cast<size_t>(score.patch)];
       *written.mutable_centre() = WriteVector(patch.centre + origin);
       written.set_kind(WriteKind(patch.kind));
     }
   }
-  v1::LocationDescription& where = *out.mutable_location();
-  for (const planning::WallOffset& wall : view.where.walls) {
-    v1::WallOffset& written = *where.add_walls();
+  if (!view.checked) return out;
+  v1::LocationDescription& location = *out.mutable_location();
+  for (const planning::WallOffset& wall : view.location.walls) {
+    v1::WallOffset& written = *location.add_walls();
     *written.mutable_wall_point() = WriteVector(wall.wall_point + origin);
     *written.mutable_wall_normal() = WriteVector(wall.wall_normal);
     written.set_distance_m(wall.distance);
   }
-  where.set_last_station_distance_m(view.where.last_station_distance);
-  where.set_last_station_bearing_rad(view.where.last_station_bearing);
-  where.set_description(view.where.words);
+  if (view.location.last_station_distance.has_value()) {
+    location.set_last_station_distance_m(*view.location.last_station_distance);
+  }
+  if (view.location.last_station_bearing.has_value()) {
+    location.set_last_station_bearing_rad(*view.location.last_station_bearing);
+  }
+  location.set_description(view.location.description);
   if (!view.region.box.isEmpty()) {
     v1::EquivalentRegion& region = *out.mutable_region();
     *region.mutable_box()->mutable_min() = WriteVector(view.region.box.min() + origin);
     *region.mutable_box()->mutable_max() = WriteVector(view.region.box.max() + origin);
     region.set_volume_m3(view.region.volume);
-    region.set_viewcell_count(view.region.cells);
+    region.set_viewcell_count(view.region.viewcell_count);
   }
   *out.mutable_verdict() = WriteVerdict(view.verdict);
   return out;
@@ -321,14 +348,17 @@ v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningCon
   out.set_complete(plan.complete);
   v1::Termination& termination = *out.mutable_termination();
   termination.set_suggested(plan.termination.suggested);
-  termination.set_reason(plan.termination.reason);
-  termination.set_best_score_upper(plan.termination.best_upper);
-  termination.set_best_model_gain_upper_m2(plan.termination.best_upper / density);
+  termination.set_message(plan.termination.reason);
+  if (plan.termination.best_upper.has_value()) {
+    termination.set_best_score_upper(*plan.termination.best_upper);
+    termination.set_best_model_gain_upper_m2(
+        planning::ModelGain(*plan.termination.best_upper, density));
+  }
   termination.set_largest_patch_area_m2(plan.termination.largest_patch_area);
   if (plan.termination.unobservable_known) {
     termination.set_unobservable_area_m2(plan.termination.unobservable_area);
   }
-  *out.mutable_coverage() = WriteCoverage(plan.coverage, density);
+  if (plan.coverage.has_value()) *out.mutable_coverage() = WriteCoverage(*plan.coverage, density);
   out.set_feasible_viewcell_count(static_cast<int64_t>(plan.feasible_cells));
   out.set_deficient_voxel_count(static_cast<int64_t>(plan.deficient_cells));
   out.set_deficient_area_m2(plan.deficient_area);
@@ -357,7 +387,7 @@ v1::EvaluateViewResponse WriteEvaluation(const planning::ViewEvaluation& evaluat
                                          const Eigen::Vector3d& origin) {
   v1::EvaluateViewResponse out;
   out.set_feasible(evaluation.feasible);
-  out.set_infeasible_reason(evaluation.why_not);
+  out.set_infeasible_message(evaluation.infeasible_message);
   *out.mutable_view() = WriteView(evaluation.view, evaluation.patches, density, origin);
   const size_t patches = std::min<size_t>(evaluation.patches.size(), kMaxPatches);
   for (size_t i = 0; i < patches; ++i) {

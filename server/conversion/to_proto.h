@@ -35,10 +35,13 @@ google::protobuf::Duration WriteDuration(double seconds);
 double ReadDuration(const google::protobuf::Duration& duration);  // s
 
 v1::Vector3 WriteVector(const Eigen::Vector3d& vector);
+// The inverse, for vectors that were checked, or that the server wrote itself.
+Eigen::Vector3d ReadOwnVector(const v1::Vector3& vector);
 v1::Pose WritePose(const Eigen::Isometry3d& T_model_scan, const Eigen::Vector3d& origin);
 // The inverse, for poses that the server wrote itself.
 Eigen::Isometry3d ReadOwnPose(const v1::Pose& pose, const Eigen::Vector3d& origin);
 
+v1::SurfaceKind WriteKind(model::SurfaceKind kind);
 v1::RegistrationVerdict WriteVerdict(const registration::RegistrationVerdict& verdict);
 v1::Registration WriteRegistration(const registration::RegistrationResult& result,
                                    uint64_t model_version, const Eigen::Vector3d& origin);
@@ -47,7 +50,8 @@ v1::Levelling WriteLevelling(const registration::Levelling& levelling,
 v1::MergeReport WriteMergeReport(const model::MergeReport& report);
 v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_density);
 
-// `patches` are those that view.patches points into.
+// `patches` are those that view.patch_scores points into. Of a view that was not checked, location,
+// region and verdict are absent.
 v1::RankedView WriteView(const planning::RankedView& view,
                          const std::vector<planning::Patch>& patches, double required_density,
                          const Eigen::Vector3d& origin);

@@ -39,13 +39,13 @@ class PlanningPool::Share {
   explicit Share(double w) : weight(w) {}
   const double weight;
   // All guarded by the pool's mutex.
-  double used = 0;     // s of processor time over weight, raised to the floor when it wakes
+  double used = 0;     // s of processor time over weight, raised to the least used when it wakes
   double seconds = 0;  // s of processor time
-  int active = 0;      // holders and queued jobs
+  int active = 0;      // workers and queued jobs
 };
 
 // A thread of the pool, with or without a slot. Guarded by the pool's mutex except where said.
-struct PlanningPool::Slot {
+struct PlanningPool::Worker {
   std::shared_ptr<Share> share;
   JobPriority priority = JobPriority::kPlan;
   bool granted = false;
@@ -110,8 +110,8 @@ class PlanningPool::Lane final : public parallel::Parallel {
 };
 
 namespace {
-// The holder that the current thread is, where it is one of the pool's.
-thread_local void* current_holder = nullptr;
+// The worker that the current thread is, where it is one of the pool's.
+thread_local void* current_worker = nullptr;
 }  // namespace
 
 PlanningPool::PlanningPool(int slots, int max_jobs)
@@ -128,7 +128,7 @@ PlanningPool::~PlanningPool() {
     std::lock_guard<std::mutex> lock(mutex_);
     stopping_ = true;
     dropped.swap(queue_);
-    for (Slot* helper : idle_helpers_) helper->wake.notify_all();
+    for (Worker* helper : idle_helpers_) helper->wake.notify_all();
   }
   queue_changed_.notify_all();
   dropped.clear();
@@ -150,7 +150,7 @@ PlanningPool::Load PlanningPool::load() const {
 }
 
 void PlanningPool::Activate(Share& share) {
-  if (share.active++ == 0) share.used = std::max(share.used, floor_);
+  if (share.active++ == 0) share.used = std::max(share.used, least_used_);
 }
 
 void PlanningPool::Submit(std::shared_ptr<Share> share, JobPriority priority, Job job) {
@@ -176,9 +176,9 @@ size_t PlanningPool::BestQueued() {
   return best;
 }
 
-PlanningPool::Slot* PlanningPool::BestWaiting() {
+PlanningPool::Worker* PlanningPool::BestWaiting() {
   const auto best =
-      std::min_element(waiting_.begin(), waiting_.end(), [](const Slot* a, const Slot* b) {
+      std::min_element(waiting_.begin(), waiting_.end(), [](const Worker* a, const Worker* b) {
         return std::tie(a->share->used, a->priority) < std::tie(b->share->used, b->priority);
       });
   return best == waiting_.end() ? nullptr : *best;
@@ -199,10 +199,10 @@ PlanningPool::Loop* PlanningPool::BestLoop() {
 // Gives free slots away, to who has had least.
 void PlanningPool::Schedule() {
   while (free_slots_ > 0) {
-    Slot* waiting = BestWaiting();
+    Worker* waiting = BestWaiting();
     Loop* loop = idle_helpers_.empty() ? nullptr : BestLoop();
     if (waiting == nullptr && loop == nullptr) return;
-    Slot* chosen = waiting;
+    Worker* chosen = waiting;
     if (waiting == nullptr || (loop != nullptr && loop->share->used < waiting->share->used)) {
       chosen = idle_helpers_.back();
       idle_helpers_.pop_back();
@@ -213,46 +213,46 @@ void PlanningPool::Schedule() {
       waiting_.erase(std::find(waiting_.begin(), waiting_.end(), chosen));
     }
     const Share& share = *(chosen->loop != nullptr ? chosen->loop->share : chosen->share);
-    floor_ = std::max(floor_, share.used);
+    least_used_ = std::max(least_used_, share.used);
     --free_slots_;
     chosen->granted = true;
     chosen->wake.notify_one();
   }
 }
 
-void PlanningPool::Acquire(Slot& slot, std::unique_lock<std::mutex>& lock) {
-  slot.granted = false;
-  waiting_.push_back(&slot);
+void PlanningPool::Acquire(Worker& worker, std::unique_lock<std::mutex>& lock) {
+  worker.granted = false;
+  waiting_.push_back(&worker);
   Schedule();
-  slot.wake.wait(lock, [&] { return slot.granted; });
-  BeginSlice(slot);
+  worker.wake.wait(lock, [&] { return worker.granted; });
+  BeginSlice(worker);
 }
 
-void PlanningPool::BeginSlice(Slot& slot) {
-  slot.slice_start = Clock::now();
-  slot.charged_until = ThreadSeconds();
+void PlanningPool::BeginSlice(Worker& worker) {
+  worker.slice_start = Clock::now();
+  worker.charged_until = ThreadSeconds();
 }
 
-void PlanningPool::Charge(Slot& slot) {
+void PlanningPool::Charge(Worker& worker) {
   const double now = ThreadSeconds();
-  const double seconds = now - slot.charged_until;
-  Share& share = *(slot.loop != nullptr ? slot.loop->share : slot.share);
+  const double seconds = now - worker.charged_until;
+  Share& share = *(worker.loop != nullptr ? worker.loop->share : worker.share);
   share.used += seconds / share.weight;
   share.seconds += seconds;
-  slot.charged_until = now;
-  slot.slice_start = Clock::now();
+  worker.charged_until = now;
+  worker.slice_start = Clock::now();
 }
 
-void PlanningPool::Release(Slot& slot) {
-  Charge(slot);
+void PlanningPool::Release(Worker& worker) {
+  Charge(worker);
   ++free_slots_;
-  slot.granted = false;
+  worker.granted = false;
 }
 
 void PlanningPool::RunJobs() {
   YieldToShortTasks();
-  Slot slot;
-  current_holder = &slot;
+  Worker worker;
+  current_worker = &worker;
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
     size_t index = kNone;
@@ -267,9 +267,9 @@ void PlanningPool::RunJobs() {
     const bool plan = entry.priority == JobPriority::kPlan;
     if (plan) ++running_plans_;
     ++running_;
-    slot.share = entry.share;
-    slot.priority = entry.priority;
-    Acquire(slot, lock);
+    worker.share = entry.share;
+    worker.priority = entry.priority;
+    Acquire(worker, lock);
     lock.unlock();
     {
       const telemetry::ScopedLogContext context(std::move(entry.context));
@@ -278,9 +278,9 @@ void PlanningPool::RunJobs() {
       entry.job = nullptr;  // what it holds is released outside the lock
     }
     lock.lock();
-    Release(slot);
+    Release(worker);
     --entry.share->active;
-    slot.share.reset();
+    worker.share.reset();
     if (plan) --running_plans_;
     --running_;
     Schedule();
@@ -290,41 +290,42 @@ void PlanningPool::RunJobs() {
 
 void PlanningPool::Help() {
   YieldToShortTasks();
-  Slot slot;
-  current_holder = &slot;
+  Worker worker;
+  current_worker = &worker;
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
-    idle_helpers_.push_back(&slot);
+    idle_helpers_.push_back(&worker);
     Schedule();
-    slot.wake.wait(lock,
-                   [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return slot.granted || stopping_; });
-    if (!slot.granted) {
+    worker.wake.wait(lock,
+                     [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return worker.granted || stopping_; });
+    if (!worker.granted) {
       // A job that still runs would give work to this frame when it is gone.
-      idle_helpers_.erase(std::find(idle_helpers_.begin(), idle_helpers_.end(), &slot));
+      idle_helpers_.erase(std::find(idle_helpers_.begin(), idle_helpers_.end(), &worker));
       return;
     }
-    BeginSlice(slot);
+    BeginSlice(worker);
     lock.unlock();
-    while (slot.loop->RunOne() && !SliceOver(slot, true)) {
+    while (worker.loop->RunOne() && !SliceOver(worker, true)) {
     }
     lock.lock();
-    Release(slot);
-    std::shared_ptr<Loop> loop = std::move(slot.loop);
-    slot.loop = nullptr;
+    Release(worker);
+    std::shared_ptr<Loop> loop = std::move(worker.loop);
+    worker.loop = nullptr;
     if (loop->Exhausted())
       loops_.erase(std::remove(loops_.begin(), loops_.end(), loop), loops_.end());
   }
 }
 
-// True when the holder's slice is over and somebody who has had less wants its slot.
-bool PlanningPool::SliceOver(Slot& slot, bool leave_when_contended) {
-  if (Clock::now() - slot.slice_start < kSlice) return false;
+// True when the worker's slice is over and somebody who has had less wants its slot.
+bool PlanningPool::SliceOver(Worker& worker, bool leave_when_contended) {
+  if (Clock::now() - worker.slice_start < kSlice) return false;
   std::lock_guard<std::mutex> lock(mutex_);
-  Charge(slot);
-  const Share& own = *(slot.loop != nullptr ? slot.loop->share : slot.share);
-  const Slot* waiting = BestWaiting();
-  if (waiting != nullptr && (waiting->share->used < own.used ||
-                             (waiting->share.get() == &own && waiting->priority < slot.priority))) {
+  Charge(worker);
+  const Share& own = *(worker.loop != nullptr ? worker.loop->share : worker.share);
+  const Worker* waiting = BestWaiting();
+  if (waiting != nullptr &&
+      (waiting->share->used < own.used ||
+       (waiting->share.get() == &own && waiting->priority < worker.priority))) {
     return true;
   }
   if (!leave_when_contended) return false;
@@ -332,24 +333,24 @@ bool PlanningPool::SliceOver(Slot& slot, bool leave_when_contended) {
   return loop != nullptr && loop->share->used < own.used;
 }
 
-void PlanningPool::Yield(Slot& slot) {
-  if (!SliceOver(slot, false)) return;
+void PlanningPool::Yield(Worker& worker) {
+  if (!SliceOver(worker, false)) return;
   std::unique_lock<std::mutex> lock(mutex_);
-  Release(slot);
+  Release(worker);
   // A helper inside a nested loop waits on behalf of the session that it helps.
-  std::shared_ptr<Loop> loop = std::move(slot.loop);
-  slot.loop = nullptr;
-  const std::shared_ptr<Share> own = slot.share;
-  if (own == nullptr) slot.share = loop->share;
-  Acquire(slot, lock);
-  slot.share = own;
-  slot.loop = std::move(loop);
+  std::shared_ptr<Loop> loop = std::move(worker.loop);
+  worker.loop = nullptr;
+  const std::shared_ptr<Share> own = worker.share;
+  if (own == nullptr) worker.share = loop->share;
+  Acquire(worker, lock);
+  worker.share = own;
+  worker.loop = std::move(loop);
 }
 
 void PlanningPool::For(const std::shared_ptr<Share>& share, JobPriority priority, size_t count,
                        absl::FunctionRef<void(size_t)> body) {
   if (count == 0) return;
-  auto* slot = static_cast<Slot*>(current_holder);
+  auto* worker = static_cast<Worker*>(current_worker);
   auto loop = std::make_shared<Loop>(share, priority, count, body);
   if (count > 1 && slots_ > 1) {
     std::lock_guard<std::mutex> lock(mutex_);
@@ -357,7 +358,7 @@ void PlanningPool::For(const std::shared_ptr<Share>& share, JobPriority priority
     Schedule();
   }
   while (loop->RunOne()) {
-    if (slot != nullptr) Yield(*slot);
+    if (worker != nullptr) Yield(*worker);
   }
   {
     std::unique_lock<std::mutex> lock(loop->mutex);

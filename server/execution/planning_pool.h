@@ -59,39 +59,40 @@ class PlanningPool {
 
  private:
   using Clock = std::chrono::steady_clock;
-  struct Slot;
+  struct Worker;
   struct Loop;
   struct Queued;
   class Lane;
 
   void RunJobs();
   void Help();
-  void Acquire(Slot& slot, std::unique_lock<std::mutex>& lock);
-  static void BeginSlice(Slot& slot);
-  void Release(Slot& slot) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void Charge(Slot& slot) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Acquire(Worker& worker, std::unique_lock<std::mutex>& lock);
+  static void BeginSlice(Worker& worker);
+  void Release(Worker& worker) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void Charge(Worker& worker) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Schedule() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  Slot* BestWaiting() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  Worker* BestWaiting() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Loop* BestLoop() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t BestQueued() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Activate(Share& share) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void For(const std::shared_ptr<Share>& share, JobPriority priority, size_t count,
            absl::FunctionRef<void(size_t)> body);
-  void Yield(Slot& slot);
-  bool SliceOver(Slot& slot, bool leave_when_contended);
+  void Yield(Worker& worker);
+  bool SliceOver(Worker& worker, bool leave_when_contended);
 
   const int slots_;
   const int max_plans_;
   mutable std::mutex mutex_;
   std::condition_variable queue_changed_;
   std::deque<Queued> queue_ ABSL_GUARDED_BY(mutex_);
-  std::vector<Slot*> waiting_ ABSL_GUARDED_BY(mutex_);
+  std::vector<Worker*> waiting_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::shared_ptr<Loop>> loops_ ABSL_GUARDED_BY(mutex_);
-  std::vector<Slot*> idle_helpers_ ABSL_GUARDED_BY(mutex_);
+  std::vector<Worker*> idle_helpers_ ABSL_GUARDED_BY(mutex_);
   int free_slots_ ABSL_GUARDED_BY(mutex_);
   int running_ ABSL_GUARDED_BY(mutex_) = 0;
   int running_plans_ ABSL_GUARDED_BY(mutex_) = 0;
-  double floor_ ABSL_GUARDED_BY(mutex_) = 0;  // used time that a session starts from
+  double least_used_ ABSL_GUARDED_BY(mutex_) =
+      0;  // s over weight: what a session that wakes starts from
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_;
 };

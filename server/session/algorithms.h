@@ -18,6 +18,7 @@
 #include "core/registration/align/targets.h"
 #include "core/registration/bound/registration_result.h"
 #include "core/registration/levelling.h"
+#include "core/sensor/scan.h"
 
 namespace vantage::session {
 

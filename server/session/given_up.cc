@@ -18,10 +18,6 @@ struct Place {
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();  // centroid * area
 };
 
-v1::SurfaceKind WriteKind(model::SurfaceKind kind) {
-  return static_cast<v1::SurfaceKind>(static_cast<int>(kind) + 1);
-}
-
 }  // namespace
 
 void FindGivenUp(const model::PlanningView& model, const Eigen::Vector3d& origin,
@@ -67,12 +63,12 @@ void FindGivenUp(const model::PlanningView& model, const Eigen::Vector3d& origin
     *out.mutable_centre() =
         conversion::WriteVector(place.moment / std::max(place.area, 1e-12) + origin);
     out.set_area_m2(place.area);
-    out.set_kind(WriteKind(place.kind));
-    out.set_reason(place.kind == model::SurfaceKind::kHole
-                       ? "scans were expected to measure it and did not: probably glass, mirror "
-                         "or black"
-                       : "scans looked at it and measured only what is around it: probably a "
-                         "crevice, or stray samples");
+    out.set_kind(conversion::WriteKind(place.kind));
+    out.set_message(place.kind == model::SurfaceKind::kHole
+                        ? "scans were expected to measure it and did not: probably glass, mirror "
+                          "or black"
+                        : "scans looked at it and measured only what is around it: probably a "
+                          "crevice, or stray samples");
   }
 }
 

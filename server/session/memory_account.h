@@ -1,5 +1,5 @@
-// What the server may hold in memory, and who holds how much of it: estimates, taken before the
-// memory is.
+// What the server may keep in memory, and who has reserved how much of it: estimates, taken before
+// the memory is.
 #ifndef VANTAGE_SERVER_SESSION_MEMORY_ACCOUNT_H_
 #define VANTAGE_SERVER_SESSION_MEMORY_ACCOUNT_H_
 
@@ -13,7 +13,7 @@
 
 namespace vantage::session {
 
-// Thread safe. Outlives its holds.
+// Thread safe. Outlives its reservations.
 class MemoryAccount {
  public:
   // A part of the account, given back at the end. Not thread safe.
@@ -41,10 +41,10 @@ class MemoryAccount {
   // `budget` in bytes; 0: no limit.
   explicit MemoryAccount(int64_t budget) : budget_(budget) {}
 
-  // Nothing when there is not so much. Whoever holds nothing yet may take more than there is, so
-  // that what is larger than the budget is tried alone rather than never.
+  // Nothing when there is not so much. While nothing is reserved, more than there is may be
+  // taken, so that what is larger than the budget is tried alone rather than never.
   std::optional<Reservation> Take(int64_t bytes);
-  // A hold of nothing, to Set later.
+  // A reservation of nothing, to Set later.
   Reservation Empty() { return {this, 0}; }
 
   // Called, on the thread that was refused, with the bytes that lack.

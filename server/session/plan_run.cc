@@ -43,14 +43,14 @@ void PlanRun::AwaitLog(const v1::Plan& plan, std::string why) {
     if (plan.has_result()) *plan_.mutable_result() = plan.result();
     plan_.set_revision(plan.revision());
     plan_.set_state_message(std::move(why));
-    held_ = true;
+    awaits_log_ = true;
   }
   Notify();
 }
 
-bool PlanRun::Held() const {
+bool PlanRun::AwaitsLog() const {
   std::lock_guard<std::mutex> lock(mutex_);
-  return held_;
+  return awaits_log_;
 }
 
 void PlanRun::End(v1::Plan plan) {

@@ -33,7 +33,7 @@ class PlanRun {
   void Improve(v1::PlanResult result);
   // It has ended as `plan`, which cannot be logged yet: shows its result, and why.
   void AwaitLog(const v1::Plan& plan, std::string why);
-  bool Held() const;
+  bool AwaitsLog() const;
   // The end. `plan` is what was logged.
   void End(v1::Plan plan);
 
@@ -52,7 +52,7 @@ class PlanRun {
 
   mutable std::mutex mutex_;
   v1::Plan plan_ ABSL_GUARDED_BY(mutex_);
-  bool held_ ABSL_GUARDED_BY(mutex_) = false;
+  bool awaits_log_ ABSL_GUARDED_BY(mutex_) = false;
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;
   StopReason stop_reason_ ABSL_GUARDED_BY(mutex_) = StopReason::kNone;
   std::map<WatchId, std::shared_ptr<std::function<void()>>> watchers_ ABSL_GUARDED_BY(mutex_);

@@ -1,13 +1,9 @@
 #include "server/session/ply.h"
 
 #include "core/bytes/ply_writer.h"
+#include "server/conversion/to_proto.h"
 
 namespace vantage::session {
-namespace {
-
-Eigen::Vector3d Read(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
-
-}  // namespace
 
 std::string SamplesPlyHeader(int64_t samples) {
   const bytes::PlyElement vertex = {"vertex",
@@ -48,13 +44,13 @@ std::string PatchesPly(const v1::PlanResult& result) {
       {{"vertex_indices", bytes::PlyType::kUint32, bytes::PlyType::kUint8},
        {"kind", bytes::PlyType::kUint8},
        {"deficit", bytes::PlyType::kDouble}}};
-  std::string out =
-      bytes::EncodePlyHeader("patches that need work, m, world frame", {vertex, face});
+  std::string out = bytes::EncodePlyHeader("deficient patches, m, world frame", {vertex, face});
   for (const v1::Patch& patch : result.patches()) {
-    const Eigen::Vector3d u = 0.5 * patch.length_u_m() * Read(patch.axis_u());
+    const Eigen::Vector3d u = 0.5 * patch.length_u_m() * conversion::ReadOwnVector(patch.axis_u());
     const Eigen::Vector3d v =
-        0.5 * patch.length_v_m() * Read(patch.normal()).cross(Read(patch.axis_u()));
-    const Eigen::Vector3d centre = Read(patch.centre());
+        0.5 * patch.length_v_m() *
+        conversion::ReadOwnVector(patch.normal()).cross(conversion::ReadOwnVector(patch.axis_u()));
+    const Eigen::Vector3d centre = conversion::ReadOwnVector(patch.centre());
     for (const Eigen::Vector3d& corner :
          {Eigen::Vector3d(centre - u - v), Eigen::Vector3d(centre + u - v),
           Eigen::Vector3d(centre + u + v), Eigen::Vector3d(centre - u + v)}) {

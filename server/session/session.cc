@@ -177,8 +177,17 @@ absl::Time Session::created() const {
 
 v1::Session Session::Describe() const {
   v1::Session out;
+  journal_.Read([&](const SessionState& state) { out = state.Describe(); });
+  return out;
+}
+
+v1::Session Session::DescribeWithRejections() const {
+  v1::Session out;
   const google::protobuf::Timestamp now = conversion::WriteTime(journal_.Now());
-  journal_.Read([&](const SessionState& state) { out = state.Describe(now); });
+  journal_.Read([&](const SessionState& state) {
+    out = state.Describe();
+    state.AddRejections(now, out);
+  });
   return out;
 }
 
@@ -224,9 +233,7 @@ absl::StatusOr<v1::Session> Session::Update(const v1::UpdateSessionRequest& requ
                          if (!possible.ok()) return possible;
                          Draft draft;
                          *draft.event.mutable_session_updated()->mutable_session() = next;
-                         for (const std::string& path : mask.paths()) {
-                           draft.event.mutable_session_updated()->add_updated_paths(path);
-                         }
+                         *draft.event.mutable_session_updated()->mutable_update_mask() = mask;
                          return draft;
                        });
   if (!updated.ok()) return updated.status();

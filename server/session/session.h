@@ -92,7 +92,8 @@ class Session : public std::enable_shared_from_this<Session> {
   const SessionDependencies& dependencies() const { return dependencies_; }
 
   absl::Time created() const;
-  v1::Session Describe() const;
+  v1::Session Describe() const;  // without its rejections
+  v1::Session DescribeWithRejections() const;
   absl::StatusOr<v1::Session> Update(const v1::UpdateSessionRequest& request);
 
   // Uploads.
@@ -115,12 +116,15 @@ class Session : public std::enable_shared_from_this<Session> {
   // Scans.
   absl::StatusOr<v1::Scan> GetScan(const std::string& name) const;
   // Created after the one of the name `after` (empty: all), at most `limit`; `more` says whether
-  // others follow.
-  std::vector<v1::Scan> ListScans(absl::string_view after, size_t limit, bool& more) const;
+  // others follow. So in the other lists. INVALID_ARGUMENT naming `page_token` where there has
+  // never been one of that name.
+  absl::StatusOr<std::vector<v1::Scan>> ListScans(absl::string_view after, size_t limit,
+                                                  bool& more) const;
   absl::StatusOr<v1::Scan> AcceptScan(const v1::AcceptScanRequest& request);
   absl::StatusOr<v1::Scan> SetScanPose(const v1::SetScanPoseRequest& request);
   absl::StatusOr<v1::WithdrawScanResponse> WithdrawScan(const v1::WithdrawScanRequest& request);
-  // The range image of a scan. NOT_FOUND.
+  // The range image of a scan. NOT_FOUND: there is no such scan. FAILED_PRECONDITION (SCAN_ERASED).
+  // DATA_LOSS: its data are lost (SCAN_LOST) or damaged.
   absl::StatusOr<sensor::RangeImage> LoadImage(const std::string& scan) const;
 
   // Plans.
@@ -129,20 +133,24 @@ class Session : public std::enable_shared_from_this<Session> {
   // The result with patches and map of scores. FAILED_PRECONDITION (PLAN_DETAIL_RELEASED) when it
   // was let go.
   absl::StatusOr<v1::PlanResult> GetFullResult(const std::string& name) const;
-  std::vector<v1::Plan> ListPlans(absl::string_view after, size_t limit, bool& more) const;
+  absl::StatusOr<std::vector<v1::Plan>> ListPlans(absl::string_view after, size_t limit,
+                                                  bool& more) const;
   absl::StatusOr<v1::Plan> CancelPlan(const std::string& name);
   // Null when it does not run (any more).
   std::shared_ptr<PlanRun> FindRun(const std::string& name) const;
-  absl::StatusOr<v1::ViewRejection> RejectView(const v1::RejectViewRequest& request);
+  absl::StatusOr<v1::Rejection> RejectView(const v1::RejectViewRequest& request);
   // The fleet.
   absl::StatusOr<v1::Scanner> CreateScanner(const v1::CreateScannerRequest& request);
-  std::vector<v1::Scanner> ListScanners(absl::string_view after, size_t limit, bool& more) const;
+  absl::StatusOr<std::vector<v1::Scanner>> ListScanners(absl::string_view after, size_t limit,
+                                                        bool& more) const;
   // Runs on the planning pool; `done` is called exactly once, there or (on refusal) here.
   void ClaimView(const v1::ClaimViewRequest& request,
                  std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done);
   absl::StatusOr<v1::Claim> RenewClaim(const v1::RenewClaimRequest& request);
   absl::Status ReleaseClaim(const v1::ReleaseClaimRequest& request);
-  std::vector<v1::Claim> ListClaims(absl::string_view after, size_t limit, bool& more);
+  // Those that are held.
+  absl::StatusOr<std::vector<v1::Claim>> ListClaims(absl::string_view after, size_t limit,
+                                                    bool& more);
   // Logs the end of claims that are past their time.
   void ExpireClaims();
 
@@ -162,7 +170,7 @@ class Session : public std::enable_shared_from_this<Session> {
   absl::Time LastTouched() const;
   // What the model takes, by what is known of its scans, bytes.
   int64_t EstimateModel() const;
-  // Puts the model away, to its snapshot, if nobody uses it; soon. It comes back when it is needed.
+  // Evicts the model, to its snapshot, if nobody uses it; soon. It comes back when it is needed.
   void PostEvict();
   // False when the session has as many exports under way as it may.
   bool BeginExport();
@@ -288,7 +296,7 @@ class Session : public std::enable_shared_from_this<Session> {
   std::atomic<int> evaluations_{0};
   std::atomic<int> exports_{0};
   std::atomic<bool> loaded_{true};  // changes on the strand only
-  std::atomic<bool> taking_up_{false};
+  std::atomic<bool> loading_{false};
   std::atomic<int64_t> touched_{0};  // ms since 1970
 
   // Touched on the strand only.

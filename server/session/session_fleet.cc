@@ -7,6 +7,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/planning/plan/model_gain.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/fleet_proto.h"
@@ -20,7 +21,7 @@ namespace {
 
 constexpr char kClaimType[] = "vantage/Claim";
 constexpr absl::Duration kDefaultTtl = absl::Minutes(30);
-constexpr absl::Duration kRetryAfter = absl::Seconds(1);
+constexpr absl::Duration kRetryClaimAfter = absl::Seconds(1);
 constexpr int kAttempts = 8;  // to take a claim while others come and go
 // What an alternative to a refused claim may cost.
 constexpr double kAlternativeSeconds = 2;
@@ -37,7 +38,7 @@ absl::Duration TtlOf(bool given, const google::protobuf::Duration& ttl,
   return asked;
 }
 
-// Claims are numbered as they are taken; 0 where the name has none.
+// Claims are numbered as they are taken.
 int64_t ClaimNumber(absl::string_view name) {
   int64_t number = 0;
   const size_t dash = name.rfind('-');
@@ -50,7 +51,7 @@ absl::Status Ended(const ClaimRecord& record) {
       absl::StatusCode::kFailedPrecondition, "CLAIM_ENDED",
       absl::StrCat(record.claim.name(), " has ended: ", conversion::Words(record.end_reason),
                    "; claim the view again"),
-      {{"ended", conversion::Words(record.end_reason)}});
+      {{"ended", v1::ClaimEndReason_Name(record.end_reason)}});
 }
 
 }  // namespace
@@ -103,26 +104,33 @@ absl::StatusOr<v1::Scanner> Session::CreateScanner(const v1::CreateScannerReques
   return made;
 }
 
-std::vector<v1::Scanner> Session::ListScanners(absl::string_view after, size_t limit,
-                                               bool& more) const {
+absl::StatusOr<std::vector<v1::Scanner>> Session::ListScanners(absl::string_view after,
+                                                               size_t limit, bool& more) const {
   std::vector<v1::Scanner> scanners;
+  absl::StatusOr<size_t> begin = 0;
   journal_.Read([&](const SessionState& state) {
-    const size_t begin = PlaceAfter(state.scanner_order, after);
-    for (size_t i = begin; i < state.scanner_order.size() && scanners.size() < limit; ++i) {
+    begin = PlaceAfter(state.scanner_order, after);
+    if (!begin.ok()) return;
+    for (size_t i = *begin; i < state.scanner_order.size() && scanners.size() < limit; ++i) {
       scanners.push_back(state.scanners.at(state.scanner_order[i]));
     }
-    more = begin + scanners.size() < state.scanner_order.size();
+    more = *begin + scanners.size() < state.scanner_order.size();
   });
+  if (!begin.ok()) return begin.status();
   return scanners;
 }
 
-std::vector<v1::Claim> Session::ListClaims(absl::string_view after, size_t limit, bool& more) {
+absl::StatusOr<std::vector<v1::Claim>> Session::ListClaims(absl::string_view after, size_t limit,
+                                                           bool& more) {
   ExpireClaims();
   const absl::Time now = journal_.Now();
   std::vector<v1::Claim> claims;
+  bool known = true;
   more = false;
   journal_.Read([&](const SessionState& state) {
     // The claim that the page before ended with may have ended itself: what counts is its number.
+    known = after.empty() || state.claims.count(std::string(after)) > 0;
+    if (!known) return;
     const int64_t last = ClaimNumber(after);
     for (const std::string& name : state.held_claims) {
       const v1::Claim& claim = state.claims.at(name).claim;
@@ -134,6 +142,7 @@ std::vector<v1::Claim> Session::ListClaims(absl::string_view after, size_t limit
       claims.push_back(claim);
     }
   });
+  if (!known) return contract::UnknownPageToken();
   return claims;
 }
 
@@ -154,7 +163,7 @@ absl::StatusOr<Session::ClaimAttempt> Session::MeasureClaim(const PlanInputs& in
       attempt.held.push_back(claim.id);
       pledged.push_back(
           {claim.position,
-           conversion::ReadFleetScanner(state.scanners.at(claim.scanner), state.session, origin_)
+           conversion::ReadFleetMember(state.scanners.at(claim.scanner), state.session, origin_)
                .model});
     }
   });
@@ -172,12 +181,12 @@ void Session::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
                              parallel::Parallel& parallel, v1::ClaimConflict& conflict) const {
   if (inputs.model.view == nullptr) return;
   journal_.Read([&](const SessionState& state) {
-    inputs.fleet.scanners = {conversion::ReadFleetScanner(scanner, state.session, origin_)};
+    inputs.fleet.scanners = {conversion::ReadFleetMember(scanner, state.session, origin_)};
     const fleet::Claims claims = conversion::ReadClaims(state.HeldClaims(), origin_);
     for (const fleet::ViewClaim& claim : claims.held()) {
       inputs.fleet.pledged.push_back(
           {claim.position,
-           conversion::ReadFleetScanner(state.scanners.at(claim.scanner), state.session, origin_)
+           conversion::ReadFleetMember(state.scanners.at(claim.scanner), state.session, origin_)
                .model});
     }
   });
@@ -188,14 +197,15 @@ void Session::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
       dependencies_.algorithms.make_joint_plan(*inputs.model.view, inputs.fleet, inputs.config,
                                                budget, parallel, [](const planning::Plan&) {});
   if (!plan.ok() || plan->plan.views.empty()) {
-    conflict.set_no_alternative_reason(plan.ok() ? plan->plan.message
-                                                 : std::string(plan.status().message()));
+    conflict.set_no_alternative_message(plan.ok() ? plan->plan.message
+                                                  : std::string(plan.status().message()));
     return;
   }
   const planning::RankedView& best = plan->plan.views.front();
   *conflict.mutable_alternative()->mutable_position() =
       conversion::WriteVector(best.position + origin_);
-  conflict.mutable_alternative()->set_model_gain_m2(best.score / inputs.config.required_density);
+  conflict.mutable_alternative()->set_model_gain_m2(
+      planning::ModelGain(best.score, inputs.config.required_density));
 }
 
 void Session::ClaimView(const v1::ClaimViewRequest& request,
@@ -232,7 +242,7 @@ void Session::ClaimView(const v1::ClaimViewRequest& request,
     evaluations_.fetch_sub(1);
     return done(contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EVALUATIONS",
                                     "too many positions of this session are being evaluated",
-                                    kRetryAfter));
+                                    kRetryClaimAfter));
   }
   RunInteractive([self = shared_from_this(), in = *std::move(inputs), scanner, request,
                   done = std::move(done)](parallel::Parallel& parallel) {
@@ -326,7 +336,8 @@ absl::StatusOr<v1::Claim> Session::TakeClaim(const v1::ClaimViewRequest& request
     return claim;
   }
   return contract::Retryable(absl::StatusCode::kResourceExhausted, "CLAIMS_BUSY",
-                             "claims of this session come and go too fast; try again", kRetryAfter);
+                             "claims of this session come and go too fast; try again",
+                             kRetryClaimAfter);
 }
 
 absl::StatusOr<v1::Claim> Session::RenewClaim(const v1::RenewClaimRequest& request) {
@@ -481,7 +492,7 @@ absl::Status Session::AddFleet(const v1::CreatePlanRequest& request, PlanInputs&
       } else {
         inputs.scanners.push_back(name);
         inputs.fleet.scanners.push_back(
-            conversion::ReadFleetScanner(it->second, state.session, origin_));
+            conversion::ReadFleetMember(it->second, state.session, origin_));
         v1::ScannerModel model = conversion::ModelOf(it->second, state.session);
         model.clear_id();  // by what it can do
         models.insert(model.SerializeAsString());
@@ -495,7 +506,7 @@ absl::Status Session::AddFleet(const v1::CreatePlanRequest& request, PlanInputs&
       inputs.claims.push_back(claim.id);
       inputs.fleet.pledged.push_back(
           {claim.position,
-           conversion::ReadFleetScanner(state.scanners.at(claim.scanner), state.session, origin_)
+           conversion::ReadFleetMember(state.scanners.at(claim.scanner), state.session, origin_)
                .model});
     }
   });
@@ -507,7 +518,7 @@ absl::Status Session::AddFleet(const v1::CreatePlanRequest& request, PlanInputs&
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
   const bool by_minutes = request.plan().ranking() == v1::RANKING_SCORE_PER_MINUTE;
-  if (by_minutes) inputs.fleet.ranking = fleet::FleetRanking::kGainPerMinute;
+  if (by_minutes) inputs.fleet.ranking = fleet::FleetRanking::kScorePerMinute;
   inputs.joint = by_minutes || !inputs.fleet.scanners.empty() || !inputs.fleet.pledged.empty();
   if (inputs.joint && inputs.fleet.scanners.empty()) {
     inputs.fleet.scanners.emplace_back().model = inputs.scanner;

@@ -27,7 +27,7 @@ constexpr double kMaxBudget = 3600;
 constexpr double kDefaultRejectionRadius = 0.5;  // m
 constexpr size_t kMaxReason = 500;
 constexpr int kCoveragePatches = 100;
-constexpr absl::Duration kRetryAfter = absl::Seconds(1);
+constexpr absl::Duration kRetryPlanAfter = absl::Seconds(1);
 // An end that could not be logged is tried again after this time.
 constexpr std::chrono::seconds kLogAgainAfter(2);
 // Progress is shown at most this often: people and links don't follow faster.
@@ -42,7 +42,7 @@ bool SaysWhatRemains(const v1::Plan& plan) {
     case v1::PLAN_OUTCOME_NOTHING_TO_GAIN:
       return true;
     case v1::PLAN_OUTCOME_SEARCH_UNFINISHED:
-      return plan.result().termination().best_score_upper() > 0;
+      return plan.result().termination().has_best_score_upper();
     default:
       return false;
   }
@@ -63,10 +63,9 @@ absl::StatusOr<Session::PlanInputs> Session::PlanInputsFor(const std::string& sc
   const google::protobuf::Timestamp now = conversion::WriteTime(journal_.Now());
   journal_.Read([&](const SessionState& state) {
     described = state.session;
-    for (const v1::ViewRejection* rejection : state.RejectionsAt(now)) {
-      const v1::Vector3& at = rejection->position();
+    for (const v1::Rejection* rejection : state.RejectionsAt(now)) {
       rejected.push_back(
-          {Eigen::Vector3d(at.x(), at.y(), at.z()) - origin_, rejection->radius_m()});
+          {conversion::ReadOwnVector(rejection->position()) - origin_, rejection->radius_m()});
     }
   });
   inputs.written = described.planning_config();
@@ -157,7 +156,7 @@ absl::StatusOr<v1::Plan> Session::CreatePlan(const v1::CreatePlanRequest& reques
                                      absl::StrCat(runs_.size(),
                                                   " plans are under way, the most a session "
                                                   "may have; cancel one or wait"),
-                                     kRetryAfter);
+                                     kRetryPlanAfter);
         }
         if (state.plan_order.size() >= dependencies_.limits.plans_per_session) {
           return contract::ErrorWithReason(
@@ -386,15 +385,19 @@ absl::StatusOr<v1::PlanResult> Session::GetFullResult(const std::string& name) c
   return result;
 }
 
-std::vector<v1::Plan> Session::ListPlans(absl::string_view after, size_t limit, bool& more) const {
+absl::StatusOr<std::vector<v1::Plan>> Session::ListPlans(absl::string_view after, size_t limit,
+                                                         bool& more) const {
   std::vector<std::string> names;
+  absl::StatusOr<size_t> begin = 0;
   journal_.Read([&](const SessionState& state) {
-    const size_t begin = PlaceAfter(state.plan_order, after);
-    for (size_t i = begin; i < state.plan_order.size() && names.size() < limit; ++i) {
+    begin = PlaceAfter(state.plan_order, after);
+    if (!begin.ok()) return;
+    for (size_t i = *begin; i < state.plan_order.size() && names.size() < limit; ++i) {
       names.push_back(state.plan_order[i]);
     }
-    more = begin + names.size() < state.plan_order.size();
+    more = *begin + names.size() < state.plan_order.size();
   });
+  if (!begin.ok()) return begin.status();
   std::vector<v1::Plan> plans;
   for (const std::string& name : names) {
     absl::StatusOr<v1::Plan> plan = GetPlan(name);
@@ -419,10 +422,10 @@ bool Session::Rests() const {
   if (strand_->Size() != 0 || evaluations_ > 0 || exports_ > 0) return false;
   std::lock_guard<std::mutex> lock(mutex_);
   return std::all_of(runs_.begin(), runs_.end(),
-                     [](const auto& entry) { return entry.second->Held(); });
+                     [](const auto& entry) { return entry.second->AwaitsLog(); });
 }
 
-absl::StatusOr<v1::ViewRejection> Session::RejectView(const v1::RejectViewRequest& request) {
+absl::StatusOr<v1::Rejection> Session::RejectView(const v1::RejectViewRequest& request) {
   contract::Violations violations;
   conversion::CheckRequestId(request.request_id(), violations);
   if (!request.has_position()) violations.Add("position", "is required");
@@ -450,7 +453,7 @@ absl::StatusOr<v1::ViewRejection> Session::RejectView(const v1::RejectViewReques
               "the session has too many refused places; use keep-out boxes");
         }
         Draft draft;
-        v1::ViewRejection& rejection = *draft.event.mutable_view_rejected()->mutable_rejection();
+        v1::Rejection& rejection = *draft.event.mutable_view_rejected()->mutable_rejection();
         rejection.set_name(contract::ChildName(
             id_, "rejections", absl::StrCat("rejection-", state.rejection_count + 1)));
         *rejection.mutable_position() = request.position();
@@ -462,9 +465,9 @@ absl::StatusOr<v1::ViewRejection> Session::RejectView(const v1::RejectViewReques
         return draft;
       });
   if (!name.ok()) return name.status();
-  v1::ViewRejection made;
+  v1::Rejection made;
   journal_.Read([&](const SessionState& state) {
-    for (const v1::ViewRejection& rejection : state.rejections) {
+    for (const v1::Rejection& rejection : state.rejections) {
       if (rejection.name() == *name) made = rejection;
     }
   });
@@ -486,7 +489,7 @@ void Session::EvaluateView(const v1::EvaluateViewRequest& request,
     evaluations_.fetch_sub(1);
     return done(contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EVALUATIONS",
                                     "too many positions of this session are being evaluated",
-                                    kRetryAfter));
+                                    kRetryPlanAfter));
   }
   RunInteractive([self = shared_from_this(), in = *std::move(inputs), world,
                   done = std::move(done)](parallel::Parallel& parallel) {

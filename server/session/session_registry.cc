@@ -14,7 +14,7 @@ namespace {
 
 constexpr char kSessionType[] = "vantage/Session";
 constexpr size_t kRememberedDeletions = 4096;
-constexpr absl::Duration kRetryAfter = absl::Seconds(5);
+constexpr absl::Duration kRetryAfterRestart = absl::Seconds(5);
 // Before a model may be evicted for another one.
 constexpr absl::Duration kUnusedForAWhile = absl::Seconds(20);
 
@@ -47,7 +47,7 @@ SessionRegistry::~SessionRegistry() = default;
 absl::Status SessionRegistry::LoadAll() {
   absl::StatusOr<std::vector<std::string>> ids = dependencies_.store.Sessions();
   if (!ids.ok()) return ids.status();
-  std::vector<std::pair<double, std::shared_ptr<Session>>> loaded;
+  std::vector<std::pair<absl::Time, std::shared_ptr<Session>>> loaded;
   bool whole = true;
   for (const std::string& id : *ids) {
     absl::StatusOr<std::shared_ptr<Session>> session = Session::Load(id, accounts_, dependencies_);
@@ -59,9 +59,8 @@ absl::Status SessionRegistry::LoadAll() {
       whole = false;
       continue;
     }
-    const google::protobuf::Timestamp created = (*session)->Describe().create_time();
-    loaded.emplace_back(static_cast<double>(created.seconds()) + 1e-9 * created.nanos(),
-                        *std::move(session));
+    const absl::Time created = (*session)->created();
+    loaded.emplace_back(created, *std::move(session));
   }
   std::stable_sort(loaded.begin(), loaded.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
@@ -183,8 +182,11 @@ std::vector<std::shared_ptr<Session>> SessionRegistry::List(
     const SessionPlace& after, size_t limit, bool& more,
     const std::optional<std::string>& tenant) const {
   std::lock_guard<std::mutex> lock(mutex_);
-  // Where it has been deleted, those follow that were created later.
-  bool there = sessions_.count(after.id) > 0;
+  // Where it has been deleted (another one may have its id since), those follow that were created
+  // later.
+  const auto last = sessions_.find(after.id);
+  bool there = last != sessions_.end() && last->second->created() == after.created;
+  const bool gone = !there;
   std::vector<std::shared_ptr<Session>> out;
   more = false;
   for (const std::string& id : order_) {
@@ -193,7 +195,8 @@ std::vector<std::shared_ptr<Session>> SessionRegistry::List(
       there = id != after.id;
       continue;
     }
-    const bool before = sessions_.count(after.id) == 0 && session->created() <= after.created;
+    const bool before = gone && std::pair(session->created(), absl::string_view(id)) <=
+                                    std::pair(after.created, absl::string_view(after.id));
     if (before || !session->BelongsTo(tenant)) continue;
     if (out.size() < limit) {
       out.push_back(session);
@@ -307,7 +310,8 @@ bool SessionRegistry::draining() const {
 absl::Status SessionRegistry::CheckTakesWork() const {
   if (!draining()) return absl::OkStatus();
   return contract::Retryable(absl::StatusCode::kUnavailable, "DRAINING",
-                             "the server shuts down and takes no new work; try again", kRetryAfter);
+                             "the server shuts down and takes no new work; try again",
+                             kRetryAfterRestart);
 }
 
 bool SessionRegistry::WaitUntilIdle(std::chrono::milliseconds patience) const {

@@ -37,7 +37,7 @@ struct SessionTotals {
   int pending_scans = 0;
 };
 
-// A place in the order of creation.
+// A place in the order of creation: behind the session of this id that was created then.
 struct SessionPlace {
   std::string id;  // empty: before all of them
   absl::Time created = absl::InfinitePast();
@@ -68,7 +68,7 @@ class SessionRegistry {
   Collected Collect();
 
   SessionTotals Totals() const;
-  // Puts away the models of sessions that nobody has used for longest and for a while, until so
+  // Evicts the models of sessions that nobody has used for longest and for a while, until so
   // many bytes are free; soon.
   void FreeMemory(int64_t bytes);
 

@@ -118,7 +118,7 @@ absl::Status Session::Load(parallel::Parallel& parallel) {
 
 absl::Status Session::BeginLoad() {
   Touch();
-  if (loaded_ || taking_up_.exchange(true)) return absl::OkStatus();
+  if (loaded_ || loading_.exchange(true)) return absl::OkStatus();
   // Whoever asks hears at once when there is no room.
   absl::Status room = ReserveMemory(EstimateModel()).status();
   const bool posted =
@@ -128,9 +128,9 @@ absl::Status Session::BeginLoad() {
           self->dependencies_.log.Warning("a model cannot be loaded",
                                           {{"session", self->id_}, {"error", taken.ToString()}});
         }
-        self->taking_up_ = false;
+        self->loading_ = false;
       });
-  if (!posted) taking_up_ = false;
+  if (!posted) loading_ = false;
   return room;
 }
 
@@ -139,7 +139,8 @@ void Session::PostEvict() {
   const bool posted = strand_->TryPost(
       [self = shared_from_this()](parallel::Parallel& parallel) { self->Evict(parallel); });
   if (!posted && !closed_)
-    dependencies_.log.Info("no room to put a model away", {{"session", id_}});
+    dependencies_.log.Info("the session has too much to do to evict its model now",
+                           {{"session", id_}});
 }
 
 // Nothing is lost whenever this happens: whoever has the old view keeps it.

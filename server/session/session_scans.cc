@@ -16,7 +16,7 @@ namespace vantage::session {
 namespace {
 
 constexpr char kScanType[] = "vantage/Scan";
-constexpr std::chrono::seconds kRetryAfter(5);
+constexpr std::chrono::seconds kMergeAgainAfter(5);
 
 absl::Status WrongState(const v1::Scan& scan, absl::string_view needed) {
   return contract::ErrorWithReason(
@@ -64,15 +64,19 @@ void Session::AddProgress(v1::Scan& scan) const {
   }
 }
 
-std::vector<v1::Scan> Session::ListScans(absl::string_view after, size_t limit, bool& more) const {
+absl::StatusOr<std::vector<v1::Scan>> Session::ListScans(absl::string_view after, size_t limit,
+                                                         bool& more) const {
   std::vector<v1::Scan> scans;
+  absl::StatusOr<size_t> begin = 0;
   journal_.Read([&](const SessionState& state) {
-    const size_t begin = PlaceAfter(state.scan_order, after);
-    for (size_t i = begin; i < state.scan_order.size() && scans.size() < limit; ++i) {
+    begin = PlaceAfter(state.scan_order, after);
+    if (!begin.ok()) return;
+    for (size_t i = *begin; i < state.scan_order.size() && scans.size() < limit; ++i) {
       scans.push_back(state.scans.at(state.scan_order[i]).scan);
     }
-    more = begin + scans.size() < state.scan_order.size();
+    more = *begin + scans.size() < state.scan_order.size();
   });
+  if (!begin.ok()) return begin.status();
   for (v1::Scan& scan : scans) AddProgress(scan);
   return scans;
 }
@@ -216,6 +220,11 @@ absl::StatusOr<sensor::RangeImage> Session::LoadImage(const std::string& scan) c
                      "send it again"));
   }
   absl::StatusOr<std::string> bytes = dependencies_.store.GetBlob(blob);
+  if (absl::IsNotFound(bytes.status())) {
+    return contract::ErrorWithReason(
+        absl::StatusCode::kDataLoss, "SCAN_LOST",
+        absl::StrCat(scan, ": the server has lost its data; have its operator restore a backup"));
+  }
   if (!bytes.ok()) return bytes.status();
   return sensor::DecodeRangeImage(*bytes, dependencies_.limits.scan_cells);
 }
@@ -250,7 +259,7 @@ void Session::RetryLater(const std::string& scan, const absl::Status& why) {
     std::lock_guard<std::mutex> lock(mutex_);
     waits_[scan] = absl::StrCat("waits, and is tried again: ", std::string(why.message()));
   }
-  dependencies_.timer.After(kRetryAfter, [self = weak_from_this(), scan] {
+  dependencies_.timer.After(kMergeAgainAfter, [self = weak_from_this(), scan] {
     if (const std::shared_ptr<Session> session = self.lock()) session->PostReconcile(scan);
   });
 }
@@ -303,7 +312,7 @@ void Session::Reconcile(const std::string& name, parallel::Parallel& parallel) {
     journal_.Read([&](const SessionState& state) { scan = state.scans.at(name).scan; });
   }
   if (scan.state() != v1::SCAN_STATE_RECEIVED && scan.state() != v1::SCAN_STATE_MERGING) return;
-  // Until it is merged; then the model's own hold has it.
+  // Until it is merged; then the model's own reservation has it.
   const absl::StatusOr<MemoryAccount::Reservation> reservation = ReserveMemory(EstimateMerge(scan));
   if (!reservation.ok()) return RetryLater(name, reservation.status());
   {

@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "core/bytes/checksum.h"
 #include "core/fleet/claims.h"
+#include "server/contract/error.h"
 #include "server/store/store.h"
 
 namespace vantage::session {
@@ -49,10 +50,11 @@ absl::Status Misfit(const v1::SessionEvent& event, absl::string_view what) {
 
 }  // namespace
 
-size_t PlaceAfter(const std::vector<std::string>& order, absl::string_view name) {
+absl::StatusOr<size_t> PlaceAfter(const std::vector<std::string>& order, absl::string_view name) {
   if (name.empty()) return 0;
   const auto it = std::find(order.begin(), order.end(), name);
-  return static_cast<size_t>(it - order.begin()) + (it == order.end() ? 0 : 1);
+  if (it == order.end()) return contract::UnknownPageToken();
+  return static_cast<size_t>(it - order.begin()) + 1;
 }
 
 std::string EtagOf(const v1::Session& session) {
@@ -233,7 +235,7 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
   return absl::OkStatus();
 }
 
-v1::Session SessionState::Describe(const google::protobuf::Timestamp& now) const {
+v1::Session SessionState::Describe() const {
   v1::Session out = session;
   out.set_last_sequence(last_sequence);
   out.set_model_version(model_version);
@@ -254,19 +256,22 @@ v1::Session SessionState::Describe(const google::protobuf::Timestamp& now) const
         counts.set_withdrawn_count(counts.withdrawn_count() + 1);
         break;
       default:
-        counts.set_pending_count(counts.pending_count() + 1);
+        counts.set_unmerged_count(counts.unmerged_count() + 1);
     }
   }
-  const std::vector<const v1::ViewRejection*> refused = RejectionsAt(now);
-  const size_t skip = refused.size() - std::min(refused.size(), kMaxListedRejections);
-  for (size_t i = skip; i < refused.size(); ++i) *out.add_rejections() = *refused[i];
   return out;
 }
 
-std::vector<const v1::ViewRejection*> SessionState::RejectionsAt(
+void SessionState::AddRejections(const google::protobuf::Timestamp& now, v1::Session& to) const {
+  const std::vector<const v1::Rejection*> refused = RejectionsAt(now);
+  const size_t skip = refused.size() - std::min(refused.size(), kMaxListedRejections);
+  for (size_t i = skip; i < refused.size(); ++i) *to.add_rejections() = *refused[i];
+}
+
+std::vector<const v1::Rejection*> SessionState::RejectionsAt(
     const google::protobuf::Timestamp& now) const {
-  std::vector<const v1::ViewRejection*> refused;
-  for (const v1::ViewRejection& rejection : rejections) {
+  std::vector<const v1::Rejection*> refused;
+  for (const v1::Rejection& rejection : rejections) {
     const bool expired = rejection.has_expire_time() && Before(rejection.expire_time(), now);
     if (!expired) refused.push_back(&rejection);
   }

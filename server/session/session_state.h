@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "vantage/storage/v1/log.pb.h"
 #include "vantage/v1/event.pb.h"
@@ -52,7 +53,7 @@ struct SessionState {
   std::map<std::string, v1::Upload> uploads;
   std::map<std::string, PlanRecord> plans;
   std::vector<std::string> plan_order;
-  std::vector<v1::ViewRejection> rejections;
+  std::vector<v1::Rejection> rejections;
   std::map<std::string, v1::Scanner> scanners;  // the fleet
   std::vector<std::string> scanner_order;
   std::map<std::string, ClaimRecord> claims;      // all there ever were
@@ -69,10 +70,12 @@ struct SessionState {
   absl::Status Apply(const storage::v1::LogEntry& entry);
 
   // The places that people refused and that have not expired, oldest first.
-  std::vector<const v1::ViewRejection*> RejectionsAt(const google::protobuf::Timestamp& now) const;
+  std::vector<const v1::Rejection*> RejectionsAt(const google::protobuf::Timestamp& now) const;
 
-  // The session as clients see it, with the newest of its rejections.
-  v1::Session Describe(const google::protobuf::Timestamp& now) const;
+  // The session as clients see it, without its rejections.
+  v1::Session Describe() const;
+  // The newest of them, which GetSession adds.
+  void AddRejections(const google::protobuf::Timestamp& now, v1::Session& session) const;
 
   // The claims that are held, oldest first.
   std::vector<const v1::Claim*> HeldClaims() const;
@@ -81,9 +84,11 @@ struct SessionState {
   bool AnyInModel() const;
 };
 
-// Where those begin that come after `name` in an order of creation; at its end where it is not
-// there.
-size_t PlaceAfter(const std::vector<std::string>& order, absl::string_view name);
+// Where those begin that come after `name` (empty: all) in an order of creation. Page tokens are
+// such names: INVALID_ARGUMENT naming `page_token` for one that is not in the order. Nothing ever
+// leaves an order, so that a name stands for the same place as long as the session lives; what a
+// later release may delete has to stay in it.
+absl::StatusOr<size_t> PlaceAfter(const std::vector<std::string>& order, absl::string_view name);
 
 // Changes with every change of what a client can set.
 std::string EtagOf(const v1::Session& session);

@@ -12,7 +12,7 @@
 namespace vantage::session {
 namespace {
 
-constexpr absl::Duration kRetryAfter = absl::Seconds(2);
+constexpr absl::Duration kRetryUploadAfter = absl::Seconds(2);
 constexpr size_t kMaxDisplayName = 200;
 
 // The scanner that an upload or a plan names, filled in. INVALID_ARGUMENT.
@@ -73,7 +73,7 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
             return contract::Retryable(
                 absl::StatusCode::kResourceExhausted, "TOO_MANY_UPLOADS",
                 absl::StrCat("the session has ", uploads_.size(), " open uploads, the most it may"),
-                kRetryAfter);
+                kRetryUploadAfter);
           }
         }
         if (state.scans.size() >= dependencies_.limits.scans_per_session) {
@@ -266,7 +266,7 @@ absl::Status Session::CommitScan(const std::shared_ptr<Upload>& upload) {
               absl::StrCat(state.PendingScans(),
                            " scans wait to be registered and merged; send the last "
                            "piece again later"),
-              kRetryAfter);
+              kRetryUploadAfter);
         }
         Draft draft;
         draft.blob = content->sha256;

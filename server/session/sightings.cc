@@ -12,8 +12,6 @@
 namespace vantage::session {
 namespace {
 
-Eigen::Vector3d Vector(const v1::Vector3& v) { return {v.x(), v.y(), v.z()}; }
-
 // m, one sigma of a scan's place: the first scan is where the world is.
 double PoseSigma(const v1::Scan& scan) {
   constexpr double kSigmasOfBound = 1.96;  // the bound holds at 95 %
@@ -37,7 +35,8 @@ std::vector<registration::TargetTie> TiesOf(const SessionState& state, const v1:
     if (!record.in_model || name == scan.name() || record.scan.targets().empty()) continue;
     const Eigen::Isometry3d pose = conversion::ReadOwnPose(record.scan.pose(), origin);
     for (const v1::TargetSighting& sighting : record.scan.targets()) {
-      const Known here{pose * Vector(sighting.in_scan()), PoseSigma(record.scan)};
+      const Known here{pose * conversion::ReadOwnVector(sighting.in_scan()),
+                       PoseSigma(record.scan)};
       const auto [it, fresh] = known.try_emplace(sighting.name(), here);
       if (!fresh && here.sigma < it->second.sigma) it->second = here;
     }
@@ -45,10 +44,10 @@ std::vector<registration::TargetTie> TiesOf(const SessionState& state, const v1:
   for (const v1::TargetSighting& sighting : scan.targets()) {
     registration::TargetTie tie;
     tie.name = sighting.name();
-    tie.in_scan = Vector(sighting.in_scan());
+    tie.in_scan = conversion::ReadOwnVector(sighting.in_scan());
     if (sighting.has_sigma_m()) tie.sigma = sighting.sigma_m();
     if (sighting.has_in_world()) {
-      tie.in_world = Vector(sighting.in_world()) - origin;
+      tie.in_world = conversion::ReadOwnVector(sighting.in_world()) - origin;
     } else if (const auto it = known.find(tie.name); it != known.end()) {
       tie.in_world = it->second.place;
       tie.sigma = std::min(1.0, std::hypot(tie.sigma, it->second.sigma));

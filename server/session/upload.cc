@@ -101,7 +101,7 @@ absl::Status Upload::Resume(absl::Time now) {
   std::lock_guard<std::mutex> lock(mutex_);
   last_piece_ = now;
   *upload_.mutable_expire_time() = conversion::WriteTime(now + limits_.upload_idle);
-  taken_up_ = false;
+  loaded_ = false;
   return CheckWhole();
 }
 
@@ -111,7 +111,7 @@ absl::Status Upload::Check() {
 }
 
 absl::Status Upload::CheckWhole() {
-  if (!taken_up_) {
+  if (!loaded_) {
     if (absl::Status taken = Load(); !taken.ok()) return taken;
     // What the system had not written when the server was killed is written now.
     if (records_ > 0) {
@@ -119,7 +119,7 @@ absl::Status Upload::CheckWhole() {
     }
     durable_records_ = records_;
     durable_pieces_ = pieces_.size();
-    taken_up_ = true;
+    loaded_ = true;
     // What came before the restart is there, whatever the quota is now.
     const int64_t there = std::max(upload_.total().encoded_size_bytes(), Received());
     if (account_ != nullptr && there > reserved_) {
@@ -269,8 +269,7 @@ absl::Status Upload::Accept(const UnpackedPiece& unpacked, absl::Time now) {
     absl::Status gap = contract::ErrorWithReason(
         StatusCode::kOutOfRange, "UPLOAD_GAP",
         absl::StrCat("piece ", count, " at offset ", Received(), " comes next, not piece ",
-                     piece.sequence(), " at offset ", piece.offset()),
-        {{"next_sequence", absl::StrCat(count)}, {"next_offset", absl::StrCat(Received())}});
+                     piece.sequence(), " at offset ", piece.offset()));
     v1::ExpectedPiece expected;
     expected.set_sequence(static_cast<int64_t>(count));
     expected.set_offset(Received());
@@ -297,7 +296,7 @@ absl::Status Upload::Accept(const UnpackedPiece& unpacked, absl::Time now) {
   // A frame that lengthens its piece is not kept: no more is than the account is charged for.
   if (piece.compression() == v1::COMPRESSION_ZSTD && piece.data().size() < bytes->size()) {
     record.mutable_piece()->set_compression(v1::COMPRESSION_ZSTD);
-    record.mutable_piece()->set_size(stored.size);
+    record.mutable_piece()->set_uncompressed_size_bytes(stored.size);
     record.mutable_piece()->set_data(piece.data());
   } else {
     record.mutable_piece()->set_data(*bytes);
@@ -357,7 +356,7 @@ absl::Status Upload::Reserve(int64_t bytes) {
 
 bool Upload::Complete() const {
   std::lock_guard<std::mutex> lock(mutex_);
-  return taken_up_ && !broken_ && upload_.state() == v1::UPLOAD_STATE_OPEN && upload_.has_total() &&
+  return loaded_ && !broken_ && upload_.state() == v1::UPLOAD_STATE_OPEN && upload_.has_total() &&
          Received() == upload_.total().encoded_size_bytes();
 }
 

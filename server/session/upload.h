@@ -49,8 +49,8 @@ class Upload {
 
   // Takes a piece; it is durable after Sync. A piece that is already stored changes nothing.
   // ALREADY_EXISTS (PIECE_DIFFERS): another piece is in its place. OUT_OF_RANGE (UPLOAD_GAP): a
-  // piece before it is missing; the ErrorInfo says which. DATA_LOSS (PIECE_DAMAGED): the checksum
-  // or the compression is wrong; send it again. INVALID_ARGUMENT: impossible sizes.
+  // piece before it is missing; an ExpectedPiece says which. DATA_LOSS (PIECE_DAMAGED): the
+  // checksum or the compression is wrong; send it again. INVALID_ARGUMENT: impossible sizes.
   // FAILED_PRECONDITION (UPLOAD_ENDED): committed, failed or expired. RESOURCE_EXHAUSTED
   // (QUOTA_EXCEEDED): it can go on when there is room.
   absl::Status Accept(const UnpackedPiece& unpacked, absl::Time now);
@@ -122,9 +122,9 @@ class Upload {
   size_t durable_records_ ABSL_GUARDED_BY(mutex_) = 0;  // of these
   size_t durable_pieces_ ABSL_GUARDED_BY(mutex_) = 0;
   bool created_with_total_ ABSL_GUARDED_BY(mutex_) = false;
-  bool taken_up_ ABSL_GUARDED_BY(mutex_) = true;  // what the spool has is known
-  bool broken_ ABSL_GUARDED_BY(mutex_) = false;   // a sync failed, and the spool is to be read anew
-  int64_t reserved_ ABSL_GUARDED_BY(mutex_);      // bytes of the account
+  bool loaded_ ABSL_GUARDED_BY(mutex_) = true;   // what the spool has is known
+  bool broken_ ABSL_GUARDED_BY(mutex_) = false;  // a sync failed, and the spool is to be read anew
+  int64_t reserved_ ABSL_GUARDED_BY(mutex_);     // bytes of the account
   // Of the bytes so far, so that nothing has to be read again at the end.
   bytes::Sha256 sha256_ ABSL_GUARDED_BY(mutex_);
   sensor::RangeImageDecoder decoder_ ABSL_GUARDED_BY(mutex_);

@@ -3,6 +3,7 @@
 #include <chrono>
 
 #include "absl/functional/function_ref.h"
+#include "server/contract/error.h"
 
 namespace vantage::store {
 namespace {
@@ -18,9 +19,13 @@ const absl::Status& StatusOf(const absl::StatusOr<T>& status) {
 absl::Status WithoutPaths(const absl::Status& status) {
   switch (status.code()) {
     case absl::StatusCode::kResourceExhausted:
-      return {status.code(),
-              "the server has no room left to store it; nothing was changed: delete "
-              "sessions, or have its operator make room"};
+      return contract::ErrorWithReason(status.code(), "STORE_FULL",
+                                       "the server has no room left to store it; nothing was "
+                                       "changed: delete sessions, or have its operator make room");
+    case absl::StatusCode::kNotFound:
+      return {status.code(), "the server has stored nothing of that name"};
+    case absl::StatusCode::kAborted:
+      return {status.code(), "somebody else writes the session"};
     case absl::StatusCode::kUnavailable:
       return {status.code(), "the server's storage fails; try again, and tell its operator"};
     case absl::StatusCode::kDataLoss:
@@ -43,16 +48,19 @@ auto Instrumented(telemetry::Metrics& metrics, telemetry::Log& log, const char* 
                    {{"operation", operation}})
       .Observe(took.count());
   const absl::Status& status = StatusOf(result);
-  if (!status.ok() && !absl::IsNotFound(status) && !absl::IsAborted(status)) {
+  if (status.ok()) return result;
+  if (absl::IsNotFound(status) || absl::IsAborted(status)) {
+    log.Info("the store does not have it, or not any more",
+             {{"operation", operation}, {"answer", status.ToString()}});
+  } else {
     metrics
         .CounterOf("vantage_store_errors_total", "Steps of the store that failed.",
                    {{"operation", operation}, {"code", absl::StatusCodeToString(status.code())}})
         .Add();
     log.Error("a step of the store failed",
               {{"operation", operation}, {"error", status.ToString()}});
-    return decltype(result)(WithoutPaths(status));
   }
-  return result;
+  return decltype(result)(WithoutPaths(status));
 }
 
 }  // namespace

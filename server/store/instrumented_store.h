@@ -13,7 +13,9 @@
 namespace vantage::store {
 
 // vantage_store_seconds{operation} and vantage_store_errors_total{operation,code}. NOT_FOUND and
-// ABORTED are answers, not failures. Thread safe; what it is made of outlives it.
+// ABORTED are answers, not failures. What goes wrong keeps its code and gets a message that a
+// client may see; the store's own, which may name paths, is in the log. RESOURCE_EXHAUSTED has the
+// reason STORE_FULL. Thread safe; what it is made of outlives it.
 class InstrumentedStore final : public Store {
  public:
   InstrumentedStore(Store& store, telemetry::Metrics& metrics, telemetry::Log& log)

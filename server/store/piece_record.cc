@@ -19,7 +19,7 @@ absl::StatusOr<storage::v1::SpoolRecord> ParseSpoolRecord(absl::string_view reco
 absl::StatusOr<std::string> PieceBytes(storage::v1::SpoolRecord::Piece piece) {
   if (piece.compression() != v1::COMPRESSION_ZSTD) return std::move(*piece.mutable_data());
   absl::StatusOr<std::string> bytes =
-      bytes::ZstdDecompress(piece.data(), static_cast<size_t>(piece.size()));
+      bytes::ZstdDecompress(piece.data(), static_cast<size_t>(piece.uncompressed_size_bytes()));
   if (!bytes.ok()) return absl::DataLossError(bytes.status().message());
   return bytes;
 }

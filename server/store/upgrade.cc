@@ -11,6 +11,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 #include "absl/strings/string_view.h"
 #include "absl/strings/strip.h"
 #include "google/protobuf/duration.pb.h"
@@ -75,6 +76,8 @@ Value ByName(Names<Value> names, absl::string_view name, Value otherwise) {
   return otherwise;
 }
 
+// Between guarantees that it took together.
+constexpr absl::string_view kTogether = " and ";
 constexpr std::pair<absl::string_view, v1::RegistrationBasis> kBases[] = {
     {"scan geometry", v1::REGISTRATION_BASIS_SCAN_GEOMETRY},
     {"levelling", v1::REGISTRATION_BASIS_LEVELLING},
@@ -82,6 +85,10 @@ constexpr std::pair<absl::string_view, v1::RegistrationBasis> kBases[] = {
     {"trusted pose", v1::REGISTRATION_BASIS_TRUSTED_POSE},
     {"overlap", v1::REGISTRATION_BASIS_OVERLAP},
     {"no pose prior", v1::REGISTRATION_BASIS_NO_POSE_PRIOR},
+    {"residuals", v1::REGISTRATION_BASIS_RESIDUALS},
+    {"contradiction", v1::REGISTRATION_BASIS_CONTRADICTION},
+    {"rival pose", v1::REGISTRATION_BASIS_RIVAL_POSE},
+    {"convergence", v1::REGISTRATION_BASIS_NOT_CONVERGED},
 };
 constexpr std::pair<absl::string_view, v1::PlanStage> kStages[] = {
     {"feasible views", v1::PLAN_STAGE_FEASIBLE_VIEWS},
@@ -100,17 +107,19 @@ constexpr std::pair<absl::string_view, v1::ClaimEndReason> kClaimEnds[] = {
 constexpr std::pair<absl::string_view, absl::string_view> kPlanningFields[] = {
     {"required_density", "required_density_per_m2"},
     {"viewcell_size", "viewcell_size_m"},
-    {"min_height", "min_height_m"},
-    {"max_height", "max_height_m"},
-    {"floor_height", "floor_height_m"},
+    {"min_height", "min_viewpoint_height_m"},
+    {"max_height", "max_viewpoint_height_m"},
+    {"floor_height", "floor_z_m"},
     {"scanner_width", "scanner_width_m"},
     {"scanner_height", "scanner_height_m"},
-    {"separation", "separation_m"},
+    {"separation", "candidate_separation_m"},
     {"candidates", "max_view_count"},
     {"max_checked", "max_checked_view_count"},
     {"terminate_below", "terminate_below_m2"},
     {"min_patch_area", "min_patch_area_m2"},
-    {"depth_behind", "depth_behind_m"},
+    {"depth_behind", "unknown_depth_m"},
+    {"least_deficit", "min_deficit_share"},
+    {"counts_from", "min_counted_density_share"},
 };
 constexpr std::pair<absl::string_view, absl::string_view> kRegistrationFields[] = {
     {"required_accuracy", "required_accuracy_m"},
@@ -125,10 +134,18 @@ constexpr std::pair<absl::string_view, absl::string_view> kRegistrationFields[] 
 
 void UpgradeVerdict(v1::RegistrationVerdict& verdict) {
   const std::vector<std::string> decided_by = TakeTexts(UnknownOf(verdict), 9);
-  if (decided_by.empty() || decided_by.back().empty()) return;
-  // Several guarantees together were joined by 'and'.
-  verdict.set_basis(
-      ByName<v1::RegistrationBasis>(kBases, decided_by.back(), v1::REGISTRATION_BASIS_COMBINED));
+  if (decided_by.empty()) return;
+  const auto basis_of = [](absl::string_view text) {
+    return ByName<v1::RegistrationBasis>(kBases, text, v1::REGISTRATION_BASIS_UNSPECIFIED);
+  };
+  if (!absl::StrContains(decided_by.back(), kTogether)) {
+    verdict.set_basis(basis_of(decided_by.back()));
+    return;
+  }
+  verdict.set_basis(v1::REGISTRATION_BASIS_COMBINED);
+  for (const absl::string_view text : absl::StrSplit(decided_by.back(), kTogether)) {
+    verdict.add_combined_bases(basis_of(text));
+  }
 }
 
 void UpgradeScan(v1::Scan& scan) {
@@ -160,15 +177,17 @@ void UpgradePlan(v1::Plan& plan) {
 }
 
 void UpgradeUpdatedPaths(v1::SessionUpdatedEvent& event) {
-  for (std::string& path : *event.mutable_updated_paths()) {
+  for (const std::string& path : TakeTexts(UnknownOf(event), 2)) {
+    std::string& written = *event.mutable_update_mask()->add_paths();
     absl::string_view field = path;
-    if (!absl::ConsumePrefix(&field, "planning_config.")) continue;
-    if (absl::ConsumePrefix(&field, "registration.")) {
-      path = absl::StrCat("planning_config.registration.",
-                          ByName<absl::string_view>(kRegistrationFields, field, field));
+    if (!absl::ConsumePrefix(&field, "planning_config.")) {
+      written = path;
+    } else if (absl::ConsumePrefix(&field, "registration.")) {
+      written = absl::StrCat("planning_config.registration.",
+                             ByName<absl::string_view>(kRegistrationFields, field, field));
     } else {
-      path = absl::StrCat("planning_config.",
-                          ByName<absl::string_view>(kPlanningFields, field, field));
+      written = absl::StrCat("planning_config.",
+                             ByName<absl::string_view>(kPlanningFields, field, field));
     }
   }
 }

@@ -39,7 +39,8 @@ class DeployedServer(Server):
                 env={"PATH": os.environ["PATH"], "VANTAGE_CERTS": self.folder,
                      "VANTAGE_BIND": f"fd@{listeners[0].fileno()}",
                      "HAPROXY_METRICS": f"fd@{listeners[1].fileno()}",
-                     "VANTAGE_SERVER": f"127.0.0.1:{self.port}", "VANTAGE_HTTP_PORT": str(self.http)})
+                     "VANTAGE_SERVER": f"127.0.0.1:{self.port}",
+                     "VANTAGE_HTTP_PORT": str(self.http)})
         self.front = listeners[0].getsockname()[1]
         for one in listeners:
             one.close()
@@ -54,7 +55,8 @@ class DeployedServer(Server):
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
         context.load_verify_locations(self.path("ca.pem"))
         context.set_alpn_protocols(["h2"])
-        return Link(self.front, source=source, tls=context if how.get("greet", True) else None, **how)
+        return Link(self.front, source=source, tls=context if how.get("greet", True) else None,
+                    **how)
 
     def channel(self):
         with open(self.path("ca.pem"), "rb") as ca:

@@ -8,7 +8,8 @@ END_STREAM, END_HEADERS = 0x1, 0x4
 
 
 def frame(kind, flags=0, stream=0, payload=b""):
-    return struct.pack(">I", len(payload))[1:] + bytes([kind, flags]) + struct.pack(">I", stream) + payload
+    return (struct.pack(">I", len(payload))[1:] + bytes([kind, flags]) +
+            struct.pack(">I", stream) + payload)
 
 
 def integer(value, prefix):
@@ -27,7 +28,8 @@ def integer(value, prefix):
 
 def literal(name, value, indexed=False):
     """A header field with a literal name, for the dynamic table where `indexed`."""
-    return (b"\x40" if indexed else b"\x00") + integer(len(name), 7) + name + integer(len(value), 7) + value
+    return ((b"\x40" if indexed else b"\x00") + integer(len(name), 7) + name +
+            integer(len(value), 7) + value)
 
 
 def call(path, *more, scheme=b"http", te=b"trailers"):

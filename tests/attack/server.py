@@ -22,7 +22,8 @@ class Server:
     def __init__(self, binary, *flags, files=None):
         self.folder = tempfile.mkdtemp(prefix="vantage-attack-")
         self.log_path = self.path("log")
-        limit = (lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files))) if files else None
+        limit = None if files is None else (
+            lambda: resource.setrlimit(resource.RLIMIT_NOFILE, (files, files)))
         with open(self.log_path, "wb") as log:
             self.process = subprocess.Popen(
                 [binary, "--listen", "127.0.0.1:0", "--port-file", self.path("port"),
@@ -82,7 +83,8 @@ class Server:
 
     def get(self, path):
         try:
-            with urllib.request.urlopen(f"http://127.0.0.1:{self.http}{path}", timeout=10) as answer:
+            with urllib.request.urlopen(f"http://127.0.0.1:{self.http}{path}",
+                                        timeout=10) as answer:
                 return answer.status, answer.read().decode()
         except urllib.error.HTTPError as error:
             return error.code, error.read().decode()

@@ -1,9 +1,10 @@
 #!/usr/bin/env python3
 """What abuse gets from the server: ./dev attack.
 
-Starts servers of its own on free ports of 127.0.0.1, alone and behind HAProxy, and attacks nothing else. Every attack is bounded
-in count and time; each row says what it got, and 'held' when the server kept its promise: it lives,
-says so over HTTP, answers a well-behaved caller, and gave nothing away.
+Starts servers of its own on free ports of 127.0.0.1, alone and behind HAProxy, and attacks nothing
+else. Every attack is bounded in count and time; each row says what it got, and 'held' when the
+server kept its promise: it lives, says so over HTTP, answers a well-behaved caller, and gave
+nothing away.
 """
 import argparse
 import functools
@@ -53,7 +54,8 @@ class Contract:
 
 def ask(channel, service, method, request, token=None, response_class=None, timeout=20):
     """(code name, details) of a unary call."""
-    serialize = (lambda raw: raw) if isinstance(request, bytes) else (lambda m: m.SerializeToString())
+    serialize = ((lambda raw: raw) if isinstance(request, bytes) else
+                 (lambda m: m.SerializeToString()))
     invoke = channel.unary_unary(f"/vantage.v1.{service}/{method}", request_serializer=serialize,
                                  response_deserializer=lambda raw: raw)
     metadata = [("authorization", "Bearer " + token)] if token else []
@@ -80,8 +82,8 @@ class Attacks:
         row = {"attack": name, "got": got, "held": bool(held), "known": known, **figures}
         self.rows.append(row)
         extra = "  ".join(f"{key} {value}" for key, value in figures.items())
-        print(f"{'held ' if held else 'KNOWN' if known else 'BROKE'}  {name}: {got}" + (f"  ({extra})" if extra else ""),
-              flush=True)
+        print(f"{'held ' if held else 'KNOWN' if known else 'BROKE'}  {name}: {got}" +
+              (f"  ({extra})" if extra else ""), flush=True)
 
     def well(self, server):
         """Whether it lives, and serves somebody who behaves."""
@@ -89,14 +91,15 @@ class Attacks:
             return False
         return server.serves_others()
 
-    def guarded(self):
+    def secured(self):
         """A server with callers: one tenant's administrator, another's, and one past its time."""
         server_folder = os.path.join(self.folder, "callers")
         with open(server_folder, "w") as file:
             os.chmod(server_folder, 0o600)
-            for name, tenant, token, more in (("owner", "museum", "owner-token", ""),
-                                              ("stranger", "castle", "stranger-token", ""),
-                                              ("late", "museum", "late-token", "2020-01-01T00:00:00Z")):
+            for name, tenant, token, more in (
+                    ("owner", "museum", "owner-token", ""),
+                    ("stranger", "castle", "stranger-token", ""),
+                    ("late", "museum", "late-token", "2020-01-01T00:00:00Z")):
                 file.write(f"{name} {tenant} administer token:{sha256(token)} {more}\n")
         return self.start("--callers", server_folder)
 
@@ -104,7 +107,7 @@ class Attacks:
 
     def names_and_tokens(self):
         new = self.contract.new
-        with self.guarded() as server, server.channel() as channel:
+        with self.secured() as server, server.channel() as channel:
             code, _ = ask(channel, "SessionService", "CreateSession",
                           new("CreateSessionRequest", session_id="job"), token="owner-token")
             get = new("GetSessionRequest", name="sessions/job")
@@ -115,11 +118,13 @@ class Attacks:
             want = {"owner": "OK", "stranger": "NOT_FOUND", "forged": "UNAUTHENTICATED",
                     "expired": "UNAUTHENTICATED", "none": "UNAUTHENTICATED"}
             self.record("another tenant's names, forged and expired tokens",
-                        ", ".join(f"{k}: {v}" for k, v in got.items()), code == "OK" and got == want)
+                        ", ".join(f"{k}: {v}" for k, v in got.items()),
+                        code == "OK" and got == want)
             delete = new("DeleteSessionRequest", name="sessions/job")
             got = ask(channel, "SessionService", "DeleteSession", delete, token="stranger-token")[0]
             there = ask(channel, "SessionService", "GetSession", get, token="owner-token")[0]
-            self.record("deleting another tenant's session", got, got == "NOT_FOUND" and there == "OK")
+            self.record("deleting another tenant's session", got,
+                        got == "NOT_FOUND" and there == "OK")
             guesses = 500
             codes = {}
             begun, cpu = time.monotonic(), server.cpu_seconds()
@@ -135,14 +140,15 @@ class Attacks:
         new = self.contract.new
         with self.start() as server:
             with server.channel() as channel:
-                tricks = ["../../etc/passwd", "a/../b", "/etc/passwd", "a\x00b", "%2e%2e%2f", "..", "CON",
-                          "a" * 100_000, "a\n{\"level\":\"audit\"}"]
+                tricks = ["../../etc/passwd", "a/../b", "/etc/passwd", "a\x00b", "%2e%2e%2f", "..",
+                          "CON", "a" * 100_000, "a\n{\"level\":\"audit\"}"]
                 codes = {ask(channel, "SessionService", "CreateSession",
                              new("CreateSessionRequest", session_id=trick))[0] for trick in tricks}
                 codes |= {ask(channel, "ScanService", "GetScan",
                               new("GetScanRequest", name=f"sessions/{trick}/scans/{trick}"))[0]
                           for trick in tricks}
-                forged = any(line.startswith('{"level":"audit"}') for line in server.log().splitlines())
+                forged = any(line.startswith('{"level":"audit"}')
+                             for line in server.log().splitlines())
                 self.record("path tricks in ids", ", ".join(sorted(codes)),
                             codes == {"INVALID_ARGUMENT"} and not forged)
                 memory = server.memory_mb()
@@ -248,8 +254,8 @@ class Attacks:
                 except OSError:
                     time.sleep(0.2)
             self.record("more connections than files (CVE-2023-4785)",
-                        f"{len(links)} connections with 128 files; serves again once they are closed: {well}",
-                        well)
+                        f"{len(links)} connections with 128 files; serves again once they are "
+                        f"closed: {well}", well)
 
     def slow_readers(self):
         """A listing that fills megabytes, asked for 200 times and never read."""
@@ -274,15 +280,15 @@ class Attacks:
             well = self.well(server)
             time.sleep(12)
             after = round(server.memory_mb() - memory)
-            self.record("200 answers that nobody reads", f"held {held} MB for them", well and held < 200,
-                        after_15_s_mb=after)
+            self.record("200 answers that nobody reads", f"held {held} MB for them",
+                        well and held < 200, after_15_s_mb=after)
             for link in links:
                 link.close()
 
     # ---- Malformed HTTP/2 -------------------------------------------------------------------
 
     def flood(self, name, make, limit_cpu, wait=4):
-        """Sends what `make(link)` sends; the processor time that it cost, and whether all is well."""
+        """Sends what `make(link)` sends: what processor time it costs, and whether all is well."""
         with self.start() as server:
             cpu, begun = server.cpu_seconds(), time.monotonic()
             link = server.link()
@@ -293,14 +299,15 @@ class Attacks:
             answer = time.monotonic() - slow
             spent = server.cpu_seconds() - cpu if server.alive() else float("nan")
             got = sent + ("; connection closed" if link.closed else "; connection stays")
-            self.record(name, got if server.alive() else "THE SERVER ENDED", well and spent <= limit_cpu,
-                        cpu_s=round(spent, 2), answer_s=round(answer, 2),
-                        seconds=round(time.monotonic() - begun, 1))
+            self.record(name, got if server.alive() else "THE SERVER ENDED",
+                        well and spent <= limit_cpu, cpu_s=round(spent, 2),
+                        answer_s=round(answer, 2), seconds=round(time.monotonic() - begun, 1))
             link.close()
 
     def malformed(self):
         def continuation(link, size=4 << 20):
-            link.send(frame(HEADERS, 0, 1, call(HEALTH) + b"\x00" + integer(1, 7) + b"x" + integer(size, 7)))
+            link.send(frame(HEADERS, 0, 1, call(HEALTH) + b"\x00" + integer(1, 7) + b"x" +
+                            integer(size, 7)))
             for _ in range(size // 16384):
                 if not link.send(frame(CONTINUATION, 0, 1, b"a" * 16384)):
                     break
@@ -348,8 +355,8 @@ class Attacks:
                 link.send(frame(HEADERS, END_HEADERS, 2 * stream + 1, block))
             return "te, :scheme and grpclb_client_stats before more than 8 KiB"
 
-        # What a flood may cost the server is what is known of gRPC 1.51, see server/README.md: these
-        # bounds tell when it gets worse.
+        # What a flood may cost the server is what is known of gRPC 1.51, see server/README.md:
+        # these bounds tell when it gets worse.
         self.flood("header flood (CVE-2023-33953)", continuation, 6, wait=8)
         self.flood("padded HPACK integer (CVE-2023-33953)", zeros, 6)
         self.flood("rapid reset (CVE-2023-44487)", resets, 12)
@@ -384,8 +391,8 @@ def main():
     parser.add_argument("--contract", required=True, help="its descriptor set, vantage.v1.binpb")
     parser.add_argument("--only", default="", help="names_and_tokens, paths_and_counts, bombs, "
                         "connections, few_files, slow_readers or malformed")
-    parser.add_argument("--haproxy-cfg", help="attack it also as deployed: behind HAProxy with this "
-                        "configuration")
+    parser.add_argument("--haproxy-cfg", help="attack it also as deployed: behind HAProxy with "
+                        "this configuration")
     parser.add_argument("--minutes", type=float, default=0, help="again and again for so long")
     parser.add_argument("--out", help="write the rows here as JSON")
     arguments = parser.parse_args()
@@ -406,7 +413,8 @@ def main():
     if arguments.out:
         with open(arguments.out, "w") as file:
             json.dump(rows, file, indent=1)
-    broke = [(row["against"], row["attack"]) for row in rows if not row["held"] and not row["known"]]
+    broke = [(row["against"], row["attack"]) for row in rows
+             if not row["held"] and not row["known"]]
     known = sum(row["known"] for row in rows)
     print(f"{sum(row['held'] for row in rows)} of {len(rows)} held" +
           (f", {known} known of gRPC 1.51" if known else ""))

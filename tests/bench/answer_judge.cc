@@ -21,8 +21,8 @@ AnswerJudge::AnswerJudge(const PlanningJob& job, parallel::Parallel& parallel)
   planning::Evaluation all;
   for (const planning::ViewScore& score :
        planning::ScoreEveryView(hierarchy, parallel::Budget::Unlimited(), parallel)) {
-    truth_.push_back(score.gain);
-    all.views.push_back({score.gain, score.gain, score.gain, true, true, 0});
+    truth_.push_back(score.score);
+    all.views.push_back({score.score, score.score, score.score, true, true, 0});
   }
   const int best = FirstRegistrable(all);
   best_ = best >= 0 ? truth_[static_cast<size_t>(best)] : 0;
@@ -39,7 +39,7 @@ AnswerJudge::AnswerJudge(const PlanningJob& job, parallel::Parallel& parallel)
 
 int AnswerJudge::FirstRegistrable(const planning::Evaluation& evaluation) const {
   const std::vector<uint32_t> ranked =
-      planning::RankViews(evaluation, job_.feasible, job_.config.separation,
+      planning::RankViews(evaluation, job_.feasible, job_.config.candidate_separation,
                           static_cast<size_t>(job_.config.max_checked));
   parallel::Serial serial;
   const planning::RegistrationCheck check =

@@ -165,7 +165,7 @@ void BenchThreads(const PlanningJob& job, Figures& figures) {
 
 constexpr double kFlatParts[] = {800, 600, 400, 300, 200, 150, 100, 80,
                                  65,  50,  40,  30,  20,  15,  10,  5};
-constexpr double kFloorParts[] = {4000, 2800, 2000, 1400, 1000, 700, 500, 400, 300, 200, 100, 50};
+constexpr double kStoreyParts[] = {4000, 2800, 2000, 1400, 1000, 700, 500, 400, 300, 200, 100, 50};
 
 }  // namespace
 
@@ -209,10 +209,10 @@ void BenchAnytime(const BenchOptions& options, parallel::Parallel& parallel, Fig
     }
   }
   if (wanted("250m2")) {
-    bench("250m2", OfficePlanningJob(250, parallel), 40, kFloorParts, "");
+    bench("250m2", OfficePlanningJob(250, parallel), 40, kStoreyParts, "");
   }
   if (full && wanted("1000m2")) {
-    bench("1000m2", OfficePlanningJob(1000, parallel), 40, kFloorParts, "400");
+    bench("1000m2", OfficePlanningJob(1000, parallel), 40, kStoreyParts, "400");
   }
   if (points.all > 0) {
     figures.Add({"plan.anytime.dominates",

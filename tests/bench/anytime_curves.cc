@@ -42,7 +42,7 @@ planning::Evaluation AnytimeEvaluation(const PlanningJob& job, uint64_t seed,
                                        parallel::Parallel& parallel) {
   planning::AnytimeOptions options;
   options.seed = seed;
-  options.separation = job.config.separation;
+  options.separation = job.config.candidate_separation;
   options.leaders = job.config.candidates;
   return planning::EvaluateViews(
       job.scoring->scorer(), job.feasible, job.scoring->cells(), options, budget, parallel,

@@ -19,7 +19,7 @@ void BenchCarve(parallel::Parallel& parallel, Figures& figures);     // carve.*
 void BenchSnapshot(parallel::Parallel& parallel, Figures& figures);  // snapshot.*
 // plan.*: packets, budgets, memory.
 void BenchPlanning(bool full, parallel::Parallel& parallel, Figures& figures);
-// merge.*, model.*: what many scans cost; `full` adds a whole floor.
+// merge.*, model.*: what many scans cost; `full` adds a whole storey.
 void BenchModel(bool full, parallel::Parallel& parallel, Figures& figures);
 // plan.exact.*: the hierarchy against brute force; `full` adds what takes minutes.
 void BenchEvaluator(bool full, parallel::Parallel& parallel, Figures& figures);

@@ -13,7 +13,7 @@
 #include "core/registration/align/scan_surface.h"
 #include "core/registration/bound/registration_result.h"
 #include "core/registration/registration.h"
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 #include "core/simulation/simulated_scanner.h"
 #include "core/visibility/occlusion_scene.h"
 #include "core/visibility/opaque_grid.h"
@@ -235,7 +235,7 @@ void RecordAlignment(const registration::RegistrationResult& aligned,
   pair.metres = error.translation().norm();
   pair.degrees = sensor::Degrees(Eigen::AngleAxisd(error.linear()).angle());
   pair.seconds = aligned.seconds;
-  pair.decided_by = aligned.verdict.decided_by;
+  pair.decided_by = registration::BasesText(aligned.verdict.bases);
 }
 
 std::string CalibrationHeader() {

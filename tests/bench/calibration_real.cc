@@ -10,9 +10,9 @@
 #include "core/registration/align/registration_config.h"
 #include "core/registration/levelling.h"
 #include "core/registration/registration.h"
-#include "core/sensor/import.h"
 #include "core/sensor/imported_scan.h"
-#include "core/simulation/counter_random.h"
+#include "core/sensor/scan_file.h"
+#include "core/simulation/random_sequence.h"
 
 namespace vantage::bench {
 namespace {

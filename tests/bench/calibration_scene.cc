@@ -5,7 +5,7 @@
 #include <numbers>
 #include <utility>
 
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 #include "core/simulation/scenes/furnished_flat.h"
 #include "core/simulation/scenes/mesh_builder.h"
 #include "core/simulation/scenes/office_storey.h"

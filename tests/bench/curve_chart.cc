@@ -56,8 +56,8 @@ bool WriteChart(const std::string& path, const std::string& title, double from, 
       absl::StrAppendFormat(&out,
                             "<line x1=\"%g\" x2=\"%g\" y1=\"%.1f\" y2=\"%.1f\" stroke=\"#ddd\"/>\n",
                             kLeft, kLeft + kWidth, y_of(tick), y_of(tick));
-      const bool floor = panel.logarithmic && tick <= panel.least;
-      Text(kLeft - 6, y_of(tick) + 4, "end", floor ? "0" : Number(tick), out);
+      const bool lowest = panel.logarithmic && tick <= panel.least;
+      Text(kLeft - 6, y_of(tick) + 4, "end", lowest ? "0" : Number(tick), out);
     }
     for (double decade = 1e-4; decade <= to; decade *= 10) {
       if (decade < from) continue;

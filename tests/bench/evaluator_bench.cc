@@ -64,8 +64,8 @@ Comparison Compare(const PlanningJob& job, const planning::HierarchyOptions& opt
       ++result.drawn;
       result.brute_rays += truth.rays;
       result.their_rays += scores[k].rays;
-      square += (scores[k].gain - truth.gain) * (scores[k].gain - truth.gain);
-      reference += truth.gain * truth.gain;
+      square += (scores[k].score - truth.score) * (scores[k].score - truth.score);
+      reference += truth.score * truth.score;
     }
   }
   result.rms = reference > 0 ? std::sqrt(square / reference) : 0;

@@ -32,7 +32,7 @@ fleet::FleetRequest RequestFor(size_t count) {
 double GreedyOverBestPair(uint64_t seed, parallel::Parallel& parallel) {
   planning::PlanningConfig config;
   config.viewcell_size = 0.4;
-  config.max_height = 1.7;
+  config.max_viewpoint_height = 1.7;
   config.registration.required_accuracy = 0.5;
   config.registration.minimum_overlap = 1e-6;
   test_support::ClosedFormScene scene = test_support::FurnishedRoom(seed);
@@ -72,7 +72,7 @@ void BenchGreedy(parallel::Parallel& parallel, Figures& figures) {
   }
   figures.Add({"fleet.greedy_ratio", worst, "", ">= 0.95",
                absl::StrCat("worst of ", kScenes,
-                            " furnished rooms with a stand in each: greedy's pair over the best "
+                            " furnished rooms with a station in each: greedy's pair over the best "
                             "of all pairs of views")});
 }
 
@@ -105,7 +105,7 @@ void BenchCost(parallel::Parallel& parallel, Figures& figures) {
                                together, alone, joint.guarantee_reason)});
 }
 
-// Whole jobs, simulated: the same floor with more scanners, with and without claims.
+// Whole jobs, simulated: the same storey with more scanners, with and without claims.
 void BenchJobs(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
   const double area = options.full ? 1000 : 250;
   const FleetScene scene = MakeFleetScene(1, area, parallel);
@@ -115,7 +115,7 @@ void BenchJobs(const BenchOptions& options, parallel::Parallel& parallel, Figure
   if (options.full) fleets = {1, 2, 4, 8};
   FleetJobResult one;
   const std::string of =
-      absl::StrFormat("office floor of %.0f m2, to %.0f %% of what is attainable at density", area,
+      absl::StrFormat("office storey of %.0f m2, to %.0f %% of what is attainable at density", area,
                       job.target * 100);
   for (const size_t count : fleets) {
     job.scanners = count;

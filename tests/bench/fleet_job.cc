@@ -102,7 +102,7 @@ class FleetJob {
   void SendOut(const model::PlanningView& view, Member& member) {
     fleet::FleetRequest request;
     request.scanners = {{scene_.scanner, member.at, {}, options_.speed, options_.scan_seconds}};
-    request.ranking = fleet::FleetRanking::kGainPerMinute;
+    request.ranking = fleet::FleetRanking::kScorePerMinute;
     for (const Member& other : members_) {
       if (options_.claims && other.going.has_value()) {
         request.pledged.push_back({*other.going, scene_.scanner});

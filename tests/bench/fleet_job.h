@@ -53,7 +53,7 @@ struct FleetJobResult {
 };
 
 // Poses are true: registration is another figure's subject. By events: whoever is free is planned
-// for, on what the model knows then, ranked by gain per minute.
+// for, on what the model knows then, ranked by score per minute.
 FleetJobResult RunFleetJob(const FleetScene& scene, const FleetJobOptions& options,
                            parallel::Parallel& parallel);
 

@@ -80,7 +80,7 @@ void BenchFlatMemory(const FlatJob& job, parallel::Parallel& parallel, Figures& 
 }
 
 // A storey of 1,000 m2 with range 30 m, as a building is scanned.
-void BenchFloorMemory(parallel::Parallel& parallel, Figures& figures) {
+void BenchStoreyMemory(parallel::Parallel& parallel, Figures& figures) {
   constexpr size_t kScans = 30;
   const simulation::Scene scene = simulation::OfficeStorey(1, 1000);
   const simulation::SimulatedScanner simulated(scene.mesh);
@@ -94,11 +94,11 @@ void BenchFloorMemory(parallel::Parallel& parallel, Figures& figures) {
     scan.image = simulated.Scan(scanner, pose, simulation::ScanFaults{}, i, parallel);
     return std::pair(std::move(scan), pose);
   };
-  const Footprint floor = Measure(kScans, make_scan, parallel);
-  figures.Add({"model.1000m2.mb", floor.model, "MB", "400",
-               absl::StrCat("octree and planning view of ", floor.surface_voxels,
+  const Footprint storey = Measure(kScans, make_scan, parallel);
+  figures.Add({"model.1000m2.mb", storey.model, "MB", "400",
+               absl::StrCat("octree and planning view of ", storey.surface_voxels,
                             " surface voxels after ", kScans, " scans, resident")});
-  figures.Add({"model.1000m2.layers.mb", floor.layers, "MB", "", "what is kept of the scans"});
+  figures.Add({"model.1000m2.layers.mb", storey.layers, "MB", "", "what is kept of the scans"});
 }
 
 }  // namespace
@@ -109,7 +109,7 @@ void BenchModel(bool full, parallel::Parallel& parallel, Figures& figures) {
     BenchMerge(job, parallel, figures);
     BenchFlatMemory(job, parallel, figures);
   }
-  if (full && figures.Wants("model.1000m2.")) BenchFloorMemory(parallel, figures);
+  if (full && figures.Wants("model.1000m2.")) BenchStoreyMemory(parallel, figures);
 }
 
 }  // namespace vantage::bench

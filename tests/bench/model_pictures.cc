@@ -24,8 +24,8 @@
 #include "client/picture/palette.h"
 #include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
-#include "core/sensor/import.h"
 #include "core/sensor/imported_scan.h"
+#include "core/sensor/scan_file.h"
 #include "core/simulation/scenes/pane_room.h"
 #include "core/simulation/scenes/scene.h"
 #include "core/simulation/simulated_scanner.h"
@@ -276,7 +276,7 @@ Picture Panes(parallel::Parallel& parallel) {
   Picture picture;
   picture.title = "The room with two windows and a mirror, three scans";
   picture.note =
-      "Windows on the right and above, the mirror below: rays end there, phantoms behind it are "
+      "Windows on the right and above, the mirror below: rays end there, reflections behind it are "
       "gone";
   picture.shown = {Vector3d(-0.5, -0.8, -0.2), Vector3d(5.7, 4.7, 2.8)};
   picture.slices = {{2, 1.3}, {0, 3.0}};

@@ -53,7 +53,7 @@ void BenchPackets(const model::PlanningView& model, const sensor::ScannerModel& 
     uint32_t filled = 0;
     alignas(32) float gains[8];
     for (size_t packet = 0; packet < cells.packets(); ++packet) {
-      uint32_t bits = constraints.Gains(views.back().cast<float>(), cells, packet, gains);
+      uint32_t bits = constraints.CellScores(views.back().cast<float>(), cells, packet, gains);
       for (; bits != 0; bits &= bits - 1) {
         const size_t at =
             packet * planning::CellArrays::kPacket + static_cast<size_t>(std::countr_zero(bits));
@@ -144,7 +144,7 @@ double PeakGigabytes() {
   return kilobytes / 1e6;
 }
 
-void BenchLargeFloor(parallel::Parallel& parallel, Figures& figures) {
+void BenchLargeStorey(parallel::Parallel& parallel, Figures& figures) {
   sensor::ScannerModel scanner;
   const auto model = ScannedOffice(2000, scanner, parallel);
   malloc_trim(0);
@@ -177,7 +177,7 @@ void BenchPlanning(bool full, parallel::Parallel& parallel, Figures& figures) {
     const auto model = ScannedOffice(1000, scanner, parallel);
     BenchBudgets("1000m2.", *model, scanner, 100, parallel, figures);
   }
-  if (full && figures.Wants("plan.2000m2.")) BenchLargeFloor(parallel, figures);
+  if (full && figures.Wants("plan.2000m2.")) BenchLargeStorey(parallel, figures);
   if (!figures.Wants("plan.embree.") && !figures.Wants("plan.brute.") &&
       !figures.Wants("plan.budget.o") && !figures.Wants("plan.cancel.p")) {
     return;

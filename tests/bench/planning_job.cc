@@ -84,7 +84,7 @@ std::unique_ptr<PlanningJob> SmallHousePlanningJob(parallel::Parallel& parallel)
   const char* data = std::getenv("VANTAGE_SHARED_DATA");
   if (data == nullptr) return nullptr;
   const std::string folder = absl::StrCat(data, "/small_house/");
-  const auto mesh = simulation::ReadPly(folder + "scene.ply");
+  const auto mesh = simulation::ReadMeshPly(folder + "scene.ply");
   std::ifstream points(folder + "free_points.txt");
   std::vector<Eigen::Vector3d> places;
   for (std::string line; places.size() < kHouseScans && std::getline(points, line);) {

@@ -17,7 +17,7 @@
 #include "core/registration/bound/registration_result.h"
 #include "core/registration/global_registration.h"
 #include "core/registration/registration.h"
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 #include "core/simulation/scenes/furnished_flat.h"
 #include "core/simulation/scenes/scene.h"
 #include "core/simulation/scenes/small_scenes.h"

@@ -40,7 +40,7 @@ planning::Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings
     const planning::ViewScore found = scorer.Score(job.views[i], sample, part);
     evaluation.rays += found.rays;
     if (!found.finished) return false;
-    evaluation.views[i].score = found.gain * unit;
+    evaluation.views[i].score = found.score * unit;
     evaluation.views[i].scored = true;
     return true;
   };
@@ -76,7 +76,7 @@ planning::Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings
     const planning::ViewScore found = scorer.Score(job.views[i], cells, budget);
     if (!found.finished) break;
     evaluation.rays += found.rays;
-    evaluation.views[i].score = found.gain;
+    evaluation.views[i].score = found.score;
     evaluation.views[i].exact = true;
     ++evaluation.exact;
   }

@@ -2,9 +2,9 @@
 """Starts containers from the image and drives them from outside, with an independent gRPC client.
 
 Usage: containers_test.py [-v] [TESTS]. Environment: VANTAGE_PACKAGES, the folder of the Debian
-packages to make the image from (default: build/package); VANTAGE_ENGINE, podman (default) or docker;
-VANTAGE_BASE, an image to start from; without, one is made of Debian's packages. VANTAGE_IMAGE, an image
-of the server that is there already, and tested instead of one made now.
+packages to make the image from (default: build/package); VANTAGE_ENGINE, podman (default) or
+docker; VANTAGE_BASE, an image to start from; without, one is made of Debian's packages.
+VANTAGE_IMAGE, an image of the server that is there already, and tested instead of one made now.
 """
 
 import json
@@ -24,10 +24,10 @@ except ImportError as missing:
     sys.exit(f"{missing} (Debian: python3-grpcio, python3-protobuf)")
 import room_scan
 from engine import FOLDER, ROOT, Container, Failed
-from guarded_tests import ProxyTest, TlsTest  # noqa: F401, run as the others
 from harness import (FIRST_SCAN, PACKAGES, ContainerTest, house, name_of, open_house, package, say,
                      state_of)
 from pod_tests import PodTest  # noqa: F401
+from secured_tests import ProxyTest, TlsTest  # noqa: F401, run as the others
 
 
 def setUpModule():
@@ -64,7 +64,8 @@ class ImageTest(ContainerTest):
         house.engine.run("create", "--name", name, house.image)
         self.addCleanup(lambda: house.engine.run("rm", "-f", "-v", name))
         folder = pathlib.Path(house.engine.scratch())
-        house.engine.run("cp", f"{name}:/usr/share/doc/vantage-server/sbom.spdx.json", folder / "sbom")
+        house.engine.run("cp", f"{name}:/usr/share/doc/vantage-server/sbom.spdx.json",
+                         folder / "sbom")
         sbom = json.loads((folder / "sbom").read_text())
         self.assertEqual(sbom["spdxVersion"], "SPDX-2.3")
         for key in ("dataLicense", "SPDXID", "name", "documentNamespace", "creationInfo"):
@@ -76,7 +77,8 @@ class ImageTest(ContainerTest):
         for part in sbom["packages"]:
             self.assertRegex(part["SPDXID"], r"^SPDXRef-[A-Za-z0-9.-]+$")
             self.assertRegex(part["externalRefs"][0]["referenceLocator"],
-                             r"^pkg:deb/(debian|vantage)/[a-z0-9.%B-]+@[^+:~]+\?arch=(amd64|arm64|all)&")
+                             r"^pkg:deb/(debian|vantage)/[a-z0-9.%B-]+@[^+:~]+"
+                             r"\?arch=(amd64|arm64|all)&")
         # Each library in the image belongs to a package of the list, and each has its licence.
         files = self.files()
         house.engine.run("cp", f"{name}:/var/lib/dpkg/info", folder)
@@ -154,7 +156,8 @@ class RunTest(ContainerTest):
                 server.execute("/usr/bin/vantaged", "--data", folder, "--listen", "127.0.0.1:0")
         self.started_job(server).plan()
         self.assertEqual(server.stop(), 0)
-        mounts = ("/data", "/dev", "/proc", "/sys", "/etc", "/run")  # the engine's own, over the root
+        # The engine's own, over the root.
+        mounts = ("/data", "/dev", "/proc", "/sys", "/etc", "/run")
         changed = [line for line in house.engine.run("diff", server.name).splitlines()
                    if not line.split(" ", 1)[1].startswith(mounts)]
         self.assertEqual(changed, [])
@@ -277,7 +280,8 @@ class InstallTest(ContainerTest):
 
     def booted(self):
         """A container that systemd runs, with loopback alone for a network."""
-        installed = house.engine.build("installed", FOLDER / "installed.Dockerfile", PACKAGES, BASE=house.base)
+        installed = house.engine.build("installed", FOLDER / "installed.Dockerfile", PACKAGES,
+                                       BASE=house.base)
         options = (["--systemd=always"] if house.engine.name == "podman" else
                    ["--tmpfs=/run", "--tmpfs=/tmp", "--volume=/sys/fs/cgroup:/sys/fs/cgroup:rw"])
         container = Container(house.engine, installed, "/lib/systemd/systemd", network="none",
@@ -319,7 +323,8 @@ class InstallTest(ContainerTest):
         self.assertEqual(shell("systemctl show -p Result --value vantaged"), "success")
         shell("systemctl start vantaged; vantage scan list flat | grep -q scan-2")
         shell("systemctl kill -s KILL vantaged; "
-              "for i in $(seq 100); do vantage health 2>/dev/null && exit 0; sleep 0.2; done; exit 1")
+              "for i in $(seq 100); do vantage health 2>/dev/null && exit 0; sleep 0.2; done; "
+              "exit 1")
         # A changed configuration outlives the package; the data outlive its configuration.
         shell("echo '# mine' >>/etc/vantage/vantaged.toml; apt-get -q remove -y vantage-server; "
               "grep -q mine /etc/vantage/vantaged.toml; test ! -e /usr/bin/vantaged")

@@ -43,8 +43,8 @@ class Engine:
 
     def run(self, *arguments, timeout=120, allowed=(0,)):
         """Runs a command of the engine; answers its output."""
-        done = subprocess.run([*self.command, *map(str, arguments)], env=self.environment, text=True,
-                              stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
+        done = subprocess.run([*self.command, *map(str, arguments)], env=self.environment,
+                              text=True, stdin=subprocess.DEVNULL, stdout=subprocess.PIPE,
                               stderr=subprocess.PIPE, timeout=timeout, check=False,
                               cwd=self.work)
         if done.returncode not in allowed:
@@ -66,7 +66,8 @@ class Engine:
         tag = self.new_image(name)
         given = [f"--build-arg={key}={value}" for key, value in arguments.items()]
         form = ["--format", "docker"] if self.name == "podman" else []
-        self.run("build", *form, "--network", "host", "-f", dockerfile, "-t", tag, *given, context, timeout=timeout)
+        self.run("build", *form, "--network", "host", "-f", dockerfile, "-t", tag, *given, context,
+                 timeout=timeout)
         return tag
 
     def scratch(self):

@@ -65,8 +65,8 @@ def open_house():
         house.image = given
         return
     begun = time.monotonic()
-    house.image = house.engine.build("server", ROOT / "docker" / "Dockerfile", ROOT, BASE=house.base,
-                         PACKAGE=package("server").name)
+    house.image = house.engine.build("server", ROOT / "docker" / "Dockerfile", ROOT,
+                                     BASE=house.base, PACKAGE=package("server").name)
     say(f"{house.engine.name}: image built in {time.monotonic() - begun:.0f} s")
 
 

@@ -1,4 +1,4 @@
-"""The pods of deploy/kubernetes, as containers: image, arguments, mounts, user and probes as described."""
+"""The pods of deploy/kubernetes, as containers: image, arguments, mounts, user, probes."""
 
 import shutil
 import subprocess
@@ -7,8 +7,8 @@ import urllib.request
 import job as jobs
 import yaml
 from engine import ROOT, Container, ServerContainer
-from guarded_tests import GuardedContainerTest
 from harness import FIRST_SCAN, house, open_house, say, state_of
+from secured_tests import SecuredContainerTest
 
 
 def setUpModule():
@@ -38,7 +38,7 @@ class PodContainer(ServerContainer):
         return super().address(patience).replace("0.0.0.0", "localhost")
 
 
-class PodTest(GuardedContainerTest):
+class PodTest(SecuredContainerTest):
     def documents(self, folder):
         """By kind; what kustomize adds to the base are labels."""
         if folder == "base":

@@ -7,7 +7,8 @@ import struct
 ROOM = (6.2, 5.1, 2.7)  # m, from the origin
 BOXES = (  # smallest and largest corners, m
     ((0.0, 3.4, 0.0), (0.6, 5.1, 2.2)),    # wardrobe
-    ((3.7, 2.7, 0.0), (3.85, 5.1, 2.7)),   # partition: the place behind it can't be seen from the first scan
+    # Partition: the place behind it can't be seen from the first scan.
+    ((3.7, 2.7, 0.0), (3.85, 5.1, 2.7)),
     ((2.9, 0.9, 0.0), (4.3, 1.7, 0.75)),   # table
     ((5.2, 0.0, 0.0), (6.2, 0.5, 1.1)))    # chest
 FIRST = (1.8, 1.9, 1.5)  # where the first scan is made: the origin of the world
@@ -35,7 +36,7 @@ def range_along(position, ray):
 
 
 def encoded(position, heading=0.0, step=1.5, noise=0.002, seed=1):
-    """A scan at `position`, in the room's frame, m, turned by `heading`, degrees. Steps in degrees."""
+    """A scan at `position`, m, in the room's frame; `heading` and `step` are in degrees."""
     rng = random.Random(seed)
     columns = round(360 / step)
     azimuths = [math.radians(-180 + column * step) for column in range(columns)]

@@ -24,7 +24,8 @@ except ImportError as missing:
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 DEPLOY = ROOT / "deploy"
 BUILD = pathlib.Path(os.environ.get("VANTAGE_BUILD", ROOT / "build" / "release")).resolve()
-NODE = pathlib.Path(os.environ.get("VANTAGE_NODE", ROOT / "build" / "node-deploy")).resolve() / "node_modules"
+NODE = (pathlib.Path(os.environ.get("VANTAGE_NODE", ROOT / "build" / "node-deploy")).resolve() /
+        "node_modules")
 EXPOSURE = 15  # tenths, as systemd-analyze security counts: 0 best, 100 worst
 PATH = os.environ["PATH"] + ":/usr/sbin"
 
@@ -91,7 +92,7 @@ class KubernetesTest(DeployTest):
         return found
 
     def faults(self, documents):
-        """What the API's own types have against the documents: missing, unknown, of another kind."""
+        """What the API's own types find wrong in the documents: missing, unknown, another kind."""
         if not (NODE / "typescript").exists() or not (NODE / "kubernetes-types").exists():
             self.skipTest(f"typescript and kubernetes-types are not in {NODE}")
         lines = []
@@ -232,8 +233,9 @@ class ComposeTest(DeployTest):
                                            + (folder / "key").read_text())
         environment = {"PATH": PATH, "VANTAGE_CERTS": str(folder)}
         text = (self.FOLDER / "haproxy.cfg").read_text()
-        for given, takes in ((text, True), (text.replace("timeout connect", "timeout conect"), False),
-                             (text.replace("default_backend vantaged", "default_backend v"), False)):
+        for given, takes in (
+                (text, True), (text.replace("timeout connect", "timeout conect"), False),
+                (text.replace("default_backend vantaged", "default_backend v"), False)):
             (folder / "haproxy.cfg").write_text(given)
             done = run("haproxy", "-c", "-f", folder / "haproxy.cfg", env=environment)
             self.assertEqual(done.returncode == 0, takes, done.stdout)

@@ -139,7 +139,7 @@ class Job {
       const std::lock_guard<std::mutex> lock(mutex);
       changed.notify_all();
     });
-    const auto settled = [&] {
+    const auto decided = [&] {
       const auto now = session.GetScan(scan);
       return !now.ok() ||
              (now->state() != v1::SCAN_STATE_RECEIVED &&
@@ -147,7 +147,7 @@ class Job {
     };
     {
       std::unique_lock<std::mutex> lock(mutex);
-      changed.wait_for(lock, std::chrono::seconds(8), settled);
+      changed.wait_for(lock, std::chrono::seconds(8), decided);
     }
     session.journal().Unwatch(watch);
     // What still calls the watcher ends with the operation that it is in.
@@ -210,7 +210,8 @@ class Job {
       ending.plan = ranking.SerializeAsString();
     }
     bool more = false;
-    for (v1::Scan scan : session.ListScans(0, 100, more)) {
+    std::vector<v1::Scan> scans = session.ListScans("", 100, more).value();
+    for (v1::Scan& scan : scans) {
       scan.mutable_merge()->clear_carve_duration();
       scan.mutable_merge()->clear_merge_duration();
       scan.mutable_registration()->clear_duration();

@@ -30,7 +30,7 @@ struct JobEnding {
   bool operator==(const JobEnding&) const = default;
 };
 
-// Takes up what is in `folder`, checks that it holds what `known` says, and goes on to the job's
+// Loads what is in `folder`, checks that it holds what `known` says, and goes on to the job's
 // end. `told` is called after every step with all that the client then knows. When the store
 // refuses a step, `mend` is asked whether to go on, after it did something about that, with the
 // same server. An error says what was lost (DATA_LOSS) or what failed.

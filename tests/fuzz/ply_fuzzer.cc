@@ -6,7 +6,7 @@
 
 // Every accepted mesh is finite, and its triangles have vertices, areas and a material each.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
-  const auto mesh = vantage::simulation::ParsePly({reinterpret_cast<const char*>(data), size});
+  const auto mesh = vantage::simulation::ParseMeshPly({reinterpret_cast<const char*>(data), size});
   if (!mesh.ok()) return 0;
   if (mesh->triangles.empty() || mesh->material.size() != mesh->triangles.size()) std::abort();
   for (const auto& vertex : mesh->vertices) {

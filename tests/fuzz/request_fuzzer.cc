@@ -86,15 +86,33 @@ absl::Status ExportAll(const session::TenantSessions& sessions, const std::strin
 
 const std::vector<Handle>& Handlers() {
   static const auto& all = *new std::vector<Handle>{
-      Of(handlers::CreateSession), Of(handlers::GetSession),    Of(handlers::ListSessions),
-      Of(handlers::UpdateSession), Of(handlers::DeleteSession), Of(handlers::CreateUpload),
-      Of(handlers::GetUpload),     Of(handlers::UploadPiece),   Of(handlers::GetScan),
-      Of(handlers::ListScans),     Of(handlers::AcceptScan),    Of(handlers::SetScanPose),
-      Of(handlers::WithdrawScan),  Of(handlers::CreatePlan),    Of(handlers::GetPlan),
-      Of(handlers::ListPlans),     Of(handlers::CancelPlan),    Of(handlers::RejectView),
-      Of(handlers::GetCoverage),   Of(handlers::CreateScanner), Of(handlers::ListScanners),
-      Of(handlers::RenewClaim),    Of(handlers::ReleaseClaim),  Of(handlers::ListClaims),
-      Of(handlers::ClaimView),     Of(handlers::EvaluateView),  ExportAll,
+      Of(rpc::handlers::CreateSession),
+      Of(rpc::handlers::GetSession),
+      Of(rpc::handlers::ListSessions),
+      Of(rpc::handlers::UpdateSession),
+      Of(rpc::handlers::DeleteSession),
+      Of(rpc::handlers::CreateUpload),
+      Of(rpc::handlers::GetUpload),
+      Of(rpc::handlers::UploadPiece),
+      Of(rpc::handlers::GetScan),
+      Of(rpc::handlers::ListScans),
+      Of(rpc::handlers::AcceptScan),
+      Of(rpc::handlers::SetScanPose),
+      Of(rpc::handlers::WithdrawScan),
+      Of(rpc::handlers::CreatePlan),
+      Of(rpc::handlers::GetPlan),
+      Of(rpc::handlers::ListPlans),
+      Of(rpc::handlers::CancelPlan),
+      Of(rpc::handlers::RejectView),
+      Of(rpc::handlers::GetCoverage),
+      Of(rpc::handlers::CreateScanner),
+      Of(rpc::handlers::ListScanners),
+      Of(rpc::handlers::RenewClaim),
+      Of(rpc::handlers::ReleaseClaim),
+      Of(rpc::handlers::ListClaims),
+      Of(rpc::handlers::ClaimView),
+      Of(rpc::handlers::EvaluateView),
+      ExportAll,
   };
   return all;
 }
@@ -107,9 +125,10 @@ const std::vector<Handle>& Handlers() {
 // blames nobody's programming.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace vantage;  // NOLINT: the entry point's name is not ours
-  static telemetry::Log& log = *new Log(telemetry::LogLevel::kOff, telemetry::Log::Stderr());
-  static execution::Timer& timer = *new Timer();
-  static execution::PlanningPool& pool = *new PlanningPool(1, 2);
+  static telemetry::Log& log =
+      *new telemetry::Log(telemetry::LogLevel::kOff, telemetry::Log::Stderr());
+  static execution::Timer& timer = *new execution::Timer();
+  static execution::PlanningPool& pool = *new execution::PlanningPool(1, 2);
   store::MemoryStore store(size_t{64} << 20);
   session::SessionRegistry registry(
       session::SessionDependencies{store, pool, timer, log, contract::Limits(), Refusing(),
@@ -117,14 +136,14 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   const session::TenantSessions sessions(registry, "tenant");
   v1::CreateSessionRequest create;
   create.set_session_id("job");
-  if (!handlers::CreateSession(sessions, create).ok()) std::abort();
+  if (!rpc::handlers::CreateSession(sessions, create).ok()) std::abort();
   v1::CreateUploadRequest announce;
   announce.set_parent("sessions/job");
-  if (!handlers::CreateUpload(sessions, announce).ok()) std::abort();
+  if (!rpc::handlers::CreateUpload(sessions, announce).ok()) std::abort();
 
   size_t at = 0;
   for (int i = 0; i < 8 && at + 3 <= size; ++i) {
-    const auto& handle = Handlers()[data[at] % Handlers().size()];
+    const auto& handle = fuzz::Handlers()[data[at] % fuzz::Handlers().size()];
     const size_t length = std::min<size_t>(data[at + 1] | data[at + 2] << 8, size - at - 3);
     const std::string bytes(reinterpret_cast<const char*>(data) + at + 3, length);  // NOLINT: bytes
     const absl::Status answer = handle(sessions, bytes);

@@ -123,7 +123,7 @@ TEST_F(BadInputTest, UnknownNames) {
 TEST_F(BadInputTest, ImpossibleConfigurationNamesEveryField) {
   const Finished finished =
       Vantage(server_, {"session", "create", "other", "--density", "-3", "--voxel", "7", "--set",
-                        "planning_config.min_height_m=3"});
+                        "planning_config.min_viewpoint_height_m=3"});
   EXPECT_EQ(finished.exit_code, 5) << finished.out;
   EXPECT_THAT(finished.error, HasSubstr("required_density_per_m2"));
   EXPECT_THAT(finished.error, HasSubstr("voxel_size_m"));

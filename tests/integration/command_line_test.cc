@@ -39,11 +39,11 @@ TEST(Lifecycle, SessionsComeAndGo) {
   ASSERT_FALSE(server.address().empty());
   const auto created = Answer<v1::Session>(
       Vantage(server, {"session", "create", "flat", "--name", "Flat, 3rd floor", "--density",
-                       "1600", "--set", "planning_config.max_height_m=1.9", "--json"}));
+                       "1600", "--set", "planning_config.max_viewpoint_height_m=1.9", "--json"}));
   EXPECT_EQ(created.name(), "sessions/flat");
   EXPECT_EQ(created.planning_config().required_density_per_m2(), 1600);
-  EXPECT_EQ(created.planning_config().max_height_m(), 1.9);
-  EXPECT_EQ(created.planning_config().min_height_m(), 1.0);  // the default, filled in
+  EXPECT_EQ(created.planning_config().max_viewpoint_height_m(), 1.9);
+  EXPECT_EQ(created.planning_config().min_viewpoint_height_m(), 1.0);  // the default, filled in
   EXPECT_EQ(created.scanner_models_size(), 1);
 
   const Finished updated = Vantage(server, {"session", "update", "flat", "--set",
@@ -51,7 +51,7 @@ TEST(Lifecycle, SessionsComeAndGo) {
   EXPECT_EQ(updated.exit_code, 0) << updated.error;
   const auto shown = Answer<v1::Session>(Vantage(server, {"session", "show", "flat", "--json"}));
   EXPECT_EQ(shown.planning_config().required_density_per_m2(), 900);
-  EXPECT_EQ(shown.planning_config().max_height_m(), 1.9);
+  EXPECT_EQ(shown.planning_config().max_viewpoint_height_m(), 1.9);
 
   EXPECT_THAT(Vantage(server, {"session", "list"}).out, HasSubstr("Flat, 3rd floor"));
   EXPECT_EQ(Vantage(server, {"session", "delete", "flat"}).exit_code, 0);

@@ -184,7 +184,7 @@ class JobClient {
       piece.set_offset(upload.next_offset());
       piece.set_data(bytes.substr(static_cast<size_t>(upload.next_offset()), kPieceBytes));
       if (piece.data().empty()) {
-        // All of it is there: the server commits it when it has taken up its work.
+        // All of it is there: the server commits it when it has loaded its sessions.
         v1::GetUploadRequest get;
         get.set_name(upload.name());
         v1::GetUploadResponse now;
@@ -216,7 +216,7 @@ class JobClient {
       }
       std::this_thread::sleep_for(std::chrono::milliseconds(5));
     }
-    ADD_FAILURE() << scan << " is never settled";
+    ADD_FAILURE() << scan << " is never decided";
     return false;
   }
 

@@ -15,7 +15,7 @@ namespace {
 using ::testing::HasSubstr;
 using ::testing::Not;
 
-struct Row {
+struct JobRow {
   int scan = 0;
   double estimated = 0;  // percent
   double truth = 0;
@@ -23,9 +23,9 @@ struct Row {
 };
 
 // The rows of the report: scan, ..., three percentages.
-std::vector<Row> RowsOf(const std::string& report) {
+std::vector<JobRow> JobRowsOf(const std::string& report) {
   static const std::regex kRow(R"(^\s*(\d+)  .*?([\d.]+) %\s+([\d.]+) %\s+([\d.]+) %)");
-  std::vector<Row> rows;
+  std::vector<JobRow> rows;
   std::istringstream lines(report);
   for (std::string line; std::getline(lines, line);) {
     std::smatch match;
@@ -50,11 +50,11 @@ TEST(SimulatedJob, DigitisesTheFlat) {
                        folder.path()});
   ASSERT_EQ(finished.exit_code, 0) << finished.out << finished.error;
   EXPECT_THAT(finished.out + finished.error, Not(HasSubstr("\033"))) << "no terminal, no codes";
-  const std::vector<Row> rows = RowsOf(finished.out);
+  const std::vector<JobRow> rows = JobRowsOf(finished.out);
   ASSERT_EQ(rows.size(), 3u) << finished.out;
   EXPECT_GT(rows[2].truth, rows[0].truth + 10) << finished.out;
   EXPECT_GE(rows[1].seen, rows[0].seen);
-  for (const Row& row : rows) {
+  for (const JobRow& row : rows) {
     EXPECT_GE(row.seen, row.truth);
     EXPECT_TRUE(
         std::filesystem::exists(folder.File("cycle-0" + std::to_string(row.scan) + ".png")));
@@ -95,7 +95,7 @@ TEST(SimulatedJob, FiveScansInTheSmallHouse) {
       Vantage(server, {"simulate", "--mesh", mesh, "--scans", "5", "--step", "0.5", "--density",
                        "400", "--work", "5000000", "--session", "house"});
   ASSERT_EQ(finished.exit_code, 0) << finished.out << finished.error;
-  const std::vector<Row> rows = RowsOf(finished.out);
+  const std::vector<JobRow> rows = JobRowsOf(finished.out);
   ASSERT_EQ(rows.size(), 5u) << finished.out;
   EXPECT_GT(rows[4].truth, 2 * rows[0].truth) << finished.out;
   int merged = 0;

@@ -51,10 +51,11 @@ def check(address):
     assert "nowhere" in text and "grpc-status-details-bin" in metadata, (text, metadata)
     code, text, metadata = error_of(lambda: server.call(
         sessions, "CreateSession",
-        {"session": {"planningConfig": {"requiredDensityPerM2": -1, "minHeightM": -1}}}))
+        {"session": {"planningConfig": {"requiredDensityPerM2": -1, "minViewpointHeightM": -1}}}))
     assert code == grpc.StatusCode.INVALID_ARGUMENT, code
-    assert b"required_density_per_m2" in metadata["grpc-status-details-bin"]
-    assert b"min_height_m" in metadata["grpc-status-details-bin"], "all violations, not the first"
+    details = metadata["grpc-status-details-bin"]
+    assert b"required_density_per_m2" in details
+    assert b"min_viewpoint_height_m" in details, "all violations, not the first"
     code, _, metadata = error_of(lambda: server.call(
         "vantage.v1.FleetService", "ListScanners", {"parent": "sessions/nowhere"}))
     assert code == grpc.StatusCode.NOT_FOUND and "grpc-status-details-bin" in metadata, code
@@ -66,8 +67,9 @@ def check(address):
 def main():
     with tempfile.TemporaryDirectory() as folder:
         port_file = pathlib.Path(folder, "port")
-        with subprocess.Popen([sys.argv[1], "--listen", "127.0.0.1:0", "--port-file",
-                               str(port_file), "--data", str(pathlib.Path(folder, "data"))]) as server:
+        with subprocess.Popen([sys.argv[1], "--listen", "127.0.0.1:0",
+                               "--port-file", str(port_file),
+                               "--data", str(pathlib.Path(folder, "data"))]) as server:
             try:
                 deadline = time.monotonic() + 60
                 while not (port_file.exists() and port_file.read_text().strip()):

@@ -47,9 +47,9 @@ absl::Status RunCycle(client::Client& client, int job, const LoadPlan& load,
   const auto scan = client.Upload(session, upload, image, [](const client::UploadProgress&) {});
   if (!scan.ok()) return scan.status();
   const auto stored = Clock::now();
-  const auto settled = client.WaitForScan(*scan, [](const v1::Scan&) {});
-  if (!settled.ok()) return settled.status();
-  log.Settled(settled->state() == v1::SCAN_STATE_MERGED);
+  const auto decided = client.WaitForScan(*scan, [](const v1::Scan&) {});
+  if (!decided.ok()) return decided.status();
+  log.Decided(decided->state() == v1::SCAN_STATE_MERGED);
   v1::CreatePlanRequest create;
   create.set_parent(session);
   const auto whole = static_cast<int64_t>(load.budget);
@@ -74,7 +74,7 @@ void LoadLog::Cycle(int job, double seconds_to_plan, double over_budget, double 
   over_budget_.push_back(over_budget);
   rays_[job] += rays;
 }
-void LoadLog::Settled(bool merged) {
+void LoadLog::Decided(bool merged) {
   std::lock_guard<std::mutex> lock(mutex_);
   ++(merged ? merged_ : not_merged_);
 }

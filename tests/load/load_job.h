@@ -23,8 +23,8 @@ struct LoadPlan {
 class LoadLog {
  public:
   void Cycle(int job, double seconds_to_plan, double over_budget, double rays);
-  // A scan settled, and is in its model or not.
-  void Settled(bool merged);
+  // A scan was decided, and is in its model or not.
+  void Decided(bool merged);
   void Unary(double seconds);
   // Errors by code and reason.
   void Error(const absl::Status& status);

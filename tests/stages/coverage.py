@@ -3,16 +3,18 @@
 
 Usage: coverage.py --seconds N|--most N [--all] UNIT...
 A unit is a source file or a folder of tests. Prints those to cover, one on a line, and says on
-standard error what it did and why. In this order, as long as they fit into N seconds of compiling, or are N at most:
+standard error what it did and why. In this order, as long as they fit into N seconds of compiling,
+or are N at most:
 
-  1. units with changed files (a folder of tests also counts as changed with the folder that it tests)
+  1. units with changed files (a folder of tests also counts as changed with the folder that it
+     tests)
   2. a quarter of all units in turn, by the number of commits (or VANTAGE_QUARTER, 1 to 4): four
      commits cover everything
   3. units that include what changed, by however many files in between, the nearest first
 
-Changed is what differs from VANTAGE_CHANGED_SINCE, or else from 20 commits ago, and what is new. The
-same tree and history always give the same answer: compiling is counted at a constant rate for each
-kind of source, never timed.
+Changed is what differs from VANTAGE_CHANGED_SINCE, or else from 20 commits ago, and what is new.
+The same tree and history always give the same answer: compiling is counted at a constant rate for
+each kind of source, never timed.
 """
 
 import argparse
@@ -71,8 +73,8 @@ class Sources:
         return [file for file in self.files if os.path.dirname(file) == unit]
 
     def closure(self, unit, linked):
-        """What the unit includes, directly or not, and how many files lie in between; if linked, also
-        the sources beside the headers."""
+        """What the unit includes, directly or not, and how many files lie in between; if linked,
+        also the sources beside the headers."""
         found = {file: 0 for file in self.of(unit)}
         queue = collections.deque(found)
         while queue:
@@ -131,7 +133,8 @@ def choose(units, limit, counted=False):
         closure = sources.closure(unit, linked=not counted)
         tested = unit.removeprefix("tests/") + "/"
         distances = [hops for file, hops in closure.items() if file in changed]
-        # In each group the dearest first: what is cheap finds a place beside it, not the other way round.
+        # In each group the dearest first: what is cheap finds a place beside it, not the other way
+        # round.
         compiled = sources.compiled(unit)
         order = (not in_turn, 0 if counted else -seconds(compiled), index, unit, compiled)
         if any(file in changed for file in sources.of(unit)) or any(
@@ -185,7 +188,8 @@ def main():
         say(f"all {len(args.units)}")
         print("\n".join(args.units))
     else:
-        print("\n".join(choose(args.units, args.seconds or args.most, counted=args.seconds is None)))
+        print("\n".join(choose(args.units, args.seconds or args.most,
+                               counted=args.seconds is None)))
 
 
 if __name__ == "__main__":

@@ -4,6 +4,22 @@ source "$(dirname "${BASH_SOURCE[0]}")/prelude.sh"
 mkdir -p "$logs"
 
 passed=0 failed=0 skipped_tests=0 rows=()
+# A stage has a process group of its own, which the terminal does not interrupt.
+running=
+trap '[[ -z $running ]] || kill "$running" 2>/dev/null; exit 130' INT TERM
+
+# follow LOG PID: what a stage says as long as it runs, and every quarter of a minute how far ctest is.
+follow() {
+  local line next=0
+  tail -n +1 -f -s 0.5 --pid="$2" "$1" | while IFS= read -r line; do
+    if [[ $line =~ ^\[\ *[0-9]+\ s\]\  ]]; then
+      echo "$line"
+    elif [[ $line =~ ^\ *([0-9]+/[0-9]+)\ Test\  ]] && ((SECONDS >= next)); then
+      say "test ${BASH_REMATCH[1]}"
+      next=$((SECONDS + 15))
+    fi
+  done
+}
 
 # stage NAME [COMMAND...]: runs the command, by default tests/stages/NAME.sh, as the stage of that name.
 # True if it passed or was skipped. VANTAGE_SLACK times its budget, or at VANTAGE_DEADLINE (seconds of
@@ -17,7 +33,13 @@ stage() {
   limit=$((budget * ${VANTAGE_SLACK:-3}))
   ((limit < ${VANTAGE_DEADLINE:-9999999999} - began)) || limit=$((VANTAGE_DEADLINE - began))
   if ((limit > 0)); then
-    timeout -k 10 "$limit" "$@" >"$log" 2>&1 </dev/null || status=$?
+    : >"$log"
+    timeout -k 10 "$limit" "$@" >>"$log" 2>&1 </dev/null &
+    running=$!
+    follow "$log" "$running" &
+    wait "$running" || status=$?
+    running=
+    wait
   else
     status=124
     echo "no time was left" >"$log"

@@ -1,19 +1,23 @@
 #!/usr/bin/env python3
-"""Whether the house stands as CONTRIBUTING.md draws it: no type is defined twice in a namespace (the
-linker would take either), files stand in the namespace of their folder, and includes go one way,
-between parts and rooms and from file to file. Lines are read as clang-format leaves them."""
+"""Whether the house stands as CONTRIBUTING.md draws it: no type is defined twice in a namespace
+(the linker would take either), files stand in the namespace of their folder, includes between rooms
+go the way that 'Who may include whom' draws, and nowhere in a circle. Lines are read as
+clang-format leaves them."""
 import collections
 import os
 import re
 import subprocess
 import sys
 
-PARTS = {'core': {'core'}, 'server': {'core', 'server'}, 'client': {'core', 'client'}}
+# What no file of a part includes.
+FORBIDDEN = {'core': ('server/', 'client/', 'tests/'),
+             'server': ('client/', 'tests/', 'core/simulation/'),
+             'client': ('server/', 'tests/')}
 NAMESPACES = {'server/main': 'server', 'client/library': 'client', 'tests/support': 'test_support'}
 
 
 def module(path):
-    """The folder that names a file's namespace: core/planning for core/planning/patches/patches.h."""
+    """The folder that names a file's namespace: core/planning for core/planning/plan/plan.h."""
     names = path.split('/')[:-1]
     if names[0] == 'tests' and names[1] in ('core', 'server', 'client'):
         names = names[1:]
@@ -22,7 +26,7 @@ def module(path):
 
 def types(path, text):
     """Namespace and name of each class, struct and enum that is defined outside of others."""
-    space, hidden = [], False
+    space = []
     for line in text.split('\n'):
         if match := re.match(r'(?:inline )?namespace ([\w:]+)', line):
             space.append(match[1])
@@ -30,9 +34,40 @@ def types(path, text):
             space.append('')
         elif line.startswith('}  // namespace'):
             space.pop()
-        elif match := re.match(r'(?:class|struct|enum class|enum|union) (?:\w+\(.*?\) )?(\w+)(?!\w|::)[^;]*$', line):
-            if '' not in space and '<' not in line.split(match[1], 1)[1].split('{')[0].split(':')[0]:
+        elif match := re.match(r'(?:class|struct|enum class|enum|union) (?:\w+\(.*?\) )?'
+                               r'(\w+)(?!\w|::)[^;]*$', line):
+            specialised = '<' in line.split(match[1], 1)[1].split('{')[0].split(':')[0]
+            if '' not in space and not specialised:
                 yield '::'.join(space), match[1]
+
+
+def drawn():
+    """What CONTRIBUTING.md draws: which rooms of a folder each room in it may include."""
+    with open('CONTRIBUTING.md', encoding='utf-8') as file:
+        drawing = re.search(r'^Who may include whom.*?\n\n(.*?)\n\n', file.read(), re.M | re.S)[1]
+    orders, folder = {}, None
+    for line in drawing.split('\n'):
+        name, order = re.match(r' {4}([\w/]*) +(\w+(?:(?:,| <) \w+)*)', line).groups()
+        folder = name or folder
+        may = orders.setdefault(folder, {})
+        before = set()
+        for step in order.split(' < '):
+            rooms = step.split(', ')
+            for room in rooms:
+                may.setdefault(room, set()).update(before)
+            before = before.union(rooms, *(may[room] for room in rooms))
+    return orders
+
+
+def against(orders, path, to):
+    """Whether an include goes another way than is drawn. What lies in a folder itself uses all
+    rooms of the folder, and none of them uses it."""
+    here, there = path.split('/')[:-1], to.split('/')[:-1]
+    depth = len(os.path.commonprefix([here, there]))
+    may = orders.get('/'.join(here[:depth]) + '/')
+    if may is None or depth == len(here):
+        return False
+    return depth == len(there) or there[depth] not in may.get(here[depth], ())
 
 
 def circles(arrows):
@@ -62,13 +97,14 @@ def circles(arrows):
 def main():
     sys.setrecursionlimit(10000)
     os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), '../..'))
-    paths = [p for p in subprocess.run(['git', 'ls-files', '-co', '--exclude-standard', 'core', 'server',
-                                        'client', 'tests'], capture_output=True, text=True,
-                                       check=True).stdout.split()
+    listed = subprocess.run(['git', 'ls-files', '-co', '--exclude-standard', 'core', 'server',
+                             'client', 'tests'], capture_output=True, text=True, check=True)
+    paths = [p for p in listed.stdout.split()
              if p.endswith(('.h', '.cc')) and os.path.exists(p)]
     wrong = []
     defined = collections.defaultdict(set)
     rooms, units = collections.defaultdict(set), collections.defaultdict(set)
+    orders = drawn()
     for path in paths:
         with open(path, encoding='utf-8') as file:
             text = file.read()
@@ -80,7 +116,7 @@ def main():
                 wrong.append(f'{path}: namespace {space}, in a folder of vantage::{home}')
         for to in re.findall(r'^#include "((?:core|server|client|tests)/[^"]+)"', text, re.M):
             part = path.split('/')[0]
-            if to.split('/')[0] not in PARTS.get(part, {'core', 'server', 'client', 'tests'}):
+            if to.startswith(FORBIDDEN.get(part, ())) or against(orders, path, to):
                 wrong.append(f'{path}: includes {to}')
             if part == 'tests':
                 continue
@@ -93,7 +129,8 @@ def main():
               for name, where in defined.items() if len(where) > 1 and name.count('::') > 1]
     wrong += [f'a circle of rooms: {" ".join(group)}' for group in circles(rooms)]
     wrong += [f'a circle of files: {" ".join(group)}' for group in circles(units)]
-    print('\n'.join(wrong) or f'{len(paths)} files, {len(defined)} types, no circle')
+    print('\n'.join(wrong) or
+          f'{len(paths)} files, {len(defined)} types, all includes as drawn, no circle')
     return bool(wrong)
 
 

@@ -1,10 +1,10 @@
 #!/usr/bin/python3
-"""clang-tidy over the files that standard input names, as build/tidy/compile_commands.json has them.
+"""clang-tidy over the files that standard input names, with build/tidy/compile_commands.json.
 
-Most of its time goes into headers, so up to eight files of a folder are read as one piece; if there is
-anything to say about a piece, or it does not compile as one, the files that this names are read by
-themselves, and only that counts. What was found clean is remembered: by the files, all that they include of ours, the
-options, and the versions of what they are compiled with.
+Most of its time goes into headers, so up to eight files of a folder are read as one piece; if there
+is anything to say about a piece, or it does not compile as one, the files that this names are read
+by themselves, and only that counts. What was found clean is remembered: by the files, all that they
+include of ours, the options, and the versions of what they are compiled with.
 """
 
 import collections
@@ -23,7 +23,8 @@ import coverage
 ROOT = coverage.ROOT
 TREE = ROOT / "build" / "tidy"
 GENERATED = ROOT / "build" / "release" / "proto" / "gen"
-CACHE = pathlib.Path(os.environ.get("XDG_CACHE_HOME", pathlib.Path.home() / ".cache")) / "vantage" / "tidy"
+CACHE = pathlib.Path(os.environ.get("XDG_CACHE_HOME", pathlib.Path.home() / ".cache"),
+                     "vantage", "tidy")
 PIECE = 8
 
 
@@ -50,8 +51,10 @@ class Tidy:
     def __init__(self):
         self.sources = coverage.Sources()
         self.options = commands()
-        self.versions = output("clang-tidy-14", "--version") + (ROOT / ".clang-tidy").read_text() + output(
-            "dpkg-query", "-W", "libgrpc++-dev", "libabsl-dev", "libstdc++-12-dev", "libpcl-common1.13")
+        self.versions = (
+            output("clang-tidy-14", "--version") + (ROOT / ".clang-tidy").read_text() +
+            output("dpkg-query", "-W", "libgrpc++-dev", "libabsl-dev", "libstdc++-12-dev",
+                   "libpcl-common1.13"))
         self.texts = {}
 
     def text(self, file):
@@ -82,8 +85,9 @@ class Tidy:
             if clean:
                 together = []
                 break
-            named = set(re.findall(rf"^{re.escape(str(ROOT))}/(\S+?):\d+:\d+: (?:error|warning)", what,
-                                   re.MULTILINE))
+            named = set(re.findall(
+                rf"^{re.escape(str(ROOT))}/(\S+?):\d+:\d+: (?:error|warning)", what,
+                re.MULTILINE))
             suspects = [file for file in together if file in named] or together
             alone += suspects
             together = [file for file in together if file not in suspects]
@@ -108,10 +112,11 @@ def main():
             groups[os.path.dirname(file), repr(tidy.options[file])].append(file)
     pieces = [group[i:i + PIECE] for group in groups.values() for i in range(0, len(group), PIECE)]
     todo = sum(map(len, pieces))
-    print(f"clang-tidy: {todo} files in {len(pieces)} pieces; {len(files) - todo} were clean before, "
-          f"{len(named) - len(files)} are not compiled")
+    print(f"clang-tidy: {todo} files in {len(pieces)} pieces; {len(files) - todo} were clean "
+          f"before, {len(named) - len(files)} are not compiled")
     dirty = 0
-    with concurrent.futures.ThreadPoolExecutor(int(os.environ.get("VANTAGE_JOBS", os.cpu_count()))) as pool:
+    jobs = int(os.environ.get("VANTAGE_JOBS", os.cpu_count()))
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         for piece, found in zip(pieces, pool.map(tidy.check, pieces)):
             for file, what in found:
                 print(f"{what}clang-tidy: {file}")

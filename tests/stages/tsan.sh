@@ -3,8 +3,7 @@
 # gRPC.
 source "$(dirname "${BASH_SOURCE[0]}")/sanitizers.sh"
 "$stages/install.sh" sanitizers
-readarray -t units < <(rooms tests/core/{parallel,planning} \
-  tests/server/{auth,execution,guard,observe,session,store,telemetry})
+readarray -t units < <(rooms tests/core/{parallel,planning} "${server_rooms[@]}")
 chosen=$("$stages/coverage.py" --seconds 380 "$@" "${units[@]}")
 readarray -t units <<<"$chosen"
 built tsan "${units[@]}"

@@ -4,7 +4,7 @@
 
 #include "core/parallel/budget.h"
 #include "core/planning/planner.h"
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 
 namespace vantage::test_support {
 

@@ -6,7 +6,7 @@
 namespace vantage::model {
 namespace {
 
-constexpr size_t kMostLooks = 8;
+constexpr size_t kMostDropouts = 8;
 const float kSameDirection = std::cos(static_cast<float>(sensor::Radians(3)));
 
 }  // namespace
@@ -52,13 +52,13 @@ std::vector<Eigen::Vector3f> NearestDropouts(const Eigen::Vector3f& centroid,
     return (a - centroid).squaredNorm() < (b - centroid).squaredNorm();
   });
   std::vector<Eigen::Vector3f> kept;
-  for (const Eigen::Vector3f& look : from) {
-    if (kept.size() == kMostLooks) break;
-    const Eigen::Vector3f direction = (look - centroid).normalized();
+  for (const Eigen::Vector3f& dropout : from) {
+    if (kept.size() == kMostDropouts) break;
+    const Eigen::Vector3f direction = (dropout - centroid).normalized();
     const bool said = std::any_of(kept.begin(), kept.end(), [&](const auto& nearer) {
       return direction.dot((nearer - centroid).normalized()) >= kSameDirection;
     });
-    if (!said) kept.push_back(look);
+    if (!said) kept.push_back(dropout);
   }
   return kept;
 }

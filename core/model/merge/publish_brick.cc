@@ -24,7 +24,7 @@ constexpr std::array<std::array<int, 3>, 6> kFaces = {
 // and did not come back the second may look at it askew.
 constexpr int kMissesToGiveUp = 2;
 
-// A look tells something if it should have put this many samples on the surface.
+// A miss tells something if the scan should have put this many samples on the surface.
 constexpr double kTellingSamples = 2;
 
 class Publisher {
@@ -183,8 +183,8 @@ class Publisher {
       if (!IsDropout(*layer, surface, h_) || measured_by(layer)) continue;
       from.emplace_back(layer->T_model_scan.translation().cast<float>());
     }
-    for (const Eigen::Vector3f& look : NearestDropouts(surface.centroid, std::move(from))) {
-      dropouts_.push_back({look, static_cast<uint32_t>(local)});
+    for (const Eigen::Vector3f& dropout : NearestDropouts(surface.centroid, std::move(from))) {
+      dropouts_.push_back({dropout, static_cast<uint32_t>(local)});
     }
   }
 

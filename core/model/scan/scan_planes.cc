@@ -19,20 +19,20 @@ constexpr size_t kLeastCells = 12;
 constexpr size_t kHypotheses = 48;
 constexpr int kMostPoor = 16;  // that are put aside
 
-struct Candidate {
+struct PlaneCandidate {
   ScanCell cell;
   Eigen::Vector3f point;
   Eigen::Vector3f normal;
   float area;
 };
 
-bool On(const Candidate& candidate, const Eigen::Vector3f& normal, float distance) {
+bool On(const PlaneCandidate& candidate, const Eigen::Vector3f& normal, float distance) {
   return candidate.normal.dot(normal) > kSameNormal &&
          std::abs(normal.dot(candidate.point) + distance) < static_cast<float>(kOnPlane);
 }
 
-std::vector<Candidate> FlatCells(const RangeSurface& surface) {
-  std::vector<Candidate> flat;
+std::vector<PlaneCandidate> FlatCells(const RangeSurface& surface) {
+  std::vector<PlaneCandidate> flat;
   const double cells = static_cast<double>(surface.columns()) * surface.rows();
   const int stride = std::max(1, static_cast<int>(std::sqrt(cells / kSample)));
   const double solid_step =
@@ -55,11 +55,11 @@ std::vector<Candidate> FlatCells(const RangeSurface& surface) {
 }
 
 // Refits normal and distance to the candidates on the plane.
-void Refit(const std::vector<Candidate>& flat, Eigen::Vector3f& normal, float& distance) {
+void Refit(const std::vector<PlaneCandidate>& flat, Eigen::Vector3f& normal, float& distance) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
   double weight = 0;
-  for (const Candidate& candidate : flat) {
+  for (const PlaneCandidate& candidate : flat) {
     if (!On(candidate, normal, distance)) continue;
     const Eigen::Vector3d p = candidate.point.cast<double>();
     const double w = static_cast<double>(candidate.area);
@@ -122,7 +122,7 @@ Eigen::Vector3d NormalAround(const RangeSurface& surface, int column, int row) {
 
 std::vector<ScanPlane> FindScanPlanes(const RangeSurface& surface, int most,
                                       parallel::Parallel& parallel) {
-  std::vector<Candidate> flat = FlatCells(surface);
+  std::vector<PlaneCandidate> flat = FlatCells(surface);
   std::vector<ScanPlane> planes;
   int poor = 0;
   while (static_cast<int>(planes.size()) < most && flat.size() >= kLeastCells) {
@@ -131,7 +131,7 @@ std::vector<ScanPlane> FindScanPlanes(const RangeSurface& surface, int most,
     float distance = 0;
     float most_area = 0;
     std::array<float, kHypotheses> areas{};
-    const auto pick = [&flat](size_t h) -> const Candidate& {
+    const auto pick = [&flat](size_t h) -> const PlaneCandidate& {
       return flat[(2 * h + 1) * flat.size() / (2 * kHypotheses)];
     };
     const auto at = [&](size_t h) { return -pick(h).normal.dot(pick(h).point); };
@@ -156,8 +156,8 @@ std::vector<ScanPlane> FindScanPlanes(const RangeSurface& surface, int most,
     ScanPlane plane;
     plane.normal = normal.cast<double>();
     plane.distance = static_cast<double>(distance);
-    std::vector<Candidate> rest;
-    for (const Candidate& candidate : flat) {
+    std::vector<PlaneCandidate> rest;
+    for (const PlaneCandidate& candidate : flat) {
       if (On(candidate, normal, distance)) {
         plane.area += static_cast<double>(candidate.area);
         plane.cells.push_back(candidate.cell);

@@ -8,10 +8,10 @@
 #include "core/bytes/byte_order.h"
 #include "core/bytes/checksum.h"
 #include "core/bytes/compression.h"
+#include "core/model/snapshot/layer_codec.h"
 #include "core/model/snapshot/snapshot_bricks.h"
 #include "core/model/snapshot/snapshot_bytes.h"
 #include "core/model/snapshot/snapshot_header.h"
-#include "core/model/snapshot/snapshot_layer.h"
 #include "core/model/view/algorithm_version.h"
 
 namespace vantage::model {

@@ -48,9 +48,9 @@ void WriteContents(const Brick& brick, SnapshotWriter& out) {
     out.Fixed(static_cast<uint8_t>((voxel.ambiguous ? 1 : 0) + (voxel.given_up ? 2 : 0)));
   }
   out.Varint(brick.dropouts.size());
-  for (const Dropout& look : brick.dropouts) {
-    out.Varint(look.local);
-    out.Matrix(look.from);
+  for (const Dropout& dropout : brick.dropouts) {
+    out.Varint(dropout.local);
+    out.Matrix(dropout.from);
   }
 }
 
@@ -82,11 +82,11 @@ std::shared_ptr<const Brick> ReadContents(SnapshotReader& in, uint16_t format_ve
   if (format_version < 3) return brick;
   brick->dropouts.resize(in.Count(kDropout));
   uint32_t last = 0;
-  for (Dropout& look : brick->dropouts) {
-    look.local = static_cast<uint32_t>(in.Varint());
-    in.Matrix(look.from);
-    if (look.local >= Brick::kVoxels || look.local < last) in.Fail();
-    last = look.local;
+  for (Dropout& dropout : brick->dropouts) {
+    dropout.local = static_cast<uint32_t>(in.Varint());
+    in.Matrix(dropout.from);
+    if (dropout.local >= Brick::kVoxels || dropout.local < last) in.Fail();
+    last = dropout.local;
     if (!in.ok()) break;
   }
   return brick;

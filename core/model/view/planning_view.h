@@ -77,10 +77,12 @@ class PlanningView {
     const Brick* brick = Find(v);
     if (brick == nullptr || brick->dropouts.empty()) return {};
     const auto local = static_cast<uint32_t>(Brick::LocalOf(v));
-    const auto begin = std::partition_point(brick->dropouts.begin(), brick->dropouts.end(),
-                                            [&](const Dropout& l) { return l.local < local; });
-    const auto end = std::partition_point(begin, brick->dropouts.end(),
-                                          [&](const Dropout& l) { return l.local == local; });
+    const auto begin =
+        std::partition_point(brick->dropouts.begin(), brick->dropouts.end(),
+                             [&](const Dropout& dropout) { return dropout.local < local; });
+    const auto end =
+        std::partition_point(begin, brick->dropouts.end(),
+                             [&](const Dropout& dropout) { return dropout.local == local; });
     return {begin, end};
   }
 

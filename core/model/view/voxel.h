@@ -27,8 +27,6 @@ inline constexpr int kVoxelStates = 7;
 
 constexpr bool IsFalseSurface(VoxelState s) { return s >= VoxelState::kFalseOcclusion; }
 constexpr bool HasArea(VoxelState s) { return s == VoxelState::kTrueSurface || IsFalseSurface(s); }
-// Every non-empty voxel stops a ray: true surface, false surface and unknown alike.
-constexpr bool IsOpaque(VoxelState s) { return s != VoxelState::kEmpty; }
 
 // The four kinds of surface that the metric weighs apart, in this order everywhere.
 enum class SurfaceKind : uint8_t { kTrue = 0, kOcclusion = 1, kHole = 2, kImage = 3 };

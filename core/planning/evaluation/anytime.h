@@ -26,9 +26,9 @@ struct AnytimeOptions {
   int leaders = 10;
   // Of views and cells left to complete, from which on the hierarchy is worth building.
   uint64_t hierarchy_pairs = 50'000'000;
-  // Of the box around the model, up to which it is; its table of counts takes 4 bytes a voxel.
+  // Of the box around the model, up to which it is; its summed volume table takes 4 bytes a voxel.
   uint64_t hierarchy_voxels = uint64_t{1} << 28;
-  // By view: what a sample gained there counts, as where gains are ranked by the minute; 0 where
+  // By view: what a sample gained there counts, as where scores are ranked by the minute; 0 where
   // nobody can go. Empty: 1 everywhere. Scores and bounds are of samples all the same.
   std::span<const double> worth;
   bool complete = true;  // false: ends when the leaders are decided on

@@ -26,8 +26,8 @@ class CellSampler {
   // The most that a view can gain, samples.
   double potential() const { return potential_; }
 
-  // `draws` cells, each with a factor of which the gain is its share of what the cell can gain, so
-  // that the expected score of a sample is draws * gain / potential(). The same for the same seed
+  // `draws` cells, each with a factor of which the score is its share of what the cell can gain, so
+  // that the expected score of a sample is draws * score / potential(). The same for the same seed
   // and round.
   CellSample Draw(size_t draws, uint64_t seed, uint64_t round) const;
 

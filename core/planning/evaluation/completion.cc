@@ -121,7 +121,7 @@ class ByHierarchy {
       for (size_t j = 0; j < views.size(); ++j) {
         run_.AddRays(scores[k][j].rays);
         all = all && scores[k][j].finished;
-        if (scores[k][j].finished) run_.SetExact(views[j], scores[k][j].gain);
+        if (scores[k][j].finished) run_.SetExact(views[j], scores[k][j].score);
       }
     }
     return all;
@@ -143,7 +143,7 @@ class ByHierarchy {
       for (size_t k = 0; k < scores.size(); ++k) {
         run_.AddRays(scores[k].rays);
         if (!scores[k].finished) return false;
-        run_.SetExact(views[begin + k], scores[k].gain);
+        run_.SetExact(views[begin + k], scores[k].score);
       }
     }
     return true;

@@ -95,7 +95,7 @@ void EvaluationRun::Divide(std::span<const uint32_t> which, const CellSample* sa
 
 bool EvaluationRun::Score(std::span<const uint32_t> which, const CellSample* sample,
                           const parallel::Budget& part,
-                          absl::FunctionRef<void(uint32_t view, double gain)> note) {
+                          absl::FunctionRef<void(uint32_t view, double score)> note) {
   const CellArrays& cells = sample != nullptr ? sample->cells : cells_;
   bool all = true;
   size_t count = 0;
@@ -120,25 +120,25 @@ bool EvaluationRun::Score(std::span<const uint32_t> which, const CellSample* sam
       ViewScore whole;
       whole.finished = true;
       for (; i < parts_.size() && parts_[i].view == k; ++i) {
-        whole.gain += scores_[i].gain;
+        whole.score += scores_[i].score;
         whole.rays += scores_[i].rays;
         whole.finished = whole.finished && scores_[i].finished;
       }
       evaluation_.rays += whole.rays;
       all = all && whole.finished;
-      if (whole.finished) note(batch[k], whole.gain);
+      if (whole.finished) note(batch[k], whole.score);
     }
   }
   return all;
 }
 
 bool EvaluationRun::ScoreExactly(std::span<const uint32_t> which, const parallel::Budget& part) {
-  return Score(which, nullptr, part, [this](uint32_t i, double gain) { SetExact(i, gain); });
+  return Score(which, nullptr, part, [this](uint32_t i, double score) { SetExact(i, score); });
 }
 
-void EvaluationRun::SetExact(uint32_t i, double gain) {
+void EvaluationRun::SetExact(uint32_t i, double score) {
   evaluation_.exact += !evaluation_.views[i].exact;
-  evaluation_.views[i] = {gain, gain, gain, true, true, 0};
+  evaluation_.views[i] = {score, score, score, true, true, 0};
 }
 
 Evaluation EvaluationRun::Finish() {

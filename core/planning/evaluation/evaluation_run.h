@@ -24,7 +24,7 @@ namespace vantage::planning {
 // Called when the evaluation has improved.
 using EvaluationProgress = absl::FunctionRef<void(const Evaluation&)>;
 
-// Floats round: what a sum of gains in float may be off by, relatively.
+// Floats round: what a sum of scores in float may be off by, relatively.
 inline constexpr double kRounding = 1e-5;
 
 // References are kept.
@@ -66,11 +66,11 @@ class EvaluationRun {
   // is left out, and false returned.
   bool Score(std::span<const uint32_t> which, const CellSample* sample,
              const parallel::Budget& part,
-             absl::FunctionRef<void(uint32_t view, double gain)> note);
+             absl::FunctionRef<void(uint32_t view, double score)> note);
   bool ScoreExactly(std::span<const uint32_t> which, const parallel::Budget& part);
 
   void AddRays(uint64_t rays) { evaluation_.rays += rays; }
-  void SetExact(uint32_t i, double gain);
+  void SetExact(uint32_t i, double score);
   void SetDecided() { evaluation_.decided = true; }
   void SetComplete() { evaluation_.complete = evaluation_.decided = true; }
 

@@ -46,8 +46,8 @@ HierarchicalScorer::HierarchicalScorer(const BruteForceScorer& scorer,
       viewcells_(viewcells),
       viewcell_size_(viewcell_size),
       options_(options),
-      counts_(grid, parallel, budget),
-      tests_(scorer, grid, counts_, options.tolerance, options.visible_pairs),
+      table_(grid, parallel, budget),
+      classifier_(scorer, grid, table_, options.tolerance, options.visible_pairs),
       patches_(cells, parallel, budget),
       views_(viewcells, viewcell_size, options.leaf_views),
       built_(!budget.Expired()) {}
@@ -57,12 +57,12 @@ void HierarchicalScorer::Refine(const ViewBox& pass, const ViewBlock::Candidate&
                                 std::span<std::atomic<uint8_t>> seen) const {
   const PatchTree::Node& node = patches_[candidate.node];
   uint8_t satisfied = candidate.satisfied;
-  double gain = 0;
-  switch (tests_.Test(pass, node, cells_, satisfied, gain, counts, seen)) {
+  double score = 0;
+  switch (classifier_.Classify(pass, node, cells_, satisfied, score, counts, seen)) {
     case ShaftClassifier::Relation::kNothing:
       return;
     case ShaftClassifier::Relation::kConstant:
-      certain += gain;
+      certain += score;
       return;
     case ShaftClassifier::Relation::kMixed:
       break;
@@ -93,25 +93,20 @@ bool HierarchicalScorer::Cull(const parallel::Budget& budget, parallel::Parallel
                               std::span<std::atomic<uint8_t>> seen) {
   blocks_.clear();
   block_of_.assign(viewcells_.size(), 0);
-  culled_ = {};
   if (!built_) return false;
   if (viewcells_.empty() || cells_.size() == 0) return true;
-  struct Level {
-    ViewBlock block;
+  const auto refine = [&](uint32_t node, const ViewBlock& parent, ViewBlock& block) {
     HierarchyCounts counts;
-  };
-  const auto refine = [&](uint32_t node, const ViewBlock& parent, Level& level) {
-    level.block.node = node;
-    level.block.certain = parent.certain;
-    RefineAll(tests_.Of(views_[node]), parent.candidates, budget, level.block.candidates,
-              level.block.certain, level.counts, seen);
+    block.node = node;
+    block.certain = parent.certain;
+    RefineAll(classifier_.Of(views_[node]), parent.candidates, budget, block.candidates,
+              block.certain, counts, seen);
   };
   ViewBlock all;
   all.candidates.push_back({});
-  std::vector<Level> front(1);
+  std::vector<ViewBlock> front(1);
   refine(0, all, front[0]);
   if (budget.Expired()) return false;
-  culled_ += front[0].counts;
   while (!front.empty()) {
     // Nodes of one level side by side, each with its parent's list.
     struct Task {
@@ -119,21 +114,20 @@ bool HierarchicalScorer::Cull(const parallel::Budget& budget, parallel::Parallel
       const ViewBlock* parent;
     };
     std::vector<Task> tasks;
-    for (Level& level : front) {
-      const ViewTree::Node& node = views_[level.block.node];
+    for (ViewBlock& block : front) {
+      const ViewTree::Node& node = views_[block.node];
       if (node.size() <= options_.block_views || node.children == 0) {
-        blocks_.push_back(std::move(level.block));
+        blocks_.push_back(std::move(block));
         continue;
       }
-      for (uint32_t c = 0; c < node.children; ++c) tasks.push_back({node.child + c, &level.block});
+      for (uint32_t c = 0; c < node.children; ++c) tasks.push_back({node.child + c, &block});
     }
-    std::vector<Level> next(tasks.size());
+    std::vector<ViewBlock> next(tasks.size());
     parallel.For(tasks.size(), [&](size_t i) { refine(tasks[i].node, *tasks[i].parent, next[i]); });
     if (budget.Expired()) {  // a list may be cut short
       blocks_.clear();
       return false;
     }
-    for (const Level& level : next) culled_ += level.counts;
     front = std::move(next);
   }
   std::sort(blocks_.begin(), blocks_.end(), [this](const ViewBlock& a, const ViewBlock& b) {
@@ -156,7 +150,7 @@ void HierarchicalScorer::Descend(Descent& descent, uint32_t index,
   const ViewTree::Node& node = views_[index];
   Candidates own;
   own.reserve(candidates.size());
-  if (!RefineAll(tests_.Of(node), candidates, descent.budget, own, certain, descent.counts,
+  if (!RefineAll(classifier_.Of(node), candidates, descent.budget, own, certain, descent.counts,
                  descent.seen)) {
     return;
   }
@@ -169,7 +163,7 @@ void HierarchicalScorer::Descend(Descent& descent, uint32_t index,
     ViewScore& score = descent.scores[k - descent.first];
     score = scorer_.ScorePackets(Centre(views_.order()[k]), cells_, ranges, descent.budget,
                                  descent.seen);
-    score.gain += certain;
+    score.score += certain;
   }
 }
 
@@ -204,7 +198,7 @@ ViewScore HierarchicalScorer::ScoreView(uint32_t view, const parallel::Budget& b
   const ViewBlock& block = blocks_[block_of_[view]];
   ViewScore score = scorer_.ScorePackets(Centre(view), cells_, RangesOf(patches_, block.candidates),
                                          budget, seen);
-  score.gain += block.certain;
+  score.score += block.certain;
   return score;
 }
 

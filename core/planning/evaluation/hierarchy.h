@@ -67,7 +67,6 @@ class HierarchicalScorer {
             std::span<std::atomic<uint8_t>> seen = {});
 
   const std::vector<ViewBlock>& blocks() const { return blocks_; }
-  uint32_t BlockOf(uint32_t view) const { return block_of_[view]; }
   std::span<const uint32_t> Views(const ViewBlock& block) const {
     return views_.Views(views_[block.node]);
   }
@@ -89,7 +88,6 @@ class HierarchicalScorer {
                       std::span<std::atomic<uint8_t>> seen = {}) const;
 
   const PatchTree& patches() const { return patches_; }
-  const HierarchyCounts& culled() const { return culled_; }
 
  private:
   using Candidates = std::vector<ViewBlock::Candidate>;
@@ -112,14 +110,13 @@ class HierarchicalScorer {
   std::span<const Eigen::Vector3i> viewcells_;
   double viewcell_size_;
   HierarchyOptions options_;
-  visibility::SummedVolumeTable counts_;
-  ShaftClassifier tests_;
+  visibility::SummedVolumeTable table_;
+  ShaftClassifier classifier_;
   PatchTree patches_;
   ViewTree views_;
   bool built_ = false;
   std::vector<ViewBlock> blocks_;
   std::vector<uint32_t> block_of_;
-  HierarchyCounts culled_;
 };
 
 // Every view against every cell by the hierarchy. The same result on any number of threads.

@@ -19,8 +19,8 @@ PatchOrderScorer::PatchOrderScorer(EvaluationRun& run, const PatchSet& patches,
     : run_(run),
       patches_(patches),
       options_(options),
-      counts_(grid, run.parallel(), run.budget()),
-      tests_(run.scorer(), grid, counts_, options.tolerance, options.visible_pairs),
+      table_(grid, run.parallel(), run.budget()),
+      classifier_(run.scorer(), grid, table_, options.tolerance, options.visible_pairs),
       views_(run.views().cells(), run.views().cell_size(), options.leaf_views),
       own_(views_.size(), 0),
       alone_(run.size(), 0),
@@ -103,14 +103,15 @@ void PatchOrderScorer::Assign(const Group& group, uint32_t node, ViewBlock::Cand
   }
   if (run_.budget().Expired()) return;
   const PatchTree::Node& cells = group.tree[pair.node];
-  const ViewBox box = tests_.Of(views);
-  double gain = 0;
+  const ViewBox box = classifier_.Of(views);
+  double score = 0;
   HierarchyCounts counts;
-  switch (tests_.Test(box, cells, group.cells, pair.satisfied, gain, counts, run_.seen())) {
+  switch (
+      classifier_.Classify(box, cells, group.cells, pair.satisfied, score, counts, run_.seen())) {
     case ShaftClassifier::Relation::kNothing:
       return;
     case ShaftClassifier::Relation::kConstant:
-      own_[node] += gain;
+      own_[node] += score;
       return;
     case ShaftClassifier::Relation::kMixed:
       break;
@@ -128,14 +129,15 @@ uint64_t PatchOrderScorer::Evaluate(const Group& group, uint32_t node, ViewBlock
   if (run_.budget().Expired()) return 0;
   const ViewTree::Node& views = views_[node];
   const PatchTree::Node& cells = group.tree[pair.node];
-  const ViewBox box = tests_.Of(views);
-  double gain = 0;
+  const ViewBox box = classifier_.Of(views);
+  double score = 0;
   HierarchyCounts counts;
-  switch (tests_.Test(box, cells, group.cells, pair.satisfied, gain, counts, run_.seen())) {
+  switch (
+      classifier_.Classify(box, cells, group.cells, pair.satisfied, score, counts, run_.seen())) {
     case ShaftClassifier::Relation::kNothing:
       return 0;
     case ShaftClassifier::Relation::kConstant:
-      own_[node] += gain;
+      own_[node] += score;
       return 0;
     case ShaftClassifier::Relation::kMixed:
       break;
@@ -151,10 +153,10 @@ uint64_t PatchOrderScorer::Evaluate(const Group& group, uint32_t node, ViewBlock
     const PacketRange packet{cells.first_packet(), cells.end_packet(),
                              (pair.satisfied & kVisible) != 0};
     for (const uint32_t i : views_.Views(views)) {
-      const ViewScore score = run_.scorer().ScorePackets(run_.views().Centre(i), group.cells,
+      const ViewScore exact = run_.scorer().ScorePackets(run_.views().Centre(i), group.cells,
                                                          {&packet, 1}, run_.budget(), run_.seen());
-      rays += score.rays;
-      alone_[i] += score.gain;
+      rays += exact.rays;
+      alone_[i] += exact.score;
     }
   }
   return rays;

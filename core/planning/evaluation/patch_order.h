@@ -48,8 +48,8 @@ class PatchOrderScorer {
   EvaluationRun& run_;
   const PatchSet& patches_;
   HierarchyOptions options_;
-  visibility::SummedVolumeTable counts_;
-  ShaftClassifier tests_;
+  visibility::SummedVolumeTable table_;
+  ShaftClassifier classifier_;
   ViewTree views_;
   std::vector<double> own_;    // by node of the view tree, samples: every view of it gains this
   std::vector<double> alone_;  // by view: what it gains besides

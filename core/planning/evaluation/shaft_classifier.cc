@@ -7,17 +7,17 @@
 namespace vantage::planning {
 namespace {
 
-constexpr double kFloatSlack = 1e-5;  // m: views and cells are floats where gains are computed
+constexpr double kFloatSlack = 1e-5;  // m: views and cells are floats where scores are computed
 
 }  // namespace
 
 ShaftClassifier::ShaftClassifier(const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid,
-                                 const visibility::SummedVolumeTable& counts, double tolerance,
+                                 const visibility::SummedVolumeTable& table, double tolerance,
                                  uint32_t visible_pairs)
     : scorer_(scorer),
       intervals_(scorer.constraints()),
       grid_(grid),
-      counts_(counts),
+      table_(table),
       tolerance_(tolerance),
       visible_pairs_(visible_pairs) {}
 
@@ -49,10 +49,11 @@ double ShaftClassifier::Constant(const PatchTree::Node& group, const CellArrays&
   return sum;
 }
 
-ShaftClassifier::Relation ShaftClassifier::Test(const ViewBox& views, const PatchTree::Node& group,
-                                                const CellArrays& cells, uint8_t& satisfied,
-                                                double& gain, HierarchyCounts& counts,
-                                                std::span<std::atomic<uint8_t>> seen) const {
+ShaftClassifier::Relation ShaftClassifier::Classify(const ViewBox& views,
+                                                    const PatchTree::Node& group,
+                                                    const CellArrays& cells, uint8_t& satisfied,
+                                                    double& score, HierarchyCounts& counts,
+                                                    std::span<std::atomic<uint8_t>> seen) const {
   Interval density;
   ++counts.pairs;
   if (!intervals_.Test(views.box, group.bounds, satisfied, density)) {
@@ -61,7 +62,7 @@ ShaftClassifier::Relation ShaftClassifier::Test(const ViewBox& views, const Patc
   }
   if (!(satisfied & kVisible)) {
     const visibility::Hidden hidden =
-        visibility::Occlusion(grid_, counts_, views.scene, group.targets);
+        visibility::Occlusion(grid_, table_, views.scene, group.targets);
     if (hidden == visibility::Hidden::kAll) {
       ++counts.occluded;
       return Relation::kNothing;
@@ -69,7 +70,7 @@ ShaftClassifier::Relation ShaftClassifier::Test(const ViewBox& views, const Patc
     // Nothing between the middles: perhaps nothing at all.
     if (hidden == visibility::Hidden::kNone &&
         static_cast<uint64_t>(views.views) * group.size() >= visible_pairs_ &&
-        EntirelyVisible(counts_, views.scene, group.targets)) {
+        EntirelyVisible(table_, views.scene, group.targets)) {
       ++counts.visible;
       satisfied |= kVisible;
     }
@@ -81,8 +82,8 @@ ShaftClassifier::Relation ShaftClassifier::Test(const ViewBox& views, const Patc
   const bool constant =
       scorer_.reach() == 0 && density.max - density.min <= tolerance_ * density.max;
   if (!saturated && !constant) return Relation::kMixed;
-  gain = Constant(group, cells, density);
-  if (!seen.empty() && gain > 0) {
+  score = Constant(group, cells, density);
+  if (!seen.empty() && score > 0) {
     for (uint32_t i = group.begin; i < group.end; ++i) {
       if (cells.factor[i] > 0) MarkSeen(seen, cells.cell[i]);
     }

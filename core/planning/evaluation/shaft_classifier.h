@@ -1,5 +1,5 @@
 // Shaft classification: what a box of views and a group of patch cells are to each other, by the
-// tests of algorithm.md section 8, whoever goes through the pairs.
+// rules of algorithm.md section 8, whoever goes through the pairs.
 #ifndef VANTAGE_CORE_PLANNING_EVALUATION_SHAFT_CLASSIFIER_H_
 #define VANTAGE_CORE_PLANNING_EVALUATION_SHAFT_CLASSIFIER_H_
 
@@ -18,7 +18,7 @@
 namespace vantage::planning {
 
 struct HierarchyCounts {
-  uint64_t pairs = 0;     // tested
+  uint64_t pairs = 0;     // classified
   uint64_t violated = 0;  // by a sensing constraint
   uint64_t occluded = 0;
   uint64_t visible = 0;  // entirely
@@ -30,7 +30,7 @@ struct HierarchyCounts {
   }
 };
 
-// A viewcell or a group of them, as the tests want it.
+// A viewcell or a group of them, as a classification wants it.
 struct ViewBox {
   Eigen::AlignedBox3d box;    // m
   Eigen::AlignedBox3d scene;  // the same in scene coordinates
@@ -44,7 +44,7 @@ class ShaftClassifier {
  public:
   // `tolerance` and `visible_pairs`: HierarchyOptions.
   ShaftClassifier(const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid,
-                  const visibility::SummedVolumeTable& counts, double tolerance,
+                  const visibility::SummedVolumeTable& table, double tolerance,
                   uint32_t visible_pairs);
 
   ViewBox Of(const ViewTree::Node& node) const;
@@ -55,10 +55,10 @@ class ShaftClassifier {
     kMixed
   };
   // `satisfied`: constraints that hold for a pair that contains this one; those that hold for this
-  // one are added. `gain` (samples) is set for kConstant, and `seen` marked.
-  Relation Test(const ViewBox& views, const PatchTree::Node& group, const CellArrays& cells,
-                uint8_t& satisfied, double& gain, HierarchyCounts& counts,
-                std::span<std::atomic<uint8_t>> seen) const;
+  // one are added. `score` (samples) is set for kConstant, and `seen` marked.
+  Relation Classify(const ViewBox& views, const PatchTree::Node& group, const CellArrays& cells,
+                    uint8_t& satisfied, double& score, HierarchyCounts& counts,
+                    std::span<std::atomic<uint8_t>> seen) const;
 
  private:
   double Constant(const PatchTree::Node& group, const CellArrays& cells,
@@ -67,7 +67,7 @@ class ShaftClassifier {
   const BruteForceScorer& scorer_;
   IntervalConstraints intervals_;
   const visibility::OpaqueGrid& grid_;
-  const visibility::SummedVolumeTable& counts_;
+  const visibility::SummedVolumeTable& table_;
   double tolerance_;
   uint32_t visible_pairs_;
 };

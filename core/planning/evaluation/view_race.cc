@@ -30,7 +30,7 @@ ViewRace::ViewRace(EvaluationRun& run, const CellSampler& sampler, const RaceOpt
       options_(options),
       seed_(seed),
       rung_of_(run.size(), kOutside),
-      drawn_gain_(run.size(), 0),
+      drawn_score_(run.size(), 0),
       proposes_(run.size(), kAllProposed),
       lattice_(run.views().cells(), seed) {
   Eigen::Vector3i last = Eigen::Vector3i::Constant(std::numeric_limits<int>::min());
@@ -223,7 +223,7 @@ const CellSample* ViewRace::SampleOf(size_t rung) {
 
 bool ViewRace::ScoreOn(size_t rung, std::span<const uint32_t> which, const parallel::Budget& part) {
   const bool all = run_.Score(which, SampleOf(rung), part,
-                              [&](uint32_t view, double gain) { Note(view, rung, gain); });
+                              [&](uint32_t view, double score) { Note(view, rung, score); });
   pairs_ += which.size() * rungs_[rung].draws;
   return all;
 }
@@ -245,17 +245,17 @@ void ViewRace::Arrive(uint32_t i, size_t rung) {
   if (!IsLast(rung)) rungs_[rung].waiting.push_back(i);
 }
 
-void ViewRace::Note(uint32_t i, size_t rung, double gain) {
+void ViewRace::Note(uint32_t i, size_t rung, double score) {
   Rung& own = rungs_[rung];
   const double before = run_.view(i).score;
   Arrive(i, rung);
   if (IsLast(rung)) {
-    run_.SetExact(i, gain);
+    run_.SetExact(i, score);
   } else {
     // Draws of all rungs so far: independent, none chosen by what others found.
-    drawn_gain_[i] += static_cast<float>(gain);
+    drawn_score_[i] += static_cast<float>(score);
     const auto draws = static_cast<double>(own.total);
-    const double average = std::clamp(static_cast<double>(drawn_gain_[i]) / draws, 0.0, 1.0);
+    const double average = std::clamp(static_cast<double>(drawn_score_[i]) / draws, 0.0, 1.0);
     const double potential = sampler_.potential();
     MeanBounds& bounds = own.bounds.front();
     ViewEstimate& view = run_.view(i);

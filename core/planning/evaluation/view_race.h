@@ -99,7 +99,7 @@ class ViewRace {
   // Takes those out that were decided on in the meantime, and returns them: they arrive without a
   // sample.
   std::vector<uint32_t> ArriveExact(std::vector<uint32_t>& views, size_t rung);
-  void Note(uint32_t view, size_t rung, double gain);
+  void Note(uint32_t view, size_t rung, double score);
   // Lists a view as one whose neighbours 2^level viewcells away may enter.
   void Propose(uint32_t view, size_t level);
   // The same for one that enters: half as far away as those on its level of the lattice.
@@ -119,10 +119,10 @@ class ViewRace {
   Eigen::Vector3i regions_ = Eigen::Vector3i::Zero();  // along the axes
   double log_inverse_error_ = 0;
   std::vector<Rung> rungs_;
-  std::vector<uint8_t> rung_of_;   // by view
-  std::vector<float> drawn_gain_;  // by view: over all its draws
-  std::vector<uint8_t> proposes_;  // by view: in which of proposers_ it waits
-  ViewLattice lattice_;            // of views that enter
+  std::vector<uint8_t> rung_of_;    // by view
+  std::vector<float> drawn_score_;  // by view: over all its draws
+  std::vector<uint8_t> proposes_;   // by view: in which of proposers_ it waits
+  ViewLattice lattice_;             // of views that enter
   // By the distance of the neighbours that are next, 2^k viewcells. Whoever went up since is listed
   // again: once it has proposed, proposes_ says that the other entry is void.
   std::array<std::priority_queue<Proposer>, ViewLattice::kCoarsest> proposers_;

@@ -8,9 +8,9 @@ namespace vantage::planning {
 namespace {
 
 constexpr double kSide = 0.6;  // m, about
-// Looking takes as long as scoring one view on so large a part of the cells.
-constexpr uint64_t kLookingTakes = 10;
-constexpr double kFloatSlack = 1e-5;  // m: views are floats where rays are cast
+// Finding a set takes as long as scoring one view on so large a part of the cells.
+constexpr uint64_t kFindingTakes = 10;
+constexpr double kRaySlack = 1e-5;  // m: views are floats where rays are cast
 
 }  // namespace
 
@@ -18,7 +18,7 @@ VisibilityCache::VisibilityCache(const BruteForceScorer& scorer, const FeasibleV
                                  const CellArrays& cells, const visibility::OpaqueGrid& grid)
     : scorer_(scorer),
       views_(views),
-      worth_looking_(cells.size() / kLookingTakes),
+      worth_finding_(cells.size() / kFindingTakes),
       side_(std::max(1, static_cast<int>(std::lround(kSide / views.cell_size())))),
       visible_sets_(cells, grid) {}
 
@@ -35,7 +35,7 @@ Eigen::AlignedBox3d VisibilityCache::BoxOf(const Key& key) const {
   const Eigen::Vector3d first = Eigen::Vector3i(key[0], key[1], key[2]).cast<double>() * side_;
   const Eigen::Vector3d low = first.array() + 0.5;
   const Eigen::Vector3d high = first.array() + side_ - 0.5;
-  const double around = scorer_.reach() + kFloatSlack;
+  const double around = scorer_.reach() + kRaySlack;
   const auto in_scene = [&](const Eigen::Vector3d& viewcells, double by) -> Eigen::Vector3d {
     const Eigen::Vector3d at = viewcells * views_.cell_size();
     return (at.array() + by) / scorer_.voxel() - scorer_.scene().corner().array();
@@ -45,23 +45,25 @@ Eigen::AlignedBox3d VisibilityCache::BoxOf(const Key& key) const {
 
 void VisibilityCache::Prepare(std::span<const uint32_t> which, size_t drawn,
                               const parallel::Budget& budget, parallel::Parallel& parallel) {
-  struct Look {
+  struct Missing {
     Key key;
     std::optional<std::vector<PacketRange>> potentially_visible;
   };
-  std::vector<Look> looks;
+  std::vector<Missing> missing;
   for (const uint32_t view : which) {
     const Key key = KeyOf(view);
     Entry& entry = entries_[key];
-    const bool before = entry.scored >= worth_looking_;
+    const bool before = entry.scored >= worth_finding_;
     entry.scored += drawn;
-    if (!before && entry.scored >= worth_looking_) looks.push_back({key, {}});
+    if (!before && entry.scored >= worth_finding_) missing.push_back({key, {}});
   }
-  parallel.For(looks.size(), [&](size_t k) {
-    if (!budget.Expired()) looks[k].potentially_visible = visible_sets_.From(BoxOf(looks[k].key));
+  parallel.For(missing.size(), [&](size_t k) {
+    if (budget.Expired()) return;
+    missing[k].potentially_visible = visible_sets_.From(BoxOf(missing[k].key));
   });
-  for (Look& look : looks)
-    entries_[look.key].potentially_visible = std::move(look.potentially_visible);
+  for (Missing& found : missing) {
+    entries_[found.key].potentially_visible = std::move(found.potentially_visible);
+  }
 }
 
 const std::vector<PacketRange>* VisibilityCache::PotentiallyVisibleFrom(uint32_t view) const {

@@ -47,7 +47,7 @@ class VisibilityCache {
 
   const BruteForceScorer& scorer_;
   const FeasibleViews& views_;
-  const uint64_t worth_looking_;  // pairs
+  const uint64_t worth_finding_;  // pairs
   const int side_;                // viewcells
   const PotentiallyVisibleSets visible_sets_;
   absl::flat_hash_map<Key, Entry> entries_;

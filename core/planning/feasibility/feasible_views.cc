@@ -53,7 +53,7 @@ FeasibleViews FeasibleViews::Find(const model::PlanningView& model,
   const size_t layer = static_cast<size_t>(views.size_.x()) * static_cast<size_t>(views.size_.y());
   views.why_.assign(layer * static_cast<size_t>(views.size_.z()),
                     static_cast<uint8_t>(Infeasibility::kNoFloor));
-  views.floor_ = FloorHeights::Find(model, config.floor_height, budget);
+  views.floor_ = FloorHeights::Find(model, config.floor_z, budget);
   if (budget.Expired()) return views;
 
   parallel.For(static_cast<size_t>(views.size_.y()), [&](size_t row) {
@@ -127,9 +127,9 @@ void FeasibleViews::JudgeColumn(int cx, int cy, const visibility::OpaqueGrid& gr
     const Eigen::Vector3d corner(x0, y0, cz * cell_size_);
     const Region cell(corner, corner + Eigen::Vector3d::Constant(cell_size_));
     Infeasibility why = Infeasibility::kNone;
-    if (cell.min().z() < high_floor + config.min_height - kSlack) {
+    if (cell.min().z() < high_floor + config.min_viewpoint_height - kSlack) {
       why = Infeasibility::kTooLow;
-    } else if (cell.max().z() > low_floor + config.max_height + kSlack) {
+    } else if (cell.max().z() > low_floor + config.max_viewpoint_height + kSlack) {
       why = Infeasibility::kTooHigh;
     } else if (cz * n + n > top) {
       why = Infeasibility::kAboveObject;
@@ -263,11 +263,13 @@ std::string InfeasibilityWords(Infeasibility why, const sensor::ScannerModel& sc
     case Infeasibility::kNone:
       return "feasible";
     case Infeasibility::kNoFloor:
-      return "no floor is known below it: scan nearer to it, or set floor_height";
+      return "no floor is known below it: scan nearer to it, or set floor_z";
     case Infeasibility::kTooLow:
-      return absl::StrFormat("lower than min_height, %.2f m over the floor", config.min_height);
+      return absl::StrFormat("lower than min_viewpoint_height, %.2f m over the floor",
+                             config.min_viewpoint_height);
     case Infeasibility::kTooHigh:
-      return absl::StrFormat("higher than max_height, %.2f m over the floor", config.max_height);
+      return absl::StrFormat("higher than max_viewpoint_height, %.2f m over the floor",
+                             config.max_viewpoint_height);
     case Infeasibility::kAboveObject:
       return "something that is not known to be empty lies between it and the floor";
     case Infeasibility::kOutsideRegion:
@@ -292,7 +294,7 @@ std::string FeasibleViews::Explain(const sensor::ScannerModel& scanner,
   if (!cells_.empty()) return absl::StrCat(cells_.size(), " viewcells are feasible");
   if (!floor_.found()) {
     return "no viewcell is feasible: the model shows no floor (upward measured surface under free "
-           "space); set floor_height, or scan so that the floor is seen";
+           "space); set floor_z, or scan so that the floor is seen";
   }
   std::string message = "no viewcell is feasible; of the cells at an allowed height over the floor";
   size_t total = 0;
@@ -310,7 +312,8 @@ std::string FeasibleViews::Explain(const sensor::ScannerModel& scanner,
     return absl::StrFormat(
         "no viewcell is feasible: none lies wholly between %.2f m and %.2f m over the floor, which "
         "is at %.2f to %.2f m; widen the height range (it must hold a viewcell of %.2f m)",
-        config.min_height, config.max_height, floor_.lowest(), floor_.highest(), cell_size_);
+        config.min_viewpoint_height, config.max_viewpoint_height, floor_.lowest(), floor_.highest(),
+        cell_size_);
   }
   return message;
 }

@@ -13,7 +13,7 @@
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/feasibility/floor_heights.h"
-#include "core/planning/feasibility/reachability.h"
+#include "core/planning/feasibility/reach_map.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/sensor/scanner_model.h"
 #include "core/visibility/opaque_grid.h"

@@ -145,7 +145,6 @@ void FloorHeights::KeepFloors(const model::PlanningView& model, const std::vecto
   const double voxel = model.voxel_size();
   Tiles tiles(size_x_, size_y_, std::max(1, static_cast<int>(kNeighbourhood / 2 / voxel)));
   const auto keep = [&](const Piece& piece) {
-    measured_area_ += static_cast<double>(piece.columns.size()) * voxel * voxel;
     for (const uint32_t at : piece.columns) {
       height_[at] = candidate[at];
       tiles.Add(static_cast<int>(at) % size_x_, static_cast<int>(at) / size_x_, candidate[at]);

@@ -33,7 +33,6 @@ class FloorHeights {
     return height_[Index(x, y)];
   }
 
-  double measured_area() const { return measured_area_; }  // m^2 that carried the decision
   bool found() const { return found_; }
   // Of the measured floor (or as given), m; NaN when there is none.
   float lowest() const { return lowest_; }
@@ -54,7 +53,6 @@ class FloorHeights {
 
   int min_x_ = 0, min_y_ = 0, size_x_ = 0, size_y_ = 0;  // voxel columns
   std::vector<float> height_;
-  double measured_area_ = 0;
   bool found_ = false;
   float lowest_ = std::numeric_limits<float>::quiet_NaN();
   float highest_ = std::numeric_limits<float>::quiet_NaN();

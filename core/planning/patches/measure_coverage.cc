@@ -5,14 +5,15 @@
 namespace vantage::planning {
 
 Coverage MeasureCoverage(const model::PlanningView& model, const PlanningConfig& config) {
-  return MeasureCoverageWithin(model, config, parallel::Budget::Unlimited());
+  return MeasureCoverageWithin(model, config, parallel::Budget::Unlimited()).value();
 }
 
-Coverage MeasureCoverageWithin(const model::PlanningView& model, const PlanningConfig& config,
-                               const parallel::Budget& budget) {
+std::optional<Coverage> MeasureCoverageWithin(const model::PlanningView& model,
+                                              const PlanningConfig& config,
+                                              const parallel::Budget& budget) {
   Coverage coverage;
   double all = 0;
-  visibility::WalkSurface(
+  const bool whole = visibility::WalkSurface(
       model, budget,
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
         if (config.region_of_interest.has_value() &&
@@ -29,7 +30,8 @@ Coverage MeasureCoverageWithin(const model::PlanningView& model, const PlanningC
           coverage.area_given_up += area;
         }
       });
-  coverage.estimated_coverage = all > 0 ? coverage.area_at_density / all : 0;
+  if (!whole) return std::nullopt;
+  if (all > 0) coverage.estimated_coverage = coverage.area_at_density / all;
   return coverage;
 }
 

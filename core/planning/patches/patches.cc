@@ -134,8 +134,8 @@ PatchSet ExtractPatches(const model::PlanningView& model, const PlanningConfig& 
     // Rays have gone into a hole, and nothing came back.
     const bool opening =
         state == model::VoxelState::kFalseOcclusion || state == model::VoxelState::kFalseImage;
-    if (config.depth_behind <= 0 || !opening) return density;
-    const double depth = DepthBehind(model, v, surface.normal, config.depth_behind);
+    if (config.unknown_depth <= 0 || !opening) return density;
+    const double depth = DepthBehind(model, v, surface.normal, config.unknown_depth);
     return static_cast<float>(DensityWorthHaving(config.required_density, depth));
   };
   visibility::WalkSurface(
@@ -153,7 +153,7 @@ PatchSet ExtractPatches(const model::PlanningView& model, const PlanningConfig& 
              1 + static_cast<float>(surface.spread) / 256, enough(v, state, surface),
              static_cast<float>(SuccessProbability(surface.missed)),
              static_cast<uint32_t>(set.dropouts.size()), static_cast<uint32_t>(dropouts.size())});
-        for (const model::Dropout& look : dropouts) set.dropouts.push_back(look.from);
+        for (const model::Dropout& dropout : dropouts) set.dropouts.push_back(dropout.from);
       });
   if (budget.Expired()) return set;
 

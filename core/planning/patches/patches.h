@@ -1,4 +1,4 @@
-// Steps B and C: surface that needs work, grouped into planar patches and ranked (algorithm.md
+// Steps B and C: deficient surface, grouped into planar patches and ranked (algorithm.md
 // section 7).
 #ifndef VANTAGE_CORE_PLANNING_PATCHES_PATCHES_H_
 #define VANTAGE_CORE_PLANNING_PATCHES_PATCHES_H_
@@ -13,7 +13,7 @@
 
 namespace vantage::planning {
 
-// A voxel that needs work: false surface, or true surface below the required density, that is not
+// A deficient voxel: false surface, or true surface below the required density, that is not
 // given up and lies in the region of interest.
 struct DeficientCell {
   model::VoxelIndex voxel;

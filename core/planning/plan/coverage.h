@@ -3,6 +3,7 @@
 #define VANTAGE_CORE_PLANNING_PLAN_COVERAGE_H_
 
 #include <array>
+#include <optional>
 
 #include "core/model/view/voxel.h"
 
@@ -12,8 +13,9 @@ struct Coverage {
   std::array<double, model::kSurfaceKinds> area{};  // m^2 by kind
   double area_at_density = 0;                       // m^2 of true surface with q >= D
   double area_given_up = 0;                         // m^2
-  // Area at density over all area that is true, false or under-sampled: the planner's estimate.
-  double estimated_coverage = 0;  // [0, 1]
+  // Area at density over all area that is true, false or under-sampled: the planner's estimate,
+  // [0, 1]. Absent where there is none.
+  std::optional<double> estimated_coverage;
 };
 
 }  // namespace vantage::planning

@@ -1,4 +1,4 @@
-// A piece of surface that needs work (algorithm.md section 7).
+// A piece of deficient surface (algorithm.md section 7).
 #ifndef VANTAGE_CORE_PLANNING_PLAN_PATCH_H_
 #define VANTAGE_CORE_PLANNING_PLAN_PATCH_H_
 
@@ -10,7 +10,7 @@
 
 namespace vantage::planning {
 
-// A planar group of voxels that need work, of one kind (section 7B).
+// A planar group of deficient voxels of one kind (section 7B).
 struct Patch {
   model::SurfaceKind kind = model::SurfaceKind::kTrue;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();   // m, of the bounding rectangle
@@ -22,7 +22,7 @@ struct Patch {
   double mean_density = 0;  // mean q, samples / m^2
   double deficit = 0;       // samples lacking: (D - mean q) * area, and what space behind it needs
   double importance = 0;    // w * deficit
-  std::vector<uint32_t> cells;  // into PlanInput's deficient cells, ascending
+  std::vector<uint32_t> cells;  // into PatchSet::cells, ascending
 };
 
 }  // namespace vantage::planning

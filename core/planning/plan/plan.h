@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -31,9 +32,9 @@ inline constexpr std::array<const char*, kPlanStages> kPlanStageNames = {
 
 struct Termination {
   bool suggested = false;
-  std::string reason;             // with the numbers, also when not suggested
-  double best_upper = 0;          // samples, over all views
-  double largest_patch_area = 0;  // m^2
+  std::string reason;                // with the numbers, also when not suggested
+  std::optional<double> best_upper;  // samples, over all views; absent when none was evaluated
+  double largest_patch_area = 0;     // m^2
   double unobservable_area =
       0;  // m^2 of deficient surface that gains nothing from any feasible view
   bool unobservable_known = false;  // only a complete evaluation knows
@@ -60,8 +61,8 @@ struct Plan {
   double confidence = 1;              // of all bounds together
   bool complete = false;              // every view scored exactly
   Termination termination;
-  Coverage coverage;
-  double required_density = 0;  // D that the figures refer to
+  std::optional<Coverage> coverage;  // absent until it was measured
+  double required_density = 0;       // D that the figures refer to
   size_t feasible_cells = 0;
   size_t deficient_cells = 0;
   double deficient_area = 0;  // m^2

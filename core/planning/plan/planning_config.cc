@@ -33,11 +33,13 @@ absl::Status PlanningConfig::Validate(const sensor::ScannerModel& scanner) const
                           required_density, reachable));
   require(viewcell_size >= 0.01 && viewcell_size <= 2, "viewcell_size must be in [0.01, 2] m");
   require(density_tolerance >= 0 && density_tolerance < 1, "density_tolerance must be in [0, 1)");
-  require(min_height >= 0 && min_height < max_height && max_height <= 100,
-          "min_height must be at least 0 and below max_height, which must be at most 100 m");
-  require(!(max_height - min_height < viewcell_size - 1e-9),
-          "max_height - min_height must hold a viewcell");
-  require(!floor_height.has_value() || std::isfinite(*floor_height), "floor_height must be finite");
+  require(min_viewpoint_height >= 0 && min_viewpoint_height < max_viewpoint_height &&
+              max_viewpoint_height <= 100,
+          "min_viewpoint_height must be at least 0 and below max_viewpoint_height, which must be "
+          "at most 100 m");
+  require(!(max_viewpoint_height - min_viewpoint_height < viewcell_size - 1e-9),
+          "max_viewpoint_height - min_viewpoint_height must hold a viewcell");
+  require(!floor_z.has_value() || std::isfinite(*floor_z), "floor_z must be finite");
   require(scanner_width > 0 && scanner_width <= 10, "scanner_width must be in (0, 10] m");
   require(scanner_height > 0 && scanner_height <= 20, "scanner_height must be in (0, 20] m");
   bool weighted = false;
@@ -49,10 +51,12 @@ absl::Status PlanningConfig::Validate(const sensor::ScannerModel& scanner) const
     weighted |= weight > 0;
   }
   require(weighted, "at least one weight must be above 0");
-  require(least_deficit >= 0 && least_deficit <= 1, "least_deficit must be in [0, 1]");
-  require(counts_from >= 0 && counts_from < 1, "counts_from must be in [0, 1)");
-  require(depth_behind >= 0 && depth_behind <= 10, "depth_behind must be in [0, 10] m");
-  require(separation >= 0 && separation <= 100, "separation must be in [0, 100] m");
+  require(min_deficit_share >= 0 && min_deficit_share <= 1, "min_deficit_share must be in [0, 1]");
+  require(min_counted_density_share >= 0 && min_counted_density_share < 1,
+          "min_counted_density_share must be in [0, 1)");
+  require(unknown_depth >= 0 && unknown_depth <= 10, "unknown_depth must be in [0, 10] m");
+  require(candidate_separation >= 0 && candidate_separation <= 100,
+          "candidate_separation must be in [0, 100] m");
   require(candidates >= 1 && candidates <= 1000, "candidates must be in [1, 1000]");
   require(max_checked >= candidates && max_checked <= 100000,
           "max_checked must be at least candidates, and at most 100000");

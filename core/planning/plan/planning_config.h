@@ -33,28 +33,29 @@ enum class EvaluationOrder {
 };
 
 struct PlanningConfig {
-  double required_density = 2500;      // D, samples / m^2, > 0
-  double viewcell_size = 0.10;         // m, smallest viewcell edge, a multiple of the voxel
-  double density_tolerance = 0.02;     // epsilon, in the order of patches: else scores are exact
-  double min_height = 1.0;             // m, viewpoint over the floor below it
-  double max_height = 2.0;             // m
-  std::optional<double> floor_height;  // m, z of the floor; found from the model when absent
-  bool require_reachable = true;       // only cells connected to where a scanner has stood
-  double scanner_width = 0.60;         // m, of the passages it fits through
-  double scanner_height = 1.8;         // m
+  double required_density = 2500;     // D, samples / m^2, > 0
+  double viewcell_size = 0.10;        // m, smallest viewcell edge, a multiple of the voxel
+  double density_tolerance = 0.02;    // epsilon, in the order of patches: else scores are exact
+  double min_viewpoint_height = 1.0;  // m, viewpoint over the floor below it
+  double max_viewpoint_height = 2.0;  // m
+  std::optional<double> floor_z;      // m, z of the floor; found from the model when absent
+  bool require_reachable = true;      // only cells connected to where a scanner has stood
+  double scanner_width = 0.60;        // m, of the passages it fits through
+  double scanner_height = 1.8;        // m
   std::array<double, model::kSurfaceKinds> weights = {1, 1, 1, 1};  // by SurfaceKind, >= 0
   bool pose_sensitivity = false;         // score only what every pose within the error sees
   bool density_on_false_surface = true;  // else it counts in full wherever it is seen
   // What samples are worth; the paper's metric has 0 for all three.
-  double least_deficit = 0.5;    // of D, that true surface short of D counts as lacking at least
-  double counts_from = 0.7;      // of D, [0, 1): samples on true surface count from here on
-  double depth_behind = 3;       // m, unknown space behind false surface that counts
-  double separation = 0.6;       // m, of candidates checked for registration
-  int candidates = 10;           // k, views returned at most
-  int max_checked = 60;          // views checked for registration at most
-  double terminate_below = 0.5;  // m^2 of D-equivalent gain
-  double min_patch_area = 0.02;  // m^2, smaller patches don't keep a job open
-  double confidence = 0.95;      // of all bounds together, (0, 1)
+  double min_deficit_share = 0.5;  // of D, that true surface short of D counts as lacking at least
+  double min_counted_density_share =
+      0.7;                            // of D, [0, 1): samples on true surface count from here on
+  double unknown_depth = 3;           // m, unknown space behind false surface that counts
+  double candidate_separation = 0.6;  // m, of candidates checked for registration
+  int candidates = 10;                // k, views returned at most
+  int max_checked = 60;               // views checked for registration at most
+  double terminate_below = 0.5;       // m^2 of model gain
+  double min_patch_area = 0.02;       // m^2, smaller patches don't keep a job open
+  double confidence = 0.95;           // of all bounds together, (0, 1)
   EvaluationOrder order = EvaluationOrder::kAnytime;
   // Bytes, of a plan besides its model; larger ones are refused before they are begun.
   uint64_t memory_limit = uint64_t{8} << 30;

@@ -21,22 +21,23 @@ struct WallOffset {
   double distance = 0;          // m
 };
 struct LocationDescription {
-  std::vector<WallOffset> walls;     // two distinct walls where there are any
-  double last_station_distance = 0;  // m, horizontally
-  double last_station_bearing = 0;   // rad, counter-clockwise from the model's +x
-  std::string words;  // 'from station 2: 1.84 m towards ...; 1.10 m and 2.35 m from the walls'
+  std::vector<WallOffset> walls;                // two distinct walls where there are any
+  std::optional<double> last_station_distance;  // m, horizontally; absent before the first one
+  std::optional<double> last_station_bearing;   // rad, counter-clockwise from the model's +x
+  std::string
+      description;  // 'from station 2: 1.84 m towards ...; 1.10 m and 2.35 m from the walls'
 };
 
 // The connected viewcells around a candidate that score at least 95 % of it.
 struct EquivalentRegion {
   Region box;         // m
   double volume = 0;  // m^3
-  int cells = 0;
+  int viewcell_count = 0;
 };
 
 struct PatchScore {
-  int patch = 0;    // index into Plan::patches
-  double gain = 0;  // samples
+  int patch = 0;     // index into Plan::patches
+  double score = 0;  // samples
 };
 
 struct RankedView {
@@ -49,11 +50,13 @@ struct RankedView {
   std::array<double, model::kSurfaceKinds> score_by_kind{};  // samples, weighted, sums to score
   double height_over_floor = 0;                              // m
   double clearance = 0;                                      // m, to the nearest thing not empty
-  std::optional<double> travel;     // m, from the last station through free space
-  std::vector<PatchScore> patches;  // the most gained first, at most 5
-  LocationDescription where;
+  std::optional<double> travel;          // m, from the last station through free space
+  std::vector<PatchScore> patch_scores;  // the most gained first, at most 5
+  LocationDescription location;
   EquivalentRegion region;
   registration::RegistrationVerdict verdict;
+  bool checked =
+      true;  // `verdict`, `location` and `region` were worked out; not so while a plan runs
 };
 
 }  // namespace vantage::planning

@@ -86,8 +86,8 @@ std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleView
   return ranked;
 }
 
-EquivalentRegion RegionAsGood(const Evaluation& evaluation, const FeasibleViews& feasible,
-                              uint32_t view) {
+EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const FeasibleViews& feasible,
+                                    uint32_t view) {
   const double enough = kAsGood * evaluation.views[view].score;
   std::vector<uint32_t> members{view};
   std::vector<uint8_t> taken(evaluation.views.size(), 0);
@@ -111,22 +111,24 @@ EquivalentRegion RegionAsGood(const Evaluation& evaluation, const FeasibleViews&
       }
     }
   }
-  region.cells = static_cast<int>(members.size());
-  region.volume = region.cells * std::pow(feasible.cell_size(), 3);
+  region.viewcell_count = static_cast<int>(members.size());
+  region.volume = region.viewcell_count * std::pow(feasible.cell_size(), 3);
   return region;
 }
 
 LocationDescription DescribeLocation(const model::PlanningView& model,
                                      const Eigen::Vector3d& position, double height) {
-  LocationDescription where;
-  std::string words;
+  LocationDescription location;
+  std::string description;
   if (!model.stations().empty()) {
     const Eigen::Vector2d offset = position.head<2>() - model.stations().back().position.head<2>();
-    where.last_station_distance = offset.norm();
-    where.last_station_bearing = std::atan2(offset.y(), offset.x());
-    words = absl::StrFormat("%.2f m from station %d at a bearing of %.0f degrees from +x",
-                            where.last_station_distance, static_cast<int>(model.stations().size()),
-                            sensor::Degrees(where.last_station_bearing));
+    const double distance = offset.norm();
+    const double bearing = std::atan2(offset.y(), offset.x());
+    location.last_station_distance = distance;
+    location.last_station_bearing = bearing;
+    description =
+        absl::StrFormat("%.2f m from station %d at a bearing of %.0f degrees from +x", distance,
+                        static_cast<int>(model.stations().size()), sensor::Degrees(bearing));
   }
   // The wall that most rays meet, then the best one that stands across it.
   const std::vector<Wall> walls = WallsAround(model, position);
@@ -142,43 +144,44 @@ LocationDescription DescribeLocation(const model::PlanningView& model,
     return found;
   };
   if (const Wall* first = best(nullptr); first != nullptr) {
-    where.walls.push_back(first->offset);
-    if (const Wall* second = best(&where.walls.front()); second != nullptr) {
-      where.walls.push_back(second->offset);
+    location.walls.push_back(first->offset);
+    if (const Wall* second = best(&location.walls.front()); second != nullptr) {
+      location.walls.push_back(second->offset);
     }
   }
-  for (const WallOffset& wall : where.walls) {
-    absl::StrAppend(&words, words.empty() ? "" : "; ",
+  for (const WallOffset& wall : location.walls) {
+    absl::StrAppend(&description, description.empty() ? "" : "; ",
                     absl::StrFormat("%.2f m from the wall on its %s side", wall.distance,
                                     AxisName(-wall.wall_normal)));
   }
-  absl::StrAppend(&words, words.empty() ? "" : "; ",
+  absl::StrAppend(&description, description.empty() ? "" : "; ",
                   absl::StrFormat("tripod height %.2f m", height));
-  where.words = words;
-  return where;
+  location.description = description;
+  return location;
 }
 
-void SplitGain(const CellArrays& cells, std::span<const float> gains, const PatchSet& patches,
-               RankedView& view) {
+void SplitScore(const CellArrays& cells, std::span<const float> cell_scores,
+                const PatchSet& patches, RankedView& view) {
   view.score_by_kind.fill(0);
-  std::vector<double> gain(patches.patches.size(), 0);
+  std::vector<double> patch_scores(patches.patches.size(), 0);
   for (size_t i = 0; i < cells.size(); ++i) {
-    if (gains[i] <= 0) continue;
+    if (cell_scores[i] <= 0) continue;
     // Patches own their cells side by side, in order.
     const auto patch = std::partition_point(
         patches.patches.begin(), patches.patches.end(),
         [&](const Patch& other) { return other.cells.back() < cells.cell[i]; });
-    view.score_by_kind[static_cast<size_t>(patch->kind)] += static_cast<double>(gains[i]);
-    gain[static_cast<size_t>(patch - patches.patches.begin())] += static_cast<double>(gains[i]);
+    view.score_by_kind[static_cast<size_t>(patch->kind)] += static_cast<double>(cell_scores[i]);
+    patch_scores[static_cast<size_t>(patch - patches.patches.begin())] +=
+        static_cast<double>(cell_scores[i]);
   }
   std::vector<PatchScore> by_patch;
-  for (size_t k = 0; k < gain.size(); ++k) {
-    if (gain[k] > 0) by_patch.push_back({static_cast<int>(k), gain[k]});
+  for (size_t k = 0; k < patch_scores.size(); ++k) {
+    if (patch_scores[k] > 0) by_patch.push_back({static_cast<int>(k), patch_scores[k]});
   }
   std::stable_sort(by_patch.begin(), by_patch.end(),
-                   [](const PatchScore& a, const PatchScore& b) { return a.gain > b.gain; });
+                   [](const PatchScore& a, const PatchScore& b) { return a.score > b.score; });
   by_patch.resize(std::min(by_patch.size(), kMostPatches));
-  view.patches = by_patch;
+  view.patch_scores = by_patch;
 }
 
 }  // namespace vantage::planning

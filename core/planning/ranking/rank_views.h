@@ -23,17 +23,17 @@ std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleView
                                 double separation, size_t count);
 
 // The face-connected cells around `view` that score at least 95 % of it.
-EquivalentRegion RegionAsGood(const Evaluation& evaluation, const FeasibleViews& feasible,
-                              uint32_t view);
+EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const FeasibleViews& feasible,
+                                    uint32_t view);
 
 // Two distinct walls and the last station, as a person with a tape would use them.
 LocationDescription DescribeLocation(const model::PlanningView& model,
                                      const Eigen::Vector3d& position, double height);
 
-// What the gain is made of: exact. `gains` is one per cell of `cells`. Sets score_by_kind and
-// patches (at most 5).
-void SplitGain(const CellArrays& cells, std::span<const float> gains, const PatchSet& patches,
-               RankedView& view);
+// What the score is made of: exact. `cell_scores` is one per cell of `cells`. Sets score_by_kind
+// and patch_scores (at most 5).
+void SplitScore(const CellArrays& cells, std::span<const float> cell_scores,
+                const PatchSet& patches, RankedView& view);
 
 }  // namespace vantage::planning
 

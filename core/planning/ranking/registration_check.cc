@@ -53,7 +53,7 @@ OverlapSurface::OverlapSurface(const model::PlanningView& model, const visibilit
         const auto target = visibility::TargetOf(grid, v, surface.normal);
         if (!target.has_value()) return;
         dropouts.clear();
-        for (const model::Dropout& look : model.Dropouts(v)) dropouts.push_back(look.from);
+        for (const model::Dropout& dropout : model.Dropouts(v)) dropouts.push_back(dropout.from);
         cells_.Add(surface.centroid, surface.normal, surface.area, 0,
                    std::numeric_limits<float>::max(), scene.ToScene(*target),
                    static_cast<uint32_t>(samples_.size()), dropouts);
@@ -161,7 +161,7 @@ class Checking {
   bool NoTimeLeft() const { return check_.rays >= budget_.work_limit || budget_.Expired(); }
   double Score(uint32_t view) const { return evaluation_.views[view].Rank(); }
   bool Near(uint32_t a, uint32_t b) const {
-    return (feasible_.Centre(a) - feasible_.Centre(b)).norm() < config_.separation;
+    return (feasible_.Centre(a) - feasible_.Centre(b)).norm() < config_.candidate_separation;
   }
 
   // The best views around a candidate that were not tried yet, the best first.

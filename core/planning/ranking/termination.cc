@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "absl/strings/str_format.h"
+#include "core/planning/plan/model_gain.h"
 
 namespace vantage::planning {
 
@@ -14,13 +15,13 @@ Termination JudgeTermination(const PatchSet& patches, const Evaluation& evaluati
     termination.largest_patch_area = std::max(termination.largest_patch_area, patch.area);
   }
   for (const ViewEstimate& view : evaluation.views) {
-    termination.best_upper = std::max(termination.best_upper, view.upper);
+    termination.best_upper = std::max(termination.best_upper.value_or(0), view.upper);
   }
   if (unobservable_area.has_value()) {
     termination.unobservable_area = *unobservable_area;
     termination.unobservable_known = true;
   }
-  const double best_area = termination.best_upper / config.required_density;
+  const double most_gain = ModelGain(termination.best_upper.value_or(0), config.required_density);
   if (patches.patches.empty()) {
     termination.suggested = true;
     termination.reason = absl::StrFormat(
@@ -29,22 +30,22 @@ Termination JudgeTermination(const PatchSet& patches, const Evaluation& evaluati
   } else if (termination.largest_patch_area < config.min_patch_area) {
     termination.suggested = true;
     termination.reason =
-        absl::StrFormat("the largest patch that needs work has %.4f m2, less than %.4f m2",
+        absl::StrFormat("the largest deficient patch has %.4f m2, less than %.4f m2",
                         termination.largest_patch_area, config.min_patch_area);
-  } else if (!evaluation.views.empty() && best_area < config.terminate_below) {
+  } else if (!evaluation.views.empty() && most_gain < config.terminate_below) {
     termination.suggested = true;
     termination.reason = absl::StrFormat(
-        "no view can gain more than %.3f m2 at the required density (upper bound), less than "
-        "%.3f m2; %.2f m2 still need work",
-        best_area, config.terminate_below, patches.area);
+        "no view's model gain exceeds %.3f m2 (upper bound), less than %.3f m2; %.2f m2 are still "
+        "deficient",
+        most_gain, config.terminate_below, patches.area);
   } else if (evaluation.views.empty()) {
     termination.reason = absl::StrFormat(
-        "%.2f m2 still need work, and no view of them could be evaluated", patches.area);
+        "%.2f m2 are still deficient, and no view of them could be evaluated", patches.area);
   } else {
     termination.reason = absl::StrFormat(
-        "a view may still gain %.2f m2 at the required density (upper bound), at least %.2f m2; "
-        "%.2f m2 still need work, the largest patch has %.2f m2",
-        best_area, config.terminate_below, patches.area, termination.largest_patch_area);
+        "a view's model gain may still be %.2f m2 (upper bound), at least %.2f m2; %.2f m2 are "
+        "still deficient, the largest patch has %.2f m2",
+        most_gain, config.terminate_below, patches.area, termination.largest_patch_area);
   }
   return termination;
 }

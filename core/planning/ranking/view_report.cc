@@ -24,12 +24,13 @@ void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const 
 
 bool ViewReport::Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
                        RankedView& view) const {
-  std::vector<float> gains(scoring_.cells().size());
-  const ViewScore score = scoring_.scorer().ScoreCells(position, scoring_.cells(), budget, gains);
+  std::vector<float> cell_scores(scoring_.cells().size());
+  const ViewScore score =
+      scoring_.scorer().ScoreCells(position, scoring_.cells(), budget, cell_scores);
   if (!score.finished) return false;
-  view.score = view.lower = view.upper = score.gain;
+  view.score = view.lower = view.upper = score.score;
   view.exact = true;
-  SplitGain(scoring_.cells(), gains, patches_, view);
+  SplitScore(scoring_.cells(), cell_scores, patches_, view);
   return true;
 }
 
@@ -48,12 +49,12 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
     view.exact = estimate.exact;
     view.verdict = checked[k].verdict;
     Place(feasible_.Centre(i), view);
-    view.region = RegionAsGood(evaluation, feasible_, i);
-    view.where = DescribeLocation(model_, view.position, view.height_over_floor);
+    view.region = EquivalentRegionOf(evaluation, feasible_, i);
+    view.location = DescribeLocation(model_, view.position, view.height_over_floor);
     RankedView split;
     if (Exact(view.position, budget, split)) {
       view.score_by_kind = split.score_by_kind;
-      view.patches = std::move(split.patches);
+      view.patch_scores = std::move(split.patch_scores);
       view.score = view.lower = view.upper = split.score;
       view.exact = true;
     }
@@ -78,7 +79,7 @@ Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation,
   plan.rays = evaluation.rays;
   double most = 0;
   for (const ViewEstimate& view : evaluation.views) most = std::max(most, view.upper);
-  for (const uint32_t i : RankViews(evaluation, feasible_, config.separation,
+  for (const uint32_t i : RankViews(evaluation, feasible_, config.candidate_separation,
                                     static_cast<size_t>(config.candidates))) {
     const ViewEstimate& estimate = evaluation.views[i];
     RankedView view;
@@ -87,6 +88,7 @@ Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation,
     view.upper = estimate.upper;
     view.exact = estimate.exact;
     view.verdict.reason = "not checked yet";
+    view.checked = false;
     Place(feasible_.Centre(i), view);
     plan.views.push_back(std::move(view));
   }

@@ -1,5 +1,4 @@
-// Candidate views in the form in which they are handed out (algorithm.md section 11, 'Findable
-// answers').
+// Candidate views in the form in which they are handed out (algorithm.md section 11).
 #ifndef VANTAGE_CORE_PLANNING_RANKING_VIEW_REPORT_H_
 #define VANTAGE_CORE_PLANNING_RANKING_VIEW_REPORT_H_
 
@@ -29,15 +28,15 @@ class ViewReport {
              const FeasibleViews& feasible, const PatchSet& patches, const Scoring& scoring)
       : model_(model), grid_(grid), feasible_(feasible), patches_(patches), scoring_(scoring) {}
 
-  // The first `count` of `checked`, in order. Gains are split exactly; where the budget expires
-  // before that, score_by_kind and patches stay empty.
+  // The first `count` of `checked`, in order. Scores are split exactly; where the budget expires
+  // before that, score_by_kind and patch_scores stay empty.
   std::vector<RankedView> Describe(std::span<const CheckedView> checked,
                                    const Evaluation& evaluation, size_t count,
                                    const parallel::Budget& budget,
                                    parallel::Parallel& parallel) const;
 
-  // A position's own figures, gain split included; any position, feasible or not. An unfinished
-  // score leaves gain and patches empty and returns false.
+  // A position's own figures, the split of its score included; any position, feasible or not. An
+  // unfinished score leaves the split empty and returns false.
   bool Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
              RankedView& view) const;
 

@@ -18,17 +18,17 @@ struct Origin {
 struct Waiting {
   visibility::TargetPacket targets;
   uint32_t known = 0;  // bit i: visible without a ray
-  std::array<float, 8> gain;
+  std::array<float, 8> cell_score;
   std::array<uint32_t, 8> at;
   int count = 0;
 };
 
 }  // namespace
 
-template <typename OnGain>
+template <typename OnScore>
 ViewScore BruteForceScorer::Run(const Eigen::Vector3d& view, const CellArrays& cells,
                                 std::span<const PacketRange> ranges, const parallel::Budget& budget,
-                                OnGain&& on_gain) const {
+                                OnScore&& on_score) const {
   std::array<Origin, 9> origins;
   const int origin_count = sensitivity_ != nullptr ? 9 : 1;
   for (int i = 0; i < origin_count; ++i) {
@@ -51,17 +51,17 @@ ViewScore BruteForceScorer::Run(const Eigen::Vector3d& view, const CellArrays& c
     for (; visible != 0; visible &= visible - 1) {
       const auto k = static_cast<size_t>(std::countr_zero(visible));
       if (sensitivity_ != nullptr) {
-        waiting.gain[k] = sensitivity_->Gain(view, cells, waiting.at[k]);
-        if (waiting.gain[k] <= 0) continue;
+        waiting.cell_score[k] = sensitivity_->CellScore(view, cells, waiting.at[k]);
+        if (waiting.cell_score[k] <= 0) continue;
       }
-      score.gain += static_cast<double>(waiting.gain[k]);
-      on_gain(waiting.at[k], waiting.gain[k]);
+      score.score += static_cast<double>(waiting.cell_score[k]);
+      on_score(waiting.at[k], waiting.cell_score[k]);
     }
     waiting.count = 0;
     waiting.known = 0;
   };
 
-  alignas(32) float gains[8];
+  alignas(32) float cell_scores[8];
   alignas(32) float other[8];
   size_t until_poll = 0;
   for (const PacketRange& range : ranges) {
@@ -70,9 +70,10 @@ ViewScore BruteForceScorer::Run(const Eigen::Vector3d& view, const CellArrays& c
         if (budget.Expired()) return score;
         until_poll = kPacketsBetweenPolls;
       }
-      uint32_t bits = constraints_.Gains(origins[0].model, cells, packet, gains);
+      uint32_t bits = constraints_.CellScores(origins[0].model, cells, packet, cell_scores);
       for (int i = 1; i < origin_count && bits != 0; ++i) {
-        bits &= constraints_.Gains(origins[static_cast<size_t>(i)].model, cells, packet, other);
+        bits &=
+            constraints_.CellScores(origins[static_cast<size_t>(i)].model, cells, packet, other);
       }
       for (; bits != 0; bits &= bits - 1) {
         const auto k = static_cast<size_t>(std::countr_zero(bits));
@@ -82,7 +83,7 @@ ViewScore BruteForceScorer::Run(const Eigen::Vector3d& view, const CellArrays& c
         waiting.targets.x[slot] = cells.tx[at];
         waiting.targets.y[slot] = cells.ty[at];
         waiting.targets.z[slot] = cells.tz[at];
-        waiting.gain[slot] = gains[k];
+        waiting.cell_score[slot] = cell_scores[k];
         waiting.at[slot] = static_cast<uint32_t>(at);
         waiting.known |= static_cast<uint32_t>(range.visible) << slot;
         if (++waiting.count == 8) trace();
@@ -117,10 +118,11 @@ ViewScore BruteForceScorer::ScorePackets(const Eigen::Vector3d& view, const Cell
 
 ViewScore BruteForceScorer::ScoreCells(const Eigen::Vector3d& view, const CellArrays& cells,
                                        const parallel::Budget& budget,
-                                       std::span<float> gains) const {
-  std::fill(gains.begin(), gains.end(), 0.0f);
+                                       std::span<float> cell_scores) const {
+  std::fill(cell_scores.begin(), cell_scores.end(), 0.0f);
   const PacketRange all{0, static_cast<uint32_t>(cells.packets()), false};
-  return Run(view, cells, {&all, 1}, budget, [&](uint32_t at, float gain) { gains[at] = gain; });
+  return Run(view, cells, {&all, 1}, budget,
+             [&](uint32_t at, float score) { cell_scores[at] = score; });
 }
 
 std::vector<ViewScore> ScoreEveryView(const BruteForceScorer& scorer,

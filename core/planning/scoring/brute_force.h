@@ -18,7 +18,7 @@
 namespace vantage::planning {
 
 struct ViewScore {
-  double gain = 0;        // sum of the visible cells' gains, in the order of the cells
+  double score = 0;       // samples, sum of the visible cells' scores, in the order of the cells
   uint64_t rays = 0;      // cast
   bool finished = false;  // false: the budget expired on the way, the rest means nothing
 };
@@ -57,9 +57,9 @@ class BruteForceScorer {
                          std::span<const PacketRange> ranges, const parallel::Budget& budget,
                          std::span<std::atomic<uint8_t>> seen = {}) const;
 
-  // The same, with each cell's gain (gains.size() == cells.size()).
+  // The same, with each cell's score (cell_scores.size() == cells.size()).
   ViewScore ScoreCells(const Eigen::Vector3d& view, const CellArrays& cells,
-                       const parallel::Budget& budget, std::span<float> gains) const;
+                       const parallel::Budget& budget, std::span<float> cell_scores) const;
 
   // What one view can cost at most.
   uint64_t MostRays(const CellArrays& cells) const { return cells.size() * RaysPerCell(); }
@@ -72,10 +72,10 @@ class BruteForceScorer {
   double reach() const { return sensitivity_ != nullptr ? sensitivity_->reach() : 0; }
 
  private:
-  template <typename OnGain>
+  template <typename OnScore>
   ViewScore Run(const Eigen::Vector3d& view, const CellArrays& cells,
                 std::span<const PacketRange> ranges, const parallel::Budget& budget,
-                OnGain&& on_gain) const;
+                OnScore&& on_score) const;
 
   const SensingConstraints& constraints_;
   const visibility::OcclusionScene& scene_;

@@ -29,7 +29,7 @@ uint32_t PositiveBits(const float* values) {
 }  // namespace
 
 void CellArrays::Add(const Eigen::Vector3f& position, const Eigen::Vector3f& normal,
-                     float gain_factor, float density, float enough_density,
+                     float sample_factor, float density, float enough_density,
                      const Eigen::Vector3f& target, uint32_t index,
                      std::span<const Eigen::Vector3f> cell_dropouts) {
   x.push_back(position.x());
@@ -38,7 +38,7 @@ void CellArrays::Add(const Eigen::Vector3f& position, const Eigen::Vector3f& nor
   nx.push_back(normal.x());
   ny.push_back(normal.y());
   nz.push_back(normal.z());
-  factor.push_back(gain_factor);
+  factor.push_back(sample_factor);
   q.push_back(density);
   enough.push_back(enough_density);
   tx.push_back(target.x());
@@ -57,11 +57,11 @@ bool CellArrays::IsDropout(const Eigen::Vector3f& view, size_t i) const {
   const Eigen::Vector3f at(x[i], y[i], z[i]);
   const Eigen::Vector3f to_view = view - at;
   const float distance = to_view.norm();
-  const std::span<const Eigen::Vector3f> looks = DropoutsOf(i);
-  return std::any_of(looks.begin(), looks.end(), [&](const Eigen::Vector3f& from) {
-    const Eigen::Vector3f looked = from - at;
-    const float range = looked.norm();
-    return distance >= range - kNearer && looked.dot(to_view) >= kSameDirection * range * distance;
+  const std::span<const Eigen::Vector3f> cell_dropouts = DropoutsOf(i);
+  return std::any_of(cell_dropouts.begin(), cell_dropouts.end(), [&](const Eigen::Vector3f& from) {
+    const Eigen::Vector3f dropped = from - at;
+    const float range = dropped.norm();
+    return distance >= range - kNearer && dropped.dot(to_view) >= kSameDirection * range * distance;
   });
 }
 
@@ -101,9 +101,10 @@ SensingConstraints::SensingConstraints(const sensor::ScannerModel& scanner)
                    : static_cast<float>(std::sin(scanner.elevation_max))),
       cos_incidence_(static_cast<float>(std::cos(scanner.max_incidence))) {}
 
-double SensingConstraints::DensityGain(const Eigen::Vector3d& view, const Eigen::Vector3d& position,
-                                       const Eigen::Vector3d& normal, double q,
-                                       double enough) const {
+double SensingConstraints::AddedDensity(const Eigen::Vector3d& view,
+                                        const Eigen::Vector3d& position,
+                                        const Eigen::Vector3d& normal, double q,
+                                        double enough) const {
   const Eigen::Vector3d d = position - view;
   const double range = d.norm();
   if (range < scanner_.range_min || range > scanner_.range_max) return 0;
@@ -115,8 +116,8 @@ double SensingConstraints::DensityGain(const Eigen::Vector3d& view, const Eigen:
   return std::max(0.0, std::min(s, enough) - q);
 }
 
-uint32_t SensingConstraints::Gains(const Eigen::Vector3f& view, const CellArrays& cells,
-                                   size_t packet, float gains[8]) const {
+uint32_t SensingConstraints::CellScores(const Eigen::Vector3f& view, const CellArrays& cells,
+                                        size_t packet, float scores[8]) const {
   const size_t at = packet * CellArrays::kPacket;
   const Packet dx = Load(&cells.x[at]) - view.x();
   const Packet dy = Load(&cells.y[at]) - view.y();
@@ -133,9 +134,9 @@ uint32_t SensingConstraints::Gains(const Eigen::Vector3f& view, const CellArrays
   const Packet t = (s.min(Load(&cells.enough[at])) - Load(&cells.q[at])).max(0.0f);
   const auto seen = facing >= cos_incidence_ * range && range2 >= range2_min_ &&
                     range2 <= range2_max_ && dz >= sin_min_ * range && dz <= sin_max_ * range;
-  Eigen::Map<Packet> out(gains);
+  Eigen::Map<Packet> out(scores);
   out = seen.select(Load(&cells.factor[at]) * t, 0.0f);
-  return PositiveBits(gains);
+  return PositiveBits(scores);
 }
 
 }  // namespace vantage::planning

@@ -1,4 +1,4 @@
-// The sensing constraints and the gain of a view for a patch cell, visibility apart (algorithm.md
+// The sensing constraints and the score of a view on a patch cell, visibility apart (algorithm.md
 // sections 3 and 5).
 #ifndef VANTAGE_CORE_PLANNING_SCORING_CONSTRAINTS_H_
 #define VANTAGE_CORE_PLANNING_SCORING_CONSTRAINTS_H_
@@ -20,7 +20,7 @@ struct CellArrays {
 
   std::vector<float> x, y, z;     // m, model frame
   std::vector<float> nx, ny, nz;  // unit normal
-  std::vector<float> factor;      // gain per sample/m^2: weight * success * area
+  std::vector<float> factor;      // score per sample/m^2: weight * success * area
   std::vector<float> q;           // samples / m^2
   std::vector<float> enough;      // samples / m^2: more than this gains nothing more, > q
   std::vector<float> tx, ty, tz;  // target, scene coordinates
@@ -33,7 +33,7 @@ struct CellArrays {
   size_t size() const { return cell.size(); }
   size_t packets() const { return x.size() / kPacket; }
   // Appends a cell; Pad() when all are in.
-  void Add(const Eigen::Vector3f& position, const Eigen::Vector3f& normal, float gain_factor,
+  void Add(const Eigen::Vector3f& position, const Eigen::Vector3f& normal, float sample_factor,
            float density, float enough_density, const Eigen::Vector3f& target, uint32_t index,
            std::span<const Eigen::Vector3f> cell_dropouts = {});
   void Pad();
@@ -54,12 +54,13 @@ class SensingConstraints {
   explicit SensingConstraints(const sensor::ScannerModel& scanner);
 
   // Scalar, in double: t(v, A) = max(0, min(s, enough) - q), or 0 where a constraint is violated.
-  double DensityGain(const Eigen::Vector3d& view, const Eigen::Vector3d& position,
-                     const Eigen::Vector3d& normal, double q, double enough) const;
+  double AddedDensity(const Eigen::Vector3d& view, const Eigen::Vector3d& position,
+                      const Eigen::Vector3d& normal, double q, double enough) const;
 
-  // Gains (factor * t) of the 8 cells from 8 * packet on. Returns the bits of those above 0.
-  uint32_t Gains(const Eigen::Vector3f& view, const CellArrays& cells, size_t packet,
-                 float gains[8]) const;
+  // Scores (factor * t, samples) of the 8 cells from 8 * packet on. Returns the bits of those above
+  // 0.
+  uint32_t CellScores(const Eigen::Vector3f& view, const CellArrays& cells, size_t packet,
+                      float scores[8]) const;
 
   const sensor::ScannerModel& scanner() const { return scanner_; }
 

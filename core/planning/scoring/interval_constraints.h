@@ -57,7 +57,7 @@ class IntervalConstraints {
 
   // False: some constraint is entirely violated, or no view can see a cell at more than the density
   // it has, so the pair gains nothing. Otherwise adds to `satisfied`, and `density` bounds s over
-  // what satisfies the constraints. The limits carry a slack of 1e-6, as gains are computed in
+  // what satisfies the constraints. The limits carry a slack of 1e-6, as scores are computed in
   // floats.
   bool Test(const Eigen::AlignedBox3d& views, const CellBounds& cells, uint8_t& satisfied,
             Interval& density) const;

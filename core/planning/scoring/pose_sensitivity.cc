@@ -7,7 +7,8 @@
 
 namespace vantage::planning {
 
-float PoseSensitivity::Gain(const Eigen::Vector3d& view, const CellArrays& cells, size_t at) const {
+float PoseSensitivity::CellScore(const Eigen::Vector3d& view, const CellArrays& cells,
+                                 size_t at) const {
   const Eigen::Vector3d reach = Eigen::Vector3d::Constant(reach_);
   const Eigen::AlignedBox3d box(view - reach, view + reach);
   const CellBounds cell = CellBounds::Of(cells, at, at + 1);
@@ -30,14 +31,13 @@ float PoseSensitivity::Gain(const Eigen::Vector3d& view, const CellArrays& cells
   satisfied |= kIncidenceSatisfied;
   if ((satisfied & kSensingSatisfied) != kSensingSatisfied) return 0;
   const double least = std::max(density.min, intervals_.LeastPerSteradian(box, cell) * unit);
-  const double gain =
+  const double added =
       std::min(least, static_cast<double>(cells.enough[at])) - static_cast<double>(cells.q[at]);
-  if (gain <= 0) return 0;
+  if (added <= 0) return 0;
   const Eigen::Vector3d target(cells.tx[at], cells.ty[at], cells.tz[at]);
   const Eigen::AlignedBox3d in_scene(box.min() / voxel_ - corner_, box.max() / voxel_ - corner_);
-  if (!visibility::EntirelyVisible(counts_, in_scene, Eigen::AlignedBox3d(target, target)))
-    return 0;
-  return cells.factor[at] * static_cast<float>(gain);
+  if (!visibility::EntirelyVisible(table_, in_scene, Eigen::AlignedBox3d(target, target))) return 0;
+  return cells.factor[at] * static_cast<float>(added);
 }
 
 }  // namespace vantage::planning

@@ -16,26 +16,25 @@ class PoseSensitivity {
  public:
   // `reach` (m, per axis): half a viewcell and the positioning error. `corner`: of the scene, in
   // voxels; `voxel` in m.
-  PoseSensitivity(const SensingConstraints& constraints,
-                  const visibility::SummedVolumeTable& counts, double reach, double voxel,
-                  const Eigen::Vector3d& corner)
+  PoseSensitivity(const SensingConstraints& constraints, const visibility::SummedVolumeTable& table,
+                  double reach, double voxel, const Eigen::Vector3d& corner)
       : constraints_(constraints),
         intervals_(constraints),
-        counts_(counts),
+        table_(table),
         reach_(reach),
         voxel_(voxel),
         corner_(corner) {}
 
-  // Gain of cell `at` with the lower bound of the density over the box of half side `reach` around
+  // Score of cell `at` with the lower bound of the density over the box of half side `reach` around
   // the view, or 0 where a constraint may be violated or the target hidden from somewhere in it.
-  float Gain(const Eigen::Vector3d& view, const CellArrays& cells, size_t at) const;
+  float CellScore(const Eigen::Vector3d& view, const CellArrays& cells, size_t at) const;
 
   double reach() const { return reach_; }
 
  private:
   const SensingConstraints& constraints_;
   IntervalConstraints intervals_;
-  const visibility::SummedVolumeTable& counts_;
+  const visibility::SummedVolumeTable& table_;
   double reach_;
   double voxel_;
   Eigen::Vector3d corner_;

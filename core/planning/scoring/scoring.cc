@@ -21,14 +21,15 @@ struct SampleWorth {
 // A job is done when its surface is at D, and surface short of it is to be scanned again, however
 // little it lacks. By the paper's metric what is just short is worth next to nothing, and what
 // comes nearer without getting there as much as what does. So true surface that comes to D gains
-// its area times at least `least_deficit` of D, and all of that for the last samples.
+// its area times at least `min_deficit_share` of D, and all of that for the last samples.
 SampleWorth WorthOf(const DeficientCell& cell, const PlanningConfig& config) {
   if (cell.kind != model::SurfaceKind::kTrue) return {cell.density, 1};
   constexpr float kSmallest = 0.01F;  // of D: less is within rounding
   const float smallest = kSmallest * cell.enough;
-  const float from = std::max(cell.density, static_cast<float>(config.counts_from) * cell.enough);
+  const float from =
+      std::max(cell.density, static_cast<float>(config.min_counted_density_share) * cell.enough);
   const float lacking = std::max(cell.enough - cell.density, smallest);
-  const float worth = std::max(lacking, static_cast<float>(config.least_deficit) * cell.enough);
+  const float worth = std::max(lacking, static_cast<float>(config.min_deficit_share) * cell.enough);
   return {from, worth / std::max(cell.enough - from, smallest)};
 }
 
@@ -80,9 +81,9 @@ const PoseSensitivity& Scoring::Sensitivity(const visibility::OpaqueGrid& grid,
                                             const PlanningConfig& config, double voxel,
                                             parallel::Parallel& parallel,
                                             const parallel::Budget& budget) {
-  counts_.emplace(grid, parallel, budget);
+  table_.emplace(grid, parallel, budget);
   // A view stands for its viewcell, grown by what a person misses it by.
-  return sensitivity_.emplace(constraints_, *counts_,
+  return sensitivity_.emplace(constraints_, *table_,
                               config.viewcell_size / 2 + scanner.positioning_error, voxel,
                               scene_.corner());
 }

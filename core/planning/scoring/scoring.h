@@ -47,7 +47,7 @@ class Scoring {
   visibility::OcclusionScene scene_;
   CellArrays cells_;  // in the order of PatchOrder()
   // Only for pose sensitivity.
-  std::optional<visibility::SummedVolumeTable> counts_;
+  std::optional<visibility::SummedVolumeTable> table_;
   std::optional<PoseSensitivity> sensitivity_;
   BruteForceScorer scorer_;
 };

@@ -7,6 +7,7 @@
 #include "core/registration/align/align_stages.h"
 #include "core/registration/align/correspondence_field.h"
 #include "core/registration/align/voxel_search.h"
+#include "core/sensor/scanner_model.h"
 
 namespace vantage::registration {
 namespace {
@@ -29,7 +30,7 @@ void SortAndKeepDistinct(std::span<const SurfaceSample> samples, double apart,
   std::vector<Minimum> distinct;
   for (const Minimum& m : minima) {
     const bool same = std::any_of(distinct.begin(), distinct.end(), [&](const Minimum& other) {
-      return Apart(m.T_world_scan, other.T_world_scan, samples) < apart;
+      return SurfaceDistance(m.T_world_scan, other.T_world_scan, samples) < apart;
     });
     if (!same) distinct.push_back(m);
   }
@@ -54,7 +55,7 @@ std::vector<Result> InChunks(std::span<const SurfaceSample> samples, parallel::P
 
 }  // namespace
 
-std::vector<Eigen::Isometry3d> Starts(const sensor::PosePrior& prior) {
+std::vector<Eigen::Isometry3d> StartsAroundPrior(const sensor::PosePrior& prior) {
   double shift = 0.40;
   double turn = sensor::Radians(12);
   if (prior.covariance.has_value()) {
@@ -70,7 +71,7 @@ std::vector<Eigen::Isometry3d> Starts(const sensor::PosePrior& prior) {
         change[2] = heading * turn;
         change[3] = x * shift;
         change[4] = y * shift;
-        starts.push_back(Moved(prior.T_world_scan, change, prior.T_world_scan.translation()));
+        starts.push_back(MovedPose(prior.T_world_scan, change, prior.T_world_scan.translation()));
       }
     }
   }
@@ -93,7 +94,7 @@ Alignment Align(const model::PlanningView& model, const ScanSurface& surface,
   const Eigen::Vector3d at = prior.T_world_scan.translation();
   const VoxelSearch search(
       model, {at - Eigen::Vector3d::Constant(radius), at + Eigen::Vector3d::Constant(radius)});
-  const std::vector<Eigen::Isometry3d> starts = Starts(prior);
+  const std::vector<Eigen::Isometry3d> starts = StartsAroundPrior(prior);
   return AlignFrom(model, field, search, surface, prior, StartKind::kAroundPrior, starts, config,
                    parallel, targets);
 }

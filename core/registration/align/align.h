@@ -16,7 +16,7 @@
 #include "core/registration/align/scan_surface.h"
 #include "core/registration/align/targets.h"
 #include "core/registration/align/voxel_search.h"
-#include "core/sensor/scan.h"
+#include "core/sensor/pose_prior.h"
 
 namespace vantage::registration {
 
@@ -54,7 +54,7 @@ Alignment Align(const model::PlanningView& model, const ScanSurface& surface,
 
 // Shifts and headings around the prior at a spacing that the first stage's reach bridges, as far as
 // the prior may be wrong; the prior itself first.
-std::vector<Eigen::Isometry3d> Starts(const sensor::PosePrior& prior);
+std::vector<Eigen::Isometry3d> StartsAroundPrior(const sensor::PosePrior& prior);
 
 // What the starts of an alignment are: guesses around one prior, or places of their own, none of
 // which is more likely than the others. What nothing constrains then stays as the start has it.

@@ -40,7 +40,7 @@ Eigen::Isometry3d AlignCoarse(const CorrespondenceField& field,
       if (normals.count < 20) return pose;
       prior.AddTo(normals, pose, about);
       const sensor::Vector6d change = SolveStep(normals);
-      pose = Moved(pose, change, about);
+      pose = MovedPose(pose, change, about);
       if (change.tail<3>().norm() < 0.02 * radius && change.head<3>().norm() < 0.002) break;
     }
   }
@@ -106,7 +106,7 @@ FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size
     scale = std::clamp(4.685 * sigma, 0.2 * h, std::max(0.2 * h, scale));
     prior.AddTo(normals, result.pose, about);
     const sensor::Vector6d change = SolveStep(normals);
-    result.pose = Moved(result.pose, change, about);
+    result.pose = MovedPose(result.pose, change, about);
     result.iterations = iteration + 1;
     if (iteration >= 3 && change.tail<3>().norm() < 5e-5 && change.head<3>().norm() < 2e-5) {
       result.converged = true;
@@ -116,8 +116,8 @@ FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size
   return result;
 }
 
-double Apart(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
-             std::span<const SurfaceSample> samples) {
+double SurfaceDistance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
+                       std::span<const SurfaceSample> samples) {
   double sum = 0;
   for (const SurfaceSample& s : samples) {
     const Eigen::Vector3d p = s.point.cast<double>();

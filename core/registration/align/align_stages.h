@@ -32,8 +32,8 @@ FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size
                      int max_iterations);
 
 // How far apart two poses put the scan's surface: rms over samples, m.
-double Apart(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
-             std::span<const SurfaceSample> samples);
+double SurfaceDistance(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b,
+                       std::span<const SurfaceSample> samples);
 
 // Share of the samples that fit. Samples count alike here, whatever number of the image's samples
 // they stand for: near surface must not decide alone.

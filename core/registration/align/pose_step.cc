@@ -9,8 +9,8 @@ constexpr double kVagueShift = 1.0;  // m, as kVagueTurn
 
 }  // namespace
 
-Eigen::Isometry3d Moved(const Eigen::Isometry3d& pose, const sensor::Vector6d& change,
-                        const Eigen::Vector3d& about) {
+Eigen::Isometry3d MovedPose(const Eigen::Isometry3d& pose, const sensor::Vector6d& change,
+                            const Eigen::Vector3d& about) {
   const double angle = change.head<3>().norm();
   Eigen::Matrix3d turn = Eigen::Matrix3d::Identity();
   if (angle > 1e-15) {
@@ -62,7 +62,8 @@ void PriorTerm::AddTo(NormalEquations& normals, const Eigen::Isometry3d& pose,
     normals.b += move.transpose() * information * change;
   };
   add(pose_, pose_.translation(), information_);
-  if (held_.has_value()) add(held_->T_world_scan, held_->about, held_->information);
+  if (constraint_.has_value())
+    add(constraint_->T_world_scan, constraint_->about, constraint_->information);
   for (const TargetTie& target : targets_) {
     const Eigen::Vector3d at = pose * target.in_scan;
     const Eigen::Vector3d miss = at - target.in_world;

@@ -10,7 +10,7 @@
 #include <span>
 
 #include "core/registration/align/targets.h"
-#include "core/sensor/scan.h"
+#include "core/sensor/pose_prior.h"
 
 namespace vantage::registration {
 
@@ -19,8 +19,8 @@ namespace vantage::registration {
 inline constexpr double kVagueTurn = 0.3;
 
 // A pose change about a fixed point: [rotation; translation].
-Eigen::Isometry3d Moved(const Eigen::Isometry3d& pose, const sensor::Vector6d& change,
-                        const Eigen::Vector3d& about);
+Eigen::Isometry3d MovedPose(const Eigen::Isometry3d& pose, const sensor::Vector6d& change,
+                            const Eigen::Vector3d& about);
 // The change that leads from `from` to `to`, about a point (small rotations).
 sensor::Vector6d PoseChange(const Eigen::Isometry3d& from, const Eigen::Isometry3d& to,
                             const Eigen::Vector3d& about);
@@ -57,14 +57,14 @@ struct PoseConstraint {
 class PriorTerm {
  public:
   PriorTerm(const sensor::PosePrior& prior, std::span<const TargetTie> targets);
-  void Constrain(const PoseConstraint& held) { held_ = held; }
+  void Constrain(const PoseConstraint& constraint) { constraint_ = constraint; }
   void AddTo(NormalEquations& normals, const Eigen::Isometry3d& pose,
              const Eigen::Vector3d& about) const;
 
  private:
   Eigen::Isometry3d pose_;
   sensor::Matrix6d information_;
-  std::optional<PoseConstraint> held_;
+  std::optional<PoseConstraint> constraint_;
   std::span<const TargetTie> targets_;  // of the caller, who keeps them
 };
 

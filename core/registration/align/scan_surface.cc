@@ -12,6 +12,9 @@
 #include <numeric>
 
 #include "absl/container/flat_hash_map.h"
+#include "core/sensor/range_image.h"
+#include "core/sensor/scan.h"
+#include "core/sensor/scanner_model.h"
 
 namespace vantage::registration {
 namespace {
@@ -126,15 +129,15 @@ std::vector<Picked> Thin(const sensor::RangeImage& image, const Cloud& cloud, do
   return all.picked();
 }
 
-struct Fit {
+struct PlaneFit {
   SurfaceSample sample;
   float rms = -1;  // m, of the neighbours from their plane; negative: there is no plane
 };
 
 // The plane through the neighbours within `neighbourhood`; `flat`: only when they are as near to
 // it, m, whatever else is asked of them.
-Fit FitPlane(const sensor::Scan& scan, const Cloud& cloud, const Picked& picked,
-             double neighbourhood, double flat, pcl::Indices& neighbours) {
+PlaneFit FitPlane(const sensor::Scan& scan, const Cloud& cloud, const Picked& picked,
+                  double neighbourhood, double flat, pcl::Indices& neighbours) {
   const sensor::RangeImage& image = scan.image;
   const int column = static_cast<int>(picked.cell / image.elevation.size());
   const int row = static_cast<int>(picked.cell % image.elevation.size());
@@ -174,7 +177,7 @@ Fit FitPlane(const sensor::Scan& scan, const Cloud& cloud, const Picked& picked,
       neighbours.push_back(static_cast<pcl::index_t>(i));
     }
   }
-  Fit fit;
+  PlaneFit fit;
   if (neighbours.size() < kMinNeighbours) return fit;
   Eigen::Matrix3f covariance = Eigen::Matrix3f::Zero();
   Eigen::Vector4f mean = Eigen::Vector4f::Zero();
@@ -242,7 +245,7 @@ void Spread(std::vector<SurfaceSample>& samples) {
 ScanSurface SampleSurface(const sensor::Scan& scan, double spacing, parallel::Parallel& parallel) {
   const Cloud cloud = ToCloud(scan.image, parallel);
   const std::vector<Picked> picked = Thin(scan.image, cloud, spacing, parallel);
-  std::vector<Fit> fits(picked.size());
+  std::vector<PlaneFit> fits(picked.size());
   constexpr size_t kChunk = 512;
   parallel.For((picked.size() + kChunk - 1) / kChunk, [&](size_t chunk) {
     pcl::Indices neighbours;
@@ -258,7 +261,7 @@ ScanSurface SampleSurface(const sensor::Scan& scan, double spacing, parallel::Pa
   });
   ScanSurface surface;
   std::vector<float> rms;
-  for (const Fit& fit : fits) {
+  for (const PlaneFit& fit : fits) {
     if (fit.rms < 0) continue;
     surface.samples.push_back(fit.sample);
     rms.push_back(fit.rms);

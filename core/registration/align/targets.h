@@ -1,4 +1,4 @@
-// Targets that a scanner saw and whose places are known: guaranteed like an inclinometer, and
+// Targets that a scanner saw and whose places are known: believed like an inclinometer, and
 // checked against the surfaces (algorithm.md section 9).
 #ifndef VANTAGE_CORE_REGISTRATION_ALIGN_TARGETS_H_
 #define VANTAGE_CORE_REGISTRATION_ALIGN_TARGETS_H_
@@ -9,7 +9,7 @@
 #include <string>
 
 #include "absl/status/status.h"
-#include "core/sensor/scan.h"
+#include "core/sensor/pose_prior.h"
 
 namespace vantage::registration {
 

@@ -4,7 +4,7 @@
 
 #include <string>
 
-#include "core/sensor/scan.h"
+#include "core/sensor/pose_prior.h"
 
 namespace vantage::registration {
 

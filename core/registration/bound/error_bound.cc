@@ -127,7 +127,7 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
   full.bottomLeftCorner<3, 3>() = Cross(m1).transpose();
   full.bottomRightCorner<3, 3>() = Eigen::Matrix3d::Identity() * m0;
   sensor::Matrix6d feigned = normal_sigma * normal_sigma * (full - h);
-  // Collinear points leave `feigned` singular: a floor well below anything that matters.
+  // Collinear points leave `feigned` singular: a ridge well below anything that matters.
   const double extent = box_.diagonal().squaredNorm();
   sensor::Vector6d ridge;
   ridge << Eigen::Vector3d::Constant(extent), Eigen::Vector3d::Ones();

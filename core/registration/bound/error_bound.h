@@ -11,7 +11,7 @@
 
 #include "core/registration/align/registration_config.h"
 #include "core/registration/align/targets.h"
-#include "core/sensor/scan.h"
+#include "core/sensor/pose_prior.h"
 
 namespace vantage::registration {
 

@@ -25,34 +25,35 @@ std::string OverlapReason(double share, const RegistrationConfig& config) {
       100 * share, 100 * config.minimum_overlap);
 }
 
-// The first guarantee that meets the requirement by itself, or all of them.
-std::string WhatDecided(const OverlapGeometry& geometry, const PoseKnowledge& known,
-                        double required) {
-  std::string all;
-  for (const Guarantee& g : known.guarantees) {
-    if (known.guarantees.size() == 1 || geometry.Bound(g.information).bound <= required) {
-      return g.name;
+// The first evidence that meets the requirement by itself, or all of them.
+std::vector<RegistrationBasis> WhatDecided(const OverlapGeometry& geometry,
+                                           const PoseKnowledge& known, double required) {
+  std::vector<RegistrationBasis> all;
+  for (const PoseEvidence& e : known.evidence) {
+    if (known.evidence.size() == 1 || geometry.Bound(e.information).bound <= required) {
+      return {e.basis};
     }
-    absl::StrAppend(&all, all.empty() ? "" : " and ", g.name);
+    all.push_back(e.basis);
   }
   return all;
 }
 
 }  // namespace
 
-sensor::Matrix6d PoseKnowledge::Guaranteed() const {
+sensor::Matrix6d PoseKnowledge::EvidenceInformation() const {
   sensor::Matrix6d sum = sensor::Matrix6d::Zero();
-  for (const Guarantee& g : guarantees) sum += g.information;
+  for (const PoseEvidence& e : evidence) sum += e.information;
   return sum;
 }
 
-RegistrationVerdict Judge(const OverlapGeometry& geometry, double overlap_share,
-                          const PoseKnowledge& known, const RegistrationConfig& config) {
+RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double overlap_share,
+                                      const PoseKnowledge& known,
+                                      const RegistrationConfig& config) {
   const ErrorBound alone = geometry.Bound(sensor::Matrix6d::Zero());
-  const sensor::Matrix6d guaranteed = known.Guaranteed();
-  const ErrorBound judged = known.guarantees.empty() ? alone : geometry.Bound(guaranteed);
+  const sensor::Matrix6d evidence = known.EvidenceInformation();
+  const ErrorBound judged = known.evidence.empty() ? alone : geometry.Bound(evidence);
   const ErrorBound all =
-      known.guessed.isZero(0) ? judged : geometry.Bound(guaranteed + known.guessed);
+      known.guessed.isZero(0) ? judged : geometry.Bound(evidence + known.guessed);
   RegistrationVerdict verdict;
   verdict.overlap_share = overlap_share;
   verdict.error_bound = all.bound;
@@ -63,7 +64,7 @@ RegistrationVerdict Judge(const OverlapGeometry& geometry, double overlap_share,
   const DirectionWords words =
       DescribeDirection(judged.weakest, 0.5 * geometry.box().diagonal().norm());
   verdict.weakest_words = words.direction;
-  verdict.decided_by = "scan geometry";
+  verdict.bases = {RegistrationBasis::kScanGeometry};
 
   if (!(judged.bound <= config.required_accuracy)) {
     verdict.outcome = judged.bound <= kDoubtfulFactor * config.required_accuracy
@@ -76,13 +77,13 @@ RegistrationVerdict Judge(const OverlapGeometry& geometry, double overlap_share,
   } else {
     verdict.outcome = RegistrationOutcome::kRegistered;
     if (alone.bound > config.required_accuracy) {
-      verdict.decided_by = WhatDecided(geometry, known, config.required_accuracy);
+      verdict.bases = WhatDecided(geometry, known, config.required_accuracy);
     }
   }
   if (overlap_share < config.minimum_overlap) {
     if (verdict.registered()) {
       verdict.outcome = RegistrationOutcome::kDoubtful;
-      verdict.decided_by = "overlap";
+      verdict.bases = {RegistrationBasis::kOverlap};
       verdict.reason = OverlapReason(overlap_share, config);
       verdict.remedy = kMoreOverlap;
     } else {
@@ -99,7 +100,7 @@ RegistrationVerdict NoOverlap(double overlap_share, const RegistrationConfig& co
   verdict.error_bound = verdict.judged_bound = verdict.rigorous_bound =
       2 * OverlapGeometry::kUnconstrained;
   verdict.weakest_words = "every direction";
-  verdict.decided_by = "overlap";
+  verdict.bases = {RegistrationBasis::kOverlap};
   verdict.reason = OverlapReason(overlap_share, config);
   verdict.remedy = kMoreOverlap;
   return verdict;

@@ -3,34 +3,34 @@
 #ifndef VANTAGE_CORE_REGISTRATION_BOUND_JUDGE_H_
 #define VANTAGE_CORE_REGISTRATION_BOUND_JUDGE_H_
 
-#include <string>
 #include <vector>
 
 #include "core/registration/align/registration_config.h"
 #include "core/registration/bound/error_bound.h"
 #include "core/registration/bound/verdict.h"
+#include "core/sensor/pose_prior.h"
 
 namespace vantage::registration {
 
-// Something that instruments guarantee of the pose, as information about the overlap's centroid.
-struct Guarantee {
-  std::string name;  // 'levelling', 'trusted pose', 'targets'
+// What an instrument says of the pose and is believed, as information about the overlap's centroid.
+struct PoseEvidence {
+  RegistrationBasis basis;  // kLevelling, kTargets or kTrustedPose
   sensor::Matrix6d information = sensor::Matrix6d::Zero();
 };
 
 // What is known of the pose besides the overlap.
 struct PoseKnowledge {
-  std::vector<Guarantee> guarantees;                    // count in the verdict
+  std::vector<PoseEvidence> evidence;                   // count in the verdict
   sensor::Matrix6d guessed = sensor::Matrix6d::Zero();  // counts in the millimetres only
 
-  sensor::Matrix6d Guaranteed() const;
+  sensor::Matrix6d EvidenceInformation() const;
 };
 
 // Overlap and error bound against what is required. Outcome, bounds, weakest direction, what
-// decided (the scan's geometry, or the least of the guarantees that it takes), reason and remedy
+// decided (the scan's geometry, or the least of the evidence that it takes), reason and remedy
 // are filled in.
-RegistrationVerdict Judge(const OverlapGeometry& geometry, double overlap_share,
-                          const PoseKnowledge& known, const RegistrationConfig& config);
+RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double overlap_share,
+                                      const PoseKnowledge& known, const RegistrationConfig& config);
 
 // The verdict of a scan that shares (almost) nothing with the model.
 RegistrationVerdict NoOverlap(double overlap_share, const RegistrationConfig& config);

@@ -45,7 +45,8 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
   const OverlapGeometry geometry(constraints, config.normal_sigma, config);
   PoseKnowledge known;
   if (config.levelled_sigma > 0) {
-    known.guarantees.push_back({"levelling", LevelInformation(config.levelled_sigma)});
+    known.evidence.push_back(
+        {RegistrationBasis::kLevelling, LevelInformation(config.levelled_sigma)});
   }
   if (scanner.positioning_error > 0) {
     const double position_sigma = scanner.positioning_error;
@@ -53,7 +54,7 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
         {kTiltGuess, kTiltGuess, kVagueTurn, position_sigma, position_sigma, position_sigma}};
     known.guessed = geometry.FromPoseCovariance(sigma.cwiseAbs2().asDiagonal(), position);
   }
-  return Judge(geometry, share, known, config);
+  return JudgeRegistration(geometry, share, known, config);
 }
 
 }  // namespace vantage::registration

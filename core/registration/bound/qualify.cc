@@ -80,14 +80,15 @@ PoseKnowledge Known(const OverlapGeometry& geometry, const sensor::PosePrior& pr
   const Eigen::Vector3d position = prior.T_world_scan.translation();
   const bool has_covariance = prior.covariance.has_value();
   if (prior.levelled_sigma.has_value()) {
-    known.guarantees.push_back({"levelling", LevelInformation(*prior.levelled_sigma)});
+    known.evidence.push_back(
+        {RegistrationBasis::kLevelling, LevelInformation(*prior.levelled_sigma)});
   }
   if (!targets.empty()) {
-    known.guarantees.push_back({"targets", geometry.FromTargets(targets)});
+    known.evidence.push_back({RegistrationBasis::kTargets, geometry.FromTargets(targets)});
   }
   if (prior.trusted && has_covariance) {
-    known.guarantees.push_back(
-        {"trusted pose", geometry.FromPoseCovariance(*prior.covariance, position)});
+    known.evidence.push_back({RegistrationBasis::kTrustedPose,
+                              geometry.FromPoseCovariance(*prior.covariance, position)});
   } else if (has_covariance) {
     known.guessed = geometry.FromPoseCovariance(*prior.covariance, position);
   }
@@ -95,11 +96,11 @@ PoseKnowledge Known(const OverlapGeometry& geometry, const sensor::PosePrior& pr
 }
 
 // Worsens a verdict; the first reason stays in front.
-void Refuse(RegistrationVerdict& verdict, RegistrationOutcome outcome, const std::string& by,
+void Refuse(RegistrationVerdict& verdict, RegistrationOutcome outcome, RegistrationBasis by,
             const std::string& reason, const std::string& remedy) {
   if (static_cast<int>(outcome) > static_cast<int>(verdict.outcome) || verdict.registered()) {
     verdict.outcome = outcome;
-    verdict.decided_by = by;
+    verdict.bases = {by};
   }
   verdict.reason = verdict.reason.empty() ? reason : absl::StrCat(reason, "; ", verdict.reason);
   verdict.remedy = remedy;
@@ -163,13 +164,13 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
     qualification.to_prior = SolveStep(step);
     qualification.open = geometry.Open();
   }
-  result.covariance = geometry.Bound(known.Guaranteed() + known.guessed).covariance;
-  result.verdict = Judge(geometry, share, known, config);
+  result.covariance = geometry.Bound(known.EvidenceInformation() + known.guessed).covariance;
+  result.verdict = JudgeRegistration(geometry, share, known, config);
 
   RegistrationVerdict& verdict = result.verdict;
   if (result.rms_residual >
       std::max(kResidualFactor * result.expected_residual, kResidualVoxels * model.voxel_size())) {
-    Refuse(verdict, RegistrationOutcome::kDoubtful, "residuals",
+    Refuse(verdict, RegistrationOutcome::kDoubtful, RegistrationBasis::kResiduals,
            absl::StrFormat("the surfaces lie %.0f mm apart (rms), the noise explains %.0f mm",
                            1000 * result.rms_residual, 1000 * result.expected_residual),
            "check the scanner's noise figures, or whether much was moved between the scans");
@@ -183,7 +184,7 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
     Refuse(verdict,
            result.contradiction_share > kContradictionFailed ? RegistrationOutcome::kFailed
                                                              : RegistrationOutcome::kDoubtful,
-           "contradiction",
+           RegistrationBasis::kContradiction,
            absl::StrFormat("%.0f %% of the scan lies in space known to be empty or behind walls",
                            100 * result.contradiction_share),
            "give a better prior pose, or scan again if people or furniture moved");
@@ -195,21 +196,21 @@ Qualification Qualify(const model::PlanningView& model, const ScanSurface& surfa
     const double apart =
         (alignment.rivals.front().T_world_scan.translation() - alignment.T_world_scan.translation())
             .norm();
-    Refuse(verdict, RegistrationOutcome::kDoubtful, "rival pose",
+    Refuse(verdict, RegistrationOutcome::kDoubtful, RegistrationBasis::kRivalPose,
            absl::StrFormat("another pose %.2f m away fits almost as well (%.0f %%)", apart,
                            100 * alignment.rivals.front().score / alignment.score),
            "give a better prior pose, or overlap something that is not the same on both sides");
   }
   double metres = 0;
   if (const TargetTie* wrong = WrongTarget(result, targets, metres); wrong != nullptr) {
-    Refuse(verdict, RegistrationOutcome::kDoubtful, "targets",
+    Refuse(verdict, RegistrationOutcome::kDoubtful, RegistrationBasis::kTargets,
            absl::StrFormat("target '%s' lies %.3f m from its place, the surfaces put it elsewhere",
                            wrong->name, metres),
            "check the target's name and coordinates, and that it was not moved");
   }
   if (!alignment.converged) {
-    Refuse(verdict, RegistrationOutcome::kFailed, "convergence",
-           absl::StrFormat("the alignment did not settle within %d steps", alignment.iterations),
+    Refuse(verdict, RegistrationOutcome::kFailed, RegistrationBasis::kNotConverged,
+           absl::StrFormat("the alignment did not converge within %d steps", alignment.iterations),
            "give a better prior pose");
   }
   return qualification;

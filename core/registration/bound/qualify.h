@@ -11,6 +11,7 @@
 #include "core/registration/align/scan_surface.h"
 #include "core/registration/align/targets.h"
 #include "core/registration/bound/registration_result.h"
+#include "core/sensor/pose_prior.h"
 
 namespace vantage::registration {
 

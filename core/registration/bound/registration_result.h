@@ -6,7 +6,7 @@
 #include <cstddef>
 
 #include "core/registration/bound/verdict.h"
-#include "core/sensor/scan.h"
+#include "core/sensor/pose_prior.h"
 
 namespace vantage::registration {
 

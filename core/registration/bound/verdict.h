@@ -4,8 +4,10 @@
 #define VANTAGE_CORE_REGISTRATION_BOUND_VERDICT_H_
 
 #include <string>
+#include <vector>
 
-#include "core/sensor/scan.h"
+#include "core/registration/bound/basis.h"
+#include "core/sensor/pose_prior.h"
 
 namespace vantage::registration {
 
@@ -26,9 +28,10 @@ struct RegistrationVerdict {
   sensor::Vector6d weakest =
       sensor::Vector6d::Zero();  // pose change [rad; m], about the overlap's centroid
   std::string weakest_words;     // 'sliding along x (east-west)'
-  std::string decided_by;        // 'scan geometry', 'levelling', 'targets', ...
-  std::string reason;            // why not registered; empty when it is
-  std::string remedy;            // what to do about it; empty when registered
+  // What decided: one, or the guarantees that it takes together. Empty before it was judged.
+  std::vector<RegistrationBasis> bases;
+  std::string reason;  // why not registered; empty when it is
+  std::string remedy;  // what to do about it; empty when registered
 
   bool registered() const { return outcome == RegistrationOutcome::kRegistered; }
 };

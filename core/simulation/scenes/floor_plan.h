@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 #include "core/simulation/scenes/mesh_builder.h"
 
 namespace vantage::simulation {

@@ -3,7 +3,7 @@
 #ifndef VANTAGE_CORE_SIMULATION_SCENES_FURNITURE_H_
 #define VANTAGE_CORE_SIMULATION_SCENES_FURNITURE_H_
 
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 #include "core/simulation/scenes/floor_plan.h"
 #include "core/simulation/scenes/mesh_builder.h"
 

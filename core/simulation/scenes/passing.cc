@@ -3,7 +3,7 @@
 #include <cmath>
 #include <numbers>
 
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 
 namespace vantage::simulation {
 

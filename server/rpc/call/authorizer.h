@@ -16,7 +16,7 @@
 
 namespace vantage::rpc {
 
-// What the gate found out about a call.
+// What the authorizer found out about a call.
 struct Admission {
   absl::Status status;  // OK: let in
   std::string caller;   // as the callers file names it, or its address; for logs and limits

@@ -24,7 +24,7 @@ namespace vantage::rpc {
 // Thread safe. Lives as long as its reactor.
 class RpcCall {
  public:
-  // Asks the gate. `context` is not kept.
+  // Asks the authorizer. `context` is not kept.
   RpcCall(const RpcDependencies& dependencies, const RpcRule& rule,
           const grpc::ServerContextBase& context);
 

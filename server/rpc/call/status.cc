@@ -31,9 +31,6 @@ bool RetryDelay(const absl::Status& status, google::protobuf::Duration& delay) {
 grpc::Status ToGrpcStatus(const absl::Status& original, grpc::ServerContextBase& context) {
   if (original.ok()) return grpc::Status::OK;
   absl::Status status = original;
-  // A limit that waiting does not lift has a reason and no delay; what the store says has neither.
-  const bool waiting_helps = absl::IsUnavailable(status) || (absl::IsResourceExhausted(status) &&
-                                                             contract::ReasonOf(status).empty());
   if (contract::ReasonOf(status).empty()) {
     absl::Status with_reason = contract::ErrorWithReason(
         status.code(), absl::StatusCodeToString(status.code()), status.message());
@@ -42,7 +39,7 @@ grpc::Status ToGrpcStatus(const absl::Status& original, grpc::ServerContextBase&
   }
   google::protobuf::Duration delay;
   const bool has_delay = RetryDelay(status, delay);
-  if (has_delay || waiting_helps) {
+  if (has_delay || absl::IsUnavailable(status)) {
     if (!has_delay) {
       google::rpc::RetryInfo info;
       info.mutable_retry_delay()->set_seconds(absl::ToInt64Seconds(kDefaultRetry));

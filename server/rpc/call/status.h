@@ -10,9 +10,10 @@
 namespace vantage::rpc {
 
 // Every error gets an ErrorInfo of domain 'vantage' (one with the code's name as reason where it
-// has none), and its payloads as a google.rpc.Status in grpc-status-details-bin. RESOURCE_EXHAUSTED
-// and UNAVAILABLE get RetryInfo (one second where they have none) and, since gRPC's own retry
-// heeds only that, the trailer grpc-retry-pushback-ms. INTERNAL and UNKNOWN say nothing of the
+// has none), and its payloads as a google.rpc.Status in grpc-status-details-bin. UNAVAILABLE gets a
+// RetryInfo (one second) where it has none; what has one gets the trailer grpc-retry-pushback-ms,
+// too, since gRPC's own retry heeds only that. RESOURCE_EXHAUSTED without one lasts until somebody
+// makes room. INTERNAL and UNKNOWN say nothing of the
 // server's inside beyond their message.
 grpc::Status ToGrpcStatus(const absl::Status& status, grpc::ServerContextBase& context);
 

@@ -1,5 +1,6 @@
 // The fleet: scanners and claims.
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "server/rpc/handlers/handlers.h"
@@ -30,9 +31,10 @@ absl::StatusOr<v1::ListScannersResponse> ListScanners(const session::TenantSessi
   if (!page.ok()) return page.status();
   v1::ListScannersResponse response;
   bool more = false;
-  for (v1::Scanner& scanner : (*session)->ListScanners(page->after, page->limit, more)) {
-    *response.add_scanners() = std::move(scanner);
-  }
+  absl::StatusOr<std::vector<v1::Scanner>> scanners =
+      (*session)->ListScanners(page->after, page->limit, more);
+  if (!scanners.ok()) return scanners.status();
+  for (v1::Scanner& scanner : *scanners) *response.add_scanners() = std::move(scanner);
   if (more && response.scanners_size() > 0) {
     response.set_next_page_token(NextPageToken(list, response.scanners().rbegin()->name()));
   }
@@ -82,9 +84,10 @@ absl::StatusOr<v1::ListClaimsResponse> ListClaims(const session::TenantSessions&
   if (!page.ok()) return page.status();
   v1::ListClaimsResponse response;
   bool more = false;
-  for (v1::Claim& claim : (*session)->ListClaims(page->after, page->limit, more)) {
-    *response.add_claims() = std::move(claim);
-  }
+  absl::StatusOr<std::vector<v1::Claim>> claims =
+      (*session)->ListClaims(page->after, page->limit, more);
+  if (!claims.ok()) return claims.status();
+  for (v1::Claim& claim : *claims) *response.add_claims() = std::move(claim);
   if (more && response.claims_size() > 0) {
     response.set_next_page_token(NextPageToken(list, response.claims().rbegin()->name()));
   }

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
@@ -36,8 +37,7 @@ absl::StatusOr<v1::GetPlanResponse> GetPlan(const session::TenantSessions& sessi
   if (!page.ok()) return page.status();
   size_t skip = 0;
   if (!page->after.empty() && !absl::SimpleAtoi(page->after, &skip)) {
-    return contract::InvalidField("score_map_page_token",
-                                  "is none that this plan gave; begin without one");
+    return contract::UnknownPageToken("score_map_page_token");
   }
   absl::StatusOr<v1::Plan> plan = (*session)->GetPlan(request.name());
   if (!plan.ok()) return plan.status();
@@ -75,7 +75,10 @@ absl::StatusOr<v1::ListPlansResponse> ListPlans(const session::TenantSessions& s
   v1::ListPlansResponse response;
   bool more = false;
   size_t listed = 0;
-  for (v1::Plan& plan : (*session)->ListPlans(page->after, page->limit, more)) {
+  absl::StatusOr<std::vector<v1::Plan>> plans =
+      (*session)->ListPlans(page->after, page->limit, more);
+  if (!plans.ok()) return plans.status();
+  for (v1::Plan& plan : *plans) {
     if (listed > 0 && response.ByteSizeLong() + plan.ByteSizeLong() > kMaxBytes) {
       more = true;
       break;

@@ -1,4 +1,5 @@
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "server/rpc/handlers/handlers.h"
@@ -29,9 +30,10 @@ absl::StatusOr<v1::ListScansResponse> ListScans(const session::TenantSessions& s
   if (!page.ok()) return page.status();
   v1::ListScansResponse response;
   bool more = false;
-  for (v1::Scan& scan : (*session)->ListScans(page->after, page->limit, more)) {
-    *response.add_scans() = std::move(scan);
-  }
+  absl::StatusOr<std::vector<v1::Scan>> scans =
+      (*session)->ListScans(page->after, page->limit, more);
+  if (!scans.ok()) return scans.status();
+  for (v1::Scan& scan : *scans) *response.add_scans() = std::move(scan);
   if (more && response.scans_size() > 0) {
     response.set_next_page_token(NextPageToken(list, response.scans().rbegin()->name()));
   }

@@ -30,7 +30,7 @@ absl::StatusOr<v1::GetSessionResponse> GetSession(const session::TenantSessions&
       FindSession(sessions, request.name(), "name");
   if (!session.ok()) return session.status();
   v1::GetSessionResponse response;
-  *response.mutable_session() = (*session)->Describe();
+  *response.mutable_session() = (*session)->DescribeWithRejections();
   return response;
 }
 
@@ -41,7 +41,7 @@ absl::StatusOr<v1::ListSessionsResponse> ListSessions(const session::TenantSessi
   if (!page.ok()) return page.status();
   session::SessionPlace after;
   if (!page->after.empty() && !ReadPlace(page->after, after)) {
-    return contract::InvalidField("page_token", "is none that this list gave; begin without one");
+    return contract::UnknownPageToken();
   }
   v1::ListSessionsResponse response;
   bool more = false;

@@ -20,13 +20,16 @@ absl::StatusOr<std::shared_ptr<session::Session>> FindParent(
     const session::TenantSessions& sessions, const std::string& name, absl::string_view collection,
     absl::string_view field);
 
-// A page of a list in order of creation.
+// A page of a list in order of creation. Tokens name the entry after which the next page begins:
+// scans, plans, scanners and claims by name, which stand for the same place as long as their
+// session lives (SessionState), sessions by id and time of creation, since they can be deleted.
 struct Page {
   std::string after;  // names the entry after which it begins; empty: it is the first
   size_t limit = 50;
 };
 // `size` 0 is `default_size`, and more than `max_size` is `max_size`; INVALID_ARGUMENT for a
-// negative one, or for a token that no list called `list` gave.
+// negative one, or for a token of another list than `list`. Whether the list has an entry of that
+// name is its own to say.
 absl::StatusOr<Page> ReadPage(int size, const std::string& token, absl::string_view list,
                               int default_size, int max_size, absl::string_view size_field,
                               absl::string_view token_field);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <memory>
 #include <mutex>
@@ -15,7 +16,8 @@
 namespace vantage::rpc {
 namespace {
 
-constexpr std::chrono::seconds kUploadHeartbeat(4);
+// The contract promises 5 s.
+constexpr std::chrono::milliseconds kUploadHeartbeat(4000);
 // A window of pieces is made durable together: when it is full, or when no piece came for a while.
 constexpr std::chrono::milliseconds kWindowPause(20);
 
@@ -278,7 +280,8 @@ class UploadStream final
   }
 
   void Arm() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
-    timer_ = dependencies_.timer.After(kUploadHeartbeat, [self = weak_from_this()] {
+    const auto silence = std::min(dependencies_.heartbeat, kUploadHeartbeat);
+    timer_ = dependencies_.timer.After(silence, [self = weak_from_this()] {
       if (const auto stream = self.lock()) stream->Beat();
     });
   }
@@ -286,7 +289,7 @@ class UploadStream final
     {
       std::lock_guard<std::mutex> lock(mutex_);
       if (finished_) return;
-      if (latest_.next_sequence() > 0 || latest_.credit_offset() > 0) unsent_ = true;
+      unsent_ = true;  // before the first message, all that it has is the time
       Arm();
     }
     Advance();

@@ -61,7 +61,7 @@ class SessionWatch final : public PumpedWriter<v1::WatchSessionResponse> {
     }
     if (dependencies_.sessions.draining()) {
       message.mutable_resume()->set_after_sequence(last_);
-      message.mutable_resume()->set_reason("the server shuts down");
+      message.mutable_resume()->set_message("the server shuts down");
       resume_sent_ = true;
       return Step::kWrite;
     }

@@ -5,6 +5,8 @@
 
 #include <fstream>
 
+#include "core/sensor/scanner_model.h"
+
 namespace vantage::cli {
 namespace {
 

@@ -8,18 +8,18 @@
 namespace vantage::picture {
 namespace {
 
-constexpr double kCell = 0.05;
+constexpr double kPictureCell = 0.05;
 
 void AddWall(JobPicture& plan, const Eigen::Vector2d& from, const Eigen::Vector2d& to,
              model::SurfaceKind kind, double density) {
   const double length = (to - from).norm();
   const Eigen::Vector2d along = (to - from) / length;
-  for (double t = kCell / 2; t < length; t += kCell) {
+  for (double t = kPictureCell / 2; t < length; t += kPictureCell) {
     const Eigen::Vector2d at = from + t * along;
-    for (double z = kCell / 2; z < 2.5; z += kCell) {
+    for (double z = kPictureCell / 2; z < 2.5; z += kPictureCell) {
       plan.surfaces.push_back({Eigen::Vector3f(at.x() + 0.01, at.y() + 0.01, z),
-                               Eigen::Vector3f(-along.y(), along.x(), 0), kind, kCell * kCell,
-                               static_cast<float>(density)});
+                               Eigen::Vector3f(-along.y(), along.x(), 0), kind,
+                               kPictureCell * kPictureCell, static_cast<float>(density)});
     }
   }
 }

@@ -28,7 +28,7 @@ TEST(Site, GeneratedScenesStartOnFreeFloor) {
   }
 }
 
-TEST(Site, AnOfficeFloorHasTheAreaAskedFor) {
+TEST(Site, AnOfficeStoreyHasTheAreaAskedFor) {
   constexpr double kOutside = 1.4;  // m, what window panes and sills add, both sides together
   for (const double area : {100.0, 400.0, 900.0}) {
     const Site site = GeneratedSite(SceneKind::kOffice, 4, area, std::nullopt).value();

@@ -4,7 +4,7 @@
 
 #include <bit>
 
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 
 namespace vantage::study {
 namespace {

@@ -11,6 +11,7 @@
 
 #include "core/fleet/fleet_request.h"
 #include "core/fleet/guarantee.h"
+#include "core/fleet/member_routes.h"
 #include "core/fleet/pending_surface.h"
 #include "core/fleet/remaining_gain.h"
 #include "core/parallel/thread_pool.h"
@@ -26,7 +27,7 @@ class JointPlanTest : public ::testing::Test {
  protected:
   JointPlanTest() {
     config_.viewcell_size = 0.4;
-    config_.max_height = 1.7;
+    config_.max_viewpoint_height = 1.7;
     config_.candidates = 5;
     // What registers is another test's subject.
     config_.registration.required_accuracy = 0.5;
@@ -146,7 +147,7 @@ TEST_F(JointPlanTest, ASingleScannersPlanIsThePlan) {
     EXPECT_EQ(joint.plan.views[k].position, plan->views[k].position);
     EXPECT_NEAR(joint.plan.views[k].score, plan->views[k].score, 1e-4 * plan->views[k].score);
     EXPECT_EQ(joint.plan.views[k].verdict.error_bound, plan->views[k].verdict.error_bound);
-    EXPECT_EQ(joint.plan.views[k].region.cells, plan->views[k].region.cells);
+    EXPECT_EQ(joint.plan.views[k].region.viewcell_count, plan->views[k].region.viewcell_count);
     ASSERT_TRUE(joint.plan.views[k].travel.has_value());
     EXPECT_TRUE(joint.journeys[k].unreachable.empty());
     EXPECT_NEAR(*joint.journeys[k].minutes, (*joint.plan.views[k].travel + 180) / 60, 1e-3);
@@ -192,7 +193,7 @@ TEST_F(JointPlanTest, ADoubtfulViewDoesNotStandForThoseAroundIt) {
     // Somebody stands beside one that was refused.
     for (const planning::RankedView& refused : joint.plan.refused) {
       const double apart = (refused.position - joint.plan.views[0].position).norm();
-      better += apart < config_.separation ? 1 : 0;
+      better += apart < config_.candidate_separation ? 1 : 0;
     }
     const JointPlan two = Make(*model, RequestFor(2));
     ASSERT_FALSE(two.plan.views.empty());
@@ -277,7 +278,7 @@ TEST_F(JointPlanTest, WhoCannotGetAnywhereIsToldWhy) {
 TEST_F(JointPlanTest, WhoseScansWouldNotRegisterIsToldSo) {
   const model::PlanningView model = test_support::BuildView(Room(2));
   config_.registration.required_accuracy = 0.05;
-  config_.separation = 10;  // the first refusal stands for all
+  config_.candidate_separation = 10;  // the first refusal stands for all
   FleetRequest request = RequestFor(2);
   // Sees nothing but the ceiling.
   request.scanners[1].model.elevation_min = sensor::Radians(60);
@@ -289,7 +290,7 @@ TEST_F(JointPlanTest, WhoseScansWouldNotRegisterIsToldSo) {
   EXPECT_THAT(joint.assignments[1].reason, HasSubstr("registers"));
   // Whose checks end early promises nothing.
   config_.max_checked = config_.candidates;
-  config_.separation = 0;
+  config_.candidate_separation = 0;
   request.scanners[0].model = request.scanners[1].model;
   const JointPlan none = Make(model, request);
   EXPECT_TRUE(none.plan.views.empty());
@@ -297,10 +298,10 @@ TEST_F(JointPlanTest, WhoseScansWouldNotRegisterIsToldSo) {
   EXPECT_THAT(none.assignments[1].reason, HasSubstr("checked"));
 }
 
-TEST_F(JointPlanTest, GainPerMinuteIsTheBestRatioThereIs) {
+TEST_F(JointPlanTest, ScorePerMinuteIsTheBestRatioThereIs) {
   const model::PlanningView model = test_support::BuildView(Room(5));
   FleetRequest request = RequestFor(1);
-  request.ranking = FleetRanking::kGainPerMinute;
+  request.ranking = FleetRanking::kScorePerMinute;
   request.scanners[0].speed = 0.02;  // somebody who carries much
   request.scanners[0].scan_seconds = 30;
   const JointPlan joint = Make(model, request);
@@ -309,11 +310,11 @@ TEST_F(JointPlanTest, GainPerMinuteIsTheBestRatioThereIs) {
   const visibility::OpaqueGrid grid(model);
   const planning::FeasibleViews feasible = planning::FeasibleViews::Find(
       model, grid, sensor::ScannerModel(), config_, parallel::Budget::Unlimited(), serial_);
-  const FleetMember member(request.scanners[0], model, feasible, true,
-                           parallel::Budget::Unlimited());
+  const MemberRoutes routes(request.scanners[0], model, feasible, true,
+                            parallel::Budget::Unlimited());
   double best = 0;
   for (size_t v = 0; v < all.size(); ++v) {
-    const auto length = member.Length(all.views()[v]);
+    const auto length = routes.Length(all.views()[v]);
     if (length.has_value()) {
       best = std::max(best, all.Together({v}) / ((*length / 0.02 + 30) / 60));
     }
@@ -339,8 +340,8 @@ TEST_F(JointPlanTest, AViewWaitsForTheScansThatItNeedsAndNoOthers) {
   PendingSurface expected(problem.patches, *problem.scoring, overlap);
   const auto best = std::max_element(
       problem.views.begin(), problem.views.end(), [&](const auto& a, const auto& b) {
-        return scorer.Score(a, problem.scoring->cells(), parallel::Budget::Unlimited()).gain <
-               scorer.Score(b, problem.scoring->cells(), parallel::Budget::Unlimited()).gain;
+        return scorer.Score(a, problem.scoring->cells(), parallel::Budget::Unlimited()).score <
+               scorer.Score(b, problem.scoring->cells(), parallel::Budget::Unlimited()).score;
       });
   uint64_t rays = 0;
   const RemainingGain nobody(problem.scoring->cells());
@@ -411,7 +412,7 @@ TEST_F(JointPlanTest, WhatSamplesTellDoesWhenTheWorkLimitIsReached) {
   const model::PlanningView model = test_support::BuildView(Room(3));
   const Exhaustive all(model, config_);
   FleetRequest request = RequestFor(1);
-  request.ranking = FleetRanking::kGainPerMinute;
+  request.ranking = FleetRanking::kScorePerMinute;
   request.scanners[0].speed = 0.02;
   const JointPlan unlimited = Make(model, request);
   int cut_short = 0;

@@ -18,7 +18,7 @@ class RemainingGainTest : public ::testing::Test {
   static planning::PlanningConfig Config() {
     planning::PlanningConfig config;
     config.viewcell_size = 0.4;
-    config.max_height = 1.7;
+    config.max_viewpoint_height = 1.7;
     return config;
   }
   RemainingGainTest()
@@ -71,7 +71,7 @@ TEST_F(RemainingGainTest, MarginalGainsAreThoseOfBruteForce) {
     const std::vector<double> probe_gains = Gains(probe, problem_.scanner);
     double lazy = problem_.scoring->scorer()
                       .Score(probe, problem_.scoring->cells(), parallel::Budget::Unlimited())
-                      .gain;
+                      .score;
     for (int k = 0; k < 4; ++k) {
       const Eigen::Vector3d view = problem_.views[random() % problem_.views.size()];
       const bool unlike = k % 2 == 1;
@@ -88,7 +88,7 @@ TEST_F(RemainingGainTest, MarginalGainsAreThoseOfBruteForce) {
       const double marginal = Together(with_probe) - all;
       const double left = problem_.scoring->scorer()
                               .Score(probe, remaining.left(), parallel::Budget::Unlimited())
-                              .gain;
+                              .score;
       EXPECT_NEAR(left, marginal, 1e-4 * all);
       lazy -= remaining
                   .Lowered(remaining.steps() - 1, probe, problem_.scoring->scorer(),
@@ -114,7 +114,7 @@ TEST_F(RemainingGainTest, MarginalGainsAreThoseOfBruteForce) {
 TEST_F(RemainingGainTest, LazyGainsAreBoundsUntilTheyAreFresh) {
   planning::Evaluation evaluation;
   for (const planning::ViewScore& score : problem_.BruteForce(problem_.serial)) {
-    evaluation.views.push_back({score.gain, score.gain, score.gain, true, true, 0});
+    evaluation.views.push_back({score.score, score.score, score.score, true, true, 0});
   }
   evaluation.complete = true;
   RemainingGain remaining(problem_.scoring->cells());
@@ -138,7 +138,7 @@ TEST_F(RemainingGainTest, LazyGainsAreBoundsUntilTheyAreFresh) {
     const double exact =
         problem_.scoring->scorer()
             .Score(problem_.views[i], remaining.left(), parallel::Budget::Unlimited())
-            .gain;
+            .score;
     EXPECT_NEAR(gains.Value(i), exact, 1e-4 * bounds[i]);
     EXPECT_LE(exact, bounds[i] * (1 + 1e-5));
   }
@@ -155,10 +155,10 @@ TEST_F(RemainingGainTest, CoverIsTheShareThatClaimsLeaveNothingOf) {
   const auto first = Gains(claims[0].position, problem_.scanner);
   const auto second = Gains(claims[1].position, other_);
   const double gain = Together({own});
-  EXPECT_NEAR(covered->gain, gain, 1e-4 * gain);
+  EXPECT_NEAR(covered->score, gain, 1e-4 * gain);
   EXPECT_NEAR(covered->left, Together({own, first, second}) - Together({first, second}),
               1e-4 * gain);
-  EXPECT_NEAR(covered->cover.together, 1 - covered->left / covered->gain, 1e-6);
+  EXPECT_NEAR(covered->cover.together, 1 - covered->left / covered->score, 1e-6);
   ASSERT_EQ(covered->cover.by_claim.size(), 2u);
   EXPECT_NEAR(covered->cover.by_claim[0], 1 - (Together({own, first}) - Together({first})) / gain,
               1e-4);
@@ -168,7 +168,7 @@ TEST_F(RemainingGainTest, CoverIsTheShareThatClaimsLeaveNothingOf) {
   const auto nobody =
       MeasureCover(*problem_.model, problem_.scanner, problem_.config, view, {}, problem_.serial);
   EXPECT_EQ(nobody->cover.together, 0);
-  EXPECT_EQ(nobody->left, nobody->gain);
+  EXPECT_EQ(nobody->left, nobody->score);
 }
 
 }  // namespace

@@ -112,7 +112,7 @@ void Describe(const registration::RegistrationVerdict& verdict, test_support::Go
   out.Numbers("  strength", {verdict.strength});
   out.Numbers("  weakest", std::span<const double>(verdict.weakest.data(), 6));
   out.Text("weakest", verdict.weakest_words);
-  out.Text("decided by", verdict.decided_by);
+  out.Text("decided by", registration::BasesText(verdict.bases));
   out.Text("reason", verdict.reason);
   out.Text("remedy", verdict.remedy);
 }
@@ -155,28 +155,30 @@ void Describe(const planning::RankedView& view, test_support::GoldenText& out) {
   out.Numbers("  by kind", view.score_by_kind);
   out.Numbers("  height, clearance", {view.height_over_floor, view.clearance});
   if (view.travel.has_value()) out.Numbers("  travel", {*view.travel});
-  for (const planning::PatchScore& gain : view.patches) {
-    out.Numbers(absl::StrCat("  gains on patch ", gain.patch), {gain.gain});
+  for (const planning::PatchScore& score : view.patch_scores) {
+    out.Numbers(absl::StrCat("  gains on patch ", score.patch), {score.score});
   }
-  for (const planning::WallOffset& wall : view.where.walls) {
+  for (const planning::WallOffset& wall : view.location.walls) {
     out.Numbers("  wall", wall.wall_point);
     out.Numbers("    normal", wall.wall_normal);
     out.Numbers("    distance", {wall.distance});
   }
   out.Numbers("  from the last station: distance, bearing",
-              {view.where.last_station_distance, view.where.last_station_bearing});
-  out.Text("where", view.where.words);
+              {view.location.last_station_distance.value_or(0),
+               view.location.last_station_bearing.value_or(0)});
+  out.Text("where", view.location.description);
   out.Numbers("  good from", view.region.box.min());
   out.Numbers("  good to", view.region.box.max());
   out.Numbers("  good volume", {view.region.volume});
-  out.Counts("  good cells", {view.region.cells});
+  out.Counts("  good cells", {view.region.viewcell_count});
   Describe(view.verdict, out);
 }
 
 void Describe(const planning::Coverage& coverage, test_support::GoldenText& out) {
   out.Numbers("coverage: area by kind", coverage.area);
-  out.Numbers("coverage: at density, given up, share",
-              {coverage.area_at_density, coverage.area_given_up, coverage.estimated_coverage});
+  out.Numbers(
+      "coverage: at density, given up, share",
+      {coverage.area_at_density, coverage.area_given_up, coverage.estimated_coverage.value_or(0)});
 }
 
 void Describe(const planning::Plan& plan, test_support::GoldenText& out) {
@@ -192,9 +194,9 @@ void Describe(const planning::Plan& plan, test_support::GoldenText& out) {
   const planning::Termination& end = plan.termination;
   out.Counts("termination: suggested, unseeable known", {end.suggested, end.unobservable_known});
   out.Numbers("termination: best upper, largest patch, unseeable",
-              {end.best_upper, end.largest_patch_area, end.unobservable_area});
+              {end.best_upper.value_or(0), end.largest_patch_area, end.unobservable_area});
   out.Text("termination", end.reason);
-  Describe(plan.coverage, out);
+  Describe(plan.coverage.value_or(planning::Coverage()), out);
   Describe("view", plan.views, out);
   Describe("refused", plan.refused, out);
   Describe(plan.patches, out);
@@ -208,7 +210,7 @@ void Describe(const planning::Plan& plan, test_support::GoldenText& out) {
 
 void Describe(const planning::ViewEvaluation& evaluation, test_support::GoldenText& out) {
   out.Counts("feasible", {evaluation.feasible});
-  out.Text("why not", evaluation.why_not);
+  out.Text("why not", evaluation.infeasible_message);
   Describe(evaluation.view, out);
   Describe(evaluation.patches, out);
 }

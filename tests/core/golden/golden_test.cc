@@ -261,7 +261,7 @@ TEST_F(Golden, JointPlans) {
   const model::PlanningView model = test_support::BuildView(scene);
   planning::PlanningConfig config;
   config.viewcell_size = 0.4;
-  config.max_height = 1.7;
+  config.max_viewpoint_height = 1.7;
   config.candidates = 3;
   config.registration.required_accuracy = 0.05;
   fleet::FleetRequest request;
@@ -279,9 +279,9 @@ TEST_F(Golden, JointPlans) {
   budget.work_limit = 6'000'000;
   test_support::GoldenText out;
   for (const fleet::FleetRanking ranking :
-       {fleet::FleetRanking::kGain, fleet::FleetRanking::kGainPerMinute}) {
+       {fleet::FleetRanking::kScore, fleet::FleetRanking::kScorePerMinute}) {
     request.ranking = ranking;
-    out.Section(ranking == fleet::FleetRanking::kGain ? "by gain" : "by gain a minute");
+    out.Section(ranking == fleet::FleetRanking::kScore ? "by gain" : "by gain a minute");
     out.Append(OnAnyThreads([&](parallel::Parallel& parallel, test_support::GoldenText& text) {
       Describe(fleet::MakeJointPlan(model, request, config, budget, parallel,
                                     [](const planning::Plan&) {})
@@ -294,7 +294,7 @@ TEST_F(Golden, JointPlans) {
     const fleet::CoveredView covered = fleet::MeasureCover(model, sensor::ScannerModel(), config,
                                                            {x, 3.4, 1.43}, request.pledged, serial_)
                                            .value();
-    out.Numbers("gain, left", {covered.gain, covered.left});
+    out.Numbers("gain, left", {covered.score, covered.left});
     out.Numbers("by claim", covered.cover.by_claim);
     out.Numbers("together", {covered.cover.together});
   }

@@ -13,7 +13,7 @@
 
 #include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
-#include "core/sensor/import.h"
+#include "core/sensor/scan_file.h"
 
 namespace vantage::model {
 namespace {

@@ -76,7 +76,7 @@ std::vector<int64_t> EndsWithin(int64_t whole) {
   return ends;
 }
 
-// What is built before the first view is scored takes a second for a large floor: everything in it
+// What is built before the first view is scored takes a second for a large storey: everything in it
 // looks at the clock after a bounded amount of work.
 TEST_F(PlannerBudgetTest, SetupLooksAtTheClockAsOftenAsItsWorkDemands) {
   config_.pose_sensitivity = true;  // counts are built as well

@@ -74,16 +74,16 @@ TEST_F(PlannerTest, FindsTheViewBehindTheScreen) {
     double by_kind = 0;
     for (const double gain : view.score_by_kind) by_kind += gain;
     EXPECT_NEAR(by_kind, view.score, 1e-9 * view.score);
-    EXPECT_GE(view.height_over_floor, config_.min_height);
-    EXPECT_LE(view.height_over_floor, config_.max_height);
+    EXPECT_GE(view.height_over_floor, config_.min_viewpoint_height);
+    EXPECT_LE(view.height_over_floor, config_.max_viewpoint_height);
     EXPECT_GE(view.clearance, scanner_.clearance);
     EXPECT_TRUE(view.travel.has_value());
     EXPECT_TRUE(view.region.box.contains(view.position));
-    EXPECT_GE(view.region.cells, 1);
-    EXPECT_THAT(view.where.words, HasSubstr("station 1"));
-    EXPECT_FALSE(view.patches.empty());
+    EXPECT_GE(view.region.viewcell_count, 1);
+    EXPECT_THAT(view.location.description, HasSubstr("station 1"));
+    EXPECT_FALSE(view.patch_scores.empty());
     for (size_t j = 0; j < i; ++j) {
-      EXPECT_GE((plan.views[j].position - view.position).norm(), config_.separation);
+      EXPECT_GE((plan.views[j].position - view.position).norm(), config_.candidate_separation);
     }
   }
   // The unknown corner holds most of what is missing; the station does not see it.
@@ -100,14 +100,14 @@ TEST_F(PlannerTest, EvaluateViewSaysWhatThePlanSays) {
   const absl::StatusOr<ViewEvaluation> one =
       EvaluateView(model, scanner_, config_, plan.views[0].position, serial_);
   ASSERT_TRUE(one.ok());
-  EXPECT_TRUE(one->feasible) << one->why_not;
+  EXPECT_TRUE(one->feasible) << one->infeasible_message;
   EXPECT_EQ(one->view.score, plan.views[0].score);
   EXPECT_EQ(one->view.score_by_kind, plan.views[0].score_by_kind);
   EXPECT_EQ(one->view.verdict.error_bound, plan.views[0].verdict.error_bound);
   const absl::StatusOr<ViewEvaluation> high =
       EvaluateView(model, scanner_, config_, {1.5, 1.5, 2.5}, serial_);
   EXPECT_FALSE(high->feasible);
-  EXPECT_THAT(high->why_not, HasSubstr("max_height"));
+  EXPECT_THAT(high->infeasible_message, HasSubstr("max_viewpoint_height"));
   EXPECT_EQ(EvaluateView(model, scanner_, config_, {std::numeric_limits<double>::quiet_NaN(), 0, 0},
                          serial_)
                 .status()
@@ -132,7 +132,7 @@ void ExpectSame(const Plan& a, const Plan& b) {
     EXPECT_EQ(a.views[i].position, b.views[i].position);
     EXPECT_EQ(a.views[i].score, b.views[i].score);
     EXPECT_EQ(a.views[i].verdict.error_bound, b.views[i].verdict.error_bound);
-    EXPECT_EQ(a.views[i].where.words, b.views[i].where.words);
+    EXPECT_EQ(a.views[i].location.description, b.views[i].location.description);
   }
 }
 
@@ -174,7 +174,8 @@ TEST_F(PlannerTest, FinishedSiteSuggestsToStop) {
   const Plan plan = Make(test_support::BuildView(scene), parallel::Budget::Unlimited(), serial_);
   EXPECT_EQ(plan.outcome, PlanOutcome::kNothingToGain);
   EXPECT_TRUE(plan.termination.suggested);
-  EXPECT_NEAR(plan.coverage.estimated_coverage, 1, 1e-9);
+  ASSERT_TRUE(plan.coverage.has_value());
+  EXPECT_NEAR(plan.coverage->estimated_coverage.value_or(0), 1, 1e-9);
 }
 
 TEST_F(PlannerTest, NowhereToStandNamesTheConstraint) {
@@ -230,7 +231,7 @@ TEST_F(PlannerTest, CoverageAddsUp) {
   for (const double area : coverage.area) all += area;
   EXPECT_GT(coverage.area[static_cast<size_t>(model::SurfaceKind::kTrue)], 50);
   EXPECT_GT(coverage.area[static_cast<size_t>(model::SurfaceKind::kOcclusion)], 1);
-  EXPECT_NEAR(coverage.estimated_coverage, coverage.area_at_density / all, 1e-12);
+  EXPECT_NEAR(coverage.estimated_coverage.value_or(0), coverage.area_at_density / all, 1e-12);
 }
 
 // A sealed room beside the one with the station: known, since it was given so, but nobody gets in.
@@ -286,7 +287,7 @@ TEST_F(PlannerTest, RegionIsTheConnectedCellsThatAreAsGood) {
         }
       }
     }
-    EXPECT_EQ(view.region.cells, static_cast<int>(region.size()));
+    EXPECT_EQ(view.region.viewcell_count, static_cast<int>(region.size()));
     EXPECT_NEAR(view.region.volume, static_cast<double>(region.size()) * size * size * size, 1e-9);
     Region box;
     for (const auto& cell : region) {

@@ -89,8 +89,8 @@ TEST_F(ScepticalCycleTest, AMirror) {
   const test_support::LoopResult result = RunIn({false, true, false, false});
   ExpectSensible(result, plain_scans_);
   // It is named for what it is: never measured, given up.
-  EXPECT_GT(result.plans.back().coverage.area_given_up, 1.5);
-  EXPECT_LT(result.plans.back().coverage.area_given_up, 3.5);
+  EXPECT_GT(result.plans.back().coverage->area_given_up, 1.5);
+  EXPECT_LT(result.plans.back().coverage->area_given_up, 3.5);
 }
 
 TEST_F(ScepticalCycleTest, WindowsAndAMirror) {

@@ -13,8 +13,8 @@
 #include "core/registration/align/registration_config.h"
 #include "core/registration/levelling.h"
 #include "core/registration/registration.h"
-#include "core/sensor/import.h"
 #include "core/sensor/imported_scan.h"
+#include "core/sensor/scan_file.h"
 #include "tests/core/registration/box_scene.h"
 
 namespace vantage::registration {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/registration/bound/error_bound.h"
+#include "core/sensor/scanner_model.h"
 
 namespace vantage::registration {
 

@@ -15,7 +15,7 @@ namespace vantage::simulation {
 namespace {
 
 constexpr double kDensity = 2500;
-const Eigen::Vector3d kRoom(8, 6, 2.7);
+const Eigen::Vector3d kTrueRoom(8, 6, 2.7);
 
 // Area of an empty box's faces that a scanner at `from` measures at a density of at least `least`,
 // by summing over 2 cm squares; the formula of algorithm.md section 3 written out again.
@@ -25,9 +25,9 @@ double BoxArea(const Eigen::Vector3d& from, double least) {
   for (int axis = 0; axis < 3; ++axis) {
     const int u = (axis + 1) % 3;
     const int v = (axis + 2) % 3;
-    for (const double plane : {0.0, kRoom[axis]}) {
-      for (double a = 0.5 * kStep; a < kRoom[u]; a += kStep) {
-        for (double b = 0.5 * kStep; b < kRoom[v]; b += kStep) {
+    for (const double plane : {0.0, kTrueRoom[axis]}) {
+      for (double a = 0.5 * kStep; a < kTrueRoom[u]; a += kStep) {
+        for (double b = 0.5 * kStep; b < kTrueRoom[v]; b += kStep) {
           Eigen::Vector3d p;
           p[axis] = plane;
           p[u] = a;
@@ -49,7 +49,7 @@ double BoxArea(const Eigen::Vector3d& from, double least) {
 }
 
 TEST(GroundTruthTest, AnEmptyBoxIsCoveredAsTheFormulaSays) {
-  const Scene room = BoxRoom(kRoom);
+  const Scene room = BoxRoom(kTrueRoom);
   const SimulatedScanner tracer(room.mesh);
   const std::vector<Eigen::Vector3d> positions = {{2, 2, 1.5}, {6, 4, 1.5}};
   parallel::Serial serial;
@@ -77,7 +77,7 @@ TEST(GroundTruthTest, AnEmptyBoxIsCoveredAsTheFormulaSays) {
 
 TEST(GroundTruthTest, WhatNobodySeesDoesNotCount) {
   // A closed cupboard in the middle: its inside is not attainable, its faces are.
-  TriangleMesh mesh = BoxRoom(kRoom).mesh;
+  TriangleMesh mesh = BoxRoom(kTrueRoom).mesh;
   MeshBuilder builder(mesh);
   builder.Box({3, 2, 0}, {5, 4, 2});
   builder.Box({3.1, 2.1, 0.1}, {4.9, 3.9, 1.9});  // the inside, seen from nowhere
@@ -121,7 +121,7 @@ TEST(GroundTruthTest, AgreesWithBruteForceOverAllPositionsOnAnyNumberOfThreads) 
 }
 
 TEST(GroundTruthTest, SetsAndSharesAgreeWithTheAreas) {
-  const Scene room = BoxRoom(kRoom);
+  const Scene room = BoxRoom(kTrueRoom);
   const SimulatedScanner tracer(room.mesh);
   const std::vector<Eigen::Vector3d> positions = {{2, 2, 1.5}, {6, 4, 1.5}, {6.5, 1, 1.2}};
   parallel::Serial serial;
@@ -165,7 +165,7 @@ TEST(StandablePositionsTest, AreTheLatticePointsClearOfTheWalls) {
 }
 
 TEST(StandablePositionsTest, KeepToWhatIsConnectedAndNotOnTables) {
-  TriangleMesh mesh = BoxRoom(kRoom).mesh;
+  TriangleMesh mesh = BoxRoom(kTrueRoom).mesh;
   MeshBuilder builder(mesh);
   builder.Box({3.9, 0, 0}, {4.1, 6, 2.7});  // a wall without a door
   builder.Box({1, 2, 0.7}, {2, 4, 0.74});   // a table without legs

@@ -10,8 +10,8 @@
 #include <sstream>
 
 #include "core/bytes/byte_order.h"
-#include "core/simulation/counter_random.h"
 #include "core/simulation/mesh_ply.h"
+#include "core/simulation/random_sequence.h"
 #include "core/simulation/simulated_scanner.h"
 
 namespace vantage::simulation {
@@ -44,7 +44,7 @@ std::string Binary() {
 
 TEST(PlyTest, ReadsAsciiAndBinaryAndFansPolygons) {
   for (const std::string& bytes : {std::string(kAscii), Binary()}) {
-    const absl::StatusOr<TriangleMesh> mesh = ParsePly(bytes);
+    const absl::StatusOr<TriangleMesh> mesh = ParseMeshPly(bytes);
     ASSERT_TRUE(mesh.ok()) << mesh.status();
     ASSERT_EQ(mesh->vertices.size(), 4u);
     EXPECT_EQ(mesh->vertices[2], Eigen::Vector3f(1, 1, 0.5f));
@@ -104,7 +104,7 @@ std::vector<BadPly> BadPlys() {
 class BadPlyTest : public testing::TestWithParam<BadPly> {};
 
 TEST_P(BadPlyTest, IsRefusedWithTheCause) {
-  const absl::Status status = ParsePly(GetParam().bytes).status();
+  const absl::Status status = ParseMeshPly(GetParam().bytes).status();
   EXPECT_EQ(status.code(), GetParam().code) << status;
   EXPECT_NE(status.message().find(GetParam().says), absl::string_view::npos) << status;
 }
@@ -113,7 +113,7 @@ INSTANTIATE_TEST_SUITE_P(Files, BadPlyTest, testing::ValuesIn(BadPlys()),
                          [](const auto& suite) { return std::string(suite.param.name); });
 
 TEST(PlyTest, MissingFileIsNotFound) {
-  EXPECT_EQ(ReadPly(testing::TempDir() + "/no_such_mesh.ply").status().code(),
+  EXPECT_EQ(ReadMeshPly(testing::TempDir() + "/no_such_mesh.ply").status().code(),
             absl::StatusCode::kNotFound);
 }
 
@@ -166,7 +166,7 @@ class SharedMeshTest : public testing::TestWithParam<SharedMesh> {};
 TEST_P(SharedMeshTest, IsReadAndAsClosedAsItsDocumentationSays) {
   const std::string folder = SharedData() + "/" + GetParam().folder;
   if (!std::filesystem::exists(folder + "/scene.ply")) GTEST_SKIP() << folder << " is not here";
-  const absl::StatusOr<TriangleMesh> mesh = ReadPly(folder + "/scene.ply");
+  const absl::StatusOr<TriangleMesh> mesh = ReadMeshPly(folder + "/scene.ply");
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   // Triangles without area are dropped.
   EXPECT_LE(mesh->triangles.size(), GetParam().triangles);

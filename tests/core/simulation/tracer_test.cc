@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/simulation/counter_random.h"
+#include "core/simulation/random_sequence.h"
 #include "core/simulation/scenes/mesh_builder.h"
 #include "core/simulation/scenes/scene.h"
 #include "core/simulation/scenes/small_scenes.h"

@@ -42,7 +42,7 @@ TEST(FromProto, DefaultsAreTheCoresAndValid) {
   const planning::PlanningConfig config =
       ReadPlanningConfig({}, {}, Eigen::Vector3d::Zero(), 0.05, "c", "r", violations);
   EXPECT_EQ(config.required_density, planning::PlanningConfig().required_density);
-  EXPECT_EQ(config.max_height, planning::PlanningConfig().max_height);
+  EXPECT_EQ(config.max_viewpoint_height, planning::PlanningConfig().max_viewpoint_height);
   EXPECT_EQ(config.registration.required_accuracy,
             registration::RegistrationConfig().required_accuracy);
   const sensor::ScannerModel scanner = ReadScannerModel({}, "s", violations);
@@ -57,21 +57,21 @@ TEST(FromProto, ListsEveryViolationNotTheFirst) {
   scanner.set_max_range_m(2);
   scanner.set_azimuth_step_rad(kNaN);
   session.mutable_model_config()->set_voxel_size_m(-1);
-  session.mutable_planning_config()->set_min_height_m(3);
+  session.mutable_planning_config()->set_min_viewpoint_height_m(3);
   session.mutable_planning_config()->set_confidence(1);
   session.mutable_planning_config()->mutable_weights()->set_occlusion(-1);
   session.mutable_site_rules()->add_keep_out()->mutable_min()->set_x(kNaN);
   session.mutable_origin()->set_x(1e12);
-  session.mutable_planning_config()->set_counts_from(1);
+  session.mutable_planning_config()->set_min_counted_density_share(1);
   session.set_display_name(std::string(300, 'x'));
   contract::Violations violations;
   CheckSession(session, "session.", violations);
   const std::vector<std::string> fields = Fields(violations);
   for (const char* field :
        {"session.scanner_models[0].max_range_m", "session.scanner_models[0].azimuth_step_rad",
-        "session.model_config.voxel_size_m", "session.planning_config.max_height_m",
+        "session.model_config.voxel_size_m", "session.planning_config.max_viewpoint_height_m",
         "session.planning_config.confidence", "session.planning_config.weights.occlusion",
-        "session.planning_config.counts_from", "session.site_rules.keep_out[0].max",
+        "session.planning_config.min_counted_density_share", "session.site_rules.keep_out[0].max",
         "session.origin.x", "session.display_name"}) {
     EXPECT_THAT(fields, Contains(field));
   }

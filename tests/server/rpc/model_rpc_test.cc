@@ -3,6 +3,7 @@
 #include <octomap/OcTree.h>
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstring>
 #include <memory>
@@ -57,7 +58,37 @@ TEST_F(ModelRpc, CoverageIsZeroWithoutAModelAndMeasuredWithOne) {
     EXPECT_EQ(response.coverage().required_density_per_m2(), 2500);
     EXPECT_EQ(response.model_version(), with_model ? 1U : 0U);
     EXPECT_FALSE(response.has_best_remaining_model_gain_m2());
+    EXPECT_FALSE(response.coverage().has_estimated_coverage());  // the script measures none
   }
+}
+
+// An alignment holds the only thread that could make the file.
+TEST(ExportHeartbeats, AnExportThatWaitsForAThreadSaysThatItIsAlive) {
+  fixture::Script script;
+  server::ServerOptions options;
+  options.threads = 1;
+  options.heartbeat = std::chrono::milliseconds(20);
+  fixture::InProcess server(script.Make(), options);
+  const std::string session = server.OpenRoom("job");
+  script.PauseAlignments();
+  server.Send(session, fixture::EncodedRoom({2.2, 1.5, 1.4}));
+  script.WaitForAlignment();
+  grpc::ClientContext context;
+  v1::ExportModelRequest request;
+  request.set_name(session);
+  request.set_format(v1::EXPORT_FORMAT_SURFACE_PLY);
+  const auto stream = server.models->ExportModel(&context, request);
+  v1::ExportModelResponse part;
+  for (int beats = 0; beats < 3; ++beats) {
+    ASSERT_TRUE(stream->Read(&part));
+    EXPECT_GT(part.heartbeat().time().seconds(), 0);
+    EXPECT_TRUE(part.data().empty());
+  }
+  script.ReleaseAlignments();
+  std::string file;
+  while (stream->Read(&part)) file += part.data();
+  EXPECT_TRUE(stream->Finish().ok());
+  EXPECT_EQ(file.substr(0, 4), "ply\n");
 }
 
 // Both OctoMap files open with OctoMap and agree with one another.
@@ -103,6 +134,28 @@ TEST_F(ModelRpc, RegisteredSamplesLieOnTheRoom) {
                   std::abs(p[1] - 2.5), std::abs(p[2] + 1.4), std::abs(p[2] - 1.2)});
     ASSERT_LT(distance, 1e-3);  // ranges travel to 0.1 mm
   }
+}
+
+// What the server has lost is no name that a client got wrong.
+TEST_F(ModelRpc, LostSamplesAreDataLoss) {
+  const std::string session = server_.OpenRoom("room");
+  grpc::ClientContext context;
+  v1::GetScanRequest get;
+  get.set_name(session + "/scans/scan-1");
+  v1::GetScanResponse got;
+  ASSERT_TRUE(server_.scans->GetScan(&context, get, &got).ok());
+  ASSERT_TRUE(server_.store().ReleaseBlob(got.scan().sha256()).ok());
+  grpc::ClientContext exporting;
+  v1::ExportModelRequest request;
+  request.set_name(session);
+  request.set_format(v1::EXPORT_FORMAT_SCANS_PLY);
+  const auto stream = server_.models->ExportModel(&exporting, request);
+  v1::ExportModelResponse part;  // the file's header may come before it is found out
+  while (stream->Read(&part)) {
+  }
+  const grpc::Status lost = stream->Finish();
+  EXPECT_EQ(lost.error_code(), grpc::StatusCode::DATA_LOSS);
+  EXPECT_EQ(fixture::InfoOf(lost).reason(), "SCAN_LOST");
 }
 
 TEST_F(ModelRpc, SurfaceAndPatchesAsPly) {

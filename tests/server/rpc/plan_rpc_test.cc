@@ -98,6 +98,9 @@ TEST_F(PlanRpc, ReturnsAtOnceIsWatchedWhileItImprovesAndIsKept) {
   } while (step.plan().result().views().empty());
   EXPECT_EQ(step.plan().state(), v1::PLAN_STATE_RUNNING);
   EXPECT_EQ(step.plan().result().views(0).score(), 100);
+  // Nobody knows yet whether it will register, or has described where it is.
+  EXPECT_FALSE(step.plan().result().views(0).has_verdict());
+  EXPECT_FALSE(step.plan().result().views(0).has_location());
   EXPECT_FALSE(step.last());
   script_.EndPlans();
   while (stream->Read(&step)) {
@@ -106,6 +109,11 @@ TEST_F(PlanRpc, ReturnsAtOnceIsWatchedWhileItImprovesAndIsKept) {
   EXPECT_TRUE(step.last());
   EXPECT_EQ(step.plan().state(), v1::PLAN_STATE_SUCCEEDED);
   EXPECT_EQ(step.plan().result().model_version(), 1U);
+  EXPECT_TRUE(step.plan().result().views(0).has_verdict());
+  EXPECT_TRUE(step.plan().result().views(0).has_location());
+  // The scripted plan measured no coverage and evaluated nothing: no figure stands for that.
+  EXPECT_FALSE(step.plan().result().has_coverage());
+  EXPECT_FALSE(step.plan().result().termination().has_best_score_upper());
   // Watched again, and read, it says the same.
   EXPECT_EQ(WatchToTheEnd(plan.name()).SerializeAsString(), step.plan().SerializeAsString());
   v1::GetPlanRequest get;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cmath>
 #include <random>
 #include <string>
@@ -102,6 +103,43 @@ TEST_F(ScanRpc, StreamedWholeItIsMergedAndDefinesTheWorld) {
             static_cast<int64_t>(fixture::ScanRoom({2.0, 1.5, 1.4}, 2.0).SampleCount()));
   EXPECT_GT(scan.merge().surface_voxel_count(), 0);
   EXPECT_EQ(Session(session).model_version(), 1U);
+}
+
+// Nobody has named an upload yet: the time is all that there is to say.
+TEST(UploadHeartbeats, AStreamSaysThatItIsAliveFromTheBeginning) {
+  fixture::Script script;
+  server::ServerOptions options;
+  options.heartbeat = std::chrono::milliseconds(20);
+  fixture::InProcess server(script.Make(), options);
+  v1::CreateUploadRequest create;
+  create.set_parent(server.OpenSession("job"));
+  v1::CreateUploadResponse created;
+  {
+    grpc::ClientContext context;
+    ASSERT_TRUE(server.scans->CreateUpload(&context, create, &created).ok());
+  }
+  grpc::ClientContext context;
+  const auto stream = server.scans->UploadScan(&context);
+  v1::UploadScanResponse ack;
+  for (int beats = 0; beats < 3; ++beats) {
+    ASSERT_TRUE(stream->Read(&ack));
+    EXPECT_GT(ack.time().seconds(), 0);
+    ack.clear_time();
+    EXPECT_EQ(ack.ByteSizeLong(), 0U);
+  }
+  v1::UploadScanRequest request;
+  request.set_upload(created.upload().name());
+  ASSERT_TRUE(stream->Write(request));
+  // Then it says how far the upload is, and goes on to do so while nothing comes.
+  for (int acknowledged = 0; acknowledged < 3;) {
+    ASSERT_TRUE(stream->Read(&ack));
+    acknowledged += ack.state() == v1::UPLOAD_STATE_OPEN ? 1 : 0;
+  }
+  EXPECT_GT(ack.credit_offset(), 0);
+  stream->WritesDone();
+  while (stream->Read(&ack)) {
+  }
+  EXPECT_TRUE(stream->Finish().ok());
 }
 
 // The link breaks after every number of pieces; GetUpload says where to go on, and the scan arrives

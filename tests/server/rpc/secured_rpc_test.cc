@@ -65,22 +65,22 @@ struct Answer {
 };
 
 // A server with a folder for its files, whose log is kept.
-class Guarded {
+class SecuredServer {
  public:
-  Guarded()
+  SecuredServer()
       : authority_("test authority"),
         store_(size_t{1} << 30),
         log_(telemetry::LogLevel::kInfo, Sink()) {
-    std::string name = ::testing::TempDir() + "/guarded-XXXXXX";
+    std::string name = ::testing::TempDir() + "/secured-XXXXXX";
     folder_ = mkdtemp(name.data());
   }
-  ~Guarded() {
+  ~SecuredServer() {
     server_.reset();
     std::error_code ignored;
     std::filesystem::remove_all(folder_, ignored);
   }
-  Guarded(const Guarded&) = delete;
-  Guarded& operator=(const Guarded&) = delete;
+  SecuredServer(const SecuredServer&) = delete;
+  SecuredServer& operator=(const SecuredServer&) = delete;
 
   std::string File(const std::string& name) const { return folder_ + "/" + name; }
   const fixture::TestAuthority& authority() const { return authority_; }
@@ -280,11 +280,11 @@ TEST(Rules, ReadersChangeNothing) {
   }
 }
 
-TEST(Guard, NoMethodAnswersAStranger) {
-  Guarded guarded;
-  guarded.AddToken("tablet museum administer");
-  guarded.Start(guarded.WithCallers());
-  const auto channel = guarded.Plain();
+TEST(Authorizer, NoMethodAnswersAStranger) {
+  SecuredServer secured;
+  secured.AddToken("tablet museum administer");
+  secured.Start(secured.WithCallers());
+  const auto channel = secured.Plain();
   for (const MethodDescriptor* method : AllMethods()) {
     const Answer answer = Call(channel, *method, *NewRequest(*method));
     // The twentieth failure in a row has to wait; either way it is not let in.
@@ -294,14 +294,14 @@ TEST(Guard, NoMethodAnswersAStranger) {
   }
 }
 
-TEST(Guard, EachMethodNeedsItsRole) {
+TEST(Authorizer, EachMethodNeedsItsRole) {
   for (const auth::Role role :
        {auth::Role::kRead, auth::Role::kSubmit, auth::Role::kPlan, auth::Role::kAdminister}) {
-    Guarded guarded;
+    SecuredServer secured;
     const std::string token =
-        guarded.AddToken(absl::StrCat("tablet museum ", auth::RoleName(role)));
-    guarded.Start(guarded.WithCallers());
-    const auto channel = guarded.Plain();
+        secured.AddToken(absl::StrCat("tablet museum ", auth::RoleName(role)));
+    secured.Start(secured.WithCallers());
+    const auto channel = secured.Plain();
     for (const MethodDescriptor* method : AllMethods()) {
       const Answer answer = Call(channel, *method, *NewRequest(*method), Bearer(token));
       EXPECT_NE(answer.status.error_code(), StatusCode::UNAUTHENTICATED) << method->full_name();
@@ -353,12 +353,12 @@ std::multiset<std::string> DetailsOf(const Answer& answer) {
 }
 
 // To the letter the same answer as for a session that is not there.
-TEST(Guard, AnotherTenantsSessionIsNotThere) {
-  Guarded guarded;
-  const std::string owner = guarded.AddToken("tablet museum administer");
-  const std::string stranger = guarded.AddToken("tablet-2 castle administer");
-  guarded.Start(guarded.WithCallers());
-  const auto channel = guarded.Plain();
+TEST(Authorizer, AnotherTenantsSessionIsNotThere) {
+  SecuredServer secured;
+  const std::string owner = secured.AddToken("tablet museum administer");
+  const std::string stranger = secured.AddToken("tablet-2 castle administer");
+  secured.Start(secured.WithCallers());
+  const auto channel = secured.Plain();
   ASSERT_TRUE(OpenSession(channel, "job", Bearer(owner)).ok());
   int named = 0;
   for (const MethodDescriptor* method : AllMethods()) {
@@ -379,12 +379,12 @@ TEST(Guard, AnotherTenantsSessionIsNotThere) {
   EXPECT_THAT(SessionsSeen(channel, Bearer(owner)), ElementsAre("sessions/job"));
 }
 
-TEST(Guard, AnotherTenantsRequestIdMeansNothing) {
-  Guarded guarded;
-  const std::string owner = guarded.AddToken("tablet museum administer");
-  const std::string stranger = guarded.AddToken("tablet-2 castle administer");
-  guarded.Start(guarded.WithCallers());
-  const auto channel = guarded.Plain();
+TEST(Authorizer, AnotherTenantsRequestIdMeansNothing) {
+  SecuredServer secured;
+  const std::string owner = secured.AddToken("tablet museum administer");
+  const std::string stranger = secured.AddToken("tablet-2 castle administer");
+  secured.Start(secured.WithCallers());
+  const auto channel = secured.Plain();
   v1::CreateSessionRequest request;
   request.set_request_id("same-for-both");
   for (const std::string& token : {owner, stranger}) {
@@ -399,10 +399,10 @@ TEST(Guard, AnotherTenantsRequestIdMeansNothing) {
 }
 
 // Ids that are paths, and worse, name nothing.
-TEST(Guard, IdsThatArePathsAreRefused) {
-  Guarded guarded;
-  guarded.Start({});
-  const auto channel = guarded.Plain();
+TEST(Authorizer, IdsThatArePathsAreRefused) {
+  SecuredServer secured;
+  secured.Start({});
+  const auto channel = secured.Plain();
   for (const std::string& id :
        {std::string("../../etc/passwd"), std::string("a/../b"), std::string("/etc"),
         std::string("a\0b", 3), std::string("A"), std::string("a b"), std::string("."),
@@ -422,11 +422,11 @@ TEST(Guard, IdsThatArePathsAreRefused) {
 // ---- Tokens ------------------------------------------------------------------------------------
 
 TEST(Tokens, WrongOnesAreRefusedWithTheReason) {
-  Guarded guarded;
-  const std::string good = guarded.AddToken("tablet museum read");
-  const std::string late = guarded.AddToken("old museum read", "2020-01-01T00:00:00Z");
-  guarded.Start(guarded.WithCallers());
-  const auto channel = guarded.Plain();
+  SecuredServer secured;
+  const std::string good = secured.AddToken("tablet museum read");
+  const std::string late = secured.AddToken("old museum read", "2020-01-01T00:00:00Z");
+  secured.Start(secured.WithCallers());
+  const auto channel = secured.Plain();
   EXPECT_TRUE(ListSessions(channel, Bearer(good)).status.ok());
   EXPECT_TRUE(ListSessions(channel, {{"authorization", "bearer " + good}}).status.ok());
   const std::vector<std::pair<Metadata, std::string>> wrong = {
@@ -446,37 +446,37 @@ TEST(Tokens, WrongOnesAreRefusedWithTheReason) {
     EXPECT_EQ(ReasonOf(answer), reason);
     EXPECT_THAT(answer.status.error_message(), Not(HasSubstr(good)));
   }
-  for (const std::string& line : guarded.Lines("call failed"))
+  for (const std::string& line : secured.Lines("call failed"))
     EXPECT_THAT(line, Not(HasSubstr(good)));
 }
 
 TEST(Tokens, TakenBackWhileTheServerRuns) {
-  Guarded guarded;
-  const std::string token = guarded.AddToken("tablet museum read");
-  guarded.Start(guarded.WithCallers());
-  const auto channel = guarded.Plain();
+  SecuredServer secured;
+  const std::string token = secured.AddToken("tablet museum read");
+  secured.Start(secured.WithCallers());
+  const auto channel = secured.Plain();
   ASSERT_TRUE(ListSessions(channel, Bearer(token)).status.ok());
-  guarded.WriteCallers("# nobody\n");
-  guarded.server().RefreshCallers();
+  secured.WriteCallers("# nobody\n");
+  secured.server().RefreshCallers();
   EXPECT_EQ(ReasonOf(ListSessions(channel, Bearer(token))), "TOKEN_UNKNOWN");
-  guarded.WriteCallers();
-  guarded.server().RefreshCallers();
+  secured.WriteCallers();
+  secured.server().RefreshCallers();
   EXPECT_TRUE(ListSessions(channel, Bearer(token)).status.ok());
   // A slip of the pen locks nobody out and lets nobody in; it is said once.
-  guarded.WriteCallers("nonsense\n");
-  guarded.server().RefreshCallers();
-  guarded.server().RefreshCallers();
+  secured.WriteCallers("nonsense\n");
+  secured.server().RefreshCallers();
+  secured.server().RefreshCallers();
   EXPECT_TRUE(ListSessions(channel, Bearer(token)).status.ok());
-  EXPECT_EQ(guarded.Lines("the callers file cannot be used").size(), 1U);
+  EXPECT_EQ(secured.Lines("the callers file cannot be used").size(), 1U);
 }
 
 // Streams outlast what was shown when they began.
 TEST(Tokens, TakenBackWhileAStreamIsOpen) {
-  Guarded guarded;
-  const std::string owner = guarded.AddToken("office museum administer");
-  const std::string tablet = guarded.AddToken("tablet museum read");
-  guarded.Start(guarded.WithCallers());
-  const auto channel = guarded.Plain();
+  SecuredServer secured;
+  const std::string owner = secured.AddToken("office museum administer");
+  const std::string tablet = secured.AddToken("tablet museum read");
+  secured.Start(secured.WithCallers());
+  const auto channel = secured.Plain();
   ASSERT_TRUE(OpenSession(channel, "job", Bearer(owner)).ok());
   const auto sessions = v1::SessionService::NewStub(channel);
   grpc::ClientContext context;
@@ -486,8 +486,8 @@ TEST(Tokens, TakenBackWhileAStreamIsOpen) {
   const auto stream = sessions->WatchSession(&context, watch);
   v1::WatchSessionResponse step;
   ASSERT_TRUE(stream->Read(&step));
-  guarded.WriteCallersBut("tablet");
-  guarded.server().RefreshCallers();
+  secured.WriteCallersBut("tablet");
+  secured.server().RefreshCallers();
   grpc::ClientContext updating;
   for (const auto& [key, value] : Bearer(owner)) updating.AddMetadata(key, value);
   v1::UpdateSessionRequest update;
@@ -503,11 +503,11 @@ TEST(Tokens, TakenBackWhileAStreamIsOpen) {
 
 // It is noticed without being told.
 TEST(Tokens, TheFileIsWatched) {
-  Guarded guarded;
-  const std::string token = guarded.AddToken("tablet museum read");
-  guarded.Start(guarded.WithCallers());
-  const auto channel = guarded.Plain();
-  guarded.WriteCallers("# nobody\n");
+  SecuredServer secured;
+  const std::string token = secured.AddToken("tablet museum read");
+  secured.Start(secured.WithCallers());
+  const auto channel = secured.Plain();
+  secured.WriteCallers("# nobody\n");
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(30);
   while (ListSessions(channel, Bearer(token)).status.ok()) {
     ASSERT_LT(std::chrono::steady_clock::now(), until);
@@ -517,79 +517,79 @@ TEST(Tokens, TheFileIsWatched) {
 // ---- Certificates ------------------------------------------------------------------------------
 
 TEST(Certificates, SayWhoCalls) {
-  Guarded guarded;
-  guarded.AddLine("office museum administer certificate:office.example");
-  guarded.AddLine("by-name castle read certificate:Tablet-7");
-  server::ServerOptions options = guarded.WithCallers();
-  guarded.Encrypt(options, true);
-  guarded.Start(options);
-  const fixture::CertifiedKey office = guarded.authority().Issue("whatever", "DNS:office.example");
-  const fixture::CertifiedKey named = guarded.authority().Issue("Tablet-7");
+  SecuredServer secured;
+  secured.AddLine("office museum administer certificate:office.example");
+  secured.AddLine("by-name castle read certificate:Tablet-7");
+  server::ServerOptions options = secured.WithCallers();
+  secured.Encrypt(options, true);
+  secured.Start(options);
+  const fixture::CertifiedKey office = secured.authority().Issue("whatever", "DNS:office.example");
+  const fixture::CertifiedKey named = secured.authority().Issue("Tablet-7");
   const fixture::CertifiedKey unknown =
-      guarded.authority().Issue("Tablet-8", "DNS:office.example.evil");
-  EXPECT_TRUE(OpenSession(guarded.Encrypted(&office), "job", {}).ok());
-  EXPECT_THAT(SessionsSeen(guarded.Encrypted(&named), {}), IsEmpty());
-  EXPECT_EQ(OpenSession(guarded.Encrypted(&named), "other", {}).error_code(),
+      secured.authority().Issue("Tablet-8", "DNS:office.example.evil");
+  EXPECT_TRUE(OpenSession(secured.Encrypted(&office), "job", {}).ok());
+  EXPECT_THAT(SessionsSeen(secured.Encrypted(&named), {}), IsEmpty());
+  EXPECT_EQ(OpenSession(secured.Encrypted(&named), "other", {}).error_code(),
             StatusCode::PERMISSION_DENIED);
-  EXPECT_EQ(ReasonOf(ListSessions(guarded.Encrypted(&unknown))), "CERTIFICATE_UNKNOWN");
+  EXPECT_EQ(ReasonOf(ListSessions(secured.Encrypted(&unknown))), "CERTIFICATE_UNKNOWN");
 
   // Those that nobody signed, that others signed, that are past their time, or that are not there
   // don't get as far as a call.
   const fixture::TestAuthority others("test authority");
   const fixture::CertifiedKey forged = others.Issue("whatever", "DNS:office.example");
   const fixture::CertifiedKey late =
-      guarded.authority().Issue("whatever", "DNS:office.example", -absl::Minutes(1));
+      secured.authority().Issue("whatever", "DNS:office.example", -absl::Minutes(1));
   for (const fixture::CertifiedKey* bad :
        {&forged, &late, static_cast<const fixture::CertifiedKey*>(nullptr)}) {
-    EXPECT_EQ(ListSessions(guarded.Encrypted(bad)).status.error_code(), StatusCode::UNAVAILABLE);
+    EXPECT_EQ(ListSessions(secured.Encrypted(bad)).status.error_code(), StatusCode::UNAVAILABLE);
   }
-  EXPECT_EQ(ListSessions(guarded.Plain()).status.error_code(), StatusCode::UNAVAILABLE);
+  EXPECT_EQ(ListSessions(secured.Plain()).status.error_code(), StatusCode::UNAVAILABLE);
 }
 
 TEST(Certificates, AloneLetInWhoeverTheAuthoritySigned) {
-  Guarded guarded;
+  SecuredServer secured;
   server::ServerOptions options;
-  guarded.Encrypt(options, true);
-  guarded.Start(options);
-  const fixture::CertifiedKey one = guarded.authority().Issue("one");
-  EXPECT_TRUE(OpenSession(guarded.Encrypted(&one), "job", {}).ok());
-  EXPECT_EQ(ListSessions(guarded.Encrypted()).status.error_code(), StatusCode::UNAVAILABLE);
+  secured.Encrypt(options, true);
+  secured.Start(options);
+  const fixture::CertifiedKey one = secured.authority().Issue("one");
+  EXPECT_TRUE(OpenSession(secured.Encrypted(&one), "job", {}).ok());
+  EXPECT_EQ(ListSessions(secured.Encrypted()).status.error_code(), StatusCode::UNAVAILABLE);
 }
 
 TEST(Certificates, OrTokensWhereThatIsAllowed) {
-  Guarded guarded;
-  const std::string token = guarded.AddToken("tablet museum read");
-  guarded.AddLine("office museum administer certificate:office.example");
-  server::ServerOptions options = guarded.WithCallers();
-  guarded.Encrypt(options, true);
+  SecuredServer secured;
+  const std::string token = secured.AddToken("tablet museum read");
+  secured.AddLine("office museum administer certificate:office.example");
+  server::ServerOptions options = secured.WithCallers();
+  secured.Encrypt(options, true);
   options.access.tls_optional_client_certificates = true;
-  guarded.Start(options);
-  const fixture::CertifiedKey office = guarded.authority().Issue("whatever", "DNS:office.example");
-  EXPECT_TRUE(OpenSession(guarded.Encrypted(&office), "job", {}).ok());
-  EXPECT_TRUE(ListSessions(guarded.Encrypted(), Bearer(token)).status.ok());
-  EXPECT_EQ(ReasonOf(ListSessions(guarded.Encrypted())), "CREDENTIALS_MISSING");
+  secured.Start(options);
+  const fixture::CertifiedKey office = secured.authority().Issue("whatever", "DNS:office.example");
+  EXPECT_TRUE(OpenSession(secured.Encrypted(&office), "job", {}).ok());
+  EXPECT_TRUE(ListSessions(secured.Encrypted(), Bearer(token)).status.ok());
+  EXPECT_EQ(ReasonOf(ListSessions(secured.Encrypted())), "CREDENTIALS_MISSING");
   const fixture::TestAuthority others("test authority");
   const fixture::CertifiedKey forged = others.Issue("whatever", "DNS:office.example");
-  EXPECT_FALSE(OpenSession(guarded.Encrypted(&forged), "forged", {}).ok());
+  EXPECT_FALSE(OpenSession(secured.Encrypted(&forged), "forged", {}).ok());
   // Whoever shows both is who the token says.
-  EXPECT_EQ(OpenSession(guarded.Encrypted(&office), "both", Bearer(token)).error_code(),
+  EXPECT_EQ(OpenSession(secured.Encrypted(&office), "both", Bearer(token)).error_code(),
             StatusCode::PERMISSION_DENIED);
-  EXPECT_EQ(ReasonOf(ListSessions(guarded.Encrypted(&office), Bearer("made up"))), "TOKEN_UNKNOWN");
+  EXPECT_EQ(ReasonOf(ListSessions(secured.Encrypted(&office), Bearer("made up"))), "TOKEN_UNKNOWN");
 }
 
 // Replaced on disk, new connections see the new one; the server did not stop.
 TEST(Certificates, AreReadAgain) {
-  Guarded guarded;
-  const std::string token = guarded.AddToken("tablet museum read");
-  server::ServerOptions options = guarded.WithCallers();
-  guarded.Encrypt(options, false);
-  guarded.Start(options);
-  ASSERT_TRUE(ListSessions(guarded.Encrypted(), Bearer(token)).status.ok());
+  SecuredServer secured;
+  const std::string token = secured.AddToken("tablet museum read");
+  server::ServerOptions options = secured.WithCallers();
+  secured.Encrypt(options, false);
+  secured.Start(options);
+  ASSERT_TRUE(ListSessions(secured.Encrypted(), Bearer(token)).status.ok());
   // Signed by another authority, which a client has to trust to get through.
   const fixture::TestAuthority next("next authority");
   const fixture::CertifiedKey own = next.Issue("server", "IP:127.0.0.1");
-  fixture::WriteTestFile(guarded.File("key.pem"), own.key);
-  fixture::WriteTestFile(guarded.File("cert.pem"), own.certificate);
+  fixture::WriteTestFile(secured.File("key.pem"), own.key);
+  fixture::WriteTestFile(secured.File("cert.pem"), own.certificate);
   grpc::SslCredentialsOptions tls;
   tls.pem_root_certs = next.certificate();
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
@@ -597,24 +597,24 @@ TEST(Certificates, AreReadAgain) {
     grpc::ChannelArguments fresh;
     fresh.SetInt(GRPC_ARG_USE_LOCAL_SUBCHANNEL_POOL, 1);
     const auto channel = grpc::CreateCustomChannel(
-        absl::StrCat("127.0.0.1:", guarded.server().port()), grpc::SslCredentials(tls), fresh);
+        absl::StrCat("127.0.0.1:", secured.server().port()), grpc::SslCredentials(tls), fresh);
     if (ListSessions(channel, Bearer(token)).status.ok()) break;
     ASSERT_LT(std::chrono::steady_clock::now(), until);
   }
-  EXPECT_EQ(ListSessions(guarded.Encrypted(), Bearer(token)).status.error_code(),
+  EXPECT_EQ(ListSessions(secured.Encrypted(), Bearer(token)).status.error_code(),
             StatusCode::UNAVAILABLE);
 }
 
 // ---- Tenants named by a proxy ------------------------------------------------------------------
 
 TEST(Proxy, NamesTheTenantOfEachCall) {
-  Guarded guarded;
-  const std::string proxy = guarded.AddToken("proxy * administer");
-  const std::string tablet = guarded.AddToken("tablet museum administer");
-  server::ServerOptions options = guarded.WithCallers();
+  SecuredServer secured;
+  const std::string proxy = secured.AddToken("proxy * administer");
+  const std::string tablet = secured.AddToken("tablet museum administer");
+  server::ServerOptions options = secured.WithCallers();
   options.access.tenant_metadata = "x-tenant";
-  guarded.Start(options);
-  const auto channel = guarded.Plain();
+  secured.Start(options);
+  const auto channel = secured.Plain();
   const auto as = [](const std::string& token, const std::string& tenant) {
     Metadata metadata = Bearer(token);
     metadata.emplace("x-tenant", tenant);
@@ -634,25 +634,25 @@ TEST(Proxy, NamesTheTenantOfEachCall) {
 }
 
 TEST(Proxy, IsHeededOnlyWhereTheOperatorSaidSo) {
-  Guarded guarded;
-  const std::string proxy = guarded.AddToken("proxy * administer");
-  guarded.Start(guarded.WithCallers());
+  SecuredServer secured;
+  const std::string proxy = secured.AddToken("proxy * administer");
+  secured.Start(secured.WithCallers());
   Metadata metadata = Bearer(proxy);
   metadata.emplace("x-tenant", "museum");
-  EXPECT_EQ(ReasonOf(ListSessions(guarded.Plain(), metadata)), "TENANT_MISSING");
+  EXPECT_EQ(ReasonOf(ListSessions(secured.Plain(), metadata)), "TENANT_MISSING");
 }
 
 // ---- Limits, audit, addresses ------------------------------------------------------------------
 
 TEST(RateLimit, TellsWhoCallsTooOftenWhenToComeBack) {
-  Guarded guarded;
-  const std::string greedy = guarded.AddToken("greedy museum read");
-  const std::string modest = guarded.AddToken("modest museum read");
-  server::ServerOptions options = guarded.WithCallers();
+  SecuredServer secured;
+  const std::string greedy = secured.AddToken("greedy museum read");
+  const std::string modest = secured.AddToken("modest museum read");
+  server::ServerOptions options = secured.WithCallers();
   options.access.calls_per_second = 0.01;
   options.access.calls_at_once = 3;
-  guarded.Start(options);
-  const auto channel = guarded.Plain();
+  secured.Start(options);
+  const auto channel = secured.Plain();
   for (int i = 0; i < 3; ++i) EXPECT_TRUE(ListSessions(channel, Bearer(greedy)).status.ok());
   const Answer refused = ListSessions(channel, Bearer(greedy));
   EXPECT_EQ(refused.status.error_code(), StatusCode::RESOURCE_EXHAUSTED);
@@ -671,30 +671,30 @@ TEST(RateLimit, TellsWhoCallsTooOftenWhenToComeBack) {
 }
 
 TEST(RateLimit, StrangersFillNoLog) {
-  Guarded guarded;
-  const std::string good = guarded.AddToken("tablet museum read");
-  guarded.Start(guarded.WithCallers());
-  const auto channel = guarded.Plain();
+  SecuredServer secured;
+  const std::string good = secured.AddToken("tablet museum read");
+  secured.Start(secured.WithCallers());
+  const auto channel = secured.Plain();
   for (int i = 0; i < 200; ++i) {
     EXPECT_FALSE(ListSessions(channel, Bearer("made up")).status.ok());
   }
-  EXPECT_LT(guarded.Lines("call failed").size(), 100U);
+  EXPECT_LT(secured.Lines("call failed").size(), 100U);
   // From the same address, who is known is not held up by them.
   EXPECT_TRUE(ListSessions(channel, Bearer(good)).status.ok());
 }
 
 TEST(AuditLog, HasALineForEveryMutationTriedAndNoneForReads) {
-  Guarded guarded;
-  const std::string token = guarded.AddToken("tablet museum read,submit");
-  guarded.Start(guarded.WithCallers());
-  const auto channel = guarded.Plain();
+  SecuredServer secured;
+  const std::string token = secured.AddToken("tablet museum read,submit");
+  secured.Start(secured.WithCallers());
+  const auto channel = secured.Plain();
   for (const MethodDescriptor* method : AllMethods()) {
     const auto request = NewRequest(*method);
     Name(*request, "sessions/job-of-nobody");
     Metadata metadata = Bearer(token);
     metadata.emplace("traceparent", "00-0af7651916cd43dd8448eb211c80319c-b7ad6b7169203331-01");
     Call(channel, *method, *request, metadata);
-    std::vector<std::string> lines = guarded.Lines("\"message\":\"audit\"");
+    std::vector<std::string> lines = secured.Lines("\"message\":\"audit\"");
     std::erase_if(lines, [&](const std::string& line) {
       return line.find(absl::StrCat("\"method\":\"", method->name(), "\"")) == std::string::npos;
     });
@@ -710,16 +710,16 @@ TEST(AuditLog, HasALineForEveryMutationTriedAndNoneForReads) {
 }
 
 TEST(Addresses, OthersThanLoopbackNeedEncryptionAndCallers) {
-  Guarded guarded;
-  guarded.AddToken("tablet museum read");
-  server::ServerOptions callers = guarded.WithCallers();
+  SecuredServer secured;
+  secured.AddToken("tablet museum read");
+  server::ServerOptions callers = secured.WithCallers();
   const auto refusal = [](const auth::AccessOptions& access) {
     return std::string(server::MakeCredentials(access, "0.0.0.0:7464").status().message());
   };
   EXPECT_THAT(refusal({}), HasSubstr("nothing would be encrypted"));
   EXPECT_THAT(refusal(callers.access), HasSubstr("nothing would be encrypted"));
   server::ServerOptions encrypted;
-  guarded.Encrypt(encrypted, false);
+  secured.Encrypt(encrypted, false);
   EXPECT_THAT(refusal(encrypted.access), HasSubstr("anyone could call"));
   encrypted.access.tenant_metadata = "x-tenant";  // which anyone can send
   EXPECT_THAT(refusal(encrypted.access), HasSubstr("anyone could call"));
@@ -727,7 +727,7 @@ TEST(Addresses, OthersThanLoopbackNeedEncryptionAndCallers) {
   encrypted.access.callers_file = callers.access.callers_file;
   EXPECT_TRUE(server::MakeCredentials(encrypted.access, "0.0.0.0:7464").ok());
   encrypted.access.callers_file.clear();
-  encrypted.access.tls_client_ca = guarded.File("ca.pem");
+  encrypted.access.tls_client_ca = secured.File("ca.pem");
   EXPECT_TRUE(server::MakeCredentials(encrypted.access, "0.0.0.0:7464").ok());
   auth::AccessOptions out_loud;
   out_loud.allow_insecure_remote = true;
@@ -735,25 +735,25 @@ TEST(Addresses, OthersThanLoopbackNeedEncryptionAndCallers) {
 }
 
 TEST(Addresses, FilesThatCannotServeAreNamedAtTheStart) {
-  Guarded guarded;
+  SecuredServer secured;
   server::ServerOptions options;
-  guarded.Encrypt(options, true);
+  secured.Encrypt(options, true);
   const auto refusal = [&](const std::string& file, const std::string& text) {
-    guarded.Encrypt(options, true);
-    fixture::WriteTestFile(guarded.File(file), text);
+    secured.Encrypt(options, true);
+    fixture::WriteTestFile(secured.File(file), text);
     const absl::Status status = server::MakeCredentials(options.access, "127.0.0.1:0").status();
     EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
     return std::string(status.message());
   };
-  const fixture::CertifiedKey other = guarded.authority().Issue("other");
+  const fixture::CertifiedKey other = secured.authority().Issue("other");
   EXPECT_THAT(refusal("cert.pem", "nonsense"), HasSubstr("cert.pem holds no certificate"));
   EXPECT_THAT(refusal("key.pem", ""), HasSubstr("key.pem holds no key"));
   EXPECT_THAT(refusal("key.pem", other.key), HasSubstr("is not the key of the certificate"));
   EXPECT_THAT(refusal("ca.pem", other.key), HasSubstr("ca.pem holds no certificate"));
-  const fixture::CertifiedKey late = guarded.authority().Issue("server", "", -absl::Minutes(1));
-  fixture::WriteTestFile(guarded.File("key.pem"), late.key);
-  fixture::WriteTestFile(guarded.File("ca.pem"), guarded.authority().certificate());
-  fixture::WriteTestFile(guarded.File("cert.pem"), late.certificate);
+  const fixture::CertifiedKey late = secured.authority().Issue("server", "", -absl::Minutes(1));
+  fixture::WriteTestFile(secured.File("key.pem"), late.key);
+  fixture::WriteTestFile(secured.File("ca.pem"), secured.authority().certificate());
+  fixture::WriteTestFile(secured.File("cert.pem"), late.certificate);
   EXPECT_THAT(
       std::string(server::MakeCredentials(options.access, "127.0.0.1:0").status().message()),
       HasSubstr("cert.pem has expired"));

@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <set>
 #include <string>
 
@@ -42,6 +43,28 @@ class SessionRpc : public testing::Test {
     return status;
   }
 };
+
+TEST(SessionHeartbeats, AWatchOfASilentSessionSaysThatItIsAlive) {
+  fixture::Script script;
+  server::ServerOptions options;
+  options.heartbeat = std::chrono::milliseconds(20);
+  fixture::InProcess server(script.Make(), options);
+  grpc::ClientContext context;
+  v1::WatchSessionRequest request;
+  request.set_name(server.OpenSession("job"));
+  const auto stream = server.sessions->WatchSession(&context, request);
+  v1::WatchSessionResponse step;
+  ASSERT_TRUE(stream->Read(&step));
+  EXPECT_EQ(step.event().sequence(), 1U);
+  for (int beats = 0; beats < 3; ++beats) {
+    ASSERT_TRUE(stream->Read(&step));
+    EXPECT_GT(step.heartbeat().time().seconds(), 0);
+  }
+  context.TryCancel();
+  while (stream->Read(&step)) {
+  }
+  EXPECT_EQ(stream->Finish().error_code(), grpc::StatusCode::CANCELLED);
+}
 
 // Who authenticates the callers says whose session it is; nobody else does.
 TEST(Tenants, AreNamedByTheMetadataThatTheOperatorTrusts) {

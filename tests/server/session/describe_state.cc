@@ -69,17 +69,19 @@ void Describe(const v1::PlanningConfig& c, test_support::GoldenText& out) {
   out.Numbers("  required density, viewcell, density tolerance",
               {c.required_density_per_m2(), c.viewcell_size_m(), c.density_tolerance()});
   out.Numbers("  heights, width, height of the scanner",
-              {c.min_height_m(), c.max_height_m(), c.scanner_width_m(), c.scanner_height_m()});
-  if (c.has_floor_height_m()) out.Numbers("  floor", {c.floor_height_m()});
+              {c.min_viewpoint_height_m(), c.max_viewpoint_height_m(), c.scanner_width_m(),
+               c.scanner_height_m()});
+  if (c.has_floor_z_m()) out.Numbers("  floor", {c.floor_z_m()});
   out.Counts("  reachable, pose sensitivity, density on false surface, order",
              {c.require_reachable(), c.pose_sensitivity(), c.density_on_false_surface(),
               c.evaluation_order()});
   out.Numbers("  weights", {c.weights().true_surface(), c.weights().occlusion(),
                             c.weights().hole_boundary(), c.weights().image_boundary()});
   out.Numbers("  least deficit, counts from, depth behind",
-              {c.least_deficit(), c.counts_from(), c.depth_behind_m()});
-  out.Numbers("  separation, terminate below, least patch, confidence",
-              {c.separation_m(), c.terminate_below_m2(), c.min_patch_area_m2(), c.confidence()});
+              {c.min_deficit_share(), c.min_counted_density_share(), c.unknown_depth_m()});
+  out.Numbers(
+      "  separation, terminate below, least patch, confidence",
+      {c.candidate_separation_m(), c.terminate_below_m2(), c.min_patch_area_m2(), c.confidence()});
   out.Counts("  candidates, most checked", {c.max_view_count(), c.max_checked_view_count()});
   const v1::RegistrationConfig& r = c.registration();
   out.Numbers(
@@ -105,9 +107,27 @@ const char* Words(v1::RegistrationBasis basis) {
       return "overlap";
     case v1::REGISTRATION_BASIS_NO_POSE_PRIOR:
       return "no pose prior";
+    case v1::REGISTRATION_BASIS_RESIDUALS:
+      return "residuals";
+    case v1::REGISTRATION_BASIS_CONTRADICTION:
+      return "contradiction";
+    case v1::REGISTRATION_BASIS_RIVAL_POSE:
+      return "rival pose";
+    case v1::REGISTRATION_BASIS_NOT_CONVERGED:
+      return "convergence";
     default:
       return "";
   }
+}
+
+std::string DecidedBy(const v1::RegistrationVerdict& verdict) {
+  if (verdict.basis() != v1::REGISTRATION_BASIS_COMBINED) return Words(verdict.basis());
+  std::string words;
+  for (const int basis : verdict.combined_bases()) {
+    absl::StrAppend(&words, words.empty() ? "" : " and ",
+                    Words(static_cast<v1::RegistrationBasis>(basis)));
+  }
+  return words.empty() ? "combined" : words;
 }
 
 void Describe(const v1::RegistrationVerdict& verdict, test_support::GoldenText& out) {
@@ -118,8 +138,8 @@ void Describe(const v1::RegistrationVerdict& verdict, test_support::GoldenText& 
   Vector("  weakest rotation", verdict.weakest_rotation(), out);
   Vector("  weakest translation", verdict.weakest_translation(), out);
   out.Text("weakest", verdict.weakest_description());
-  out.Text("decided by", Words(verdict.basis()));
-  out.Text("reason", verdict.reason());
+  out.Text("decided by", DecidedBy(verdict));
+  out.Text("reason", verdict.message());
   out.Text("remedy", verdict.remedy());
 }
 
@@ -207,7 +227,7 @@ void Describe(const v1::RankedView& view, test_support::GoldenText& out) {
   Kinds("  by kind", view.score_by_kind(), out);
   out.Numbers("  height, clearance", {view.height_over_floor_m(), view.clearance_m()});
   if (view.has_travel_distance_m()) out.Numbers("  travel", {view.travel_distance_m()});
-  out.Text("unreachable", view.unreachable_reason());
+  out.Text("unreachable", view.unreachable_message());
   for (const v1::PatchScore& gain : view.patch_scores()) {
     out.Counts("  patch, kind", {gain.patch_index(), gain.kind()});
     out.Numbers("    gain", {gain.score()});
@@ -236,15 +256,15 @@ void Describe(const v1::JointPlan& joint, test_support::GoldenText& out) {
   for (const v1::Assignment& assignment : joint.assignments()) {
     out.Word("assigned", assignment.scanner());
     out.Counts("  view", {assignment.has_view_index() ? assignment.view_index() : -1});
-    out.Text("reason", assignment.reason());
-    for (const int other : assignment.waits_for()) out.Counts("  waits for", {other});
+    out.Text("reason", assignment.message());
+    for (const int other : assignment.waits_for_indices()) out.Counts("  waits for", {other});
     for (const std::string& claim : assignment.waits_for_claims()) {
       out.Word("  waits for claim", claim);
     }
   }
   out.Numbers("joint score, area", {joint.score(), joint.model_gain_m2()});
   if (joint.has_guarantee()) out.Numbers("guarantee", {joint.guarantee()});
-  out.Text("guarantee", joint.guarantee_reason());
+  out.Text("guarantee", joint.guarantee_message());
   for (const std::string& claim : joint.claims()) out.Word("claim", claim);
 }
 
@@ -266,7 +286,7 @@ void Describe(const v1::PlanResult& result, test_support::GoldenText& out) {
       {end.best_score_upper(), end.best_model_gain_upper_m2(), end.largest_patch_area_m2()});
   if (end.has_unobservable_area_m2())
     out.Numbers("termination: unseeable", {end.unobservable_area_m2()});
-  out.Text("termination", end.reason());
+  out.Text("termination", end.message());
   const v1::Coverage& coverage = result.coverage();
   Kinds("coverage: area by kind", coverage.area_by_kind_m2(), out);
   out.Numbers("coverage: at density, given up, share, density",
@@ -336,7 +356,7 @@ void Describe(const PlanRecord& record, const store::Store& store, test_support:
   Describe(whole, out);
 }
 
-void Describe(const v1::ViewRejection& rejection, test_support::GoldenText& out) {
+void Describe(const v1::Rejection& rejection, test_support::GoldenText& out) {
   out.Word("rejection", rejection.name());
   Vector("  position", rejection.position(), out);
   out.Numbers("  radius", {rejection.radius_m()});
@@ -403,7 +423,7 @@ void Describe(const SessionState& state, const store::Store& store, test_support
   }
   for (const auto& [name, upload] : state.uploads) Describe(upload, out);
   for (const std::string& name : state.plan_order) Describe(state.plans.at(name), store, out);
-  for (const v1::ViewRejection& rejection : state.rejections) Describe(rejection, out);
+  for (const v1::Rejection& rejection : state.rejections) Describe(rejection, out);
   for (const std::string& name : state.scanner_order) Describe(state.scanners.at(name), out);
   for (const auto& [name, claim] : state.claims) Describe(claim, out);
   for (const std::string& name : state.held_claims) out.Word("held claim", name);
@@ -427,7 +447,8 @@ void DescribeSpools(const store::Store& store, test_support::GoldenText& out) {
       if (record.has_piece()) {
         out.Bytes("piece", record.piece().data());
         out.Bits("  crc32c", record.piece().crc32c());
-        out.Counts("  compression, size", {record.piece().compression(), record.piece().size()});
+        out.Counts("  compression, size",
+                   {record.piece().compression(), record.piece().uncompressed_size_bytes()});
       }
       if (record.has_total()) {
         out.Counts("total", {record.total().encoded_size_bytes()});

@@ -373,7 +373,7 @@ class Job {
     request.set_request_id("plan-cancelled");
     request.mutable_plan()->mutable_time_budget()->set_seconds(600);
     request.mutable_plan()->mutable_config_overrides()->set_viewcell_size_m(0.2);
-    request.mutable_plan()->mutable_config_overrides()->set_max_height_m(1.3);
+    request.mutable_plan()->mutable_config_overrides()->set_max_viewpoint_height_m(1.3);
     const auto plan = session_->CreatePlan(request);
     ASSERT_TRUE(plan.ok()) << plan.status();
     ASSERT_TRUE(session_->CancelPlan(plan->name()).ok());

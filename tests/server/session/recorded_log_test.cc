@@ -108,7 +108,7 @@ TEST_F(RecordedLog, IsUnderstoodWhole) {
         const std::string where = absl::StrCat(folder, " ", session, " ", entry.event().sequence());
         EXPECT_EQ(entry.format_version(), store::kLogFormatVersion) << where;
         EXPECT_FALSE(HasUnknownFields(entry)) << where;
-        for (const std::string& path : entry.event().session_updated().updated_paths()) {
+        for (const std::string& path : entry.event().session_updated().update_mask().paths()) {
           EXPECT_TRUE(google::protobuf::util::FieldMaskUtil::IsValidPath<v1::Session>(path))
               << where << ": " << path;
         }
@@ -146,15 +146,16 @@ TEST_F(RecordedLog, WithEveryEventIsLoaded) {
   const auto session = host.registry.Find("job", "office").value();
   session->WaitUntilIdle();
   test_support::GoldenText out;
-  const v1::Session described = session->Describe();
+  const v1::Session described = session->DescribeWithRejections();
   const v1::ScanCounts& scans = described.scan_counts();
   out.Counts("scans: pending, merged, doubtful, failed, withdrawn",
-             {scans.pending_count(), scans.merged_count(), scans.doubtful_count(),
+             {scans.unmerged_count(), scans.merged_count(), scans.doubtful_count(),
               scans.failed_count(), scans.withdrawn_count()});
   out.Counts("events, rejections",
              {static_cast<int64_t>(described.last_sequence()), described.rejections_size()});
   bool more = false;
-  for (const v1::Claim& claim : session->ListClaims("", 100, more)) out.Word("claim", claim.name());
+  const std::vector<v1::Claim> claims = session->ListClaims("", 100, more).value();
+  for (const v1::Claim& claim : claims) out.Word("claim", claim.name());
   const v1::Upload left = session->GetUpload("sessions/job/uploads/upload-8").value();
   out.Counts(
       "upload: state, pieces, bytes, of",

@@ -91,11 +91,12 @@ class FleetSession : public testing::Test {
   }
   std::vector<v1::Claim> Held() {
     bool more = false;
-    return session_->ListClaims("", 100, more);
+    return session_->ListClaims("", 100, more).value();
   }
   v1::Scanner Scanner(const std::string& name) {
     bool more = false;
-    for (const v1::Scanner& scanner : session_->ListScanners("", 100, more)) {
+    const std::vector<v1::Scanner> scanners = session_->ListScanners("", 100, more).value();
+    for (const v1::Scanner& scanner : scanners) {
       if (scanner.name() == name) return scanner;
     }
     return {};
@@ -386,7 +387,7 @@ TEST_F(FleetSession, AColleagueSeenInAScanIsNoWall) {
   EXPECT_LT(left(), seen / 10);
 }
 
-TEST_F(FleetSession, TakenUpAgainFromTheLogItIsTheSame) {
+TEST_F(FleetSession, LoadedAgainFromTheLogItIsTheSame) {
   const std::string red = Add("red");
   const std::string blue = Add("blue");
   Scan(2, 1.5);
@@ -448,7 +449,7 @@ TEST_F(FleetSession, PlansAreMadeForScannersAndAroundClaims) {
   EXPECT_EQ(both.result().joint().claims_size(), 0);
   ASSERT_EQ(both.result().joint().assignments_size(), 2);
   EXPECT_FALSE(both.result().joint().assignments(1).has_view_index());
-  EXPECT_EQ(both.result().joint().assignments(1).reason(), "scripted");
+  EXPECT_EQ(both.result().joint().assignments(1).message(), "scripted");
   // When nobody has claimed anything, and nobody is named, it is a plan like any other.
   ASSERT_TRUE(Release(claim->name()).ok());
   EXPECT_FALSE(plan_for({}).result().has_joint());

@@ -68,7 +68,7 @@ class SessionPlans : public testing::Test {
     const std::lock_guard<std::mutex> lock(mutex_);
     return config_;
   }
-  absl::StatusOr<v1::ViewRejection> Reject(double x, int64_t ttl = 0) {
+  absl::StatusOr<v1::Rejection> Reject(double x, int64_t ttl = 0) {
     v1::RejectViewRequest request;
     request.mutable_position()->set_x(x);
     if (ttl > 0) request.mutable_ttl()->set_seconds(ttl);
@@ -91,7 +91,8 @@ TEST_F(SessionPlans, AvoidEveryRefusedPlaceAndTheSessionListsTheNewest) {
   MakePlan();
   ASSERT_EQ(Config().rejected.size(), 1100U);
   EXPECT_EQ(Config().rejected.back().position.x(), 1099);
-  const v1::Session listed = session_->Describe();
+  EXPECT_EQ(session_->Describe().rejections_size(), 0);  // as lists have it
+  const v1::Session listed = session_->DescribeWithRejections();
   ASSERT_EQ(listed.rejections_size(), 1000);
   EXPECT_EQ(listed.rejections(0).position().x(), 100);
   EXPECT_EQ(listed.rejections(999).position().x(), 1099);
@@ -131,7 +132,7 @@ TEST_F(SessionPlans, ThatWouldTakeTooMuchMemoryAreRefused) {
   EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
   EXPECT_EQ(contract::ReasonOf(refused), "PLAN_TOO_LARGE");
   bool more = false;
-  EXPECT_TRUE(wide->ListPlans("", 10, more).empty());
+  EXPECT_TRUE(wide->ListPlans("", 10, more).value().empty());
 }
 
 TEST_F(SessionPlans, ThatFoundOutNothingSayNothingOfWhatRemains) {

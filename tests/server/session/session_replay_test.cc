@@ -85,8 +85,8 @@ TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
 
     session_before = session->Describe();
     bool more = false;
-    scans_before = session->ListScans("", 100, more);
-    plans_before = session->ListPlans("", 100, more);
+    scans_before = session->ListScans("", 100, more).value();
+    plans_before = session->ListPlans("", 100, more).value();
     full_before = session->GetFullResult("sessions/job/plans/plan-1").value();
     model_before = session->Model();
   }
@@ -97,12 +97,12 @@ TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
   session->WaitUntilIdle();
   EXPECT_TRUE(MessageDifferencer::Equals(session->Describe(), session_before));
   bool more = false;
-  const auto scans = session->ListScans("", 100, more);
+  const auto scans = session->ListScans("", 100, more).value();
   ASSERT_EQ(scans.size(), scans_before.size());
   for (size_t i = 0; i < scans.size(); ++i) {
     EXPECT_TRUE(MessageDifferencer::Equals(scans[i], scans_before[i])) << scans[i].DebugString();
   }
-  const auto plans = session->ListPlans("", 100, more);
+  const auto plans = session->ListPlans("", 100, more).value();
   ASSERT_EQ(plans.size(), plans_before.size());
   EXPECT_TRUE(MessageDifferencer::Equals(plans[0], plans_before[0]));
   EXPECT_TRUE(MessageDifferencer::Equals(
@@ -202,7 +202,7 @@ TEST_F(SessionReplayOnDisk, ACompleteUploadBecomesAScan) {
   session->WaitUntilIdle();
   EXPECT_EQ(session->GetUpload(upload)->state(), v1::UPLOAD_STATE_COMMITTED);
   bool more = false;
-  EXPECT_EQ(session->ListScans("", 10, more).size(), 1U);
+  EXPECT_EQ(session->ListScans("", 10, more).value().size(), 1U);
 }
 
 TEST(SessionReplay, EntriesOfANewerFormatAreRefused) {

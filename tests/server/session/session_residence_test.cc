@@ -114,7 +114,7 @@ TEST_F(Residence, AModelComesBackAsItWas) {
   // Whatever needs no model needs no model.
   EXPECT_EQ(session->Describe().scan_counts().merged_count(), 2);
   bool more = false;
-  EXPECT_EQ(session->ListScans("", 10, more).size(), 2U);
+  EXPECT_EQ(session->ListScans("", 10, more).value().size(), 2U);
   EXPECT_FALSE(session->loaded());
   // The first that does is told to come again, and then it is there.
   EXPECT_EQ(contract::ReasonOf(session->MeasureCoverage().status()), "MODEL_LOADING");
@@ -172,7 +172,7 @@ TEST_F(Residence, UnusedModelsAreCollectedAfterTheirTime) {
 }
 
 // What was not used for long is left on disk by a start, too.
-TEST_F(Residence, AStartTakesUpWhatIsUsed) {
+TEST_F(Residence, AStartLoadsWhatIsUsed) {
   Begin(0);
   OpenRooms("old");
   now_ += 60 * 60;
@@ -239,8 +239,9 @@ TEST_F(Residence, AScanThatDoesNotFitSaysSoAndComesWhenThereIsRoom) {
   EXPECT_EQ(session->GetScan(scan)->state(), v1::SCAN_STATE_RECEIVED);
   EXPECT_THAT(session->GetScan(scan)->state_message(), ::testing::HasSubstr("memory"));
   bool more = false;
-  EXPECT_THAT(session->ListScans("sessions/job/scans/scan-2", 1, more).at(0).state_message(),
-              ::testing::HasSubstr("memory"));
+  EXPECT_THAT(
+      session->ListScans("sessions/job/scans/scan-2", 1, more).value().at(0).state_message(),
+      ::testing::HasSubstr("memory"));
   session = nullptr;
   Restart(0, absl::InfiniteDuration());
   session = registry_->Find("job").value();

@@ -18,7 +18,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-storage::v1::LogEntry Entry(uint64_t sequence, const std::string& blob) {
+storage::v1::LogEntry BackupEntry(uint64_t sequence, const std::string& blob) {
   storage::v1::LogEntry entry;
   entry.set_format_version(kLogFormatVersion);
   entry.set_blob(blob);
@@ -43,7 +43,7 @@ class BackupTest : public testing::Test {
     for (const char* session : {"a", "b"}) {
       for (uint64_t i = 1; i <= 3; ++i) {
         sha256 = store->PutBlob(absl::StrCat("scan ", i, " of ", session)).value();
-        EXPECT_TRUE(store->Append(session, Entry(i, sha256)).ok());
+        EXPECT_TRUE(store->Append(session, BackupEntry(i, sha256)).ok());
       }
     }
     EXPECT_TRUE(store->AppendSpool("sessions/a/uploads/upload-4", "the first piece").ok());
@@ -69,7 +69,7 @@ TEST_F(BackupTest, RestoredItIsAsItWas) {
   EXPECT_EQ(store->Read("b", 0, 10).value().size(), 3U);
   EXPECT_EQ(store->GetBlob(sha256).value(), "scan 3 of b");
   EXPECT_EQ(store->Spools().value().size(), 1U);
-  EXPECT_TRUE(store->Append("b", Entry(4, "")).ok());
+  EXPECT_TRUE(store->Append("b", BackupEntry(4, "")).ok());
 }
 
 // Scans come and sessions go while it is copied: each copy is of one moment, and sound.
@@ -82,7 +82,7 @@ TEST_F(BackupTest, IsMadeWhileTheServerWorks) {
       std::vector<std::string> held;
       for (uint64_t i = 1; i <= 4; ++i) {
         held.push_back(store->PutBlob(absl::StrCat("scan ", i, " of job ", job)).value());
-        ASSERT_TRUE(store->Append(session, Entry(i, held.back())).ok());
+        ASSERT_TRUE(store->Append(session, BackupEntry(i, held.back())).ok());
       }
       ASSERT_TRUE(store->Drop(session).ok());
       for (const std::string& sha256 : held) ASSERT_TRUE(store->ReleaseBlob(sha256).ok());

@@ -100,7 +100,7 @@ TEST_F(DiskStoreTest, AScanIsKeptAsItCame) {
   storage::v1::SpoolRecord record;
   record.mutable_piece()->set_data(bytes::ZstdCompress(bytes));
   record.mutable_piece()->set_compression(v1::COMPRESSION_ZSTD);
-  record.mutable_piece()->set_size(static_cast<int64_t>(bytes.size()));
+  record.mutable_piece()->set_uncompressed_size_bytes(static_cast<int64_t>(bytes.size()));
   const std::string sha = bytes::Sha256::Of(bytes);
   {
     const auto store = Open();

@@ -15,7 +15,7 @@
 namespace vantage::store {
 namespace {
 
-storage::v1::LogEntry Entry(uint64_t sequence) {
+storage::v1::LogEntry NumberedEntry(uint64_t sequence) {
   storage::v1::LogEntry entry;
   entry.set_format_version(kLogFormatVersion);
   entry.mutable_event()->set_sequence(sequence);
@@ -53,11 +53,11 @@ class StoreTest : public testing::TestWithParam<const char*> {
 };
 
 TEST_P(StoreTest, LogsAreOrderedAndFenced) {
-  EXPECT_TRUE(store_->Append("a", Entry(1)).ok());
-  EXPECT_TRUE(store_->Append("a", Entry(2)).ok());
-  EXPECT_TRUE(absl::IsAborted(store_->Append("a", Entry(2))));
-  EXPECT_TRUE(absl::IsAborted(store_->Append("a", Entry(4))));
-  EXPECT_TRUE(absl::IsAborted(store_->Append("b", Entry(2))));
+  EXPECT_TRUE(store_->Append("a", NumberedEntry(1)).ok());
+  EXPECT_TRUE(store_->Append("a", NumberedEntry(2)).ok());
+  EXPECT_TRUE(absl::IsAborted(store_->Append("a", NumberedEntry(2))));
+  EXPECT_TRUE(absl::IsAborted(store_->Append("a", NumberedEntry(4))));
+  EXPECT_TRUE(absl::IsAborted(store_->Append("b", NumberedEntry(2))));
   const auto all = store_->Read("a", 0, 10).value();
   ASSERT_EQ(all.size(), 2U);
   EXPECT_EQ(all[1].event().sequence(), 2U);
@@ -75,7 +75,7 @@ TEST_P(StoreTest, SnapshotsGoWithTheirLog) {
   const std::string blob(32, 'b');
   EXPECT_TRUE(absl::IsNotFound(store_->PutSnapshot("a", {1, 1, blob})));
   EXPECT_TRUE(store_->Snapshots("a").value().empty());
-  ASSERT_TRUE(store_->Append("a", Entry(1)).ok());
+  ASSERT_TRUE(store_->Append("a", NumberedEntry(1)).ok());
   for (const uint64_t sequence : {5, 12, 9}) {
     ASSERT_TRUE(store_->PutSnapshot("a", {sequence, 3, blob}).ok());
   }
@@ -92,7 +92,7 @@ TEST_P(StoreTest, SnapshotsGoWithTheirLog) {
   EXPECT_EQ(store_->Snapshots("a").value().size(), 2U);
   EXPECT_TRUE(store_->Snapshots("b").value().empty());
   ASSERT_TRUE(store_->Drop("a").ok());
-  ASSERT_TRUE(store_->Append("a", Entry(1)).ok());
+  ASSERT_TRUE(store_->Append("a", NumberedEntry(1)).ok());
   EXPECT_TRUE(store_->Snapshots("a").value().empty());
 }
 
@@ -103,7 +103,7 @@ std::string Piece(absl::string_view bytes, bool compressed) {
   piece.set_data(compressed ? bytes::ZstdCompress(bytes) : std::string(bytes));
   if (compressed) {
     piece.set_compression(v1::COMPRESSION_ZSTD);
-    piece.set_size(static_cast<int64_t>(bytes.size()));
+    piece.set_uncompressed_size_bytes(static_cast<int64_t>(bytes.size()));
   }
   return record.SerializeAsString();
 }

@@ -27,9 +27,9 @@ namespace vantage::model {
 namespace {
 
 #ifdef VANTAGE_SANITIZED
-constexpr double kVoxel = 0.1;  // an eighth of the voxels
+constexpr double kOracleVoxel = 0.1;  // an eighth of the voxels
 #else
-constexpr double kVoxel = 0.05;
+constexpr double kOracleVoxel = 0.05;
 #endif
 
 // What the comparison found.
@@ -50,7 +50,7 @@ bool IsSurface(VoxelState state) {
 // `distance` gives the distance of a point to the nearest surface, m.
 Tally Compare(const sensor::Scan& scan, const Eigen::Isometry3d& pose, const PlanningView& view,
               const std::function<double(const Eigen::Vector3d&)>& distance) {
-  const RangeImageOracle oracle(scan, pose, kVoxel, ModelConfig().discontinuity_angle);
+  const RangeImageOracle oracle(scan, pose, kOracleVoxel, ModelConfig().discontinuity_angle);
   const VoxelBox& box = view.bounds();
   const VoxelIndex size = box.max - box.min;
   Tally tally;
@@ -62,7 +62,7 @@ Tally Compare(const sensor::Scan& scan, const Eigen::Isometry3d& pose, const Pla
     size_t i = 0;
     for (int y = 0; y <= size.y(); ++y) {
       for (int x = 0; x <= size.x(); ++x) {
-        layer[i++] = oracle.Room((box.min + VoxelIndex(x, y, z)).cast<double>() * kVoxel);
+        layer[i++] = oracle.Room((box.min + VoxelIndex(x, y, z)).cast<double>() * kOracleVoxel);
       }
     }
   };
@@ -124,16 +124,17 @@ void ExpectAgreement(const Tally& tally) {
   ASSERT_GT(tally.empty, test_support::Runs(100'000u));
   EXPECT_LE(static_cast<double>(tally.missed + tally.invented),
             0.005 * static_cast<double>(tally.empty));
-  EXPECT_LE(tally.farthest, kVoxel);
+  EXPECT_LE(tally.farthest, kOracleVoxel);
   EXPECT_LE(tally.ties, tally.empty / 1000);
   // The border is a surface: its share of the volume goes with the voxel. 2.5 % at 5 cm.
-  EXPECT_LE(static_cast<double>(tally.border), 0.5 * kVoxel * static_cast<double>(tally.empty));
+  EXPECT_LE(static_cast<double>(tally.border),
+            0.5 * kOracleVoxel * static_cast<double>(tally.empty));
 }
 
 std::shared_ptr<const PlanningView> ModelOf(const sensor::Scan& scan,
                                             const Eigen::Isometry3d& pose) {
   parallel::ThreadPool pool(2);
-  auto model = PartialModel::Create({.voxel_size = kVoxel}).value();
+  auto model = PartialModel::Create({.voxel_size = kOracleVoxel}).value();
   EXPECT_TRUE(model->Insert("scan", scan, pose, pool).ok());
   return model->Publish();
 }
@@ -209,7 +210,7 @@ size_t EmptyInSolids(const MeshSolids& solids, const PlanningView& view, const E
         const std::vector<uint32_t> containing = solids.Containing(centre);
         in_solids += containing.empty() ? 0 : 1;
         if (!view.Empty(v)) continue;
-        const double deepest = 1e-6 + std::max(kVoxel / 2, step / 2 * (centre - eye).norm());
+        const double deepest = 1e-6 + std::max(kOracleVoxel / 2, step / 2 * (centre - eye).norm());
         wrong += std::any_of(containing.begin(), containing.end(), [&](uint32_t solid) {
           return solids.DepthIn(solid, centre) > deepest;
         });
@@ -221,7 +222,7 @@ size_t EmptyInSolids(const MeshSolids& solids, const PlanningView& view, const E
 
 void CheckMesh(const simulation::TriangleMesh& mesh, const Eigen::Vector3d& station,
                uint64_t seed) {
-  SCOPED_TRACE(testing::Message() << "stand " << station.transpose() << ", seed " << seed);
+  SCOPED_TRACE(testing::Message() << "station " << station.transpose() << ", seed " << seed);
   const simulation::SimulatedScanner simulated(mesh);
   simulation::ScanFaults faults;
   faults.mirror_reflections = false;  // what is behind a mirror is another test's
@@ -258,7 +259,8 @@ TEST(CarveMeshTest, AMeshFromElsewhereIsWhatTheRangeImageSays) {
   const char* data = std::getenv("VANTAGE_SHARED_DATA");
   const std::string folder = std::string(data == nullptr ? "" : data) + "/small_house";
   if (!std::filesystem::exists(folder + "/scene.ply")) GTEST_SKIP() << folder << " is not here";
-  const absl::StatusOr<simulation::TriangleMesh> mesh = simulation::ReadPly(folder + "/scene.ply");
+  const absl::StatusOr<simulation::TriangleMesh> mesh =
+      simulation::ReadMeshPly(folder + "/scene.ply");
   ASSERT_TRUE(mesh.ok()) << mesh.status();
   std::ifstream points(folder + "/free_points.txt");
   std::vector<Eigen::Vector3d> stations;

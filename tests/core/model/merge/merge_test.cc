@@ -298,34 +298,34 @@ std::vector<PosedScan> ScansOfMirrorRoom() {
 }
 
 // Voxels known to be anything more than a voxel outside the room.
-size_t Phantoms(const PlanningView& view) {
+size_t ReflectedVoxels(const PlanningView& view) {
   const Eigen::AlignedBox3d room(Eigen::Vector3d(-0.11, -0.11, -0.11),
                                  Eigen::Vector3d(5.31, 4.31, 2.71));
-  size_t phantoms = 0;
+  size_t reflected = 0;
   for (const BrickAt& at : view.bricks()) {
     for (int local = 0; local < Brick::kVoxels; ++local) {
       if (at.contents->state[static_cast<size_t>(local)] == VoxelState::kUnknown) continue;
-      phantoms += room.contains(view.Centre(PlanningView::Global(at.brick, local))) ? 0 : 1;
+      reflected += room.contains(view.Centre(PlanningView::Global(at.brick, local))) ? 0 : 1;
     }
   }
-  return phantoms;
+  return reflected;
 }
 
-TEST(MergeTest, AMirrorThatOneScanTellsHasNoPhantomsInAny) {
+TEST(MergeTest, AMirrorThatOneScanTellsHasNoReflectionsInAny) {
   const std::vector<PosedScan> scans = ScansOfMirrorRoom();
   parallel::Serial serial;
   auto model = PartialModel::Create({}).value();
-  std::vector<size_t> phantoms;
+  std::vector<size_t> reflected;
   for (const PosedScan& s : scans) {
     ASSERT_TRUE(model->Insert(s.id, s.scan, s.pose, serial).ok());
-    phantoms.push_back(Phantoms(*model->Publish()));
+    reflected.push_back(ReflectedVoxels(*model->Publish()));
   }
-  ASSERT_GT(phantoms[0], 10'000u) << "the first scan was to be deceived";
-  EXPECT_LE(phantoms[1], 20u);
-  EXPECT_LE(phantoms[2], 20u);
+  ASSERT_GT(reflected[0], 10'000u) << "the first scan was to be deceived";
+  EXPECT_LE(reflected[1], 20u);
+  EXPECT_LE(reflected[2], 20u);
 }
 
-TEST(MergeTest, PhantomsComeAndGoWithTheScansThatTellThem) {
+TEST(MergeTest, ReflectionsComeAndGoWithTheScansThatTellThem) {
   const std::vector<PosedScan> scans = ScansOfMirrorRoom();
   parallel::Serial serial;
   parallel::ThreadPool pool(3);

@@ -10,8 +10,8 @@
 
 #include "core/model/scan/scan_planes.h"
 #include "core/parallel/parallel.h"
-#include "core/sensor/import.h"
 #include "core/sensor/imported_scan.h"
+#include "core/sensor/scan_file.h"
 #include "core/simulation/scenes/furnished_flat.h"
 #include "core/simulation/scenes/office_storey.h"
 #include "core/simulation/scenes/pane_room.h"
@@ -59,7 +59,7 @@ size_t ReturnsWhere(const RangeSurface& surface, const Eigen::Isometry3d& pose,
 }
 
 // Returns that lie more than a voxel outside the room: reflections, since there is nothing.
-size_t Phantoms(const RangeSurface& surface, const Eigen::Isometry3d& pose) {
+size_t ReflectedReturns(const RangeSurface& surface, const Eigen::Isometry3d& pose) {
   const Eigen::AlignedBox3d room(kPaneRoom.min().array() - 0.05, kPaneRoom.max().array() + 0.05);
   return ReturnsWhere(surface, pose, [&](const Eigen::Vector3d& p) { return !room.contains(p); });
 }
@@ -80,13 +80,13 @@ std::vector<Station> Stations() {
   return {{{3.3, 2.1, 1.5}, 0}, {{1.1, 1.9, 1.7}, 1}, {{3.1, 0.5, 1.7}, 2}, {{2.7, 3.2, 1.3}, -1}};
 }
 
-TEST(ReflectionsTest, AMirrorIsFoundWhereItHangsAndItsPhantomsEndThere) {
+TEST(ReflectionsTest, AMirrorIsFoundWhereItHangsAndItsReflectionsEndThere) {
   for (const Station& station : Stations()) {
     SCOPED_TRACE(testing::Message() << station.at.transpose());
     const Eigen::Isometry3d pose = PoseAt(station.at, station.yaw);
     const simulation::Scene scene = simulation::PaneRoom({false, true, false, false});
     RangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
-    const size_t before = Phantoms(surface, pose);
+    const size_t before = ReflectedReturns(surface, pose);
     const size_t returns = Returns(surface);
     ASSERT_GT(before, 2000u);
     const std::vector<Reflector> reflectors = EndReflections(surface, OneThread());
@@ -94,7 +94,7 @@ TEST(ReflectionsTest, AMirrorIsFoundWhereItHangsAndItsPhantomsEndThere) {
     const Eigen::Vector3d normal = pose.linear() * reflectors[0].normal;
     EXPECT_GT(normal.y(), 0.9998);
     EXPECT_NEAR(reflectors[0].distance, station.at.y() - 0.03, 0.035);
-    EXPECT_LE(Phantoms(surface, pose), before / 500);
+    EXPECT_LE(ReflectedReturns(surface, pose), before / 500);
     // What is there stays.
     EXPECT_LE(returns - Returns(surface), before + before / 200);
     // The rays end in the mirror, and say that nothing came back.
@@ -128,9 +128,9 @@ TEST(ReflectionsTest, AMirrorThatHangsAskewIsFound) {
 
 // What ending the reflections did, cell by cell, against a scan without faults.
 struct Ended {
-  size_t phantoms = 0;  // cells that answered from well behind what is there
-  size_t missed = 0;    // of these, still returns
-  size_t real = 0;      // returns of what is there that are none any more
+  size_t reflections = 0;  // cells that answered from well behind what is there
+  size_t missed = 0;       // of these, still returns
+  size_t real = 0;         // returns of what is there that are none any more
 };
 Ended EndedReflections(const simulation::Scene& scene, const Eigen::Isometry3d& pose) {
   const simulation::SimulatedScanner simulated(scene.mesh);
@@ -143,10 +143,10 @@ Ended EndedReflections(const simulation::Scene& scene, const Eigen::Isometry3d& 
   for (int c = 0; c < surface.columns(); ++c) {
     for (int r = 0; r < surface.rows(); ++r) {
       if (!before.Returned(c, r)) continue;
-      const bool phantom = truth.at(c, r) > 0 && before.at(c, r) > truth.at(c, r) + 0.15F;
-      ended.phantoms += phantom ? 1 : 0;
-      ended.missed += phantom && surface.Returned(c, r) ? 1 : 0;
-      ended.real += !phantom && !surface.Returned(c, r) ? 1 : 0;
+      const bool reflected = truth.at(c, r) > 0 && before.at(c, r) > truth.at(c, r) + 0.15F;
+      ended.reflections += reflected ? 1 : 0;
+      ended.missed += reflected && surface.Returned(c, r) ? 1 : 0;
+      ended.real += !reflected && !surface.Returned(c, r) ? 1 : 0;
     }
   }
   return ended;
@@ -159,9 +159,9 @@ TEST(ReflectionsTest, AMirrorRightBeforeItsWallIsFound) {
   for (const Eigen::Vector3d& at : {Eigen::Vector3d(9.69, 1.51, 1.85), {9.41, 1.36, 1.35}}) {
     SCOPED_TRACE(testing::Message() << at.transpose());
     const Ended ended = EndedReflections(scene, PoseAt(at, 0.3));
-    ASSERT_GT(ended.phantoms, 20'000u);
-    EXPECT_LE(ended.missed, ended.phantoms / 50);
-    EXPECT_LE(ended.real, ended.phantoms / 20);
+    ASSERT_GT(ended.reflections, 20'000u);
+    EXPECT_LE(ended.missed, ended.reflections / 50);
+    EXPECT_LE(ended.real, ended.reflections / 20);
   }
 }
 
@@ -170,8 +170,8 @@ TEST(ReflectionsTest, AMirrorRightBeforeItsWallIsFound) {
 TEST(ReflectionsTest, ADoorwayInTheWallOfAMirrorIsNone) {
   const Ended ended = EndedReflections(simulation::FurnishedFlat(3),
                                        PoseAt(Eigen::Vector3d(2.44, 5.52, 1.05), 3.4));
-  ASSERT_GT(ended.phantoms, 1500u);
-  EXPECT_LE(ended.missed, ended.phantoms / 2);
+  ASSERT_GT(ended.reflections, 1500u);
+  EXPECT_LE(ended.missed, ended.reflections / 2);
   EXPECT_LE(ended.real, 10u);
 }
 
@@ -181,13 +181,13 @@ TEST(ReflectionsTest, APolishedFloorIsFound) {
     const Eigen::Isometry3d pose = PoseAt(at, 0.4);
     RangeSurface surface(ScanOf(simulation::PaneRoom({false, false, true, false}), pose), Scanner(),
                          kDiscontinuity, OneThread());
-    const size_t before = Phantoms(surface, pose);
+    const size_t before = ReflectedReturns(surface, pose);
     ASSERT_GT(before, 1000u);
     const std::vector<Reflector> reflectors = EndReflections(surface, OneThread());
     ASSERT_EQ(reflectors.size(), 1u);
     EXPECT_GT(reflectors[0].normal.z(), 0.9998);
     EXPECT_NEAR(reflectors[0].distance, at.z(), 0.01);
-    EXPECT_LE(Phantoms(surface, pose), before / 200);
+    EXPECT_LE(ReflectedReturns(surface, pose), before / 200);
   }
 }
 

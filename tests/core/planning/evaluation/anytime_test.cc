@@ -59,8 +59,8 @@ TEST(HashToUnitTest, FillsTheUnitInterval) {
   EXPECT_NEAR(sum / 10000, 0.5, 0.01);
 }
 
-struct Problem : test_support::PlanningProblem {
-  explicit Problem(const test_support::ClosedFormScene& scene, double viewcell = 0.2)
+struct AnytimeProblem : test_support::PlanningProblem {
+  explicit AnytimeProblem(const test_support::ClosedFormScene& scene, double viewcell = 0.2)
       : test_support::PlanningProblem(
             std::make_shared<model::PlanningView>(test_support::BuildView(scene)),
             ConfigWith(viewcell)) {
@@ -78,7 +78,7 @@ struct Problem : test_support::PlanningProblem {
   }
   double Best() const {
     double best = 0;
-    for (const ViewScore& score : truth) best = std::max(best, score.gain);
+    for (const ViewScore& score : truth) best = std::max(best, score.score);
     return best;
   }
 
@@ -107,21 +107,21 @@ test_support::ClosedFormScene OneWall() {
 }
 
 TEST(AnytimeTest, WithoutLimitIsBruteForceToTheBit) {
-  const Problem problem(test_support::FurnishedRoom(6));
+  const AnytimeProblem problem(test_support::FurnishedRoom(6));
   ASSERT_GT(problem.views.size(), 50u);
   parallel::Serial serial;
   const Evaluation evaluation = problem.Evaluate({}, parallel::Budget::Unlimited(), serial);
   EXPECT_TRUE(evaluation.complete);
   EXPECT_EQ(evaluation.exact, problem.views.size());
   for (size_t i = 0; i < problem.views.size(); ++i) {
-    EXPECT_EQ(evaluation.views[i].score, problem.truth[i].gain);
-    EXPECT_EQ(evaluation.views[i].lower, problem.truth[i].gain);
-    EXPECT_EQ(evaluation.views[i].upper, problem.truth[i].gain);
+    EXPECT_EQ(evaluation.views[i].score, problem.truth[i].score);
+    EXPECT_EQ(evaluation.views[i].lower, problem.truth[i].score);
+    EXPECT_EQ(evaluation.views[i].upper, problem.truth[i].score);
   }
 }
 
 TEST(AnytimeTest, SameBytesOnAnyNumberOfThreadsUnderAWorkLimit) {
-  const Problem problem(test_support::FurnishedRoom(6));
+  const AnytimeProblem problem(test_support::FurnishedRoom(6));
   parallel::Budget budget;
   for (const uint64_t limit : {20'000u, 200'000u, 1'000'000u}) {
     budget.work_limit = limit;
@@ -146,7 +146,7 @@ TEST(AnytimeTest, SameBytesOnAnyNumberOfThreadsUnderAWorkLimit) {
 }
 
 TEST(AnytimeTest, WhereToGoFirstIsNoWorseThanItsSurroundings) {
-  const Problem problem(test_support::FurnishedRoom(6));
+  const AnytimeProblem problem(test_support::FurnishedRoom(6));
   parallel::Serial serial;
   AnytimeOptions options;
   options.complete = false;
@@ -162,7 +162,7 @@ TEST(AnytimeTest, WhereToGoFirstIsNoWorseThanItsSurroundings) {
         const int i = problem.feasible.IndexOf(to);
         if (i < 0) continue;
         EXPECT_TRUE(evaluation.views[static_cast<size_t>(i)].exact);
-        EXPECT_LE(problem.truth[static_cast<size_t>(i)].gain, problem.truth[first].gain);
+        EXPECT_LE(problem.truth[static_cast<size_t>(i)].score, problem.truth[first].score);
       }
     }
   }
@@ -195,9 +195,9 @@ class HonestyTest : public ::testing::TestWithParam<int> {
     if (ranked.empty()) return std::nullopt;
     return ranked.front();
   }
-  double Gain(uint32_t view) const { return problem_.truth[view].gain; }
+  double Gain(uint32_t view) const { return problem_.truth[view].score; }
 
-  Problem problem_;
+  AnytimeProblem problem_;
   parallel::Serial serial_;
 };
 
@@ -265,7 +265,7 @@ TEST_P(HonestyTest, MeanRegretDoesNotRiseWithTheBudget) {
 INSTANTIATE_TEST_SUITE_P(Scenes, HonestyTest, ::testing::Range(0, 5));
 
 TEST(AnytimeTest, CancelledIsNotComplete) {
-  const Problem problem(test_support::FurnishedRoom(6));
+  const AnytimeProblem problem(test_support::FurnishedRoom(6));
   std::stop_source source;
   parallel::Budget budget;
   budget.cancelled = source.get_token();

@@ -61,10 +61,10 @@ Difference Compare(const std::vector<ViewScore>& brute, const std::vector<ViewSc
   double reference = 0;
   for (size_t i = 0; i < brute.size(); ++i) {
     EXPECT_TRUE(scores[i].finished);
-    const double off = scores[i].gain - brute[i].gain;
+    const double off = scores[i].score - brute[i].score;
     difference.rms += off * off;
-    reference += brute[i].gain * brute[i].gain;
-    difference.most = std::max(difference.most, std::abs(off) / (brute[i].gain + 1e-9));
+    reference += brute[i].score * brute[i].score;
+    difference.most = std::max(difference.most, std::abs(off) / (brute[i].score + 1e-9));
     difference.rays += scores[i].rays;
     difference.brute_rays += brute[i].rays;
   }
@@ -80,7 +80,7 @@ class HierarchyTest : public ::testing::TestWithParam<int> {
     config.viewcell_size = GetParam() == 0 ? 0.3 : 0.2;
     config.pose_sensitivity = pose_sensitivity;
     config.weights = {1, 2, 0.5, 1};
-    config.depth_behind = GetParam() % 2 == 0 ? 0 : 2;
+    config.unknown_depth = GetParam() % 2 == 0 ? 0 : 2;
     if (GetParam() == 0) {
       return std::make_unique<Problem>(test_support::ScannedOffice(), config);
     }
@@ -103,9 +103,9 @@ TEST_P(HierarchyTest, IsBruteForceWhereRaysDroppedOut) {
   const std::vector<ViewScore> brute = problem.BruteForce();
   double lost_there = 0;  // share of the gain
   for (size_t i = 0; i < brute.size(); ++i) {
-    EXPECT_LE(brute[i].gain, without[i].gain * (1 + 1e-6));
+    EXPECT_LE(brute[i].score, without[i].score * (1 + 1e-6));
     if ((problem.views[i].cast<float>() - from).norm() > 0.01f) continue;
-    lost_there = 1 - brute[i].gain / without[i].gain;
+    lost_there = 1 - brute[i].score / without[i].score;
   }
   EXPECT_GT(lost_there, 0.1);
   for (const uint32_t leaf : {1u, 16u}) {
@@ -163,8 +163,8 @@ TEST_P(HierarchyTest, CountsOnlyWhatEveryPoseSees) {
       const double gain = problem->scoring->scorer()
                               .Score(problem->views[views[k]], problem->scoring->cells(),
                                      parallel::Budget::Unlimited())
-                              .gain;
-      EXPECT_NEAR(scores[k].gain, gain, 1e-6 * gain);
+                              .score;
+      EXPECT_NEAR(scores[k].score, gain, 1e-6 * gain);
       sum += gain;
     }
   }
@@ -180,13 +180,12 @@ TEST_P(HierarchyTest, BlocksBoundTheirViews) {
   for (const ViewBlock& block : hierarchy->blocks()) {
     for (const uint32_t view : hierarchy->Views(block)) {
       ++views;
-      EXPECT_GE(brute[view].gain, block.certain * (1 - 1e-6));
-      EXPECT_LE(brute[view].gain, block.potential * (1 + 1e-6));
-      EXPECT_EQ(&hierarchy->blocks()[hierarchy->BlockOf(view)], &block);
+      EXPECT_GE(brute[view].score, block.certain * (1 - 1e-6));
+      EXPECT_LE(brute[view].score, block.potential * (1 + 1e-6));
     }
     for (const uint32_t view : hierarchy->Views(block).first(1)) {
-      EXPECT_NEAR(hierarchy->ScoreView(view, parallel::Budget::Unlimited()).gain, brute[view].gain,
-                  1e-6 * (1 + brute[view].gain));
+      EXPECT_NEAR(hierarchy->ScoreView(view, parallel::Budget::Unlimited()).score,
+                  brute[view].score, 1e-6 * (1 + brute[view].score));
     }
   }
   EXPECT_EQ(views, problem->views.size());
@@ -200,7 +199,7 @@ TEST_P(HierarchyTest, IsTheSameOnAnyNumberOfThreads) {
   const auto five = ScoreEveryView(*problem->Hierarchy({}), parallel::Budget::Unlimited(), pool);
   ASSERT_EQ(one.size(), five.size());
   for (size_t i = 0; i < one.size(); ++i) {
-    ASSERT_EQ(one[i].gain, five[i].gain);
+    ASSERT_EQ(one[i].score, five[i].score);
     ASSERT_EQ(one[i].rays, five[i].rays);
   }
 }
@@ -244,7 +243,7 @@ TEST_P(HierarchyTest, CompletesAnAnytimeEvaluation) {
   uint64_t dearest = 0;
   for (size_t i = 0; i < brute.size(); ++i) {
     EXPECT_TRUE(all.views[i].exact);
-    EXPECT_NEAR(all.views[i].score, brute[i].gain, 1e-6 * (1 + brute[i].gain));
+    EXPECT_NEAR(all.views[i].score, brute[i].score, 1e-6 * (1 + brute[i].score));
     dearest = std::max(dearest, brute[i].rays);
   }
   // Stopped anywhere, bounds hold, the limit is kept and threads don't show.
@@ -262,7 +261,8 @@ TEST_P(HierarchyTest, CompletesAnAnytimeEvaluation) {
       ASSERT_EQ(view.score, again.views[i].score);
       ASSERT_EQ(view.lower, again.views[i].lower);
       ASSERT_EQ(view.upper, again.views[i].upper);
-      outside += brute[i].gain > view.upper * (1 + 1e-6) || brute[i].gain < view.lower * (1 - 1e-6);
+      outside +=
+          brute[i].score > view.upper * (1 + 1e-6) || brute[i].score < view.lower * (1 - 1e-6);
     }
     EXPECT_EQ(outside, 0u) << "of the work " << share;  // at 95 % for all of them together
   }

@@ -55,7 +55,7 @@ TEST_F(PatchOrderTest, EndsWithBruteForceScores) {
     EXPECT_GT(shown_, 0);
     uint64_t rays = 0;
     for (size_t i = 0; i < brute_.size(); ++i) {
-      ASSERT_NEAR(evaluation.views[i].score, brute_[i].gain, 1e-6 * (1 + brute_[i].gain));
+      ASSERT_NEAR(evaluation.views[i].score, brute_[i].score, 1e-6 * (1 + brute_[i].score));
       rays += brute_[i].rays;
     }
     EXPECT_LT(evaluation.rays, rays);
@@ -77,8 +77,8 @@ TEST_F(PatchOrderTest, StoppedEarlyItsBoundsAreCertain) {
     double lower = 0;
     for (size_t i = 0; i < brute_.size(); ++i) {
       const ViewEstimate& view = one.views[i];
-      ASSERT_LE(view.lower, brute_[i].gain * (1 + 1e-6));
-      ASSERT_GE(view.upper * (1 + 1e-6), brute_[i].gain);
+      ASSERT_LE(view.lower, brute_[i].score * (1 + 1e-6));
+      ASSERT_GE(view.upper * (1 + 1e-6), brute_[i].score);
       ASSERT_EQ(view.score, two.views[i].score);
       upper = std::max(upper, view.upper);
       lower = std::max(lower, view.lower);

@@ -27,7 +27,9 @@ class SlowFeasible {
     const double size = config_.viewcell_size;
     const Eigen::Vector3d low = cell.cast<double>() * size;
     const Eigen::Vector3d high = low.array() + size;
-    if (low.z() < config_.min_height - 1e-9 || high.z() > config_.max_height + 1e-9) return false;
+    if (low.z() < config_.min_viewpoint_height - 1e-9 ||
+        high.z() > config_.max_viewpoint_height + 1e-9)
+      return false;
     const double h = model_.voxel_size();
     const int n = static_cast<int>(std::lround(size / h));
     for (int z = 2; z < (cell.z() + 1) * n; ++z) {
@@ -128,7 +130,7 @@ class FeasibleViewsTest : public ::testing::TestWithParam<int> {
 TEST_P(FeasibleViewsTest, EqualsTheDefinitionInEveryCell) {
   const auto seed = static_cast<uint64_t>(GetParam());
   const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(seed));
-  config_.floor_height = 0;
+  config_.floor_z = 0;
   config_.keep_out = {Region(Eigen::Vector3d(2.03, 3.1, 0), Eigen::Vector3d(2.6, 3.71, 3))};
   config_.rejected = {{Eigen::Vector3d(3.2, 1.3, 1.5), 0.45}};
   config_.require_reachable = seed % 2 == 0;

@@ -19,7 +19,7 @@ TEST_P(PatchesTest, EveryDeficientVoxelIsInExactlyOnePlanarPatchOfItsKind) {
   const model::PlanningView model =
       test_support::BuildView(test_support::FurnishedRoom(static_cast<uint64_t>(GetParam())));
   PlanningConfig config;
-  config.depth_behind = 0;  // what is lacking is D - q
+  config.unknown_depth = 0;  // what is lacking is D - q
   const PatchTolerance tolerance;
   PatchSet set = ExtractPatches(model, config, tolerance, parallel::Budget::Unlimited());
   ASSERT_TRUE(set.finished);

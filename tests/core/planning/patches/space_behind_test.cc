@@ -73,9 +73,9 @@ TEST(DensityWorthHavingTest, IsWhatSurfaceBehindNeedsAtTheLookingRange) {
 TEST(SpaceBehindTest, RaisesWhatFalseSurfaceIsWorthAndNothingElse) {
   const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(3));
   PlanningConfig config;
-  config.depth_behind = 0;
+  config.unknown_depth = 0;
   const PatchSet paper = ExtractPatches(model, config, {}, parallel::Budget::Unlimited());
-  config.depth_behind = 2;
+  config.unknown_depth = 2;
   const PatchSet beyond = ExtractPatches(model, config, {}, parallel::Budget::Unlimited());
   ASSERT_EQ(paper.cells.size(), beyond.cells.size());
   int raised = 0;

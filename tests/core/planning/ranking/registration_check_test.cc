@@ -24,7 +24,7 @@ struct Room : test_support::PlanningProblem {
                                       Config()),
         overlap(*model, grid, scoring->scene(), scanner) {
     for (const ViewScore& score : BruteForce(serial)) {
-      evaluation.views.push_back({score.gain, score.gain, score.gain, true, true, 0});
+      evaluation.views.push_back({score.score, score.score, score.score, true, true, 0});
     }
     std::vector<double> bounds;
     for (const Eigen::Vector3d& view : views) bounds.push_back(VerdictAt(view).judged_bound);
@@ -33,7 +33,7 @@ struct Room : test_support::PlanningProblem {
     std::nth_element(sorted.begin(), middle, sorted.end());
     config.registration.required_accuracy = *middle;
     for (const Eigen::Vector3d& view : views) verdicts.push_back(VerdictAt(view));
-    candidates = RankViews(evaluation, feasible, config.separation, 60);
+    candidates = RankViews(evaluation, feasible, config.candidate_separation, 60);
   }
   static PlanningConfig Config() {
     PlanningConfig config;
@@ -53,7 +53,7 @@ struct Room : test_support::PlanningProblem {
   }
   double Score(uint32_t view) const { return evaluation.views[view].score; }
   bool Near(uint32_t a, uint32_t b) const {
-    return (views[a] - views[b]).norm() < config.separation;
+    return (views[a] - views[b]).norm() < config.candidate_separation;
   }
 
   OverlapSurface overlap;

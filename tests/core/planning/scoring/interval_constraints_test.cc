@@ -132,8 +132,8 @@ TEST(IntervalConstraintsTest, BoundsContainEverySample) {
       if (satisfied & kElevationSatisfied) {
         ASSERT_TRUE(in_view) << "pair " << pair;
       }
-      const double gain = constraints.DensityGain(view, p, n, static_cast<double>(cells.q[i]),
-                                                  static_cast<double>(cells.enough[i]));
+      const double gain = constraints.AddedDensity(view, p, n, static_cast<double>(cells.q[i]),
+                                                   static_cast<double>(cells.enough[i]));
       if (!may) {
         ASSERT_EQ(gain, 0) << "pair " << pair;
       }

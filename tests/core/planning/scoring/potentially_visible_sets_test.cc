@@ -9,8 +9,7 @@
 #include <random>
 #include <vector>
 
-#include "core/parallel/thread_pool.h"
-#include "core/planning/evaluation/visibility_cache.h"
+#include "core/parallel/budget.h"
 #include "tests/support/closed_form_view.h"
 #include "tests/support/planning_problem.h"
 #include "tests/support/scanned_office.h"
@@ -21,10 +20,9 @@ namespace {
 // An office storey of many rooms, or one room.
 class PotentiallyVisibleSetsTest : public ::testing::TestWithParam<bool> {
  protected:
-  static test_support::PlanningProblem MakeProblem(bool pose_sensitivity) {
+  static test_support::PlanningProblem MakeProblem() {
     PlanningConfig config;
     config.viewcell_size = GetParam() ? 0.3 : 0.2;
-    config.pose_sensitivity = pose_sensitivity;
     return {GetParam() ? test_support::ScannedOffice()
                        : std::make_shared<model::PlanningView>(
                              test_support::BuildView(test_support::FurnishedRoom(2))),
@@ -40,11 +38,11 @@ class PotentiallyVisibleSetsTest : public ::testing::TestWithParam<bool> {
 };
 
 TEST_P(PotentiallyVisibleSetsTest, NothingIsGainedOutOfSight) {
-  const test_support::PlanningProblem problem = MakeProblem(false);
+  const test_support::PlanningProblem problem = MakeProblem();
   const CellArrays& cells = problem.scoring->cells();
   const visibility::OcclusionScene& scene = problem.scoring->scene();
   const PotentiallyVisibleSets potentially_visible(cells, problem.grid);
-  std::vector<float> gains(cells.size());
+  std::vector<float> scores(cells.size());
   size_t packets = 0;
   size_t all = 0;
   for (int k = 0; k < 60; ++k) {
@@ -67,9 +65,9 @@ TEST_P(PotentiallyVisibleSetsTest, NothingIsGainedOutOfSight) {
     }
     for (const Eigen::Vector3d& view : problem.views) {
       if (!box.contains(view) || (side > 1 && random_() % 8 != 0)) continue;
-      problem.scoring->scorer().ScoreCells(view, cells, parallel::Budget::Unlimited(), gains);
-      for (size_t i = 0; i < gains.size(); ++i) {
-        ASSERT_TRUE(gains[i] == 0 || listed[i / CellArrays::kPacket]) << k << " cell " << i;
+      problem.scoring->scorer().ScoreCells(view, cells, parallel::Budget::Unlimited(), scores);
+      for (size_t i = 0; i < scores.size(); ++i) {
+        ASSERT_TRUE(scores[i] == 0 || listed[i / CellArrays::kPacket]) << k << " cell " << i;
       }
     }
   }
@@ -77,47 +75,6 @@ TEST_P(PotentiallyVisibleSetsTest, NothingIsGainedOutOfSight) {
   if (GetParam()) {
     EXPECT_LT(packets, all * 3 / 4);
   }
-}
-
-TEST_P(PotentiallyVisibleSetsTest, TheCacheIsFilledWhenThatIsWorthIt) {
-  for (const bool pose_sensitivity : {false, true}) {
-    const test_support::PlanningProblem problem = MakeProblem(pose_sensitivity);
-    const CellArrays& cells = problem.scoring->cells();
-    const BruteForceScorer& scorer = problem.scoring->scorer();
-    parallel::Serial serial;
-    parallel::ThreadPool pool(3);
-    VisibilityCache one(scorer, problem.feasible, cells, problem.grid);
-    VisibilityCache other(scorer, problem.feasible, cells, problem.grid);
-    std::vector<uint32_t> which;
-    for (int k = 0; k < 40; ++k) {
-      which.push_back(static_cast<uint32_t>(random_() % problem.views.size()));
-    }
-    // A glance at each is cheaper than to look around.
-    one.Prepare(which, 1, parallel::Budget::Unlimited(), serial);
-    for (const uint32_t i : which) EXPECT_EQ(one.PotentiallyVisibleFrom(i), nullptr);
-    one.Prepare(which, cells.size(), parallel::Budget::Unlimited(), serial);
-    other.Prepare(which, cells.size(), parallel::Budget::Unlimited(), pool);
-    for (const uint32_t i : which) {
-      ASSERT_NE(one.PotentiallyVisibleFrom(i), nullptr);
-      ASSERT_NE(other.PotentiallyVisibleFrom(i), nullptr);
-      EXPECT_EQ(Packets(*one.PotentiallyVisibleFrom(i)), Packets(*other.PotentiallyVisibleFrom(i)));
-      const ViewScore all = scorer.Score(problem.views[i], cells, parallel::Budget::Unlimited());
-      const ViewScore seen = scorer.ScorePackets(
-          problem.views[i], cells, *one.PotentiallyVisibleFrom(i), parallel::Budget::Unlimited());
-      EXPECT_NEAR(seen.gain, all.gain, 1e-9 * all.gain);
-      EXPECT_LE(seen.rays, all.rays);
-    }
-  }
-}
-
-TEST_P(PotentiallyVisibleSetsTest, WhoHasNoTimeToLookScoresAll) {
-  const test_support::PlanningProblem problem = MakeProblem(false);
-  const CellArrays& cells = problem.scoring->cells();
-  VisibilityCache neighbourhoods(problem.scoring->scorer(), problem.feasible, cells, problem.grid);
-  parallel::Serial serial;
-  const uint32_t view = 0;
-  neighbourhoods.Prepare({&view, 1}, cells.size(), parallel::Budget::Seconds(-1), serial);
-  EXPECT_EQ(neighbourhoods.PotentiallyVisibleFrom(view), nullptr);
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, PotentiallyVisibleSetsTest, ::testing::Bool(),

@@ -54,9 +54,9 @@ TEST(ConstraintsTest, PacketsAgreeWithTheScalarInDouble) {
         const float enough = q + static_cast<float>(Uniform(random, 0, 10000));
         cells.Add(p, n, 0.0025f, q, enough, p, i);
         const auto gain = [&](const Eigen::Vector3d& from) {
-          return 0.0025 * constraints.DensityGain(from, p.cast<double>(), n.cast<double>(),
-                                                  static_cast<double>(q),
-                                                  static_cast<double>(enough));
+          return 0.0025 * constraints.AddedDensity(from, p.cast<double>(), n.cast<double>(),
+                                                   static_cast<double>(q),
+                                                   static_cast<double>(enough));
         };
         expected[i] = gain(view.cast<double>());
         // Within the rounding of a float, a limit may be met or not.
@@ -70,7 +70,7 @@ TEST(ConstraintsTest, PacketsAgreeWithTheScalarInDouble) {
       }
       cells.Pad();
       float gains[8];
-      const uint32_t bits = constraints.Gains(view, cells, 0, gains);
+      const uint32_t bits = constraints.CellScores(view, cells, 0, gains);
       for (uint32_t i = 0; i < 8; ++i) {
         if (unclear[i]) {
           ++near_limit;
@@ -100,7 +100,7 @@ TEST(CellArraysTest, PaddingGainsNothingAndGatherKeepsCells) {
   EXPECT_EQ(some.factor[1], 7);
   float gains[8];
   sensor::ScannerModel scanner;
-  EXPECT_EQ(SensingConstraints(scanner).Gains({0, 0, 10}, cells, 1, gains) & 0xf8u, 0u);
+  EXPECT_EQ(SensingConstraints(scanner).CellScores({0, 0, 10}, cells, 1, gains) & 0xf8u, 0u);
 }
 
 class BruteForceTest : public ::testing::TestWithParam<bool> {
@@ -109,7 +109,7 @@ class BruteForceTest : public ::testing::TestWithParam<bool> {
       : model_(test_support::BuildView(test_support::FurnishedRoom(5))), grid_(model_) {
     config_.pose_sensitivity = GetParam();
     config_.weights = {1, 2, 0.5, 1};
-    config_.depth_behind = 1;
+    config_.unknown_depth = 1;
     patches_ = ExtractPatches(model_, config_, {}, parallel::Budget::Unlimited());
     RankPatches(config_, patches_);
   }
@@ -130,13 +130,13 @@ class BruteForceTest : public ::testing::TestWithParam<bool> {
   // From where on samples on true surface count, and what of them all that is lacking is worth.
   double CountsFrom(const DeficientCell& cell) const {
     if (cell.kind != model::SurfaceKind::kTrue) return cell.density;
-    return std::max<double>(cell.density, config_.counts_from * cell.enough);
+    return std::max<double>(cell.density, config_.min_counted_density_share * cell.enough);
   }
   double Worth(const DeficientCell& cell) const {
     if (cell.kind != model::SurfaceKind::kTrue) return 1;
     const double rounding = 0.01 * cell.enough;
     const double lacking = std::max<double>(cell.enough - cell.density, rounding);
-    return std::max(lacking, config_.least_deficit * cell.enough) /
+    return std::max(lacking, config_.min_deficit_share * cell.enough) /
            std::max(cell.enough - CountsFrom(cell), rounding);
   }
 
@@ -144,8 +144,8 @@ class BruteForceTest : public ::testing::TestWithParam<bool> {
   Gain SlowGain(const Eigen::Vector3d& view, const DeficientCell& cell) const {
     const SensingConstraints constraints(scanner_);
     const double gain =
-        constraints.DensityGain(view, cell.position.cast<double>(), cell.normal.cast<double>(),
-                                CountsFrom(cell), cell.enough);
+        constraints.AddedDensity(view, cell.position.cast<double>(), cell.normal.cast<double>(),
+                                 CountsFrom(cell), cell.enough);
     if (gain <= 0) return {};
     const auto target = visibility::TargetOf(grid_, cell.voxel, cell.normal);
     if (!target.has_value()) return {};
@@ -183,7 +183,7 @@ TEST_P(BruteForceTest, AgreesWithTheNaiveScorer) {
     EXPECT_TRUE(all.finished);
     EXPECT_GT(all.rays, 100u);
     const ViewScore score = scoring.scorer().Score(view, cells, parallel::Budget::Unlimited());
-    EXPECT_NEAR(score.gain, std::accumulate(gains.begin(), gains.end(), 0.0), 1e-5 * score.gain);
+    EXPECT_NEAR(score.score, std::accumulate(gains.begin(), gains.end(), 0.0), 1e-5 * score.score);
 
     Gain sum;
     double found = 0;
@@ -215,11 +215,11 @@ TEST_P(BruteForceTest, AgreesWithTheNaiveScorer) {
 }
 
 struct Worthy {
-  double density;      // of a wall, samples / m^2
-  double least;        // least_deficit
-  double counts_from;  // of D
-  double range;        // m, of what is looked at
-  double share;        // of the wall's area, that looking at it gains
+  double density;                    // of a wall, samples / m^2
+  double least;                      // min_deficit_share
+  double min_counted_density_share;  // of D
+  double range;                      // m, of what is looked at
+  double share;                      // of the wall's area, that looking at it gains
 };
 
 // What brings a wall from 0.9 D to D gains its area, half of it where half of D is the least that
@@ -241,9 +241,10 @@ TEST(WorthOfSamplesTest, SurfaceIsWorthWhatItTakesToScanItAgain) {
                                {500, 0, 0, 2, 0.6},
                                {500, 1, 0.6, 2, 0.5},
                                {500, 1, 0.81, 2, 0}}) {
-    const auto& [density, least, counts_from, range, share] = worthy;
-    SCOPED_TRACE(::testing::Message() << density << " samples / m2, at least " << least << ", from "
-                                      << counts_from << " D on, from " << range << " m");
+    const auto& [density, least, min_counted_density_share, range, share] = worthy;
+    SCOPED_TRACE(::testing::Message()
+                 << density << " samples / m2, at least " << least << ", from "
+                 << min_counted_density_share << " D on, from " << range << " m");
     test_support::ClosedFormScene scene;
     const Region room(Eigen::Vector3d::Zero(), Eigen::Vector3d(4, 4, 2.6));
     scene.extent = Region(room.min().array() - 0.1, room.max().array() + 0.1);
@@ -255,8 +256,8 @@ TEST(WorthOfSamplesTest, SurfaceIsWorthWhatItTakesToScanItAgain) {
     const model::PlanningView model = test_support::BuildView(scene);
     const visibility::OpaqueGrid grid(model);
     PlanningConfig config;
-    config.least_deficit = least;
-    config.counts_from = counts_from;
+    config.min_deficit_share = least;
+    config.min_counted_density_share = min_counted_density_share;
     PatchSet patches = ExtractPatches(model, config, {}, parallel::Budget::Unlimited());
     RankPatches(config, patches);
     const Scoring scoring(model, grid, patches, scanner, config, serial);
@@ -289,26 +290,26 @@ TEST_P(BruteForceTest, IsTheSameOnAnyNumberOfThreadsAndAddsUp) {
   const auto five =
       ScoreEveryView(scoring.scorer(), views, scoring.cells(), parallel::Budget::Unlimited(), pool);
   for (size_t i = 0; i < views.size(); ++i) {
-    EXPECT_EQ(one[i].gain, five[i].gain);
+    EXPECT_EQ(one[i].score, five[i].score);
     EXPECT_EQ(one[i].rays, five[i].rays);
     std::vector<float> gains(scoring.cells().size());
     scoring.scorer().ScoreCells(views[i], scoring.cells(), parallel::Budget::Unlimited(), gains);
     RankedView split;
-    SplitGain(scoring.cells(), gains, patches_, split);
+    SplitScore(scoring.cells(), gains, patches_, split);
     double sum = 0;
     for (const double gain : split.score_by_kind) sum += gain;
-    EXPECT_NEAR(sum, one[i].gain, 1e-9 * sum);
-    ASSERT_FALSE(split.patches.empty());
+    EXPECT_NEAR(sum, one[i].score, 1e-9 * sum);
+    ASSERT_FALSE(split.patch_scores.empty());
     // The patch's own gain, from its own cells.
     double own = 0;
-    const Patch& patch = patches_.patches[static_cast<size_t>(split.patches[0].patch)];
+    const Patch& patch = patches_.patches[static_cast<size_t>(split.patch_scores[0].patch)];
     for (size_t k = 0; k < gains.size(); ++k) {
       const uint32_t cell = scoring.cells().cell[k];
       if (cell >= patch.cells.front() && cell <= patch.cells.back()) {
         own += static_cast<double>(gains[k]);
       }
     }
-    EXPECT_NEAR(split.patches[0].gain, own, 1e-9 * own);
+    EXPECT_NEAR(split.patch_scores[0].score, own, 1e-9 * own);
   }
 }
 INSTANTIATE_TEST_SUITE_P(PoseSensitivity, BruteForceTest, ::testing::Bool());
@@ -320,7 +321,7 @@ TEST(DensityOnFalseSurfaceTest, LeftOutASeenCellCountsInFull) {
   parallel::Serial serial;
   PlanningConfig config;
   config.required_density = 40000;  // more than most cells get from one view
-  config.depth_behind = 0;
+  config.unknown_depth = 0;
   const PatchSet patches = ExtractPatches(model, config, {}, parallel::Budget::Unlimited());
   const auto gains_with = [&](const Eigen::Vector3d& view, bool density) {
     config.density_on_false_surface = density;
@@ -378,13 +379,13 @@ TEST(PoseSensitivityTest, AViewThatMustBeHitExactlyLoses) {
   for (const bool sensitive : {false, true}) {
     PlanningConfig config;
     config.required_density = 20000;
-    config.counts_from = 0;  // nothing comes to D
+    config.min_counted_density_share = 0;  // nothing comes to D
     config.pose_sensitivity = sensitive;
     PatchSet patches = ExtractPatches(model, config, {}, parallel::Budget::Unlimited());
     RankPatches(config, patches);
     const Scoring scoring(model, grid, patches, scanner, config, serial);
     const auto gain = [&](const Eigen::Vector3d& view) {
-      return scoring.scorer().Score(view, scoring.cells(), parallel::Budget::Unlimited()).gain;
+      return scoring.scorer().Score(view, scoring.cells(), parallel::Budget::Unlimited()).score;
     };
     EXPECT_GT(gain(before_wall), 100);
     EXPECT_GT(gain(through_slit), 100);  // which sees that wall too, from farther away

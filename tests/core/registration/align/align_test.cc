@@ -193,7 +193,7 @@ TEST(Register, TrustedPoseStandsUnlessTheSurfacesDisagree) {
     result = Register(*model, scan, prior, {}, serial);
     ASSERT_TRUE(result.ok()) << result.status();
     EXPECT_FALSE(result->verdict.registered());
-    EXPECT_EQ(result->verdict.decided_by, "trusted pose");
+    EXPECT_EQ(BasesText(result->verdict.bases), "trusted pose");
   }
 }
 

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/registration/bound/direction_words.h"
+#include "core/sensor/scanner_model.h"
 #include "tests/core/registration/shape.h"
 
 namespace vantage::registration {

@@ -31,7 +31,7 @@ TEST(Prediction, FurnishedCornerPasses) {
   const RegistrationVerdict v = PredictRegistration(
       elements, 1, 5.0 * static_cast<double>(elements.size()) * 2, at, sensor::ScannerModel(), {});
   EXPECT_TRUE(v.registered()) << v.reason;
-  EXPECT_EQ(v.decided_by, "scan geometry");
+  EXPECT_EQ(BasesText(v.bases), "scan geometry");
   EXPECT_NEAR(v.overlap_share, 0.5, 1e-6);
   EXPECT_TRUE(v.reason.empty());
   EXPECT_TRUE(v.remedy.empty());
@@ -69,7 +69,7 @@ TEST(Prediction, LevellingDecidesWhereOnlyTiltIsOpen) {
       PredictRegistration(elements, 1, 5e3, at, sensor::ScannerModel(), config);
   EXPECT_FALSE(bare.registered());
   EXPECT_TRUE(levelled.registered()) << levelled.reason;
-  EXPECT_EQ(levelled.decided_by, "levelling");
+  EXPECT_EQ(BasesText(levelled.bases), "levelling");
 }
 
 TEST(Prediction, TooLittleOverlapIsRefusedHoweverFirm) {
@@ -82,7 +82,7 @@ TEST(Prediction, TooLittleOverlapIsRefusedHoweverFirm) {
   const RegistrationVerdict v = PredictRegistration(
       elements, 1, 5.0 * static_cast<double>(elements.size()) * 20, at, sensor::ScannerModel(), {});
   EXPECT_FALSE(v.registered());
-  EXPECT_EQ(v.decided_by, "overlap");
+  EXPECT_EQ(BasesText(v.bases), "overlap");
   EXPECT_NE(v.reason.find("5.0 %"), std::string::npos) << v.reason;
   EXPECT_FALSE(PredictRegistration({}, 1, 1000, at, sensor::ScannerModel(), {}).registered());
 }

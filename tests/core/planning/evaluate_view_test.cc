@@ -1,6 +1,7 @@
-// Rays that went through glass and did not come back: what dropped out is not promised from
-// there again, and stays promised from elsewhere (algorithm.md section 4, 'What never comes').
-#include "core/model/merge/dropouts.h"
+// What a view promises where rays went through glass and did not come back: what dropped out is not
+// promised from there again, and stays promised from elsewhere (algorithm.md section 4, 'What never
+// comes').
+#include "core/planning/evaluate_view.h"
 
 #include <gtest/gtest.h>
 
@@ -10,11 +11,9 @@
 #include <vector>
 
 #include "core/model/partial_model.h"
-#include "core/model/scan/hole_map.h"
 #include "core/parallel/thread_pool.h"
-#include "core/planning/evaluate_view.h"
+#include "core/planning/plan/model_gain.h"
 #include "core/planning/plan/planning_config.h"
-#include "core/simulation/counter_random.h"
 #include "core/simulation/scenes/mesh_builder.h"
 #include "core/simulation/simulated_scanner.h"
 
@@ -49,9 +48,9 @@ simulation::TriangleMesh TwoRoomsWithPane(bool closed) {
 const Eigen::Vector3d kNear(1.6, 2, 1.5);   // in the first room
 const Eigen::Vector3d kFar(6.2, 2.1, 1.4);  // in the second
 
-class DropoutsTest : public testing::Test {
+class EvaluateViewTest : public testing::Test {
  protected:
-  DropoutsTest() {
+  EvaluateViewTest() {
     coarse_.azimuth_step = coarse_.elevation_step = sensor::Radians(1);
     fine_.azimuth_step = fine_.elevation_step = sensor::Radians(0.3);
     config_.required_density = 1000;
@@ -82,18 +81,18 @@ class DropoutsTest : public testing::Test {
   }
   // m^2 that a fine scan would bring, of the second room alone.
   double PromisedBehind(const model::PartialModel& model, const Eigen::Vector3d& position) {
-    config_.counts_from = 0;  // most of it comes nearer to D, little comes to it
+    config_.min_counted_density_share = 0;  // most of it comes nearer to D, little comes to it
     config_.region_of_interest =
         Eigen::AlignedBox3d(Eigen::Vector3d(4.3, -0.5, -0.5), Eigen::Vector3d(10.5, 4.5, 3));
     const auto view = EvaluateView(*model.Publish(), fine_, config_, position, pool_);
     EXPECT_TRUE(view.ok()) << view.status();
-    return view.ok() ? view->view.score / config_.required_density : 0;
+    return view.ok() ? ModelGain(view->view.score, config_.required_density) : 0;
   }
-  size_t Looks(const model::PartialModel& model) {
-    size_t looks = 0;
+  size_t Dropouts(const model::PartialModel& model) {
+    size_t dropouts = 0;
     for (const model::BrickAt& at : model.Publish()->bricks())
-      looks += at.contents->dropouts.size();
-    return looks;
+      dropouts += at.contents->dropouts.size();
+    return dropouts;
   }
 
   sensor::ScannerModel coarse_, fine_;
@@ -101,14 +100,14 @@ class DropoutsTest : public testing::Test {
   parallel::ThreadPool pool_{2};
 };
 
-TEST_F(DropoutsTest, NotPromisedAgainFromThereButFromElsewhere) {
+TEST_F(EvaluateViewTest, NotPromisedAgainFromThereButFromElsewhere) {
   auto model = model::PartialModel::Create({}).value();
   const std::vector<Shot> shots = Shots();
   Insert(*model, shots[0]);
   Insert(*model, shots[1]);
   const double before = PromisedBehind(*model, kNear);
   const double inside = PromisedBehind(*model, kFar);
-  EXPECT_EQ(Looks(*model), 0u);
+  EXPECT_EQ(Dropouts(*model), 0u);
   Insert(*model, shots[2]);
   const double after = PromisedBehind(*model, kNear);
   const double beside = PromisedBehind(*model, kNear + Eigen::Vector3d(-0.4, 0.2, 0.1));
@@ -126,92 +125,30 @@ TEST_F(DropoutsTest, NotPromisedAgainFromThereButFromElsewhere) {
   EXPECT_GT(inside_after, 0.98 * inside);
 }
 
-TEST_F(DropoutsTest, TheSameInAnyOrderWithdrawnAndSaved) {
+TEST_F(EvaluateViewTest, TheSameInAnyOrderWithdrawnAndSaved) {
   std::vector<Shot> shots = Shots();
   auto model = model::PartialModel::Create({}).value();
   for (const Shot& shot : shots) Insert(*model, shot);
-  EXPECT_GT(Looks(*model), 100u);
+  EXPECT_GT(Dropouts(*model), 100u);
   auto other = model::PartialModel::Create({}).value();
   for (const size_t i : {2u, 0u, 3u, 1u}) Insert(*other, shots[i]);
   EXPECT_EQ(model->Digest(), other->Digest());
-  EXPECT_EQ(Looks(*model), Looks(*other));
+  EXPECT_EQ(Dropouts(*model), Dropouts(*other));
 
   const auto saved = model::PartialModel::Load(model->Save(pool_), SIZE_MAX, pool_);
   ASSERT_TRUE(saved.ok()) << saved.status();
   EXPECT_EQ((*saved)->Digest(), model->Digest());
-  EXPECT_EQ(Looks(**saved), Looks(*model));
+  EXPECT_EQ(Dropouts(**saved), Dropouts(*model));
 
   for (model::PartialModel* each : {model.get(), saved->get()}) {
     ASSERT_TRUE(each->Withdraw("a", pool_).ok());
     ASSERT_TRUE(each->Withdraw("d", pool_).ok());
-    EXPECT_EQ(Looks(*each), 0u);
+    EXPECT_EQ(Dropouts(*each), 0u);
   }
   auto never = model::PartialModel::Create({}).value();
   for (const size_t i : {0u, 1u}) Insert(*never, shots[i]);
   EXPECT_EQ(model->Digest(), never->Digest());
   EXPECT_EQ((*saved)->Digest(), never->Digest());
-}
-
-TEST(NearestDropouts, KeepsTheNearestOfADirection) {
-  const Eigen::Vector3f at(1, 2, 3);
-  const auto along = [&](float x, float y, float range) {
-    return Eigen::Vector3f(at + range * Eigen::Vector3f(x, y, 0).normalized());
-  };
-  const std::vector<Eigen::Vector3f> kept = model::NearestDropouts(
-      at, {along(1, 0, 5), along(1, 0.01f, 2), along(0, 1, 9), along(1, -0.01f, 3)});
-  ASSERT_EQ(kept.size(), 2u);
-  EXPECT_EQ(kept[0], along(1, 0.01f, 2));
-  EXPECT_EQ(kept[1], along(0, 1, 9));
-}
-
-// Discs of rays that did not come back, in a sphere of those that did.
-TEST(HoleMap, FindsHolesAndLeavesTheRest) {
-  for (const double step : {sensor::Radians(0.4), sensor::Radians(2)}) {
-    for (uint64_t seed = 1; seed <= 20; ++seed) {
-      simulation::RandomSequence random(seed);
-      sensor::RangeImage image;
-      sensor::ScannerModel scanner;
-      scanner.azimuth_step = scanner.elevation_step = step;
-      for (double a = -sensor::kPi; a < sensor::kPi - step / 2; a += step)
-        image.azimuth.push_back(a);
-      for (double e = -1.0; e < sensor::kPi / 2 - step / 2; e += step) image.elevation.push_back(e);
-      image.full_turn = true;
-      image.native_azimuth_step = image.native_elevation_step = step;
-      image.range.assign(image.azimuth.size() * image.elevation.size(), 3.0f);
-      const double radius = sensor::Radians(random.Between(10, 30));
-      const double azimuth = random.Between(-sensor::kPi, sensor::kPi);
-      const double elevation = random.Between(-0.6, 1.5);
-      const Eigen::Vector3d middle(std::cos(elevation) * std::cos(azimuth),
-                                   std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
-      size_t i = 0;
-      for (int c = 0; c < image.columns(); ++c) {
-        for (int r = 0; r < image.rows(); ++r, ++i) {
-          if (std::acos(std::min(1.0, image.Direction(c, r).dot(middle))) < radius ||
-              random.Chance(0.05)) {
-            image.range[i] = sensor::RangeImage::kNoReturn;
-          }
-        }
-      }
-      parallel::Serial serial;
-      const model::HoleMap holes(model::RangeSurface(image, scanner, 0.1, serial));
-      EXPECT_FALSE(holes.empty());
-      const double bin = std::max(sensor::Radians(3), 4 * step);
-      for (int k = 0; k < 300; ++k) {
-        const double a = random.Between(-sensor::kPi, sensor::kPi);
-        const double e = random.Between(-0.9, 1.5);
-        const Eigen::Vector3d d(std::cos(e) * std::cos(a), std::cos(e) * std::sin(a), std::sin(e));
-        const double reach = random.Between(0.01, 0.3);
-        const double off = std::acos(std::clamp(d.dot(middle), -1.0, 1.0));
-        if (off < radius + reach - 1.5 * bin) {
-          EXPECT_TRUE(holes.Near(4 * d, reach)) << seed << ": " << off << " of " << radius;
-        }
-        // Where bins are narrow, near the poles, a few drop-outs make one.
-        if (off > radius + reach + 3 * bin && std::abs(e) + reach + 2 * bin < 1.2) {
-          EXPECT_FALSE(holes.Near(d, reach)) << seed << ": " << off << " of " << radius;
-        }
-      }
-    }
-  }
 }
 
 }  // namespace

@@ -206,7 +206,7 @@ TEST_F(SessionSnapshots, GoOnToTheSameModelAsASessionThatNeverStopped) {
 }
 
 // What release 0.1 left, before there were snapshots: two scans, one of them aligned, and a plan.
-TEST_F(SessionSnapshots, AFolderOfTheFirstReleaseIsTakenUp) {
+TEST_F(SessionSnapshots, AFolderOfTheFirstReleaseIsLoaded) {
   store_.reset();
   std::filesystem::remove_all(folder_);
   std::filesystem::copy(std::string(TEST_DATA_FOLDER) + "/release_0_1", folder_,
@@ -219,7 +219,7 @@ TEST_F(SessionSnapshots, AFolderOfTheFirstReleaseIsTakenUp) {
     const auto session = server.registry.Find("flat").value();
     session->WaitUntilIdle();
     bool more = false;
-    const std::vector<v1::Scan> scans = session->ListScans("", 10, more);
+    const std::vector<v1::Scan> scans = session->ListScans("", 10, more).value();
     ASSERT_EQ(scans.size(), 2U);
     EXPECT_EQ(scans[0].state(), v1::SCAN_STATE_MERGED);
     EXPECT_EQ(scans[1].pose_source(), v1::POSE_SOURCE_REGISTRATION);

@@ -22,7 +22,7 @@ struct Plane {
   Eigen::Vector3d normal;
 };
 
-class AttributesTest : public testing::Test {
+class PublishBrickTest : public testing::Test {
  protected:
   static constexpr double kNoise = 0.003;
   static constexpr double kVoxel = 0.05;
@@ -60,7 +60,7 @@ class AttributesTest : public testing::Test {
   std::shared_ptr<const PlanningView> view_;
 };
 
-TEST_F(AttributesTest, NormalsAndCentroidsOfWalls) {
+TEST_F(PublishBrickTest, NormalsAndCentroidsOfWalls) {
   Build(EmptyRoom());
   const Eigen::AlignedBox3d room = scene_.air[0];
   const std::vector<Plane> planes = {
@@ -86,7 +86,7 @@ TEST_F(AttributesTest, NormalsAndCentroidsOfWalls) {
   }
 }
 
-TEST_F(AttributesTest, AreasOfTiltedPlanes) {
+TEST_F(PublishBrickTest, AreasOfTiltedPlanes) {
   const auto turn = [](double angle, double x, double y, double z) {
     return Eigen::Quaterniond(Eigen::AngleAxisd(angle, Eigen::Vector3d(x, y, z).normalized()));
   };
@@ -123,7 +123,7 @@ TEST_F(AttributesTest, AreasOfTiltedPlanes) {
   }
 }
 
-TEST_F(AttributesTest, RecordedDensityIsTheClosedForm) {
+TEST_F(PublishBrickTest, RecordedDensityIsTheClosedForm) {
   Build(EmptyRoom());
   const Plane wall{{scene_.air[0].max().x(), 0, 1.3}, {-1, 0, 0}};
   size_t voxels = 0;
@@ -152,7 +152,7 @@ TEST_F(AttributesTest, RecordedDensityIsTheClosedForm) {
 }
 
 // Thinned for transport: the density is that of the steps the instrument measured with.
-TEST_F(AttributesTest, AThinnedScanRecordsItsNativeDensity) {
+TEST_F(PublishBrickTest, AThinnedScanRecordsItsNativeDensity) {
   Build(EmptyRoom());
   sensor::Scan thinned = scan_;
   sensor::RangeImage& image = thinned.image;
@@ -183,7 +183,7 @@ TEST_F(AttributesTest, AThinnedScanRecordsItsNativeDensity) {
   EXPECT_LE(wrong, compared / 100);
 }
 
-TEST_F(AttributesTest, GrazingSurfaceHasNoDensity) {
+TEST_F(PublishBrickTest, GrazingSurfaceHasNoDensity) {
   ClosedFormScene scene;
   scene.air = {{Eigen::Vector3d(-1, -1, 0), Eigen::Vector3d(12, 1, 2.5)}};
   scene.stations = {{0, 0, 1.5}};
@@ -204,7 +204,7 @@ TEST_F(AttributesTest, GrazingSurfaceHasNoDensity) {
   EXPECT_GT(checked, 500u);
 }
 
-TEST_F(AttributesTest, FalseSurfaceFacesTheEmptySide) {
+TEST_F(PublishBrickTest, FalseSurfaceFacesTheEmptySide) {
   Build(PillarRoom());
   view_->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel& s) {
     EXPECT_NEAR(s.normal.norm(), 1, 1e-5);
@@ -231,7 +231,7 @@ TEST_F(AttributesTest, FalseSurfaceFacesTheEmptySide) {
 
 // A fin of unknown one voxel thick has empty space on both sides: its normal is a guess, and said
 // so.
-TEST_F(AttributesTest, ThinFinsAreMarkedAmbiguous) {
+TEST_F(PublishBrickTest, ThinFinsAreMarkedAmbiguous) {
   const ClosedFormScene scene = EmptyRoom();
   const Eigen::Isometry3d pose = PoseAt(scene.stations[0]);
   sensor::Scan scan = ScanScene(scene, pose, {});

@@ -1,4 +1,4 @@
-#include "core/fleet/fleet_member.h"
+#include "core/fleet/member_routes.h"
 
 #include <algorithm>
 #include <cmath>
@@ -15,16 +15,16 @@ std::string Place(const Eigen::Vector3d& p) {
 
 }  // namespace
 
-FleetMember::FleetMember(const FleetScanner& scanner, const model::PlanningView& model,
-                         const planning::FeasibleViews& feasible, bool must_be_reachable,
-                         const parallel::Budget& budget)
-    : scanner_(scanner), start_(scanner.at) {
+MemberRoutes::MemberRoutes(const FleetMember& member, const model::PlanningView& model,
+                           const planning::FeasibleViews& feasible, bool must_be_reachable,
+                           const parallel::Budget& budget)
+    : member_(member), start_(member.at) {
   if (!start_.has_value() && !model.stations().empty()) start_ = model.stations().back().position;
   if (start_.has_value()) {
     // One that was put down outside of its reach has to get in first.
     const bool inside = Within(*start_);
     travel_ =
-        TravelMap(WalkGridOf(feasible, inside ? std::span<const planning::Region>(scanner_.reach)
+        TravelMap(WalkGridOf(feasible, inside ? std::span<const planning::Region>(member_.reach)
                                               : std::span<const planning::Region>()),
                   *start_, budget);
   }
@@ -38,24 +38,24 @@ FleetMember::FleetMember(const FleetScanner& scanner, const model::PlanningView&
     const std::optional<double> length = travel_.Length(view);
     if (length.has_value()) {
       ++reachable_;
-      minutes_[i] = static_cast<float>((*length / scanner_.speed + scanner_.scan_seconds) / 60);
+      minutes_[i] = static_cast<float>((*length / member_.speed + member_.scan_seconds) / 60);
     }
     can_[i] = length.has_value() || !must_be_reachable;
   }
 }
 
-bool FleetMember::Within(const Eigen::Vector3d& p) const {
-  return scanner_.reach.empty() ||
-         std::any_of(scanner_.reach.begin(), scanner_.reach.end(),
+bool MemberRoutes::Within(const Eigen::Vector3d& p) const {
+  return member_.reach.empty() ||
+         std::any_of(member_.reach.begin(), member_.reach.end(),
                      [&](const planning::Region& box) { return box.contains(p); });
 }
 
-std::optional<double> FleetMember::Minutes(size_t view) const {
+std::optional<double> MemberRoutes::Minutes(size_t view) const {
   if (std::isnan(minutes_[view])) return std::nullopt;
   return minutes_[view];
 }
 
-std::string FleetMember::WhyUnreachable(const Eigen::Vector3d& to) const {
+std::string MemberRoutes::WhyUnreachable(const Eigen::Vector3d& to) const {
   if (travel_.Length(to).has_value()) return "";
   if (!start_.has_value()) return "it is not known where the scanner stands";
   if (!travel_.known()) {
@@ -64,17 +64,17 @@ std::string FleetMember::WhyUnreachable(const Eigen::Vector3d& to) const {
   }
   return absl::StrFormat("no passage is known that a scanner fits through from %s to %s%s",
                          Place(*start_), Place(to),
-                         scanner_.reach.empty() ? "" : " within its reach");
+                         member_.reach.empty() ? "" : " within its reach");
 }
 
-std::string FleetMember::WhyNowhere() const {
+std::string MemberRoutes::WhyNowhere() const {
   if (std::find(can_.begin(), can_.end(), true) != can_.end()) return "";
   if (can_.empty()) return "there is no place to stand in the model";
   if (within_ == 0) return "none of the places to stand lies within its reach";
   if (!travel_.known()) return WhyUnreachable(Eigen::Vector3d::Zero());
   return absl::StrFormat(
       "no passage is known that a scanner fits through from %s to any of the %d viewcells%s",
-      Place(*start_), static_cast<int>(within_), scanner_.reach.empty() ? "" : " within its reach");
+      Place(*start_), static_cast<int>(within_), member_.reach.empty() ? "" : " within its reach");
 }
 
 }  // namespace vantage::fleet

@@ -1,6 +1,6 @@
 // Where a scanner can be carried to, and how far that is (algorithm.md section 7A, 'Reachability').
-#ifndef VANTAGE_CORE_PLANNING_FEASIBILITY_REACHABILITY_H_
-#define VANTAGE_CORE_PLANNING_FEASIBILITY_REACHABILITY_H_
+#ifndef VANTAGE_CORE_PLANNING_FEASIBILITY_REACH_MAP_H_
+#define VANTAGE_CORE_PLANNING_FEASIBILITY_REACH_MAP_H_
 
 #include <Eigen/Core>
 #include <cstdint>
@@ -77,4 +77,4 @@ class ReachMap {
 
 }  // namespace vantage::planning
 
-#endif  // VANTAGE_CORE_PLANNING_FEASIBILITY_REACHABILITY_H_
+#endif  // VANTAGE_CORE_PLANNING_FEASIBILITY_REACH_MAP_H_

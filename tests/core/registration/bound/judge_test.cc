@@ -1,4 +1,4 @@
-// What instruments guarantee of a pose: levelling, targets, trusted poses, each checked against the
+// What instruments say of a pose: levelling, targets, trusted poses, each checked against the
 // model, and what the verdict says decided.
 #include <gtest/gtest.h>
 
@@ -79,7 +79,7 @@ TEST_F(BareCorridor, TwoTargetsCureIt) {
   targets_ = {Seen("T1", {4, -1, 1.2}, truth_, random_), Seen("T2", {-2, 1, 1.7}, truth_, random_)};
   const RegistrationResult result = Run();
   EXPECT_TRUE(result.verdict.registered()) << result.verdict.reason;
-  EXPECT_EQ(result.verdict.decided_by, "targets");
+  EXPECT_EQ(BasesText(result.verdict.bases), "targets");
   EXPECT_LT(Off(result), 0.004);
   EXPECT_LT(result.verdict.judged_bound, 0.010);
 }
@@ -89,7 +89,7 @@ TEST_F(BareCorridor, TargetsThatContradictEachOtherAreNamed) {
   targets_[1].in_world.x() += 0.10;  // moved since, or mistaken for another
   const RegistrationResult result = Run();
   EXPECT_FALSE(result.verdict.registered());
-  EXPECT_EQ(result.verdict.decided_by, "targets");
+  EXPECT_EQ(BasesText(result.verdict.bases), "targets");
   EXPECT_NE(result.verdict.reason.find("target 'T"), std::string::npos) << result.verdict.reason;
 }
 
@@ -110,11 +110,11 @@ TEST_F(BareCorridor, TrustedPoseDecidesAlongTheAxisAndIsCheckedAcross) {
   prior_.covariance = sensor::Matrix6d::Identity() * 1e-6;
   RegistrationResult result = Run();
   EXPECT_TRUE(result.verdict.registered()) << result.verdict.reason;
-  EXPECT_EQ(result.verdict.decided_by, "trusted pose");
+  EXPECT_EQ(BasesText(result.verdict.bases), "trusted pose");
   prior_.T_world_scan.translation().y() += 0.04;  // into a wall
   result = Run();
   EXPECT_FALSE(result.verdict.registered());
-  EXPECT_EQ(result.verdict.decided_by, "trusted pose");
+  EXPECT_EQ(BasesText(result.verdict.bases), "trusted pose");
 }
 
 TEST_F(BareCorridor, BadTargetsAreRefusedByName) {
@@ -188,7 +188,7 @@ TEST(BareHall, LevelledScannerPassesInTilt) {
   EXPECT_FALSE(bare->verdict.registered()) << 1000 * bare->verdict.judged_bound << " mm";
   EXPECT_EQ(bare->verdict.weakest_words.rfind("tilting", 0), 0U) << bare->verdict.weakest_words;
   EXPECT_TRUE(levelled->verdict.registered()) << levelled->verdict.reason;
-  EXPECT_EQ(levelled->verdict.decided_by, "levelling");
+  EXPECT_EQ(BasesText(levelled->verdict.bases), "levelling");
 }
 
 TEST(Targets, AreWorthWhatTheirLeverSays) {

@@ -1,4 +1,4 @@
-#include "core/model/snapshot/snapshot_layer.h"
+#include "core/model/snapshot/layer_codec.h"
 
 #include <algorithm>
 #include <cmath>

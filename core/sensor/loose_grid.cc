@@ -1,4 +1,4 @@
-#include "core/sensor/grid_lines.h"
+#include "core/sensor/loose_grid.h"
 
 #include <algorithm>
 #include <cmath>

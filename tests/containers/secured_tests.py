@@ -92,7 +92,7 @@ class Callers:
         return (("authorization", f"Bearer {self.tokens[name]}"),)
 
 
-class GuardedContainerTest(ContainerTest):
+class SecuredContainerTest(ContainerTest):
     def setUp(self):
         super().setUp()
         if not shutil.which("openssl"):
@@ -106,7 +106,7 @@ class GuardedContainerTest(ContainerTest):
         self.callers.add("visitor", "museum", "read")
         self.callers.add("stranger", "bank", "administer")
 
-    def serve_guarded(self, *flags):
+    def serve_secured(self, *flags):
         server = self.serve(house.engine.new_volume(), "--callers", f"{MOUNTED}/callers", *flags,
                             options=("-v", f"{self.folder}:{MOUNTED}:ro"))
         return server
@@ -125,9 +125,9 @@ class GuardedContainerTest(ContainerTest):
 TLS = ("--tls-cert", f"{MOUNTED}/server.pem", "--tls-key", f"{MOUNTED}/server.key")
 
 
-class TlsTest(GuardedContainerTest):
+class TlsTest(SecuredContainerTest):
     def test_encryption_and_tokens(self):
-        server = self.serve_guarded(*TLS)
+        server = self.serve_secured(*TLS)
         credentials = self.authority.credentials()
         self.until_serving(server, credentials=credentials)
         address = server.address()
@@ -169,7 +169,7 @@ class TlsTest(GuardedContainerTest):
         self.authority.certify("office")
         self.callers.lines["office"] = "office museum administer certificate:office\n"
         self.callers.write()
-        server = self.serve_guarded(*TLS, "--tls-client-ca", f"{MOUNTED}/ca.pem")
+        server = self.serve_secured(*TLS, "--tls-client-ca", f"{MOUNTED}/ca.pem")
         known = self.authority.credentials("office")
         self.until_serving(server, credentials=known)
         address = server.address()
@@ -178,7 +178,7 @@ class TlsTest(GuardedContainerTest):
         self.job_of(None, address, known).create()
 
 
-class ProxyTest(GuardedContainerTest):
+class ProxyTest(SecuredContainerTest):
     """HAProxy runs on this machine with the delivered configuration; the server in a container."""
 
     def setUp(self):
@@ -189,7 +189,7 @@ class ProxyTest(GuardedContainerTest):
         (self.folder / "proxy").mkdir()
         (self.folder / "proxy" / "server.pem").write_bytes(
             self.authority.read("server.pem") + self.authority.read("server.key"))
-        self.server = self.serve_guarded("--http", "127.0.0.1:0")
+        self.server = self.serve_secured("--http", "127.0.0.1:0")
         self.until_serving(self.server)
         self.proxy = self.start_proxy()
         self.credentials = self.authority.credentials()
@@ -255,7 +255,8 @@ class ProxyTest(GuardedContainerTest):
         self.assertRefused(grpc.StatusCode.UNIMPLEMENTED, lambda: other(b"", timeout=10))
         pages = urllib.request.urlopen(self.metrics, timeout=10).read().decode()
         self.assertRegex(pages, r'haproxy_server_status\{proxy="vantaged".*state="UP"\} 1')
-        # Killed, it is not sent calls; back again, it is. (Its port is another now: so is the proxy.)
+        # Killed, it is not sent calls; back again, it is. (Its port is another now, so the proxy
+        # is, too.)
         self.server.kill("KILL")
         self.server.wait()
         self.assertRefused(grpc.StatusCode.UNAVAILABLE, job.get)

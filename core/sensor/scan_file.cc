@@ -1,4 +1,4 @@
-#include "core/sensor/import.h"
+#include "core/sensor/scan_file.h"
 
 #include <cerrno>
 #include <cstdio>

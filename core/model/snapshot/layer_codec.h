@@ -1,6 +1,6 @@
 // What a snapshot keeps of one scan (snapshot.h): its layer.
-#ifndef VANTAGE_CORE_MODEL_SNAPSHOT_SNAPSHOT_LAYER_H_
-#define VANTAGE_CORE_MODEL_SNAPSHOT_SNAPSHOT_LAYER_H_
+#ifndef VANTAGE_CORE_MODEL_SNAPSHOT_LAYER_CODEC_H_
+#define VANTAGE_CORE_MODEL_SNAPSHOT_LAYER_CODEC_H_
 
 #include <memory>
 #include <optional>
@@ -35,4 +35,4 @@ class LayerCodec {
 
 }  // namespace vantage::model
 
-#endif  // VANTAGE_CORE_MODEL_SNAPSHOT_SNAPSHOT_LAYER_H_
+#endif  // VANTAGE_CORE_MODEL_SNAPSHOT_LAYER_CODEC_H_

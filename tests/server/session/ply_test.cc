@@ -50,7 +50,7 @@ TEST(SessionPly, PatchesAreQuadrilaterals) {
     patch.set_deficit(0.125 + i);
   }
   std::string expected =
-      "ply\nformat binary_little_endian 1.0\ncomment patches that need work, m, world frame\n"
+      "ply\nformat binary_little_endian 1.0\ncomment deficient patches, m, world frame\n"
       "element vertex 8\nproperty double x\nproperty double y\nproperty double z\nelement face 2\n"
       "property list uchar uint vertex_indices\nproperty uchar kind\nproperty double deficit\n"
       "end_header\n";

@@ -1,7 +1,7 @@
 // Reading what instruments deliver (ptx.h, pcd.h). The result is always a range image in the
 // scanner's own frame, and the pose that the file states, if it states one.
-#ifndef VANTAGE_CORE_SENSOR_IMPORT_H_
-#define VANTAGE_CORE_SENSOR_IMPORT_H_
+#ifndef VANTAGE_CORE_SENSOR_SCAN_FILE_H_
+#define VANTAGE_CORE_SENSOR_SCAN_FILE_H_
 
 #include <string>
 
@@ -15,4 +15,4 @@ absl::StatusOr<ImportedScan> ReadScanFile(const std::string& path, const ImportL
 
 }  // namespace vantage::sensor
 
-#endif  // VANTAGE_CORE_SENSOR_IMPORT_H_
+#endif  // VANTAGE_CORE_SENSOR_SCAN_FILE_H_

@@ -1,6 +1,6 @@
 // Random numbers that depend only on what they are for, not on the order in which they are drawn.
-#ifndef VANTAGE_CORE_SIMULATION_COUNTER_RANDOM_H_
-#define VANTAGE_CORE_SIMULATION_COUNTER_RANDOM_H_
+#ifndef VANTAGE_CORE_SIMULATION_RANDOM_SEQUENCE_H_
+#define VANTAGE_CORE_SIMULATION_RANDOM_SEQUENCE_H_
 
 #include <cmath>
 #include <cstdint>
@@ -51,4 +51,4 @@ class RandomSequence {
 
 }  // namespace vantage::simulation
 
-#endif  // VANTAGE_CORE_SIMULATION_COUNTER_RANDOM_H_
+#endif  // VANTAGE_CORE_SIMULATION_RANDOM_SEQUENCE_H_

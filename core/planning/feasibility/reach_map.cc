@@ -1,4 +1,4 @@
-#include "core/planning/feasibility/reachability.h"
+#include "core/planning/feasibility/reach_map.h"
 
 #include <algorithm>
 #include <limits>

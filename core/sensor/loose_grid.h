@@ -1,7 +1,7 @@
 // The lines (columns and rows) of a grid that is being made from points; see gridded_scan.h for the
 // rules.
-#ifndef VANTAGE_CORE_SENSOR_GRID_LINES_H_
-#define VANTAGE_CORE_SENSOR_GRID_LINES_H_
+#ifndef VANTAGE_CORE_SENSOR_LOOSE_GRID_H_
+#define VANTAGE_CORE_SENSOR_LOOSE_GRID_H_
 
 #include <Eigen/Core>
 #include <utility>
@@ -41,4 +41,4 @@ absl::StatusOr<GriddedScan> AssembleGrid(LooseGrid grid);
 
 }  // namespace vantage::sensor
 
-#endif  // VANTAGE_CORE_SENSOR_GRID_LINES_H_
+#endif  // VANTAGE_CORE_SENSOR_LOOSE_GRID_H_

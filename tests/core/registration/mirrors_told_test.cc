@@ -19,9 +19,9 @@
 namespace vantage::registration {
 namespace {
 
-class MirrorTest : public testing::Test {
+class MirrorsToldTest : public testing::Test {
  protected:
-  MirrorTest() : simulated_(scene_.mesh) {
+  MirrorsToldTest() : simulated_(scene_.mesh) {
     scanner_.azimuth_step = scanner_.elevation_step = sensor::Radians(0.3);
   }
 
@@ -45,7 +45,7 @@ class MirrorTest : public testing::Test {
 // A metre from the mirror over the washstand, 0.6 m wide in the wall at y = 4.43.
 const Eigen::Isometry3d kBeforeTheMirror = PoseAt({3.44, 3.47, 1.1}, 0.4);
 
-TEST_F(MirrorTest, AScanFromBeforeAMirrorIsRegistered) {
+TEST_F(MirrorsToldTest, AScanFromBeforeAMirrorIsRegistered) {
   const std::shared_ptr<const model::PlanningView> model = AfterTheFirst();
   const sensor::Scan scan = ScanAt(kBeforeTheMirror);
   std::mt19937_64 random(1);
@@ -60,7 +60,7 @@ TEST_F(MirrorTest, AScanFromBeforeAMirrorIsRegistered) {
   }
 }
 
-TEST_F(MirrorTest, AScanAtAWrongPlaceIsNot) {
+TEST_F(MirrorsToldTest, AScanAtAWrongPlaceIsNot) {
   const std::shared_ptr<const model::PlanningView> model = AfterTheFirst();
   const sensor::Scan scan = ScanAt(kBeforeTheMirror);
   for (const Eigen::Vector3d& off :
@@ -76,33 +76,33 @@ TEST_F(MirrorTest, AScanAtAWrongPlaceIsNot) {
   }
 }
 
-TEST_F(MirrorTest, OnlyWhatIsBehindTheMirrorIsLeftOut) {
+TEST_F(MirrorsToldTest, OnlyWhatIsBehindTheMirrorIsLeftOut) {
   const sensor::Scan scan = ScanAt(kBeforeTheMirror);
   const std::optional<sensor::Scan> without = WithoutReflections(scan, serial_);
   ASSERT_TRUE(without.has_value());
   ASSERT_TRUE(without->image.Validate().ok());
   // What a mirror that cannot be seen in would have let through.
   const sensor::RangeImage truth = ScanAt(kBeforeTheMirror, simulation::ScanFaults::None()).image;
-  size_t phantoms = 0;
+  size_t reflections = 0;
   size_t left = 0;
   size_t lost = 0;
   for (size_t i = 0; i < truth.range.size(); ++i) {
     const float range = scan.image.range[i];
     if (!sensor::RangeImage::IsRange(range)) continue;
-    const bool phantom =
+    const bool reflected =
         sensor::RangeImage::IsRange(truth.range[i]) && range > truth.range[i] + 0.15F;
     const bool is_left = sensor::RangeImage::IsRange(without->image.range[i]);
     EXPECT_TRUE(!is_left || without->image.range[i] == range);
-    phantoms += phantom ? 1 : 0;
-    left += phantom && is_left ? 1 : 0;
-    lost += !phantom && !is_left ? 1 : 0;
+    reflections += reflected ? 1 : 0;
+    left += reflected && is_left ? 1 : 0;
+    lost += !reflected && !is_left ? 1 : 0;
   }
-  EXPECT_GT(phantoms, 3000u);
-  EXPECT_LT(left, phantoms / 20);
-  EXPECT_LT(lost, phantoms / 20);
+  EXPECT_GT(reflections, 3000u);
+  EXPECT_LT(left, reflections / 20);
+  EXPECT_LT(lost, reflections / 20);
 }
 
-TEST_F(MirrorTest, WithoutAMirrorInSightNothingIsLeftOut) {
+TEST_F(MirrorsToldTest, WithoutAMirrorInSightNothingIsLeftOut) {
   const sensor::Scan scan = ScanAt(PoseAt({0.95, 6.65, 1.2}, 0), simulation::ScanFaults::None());
   EXPECT_FALSE(WithoutReflections(scan, serial_).has_value());
 }

@@ -1,0 +1,94 @@
+#include "server/conversion/to_proto.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <set>
+#include <utility>
+#include <vector>
+
+namespace vantage::conversion {
+namespace {
+
+using registration::RegistrationBasis;
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+v1::RegistrationVerdict Written(const std::vector<RegistrationBasis>& bases) {
+  registration::RegistrationVerdict verdict;
+  verdict.bases = bases;
+  return WriteVerdict(verdict);
+}
+
+// No two of the core's bases are the same on the wire, and none is missing there.
+TEST(ToProto, EveryBasisOfAVerdictHasItsValue) {
+  const std::pair<RegistrationBasis, v1::RegistrationBasis> kBases[] = {
+      {RegistrationBasis::kScanGeometry, v1::REGISTRATION_BASIS_SCAN_GEOMETRY},
+      {RegistrationBasis::kLevelling, v1::REGISTRATION_BASIS_LEVELLING},
+      {RegistrationBasis::kTargets, v1::REGISTRATION_BASIS_TARGETS},
+      {RegistrationBasis::kTrustedPose, v1::REGISTRATION_BASIS_TRUSTED_POSE},
+      {RegistrationBasis::kOverlap, v1::REGISTRATION_BASIS_OVERLAP},
+      {RegistrationBasis::kNoPosePrior, v1::REGISTRATION_BASIS_NO_POSE_PRIOR},
+      {RegistrationBasis::kResiduals, v1::REGISTRATION_BASIS_RESIDUALS},
+      {RegistrationBasis::kContradiction, v1::REGISTRATION_BASIS_CONTRADICTION},
+      {RegistrationBasis::kRivalPose, v1::REGISTRATION_BASIS_RIVAL_POSE},
+      {RegistrationBasis::kNotConverged, v1::REGISTRATION_BASIS_NOT_CONVERGED},
+  };
+  std::set<int> seen = {v1::REGISTRATION_BASIS_UNSPECIFIED, v1::REGISTRATION_BASIS_COMBINED};
+  for (const auto& [basis, written] : kBases) {
+    const v1::RegistrationVerdict verdict = Written({basis});
+    EXPECT_EQ(verdict.basis(), written) << registration::BasisName(basis);
+    EXPECT_THAT(verdict.combined_bases(), IsEmpty());
+    EXPECT_TRUE(seen.insert(verdict.basis()).second) << registration::BasisName(basis);
+  }
+  EXPECT_EQ(seen.size(), static_cast<size_t>(v1::RegistrationBasis_descriptor()->value_count()));
+}
+
+TEST(ToProto, SeveralBasesTogetherAreNamed) {
+  const v1::RegistrationVerdict verdict =
+      Written({RegistrationBasis::kLevelling, RegistrationBasis::kTargets});
+  EXPECT_EQ(verdict.basis(), v1::REGISTRATION_BASIS_COMBINED);
+  EXPECT_THAT(verdict.combined_bases(),
+              ElementsAre(v1::REGISTRATION_BASIS_LEVELLING, v1::REGISTRATION_BASIS_TARGETS));
+  EXPECT_EQ(Written({}).basis(), v1::REGISTRATION_BASIS_UNSPECIFIED);
+}
+
+// What is not known is absent, not 0.
+TEST(ToProto, AViewThatWasNotCheckedHasNoVerdict) {
+  planning::RankedView view;
+  view.score = 5000;
+  view.checked = false;
+  const v1::RankedView interim = WriteView(view, {}, 2500, Eigen::Vector3d::Zero());
+  EXPECT_EQ(interim.model_gain_m2(), 2);
+  EXPECT_FALSE(interim.has_verdict() || interim.has_location() || interim.has_region());
+  view.checked = true;
+  v1::RankedView written = WriteView(view, {}, 2500, Eigen::Vector3d::Zero());
+  EXPECT_TRUE(written.has_verdict() && written.has_location());
+  EXPECT_FALSE(written.location().has_last_station_distance_m());
+  EXPECT_FALSE(written.location().has_last_station_bearing_rad());
+  view.location.last_station_distance = 0;
+  view.location.last_station_bearing = 0;
+  written = WriteView(view, {}, 2500, Eigen::Vector3d::Zero());
+  EXPECT_TRUE(written.location().has_last_station_distance_m());
+  EXPECT_TRUE(written.location().has_last_station_bearing_rad());
+}
+
+TEST(ToProto, APlanSaysWhatWasMeasuredOnly) {
+  planning::Plan plan;
+  v1::PlanningConfig config;
+  config.set_required_density_per_m2(2500);
+  v1::PlanResult written = WritePlanResult(plan, config, false, Eigen::Vector3d::Zero());
+  EXPECT_FALSE(written.has_coverage());
+  EXPECT_FALSE(written.termination().has_best_score_upper());
+  EXPECT_FALSE(written.termination().has_best_model_gain_upper_m2());
+  plan.coverage.emplace();
+  plan.termination.best_upper = 0;
+  written = WritePlanResult(plan, config, false, Eigen::Vector3d::Zero());
+  EXPECT_TRUE(written.has_coverage());
+  EXPECT_FALSE(written.coverage().has_estimated_coverage());  // of no surface there is no share
+  EXPECT_TRUE(written.termination().has_best_score_upper());
+  EXPECT_TRUE(written.termination().has_best_model_gain_upper_m2());
+}
+
+}  // namespace
+}  // namespace vantage::conversion

@@ -1,0 +1,220 @@
+// Pages of lists, the same for all of them.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "server/rpc/handlers/lookup.h"
+#include "tests/server/fixture/in_process.h"
+#include "tests/server/fixture/room_scan.h"
+
+namespace vantage::rpc {
+namespace {
+
+using testing::ElementsAre;
+using testing::ElementsAreArray;
+using testing::IsEmpty;
+
+struct ListedPage {
+  grpc::Status status;
+  std::vector<std::string> names;
+  std::string next;
+};
+
+// A list that has entries.
+struct FilledList {
+  std::string prefix;  // of its tokens
+  std::vector<std::string> names;
+  std::function<ListedPage(int size, const std::string& token)> page;
+};
+
+class Paging : public testing::Test {
+ protected:
+  template <typename Request, typename Response, typename Stub, typename Call, typename Entries>
+  static ListedPage PageOf(Request request, int size, const std::string& token, Stub& stub,
+                           Call call, Entries entries) {
+    grpc::ClientContext context;
+    request.set_page_size(size);
+    request.set_page_token(token);
+    Response response;
+    ListedPage page;
+    page.status = (stub.*call)(&context, request, &response);
+    for (const auto& entry : entries(response)) page.names.push_back(entry.name());
+    page.next = response.next_page_token();
+    return page;
+  }
+
+  std::vector<FilledList> Fill() {
+    const std::string session = server_.OpenRoom("job");
+    std::vector<FilledList> lists(5);
+    lists[0].prefix = "sessions";
+    lists[0].names = {session, server_.OpenSession("b"), server_.OpenSession("a")};
+    lists[0].page = [this](int size, const std::string& token) {
+      return PageOf<v1::ListSessionsRequest, v1::ListSessionsResponse>(
+          {}, size, token, *server_.sessions, &v1::SessionService::Stub::ListSessions,
+          [](const auto& response) { return response.sessions(); });
+    };
+    lists[1].prefix = session + "/scans";
+    lists[1].names = {session + "/scans/scan-1"};
+    for (int i = 0; i < 2; ++i) {
+      lists[1].names.push_back(server_.Send(session, fixture::EncodedRoom()).scan());
+    }
+    lists[1].page = [this, session](int size, const std::string& token) {
+      v1::ListScansRequest request;
+      request.set_parent(session);
+      return PageOf<v1::ListScansRequest, v1::ListScansResponse>(
+          request, size, token, *server_.scans, &v1::ScanService::Stub::ListScans,
+          [](const auto& response) { return response.scans(); });
+    };
+    lists[2].prefix = session + "/plans";
+    for (int i = 0; i < 3; ++i) {
+      grpc::ClientContext context;
+      v1::CreatePlanRequest request;
+      request.set_parent(session);
+      v1::CreatePlanResponse created;
+      EXPECT_TRUE(server_.plans->CreatePlan(&context, request, &created).ok());
+      lists[2].names.push_back(created.plan().name());
+    }
+    lists[2].page = [this, session](int size, const std::string& token) {
+      v1::ListPlansRequest request;
+      request.set_parent(session);
+      return PageOf<v1::ListPlansRequest, v1::ListPlansResponse>(
+          request, size, token, *server_.plans, &v1::PlanService::Stub::ListPlans,
+          [](const auto& response) { return response.plans(); });
+    };
+    lists[3].prefix = session + "/scanners";
+    for (const char* id : {"red", "blue", "green"}) {
+      grpc::ClientContext context;
+      v1::CreateScannerRequest request;
+      request.set_parent(session);
+      request.set_scanner_id(id);
+      request.mutable_scanner();
+      v1::CreateScannerResponse created;
+      EXPECT_TRUE(server_.fleet->CreateScanner(&context, request, &created).ok());
+      lists[3].names.push_back(created.scanner().name());
+    }
+    lists[3].page = [this, session](int size, const std::string& token) {
+      v1::ListScannersRequest request;
+      request.set_parent(session);
+      return PageOf<v1::ListScannersRequest, v1::ListScannersResponse>(
+          request, size, token, *server_.fleet, &v1::FleetService::Stub::ListScanners,
+          [](const auto& response) { return response.scanners(); });
+    };
+    lists[4].prefix = session + "/claims";
+    for (int i = 0; i < 3; ++i) {
+      grpc::ClientContext context;
+      v1::ClaimViewRequest request;
+      request.set_parent(session);
+      request.set_scanner(session + "/scanners/red");
+      request.mutable_position()->set_x(5 * i);  // far enough from the others
+      v1::ClaimViewResponse claimed;
+      EXPECT_TRUE(server_.fleet->ClaimView(&context, request, &claimed).ok());
+      lists[4].names.push_back(claimed.claim().name());
+    }
+    lists[4].page = [this, session](int size, const std::string& token) {
+      v1::ListClaimsRequest request;
+      request.set_parent(session);
+      return PageOf<v1::ListClaimsRequest, v1::ListClaimsResponse>(
+          request, size, token, *server_.fleet, &v1::FleetService::Stub::ListClaims,
+          [](const auto& response) { return response.claims(); });
+    };
+    return lists;
+  }
+
+  fixture::Script script_;
+  fixture::InProcess server_{script_.Make()};
+};
+
+TEST_F(Paging, EveryListComesInPagesAndRefusesWhatItDidNotGive) {
+  script_.EndPlans();
+  const std::vector<FilledList> lists = Fill();
+  for (const FilledList& list : lists) {
+    SCOPED_TRACE(list.prefix);
+    std::vector<std::string> names;
+    std::string token;
+    do {
+      const ListedPage page = list.page(1, token);
+      ASSERT_TRUE(page.status.ok()) << page.status.error_message();
+      ASSERT_EQ(page.names.size(), 1U);
+      names.push_back(page.names[0]);
+      token = page.next;
+    } while (!token.empty());
+    EXPECT_THAT(names, ElementsAreArray(list.names));
+    // More than there may be is as many as there may.
+    const ListedPage all = list.page(1'000'000, "");
+    EXPECT_THAT(all.names, ElementsAreArray(list.names));
+    EXPECT_EQ(all.next, "");
+    EXPECT_THAT(fixture::ViolatedFields(list.page(-1, "").status), ElementsAre("page_size"));
+    // Tokens of others, of an entry that there never was, and nonsense.
+    std::vector<std::string> refused = {"nonsense", NextPageToken(list.prefix, "nobody"),
+                                        NextPageToken(list.prefix, list.prefix + "/claim-99")};
+    for (const FilledList& other : lists) {
+      if (other.prefix != list.prefix) refused.push_back(other.page(1, "").next);
+    }
+    for (const std::string& bad : refused) {
+      const ListedPage page = list.page(1, bad);
+      EXPECT_THAT(fixture::ViolatedFields(page.status), ElementsAre("page_token")) << bad;
+      EXPECT_THAT(page.names, IsEmpty());
+    }
+  }
+}
+
+TEST_F(Paging, GoesOnBehindAClaimThatHasEnded) {
+  script_.EndPlans();
+  const FilledList claims = Fill()[4];
+  const ListedPage first = claims.page(1, "");
+  grpc::ClientContext context;
+  v1::ReleaseClaimRequest release;
+  release.set_name(first.names.at(0));
+  v1::ReleaseClaimResponse released;
+  ASSERT_TRUE(server_.fleet->ReleaseClaim(&context, release, &released).ok());
+  EXPECT_THAT(claims.page(5, first.next).names, ElementsAre(claims.names[1], claims.names[2]));
+  // A claim that has ended names the value of its end, for programs.
+  grpc::ClientContext again;
+  const grpc::Status ended = server_.fleet->ReleaseClaim(&again, release, &released);
+  EXPECT_EQ(fixture::InfoOf(ended).reason(), "CLAIM_ENDED");
+  EXPECT_EQ(fixture::InfoOf(ended).metadata().at("ended"), "CLAIM_END_REASON_RELEASED");
+}
+
+// An id that was deleted and used again is another session: what lies between is not left out.
+TEST_F(Paging, GoesOnBehindASessionWhoseIdIsAnothersNow) {
+  for (const char* id : {"c", "a", "d"}) server_.OpenSession(id);
+  v1::ListSessionsRequest request;
+  request.set_page_size(1);
+  v1::ListSessionsResponse first;
+  {
+    grpc::ClientContext context;
+    ASSERT_TRUE(server_.sessions->ListSessions(&context, request, &first).ok());
+  }
+  {
+    grpc::ClientContext context;
+    v1::DeleteSessionRequest gone;
+    gone.set_name("sessions/c");
+    v1::DeleteSessionResponse done;
+    ASSERT_TRUE(server_.sessions->DeleteSession(&context, gone, &done).ok());
+  }
+  server_.OpenSession("c");
+  request.set_page_size(10);
+  request.set_page_token(first.next_page_token());
+  v1::ListSessionsResponse rest;
+  grpc::ClientContext context;
+  ASSERT_TRUE(server_.sessions->ListSessions(&context, request, &rest).ok());
+  std::vector<std::string> names;
+  for (const v1::Session& session : rest.sessions()) names.push_back(session.name());
+  EXPECT_THAT(names, ElementsAre("sessions/a", "sessions/d", "sessions/c"));
+}
+
+TEST(ReadPage, CoercesASizeThatIsTooLarge) {
+  const auto limit = [](int size) {
+    return ReadPage(size, "", "list", 50, 1000, "page_size", "page_token")->limit;
+  };
+  EXPECT_EQ(limit(0), 50U);
+  EXPECT_EQ(limit(7), 7U);
+  EXPECT_EQ(limit(1000), 1000U);
+  EXPECT_EQ(limit(1001), 1000U);
+}
+
+}  // namespace
+}  // namespace vantage::rpc
