@@ -34,8 +34,8 @@ std::string DefaultFix(const Explanation& e) {
     case absl::StatusCode::kAborted:
       return "someone else changed it in the meantime: read it again, then repeat";
     case absl::StatusCode::kResourceExhausted:
-      return e.retry_seconds ? absl::StrFormat("try again in %.1f s", *e.retry_seconds)
-                             : "try again later";
+      // Without a time to wait, waiting does not help: the message says what does.
+      return e.retry_seconds ? absl::StrFormat("try again in %.1f s", *e.retry_seconds) : "";
     case absl::StatusCode::kUnauthenticated:
       return "show a token with --token-file FILE or VANTAGE_TOKEN_FILE, or a certificate with "
              "--tls-cert and --tls-key";
@@ -45,7 +45,6 @@ std::string DefaultFix(const Explanation& e) {
       return e.violations.empty() ? "" : "correct the fields named above";
     case absl::StatusCode::kInternal:
     case absl::StatusCode::kUnknown:
-    case absl::StatusCode::kDataLoss:
       return "try again; if it happens again, the server's log says more";
     default:
       return "";

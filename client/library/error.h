@@ -23,10 +23,10 @@ absl::Status FromRpc(const grpc::Status& status, const std::string& server);
 
 struct Explanation {
   absl::StatusCode code = absl::StatusCode::kUnknown;
-  std::string cause;                    // a sentence, without a full stop
-  std::vector<std::string> violations;  // 'field: what is wrong with it', all of them
-  std::string fix;                      // what to do about it; may be empty
-  std::string reason;                   // the server's stable reason, such as SCAN_NOT_FOUND
+  std::string cause;                                // a sentence, without a full stop
+  std::vector<std::string> violations;              // 'field: what is wrong with it', all of them
+  std::string fix;                                  // what to do about it; may be empty
+  std::string reason;                               // the server's stable reason, such as SCAN_LOST
   std::map<std::string, std::string> metadata;      // that comes with the reason
   std::optional<v1::ClaimConflict> claim_conflict;  // whose place it is, with reason CLAIMED
   std::optional<v1::ExpectedPiece> expected_piece;  // which piece to go on with, with UPLOAD_GAP

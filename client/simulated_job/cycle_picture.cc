@@ -61,11 +61,14 @@ absl::Status WriteCyclePicture(client::Client& client, const std::string& sessio
   const v1::PlanResult& result = cycle.plan.result();
   picture::JobPicture picture;
   picture.title = absl::StrFormat("%s: after scan %d", site.name, cycle.number);
+  const std::string estimated =
+      result.coverage().has_estimated_coverage()
+          ? absl::StrFormat("%.1f %%", result.coverage().estimated_coverage() * 100)
+          : "not yet";
   picture.figures = {
-      absl::StrFormat("Coverage at %.0f samples/m\u00b2: %.1f %% estimated, %.1f %% true (%.1f %% "
+      absl::StrFormat("Coverage at %.0f samples/m\u00b2: %s estimated, %.1f %% true (%.1f %% "
                       "of the attainable surface seen at all)",
-                      result.config().required_density_per_m2(),
-                      result.coverage().estimated_coverage() * 100,
+                      result.config().required_density_per_m2(), estimated,
                       cycle.truth.at_density_share() * 100, cycle.truth.seen_share() * 100),
       NextLine(result)};
   picture.required_density = result.config().required_density_per_m2();

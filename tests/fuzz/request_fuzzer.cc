@@ -131,7 +131,7 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   static execution::PlanningPool& pool = *new execution::PlanningPool(1, 2);
   store::MemoryStore store(size_t{64} << 20);
   session::SessionRegistry registry(
-      session::SessionDependencies{store, pool, timer, log, contract::Limits(), Refusing(),
+      session::SessionDependencies{store, pool, timer, log, contract::Limits(), fuzz::Refusing(),
                                    [] { return absl::FromUnixSeconds(1'700'000'000); }});
   const session::TenantSessions sessions(registry, "tenant");
   v1::CreateSessionRequest create;

@@ -66,7 +66,7 @@ def promises(encoded):
         for enum in file.get("enum_type", []):
             add_enum(enum, package)
         for service in file.get("service", []):
-            for rpc in service["method"]:
+            for rpc in service.get("method", []):
                 found[f"rpc {package}.{service['name'][0]}.{rpc['name'][0]}"] = " ".join(
                     [rpc["input_type"][0], rpc["output_type"][0]] +
                     [kind for kind in ("client_streaming", "server_streaming") if kind in rpc])

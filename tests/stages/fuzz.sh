@@ -29,7 +29,8 @@ limit=-max_total_time=60
 if [[ ${1:-} == --stage ]]; then
   shift
   readarray -t units < <(asan_units)
-  turn=$("$stages/coverage.py" --seconds 750 "$@" "${units[@]}" | grep '_fuzzer.cc$') || {
+  covered=$("$stages/coverage.py" --seconds 750 "$@" "${units[@]}")
+  turn=$(grep '_fuzzer.cc$' <<<"$covered") || {
     echo "skipped: no fuzzer's turn"
     exit "$skipped"
   }

@@ -4,7 +4,7 @@
 source "$(dirname "${BASH_SOURCE[0]}")/prelude.sh"
 "$stages/install.sh" proto || {
   if command -v protoc >/dev/null && command -v python3 >/dev/null; then
-    echo "no buf, npm cannot be had or reached: not linted"
+    echo "note: no buf, npm cannot be had or reached: not linted"
     exec python3 "$stages/contract.py"
   fi
   echo "skipped: no buf, npm cannot be had or reached, and no protoc or python3 in its place"

@@ -6,7 +6,7 @@ mkdir -p "$logs"
 passed=0 failed=0 skipped_tests=0 rows=()
 # A stage has a process group of its own, which the terminal does not interrupt.
 running=
-trap '[[ -z $running ]] || kill "$running" 2>/dev/null; exit 130' INT TERM
+trap '[[ -z $running ]] || { kill "$running" 2>/dev/null && wait "$running"; }; exit 130' INT TERM HUP
 
 # follow LOG PID: what a stage says as long as it runs, and every quarter of a minute how far ctest is.
 follow() {

@@ -48,7 +48,7 @@ sanitized() {
     [[ -d $unit ]] || continue
     echo "---- $unit"
     "${wrapper[@]}" "$stages/unit.sh" --test-dir "build/$preset/$unit" --no-tests=ignore \
-      -LE 'integration|study' -E '(^|[/.])(Seeds|Scenes)/.*[/ ][2-9]$' || status=1
+      -LE 'integration|study' -E "$further_seeds" || status=1
   done
   return "$status"
 }

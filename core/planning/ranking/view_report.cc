@@ -94,7 +94,7 @@ Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation,
   }
   plan.optimality_gap =
       most > 0 && !plan.views.empty() ? std::clamp(1 - plan.views[0].lower / most, 0.0, 1.0) : 1;
-  plan.termination.best_upper = most;
+  if (evaluation.any()) plan.termination.best_upper = most;
   return plan;
 }
 

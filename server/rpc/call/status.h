@@ -13,8 +13,8 @@ namespace vantage::rpc {
 // has none), and its payloads as a google.rpc.Status in grpc-status-details-bin. UNAVAILABLE gets a
 // RetryInfo (one second) where it has none; what has one gets the trailer grpc-retry-pushback-ms,
 // too, since gRPC's own retry heeds only that. RESOURCE_EXHAUSTED without one lasts until somebody
-// makes room. INTERNAL and UNKNOWN say nothing of the
-// server's inside beyond their message.
+// makes room, so it gets none. INTERNAL and UNKNOWN say nothing of the server's inside beyond their
+// message.
 grpc::Status ToGrpcStatus(const absl::Status& status, grpc::ServerContextBase& context);
 
 }  // namespace vantage::rpc
