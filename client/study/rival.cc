@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/planning/patches/patches.h"
 #include "core/planning/plan/model_gain.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
@@ -19,12 +18,13 @@ constexpr uint64_t kRandomStream = 300;
 class Random final : public Rival {
  public:
   Proposal Propose(const PlanningSituation& s) override {
-    const size_t count = s.feasible.cells().size();
+    const size_t count = s.problem.feasible().cells().size();
     if (count == 0) return {std::nullopt, std::nullopt, "no place is feasible"};
     // A refused place is no longer feasible, so that a repeated question has another answer.
-    const uint64_t draw = simulation::RandomBits(s.seed, static_cast<uint64_t>(s.number),
-                                                 kRandomStream + s.config.rejected.size());
-    return {s.feasible.Centre(draw % count), std::nullopt, ""};
+    const uint64_t draw =
+        simulation::RandomBits(s.seed, static_cast<uint64_t>(s.number),
+                               kRandomStream + s.problem.config().rejected.size());
+    return {s.problem.feasible().Centre(draw % count), std::nullopt, ""};
   }
 };
 
@@ -34,24 +34,27 @@ class Frontier final : public Rival {
     constexpr double kLeastArea = 0.5;  // m^2 of frontier to be seen
     constexpr double kLeastStep = 1.0;  // m from every former station
     constexpr double kSpacing = 0.3;    // m between the places asked
-    planning::PlanningConfig config = s.config;
+    planning::PlanningConfig config = s.problem.config();
     config.weights = {0, 1, 1, 1};
-    const planning::PatchSet patches =
-        planning::ExtractPatches(s.model, config, {}, parallel::Budget::Unlimited());
-    const planning::Scoring scoring(s.model, s.grid, patches, s.scanner, config, s.parallel);
+    const auto frontier = planning::PlanningProblem::Prepare(
+        {s.problem.model(), s.problem.scanner(), config, &s.problem}, s.parallel);
+    if (!frontier.ok()) return {std::nullopt, std::nullopt, frontier.status().ToString()};
+    const planning::Scoring& scoring = (*frontier)->scoring();
 
     std::vector<std::pair<double, size_t>> places;
-    for (size_t i = 0; i < s.feasible.cells().size(); ++i) {
-      const planning::FeasibleViews::CellIndex& cell = s.feasible.cells()[i];
-      const int step = std::max(1, static_cast<int>(kSpacing / s.feasible.cell_size() + 0.5));
+    for (size_t i = 0; i < s.problem.feasible().cells().size(); ++i) {
+      const planning::FeasibleViews::CellIndex& cell = s.problem.feasible().cells()[i];
+      const int step =
+          std::max(1, static_cast<int>(kSpacing / s.problem.feasible().cell_size() + 0.5));
       if (((cell.array() - (cell.array() / step) * step) != 0).any()) continue;
-      const Eigen::Vector3d at = s.feasible.Centre(i);
+      const Eigen::Vector3d at = s.problem.feasible().Centre(i);
       const bool near = std::any_of(s.stations.begin(), s.stations.end(), [&](const auto& station) {
         return (station - at).template head<2>().norm() < kLeastStep;
       });
       if (near) continue;
       const double way =
-          s.feasible.reach()
+          s.problem.feasible()
+              .reach()
               .Travel(cell.x(), cell.y())
               .value_or(s.stations.empty() ? 0 : 2 * (s.stations.back() - at).norm());
       places.emplace_back(way, i);
@@ -59,13 +62,13 @@ class Frontier final : public Rival {
     std::sort(places.begin(), places.end());
     std::vector<float> gains(scoring.cells().size());
     for (const auto& [way, i] : places) {
-      scoring.scorer().ScoreCells(s.feasible.Centre(i), scoring.cells(),
+      scoring.scorer().ScoreCells(s.problem.feasible().Centre(i), scoring.cells(),
                                   parallel::Budget::Unlimited(), gains);
       double area = 0;
       for (size_t k = 0; k < gains.size(); ++k) {
         if (gains[k] > 0) area += scoring.cells().factor[k];
       }
-      if (area >= kLeastArea) return {s.feasible.Centre(i), std::nullopt, ""};
+      if (area >= kLeastArea) return {s.problem.feasible().Centre(i), std::nullopt, ""};
     }
     return {std::nullopt, std::nullopt, "no frontier is visible from any place"};
   }
@@ -80,10 +83,10 @@ class FeasibleOracle final : public Rival {
       truth_.AddScan(s.T_scene_world * s.stations[seen_], s.parallel);
     }
     std::vector<Eigen::Vector3d> places;
-    for (size_t i = 0; i < s.feasible.cells().size(); ++i) {
-      const planning::FeasibleViews::CellIndex& cell = s.feasible.cells()[i];
+    for (size_t i = 0; i < s.problem.feasible().cells().size(); ++i) {
+      const planning::FeasibleViews::CellIndex& cell = s.problem.feasible().cells()[i];
       if ((cell.array() - (cell.array() / kStride) * kStride).isZero(0)) {
-        places.push_back(s.T_scene_world * s.feasible.Centre(i));
+        places.push_back(s.T_scene_world * s.problem.feasible().Centre(i));
       }
     }
     const std::vector<double> gains = truth_.GainAtDensity(places, s.parallel);
@@ -116,13 +119,11 @@ class Route final : public Rival {
 class BruteForce final : public Rival {
  public:
   Proposal Propose(const PlanningSituation& s) override {
-    const auto plan =
-        planning::MakePlan(s.model, s.scanner, s.config, parallel::Budget::Unlimited(), s.parallel,
-                           [](const planning::Plan&) {});
-    if (!plan.ok()) return {std::nullopt, std::nullopt, std::string(plan.status().message())};
-    if (plan->views.empty()) return {std::nullopt, std::nullopt, plan->message};
-    return {plan->views[0].position,
-            planning::ModelGain(plan->views[0].score, s.config.required_density), ""};
+    const planning::Plan plan = planning::MakePlan(s.problem, parallel::Budget::Unlimited(),
+                                                   s.parallel, [](const planning::Plan&) {});
+    if (plan.views.empty()) return {std::nullopt, std::nullopt, plan.message};
+    return {plan.views[0].position,
+            planning::ModelGain(plan.views[0].score, s.problem.config().required_density), ""};
   }
 };
 

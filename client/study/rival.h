@@ -12,23 +12,15 @@
 #include <vector>
 
 #include "client/study/study_scene.h"
-#include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
-#include "core/planning/feasibility/feasible_views.h"
-#include "core/planning/plan/planning_config.h"
+#include "core/planning/problem/planning_problem.h"
 #include "core/sensor/range_image.h"
-#include "core/sensor/scanner_model.h"
-#include "core/visibility/opaque_grid.h"
 
 namespace vantage::study {
 
 // What can be known before a scan. References live for the call.
 struct PlanningSituation {
-  const model::PlanningView& model;
-  const visibility::OpaqueGrid& grid;       // of the model
-  const planning::FeasibleViews& feasible;  // in the model
-  const sensor::ScannerModel& scanner;
-  const planning::PlanningConfig& config;
+  const planning::PlanningProblem& problem;
   const std::vector<Eigen::Vector3d>& stations;  // m, world, of merged scans
   int number = 0;                                // of the scan to place
   uint64_t seed = 0;

@@ -66,11 +66,10 @@ class Workbench {
   }
 
   Proposal Ask(Rival& rival, int number, uint64_t seed) const {
-    const visibility::OpaqueGrid grid(*view_);
-    const planning::FeasibleViews feasible = planning::FeasibleViews::Find(
-        *view_, grid, scene_.settings().scanner, config_, parallel::Budget::Unlimited(), parallel_);
-    return rival.Propose({*view_, grid, feasible, scene_.settings().scanner, config_, stations_,
-                          number, seed, T_scene_world_, parallel_});
+    const auto problem =
+        planning::PlanningProblem::Prepare({*view_, scene_.settings().scanner, config_}, parallel_);
+    if (!problem.ok()) return {std::nullopt, std::nullopt, problem.status().ToString()};
+    return rival.Propose({**problem, stations_, number, seed, T_scene_world_, parallel_});
   }
 
   const Eigen::Isometry3d& T_scene_world() const { return T_scene_world_; }

@@ -5,11 +5,8 @@
 
 #include "absl/status/status.h"
 #include "core/fleet/remaining_gain.h"
-#include "core/planning/patches/patches.h"
-#include "core/planning/plan/planning_config.h"
-#include "core/planning/planning_estimate.h"
+#include "core/planning/problem/planning_problem.h"
 #include "core/planning/scoring/scoring.h"
-#include "core/visibility/opaque_grid.h"
 
 namespace vantage::fleet {
 
@@ -19,16 +16,13 @@ absl::StatusOr<CoveredView> MeasureCover(const model::PlanningView& model,
                                          const Eigen::Vector3d& position,
                                          std::span<const PledgedView> claims,
                                          parallel::Parallel& parallel) {
-  if (absl::Status valid = planning::ValidateFor(model, scanner, config); !valid.ok()) return valid;
-  if (absl::Status fits = planning::CheckPlanningSize(model, config); !fits.ok()) return fits;
   if (!position.allFinite()) {
     return absl::InvalidArgumentError("position must be finite (m, model frame)");
   }
+  const auto problem = planning::PlanningProblem::Prepare({model, scanner, config}, parallel);
+  if (!problem.ok()) return problem.status();
+  const planning::Scoring& scoring = (*problem)->scoring();
   const parallel::Budget budget = parallel::Budget::Unlimited();
-  const visibility::OpaqueGrid grid(model);
-  const planning::PatchSet patches =
-      planning::ExtractPatches(model, config, planning::PatchTolerance{}, budget);
-  const planning::Scoring scoring(model, grid, patches, scanner, config, parallel);
 
   uint64_t rays = 0;
   CoveredView covered;

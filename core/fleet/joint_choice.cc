@@ -172,7 +172,7 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const parallel::Budget&
   }
   const std::optional<std::vector<Refusal*>> instead_of = TriedInsteadOf(entry, trying);
   if (!instead_of.has_value()) return Fate::kOut;
-  const double room = 2 * mine.model.clearance;
+  const double room = 2 * mine.problem->scanner().clearance;
   for (size_t k = 0; k < taken_.size(); ++k) {
     if (HorizontalDistance(taken_[k], at) >= room) continue;
     record_.crowded |= k >= given_;
@@ -228,7 +228,7 @@ void JointChoice::NoteExactness(const ChosenView& chosen) {
   const std::span<const Eigen::Vector3d> given = std::span(taken_).first(given_);
   for (size_t of = 0; of < classes_.size(); ++of) {
     const LazyGains& gains = *classes_[of].gains;
-    const double room = 2 * classes_[of].model.clearance;
+    const double room = 2 * classes_[of].problem->scanner().clearance;
     for (uint32_t i = 0; i < classes_[of].views.size(); ++i) {
       if (gains.Upper(i) <= 0) continue;
       const double upper = Key(of, i, gains.Upper(i));
@@ -317,7 +317,7 @@ std::optional<ChosenView> JointChoice::Next(double apart) {
 
 bool JointChoice::Commit(const ChosenView& chosen) {
   ScannerClass& mine = classes_[chosen.of];
-  if (!remaining_.Take(mine.views[chosen.view], mine.scoring->scorer(), budget_, rays_)) {
+  if (!remaining_.Take(mine.views[chosen.view], mine.problem->scoring().scorer(), budget_, rays_)) {
     record_.cut_short = true;
     return false;
   }

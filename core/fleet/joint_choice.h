@@ -21,20 +21,17 @@
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/evaluation/evaluation.h"
-#include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/planning/problem/planning_problem.h"
 #include "core/planning/ranking/registration_check.h"
-#include "core/planning/scoring/scoring.h"
 #include "core/registration/bound/verdict.h"
 
 namespace vantage::fleet {
 
 // All that scanners of one model share.
 struct ScannerClass {
-  sensor::ScannerModel model;
-  planning::FeasibleViews feasible;
+  std::shared_ptr<const planning::PlanningProblem> problem;
   std::vector<Eigen::Vector3d> views;  // centres of the feasible cells
-  std::unique_ptr<planning::Scoring> scoring;
   std::unique_ptr<planning::OverlapSurface> overlap;
   std::unique_ptr<PendingSurface> pending_surface;
   planning::Evaluation evaluation;  // before anything was chosen

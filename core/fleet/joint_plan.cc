@@ -1,28 +1,29 @@
 #include "core/fleet/joint_plan.h"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <memory>
+#include <string>
 #include <tuple>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/string_view.h"
 #include "core/fleet/joint_choice.h"
 #include "core/fleet/member_routes.h"
-#include "core/planning/end_early.h"
 #include "core/planning/evaluation/anytime.h"
-#include "core/planning/patches/measure_coverage.h"
-#include "core/planning/patches/patches.h"
+#include "core/planning/outcome.h"
 #include "core/planning/plan/model_gain.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/stage_clock.h"
-#include "core/planning/planning_estimate.h"
+#include "core/planning/problem/planning_estimate.h"
+#include "core/planning/problem/planning_problem.h"
 #include "core/planning/ranking/rank_views.h"
+#include "core/planning/ranking/score_map.h"
 #include "core/planning/ranking/termination.h"
 #include "core/planning/ranking/view_report.h"
-#include "core/planning/scoring/patch_tree.h"
-#include "core/visibility/opaque_grid.h"
+#include "core/planning/scoring/ordered_cells.h"
 
 namespace vantage::fleet {
 namespace {
@@ -88,19 +89,15 @@ class JointPlanner {
         budget_(budget),
         parallel_(parallel),
         progress_(progress),
-        clock_(joint_.plan) {
-    planning::Plan& plan = joint_.plan;
-    plan.model_version = model.version();
-    plan.seed = config.seed;
-    plan.required_density = config.required_density;
-    plan.confidence = config.confidence;
+        clock_(joint_.plan.seconds) {
+    joint_.plan = planning::BeginPlan(model, config);
     joint_.assignments.resize(request.scanners.size());
     for (size_t s = 0; s < request.scanners.size(); ++s) joint_.assignments[s].scanner = s;
   }
 
   JointPlan Make() {
-    if (!FindViews() || !FindPatches()) return std::move(joint_);
-    if (patches_.cells.empty() || AnyoneNowhere()) return std::move(joint_);
+    if (!Prepare() || !FindRoutes()) return std::move(joint_);
+    if (NothingDeficient() || EveryoneNowhere()) return std::move(joint_);
     if (!Pledge() || !Evaluate()) return std::move(joint_);
     Choose();
     return std::move(joint_);
@@ -109,96 +106,95 @@ class JointPlanner {
  private:
   bool Single() const { return request_.scanners.size() == 1; }
 
-  bool EndEarly(const char* during) {
-    const planning::Plan& plan = planning::EndEarly(joint_.plan, budget_, during);
-    for (Assignment& assignment : joint_.assignments) assignment.reason = plan.message;
-    joint_.guarantee_reason = "none: no view was chosen";
+  bool EndEarly(absl::string_view during) {
+    EndWithoutViews(planning::EndedDuring(during, budget_).message);
+    planning::EndWithoutEvaluation(planning::EndedDuring(during, budget_), joint_.plan);
     return false;
   }
+  void EndWithoutViews(const std::string& reason) {
+    for (Assignment& assignment : joint_.assignments) assignment.reason = reason;
+    joint_.guarantee_reason = "none: no view was chosen";
+  }
+  const planning::PlanningProblem& First() const { return *classes_.front().problem; }
 
-  // A. Feasible views, of each scanner model; and each scanner's ways to them.
-  bool FindViews() {
-    grid_.emplace(model_, std::array<int, 3>{0, 1, 2}, budget_);
-    if (budget_.Expired()) return EndEarly("feasible views");
+  // A to C, for each scanner model: what does not depend on it is made once.
+  bool Prepare() {
     for (const FleetMember& member : request_.scanners) {
-      size_t of = 0;
-      while (of < classes_.size() && Figures(classes_[of].model) != Figures(member.model)) ++of;
-      if (of == classes_.size()) {
-        ScannerClass& mine = classes_.emplace_back();
-        mine.model = member.model;
-        mine.feasible = planning::FeasibleViews::Find(model_, *grid_, member.model, config_,
-                                                      budget_, parallel_);
-        if (!mine.feasible.finished()) return EndEarly("feasible views");
-        for (size_t i = 0; i < mine.feasible.cells().size(); ++i) {
-          mine.views.push_back(mine.feasible.Centre(i));
-        }
+      const size_t of = ClassOf(member);
+      if (of < classes_.size()) continue;
+      auto problem = planning::PlanningProblem::Prepare(
+          {model_, member.model, config_, classes_.empty() ? nullptr : &First()}, parallel_,
+          budget_);
+      if (!problem.ok()) return EndEarly(problem.status().message());
+      if (classes_.empty()) joint_.plan = planning::BeginPlan(**problem);
+      ScannerClass& mine = classes_.emplace_back();
+      mine.problem = *std::move(problem);
+      const planning::FeasibleViews& feasible = mine.problem->feasible();
+      for (size_t i = 0; i < feasible.cells().size(); ++i) {
+        mine.views.push_back(feasible.Centre(i));
       }
-      const bool needs_way =
-          config_.require_reachable || request_.ranking == FleetRanking::kScorePerMinute;
-      members_.push_back(
-          {MemberRoutes(member, model_, classes_[of].feasible, needs_way, budget_), of});
     }
-    joint_.plan.feasible_cells = classes_.front().views.size();
+    clock_.Book(planning::PlanStage::kEvaluate);
+    return true;
+  }
+
+  size_t ClassOf(const FleetMember& member) const {
+    size_t of = 0;
+    while (of < classes_.size() &&
+           Figures(classes_[of].problem->scanner()) != Figures(member.model)) {
+      ++of;
+    }
+    return of;
+  }
+
+  // Each scanner's ways to the views of its class.
+  bool FindRoutes() {
+    const bool needs_way =
+        config_.require_reachable || request_.ranking == FleetRanking::kScorePerMinute;
+    for (const FleetMember& member : request_.scanners) {
+      const size_t of = ClassOf(member);
+      members_.push_back(
+          {MemberRoutes(member, model_, classes_[of].problem->feasible(), needs_way, budget_), of});
+    }
     clock_.Book(planning::PlanStage::kFeasible);
     return !budget_.Expired() || EndEarly("feasible views");
   }
 
-  // B and C. Patches, the most important first.
-  bool FindPatches() {
-    planning::Plan& plan = joint_.plan;
-    patches_ = planning::ExtractPatches(model_, config_, planning::PatchTolerance{}, budget_);
-    plan.coverage = planning::MeasureCoverageWithin(model_, config_, budget_);
-    plan.deficient_cells = patches_.cells.size();
-    plan.deficient_area = patches_.area;
-    clock_.Book(planning::PlanStage::kPatches);
-    if (!patches_.finished) return EndEarly("extract patches");
-    planning::RankPatches(config_, patches_, budget_);
-    if (!patches_.finished) return EndEarly("rank patches");
-    plan.patches = patches_.patches;
-    clock_.Book(planning::PlanStage::kRankPatches);
-    if (!patches_.cells.empty()) return true;
-    plan.outcome = planning::PlanOutcome::kNothingToGain;
-    plan.termination = planning::JudgeTermination(patches_, {}, config_, std::nullopt);
-    plan.message = plan.termination.reason;
-    plan.complete = true;
-    plan.optimality_gap = 0;
-    for (Assignment& assignment : joint_.assignments) assignment.reason = plan.message;
-    joint_.guarantee_reason = "none: no view was chosen";
+  bool NothingDeficient() {
+    if (!First().patches().cells.empty()) return false;
+    planning::Termination termination =
+        planning::JudgeTermination(First().patches(), {}, config_, std::nullopt);
+    EndWithoutViews(termination.reason);
+    planning::Outcome outcome{planning::PlanOutcome::kNothingToGain, termination.reason};
+    planning::EndCertain(std::move(outcome), std::move(termination), joint_.plan);
     return true;
   }
 
   // Notes who can be sent nowhere; true when that is everybody.
-  bool AnyoneNowhere() {
+  bool EveryoneNowhere() {
     bool all = true;
     for (size_t s = 0; s < members_.size(); ++s) {
       joint_.assignments[s].reason = members_[s].routes.WhyNowhere();
       all = all && !joint_.assignments[s].reason.empty();
     }
     if (!all) return false;
-    planning::Plan& plan = joint_.plan;
-    plan.outcome = planning::PlanOutcome::kNoFeasibleView;
-    plan.termination = planning::JudgeTermination(patches_, {}, config_, std::nullopt);
-    plan.message = classes_.front().views.empty()
-                       ? classes_.front().feasible.Explain(classes_.front().model, config_)
-                       : joint_.assignments.front().reason;
-    plan.complete = true;
-    plan.optimality_gap = 0;
+    planning::Outcome outcome{planning::PlanOutcome::kNoFeasibleView,
+                              classes_.front().views.empty()
+                                  ? First().feasible().Explain(First().scanner(), config_)
+                                  : joint_.assignments.front().reason};
+    planning::EndCertain(std::move(outcome),
+                         planning::JudgeTermination(First().patches(), {}, config_, std::nullopt),
+                         joint_.plan);
     joint_.guarantee_reason = "none: no view was chosen";
     return true;
   }
 
   // What is claimed counts as scanned.
   bool Pledge() {
-    for (ScannerClass& mine : classes_) {
-      mine.scoring = std::make_unique<planning::Scoring>(model_, *grid_, patches_, mine.model,
-                                                         config_, parallel_, budget_);
-      if (!mine.scoring->finished()) return EndEarly("evaluate views");
-    }
-    const planning::Scoring& any = *classes_.front().scoring;
-    remaining_.emplace(any.cells());
+    remaining_.emplace(First().scoring().cells());
     for (const PledgedView& pledged : request_.pledged) {
       const planning::SensingConstraints constraints(pledged.model);
-      const planning::BruteForceScorer scorer(constraints, any.scene(), model_.voxel_size());
+      const planning::BruteForceScorer scorer(constraints, First().scene(), model_.voxel_size());
       if (!remaining_->Take(pledged.position, scorer, budget_, rays_)) {
         return EndEarly("evaluate views");
       }
@@ -206,20 +202,18 @@ class JointPlanner {
     return true;
   }
 
+  // What is left to gain, as the hierarchy wants it.
+  planning::OrderedCells Left() const {
+    const planning::OrderedCells& all = First().scoring().cells();
+    const planning::CellArrays& left = remaining_->left();
+    if (request_.pledged.empty() && left.size() == all.size()) return all;
+    return planning::OrderedCells::Order(left, parallel_).value();
+  }
+
   // D. Evaluate views.
   bool Evaluate() {
-    const planning::CellArrays& left = remaining_->left();
-    planning::CellArrays cells = left;
-    if (!request_.pledged.empty() && left.size() > 0) {
-      // The hierarchy wants whole packets of neighbours.
-      const std::vector<uint32_t> order = planning::PatchOrder(left, parallel_);
-      std::vector<float> factors;
-      factors.reserve(order.size());
-      for (const uint32_t i : order) factors.push_back(left.factor[i]);
-      cells = left.Gather(order, factors);
-    }
-    const planning::ViewReport report(model_, *grid_, classes_.front().feasible, patches_,
-                                      *classes_.front().scoring);
+    const planning::OrderedCells cells = Left();
+    const planning::ViewReport report(First());
     // Choosing takes its part of the time: about a quarter of the evaluation's for every further
     // scanner.
     const double rounds = 0.8 / (1 + 0.25 * static_cast<double>(members_.size() - 1));
@@ -228,7 +222,7 @@ class JointPlanner {
     for (size_t of = 0; of < classes_.size(); ++of) {
       ScannerClass& mine = classes_[of];
       const auto show = [&](const planning::Evaluation& so_far) {
-        if (of == 0) progress_(report.Interim(joint_.plan, so_far, config_));
+        if (of == 0) progress_(report.Interim(joint_.plan, so_far));
       };
       if (cells.size() == 0 || mine.views.empty()) {
         mine.evaluation.views.assign(mine.views.size(), {0, 0, 0, true, true, 0});
@@ -238,21 +232,22 @@ class JointPlanner {
         const double share =
             rounds / (static_cast<double>(classes_.size() - of) * rounds + (1 - rounds));
         mine.evaluation = planning::EvaluateViews(
-            mine.scoring->scorer(), mine.feasible, cells, Options(true, worth),
-            Fresh(budget_, share, rays_), parallel_, show, &*grid_);
+            mine.problem->scoring().scorer(), mine.problem->feasible(), cells, First().grid(),
+            Options(true, worth), Fresh(budget_, share, rays_), parallel_, show);
       }
       rays_ += mine.evaluation.rays;
       any = any || mine.evaluation.any();
       joint_.plan.complete = joint_.plan.complete && mine.evaluation.complete;
-      mine.gains = std::make_unique<LazyGains>(mine.views, mine.scoring->scorer(), *remaining_,
-                                               mine.evaluation);
-      mine.overlap = std::make_unique<planning::OverlapSurface>(
-          model_, *grid_, mine.scoring->scene(), mine.model, budget_);
-      mine.pending_surface =
-          std::make_unique<PendingSurface>(patches_, *mine.scoring, *mine.overlap);
+      mine.gains = std::make_unique<LazyGains>(mine.views, mine.problem->scoring().scorer(),
+                                               *remaining_, mine.evaluation);
+      auto overlap = planning::OverlapSurface::Create(model_, First().grid(), First().scene(),
+                                                      mine.problem->scanner(), budget_);
+      if (!overlap.ok()) return EndEarly("registration check");
+      mine.overlap = std::make_unique<planning::OverlapSurface>(*std::move(overlap));
+      mine.pending_surface = std::make_unique<PendingSurface>(*mine.problem, *mine.overlap);
     }
     if (joint_.plan.complete) joint_.plan.confidence = 1;
-    FillScoreMap();
+    joint_.plan.score_map = planning::ScoreMap(classes_.front().evaluation, First().feasible());
     clock_.Book(planning::PlanStage::kEvaluate);
     return any || EndEarly("evaluate views");
   }
@@ -282,17 +277,6 @@ class JointPlanner {
     return options;
   }
 
-  void FillScoreMap() {
-    const ScannerClass& mine = classes_.front();
-    for (uint32_t i = 0; i < mine.evaluation.views.size(); ++i) {
-      const planning::ViewEstimate& view = mine.evaluation.views[i];
-      if (!view.scored) continue;
-      joint_.plan.score_map.push_back({mine.views[i].cast<float>(), static_cast<float>(view.score),
-                                       static_cast<float>(view.lower),
-                                       static_cast<float>(view.upper)});
-    }
-  }
-
   // Views that were not scored exactly are raced anew for what is left.
   void EvaluateAgain(JointChoice& choice, size_t rounds_left) {
     for (ScannerClass& mine : classes_) {
@@ -302,8 +286,8 @@ class JointPlanner {
       const std::vector<double> worth =
           Worth(static_cast<size_t>(&mine - classes_.data()), &choice);
       const planning::Evaluation anew = planning::EvaluateViews(
-          mine.scoring->scorer(), mine.feasible, remaining_->left(), Options(false, worth), part,
-          parallel_, [](const planning::Evaluation&) {});
+          mine.problem->scoring().scorer(), mine.problem->feasible(), remaining_->left(),
+          Options(false, worth), part, parallel_, [](const planning::Evaluation&) {});
       choice.AddRays(anew.rays);
       mine.gains->Merge(anew);
     }
@@ -370,32 +354,28 @@ class JointPlanner {
     const ScannerClass& mine = classes_[chosen.of];
     const planning::CellArrays& left = remaining_->left();
     planning::RankedView view;
-    const planning::ViewReport report(model_, *grid_, mine.feasible, patches_, *mine.scoring);
+    const planning::FeasibleViews& feasible = mine.problem->feasible();
+    const planning::ViewReport report(*mine.problem);
     report.Place(mine.views[chosen.view], view);
     view.travel = members_[chosen.scanner].routes.Length(view.position);
     view.verdict = chosen.verdict;
     view.location = planning::DescribeLocation(model_, view.position, view.height_over_floor);
     // The map that regions are read from is that of before anything was chosen.
     if (remaining_->steps() == request_.pledged.size()) {
-      view.region = planning::EquivalentRegionOf(mine.evaluation, mine.feasible, chosen.view);
+      view.region = planning::EquivalentRegionOf(mine.evaluation, feasible, chosen.view);
     } else {
-      const Eigen::Vector3d low =
-          mine.feasible.cells()[chosen.view].cast<double>() * mine.feasible.cell_size();
-      view.region.box =
-          planning::Region(low, Eigen::Vector3d(low.array() + mine.feasible.cell_size()));
-      view.region.volume = view.region.box.volume();
-      view.region.viewcell_count = 1;
+      view.region = planning::RegionOfCell(feasible, feasible.cells()[chosen.view]);
     }
     view.score = mine.gains->Value(chosen.view);
     view.lower = 0;
     view.upper = mine.gains->Upper(chosen.view);
     std::vector<float> cell_scores(left.size());
     const planning::ViewScore exact =
-        mine.scoring->scorer().ScoreCells(view.position, left, budget_, cell_scores);
+        mine.problem->scoring().scorer().ScoreCells(view.position, left, budget_, cell_scores);
     if (exact.finished) {
       view.score = view.lower = view.upper = exact.score;
       view.exact = true;
-      planning::SplitScore(left, cell_scores, patches_, view);
+      planning::SplitScore(left, cell_scores, First().patches(), view);
     }
     return view;
   }
@@ -465,7 +445,7 @@ class JointPlanner {
       all.views.insert(all.views.end(), mine.evaluation.views.begin(), mine.evaluation.views.end());
     }
     planning::Termination& termination = joint_.plan.termination;
-    termination = planning::JudgeTermination(patches_, all, config_, std::nullopt);
+    termination = planning::JudgeTermination(First().patches(), all, config_, std::nullopt);
     if (request_.pledged.empty()) return;
     const bool certain = termination.largest_patch_area < config_.min_patch_area;
     if (termination.suggested && !certain) {
@@ -475,41 +455,28 @@ class JointPlanner {
     }
   }
 
+  planning::Outcome OutcomeOf(JointChoice& choice) const {
+    const planning::Plan& plan = joint_.plan;
+    const size_t refused = choice.refused().size();
+    if (budget_.cancelled.stop_requested()) return planning::CancelledAfter(choice.checked());
+    if (!plan.views.empty()) {
+      if (Single()) return planning::ViewsFound(plan.views.size(), refused);
+      return planning::ViewsFoundForFleet(
+          plan.views.size(), members_.size(),
+          planning::ModelGain(joint_.score, config_.required_density), refused);
+    }
+    if (choice.record().cut_short) return planning::UnfinishedAfter(choice.checked(), budget_);
+    if (refused > 0) {
+      return planning::NoneRegisters(choice.checked(), choice.refused().front().verdict);
+    }
+    if (plan.complete && choice.crowded_out()) return planning::CrowdedOut();
+    return planning::NothingGains(plan.complete,
+                                  request_.pledged.empty() ? "" : "beyond the claimed ones");
+  }
+
   void SetOutcome(JointChoice& choice) {
     planning::Plan& plan = joint_.plan;
-    const auto count = static_cast<int>(plan.views.size());
-    if (budget_.cancelled.stop_requested()) {
-      plan.outcome = planning::PlanOutcome::kCancelled;
-      plan.message = absl::StrCat("cancelled after ", choice.checked(), " views were checked");
-    } else if (!plan.views.empty()) {
-      plan.outcome = planning::PlanOutcome::kViews;
-      plan.message =
-          Single() ? absl::StrFormat("%d views register, %d were refused", count,
-                                     static_cast<int>(choice.refused().size()))
-                   : absl::StrFormat("views for %d of %d scanners, %.2f m2 together; %d refused",
-                                     count, static_cast<int>(members_.size()),
-                                     planning::ModelGain(joint_.score, config_.required_density),
-                                     static_cast<int>(choice.refused().size()));
-    } else if (choice.record().cut_short) {
-      plan.outcome = planning::PlanOutcome::kSearchUnfinished;
-      plan.message = absl::StrCat(budget_.WhyEnded(), " after ", choice.checked(),
-                                  " views were checked for registration and none passed");
-    } else if (!choice.refused().empty()) {
-      plan.outcome = planning::PlanOutcome::kNoRegistrableView;
-      const registration::RegistrationVerdict& first = choice.refused().front().verdict;
-      plan.message = absl::StrCat("none of the ", choice.checked(),
-                                  " best views can be registered; the first: ", first.reason,
-                                  "; remedy: ", first.remedy);
-    } else {
-      plan.outcome = plan.complete ? planning::PlanOutcome::kNothingToGain
-                                   : planning::PlanOutcome::kSearchUnfinished;
-      plan.message = !plan.complete ? "no view that gains anything was found in the time"
-                     : choice.crowded_out()
-                         ? "what is left to gain lies nearer than two clearances to claimed views"
-                     : request_.pledged.empty()
-                         ? "no feasible view gains anything"
-                         : "no feasible view gains anything beyond the claimed ones";
-    }
+    planning::Conclude(OutcomeOf(choice), plan);
     const MemberRoutes& first = members_.front().routes;
     if (Single() && first.reachable() < first.within_reach()) {
       absl::StrAppend(&plan.message,
@@ -528,10 +495,8 @@ class JointPlanner {
   planning::PlanProgress progress_;
   JointPlan joint_;
   planning::StageClock clock_;
-  std::optional<visibility::OpaqueGrid> grid_;
   std::vector<ScannerClass> classes_;
   std::vector<ClassedMember> members_;
-  planning::PatchSet patches_;
   std::optional<RemainingGain> remaining_;
   uint64_t rays_ = 0;
   uint64_t evaluations_ = 0;  // begun

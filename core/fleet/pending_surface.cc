@@ -6,10 +6,10 @@
 
 namespace vantage::fleet {
 
-PendingSurface::PendingSurface(const planning::PatchSet& patches, const planning::Scoring& scoring,
+PendingSurface::PendingSurface(const planning::PlanningProblem& problem,
                                const planning::OverlapSurface& overlap)
-    : patches_(patches), scoring_(scoring), overlap_(overlap), at_(patches.cells.size(), 0) {
-  const planning::CellArrays& cells = scoring.cells();
+    : problem_(problem), overlap_(overlap), at_(problem.patches().cells.size(), 0) {
+  const planning::CellArrays& cells = problem.scoring().cells();
   for (uint32_t i = 0; i < cells.size(); ++i) at_[cells.cell[i]] = i;
 }
 
@@ -24,14 +24,14 @@ planning::CellArrays PendingSurface::Of(const RemainingGain& remaining,
   std::vector<uint32_t> indices;
   std::vector<float> areas;
   for (const uint32_t i : seen) {
-    const planning::DeficientCell& cell = patches_.cells[i];
+    const planning::DeficientCell& cell = problem_.patches().cells[i];
     const bool opening =
         cell.kind == model::SurfaceKind::kOcclusion || cell.kind == model::SurfaceKind::kImage;
     if (!opening || cell.success < 1) continue;
     indices.push_back(at_[i]);
     areas.push_back(cell.area);
   }
-  return overlap_.Thinned(scoring_.cells(), indices, areas);
+  return overlap_.Thinned(problem_.scoring().cells(), indices, areas);
 }
 
 std::optional<PendingSurface::Verdict> PendingSurface::Judge(
@@ -40,7 +40,7 @@ std::optional<PendingSurface::Verdict> PendingSurface::Judge(
     uint64_t& rays) {
   const auto predict = [&](const std::vector<size_t>& steps) {
     const planning::CellArrays expected = Of(remaining, steps);
-    auto seen = overlap_.Predict(view, scoring_.scene(), config, budget, &expected);
+    auto seen = overlap_.Predict(view, problem_.scene(), config, budget, &expected);
     if (seen.has_value()) rays += seen->rays;
     return seen;
   };

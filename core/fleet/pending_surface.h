@@ -9,9 +9,8 @@
 
 #include "core/fleet/remaining_gain.h"
 #include "core/parallel/budget.h"
-#include "core/planning/patches/patches.h"
+#include "core/planning/problem/planning_problem.h"
 #include "core/planning/ranking/registration_check.h"
-#include "core/planning/scoring/scoring.h"
 
 namespace vantage::fleet {
 
@@ -21,8 +20,7 @@ namespace vantage::fleet {
 // known. Holes are left out, since rays went in there and none came back. References are kept.
 class PendingSurface {
  public:
-  PendingSurface(const planning::PatchSet& patches, const planning::Scoring& scoring,
-                 const planning::OverlapSurface& overlap);
+  PendingSurface(const planning::PlanningProblem& problem, const planning::OverlapSurface& overlap);
 
   struct Verdict {
     registration::RegistrationVerdict verdict;
@@ -39,10 +37,9 @@ class PendingSurface {
  private:
   planning::CellArrays Of(const RemainingGain& remaining, const std::vector<size_t>& steps) const;
 
-  const planning::PatchSet& patches_;
-  const planning::Scoring& scoring_;
+  const planning::PlanningProblem& problem_;
   const planning::OverlapSurface& overlap_;
-  std::vector<uint32_t> at_;  // by deficient cell: its index in the scoring's cells
+  std::vector<uint32_t> at_;  // by deficient cell: its index in the problem's scored cells
 };
 
 }  // namespace vantage::fleet

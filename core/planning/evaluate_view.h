@@ -12,6 +12,7 @@
 #include "core/planning/plan/patch.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/ranked_view.h"
+#include "core/planning/problem/planning_problem.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::planning {
@@ -24,11 +25,16 @@ struct ViewEvaluation {
   RankedView view;
   std::vector<Patch> patches;  // those that view.patch_scores point into
 };
+// `position` in m, model frame. INVALID_ARGUMENT: the configuration is impossible, or the position
+// is not finite. RESOURCE_EXHAUSTED: as MakePlan().
 absl::StatusOr<ViewEvaluation> EvaluateView(const model::PlanningView& model,
                                             const sensor::ScannerModel& scanner,
                                             const PlanningConfig& config,
                                             const Eigen::Vector3d& position,
                                             parallel::Parallel& parallel);
+// The same from a problem that is prepared.
+absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
+                                            const Eigen::Vector3d& position);
 
 }  // namespace vantage::planning
 

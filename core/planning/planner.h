@@ -2,8 +2,6 @@
 #ifndef VANTAGE_CORE_PLANNING_PLANNER_H_
 #define VANTAGE_CORE_PLANNING_PLANNER_H_
 
-#include <memory>
-
 #include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
@@ -11,6 +9,7 @@
 #include "core/parallel/parallel.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/planning/problem/planning_problem.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::planning {
@@ -25,6 +24,10 @@ using PlanProgress = absl::FunctionRef<void(const Plan&)>;
 absl::StatusOr<Plan> MakePlan(const model::PlanningView& model, const sensor::ScannerModel& scanner,
                               const PlanningConfig& config, const parallel::Budget& budget,
                               parallel::Parallel& parallel, PlanProgress progress);
+
+// The same from a problem that is prepared: begins with step D.
+Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
+              parallel::Parallel& parallel, PlanProgress progress);
 
 }  // namespace vantage::planning
 

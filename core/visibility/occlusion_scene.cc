@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <memory>
 #include <utility>
 #include <vector>
+
+#include "absl/status/status.h"
+#include "core/visibility/opaque_rows.h"
 
 namespace vantage::visibility {
 namespace {
@@ -72,25 +76,16 @@ const char* DeviceOptions(RayInstructions instructions) {
   return "threads=1,set_affinity=0";
 }
 
-}  // namespace
+// Rectangles by axis and plane: plane i of an axis lies between voxels i - 1 and i, counted from
+// the grid's corner.
+using Planes = std::array<std::vector<std::vector<FaceRectangle>>, 3>;
 
-struct OcclusionScene::Tracer {
-  RTCDevice device = nullptr;
-  RTCScene scene = nullptr;
-  ~Tracer() {
-    if (scene != nullptr) rtcReleaseScene(scene);
-    if (device != nullptr) rtcReleaseDevice(device);
-  }
-};
-
-OcclusionScene::OcclusionScene(const OpaqueGrid& grid, const OpaqueGrid& across,
-                               parallel::Parallel& parallel, const parallel::Budget& budget,
-                               RayInstructions instructions)
-    : corner_(grid.box().min.cast<double>()), tracer_(std::make_unique<Tracer>()) {
+// The faces between empty and non-empty voxels, merged. Incomplete when cancelled.
+Planes FindFaces(const OpaqueGrid& grid, const OpaqueRows& across, parallel::Parallel& parallel,
+                 const parallel::Cancellation& cancelled) {
   const model::VoxelIndex size = grid.box().max - grid.box().min;
   const model::VoxelIndex& min = grid.box().min;
-  // Plane i of an axis lies between voxels i - 1 and i, counted from the corner.
-  std::array<std::vector<std::vector<FaceRectangle>>, 3> planes;
+  Planes planes;
   for (int axis = 0; axis < 3; ++axis) {
     planes[static_cast<size_t>(axis)].resize(static_cast<size_t>(size[axis]));
   }
@@ -99,8 +94,8 @@ OcclusionScene::OcclusionScene(const OpaqueGrid& grid, const OpaqueGrid& across,
     int axis = 0;
     int plane = static_cast<int>(slot);
     while (plane >= size[axis]) plane -= size[axis++];
-    if (plane == 0 || budget.Expired()) return;
-    const OpaqueGrid& source = axis == 0 ? across : grid;
+    if (plane == 0 || cancelled.Requested()) return;
+    const OpaqueRows& source = axis == 0 ? across : grid.rows();
     const size_t words = source.words_per_row();
     const int rows = axis == 2 ? size.y() : size.z();
     std::vector<uint64_t> bits(words * static_cast<size_t>(rows));
@@ -123,54 +118,89 @@ OcclusionScene::OcclusionScene(const OpaqueGrid& grid, const OpaqueGrid& across,
       MergeFaces(bits, words, rows, planes[static_cast<size_t>(axis)][static_cast<size_t>(plane)]);
     }
   });
+  return planes;
+}
 
-  if (budget.Expired()) return;
-  for (const auto& axis : planes) {
-    for (const auto& plane : axis) faces_ += plane.size();
-  }
-  tracer_->device = rtcNewDevice(DeviceOptions(instructions));
-  tracer_->scene = rtcNewScene(tracer_->device);
-  rtcSetSceneFlags(tracer_->scene, RTC_SCENE_FLAG_ROBUST);
-  // Splitting long rectangles takes longer, but rays are a third faster for it.
-  rtcSetSceneBuildQuality(tracer_->scene, RTC_BUILD_QUALITY_HIGH);
-  if (faces_ > 0) {
-    RTCGeometry geometry = rtcNewGeometry(tracer_->device, RTC_GEOMETRY_TYPE_QUAD);
-    auto* vertex = static_cast<float*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 4 * faces_));
-    auto* index = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(
-        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(uint32_t), faces_));
-    uint32_t next = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      // The axes along the rows of bits and across them, as the planes were cut above.
-      const int u_axis = axis == 0 ? 1 : 0;
-      const int v_axis = axis == 2 ? 1 : 2;
-      const auto& cuts = planes[static_cast<size_t>(axis)];
-      for (size_t plane = 0; plane < cuts.size(); ++plane) {
-        for (const FaceRectangle& face : cuts[plane]) {
-          const int corner[4][2] = {
-              {face.u0, face.v0}, {face.u1, face.v0}, {face.u1, face.v1}, {face.u0, face.v1}};
-          for (const auto& at : corner) {
-            vertex[axis] = static_cast<float>(plane);
-            vertex[u_axis] = static_cast<float>(at[0]);
-            vertex[v_axis] = static_cast<float>(at[1]);
-            vertex += 3;
-            *index++ = next++;
-          }
+// For each face four vertices (x, y and z, scene coordinates) and their indices.
+void WriteQuads(const Planes& planes, float* vertex, uint32_t* index) {
+  uint32_t next = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    // The axes along the rows of bits and across them, as the planes were cut above.
+    const int u_axis = axis == 0 ? 1 : 0;
+    const int v_axis = axis == 2 ? 1 : 2;
+    const auto& cuts = planes[static_cast<size_t>(axis)];
+    for (size_t plane = 0; plane < cuts.size(); ++plane) {
+      for (const FaceRectangle& face : cuts[plane]) {
+        const int corner[4][2] = {
+            {face.u0, face.v0}, {face.u1, face.v0}, {face.u1, face.v1}, {face.u0, face.v1}};
+        for (const auto& at : corner) {
+          vertex[axis] = static_cast<float>(plane);
+          vertex[u_axis] = static_cast<float>(at[0]);
+          vertex[v_axis] = static_cast<float>(at[1]);
+          vertex += 3;
+          *index++ = next++;
         }
       }
     }
+  }
+}
+
+}  // namespace
+
+struct OcclusionScene::Tracer {
+  RTCDevice device = nullptr;
+  RTCScene scene = nullptr;
+  ~Tracer() {
+    if (scene != nullptr) rtcReleaseScene(scene);
+    if (device != nullptr) rtcReleaseDevice(device);
+  }
+};
+
+absl::StatusOr<OcclusionScene> OcclusionScene::Create(const model::PlanningView& model,
+                                                      const OpaqueGrid& grid,
+                                                      parallel::Parallel& parallel,
+                                                      const parallel::Cancellation& cancelled,
+                                                      RayInstructions instructions) {
+  const absl::Status stopped = absl::CancelledError("occlusion scene");
+  const auto across = OpaqueRows::Create(model, {1, 2, 0}, cancelled);
+  if (!across.ok()) return across.status();
+  const Planes planes = FindFaces(grid, *across, parallel, cancelled);
+  if (cancelled.Requested()) return stopped;
+  size_t faces = 0;
+  for (const auto& axis : planes) {
+    for (const auto& plane : axis) faces += plane.size();
+  }
+  auto tracer = std::make_unique<Tracer>();
+  tracer->device = rtcNewDevice(DeviceOptions(instructions));
+  tracer->scene = rtcNewScene(tracer->device);
+  rtcSetSceneFlags(tracer->scene, RTC_SCENE_FLAG_ROBUST);
+  // Splitting long rectangles takes longer, but rays are a third faster for it.
+  rtcSetSceneBuildQuality(tracer->scene, RTC_BUILD_QUALITY_HIGH);
+  if (faces > 0) {
+    RTCGeometry geometry = rtcNewGeometry(tracer->device, RTC_GEOMETRY_TYPE_QUAD);
+    auto* vertex = static_cast<float*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3, 3 * sizeof(float), 4 * faces));
+    auto* index = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(
+        geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(uint32_t), faces));
+    WriteQuads(planes, vertex, index);
     rtcCommitGeometry(geometry);
-    rtcAttachGeometry(tracer_->scene, geometry);
+    rtcAttachGeometry(tracer->scene, geometry);
     rtcReleaseGeometry(geometry);
   }
-  // Building asks now and then whether to go on; what was not built is never traced.
-  parallel::Budget copy = budget;
+  // Building asks now and then whether to go on.
+  parallel::Cancellation copy = cancelled;
   rtcSetSceneProgressMonitorFunction(
-      tracer_->scene,
-      [](void* of, double) { return !static_cast<const parallel::Budget*>(of)->Expired(); }, &copy);
-  rtcCommitScene(tracer_->scene);
-  rtcSetSceneProgressMonitorFunction(tracer_->scene, nullptr, nullptr);
+      tracer->scene,
+      [](void* of, double) { return !static_cast<const parallel::Cancellation*>(of)->Requested(); },
+      &copy);
+  rtcCommitScene(tracer->scene);
+  rtcSetSceneProgressMonitorFunction(tracer->scene, nullptr, nullptr);
+  if (cancelled.Requested()) return stopped;
+  return OcclusionScene(grid, std::move(tracer), faces);
 }
+
+OcclusionScene::OcclusionScene(const OpaqueGrid& grid, std::unique_ptr<Tracer> tracer, size_t faces)
+    : corner_(grid.box().min.cast<double>()), faces_(faces), tracer_(std::move(tracer)) {}
 
 OcclusionScene::~OcclusionScene() = default;
 OcclusionScene::OcclusionScene(OcclusionScene&&) noexcept = default;

@@ -7,7 +7,9 @@
 #include <cstdint>
 #include <memory>
 
-#include "core/parallel/budget.h"
+#include "absl/status/statusor.h"
+#include "core/model/view/planning_view.h"
+#include "core/parallel/cancellation.h"
 #include "core/parallel/parallel.h"
 #include "core/visibility/opaque_grid.h"
 
@@ -28,11 +30,11 @@ enum class RayInstructions { kBest, kSse42, kAvx2 };
 // leave it. Const methods may be called from any thread; Embree starts none of its own.
 class OcclusionScene {
  public:
-  // `across` is the same model's grid with axes {1, 2, 0}; `grid` has {0, 1, 2}. Not to be used
-  // when the budget has expired on the way.
-  OcclusionScene(const OpaqueGrid& grid, const OpaqueGrid& across, parallel::Parallel& parallel,
-                 const parallel::Budget& budget = parallel::Budget::Unlimited(),
-                 RayInstructions instructions = RayInstructions::kBest);
+  // `grid` is the model's. CANCELLED when that was requested on the way.
+  static absl::StatusOr<OcclusionScene> Create(
+      const model::PlanningView& model, const OpaqueGrid& grid, parallel::Parallel& parallel,
+      const parallel::Cancellation& cancelled = {},
+      RayInstructions instructions = RayInstructions::kBest);
   ~OcclusionScene();
   OcclusionScene(OcclusionScene&&) noexcept;
   OcclusionScene& operator=(OcclusionScene&&) noexcept;
@@ -50,6 +52,8 @@ class OcclusionScene {
 
  private:
   struct Tracer;
+  OcclusionScene(const OpaqueGrid& grid, std::unique_ptr<Tracer> tracer, size_t faces);
+
   Eigen::Vector3d corner_;
   size_t faces_ = 0;
   std::unique_ptr<Tracer> tracer_;

@@ -1,48 +1,12 @@
 #include "core/visibility/opaque_grid.h"
 
-#include "core/visibility/surface_walk.h"
-
 namespace vantage::visibility {
 
-OpaqueGrid::OpaqueGrid(const model::PlanningView& model, std::array<int, 3> axes,
-                       const parallel::Budget& budget)
-    : axes_(axes),
-      box_{model.bounds().min - model::VoxelIndex::Ones(),
-           model.bounds().max + model::VoxelIndex::Ones()} {
-  const model::VoxelIndex size = box_.max - box_.min;
-  rows_ = size[axes_[1]];
-  words_ = (static_cast<size_t>(size[axes_[0]]) + 63) / 64;
-  bits_.assign(words_ * static_cast<size_t>(rows_) * static_cast<size_t>(size[axes_[2]]),
-               ~uint64_t{0});
-  size_t until_poll = 0;
-  for (const model::BrickAt& at : model.bricks()) {
-    if (until_poll-- == 0) {
-      if (budget.Expired()) return;
-      until_poll = kBricksBetweenPolls;
-    }
-    const model::VoxelIndex origin = at.brick * model::Brick::kSide;
-    std::array<int, 3> local{};
-    const int first = origin[axes_[0]] - box_.min[axes_[0]];
-    for (int c = 0; c < model::Brick::kSide; ++c) {
-      for (int b = 0; b < model::Brick::kSide; ++b) {
-        uint64_t empty = 0;
-        local[axes_[1]] = b;
-        local[axes_[2]] = c;
-        for (int a = 0; a < model::Brick::kSide; ++a) {
-          local[axes_[0]] = a;
-          const model::VoxelState state =
-              at.contents->state[model::Brick::Local(local[0], local[1], local[2])];
-          empty |= uint64_t{state == model::VoxelState::kEmpty} << a;
-        }
-        if (empty == 0) continue;
-        const size_t word = RowIndex(origin[axes_[1]] + b, origin[axes_[2]] + c) * words_ +
-                            static_cast<size_t>(first >> 6);
-        const int shift = first & 63;
-        bits_[word] &= ~(empty << shift);
-        if (shift > 56) bits_[word + 1] &= ~(empty >> (64 - shift));
-      }
-    }
-  }
+absl::StatusOr<OpaqueGrid> OpaqueGrid::Create(const model::PlanningView& model,
+                                              const parallel::Cancellation& cancelled) {
+  auto rows = OpaqueRows::Create(model, {0, 1, 2}, cancelled);
+  if (!rows.ok()) return rows.status();
+  return OpaqueGrid(*std::move(rows));
 }
 
 bool OpaqueGrid::AllOpaque(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const {
@@ -53,9 +17,7 @@ bool OpaqueGrid::AllOpaque(const Eigen::Vector3i& low, const Eigen::Vector3i& hi
   const uint64_t until = ~uint64_t{0} >> (63 - ((high.x() - 1) & 63));
   for (int z = low.z(); z < high.z(); ++z) {
     for (int y = low.y(); y < high.y(); ++y) {
-      const uint64_t* row =
-          bits_.data() +
-          words_ * (static_cast<size_t>(y) + static_cast<size_t>(rows_) * static_cast<size_t>(z));
+      const std::span<const uint64_t> row = rows_.RowFromCorner(y, z);
       for (size_t word = first; word <= last; ++word) {
         uint64_t wanted = ~uint64_t{0};
         if (word == first) wanted &= from;

@@ -17,8 +17,7 @@ namespace vantage::visibility {
 
 // kAll: every segment from a view to a target meets an opaque voxel, since some layer of voxels
 // between the boxes is opaque wherever a segment can cross its middle plane. kNone: the segment
-// between the boxes' middles meets nothing in any such layer, so that they are not hidden. `grid`
-// has axes {0, 1, 2}.
+// between the boxes' middles meets nothing in any such layer, so that they are not hidden.
 enum class Hidden { kNone, kMaybe, kAll };
 Hidden Occlusion(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
                  const Eigen::AlignedBox3d& targets);

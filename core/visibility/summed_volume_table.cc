@@ -4,19 +4,32 @@
 #include <cstddef>
 #include <span>
 
+#include "absl/status/status.h"
+
 namespace vantage::visibility {
 
-SummedVolumeTable::SummedVolumeTable(const OpaqueGrid& grid, parallel::Parallel& parallel,
-                                     const parallel::Budget& budget)
+absl::StatusOr<SummedVolumeTable> SummedVolumeTable::Create(
+    const OpaqueGrid& grid, parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
+  SummedVolumeTable table(grid);
+  if (!table.Sum(grid, parallel, cancelled)) return absl::CancelledError("summed volume table");
+  return table;
+}
+
+SummedVolumeTable::SummedVolumeTable(const OpaqueGrid& grid)
     : size_(grid.box().max - grid.box().min) {
   row_ = static_cast<size_t>(size_.x()) + 1;
   layer_ = row_ * (static_cast<size_t>(size_.y()) + 1);
   // Written below, layer by layer: to clear it all beforehand takes as long as all the rest.
   sums_ = std::make_unique_for_overwrite<uint32_t[]>(layer_ * static_cast<size_t>(size_.z() + 1));
   std::fill_n(sums_.get(), layer_, 0);
+}
+
+// False when cancelled on the way.
+bool SummedVolumeTable::Sum(const OpaqueGrid& grid, parallel::Parallel& parallel,
+                            const parallel::Cancellation& cancelled) {
   // Each layer by itself, then upwards.
   parallel.For(static_cast<size_t>(size_.z()), [&](size_t z) {
-    if (budget.Expired()) return;
+    if (cancelled.Requested()) return;
     uint32_t* layer = sums_.get() + (z + 1) * layer_;
     std::fill_n(layer, row_, 0);
     for (int y = 0; y < size_.y(); ++y) {
@@ -32,15 +45,16 @@ SummedVolumeTable::SummedVolumeTable(const OpaqueGrid& grid, parallel::Parallel&
       }
     }
   });
-  if (budget.Expired()) return;
+  if (cancelled.Requested()) return false;
   parallel.For(static_cast<size_t>(size_.y()), [&](size_t y) {
-    if (budget.Expired()) return;
+    if (cancelled.Requested()) return;
     for (int z = 1; z <= size_.z(); ++z) {
       const uint32_t* below = sums_.get() + static_cast<size_t>(z - 1) * layer_ + (y + 1) * row_;
       uint32_t* row = sums_.get() + static_cast<size_t>(z) * layer_ + (y + 1) * row_;
       for (size_t x = 1; x < row_; ++x) row[x] += below[x];
     }
   });
+  return !cancelled.Requested();
 }
 
 }  // namespace vantage::visibility

@@ -8,7 +8,8 @@
 #include <cstdint>
 #include <memory>
 
-#include "core/parallel/budget.h"
+#include "absl/status/statusor.h"
+#include "core/parallel/cancellation.h"
 #include "core/parallel/parallel.h"
 #include "core/visibility/opaque_grid.h"
 
@@ -18,9 +19,10 @@ namespace vantage::visibility {
 // voxel of the grid.
 class SummedVolumeTable {
  public:
-  // `grid` has axes {0, 1, 2}. Not to be used when the budget has expired on the way.
-  SummedVolumeTable(const OpaqueGrid& grid, parallel::Parallel& parallel,
-                    const parallel::Budget& budget = parallel::Budget::Unlimited());
+  // CANCELLED when that was requested on the way.
+  static absl::StatusOr<SummedVolumeTable> Create(const OpaqueGrid& grid,
+                                                  parallel::Parallel& parallel,
+                                                  const parallel::Cancellation& cancelled = {});
 
   // Of the voxels low <= v < high, which must lie in the grid.
   uint32_t Count(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const {
@@ -38,6 +40,10 @@ class SummedVolumeTable {
   const Eigen::Vector3i& size() const { return size_; }  // of the grid, voxels
 
  private:
+  explicit SummedVolumeTable(const OpaqueGrid& grid);
+  bool Sum(const OpaqueGrid& grid, parallel::Parallel& parallel,
+           const parallel::Cancellation& cancelled);
+
   Eigen::Vector3i size_;
   size_t row_ = 0;
   size_t layer_ = 0;

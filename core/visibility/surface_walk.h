@@ -1,4 +1,4 @@
-// PlanningView::ForEachSurface that stops when the time is over.
+// PlanningView::ForEachSurface that can be cancelled.
 #ifndef VANTAGE_CORE_VISIBILITY_SURFACE_WALK_H_
 #define VANTAGE_CORE_VISIBILITY_SURFACE_WALK_H_
 
@@ -7,20 +7,21 @@
 #include <cstdint>
 
 #include "core/model/view/planning_view.h"
-#include "core/parallel/budget.h"
+#include "core/parallel/cancellation.h"
 
 namespace vantage::visibility {
 
 inline constexpr size_t kBricksBetweenPolls = 128;
 
 // Calls fn(VoxelIndex, VoxelState, const SurfaceVoxel&) for every voxel that has area, in the
-// model's order. False when the budget expired on the way.
+// model's order. False when cancelled on the way.
 template <typename Fn>
-bool WalkSurface(const model::PlanningView& model, const parallel::Budget& budget, Fn&& fn) {
+bool WalkSurface(const model::PlanningView& model, const parallel::Cancellation& cancelled,
+                 Fn&& fn) {
   size_t until_poll = 0;
   for (const model::BrickAt& at : model.bricks()) {
     if (until_poll-- == 0) {
-      if (budget.Expired()) return false;
+      if (cancelled.Requested()) return false;
       until_poll = kBricksBetweenPolls;
     }
     size_t rank = 0;

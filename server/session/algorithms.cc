@@ -30,10 +30,25 @@ Algorithms Algorithms::Core() {
     }
     return registration::RegisterWithTargets(model, scan, start, targets, config, parallel);
   };
-  return {registration::LevelFirstScan, register_scan,
-          planning::MakePlan,           planning::EvaluateView,
-          planning::MeasureCoverage,    fleet::MakeJointPlan,
-          fleet::MeasureCover};
+  // Of the overloads, those that begin with the model.
+  const auto make_plan = [](const model::PlanningView& model, const sensor::ScannerModel& scanner,
+                            const planning::PlanningConfig& config, const parallel::Budget& budget,
+                            parallel::Parallel& parallel, planning::PlanProgress progress) {
+    return planning::MakePlan(model, scanner, config, budget, parallel, progress);
+  };
+  const auto evaluate_view = [](const model::PlanningView& model,
+                                const sensor::ScannerModel& scanner,
+                                const planning::PlanningConfig& config,
+                                const Eigen::Vector3d& position, parallel::Parallel& parallel) {
+    return planning::EvaluateView(model, scanner, config, position, parallel);
+  };
+  const auto measure_coverage = [](const model::PlanningView& model,
+                                   const planning::PlanningConfig& config) {
+    return planning::MeasureCoverage(model, config).value();  // nobody cancels it
+  };
+  return {
+      registration::LevelFirstScan, register_scan,      make_plan, evaluate_view, measure_coverage,
+      fleet::MakeJointPlan,         fleet::MeasureCover};
 }
 
 }  // namespace vantage::session

@@ -4,7 +4,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/planning/planning_estimate.h"
+#include "core/planning/problem/planning_estimate.h"
 #include "server/contract/error.h"
 #include "server/session/plan_inputs.h"
 #include "server/session/session.h"

@@ -14,13 +14,17 @@ constexpr size_t kTimedViews = 300;  // by brute force
 }  // namespace
 
 AnswerJudge::AnswerJudge(const PlanningJob& job, parallel::Parallel& parallel)
-    : job_(job), overlap_(*job.model, job.grid, job.scoring->scene(), job.scanner) {
-  planning::HierarchicalScorer hierarchy(job.scoring->scorer(), job.grid, job.scoring->cells(),
-                                         job.feasible.cells(), job.feasible.cell_size(), {},
-                                         parallel);
+    : job_(job),
+      overlap_(
+          planning::OverlapSurface::Create(*job.model, job.grid, job.scoring->scene(), job.scanner)
+              .value()) {
+  const auto hierarchy = planning::HierarchicalScorer::Create(
+                             job.scoring->scorer(), job.grid, job.scoring->cells(),
+                             job.feasible.cells(), job.feasible.cell_size(), {}, parallel)
+                             .value();
   planning::Evaluation all;
   for (const planning::ViewScore& score :
-       planning::ScoreEveryView(hierarchy, parallel::Budget::Unlimited(), parallel)) {
+       planning::ScoreEveryView(*hierarchy, parallel::Budget::Unlimited(), parallel)) {
     truth_.push_back(score.score);
     all.views.push_back({score.score, score.score, score.score, true, true, 0});
   }
@@ -42,9 +46,8 @@ int AnswerJudge::FirstRegistrable(const planning::Evaluation& evaluation) const 
       planning::RankViews(evaluation, job_.feasible, job_.config.candidate_separation,
                           static_cast<size_t>(job_.config.max_checked));
   parallel::Serial serial;
-  const planning::RegistrationCheck check =
-      planning::CheckRegistration(overlap_, job_.scoring->scene(), evaluation, job_.feasible,
-                                  ranked, 1, job_.config, parallel::Budget::Unlimited(), serial);
+  const planning::RegistrationCheck check = planning::CheckRegistration(
+      *job_.problem, overlap_, evaluation, ranked, 1, parallel::Budget::Unlimited(), serial);
   return check.registrable.empty() ? -1 : static_cast<int>(check.registrable.front().view);
 }
 

@@ -133,9 +133,9 @@ void BenchThreads(const PlanningJob& job, Figures& figures) {
   budget.work_limit = 10'000'000;
   const auto evaluate = [&](parallel::Parallel& parallel) {
     return WallSeconds([&] {
-      (void)planning::EvaluateViews(
-          job.scoring->scorer(), job.feasible, job.scoring->cells(), {}, budget, parallel,
-          [](const planning::Evaluation&) {}, &job.grid);
+      (void)planning::EvaluateViews(job.scoring->scorer(), job.feasible, job.scoring->cells(),
+                                    job.grid, {}, budget, parallel,
+                                    [](const planning::Evaluation&) {});
     });
   };
   volatile double factor = 0.999999;  // not to be known when this is compiled

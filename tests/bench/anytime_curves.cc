@@ -44,9 +44,9 @@ planning::Evaluation AnytimeEvaluation(const PlanningJob& job, uint64_t seed,
   options.seed = seed;
   options.separation = job.config.candidate_separation;
   options.leaders = job.config.candidates;
-  return planning::EvaluateViews(
-      job.scoring->scorer(), job.feasible, job.scoring->cells(), options, budget, parallel,
-      [](const planning::Evaluation&) {}, &job.grid);
+  return planning::EvaluateViews(job.scoring->scorer(), job.feasible, job.scoring->cells(),
+                                 job.grid, options, budget, parallel,
+                                 [](const planning::Evaluation&) {});
 }
 
 bool DrawAnytimeCurves(const std::string& path, const std::string& scene, const PlanningJob& job,

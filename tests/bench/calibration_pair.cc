@@ -175,9 +175,9 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
   if (!model.ok() || !(*model)->Insert("first", made, T_world_first, serial).ok()) return pairs;
   const auto view = (*model)->Publish();
   const visibility::OpaqueGrid grid(*view);
-  const visibility::OcclusionScene occlusion(grid, visibility::OpaqueGrid(*view, {1, 2, 0}),
-                                             serial);
-  const planning::OverlapSurface surface(*view, grid, occlusion, site.scanner());
+  const auto occlusion = visibility::OcclusionScene::Create(*view, grid, serial).value();
+  const auto surface =
+      planning::OverlapSurface::Create(*view, grid, occlusion, site.scanner()).value();
 
   for (int tries = 0; static_cast<int>(pairs.size()) < count && tries < 20'000; ++tries) {
     const Vector3d at = site.Place(random);

@@ -121,8 +121,8 @@ class FleetJob {
     }
     const Eigen::Vector3d to = plan->plan.views[0].position;
     const visibility::OpaqueGrid grid(view);
-    const planning::FeasibleViews feasible = planning::FeasibleViews::Find(
-        view, grid, scene_.scanner, config, parallel::Budget::Unlimited(), parallel_);
+    const planning::FeasibleViews feasible =
+        planning::FeasibleViews::Find(view, grid, scene_.scanner, config, parallel_).value();
     WayOf(member) = fleet::TravelMap(fleet::WalkGridOf(feasible, {}), member.at).Way(to);
     member.going = to;
     member.done = now_ + plan->journeys[0].minutes.value_or(options_.scan_seconds / 60);

@@ -14,7 +14,8 @@
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
-#include "core/planning/planning_estimate.h"
+#include "core/planning/problem/planning_estimate.h"
+#include "core/planning/problem/planning_problem.h"
 #include "core/planning/scoring/scoring.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/flat_job.h"
@@ -28,13 +29,10 @@ void BenchPackets(const model::PlanningView& model, const sensor::ScannerModel& 
                   parallel::Parallel& parallel, Figures& figures) {
   const planning::PlanningConfig config;
   const parallel::Budget unlimited = parallel::Budget::Unlimited();
-  const visibility::OpaqueGrid grid(model);
-  const planning::FeasibleViews feasible =
-      planning::FeasibleViews::Find(model, grid, scanner, config, unlimited, parallel);
-  planning::PatchSet patches =
-      planning::ExtractPatches(model, config, planning::PatchTolerance{}, unlimited);
-  planning::RankPatches(config, patches);
-  const planning::Scoring scoring(model, grid, patches, scanner, config, parallel);
+  const auto problem =
+      planning::PlanningProblem::Prepare({model, scanner, config}, parallel).value();
+  const planning::FeasibleViews& feasible = problem->feasible();
+  const planning::Scoring& scoring = problem->scoring();
   const planning::SensingConstraints constraints(scanner);
   const planning::CellArrays& cells = scoring.cells();
 

@@ -42,13 +42,7 @@ PlanningJob::PlanningJob(std::shared_ptr<const model::PlanningView> view,
                          const sensor::ScannerModel& of, parallel::Parallel& parallel)
     : model(std::move(view)),
       scanner(of),
-      grid(*model),
-      feasible(planning::FeasibleViews::Find(*model, grid, scanner, config,
-                                             parallel::Budget::Unlimited(), parallel)),
-      patches(planning::ExtractPatches(*model, config, planning::PatchTolerance{},
-                                       parallel::Budget::Unlimited())) {
-  planning::RankPatches(config, patches);
-  scoring = std::make_unique<planning::Scoring>(*model, grid, patches, scanner, config, parallel);
+      problem(planning::PlanningProblem::Prepare({*model, scanner, config}, parallel).value()) {
   for (size_t i = 0; i < feasible.cells().size(); ++i) views.push_back(feasible.Centre(i));
 }
 

@@ -10,11 +10,8 @@
 
 #include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
-#include "core/planning/feasibility/feasible_views.h"
-#include "core/planning/patches/patches.h"
 #include "core/planning/plan/planning_config.h"
-#include "core/planning/scoring/scoring.h"
-#include "core/visibility/opaque_grid.h"
+#include "core/planning/problem/planning_problem.h"
 
 namespace vantage::bench {
 
@@ -26,10 +23,11 @@ struct PlanningJob {
   std::shared_ptr<const model::PlanningView> model;
   sensor::ScannerModel scanner;
   planning::PlanningConfig config;
-  visibility::OpaqueGrid grid;
-  planning::FeasibleViews feasible;
-  planning::PatchSet patches;
-  std::unique_ptr<planning::Scoring> scoring;
+  std::shared_ptr<const planning::PlanningProblem> problem;
+  const visibility::OpaqueGrid& grid = problem->grid();
+  const planning::FeasibleViews& feasible = problem->feasible();
+  const planning::PatchSet& patches = problem->patches();
+  const planning::Scoring* scoring = &problem->scoring();
   std::vector<Eigen::Vector3d> views;
 };
 

@@ -142,9 +142,8 @@ void BenchPredict(const char* name, const char* of, const simulation::Scene& sce
         surface += state == model::VoxelState::kTrueSurface ? 1 : 0;
       });
   const visibility::OpaqueGrid grid(*view);
-  const visibility::OcclusionScene occlusion(grid, visibility::OpaqueGrid(*view, {1, 2, 0}),
-                                             parallel);
-  const planning::OverlapSurface overlap(*view, grid, occlusion, scanner);
+  const auto occlusion = visibility::OcclusionScene::Create(*view, grid, parallel).value();
+  const auto overlap = planning::OverlapSurface::Create(*view, grid, occlusion, scanner).value();
   std::vector<double> milliseconds;
   for (size_t k = 0; k < kPairs; ++k) {
     const double angle = 0.37 * static_cast<double>(k);

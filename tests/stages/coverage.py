@@ -2,9 +2,9 @@
 """Which files or test folders a stage of ./dev check covers, when it cannot cover all of them.
 
 Usage: coverage.py --seconds N|--most N [--all] UNIT...
-A unit is a source file or a folder of tests. Prints those to cover, one on a line, and says on
-standard error what it did and why. In this order, as long as they fit into N seconds of compiling,
-or are N at most:
+A unit is a source file or a folder of tests, with the folders in it. Prints those to cover, one on a line, and says on
+standard error what it did and why. In this order, as long as they fit into N seconds of one
+core, of compiling and running, or are N at most:
 
   1. units with changed files (a folder of tests also counts as changed with the folder that it
      tests)
@@ -13,8 +13,8 @@ or are N at most:
   3. units that include what changed, by however many files in between, the nearest first
 
 Changed is what differs from VANTAGE_CHANGED_SINCE, or else from 20 commits ago, and what is new.
-The same tree and history always give the same answer: compiling is counted at a constant rate for
-each kind of source, never timed.
+The same tree and history always give the same answer: sources are counted at constant rates for
+each kind, never timed.
 """
 
 import argparse
@@ -28,8 +28,9 @@ import sys
 ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 COMMITS = 20
 QUARTERS = 4
-# Seconds of one core, under sanitizers: sources of a library are compiled several at once.
-LIBRARY, TEST, PROTO = 2.5, 9, 6
+# Seconds of one core, under sanitizers: to compile a source, several at once, and to run what a
+# source of tests has: planning's search on purpose, the others seldom.
+LIBRARY, TEST, PROTO, RUN, RUN_PLANNING = 1.5, 5, 2, 5, 30
 
 
 def git(*args):
@@ -70,7 +71,7 @@ class Sources:
     def of(self, unit):
         if unit in self.includes:
             return [unit]
-        return [file for file in self.files if os.path.dirname(file) == unit]
+        return [file for file in self.files if file.startswith(unit + "/")]
 
     def closure(self, unit, linked):
         """What the unit includes, directly or not, and how many files lie in between; if linked,
@@ -108,8 +109,13 @@ def changed_files():
 
 
 def seconds(sources):
-    return sum(TEST if is_program(file) else PROTO if file.endswith(".proto") else LIBRARY
-               for file in sources)
+    def one(file):
+        if file.endswith("_test.cc"):
+            planning = file.startswith(("tests/core/planning/", "tests/core/fleet/"))
+            return TEST + (RUN_PLANNING if planning else RUN)
+        return TEST if is_program(file) else PROTO if file.endswith(".proto") else LIBRARY
+
+    return sum(one(file) for file in sources)
 
 
 def say(text):
@@ -158,7 +164,7 @@ def choose(units, limit, counted=False):
     counts = [sum(rank[0] == kind for rank in chosen) for kind in range(3)]
     say(f"{len(chosen)} of {len(units)}: {counts[0]} changed since {since[:12]}, {counts[1]} of "
         f"quarter {turn + 1} of {QUARTERS}, {counts[2]} that depend on what changed; "
-        + (f"{limit} at most" if counted else f"about {spent:.0f} of {limit} s of compiling"))
+        + (f"{limit} at most" if counted else f"about {spent:.0f} of {limit} s of one core"))
     names = [rank[-2] for rank in chosen]
     say("covered: " + brief(names))
     say("not covered: " + brief([unit for unit in units if unit not in names]))

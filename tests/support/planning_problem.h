@@ -9,26 +9,21 @@
 
 #include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
-#include "core/planning/feasibility/feasible_views.h"
-#include "core/planning/patches/patches.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/planning/problem/planning_problem.h"
 #include "core/planning/scoring/brute_force.h"
-#include "core/planning/scoring/scoring.h"
 #include "core/sensor/scanner_model.h"
-#include "core/visibility/opaque_grid.h"
 
 namespace vantage::test_support {
 
+// A problem of a scanner as it comes, with its model and the centres of its views.
 struct PlanningProblem {
   PlanningProblem(std::shared_ptr<const model::PlanningView> view,
                   const planning::PlanningConfig& with)
-      : model(std::move(view)), grid(*model), config(with) {
-    patches = planning::ExtractPatches(*model, config, {}, parallel::Budget::Unlimited());
-    planning::RankPatches(config, patches);
-    feasible = planning::FeasibleViews::Find(*model, grid, scanner, config,
-                                             parallel::Budget::Unlimited(), serial);
+      : model(std::move(view)),
+        config(with),
+        problem(planning::PlanningProblem::Prepare({*model, scanner, config}, serial).value()) {
     for (size_t i = 0; i < feasible.cells().size(); ++i) views.push_back(feasible.Centre(i));
-    scoring = std::make_unique<planning::Scoring>(*model, grid, patches, scanner, config, serial);
   }
 
   std::vector<planning::ViewScore> BruteForce(parallel::Parallel& parallel) const {
@@ -37,14 +32,15 @@ struct PlanningProblem {
   }
 
   std::shared_ptr<const model::PlanningView> model;
-  visibility::OpaqueGrid grid;
   sensor::ScannerModel scanner;
   planning::PlanningConfig config;
   parallel::Serial serial;
-  planning::PatchSet patches;
-  planning::FeasibleViews feasible;
+  std::shared_ptr<const planning::PlanningProblem> problem;
+  const visibility::OpaqueGrid& grid = problem->grid();
+  const planning::PatchSet& patches = problem->patches();
+  const planning::FeasibleViews& feasible = problem->feasible();
+  const planning::Scoring* scoring = &problem->scoring();
   std::vector<Eigen::Vector3d> views;
-  std::unique_ptr<planning::Scoring> scoring;
 };
 
 }  // namespace vantage::test_support

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "core/planning/evaluation/cell_sample.h"
 #include "core/planning/evaluation/completion.h"
 
@@ -131,15 +132,9 @@ bool WorthAHierarchy(const AnytimeOptions& options, const EvaluationRun& run,
          std::chrono::duration<double>(budget.deadline - budget.now()).count() > seconds;
 }
 
-}  // namespace
-
-Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& views,
-                         const CellArrays& cells, const AnytimeOptions& options,
-                         const parallel::Budget& budget, parallel::Parallel& parallel,
-                         EvaluationProgress progress, const visibility::OpaqueGrid* grid) {
-  const CellSampler sampler(cells);
-  EvaluationRun run(scorer, views, cells, sampler.potential(), budget, parallel, options.worth,
-                    grid);
+// Race, decide, complete.
+Evaluation Evaluate(const CellSampler& sampler, const AnytimeOptions& options, EvaluationRun& run,
+                    EvaluationProgress progress, absl::FunctionRef<void()> complete) {
   ViewRace race(run, sampler, options.race, options.confidence, options.seed);
   race.Run(run.Share(options.race_share));
   if (run.evaluation().any()) progress(run.evaluation());
@@ -157,12 +152,35 @@ Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& vi
     Decide(options, run);
   }
   if (run.evaluation().any()) progress(run.evaluation());
-  if (grid != nullptr && WorthAHierarchy(options, run, *grid)) {
-    CompleteByHierarchy(run, *grid, progress);
-  } else {
-    CompleteByView(run, progress);
-  }
+  complete();
   return run.Finish();
+}
+
+}  // namespace
+
+Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& views,
+                         const OrderedCells& cells, const visibility::OpaqueGrid& grid,
+                         const AnytimeOptions& options, const parallel::Budget& budget,
+                         parallel::Parallel& parallel, EvaluationProgress progress) {
+  const CellSampler sampler(cells);
+  EvaluationRun run(scorer, views, cells, sampler.potential(), budget, parallel, options.worth,
+                    VisibilityCache(scorer, views, cells, grid));
+  return Evaluate(sampler, options, run, progress, [&] {
+    if (WorthAHierarchy(options, run, grid)) {
+      CompleteByHierarchy(run, cells, grid, progress);
+    } else {
+      CompleteByView(run, progress);
+    }
+  });
+}
+
+Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& views,
+                         const CellArrays& cells, const AnytimeOptions& options,
+                         const parallel::Budget& budget, parallel::Parallel& parallel,
+                         EvaluationProgress progress) {
+  const CellSampler sampler(cells);
+  EvaluationRun run(scorer, views, cells, sampler.potential(), budget, parallel, options.worth);
+  return Evaluate(sampler, options, run, progress, [&] { CompleteByView(run, progress); });
 }
 
 }  // namespace vantage::planning

@@ -13,6 +13,7 @@
 #include "core/planning/evaluation/view_race.h"
 #include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/scoring/brute_force.h"
+#include "core/planning/scoring/ordered_cells.h"
 #include "core/visibility/opaque_grid.h"
 
 namespace vantage::planning {
@@ -35,14 +36,19 @@ struct AnytimeOptions {
 };
 
 // Scores `views` on `cells`. What is left after race and decision is completed by the hierarchy
-// where `grid` (axes {0, 1, 2}) is given, enough is left, there is time to build it and the model
-// is not too large for it, otherwise view by view; both give the same scores up to rounding.
-// `cells` are then in the order of PatchOrder(). Heeds deadline, cancellation and work limit
-// (rays); with a work limit alone the result does not depend on the number of threads.
+// where enough is left, there is time to build it and the model is not too large for it, otherwise
+// view by view; both give the same scores up to rounding. Cells that the grid hides from a
+// neighbourhood of views are left out. Heeds deadline, cancellation and work limit (rays); with a
+// work limit alone the result does not depend on the number of threads.
+Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& views,
+                         const OrderedCells& cells, const visibility::OpaqueGrid& grid,
+                         const AnytimeOptions& options, const parallel::Budget& budget,
+                         parallel::Parallel& parallel, EvaluationProgress progress);
+// The same with cells in any order, view by view, every cell asked for.
 Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& views,
                          const CellArrays& cells, const AnytimeOptions& options,
                          const parallel::Budget& budget, parallel::Parallel& parallel,
-                         EvaluationProgress progress, const visibility::OpaqueGrid* grid = nullptr);
+                         EvaluationProgress progress);
 
 }  // namespace vantage::planning
 

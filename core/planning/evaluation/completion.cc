@@ -33,10 +33,9 @@ class Shown {
 
 class ByHierarchy {
  public:
-  ByHierarchy(EvaluationRun& run, const visibility::OpaqueGrid& grid)
-      : run_(run),
-        hierarchy_(run.scorer(), grid, run.cells(), run.views().cells(), run.views().cell_size(),
-                   HierarchyOptions{}, run.parallel(), run.budget()) {}
+  // `hierarchy` scores the run's views on its cells.
+  ByHierarchy(EvaluationRun& run, HierarchicalScorer& hierarchy)
+      : run_(run), hierarchy_(hierarchy) {}
 
   void Complete(EvaluationProgress progress) {
     if (!hierarchy_.Cull(run_.budget(), run_.parallel(), run_.seen())) return;
@@ -150,7 +149,7 @@ class ByHierarchy {
   }
 
   EvaluationRun& run_;
-  HierarchicalScorer hierarchy_;
+  HierarchicalScorer& hierarchy_;
 };
 
 }  // namespace
@@ -173,10 +172,13 @@ void CompleteByView(EvaluationRun& run, EvaluationProgress progress) {
   run.SetComplete();
 }
 
-void CompleteByHierarchy(EvaluationRun& run, const visibility::OpaqueGrid& grid,
-                         EvaluationProgress progress) {
+void CompleteByHierarchy(EvaluationRun& run, const OrderedCells& cells,
+                         const visibility::OpaqueGrid& grid, EvaluationProgress progress) {
   if (run.Spent(run.budget())) return;
-  ByHierarchy(run, grid).Complete(progress);
+  const auto hierarchy = HierarchicalScorer::Create(run.scorer(), grid, cells, run.views().cells(),
+                                                    run.views().cell_size(), HierarchyOptions{},
+                                                    run.parallel(), run.budget());
+  if (hierarchy.ok()) ByHierarchy(run, **hierarchy).Complete(progress);
 }
 
 }  // namespace vantage::planning

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "core/planning/evaluation/evaluation_run.h"
+#include "core/planning/scoring/ordered_cells.h"
 #include "core/visibility/opaque_grid.h"
 
 namespace vantage::planning {
@@ -13,9 +14,9 @@ namespace vantage::planning {
 void CompleteByView(EvaluationRun& run, EvaluationProgress progress);
 
 // Block by block through the hierarchy. What its upper levels leave to see bounds every view at
-// once. `grid` has axes {0, 1, 2}; the run's cells are in the order of PatchOrder().
-void CompleteByHierarchy(EvaluationRun& run, const visibility::OpaqueGrid& grid,
-                         EvaluationProgress progress);
+// once. `cells` are the run's.
+void CompleteByHierarchy(EvaluationRun& run, const OrderedCells& cells,
+                         const visibility::OpaqueGrid& grid, EvaluationProgress progress);
 
 }  // namespace vantage::planning
 

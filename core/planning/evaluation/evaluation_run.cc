@@ -28,20 +28,21 @@ PacketRange Among(std::span<const uint32_t> of, const PacketRange& range) {
 EvaluationRun::EvaluationRun(const BruteForceScorer& scorer, const FeasibleViews& views,
                              const CellArrays& cells, double potential,
                              const parallel::Budget& budget, parallel::Parallel& parallel,
-                             std::span<const double> worth, const visibility::OpaqueGrid* grid)
+                             std::span<const double> worth,
+                             std::optional<VisibilityCache> visibility_cache)
     : scorer_(scorer),
       views_(views),
       cells_(cells),
       budget_(budget),
       parallel_(parallel),
-      worth_(worth) {
+      worth_(worth),
+      visibility_cache_(std::move(visibility_cache)) {
   ViewEstimate unknown;
   unknown.upper = potential;
   evaluation_.views.assign(views.cells().size(), unknown);
   uint32_t last = 0;
   for (const uint32_t cell : cells.cell) last = std::max(last, cell + 1);
   seen_ = std::vector<std::atomic<uint8_t>>(last);
-  if (grid != nullptr) visibility_cache_.emplace(scorer, views, cells, *grid);
 }
 
 size_t EvaluationRun::Affordable(const CellArrays& cells, size_t most,

@@ -17,7 +17,6 @@
 #include "core/planning/evaluation/visibility_cache.h"
 #include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/scoring/brute_force.h"
-#include "core/visibility/opaque_grid.h"
 
 namespace vantage::planning {
 
@@ -30,11 +29,12 @@ inline constexpr double kRounding = 1e-5;
 // References are kept.
 class EvaluationRun {
  public:
-  // `potential`: the most that any view can gain, samples. `worth` and `grid`: as EvaluateViews()
-  // has them.
+  // `potential`: the most that any view can gain, samples. `worth`: AnytimeOptions. With a cache,
+  // of the same views and cells, cells that are hidden from a view are left out.
   EvaluationRun(const BruteForceScorer& scorer, const FeasibleViews& views, const CellArrays& cells,
                 double potential, const parallel::Budget& budget, parallel::Parallel& parallel,
-                std::span<const double> worth = {}, const visibility::OpaqueGrid* grid = nullptr);
+                std::span<const double> worth = {},
+                std::optional<VisibilityCache> visibility_cache = std::nullopt);
 
   const BruteForceScorer& scorer() const { return scorer_; }
   const FeasibleViews& views() const { return views_; }

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "absl/memory/memory.h"
 namespace vantage::planning {
 namespace {
 
@@ -36,21 +38,34 @@ struct HierarchicalScorer::Descent {
   HierarchyCounts counts;
 };
 
+absl::StatusOr<std::unique_ptr<HierarchicalScorer>> HierarchicalScorer::Create(
+    const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid, const OrderedCells& cells,
+    std::span<const Eigen::Vector3i> viewcells, double viewcell_size,
+    const HierarchyOptions& options, parallel::Parallel& parallel,
+    const parallel::Cancellation& cancelled) {
+  auto table = visibility::SummedVolumeTable::Create(grid, parallel, cancelled);
+  if (!table.ok()) return table.status();
+  auto patches = PatchTree::Create(cells, parallel, cancelled);
+  if (!patches.ok()) return patches.status();
+  return absl::WrapUnique(new HierarchicalScorer(scorer, grid, cells, viewcells, viewcell_size,
+                                                 options, *std::move(table), *std::move(patches)));
+}
+
 HierarchicalScorer::HierarchicalScorer(const BruteForceScorer& scorer,
-                                       const visibility::OpaqueGrid& grid, const CellArrays& cells,
+                                       const visibility::OpaqueGrid& grid,
+                                       const OrderedCells& cells,
                                        std::span<const Eigen::Vector3i> viewcells,
                                        double viewcell_size, const HierarchyOptions& options,
-                                       parallel::Parallel& parallel, const parallel::Budget& budget)
+                                       visibility::SummedVolumeTable table, PatchTree patches)
     : scorer_(scorer),
       cells_(cells),
       viewcells_(viewcells),
       viewcell_size_(viewcell_size),
       options_(options),
-      table_(grid, parallel, budget),
+      table_(std::move(table)),
       classifier_(scorer, grid, table_, options.tolerance, options.visible_pairs),
-      patches_(cells, parallel, budget),
-      views_(viewcells, viewcell_size, options.leaf_views),
-      built_(!budget.Expired()) {}
+      patches_(std::move(patches)),
+      views_(viewcells, viewcell_size, options.leaf_views) {}
 
 void HierarchicalScorer::Refine(const ViewBox& pass, const ViewBlock::Candidate& candidate,
                                 Candidates& out, double& certain, HierarchyCounts& counts,
@@ -93,7 +108,6 @@ bool HierarchicalScorer::Cull(const parallel::Budget& budget, parallel::Parallel
                               std::span<std::atomic<uint8_t>> seen) {
   blocks_.clear();
   block_of_.assign(viewcells_.size(), 0);
-  if (!built_) return false;
   if (viewcells_.empty() || cells_.size() == 0) return true;
   const auto refine = [&](uint32_t node, const ViewBlock& parent, ViewBlock& block) {
     HierarchyCounts counts;

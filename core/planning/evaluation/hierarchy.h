@@ -6,14 +6,18 @@
 #include <Eigen/Geometry>
 #include <atomic>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "core/parallel/budget.h"
+#include "core/parallel/cancellation.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/evaluation/shaft_classifier.h"
 #include "core/planning/evaluation/view_tree.h"
 #include "core/planning/scoring/brute_force.h"
+#include "core/planning/scoring/ordered_cells.h"
 #include "core/planning/scoring/patch_tree.h"
 #include "core/visibility/summed_volume_table.h"
 
@@ -53,13 +57,15 @@ struct ViewBlock {
 // Cull().
 class HierarchicalScorer {
  public:
-  // `grid` has axes {0, 1, 2}; `cells` are in the order of PatchOrder(); view i is the centre of
-  // viewcell i (FeasibleViews::cells()). Once the budget has expired, Cull() returns false.
-  HierarchicalScorer(const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid,
-                     const CellArrays& cells, std::span<const Eigen::Vector3i> viewcells,
-                     double viewcell_size, const HierarchyOptions& options,
-                     parallel::Parallel& parallel,
-                     const parallel::Budget& budget = parallel::Budget::Unlimited());
+  // View i is the centre of viewcell i (FeasibleViews::cells()). CANCELLED when that was requested
+  // on the way.
+  static absl::StatusOr<std::unique_ptr<HierarchicalScorer>> Create(
+      const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid, const OrderedCells& cells,
+      std::span<const Eigen::Vector3i> viewcells, double viewcell_size,
+      const HierarchyOptions& options, parallel::Parallel& parallel,
+      const parallel::Cancellation& cancelled = {});
+  HierarchicalScorer(const HierarchicalScorer&) = delete;
+  HierarchicalScorer& operator=(const HierarchicalScorer&) = delete;
 
   // The upper levels: from the roots to the blocks. False when the budget expired on the way.
   // `seen` as for BruteForceScorer::Score().
@@ -92,6 +98,11 @@ class HierarchicalScorer {
  private:
   using Candidates = std::vector<ViewBlock::Candidate>;
 
+  HierarchicalScorer(const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid,
+                     const OrderedCells& cells, std::span<const Eigen::Vector3i> viewcells,
+                     double viewcell_size, const HierarchyOptions& options,
+                     visibility::SummedVolumeTable table, PatchTree patches);
+
   void Refine(const ViewBox& pass, const ViewBlock::Candidate& candidate, Candidates& out,
               double& certain, HierarchyCounts& counts, std::span<std::atomic<uint8_t>> seen) const;
   // False when the budget expired on the way.
@@ -106,7 +117,7 @@ class HierarchicalScorer {
                double certain) const;
 
   const BruteForceScorer& scorer_;
-  const CellArrays& cells_;
+  const OrderedCells& cells_;
   std::span<const Eigen::Vector3i> viewcells_;
   double viewcell_size_;
   HierarchyOptions options_;
@@ -114,7 +125,6 @@ class HierarchicalScorer {
   ShaftClassifier classifier_;
   PatchTree patches_;
   ViewTree views_;
-  bool built_ = false;
   std::vector<ViewBlock> blocks_;
   std::vector<uint32_t> block_of_;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "core/planning/evaluation/cell_sample.h"
 
@@ -15,11 +16,12 @@ constexpr size_t kTasks = 16;  // together
 
 PatchOrderScorer::PatchOrderScorer(EvaluationRun& run, const PatchSet& patches,
                                    const visibility::OpaqueGrid& grid,
+                                   visibility::SummedVolumeTable table,
                                    const HierarchyOptions& options)
     : run_(run),
       patches_(patches),
       options_(options),
-      table_(grid, run.parallel(), run.budget()),
+      table_(std::move(table)),
       classifier_(run.scorer(), grid, table_, options.tolerance, options.visible_pairs),
       views_(run.views().cells(), run.views().cell_size(), options.leaf_views),
       own_(views_.size(), 0),
@@ -49,11 +51,8 @@ void PatchOrderScorer::Run(EvaluationProgress progress) {
       factors.push_back(cells.factor[i]);
       potential += static_cast<double>(cells.factor[i] * (cells.enough[i] - cells.q[i]));
     }
-    group.cells = cells.Gather(members, factors);
-    const std::vector<uint32_t> order = PatchOrder(group.cells, serial);
-    for (size_t k = 0; k < order.size(); ++k) factors[k] = group.cells.factor[order[k]];
-    group.cells = group.cells.Gather(order, factors);
-    group.tree = PatchTree(group.cells, serial);
+    group.cells = OrderedCells::Order(cells.Gather(members, factors), serial).value();
+    group.tree = PatchTree::Create(group.cells, serial).value();
     all = EvaluatePatch(group);
     if (!all) break;
     left -= potential;
@@ -190,7 +189,9 @@ Evaluation EvaluateByPatches(const BruteForceScorer& scorer, const FeasibleViews
   const CellSampler sampler(cells);
   EvaluationRun run(scorer, views, cells, sampler.potential(), budget, parallel);
   if (views.cells().empty()) return run.Finish();
-  PatchOrderScorer by_patches(run, patches, grid, options);
+  auto table = visibility::SummedVolumeTable::Create(grid, parallel, budget);
+  if (!table.ok()) return run.Finish();
+  PatchOrderScorer by_patches(run, patches, grid, *std::move(table), options);
   by_patches.Run(progress);
   return run.Finish();
 }

@@ -12,6 +12,7 @@
 #include "core/planning/evaluation/shaft_classifier.h"
 #include "core/planning/evaluation/view_tree.h"
 #include "core/planning/patches/patches.h"
+#include "core/planning/scoring/ordered_cells.h"
 #include "core/visibility/opaque_grid.h"
 
 namespace vantage::planning {
@@ -19,9 +20,9 @@ namespace vantage::planning {
 // References are kept.
 class PatchOrderScorer {
  public:
-  // The run's cells are those of `patches`, which are ranked. `grid` has axes {0, 1, 2}.
+  // The run's cells are those of `patches`, which are ranked; `table` is the grid's.
   PatchOrderScorer(EvaluationRun& run, const PatchSet& patches, const visibility::OpaqueGrid& grid,
-                   const HierarchyOptions& options);
+                   visibility::SummedVolumeTable table, const HierarchyOptions& options);
 
   // All patches in their order, until the budget is spent; then what was found is pushed down to
   // the views. Bounds are certain: what was not evaluated may all be gained, or nothing of it. A
@@ -31,7 +32,7 @@ class PatchOrderScorer {
  private:
   // Of one patch.
   struct Group {
-    CellArrays cells;
+    OrderedCells cells;
     PatchTree tree;
   };
   // Groups of views that a patch's pairs are handed to.
@@ -57,7 +58,7 @@ class PatchOrderScorer {
   std::vector<uint32_t> task_of_;  // by node, of the patch at hand
 };
 
-// Scores `views` on `cells` in that order. `grid` has axes {0, 1, 2}.
+// Scores `views` on `cells` in that order.
 Evaluation EvaluateByPatches(const BruteForceScorer& scorer, const FeasibleViews& views,
                              const CellArrays& cells, const PatchSet& patches,
                              const visibility::OpaqueGrid& grid, const HierarchyOptions& options,

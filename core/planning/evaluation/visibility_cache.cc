@@ -15,7 +15,7 @@ constexpr double kRaySlack = 1e-5;  // m: views are floats where rays are cast
 }  // namespace
 
 VisibilityCache::VisibilityCache(const BruteForceScorer& scorer, const FeasibleViews& views,
-                                 const CellArrays& cells, const visibility::OpaqueGrid& grid)
+                                 const OrderedCells& cells, const visibility::OpaqueGrid& grid)
     : scorer_(scorer),
       views_(views),
       worth_finding_(cells.size() / kFindingTakes),

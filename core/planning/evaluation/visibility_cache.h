@@ -14,7 +14,7 @@
 #include "core/parallel/parallel.h"
 #include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/scoring/brute_force.h"
-#include "core/planning/scoring/constraints.h"
+#include "core/planning/scoring/ordered_cells.h"
 #include "core/planning/scoring/potentially_visible_sets.h"
 #include "core/visibility/opaque_grid.h"
 
@@ -23,9 +23,8 @@ namespace vantage::planning {
 // References are kept.
 class VisibilityCache {
  public:
-  // `cells` and `grid` as PotentiallyVisibleSets wants them.
   VisibilityCache(const BruteForceScorer& scorer, const FeasibleViews& views,
-                  const CellArrays& cells, const visibility::OpaqueGrid& grid);
+                  const OrderedCells& cells, const visibility::OpaqueGrid& grid);
 
   // To be told before `which` are scored on `drawn` cells each. Where that and what was scored
   // before come to more than it takes, what is potentially visible is found out. With a budget that

@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 
@@ -31,10 +33,12 @@ bool AnyBit(const uint64_t* words, int first, int count) {
 
 }  // namespace
 
-FeasibleViews FeasibleViews::Find(const model::PlanningView& model,
-                                  const visibility::OpaqueGrid& grid,
-                                  const sensor::ScannerModel& scanner, const PlanningConfig& config,
-                                  const parallel::Budget& budget, parallel::Parallel& parallel) {
+absl::StatusOr<FeasibleViews> FeasibleViews::Find(const model::PlanningView& model,
+                                                  const visibility::OpaqueGrid& grid,
+                                                  const sensor::ScannerModel& scanner,
+                                                  const PlanningConfig& config,
+                                                  parallel::Parallel& parallel,
+                                                  const parallel::Cancellation& cancelled) {
   FeasibleViews views;
   views.voxel_ = model.voxel_size();
   views.voxels_per_cell_ =
@@ -42,65 +46,76 @@ FeasibleViews FeasibleViews::Find(const model::PlanningView& model,
   const int n = views.voxels_per_cell_;
   views.cell_size_ = n * model.voxel_size();
   const model::VoxelBox& box = model.bounds();
-  if (box.empty()) {
-    views.finished_ = true;
-    return views;
-  }
+  if (box.empty()) return views;
   for (int a = 0; a < 3; ++a) {
     views.first_[a] = FloorDiv(box.min[a], n);
     views.size_[a] = FloorDiv(box.max[a] - 1, n) + 1 - views.first_[a];
   }
-  const size_t layer = static_cast<size_t>(views.size_.x()) * static_cast<size_t>(views.size_.y());
-  views.why_.assign(layer * static_cast<size_t>(views.size_.z()),
-                    static_cast<uint8_t>(Infeasibility::kNoFloor));
-  views.floor_ = FloorHeights::Find(model, config.floor_z, budget);
-  if (budget.Expired()) return views;
+  if (!views.Judge(model, grid, scanner, config, parallel, cancelled)) {
+    return absl::CancelledError("feasible views");
+  }
+  views.ListFeasible(config.require_reachable);
+  return views;
+}
 
-  parallel.For(static_cast<size_t>(views.size_.y()), [&](size_t row) {
-    if (budget.Expired()) return;
-    const int cy = views.first_.y() + static_cast<int>(row);
-    for (int cx = views.first_.x(); cx < views.first_.x() + views.size_.x(); ++cx) {
-      views.JudgeColumn(cx, cy, grid, config);
+// Why each cell is not feasible, reachability apart. False when cancelled on the way.
+bool FeasibleViews::Judge(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
+                          const sensor::ScannerModel& scanner, const PlanningConfig& config,
+                          parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
+  const size_t layer = static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y());
+  why_.assign(layer * static_cast<size_t>(size_.z()),
+              static_cast<uint8_t>(Infeasibility::kNoFloor));
+  auto floor = FloorHeights::Find(model, config.floor_z, cancelled);
+  if (!floor.ok()) return false;
+  floor_ = *std::move(floor);
+  parallel.For(static_cast<size_t>(size_.y()), [&](size_t row) {
+    if (cancelled.Requested()) return;
+    const int cy = first_.y() + static_cast<int>(row);
+    for (int cx = first_.x(); cx < first_.x() + size_.x(); ++cx) {
+      JudgeColumn(cx, cy, grid, config);
     }
   });
-  if (budget.Expired() || !views.CarveClearance(grid, scanner.clearance, budget, parallel)) {
-    return views;
-  }
-  if (budget.Expired()) return views;
-  // Where a scanner stood it can stand: what little its own blind cone and rays without a return
-  // leave unknown around it does not ban the place.
-  for (const model::Station& station : model.stations()) {
-    if (station.clearance < scanner.clearance - kSlack) continue;  // it proves no more than it had
-    const CellIndex cell = views.CellOf(station.position);
-    const Infeasibility why = views.Why(cell);
-    if (why == Infeasibility::kAboveObject || why == Infeasibility::kClearance) {
-      views.why_[views.Offset(cell)] = static_cast<uint8_t>(Infeasibility::kNone);
-    }
-  }
-  views.reach_ = ReachMap(model, grid, views.floor_, config, views.first_.head<2>(),
-                          views.size_.head<2>(), n, budget);
-  if (budget.Expired()) return views;
+  if (cancelled.Requested()) return false;
+  if (!CarveClearance(grid, scanner.clearance, parallel, cancelled)) return false;
+  ExemptStations(model, scanner.clearance);
+  auto reach = ReachMap::Find(model, grid, floor_, config, first_.head<2>(), size_.head<2>(),
+                              voxels_per_cell_, cancelled);
+  if (!reach.ok()) return false;
+  reach_ = *std::move(reach);
+  return true;
+}
 
-  views.index_.assign(views.why_.size(), -1);
-  for (size_t at = 0; at < views.why_.size(); ++at) {
-    auto why = static_cast<Infeasibility>(views.why_[at]);
-    const CellIndex cell =
-        views.first_ +
-        CellIndex(static_cast<int>(at % static_cast<size_t>(views.size_.x())),
-                  static_cast<int>(at % layer / static_cast<size_t>(views.size_.x())),
-                  static_cast<int>(at / layer));
-    if (why == Infeasibility::kNone && config.require_reachable &&
-        !views.reach_.Reached(cell.x(), cell.y())) {
-      why = Infeasibility::kUnreachable;
-      views.why_[at] = static_cast<uint8_t>(why);
+// Where a scanner stood it can stand: what little its own blind cone and rays without a return
+// leave unknown around it does not ban the place.
+void FeasibleViews::ExemptStations(const model::PlanningView& model, double clearance) {
+  for (const model::Station& station : model.stations()) {
+    if (station.clearance < clearance - kSlack) continue;  // it proves no more than it had
+    const CellIndex cell = CellOf(station.position);
+    const Infeasibility why = Why(cell);
+    if (why == Infeasibility::kAboveObject || why == Infeasibility::kClearance) {
+      why_[Offset(cell)] = static_cast<uint8_t>(Infeasibility::kNone);
     }
-    ++views.counts_[static_cast<size_t>(why)];
-    if (why != Infeasibility::kNone) continue;
-    views.index_[at] = static_cast<int32_t>(views.cells_.size());
-    views.cells_.push_back(cell);
   }
-  views.finished_ = true;
-  return views;
+}
+
+void FeasibleViews::ListFeasible(bool require_reachable) {
+  const size_t layer = static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y());
+  index_.assign(why_.size(), -1);
+  for (size_t at = 0; at < why_.size(); ++at) {
+    auto why = static_cast<Infeasibility>(why_[at]);
+    const CellIndex cell =
+        first_ + CellIndex(static_cast<int>(at % static_cast<size_t>(size_.x())),
+                           static_cast<int>(at % layer / static_cast<size_t>(size_.x())),
+                           static_cast<int>(at / layer));
+    if (why == Infeasibility::kNone && require_reachable && !reach_.Reached(cell.x(), cell.y())) {
+      why = Infeasibility::kUnreachable;
+      why_[at] = static_cast<uint8_t>(why);
+    }
+    ++counts_[static_cast<size_t>(why)];
+    if (why != Infeasibility::kNone) continue;
+    index_[at] = static_cast<int32_t>(cells_.size());
+    cells_.push_back(cell);
+  }
 }
 
 // Everything but clearance and reachability, for the cells of one column.
@@ -161,7 +176,8 @@ void FeasibleViews::JudgeColumn(int cx, int cy, const visibility::OpaqueGrid& gr
 // the clearance; a cell when one of its voxels does. The gap is a whole number of voxels on each
 // axis, so growing rows of bits by whole voxels is exact.
 bool FeasibleViews::CarveClearance(const visibility::OpaqueGrid& grid, double clearance,
-                                   const parallel::Budget& budget, parallel::Parallel& parallel) {
+                                   parallel::Parallel& parallel,
+                                   const parallel::Cancellation& cancelled) {
   const int n = voxels_per_cell_;
   const double limit = clearance / voxel_ - 1e-6;  // voxels
   // Offsets of rows with the number of voxels by which theirs must be grown along x.
@@ -197,12 +213,12 @@ bool FeasibleViews::CarveClearance(const visibility::OpaqueGrid& grid, double cl
   const auto levels = static_cast<size_t>(most) + 1;
 
   parallel.For(wanted.size(), [&](size_t slot) {
-    if (!wanted[slot] || budget.Expired()) return;
+    if (!wanted[slot] || cancelled.Requested()) return;
     const int cz = first_.z() + static_cast<int>(slot);
     std::vector<uint64_t> grown(block * levels);
     std::vector<uint64_t> lacking(block, 0);
     for (int layer_z = cz * n - reach; layer_z < cz * n + n + reach; ++layer_z) {
-      if (budget.Expired()) return;
+      if (cancelled.Requested()) return;
       const bool outside = layer_z < box.min.z() || layer_z >= box.max.z();
       if (!outside) {
         for (size_t row = 0; row < rows; ++row) {
@@ -249,7 +265,7 @@ bool FeasibleViews::CarveClearance(const visibility::OpaqueGrid& grid, double cl
       }
     }
   });
-  return !budget.Expired();
+  return !cancelled.Requested();
 }
 
 double FeasibleViews::HeightOverFloor(const Eigen::Vector3d& p) const {

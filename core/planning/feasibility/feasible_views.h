@@ -9,8 +9,9 @@
 #include <string>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
-#include "core/parallel/budget.h"
+#include "core/parallel/cancellation.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/feasibility/floor_heights.h"
 #include "core/planning/feasibility/reach_map.h"
@@ -43,13 +44,15 @@ class FeasibleViews {
   // Cell coordinates: cell c covers [c, c + 1) * cell_size on each axis of the model frame.
   using CellIndex = Eigen::Vector3i;
 
-  // Stops early (an empty set, `finished` false) when the budget expires. `grid` is the model's,
-  // with axes {0, 1, 2}. The configuration is valid.
-  static FeasibleViews Find(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
-                            const sensor::ScannerModel& scanner, const PlanningConfig& config,
-                            const parallel::Budget& budget, parallel::Parallel& parallel);
+  // `grid` is the model's. The configuration is valid. CANCELLED when that was requested on the
+  // way.
+  static absl::StatusOr<FeasibleViews> Find(const model::PlanningView& model,
+                                            const visibility::OpaqueGrid& grid,
+                                            const sensor::ScannerModel& scanner,
+                                            const PlanningConfig& config,
+                                            parallel::Parallel& parallel,
+                                            const parallel::Cancellation& cancelled = {});
 
-  bool finished() const { return finished_; }
   double cell_size() const { return cell_size_; }
   const std::vector<CellIndex>& cells() const { return cells_; }  // by z, y, x
   Eigen::Vector3d Centre(size_t i) const {
@@ -87,10 +90,14 @@ class FeasibleViews {
   }
   void JudgeColumn(int cx, int cy, const visibility::OpaqueGrid& grid,
                    const PlanningConfig& config);
+  bool Judge(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
+             const sensor::ScannerModel& scanner, const PlanningConfig& config,
+             parallel::Parallel& parallel, const parallel::Cancellation& cancelled);
   bool CarveClearance(const visibility::OpaqueGrid& grid, double clearance,
-                      const parallel::Budget& budget, parallel::Parallel& parallel);
+                      parallel::Parallel& parallel, const parallel::Cancellation& cancelled);
+  void ExemptStations(const model::PlanningView& model, double clearance);
+  void ListFeasible(bool require_reachable);
 
-  bool finished_ = false;
   double voxel_ = 0;         // m
   int voxels_per_cell_ = 1;  // along an edge
   double cell_size_ = 0;     // m

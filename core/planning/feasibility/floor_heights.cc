@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "absl/status/status.h"
 #include "core/visibility/surface_walk.h"
 
 namespace vantage::planning {
@@ -60,8 +61,9 @@ struct FloorHeights::Piece {
   double mean_height = 0;         // m
 };
 
-FloorHeights FloorHeights::Find(const model::PlanningView& model, std::optional<double> given,
-                                const parallel::Budget& budget) {
+absl::StatusOr<FloorHeights> FloorHeights::Find(const model::PlanningView& model,
+                                                std::optional<double> given,
+                                                const parallel::Cancellation& cancelled) {
   FloorHeights field;
   const model::VoxelBox& box = model.bounds();
   if (box.empty()) return field;
@@ -76,51 +78,58 @@ FloorHeights FloorHeights::Find(const model::PlanningView& model, std::optional<
     field.lowest_ = field.highest_ = static_cast<float>(*given);
     return field;
   }
+  field.height_.assign(columns, kNone);
+  if (!field.Measure(model, cancelled)) return absl::CancelledError("floor heights");
+  return field;
+}
+
+// False when cancelled on the way.
+bool FloorHeights::Measure(const model::PlanningView& model,
+                           const parallel::Cancellation& cancelled) {
   const double voxel = model.voxel_size();
-  std::vector<float> candidate(columns, kNone);
+  std::vector<float> candidate(height_.size(), kNone);
   // Voxels come with z rising, so the first of a column is its lowest.
-  visibility::WalkSurface(
-      model, budget,
+  const bool whole = visibility::WalkSurface(
+      model, cancelled,
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
         if (state != model::VoxelState::kTrueSurface || surface.normal.z() < kUpward) return;
-        float& height = candidate[field.Index(v.x(), v.y())];
+        float& height = candidate[Index(v.x(), v.y())];
         if (!std::isnan(height)) return;
         if (!model.Empty(v + model::VoxelIndex(0, 0, 1)) &&
             !model.Empty(v + model::VoxelIndex(0, 0, 2)))
           return;
         height = surface.centroid.z();
       });
-  field.height_.assign(columns, kNone);
-  if (budget.Expired()) return field;
-  std::vector<Piece> pieces = field.FindPieces(candidate, voxel, budget);
-  if (budget.Expired()) return field;
-  field.KeepFloors(model, candidate, std::move(pieces), budget);
-  field.SeedStations(model);
-  if (budget.Expired()) return field;
-  for (const float height : field.height_) {
+  if (!whole) return false;
+  std::vector<Piece> pieces = FindPieces(candidate, voxel, cancelled);
+  if (cancelled.Requested()) return false;
+  KeepFloors(model, candidate, std::move(pieces), cancelled);
+  SeedStations(model);
+  if (cancelled.Requested()) return false;
+  for (const float height : height_) {
     if (std::isnan(height)) continue;
-    field.lowest_ = field.found_ ? std::min(field.lowest_, height) : height;
-    field.highest_ = field.found_ ? std::max(field.highest_, height) : height;
-    field.found_ = true;
+    lowest_ = found_ ? std::min(lowest_, height) : height;
+    highest_ = found_ ? std::max(highest_, height) : height;
+    found_ = true;
   }
-  field.Interpolate(kFillReach, voxel, budget);
-  return field;
+  Interpolate(kFillReach, voxel, cancelled);
+  return !cancelled.Requested();
 }
 
-std::vector<FloorHeights::Piece> FloorHeights::FindPieces(const std::vector<float>& candidate,
-                                                          double voxel,
-                                                          const parallel::Budget& budget) const {
+std::vector<FloorHeights::Piece> FloorHeights::FindPieces(
+    const std::vector<float>& candidate, double voxel,
+    const parallel::Cancellation& cancelled) const {
   std::vector<Piece> pieces;
   std::vector<uint8_t> taken(candidate.size(), 0);
   const float step = static_cast<float>(1.5 * voxel);
   for (uint32_t seed = 0; seed < candidate.size(); ++seed) {
-    if (seed % kColumnsBetweenPolls == 0 && budget.Expired()) return pieces;
+    if (seed % kColumnsBetweenPolls == 0 && cancelled.Requested()) return pieces;
     if (taken[seed] || std::isnan(candidate[seed])) continue;
     Piece piece;
     piece.columns.push_back(seed);
     taken[seed] = 1;
     for (size_t head = 0; head < piece.columns.size(); ++head) {
-      if ((head + 1) % kColumnsBetweenPolls == 0 && budget.Expired()) return pieces;
+      if ((head + 1) % kColumnsBetweenPolls == 0 && cancelled.Requested()) return pieces;
       const uint32_t at = piece.columns[head];
       piece.mean_height += candidate[at];
       const int x = static_cast<int>(at) % size_x_;
@@ -141,7 +150,7 @@ std::vector<FloorHeights::Piece> FloorHeights::FindPieces(const std::vector<floa
 }
 
 void FloorHeights::KeepFloors(const model::PlanningView& model, const std::vector<float>& candidate,
-                              std::vector<Piece> pieces, const parallel::Budget& budget) {
+                              std::vector<Piece> pieces, const parallel::Cancellation& cancelled) {
   const double voxel = model.voxel_size();
   Tiles tiles(size_x_, size_y_, std::max(1, static_cast<int>(kNeighbourhood / 2 / voxel)));
   const auto keep = [&](const Piece& piece) {
@@ -155,7 +164,7 @@ void FloorHeights::KeepFloors(const model::PlanningView& model, const std::vecto
     size_t until_poll = 0;
     for (const uint32_t at : piece.columns) {
       if (until_poll-- == 0) {
-        if (budget.Expired()) return false;
+        if (cancelled.Requested()) return false;
         until_poll = kColumnsBetweenPolls / std::max<size_t>(1, model.stations().size());
       }
       const int column = static_cast<int>(at) % size_x_, row = static_cast<int>(at) / size_x_;
@@ -174,7 +183,7 @@ void FloorHeights::KeepFloors(const model::PlanningView& model, const std::vecto
   std::vector<Piece> others;
   bool any = false;
   for (Piece& piece : pieces) {
-    if (budget.Expired()) return;
+    if (cancelled.Requested()) return;
     if (carries_station(piece)) {
       keep(piece);
       any = true;
@@ -186,7 +195,7 @@ void FloorHeights::KeepFloors(const model::PlanningView& model, const std::vecto
   std::stable_sort(others.begin(), others.end(),
                    [](const Piece& a, const Piece& b) { return a.mean_height < b.mean_height; });
   for (const Piece& piece : others) {
-    if (budget.Expired()) return;
+    if (cancelled.Requested()) return;
     const double area = static_cast<double>(piece.columns.size()) * voxel * voxel;
     bool level = false;
     bool stepped = false;
@@ -229,7 +238,8 @@ void FloorHeights::SeedStations(const model::PlanningView& model) {
   }
 }
 
-void FloorHeights::Interpolate(double reach, double voxel, const parallel::Budget& budget) {
+void FloorHeights::Interpolate(double reach, double voxel,
+                               const parallel::Cancellation& cancelled) {
   std::vector<uint32_t> front;
   for (uint32_t at = 0; at < height_.size(); ++at) {
     if (!std::isnan(height_[at])) front.push_back(at);
@@ -238,7 +248,7 @@ void FloorHeights::Interpolate(double reach, double voxel, const parallel::Budge
   std::vector<uint8_t> queued(height_.size(), 0);
   std::vector<uint32_t> next;
   std::vector<float> filled;
-  for (int layer = 0; layer < layers && !front.empty() && !budget.Expired(); ++layer) {
+  for (int layer = 0; layer < layers && !front.empty() && !cancelled.Requested(); ++layer) {
     next.clear();
     for (const uint32_t at : front) {
       const int x = static_cast<int>(at) % size_x_;

@@ -7,8 +7,9 @@
 #include <optional>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
-#include "core/parallel/budget.h"
+#include "core/parallel/cancellation.h"
 
 namespace vantage::planning {
 
@@ -21,9 +22,11 @@ class FloorHeights {
   // Neighbouring floors belong together up to this difference in height, m.
   static constexpr double kMaxStep = 0.20;
 
-  // `given`: z of the floor everywhere (m), found from the model when absent.
-  static FloorHeights Find(const model::PlanningView& model, std::optional<double> given,
-                           const parallel::Budget& budget = parallel::Budget::Unlimited());
+  // `given`: z of the floor everywhere (m), found from the model when absent. CANCELLED when that
+  // was requested on the way.
+  static absl::StatusOr<FloorHeights> Find(const model::PlanningView& model,
+                                           std::optional<double> given,
+                                           const parallel::Cancellation& cancelled = {});
 
   // z of the floor under the voxel column (x, y), m; NaN where none is known.
   float Height(int x, int y) const {
@@ -40,16 +43,17 @@ class FloorHeights {
 
  private:
   struct Piece;
+  bool Measure(const model::PlanningView& model, const parallel::Cancellation& cancelled);
   size_t Index(int x, int y) const {
     return static_cast<size_t>(x - min_x_) +
            static_cast<size_t>(size_x_) * static_cast<size_t>(y - min_y_);
   }
   std::vector<Piece> FindPieces(const std::vector<float>& candidate, double voxel,
-                                const parallel::Budget& budget) const;
+                                const parallel::Cancellation& cancelled) const;
   void KeepFloors(const model::PlanningView& model, const std::vector<float>& candidate,
-                  std::vector<Piece> pieces, const parallel::Budget& budget);
+                  std::vector<Piece> pieces, const parallel::Cancellation& cancelled);
   void SeedStations(const model::PlanningView& model);
-  void Interpolate(double reach, double voxel, const parallel::Budget& budget);
+  void Interpolate(double reach, double voxel, const parallel::Cancellation& cancelled);
 
   int min_x_ = 0, min_y_ = 0, size_x_ = 0, size_y_ = 0;  // voxel columns
   std::vector<float> height_;

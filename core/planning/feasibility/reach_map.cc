@@ -5,6 +5,8 @@
 #include <queue>
 #include <utility>
 
+#include "absl/status/status.h"
+
 namespace vantage::planning {
 namespace {
 
@@ -52,26 +54,31 @@ bool FreeToPass(const model::PlanningView& model, const visibility::OpaqueGrid& 
 
 }  // namespace
 
-ReachMap::ReachMap(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
-                   const FloorHeights& floor, const PlanningConfig& config,
-                   const Eigen::Vector2i& first, const Eigen::Vector2i& size, int voxels_per_cell,
-                   const parallel::Budget& budget)
-    : first_(first),
-      size_(size),
-      per_cell_(voxels_per_cell),
-      cell_size_(voxels_per_cell * model.voxel_size()) {
+absl::StatusOr<ReachMap> ReachMap::Find(const model::PlanningView& model,
+                                        const visibility::OpaqueGrid& grid,
+                                        const FloorHeights& floor, const PlanningConfig& config,
+                                        const Eigen::Vector2i& first, const Eigen::Vector2i& size,
+                                        int voxels_per_cell,
+                                        const parallel::Cancellation& cancelled) {
+  ReachMap map;
+  map.first_ = first;
+  map.size_ = size;
+  map.per_cell_ = voxels_per_cell;
+  map.cell_size_ = voxels_per_cell * model.voxel_size();
   const size_t columns = static_cast<size_t>(size.x()) * static_cast<size_t>(size.y());
-  passable_.assign(columns, 0);
-  reached_.assign(columns, 0);
-  travel_.assign(columns, kFar);
-  floor_.assign(columns, std::numeric_limits<float>::quiet_NaN());
-  FindPassable(model, grid, floor, config, budget);
-  if (!budget.Expired()) Flood(model, budget);
+  map.passable_.assign(columns, 0);
+  map.reached_.assign(columns, 0);
+  map.travel_.assign(columns, kFar);
+  map.floor_.assign(columns, std::numeric_limits<float>::quiet_NaN());
+  map.FindPassable(model, grid, floor, config, cancelled);
+  if (!cancelled.Requested()) map.Flood(model, cancelled);
+  if (cancelled.Requested()) return absl::CancelledError("reachability");
+  return map;
 }
 
 void ReachMap::FindPassable(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
                             const FloorHeights& floor, const PlanningConfig& config,
-                            const parallel::Budget& budget) {
+                            const parallel::Cancellation& cancelled) {
   const double voxel = model.voxel_size();
   const double radius = config.scanner_width / 2 / voxel;  // in voxels
   const int margin = static_cast<int>(std::ceil(radius)) + 1;
@@ -81,7 +88,7 @@ void ReachMap::FindPassable(const model::PlanningView& model, const visibility::
   const int ny = size_.y() * per_cell_ + 2 * margin;
   std::vector<uint8_t> blocked(static_cast<size_t>(nx) * static_cast<size_t>(ny), 1);
   for (int j = 0; j < ny; ++j) {
-    if (budget.Expired()) return;
+    if (cancelled.Requested()) return;
     for (int i = 0; i < nx; ++i) {
       const int x = x0 + i;
       const int y = y0 + j;
@@ -102,7 +109,7 @@ void ReachMap::FindPassable(const model::PlanningView& model, const visibility::
     }
   }
   for (int cy = first_.y(); cy < first_.y() + size_.y(); ++cy) {
-    if (budget.Expired()) return;
+    if (cancelled.Requested()) return;
     for (int cx = first_.x(); cx < first_.x() + size_.x(); ++cx) {
       const double mx = (cx + 0.5) * per_cell_;  // the column's centre, in voxels
       const double my = (cy + 0.5) * per_cell_;
@@ -123,7 +130,7 @@ void ReachMap::FindPassable(const model::PlanningView& model, const visibility::
   }
 }
 
-void ReachMap::Flood(const model::PlanningView& model, const parallel::Budget& budget) {
+void ReachMap::Flood(const model::PlanningView& model, const parallel::Cancellation& cancelled) {
   using Entry = std::pair<float, uint32_t>;  // m so far, column
   const auto spread = [&](const std::vector<uint32_t>& seeds, std::vector<float>& distance) {
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
@@ -134,7 +141,7 @@ void ReachMap::Flood(const model::PlanningView& model, const parallel::Budget& b
     size_t until_poll = 0;
     while (!queue.empty()) {
       if (until_poll-- == 0) {
-        if (budget.Expired()) return;
+        if (cancelled.Requested()) return;
         until_poll = 4096;
       }
       const auto [so_far, at] = queue.top();

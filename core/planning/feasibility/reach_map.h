@@ -8,8 +8,9 @@
 #include <optional>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
-#include "core/parallel/budget.h"
+#include "core/parallel/cancellation.h"
 #include "core/planning/feasibility/floor_heights.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/visibility/opaque_grid.h"
@@ -32,12 +33,15 @@ inline int FirstLayerOverFloor(float floor_height, double voxel) {
 // that is merely not known, and right beside the station nothing at all.
 class ReachMap {
  public:
-  ReachMap() = default;
-  // Columns [first, first + size) of `voxels_per_cell` voxels each.
-  ReachMap(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
-           const FloorHeights& floor, const PlanningConfig& config, const Eigen::Vector2i& first,
-           const Eigen::Vector2i& size, int voxels_per_cell,
-           const parallel::Budget& budget = parallel::Budget::Unlimited());
+  ReachMap() = default;  // of no columns
+  // Columns [first, first + size) of `voxels_per_cell` voxels each. CANCELLED when that was
+  // requested on the way.
+  static absl::StatusOr<ReachMap> Find(const model::PlanningView& model,
+                                       const visibility::OpaqueGrid& grid,
+                                       const FloorHeights& floor, const PlanningConfig& config,
+                                       const Eigen::Vector2i& first, const Eigen::Vector2i& size,
+                                       int voxels_per_cell,
+                                       const parallel::Cancellation& cancelled = {});
 
   // True when the scanner fits with its axis at the column's centre.
   bool Passable(int cx, int cy) const { return Inside(cx, cy) && passable_[Index(cx, cy)] != 0; }
@@ -62,8 +66,8 @@ class ReachMap {
   }
   void FindPassable(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
                     const FloorHeights& floor, const PlanningConfig& config,
-                    const parallel::Budget& budget);
-  void Flood(const model::PlanningView& model, const parallel::Budget& budget);
+                    const parallel::Cancellation& cancelled);
+  void Flood(const model::PlanningView& model, const parallel::Cancellation& cancelled);
 
   Eigen::Vector2i first_ = Eigen::Vector2i::Zero();
   Eigen::Vector2i size_ = Eigen::Vector2i::Zero();

@@ -1,20 +1,17 @@
 #include "core/planning/patches/measure_coverage.h"
 
+#include "absl/status/status.h"
 #include "core/visibility/surface_walk.h"
 
 namespace vantage::planning {
 
-Coverage MeasureCoverage(const model::PlanningView& model, const PlanningConfig& config) {
-  return MeasureCoverageWithin(model, config, parallel::Budget::Unlimited()).value();
-}
-
-std::optional<Coverage> MeasureCoverageWithin(const model::PlanningView& model,
-                                              const PlanningConfig& config,
-                                              const parallel::Budget& budget) {
+absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
+                                         const PlanningConfig& config,
+                                         const parallel::Cancellation& cancelled) {
   Coverage coverage;
   double all = 0;
   const bool whole = visibility::WalkSurface(
-      model, budget,
+      model, cancelled,
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
         if (config.region_of_interest.has_value() &&
             !config.region_of_interest->contains(model.Centre(v))) {
@@ -30,7 +27,7 @@ std::optional<Coverage> MeasureCoverageWithin(const model::PlanningView& model,
           coverage.area_given_up += area;
         }
       });
-  if (!whole) return std::nullopt;
+  if (!whole) return absl::CancelledError("coverage");
   if (all > 0) coverage.estimated_coverage = coverage.area_at_density / all;
   return coverage;
 }

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <span>
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
+#include "absl/status/status.h"
 #include "core/planning/patches/space_behind.h"
 #include "core/visibility/surface_walk.h"
 
@@ -23,18 +25,21 @@ constexpr uint32_t kNoCell = std::numeric_limits<uint32_t>::max();
 // From a voxel to its deficient cell, by bricks: neighbours are looked up 26 times a cell.
 class CellTable {
  public:
-  // Not to be used when the budget has expired on the way.
-  CellTable(const std::vector<DeficientCell>& cells, const parallel::Budget& budget) {
+  // Nothing when cancelled on the way.
+  static std::optional<CellTable> Of(const std::vector<DeficientCell>& cells,
+                                     const parallel::Cancellation& cancelled) {
+    CellTable table;
     for (uint32_t i = 0; i < cells.size(); ++i) {
-      if (i % kCellsBetweenPolls == 0 && budget.Expired()) return;
-      const auto [it, fresh] = slot_.try_emplace(Key(model::Brick::Of(cells[i].voxel)),
-                                                 static_cast<uint32_t>(bricks_.size()));
+      if (i % kCellsBetweenPolls == 0 && cancelled.Requested()) return std::nullopt;
+      const auto [it, fresh] = table.slot_.try_emplace(Key(model::Brick::Of(cells[i].voxel)),
+                                                       static_cast<uint32_t>(table.bricks_.size()));
       if (fresh) {
-        bricks_.emplace_back();
-        bricks_.back().fill(kNoCell);
+        table.bricks_.emplace_back();
+        table.bricks_.back().fill(kNoCell);
       }
-      bricks_[it->second][static_cast<size_t>(model::Brick::LocalOf(cells[i].voxel))] = i;
+      table.bricks_[it->second][static_cast<size_t>(model::Brick::LocalOf(cells[i].voxel))] = i;
     }
+    return table;
   }
 
   template <typename Fn>
@@ -57,6 +62,7 @@ class CellTable {
   }
 
  private:
+  CellTable() = default;
   static uint64_t Key(const model::VoxelIndex& brick) {
     const auto part = [](int i) { return static_cast<uint64_t>(i + (1 << 20)) & 0x1fffff; };
     return part(brick.x()) | part(brick.y()) << 21 | part(brick.z()) << 42;
@@ -120,14 +126,12 @@ Patch Describe(const std::vector<DeficientCell>& cells, uint32_t begin, uint32_t
   return patch;
 }
 
-}  // namespace
-
-double SuccessProbability(int missed) { return 2.0 / (2 + missed); }
-
-PatchSet ExtractPatches(const model::PlanningView& model, const PlanningConfig& config,
-                        const PatchTolerance& tolerance, const parallel::Budget& budget) {
-  PatchSet set;
-  std::vector<DeficientCell> deficient;
+// Every deficient voxel, in the model's order, with the dropouts that its rays had. False when
+// cancelled on the way.
+bool CollectDeficient(const model::PlanningView& model, const PlanningConfig& config,
+                      const parallel::Cancellation& cancelled,
+                      std::vector<DeficientCell>& deficient,
+                      std::vector<Eigen::Vector3f>& all_dropouts) {
   const auto density = static_cast<float>(config.required_density);
   const auto enough = [&](const model::VoxelIndex& v, model::VoxelState state,
                           const model::SurfaceVoxel& surface) {
@@ -138,8 +142,8 @@ PatchSet ExtractPatches(const model::PlanningView& model, const PlanningConfig& 
     const double depth = DepthBehind(model, v, surface.normal, config.unknown_depth);
     return static_cast<float>(DensityWorthHaving(config.required_density, depth));
   };
-  visibility::WalkSurface(
-      model, budget,
+  return visibility::WalkSurface(
+      model, cancelled,
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
         if (surface.given_up || !(surface.area > 0) || surface.density >= density) return;
         if (config.region_of_interest.has_value() &&
@@ -152,70 +156,108 @@ PatchSet ExtractPatches(const model::PlanningView& model, const PlanningConfig& 
              model::IsFalseSurface(state) ? 0.0f : surface.density,
              1 + static_cast<float>(surface.spread) / 256, enough(v, state, surface),
              static_cast<float>(SuccessProbability(surface.missed)),
-             static_cast<uint32_t>(set.dropouts.size()), static_cast<uint32_t>(dropouts.size())});
-        for (const model::Dropout& dropout : dropouts) set.dropouts.push_back(dropout.from);
+             static_cast<uint32_t>(all_dropouts.size()), static_cast<uint32_t>(dropouts.size())});
+        for (const model::Dropout& dropout : dropouts) all_dropouts.push_back(dropout.from);
       });
-  if (budget.Expired()) return set;
+}
 
-  const CellTable table(deficient, budget);
-  if (budget.Expired()) return set;
-  const double voxel = model.voxel_size();
-  const auto cos_angle = static_cast<float>(std::cos(tolerance.angle));
-  const auto max_offset = static_cast<float>(tolerance.offset * voxel);
-  std::vector<uint8_t> taken(deficient.size(), 0);
-  std::vector<uint32_t> members;
-  set.cells.reserve(deficient.size());
-  for (uint32_t seed = 0; seed < deficient.size(); ++seed) {
-    if (seed % kMembersBetweenPolls == 0 && budget.Expired()) return set;
-    if (taken[seed]) continue;
-    // The plane is that of the seed and those around it that agree with it, and stays: a plane
-    // that moved while the patch grew could leave its first cells outside the tolerance.
-    Eigen::Vector3f normal = deficient[seed].normal;
-    Eigen::Vector3f centre = deficient[seed].position;
-    float count = 1;
-    table.ForEachNeighbour(deficient[seed].voxel, [&](uint32_t i) {
-      if (deficient[i].kind != deficient[seed].kind ||
-          deficient[i].normal.dot(deficient[seed].normal) < cos_angle ||
-          std::abs(deficient[seed].normal.dot(deficient[i].position - deficient[seed].position)) >
-              max_offset) {
-        return;
-      }
-      normal += deficient[i].normal;
-      centre += deficient[i].position;
-      count += 1;
-    });
-    normal.normalize();
-    centre /= count;
-    const auto fits = [&](uint32_t i) {
-      return deficient[i].kind == deficient[seed].kind &&
-             deficient[i].normal.dot(normal) >= cos_angle &&
-             std::abs(normal.dot(deficient[i].position - centre)) <= max_offset;
-    };
-    if (!fits(seed)) {  // an edge: its own plane then
-      normal = deficient[seed].normal;
-      centre = deficient[seed].position;
-    }
-    members.assign(1, seed);
-    taken[seed] = 1;
+// Grows patches over the deficient cells.
+class PatchGrowth {
+ public:
+  PatchGrowth(const std::vector<DeficientCell>& deficient, const CellTable& table, double voxel,
+              const PatchTolerance& tolerance)
+      : deficient_(deficient),
+        table_(table),
+        cos_angle_(static_cast<float>(std::cos(tolerance.angle))),
+        max_offset_(static_cast<float>(tolerance.offset * voxel)),
+        taken_(deficient.size(), 0) {}
+
+  bool Taken(uint32_t cell) const { return taken_[cell] != 0; }
+
+  // The cells of the patch of `seed`, which is not taken; they are, then. Nothing when cancelled on
+  // the way.
+  std::optional<std::vector<uint32_t>> From(uint32_t seed,
+                                            const parallel::Cancellation& cancelled) {
+    const Plane plane = PlaneAround(seed);
+    std::vector<uint32_t> members(1, seed);
+    taken_[seed] = 1;
     for (size_t head = 0; head < members.size(); ++head) {
-      if ((head + 1) % kMembersBetweenPolls == 0 && budget.Expired()) return set;
-      table.ForEachNeighbour(deficient[members[head]].voxel, [&](uint32_t i) {
-        if (taken[i] || !fits(i)) return;
-        taken[i] = 1;
+      if ((head + 1) % kMembersBetweenPolls == 0 && cancelled.Requested()) return std::nullopt;
+      table_.ForEachNeighbour(deficient_[members[head]].voxel, [&](uint32_t i) {
+        if (taken_[i] || !Fits(i, deficient_[seed].kind, plane)) return;
+        taken_[i] = 1;
         members.push_back(i);
       });
     }
+    return members;
+  }
+
+ private:
+  struct Plane {
+    Eigen::Vector3f normal;
+    Eigen::Vector3f centre;
+  };
+  bool Fits(uint32_t i, model::SurfaceKind kind, const Plane& plane) const {
+    return deficient_[i].kind == kind && deficient_[i].normal.dot(plane.normal) >= cos_angle_ &&
+           std::abs(plane.normal.dot(deficient_[i].position - plane.centre)) <= max_offset_;
+  }
+  // The plane is that of the seed and those around it that agree with it, and stays: a plane that
+  // moved while the patch grew could leave its first cells outside the tolerance.
+  Plane PlaneAround(uint32_t seed) const {
+    const DeficientCell& own = deficient_[seed];
+    const Plane alone{own.normal, own.position};
+    Plane plane = alone;
+    float count = 1;
+    table_.ForEachNeighbour(own.voxel, [&](uint32_t i) {
+      if (!Fits(i, own.kind, alone)) return;
+      plane.normal += deficient_[i].normal;
+      plane.centre += deficient_[i].position;
+      count += 1;
+    });
+    plane.normal.normalize();
+    plane.centre /= count;
+    return Fits(seed, own.kind, plane) ? plane : alone;  // an edge has its own plane
+  }
+
+  const std::vector<DeficientCell>& deficient_;
+  const CellTable& table_;
+  const float cos_angle_;
+  const float max_offset_;
+  std::vector<uint8_t> taken_;
+};
+
+}  // namespace
+
+double SuccessProbability(int missed) { return 2.0 / (2 + missed); }
+
+absl::StatusOr<PatchSet> ExtractPatches(const model::PlanningView& model,
+                                        const PlanningConfig& config,
+                                        const PatchTolerance& tolerance,
+                                        const parallel::Cancellation& cancelled) {
+  const absl::Status stopped = absl::CancelledError("extract patches");
+  PatchSet set;
+  std::vector<DeficientCell> deficient;
+  if (!CollectDeficient(model, config, cancelled, deficient, set.dropouts)) return stopped;
+  const auto table = CellTable::Of(deficient, cancelled);
+  if (!table.has_value()) return stopped;
+  PatchGrowth growth(deficient, *table, model.voxel_size(), tolerance);
+  set.cells.reserve(deficient.size());
+  for (uint32_t seed = 0; seed < deficient.size(); ++seed) {
+    if (seed % kMembersBetweenPolls == 0 && cancelled.Requested()) return stopped;
+    if (growth.Taken(seed)) continue;
+    const auto members = growth.From(seed, cancelled);
+    if (!members.has_value()) return stopped;
     const auto begin = static_cast<uint32_t>(set.cells.size());
-    for (const uint32_t i : members) set.cells.push_back(deficient[i]);
-    set.patches.push_back(
-        Describe(set.cells, begin, static_cast<uint32_t>(set.cells.size()), voxel, config));
+    for (const uint32_t i : *members) set.cells.push_back(deficient[i]);
+    set.patches.push_back(Describe(set.cells, begin, static_cast<uint32_t>(set.cells.size()),
+                                   model.voxel_size(), config));
     set.area += set.patches.back().area;
   }
-  set.finished = true;
   return set;
 }
 
-void RankPatches(const PlanningConfig& config, PatchSet& set, const parallel::Budget& budget) {
+absl::StatusOr<PatchSet> RankPatches(const PlanningConfig& config, PatchSet set,
+                                     const parallel::Cancellation& cancelled) {
   for (Patch& patch : set.patches) {
     patch.importance = config.weights[static_cast<size_t>(patch.kind)] * patch.deficit;
   }
@@ -227,10 +269,7 @@ void RankPatches(const PlanningConfig& config, PatchSet& set, const parallel::Bu
   size_t until_poll = 0;
   for (Patch& patch : set.patches) {
     if (cells.size() >= until_poll) {
-      if (budget.Expired()) {
-        set.finished = false;
-        return;
-      }
+      if (cancelled.Requested()) return absl::CancelledError("rank patches");
       until_poll = cells.size() + kCellsBetweenPolls;
     }
     for (uint32_t& cell : patch.cells) {
@@ -239,6 +278,7 @@ void RankPatches(const PlanningConfig& config, PatchSet& set, const parallel::Bu
     }
   }
   set.cells = std::move(cells);
+  return set;
 }
 
 }  // namespace vantage::planning

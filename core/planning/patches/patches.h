@@ -6,8 +6,9 @@
 #include <Eigen/Core>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
-#include "core/parallel/budget.h"
+#include "core/parallel/cancellation.h"
 #include "core/planning/plan/patch.h"
 #include "core/planning/plan/planning_config.h"
 
@@ -42,18 +43,19 @@ struct PatchSet {
   std::vector<Patch> patches;             // unranked: by first cell met
   std::vector<Eigen::Vector3f> dropouts;  // m, model frame
   double area = 0;                        // m^2, of all cells
-  bool finished = false;                  // false: the budget expired on the way
 };
 
 // B. Each deficient voxel is in exactly one patch; a patch is connected (26 neighbours), of one
-// kind, and planar within the tolerance.
-PatchSet ExtractPatches(const model::PlanningView& model, const PlanningConfig& config,
-                        const PatchTolerance& tolerance, const parallel::Budget& budget);
+// kind, and planar within the tolerance. CANCELLED when that was requested on the way.
+absl::StatusOr<PatchSet> ExtractPatches(const model::PlanningView& model,
+                                        const PlanningConfig& config,
+                                        const PatchTolerance& tolerance = {},
+                                        const parallel::Cancellation& cancelled = {});
 
-// C. Sorts the patches by importance = weight * deficit, the most important first, and the cells
-// with them. When the budget expires on the way, the set is no longer `finished` and of no use.
-void RankPatches(const PlanningConfig& config, PatchSet& set,
-                 const parallel::Budget& budget = parallel::Budget::Unlimited());
+// C. The patches by importance = weight * deficit, the most important first, and the cells with
+// them. CANCELLED when that was requested on the way.
+absl::StatusOr<PatchSet> RankPatches(const PlanningConfig& config, PatchSet set,
+                                     const parallel::Cancellation& cancelled = {});
 
 // The success probability of algorithm.md section 4, 'What never comes', after so many failures and
 // no success (what succeeded needs no work): 1 / (2 + f), normalised to 1 for no attempt.

@@ -9,8 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "core/model/view/planning_view.h"
 #include "core/planning/plan/coverage.h"
 #include "core/planning/plan/patch.h"
+#include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/ranked_view.h"
 
 namespace vantage::planning {
@@ -69,6 +71,9 @@ struct Plan {
   uint64_t rays = 0;          // the work done in evaluating and checking
   std::array<double, kPlanStages> seconds{};
 };
+
+// A plan of which nothing is known yet but what it is for.
+Plan BeginPlan(const model::PlanningView& model, const PlanningConfig& config);
 
 }  // namespace vantage::planning
 

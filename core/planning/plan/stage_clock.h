@@ -2,6 +2,7 @@
 #ifndef VANTAGE_CORE_PLANNING_PLAN_STAGE_CLOCK_H_
 #define VANTAGE_CORE_PLANNING_PLAN_STAGE_CLOCK_H_
 
+#include <array>
 #include <chrono>
 #include <cstddef>
 
@@ -9,20 +10,20 @@
 
 namespace vantage::planning {
 
-// Books the time since the last call, or since it was made, on a stage. `plan` outlives it.
+// Books the time since the last call, or since it was made, on a stage. `seconds` outlive it.
 class StageClock {
  public:
   using Clock = std::chrono::steady_clock;
 
-  explicit StageClock(Plan& plan) : plan_(plan) {}
+  explicit StageClock(std::array<double, kPlanStages>& seconds) : seconds_(seconds) {}
   void Book(PlanStage stage) {
     const Clock::time_point now = Clock::now();
-    plan_.seconds[static_cast<size_t>(stage)] += std::chrono::duration<double>(now - last_).count();
+    seconds_[static_cast<size_t>(stage)] += std::chrono::duration<double>(now - last_).count();
     last_ = now;
   }
 
  private:
-  Plan& plan_;
+  std::array<double, kPlanStages>& seconds_;
   Clock::time_point last_ = Clock::now();
 };
 

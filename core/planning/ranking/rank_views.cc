@@ -116,6 +116,15 @@ EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const Feasible
   return region;
 }
 
+EquivalentRegion RegionOfCell(const FeasibleViews& feasible, const FeasibleViews::CellIndex& cell) {
+  const Eigen::Vector3d low = cell.cast<double>() * feasible.cell_size();
+  EquivalentRegion region;
+  region.box = Region(low, Eigen::Vector3d(low.array() + feasible.cell_size()));
+  region.volume = region.box.volume();
+  region.viewcell_count = 1;
+  return region;
+}
+
 LocationDescription DescribeLocation(const model::PlanningView& model,
                                      const Eigen::Vector3d& position, double height) {
   LocationDescription location;

@@ -26,6 +26,9 @@ std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleView
 EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const FeasibleViews& feasible,
                                     uint32_t view);
 
+// One viewcell as a region of its own.
+EquivalentRegion RegionOfCell(const FeasibleViews& feasible, const FeasibleViews::CellIndex& cell);
+
 // Two distinct walls and the last station, as a person with a tape would use them.
 LocationDescription DescribeLocation(const model::PlanningView& model,
                                      const Eigen::Vector3d& position, double height);

@@ -7,6 +7,7 @@
 
 #include "absl/container/flat_hash_set.h"
 #include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
 #include "core/planning/scoring/brute_force.h"
 #include "core/registration/bound/prediction.h"
 #include "core/visibility/surface_walk.h"
@@ -31,22 +32,27 @@ double DirectionsOf(const sensor::ScannerModel& scanner) {
 
 }  // namespace
 
-OverlapSurface::OverlapSurface(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
-                               const visibility::OcclusionScene& scene,
-                               const sensor::ScannerModel& scanner, const parallel::Budget& budget)
-    : voxel_(model.voxel_size()), scanner_(scanner), constraints_(AnyIncidence(scanner)) {
+OverlapSurface::OverlapSurface(double voxel, const sensor::ScannerModel& scanner)
+    : voxel_(voxel), scanner_(scanner), constraints_(AnyIncidence(scanner)) {}
+
+absl::StatusOr<OverlapSurface> OverlapSurface::Create(const model::PlanningView& model,
+                                                      const visibility::OpaqueGrid& grid,
+                                                      const visibility::OcclusionScene& scene,
+                                                      const sensor::ScannerModel& scanner,
+                                                      const parallel::Cancellation& cancelled) {
+  OverlapSurface overlap(model.voxel_size(), scanner);
   size_t total = 0;
   visibility::WalkSurface(
-      model, budget,
+      model, cancelled,
       [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel&) {
         total += state == model::VoxelState::kTrueSurface;
       });
   const size_t stride = std::max<size_t>(1, (total + kElements - 1) / kElements);
-  weight_ = static_cast<double>(stride);
+  overlap.weight_ = static_cast<double>(stride);
   size_t at = 0;
   std::vector<Eigen::Vector3f> dropouts;
-  visibility::WalkSurface(
-      model, budget,
+  const bool whole = visibility::WalkSurface(
+      model, cancelled,
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
         if (state != model::VoxelState::kTrueSurface || at++ % stride != 0 || !(surface.area > 0))
           return;
@@ -54,12 +60,14 @@ OverlapSurface::OverlapSurface(const model::PlanningView& model, const visibilit
         if (!target.has_value()) return;
         dropouts.clear();
         for (const model::Dropout& dropout : model.Dropouts(v)) dropouts.push_back(dropout.from);
-        cells_.Add(surface.centroid, surface.normal, surface.area, 0,
-                   std::numeric_limits<float>::max(), scene.ToScene(*target),
-                   static_cast<uint32_t>(samples_.size()), dropouts);
-        samples_.push_back(surface.samples);
+        overlap.cells_.Add(surface.centroid, surface.normal, surface.area, 0,
+                           std::numeric_limits<float>::max(), scene.ToScene(*target),
+                           static_cast<uint32_t>(overlap.samples_.size()), dropouts);
+        overlap.samples_.push_back(surface.samples);
       });
-  cells_.Pad();
+  if (!whole) return absl::CancelledError("overlap surface");
+  overlap.cells_.Pad();
+  return overlap;
 }
 
 CellArrays OverlapSurface::Thinned(const CellArrays& cells, std::span<const uint32_t> indices,
@@ -108,15 +116,14 @@ namespace {
 
 class Checking {
  public:
-  Checking(const OverlapSurface& surface, const visibility::OcclusionScene& scene,
-           const Evaluation& evaluation, const FeasibleViews& feasible,
-           const PlanningConfig& config, const parallel::Budget& budget,
+  Checking(const PlanningProblem& problem, const OverlapSurface& surface,
+           const Evaluation& evaluation, const parallel::Budget& budget,
            parallel::Parallel& parallel)
       : surface_(surface),
-        scene_(scene),
+        scene_(problem.scene()),
         evaluation_(evaluation),
-        feasible_(feasible),
-        config_(config),
+        feasible_(problem.feasible()),
+        config_(problem.config()),
         budget_(budget),
         parallel_(parallel) {}
 
@@ -233,14 +240,20 @@ class Checking {
 
 }  // namespace
 
-RegistrationCheck CheckRegistration(const OverlapSurface& surface,
-                                    const visibility::OcclusionScene& scene,
-                                    const Evaluation& evaluation, const FeasibleViews& feasible,
+RegistrationCheck CheckRegistration(const PlanningProblem& problem, const OverlapSurface& surface,
+                                    const Evaluation& evaluation,
                                     std::span<const uint32_t> candidates, size_t wanted,
-                                    const PlanningConfig& config, const parallel::Budget& budget,
-                                    parallel::Parallel& parallel) {
-  return Checking(surface, scene, evaluation, feasible, config, budget, parallel)
-      .Run(candidates, wanted);
+                                    const parallel::Budget& budget, parallel::Parallel& parallel) {
+  return Checking(problem, surface, evaluation, budget, parallel).Run(candidates, wanted);
+}
+
+RegistrationCheck CheckRegistration(const PlanningProblem& problem, const Evaluation& evaluation,
+                                    std::span<const uint32_t> candidates, size_t wanted,
+                                    const parallel::Budget& budget, parallel::Parallel& parallel) {
+  const auto surface = OverlapSurface::Create(problem.model(), problem.grid(), problem.scene(),
+                                              problem.scanner(), budget);
+  if (!surface.ok()) return {};
+  return CheckRegistration(problem, *surface, evaluation, candidates, wanted, budget, parallel);
 }
 
 }  // namespace vantage::planning

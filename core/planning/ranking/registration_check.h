@@ -10,12 +10,13 @@
 #include <span>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/budget.h"
+#include "core/parallel/cancellation.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/evaluation/evaluation.h"
-#include "core/planning/feasibility/feasible_views.h"
-#include "core/planning/plan/planning_config.h"
+#include "core/planning/problem/planning_problem.h"
 #include "core/planning/scoring/constraints.h"
 #include "core/registration/align/registration_config.h"
 #include "core/registration/bound/verdict.h"
@@ -29,16 +30,18 @@ namespace vantage::planning {
 // left (a quarter to a sixteenth changes the predicted error by half a percent at most).
 class OverlapSurface {
  public:
-  // Once the budget has expired, predictions within it say nothing.
-  OverlapSurface(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
-                 const visibility::OcclusionScene& scene, const sensor::ScannerModel& scanner,
-                 const parallel::Budget& budget = parallel::Budget::Unlimited());
+  // `grid` and `scene` are the model's. CANCELLED when that was requested on the way.
+  static absl::StatusOr<OverlapSurface> Create(const model::PlanningView& model,
+                                               const visibility::OpaqueGrid& grid,
+                                               const visibility::OcclusionScene& scene,
+                                               const sensor::ScannerModel& scanner,
+                                               const parallel::Cancellation& cancelled = {});
 
   struct Seen {
     registration::RegistrationVerdict verdict;
     uint64_t rays = 0;
   };
-  // Nothing when the budget expired on the way. `scene` is the one of the constructor. `expected`,
+  // Nothing when the budget expired on the way. `scene` is that of Create(). `expected`,
   // where given, is surface that scans made before this one will have measured: cells like those of
   // Thinned().
   std::optional<Seen> Predict(const Eigen::Vector3d& view, const visibility::OcclusionScene& scene,
@@ -53,6 +56,8 @@ class OverlapSurface {
   uint64_t MostRays() const { return std::max<uint64_t>(1, cells_.size()); }
 
  private:
+  OverlapSurface(double voxel, const sensor::ScannerModel& scanner);
+
   double voxel_;
   sensor::ScannerModel scanner_;
   SensingConstraints constraints_;  // any incidence, no cap on the density
@@ -85,12 +90,14 @@ struct RegistrationCheck {
 // all are checked. As a rule neighbours share a verdict. A doubtful one is at the limit, though,
 // which a step to the side may be on the other side of: when there is time left, the best views
 // around it are tried, too.
-RegistrationCheck CheckRegistration(const OverlapSurface& surface,
-                                    const visibility::OcclusionScene& scene,
-                                    const Evaluation& evaluation, const FeasibleViews& feasible,
+RegistrationCheck CheckRegistration(const PlanningProblem& problem, const OverlapSurface& surface,
+                                    const Evaluation& evaluation,
                                     std::span<const uint32_t> candidates, size_t wanted,
-                                    const PlanningConfig& config, const parallel::Budget& budget,
-                                    parallel::Parallel& parallel);
+                                    const parallel::Budget& budget, parallel::Parallel& parallel);
+// The same with the problem's own overlap surface; unfinished when there was no time to make it.
+RegistrationCheck CheckRegistration(const PlanningProblem& problem, const Evaluation& evaluation,
+                                    std::span<const uint32_t> candidates, size_t wanted,
+                                    const parallel::Budget& budget, parallel::Parallel& parallel);
 
 }  // namespace vantage::planning
 

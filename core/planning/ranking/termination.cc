@@ -7,6 +7,16 @@
 
 namespace vantage::planning {
 
+std::optional<double> UnobservableArea(const PatchSet& patches, const Evaluation& evaluation) {
+  if (!evaluation.complete) return std::nullopt;
+  double area = 0;
+  for (size_t i = 0; i < patches.cells.size(); ++i) {
+    const bool seen = i < evaluation.seen.size() && evaluation.seen[i] != 0;
+    if (!seen) area += static_cast<double>(patches.cells[i].area);
+  }
+  return area;
+}
+
 Termination JudgeTermination(const PatchSet& patches, const Evaluation& evaluation,
                              const PlanningConfig& config,
                              std::optional<double> unobservable_area) {

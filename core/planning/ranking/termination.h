@@ -11,6 +11,10 @@
 
 namespace vantage::planning {
 
+// m^2 of deficient surface that no view gains anything on; known when every view was scored on
+// every cell.
+std::optional<double> UnobservableArea(const PatchSet& patches, const Evaluation& evaluation);
+
 // Judges by upper bounds, never by estimates. `evaluation` may be empty (nothing was feasible).
 // `unobservable_area` (m^2): deficient surface that gains nothing from any feasible view, where
 // known.

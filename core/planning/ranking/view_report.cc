@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include "absl/strings/str_format.h"
-#include "core/planning/plan/planning_config.h"
 #include "core/planning/ranking/rank_views.h"
 
 namespace vantage::planning {
@@ -16,21 +15,22 @@ constexpr double kClearanceLimit = 2.0;  // m, reported at most
 
 void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const {
   view.position = position;
-  view.height_over_floor = feasible_.HeightOverFloor(position);
-  view.clearance = ClearanceAt(grid_, model_.voxel_size(), position, kClearanceLimit);
-  const FeasibleViews::CellIndex cell = feasible_.CellOf(position);
-  view.travel = feasible_.reach().Travel(cell.x(), cell.y());
+  view.height_over_floor = problem_.feasible().HeightOverFloor(position);
+  view.clearance =
+      ClearanceAt(problem_.grid(), problem_.model().voxel_size(), position, kClearanceLimit);
+  const FeasibleViews::CellIndex cell = problem_.feasible().CellOf(position);
+  view.travel = problem_.feasible().reach().Travel(cell.x(), cell.y());
 }
 
 bool ViewReport::Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
                        RankedView& view) const {
-  std::vector<float> cell_scores(scoring_.cells().size());
-  const ViewScore score =
-      scoring_.scorer().ScoreCells(position, scoring_.cells(), budget, cell_scores);
+  std::vector<float> cell_scores(problem_.scoring().cells().size());
+  const ViewScore score = problem_.scoring().scorer().ScoreCells(
+      position, problem_.scoring().cells(), budget, cell_scores);
   if (!score.finished) return false;
   view.score = view.lower = view.upper = score.score;
   view.exact = true;
-  SplitScore(scoring_.cells(), cell_scores, patches_, view);
+  SplitScore(problem_.scoring().cells(), cell_scores, problem_.patches(), view);
   return true;
 }
 
@@ -48,9 +48,9 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
     view.upper = estimate.upper;
     view.exact = estimate.exact;
     view.verdict = checked[k].verdict;
-    Place(feasible_.Centre(i), view);
-    view.region = EquivalentRegionOf(evaluation, feasible_, i);
-    view.location = DescribeLocation(model_, view.position, view.height_over_floor);
+    Place(problem_.feasible().Centre(i), view);
+    view.region = EquivalentRegionOf(evaluation, problem_.feasible(), i);
+    view.location = DescribeLocation(problem_.model(), view.position, view.height_over_floor);
     RankedView split;
     if (Exact(view.position, budget, split)) {
       view.score_by_kind = split.score_by_kind;
@@ -62,8 +62,7 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
   return views;
 }
 
-Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation,
-                         const PlanningConfig& config) const {
+Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation) const {
   Plan plan;
   plan.outcome = PlanOutcome::kViews;
   plan.message = "still evaluating: the views are not yet checked for registration";
@@ -79,8 +78,9 @@ Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation,
   plan.rays = evaluation.rays;
   double most = 0;
   for (const ViewEstimate& view : evaluation.views) most = std::max(most, view.upper);
-  for (const uint32_t i : RankViews(evaluation, feasible_, config.candidate_separation,
-                                    static_cast<size_t>(config.candidates))) {
+  for (const uint32_t i :
+       RankViews(evaluation, problem_.feasible(), problem_.config().candidate_separation,
+                 static_cast<size_t>(problem_.config().candidates))) {
     const ViewEstimate& estimate = evaluation.views[i];
     RankedView view;
     view.score = estimate.score;
@@ -89,7 +89,7 @@ Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation,
     view.exact = estimate.exact;
     view.verdict.reason = "not checked yet";
     view.checked = false;
-    Place(feasible_.Centre(i), view);
+    Place(problem_.feasible().Centre(i), view);
     plan.views.push_back(std::move(view));
   }
   plan.optimality_gap =

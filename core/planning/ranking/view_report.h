@@ -5,28 +5,20 @@
 #include <span>
 #include <vector>
 
-#include "absl/status/status.h"
-#include "core/model/view/planning_view.h"
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
-#include "core/planning/evaluation/anytime.h"
-#include "core/planning/feasibility/feasible_views.h"
-#include "core/planning/patches/patches.h"
+#include "core/planning/evaluation/evaluation.h"
 #include "core/planning/plan/plan.h"
-#include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/ranked_view.h"
+#include "core/planning/problem/planning_problem.h"
 #include "core/planning/ranking/registration_check.h"
-#include "core/planning/scoring/scoring.h"
-#include "core/visibility/opaque_grid.h"
 
 namespace vantage::planning {
 
-// References are kept.
+// Keeps the reference.
 class ViewReport {
  public:
-  ViewReport(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
-             const FeasibleViews& feasible, const PatchSet& patches, const Scoring& scoring)
-      : model_(model), grid_(grid), feasible_(feasible), patches_(patches), scoring_(scoring) {}
+  explicit ViewReport(const PlanningProblem& problem) : problem_(problem) {}
 
   // The first `count` of `checked`, in order. Scores are split exactly; where the budget expires
   // before that, score_by_kind and patch_scores stay empty.
@@ -42,17 +34,13 @@ class ViewReport {
 
   // What can be said while the evaluation goes on: the best views so far, unchecked. Patches and
   // score map come with the final plan only.
-  Plan Interim(const Plan& base, const Evaluation& evaluation, const PlanningConfig& config) const;
+  Plan Interim(const Plan& base, const Evaluation& evaluation) const;
 
   // Where a position is: height, clearance, way from the last station.
   void Place(const Eigen::Vector3d& position, RankedView& view) const;
 
  private:
-  const model::PlanningView& model_;
-  const visibility::OpaqueGrid& grid_;
-  const FeasibleViews& feasible_;
-  const PatchSet& patches_;
-  const Scoring& scoring_;
+  const PlanningProblem& problem_;
 };
 
 }  // namespace vantage::planning

@@ -7,16 +7,16 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/parallel/budget.h"
+#include "absl/status/statusor.h"
+#include "core/parallel/cancellation.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/scoring/constraints.h"
 #include "core/planning/scoring/interval_constraints.h"
+#include "core/planning/scoring/ordered_cells.h"
 
 namespace vantage::planning {
 
-// A node's cells lie side by side in the order of PatchOrder(), in whole packets; a leaf is one
-// packet. Each node is halved across what its cells differ in most, place or direction: a metre
-// counts like a difference of 1 in a component of the normal.
+// A node's cells are neighbours among the ordered cells, in whole packets; a leaf is one packet.
 class PatchTree {
  public:
   struct Node {
@@ -34,10 +34,9 @@ class PatchTree {
   };
 
   PatchTree() = default;  // of no cells: a root without any
-  // `cells` in the order of PatchOrder(), padded. Not to be used when the budget has expired on the
-  // way.
-  PatchTree(const CellArrays& cells, parallel::Parallel& parallel,
-            const parallel::Budget& budget = parallel::Budget::Unlimited());
+  // CANCELLED when that was requested on the way.
+  static absl::StatusOr<PatchTree> Create(const OrderedCells& cells, parallel::Parallel& parallel,
+                                          const parallel::Cancellation& cancelled = {});
 
   const Node& root() const { return nodes_.front(); }
   const Node& operator[](uint32_t i) const { return nodes_[i]; }
@@ -46,10 +45,6 @@ class PatchTree {
  private:
   std::vector<Node> nodes_ = std::vector<Node>(1);
 };
-
-// The order in which the tree wants the cells. Empty when the budget expired on the way.
-std::vector<uint32_t> PatchOrder(const CellArrays& cells, parallel::Parallel& parallel,
-                                 const parallel::Budget& budget = parallel::Budget::Unlimited());
 
 }  // namespace vantage::planning
 

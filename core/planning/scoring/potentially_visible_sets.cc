@@ -13,7 +13,7 @@ constexpr uint32_t kLeastPackets = 64;
 
 }  // namespace
 
-PotentiallyVisibleSets::PotentiallyVisibleSets(const CellArrays& cells,
+PotentiallyVisibleSets::PotentiallyVisibleSets(const OrderedCells& cells,
                                                const visibility::OpaqueGrid& grid)
     : grid_(grid) {
   groups_.push_back({0, static_cast<uint32_t>(cells.packets()), 0, {}});

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "core/planning/scoring/brute_force.h"
-#include "core/planning/scoring/constraints.h"
+#include "core/planning/scoring/ordered_cells.h"
 #include "core/visibility/opaque_grid.h"
 
 namespace vantage::planning {
@@ -18,8 +18,7 @@ namespace vantage::planning {
 // what one exact score does, and so does asking it. Keeps `grid`. Thread safe.
 class PotentiallyVisibleSets {
  public:
-  // `cells` in the order of PatchOrder(); `grid` has axes {0, 1, 2}.
-  PotentiallyVisibleSets(const CellArrays& cells, const visibility::OpaqueGrid& grid);
+  PotentiallyVisibleSets(const OrderedCells& cells, const visibility::OpaqueGrid& grid);
 
   // All cells but those that are hidden from every point of `views` (scene coordinates), in order.
   std::vector<PacketRange> From(const Eigen::AlignedBox3d& views) const;

@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <vector>
+#include <memory>
+#include <utility>
 
-#include "core/planning/scoring/patch_tree.h"
+#include "absl/memory/memory.h"
+#include "absl/status/status.h"
+#include "core/planning/scoring/ordered_cells.h"
 #include "core/visibility/target.h"
 
 namespace vantage::planning {
@@ -33,21 +36,12 @@ SampleWorth WorthOf(const DeficientCell& cell, const PlanningConfig& config) {
   return {from, worth / std::max(cell.enough - from, smallest)};
 }
 
-}  // namespace
-
-Scoring::Scoring(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
-                 const PatchSet& patches, const sensor::ScannerModel& scanner,
-                 const PlanningConfig& config, parallel::Parallel& parallel,
-                 const parallel::Budget& budget)
-    : constraints_(scanner),
-      scene_(grid, visibility::OpaqueGrid(model, {1, 2, 0}, budget), parallel, budget),
-      scorer_(constraints_, scene_, model.voxel_size(),
-              config.pose_sensitivity
-                  ? &Sensitivity(grid, scanner, config, model.voxel_size(), parallel, budget)
-                  : nullptr) {
-  CellArrays cells;
+// The cells of all patches that views can gain on. False when cancelled on the way.
+bool AddCells(const visibility::OpaqueGrid& grid, const visibility::OcclusionScene& scene,
+              const PatchSet& patches, const PlanningConfig& config,
+              const parallel::Cancellation& cancelled, CellArrays& cells) {
   for (uint32_t i = 0; i < patches.cells.size(); ++i) {
-    if (i % kCellsBetweenPolls == 0 && budget.Expired()) return;
+    if (i % kCellsBetweenPolls == 0 && cancelled.Requested()) return false;
     const DeficientCell& cell = patches.cells[i];
     const auto weight = static_cast<float>(config.weights[static_cast<size_t>(cell.kind)]);
     // A scan is scored at the middle of a voxel and recorded at its worst corner: what it is
@@ -65,27 +59,47 @@ Scoring::Scoring(const model::PlanningView& model, const visibility::OpaqueGrid&
     const auto target = visibility::TargetOf(grid, cell.voxel, cell.normal);
     if (!target.has_value()) continue;
     cells.Add(cell.position, cell.normal, factor, worth.from * cell.spread, enough,
-              scene_.ToScene(*target), i,
+              scene.ToScene(*target), i,
               std::span(patches.dropouts).subspan(cell.dropouts, cell.dropout_count));
   }
-  const std::vector<uint32_t> order = PatchOrder(cells, parallel, budget);
-  if (budget.Expired()) return;
-  std::vector<float> factors(order.size());
-  for (size_t k = 0; k < order.size(); ++k) factors[k] = cells.factor[order[k]];
-  cells_ = cells.Gather(order, factors);
-  finished_ = true;
+  return true;
 }
 
-const PoseSensitivity& Scoring::Sensitivity(const visibility::OpaqueGrid& grid,
-                                            const sensor::ScannerModel& scanner,
-                                            const PlanningConfig& config, double voxel,
-                                            parallel::Parallel& parallel,
-                                            const parallel::Budget& budget) {
-  table_.emplace(grid, parallel, budget);
+}  // namespace
+
+absl::StatusOr<std::unique_ptr<const Scoring>> Scoring::Create(
+    double voxel, const visibility::OpaqueGrid& grid, const visibility::OcclusionScene& scene,
+    const PatchSet& patches, const sensor::ScannerModel& scanner, const PlanningConfig& config,
+    parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
+  std::optional<visibility::SummedVolumeTable> table;
+  if (config.pose_sensitivity) {
+    auto made = visibility::SummedVolumeTable::Create(grid, parallel, cancelled);
+    if (!made.ok()) return made.status();
+    table = *std::move(made);
+  }
+  CellArrays cells;
+  if (!AddCells(grid, scene, patches, config, cancelled, cells)) {
+    return absl::CancelledError("patch cells");
+  }
+  auto ordered = OrderedCells::Order(cells, parallel, cancelled);
+  if (!ordered.ok()) return ordered.status();
   // A view stands for its viewcell, grown by what a person misses it by.
-  return sensitivity_.emplace(constraints_, *table_,
-                              config.viewcell_size / 2 + scanner.positioning_error, voxel,
-                              scene_.corner());
+  const double reach = config.viewcell_size / 2 + scanner.positioning_error;
+  return absl::WrapUnique<const Scoring>(
+      new Scoring(voxel, scene, *std::move(ordered), scanner, std::move(table), reach));
 }
+
+Scoring::Scoring(double voxel, const visibility::OcclusionScene& scene, OrderedCells cells,
+                 const sensor::ScannerModel& scanner,
+                 std::optional<visibility::SummedVolumeTable> table, double reach)
+    : constraints_(scanner),
+      scene_(scene),
+      cells_(std::move(cells)),
+      table_(std::move(table)),
+      sensitivity_(table_.has_value()
+                       ? std::optional<PoseSensitivity>(std::in_place, constraints_, *table_, reach,
+                                                        voxel, scene.corner())
+                       : std::nullopt),
+      scorer_(constraints_, scene, voxel, sensitivity_.has_value() ? &*sensitivity_ : nullptr) {}
 
 }  // namespace vantage::planning

@@ -308,8 +308,8 @@ TEST_F(JointPlanTest, ScorePerMinuteIsTheBestRatioThereIs) {
   ASSERT_FALSE(joint.plan.views.empty());
   const Exhaustive all(model, config_);
   const visibility::OpaqueGrid grid(model);
-  const planning::FeasibleViews feasible = planning::FeasibleViews::Find(
-      model, grid, sensor::ScannerModel(), config_, parallel::Budget::Unlimited(), serial_);
+  const planning::FeasibleViews feasible =
+      planning::FeasibleViews::Find(model, grid, sensor::ScannerModel(), config_, serial_).value();
   const MemberRoutes routes(request.scanners[0], model, feasible, true,
                             parallel::Budget::Unlimited());
   double best = 0;
@@ -335,9 +335,10 @@ TEST_F(JointPlanTest, AViewWaitsForTheScansThatItNeedsAndNoOthers) {
   test_support::PlanningProblem problem(
       std::make_shared<model::PlanningView>(test_support::BuildView(Room(2))), config_);
   const planning::BruteForceScorer& scorer = problem.scoring->scorer();
-  const planning::OverlapSurface overlap(*problem.model, problem.grid, problem.scoring->scene(),
-                                         problem.scanner);
-  PendingSurface expected(problem.patches, *problem.scoring, overlap);
+  const auto overlap = planning::OverlapSurface::Create(*problem.model, problem.grid,
+                                                        problem.scoring->scene(), problem.scanner)
+                           .value();
+  PendingSurface expected(*problem.problem, overlap);
   const auto best = std::max_element(
       problem.views.begin(), problem.views.end(), [&](const auto& a, const auto& b) {
         return scorer.Score(a, problem.scoring->cells(), parallel::Budget::Unlimited()).score <

@@ -182,8 +182,8 @@ TEST(TravelTest, FootprintAndReachAreInTheGridOfAModel) {
   const auto length = [&](double width, const std::vector<Eigen::AlignedBox3d>& reach) {
     planning::PlanningConfig config;
     config.scanner_width = width;
-    const planning::FeasibleViews feasible = planning::FeasibleViews::Find(
-        model, grid, sensor::ScannerModel(), config, parallel::Budget::Unlimited(), serial);
+    const planning::FeasibleViews feasible =
+        planning::FeasibleViews::Find(model, grid, sensor::ScannerModel(), config, serial).value();
     return TravelMap(WalkGridOf(feasible, reach), scene.stations[0].position)
         .Length({5.0, 0.8, 1.5});
   };

@@ -1,12 +1,15 @@
 // Deadlines and cancellation by steps of work instead of time: every look at the clock is a step.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
-#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <optional>
+#include <set>
 #include <stop_token>
+#include <string>
 #include <vector>
 
 #include "core/parallel/thread_pool.h"
@@ -15,6 +18,7 @@
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
+#include "core/planning/problem/planning_problem.h"
 #include "core/planning/ranking/registration_check.h"
 #include "core/planning/scoring/patch_tree.h"
 #include "core/planning/scoring/scoring.h"
@@ -89,54 +93,58 @@ TEST_F(PlannerBudgetTest, SetupLooksAtTheClockAsOftenAsItsWorkDemands) {
   };
   const auto bricks = static_cast<int64_t>(model_.bricks().size());
   std::optional<visibility::OpaqueGrid> grid;
-  EXPECT_GE(looks([&] {
-              grid.emplace(model_, std::array<int, 3>{0, 1, 2}, budget);
-            }),
+  EXPECT_GE(looks([&] { grid = visibility::OpaqueGrid::Create(model_, budget).value(); }),
             bricks / 128);
   const model::VoxelIndex size = grid->box().max - grid->box().min;
   EXPECT_GE(looks([&] { (void)FloorHeights::Find(model_, std::nullopt, budget); }),
             bricks / 128 + 3);
   EXPECT_GE(
-      looks([&] { (void)FeasibleViews::Find(model_, *grid, scanner_, config_, budget, serial_); }),
+      looks([&] { (void)FeasibleViews::Find(model_, *grid, scanner_, config_, serial_, budget); }),
       bricks / 128 + size.y() / 4 + size.z() / 4 + size.y());
   PatchSet patches;
-  EXPECT_GE(looks([&] { patches = ExtractPatches(model_, config_, {}, budget); }),
+  EXPECT_GE(looks([&] { patches = ExtractPatches(model_, config_, {}, budget).value(); }),
             bricks / 128 + 2);
   const auto cells = static_cast<int64_t>(patches.cells.size());
   ASSERT_GT(cells, 10'000);
-  EXPECT_GE(looks([&] { RankPatches(config_, patches, budget); }),
+  EXPECT_GE(looks([&] { patches = RankPatches(config_, patches, budget).value(); }),
             cells / 16384);  // patches are whole
-  std::optional<Scoring> scoring;
-  EXPECT_GE(
-      looks([&] { scoring.emplace(model_, *grid, patches, scanner_, config_, serial_, budget); }),
-      size.sum() + size.y() + size.z() + cells / 8192);
-  ASSERT_TRUE(scoring->finished());
-  EXPECT_GE(looks([&] { PatchTree(scoring->cells(), serial_, budget); }),
+  std::optional<visibility::OcclusionScene> scene;
+  EXPECT_GE(looks([&] {
+              scene = visibility::OcclusionScene::Create(model_, *grid, serial_, budget).value();
+            }),
+            size.sum());
+  std::unique_ptr<const Scoring> scoring;
+  EXPECT_GE(looks([&] {
+              scoring = Scoring::Create(model_.voxel_size(), *grid, *scene, patches, scanner_,
+                                        config_, serial_, budget)
+                            .value();
+            }),
+            size.y() + size.z() + cells / 8192);
+  EXPECT_GE(looks([&] { (void)PatchTree::Create(scoring->cells(), serial_, budget); }),
             static_cast<int64_t>(scoring->cells().packets()));
-  EXPECT_GE(looks([&] { OverlapSurface(model_, *grid, scoring->scene(), scanner_, budget); }),
+  EXPECT_GE(looks([&] { (void)OverlapSurface::Create(model_, *grid, *scene, scanner_, budget); }),
             2 * (bricks / 128));
 }
 
 TEST_F(PlannerBudgetTest, SetupThatIsCutShortSaysSo) {
-  const visibility::OpaqueGrid grid(model_);
-  PatchSet patches = ExtractPatches(model_, config_, {}, parallel::Budget::Unlimited());
-  RankPatches(config_, patches);
   steps = 0;
-  const Scoring whole(model_, grid, patches, scanner_, config_, serial_,
-                      EndingAt(int64_t{1} << 60));
-  ASSERT_TRUE(whole.finished());
+  const auto whole =
+      PlanningProblem::Prepare({model_, scanner_, config_}, serial_, EndingAt(int64_t{1} << 60))
+          .value();
   const int64_t all = steps;
+  std::set<std::string> stopped;
   for (int64_t end = 1; end < all; end += 1 + end / 2) {
     steps = 0;
-    const Scoring cut(model_, grid, patches, scanner_, config_, serial_, EndingAt(end));
-    EXPECT_FALSE(cut.finished()) << "step " << end << " of " << all;
+    const auto cut = PlanningProblem::Prepare({model_, scanner_, config_}, serial_, EndingAt(end));
+    EXPECT_EQ(cut.status().code(), absl::StatusCode::kCancelled) << "step " << end << " of " << all;
+    stopped.emplace(cut.status().message());
   }
-  const FeasibleViews feasible =
-      FeasibleViews::Find(model_, grid, scanner_, config_, parallel::Budget::Unlimited(), serial_);
+  EXPECT_THAT(stopped, ::testing::IsSupersetOf({"feasible views", "evaluate views"}));
   steps = 0;
-  HierarchicalScorer hierarchy(whole.scorer(), grid, whole.cells(), feasible.cells(),
-                               feasible.cell_size(), {}, serial_, EndingAt(5));
-  EXPECT_FALSE(hierarchy.Cull(parallel::Budget::Unlimited(), serial_));
+  const auto hierarchy = HierarchicalScorer::Create(
+      whole->scoring().scorer(), whole->grid(), whole->scoring().cells(), whole->feasible().cells(),
+      whole->feasible().cell_size(), {}, serial_, EndingAt(5));
+  EXPECT_EQ(hierarchy.status().code(), absl::StatusCode::kCancelled);
 }
 
 TEST_F(PlannerBudgetTest, EndsSoonAfterItsDeadlineWhereverThatFalls) {

@@ -17,7 +17,7 @@
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/ranked_view.h"
-#include "core/planning/planning_estimate.h"
+#include "core/planning/problem/planning_estimate.h"
 #include "tests/support/closed_form_view.h"
 
 namespace vantage::planning {
@@ -226,7 +226,7 @@ TEST_F(PlannerTest, ViewcellMustBeAMultipleOfTheVoxel) {
 
 TEST_F(PlannerTest, CoverageAddsUp) {
   const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(3));
-  const Coverage coverage = MeasureCoverage(model, config_);
+  const Coverage coverage = MeasureCoverage(model, config_).value();
   double all = 0;
   for (const double area : coverage.area) all += area;
   EXPECT_GT(coverage.area[static_cast<size_t>(model::SurfaceKind::kTrue)], 50);

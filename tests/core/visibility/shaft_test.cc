@@ -18,7 +18,7 @@ class ShaftTest : public ::testing::Test {
   ShaftTest()
       : model_(test_support::BuildView(test_support::FurnishedRoom(7))),
         grid_(model_),
-        counts_(grid_, serial_) {}
+        counts_(SummedVolumeTable::Create(grid_, serial_).value()) {}
 
   double Uniform() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
   // A box of up to `most` voxels a side.

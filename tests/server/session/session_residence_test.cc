@@ -10,7 +10,7 @@
 #include <string>
 #include <thread>
 
-#include "core/planning/planning_estimate.h"
+#include "core/planning/problem/planning_estimate.h"
 #include "server/contract/error.h"
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"

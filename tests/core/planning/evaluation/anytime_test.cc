@@ -73,8 +73,9 @@ struct AnytimeProblem : test_support::PlanningProblem {
   }
   Evaluation Evaluate(const AnytimeOptions& options, const parallel::Budget& budget,
                       parallel::Parallel& parallel) const {
-    return EvaluateViews(scoring->scorer(), feasible, scoring->cells(), options, budget, parallel,
-                         [](const Evaluation&) {});
+    return EvaluateViews(scoring->scorer(), feasible,
+                         static_cast<const CellArrays&>(scoring->cells()), options, budget,
+                         parallel, [](const Evaluation&) {});
   }
   double Best() const {
     double best = 0;

@@ -39,9 +39,9 @@ std::shared_ptr<const model::PlanningView> DroppedOut(const model::PlanningView&
 struct Problem : test_support::PlanningProblem {
   using test_support::PlanningProblem::PlanningProblem;
   std::unique_ptr<HierarchicalScorer> Hierarchy(const HierarchyOptions& options) {
-    return std::make_unique<HierarchicalScorer>(scoring->scorer(), grid, scoring->cells(),
-                                                feasible.cells(), feasible.cell_size(), options,
-                                                serial);
+    return HierarchicalScorer::Create(scoring->scorer(), grid, scoring->cells(), feasible.cells(),
+                                      feasible.cell_size(), options, serial)
+        .value();
   }
   std::vector<ViewScore> BruteForce() const {
     parallel::ThreadPool pool(2);
@@ -221,7 +221,7 @@ TEST_P(HierarchyTest, StopsWhenCancelled) {
 
 TEST_P(HierarchyTest, CompletesAnAnytimeEvaluation) {
   const auto problem = MakeProblem();
-  const CellArrays& cells = problem->scoring->cells();
+  const OrderedCells& cells = problem->scoring->cells();
   parallel::ThreadPool pool(3);
   std::vector<std::atomic<uint8_t>> seen(problem->patches.cells.size());
   std::vector<ViewScore> brute(problem->views.size());
@@ -232,9 +232,8 @@ TEST_P(HierarchyTest, CompletesAnAnytimeEvaluation) {
   AnytimeOptions options;
   options.hierarchy_pairs = 0;
   const auto evaluate = [&](const parallel::Budget& budget, parallel::Parallel& parallel) {
-    return EvaluateViews(
-        problem->scoring->scorer(), problem->feasible, cells, options, budget, parallel,
-        [](const Evaluation&) {}, &problem->grid);
+    return EvaluateViews(problem->scoring->scorer(), problem->feasible, cells, problem->grid,
+                         options, budget, parallel, [](const Evaluation&) {});
   };
   const Evaluation all = evaluate(parallel::Budget::Unlimited(), pool);
   EXPECT_TRUE(all.complete);

@@ -42,7 +42,7 @@ class VisibilityCacheTest : public ::testing::TestWithParam<bool> {
 TEST_P(VisibilityCacheTest, TheCacheIsFilledWhenThatIsWorthIt) {
   for (const bool pose_sensitivity : {false, true}) {
     const test_support::PlanningProblem problem = MakeProblem(pose_sensitivity);
-    const CellArrays& cells = problem.scoring->cells();
+    const OrderedCells& cells = problem.scoring->cells();
     const BruteForceScorer& scorer = problem.scoring->scorer();
     parallel::Serial serial;
     parallel::ThreadPool pool(3);
@@ -72,7 +72,7 @@ TEST_P(VisibilityCacheTest, TheCacheIsFilledWhenThatIsWorthIt) {
 
 TEST_P(VisibilityCacheTest, WhoHasNoTimeToLookScoresAll) {
   const test_support::PlanningProblem problem = MakeProblem(false);
-  const CellArrays& cells = problem.scoring->cells();
+  const OrderedCells& cells = problem.scoring->cells();
   VisibilityCache cache(problem.scoring->scorer(), problem.feasible, cells, problem.grid);
   parallel::Serial serial;
   const uint32_t view = 0;

@@ -21,9 +21,8 @@ TEST_P(PatchesTest, EveryDeficientVoxelIsInExactlyOnePlanarPatchOfItsKind) {
   PlanningConfig config;
   config.unknown_depth = 0;  // what is lacking is D - q
   const PatchTolerance tolerance;
-  PatchSet set = ExtractPatches(model, config, tolerance, parallel::Budget::Unlimited());
-  ASSERT_TRUE(set.finished);
-  RankPatches(config, set);
+  const PatchSet set =
+      RankPatches(config, ExtractPatches(model, config, tolerance).value()).value();
 
   std::map<Key, model::SurfaceKind> deficient;
   double area = 0;
@@ -78,8 +77,7 @@ TEST(PatchesOfABoxTest, AWallIsOnePatchWithItsMeasures) {
   scene.density = [](const Eigen::Vector3d& p) { return p.x() < 0 ? 500 : 5000; };
   const model::PlanningView model = test_support::BuildView(scene);
   PlanningConfig config;
-  PatchSet set = ExtractPatches(model, config, {}, parallel::Budget::Unlimited());
-  RankPatches(config, set);
+  const PatchSet set = RankPatches(config, ExtractPatches(model, config).value()).value();
   // The wall at x = 0; its rim has tilted normals and may be patches of its own.
   const Patch& wall = set.patches.front();
   EXPECT_NEAR(wall.normal.x(), 1, 1e-6);
@@ -95,7 +93,7 @@ TEST(PatchesRegionTest, SurfaceOutsideTheRegionOrGivenUpDoesNotCount) {
   const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(1));
   PlanningConfig config;
   config.region_of_interest = Region(Eigen::Vector3d(1, 1, -1), Eigen::Vector3d(3, 3, 3));
-  const PatchSet set = ExtractPatches(model, config, {}, parallel::Budget::Unlimited());
+  const PatchSet set = ExtractPatches(model, config).value();
   EXPECT_FALSE(set.cells.empty());
   for (const DeficientCell& cell : set.cells) {
     EXPECT_TRUE(config.region_of_interest->contains(cell.position.cast<double>()));

@@ -74,9 +74,9 @@ TEST(SpaceBehindTest, RaisesWhatFalseSurfaceIsWorthAndNothingElse) {
   const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(3));
   PlanningConfig config;
   config.unknown_depth = 0;
-  const PatchSet paper = ExtractPatches(model, config, {}, parallel::Budget::Unlimited());
+  const PatchSet paper = ExtractPatches(model, config).value();
   config.unknown_depth = 2;
-  const PatchSet beyond = ExtractPatches(model, config, {}, parallel::Budget::Unlimited());
+  const PatchSet beyond = ExtractPatches(model, config).value();
   ASSERT_EQ(paper.cells.size(), beyond.cells.size());
   int raised = 0;
   for (size_t i = 0; i < paper.cells.size(); ++i) {

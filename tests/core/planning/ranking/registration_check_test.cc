@@ -22,7 +22,7 @@ struct Room : test_support::PlanningProblem {
       : test_support::PlanningProblem(std::make_shared<model::PlanningView>(test_support::BuildView(
                                           test_support::FurnishedRoom(seed))),
                                       Config()),
-        overlap(*model, grid, scoring->scene(), scanner) {
+        overlap(OverlapSurface::Create(*model, grid, scoring->scene(), scanner).value()) {
     for (const ViewScore& score : BruteForce(serial)) {
       evaluation.views.push_back({score.score, score.score, score.score, true, true, 0});
     }
@@ -32,6 +32,8 @@ struct Room : test_support::PlanningProblem {
     const auto middle = sorted.begin() + static_cast<ptrdiff_t>(sorted.size() / 3);
     std::nth_element(sorted.begin(), middle, sorted.end());
     config.registration.required_accuracy = *middle;
+    asked = planning::PlanningProblem::Prepare({*model, scanner, config, problem.get()}, serial)
+                .value();
     for (const Eigen::Vector3d& view : views) verdicts.push_back(VerdictAt(view));
     candidates = RankViews(evaluation, feasible, config.candidate_separation, 60);
   }
@@ -48,8 +50,7 @@ struct Room : test_support::PlanningProblem {
   }
   RegistrationCheck Check(parallel::Parallel& parallel,
                           const parallel::Budget& budget = parallel::Budget::Unlimited()) const {
-    return CheckRegistration(overlap, scoring->scene(), evaluation, feasible, candidates, 10,
-                             config, budget, parallel);
+    return CheckRegistration(*asked, overlap, evaluation, candidates, 10, budget, parallel);
   }
   double Score(uint32_t view) const { return evaluation.views[view].score; }
   bool Near(uint32_t a, uint32_t b) const {
@@ -57,6 +58,7 @@ struct Room : test_support::PlanningProblem {
   }
 
   OverlapSurface overlap;
+  std::shared_ptr<const planning::PlanningProblem> asked;  // with that accuracy
   Evaluation evaluation;
   std::vector<registration::RegistrationVerdict> verdicts;
   std::vector<uint32_t> candidates;

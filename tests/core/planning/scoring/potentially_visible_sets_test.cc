@@ -39,7 +39,7 @@ class PotentiallyVisibleSetsTest : public ::testing::TestWithParam<bool> {
 
 TEST_P(PotentiallyVisibleSetsTest, NothingIsGainedOutOfSight) {
   const test_support::PlanningProblem problem = MakeProblem();
-  const CellArrays& cells = problem.scoring->cells();
+  const OrderedCells& cells = problem.scoring->cells();
   const visibility::OcclusionScene& scene = problem.scoring->scene();
   const PotentiallyVisibleSets potentially_visible(cells, problem.grid);
   std::vector<float> scores(cells.size());

@@ -1,5 +1,6 @@
 // The gain of a view: packets against scalars, brute force against walking voxels.
 #include "core/planning/scoring/scoring.h"
+#include "core/planning/problem/planning_problem.h"
 
 #include <gtest/gtest.h>
 
@@ -105,13 +106,12 @@ TEST(CellArraysTest, PaddingGainsNothingAndGatherKeepsCells) {
 
 class BruteForceTest : public ::testing::TestWithParam<bool> {
  protected:
-  explicit BruteForceTest()
-      : model_(test_support::BuildView(test_support::FurnishedRoom(5))), grid_(model_) {
+  explicit BruteForceTest() : model_(test_support::BuildView(test_support::FurnishedRoom(5))) {
     config_.pose_sensitivity = GetParam();
     config_.weights = {1, 2, 0.5, 1};
     config_.unknown_depth = 1;
-    patches_ = ExtractPatches(model_, config_, {}, parallel::Budget::Unlimited());
-    RankPatches(config_, patches_);
+    parallel::Serial serial;
+    problem_ = PlanningProblem::Prepare({model_, scanner_, config_}, serial).value();
   }
 
   // What a cell gains, and what it gains where rays that graze a voxel's edge are decided the other
@@ -147,7 +147,7 @@ class BruteForceTest : public ::testing::TestWithParam<bool> {
         constraints.AddedDensity(view, cell.position.cast<double>(), cell.normal.cast<double>(),
                                  CountsFrom(cell), cell.enough);
     if (gain <= 0) return {};
-    const auto target = visibility::TargetOf(grid_, cell.voxel, cell.normal);
+    const auto target = visibility::TargetOf(problem_->grid(), cell.voxel, cell.normal);
     if (!target.has_value()) return {};
     int visible = 0;
     for (const Eigen::Vector3d& aside : kAside) visible += Visible(view + aside, *target + aside);
@@ -161,17 +161,15 @@ class BruteForceTest : public ::testing::TestWithParam<bool> {
       Eigen::Vector3d{-3.1e-6, 2.3e-6, -1.7e-6}, Eigen::Vector3d{3.1e-6, -2.3e-6, -1.7e-6}};
 
   model::PlanningView model_;
-  visibility::OpaqueGrid grid_;
   sensor::ScannerModel scanner_;
   PlanningConfig config_;
-  PatchSet patches_;
+  std::shared_ptr<const PlanningProblem> problem_;
 };
 
 TEST_P(BruteForceTest, AgreesWithTheNaiveScorer) {
   parallel::Serial serial;
-  const Scoring scoring(model_, grid_, patches_, scanner_, config_, serial);
-  const FeasibleViews feasible =
-      FeasibleViews::Find(model_, grid_, scanner_, config_, parallel::Budget::Unlimited(), serial);
+  const Scoring& scoring = problem_->scoring();
+  const FeasibleViews& feasible = problem_->feasible();
   ASSERT_GT(feasible.cells().size(), 100u);
   const CellArrays& cells = scoring.cells();
   std::mt19937_64 random(3);
@@ -188,7 +186,7 @@ TEST_P(BruteForceTest, AgreesWithTheNaiveScorer) {
     Gain sum;
     double found = 0;
     for (size_t i = random() % 5; i < cells.cell.size(); i += 5) {
-      const DeficientCell& cell = patches_.cells[cells.cell[i]];
+      const DeficientCell& cell = problem_->patches().cells[cells.cell[i]];
       Gain gain = SlowGain(view, cell);
       for (int corner = 0; config_.pose_sensitivity && corner < 8; ++corner) {
         Eigen::Vector3d at = view;
@@ -254,13 +252,12 @@ TEST(WorthOfSamplesTest, SurfaceIsWorthWhatItTakesToScanItAgain) {
     };
     scene.stations = {test_support::MakeStation(Eigen::Vector3d(2, 2, 1.5))};
     const model::PlanningView model = test_support::BuildView(scene);
-    const visibility::OpaqueGrid grid(model);
     PlanningConfig config;
     config.min_deficit_share = least;
     config.min_counted_density_share = min_counted_density_share;
-    PatchSet patches = ExtractPatches(model, config, {}, parallel::Budget::Unlimited());
-    RankPatches(config, patches);
-    const Scoring scoring(model, grid, patches, scanner, config, serial);
+    const auto problem = PlanningProblem::Prepare({model, scanner, config}, serial).value();
+    const PatchSet& patches = problem->patches();
+    const Scoring& scoring = problem->scoring();
     const Eigen::Vector3d view(range - 0.025, 2, 1.3);  // the wall is a voxel thick
     std::vector<float> gains(scoring.cells().size());
     scoring.scorer().ScoreCells(view, scoring.cells(), parallel::Budget::Unlimited(), gains);
@@ -281,7 +278,7 @@ TEST(WorthOfSamplesTest, SurfaceIsWorthWhatItTakesToScanItAgain) {
 
 TEST_P(BruteForceTest, IsTheSameOnAnyNumberOfThreadsAndAddsUp) {
   parallel::Serial serial;
-  const Scoring scoring(model_, grid_, patches_, scanner_, config_, serial);
+  const Scoring& scoring = problem_->scoring();
   std::vector<Eigen::Vector3d> views;
   for (double x = 0.8; x < 3.5; x += 0.31) views.emplace_back(x, 1.5, 1.5);
   const auto one = ScoreEveryView(scoring.scorer(), views, scoring.cells(),
@@ -295,14 +292,15 @@ TEST_P(BruteForceTest, IsTheSameOnAnyNumberOfThreadsAndAddsUp) {
     std::vector<float> gains(scoring.cells().size());
     scoring.scorer().ScoreCells(views[i], scoring.cells(), parallel::Budget::Unlimited(), gains);
     RankedView split;
-    SplitScore(scoring.cells(), gains, patches_, split);
+    SplitScore(scoring.cells(), gains, problem_->patches(), split);
     double sum = 0;
     for (const double gain : split.score_by_kind) sum += gain;
     EXPECT_NEAR(sum, one[i].score, 1e-9 * sum);
     ASSERT_FALSE(split.patch_scores.empty());
     // The patch's own gain, from its own cells.
     double own = 0;
-    const Patch& patch = patches_.patches[static_cast<size_t>(split.patch_scores[0].patch)];
+    const Patch& patch =
+        problem_->patches().patches[static_cast<size_t>(split.patch_scores[0].patch)];
     for (size_t k = 0; k < gains.size(); ++k) {
       const uint32_t cell = scoring.cells().cell[k];
       if (cell >= patch.cells.front() && cell <= patch.cells.back()) {
@@ -316,16 +314,16 @@ INSTANTIATE_TEST_SUITE_P(PoseSensitivity, BruteForceTest, ::testing::Bool());
 
 TEST(DensityOnFalseSurfaceTest, LeftOutASeenCellCountsInFull) {
   const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(5));
-  const visibility::OpaqueGrid grid(model);
   const sensor::ScannerModel scanner;
   parallel::Serial serial;
   PlanningConfig config;
   config.required_density = 40000;  // more than most cells get from one view
   config.unknown_depth = 0;
-  const PatchSet patches = ExtractPatches(model, config, {}, parallel::Budget::Unlimited());
+  const PatchSet patches = RankPatches(config, ExtractPatches(model, config).value()).value();
   const auto gains_with = [&](const Eigen::Vector3d& view, bool density) {
     config.density_on_false_surface = density;
-    const Scoring scoring(model, grid, patches, scanner, config, serial);
+    const auto problem = PlanningProblem::Prepare({model, scanner, config}, serial).value();
+    const Scoring& scoring = problem->scoring();
     std::vector<float> gains(scoring.cells().size());
     scoring.scorer().ScoreCells(view, scoring.cells(), parallel::Budget::Unlimited(), gains);
     std::map<uint32_t, float> by_cell;
@@ -371,7 +369,6 @@ test_support::ClosedFormScene SlitAndWall() {
 
 TEST(PoseSensitivityTest, AViewThatMustBeHitExactlyLoses) {
   const model::PlanningView model = test_support::BuildView(SlitAndWall());
-  const visibility::OpaqueGrid grid(model);
   const sensor::ScannerModel scanner;
   parallel::Serial serial;
   const Eigen::Vector3d through_slit(3.0, 1.975, 1.5);
@@ -381,9 +378,8 @@ TEST(PoseSensitivityTest, AViewThatMustBeHitExactlyLoses) {
     config.required_density = 20000;
     config.min_counted_density_share = 0;  // nothing comes to D
     config.pose_sensitivity = sensitive;
-    PatchSet patches = ExtractPatches(model, config, {}, parallel::Budget::Unlimited());
-    RankPatches(config, patches);
-    const Scoring scoring(model, grid, patches, scanner, config, serial);
+    const auto problem = PlanningProblem::Prepare({model, scanner, config}, serial).value();
+    const Scoring& scoring = problem->scoring();
     const auto gain = [&](const Eigen::Vector3d& view) {
       return scoring.scorer().Score(view, scoring.cells(), parallel::Budget::Unlimited()).score;
     };

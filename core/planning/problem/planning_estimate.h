@@ -1,6 +1,6 @@
 // What a plan will take, before anything is begun.
-#ifndef VANTAGE_CORE_PLANNING_PLANNING_ESTIMATE_H_
-#define VANTAGE_CORE_PLANNING_PLANNING_ESTIMATE_H_
+#ifndef VANTAGE_CORE_PLANNING_PROBLEM_PLANNING_ESTIMATE_H_
+#define VANTAGE_CORE_PLANNING_PROBLEM_PLANNING_ESTIMATE_H_
 
 #include <cstdint>
 
@@ -20,4 +20,4 @@ absl::Status CheckPlanningSize(const model::PlanningView& model, const PlanningC
 
 }  // namespace vantage::planning
 
-#endif  // VANTAGE_CORE_PLANNING_PLANNING_ESTIMATE_H_
+#endif  // VANTAGE_CORE_PLANNING_PROBLEM_PLANNING_ESTIMATE_H_

@@ -1,4 +1,4 @@
-#include "core/planning/planning_estimate.h"
+#include "core/planning/problem/planning_estimate.h"
 
 #include <algorithm>
 #include <cmath>

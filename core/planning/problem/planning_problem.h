@@ -1,0 +1,94 @@
+// The prepared planning problem: steps A to C, and what step D scores views with (algorithm.md
+// sections 6, 7 and 8).
+#ifndef VANTAGE_CORE_PLANNING_PROBLEM_PLANNING_PROBLEM_H_
+#define VANTAGE_CORE_PLANNING_PROBLEM_PLANNING_PROBLEM_H_
+
+#include <array>
+#include <memory>
+
+#include "absl/status/statusor.h"
+#include "core/model/view/planning_view.h"
+#include "core/parallel/cancellation.h"
+#include "core/parallel/parallel.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/patches/patches.h"
+#include "core/planning/plan/coverage.h"
+#include "core/planning/plan/plan.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/planning/scoring/scoring.h"
+#include "core/sensor/scanner_model.h"
+#include "core/visibility/occlusion_scene.h"
+#include "core/visibility/opaque_grid.h"
+
+namespace vantage::planning {
+
+class PlanningProblem;
+
+// What a problem is a function of.
+struct PlanningQuestion {
+  const model::PlanningView& model;
+  const sensor::ScannerModel& scanner;
+  const PlanningConfig& config;
+  // A problem that was prepared before. What does not depend on what differs (the model, the
+  // scanner, the configuration) is shared with it instead of made again: the problem is the same.
+  const PlanningProblem* previous = nullptr;
+};
+
+// All that depends on the model, the scanner and the configuration alone: plans, what-ifs, fleets
+// and claims start from it. Never changes. Keeps the reference to the model. Thread safe.
+class PlanningProblem {
+ public:
+  // The same on any number of threads. INVALID_ARGUMENT: scanner or configuration is impossible, or
+  // does not fit the model. RESOURCE_EXHAUSTED: CheckPlanningSize(). CANCELLED when that was
+  // requested on the way; the message is the name of the step that it came to (kPlanStageNames).
+  static absl::StatusOr<std::shared_ptr<const PlanningProblem>> Prepare(
+      const PlanningQuestion& question, parallel::Parallel& parallel,
+      const parallel::Cancellation& cancelled = {});
+
+  const model::PlanningView& model() const { return model_; }
+  const sensor::ScannerModel& scanner() const { return scanner_; }
+  const PlanningConfig& config() const { return config_; }
+
+  const visibility::OpaqueGrid& grid() const { return occlusion_->grid; }
+  const visibility::OcclusionScene& scene() const { return occlusion_->scene; }
+  // A. Where the scanner can stand.
+  const FeasibleViews& feasible() const { return feasible_; }
+  // B and C. The deficient surface, the most important patch first, and how complete the rest is.
+  const PatchSet& patches() const { return surface_->patches; }
+  const Coverage& coverage() const { return surface_->coverage; }
+  // For D.
+  const Scoring& scoring() const { return *scoring_; }
+
+  // What preparing took, by stage, s: what was shared took nothing.
+  const std::array<double, kPlanStages>& seconds() const { return seconds_; }
+
+ private:
+  // Depends on the model alone.
+  struct Occlusion {
+    visibility::OpaqueGrid grid;
+    visibility::OcclusionScene scene;
+  };
+  // Depends on the model and on what the configuration says of surface.
+  struct Surface {
+    PatchSet patches;
+    Coverage coverage;
+  };
+  explicit PlanningProblem(const PlanningQuestion& question)
+      : model_(question.model), scanner_(question.scanner), config_(question.config) {}
+
+  const model::PlanningView& model_;
+  const sensor::ScannerModel scanner_;
+  const PlanningConfig config_;
+  std::shared_ptr<const Occlusion> occlusion_;
+  FeasibleViews feasible_;
+  std::shared_ptr<const Surface> surface_;
+  std::unique_ptr<const Scoring> scoring_;
+  std::array<double, kPlanStages> seconds_{};
+};
+
+// A plan of which the figures of steps A to C are known.
+Plan BeginPlan(const PlanningProblem& problem);
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_PROBLEM_PLANNING_PROBLEM_H_
