@@ -1,4 +1,5 @@
-// The verdict on an alignment that was made (algorithm.md section 9, last paragraph).
+// The verdict on an alignment that was made (algorithm.md section 9, 'The verdict on an
+// alignment').
 #ifndef VANTAGE_CORE_REGISTRATION_BOUND_QUALIFY_H_
 #define VANTAGE_CORE_REGISTRATION_BOUND_QUALIFY_H_
 
