@@ -26,7 +26,7 @@ constexpr size_t kPlaces = 160;
 constexpr double kNotTheSame = 0.30;  // m, between places of about the same heading
 constexpr int kHeadingsNotTheSame = 2;
 constexpr size_t kMostCandidates = 1'000'000;  // five seconds on one core
-// Of floors.
+// The floors of scan and model.
 constexpr double kMaxTilt = sensor::Radians(12);
 constexpr double kFloorBin = 0.10;          // m
 constexpr double kLeastFloor = 2.0;         // m^2
@@ -74,7 +74,7 @@ float Fit(const CorrespondenceField& field, const Turned& turned, size_t count,
   return sum / static_cast<float>(std::max<size_t>(1, std::min(count, turned.point.size())));
 }
 
-// Samples of the scan that would lie in space known to be empty, as a share.
+// The share of the scan's samples that would lie in space known to be empty.
 float Misplaced(const model::PlanningView& model, const CorrespondenceField& field,
                 const Turned& turned, const Eigen::Vector3f& at) {
   size_t misplaced = 0;

@@ -1,4 +1,4 @@
-// One Gauss-Newton step of a pose: normal equations, what is known beforehand, robust weights.
+// One Gauss-Newton step of a pose: normal equations, prior knowledge, robust weights.
 #ifndef VANTAGE_CORE_REGISTRATION_ALIGN_POSE_STEP_H_
 #define VANTAGE_CORE_REGISTRATION_ALIGN_POSE_STEP_H_
 
@@ -14,8 +14,8 @@
 
 namespace vantage::registration {
 
-// A prior without a covariance is believed to this, rad, one sigma: what nothing constrains stays
-// where it is.
+// One sigma of the rotation of a prior without a covariance, rad. It keeps directions that nothing
+// constrains where they are.
 inline constexpr double kVagueTurn = 0.3;
 
 // A pose change about a fixed point: [rotation; translation].
