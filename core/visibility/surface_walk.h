@@ -1,4 +1,4 @@
-// PlanningView::ForEachSurface that stops when the time is over.
+// PlanningView::ForEachSurface() that stops when a budget expires.
 #ifndef VANTAGE_CORE_VISIBILITY_SURFACE_WALK_H_
 #define VANTAGE_CORE_VISIBILITY_SURFACE_WALK_H_
 
