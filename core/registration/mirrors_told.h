@@ -12,7 +12,7 @@
 
 namespace vantage::registration {
 
-// The share of a scan that may contradict the model because things have moved.
+// Share of a scan, that anything moved explains.
 inline constexpr double kLittleContradiction = 0.03;
 
 // Registers a scan and, where it is in doubt and contradicts the model, once more without its

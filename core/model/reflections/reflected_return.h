@@ -42,8 +42,8 @@ struct ReflectingPlane {
 
 class ReturnTest {
  public:
-  // A return is evidence when it lies farther than this behind the plane, m: nearer ones may be a
-  // wall's relief, which agrees with its own reflection.
+  // m behind the plane, from where on a return is evidence: nearer, a wall's relief agrees with
+  // itself.
   static constexpr double kWellBehind = 0.15;
 
   // Keeps the reference.

@@ -21,7 +21,7 @@ Eigen::Isometry3d AlignCoarse(const CorrespondenceField& field,
       const Eigen::Vector3f shift = pose.translation().cast<float>();
       const Eigen::Vector3d about = pose.translation();
       NormalEquations normals;
-      // One sigma is a third of the radius: the residuals are still mostly misalignment.
+      // One sigma of the residuals at this stage: they are still mostly misalignment.
       const double weight = 9 / (radius * radius);
       const auto far = static_cast<float>(2.25 * radius * radius);
       for (const SurfaceSample& s : samples) {

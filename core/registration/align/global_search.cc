@@ -26,7 +26,7 @@ constexpr size_t kPlaces = 160;
 constexpr double kNotTheSame = 0.30;  // m, between places of about the same heading
 constexpr int kHeadingsNotTheSame = 2;
 constexpr size_t kMostCandidates = 1'000'000;  // five seconds on one core
-// The floors of scan and model.
+// Of floors.
 constexpr double kMaxTilt = sensor::Radians(12);
 constexpr double kFloorBin = 0.10;          // m
 constexpr double kLeastFloor = 2.0;         // m^2

@@ -14,8 +14,8 @@ struct RegistrationConfig {
   double normal_sigma = 0.035;       // rad, noise of estimated normals
   double sample_spacing = 0.05;      // m, the scan is thinned to this before aligning
   double max_correspondence = 0.5;   // m, at the start of the alignment; shrinks
-  // One sigma of the inclinometer that planned scans will have, rad; 0: none. A scan that was made
-  // has its own in its prior.
+  // rad, the inclinometer that planned scans will have, one sigma; 0: none. Of a scan that was
+  // made, its prior says it.
   double levelled_sigma = 0;
   int draws = 256;    // of the error bound's Monte Carlo
   unsigned seed = 1;  // of those draws, and printed with them

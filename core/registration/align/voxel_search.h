@@ -13,9 +13,9 @@
 
 namespace vantage::registration {
 
-// The largest distance from a sample to the centroid of its voxel, in voxels.
+// Voxels from a sample to a voxel's centroid.
 inline constexpr double kFineReach = 1.6;
-// The largest such distance that can be asked for, in voxels.
+// And at most, whatever is asked for.
 inline constexpr double kWidestReach = 2.5;
 
 struct Match {

@@ -9,8 +9,8 @@
 namespace vantage::registration {
 namespace {
 
-// One sigma of the tilt of a tripod that is set up by eye, rad. It counts only in the millimetres
-// that are shown. So does the heading, which is taken to be known as that of any prior.
+// What is believed of a tripod set up by eye, rad, one sigma. Only in the millimetres that are
+// shown, as is the heading, which is believed as that of any prior.
 constexpr double kTiltGuess = 0.05;
 
 }  // namespace
