@@ -16,7 +16,7 @@ namespace vantage::study {
 // planner was tuned on. 'small-house' and 'bookstore' are meshes from a folder, for reporting.
 enum class SceneUse { kTuning, kReporting };
 
-// The scenes that `vantage study` runs without --scene; `small`: three of them.
+// What `vantage study` runs without --scene; `small`: three of them.
 std::vector<std::string> DefaultScenes(SceneUse use, bool small);
 
 // NOT_FOUND: no scene of that name, or its file is not in `data_folder`. Builds nothing.
@@ -29,7 +29,7 @@ absl::StatusOr<simulated_job::Site> BuildScene(const std::string& name,
 // The number of scans after which a job in the scene ends at the latest.
 int MostScans(const std::string& scene);
 
-// The use of a scene, which its name tells.
+// 'tuning' where the name says so.
 SceneUse UseOf(const std::string& scene);
 
 }  // namespace vantage::study
