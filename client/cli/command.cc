@@ -41,7 +41,7 @@ ExitCode ExitCodeOf(const v1::Plan& plan) {
     case v1::PLAN_OUTCOME_NO_FEASIBLE_VIEW:
     case v1::PLAN_OUTCOME_NO_REGISTRABLE_VIEW:
       return ExitCode::kUnwelcome;
-    default:  // cancelled, or the budget was too small: nothing was found out
+    default:  // cancelled, or the budget was too small: nothing is known
       return ExitCode::kTryAgain;
   }
 }

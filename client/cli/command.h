@@ -1,4 +1,4 @@
-// What every command shares: the connection, the action that parsing chose, and exit codes.
+// Shared by all commands: the connection, the action that parsing chose, and exit codes.
 #ifndef VANTAGE_CLIENT_CLI_COMMAND_H_
 #define VANTAGE_CLIENT_CLI_COMMAND_H_
 
@@ -27,11 +27,11 @@ enum class ExitCode : int {
   kNotSupported = 8,  // not in this release of the server
 };
 
-// As the table in the help has it.
+// The table of exit codes for the help.
 ExitCode ExitCodeOf(const absl::Status& status);
 ExitCode ExitCodeOf(const v1::Plan& plan);
 
-// Cause, violations and fix on the error stream.
+// Prints cause, violations and fix on the error stream.
 void PrintError(const absl::Status& status);
 
 struct Environment {

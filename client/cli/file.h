@@ -1,4 +1,4 @@
-// Whole files in and out.
+// Reads and writes whole files.
 #ifndef VANTAGE_CLIENT_CLI_FILE_H_
 #define VANTAGE_CLIENT_CLI_FILE_H_
 
@@ -13,11 +13,12 @@ namespace vantage::cli {
 // NOT_FOUND, PERMISSION_DENIED, ... as the file system says; names the path.
 absl::StatusOr<std::string> ReadFile(const std::string& path);
 
-// Writes beside the path first and renames, so that no half file ever has the name.
+// Writes a temporary file beside the path and renames it, so that no incomplete file ever has the
+// name.
 class AtomicFile {
  public:
   explicit AtomicFile(std::string path);
-  ~AtomicFile();  // without Commit nothing is left
+  ~AtomicFile();  // without Commit() no file is left
   AtomicFile(const AtomicFile&) = delete;
   AtomicFile& operator=(const AtomicFile&) = delete;
 

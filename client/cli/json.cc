@@ -71,7 +71,7 @@ absl::Status SetField(Message& message, const std::string& path, const std::stri
     const std::string text = quoted ? absl::StrCat("\"", value, "\"") : value;
     if (field->is_repeated()) at->GetReflection()->ClearField(at, field);
     google::protobuf::TextFormat::Parser parser;
-    SilentErrors silent;  // what is wrong is said below
+    SilentErrors silent;  // the error is reported below
     parser.RecordErrorsTo(&silent);
     if (!parser.ParseFieldValueFromString(text, field, at)) {
       return absl::InvalidArgumentError(

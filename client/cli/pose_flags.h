@@ -1,4 +1,4 @@
-// A pose prior as a person types it or keeps it in a file.
+// A pose prior as a person types it, or from a file.
 #ifndef VANTAGE_CLIENT_CLI_POSE_FLAGS_H_
 #define VANTAGE_CLIENT_CLI_POSE_FLAGS_H_
 

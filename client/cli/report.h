@@ -1,4 +1,4 @@
-// The service's answers as people read them.
+// The service's answers as text for people.
 #ifndef VANTAGE_CLIENT_CLI_REPORT_H_
 #define VANTAGE_CLIENT_CLI_REPORT_H_
 
@@ -37,7 +37,7 @@ std::string VerdictLine(const v1::RegistrationVerdict& verdict);
 // Several lines each, with line ends.
 std::string SessionReport(const v1::Session& session);
 std::string ScanReport(const v1::Scan& scan);
-// Who goes where, one line each.
+// The assignments of scanners to views, one line each.
 std::string JointReport(const v1::PlanResult& result);
 std::string PlanReport(const v1::Plan& plan);
 std::string ViewReport(const v1::RankedView& view);

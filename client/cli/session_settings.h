@@ -1,4 +1,4 @@
-// What can be said about a session on the command line, for creating and for updating it.
+// The settings of a session on the command line, for creating and for updating it.
 #ifndef VANTAGE_CLIENT_CLI_SESSION_SETTINGS_H_
 #define VANTAGE_CLIENT_CLI_SESSION_SETTINGS_H_
 
@@ -24,8 +24,8 @@ struct SessionSettings {
 
 void AddSettings(CLI::App& command, SessionSettings& settings);
 
-// Writes the settings into the session, file first, flags over it. Returns the paths that were
-// touched, as an update mask has them.
+// Writes the settings into the session: those of the file, then those of the flags. Returns the
+// paths that were set, in the form of an update mask.
 absl::StatusOr<std::vector<std::string>> ApplySettings(const SessionSettings& settings,
                                                        v1::Session& session);
 

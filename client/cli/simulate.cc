@@ -185,7 +185,7 @@ simulated_job::JobOptions OptionsFrom(const SimulateArguments& arguments) {
   return options;
 }
 
-// What a newcomer does next.
+// Suggests the next commands to a new user.
 void PrintHints(const Environment& environment, const SimulateArguments& arguments,
                 const std::string& session) {
   if (arguments.no_hints) return;
@@ -215,7 +215,7 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
     }
   }
   client::Client& client = environment.client();
-  // Before the scene is built: is there a server at all?
+  // Checks that there is a server before the scene is built.
   if (const auto health = client.CheckHealth(""); !health.ok()) return health.status();
 
   ProgressLine line(30);

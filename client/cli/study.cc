@@ -31,7 +31,7 @@ struct StudyArguments {
   bool list = false;
   double step = 0.25;  // degrees
   study::StudyPlan plan;
-  CLI::Option* server = nullptr;  // of the whole program: given or not
+  CLI::Option* server = nullptr;  // an option of the whole program; it may be given or not
 };
 
 study::StudyPlan PlanFrom(const Environment& environment, const StudyArguments& arguments) {
@@ -72,7 +72,7 @@ void PrintList() {
       absl::StrJoin(study::DefaultScenes(study::SceneUse::kTuning, false), ", ").c_str());
 }
 
-// The table and the page, of whatever is done.
+// Writes the table and the page of the jobs that are done.
 absl::Status WriteResults(const study::StudyPlan& plan, const std::string& folder,
                           const study::StudyOutcome& outcome, study_records::v1::Table& table) {
   std::vector<int> most_scans;

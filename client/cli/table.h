@@ -1,4 +1,4 @@
-// Columns that line up.
+// A table with aligned columns.
 #ifndef VANTAGE_CLIENT_CLI_TABLE_H_
 #define VANTAGE_CLIENT_CLI_TABLE_H_
 

@@ -1,4 +1,4 @@
-// A line that is rewritten while something goes on; nothing but whole lines where no terminal is.
+// A progress line that is rewritten in place; without a terminal, only whole lines are written.
 #ifndef VANTAGE_CLIENT_CLI_TERMINAL_H_
 #define VANTAGE_CLIENT_CLI_TERMINAL_H_
 

@@ -21,7 +21,7 @@ class Backoff {
     current_ = std::min(2 * current_, 10.0);
     return wait;
   }
-  // Something went well.
+  // Notes a success: the next wait is the shortest again.
   void Reset() { current_ = 0.2; }
 
  private:

@@ -24,7 +24,7 @@ namespace vantage::client {
 
 struct Wire;
 
-// How far a scan is on its way to the server.
+// The progress of a scan on its way to the server.
 struct UploadProgress {
   int64_t acknowledged_bytes = 0;  // stored by the server
   int64_t total_bytes = 0;
@@ -73,26 +73,27 @@ class Client {
   absl::StatusOr<v1::ListClaimsResponse> Call(v1::ListClaimsRequest request);
 
   // Sends a range image as one scan. Returns the scan's name once the server says it is committed.
-  // Breaks of the link are resumed where the server says; a link that is silent for too long is
-  // dropped and made anew. FAILED_PRECONDITION: the upload failed its checks on the server.
-  // `upload` says what is known of the scan; its `total` is filled in. The same call again, also
-  // from a program started anew, goes on where the last one was, and returns the same scan unless
-  // that was withdrawn: whoever keeps the scan until this returned loses nothing.
+  // After a break of the link the upload is resumed where the server says; a link that is silent
+  // for too long is closed and opened anew. FAILED_PRECONDITION: the upload failed its checks on
+  // the server. `upload` says what is known of the scan; its `total` is filled in. Repeating the
+  // call, also from a program that was started anew, continues the upload and returns the same
+  // scan, unless that scan was withdrawn. A caller that keeps the scan until this returns loses
+  // nothing.
   absl::StatusOr<std::string> Upload(const std::string& session, v1::Upload upload,
                                      const sensor::RangeImage& image,
                                      absl::FunctionRef<void(const UploadProgress&)> progress);
 
-  // Every event of the session after a sequence number, until `on_event` returns false. Resumes
-  // after breaks.
+  // Delivers every event of the session after a sequence number, until `on_event` returns false.
+  // Resumes after breaks.
   absl::Status WatchSession(const std::string& session, uint64_t after_sequence,
                             absl::FunctionRef<bool(const v1::SessionEvent&)> on_event);
 
-  // Follows a scan until it is merged, refused or withdrawn; `on_state` hears of every state that
-  // it passes through.
+  // Follows a scan until it is merged, refused or withdrawn; `on_state` is called for every state
+  // that it passes through.
   absl::StatusOr<v1::Scan> WaitForScan(const std::string& scan,
                                        absl::FunctionRef<void(const v1::Scan&)> on_state);
 
-  // Follows a plan until it has ended; `on_revision` hears of every improvement that comes through.
+  // Follows a plan until it has ended; `on_revision` is called for every improvement that arrives.
   // Resumes after breaks.
   absl::StatusOr<v1::Plan> WatchPlan(const std::string& plan,
                                      absl::FunctionRef<void(const v1::Plan&)> on_revision);
@@ -115,7 +116,7 @@ class Client {
   std::unique_ptr<Wire> wire_;
 };
 
-// No further change without a person.
+// True when the state changes no further unless a person acts.
 bool IsDecided(v1::ScanState state);
 bool HasEnded(v1::PlanState state);
 

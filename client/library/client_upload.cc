@@ -23,7 +23,7 @@ constexpr double kSilenceSeconds = 9;
 
 using UploadStream = grpc::ClientReaderWriter<v1::UploadScanRequest, v1::UploadScanResponse>;
 
-// What the server has said so far, shared between the thread that reads and the one that writes.
+// The server's answers so far, shared between the thread that reads and the one that writes.
 class Acknowledged {
  public:
   struct Snapshot {
@@ -32,7 +32,7 @@ class Acknowledged {
     v1::UploadState state = v1::UPLOAD_STATE_OPEN;
     std::string message;
     std::string scan;
-    bool ended = false;   // the stream has
+    bool ended = false;   // the stream has ended
     bool silent = false;  // nothing was heard for too long
   };
 
@@ -58,7 +58,7 @@ class Acknowledged {
     changed_.notify_all();
   }
 
-  // Waits until `ready` says so of what the server said, the stream ends or falls silent.
+  // Waits until `ready` accepts the server's answers, or the stream ends or falls silent.
   template <typename Ready>
   Snapshot Wait(Ready&& ready) {
     std::unique_lock lock(mutex_);
@@ -98,7 +98,7 @@ class StreamAttempt {
         context_(std::move(context)),
         stream_(stub.UploadScan(context_.get())) {}
 
-  // How the stream ended; `outcome` is what the server said last.
+  // Returns how the stream ended; `outcome` is the server's last answer.
   grpc::Status Run(Acknowledged::Snapshot& outcome) {
     std::thread reader([this] {
       v1::UploadScanResponse response;
@@ -106,7 +106,7 @@ class StreamAttempt {
       acknowledged_.End();
     });
     SendPieces();
-    // The last word comes after the last piece: committed, or not what was announced.
+    // The final answer comes after the last piece: committed, or not what was announced.
     outcome = WaitFor(
         [](const Acknowledged::Snapshot& now) { return now.state != v1::UPLOAD_STATE_OPEN; });
     if (outcome.silent) context_->TryCancel();
@@ -139,7 +139,8 @@ class StreamAttempt {
     bool first = true;
     do {
       const int64_t wanted = std::min(piece_bytes_, total - offset);
-      // A short piece only when nothing is on its way that would bring more credit.
+      // A short piece is sent only when no acknowledgement is on its way that would bring more
+      // credit.
       const Acknowledged::Snapshot now = WaitFor([&](const Acknowledged::Snapshot& s) {
         return s.state != v1::UPLOAD_STATE_OPEN || s.credit - offset >= wanted ||
                (s.credit > offset && s.stored >= offset);
@@ -181,7 +182,7 @@ absl::Status UploadFailed(const v1::Upload& upload) {
                  "push the scan again; if it is refused again, the file or its import is at fault");
 }
 
-// True when sending the scan once more makes sense: what came of it is gone.
+// True when the scan has to be sent once more, since the upload or the scan that it became is gone.
 absl::StatusOr<bool> MayComeAgain(Client& client, const v1::Upload& upload) {
   if (upload.state() == v1::UPLOAD_STATE_OPEN) return false;
   if (upload.state() != v1::UPLOAD_STATE_COMMITTED) return true;
@@ -192,8 +193,8 @@ absl::StatusOr<bool> MayComeAgain(Client& client, const v1::Upload& upload) {
   return scan->scan().state() == v1::SCAN_STATE_WITHDRAWN;
 }
 
-// The same scan for the same session is the same upload, however often its sender starts anew: it
-// goes on where it was, and never comes twice. Its name is what it is.
+// The upload is named by its content. So the same scan for the same session is the same upload,
+// however often its sender starts anew: it continues where it was, and arrives once.
 absl::StatusOr<v1::Upload> BeginOrFind(Client& client, v1::CreateUploadRequest create) {
   constexpr int kMostTimes = 1000;
   const std::string content =

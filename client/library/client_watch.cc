@@ -9,7 +9,7 @@
 namespace vantage::client {
 namespace {
 
-// The scan that an event is about, if it is about one.
+// The scan that an event concerns, if any.
 const v1::Scan* ScanOf(const v1::SessionEvent& event) {
   switch (event.event_case()) {
     case v1::SessionEvent::kScanReceived:
@@ -69,7 +69,7 @@ absl::Status Client::WatchSession(const std::string& session, uint64_t after_seq
 
 absl::StatusOr<v1::Scan> Client::WaitForScan(const std::string& name,
                                              absl::FunctionRef<void(const v1::Scan&)> on_state) {
-  // The session first: what happens to the scan after that is heard of as an event.
+  // The session is read first: later changes of the scan arrive as events.
   v1::GetSessionRequest get_session;
   get_session.set_name(SessionOf(name));
   const auto session = Call(get_session);

@@ -1,4 +1,4 @@
-// How a client shows who it is, and makes sure whom it talks to.
+// How a client identifies itself and authenticates the server.
 #ifndef VANTAGE_CLIENT_LIBRARY_CREDENTIALS_H_
 #define VANTAGE_CLIENT_LIBRARY_CREDENTIALS_H_
 

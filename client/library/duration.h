@@ -1,4 +1,4 @@
-// Between the wire's durations and seconds.
+// Conversion between the wire's durations and seconds.
 #ifndef VANTAGE_CLIENT_LIBRARY_DURATION_H_
 #define VANTAGE_CLIENT_LIBRARY_DURATION_H_
 

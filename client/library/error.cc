@@ -21,7 +21,7 @@ std::string Payload(const absl::Status& status, const char* url) {
   return payload ? std::string(*payload) : std::string();
 }
 
-// What to do where neither the server nor the caller said it.
+// The fix where neither the server nor the caller names one.
 std::string DefaultFix(const Explanation& e) {
   switch (e.code) {
     case absl::StatusCode::kUnavailable:
@@ -34,7 +34,7 @@ std::string DefaultFix(const Explanation& e) {
     case absl::StatusCode::kAborted:
       return "someone else changed it in the meantime: read it again, then repeat";
     case absl::StatusCode::kResourceExhausted:
-      // Without a time to wait, waiting does not help: the message says what does.
+      // Without a time to wait, waiting does not help; the message says what to do.
       return e.retry_seconds ? absl::StrFormat("try again in %.1f s", *e.retry_seconds) : "";
     case absl::StatusCode::kUnauthenticated:
       return "show a token with --token-file FILE or VANTAGE_TOKEN_FILE, or a certificate with "
@@ -113,7 +113,7 @@ Explanation Explain(const absl::Status& status) {
   google::rpc::Status details;
   if (details.ParseFromString(Payload(status, kDetailsUrl))) ReadDetails(details, e);
   const std::string server = Payload(status, kServerUrl);
-  // Without details from the server it was the transport that spoke.
+  // A status without details comes from the transport, not from the server.
   if (!server.empty() && e.reason.empty()) {
     if (e.code == absl::StatusCode::kUnavailable) {
       e.cause = absl::StrCat("cannot reach the server at ", server, " (", e.cause, ")");

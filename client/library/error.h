@@ -1,5 +1,4 @@
-// What went wrong, in words for people: cause and fix, from the error details that the server
-// sends.
+// Errors in words for people: cause and fix, from the error details that the server sends.
 #ifndef VANTAGE_CLIENT_LIBRARY_ERROR_H_
 #define VANTAGE_CLIENT_LIBRARY_ERROR_H_
 
@@ -27,16 +26,16 @@ struct Explanation {
   std::vector<std::string> violations;              // 'field: what is wrong with it', all of them
   std::string fix;                                  // what to do about it; may be empty
   std::string reason;                               // the server's stable reason, such as SCAN_LOST
-  std::map<std::string, std::string> metadata;      // that comes with the reason
+  std::map<std::string, std::string> metadata;      // that belongs to the reason
   std::optional<v1::ClaimConflict> claim_conflict;  // whose place it is, with reason CLAIMED
   std::optional<v1::ExpectedPiece> expected_piece;  // which piece to go on with, with UPLOAD_GAP
   std::optional<double> retry_seconds;              // the server asks to wait this long
 };
 
-// Works for any status, of the server or of our own making.
+// Works for any status, of the server or of the client.
 Explanation Explain(const absl::Status& status);
 
-// Attaches what to do about an error of our own making.
+// Attaches the fix to an error that the client makes.
 absl::Status WithFix(absl::Status status, const std::string& fix);
 
 }  // namespace vantage::client

@@ -1,4 +1,4 @@
-// Between the wire's geometry and scanner models and those of the core.
+// Conversion between the geometry and scanner models of the wire and those of the core.
 #ifndef VANTAGE_CLIENT_LIBRARY_GEOMETRY_H_
 #define VANTAGE_CLIENT_LIBRARY_GEOMETRY_H_
 

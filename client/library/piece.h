@@ -9,8 +9,8 @@
 
 namespace vantage::client {
 
-// The piece that `bytes` (not empty) make at this place: compressed where that shortens them, with
-// the checksum of what they were before.
+// The piece that holds `bytes` (not empty) at this place: compressed where that shortens them, with
+// the checksum of the uncompressed bytes.
 v1::Piece MakePiece(absl::string_view bytes, int64_t sequence, int64_t offset);
 
 }  // namespace vantage::client

@@ -1,4 +1,4 @@
-// The names of what the service holds, and short ways to give them.
+// Names of the service's resources, and their short forms.
 #ifndef VANTAGE_CLIENT_LIBRARY_RESOURCE_NAMES_H_
 #define VANTAGE_CLIENT_LIBRARY_RESOURCE_NAMES_H_
 

@@ -1,4 +1,4 @@
-// Whether and when to go on after a link broke.
+// Decides whether and when to continue after a link broke.
 #ifndef VANTAGE_CLIENT_LIBRARY_RESUMPTION_H_
 #define VANTAGE_CLIENT_LIBRARY_RESUMPTION_H_
 

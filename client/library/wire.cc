@@ -28,8 +28,8 @@ Wire::Wire(ClientOptions client_options) : options(std::move(client_options)) {
   arguments.SetInt(GRPC_ARG_MIN_RECONNECT_BACKOFF_MS, 200);
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 2'000);
-  // Retrying is ours: it has to know of request ids, RetryInfo and resuming. And with gRPC's own
-  // (1.51) a call whose link breaks can outlive its deadline for ever.
+  // The client retries by itself, since retrying has to know request ids, RetryInfo and resuming.
+  // With gRPC's own retries (1.51) a call whose link breaks can outlive its deadline for ever.
   arguments.SetInt(GRPC_ARG_ENABLE_RETRIES, 0);
   arguments.SetMaxReceiveMessageSize(kLargestMessage);
   auto credentials = MakeChannelCredentials(options);

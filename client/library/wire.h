@@ -1,4 +1,4 @@
-// What the client's parts share beneath its public face: channel, stubs, deadlines, waiting.
+// Shared by the parts of the client: channel, stubs, deadlines, waiting.
 #ifndef VANTAGE_CLIENT_LIBRARY_WIRE_H_
 #define VANTAGE_CLIENT_LIBRARY_WIRE_H_
 
@@ -25,11 +25,12 @@ namespace vantage::client {
 struct Wire {
   explicit Wire(ClientOptions options);
 
-  // Before every call: adds what goes with it. An error when the options cannot be followed.
+  // To be called before every call: adds its deadline and credentials. An error when the options
+  // cannot be met.
   absl::Status Prepare(grpc::ClientContext& context) const;
 
   ClientOptions options;
-  absl::Status usable;  // why there is no channel to speak of
+  absl::Status usable;  // why there is no usable channel
   std::shared_ptr<grpc::Channel> channel;
   std::unique_ptr<v1::SessionService::Stub> sessions;
   std::unique_ptr<v1::ScanService::Stub> scans;

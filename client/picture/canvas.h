@@ -1,4 +1,4 @@
-// Drawing in pixels: the few strokes that the pictures need, and PNG out. The only place that knows
+// Drawing in pixels: the few operations that the pictures need, and PNG output. Only this file uses
 // the drawing library.
 #ifndef VANTAGE_CLIENT_PICTURE_CANVAS_H_
 #define VANTAGE_CLIENT_PICTURE_CANVAS_H_
@@ -58,7 +58,7 @@ class Canvas {
   void Clip(const Eigen::Vector2d& min, const Eigen::Vector2d& max);
   void Unclip();
 
-  // What stands at a pixel.
+  // The colour of a pixel.
   Colour PixelAt(int x, int y) const;
 
   // NOT_FOUND, PERMISSION_DENIED, RESOURCE_EXHAUSTED as the file system says; names the path.

@@ -98,7 +98,7 @@ ColumnMap::ColumnMap(std::span<const SurfaceElement> surfaces, double cell, doub
   }
   const auto [x_low, x_high] = CentralInterval(std::move(xs), share);
   const auto [y_low, y_high] = CentralInterval(std::move(ys), share);
-  // Room for the walls that the cut may have taken.
+  // A margin for walls that may have been cut off.
   const int margin = static_cast<int>(std::lround(0.2 / cell_));
   first_ = {x_low - margin, y_low - margin};
   size_ = Eigen::Vector2i(x_high + margin + 1, y_high + margin + 1) - first_;

@@ -1,4 +1,4 @@
-// The model's surfaces seen from above: one column a voxel wide per cell, and what stands in it.
+// The model's surfaces seen from above: each cell is a column of voxels, with the surface in it.
 #ifndef VANTAGE_CLIENT_PICTURE_COLUMN_MAP_H_
 #define VANTAGE_CLIENT_PICTURE_COLUMN_MAP_H_
 
@@ -21,7 +21,7 @@ struct SurfaceElement {
   float density = 0;  // samples / m^2
 };
 
-// What a reader should see at a column, the most important first.
+// The class that a column is shown as, the most important first.
 enum class ColumnClass : uint8_t {
   kNothing,           // no surface here
   kMeasuredFlat,      // floor, ceiling, table tops at the required density

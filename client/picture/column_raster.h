@@ -7,10 +7,10 @@
 
 namespace vantage::picture {
 
-// What has been measured and what is missing.
+// The surface that has been measured and that is missing.
 Raster CoverageRaster(const ColumnMap& map);
 
-// The standing measured surface alone: where the walls are, behind something else.
+// Only the standing measured surface: the walls, as a background.
 Raster ContextRaster(const ColumnMap& map);
 
 }  // namespace vantage::picture

@@ -17,7 +17,7 @@ using Eigen::AlignedBox2d;
 using Eigen::Vector2d;
 
 constexpr double kWidth = 1900;       // pixels, at most
-constexpr double kLeastWidth = 1560;  // what title and legend take
+constexpr double kLeastWidth = 1560;  // the width of title and legend
 constexpr double kMargin = 56;
 constexpr double kLegendHeight = 120;  // three lines
 constexpr double kPanelTitle = 40;

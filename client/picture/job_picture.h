@@ -1,5 +1,5 @@
-// The picture of a job after a cycle: on one map what has been measured and what is missing, on the
-// other where the next scan would gain how much, with the positions numbered.
+// The picture of a job after a cycle: one map shows the measured and the missing surface, the other
+// the score of the next scan at each place. Positions are numbered.
 #ifndef VANTAGE_CLIENT_PICTURE_JOB_PICTURE_H_
 #define VANTAGE_CLIENT_PICTURE_JOB_PICTURE_H_
 

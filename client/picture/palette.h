@@ -36,8 +36,7 @@ inline constexpr Colour kNextPosition = Rgb(0xd0341c);
 
 }  // namespace palette
 
-// Colours that tell things apart, on white and from each other; they come again after
-// kDistinctColours.
+// Colours that differ from white and from each other; they repeat after kDistinctColours.
 inline constexpr int kDistinctColours = 8;
 Colour Distinct(int i);
 

@@ -14,7 +14,7 @@ absl::Status Bad(const std::string& why) {
   return absl::InvalidArgumentError(absl::StrCat("surface PLY: ", why));
 }
 
-// Where a vertex has what is needed.
+// The properties that a vertex must have.
 constexpr std::array<const char*, 9> kNeeded = {"x",  "y",    "z",       "nx",  "ny",
                                                 "nz", "kind", "density", "area"};
 using Places = std::array<size_t, kNeeded.size()>;

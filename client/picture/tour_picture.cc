@@ -16,7 +16,7 @@ using Eigen::Vector2d;
 constexpr double kMargin = 56;        // pixels
 constexpr double kMaxWidth = 1800;    // of the map
 constexpr double kMaxHeight = 1100;   // of the map
-constexpr double kLeastWidth = 1000;  // what title and figures take
+constexpr double kLeastWidth = 1000;  // the width of title and figures
 constexpr double kPanelTitle = 40;
 constexpr double kPanelFoot = 62;
 constexpr double kLine = 28;  // of the legend
@@ -33,7 +33,7 @@ AlignedBox2d MapBounds(const TourPicture& picture, const ColumnMap& columns) {
 }
 
 void DrawTours(MapPanel& panel, const TourPicture& picture) {
-  // Ways first: no station is crossed out by another's.
+  // Ways are drawn first, so that none crosses a station's mark.
   for (size_t i = 0; i < picture.tours.size(); ++i) {
     for (const auto& stop : picture.tours[i].stops)
       panel.Way(stop.way, Distinct(static_cast<int>(i)));

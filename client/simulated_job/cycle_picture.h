@@ -1,4 +1,4 @@
-// A cycle of a job as a picture, from what the public API says.
+// A cycle of a job as a picture, from answers of the public API.
 #ifndef VANTAGE_CLIENT_SIMULATED_JOB_CYCLE_PICTURE_H_
 #define VANTAGE_CLIENT_SIMULATED_JOB_CYCLE_PICTURE_H_
 

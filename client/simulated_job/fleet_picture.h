@@ -12,8 +12,8 @@
 
 namespace vantage::simulated_job {
 
-// Of a job that has ended, over the surface that the server has of it. `stops` in the order in
-// which they came in; `summary` goes under the title.
+// Draws a job that has ended, over the surface that the server has. `stops` are in the order in
+// which they arrived; `summary` goes under the title.
 absl::Status WriteFleetPicture(client::Client& client, const Site& site, const FleetResult& result,
                                const std::vector<FleetStop>& stops, int scanners,
                                const std::vector<std::string>& summary, const std::string& path);

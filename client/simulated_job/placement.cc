@@ -12,7 +12,7 @@ using Eigen::AngleAxisd;
 using Eigen::Isometry3d;
 using Eigen::Vector3d;
 
-// What random numbers are for; the index is the scan's number. A normal draw takes two streams.
+// The streams of random numbers; the index is the scan's number. A normal draw takes two streams.
 enum Stream : uint64_t {
   kPlaceX = 100,
   kPlaceY = 102,
@@ -33,7 +33,7 @@ Isometry3d Upright(const Vector3d& position, double yaw) {
   return pose;
 }
 
-// Upright but for the tripod's tilt.
+// Upright except for the tripod's tilt.
 Isometry3d Tilted(const Vector3d& position, double yaw, uint64_t index,
                   const PlacementErrors& errors) {
   return Upright(position, yaw) *

@@ -1,4 +1,4 @@
-// How a simulated scanner comes to stand where it does, and what its maker believes of that.
+// The true pose of a simulated scanner, and the prior that its surveyor has.
 #ifndef VANTAGE_CLIENT_SIMULATED_JOB_PLACEMENT_H_
 #define VANTAGE_CLIENT_SIMULATED_JOB_PLACEMENT_H_
 
@@ -14,7 +14,7 @@
 
 namespace vantage::simulated_job {
 
-// By how much a surveyor misses, one sigma each.
+// The errors of a surveyor, one sigma each.
 struct PlacementErrors {
   uint64_t seed = 1;
   double position = 0.05;               // m per axis
@@ -40,7 +40,7 @@ Placement PlacementAt(const Eigen::Vector3d& planned, int number,
 sensor::PosePrior MeasuredPrior(const Placement& placement, int number,
                                 const PlacementErrors& errors);
 
-// A tripod really fits there.
+// True when a tripod really fits there.
 bool CanStand(const simulation::SimulatedScanner& scanner, const Placement& placement);
 
 // A lattice of the places that a scanner may be brought to, at two heights; m, scene frame.

@@ -20,7 +20,7 @@ using Eigen::Vector3d;
 
 constexpr int kMostRefusals = 5;                 // places in a row where nobody can stand
 constexpr int64_t kClaimSeconds = 24 * 60 * 60;  // simulated time passes faster than the server's
-constexpr int kLooks = 8;  // at whether a claim has ended with its scan, 20 ms and longer apart
+constexpr int kLooks = 8;  // checks whether a claim has ended with its scan, 20 ms and more apart
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 size_t Count(const simulation::SampleSet& set) {
@@ -77,7 +77,8 @@ bool SimulatedFleet::SomebodyIsOut() const {
                      [](const Member& member) { return member.errand.has_value(); });
 }
 
-// From now on. A scan that would not register without others' is made when they are in.
+// Sends the scanner out now. A scan that would not register without others' scans is made when
+// those are in.
 void SimulatedFleet::SetOut(Member& member, const Placement& placement, const Goal& goal) {
   Errand errand;
   errand.placement = placement;
@@ -100,7 +101,7 @@ void SimulatedFleet::SetOut(Member& member, const Placement& placement, const Go
   member.errand = std::move(errand);
 }
 
-// The claim of a scan that is in ends by itself, just after; one that stays is given back.
+// The claim of a scan that is in ends by itself shortly after; one that does not is released.
 absl::Status SimulatedFleet::EndClaim(const std::string& claim, bool arrived) {
   for (int look = 0; arrived && look < kLooks; ++look) {
     v1::ListClaimsRequest list;
@@ -150,7 +151,7 @@ absl::StatusOr<FleetStop> SimulatedFleet::Finish(Member& member) {
   return stop;
 }
 
-// False: somebody else has it.
+// False when another scanner has claimed the view.
 absl::StatusOr<bool> SimulatedFleet::Claim(const Member& member, const v1::Plan& plan, Goal& goal) {
   v1::ClaimViewRequest request;
   request.set_parent(surveyor_.session());
@@ -168,7 +169,8 @@ absl::StatusOr<bool> SimulatedFleet::Claim(const Member& member, const v1::Plan&
   return false;
 }
 
-// The best view of a plan that is nobody else's. Nothing, and why, when there is none now.
+// The best view of a plan that nobody else has claimed. Nothing, with the reason, when there is
+// none now.
 absl::StatusOr<std::optional<SimulatedFleet::Goal>> SimulatedFleet::ChooseGoal(
     const Member& member) {
   const auto plan = surveyor_.Plan({member.name}, v1::RANKING_SCORE_PER_MINUTE);
@@ -183,7 +185,7 @@ absl::StatusOr<std::optional<SimulatedFleet::Goal>> SimulatedFleet::ChooseGoal(
     for (const v1::RankedView& view : answer.views()) views.push_back(&view);
   } else if (const v1::RankedView* refused = surveyor_.NearestRefused(answer);
              refused != nullptr && !SomebodyIsOut()) {
-    views.push_back(refused);  // nobody's scan will come and make another one register
+    views.push_back(refused);  // no pending scan will make another view register
   }
   result_.why = absl::StrCat("the planner has no view to offer: ", answer.message());
   for (const v1::RankedView* view : views) {
@@ -223,7 +225,7 @@ absl::Status SimulatedFleet::SendOut(Member& member) {
   return absl::OkStatus();
 }
 
-// Who has waited longest goes first.
+// The scanner that has waited longest goes first.
 absl::Status SimulatedFleet::SendOutIdle() {
   std::vector<Member*> idle;
   for (Member& member : members_) {
@@ -241,14 +243,14 @@ absl::Status SimulatedFleet::SendOutIdle() {
 absl::StatusOr<FleetResult> SimulatedFleet::Run(
     absl::FunctionRef<absl::Status(const FleetStop&)> on_stop) {
   if (absl::Status opened = Open(); !opened.ok()) return opened;
-  // The first scan is everybody's: until it is in there is nothing to plan on.
+  // All scanners wait for the first scan, since without it there is nothing to plan on.
   SetOut(members_[0], surveyor_.First(), Goal{});
   while (true) {
     const auto next =
         std::min_element(members_.begin(), members_.end(), [](const Member& a, const Member& b) {
           return (a.errand ? a.errand->done : kNever) < (b.errand ? b.errand->done : kNever);
         });
-    if (!next->errand) break;  // nobody has anywhere to go
+    if (!next->errand) break;  // no scanner has a next place
     const auto stop = Finish(*next);
     if (!stop.ok()) return stop.status();
     if (absl::Status heard = on_stop(*stop); !heard.ok()) return heard;

@@ -1,6 +1,6 @@
-// A whole job with several simulated scanners, through the public API alone: each plans around what
-// the others have claimed, claims, walks, sets up, scans and pushes. The clock is simulated: from
-// event to event, as fast as the server answers.
+// A whole job with several simulated scanners, through the public API alone: each scanner plans
+// around the others' claims, claims a view, walks there, sets up, scans and pushes the scan. The
+// clock is simulated: from event to event, as fast as the server answers.
 #ifndef VANTAGE_CLIENT_SIMULATED_JOB_SIMULATED_FLEET_H_
 #define VANTAGE_CLIENT_SIMULATED_JOB_SIMULATED_FLEET_H_
 
@@ -27,7 +27,7 @@ namespace vantage::simulated_job {
 struct FleetOptions {
   JobOptions job;             // `max_scans` of all scanners together; no full plans
   int scanners = 2;           // [1, 64]
-  bool claims = true;         // false: nobody knows where the others go
+  bool claims = true;         // false: no scanner knows where the others go
   double speed = 1;           // m/s
   double scan_seconds = 180;  // to set up and scan
   double target = 0.95;       // of what is attainable at density, where the job ends
@@ -54,7 +54,8 @@ struct FleetResult {
   double minutes = 0;                    // simulated, until the last scan was in
   std::optional<double> target_minutes;  // when the target was reached; absent: it was not
   double attained = 0;                   // share of what is attainable at density
-  // Share of the surface measured at density, all merged scans added up, that was so already.
+  // Of the surface that scans measured at density, summed over all merged scans, the share that had
+  // been measured at density before.
   double waste = 0;
   std::string why;  // it ended
 };
@@ -69,17 +70,17 @@ class SimulatedFleet {
                  parallel::Parallel& parallel);
   ~SimulatedFleet();
 
-  // Says what it is about to do, for a progress line.
+  // Is called with what comes next, for a progress line.
   void OnActivity(std::function<void(const std::string&)> say) {
     surveyor_.OnActivity(std::move(say));
   }
 
-  // Runs the job; `on_stop` hears of every scan once it is decided. An error is a fault; a job that
-  // ends early for a reason says so in its result.
+  // Runs the job; `on_stop` is called for every scan once it is decided. An error is a fault; a job
+  // that ends early for a reason gives the reason in its result.
   absl::StatusOr<FleetResult> Run(absl::FunctionRef<absl::Status(const FleetStop&)> on_stop);
 
  private:
-  // Under way to where its next scan is made.
+  // A scanner on the way to its next scan.
   struct Errand {
     Placement placement;
     int number = 0;     // of the scan, in the order of setting out

@@ -63,7 +63,7 @@ SimulatedJob::SimulatedJob(client::Client& client, const Site& site, const JobOp
 
 SimulatedJob::~SimulatedJob() = default;
 
-// Where to go after a plan; nothing, and why, when the job ends with it.
+// The next place after a plan; nothing, with the reason, when the job ends with it.
 std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& plan,
                                                              JobResult& result,
                                                              std::vector<std::string>& notes) {

@@ -1,6 +1,6 @@
 // A whole job with a simulated scanner: scan, push, plan, move, until the planner suggests to stop.
-// It knows the truth and the server does not: everything goes through the public API as a surveyor
-// and a real scanner would use it.
+// It knows the truth and the server does not: it uses only the public API, as a surveyor with a
+// real scanner would.
 #ifndef VANTAGE_CLIENT_SIMULATED_JOB_SIMULATED_JOB_H_
 #define VANTAGE_CLIENT_SIMULATED_JOB_SIMULATED_JOB_H_
 
@@ -23,12 +23,12 @@
 
 namespace vantage::simulated_job {
 
-// What became of one scan and what was planned after it.
+// The outcome of one scan, and the plan that was made after it.
 struct Cycle : MadeScan {
   std::optional<double> predicted_area;  // m^2 brought to density, by the plan that chose it
   simulation::TrueCoverage truth;        // by the merged scans
   v1::Plan plan;                         // made afterwards
-  // What it took to choose the next place.
+  // The effort of choosing the next place.
   double plan_budget = 0;   // s, of `plan`; 0 where work was limited instead
   int plan_attempts = 0;    // of `plan`, with twice the budget each
   double plan_seconds = 0;  // of all attempts, and of plans whose places were blocked
@@ -48,22 +48,24 @@ class SimulatedJob {
   // All must outlive the job.
   SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,
                parallel::Parallel& parallel);
-  // With a scanner in the site's mesh and its ground truth, which is copied, made beforehand.
+  // Takes a scanner in the site's mesh and its ground truth, which is copied; both were made
+  // beforehand.
   SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,
                const simulation::SimulatedScanner& scanner, const simulation::GroundTruth& truth,
                parallel::Parallel& parallel);
   ~SimulatedJob();
 
-  // Says what it is about to do, for a progress line.
+  // Is called with what comes next, for a progress line.
   void OnActivity(std::function<void(const std::string&)> say) {
     surveyor_.OnActivity(std::move(say));
   }
 
-  // Runs the job; `on_cycle` hears of every scan once it is decided and planned after. An error is
-  // a fault; a job that ends early for a reason says so in its result.
+  // Runs the job; `on_cycle` is called for every scan once it is decided and the plan after it is
+  // made. An error is a fault; a job that ends early for a reason gives the reason in its result.
   absl::StatusOr<JobResult> Run(absl::FunctionRef<absl::Status(const Cycle&)> on_cycle);
 
-  // Resource name; empty until it is created. For whoever cleans up after a fault, too.
+  // The session's resource name; empty until it is created. Valid after a fault, too, for cleaning
+  // up.
   const std::string& session() const { return surveyor_.session(); }
 
  private:

@@ -19,7 +19,7 @@ struct Site {
   Eigen::Vector3d start = Eigen::Vector3d::Zero();  // m, scene frame
 };
 
-// What GeneratedSite() makes, as --scene names it.
+// The scenes of GeneratedSite(), by the names that --scene takes.
 enum class SceneKind { kFlat, kTwoRooms, kHall, kOffice };
 
 // A scene of the project's own making (core/simulation/scenes/scene.h). `area` (m^2) counts for an

@@ -83,7 +83,7 @@ absl::Status Surveyor::Push(const Placement& placement, const std::string& by, M
   return absl::OkStatus();
 }
 
-// What a surveyor does about a scan that did not align: measures where the tripod stands.
+// Handles a scan that did not align: measures where the tripod stands.
 absl::Status Surveyor::AlignAgain(const Placement& placement, MadeScan& made) {
   made.notes.push_back(
       absl::StrFormat("scan %d %s: %s", made.number,

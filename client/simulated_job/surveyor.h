@@ -1,4 +1,4 @@
-// What whoever carries a simulated scanner does: sets it up, scans, pushes, measures the pose again
+// A surveyor with a simulated scanner: sets it up, scans, pushes the scan, measures the pose again
 // when a scan does not align, and asks where to go next.
 #ifndef VANTAGE_CLIENT_SIMULATED_JOB_SURVEYOR_H_
 #define VANTAGE_CLIENT_SIMULATED_JOB_SURVEYOR_H_
@@ -21,7 +21,7 @@
 
 namespace vantage::simulated_job {
 
-// Which of a plan's views is taken.
+// The rule by which a view of a plan is taken.
 enum class ViewChoice {
   kRegistrable,  // the best that will register, as the plan says
   kOverlap,      // the best whose overlap suffices, whatever its shape: the usual rule
@@ -47,7 +47,7 @@ struct JobOptions {
   double enough = 2;             // ends at this share of what is attainable at density; 2: never
 };
 
-// A scan, and what became of it.
+// A scan and its outcome.
 struct MadeScan {
   int number = 0;                                              // of the scan, from 1
   Eigen::Vector3d planned = Eigen::Vector3d::Zero();           // m, world: where it was meant to be
@@ -56,16 +56,16 @@ struct MadeScan {
   v1::Scan scan;
   Eigen::Isometry3d T_scene_world = Eigen::Isometry3d::Identity();
   bool merged = false;
-  bool second_prior = false;  // it took a better prior
+  bool second_prior = false;  // a better prior was needed
   double off_metres = 0;      // pose in the model against the truth
   double send_seconds = 0;
-  std::vector<std::string> notes;  // what a surveyor would write down
+  std::vector<std::string> notes;  // notes of the surveyor
 };
 
-// A plan, and what it took to get it.
+// A plan, and the effort of getting it.
 struct PlanMade {
   v1::Plan plan;
-  double budget = 0;   // s that gave it; 0 where work was limited instead
+  double budget = 0;   // s, of the attempt that gave it; 0 where work was limited instead
   int attempts = 0;    // with twice the budget each
   double seconds = 0;  // of all attempts
 };
@@ -76,31 +76,32 @@ class Surveyor {
   Surveyor(client::Client& client, const Site& site, const simulation::SimulatedScanner& scanner,
            const JobOptions& options, parallel::Parallel& parallel);
 
-  // Says what it is about to do, for a progress line.
+  // Is called with what comes next, for a progress line.
   void OnActivity(std::function<void(const std::string&)> say) { say_ = std::move(say); }
 
   // Creates the session.
   absl::Status Open();
   const std::string& session() const { return session_; }  // resource name
 
-  // Where the first scan is made, and the scan after that which is meant to be at `planned` (m,
+  // The placement of the first scan, and of a later scan that is meant to be at `planned` (m,
   // world).
   Placement First() const;
   Placement At(const Eigen::Vector3d& planned, int number) const;
 
-  // Scans, pushes and waits until it is decided. A scan that does not align gets a measured prior;
-  // when that does not help it is withdrawn, and its place rejected. `by`: the fleet's scanner, by
-  // resource name, or empty. INTERNAL: the first scan was not merged.
+  // Scans, pushes the scan and waits until it is decided. A scan that does not align gets a
+  // measured prior; when that does not help, the scan is withdrawn and its place rejected. `by`:
+  // the fleet's scanner, by resource name, or empty. INTERNAL: the first scan was not merged.
   absl::StatusOr<MadeScan> Make(const Placement& placement, int number, const std::string& by);
 
-  // Until it has ended; with twice the budget where that was too small, this plan only.
+  // Plans, and waits until the plan has ended. Where the budget was too small, it is doubled for
+  // this plan only.
   absl::StatusOr<PlanMade> Plan(const std::vector<std::string>& scanners, v1::Ranking ranking);
 
-  // Of the views that a plan refused the one nearest to a station: staying near is what remedies
-  // come down to. Null when there is none.
+  // The view nearest to a station among those that a plan refused, since most remedies ask to stay
+  // near. Null when there is none.
   const v1::RankedView* NearestRefused(const v1::PlanResult& plan) const;
 
-  // Nobody can stand there: told to the server. Nothing happens to a place that is free.
+  // Rejects a place on the server if nobody can stand there; does nothing when the place is free.
   absl::StatusOr<bool> IsBlocked(const Placement& placement);
 
   const Eigen::Isometry3d& T_scene_world() const { return T_scene_world_; }

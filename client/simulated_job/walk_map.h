@@ -1,4 +1,4 @@
-// How far it is from place to place in a scene, around walls and furniture.
+// Walking distances between places in a scene, around walls and furniture.
 #ifndef VANTAGE_CLIENT_SIMULATED_JOB_WALK_MAP_H_
 #define VANTAGE_CLIENT_SIMULATED_JOB_WALK_MAP_H_
 
@@ -15,8 +15,9 @@ class WalkMap {
   // Ways are 0.6 m wide and lead from the site's start.
   WalkMap(const simulation::SimulatedScanner& tracer, const Site& site);
 
-  // Shortest ways from `from` (m, scene frame) to each of `to`, m. A place off the map counts as
-  // its nearest place on it; what cannot be reached at all, as the crow flies.
+  // Lengths of the shortest ways from `from` (m, scene frame) to each of `to`, m. A place off the
+  // map counts as its nearest place on it; the distance to a place that cannot be reached is the
+  // straight line's.
   std::vector<double> Distances(const Eigen::Vector3d& from,
                                 const std::vector<Eigen::Vector3d>& to) const;
   double Distance(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const {
@@ -26,7 +27,7 @@ class WalkMap {
   std::vector<Eigen::Vector2d> Way(const Eigen::Vector3d& from, const Eigen::Vector3d& to) const;
 
  private:
-  // Of every place on the map: how far it is, m, and the place before it on the way.
+  // For every place on the map: its distance, m, and the place before it on the way.
   struct Ways {
     std::vector<double> length;
     std::vector<int> before;  // -1: none

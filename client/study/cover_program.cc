@@ -34,7 +34,7 @@ constexpr int kLatticeStride = 2;      // of the allowed positions
 constexpr double kLeastOverlap = 0.1;  // of the larger scan
 constexpr size_t kTermsPerLine = 12;   // LP readers have short lines
 
-// A folder that goes away with it.
+// A folder that is removed with this object.
 class Scratch {
  public:
   Scratch() : path_((fs::temp_directory_path() / "vantage-cover-XXXXXX").string()) {
@@ -58,7 +58,7 @@ bool Contains(const simulation::SampleSet& set, size_t element) {
   return (set[element / 64] >> (element % 64) & 1) != 0;
 }
 
-// Elements that the same candidates cover, counted together.
+// Elements that are covered by the same candidates, counted together.
 struct ElementClass {
   std::vector<size_t> candidates;
   size_t count = 0;
@@ -95,7 +95,8 @@ class Terms {
   size_t count_ = 0;
 };
 
-// 'If `chosen` is taken then one of these is': what keeps a solution together.
+// 'If `chosen` is taken then one of these is taken': the constraint that keeps a solution
+// connected.
 struct Cut {
   size_t chosen = 0;
   std::vector<size_t> one_of;
@@ -154,7 +155,7 @@ absl::Status RunQuietly(const std::vector<std::string>& arguments) {
   return absl::OkStatus();
 }
 
-// What a solver wrote: whether it is proved, and the x that are 1.
+// The solver's answer: whether it is proved, and the variables that are 1.
 struct Answer {
   bool optimal = false;
   std::set<size_t> chosen;
@@ -207,7 +208,7 @@ absl::StatusOr<std::set<size_t>> Solve(const std::string& program, double second
   return answer.chosen;
 }
 
-// Those of `chosen` that hang together with `from`, in the order in which they are met.
+// The members of `chosen` that are connected with `from`, in the order in which they are found.
 std::vector<size_t> Component(const CoverProblem& problem, const std::set<size_t>& chosen,
                               size_t from) {
   std::vector<size_t> met = {from};
@@ -221,7 +222,8 @@ std::vector<size_t> Component(const CoverProblem& problem, const std::set<size_t
   return met;
 }
 
-// Whoever takes a member of a component apart from the start takes a neighbour of it as well.
+// A solution that takes a member of a component without the start must take a neighbour of the
+// component, too.
 std::vector<Cut> CutsFor(const CoverProblem& problem, const std::vector<size_t>& component) {
   std::set<size_t> around;
   for (const size_t i : component) {

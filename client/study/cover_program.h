@@ -23,8 +23,8 @@ struct CoverProblem {
   size_t goal = 0;                              // elements to cover at least
 };
 
-// The fewest candidates besides the start that with it cover the goal and hang together with it,
-// each of them joined with one before it. DEADLINE_EXCEEDED: not proved within `seconds`.
+// The fewest candidates besides the start that together with it cover the goal and are connected
+// with it: each can be joined with one before it. DEADLINE_EXCEEDED: not proved within `seconds`.
 // FAILED_PRECONDITION: no solver, or all candidates together miss the goal.
 absl::StatusOr<std::vector<size_t>> SolveCover(const CoverProblem& problem, double seconds);
 

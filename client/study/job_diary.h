@@ -1,4 +1,4 @@
-// Keeps a job's record: what each scan really brought, whoever chose its place.
+// Keeps a job's record: the true gain of each scan, whichever planner chose its place.
 #ifndef VANTAGE_CLIENT_STUDY_JOB_DIARY_H_
 #define VANTAGE_CLIENT_STUDY_JOB_DIARY_H_
 
@@ -14,7 +14,7 @@
 
 namespace vantage::study {
 
-// A scan as its job knows it.
+// What the job knows of a scan.
 struct ScanMade {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, scene frame: where it was meant to be
   Eigen::Vector3d at = Eigen::Vector3d::Zero();        // m, scene frame: where it was made
@@ -22,11 +22,11 @@ struct ScanMade {
   bool second_prior = false;
   std::optional<double> predicted;    // m^2 brought to density
   double off = 0;                     // m, pose in the model against the truth
-  double plan_seconds = 0;            // that choosing it took
+  double plan_seconds = 0;            // spent on choosing it
   std::optional<double> plan_budget;  // s, of the plan that chose it
   std::optional<int> plan_attempts;
   std::vector<std::string> notes;
-  // What the planner said of the truly best position, where it was asked.
+  // The planner's answer about the truly best position, where it was asked.
   std::optional<double> best_predicted;  // m^2 brought to density
   std::string best_refused;
 };
@@ -50,7 +50,7 @@ class JobDiary {
   Best BestNow() const;
   // Samples at density.
   const simulation::SampleSet& at_density() const { return at_density_; }
-  // Enough is covered, or as many scans made as allowed.
+  // True when enough is covered, or as many scans were made as allowed.
   bool Over() const;
 
   study_records::v1::JobRecord& record() { return record_; }

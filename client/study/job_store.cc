@@ -18,7 +18,7 @@
 namespace vantage::study {
 namespace {
 
-// The message holds no maps, so that its bytes are a function of what it says.
+// The message has no map fields, so its bytes are a function of its contents.
 uint32_t ChecksumOf(study_records::v1::JobRecord record) {
   record.clear_checksum();
   return bytes::Crc32c(record.SerializeAsString());

@@ -14,7 +14,7 @@ namespace vantage::study {
 
 inline constexpr uint32_t kRecordFormat = 2;
 
-// Writes `contents` so that the file is there whole or not at all, whatever happens meanwhile.
+// Writes `contents` so that the file is complete or absent, whatever happens meanwhile.
 absl::Status WriteWhole(const std::string& path, const std::string& contents);
 
 class JobStore {
@@ -27,7 +27,7 @@ class JobStore {
   // Fills in the checksum.
   absl::Status Write(study_records::v1::JobRecord record) const;
 
-  // Nothing where the job has to be done (again): no file, a damaged one, one of another job,
+  // Nothing where the job has to be done (again): the file is missing, damaged, or of another job,
   // format or settings. `why` says which.
   std::optional<study_records::v1::JobRecord> Read(const std::string& scene,
                                                    const std::string& planner, uint64_t seed,

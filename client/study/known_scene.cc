@@ -31,7 +31,7 @@ ScanMade Place(const StudyScene& scene, uint64_t seed, int number, const Vector3
   return made;
 }
 
-// The allowed positions that a grid comes down to, each once.
+// The allowed positions nearest to the grid's points, each once.
 std::set<size_t> SnapGrid(const StudyScene& scene, double spacing, const Eigen::Vector2d& offset,
                           double height) {
   std::set<size_t> chosen;
@@ -71,7 +71,7 @@ class Ways {
   std::map<size_t, std::vector<double>> rows_;
 };
 
-// Always on to the nearest place that is left.
+// Goes on to the nearest remaining place each time.
 std::vector<size_t> WalkThrough(Ways& ways, size_t start, const std::set<size_t>& chosen) {
   std::set<size_t> left = chosen;
   std::vector<size_t> route;
@@ -121,8 +121,9 @@ RegularSpacing BestSpacing(const StudyScene& scene, uint64_t seed) {
 
   Ways ways(scene);
   RegularSpacing best;
-  // Scans needed, then missing early; where the goal is out of reach, missing at the end: what
-  // covers more early is a coarse grid, which has soon run out of places.
+  // Grids are compared by the scans needed, then by what is missing early. Where the goal is out of
+  // reach, what is missing at the end counts: a coarse grid covers more early, but soon has no
+  // places left.
   std::pair<size_t, size_t> best_merit = {kNever, kNever};
   for (const double spacing : kSpacings) {
     for (int offset = 0; offset < kOffsets * kOffsets; ++offset) {

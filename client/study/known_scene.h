@@ -1,4 +1,4 @@
-// Planners that know the scene: what ours are measured against.
+// Planners that know the scene, to compare ours with.
 #ifndef VANTAGE_CLIENT_STUDY_KNOWN_SCENE_H_
 #define VANTAGE_CLIENT_STUDY_KNOWN_SCENE_H_
 
@@ -15,7 +15,7 @@ namespace vantage::study {
 // Its scans are placed with the same errors and their poses are given.
 void RunOracleJob(const StudyScene& scene, uint64_t seed, JobDiary& diary);
 
-// Scans `route` (m, scene frame) after the start, likewise; then as the oracle does.
+// Scans `route` (m, scene frame) after the start in the same way; then does as the oracle does.
 void RunGivenJob(const StudyScene& scene, uint64_t seed, const std::vector<Eigen::Vector3d>& route,
                  JobDiary& diary);
 

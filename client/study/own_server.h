@@ -15,9 +15,9 @@ namespace vantage::study {
 class OwnServer {
  public:
   // Starts `program` on a free loopback port and returns once it serves. Call from a thread that
-  // lives as long as the server should: it ends with that thread at the latest.
-  // NOT_FOUND: no such program. UNAVAILABLE: it ended or did not serve within half a minute; its
-  // last words are in the message.
+  // lives as long as the server should: it ends with that thread at the latest. NOT_FOUND: no such
+  // program. UNAVAILABLE: it ended or did not serve within half a minute; the end of its output is
+  // in the message.
   static absl::StatusOr<std::unique_ptr<OwnServer>> Start(const std::string& program);
   ~OwnServer();
   OwnServer(const OwnServer&) = delete;
@@ -33,8 +33,8 @@ class OwnServer {
   std::string address_;
 };
 
-// Where vantaged most likely is: beside this program, in its build tree, or on PATH. Empty:
-// nowhere.
+// The most likely path of vantaged: beside this program, in its build tree, or on PATH. Empty: not
+// found.
 std::string FindServerProgram();
 
 // A program on PATH; empty where there is none.

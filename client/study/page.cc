@@ -66,7 +66,7 @@ std::string ScansOf(const study_records::v1::Row& row) {
                            : absl::StrFormat("> %d", row.most_scans());
 }
 
-// Scans until the goal: planners down, scenes across.
+// The table of scans until the goal: one row a planner, one column a scene.
 std::string WinnersTable(const study_records::v1::Table& table) {
   std::vector<std::string> scenes;
   std::vector<std::string> planners;
@@ -131,7 +131,7 @@ std::string SceneTable(const study_records::v1::Table& table, const std::string&
 
 using Jobs = std::vector<const JobRecord*>;
 
-// Median over the jobs of what `at(job)` says.
+// The median of at(job) over the jobs.
 template <typename At>
 double MedianOf(const Jobs& jobs, At at) {
   std::vector<double> values;

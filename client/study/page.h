@@ -17,7 +17,7 @@ using PlanSegments = std::vector<std::pair<Eigen::Vector2d, Eigen::Vector2d>>;  
 // Where a horizontal plane at `height` (m, scene frame) cuts the mesh.
 PlanSegments CutMesh(const simulation::TriangleMesh& mesh, double height);
 
-// What a scene looks like from above.
+// A scene seen from above.
 struct FloorPlanDrawing {
   std::string scene;
   PlanSegments walls;      // cut high

@@ -19,13 +19,13 @@ enum class PlannerKind {
 
 struct StudyPlanner {
   std::string name;
-  std::string words;  // what it does, for readers
+  std::string words;  // description for readers
   PlannerKind kind = PlannerKind::kRival;
   // Ours only.
   double plan_seconds = 1.0;     // of one core
   v1::PlanningConfig overrides;  // of the default configuration
   simulated_job::ViewChoice choice = simulated_job::ViewChoice::kRegistrable;
-  bool asked_about_best = false;  // what it makes of the truly best position, after every scan
+  bool asked_about_best = false;  // after every scan: its answer about the truly best position
 };
 
 // Every planner there is, ours first.
@@ -34,7 +34,7 @@ const std::vector<StudyPlanner>& AllPlanners();
 // Null when there is none of that name.
 const StudyPlanner* FindPlanner(const std::string& name);
 
-// What `vantage study` runs without --planner; `small`: the rivals that the figures need.
+// The planners that `vantage study` runs without --planner; `small`: those that the figures need.
 std::vector<std::string> DefaultPlanners(bool small);
 
 }  // namespace vantage::study

@@ -20,7 +20,7 @@ class Random final : public Rival {
   Proposal Propose(const PlanningSituation& s) override {
     const size_t count = s.problem.feasible().cells().size();
     if (count == 0) return {std::nullopt, std::nullopt, "no place is feasible"};
-    // A refused place is no longer feasible, so that a repeated question has another answer.
+    // A refused place is no longer feasible, so a repeated question gets another answer.
     const uint64_t draw =
         simulation::RandomBits(s.seed, static_cast<uint64_t>(s.number),
                                kRandomStream + s.problem.config().rejected.size());

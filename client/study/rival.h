@@ -18,13 +18,13 @@
 
 namespace vantage::study {
 
-// What can be known before a scan. References live for the call.
+// What a planner can know before a scan. References are valid during the call.
 struct PlanningSituation {
   const planning::PlanningProblem& problem;
   const std::vector<Eigen::Vector3d>& stations;  // m, world, of merged scans
   int number = 0;                                // of the scan to place
   uint64_t seed = 0;
-  Eigen::Isometry3d T_scene_world;  // only for who brings a plan of the scene along
+  Eigen::Isometry3d T_scene_world;  // only for rivals that know the scene
   parallel::Parallel& parallel;
 };
 
@@ -37,12 +37,12 @@ struct Proposal {
 class Rival {
  public:
   virtual ~Rival() = default;
-  // Hears of every merged scan.
+  // Is called for every merged scan.
   virtual void SeeScan(const sensor::RangeImage& image, const Eigen::Isometry3d& T_world_scan);
   virtual Proposal Propose(const PlanningSituation& situation) = 0;
 };
 
-// Any place that is feasible, all alike.
+// Any feasible place, with equal probability.
 std::unique_ptr<Rival> RandomRival();
 
 // The nearest place, by the way there and at least a metre from every former station, that sees at
@@ -52,10 +52,10 @@ std::unique_ptr<Rival> FrontierRival();
 // Given places, m, scene frame, one after the other.
 std::unique_ptr<Rival> RouteRival(std::vector<Eigen::Vector3d> route);
 
-// Knows what places would truly gain, but may stand only where the model allows it, and looks at
-// every third viewcell per axis: what is between it and the oracle is knowledge (and the stride),
-// what is between ours and it is the metric. `scene`
-// outlives it.
+// Knows the true gain of places, but may stand only where the model allows it, and looks at every
+// third viewcell per axis. Its distance from the oracle shows what knowledge of free space is worth
+// (and the stride); our planner's distance from it shows what the metric loses. `scene` outlives
+// it.
 std::unique_ptr<Rival> FeasibleOracleRival(const StudyScene& scene);
 
 // Our own plan without a budget: race and hierarchy to their end, with our registration check. Ends

@@ -21,7 +21,7 @@ constexpr int kMostRefusals = 5;        // places in a row where nobody can stan
 constexpr double kBlockedRadius = 0.3;  // m around such a place
 constexpr double kLostRadius = 0.4;     // m around a place whose scan was lost
 
-// What the server does in a job through the service.
+// Does what the server does in a job through the service.
 class Workbench {
  public:
   static absl::StatusOr<Workbench> Create(const StudyScene& scene, parallel::Parallel& parallel) {

@@ -13,7 +13,7 @@
 
 namespace vantage::study {
 
-// Runs it to its end; what happened is in the diary. An error is a fault.
+// Runs the job to its end and records it in the diary. An error is a fault.
 absl::Status RunRivalJob(const StudyScene& scene, uint64_t seed, Rival& rival,
                          parallel::Parallel& parallel, JobDiary& diary);
 

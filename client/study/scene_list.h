@@ -22,12 +22,11 @@ std::vector<std::string> DefaultScenes(SceneUse use, bool small);
 // NOT_FOUND: no scene of that name, or its file is not in `data_folder`. Builds nothing.
 absl::Status CheckScene(const std::string& name, const std::string& data_folder);
 
-// NOT_FOUND: as CheckScene. The start is not yet the
-// study's own.
+// Builds the scene, with a start of its own that a study replaces. NOT_FOUND as CheckScene().
 absl::StatusOr<simulated_job::Site> BuildScene(const std::string& name,
                                                const std::string& data_folder);
 
-// Scans after which a job in it ends at the latest.
+// The number of scans after which a job in the scene ends at the latest.
 int MostScans(const std::string& scene);
 
 // 'tuning' where the name says so.

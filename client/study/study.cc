@@ -46,7 +46,7 @@ class Study {
             "'vantage study --list' names them all");
       }
     }
-    // A missing mesh is told now, not after hours.
+    // A missing mesh is reported now, not after hours.
     for (const std::string& scene : plan_.scenes) {
       if (absl::Status there = CheckScene(scene, plan_.data_folder); !there.ok()) return there;
     }
@@ -99,7 +99,7 @@ class Study {
     return absl::OkStatus();
   }
 
-  // On the thread that runs the study: they end with it.
+  // The servers start on the thread that runs the study and end with it.
   absl::Status StartServers() {
     while (plan_.settings.server.empty() && servers_.size() < static_cast<size_t>(width_)) {
       auto server = OwnServer::Start(plan_.server_program);
@@ -109,7 +109,7 @@ class Study {
     return absl::OkStatus();
   }
 
-  // False where no further job of this worker would fare better: nobody answers it.
+  // False when no further job of this worker can succeed, since no server answers.
   bool RunJob(const StudyScene& scene, const Job& job, int worker) {
     const std::string title =
         absl::StrCat(scene.name(), " ", job.planner->name, " seed ", job.seed);

@@ -1,5 +1,5 @@
-// A study: scenes x planners x seeds, each a job whose record is kept; what is there is not done
-// again.
+// A study: scenes x planners x seeds. Each combination is a job whose record is kept; a job with a
+// record is not done again.
 #ifndef VANTAGE_CLIENT_STUDY_STUDY_H_
 #define VANTAGE_CLIENT_STUDY_STUDY_H_
 
@@ -32,7 +32,7 @@ struct StudyProgress {
   std::string doing;
 };
 
-// What a study came to.
+// The results of a study.
 struct StudyOutcome {
   std::vector<study_records::v1::JobRecord> records;  // in the order of the study
   std::vector<std::string> faults;  // 'scene planner seed: why' of jobs that failed

@@ -41,8 +41,8 @@ simulated_job::JobOptions OptionsFor(const StudyScene& scene, const StudyPlanner
   return options;
 }
 
-// What the planner itself makes of the truly best position: shows whether it could not know, could
-// not go there or did not value it.
+// Asks the planner about the truly best position: its answer shows whether it could not know it,
+// could not go there, or did not value it.
 absl::Status AskAboutBest(client::Client& client, const std::string& session,
                           const StudyScene& scene, const JobDiary& diary,
                           const simulated_job::Cycle& cycle, ScanMade& next) {
@@ -51,7 +51,7 @@ absl::Status AskAboutBest(client::Client& client, const std::string& session,
   *request.mutable_position() = client::ToProto(
       Eigen::Vector3d(cycle.T_scene_world.inverse() * scene.positions()[diary.BestNow().position]));
   const auto answer = client.Call(request);
-  // Beyond what is known at all there is nothing to evaluate.
+  // Outside known space there is nothing to evaluate.
   if (absl::IsInvalidArgument(answer.status()) || absl::IsOutOfRange(answer.status())) {
     next.best_refused = std::string(answer.status().message());
     next.best_predicted = 0;
@@ -74,7 +74,7 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
   site.start = scene.StartFor(seed);
   simulated_job::SimulatedJob job(client, site, OptionsFor(scene, planner, seed), scene.scanner(),
                                   scene.truth(), parallel);
-  ScanMade next;  // what is known of the next scan when its plan is made
+  ScanMade next;  // notes on the next scan, made when it is planned
   const auto result = job.Run([&](const simulated_job::Cycle& cycle) -> absl::Status {
     ScanMade made = next;
     made.position = cycle.planned_in_scene;
@@ -95,7 +95,8 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
   if (!job.session().empty()) {
     v1::DeleteSessionRequest request;
     request.set_name(job.session());
-    // A session that stays costs memory at most; the record, or why there is none, matters more.
+    // A session that is not deleted costs only memory; the record, or the reason why there is none,
+    // matters more.
     (void)client.Call(request);
   }
   if (!result.ok()) return result.status();
@@ -122,7 +123,7 @@ absl::Status RunOther(const StudyScene& scene, const StudyPlanner& planner, uint
   if (planner.name == "optimal") {
     const auto route = BestCover(scene, seed, kSolverSeconds);
     if (absl::IsDeadlineExceeded(route.status())) {
-      // Too large for the solver: a job without scans, which no row counts.
+      // The problem is too large for the solver: the job has no scans and counts in no row.
       diary.record().set_ended(std::string(route.status().message()));
       return absl::OkStatus();
     }

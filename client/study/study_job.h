@@ -1,4 +1,4 @@
-// One job of a study, whoever plans it.
+// One job of a study, by any planner.
 #ifndef VANTAGE_CLIENT_STUDY_STUDY_JOB_H_
 #define VANTAGE_CLIENT_STUDY_STUDY_JOB_H_
 

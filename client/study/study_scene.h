@@ -20,7 +20,7 @@
 
 namespace vantage::study {
 
-// What a study holds constant. All of it is in Describe(), which goes with every record.
+// The settings that a study holds constant. Describe() has all of them and goes with every record.
 struct StudySettings {
   sensor::ScannerModel scanner;
   simulation::ScanFaults faults;
@@ -36,7 +36,7 @@ struct StudySettings {
   double scan_minutes = 2.0;   // a scan
   std::string server;          // host:port of a running one; empty: the study's own
 
-  // With the scene's own most_scans where none is given.
+  // The settings with the scene's own most_scans where none is given.
   StudySettings For(const std::string& scene) const;
   std::string Describe() const;
 };

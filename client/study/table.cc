@@ -81,8 +81,8 @@ Row MakeRow(const std::string& scene, const std::string& planner, const std::vec
   return row;
 }
 
-// What is known of a number: it lies from `low` to `high`. Of the scans that a job which never
-// reached the goal would have needed only `low` is known.
+// A number that is known to lie from `low` to `high`. For the scans that a job without success
+// would have needed only `low` is known.
 struct Bounds {
   double low = 0;
   double high = 0;
@@ -159,7 +159,7 @@ void ForPairs(const std::map<std::string, std::vector<Entry>>& scene, const std:
   }
 }
 
-// Our registration rule as it is: with the planner's own configuration and any budget.
+// Planners with our registration rule as it is: with the default configuration and any budget.
 bool KeepsOurRule(const std::string& planner) {
   const StudyPlanner* known = FindPlanner(planner);
   return known != nullptr && known->kind == PlannerKind::kOurs &&
@@ -199,8 +199,8 @@ Comparison LostScans(const ByScene& scenes) {
   return lost;
 }
 
-// What 0.2 s a plan lose of the area under the curve, against every view scored exactly or, where
-// that was not run, against 1 s.
+// The area under the curve that plans of 0.2 s lose, compared with plans that score every view
+// exactly or, where those were not run, with plans of 1 s.
 Comparison BudgetLoss(const ByScene& scenes) {
   Comparison budget;
   for (const auto& [name, planners] : scenes) {

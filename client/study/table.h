@@ -9,7 +9,7 @@
 
 namespace vantage::study {
 
-// Of an odd or even number of values; 0 of none.
+// The median of an odd or even number of values; 0 for none.
 double Median(std::vector<double> values);
 
 // Scans until `goal` (share of the attainable surface), lost ones counted; where the job never got

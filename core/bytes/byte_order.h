@@ -1,4 +1,4 @@
-// Numbers as they lie in files: unaligned, and little-endian but for files of others.
+// Numbers in files: unaligned, little-endian in formats of ours, and in either order in others.
 #ifndef VANTAGE_CORE_BYTES_BYTE_ORDER_H_
 #define VANTAGE_CORE_BYTES_BYTE_ORDER_H_
 
@@ -22,7 +22,7 @@ T LoadLittleEndian(const char* bytes) {
   return value;
 }
 
-// The same of a number that lies there big-endian.
+// The same for a number that is stored big-endian.
 template <typename T>
 T LoadBigEndian(const char* bytes) {
   char reversed[sizeof(T)];

@@ -15,7 +15,7 @@ namespace {
 
 #ifdef __SSE4_2__
 
-// The processor has an instruction for just this polynomial.
+// The processor has an instruction for this polynomial.
 uint32_t Update(uint32_t crc, const unsigned char* p, size_t left) {
   uint64_t wide = crc;
   for (; left >= 8; left -= 8, p += 8) {

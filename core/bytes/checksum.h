@@ -1,4 +1,4 @@
-// Checksums: of what is sent, as both of its ends compute them, and of what is stored.
+// Checksums of data that are sent, computed at both ends, and of data that are stored.
 #ifndef VANTAGE_CORE_BYTES_CHECKSUM_H_
 #define VANTAGE_CORE_BYTES_CHECKSUM_H_
 
@@ -13,7 +13,7 @@ namespace vantage::bytes {
 // CRC-32C (Castagnoli, reflected, as in RFC 3720).
 uint32_t Crc32c(absl::string_view bytes);
 
-// SHA-256 of bytes that come in pieces.
+// SHA-256 of bytes that arrive in pieces.
 class Sha256 {
  public:
   Sha256();

@@ -1,4 +1,4 @@
-// Zstandard, bounded: nothing that comes compressed decides how much memory it takes.
+// Zstandard with bounds: compressed data do not decide how much memory they take.
 #ifndef VANTAGE_CORE_BYTES_COMPRESSION_H_
 #define VANTAGE_CORE_BYTES_COMPRESSION_H_
 

@@ -10,7 +10,7 @@
 namespace vantage::bytes {
 namespace {
 
-// What liblzf counts in.
+// The type that liblzf counts in holds no more.
 constexpr size_t kMaxBytes = std::numeric_limits<unsigned int>::max();
 
 }  // namespace
@@ -23,7 +23,7 @@ absl::StatusOr<std::string> DecompressLzf(absl::string_view block, size_t size) 
   }
   std::string out(size, '\0');
   size_t unpacked = 0;
-  // liblzf reads the first byte of a block without looking whether there is one.
+  // liblzf reads the first byte of a block without checking that there is one.
   if (!block.empty()) {
     unpacked = lzf_decompress(block.data(), static_cast<unsigned int>(block.size()), out.data(),
                               static_cast<unsigned int>(size));

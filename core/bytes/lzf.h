@@ -1,4 +1,4 @@
-// LZF, bounded: blocks as PCD's binary_compressed holds them.
+// LZF with bounds: blocks as PCD's binary_compressed holds them.
 #ifndef VANTAGE_CORE_BYTES_LZF_H_
 #define VANTAGE_CORE_BYTES_LZF_H_
 

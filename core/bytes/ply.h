@@ -1,4 +1,4 @@
-// What the header of a PLY file says: elements, and the properties each instance of one has.
+// The header of a PLY file: elements, and the properties that each of their instances has.
 #ifndef VANTAGE_CORE_BYTES_PLY_H_
 #define VANTAGE_CORE_BYTES_PLY_H_
 
@@ -21,7 +21,7 @@ std::optional<PlyType> FindPlyType(absl::string_view name);  // both char and in
 struct PlyProperty {
   std::string name;
   PlyType type = PlyType::kFloat;
-  // A list of `type` when there is one: what its length is written as.
+  // The type that a list's length is written as; absent where the property is no list.
   std::optional<PlyType> count_type = std::nullopt;
 };
 
@@ -30,7 +30,7 @@ struct PlyElement {
   uint64_t count = 0;
   std::vector<PlyProperty> properties;
 
-  // Where in `properties` one of this name is; the last of several.
+  // The index in `properties` of the one of this name; the last of several.
   std::optional<size_t> FindScalar(absl::string_view property) const;
   std::optional<size_t> FindList(absl::string_view property) const;
 };

@@ -126,7 +126,7 @@ absl::Status PlyReader::ReadHeader(absl::string_view bytes) {
 absl::Status PlyReader::CheckCount(const PlyElement& element) const {
   if (element.count == 0) return absl::OkStatus();
   const bool ascii = format_ == PlyFormat::kAscii;
-  // The least bytes that an instance can take. Nothing need follow the last number of a text.
+  // The fewest bytes that an instance can take. The last number of a text may end the file.
   size_t least = 0;
   for (const PlyProperty& property : element.properties) {
     least += ascii ? 2 : PlyTypeSize(property.count_type.value_or(property.type));

@@ -1,4 +1,4 @@
-// PLY files read: ascii and binary of both byte orders, any elements and properties.
+// Reads PLY files: ascii and binary of both byte orders, any elements and properties.
 #ifndef VANTAGE_CORE_BYTES_PLY_READER_H_
 #define VANTAGE_CORE_BYTES_PLY_READER_H_
 
@@ -16,12 +16,13 @@ namespace vantage::bytes {
 
 enum class PlyFormat { kAscii, kBinaryLittleEndian, kBinaryBigEndian };
 
-// Nothing that a file announces takes memory or time beyond a small multiple of its own size.
+// Whatever a file announces, reading it takes no memory or time beyond a small multiple of its
+// size.
 class PlyReader {
  public:
-  // What one instance of an element holds, by property: a scalar's one value, or a list's.
+  // The values of one instance of an element, by property: one of a scalar, or those of a list.
   using Instance = std::vector<std::vector<double>>;
-  // Gets the instances of an element with their numbers; whatever is not OK ends the reading.
+  // Is called for each instance of an element with its number; an error ends the reading.
   using Take = absl::FunctionRef<absl::Status(uint64_t index, const Instance& instance)>;
 
   // Reads the header. `bytes` must outlive the reader. INVALID_ARGUMENT names the line.
@@ -30,16 +31,16 @@ class PlyReader {
   PlyFormat format() const { return format_; }
   const std::vector<PlyElement>& elements() const { return elements_; }
 
-  // All instances of one element; the first call is about elements()[0], the next about the one
-  // after it. INVALID_ARGUMENT: truncated or damaged, naming element and instance. OUT_OF_RANGE:
-  // there are no more elements.
+  // Reads all instances of one element: the first call those of elements()[0], the next those of
+  // the element after it. INVALID_ARGUMENT: truncated or damaged, naming element and instance.
+  // OUT_OF_RANGE: there are no more elements.
   absl::Status ReadElement(Take take);
 
  private:
   PlyReader() = default;
   absl::Status ReadHeader(absl::string_view bytes);
   absl::Status CheckCount(const PlyElement& element) const;
-  // False at the end of the data or where no number is.
+  // False at the end of the data or where there is no number.
   bool NextValue(PlyType type, double& value);
   bool NextInstance(const PlyElement& element, Instance& instance);
   size_t left() const { return data_.size() - at_; }

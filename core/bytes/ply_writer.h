@@ -1,5 +1,5 @@
-// PLY files written, binary little-endian, piece by piece: a header, then the instances of its
-// elements in their order.
+// Writes PLY files, binary little-endian, piece by piece: a header, then the instances of its
+// elements in order.
 #ifndef VANTAGE_CORE_BYTES_PLY_WRITER_H_
 #define VANTAGE_CORE_BYTES_PLY_WRITER_H_
 
@@ -15,7 +15,8 @@ namespace vantage::bytes {
 // `comment` and the names without line breaks.
 std::string EncodePlyHeader(absl::string_view comment, const std::vector<PlyElement>& elements);
 
-// Values of an instance, of the very types the header has; before those of a list, their number.
+// Appends the values of an instance, of exactly the types in the header; their number comes before
+// those of a list.
 template <typename... Values>
 void AppendPlyValues(std::string& out, Values... values) {
   (AppendLittleEndian(values, out), ...);

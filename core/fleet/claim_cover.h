@@ -1,4 +1,5 @@
-// How much of what a view would gain is promised to others already (algorithm.md section 11).
+// How much of a view's gain is claimed by others already (algorithm.md section 11, 'Joint
+// planning').
 #ifndef VANTAGE_CORE_FLEET_CLAIM_COVER_H_
 #define VANTAGE_CORE_FLEET_CLAIM_COVER_H_
 
@@ -15,14 +16,13 @@
 namespace vantage::fleet {
 
 struct CoveredView {
-  double score = 0;  // samples, of the view if nobody had claimed anything
+  double score = 0;  // samples, of the view if there were no claims
   double left = 0;   // samples, beyond the claims
   ClaimCover cover;
 };
 
-// `claims` in the order of Claims::held(). A view that would gain nothing is covered by nobody.
-// Feasible or not: whoever claims it will see. INVALID_ARGUMENT: configuration, scanner or
-// position.
+// `claims` in the order of Claims::held(). A view that would gain nothing is not covered. The view
+// need not be feasible. INVALID_ARGUMENT: configuration, scanner or position.
 absl::StatusOr<CoveredView> MeasureCover(const model::PlanningView& model,
                                          const sensor::ScannerModel& scanner,
                                          const planning::PlanningConfig& config,

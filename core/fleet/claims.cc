@@ -42,7 +42,7 @@ std::optional<ClaimRefusal> Claims::Conflict(const ViewClaim& wanted, const Clai
   for (size_t i = 0; i < held_.size(); ++i) {
     const bool same = HorizontalDistance(held_[i].position, wanted.position) < rules.separation;
     refusal.same_place |= same;
-    // The same place weighs more than any share of the surface.
+    // A claim at the same place is a conflict, whatever share of the surface it covers.
     const double weight = (i < cover.by_claim.size() ? cover.by_claim[i] : 0) + (same ? 2 : 0);
     if (weight > most) {
       most = weight;

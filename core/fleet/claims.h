@@ -1,5 +1,5 @@
-// Views that are reserved, and what may become of a reservation (algorithm.md section 11, 'Joint
-// planning'). Pure data: time comes from the caller, and so does how much of a view others cover.
+// Reserved views and the life of a reservation (algorithm.md section 11, 'Joint planning'). The
+// caller gives the time, and how much of a view other claims cover.
 #ifndef VANTAGE_CORE_FLEET_CLAIMS_H_
 #define VANTAGE_CORE_FLEET_CLAIMS_H_
 
@@ -18,9 +18,9 @@
 namespace vantage::fleet {
 
 struct ClaimRules {
-  double covered = 0.5;            // share of a view's score, from which on it is taken already
-  double separation = 0.6;         // m; nearer to another claim, horizontally, is the same place
-  double arrival_tolerance = 0.5;  // m, horizontally, of a scan from the claim that it fulfils
+  double covered = 0.5;            // share of a view's score; a view covered by this much is taken
+  double separation = 0.6;         // m, horizontally; a claim nearer than this is at the same place
+  double arrival_tolerance = 0.5;  // m, horizontally, between a scan and the claim that it fulfils
   size_t most_per_scanner = 8;
 };
 
@@ -32,10 +32,10 @@ struct ViewClaim {
   absl::Time expires;  // holds before this
 };
 
-// How much of what a view would gain claims that hold have covered, in order of being taken.
+// How much of a view's gain the claims that are held cover.
 struct ClaimCover {
-  std::vector<double> by_claim;  // share that each covers alone, [0, 1], same order as held()
-  double together = 0;           // that all of them cover
+  std::vector<double> by_claim;  // share that each covers by itself, [0, 1], in the order of held()
+  double together = 0;           // share that all of them cover, [0, 1]
 };
 
 enum class ClaimEnd { kScanArrived, kExpired, kReleased };
@@ -49,12 +49,12 @@ struct ClaimRefusal {
   bool same_place = false;
 };
 
-// A state machine: a claim is held from Take() until End(). What has expired is still in it until
-// End(), so that whoever keeps a log of it writes that down before anything that follows from it.
+// A state machine: a claim is held from Take() until End(). An expired claim is still held until
+// End(), so that the caller's log has its end before anything that follows from it.
 class Claims {
  public:
   Claims() = default;
-  // As a log left it: oldest first.
+  // Restores the claims of a log, oldest first.
   explicit Claims(std::vector<ViewClaim> held) : held_(std::move(held)) {}
 
   // Oldest first.
@@ -62,26 +62,26 @@ class Claims {
   // Null when it is not held.
   const ViewClaim* Find(absl::string_view id) const;
   bool IsActive(const ViewClaim& claim, absl::Time now) const { return now < claim.expires; }
-  // Those that are past their time.
+  // Claims that have expired.
   std::vector<std::string> Due(absl::Time now) const;
 
-  // Whether `wanted` would be for surface or a place that is taken. `cover` is of its view. A
-  // scanner's own claims count like anybody's: what it holds it need not claim.
+  // The conflict, if the surface or the place of `wanted` is taken. `cover` is that of its view. A
+  // scanner's own claims count like those of others.
   std::optional<ClaimRefusal> Conflict(const ViewClaim& wanted, const ClaimCover& cover,
                                        const ClaimRules& rules) const;
   // FAILED_PRECONDITION: a claim is due, end it first. ALREADY_EXISTS: the id, or Conflict().
   // RESOURCE_EXHAUSTED: the scanner holds as many as it may. INVALID_ARGUMENT: the interval.
   absl::Status Take(const ViewClaim& wanted, const ClaimCover& cover, absl::Time now,
                     const ClaimRules& rules);
-  // NOT_FOUND: it is not held. FAILED_PRECONDITION: it has expired. Never shortens the past: the
-  // new end must lie after `now` (INVALID_ARGUMENT).
+  // NOT_FOUND: it is not held. FAILED_PRECONDITION: it has expired. INVALID_ARGUMENT: the new end
+  // is not after `now`.
   absl::Status Renew(absl::string_view id, absl::Time until, absl::Time now);
   // NOT_FOUND: it is not held. FAILED_PRECONDITION: kExpired before its time.
   absl::Status End(absl::string_view id, ClaimEnd how, absl::Time now);
 
   // The claim that a scan from `position` fulfils: the nearest within the tolerance, of `scanner`
   // where that is known (not empty). Null when there is none: a scan that comes after its claim has
-  // ended, or twice, fulfils nothing and is a scan like any other.
+  // ended, or a second one, fulfils no claim and is like any other scan.
   const ViewClaim* FulfilledBy(absl::string_view scanner, const Eigen::Vector3d& position,
                                const ClaimRules& rules) const;
 

@@ -1,4 +1,4 @@
-// Who is there to scan.
+// The members of a fleet.
 #ifndef VANTAGE_CORE_FLEET_FLEET_MEMBER_H_
 #define VANTAGE_CORE_FLEET_FLEET_MEMBER_H_
 
@@ -11,7 +11,7 @@
 
 namespace vantage::fleet {
 
-// A scanner and whoever carries it.
+// A scanner and the person who carries it.
 struct FleetMember {
   sensor::ScannerModel model;
   std::optional<Eigen::Vector3d> at;    // m, where it stands; absent: at the model's last station

@@ -1,4 +1,4 @@
-// What a joint plan is asked for.
+// The request of a joint plan.
 #ifndef VANTAGE_CORE_FLEET_FLEET_REQUEST_H_
 #define VANTAGE_CORE_FLEET_FLEET_REQUEST_H_
 
@@ -10,7 +10,7 @@
 
 namespace vantage::fleet {
 
-// A view that somebody is on the way to.
+// A view that is claimed: a scan from there is expected.
 struct PledgedView {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, model frame
   sensor::ScannerModel model;
@@ -18,12 +18,12 @@ struct PledgedView {
 
 enum class FleetRanking {
   kScore,
-  kScorePerMinute,  // of walking, setting up and scanning, and waiting for others
+  kScorePerMinute,  // per minute of walking, setting up, scanning and waiting for others
 };
 
 struct FleetRequest {
   std::vector<FleetMember> scanners;  // at least one
-  std::vector<PledgedView> pledged;   // count as scanned
+  std::vector<PledgedView> pledged;   // these count as scanned
   FleetRanking ranking = FleetRanking::kScore;
 };
 

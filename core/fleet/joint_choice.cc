@@ -209,7 +209,8 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const parallel::Budget&
     for (Refusal* refusal : *instead_of) refusal->around = Refusal::Around::kLeftOff;
     return Fate::kTaken;
   }
-  // It starts to scan when the last of those is in. When a claim's comes is not known.
+  // The scan starts when the last of those scans is in. The time of a claimed view's scan is not
+  // known.
   double before = 0;
   for (const size_t step : chosen.waits_for) {
     before = std::max(before, done_after_[step].value_or(0));
@@ -233,7 +234,7 @@ void JointChoice::NoteExactness(const ChosenView& chosen) {
       if (gains.Upper(i) <= 0) continue;
       const double upper = Key(of, i, gains.Upper(i));
       if (upper <= most || RuledOut(of, i)) continue;
-      // Nobody can stand beside a claimed view.
+      // No scanner can stand right beside a claimed view.
       const Eigen::Vector3d& at = classes_[of].views[i];
       if (std::none_of(given.begin(), given.end(), [&](const Eigen::Vector3d& other) {
             return HorizontalDistance(other, at) < room;
@@ -242,7 +243,7 @@ void JointChoice::NoteExactness(const ChosenView& chosen) {
       }
     }
   }
-  // What floats round is no better choice.
+  // A difference within rounding is not a better choice.
   const double share = key >= most * (1 - 1e-5) ? 1 : key / most;
   record_.exactness = std::min(record_.exactness, share);
 }
@@ -269,10 +270,10 @@ std::vector<JointChoice::Entry> JointChoice::StaleTop(const parallel::Budget& re
 
 std::optional<ChosenView> JointChoice::Next(double apart) {
   Fill(apart);
-  // What is left then is for checks and, for one scanner, further views.
+  // The remaining share is for checks and, with one scanner, for further views.
   const parallel::Budget refining = Share(0.8);
   const parallel::Budget trying = Share(0.9);
-  // A choice of which nothing was checked is worth little.
+  // A choice without a registration check is worth little, so rays are kept for checks.
   checking_until_ = budget_.work_limit;
   if (rays_ > checking_until_ - checking_until_ / 10) {
     checking_until_ = rays_ + checking_until_ / 10;
@@ -289,8 +290,8 @@ std::optional<ChosenView> JointChoice::Next(double apart) {
     if (queue_.empty()) break;  // the rest was ruled out
     const Entry top = queue_.top();
     queue_.pop();
-    // From here on what samples tell has to do. What a view gained before others were chosen does
-    // not: it may be what they gain.
+    // From here on estimates from samples are good enough. A gain from before other views were
+    // chosen is not, since those views may have taken it.
     if (spent && !classes_[top.of].gains->Current(top.view)) continue;
     ChosenView chosen;
     switch (Judge(top, trying, chosen)) {
@@ -305,7 +306,8 @@ std::optional<ChosenView> JointChoice::Next(double apart) {
         break;
     }
     if (listed_.empty()) {
-      // What it is worth is stated, so it is looked at even then.
+      // The plan states the view's gain, so it is computed even when the share for refining is
+      // spent.
       if (!classes_[top.of].gains->Fresh(top.view)) (void)Refresh({&top, 1}, budget_);
       NoteExactness(chosen);
     }
@@ -327,7 +329,7 @@ bool JointChoice::Commit(const ChosenView& chosen) {
   taken_.push_back(mine.views[chosen.view]);
   listed_.clear();
   judged_.clear();
-  // What was refused may register once this scan is in.
+  // Views that were refused may register when this scan is in.
   refusals_.clear();
   tried_out_.clear();
   return true;

@@ -28,7 +28,7 @@
 
 namespace vantage::fleet {
 
-// All that scanners of one model share.
+// The data that scanners of one model share.
 struct ScannerClass {
   std::shared_ptr<const planning::PlanningProblem> problem;
   std::vector<Eigen::Vector3d> views;  // centres of the feasible cells
@@ -43,7 +43,7 @@ struct ClassedMember {
   size_t of = 0;  // class
 };
 
-// A view that was chosen, or refused.
+// A view that was chosen or refused.
 struct ChosenView {
   size_t of = 0;  // class
   uint32_t view = 0;
@@ -53,10 +53,10 @@ struct ChosenView {
   std::optional<double> minutes;
 };
 
-// What a sample gained by a view counts in the ranking, if the member goes there; 0: it cannot.
+// The factor of a view's score in the ranking if the member goes there; 0 when it cannot.
 double WorthTo(const MemberRoutes& routes, uint32_t view, FleetRanking ranking);
 
-// Chooses one view after the other. References are kept.
+// Chooses views one at a time. References are kept.
 class JointChoice {
  public:
   JointChoice(std::vector<ScannerClass>& classes, std::vector<ClassedMember>& members,
@@ -64,17 +64,19 @@ class JointChoice {
               const planning::PlanningConfig& config, const std::vector<Eigen::Vector3d>& taken,
               const parallel::Budget& budget, parallel::Parallel& parallel);
 
-  // The best view of all scanners that have none, by what is known when most of the budget is
-  // spent; nothing when there is none, or no time to check that it registers.
-  // `apart`: only views that far from those that were returned before, m.
+  // The best view for a scanner that has none, by what is known when most of this choice's budget
+  // is spent. Nothing when there is none, or no time to check that it registers. `apart`: least
+  // distance from the views that were returned before, m.
   std::optional<ChosenView> Next(double apart);
-  // Gives the view to its scanner: others count for what it leaves. False when the budget ended.
+  // Assigns the view to its scanner; other views then count for what it leaves. False when the
+  // budget ended.
   bool Commit(const ChosenView& chosen);
 
   GreedyRecord& record() { return record_; }
-  // Views that gain something were left out beside tripods that stand or will stand there.
+  // True when views that gain something were left out because they are beside a tripod that stands,
+  // or will stand, there.
   bool crowded_out() const { return crowded_out_; }
-  // By the registration check, the most promising first.
+  // Views refused by the registration check, the highest ranked first.
   const std::vector<ChosenView>& refused() const { return refused_; }
   size_t checked() const { return checked_; }
   uint64_t rays() const { return rays_; }
@@ -92,12 +94,12 @@ class JointChoice {
     }
   };
   enum class Fate { kTaken, kOut, kPutBack, kStop };
-  // A view that was refused in this round, and what that says of the views around it.
+  // A view that was refused in this round, and what its refusal means for the views around it.
   struct Refusal {
     enum class Around {
-      kAlike,    // they would be refused, too
-      kTried,    // it was doubtful: the best of them are tried
-      kLeftOff,  // one of them registered, or there was no time: of the rest nothing is known
+      kAlike,    // they count as refused, too
+      kTried,    // the view was doubtful: the best views around it are tried
+      kLeftOff,  // one of them registered, or time ran out: the rest is unknown
     };
     size_t of = 0;
     uint32_t view = 0;
@@ -105,26 +107,27 @@ class JointChoice {
     size_t tried = 0;
   };
 
-  // The scanner without a view that would be there first; nothing when none can be sent.
+  // The scanner, of those without a view, that would be there first; nothing when none can go
+  // there.
   std::optional<size_t> BestScanner(size_t of, uint32_t view) const;
-  // What a score counts in the ranking; below 0: it does not.
+  // The value of a score in the ranking; below 0 when no scanner can go there.
   double Key(size_t of, uint32_t view, double score) const;
   void Fill(double apart);
   // False when the budget ended before all were fresh.
   bool Refresh(std::span<const Entry> stale, const parallel::Budget& refining);
   void Enqueue(size_t of, uint32_t view);
-  // `trying`: until then, views around doubtful ones are tried.
+  // `trying`: the budget for trying views around doubtful ones.
   Fate Judge(const Entry& entry, const parallel::Budget& trying, ChosenView& chosen);
-  // What is known of a view by what was refused.
+  // True when a refusal of this round stands for the view.
   bool RuledOut(size_t of, uint32_t view) const;
-  // Refusals that it is tried instead of; nothing when it is not to be looked at.
+  // The doubtful refusals instead of which the view is tried; nothing when it must not be tried.
   std::optional<std::vector<Refusal*>> TriedInsteadOf(const Entry& entry,
                                                       const parallel::Budget& trying);
   void Refuse(const ChosenView& view, std::span<Refusal* const> instead_of);
   void NoteExactness(const ChosenView& chosen);
-  // Takes those that are not fresh off the front of the queue, a batch at most.
+  // Removes views from the front of the queue that are not fresh, at most a batch.
   std::vector<Entry> StaleTop(const parallel::Budget& refining);
-  // A share of what is left of the budget, for the scanners without a view evenly.
+  // A share of the budget that is left, divided evenly among the scanners without a view.
   parallel::Budget Share(double share) const;
 
   std::vector<ScannerClass>& classes_;
@@ -135,7 +138,7 @@ class JointChoice {
   const parallel::Budget& budget_;
   parallel::Parallel& parallel_;
   std::vector<Eigen::Vector3d> taken_;   // tripods that stand or will stand there
-  const size_t given_;                   // of those, not chosen here
+  const size_t given_;                   // the first of taken_, which were not chosen here
   std::vector<Eigen::Vector3d> listed_;  // returned since the last Commit()
   std::vector<bool> assigned_;
   std::vector<std::optional<double>> done_after_;  // minutes, by step of what remains
@@ -147,7 +150,7 @@ class JointChoice {
   GreedyRecord record_;
   bool crowded_out_ = false;
   size_t checked_ = 0;
-  size_t tried_ = 0;  // of those, around doubtful ones
+  size_t tried_ = 0;  // of the checked views, those around doubtful ones
   uint64_t rays_ = 0;
   uint64_t checking_until_ = 0;  // rays
 };

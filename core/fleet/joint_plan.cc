@@ -71,7 +71,8 @@ absl::Status Validate(const model::PlanningView& model, const FleetRequest& requ
   return planning::CheckPlanningSize(model, one);
 }
 
-// For an evaluation, which counts its rays anew: a share of a budget of which `rays` are spent.
+// The budget of an evaluation, which counts its rays from 0: a share of a budget of which `rays`
+// are spent.
 parallel::Budget Fresh(const parallel::Budget& budget, double share, uint64_t rays) {
   parallel::Budget part = budget.Evaluating().Part(share, rays);
   if (part.work_limit != std::numeric_limits<uint64_t>::max()) part.work_limit -= rays;
@@ -170,7 +171,7 @@ class JointPlanner {
     return true;
   }
 
-  // Notes who can be sent nowhere; true when that is everybody.
+  // Records the scanners that can go nowhere; true when none can go anywhere.
   bool EveryoneNowhere() {
     bool all = true;
     for (size_t s = 0; s < members_.size(); ++s) {
@@ -189,7 +190,7 @@ class JointPlanner {
     return true;
   }
 
-  // What is claimed counts as scanned.
+  // Claimed views count as scanned.
   bool Pledge() {
     remaining_.emplace(First().scoring().cells());
     for (const PledgedView& pledged : request_.pledged) {
@@ -214,8 +215,7 @@ class JointPlanner {
   bool Evaluate() {
     const planning::OrderedCells cells = Left();
     const planning::ViewReport report(First());
-    // Choosing takes its part of the time: about a quarter of the evaluation's for every further
-    // scanner.
+    // Choosing needs about a quarter of the evaluation's time for every further scanner.
     const double rounds = 0.8 / (1 + 0.25 * static_cast<double>(members_.size() - 1));
     bool any = false;
     joint_.plan.complete = true;
@@ -252,7 +252,7 @@ class JointPlanner {
     return any || EndEarly("evaluate views");
   }
 
-  // What a sample gained by each view counts for whoever of those without a view counts it most.
+  // By view: the largest factor of its score in the ranking among the scanners without a view.
   std::vector<double> Worth(size_t of, const JointChoice* choice) const {
     std::vector<double> worth(classes_[of].views.size(), 0);
     for (size_t s = 0; s < members_.size(); ++s) {
@@ -266,7 +266,7 @@ class JointPlanner {
 
   planning::AnytimeOptions Options(bool complete, std::span<const double> worth) {
     planning::AnytimeOptions options;
-    // Bounds of all evaluations hold together, each on draws of its own.
+    // The bounds of all evaluations hold together; each evaluation has its own draws.
     const auto evaluations = static_cast<double>(classes_.size() * members_.size());
     options.confidence = 1 - (1 - config_.confidence) / evaluations;
     options.seed = config_.seed + uint64_t{1'000'003} * evaluations_++;
@@ -277,7 +277,7 @@ class JointPlanner {
     return options;
   }
 
-  // Views that were not scored exactly are raced anew for what is left.
+  // Views that were not scored exactly are raced again on what is left to gain.
   void EvaluateAgain(JointChoice& choice, size_t rounds_left) {
     for (ScannerClass& mine : classes_) {
       if (mine.evaluation.complete || remaining_->left().size() == 0) continue;
@@ -360,7 +360,7 @@ class JointPlanner {
     view.travel = members_[chosen.scanner].routes.Length(view.position);
     view.verdict = chosen.verdict;
     view.location = planning::DescribeLocation(model_, view.position, view.height_over_floor);
-    // The map that regions are read from is that of before anything was chosen.
+    // Regions are read from the map of scores before anything was chosen.
     if (remaining_->steps() == request_.pledged.size()) {
       view.region = planning::EquivalentRegionOf(mine.evaluation, feasible, chosen.view);
     } else {
@@ -499,7 +499,7 @@ class JointPlanner {
   std::vector<ClassedMember> members_;
   std::optional<RemainingGain> remaining_;
   uint64_t rays_ = 0;
-  uint64_t evaluations_ = 0;  // begun
+  uint64_t evaluations_ = 0;  // number of evaluations that were begun
 };
 
 }  // namespace

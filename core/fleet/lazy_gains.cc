@@ -21,7 +21,7 @@ void LazyGains::Merge(const planning::Evaluation& evaluation) {
     Gain& gain = gains_[i];
     gain.upper = std::min(gain.upper, view.upper);
     if (!view.scored || Fresh(i)) continue;
-    if (gain.exact && !view.exact) continue;  // an old exact value is a bound already
+    if (gain.exact && !view.exact) continue;  // an old exact value is an upper bound already
     gain.value = view.exact ? view.score : view.Rank();
     gain.exact = view.exact;
     gain.ranked = true;

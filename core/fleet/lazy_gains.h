@@ -1,5 +1,5 @@
-// What every view of one scanner model gains beyond the views chosen so far, computed only where it
-// may matter: what a view gained before bounds what it gains now.
+// The gain of every view of one scanner model beyond the views chosen so far. It is computed only
+// where it may matter, since a view's earlier gain is an upper bound of its present one.
 #ifndef VANTAGE_CORE_FLEET_LAZY_GAINS_H_
 #define VANTAGE_CORE_FLEET_LAZY_GAINS_H_
 
@@ -19,35 +19,35 @@ namespace vantage::fleet {
 // References are kept.
 class LazyGains {
  public:
-  // `evaluation` is of `views` on what `remaining` leaves at its present step.
+  // `evaluation` is that of `views` on RemainingGain::left() of `remaining` at its present step.
   LazyGains(std::span<const Eigen::Vector3d> views, const planning::BruteForceScorer& scorer,
             const RemainingGain& remaining, const planning::Evaluation& evaluation);
 
-  // Something is known that a view can be ranked by.
+  // True when a value is known by which the view can be ranked.
   bool Ranked(uint32_t view) const { return gains_[view].ranked; }
-  // Its gain now: exact where Fresh(), else the estimate or what it gained at an earlier step.
+  // The view's gain: exact when Fresh(), otherwise an estimate or its gain at an earlier step.
   double Value(uint32_t view) const { return gains_[view].value; }
-  // No less than what it gains now, at the evaluations' confidence.
+  // An upper bound of its present gain, at the evaluations' confidence.
   double Upper(uint32_t view) const { return gains_[view].upper; }
   bool Fresh(uint32_t view) const { return gains_[view].exact && Current(view); }
-  // Value() is of what is left now, exact or not: no value of an earlier step.
+  // True when Value() is of the present step, exact or not.
   bool Current(uint32_t view) const { return gains_[view].step == remaining_.steps(); }
 
-  // Another evaluation, of what is left now: for views that are not known exactly.
+  // Takes over another evaluation of what is left now, for views that are not known exactly.
   void Merge(const planning::Evaluation& evaluation);
 
-  // Makes views fresh, together. False when the budget expired on the way: some are not. Adds to
-  // `rays`; the result does not depend on the number of threads.
+  // Makes views fresh in parallel. False when the budget expired on the way: some are not fresh
+  // then. Adds to `rays`; the result does not depend on the number of threads.
   bool Refresh(std::span<const uint32_t> views, const parallel::Budget& budget,
                parallel::Parallel& parallel, uint64_t& rays);
-  // What making a view fresh can cost at most.
+  // The most rays that making a view fresh can cost.
   uint64_t MostRays(uint32_t view) const;
 
  private:
   struct Gain {
     double value = 0;
     double upper = 0;
-    uint32_t step = 0;  // of what remains, that an exact value is of
+    uint32_t step = 0;  // the step of RemainingGain that `value` belongs to
     bool exact = false;
     bool ranked = false;
   };

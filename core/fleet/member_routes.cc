@@ -21,7 +21,7 @@ MemberRoutes::MemberRoutes(const FleetMember& member, const model::PlanningView&
     : member_(member), start_(member.at) {
   if (!start_.has_value() && !model.stations().empty()) start_ = model.stations().back().position;
   if (start_.has_value()) {
-    // One that was put down outside of its reach has to get in first.
+    // A scanner that stands outside its reach has to get in first.
     const bool inside = Within(*start_);
     travel_ =
         TravelMap(WalkGridOf(feasible, inside ? std::span<const planning::Region>(member_.reach)

@@ -1,4 +1,5 @@
-// Where a fleet member can get to, and how long that takes (algorithm.md section 11, 'Travel').
+// The places that a fleet member can get to, and how long that takes (algorithm.md section 11,
+// 'Travel').
 #ifndef VANTAGE_CORE_FLEET_MEMBER_ROUTES_H_
 #define VANTAGE_CORE_FLEET_MEMBER_ROUTES_H_
 
@@ -19,15 +20,15 @@ namespace vantage::fleet {
 // One member's ways to a set of views.
 class MemberRoutes {
  public:
-  // `feasible` are the views of the member's own scanner model. With `must_be_reachable`, views
-  // without a way are out of the question.
+  // `feasible` are the views of the member's own scanner model. With `must_be_reachable`, the
+  // member cannot be sent to views without a way.
   MemberRoutes(const FleetMember& member, const model::PlanningView& model,
                const planning::FeasibleViews& feasible, bool must_be_reachable,
                const parallel::Budget& budget);
 
-  // It can be sent there.
+  // True when the member can be sent there.
   bool Can(size_t view) const { return can_[view]; }
-  // Walking, setting up and scanning, minutes; absent where no way is known.
+  // Time for walking, setting up and scanning, minutes; absent when no way is known.
   std::optional<double> Minutes(size_t view) const;
   // m.
   std::optional<double> Length(const Eigen::Vector3d& to) const { return travel_.Length(to); }
@@ -38,7 +39,7 @@ class MemberRoutes {
 
   size_t within_reach() const { return within_; }  // views
   size_t reachable() const { return reachable_; }  // of those, with a way
-  // Why it can be sent nowhere; empty when it can.
+  // Why it cannot be sent anywhere; empty when it can.
   std::string WhyNowhere() const;
 
  private:

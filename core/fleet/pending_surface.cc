@@ -15,7 +15,7 @@ PendingSurface::PendingSurface(const planning::PlanningProblem& problem,
 
 planning::CellArrays PendingSurface::Of(const RemainingGain& remaining,
                                         const std::vector<size_t>& steps) const {
-  std::vector<uint32_t> seen;  // by several steps, often
+  std::vector<uint32_t> seen;  // often by several steps
   for (const size_t step : steps) {
     seen.insert(seen.end(), remaining.Seen(step).begin(), remaining.Seen(step).end());
   }

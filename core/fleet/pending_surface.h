@@ -1,4 +1,4 @@
-// Which scans must be in before another one registers (algorithm.md sections 9 and 11).
+// Finds the scans that must be in before another one registers (algorithm.md sections 9 and 11).
 #ifndef VANTAGE_CORE_FLEET_PENDING_SURFACE_H_
 #define VANTAGE_CORE_FLEET_PENDING_SURFACE_H_
 
@@ -14,22 +14,22 @@
 
 namespace vantage::fleet {
 
-// What the steps of the remaining gain, scans that are pending, are expected to add to the surface
-// that scans are aligned to: where they look at false surface that nothing has been missed at yet,
-// some surface is taken to be. That is a guess, and the only one there is: what lies behind is not
-// known. Holes are left out, since rays went in there and none came back. References are kept.
+// The surface that pending scans, which are the steps of RemainingGain, are expected to add for
+// alignment. False surface that they see, and at which no attempt has failed yet, is taken for
+// surface. That is a guess, since what lies behind it is unknown. Holes are left out, since rays
+// went in and none came back. References are kept.
 class PendingSurface {
  public:
   PendingSurface(const planning::PlanningProblem& problem, const planning::OverlapSurface& overlap);
 
   struct Verdict {
     registration::RegistrationVerdict verdict;
-    // Steps that it needs; none: it registers as things are, or not at all.
+    // Steps whose scans it needs; empty: it registers without them, or not at all.
     std::vector<size_t> waits_for;
   };
-  // The verdict on a scan from `view`, counting what the steps so far are expected to add only
-  // where it fails without: then those that can be done without are left out again, the latest
-  // first. Nothing when the budget expired. Adds to `rays`.
+  // The verdict on a scan from `view`. Only when it fails on the present surface, the surface
+  // expected from the steps so far is added; steps that are not needed are then left out again, the
+  // latest first. Nothing when the budget expired. Adds to `rays`.
   std::optional<Verdict> Judge(const Eigen::Vector3d& view, const RemainingGain& remaining,
                                const registration::RegistrationConfig& config,
                                const parallel::Budget& budget, uint64_t& rays);

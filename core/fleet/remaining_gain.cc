@@ -5,7 +5,7 @@
 namespace vantage::fleet {
 namespace {
 
-// What is left of a cell after rounding is nothing.
+// A remainder within rounding counts as nothing.
 constexpr float kSatisfied = 1 - 1e-5f;
 
 }  // namespace
@@ -59,7 +59,7 @@ std::optional<double> RemainingGain::Lowered(size_t k, const Eigen::Vector3d& vi
   double lowered = 0;
   for (size_t i = 0; i < cell_scores.size(); ++i) {
     if (cell_scores[i] <= 0) continue;
-    // What it gained before, or all that the step has taken, whichever is less.
+    // The smaller of the view's gain before the step and all that the step took.
     const float taken = step.changed.factor[i] * (step.after[i] - step.changed.q[i]);
     lowered += static_cast<double>(std::min(cell_scores[i], taken));
   }

@@ -14,14 +14,14 @@ namespace {
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr size_t kColumnsBetweenPolls = 1024;
 
-// Ways over a grid, by column.
+// The search for ways over a grid of columns.
 class Search {
  public:
   Search(const WalkGrid& grid, std::vector<float>& length, std::vector<uint32_t>& parent)
       : grid_(grid), length_(length), parent_(parent), done_(length.size(), 0) {}
 
   void From(uint32_t start, const parallel::Budget& budget) {
-    using Entry = std::pair<float, uint32_t>;  // m so far, column
+    using Entry = std::pair<float, uint32_t>;  // length so far (m), column
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
     start_ = start;
     length_[start] = 0;
@@ -37,14 +37,14 @@ class Search {
       const uint32_t at = queue.top().second;
       queue.pop();
       if (done_[at] != 0 || so_far > length_[at]) continue;
-      if (!SetVertex(at)) {  // the straight way there is blocked: it is farther than it seemed
+      if (!SetVertex(at)) {  // the straight way is blocked, so the way is longer than assumed
         queue.emplace(length_[at], at);
         continue;
       }
       done_[at] = 1;
       ForNeighbours(at, [&](uint32_t to) {
         if (done_[to] != 0) return;
-        // As if the corner before could see it; SetVertex() looks.
+        // The straight way from the previous corner is assumed to be free; SetVertex() checks.
         const uint32_t corner = parent_[at];
         const float length = length_[corner] + Distance(corner, to);
         if (length >= length_[to]) return;
@@ -63,7 +63,7 @@ class Search {
     return static_cast<float>(grid_.cell_size * (At(a) - At(b)).cast<double>().norm());
   }
   bool Passable(uint32_t i) const { return i == start_ || grid_.passable[i] != 0; }
-  // Between two neighbouring columns.
+  // The way between two neighbouring columns.
   bool Step(uint32_t from, uint32_t to) const {
     return Passable(to) &&
            std::abs(grid_.floor[to] - grid_.floor[from]) <= planning::FloorHeights::kMaxStep;
@@ -79,7 +79,7 @@ class Search {
     }
   }
 
-  // Every column that the straight line between two centres runs through can be walked.
+  // True when every column on the straight line between two centres is passable.
   bool LineOfSight(uint32_t a, uint32_t b) const {
     const Eigen::Vector2i from = At(a);
     const Eigen::Vector2i to = At(b);
@@ -109,7 +109,7 @@ class Search {
     return true;
   }
 
-  // Makes sure of the way to a column that is about to be final. False: it became longer.
+  // Checks the way to a column that is about to become final. False when it became longer.
   bool SetVertex(uint32_t at) {
     if (LineOfSight(parent_[at], at)) return true;
     const float before = length_[at];
@@ -172,7 +172,7 @@ TravelMap::TravelMap(const WalkGrid& grid, const Eigen::Vector3d& from,
   if (!grid.Inside(start)) return;
   const size_t at = grid.Index(start);
   if (std::isnan(grid_.floor[at])) {
-    // It stands on some floor: that of the nearest column around that has one.
+    // A scanner stands on a floor: that of the nearest column that has one.
     for (int y = start.y() - 1; y <= start.y() + 1; ++y) {
       for (int x = start.x() - 1; x <= start.x() + 1; ++x) {
         if (!grid.Inside({x, y}) || std::isnan(grid.floor[grid.Index({x, y})])) continue;

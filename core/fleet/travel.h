@@ -1,4 +1,4 @@
-// How far a scanner has to be carried (algorithm.md section 11, 'Travel').
+// The ways by which a scanner is carried, and their lengths (algorithm.md section 11, 'Travel').
 #ifndef VANTAGE_CORE_FLEET_TRAVEL_H_
 #define VANTAGE_CORE_FLEET_TRAVEL_H_
 
@@ -14,7 +14,7 @@
 
 namespace vantage::fleet {
 
-// Where a scanner's axis can be: columns of a grid over the floor, each passable or not.
+// The columns over the floor in which a scanner's axis can be.
 struct WalkGrid {
   Eigen::Vector2i first = Eigen::Vector2i::Zero();
   Eigen::Vector2i size = Eigen::Vector2i::Zero();
@@ -34,35 +34,34 @@ struct WalkGrid {
   }
 };
 
-// The grid on which the feasible views' reachability was decided: the footprint is in it. Columns
-// outside of `reach` (m, seen from above; none: everywhere) are not passable.
+// The grid on which reachability was decided; it accounts for the scanner's footprint. Columns
+// outside `reach` (m, seen from above; empty: everywhere) are not passable.
 WalkGrid WalkGridOf(const planning::FeasibleViews& feasible,
                     std::span<const Eigen::AlignedBox3d> reach);
 
-// Shortest ways from one place to all others. They bend at centres of columns only, and otherwise
-// run straight through passable columns (Lazy Theta*), so that a way is as long as a taut rope
-// around the corners to within the width of a column or so at each; ways along the grid's eight
-// directions alone would be up to 8 % longer.
+// Shortest ways from one place to all others (Lazy Theta*). They run straight through passable
+// columns and bend at centres of columns only, so their length is right to about the width of a
+// column at each corner. Ways along the grid's eight directions only would be up to 8 % longer.
 class TravelMap {
  public:
   TravelMap() = default;
-  // `from` counts as passable: a scanner stands there. Where the budget expires on the way, places
-  // not reached yet count as unreachable.
+  // `from` counts as passable, since a scanner stands there. When the budget expires on the way,
+  // places not reached yet count as unreachable.
   TravelMap(const WalkGrid& grid, const Eigen::Vector3d& from,
             const parallel::Budget& budget = parallel::Budget::Unlimited());
 
-  // `from` lies on the grid.
+  // True when `from` lies on the grid.
   bool known() const { return !length_.empty(); }
-  // m; absent where there is no way.
+  // Length of the way, m; absent when there is no way.
   std::optional<double> Length(const Eigen::Vector3d& to) const;
-  // Its corners, both ends included, m, at the floor's height. Empty where there is none.
+  // Corners of the way, m, at the floor's height, including both ends. Empty when there is no way.
   std::vector<Eigen::Vector3d> Way(const Eigen::Vector3d& to) const;
 
  private:
   WalkGrid grid_;
   Eigen::Vector3d from_ = Eigen::Vector3d::Zero();
-  std::vector<float> length_;     // m by column; infinity
-  std::vector<uint32_t> parent_;  // the corner before
+  std::vector<float> length_;     // m, by column; infinity: no way
+  std::vector<uint32_t> parent_;  // by column: the previous corner of its way
 };
 
 }  // namespace vantage::fleet

@@ -49,7 +49,7 @@ struct PartialModel::State {
     return stations;
   }
 
-  // Merges what came or went with `touched`, which is in the layers or no longer.
+  // Brings the model up to date after `touched` was added to the layers or taken out of them.
   void Merge(const ScanLayer& touched, LayerChange change, parallel::Parallel& parallel,
              MergeReport& report) {
     const std::vector<BrickKey> also = ApplyReflectionMasks(touched);
@@ -87,7 +87,7 @@ struct PartialModel::State {
       const std::vector<BrickKey> keys = ApplyReflectionMask(apertures, config.voxel_size, *layer);
       changed.insert(changed.end(), keys.begin(), keys.end());
     }
-    // Why something is unknown has changed too, where a layer looks through what reflects.
+    // Where a layer looks through the reflector, the reason why space is unknown has changed, too.
     const double side = Brick::kSide * config.voxel_size;
     for (const Reflector& reflector : touched.reflectors) {
       const Aperture aperture = reflector.aperture.InFrame(touched.T_model_scan);

@@ -28,9 +28,9 @@ struct MergeReport {
   size_t surface_voxels = 0;     // of this scan
   size_t recomputed_bricks = 0;  // of the model: all that the scan can have an influence on
   size_t changed_bricks = 0;     // those that are not what they were, to the bit
-  size_t copied_pages = 0;   // of 8 x 8 x 8 bricks, of the planning view: those with any of them
-  double carve_seconds = 0;  // range image to per-scan voxels
-  double merge_seconds = 0;  // into the model, frontier and attributes included
+  size_t copied_pages = 0;       // pages of the planning view with any of them
+  double carve_seconds = 0;      // range image to per-scan voxels
+  double merge_seconds = 0;      // into the model, frontier and attributes included
 };
 
 class PartialModel {
@@ -58,11 +58,13 @@ class PartialModel {
                                                             size_t max_bytes,
                                                             parallel::Parallel& parallel);
 
-  // The model as it stands. Costs nothing: a merge leaves a view behind, which shares with the one
-  // before all pages of bricks in which nothing changed. Safe to hold while the model goes on.
+  // The model as it stands. Costs nothing: each merge makes a view, which shares with the view
+  // before it all pages of bricks in which nothing changed. A view may be kept while the model
+  // changes.
   std::shared_ptr<const PlanningView> Publish() const;
 
-  // SHA-like 64-bit digest of everything the model says (not of version or history).
+  // A 64-bit digest (FNV-1a) of everything that planners see of the model, version and history
+  // excepted.
   uint64_t Digest() const;
 
   const ModelConfig& config() const;

@@ -1,5 +1,5 @@
-// How long work may go on: until a deadline, until an amount of work is done, until somebody wants
-// the best there is, or until cancelled.
+// How long work may go on: until a deadline, until an amount of work is done, until somebody asks
+// for the best answer so far, or until it is cancelled.
 #ifndef VANTAGE_CORE_PARALLEL_BUDGET_H_
 #define VANTAGE_CORE_PARALLEL_BUDGET_H_
 
@@ -19,7 +19,8 @@ struct Budget {
   Clock::time_point deadline = Clock::time_point::max();
   uint64_t work_limit = std::numeric_limits<uint64_t>::max();  // rays
   std::stop_token cancelled;
-  // Asks for an answer soon: no more views are evaluated, and what was found is concluded from.
+  // Asks for an answer soon: no more views are evaluated, and the answer is made of those that
+  // were.
   std::stop_token hurried;
   bool ends_in_a_hurry = false;
   // The clock of the deadline. Measurements count CPU time with another one, tests steps of work.
@@ -33,7 +34,8 @@ struct Budget {
     return budget;
   }
 
-  // A share of what is left of time and of work, of which `done` was done; counts on from there.
+  // A share of what is left of time and of work when `done` was done; its work limit counts `done`,
+  // too.
   Budget Part(double share, uint64_t done) const {
     Budget part = *this;
     if (deadline != Clock::time_point::max()) {
@@ -47,13 +49,13 @@ struct Budget {
     }
     return part;
   }
-  // For work that is left off when there is a hurry.
+  // The budget of work that ends when an answer is asked for soon.
   Budget Evaluating() const {
     Budget part = *this;
     part.ends_in_a_hurry = true;
     return part;
   }
-  // For what makes an answer of it afterwards.
+  // The budget of the work that makes the answer afterwards.
   Budget Concluding() const {
     Budget part = *this;
     if (hurried.stop_requested()) {
@@ -67,7 +69,7 @@ struct Budget {
     return cancelled.stop_requested() || (ends_in_a_hurry && hurried.stop_requested()) ||
            now() >= deadline;
   }
-  // In words, for work that found no time left.
+  // Why the budget ended, in words.
   const char* WhyEnded() const {
     return cancelled.stop_requested() ? "cancelled"
            : hurried.stop_requested() ? "ended early on request"

@@ -1,5 +1,6 @@
-// Where parallel work runs. Core code never starts threads of its own: it is handed a Parallel, so
-// that a server can keep every thread inside one fair-shared pool and a test can run serially.
+// The interface behind which parallel work runs. Core code never starts threads of its own: it is
+// handed a Parallel, so that a server can keep every thread inside one fair-shared pool and a test
+// can run serially.
 #ifndef VANTAGE_CORE_PARALLEL_PARALLEL_H_
 #define VANTAGE_CORE_PARALLEL_PARALLEL_H_
 

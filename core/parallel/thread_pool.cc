@@ -6,7 +6,7 @@
 namespace vantage::parallel {
 namespace {
 
-// Loops come in quick succession: to be woken takes longer than many of them.
+// Loops follow each other quickly, and waking a thread takes longer than many of them.
 template <typename Done>
 void WaitAWhile(Done&& done) {
   for (int i = 0; i < 200 && !done(); ++i) std::this_thread::yield();
@@ -14,8 +14,8 @@ void WaitAWhile(Done&& done) {
 
 }  // namespace
 
-// One call of For(). Workers that see it after the last index was taken leave at once, so it may
-// outlive the call (it is shared), but `body` is touched only while indices remain.
+// One call of For(). It is shared and may outlive the call: a worker that sees it after the last
+// index was taken leaves at once, and `body` is used only while indices remain.
 struct ThreadPool::Loop {
   Loop(size_t indices, absl::FunctionRef<void(size_t)> call) : count(indices), body(call) {}
 

@@ -8,10 +8,11 @@
 
 namespace vantage::planning {
 
-// What step D may use: the rest is kept for ranking and the registration check.
+// The part of the budget that step D may use; the rest is kept for ranking and the registration
+// check.
 parallel::Budget EvaluationShare(const parallel::Budget& budget);
 
-// What step F may use when the evaluation cast `rays`: the answers have to be written up as well.
+// What step F may use when the evaluation cast `rays`: writing the answer takes time, too.
 parallel::Budget CheckShare(const parallel::Budget& budget, uint64_t rays);
 
 }  // namespace vantage::planning

@@ -1,4 +1,4 @@
-// The what-if of any position, without planning.
+// The what-if: evaluates any position, without planning.
 #ifndef VANTAGE_CORE_PLANNING_EVALUATE_VIEW_H_
 #define VANTAGE_CORE_PLANNING_EVALUATE_VIEW_H_
 
@@ -17,13 +17,13 @@
 
 namespace vantage::planning {
 
-// The what-if of any position: exact score, visible patches and registration verdict. `feasible`
-// false comes with the reason in `infeasible_message`.
+// The exact score, visible patches and registration verdict of a position. When `feasible` is
+// false, `infeasible_message` gives the reason.
 struct ViewEvaluation {
   bool feasible = false;
   std::string infeasible_message;
   RankedView view;
-  std::vector<Patch> patches;  // those that view.patch_scores point into
+  std::vector<Patch> patches;  // view.patch_scores has indices into these
 };
 // `position` in m, model frame. INVALID_ARGUMENT: the configuration is impossible, or the position
 // is not finite. RESOURCE_EXHAUSTED: as MakePlan().

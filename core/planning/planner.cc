@@ -41,7 +41,7 @@ Evaluation Evaluate(const PlanningProblem& problem, const parallel::Budget& budg
   const PlanningConfig& config = problem.config();
   const Scoring& scoring = problem.scoring();
   if (config.order == EvaluationOrder::kPatches) {
-    // The paper's epsilon belongs to its order. Everything else scores to the end.
+    // The paper's epsilon is used only with the paper's order; all else is scored exactly.
     HierarchyOptions options;
     options.tolerance = config.density_tolerance;
     return EvaluateByPatches(scoring.scorer(), problem.feasible(), scoring.cells(),
@@ -64,8 +64,8 @@ void NoteEvaluation(const PlanningProblem& problem, const Evaluation& evaluation
   plan.score_map = ScoreMap(evaluation, problem.feasible());
 }
 
-// Described views were ranked by what samples said of them. All register and lie apart, so that the
-// best is the one that scores best.
+// Views were ranked by their estimates and have exact scores now. All register and lie apart, so
+// they are sorted by score.
 void SortByExactScore(std::vector<RankedView>& views) {
   if (!std::all_of(views.begin(), views.end(), [](const RankedView& v) { return v.exact; })) return;
   std::stable_sort(views.begin(), views.end(),

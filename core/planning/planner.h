@@ -14,13 +14,13 @@
 
 namespace vantage::planning {
 
-// Called from the planning thread whenever the ranking improves: an unchecked or partly checked
-// plan whose bounds hold. Keep it short.
+// Called from the planning thread whenever the ranking improves, with a plan that is unchecked or
+// partly checked and whose bounds hold. It must be quick.
 using PlanProgress = absl::FunctionRef<void(const Plan&)>;
 
-// Plans the next view. INVALID_ARGUMENT: the configuration is impossible.
-// RESOURCE_EXHAUSTED: the plan would take more memory than config.memory_limit. A plan that ends
-// early is not an error: its outcome and bounds say what it is worth.
+// Plans the next view. INVALID_ARGUMENT: the configuration is impossible. RESOURCE_EXHAUSTED: the
+// plan would take more memory than config.memory_limit. A plan that ends early is not an error: its
+// outcome and bounds say what is known.
 absl::StatusOr<Plan> MakePlan(const model::PlanningView& model, const sensor::ScannerModel& scanner,
                               const PlanningConfig& config, const parallel::Budget& budget,
                               parallel::Parallel& parallel, PlanProgress progress);

@@ -19,8 +19,8 @@
 namespace vantage::registration {
 namespace {
 
-// Two rooms can look alike, and one of them need not have been scanned: without a prior, little
-// overlap or much contradiction is not enough to merge.
+// Two rooms can look alike, and one of them may not have been scanned yet. So without a prior, a
+// scan with little overlap or much contradiction does not merge by itself.
 void DoubtWhatShapeAloneFound(RegistrationResult& result) {
   constexpr double kLeastOverlap = 0.35;
   RegistrationVerdict& verdict = result.verdict;

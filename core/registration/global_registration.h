@@ -1,4 +1,5 @@
-// Aligning a scan of which nothing is known beforehand (algorithm.md section 9).
+// Aligning a scan of which nothing is known beforehand (algorithm.md section 9, 'Global
+// registration').
 #ifndef VANTAGE_CORE_REGISTRATION_GLOBAL_REGISTRATION_H_
 #define VANTAGE_CORE_REGISTRATION_GLOBAL_REGISTRATION_H_
 
@@ -13,9 +14,10 @@
 
 namespace vantage::registration {
 
-// As Register(), where nothing is known of the pose but that the scanner stood upright: looks all
-// over the model, and around where the scanner stood last (`T_world_last`). Says in the verdict
-// when it cannot tell: rooms that look alike, a site too large to search, too little in common.
+// As Register(), where nothing is known of the pose but that the scanner stood upright. Searches
+// all of the model, and the surroundings of where the scanner stood last (`T_world_last`). The
+// verdict says when the place cannot be told: rooms look alike, the site is too large to search, or
+// too little is in common.
 absl::StatusOr<RegistrationResult> RegisterGlobally(const model::PlanningView& model,
                                                     const sensor::Scan& scan,
                                                     const Eigen::Isometry3d& T_world_last,

@@ -1,4 +1,4 @@
-// Levelling the first scan, which there is no model to align to.
+// Levelling the first scan, for which there is no model to align to.
 #ifndef VANTAGE_CORE_REGISTRATION_LEVELLING_H_
 #define VANTAGE_CORE_REGISTRATION_LEVELLING_H_
 

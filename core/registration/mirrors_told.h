@@ -1,4 +1,5 @@
-// A registration that a mirror misled, once more without what the mirror shows.
+// Repeats a registration that a mirror misled, without what the mirror shows (algorithm.md section
+// 9, 'Alignment').
 #ifndef VANTAGE_CORE_REGISTRATION_MIRRORS_TOLD_H_
 #define VANTAGE_CORE_REGISTRATION_MIRRORS_TOLD_H_
 
@@ -14,8 +15,8 @@ namespace vantage::registration {
 // Share of a scan, that anything moved explains.
 inline constexpr double kLittleContradiction = 0.03;
 
-// What a mirror shows lies behind its wall, in space that other scans know: it contradicts like a
-// wrong pose does. To tell it takes half as long as to align, so only a scan in doubt is asked.
+// Registers a scan and, where it is in doubt and contradicts the model, once more without its
+// reflections. Finding reflections takes half as long as aligning, so it is done only in doubt.
 template <typename RegisterScan>
 RegistrationResult WithMirrorsTold(const sensor::Scan& scan, parallel::Parallel& parallel,
                                    const RegisterScan& register_scan) {

@@ -73,8 +73,8 @@ Support SupportAlong(const sensor::Vector6d& change, const Eigen::Vector3d& abou
   return support;
 }
 
-// Noisy normals hold a scan wherever a start has left it in directions that nothing constrains.
-// What is known beforehand decides there, unless surface does that the prior's place would lose.
+// In directions that nothing constrains, noisy normals hold a scan wherever a start has left it.
+// There the prior decides, unless the scan has surface that it would lose at the prior's place.
 RegistrationResult QualifyNearPrior(const model::PlanningView& model, const ScanSurface& surface,
                                     Alignment alignment, const sensor::PosePrior& prior,
                                     const RegistrationConfig& config,
@@ -103,7 +103,7 @@ RegistrationResult QualifyNearPrior(const model::PlanningView& model, const Scan
     if (round == 0) {
       Support here = support_of(free);
       if (here.samples >= kFewest && here.samples >= kTimes * support_of(alignment).samples) {
-        // By those alone, since the noise of all others would hold it too.
+        // Only these samples count, since the noise of all others would hold the scan, too.
         for (int step = 0; step < kSteps; ++step, here = support_of(free)) {
           free.T_world_scan = MovedPose(free.T_world_scan, here.share * change, about);
         }

@@ -16,7 +16,7 @@ namespace {
 constexpr absl::string_view kMagic = "VRIM";
 constexpr uint16_t kVersion = 1;
 constexpr uint16_t kFullTurn = 1;
-constexpr uint64_t kMaxLines = 1 << 18;  // columns or rows: what a decoder holds is bounded
+constexpr uint64_t kMaxLines = 1 << 18;  // columns or rows; bounds the memory of a decoder
 constexpr uint32_t kMaxUnits = 10'000'000;
 constexpr uint32_t kNoReturnCode = 0;
 constexpr uint32_t kNoInformationCode = 1;
@@ -38,7 +38,8 @@ int64_t UnZigZag(uint32_t z) {
   return (z & 1) != 0 ? -static_cast<int64_t>(z >> 1) - 1 : static_cast<int64_t>(z >> 1);
 }
 
-// The codes of a column, whose bytes lie in four planes. Plain enough for vector instructions.
+// The codes of a column, whose bytes lie in four planes. The compiler turns the loop into vector
+// instructions.
 void GatherCodes(const char* planes, size_t rows, uint32_t* codes) {
   const auto* lowest = reinterpret_cast<const uint8_t*>(planes);
   const uint8_t* second = lowest + rows;
@@ -133,7 +134,7 @@ absl::Status RangeImageDecoder::Take(absl::string_view bytes) {
       status_ = WrongSize(taken_, announced_columns_, announced_rows_);
       break;
     }
-    // A part that is whole in these bytes is read where it lies.
+    // A part that is complete in these bytes is read in place.
     const size_t size = std::min(part_bytes_ - begun_.size(), bytes.size());
     absl::string_view part = bytes.substr(0, size);
     bytes.remove_prefix(size);
@@ -241,7 +242,7 @@ absl::Status RangeImageDecoder::TakeColumn(absl::string_view bytes) {
 
 absl::StatusOr<RangeImage> DecodeRangeImage(absl::string_view bytes, size_t max_cells) {
   RangeImageDecoder decoder(max_cells, RangeImageDecoder::Ranges::kKeep);
-  decoder.Take(bytes).IgnoreError();  // stays with it
+  decoder.Take(bytes).IgnoreError();  // the decoder keeps the error
   if (absl::Status whole = decoder.Finish(); !whole.ok()) return whole;
   return std::move(decoder).TakeImage();
 }

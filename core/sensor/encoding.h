@@ -1,4 +1,4 @@
-// A range image as bytes: what travels and what is stored. Little-endian throughout.
+// A range image as bytes, as it is sent and stored. Little-endian throughout.
 //
 //   offset  size      what
 //        0     4      magic "VRIM"
@@ -49,8 +49,7 @@ size_t EncodedSize(size_t columns, size_t rows);
 // return.
 std::string EncodeRangeImage(const RangeImage& image);
 
-// Takes an encoding in pieces, cut anywhere, so that one which is still on its way is checked as it
-// comes.
+// Decodes an encoding that arrives in pieces, cut anywhere, and checks each piece as it arrives.
 class RangeImageDecoder {
  public:
   static constexpr size_t kHeaderBytes = 32;
@@ -58,12 +57,13 @@ class RangeImageDecoder {
 
   RangeImageDecoder(size_t max_cells, Ranges ranges) : max_cells_(max_cells), ranges_(ranges) {}
 
-  // The next bytes. The first error stays. INVALID_ARGUMENT as of DecodeRangeImage.
+  // Takes the next bytes. After an error every call returns it. INVALID_ARGUMENT as
+  // DecodeRangeImage().
   absl::Status Take(absl::string_view bytes);
   // OK when the whole has been taken and is valid.
   absl::Status Finish();
 
-  // After Finish was OK.
+  // To be called after Finish() returned OK.
   size_t columns() const { return image_.azimuth.size(); }
   size_t rows() const { return image_.elevation.size(); }
   size_t samples() const { return samples_; }
@@ -71,7 +71,7 @@ class RangeImageDecoder {
   RangeImage TakeImage() && { return std::move(image_); }
 
  private:
-  // What comes next, and how many bytes it has.
+  // The part that comes next, and its number of bytes.
   enum class Part { kHeader, kElevations, kColumn, kEnd };
   absl::Status TakePart(absl::string_view bytes);
   absl::Status TakeHeader(absl::string_view bytes);

@@ -9,7 +9,8 @@
 namespace vantage::sensor {
 namespace {
 
-// The lowest row of which at least half the cells say something; all of them when there is none.
+// The lowest row of which at least half the cells hold information; the lowest of all when there is
+// none.
 int LowestUsefulRow(const RangeImage& image) {
   for (int row = 0; row < image.rows(); ++row) {
     int useful = 0;

@@ -1,4 +1,4 @@
-// What is made of the points that an instrument delivers, of any format.
+// The scan made of the points that an instrument delivers, in any format.
 #ifndef VANTAGE_CORE_SENSOR_IMPORTED_SCAN_H_
 #define VANTAGE_CORE_SENSOR_IMPORTED_SCAN_H_
 
@@ -27,10 +27,10 @@ struct ImportedScan {
 
 struct ImportLimits {
   size_t max_points = 100'000'000;
-  // Nearer returns are the scanner's own body: no information. m.
+  // Returns nearer than this are the scanner's own body and become no information, m.
   double range_min = 0.5;
-  // No-return cells connected to the body's cells within this angle are its blind zone, not free
-  // space: no information. rad.
+  // No-return cells that are connected to the body's cells within this angle (rad) are its blind
+  // zone, not free space, and become no information.
   double blind_zone = Radians(30);
 };
 

@@ -45,7 +45,8 @@ double MedianStep(const std::vector<double>& lines) {
 
 namespace {
 
-// A line of the finished grid: where it is and which loose lines feed it, the first one first.
+// A line of the finished grid: its angle, and the loose lines that it is made of, the first one
+// first.
 struct Line {
   double angle = 0;
   std::vector<size_t> sources;  // none: a line that was filled in

@@ -1,4 +1,4 @@
-// What is believed of a scan's pose before it is aligned.
+// What is known of a scan's pose before it is aligned.
 #ifndef VANTAGE_CORE_SENSOR_POSE_PRIOR_H_
 #define VANTAGE_CORE_SENSOR_POSE_PRIOR_H_
 

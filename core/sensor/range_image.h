@@ -43,7 +43,7 @@ struct RangeImage {
   // The number of cells that hold a range.
   size_t SampleCount() const;
 
-  // As Validate, of all but the ranges.
+  // As Validate(), for everything but the ranges.
   absl::Status ValidateAxes() const;
 
   // INVALID_ARGUMENT naming what is wrong: empty or unordered axes, a range vector of another size,

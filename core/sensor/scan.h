@@ -1,4 +1,4 @@
-// A range image together with what is known of where it was made.
+// A range image, its scanner, and what is known of its pose.
 #ifndef VANTAGE_CORE_SENSOR_SCAN_H_
 #define VANTAGE_CORE_SENSOR_SCAN_H_
 

@@ -10,7 +10,7 @@ void MaskScannerBody(double range_min, double blind_zone, RangeImage& image) {
   const int columns = image.columns();
   const int rows = image.rows();
   struct Reached {
-    int column, row;            // no information since
+    int column, row;            // set to no information
     int body_column, body_row;  // the cell of the body that it was reached from
   };
   constexpr double kRounding = 1e-3;  // m; files round coordinates, and ranges sit on the limit

@@ -1,4 +1,4 @@
-// What of a range image is the scanner itself.
+// The part of a range image that shows the scanner itself.
 #ifndef VANTAGE_CORE_SENSOR_SCANNER_BODY_H_
 #define VANTAGE_CORE_SENSOR_SCANNER_BODY_H_
 

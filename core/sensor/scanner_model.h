@@ -38,7 +38,7 @@ struct ScannerModel {
 
   // s = rho(e) cos i / r^2, samples / m^2 (algorithm.md section 3); 0 where cos i <= 0.
   double SamplingDensity(double elevation, double cos_incidence, double range) const;
-  // The same for an elevation given by its sine: merging asks for it by the million.
+  // The same for an elevation given by its sine, for merging, which computes millions of densities.
   double SamplingDensityAtSine(double sin_elevation, double cos_incidence, double range) const;
 
   // The largest density this scanner reaches anywhere in its range: overhead cap, nearest, head on.

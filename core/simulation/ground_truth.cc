@@ -61,8 +61,8 @@ struct GroundTruth::State {
   void FindAttainable(const std::vector<Eigen::Vector3d>& positions, parallel::Parallel& parallel);
 };
 
-// Whether any position measures a sample does not depend on the order of asking, so it is asked
-// where neighbouring samples were seen from first, and stops at the first that measures at density.
+// The positions are tried in any order, since the answer does not depend on it: first those from
+// which neighbouring samples were seen, until one measures the sample at density.
 void GroundTruth::State::FindAttainable(const std::vector<Eigen::Vector3d>& positions,
                                         parallel::Parallel& parallel) {
   ForChunks(parallel, [&](size_t begin, size_t end) {
@@ -96,7 +96,8 @@ void GroundTruth::State::FindAttainable(const std::vector<Eigen::Vector3d>& posi
         asked[count] = k;
         potential[count] = density_there;
         from[count] = position.cast<float>();
-        // The first ones alone: most samples are settled by where their neighbours were seen from.
+        // The first ones are traced alone: most samples are decided by the positions from which
+        // their neighbours were seen.
         if (++count == Tracer::kPacket || k == 0) ask();
       }
       if (count > 0 && attainable_at_density[i] == 0) ask();

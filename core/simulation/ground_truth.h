@@ -1,4 +1,4 @@
-// What a job has really covered, known only to the simulation.
+// The surface that a job has really covered, which only the simulation knows.
 #ifndef VANTAGE_CORE_SIMULATION_GROUND_TRUTH_H_
 #define VANTAGE_CORE_SIMULATION_GROUND_TRUTH_H_
 
@@ -56,8 +56,8 @@ class GroundTruth {
   void AddScan(const Eigen::Vector3d& position, parallel::Parallel& parallel);
   TrueCoverage Measure() const;
 
-  // What Measure() would say were a scan added at each of `positions` alone: the true gain,
-  // m^2 of attainable surface newly measured at density.
+  // The true gain of a scan at each of `positions` alone: m^2 of attainable surface newly measured
+  // at density.
   std::vector<double> GainAtDensity(const std::vector<Eigen::Vector3d>& positions,
                                     parallel::Parallel& parallel) const;
 

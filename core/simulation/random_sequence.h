@@ -1,4 +1,4 @@
-// Random numbers that depend only on what they are for, not on the order in which they are drawn.
+// Random numbers that depend only on their purpose, not on the order in which they are drawn.
 #ifndef VANTAGE_CORE_SIMULATION_RANDOM_SEQUENCE_H_
 #define VANTAGE_CORE_SIMULATION_RANDOM_SEQUENCE_H_
 

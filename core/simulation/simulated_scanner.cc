@@ -12,7 +12,7 @@ namespace {
 constexpr double kGrazing = sensor::Radians(80);       // from here on returns get lost
 constexpr double kGlassHeadOn = sensor::Radians(5);    // up to here glass returns
 constexpr double kPolishBegins = sensor::Radians(60);  // from here on polished surfaces reflect
-constexpr double kPolishFull = sensor::Radians(85);    // from here on as much as they do
+constexpr double kPolishFull = sensor::Radians(85);    // from here on with the full probability
 constexpr int kMaxReflections = 4;
 constexpr float kLeaveSurface = 1e-4f;  // m, where a reflected ray begins
 constexpr size_t kSubRays = 4;          // on the rim of the beam

@@ -1,4 +1,4 @@
-// Where a scanner can stand in a scene, known only to the simulation.
+// The places where a scanner can stand in a scene, which only the simulation knows.
 #ifndef VANTAGE_CORE_SIMULATION_STANDABLE_POSITIONS_H_
 #define VANTAGE_CORE_SIMULATION_STANDABLE_POSITIONS_H_
 

@@ -1,5 +1,5 @@
-// What stops a ray: the faces between empty and non-empty voxels, traced by Embree (algorithm.md
-// section 5, 'visible'; section 4, 'Planning view').
+// Stops rays at the faces between empty and non-empty voxels, traced by Embree (algorithm.md
+// section 5, 'Visibility').
 #ifndef VANTAGE_CORE_VISIBILITY_OCCLUSION_SCENE_H_
 #define VANTAGE_CORE_VISIBILITY_OCCLUSION_SCENE_H_
 

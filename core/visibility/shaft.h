@@ -11,8 +11,8 @@
 namespace vantage::visibility {
 
 // Boxes in scene coordinates (voxels from the grid's corner), possibly a single point; their
-// middles lie in the grid, outside of which all is opaque. kAll and true are certain, the other
-// answers mean nothing. Touching an opaque voxel counts as meeting it, and boxes are taken 0.001
+// middles lie in the grid, outside of which all is opaque. kAll and true are certain; the other
+// answers prove nothing. Touching an opaque voxel counts as meeting it, and boxes are taken 0.001
 // voxels larger, so that rays traced in floats agree.
 
 // kAll: every segment from a view to a target meets an opaque voxel, since some layer of voxels

@@ -1,4 +1,4 @@
-// PlanningView::ForEachSurface that can be cancelled.
+// PlanningView::ForEachSurface() that can be cancelled.
 #ifndef VANTAGE_CORE_VISIBILITY_SURFACE_WALK_H_
 #define VANTAGE_CORE_VISIBILITY_SURFACE_WALK_H_
 

@@ -12,20 +12,20 @@ struct AccessOptions {
   std::string tls_key;
   // Certificates of clients must be signed by one of these. Empty: clients are not asked for any.
   std::string tls_client_ca;
-  // Clients without a certificate get as far as the callers file.
+  // Clients without a certificate pass the handshake; they then need a token of the callers file.
   bool tls_optional_client_certificates = false;
-  // The callers that there are, see callers.h; read again when it changes. Empty: callers are not
-  // told apart, unless by tenant_metadata.
+  // File of the known callers (callers.h), read again when it changes. Empty: callers are not told
+  // apart, except by tenant_metadata.
   std::string callers_file;
-  // Metadata key by which what authenticates the callers names their tenant. With a callers file,
-  // heeded only from callers whose tenant is '*'. Empty: never heeded.
+  // Metadata key in which a proxy that authenticates callers names their tenant. With a callers
+  // file it counts only from callers whose tenant is '*'. Empty: it never counts.
   std::string tenant_metadata;
-  bool allow_insecure_remote = false;  // serve other machines whatever the above
-  double calls_per_second = 500;       // of one caller; 0: as many as come
+  bool allow_insecure_remote = false;  // serve other machines even without any of the above
+  double calls_per_second = 500;       // of one caller; 0: no limit
   double calls_at_once = 1000;         // of one caller, after a rest
 
   bool encrypted() const { return !tls_cert.empty(); }
-  // Whether callers have to show who they are.
+  // True when callers have to identify themselves.
   bool identified() const { return !callers_file.empty() || !tls_client_ca.empty(); }
 };
 

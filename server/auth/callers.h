@@ -17,7 +17,7 @@ namespace vantage::auth {
 
 struct Caller {
   std::string name;
-  std::string tenant;         // empty: of the sessions opened when callers were not told apart
+  std::string tenant;         // empty: the one of sessions opened while callers were not told apart
   bool names_tenant = false;  // a proxy, which names the tenant of each call itself
   Roles roles;
   absl::Time expires = absl::InfiniteFuture();
@@ -37,13 +37,13 @@ struct Caller {
 // caller may have several lines. Immutable.
 class CallerList {
  public:
-  // INVALID_ARGUMENT naming the line; never what stands in it.
+  // INVALID_ARGUMENT names the line, but never quotes it.
   static absl::StatusOr<CallerList> Parse(absl::string_view text);
 
-  // Null: unknown. Whether it has expired is the caller's business.
+  // Null: unknown. Does not check whether it has expired.
   const Caller* ByToken(absl::string_view token) const;
   const Caller* ByCertificate(const std::string& name) const;
-  // Whoever has the credential of a caller of this or an earlier list.
+  // The caller with the credential of a caller of this or of an earlier list.
   const Caller* ByCredential(const std::string& credential) const;
 
   size_t size() const { return by_token_.size() + by_certificate_.size(); }
@@ -54,7 +54,7 @@ class CallerList {
   std::map<std::string, Caller> by_certificate_;
 };
 
-// The list of a file as it was last readable. Thread safe.
+// The list in a file, as it was when the file was last readable. Thread safe.
 class CallersFile {
  public:
   // NOT_FOUND, PERMISSION_DENIED (others than its owner can write it), INVALID_ARGUMENT.
@@ -75,7 +75,7 @@ class CallersFile {
   std::shared_ptr<const CallerList> list_ ABSL_GUARDED_BY(mutex_);
 };
 
-// A new bearer token, 256 random bits, and what stands for it in the file.
+// A new bearer token, 256 random bits, and its credential for the file.
 struct NewToken {
   std::string token;
   std::string credential;

@@ -13,7 +13,7 @@ RateLimits::Bucket& RateLimits::BucketOf(const std::string& key, Time now) {
   const auto known = buckets_.find(key);
   if (known != buckets_.end()) return known->second;
   if (buckets_.size() >= max_keys_) {
-    // Full buckets are as good as new ones.
+    // A full bucket equals a new one, so it can go.
     std::erase_if(buckets_, [&](const auto& b) { return LeftAt(b.second, now) >= at_once_; });
     if (buckets_.size() >= max_keys_) return others_;
   }
@@ -26,7 +26,7 @@ absl::Duration RateLimits::Take(const std::string& key, Time now) {
   Bucket& bucket = BucketOf(key, now);
   bucket.left = LeftAt(bucket, now);
   bucket.at = now;
-  // Zero would let it in: a wait is never shorter than what a clock can tell.
+  // Zero would mean that the call may go on, so a wait is at least the clock's resolution.
   if (bucket.left < 1) {
     return std::max(absl::Seconds((1 - bucket.left) / per_second_), absl::Microseconds(1));
   }

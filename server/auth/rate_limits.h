@@ -13,7 +13,7 @@
 
 namespace vantage::auth {
 
-// A token bucket for each key. Thread safe; its memory is bounded whatever keys come.
+// A token bucket for each key. Thread safe. Its memory is bounded for any keys.
 class RateLimits {
  public:
   using Time = std::chrono::steady_clock::time_point;
@@ -23,7 +23,7 @@ class RateLimits {
   RateLimits(double per_second, double at_once, size_t max_keys = 10'000)
       : per_second_(per_second), at_once_(at_once), max_keys_(max_keys) {}
 
-  // Takes one of `key`'s calls. Zero: it may go on; else how long to wait.
+  // Takes one call from `key`'s bucket. Zero: the call may go on; else the time to wait.
   absl::Duration Take(const std::string& key, Time now);
 
   size_t keys() const;

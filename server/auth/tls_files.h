@@ -1,4 +1,4 @@
-// Certificates and keys on disk, looked at before anyone relies on them.
+// Checks certificates and keys on disk before the server relies on them.
 #ifndef VANTAGE_SERVER_AUTH_TLS_FILES_H_
 #define VANTAGE_SERVER_AUTH_TLS_FILES_H_
 
@@ -8,9 +8,9 @@
 
 namespace vantage::auth {
 
-// What gRPC would only notice when somebody connects. INVALID_ARGUMENT naming the file: it cannot
-// be read, is no PEM, the key is not the certificate's, the certificate has expired. Returns when
-// it will.
+// Finds faults that gRPC would only notice when a client connects. INVALID_ARGUMENT names the file:
+// it cannot be read, is no PEM, the key is not the certificate's, or the certificate has expired.
+// Returns the time at which it will expire.
 absl::StatusOr<absl::Time> CheckTlsFiles(const AccessOptions& options);
 
 }  // namespace vantage::auth

@@ -17,7 +17,7 @@ namespace vantage::contract {
 
 inline constexpr char kErrorDomain[] = "vantage";
 
-// Collects what is wrong with a request, all of it.
+// Collects all violations of a request.
 class Violations {
  public:
   void Add(absl::string_view field, absl::string_view description);
@@ -33,7 +33,8 @@ class Violations {
 // INVALID_ARGUMENT with one field violation.
 absl::Status InvalidField(absl::string_view field, absl::string_view description);
 
-// INVALID_ARGUMENT naming `page_token` (or the field that stands for it): this list gave none such.
+// INVALID_ARGUMENT naming `page_token` (or the field that stands for it): this list did not issue
+// the token.
 absl::Status UnknownPageToken(absl::string_view field = "page_token");
 
 // A status with an ErrorInfo: `reason` is a stable constant in upper snake case.

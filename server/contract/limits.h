@@ -1,4 +1,4 @@
-// Limits on everything that comes from the wire.
+// Limits on everything that clients send or ask for.
 #ifndef VANTAGE_SERVER_CONTRACT_LIMITS_H_
 #define VANTAGE_SERVER_CONTRACT_LIMITS_H_
 

@@ -80,7 +80,7 @@ const v1::ScannerModel& ModelOf(const v1::Scanner& scanner, const v1::Session& s
 
 fleet::FleetMember ReadFleetMember(const v1::Scanner& scanner, const v1::Session& session,
                                    const Eigen::Vector3d& origin) {
-  contract::Violations none;  // it was checked when it was added
+  contract::Violations none;  // the scanner was checked when it was added
   fleet::FleetMember out;
   out.model = ReadScannerModel(ModelOf(scanner, session), "scanner_model", none);
   if (scanner.has_last_pose()) out.at = ReadOwnPose(scanner.last_pose(), origin).translation();

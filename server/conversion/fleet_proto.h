@@ -1,4 +1,4 @@
-// The fleet between the wire and the core.
+// Conversion of the fleet between the wire and the core.
 #ifndef VANTAGE_SERVER_CONVERSION_FLEET_PROTO_H_
 #define VANTAGE_SERVER_CONVERSION_FLEET_PROTO_H_
 
@@ -17,12 +17,12 @@
 
 namespace vantage::conversion {
 
-// What is wrong with a scanner that is to be added to `session`.
+// Adds what is wrong with a scanner that is to be added to `session`.
 void CheckScanner(const v1::Scanner& scanner, const v1::Session& session, const std::string& field,
                   contract::Violations& violations);
 void FillDefaults(v1::Scanner& scanner, const v1::Session& session);
 
-// The scanner's model; the session's first where that one is no longer there.
+// The scanner's model; the session's first model where the scanner's own was removed.
 const v1::ScannerModel& ModelOf(const v1::Scanner& scanner, const v1::Session& session);
 
 fleet::FleetMember ReadFleetMember(const v1::Scanner& scanner, const v1::Session& session,
@@ -35,8 +35,8 @@ v1::ClaimEndReason WriteClaimEnd(fleet::ClaimEnd end);
 // For people: 'scan arrived', 'expired', 'released'.
 const char* Words(v1::ClaimEndReason reason);
 
-// Who goes where, into a result that has the plan's views. `scanners` and `claims`: names, of the
-// request's scanners (none: for nobody by name) and pledged views.
+// Writes the assignments into a result that has the plan's views. `scanners` and `claims` are the
+// names of the request's scanners (none: the plan names no scanner) and of its pledged views.
 void WriteJointPlan(const fleet::JointPlan& joint, const std::vector<std::string>& scanners,
                     const std::vector<std::string>& claims, double required_density,
                     v1::PlanResult& result);

@@ -19,7 +19,7 @@ constexpr double kHalfPi = sensor::kPi / 2;
 constexpr int kMaxScannerModels = 16;
 constexpr int kMaxKeepOut = 256;
 constexpr size_t kMaxDisplayName = 200;
-// Finite ends of intervals that the contract leaves open.
+// Finite limits of intervals that the contract leaves open.
 constexpr double kTiny = std::numeric_limits<double>::min();
 constexpr double kHuge = 1e9;
 

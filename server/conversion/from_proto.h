@@ -1,5 +1,5 @@
-// From the wire to the core. Everything is checked here, once: what is wrong is added to a list of
-// violations, under the path of the field that it is in.
+// Conversion from the wire to the core. Everything is checked here, once: each violation is added
+// to a list under the path of its field.
 //
 // Positions and poses on the wire are in the world frame, the core's in the model frame: model =
 // world - origin.
@@ -54,15 +54,15 @@ void FillDefaults(v1::ScannerModel& scanner);
 void FillDefaults(v1::ModelConfig& config);
 void FillDefaults(v1::PlanningConfig& config);
 
-// Lays the fields that `overrides` has over `config`.
+// Replaces fields of `config` by those that `overrides` has.
 void Override(const v1::PlanningConfig& overrides, v1::PlanningConfig& config);
 
-// A session as a whole: names, lengths, all of its configuration, a density that its scanners
-// reach. `prefix` is put before field names, such as 'session.'.
+// Checks a session as a whole: names, lengths, all of its configuration, and that its scanners
+// reach the density. `prefix` is put before field names, such as 'session.'.
 void CheckSession(const v1::Session& session, const std::string& prefix,
                   contract::Violations& violations);
 
-// Text for people: at most `max` characters, valid UTF-8 is the wire's own guarantee.
+// Checks a text for people: at most `max` characters. Protobuf guarantees valid UTF-8.
 void CheckText(absl::string_view text, size_t max, const std::string& field,
                contract::Violations& violations);
 

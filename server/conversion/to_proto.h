@@ -1,4 +1,5 @@
-// From the core to the wire. Positions and poses gain the session's origin: world = model + origin.
+// Conversion from the core to the wire. Positions and poses get the session's origin added: world =
+// model + origin.
 #ifndef VANTAGE_SERVER_CONVERSION_TO_PROTO_H_
 #define VANTAGE_SERVER_CONVERSION_TO_PROTO_H_
 
@@ -30,7 +31,8 @@ inline constexpr int kMaxPatches = 8000;
 
 google::protobuf::Timestamp WriteTime(absl::Time time);
 absl::Time ReadTime(const google::protobuf::Timestamp& time);
-// To the nanosecond; what is no time span (negative, not finite, beyond 292 years) is 0.
+// To the nanosecond. 0 for a figure that is no time span (negative, not finite, or beyond 292
+// years).
 google::protobuf::Duration WriteDuration(double seconds);
 double ReadDuration(const google::protobuf::Duration& duration);  // s
 
@@ -60,7 +62,7 @@ v1::Patch WritePatch(const planning::Patch& patch, const Eigen::Vector3d& origin
 // `full`: with patches and map of scores.
 v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningConfig& config,
                                bool full, const Eigen::Vector3d& origin);
-// Takes what only the full view has out of a result.
+// Removes from a result what only the full view has.
 void StripToBasic(v1::PlanResult& result);
 
 v1::EvaluateViewResponse WriteEvaluation(const planning::ViewEvaluation& evaluation,

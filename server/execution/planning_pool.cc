@@ -18,8 +18,8 @@ namespace {
 constexpr std::chrono::milliseconds kSlice(2);
 constexpr size_t kNone = std::numeric_limits<size_t>::max();
 
-// Processor seconds of the calling thread: what the system did with other programs meanwhile is
-// nobody's account.
+// Processor seconds of the calling thread: time that the system gives to other programs is charged
+// to no session.
 double ThreadSeconds() {
   timespec time{};
   clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
@@ -196,7 +196,7 @@ PlanningPool::Loop* PlanningPool::BestLoop() {
   return best;
 }
 
-// Gives free slots away, to who has had least.
+// Gives free slots to the sessions that have had the least time.
 void PlanningPool::Schedule() {
   while (free_slots_ > 0) {
     Worker* waiting = BestWaiting();
@@ -275,7 +275,7 @@ void PlanningPool::RunJobs() {
       const telemetry::ScopedLogContext context(std::move(entry.context));
       Lane lane(*this, entry.share, entry.priority);
       entry.job(lane);
-      entry.job = nullptr;  // what it holds is released outside the lock
+      entry.job = nullptr;  // the job's captures are released outside the lock
     }
     lock.lock();
     Release(worker);
@@ -299,7 +299,7 @@ void PlanningPool::Help() {
     worker.wake.wait(lock,
                      [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return worker.granted || stopping_; });
     if (!worker.granted) {
-      // A job that still runs would give work to this frame when it is gone.
+      // A job that still runs would use this frame after it is gone.
       idle_helpers_.erase(std::find(idle_helpers_.begin(), idle_helpers_.end(), &worker));
       return;
     }
@@ -316,7 +316,7 @@ void PlanningPool::Help() {
   }
 }
 
-// True when the worker's slice is over and somebody who has had less wants its slot.
+// True when the worker's slice is over and a session that has had less time wants its slot.
 bool PlanningPool::SliceOver(Worker& worker, bool leave_when_contended) {
   if (Clock::now() - worker.slice_start < kSlice) return false;
   std::lock_guard<std::mutex> lock(mutex_);

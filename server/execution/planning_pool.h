@@ -23,15 +23,15 @@ namespace vantage::execution {
 // Among the jobs of one session the smaller goes first; between sessions the share decides.
 enum class JobPriority : uint8_t { kInteractive = 0, kModel = 1, kPlan = 2 };
 
-// Jobs are long and cannot be suspended by anyone but themselves. A job holds a slot while it
-// computes; at every boundary of a parallel body, after a slice of 2 ms, it hands the slot to the
-// session that has had the least processor time, if that one waits. Slots that no job claims help
-// with the loops of the jobs that run.
+// Jobs are long, and only a job can suspend itself. A job holds a slot while it computes. At the
+// boundaries of parallel bodies, after a slice of 2 ms, it hands the slot to the session that has
+// had the least processor time, if that session waits. Slots that no job holds help with the loops
+// of the jobs that run.
 class PlanningPool {
  public:
   using Job = std::function<void(parallel::Parallel&)>;
-  // What a session has used. Sessions with equal weights get equal processor time while they want
-  // it; one that was idle gains no credit from that.
+  // The processor time that a session has used. Sessions with equal weights get equal time while
+  // they have work; an idle session gains no credit.
   class Share;
 
   // `slots` >= 1 bodies run at a time. At most `max_jobs` (>= 2) jobs are begun at a time, plans
@@ -44,8 +44,8 @@ class PlanningPool {
 
   std::shared_ptr<Share> NewShare(double weight = 1.0);
 
-  // Never refuses: who submits bounds the number (strands: one each; plans: limits per session and
-  // server).
+  // Never refuses: the callers bound the number (strands submit one each; plans have limits per
+  // session and server).
   void Submit(std::shared_ptr<Share> share, JobPriority priority, Job job);
 
   int slots() const { return slots_; }
@@ -54,7 +54,7 @@ class PlanningPool {
     int running = 0;    // jobs that have
   };
   Load load() const;
-  // Processor seconds that a share has used.
+  // The processor seconds that a share has used.
   double Used(const Share& share) const;
 
  private:

@@ -17,8 +17,8 @@
 
 namespace vantage::execution {
 
-// The one writer of a session's model. Thread safe. Held by shared_ptr: a queued operation keeps
-// it.
+// Runs the operations that change a session's model, one at a time. Thread safe. Held by
+// shared_ptr: a queued operation keeps the strand alive.
 class Strand : public std::enable_shared_from_this<Strand> {
  public:
   using Operation = std::function<void(parallel::Parallel&)>;
@@ -31,7 +31,7 @@ class Strand : public std::enable_shared_from_this<Strand> {
   // Operations waiting or running.
   size_t Size() const;
 
-  // Drops what waits and takes nothing more; the running operation ends by itself.
+  // Drops waiting operations and accepts no more; the running operation ends by itself.
   void Close();
   // Waits until nothing runs or waits.
   void WaitUntilIdle();
@@ -45,7 +45,7 @@ class Strand : public std::enable_shared_from_this<Strand> {
   const size_t capacity_;
   mutable std::mutex mutex_;
   std::condition_variable idle_;
-  // Each with the trace that it was posted for.
+  // Each operation has the trace that it was posted for.
   std::deque<std::pair<Operation, telemetry::LogContext>> operations_ ABSL_GUARDED_BY(mutex_);
   bool running_ ABSL_GUARDED_BY(mutex_) = false;
   bool closed_ ABSL_GUARDED_BY(mutex_) = false;

@@ -54,7 +54,7 @@ void TaskPool::Work() {
     {
       const telemetry::ScopedLogContext context(std::move(next.context));
       next.task();
-      next.task = nullptr;  // what it holds is released outside the lock
+      next.task = nullptr;  // the task's captures are released outside the lock
     }
     lock.lock();
   }

@@ -22,7 +22,7 @@ class TaskPool {
 
   // `threads` >= 1; at most `capacity` tasks wait.
   TaskPool(int threads, size_t capacity);
-  // Runs what is queued, then joins.
+  // Runs the queued tasks, then joins the threads.
   ~TaskPool();
   TaskPool(const TaskPool&) = delete;
   TaskPool& operator=(const TaskPool&) = delete;
@@ -38,7 +38,7 @@ class TaskPool {
   size_t capacity() const { return capacity_; }
 
  private:
-  // With the trace that it was posted for.
+  // Each task has the trace that it was posted for.
   struct Posted {
     Task task;
     telemetry::LogContext context;

@@ -1,4 +1,4 @@
-// Calls things later.
+// Calls functions at a later time.
 #ifndef VANTAGE_SERVER_EXECUTION_TIMER_H_
 #define VANTAGE_SERVER_EXECUTION_TIMER_H_
 
@@ -15,7 +15,7 @@
 
 namespace vantage::execution {
 
-// One thread; what it calls must be short (post to a pool).
+// One thread: the functions that it calls must be short (post to a pool).
 class Timer {
  public:
   using Clock = std::chrono::steady_clock;
@@ -30,10 +30,10 @@ class Timer {
   Id After(Clock::duration delay, std::function<void()> call) {
     return At(Clock::now() + delay, std::move(call));
   }
-  // Drops what has not fired and what is asked for from now on, and waits for a call that runs:
-  // what calls refer to may go afterwards. Not from within a call.
+  // Drops pending calls and those asked for from now on, and waits for a call that runs; afterwards
+  // objects that calls refer to may be destroyed. Must not be called from within a call.
   void Stop();
-  // Harmless when it has fired; the call may still be running.
+  // Has no effect on a call that was made; that call may still be running.
   void Cancel(Id id);
 
  private:

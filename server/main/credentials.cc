@@ -15,7 +15,7 @@
 namespace vantage::server {
 namespace {
 
-// How often changed certificates are looked for, s.
+// The interval at which certificates are checked for changes, s.
 constexpr unsigned kReloadSeconds = 5;
 
 absl::Status Unprotected(const std::string& listen, absl::string_view lack) {

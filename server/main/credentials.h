@@ -1,4 +1,4 @@
-// What the port demands of connections.
+// The credentials that the port asks of connections.
 #ifndef VANTAGE_SERVER_MAIN_CREDENTIALS_H_
 #define VANTAGE_SERVER_MAIN_CREDENTIALS_H_
 
@@ -15,8 +15,8 @@ namespace vantage::server {
 // True for 127.0.0.0/8, [::1], localhost and unix sockets, with or without a port.
 bool IsLoopback(const std::string& address);
 
-// INVALID_ARGUMENT, saying what to do: options that don't fit together, files that cannot serve,
-// or an address other than loopback on which a stranger could do as he likes.
+// INVALID_ARGUMENT, which says what to do: options that contradict each other, unusable files, or
+// an address other than loopback that is not protected.
 absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeCredentials(
     const auth::AccessOptions& access, const std::string& listen);
 

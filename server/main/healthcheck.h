@@ -1,4 +1,4 @@
-// Asks a server whether it serves; for container health checks without extra tools.
+// Asks a server whether it serves, for health checks of containers without extra tools.
 #ifndef VANTAGE_SERVER_MAIN_HEALTHCHECK_H_
 #define VANTAGE_SERVER_MAIN_HEALTHCHECK_H_
 

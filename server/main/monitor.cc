@@ -55,7 +55,7 @@ double FreeBytes(const std::string& folder) {
   return static_cast<double>(status.f_bavail) * static_cast<double>(status.f_frsize);
 }
 
-// One walk over the sessions serves all that one reader asks at a time.
+// One pass over the sessions serves everything that one request reads.
 class Totals {
  public:
   explicit Totals(session::SessionRegistry& sessions) : sessions_(sessions) {}

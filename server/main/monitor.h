@@ -1,4 +1,4 @@
-// What the HTTP listener shows: metrics, health, readiness, a status page. Nothing there names a
+// The pages of the HTTP listener: metrics, health, readiness, a status page. None of them names a
 // session, a tenant or a caller.
 #ifndef VANTAGE_SERVER_MAIN_MONITOR_H_
 #define VANTAGE_SERVER_MAIN_MONITOR_H_
@@ -16,7 +16,7 @@
 
 namespace vantage::server {
 
-// All of it outlives the listener.
+// All of these outlive the listener.
 struct Monitored {
   telemetry::Metrics& metrics;
   session::SessionRegistry& sessions;
@@ -27,7 +27,7 @@ struct Monitored {
   std::function<std::string()> state;  // 'serving', or why not
 };
 
-// Adds what is looked up when somebody looks.
+// Adds the metrics that are read when the page is read.
 void AddGauges(const Monitored& monitored);
 
 // /metrics, /healthz, /readyz and /.

@@ -74,7 +74,8 @@ absl::Status Server::Serve(const std::shared_ptr<grpc::ServerCredentials>& crede
   grpc::health::v1::HealthCheckRequest::descriptor();
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
-  // It says who is connected and what they call, which is nobody's business where callers differ.
+  // Channelz tells who is connected and what they call, which must not be shown where callers are
+  // told apart.
   if (!options_.access.identified()) grpc::channelz::experimental::InitChannelzService();
 
   grpc::ServerBuilder builder;
@@ -84,19 +85,20 @@ absl::Status Server::Serve(const std::shared_ptr<grpc::ServerCredentials>& crede
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, kMaxHeaderBytes);
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 256);
-  // Whoever connects and says nothing is soon gone.
+  // A connection that sends nothing is closed soon.
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 10'000);
-  // Pieces are compressed by themselves; a message that unfolds is only good for filling memory.
+  // Pieces are compressed already, and compressed messages could only be used to fill the server's
+  // memory.
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_GZIP, false);
   builder.SetCompressionAlgorithmSupportStatus(GRPC_COMPRESS_DEFLATE, false);
-  // A link that went silent is noticed within seconds; clients may ping as often as every second.
+  // A silent link is noticed within seconds. Clients may ping once a second.
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 5'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 4'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_PERMIT_WITHOUT_CALLS, 1);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 1'000);
   builder.AddChannelArgument(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
   if (options_.access.identified()) {
-    // A certificate that was taken back may have a connection open.
+    // A certificate that was withdrawn may still have a connection open.
     builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, 3'600'000);
     builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_GRACE_MS, 60'000);
   }
@@ -130,7 +132,8 @@ absl::Status Server::Serve(const std::shared_ptr<grpc::ServerCredentials>& crede
   return absl::OkStatus();
 }
 
-// Up before the sessions are loaded, so that whoever waits can see why.
+// Started before the sessions are loaded, so that readers can see why the server does not serve
+// yet.
 absl::Status Server::ServeHttp() {
   if (options_.http_listen.empty()) return absl::OkStatus();
   if (!options_.http_allow_remote && !IsLoopback(options_.http_listen)) {
@@ -164,7 +167,7 @@ void Server::SetServing(bool serving) {
 }
 
 void Server::CollectLater() {
-  // Often enough that what is to be evicted soon doesn't lie about for much longer.
+  // Often enough that models are evicted not much later than they are due.
   const std::chrono::milliseconds soon = std::max<std::chrono::milliseconds>(
       std::chrono::seconds(1), absl::ToChronoMilliseconds(options_.limits.evict_after / 2));
   timer_.After(std::min(options_.collect_every, soon), [this] {
@@ -177,7 +180,8 @@ void Server::Collect() {
   std::lock_guard<std::mutex> lock(collect_mutex_);
   if (!collects_) return;
   sessions_->Collect();
-  // What models held that were evicted since the last time: the allocator would keep it.
+  // Returns the memory of models that were evicted since the last time, which the allocator would
+  // keep.
   malloc_trim(0);
   CollectLater();
 }
@@ -222,7 +226,7 @@ void Server::Drain() {
     refreshes_ = false;
   }
   const bool rested = sessions_->WaitUntilIdle(options_.drain_patience);
-  // Open calls get a moment to finish by themselves, then are cancelled.
+  // Open calls get a moment to finish by themselves; then they are cancelled.
   server_->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(2));
   log_.Info("drained", {{"everything_ended", rested}});
 }
@@ -230,7 +234,7 @@ void Server::Drain() {
 Server::~Server() {
   Drain();
   memory_.OnNoShortage();
-  // Whatever is still to be tried again refers to sessions, and they to the pools.
+  // Pending retries refer to sessions, and sessions refer to the pools.
   timer_.Stop();
 }
 

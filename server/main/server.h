@@ -1,5 +1,5 @@
 // The server as one object: everything that runs behind the gRPC port, started and stopped in
-// order. What main() and the tests start.
+// order. main() and tests start it.
 #ifndef VANTAGE_SERVER_MAIN_SERVER_H_
 #define VANTAGE_SERVER_MAIN_SERVER_H_
 
@@ -31,8 +31,8 @@ namespace vantage::server {
 struct ServerOptions {
   std::string listen = "127.0.0.1:7464";  // port 0: one that is free
   auth::AccessOptions access;
-  // Where metrics, health and the status page are; empty: nowhere. Other addresses than loopback
-  // only where http_allow_remote says so.
+  // The address of metrics, health and the status page; empty: there are none. An address other
+  // than loopback needs http_allow_remote.
   std::string http_listen;
   bool http_allow_remote = false;
   std::string data_folder;  // whose free space is shown; empty: none
@@ -41,9 +41,9 @@ struct ServerOptions {
   size_t queued_requests = 1024;
   contract::Limits limits;
   int64_t memory_bytes = 0;  // for models and plans; 0: no limit
-  // How often what is past its time is collected.
+  // The interval at which data past their time are collected.
   std::chrono::milliseconds collect_every = std::chrono::minutes(10);
-  // How long a stream is silent at most; the contract promises 15 s.
+  // The longest silence of a stream; the contract promises 15 s at most.
   std::chrono::milliseconds heartbeat = std::chrono::seconds(10);
   // How long a shutdown may take: plans end and merges finish in this time.
   std::chrono::milliseconds drain_patience{20'000};
@@ -53,13 +53,12 @@ class Server {
  public:
   // Starts serving: NOT_SERVING until every session that the store has is loaded, SERVING then.
   // INVALID_ARGUMENT: an address that is not loopback and not protected, or files of `access` that
-  // cannot be used.
-  // UNAVAILABLE: the address cannot be had. `store` and `log` outlive the server.
+  // cannot be used. UNAVAILABLE: the address cannot be bound. `store` and `log` outlive the server.
   static absl::StatusOr<std::unique_ptr<Server>> Start(
       const ServerOptions& options, store::Store& store, telemetry::Log& log,
       session::Algorithms algorithms = session::Algorithms::Core(),
       session::Journal::Clock clock = absl::Now);
-  // Drains first, where that has not happened.
+  // Drains first if that has not happened.
   ~Server();
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
@@ -72,7 +71,7 @@ class Server {
   // Reads the callers file again now, where there is one; it is looked at every 2 s anyway.
   void RefreshCallers();
 
-  // Ends in order: health says NOT_SERVING, new work is refused, plans end with their best,
+  // Stops in order: health says NOT_SERVING, new work is refused, plans end with their best answer,
   // streams are told where to resume, merges finish, the port closes. Idempotent.
   void Drain();
 
@@ -95,7 +94,7 @@ class Server {
   bool collects_ ABSL_GUARDED_BY(collect_mutex_) = false;
   std::mutex refresh_mutex_;
   bool refreshes_ ABSL_GUARDED_BY(refresh_mutex_) = false;
-  std::string refresh_error_ ABSL_GUARDED_BY(refresh_mutex_);  // said already
+  std::string refresh_error_ ABSL_GUARDED_BY(refresh_mutex_);  // already logged
   telemetry::Metrics metrics_;
   store::InstrumentedStore store_;
   std::atomic<int> calls_under_way_{0};

@@ -30,7 +30,8 @@ constexpr int kExitUsage = 2;
 constexpr int kExitUnhealthy = 1;
 constexpr int kExitFailed = 1;
 
-// Where services keep their state: as systemd says, or as desktops do. Empty: nowhere known.
+// The folder in which services keep their state: systemd's, or that of desktops. Empty: none is
+// known.
 std::string DefaultDataFolder() {
   const auto variable = [](const char* name) -> std::string {
     const char* value = std::getenv(name);
@@ -44,7 +45,7 @@ std::string DefaultDataFolder() {
   return home.empty() ? "" : home + "/.local/state/vantage";
 }
 
-// What the machine has, or the container where that is less, bytes; 0: not known.
+// The memory of the machine, or of the container where that is less, bytes; 0: not known.
 int64_t AvailableMemory() {
   const int64_t machine = static_cast<int64_t>(sysconf(_SC_PHYS_PAGES)) * sysconf(_SC_PAGESIZE);
   int64_t container = 0;
@@ -222,7 +223,7 @@ int MakeTokenLine(const Program& program) {
   return 0;
 }
 
-// What an operator does with the data; none of it needs the server to stop.
+// Commands for the operator's work on the data; none of them needs the server to stop.
 void DeclareOperations(CLI::App& app, Program& program) {
   app.require_subcommand(0, 1);
   app.fallthrough();
@@ -262,7 +263,7 @@ int Operate(const Program& program) {
   return 0;
 }
 
-// Complete or not there at all, whoever reads it when.
+// The file is complete or absent whenever it is read.
 bool WritePortFile(const std::string& path, int port) {
   const std::string temporary = path + ".new";
   {

@@ -18,7 +18,7 @@ namespace {
 
 using Context = grpc::CallbackServerContext;
 
-// A method whose handler has its name.
+// A unary method whose handler has the method's name.
 #define VANTAGE_UNARY(Method)                                                            \
   grpc::ServerUnaryReactor* Method(Context* context, const v1::Method##Request* request, \
                                    v1::Method##Response* response) override {            \
@@ -27,7 +27,8 @@ using Context = grpc::CallbackServerContext;
         dependencies_, kRule, context, request, response, handlers::Method);             \
   }
 
-// A server stream that is made by the function of its name, if the call is admitted.
+// A server-streaming method: if the call is admitted, the function of the method's name makes the
+// stream.
 #define VANTAGE_STREAM(Method)                                                   \
   grpc::ServerWriteReactor<v1::Method##Response>* Method(                        \
       Context* context, const v1::Method##Request* request) override {           \

@@ -41,7 +41,7 @@ absl::Status CopyFile(const std::string& from, const std::string& to) {
   return ReplaceFile(to, to + ".new", *bytes);
 }
 
-// Copies every file of a folder that `to` lacks; those that vanish meanwhile are left out.
+// Copies every file of a folder that `to` lacks; files that are deleted meanwhile are left out.
 absl::Status CopyFiles(const std::string& from, const std::string& to, bool link) {
   std::error_code error;
   for (fs::recursive_directory_iterator file(from, error), end; file != end && !error;
@@ -66,7 +66,7 @@ absl::Status CopyFiles(const std::string& from, const std::string& to, bool link
   return absl::OkStatus();
 }
 
-// Checks a session's log; the blobs that its scans need.
+// Checks a session's log, and adds the blobs that its scans need to `needed`.
 absl::Status VerifyLog(const LogDatabase& logs, const std::string& session, StoreReport& report,
                        std::set<std::string>& needed) {
   uint64_t after = 0;
@@ -84,7 +84,7 @@ absl::Status VerifyLog(const LogDatabase& logs, const std::string& session, Stor
       if (event.has_scan_received()) scans[event.scan_received().scan().name()] = entry.blob();
       const v1::Scan& withdrawn = event.scan_withdrawn().scan();
       if (event.has_scan_withdrawn() && withdrawn.encoded_size_bytes() == 0) {
-        scans.erase(withdrawn.name());  // and its data with it
+        scans.erase(withdrawn.name());  // its data were erased
       }
       ++report.entries;
       ++after;
@@ -95,8 +95,8 @@ absl::Status VerifyLog(const LogDatabase& logs, const std::string& session, Stor
   return absl::OkStatus();
 }
 
-// Sessions that were deleted while they were copied may lack their scans: they go from the copy,
-// too. A scan that a session still has is not deleted but lost, and stays to be reported.
+// A session that was deleted while it was copied may lack scans, so it is removed from the copy,
+// too. A missing scan of a session that is still there is lost, and is reported.
 absl::Status DropDeleted(const LogDatabase& live, const std::string& to) {
   const absl::StatusOr<std::vector<std::string>> there = BlobFolder(BlobsIn(to)).List();
   if (!there.ok()) return there.status();
@@ -179,7 +179,8 @@ absl::StatusOr<StoreReport> BackUpStore(const std::string& from, const std::stri
   absl::Status status = CheckEmpty(to);
   if (status.ok()) status = MakeFolder(BlobsIn(to));
   if (status.ok()) status = MakeFolder(SpoolsIn(to));
-  // Blobs before the logs, in case they are let go meanwhile, and after, for those that came.
+  // Blobs are copied before the logs, in case they are released meanwhile, and again after, for
+  // those that were added.
   if (status.ok()) status = CopyFiles(BlobsIn(from), BlobsIn(to), true);
   if (!status.ok()) return status;
   const absl::StatusOr<std::unique_ptr<LogDatabase>> logs =
@@ -188,7 +189,7 @@ absl::StatusOr<StoreReport> BackUpStore(const std::string& from, const std::stri
   status = (*logs)->CopyTo(DatabaseIn(to));
   if (status.ok()) status = CopyFiles(BlobsIn(from), BlobsIn(to), true);
   if (status.ok()) status = DropDeleted(**logs, to);
-  // Spools grow: a copy that is cut short ends with the record before.
+  // Spools grow meanwhile: a copy that is cut short ends with the last whole record.
   if (status.ok()) status = CopyFiles(SpoolsIn(from), SpoolsIn(to), false);
   if (status.ok()) status = SyncFolder(to);
   if (!status.ok()) return status;
@@ -208,7 +209,7 @@ absl::StatusOr<StoreReport> RestoreStore(const std::string& from, const std::str
   if (status.ok()) status = MakeFolder(to);
   if (status.ok()) status = CopyFiles(BlobsIn(from), BlobsIn(to), false);
   if (status.ok()) status = CopyFiles(SpoolsIn(from), SpoolsIn(to), false);
-  // Last: a store without logs is none, so a restore that was interrupted shows.
+  // Copied last: a folder without logs is no store, so an interrupted restore is noticed.
   if (status.ok()) status = CopyFile(DatabaseIn(from), DatabaseIn(to));
   if (!status.ok()) return status;
   return backup;

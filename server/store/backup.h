@@ -11,7 +11,7 @@
 
 namespace vantage::store {
 
-// What is in a folder, and what is wrong with it.
+// The contents of a folder, and its faults.
 struct StoreReport {
   int64_t sessions = 0;
   int64_t entries = 0;  // of all logs

@@ -25,7 +25,7 @@ constexpr char kUnfinished[] = "unfinished";
 constexpr char kRecords[] = ".pieces";
 constexpr size_t kNameSize = 64;
 
-// What the records of a file come to.
+// The bytes that the records of a file make.
 absl::StatusOr<std::string> ReadPieces(const std::string& path) {
   const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (!file.ok()) return FileError("cannot open", path);
@@ -101,13 +101,13 @@ absl::Status BlobFolder::PutRecords(const std::string& records, const std::strin
   const std::string file = FileOf(sha256, true);
   const std::string folder = fs::path(file).parent_path().string();
   if (absl::Status made = MakeFolder(folder); !made.ok()) return made;
-  // Nobody holds what may be there already.
+  // A file that may be there already is held by nobody.
   ::unlink(file.c_str());
   absl::Status kept;
   if (::link(records.c_str(), file.c_str()) == 0) {
     kept = SyncFolder(folder);
   } else {
-    // A medium without links.
+    // The file system has no hard links.
     const absl::StatusOr<std::string> bytes = ReadWhole(records);
     kept = bytes.ok() ? ReplaceFile(file, absl::StrCat(path_, "/", kUnfinished), *bytes)
                       : bytes.status();

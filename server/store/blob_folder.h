@@ -22,12 +22,12 @@ class BlobFolder {
  public:
   explicit BlobFolder(std::string path) : path_(std::move(path)) {}
 
-  // Makes the folder, and takes away what was half written.
+  // Makes the folder, and removes files that were only half written.
   absl::Status Open();
 
   absl::StatusOr<std::string> Put(absl::string_view bytes);
-  // The pieces in a file of records, which is linked, not copied, and was synced. They are known to
-  // have this SHA-256.
+  // Keeps the pieces in a file of records, which was synced and is linked, not copied. They are
+  // known to have this SHA-256.
   absl::Status PutRecords(const std::string& records, const std::string& sha256);
   absl::StatusOr<int64_t> Size(const std::string& sha256) const;
   // DATA_LOSS: the file is not what its name says.

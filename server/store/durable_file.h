@@ -1,4 +1,4 @@
-// Files that are there after a power cut: what every promise of the disk store comes down to.
+// Files that survive a power cut. Every promise of the disk store rests on them.
 #ifndef VANTAGE_SERVER_STORE_DURABLE_FILE_H_
 #define VANTAGE_SERVER_STORE_DURABLE_FILE_H_
 
@@ -29,21 +29,21 @@ class FileDescriptor {
 // `doing` failed with errno: RESOURCE_EXHAUSTED when there is no room, NOT_FOUND, else UNAVAILABLE.
 absl::Status FileError(absl::string_view doing, const std::string& path);
 
-// The folder, its parents made where missing, readable by its owner only. Durable.
+// Makes the folder and its missing parents, readable by its owner only. Durable.
 absl::Status MakeFolder(const std::string& path);
 
-// What happened to the names in a folder is on the medium.
+// Syncs the names in a folder to the medium.
 absl::Status SyncFolder(const std::string& path);
 
-// All of `bytes` at `offset`.
+// Writes all of `bytes` at `offset`.
 absl::Status WriteAt(int fd, absl::string_view bytes, uint64_t offset, const std::string& path);
 absl::Status SyncData(int fd, const std::string& path);
 
-// The whole file. NOT_FOUND.
+// Reads the whole file. NOT_FOUND.
 absl::StatusOr<std::string> ReadWhole(const std::string& path);
 
-// `path` holds `bytes`, or what it held before, whatever happens meanwhile. `temporary` is in the
-// same file system and nobody else's; it is gone afterwards.
+// Replaces the contents of `path`: after a crash it holds `bytes` or what it held before.
+// `temporary` is in the same file system and used by nobody else; it is removed.
 absl::Status ReplaceFile(const std::string& path, const std::string& temporary,
                          absl::string_view bytes);
 

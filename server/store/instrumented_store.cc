@@ -14,8 +14,7 @@ const absl::Status& StatusOf(const absl::StatusOr<T>& status) {
   return status.status();
 }
 
-// What a client may hear of it, and the cure. Where the server keeps its files is nobody's
-// business: that is in the log.
+// The message for clients, with what to do. It does not name the server's files; the log does.
 absl::Status WithoutPaths(const absl::Status& status) {
   switch (status.code()) {
     case absl::StatusCode::kResourceExhausted:

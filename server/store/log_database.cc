@@ -14,7 +14,7 @@ namespace vantage::store {
 namespace {
 
 constexpr int kBusyMilliseconds = 10'000;
-// For what can be done later as well.
+// The time to wait for work that can also be done later.
 constexpr int kBusyBrieflyMilliseconds = 100;
 
 absl::Status DatabaseError(sqlite3* database, absl::string_view doing) {
@@ -82,7 +82,7 @@ constexpr char kSnapshots[] =
     "SELECT sequence, algorithm_version, blob FROM snapshot WHERE session = ?1 "
     "ORDER BY sequence DESC";
 constexpr char kDropSnapshot[] = "DELETE FROM snapshot WHERE session = ?1 AND sequence = ?2";
-// What may be missing in a folder of an older release. The trigger works there, too.
+// Tables that a folder of an older release may lack. The trigger works there, too.
 constexpr char kAddSnapshots[] =
     "CREATE TABLE IF NOT EXISTS snapshot (session TEXT NOT NULL, sequence INTEGER NOT NULL,"
     " algorithm_version INTEGER NOT NULL, blob BLOB NOT NULL, PRIMARY KEY (session, sequence))"
@@ -176,14 +176,14 @@ struct LogDatabase::Connection {
 absl::StatusOr<std::unique_ptr<LogDatabase>> LogDatabase::Open(const std::string& path) {
   auto writer = std::make_unique<Connection>();
   absl::Status status = writer->Open(path, SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE);
-  // What was erased is overwritten, too.
+  // Deleted content is overwritten, too.
   for (const char* setting :
        {"PRAGMA journal_mode = WAL", "PRAGMA synchronous = FULL", "PRAGMA secure_delete = ON"}) {
     if (status.ok()) status = writer->Run(setting);
   }
   if (status.ok()) status = writer->Migrate();
-  // What the system had not written when the last process was killed is on the medium from here on,
-  // before anybody reads it.
+  // Syncs what the system had not yet written when the last process was killed, before anybody
+  // reads it.
   if (status.ok()) status = writer->Run("PRAGMA wal_checkpoint(TRUNCATE)");
   if (status.ok()) status = writer->Run(kAddSnapshots);
   for (const char* statement : {kAppend, kDrop, kPutSnapshot, kSnapshots, kDropSnapshot}) {
@@ -277,8 +277,8 @@ absl::Status LogDatabase::Drop(const std::string& session) {
   if (sqlite3_changes(writer_->database) == 0) {
     return absl::NotFoundError(absl::StrCat("no log of ", session));
   }
-  // The write-ahead log still has what was deleted. Where it cannot be emptied now it is at the
-  // next start at the latest; the deletion stands.
+  // The write-ahead log still has what was deleted. If it cannot be emptied now, it is emptied at
+  // the next start at the latest; the deletion stands.
   sqlite3_busy_timeout(writer_->database, kBusyBrieflyMilliseconds);
   writer_->Run("PRAGMA wal_checkpoint(TRUNCATE)").IgnoreError();
   sqlite3_busy_timeout(writer_->database, kBusyMilliseconds);

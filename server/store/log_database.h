@@ -18,13 +18,15 @@ namespace vantage::store {
 // Thread safe: one writes while another reads. Methods as the store's (store.h).
 class LogDatabase {
  public:
-  // Schema that is written, and the newest that is read; older ones are brought up to it. Tables
-  // that an older release can do without don't raise it, so that one can go back by a release.
+  // The schema that is written, and the newest that is read; older ones are brought up to it.
+  // Tables that an older release does not need do not raise it, so that a folder can go back by one
+  // release.
   static constexpr int kSchemaVersion = 1;
 
   // FAILED_PRECONDITION: written by a newer release. DATA_LOSS: not a database, or damaged.
   static absl::StatusOr<std::unique_ptr<LogDatabase>> Open(const std::string& path);
-  // To be read only, beside the process that writes. Errors as above; UNAVAILABLE: no such file.
+  // Opens a database for reading only, beside the process that writes. Errors as above;
+  // UNAVAILABLE: no such file.
   static absl::StatusOr<std::unique_ptr<LogDatabase>> OpenToRead(const std::string& path);
   ~LogDatabase();
 
@@ -40,7 +42,7 @@ class LogDatabase {
 
   // The database's own check of its file. DATA_LOSS.
   absl::Status Check() const;
-  // Copies all of it, as it is at one moment, to a new file. Durable.
+  // Copies the whole database, as it is at one moment, to a new file. Durable.
   absl::Status CopyTo(const std::string& path) const;
 
  private:

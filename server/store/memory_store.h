@@ -53,7 +53,8 @@ class MemoryStore : public Store {
   const size_t capacity_;
   mutable std::mutex mutex_;
   size_t used_ ABSL_GUARDED_BY(mutex_) = 0;
-  // Entries as they would be written: reading them back takes the same path as from a disk.
+  // Entries in the form in which they would be written to disk, so that reading them takes the same
+  // path.
   std::map<std::string, std::vector<std::string>> logs_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::map<uint64_t, SnapshotRecord>> snapshots_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, Blob> blobs_ ABSL_GUARDED_BY(mutex_);

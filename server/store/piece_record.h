@@ -1,4 +1,4 @@
-// What an upload brought, as it is kept: its pieces stay compressed as they came.
+// Records of an upload as they are kept: its pieces stay compressed as they arrived.
 #ifndef VANTAGE_SERVER_STORE_PIECE_RECORD_H_
 #define VANTAGE_SERVER_STORE_PIECE_RECORD_H_
 
@@ -17,7 +17,7 @@ absl::StatusOr<storage::v1::SpoolRecord> ParseSpoolRecord(absl::string_view reco
 // A piece's bytes before compression. DATA_LOSS.
 absl::StatusOr<std::string> PieceBytes(storage::v1::SpoolRecord::Piece piece);
 
-// Appends what a record holds of the encoded range image, which may be nothing. DATA_LOSS.
+// Appends a record's part of the encoded range image, which may be empty. DATA_LOSS.
 absl::Status AppendPiece(absl::string_view record, std::string& whole);
 
 }  // namespace vantage::store

@@ -1,5 +1,5 @@
-// Files of records that are appended one after another: before each its size, its checksum, and the
-// checksum of these two. What ends before a record that is not whole was cut short.
+// Files of records that are appended one after another. Each record is preceded by its size, its
+// checksum, and the checksum of these two. A file that ends within a record was cut short.
 #ifndef VANTAGE_SERVER_STORE_RECORD_FILE_H_
 #define VANTAGE_SERVER_STORE_RECORD_FILE_H_
 

@@ -43,7 +43,7 @@ absl::Status SpoolFolder::Append(const std::string& spool, absl::string_view rec
   }
   const RecordHeader header = RecordHeader::Of(record);
   const auto at = static_cast<uint64_t>(open->size);
-  // Old records never follow a new one.
+  // Truncates the file, so that old records never follow a new one.
   absl::Status status;
   if (open->tail && ::ftruncate(file.get(), open->size) != 0) {
     status = FileError("cannot write", path);
@@ -54,7 +54,7 @@ absl::Status SpoolFolder::Append(const std::string& spool, absl::string_view rec
   }
   if (status.ok()) status = WriteAt(file.get(), record, at + sizeof(header), path);
   if (!status.ok()) {
-    // Gives the room back; whether or not it can, the size that counts is the one in memory.
+    // Frees the space on disk. Where that fails, the size in memory still counts.
     open->tail = true;
     std::ignore = ::ftruncate(file.get(), open->size);
     return status;
@@ -63,7 +63,7 @@ absl::Status SpoolFolder::Append(const std::string& spool, absl::string_view rec
   return absl::OkStatus();
 }
 
-// Others append meanwhile.
+// Others may append meanwhile.
 absl::Status SpoolFolder::Sync(const std::string& spool) {
   const std::shared_ptr<Spool> open = Find(spool);
   const std::string path = FileOf(spool);

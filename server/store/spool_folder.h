@@ -18,8 +18,8 @@
 
 namespace vantage::store {
 
-// Thread safe. Methods as the store's (store.h). What was not synced when the power went may be
-// there or not, or in part: what is taken ends before the first record that is not whole.
+// Thread safe. Methods as the store's (store.h). After a power cut, records that were not synced
+// may be there, missing or cut short: reading ends before the first record that is not whole.
 class SpoolFolder {
  public:
   explicit SpoolFolder(std::string path) : path_(std::move(path)) {}
@@ -43,8 +43,8 @@ class SpoolFolder {
   struct Spool {
     std::mutex mutex;
     int64_t size ABSL_GUARDED_BY(mutex) = kUnknown;  // of whole records, bytes
-    bool tail ABSL_GUARDED_BY(mutex) = false;        // something else may follow these
-    bool named ABSL_GUARDED_BY(mutex) = false;       // the file's name is kept for sure
+    bool tail ABSL_GUARDED_BY(mutex) = false;        // other bytes may follow these
+    bool named ABSL_GUARDED_BY(mutex) = false;       // the file's name was synced
   };
 
   std::shared_ptr<Spool> Find(const std::string& spool);

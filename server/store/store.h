@@ -1,5 +1,5 @@
-// Where sessions are kept: one append-only log per session, blobs by their SHA-256, and a spool per
-// upload. Everything that returned OK is kept for as long as the store promises.
+// The store of sessions: one append-only log per session, blobs by their SHA-256, and a spool per
+// upload. What a method returned OK for is kept for as long as the store promises.
 #ifndef VANTAGE_SERVER_STORE_STORE_H_
 #define VANTAGE_SERVER_STORE_STORE_H_
 
@@ -17,15 +17,15 @@
 
 namespace vantage::store {
 
-// Format that entries are written in, and the newest that is read. Those of format 1, of release
-// 0.1, are read as if they were of this one (upgrade.h).
+// The format in which entries are written, and the newest that is read. Entries of format 1, of
+// release 0.1, are translated to this one (upgrade.h).
 inline constexpr uint32_t kLogFormatVersion = 2;
 
-// A snapshot of a session's model: what a restart begins with. Never needed: what it says is in the
-// log and the scans, too.
+// A snapshot of a session's model, with which a restart begins. It is never needed: its contents
+// follow from the log and the scans.
 struct SnapshotRecord {
   uint64_t sequence = 0;           // of the session's last entry when it was taken
-  uint32_t algorithm_version = 0;  // of what made the model
+  uint32_t algorithm_version = 0;  // of the algorithms that made the model
   std::string blob;                // SHA-256, 32 bytes
 };
 
@@ -53,36 +53,35 @@ class Store {
   // Newest first; none for a session without any.
   virtual absl::StatusOr<std::vector<SnapshotRecord>> Snapshots(
       const std::string& session) const = 0;
-  // Harmless when there is none.
+  // Has no effect when there is none.
   virtual absl::Status DropSnapshot(const std::string& session, uint64_t sequence) = 0;
 
   // Keeps bytes under their SHA-256 (32 bytes), which is returned. Counted: each Put takes one
   // ReleaseBlob.
   virtual absl::StatusOr<std::string> PutBlob(absl::string_view bytes) = 0;
-  // Keeps what the pieces of a spool, which was synced, come to under its SHA-256, which they are
-  // known to have. The spool stays until it is dropped; no record follows in it. Counted as
-  // PutBlob.
+  // Keeps the bytes that the pieces of a synced spool make, under their SHA-256, which is known.
+  // The spool stays until it is dropped, and gets no more records. Counted as PutBlob().
   virtual absl::Status PutSpool(const std::string& spool, const std::string& sha256) = 0;
-  // What it takes where it is kept, bytes; a scan is kept compressed as it came. NOT_FOUND.
+  // The bytes that a blob takes in the store; a scan is kept compressed as it arrived. NOT_FOUND.
   virtual absl::StatusOr<int64_t> BlobSize(const std::string& sha256) const = 0;
   // NOT_FOUND.
   virtual absl::StatusOr<std::string> GetBlob(const std::string& sha256) const = 0;
   virtual absl::Status ReleaseBlob(const std::string& sha256) = 0;
-  // How many hold each blob, as the logs say after a restart; all others go.
+  // Sets how many holders each blob has, by the logs after a restart; all other blobs are removed.
   virtual absl::Status KeepBlobs(const std::map<std::string, int>& holders) = 0;
 
   // Appends a record (a serialised vantage.store.v1.SpoolRecord) to what an upload brought so far;
   // it is kept for sure after SyncSpool. `spool` is unique for ever; one record of a spool at a
   // time.
   virtual absl::Status AppendSpool(const std::string& spool, absl::string_view record) = 0;
-  // Everything that was appended before is kept. On error nobody knows how much is: CutSpool to
-  // what was kept for sure.
+  // Syncs everything that was appended before. On an error it is not known how much was kept: call
+  // CutSpool() with what was kept for certain.
   virtual absl::Status SyncSpool(const std::string& spool) = 0;
   // Forgets all but the first `records`.
   virtual absl::Status CutSpool(const std::string& spool, size_t records) = 0;
-  // Calls visit(record) for every record, in order, until it returns an error, which is returned;
-  // for none where nothing was ever written. Ends before a record that is damaged: its sender has
-  // it still.
+  // Calls visit(record) for every record, in order, until it returns an error, which is returned. A
+  // spool that was never written has no records. Ends before a damaged record, which its sender
+  // still has.
   virtual absl::Status ReadSpool(
       const std::string& spool, absl::FunctionRef<absl::Status(absl::string_view)> visit) const = 0;
   virtual absl::Status DropSpool(const std::string& spool) = 0;

@@ -34,7 +34,7 @@ UnknownFieldSet& UnknownOf(Message& message) {
   return *message.GetReflection()->MutableUnknownFields(&message);
 }
 
-// Takes every field of a number and a wire type out, in order.
+// Removes and returns all fields of a number and a wire type, in order.
 template <typename Value, typename Read>
 std::vector<Value> TakeAll(UnknownFieldSet& fields, int number, UnknownField::Type type,
                            Read read) {
@@ -56,7 +56,7 @@ std::vector<std::string> TakeTexts(UnknownFieldSet& fields, int number) {
                               [](const UnknownField& field) { return field.length_delimited(); });
 }
 
-// A field that was not there, which a 0 of a field without presence never is.
+// Nothing when the field was absent, as a field without presence is when it is 0.
 std::optional<google::protobuf::Duration> TakeDuration(UnknownFieldSet& fields, int number,
                                                        double unit_seconds = 1) {
   const std::vector<double> values = TakeAll<double>(
@@ -238,7 +238,7 @@ void UpgradeEvent(v1::SessionEvent& event) {
     case v1::SessionEvent::kClaimTaken:
     case v1::SessionEvent::kClaimRenewed:
     case v1::SessionEvent::EVENT_NOT_SET:
-      return;  // nothing in them has another type
+      return;  // none of their fields has another type
   }
 }
 

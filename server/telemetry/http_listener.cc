@@ -46,7 +46,7 @@ absl::StatusOr<sockaddr_storage> ParseAddress(const std::string& address) {
 }
 
 MHD_Result Send(MHD_Connection* connection, const HttpAnswer& answer) {
-  // Copied by the library.
+  // The library copies the text.
   MHD_Response* response = MHD_create_response_from_buffer(
       answer.body.size(), const_cast<char*>(answer.body.data()),  // NOLINT: the library's signature
       MHD_RESPMEM_MUST_COPY);
@@ -67,7 +67,7 @@ MHD_Result Send(MHD_Connection* connection, const HttpAnswer& answer) {
 MHD_Result Handle(void* closure, MHD_Connection* connection, const char* url, const char* method,
                   const char*, const char*, size_t* upload_size, void** state) {
   const auto& pages = *static_cast<const std::map<std::string, HttpListener::Page>*>(closure);
-  // First with the headers; a body, which nobody asked for, is let go by.
+  // The first call comes with the headers; a request's body is ignored.
   static char begun;
   if (*state == nullptr) {
     *state = &begun;

@@ -1,4 +1,4 @@
-// A small HTTP listener beside gRPC: what monitors and people read.
+// A small HTTP listener beside gRPC, for monitors and people.
 #ifndef VANTAGE_SERVER_TELEMETRY_HTTP_LISTENER_H_
 #define VANTAGE_SERVER_TELEMETRY_HTTP_LISTENER_H_
 
@@ -24,8 +24,8 @@ class HttpListener {
   // Called on the listener's thread, one at a time.
   using Page = std::function<HttpAnswer()>;
 
-  // `address` as in '127.0.0.1:7465' or '[::1]:0'. INVALID_ARGUMENT: none; UNAVAILABLE: cannot be
-  // had.
+  // `address` as in '127.0.0.1:7465' or '[::1]:0'. INVALID_ARGUMENT: not an address; UNAVAILABLE:
+  // it cannot be bound.
   static absl::StatusOr<std::unique_ptr<HttpListener>> Start(const std::string& address,
                                                              std::map<std::string, Page> pages);
   ~HttpListener();

@@ -8,13 +8,13 @@
 
 namespace vantage::telemetry {
 
-// A value that work takes along when it goes to another thread. Null: no trace.
+// A value that work takes along to another thread. Null: no trace.
 using LogContext = std::shared_ptr<const std::string>;
 
-// Of this thread.
+// The context of this thread.
 LogContext CurrentLogContext();
 
-// The thread works for this trace while it lives.
+// While this object lives, the thread works for its trace.
 class ScopedLogContext {
  public:
   explicit ScopedLogContext(LogContext context);

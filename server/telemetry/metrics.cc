@@ -10,7 +10,7 @@
 namespace vantage::telemetry {
 namespace {
 
-// As it stands between braces: a="b",c="d".
+// The labels as they are written between braces: a="b",c="d".
 std::string Written(const Metrics::Labels& labels) {
   std::string out;
   for (const auto& [name, value] : labels) {

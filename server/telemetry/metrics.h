@@ -1,4 +1,4 @@
-// What the server counts and measures, and how Prometheus reads it.
+// The server's counters and measurements, and their text for Prometheus.
 #ifndef VANTAGE_SERVER_TELEMETRY_METRICS_H_
 #define VANTAGE_SERVER_TELEMETRY_METRICS_H_
 
@@ -31,7 +31,7 @@ class Metrics {
     std::atomic<int64_t> value_{0};
   };
 
-  // From a millisecond to five minutes.
+  // Upper bounds of the buckets, from a millisecond to five minutes.
   class Histogram {
    public:
     static const std::vector<double>& Bounds();
@@ -49,15 +49,15 @@ class Metrics {
     double sum_ ABSL_GUARDED_BY(mutex_) = 0;
   };
 
-  // Made at the first call. The reference stays good.
+  // Makes the metric at the first call. The reference stays valid.
   Counter& CounterOf(const std::string& name, const std::string& help, const Labels& labels = {});
   Histogram& HistogramOf(const std::string& name, const std::string& help,
                          const Labels& labels = {});
-  // `read` is called whenever somebody looks; what it reads outlives the last look.
+  // `read` is called whenever the metrics are read; what it refers to outlives the last reading.
   void AddGauge(const std::string& name, const std::string& help, const Labels& labels,
                 std::function<double()> read);
 
-  // Everything, in Prometheus' text format 0.0.4.
+  // All metrics, in Prometheus' text format 0.0.4.
   std::string Text() const;
 
  private:
@@ -72,7 +72,7 @@ class Metrics {
   std::map<std::string, Family> families_ ABSL_GUARDED_BY(mutex_);
 };
 
-// Seconds that a stage of the work took; nothing where nobody measures.
+// Records the seconds that a stage of the work took; does nothing without metrics.
 void ObserveStage(Metrics* metrics, const std::string& stage, double seconds);
 
 }  // namespace vantage::telemetry

@@ -1,4 +1,4 @@
-// Which request of which client something belongs to, as W3C's Trace Context carries it.
+// The client's request to which work belongs, as W3C's Trace Context carries it.
 #ifndef VANTAGE_SERVER_TELEMETRY_TRACE_CONTEXT_H_
 #define VANTAGE_SERVER_TELEMETRY_TRACE_CONTEXT_H_
 
@@ -19,7 +19,7 @@ struct TraceContext {
   // is empty or malformed.
   static TraceContext From(absl::string_view traceparent);
 
-  // As in the header: 00-{trace_id}-{span_id}-{flags}.
+  // The header's text: 00-{trace_id}-{span_id}-{flags}.
   std::string ToHeader() const;
 };
 

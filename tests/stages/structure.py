@@ -1,13 +1,15 @@
 #!/usr/bin/env python3
 """Whether the house stands as CONTRIBUTING.md draws it: no type is defined twice in a namespace
 (the linker would take either), files stand in the namespace of their folder, includes between rooms
-go the way that 'Who may include whom' draws, and nowhere in a circle. Lines are read as
-clang-format leaves them."""
+go the way that 'Who may include whom' draws, and nowhere in a circle; and whether what comments and
+pages cite is there (citations.py). Lines are read as clang-format leaves them."""
 import collections
 import os
 import re
 import subprocess
 import sys
+
+import citations
 
 # What no file of a part includes.
 FORBIDDEN = {'core': ('server/', 'client/', 'tests/', 'grpc', 'google/', 'vantage/'),
@@ -97,11 +99,12 @@ def circles(arrows):
 def main():
     sys.setrecursionlimit(10000)
     os.chdir(os.path.join(os.path.dirname(os.path.abspath(__file__)), '../..'))
-    listed = subprocess.run(['git', 'ls-files', '-co', '--exclude-standard', 'core', 'server',
-                             'client', 'tests'], capture_output=True, text=True, check=True)
-    paths = [p for p in listed.stdout.split()
-             if p.endswith(('.h', '.cc')) and os.path.exists(p)]
-    wrong = []
+    listed = subprocess.run(['git', 'ls-files', '-co', '--exclude-standard'], capture_output=True,
+                            text=True, check=True)
+    everything = [p for p in listed.stdout.split() if os.path.exists(p)]
+    paths = [p for p in everything if p.endswith(('.h', '.cc')) and
+             p.startswith(('core/', 'server/', 'client/', 'tests/'))]
+    wrong = citations.wrong([p for p in everything if '/data/' not in p])
     defined = collections.defaultdict(set)
     rooms, units = collections.defaultdict(set), collections.defaultdict(set)
     orders = drawn()
@@ -130,7 +133,8 @@ def main():
     wrong += [f'a circle of rooms: {" ".join(group)}' for group in circles(rooms)]
     wrong += [f'a circle of files: {" ".join(group)}' for group in circles(units)]
     print('\n'.join(wrong) or
-          f'{len(paths)} files, {len(defined)} types, all includes as drawn, no circle')
+          f'{len(paths)} files, {len(defined)} types, all includes as drawn, no circle, all that '
+          'is cited is there')
     return bool(wrong)
 
 

@@ -103,7 +103,7 @@ class EmptySpace {
     }
   }
 
-  // Conservative: the cube's bounding sphere against the range image.
+  // Conservative: compares the cube's bounding sphere with the range image.
   Verdict Decide(const VoxelIndex& corner, int side) const {
     const double half = 0.5 * side * voxel_size_;
     const Eigen::Vector3d centre =
@@ -157,7 +157,7 @@ void CarveEmptySpace(double voxel_size, parallel::Parallel& parallel, ScanLayer&
   const RangePyramid pyramid(layer.range_surface, parallel);
   const RangePyramid::Bounds all =
       pyramid.Over(0, layer.range_surface.columns() - 1, 0, layer.range_surface.rows() - 1);
-  // The cubes that the work is dealt out in: 64 voxels a side, all that the longest range reaches.
+  // The work is dealt out in cubes of 64 voxels a side, as far as the longest range reaches.
   constexpr int kChunk = 64;
   const double reach = static_cast<double>(all.max);
   const Eigen::Vector3d origin = layer.T_model_scan.translation();

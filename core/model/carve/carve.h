@@ -1,4 +1,5 @@
-// One scan at one pose to voxels, coarse to fine (algorithm.md section 4, 'How to build it fast').
+// Carving: one scan at one pose to voxels, coarse to fine (algorithm.md section 4, 'How to build it
+// fast').
 #ifndef VANTAGE_CORE_MODEL_CARVE_CARVE_H_
 #define VANTAGE_CORE_MODEL_CARVE_CARVE_H_
 
@@ -11,12 +12,9 @@
 
 namespace vantage::model {
 
-// The image is valid and the pose rigid: the caller has checked. The rule: a voxel is empty when
-// the scan's range in the direction of its centre is farther than the centre; where nothing is
-// known in that direction, when most of the rays through the voxel that tell anything pass through
-// it (a lone ray that did not come back says nothing about a voxel that a hundred others crossed).
-// It is surface when a sample, or a point interpolated between joined samples, lies in it. The
-// cylinder that the scanner stood in is empty, and the floor goes on below it.
+// Carves one scan at one pose. The image is valid and the pose rigid: the caller has checked. Which
+// voxels are empty and which are surface is in algorithm.md section 4, 'Empty space'; the cylinder
+// that the scanner stood in is cleared.
 std::unique_ptr<ScanLayer> Carve(const sensor::Scan& scan, const Eigen::Isometry3d& T_model_scan,
                                  const ModelConfig& config, parallel::Parallel& parallel);
 

@@ -25,7 +25,7 @@ ScanLayer::Miss ScanLayer::MissAt(const Eigen::Vector3d& point, const Eigen::Vec
     reason = ReasonAt(point - to_scanner * (voxel_size / distance));
   }
   if (reason != UnknownReason::kHole) return Miss::kNone;
-  // From either side: a ray that never came back crossed it.
+  // Either side counts: a ray that never came back crossed the element.
   const bool askew = std::abs(normal.dot(to_scanner)) < std::cos(scanner.max_incidence) * distance;
   return askew ? Miss::kAskew : Miss::kSquare;
 }

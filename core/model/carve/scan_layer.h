@@ -70,8 +70,8 @@ struct ScanLayer {
   std::vector<Reflector> reflectors{};  // that the scan itself shows, scanner's frame
   HoleMap holes{};                      // of the range surface
   absl::flat_hash_map<BrickKey, LayerBrick> bricks{};  // that hold anything but unknown
-  // What all scans show to reflect (model frame), and the bricks as they were before what the scan
-  // saw in it was taken out (core/model/merge/reflection_mask.h).
+  // The apertures that all scans together show (model frame), and the bricks as they were before
+  // what this scan saw through them was taken out (core/model/merge/reflection_mask.h).
   std::vector<Aperture> apertures{};
   absl::flat_hash_map<BrickKey, LayerBrick> set_aside{};
   size_t samples = 0;
@@ -90,9 +90,9 @@ struct ScanLayer {
   // Why the scan leaves a point (m, model frame) unknown, if it does.
   UnknownReason ReasonAt(const Eigen::Vector3d& point) const;
 
-  // Did the scan's ray through a surface element (m, model frame; unit normal) not come back, with
-  // nothing in between and within range? A ray that ended at a reflector may have done so up to a
-  // voxel behind it.
+  // Whether the scan missed a surface element (m, model frame; unit normal): the element was within
+  // range, nothing stood in between, and the ray through it did not come back. A ray that ended at
+  // a reflector may have ended up to a voxel behind the element.
   enum class Miss : uint8_t {
     kNone,
     kAskew,  // beyond the maximum incidence, from either side: not to be measured from there
@@ -106,7 +106,7 @@ struct ScanLayer {
     double recorded = 0;  // the smallest over a voxel-sized square around the point
     double at_point = 0;
   };
-  // What is recorded as not more than `best` may be given too high, up to that.
+  // Where the recorded density is at most `best`, a larger one, of at most `best`, may be returned.
   Density DensityAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal, double voxel_size,
                     double best = 0) const;
 };

@@ -1,5 +1,5 @@
-// Where a scanner stood, it fitted: its blind cone must not ban its own station (algorithm.md
-// section 4).
+// A scanner fitted where it stood, so its blind cone must not ban its own station (algorithm.md
+// section 4, 'Where a scanner stood').
 #ifndef VANTAGE_CORE_MODEL_CARVE_STATION_H_
 #define VANTAGE_CORE_MODEL_CARVE_STATION_H_
 

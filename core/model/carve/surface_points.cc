@@ -65,8 +65,8 @@ void SurfacePoints::AddTo(ScanLayer& layer) const {
 
 namespace {
 
-// Places in the model in 1/1024 voxel, counted from a corner so far below the scan that none is
-// negative: the voxel and the place in it are then a shift and a mask away.
+// Positions in the model in 1/1024 voxel, counted from a corner so far below the scan that none is
+// negative. A shift then gives the voxel, and a mask the position in it.
 class FixedFrame {
  public:
   static constexpr int kShift = 10;
@@ -108,7 +108,7 @@ class FixedFrame {
   Eigen::Matrix3d rotation_;
 };
 
-// The places of one column's samples.
+// The positions of one column's samples.
 struct Column {
   static constexpr uint64_t kNone = ~uint64_t{0};
   std::vector<int32_t> x, y, z;
@@ -173,7 +173,7 @@ size_t AddSamples(const FixedFrame& frame, const Column& column, SurfacePoints& 
   return samples;
 }
 
-// A sample's place.
+// The position of a sample.
 struct Place {
   Eigen::Vector3d point;  // 1/1024 voxel
   uint64_t voxel;
@@ -198,8 +198,8 @@ class Interpolator {
  private:
   static constexpr double kSpacing = SurfaceSums::kUnits / 3.0;
 
-  // Are the corners in one voxel, or in two that share a face? Then nothing lies between them, and
-  // that is so for most of a dense scan.
+  // True when the corners lie in one voxel, or in two that share a face. Then no other voxel lies
+  // between them. This is so for most of a dense scan.
   static bool InOneOrTwo(const std::array<uint64_t, 4>& voxels) {
     const auto [low, high] = std::minmax({voxels[0], voxels[1], voxels[2], voxels[3]});
     if (low == high) return true;
@@ -235,8 +235,8 @@ class Interpolator {
     }
   }
 
-  // The piece lies in the box of voxels that its corners span. Where they fill it there is nothing
-  // to find, and for most pieces of a dense scan they do.
+  // The piece lies in the box of voxels that its corners span. Where the corners fill that box, as
+  // for most pieces of a dense scan, there is no other voxel to find.
   template <size_t N>
   static bool CornersFillTheirBox(const std::array<Place, N>& corners) {
     VoxelIndex low = FixedFrame::Unpack(corners[0].voxel);
@@ -263,7 +263,7 @@ class Interpolator {
     const Eigen::Vector3i at = point.cast<int>();
     const uint64_t voxel = FixedFrame::VoxelOf(at.x(), at.y(), at.z());
     for (const Place& corner : corners) {
-      if (corner.voxel == voxel) return;  // a sample says more
+      if (corner.voxel == voxel) return;  // a sample is better than an interpolated point
     }
     SurfaceSums sums;
     sums.Add(FixedFrame::OffsetOf(at.x(), at.y(), at.z()), false);

@@ -1,5 +1,5 @@
-// Does a scan see through a voxel? By its centre, or where that says nothing, by the rays that
-// cross it.
+// Tells whether a scan sees through a voxel: by the range in the direction of its centre or, where
+// that direction tells nothing, by the rays that cross the voxel.
 #ifndef VANTAGE_CORE_MODEL_CARVE_VOXEL_VISIBILITY_H_
 #define VANTAGE_CORE_MODEL_CARVE_VOXEL_VISIBILITY_H_
 
@@ -27,8 +27,8 @@ class VoxelVisibility {
   // The block from voxel `corner` on. Directions are good to 1e-6 rad.
   Block Test(const VoxelIndex& corner) const;
 
-  // Close to the scanner a voxel is crossed by many rays, whatever the one through its centre says.
-  // It is empty when most of those that say something pass through it, and enough of them do.
+  // Close to the scanner many rays cross a voxel, not only the one through its centre. The voxel is
+  // empty when enough of them tell a range and most of these pass through it.
   bool MostRaysPass(const VoxelIndex& voxel) const;
 
  private:

@@ -1,5 +1,6 @@
 // Dropouts: which scans sent rays at a surface voxel that should have met it and did not come back.
-// What stands in between is not in the model, since empty space was seen on both sides of it.
+// What stopped these rays is not in the model, since empty space was seen on both sides of it
+// (algorithm.md section 4, 'What never comes').
 #ifndef VANTAGE_CORE_MODEL_MERGE_DROPOUTS_H_
 #define VANTAGE_CORE_MODEL_MERGE_DROPOUTS_H_
 
@@ -12,18 +13,18 @@
 
 namespace vantage::model {
 
-// Did the scan's rays to the voxel drop out?
+// True when the scan's rays to the voxel dropped out.
 bool IsDropout(const ScanLayer& layer, const SurfaceVoxel& surface, double voxel_size);
 
-// May they, at any voxel of a brick?
+// False only when the scan's rays dropped out at no voxel of the brick.
 bool MayHaveDropouts(const ScanLayer& layer, const VoxelIndex& brick, double voxel_size);
 
-// The bricks in which they do at some voxel, as the octree has them.
+// The bricks of the octree at some voxel of which the scan's rays dropped out.
 std::vector<BrickKey> BricksWithDropouts(const ScanLayer& layer, const ModelOctree& octree,
                                          double voxel_size);
 
-// Of the places from which rays to a voxel dropped out, those that say something beside the others:
-// the nearest in each direction, nearest first, and not more than 8.
+// Selects, from the places from which rays to a voxel dropped out, the nearest in each direction.
+// The nearest comes first; at most 8.
 std::vector<Eigen::Vector3f> NearestDropouts(const Eigen::Vector3f& centroid,
                                              std::vector<Eigen::Vector3f> from);
 

@@ -12,8 +12,8 @@ namespace {
 constexpr float kCompatible = 0.8f;  // cosine between normals of one surface
 
 // Calls fn(OffsetCode, distance, brick, rank) for the voxels that dominate `plane`, the one at
-// `local`. Rivals stand in one column across the surface: one beside the other in the surface is
-// none. So of each column of voxels something always stays.
+// `local`. Only voxels of one column across the surface are rivals; neighbours within the surface
+// are not. So at least one voxel of each column always stays.
 template <typename Fn>
 void ForEachDominating(const VoxelIndex& brick, const BrickNeighbourhood<MergedBrick>& around,
                        int local, const LocalPlane& plane, double voxel_size, Fn&& fn) {

@@ -1,5 +1,5 @@
-// Noise and pose errors put one wall into two layers of voxels: the weaker gives itself to the
-// stronger (algorithm.md section 4, 'Merge').
+// Noise and pose errors put one wall into two layers of voxels. The voxel with less support gives
+// its points to the one with more (algorithm.md section 4, 'Merge').
 #ifndef VANTAGE_CORE_MODEL_MERGE_FUSE_H_
 #define VANTAGE_CORE_MODEL_MERGE_FUSE_H_
 
@@ -11,7 +11,7 @@
 
 namespace vantage::model {
 
-// The 125 voxels at most two away, as one number.
+// An offset of at most two voxels on each axis, as one number from 0 to 124.
 constexpr int kFuseReach = 2;
 constexpr int8_t OffsetCode(int dx, int dy, int dz) {
   return static_cast<int8_t>((dx + 2) + 5 * ((dy + 2) + 5 * (dz + 2)));
@@ -20,9 +20,9 @@ constexpr int8_t OffsetCode(int dx, int dy, int dz) {
 // The axis that a surface is most nearly perpendicular to.
 int DominantAxis(const Eigen::Vector3f& normal);
 
-// Marks each surface voxel that a better supported voxel with a similar normal, at most two away
-// across the surface, makes superfluous: that voxel's plane does not pass through it, so its points
-// are there by error.
+// Marks each dominated surface voxel: one beside which, at most two voxels away across the surface,
+// a voxel with more support and a similar normal has a plane that does not pass through it, so that
+// its own points are there by error.
 std::vector<uint8_t> FindDominated(const VoxelIndex& brick,
                                    const BrickNeighbourhood<MergedBrick>& around,
                                    double voxel_size);

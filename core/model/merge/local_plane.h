@@ -1,4 +1,4 @@
-// The plane through each surface voxel (algorithm.md section 4: normals and centroids).
+// The plane through each surface voxel (algorithm.md section 4, 'Normals and centroids').
 #ifndef VANTAGE_CORE_MODEL_MERGE_LOCAL_PLANE_H_
 #define VANTAGE_CORE_MODEL_MERGE_LOCAL_PLANE_H_
 

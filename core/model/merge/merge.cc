@@ -33,7 +33,8 @@ bool SameBits(const Brick& a, const Brick& b) {
   if (a.state != b.state || a.surface.size() != b.surface.size()) return false;
   if (a.surface.empty()) return true;
   if (a.dropouts != b.dropouts) return false;
-  // There are no gaps between its members, so their bytes say all; and -0 is not 0 here.
+  // The members have no gaps between them, so comparing the bytes compares all of them. -0 differs
+  // from 0 here.
   static_assert(sizeof(SurfaceVoxel) == 2 * sizeof(Eigen::Vector3f) + 2 * sizeof(float) + 8);
   return std::memcmp(reinterpret_cast<const char*>(a.surface.data()),
                      reinterpret_cast<const char*>(b.surface.data()),
@@ -45,7 +46,7 @@ bool SameBits(const Brick& a, const Brick& b) {
 using Faces = uint8_t;
 constexpr int kFaceLayers = 2;
 
-// The faces that a voxel of the set is within kFaceLayers of.
+// The faces within kFaceLayers of which the set has a voxel.
 Faces FacesNear(const BrickMask& mask) {
   constexpr std::array<uint64_t, 4> kInSlice = {0x0303030303030303, 0xc0c0c0c0c0c0c0c0,   // x
                                                 0x000000000000ffff, 0xffff000000000000};  // y
@@ -61,7 +62,8 @@ Faces FacesNear(const BrickMask& mask) {
   return static_cast<Faces>(faces);
 }
 
-// The faces that measured surface, most nearly parallel to them, is within kFaceLayers of.
+// The faces within kFaceLayers of which there is measured surface that is most nearly parallel to
+// them.
 Faces FacesWithSurface(const Brick& brick) {
   unsigned faces = 0;
   size_t rank = 0;
@@ -80,11 +82,12 @@ Faces FacesWithSurface(const Brick& brick) {
   return static_cast<Faces>(faces);
 }
 
-// Bricks two away from those that change (with the faces that they change near), not in `keys`,
-// that they may matter to all the same: a voxel's points make up the plane of the next one, that
-// the plane of one two away, and that decides across it what dominates what, what is absorbed by
-// what, and what the latter is: 1 + 2 + 2 + 2 + 2 voxels, the last six of them across parallel
-// sheets; and one more where the change is that a voxel was seen through.
+// The bricks, not in `keys`, that a change can influence although they lie two bricks away.
+// `changing` has the faces that each brick changes near. A change reaches nine voxels at most: the
+// points of a voxel enter the planes of its neighbours (1 voxel); a plane can be taken over by a
+// voxel two away (2); it decides what dominates a voxel two away (2), what absorbs such a voxel
+// (2), and what the absorbing voxel then holds (2). The last six lead across parallel sheets only.
+// One more voxel counts where surface is erased because it was seen through.
 std::vector<BrickKey> TwoAway(const std::vector<std::pair<BrickKey, Faces>>& changing,
                               const std::vector<BrickKey>& keys, const ModelOctree& octree,
                               const ModelLeaf& all_empty) {
@@ -202,7 +205,7 @@ MergeResult MergeAround(const ScanLayer& touched, LayerChange change,
   parallel.For(region.with_planes(), [&](size_t i) {
     MergedBrick& brick = region.merged(i);
     if (brick.plane.empty()) return;
-    std::vector<LocalPlane>().swap(brick.fitted);  // has served
+    std::vector<LocalPlane>().swap(brick.fitted);  // no longer needed
     brick.dominated = FindDominated(region.brick(i), region.Around(i), voxel_size);
   });
   parallel.For(region.with_planes(), [&](size_t i) {

@@ -17,13 +17,13 @@ enum class LayerChange { kAdded, kRemoved };
 
 struct MergeResult {
   size_t recomputed = 0;         // bricks
-  std::vector<BrickAt> changed;  // those that are not what they were, by z, y, x; null: unknown now
+  std::vector<BrickAt> changed;  // those that differ from before, by z, y, x; null: unknown now
 };
 
 // Recomputes every brick that `touched` (a layer just added to, or just removed from, `layers`) can
-// have an influence on: its own bricks, those next to them, and the few beyond that parallel sheets
-// lead to; and the same around `also`, the bricks that changed in other layers. What results is a
-// function of the set of layers alone.
+// influence: its own bricks, those next to them, and the few beyond to which parallel sheets lead;
+// and the same around `also`, the bricks that changed in other layers. The result is a function of
+// the set of layers alone.
 MergeResult MergeAround(const ScanLayer& touched, LayerChange change,
                         std::span<const BrickKey> also, std::span<const ScanLayer* const> layers,
                         double voxel_size, const ModelLeaf& all_empty, parallel::Parallel& parallel,

@@ -22,29 +22,30 @@ struct Witness {
   BrickNeighbourhood<LayerBrick> around;
 };
 
-// A voxel says what follows from voxels at most nine away: what absorbs it (two), what dominates
-// that (two), by planes (two) that are those of flat neighbours (two), fitted to the points next to
-// them (one). So planes are needed of the bricks next to those that are recomputed, where they are
-// right as far as they are read, and points of the bricks next to these too. All of it follows from
-// the layers and is kept for the time of the merge only.
+// What is published of a voxel depends on voxels at most nine away: on what absorbs it (two
+// voxels), on what dominates that one (two), on their planes (two), which may be those of flat
+// neighbours (two), and on the points next to these (one). So planes are needed of the bricks that
+// are recomputed and of those next to them, where they are right as far as they are read; and
+// points of the bricks next to these, too. All of this follows from the layers and is kept only for
+// the time of the merge.
 class MergeRegion {
  public:
   // `recomputed`: ascending, each brick once. `layers` and their bricks outlive this.
   MergeRegion(std::span<const BrickKey> recomputed, std::span<const ScanLayer* const> layers,
               const ModelOctree& octree, const ModelLeaf& all_empty);
 
-  // Bricks are counted in this order: those recomputed, those that need planes, and those that need
-  // points only. Unknown ones around are left out.
+  // Bricks are numbered in this order: those recomputed, those that need planes, and those that
+  // need points only. Unknown bricks around them are left out.
   size_t recomputed() const { return recomputed_; }
   size_t with_planes() const { return with_planes_; }
   size_t with_points() const { return bricks_.size(); }
 
   const VoxelIndex& brick(size_t i) const { return bricks_[i].at; }
-  // As it stood before.
+  // The brick before the merge.
   const ModelLeaf& before(size_t i) const { return bricks_[i].before; }
   MergedBrick& merged(size_t i) { return bricks_[i].merged; }
   std::span<const ScanLayer* const> layers() const { return layers_; }
-  // One for each layer, null where it says nothing.
+  // The brick in each layer, null where the layer holds nothing of it.
   std::span<const LayerBrick* const> InLayers(size_t i) const {
     return std::span(in_layers_).subspan(i * layers_.size(), layers_.size());
   }

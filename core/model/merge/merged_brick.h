@@ -55,7 +55,7 @@ struct MergedBrick {
   std::shared_ptr<const UnitedBrick> united;
   std::vector<LocalPlane> fitted;  // by the neighbourhood alone
   std::vector<LocalPlane> plane;   // at edges, that of the best neighbouring plane
-  std::vector<uint8_t> dominated;  // a better supported neighbour says the same surface
+  std::vector<uint8_t> dominated;  // a neighbour with more support holds the same surface
   std::vector<int8_t> absorbed;    // -1, or into which of the 125 voxels around
   BrickMask given_away;            // the voxels that are absorbed: few
 };

@@ -20,7 +20,8 @@ ModelLeaf ModelOctree::Find(const VoxelIndex& brick) const {
 
 void ModelOctree::Set(const VoxelIndex& brick, ModelLeaf leaf) {
   const octomap::OcTreeKey key = KeyAt(brick);
-  // A leaf of nothing rather than none: OctoMap leaks inner nodes that lose their last child.
+  // An unknown brick becomes a leaf without contents instead of no leaf: OctoMap leaks inner nodes
+  // that lose their last child.
   if (leaf == nullptr && (root == nullptr || Find(brick) == nullptr)) return;
   if (root == nullptr) {
     root = new ModelNode();

@@ -15,7 +15,7 @@
 
 namespace vantage::model {
 
-// Can the octree hold a brick there?
+// True when the octree can hold a brick there.
 inline bool IsInOctree(const VoxelIndex& brick) {
   constexpr int kReach = 32767;
   return (brick.array() >= -kReach).all() && (brick.array() < kReach).all();

@@ -53,7 +53,7 @@ class Publisher {
       empty = own->united->empty;
       measured = own->united->surface;
     }
-    // Where there is anything else to say: measured surface, and what touches empty space.
+    // The voxels that need more than this: measured surface, and unknown voxels beside empty ones.
     BrickMask rest;
     for (int row = 0; row < Brick::kSide * Brick::kSide; ++row) {
       const uint64_t near = empty_.FaceNeighbours(row % Brick::kSide, row / Brick::kSide);
@@ -174,7 +174,7 @@ class Publisher {
     return surface;
   }
 
-  // Those of layers that did not measure it all the same.
+  // Adds the dropouts of those layers that did not measure the voxel by another ray.
   template <typename MeasuredBy>
   void AddDropouts(int local, const SurfaceVoxel& surface, MeasuredBy&& measured_by) {
     if (dropout_layers_.empty() || surface.given_up) return;
@@ -196,8 +196,8 @@ class Publisher {
     });
   }
 
-  // For a scan that did not measure the surface: did it see the space in front squarely and densely
-  // enough to have?
+  // True when a scan, which did not measure the surface, saw the space in front of it squarely and
+  // densely enough that it should have measured it.
   bool DroppedOut(const Witness& witness, int local, const Eigen::Vector3d& centroid,
                   const SurfaceVoxel& surface) const {
     const Eigen::Vector3i own(local & 7, local >> 3 & 7, local >> 6);
@@ -247,7 +247,7 @@ class Publisher {
           Eigen::Vector3f(static_cast<float>(dx), static_cast<float>(dy), static_cast<float>(dz));
     });
     SurfaceVoxel surface;
-    // Empty on opposite sides: any of them is as good, so the first.
+    // Empty on opposite sides: no direction is better than another, so the first is taken.
     if (normal.squaredNorm() < 0.5f) {
       surface.ambiguous = true;
       for (const auto& face : kFaces) {

@@ -1,5 +1,5 @@
-// From what the scans add up to, to what planners see: states, frontier with its causes, attributes
-// (algorithm.md section 4).
+// What planners see of a brick: states, frontier with its causes, attributes (algorithm.md section
+// 4, 'Merge').
 #ifndef VANTAGE_CORE_MODEL_MERGE_PUBLISH_BRICK_H_
 #define VANTAGE_CORE_MODEL_MERGE_PUBLISH_BRICK_H_
 
@@ -10,8 +10,9 @@
 
 namespace vantage::model {
 
-// Of a recomputed brick of the region. Null when all of it is unknown. `all_empty` is returned,
-// shared, when all is empty.
+// Publishes recomputed brick `i` of the region. Null when all of it is unknown; `all_empty`,
+// shared, when all of it is empty. algorithm.md section 4, 'What never comes', says what is given
+// up.
 //
 // An unknown voxel with an empty 6-neighbour is false surface; its cause is the first of occlusion,
 // hole, image among the scans whose empty space touches it there. Slivers of it along a compatible

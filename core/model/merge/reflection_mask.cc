@@ -7,7 +7,7 @@ namespace vantage::model {
 
 namespace {
 
-// The voxels of a brick that the scan saw through an aperture, if at all.
+// The voxels of a brick that lie behind the aperture as seen from the station.
 BrickMask SeenThrough(const Aperture& aperture, const Eigen::Vector3d& station,
                       const VoxelIndex& brick, double voxel_size) {
   BrickMask hidden;
@@ -17,7 +17,7 @@ BrickMask SeenThrough(const Aperture& aperture, const Eigen::Vector3d& station,
   for (int local = 0; local < Brick::kVoxels; ++local) {
     const Eigen::Vector3d centre =
         (PlanningView::Global(brick, local).cast<double>().array() + 0.5) * voxel_size;
-    // What is nearer to the plane than that may be the reflector itself.
+    // A voxel nearer to the plane than its own width may be the reflector itself.
     if (aperture.Above(centre) > -voxel_size) continue;
     if (aperture.Between(station, centre)) hidden.Set(local);
   }

@@ -10,10 +10,10 @@
 
 namespace vantage::model {
 
-// `own`: the brick in each of `layers`, null where it says nothing. Null when none says anything. A
-// surface voxel is erased when at least two scans, and more
-// than measured it, saw it empty together with all 26 voxels around it: a person who left, a door
-// that moved. A ray that only grazes a surface never has all of its neighbourhood empty.
+// `own`: the brick in each of `layers`, null where the layer holds nothing of it. Null when no
+// layer does. A surface voxel is erased when at least two scans, and more than measured it, saw it
+// empty together with all 26 voxels around it: a person who left, a door that moved. A ray that
+// only grazes a surface never has all of its neighbourhood empty.
 std::shared_ptr<const UnitedBrick> Unite(const VoxelIndex& brick,
                                          std::span<const LayerBrick* const> own,
                                          std::span<const ScanLayer* const> layers);

@@ -1,4 +1,5 @@
-// A return, reflected back at a plane, against what the same scan measured there.
+// Compares a return, reflected back at a plane, with what the same scan measured there
+// (algorithm.md section 4, 'Reflections').
 #ifndef VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTED_RETURN_H_
 #define VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTED_RETURN_H_
 
@@ -14,7 +15,7 @@ namespace vantage::model {
 
 // What a return turns out to be when it is reflected back.
 enum class Back : uint8_t {
-  kInFront,      // not behind the plane: in no question
+  kInFront,      // not behind the plane: no reflection
   kAgrees,       // on measured surface
   kHidden,       // where the scan saw nothing
   kContradicts,  // in space that the scan saw empty
@@ -70,8 +71,9 @@ class ReturnTest {
     return plane.Above(Point(column, row)) < -kWellBehind;
   }
 
-  // Would a return that agrees cease to, were the plane a little nearer or farther? One on a floor
-  // or a side wall, which go on and on, would not, and says nothing.
+  // True when a return that agrees would not agree with a plane a little nearer or farther. A
+  // return on a floor or a side wall, which go on for metres, agrees with any plane and tells
+  // nothing.
   bool Telling(const ReflectingPlane& plane, int column, int row) const {
     constexpr double kShift = 0.3;  // m
     const Eigen::Vector3d back = plane.Reflected(Point(column, row));

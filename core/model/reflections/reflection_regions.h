@@ -1,4 +1,5 @@
-// Which connected returns from behind a plane came by way of it (reflections.h has the rule).
+// Finds the connected returns from behind a plane that are reflections in it (algorithm.md section
+// 4, 'Reflections').
 #ifndef VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTION_REGIONS_H_
 #define VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTION_REGIONS_H_
 
@@ -10,7 +11,7 @@
 
 namespace vantage::model {
 
-// Are there any, judged by every `stride`-th column and row alone?
+// True when there are any, judged by every `stride`-th column and row alone.
 bool HasReflections(const RangeSurface& surface, const ReflectingPlane& plane, int stride);
 
 // The cells of the whole image that are reflections, judged likewise.

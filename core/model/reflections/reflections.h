@@ -1,5 +1,5 @@
 // Reflections: returns that came by way of a mirror or a polished floor and seem to lie behind
-// it (algorithm.md section 4, 'What never comes').
+// it (algorithm.md section 4, 'Reflections').
 #ifndef VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTIONS_H_
 #define VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTIONS_H_
 
@@ -21,24 +21,10 @@ struct Reflector {
   Aperture aperture;                                  // scanner's frame
 };
 
-// Finds what a scan by itself shows to be reflections, and ends those rays at the reflector
-// (RangeSurface::EndAt).
-//
-// A plane comes into question when it reflects one measured plane into another behind it, or when
-// it is measured itself and has returns from behind it scattered among its own (a polished floor).
-// The cells with returns from behind it fall into connected regions. One is a reflection when
-//  - most of it lies more than 15 cm behind the plane (the relief of a wall fits anything);
-//  - most of the surface in it lies, reflected back, on surface that the scan measured: surface
-//    that reflecting displaces, since floors and side walls of a real room behind a doorway would
-//    fit their own reflection too;
-//  - hardly anything lies, reflected back, where the scan saw empty space (the jambs and the
-//    furniture of a real room would);
-//  - at most of its border the surface breaks off against the plane itself: the wall around a
-//    mirror (a symmetric room goes on through its middle, a doorway has its depth); or its returns
-//    lie scattered among the plane's own.
-//
-// Judged on a part of a dense image, so that it costs much the same for any density; a function of
-// the image alone.
+// Finds the returns that a scan by itself shows to be reflections, by the rule of algorithm.md
+// section 4, 'Reflections', and ends their rays at the reflector (RangeSurface::EndAt). The result
+// is a function of the image alone. A part of a dense image is judged, so that the time hardly
+// depends on its density.
 std::vector<Reflector> EndReflections(RangeSurface& surface, parallel::Parallel& parallel);
 
 }  // namespace vantage::model

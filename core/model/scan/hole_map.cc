@@ -62,7 +62,7 @@ bool HoleMap::Near(const Eigen::Vector3d& direction, double radius) const {
   const int high = BinOf(elevation + radius + sensor::kPi / 2, sensor::kPi, rows_);
   int first = 0;
   int count = columns_;
-  // Not over a pole, where every azimuth is near.
+  // Except over a pole, where every azimuth is near.
   if (std::abs(elevation) + radius < sensor::kPi / 2 && std::sin(radius) < std::cos(elevation)) {
     const double turn = std::asin(std::sin(radius) / std::cos(elevation));
     const double azimuth = std::atan2(direction.y(), direction.x());

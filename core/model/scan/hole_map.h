@@ -1,4 +1,4 @@
-// In which directions of a scan rays did not come back, coarsely.
+// A coarse map of the directions of a scan in which rays did not come back.
 #ifndef VANTAGE_CORE_MODEL_SCAN_HOLE_MAP_H_
 #define VANTAGE_CORE_MODEL_SCAN_HOLE_MAP_H_
 
@@ -17,9 +17,10 @@ class HoleMap {
   HoleMap() = default;
   explicit HoleMap(const RangeSurface& surface);
 
-  // Is there none?
+  // True when there is no hole.
   bool empty() const { return empty_; }
-  // May there be one within `radius` (rad) of a direction (scanner's frame, not zero)?
+  // False only when there is no hole within `radius` (rad) of a direction (scanner's frame, not
+  // zero).
   bool Near(const Eigen::Vector3d& direction, double radius) const;
 
  private:

@@ -44,11 +44,12 @@ class RangeSurface {
             sin_elevation_[r]};
   }
 
-  // Did something answer here, and from where the ray went?
+  // True when the cell holds a return of its own ray: it was not ended as a reflection or a lone
+  // ray.
   bool Returned(int column, int row) const {
     return range_[Index(column, row)] > 0 && (joined_[Index(column, row)] & 8) == 0;
   }
-  // Did the ray go on, or into a reflector, and nothing came back?
+  // True when nothing came back: the ray went on, or it went into a reflector.
   bool Hole(int column, int row) const {
     const float range = range_[Index(column, row)];
     return sensor::RangeImage::IsRange(range) ? (joined_[Index(column, row)] & 9) == 8
@@ -57,23 +58,23 @@ class RangeSurface {
   // Ends the ray of a cell that holds a range at a reflector, `range` m away: empty up to there,
   // nothing known beyond, no surface, joined to nothing.
   void EndAt(int column, int row, float range);
-  // Ends rays that tell nothing and stand alone, so that no hairs of unknown run from them to the
-  // scanner: mixed pixels at the nearer of the surfaces that they mix, which the beam has passed;
-  // cells seven of whose eight neighbours tell a range at the nearest of those. A line of such
-  // cells may be a thin black thing, and stays. After all calls of EndAt.
+  // Ends lone rays that tell nothing, so that no hairs of unknown space run from them to the
+  // scanner (algorithm.md section 4, 'Surface between samples'). To be called after all calls of
+  // EndAt().
   void EndLoneRays(parallel::Parallel& parallel);
 
   int NextColumn(int column) const {
     return column + 1 < columns() ? column + 1 : (azimuth_.closed() ? 0 : -1);
   }
-  // Is the cell one surface with the one in the next column (which may wrap), or the next row?
+  // True when the cell is one surface with the cell in the next column (which may wrap), or in the
+  // next row.
   bool JoinedToNextColumn(int column, int row) const {
     return (joined_[Index(column, row)] & 9) == 1;
   }
   bool JoinedToNextRow(int column, int row) const {
     return (joined_[Index(column, row)] & 10) == 2;
   }
-  // Are the four cells from (column, row) to the next column and row one surface?
+  // True when the four cells from (column, row) to the next column and row are one surface.
   bool QuadJoined(int column, int row) const { return (joined_[Index(column, row)] & 12) == 4; }
 
   // How far space was seen to be empty along a direction (scanner frame, any length > 0), and why
@@ -89,7 +90,7 @@ class RangeSurface {
 
  private:
   friend class LayerCodec;  // snapshots
-  // As an earlier one was.
+  // Restores a surface from what a snapshot kept of it.
   RangeSurface(AngularAxis azimuth, AngularAxis elevation, std::vector<float> range,
                std::vector<uint8_t> joined);
   void FillTables();
@@ -105,8 +106,8 @@ class RangeSurface {
   AngularAxis elevation_;
   std::vector<double> cos_azimuth_, sin_azimuth_, cos_elevation_, sin_elevation_;
   std::vector<float> range_;  // as in RangeImage
-  // Bits: 1 to the next column, 2 to the next row, 4 quad; or 8 ended, joined to nothing, and then
-  // 1 where nothing was told rather than nothing came back.
+  // Bits: 1 joined to the next column, 2 joined to the next row, 4 quad. 8: the ray was ended and
+  // is joined to nothing; then 1 means that the cell had no information, otherwise no return.
   std::vector<uint8_t> joined_;
   std::vector<uint32_t> mixed_;  // cells that were mixed pixels, until EndLoneRays
 };

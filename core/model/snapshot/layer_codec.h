@@ -17,13 +17,13 @@ namespace vantage::model {
 class SnapshotReader;
 class SnapshotWriter;
 
-// A layer as it was before anything was taken out of it as a reflection: which apertures there are
-// is for all layers together to say. Reading checks everything that is later used as an index or a
+// Writes and reads a layer as it was before reflections were taken out of it, since the apertures
+// follow from all layers together. Reading checks everything that is later used as an index or a
 // size; nothing if the bytes are not a layer.
 class LayerCodec {
  public:
   static std::string Write(const ScanLayer& layer);
-  // `header`: of the snapshot. The layer's algorithm version may be newer than there are.
+  // `header`: of the snapshot. The layer's algorithm version may be newer than this release's.
   static std::unique_ptr<ScanLayer> Read(absl::string_view bytes, const SnapshotHeader& header);
 
  private:

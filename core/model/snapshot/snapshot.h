@@ -13,9 +13,9 @@
 //   then the sections one after the other, each a Zstandard frame: the site, one a scan's layer
 //   (with its range image, as carving left it), and runs of the octree's bricks.
 //
-// Little-endian; one model has exactly one encoding. Format 1, which is read too, says of a layer
-// not which version carved it (the header's did), and of a brick also the sums and planes that it
-// was merged from.
+// Little-endian; one model has exactly one encoding. Format 1 is read, too: a layer does not say
+// which version carved it (the header's did), and a brick also has the sums and planes that it was
+// merged from.
 #ifndef VANTAGE_CORE_MODEL_SNAPSHOT_SNAPSHOT_H_
 #define VANTAGE_CORE_MODEL_SNAPSHOT_SNAPSHOT_H_
 

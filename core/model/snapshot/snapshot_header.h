@@ -1,4 +1,4 @@
-// What a snapshot's beginning says: which release's it is.
+// The beginning of a snapshot, which tells the release that wrote it.
 #ifndef VANTAGE_CORE_MODEL_SNAPSHOT_SNAPSHOT_HEADER_H_
 #define VANTAGE_CORE_MODEL_SNAPSHOT_SNAPSHOT_HEADER_H_
 
@@ -14,7 +14,7 @@ namespace vantage::model {
 // The format that is written, and the newest that is read.
 inline constexpr uint16_t kSnapshotFormatVersion = 3;
 
-// What a snapshot's beginning says.
+// What the beginning says.
 struct SnapshotHeader {
   uint16_t format_version = 0;
   uint32_t algorithm_version = 0;

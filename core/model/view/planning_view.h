@@ -106,8 +106,8 @@ class PlanningView {
   // The bricks that are not wholly unknown, in that same order.
   BrickRange bricks() const { return {pages_, brick_count_}; }
 
-  // Of how many pages of 8 x 8 x 8 bricks it consists, and how many of those that changed had to be
-  // made for this version: all others it shares with the version before.
+  // The number of pages of 8 x 8 x 8 bricks, and of those among them that were made for this
+  // version; all others are shared with the version before.
   size_t pages() const { return pages_.size(); }
   size_t copied_pages() const { return copied_pages_; }
 

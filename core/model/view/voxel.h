@@ -51,14 +51,14 @@ struct SurfaceVoxel {
   uint32_t samples = 0;      // measured samples in it; 0 where only interpolated, or false
   uint8_t missed = 0;        // scans that should have measured it and did not
   uint8_t spread = 0;        // by how much that scan sampled the centroid more densely than the
-                             // worst corner, which is what `density` says, in 1/256 of it
+                             // worst corner, in 1/256 of `density`, which is the worst corner's
   bool ambiguous = false;    // one voxel thick with empty space on both sides: normal is a guess
-  bool given_up = false;     // two or more of these: no longer keeps the job open
+  bool given_up = false;     // missed by two scans or more: no longer keeps a job open
 };
 
-// A scan looked at a voxel that has area and its rays, which should have met it, did not come back:
-// glass in between, say. From there, or from farther away in the same direction, others drop out
-// too.
+// A scan's rays to a voxel that has area should have met it and did not come back, because of glass
+// in between, for instance. Rays from there, or from farther away in the same direction, will drop
+// out, too.
 struct Dropout {
   Eigen::Vector3f from;  // m, model frame, where the scanner stood
   uint32_t local = 0;    // which voxel of the brick

@@ -31,7 +31,8 @@ bool NearAny(const FeasibleViews& views, uint32_t i, std::span<const uint32_t> o
   });
 }
 
-// Views that may well be better than an exact one though they rank behind it, the best first.
+// Views that rank behind an exact one but whose estimate plus standard error reaches beyond it, the
+// best first.
 std::vector<uint32_t> Challengers(const EvaluationRun& run, uint32_t exact, size_t most) {
   const double to_beat = run.Rank(exact);
   std::vector<Entry> entries;
@@ -50,8 +51,8 @@ std::vector<uint32_t> Challengers(const EvaluationRun& run, uint32_t exact, size
   return challengers;
 }
 
-// Of an exact view's neighbours, two viewcells away, then next to it, those that are not exact.
-// Samples don't tell such views apart: what is seen from one is mostly seen from the other.
+// Neighbours of an exact view that are not exact: those two viewcells away or, when none of these
+// is left, those next to it. Samples do not tell such views apart, since they see mostly the same.
 std::vector<uint32_t> Around(const EvaluationRun& run, uint32_t exact, size_t most) {
   std::vector<uint32_t> around;
   for (const int step : {2, 1}) {
@@ -68,9 +69,10 @@ std::vector<uint32_t> Around(const EvaluationRun& run, uint32_t exact, size_t mo
   return around;
 }
 
-// The best views that lie apart, exactly: whoever ranks best is scored, until the best are. Who
-// leads them is where people go first. So before the others are decided on, its surroundings are
-// climbed, and it is challenged; whoever of the challengers wins is climbed from too.
+// Scores the best ranked views exactly until the leaders, which are the best views at least
+// `separation` apart, are exact. People go to the first leader first. So its surroundings are
+// searched and its challengers are scored before the other leaders are; a challenger that wins
+// becomes the first leader and is treated in the same way (algorithm.md section 8, 'Decide').
 void Decide(const AnytimeOptions& options, EvaluationRun& run) {
   std::priority_queue<Entry> queue;
   for (uint32_t i = 0; i < run.size(); ++i) {
@@ -81,12 +83,13 @@ void Decide(const AnytimeOptions& options, EvaluationRun& run) {
   std::vector<uint32_t> batch;
   bool challenged = false;
   while (!queue.empty() && static_cast<int>(leaders.size()) < options.leaders) {
-    // As many as rank before the best exact one, at most a batch.
+    // The views that rank before the best exact one, at most a batch.
     batch.clear();
     const size_t most = run.Affordable(run.cells(), kDecideBatch, run.budget());
     while (!queue.empty() && batch.size() < most) {
       const uint32_t i = queue.top().view;
-      // Who has become exact since it was listed is listed again.
+      // The rank of a view changes when it becomes exact; the view is then in the queue a second
+      // time.
       const bool outdated = queue.top().score != run.Rank(i);
       if (outdated || NearAny(run.views(), i, leaders, options.separation)) {
         queue.pop();
@@ -125,7 +128,7 @@ bool WorthAHierarchy(const AnytimeOptions& options, const EvaluationRun& run,
   if (left < options.hierarchy_pairs || voxels > static_cast<double>(options.hierarchy_voxels)) {
     return false;
   }
-  // Building takes a third of this on one thread.
+  // Building takes about a third of this on one thread.
   const double seconds = 1e-6 * static_cast<double>(run.cells().size()) + 1e-8 * voxels;
   const parallel::Budget& budget = run.budget();
   return budget.deadline == parallel::Budget::Clock::time_point::max() ||
@@ -141,7 +144,7 @@ Evaluation Evaluate(const CellSampler& sampler, const AnytimeOptions& options, E
   Decide(options, run);
   if (run.evaluation().any()) progress(run.evaluation());
   if (!options.complete) return run.Finish();
-  // Whatever samples tell from here on, the leaders are decided on anew.
+  // Each time that further samples have changed the estimates, the leaders are decided anew.
   while (race.Widen()) {
     race.Run(run.Share(options.race_share));
     Decide(options, run);

@@ -20,19 +20,21 @@ namespace vantage::planning {
 
 struct AnytimeOptions {
   RaceOptions race;
-  double race_share = 0.8;   // of the budget, at most: the rest is for deciding on the leaders
+  double race_share = 0.8;   // of the budget, at most; the rest is for the leaders
   double confidence = 0.95;  // of all bounds together
   uint64_t seed = 1;
-  double separation = 0.6;  // m, of the leaders scored exactly
+  double separation = 0.6;  // m, between leaders
   int leaders = 10;
-  // Of views and cells left to complete, from which on the hierarchy is worth building.
+  // The least number of pairs of view and cell left to complete for which the hierarchy is built.
   uint64_t hierarchy_pairs = 50'000'000;
-  // Of the box around the model, up to which it is; its summed volume table takes 4 bytes a voxel.
+  // The largest box around the model for which it is built, voxels: its summed volume table takes 4
+  // bytes per voxel.
   uint64_t hierarchy_voxels = uint64_t{1} << 28;
-  // By view: what a sample gained there counts, as where scores are ranked by the minute; 0 where
-  // nobody can go. Empty: 1 everywhere. Scores and bounds are of samples all the same.
+  // By view: the factor by which a score is multiplied for ranking, for instance to rank by score
+  // per minute; 0 where no scanner can go. Empty: 1 everywhere. Scores and bounds are in samples
+  // all the same.
   std::span<const double> worth;
-  bool complete = true;  // false: ends when the leaders are decided on
+  bool complete = true;  // false: ends when the leaders are exact
 };
 
 // Scores `views` on `cells`. What is left after race and decision is completed by the hierarchy

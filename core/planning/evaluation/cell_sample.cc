@@ -24,7 +24,7 @@ CellSample CellSampler::Draw(size_t draws, uint64_t seed, uint64_t round) const 
   size_t at = 0;
   for (size_t k = 0; k < draws; ++k) {
     const double point = (static_cast<double>(k) + HashToUnit(seed, round, k)) * part;
-    // Few draws lie far apart.
+    // Draws may lie far apart, so the next cell is found by bisection.
     at = static_cast<size_t>(
         std::upper_bound(line_.begin() + static_cast<ptrdiff_t>(at), line_.end(), point) -
         line_.begin());

@@ -1,4 +1,5 @@
-// Random draws of patch cells: what a sample of them gains stands for what all gain.
+// Random samples of patch cells. What a view gains on a sample is an estimate of what it gains on
+// all cells.
 #ifndef VANTAGE_CORE_PLANNING_EVALUATION_CELL_SAMPLE_H_
 #define VANTAGE_CORE_PLANNING_EVALUATION_CELL_SAMPLE_H_
 
@@ -12,13 +13,12 @@ namespace vantage::planning {
 
 struct CellSample {
   CellArrays cells;
-  std::vector<uint32_t> of;  // which of all cells each is, ascending
+  std::vector<uint32_t> of;  // index of each sampled cell among all cells, ascending
 };
 
-// Draws lie along a line on which each cell is as long as the most it can gain, one at random in
-// each of n equal parts: strata are places (neighbours lie side by side), the probability is
-// proportional to area x deficit x weight, and the draws are independent with a known range, so the
-// bounds of MeanBounds hold for any scene. Keeps the reference.
+// Draws cells with a probability proportional to the most that they can gain, stratified by place.
+// Draws are independent and their range is known, so the bounds of MeanBounds hold for any scene
+// (algorithm.md section 8, 'Race'). Keeps the reference.
 class CellSampler {
  public:
   explicit CellSampler(const CellArrays& cells);
@@ -26,15 +26,15 @@ class CellSampler {
   // The most that a view can gain, samples.
   double potential() const { return potential_; }
 
-  // `draws` cells, each with a factor of which the score is its share of what the cell can gain, so
-  // that the expected score of a sample is draws * score / potential(). The same for the same seed
-  // and round.
+  // Draws `draws` cells. Their factors are such that a cell scores its share of the most that it
+  // can gain, [0, 1]; so the expected score of a view on the sample is draws * score / potential().
+  // The same seed and round give the same sample.
   CellSample Draw(size_t draws, uint64_t seed, uint64_t round) const;
 
  private:
   const CellArrays& cells_;
   double potential_ = 0;
-  std::vector<double> line_;  // where each cell ends
+  std::vector<double> line_;  // end of each cell on the line of potentials, samples
 };
 
 }  // namespace vantage::planning

@@ -58,7 +58,7 @@ class ByHierarchy {
   }
 
  private:
-  // Blocks that are not exact yet, the most promising first.
+  // Blocks with views that are not exact, the highest upper bound first.
   std::vector<uint32_t> BoundAndOrder() {
     std::vector<std::pair<double, uint32_t>> order;
     for (uint32_t b = 0; b < hierarchy_.blocks().size(); ++b) {
@@ -106,7 +106,7 @@ class ByHierarchy {
       scores[k].resize(hierarchy_.Views(block).size());
       for (size_t i = 0; i < hierarchy_.Parts(block); ++i) parts.push_back({MostRays(block), k, i});
     }
-    // The longest first: then the threads end together.
+    // The longest tasks come first, so that all threads end at about the same time.
     std::stable_sort(parts.begin(), parts.end(),
                      [](const Part& a, const Part& b) { return a.rays > b.rays; });
     run_.parallel().For(parts.size(), [&](size_t i) {
@@ -126,7 +126,8 @@ class ByHierarchy {
     return all;
   }
 
-  // With little work left: one view after the other, so that the limit is overrun by one at most.
+  // With little work left views are scored one by one, so that the limit is overrun by one view at
+  // most.
   bool ScoreByOne(const ViewBlock& block) {
     const auto views = hierarchy_.Views(block);
     const uint64_t each = std::max<uint64_t>(1, MostRays(block) / views.size());

@@ -1,4 +1,4 @@
-// The last phase of an evaluation: every view exactly (algorithm.md section 8, 'complete').
+// The last phase of an evaluation scores every view exactly (algorithm.md section 8, 'Complete').
 #ifndef VANTAGE_CORE_PLANNING_EVALUATION_COMPLETION_H_
 #define VANTAGE_CORE_PLANNING_EVALUATION_COMPLETION_H_
 
@@ -10,7 +10,8 @@
 
 namespace vantage::planning {
 
-// View by view, those of the highest upper bound first: the gap closes fastest so.
+// Scores view by view, the highest upper bound first, since this narrows the optimality gap
+// fastest.
 void CompleteByView(EvaluationRun& run, EvaluationProgress progress);
 
 // Block by block through the hierarchy. What its upper levels leave to see bounds every view at

@@ -1,5 +1,5 @@
-// Bounds on a mean from a sample, without assuming a distribution (algorithm.md section 8,
-// 'Anytime, and honest about it').
+// Bounds on a mean from a sample, without assuming a distribution (algorithm.md section 8, 'Bounds
+// and the gap').
 #ifndef VANTAGE_CORE_PLANNING_EVALUATION_CONFIDENCE_BOUNDS_H_
 #define VANTAGE_CORE_PLANNING_EVALUATION_CONFIDENCE_BOUNDS_H_
 
@@ -10,8 +10,9 @@ namespace vantage::planning {
 
 // Hoeffding's first theorem (1963): for n independent draws from [0, 1], not necessarily alike,
 // whose means average to mu, P(average >= mu + t) <= exp(-n KL(mu + t || mu)), and likewise below.
-// Inverting it bounds mu from the average seen. Rounded outwards to a grid
-// of averages, whose bounds are kept: thousands of views ask for a few hundred of them.
+// Inverting it bounds mu from the observed average. Bounds are computed on a grid of averages and
+// kept, since thousands of views ask for a few hundred of them; an average is rounded to the grid
+// so that its bounds only get wider.
 class MeanBounds {
  public:
   // Each side fails with a probability of at most exp(-log_inverse_error).
@@ -25,11 +26,11 @@ class MeanBounds {
   double Invert(double p, double out) const;
 
   double limit_;
-  std::vector<double> lower_;  // at i / kSteps, where asked for
+  std::vector<double> lower_;  // for the average i / kSteps; kUnknown: not computed yet
   std::vector<double> upper_;
 };
 
-// A number in [0, 1) that depends on nothing but its arguments (SplitMix64).
+// A pseudo-random number in [0, 1) that depends only on its arguments (SplitMix64).
 double HashToUnit(uint64_t seed, uint64_t round, uint64_t index);
 
 }  // namespace vantage::planning

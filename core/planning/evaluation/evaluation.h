@@ -10,13 +10,13 @@ namespace vantage::planning {
 
 struct ViewEstimate {
   double score = 0;  // the best estimate so far, samples
-  double lower = 0;  // bounds: together they hold with the confidence asked for
+  double lower = 0;  // bounds that hold together with the confidence asked for
   double upper = 0;
-  bool scored = false;  // false: nothing but the bounds is known
-  bool exact = false;   // lower == score == upper, for certain
-  double error = 0;     // standard error of `score`, about; no bound
-  // What views are ranked by. Of hundreds of views with few draws some look good by chance alone:
-  // two standard errors keep them behind those that are known to be good.
+  bool scored = false;  // false: only the bounds are known
+  bool exact = false;   // lower == score == upper, with certainty
+  double error = 0;     // approximate standard error of `score`; not a bound
+  // The value by which views are ranked. Among hundreds of views with few draws some look good by
+  // chance alone; taking off two standard errors ranks them behind views that are known to be good.
   double Rank() const { return score - 2 * error; }
 };
 
@@ -26,7 +26,7 @@ struct Evaluation {
   size_t exact = 0;       // views
   bool complete = false;  // all of them
   bool decided = false;   // the leaders are exact
-  // By deficient cell: some scored view gains something there. Final only when complete.
+  // By deficient cell: whether some scored view gains something there. Final only when complete.
   std::vector<uint8_t> seen;
   bool any() const {
     for (const ViewEstimate& view : views) {
@@ -36,7 +36,7 @@ struct Evaluation {
   }
 };
 
-// Scored views from the best on, equal ones by index.
+// Scored views in descending order of rank, equal ones by index.
 std::vector<uint32_t> ByScore(const Evaluation& evaluation);
 
 }  // namespace vantage::planning

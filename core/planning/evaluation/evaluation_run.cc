@@ -7,7 +7,7 @@ namespace vantage::planning {
 namespace {
 
 constexpr uint32_t kPacketsOfPart = 512;
-constexpr size_t kSmallSample = 1024;  // cells: scored sooner than the cache is asked
+constexpr size_t kSmallSample = 1024;  // cells; for fewer the cache is slower
 
 // The packets of a sample that hold any of a range of all cells' packets.
 PacketRange Among(std::span<const uint32_t> of, const PacketRange& range) {

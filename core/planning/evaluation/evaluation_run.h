@@ -1,4 +1,4 @@
-// An evaluation under way: views are scored in batches, on all cells or a sample, within a budget.
+// A running evaluation. It scores views in batches, on all cells or on a sample, within a budget.
 #ifndef VANTAGE_CORE_PLANNING_EVALUATION_EVALUATION_RUN_H_
 #define VANTAGE_CORE_PLANNING_EVALUATION_EVALUATION_RUN_H_
 
@@ -23,7 +23,7 @@ namespace vantage::planning {
 // Called when the evaluation has improved.
 using EvaluationProgress = absl::FunctionRef<void(const Evaluation&)>;
 
-// Floats round: what a sum of scores in float may be off by, relatively.
+// Relative rounding error of a sum of scores in float, at most.
 inline constexpr double kRounding = 1e-5;
 
 // References are kept.
@@ -46,12 +46,12 @@ class EvaluationRun {
   const Evaluation& evaluation() const { return evaluation_; }
   const ViewEstimate& view(uint32_t i) const { return evaluation_.views[i]; }
   ViewEstimate& view(uint32_t i) { return evaluation_.views[i]; }
-  // What a sample gained by the view counts.
+  // The factor of the view's score in the ranking.
   double Worth(uint32_t i) const { return worth_.empty() ? 1 : worth_[i]; }
   double Rank(uint32_t i) const { return Worth(i) * view(i).Rank(); }
   std::span<std::atomic<uint8_t>> seen() { return seen_; }
 
-  // A part of what is left of time and work.
+  // A share of the time and work that are left.
   parallel::Budget Share(double share) const { return budget_.Part(share, evaluation_.rays); }
   bool Spent(const parallel::Budget& part) const {
     return evaluation_.rays >= part.work_limit || part.Expired();
@@ -62,8 +62,9 @@ class EvaluationRun {
   // Views that may be scored together on `cells`: a work limit is overrun by one view at most.
   size_t Affordable(const CellArrays& cells, size_t most, const parallel::Budget& part) const;
 
-  // Scores views together, on all cells where there is no `sample`. What the budget left unfinished
-  // is left out, and false returned.
+  // Scores views together, on `sample` or, when it is null, on all cells, and calls `note` for
+  // each. Returns false when the budget ended first; `note` is then not called for unfinished
+  // views.
   bool Score(std::span<const uint32_t> which, const CellSample* sample,
              const parallel::Budget& part,
              absl::FunctionRef<void(uint32_t view, double score)> note);
@@ -83,7 +84,7 @@ class EvaluationRun {
     uint32_t begin;  // ranges_
     uint32_t end;
   };
-  // Divides what is potentially visible from the views into parts.
+  // Divides the cells that are potentially visible from the views into parts.
   void Divide(std::span<const uint32_t> which, const CellSample* sample);
 
   const BruteForceScorer& scorer_;

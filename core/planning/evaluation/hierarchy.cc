@@ -29,7 +29,7 @@ std::vector<PacketRange> RangesOf(const PatchTree& tree,
 
 }  // namespace
 
-// What goes down with the recursion below a block.
+// The arguments of the recursion below a block.
 struct HierarchicalScorer::Descent {
   const parallel::Budget& budget;
   uint32_t first;  // view of `scores`, in the order of the tree
@@ -82,7 +82,7 @@ void HierarchicalScorer::Refine(const ViewBox& pass, const ViewBlock::Candidate&
     case ShaftClassifier::Relation::kMixed:
       break;
   }
-  // The larger of the two is split: the patch here, the views by who calls.
+  // The larger of the two is split. The patch is split here, the views by the caller.
   if (node.child != 0 && (pass.leaf || static_cast<double>(node.width) > pass.width)) {
     for (uint32_t child = node.child; child < node.child + 2; ++child) {
       Refine(pass, {child, satisfied}, out, certain, counts, seen);
@@ -122,7 +122,7 @@ bool HierarchicalScorer::Cull(const parallel::Budget& budget, parallel::Parallel
   refine(0, all, front[0]);
   if (budget.Expired()) return false;
   while (!front.empty()) {
-    // Nodes of one level side by side, each with its parent's list.
+    // The nodes of one level are culled in parallel, each with its parent's list.
     struct Task {
       uint32_t node;
       const ViewBlock* parent;

@@ -24,26 +24,26 @@
 namespace vantage::planning {
 
 struct HierarchyOptions {
-  // epsilon: a pair counts with the middle of its density's bounds when those are so near. 0: only
-  // where the required density is certain, so that scores are those of brute force. Not used with
-  // pose sensitivity.
+  // epsilon: a pair counts with the middle of its density's bounds when they differ by no more than
+  // this share of the upper one. 0: only when the density is certain to be enough, so that scores
+  // are those of brute force. Not used with pose sensitivity.
   double tolerance = 0;
-  // Views of a leaf. With the packet of 8 cells that is a leaf on the other side, a leaf pair of at
-  // most 128, decided by rays for each view across all its packets. 1: not batched.
+  // Views of a leaf. A leaf of patches is a packet of 8 cells; so a pair of leaves has at most 128
+  // pairs of view and cell, which rays decide for each view across all its packets. 1: not batched.
   uint32_t leaf_views = 16;
   uint32_t block_views = 256;  // views culled together, the unit of parallel work
-  // Shafts of at least so many pairs are tested for being entirely visible; the test costs more
-  // than the rays of smaller ones.
+  // Shafts of at least this many pairs are tested for being entirely visible. For smaller ones the
+  // test costs more than their rays.
   uint32_t visible_pairs = 64;
 };
 
-// Views that lie together and what any of them may see.
+// Neighbouring views and what any of them may see.
 struct ViewBlock {
   uint32_t node = 0;     // of the view tree
-  double certain = 0;    // every view of the block gains this
-  double potential = 0;  // no view gains more, samples
-  // Of the patch tree, in the order of the cells; what is left out gains nothing from the block
-  // or is in `certain`.
+  double certain = 0;    // samples that every view of the block gains
+  double potential = 0;  // samples; no view of the block gains more
+  // Nodes of the patch tree, in the order of the cells. Nodes that are left out gain nothing from
+  // the block or count in `certain`.
   struct Candidate {
     uint32_t node = 0;
     uint8_t satisfied = 0;
@@ -51,10 +51,9 @@ struct ViewBlock {
   std::vector<Candidate> candidates;
 };
 
-// Goes down the view tree with the list of patch groups that are still mixed, instead of down from
-// each patch: a view's score is then whole when its leaf is done, blocks of views are independent
-// of one another, and a deadline leaves whole views. References are kept. Thread safe but for
-// Cull().
+// Scores views against cells by their two trees (algorithm.md section 8, 'The hierarchy'). Blocks
+// of views are independent of one another, and a deadline leaves each view either exact or
+// unscored. References are kept. Thread safe except for Cull().
 class HierarchicalScorer {
  public:
   // View i is the centre of viewcell i (FeasibleViews::cells()). CANCELLED when that was requested
@@ -77,19 +76,19 @@ class HierarchicalScorer {
     return views_.Views(views_[block.node]);
   }
 
-  // The lower levels of a block: exact scores of all its views, `scores` parallel to Views(block).
-  // After the budget's deadline the rest is left unfinished.
+  // The lower levels of a block: exact scores of all its views; `scores` is parallel to
+  // Views(block). When the budget's deadline passes, the remaining views are left unfinished.
   HierarchyCounts ScoreBlock(const ViewBlock& block, const parallel::Budget& budget,
                              std::span<ViewScore> scores,
                              std::span<std::atomic<uint8_t>> seen = {}) const;
 
-  // The same in parts that may be scored side by side, each into its place in `scores`.
+  // The same in parts that may be scored in parallel, each into its place in `scores`.
   size_t Parts(const ViewBlock& block) const;
   HierarchyCounts ScorePart(const ViewBlock& block, size_t part, const parallel::Budget& budget,
                             std::span<ViewScore> scores,
                             std::span<std::atomic<uint8_t>> seen = {}) const;
 
-  // One view, by its block's candidates alone.
+  // One view, from its block's candidates.
   ViewScore ScoreView(uint32_t view, const parallel::Budget& budget,
                       std::span<std::atomic<uint8_t>> seen = {}) const;
 

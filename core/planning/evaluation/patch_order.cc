@@ -10,7 +10,7 @@ namespace vantage::planning {
 namespace {
 
 constexpr uint32_t kNone = std::numeric_limits<uint32_t>::max();
-constexpr size_t kTasks = 16;  // together
+constexpr size_t kTasks = 16;  // patches evaluated together
 
 }  // namespace
 
@@ -32,7 +32,7 @@ void PatchOrderScorer::Run(EvaluationProgress progress) {
   const CellArrays& cells = run_.cells();
   std::vector<uint32_t> position(patches_.cells.size(), kNone);  // of a deficient cell in `cells`
   for (uint32_t i = 0; i < cells.size(); ++i) position[cells.cell[i]] = i;
-  double left = run_.size() > 0 ? run_.view(0).upper : 0;  // nothing is known yet
+  double left = run_.size() > 0 ? run_.view(0).upper : 0;  // nothing evaluated yet
   parallel::Serial serial;
   bool all = true;
   size_t done = 0;
@@ -76,7 +76,8 @@ bool PatchOrderScorer::EvaluatePatch(const Group& group) {
   for (size_t begin = 0; begin < tasks_.size(); begin += rays.size()) {
     if (run_.Spent(run_.budget())) return false;
     rays.assign(std::min(kTasks, tasks_.size() - begin), 0);
-    // Groups of views share no node below them, so that nobody writes where another does.
+    // Groups of views have no node below them in common, so that no two threads write to the same
+    // place.
     run_.parallel().For(rays.size(), [&](size_t k) {
       const Task& task = tasks_[begin + k];
       for (const ViewBlock::Candidate& pair : task.pairs) {
@@ -89,7 +90,7 @@ bool PatchOrderScorer::EvaluatePatch(const Group& group) {
   return !run_.budget().Expired();
 }
 
-// Down to groups of views that are handed out.
+// Goes down to the groups of views that are handed out to threads.
 void PatchOrderScorer::Assign(const Group& group, uint32_t node, ViewBlock::Candidate pair) {
   const ViewTree::Node& views = views_[node];
   if (views.size() <= options_.block_views || views.children == 0) {
@@ -161,8 +162,8 @@ uint64_t PatchOrderScorer::Evaluate(const Group& group, uint32_t node, ViewBlock
   return rays;
 }
 
-// A view's total is its own and that of every group it belongs to. `left`: what the patches not
-// evaluated may add.
+// A view's total is its own and that of every group it belongs to. `left`: samples that the patches
+// not evaluated may add.
 void PatchOrderScorer::PushDown(double left) {
   std::vector<double> above(views_.size(), 0);
   for (uint32_t node = 0; node < views_.size(); ++node) {  // parents come before their children

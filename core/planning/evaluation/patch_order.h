@@ -1,5 +1,6 @@
-// The paper's own order: patch by patch, the most important first, each against the whole octree of
-// views (algorithm.md section 8). A mode: core/planning/README.md says when it answers well.
+// The paper's order of evaluation: patch by patch, the most important first, each against the whole
+// octree of views (algorithm.md section 8). It is a mode beside the anytime order;
+// core/planning/README.md says which answers better when.
 #ifndef VANTAGE_CORE_PLANNING_EVALUATION_PATCH_ORDER_H_
 #define VANTAGE_CORE_PLANNING_EVALUATION_PATCH_ORDER_H_
 
@@ -24,18 +25,18 @@ class PatchOrderScorer {
   PatchOrderScorer(EvaluationRun& run, const PatchSet& patches, const visibility::OpaqueGrid& grid,
                    visibility::SummedVolumeTable table, const HierarchyOptions& options);
 
-  // All patches in their order, until the budget is spent; then what was found is pushed down to
-  // the views. Bounds are certain: what was not evaluated may all be gained, or nothing of it. A
-  // work limit is overrun by what 16 groups of views cast for one patch, at most.
+  // Evaluates the patches in their order until the budget is spent, then adds up the scores of the
+  // views. Bounds are certain: patches not evaluated may be gained entirely or not at all. A work
+  // limit is overrun by at most the rays of 16 groups of views on one patch.
   void Run(EvaluationProgress progress);
 
  private:
-  // Of one patch.
+  // The evaluation of one patch.
   struct Group {
     OrderedCells cells;
     PatchTree tree;
   };
-  // Groups of views that a patch's pairs are handed to.
+  // A group of views with the pairs of a patch that it evaluates.
   struct Task {
     uint32_t node;
     std::vector<ViewBlock::Candidate> pairs;  // with nodes of the patch's tree
@@ -52,10 +53,10 @@ class PatchOrderScorer {
   visibility::SummedVolumeTable table_;
   ShaftClassifier classifier_;
   ViewTree views_;
-  std::vector<double> own_;    // by node of the view tree, samples: every view of it gains this
-  std::vector<double> alone_;  // by view: what it gains besides
+  std::vector<double> own_;    // by node of the view tree: samples that every view of it gains
+  std::vector<double> alone_;  // by view: further samples that it gains
   std::vector<Task> tasks_;
-  std::vector<uint32_t> task_of_;  // by node, of the patch at hand
+  std::vector<uint32_t> task_of_;  // by node, for the current patch
 };
 
 // Scores `views` on `cells` in that order.

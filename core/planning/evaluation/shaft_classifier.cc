@@ -36,7 +36,7 @@ ViewBox ShaftClassifier::Of(const ViewTree::Node& node) const {
   return views;
 }
 
-// What each view of a pair gains that is entirely visible and of which all constraints hold.
+// What each view gains on a pair that is entirely visible and satisfies all constraints.
 double ShaftClassifier::Constant(const PatchTree::Node& group, const CellArrays& cells,
                                  const Interval& density) const {
   if (density.min >= group.bounds.most_enough) return group.potential;
@@ -67,7 +67,7 @@ ShaftClassifier::Relation ShaftClassifier::Classify(const ViewBox& views,
       ++counts.occluded;
       return Relation::kNothing;
     }
-    // Nothing between the middles: perhaps nothing at all.
+    // When nothing is between the two centres, there may be nothing in the whole shaft.
     if (hidden == visibility::Hidden::kNone &&
         static_cast<uint64_t>(views.views) * group.size() >= visible_pairs_ &&
         EntirelyVisible(table_, views.scene, group.targets)) {

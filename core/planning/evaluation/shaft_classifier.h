@@ -1,5 +1,5 @@
-// Shaft classification: what a box of views and a group of patch cells are to each other, by the
-// rules of algorithm.md section 8, whoever goes through the pairs.
+// Classifies a pair of a box of views and a group of patch cells (algorithm.md section 8, 'The
+// hierarchy'). The caller chooses the pairs.
 #ifndef VANTAGE_CORE_PLANNING_EVALUATION_SHAFT_CLASSIFIER_H_
 #define VANTAGE_CORE_PLANNING_EVALUATION_SHAFT_CLASSIFIER_H_
 
@@ -30,7 +30,7 @@ struct HierarchyCounts {
   }
 };
 
-// A viewcell or a group of them, as a classification wants it.
+// A viewcell or a group of viewcells, in the form that a classification needs.
 struct ViewBox {
   Eigen::AlignedBox3d box;    // m
   Eigen::AlignedBox3d scene;  // the same in scene coordinates
@@ -54,8 +54,8 @@ class ShaftClassifier {
     kConstant,  // every view gains the same
     kMixed
   };
-  // `satisfied`: constraints that hold for a pair that contains this one; those that hold for this
-  // one are added. `score` (samples) is set for kConstant, and `seen` marked.
+  // `satisfied`: constraints that are known to hold for a pair that contains this one; those found
+  // to hold for this one are added. `score` (samples) is set for kConstant, and `seen` marked.
   Relation Classify(const ViewBox& views, const PatchTree::Node& group, const CellArrays& cells,
                     uint8_t& satisfied, double& score, HierarchyCounts& counts,
                     std::span<std::atomic<uint8_t>> seen) const;

@@ -14,8 +14,8 @@ constexpr uint64_t kMostBatch = uint64_t{1} << 21;
 constexpr size_t kLeastViews = 4;
 constexpr int kRegionBits = 2;       // regions are 4 viewcells wide
 constexpr double kQuickLook = 1e5;   // pairs: some milliseconds of one core
-constexpr size_t kTurns = 3;         // one is that of the best of all
-constexpr size_t kMostGenerous = 2;  // one in so many goes up from the first rung, at the end
+constexpr size_t kTurns = 3;         // one of these is that of the best view of all
+constexpr size_t kMostGenerous = 2;  // one in this many goes up from the first rung at the end
 
 Eigen::Vector3i RegionCell(const Eigen::Vector3i& viewcell) {
   return {viewcell.x() >> kRegionBits, viewcell.y() >> kRegionBits, viewcell.z() >> kRegionBits};
@@ -41,7 +41,7 @@ ViewRace::ViewRace(EvaluationRun& run, const CellSampler& sampler, const RaceOpt
     last = last.cwiseMax(region);
   }
   if (run.size() > 0) regions_ = last - first_region_ + Eigen::Vector3i::Ones();
-  // A sample of a third of the cells costs nearly what they all do.
+  // A sample of more than a third of the cells costs nearly as much as all cells.
   size_t total = 0;
   for (size_t draws = options.first_draws; draws * 3 <= run.cells().size();
        draws *= options.growth) {
@@ -90,7 +90,7 @@ void ViewRace::Tighten(size_t rung, const parallel::Budget& part) {
 }
 
 bool ViewRace::Step(const parallel::Budget& part) {
-  // The highest first: who is far ahead is decided on before others enter.
+  // The highest rung comes first, so that views far ahead are settled before others enter.
   for (size_t rung = rungs_.size() - 1; rung > 0; --rung) {
     const size_t due = rungs_[rung - 1].reached / Promotion(rung);
     if (rungs_[rung].reached < due) return GoUp(rung, due - rungs_[rung].reached, part);
@@ -104,7 +104,7 @@ size_t ViewRace::BatchOn(size_t rung) const {
 }
 
 size_t ViewRace::Promotion(size_t rung) const {
-  // A look at larger samples takes longer.
+  // A quick look costs more on a rung of larger samples.
   const auto growth = static_cast<double>(options_.growth);
   const double look = kQuickLook * std::pow(growth, static_cast<double>(rung - 1));
   const double looks = static_cast<double>(pairs_) / look;
@@ -121,7 +121,7 @@ uint32_t ViewRace::RegionOf(uint32_t view) const {
 
 double ViewRace::RevisedScore(uint32_t view, size_t rung) const {
   const Revision& revision = rungs_[rung].revisions[RegionOf(view)];
-  // As if one more had not changed: a single view tells little of its neighbours.
+  // One more view without a change is counted, since a single view tells little of its neighbours.
   return run_.view(view).score + static_cast<double>(revision.sum / (revision.views + 1));
 }
 
@@ -146,7 +146,7 @@ bool ViewRace::GoUp(size_t rung, size_t count, const parallel::Budget& part) {
 
 std::optional<size_t> ViewRace::NextToPropose() {
   std::optional<size_t> next;
-  if (++turns_ % kTurns == 0) {  // whoever ranks best of all
+  if (++turns_ % kTurns == 0) {  // the turn of the best view of all
     for (size_t k = 0; k < proposers_.size(); ++k) {
       if (proposers_[k].empty()) continue;
       if (!next.has_value() || proposers_[*next].top() < proposers_[k].top()) next = k;
@@ -168,9 +168,9 @@ bool ViewRace::Enter(const parallel::Budget& part) {
     if (!level.has_value()) break;
     const Proposer of = proposers_[*level].top();
     proposers_[*level].pop();
-    if (proposes_[of.view] != *level) continue;  // listed twice, and it has proposed these
+    if (proposes_[of.view] != *level) continue;  // listed twice: it has proposed these
     const double rank = run_.Rank(of.view);
-    if (rank < of.rank) {  // it looked better when it was listed
+    if (rank < of.rank) {  // its rank has fallen since it was listed
       proposers_[*level].push({rank, of.view});
     } else {
       ListNeighbours(of.view, 1 << *level, entering);
@@ -252,7 +252,8 @@ void ViewRace::Note(uint32_t i, size_t rung, double score) {
   if (IsLast(rung)) {
     run_.SetExact(i, score);
   } else {
-    // Draws of all rungs so far: independent, none chosen by what others found.
+    // Draws of all rungs so far count. They are independent, since none was chosen by the result of
+    // another.
     drawn_score_[i] += static_cast<float>(score);
     const auto draws = static_cast<double>(own.total);
     const double average = std::clamp(static_cast<double>(drawn_score_[i]) / draws, 0.0, 1.0);
@@ -264,14 +265,15 @@ void ViewRace::Note(uint32_t i, size_t rung, double score) {
     view.lower = std::max(view.lower, std::max(0.0, bounds.Lower(average) - kRounding) * potential);
     view.lower = std::min(view.lower, view.upper);
     view.score = std::clamp(average * potential, view.lower, view.upper);
-    // As if there were a draw more of either kind: no gain seen does not mean none.
+    // One more draw of either kind is counted, since a view that gained nothing on a sample may
+    // still gain something.
     const double mean = (average * draws + 1) / (draws + 2);
     view.error = potential * std::sqrt(mean * (1 - mean) / draws);
   }
   if (rung == 0) {
     ProposeFirst(i);
   } else {
-    // A larger sample leaves less doubt: it may rank better now than when it was listed.
+    // A larger sample has a smaller error, so the view may rank better now than when it was listed.
     if (proposes_[i] != kAllProposed) Propose(i, proposes_[i]);
     Revision& revision = rungs_[rung - 1].revisions[RegionOf(i)];
     revision.sum += static_cast<float>(run_.view(i).score - before);

@@ -1,5 +1,5 @@
-// The race: samples of the cells, larger and larger, on fewer and fewer of the views (algorithm.md
-// section 8, 'Anytime, and honest about it').
+// The race scores fewer and fewer views on larger and larger samples of the cells (algorithm.md
+// section 8, 'Race').
 #ifndef VANTAGE_CORE_PLANNING_EVALUATION_VIEW_RACE_H_
 #define VANTAGE_CORE_PLANNING_EVALUATION_VIEW_RACE_H_
 
@@ -18,64 +18,53 @@
 namespace vantage::planning {
 
 struct RaceOptions {
-  size_t first_draws = 256;  // of cells, for a view that enters
+  size_t first_draws = 256;  // cells, for a view that enters
   size_t growth = 4;         // of the sample from rung to rung
-  size_t promotion = 16;     // one in so many views goes up, at first
-  size_t widest = 4;         // the same, once every view has entered and there is time
+  size_t promotion = 16;     // one in this many views goes up, at first
+  size_t widest = 4;         // the same, at the widest (see Widen())
 };
 
-// Successive halving without rounds: every rung is the size of a sample, the last one all cells. A
-// view goes up when it is among the best sixteenth of those that reached its rung, so that each
-// rung gets a quarter of the effort of the one below. The more work is done, the more go up, until
-// it is every second from the first rung and every fourth from the others, which then get the same
-// effort each: small samples suit a quick look, and mislead a long one.
-//
-// All views on a rung share its sample. So where that happens to hold too much of what a room
-// shows, all views there look too good, and would fill the next rung. What those that went up were
-// found to be worse is therefore taken off their neighbours, before the best are chosen.
-//
-// Half of those that enter are the next of a lattice of views, the coarsest first; the others are
-// neighbours of views that rank best, two times of three at each distance on the lattice in turn,
-// else of the best of all: so its surroundings are looked at closely, but not before all else. An
-// answer is there early, and nothing is decided by the budget.
+// Successive halving without rounds. Each rung is a size of sample, the last one all cells; the
+// best views of a rung go up to the next. Neither the order of the work nor the estimates depend on
+// when the budget ends.
 class ViewRace {
  public:
   // The bounds of all views on all rungs hold together with `confidence`. References are kept.
   ViewRace(EvaluationRun& run, const CellSampler& sampler, const RaceOptions& options,
            double confidence, uint64_t seed);
 
-  // Until every view has entered and nobody is to go up, or the budget is spent.
+  // Runs until every view has entered and none is due to go up, or until the budget is spent.
   void Run(const parallel::Budget& part);
 
-  // Lets twice as many go up from now on: who was unlucky on a small sample gets another chance.
-  // False when that is as wide as the race gets.
+  // Lets twice as many views go up from now on, so that views underestimated by a small sample get
+  // another chance. False when the race is at its widest already.
   bool Widen();
 
-  // Rungs between that on which views enter and that of all cells are 1 to rungs() - 2.
+  // The number of rungs. Views enter on rung 0; the last rung is all cells.
   size_t rungs() const { return rungs_.size(); }
-  // The rung's sample for whoever may still be better than the best view is for certain: so the gap
-  // closes long before everything is exact.
+  // Scores on the rung's sample every view whose upper bound exceeds the best lower bound. This
+  // narrows the optimality gap long before everything is exact.
   void Tighten(size_t rung, const parallel::Budget& part);
 
  private:
   static constexpr uint8_t kOutside = 0xff;
   static constexpr uint8_t kAllProposed = 0xff;
 
-  // Of the views of a region that went up: by how much larger samples changed their scores.
+  // By how much larger samples changed the scores of the views of a region that went up.
   struct Revision {
     float sum = 0;  // samples
     float views = 0;
   };
   struct Rung {
-    size_t draws = 0;  // of this rung alone
-    size_t total = 0;  // and those below
+    size_t draws = 0;  // of this rung only
+    size_t total = 0;  // of this rung and those below
     CellSample sample;
-    std::vector<MeanBounds> bounds;   // one, made with the sample
-    size_t reached = 0;               // views, those that went on included
+    std::vector<MeanBounds> bounds;   // one element, made with the sample
+    size_t reached = 0;               // views, including those that went up since
     std::vector<uint32_t> waiting;    // to go up
     std::vector<Revision> revisions;  // by region
   };
-  // A view whose neighbours may enter, by what it was ranked when it was listed.
+  // A view whose neighbours may enter, with its rank at the time of listing.
   struct Proposer {
     double rank;
     uint32_t view;
@@ -85,27 +74,29 @@ class ViewRace {
   };
 
   bool Step(const parallel::Budget& part);
-  // One in so many views goes up to the rung.
+  // One in this many views goes up to the rung.
   size_t Promotion(size_t rung) const;
   uint32_t RegionOf(uint32_t view) const;
-  // The score of a view that waits on the rung, revised as its neighbours' were.
+  // The score of a view that waits on the rung, corrected by the mean change of its region.
   double RevisedScore(uint32_t view, size_t rung) const;
   bool GoUp(size_t rung, size_t count, const parallel::Budget& part);
   bool Enter(const parallel::Budget& part);
-  // Whose neighbours are next, by the index of the queue; nothing when all were proposed.
+  // The index in proposers_ of the queue whose first view's neighbours enter next; nothing when all
+  // are empty.
   std::optional<size_t> NextToPropose();
   bool ScoreOn(size_t rung, std::span<const uint32_t> which, const parallel::Budget& part);
   void Arrive(uint32_t view, size_t rung);
-  // Takes those out that were decided on in the meantime, and returns them: they arrive without a
-  // sample.
+  // Removes from `views` those that have become exact in the meantime and returns them. They arrive
+  // on the rung without a sample.
   std::vector<uint32_t> ArriveExact(std::vector<uint32_t>& views, size_t rung);
   void Note(uint32_t view, size_t rung, double score);
-  // Lists a view as one whose neighbours 2^level viewcells away may enter.
+  // Lists a view as a proposer of its neighbours 2^level viewcells away.
   void Propose(uint32_t view, size_t level);
-  // The same for one that enters: half as far away as those on its level of the lattice.
+  // The same for a view that enters; its neighbours are half as far away as those on its level of
+  // the lattice.
   void ProposeFirst(uint32_t view);
   void ListNeighbours(uint32_t of, int step, std::vector<uint32_t>& entering);
-  // Views that are scored together: the more work is done, the more.
+  // Number of views that are scored together; it grows with the work done.
   size_t BatchOn(size_t rung) const;
   const CellSample* SampleOf(size_t rung);  // null: all cells
   bool IsLast(size_t rung) const { return rung + 1 == rungs_.size(); }
@@ -123,12 +114,12 @@ class ViewRace {
   std::vector<float> drawn_score_;  // by view: over all its draws
   std::vector<uint8_t> proposes_;   // by view: in which of proposers_ it waits
   ViewLattice lattice_;             // of views that enter
-  // By the distance of the neighbours that are next, 2^k viewcells. Whoever went up since is listed
-  // again: once it has proposed, proposes_ says that the other entry is void.
+  // Queue k has the views whose neighbours 2^k viewcells away are next. A view that goes up is
+  // listed again; proposes_ tells which of its entries are void.
   std::array<std::priority_queue<Proposer>, ViewLattice::kCoarsest> proposers_;
   size_t turns_ = 0;
-  size_t level_ = 0;    // of proposers_, whose turn it was last
-  uint64_t pairs_ = 0;  // of view and cell, scored
+  size_t level_ = 0;    // the queue of proposers_ that had the last turn
+  uint64_t pairs_ = 0;  // pairs of view and cell scored so far
 };
 
 }  // namespace vantage::planning

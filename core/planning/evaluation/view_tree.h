@@ -30,7 +30,7 @@ class ViewTree {
   const Node& operator[](uint32_t i) const { return nodes_[i]; }
   size_t size() const { return nodes_.size(); }
 
-  // The cells, as they were given, in the order of the tree.
+  // Indices of the given cells, in the order of the tree.
   std::span<const uint32_t> order() const { return order_; }
   std::span<const uint32_t> Views(const Node& node) const {
     return order().subspan(node.begin, node.size());

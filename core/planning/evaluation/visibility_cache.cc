@@ -7,8 +7,8 @@
 namespace vantage::planning {
 namespace {
 
-constexpr double kSide = 0.6;  // m, about
-// Finding a set takes as long as scoring one view on so large a part of the cells.
+constexpr double kSide = 0.6;  // m, approximate edge of the boxes that share a set
+// Finding a set takes as long as scoring one view on this share of the cells.
 constexpr uint64_t kFindingTakes = 10;
 constexpr double kRaySlack = 1e-5;  // m: views are floats where rays are cast
 

@@ -1,4 +1,4 @@
-// Potentially visible sets of views, found once for those that lie close together.
+// Keeps potentially visible sets; views that lie close together share one.
 #ifndef VANTAGE_CORE_PLANNING_EVALUATION_VISIBILITY_CACHE_H_
 #define VANTAGE_CORE_PLANNING_EVALUATION_VISIBILITY_CACHE_H_
 
@@ -26,13 +26,13 @@ class VisibilityCache {
   VisibilityCache(const BruteForceScorer& scorer, const FeasibleViews& views,
                   const OrderedCells& cells, const visibility::OpaqueGrid& grid);
 
-  // To be told before `which` are scored on `drawn` cells each. Where that and what was scored
-  // before come to more than it takes, what is potentially visible is found out. With a budget that
-  // doesn't expire that does not depend on the number of threads.
+  // Must be called before `which` are scored on `drawn` cells each. Finds a set as soon as the work
+  // on its views, past and now due, exceeds the work of finding it. As long as the budget does not
+  // expire, the result does not depend on the number of threads.
   void Prepare(std::span<const uint32_t> which, size_t drawn, const parallel::Budget& budget,
                parallel::Parallel& parallel);
 
-  // All cells but those that are hidden from the view; null: not found out.
+  // All cells except those that are hidden from the view; null when the set was not found yet.
   const std::vector<PacketRange>* PotentiallyVisibleFrom(uint32_t view) const;
 
  private:
@@ -46,7 +46,7 @@ class VisibilityCache {
 
   const BruteForceScorer& scorer_;
   const FeasibleViews& views_;
-  const uint64_t worth_finding_;  // pairs
+  const uint64_t worth_finding_;  // pairs of view and cell
   const int side_;                // viewcells
   const PotentiallyVisibleSets visible_sets_;
   absl::flat_hash_map<Key, Entry> entries_;

@@ -85,11 +85,11 @@ bool FeasibleViews::Judge(const model::PlanningView& model, const visibility::Op
   return true;
 }
 
-// Where a scanner stood it can stand: what little its own blind cone and rays without a return
-// leave unknown around it does not ban the place.
+// A scanner can stand where one has stood: the little that its blind cone and rays without a return
+// leave unknown does not rule the place out.
 void FeasibleViews::ExemptStations(const model::PlanningView& model, double clearance) {
   for (const model::Station& station : model.stations()) {
-    if (station.clearance < clearance - kSlack) continue;  // it proves no more than it had
+    if (station.clearance < clearance - kSlack) continue;  // it had too little clearance
     const CellIndex cell = CellOf(station.position);
     const Infeasibility why = Why(cell);
     if (why == Infeasibility::kAboveObject || why == Infeasibility::kClearance) {
@@ -118,7 +118,7 @@ void FeasibleViews::ListFeasible(bool require_reachable) {
   }
 }
 
-// Everything but clearance and reachability, for the cells of one column.
+// All rules except clearance and reachability, for the cells of one column.
 void FeasibleViews::JudgeColumn(int cx, int cy, const visibility::OpaqueGrid& grid,
                                 const PlanningConfig& config) {
   const int n = voxels_per_cell_;
@@ -172,9 +172,9 @@ void FeasibleViews::JudgeColumn(int cx, int cy, const visibility::OpaqueGrid& gr
   }
 }
 
-// A voxel lacks clearance when the gap between it and a non-empty voxel, box to box, is less than
-// the clearance; a cell when one of its voxels does. The gap is a whole number of voxels on each
-// axis, so growing rows of bits by whole voxels is exact.
+// A voxel lacks clearance when the gap between its box and that of a non-empty voxel is less than
+// the clearance; a cell lacks it when one of its voxels does. The gap is a whole number of voxels
+// on each axis, so growing rows of bits by whole voxels is exact.
 bool FeasibleViews::CarveClearance(const visibility::OpaqueGrid& grid, double clearance,
                                    parallel::Parallel& parallel,
                                    const parallel::Cancellation& cancelled) {
@@ -198,7 +198,7 @@ bool FeasibleViews::CarveClearance(const visibility::OpaqueGrid& grid, double cl
       most = std::max(most, grow);
     }
   }
-  // Only layers near cells that are still in question.
+  // Only layers near cells that are still undecided matter.
   const size_t layer = static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y());
   std::vector<uint8_t> wanted(static_cast<size_t>(size_.z()), 0);
   for (size_t cz = 0; cz < wanted.size(); ++cz) {
@@ -231,7 +231,8 @@ bool FeasibleViews::CarveClearance(const visibility::OpaqueGrid& grid, double cl
           }
         }
       }
-      // The cell's nearest own layer decides the gap along z: one pass over dy for the layer.
+      // The gap along z is that of the cell's nearest own layer, so one pass over dy is enough for
+      // a layer.
       const int own = std::clamp(layer_z, cz * n, cz * n + n - 1);
       for (const Offset2& offset : offsets) {
         if (offset.dz != layer_z - own) continue;

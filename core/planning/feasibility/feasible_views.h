@@ -25,20 +25,20 @@ namespace vantage::planning {
 enum class Infeasibility : uint8_t {
   kNone = 0,
   kNoFloor,        // no floor is known below it
-  kTooLow,         // some of it is lower over the floor than allowed
-  kTooHigh,        // some of it is higher over the floor than allowed
+  kTooLow,         // part of it is lower over the floor than allowed
+  kTooHigh,        // part of it is higher over the floor than allowed
   kAboveObject,    // something that is not known to be empty lies between it and the floor
   kOutsideRegion,  // not wholly inside the region of interest
   kKeepOut,        // touches a keep-out box
   kRejected,       // within the radius of a rejected place
   kClearance,      // something that is not known to be empty is nearer than the clearance
-  kUnreachable,    // no passage for the scanner from where it has stood
+  kUnreachable,    // the scanner cannot be carried there from where it has stood
 };
 inline constexpr int kInfeasibilities = 10;
 
-// The smallest viewcells, all of one size, each entirely feasible or not: mixed means infeasible.
-// The cell of a station that had at least this clearance is exempt from clearance and from what
-// lies below it.
+// The smallest viewcells, all of one size. A cell is feasible when all of it is. The cell of a
+// station whose clearance was at least the scanner's is exempt from the rules on clearance and on
+// objects below.
 class FeasibleViews {
  public:
   // Cell coordinates: cell c covers [c, c + 1) * cell_size on each axis of the model frame.
@@ -72,8 +72,8 @@ class FeasibleViews {
   // Height over the floor below, m; NaN where there is none.
   double HeightOverFloor(const Eigen::Vector3d& p) const;
 
-  // Cells by reason, of those whose height over the floor is allowed; and in words, which
-  // constraint leaves nothing and what to do about it.
+  // Number of cells by reason, among those whose height over the floor is allowed. Explain() says
+  // in words which constraint leaves nothing and what to do about it.
   const std::array<size_t, kInfeasibilities>& counts() const { return counts_; }
   std::string Explain(const sensor::ScannerModel& scanner, const PlanningConfig& config) const;
 
@@ -111,7 +111,7 @@ class FeasibleViews {
   ReachMap reach_;
 };
 
-// The words for a person of why a single cell is refused.
+// In words for a person: why a single cell is refused.
 std::string InfeasibilityWords(Infeasibility why, const sensor::ScannerModel& scanner,
                                const PlanningConfig& config);
 

@@ -13,7 +13,7 @@ namespace {
 constexpr float kNone = std::numeric_limits<float>::quiet_NaN();
 constexpr size_t kColumnsBetweenPolls = 8192;
 constexpr float kUpward = 0.87f;        // cosine of 30 degrees: normals of a rough floor scatter
-constexpr double kNeighbourhood = 1.0;  // m, around a piece in which a lower floor unmasks it
+constexpr double kNeighbourhood = 1.0;  // m; a lower floor this near shows that a piece is no floor
 constexpr double kStepArea = 0.2;       // m^2 that a step has at least
 constexpr double kIsolatedArea = 1.0;   // m^2 that a floor of its own has at least
 constexpr double kFillReach = 3.0;      // m, over which heights are interpolated
@@ -55,7 +55,7 @@ class Tiles {
 
 }  // namespace
 
-// Connected columns whose candidate heights run on without a step.
+// Connected columns whose candidate heights continue without a step.
 struct FloorHeights::Piece {
   std::vector<uint32_t> columns;  // indices into height_
   double mean_height = 0;         // m
@@ -88,7 +88,7 @@ bool FloorHeights::Measure(const model::PlanningView& model,
                            const parallel::Cancellation& cancelled) {
   const double voxel = model.voxel_size();
   std::vector<float> candidate(height_.size(), kNone);
-  // Voxels come with z rising, so the first of a column is its lowest.
+  // Voxels come in ascending z, so the first of a column is its lowest.
   const bool whole = visibility::WalkSurface(
       model, cancelled,
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
@@ -159,7 +159,7 @@ void FloorHeights::KeepFloors(const model::PlanningView& model, const std::vecto
       tiles.Add(static_cast<int>(at) % size_x_, static_cast<int>(at) / size_x_, candidate[at]);
     }
   };
-  // What carries a station is a floor whatever else there is.
+  // A piece that carries a station is a floor in any case.
   const auto carries_station = [&](const Piece& piece) {
     size_t until_poll = 0;
     for (const uint32_t at : piece.columns) {
@@ -191,7 +191,7 @@ void FloorHeights::KeepFloors(const model::PlanningView& model, const std::vecto
       others.push_back(std::move(piece));
     }
   }
-  // The others from below: a stair continues step by step.
+  // The others are looked at from the lowest up, so that a stair continues step by step.
   std::stable_sort(others.begin(), others.end(),
                    [](const Piece& a, const Piece& b) { return a.mean_height < b.mean_height; });
   for (const Piece& piece : others) {
@@ -262,7 +262,8 @@ void FloorHeights::Interpolate(double reach, double voxel,
         }
       }
     }
-    // A layer is filled from the layers before it only, so that the order does not matter.
+    // A layer is filled from the layers before it only, so that the order within it does not
+    // matter.
     filled.assign(next.size(), 0);
     for (size_t k = 0; k < next.size(); ++k) {
       const int x = static_cast<int>(next[k]) % size_x_;

@@ -13,17 +13,15 @@
 
 namespace vantage::planning {
 
-// A floor is measured surface that faces up with known-empty space on top, and is the lowest such
-// in its column; pieces of it stand for a floor when they carry a station, continue a floor at the
-// same height, continue it by a step, or are large and have no floor around them that lies lower (a
-// table has one). Between measured pieces the height is interpolated.
+// Finds the floor in measured surface that faces up, and interpolates between measured pieces; the
+// rules are in algorithm.md section 7A, 'The floor'.
 class FloorHeights {
  public:
-  // Neighbouring floors belong together up to this difference in height, m.
+  // The largest step between neighbouring pieces of one floor, m.
   static constexpr double kMaxStep = 0.20;
 
-  // `given`: z of the floor everywhere (m), found from the model when absent. CANCELLED when that
-  // was requested on the way.
+  // `given`: z of the floor everywhere, m; when absent the floor is found from the model. CANCELLED
+  // when that was requested on the way.
   static absl::StatusOr<FloorHeights> Find(const model::PlanningView& model,
                                            std::optional<double> given,
                                            const parallel::Cancellation& cancelled = {});
@@ -37,7 +35,7 @@ class FloorHeights {
   }
 
   bool found() const { return found_; }
-  // Of the measured floor (or as given), m; NaN when there is none.
+  // Lowest and highest z of the measured floor (or the given z), m; NaN when there is none.
   float lowest() const { return lowest_; }
   float highest() const { return highest_; }
 

@@ -18,10 +18,10 @@ constexpr double kTripod = 0.75;  // m, around a station
 
 constexpr double kHanging = 0.5;  // m, over known-empty space
 
-// True when nothing in the voxel column [low, high) speaks against the way to a station `away`
-// metres off, by which someone carried the scanner in: what lay outside the field of view; nearer,
-// whatever is merely not known; right beside it, what was measured too (the tripod's legs, the
-// scanner's own body at the edge of its blind zone).
+// True when nothing in the voxel column [low, high) blocks the way to a station `away` metres off.
+// Somebody carried the scanner in there, so what lay outside its field of view does not block;
+// nearer, nothing that is merely unknown does; right beside the station not even measured surface
+// does (the tripod's legs, the scanner's own body at the edge of its blind zone).
 bool OnTheWayIn(const model::PlanningView& model, int x, int y, int low, int high, double away) {
   for (int z = low; z < high; ++z) {
     const model::VoxelState state = model.State({x, y, z});
@@ -35,10 +35,9 @@ bool OnTheWayIn(const model::PlanningView& model, int x, int y, int low, int hig
   return true;
 }
 
-// True when the scanner can be carried through a voxel column [low, high). What stands on the floor
-// is in its way, and so is all measured surface. What hangs in the air and is merely not known is
-// not: half a metre over known-empty space it is what rays to a window crossed, or an edge's
-// shadow.
+// True when the scanner can be carried through a voxel column [low, high). Whatever stands on the
+// floor blocks, and so does all measured surface. Unknown space half a metre over known-empty space
+// does not: rays to a window crossed it, or it is an edge's shadow.
 bool FreeToPass(const model::PlanningView& model, const visibility::OpaqueGrid& grid, int x, int y,
                 int low, int high) {
   const int hanging = low + static_cast<int>(std::ceil(kHanging / model.voxel_size()));
@@ -131,7 +130,7 @@ void ReachMap::FindPassable(const model::PlanningView& model, const visibility::
 }
 
 void ReachMap::Flood(const model::PlanningView& model, const parallel::Cancellation& cancelled) {
-  using Entry = std::pair<float, uint32_t>;  // m so far, column
+  using Entry = std::pair<float, uint32_t>;  // length so far (m), column
   const auto spread = [&](const std::vector<uint32_t>& seeds, std::vector<float>& distance) {
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
     for (const uint32_t seed : seeds) {
@@ -164,7 +163,7 @@ void ReachMap::Flood(const model::PlanningView& model, const parallel::Cancellat
       }
     }
   };
-  // A station counts as reached whether or not the scanner is seen to fit there: it did.
+  // A station counts as reached even where the scanner does not seem to fit, since it stood there.
   const auto column_of = [&](const model::Station& station) -> std::optional<uint32_t> {
     const int cx = static_cast<int>(std::floor(station.position.x() / cell_size_));
     const int cy = static_cast<int>(std::floor(station.position.y() / cell_size_));

@@ -17,20 +17,16 @@
 
 namespace vantage::planning {
 
-// The first voxel layer over the floor that must be empty: what is lower (a rug, a threshold, the
+// The first voxel layer over the floor that must be empty. Anything lower (a rug, a threshold, the
 // floor's own roughness) counts as floor.
 inline int FirstLayerOverFloor(float floor_height, double voxel) {
   return static_cast<int>(std::floor(floor_height / voxel + 0.5)) + 2;
 }
 
-// Places are columns of viewcells. The scanner is an upright cylinder of the configured width and
-// height that moves over the floor, between neighbouring columns (diagonals included) whose floors
-// differ by no more than a step, through space known to be empty. Two exceptions. What hangs in the
-// air over half a metre of known-empty space and is merely not known does not block the way: people
-// walk there, and at the height of windows, whose rays never come back, much stays unknown. And
-// since someone carried the scanner in: within two viewpoint heights of a station what merely lay
-// outside the field of view does not block the way (its blind cone), within a metre nothing does
-// that is merely not known, and right beside the station nothing at all.
+// A map over columns of viewcells. The scanner is an upright cylinder of the configured width and
+// height that moves between neighbouring columns, diagonals included, whose floors differ by at
+// most a step, through space known to be empty. The exceptions near stations and under unknown
+// space are in algorithm.md section 7A, 'Reachability'.
 class ReachMap {
  public:
   ReachMap() = default;  // of no columns

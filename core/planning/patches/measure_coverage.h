@@ -1,4 +1,4 @@
-// How complete a model is, measured.
+// Measures how complete a model is.
 #ifndef VANTAGE_CORE_PLANNING_PATCHES_MEASURE_COVERAGE_H_
 #define VANTAGE_CORE_PLANNING_PATCHES_MEASURE_COVERAGE_H_
 
@@ -10,7 +10,8 @@
 
 namespace vantage::planning {
 
-// How complete the model is, without planning. CANCELLED when that was requested on the way.
+// Measures how complete the model is, without planning. CANCELLED when that was requested on the
+// way.
 absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
                                          const PlanningConfig& config,
                                          const parallel::Cancellation& cancelled = {});

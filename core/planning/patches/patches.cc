@@ -19,10 +19,10 @@ namespace vantage::planning {
 namespace {
 
 constexpr uint32_t kCellsBetweenPolls = 8192;
-constexpr uint32_t kMembersBetweenPolls = 1024;  // each asks for its 26 neighbours
+constexpr uint32_t kMembersBetweenPolls = 1024;  // each looks up its 26 neighbours
 constexpr uint32_t kNoCell = std::numeric_limits<uint32_t>::max();
 
-// From a voxel to its deficient cell, by bricks: neighbours are looked up 26 times a cell.
+// A map from a voxel to its deficient cell, by bricks, since each cell looks up 26 neighbours.
 class CellTable {
  public:
   // Nothing when cancelled on the way.
@@ -135,7 +135,7 @@ bool CollectDeficient(const model::PlanningView& model, const PlanningConfig& co
   const auto density = static_cast<float>(config.required_density);
   const auto enough = [&](const model::VoxelIndex& v, model::VoxelState state,
                           const model::SurfaceVoxel& surface) {
-    // Rays have gone into a hole, and nothing came back.
+    // Rays went into a hole and none came back, so no depth behind it counts.
     const bool opening =
         state == model::VoxelState::kFalseOcclusion || state == model::VoxelState::kFalseImage;
     if (config.unknown_depth <= 0 || !opening) return density;
@@ -201,8 +201,8 @@ class PatchGrowth {
     return deficient_[i].kind == kind && deficient_[i].normal.dot(plane.normal) >= cos_angle_ &&
            std::abs(plane.normal.dot(deficient_[i].position - plane.centre)) <= max_offset_;
   }
-  // The plane is that of the seed and those around it that agree with it, and stays: a plane that
-  // moved while the patch grew could leave its first cells outside the tolerance.
+  // The plane is that of the seed and the neighbours that agree with it. It does not move while the
+  // patch grows, or the first cells could end up outside the tolerance.
   Plane PlaneAround(uint32_t seed) const {
     const DeficientCell& own = deficient_[seed];
     const Plane alone{own.normal, own.position};
@@ -261,7 +261,7 @@ absl::StatusOr<PatchSet> RankPatches(const PlanningConfig& config, PatchSet set,
   for (Patch& patch : set.patches) {
     patch.importance = config.weights[static_cast<size_t>(patch.kind)] * patch.deficit;
   }
-  // Equal importance: the patch met first comes first.
+  // Of equal importance, the patch met first comes first.
   std::stable_sort(set.patches.begin(), set.patches.end(),
                    [](const Patch& a, const Patch& b) { return a.importance > b.importance; });
   std::vector<DeficientCell> cells;

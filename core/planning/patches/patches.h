@@ -23,8 +23,8 @@ struct DeficientCell {
   Eigen::Vector3f normal;    // unit, towards the empty side
   float area = 0;            // m^2
   float density = 0;         // q, samples / m^2
-  float spread = 1;          // density at its middle over q, of the scan that q is of
-  float enough = 0;          // samples / m^2: D, or more where there is space behind it
+  float spread = 1;          // density at the voxel's middle over q, in the scan that recorded q
+  float enough = 0;          // samples / m^2: D, or more where unknown space lies behind it
   float success = 1;         // probability that measuring it works, from earlier attempts
   // Places from which rays to it dropped out: [dropouts, dropouts + dropout_count) of
   // PatchSet::dropouts.
@@ -40,7 +40,7 @@ struct PatchTolerance {
 
 struct PatchSet {
   std::vector<DeficientCell> cells;       // those of a patch side by side, patches in order
-  std::vector<Patch> patches;             // unranked: by first cell met
+  std::vector<Patch> patches;             // before ranking: in the order of their first cells
   std::vector<Eigen::Vector3f> dropouts;  // m, model frame
   double area = 0;                        // m^2, of all cells
 };
@@ -57,8 +57,9 @@ absl::StatusOr<PatchSet> ExtractPatches(const model::PlanningView& model,
 absl::StatusOr<PatchSet> RankPatches(const PlanningConfig& config, PatchSet set,
                                      const parallel::Cancellation& cancelled = {});
 
-// The success probability of algorithm.md section 4, 'What never comes', after so many failures and
-// no success (what succeeded needs no work): 1 / (2 + f), normalised to 1 for no attempt.
+// The success probability of algorithm.md section 4, 'What never comes', after `failures` attempts
+// that failed: 1 / (2 + f), normalised to 1 for no attempt. Successes do not matter, since surface
+// that was measured is not deficient.
 double SuccessProbability(int missed);
 
 }  // namespace vantage::planning

@@ -13,8 +13,8 @@ struct Coverage {
   std::array<double, model::kSurfaceKinds> area{};  // m^2 by kind
   double area_at_density = 0;                       // m^2 of true surface with q >= D
   double area_given_up = 0;                         // m^2
-  // Area at density over all area that is true, false or under-sampled: the planner's estimate,
-  // [0, 1]. Absent where there is none.
+  // Area at density over all area that is true, false or under-sampled, [0, 1]; the planner's
+  // estimate. Absent when there is no such area.
   std::optional<double> estimated_coverage;
 };
 

@@ -10,7 +10,7 @@
 
 namespace vantage::planning {
 
-// A planar group of deficient voxels of one kind (section 7B).
+// A planar group of deficient voxels of one kind (algorithm.md section 7B).
 struct Patch {
   model::SurfaceKind kind = model::SurfaceKind::kTrue;
   Eigen::Vector3d centre = Eigen::Vector3d::Zero();   // m, of the bounding rectangle
@@ -20,7 +20,7 @@ struct Patch {
   double length_v = 0;
   double area = 0;          // m^2, sum over its cells
   double mean_density = 0;  // mean q, samples / m^2
-  double deficit = 0;       // samples lacking: (D - mean q) * area, and what space behind it needs
+  double deficit = 0;       // lacking samples: (D - mean q) * area, and those for space behind it
   double importance = 0;    // w * deficit
   std::vector<uint32_t> cells;  // into PatchSet::cells, ascending
 };

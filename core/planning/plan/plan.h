@@ -1,4 +1,4 @@
-// What a plan answers (algorithm.md sections 5 to 10).
+// The result of a plan (algorithm.md sections 5 to 10).
 #ifndef VANTAGE_CORE_PLANNING_PLAN_PLAN_H_
 #define VANTAGE_CORE_PLANNING_PLAN_PLAN_H_
 
@@ -22,7 +22,7 @@ enum class PlanOutcome {
   kNoFeasibleView,     // nowhere to stand; `message` says which constraint leaves nothing
   kNoRegistrableView,  // candidates exist, none registers: `refused` with remedies
   kNothingToGain,      // every surface meets D, or no view gains anything
-  kSearchUnfinished,   // nothing could be said in the time
+  kSearchUnfinished,   // the budget ended before anything was known
   kCancelled,
 };
 
@@ -34,7 +34,7 @@ inline constexpr std::array<const char*, kPlanStages> kPlanStageNames = {
 
 struct Termination {
   bool suggested = false;
-  std::string reason;                // with the numbers, also when not suggested
+  std::string reason;                // with the numbers; also when stopping is not suggested
   std::optional<double> best_upper;  // samples, over all views; absent when none was evaluated
   double largest_patch_area = 0;     // m^2
   double unobservable_area =
@@ -59,7 +59,7 @@ struct Plan {
   std::vector<RankedView> refused;    // the best that fail the check, best first, at most k
   std::vector<Patch> patches;         // most important first
   std::vector<ScoredCell> score_map;  // every feasible viewcell that was scored
-  double optimality_gap = 1;          // section 8; 0 when exact
+  double optimality_gap = 1;          // algorithm.md section 8; 0 when exact
   double confidence = 1;              // of all bounds together
   bool complete = false;              // every view scored exactly
   Termination termination;
@@ -68,7 +68,7 @@ struct Plan {
   size_t feasible_cells = 0;
   size_t deficient_cells = 0;
   double deficient_area = 0;  // m^2
-  uint64_t rays = 0;          // the work done in evaluating and checking
+  uint64_t rays = 0;          // work done by evaluation and checks
   std::array<double, kPlanStages> seconds{};
 };
 

@@ -1,4 +1,4 @@
-// What a plan asks for (algorithm.md sections 5 to 10).
+// The configuration of a plan (algorithm.md sections 5 to 10).
 #ifndef VANTAGE_CORE_PLANNING_PLAN_PLANNING_CONFIG_H_
 #define VANTAGE_CORE_PLANNING_PLAN_PLANNING_CONFIG_H_
 
@@ -26,9 +26,9 @@ struct RejectedPlace {
   double radius = 0.5;  // m, > 0
 };
 
-// How the evaluation goes through views and patches.
+// The order in which the evaluation goes through views and patches.
 enum class EvaluationOrder {
-  kAnytime,  // race, decide, complete: answers best at the deadline
+  kAnytime,  // race, decide, complete: the best answer at any deadline
   kPatches,  // the paper's: the most important patch first, against all views
 };
 
@@ -44,9 +44,9 @@ struct PlanningConfig {
   double scanner_height = 1.8;        // m
   std::array<double, model::kSurfaceKinds> weights = {1, 1, 1, 1};  // by SurfaceKind, >= 0
   bool pose_sensitivity = false;         // score only what every pose within the error sees
-  bool density_on_false_surface = true;  // else it counts in full wherever it is seen
-  // What samples are worth; the paper's metric has 0 for all three.
-  double min_deficit_share = 0.5;  // of D, that true surface short of D counts as lacking at least
+  bool density_on_false_surface = true;  // false: a single sample gains all of a cell
+  // What samples are worth (algorithm.md section 5); with 0 for all three, as in the paper.
+  double min_deficit_share = 0.5;  // of D; true surface short of D counts as lacking at least this
   double min_counted_density_share =
       0.7;                            // of D, [0, 1): samples on true surface count from here on
   double unknown_depth = 3;           // m, unknown space behind false surface that counts
@@ -57,7 +57,8 @@ struct PlanningConfig {
   double min_patch_area = 0.02;       // m^2, smaller patches don't keep a job open
   double confidence = 0.95;           // of all bounds together, (0, 1)
   EvaluationOrder order = EvaluationOrder::kAnytime;
-  // Bytes, of a plan besides its model; larger ones are refused before they are begun.
+  // Memory of a plan besides its model, bytes. Plans that may need more are refused before they
+  // begin.
   uint64_t memory_limit = uint64_t{8} << 30;
   uint64_t seed = 1;
   std::optional<Region> region_of_interest;  // views stand inside it, surface outside has no weight
@@ -65,12 +66,12 @@ struct PlanningConfig {
   std::vector<RejectedPlace> rejected;
   registration::RegistrationConfig registration;
 
-  // INVALID_ARGUMENT naming every field that is impossible (a D that the scanner cannot reach
-  // anywhere in its range among them), in one message.
+  // INVALID_ARGUMENT: one message that names every impossible field, including a D that the scanner
+  // cannot reach anywhere in its range.
   absl::Status Validate(const sensor::ScannerModel& scanner) const;
 };
 
-// PlanningConfig::Validate and what depends on the model besides.
+// PlanningConfig::Validate() and the checks that depend on the model.
 absl::Status ValidateFor(const model::PlanningView& model, const sensor::ScannerModel& scanner,
                          const PlanningConfig& config);
 

@@ -1,4 +1,4 @@
-// A candidate view in the form in which it is handed out (algorithm.md section 11).
+// A candidate view as a plan returns it (algorithm.md section 11).
 #ifndef VANTAGE_CORE_PLANNING_PLAN_RANKED_VIEW_H_
 #define VANTAGE_CORE_PLANNING_PLAN_RANKED_VIEW_H_
 
@@ -14,7 +14,7 @@
 
 namespace vantage::planning {
 
-// Where a candidate is, in a room's own terms.
+// The place of a candidate, relative to walls and the last station.
 struct WallOffset {
   Eigen::Vector3d wall_point;   // m, on the wall
   Eigen::Vector3d wall_normal;  // unit, horizontal, towards the candidate
@@ -42,21 +42,20 @@ struct PatchScore {
 
 struct RankedView {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, model frame
-  // Samples: expected useful new ones, weighted (`weights`, what samples are worth).
+  // Expected useful new samples, weighted (by `weights` and by what samples are worth).
   double score = 0;
-  double lower = 0;  // samples, score's bounds at the plan's confidence
+  double lower = 0;  // samples; bounds of the score at the plan's confidence
   double upper = 0;
   bool exact = false;  // lower == score == upper, confidence 1
   std::array<double, model::kSurfaceKinds> score_by_kind{};  // samples, weighted, sums to score
   double height_over_floor = 0;                              // m
   double clearance = 0;                                      // m, to the nearest thing not empty
   std::optional<double> travel;          // m, from the last station through free space
-  std::vector<PatchScore> patch_scores;  // the most gained first, at most 5
+  std::vector<PatchScore> patch_scores;  // the largest gain first, at most 5
   LocationDescription location;
   EquivalentRegion region;
   registration::RegistrationVerdict verdict;
-  bool checked =
-      true;  // `verdict`, `location` and `region` were worked out; not so while a plan runs
+  bool checked = true;  // `verdict`, `location` and `region` are set; false in interim plans
 };
 
 }  // namespace vantage::planning

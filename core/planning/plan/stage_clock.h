@@ -1,4 +1,4 @@
-// Where the seconds of a plan went.
+// Measures how long the stages of a plan take.
 #ifndef VANTAGE_CORE_PLANNING_PLAN_STAGE_CLOCK_H_
 #define VANTAGE_CORE_PLANNING_PLAN_STAGE_CLOCK_H_
 

@@ -19,8 +19,8 @@ constexpr double kCounts = 4;
 constexpr double kViewcell = 5;
 // Per feasible view: its cell and position, estimates twice (interim plans), the map of scores.
 constexpr double kView = 250;
-// Per cell: what patches are grown from and sorted into, the table of neighbours, the scorer's
-// arrays and their copy in order, the tree (two nodes a packet).
+// Per cell: the arrays that patches are grown from and sorted into, the table of neighbours, the
+// scorer's arrays and their sorted copy, the tree (two nodes per packet).
 constexpr double kCell = 3 * sizeof(DeficientCell) + 40 + 2 * 12 * sizeof(float) + 32 +
                          2.0 * sizeof(PatchTree::Node) / CellArrays::kPacket;
 // Per surface voxel: the faces between it and what is empty, merged, with Embree's boxes.

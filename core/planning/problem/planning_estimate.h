@@ -1,4 +1,4 @@
-// What a plan will take, before anything is begun.
+// Estimates a plan's memory before it begins.
 #ifndef VANTAGE_CORE_PLANNING_PROBLEM_PLANNING_ESTIMATE_H_
 #define VANTAGE_CORE_PLANNING_PROBLEM_PLANNING_ESTIMATE_H_
 
@@ -10,12 +10,12 @@
 
 namespace vantage::planning {
 
-// Bytes that MakePlan() needs at its peak besides the model, from the model's box and surface alone
-// (as if all surface were deficient). Not below what is needed; see README.md for how far above.
+// Upper bound of the bytes that MakePlan() needs at its peak besides the model, from the model's
+// box and surface only, as if all surface were deficient.
 uint64_t EstimatePlanningMemory(const model::PlanningView& model, const PlanningConfig& config);
 
-// RESOURCE_EXHAUSTED, naming the limit and what to change, when that is more than
-// config.memory_limit or when the box has more viewcells than can be indexed.
+// RESOURCE_EXHAUSTED when the estimate exceeds config.memory_limit or the box has more viewcells
+// than can be indexed; the message names the limit and what to change.
 absl::Status CheckPlanningSize(const model::PlanningView& model, const PlanningConfig& config);
 
 }  // namespace vantage::planning

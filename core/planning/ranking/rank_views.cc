@@ -18,7 +18,7 @@ constexpr double kAsGood = 0.95;
 constexpr size_t kMostPatches = 5;
 constexpr double kWallReach = 20.0;  // m
 constexpr int kWallRays = 72;        // around the horizon
-constexpr int kWallSupport = 3;      // rays that meet a wall at least
+constexpr int kWallSupport = 3;      // rays that must meet a plane for it to be a wall
 constexpr float kWallTilt = 0.3f;    // |nz| of a wall at most
 
 const char* AxisName(const Eigen::Vector3d& direction) {
@@ -75,7 +75,8 @@ std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleView
   std::vector<uint32_t> ranked;
   for (const uint32_t i : ByScore(evaluation)) {
     if (ranked.size() >= count) break;
-    // Ranks are of scores less their errors: one that gains nothing may come before some that do.
+    // Ranks are scores less their errors, so a view that gains nothing may rank before some that
+    // gain.
     if (evaluation.views[i].score <= 0) continue;
     const Eigen::Vector3d at = feasible.Centre(i);
     const bool near = std::any_of(ranked.begin(), ranked.end(), [&](uint32_t j) {
@@ -139,7 +140,7 @@ LocationDescription DescribeLocation(const model::PlanningView& model,
         absl::StrFormat("%.2f m from station %d at a bearing of %.0f degrees from +x", distance,
                         static_cast<int>(model.stations().size()), sensor::Degrees(bearing));
   }
-  // The wall that most rays meet, then the best one that stands across it.
+  // First the wall that most rays meet, then the best one across it.
   const std::vector<Wall> walls = WallsAround(model, position);
   const auto best = [&](const WallOffset* other) {
     const Wall* found = nullptr;

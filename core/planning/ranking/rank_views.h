@@ -1,5 +1,5 @@
-// Step E: the views in order, and what a person needs to know of each (algorithm.md sections 6 and
-// 11).
+// Step E: ranks the views, and collects what a person needs to know of each (algorithm.md sections
+// 6 and 11).
 #ifndef VANTAGE_CORE_PLANNING_RANKING_RANK_VIEWS_H_
 #define VANTAGE_CORE_PLANNING_RANKING_RANK_VIEWS_H_
 
@@ -17,8 +17,8 @@
 
 namespace vantage::planning {
 
-// Scored views by score, equal ones by position, each at least `separation` from those before it;
-// at most `count`, and none that gains nothing.
+// Scored views by rank, equal ones by position, each at least `separation` (m) from those before
+// it; at most `count`, and only views that gain something.
 std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleViews& feasible,
                                 double separation, size_t count);
 
@@ -29,12 +29,12 @@ EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const Feasible
 // One viewcell as a region of its own.
 EquivalentRegion RegionOfCell(const FeasibleViews& feasible, const FeasibleViews::CellIndex& cell);
 
-// Two distinct walls and the last station, as a person with a tape would use them.
+// The two distinct walls and the last station from which a person with a tape would find the place.
 LocationDescription DescribeLocation(const model::PlanningView& model,
                                      const Eigen::Vector3d& position, double height);
 
-// What the score is made of: exact. `cell_scores` is one per cell of `cells`. Sets score_by_kind
-// and patch_scores (at most 5).
+// Splits the exact score. `cell_scores` has one element for each cell of `cells`. Sets
+// score_by_kind and patch_scores (at most 5).
 void SplitScore(const CellArrays& cells, std::span<const float> cell_scores,
                 const PatchSet& patches, RankedView& view);
 

@@ -24,7 +24,7 @@ sensor::ScannerModel AnyIncidence(sensor::ScannerModel scanner) {
   return scanner;
 }
 
-// Directions that a scan measures: what a scan returns indoors, where every ray meets something.
+// Number of directions that a scan measures indoors, where every ray meets something.
 double DirectionsOf(const sensor::ScannerModel& scanner) {
   return scanner.azimuth_span / scanner.azimuth_step *
          ((scanner.elevation_max - scanner.elevation_min) / scanner.elevation_step);
@@ -146,7 +146,7 @@ class Checking {
   }
 
  private:
-  // The first few of `views`; how many, 0 when the budget ended.
+  // Checks the first few of `views` and returns how many; 0 when the budget ended.
   size_t Check(std::span<const uint32_t> views, absl::FunctionRef<void(const CheckedView&)> note) {
     if (NoTimeLeft()) return 0;
     const uint64_t affordable = (budget_.work_limit - check_.rays) / surface_.MostRays();
@@ -171,7 +171,7 @@ class Checking {
     return (feasible_.Centre(a) - feasible_.Centre(b)).norm() < config_.candidate_separation;
   }
 
-  // The best views around a candidate that were not tried yet, the best first.
+  // The views around a candidate that were not tried yet, the best first.
   std::vector<uint32_t> BestAround(uint32_t candidate) const {
     std::vector<uint32_t> around;
     for (uint32_t i = 0; i < evaluation_.views.size(); ++i) {

@@ -1,4 +1,4 @@
-// Step F: will a scan from there register? (algorithm.md section 9)
+// Step F: predicts whether a scan from a view will register (algorithm.md section 9).
 #ifndef VANTAGE_CORE_PLANNING_RANKING_REGISTRATION_CHECK_H_
 #define VANTAGE_CORE_PLANNING_RANKING_REGISTRATION_CHECK_H_
 
@@ -26,8 +26,9 @@
 
 namespace vantage::planning {
 
-// The true surface that a scan could be aligned to: every n-th voxel, n so that about 16,000 are
-// left (a quarter to a sixteenth changes the predicted error by half a percent at most).
+// The true surface to which a scan could be aligned, thinned to every n-th voxel so that about
+// 16,000 are left. Thinning to a quarter or a sixteenth changes the predicted error by half a
+// percent at most.
 class OverlapSurface {
  public:
   // `grid` and `scene` are the model's. CANCELLED when that was requested on the way.
@@ -41,8 +42,8 @@ class OverlapSurface {
     registration::RegistrationVerdict verdict;
     uint64_t rays = 0;
   };
-  // Nothing when the budget expired on the way. `scene` is that of Create(). `expected`,
-  // where given, is surface that scans made before this one will have measured: cells like those of
+  // Nothing when the budget expired on the way. `scene` is that of Create(). `expected`, where
+  // given, is surface that earlier scans are expected to have measured by then: cells as from
   // Thinned().
   std::optional<Seen> Predict(const Eigen::Vector3d& view, const visibility::OcclusionScene& scene,
                               const registration::RegistrationConfig& config,
@@ -72,14 +73,14 @@ inline constexpr size_t kTriedAround = 16;
 struct CheckedView {
   uint32_t view = 0;
   registration::RegistrationVerdict verdict;
-  // Nothing is known of the views around it but what is said of them. Else it stands for those
-  // within the separation.
+  // True: the verdict is of this view only. False: it also stands for the views within the
+  // separation.
   bool alone = false;
 };
 
 struct RegistrationCheck {
   std::vector<CheckedView> registrable;  // the best first, apart from each other
-  std::vector<CheckedView> refused;      // candidates
+  std::vector<CheckedView> refused;      // candidates that do not register
   std::vector<uint32_t> refused_around;  // views that were tried instead of doubtful candidates
   size_t checked = 0;
   bool finished = false;  // false: the budget expired before k were found or all were checked
@@ -87,9 +88,8 @@ struct RegistrationCheck {
 };
 
 // Checks `candidates` (of `evaluation`, best first, apart from each other) until `wanted` pass or
-// all are checked. As a rule neighbours share a verdict. A doubtful one is at the limit, though,
-// which a step to the side may be on the other side of: when there is time left, the best views
-// around it are tried, too.
+// all are checked. When time is left, the best views around doubtful candidates are checked, too
+// (algorithm.md section 9, 'The check of candidates').
 RegistrationCheck CheckRegistration(const PlanningProblem& problem, const OverlapSurface& surface,
                                     const Evaluation& evaluation,
                                     std::span<const uint32_t> candidates, size_t wanted,

@@ -1,4 +1,4 @@
-// When to stop, and what was covered (algorithm.md section 10).
+// Judges whether to stop scanning (algorithm.md section 10).
 #ifndef VANTAGE_CORE_PLANNING_RANKING_TERMINATION_H_
 #define VANTAGE_CORE_PLANNING_RANKING_TERMINATION_H_
 
@@ -15,9 +15,9 @@ namespace vantage::planning {
 // every cell.
 std::optional<double> UnobservableArea(const PatchSet& patches, const Evaluation& evaluation);
 
-// Judges by upper bounds, never by estimates. `evaluation` may be empty (nothing was feasible).
-// `unobservable_area` (m^2): deficient surface that gains nothing from any feasible view, where
-// known.
+// Judges by upper bounds, never by estimates. `evaluation` may be empty (no feasible view).
+// `unobservable_area`: deficient surface that no feasible view gains anything on, m^2; absent when
+// unknown.
 Termination JudgeTermination(const PatchSet& patches, const Evaluation& evaluation,
                              const PlanningConfig& config, std::optional<double> unobservable_area);
 

@@ -1,4 +1,4 @@
-// Candidate views in the form in which they are handed out (algorithm.md section 11).
+// Describes candidate views as a plan returns them (algorithm.md section 11).
 #ifndef VANTAGE_CORE_PLANNING_RANKING_VIEW_REPORT_H_
 #define VANTAGE_CORE_PLANNING_RANKING_VIEW_REPORT_H_
 
@@ -20,23 +20,23 @@ class ViewReport {
  public:
   explicit ViewReport(const PlanningProblem& problem) : problem_(problem) {}
 
-  // The first `count` of `checked`, in order. Scores are split exactly; where the budget expires
-  // before that, score_by_kind and patch_scores stay empty.
+  // Describes the first `count` of `checked`, in order. Scores are split exactly; when the budget
+  // expires first, score_by_kind and patch_scores stay empty.
   std::vector<RankedView> Describe(std::span<const CheckedView> checked,
                                    const Evaluation& evaluation, size_t count,
                                    const parallel::Budget& budget,
                                    parallel::Parallel& parallel) const;
 
-  // A position's own figures, the split of its score included; any position, feasible or not. An
-  // unfinished score leaves the split empty and returns false.
+  // Sets the exact score of any position, feasible or not, and its split. Returns false, and leaves
+  // the split empty, when the budget expired first.
   bool Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
              RankedView& view) const;
 
-  // What can be said while the evaluation goes on: the best views so far, unchecked. Patches and
-  // score map come with the final plan only.
+  // The plan while the evaluation is running: the best views so far, unchecked. Only the final plan
+  // has patches and a map of scores.
   Plan Interim(const Plan& base, const Evaluation& evaluation) const;
 
-  // Where a position is: height, clearance, way from the last station.
+  // Sets a position's height, clearance and way from the last station.
   void Place(const Eigen::Vector3d& position, RankedView& view) const;
 
  private:

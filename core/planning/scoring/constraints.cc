@@ -67,7 +67,7 @@ bool CellArrays::IsDropout(const Eigen::Vector3f& view, size_t i) const {
 
 void CellArrays::Pad() {
   const size_t padded = (cell.size() + kPacket - 1) / kPacket * kPacket;
-  // Far away in every coordinate, and worth nothing.
+  // A cell that is far away in every coordinate and gains nothing.
   for (std::vector<float>* values : {&x, &y, &z}) values->resize(padded, 1e9f);
   for (std::vector<float>* values : {&nx, &ny, &nz, &factor, &q, &enough, &tx, &ty, &tz}) {
     values->resize(padded, 0.0f);
@@ -92,7 +92,7 @@ SensingConstraints::SensingConstraints(const sensor::ScannerModel& scanner)
       least_cos_(static_cast<float>(std::sin(scanner.elevation_step))),
       range2_min_(static_cast<float>(scanner.range_min * scanner.range_min)),
       range2_max_(static_cast<float>(scanner.range_max * scanner.range_max)),
-      // A limit at the pole is none, whatever the rounding.
+      // A limit at the pole excludes nothing, not even by rounding.
       sin_min_(scanner.elevation_min <= -sensor::kPi / 2 + 1e-6
                    ? -2.0f
                    : static_cast<float>(std::sin(scanner.elevation_min))),

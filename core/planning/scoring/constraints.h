@@ -1,4 +1,4 @@
-// The sensing constraints and the score of a view on a patch cell, visibility apart (algorithm.md
+// The sensing constraints and the score of a view on a patch cell, without visibility (algorithm.md
 // sections 3 and 5).
 #ifndef VANTAGE_CORE_PLANNING_SCORING_CONSTRAINTS_H_
 #define VANTAGE_CORE_PLANNING_SCORING_CONSTRAINTS_H_
@@ -22,11 +22,11 @@ struct CellArrays {
   std::vector<float> nx, ny, nz;  // unit normal
   std::vector<float> factor;      // score per sample/m^2: weight * success * area
   std::vector<float> q;           // samples / m^2
-  std::vector<float> enough;      // samples / m^2: more than this gains nothing more, > q
+  std::vector<float> enough;      // samples / m^2, > q: density beyond this gains nothing
   std::vector<float> tx, ty, tz;  // target, scene coordinates
-  std::vector<uint32_t> cell;     // which deficient cell it is
-  // From where rays to it dropped out (m, model frame): [dropouts_begin, dropouts_end) of
-  // `dropouts`.
+  std::vector<uint32_t> cell;     // index of the deficient cell
+  // Places from which rays to the cell dropped out (m, model frame): [dropouts_begin, dropouts_end)
+  // of `dropouts`.
   std::vector<uint32_t> dropouts_begin, dropouts_end;
   std::vector<Eigen::Vector3f> dropouts;
 
@@ -37,18 +37,18 @@ struct CellArrays {
            float density, float enough_density, const Eigen::Vector3f& target, uint32_t index,
            std::span<const Eigen::Vector3f> cell_dropouts = {});
   void Pad();
-  // Would a ray from a view (m) drop out, too? It does past a place from which one did: within ten
-  // degrees, and not nearer to it by more than half a metre: what is in between may be anywhere on
-  // the way.
+  // True when a ray from a view (m) to the cell is expected to drop out, too: within ten degrees of
+  // a ray that did, and not nearer to the cell than that place by more than half a metre, since
+  // what absorbed the ray may be anywhere on the way.
   bool IsDropout(const Eigen::Vector3f& view, size_t i) const;
   std::span<const Eigen::Vector3f> DropoutsOf(size_t i) const {
     return std::span(dropouts).subspan(dropouts_begin[i], dropouts_end[i] - dropouts_begin[i]);
   }
-  // Those at `indices`, with their factors replaced.
+  // The cells at `indices`, with these factors.
   CellArrays Gather(const std::vector<uint32_t>& indices, const std::vector<float>& factors) const;
 };
 
-// Range interval, field of view, incidence, and what is gained where they hold.
+// The constraints of range, field of view and incidence, and the gain where they hold.
 class SensingConstraints {
  public:
   explicit SensingConstraints(const sensor::ScannerModel& scanner);

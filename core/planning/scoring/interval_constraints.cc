@@ -9,7 +9,7 @@ namespace {
 
 constexpr double kSlack = 1e-6;
 
-// Products of anything in [a0, a1] and anything in [b0, b1], added up.
+// Bounds of the sum of products, each of a number in [a0, a1] and one in [b0, b1].
 void AddProduct(double a0, double a1, double b0, double b1, Interval& sum) {
   const double p = a0 * b0;
   const double q = a0 * b1;
@@ -97,7 +97,7 @@ IntervalConstraints::IntervalConstraints(const SensingConstraints& constraints) 
 
 Interval IntervalConstraints::Facing(const Eigen::AlignedBox3d& views,
                                      const CellBounds& cells) const {
-  // n . (v - p), and the same by way of the centre c: n . (v - c) - n . (p - c).
+  // n . (v - p), bounded directly and by way of the centre c: n . (v - c) - n . (p - c).
   Interval direct;
   Interval split{-cells.offset_max, -cells.offset_min};
   for (int a = 0; a < 3; ++a) {
@@ -112,7 +112,7 @@ Interval IntervalConstraints::Facing(const Eigen::AlignedBox3d& views,
 }
 
 Interval IntervalConstraints::PerSteradian(const Geometry& geometry) const {
-  // By the bounds of the elevation's cosine.
+  // From the bounds of the elevation's cosine.
   const double far2 = geometry.horizontal2.max + geometry.upright.min * geometry.upright.min;
   const double near2 = geometry.horizontal2.min + geometry.upright.max * geometry.upright.max;
   const double cos_max = far2 > 0 ? std::sqrt(geometry.horizontal2.max / far2) : 1;
@@ -160,7 +160,7 @@ PairBounds IntervalConstraints::Bound(const Eigen::AlignedBox3d& views,
 
 bool IntervalConstraints::Test(const Eigen::AlignedBox3d& views, const CellBounds& cells,
                                uint8_t& satisfied, Interval& density) const {
-  // The cheapest and most telling first.
+  // The cheapest and most selective test comes first.
   const Interval facing = Facing(views, cells);
   if (facing.max <= 0) return false;
   const Geometry geometry(views, cells.position);

@@ -10,17 +10,16 @@
 
 namespace vantage::planning {
 
-// What is known of all cells of a group.
+// Bounds over all cells of a group.
 struct CellBounds {
   Eigen::AlignedBox3d position;  // m, model frame
   Eigen::AlignedBox3d normal;    // of the unit normals' components
-  // Of n . (p - position's centre), m: a planar group is thin along its normals, whichever way it
-  // lies.
+  // Of n . (p - position's centre), m. A planar group is thin along its normals in any orientation.
   double offset_min = 0;
   double offset_max = 0;
   double least_density = 0;   // q, samples / m^2
   double most_enough = 0;     // samples / m^2
-  bool has_dropouts = false;  // at some of them, so that what they gain depends on the way there
+  bool has_dropouts = false;  // of some cells: their gain depends on the direction
 
   static CellBounds Of(const CellArrays& cells, size_t begin, size_t end);
 };
@@ -38,8 +37,8 @@ struct PairBounds {
   Interval density;        // s, samples / m^2; only where facing and range can be allowed
 };
 
-// Constraints that every view and cell of a pair satisfies. They stay satisfied for its parts, and
-// are not tested again there.
+// Constraints that every view and cell of a pair satisfies. They hold for its parts, too, and are
+// not tested again there.
 enum : uint8_t {
   kRangeSatisfied = 1,
   kElevationSatisfied = 2,
@@ -52,12 +51,12 @@ class IntervalConstraints {
  public:
   explicit IntervalConstraints(const SensingConstraints& constraints);
 
-  // All bounds, for whatever box (m).
+  // All bounds, for any box (m).
   PairBounds Bound(const Eigen::AlignedBox3d& views, const CellBounds& cells) const;
 
-  // False: some constraint is entirely violated, or no view can see a cell at more than the density
-  // it has, so the pair gains nothing. Otherwise adds to `satisfied`, and `density` bounds s over
-  // what satisfies the constraints. The limits carry a slack of 1e-6, as scores are computed in
+  // Returns false when the pair gains nothing: some constraint is violated everywhere, or no view
+  // gives a cell more than the density it has. Otherwise adds to `satisfied`, and `density` bounds
+  // s where the constraints hold. The limits have a slack of 1e-6, since scores are computed in
   // floats.
   bool Test(const Eigen::AlignedBox3d& views, const CellBounds& cells, uint8_t& satisfied,
             Interval& density) const;

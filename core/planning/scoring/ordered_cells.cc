@@ -49,7 +49,7 @@ absl::StatusOr<OrderedCells> OrderedCells::Order(const CellArrays& cells,
   for (uint32_t i = 0; i < cells.size(); ++i) {
     keyed[i] = {{cells.x[i], cells.y[i], cells.z[i], cells.nx[i], cells.ny[i], cells.nz[i]}, i};
   }
-  // Level by level, the ranges of a level side by side.
+  // Level by level, the ranges of a level in parallel.
   std::vector<std::span<Keyed>> level = {keyed};
   std::vector<std::span<Keyed>> next;
   while (!level.empty()) {

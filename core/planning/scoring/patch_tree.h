@@ -33,7 +33,7 @@ class PatchTree {
     uint32_t end_packet() const { return (end + CellArrays::kPacket - 1) / CellArrays::kPacket; }
   };
 
-  PatchTree() = default;  // of no cells: a root without any
+  PatchTree() = default;  // no cells: an empty root
   // CANCELLED when that was requested on the way.
   static absl::StatusOr<PatchTree> Create(const OrderedCells& cells, parallel::Parallel& parallel,
                                           const parallel::Cancellation& cancelled = {});

@@ -15,8 +15,8 @@ float PoseSensitivity::CellScore(const Eigen::Vector3d& view, const CellArrays& 
   uint8_t satisfied = 0;
   Interval density;
   if (!intervals_.Test(box, cell, satisfied, density)) return 0;
-  // Views within the incidence limit form a convex cone: the box lies in it if its corners do. The
-  // lobe of one density at one elevation is convex as well.
+  // Views within the incidence limit form a convex cone, so the box lies in it if its corners do.
+  // The region of at least one density at one elevation is convex as well.
   const Eigen::Vector3d p = cell.position.min();
   const Eigen::Vector3d n = cell.normal.min();
   const double cos_limit = std::cos(constraints_.scanner().max_incidence);

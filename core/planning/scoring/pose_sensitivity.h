@@ -1,4 +1,4 @@
-// What a patch cell gains from *every* pose that a person may hit when aiming at a view
+// What a patch cell gains from *every* pose at which a person may set up when aiming at a view
 // (algorithm.md section 8, 'Pose-error sensitivity').
 #ifndef VANTAGE_CORE_PLANNING_SCORING_POSE_SENSITIVITY_H_
 #define VANTAGE_CORE_PLANNING_SCORING_POSE_SENSITIVITY_H_

@@ -8,7 +8,7 @@
 namespace vantage::planning {
 namespace {
 
-// Smaller groups are hidden more often, and take longer to test than they save.
+// Smaller groups are hidden more often, but testing them takes longer than it saves.
 constexpr uint32_t kLeastPackets = 64;
 
 }  // namespace

@@ -1,5 +1,5 @@
-// What views that lie close together can see at most: from any one room, little of a building
-// (algorithm.md section 8, 'Visibility of a shaft').
+// The cells that neighbouring views can see at most; from one room that is a small part of a
+// building (algorithm.md section 8, 'Visibility of a shaft').
 #ifndef VANTAGE_CORE_PLANNING_SCORING_POTENTIALLY_VISIBLE_SETS_H_
 #define VANTAGE_CORE_PLANNING_SCORING_POTENTIALLY_VISIBLE_SETS_H_
 
@@ -13,14 +13,15 @@
 
 namespace vantage::planning {
 
-// Groups of cells that lie close together, halved down to some hundreds, and a test whether some
-// layer of voxels hides all of a group from a whole box of views. Building it takes a fraction of
-// what one exact score does, and so does asking it. Keeps `grid`. Thread safe.
+// Groups of neighbouring cells, halved down to some hundreds, and a test whether a layer of voxels
+// hides all of a group from a whole box of views. Building it and asking it each take a fraction of
+// the time of one exact score. Keeps `grid`. Thread safe.
 class PotentiallyVisibleSets {
  public:
   PotentiallyVisibleSets(const OrderedCells& cells, const visibility::OpaqueGrid& grid);
 
-  // All cells but those that are hidden from every point of `views` (scene coordinates), in order.
+  // All cells except those that are hidden from every point of `views` (scene coordinates), in
+  // order.
   std::vector<PacketRange> From(const Eigen::AlignedBox3d& views) const;
 
  private:

@@ -15,16 +15,15 @@ namespace {
 
 constexpr uint32_t kCellsBetweenPolls = 8192;
 
-// What samples on a cell are worth.
+// How samples on a cell count (algorithm.md section 5, 'What a sample is worth').
 struct SampleWorth {
-  float from = 0;    // samples / m^2, from where on they count
-  float factor = 1;  // by which each that counts, counts more
+  float from = 0;    // samples / m^2; samples beyond this density count
+  float factor = 1;  // worth of a sample that counts
 };
 
-// A job is done when its surface is at D, and surface short of it is to be scanned again, however
-// little it lacks. By the paper's metric what is just short is worth next to nothing, and what
-// comes nearer without getting there as much as what does. So true surface that comes to D gains
-// its area times at least `min_deficit_share` of D, and all of that for the last samples.
+// True surface short of D has to be scanned again, however little it lacks; by the paper's metric
+// it would be worth next to nothing. So true surface that comes to D gains its area times at least
+// `min_deficit_share` of D, and only the samples beyond `min_counted_density_share` of D gain it.
 SampleWorth WorthOf(const DeficientCell& cell, const PlanningConfig& config) {
   if (cell.kind != model::SurfaceKind::kTrue) return {cell.density, 1};
   constexpr float kSmallest = 0.01F;  // of D: less is within rounding
@@ -44,14 +43,14 @@ bool AddCells(const visibility::OpaqueGrid& grid, const visibility::OcclusionSce
     if (i % kCellsBetweenPolls == 0 && cancelled.Requested()) return false;
     const DeficientCell& cell = patches.cells[i];
     const auto weight = static_cast<float>(config.weights[static_cast<size_t>(cell.kind)]);
-    // A scan is scored at the middle of a voxel and recorded at its worst corner: what it is
-    // expected to record is less by what that was in the scan before. Else every place would
-    // promise again, for all surface below D, what it has given already.
+    // A scan is scored at the middle of a voxel and recorded at its worst corner. The expected
+    // record is therefore the score's density divided by the spread of the scan before; otherwise
+    // every place would promise again what it has given already.
     const SampleWorth worth = WorthOf(cell, config);
     float factor = worth.factor * weight * cell.success * cell.area / cell.spread;
     float enough = cell.enough * cell.spread;
     if (!config.density_on_false_surface && cell.kind != model::SurfaceKind::kTrue) {
-      // A single sample on it is as good as all.
+      // A single sample on it gains the whole cell.
       factor *= enough;
       enough = 1;
     }
@@ -83,7 +82,7 @@ absl::StatusOr<std::unique_ptr<const Scoring>> Scoring::Create(
   }
   auto ordered = OrderedCells::Order(cells, parallel, cancelled);
   if (!ordered.ok()) return ordered.status();
-  // A view stands for its viewcell, grown by what a person misses it by.
+  // A view stands for its viewcell, grown by a person's positioning error.
   const double reach = config.viewcell_size / 2 + scanner.positioning_error;
   return absl::WrapUnique<const Scoring>(
       new Scoring(voxel, scene, *std::move(ordered), scanner, std::move(table), reach));

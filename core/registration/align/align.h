@@ -52,23 +52,24 @@ Alignment Align(const model::PlanningView& model, const ScanSurface& surface,
                 const sensor::PosePrior& prior, const RegistrationConfig& config,
                 parallel::Parallel& parallel, std::span<const TargetTie> targets = {});
 
-// Shifts and headings around the prior at a spacing that the first stage's reach bridges, as far as
-// the prior may be wrong; the prior itself first.
+// The prior itself, then shifts and headings around it as far as it may be wrong, at a spacing that
+// the reach of the first stage bridges.
 std::vector<Eigen::Isometry3d> StartsAroundPrior(const sensor::PosePrior& prior);
 
-// What the starts of an alignment are: guesses around one prior, or places of their own, none of
-// which is more likely than the others. What nothing constrains then stays as the start has it.
+// What the starts of an alignment are: guesses around one prior, or places of which none is more
+// likely than the others. With places, directions that nothing constrains stay as the start has
+// them.
 enum class StartKind { kAroundPrior, kPlaces };
 
 // From the given starts, of which there is at least one; `field` and `search` cover what they
-// reach. Of a prior that places stand for, only the inclinometer counts.
+// reach. With kPlaces only the inclinometer of `prior` counts.
 Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField& field,
                     const VoxelSearch& search, const ScanSurface& surface,
                     const sensor::PosePrior& prior, StartKind kind,
                     std::span<const Eigen::Isometry3d> starts, const RegistrationConfig& config,
                     parallel::Parallel& parallel, std::span<const TargetTie> targets = {});
 
-// Once more from where an alignment ended or was moved to, against the voxels; scores stay.
+// Refines an alignment against the voxels, from where it ended or was moved to. Its scores stay.
 Alignment Refine(const model::PlanningView& model, const ScanSurface& surface, Alignment alignment,
                  const PriorTerm& prior, const RegistrationConfig& config,
                  parallel::Parallel& parallel);

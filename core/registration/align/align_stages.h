@@ -15,7 +15,7 @@
 
 namespace vantage::registration {
 
-// From `reach` (m) down to two voxels.
+// Aligns in the field, with a radius that shrinks from `reach` (m) to two voxels.
 Eigen::Isometry3d AlignCoarse(const CorrespondenceField& field,
                               std::span<const SurfaceSample> samples, Eigen::Isometry3d pose,
                               const PriorTerm& prior, double reach, double voxel);
@@ -25,7 +25,7 @@ struct FineResult {
   bool converged = false;
   int iterations = 0;
 };
-// Against the voxels' centroids and normals, with the first `count` samples.
+// Aligns against the voxels' centroids and normals, with the first `count` samples.
 FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size_t count,
                      const Eigen::Isometry3d& pose, const PriorTerm& prior,
                      const RegistrationConfig& config, parallel::Parallel& parallel,

@@ -1,5 +1,5 @@
-// Nearest surface with a similar normal, for every place at once: the wide search of the first
-// stages of an alignment in one look-up per sample, so that many starts can be tried.
+// The nearest surface with a similar normal, for every place at once: the first stage of an
+// alignment takes one look-up per sample, so that many starts can be tried.
 #ifndef VANTAGE_CORE_REGISTRATION_ALIGN_CORRESPONDENCE_FIELD_H_
 #define VANTAGE_CORE_REGISTRATION_ALIGN_CORRESPONDENCE_FIELD_H_
 

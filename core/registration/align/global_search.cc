@@ -74,7 +74,7 @@ float Fit(const CorrespondenceField& field, const Turned& turned, size_t count,
   return sum / static_cast<float>(std::max<size_t>(1, std::min(count, turned.point.size())));
 }
 
-// Samples of the scan that would lie in space known to be empty, as a share.
+// The share of the scan's samples that would lie in space known to be empty.
 float Misplaced(const model::PlanningView& model, const CorrespondenceField& field,
                 const Turned& turned, const Eigen::Vector3f& at) {
   size_t misplaced = 0;

@@ -1,5 +1,5 @@
-// Where among the rooms so far was a scan made, when nothing is known but that it was upright?
-// (algorithm.md section 9: alignment without a prior)
+// Where a scan can have been made when nothing is known of its pose but that the scanner stood
+// upright (algorithm.md section 9, 'Global registration').
 #ifndef VANTAGE_CORE_REGISTRATION_ALIGN_GLOBAL_SEARCH_H_
 #define VANTAGE_CORE_REGISTRATION_ALIGN_GLOBAL_SEARCH_H_
 
@@ -16,7 +16,7 @@ namespace vantage::registration {
 
 struct GlobalSearch {
   std::vector<Eigen::Isometry3d> places;  // T_world_scan, best first; good to a few decimetres
-  bool floor_found = false;               // in the scan: it gave tilt and height
+  bool floor_found = false;               // a floor in the scan gave tilt and height
   std::string why_not;                    // in words, when there are no places
 };
 

@@ -1,4 +1,4 @@
-// One Gauss-Newton step of a pose: normal equations, what is known beforehand, robust weights.
+// One Gauss-Newton step of a pose: normal equations, prior knowledge, robust weights.
 #ifndef VANTAGE_CORE_REGISTRATION_ALIGN_POSE_STEP_H_
 #define VANTAGE_CORE_REGISTRATION_ALIGN_POSE_STEP_H_
 

@@ -1,5 +1,5 @@
-// The surface that a range image shows, as oriented points thinned evenly over space: what is
-// aligned to the model (algorithm.md section 9).
+// The surface that a range image shows, as oriented points thinned evenly over space; these are
+// aligned to the model (algorithm.md section 9, 'Alignment').
 #ifndef VANTAGE_CORE_REGISTRATION_ALIGN_SCAN_SURFACE_H_
 #define VANTAGE_CORE_REGISTRATION_ALIGN_SCAN_SURFACE_H_
 

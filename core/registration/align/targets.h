@@ -1,5 +1,5 @@
-// Targets that a scanner saw and whose places are known: believed like an inclinometer, and
-// checked against the surfaces (algorithm.md section 9).
+// Targets that a scanner saw and whose places are known. They count as evidence of the pose, as an
+// inclinometer does, and are checked against the surfaces (algorithm.md section 9).
 #ifndef VANTAGE_CORE_REGISTRATION_ALIGN_TARGETS_H_
 #define VANTAGE_CORE_REGISTRATION_ALIGN_TARGETS_H_
 

@@ -1,4 +1,4 @@
-// From a sample to the piece of the model's true surface that it lies on, in the voxels themselves.
+// Finds the voxel of true surface that a sample lies on.
 #ifndef VANTAGE_CORE_REGISTRATION_ALIGN_VOXEL_SEARCH_H_
 #define VANTAGE_CORE_REGISTRATION_ALIGN_VOXEL_SEARCH_H_
 
@@ -23,7 +23,7 @@ struct Match {
   Eigen::Vector3d normal;  // mean of the sample's and the voxel's
 };
 
-// Of one model, which outlives it: true surface by brick, a bit for each voxel.
+// The true surface of one model, which outlives this: by brick, one bit a voxel.
 class VoxelSearch {
  public:
   // Only surface in `box` (m, world) and a little around it is found.
@@ -73,11 +73,11 @@ class VoxelSearch {
   std::vector<TrueSurface> bricks_;
 };
 
-// Of a scan's samples at a pose, m, world.
+// The box of a scan's samples at a pose, m, world.
 Eigen::AlignedBox3d BoxOf(const ScanSurface& surface, const Eigen::Isometry3d& T_world_scan);
 
-// Variance of a residual before any of it is seen, m^2. `gap`: from the voxel's centroid to the
-// sample, `along` of it along the normal.
+// The variance of a residual that noise alone explains, m^2. `gap`: from the voxel's centroid to
+// the sample, `along` of it along the normal.
 double ResidualVariance(const SurfaceSample& sample, const model::SurfaceVoxel& voxel,
                         const Eigen::Vector3d& gap, double along, double roughness,
                         double normal_sigma);

@@ -47,9 +47,10 @@ uint64_t CorrelationBlock(const Eigen::Vector3d& position, const Eigen::Vector3d
 
 namespace {
 
-// Directions without information come out of noisy normals a little askew: a slide with a trace of
-// turning, which outside knowledge of the turn would then seem to stop. Those that are pure slides
-// or turns but for that trace become so. Columns are directions in units of displacement.
+// Noisy normals tilt the directions without information a little: a slide gets a trace of turning,
+// and knowledge of that turn from elsewhere would then seem to stop the slide. Directions that are
+// pure slides or turns but for such a trace are made pure. Columns are directions in units of
+// displacement.
 Eigen::Matrix<double, 6, Eigen::Dynamic> Straighten(
     const Eigen::Matrix<double, 6, Eigen::Dynamic>& open) {
   constexpr double kTrace = 0.05;
@@ -127,7 +128,7 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
   full.bottomLeftCorner<3, 3>() = Cross(m1).transpose();
   full.bottomRightCorner<3, 3>() = Eigen::Matrix3d::Identity() * m0;
   sensor::Matrix6d feigned = normal_sigma * normal_sigma * (full - h);
-  // Collinear points leave `feigned` singular: a ridge well below anything that matters.
+  // Collinear points leave `feigned` singular, so a ridge far below any significant value is added.
   const double extent = box_.diagonal().squaredNorm();
   sensor::Vector6d ridge;
   ridge << Eigen::Vector3d::Constant(extent), Eigen::Vector3d::Ones();
@@ -174,8 +175,9 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
   }
   correlated_ = sensor::Matrix6d(correlated_.selfadjointView<Eigen::Lower>());
   observed = sensor::Matrix6d(observed.selfadjointView<Eigen::Lower>());
-  // What the residuals show of pushes (cluster-robust covariance) holds white and shared errors as
-  // they are: where that is more than both are configured to, it takes their place.
+  // The residuals as they add up within blocks (cluster-robust covariance) hold independent and
+  // shared errors as they are. Where they show more than both are configured to, that replaces
+  // both.
   sensor::Matrix6d configured = information_ + correlated_;
   configured.diagonal() += 1e-9 * m0 * ridge;
   const Eigen::GeneralizedSelfAdjointEigenSolver<sensor::Matrix6d> shown(observed, configured);

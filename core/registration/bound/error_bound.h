@@ -1,5 +1,6 @@
-// How far off can a registration be? From the geometry of an overlap to a bound in metres, for an
-// alignment that was made and for one that is only planned (algorithm.md section 9).
+// How far off a registration can be: from the geometry of an overlap to a bound in metres, for an
+// alignment that was made and for one that is only planned (algorithm.md section 9, 'How far off it
+// may be').
 #ifndef VANTAGE_CORE_REGISTRATION_BOUND_ERROR_BOUND_H_
 #define VANTAGE_CORE_REGISTRATION_BOUND_ERROR_BOUND_H_
 
@@ -35,8 +36,8 @@ struct ErrorBound {
                                                         // corner displacement of 1 m
 };
 
-// Everything about an overlap that the bound depends on, once; then bounds with as many kinds of
-// outside knowledge as wanted.
+// Computes once what the bound depends on of an overlap. Bound() then adds what is known from
+// elsewhere.
 class OverlapGeometry {
  public:
   // Displacements are never believed to be larger than this (m): it stands for 'unconstrained'.
@@ -48,10 +49,10 @@ class OverlapGeometry {
 
   const Eigen::Vector3d& centroid() const { return centroid_; }
   const Eigen::AlignedBox3d& box() const { return box_; }
-  // Of the geometry alone, after what noise in the normals feigns was taken out.
+  // The information of the geometry alone, without what noise in the normals feigns.
   const sensor::Matrix6d& information() const { return information_; }
-  // Information about the centroid that closes what the geometry leaves open, and nothing else:
-  // more than the geometry has of any direction.
+  // Information, about the centroid, that fixes the directions which the geometry leaves open and
+  // no others. It is larger than the geometry's own in any direction.
   sensor::Matrix6d Open() const;
   // Directions (of six) that the geometry constrains.
   int constrained_directions() const { return constrained_; }
@@ -74,7 +75,7 @@ class OverlapGeometry {
   Eigen::AlignedBox3d box_;
   sensor::Matrix6d information_ = sensor::Matrix6d::Zero();
   sensor::Matrix6d correlated_ =
-      sensor::Matrix6d::Zero();  // sum over blocks of what each may push, squared
+      sensor::Matrix6d::Zero();  // sum over blocks of what a shared error adds, squared
   int constrained_ = 0;
   int draws_;
   unsigned seed_;

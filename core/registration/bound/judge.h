@@ -12,7 +12,7 @@
 
 namespace vantage::registration {
 
-// What an instrument says of the pose and is believed, as information about the overlap's centroid.
+// What an instrument guarantees of the pose, as information about the overlap's centroid.
 struct PoseEvidence {
   RegistrationBasis basis;  // kLevelling, kTargets or kTrustedPose
   sensor::Matrix6d information = sensor::Matrix6d::Zero();
@@ -26,9 +26,8 @@ struct PoseKnowledge {
   sensor::Matrix6d EvidenceInformation() const;
 };
 
-// Overlap and error bound against what is required. Outcome, bounds, weakest direction, what
-// decided (the scan's geometry, or the least of the evidence that it takes), reason and remedy
-// are filled in.
+// Compares overlap and error bound with what is required. Fills in outcome, bounds, weakest
+// direction, basis (the scan's geometry, or the evidence that suffices), reason and remedy.
 RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double overlap_share,
                                       const PoseKnowledge& known, const RegistrationConfig& config);
 

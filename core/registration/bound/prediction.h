@@ -1,4 +1,4 @@
-// Will a scan from a view that was not made yet register? (algorithm.md section 9)
+// Whether a scan that was not made yet will register (algorithm.md section 9, 'Prediction').
 #ifndef VANTAGE_CORE_REGISTRATION_BOUND_PREDICTION_H_
 #define VANTAGE_CORE_REGISTRATION_BOUND_PREDICTION_H_
 

@@ -1,4 +1,5 @@
-// The verdict on an alignment that was made (algorithm.md section 9, last paragraph).
+// The verdict on an alignment that was made (algorithm.md section 9, 'The verdict on an
+// alignment').
 #ifndef VANTAGE_CORE_REGISTRATION_BOUND_QUALIFY_H_
 #define VANTAGE_CORE_REGISTRATION_BOUND_QUALIFY_H_
 
@@ -18,7 +19,7 @@ namespace vantage::registration {
 struct Qualification {
   RegistrationResult result;
   // Where the overlap's shape leaves directions open: the change of the pose, about the overlap's
-  // centroid, that takes those back to what the prior has them. Else zero.
+  // centroid, that takes the pose back to the prior in these directions. Else zero.
   sensor::Vector6d to_prior = sensor::Vector6d::Zero();
   sensor::Matrix6d open =
       sensor::Matrix6d::Zero();  // information that would close those directions

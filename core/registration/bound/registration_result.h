@@ -18,7 +18,7 @@ struct RegistrationResult {
   size_t correspondences = 0;
   double rms_residual = 0;         // m, point to plane, of the inliers
   double expected_residual = 0;    // m, what the noise explains
-  double contradiction_share = 0;  // of the samples: behind known-empty space (they see through it)
+  double contradiction_share = 0;  // of the samples: in known-empty space, or behind walls
   sensor::Matrix6d covariance =
       sensor::Matrix6d::Zero();  // [rotation about world axes; translation], about the
                                  // overlap's centroid

@@ -1,5 +1,5 @@
-// Can a scan be joined to the model? The same words for a scan that was made and for one that is
-// only planned (algorithm.md section 9).
+// The verdict whether a scan can be joined to the model, for a scan that was made and for one that
+// is only planned (algorithm.md section 9, 'The verdict').
 #ifndef VANTAGE_CORE_REGISTRATION_BOUND_VERDICT_H_
 #define VANTAGE_CORE_REGISTRATION_BOUND_VERDICT_H_
 
@@ -28,7 +28,7 @@ struct RegistrationVerdict {
   sensor::Vector6d weakest =
       sensor::Vector6d::Zero();  // pose change [rad; m], about the overlap's centroid
   std::string weakest_words;     // 'sliding along x (east-west)'
-  // What decided: one, or the guarantees that it takes together. Empty before it was judged.
+  // What decided: one basis, or the guarantees that suffice together. Empty before it was judged.
   std::vector<RegistrationBasis> bases;
   std::string reason;  // why not registered; empty when it is
   std::string remedy;  // what to do about it; empty when registered

@@ -1,5 +1,5 @@
-// What stands in rooms, in the frame that FloorPlan places items in: origin on the floor in the
-// middle of the back, x along the back, y to the front, z up, m.
+// Furniture, in the frame in which FloorPlan places items: origin on the floor in the middle of the
+// back, x along the back, y to the front, z up, m.
 #ifndef VANTAGE_CORE_SIMULATION_SCENES_FURNITURE_H_
 #define VANTAGE_CORE_SIMULATION_SCENES_FURNITURE_H_
 

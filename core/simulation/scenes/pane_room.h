@@ -6,7 +6,7 @@
 
 namespace vantage::simulation {
 
-// What of a pane room is not as plain as a wall.
+// The parts of a pane room that deceive scanners.
 struct Panes {
   bool windows = true;         // two, of glass
   bool mirror = true;          // from the floor up, 1.3 x 1.95 m, 3 cm before the wall
@@ -14,8 +14,8 @@ struct Panes {
   bool dark_cupboard = true;   // Material::kDark
 };
 
-// One furnished room of 5.2 x 4.2 x 2.6 m to be scanned with and without what deceives scanners:
-// the triangles are the same whatever the panes, only their materials differ.
+// One furnished room of 5.2 x 4.2 x 2.6 m, with or without what deceives scanners: the triangles
+// are always the same, only their materials differ.
 Scene PaneRoom(const Panes& panes);
 
 }  // namespace vantage::simulation

@@ -1,4 +1,4 @@
-// What is not where it was when the next scan is made: people, doors.
+// People and doors, which may have moved when the next scan is made.
 #ifndef VANTAGE_CORE_SIMULATION_SCENES_PASSING_H_
 #define VANTAGE_CORE_SIMULATION_SCENES_PASSING_H_
 

@@ -18,13 +18,14 @@ namespace {
 constexpr char kAuthorization[] = "authorization";
 constexpr absl::string_view kBearer = "bearer ";
 constexpr size_t kMaxTenant = 200;
-// Of one address: what fails more often is told to wait, and not logged each time.
+// Failures of one address: beyond this rate it is told to wait, and not every failure is logged.
 constexpr double kFailuresPerSecond = 1;
 constexpr double kFailuresAtOnce = 20;
 
 absl::string_view View(const grpc::string_ref& text) { return {text.data(), text.size()}; }
 
-// The only value of a key. Several: INVALID_ARGUMENT, since it is not known who wrote which.
+// The only value of a key. INVALID_ARGUMENT when there are several, since it is not known who wrote
+// which.
 absl::StatusOr<std::optional<std::string>> OnlyValue(const grpc::ServerContextBase& context,
                                                      const std::string& key) {
   const auto [first, end] = context.client_metadata().equal_range(key);
@@ -83,7 +84,7 @@ absl::StatusOr<std::optional<std::string>> Authorizer::NamedTenant(
   return value;
 }
 
-// Where callers are not told apart by a file.
+// Authorization where there is no callers file.
 absl::StatusOr<Authorizer::Identity> Authorizer::IdentifyOpenly(
     const grpc::ServerContextBase& context) const {
   absl::StatusOr<std::optional<std::string>> named = NamedTenant(context);

@@ -1,4 +1,5 @@
-// Who calls, and whether they may: the one place where every RPC is let in or refused.
+// Identifies callers and checks what they may do: the one place where every RPC is admitted or
+// refused.
 #ifndef VANTAGE_SERVER_RPC_CALL_AUTHORIZER_H_
 #define VANTAGE_SERVER_RPC_CALL_AUTHORIZER_H_
 
@@ -16,11 +17,11 @@
 
 namespace vantage::rpc {
 
-// What the authorizer found out about a call.
+// The authorizer's decision about a call.
 struct Admission {
   absl::Status status;  // OK: let in
   std::string caller;   // as the callers file names it, or its address; for logs and limits
-  // Whose sessions it may see; nullopt: all, where callers are not told apart.
+  // The tenant whose sessions it may see; nullopt: all, where callers are not told apart.
   std::optional<std::string> tenant;
   std::string credential;  // Caller::credential; empty where callers are not told apart
 };
@@ -35,12 +36,13 @@ class Authorizer {
   // TENANT_MISSING), RESOURCE_EXHAUSTED (RATE_LIMITED), PERMISSION_DENIED (ROLE_MISSING).
   Admission Admit(const RpcRule& rule, const grpc::ServerContextBase& context);
 
-  // Whether a call that was let in would be let in by what is known now: streams ask, since they
-  // may last longer than what their caller showed. UNAUTHENTICATED (CREDENTIALS_WITHDRAWN,
+  // Checks again a call that was admitted, by what is known now. Streams ask for this, since they
+  // may outlive the credential that their caller showed. UNAUTHENTICATED (CREDENTIALS_WITHDRAWN,
   // TOKEN_EXPIRED), PERMISSION_DENIED (ROLE_MISSING).
   absl::Status StillLetsIn(const RpcRule& rule, const Admission& admission) const;
 
-  // Reads the callers file if it changed; true when it had. On an error the known ones stay.
+  // Reads the callers file if it changed; true when it had. On an error the callers known before
+  // stay.
   absl::StatusOr<bool> RefreshCallers();
 
  private:

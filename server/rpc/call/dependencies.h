@@ -1,4 +1,4 @@
-// What RPCs run on.
+// The objects that RPCs use.
 #ifndef VANTAGE_SERVER_RPC_CALL_DEPENDENCIES_H_
 #define VANTAGE_SERVER_RPC_CALL_DEPENDENCIES_H_
 
@@ -14,7 +14,7 @@
 
 namespace vantage::rpc {
 
-// All of it outlives the gRPC server.
+// All of these outlive the gRPC server.
 struct RpcDependencies {
   session::SessionRegistry& sessions;
   execution::TaskPool& tasks;
@@ -23,7 +23,7 @@ struct RpcDependencies {
   Authorizer& authorizer;
   telemetry::Metrics& metrics;
   std::atomic<int>& calls_under_way;
-  // How long a stream is silent at most; the contract promises 15 s.
+  // The longest silence of a stream; the contract promises 15 s at most.
   std::chrono::milliseconds heartbeat;
 };
 

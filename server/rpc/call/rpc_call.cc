@@ -24,7 +24,7 @@ std::string TextIn(const Message& message, const char* field_name) {
   return message.GetReflection()->GetString(message, field).substr(0, kMaxText);
 }
 
-// The resource that a message names: itself, what it holds, or where it belongs.
+// The resource that a message names: its own name, that of the resource it holds, or its parent.
 std::string ResourceOf(const Message& message) {
   for (const char* field : {"name", "upload", "parent"}) {
     if (std::string name = TextIn(message, field); !name.empty()) return name;
@@ -84,7 +84,8 @@ void RpcCall::Concerns(const Message& request) {
 }
 
 void RpcCall::Audit(const absl::Status& outcome, const Message* made) {
-  // What never came to be tried floods no log.
+  // A call that came too often was not tried and is not audited, so that a flood cannot fill the
+  // log.
   if (!rule_.mutates || contract::ReasonOf(admission_.status) == "RATE_LIMITED") return;
   std::string resource = made == nullptr ? "" : ResourceOf(*made);
   std::string request_id;
@@ -147,7 +148,7 @@ void RpcCall::End(const grpc::Status& status) {
                                      {"seconds", seconds}});
     return;
   }
-  // A flood must not become one of log lines.
+  // A flood of calls must not become a flood of log lines.
   const bool flood = contract::ReasonOf(admission_.status) == "RATE_LIMITED";
   dependencies_.log.Write(flood ? telemetry::LogLevel::kDebug : telemetry::LogLevel::kInfo,
                           "call failed",

@@ -1,4 +1,4 @@
-// One call from its arrival to its end: let in or refused, logged, audited.
+// One call from its arrival to its end: it is admitted or refused, logged and audited.
 #ifndef VANTAGE_SERVER_RPC_CALL_RPC_CALL_H_
 #define VANTAGE_SERVER_RPC_CALL_RPC_CALL_H_
 
@@ -32,23 +32,23 @@ class RpcCall {
   RpcCall(const RpcCall&) = delete;
   RpcCall& operator=(const RpcCall&) = delete;
 
-  // OK, or why it is refused: nothing but that may be answered then.
+  // OK, or why the call is refused; then the only answer is this status.
   const absl::Status& admitted() const { return admission_.status; }
-  // Of a stream, before each of its steps.
+  // To be called before each step of a stream.
   absl::Status StillLetIn() const {
     return dependencies_.authorizer.StillLetsIn(rule_, admission_);
   }
-  // Those that the caller may see.
+  // The sessions that the caller may see.
   const session::TenantSessions& sessions() const { return sessions_; }
-  // Of its trace: work that it sets off takes it along.
+  // The call's trace, which the work that it starts takes along.
   const telemetry::LogContext& context() const { return context_; }
 
-  // What it is about, as its first request says.
+  // Notes the resource that the call is about, from its first request.
   void Concerns(const google::protobuf::Message& request);
-  // A mutation was tried with this outcome; `made` is the response where there is one. Also when
-  // the client did not wait for it.
+  // Audits a mutation that was tried, with its outcome; `made` is the response where there is one.
+  // To be called also when the client did not wait for it.
   void Audit(const absl::Status& outcome, const google::protobuf::Message* made = nullptr);
-  // The client has the status, or is gone. Once.
+  // Ends the call: the client has the status, or is gone. To be called once.
   void End(const grpc::Status& status);
 
  private:

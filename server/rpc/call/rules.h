@@ -1,4 +1,4 @@
-// What each RPC needs of its caller. One table, and every RPC of the contract is in it.
+// The role that each RPC needs of its caller, in one table that has every RPC of the contract.
 #ifndef VANTAGE_SERVER_RPC_CALL_RULES_H_
 #define VANTAGE_SERVER_RPC_CALL_RULES_H_
 

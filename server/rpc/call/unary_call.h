@@ -18,9 +18,9 @@
 
 namespace vantage::rpc {
 
-// Keeps itself until gRPC is done with it and no handler refers to it any more. The handler works
-// on a copy of the request and its answer is moved in under a claim, so a call that was cancelled
-// meanwhile finishes at once and is never touched again.
+// Keeps itself alive until gRPC is done with it and no handler refers to it. The handler works on a
+// copy of the request, and its answer is used only if the call has not finished yet; so a call that
+// is cancelled meanwhile finishes at once and is not touched again.
 template <typename Request, typename Response>
 class UnaryCall final : public grpc::ServerUnaryReactor,
                         public std::enable_shared_from_this<UnaryCall<Request, Response>> {
@@ -79,7 +79,7 @@ class UnaryCall final : public grpc::ServerUnaryReactor,
       : call_(dependencies, rule, *context), context_(context), response_(response) {}
 
   void Complete(Answer answer) {
-    // What happened happened, whether or not somebody still waits to hear of it.
+    // The mutation was made, whether or not the client still waits for the answer.
     call_.Audit(answer.status(), answer.ok() ? &*answer : nullptr);
     if (finished_.exchange(true)) return;
     const grpc::Status status = ToGrpcStatus(answer.status(), *context_);

@@ -13,7 +13,8 @@
 namespace vantage::rpc::handlers {
 namespace {
 
-// The session that a page begins after: its id, and when it was created, should it be gone by then.
+// The session after which a page begins: its id, and its time of creation in case it was deleted
+// meanwhile.
 bool ReadPlace(const std::string& text, session::SessionPlace& place) {
   const std::vector<std::string> parts = absl::StrSplit(text, ':');
   int64_t created = 0;

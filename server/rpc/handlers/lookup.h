@@ -28,12 +28,13 @@ struct Page {
   size_t limit = 50;
 };
 // `size` 0 is `default_size`, and more than `max_size` is `max_size`; INVALID_ARGUMENT for a
-// negative one, or for a token of another list than `list`. Whether the list has an entry of that
-// name is its own to say.
+// negative one, or for a token of another list than `list`. The list itself checks that it has an
+// entry of that name.
 absl::StatusOr<Page> ReadPage(int size, const std::string& token, absl::string_view list,
                               int default_size, int max_size, absl::string_view size_field,
                               absl::string_view token_field);
-// For the page that begins after the entry `last`, in whatever terms the list knows it again.
+// The token of the page that begins after the entry `last`, which is a name that the list can find
+// again.
 std::string NextPageToken(absl::string_view list, absl::string_view last);
 
 }  // namespace vantage::rpc

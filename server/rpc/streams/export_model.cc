@@ -15,7 +15,8 @@ namespace {
 
 constexpr size_t kChunk = 256 << 10;
 
-// Parts are made on the planning pool, one ahead of none: a slow reader holds one part.
+// Parts are made on the planning pool, each after the one before was written, so that a slow reader
+// holds one part.
 class ExportStream final : public PumpedWriter<v1::ExportModelResponse> {
  public:
   ExportStream(const RpcDependencies& dependencies, std::shared_ptr<RpcCall> call,

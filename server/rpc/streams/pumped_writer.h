@@ -1,6 +1,6 @@
-// A server stream that is pulled, never pushed: whoever has news says so, and the next message is
-// made when the one before is written. Nothing queues up behind a slow reader. Where nothing is
-// said for long, a heartbeat is.
+// A server stream that is pulled, never pushed: sources notify it that there is news, and the next
+// message is made when the one before is written. So nothing queues up behind a slow reader. When
+// there is no news for long, a heartbeat is sent.
 #ifndef VANTAGE_SERVER_RPC_STREAMS_PUMPED_WRITER_H_
 #define VANTAGE_SERVER_RPC_STREAMS_PUMPED_WRITER_H_
 
@@ -27,13 +27,14 @@ enum class Step {
   kFinish,     // finish with the status
 };
 
-// Derive, override Produce() and Stopped(), and call Begin(). Keeps itself until gRPC is done.
+// Derive, override Produce() and Stopped(), and call Begin(). The stream keeps itself alive until
+// gRPC is done.
 template <typename Response>
 class PumpedWriter : public grpc::ServerWriteReactor<Response>,
                      public std::enable_shared_from_this<PumpedWriter<Response>> {
  public:
-  // Something may be there to send. Any thread; keep-alive by shared or weak pointer is the
-  // caller's business.
+  // Notifies the stream that there may be something to send. From any thread; the caller keeps the
+  // stream alive by a shared or weak pointer.
   void Notify() {
     {
       std::lock_guard<std::mutex> lock(mutex_);
@@ -76,7 +77,7 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
                grpc::CallbackServerContext* context)
       : dependencies_(dependencies), call_(std::move(call)), context_(context) {}
 
-  // Once, after construction; the stream lives on by itself.
+  // To be called once, after construction; from then on the stream keeps itself alive.
   void Begin() {
     self_ = this->shared_from_this();
     {
@@ -86,10 +87,10 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
     Notify();
   }
 
-  // The next step, on one of our threads, one call at a time. `message` is cleared; `status` counts
-  // for kFinish.
+  // Makes the next step, on one of our threads, one call at a time. `message` is cleared; `status`
+  // is used for kFinish.
   virtual Step Produce(Response& message, absl::Status& status) = 0;
-  // The stream is over: stop what notifies it.
+  // Is called when the stream is over: stop the sources that notify it.
   virtual void Stopped() = 0;
 
   const RpcDependencies dependencies_;
@@ -157,7 +158,7 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
     }
     Notify();
   }
-  // Whether a heartbeat is due; anything that is sent stands for one.
+  // True when a heartbeat is due; every message that is sent counts as one.
   bool TakeBeat() {
     std::lock_guard<std::mutex> lock(beat_mutex_);
     return std::exchange(beat_due_, false);

@@ -1,4 +1,4 @@
-// The streaming RPCs, for calls that were let in. Each has its own file.
+// The streaming RPCs, for admitted calls. Each has its own file.
 #ifndef VANTAGE_SERVER_RPC_STREAMS_STREAMS_H_
 #define VANTAGE_SERVER_RPC_STREAMS_STREAMS_H_
 

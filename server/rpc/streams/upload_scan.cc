@@ -21,9 +21,9 @@ constexpr std::chrono::milliseconds kUploadHeartbeat(4000);
 // A window of pieces is made durable together: when it is full, or when no piece came for a while.
 constexpr std::chrono::milliseconds kWindowPause(20);
 
-// Takes a piece on our own threads while the next is read and unpacked, so memory is bounded by two
-// messages and what they hold; syncs a window of them while more come, and acknowledges what is
-// durable whenever the write before is done.
+// Stores a piece on our own threads while the next one is read and decompressed, so memory is
+// bounded by two messages and their contents. Syncs a window of pieces while more arrive, and
+// acknowledges what is durable when the write before is done.
 class UploadStream final
     : public grpc::ServerBidiReactor<v1::UploadScanRequest, v1::UploadScanResponse>,
       public std::enable_shared_from_this<UploadStream> {
@@ -90,7 +90,7 @@ class UploadStream final
     std::optional<session::UnpackedPiece> piece;
   };
 
-  // Unpacks what was read, which is taken when those before it are.
+  // Decompresses the message that was read; it is stored when those before it are.
   void Unpack() {
     if (reading_->request.has_piece()) {
       reading_->piece.emplace(reading_->request.piece(),
@@ -113,7 +113,7 @@ class UploadStream final
       message = std::move(next_);
     }
     if (message == nullptr) {
-      // The client is done sending; what it sent stays. It can go on with another stream.
+      // The client has finished sending. What it sent stays, and it can go on with another stream.
       SyncWindow();
       Conclude(absl::OkStatus());
       return;
@@ -153,7 +153,7 @@ class UploadStream final
     Advance();
   }
 
-  // One sync at a time; what comes meanwhile is in the next.
+  // One sync at a time; pieces that arrive meanwhile are in the next one.
   void PostSync() {
     {
       std::lock_guard<std::mutex> lock(mutex_);
@@ -239,7 +239,7 @@ class UploadStream final
                                  absl::Seconds(2)));
   }
 
-  // The first conclusion counts.
+  // Only the first outcome counts.
   void Conclude(absl::Status verdict) {
     {
       std::lock_guard<std::mutex> lock(mutex_);
@@ -289,7 +289,7 @@ class UploadStream final
     {
       std::lock_guard<std::mutex> lock(mutex_);
       if (finished_) return;
-      unsent_ = true;  // before the first message, all that it has is the time
+      unsent_ = true;  // before the first message it tells only the time
       Arm();
     }
     Advance();
@@ -309,7 +309,7 @@ class UploadStream final
   v1::UploadScanResponse response_;                        // being written
   std::unique_ptr<Message> next_ ABSL_GUARDED_BY(mutex_);  // to be taken
   bool taking_ ABSL_GUARDED_BY(mutex_) = false;
-  bool ended_ ABSL_GUARDED_BY(mutex_) = false;  // nothing more is to be read
+  bool ended_ ABSL_GUARDED_BY(mutex_) = false;  // no more messages are read
   bool unsent_ ABSL_GUARDED_BY(mutex_) = false;
   bool writing_ ABSL_GUARDED_BY(mutex_) = false;
   bool starting_read_ ABSL_GUARDED_BY(mutex_) = false;
