@@ -42,15 +42,15 @@ class Octomap final : public Rival {
   }
 
   Proposal Propose(const PlanningSituation& s) override {
-    const size_t count = s.feasible.cells().size();
+    const size_t count = s.problem.feasible().cells().size();
     if (count == 0) return {std::nullopt, std::nullopt, "no place is feasible"};
     std::vector<size_t> volume(kCandidates, 0);
     std::vector<Eigen::Vector3d> places(kCandidates);
     for (int i = 0; i < kCandidates; ++i) {
       const uint64_t draw =
           simulation::RandomBits(s.seed, static_cast<uint64_t>(s.number * kCandidates + i),
-                                 kDrawStream + s.config.rejected.size());
-      places[static_cast<size_t>(i)] = s.feasible.Centre(draw % count);
+                                 kDrawStream + s.problem.config().rejected.size());
+      places[static_cast<size_t>(i)] = s.problem.feasible().Centre(draw % count);
     }
     s.parallel.For(places.size(), [&](size_t i) { volume[i] = UnknownFrom(places[i]); });
     const auto best = std::max_element(volume.begin(), volume.end());
