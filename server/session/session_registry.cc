@@ -254,6 +254,47 @@ absl::Status SessionRegistry::Erase(const std::shared_ptr<Session>& session) {
   return absl::OkStatus();
 }
 
+Collected SessionRegistry::Collect() {
+  std::vector<std::shared_ptr<Session>> sessions;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& [id, session] : sessions_) sessions.push_back(session);
+  }
+  Collected collected;
+  const absl::Time now = dependencies_.clock();
+  const absl::Time unused_since = now - dependencies_.limits.keep_sessions;
+  for (const std::shared_ptr<Session>& session : sessions) {
+    if (draining()) break;
+    session->uploads().Expire();
+    session->claims().Expire();
+    if (session->model().LastTouched() < now - dependencies_.limits.evict_after)
+      session->PostEvict();
+    if (session->LastUsed() < unused_since) {
+      std::lock_guard<std::mutex> only_one(create_mutex_);
+      const absl::StatusOr<std::shared_ptr<Session>> still = Find(session->id());
+      if (!still.ok() || *still != session || session->LastUsed() >= unused_since) continue;
+      const absl::Status erased = Erase(session);
+      if (erased.ok()) {
+        ++collected.sessions;
+        dependencies_.log.Info("a session past its time was deleted", {{"session", session->id()}});
+      } else {
+        dependencies_.log.Error("a session past its time could not be deleted",
+                                {{"session", session->id()}, {"error", erased.ToString()}});
+      }
+      continue;
+    }
+    const absl::StatusOr<int> erased =
+        session->scans().EraseWithdrawn(now - dependencies_.limits.keep_withdrawn_scans);
+    if (erased.ok()) {
+      collected.scans += *erased;
+    } else {
+      dependencies_.log.Error("withdrawn scans could not be erased",
+                              {{"session", session->id()}, {"error", erased.status().ToString()}});
+    }
+  }
+  return collected;
+}
+
 SessionTotals SessionRegistry::Totals() const {
   std::vector<std::shared_ptr<Session>> sessions;
   {
@@ -263,10 +304,11 @@ SessionTotals SessionRegistry::Totals() const {
   SessionTotals totals;
   totals.sessions = sessions.size();
   for (const auto& session : sessions) {
-    totals.loaded += session->loaded() && session->Model().view != nullptr ? 1 : 0;
-    totals.uploads += session->OpenUploads();
-    totals.plans += session->RunningPlans();
-    totals.pending_scans += session->PendingScans();
+    totals.loaded +=
+        session->model().loaded() && session->model().Current().view != nullptr ? 1 : 0;
+    totals.uploads += session->uploads().OpenCount();
+    totals.plans += session->plans().Running();
+    totals.pending_scans += session->scans().Pending();
   }
   return totals;
 }
@@ -276,15 +318,16 @@ void SessionRegistry::FreeMemory(int64_t bytes) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     for (const auto& [id, session] : sessions_) {
-      if (session->loaded()) sessions.push_back(session);
+      if (session->model().loaded()) sessions.push_back(session);
     }
   }
-  std::sort(sessions.begin(), sessions.end(),
-            [](const auto& a, const auto& b) { return a->LastTouched() < b->LastTouched(); });
+  std::sort(sessions.begin(), sessions.end(), [](const auto& a, const auto& b) {
+    return a->model().LastTouched() < b->model().LastTouched();
+  });
   const absl::Time unused_since = dependencies_.clock() - kUnusedForAWhile;
   for (const auto& session : sessions) {
-    if (bytes <= 0 || session->LastTouched() > unused_since) return;
-    bytes -= session->EstimateModel();
+    if (bytes <= 0 || session->model().LastTouched() > unused_since) return;
+    bytes -= session->model().Estimate();
     session->PostEvict();
   }
 }
@@ -298,7 +341,7 @@ void SessionRegistry::BeginDrain() {
     for (const auto& [id, session] : sessions_) sessions.push_back(session);
     for (const auto& [id, call] : watchers_) watchers.push_back(call);
   }
-  for (const auto& session : sessions) session->StopPlans(PlanRun::StopReason::kDrain);
+  for (const auto& session : sessions) session->plans().Stop(PlanRun::StopReason::kDrain);
   for (const auto& call : watchers) (*call)();
 }
 

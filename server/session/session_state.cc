@@ -298,4 +298,17 @@ bool SessionState::AnyInModel() const {
                      [](const auto& entry) { return entry.second.in_model; });
 }
 
+std::vector<std::string> SessionState::UndecidedScans() const {
+  std::vector<std::string> undecided;
+  for (const std::string& name : scan_order) {
+    const ScanRecord& record = scans.at(name);
+    const v1::ScanState state = record.scan.state();
+    if (state == v1::SCAN_STATE_RECEIVED || state == v1::SCAN_STATE_MERGING ||
+        record.in_model != (state == v1::SCAN_STATE_MERGED)) {
+      undecided.push_back(name);
+    }
+  }
+  return undecided;
+}
+
 }  // namespace vantage::session

@@ -82,6 +82,9 @@ struct SessionState {
 
   int PendingScans() const;
   bool AnyInModel() const;
+  // Scans that are on their way, or in the model though they should not be (or the reverse), by
+  // creation.
+  std::vector<std::string> UndecidedScans() const;
 };
 
 // Where those begin that come after `name` (empty: all) in an order of creation. Page tokens are

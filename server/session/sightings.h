@@ -3,11 +3,8 @@
 #define VANTAGE_SERVER_SESSION_SIGHTINGS_H_
 
 #include <Eigen/Core>
-#include <optional>
-#include <span>
 #include <vector>
 
-#include "absl/status/statusor.h"
 #include "core/registration/align/targets.h"
 #include "server/session/session_state.h"
 
@@ -17,11 +14,6 @@ namespace vantage::session {
 // one whose own pose is known best says where. `origin`: the session's.
 std::vector<registration::TargetTie> TiesOf(const SessionState& state, const v1::Scan& scan,
                                             const Eigen::Vector3d& origin);
-
-// The pose of a session's first scan by its targets; nothing where they don't give one.
-// INVALID_ARGUMENT: they contradict each other.
-absl::StatusOr<std::optional<sensor::PosePrior>> FirstPoseFromTargets(
-    std::span<const registration::TargetTie> ties);
 
 }  // namespace vantage::session
 

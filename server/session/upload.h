@@ -2,6 +2,7 @@
 #ifndef VANTAGE_SERVER_SESSION_UPLOAD_H_
 #define VANTAGE_SERVER_SESSION_UPLOAD_H_
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -87,6 +88,10 @@ class Upload {
   // scan's, else it is given back.
   void End(v1::UploadState state, const std::string& message, const std::string& scan);
 
+  // Its session has ended it: from now on the log says what there is to know.
+  void LetGo() { let_go_ = true; }
+  bool let_go() const { return let_go_; }
+
   bool Idle(absl::Time now) const;
   absl::Time LastPiece() const;
   // The resource as it stands: where to go on is behind what is durable.
@@ -113,6 +118,7 @@ class Upload {
   store::Store& store_;
   const contract::Limits limits_;
   const std::shared_ptr<AccountShare> account_;
+  std::atomic<bool> let_go_{false};
   std::mutex commit_mutex_;
   std::mutex sync_mutex_;  // one at a time; what comes meanwhile is in the next
   mutable std::mutex mutex_;
