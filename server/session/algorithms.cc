@@ -9,8 +9,8 @@
 namespace vantage::session {
 
 Algorithms Algorithms::Core() {
-  // A scan that came without a prior is where its targets say, or looked for everywhere; the guess
-  // is where the last one was.
+  // A scan that came without a prior is placed by its targets, or searched for everywhere; the
+  // guess is the place of the last scan.
   const auto register_scan =
       [](const model::PlanningView& model, const sensor::Scan& scan, const sensor::PosePrior& prior,
          std::span<const registration::TargetTie> targets,

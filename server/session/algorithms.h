@@ -1,5 +1,5 @@
-// The core's algorithms as a session calls them: a seam, so that tests can say what an alignment or
-// a plan comes to.
+// The interface by which a session calls the core's algorithms. Tests replace it to decide the
+// outcome of an alignment or a plan.
 #ifndef VANTAGE_SERVER_SESSION_ALGORITHMS_H_
 #define VANTAGE_SERVER_SESSION_ALGORITHMS_H_
 
@@ -48,7 +48,7 @@ struct Algorithms {
       const Eigen::Vector3d&, std::span<const fleet::PledgedView>, parallel::Parallel&)>
       measure_cover;
 
-  // The core's own.
+  // The core's algorithms.
   static Algorithms Core();
 };
 

@@ -46,10 +46,10 @@ absl::StatusOr<std::string> ToBinary(const std::string& file) {
 }  // namespace
 
 Export::Export(std::shared_ptr<Session> session, v1::ExportFormat format)
-    : session_(std::move(session)), format_(format), model_(session_->Model()) {}
+    : session_(std::move(session)), format_(format), model_(session_->model().Current()) {}
 
 Export::~Export() {
-  if (counted_) session_->EndExport();
+  if (counted_) session_->model().EndExport();
 }
 
 absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> session,
@@ -63,14 +63,14 @@ absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> 
     return contract::InvalidField("scans", "only goes with EXPORT_FORMAT_SCANS_PLY");
   }
   std::unique_ptr<Export> made(new Export(std::move(session), format));
-  made->counted_ = made->session_->BeginExport();
+  made->counted_ = made->session_->model().BeginExport();
   if (!made->counted_) {
     return contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EXPORTS",
                                "as many exports of the session are under way as it may have",
                                absl::Seconds(5));
   }
   made->file_name_ = absl::StrCat(made->session_->id(), Extension(format));
-  if (made->model_.view == nullptr) return made->session_->WhyNoModel();
+  if (made->model_.view == nullptr) return made->session_->model().WhyNone();
   if (format == v1::EXPORT_FORMAT_SCANS_PLY) {
     absl::Status chosen = made->ChooseScans(request);
     if (!chosen.ok()) return chosen;
@@ -129,7 +129,7 @@ absl::StatusOr<std::string> Export::Next() {
     }
     if (part > scans_.size()) return std::string();
     const v1::Scan& scan = scans_[part - 1];
-    absl::StatusOr<sensor::RangeImage> image = session_->LoadImage(scan.name());
+    absl::StatusOr<sensor::RangeImage> image = session_->scans().LoadImage(scan.name());
     if (!image.ok()) return image.status();
     // Poses are in the world frame already.
     return SamplesPlyBody(*image, conversion::ReadOwnPose(scan.pose(), Eigen::Vector3d::Zero()),
@@ -148,7 +148,7 @@ absl::StatusOr<std::string> Export::Next() {
       break;
     }
     case v1::EXPORT_FORMAT_PATCH_PLY: {
-      absl::StatusOr<v1::PlanResult> result = session_->GetFullResult(plan_);
+      absl::StatusOr<v1::PlanResult> result = session_->plans().GetFullResult(plan_);
       if (!result.ok()) return result.status();
       file = PatchesPly(*result);
       break;

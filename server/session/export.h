@@ -15,9 +15,9 @@ namespace vantage::session {
 
 class Export {
  public:
-  // Checks the request and fixes what is exported: later changes of the session don't show.
-  // FAILED_PRECONDITION: nothing to export. UNIMPLEMENTED: an archive. RESOURCE_EXHAUSTED: too
-  // many exports of the session are under way.
+  // Checks the request and fixes what is exported: later changes of the session have no effect.
+  // FAILED_PRECONDITION: nothing to export. UNIMPLEMENTED: an archive. RESOURCE_EXHAUSTED: too many
+  // exports of the session are under way.
   static absl::StatusOr<std::unique_ptr<Export>> Create(std::shared_ptr<Session> session,
                                                         const v1::ExportModelRequest& request);
 
@@ -25,10 +25,10 @@ class Export {
   Export(const Export&) = delete;
   Export& operator=(const Export&) = delete;
 
-  // The next part, in order; empty at the end. Takes its time: call it on a pool.
+  // The next part, in order; empty at the end. It takes long, so call it on a pool.
   absl::StatusOr<std::string> Next();
 
-  // 0 while it is not known.
+  // 0 until it is known.
   int64_t total_size() const { return total_size_; }
   uint64_t model_version() const { return model_.version; }
   const std::string& file_name() const { return file_name_; }
@@ -46,7 +46,7 @@ class Export {
   std::vector<v1::Scan> scans_;
   std::string plan_;
   size_t part_ = 0;
-  bool counted_ = false;  // among the session's exports
+  bool counted_ = false;  // it is counted among the session's exports
 };
 
 }  // namespace vantage::session

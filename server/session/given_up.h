@@ -1,4 +1,4 @@
-// Surface that was given up on, as places.
+// The places where surface was given up.
 #ifndef VANTAGE_SERVER_SESSION_GIVEN_UP_H_
 #define VANTAGE_SERVER_SESSION_GIVEN_UP_H_
 

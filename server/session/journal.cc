@@ -80,7 +80,7 @@ absl::StatusOr<std::string> Journal::Execute(
       entry.mutable_request()->set_method(key.method);
       entry.mutable_request()->set_fingerprint(key.fingerprint);
     }
-    // Readers go on while the store writes; only other writers wait.
+    // Readers do not wait while the store writes; only other writers do.
     absl::Status written = store_.Append(session_, entry);
     if (!written.ok()) return written;
     std::lock_guard<std::mutex> lock(state_mutex_);

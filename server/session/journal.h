@@ -1,4 +1,4 @@
-// The log of one session and what it folds to: commands are checked against the state, written, and
+// The log of one session and its state. Commands are checked against the state, written and
 // applied, one at a time; readers and watchers see every step in order.
 #ifndef VANTAGE_SERVER_SESSION_JOURNAL_H_
 #define VANTAGE_SERVER_SESSION_JOURNAL_H_
@@ -21,7 +21,8 @@
 
 namespace vantage::session {
 
-// Names a request so that repeating it is harmless. An empty id: the request does not name itself.
+// Identifies a request, so that it is executed only once however often it is sent. An empty id: the
+// request has none.
 struct RequestKey {
   std::string id;
   std::string method;
@@ -31,10 +32,10 @@ struct RequestKey {
                        const google::protobuf::Message& request);
 };
 
-// A step that a command would like to make.
+// A step that a command proposes.
 struct Draft {
   v1::SessionEvent event;  // without sequence and time
-  std::string blob;        // SHA-256, where one belongs to it
+  std::string blob;        // SHA-256 of the blob that belongs to it; empty: none
   std::string tenant;      // in a session's first step
 };
 
@@ -46,11 +47,11 @@ class Journal {
   // An empty journal; `store` must outlive it.
   Journal(std::string session, store::Store& store, Clock clock);
 
-  // Reads what the store has.
+  // Reads the log from the store.
   absl::Status Load();
 
-  // Makes one step. `build` sees the state as it is and returns the draft, or an error that is
-  // returned as it is and changes nothing. Returns the name of the resource concerned. When the
+  // Makes one step. `build` gets the present state and returns the draft, or an error, which is
+  // returned unchanged and changes nothing. Returns the name of the resource concerned. When the
   // request was executed before, its resource is returned and nothing happens; ALREADY_EXISTS
   // (REQUEST_ID_REUSED) when it was another request. `applied` runs when the step is written and
   // before anyone can see it.
@@ -58,19 +59,19 @@ class Journal {
       const RequestKey& key, absl::FunctionRef<absl::StatusOr<Draft>(const SessionState&)> build,
       absl::FunctionRef<void()> applied = [] {});
 
-  // Calls `read` with the state; keep it short.
+  // Calls `read` with the state; it must be quick.
   void Read(absl::FunctionRef<void(const SessionState&)> read) const;
 
   // Events after a sequence number, in order, at most `limit`.
   absl::StatusOr<std::vector<v1::SessionEvent>> Events(uint64_t after, size_t limit) const;
 
-  // `call` runs after every step, on whatever thread made it; keep it short. It may still be
-  // running when Unwatch returns.
+  // `call` runs after every step, on the thread that made the step; it must be quick. It may still
+  // be running when Unwatch returns.
   WatchId Watch(std::function<void()> call);
   void Unwatch(WatchId id);
-  // Waits for the step under way; all later ones are refused (ABORTED).
+  // Waits for the step in progress; all later ones are refused (ABORTED).
   void Close();
-  // Calls every watcher: something other than a step happened (the log was dropped).
+  // Calls every watcher when something other than a step happened (the log was dropped).
   void Wake();
 
   absl::Time Now() const { return clock_(); }

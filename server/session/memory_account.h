@@ -1,5 +1,5 @@
-// What the server may keep in memory, and who has reserved how much of it: estimates, taken before
-// the memory is.
+// The memory that the server may use, and its reservations. Reservations are estimates, made before
+// the memory is allocated.
 #ifndef VANTAGE_SERVER_SESSION_MEMORY_ACCOUNT_H_
 #define VANTAGE_SERVER_SESSION_MEMORY_ACCOUNT_H_
 
@@ -27,7 +27,7 @@ class MemoryAccount {
     Reservation& operator=(Reservation&& other) noexcept;
 
     int64_t bytes() const { return bytes_; }
-    // What is there already: never refused.
+    // Reserves memory that is in use already; never refused.
     void Set(int64_t bytes);
     void Release() { Set(0); }
 
@@ -41,13 +41,13 @@ class MemoryAccount {
   // `budget` in bytes; 0: no limit.
   explicit MemoryAccount(int64_t budget) : budget_(budget) {}
 
-  // Nothing when there is not so much. While nothing is reserved, more than there is may be
-  // taken, so that what is larger than the budget is tried alone rather than never.
+  // Nothing when there is not enough. While nothing is reserved, a reservation may exceed the
+  // budget, so that what needs more than the budget can be tried alone.
   std::optional<Reservation> Take(int64_t bytes);
-  // A reservation of nothing, to Set later.
+  // An empty reservation, for Set() later.
   Reservation Empty() { return {this, 0}; }
 
-  // Called, on the thread that was refused, with the bytes that lack.
+  // Called on the thread whose reservation was refused, with the missing bytes.
   void OnShortage(std::function<void(int64_t)> call);
   void OnNoShortage() { OnShortage(nullptr); }
 

@@ -1,31 +1,59 @@
-// Everything that a plan is computed from.
+// The inputs of a plan, a what-if or a claim.
 #ifndef VANTAGE_SERVER_SESSION_PLAN_INPUTS_H_
 #define VANTAGE_SERVER_SESSION_PLAN_INPUTS_H_
 
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
 #include "core/fleet/joint_plan.h"
-#include "server/session/session.h"
+#include "core/parallel/budget.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/sensor/scanner_model.h"
+#include "server/session/memory_account.h"
+#include "server/session/model_memory.h"
+#include "server/session/session_context.h"
+#include "vantage/v1/plan_service.pb.h"
 
 namespace vantage::session {
 
-struct Session::PlanInputs {
+struct PlanInputs {
   ModelSnapshot model;
-  v1::PlanningConfig written;  // whole
+  v1::PlanningConfig written;  // the complete configuration
   planning::PlanningConfig config;
   sensor::ScannerModel scanner;
   std::string scanner_id;
   parallel::Budget budget;
   double seconds = 0;  // time budget, 0: none
-  // For scanners by name, around claims, or by minutes.
+  // Set for named scanners, for plans around claims, and for ranking by score per minute.
   bool joint = false;
   fleet::FleetRequest fleet;
   size_t scanner_models = 1;          // distinct ones, of fleet.scanners
-  std::vector<std::string> scanners;  // names, of fleet.scanners; empty: for nobody by name
-  std::vector<std::string> claims;    // names, of fleet.pledged
+  std::vector<std::string> scanners;  // names of fleet.scanners; empty: no scanner is named
+  std::vector<std::string> claims;    // names of the claims in fleet.pledged
   std::shared_ptr<MemoryAccount::Reservation> memory;  // given back with the last copy
 };
+
+// With the newest model and the session's configuration, `overrides` over it. Empty id: the
+// session's first scanner. INVALID_ARGUMENT, fields named behind `prefix`; as
+// ModelMemory::WhyNone() where there is no model.
+absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& model,
+                                          const std::string& scanner_model_id,
+                                          const v1::PlanningConfig& overrides,
+                                          const std::string& prefix);
+
+// Adds the scanners that a plan names and the claims that are held. INVALID_ARGUMENT: a scanner is
+// unknown or impossible.
+absl::Status AddFleet(const SessionContext& context, const v1::CreatePlanRequest& request,
+                      PlanInputs& inputs);
+
+// RESOURCE_EXHAUSTED (PLAN_TOO_LARGE), as the plan itself would be refused.
+absl::Status CheckSize(const PlanInputs& inputs);
+
+// Reserves the memory that the plan will need. RESOURCE_EXHAUSTED (MEMORY_SHORT).
+absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs);
 
 }  // namespace vantage::session
 

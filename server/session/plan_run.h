@@ -1,4 +1,4 @@
-// A plan while it runs: the latest ranking, for any number of watchers, and the way to stop it.
+// A running plan: its latest ranking, for any number of watchers, and a way to stop it.
 #ifndef VANTAGE_SERVER_SESSION_PLAN_RUN_H_
 #define VANTAGE_SERVER_SESSION_PLAN_RUN_H_
 
@@ -24,26 +24,27 @@ class PlanRun {
 
   explicit PlanRun(v1::Plan plan);
 
-  // Basic view, as it stands: only the latest is kept.
+  // The plan as it is now (basic view); only the latest is kept.
   v1::Plan Describe() const;
   bool Ended() const;
 
   void Start(absl::Time now);
-  // A better ranking (basic view).
+  // Sets a better ranking (basic view).
   void Improve(v1::PlanResult result);
-  // It has ended as `plan`, which cannot be logged yet: shows its result, and why.
+  // The plan ended as `plan`, which cannot be logged yet. Shows its result and why it is not
+  // logged.
   void AwaitLog(const v1::Plan& plan, std::string why);
   bool AwaitsLog() const;
-  // The end. `plan` is what was logged.
+  // The plan ended; `plan` is what was logged.
   void End(v1::Plan plan);
 
-  // The first reason counts. A drain only asks it to come to its end.
+  // Stops the plan; the first reason counts. A drain only asks it to end early.
   void Stop(StopReason reason);
   StopReason stop_reason() const;
   std::stop_token cancelled() const { return cancel_.get_token(); }
   std::stop_token hurried() const { return hurry_.get_token(); }
 
-  // `call` runs after every change; keep it short. It may still be running when Unwatch returns.
+  // `call` runs after every change; it must be quick. It may still be running when Unwatch returns.
   WatchId Watch(std::function<void()> call);
   void Unwatch(WatchId id);
 

@@ -1,4 +1,4 @@
-// PLY files (binary, little-endian) of what a session knows beside its model.
+// PLY files (binary, little-endian) of a session's scans and patches.
 #ifndef VANTAGE_SERVER_SESSION_PLY_H_
 #define VANTAGE_SERVER_SESSION_PLY_H_
 

@@ -15,10 +15,10 @@ namespace {
 constexpr char kSessionType[] = "vantage/Session";
 constexpr size_t kRememberedDeletions = 4096;
 constexpr absl::Duration kRetryAfterRestart = absl::Seconds(5);
-// Before a model may be evicted for another one.
+// Idle time before a model may be evicted for another one.
 constexpr absl::Duration kUnusedForAWhile = absl::Seconds(20);
 
-// What a client gave, completed; what the server fills in is left out.
+// The fields that a client set, completed; fields that the server sets are left out.
 v1::Session Completed(const v1::Session& asked) {
   v1::Session session;
   session.set_display_name(asked.display_name());
@@ -51,7 +51,8 @@ absl::Status SessionRegistry::LoadAll() {
   bool whole = true;
   for (const std::string& id : *ids) {
     absl::StatusOr<std::shared_ptr<Session>> session = Session::Load(id, accounts_, dependencies_);
-    // One damaged session must not take the others with it; what is newer than this server must.
+    // A damaged session must not prevent the others from loading; a log newer than this server
+    // must.
     if (absl::IsFailedPrecondition(session.status())) return session.status();
     if (!session.ok()) {
       dependencies_.log.Error("a session cannot be loaded",
@@ -87,7 +88,7 @@ absl::Status SessionRegistry::LoadAll() {
   return absl::OkStatus();
 }
 
-// What a crash left behind that no log names.
+// Removes what a crash left behind and no log names.
 absl::Status SessionRegistry::Sweep(const std::map<std::string, int>& blobs,
                                     const std::set<std::string>& spools) {
   if (absl::Status kept = dependencies_.store.KeepBlobs(blobs); !kept.ok()) return kept;
@@ -147,7 +148,7 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
     }
   }
   if (before != nullptr) {
-    // The journal knows whether it was the same request.
+    // The journal checks that it was the same request.
     absl::StatusOr<std::string> same =
         before->journal().Execute(key, [](const SessionState&) -> absl::StatusOr<Draft> {
           return absl::InternalError("the session's log does not have its creation");
@@ -182,8 +183,8 @@ std::vector<std::shared_ptr<Session>> SessionRegistry::List(
     const SessionPlace& after, size_t limit, bool& more,
     const std::optional<std::string>& tenant) const {
   std::lock_guard<std::mutex> lock(mutex_);
-  // Where it has been deleted (another one may have its id since), those follow that were created
-  // later.
+  // When that session has been deleted (another one may have its id since), the sessions created
+  // later follow.
   const auto last = sessions_.find(after.id);
   bool there = last != sessions_.end() && last->second->created() == after.created;
   const bool gone = !there;
@@ -242,7 +243,8 @@ absl::Status SessionRegistry::Delete(const v1::DeleteSessionRequest& request,
   return absl::OkStatus();
 }
 
-// Its log goes first: what a crash leaves of the rest belongs to nobody, and is collected.
+// The log is deleted first. If a crash leaves the rest behind, no log names it, and it is
+// collected.
 absl::Status SessionRegistry::Erase(const std::shared_ptr<Session>& session) {
   const std::string& id = session->id();
   if (absl::Status dropped = dependencies_.store.Drop(id); !dropped.ok()) return dropped;
@@ -254,6 +256,47 @@ absl::Status SessionRegistry::Erase(const std::shared_ptr<Session>& session) {
   return absl::OkStatus();
 }
 
+Collected SessionRegistry::Collect() {
+  std::vector<std::shared_ptr<Session>> sessions;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& [id, session] : sessions_) sessions.push_back(session);
+  }
+  Collected collected;
+  const absl::Time now = dependencies_.clock();
+  const absl::Time unused_since = now - dependencies_.limits.keep_sessions;
+  for (const std::shared_ptr<Session>& session : sessions) {
+    if (draining()) break;
+    session->uploads().Expire();
+    session->claims().Expire();
+    if (session->model().LastTouched() < now - dependencies_.limits.evict_after)
+      session->PostEvict();
+    if (session->LastUsed() < unused_since) {
+      std::lock_guard<std::mutex> only_one(create_mutex_);
+      const absl::StatusOr<std::shared_ptr<Session>> still = Find(session->id());
+      if (!still.ok() || *still != session || session->LastUsed() >= unused_since) continue;
+      const absl::Status erased = Erase(session);
+      if (erased.ok()) {
+        ++collected.sessions;
+        dependencies_.log.Info("a session past its time was deleted", {{"session", session->id()}});
+      } else {
+        dependencies_.log.Error("a session past its time could not be deleted",
+                                {{"session", session->id()}, {"error", erased.ToString()}});
+      }
+      continue;
+    }
+    const absl::StatusOr<int> erased =
+        session->scans().EraseWithdrawn(now - dependencies_.limits.keep_withdrawn_scans);
+    if (erased.ok()) {
+      collected.scans += *erased;
+    } else {
+      dependencies_.log.Error("withdrawn scans could not be erased",
+                              {{"session", session->id()}, {"error", erased.status().ToString()}});
+    }
+  }
+  return collected;
+}
+
 SessionTotals SessionRegistry::Totals() const {
   std::vector<std::shared_ptr<Session>> sessions;
   {
@@ -263,10 +306,11 @@ SessionTotals SessionRegistry::Totals() const {
   SessionTotals totals;
   totals.sessions = sessions.size();
   for (const auto& session : sessions) {
-    totals.loaded += session->loaded() && session->Model().view != nullptr ? 1 : 0;
-    totals.uploads += session->OpenUploads();
-    totals.plans += session->RunningPlans();
-    totals.pending_scans += session->PendingScans();
+    totals.loaded +=
+        session->model().loaded() && session->model().Current().view != nullptr ? 1 : 0;
+    totals.uploads += session->uploads().OpenCount();
+    totals.plans += session->plans().Running();
+    totals.pending_scans += session->scans().Pending();
   }
   return totals;
 }
@@ -276,15 +320,16 @@ void SessionRegistry::FreeMemory(int64_t bytes) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     for (const auto& [id, session] : sessions_) {
-      if (session->loaded()) sessions.push_back(session);
+      if (session->model().loaded()) sessions.push_back(session);
     }
   }
-  std::sort(sessions.begin(), sessions.end(),
-            [](const auto& a, const auto& b) { return a->LastTouched() < b->LastTouched(); });
+  std::sort(sessions.begin(), sessions.end(), [](const auto& a, const auto& b) {
+    return a->model().LastTouched() < b->model().LastTouched();
+  });
   const absl::Time unused_since = dependencies_.clock() - kUnusedForAWhile;
   for (const auto& session : sessions) {
-    if (bytes <= 0 || session->LastTouched() > unused_since) return;
-    bytes -= session->EstimateModel();
+    if (bytes <= 0 || session->model().LastTouched() > unused_since) return;
+    bytes -= session->model().Estimate();
     session->PostEvict();
   }
 }
@@ -298,7 +343,7 @@ void SessionRegistry::BeginDrain() {
     for (const auto& [id, session] : sessions_) sessions.push_back(session);
     for (const auto& [id, call] : watchers_) watchers.push_back(call);
   }
-  for (const auto& session : sessions) session->StopPlans(PlanRun::StopReason::kDrain);
+  for (const auto& session : sessions) session->plans().Stop(PlanRun::StopReason::kDrain);
   for (const auto& call : watchers) (*call)();
 }
 

@@ -21,14 +21,14 @@
 
 namespace vantage::session {
 
-// What a collection took away.
+// The result of a collection.
 struct Collected {
   int sessions = 0;
   int scans = 0;
   bool operator==(const Collected&) const = default;
 };
 
-// What there is, all sessions together.
+// Totals of all sessions.
 struct SessionTotals {
   size_t sessions = 0;
   size_t loaded = 0;  // with a model in memory
@@ -37,7 +37,7 @@ struct SessionTotals {
   int pending_scans = 0;
 };
 
-// A place in the order of creation: behind the session of this id that was created then.
+// A position in the order of creation: behind the session with this id and this time of creation.
 struct SessionPlace {
   std::string id;  // empty: before all of them
   absl::Time created = absl::InfinitePast();
@@ -55,7 +55,7 @@ class SessionRegistry {
   // RESOURCE_EXHAUSTED (QUOTA_EXCEEDED): the tenant has no room left.
   absl::StatusOr<std::shared_ptr<Session>> Create(const v1::CreateSessionRequest& request,
                                                   const std::string& tenant = "");
-  // By id. NOT_FOUND, also for those of others than `tenant`.
+  // By id. NOT_FOUND, also for sessions of other tenants.
   absl::StatusOr<std::shared_ptr<Session>> Find(
       const std::string& id, const std::optional<std::string>& tenant = {}) const;
   // Oldest first: those created after the one at `after`, of `tenant` where one is given.
@@ -63,24 +63,26 @@ class SessionRegistry {
                                              const std::optional<std::string>& tenant = {}) const;
   absl::Status Delete(const v1::DeleteSessionRequest& request,
                       const std::optional<std::string>& tenant = {});
-  // Collects what is past its time: uploads that were idle for too long, data of withdrawn scans,
-  // sessions without events (Limits says after how long). Called now and then.
+  // Removes uploads that were idle for too long, data of withdrawn scans, and sessions without
+  // events; Limits has the times. To be called regularly.
   Collected Collect();
 
   SessionTotals Totals() const;
-  // Evicts the models of sessions that nobody has used for longest and for a while, until so
-  // many bytes are free; soon.
+  // Evicts models soon, the longest unused first, until this many bytes are free; a model that was
+  // used lately stays.
   void FreeMemory(int64_t bytes);
 
-  // Bytes that a tenant's sessions keep.
+  // Bytes that a tenant's sessions store.
   int64_t UsedBy(const std::string& tenant) { return accounts_.Of(tenant)->used(); }
 
-  // From now on new work is refused, plans end with their best, and watchers are told.
+  // From now on new work is refused, running plans end with their best ranking, and watchers are
+  // informed.
   void BeginDrain();
   bool draining() const;
   // UNAVAILABLE (DRAINING) with RetryInfo once draining, else OK.
   absl::Status CheckTakesWork() const;
-  // Waits until no plan runs and every strand rests; false when that took longer.
+  // Waits until no plan is running and every strand is idle. False when that took longer than
+  // `timeout`.
   bool WaitUntilIdle(std::chrono::milliseconds patience) const;
 
   // `call` runs when draining begins. It may still be running when Unwatch returns.
@@ -90,7 +92,7 @@ class SessionRegistry {
   const SessionDependencies& dependencies() const { return dependencies_; }
 
  private:
-  // Under create_mutex_.
+  // Must be called with create_mutex_ held.
   absl::Status Erase(const std::shared_ptr<Session>& session);
   absl::Status Sweep(const std::map<std::string, int>& blobs, const std::set<std::string>& spools);
   std::string FreshId() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -103,7 +105,7 @@ class SessionRegistry {
   std::vector<std::string> order_ ABSL_GUARDED_BY(mutex_);
   // By tenant and request_id: session.
   std::map<std::pair<std::string, std::string>, std::string> creations_ ABSL_GUARDED_BY(mutex_);
-  // The last deletions, so that repeating one is harmless.
+  // The last deletions, so that a repeated deletion has the same answer.
   struct Deletion {
     std::string request;
     std::string session;

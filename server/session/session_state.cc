@@ -19,10 +19,10 @@ bool Before(const google::protobuf::Timestamp& a, const google::protobuf::Timest
   return a.seconds() != b.seconds() ? a.seconds() < b.seconds() : a.nanos() < b.nanos();
 }
 
-// Of a place that its scanner had left when it made another scan: that arrived after this one, or
-// this one is from the place of a claim that had ended without a scan.
+// True when the scan is from a place that its scanner had left before another scan of its own: that
+// one arrived later, or this one is from the place of a claim that had ended without a scan.
 bool IsLate(const SessionState& state, const v1::Scan& scan) {
-  const google::protobuf::Timestamp* newest = nullptr;  // arrival of the scanner's others
+  const google::protobuf::Timestamp* newest = nullptr;  // arrival of its other scans
   for (const auto& [name, record] : state.scans) {
     const v1::Scan& other = record.scan;
     if (!record.in_model || name == scan.name() || other.scanner() != scan.scanner()) continue;
@@ -148,7 +148,7 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       break;
     case v1::SessionEvent::kScanWithdrawn:
       status = update_scan(event.scan_withdrawn().scan());
-      // Some time after it was withdrawn, its data go.
+      // Its data are erased some time after it was withdrawn.
       if (status.ok() && event.scan_withdrawn().scan().encoded_size_bytes() == 0) {
         scans[resource].blob.clear();
       }
@@ -296,6 +296,19 @@ int SessionState::PendingScans() const {
 bool SessionState::AnyInModel() const {
   return std::any_of(scans.begin(), scans.end(),
                      [](const auto& entry) { return entry.second.in_model; });
+}
+
+std::vector<std::string> SessionState::UndecidedScans() const {
+  std::vector<std::string> undecided;
+  for (const std::string& name : scan_order) {
+    const ScanRecord& record = scans.at(name);
+    const v1::ScanState state = record.scan.state();
+    if (state == v1::SCAN_STATE_RECEIVED || state == v1::SCAN_STATE_MERGING ||
+        record.in_model != (state == v1::SCAN_STATE_MERGED)) {
+      undecided.push_back(name);
+    }
+  }
+  return undecided;
 }
 
 }  // namespace vantage::session

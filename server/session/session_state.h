@@ -1,4 +1,4 @@
-// What a session is: the fold of its log. Pure data, no threads, no model.
+// The state of a session, computed from its log. Pure data, without threads and without the model.
 #ifndef VANTAGE_SERVER_SESSION_SESSION_STATE_H_
 #define VANTAGE_SERVER_SESSION_SESSION_STATE_H_
 
@@ -23,23 +23,23 @@ namespace vantage::session {
 struct ScanRecord {
   v1::Scan scan;
   std::string blob;       // SHA-256 of the encoded range image, 32 bytes; empty: erased
-  bool in_model = false;  // the log's last word: merged, and not removed since
+  bool in_model = false;  // by the log: merged, and not removed since
 };
 
 struct PlanRecord {
   v1::Plan plan;     // basic view
-  std::string blob;  // of the full result; empty while it runs or when it was let go
+  std::string blob;  // SHA-256 of the full result; empty while it runs or when it was released
 };
 
 struct RequestRecord {
   std::string method;
   std::string fingerprint;
-  std::string resource;  // what the request made or changed, by name
+  std::string resource;  // name of the resource that the request made or changed
 };
 
 struct ClaimRecord {
   v1::Claim claim;
-  // What ended it; unspecified: it is held.
+  // Why it ended; unspecified: it is held.
   v1::ClaimEndReason end_reason = v1::CLAIM_END_REASON_UNSPECIFIED;
 
   bool held() const { return end_reason == v1::CLAIM_END_REASON_UNSPECIFIED; }
@@ -56,16 +56,16 @@ struct SessionState {
   std::vector<v1::Rejection> rejections;
   std::map<std::string, v1::Scanner> scanners;  // the fleet
   std::vector<std::string> scanner_order;
-  std::map<std::string, ClaimRecord> claims;      // all there ever were
-  std::vector<std::string> held_claims;           // oldest first; past their time too, until logged
+  std::map<std::string, ClaimRecord> claims;      // all claims ever made
+  std::vector<std::string> held_claims;           // oldest first; also expired ones, until logged
   std::map<std::string, RequestRecord> requests;  // by request_id
   uint64_t last_sequence = 0;
-  std::string last_resource;  // that the last entry made or changed, by name
+  std::string last_resource;  // name of the resource that the last entry made or changed
   uint64_t model_version = 0;
   uint64_t upload_count = 0;     // ever created
   uint64_t rejection_count = 0;  // ever made
 
-  // Applies the next entry. INTERNAL, naming the entry, when it does not fit what was before;
+  // Applies the next entry. INTERNAL, naming the entry, when it does not fit the state before it;
   // FAILED_PRECONDITION when its format is newer than this server knows.
   absl::Status Apply(const storage::v1::LogEntry& entry);
 
@@ -74,7 +74,7 @@ struct SessionState {
 
   // The session as clients see it, without its rejections.
   v1::Session Describe() const;
-  // The newest of them, which GetSession adds.
+  // The newest of the rejections, which GetSession adds.
   void AddRejections(const google::protobuf::Timestamp& now, v1::Session& session) const;
 
   // The claims that are held, oldest first.
@@ -82,15 +82,18 @@ struct SessionState {
 
   int PendingScans() const;
   bool AnyInModel() const;
+  // Scans, in the order of creation, that are not yet registered or refused, or whose presence in
+  // the model differs from what the log asks for.
+  std::vector<std::string> UndecidedScans() const;
 };
 
-// Where those begin that come after `name` (empty: all) in an order of creation. Page tokens are
-// such names: INVALID_ARGUMENT naming `page_token` for one that is not in the order. Nothing ever
-// leaves an order, so that a name stands for the same place as long as the session lives; what a
-// later release may delete has to stay in it.
+// The index in an order of creation of the first resource after `name` (empty: the first of all).
+// Page tokens are such names: INVALID_ARGUMENT naming `page_token` for one that is not in the
+// order. Nothing ever leaves an order, so that a name marks the same place for the life of the
+// session; a later release that deletes resources has to keep their names in it.
 absl::StatusOr<size_t> PlaceAfter(const std::vector<std::string>& order, absl::string_view name);
 
-// Changes with every change of what a client can set.
+// Changes whenever a field that a client can set changes.
 std::string EtagOf(const v1::Session& session);
 
 }  // namespace vantage::session

@@ -2,17 +2,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <optional>
 #include <string>
 
 #include "absl/container/flat_hash_map.h"
-#include "absl/strings/str_format.h"
 #include "server/conversion/to_proto.h"
 
 namespace vantage::session {
 namespace {
 
-// m, one sigma of a scan's place: the first scan is where the world is.
+// m, one sigma of a scan's place: the first scan defines the world frame.
 double PoseSigma(const v1::Scan& scan) {
   constexpr double kSigmasOfBound = 1.96;  // the bound holds at 95 %
   return scan.registration().verdict().error_bound_m() / kSigmasOfBound;
@@ -20,7 +18,7 @@ double PoseSigma(const v1::Scan& scan) {
 
 struct Known {
   Eigen::Vector3d place;
-  double sigma;  // m, beside that of the sighting
+  double sigma;  // m, in addition to that of the sighting
 };
 
 }  // namespace
@@ -57,23 +55,6 @@ std::vector<registration::TargetTie> TiesOf(const SessionState& state, const v1:
     ties.push_back(std::move(tie));
   }
   return ties;
-}
-
-absl::StatusOr<std::optional<sensor::PosePrior>> FirstPoseFromTargets(
-    std::span<const registration::TargetTie> ties) {
-  const std::optional<registration::TargetPose> pose = registration::PoseFromTargets(ties);
-  if (!pose.has_value()) return std::nullopt;
-  if (pose->worst_share > 1) {
-    return absl::InvalidArgumentError(absl::StrFormat(
-        "target '%s' lies %.3f m from where the others have it; check its name and its place in "
-        "the control network, or leave it out",
-        pose->worst, pose->worst_off));
-  }
-  sensor::PosePrior prior;
-  prior.T_world_scan = pose->T_world_scan;
-  prior.covariance = pose->covariance;
-  prior.trusted = true;
-  return prior;
 }
 
 }  // namespace vantage::session

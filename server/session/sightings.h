@@ -1,27 +1,20 @@
-// The targets that a scan saw, tied to what is known of their places.
+// Matches the targets that a scan saw with their known places.
 #ifndef VANTAGE_SERVER_SESSION_SIGHTINGS_H_
 #define VANTAGE_SERVER_SESSION_SIGHTINGS_H_
 
 #include <Eigen/Core>
-#include <optional>
-#include <span>
 #include <vector>
 
-#include "absl/status/statusor.h"
 #include "core/registration/align/targets.h"
 #include "server/session/session_state.h"
 
 namespace vantage::session {
 
-// Those with places from a control network, and those that scans in the model saw too: of these the
-// one whose own pose is known best says where. `origin`: the session's.
+// The targets with places from a control network, and those that scans in the model saw, too; among
+// these scans the one with the best known pose gives the place. `origin`: the session's origin, m,
+// world frame.
 std::vector<registration::TargetTie> TiesOf(const SessionState& state, const v1::Scan& scan,
                                             const Eigen::Vector3d& origin);
-
-// The pose of a session's first scan by its targets; nothing where they don't give one.
-// INVALID_ARGUMENT: they contradict each other.
-absl::StatusOr<std::optional<sensor::PosePrior>> FirstPoseFromTargets(
-    std::span<const registration::TargetTie> ties);
 
 }  // namespace vantage::session
 

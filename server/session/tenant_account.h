@@ -1,4 +1,4 @@
-// What each tenant keeps on the server, against its quota.
+// Bytes that each tenant stores on the server, and its quota.
 #ifndef VANTAGE_SERVER_SESSION_TENANT_ACCOUNT_H_
 #define VANTAGE_SERVER_SESSION_TENANT_ACCOUNT_H_
 
@@ -14,16 +14,16 @@
 
 namespace vantage::session {
 
-// Bytes of scans (those on their way with all that was announced), snapshots and plans' details.
-// What several sessions share counts for each of them. Thread safe.
+// Counts bytes of scans (open uploads with their announced size), snapshots and plans' details.
+// Data that several sessions share count for each of them. Thread safe.
 class TenantAccount {
  public:
   // `quota` in bytes; 0: none.
   TenantAccount(std::string tenant, int64_t quota) : tenant_(std::move(tenant)), quota_(quota) {}
 
-  // Takes room. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED): there is not so much, and nothing was taken.
+  // Takes room. RESOURCE_EXHAUSTED (QUOTA_EXCEEDED): there is not enough, and nothing was taken.
   absl::Status Reserve(int64_t bytes);
-  // What is there already, or what the server adds by itself: never refused.
+  // For data that are stored already or that the server adds by itself; never refused.
   void Add(int64_t bytes);
   void GiveBack(int64_t bytes) { Add(-bytes); }
   int64_t used() const;
@@ -35,7 +35,7 @@ class TenantAccount {
   int64_t used_ ABSL_GUARDED_BY(mutex_) = 0;
 };
 
-// Thread safe. Accounts are as many as there are tenants with sessions.
+// Thread safe. There is one account for each tenant with sessions.
 class TenantAccounts {
  public:
   explicit TenantAccounts(int64_t quota) : quota_(quota) {}
@@ -47,8 +47,8 @@ class TenantAccounts {
   std::map<std::string, std::weak_ptr<TenantAccount>> accounts_ ABSL_GUARDED_BY(mutex_);
 };
 
-// What one session has of its tenant's account. All of it goes back when the session is closed, and
-// nothing is taken any more. Thread safe.
+// The share of a tenant's account that one session uses. When the session is closed, all of it is
+// returned and no more can be taken. Thread safe.
 class AccountShare {
  public:
   explicit AccountShare(std::shared_ptr<TenantAccount> account) : account_(std::move(account)) {}

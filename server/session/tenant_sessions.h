@@ -1,4 +1,4 @@
-// The sessions as one caller sees them: its tenant's, and no trace of others.
+// The sessions of one caller's tenant; those of other tenants do not show.
 #ifndef VANTAGE_SERVER_SESSION_TENANT_SESSIONS_H_
 #define VANTAGE_SERVER_SESSION_TENANT_SESSIONS_H_
 
@@ -13,18 +13,19 @@
 
 namespace vantage::session {
 
-// A value; `registry` outlives it. What RPCs get instead of the registry, so that none can forget
-// to ask whose a session is.
+// A value; `registry` outlives it. RPCs get it instead of the registry, so that none can forget to
+// check the tenant of a session.
 class TenantSessions {
  public:
-  // Without a tenant: all sessions, and new ones are nobody's.
+  // Without a tenant: all sessions, and new ones belong to no tenant.
   TenantSessions(SessionRegistry& registry, std::optional<std::string> tenant)
       : registry_(registry), tenant_(std::move(tenant)) {}
 
   absl::StatusOr<std::shared_ptr<Session>> Create(const v1::CreateSessionRequest& request) const {
     return registry_.Create(request, tenant_.value_or(""));
   }
-  // NOT_FOUND, in the same words, for those of others and those that don't exist.
+  // NOT_FOUND, with the same message, for sessions of other tenants and for sessions that do not
+  // exist.
   absl::StatusOr<std::shared_ptr<Session>> Find(const std::string& id) const {
     return registry_.Find(id, tenant_);
   }

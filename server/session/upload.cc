@@ -18,7 +18,7 @@ using absl::StatusCode;
 
 constexpr int64_t kWindowBytes = 4 << 20;
 
-// The bytes of a piece, decompressed and checked.
+// Decompresses and checks the bytes of a piece.
 absl::StatusOr<std::string> Unpack(const v1::Piece& piece, const contract::Limits& limits) {
   contract::Violations violations;
   if (piece.data().empty()) violations.Add("piece.data", "must not be empty");
@@ -113,14 +113,14 @@ absl::Status Upload::Check() {
 absl::Status Upload::CheckWhole() {
   if (!loaded_) {
     if (absl::Status taken = Load(); !taken.ok()) return taken;
-    // What the system had not written when the server was killed is written now.
+    // Writes what the system had not written when the server was killed.
     if (records_ > 0) {
       if (absl::Status synced = store_.SyncSpool(upload_.name()); !synced.ok()) return synced;
     }
     durable_records_ = records_;
     durable_pieces_ = pieces_.size();
     loaded_ = true;
-    // What came before the restart is there, whatever the quota is now.
+    // What arrived before the restart is kept, whatever the quota is now.
     const int64_t there = std::max(upload_.total().encoded_size_bytes(), Received());
     if (account_ != nullptr && there > reserved_) {
       account_->Add(there - reserved_);
@@ -128,8 +128,8 @@ absl::Status Upload::CheckWhole() {
     }
   }
   if (broken_) {
-    // After a failed sync nobody knows what of the file is on the medium: what was durable before
-    // is read anew, the rest is asked for again.
+    // After a failed sync it is unknown what of the file is on the medium. What was durable before
+    // is read again; the rest has to be sent again.
     absl::Status whole = store_.CutSpool(upload_.name(), durable_records_);
     if (whole.ok()) whole = Load();
     if (!whole.ok()) return whole;
@@ -181,7 +181,7 @@ bool Upload::WindowFull() const {
          Received() - Durable() >= limits_.credit_bytes / 2;
 }
 
-// All that the spool has.
+// Reads the whole spool.
 absl::Status Upload::Load() {
   std::vector<Stored> pieces;
   bytes::Sha256 sha256;
@@ -207,7 +207,7 @@ absl::Status Upload::Load() {
         {offset, static_cast<int64_t>(bytes->size()), crc32c, kept_before + kept_size});
     offset += pieces.back().size;
     sha256.Update(*bytes);
-    decoder.Take(*bytes).IgnoreError();  // stays with it
+    decoder.Take(*bytes).IgnoreError();  // the decoder keeps the error
     return absl::OkStatus();
   });
   if (!read.ok()) return read;
@@ -216,7 +216,7 @@ absl::Status Upload::Load() {
   sha256_ = std::move(sha256);
   decoder_ = std::move(decoder);
   records_ = records;
-  // Fewer than were synced: the medium lost them, and their sender has them.
+  // Fewer bytes than were synced: the medium lost some, and the client has to send them again.
   durable_records_ = std::min(durable_records_, records_);
   durable_pieces_ = std::min(durable_pieces_, pieces_.size());
   return absl::OkStatus();
@@ -293,7 +293,8 @@ absl::Status Upload::Accept(const UnpackedPiece& unpacked, absl::Time now) {
   if (absl::Status room = Reserve(end); !room.ok()) return room;
   storage::v1::SpoolRecord record;
   record.mutable_piece()->set_crc32c(piece.crc32c());
-  // A frame that lengthens its piece is not kept: no more is than the account is charged for.
+  // A compressed frame longer than its piece is not stored as it is, so that no more is stored than
+  // the account is charged for.
   if (piece.compression() == v1::COMPRESSION_ZSTD && piece.data().size() < bytes->size()) {
     record.mutable_piece()->set_compression(v1::COMPRESSION_ZSTD);
     record.mutable_piece()->set_uncompressed_size_bytes(stored.size);
@@ -346,7 +347,7 @@ absl::Status Upload::SetTotal(const v1::UploadTotal& total) {
   return absl::OkStatus();
 }
 
-// So many bytes in all.
+// Reserves room for this many bytes in all.
 absl::Status Upload::Reserve(int64_t bytes) {
   if (account_ == nullptr || bytes <= reserved_) return absl::OkStatus();
   absl::Status taken = account_->Reserve(bytes - reserved_);
@@ -386,7 +387,7 @@ void Upload::End(v1::UploadState state, const std::string& message, const std::s
   upload_.set_scan(scan);
   if (account_ != nullptr && state != v1::UPLOAD_STATE_COMMITTED) account_->GiveBack(reserved_);
   reserved_ = 0;
-  // Losing a spool's room is no reason to lose the answer.
+  // An error of the spool does not change the answer.
   store_.DropSpool(upload_.name()).IgnoreError();
 }
 

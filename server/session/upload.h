@@ -1,7 +1,9 @@
-// A scan on its way: pieces in order, each checked, the whole checked at the end.
+// A scan that is being uploaded in pieces, in order. Each piece is checked, and the whole at the
+// end.
 #ifndef VANTAGE_SERVER_SESSION_UPLOAD_H_
 #define VANTAGE_SERVER_SESSION_UPLOAD_H_
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <mutex>
@@ -22,8 +24,8 @@
 
 namespace vantage::session {
 
-// A piece, and its bytes, decompressed and checked, or what is wrong with them: work that needs no
-// upload and can be done while the piece before is taken.
+// A piece with its bytes decompressed and checked, or the error. It needs no upload, so it can be
+// prepared while the previous piece is taken.
 struct UnpackedPiece {
   UnpackedPiece(const v1::Piece& packed, const contract::Limits& limits);
 
@@ -34,17 +36,17 @@ struct UnpackedPiece {
 // Thread safe; pieces from several streams at once are taken one at a time.
 class Upload {
  public:
-  // `created` is the resource as it was made, named and with its fields checked. `store` must
-  // outlive the upload. Room for its bytes is taken from `account`, where there is one; `reserved`
-  // of them are taken already.
+  // `created` is the new resource, named and checked. `store` must outlive the upload. Room for its
+  // bytes is taken from `account`, where there is one; `reserved` of them are taken already.
   Upload(v1::Upload created, store::Store& store, const contract::Limits& limits,
          std::shared_ptr<AccountShare> account = nullptr, int64_t reserved = 0);
 
-  // Loads what the store has of it after a restart; its idle time begins anew. DATA_LOSS: it
-  // cannot go on. With any other error it goes on when the medium does.
+  // Loads what the store has of it after a restart; its idle time starts again. DATA_LOSS: it
+  // cannot be continued. After any other error it can be continued once the medium works.
   absl::Status Resume(absl::Time now);
 
-  // What of it is durable is known; after a failure of the medium, this tries to find out.
+  // True when it is known how much of it is durable. After a failure of the medium this tries to
+  // find out.
   absl::Status Check();
 
   // Takes a piece; it is durable after Sync. A piece that is already stored changes nothing.
@@ -58,21 +60,21 @@ class Upload {
     return Accept(UnpackedPiece(piece, limits_), now);
   }
 
-  // States the whole. Harmless when it was stated before and is the same; ALREADY_EXISTS
-  // (TOTAL_DIFFERS) when it is another.
+  // Sets size and SHA-256 of the whole. Harmless when the same was set before; ALREADY_EXISTS
+  // (TOTAL_DIFFERS) when it differs.
   absl::Status SetTotal(const v1::UploadTotal& total);
 
-  // Makes durable what was taken. On error it is as if what was not durable had never come.
+  // Makes durable what was taken. On error, pieces that were not durable count as never received.
   absl::Status Sync();
   // Bytes of the range image that were taken and are not durable yet.
   int64_t Unsynced() const;
-  // These are worth a sync: 4 MiB where they are kept, or half of what may be in flight.
+  // True when these are worth a sync: 4 MiB as stored, or half of what may be in flight.
   bool WindowFull() const;
 
-  // Every byte that was announced is there, durable or not.
+  // True when all announced bytes have arrived, durable or not.
   bool Complete() const;
-  // What they are, when Complete: size in samples, and the SHA-256 (32 bytes) under which they are
-  // to be kept. DATA_LOSS (SHA256_DIFFERS): they are not what was announced. INVALID_ARGUMENT: no
+  // When Complete(): number of samples, and the SHA-256 (32 bytes) under which the bytes are to be
+  // stored. DATA_LOSS (SHA256_DIFFERS): they differ from what was announced. INVALID_ARGUMENT: no
   // valid range image.
   struct Content {
     size_t columns = 0;
@@ -83,16 +85,20 @@ class Upload {
   };
   absl::StatusOr<Content> Inspect();
 
-  // Ends it: `state` is what it came to. The spool is dropped; the room of a committed scan is the
-  // scan's, else it is given back.
+  // Ends it with `state`. The spool is dropped. The room goes to the scan when it was committed,
+  // otherwise it is given back.
   void End(v1::UploadState state, const std::string& message, const std::string& scan);
+
+  // Its session has ended it; from now on the log has its state.
+  void LetGo() { let_go_ = true; }
+  bool let_go() const { return let_go_; }
 
   bool Idle(absl::Time now) const;
   absl::Time LastPiece() const;
-  // The resource as it stands: where to go on is behind what is durable.
+  // The present resource; an interrupted upload continues after what is durable.
   v1::Upload Describe() const;
 
-  // Held by whoever completes it, so that only one does.
+  // Held by the thread that completes it, so that only one does.
   std::mutex& commit_mutex() { return commit_mutex_; }
 
  private:
@@ -100,7 +106,7 @@ class Upload {
     int64_t offset;
     int64_t size;
     uint32_t crc32c;
-    int64_t kept_end;  // bytes of it and all before it as they are kept, compressed
+    int64_t kept_end;  // bytes of it and all before it as stored, compressed
   };
   absl::Status CheckOpen() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status CheckWhole() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -113,8 +119,9 @@ class Upload {
   store::Store& store_;
   const contract::Limits limits_;
   const std::shared_ptr<AccountShare> account_;
+  std::atomic<bool> let_go_{false};
   std::mutex commit_mutex_;
-  std::mutex sync_mutex_;  // one at a time; what comes meanwhile is in the next
+  std::mutex sync_mutex_;  // one sync at a time; what arrives meanwhile is in the next
   mutable std::mutex mutex_;
   v1::Upload upload_ ABSL_GUARDED_BY(mutex_);
   std::vector<Stored> pieces_ ABSL_GUARDED_BY(mutex_);
@@ -122,16 +129,16 @@ class Upload {
   size_t durable_records_ ABSL_GUARDED_BY(mutex_) = 0;  // of these
   size_t durable_pieces_ ABSL_GUARDED_BY(mutex_) = 0;
   bool created_with_total_ ABSL_GUARDED_BY(mutex_) = false;
-  bool loaded_ ABSL_GUARDED_BY(mutex_) = true;   // what the spool has is known
-  bool broken_ ABSL_GUARDED_BY(mutex_) = false;  // a sync failed, and the spool is to be read anew
+  bool loaded_ ABSL_GUARDED_BY(mutex_) = true;   // the content of the spool is known
+  bool broken_ ABSL_GUARDED_BY(mutex_) = false;  // a sync failed; the spool must be read again
   int64_t reserved_ ABSL_GUARDED_BY(mutex_);     // bytes of the account
-  // Of the bytes so far, so that nothing has to be read again at the end.
+  // Hash of the bytes so far, so that nothing has to be read again at the end.
   bytes::Sha256 sha256_ ABSL_GUARDED_BY(mutex_);
   sensor::RangeImageDecoder decoder_ ABSL_GUARDED_BY(mutex_);
   absl::Time last_piece_ ABSL_GUARDED_BY(mutex_);
 };
 
-// What is wrong with a stated total.
+// The error in a total, if any.
 absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,
                         const contract::Limits& limits);
 

@@ -41,7 +41,7 @@ class Job {
         return Lost("events are gone");
       }
       for (const auto& [name, bytes] : known_.uploads) {
-        const auto upload = (*session)->GetUpload(name);
+        const auto upload = (*session)->uploads().Get(name);
         if (!upload.ok()) return Lost(absl::StrCat(name, " is gone"));
         if (upload->state() == v1::UPLOAD_STATE_OPEN && upload->next_offset() < bytes) {
           return Lost(absl::StrCat(name, " has ", upload->next_offset(), " bytes of ", bytes));
@@ -92,7 +92,7 @@ class Job {
     request.set_request_id(absl::StrCat("upload-", number));
     *request.mutable_upload()->mutable_prior() =
         fixture::PriorAt(position.x(), position.y(), position.z());
-    const auto created = session.CreateUpload(request);
+    const auto created = session.uploads().Create(request);
     if (!created.ok()) return created.status();
     Tell(session);
     v1::UploadTotal total;
@@ -107,7 +107,7 @@ class Job {
           bytes.substr(static_cast<size_t>(upload.next_offset()), bytes.size() / kPieces + 1));
       piece.set_crc32c(bytes::Crc32c(piece.data()));
       const bool more = !piece.data().empty();
-      const auto now = session.AddToUpload(upload.name(), more ? &piece : nullptr, &total);
+      const auto now = session.uploads().Add(upload.name(), more ? &piece : nullptr, &total);
       if (!now.ok()) return now.status();
       upload = *now;
       known_.uploads[upload.name()] = upload.state() == v1::UPLOAD_STATE_OPEN
@@ -120,7 +120,7 @@ class Job {
     }
     WaitUntilDecided(session, upload.scan());
     session.WaitUntilIdle();
-    const auto scan = session.GetScan(upload.scan());
+    const auto scan = session.scans().Get(upload.scan());
     if (!scan.ok()) return scan.status();
     const bool withdrawn = scan->state() == v1::SCAN_STATE_WITHDRAWN && number == 1;
     if (scan->state() != v1::SCAN_STATE_MERGED && !withdrawn) {
@@ -140,7 +140,7 @@ class Job {
       changed.notify_all();
     });
     const auto decided = [&] {
-      const auto now = session.GetScan(scan);
+      const auto now = session.scans().Get(scan);
       return !now.ok() ||
              (now->state() != v1::SCAN_STATE_RECEIVED &&
               now->state() != v1::SCAN_STATE_REGISTERING && now->state() != v1::SCAN_STATE_MERGING);
@@ -158,7 +158,7 @@ class Job {
     v1::WithdrawScanRequest request;
     request.set_name(scan);
     request.set_request_id("withdraw");
-    const auto done = session.WithdrawScan(request);
+    const auto done = session.scans().Withdraw(request);
     if (!done.ok()) return done.status();
     Tell(session);
     session.WaitUntilIdle();
@@ -193,11 +193,11 @@ class Job {
       request.set_request_id(absl::StrCat("plan-", attempt));
       request.mutable_plan()->set_work_limit_rays(100'000);
       request.mutable_plan()->set_seed(7);
-      auto plan = session.CreatePlan(request);
+      auto plan = session.plans().Create(request);
       if (!plan.ok()) return plan.status();
       Tell(session);
       if (!registry_.WaitUntilIdle(std::chrono::seconds(60))) return Lost("a plan never ends");
-      plan = session.GetPlan(plan->name());
+      plan = session.plans().Get(plan->name());
       if (!plan.ok()) return plan.status();
       Tell(session);
       // One that was under way when the server stopped has failed, and says so.
@@ -210,14 +210,14 @@ class Job {
       ending.plan = ranking.SerializeAsString();
     }
     bool more = false;
-    std::vector<v1::Scan> scans = session.ListScans("", 100, more).value();
+    std::vector<v1::Scan> scans = session.scans().List("", 100, more).value();
     for (v1::Scan& scan : scans) {
       scan.mutable_merge()->clear_carve_duration();
       scan.mutable_merge()->clear_merge_duration();
       scan.mutable_registration()->clear_duration();
       ending.scans.push_back(scan.DebugString());
     }
-    const session::ModelSnapshot model = session.Model();
+    const session::ModelSnapshot model = session.model().Current();
     if (model.view == nullptr) return Lost("there is no model");
     for (const model::BrickAt& at : model.view->bricks()) {
       for (int i = 0; i < 3; ++i) absl::StrAppend(&ending.model, at.brick[i], " ");

@@ -10,7 +10,7 @@ absl::StatusOr<v1::AcceptScanResponse> AcceptScan(const session::TenantSessions&
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindParent(sessions, request.name(), "scans", "name");
   if (!session.ok()) return session.status();
-  absl::StatusOr<v1::Scan> scan = (*session)->AcceptScan(request);
+  absl::StatusOr<v1::Scan> scan = (*session)->scans().Accept(request);
   if (!scan.ok()) return scan.status();
   v1::AcceptScanResponse response;
   *response.mutable_scan() = *std::move(scan);

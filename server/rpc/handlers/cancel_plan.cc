@@ -10,7 +10,7 @@ absl::StatusOr<v1::CancelPlanResponse> CancelPlan(const session::TenantSessions&
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindParent(sessions, request.name(), "plans", "name");
   if (!session.ok()) return session.status();
-  absl::StatusOr<v1::Plan> plan = (*session)->CancelPlan(request.name());
+  absl::StatusOr<v1::Plan> plan = (*session)->plans().Cancel(request.name());
   if (!plan.ok()) return plan.status();
   v1::CancelPlanResponse response;
   *response.mutable_plan() = *std::move(plan);

@@ -12,7 +12,7 @@ absl::StatusOr<v1::CreatePlanResponse> CreatePlan(const session::TenantSessions&
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return session.status();
-  absl::StatusOr<v1::Plan> plan = (*session)->CreatePlan(request);
+  absl::StatusOr<v1::Plan> plan = (*session)->plans().Create(request);
   if (!plan.ok()) return plan.status();
   v1::CreatePlanResponse response;
   *response.mutable_plan() = *std::move(plan);

@@ -12,7 +12,7 @@ absl::StatusOr<v1::CreateUploadResponse> CreateUpload(const session::TenantSessi
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return session.status();
-  absl::StatusOr<v1::Upload> upload = (*session)->CreateUpload(request);
+  absl::StatusOr<v1::Upload> upload = (*session)->uploads().Create(request);
   if (!upload.ok()) return upload.status();
   v1::CreateUploadResponse response;
   *response.mutable_upload() = *std::move(upload);
@@ -24,7 +24,7 @@ absl::StatusOr<v1::GetUploadResponse> GetUpload(const session::TenantSessions& s
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindParent(sessions, request.name(), "uploads", "name");
   if (!session.ok()) return session.status();
-  absl::StatusOr<v1::Upload> upload = (*session)->GetUpload(request.name());
+  absl::StatusOr<v1::Upload> upload = (*session)->uploads().Get(request.name());
   if (!upload.ok()) return upload.status();
   v1::GetUploadResponse response;
   *response.mutable_upload() = *std::move(upload);

@@ -12,7 +12,7 @@ void EvaluateView(const session::TenantSessions& sessions, const v1::EvaluateVie
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return done(session.status());
-  (*session)->EvaluateView(request, std::move(done));
+  (*session)->plans().EvaluateView(request, std::move(done));
 }
 
 }  // namespace vantage::rpc::handlers

@@ -13,7 +13,7 @@ absl::StatusOr<v1::CreateScannerResponse> CreateScanner(const session::TenantSes
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return session.status();
-  absl::StatusOr<v1::Scanner> scanner = (*session)->CreateScanner(request);
+  absl::StatusOr<v1::Scanner> scanner = (*session)->scanners().Create(request);
   if (!scanner.ok()) return scanner.status();
   v1::CreateScannerResponse response;
   *response.mutable_scanner() = *std::move(scanner);
@@ -32,7 +32,7 @@ absl::StatusOr<v1::ListScannersResponse> ListScanners(const session::TenantSessi
   v1::ListScannersResponse response;
   bool more = false;
   absl::StatusOr<std::vector<v1::Scanner>> scanners =
-      (*session)->ListScanners(page->after, page->limit, more);
+      (*session)->scanners().List(page->after, page->limit, more);
   if (!scanners.ok()) return scanners.status();
   for (v1::Scanner& scanner : *scanners) *response.add_scanners() = std::move(scanner);
   if (more && response.scanners_size() > 0) {
@@ -48,7 +48,7 @@ void ClaimView(const session::TenantSessions& sessions, const v1::ClaimViewReque
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return done(session.status());
-  (*session)->ClaimView(request, std::move(done));
+  (*session)->claims().Take(request, std::move(done));
 }
 
 absl::StatusOr<v1::RenewClaimResponse> RenewClaim(const session::TenantSessions& sessions,
@@ -56,7 +56,7 @@ absl::StatusOr<v1::RenewClaimResponse> RenewClaim(const session::TenantSessions&
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindParent(sessions, request.name(), "claims", "name");
   if (!session.ok()) return session.status();
-  absl::StatusOr<v1::Claim> claim = (*session)->RenewClaim(request);
+  absl::StatusOr<v1::Claim> claim = (*session)->claims().Renew(request);
   if (!claim.ok()) return claim.status();
   v1::RenewClaimResponse response;
   *response.mutable_claim() = *std::move(claim);
@@ -68,7 +68,7 @@ absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(const session::TenantSessi
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindParent(sessions, request.name(), "claims", "name");
   if (!session.ok()) return session.status();
-  absl::Status released = (*session)->ReleaseClaim(request);
+  absl::Status released = (*session)->claims().Release(request);
   if (!released.ok()) return released;
   return v1::ReleaseClaimResponse();
 }
@@ -85,7 +85,7 @@ absl::StatusOr<v1::ListClaimsResponse> ListClaims(const session::TenantSessions&
   v1::ListClaimsResponse response;
   bool more = false;
   absl::StatusOr<std::vector<v1::Claim>> claims =
-      (*session)->ListClaims(page->after, page->limit, more);
+      (*session)->claims().List(page->after, page->limit, more);
   if (!claims.ok()) return claims.status();
   for (v1::Claim& claim : *claims) *response.add_claims() = std::move(claim);
   if (more && response.claims_size() > 0) {

@@ -39,14 +39,14 @@ absl::StatusOr<v1::GetPlanResponse> GetPlan(const session::TenantSessions& sessi
   if (!page->after.empty() && !absl::SimpleAtoi(page->after, &skip)) {
     return contract::UnknownPageToken("score_map_page_token");
   }
-  absl::StatusOr<v1::Plan> plan = (*session)->GetPlan(request.name());
+  absl::StatusOr<v1::Plan> plan = (*session)->plans().Get(request.name());
   if (!plan.ok()) return plan.status();
   v1::GetPlanResponse response;
   *response.mutable_plan() = *std::move(plan);
   const bool ended = response.plan().has_end_time() && response.plan().has_result();
   if (request.view() != v1::PLAN_VIEW_FULL || !ended) return response;
 
-  absl::StatusOr<v1::PlanResult> full = (*session)->GetFullResult(request.name());
+  absl::StatusOr<v1::PlanResult> full = (*session)->plans().GetFullResult(request.name());
   if (!full.ok()) return full.status();
   v1::ScoreMap& map = *full->mutable_score_map();
   const auto size = static_cast<size_t>(map.x_size());
@@ -76,7 +76,7 @@ absl::StatusOr<v1::ListPlansResponse> ListPlans(const session::TenantSessions& s
   bool more = false;
   size_t listed = 0;
   absl::StatusOr<std::vector<v1::Plan>> plans =
-      (*session)->ListPlans(page->after, page->limit, more);
+      (*session)->plans().List(page->after, page->limit, more);
   if (!plans.ok()) return plans.status();
   for (v1::Plan& plan : *plans) {
     if (listed > 0 && response.ByteSizeLong() + plan.ByteSizeLong() > kMaxBytes) {

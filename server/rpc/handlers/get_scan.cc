@@ -12,7 +12,7 @@ absl::StatusOr<v1::GetScanResponse> GetScan(const session::TenantSessions& sessi
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindParent(sessions, request.name(), "scans", "name");
   if (!session.ok()) return session.status();
-  absl::StatusOr<v1::Scan> scan = (*session)->GetScan(request.name());
+  absl::StatusOr<v1::Scan> scan = (*session)->scans().Get(request.name());
   if (!scan.ok()) return scan.status();
   v1::GetScanResponse response;
   *response.mutable_scan() = *std::move(scan);
@@ -31,7 +31,7 @@ absl::StatusOr<v1::ListScansResponse> ListScans(const session::TenantSessions& s
   v1::ListScansResponse response;
   bool more = false;
   absl::StatusOr<std::vector<v1::Scan>> scans =
-      (*session)->ListScans(page->after, page->limit, more);
+      (*session)->scans().List(page->after, page->limit, more);
   if (!scans.ok()) return scans.status();
   for (v1::Scan& scan : *scans) *response.add_scans() = std::move(scan);
   if (more && response.scans_size() > 0) {

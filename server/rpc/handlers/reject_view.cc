@@ -10,7 +10,7 @@ absl::StatusOr<v1::RejectViewResponse> RejectView(const session::TenantSessions&
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return session.status();
-  absl::StatusOr<v1::Rejection> rejection = (*session)->RejectView(request);
+  absl::StatusOr<v1::Rejection> rejection = (*session)->rejections().Create(request);
   if (!rejection.ok()) return rejection.status();
   v1::RejectViewResponse response;
   *response.mutable_rejection() = *std::move(rejection);

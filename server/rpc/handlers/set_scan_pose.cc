@@ -10,7 +10,7 @@ absl::StatusOr<v1::SetScanPoseResponse> SetScanPose(const session::TenantSession
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindParent(sessions, request.name(), "scans", "name");
   if (!session.ok()) return session.status();
-  absl::StatusOr<v1::Scan> scan = (*session)->SetScanPose(request);
+  absl::StatusOr<v1::Scan> scan = (*session)->scans().SetPose(request);
   if (!scan.ok()) return scan.status();
   v1::SetScanPoseResponse response;
   *response.mutable_scan() = *std::move(scan);

@@ -12,7 +12,7 @@ absl::StatusOr<v1::UploadPieceResponse> UploadPiece(const session::TenantSession
       FindParent(sessions, request.upload(), "uploads", "upload");
   if (!session.ok()) return session.status();
   if (!request.has_piece()) return contract::InvalidField("piece", "is required");
-  absl::StatusOr<v1::Upload> upload = (*session)->AddToUpload(
+  absl::StatusOr<v1::Upload> upload = (*session)->uploads().Add(
       request.upload(), &request.piece(), request.has_total() ? &request.total() : nullptr);
   if (!upload.ok()) return upload.status();
   v1::UploadPieceResponse response;

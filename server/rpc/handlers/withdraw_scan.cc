@@ -10,7 +10,7 @@ absl::StatusOr<v1::WithdrawScanResponse> WithdrawScan(const session::TenantSessi
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindParent(sessions, request.name(), "scans", "name");
   if (!session.ok()) return session.status();
-  return (*session)->WithdrawScan(request);
+  return (*session)->scans().Withdraw(request);
 }
 
 }  // namespace vantage::rpc::handlers

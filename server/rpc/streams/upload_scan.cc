@@ -11,7 +11,7 @@
 #include "server/rpc/call/status.h"
 #include "server/rpc/handlers/lookup.h"
 #include "server/rpc/streams/streams.h"
-#include "server/session/upload.h"
+#include "server/session/uploads.h"
 
 namespace vantage::rpc {
 namespace {
@@ -140,9 +140,9 @@ class UploadStream final
       if (ended || latest_.credit_offset() == 0) Acknowledge(*upload);
     }
     if (ended) return Conclude(absl::OkStatus());
-    if (session_->WindowFull(name_)) {
+    if (upload_->WindowFull()) {
       PostSync();
-    } else if (session_->UnsyncedBytes(name_) > 0) {
+    } else if (upload_->UnsyncedBytes() > 0) {
       std::lock_guard<std::mutex> lock(mutex_);
       if (pause_ == 0) {
         pause_ = dependencies_.timer.After(kWindowPause, [self = weak_from_this()] {
@@ -180,8 +180,8 @@ class UploadStream final
   }
 
   void SyncWindow() {
-    if (session_ == nullptr) return;
-    absl::StatusOr<v1::Upload> upload = session_->SyncUpload(name_);
+    if (!upload_.has_value()) return;
+    absl::StatusOr<v1::Upload> upload = upload_->Sync();
     if (!upload.ok()) return Conclude(upload.status());
     {
       std::lock_guard<std::mutex> lock(mutex_);
@@ -208,19 +208,19 @@ class UploadStream final
   absl::StatusOr<v1::Upload> Store(const Message& message) {
     if (absl::Status let_in = call_->StillLetIn(); !let_in.ok()) return let_in;
     const v1::UploadScanRequest& request = message.request;
-    if (name_.empty()) {
+    if (!upload_.has_value()) {
       call_->Concerns(request);
       absl::StatusOr<std::shared_ptr<session::Session>> session =
           FindParent(call_->sessions(), request.upload(), "uploads", "upload");
       if (!session.ok()) return session.status();
       session_ = *session;
-      name_ = request.upload();
-    } else if (!request.upload().empty() && request.upload() != name_) {
+      upload_ = session_->uploads().Hold(request.upload());
+    } else if (!request.upload().empty() && request.upload() != upload_->name()) {
       return contract::InvalidField("upload",
                                     "must be empty or the same in every message of a stream");
     }
-    return session_->TakeForUpload(name_, message.piece.has_value() ? &*message.piece : nullptr,
-                                   request.has_total() ? &request.total() : nullptr);
+    return upload_->Take(message.piece.has_value() ? &*message.piece : nullptr,
+                         request.has_total() ? &request.total() : nullptr);
   }
 
   void Acknowledge(const v1::Upload& upload) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_) {
@@ -302,7 +302,7 @@ class UploadStream final
   uint64_t drain_ = 0;
   std::unique_ptr<Message> reading_;  // gRPC's, then Unpack()'s
   std::shared_ptr<session::Session> session_;
-  std::string name_;
+  std::optional<session::HeldUpload> upload_;  // of the session, from the first message on
 
   std::mutex mutex_;
   v1::UploadScanResponse latest_ ABSL_GUARDED_BY(mutex_);

@@ -57,7 +57,7 @@ class PlanWatch final : public PumpedWriter<v1::WatchPlanResponse> {
     if (run_ != nullptr) {
       *message.mutable_plan() = run_->Describe();
     } else {
-      absl::StatusOr<v1::Plan> plan = session_->GetPlan(name_);
+      absl::StatusOr<v1::Plan> plan = session_->plans().Get(name_);
       if (!plan.ok()) {
         status = plan.status();
         return Step::kFinish;
@@ -99,9 +99,9 @@ grpc::ServerWriteReactor<v1::WatchPlanResponse>* WatchPlan(const RpcDependencies
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindParent(call->sessions(), request.name(), "plans", "name");
   if (!session.ok()) return new Refused(*call, session.status(), context);
-  std::shared_ptr<session::PlanRun> run = (*session)->FindRun(request.name());
+  std::shared_ptr<session::PlanRun> run = (*session)->plans().FindRun(request.name());
   if (run == nullptr) {
-    absl::StatusOr<v1::Plan> plan = (*session)->GetPlan(request.name());
+    absl::StatusOr<v1::Plan> plan = (*session)->plans().Get(request.name());
     if (!plan.ok()) return new Refused(*call, plan.status(), context);
   }
   auto watch =

@@ -75,7 +75,7 @@ class Job {
     Pass(60);
     Send(start, "first", nullptr, Scanner("red"));
     const std::string plan = Plan("plan-1", {}, false);
-    const v1::Plan made = session_->GetPlan(plan).value();
+    const v1::Plan made = session_->plans().Get(plan).value();
     ASSERT_GT(made.result().views_size(), 1) << made.result().message();
     v1::RejectViewRequest reject;
     *reject.mutable_position() = World({50, 50, 0});
@@ -83,7 +83,7 @@ class Job {
     reject.set_reason("a cupboard");
     reject.mutable_ttl()->set_seconds(864'000);
     reject.set_request_id("reject-1");
-    ASSERT_TRUE(session_->RejectView(reject).ok());
+    ASSERT_TRUE(session_->rejections().Create(reject).ok());
 
     // A claim that is fulfilled, one that is released, one that lapses.
     const v1::Claim first = Claim("red", made.result().views(0).position(), plan);
@@ -92,7 +92,7 @@ class Job {
     renew.set_name(first.name());
     renew.mutable_ttl()->set_seconds(1800);
     renew.set_request_id("renew-1");
-    ASSERT_TRUE(session_->RenewClaim(renew).ok());
+    ASSERT_TRUE(session_->claims().Renew(renew).ok());
     Plan("plan-2", {Scanner("red"), Scanner("blue")}, true);
     const Eigen::Vector3d claimed =
         Eigen::Vector3d(first.position().x(), first.position().y(), first.position().z()) - kOrigin;
@@ -103,10 +103,10 @@ class Job {
     v1::ReleaseClaimRequest release;
     release.set_name(second.name());
     release.set_request_id("release-1");
-    ASSERT_TRUE(session_->ReleaseClaim(release).ok());
+    ASSERT_TRUE(session_->claims().Release(release).ok());
     Claim("blue", World(scene_.starts[1]), "");
     Pass(3600);
-    session_->ExpireClaims();
+    session_->claims().Expire();
 
     // Scans that a person decides on, one by targets and one that is believed.
     verdict_ = registration::RegistrationOutcome::kDoubtful;
@@ -115,7 +115,7 @@ class Job {
     v1::AcceptScanRequest accept;
     accept.set_name(Send(beside, "doubtful", &prior, Scanner("blue")));
     accept.set_request_id("accept-1");
-    ASSERT_TRUE(session_->AcceptScan(accept).ok());
+    ASSERT_TRUE(session_->scans().Accept(accept).ok());
     Rest();
     verdict_ = registration::RegistrationOutcome::kFailed;
     v1::SetScanPoseRequest set;
@@ -123,7 +123,7 @@ class Job {
     *set.mutable_prior() = Prior(start, 0);
     set.set_use(v1::POSE_USE_AS_IS);
     set.set_request_id("set-1");
-    ASSERT_TRUE(session_->SetScanPose(set).ok());
+    ASSERT_TRUE(session_->scans().SetPose(set).ok());
     Rest();
     verdict_.reset();
     v1::PosePrior trusted = Prior(beside, 0);
@@ -146,7 +146,7 @@ class Job {
     v1::WithdrawScanRequest withdraw;
     withdraw.set_name("sessions/job/scans/scan-2");
     withdraw.set_request_id("withdraw-1");
-    ASSERT_TRUE(session_->WithdrawScan(withdraw).ok());
+    ASSERT_TRUE(session_->scans().Withdraw(withdraw).ok());
     Rest();
     Pass(3 * 3600);
     host_->registry.Collect();
@@ -158,9 +158,9 @@ class Job {
     SendDamaged();
     v1::CreateUploadRequest abandoned;
     abandoned.set_request_id("abandoned");
-    ASSERT_TRUE(session_->CreateUpload(abandoned).ok());
+    ASSERT_TRUE(session_->uploads().Create(abandoned).ok());
     Pass(25 * 3600);
-    session_->ExpireUploads();
+    session_->uploads().Expire();
 
     // A claim that another's plan goes around, and what is still under way.
     Claim("red", World(start + Eigen::Vector3d(0, 0.1, 0)), "", 86'400);
@@ -229,7 +229,7 @@ class Job {
     *scanner.mutable_scan_duration() = conversion::WriteDuration(seconds);
     *scanner.add_reach()->mutable_min() = World({-1, -1, -1});
     *scanner.mutable_reach(0)->mutable_max() = World({20, 20, 4});
-    const auto added = session_->CreateScanner(request);
+    const auto added = session_->scanners().Create(request);
     ASSERT_TRUE(added.ok()) << added.status();
   }
 
@@ -287,10 +287,10 @@ class Job {
     for (const auto& target : targets) *request.mutable_upload()->add_targets() = target;
     const v1::UploadTotal total = TotalOf(bytes);
     if (prior == nullptr) *request.mutable_upload()->mutable_total() = total;
-    absl::StatusOr<v1::Upload> upload = session_->CreateUpload(request);
+    absl::StatusOr<v1::Upload> upload = session_->uploads().Create(request);
     while (upload.ok() && upload->state() == v1::UPLOAD_STATE_OPEN) {
       const v1::Piece piece = PieceOf(bytes, *upload);
-      upload = session_->AddToUpload(std::string(upload->name()), &piece, &total);
+      upload = session_->uploads().Add(std::string(upload->name()), &piece, &total);
     }
     EXPECT_TRUE(upload.ok()) << upload.status();
     EXPECT_EQ(upload->state(), v1::UPLOAD_STATE_COMMITTED) << upload->state_message();
@@ -303,15 +303,15 @@ class Job {
     const std::string bytes = Encoded(scene_.starts[0]);
     v1::CreateUploadRequest request;
     request.set_request_id("upload-damaged");
-    absl::StatusOr<v1::Upload> upload = session_->CreateUpload(request);
+    absl::StatusOr<v1::Upload> upload = session_->uploads().Create(request);
     v1::UploadTotal total = TotalOf(bytes);
     total.set_sha256(bytes::Sha256::Of("something else"));
     const std::string name = upload.value().name();
     while (upload.ok() && upload->state() == v1::UPLOAD_STATE_OPEN) {
       const v1::Piece piece = PieceOf(bytes, *upload);
-      upload = session_->AddToUpload(name, &piece, &total);
+      upload = session_->uploads().Add(name, &piece, &total);
     }
-    EXPECT_EQ(session_->GetUpload(name)->state(), v1::UPLOAD_STATE_FAILED);
+    EXPECT_EQ(session_->uploads().Get(name)->state(), v1::UPLOAD_STATE_FAILED);
   }
 
   // Two pieces and a total of an upload that goes on some other day.
@@ -320,14 +320,14 @@ class Job {
     v1::CreateUploadRequest request;
     request.set_request_id("upload-left");
     request.mutable_upload()->set_scanner_model_id("coarse");
-    absl::StatusOr<v1::Upload> upload = session_->CreateUpload(request);
+    absl::StatusOr<v1::Upload> upload = session_->uploads().Create(request);
     for (int i = 0; i < 2; ++i) {
       ASSERT_TRUE(upload.ok()) << upload.status();
       const v1::Piece piece = PieceOf(bytes, *upload);
-      upload = session_->AddToUpload(std::string(upload->name()), &piece, nullptr);
+      upload = session_->uploads().Add(std::string(upload->name()), &piece, nullptr);
     }
     const v1::UploadTotal total = TotalOf(bytes);
-    upload = session_->AddToUpload(std::string(upload->name()), nullptr, &total);
+    upload = session_->uploads().Add(std::string(upload->name()), nullptr, &total);
     ASSERT_TRUE(upload.ok()) << upload.status();
     EXPECT_EQ(upload->state(), v1::UPLOAD_STATE_OPEN);
   }
@@ -341,7 +341,7 @@ class Job {
     request.mutable_ttl()->set_seconds(seconds);
     request.set_request_id(absl::StrCat("claim-", ++claims_));
     std::promise<absl::StatusOr<v1::ClaimViewResponse>> answer;
-    session_->ClaimView(request, [&](absl::StatusOr<v1::ClaimViewResponse> response) {
+    session_->claims().Take(request, [&](absl::StatusOr<v1::ClaimViewResponse> response) {
       answer.set_value(std::move(response));
     });
     const absl::StatusOr<v1::ClaimViewResponse> response = answer.get_future().get();
@@ -362,7 +362,7 @@ class Job {
       request.mutable_plan()->mutable_config_overrides()->mutable_registration()->set_min_overlap(
           overlap);
     }
-    const auto plan = session_->CreatePlan(request);
+    const auto plan = session_->plans().Create(request);
     EXPECT_TRUE(plan.ok()) << plan.status();
     EXPECT_TRUE(host_->registry.WaitUntilIdle(std::chrono::seconds(60)));
     return plan.ok() ? plan->name() : "";
@@ -374,9 +374,9 @@ class Job {
     request.mutable_plan()->mutable_time_budget()->set_seconds(600);
     request.mutable_plan()->mutable_config_overrides()->set_viewcell_size_m(0.2);
     request.mutable_plan()->mutable_config_overrides()->set_max_viewpoint_height_m(1.3);
-    const auto plan = session_->CreatePlan(request);
+    const auto plan = session_->plans().Create(request);
     ASSERT_TRUE(plan.ok()) << plan.status();
-    ASSERT_TRUE(session_->CancelPlan(plan->name()).ok());
+    ASSERT_TRUE(session_->plans().Cancel(plan->name()).ok());
     EXPECT_TRUE(host_->registry.WaitUntilIdle(std::chrono::seconds(60)));
   }
 

@@ -154,13 +154,13 @@ TEST_F(RecordedLog, WithEveryEventIsLoaded) {
   out.Counts("events, rejections",
              {static_cast<int64_t>(described.last_sequence()), described.rejections_size()});
   bool more = false;
-  const std::vector<v1::Claim> claims = session->ListClaims("", 100, more).value();
+  const std::vector<v1::Claim> claims = session->claims().List("", 100, more).value();
   for (const v1::Claim& claim : claims) out.Word("claim", claim.name());
-  const v1::Upload left = session->GetUpload("sessions/job/uploads/upload-8").value();
+  const v1::Upload left = session->uploads().Get("sessions/job/uploads/upload-8").value();
   out.Counts(
       "upload: state, pieces, bytes, of",
       {left.state(), left.next_sequence(), left.next_offset(), left.total().encoded_size_bytes()});
-  const ModelSnapshot model = session->Model();
+  const ModelSnapshot model = session->model().Current();
   ASSERT_NE(model.view, nullptr);
   test_support::GoldenText bricks;
   for (const model::BrickAt& at : model.view->bricks()) {

@@ -62,22 +62,22 @@ class SessionKeeping : public testing::Test {
   static void Withdraw(Session& session, const std::string& scan) {
     v1::WithdrawScanRequest request;
     request.set_name(scan);
-    ASSERT_TRUE(session.WithdrawScan(request).ok());
+    ASSERT_TRUE(session.scans().Withdraw(request).ok());
     session.WaitUntilIdle();
   }
   // The first bytes of a scan, on an upload that stays open.
   static std::string Begin(Session& session, const std::string& bytes, size_t size) {
-    std::string upload = session.CreateUpload({}).value().name();
+    std::string upload = session.uploads().Create({}).value().name();
     v1::Piece piece;
     piece.set_data(bytes.substr(0, size));
     piece.set_crc32c(bytes::Crc32c(piece.data()));
-    EXPECT_TRUE(session.AddToUpload(upload, &piece, nullptr).ok());
+    EXPECT_TRUE(session.uploads().Add(upload, &piece, nullptr).ok());
     return upload;
   }
   void MakePlan(Session& session) {
     v1::CreatePlanRequest plan;
     plan.mutable_plan()->set_work_limit_rays(1000);
-    ASSERT_TRUE(session.CreatePlan(plan).ok());
+    ASSERT_TRUE(session.plans().Create(plan).ok());
     ASSERT_TRUE(registry().WaitUntilIdle(std::chrono::seconds(60)));
   }
   absl::Status Delete(const std::string& id) {
@@ -146,11 +146,11 @@ TEST_F(SessionKeeping, NothingOfADeletedSessionIsOnTheDisk) {
   }
   EXPECT_EQ(BlobsOnDisk(), BlobsOf(*stays));
   EXPECT_TRUE(store_->Spools().value().empty());
-  EXPECT_TRUE(stays->LoadImage(kept).ok());
+  EXPECT_TRUE(stays->scans().LoadImage(kept).ok());
   const auto report = store::VerifyStore(folder_).value();
   EXPECT_TRUE(report.faults.empty()) << report.faults[0];
   // Who still had it in hand adds nothing.
-  EXPECT_FALSE(gone->CreateUpload({}).ok());
+  EXPECT_FALSE(gone->uploads().Create({}).ok());
   EXPECT_FALSE(OnDisk("confidential"));
 
   ASSERT_TRUE(Delete("stays").ok());
@@ -181,7 +181,7 @@ TEST_F(SessionKeeping, SessionsPastTheirTimeGo) {
   now_ = start + absl::Hours(79);
   EXPECT_EQ(registry().Collect(), (Collected{.sessions = 1, .scans = 0}));
   EXPECT_FALSE(registry().Find("used").ok());
-  EXPECT_EQ(uploading->GetUpload(upload)->state(), v1::UPLOAD_STATE_EXPIRED);
+  EXPECT_EQ(uploading->uploads().Get(upload)->state(), v1::UPLOAD_STATE_EXPIRED);
   EXPECT_TRUE(store_->Spools().value().empty());
   now_ += absl::Hours(49);
   EXPECT_EQ(registry().Collect(), (Collected{.sessions = 1, .scans = 0}));
@@ -195,7 +195,7 @@ TEST_F(SessionKeeping, NothingGoesByItselfUnlessAsked) {
   Withdraw(*session, scan);
   now_ += absl::Hours(24 * 365 * 100);
   EXPECT_EQ(registry().Collect(), Collected());
-  EXPECT_TRUE(session->LoadImage(scan).ok());
+  EXPECT_TRUE(session->scans().LoadImage(scan).ok());
 }
 
 TEST_F(SessionKeeping, DataOfWithdrawnScansGo) {
@@ -219,7 +219,7 @@ TEST_F(SessionKeeping, DataOfWithdrawnScansGo) {
   EXPECT_EQ(registry().Collect(), Collected());
   EXPECT_EQ(registry().UsedBy(""), used - static_cast<int64_t>(own_.size() + shared_.size()));
   EXPECT_FALSE(OnDisk(own_.substr(own_.size() / 4, 512)));
-  EXPECT_TRUE(other->LoadImage(elsewhere).ok());
+  EXPECT_TRUE(other->scans().LoadImage(elsewhere).ok());
   for (const bool again : {false, true}) {
     SCOPED_TRACE(again);
     if (again) {
@@ -227,11 +227,11 @@ TEST_F(SessionKeeping, DataOfWithdrawnScansGo) {
       session = registry().Find("job").value();
     }
     for (const std::string& scan : {withdrawn, also_elsewhere}) {
-      EXPECT_EQ(contract::ReasonOf(session->LoadImage(scan).status()), "SCAN_ERASED");
-      EXPECT_EQ(session->GetScan(scan)->state(), v1::SCAN_STATE_WITHDRAWN);
-      EXPECT_EQ(session->GetScan(scan)->encoded_size_bytes(), 0);
+      EXPECT_EQ(contract::ReasonOf(session->scans().LoadImage(scan).status()), "SCAN_ERASED");
+      EXPECT_EQ(session->scans().Get(scan)->state(), v1::SCAN_STATE_WITHDRAWN);
+      EXPECT_EQ(session->scans().Get(scan)->encoded_size_bytes(), 0);
     }
-    EXPECT_TRUE(session->LoadImage(merged).ok());
+    EXPECT_TRUE(session->scans().LoadImage(merged).ok());
     const auto report = store::VerifyStore(folder_).value();
     EXPECT_TRUE(report.faults.empty()) << report.faults[0];
     EXPECT_EQ(registry().Collect(), Collected());
@@ -256,7 +256,7 @@ TEST_F(SessionKeeping, AQuotaIsForEachTenantAndLosesNothing) {
   v1::CreateUploadRequest announced;
   announced.mutable_upload()->mutable_total()->set_encoded_size_bytes(size);
   announced.mutable_upload()->mutable_total()->set_sha256(bytes::Sha256::Of(started_));
-  const absl::Status refused = first->CreateUpload(announced).status();
+  const absl::Status refused = first->uploads().Create(announced).status();
   EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
   EXPECT_EQ(contract::ReasonOf(refused), "QUOTA_EXCEEDED");
   EXPECT_THAT(std::string(refused.message()), HasSubstr("the quota of tenant 'x' is"));
@@ -269,32 +269,32 @@ TEST_F(SessionKeeping, AQuotaIsForEachTenantAndLosesNothing) {
   rest.set_offset(static_cast<int64_t>(started_.size() / 3));
   rest.set_data(started_.substr(started_.size() / 3));
   rest.set_crc32c(bytes::Crc32c(rest.data()));
-  EXPECT_EQ(contract::ReasonOf(first->AddToUpload(upload, nullptr, &total).status()),
+  EXPECT_EQ(contract::ReasonOf(first->uploads().Add(upload, nullptr, &total).status()),
             "QUOTA_EXCEEDED");
-  EXPECT_EQ(contract::ReasonOf(first->AddToUpload(upload, &rest, nullptr).status()),
+  EXPECT_EQ(contract::ReasonOf(first->uploads().Add(upload, &rest, nullptr).status()),
             "QUOTA_EXCEEDED");
-  EXPECT_EQ(first->GetUpload(upload)->next_offset(), rest.offset());
+  EXPECT_EQ(first->uploads().Get(upload)->next_offset(), rest.offset());
   // Others are not concerned.
   const auto stranger = fixture::OpenSession(registry(), "stranger", "y");
   Push(*stranger, own_);
   EXPECT_EQ(registry().UsedBy("y"), size);
 
   ASSERT_TRUE(Delete("second").ok());
-  const auto done = first->AddToUpload(upload, &rest, &total);
+  const auto done = first->uploads().Add(upload, &rest, &total);
   ASSERT_TRUE(done.ok()) << done.status();
   EXPECT_EQ(done->state(), v1::UPLOAD_STATE_COMMITTED);
   first->WaitUntilIdle();
   EXPECT_EQ(registry().UsedBy("x"), 2 * size);
-  EXPECT_TRUE(first->LoadImage(scan).ok());
+  EXPECT_TRUE(first->scans().LoadImage(scan).ok());
 
   // With less than what is there everything is there, and nothing more comes in.
   limits.tenant_bytes = size;
   Start(limits);
   EXPECT_EQ(registry().UsedBy("x"), 2 * size);
   const auto again = registry().Find("first").value();
-  EXPECT_TRUE(again->LoadImage(scan).ok());
-  EXPECT_TRUE(again->LoadImage(done->scan()).ok());
-  EXPECT_EQ(contract::ReasonOf(again->CreateUpload(announced).status()), "QUOTA_EXCEEDED");
+  EXPECT_TRUE(again->scans().LoadImage(scan).ok());
+  EXPECT_TRUE(again->scans().LoadImage(done->scan()).ok());
+  EXPECT_EQ(contract::ReasonOf(again->uploads().Create(announced).status()), "QUOTA_EXCEEDED");
   v1::CreateSessionRequest another;
   another.set_session_id("another");
   EXPECT_EQ(contract::ReasonOf(registry().Create(another, "x").status()), "QUOTA_EXCEEDED");
@@ -312,7 +312,7 @@ TEST_F(SessionKeeping, AccountsSurviveARestart) {
   v1::CreateUploadRequest announced;
   announced.mutable_upload()->mutable_total()->set_encoded_size_bytes(1 << 20);
   announced.mutable_upload()->mutable_total()->set_sha256(std::string(32, 's'));
-  ASSERT_TRUE(session->CreateUpload(announced).ok());
+  ASSERT_TRUE(session->uploads().Create(announced).ok());
   Begin(*session, started_, 1000);
   const int64_t used = registry().UsedBy("x");
   // Scans count as they are encoded, however they are compressed where they are kept.

@@ -67,28 +67,28 @@ TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
     SendRoom(*session, {3.0, 2.5, 1.4}, &near, "u2");
     script.SetVerdict(registration::RegistrationOutcome::kDoubtful);
     const std::string doubtful = SendRoom(*session, {1.0, 1.0, 1.4}, &near, "u3");
-    EXPECT_EQ(session->GetScan(doubtful)->state(), v1::SCAN_STATE_DOUBTFUL);
+    EXPECT_EQ(session->scans().Get(doubtful)->state(), v1::SCAN_STATE_DOUBTFUL);
     script.SetVerdict(registration::RegistrationOutcome::kRegistered);
     const std::string gone = SendRoom(*session, {1.0, 2.0, 1.4}, &near, "u4");
     v1::WithdrawScanRequest withdraw;
     withdraw.set_name(gone);
-    ASSERT_TRUE(session->WithdrawScan(withdraw).ok());
+    ASSERT_TRUE(session->scans().Withdraw(withdraw).ok());
     session->WaitUntilIdle();
     v1::RejectViewRequest reject;
     reject.mutable_position()->set_x(1001);
-    ASSERT_TRUE(session->RejectView(reject).ok());
+    ASSERT_TRUE(session->rejections().Create(reject).ok());
     v1::CreatePlanRequest plan;
     plan.set_request_id("p1");
     plan.mutable_plan()->set_work_limit_rays(1000);
-    ASSERT_TRUE(session->CreatePlan(plan).ok());
+    ASSERT_TRUE(session->plans().Create(plan).ok());
     ASSERT_TRUE(first.registry.WaitUntilIdle(std::chrono::seconds(60)));
 
     session_before = session->Describe();
     bool more = false;
-    scans_before = session->ListScans("", 100, more).value();
-    plans_before = session->ListPlans("", 100, more).value();
-    full_before = session->GetFullResult("sessions/job/plans/plan-1").value();
-    model_before = session->Model();
+    scans_before = session->scans().List("", 100, more).value();
+    plans_before = session->plans().List("", 100, more).value();
+    full_before = session->plans().GetFullResult("sessions/job/plans/plan-1").value();
+    model_before = session->model().Current();
   }
   Reopen();
   fixture::SessionHost second(*store_, script.Make());
@@ -97,19 +97,19 @@ TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
   session->WaitUntilIdle();
   EXPECT_TRUE(MessageDifferencer::Equals(session->Describe(), session_before));
   bool more = false;
-  const auto scans = session->ListScans("", 100, more).value();
+  const auto scans = session->scans().List("", 100, more).value();
   ASSERT_EQ(scans.size(), scans_before.size());
   for (size_t i = 0; i < scans.size(); ++i) {
     EXPECT_TRUE(MessageDifferencer::Equals(scans[i], scans_before[i])) << scans[i].DebugString();
   }
-  const auto plans = session->ListPlans("", 100, more).value();
+  const auto plans = session->plans().List("", 100, more).value();
   ASSERT_EQ(plans.size(), plans_before.size());
   EXPECT_TRUE(MessageDifferencer::Equals(plans[0], plans_before[0]));
   EXPECT_TRUE(MessageDifferencer::Equals(
-      session->GetFullResult("sessions/job/plans/plan-1").value(), full_before));
+      session->plans().GetFullResult("sessions/job/plans/plan-1").value(), full_before));
 
   // The model says the same of every voxel.
-  const ModelSnapshot model = session->Model();
+  const ModelSnapshot model = session->model().Current();
   EXPECT_EQ(model.version, model_before.version);
   ASSERT_NE(model.view, nullptr);
   ASSERT_EQ(model.view->bricks().size(), model_before.view->bricks().size());
@@ -123,7 +123,7 @@ TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
   v1::CreatePlanRequest plan;
   plan.set_request_id("p1");
   plan.mutable_plan()->set_work_limit_rays(1000);
-  EXPECT_EQ(session->CreatePlan(plan)->name(), "sessions/job/plans/plan-1");
+  EXPECT_EQ(session->plans().Create(plan)->name(), "sessions/job/plans/plan-1");
   v1::CreateSessionRequest create;
   create.set_session_id("job");
   create.set_request_id("r1");
@@ -144,11 +144,11 @@ TEST_F(SessionReplayOnDisk, OpenUploadsGoOnAndLeftoversGo) {
     v1::CreateSessionRequest create;
     create.set_session_id("job");
     const auto session = first.registry.Create(create).value();
-    upload = session->CreateUpload({}).value().name();
+    upload = session->uploads().Create({}).value().name();
     v1::Piece piece;
     piece.set_data(bytes.substr(0, half));
     piece.set_crc32c(bytes::Crc32c(piece.data()));
-    ASSERT_TRUE(session->AddToUpload(upload, &piece, &total).ok());
+    ASSERT_TRUE(session->uploads().Add(upload, &piece, &total).ok());
   }
   // As a crash between two steps leaves them.
   ASSERT_TRUE(store_->PutBlob("named by no log").ok());
@@ -160,17 +160,17 @@ TEST_F(SessionReplayOnDisk, OpenUploadsGoOnAndLeftoversGo) {
     EXPECT_TRUE(absl::IsNotFound(store_->GetBlob(bytes::Sha256::Of("named by no log")).status()));
     EXPECT_EQ(store_->Spools().value(), std::vector<std::string>{upload});
     const auto session = second.registry.Find("job").value();
-    EXPECT_EQ(session->GetUpload(upload)->next_offset(), static_cast<int64_t>(half));
+    EXPECT_EQ(session->uploads().Get(upload)->next_offset(), static_cast<int64_t>(half));
     v1::Piece rest;
     rest.set_sequence(1);
     rest.set_offset(static_cast<int64_t>(half));
     rest.set_data(bytes.substr(half));
     rest.set_crc32c(bytes::Crc32c(rest.data()));
-    const auto done = session->AddToUpload(upload, &rest, nullptr);
+    const auto done = session->uploads().Add(upload, &rest, nullptr);
     ASSERT_TRUE(done.ok()) << done.status();
     EXPECT_EQ(done->state(), v1::UPLOAD_STATE_COMMITTED);
     session->WaitUntilIdle();
-    EXPECT_EQ(session->GetScan(done->scan())->state(), v1::SCAN_STATE_MERGED);
+    EXPECT_EQ(session->scans().Get(done->scan())->state(), v1::SCAN_STATE_MERGED);
   }
   EXPECT_TRUE(store_->Spools().value().empty());
 }
@@ -189,7 +189,7 @@ TEST_F(SessionReplayOnDisk, ACompleteUploadBecomesAScan) {
     request.mutable_upload()->mutable_total()->set_encoded_size_bytes(
         static_cast<int64_t>(bytes.size()));
     request.mutable_upload()->mutable_total()->set_sha256(bytes::Sha256::Of(bytes));
-    upload = session->CreateUpload(request).value().name();
+    upload = session->uploads().Create(request).value().name();
     storage::v1::SpoolRecord record;
     record.mutable_piece()->set_data(bytes);
     record.mutable_piece()->set_crc32c(bytes::Crc32c(bytes));
@@ -200,9 +200,9 @@ TEST_F(SessionReplayOnDisk, ACompleteUploadBecomesAScan) {
   ASSERT_TRUE(second.registry.LoadAll().ok());
   const auto session = second.registry.Find("job").value();
   session->WaitUntilIdle();
-  EXPECT_EQ(session->GetUpload(upload)->state(), v1::UPLOAD_STATE_COMMITTED);
+  EXPECT_EQ(session->uploads().Get(upload)->state(), v1::UPLOAD_STATE_COMMITTED);
   bool more = false;
-  EXPECT_EQ(session->ListScans("", 10, more).value().size(), 1U);
+  EXPECT_EQ(session->scans().List("", 10, more).value().size(), 1U);
 }
 
 TEST(SessionReplay, EntriesOfANewerFormatAreRefused) {

@@ -42,7 +42,7 @@ class SightingsTest : public testing::Test {
     EXPECT_TRUE(upload.ok()) << upload.status();
     if (!upload.ok()) return {};
     session.WaitUntilIdle();
-    return session.GetScan(upload->scan()).value();
+    return session.scans().Get(upload->scan()).value();
   }
   store::MemoryStore store_{size_t{256} << 20};
 };
@@ -85,7 +85,7 @@ TEST_F(SightingsTest, OfWithdrawnScansSayNothing) {
                              {Sighting("T1", {4.9, 1, 2}, registration::PoseAt({2, 1.5, 1.4}, 0))});
   v1::WithdrawScanRequest withdraw;
   withdraw.set_name(gone.name());
-  ASSERT_TRUE(session->WithdrawScan(withdraw).ok());
+  ASSERT_TRUE(session->scans().Withdraw(withdraw).ok());
   session->WaitUntilIdle();
   Send(*session, fixture::EncodedRoom({3, 1.5, 1.4}), &at,
        {Sighting("T1", {4.9, 1, 2}, registration::PoseAt({3, 1.5, 1.4}, 0))});

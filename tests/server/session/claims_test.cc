@@ -65,7 +65,7 @@ class FleetSession : public testing::Test {
     v1::CreateScannerRequest request;
     request.set_scanner_id(id);
     request.mutable_scanner()->set_operator_("somebody");
-    return session_->CreateScanner(request).value().name();
+    return session_->scanners().Create(request).value().name();
   }
   absl::StatusOr<v1::Claim> Claim(const std::string& scanner, double x, double y,
                                   int ttl_seconds = 60, const std::string& request_id = "") {
@@ -77,7 +77,7 @@ class FleetSession : public testing::Test {
     request.mutable_ttl()->set_seconds(ttl_seconds);
     request.set_request_id(request_id);
     auto answer = std::make_shared<std::promise<absl::StatusOr<v1::ClaimViewResponse>>>();
-    session_->ClaimView(request, [answer](absl::StatusOr<v1::ClaimViewResponse> response) {
+    session_->claims().Take(request, [answer](absl::StatusOr<v1::ClaimViewResponse> response) {
       answer->set_value(std::move(response));
     });
     absl::StatusOr<v1::ClaimViewResponse> response = answer->get_future().get();
@@ -87,15 +87,15 @@ class FleetSession : public testing::Test {
   absl::Status Release(const std::string& name) {
     v1::ReleaseClaimRequest request;
     request.set_name(name);
-    return session_->ReleaseClaim(request);
+    return session_->claims().Release(request);
   }
   std::vector<v1::Claim> Held() {
     bool more = false;
-    return session_->ListClaims("", 100, more).value();
+    return session_->claims().List("", 100, more).value();
   }
   v1::Scanner Scanner(const std::string& name) {
     bool more = false;
-    const std::vector<v1::Scanner> scanners = session_->ListScanners("", 100, more).value();
+    const std::vector<v1::Scanner> scanners = session_->scanners().List("", 100, more).value();
     for (const v1::Scanner& scanner : scanners) {
       if (scanner.name() == name) return scanner;
     }
@@ -140,13 +140,13 @@ TEST_F(FleetSession, ScannersAreAddedOnceAndKnown) {
   v1::CreateScannerRequest again;
   again.set_scanner_id("red");
   again.mutable_scanner();
-  EXPECT_EQ(contract::ReasonOf(session_->CreateScanner(again).status()), "SCANNER_EXISTS");
+  EXPECT_EQ(contract::ReasonOf(session_->scanners().Create(again).status()), "SCANNER_EXISTS");
   again.set_scanner_id("Red One");
   again.mutable_scanner()->set_scanner_model_id("none");
   again.mutable_scanner()->set_speed_m_per_s(0);
   again.mutable_scanner()->mutable_scan_duration()->set_seconds(-1);
   again.mutable_scanner()->add_reach()->mutable_min();
-  const absl::Status wrong = session_->CreateScanner(again).status();
+  const absl::Status wrong = session_->scanners().Create(again).status();
   for (const char* field : {"scanner_id", "scanner.scanner_model_id", "scanner.speed_m_per_s",
                             "scanner.scan_duration", "scanner.reach[0].max"}) {
     EXPECT_NE(wrong.ToString().find(field), std::string::npos) << field << ": " << wrong;
@@ -222,7 +222,7 @@ TEST_F(FleetSession, ClaimsExpireAndAreRenewed) {
   v1::RenewClaimRequest renew;
   renew.set_name(first->name());
   renew.mutable_ttl()->set_seconds(100);
-  const auto renewed = session_->RenewClaim(renew);
+  const auto renewed = session_->claims().Renew(renew);
   ASSERT_TRUE(renewed.ok()) << renewed.status();
   EXPECT_EQ(conversion::ReadTime(renewed->expire_time()),
             fixture::FixtureTime() + absl::Seconds(150));
@@ -230,12 +230,12 @@ TEST_F(FleetSession, ClaimsExpireAndAreRenewed) {
   EXPECT_EQ(Held().size(), 1u);
   EXPECT_EQ(contract::ReasonOf(Claim(blue, 1, 1).status()), "CLAIMED");
   Pass(1);
-  EXPECT_EQ(contract::ReasonOf(session_->RenewClaim(renew).status()), "CLAIM_ENDED");
+  EXPECT_EQ(contract::ReasonOf(session_->claims().Renew(renew).status()), "CLAIM_ENDED");
   EXPECT_TRUE(Claim(blue, 1, 1).ok());
   EXPECT_EQ(EndOf(first->name()), "expired");
   // Nobody has to ask for it.
   Pass(1000);
-  session_->ExpireClaims();
+  session_->claims().Expire();
   EXPECT_EQ(EndOf("sessions/job/claims/claim-2"), "expired");
   EXPECT_TRUE(Held().empty());
 }
@@ -249,7 +249,7 @@ TEST_F(FleetSession, AScanFromThereEndsTheClaim) {
   ASSERT_TRUE(first.ok() && second.ok());
   const std::string scan = Scan(1.2, 0.9);
   EXPECT_EQ(EndOf(first->name()), "scan arrived");
-  EXPECT_EQ(session_->GetScan(scan)->scanner(), red);
+  EXPECT_EQ(session_->scans().Get(scan)->scanner(), red);
   EXPECT_NEAR(Scanner(red).last_pose().translation().x(), 1.2, 1e-9);
   EXPECT_EQ(EndOf(second->name()), "");
   EXPECT_FALSE(Scanner(blue).has_last_pose());
@@ -275,11 +275,11 @@ TEST_F(FleetSession, LateOrTwiceAScanMergesAsIfNobodyHadClaimedAnything) {
   ASSERT_TRUE(claim.ok());
   Pass(2 * 3600);
   const std::string late = Scan(1, 1);
-  EXPECT_EQ(session_->GetScan(late)->state(), v1::SCAN_STATE_MERGED);
-  session_->ExpireClaims();
+  EXPECT_EQ(session_->scans().Get(late)->state(), v1::SCAN_STATE_MERGED);
+  session_->claims().Expire();
   EXPECT_EQ(EndOf(claim->name()), "expired");
   const std::string twice = Scan(1, 1);
-  EXPECT_EQ(session_->GetScan(twice)->state(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(session_->scans().Get(twice)->state(), v1::SCAN_STATE_MERGED);
   // The model is that of the scans alone, to the voxel.
   const auto plain = fixture::OpenSession(host_->registry, "plain");
   for (const auto& [x, y] : {std::pair(2.0, 1.5), std::pair(1.0, 1.0), std::pair(1.0, 1.0)}) {
@@ -287,8 +287,8 @@ TEST_F(FleetSession, LateOrTwiceAScanMergesAsIfNobodyHadClaimedAnything) {
     ASSERT_TRUE(fixture::SendScan(*plain, fixture::EncodedRoom({x, y, 1.4}, 4), &prior).ok());
     plain->WaitUntilIdle();
   }
-  const auto a = session_->Model().view;
-  const auto b = plain->Model().view;
+  const auto a = session_->model().Current().view;
+  const auto b = plain->model().Current().view;
   ASSERT_EQ(a->SurfaceCount(), b->SurfaceCount());
   size_t differ = 0;
   a->ForEachSurface(
@@ -314,8 +314,8 @@ TEST_F(FleetSession, ALateScanLeavesItsScannerWhereItIs) {
   EXPECT_EQ(stations(), std::pair(400L, 300L));
   Pass(7200);
   const std::string late = Scan(1, 1, 4, red);
-  EXPECT_EQ(session_->GetScan(late)->state(), v1::SCAN_STATE_MERGED);
-  EXPECT_EQ(session_->GetScan(late)->scanner(), red);
+  EXPECT_EQ(session_->scans().Get(late)->state(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(session_->scans().Get(late)->scanner(), red);
   EXPECT_EQ(stations(), std::pair(400L, 300L)) << "where it stood two hours ago";
   // Sent there again, it stands there; and anywhere else where it never had a claim.
   ASSERT_TRUE(Claim(red, 1, 1, 60).ok());
@@ -368,7 +368,7 @@ TEST_F(FleetSession, AColleagueSeenInAScanIsNoWall) {
   };
   // Surface that is neither wall nor floor, around where the colleague stood.
   const auto left = [&] {
-    const auto view = session_->Model().view;
+    const auto view = session_->model().Current().view;
     size_t count = 0;
     view->ForEachSurface(
         [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel&) {
@@ -431,10 +431,10 @@ TEST_F(FleetSession, PlansAreMadeForScannersAndAroundClaims) {
   const auto plan_for = [&](const std::vector<std::string>& scanners) {
     request.mutable_plan()->clear_scanners();
     for (const std::string& scanner : scanners) request.mutable_plan()->add_scanners(scanner);
-    const auto plan = session_->CreatePlan(request);
+    const auto plan = session_->plans().Create(request);
     EXPECT_TRUE(plan.ok()) << plan.status();
     EXPECT_TRUE(host_->registry.WaitUntilIdle(std::chrono::seconds(60)));
-    return plan.ok() ? session_->GetPlan(plan->name()).value() : v1::Plan();
+    return plan.ok() ? session_->plans().Get(plan->name()).value() : v1::Plan();
   };
   // Whoever asks is planned around what others have, not around their own.
   const v1::Plan of_red = plan_for({red});
@@ -462,7 +462,7 @@ TEST_F(FleetSession, PlansAreMadeForScannersAndAroundClaims) {
   request.mutable_plan()->add_scanners(red);
   request.mutable_plan()->add_scanners("sessions/job/scanners/nobody");
   request.mutable_plan()->set_scanner_model_id("panoramic");
-  const absl::Status wrong = session_->CreatePlan(request).status();
+  const absl::Status wrong = session_->plans().Create(request).status();
   for (const char* field : {"plan.scanners[1]", "plan.scanners[2]", "plan.scanner_model_id"}) {
     EXPECT_NE(wrong.ToString().find(field), std::string::npos) << field << ": " << wrong;
   }

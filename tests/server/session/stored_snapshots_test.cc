@@ -30,14 +30,14 @@ std::string SendRoom(Session& session, const Eigen::Vector3d& position) {
   std::string scan =
       fixture::SendScan(session, fixture::EncodedRoom(position, 3.0), &prior).value().scan();
   session.WaitUntilIdle();
-  EXPECT_EQ(session.GetScan(scan)->state(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(session.scans().Get(scan)->state(), v1::SCAN_STATE_MERGED);
   return scan;
 }
 
 void Withdraw(Session& session, const std::string& scan) {
   v1::WithdrawScanRequest request;
   request.set_name(scan);
-  ASSERT_TRUE(session.WithdrawScan(request).ok());
+  ASSERT_TRUE(session.scans().Withdraw(request).ok());
   session.WaitUntilIdle();
 }
 
@@ -102,7 +102,7 @@ class SessionSnapshots : public testing::Test {
     SendRoom(*session, {1.0, 2.0, 1.4});
     Withdraw(*session, second);
     journal_ = session->journal().Events(0, 1000).value();
-    return session->Model();
+    return session->model().Current();
   }
 
   // What a server that is started anew shows; whoever destroys the scans first shows that they were
@@ -113,7 +113,7 @@ class SessionSnapshots : public testing::Test {
     EXPECT_TRUE(second.registry.LoadAll().ok());
     const auto session = second.registry.Find("job").value();
     session->WaitUntilIdle();
-    return session->Model();
+    return session->model().Current();
   }
   void DestroyScans() {
     for (const v1::SessionEvent& event : journal_) {
@@ -192,7 +192,7 @@ TEST_F(SessionSnapshots, GoOnToTheSameModelAsASessionThatNeverStopped) {
   Withdraw(*never_stopped, "sessions/job/scans/scan-2");
 
   MakeJob();
-  ExpectSame(AfterRestart(), never_stopped->Model());
+  ExpectSame(AfterRestart(), never_stopped->model().Current());
   Reopen();
   fixture::SessionHost again(*store_, script_.Make());
   ASSERT_TRUE(again.registry.LoadAll().ok());
@@ -202,7 +202,7 @@ TEST_F(SessionSnapshots, GoOnToTheSameModelAsASessionThatNeverStopped) {
     SendRoom(*one, {2.5, 3.0, 1.5});
     Withdraw(*one, "sessions/job/scans/scan-1");
   }
-  ExpectSame(session->Model(), never_stopped->Model());
+  ExpectSame(session->model().Current(), never_stopped->model().Current());
 }
 
 // What release 0.1 left, before there were snapshots: two scans, one of them aligned, and a plan.
@@ -219,16 +219,16 @@ TEST_F(SessionSnapshots, AFolderOfTheFirstReleaseIsLoaded) {
     const auto session = server.registry.Find("flat").value();
     session->WaitUntilIdle();
     bool more = false;
-    const std::vector<v1::Scan> scans = session->ListScans("", 10, more).value();
+    const std::vector<v1::Scan> scans = session->scans().List("", 10, more).value();
     ASSERT_EQ(scans.size(), 2U);
     EXPECT_EQ(scans[0].state(), v1::SCAN_STATE_MERGED);
     EXPECT_EQ(scans[1].pose_source(), v1::POSE_SOURCE_REGISTRATION);
-    const v1::Plan plan = session->GetPlan("sessions/flat/plans/plan-1").value();
+    const v1::Plan plan = session->plans().Get("sessions/flat/plans/plan-1").value();
     EXPECT_EQ(plan.state(), v1::PLAN_STATE_SUCCEEDED);
     EXPECT_EQ(plan.result().views_size(), 3);
-    EXPECT_GT(session->GetFullResult(plan.name())->patches_size(), 0);
-    if (again) ExpectSame(session->Model(), before);
-    before = session->Model();
+    EXPECT_GT(session->plans().GetFullResult(plan.name())->patches_size(), 0);
+    if (again) ExpectSame(session->model().Current(), before);
+    before = session->model().Current();
     ASSERT_NE(before.view, nullptr);
     EXPECT_EQ(before.view->stations().size(), 2U);
     EXPECT_EQ(store_->Snapshots("flat").value().size(), 1U);

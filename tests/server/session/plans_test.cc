@@ -59,7 +59,7 @@ class SessionPlans : public testing::Test {
       const std::lock_guard<std::mutex> lock(mutex_);
       plan_ = plan;
     }
-    std::string name = session_->CreatePlan({}).value().name();
+    std::string name = session_->plans().Create({}).value().name();
     EXPECT_TRUE(host_->registry.WaitUntilIdle(std::chrono::seconds(60)));
     return name;
   }
@@ -72,7 +72,7 @@ class SessionPlans : public testing::Test {
     v1::RejectViewRequest request;
     request.mutable_position()->set_x(x);
     if (ttl > 0) request.mutable_ttl()->set_seconds(ttl);
-    return session_->RejectView(request);
+    return session_->rejections().Create(request);
   }
 
   std::atomic<int> seconds_{0};
@@ -128,11 +128,11 @@ TEST_F(SessionPlans, ThatWouldTakeTooMuchMemoryAreRefused) {
     wide->WaitUntilIdle();
   }
   ASSERT_EQ(wide->Describe().scan_counts().merged_count(), 2);
-  const absl::Status refused = wide->CreatePlan({}).status();
+  const absl::Status refused = wide->plans().Create({}).status();
   EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
   EXPECT_EQ(contract::ReasonOf(refused), "PLAN_TOO_LARGE");
   bool more = false;
-  EXPECT_TRUE(wide->ListPlans("", 10, more).value().empty());
+  EXPECT_TRUE(wide->plans().List("", 10, more).value().empty());
 }
 
 TEST_F(SessionPlans, ThatFoundOutNothingSayNothingOfWhatRemains) {
@@ -169,27 +169,27 @@ TEST_F(SessionPlans, EndWhenTheDiskHasRoom) {
   found.patches.resize(3);
   const std::string plan = MakePlan(found);
   // What is shown as ended would have to survive a restart.
-  const v1::Plan waits = session_->GetPlan(plan).value();
+  const v1::Plan waits = session_->plans().Get(plan).value();
   EXPECT_EQ(waits.state(), v1::PLAN_STATE_RUNNING);
   EXPECT_THAT(waits.state_message(), HasSubstr("the disk is full"));
   EXPECT_EQ(waits.result().views_size(), 1);
   store_.full = false;
-  while (session_->RunningPlans() > 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  const v1::Plan ended = session_->GetPlan(plan).value();
+  while (session_->plans().Running() > 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  const v1::Plan ended = session_->plans().Get(plan).value();
   EXPECT_EQ(ended.state(), v1::PLAN_STATE_SUCCEEDED);
   EXPECT_EQ(ended.state_message(), "");
   EXPECT_EQ(ended.result().views_size(), 1);
-  EXPECT_EQ(session_->GetFullResult(plan).value().patches_size(), 3);
+  EXPECT_EQ(session_->plans().GetFullResult(plan).value().patches_size(), 3);
 }
 
 TEST_F(SessionPlans, ThatWaitForTheDiskGoWithTheirSession) {
   during_plan_ = [this] { store_.full = true; };
   const std::string plan = MakePlan();
-  const std::shared_ptr<PlanRun> run = session_->FindRun(plan);
+  const std::shared_ptr<PlanRun> run = session_->plans().FindRun(plan);
   ASSERT_NE(run, nullptr);
   session_->Close();
   while (!run->Ended()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
-  EXPECT_EQ(session_->RunningPlans(), 0U);
+  EXPECT_EQ(session_->plans().Running(), 0U);
 }
 
 }  // namespace

@@ -1,21 +1,24 @@
-// A session's uploads: from the announcement to the committed scan.
+#include "server/session/uploads.h"
+
+#include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
-#include "core/sensor/encoding.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
-#include "server/session/session.h"
 
 namespace vantage::session {
 namespace {
 
+constexpr char kUploadType[] = "vantage/Upload";
 constexpr absl::Duration kRetryUploadAfter = absl::Seconds(2);
 constexpr size_t kMaxDisplayName = 200;
 
-// The scanner that an upload or a plan names, filled in. INVALID_ARGUMENT.
+// Completes the scanner that an upload or a plan names. INVALID_ARGUMENT: it is unknown or
+// impossible.
 absl::StatusOr<v1::ScannerModel> ScannerOf(const SessionState& state, const v1::Upload& upload) {
   if (upload.has_scanner_model()) {
     v1::ScannerModel scanner = upload.scanner_model();
@@ -35,7 +38,35 @@ absl::StatusOr<v1::ScannerModel> ScannerOf(const SessionState& state, const v1::
 
 }  // namespace
 
-absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& request) {
+std::shared_ptr<Upload> HeldUpload::Open() const {
+  if (open_ == nullptr) return uploads_->FindOpen(name_);
+  return open_->let_go() ? nullptr : open_;
+}
+
+absl::StatusOr<v1::Upload> HeldUpload::Take(const UnpackedPiece* piece,
+                                            const v1::UploadTotal* total) {
+  return uploads_->Take(name_, Open(), piece, total);
+}
+
+absl::StatusOr<v1::Upload> HeldUpload::Sync() { return uploads_->Sync(name_, Open()); }
+
+int64_t HeldUpload::UnsyncedBytes() const {
+  const std::shared_ptr<Upload> open = Open();
+  return open == nullptr ? 0 : open->Unsynced();
+}
+
+bool HeldUpload::WindowFull() const {
+  const std::shared_ptr<Upload> open = Open();
+  return open != nullptr && open->WindowFull();
+}
+
+Uploads::Uploads(SessionContext& context, ScanReconciler& reconciler)
+    : context_(context),
+      journal_(context.journal()),
+      dependencies_(context.dependencies()),
+      reconciler_(reconciler) {}
+
+absl::StatusOr<v1::Upload> Uploads::Create(const v1::CreateUploadRequest& request) {
   const v1::Upload& asked = request.upload();
   contract::Violations violations;
   conversion::CheckRequestId(request.request_id(), violations);
@@ -44,7 +75,7 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
     conversion::ReadScannerModel(asked.scanner_model(), "upload.scanner_model", violations);
   }
   if (asked.has_prior())
-    conversion::ReadPosePrior(asked.prior(), origin_, "upload.prior", violations);
+    conversion::ReadPosePrior(asked.prior(), context_.origin(), "upload.prior", violations);
   conversion::CheckTargets(asked.targets(), "upload.targets", violations);
   if (asked.has_total()) {
     const contract::Limits& limits = dependencies_.limits;
@@ -61,7 +92,7 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
   }
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
-  ExpireUploads();
+  Expire();
 
   int64_t reserved = 0;
   absl::StatusOr<std::string> name = journal_.Execute(
@@ -69,10 +100,10 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
       [&](const SessionState& state) -> absl::StatusOr<Draft> {
         {
           std::lock_guard<std::mutex> lock(mutex_);
-          if (uploads_.size() >= dependencies_.limits.open_uploads_per_session) {
+          if (open_.size() >= dependencies_.limits.open_uploads_per_session) {
             return contract::Retryable(
                 absl::StatusCode::kResourceExhausted, "TOO_MANY_UPLOADS",
-                absl::StrCat("the session has ", uploads_.size(), " open uploads, the most it may"),
+                absl::StrCat("the session has ", open_.size(), " open uploads, the most it may"),
                 kRetryUploadAfter);
           }
         }
@@ -89,14 +120,14 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
         }
         absl::StatusOr<v1::ScannerModel> scanner = ScannerOf(state, asked);
         if (!scanner.ok()) return scanner.status();
-        // All of it, so that what was let in comes through.
-        absl::Status room = account_->Reserve(asked.total().encoded_size_bytes());
+        // The whole size is reserved, so that an accepted upload can be completed.
+        absl::Status room = context_.account()->Reserve(asked.total().encoded_size_bytes());
         if (!room.ok()) return room;
         reserved = asked.total().encoded_size_bytes();
         Draft draft;
         v1::Upload& upload = *draft.event.mutable_upload_created()->mutable_upload();
-        upload.set_name(
-            contract::ChildName(id_, "uploads", absl::StrCat("upload-", state.upload_count + 1)));
+        upload.set_name(contract::ChildName(context_.id(), "uploads",
+                                            absl::StrCat("upload-", state.upload_count + 1)));
         upload.set_display_name(asked.display_name());
         upload.set_scanner_model_id(scanner->id());
         upload.set_scanner(asked.scanner());
@@ -112,60 +143,53 @@ absl::StatusOr<v1::Upload> Session::CreateUpload(const v1::CreateUploadRequest& 
         return draft;
       });
   if (!name.ok()) {
-    account_->GiveBack(reserved);
+    context_.account()->GiveBack(reserved);
     return name.status();
   }
   {
-    // A repeated request finds it in the map, or ended.
+    // A repeated request finds the upload in the map, or ended.
     v1::Upload created;
     journal_.Read([&](const SessionState& state) { created = state.uploads.at(*name); });
     std::lock_guard<std::mutex> lock(mutex_);
-    if (created.state() == v1::UPLOAD_STATE_OPEN && uploads_.count(*name) == 0) {
-      uploads_[*name] = std::make_shared<Upload>(created, dependencies_.store, dependencies_.limits,
-                                                 account_, reserved);
+    if (created.state() == v1::UPLOAD_STATE_OPEN && open_.count(*name) == 0) {
+      open_[*name] = std::make_shared<Upload>(created, dependencies_.store, dependencies_.limits,
+                                              context_.account(), reserved);
     }
   }
-  return GetUpload(*name);
+  return Get(*name);
 }
 
-// Those that were open when the server stopped go on from their last piece.
-void Session::ResumeUploads() {
-  std::vector<v1::Upload> open;
-  journal_.Read([&](const SessionState& state) {
-    for (const auto& [name, upload] : state.uploads) {
-      if (upload.state() == v1::UPLOAD_STATE_OPEN) open.push_back(upload);
-    }
-  });
-  for (const v1::Upload& created : open) {
-    auto upload =
-        std::make_shared<Upload>(created, dependencies_.store, dependencies_.limits, account_);
-    const absl::Status resumed = upload->Resume(journal_.Now());
-    if (!resumed.ok()) {
-      dependencies_.log.Error("an upload cannot go on",
-                              {{"upload", created.name()}, {"error", resumed.ToString()}});
-      if (absl::IsDataLoss(resumed)) {
-        FailUpload(*upload, resumed).IgnoreError();
-        continue;
-      }
-    }
-    std::lock_guard<std::mutex> lock(mutex_);
-    uploads_[created.name()] = std::move(upload);
-  }
+absl::StatusOr<v1::Upload> Uploads::Get(const std::string& name) {
+  Expire();
+  return Describe(name, FindOpen(name));
 }
 
-absl::StatusOr<v1::Upload> Session::GetUpload(const std::string& name) {
-  ExpireUploads();
-  std::shared_ptr<Upload> upload;
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    const auto open = uploads_.find(name);
-    if (open != uploads_.end()) upload = open->second;
+HeldUpload Uploads::Hold(const std::string& name) { return {*this, name, FindOpen(name)}; }
+
+absl::StatusOr<v1::Upload> Uploads::Add(const std::string& name, const v1::Piece* piece,
+                                        const v1::UploadTotal* total) {
+  std::optional<UnpackedPiece> unpacked;
+  if (piece != nullptr) unpacked.emplace(*piece, dependencies_.limits);
+  HeldUpload upload = Hold(name);
+  absl::StatusOr<v1::Upload> taken =
+      upload.Take(unpacked.has_value() ? &*unpacked : nullptr, total);
+  if (!taken.ok() || taken->state() != v1::UPLOAD_STATE_OPEN) return taken;
+  return upload.Sync();
+}
+
+std::shared_ptr<Upload> Uploads::FindOpen(const std::string& name) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto open = open_.find(name);
+  return open == open_.end() ? nullptr : open->second;
+}
+
+absl::StatusOr<v1::Upload> Uploads::Describe(const std::string& name,
+                                             const std::shared_ptr<Upload>& open) const {
+  if (open != nullptr && !open->let_go()) {
+    if (absl::Status known = open->Check(); !known.ok()) return known;
+    return open->Describe();
   }
-  if (upload != nullptr) {
-    if (absl::Status known = upload->Check(); !known.ok()) return known;
-    return upload->Describe();
-  }
-  absl::StatusOr<v1::Upload> ended = contract::ResourceNotFound("vantage/Upload", name);
+  absl::StatusOr<v1::Upload> ended = contract::ResourceNotFound(kUploadType, name);
   journal_.Read([&](const SessionState& state) {
     const auto it = state.uploads.find(name);
     if (it != state.uploads.end()) ended = it->second;
@@ -173,55 +197,15 @@ absl::StatusOr<v1::Upload> Session::GetUpload(const std::string& name) {
   return ended;
 }
 
-absl::StatusOr<v1::Upload> Session::AddToUpload(const std::string& name, const v1::Piece* piece,
-                                                const v1::UploadTotal* total) {
-  std::optional<UnpackedPiece> unpacked;
-  if (piece != nullptr) unpacked.emplace(*piece, dependencies_.limits);
-  absl::StatusOr<v1::Upload> taken =
-      TakeForUpload(name, unpacked.has_value() ? &*unpacked : nullptr, total);
-  if (!taken.ok() || taken->state() != v1::UPLOAD_STATE_OPEN) return taken;
-  return SyncUpload(name);
-}
-
-absl::StatusOr<v1::Upload> Session::SyncUpload(const std::string& name) {
-  std::shared_ptr<Upload> upload;
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    const auto open = uploads_.find(name);
-    if (open != uploads_.end()) upload = open->second;
-  }
-  if (upload != nullptr) {
-    if (absl::Status synced = upload->Sync(); !synced.ok()) return synced;
-  }
-  return GetUpload(name);
-}
-
-int64_t Session::UnsyncedBytes(const std::string& name) const {
-  std::lock_guard<std::mutex> lock(mutex_);
-  const auto open = uploads_.find(name);
-  return open == uploads_.end() ? 0 : open->second->Unsynced();
-}
-
-bool Session::WindowFull(const std::string& name) const {
-  std::lock_guard<std::mutex> lock(mutex_);
-  const auto open = uploads_.find(name);
-  return open != uploads_.end() && open->second->WindowFull();
-}
-
-absl::StatusOr<v1::Upload> Session::TakeForUpload(const std::string& name,
-                                                  const UnpackedPiece* piece,
-                                                  const v1::UploadTotal* total) {
-  if (closed_) return contract::ResourceNotFound("vantage/Upload", name);
-  std::shared_ptr<Upload> upload;
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    const auto open = uploads_.find(name);
-    if (open != uploads_.end()) upload = open->second;
-  }
-  if (upload == nullptr) {
-    absl::StatusOr<v1::Upload> ended = GetUpload(name);
+absl::StatusOr<v1::Upload> Uploads::Take(const std::string& name,
+                                         const std::shared_ptr<Upload>& open,
+                                         const UnpackedPiece* piece, const v1::UploadTotal* total) {
+  if (context_.closed()) return contract::ResourceNotFound(kUploadType, name);
+  if (open == nullptr) {
+    absl::StatusOr<v1::Upload> ended = Get(name);
     if (!ended.ok()) return ended;
-    // The last piece again, its answer having been lost; or only a question.
+    // The last piece is sent again, since its answer was lost, or the client only asks for the
+    // state.
     if (ended->state() == v1::UPLOAD_STATE_COMMITTED || (piece == nullptr && total == nullptr)) {
       return ended;
     }
@@ -231,28 +215,110 @@ absl::StatusOr<v1::Upload> Session::TakeForUpload(const std::string& name,
                      ended->state_message()));
   }
   if (total != nullptr) {
-    absl::Status stated = upload->SetTotal(*total);
+    absl::Status stated = open->SetTotal(*total);
     if (!stated.ok()) return stated;
   }
   if (piece != nullptr) {
-    absl::Status accepted = upload->Accept(*piece, journal_.Now());
+    absl::Status accepted = open->Accept(*piece, journal_.Now());
     if (!accepted.ok()) return accepted;
   }
-  if (upload->Complete()) {
-    absl::Status committed = CommitScan(upload);
+  if (open->Complete()) {
+    absl::Status committed = Commit(open);
     if (!committed.ok()) return committed;
-    return GetUpload(name);
+    Expire();
+    return Describe(name, open);
   }
-  return upload->Describe();
+  return open->Describe();
 }
 
-absl::Status Session::CommitScan(const std::shared_ptr<Upload>& upload) {
+absl::StatusOr<v1::Upload> Uploads::Sync(const std::string& name,
+                                         const std::shared_ptr<Upload>& open) {
+  if (open != nullptr) {
+    if (absl::Status synced = open->Sync(); !synced.ok()) return synced;
+  }
+  Expire();
+  return Describe(name, open != nullptr ? open : FindOpen(name));
+}
+
+void Uploads::LetGo(Upload& upload, const std::string& name) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  upload.LetGo();
+  open_.erase(name);
+}
+
+void Uploads::CommitComplete() {
+  std::vector<std::shared_ptr<Upload>> complete;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& [name, upload] : open_) {
+      if (upload->Complete()) complete.push_back(upload);
+    }
+  }
+  for (const auto& upload : complete) Commit(upload).IgnoreError();
+}
+
+void Uploads::Close() {
+  std::map<std::string, std::shared_ptr<Upload>> open;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    open.swap(open_);
+    for (const auto& [name, upload] : open) upload->LetGo();
+  }
+  for (const auto& [name, upload] : open) {
+    upload->End(v1::UPLOAD_STATE_FAILED, "the session was deleted", "");
+  }
+}
+
+size_t Uploads::OpenCount() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return open_.size();
+}
+
+std::vector<std::string> Uploads::Names() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  std::vector<std::string> names;
+  for (const auto& [name, upload] : open_) names.push_back(name);
+  return names;
+}
+
+absl::Time Uploads::LastPiece() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  absl::Time last = absl::InfinitePast();
+  for (const auto& [name, upload] : open_) last = std::max(last, upload->LastPiece());
+  return last;
+}
+
+void Uploads::Resume() {
+  std::vector<v1::Upload> open;
+  journal_.Read([&](const SessionState& state) {
+    for (const auto& [name, upload] : state.uploads) {
+      if (upload.state() == v1::UPLOAD_STATE_OPEN) open.push_back(upload);
+    }
+  });
+  for (const v1::Upload& created : open) {
+    auto upload = std::make_shared<Upload>(created, dependencies_.store, dependencies_.limits,
+                                           context_.account());
+    const absl::Status resumed = upload->Resume(journal_.Now());
+    if (!resumed.ok()) {
+      dependencies_.log.Error("an upload cannot go on",
+                              {{"upload", created.name()}, {"error", resumed.ToString()}});
+      if (absl::IsDataLoss(resumed)) {
+        Fail(*upload, resumed).IgnoreError();
+        continue;
+      }
+    }
+    std::lock_guard<std::mutex> lock(mutex_);
+    open_[created.name()] = std::move(upload);
+  }
+}
+
+absl::Status Uploads::Commit(const std::shared_ptr<Upload>& upload) {
   std::lock_guard<std::mutex> only_one(upload->commit_mutex());
   if (!upload->Complete()) return absl::OkStatus();
   const v1::Upload described = upload->Describe();
   const absl::StatusOr<Upload::Content> content = upload->Inspect();
-  if (!content.ok()) return FailUpload(*upload, content.status());
-  // Should this fail, the pieces are asked for again.
+  if (!content.ok()) return Fail(*upload, content.status());
+  // If this fails, the pieces have to be sent again.
   if (absl::Status synced = upload->Sync(); !synced.ok()) return synced;
   absl::Status kept = dependencies_.store.PutSpool(described.name(), content->sha256);
   if (!kept.ok()) return kept;
@@ -271,8 +337,8 @@ absl::Status Session::CommitScan(const std::shared_ptr<Upload>& upload) {
         Draft draft;
         draft.blob = content->sha256;
         v1::Scan& scan = *draft.event.mutable_scan_received()->mutable_scan();
-        scan.set_name(
-            contract::ChildName(id_, "scans", absl::StrCat("scan-", state.scan_order.size() + 1)));
+        scan.set_name(contract::ChildName(context_.id(), "scans",
+                                          absl::StrCat("scan-", state.scan_order.size() + 1)));
         scan.set_display_name(described.display_name());
         scan.set_state(v1::SCAN_STATE_RECEIVED);
         *scan.mutable_scanner_model() = described.scanner_model();
@@ -294,18 +360,16 @@ absl::Status Session::CommitScan(const std::shared_ptr<Upload>& upload) {
     return name.status();
   }
   upload->End(v1::UPLOAD_STATE_COMMITTED, "", *name);
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    uploads_.erase(described.name());
-  }
-  dependencies_.log.Info("scan received",
-                         {{"session", id_}, {"scan", *name}, {"bytes", content->encoded_size}});
-  PostReconcile(*name);
+  LetGo(*upload, described.name());
+  dependencies_.log.Info(
+      "scan received",
+      {{"session", context_.id()}, {"scan", *name}, {"bytes", content->encoded_size}});
+  reconciler_.Post(*name);
   return absl::OkStatus();
 }
 
-// Ends an upload that came to nothing, and returns why.
-absl::Status Session::FailUpload(Upload& upload, const absl::Status& why) {
+// Ends an upload that failed and returns the reason.
+absl::Status Uploads::Fail(Upload& upload, const absl::Status& why) {
   upload.End(v1::UPLOAD_STATE_FAILED, std::string(why.message()), "");
   const v1::Upload ended = upload.Describe();
   absl::StatusOr<std::string> logged =
@@ -315,20 +379,20 @@ absl::Status Session::FailUpload(Upload& upload, const absl::Status& why) {
         return draft;
       });
   if (!logged.ok()) return logged.status();
-  std::lock_guard<std::mutex> lock(mutex_);
-  uploads_.erase(ended.name());
+  LetGo(upload, ended.name());
   return why;
 }
 
-void Session::ExpireUploads() {
+void Uploads::Expire() {
   std::vector<std::shared_ptr<Upload>> idle;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     const absl::Time now = journal_.Now();
-    for (auto it = uploads_.begin(); it != uploads_.end();) {
+    for (auto it = open_.begin(); it != open_.end();) {
       if (it->second->Idle(now)) {
+        it->second->LetGo();
         idle.push_back(it->second);
-        it = uploads_.erase(it);
+        it = open_.erase(it);
       } else {
         ++it;
       }

@@ -61,7 +61,7 @@ class Residence : public testing::Test {
     std::string scan =
         fixture::SendScan(session, fixture::EncodedRoom(position, 3.0), &prior).value().scan();
     session.WaitUntilIdle();
-    EXPECT_EQ(session.GetScan(scan)->state(), v1::SCAN_STATE_MERGED);
+    EXPECT_EQ(session.scans().Get(scan)->state(), v1::SCAN_STATE_MERGED);
     return scan;
   }
   std::shared_ptr<Session> OpenRooms(const std::string& id) {
@@ -105,21 +105,21 @@ class Residence : public testing::Test {
 TEST_F(Residence, AModelComesBackAsItWas) {
   Begin(0);
   const auto session = OpenRooms("job");
-  const ModelSnapshot before = session->Model();
+  const ModelSnapshot before = session->model().Current();
   EXPECT_GT(memory_->used(), 0);
   Evict(*session);
-  EXPECT_FALSE(session->loaded());
-  EXPECT_EQ(session->Model().view, nullptr);
+  EXPECT_FALSE(session->model().loaded());
+  EXPECT_EQ(session->model().Current().view, nullptr);
   EXPECT_EQ(memory_->used(), 0);
   // Whatever needs no model needs no model.
   EXPECT_EQ(session->Describe().scan_counts().merged_count(), 2);
   bool more = false;
-  EXPECT_EQ(session->ListScans("", 10, more).value().size(), 2U);
-  EXPECT_FALSE(session->loaded());
+  EXPECT_EQ(session->scans().List("", 10, more).value().size(), 2U);
+  EXPECT_FALSE(session->model().loaded());
   // The first that does is told to come again, and then it is there.
   EXPECT_EQ(contract::ReasonOf(session->MeasureCoverage().status()), "MODEL_LOADING");
   session->WaitUntilIdle();
-  ExpectSame(session->Model(), before);
+  ExpectSame(session->model().Current(), before);
   EXPECT_TRUE(session->MeasureCoverage().ok());
   EXPECT_GT(memory_->used(), 0);
 }
@@ -131,8 +131,8 @@ TEST_F(Residence, AScanForAModelThatIsAwayIsMergedIntoIt) {
   Evict(*leaves);
   SendRoom(*stays, {1.0, 2.0, 1.4});
   SendRoom(*leaves, {1.0, 2.0, 1.4});
-  EXPECT_TRUE(leaves->loaded());
-  ExpectSame(leaves->Model(), stays->Model());
+  EXPECT_TRUE(leaves->model().loaded());
+  ExpectSame(leaves->model().Current(), stays->model().Current());
 }
 
 TEST_F(Residence, WhoIsUsedStays) {
@@ -141,16 +141,16 @@ TEST_F(Residence, WhoIsUsedStays) {
   v1::CreatePlanRequest create;
   create.set_parent("sessions/job");
   create.mutable_plan()->mutable_time_budget()->set_seconds(3000);
-  const auto plan = session->CreatePlan(create);
+  const auto plan = session->plans().Create(create);
   ASSERT_TRUE(plan.ok()) << plan.status();
   script_.WaitForPlans(1);
   Evict(*session);
-  EXPECT_TRUE(session->loaded());
+  EXPECT_TRUE(session->model().loaded());
   const int64_t with_plan = memory_->used();
   script_.EndPlans();
-  while (session->RunningPlans() > 0) std::this_thread::yield();
+  while (session->plans().Running() > 0) std::this_thread::yield();
   Evict(*session);
-  EXPECT_FALSE(session->loaded());
+  EXPECT_FALSE(session->model().loaded());
   EXPECT_LT(memory_->used(), with_plan);
 }
 
@@ -161,13 +161,13 @@ TEST_F(Residence, UnusedModelsAreCollectedAfterTheirTime) {
   const auto busy = OpenRooms("busy");
   registry_->Collect();
   idle->WaitUntilIdle();
-  EXPECT_TRUE(idle->loaded());
+  EXPECT_TRUE(idle->model().loaded());
   now_ += 2 * 60;
   registry_->Collect();
   idle->WaitUntilIdle();
   busy->WaitUntilIdle();
-  EXPECT_FALSE(idle->loaded());
-  EXPECT_TRUE(busy->loaded());
+  EXPECT_FALSE(idle->model().loaded());
+  EXPECT_TRUE(busy->model().loaded());
   EXPECT_EQ(registry_->Totals().loaded, 1U);
 }
 
@@ -182,8 +182,8 @@ TEST_F(Residence, AStartLoadsWhatIsUsed) {
   const auto recent = registry_->Find("new").value();
   old->WaitUntilIdle();
   recent->WaitUntilIdle();
-  EXPECT_FALSE(old->loaded());
-  EXPECT_TRUE(recent->loaded());
+  EXPECT_FALSE(old->model().loaded());
+  EXPECT_TRUE(recent->model().loaded());
   EXPECT_EQ(contract::ReasonOf(old->MeasureCoverage().status()), "MODEL_LOADING");
   old->WaitUntilIdle();
   EXPECT_TRUE(old->MeasureCoverage().ok());
@@ -194,7 +194,7 @@ TEST_F(Residence, WhatDoesNotFitIsRefusedAndComesWhenThereIsRoom) {
   int64_t one = 0;
   {
     const auto first = OpenRooms("first");
-    one = first->EstimateModel();
+    one = first->model().Estimate();
     OpenRooms("second");
   }
   now_ += 60;
@@ -204,21 +204,21 @@ TEST_F(Residence, WhatDoesNotFitIsRefusedAndComesWhenThereIsRoom) {
   const auto second = registry_->Find("second").value();
   EXPECT_EQ(contract::ReasonOf(first->MeasureCoverage().status()), "MODEL_LOADING");
   first->WaitUntilIdle();
-  ASSERT_TRUE(first->loaded());
+  ASSERT_TRUE(first->model().loaded());
   const absl::Status refused = second->MeasureCoverage().status();
   EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
   EXPECT_EQ(contract::ReasonOf(refused), "MEMORY_SHORT");
   second->WaitUntilIdle();
-  EXPECT_FALSE(second->loaded());
+  EXPECT_FALSE(second->model().loaded());
   EXPECT_LE(memory_->used(), memory_->budget());
   // Used just now, the first one stays; after a while it makes room.
   registry_->FreeMemory(one);
   first->WaitUntilIdle();
-  EXPECT_TRUE(first->loaded());
+  EXPECT_TRUE(first->model().loaded());
   now_ += 60;
   registry_->FreeMemory(one);
   first->WaitUntilIdle();
-  EXPECT_FALSE(first->loaded());
+  EXPECT_FALSE(first->model().loaded());
   EXPECT_EQ(contract::ReasonOf(second->MeasureCoverage().status()), "MODEL_LOADING");
   second->WaitUntilIdle();
   EXPECT_TRUE(second->MeasureCoverage().ok());
@@ -236,18 +236,18 @@ TEST_F(Residence, AScanThatDoesNotFitSaysSoAndComesWhenThereIsRoom) {
           .value()
           .scan();
   session->WaitUntilIdle();
-  EXPECT_EQ(session->GetScan(scan)->state(), v1::SCAN_STATE_RECEIVED);
-  EXPECT_THAT(session->GetScan(scan)->state_message(), ::testing::HasSubstr("memory"));
+  EXPECT_EQ(session->scans().Get(scan)->state(), v1::SCAN_STATE_RECEIVED);
+  EXPECT_THAT(session->scans().Get(scan)->state_message(), ::testing::HasSubstr("memory"));
   bool more = false;
   EXPECT_THAT(
-      session->ListScans("sessions/job/scans/scan-2", 1, more).value().at(0).state_message(),
+      session->scans().List("sessions/job/scans/scan-2", 1, more).value().at(0).state_message(),
       ::testing::HasSubstr("memory"));
   session = nullptr;
   Restart(0, absl::InfiniteDuration());
   session = registry_->Find("job").value();
   session->WaitUntilIdle();
-  EXPECT_EQ(session->GetScan(scan)->state(), v1::SCAN_STATE_MERGED);
-  EXPECT_EQ(session->GetScan(scan)->state_message(), "");
+  EXPECT_EQ(session->scans().Get(scan)->state(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(session->scans().Get(scan)->state_message(), "");
 }
 
 TEST_F(Residence, APlanTakesWhatItsCellsAndScannersNeed) {
@@ -265,18 +265,18 @@ TEST_F(Residence, APlanTakesWhatItsCellsAndScannersNeed) {
     v1::CreateScannerRequest add;
     add.set_scanner_id(id);
     add.mutable_scanner()->set_scanner_model_id(id);
-    ASSERT_TRUE(session->CreateScanner(add).ok());
+    ASSERT_TRUE(session->scanners().Create(add).ok());
   }
   const auto taken = [&](const v1::CreatePlanRequest& request) {
     const int64_t before = memory_->used();
-    EXPECT_TRUE(session->CreatePlan(request).ok());
+    EXPECT_TRUE(session->plans().Create(request).ok());
     return memory_->used() - before;
   };
   v1::CreatePlanRequest plan;
   plan.mutable_plan()->mutable_time_budget()->set_seconds(3000);
   const int64_t one = taken(plan);
-  EXPECT_EQ(one,
-            static_cast<int64_t>(planning::EstimatePlanningMemory(*session->Model().view, {})));
+  EXPECT_EQ(one, static_cast<int64_t>(
+                     planning::EstimatePlanningMemory(*session->model().Current().view, {})));
   plan.mutable_plan()->mutable_config_overrides()->set_viewcell_size_m(0.2);
   EXPECT_LT(taken(plan), one);
   plan.mutable_plan()->clear_config_overrides();
@@ -285,8 +285,8 @@ TEST_F(Residence, APlanTakesWhatItsCellsAndScannersNeed) {
   EXPECT_EQ(taken(plan), one);
   plan.mutable_plan()->add_scanners("sessions/job/scanners/far");
   EXPECT_EQ(taken(plan), 2 * one);
-  session->StopPlans(PlanRun::StopReason::kCancelled);
-  while (session->RunningPlans() > 0) std::this_thread::yield();
+  session->plans().Stop(PlanRun::StopReason::kCancelled);
+  while (session->plans().Running() > 0) std::this_thread::yield();
 }
 
 TEST_F(Residence, APlanThatDoesNotFitIsRefused) {
@@ -295,12 +295,12 @@ TEST_F(Residence, APlanThatDoesNotFitIsRefused) {
   Restart(1, absl::InfiniteDuration());  // the model alone is more, and is tried alone
   const auto session = registry_->Find("job").value();
   session->WaitUntilIdle();
-  ASSERT_TRUE(session->loaded());
+  ASSERT_TRUE(session->model().loaded());
   v1::CreatePlanRequest create;
   create.set_parent("sessions/job");
-  const absl::Status refused = session->CreatePlan(create).status();
+  const absl::Status refused = session->plans().Create(create).status();
   EXPECT_EQ(contract::ReasonOf(refused), "MEMORY_SHORT");
-  EXPECT_EQ(session->RunningPlans(), 0U);
+  EXPECT_EQ(session->plans().Running(), 0U);
 }
 
 }  // namespace

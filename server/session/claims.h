@@ -1,0 +1,70 @@
+// A session's claims: views that one scanner has reserved until its scan arrives, the claim is
+// released, or it expires. Their whole state is in the log.
+#ifndef VANTAGE_SERVER_SESSION_CLAIMS_H_
+#define VANTAGE_SERVER_SESSION_CLAIMS_H_
+
+#include <Eigen/Core>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "core/fleet/claim_cover.h"
+#include "core/fleet/claims.h"
+#include "server/session/journal.h"
+#include "server/session/model_memory.h"
+#include "server/session/plan_inputs.h"
+#include "server/session/session_context.h"
+#include "vantage/v1/error.pb.h"
+#include "vantage/v1/fleet_service.pb.h"
+
+namespace vantage::session {
+
+// Thread safe; it needs no locks but the log's.
+class Claims {
+ public:
+  Claims(SessionContext& context, ModelMemory& model);
+
+  // Runs on the planning pool; `done` is called exactly once, there or (on refusal) here.
+  void Take(const v1::ClaimViewRequest& request,
+            std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done);
+  absl::StatusOr<v1::Claim> Renew(const v1::RenewClaimRequest& request);
+  absl::Status Release(const v1::ReleaseClaimRequest& request);
+  // The claims that are held, in pages as in Scans::List().
+  absl::StatusOr<std::vector<v1::Claim>> List(absl::string_view after, size_t limit, bool& more);
+
+  // Logs the end of claims that have expired.
+  void Expire();
+  // After a restart: ends the claims that expired meanwhile, and sets timers for the others.
+  void Resume();
+  // The claim that a scan with a pose fulfils, by name; empty: none.
+  std::string FulfilledBy(const SessionState& state, const v1::Scan& scan) const;
+  // Ends a claim whose scan was merged.
+  absl::Status Fulfil(const std::string& claim, const std::string& scan);
+
+ private:
+  // What the held claims leave of a view at present.
+  struct Attempt {
+    std::vector<std::string> held;  // names
+    fleet::CoveredView covered;
+  };
+  absl::StatusOr<Attempt> Measure(const PlanInputs& inputs, const Eigen::Vector3d& position,
+                                  parallel::Parallel& parallel) const;
+  void AddAlternative(const v1::Scanner& scanner, PlanInputs inputs, parallel::Parallel& parallel,
+                      v1::ClaimConflict& conflict) const;
+  absl::StatusOr<v1::Claim> TakeNow(const v1::ClaimViewRequest& request, const v1::Scanner& scanner,
+                                    const PlanInputs& inputs, parallel::Parallel& parallel);
+  absl::Status End(const std::string& name, fleet::ClaimEnd how, const std::string& scan,
+                   const RequestKey& key);
+  void WatchExpiry(const v1::Claim& claim);
+
+  SessionContext& context_;
+  Journal& journal_;
+  const SessionDependencies& dependencies_;
+  ModelMemory& model_;
+};
+
+}  // namespace vantage::session
+
+#endif  // VANTAGE_SERVER_SESSION_CLAIMS_H_

@@ -1,0 +1,120 @@
+// A session's model in memory. It is loaded when it is needed and evicted when it is not, within
+// the server's memory account.
+#ifndef VANTAGE_SERVER_SESSION_MODEL_MEMORY_H_
+#define VANTAGE_SERVER_SESSION_MODEL_MEMORY_H_
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+#include "core/model/partial_model.h"
+#include "core/model/view/algorithm_version.h"
+#include "core/model/view/planning_view.h"
+#include "server/session/memory_account.h"
+#include "server/session/session_context.h"
+#include "server/session/stored_snapshots.h"
+#include "vantage/v1/scan.pb.h"
+
+namespace vantage::session {
+
+// The model at one moment.
+struct ModelSnapshot {
+  std::shared_ptr<const model::PlanningView> view;  // null while no scan is in the model
+  uint64_t version = 0;
+};
+
+// Thread safe, except for the functions that must be called on the session's strand.
+class ModelMemory {
+ public:
+  // Reconciles a scan with the log, on the strand.
+  using Reconcile = std::function<void(const std::string& scan, parallel::Parallel&)>;
+  // True when the log has scans for the model, so that it has to be loaded before use.
+  enum class Begin { kNew, kToBeLoaded };
+
+  // `empty`: a model without scans, with the session's configuration.
+  ModelMemory(SessionContext& context, StoredSnapshots& snapshots,
+              std::unique_ptr<model::PartialModel> empty, Begin begin, Reconcile reconcile);
+
+  ModelSnapshot Current() const;
+  // Why Current() has no view. FAILED_PRECONDITION (MODEL_EMPTY): no scan has been merged.
+  // UNAVAILABLE (MODEL_LOADING): after a restart, or after it was evicted, soon.
+  // RESOURCE_EXHAUSTED (MEMORY_SHORT): there is no room for it now.
+  absl::Status WhyNone();
+  bool loaded() const { return loaded_; }
+  // Notes that the model is in use; it then stays in memory for a while.
+  void Touch();
+  absl::Time LastTouched() const;
+
+  // Memory of the model, estimated from its scans, and of aligning and merging a scan, bytes.
+  int64_t Estimate() const;
+  static int64_t EstimateMerge(const v1::Scan& scan);
+  // RESOURCE_EXHAUSTED (MEMORY_SHORT).
+  absl::StatusOr<MemoryAccount::Reservation> Reserve(int64_t bytes) const;
+
+  // Begins an evaluation of a position or an export, which keep the model in memory. False when the
+  // session has reached its limit of them; otherwise the caller must end it.
+  bool BeginEvaluation();
+  void EndEvaluation() { --evaluations_; }
+  bool BeginExport();
+  void EndExport() { --exports_; }
+  bool InUse() const { return evaluations_ > 0 || exports_ > 0; }
+
+  // The functions below must be called on the strand.
+
+  // Loads the model that the log describes, from the newest usable snapshot and the scans after it;
+  // then reconciles the scans that wait for it. RESOURCE_EXHAUSTED (MEMORY_SHORT).
+  absl::Status Load(parallel::Parallel& parallel);
+  // Writes a snapshot and evicts the model; if the snapshot cannot be written, the model stays.
+  // Views of it that are in use remain valid.
+  void Evict(parallel::Parallel& parallel);
+  // As in PartialModel. The changes become visible with Show().
+  absl::StatusOr<model::MergeReport> Insert(absl::string_view scan, const sensor::Scan& data,
+                                            const Eigen::Isometry3d& T_model_scan,
+                                            parallel::Parallel& parallel);
+  absl::StatusOr<model::MergeReport> Withdraw(absl::string_view scan, parallel::Parallel& parallel);
+  std::shared_ptr<const model::PlanningView> Publish() const { return model_->Publish(); }
+  // Also called while the log's lock is held, so that a reader who sees a scan merged gets the
+  // model with that scan.
+  void Show(ModelSnapshot snapshot);
+  // Called after scans were added or removed and logged. Reserves the model's memory and writes a
+  // snapshot when one is due.
+  void Changed(size_t scans);
+
+ private:
+  absl::Status BeginLoad();
+  void TakeRoom();
+  void Rebuild(parallel::Parallel& parallel);
+  void LoadSnapshot(parallel::Parallel& parallel);
+  void WriteSnapshot(parallel::Parallel& parallel);
+  void PostSnapshot(size_t changes);
+
+  SessionContext& context_;
+  StoredSnapshots& snapshots_;
+  const Reconcile reconcile_;
+  std::atomic<int> evaluations_{0};
+  std::atomic<int> exports_{0};
+  std::atomic<bool> loaded_;  // changes on the strand only
+  std::atomic<bool> loading_{false};
+  std::atomic<int64_t> touched_{0};  // ms since 1970
+
+  // Used on the strand only.
+  std::unique_ptr<model::PartialModel> model_;
+  MemoryAccount::Reservation reservation_;
+  uint32_t algorithm_version_ = model::kModelAlgorithmVersion;
+  size_t unsaved_changes_ = 0;  // scans added or removed since the last snapshot
+
+  mutable std::mutex mutex_;
+  ModelSnapshot current_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace vantage::session
+
+#endif  // VANTAGE_SERVER_SESSION_MODEL_MEMORY_H_

@@ -1,0 +1,144 @@
+#include "server/session/plan_inputs.h"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/fleet/joint_plan_estimate.h"
+#include "server/contract/error.h"
+#include "server/conversion/fleet_proto.h"
+#include "server/conversion/from_proto.h"
+#include "server/conversion/to_proto.h"
+
+namespace vantage::session {
+
+absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& model,
+                                          const std::string& scanner_model_id,
+                                          const v1::PlanningConfig& overrides,
+                                          const std::string& prefix) {
+  PlanInputs inputs;
+  v1::SiteRules rules;
+  v1::ScannerModel scanner;
+  double voxel_size = 0;
+  bool known = false;
+  std::vector<planning::RejectedPlace> rejected;
+  v1::Session described;
+  const google::protobuf::Timestamp now = conversion::WriteTime(context.journal().Now());
+  context.journal().Read([&](const SessionState& state) {
+    described = state.session;
+    for (const v1::Rejection* rejection : state.RejectionsAt(now)) {
+      rejected.push_back({conversion::ReadOwnVector(rejection->position()) - context.origin(),
+                          rejection->radius_m()});
+    }
+  });
+  inputs.written = described.planning_config();
+  rules = described.site_rules();
+  voxel_size = described.model_config().voxel_size_m();
+  for (const v1::ScannerModel& candidate : described.scanner_models()) {
+    if (!known && (scanner_model_id.empty() || candidate.id() == scanner_model_id)) {
+      scanner = candidate;
+      known = true;
+    }
+  }
+  contract::Violations violations;
+  if (!known) {
+    violations.Add(
+        prefix + "scanner_model_id",
+        absl::StrCat("'", scanner_model_id, "' is none of the session's scanner models"));
+  }
+  conversion::Override(overrides, inputs.written);
+  inputs.config =
+      conversion::ReadPlanningConfig(inputs.written, rules, context.origin(), voxel_size,
+                                     prefix + "config_overrides", "session.site_rules", violations);
+  inputs.scanner = conversion::ReadScannerModel(scanner, "scanner_model", violations);
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  inputs.config.rejected = std::move(rejected);
+  absl::Status possible = inputs.config.Validate(inputs.scanner);
+  if (!possible.ok())
+    return contract::InvalidField(prefix + "config_overrides", possible.message());
+  inputs.scanner_id = scanner.id();
+  inputs.model = model.Current();
+  if (inputs.model.view == nullptr) return model.WhyNone();
+  model.Touch();
+  return inputs;
+}
+
+absl::Status AddFleet(const SessionContext& context, const v1::CreatePlanRequest& request,
+                      PlanInputs& inputs) {
+  constexpr int kMostScanners = 16;
+  const auto& scanners = request.plan().scanners();
+  contract::Violations violations;
+  if (scanners.size() > kMostScanners) {
+    violations.Add("plan.scanners", absl::StrCat("names ", scanners.size(), ", at most ",
+                                                 kMostScanners, " can be planned for together"));
+  }
+  if (scanners.size() > 0 && !request.plan().scanner_model_id().empty()) {
+    violations.Add("plan.scanner_model_id",
+                   "must be empty where scanners are named: each has its own");
+  }
+  std::set<std::string> models;
+  const absl::Time now = context.journal().Now();
+  context.journal().Read([&](const SessionState& state) {
+    for (int i = 0; i < scanners.size(); ++i) {
+      const std::string& name = scanners[i];
+      const std::string field = absl::StrCat("plan.scanners[", i, "]");
+      const auto it = state.scanners.find(name);
+      if (it == state.scanners.end()) {
+        violations.Add(field, absl::StrCat("'", name, "' is no scanner of this session"));
+      } else if (std::count(inputs.scanners.begin(), inputs.scanners.end(), name) > 0) {
+        violations.Add(field, absl::StrCat("'", name, "' is named twice"));
+      } else {
+        inputs.scanners.push_back(name);
+        inputs.fleet.scanners.push_back(
+            conversion::ReadFleetMember(it->second, state.session, context.origin()));
+        v1::ScannerModel model = conversion::ModelOf(it->second, state.session);
+        model.clear_id();  // compared by what it can do
+        models.insert(model.SerializeAsString());
+      }
+    }
+    const fleet::Claims claims = conversion::ReadClaims(state.HeldClaims(), context.origin());
+    for (const fleet::ViewClaim& claim : claims.held()) {
+      const bool own =
+          std::count(inputs.scanners.begin(), inputs.scanners.end(), claim.scanner) > 0;
+      if (own || !claims.IsActive(claim, now)) continue;
+      inputs.claims.push_back(claim.id);
+      inputs.fleet.pledged.push_back(
+          {claim.position, conversion::ReadFleetMember(state.scanners.at(claim.scanner),
+                                                       state.session, context.origin())
+                               .model});
+    }
+  });
+  inputs.scanner_models = std::max<size_t>(1, models.size());
+  for (size_t s = 0; s < inputs.fleet.scanners.size(); ++s) {
+    const absl::Status possible = inputs.config.Validate(inputs.fleet.scanners[s].model);
+    if (!possible.ok()) violations.Add(absl::StrCat("plan.scanners[", s, "]"), possible.message());
+  }
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  const bool by_minutes = request.plan().ranking() == v1::RANKING_SCORE_PER_MINUTE;
+  if (by_minutes) inputs.fleet.ranking = fleet::FleetRanking::kScorePerMinute;
+  inputs.joint = by_minutes || !inputs.fleet.scanners.empty() || !inputs.fleet.pledged.empty();
+  if (inputs.joint && inputs.fleet.scanners.empty()) {
+    inputs.fleet.scanners.emplace_back().model = inputs.scanner;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckSize(const PlanInputs& inputs) {
+  const absl::Status fits =
+      fleet::CheckJointPlanSize(*inputs.model.view, inputs.config, inputs.scanner_models);
+  if (fits.ok()) return fits;
+  return contract::ErrorWithReason(fits.code(), "PLAN_TOO_LARGE", fits.message());
+}
+
+absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs) {
+  absl::StatusOr<MemoryAccount::Reservation> reservation = model.Reserve(static_cast<int64_t>(
+      fleet::EstimateJointPlanMemory(*inputs.model.view, inputs.config, inputs.scanner_models)));
+  if (!reservation.ok()) return reservation.status();
+  inputs.memory = std::make_shared<MemoryAccount::Reservation>(*std::move(reservation));
+  return absl::OkStatus();
+}
+
+}  // namespace vantage::session

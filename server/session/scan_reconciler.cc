@@ -1,0 +1,307 @@
+#include "server/session/scan_reconciler.h"
+
+#include <chrono>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
+#include "core/registration/first_pose.h"
+#include "server/contract/error.h"
+#include "server/conversion/from_proto.h"
+#include "server/conversion/to_proto.h"
+#include "server/session/sightings.h"
+#include "server/session/stored_scans.h"
+
+namespace vantage::session {
+namespace {
+
+constexpr std::chrono::seconds kReconcileAgainAfter(5);
+
+// The state that a verdict gives a scan that is not registered.
+v1::ScanState StateOf(const registration::RegistrationVerdict& verdict) {
+  return verdict.outcome == registration::RegistrationOutcome::kDoubtful ? v1::SCAN_STATE_DOUBTFUL
+                                                                         : v1::SCAN_STATE_FAILED;
+}
+
+std::string Words(const registration::RegistrationVerdict& verdict) {
+  return absl::StrCat(verdict.reason, verdict.remedy.empty() ? "" : "; remedy: ", verdict.remedy);
+}
+
+}  // namespace
+
+ScanReconciler::ScanReconciler(SessionContext& context, ModelMemory& model, Claims& claims)
+    : context_(context),
+      journal_(context.journal()),
+      dependencies_(context.dependencies()),
+      model_(model),
+      claims_(claims) {}
+
+void ScanReconciler::Post(const std::string& scan) {
+  const bool posted =
+      context_.TryPost([this, scan](parallel::Parallel& parallel) { Reconcile(scan, parallel); });
+  if (!posted && !context_.closed()) {
+    RetryLater(scan, absl::ResourceExhaustedError("the session's queue is full"));
+  }
+}
+
+void ScanReconciler::PostUndecidedLater(const absl::Status& why) {
+  std::vector<std::string> scans;
+  journal_.Read([&](const SessionState& state) { scans = state.UndecidedScans(); });
+  for (const std::string& scan : scans) RetryLater(scan, why);
+}
+
+void ScanReconciler::AddProgress(v1::Scan& scan) const {
+  const bool received = scan.state() == v1::SCAN_STATE_RECEIVED;
+  if (!received && scan.state() != v1::SCAN_STATE_MERGING) return;
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (received && reconciling_ == scan.name()) scan.set_state(v1::SCAN_STATE_REGISTERING);
+  if (const auto it = waits_.find(scan.name()); it != waits_.end()) {
+    scan.set_state_message(it->second);
+  }
+}
+
+void ScanReconciler::RetryLater(const std::string& scan, const absl::Status& why) {
+  dependencies_.log.Warning("scan waits", {{"scan", scan}, {"error", why.ToString()}});
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    waits_[scan] = absl::StrCat("waits, and is tried again: ", std::string(why.message()));
+  }
+  context_.After(kReconcileAgainAfter, [this, scan] { Post(scan); });
+}
+
+// Changes a scan unless it has changed since it was read, since a person may have decided otherwise
+// meanwhile.
+absl::Status ScanReconciler::Change(
+    const v1::Scan& as_read, absl::FunctionRef<void(const SessionState&, v1::Scan&, Draft&)> change,
+    absl::FunctionRef<void()> applied) {
+  return journal_
+      .Execute(
+          {},
+          [&](const SessionState& state) -> absl::StatusOr<Draft> {
+            const auto it = state.scans.find(as_read.name());
+            if (it == state.scans.end())
+              return contract::ResourceNotFound("vantage/Scan", as_read.name());
+            if (it->second.scan.SerializeAsString() != as_read.SerializeAsString()) {
+              return absl::AbortedError("the scan changed meanwhile");
+            }
+            v1::Scan next = it->second.scan;
+            *next.mutable_update_time() = conversion::WriteTime(journal_.Now());
+            Draft draft;
+            change(state, next, draft);
+            return draft;
+          },
+          applied)
+      .status();
+}
+
+void ScanReconciler::Reconcile(const std::string& name, parallel::Parallel& parallel) {
+  if (context_.closed()) return;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    waits_.erase(name);
+  }
+  if (absl::Status taken = model_.Load(parallel); !taken.ok()) return RetryLater(name, taken);
+  model_.Touch();
+  v1::Scan scan;
+  bool in_model = false;
+  journal_.Read([&](const SessionState& state) {
+    const auto it = state.scans.find(name);
+    if (it == state.scans.end()) return;
+    scan = it->second.scan;
+    in_model = it->second.in_model;
+  });
+  const bool wanted = scan.state() == v1::SCAN_STATE_MERGED;
+  if (in_model && !wanted) {
+    absl::Status removed = RemoveFromModel(scan, parallel);
+    if (!removed.ok()) return RetryLater(name, removed);
+    journal_.Read([&](const SessionState& state) { scan = state.scans.at(name).scan; });
+  }
+  if (scan.state() != v1::SCAN_STATE_RECEIVED && scan.state() != v1::SCAN_STATE_MERGING) return;
+  // Held until the scan is merged; then the model's own reservation includes it.
+  const absl::StatusOr<MemoryAccount::Reservation> reservation =
+      model_.Reserve(ModelMemory::EstimateMerge(scan));
+  if (!reservation.ok()) return RetryLater(name, reservation.status());
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    reconciling_ = name;
+  }
+  absl::StatusOr<sensor::Scan> data = LoadScan(context_, scan);
+  if (absl::IsUnavailable(data.status())) {
+    RetryLater(name, data.status());  // the medium may come back, and then the scan can be read
+  } else if (!data.ok()) {
+    Refuse(scan, v1::SCAN_STATE_FAILED, std::string(data.status().message()), nullptr);
+  } else if (scan.state() == v1::SCAN_STATE_RECEIVED) {
+    Align(scan, *data, parallel);
+  } else {
+    Merge(scan, *data, parallel);
+  }
+  std::lock_guard<std::mutex> lock(mutex_);
+  reconciling_.clear();
+}
+
+void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data, parallel::Parallel& parallel) {
+  const ModelSnapshot model = model_.Current();
+  std::vector<registration::TargetTie> targets;
+  journal_.Read(
+      [&](const SessionState& state) { targets = TiesOf(state, scan, context_.origin()); });
+  v1::Scan placed = scan;
+  placed.set_state(v1::SCAN_STATE_MERGING);
+  if (model.view == nullptr) {
+    const absl::Status first = PlaceFirst(data, targets, placed);
+    if (!first.ok()) {
+      return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(first.message()), nullptr);
+    }
+  } else {
+    sensor::PosePrior prior;
+    v1::PlanningConfig config;
+    journal_.Read([&](const SessionState& state) {
+      config = state.session.planning_config();
+      // Without a prior the scanner's last place is the first guess.
+      for (const std::string& name : state.scan_order) {
+        const ScanRecord& record = state.scans.at(name);
+        if (record.in_model)
+          prior.T_world_scan = conversion::ReadOwnPose(record.scan.pose(), context_.origin());
+      }
+    });
+    if (data.prior.has_value()) prior = *data.prior;
+    contract::Violations violations;
+    const planning::PlanningConfig planning = conversion::ReadPlanningConfig(
+        config, {}, context_.origin(), model.view->voxel_size(), "planning_config", "", violations);
+    const absl::Time started = absl::Now();
+    absl::StatusOr<registration::RegistrationResult> result =
+        dependencies_.algorithms.register_scan(*model.view, data, prior, targets,
+                                               planning.registration, parallel);
+    if (!result.ok()) {
+      return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(result.status().message()), nullptr);
+    }
+    telemetry::ObserveStage(dependencies_.metrics, "registration",
+                            absl::ToDoubleSeconds(absl::Now() - started));
+    const v1::Registration registration =
+        conversion::WriteRegistration(*result, model.version, context_.origin());
+    const registration::RegistrationVerdict& verdict = result->verdict;
+    if (!verdict.registered()) {
+      return Refuse(scan, StateOf(verdict), Words(verdict), &registration);
+    }
+    *placed.mutable_registration() = registration;
+    *placed.mutable_pose() = registration.pose();
+    placed.set_pose_source(prior.trusted ? v1::POSE_SOURCE_TRUSTED_PRIOR
+                                         : v1::POSE_SOURCE_REGISTRATION);
+  }
+  absl::Status logged = Change(scan, [&](const SessionState&, v1::Scan& next, Draft& draft) {
+    *placed.mutable_update_time() = next.update_time();
+    *draft.event.mutable_scan_registered()->mutable_scan() = placed;
+  });
+  if (absl::IsAborted(logged)) return;  // its next operation is queued
+  if (!logged.ok()) return RetryLater(scan.name(), logged);
+  Merge(placed, data, parallel);
+}
+
+absl::Status ScanReconciler::PlaceFirst(sensor::Scan& data,
+                                        std::span<const registration::TargetTie> targets,
+                                        v1::Scan& placed) const {
+  absl::StatusOr<std::optional<sensor::PosePrior>> prior =
+      registration::FirstPrior(data.prior, targets);
+  if (!prior.ok()) return prior.status();
+  data.prior = *std::move(prior);
+  absl::StatusOr<registration::Levelling> levelling = dependencies_.algorithms.level(data);
+  if (!levelling.ok()) return levelling.status();
+  levelling->T_world_scan = registration::FirstPose(*levelling, data.prior);
+  *placed.mutable_levelling() = conversion::WriteLevelling(*levelling, context_.origin());
+  *placed.mutable_pose() = placed.levelling().pose();
+  placed.set_pose_source(v1::POSE_SOURCE_FIRST_SCAN);
+  return absl::OkStatus();
+}
+
+void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
+                           parallel::Parallel& parallel) {
+  // The pose is read back from the log, so that a replay gives the same bits.
+  const Eigen::Isometry3d T_model_scan = conversion::ReadOwnPose(scan.pose(), context_.origin());
+  absl::StatusOr<model::MergeReport> report =
+      model_.Insert(scan.name(), data, T_model_scan, parallel);
+  if (!report.ok()) {
+    return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(report.status().message()), nullptr);
+  }
+  // A reader who sees the scan merged gets the model with that scan.
+  ModelSnapshot next_model{model_.Publish(), 0};
+  std::string claim;  // that it fulfils
+  absl::Status logged = Change(
+      scan,
+      [&](const SessionState& state, v1::Scan& next, Draft& draft) {
+        next_model.version = state.model_version + 1;
+        next.set_state(v1::SCAN_STATE_MERGED);
+        *next.mutable_merge() = conversion::WriteMergeReport(*report);
+        next.mutable_merge()->set_model_version(next_model.version);
+        claim = claims_.FulfilledBy(state, next);
+        if (!claim.empty()) next.set_scanner(state.claims.at(claim).claim.scanner());
+        *draft.event.mutable_scan_merged()->mutable_scan() = next;
+      },
+      [&] { model_.Show(next_model); });
+  if (!logged.ok()) {
+    // The log decides; the model follows it.
+    model_.Withdraw(scan.name(), parallel).IgnoreError();
+    if (!absl::IsAborted(logged)) RetryLater(scan.name(), logged);
+    return;
+  }
+  telemetry::ObserveStage(dependencies_.metrics, "carve", report->carve_seconds);
+  telemetry::ObserveStage(dependencies_.metrics, "merge", report->merge_seconds);
+  dependencies_.log.Info(
+      "scan merged",
+      {{"session", context_.id()},
+       {"scan", scan.name()},
+       {"carve_seconds", report->carve_seconds},
+       {"merge_seconds", report->merge_seconds},
+       {"registration_seconds", conversion::ReadDuration(scan.registration().duration())}});
+  // If the server stops here, the log asks for it again after the restart.
+  if (!claim.empty()) claims_.Fulfil(claim, scan.name()).IgnoreError();
+  model_.Changed(1);
+}
+
+absl::Status ScanReconciler::RemoveFromModel(const v1::Scan& scan, parallel::Parallel& parallel) {
+  absl::StatusOr<model::MergeReport> removed = model_.Withdraw(scan.name(), parallel);
+  if (!removed.ok() && !absl::IsNotFound(removed.status())) return removed.status();
+  const std::shared_ptr<const model::PlanningView> without = model_.Publish();
+  ModelSnapshot next_model;
+  absl::Status logged = journal_
+                            .Execute(
+                                {},
+                                [&](const SessionState& state) -> absl::StatusOr<Draft> {
+                                  next_model.version = state.model_version + 1;
+                                  for (const auto& [name, record] : state.scans) {
+                                    if (record.in_model && name != scan.name())
+                                      next_model.view = without;
+                                  }
+                                  Draft draft;
+                                  v1::ScanRemovedEvent& event = *draft.event.mutable_scan_removed();
+                                  *event.mutable_scan() = state.scans.at(scan.name()).scan;
+                                  event.mutable_scan()->clear_merge();
+                                  event.set_model_version(next_model.version);
+                                  return draft;
+                                },
+                                [&] { model_.Show(next_model); })
+                            .status();
+  if (logged.ok()) model_.Changed(1);
+  return logged;
+}
+
+void ScanReconciler::Refuse(const v1::Scan& scan, v1::ScanState state, const std::string& message,
+                            const v1::Registration* registration) {
+  absl::Status logged = Change(scan, [&](const SessionState&, v1::Scan& next, Draft& draft) {
+    next.set_state(state);
+    next.set_state_message(message);
+    next.clear_pose();
+    next.clear_pose_source();
+    if (registration != nullptr) {
+      *next.mutable_registration() = *registration;
+    }
+    *draft.event.mutable_scan_refused()->mutable_scan() = next;
+  });
+  if (!logged.ok() && !absl::IsAborted(logged)) RetryLater(scan.name(), logged);
+  dependencies_.log.Info("scan refused", {{"session", context_.id()},
+                                          {"scan", scan.name()},
+                                          {"state", v1::ScanState_Name(state)},
+                                          {"why", message}});
+}
+
+}  // namespace vantage::session

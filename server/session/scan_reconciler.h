@@ -1,0 +1,69 @@
+// Brings each scan of a session to the state that its log entry asks for (aligned, judged, merged,
+// or taken out again), on the session's strand.
+#ifndef VANTAGE_SERVER_SESSION_SCAN_RECONCILER_H_
+#define VANTAGE_SERVER_SESSION_SCAN_RECONCILER_H_
+
+#include <map>
+#include <mutex>
+#include <span>
+#include <string>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/functional/function_ref.h"
+#include "absl/status/statusor.h"
+#include "core/registration/align/targets.h"
+#include "core/sensor/scan.h"
+#include "server/session/claims.h"
+#include "server/session/journal.h"
+#include "server/session/model_memory.h"
+#include "server/session/session_context.h"
+#include "vantage/v1/scan.pb.h"
+
+namespace vantage::session {
+
+// Thread safe, except for Reconcile().
+class ScanReconciler {
+ public:
+  ScanReconciler(SessionContext& context, ModelMemory& model, Claims& claims);
+
+  // Reconciles a scan soon: its log entry changed.
+  void Post(const std::string& scan);
+  // Does what the scan's state in the log asks for; nothing when it is done already. Work that
+  // cannot be done now is tried again later. Must be called on the strand.
+  void Reconcile(const std::string& scan, parallel::Parallel& parallel);
+  // Retries later all scans whose log entries ask for work.
+  void PostUndecidedLater(const absl::Status& why);
+  // Adds what the log does not have: what is being done now, or why nothing is.
+  void AddProgress(v1::Scan& scan) const;
+
+ private:
+  void Align(const v1::Scan& scan, sensor::Scan& data, parallel::Parallel& parallel);
+  // Determines the pose of the session's first scan and sets the prior in `data` to it. An error
+  // says why it cannot have one.
+  absl::Status PlaceFirst(sensor::Scan& data, std::span<const registration::TargetTie> targets,
+                          v1::Scan& placed) const;
+  void Merge(const v1::Scan& scan, const sensor::Scan& data, parallel::Parallel& parallel);
+  absl::Status RemoveFromModel(const v1::Scan& scan, parallel::Parallel& parallel);
+  void Refuse(const v1::Scan& scan, v1::ScanState state, const std::string& message,
+              const v1::Registration* registration);
+  absl::Status Change(
+      const v1::Scan& as_read,
+      absl::FunctionRef<void(const SessionState&, v1::Scan&, Draft&)> change,
+      absl::FunctionRef<void()> applied = [] {});
+  void RetryLater(const std::string& scan, const absl::Status& why);
+
+  SessionContext& context_;
+  Journal& journal_;
+  const SessionDependencies& dependencies_;
+  ModelMemory& model_;
+  Claims& claims_;
+
+  mutable std::mutex mutex_;
+  std::string reconciling_ ABSL_GUARDED_BY(mutex_);  // scan that the strand works on
+  // By name of scan: what it waits for until it is tried again.
+  std::map<std::string, std::string> waits_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace vantage::session
+
+#endif  // VANTAGE_SERVER_SESSION_SCAN_RECONCILER_H_

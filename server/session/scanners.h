@@ -1,0 +1,30 @@
+// A session's fleet: the scanners that were added to it. Their whole state is in the log.
+#ifndef VANTAGE_SERVER_SESSION_SCANNERS_H_
+#define VANTAGE_SERVER_SESSION_SCANNERS_H_
+
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "server/session/session_context.h"
+#include "vantage/v1/fleet_service.pb.h"
+
+namespace vantage::session {
+
+// Thread safe: the log's locks are all that it needs.
+class Scanners {
+ public:
+  explicit Scanners(SessionContext& context) : context_(context) {}
+
+  absl::StatusOr<v1::Scanner> Create(const v1::CreateScannerRequest& request);
+  // In pages, as in Scans::List().
+  absl::StatusOr<std::vector<v1::Scanner>> List(absl::string_view after, size_t limit,
+                                                bool& more) const;
+
+ private:
+  SessionContext& context_;
+};
+
+}  // namespace vantage::session
+
+#endif  // VANTAGE_SERVER_SESSION_SCANNERS_H_

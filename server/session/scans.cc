@@ -1,0 +1,242 @@
+#include "server/session/scans.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/contract/error.h"
+#include "server/conversion/from_proto.h"
+#include "server/conversion/to_proto.h"
+#include "server/session/stored_scans.h"
+
+namespace vantage::session {
+namespace {
+
+constexpr char kScanType[] = "vantage/Scan";
+
+absl::Status WrongState(const v1::Scan& scan, absl::string_view needed) {
+  return contract::ErrorWithReason(
+      absl::StatusCode::kFailedPrecondition, "SCAN_STATE",
+      absl::StrCat(scan.name(), " is ", v1::ScanState_Name(scan.state()), "; ", needed),
+      {{"state", v1::ScanState_Name(scan.state())}});
+}
+
+// Scans in the model that were aligned when `scan` was in it.
+std::vector<std::string> Dependents(const SessionState& state, const ScanRecord& scan) {
+  std::vector<std::string> names;
+  if (!scan.in_model) return names;
+  for (const std::string& name : state.scan_order) {
+    const ScanRecord& other = state.scans.at(name);
+    const bool aligned = other.scan.pose_source() == v1::POSE_SOURCE_REGISTRATION ||
+                         other.scan.pose_source() == v1::POSE_SOURCE_ACCEPTED;
+    if (other.in_model && name != scan.scan.name() && aligned &&
+        other.scan.registration().model_version() >= scan.scan.merge().model_version()) {
+      names.push_back(name);
+    }
+  }
+  return names;
+}
+
+}  // namespace
+
+Scans::Scans(SessionContext& context, ScanReconciler& reconciler)
+    : context_(context), journal_(context.journal()), reconciler_(reconciler) {}
+
+absl::StatusOr<v1::Scan> Scans::Get(const std::string& name) const {
+  absl::StatusOr<v1::Scan> found = contract::ResourceNotFound(kScanType, name);
+  journal_.Read([&](const SessionState& state) {
+    const auto it = state.scans.find(name);
+    if (it != state.scans.end()) found = it->second.scan;
+  });
+  if (found.ok()) reconciler_.AddProgress(*found);
+  return found;
+}
+
+absl::StatusOr<std::vector<v1::Scan>> Scans::List(absl::string_view after, size_t limit,
+                                                  bool& more) const {
+  std::vector<v1::Scan> scans;
+  absl::StatusOr<size_t> begin = 0;
+  journal_.Read([&](const SessionState& state) {
+    begin = PlaceAfter(state.scan_order, after);
+    if (!begin.ok()) return;
+    for (size_t i = *begin; i < state.scan_order.size() && scans.size() < limit; ++i) {
+      scans.push_back(state.scans.at(state.scan_order[i]).scan);
+    }
+    more = *begin + scans.size() < state.scan_order.size();
+  });
+  if (!begin.ok()) return begin.status();
+  for (v1::Scan& scan : scans) reconciler_.AddProgress(scan);
+  return scans;
+}
+
+absl::StatusOr<v1::Scan> Scans::Accept(const v1::AcceptScanRequest& request) {
+  contract::Violations violations;
+  conversion::CheckRequestId(request.request_id(), violations);
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  absl::StatusOr<std::string> name = journal_.Execute(
+      RequestKey::Of(request.request_id(), "AcceptScan", request),
+      [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        const auto it = state.scans.find(request.name());
+        if (it == state.scans.end()) return contract::ResourceNotFound(kScanType, request.name());
+        const v1::Scan& scan = it->second.scan;
+        const bool waits =
+            scan.state() == v1::SCAN_STATE_DOUBTFUL || scan.state() == v1::SCAN_STATE_FAILED;
+        if (!waits || !scan.has_registration()) {
+          return WrongState(scan,
+                            "only a doubtful or failed scan with an alignment can be "
+                            "accepted; give it a pose with SetScanPose");
+        }
+        Draft draft;
+        v1::Scan& next = *draft.event.mutable_scan_accepted()->mutable_scan();
+        next = scan;
+        next.set_state(v1::SCAN_STATE_MERGING);
+        next.clear_state_message();
+        *next.mutable_pose() = scan.registration().pose();
+        next.set_pose_source(v1::POSE_SOURCE_ACCEPTED);
+        *next.mutable_update_time() = conversion::WriteTime(journal_.Now());
+        return draft;
+      });
+  if (!name.ok()) return name.status();
+  reconciler_.Post(*name);
+  return Get(*name);
+}
+
+absl::StatusOr<v1::Scan> Scans::SetPose(const v1::SetScanPoseRequest& request) {
+  contract::Violations violations;
+  conversion::CheckRequestId(request.request_id(), violations);
+  if (!request.has_prior()) violations.Add("prior", "is required");
+  if (request.has_prior())
+    conversion::ReadPosePrior(request.prior(), context_.origin(), "prior", violations);
+  if (!v1::PoseUse_IsValid(request.use())) violations.Add("use", "must be ALIGN or AS_IS");
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  absl::StatusOr<std::string> name =
+      journal_.Execute(RequestKey::Of(request.request_id(), "SetScanPose", request),
+                       [&](const SessionState& state) -> absl::StatusOr<Draft> {
+                         const auto it = state.scans.find(request.name());
+                         if (it == state.scans.end())
+                           return contract::ResourceNotFound(kScanType, request.name());
+                         const v1::Scan& scan = it->second.scan;
+                         if (scan.state() == v1::SCAN_STATE_WITHDRAWN) {
+                           return WrongState(scan, "send it again instead");
+                         }
+                         Draft draft;
+                         v1::Scan& next = *draft.event.mutable_scan_pose_set()->mutable_scan();
+                         next = scan;
+                         *next.mutable_prior() = request.prior();
+                         next.clear_state_message();
+                         if (request.use() == v1::POSE_USE_AS_IS) {
+                           next.set_state(v1::SCAN_STATE_MERGING);
+                           *next.mutable_pose() = request.prior().pose();
+                           next.set_pose_source(v1::POSE_SOURCE_SET);
+                         } else {
+                           next.set_state(v1::SCAN_STATE_RECEIVED);
+                           next.clear_pose();
+                           next.clear_pose_source();
+                           next.clear_registration();
+                           next.clear_levelling();
+                         }
+                         *next.mutable_update_time() = conversion::WriteTime(journal_.Now());
+                         return draft;
+                       });
+  if (!name.ok()) return name.status();
+  reconciler_.Post(*name);
+  return Get(*name);
+}
+
+absl::StatusOr<v1::WithdrawScanResponse> Scans::Withdraw(const v1::WithdrawScanRequest& request) {
+  contract::Violations violations;
+  conversion::CheckRequestId(request.request_id(), violations);
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  absl::StatusOr<std::string> name = journal_.Execute(
+      RequestKey::Of(request.request_id(), "WithdrawScan", request),
+      [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        const auto it = state.scans.find(request.name());
+        if (it == state.scans.end()) return contract::ResourceNotFound(kScanType, request.name());
+        const v1::Scan& scan = it->second.scan;
+        if (scan.state() == v1::SCAN_STATE_WITHDRAWN) {
+          return WrongState(scan, "it has been withdrawn already");
+        }
+        Draft draft;
+        v1::ScanWithdrawnEvent& event = *draft.event.mutable_scan_withdrawn();
+        *event.mutable_scan() = scan;
+        event.mutable_scan()->set_state(v1::SCAN_STATE_WITHDRAWN);
+        event.mutable_scan()->clear_state_message();
+        *event.mutable_scan()->mutable_update_time() = conversion::WriteTime(journal_.Now());
+        for (const std::string& dependent : Dependents(state, it->second)) {
+          event.add_dependent_scans(dependent);
+        }
+        return draft;
+      });
+  if (!name.ok()) return name.status();
+  reconciler_.Post(*name);
+  absl::StatusOr<v1::Scan> scan = Get(*name);
+  if (!scan.ok()) return scan.status();
+  v1::WithdrawScanResponse response;
+  *response.mutable_scan() = *std::move(scan);
+  // From the log, so that a repeated request gets the same answer.
+  uint64_t after = 0;
+  constexpr size_t kBatch = 256;
+  while (true) {
+    absl::StatusOr<std::vector<v1::SessionEvent>> events = journal_.Events(after, kBatch);
+    if (!events.ok()) return events.status();
+    if (events->empty()) return response;
+    for (const v1::SessionEvent& event : *events) {
+      if (event.scan_withdrawn().scan().name() != *name) continue;
+      *response.mutable_dependent_scans() = event.scan_withdrawn().dependent_scans();
+    }
+    after = events->back().sequence();
+  }
+}
+
+absl::StatusOr<sensor::RangeImage> Scans::LoadImage(const std::string& name) const {
+  return session::LoadImage(context_, name);
+}
+
+int Scans::Pending() const {
+  int pending = 0;
+  journal_.Read([&](const SessionState& state) { pending = state.PendingScans(); });
+  return pending;
+}
+
+absl::StatusOr<int> Scans::EraseWithdrawn(absl::Time before) {
+  std::vector<std::string> past;
+  const auto is_past = [before](const ScanRecord& record) {
+    return record.scan.state() == v1::SCAN_STATE_WITHDRAWN && !record.in_model &&
+           !record.blob.empty() && conversion::ReadTime(record.scan.update_time()) < before;
+  };
+  journal_.Read([&](const SessionState& state) {
+    for (const std::string& name : state.scan_order) {
+      if (is_past(state.scans.at(name))) past.push_back(name);
+    }
+  });
+  int count = 0;
+  for (const std::string& name : past) {
+    std::string blob;
+    int64_t bytes = 0;
+    const absl::StatusOr<std::string> logged =
+        journal_.Execute({}, [&](const SessionState& state) -> absl::StatusOr<Draft> {
+          const ScanRecord& record = state.scans.at(name);
+          if (!is_past(record)) return absl::CancelledError("done meanwhile");
+          blob = record.blob;
+          bytes = record.scan.encoded_size_bytes();
+          Draft draft;
+          v1::Scan& erased = *draft.event.mutable_scan_withdrawn()->mutable_scan();
+          erased = record.scan;
+          erased.set_encoded_size_bytes(0);
+          erased.set_state_message("withdrawn, and its data erased");
+          *erased.mutable_update_time() = conversion::WriteTime(journal_.Now());
+          return draft;
+        });
+    if (absl::IsCancelled(logged.status()) || absl::IsAborted(logged.status())) continue;
+    if (!logged.ok()) return logged.status();
+    context_.account()->GiveBack(bytes);
+    // What cannot be removed now is removed at the next start.
+    context_.dependencies().store.ReleaseBlob(blob).IgnoreError();
+    ++count;
+  }
+  return count;
+}
+
+}  // namespace vantage::session

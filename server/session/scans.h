@@ -1,0 +1,49 @@
+// A session's scans, as people see and decide on them. Their whole state is in the log;
+// ScanReconciler acts on it.
+#ifndef VANTAGE_SERVER_SESSION_SCANS_H_
+#define VANTAGE_SERVER_SESSION_SCANS_H_
+
+#include <string>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+#include "core/sensor/range_image.h"
+#include "server/session/scan_reconciler.h"
+#include "server/session/session_context.h"
+#include "vantage/v1/scan_service.pb.h"
+
+namespace vantage::session {
+
+// Thread safe: the log's locks are all that it needs.
+class Scans {
+ public:
+  Scans(SessionContext& context, ScanReconciler& reconciler);
+
+  absl::StatusOr<v1::Scan> Get(const std::string& name) const;
+  // Created after the one of the name `after` (empty: all), at most `limit`; `more` says whether
+  // others follow. So in the other lists. INVALID_ARGUMENT naming `page_token` where there has
+  // never been one of that name.
+  absl::StatusOr<std::vector<v1::Scan>> List(absl::string_view after, size_t limit,
+                                             bool& more) const;
+  absl::StatusOr<v1::Scan> Accept(const v1::AcceptScanRequest& request);
+  absl::StatusOr<v1::Scan> SetPose(const v1::SetScanPoseRequest& request);
+  absl::StatusOr<v1::WithdrawScanResponse> Withdraw(const v1::WithdrawScanRequest& request);
+  // Errors as of session::LoadImage().
+  absl::StatusOr<sensor::RangeImage> LoadImage(const std::string& name) const;
+
+  // Number of scans that were received and are neither merged nor refused.
+  int Pending() const;
+  // Erases the data of scans that were withdrawn before that time. Returns how many.
+  absl::StatusOr<int> EraseWithdrawn(absl::Time before);
+
+ private:
+  SessionContext& context_;
+  Journal& journal_;
+  ScanReconciler& reconciler_;
+};
+
+}  // namespace vantage::session
+
+#endif  // VANTAGE_SERVER_SESSION_SCANS_H_

@@ -1,0 +1,79 @@
+#include "server/session/session_context.h"
+
+#include <utility>
+
+#include "server/contract/resource_names.h"
+
+namespace vantage::session {
+namespace {
+
+std::string TenantOf(const Journal& journal) {
+  std::string tenant;
+  journal.Read([&](const SessionState& state) { tenant = state.tenant; });
+  return tenant;
+}
+
+Eigen::Vector3d OriginOf(const Journal& journal) {
+  Eigen::Vector3d origin = Eigen::Vector3d::Zero();
+  journal.Read([&](const SessionState& state) {
+    const v1::Vector3& stated = state.session.origin();
+    origin = {stated.x(), stated.y(), stated.z()};
+  });
+  return origin;
+}
+
+}  // namespace
+
+SessionContext::SessionContext(std::string id, std::unique_ptr<Journal> journal,
+                               TenantAccounts& accounts, const SessionDependencies& dependencies)
+    : id_(std::move(id)),
+      name_(contract::NameOfSession(id_)),
+      dependencies_(dependencies),
+      journal_(std::move(journal)),
+      tenant_(TenantOf(*journal_)),
+      origin_(OriginOf(*journal_)),
+      account_(std::make_shared<AccountShare>(accounts.Of(tenant_))),
+      share_(dependencies.pool.NewShare()),
+      // Each scan may have two operations waiting: one from its arrival and one from a person.
+      strand_(std::make_shared<execution::Strand>(dependencies.pool, share_,
+                                                  2 * dependencies.limits.scans_per_session + 16)) {
+  journal_->Read([&](const SessionState& state) {
+    for (const auto& [name, record] : state.scans) account_->Add(record.scan.encoded_size_bytes());
+  });
+}
+
+bool SessionContext::TryPost(execution::Strand::Operation operation) {
+  return strand_->TryPost([keep = shared_from_this(), operation = std::move(operation)](
+                              parallel::Parallel& parallel) { operation(parallel); });
+}
+
+void SessionContext::Submit(execution::JobPriority priority, execution::PlanningPool::Job job) {
+  dependencies_.pool.Submit(share_, priority,
+                            [keep = shared_from_this(), job = std::move(job)](
+                                parallel::Parallel& parallel) { job(parallel); });
+}
+
+void SessionContext::After(std::chrono::nanoseconds delay, std::function<void()> call) {
+  dependencies_.timer.After(delay, [weak = weak_from_this(), call = std::move(call)] {
+    if (const std::shared_ptr<SessionContext> keep = weak.lock()) call();
+  });
+}
+
+absl::StatusOr<std::string> SessionContext::PutOwnBlob(absl::string_view bytes) {
+  absl::StatusOr<std::string> blob = dependencies_.store.PutBlob(bytes);
+  if (blob.ok()) account_->Add(static_cast<int64_t>(bytes.size()));
+  return blob;
+}
+
+void SessionContext::ReleaseOwnBlob(const std::string& sha256) {
+  account_->GiveBack(dependencies_.store.BlobSize(sha256).value_or(0));
+  // What cannot be released now is found by the store's own collection.
+  dependencies_.store.ReleaseBlob(sha256).IgnoreError();
+}
+
+void SessionContext::CloseLog() {
+  closed_ = true;
+  journal_->Close();
+}
+
+}  // namespace vantage::session

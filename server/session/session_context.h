@@ -1,0 +1,120 @@
+// What the parts of a session share: tenant, log, account, and the strand, pool and timer for its
+// work.
+//
+// Locks in the order in which they are taken. A thread that holds one must not take another of the
+// same line or of a line above, nor call code that might:
+//
+//   the registry's
+//   Upload, committing
+//   Journal, writing
+//   Journal, its state
+//   Uploads | Plans | ModelMemory | ScanReconciler | StoredSnapshots | Upload, syncing
+//   Upload | PlanRun
+//   AccountShare, and those of what sessions live on: store, pool, strand, timer, tenant's account
+//
+// Scans, Claims, Scanners and Rejections have no lock, since their state is in the journal. Members
+// of ModelMemory that are used on the strand only need none.
+#ifndef VANTAGE_SERVER_SESSION_SESSION_CONTEXT_H_
+#define VANTAGE_SERVER_SESSION_SESSION_CONTEXT_H_
+
+#include <Eigen/Core>
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+#include "absl/time/time.h"
+#include "server/contract/limits.h"
+#include "server/execution/planning_pool.h"
+#include "server/execution/strand.h"
+#include "server/execution/timer.h"
+#include "server/session/algorithms.h"
+#include "server/session/journal.h"
+#include "server/session/memory_account.h"
+#include "server/session/tenant_account.h"
+#include "server/store/store.h"
+#include "server/telemetry/log.h"
+#include "server/telemetry/metrics.h"
+
+namespace vantage::session {
+
+// What all sessions share; all of it outlives them.
+struct SessionDependencies {
+  store::Store& store;
+  execution::PlanningPool& pool;
+  execution::Timer& timer;
+  telemetry::Log& log;
+  contract::Limits limits;
+  Algorithms algorithms;
+  Journal::Clock clock;
+  telemetry::Metrics* metrics = nullptr;  // may be null
+  MemoryAccount* memory = nullptr;        // null: no limit
+};
+
+// Thread safe: everything except `closed` is constant. It is the base of Session, so that work that
+// a part starts keeps the whole session alive.
+class SessionContext : public std::enable_shared_from_this<SessionContext> {
+ public:
+  SessionContext(const SessionContext&) = delete;
+  SessionContext& operator=(const SessionContext&) = delete;
+
+  const std::string& id() const { return id_; }
+  const std::string& name() const { return name_; }
+  // The tenant. Empty: the session was opened on a server that did not tell callers apart.
+  const std::string& tenant() const { return tenant_; }
+  // Origin of the model frame in the world frame, m.
+  const Eigen::Vector3d& origin() const { return origin_; }
+  Journal& journal() { return *journal_; }
+  const Journal& journal() const { return *journal_; }
+  const SessionDependencies& dependencies() const { return dependencies_; }
+  const std::shared_ptr<AccountShare>& account() const { return account_; }
+  // Closed for good: nothing new is started.
+  bool closed() const { return closed_; }
+
+  // Queues an operation on the strand, where all changes of the model run in order. False, without
+  // effect, when the queue is full or the session is closed.
+  [[nodiscard]] bool TryPost(execution::Strand::Operation operation);
+  // Operations on the strand, waiting or running.
+  size_t Operations() const { return strand_->Size(); }
+  // Runs `job` on the planning pool for this session.
+  void Submit(execution::JobPriority priority, execution::PlanningPool::Job job);
+  void RunInteractive(execution::PlanningPool::Job job) {
+    Submit(execution::JobPriority::kInteractive, std::move(job));
+  }
+  // Runs `call` on the timer's thread if the session still exists; it must be quick.
+  void After(std::chrono::nanoseconds delay, std::function<void()> call);
+
+  // Blobs that the session made itself: snapshots, plans' details. They count for its account.
+  absl::StatusOr<std::string> PutOwnBlob(absl::string_view bytes);
+  void ReleaseOwnBlob(const std::string& sha256);
+
+ protected:
+  // `journal` has the session's creation. Takes the account's room for what its scans keep.
+  SessionContext(std::string id, std::unique_ptr<Journal> journal, TenantAccounts& accounts,
+                 const SessionDependencies& dependencies);
+  ~SessionContext() = default;
+
+  execution::Strand& strand() { return *strand_; }
+  // The first step of closing: the log accepts nothing more.
+  void CloseLog();
+
+ private:
+  const std::string id_;
+  const std::string name_;
+  const SessionDependencies dependencies_;
+  const std::unique_ptr<Journal> journal_;
+  const std::string tenant_;
+  const Eigen::Vector3d origin_;
+  const std::shared_ptr<AccountShare> account_;
+  const std::shared_ptr<execution::PlanningPool::Share> share_;
+  const std::shared_ptr<execution::Strand> strand_;
+  std::atomic<bool> closed_{false};
+};
+
+}  // namespace vantage::session
+
+#endif  // VANTAGE_SERVER_SESSION_SESSION_CONTEXT_H_

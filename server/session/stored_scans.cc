@@ -1,0 +1,54 @@
+#include "server/session/stored_scans.h"
+
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "core/sensor/encoding.h"
+#include "server/contract/error.h"
+#include "server/conversion/from_proto.h"
+
+namespace vantage::session {
+
+absl::StatusOr<sensor::RangeImage> LoadImage(const SessionContext& context,
+                                             const std::string& scan) {
+  std::string blob;
+  bool known = false;
+  context.journal().Read([&](const SessionState& state) {
+    const auto it = state.scans.find(scan);
+    known = it != state.scans.end();
+    if (known) blob = it->second.blob;
+  });
+  if (!known) return contract::ResourceNotFound("vantage/Scan", scan);
+  if (blob.empty()) {
+    return contract::ErrorWithReason(
+        absl::StatusCode::kFailedPrecondition, "SCAN_ERASED",
+        absl::StrCat(scan,
+                     " was withdrawn, and its data have been erased since; "
+                     "send it again"));
+  }
+  absl::StatusOr<std::string> bytes = context.dependencies().store.GetBlob(blob);
+  if (absl::IsNotFound(bytes.status())) {
+    return contract::ErrorWithReason(
+        absl::StatusCode::kDataLoss, "SCAN_LOST",
+        absl::StrCat(scan, ": the server has lost its data; have its operator restore a backup"));
+  }
+  if (!bytes.ok()) return bytes.status();
+  return sensor::DecodeRangeImage(*bytes, context.dependencies().limits.scan_cells);
+}
+
+absl::StatusOr<sensor::Scan> LoadScan(const SessionContext& context, const v1::Scan& scan) {
+  absl::StatusOr<sensor::RangeImage> image = LoadImage(context, scan.name());
+  if (!image.ok()) return image.status();
+  sensor::Scan data;
+  data.image = *std::move(image);
+  contract::Violations violations;
+  data.scanner = conversion::ReadScannerModel(scan.scanner_model(), "scanner_model", violations);
+  if (scan.has_prior()) {
+    data.prior = conversion::ReadPosePrior(scan.prior(), context.origin(), "prior", violations);
+  }
+  absl::Status valid = violations.ToStatus();
+  if (!valid.ok()) return valid;
+  return data;
+}
+
+}  // namespace vantage::session

@@ -1,0 +1,25 @@
+// Reads a session's scans from the store.
+#ifndef VANTAGE_SERVER_SESSION_STORED_SCANS_H_
+#define VANTAGE_SERVER_SESSION_STORED_SCANS_H_
+
+#include <string>
+
+#include "absl/status/statusor.h"
+#include "core/sensor/range_image.h"
+#include "core/sensor/scan.h"
+#include "server/session/session_context.h"
+#include "vantage/v1/scan.pb.h"
+
+namespace vantage::session {
+
+// The range image of a scan, by name. NOT_FOUND: there is no such scan. FAILED_PRECONDITION
+// (SCAN_ERASED). DATA_LOSS: its data are lost (SCAN_LOST) or damaged. UNAVAILABLE: they cannot be
+// read now, and it is unknown whether they are intact.
+absl::StatusOr<sensor::RangeImage> LoadImage(const SessionContext& context,
+                                             const std::string& scan);
+// The same with scanner and prior, in the form that the algorithms need.
+absl::StatusOr<sensor::Scan> LoadScan(const SessionContext& context, const v1::Scan& scan);
+
+}  // namespace vantage::session
+
+#endif  // VANTAGE_SERVER_SESSION_STORED_SCANS_H_

@@ -1,0 +1,112 @@
+// A session's uploads: from the announcement to the committed scan.
+#ifndef VANTAGE_SERVER_SESSION_UPLOADS_H_
+#define VANTAGE_SERVER_SESSION_UPLOADS_H_
+
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/statusor.h"
+#include "absl/time/time.h"
+#include "server/session/scan_reconciler.h"
+#include "server/session/session_context.h"
+#include "server/session/upload.h"
+#include "vantage/v1/scan_service.pb.h"
+
+namespace vantage::session {
+
+class Uploads;
+
+// The handle by which pieces of one upload are sent. When the upload ends meanwhile, for any
+// reason, calls are answered from the log, as for an upload that had ended before. Thread safe. The
+// session outlives it.
+class HeldUpload {
+ public:
+  const std::string& name() const { return name_; }
+
+  // Takes a piece, a total, both or neither, and commits the scan when it is complete, also when an
+  // earlier call could not commit it. Returns the upload as far as it is durable. NOT_FOUND;
+  // FAILED_PRECONDITION (UPLOAD_ENDED): it was ended without a scan; as Upload::Accept() and
+  // SetTotal(); when committing, RESOURCE_EXHAUSTED (TOO_MANY_PENDING_SCANS), and what is wrong
+  // with the whole.
+  absl::StatusOr<v1::Upload> Take(const UnpackedPiece* piece, const v1::UploadTotal* total);
+  // Makes durable what was taken.
+  absl::StatusOr<v1::Upload> Sync();
+  // Bytes that were taken and are not durable yet.
+  int64_t UnsyncedBytes() const;
+  // True when they are worth a sync.
+  bool WindowFull() const;
+
+ private:
+  friend class Uploads;
+  HeldUpload(Uploads& uploads, std::string name, std::shared_ptr<Upload> open)
+      : uploads_(&uploads), name_(std::move(name)), open_(std::move(open)) {}
+  // Null when it has ended.
+  std::shared_ptr<Upload> Open() const;
+
+  Uploads* uploads_;
+  std::string name_;
+  std::shared_ptr<Upload> open_;  // null when it was not open at the look-up
+};
+
+// Thread safe.
+class Uploads {
+ public:
+  Uploads(SessionContext& context, ScanReconciler& reconciler);
+
+  absl::StatusOr<v1::Upload> Create(const v1::CreateUploadRequest& request);
+  absl::StatusOr<v1::Upload> Get(const std::string& name);
+  // A handle for sending pieces. Only its first call tells whether the upload exists.
+  HeldUpload Hold(const std::string& name);
+  // Takes a piece, a total, both or neither, and makes them durable.
+  absl::StatusOr<v1::Upload> Add(const std::string& name, const v1::Piece* piece,
+                                 const v1::UploadTotal* total);
+
+  // After a restart: open uploads continue after their last piece.
+  void Resume();
+  // Commits those of which all is there. Uploads that cannot be committed now are committed when
+  // their sender asks again.
+  void CommitComplete();
+  // Ends uploads that were idle for too long.
+  void Expire();
+  // Called when the session is closed: ends all uploads. A piece that arrives now is either stored
+  // before that or refused.
+  void Close();
+
+  size_t OpenCount() const;
+  // Of the open uploads.
+  std::vector<std::string> Names() const;
+  // Infinitely long ago when none is open.
+  absl::Time LastPiece() const;
+
+ private:
+  friend class HeldUpload;
+  std::shared_ptr<Upload> FindOpen(const std::string& name) const;
+  // The state of `open`, or, when it is null, of the log.
+  absl::StatusOr<v1::Upload> Describe(const std::string& name,
+                                      const std::shared_ptr<Upload>& open) const;
+  // `open`: null when it was not found; otherwise it was open at the look-up.
+  absl::StatusOr<v1::Upload> Take(const std::string& name, const std::shared_ptr<Upload>& open,
+                                  const UnpackedPiece* piece, const v1::UploadTotal* total);
+  absl::StatusOr<v1::Upload> Sync(const std::string& name, const std::shared_ptr<Upload>& open);
+  // Removes the upload from `open_`.
+  void LetGo(Upload& upload, const std::string& name);
+  absl::Status Commit(const std::shared_ptr<Upload>& upload);
+  absl::Status Fail(Upload& upload, const absl::Status& why);
+
+  SessionContext& context_;
+  Journal& journal_;
+  const SessionDependencies& dependencies_;
+  ScanReconciler& reconciler_;
+
+  mutable std::mutex mutex_;
+  std::map<std::string, std::shared_ptr<Upload>> open_ ABSL_GUARDED_BY(mutex_);
+};
+
+}  // namespace vantage::session
+
+#endif  // VANTAGE_SERVER_SESSION_UPLOADS_H_

@@ -1,0 +1,121 @@
+// An upload that is held while others end it: who holds it hears what those hear who find it by
+// name.
+#include "server/session/uploads.h"
+
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <optional>
+#include <string>
+
+#include "core/bytes/checksum.h"
+#include "server/contract/error.h"
+#include "server/store/memory_store.h"
+#include "tests/server/fixture/room_scan.h"
+#include "tests/server/fixture/script.h"
+#include "tests/server/fixture/session_host.h"
+
+namespace vantage::session {
+namespace {
+
+class UploadsTest : public testing::Test {
+ protected:
+  UploadsTest() { name_ = session_->uploads().Create({}).value().name(); }
+
+  v1::UploadTotal Total() const {
+    v1::UploadTotal total;
+    total.set_encoded_size_bytes(static_cast<int64_t>(whole_.size()));
+    total.set_sha256(bytes::Sha256::Of(whole_));
+    return total;
+  }
+  v1::Piece Cut(int64_t sequence, size_t offset, size_t size) const {
+    v1::Piece piece;
+    piece.set_sequence(sequence);
+    piece.set_offset(static_cast<int64_t>(offset));
+    piece.set_data(whole_.substr(offset, size));
+    piece.set_crc32c(bytes::Crc32c(piece.data()));
+    return piece;
+  }
+  absl::StatusOr<v1::Upload> Take(HeldUpload& held, const v1::Piece& piece) const {
+    const UnpackedPiece unpacked(piece, contract::Limits());
+    return held.Take(&unpacked, nullptr);
+  }
+  // With a piece that is taken and not durable.
+  HeldUpload Begun() {
+    HeldUpload held = session_->uploads().Hold(name_);
+    EXPECT_EQ(Take(held, Cut(0, 0, 1000))->state(), v1::UPLOAD_STATE_OPEN);
+    EXPECT_EQ(held.UnsyncedBytes(), 1000);
+    return held;
+  }
+
+  const std::string whole_ = fixture::EncodedRoom();
+  std::atomic<int64_t> now_{1'700'000'000};
+  store::MemoryStore store_{64 << 20};
+  fixture::Script script_;
+  fixture::SessionHost host_{
+      store_, script_.Make(), {}, [this] { return absl::FromUnixSeconds(now_.load()); }};
+  std::shared_ptr<Session> session_ = fixture::OpenSession(host_.registry, "job");
+  std::string name_;
+};
+
+TEST_F(UploadsTest, AHeldUploadTakesItsPiecesToTheScan) {
+  HeldUpload held = Begun();
+  EXPECT_EQ(session_->uploads().Get(name_)->next_offset(), 0);
+  EXPECT_EQ(held.Sync()->next_offset(), 1000);
+  EXPECT_EQ(held.UnsyncedBytes(), 0);
+  ASSERT_TRUE(Take(held, Cut(1, 1000, whole_.size())).ok());
+  const v1::UploadTotal total = Total();
+  const v1::Upload ended = held.Take(nullptr, &total).value();
+  EXPECT_EQ(ended.state(), v1::UPLOAD_STATE_COMMITTED);
+  EXPECT_EQ(ended.scan(), "sessions/job/scans/scan-1");
+  EXPECT_EQ(session_->uploads().OpenCount(), 0U);
+}
+
+TEST_F(UploadsTest, WhenAnotherHandHasCommittedItTheHolderHearsOfTheScan) {
+  HeldUpload held = Begun();
+  const v1::Piece rest = Cut(1, 1000, whole_.size());
+  const v1::UploadTotal total = Total();
+  const v1::Upload committed = session_->uploads().Add(name_, &rest, &total).value();
+  ASSERT_EQ(committed.state(), v1::UPLOAD_STATE_COMMITTED);
+  EXPECT_EQ(Take(held, rest)->SerializeAsString(), committed.SerializeAsString());
+  EXPECT_EQ(held.Take(nullptr, nullptr)->SerializeAsString(), committed.SerializeAsString());
+  EXPECT_EQ(held.Sync()->SerializeAsString(), committed.SerializeAsString());
+  EXPECT_EQ(held.UnsyncedBytes(), 0);
+}
+
+TEST_F(UploadsTest, WhenItHasExpiredTheHolderHearsWhy) {
+  HeldUpload held = Begun();
+  now_ += absl::ToInt64Seconds(contract::Limits().upload_idle) + 1;
+  session_->uploads().Expire();
+  const v1::Piece next = Cut(1, 1000, 1000);
+  const absl::Status refused = Take(held, next).status();
+  EXPECT_EQ(contract::ReasonOf(refused), "UPLOAD_ENDED");
+  EXPECT_EQ(refused.message(), name_ + " is UPLOAD_STATE_EXPIRED: no piece came for too long");
+  EXPECT_EQ(refused, session_->uploads().Add(name_, &next, nullptr).status());
+  // A question, or what was taken before, is answered from the log.
+  EXPECT_EQ(held.Take(nullptr, nullptr)->state(), v1::UPLOAD_STATE_EXPIRED);
+  EXPECT_EQ(held.Sync()->state(), v1::UPLOAD_STATE_EXPIRED);
+  EXPECT_EQ(held.UnsyncedBytes(), 0);
+  EXPECT_FALSE(held.WindowFull());
+}
+
+TEST_F(UploadsTest, WhenItsSessionIsDeletedThereIsNoSuchUpload) {
+  HeldUpload held = Begun();
+  v1::DeleteSessionRequest erase;
+  erase.set_name("sessions/job");
+  ASSERT_TRUE(host_.registry.Delete(erase).ok());
+  const v1::Piece next = Cut(1, 1000, 1000);
+  EXPECT_EQ(Take(held, next).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(Take(held, next).status(), session_->uploads().Add(name_, &next, nullptr).status());
+  EXPECT_EQ(held.UnsyncedBytes(), 0);
+  EXPECT_EQ(store_.Spools()->size(), 0U);
+}
+
+TEST_F(UploadsTest, OneThatThereNeverWasIsNotFound) {
+  HeldUpload held = session_->uploads().Hold("sessions/job/uploads/upload-7");
+  EXPECT_EQ(Take(held, Cut(0, 0, 1000)).status().code(), absl::StatusCode::kNotFound);
+  EXPECT_EQ(held.Sync().status().code(), absl::StatusCode::kNotFound);
+}
+
+}  // namespace
+}  // namespace vantage::session
