@@ -159,7 +159,7 @@ void BenchEvaluator(const BenchOptions& options, parallel::Parallel& parallel, F
     ReportRays(FlatsAfter(3, options.use), parallel, figures);
   }
   if (wanted("hall")) {
-    Report("hall", "", HallsAfter(3, options.use), 4, 0.06, parallel, figures);
+    Report("hall", "", HallsAfter(3, options.use), 16, 0.06, parallel, figures);
   }
   const auto storeys = [&](double area, const std::string& aim, size_t stride, double share) {
     return Report(absl::StrCat(area, "m2"), aim, OfficeStoreys(area, options.use), stride, share,

@@ -67,6 +67,11 @@ std::unique_ptr<PlanningJob> FlatPlanningJob(uint64_t seed, size_t scans,
   return JobAfter(MakeFlatJob(seed, scans, parallel), parallel);
 }
 
+std::unique_ptr<PlanningJob> RoomsPlanningJob(uint64_t seed, size_t scans,
+                                              parallel::Parallel& parallel) {
+  return JobAfter(MakeScanJob(simulation::TwoRooms(seed), seed, scans, parallel), parallel);
+}
+
 std::unique_ptr<PlanningJob> HallPlanningJob(uint64_t seed, size_t scans,
                                              parallel::Parallel& parallel) {
   return JobAfter(MakeScanJob(simulation::PillarHall(seed), seed, scans, parallel), parallel);

@@ -37,7 +37,9 @@ struct PlanningJob {
 // The furnished flat of a seed after so many scans, made where the planner says.
 std::unique_ptr<PlanningJob> FlatPlanningJob(uint64_t seed, size_t scans,
                                              parallel::Parallel& parallel);
-// The same in a hall with pillars.
+// The same in two rooms, and in a hall with pillars.
+std::unique_ptr<PlanningJob> RoomsPlanningJob(uint64_t seed, size_t scans,
+                                              parallel::Parallel& parallel);
 std::unique_ptr<PlanningJob> HallPlanningJob(uint64_t seed, size_t scans,
                                              parallel::Parallel& parallel);
 

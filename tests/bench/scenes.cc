@@ -40,6 +40,13 @@ PlanningKind FlatsAfter(size_t scans, SceneUse use) {
                    });
 }
 
+PlanningKind RoomsAfter(size_t scans, SceneUse use) {
+  return Generated(absl::StrCat("rooms", scans), "two-rooms", use,
+                   [scans](uint64_t seed, parallel::Parallel& parallel) {
+                     return RoomsPlanningJob(seed, scans, parallel);
+                   });
+}
+
 PlanningKind HallsAfter(size_t scans, SceneUse use) {
   return Generated(absl::StrCat("hall", scans), "hall", use,
                    [scans](uint64_t seed, parallel::Parallel& parallel) {

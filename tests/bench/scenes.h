@@ -35,6 +35,7 @@ struct PlanningKind {
 };
 
 PlanningKind FlatsAfter(size_t scans, SceneUse use);       // 'flat1', 'flat3'
+PlanningKind RoomsAfter(size_t scans, SceneUse use);       // 'rooms1': two rooms
 PlanningKind HallsAfter(size_t scans, SceneUse use);       // 'hall3'
 PlanningKind OfficeStoreys(double area_m2, SceneUse use);  // '250m2'
 PlanningKind Meshes(SceneUse use);                         // 'bookstore'; for tuning 'small_house'

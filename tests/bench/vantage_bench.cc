@@ -40,8 +40,8 @@ constexpr std::array<Group, 9> kGroups = {{
     {"anytime",
      "plan.anytime.speedup. plan.anytime.worst_regret. plan.anytime.cpu_seconds. "
      "plan.anytime.dominates. plan.anytime.curve. plan.threads2.",
-     "answers at a budget, beside brute force and a rival, each for flat1, flat3, hall3, "
-     "bookstore, 250m2; --full: 1000m2; curves with --pictures",
+     "answers at a budget, beside brute force and a rival, each for flat1, flat3, rooms1, "
+     "bookstore, 250m2; --full: hall3, 1000m2; curves with --pictures",
      12, BenchAnytime},
     {"registration", "align. predict.", "alignment, beside PCL's ICP; predictions; global search",
      2, BenchRegistration},
