@@ -66,8 +66,9 @@ void PrintList() {
     std::printf("  %-16s %s\n", planner.name.c_str(), planner.words.c_str());
   }
   std::printf(
-      "Scenes: flat-N, two-rooms-N, hall-N, office-N (N below 100 for tuning, from 100 on "
-      "for reporting), small-house, bookstore\n  reporting: %s\n  tuning: %s\n",
+      "Scenes: flat-N, two-rooms-N, hall-N, office-N (N below %d for tuning, from there on for "
+      "reporting), small-house (for tuning), bookstore\n  reporting: %s\n  tuning: %s\n",
+      static_cast<int>(simulation::kFirstReportingSeed),
       absl::StrJoin(study::DefaultScenes(study::SceneUse::kReporting, false), ", ").c_str(),
       absl::StrJoin(study::DefaultScenes(study::SceneUse::kTuning, false), ", ").c_str());
 }

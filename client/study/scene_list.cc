@@ -17,7 +17,6 @@
 namespace vantage::study {
 namespace {
 
-constexpr uint64_t kFirstReported = 100;
 constexpr double kOfficeArea = 250;  // m^2
 
 struct Kind {
@@ -35,9 +34,10 @@ struct Mesh {
   const char* name;
   const char* file;
   int most_scans;
+  SceneUse use;
 };
-constexpr Mesh kMeshes[] = {{"small-house", "small_house/scene.ply", 36},
-                            {"bookstore", "bookstore/scene.ply", 50}};
+constexpr Mesh kMeshes[] = {{"small-house", "small_house/scene.ply", 36, SceneUse::kTuning},
+                            {"bookstore", "bookstore/scene.ply", 50, SceneUse::kReporting}};
 
 std::string MeshPath(const Mesh& mesh, const std::string& data_folder) {
   return absl::StrCat(data_folder, "/", mesh.file);
@@ -68,12 +68,14 @@ std::optional<Parsed> Parse(const std::string& name) {
 }  // namespace
 
 std::vector<std::string> DefaultScenes(SceneUse use, bool small) {
-  const uint64_t seed = use == SceneUse::kTuning ? 1 : kFirstReported + 1;
+  const uint64_t seed = use == SceneUse::kTuning ? 1 : simulation::kFirstReportingSeed + 1;
   std::vector<std::string> names;
   for (const Kind& kind : kKinds) names.push_back(absl::StrCat(kind.name, "-", seed));
   if (small) names.resize(3);
   if (!small && use == SceneUse::kReporting) {
-    for (const Mesh& mesh : kMeshes) names.emplace_back(mesh.name);
+    for (const Mesh& mesh : kMeshes) {
+      if (mesh.use == use) names.emplace_back(mesh.name);
+    }
   }
   return names;
 }
@@ -121,8 +123,8 @@ int MostScans(const std::string& scene) {
 
 SceneUse UseOf(const std::string& scene) {
   const std::optional<Parsed> parsed = Parse(scene);
-  const bool tuning = parsed && parsed->kind != nullptr && parsed->seed < kFirstReported;
-  return tuning ? SceneUse::kTuning : SceneUse::kReporting;
+  if (!parsed) return SceneUse::kReporting;
+  return parsed->mesh != nullptr ? parsed->mesh->use : simulation::UseOfSeed(parsed->seed);
 }
 
 }  // namespace vantage::study

@@ -8,15 +8,18 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "client/simulated_job/site.h"
+#include "core/simulation/scenes/scene_use.h"
 
 namespace vantage::study {
 
 // Generated scenes are 'flat-N', 'two-rooms-N', 'office-N' (250 m^2) and 'hall-N', N being the
-// seed: below 100 for tuning, from 100 on for reporting, so that nothing is reported that the
-// planner was tuned on. 'small-house' and 'bookstore' are meshes from a folder, for reporting.
-enum class SceneUse { kTuning, kReporting };
+// seed, which says whether they are for tuning or for reporting; 'small-house', for tuning, and
+// 'bookstore', for reporting, are meshes from a folder. core/simulation/scenes/scene_use.h says
+// why.
+using simulation::SceneUse;
 
-// What `vantage study` runs without --scene; `small`: three of them.
+// What `vantage study` runs without --scene; `small`: three of them. Of the meshes those that
+// report.
 std::vector<std::string> DefaultScenes(SceneUse use, bool small);
 
 // NOT_FOUND: no scene of that name, or its file is not in `data_folder`. Builds nothing.
@@ -29,7 +32,7 @@ absl::StatusOr<simulated_job::Site> BuildScene(const std::string& name,
 // The number of scans after which a job in the scene ends at the latest.
 int MostScans(const std::string& scene);
 
-// 'tuning' where the name says so.
+// kReporting where there is no such scene.
 SceneUse UseOf(const std::string& scene);
 
 }  // namespace vantage::study

@@ -57,6 +57,13 @@ double AnswerJudge::Regret(const planning::Evaluation& evaluation) const {
   return std::max(0.0, 1 - truth_[static_cast<size_t>(answer)] / best_);
 }
 
+double AnswerJudge::Regret(const planning::Plan& plan) const {
+  if (plan.views.empty()) return 1;
+  const int answer = job_.feasible.IndexOf(job_.feasible.CellOf(plan.views.front().position));
+  if (answer < 0) return 1;
+  return std::max(0.0, 1 - truth_[static_cast<size_t>(answer)] / best_);
+}
+
 bool AnswerJudge::BoundsHold(const planning::Evaluation& evaluation) const {
   for (size_t i = 0; i < truth_.size(); ++i) {
     const double slack = 1e-6 * (1 + truth_[i]);

@@ -7,6 +7,7 @@
 
 #include "core/parallel/parallel.h"
 #include "core/planning/evaluation/evaluation.h"
+#include "core/planning/plan/plan.h"
 #include "core/planning/ranking/registration_check.h"
 #include "tests/bench/planning_job.h"
 
@@ -20,6 +21,8 @@ class AnswerJudge {
   // What is lost, [0, 1], by taking the first registrable of the evaluation's ranking (views apart
   // by the separation) instead of the first of the true one. 1: none was found.
   double Regret(const planning::Evaluation& evaluation) const;
+  // The same of a whole plan's first view.
+  double Regret(const planning::Plan& plan) const;
   // Whether every view's true score lies within its bounds.
   bool BoundsHold(const planning::Evaluation& evaluation) const;
 

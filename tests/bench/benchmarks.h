@@ -5,30 +5,35 @@
 #include <string>
 
 #include "core/parallel/parallel.h"
+#include "core/simulation/scenes/scene_use.h"
 #include "tests/bench/figures.h"
 
 namespace vantage::bench {
 
 struct BenchOptions {
   bool full = false;     // what takes many minutes as well
-  std::string pictures;  // folder for curves; empty: none are drawn
+  std::string pictures;  // folder for curves and tours; empty: none are drawn
+  simulation::SceneUse use = simulation::SceneUse::kReporting;  // of the scenes measured on
 };
 
-void BenchCycle(parallel::Parallel& parallel, Figures& figures);     // cycle.*
-void BenchCarve(parallel::Parallel& parallel, Figures& figures);     // carve.*
-void BenchSnapshot(parallel::Parallel& parallel, Figures& figures);  // snapshot.*
-// plan.*: packets, budgets, memory.
-void BenchPlanning(bool full, parallel::Parallel& parallel, Figures& figures);
+using Benchmark = void(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures);
+
+Benchmark BenchCycle;     // cycle.*
+Benchmark BenchCarve;     // carve.*
+Benchmark BenchSnapshot;  // snapshot.*
+// plan.embree.*, plan.brute.*, plan.budget.*, plan.cancel.*, plan.2000m2.*: packets, budgets,
+// memory.
+Benchmark BenchPlanning;
 // merge.*, model.*: what many scans cost; `full` adds a whole storey.
-void BenchModel(bool full, parallel::Parallel& parallel, Figures& figures);
+Benchmark BenchModel;
 // plan.exact.*: the hierarchy against brute force; `full` adds what takes minutes.
-void BenchEvaluator(bool full, parallel::Parallel& parallel, Figures& figures);
+Benchmark BenchEvaluator;
 // fleet.*: several scanners on one job; `full`: on 1,000 m^2, with 1 to 8 scanners.
-void BenchFleet(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures);
+Benchmark BenchFleet;
 // align.*, predict.ms: registration, beside PCL's ICP, which `full` gives all of the pairs.
-void BenchRegistration(bool full, parallel::Parallel& parallel, Figures& figures);
+Benchmark BenchRegistration;
 // plan.anytime.*, plan.threads2.*: what is answered at a budget.
-void BenchAnytime(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures);
+Benchmark BenchAnytime;
 
 }  // namespace vantage::bench
 

@@ -9,8 +9,9 @@
 #include "core/simulation/scenes/furnished_flat.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/bench/benchmarks.h"
-#include "tests/bench/flat_job.h"
 #include "tests/bench/resident_memory.h"
+#include "tests/bench/scan_job.h"
+#include "tests/bench/scenes.h"
 
 namespace vantage::bench {
 
@@ -103,9 +104,10 @@ void BenchFlatScan(const sensor::Scan& scan, const Eigen::Isometry3d& pose,
 
 }  // namespace
 
-void BenchCarve(parallel::Parallel& parallel, Figures& figures) {
+void BenchCarve(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
   if (!figures.Wants("carve.")) return;
-  const FlatJob job = MakeFlatJob(1, 1, parallel);
+  const uint64_t seed = SceneSeeds(options.use).front();
+  const ScanJob job = MakeFlatJob(seed, 1, parallel);
   const sensor::Scan& scan = job.scans[0];
   const Eigen::Isometry3d& pose = job.poses[0];
   BenchFlatScan(scan, pose, parallel, figures);
@@ -116,7 +118,7 @@ void BenchCarve(parallel::Parallel& parallel, Figures& figures) {
     sensor::Scan dense;
     dense.scanner.azimuth_step = 2 * sensor::kPi / 5000;
     dense.scanner.elevation_step = sensor::Radians(150) / 2000;
-    const simulation::SimulatedScanner simulated(simulation::FurnishedFlat(1).mesh);
+    const simulation::SimulatedScanner simulated(simulation::FurnishedFlat(seed).mesh);
     dense.image = simulated.Scan(dense.scanner, pose, simulation::ScanFaults{}, 1, parallel);
     BenchSize("10m", "50", absl::StrCat(dense.image.columns(), " x ", dense.image.rows(), " rays"),
               dense, pose, {}, parallel, figures);

@@ -1,4 +1,4 @@
-// Exact scores of all views: the hierarchy against brute force with packets, in a flat and on
+// Exact scores of all views: the hierarchy against brute force with packets, in flats, halls and on
 // office storeys.
 #include <algorithm>
 #include <cmath>
@@ -13,6 +13,7 @@
 #include "core/planning/evaluation/hierarchy.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/planning_job.h"
+#include "tests/bench/scenes.h"
 
 namespace vantage::bench {
 
@@ -73,61 +74,106 @@ Comparison Compare(const PlanningJob& job, const planning::HierarchyOptions& opt
   return result;
 }
 
-// Of all views, one thread.
+// Of all views of a scene, one thread.
 struct Cost {
   double hierarchy = 0;  // s
   double brute = 0;
 };
 
-Cost Report(const std::string& name, const std::string& aim, const PlanningJob& job, size_t stride,
-            double share_drawn, Figures& figures) {
-  const Comparison c = Compare(job, {}, stride, share_drawn);
+Cost CostOf(const PlanningJob& job, const Comparison& c) {
   const auto all = static_cast<double>(job.views.size());
-  const Cost cost{c.build + c.hierarchy * all / static_cast<double>(c.views),
-                  c.brute * all / static_cast<double>(c.drawn)};
-  figures.Add({absl::StrCat("plan.exact.speedup.", name), cost.brute / cost.hierarchy, "times", aim,
-               absl::StrFormat("%s, CPU of one thread; brute force %.1f s on %d views drawn at "
-                               "random, %.1f M rays/s; hierarchy %.2f s for what comes once, "
-                               "%.1f s on %d views in whole blocks; rms %.1e",
-                               job.Size(), c.brute, c.drawn,
-                               static_cast<double>(c.brute_rays) / 1e6 / c.brute, c.build,
-                               c.hierarchy, c.views, c.rms)});
-  figures.Add({absl::StrCat("plan.exact.seconds.", name), cost.hierarchy, "s", "",
-               absl::StrFormat("of all views; brute force %.1f s", cost.brute)});
-  figures.Add({absl::StrCat("plan.exact.rays.", name),
-               static_cast<double>(c.brute_rays) / static_cast<double>(c.their_rays), "times fewer",
-               "", "rays of brute force over those of the hierarchy, the same views"});
-  return cost;
+  return {c.build + c.hierarchy * all / static_cast<double>(c.views),
+          c.brute * all / static_cast<double>(c.drawn)};
 }
 
-void ReportRays(const PlanningJob& job, Figures& figures) {
+double RayRatio(const Comparison& c) {
+  return static_cast<double>(c.brute_rays) / static_cast<double>(c.their_rays);
+}
+
+// Medians over the scenes of a kind.
+Cost Report(const std::string& name, const std::string& aim, const PlanningKind& kind,
+            size_t stride, double share_drawn, parallel::Parallel& parallel, Figures& figures) {
+  std::vector<double> speedups, hierarchies, brutes, rays;
+  std::string by_scene;
+  for (const PlanningScene& scene : kind.measured) {
+    const std::unique_ptr<PlanningJob> job = scene.make(parallel);
+    const Comparison c = Compare(*job, {}, stride, share_drawn);
+    const Cost cost = CostOf(*job, c);
+    speedups.push_back(cost.brute / cost.hierarchy);
+    hierarchies.push_back(cost.hierarchy);
+    brutes.push_back(cost.brute);
+    rays.push_back(RayRatio(c));
+    absl::StrAppendFormat(&by_scene,
+                          "; %s, %s: %.2f times, brute force %.1f s on %d views drawn at random, "
+                          "%.1f M rays/s, hierarchy %.2f s for what comes once, %.1f s on %d views "
+                          "in whole blocks, rms %.1e",
+                          scene.name, job->Size(), speedups.back(), c.brute, c.drawn,
+                          static_cast<double>(c.brute_rays) / 1e6 / c.brute, c.build, c.hierarchy,
+                          c.views, c.rms);
+  }
+  const std::string of = absl::StrFormat("median of %d scenes", speedups.size());
+  const Cost median{Percentile(hierarchies, 0.5), Percentile(brutes, 0.5)};
+  figures.Add({absl::StrCat("plan.exact.speedup.", name), Percentile(speedups, 0.5), "times", aim,
+               absl::StrCat(of, ", CPU of one thread", by_scene)});
+  figures.Add(
+      {absl::StrCat("plan.exact.seconds.", name), median.hierarchy, "s", "",
+       absl::StrFormat("of all views; %s, %.1f to %.1f s; brute force %.1f s", of,
+                       Percentile(hierarchies, 0), Percentile(hierarchies, 1), median.brute)});
+  figures.Add({absl::StrCat("plan.exact.rays.", name), Percentile(rays, 0.5), "times fewer", "",
+               absl::StrFormat("rays of brute force over those of the hierarchy, the same views; "
+                               "%s, %.2f to %.2f",
+                               of, Percentile(rays, 0), Percentile(rays, 1))});
+  return median;
+}
+
+void ReportRays(const PlanningKind& kind, parallel::Parallel& parallel, Figures& figures) {
+  std::vector<double> ratios;
+  std::string by_scene;
   planning::HierarchyOptions options;
   options.leaf_views = 1;
-  options.tolerance = job.config.density_tolerance;
-  const Comparison c = Compare(job, options, 6, 1.0);
-  figures.Add({"plan.exact.ray_ratio",
-               static_cast<double>(c.brute_rays) / static_cast<double>(c.their_rays), "times fewer",
-               "10",
-               absl::StrFormat("leaves of one view and one packet of 8 cells, epsilon %g: rms "
-                               "%.1e, aim 1e-3; %d views of the flat, %.1f s to brute force's "
-                               "%.1f s",
-                               options.tolerance, c.rms, c.views, c.hierarchy, c.brute)});
+  options.tolerance = planning::PlanningConfig().density_tolerance;
+  for (const PlanningScene& scene : kind.measured) {
+    const std::unique_ptr<PlanningJob> job = scene.make(parallel);
+    const Comparison c = Compare(*job, options, 6, 1.0);
+    ratios.push_back(RayRatio(c));
+    absl::StrAppendFormat(&by_scene, "; %s: %.2f, rms %.1e, %d views, %.1f s to brute force's %.1f",
+                          scene.name, ratios.back(), c.rms, c.views, c.hierarchy, c.brute);
+  }
+  figures.Add({"plan.exact.ray_ratio", Percentile(ratios, 0.5), "times fewer", "10",
+               absl::StrFormat("leaves of one view and one packet of 8 cells, epsilon %g, aim of "
+                               "the rms 1e-3; median of %d scenes%s",
+                               options.tolerance, ratios.size(), by_scene)});
 }
 
 }  // namespace
 
-void BenchEvaluator(bool full, parallel::Parallel& parallel, Figures& figures) {
-  if (!figures.Wants("plan.exact.")) return;
-  {
-    const std::unique_ptr<PlanningJob> job = FlatPlanningJob(3, parallel);
-    Report("flat", "2", *job, 1, 0.3, figures);
-    ReportRays(*job, figures);
+void BenchEvaluator(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
+  const auto wanted = [&](const std::string& name) {
+    return figures.Wants(absl::StrCat("plan.exact.speedup.", name)) ||
+           figures.Wants(absl::StrCat("plan.exact.seconds.", name)) ||
+           figures.Wants(absl::StrCat("plan.exact.rays.", name));
+  };
+  if (wanted("flat")) {
+    Report("flat", "2", FlatsAfter(3, options.use), 1, 0.3, parallel, figures);
   }
-  const Cost small = Report("250m2", "", *OfficePlanningJob(250, parallel), 2, 0.07, figures);
-  if (!full) return;
-  Report("500m2", "", *OfficePlanningJob(500, parallel), 5, 0.06, figures);
-  Report("1000m2", "10", *OfficePlanningJob(1000, parallel), 10, 0.06, figures);
-  const Cost large = Report("2000m2", "", *OfficePlanningJob(2000, parallel), 40, 0.06, figures);
+  if (figures.Wants("plan.exact.ray_ratio")) {
+    ReportRays(FlatsAfter(3, options.use), parallel, figures);
+  }
+  if (wanted("hall")) {
+    Report("hall", "", HallsAfter(3, options.use), 16, 0.06, parallel, figures);
+  }
+  const auto storeys = [&](double area, const std::string& aim, size_t stride, double share) {
+    return Report(absl::StrCat(area, "m2"), aim, OfficeStoreys(area, options.use), stride, share,
+                  parallel, figures);
+  };
+  const bool growth = options.full && figures.Wants("plan.exact.area_exponent");
+  Cost small, large;
+  if (growth || wanted("250m2")) small = storeys(250, "", 2, 0.07);
+  if (!options.full) return;
+  if (wanted("500m2")) (void)storeys(500, "", 5, 0.06);
+  if (wanted("1000m2")) (void)storeys(1000, "10", 10, 0.06);
+  if (growth || wanted("2000m2")) large = storeys(2000, "", 40, 0.06);
+  if (!growth) return;
   const auto exponent = [](double from, double to) { return std::log(to / from) / std::log(8.0); };
   figures.Add({"plan.exact.area_exponent", exponent(small.hierarchy, large.hierarchy), "", "1",
                absl::StrFormat("growth from 250 to 2,000 m2; brute force %.2f",

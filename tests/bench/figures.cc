@@ -44,7 +44,7 @@ void Figures::Add(Figure figure) {
   figures_.push_back(std::move(figure));
 }
 
-bool Figures::WriteJson(const std::string& path) const {
+bool Figures::WriteJson(const std::string& path, const std::string& scenes) const {
   const char* commit = std::getenv("VANTAGE_COMMIT");
   const sensor::ScannerModel scanner;
   const planning::PlanningConfig config;
@@ -52,7 +52,7 @@ bool Figures::WriteJson(const std::string& path) const {
   out << "{\n  \"machine\": {\"processor\": " << Quoted(Processor())
       << ", \"threads\": " << std::thread::hardware_concurrency()
       << "},\n  \"commit\": " << Quoted(commit == nullptr ? "unknown" : commit)
-      << ",\n  \"defaults\": {"
+      << (scenes.empty() ? "" : ",\n  \"scenes\": " + Quoted(scenes)) << ",\n  \"defaults\": {"
       << absl::StrFormat(
              "\"required_density_per_m2\": %g, \"range_min_m\": %g, \"range_max_m\": %g, "
              "\"range_noise_m\": %g, \"step_deg\": %g, \"voxel_m\": 0.05, \"viewcell_m\": %g",

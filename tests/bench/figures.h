@@ -28,8 +28,9 @@ class Figures {
   }
   void Add(Figure figure);
 
-  // Machine, commit, the defaults that matter, figures. False when the file cannot be written.
-  bool WriteJson(const std::string& path) const;
+  // Machine, commit, the defaults that matter, figures, and on which `scenes` they were measured
+  // ('reporting', 'tuning'; empty: not said). False when the file cannot be written.
+  bool WriteJson(const std::string& path, const std::string& scenes = "") const;
 
  private:
   std::string only_;

@@ -21,11 +21,39 @@ namespace vantage::bench {
 namespace {
 
 constexpr double kHeight = 1.5;  // m, of the viewpoints that are allowed
+// m, around the first scan, where the others stand: a fleet comes in by one door, and the floor
+// there is in the first scan, so that everybody can be sent somewhere after it.
+constexpr double kGathering = 5;
 
 size_t Count(const simulation::SampleSet& set) {
   size_t count = 0;
   for (const uint64_t word : set) count += static_cast<size_t>(std::popcount(word));
   return count;
+}
+
+// `first` and others of `positions` near it and in its sight, each the farthest from those before.
+std::vector<Eigen::Vector3d> StandsAround(const Eigen::Vector3d& first,
+                                          const std::vector<Eigen::Vector3d>& positions,
+                                          const simulation::SimulatedScanner& tracer) {
+  std::vector<Eigen::Vector3d> near;
+  for (const Eigen::Vector3d& p : positions) {
+    if ((p - first).norm() <= kGathering && tracer.Visible(first, p)) near.push_back(p);
+  }
+  std::vector<Eigen::Vector3d> stands = {first};
+  const auto distance = [&](const Eigen::Vector3d& p) {
+    double least = std::numeric_limits<double>::infinity();
+    for (const Eigen::Vector3d& other : stands) least = std::min(least, (p - other).norm());
+    return least;
+  };
+  while (stands.size() < std::min(kMostFleetScanners, near.size() + 1)) {
+    const auto next = std::max_element(near.begin(), near.end(),
+                                       [&](const Eigen::Vector3d& a, const Eigen::Vector3d& b) {
+                                         return distance(a) < distance(b);
+                                       });
+    const Eigen::Vector3d chosen = *next;
+    stands.push_back(chosen);
+  }
+  return stands;
 }
 
 // One scanner's state.
@@ -47,8 +75,10 @@ class FleetJob {
         ways_(options.scanners) {}
 
   FleetJobResult Run() {
-    for (Member& member : members_) member.at = scene_.scene.starts[0];
-    members_[0].going = scene_.scene.starts[0];
+    for (size_t i = 0; i < members_.size(); ++i) {
+      members_[i].at = scene_.stands[i % scene_.stands.size()];
+    }
+    members_[0].going = members_[0].at;
     members_[0].done = options_.scan_seconds / 60;
     while (result_.scans < options_.most_scans) {
       const auto next =
@@ -91,13 +121,13 @@ class FleetJob {
     result_.attained = truth_.Measure().attained_share();
     result_.minutes = now_;
     ++result_.scans;
-    result_.stops.push_back({static_cast<size_t>(&member - members_.data()), member.at, now_,
-                             std::move(WayOf(member))});
+    result_.stops.push_back({IndexOf(member), member.at, now_, std::move(WayOf(member))});
   }
 
-  std::vector<Eigen::Vector3d>& WayOf(const Member& member) {
-    return ways_[static_cast<size_t>(&member - members_.data())];
+  size_t IndexOf(const Member& member) const {
+    return static_cast<size_t>(&member - members_.data());
   }
+  std::vector<Eigen::Vector3d>& WayOf(const Member& member) { return ways_[IndexOf(member)]; }
 
   void SendOut(const model::PlanningView& view, Member& member) {
     fleet::FleetRequest request;
@@ -110,7 +140,7 @@ class FleetJob {
     }
     planning::PlanningConfig config;
     config.candidates = 1;
-    config.seed = result_.scans + 1;
+    config.seed = options_.most_scans * IndexOf(member) + result_.scans + 1;
     parallel::Budget budget;
     budget.work_limit = options_.plan_work;
     const auto plan = fleet::MakeJointPlan(view, request, config, budget, parallel_,
@@ -153,6 +183,7 @@ FleetScene MakeFleetScene(uint64_t seed, double area, parallel::Parallel& parall
   made.truth = std::make_unique<simulation::GroundTruth>(
       made.scene.mesh, *made.tracer, made.scanner, planning::PlanningConfig().required_density,
       positions, static_cast<size_t>(100 * area), parallel);
+  made.stands = StandsAround(made.scene.starts[0], positions, *made.tracer);
   return made;
 }
 

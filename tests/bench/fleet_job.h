@@ -20,13 +20,19 @@ struct FleetScene {
   sensor::ScannerModel scanner;
   std::unique_ptr<simulation::SimulatedScanner> tracer;
   std::unique_ptr<simulation::GroundTruth> truth;  // nothing scanned yet
+  // m, where scanners stand when the job begins: the first makes the first scan there, the others
+  // are a few steps away, in its sight and as far from each other as can be.
+  std::vector<Eigen::Vector3d> stands;
 };
+
+// The most scanners that a scene has stands for.
+inline constexpr size_t kMostFleetScanners = 8;
 
 // A generated office storey of so many m^2.
 FleetScene MakeFleetScene(uint64_t seed, double area, parallel::Parallel& parallel);
 
 struct FleetJobOptions {
-  size_t scanners = 1;
+  size_t scanners = 1;        // up to kMostFleetScanners
   bool claims = true;         // else each plans for itself, on the model that all share
   double target = 0.95;       // of what is attainable at density, where the job ends
   double speed = 1;           // m/s
@@ -53,7 +59,9 @@ struct FleetJobResult {
 };
 
 // Poses are true: registration is another figure's subject. By events: whoever is free is planned
-// for, on what the model knows then, ranked by score per minute.
+// for, on what the model knows then, ranked by score per minute. Scanners differ in where they
+// begin and in the seeds of their plans, so that those that know nothing of each other are not sent
+// to one place by one and the same plan.
 FleetJobResult RunFleetJob(const FleetScene& scene, const FleetJobOptions& options,
                            parallel::Parallel& parallel);
 

@@ -9,14 +9,15 @@
 #include "core/simulation/scenes/scene.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/bench/benchmarks.h"
-#include "tests/bench/flat_job.h"
 #include "tests/bench/resident_memory.h"
+#include "tests/bench/scan_job.h"
+#include "tests/bench/scenes.h"
 
 namespace vantage::bench {
 
 namespace {
 
-void BenchMerge(const FlatJob& job, parallel::Parallel& parallel, Figures& figures) {
+void BenchMerge(const ScanJob& job, parallel::Parallel& parallel, Figures& figures) {
   if (!figures.Wants("merge.")) return;
   parallel::Serial serial;
   const size_t last = job.scans.size() - 1;
@@ -66,8 +67,8 @@ Footprint Measure(size_t scans, MakeScan&& make_scan, parallel::Parallel& parall
   return footprint;
 }
 
-void BenchFlatMemory(const FlatJob& job, parallel::Parallel& parallel, Figures& figures) {
-  if (!figures.Wants("model.bytes_per_voxel")) return;
+void BenchFlatMemory(const ScanJob& job, parallel::Parallel& parallel, Figures& figures) {
+  if (!figures.Wants("model.bytes_per_voxel") && !figures.Wants("model.layer.mb")) return;
   const Footprint flat = Measure(
       job.scans.size(), [&](size_t i) { return std::pair(job.scans[i], job.poses[i]); }, parallel);
   const auto voxels = static_cast<double>(flat.surface_voxels);
@@ -80,9 +81,9 @@ void BenchFlatMemory(const FlatJob& job, parallel::Parallel& parallel, Figures& 
 }
 
 // A storey of 1,000 m2 with range 30 m, as a building is scanned.
-void BenchStoreyMemory(parallel::Parallel& parallel, Figures& figures) {
+void BenchStoreyMemory(uint64_t seed, parallel::Parallel& parallel, Figures& figures) {
   constexpr size_t kScans = 30;
-  const simulation::Scene scene = simulation::OfficeStorey(1, 1000);
+  const simulation::Scene scene = simulation::OfficeStorey(seed, 1000);
   const simulation::SimulatedScanner simulated(scene.mesh);
   sensor::ScannerModel scanner;
   scanner.range_max = 30;
@@ -103,13 +104,15 @@ void BenchStoreyMemory(parallel::Parallel& parallel, Figures& figures) {
 
 }  // namespace
 
-void BenchModel(bool full, parallel::Parallel& parallel, Figures& figures) {
-  if (figures.Wants("merge.") || figures.Wants("model.bytes_per_voxel")) {
-    const FlatJob job = MakeFlatJob(1, 10, parallel);
+void BenchModel(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
+  const uint64_t seed = SceneSeeds(options.use).front();
+  if (figures.Wants("merge.") || figures.Wants("model.bytes_per_voxel") ||
+      figures.Wants("model.layer.mb")) {
+    const ScanJob job = MakeFlatJob(seed, 10, parallel);
     BenchMerge(job, parallel, figures);
     BenchFlatMemory(job, parallel, figures);
   }
-  if (full && figures.Wants("model.1000m2.")) BenchStoreyMemory(parallel, figures);
+  if (options.full && figures.Wants("model.1000m2.")) BenchStoreyMemory(seed, parallel, figures);
 }
 
 }  // namespace vantage::bench

@@ -1,12 +1,17 @@
 // The brute-force scorer against Embree's own rate, and whether budgets are kept.
 #include <malloc.h>
 
+#include <algorithm>
 #include <bit>
 #include <chrono>
 #include <cstdlib>
 #include <fstream>
+#include <memory>
+#include <span>
 #include <string>
 #include <thread>
+#include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -18,25 +23,31 @@
 #include "core/planning/problem/planning_problem.h"
 #include "core/planning/scoring/scoring.h"
 #include "tests/bench/benchmarks.h"
-#include "tests/bench/flat_job.h"
 #include "tests/bench/planning_job.h"
+#include "tests/bench/scenes.h"
 
 namespace vantage::bench {
 
 namespace {
 
-void BenchPackets(const model::PlanningView& model, const sensor::ScannerModel& scanner,
-                  parallel::Parallel& parallel, Figures& figures) {
-  const planning::PlanningConfig config;
+constexpr size_t kPacketViews = 130;  // of each model, that rays are traced from
+
+// M rays / s on the same rays, one thread.
+struct PacketRates {
+  double embree = 0;  // packets of 8 alone
+  double brute = 0;   // the scorer
+  uint64_t rays = 0;
+  uint32_t checksum = 0;
+};
+
+PacketRates MeasurePackets(const PlanningJob& job) {
   const parallel::Budget unlimited = parallel::Budget::Unlimited();
-  const auto problem =
-      planning::PlanningProblem::Prepare({model, scanner, config}, parallel).value();
-  const planning::FeasibleViews& feasible = problem->feasible();
-  const planning::Scoring& scoring = problem->scoring();
-  const planning::SensingConstraints constraints(scanner);
+  const planning::Scoring& scoring = *job.scoring;
+  const planning::FeasibleViews& feasible = job.feasible;
+  const planning::SensingConstraints constraints(job.scanner);
   const planning::CellArrays& cells = scoring.cells();
 
-  // Every 40th view; their packets are laid out beforehand for Embree alone.
+  // Some 130 views; their packets are laid out beforehand for Embree alone.
   struct Packets {
     Eigen::Vector3f origin;
     std::vector<std::pair<visibility::TargetPacket, uint32_t>> packets;
@@ -44,9 +55,10 @@ void BenchPackets(const model::PlanningView& model, const sensor::ScannerModel& 
   std::vector<Eigen::Vector3d> views;
   std::vector<Packets> raw;
   uint64_t raw_rays = 0;
-  for (size_t i = 0; i < feasible.cells().size(); i += 40) {
+  const size_t stride = std::max<size_t>(1, feasible.cells().size() / kPacketViews);
+  for (size_t i = 0; i < feasible.cells().size(); i += stride) {
     views.push_back(feasible.Centre(i));
-    Packets of_view{scoring.scene().ToScene(views.back() / model.voxel_size()), {}};
+    Packets of_view{scoring.scene().ToScene(views.back() / job.model->voxel_size()), {}};
     visibility::TargetPacket targets{};
     uint32_t filled = 0;
     alignas(32) float gains[8];
@@ -88,27 +100,47 @@ void BenchPackets(const model::PlanningView& model, const sensor::ScannerModel& 
                             }
                           }));
   }
-  const double raw_rate = static_cast<double>(raw_rays) / raw_best;
-  const double brute_rate = static_cast<double>(rays) / brute_best;
-  figures.Add({"plan.embree.rays_per_second", raw_rate / 1e6, "M rays/s", "",
-               absl::StrCat("packets of 8 alone, one thread, best of 5; ", raw_rays, " rays, ",
-                            scoring.scene().faces(), " faces, checksum ", sink % 97)});
-  figures.Add({"plan.brute.rays_per_second", brute_rate / 1e6, "M rays/s", "",
-               absl::StrCat("the scorer on the same rays (", rays, "), cheap tests included")});
-  figures.Add({"plan.brute.packet_share", brute_rate / raw_rate, "of raw", "0.7",
-               "the scorer's rate over Embree's on the same rays"});
+  return {1e-6 * static_cast<double>(raw_rays) / raw_best,
+          1e-6 * static_cast<double>(rays) / brute_best, rays, sink % 97};
 }
 
-// `of`: the scene's part of the figures' names.
-void BenchBudgets(const std::string& of, const model::PlanningView& model,
-                  const sensor::ScannerModel& scanner, int runs, parallel::Parallel& parallel,
-                  Figures& figures) {
+void BenchPackets(std::span<const std::unique_ptr<PlanningJob>> jobs, Figures& figures) {
+  std::vector<double> embree, brute, shares;
+  uint64_t rays = 0;
+  uint32_t checksum = 0;
+  for (const auto& job : jobs) {
+    const PacketRates rates = MeasurePackets(*job);
+    embree.push_back(rates.embree);
+    brute.push_back(rates.brute);
+    shares.push_back(rates.brute / rates.embree);
+    rays += rates.rays;
+    checksum += rates.checksum;
+  }
+  const auto of = [](const std::vector<double>& values) {
+    return absl::StrFormat("median of %d models, %.3g to %.3g", values.size(),
+                           Percentile(values, 0), Percentile(values, 1));
+  };
+  figures.Add(
+      {"plan.embree.rays_per_second", Percentile(embree, 0.5), "M rays/s", "",
+       absl::StrFormat("packets of 8 alone, one thread, best of 5; %d rays, checksum %d; %s", rays,
+                       checksum, of(embree))});
+  figures.Add({"plan.brute.rays_per_second", Percentile(brute, 0.5), "M rays/s", "",
+               absl::StrCat("the scorer on the same rays, cheap tests included; ", of(brute))});
+  figures.Add({"plan.brute.packet_share", Percentile(shares, 0.5), "of raw", "0.7",
+               absl::StrCat("the scorer's rate over Embree's on the same rays; ", of(shares))});
+}
+
+// `of`: the kind's part of the figures' names. Plans of all models in turn.
+void BenchBudgets(const std::string& of, std::span<const std::unique_ptr<PlanningJob>> jobs,
+                  int runs, parallel::Parallel& parallel, Figures& figures) {
   std::vector<double> over, cancelled;
+  const auto nobody = [](const planning::Plan&) {};
   for (int run = 0; run < runs; ++run) {
-    const double budget = run % 2 == 0 ? 0.05 : 0.2;
+    const PlanningJob& job = *jobs[static_cast<size_t>(run) % jobs.size()];
+    const double budget = run / static_cast<int>(jobs.size()) % 2 == 0 ? 0.05 : 0.2;
     const double took = WallSeconds([&] {
-      (void)planning::MakePlan(model, scanner, {}, parallel::Budget::Seconds(budget), parallel,
-                               [](const planning::Plan&) {});
+      (void)planning::MakePlan(*job.model, job.scanner, {}, parallel::Budget::Seconds(budget),
+                               parallel, nobody);
     });
     over.push_back(std::max(0.0, took - budget));
 
@@ -121,15 +153,27 @@ void BenchBudgets(const std::string& of, const model::PlanningView& model,
       asked = std::chrono::steady_clock::now();
       stop.request_stop();
     });
-    (void)planning::MakePlan(model, scanner, {}, endless, parallel, [](const planning::Plan&) {});
+    (void)planning::MakePlan(*job.model, job.scanner, {}, endless, parallel, nobody);
     const auto ended = std::chrono::steady_clock::now();
     canceller.join();
-    cancelled.push_back(std::max(0.0, std::chrono::duration<double>(ended - asked).count()));
+    // A plan that was complete before it was cancelled says nothing.
+    if (ended > asked) {
+      cancelled.push_back(std::chrono::duration<double>(ended - asked).count());
+    }
   }
   figures.Add({absl::StrCat("plan.budget.", of, "over_p99"), 1e3 * Percentile(over, 0.99), "ms",
-               "20", absl::StrCat("time past budgets of 50 and 200 ms, ", runs, " plans")});
+               "20",
+               absl::StrFormat("time past budgets of 50 and 200 ms, %d plans of %d models; median "
+                               "%.1f ms, most %.1f",
+                               over.size(), jobs.size(), 1e3 * Percentile(over, 0.5),
+                               1e3 * Percentile(over, 1))});
+  if (cancelled.empty()) return;
   figures.Add({absl::StrCat("plan.cancel.", of, "p99"), 1e3 * Percentile(cancelled, 0.99), "ms",
-               "50", absl::StrCat("from the request to the end, ", runs, " plans")});
+               "50",
+               absl::StrFormat("from the request to the end, %d plans of %d models; median %.1f "
+                               "ms, most %.1f",
+                               cancelled.size(), jobs.size(), 1e3 * Percentile(cancelled, 0.5),
+                               1e3 * Percentile(cancelled, 1))});
 }
 
 // Of the process, the most since it was last reset.
@@ -142,9 +186,9 @@ double PeakGigabytes() {
   return kilobytes / 1e6;
 }
 
-void BenchLargeStorey(parallel::Parallel& parallel, Figures& figures) {
+void BenchLargeStorey(uint64_t seed, parallel::Parallel& parallel, Figures& figures) {
   sensor::ScannerModel scanner;
-  const auto model = ScannedOffice(2000, scanner, parallel);
+  const auto model = ScannedOffice(seed, 2000, scanner, parallel);
   malloc_trim(0);
   std::ofstream("/proc/self/clear_refs") << "5";
   const double before = PeakGigabytes();
@@ -169,21 +213,28 @@ void BenchLargeStorey(parallel::Parallel& parallel, Figures& figures) {
 
 }  // namespace
 
-void BenchPlanning(bool full, parallel::Parallel& parallel, Figures& figures) {
-  if (full && (figures.Wants("plan.budget.1000m2.") || figures.Wants("plan.cancel.1000m2."))) {
-    sensor::ScannerModel scanner;
-    const auto model = ScannedOffice(1000, scanner, parallel);
-    BenchBudgets("1000m2.", *model, scanner, 100, parallel, figures);
+void BenchPlanning(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
+  const auto jobs_of = [&](const std::vector<PlanningKind>& kinds) {
+    std::vector<std::unique_ptr<PlanningJob>> jobs;
+    for (const PlanningKind& kind : kinds) {
+      for (const PlanningScene& scene : kind.measured) jobs.push_back(scene.make(parallel));
+    }
+    return jobs;
+  };
+  if (options.full &&
+      (figures.Wants("plan.budget.1000m2.") || figures.Wants("plan.cancel.1000m2."))) {
+    BenchBudgets("1000m2.", jobs_of({OfficeStoreys(1000, options.use)}), 102, parallel, figures);
   }
-  if (full && figures.Wants("plan.2000m2.")) BenchLargeStorey(parallel, figures);
-  if (!figures.Wants("plan.embree.") && !figures.Wants("plan.brute.") &&
-      !figures.Wants("plan.budget.o") && !figures.Wants("plan.cancel.p")) {
-    return;
+  if (options.full && figures.Wants("plan.2000m2.")) {
+    BenchLargeStorey(SceneSeeds(options.use).front(), parallel, figures);
   }
-  const FlatJob job = MakeFlatJob(1, 3, parallel);
-  const auto view = ModelOf(job, 3, parallel)->Publish();
-  BenchPackets(*view, job.scans[0].scanner, parallel, figures);
-  BenchBudgets("", *view, job.scans[0].scanner, 100, parallel, figures);
+  const bool packets = figures.Wants("plan.embree.") || figures.Wants("plan.brute.");
+  const bool budgets = figures.Wants("plan.budget.over_p99") || figures.Wants("plan.cancel.p99");
+  if (!packets && !budgets) return;
+  const auto jobs = jobs_of(
+      {FlatsAfter(3, options.use), HallsAfter(3, options.use), OfficeStoreys(250, options.use)});
+  if (packets) BenchPackets(jobs, figures);
+  if (budgets) BenchBudgets("", jobs, 108, parallel, figures);
 }
 
 }  // namespace vantage::bench

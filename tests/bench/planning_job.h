@@ -4,6 +4,7 @@
 #define VANTAGE_TESTS_BENCH_PLANNING_JOB_H_
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
@@ -31,17 +32,25 @@ struct PlanningJob {
   std::vector<Eigen::Vector3d> views;
 };
 
-// The furnished flat of FlatJob after so many scans.
-std::unique_ptr<PlanningJob> FlatPlanningJob(size_t scans, parallel::Parallel& parallel);
+// The furnished flat of a seed after so many scans, made where the planner says.
+std::unique_ptr<PlanningJob> FlatPlanningJob(uint64_t seed, size_t scans,
+                                             parallel::Parallel& parallel);
+// The same in two rooms, and in a hall with pillars.
+std::unique_ptr<PlanningJob> RoomsPlanningJob(uint64_t seed, size_t scans,
+                                              parallel::Parallel& parallel);
+std::unique_ptr<PlanningJob> HallPlanningJob(uint64_t seed, size_t scans,
+                                             parallel::Parallel& parallel);
 
 // An office storey after one scan per 50 m2, from where its rooms are freest; range 30 m.
-std::shared_ptr<const model::PlanningView> ScannedOffice(double area_m2,
+std::shared_ptr<const model::PlanningView> ScannedOffice(uint64_t seed, double area_m2,
                                                          sensor::ScannerModel& scanner,
                                                          parallel::Parallel& parallel);
-std::unique_ptr<PlanningJob> OfficePlanningJob(double area_m2, parallel::Parallel& parallel);
+std::unique_ptr<PlanningJob> OfficePlanningJob(uint64_t seed, double area_m2,
+                                               parallel::Parallel& parallel);
 
-// The furnished house of the shared data after five scans; null where the data are not there.
-std::unique_ptr<PlanningJob> SmallHousePlanningJob(parallel::Parallel& parallel);
+// A mesh in a folder of the shared data after five scans; null where the data are not there.
+std::unique_ptr<PlanningJob> MeshPlanningJob(const std::string& folder,
+                                             parallel::Parallel& parallel);
 
 }  // namespace vantage::bench
 

@@ -25,6 +25,7 @@
 #include "core/visibility/occlusion_scene.h"
 #include "core/visibility/opaque_grid.h"
 #include "tests/bench/benchmarks.h"
+#include "tests/bench/scenes.h"
 #include "tests/core/registration/align/pcl_icp.h"
 
 namespace vantage::bench {
@@ -59,12 +60,12 @@ double Metres(const Eigen::Isometry3d& a, const Eigen::Isometry3d& b) {
   return (a.translation() - b.translation()).norm();
 }
 
-void BenchAlign(bool full, parallel::Parallel& parallel, Figures& figures) {
+void BenchAlign(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
   std::vector<double> seconds, ours, theirs, speedup, our_error, their_error;
   double samples = 0;
   const sensor::ScannerModel scanner;
   parallel::Serial serial;
-  for (uint64_t seed = 1; seconds.size() < kPairs; ++seed) {
+  for (uint64_t seed = SceneSeeds(options.use).front(); seconds.size() < kPairs; ++seed) {
     const simulation::Scene scene = simulation::FurnishedFlat(seed);
     const simulation::SimulatedScanner tracer(scene.mesh);
     simulation::RandomSequence random(seed);
@@ -94,7 +95,7 @@ void BenchAlign(bool full, parallel::Parallel& parallel, Figures& figures) {
           [&] { result = registration::Register(*view, scan, prior, {}, parallel).value(); }));
       samples += static_cast<double>(scan.image.SampleCount());
       // PCL takes many seconds for each.
-      if (made++ > 0 && !full) continue;
+      if (made++ > 0 && !options.full) continue;
       const registration::ScanSurface surface = registration::SampleSurface(
           scan, registration::RegistrationConfig().sample_spacing, serial);
       registration::Alignment alignment;
@@ -159,13 +160,15 @@ void BenchPredict(const char* name, const char* of, const simulation::Scene& sce
                                of, surface / 1000)});
 }
 
-void BenchGlobalRegistration(bool full, parallel::Parallel& parallel, Figures& figures) {
+void BenchGlobalRegistration(const BenchOptions& options, parallel::Parallel& parallel,
+                             Figures& figures) {
   std::vector<double> seconds;
   int right = 0;
   int wrong = 0;
   const sensor::ScannerModel scanner;
-  const uint64_t flats = full ? 4 : 2;
-  for (uint64_t seed = 1; seed <= flats; ++seed) {
+  const uint64_t flats = options.full ? 4 : 2;
+  const uint64_t first = SceneSeeds(options.use).front();
+  for (uint64_t seed = first; seed < first + flats; ++seed) {
     const simulation::Scene flat = simulation::FurnishedFlat(seed);
     const simulation::SimulatedScanner tracer(flat.mesh);
     auto model = model::PartialModel::Create({}).value();
@@ -198,19 +201,21 @@ void BenchGlobalRegistration(bool full, parallel::Parallel& parallel, Figures& f
 
 }  // namespace
 
-void BenchRegistration(bool full, parallel::Parallel& parallel, Figures& figures) {
+void BenchRegistration(const BenchOptions& options, parallel::Parallel& parallel,
+                       Figures& figures) {
+  const uint64_t seed = SceneSeeds(options.use).front();
   if (figures.Wants("align.seconds") || figures.Wants("align.speedup") ||
       figures.Wants("align.accuracy_ratio")) {
-    BenchAlign(full, parallel, figures);
+    BenchAlign(options, parallel, figures);
   }
   if (figures.Wants("predict.ms")) {
-    BenchPredict("predict.ms", "furnished flat", simulation::FurnishedFlat(1), "2", parallel,
+    BenchPredict("predict.ms", "furnished flat", simulation::FurnishedFlat(seed), "2", parallel,
                  figures);
   }
   if (figures.Wants("predict.hall.ms")) {
-    BenchPredict("predict.hall.ms", "hall", simulation::PillarHall(1), "", parallel, figures);
+    BenchPredict("predict.hall.ms", "hall", simulation::PillarHall(seed), "", parallel, figures);
   }
-  if (figures.Wants("align.coarse.")) BenchGlobalRegistration(full, parallel, figures);
+  if (figures.Wants("align.coarse.")) BenchGlobalRegistration(options, parallel, figures);
 }
 
 }  // namespace vantage::bench

@@ -1,14 +1,15 @@
 // Loading a saved model against building it again from its scans, the same model in the same run.
 #include "absl/strings/str_cat.h"
 #include "tests/bench/benchmarks.h"
-#include "tests/bench/flat_job.h"
+#include "tests/bench/scan_job.h"
+#include "tests/bench/scenes.h"
 
 namespace vantage::bench {
 
-void BenchSnapshot(parallel::Parallel& parallel, Figures& figures) {
+void BenchSnapshot(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
   if (!figures.Wants("snapshot.")) return;
   constexpr int kScans = 6;
-  const FlatJob job = MakeFlatJob(1, kScans, parallel);
+  const ScanJob job = MakeFlatJob(SceneSeeds(options.use).front(), kScans, parallel);
   std::unique_ptr<model::PartialModel> model;
   const double rebuild = MedianSeconds(3, [&] { model = ModelOf(job, kScans, parallel); });
   std::string bytes;

@@ -1,9 +1,10 @@
-// vantage_bench [--only PREFIX] [--out FILE] [--full] [--pictures FOLDER]
+// vantage_bench [--only PREFIX] [--out FILE] [--full] [--tuning] [--pictures FOLDER] [--list]
 //
 // Prints a table of figures and writes them as JSON. The exit status says whether it ran, not
 // whether aims are met.
 #include <CLI/CLI.hpp>
 #include <algorithm>
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <iostream>
@@ -14,22 +15,65 @@
 
 #include "absl/strings/str_format.h"
 #include "core/parallel/thread_pool.h"
+#include "core/simulation/scenes/scene_use.h"
 #include "tests/bench/benchmarks.h"
 
-int main(int argc, char** argv) {
-  CLI::App app("Benchmarks of Vantage, as ratios against references in the same run");
-  std::string only;
-  std::string out = "bench.json";
-  bool full = false;
-  app.add_option("--only", only, "only figures whose names start so");
-  app.add_option("--out", out, "where to write the JSON")->capture_default_str();
-  app.add_flag("--full", full, "all figures, however long they take");
-  std::string pictures;
-  app.add_option("--pictures", pictures, "folder for the anytime curves; they take minutes each");
-  CLI11_PARSE(app, argc, argv);
+namespace vantage::bench {
+namespace {
+
+// What runs together, in this order.
+struct Group {
+  const char* name;
+  const char* figures;  // beginnings of names, as --only takes them
+  const char* what;
+  double minutes;  // about, on two cores
+  Benchmark* run;
+};
+constexpr std::array<Group, 9> kGroups = {{
+    {"carve", "carve.", "carving one scan, beside OctoMap", 1, BenchCarve},
+    {"model", "merge. model.", "merging the tenth scan; memory; --full: 1,000 m2", 1, BenchModel},
+    {"snapshot", "snapshot.", "loading a model, beside building it", 0.5, BenchSnapshot},
+    {"planning", "plan.embree. plan.brute. plan.budget. plan.cancel. plan.2000m2.",
+     "rays per second; whether budgets are kept; --full: 1,000 and 2,000 m2", 2, BenchPlanning},
+    {"evaluator", "plan.exact.",
+     "exact scores of all views, beside brute force; --full: 500 to 2,000 m2", 3, BenchEvaluator},
+    {"anytime",
+     "plan.anytime.speedup. plan.anytime.worst_regret. plan.anytime.cpu_seconds. "
+     "plan.anytime.dominates. plan.anytime.curve. plan.threads2.",
+     "answers at a budget, beside brute force and a rival, each for flat1, flat3, rooms1, "
+     "bookstore, 250m2; --full: hall3, 1000m2; curves with --pictures",
+     12, BenchAnytime},
+    {"registration", "align. predict.", "alignment, beside PCL's ICP; predictions; global search",
+     2, BenchRegistration},
+    {"cycle", "cycle.", "from a scan to checked views", 1, BenchCycle},
+    {"fleet", "fleet.greedy_ratio fleet.joint4. fleet.job fleet.speedup4 fleet.waste_ratio",
+     "several scanners on one job; --full: 1,000 m2, an hour and more", 10, BenchFleet},
+}};
+
+void PrintGroups() {
+  double minutes = 0;
+  for (const Group& group : kGroups) {
+    absl::PrintF("%-13s %4.1f min  %s\n%25s%s\n", group.name, group.minutes, group.what, "",
+                 group.figures);
+    minutes += group.minutes;
+  }
+  absl::PrintF("%-13s %4.0f min  on two cores, without --full\n", "all", minutes);
+}
+
+// A loop of plain arithmetic: how fast this machine was during this run.
+void BenchMachine(Figures& figures) {
+  if (!figures.Wants("machine.")) return;
+  std::vector<double> loops;
+  loops.reserve(3);
+  for (int run = 0; run < 3; ++run) loops.push_back(MachineLoopSeconds());
+  figures.Add({"machine.loop.seconds", Percentile(loops, 0.5), "s", "",
+               "1e8 dependent multiply-adds, one thread"});
+}
+
+int Run(const BenchOptions& options, const std::string& only, const std::string& out) {
   // Before the minutes are spent whose results go there.
   for (const std::filesystem::path& folder :
-       {std::filesystem::path(out).parent_path(), std::filesystem::path(pictures)}) {
+       {std::filesystem::path(out).parent_path(), std::filesystem::path(options.pictures)}) {
     std::error_code failed;
     if (!folder.empty()) std::filesystem::create_directories(folder, failed);
     if (failed) {
@@ -37,38 +81,54 @@ int main(int argc, char** argv) {
       return 1;
     }
   }
-
   const int threads = static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
-  vantage::parallel::ThreadPool pool(threads);
-  vantage::bench::Figures figures(only);
-  // A loop of plain arithmetic: how fast this machine was during this run.
-  if (figures.Wants("machine.")) {
-    std::vector<double> loops;
-    loops.reserve(3);
-    for (int run = 0; run < 3; ++run) loops.push_back(vantage::bench::MachineLoopSeconds());
-    const double loop = vantage::bench::Percentile(loops, 0.5);
-    figures.Add({"machine.loop.seconds", loop, "s", "", "1e8 dependent multiply-adds, one thread"});
-  }
+  parallel::ThreadPool pool(threads);
+  Figures figures(only);
+  BenchMachine(figures);
   // How long each group took, as they end: the whole is to stay within half an hour.
   double whole = 0;
-  const auto timed = [&](const char* group, const std::function<void()>& bench) {
-    const double seconds = vantage::bench::WallSeconds(bench);
+  for (const Group& group : kGroups) {
+    const double seconds = WallSeconds([&] { group.run(options, pool, figures); });
     whole += seconds;
-    if (seconds >= 1) std::cerr << absl::StrFormat("[%5.0f s] %s: %.0f s\n", whole, group, seconds);
-  };
-  timed("carve", [&] { vantage::bench::BenchCarve(pool, figures); });
-  timed("model", [&] { vantage::bench::BenchModel(full, pool, figures); });
-  timed("snapshot", [&] { vantage::bench::BenchSnapshot(pool, figures); });
-  timed("planning", [&] { vantage::bench::BenchPlanning(full, pool, figures); });
-  timed("evaluator", [&] { vantage::bench::BenchEvaluator(full, pool, figures); });
-  timed("anytime", [&] { vantage::bench::BenchAnytime({full, pictures}, pool, figures); });
-  timed("registration", [&] { vantage::bench::BenchRegistration(full, pool, figures); });
-  timed("cycle", [&] { vantage::bench::BenchCycle(pool, figures); });
-  timed("fleet", [&] { vantage::bench::BenchFleet({full, pictures}, pool, figures); });
-  if (!figures.WriteJson(out)) {
+    if (seconds < 1) continue;
+    std::cerr << absl::StrFormat("[%5.0f s] %s: %.0f s\n", whole, group.name, seconds);
+  }
+  const bool tuning = options.use == simulation::SceneUse::kTuning;
+  if (!figures.WriteJson(out, tuning ? "tuning" : "reporting")) {
     std::cerr << "cannot write " << out << ": name a file in a folder that can be written\n";
     return 1;
   }
   std::cout << "written to " << out << "\n";
   return 0;
+}
+
+}  // namespace
+}  // namespace vantage::bench
+
+int main(int argc, char** argv) {
+  CLI::App app(
+      "Benchmarks of Vantage, as ratios against references in the same run. 20 to 30 minutes on "
+      "two "
+      "cores, some hours with --full; --list says what takes how long.");
+  std::string only;
+  std::string out = "bench.json";
+  bool tuning = false;
+  bool list = false;
+  vantage::bench::BenchOptions options;
+  app.add_option("--only", only, "only figures whose names start so");
+  app.add_option("--out", out, "where to write the JSON")->capture_default_str();
+  app.add_flag("--full", options.full, "all figures, however long they take");
+  app.add_flag("--tuning", tuning,
+               "on the scenes for tuning instead of those that report: whatever is chosen by a "
+               "figure is chosen by these");
+  app.add_option("--pictures", options.pictures,
+                 "folder for the anytime curves, which take minutes each, and the tours");
+  app.add_flag("--list", list, "groups of figures and what they take, and nothing else");
+  CLI11_PARSE(app, argc, argv);
+  if (list) {
+    vantage::bench::PrintGroups();
+    return 0;
+  }
+  if (tuning) options.use = vantage::simulation::SceneUse::kTuning;
+  return vantage::bench::Run(options, only, out);
 }

@@ -6,7 +6,7 @@
 #include <utility>
 
 #include "core/parallel/thread_pool.h"
-#include "tests/bench/flat_job.h"
+#include "tests/bench/scan_job.h"
 
 namespace vantage::load {
 
@@ -15,7 +15,7 @@ std::vector<sensor::Scan> MakeLoadScans(size_t count) {
   constexpr double kOff = 0.1;       // m
   constexpr double kTurned = 0.087;  // rad
   parallel::ThreadPool pool(static_cast<int>(std::max(1U, std::thread::hardware_concurrency())));
-  bench::FlatJob job = bench::MakeFlatJob(kScene, count, pool);
+  bench::ScanJob job = bench::MakeFlatJob(kScene, count, pool);
   std::mt19937 random(kScene);
   std::uniform_real_distribution<double> error(-1, 1);
   for (size_t i = 0; i < count; ++i) {

@@ -175,6 +175,10 @@ TEST(StudyScenesTest, TuningAndReportingShareNone) {
   }
   for (const std::string& name : reporting) EXPECT_EQ(UseOf(name), SceneUse::kReporting);
   EXPECT_EQ(DefaultScenes(SceneUse::kReporting, true).size(), 3u);
+  // Defaults were chosen by what these showed.
+  for (const char* name : {"flat-1", "office-2", "hall-101", "flat-101", "small-house"}) {
+    EXPECT_EQ(UseOf(name), SceneUse::kTuning) << name;
+  }
   EXPECT_EQ(BuildScene("flat", "").status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(BuildScene("small-house", "/nowhere").status().code(), absl::StatusCode::kNotFound);
 }

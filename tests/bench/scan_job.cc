@@ -1,4 +1,4 @@
-#include "tests/bench/flat_job.h"
+#include "tests/bench/scan_job.h"
 
 #include <string>
 #include <utility>
@@ -11,11 +11,11 @@
 
 namespace vantage::bench {
 
-FlatJob MakeFlatJob(uint64_t seed, size_t count, parallel::Parallel& parallel) {
-  const simulation::Scene scene = simulation::FurnishedFlat(seed);
+ScanJob MakeScanJob(const simulation::Scene& scene, uint64_t seed, size_t count,
+                    parallel::Parallel& parallel) {
   const simulation::SimulatedScanner tracer(scene.mesh);
   const sensor::ScannerModel scanner;
-  FlatJob job;
+  ScanJob job;
   auto model = model::PartialModel::Create({}).value();
   Eigen::Vector3d position = scene.starts[0];
   while (job.scans.size() < count) {
@@ -43,7 +43,11 @@ FlatJob MakeFlatJob(uint64_t seed, size_t count, parallel::Parallel& parallel) {
   return job;
 }
 
-std::unique_ptr<model::PartialModel> ModelOf(const FlatJob& job, size_t count,
+ScanJob MakeFlatJob(uint64_t seed, size_t count, parallel::Parallel& parallel) {
+  return MakeScanJob(simulation::FurnishedFlat(seed), seed, count, parallel);
+}
+
+std::unique_ptr<model::PartialModel> ModelOf(const ScanJob& job, size_t count,
                                              parallel::Parallel& parallel) {
   auto model = model::PartialModel::Create({}).value();
   for (size_t i = 0; i < count; ++i) {
