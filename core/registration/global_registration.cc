@@ -22,6 +22,7 @@ namespace {
 // Two rooms can look alike, and one of them need not have been scanned: without a prior, little
 // overlap or much contradiction is not enough to merge.
 void DoubtWhatShapeAloneFound(RegistrationResult& result) {
+  // Share, a choice: with less, two thirds of what the scan shows could be another room's.
   constexpr double kLeastOverlap = 0.35;
   RegistrationVerdict& verdict = result.verdict;
   if (!verdict.registered() || (verdict.overlap_share >= kLeastOverlap &&

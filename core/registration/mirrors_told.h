@@ -11,7 +11,8 @@
 
 namespace vantage::registration {
 
-// Share of a scan, that anything moved explains.
+// Share of a scan, that anything moved explains, for any scanner. A mirror of a square metre fills
+// more of a panoramic scan from nearer than a metre and a half.
 inline constexpr double kLittleContradiction = 0.03;
 
 // What a mirror shows lies behind its wall, in space that other scans know: it contradicts like a

@@ -13,15 +13,16 @@
 namespace vantage::model {
 namespace {
 
-constexpr int kMostPlanes = 16;
+constexpr int kMostPlanes = 16;            // of a scan: six of a room, and as many of its furniture
 constexpr double kDisplaced = 0.3;         // cosine to its normal: reflecting turns the surface
-constexpr double kNearestReflector = 0.3;  // m from the scanner
-constexpr double kRoughly = 0.06;          // m, at which a return comes back to a surface
-constexpr double kClosely = 0.03;          // m
-constexpr size_t kTested = 64;             // cells of a plane to try a candidate with
-constexpr size_t kMostJudged = 16;         // candidates
-constexpr double kCoarse = 20'000;         // cells for a first judgement
-constexpr double kFine = 150'000;          // for the second: most there is to tell, at a fixed cost
+constexpr double kNearestReflector = 0.3;  // m from the scanner: nearer is its own body
+constexpr double kRoughly = 0.06;          // m, at which a return comes back: as ReturnTest agrees
+constexpr double kClosely = 0.03;   // m: what a plane is straightened to; three sigma of 1 cm
+constexpr size_t kTested = 64;      // cells of a plane to try a candidate with: half of them +-6 %
+constexpr size_t kMostJudged = 16;  // candidates: each costs a look at the whole scan
+// Numbers of cells of an image: shares, and so the same for any resolution.
+constexpr double kCoarse = 20'000;  // for a first judgement: 1 to 1.5 degrees apart
+constexpr double kFine = 150'000;  // for the second, 0.5 degrees: most there is to tell, at a price
 
 // The plane that reflects `from` into `to`, if an upright one before the scanner does. A floor that
 // reflects is itself measured from above.
@@ -62,9 +63,10 @@ std::optional<Eigen::Vector3d> MeanCrossing(const ReflectingPlane& plane,
 // Turned about where its returns came through, and moved, to where most of them come back.
 ReflectingPlane Straighten(const ReturnTest& tester, const ReflectingPlane& plane,
                            const std::vector<Eigen::Vector3d>& behind) {
-  constexpr int kMostTurn = 8;                     // of kTurn, to either side
-  constexpr double kTurn = sensor::Radians(0.25);  // rad
-  constexpr int kMostShift = 3;                    // cm
+  constexpr int kMostTurn = 8;  // of kTurn, to either side: two degrees; mirrors lean by one
+  // rad: half of it at seven metres behind a mirror, twice, is the three centimetres of kClosely.
+  constexpr double kTurn = sensor::Radians(0.25);
+  constexpr int kMostShift = 3;  // cm: what the search before it, by centimetres, may be wrong
   ReflectingPlane best = plane;
   for (const double within : {kRoughly, kClosely, kClosely}) {
     size_t most = ComeBack(tester, best, behind, within);
@@ -97,8 +99,8 @@ ReflectingPlane Straighten(const ReturnTest& tester, const ReflectingPlane& plan
 // where the wall has ended. `points` are what was seen by way of the mirror.
 void StartPastItsWall(const std::vector<ScanPlane>& planes,
                       const std::vector<Eigen::Vector3d>& points, ReflectingPlane& mirror) {
-  constexpr double kParallel = 0.995;  // cosine
-  constexpr double kProud = 0.12;      // m
+  constexpr double kParallel = 0.995;  // cosine, 6 degrees: mirrors are sought up to two askew
+  constexpr double kProud = 0.12;      // m that a mirror stands out from its wall, with its frame
   const std::optional<Eigen::Vector3d> through = MeanCrossing(mirror, points);
   if (!through) return;
   const double past = mirror.behind;
@@ -113,8 +115,9 @@ void StartPastItsWall(const std::vector<ScanPlane>& planes,
 // The one that brings most of what lies behind back onto measured surface.
 std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane& wall,
                                       const std::vector<ScanCell>& sample) {
-  constexpr size_t kEnough = 20;  // cells
-  constexpr size_t kMost = 400;   // that are looked at
+  // Cells, a degree or more apart. So few are two tenths of a square metre two metres away.
+  constexpr size_t kEnough = 20;
+  constexpr size_t kMost = 400;  // that are looked at: a share of them is off by 2.5 %, one sigma
   const ReflectingPlane itself{wall.normal, wall.distance};
   if (!itself.IsUpright() && !itself.IsLevel()) return std::nullopt;
   std::vector<Eigen::Vector3d> behind;

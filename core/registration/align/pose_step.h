@@ -15,7 +15,7 @@
 namespace vantage::registration {
 
 // A prior without a covariance is believed to this, rad, one sigma: what nothing constrains stays
-// where it is.
+// where it is. Wider than any guess that alignment starts from (12 degrees, 0.2 rad).
 inline constexpr double kVagueTurn = 0.3;
 
 // A pose change about a fixed point: [rotation; translation].

@@ -13,9 +13,11 @@
 
 namespace vantage::registration {
 
-// Voxels from a sample to a voxel's centroid.
+// Voxels from a sample to a voxel's centroid: somewhat less than the diagonal of a cube (1.73), so
+// that a sample finds the voxel that it lies in and those beside it, and boards that are two voxels
+// thick keep their sides apart. For a noise of up to a third of a voxel.
 inline constexpr double kFineReach = 1.6;
-// And at most, whatever is asked for.
+// And at most, whatever is asked for: the coarse stage ends within two voxels.
 inline constexpr double kWidestReach = 2.5;
 
 struct Match {

@@ -8,6 +8,7 @@ namespace vantage::registration {
 namespace {
 
 // Up to this many times the required accuracy a person may still decide; beyond, it is hopeless.
+// At three times, every second pose is still within the requirement along the weakest direction.
 constexpr double kDoubtfulFactor = 3.0;
 constexpr const char* kMoreOverlap =
     "stand nearer to what is scanned already, with more of it in view";
