@@ -33,6 +33,7 @@ RangeSurface::RangeSurface(const sensor::RangeImage& image, const sensor::Scanne
     : azimuth_(image.azimuth, image.full_turn),
       elevation_(image.elevation, false),
       range_(image.range),
+      range_sigma_(scanner.RangeSigma(scanner.range_max)),
       joined_(image.cells(), 0) {
   FillTables();
   for (float& range : range_) {
@@ -40,7 +41,7 @@ RangeSurface::RangeSurface(const sensor::RangeImage& image, const sensor::Scanne
       range = sensor::RangeImage::kNoInformation;
     }
   }
-  Join(scanner, discontinuity_angle, parallel);
+  Join(discontinuity_angle, parallel);
   DropMixedPixels(parallel);
   JoinQuads(parallel);
 }
@@ -65,12 +66,11 @@ void RangeSurface::FillTables() {
   }
 }
 
-void RangeSurface::Join(const sensor::ScannerModel& scanner, double discontinuity_angle,
-                        parallel::Parallel& parallel) {
+void RangeSurface::Join(double discontinuity_angle, parallel::Parallel& parallel) {
   const double tangent = std::tan(discontinuity_angle);
   // Five sigma of a difference of two ranges: what noise alone explains is no discontinuity. Of
   // five million pairs three are beyond.
-  const double noise = 5 * std::sqrt(2.0) * scanner.RangeSigma(scanner.range_max);
+  const double noise = 5 * std::sqrt(2.0) * range_sigma_;
   const auto one_surface = [&](float a, float b, double angle) {
     if (!sensor::RangeImage::IsRange(a) || !sensor::RangeImage::IsRange(b)) return false;
     const double depth = std::abs(static_cast<double>(a) - static_cast<double>(b));

@@ -44,6 +44,9 @@ class RangeSurface {
             sin_elevation_[r]};
   }
 
+  // m, one sigma of the scanner's ranges, at the farthest. Snapshots do not keep it: 0 then.
+  double range_sigma() const { return range_sigma_; }
+
   // Did something answer here, and from where the ray went?
   bool Returned(int column, int row) const {
     return range_[Index(column, row)] > 0 && (joined_[Index(column, row)] & 8) == 0;
@@ -96,8 +99,7 @@ class RangeSurface {
   size_t Index(int column, int row) const {
     return static_cast<size_t>(column) * static_cast<size_t>(rows()) + static_cast<size_t>(row);
   }
-  void Join(const sensor::ScannerModel& scanner, double discontinuity_angle,
-            parallel::Parallel& parallel);
+  void Join(double discontinuity_angle, parallel::Parallel& parallel);
   void DropMixedPixels(parallel::Parallel& parallel);
   void JoinQuads(parallel::Parallel& parallel);
 
@@ -105,6 +107,7 @@ class RangeSurface {
   AngularAxis elevation_;
   std::vector<double> cos_azimuth_, sin_azimuth_, cos_elevation_, sin_elevation_;
   std::vector<float> range_;  // as in RangeImage
+  double range_sigma_ = 0;
   // Bits: 1 to the next column, 2 to the next row, 4 quad; or 8 ended, joined to nothing, and then
   // 1 where nothing was told rather than nothing came back.
   std::vector<uint8_t> joined_;
