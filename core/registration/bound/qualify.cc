@@ -22,8 +22,9 @@ constexpr size_t kSpaceSamples = 6000;
 // ones 1 in 16,000.
 constexpr double kInlierDeviations = 4.0;
 // Noisier residuals than expected widen the bound. Beyond so many times what the noise explains,
-// and so much of a voxel (a wrong match is anywhere within one and a half), they are no noise at
-// all.
+// and so much of a voxel (a wrong match is anywhere within one and a half: 0.9 rms), they are no
+// noise at all. Holds while the former is less than that: for a noise of up to a quarter of a
+// voxel.
 constexpr double kResidualFactor = 3.0;
 constexpr double kResidualVoxels = 0.4;
 // Shares of the samples meeting known space that may contradict it: things do move. In a room that
