@@ -20,7 +20,7 @@ constexpr size_t kHypotheses = 48;
 constexpr int kMostPoor = 16;  // that are put aside before it ends
 
 // How far samples of one plane may be off it, and normals off its own: what walls are uneven by,
-// skirting boards and frames, or what noise explains where that is more, from 4 to 6 mm on.
+// skirting boards and frames, or what noise explains where that is more.
 struct PlaneTolerance {
   explicit PlaneTolerance(double range_sigma)
       : flat(std::max(0.02, 4 * range_sigma)),
@@ -29,7 +29,7 @@ struct PlaneTolerance {
         same_normal(static_cast<float>(
             std::min(0.985, std::cos(4 * std::sqrt(2.0) * range_sigma / (2 * kBaseline))))) {}
 
-  double flat;        // m, of a normal's neighbours off its cell; 20 mm up to a noise of 4 mm
+  double flat;        // m, of a normal's neighbours off its cell; 20 mm up to a noise of 5 mm
   float on_plane;     // m; 30 mm up to a noise of 6 mm
   float same_normal;  // cosine; 10 degrees up to a noise of 7 mm
 };
