@@ -22,6 +22,7 @@ namespace {
 // Two rooms can look alike, and one of them may not have been scanned yet. So without a prior, a
 // scan with little overlap or much contradiction does not merge by itself.
 void DoubtWhatShapeAloneFound(RegistrationResult& result) {
+  // Share, a choice: with less, two thirds of what the scan shows could be another room's.
   constexpr double kLeastOverlap = 0.35;
   RegistrationVerdict& verdict = result.verdict;
   if (!verdict.registered() || (verdict.overlap_share >= kLeastOverlap &&

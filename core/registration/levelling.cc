@@ -12,7 +12,8 @@ namespace vantage::registration {
 
 absl::StatusOr<Levelling> LevelFirstScan(const sensor::Scan& scan) {
   if (absl::Status status = scan.image.Validate(); !status.ok()) return status;
-  constexpr double kMaxTilt = sensor::Radians(15);
+  constexpr double kMaxTilt = sensor::Radians(15);  // of a tripod set up by eye; ramps are flatter
+  // m, of samples: 50 on the smallest floor, whose tilt a noise of 1 cm leaves to 0.4 degrees.
   constexpr double kSpacing = 0.10;
   Levelling result;
   Eigen::Vector3d up = Eigen::Vector3d::UnitZ();

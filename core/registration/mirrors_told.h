@@ -12,7 +12,8 @@
 
 namespace vantage::registration {
 
-// Share of a scan, that anything moved explains.
+// The share of a scan that may contradict the model because things were moved, for any scanner. A
+// mirror of a square metre fills more of a panoramic scan within a metre and a half.
 inline constexpr double kLittleContradiction = 0.03;
 
 // Registers a scan and, where it is in doubt and contradicts the model, once more without its

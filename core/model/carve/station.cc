@@ -14,9 +14,9 @@ namespace {
 // The floor is the level at which most columns of voxels around the scanner have their lowest
 // surface. Walls and legs of tables end there too, so clutter does not outvote it.
 std::optional<double> FloorBelow(double voxel_size, const ScanLayer& layer) {
-  constexpr double kRadius = 3.0;     // m, around the station
-  constexpr double kLeastDrop = 0.3;  // m, below the viewpoint
-  constexpr int kLeastColumns = 20;
+  constexpr double kRadius = 3.0;  // m, around the station: a room's, the next one may be a step up
+  constexpr double kLeastDrop = 0.3;  // m, below the viewpoint: no tripod is lower
+  constexpr int kLeastColumns = 20;   // of voxels: 0.05 m^2 at 5 cm, two feet of the tripod apart
   const Eigen::Vector3d viewpoint = layer.T_model_scan.translation();
   struct Lowest {
     int z;
@@ -46,6 +46,7 @@ std::optional<double> FloorBelow(double voxel_size, const ScanLayer& layer) {
   double sum = 0;
   int votes = 0;
   for (const auto& [column, lowest] : columns) {
+    // A floor on the border of two layers of voxels, and its noise, are in both.
     if (std::abs(lowest.z - mode->first) > 1) continue;
     sum += lowest.height;
     ++votes;

@@ -87,14 +87,16 @@ VoxelVisibility::Block VoxelVisibility::Test(const VoxelIndex& corner) const {
 }
 
 bool VoxelVisibility::MostRaysPass(const VoxelIndex& voxel) const {
-  constexpr int kAcross = 5;  // rays each way
+  constexpr int kAcross = 5;  // rays each way: a twentieth of a metre in centimetres
   constexpr int kRays = kAcross * kAcross;
-  constexpr int kLeastTelling = 7;
+  constexpr int kLeastTelling = 7;  // of them, a quarter: fewer are the fringe of something else
+  // Of the image, across the voxel: with fewer all rays ask the same cell.
+  constexpr double kLeastCellsAcross = 1.5;
   const Eigen::Vector3d away =
       (voxel.cast<double>().array() + 0.5).matrix() * voxel_size_ - origin_;
   const double distance = away.norm();
   const double cells_across = voxel_size_ / (distance * surface_.elevation().widest_step());
-  if (cells_across < 1.5 || distance < voxel_size_) return false;
+  if (cells_across < kLeastCellsAcross || distance < voxel_size_) return false;
   const Eigen::Vector3d along = R_scan_model_ * away / distance;
   const Eigen::Vector3d aside = along.unitOrthogonal();
   const Eigen::Vector3f c = (along * distance).cast<float>();

@@ -6,7 +6,9 @@
 namespace vantage::model {
 namespace {
 
-constexpr size_t kMostDropouts = 8;
+constexpr size_t kMostDropouts = 8;  // kept of a voxel: 96 bytes, as two voxels take
+// Cosine, 3 degrees: what drops out in one direction drops out beside it. A third of what planning
+// takes for the same direction (CellArrays::IsDropout), so that which one is kept does not matter.
 const float kSameDirection = std::cos(static_cast<float>(sensor::Radians(3)));
 
 }  // namespace

@@ -9,7 +9,8 @@ namespace vantage::model {
 
 namespace {
 
-constexpr float kCompatible = 0.8f;  // cosine between normals of one surface
+// Cosine between normals of one surface, 37 degrees: less than half a right angle, as in alignment.
+constexpr float kCompatible = 0.8f;
 
 // Calls fn(OffsetCode, distance, brick, rank) for the voxels that dominate `plane`, the one at
 // `local`. Only voxels of one column across the surface are rivals; neighbours within the surface

@@ -24,7 +24,8 @@ constexpr std::array<std::array<int, 3>, 6> kFaces = {
 // and did not come back the second may look at it askew.
 constexpr int kMissesToGiveUp = 2;
 
-// A miss tells something if the scan should have put this many samples on the surface.
+// A miss tells something if the scan should have put this many samples on the surface: density
+// times area, for any scanner and voxel.
 constexpr double kTellingSamples = 2;
 
 class Publisher {
@@ -231,6 +232,7 @@ class Publisher {
   // One voxel thick, with empty space before and behind: which side it faces is a guess.
   bool EmptyOnBothSides(int local, const Eigen::Vector3f& normal) const {
     const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
+    // As far as a planned ray aims (kTargetDistances): out of the voxel whatever the normal.
     const auto empty_towards = [&](float side) {
       const Eigen::Vector3i step = (side * 1.45f * normal).array().round().cast<int>();
       return Empty(x + step.x(), y + step.y(), z + step.z());
@@ -285,13 +287,15 @@ class Publisher {
   bool IsSliver(int local, const Eigen::Vector3f& normal) const {
     const int x = local & 7, y = local >> 3 & 7, z = local >> 6;
     const Eigen::Vector3f centre = Centre(local).cast<float>();
+    // Half a voxel for the surface's own, and one more. Noise of a third of a voxel stays within.
     const float reach = static_cast<float>(1.5 * h_);
+    constexpr float kSameWay = 0.7f;  // cosine, 45 degrees: false surface faces along an axis
     bool sliver = false;
     surface_.ForEachAround(x, y, z, kFuseReach, [&](int dx, int dy, int dz) {
       if (sliver) return;
       const auto [there, at] = around_.At(x + dx, y + dy, z + dz);
       const LocalPlane& plane = there->plane[there->united->Rank(at)];
-      sliver = plane.normal.dot(normal) >= 0.7f &&
+      sliver = plane.normal.dot(normal) >= kSameWay &&
                std::abs(plane.normal.dot(centre - plane.centroid)) <= reach;
     });
     return sliver;

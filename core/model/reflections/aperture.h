@@ -29,8 +29,10 @@ class Aperture {
   bool MayHide(const Eigen::Vector3d& station, const Eigen::Vector3d& middle, double radius) const;
 
  private:
-  friend class LayerCodec;               // snapshots
-  static constexpr double kCell = 0.10;  // m
+  friend class LayerCodec;  // snapshots
+  // m: a point fills the cells around its own, so that the border is a decimetre too far out. Rays
+  // of one degree are two cells apart eleven metres away; from farther they would leave gaps.
+  static constexpr double kCell = 0.10;
 
   Eigen::Vector3d normal_;
   double distance_;

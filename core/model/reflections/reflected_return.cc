@@ -7,8 +7,10 @@
 namespace vantage::model {
 
 Back ReturnTest::Compare(const Eigen::Vector3d& point, double agreement) const {
-  constexpr double kClearlyEmpty = 0.15;  // m short of what was measured there
-  constexpr double kRagged = 0.5;         // m: too much depth around to say anything
+  constexpr double kClearlyEmpty = 0.15;  // m before what was measured there: as kWellBehind
+  // m: where depths around differ by more, nothing can be said. More than a chair or a shelf is
+  // deep; of one surface only at rays of a degree that meet it at 75 degrees, from four metres on.
+  constexpr double kRagged = 0.5;
   const AngularAxis::Position a = surface_.azimuth().Locate(std::atan2(point.y(), point.x()));
   const AngularAxis::Position e =
       surface_.elevation().Locate(std::atan2(point.z(), point.head<2>().norm()));

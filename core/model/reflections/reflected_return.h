@@ -25,10 +25,13 @@ enum class Back : uint8_t {
 struct ReflectingPlane {
   Eigen::Vector3d normal;
   double distance;
-  double behind = 0.04;  // m behind it, from where on returns are in question: past its wall
+  // m behind it, from where on returns are in question: past its wall, whose returns are noisy
+  // (four sigma of 1 cm) and which is even to a centimetre.
+  double behind = 0.04;
 
   double Above(const Eigen::Vector3d& point) const { return normal.dot(point) + distance; }
-  // Reflectors hang on walls, or lie.
+  // Reflectors hang on walls, or lie: within 20 degrees, since mirrors lean, and within 18, since
+  // the scanner may.
   bool IsUpright() const { return std::abs(normal.z()) < 0.35; }
   bool IsLevel() const { return std::abs(normal.z()) > 0.95; }
   // Where a ray in a direction, of any length, meets it.
@@ -42,8 +45,9 @@ struct ReflectingPlane {
 
 class ReturnTest {
  public:
-  // m behind the plane, from where on a return is evidence: nearer, a wall's relief agrees with
-  // itself.
+  // A return is evidence when it lies farther than this behind the plane, m. The relief of a wall
+  // agrees with its own reflection to within twice its depth; so this is more than twice the
+  // agreement.
   static constexpr double kWellBehind = 0.15;
 
   // Keeps the reference.
@@ -75,7 +79,7 @@ class ReturnTest {
   // return on a floor or a side wall, which go on for metres, agrees with any plane and tells
   // nothing.
   bool Telling(const ReflectingPlane& plane, int column, int row) const {
-    constexpr double kShift = 0.3;  // m
+    constexpr double kShift = 0.3;  // m: five times the agreement, less than furniture is apart
     const Eigen::Vector3d back = plane.Reflected(Point(column, row));
     return Compare(back + kShift * plane.normal, kAgreement) != Back::kAgrees ||
            Compare(back - kShift * plane.normal, kAgreement) != Back::kAgrees;
@@ -85,7 +89,9 @@ class ReturnTest {
   Back Compare(const Eigen::Vector3d& point, double agreement) const;
 
  private:
-  static constexpr double kAgreement = 0.06;  // m between a reflected return and what was measured
+  // m between a reflected return and what was measured: a plane may be off by a centimetre, which
+  // counts twice, and by half a degree, which does so metres behind it; four sigma of 1 cm besides.
+  static constexpr double kAgreement = 0.06;
 
   const RangeSurface& surface_;
 };

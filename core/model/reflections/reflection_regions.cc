@@ -10,8 +10,14 @@
 namespace vantage::model {
 namespace {
 
-constexpr size_t kLeastRegion = 150;  // cells
-constexpr size_t kLeastTelling = 30;  // cells that say something
+// A region is judged by shares of its cells: of 150 they are off by 4 % at most, one sigma. Where
+// cells are coarser than 0.75 degrees, by those of a mirror nine degrees wide and high, which is
+// half a metre three metres away; from there on shares are off by more, 5 % at a degree.
+constexpr double kLeastRegion = 150;                                                       // cells
+constexpr double kLeastRegionAngle = 150 * sensor::Radians(0.75) * sensor::Radians(0.75);  // sr
+// Of these, cells that are looked at, however few of the image's: a first look decides by them.
+constexpr size_t kLeastJudged = 8;
+constexpr size_t kLeastTelling = 30;  // cells that say something: a fifth of the least region
 
 // Every `stride`-th column and row of the image, judged by one plane.
 class Judgement {
@@ -35,8 +41,8 @@ class Judgement {
   // The cells of the whole image, not every `stride`-th alone, that are reflections.
   std::vector<ScanCell> AllReflections() {
     if (Reflections().empty()) return {};
-    // Cells in between are like the one next to them; where that answered from before the plane,
-    // like those around it.
+    // A cell between sampled ones is taken like the sampled one next to it, or, when that one's
+    // return is from before the plane, like those around it.
     std::vector<uint8_t> near(taken_);
     for (int c = 0; c < columns_; ++c) {
       for (int r = 0; r < rows_; ++r) {
@@ -78,7 +84,7 @@ class Judgement {
       region.clear();
     }
     if (found.empty()) return found;
-    // Now the plane is known to reflect, less is asked of the rest.
+    // Since the plane is known to reflect now, other regions need less evidence.
     BoundReflector(found);
     const size_t largest = found.size();
     for (const std::vector<ScanCell>& region : regions) {
@@ -124,7 +130,7 @@ class Judgement {
     std::vector<ScanCell> region = {seed};
     seen[Index(seed)] = 1;
     for (size_t i = 0; i < region.size(); ++i) {
-      // Two cells on: a polished floor answers in between.
+      // Neighbours up to two cells away, since a polished floor returns rays of its own in between.
       ForNeighbours(ScanCell(region[i]), 2, [&](const ScanCell& n) {
         if (seen[Index(n)] != 0 || !InQuestion(Index(n))) return;
         seen[Index(n)] = 1;
@@ -134,8 +140,8 @@ class Judgement {
     return region;
   }
 
-  // Has a cell of the image the plane's own returns on both sides, left and right or above and
-  // below, within three steps of `step` cells?
+  // True when a cell of the image has the plane's own returns on both sides, left and right or
+  // above and below, within three steps of `step` cells.
   bool AmongThePlanesOwn(int column, int row, int step) const {
     const auto own = [&](int dc, int dr) {
       for (int k = step; k <= 3 * step; k += step) {
@@ -156,7 +162,7 @@ class Judgement {
     return AmongThePlanesOwn(cell.column * stride_, cell.row * stride_, stride_);
   }
 
-  // Cells of the region beside what contradicts.
+  // The number of cells of the region beside a cell that contradicts.
   size_t Contradicted(const std::vector<ScanCell>& region) const {
     size_t contradicted = 0;
     for (const ScanCell& cell : region) {
@@ -167,7 +173,7 @@ class Judgement {
     return contradicted;
   }
 
-  // Is every sample joined to the next all the way to a neighbour?
+  // True when every sample on the way to a neighbour is joined to the next.
   bool Connected(const ScanCell& cell, int dc, int dr) const {
     int c = cell.column * stride_;
     int r = cell.row * stride_;
@@ -190,26 +196,30 @@ class Judgement {
     return true;
   }
 
-  // Does what begins at a cell go on along the plane? A jamb goes away from it.
+  // True when the surface that begins at a cell continues along the plane; a jamb goes away from
+  // it.
   bool LiesInPlane(const ScanCell& cell, int dc, int dr) const {
     constexpr double kProud = 0.12;  // m that a mirror stands out from its wall
+    constexpr double kFrame = 0.06;  // m that a frame stands out from its mirror
+    // Six cells of the image: 1.5 degrees of a quarter, or 8 cm three metres away; of a whole
+    // degree 30 cm. So coarse a scan has to have that much wall around a mirror.
     const int further = std::max(1, 6 / stride_);
     const std::optional<ScanCell> on = Beside(cell, further * dc, further * dr);
     if (!on || !Returned(*on)) return false;
     const double above = plane_.Above(Point(*on));
-    return above > -kProud && above < 0.06;
+    return above > -kProud && above < kFrame;
   }
 
-  // What a region ends at: pairs of a cell in it and one beside it that answered.
+  // The border of a region: pairs of a cell in it and a neighbour outside it that has a return.
   struct Border {
     size_t all = 0;
-    size_t broken = 0;     // the surface breaks off, and what is beside lies in the plane
-    size_t connected = 0;  // the surface goes on through the plane
-    size_t behind = 0;     // beside is what contradicts
-    size_t before = 0;     // or what is well before the plane
+    size_t broken = 0;     // the surface breaks off, and the neighbour lies in the plane
+    size_t connected = 0;  // the surface continues through the plane
+    size_t behind = 0;     // the neighbour contradicts
+    size_t before = 0;     // the neighbour is well before the plane
   };
   Border BorderOf(const std::vector<ScanCell>& region) const {
-    constexpr double kAtPlane = 0.25;  // m
+    constexpr double kAtPlane = 0.25;  // m before the plane: farther than frames and shelves on it
     Border border;
     for (const ScanCell& cell : region) {
       for (const auto& [dc, dr] : {std::pair{-1, 0}, {1, 0}, {0, -1}, {0, 1}}) {
@@ -234,12 +244,18 @@ class Judgement {
            2 * border.before <= border.broken;
   }
 
+  // Cells of the image.
+  size_t LeastRegion() const {
+    const double cell = surface_.azimuth().mean_step() * surface_.elevation().mean_step();
+    return static_cast<size_t>(std::lround(std::min(kLeastRegion, kLeastRegionAngle / cell)));
+  }
+
   bool IsReflection(const std::vector<ScanCell>& region) {
     const size_t stands_for = static_cast<size_t>(stride_) * static_cast<size_t>(stride_);
-    if (region.size() < std::max<size_t>(8, kLeastRegion / stands_for)) return false;
+    if (region.size() < std::max<size_t>(kLeastJudged, LeastRegion() / stands_for)) return false;
     const size_t skip = std::max<size_t>(1, region.size() / 2000);
     size_t sampled = 0;
-    size_t looked = 0;  // at what is evidence
+    size_t looked = 0;  // cells that are evidence
     size_t agree = 0;
     size_t telling = 0;
     size_t telling_agree = 0;
@@ -263,7 +279,7 @@ class Judgement {
     if (2 * telling_agree < telling) return false;
     if (12 * Contradicted(region) > region.size()) return false;
     const Border border = BorderOf(region);
-    // Returns scattered among the plane's own, each alone, are no room.
+    // Single returns scattered among the plane's own are not a room behind it.
     if (2 * among_own > looked && 2 * border.broken >= border.all &&
         8 * border.connected <= border.all) {
       scattered_ = true;
@@ -278,10 +294,13 @@ class Judgement {
     return plane_.Crossing(surface_.Direction(cell.column * stride_, cell.row * stride_));
   }
 
-  // A polished floor reflects all over. A mirror ends, and in the same wall there are doors:
-  // through them floor, ceiling and side walls look like what they are reflected into.
+  // Limits an upright reflector to the box of the reflections found. A polished floor reflects
+  // everywhere, but a mirror ends, and the floor, ceiling and walls seen through a door in the same
+  // wall would agree with their reflections.
   void BoundReflector(const std::vector<ScanCell>& found) {
-    constexpr double kAround = 0.3;  // m
+    // m: what a washstand before a mirror, or its frame, parts from the rest; less than from a
+    // mirror to a door.
+    constexpr double kAround = 0.3;
     if (plane_.IsLevel()) return;
     reflector_.emplace();
     for (const ScanCell& cell : found) reflector_->extend(Crossing(cell));
@@ -319,8 +338,8 @@ class Judgement {
     }
   }
 
-  // Returns from behind the plane in small clusters amid a reflection are part of it, whatever they
-  // seem to say: mixed pixels, edges, what was reflected twice.
+  // Adds small clusters of returns from behind the plane within a reflection, whether they agree or
+  // not: they are mixed pixels, edges, or were reflected twice.
   void TakeSpecks(std::vector<ScanCell>& found) {
     const size_t largest = found.size() / 50 + 4;
     std::vector<uint8_t> seen(back_.size(), 0);

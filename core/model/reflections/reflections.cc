@@ -13,18 +13,19 @@
 namespace vantage::model {
 namespace {
 
-constexpr int kMostPlanes = 16;
+constexpr int kMostPlanes = 16;            // of a scan: six of a room, and as many of its furniture
 constexpr double kDisplaced = 0.3;         // cosine to its normal: reflecting turns the surface
-constexpr double kNearestReflector = 0.3;  // m from the scanner
-constexpr double kRoughly = 0.06;          // m, at which a return comes back to a surface
-constexpr double kClosely = 0.03;          // m
-constexpr size_t kTested = 64;             // cells of a plane to try a candidate with
-constexpr size_t kMostJudged = 16;         // candidates
-constexpr double kCoarse = 20'000;         // cells for a first judgement
-constexpr double kFine = 150'000;          // for the second: most there is to tell, at a fixed cost
+constexpr double kNearestReflector = 0.3;  // m from the scanner: nearer is its own body
+constexpr double kRoughly = 0.06;          // m, at which a return comes back: as ReturnTest agrees
+constexpr double kClosely = 0.03;   // m: what a plane is straightened to; three sigma of 1 cm
+constexpr size_t kTested = 64;      // cells of a plane to test a candidate: half of them +-6 %
+constexpr size_t kMostJudged = 16;  // candidates: each costs a look at the whole scan
+// Numbers of cells of an image: shares, and so the same for any resolution.
+constexpr double kCoarse = 20'000;  // for a first judgement: 1 to 1.5 degrees apart
+constexpr double kFine = 150'000;  // for the second, 0.5 degrees: most there is to tell, at a price
 
-// The plane that reflects `from` into `to`, if an upright one before the scanner does. A floor that
-// reflects is itself measured from above.
+// The plane that reflects `from` into `to`, if it is upright and in front of the scanner. A
+// reflecting floor is found by its own measured surface.
 std::optional<ReflectingPlane> Between(const ScanPlane& from, const ScanPlane& to) {
   const Eigen::Vector3d turn = to.normal - from.normal;
   const double length = turn.norm();
@@ -34,7 +35,7 @@ std::optional<ReflectingPlane> Between(const ScanPlane& from, const ScanPlane& t
   return plane;
 }
 
-// How many of the points, which lie behind a plane, come back to within so much (m) of measured
+// The number of points behind a plane whose reflections are within `within` (m) of measured
 // surface.
 size_t ComeBack(const ReturnTest& tester, const ReflectingPlane& plane,
                 const std::vector<Eigen::Vector3d>& behind, double within) {
@@ -44,7 +45,7 @@ size_t ComeBack(const ReturnTest& tester, const ReflectingPlane& plane,
       }));
 }
 
-// Where rays to those of the points that lie behind a plane cross it, on average.
+// The mean of the places where rays to points behind a plane cross it.
 std::optional<Eigen::Vector3d> MeanCrossing(const ReflectingPlane& plane,
                                             const std::vector<Eigen::Vector3d>& points) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
@@ -58,13 +59,15 @@ std::optional<Eigen::Vector3d> MeanCrossing(const ReflectingPlane& plane,
   return sum / static_cast<double>(behind);
 }
 
-// A mirror leans, and hangs a little askew: a degree at the wall is a foot ten metres behind it.
-// Turned about where its returns came through, and moved, to where most of them come back.
+// Turns and moves a plane to where most of the points behind it come back to measured surface. A
+// mirror leans and hangs a little askew, and a degree at the wall is a foot ten metres behind it.
+// The plane is turned about the place where its returns came through.
 ReflectingPlane Straighten(const ReturnTest& tester, const ReflectingPlane& plane,
                            const std::vector<Eigen::Vector3d>& behind) {
-  constexpr int kMostTurn = 8;                     // of kTurn, to either side
-  constexpr double kTurn = sensor::Radians(0.25);  // rad
-  constexpr int kMostShift = 3;                    // cm
+  constexpr int kMostTurn = 8;  // of kTurn, to either side: two degrees; mirrors lean by one
+  // rad: half of it at seven metres behind a mirror, twice, is the three centimetres of kClosely.
+  constexpr double kTurn = sensor::Radians(0.25);
+  constexpr int kMostShift = 3;  // cm: what the search before it, by centimetres, may be wrong
   ReflectingPlane best = plane;
   for (const double within : {kRoughly, kClosely, kClosely}) {
     size_t most = ComeBack(tester, best, behind, within);
@@ -93,12 +96,13 @@ ReflectingPlane Straighten(const ReturnTest& tester, const ReflectingPlane& plan
   return best;
 }
 
-// A mirror hangs before a wall, which goes on around it and is in no question: returns are from
-// where the wall has ended. `points` are what was seen by way of the mirror.
+// Sets the depth behind which returns are questioned to lie behind the wall on which the mirror
+// hangs, since that wall goes on around the mirror and is real. `points` were seen by way of the
+// mirror.
 void StartPastItsWall(const std::vector<ScanPlane>& planes,
                       const std::vector<Eigen::Vector3d>& points, ReflectingPlane& mirror) {
-  constexpr double kParallel = 0.995;  // cosine
-  constexpr double kProud = 0.12;      // m
+  constexpr double kParallel = 0.995;  // cosine, 6 degrees: mirrors are sought up to two askew
+  constexpr double kProud = 0.12;      // m that a mirror stands out from its wall, with its frame
   const std::optional<Eigen::Vector3d> through = MeanCrossing(mirror, points);
   if (!through) return;
   const double past = mirror.behind;
@@ -109,12 +113,13 @@ void StartPastItsWall(const std::vector<ScanPlane>& planes,
   }
 }
 
-// A measured plane, or one up to a decimetre before it: a mirror hangs on its wall, with a frame.
-// The one that brings most of what lies behind back onto measured surface.
+// The plane, among a measured one and those up to a decimetre in front of it, that reflects most of
+// the points behind it onto measured surface. A mirror hangs on its wall, with a frame.
 std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane& wall,
                                       const std::vector<ScanCell>& sample) {
-  constexpr size_t kEnough = 20;  // cells
-  constexpr size_t kMost = 400;   // that are looked at
+  // Cells, a degree or more apart; this many are two tenths of a square metre two metres away.
+  constexpr size_t kEnough = 20;
+  constexpr size_t kMost = 400;  // that are looked at: a share of them is off by 2.5 %, one sigma
   const ReflectingPlane itself{wall.normal, wall.distance};
   if (!itself.IsUpright() && !itself.IsLevel()) return std::nullopt;
   std::vector<Eigen::Vector3d> behind;
@@ -142,7 +147,7 @@ std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane&
   return mirror;
 }
 
-// The share of some of the cells that agree, less those that contradict; 0 below one half.
+// The share of the sampled cells that agree, less the share that contradicts; 0 below one half.
 double Support(const ReturnTest& tester, const ReflectingPlane& plane,
                const std::vector<ScanCell>& cells) {
   const size_t stride = std::max<size_t>(1, cells.size() / kTested);
@@ -159,7 +164,7 @@ double Support(const ReturnTest& tester, const ReflectingPlane& plane,
   return agree - contradict;
 }
 
-// Has the plane returns from behind it right beside its own, in many places?
+// True when returns from behind the plane are right beside its own in many places.
 bool HasScattered(const RangeSurface& surface, const ScanPlane& plane) {
   const ReturnTest tester(surface);
   const ReflectingPlane itself{plane.normal, plane.distance};
@@ -182,10 +187,10 @@ bool HasScattered(const RangeSurface& surface, const ScanPlane& plane) {
 struct Candidate {
   double support;
   ReflectingPlane plane;
-  bool scattered;  // its regions may be too ragged for a coarse look
+  bool scattered;  // its regions may be too ragged for the coarse judgement
 };
 
-// The most promising first.
+// The best score comes first.
 std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride,
                                       parallel::Parallel& parallel) {
   const std::vector<ScanPlane> planes = FindScanPlanes(surface, kMostPlanes, parallel);
@@ -246,7 +251,7 @@ std::vector<Reflector> EndReflections(RangeSurface& surface, parallel::Parallel&
   }
   std::vector<std::vector<ScanCell>> reflections(judged.size());
   parallel.For(judged.size(), [&](size_t i) {
-    // Coarsely first: most candidates are none.
+    // Candidates are judged coarsely first, since most do not reflect.
     const ReflectingPlane& plane = judged[i].plane;
     if (!judged[i].scattered && !HasReflections(surface, plane, stride)) return;
     reflections[i] = FindReflections(surface, plane, fine);

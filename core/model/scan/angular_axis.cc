@@ -17,13 +17,13 @@ AngularAxis::AngularAxis(std::vector<double> angles, bool closed)
     widest_step_ = std::max(widest_step_, angles_[i] - angles_[i - 1]);
   }
   if (closed_) widest_step_ = std::max(widest_step_, first() + kTurn - last());
-  const double step = closed_ ? kTurn / static_cast<double>(angles_.size())
-                              : (last() - first()) / static_cast<double>(angles_.size() - 1);
-  steps_per_rad_ = 1 / step;
+  mean_step_ = closed_ ? kTurn / static_cast<double>(angles_.size())
+                       : (last() - first()) / static_cast<double>(angles_.size() - 1);
+  steps_per_rad_ = 1 / mean_step_;
   even_ = true;
   for (size_t i = 0; i < angles_.size(); ++i) {
-    const double even = first() + static_cast<double>(i) * step;
-    if (std::abs(angles_[i] - even) > 1e-6 * step) even_ = false;
+    const double even = first() + static_cast<double>(i) * mean_step_;
+    if (std::abs(angles_[i] - even) > 1e-6 * mean_step_) even_ = false;
   }
   lower_limit_ = first() - (angles_[1] - angles_[0]) / 2;
   upper_limit_ = last() + (last() - angles_[angles_.size() - 2]) / 2;

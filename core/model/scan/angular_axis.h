@@ -31,6 +31,8 @@ class AngularAxis {
   double last() const { return angles_.back(); }
   // Largest distance between neighbouring entries, rad.
   double widest_step() const { return widest_step_; }
+  // Mean distance between them, rad.
+  double mean_step() const { return mean_step_; }
 
   Position Locate(double angle) const { return even_ ? LocateEven(angle) : LocateAny(angle); }
 
@@ -55,6 +57,7 @@ class AngularAxis {
   bool even_ = false;         // all steps equal: most scanners', and ten times faster to look up
   double steps_per_rad_ = 0;  // of an even axis
   double widest_step_ = 0;
+  double mean_step_ = 0;
   double lower_limit_ = 0;  // of an open axis: half a step outside its ends
   double upper_limit_ = 0;
   double buckets_per_rad_ = 0;

@@ -6,9 +6,11 @@
 namespace vantage::model {
 namespace {
 
-constexpr double kBin = sensor::Radians(3);
-constexpr double kRaysPerBin = 4;  // at least, along each axis
-constexpr double kMostRaysPerBin = 16;
+// 7,200 bins: a voxel of 5 cm fills one at a metre. Wider where rays are farther apart than three
+// quarters of a degree, so that a bin has some to judge by.
+constexpr double kBin = sensor::Radians(3);  // rad
+constexpr double kRaysPerBin = 4;            // at least, along each axis
+constexpr double kMostRaysPerBin = 16;       // looked at along each axis: 256 tell a majority
 
 // The bin of an angle that starts from 0.
 int BinOf(double angle, double span, int bins) {

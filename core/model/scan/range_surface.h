@@ -44,6 +44,9 @@ class RangeSurface {
             sin_elevation_[r]};
   }
 
+  // m, one sigma of the scanner's ranges, at the farthest. Snapshots do not keep it: 0 then.
+  double range_sigma() const { return range_sigma_; }
+
   // True when the cell holds a return of its own ray: it was not ended as a reflection or a lone
   // ray.
   bool Returned(int column, int row) const {
@@ -97,8 +100,7 @@ class RangeSurface {
   size_t Index(int column, int row) const {
     return static_cast<size_t>(column) * static_cast<size_t>(rows()) + static_cast<size_t>(row);
   }
-  void Join(const sensor::ScannerModel& scanner, double discontinuity_angle,
-            parallel::Parallel& parallel);
+  void Join(double discontinuity_angle, parallel::Parallel& parallel);
   void DropMixedPixels(parallel::Parallel& parallel);
   void JoinQuads(parallel::Parallel& parallel);
 
@@ -106,6 +108,7 @@ class RangeSurface {
   AngularAxis elevation_;
   std::vector<double> cos_azimuth_, sin_azimuth_, cos_elevation_, sin_elevation_;
   std::vector<float> range_;  // as in RangeImage
+  double range_sigma_ = 0;
   // Bits: 1 joined to the next column, 2 joined to the next row, 4 quad. 8: the ray was ended and
   // is joined to nothing; then 1 means that the cell had no information, otherwise no return.
   std::vector<uint8_t> joined_;

@@ -9,32 +9,49 @@ namespace vantage::model {
 
 namespace {
 
-constexpr double kBaseline = 0.12;     // m to the neighbours that a normal is taken from
-constexpr double kFlat = 0.02;         // m, how far they may lie off the plane
-constexpr int kSample = 16'000;        // cells looked at
-constexpr double kOnPlane = 0.03;      // m
-constexpr float kSameNormal = 0.985f;  // cosine: 10 degrees
-constexpr double kLeastArea = 0.25;    // m^2
-constexpr size_t kLeastCells = 12;
+// Distance to the neighbours from which a normal is computed, m: a noise of 3 mm then turns it by a
+// degree, and most furniture is wider. When cells are farther apart, the next ones are used.
+constexpr double kBaseline = 0.12;
+constexpr int kSample = 16'000;      // cells looked at
+constexpr double kLeastArea = 0.25;  // m^2: a cupboard's door
+constexpr size_t kLeastCells = 12;   // of the sample: four for each of a plane's three parameters
+// Of the sample, spread over it: a plane that holds a tenth of it is missed once in 150 times.
 constexpr size_t kHypotheses = 48;
-constexpr int kMostPoor = 16;  // that are put aside
+constexpr int kMostPoor = 16;  // poor planes that are put aside before the search ends
+
+// How far samples of one plane may be off it, and normals off its own: what walls are uneven by,
+// skirting boards and frames, or what noise explains where that is more.
+struct PlaneTolerance {
+  explicit PlaneTolerance(double range_sigma)
+      : flat(std::max(0.02, 4 * range_sigma)),
+        on_plane(static_cast<float>(std::max(0.03, 5 * range_sigma))),
+        // Both ends of a baseline are noisy, and its neighbours' likewise: four sigma.
+        same_normal(static_cast<float>(
+            std::min(0.985, std::cos(4 * std::sqrt(2.0) * range_sigma / (2 * kBaseline))))) {}
+
+  double flat;        // m, of a normal's neighbours off its cell; 20 mm up to a noise of 5 mm
+  float on_plane;     // m; 30 mm up to a noise of 6 mm
+  float same_normal;  // cosine; 10 degrees up to a noise of 7 mm
+};
 
 struct PlaneCandidate {
   ScanCell cell;
   Eigen::Vector3f point;
   Eigen::Vector3f normal;
-  float area;
+  float area;  // m^2 that it stands for, over the share of directions that the image covers
 };
 
-bool On(const PlaneCandidate& candidate, const Eigen::Vector3f& normal, float distance) {
-  return candidate.normal.dot(normal) > kSameNormal &&
-         std::abs(normal.dot(candidate.point) + distance) < static_cast<float>(kOnPlane);
+bool On(const PlaneCandidate& candidate, const Eigen::Vector3f& normal, float distance,
+        const PlaneTolerance& tolerance) {
+  return candidate.normal.dot(normal) > tolerance.same_normal &&
+         std::abs(normal.dot(candidate.point) + distance) < tolerance.on_plane;
 }
 
 std::vector<PlaneCandidate> FlatCells(const RangeSurface& surface) {
   std::vector<PlaneCandidate> flat;
   const double cells = static_cast<double>(surface.columns()) * surface.rows();
   const int stride = std::max(1, static_cast<int>(std::sqrt(cells / kSample)));
+  // As if the image went all around and from pole to pole; FindScanPlanes() puts that right.
   const double solid_step =
       2 * sensor::kPi / surface.columns() * sensor::kPi / surface.rows() * stride * stride;
   for (int c = 0; c < surface.columns(); c += stride) {
@@ -55,12 +72,13 @@ std::vector<PlaneCandidate> FlatCells(const RangeSurface& surface) {
 }
 
 // Refits normal and distance to the candidates on the plane.
-void Refit(const std::vector<PlaneCandidate>& flat, Eigen::Vector3f& normal, float& distance) {
+void Refit(const std::vector<PlaneCandidate>& flat, const PlaneTolerance& tolerance,
+           Eigen::Vector3f& normal, float& distance) {
   Eigen::Vector3d sum = Eigen::Vector3d::Zero();
   Eigen::Matrix3d products = Eigen::Matrix3d::Zero();
   double weight = 0;
   for (const PlaneCandidate& candidate : flat) {
-    if (!On(candidate, normal, distance)) continue;
+    if (!On(candidate, normal, distance, tolerance)) continue;
     const Eigen::Vector3d p = candidate.point.cast<double>();
     const double w = static_cast<double>(candidate.area);
     sum += w * p;
@@ -88,10 +106,8 @@ Eigen::Vector3d NormalAround(const RangeSurface& surface, int column, int row) {
   const auto cells = [&](double step) {
     return std::clamp(static_cast<int>(std::lround(kBaseline / (range * step))), 1, 100);
   };
-  const int across = cells(level * 2 * sensor::kPi / surface.columns());
-  const double rise =
-      (surface.elevation().last() - surface.elevation().first()) / std::max(1, surface.rows() - 1);
-  const int along = cells(rise);
+  const int across = cells(level * surface.azimuth().mean_step());
+  const int along = cells(surface.elevation().mean_step());
   int left = column - across;
   int right = column + across;
   if (surface.azimuth().closed()) {
@@ -114,19 +130,24 @@ Eigen::Vector3d NormalAround(const RangeSurface& surface, int column, int row) {
   if (!(length > 0)) return none;
   normal /= length;
   if (normal.dot(centre) > 0) normal = -normal;
+  const double flat = PlaneTolerance(surface.range_sigma()).flat;
   for (const Eigen::Vector3d& p : point) {
-    if (std::abs(normal.dot(p - centre)) > kFlat) return none;
+    if (std::abs(normal.dot(p - centre)) > flat) return none;
   }
   return normal;
 }
 
 std::vector<ScanPlane> FindScanPlanes(const RangeSurface& surface, int most,
                                       parallel::Parallel& parallel) {
+  const PlaneTolerance tolerance(surface.range_sigma());
+  // The share of all azimuths and elevations that the image covers.
+  const double covered = surface.columns() * surface.azimuth().mean_step() / (2 * sensor::kPi) *
+                         surface.rows() * surface.elevation().mean_step() / sensor::kPi;
   std::vector<PlaneCandidate> flat = FlatCells(surface);
   std::vector<ScanPlane> planes;
   int poor = 0;
   while (static_cast<int>(planes.size()) < most && flat.size() >= kLeastCells) {
-    // A plane through each of some cells spread over the rest; the one that gathers most wins.
+    // Tries the planes of some cells spread over the rest and takes the one that holds most area.
     Eigen::Vector3f normal = Eigen::Vector3f::Zero();
     float distance = 0;
     float most_area = 0;
@@ -140,7 +161,7 @@ std::vector<ScanPlane> FindScanPlanes(const RangeSurface& surface, int most,
       const float distance_of = at(h);
       float area = 0;
       for (size_t i = h % 4; i < flat.size(); i += 4) {
-        if (On(flat[i], along, distance_of)) area += flat[i].area;
+        if (On(flat[i], along, distance_of, tolerance)) area += flat[i].area;
       }
       areas[h] = area;
     });
@@ -152,20 +173,21 @@ std::vector<ScanPlane> FindScanPlanes(const RangeSurface& surface, int most,
       }
     }
     if (!(most_area > 0)) break;
-    for (int round = 0; round < 3; ++round) Refit(flat, normal, distance);
+    for (int round = 0; round < 3; ++round) Refit(flat, tolerance, normal, distance);
     ScanPlane plane;
     plane.normal = normal.cast<double>();
     plane.distance = static_cast<double>(distance);
     std::vector<PlaneCandidate> rest;
     for (const PlaneCandidate& candidate : flat) {
-      if (On(candidate, normal, distance)) {
-        plane.area += static_cast<double>(candidate.area);
+      if (On(candidate, normal, distance, tolerance)) {
+        plane.area += covered * static_cast<double>(candidate.area);
         plane.cells.push_back(candidate.cell);
       } else {
         rest.push_back(candidate);
       }
     }
-    // A few far cells can stand for more than a wall nearby: they are put aside, not the end.
+    // A few far cells can count for more area than a wall nearby. They are put aside, and the
+    // search goes on.
     const bool is_plane = plane.cells.size() >= kLeastCells && plane.area >= kLeastArea;
     if (!is_plane && (plane.cells.empty() || ++poor > kMostPoor)) break;
     if (is_plane && plane.distance > 0) planes.push_back(std::move(plane));

@@ -11,7 +11,8 @@ namespace vantage::model {
 struct ModelConfig {
   double voxel_size = 0.05;  // m, [0.01, 0.5]
   // Neighbouring samples are one surface unless the segment between them makes less than this angle
-  // with the line of sight, rad.
+  // with the line of sight, rad. 8 degrees: beyond 82 degrees of incidence, past the maximum
+  // incidence at which samples count. An angle, so that it holds for any step.
   double discontinuity_angle = 0.14;
   // Scans beyond this box (m, around the model's origin, half side per axis) are refused.
   Eigen::Vector3d max_half_extent = Eigen::Vector3d(200, 200, 50);

@@ -5,7 +5,11 @@
 namespace vantage::planning {
 namespace {
 
-constexpr double kLookingRange = 2.0;  // m
+// The distance from which openings are looked through, m: what rooms leave between a tripod and a
+// doorway or a gap in the furniture. It depends on rooms, not on the scanner. It suits densities
+// that the scanner reaches from there; for a higher density (one sample per degree and 800 / m^2)
+// the scanner has to come nearer, and samples would count up to a higher density.
+constexpr double kLookingRange = 2.0;
 
 bool Known(model::VoxelState state) {
   return state == model::VoxelState::kEmpty || state == model::VoxelState::kTrueSurface ||

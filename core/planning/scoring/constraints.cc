@@ -51,7 +51,11 @@ void CellArrays::Add(const Eigen::Vector3f& position, const Eigen::Vector3f& nor
 }
 
 bool CellArrays::IsDropout(const Eigen::Vector3f& view, size_t i) const {
+  // Cosine. Whether glass answers changes within 5 degrees of head on; twice that, since mirrors
+  // and what is black change more slowly. A property of materials, whatever the scanner and the
+  // voxel.
   static const float kSameDirection = std::cos(static_cast<float>(sensor::Radians(10)));
+  // m, a choice: a view nearer by less than this is most likely in front of the same pane.
   constexpr float kNearer = 0.5f;
   if (dropouts_begin[i] == dropouts_end[i]) return false;
   const Eigen::Vector3f at(x[i], y[i], z[i]);

@@ -12,12 +12,15 @@
 namespace vantage::registration {
 namespace {
 
-constexpr size_t kCoarseSamples = 700;   // for the many starts
-constexpr size_t kSpaceSamples = 2000;   // for what contradicts a minimum
-constexpr size_t kScoreSamples = 4000;   // for comparing minima
-constexpr size_t kFineSamples = 24'000;  // for the last stage
-constexpr size_t kApartSamples = 500;    // for telling minima apart
-constexpr int kFineMinima = 5;           // that are refined and compared
+// Numbers of samples, each a twentieth of a metre from the next whatever the scanner, so that they
+// need not grow with its resolution. A share that is counted on n of them is off by half of
+// 1 / sqrt(n) at most, one sigma; the cost grows with n.
+constexpr size_t kCoarseSamples = 700;   // for the many starts: 2 %
+constexpr size_t kSpaceSamples = 2000;   // for contradictions of a minimum: 1 %
+constexpr size_t kScoreSamples = 4000;   // for comparing minima: 0.8 %, of 15 % that make a doubt
+constexpr size_t kFineSamples = 24'000;  // for the last stage: a noise of 1 cm leaves 0.1 mm
+constexpr size_t kApartSamples = 500;    // for telling minima apart, to 4 % of their distance
+constexpr int kFineMinima = 5;           // that are refined and compared; each costs as much again
 
 std::span<const SurfaceSample> First(const ScanSurface& surface, size_t count) {
   return {surface.samples.data(), std::min(count, surface.samples.size())};
@@ -37,8 +40,8 @@ void SortAndKeepDistinct(std::span<const SurfaceSample> samples, double apart,
   minima = std::move(distinct);
 }
 
-// What `add(sample, result)` makes of each run of samples, in their order, however many threads
-// there are.
+// The results of `add(sample, result)` over runs of samples, in order. The runs do not depend on
+// the number of threads.
 template <typename Result, typename Add>
 std::vector<Result> InChunks(std::span<const SurfaceSample> samples, parallel::Parallel& parallel,
                              const Add& add) {
@@ -56,8 +59,10 @@ std::vector<Result> InChunks(std::span<const SurfaceSample> samples, parallel::P
 }  // namespace
 
 std::vector<Eigen::Isometry3d> StartsAroundPrior(const sensor::PosePrior& prior) {
-  double shift = 0.40;
-  double turn = sensor::Radians(12);
+  // The first stage corrects half a metre (max_correspondence), and 12 degrees, which move the
+  // walls of a room by about as much. A scanner set up by eye is within both.
+  double shift = 0.40;                // m
+  double turn = sensor::Radians(12);  // rad
   if (prior.covariance.has_value()) {
     shift = std::min(shift, 2 * std::sqrt(prior.covariance->diagonal().tail<3>().maxCoeff()));
     turn = std::min(turn, 2 * std::sqrt((*prior.covariance)(2, 2)));
@@ -82,11 +87,14 @@ Alignment Align(const model::PlanningView& model, const ScanSurface& surface,
                 const sensor::PosePrior& prior, const RegistrationConfig& config,
                 parallel::Parallel& parallel, std::span<const TargetTie> targets) {
   Eigen::AlignedBox3d box = BoxOf(surface, prior.T_world_scan);
-  const double margin = 1.0 + config.max_correspondence;
+  // The starts and the stages after them move a scan by at most this: 0.4 m, and 0.6 m by a turn of
+  // 12 degrees three metres off. Surface that leaves the field finds no match.
+  constexpr double kStartsReach = 1.0;  // m
+  const double margin = kStartsReach + config.max_correspondence;
   box.extend(Eigen::Vector3d(box.min() - Eigen::Vector3d::Constant(margin)));
   box.extend(Eigen::Vector3d(box.max() + Eigen::Vector3d::Constant(margin)));
   const CorrespondenceField field(model, box, config.max_correspondence, parallel);
-  // However it is turned.
+  // For any rotation.
   double radius = margin;
   for (const SurfaceSample& s : surface.samples) {
     radius = std::max(radius, margin + static_cast<double>(s.point.norm()));
@@ -197,7 +205,12 @@ SpaceAgreement CompareWithSpace(const model::PlanningView& model, const VoxelSea
                                 parallel::Parallel& parallel) {
   const double h = model.voxel_size();
   const Eigen::Vector3d origin = T_world_scan.translation();
-  const double behind = 4 * h;  // so far past a surface a sample has gone through it
+  // A sample this far behind a surface has gone through it: more than twice the reach of a match
+  // (kFineReach). Holds while the noise is below half a voxel.
+  const double behind = 4 * h;
+  constexpr double kFromScanner = 0.3;  // m: nearer there is only the tripod
+  constexpr double kFacing = 0.3;       // cosine: flatter, and the voxel that is met is a guess
+  constexpr double kThrough = 0.4;      // voxels from a ray to a centroid, that it met the voxel
   const auto compare = [&](const SurfaceSample& s, SpaceAgreement& agreement) {
     const Eigen::Vector3d point = T_world_scan * s.point.cast<double>();
     const Eigen::Vector3d normal = T_world_scan.linear() * s.normal.cast<double>();
@@ -217,17 +230,18 @@ SpaceAgreement CompareWithSpace(const model::PlanningView& model, const VoxelSea
     const double length = ray.norm();
     const Eigen::Vector3d direction = ray / length;
     model::VoxelIndex last = model::VoxelIndex::Constant(INT32_MIN);
-    for (double t = 0.3; !contradicts && t < length - behind; t += 0.5 * h) {
+    for (double t = kFromScanner; !contradicts && t < length - behind; t += 0.5 * h) {
       const model::VoxelIndex v = model.At(origin + t * direction);
       if (v == last) continue;
       last = v;
       if (model.State(v) != model::VoxelState::kTrueSurface) continue;
       const model::SurfaceVoxel* voxel = model.Surface(v);
       const Eigen::Vector3d n = voxel->normal.cast<double>();
-      if (voxel->samples == 0 || n.dot(direction) > -0.3) continue;
+      if (voxel->samples == 0 || n.dot(direction) > -kFacing) continue;
       const Eigen::Vector3d to = voxel->centroid.cast<double>() - origin;
       const double off = (to - to.dot(direction) * direction).norm();
-      contradicts = off < 0.4 * h && n.dot(point - voxel->centroid.cast<double>()) < -0.5 * behind;
+      contradicts =
+          off < kThrough * h && n.dot(point - voxel->centroid.cast<double>()) < -0.5 * behind;
     }
     if (contradicts) agreement.contradicting += s.cells;
   };

@@ -7,7 +7,13 @@
 namespace vantage::registration {
 namespace {
 
-constexpr double kCoarseCompatible = 0.75;  // cosine between normals
+// Cosine between normals, 41 degrees: more than starts are wrong by (12) and normals noisy (10),
+// less than half a right angle.
+constexpr double kCoarseCompatible = 0.75;
+// That hold a pose's six directions, three each; with fewer it is by chance.
+constexpr size_t kFewestSamples = 20;
+constexpr double kTukey = 4.685;  // sigma: 95 % as efficient as least squares on Gaussian noise
+constexpr double kMedianToSigma = 1.4826;  // of absolute Gaussian residuals
 
 }  // namespace
 
@@ -21,7 +27,9 @@ Eigen::Isometry3d AlignCoarse(const CorrespondenceField& field,
       const Eigen::Vector3f shift = pose.translation().cast<float>();
       const Eigen::Vector3d about = pose.translation();
       NormalEquations normals;
-      // One sigma of the residuals at this stage: they are still mostly misalignment.
+      // One sigma of the residuals at this stage, a third of the radius: they are still mostly
+      // misalignment. Matches count up to one and a half times the radius, since the field holds
+      // what is nearest to the centre of a cell, and cells are two voxels wide.
       const double weight = 9 / (radius * radius);
       const auto far = static_cast<float>(2.25 * radius * radius);
       for (const SurfaceSample& s : samples) {
@@ -37,10 +45,12 @@ Eigen::Isometry3d AlignCoarse(const CorrespondenceField& field,
         normals.Add(point.cast<double>() - about, element->normal.cast<double>(), residual,
                     w * weight);
       }
-      if (normals.count < 20) return pose;
+      if (normals.count < kFewestSamples) return pose;
       prior.AddTo(normals, pose, about);
       const sensor::Vector6d change = SolveStep(normals);
       pose = MovedPose(pose, change, about);
+      // The next radius is a quarter smaller: a fiftieth of it, m, and at ten metres as much of a
+      // turn, rad, change nothing that it finds.
       if (change.tail<3>().norm() < 0.02 * radius && change.head<3>().norm() < 0.002) break;
     }
   }
@@ -99,11 +109,11 @@ FineResult AlignFine(const VoxelSearch& search, const ScanSurface& surface, size
       normals += partial[chunk];
       all.insert(all.end(), magnitudes[chunk].begin(), magnitudes[chunk].end());
     }
-    if (normals.count < 20) return result;
+    if (normals.count < kFewestSamples) return result;
     const auto middle = all.begin() + static_cast<ptrdiff_t>(all.size() / 2);
     std::nth_element(all.begin(), middle, all.end());
-    const double sigma = 1.4826 * std::max(*middle, 0.001);
-    scale = std::clamp(4.685 * sigma, 0.2 * h, std::max(0.2 * h, scale));
+    const double sigma = kMedianToSigma * std::max(*middle, 0.001);
+    scale = std::clamp(kTukey * sigma, 0.2 * h, std::max(0.2 * h, scale));
     prior.AddTo(normals, result.pose, about);
     const sensor::Vector6d change = SolveStep(normals);
     result.pose = MovedPose(result.pose, change, about);

@@ -12,9 +12,13 @@ namespace vantage::registration {
 
 bool FindFloorPlane(std::span<const SurfaceSample> samples, double spacing, double max_tilt,
                     FloorPlane& floor) {
-  constexpr double kBelow = 0.2;          // m, that a floor is at least below the scanner
-  constexpr double kThickness = 0.02;     // m
-  constexpr double kSmallestFloor = 0.5;  // m^2
+  constexpr double kBelow =
+      0.2;  // m, that a floor is at least below the scanner: no tripod is lower
+  // m: samples lie on the plane through their neighbours, so that of a noise of 1 cm a third is
+  // left; and floors are even to a centimetre. Steps are higher.
+  constexpr double kThickness = 0.02;
+  constexpr double kSmallestFloor = 0.5;  // m^2: more than the seat of a chair, less than any room
+  constexpr size_t kFewest = 10;          // samples, however far apart: three make a plane
   const pcl::PointCloud<pcl::PointXYZ>::Ptr cloud(new pcl::PointCloud<pcl::PointXYZ>);
   // Normals of single samples are noisy: half as much again is allowed to them.
   const double least_up = std::cos(1.5 * max_tilt);
@@ -24,21 +28,21 @@ bool FindFloorPlane(std::span<const SurfaceSample> samples, double spacing, doub
     }
   }
   const auto fewest = static_cast<size_t>(kSmallestFloor / (spacing * spacing));
-  if (cloud->size() < std::max<size_t>(fewest, 10)) return false;
+  if (cloud->size() < std::max<size_t>(fewest, kFewest)) return false;
   // PCL draws with a fixed seed unless told otherwise.
   const pcl::SampleConsensusModelPerpendicularPlane<pcl::PointXYZ>::Ptr model(
       new pcl::SampleConsensusModelPerpendicularPlane<pcl::PointXYZ>(cloud));
   model->setAxis(Eigen::Vector3f::UnitZ());
   model->setEpsAngle(max_tilt);
   pcl::RandomSampleConsensus<pcl::PointXYZ> ransac(model, kThickness);
-  ransac.setMaxIterations(500);
+  ransac.setMaxIterations(500);  // finds a floor that is a quarter of what lies level, to 1e-3
   if (!ransac.computeModel()) return false;
   Eigen::VectorXf plane;
   ransac.getModelCoefficients(plane);
   pcl::Indices inliers;
   for (int round = 0; round < 3; ++round) {
     model->selectWithinDistance(plane, kThickness, inliers);
-    if (inliers.size() < 10) return false;
+    if (inliers.size() < kFewest) return false;
     Eigen::VectorXf refined;
     model->optimizeModelCoefficients(inliers, plane, refined);
     plane = refined;

@@ -5,7 +5,7 @@
 namespace vantage::registration {
 namespace {
 
-constexpr double kVagueShift = 1.0;  // m, as kVagueTurn
+constexpr double kVagueShift = 1.0;  // m, as kVagueTurn: against thousands of samples it is nothing
 
 }  // namespace
 

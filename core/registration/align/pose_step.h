@@ -14,8 +14,8 @@
 
 namespace vantage::registration {
 
-// A prior without a covariance is believed to this, rad, one sigma: what nothing constrains stays
-// where it is.
+// One sigma of the rotation of a prior without a covariance, rad. It keeps directions that nothing
+// constrains where they are, and is wider than the rotation of any start (12 degrees, 0.2 rad).
 inline constexpr double kVagueTurn = 0.3;
 
 // A pose change about a fixed point: [rotation; translation].

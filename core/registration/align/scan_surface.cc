@@ -23,10 +23,11 @@ using Cloud = pcl::PointCloud<pcl::PointXYZ>;
 
 // Neighbours are gathered out to this distance, m, or to the next cells where those are farther.
 constexpr double kNeighbourhood = 0.12;
-// Where those are no plane: a pilaster's side or a door's jamb may be one, and it can be all that
-// holds a scan along a wall. So near, only noise may bend it, or every edge would be rounded off.
+// The neighbourhood that is tried when the larger one is not a plane. The side of a pilaster or a
+// door's jamb may be one, and may be all that fixes a scan along a wall. Such a small plane must be
+// flat up to noise, or every edge would be rounded off.
 constexpr double kSmallNeighbourhood = 0.05;
-constexpr double kSmallNoise = 2.0;    // times the scanner's
+constexpr double kSmallNoise = 2.0;    // times the scanner's noise
 constexpr int kNeighboursPerSide = 3;  // so at most 7 x 7, whatever the image's resolution
 constexpr int kMinNeighbours = 6;
 // A neighbourhood is a surface when it is flat to this (m), or to this share of its own width.
@@ -63,7 +64,7 @@ struct Picked {
   float cells = 0;
 };
 
-// Keeps of each cube the sample nearest to its centre; of those equally near, the first to come.
+// Keeps in each cube the sample nearest to its centre; of equally near ones the first.
 class Cubes {
  public:
   void Add(const Picked& sample) {
@@ -79,7 +80,7 @@ class Cubes {
       best.cell = sample.cell;
     }
   }
-  // In the order in which the cubes came.
+  // In the order in which the cubes were first met.
   const std::vector<Picked>& picked() const { return picked_; }
 
  private:
@@ -87,7 +88,7 @@ class Cubes {
   std::vector<Picked> picked_;
 };
 
-// The samples nearest to the centres of the cubes that hold any. Near the scanner, where samples
+// In each cube that holds samples, the one nearest to its centre. Near the scanner, where samples
 // are far denser than the cubes, a regular subset of the image is looked at.
 std::vector<Picked> Thin(const sensor::RangeImage& image, const Cloud& cloud, double spacing,
                          parallel::Parallel& parallel) {
@@ -114,7 +115,7 @@ std::vector<Picked> Thin(const sensor::RangeImage& image, const Cloud& cloud, do
       cubes.Add(sample);
     }
   };
-  // By sectors, put together in their order: as if there was one.
+  // Works by sectors and joins them in order, with the same result as a single one.
   constexpr int kSector = 64;  // columns
   std::vector<Cubes> sectors(static_cast<size_t>((image.columns() + kSector - 1) / kSector));
   parallel.For(sectors.size(), [&](size_t sector) {
@@ -134,8 +135,8 @@ struct PlaneFit {
   float rms = -1;  // m, of the neighbours from their plane; negative: there is no plane
 };
 
-// The plane through the neighbours within `neighbourhood`; `flat`: only when they are as near to
-// it, m, whatever else is asked of them.
+// Fits a plane to the neighbours within `neighbourhood` (m). `flat`: the largest rms distance from
+// the plane, m, in addition to the other conditions.
 PlaneFit FitPlane(const sensor::Scan& scan, const Cloud& cloud, const Picked& picked,
                   double neighbourhood, double flat, pcl::Indices& neighbours) {
   const sensor::RangeImage& image = scan.image;
@@ -187,7 +188,7 @@ PlaneFit FitPlane(const sensor::Scan& scan, const Cloud& cloud, const Picked& pi
   pcl::eigen33(covariance, vectors, values);
   const double rms = std::sqrt(std::max(0.0f, values[0]));
   const double width = std::sqrt(std::max(0.0f, values[1]));
-  // Too thin a strip has no normal; neither has a tangle.
+  // A strip that is too thin, or points that are not flat, have no normal.
   if (!(width > 0.008) || !(rms <= flat) ||
       !(rms < std::max(kFlatShare * width, std::min(kFlat, 0.35 * width)))) {
     return fit;
@@ -207,19 +208,20 @@ PlaneFit FitPlane(const sensor::Scan& scan, const Cloud& cloud, const Picked& pi
   return fit;
 }
 
-// Takes from groups (direction of normal x metre of space) in turn, so that rare directions come as
-// early as common ones: a door's jamb says more than the tenth square metre of wall.
+// Orders samples by taking from groups (direction of normal x cubic metre of space) in turn, so
+// that rare directions come as early as common ones: a door's jamb constrains the pose more than
+// the tenth square metre of wall.
 void Spread(std::vector<SurfaceSample>& samples) {
-  // Scrambled, the same way every time: key in the high half, index in the low one.
+  // A fixed pseudo-random order: key in the high half, index in the low one.
   std::vector<uint64_t> shuffled(samples.size());
   for (uint32_t i = 0; i < samples.size(); ++i) {
     shuffled[i] = (static_cast<uint64_t>(i * 2654435761U) << 32) | i;
   }
   std::sort(shuffled.begin(), shuffled.end());
   absl::flat_hash_map<uint64_t, uint32_t> taken;
-  // By place in `shuffled`: how many of its group come before.
+  // By position in `shuffled`: the number of samples of its group before it.
   std::vector<uint32_t> turn(samples.size());
-  std::vector<uint32_t> begin;  // by turn: how many have it, then where they begin
+  std::vector<uint32_t> begin;  // by turn: the number of samples, then the index of the first
   for (size_t k = 0; k < shuffled.size(); ++k) {
     const SurfaceSample& s = samples[static_cast<uint32_t>(shuffled[k])];
     int axis = 0;

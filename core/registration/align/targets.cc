@@ -9,7 +9,7 @@
 namespace vantage::registration {
 
 absl::Status ValidateTargets(std::span<const TargetTie> targets) {
-  constexpr size_t kMostTargets = 1000;
+  constexpr size_t kMostTargets = 1000;  // in one scan; a request's worth, not a list of points
   if (targets.size() > kMostTargets) {
     return absl::InvalidArgumentError(
         absl::StrCat("targets: ", targets.size(), " targets, at most ", kMostTargets, " count"));
@@ -25,8 +25,10 @@ absl::Status ValidateTargets(std::span<const TargetTie> targets) {
 }
 
 std::optional<TargetPose> PoseFromTargets(std::span<const TargetTie> targets) {
-  constexpr double kMostTurn = 0.05;  // rad, one sigma: beyond that they are in a line
-  constexpr double kSigmas = 5;       // that the worst of many targets may be off
+  // rad, one sigma, 3 degrees: the alignment's first stage does not bridge more, so that beyond it
+  // they are as good as in a line.
+  constexpr double kMostTurn = 0.05;
+  constexpr double kSigmas = 5;  // that the worst of up to a thousand targets may be off: 1 in 1e3
   if (targets.size() < 3) return std::nullopt;
   // As if all were equally good: those of one site are.
   Eigen::Matrix3Xd from(3, targets.size());

@@ -13,9 +13,12 @@
 
 namespace vantage::registration {
 
-// Voxels from a sample to a voxel's centroid.
+// The largest distance from a sample to the centroid of its voxel, in voxels. It is somewhat less
+// than the diagonal of a cube (1.73), so that a sample finds its own voxel and those beside it, but
+// not the other side of a board two voxels thick. For a noise of up to a third of a voxel.
 inline constexpr double kFineReach = 1.6;
-// And at most, whatever is asked for.
+// The largest such distance that can be asked for, in voxels; the coarse stage ends within two
+// voxels.
 inline constexpr double kWidestReach = 2.5;
 
 struct Match {

@@ -17,8 +17,9 @@
 namespace vantage::registration {
 namespace {
 
-constexpr double kChiSquare6At95 = 12.591587;
+constexpr double kChiSquare6At95 = 12.591587;  // quantile of six degrees of freedom
 // Half a side that the overlap's box has at least, m: a flat overlap still has a front and a back.
+// A voxel of 5 cm to either side; next to any overlap that suffices, which is metres wide, nothing.
 constexpr double kMinimumHalfSide = 0.05;
 // Normal noise is only known to within a factor of sqrt(2), so information must be twice what the
 // noise would feign, plus three standard deviations of that (of a sum of squares).
@@ -53,6 +54,7 @@ namespace {
 // displacement.
 Eigen::Matrix<double, 6, Eigen::Dynamic> Straighten(
     const Eigen::Matrix<double, 6, Eigen::Dynamic>& open) {
+  // Share of a direction, 3 degrees: more than normals noisy to 0.035 rad turn it.
   constexpr double kTrace = 0.05;
   using Directions = Eigen::Matrix<double, 6, Eigen::Dynamic>;
   const auto orthonormal = [](const Directions& m) {

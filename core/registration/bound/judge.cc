@@ -7,7 +7,9 @@
 namespace vantage::registration {
 namespace {
 
-// Up to this many times the required accuracy a person may still decide; beyond, it is hopeless.
+// Up to this many times the required accuracy a person may still decide; beyond it the scan has
+// failed. At three times, every second pose is still within the requirement along the weakest
+// direction.
 constexpr double kDoubtfulFactor = 3.0;
 constexpr const char* kMoreOverlap =
     "stand nearer to what is scanned already, with more of it in view";

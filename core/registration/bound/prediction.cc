@@ -9,9 +9,9 @@
 namespace vantage::registration {
 namespace {
 
-// What is believed of a tripod set up by eye, rad, one sigma. Only in the millimetres that are
-// shown, as is the heading, which is believed as that of any prior.
-constexpr double kTiltGuess = 0.05;
+// One sigma of the tilt of a tripod that is set up by eye, rad. It counts only in the millimetres
+// that are shown. So does the heading, whose uncertainty is that of any prior.
+constexpr double kTiltGuess = 0.05;  // 3 degrees: a bubble's width
 
 }  // namespace
 
@@ -19,6 +19,7 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
                                         double expected_samples, const Eigen::Vector3d& position,
                                         const sensor::ScannerModel& scanner,
                                         const RegistrationConfig& config) {
+  // Voxels, two for each direction of a pose: so few of 5 cm are a hand's breadth of wall.
   constexpr size_t kFewestElements = 12;
   const double usable = std::cos(scanner.max_incidence);
   std::vector<Constraint> constraints;
