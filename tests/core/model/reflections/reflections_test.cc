@@ -171,7 +171,8 @@ TEST(ReflectionsTest, ADoorwayInTheWallOfAMirrorIsNone) {
   const Ended ended = EndedReflections(simulation::FurnishedFlat(3),
                                        PoseAt(Eigen::Vector3d(2.44, 5.52, 1.05), 3.4));
   ASSERT_GT(ended.reflections, 1500u);
-  EXPECT_LE(ended.missed, ended.reflections / 2);
+  // A third of them stays, so that nothing real is lost.
+  EXPECT_LE(ended.missed, 34 * ended.reflections / 100);
   EXPECT_LE(ended.real, 10u);
 }
 

@@ -57,6 +57,8 @@ TEST_P(VisibilityCacheTest, TheCacheIsFilledWhenThatIsWorthIt) {
     for (const uint32_t i : which) EXPECT_EQ(one.PotentiallyVisibleFrom(i), nullptr);
     one.Prepare(which, cells.size(), parallel::Budget::Unlimited(), serial);
     other.Prepare(which, cells.size(), parallel::Budget::Unlimited(), pool);
+    uint64_t all_rays = 0;
+    uint64_t seen_rays = 0;
     for (const uint32_t i : which) {
       ASSERT_NE(one.PotentiallyVisibleFrom(i), nullptr);
       ASSERT_NE(other.PotentiallyVisibleFrom(i), nullptr);
@@ -66,6 +68,11 @@ TEST_P(VisibilityCacheTest, TheCacheIsFilledWhenThatIsWorthIt) {
           problem.views[i], cells, *one.PotentiallyVisibleFrom(i), parallel::Budget::Unlimited());
       EXPECT_NEAR(seen.score, all.score, 1e-9 * all.score);
       EXPECT_LE(seen.rays, all.rays);
+      all_rays += all.rays;
+      seen_rays += seen.rays;
+    }
+    if (GetParam()) {
+      EXPECT_LT(seen_rays, all_rays);  // rooms hide each other
     }
   }
 }

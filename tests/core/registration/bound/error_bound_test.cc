@@ -171,7 +171,7 @@ TEST(ErrorBound, RigorousBoundIsAboveTheQuantile) {
     const ErrorBound e = shape.Geometry().Bound(kNothing);
     EXPECT_GE(e.rigorous, e.bound);
     EXPECT_LE(e.rigorous, 4 * e.bound);
-    EXPECT_GE(e.strength, 0);
+    EXPECT_GT(e.strength, 0);
     EXPECT_LE(e.strength, 1);
   }
 }
