@@ -6,6 +6,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_join.h"
 #include "google/rpc/error_details.pb.h"
+#include "server/contract/whole_characters.h"
 
 namespace vantage::contract {
 namespace {
@@ -18,7 +19,7 @@ constexpr size_t kMaxText = 160;
 
 std::string Shortened(absl::string_view text) {
   return text.size() <= kMaxText ? std::string(text)
-                                 : absl::StrCat(text.substr(0, kMaxText - 3), "...");
+                                 : absl::StrCat(WholeCharacters(text, kMaxText - 3), "...");
 }
 
 }  // namespace
@@ -65,7 +66,7 @@ absl::Status Violations::ToStatus() const {
     words.push_back(absl::StrCat(violations_.size() - listed, " more"));
   }
   std::string message = absl::StrJoin(words, "; ");
-  if (message.size() > 1000) message = absl::StrCat(message.substr(0, 997), "...");
+  if (message.size() > 1000) message = absl::StrCat(WholeCharacters(message, 997), "...");
   absl::Status status =
       ErrorWithReason(absl::StatusCode::kInvalidArgument, "INVALID_FIELDS", message);
   AddDetail(status, request);

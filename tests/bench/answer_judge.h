@@ -1,4 +1,4 @@
-// How good an evaluation's answer is, where the whole map of scores is known.
+// Measures how good an evaluation's answer is when the exact score of every view is known.
 #ifndef VANTAGE_TESTS_BENCH_ANSWER_JUDGE_H_
 #define VANTAGE_TESTS_BENCH_ANSWER_JUDGE_H_
 
@@ -18,8 +18,9 @@ class AnswerJudge {
  public:
   AnswerJudge(const PlanningJob& job, parallel::Parallel& parallel);
 
-  // What is lost, [0, 1], by taking the first registrable of the evaluation's ranking (views apart
-  // by the separation) instead of the first of the true one. 1: none was found.
+  // The regret, [0, 1]: the share of the score that is lost by taking the first registrable view of
+  // the evaluation's ranking (views apart by the separation) instead of that of the exact ranking.
+  // 1: none was found.
   double Regret(const planning::Evaluation& evaluation) const;
   // The same of a whole plan's first view.
   double Regret(const planning::Plan& plan) const;

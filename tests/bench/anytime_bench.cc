@@ -1,4 +1,4 @@
-// What the planner answers at a budget: against the tuned rival, and against brute force.
+// The planner's answers at budgets, compared with the tuned rival and with brute force.
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -24,7 +24,7 @@
 namespace vantage::bench {
 namespace {
 
-constexpr uint64_t kTuningSeed = 100'001;  // the rival is tuned on other seeds than it is judged on
+constexpr uint64_t kTuningSeed = 100'001;  // the rival is tuned on seeds that it is not judged on
 constexpr double kEnough = 0.005;          // regret
 constexpr std::array<double, 5> kBudgets = {0.01, 0.03, 0.1, 0.3, 1};  // s of CPU, one thread
 constexpr double kBrief = 0.1;  // s, up to which runs cost little, so that there are more
@@ -151,7 +151,7 @@ Fastest FastestOn(const PlanningJob& job, const AnswerJudge& judge, int runs,
   for (const double part : parts) {
     const double seconds = judge.brute_seconds() / part;
     std::vector<double> regrets;
-    // A few first: most parts that fail do so at once.
+    // A few runs first, since most budgets that fail do so at once.
     for (const int count : {runs / 10, runs}) {
       regrets = Regrets(judge, 1, count, parallel,
                         [&](uint64_t seed) { return Ours(job, seed, CpuBudget(seconds)); });
@@ -303,7 +303,7 @@ class KindBench {
   Points points_;
 };
 
-// Two threads against one, on the same work, beside a loop of plain arithmetic.
+// Two threads compared with one on the same work, and a loop of plain arithmetic in the same way.
 void BenchThreads(const PlanningKind& kind, parallel::Parallel& parallel, Figures& figures) {
   parallel::Serial serial;
   parallel::ThreadPool pool(2);

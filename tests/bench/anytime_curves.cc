@@ -20,7 +20,7 @@ constexpr double kMostRepeated = 1;  // s
 constexpr double kLongest = 20;      // s, of CPU: brute force itself takes minutes on storeys
 constexpr double kLeast = 1e-4;      // regret drawn as 0
 
-// What could still be lost, as the plan says it: nothing is refused here.
+// The optimality gap that the plan would state; no view is refused here.
 double Gap(const planning::Evaluation& evaluation) {
   double most = 0;
   double lower = 0;

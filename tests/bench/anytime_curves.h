@@ -1,4 +1,4 @@
-// Regret and stated gap against time, as pictures.
+// Draws regret and stated gap over time.
 #ifndef VANTAGE_TESTS_BENCH_ANYTIME_CURVES_H_
 #define VANTAGE_TESTS_BENCH_ANYTIME_CURVES_H_
 

@@ -11,7 +11,7 @@
 namespace vantage::bench {
 
 struct BenchOptions {
-  bool full = false;     // what takes many minutes as well
+  bool full = false;     // also figures that take many minutes
   std::string pictures;  // folder for curves and tours; empty: none are drawn
   simulation::SceneUse use = simulation::SceneUse::kReporting;  // of the scenes measured on
 };

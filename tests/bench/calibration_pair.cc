@@ -192,10 +192,10 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
     pair.pair = static_cast<int>(pairs.size());
     const double heading = random.Between(0, 2 * sensor::kPi);
     const Eigen::Isometry3d truth = Upright(at, heading, settings.tilt_guess, normal);
-    // The planned place that was missed, the heading off by a compass's error, upright.
+    // The planned place with a positioning error, and the heading with a compass's error; upright.
     sensor::PosePrior prior;
     const Vector3d planned = at + settings.position_guess * normal.Three();
-    // Only what is known to be empty is ever planned.
+    // Only places known to be empty are planned.
     if (!view->Empty(view->At(planned))) continue;
     const double guessed_heading = heading + settings.heading_guess * normal();
     prior.T_world_scan = Upright(planned, guessed_heading, 0, normal);

@@ -1,5 +1,5 @@
-// Pairs of a model and a scan whose true pose is known: what was predicted, what the alignment said
-// of itself, and how far off it was.
+// Pairs of a model and a scan whose true pose is known: the prediction, the alignment's own error
+// bound, and its true error.
 #ifndef VANTAGE_TESTS_BENCH_CALIBRATION_PAIR_H_
 #define VANTAGE_TESTS_BENCH_CALIBRATION_PAIR_H_
 
@@ -18,11 +18,11 @@
 
 namespace vantage::bench {
 
-// What the study's instrument does and what its poses are guessed to, one sigma. Bounds are told
-// the same.
+// The errors of the study's instrument and of its pose priors, one sigma. Error bounds are computed
+// with the same values.
 struct CalibrationSettings {
   double step = sensor::Radians(0.5);         // rad between samples
-  double position_guess = 0.15;               // m per axis, that a scanner misses its planned place
+  double position_guess = 0.15;               // m per axis, error of reaching the planned place
   double heading_guess = sensor::Radians(5);  // rad
   double tilt_guess = sensor::Radians(1);     // rad
   // Errors of ranges that neighbours share, beside the scanner's white noise: a field over each
@@ -36,7 +36,7 @@ struct CalibrationPair {
   bool degenerate = false;
   int scene = 0;
   int pair = 0;
-  double prior_metres = 0;  // how far off the pose was guessed
+  double prior_metres = 0;  // error of the pose prior
   double prior_degrees = 0;
   // Predicted for the planned place before the scan was made.
   registration::RegistrationOutcome predicted = registration::RegistrationOutcome::kFailed;
@@ -64,7 +64,7 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
                                           int count, const CalibrationSettings& settings,
                                           const registration::RegistrationConfig& config);
 
-// Of the samples that lie on the model's surface at the true pose, m: what bounds are about.
+// Box of the samples that lie on the model's surface at the true pose, m; error bounds refer to it.
 Eigen::AlignedBox3d OverlapBox(const model::PlanningView& model, const sensor::Scan& scan,
                                const Eigen::Isometry3d& truth, parallel::Parallel& parallel);
 
@@ -72,7 +72,7 @@ Eigen::AlignedBox3d OverlapBox(const model::PlanningView& model, const sensor::S
 double LargestMove(const Eigen::Isometry3d& pose, const Eigen::Isometry3d& truth,
                    const Eigen::AlignedBox3d& box);
 
-// What an alignment said of itself and how far off it was; `overlap` is OverlapBox's.
+// The alignment's own error bound and its true error; `overlap` is from OverlapBox().
 void RecordAlignment(const registration::RegistrationResult& aligned,
                      const Eigen::Isometry3d& truth, const Eigen::AlignedBox3d& overlap,
                      CalibrationPair& pair);

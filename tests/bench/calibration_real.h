@@ -1,4 +1,4 @@
-// The real room scans from many priors: a table of what became of each.
+// Aligns the real room scans from many priors and tabulates the results.
 #ifndef VANTAGE_TESTS_BENCH_CALIBRATION_REAL_H_
 #define VANTAGE_TESTS_BENCH_CALIBRATION_REAL_H_
 
@@ -10,12 +10,12 @@
 
 namespace vantage::bench {
 
-// The instrument (ranges quantised to 1 cm, columns skewed) and its reference pose, good to a few
-// centimetres, allow no more than this, m.
+// The accuracy that can be shown with this instrument (ranges quantised to 1 cm, columns skewed)
+// and its reference pose (good to a few centimetres), m.
 inline constexpr double kRealAccuracy = 0.05;
 
-// Both ways round, from `priors` random priors each up to 0.5 m and 15 degrees wrong. Empty, with
-// a word on why, where the data are not.
+// Aligns each scan to the other from `priors` random priors, up to 0.5 m and 15 degrees wrong. When
+// the data are missing, the table is empty and says so.
 std::vector<CalibrationPair> MeasureRealPairs(int priors, parallel::Parallel& parallel,
                                               std::string& why_not);
 

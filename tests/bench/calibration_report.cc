@@ -12,12 +12,12 @@
 namespace vantage::bench {
 namespace {
 
-// Priors that an alignment has to cope with, and what it then has to come to.
+// The errors of priors that an alignment must correct, and the accuracy that it must reach.
 constexpr double kPriorMetres = 0.3;
 constexpr double kPriorDegrees = 10;
 constexpr double kExactMetres = 0.003;
 constexpr double kExactDegrees = 0.05;
-constexpr double kLeastError = 1e-5;  // m: an achieved error is not divided by less
+constexpr double kLeastError = 1e-5;  // m; the least achieved error that is divided by
 
 struct Tally {
   size_t pairs = 0;

@@ -1,4 +1,5 @@
-// What a calibration study says: figures, a table by family, predicted against achieved error.
+// The report of a calibration study: figures, a table by family, and a chart of predicted and
+// achieved errors.
 #ifndef VANTAGE_TESTS_BENCH_CALIBRATION_REPORT_H_
 #define VANTAGE_TESTS_BENCH_CALIBRATION_REPORT_H_
 

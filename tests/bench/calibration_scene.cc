@@ -84,7 +84,7 @@ CorridorSize AddCorridor(simulation::RandomSequence& random, CalibrationScene& s
   return size;
 }
 
-// A corridor whose only hold along its axis are flat pilasters.
+// A corridor in which only flat pilasters constrain the pose along its axis.
 CalibrationScene Pilasters(uint64_t seed) {
   simulation::RandomSequence random(simulation::MixBits(seed) ^ 32);
   CalibrationScene scene;
@@ -124,7 +124,7 @@ CalibrationScene Tower(uint64_t seed) {
   return scene;
 }
 
-// A round tunnel, lying; of a floor there is nothing.
+// A horizontal round tunnel without a floor.
 CalibrationScene Tunnel(uint64_t seed) {
   simulation::RandomSequence random(simulation::MixBits(seed) ^ 35);
   CalibrationScene scene;

@@ -15,7 +15,7 @@ inline parallel::Budget::Clock::time_point ThreadCpuNow() {
                                              std::chrono::nanoseconds(time.tv_nsec));
 }
 
-// From now on, on the calling thread.
+// A budget that starts now, for the calling thread.
 inline parallel::Budget CpuBudget(double seconds) {
   parallel::Budget budget;
   budget.now = &ThreadCpuNow;

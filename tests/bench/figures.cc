@@ -88,7 +88,7 @@ double ThreadSeconds(const std::function<void()>& call) {
 }
 
 double MachineLoopSeconds() {
-  volatile double factor = 0.999999;  // not to be known when this is compiled
+  volatile double factor = 0.999999;  // volatile, so that the compiler does not know it
   volatile double sink = 0;
   return WallSeconds([&] {
     const double by = factor;

@@ -22,7 +22,8 @@ class Figures {
  public:
   explicit Figures(std::string only) : only_(std::move(only)) {}
 
-  // Is a group of figures wanted? (--only PREFIX: any name in it starts so, or the other way round)
+  // True when a group of figures is selected by --only PREFIX: a name in it begins with the prefix,
+  // or the prefix with the name.
   bool Wants(const std::string& prefix) const {
     return prefix.starts_with(only_) || only_.starts_with(prefix);
   }

@@ -32,7 +32,7 @@ fleet::FleetRequest RequestFor(size_t count) {
   return request;
 }
 
-// What greedy's pair gains together over what the best of all pairs does.
+// The gain of the greedy pair divided by that of the best of all pairs.
 double GreedyOverBestPair(uint64_t seed, parallel::Parallel& parallel) {
   planning::PlanningConfig config;
   config.viewcell_size = 0.4;
@@ -206,7 +206,7 @@ class FleetJobs {
                                " min; planning not counted")});
   }
 
-  // One scanner's scans overlap as well: so much is needed, or nothing would register.
+  // The scans of one scanner overlap, too; without that overlap none would register.
   void ReportWaste(const std::vector<FleetJobResult>& one, const std::vector<FleetJobResult>& four,
                    const std::vector<FleetJobResult>& without) {
     const auto times = [](const std::vector<FleetJobResult>& results) {

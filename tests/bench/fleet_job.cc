@@ -85,11 +85,11 @@ class FleetJob {
           std::min_element(members_.begin(), members_.end(), [](const Member& a, const Member& b) {
             return (a.going ? a.done : kNever) < (b.going ? b.done : kNever);
           });
-      if (!next->going.has_value()) break;  // nobody has anywhere to go
+      if (!next->going.has_value()) break;  // no scanner has a view to go to
       MakeScan(*next);
       if (result_.attained >= options_.target) break;
       const auto view = model_->Publish();
-      // Who has waited longest goes first.
+      // The scanner that has waited longest comes first.
       for (Member& member : members_) {
         if (!member.going.has_value()) SendOut(*view, member);
       }

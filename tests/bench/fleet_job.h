@@ -1,4 +1,4 @@
-// A whole job with several simulated scanners on one model: who walks where, who scans when.
+// A whole job with several simulated scanners on one model, with their ways and times.
 #ifndef VANTAGE_TESTS_BENCH_FLEET_JOB_H_
 #define VANTAGE_TESTS_BENCH_FLEET_JOB_H_
 
@@ -39,7 +39,7 @@ struct FleetJobOptions {
   double scan_seconds = 180;  // to set up and scan
   size_t most_scans = 400;
   uint64_t plan_work = 3'000'000;  // rays
-  double enough = 0.5;             // m^2 at density, below which nobody is sent
+  double enough = 0.5;             // m^2 at density; no scanner is sent for less
 };
 
 struct FleetStop {
@@ -53,15 +53,15 @@ struct FleetJobResult {
   double minutes = 0;  // to the target, or to the end
   size_t scans = 0;
   double attained = 0;  // share of what is attainable at density
-  double waste = 0;     // of the area measured at density, all scans added up, that was so already
+  double waste = 0;     // share of the area measured at density, over all scans, that was so before
   double times = 0;     // that area over what is at density in the end: 1 where no scans overlap
   std::vector<FleetStop> stops;
 };
 
-// Poses are true: registration is another figure's subject. By events: whoever is free is planned
-// for, on what the model knows then, ranked by score per minute. Scanners differ in where they
-// begin and in the seeds of their plans, so that those that know nothing of each other are not sent
-// to one place by one and the same plan.
+// Simulates the job by events with true poses, since other figures measure registration. A scanner
+// that becomes free is planned for with the model at that time, ranked by score per minute.
+// Scanners differ in where they begin and in the seeds of their plans, so that those that know
+// nothing of each other are not sent to one place by one and the same plan.
 FleetJobResult RunFleetJob(const FleetScene& scene, const FleetJobOptions& options,
                            parallel::Parallel& parallel);
 

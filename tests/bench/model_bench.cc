@@ -1,4 +1,4 @@
-// What a model costs once there are many scans in it: time to merge, memory to hold.
+// The cost of a model of many scans: time to merge and memory.
 #include <memory>
 #include <string>
 #include <vector>

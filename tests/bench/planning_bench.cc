@@ -1,4 +1,5 @@
-// The brute-force scorer against Embree's own rate, and whether budgets are kept.
+// Compares the brute-force scorer with Embree's own rate of rays, and measures whether budgets are
+// kept.
 #include <malloc.h>
 
 #include <algorithm>

@@ -6,13 +6,11 @@
 
 namespace vantage::bench {
 
-// MB (1e6 bytes) of the process in memory, after what is free in the heap has gone back to the
-// system: what still counts is held, or lies between what is.
+// Resident memory of the process after free heap memory was returned to the system, MB (1e6 bytes).
 double ResidentMegabytes();
 
-// The most that was in memory during a call above what is still in memory after it, MB: what the
-// call needed for a while. Whatever the call keeps must outlive it. 0 where the system does not let
-// the peak be reset.
+// The temporary memory of a call: the peak during the call less the memory after it, MB. Whatever
+// the call keeps must outlive it. 0 where the system does not allow the peak to be reset.
 double TransientMegabytes(const std::function<void()>& call);
 
 }  // namespace vantage::bench

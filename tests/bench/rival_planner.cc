@@ -80,7 +80,7 @@ planning::Evaluation RivalEvaluation(const PlanningJob& job, const RivalSettings
     evaluation.views[i].exact = true;
     ++evaluation.exact;
   }
-  // What is known goes before what is guessed.
+  // Exact scores rank before estimates.
   for (planning::ViewEstimate& view : evaluation.views) {
     if (view.scored && !view.exact && evaluation.exact > 0) view.error = sampler.potential();
   }

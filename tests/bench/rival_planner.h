@@ -1,5 +1,6 @@
-// What a good engineer would build in a week instead: brute force with packets on the same random
-// sample of cells, on a lattice of views, refined around the best, the leaders scored exactly.
+// The planner that a good engineer would build in a week: brute force with packets on a lattice of
+// views and a random sample of cells, refined around the best views; the leaders are scored
+// exactly.
 #ifndef VANTAGE_TESTS_BENCH_RIVAL_PLANNER_H_
 #define VANTAGE_TESTS_BENCH_RIVAL_PLANNER_H_
 

@@ -71,7 +71,7 @@ void BenchMachine(Figures& figures) {
 }
 
 int Run(const BenchOptions& options, const std::string& only, const std::string& out) {
-  // Before the minutes are spent whose results go there.
+  // The file is opened first, so that an error shows before minutes are spent.
   for (const std::filesystem::path& folder :
        {std::filesystem::path(out).parent_path(), std::filesystem::path(options.pictures)}) {
     std::error_code failed;

@@ -1,5 +1,5 @@
-// Many clients that claim, renew, release, plan and push at random on one job, over a link that
-// breaks, while others listen to its log and check it.
+// Many clients claim, renew, release, plan and push at random on one job over a link that breaks,
+// while others read its log and check it.
 #ifndef VANTAGE_TESTS_FAULTS_CLAIM_STORM_H_
 #define VANTAGE_TESTS_FAULTS_CLAIM_STORM_H_
 
@@ -24,7 +24,7 @@ struct ClaimStorm {
 struct ClaimStormResult {
   ClaimLogCounts counts;
   size_t calls = 0;
-  size_t refused = 0;  // claims, somebody else had it
+  size_t refused = 0;  // claims that another scanner held
   size_t pushed = 0;   // scans
   size_t planned = 0;
   size_t unknown = 0;               // calls whose answer was lost for good

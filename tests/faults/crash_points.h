@@ -20,8 +20,8 @@ struct CrashPoints {
 };
 
 // Cuts the job off after every `stride`-th step from `first` on, in three ways each
-// (crashed_disk.h), below `scratch`. Every fourth time the recovery is cut off, too. `more`: go on?
-// An error: the undisturbed job failed.
+// (crashed_disk.h), below `scratch`. Every fourth time the recovery is cut off, too. `more` says
+// whether to go on. An error: the undisturbed job failed.
 absl::StatusOr<CrashPoints> CrashAtEveryPoint(const std::string& scratch, size_t first,
                                               size_t stride, uint64_t seed,
                                               const std::function<bool()>& more);

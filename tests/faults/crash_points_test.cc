@@ -1,5 +1,5 @@
-// The power goes at any write, sync or rename: nothing that was acknowledged is lost, and the job
-// ends as it would have. All points: ./dev faults.
+// A power cut at any write, sync or rename loses nothing that was acknowledged, and the job ends as
+// it would have without. ./dev faults tries all points.
 #include <fcntl.h>
 #include <gtest/gtest.h>
 
@@ -59,7 +59,7 @@ std::string Contents(const std::string& path) {
   return {std::istreambuf_iterator<char>(file), {}};
 }
 
-// The harness notices what it is there for.
+// The harness detects the faults that it is made for.
 TEST(CrashedDisk, ForgetsWhatWasNotSynced) {
   const Scratch scratch;
   const std::string live = scratch.path() + "/live";

@@ -133,7 +133,7 @@ class Disk {
       if (unsynced == Unsynced::kTorn) {
         const uint64_t chance = random_() % 3;
         if (chance == 0) continue;
-        // In part: whole sectors come, the rest does not.
+        // A write in part: whole sectors are there, the rest is not.
         if (chance == 1 && i + 1 == file.since.size() && size > 0) size = random_() % size;
       }
       Apply(change, size, contents);

@@ -55,7 +55,7 @@ std::optional<std::string> Below(const Recorder& recorder, const char* path) {
   return whole.substr(recorder.folder.size());
 }
 
-// Is this step one that fails?
+// True when this step must fail.
 bool Fails(Recorder& recorder) {
   if (!recorder.failing) return false;
   if (recorder.fail_after > 0) {
@@ -104,7 +104,7 @@ ssize_t OnFile(int fd, DiskStep::Kind kind, uint64_t offset, const void* bytes, 
   std::unique_lock<std::recursive_mutex> lock(recorder.mutex);
   const auto known = recorder.open.find(fd);
   if (known == recorder.open.end()) {
-    lock.unlock();  // others' writes wait for nobody's sync
+    lock.unlock();  // writes of other threads must not wait for this sync
     return call();
   }
   if (Fails(recorder)) return -1;

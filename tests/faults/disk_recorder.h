@@ -1,6 +1,6 @@
-// Everything that a process does to the files below one folder, step by step, and faults to order:
-// the calls of the C library that change files are defined anew in the program that links this, so
-// that SQLite's pass here, too.
+// Records each step that a process makes on the files below one folder, and makes steps fail on
+// request. The C library's calls that change files are redefined in the program that links this, so
+// that SQLite's calls pass here, too.
 #ifndef VANTAGE_TESTS_FAULTS_DISK_RECORDER_H_
 #define VANTAGE_TESTS_FAULTS_DISK_RECORDER_H_
 

@@ -12,8 +12,8 @@ namespace vantage::faults {
 
 struct LinkFault {
   enum class Kind {
-    kCut,       // both ends are told
-    kHalfOpen,  // nobody is told: what comes is taken and goes nowhere
+    kCut,       // both ends get a reset
+    kHalfOpen,  // no end is told: bytes are accepted and dropped
   };
   Kind kind = Kind::kCut;
   int64_t after_bytes = 0;  // from the client, since the fault before; of the connection that

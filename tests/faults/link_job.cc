@@ -18,7 +18,7 @@ constexpr size_t kPieceBytes = 256 << 10;  // as the client library's
 constexpr auto kPatience = std::chrono::minutes(4);
 constexpr auto kPause = std::chrono::milliseconds(200);
 
-// What whoever holds the tablet does: the same again, until it works.
+// A person with the tablet tries again until it works.
 template <typename Call>
 auto Persist(Call&& call) {
   const auto start = std::chrono::steady_clock::now();

@@ -1,5 +1,5 @@
-// A scanner's day on a bad link: scans pushed one after the other by the client library, until each
-// is there, however often it breaks.
+// A scanner on a bad link: the client library pushes scans one after the other until each has
+// arrived, however often the link breaks.
 #ifndef VANTAGE_TESTS_FAULTS_LINK_JOB_H_
 #define VANTAGE_TESTS_FAULTS_LINK_JOB_H_
 

@@ -134,8 +134,8 @@ double Send(v1::ScanService::Stub& stub, const std::string& upload,
   return committed ? seconds : -1;
 }
 
-// Until the server does nothing any more: a scan that was committed is registered and merged, and
-// what of that was under way when its session ended is no part of the next upload.
+// Waits until the server is idle. A committed scan is registered and merged, and such work must not
+// count for the next upload.
 void WaitUntilQuiet(const integration::ServerProcess& server) {
   constexpr auto kLook = std::chrono::milliseconds(200);
   constexpr double kQuiet = 0.01;  // s of processor time between two looks

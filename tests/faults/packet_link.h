@@ -20,7 +20,7 @@ struct LinkConditions {
   std::chrono::milliseconds delay{0};  // one way
   int64_t bytes_per_second = 0;        // 0: no limit; what half a second cannot carry is dropped
   bool cut = false;                    // nothing comes through
-  bool server_unheard = false;         // what the server sends does not
+  bool server_unheard = false;         // nothing from the server comes through
 };
 
 enum class LinkEnd { kClient, kServer };
@@ -43,7 +43,7 @@ class PacketLink {
   int64_t SentBytes() const;
   int64_t DeliveredBytes() const;
 
-  // TCP connections between the two that this end believes in.
+  // TCP connections between the two that are established at this end.
   int Established(LinkEnd end) const;
 
  private:

@@ -1,4 +1,4 @@
-// What is wrong is refused with its name, and the session stays as it was.
+// Invalid input is refused with its field's name, and the session stays as it was.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

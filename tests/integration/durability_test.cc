@@ -31,7 +31,7 @@ constexpr int kScans = 4;
 constexpr size_t kPieceBytes = 16 << 10;
 constexpr auto kPatience = std::chrono::seconds(120);
 
-// What a client knows to be kept.
+// The data that the server acknowledged to a client.
 struct Acknowledged {
   std::vector<std::string> events;        // serialised, in order
   std::vector<v1::Upload> uploads;        // by scan, the newest answer
@@ -52,7 +52,7 @@ class JobClient {
         plans_(v1::PlanService::NewStub(channel_)),
         models_(v1::ModelService::NewStub(channel_)) {}
 
-  // Why the last call that failed did.
+  // The error of the last call that failed.
   const std::string& refusal() const { return refusal_; }
 
   // Goes through the whole job, repeating what was done before; false when the server went away.
@@ -303,7 +303,7 @@ TEST(Durability, KilledAtRandomMomentsAJobEndsAsItWould) {
     ++jobs;
     const ScratchFolder folder;
     Acknowledged known;
-    // Killed until the job is through, and once more let alone.
+    // The server is killed until the job is complete, and runs once more without being killed.
     for (bool through = false, compared = false; !compared;) {
       ServerProcess server(folder.File("data"));
       ASSERT_FALSE(server.address().empty());

@@ -19,7 +19,7 @@ struct Finished {
 // Runs a program to its end. Arguments go to it as they are; no shell.
 Finished RunProgram(const std::vector<std::string>& arguments);
 
-// A folder of its own that goes away with it.
+// A temporary folder that is removed with the object.
 class ScratchFolder {
  public:
   ScratchFolder();

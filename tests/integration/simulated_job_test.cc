@@ -60,6 +60,7 @@ TEST(SimulatedJob, DigitisesTheFlat) {
         std::filesystem::exists(folder.File("cycle-0" + std::to_string(row.scan) + ".png")));
   }
   const v1::ListScansResponse listed = Scans(server, "flat");
+  EXPECT_EQ(listed.scans_size(), 3);
   for (const v1::Scan& scan : listed.scans()) {
     EXPECT_EQ(scan.state(), v1::SCAN_STATE_MERGED) << scan.state_message();
   }

@@ -147,7 +147,7 @@ void RunLoadJob(int job, const LoadPlan& plan, const std::vector<sensor::Scan>& 
     const absl::Status done =
         RunCycle(client, job, plan, session, Unseen(scan.image, number), *scan.prior, log);
     if (!done.ok()) log.Error(done);
-    // Who was late has no backlog.
+    // A job that is late does not catch up.
     if (next < Clock::now()) next = Clock::now();
   }
 }

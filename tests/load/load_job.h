@@ -1,4 +1,4 @@
-// Surveyors that scan and plan in turns, and what they saw.
+// Simulated surveyors that scan and plan in turns, and their measurements.
 #ifndef VANTAGE_TESTS_LOAD_LOAD_JOB_H_
 #define VANTAGE_TESTS_LOAD_LOAD_JOB_H_
 
@@ -19,7 +19,7 @@ struct LoadPlan {
   double budget = 0.5;  // s of each plan
 };
 
-// What all jobs together saw. Thread safe.
+// The measurements of all jobs together. Thread safe.
 class LoadLog {
  public:
   void Cycle(int job, double seconds_to_plan, double over_budget, double rays);

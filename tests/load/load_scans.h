@@ -1,5 +1,4 @@
-// What the surveyors of a load job bring: scans of a furnished flat, in the order in which a
-// planner would have had them made.
+// The scans of a load job: scans of a furnished flat from the views that a planner chose, in order.
 #ifndef VANTAGE_TESTS_LOAD_LOAD_SCANS_H_
 #define VANTAGE_TESTS_LOAD_LOAD_SCANS_H_
 
@@ -15,8 +14,8 @@ namespace vantage::load {
 // as its prior, the others are up to 10 cm an axis and 5 degrees off.
 std::vector<sensor::Scan> MakeLoadScans(size_t count);
 
-// The same scan with one sample 1 mm farther, another one for each `number`: to everybody who looks
-// at the bytes, a scan that was never seen before.
+// The same scan with one sample 1 mm farther, a different one for each `number`, so that the bytes
+// are those of a new scan.
 sensor::RangeImage Unseen(const sensor::RangeImage& image, uint64_t number);
 
 }  // namespace vantage::load

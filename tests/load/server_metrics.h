@@ -1,4 +1,4 @@
-// What a server says of itself over HTTP.
+// Reads a server's metrics over HTTP.
 #ifndef VANTAGE_TESTS_LOAD_SERVER_METRICS_H_
 #define VANTAGE_TESTS_LOAD_SERVER_METRICS_H_
 

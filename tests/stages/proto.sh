@@ -2,6 +2,7 @@
 # buf lint, and buf breaking against the contract that was promised (proto/baseline). Buf comes
 # from npm; where it cannot be had, contract.py looks for what breaks, and nothing is linted.
 source "$(dirname "${BASH_SOURCE[0]}")/prelude.sh"
+! command -v python3 >/dev/null || quietly contract-test python3 -B "$stages/contract_test.py"
 "$stages/install.sh" proto || {
   if command -v protoc >/dev/null && command -v python3 >/dev/null; then
     echo "note: no buf, npm cannot be had or reached: not linted"

@@ -1,5 +1,5 @@
-// Results as text that is compared, line by line, with what was recorded: a number that changes by
-// one bit shows.
+// Results as text, which is compared line by line with recorded text. A number that changes by one
+// bit shows.
 #ifndef VANTAGE_TESTS_SUPPORT_GOLDEN_H_
 #define VANTAGE_TESTS_SUPPORT_GOLDEN_H_
 
@@ -14,10 +14,11 @@
 
 namespace vantage::test_support {
 
-// Labels are words of the field, not names in the code: those may change, what was recorded stays.
+// Labels are terms of the field, not names in the code, since those may change and recorded text
+// must not.
 class GoldenText {
  public:
-  // Begins what belongs together.
+  // Begins a group of lines.
   void Section(absl::string_view title);
   // Hexadecimal, to the last bit.
   void Numbers(absl::string_view label, std::span<const double> numbers);
@@ -39,8 +40,8 @@ class GoldenText {
   // Words for people, in a line that begins with 'text:': they may be put differently, so that a
   // change of such lines alone is no change of behaviour.
   void Text(absl::string_view label, absl::string_view words);
-  // What is too long to be written out: its size and a hash (FNV-1a), of a list without words for
-  // people.
+  // For results that are too long to be written out: the size and a hash (FNV-1a) of a list,
+  // without words for people.
   void Bytes(absl::string_view label, absl::string_view bytes);
   void Lines(absl::string_view label, const GoldenText& list);
 

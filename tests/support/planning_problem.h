@@ -1,4 +1,4 @@
-// All that evaluating views needs, made from a planning view as the planner makes it.
+// The input of an evaluation of views, made from a planning view in the planner's way.
 #ifndef VANTAGE_TESTS_SUPPORT_PLANNING_PROBLEM_H_
 #define VANTAGE_TESTS_SUPPORT_PLANNING_PROBLEM_H_
 

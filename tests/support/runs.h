@@ -1,4 +1,4 @@
-// How often a test repeats what it does.
+// The number of repetitions of a test.
 #ifndef VANTAGE_TESTS_SUPPORT_RUNS_H_
 #define VANTAGE_TESTS_SUPPORT_RUNS_H_
 

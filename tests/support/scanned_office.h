@@ -1,4 +1,4 @@
-// A storey of rooms, for what depends on walls between views and surface.
+// A storey of rooms, for tests that depend on walls between views and surface.
 #ifndef VANTAGE_TESTS_SUPPORT_SCANNED_OFFICE_H_
 #define VANTAGE_TESTS_SUPPORT_SCANNED_OFFICE_H_
 

@@ -9,12 +9,13 @@
 #include "google/rpc/error_details.pb.h"
 #include "google/rpc/status.pb.h"
 #include "server/contract/error.h"
+#include "server/contract/whole_characters.h"
 
 namespace vantage::rpc {
 namespace {
 
 constexpr absl::Duration kDefaultRetry = absl::Seconds(1);
-constexpr size_t kMaxMessage = 1500;
+constexpr size_t kMaxMessage = 1500;  // in the trailer, as it is encoded there
 constexpr size_t kMaxDetails = 6144;  // of the trailer's 8 KiB; base64 is not counted by the limit
 
 // The delay of a RetryInfo payload, where there is one.
@@ -24,6 +25,18 @@ bool RetryDelay(const absl::Status& status, google::protobuf::Duration& delay) {
   if (!payload.has_value() || !info.ParseFromString(std::string(*payload))) return false;
   delay = info.retry_delay();
   return true;
+}
+
+// As much of a message as takes kMaxMessage bytes of the trailer, where every byte but printable
+// ASCII is encoded by three.
+std::string Sendable(absl::string_view message) {
+  size_t bytes = 0;
+  for (size_t encoded = 0; bytes < message.size(); ++bytes) {
+    const auto byte = static_cast<unsigned char>(message[bytes]);
+    encoded += byte < ' ' || byte > '~' || byte == '%' ? 3 : 1;
+    if (encoded > kMaxMessage) break;
+  }
+  return std::string(contract::WholeCharacters(message, bytes));
 }
 
 }  // namespace
@@ -51,7 +64,7 @@ grpc::Status ToGrpcStatus(const absl::Status& original, grpc::ServerContextBase&
   }
   google::rpc::Status details;
   details.set_code(static_cast<int>(status.code()));
-  std::string message(status.message().substr(0, kMaxMessage));
+  const std::string message = Sendable(status.message());
   details.set_message(message);
   status.ForEachPayload([&](absl::string_view url, const absl::Cord& payload) {
     if (details.ByteSizeLong() + payload.size() + url.size() > kMaxDetails) return;

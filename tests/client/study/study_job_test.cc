@@ -162,6 +162,7 @@ TEST(StudyPlannersTest, NamesAreDistinctAndDefaultsExist) {
   std::sort(names.begin(), names.end());
   EXPECT_EQ(std::unique(names.begin(), names.end()), names.end());
   for (const bool small : {false, true}) {
+    EXPECT_FALSE(DefaultPlanners(small).empty());
     for (const std::string& name : DefaultPlanners(small)) EXPECT_NE(FindPlanner(name), nullptr);
   }
 }
@@ -169,6 +170,8 @@ TEST(StudyPlannersTest, NamesAreDistinctAndDefaultsExist) {
 TEST(StudyScenesTest, TuningAndReportingShareNone) {
   const std::vector<std::string> tuning = DefaultScenes(SceneUse::kTuning, false);
   const std::vector<std::string> reporting = DefaultScenes(SceneUse::kReporting, false);
+  ASSERT_FALSE(tuning.empty());
+  ASSERT_FALSE(reporting.empty());
   for (const std::string& name : tuning) {
     EXPECT_EQ(UseOf(name), SceneUse::kTuning);
     EXPECT_THAT(reporting, ::testing::Not(::testing::Contains(name)));
@@ -179,6 +182,9 @@ TEST(StudyScenesTest, TuningAndReportingShareNone) {
   for (const char* name : {"flat-1", "office-2", "hall-101", "flat-101", "small-house"}) {
     EXPECT_EQ(UseOf(name), SceneUse::kTuning) << name;
   }
+}
+
+TEST(StudyScenesTest, WhatIsNotThereIsNotFound) {
   EXPECT_EQ(BuildScene("flat", "").status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(BuildScene("small-house", "/nowhere").status().code(), absl::StatusCode::kNotFound);
 }

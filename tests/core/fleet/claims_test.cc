@@ -95,8 +95,8 @@ TEST(ClaimsTest, AScanFulfilsTheNearestClaimOfItsScanner) {
   EXPECT_EQ(claims.FulfilledBy("red", {1, 1, 1.5}, rules), nullptr);
 }
 
-// On a line every metre of which is surface: a view at x covers [x - 2, x + 2], so that what is
-// covered is known in closed form.
+// The surface is a line, of which a view at x covers [x - 2, x + 2]; so the covered share is known
+// in closed form.
 double Overlap(const Vector3d& a, const Vector3d& b) {
   return std::max(0.0, 4 - std::abs(a.x() - b.x())) / 4;
 }
@@ -118,95 +118,151 @@ ClaimCover CoverOnTheLine(const Claims& claims, const Vector3d& at) {
   return cover;
 }
 
+// Claims at random, beside an independent record of what holds.
+class RandomClaims {
+ public:
+  explicit RandomClaims(unsigned seed) : random_(seed) { rules_.most_per_scanner = 3; }
+
+  // Time passes, and one thing happens.
+  void Step() {
+    now_ += absl::Seconds(Below(20));
+    ++step_;
+    Expire();
+    switch (Below(5)) {
+      case 0:
+      case 1:
+        return Take();
+      case 2:
+        return Renew();
+      case 3:
+        return Release();
+      default:
+        return Arrive();
+    }
+  }
+
+  // Those of the record, and no two at a place.
+  void ExpectInvariants() const {
+    ASSERT_EQ(claims_.held().size(), record_.size());
+    for (const ViewClaim& claim : claims_.held()) {
+      ASSERT_EQ(record_.at(claim.id).expires, claim.expires);
+      ASSERT_TRUE(claims_.IsActive(claim, now_));
+      for (const ViewClaim& other : claims_.held()) {
+        if (&claim == &other) continue;
+        ASSERT_GE((claim.position - other.position).norm(), rules_.separation);
+        ASSERT_LT(Overlap(claim.position, other.position), rules_.covered + 0.01);
+      }
+    }
+  }
+
+  int taken = 0;
+  int refused = 0;
+  int expired = 0;
+  int renewed = 0;
+  int released = 0;
+  int arrived = 0;
+
+ private:
+  int Below(int n) { return static_cast<int>(random_() % static_cast<unsigned>(n)); }
+  std::string SomeScanner() { return absl::StrCat("s", Below(8)); }
+  std::string SomeClaim() { return absl::StrCat("c", std::max(0, step_ - Below(60))); }
+
+  void Expire() {
+    for (const auto& [id, claim] : record_) {
+      ASSERT_EQ(claim.expires <= now_, IsDue(id)) << id;
+    }
+    for (const std::string& id : claims_.Due(now_)) {
+      ASSERT_TRUE(claims_.End(id, ClaimEnd::kExpired, now_).ok());
+      ASSERT_EQ(record_.erase(id), 1u);
+      ++expired;
+    }
+  }
+  bool IsDue(const std::string& id) const {
+    const auto due = claims_.Due(now_);
+    return std::find(due.begin(), due.end(), id) != due.end();
+  }
+
+  void Take() {
+    const ViewClaim wanted{absl::StrCat("c", step_), SomeScanner(),
+                           Vector3d(0.1 * Below(400), 0, 1), now_,
+                           now_ + absl::Seconds(10 + Below(300))};
+    const ClaimCover cover = CoverOnTheLine(claims_, wanted.position);
+    const auto own = std::count_if(record_.begin(), record_.end(), [&](const auto& entry) {
+      return entry.second.scanner == wanted.scanner;
+    });
+    const bool same = std::any_of(record_.begin(), record_.end(), [&](const auto& entry) {
+      return std::abs(entry.second.position.x() - wanted.position.x()) < rules_.separation;
+    });
+    const bool may = own < 3 && !same && cover.together < rules_.covered;
+    ASSERT_EQ(claims_.Take(wanted, cover, now_, rules_).ok(), may);
+    if (may) record_[wanted.id] = wanted;
+    ++(may ? taken : refused);
+  }
+
+  void Renew() {
+    const std::string id = SomeClaim();
+    const absl::Time until = now_ + absl::Seconds(10 + Below(100));
+    const auto held = record_.find(id);
+    ASSERT_EQ(claims_.Renew(id, until, now_).ok(), held != record_.end());
+    if (held == record_.end()) return;
+    held->second.expires = until;
+    ++renewed;
+  }
+
+  void Release() {
+    const std::string id = SomeClaim();
+    const bool held = record_.erase(id) == 1;
+    ASSERT_EQ(claims_.End(id, ClaimEnd::kReleased, now_).ok(), held);
+    released += held ? 1 : 0;
+  }
+
+  // A scan arrives: it fulfils the nearest claim of its scanner, or there is none near.
+  void Arrive() {
+    const std::string scanner = SomeScanner();
+    Vector3d at(0.1 * Below(400), 0.2, 1.3);
+    if (Below(2) == 0 && !record_.empty()) {
+      at.x() = record_.begin()->second.position.x() + 0.1 * Below(8);
+    }
+    const auto apart = [&](const ViewClaim& claim) {
+      return (claim.position - at).head<2>().norm();
+    };
+    const ViewClaim* match = claims_.FulfilledBy(scanner, at, rules_);
+    for (const auto& [id, claim] : record_) {
+      if (claim.scanner != scanner) continue;
+      ASSERT_GE(apart(claim), match == nullptr ? rules_.arrival_tolerance : apart(*match));
+    }
+    if (match == nullptr) return;
+    ASSERT_EQ(match->scanner, scanner);
+    ASSERT_LE(apart(*match), rules_.arrival_tolerance);
+    const std::string id = match->id;
+    ASSERT_TRUE(claims_.End(id, ClaimEnd::kScanArrived, now_).ok());
+    ASSERT_EQ(record_.erase(id), 1u);
+    ++arrived;
+  }
+
+  std::mt19937 random_;
+  Claims claims_;
+  ClaimRules rules_;
+  absl::Time now_ = kStart;
+  int step_ = -1;
+  std::map<std::string, ViewClaim> record_;
+};
+
 TEST(ClaimsTest, InvariantsHoldWhateverHappens) {
   for (const unsigned seed : {11u, 12u, 13u}) {
     SCOPED_TRACE(seed);
-    std::mt19937 random(seed);
-    const auto draw = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
-    Claims claims;
-    ClaimRules rules;
-    rules.most_per_scanner = 3;
-    absl::Time now = kStart;
-    std::map<std::string, ViewClaim> expected;  // an independent record of what holds
-    int taken = 0;
-    int refused = 0;
-    int expired = 0;
-    int arrived = 0;
-    for (int step = 0; step < 5000; ++step) {
-      now += absl::Seconds(draw(20));
-      for (const std::string& id : claims.Due(now)) {
-        ASSERT_LE(expected.at(id).expires, now);
-        ASSERT_TRUE(claims.End(id, ClaimEnd::kExpired, now).ok());
-        expected.erase(id);
-        ++expired;
-      }
-      const std::string scanner = absl::StrCat("s", draw(8));
-      const std::string some = absl::StrCat("c", std::max(0, step - draw(60)));
-      switch (draw(5)) {
-        case 0:
-        case 1: {
-          const ViewClaim wanted{absl::StrCat("c", step), scanner, Vector3d(0.1 * draw(400), 0, 1),
-                                 now, now + absl::Seconds(10 + draw(300))};
-          const ClaimCover cover = CoverOnTheLine(claims, wanted.position);
-          const auto own = std::count_if(expected.begin(), expected.end(), [&](const auto& e) {
-            return e.second.scanner == scanner;
-          });
-          const bool same = std::any_of(expected.begin(), expected.end(), [&](const auto& e) {
-            return std::abs(e.second.position.x() - wanted.position.x()) < rules.separation;
-          });
-          const bool may = own < 3 && !same && cover.together < rules.covered;
-          ASSERT_EQ(claims.Take(wanted, cover, now, rules).ok(), may);
-          if (may) expected[wanted.id] = wanted;
-          (may ? taken : refused)++;
-          break;
-        }
-        case 2: {
-          const absl::Time until = now + absl::Seconds(10 + draw(100));
-          ASSERT_EQ(claims.Renew(some, until, now).ok(), expected.count(some) == 1);
-          if (expected.count(some) == 1) expected[some].expires = until;
-          break;
-        }
-        case 3:
-          ASSERT_EQ(claims.End(some, ClaimEnd::kReleased, now).ok(), expected.erase(some) == 1);
-          break;
-        default: {
-          Vector3d at(0.1 * draw(400), 0.2, 1.3);
-          if (draw(2) == 0 && !expected.empty()) {
-            at.x() = expected.begin()->second.position.x() + 0.1 * draw(8);
-          }
-          const ViewClaim* match = claims.FulfilledBy(scanner, at, rules);
-          for (const auto& entry : expected) {
-            if (entry.second.scanner != scanner) continue;
-            const double apart = (entry.second.position - at).head<2>().norm();
-            if (match == nullptr) {
-              ASSERT_GT(apart, rules.arrival_tolerance);
-            } else {
-              ASSERT_GE(apart, (match->position - at).head<2>().norm());
-            }
-          }
-          if (match == nullptr) break;
-          const std::string id = match->id;
-          ASSERT_TRUE(claims.End(id, ClaimEnd::kScanArrived, now).ok());
-          ASSERT_EQ(expected.erase(id), 1u);
-          ++arrived;
-        }
-      }
-      ASSERT_EQ(claims.held().size(), expected.size());
-      for (const ViewClaim& claim : claims.held()) {
-        ASSERT_EQ(expected.at(claim.id).expires, claim.expires);
-        ASSERT_TRUE(claims.IsActive(claim, now));
-        for (const ViewClaim& other : claims.held()) {
-          if (&claim == &other) continue;
-          ASSERT_GE((claim.position - other.position).norm(), rules.separation);
-          ASSERT_LT(Overlap(claim.position, other.position), rules.covered + 0.01);
-        }
-      }
+    RandomClaims claims(seed);
+    for (int step = 0; step < 5000 && !testing::Test::HasFatalFailure(); ++step) {
+      claims.Step();
+      claims.ExpectInvariants();
     }
     // All of it happened.
-    EXPECT_GT(taken, 100);
-    EXPECT_GT(refused, 100);
-    EXPECT_GT(expired, 20);
-    EXPECT_GT(arrived, 20);
+    EXPECT_GT(claims.taken, 100);
+    EXPECT_GT(claims.refused, 100);
+    EXPECT_GT(claims.expired, 20);
+    EXPECT_GT(claims.renewed, 20);
+    EXPECT_GT(claims.released, 20);
+    EXPECT_GT(claims.arrived, 20);
   }
 }
 

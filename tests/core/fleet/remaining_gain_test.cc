@@ -97,7 +97,7 @@ TEST_F(RemainingGainTest, MarginalGainsAreThoseOfBruteForce) {
       EXPECT_NEAR(lazy, marginal, 1e-4 * all);
     }
     EXPECT_GT(rays, 0u);
-    // Whoever comes second gains nothing.
+    // The second scan from the same place gains nothing.
     const size_t before = remaining.left().size();
     EXPECT_NEAR(
         remaining.Take(probe, problem_.scoring->scorer(), parallel::Budget::Unlimited(), rays)

@@ -15,7 +15,7 @@ void Describe(const Eigen::Isometry3d& pose, test_support::GoldenText& out);
 void Describe(const registration::RegistrationVerdict& verdict, test_support::GoldenText& out);
 void Describe(const registration::RegistrationResult& result, test_support::GoldenText& out);
 void Describe(const model::MergeReport& report, test_support::GoldenText& out);
-// What it says, and its bytes.
+// Its content in words, and its bytes.
 void Describe(const model::PartialModel& model, parallel::Parallel& parallel,
               test_support::GoldenText& out);
 void Describe(const planning::RankedView& view, test_support::GoldenText& out);

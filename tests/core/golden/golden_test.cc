@@ -1,5 +1,5 @@
-// The core's results to the bit, as they were recorded: what moves or renames code changes none of
-// them.
+// Compares the core's results, to the bit, with recorded ones. Moving or renaming code must not
+// change them.
 #include <gtest/gtest.h>
 
 #include <memory>

@@ -1,5 +1,5 @@
-// What a scan says of a voxel, straight from the range image: no pyramid, no blocks, no fast
-// trigonometry. Shares no code with the model.
+// Judges a voxel directly from the range image, without pyramid, blocks or fast trigonometry. It
+// shares no code with the model.
 #ifndef VANTAGE_TESTS_CORE_MODEL_RANGE_IMAGE_ORACLE_H_
 #define VANTAGE_TESTS_CORE_MODEL_RANGE_IMAGE_ORACLE_H_
 
@@ -44,13 +44,14 @@ class RangeImageOracle {
   // nothing is known.
   double Room(const Eigen::Vector3d& point) const;
 
-  // From what Room says of a voxel's centre and corners.
+  // Judges from Room() at a voxel's centre and corners.
   Verdict Of(const VoxelIndex& voxel, double centre, const std::array<double, 8>& corners) const;
-  // Is the verdict a matter of rounding: does the room at the centre change side, or become known
-  // or unknown, when the direction turns by 5e-6 rad or the distance changes by as much of itself?
+  // True when the verdict depends on rounding: Room() at the centre changes its sign, or becomes
+  // known or unknown, when the direction turns by 5e-6 rad or the distance changes by that share of
+  // itself.
   bool IsTie(const VoxelIndex& voxel) const;
-  // Does a triangle of three neighbouring samples of one surface pass within half a diagonal of the
-  // voxel's centre? Of gives kEmpty without having looked.
+  // True when a triangle of three neighbouring samples of one surface passes within half a diagonal
+  // of the voxel's centre. Of() does not check this and gives kEmpty.
   bool NearTriangle(const VoxelIndex& voxel) const;
 
  private:

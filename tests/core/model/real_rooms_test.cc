@@ -113,7 +113,7 @@ TEST_F(RealRoomsTest, SurfacesAreClosedBetweenSamplesAndOpenAtEdges) {
   ASSERT_GT(smooth, 30'000u);
   EXPECT_LE(gaps, smooth / 1000);
   ASSERT_GT(edges, 500u);
-  // Other things may be measured where a line across a gap happens to pass.
+  // A line across a gap may pass through other measured surface.
   EXPECT_LE(bridged, edges / 20);
 }
 

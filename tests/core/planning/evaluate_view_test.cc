@@ -1,6 +1,6 @@
-// What a view promises where rays went through glass and did not come back: what dropped out is not
-// promised from there again, and stays promised from elsewhere (algorithm.md section 4, 'What never
-// comes').
+// Gains of views where rays went through glass and did not come back: surface whose rays dropped
+// out counts no longer from there, and still counts from elsewhere (algorithm.md section 4, 'What
+// never comes').
 #include "core/planning/evaluate_view.h"
 
 #include <gtest/gtest.h>
@@ -121,7 +121,7 @@ TEST_F(EvaluateViewTest, NotPromisedAgainFromThereButFromElsewhere) {
   // that stood there: no dropout.
   EXPECT_LT(after, 0.1 * before);
   EXPECT_LT(beside, 0.1 * before);
-  // From the other side nothing was tried.
+  // No scan was made from the other side.
   EXPECT_GT(inside_after, 0.98 * inside);
 }
 

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <limits>
 #include <map>
@@ -27,12 +28,7 @@ using ::testing::HasSubstr;
 
 class PlannerTest : public ::testing::Test {
  protected:
-  PlannerTest() {
-    config_.viewcell_size = 0.2;
-    // What registers is another part's subject.
-    config_.registration.required_accuracy = 0.1;
-    config_.registration.minimum_overlap = 0.01;
-  }
+  PlannerTest() { config_.viewcell_size = 0.2; }
   Plan Make(const model::PlanningView& model, const parallel::Budget& budget,
             parallel::Parallel& parallel) {
     absl::StatusOr<Plan> plan =
@@ -46,51 +42,126 @@ class PlannerTest : public ::testing::Test {
   int shown_ = 0;
 };
 
-TEST_F(PlannerTest, FindsTheViewBehindTheScreen) {
-  test_support::ClosedFormScene scene = test_support::FurnishedRoom(2);
-  // What the station sees has the density that a scan from there gives it.
-  scene.density = [](const Eigen::Vector3d& p) {
-    return 60000 / (Eigen::Vector3d(1.5, 1.5, 1.5) - p).squaredNorm();
-  };
-  const model::PlanningView model = test_support::BuildView(scene);
-  const Plan plan = Make(model, parallel::Budget::Unlimited(), serial_);
-  ASSERT_EQ(plan.outcome, PlanOutcome::kViews) << plan.message;
-  EXPECT_GT(shown_, 0);
-  EXPECT_TRUE(plan.complete);
-  EXPECT_EQ(plan.confidence, 1);
-  EXPECT_EQ(plan.optimality_gap, 0);
-  EXPECT_EQ(plan.model_version, model.version());
-  EXPECT_EQ(plan.score_map.size(), plan.feasible_cells);
-  EXPECT_FALSE(plan.termination.suggested) << plan.termination.reason;
-  EXPECT_TRUE(plan.termination.unobservable_known);
-  ASSERT_LE(plan.views.size(), 10u);
-  double last = std::numeric_limits<double>::infinity();
-  for (size_t i = 0; i < plan.views.size(); ++i) {
-    const RankedView& view = plan.views[i];
-    EXPECT_TRUE(view.verdict.registered());
-    EXPECT_TRUE(view.exact);
-    EXPECT_LE(view.score, last);
-    last = view.score;
-    double by_kind = 0;
-    for (const double gain : view.score_by_kind) by_kind += gain;
-    EXPECT_NEAR(by_kind, view.score, 1e-9 * view.score);
-    EXPECT_GE(view.height_over_floor, config_.min_viewpoint_height);
-    EXPECT_LE(view.height_over_floor, config_.max_viewpoint_height);
-    EXPECT_GE(view.clearance, scanner_.clearance);
-    EXPECT_TRUE(view.travel.has_value());
-    EXPECT_TRUE(view.region.box.contains(view.position));
-    EXPECT_GE(view.region.viewcell_count, 1);
-    EXPECT_THAT(view.location.description, HasSubstr("station 1"));
-    EXPECT_FALSE(view.patch_scores.empty());
-    for (size_t j = 0; j < i; ++j) {
-      EXPECT_GE((plan.views[j].position - view.position).norm(), config_.candidate_separation);
-    }
+// A plan to the end in a room whose far corner is unknown.
+class WholePlanTest : public PlannerTest {
+ protected:
+  WholePlanTest() : model_(test_support::BuildView(Room())) {}
+  void SetUp() override {
+    plan_ = Make(model_, parallel::Budget::Unlimited(), serial_);
+    ASSERT_EQ(plan_.outcome, PlanOutcome::kViews) << plan_.message;
+    ASSERT_GE(plan_.views.size(), 3u);
   }
+  // Surface that the station sees has the density that a scan from there gives it.
+  static test_support::ClosedFormScene Room() {
+    test_support::ClosedFormScene scene = test_support::FurnishedRoom(2);
+    scene.density = [](const Eigen::Vector3d& p) {
+      return 60000 / (Eigen::Vector3d(1.5, 1.5, 1.5) - p).squaredNorm();
+    };
+    return scene;
+  }
+  model::PlanningView model_;
+  Plan plan_;
+};
+
+TEST_F(WholePlanTest, FindsTheViewBehindTheScreen) {
   // The unknown corner holds most of what is missing; the station does not see it.
   const absl::StatusOr<ViewEvaluation> station =
-      EvaluateView(model, scanner_, config_, model.stations()[0].position, serial_);
+      EvaluateView(model_, scanner_, config_, model_.stations()[0].position, serial_);
   ASSERT_TRUE(station.ok());
-  EXPECT_GT(plan.views[0].score, 1.5 * station->view.score);
+  EXPECT_GT(plan_.views[0].score, 1.5 * station->view.score);
+}
+
+TEST_F(WholePlanTest, IsCompleteAndExact) {
+  EXPECT_GT(shown_, 0);
+  EXPECT_TRUE(plan_.complete);
+  EXPECT_EQ(plan_.confidence, 1);
+  EXPECT_EQ(plan_.optimality_gap, 0);
+  EXPECT_EQ(plan_.model_version, model_.version());
+  EXPECT_EQ(plan_.score_map.size(), plan_.feasible_cells);
+  EXPECT_TRUE(plan_.termination.unobservable_known);
+  for (const RankedView& view : plan_.views) EXPECT_TRUE(view.exact);
+}
+
+TEST_F(WholePlanTest, ViewsComeByScoreAndLieApart) {
+  EXPECT_LE(plan_.views.size(), static_cast<size_t>(config_.candidates));
+  for (size_t i = 1; i < plan_.views.size(); ++i) {
+    EXPECT_LE(plan_.views[i].score, plan_.views[i - 1].score);
+    for (size_t j = 0; j < i; ++j) {
+      EXPECT_GE((plan_.views[j].position - plan_.views[i].position).norm(),
+                config_.candidate_separation);
+    }
+  }
+}
+
+TEST_F(WholePlanTest, ScoresByKindSumToTheScore) {
+  for (const RankedView& view : plan_.views) {
+    double sum = 0;
+    for (const double score : view.score_by_kind) sum += score;
+    EXPECT_NEAR(sum, view.score, 1e-9 * view.score);
+  }
+}
+
+// Against the room itself: its floor's voxels have their middle at -0.025 m.
+TEST_F(WholePlanTest, ViewsSayWhereTheyStand) {
+  for (const RankedView& view : plan_.views) {
+    EXPECT_NEAR(view.height_over_floor, view.position.z() + 0.025, 1e-6);
+    EXPECT_GE(view.height_over_floor, config_.min_viewpoint_height);
+    EXPECT_LE(view.height_over_floor, config_.max_viewpoint_height);
+    double nearest = 10;
+    for (int z = 0; z < 54; ++z) {
+      for (int y = 0; y < 100; ++y) {
+        for (int x = 0; x < 120; ++x) {
+          if (model_.Empty({x, y, z})) continue;
+          const Region voxel(0.05 * Eigen::Vector3d(x, y, z),
+                             0.05 * Eigen::Vector3d(x + 1, y + 1, z + 1));
+          nearest = std::min(nearest, voxel.exteriorDistance(view.position));
+        }
+      }
+    }
+    for (int axis = 0; axis < 3; ++axis) {  // to walls, floor and ceiling
+      const double room = axis == 0 ? 6 : axis == 1 ? 5 : 2.7;
+      nearest = std::min({nearest, view.position[axis], room - view.position[axis]});
+    }
+    EXPECT_GE(nearest, scanner_.clearance);
+    EXPECT_NEAR(view.clearance, nearest, 1e-6);
+    ASSERT_TRUE(view.travel.has_value());
+    EXPECT_GE(*view.travel, (view.position - model_.stations()[0].position).head<2>().norm() - 0.2);
+    EXPECT_THAT(view.location.description, HasSubstr("station 1"));
+  }
+}
+
+TEST_F(WholePlanTest, ViewsSayWhatTheyGainAndAround) {
+  for (const RankedView& view : plan_.views) {
+    EXPECT_TRUE(view.region.box.contains(view.position));
+    EXPECT_GE(view.region.viewcell_count, 1);
+    ASSERT_FALSE(view.patch_scores.empty());
+    double sum = 0;
+    for (const PatchScore& patch : view.patch_scores) sum += patch.score;
+    EXPECT_LE(sum, view.score * (1 + 1e-6));
+    EXPECT_GT(sum, 0);
+  }
+}
+
+// By what may still be gained, in m2 of the model, and by the patches that are left.
+TEST_F(WholePlanTest, StopsWhereTheConfigurationSaysThatItIsEnough) {
+  EXPECT_FALSE(plan_.termination.suggested) << plan_.termination.reason;
+  // Of all views, whether they register or not.
+  double most = 0;
+  for (const ScoredCell& cell : plan_.score_map) {
+    most = std::max(most, static_cast<double>(cell.score));
+  }
+  const double gain = most / config_.required_density;
+  const auto suggested = [&] {
+    return Make(model_, parallel::Budget::Unlimited(), serial_).termination.suggested;
+  };
+  config_.terminate_below = 1.001 * gain;
+  EXPECT_TRUE(suggested());
+  config_.terminate_below = 0.999 * gain;
+  EXPECT_FALSE(suggested());
+  double largest = 0;
+  for (const Patch& patch : plan_.patches) largest = std::max(largest, patch.area);
+  config_.min_patch_area = 1.001 * largest;
+  EXPECT_TRUE(suggested());
 }
 
 TEST_F(PlannerTest, EvaluateViewSaysWhatThePlanSays) {
@@ -189,14 +260,52 @@ TEST_F(PlannerTest, NowhereToStandNamesTheConstraint) {
 }
 
 TEST_F(PlannerTest, NothingRegistersComesWithRemedies) {
-  config_.registration.minimum_overlap = 0.999;
+  config_.registration.minimum_overlap = 0.99;
   const Plan plan = Make(test_support::BuildView(test_support::FurnishedRoom(3)),
                          parallel::Budget::Unlimited(), serial_);
   EXPECT_EQ(plan.outcome, PlanOutcome::kNoRegistrableView);
   EXPECT_TRUE(plan.views.empty());
-  ASSERT_FALSE(plan.refused.empty());
-  EXPECT_FALSE(plan.refused[0].verdict.reason.empty());
   EXPECT_FALSE(plan.termination.suggested);
+  ASSERT_FALSE(plan.refused.empty());
+  for (const RankedView& view : plan.refused) {
+    EXPECT_LT(view.verdict.overlap_share, 0.99);
+    EXPECT_THAT(view.verdict.reason, HasSubstr("overlaps what is scanned already, 99 %"));
+    EXPECT_FALSE(view.verdict.remedy.empty());
+    // Where the overlap alone is too small, that is what to do something about.
+    if (view.verdict.judged_bound > config_.registration.required_accuracy) continue;
+    EXPECT_THAT(view.verdict.remedy, HasSubstr("nearer to what is scanned already"));
+  }
+  EXPECT_THAT(plan.message, HasSubstr("the first: " + plan.refused[0].verdict.reason));
+  EXPECT_THAT(plan.message, HasSubstr("remedy: " + plan.refused[0].verdict.remedy));
+}
+
+// With an accuracy that some views meet and others don't, many of them by little.
+TEST_F(PlannerTest, ReturnsWhatRegistersAndRefusesWhatDoesNot) {
+  const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(3));
+  config_.viewcell_size = 0.4;
+  config_.candidates = 40;
+  config_.registration.required_accuracy = 0.5;
+  std::vector<double> bounds;
+  for (const RankedView& view : Make(model, parallel::Budget::Unlimited(), serial_).views) {
+    bounds.push_back(view.verdict.judged_bound);
+  }
+  ASSERT_GT(bounds.size(), 6u);
+  std::sort(bounds.begin(), bounds.end());
+  const double required = bounds[bounds.size() / 2];
+  config_.registration.required_accuracy = required;
+  const Plan plan = Make(model, parallel::Budget::Unlimited(), serial_);
+  ASSERT_FALSE(plan.views.empty());
+  ASSERT_FALSE(plan.refused.empty());
+  for (const RankedView& view : plan.views) {
+    EXPECT_TRUE(view.verdict.registered());
+    EXPECT_LE(view.verdict.judged_bound, required);
+    EXPECT_TRUE(view.verdict.reason.empty()) << view.verdict.reason;
+  }
+  for (const RankedView& view : plan.refused) {
+    EXPECT_FALSE(view.verdict.registered());
+    EXPECT_GT(view.verdict.judged_bound, required);
+    EXPECT_FALSE(view.verdict.reason.empty());
+  }
 }
 
 TEST_F(PlannerTest, ImpossibleConfigurationNamesEveryField) {
@@ -234,7 +343,7 @@ TEST_F(PlannerTest, CoverageAddsUp) {
   EXPECT_NEAR(coverage.estimated_coverage.value_or(0), coverage.area_at_density / all, 1e-12);
 }
 
-// A sealed room beside the one with the station: known, since it was given so, but nobody gets in.
+// A sealed room beside the one with the station. It is known to be empty, but cannot be reached.
 TEST_F(PlannerTest, SaysWhatNoFeasibleViewCanSee) {
   test_support::ClosedFormScene scene;
   const Region room(Eigen::Vector3d::Zero(), Eigen::Vector3d(4, 3, 2.6));

@@ -1,8 +1,9 @@
-// What a scan should have brought and did not is not promised again from the same place
+// Surface that a scan should have measured and did not does not count again from the same place
 // (algorithm.md section 4, 'What never comes').
 #include <gtest/gtest.h>
 
 #include <cstdio>
+#include <set>
 #include <string>
 
 #include "core/model/partial_model.h"
@@ -52,11 +53,16 @@ TEST_P(PromisesTest, TwoScansFromAPlaceLeaveNothingPromisedThere) {
   const double twice = PromisedAt(*model, place);
   std::printf("%s: %.3f m^2 promised after one scan, %.3f after two\n", GetParam().name.c_str(),
               once, twice);
+  // In bare rooms one scan leaves next to nothing that another from there could bring.
+  const std::set<std::string> bare = {"empty room", "window", "pillar", "thin wall"};
+  if (bare.count(GetParam().name) == 0) {
+    EXPECT_GT(once, 0.05);
+  }
   EXPECT_LE(twice, 0.02);
 }
 
-// Giving up is for what no look brings: the room next door stays worth a visit however often its
-// door was looked at.
+// Only surface that no scan can measure is given up. The room next door stays worth a visit however
+// often its door was seen.
 TEST_P(PromisesTest, WhatHidesRoomIsNotGivenUp) {
   auto model = model::PartialModel::Create({}).value();
   const Eigen::Vector3d place = GetParam().stations[0];
@@ -74,6 +80,7 @@ TEST_P(PromisesTest, WhatHidesRoomIsNotGivenUp) {
         if (surface.given_up) given_up += static_cast<double>(surface.area);
       });
   std::printf("%s: %.3f m^2 of %.2f m^2 given up\n", GetParam().name.c_str(), given_up, open);
+  EXPECT_GT(open, 0.4);
   EXPECT_LE(given_up, 0.01 * open);
 }
 

@@ -1,4 +1,4 @@
-// Whole cycles in rooms that deceive scanners, against the same room without deceit.
+// Compares whole cycles in rooms that deceive scanners with the same room without deceit.
 #include <gtest/gtest.h>
 
 #include <string>
@@ -88,7 +88,7 @@ TEST_F(ScepticalCycleTest, Windows) {
 TEST_F(ScepticalCycleTest, AMirror) {
   const test_support::LoopResult result = RunIn({false, true, false, false});
   ExpectSensible(result, plain_scans_);
-  // It is named for what it is: never measured, given up.
+  // It is reported correctly: never measured, given up.
   EXPECT_GT(result.plans.back().coverage->area_given_up, 1.5);
   EXPECT_LT(result.plans.back().coverage->area_given_up, 3.5);
 }

@@ -6,6 +6,9 @@
 #include <tuple>
 #include <utility>
 
+#include "core/model/partial_model.h"
+#include "core/parallel/parallel.h"
+
 namespace vantage::registration {
 
 BoxScene::Hit BoxScene::Cast(const Eigen::Vector3d& origin,
@@ -182,6 +185,17 @@ std::shared_ptr<const model::PlanningView> ModelOf(const BoxScene& scene,
     }
   }
   return builder.Build();
+}
+
+std::shared_ptr<const model::PlanningView> ModelFromScan(const BoxScene& scene,
+                                                         const Eigen::Isometry3d& T_world_scan,
+                                                         const ScanSettings& settings,
+                                                         unsigned seed) {
+  parallel::Serial serial;
+  const auto partial = model::PartialModel::Create({}).value();
+  partial->Insert("first", ScanScene(scene, T_world_scan, settings, seed), T_world_scan, serial)
+      .value();
+  return partial->Publish();
 }
 
 Eigen::Isometry3d PoseAt(const Eigen::Vector3d& position, double yaw, double pitch, double roll) {

@@ -1,5 +1,5 @@
-// Rooms made of boxes, scanned in closed form, and the model that such scans make: fixtures that
-// share no code with what they test.
+// Rooms made of boxes, scanned in closed form, and the models of such scans: put together here, or
+// made as a server makes them.
 #ifndef VANTAGE_TESTS_CORE_REGISTRATION_BOX_SCENE_H_
 #define VANTAGE_TESTS_CORE_REGISTRATION_BOX_SCENE_H_
 
@@ -73,12 +73,19 @@ class ViewBuilder {
   std::unordered_map<Key, Cell, KeyHash> cells_;  // no samples: empty
 };
 
-// The model after one scan: noisy samples, the scene's normals turned by `normal_noise` rad (per
-// voxel).
+// The model of one scan, put together without carving: noisy samples, the scene's normals turned by
+// `normal_noise` rad (per voxel).
 std::shared_ptr<const model::PlanningView> ModelOf(const BoxScene& scene,
                                                    const Eigen::Isometry3d& T_world_scan,
                                                    const ScanSettings& settings,
                                                    double normal_noise, unsigned seed);
+
+// The model that one noisy scan makes: carved and merged, with the normals, the empty space and the
+// holes that this gives. For what is compared with the scene, not for what tests the model itself.
+std::shared_ptr<const model::PlanningView> ModelFromScan(const BoxScene& scene,
+                                                         const Eigen::Isometry3d& T_world_scan,
+                                                         const ScanSettings& settings,
+                                                         unsigned seed);
 
 // A pose at a place with a heading and a small tilt.
 Eigen::Isometry3d PoseAt(const Eigen::Vector3d& position, double yaw, double pitch = 0,

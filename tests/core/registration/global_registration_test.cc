@@ -1,5 +1,5 @@
-// Scans of which nothing is known but that they were upright: found among the rooms so far, or the
-// answer says that it cannot tell.
+// Scans of which only the tilt is known: they are placed among the rooms scanned so far, or the
+// answer says that the place is uncertain.
 #include <gtest/gtest.h>
 
 #include <cmath>

@@ -1,5 +1,5 @@
-// A scan from right before a mirror shows a room behind the wall, where other scans saw empty
-// space: that is no wrong pose.
+// A scan from right in front of a mirror shows a room behind the wall, where other scans saw empty
+// space. The pose is right nevertheless.
 #include <gtest/gtest.h>
 
 #include <cmath>

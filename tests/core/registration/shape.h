@@ -1,4 +1,5 @@
-// Surfaces as points with noisy normals: what each leaves open is known without computing anything.
+// Surfaces as points with noisy normals; the directions that each leaves open are known without
+// computation.
 #ifndef VANTAGE_TESTS_CORE_REGISTRATION_SHAPE_H_
 #define VANTAGE_TESTS_CORE_REGISTRATION_SHAPE_H_
 

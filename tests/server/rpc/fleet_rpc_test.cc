@@ -1,104 +1,132 @@
 // CreateScanner, ListScanners, ClaimView, RenewClaim, ReleaseClaim, ListClaims; a plan for a fleet.
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <string>
+#include <vector>
 
+#include "absl/time/clock.h"
+#include "absl/time/time.h"
 #include "tests/server/fixture/in_process.h"
 
 namespace vantage::rpc {
 namespace {
 
-TEST(FleetRpc, AScannerClaimsRenewsAndGivesBack) {
-  fixture::Script script;
-  script.EndPlans();
-  fixture::InProcess server(script.Make());
-  const std::string session = server.OpenRoom("job");
-  v1::CreateScannerRequest add;
-  add.set_parent(session);
-  add.set_scanner_id("red");
-  add.mutable_scanner();
-  for (const char* id : {"red", "blue"}) {
-    grpc::ClientContext context;
-    v1::CreateScannerResponse added;
-    add.set_scanner_id(id);
-    ASSERT_TRUE(server.fleet->CreateScanner(&context, add, &added).ok());
-    EXPECT_EQ(added.scanner().name(), session + "/scanners/" + id);
+// A session with a room and two scanners, red and blue.
+class FleetRpc : public testing::Test {
+ protected:
+  void SetUp() override {
+    script_.EndPlans();
+    for (const char* id : {"red", "blue"}) {
+      grpc::ClientContext context;
+      v1::CreateScannerRequest request;
+      request.set_parent(session_);
+      request.set_scanner_id(id);
+      request.mutable_scanner();
+      v1::CreateScannerResponse response;
+      ASSERT_TRUE(server_.fleet->CreateScanner(&context, request, &response).ok());
+      EXPECT_EQ(response.scanner().name(), Scanner(id));
+    }
   }
-  std::string token;
-  std::string names;
-  do {
-    grpc::ClientContext context;
-    v1::ListScannersRequest request;
-    request.set_parent(session);
-    request.set_page_size(1);
-    request.set_page_token(token);
-    v1::ListScannersResponse page;
-    ASSERT_TRUE(server.fleet->ListScanners(&context, request, &page).ok());
-    for (const v1::Scanner& scanner : page.scanners()) names += scanner.name() + " ";
-    token = page.next_page_token();
-  } while (!token.empty());
-  EXPECT_EQ(names, session + "/scanners/red " + session + "/scanners/blue ");
+  std::string Scanner(const std::string& id) const { return session_ + "/scanners/" + id; }
 
-  v1::ClaimViewRequest claim;
-  claim.set_parent(session);
-  claim.set_scanner(session + "/scanners/red");
-  claim.mutable_position()->set_z(1.5);
-  v1::ClaimViewResponse claimed;
-  {
+  // The place is the same for everybody.
+  grpc::Status Claim(const std::string& scanner, v1::Claim& claim) {
     grpc::ClientContext context;
-    ASSERT_TRUE(server.fleet->ClaimView(&context, claim, &claimed).ok());
-  }
-  {
-    grpc::ClientContext context;
-    claim.set_scanner(session + "/scanners/blue");
+    v1::ClaimViewRequest request;
+    request.set_parent(session_);
+    request.set_scanner(Scanner(scanner));
+    request.mutable_position()->set_z(1.5);
     v1::ClaimViewResponse response;
-    const grpc::Status refused = server.fleet->ClaimView(&context, claim, &response);
-    EXPECT_EQ(refused.error_code(), grpc::StatusCode::ALREADY_EXISTS);
-    EXPECT_EQ(fixture::InfoOf(refused).reason(), "CLAIMED");
-    EXPECT_EQ(fixture::InfoOf(refused).metadata().at("claim"), claimed.claim().name());
+    const grpc::Status status = server_.fleet->ClaimView(&context, request, &response);
+    claim = response.claim();
+    return status;
   }
-  {
+  grpc::Status Release(const std::string& name) {
     grpc::ClientContext context;
-    v1::RenewClaimRequest renew;
-    renew.set_name(claimed.claim().name());
-    renew.mutable_ttl()->set_seconds(7200);
-    v1::RenewClaimResponse renewed;
-    ASSERT_TRUE(server.fleet->RenewClaim(&context, renew, &renewed).ok());
-    EXPECT_GT(renewed.claim().expire_time().seconds(), claimed.claim().expire_time().seconds());
+    v1::ReleaseClaimRequest request;
+    request.set_name(name);
+    v1::ReleaseClaimResponse response;
+    return server_.fleet->ReleaseClaim(&context, request, &response);
   }
-  const auto held = [&] {
+  std::vector<std::string> Claims() {
     grpc::ClientContext context;
     v1::ListClaimsRequest request;
-    request.set_parent(session);
+    request.set_parent(session_);
     v1::ListClaimsResponse response;
-    EXPECT_TRUE(server.fleet->ListClaims(&context, request, &response).ok());
-    return response.claims_size();
-  };
-  EXPECT_EQ(held(), 1);
-  {
-    grpc::ClientContext context;
-    v1::CreatePlanRequest request;
-    request.set_parent(session);
-    request.mutable_plan()->add_scanners(session + "/scanners/red");
-    request.mutable_plan()->add_scanners(session + "/scanners/blue");
-    v1::CreatePlanResponse created;
-    ASSERT_TRUE(server.plans->CreatePlan(&context, request, &created).ok());
-    EXPECT_EQ(created.plan().scanners_size(), 2);
+    EXPECT_TRUE(server_.fleet->ListClaims(&context, request, &response).ok());
+    std::vector<std::string> names;
+    for (const v1::Claim& claim : response.claims()) names.push_back(claim.name());
+    return names;
   }
-  {
-    grpc::ClientContext context;
-    v1::ReleaseClaimRequest release;
-    release.set_name(claimed.claim().name());
-    v1::ReleaseClaimResponse response;
-    EXPECT_TRUE(server.fleet->ReleaseClaim(&context, release, &response).ok());
-  }
-  EXPECT_EQ(held(), 0);
+
+  fixture::Script script_;
+  fixture::InProcess server_{script_.Make()};
+  const std::string session_ = server_.OpenRoom("job");
+};
+
+TEST_F(FleetRpc, ScannersAreListedAsTheyCame) {
   grpc::ClientContext context;
-  v1::ReleaseClaimRequest nobody;
-  nobody.set_name("sessions/none/claims/claim-1");
-  v1::ReleaseClaimResponse response;
-  EXPECT_EQ(server.fleet->ReleaseClaim(&context, nobody, &response).error_code(),
-            grpc::StatusCode::NOT_FOUND);
+  v1::ListScannersRequest request;
+  request.set_parent(session_);
+  v1::ListScannersResponse response;
+  ASSERT_TRUE(server_.fleet->ListScanners(&context, request, &response).ok());
+  ASSERT_EQ(response.scanners_size(), 2);
+  EXPECT_EQ(response.scanners(0).name(), Scanner("red"));
+  EXPECT_EQ(response.scanners(1).name(), Scanner("blue"));
+}
+
+TEST_F(FleetRpc, AClaimIsHeldUntilItIsGivenBack) {
+  v1::Claim claim;
+  ASSERT_TRUE(Claim("red", claim).ok());
+  EXPECT_EQ(claim.scanner(), Scanner("red"));
+  EXPECT_THAT(Claims(), testing::ElementsAre(claim.name()));
+  EXPECT_TRUE(Release(claim.name()).ok());
+  EXPECT_THAT(Claims(), testing::IsEmpty());
+}
+
+TEST_F(FleetRpc, APlaceThatIsClaimedIsRefusedToOthers) {
+  v1::Claim claim;
+  ASSERT_TRUE(Claim("red", claim).ok());
+  v1::Claim second;
+  const grpc::Status refused = Claim("blue", second);
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::ALREADY_EXISTS);
+  EXPECT_EQ(fixture::InfoOf(refused).reason(), "CLAIMED");
+  EXPECT_EQ(fixture::InfoOf(refused).metadata().at("claim"), claim.name());
+  EXPECT_EQ(fixture::InfoOf(refused).metadata().at("scanner"), Scanner("red"));
+  ASSERT_TRUE(Release(claim.name()).ok());
+  EXPECT_TRUE(Claim("blue", second).ok());
+}
+
+TEST_F(FleetRpc, ARenewedClaimHoldsForLonger) {
+  v1::Claim claim;
+  ASSERT_TRUE(Claim("red", claim).ok());
+  grpc::ClientContext context;
+  v1::RenewClaimRequest renew;
+  renew.set_name(claim.name());
+  renew.mutable_ttl()->set_seconds(72'000);
+  v1::RenewClaimResponse renewed;
+  const int64_t before = absl::ToUnixSeconds(absl::Now());
+  ASSERT_TRUE(server_.fleet->RenewClaim(&context, renew, &renewed).ok());
+  EXPECT_GE(renewed.claim().expire_time().seconds(), before + 72'000);
+  EXPECT_LE(renewed.claim().expire_time().seconds(), absl::ToUnixSeconds(absl::Now()) + 72'001);
+  EXPECT_LT(claim.expire_time().seconds(), before + 72'000);
+}
+
+TEST_F(FleetRpc, APlanIsMadeForItsScanners) {
+  grpc::ClientContext context;
+  v1::CreatePlanRequest request;
+  request.set_parent(session_);
+  request.mutable_plan()->add_scanners(Scanner("blue"));
+  request.mutable_plan()->add_scanners(Scanner("red"));
+  v1::CreatePlanResponse created;
+  ASSERT_TRUE(server_.plans->CreatePlan(&context, request, &created).ok());
+  EXPECT_THAT(created.plan().scanners(), testing::ElementsAre(Scanner("blue"), Scanner("red")));
+}
+
+TEST_F(FleetRpc, NobodysClaimIsNotFound) {
+  EXPECT_EQ(Release("sessions/none/claims/claim-1").error_code(), grpc::StatusCode::NOT_FOUND);
+  EXPECT_EQ(Release(session_ + "/claims/claim-1").error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
 }  // namespace

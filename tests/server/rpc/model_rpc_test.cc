@@ -136,7 +136,7 @@ TEST_F(ModelRpc, RegisteredSamplesLieOnTheRoom) {
   }
 }
 
-// What the server has lost is no name that a client got wrong.
+// Data that the server has lost are DATA_LOSS, not NOT_FOUND.
 TEST_F(ModelRpc, LostSamplesAreDataLoss) {
   const std::string session = server_.OpenRoom("room");
   grpc::ClientContext context;

@@ -206,6 +206,97 @@ TEST_F(Paging, GoesOnBehindASessionWhoseIdIsAnothersNow) {
   EXPECT_THAT(names, ElementsAre("sessions/a", "sessions/d", "sessions/c"));
 }
 
+// Two tenants' sessions, in turns: neither sees, or skips, anything for the other's.
+class PagingOfTenants : public testing::Test {
+ protected:
+  static server::ServerOptions TwoTenants() {
+    server::ServerOptions options;
+    options.access.tenant_metadata = "x-tenant";
+    return options;
+  }
+  static void NameTenant(const std::string& tenant, grpc::ClientContext& context) {
+    context.AddMetadata("x-tenant", tenant);
+  }
+  void Open(const std::string& tenant, const std::string& id) {
+    grpc::ClientContext context;
+    NameTenant(tenant, context);
+    v1::CreateSessionRequest request;
+    request.set_session_id(id);
+    v1::CreateSessionResponse response;
+    ASSERT_TRUE(server_.sessions->CreateSession(&context, request, &response).ok());
+  }
+  void Delete(const std::string& tenant, const std::string& id) {
+    grpc::ClientContext context;
+    NameTenant(tenant, context);
+    v1::DeleteSessionRequest request;
+    request.set_name("sessions/" + id);
+    v1::DeleteSessionResponse response;
+    ASSERT_TRUE(server_.sessions->DeleteSession(&context, request, &response).ok());
+  }
+  v1::ListSessionsResponse Page(const std::string& tenant, int size, const std::string& token) {
+    grpc::ClientContext context;
+    NameTenant(tenant, context);
+    v1::ListSessionsRequest request;
+    request.set_page_size(size);
+    request.set_page_token(token);
+    v1::ListSessionsResponse response;
+    const grpc::Status status = server_.sessions->ListSessions(&context, request, &response);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+    return response;
+  }
+  // Names from a place on, page by page; "|" where a page ends and another one follows.
+  std::vector<std::string> Pages(const std::string& tenant, int size, std::string token = "") {
+    std::vector<std::string> names;
+    do {
+      const v1::ListSessionsResponse page = Page(tenant, size, token);
+      for (const v1::Session& session : page.sessions()) names.push_back(session.name());
+      token = page.next_page_token();
+      if (!token.empty()) names.emplace_back("|");
+    } while (!token.empty() && names.size() < 100);
+    return names;
+  }
+
+  fixture::Script script_;
+  fixture::InProcess server_{script_.Make(), TwoTenants()};
+};
+
+TEST_F(PagingOfTenants, EachSeesItsOwnSessionsInOrderOfCreation) {
+  for (const char* n : {"3", "1", "2"}) {
+    Open("museum", std::string("m") + n);
+    Open("bank", std::string("b") + n);
+  }
+  EXPECT_THAT(Pages("museum", 1),
+              ElementsAre("sessions/m3", "|", "sessions/m1", "|", "sessions/m2"));
+  EXPECT_THAT(Pages("bank", 2), ElementsAre("sessions/b3", "sessions/b1", "|", "sessions/b2"));
+  // A page that is full to the last has none after it, whatever others have.
+  EXPECT_THAT(Pages("museum", 3), ElementsAre("sessions/m3", "sessions/m1", "sessions/m2"));
+  EXPECT_THAT(Pages("nobody", 2), IsEmpty());
+}
+
+TEST_F(PagingOfTenants, GoesOnBehindOnesOwnThatIsGone) {
+  for (const char* n : {"1", "2", "3"}) {
+    Open("museum", std::string("m") + n);
+    Open("bank", std::string("b") + n);
+  }
+  const std::string token = Page("museum", 1, "").next_page_token();
+  Delete("museum", "m1");
+  EXPECT_THAT(Pages("museum", 5, token), ElementsAre("sessions/m2", "sessions/m3"));
+  // Its id is another tenant's now.
+  Open("bank", "m1");
+  EXPECT_THAT(Pages("museum", 5, token), ElementsAre("sessions/m2", "sessions/m3"));
+  EXPECT_THAT(Pages("bank", 2),
+              ElementsAre("sessions/b1", "sessions/b2", "|", "sessions/b3", "sessions/m1"));
+}
+
+TEST_F(PagingOfTenants, AnothersTokenShowsNothingOfTheirs) {
+  for (const char* n : {"1", "2", "3"}) {
+    Open("museum", std::string("m") + n);
+    Open("bank", std::string("b") + n);
+  }
+  const std::string token = Page("museum", 2, "").next_page_token();
+  EXPECT_THAT(Pages("bank", 1, token), ElementsAre("sessions/b2", "|", "sessions/b3"));
+}
+
 TEST(ReadPage, CoercesASizeThatIsTooLarge) {
   const auto limit = [](int size) {
     return ReadPage(size, "", "list", 50, 1000, "page_size", "page_token")->limit;

@@ -215,6 +215,9 @@ TEST_F(PlanRpc, ManyUnderWayAreRefusedWithARetryDelay) {
   }
   EXPECT_EQ(status.error_code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
   EXPECT_EQ(fixture::InfoOf(status).reason(), "TOO_MANY_PLANS");
+  google::rpc::RetryInfo retry;
+  for (const auto& any : fixture::Details(status)) any.UnpackTo(&retry);
+  EXPECT_EQ(retry.retry_delay().seconds(), 1);
   script_.EndPlans();
 }
 
@@ -231,7 +234,7 @@ TEST_F(PlanRpc, TheTrailerCarriesThePushbackThatGrpcHeeds) {
   script_.EndPlans();
 }
 
-TEST_F(PlanRpc, IdempotentAndChecked) {
+TEST_F(PlanRpc, ARepeatedRequestIsOnePlan) {
   script_.EndPlans();
   v1::CreatePlanRequest request = Request();
   request.set_request_id("p");
@@ -240,25 +243,31 @@ TEST_F(PlanRpc, IdempotentAndChecked) {
   ASSERT_TRUE(Create(request, first).ok());
   ASSERT_TRUE(Create(request, second).ok());
   EXPECT_EQ(first.name(), second.name());
+}
 
-  request = Request();
+TEST_F(PlanRpc, WhatIsWrongIsNamed) {
+  v1::Plan none;
+  v1::CreatePlanRequest request = Request();
   request.mutable_plan()->mutable_time_budget()->set_seconds(-5);
-  EXPECT_THAT(fixture::ViolatedFields(Create(request, first)),
+  EXPECT_THAT(fixture::ViolatedFields(Create(request, none)),
               testing::UnorderedElementsAre("plan.time_budget"));
   request = Request();
   request.mutable_plan()->set_scanner_model_id("nobody");
   request.mutable_plan()->mutable_config_overrides()->set_max_view_count(0);
-  EXPECT_THAT(fixture::ViolatedFields(Create(request, first)),
+  EXPECT_THAT(fixture::ViolatedFields(Create(request, none)),
               testing::UnorderedElementsAre("plan.scanner_model_id",
                                             "plan.config_overrides.max_view_count"));
   request = Request();
   request.mutable_plan()->add_scanners(session_ + "/scanners/a");
-  const grpc::Status joint = Create(request, first);
+  const grpc::Status joint = Create(request, none);
   EXPECT_THAT(fixture::ViolatedFields(joint), testing::UnorderedElementsAre("plan.scanners[0]"));
+}
 
-  request = Request();
+TEST_F(PlanRpc, WithoutAScanThereIsNothingToPlanIn) {
+  v1::Plan none;
+  v1::CreatePlanRequest request = Request();
   request.set_parent(server_.OpenSession("empty"));
-  const grpc::Status empty = Create(request, first);
+  const grpc::Status empty = Create(request, none);
   EXPECT_EQ(empty.error_code(), grpc::StatusCode::FAILED_PRECONDITION);
   EXPECT_EQ(fixture::InfoOf(empty).reason(), "MODEL_EMPTY");
 }

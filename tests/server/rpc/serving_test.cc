@@ -2,6 +2,8 @@
 #include <gtest/gtest.h>
 
 #include <chrono>
+#include <map>
+#include <optional>
 #include <string>
 #include <thread>
 
@@ -44,69 +46,92 @@ TEST(Serving, EveryServiceIsHealthyAndDescribed) {
   EXPECT_TRUE(server::CheckHealth(server.address()).ok());
 }
 
-// Plans end with their best, watchers are told where to resume, uploads that the rest stays.
-TEST(Serving, DrainEndsEverythingInOrder) {
-  fixture::Script script;
-  fixture::InProcess server(script.Make());
-  const std::string session = server.OpenRoom("job");
+// A plan, a watcher of its session and an upload, all under way when the server drains.
+class Draining : public testing::Test {
+ protected:
+  // Drains while `read` reads its stream to the end.
+  template <typename Read>
+  void DrainWhile(Read read) {
+    std::thread drain([&] { server_.Drain(); });
+    read();
+    drain.join();
+  }
 
-  grpc::ClientContext plan_context;
+  fixture::Script script_;
+  fixture::InProcess server_{script_.Make()};
+  const std::string session_ = server_.OpenRoom("job");
+};
+
+TEST_F(Draining, APlanEndsWithItsBest) {
+  grpc::ClientContext create_context;
   v1::CreatePlanRequest create;
-  create.set_parent(session);
+  create.set_parent(session_);
   create.mutable_plan()->mutable_time_budget()->set_seconds(3000);
   v1::CreatePlanResponse created;
-  ASSERT_TRUE(server.plans->CreatePlan(&plan_context, create, &created).ok());
-  script.WaitForPlans(1);
-  grpc::ClientContext watch_plan_context;
-  v1::WatchPlanRequest watch_plan;
-  watch_plan.set_name(created.plan().name());
-  const auto plan = server.plans->WatchPlan(&watch_plan_context, watch_plan);
-  v1::WatchPlanResponse plan_step;
-  ASSERT_TRUE(plan->Read(&plan_step));
+  ASSERT_TRUE(server_.plans->CreatePlan(&create_context, create, &created).ok());
+  script_.WaitForPlans(1);
+  grpc::ClientContext context;
+  v1::WatchPlanRequest watch;
+  watch.set_name(created.plan().name());
+  const auto plan = server_.plans->WatchPlan(&context, watch);
+  v1::WatchPlanResponse step;
+  ASSERT_TRUE(plan->Read(&step));
+  EXPECT_FALSE(step.last());
+  DrainWhile([&] {
+    while (plan->Read(&step)) {
+    }
+  });
+  EXPECT_TRUE(plan->Finish().ok());
+  EXPECT_TRUE(step.last());
+  EXPECT_EQ(step.plan().state(), v1::PLAN_STATE_SUCCEEDED);
+  EXPECT_EQ(step.plan().result().views_size(), 1);
+}
 
-  grpc::ClientContext watch_context;
+TEST_F(Draining, AWatcherIsToldWhereToResume) {
+  grpc::ClientContext context;
   v1::WatchSessionRequest watch;
-  watch.set_name(session);
-  const auto events = server.sessions->WatchSession(&watch_context, watch);
+  watch.set_name(session_);
+  const auto events = server_.sessions->WatchSession(&context, watch);
   v1::WatchSessionResponse event;
   ASSERT_TRUE(events->Read(&event));
+  uint64_t last = event.event().sequence();
+  DrainWhile([&] {
+    while (events->Read(&event)) {
+      if (event.has_event()) last = event.event().sequence();
+    }
+  });
+  ASSERT_GT(last, 0U);
+  ASSERT_TRUE(event.has_resume());
+  EXPECT_EQ(event.resume().after_sequence(), last);
+  const grpc::Status status = events->Finish();
+  EXPECT_EQ(status.error_code(), grpc::StatusCode::UNAVAILABLE);
+  EXPECT_EQ(fixture::InfoOf(status).reason(), "DRAINING");
+}
 
-  grpc::ClientContext upload_context;
-  const auto upload = server.scans->UploadScan(&upload_context);
-  v1::UploadScanRequest silent;
+TEST_F(Draining, AnUploadIsToldToComeAgain) {
   v1::CreateUploadRequest announce;
-  announce.set_parent(session);
+  announce.set_parent(session_);
   v1::CreateUploadResponse announced;
   grpc::ClientContext announce_context;
-  ASSERT_TRUE(server.scans->CreateUpload(&announce_context, announce, &announced).ok());
+  ASSERT_TRUE(server_.scans->CreateUpload(&announce_context, announce, &announced).ok());
+  grpc::ClientContext context;
+  const auto upload = server_.scans->UploadScan(&context);
+  v1::UploadScanRequest silent;
   silent.set_upload(announced.upload().name());
   ASSERT_TRUE(upload->Write(silent));
   v1::UploadScanResponse ack;
   ASSERT_TRUE(upload->Read(&ack));
-
-  std::thread drain([&] { server.Drain(); });
-  while (plan->Read(&plan_step)) {
-  }
-  EXPECT_TRUE(plan->Finish().ok());
-  EXPECT_TRUE(plan_step.last());
-  EXPECT_EQ(plan_step.plan().state(), v1::PLAN_STATE_SUCCEEDED);
-  EXPECT_EQ(plan_step.plan().result().views_size(), 1);
-
-  uint64_t last = 0;
-  while (events->Read(&event)) {
-    if (event.has_event()) last = event.event().sequence();
-  }
-  ASSERT_TRUE(event.has_resume());
-  EXPECT_EQ(event.resume().after_sequence(), last);
-  const grpc::Status watched = events->Finish();
-  EXPECT_EQ(watched.error_code(), grpc::StatusCode::UNAVAILABLE);
-  EXPECT_EQ(fixture::InfoOf(watched).reason(), "DRAINING");
-
-  while (upload->Read(&ack)) {
-  }
+  DrainWhile([&] {
+    while (upload->Read(&ack)) {
+    }
+  });
   EXPECT_EQ(fixture::InfoOf(upload->Finish()).reason(), "DRAINING");
-  drain.join();
-  EXPECT_FALSE(server::CheckHealth(server.address()).ok());
+}
+
+TEST_F(Draining, TheServerIsNoLongerHealthy) {
+  ASSERT_TRUE(server::CheckHealth(server_.address()).ok());
+  server_.Drain();
+  EXPECT_FALSE(server::CheckHealth(server_.address()).ok());
 }
 
 TEST(Serving, NewWorkIsRefusedWhileDraining) {
@@ -146,24 +171,52 @@ TEST(Serving, SessionsPastTheirTimeAreCollected) {
   EXPECT_EQ(events->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
-// However rarely the rest is collected.
-TEST(Serving, IdleModelsAreEvictedInTime) {
+server::ServerOptions WithMetrics() {
   server::ServerOptions options;
   options.http_listen = "127.0.0.1:0";
+  return options;
+}
+
+// What the server says it has in memory; nothing where it does not say.
+std::optional<double> ModelsLoaded(fixture::InProcess& server) {
+  const std::map<std::string, double> metrics = load::ReadMetrics(server.server().http_port());
+  const auto found = metrics.find("vantage_models_loaded");
+  if (found == metrics.end()) return std::nullopt;
+  return found->second;
+}
+
+// The figures are counted anew every so often: waits for one.
+bool LoadedBecomes(double expected, fixture::InProcess& server) {
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+  while (std::chrono::steady_clock::now() < until) {
+    const std::optional<double> loaded = ModelsLoaded(server);
+    if (!loaded.has_value()) return false;
+    if (*loaded == expected) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  }
+  return false;
+}
+
+TEST(Serving, AModelInMemoryIsCounted) {
+  fixture::Script script;
+  fixture::InProcess server(script.Make(), WithMetrics());
+  EXPECT_EQ(ModelsLoaded(server), 0.0);
+  server.OpenRoom("job");
+  EXPECT_TRUE(LoadedBecomes(1, server)) << ModelsLoaded(server).value_or(-1);
+}
+
+// However rarely the rest is collected.
+TEST(Serving, IdleModelsAreEvictedInTime) {
+  server::ServerOptions options = WithMetrics();
   options.limits.evict_after = absl::Seconds(1);
   fixture::Script script;
   fixture::InProcess server(script.Make(), options);
   server.OpenRoom("job");
-  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
-  double loaded = 1;
-  while (loaded > 0 && std::chrono::steady_clock::now() < until) {
-    loaded = load::ReadMetrics(server.server().http_port())["vantage_models_loaded"];
-    std::this_thread::sleep_for(std::chrono::milliseconds(50));
-  }
-  EXPECT_EQ(loaded, 0);
+  EXPECT_TRUE(LoadedBecomes(0, server)) << ModelsLoaded(server).value_or(-1);
+  EXPECT_EQ(server.server().sessions().Totals().sessions, 1U);
 }
 
-TEST(Serving, OnlyLoopbackUnlessAskedForOutLoud) {
+TEST(Serving, LoopbackIsKnownByItsAddress) {
   for (const char* address :
        {"127.0.0.1:0", "127.9.9.9:7464", "localhost:1", "[::1]:7464", "unix:/tmp/x"}) {
     EXPECT_TRUE(server::IsLoopback(address)) << address;
@@ -172,6 +225,9 @@ TEST(Serving, OnlyLoopbackUnlessAskedForOutLoud) {
                               "127.0.0.1.evil.com:1", "localhost.evil.com:1"}) {
     EXPECT_FALSE(server::IsLoopback(address)) << address;
   }
+}
+
+TEST(Serving, OnlyLoopbackUnlessAskedForOutLoud) {
   store::MemoryStore store(1 << 20);
   telemetry::Log log(telemetry::LogLevel::kOff, telemetry::Log::Stderr());
   server::ServerOptions options;

@@ -1,4 +1,5 @@
-// Scanners and claims of a session: who has what, what ends a claim, and that the log tells it all.
+// Scanners and claims of a session: who holds a claim, what ends it, and that all of it is in the
+// log.
 #include <gtest/gtest.h>
 
 #include <atomic>

@@ -1,6 +1,7 @@
 #include "tests/server/session/describe_state.h"
 
 #include <cmath>
+#include <limits>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -11,6 +12,12 @@
 
 namespace vantage::session {
 namespace {
+
+// What is absent is no zero: 'nan' among numbers, -1 among counts.
+double Given(bool given, double value) {
+  return given ? value : std::numeric_limits<double>::quiet_NaN();
+}
+int64_t Counted(bool given, int64_t count) { return given ? count : -1; }
 
 // Times as whole microseconds: seconds in a double and durations say the same.
 int64_t Microseconds(const google::protobuf::Duration& duration) {
@@ -57,39 +64,65 @@ void Describe(const v1::PosePrior& prior, test_support::GoldenText& out) {
 void Describe(const v1::ScannerModel& model, test_support::GoldenText& out) {
   out.Word("scanner model", model.id());
   out.Numbers("  span, elevations, steps",
-              {model.azimuth_span_rad(), model.min_elevation_rad(), model.max_elevation_rad(),
-               model.azimuth_step_rad(), model.elevation_step_rad()});
-  out.Numbers(
-      "  ranges, noise, noise ppm, incidence, clearance, positioning",
-      {model.min_range_m(), model.max_range_m(), model.range_noise_m(), model.range_noise_ppm(),
-       model.max_incidence_rad(), model.clearance_m(), model.positioning_error_m()});
+              {Given(model.has_azimuth_span_rad(), model.azimuth_span_rad()),
+               Given(model.has_min_elevation_rad(), model.min_elevation_rad()),
+               Given(model.has_max_elevation_rad(), model.max_elevation_rad()),
+               Given(model.has_azimuth_step_rad(), model.azimuth_step_rad()),
+               Given(model.has_elevation_step_rad(), model.elevation_step_rad())});
+  out.Numbers("  ranges, noise, noise ppm, incidence, clearance, positioning",
+              {Given(model.has_min_range_m(), model.min_range_m()),
+               Given(model.has_max_range_m(), model.max_range_m()),
+               Given(model.has_range_noise_m(), model.range_noise_m()),
+               Given(model.has_range_noise_ppm(), model.range_noise_ppm()),
+               Given(model.has_max_incidence_rad(), model.max_incidence_rad()),
+               Given(model.has_clearance_m(), model.clearance_m()),
+               Given(model.has_positioning_error_m(), model.positioning_error_m())});
 }
 
 void Describe(const v1::PlanningConfig& c, test_support::GoldenText& out) {
   out.Numbers("  required density, viewcell, density tolerance",
-              {c.required_density_per_m2(), c.viewcell_size_m(), c.density_tolerance()});
+              {Given(c.has_required_density_per_m2(), c.required_density_per_m2()),
+               Given(c.has_viewcell_size_m(), c.viewcell_size_m()),
+               Given(c.has_density_tolerance(), c.density_tolerance())});
   out.Numbers("  heights, width, height of the scanner",
-              {c.min_viewpoint_height_m(), c.max_viewpoint_height_m(), c.scanner_width_m(),
-               c.scanner_height_m()});
+              {Given(c.has_min_viewpoint_height_m(), c.min_viewpoint_height_m()),
+               Given(c.has_max_viewpoint_height_m(), c.max_viewpoint_height_m()),
+               Given(c.has_scanner_width_m(), c.scanner_width_m()),
+               Given(c.has_scanner_height_m(), c.scanner_height_m())});
   if (c.has_floor_z_m()) out.Numbers("  floor", {c.floor_z_m()});
   out.Counts("  reachable, pose sensitivity, density on false surface, order",
-             {c.require_reachable(), c.pose_sensitivity(), c.density_on_false_surface(),
+             {Counted(c.has_require_reachable(), c.require_reachable()),
+              Counted(c.has_pose_sensitivity(), c.pose_sensitivity()),
+              Counted(c.has_density_on_false_surface(), c.density_on_false_surface()),
               c.evaluation_order()});
-  out.Numbers("  weights", {c.weights().true_surface(), c.weights().occlusion(),
-                            c.weights().hole_boundary(), c.weights().image_boundary()});
+  out.Numbers("  weights", {Given(c.weights().has_true_surface(), c.weights().true_surface()),
+                            Given(c.weights().has_occlusion(), c.weights().occlusion()),
+                            Given(c.weights().has_hole_boundary(), c.weights().hole_boundary()),
+                            Given(c.weights().has_image_boundary(), c.weights().image_boundary())});
   out.Numbers("  least deficit, counts from, depth behind",
-              {c.min_deficit_share(), c.min_counted_density_share(), c.unknown_depth_m()});
-  out.Numbers(
-      "  separation, terminate below, least patch, confidence",
-      {c.candidate_separation_m(), c.terminate_below_m2(), c.min_patch_area_m2(), c.confidence()});
-  out.Counts("  candidates, most checked", {c.max_view_count(), c.max_checked_view_count()});
+              {Given(c.has_min_deficit_share(), c.min_deficit_share()),
+               Given(c.has_min_counted_density_share(), c.min_counted_density_share()),
+               Given(c.has_unknown_depth_m(), c.unknown_depth_m())});
+  out.Numbers("  separation, terminate below, least patch, confidence",
+              {Given(c.has_candidate_separation_m(), c.candidate_separation_m()),
+               Given(c.has_terminate_below_m2(), c.terminate_below_m2()),
+               Given(c.has_min_patch_area_m2(), c.min_patch_area_m2()),
+               Given(c.has_confidence(), c.confidence())});
+  out.Counts("  candidates, most checked",
+             {Counted(c.has_max_view_count(), c.max_view_count()),
+              Counted(c.has_max_checked_view_count(), c.max_checked_view_count())});
   const v1::RegistrationConfig& r = c.registration();
-  out.Numbers(
-      "  accuracy, overlap, correlation length and sigma",
-      {r.required_accuracy_m(), r.min_overlap(), r.correlation_length_m(), r.correlated_sigma_m()});
+  out.Numbers("  accuracy, overlap, correlation length and sigma",
+              {Given(r.has_required_accuracy_m(), r.required_accuracy_m()),
+               Given(r.has_min_overlap(), r.min_overlap()),
+               Given(r.has_correlation_length_m(), r.correlation_length_m()),
+               Given(r.has_correlated_sigma_m(), r.correlated_sigma_m())});
   out.Numbers("  normal sigma, spacing, correspondence",
-              {r.normal_sigma_rad(), r.sample_spacing_m(), r.max_correspondence_distance_m()});
-  out.Counts("  draws, seed", {r.draw_count(), r.seed()});
+              {Given(r.has_normal_sigma_rad(), r.normal_sigma_rad()),
+               Given(r.has_sample_spacing_m(), r.sample_spacing_m()),
+               Given(r.has_max_correspondence_distance_m(), r.max_correspondence_distance_m())});
+  out.Counts("  draws, seed",
+             {Counted(r.has_draw_count(), r.draw_count()), Counted(r.has_seed(), r.seed())});
 }
 
 // As it was called when it was a text.
@@ -238,9 +271,11 @@ void Describe(const v1::RankedView& view, test_support::GoldenText& out) {
     Vector("    normal", wall.wall_normal(), out);
     out.Numbers("    distance", {wall.distance_m()});
   }
-  out.Numbers(
-      "  from the last station: distance, bearing",
-      {view.location().last_station_distance_m(), view.location().last_station_bearing_rad()});
+  out.Numbers("  from the last station: distance, bearing",
+              {Given(view.location().has_last_station_distance_m(),
+                     view.location().last_station_distance_m()),
+               Given(view.location().has_last_station_bearing_rad(),
+                     view.location().last_station_bearing_rad())});
   out.Text("where", view.location().description());
   Box("  good region", view.region().box(), out);
   out.Numbers("  good volume", {view.region().volume_m3()});
@@ -281,9 +316,10 @@ void Describe(const v1::PlanResult& result, test_support::GoldenText& out) {
   out.Numbers("deficient area", {result.deficient_area_m2()});
   const v1::Termination& end = result.termination();
   out.Counts("termination: suggested", {end.suggested()});
-  out.Numbers(
-      "termination: best upper, its area, largest patch",
-      {end.best_score_upper(), end.best_model_gain_upper_m2(), end.largest_patch_area_m2()});
+  out.Numbers("termination: best upper, its area, largest patch",
+              {Given(end.has_best_score_upper(), end.best_score_upper()),
+               Given(end.has_best_model_gain_upper_m2(), end.best_model_gain_upper_m2()),
+               end.largest_patch_area_m2()});
   if (end.has_unobservable_area_m2())
     out.Numbers("termination: unseeable", {end.unobservable_area_m2()});
   out.Text("termination", end.message());
@@ -291,7 +327,8 @@ void Describe(const v1::PlanResult& result, test_support::GoldenText& out) {
   Kinds("coverage: area by kind", coverage.area_by_kind_m2(), out);
   out.Numbers("coverage: at density, given up, share, density",
               {coverage.area_at_density_m2(), coverage.area_given_up_m2(),
-               coverage.estimated_coverage(), coverage.required_density_per_m2()});
+               Given(coverage.has_estimated_coverage(), coverage.estimated_coverage()),
+               coverage.required_density_per_m2()});
   for (const v1::StageDuration& stage : result.stage_durations()) {
     out.Text("stage", planning::kPlanStageNames.at(static_cast<size_t>(stage.stage()) - 1));
     out.Counts("microseconds", {Microseconds(stage.duration())});
@@ -372,7 +409,7 @@ void Describe(const v1::Scanner& scanner, test_support::GoldenText& out) {
   out.Word("  operator", scanner.operator_());
   if (scanner.has_last_pose()) Pose("  last pose", scanner.last_pose(), out);
   for (const v1::Box& box : scanner.reach()) Box("  reach", box, out);
-  out.Numbers("  speed", {scanner.speed_m_per_s()});
+  out.Numbers("  speed", {Given(scanner.has_speed_m_per_s(), scanner.speed_m_per_s())});
   out.Counts("  microseconds to scan", {Microseconds(scanner.scan_duration())});
   Time("  created", scanner.create_time(), out);
 }
@@ -393,8 +430,11 @@ void Describe(const v1::Session& session, test_support::GoldenText& out) {
   out.Word("session", session.name());
   out.Word("display name", session.display_name());
   for (const v1::ScannerModel& model : session.scanner_models()) Describe(model, out);
-  out.Numbers("voxel, discontinuity angle", {session.model_config().voxel_size_m(),
-                                             session.model_config().discontinuity_angle_rad()});
+  out.Numbers(
+      "voxel, discontinuity angle",
+      {Given(session.model_config().has_voxel_size_m(), session.model_config().voxel_size_m()),
+       Given(session.model_config().has_discontinuity_angle_rad(),
+             session.model_config().discontinuity_angle_rad())});
   Vector("half extent", session.model_config().max_half_extent(), out);
   Describe(session.planning_config(), out);
   if (session.site_rules().has_region_of_interest()) {

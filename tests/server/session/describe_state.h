@@ -1,5 +1,5 @@
-// What is stored of sessions as golden text: field by field, under labels of its own, so that it
-// stays the same when messages and fields get other names and types.
+// Describes stored sessions as golden text, field by field under labels of its own, so that the
+// text stays the same when messages and fields are renamed.
 #ifndef VANTAGE_TESTS_SERVER_SESSION_DESCRIBE_STATE_H_
 #define VANTAGE_TESTS_SERVER_SESSION_DESCRIBE_STATE_H_
 
@@ -9,9 +9,9 @@
 
 namespace vantage::session {
 
-// All that the log of a session comes to, with the whole results of its plans.
+// The whole state of a session, with the full results of its plans.
 void Describe(const SessionState& state, const store::Store& store, test_support::GoldenText& out);
-// What the uploads under way brought.
+// The records of open uploads.
 void DescribeSpools(const store::Store& store, test_support::GoldenText& out);
 
 }  // namespace vantage::session

@@ -1,4 +1,4 @@
-// A job in which everything happens that a log can tell: how data/every_event was recorded.
+// A job that has every kind of event; data/every_event was recorded with it.
 #ifndef VANTAGE_TESTS_SERVER_SESSION_EVERY_EVENT_JOB_H_
 #define VANTAGE_TESTS_SERVER_SESSION_EVERY_EVENT_JOB_H_
 

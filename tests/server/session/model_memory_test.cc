@@ -1,5 +1,5 @@
-// Models leave memory when nobody uses them and come back as they were; what does not fit waits or
-// is refused, and nothing dies of it.
+// Models that are not used are evicted and come back unchanged; work that does not fit in memory
+// waits or is refused, and the server does not fail.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-// The bytes of what a session exports as PLY, all of them: other people's tools read them.
+// Compares all bytes of a session's PLY exports, since other people's tools read them.
 #include "server/session/ply.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Folders that servers before this one left: what their logs come to is what it always was.
+// Data folders of earlier servers: their logs must give the same state as they did then.
 #include <gtest/gtest.h>
 
 #include <array>

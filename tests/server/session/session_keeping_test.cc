@@ -1,4 +1,5 @@
-// How long and how much is kept, and that what was deleted is gone: retention, quota, erasure.
+// Tests retention, quota and erasure: how long and how much is kept, and that deleted data are
+// gone.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
-// A restart begins with a snapshot of the model; whatever becomes of the snapshots, the model is as
-// it was.
+// A restart begins with a snapshot of the model; the model is the same after it, whatever happens
+// to the snapshots.
 #include <gtest/gtest.h>
 
 #include <cstdlib>

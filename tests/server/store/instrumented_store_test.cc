@@ -1,4 +1,5 @@
-// What goes wrong in a store: counted, in the log as it was, and told without the server's paths.
+// Errors of a store are counted, logged in full, and reported to clients without the server's
+// paths.
 #include "server/store/instrumented_store.h"
 
 #include <gmock/gmock.h>

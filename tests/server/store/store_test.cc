@@ -1,4 +1,4 @@
-// What every store does, wherever it keeps things.
+// Tests that every kind of store must pass.
 #include "server/store/store.h"
 
 #include <gtest/gtest.h>

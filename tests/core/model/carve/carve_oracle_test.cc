@@ -1,5 +1,6 @@
-// Every voxel of one scan against what its centre and corners read in the range image, and against
-// the solids that were scanned: closed-form scenes, a generated flat, a mesh from elsewhere.
+// Compares every voxel of one scan with the ranges that its centre and corners read in the range
+// image, and with the scanned solids, for closed-form scenes, a generated flat and a mesh from
+// elsewhere.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -32,12 +33,12 @@ constexpr double kOracleVoxel = 0.1;  // an eighth of the voxels
 constexpr double kOracleVoxel = 0.05;
 #endif
 
-// What the comparison found.
+// The result of the comparison.
 struct Tally {
   size_t voxels = 0;
   size_t empty = 0;     // known-empty to the model
-  size_t missed = 0;    // the oracle's only
-  size_t invented = 0;  // the model's only
+  size_t missed = 0;    // known-empty to the oracle only
+  size_t invented = 0;  // known-empty to the model only
   size_t ties = 0;      // disagreements that rounding explains
   size_t border = 0;    // across the border of what is known: either is right
   double farthest = 0;  // m, the disagreement farthest from any surface
@@ -74,7 +75,7 @@ Tally Compare(const sensor::Scan& scan, const Eigen::Isometry3d& pose, const Pla
       for (int x = 0; x < size.x(); ++x) {
         const VoxelIndex v = box.min + VoxelIndex(x, y, z);
         const Eigen::Vector3d centre = view.Centre(v);
-        // The scanner's own station is free whatever it says of it: tested apart.
+        // The scanner's own station is always free; another test checks it.
         if ((centre - pose.translation()).head<2>().norm() < 0.5) continue;
         const size_t at = static_cast<size_t>(y) * row + static_cast<size_t>(x);
         std::array<double, 8> around;

@@ -204,53 +204,51 @@ TEST(CarveTest, FloodsStayInsideTheSurface) {
   }
 }
 
-TEST(CarveTest, CausesAreWhatTheSceneSays) {
-  // Window: what is unknown in the room's air lies along rays that left through it.
-  {
-    const ClosedFormScene scene = RoomWithWindow();
-    const Eigen::Vector3d station = scene.stations[0];
-    const auto view = ModelOf(scene, {}, {PoseAt(station)});
-    size_t hole = 0;
-    view->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel&) {
-      if (state != VoxelState::kFalseHole) return;
-      ++hole;
-      const Eigen::Vector3d centre = view->Centre(v);
-      const Eigen::Vector3d direction = (centre - station).normalized();
-      bool out = false;
-      for (double dy = -0.03; dy <= 0.03; dy += 0.01) {
-        for (double dz = -0.03; dz <= 0.03; dz += 0.01) {
-          out |=
-              scene.Cast(station, (direction + Eigen::Vector3d(0, dy, dz)).normalized(), 30) > 20;
-        }
+// What is unknown in the room's air lies along rays that left through its window.
+TEST(CarveTest, HolesLieAlongRaysThatLeft) {
+  const ClosedFormScene scene = RoomWithWindow();
+  const Eigen::Vector3d station = scene.stations[0];
+  const auto view = ModelOf(scene, {}, {PoseAt(station)});
+  size_t hole = 0;
+  view->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel&) {
+    if (state != VoxelState::kFalseHole) return;
+    ++hole;
+    const Eigen::Vector3d centre = view->Centre(v);
+    const Eigen::Vector3d direction = (centre - station).normalized();
+    bool out = false;
+    for (double dy = -0.03; dy <= 0.03; dy += 0.01) {
+      for (double dz = -0.03; dz <= 0.03; dz += 0.01) {
+        out |= scene.Cast(station, (direction + Eigen::Vector3d(0, dy, dz)).normalized(), 30) > 20;
       }
-      EXPECT_TRUE(out) << centre.transpose();
-    });
-    EXPECT_GT(hole, 100u);
-  }
-  // Nothing drops out and everything is visible but what the pillar hides and what lies below the
-  // field of view.
-  {
-    const ClosedFormScene scene = PillarRoom();
-    const Eigen::Vector3d station = scene.stations[0];
-    const ScanOptions options;
-    const auto view = ModelOf(scene, options, {PoseAt(station)});
-    size_t image = 0;
-    size_t occlusion = 0;
-    view->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel&) {
-      EXPECT_NE(state, VoxelState::kFalseHole);
-      const Eigen::Vector3d to = view->Centre(v) - station;
-      const double elevation = std::asin(to.normalized().z());
-      if (state == VoxelState::kFalseImage) {
-        ++image;
-        EXPECT_LT(elevation, options.elevation_min + options.step);
-      } else if (state == VoxelState::kFalseOcclusion) {
-        ++occlusion;
-        EXPECT_GT(elevation, options.elevation_min - options.step);
-      }
-    });
-    EXPECT_GT(image, 100u);
-    EXPECT_GT(occlusion, 100u);
-  }
+    }
+    EXPECT_TRUE(out) << centre.transpose();
+  });
+  EXPECT_GT(hole, 100u);
+}
+
+// Nothing drops out and everything is visible but what the pillar hides and what lies below the
+// field of view.
+TEST(CarveTest, WhatIsHiddenAndWhatLiesBelowTheFieldOfViewAreToldApart) {
+  const ClosedFormScene scene = PillarRoom();
+  const Eigen::Vector3d station = scene.stations[0];
+  const ScanOptions options;
+  const auto view = ModelOf(scene, options, {PoseAt(station)});
+  size_t image = 0;
+  size_t occlusion = 0;
+  view->ForEachSurface([&](const VoxelIndex& v, VoxelState state, const SurfaceVoxel&) {
+    EXPECT_NE(state, VoxelState::kFalseHole);
+    const Eigen::Vector3d to = view->Centre(v) - station;
+    const double elevation = std::asin(to.normalized().z());
+    if (state == VoxelState::kFalseImage) {
+      ++image;
+      EXPECT_LT(elevation, options.elevation_min + options.step);
+    } else if (state == VoxelState::kFalseOcclusion) {
+      ++occlusion;
+      EXPECT_GT(elevation, options.elevation_min - options.step);
+    }
+  });
+  EXPECT_GT(image, 100u);
+  EXPECT_GT(occlusion, 100u);
 }
 
 TEST(CarveTest, NoInformationIsNotNoReturn) {

@@ -1,4 +1,4 @@
-// Reflections in mirrors and polished floors are told from rooms by what one scan shows.
+// Tests that one scan is enough to tell reflections in mirrors and polished floors from rooms.
 #include "core/model/reflections/reflections.h"
 
 #include <gtest/gtest.h>
@@ -126,9 +126,9 @@ TEST(ReflectionsTest, AMirrorThatHangsAskewIsFound) {
   }
 }
 
-// What ending the reflections did, cell by cell, against a scan without faults.
+// Compares a scan whose reflections were ended, cell by cell, with a scan without faults.
 struct Ended {
-  size_t reflections = 0;  // cells that answered from well behind what is there
+  size_t reflections = 0;  // cells whose range is well behind the real surface
   size_t missed = 0;       // of these, still returns
   size_t real = 0;         // returns of what is there that are none any more
 };
@@ -152,8 +152,9 @@ Ended EndedReflections(const simulation::Scene& scene, const Eigen::Isometry3d& 
   return ended;
 }
 
-// A washstand's, five centimetres before the wall: with the wall in question too, it was one with
-// the reflection, and no reflection. Two metres of the next room were walled off by it.
+// A mirror over a washstand, five centimetres in front of the wall. When the wall's own returns
+// were questioned, too, they joined the reflection, which then was not recognised, and two metres
+// of the next room were cut off.
 TEST(ReflectionsTest, AMirrorRightBeforeItsWallIsFound) {
   const simulation::Scene scene = simulation::FurnishedFlat(101);
   for (const Eigen::Vector3d& at : {Eigen::Vector3d(9.69, 1.51, 1.85), {9.41, 1.36, 1.35}}) {
@@ -165,13 +166,14 @@ TEST(ReflectionsTest, AMirrorRightBeforeItsWallIsFound) {
   }
 }
 
-// In the wall that the mirror hangs on there is the door to another room. Taken for more of the
-// mirror, it would be hidden from every scan.
+// The wall with the mirror has a door to another room. If the door were taken for part of the
+// mirror, that room would be hidden from every scan.
 TEST(ReflectionsTest, ADoorwayInTheWallOfAMirrorIsNone) {
   const Ended ended = EndedReflections(simulation::FurnishedFlat(3),
                                        PoseAt(Eigen::Vector3d(2.44, 5.52, 1.05), 3.4));
   ASSERT_GT(ended.reflections, 1500u);
-  EXPECT_LE(ended.missed, ended.reflections / 2);
+  // A third of them stays, so that nothing real is lost.
+  EXPECT_LE(ended.missed, 34 * ended.reflections / 100);
   EXPECT_LE(ended.real, 10u);
 }
 
@@ -210,8 +212,8 @@ struct Place {
   simulation::Scene scene;
   std::vector<Eigen::Vector3d> stations;
 };
-// Shelves full of things, curtains, doorways, pillars on the middle of a hall: all that is nearly a
-// reflection, with mirrors that answer like walls.
+// Shelves, curtains, doorways and pillars in the middle of a hall, which are nearly reflections,
+// and mirrors that return rays like walls.
 TEST(ReflectionsTest, NoneInFurnishedScenesWithoutMirrors) {
   std::vector<Place> places = {
       {simulation::FurnishedFlat(1), {{7.69, 3.10, 1.65}, {9.05, 4.25, 1.67}}},

@@ -18,6 +18,8 @@ namespace {
 // Discs of rays that did not come back, in a sphere of those that did.
 TEST(HoleMap, FindsHolesAndLeavesTheRest) {
   for (const double step : {sensor::Radians(0.4), sensor::Radians(2)}) {
+    int near_a_hole = 0;
+    int far_from_one = 0;
     for (uint64_t seed = 1; seed <= 20; ++seed) {
       simulation::RandomSequence random(seed);
       sensor::RangeImage image;
@@ -54,14 +56,18 @@ TEST(HoleMap, FindsHolesAndLeavesTheRest) {
         const double reach = random.Between(0.01, 0.3);
         const double off = std::acos(std::clamp(d.dot(middle), -1.0, 1.0));
         if (off < radius + reach - 1.5 * bin) {
+          ++near_a_hole;
           EXPECT_TRUE(holes.Near(4 * d, reach)) << seed << ": " << off << " of " << radius;
         }
         // Where bins are narrow, near the poles, a few drop-outs make one.
         if (off > radius + reach + 3 * bin && std::abs(e) + reach + 2 * bin < 1.2) {
+          ++far_from_one;
           EXPECT_FALSE(holes.Near(d, reach)) << seed << ": " << off << " of " << radius;
         }
       }
     }
+    EXPECT_GT(near_a_hole, 200);
+    EXPECT_GT(far_from_one, 200);
   }
 }
 

@@ -1,4 +1,5 @@
-// A saved model goes on as if it had never been away; damaged bytes are never taken for one.
+// A loaded model continues as if it had never been saved; damaged bytes are never accepted as a
+// model.
 #include "core/model/snapshot/snapshot.h"
 
 #include <gtest/gtest.h>
@@ -162,7 +163,7 @@ TEST(SnapshotTest, AnEmptyModel) {
   EXPECT_EQ((*loaded)->config().max_half_extent, config.max_half_extent);
 }
 
-// Loading costs what there is, not what lies between.
+// Loading costs memory for bricks that exist, not for the space between them.
 TEST(SnapshotTest, BricksAtEitherEndOfTheOctree) {
   parallel::Serial serial;
   const ModelLeaf all_empty = MakeAllEmpty();

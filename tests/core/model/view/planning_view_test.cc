@@ -1,4 +1,4 @@
-// Versions of a planning view: what each says, and what it shares with the one before.
+// Versions of a planning view: their content, and the memory that each shares with the one before.
 #include "core/model/view/planning_view.h"
 
 #include <gtest/gtest.h>
@@ -135,7 +135,7 @@ TEST(PlanningViewTest, SaysWhatItWasGivenInAnyOrder) {
   }
 }
 
-// Two clusters far apart: nothing may cost what lies between them.
+// Two clusters far apart: the space between them must cost nothing.
 TEST(PlanningViewTest, FarApart) {
   std::mt19937_64 random(5);
   Bricks bricks = RandomBricks({-700, -650, -90}, {9, 5, 4}, random);

@@ -190,7 +190,7 @@ class HonestyTest : public ::testing::TestWithParam<int> {
     budget.work_limit = rays_a_view * problem_.views.size();
     return problem_.Evaluate(options, budget, serial_);
   }
-  // What would be returned: the first of the ranking.
+  // The view that would be returned: the first of the ranking.
   static std::optional<uint32_t> Answer(const Evaluation& evaluation) {
     const std::vector<uint32_t> ranked = ByScore(evaluation);
     if (ranked.empty()) return std::nullopt;

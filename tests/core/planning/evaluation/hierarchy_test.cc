@@ -177,7 +177,10 @@ TEST_P(HierarchyTest, BlocksBoundTheirViews) {
   const auto hierarchy = problem->Hierarchy({});
   ASSERT_TRUE(hierarchy->Cull(parallel::Budget::Unlimited(), problem->serial));
   size_t views = 0;
+  double best = 0;
+  for (const ViewScore& score : brute) best = std::max(best, score.score);
   for (const ViewBlock& block : hierarchy->blocks()) {
+    EXPECT_LT(block.potential, 20 * best);  // or the bounds say nothing
     for (const uint32_t view : hierarchy->Views(block)) {
       ++views;
       EXPECT_GE(brute[view].score, block.certain * (1 - 1e-6));
@@ -238,7 +241,8 @@ TEST_P(HierarchyTest, CompletesAnAnytimeEvaluation) {
   const Evaluation all = evaluate(parallel::Budget::Unlimited(), pool);
   EXPECT_TRUE(all.complete);
   EXPECT_EQ(all.exact, problem->views.size());
-  for (size_t i = 0; i < all.seen.size(); ++i) ASSERT_EQ(all.seen[i], seen[i]);
+  ASSERT_EQ(all.seen.size(), seen.size());
+  for (size_t i = 0; i < seen.size(); ++i) ASSERT_EQ(all.seen[i], seen[i]);
   uint64_t dearest = 0;
   for (size_t i = 0; i < brute.size(); ++i) {
     EXPECT_TRUE(all.views[i].exact);

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <deque>
 #include <set>
 #include <tuple>
@@ -15,24 +16,25 @@
 namespace vantage::planning {
 namespace {
 
-// Cell by cell from the definitions of algorithm.md section 7A, for a level floor at z = 0: no rows
-// of bits, no octree, no distance transform.
+// Cell by cell from the definitions of algorithm.md section 7A, for a level floor that the test
+// knows: no rows of bits, no octree, no distance transform.
 class SlowFeasible {
  public:
-  SlowFeasible(const model::PlanningView& model, const sensor::ScannerModel& scanner,
+  // `floor`: z of what was measured of the floor, m.
+  SlowFeasible(const model::PlanningView& model, double floor, const sensor::ScannerModel& scanner,
                const PlanningConfig& config)
-      : model_(model), scanner_(scanner), config_(config) {}
+      : model_(model), floor_(floor), scanner_(scanner), config_(config) {}
 
   bool Cell(const Eigen::Vector3i& cell) const {
     const double size = config_.viewcell_size;
     const Eigen::Vector3d low = cell.cast<double>() * size;
     const Eigen::Vector3d high = low.array() + size;
-    if (low.z() < config_.min_viewpoint_height - 1e-9 ||
-        high.z() > config_.max_viewpoint_height + 1e-9)
+    if (low.z() < floor_ + config_.min_viewpoint_height - 1e-9 ||
+        high.z() > floor_ + config_.max_viewpoint_height + 1e-9)
       return false;
     const double h = model_.voxel_size();
     const int n = static_cast<int>(std::lround(size / h));
-    for (int z = 2; z < (cell.z() + 1) * n; ++z) {
+    for (int z = FirstLayer(); z < (cell.z() + 1) * n; ++z) {
       for (int y = cell.y() * n; y < (cell.y() + 1) * n; ++y) {
         for (int x = cell.x() * n; x < (cell.x() + 1) * n; ++x) {
           if (!model_.Empty({x, y, z})) return false;
@@ -91,6 +93,9 @@ class SlowFeasible {
   }
 
  private:
+  // One layer over the floor's own may still hold some of it.
+  int FirstLayer() const { return static_cast<int>(std::floor(floor_ / model_.voxel_size())) + 2; }
+
   bool Fits(double px, double py) const {
     const double h = model_.voxel_size();
     const double radius = config_.scanner_width / 2;
@@ -99,11 +104,12 @@ class SlowFeasible {
         const Eigen::AlignedBox2d column(Eigen::Vector2d(x, y) * h,
                                          Eigen::Vector2d(x + 1, y + 1) * h);
         if (column.exteriorDistance(Eigen::Vector2d(px, py)) >= radius - 1e-9) continue;
-        for (int z = 2; z * h < config_.scanner_height - 1e-6; ++z) {
+        for (int z = FirstLayer(); z * h < floor_ + config_.scanner_height - 1e-6; ++z) {
           const model::VoxelState state = model_.State({x, y, z});
           const bool measured =
               state == model::VoxelState::kTrueSurface || state == model::VoxelState::kAbsorbed;
-          const bool hanging = (z - 2) * h >= 0.5 - 1e-9;  // over what was empty all the way
+          const bool hanging =
+              (z - FirstLayer()) * h >= 0.5 - 1e-9;  // over what was empty all the way
           if (state != model::VoxelState::kEmpty && (measured || !hanging)) return false;
         }
       }
@@ -112,6 +118,7 @@ class SlowFeasible {
   }
 
   const model::PlanningView& model_;
+  double floor_;
   const sensor::ScannerModel& scanner_;
   const PlanningConfig& config_;
 };
@@ -130,13 +137,13 @@ class FeasibleViewsTest : public ::testing::TestWithParam<int> {
 TEST_P(FeasibleViewsTest, EqualsTheDefinitionInEveryCell) {
   const auto seed = static_cast<uint64_t>(GetParam());
   const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(seed));
-  config_.floor_z = 0;
   config_.keep_out = {Region(Eigen::Vector3d(2.03, 3.1, 0), Eigen::Vector3d(2.6, 3.71, 3))};
   config_.rejected = {{Eigen::Vector3d(3.2, 1.3, 1.5), 0.45}};
   config_.require_reachable = seed % 2 == 0;
   if (seed % 3 == 0) scanner_.clearance = 0.21;
   const FeasibleViews views = Find(model);
-  const SlowFeasible slow(model, scanner_, config_);
+  // The floor is at z = 0, and the voxels that hold it have their middle half a voxel below.
+  const SlowFeasible slow(model, -0.025, scanner_, config_);
   const auto reached = slow.Reached();
   size_t feasible = 0;
   for (int z = -2; z < 30; ++z) {
@@ -155,6 +162,28 @@ TEST_P(FeasibleViewsTest, EqualsTheDefinitionInEveryCell) {
   EXPECT_GT(feasible, 500u);
 }
 INSTANTIATE_TEST_SUITE_P(Seeds, FeasibleViewsTest, ::testing::Range(1, 9));
+
+// Where it is given, nothing is measured.
+TEST_F(FeasibleViewsTest, AGivenFloorIsWhereItIsSaidToBe) {
+  const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(1));
+  config_.viewcell_size = 0.05;
+  const size_t found = Find(model).cells().size();
+  for (const double given : {-0.025, 0.175}) {
+    SCOPED_TRACE(given);
+    config_.floor_z = given;
+    const FeasibleViews views = Find(model);
+    ASSERT_FALSE(views.cells().empty());
+    double lowest = 10;
+    double highest = 0;
+    for (const FeasibleViews::CellIndex& cell : views.cells()) {
+      lowest = std::min(lowest, 0.05 * cell.z());
+      highest = std::max(highest, 0.05 * (cell.z() + 1));
+    }
+    EXPECT_NEAR(lowest, given + config_.min_viewpoint_height, 0.05);
+    EXPECT_NEAR(highest, given + config_.max_viewpoint_height, 0.05);
+    EXPECT_EQ(views.cells().size() == found, given < 0);
+  }
+}
 
 TEST_F(FeasibleViewsTest, FindsFloorAndNotTables) {
   test_support::ClosedFormScene scene = test_support::FurnishedRoom(1);

@@ -1,4 +1,4 @@
-// Step F against the verdict of every view.
+// Compares step F with the verdict of every view.
 #include "core/planning/ranking/registration_check.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// What is hidden from a box of views against what each of them gains.
+// Compares the cells hidden from a box of views with the cells that each of them gains.
 #include "core/planning/scoring/potentially_visible_sets.h"
 
 #include <gtest/gtest.h>

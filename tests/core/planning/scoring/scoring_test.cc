@@ -1,4 +1,4 @@
-// The gain of a view: packets against scalars, brute force against walking voxels.
+// The gain of a view: compares packets with scalars, and brute force with a walk through voxels.
 #include "core/planning/scoring/scoring.h"
 #include "core/planning/problem/planning_problem.h"
 
@@ -127,7 +127,7 @@ class BruteForceTest : public ::testing::TestWithParam<bool> {
         [&](const model::VoxelIndex& v, double) { return model_.Empty(v); });
   }
 
-  // From where on samples on true surface count, and what of them all that is lacking is worth.
+  // The density from which samples on true surface count, and the worth of all lacking samples.
   double CountsFrom(const DeficientCell& cell) const {
     if (cell.kind != model::SurfaceKind::kTrue) return cell.density;
     return std::max<double>(cell.density, config_.min_counted_density_share * cell.enough);
@@ -220,10 +220,10 @@ struct Worthy {
   double share;                      // of the wall's area, that looking at it gains
 };
 
-// What brings a wall from 0.9 D to D gains its area, half of it where half of D is the least that
-// counts as lacking, and a tenth by the paper's metric; what brings it from 0.2 D gains 0.8 of it
-// by both of these. What ends short of D gains what is over the share of D that samples count from:
-// nothing, where that is more.
+// A view that brings a wall from 0.9 D to D gains its area; half of it when half of D is the least
+// that counts as lacking; and a tenth by the paper's metric. A view that brings it from 0.2 D gains
+// 0.8 of it in both of these cases. A view that ends short of D gains only the density above the
+// share of D from which samples count, or nothing when it ends below that share.
 TEST(WorthOfSamplesTest, SurfaceIsWorthWhatItTakesToScanItAgain) {
   parallel::Serial serial;
   sensor::ScannerModel scanner;

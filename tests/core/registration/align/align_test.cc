@@ -1,4 +1,5 @@
-// Alignment and its verdict in closed-form rooms, where the true pose is known.
+// Alignment and its verdict in closed-form rooms, where the true pose is known. Models are made of
+// scans, as a server makes them.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -12,8 +13,6 @@
 
 namespace vantage::registration {
 namespace {
-
-constexpr double kNormalNoise = sensor::Radians(2);
 
 struct PoseError {
   double metres;
@@ -32,7 +31,7 @@ TEST_P(FurnishedRooms, FromPriorsUpTo30CentimetresAnd10Degrees) {
   std::mt19937_64 random(101 + room);
   std::uniform_real_distribution<double> unit(0, 1);
   const BoxScene scene = FurnishedRoom(room);
-  const auto model = ModelOf(scene, PoseAt({-1.0, -0.6, 1.4}, 0.3), {}, kNormalNoise, 1000 + room);
+  const auto model = ModelFromScan(scene, PoseAt({-1.0, -0.6, 1.4}, 0.3), {}, 1000 + room);
   int accurate = 0;
   int registered = 0;
   int wrongly_registered = 0;
@@ -50,7 +49,8 @@ TEST_P(FurnishedRooms, FromPriorsUpTo30CentimetresAnd10Degrees) {
     const auto result = Register(*model, scan, prior, {}, pool);
     ASSERT_TRUE(result.ok()) << result.status();
     const PoseError error = ErrorOf(result->T_world_scan, truth);
-    const bool right = error.metres <= 0.003 && error.degrees <= 0.05;
+    // Four times what is left over of these rooms at most.
+    const bool right = error.metres <= 0.0005 && error.degrees <= 0.01;
     // The largest displacement of the room's corners is what the bound is about.
     double moved = 0;
     for (int corner = 0; corner < 8; ++corner) {
@@ -67,9 +67,9 @@ TEST_P(FurnishedRooms, FromPriorsUpTo30CentimetresAnd10Degrees) {
                 1000 * result->verdict.judged_bound, result->verdict.reason.c_str());
   }
   EXPECT_EQ(accurate, kTrials);
-  EXPECT_GE(registered, kTrials - 1);
+  EXPECT_EQ(registered, kTrials);
   EXPECT_EQ(wrongly_registered, 0);
-  EXPECT_GE(bound_holds, kTrials - 1);
+  EXPECT_EQ(bound_holds, kTrials);
 }
 
 INSTANTIATE_TEST_SUITE_P(Seeds, FurnishedRooms, testing::Range(0U, 6U));
@@ -77,7 +77,7 @@ INSTANTIATE_TEST_SUITE_P(Seeds, FurnishedRooms, testing::Range(0U, 6U));
 TEST(Register, CorridorIsRefusedAlongItsAxis) {
   parallel::Serial serial;
   const BoxScene scene = Corridor();
-  const auto model = ModelOf(scene, PoseAt({0, 0, 1.4}, 0), {}, kNormalNoise, 3);
+  const auto model = ModelFromScan(scene, PoseAt({0, 0, 1.4}, 0), {}, 3);
   const Eigen::Isometry3d truth = PoseAt({1.5, 0.2, 1.4}, 0.4);
   const sensor::Scan scan = ScanScene(scene, truth, {}, 4);
   sensor::PosePrior prior;
@@ -94,38 +94,71 @@ TEST(Register, CorridorIsRefusedAlongItsAxis) {
   EXPECT_NEAR(result->T_world_scan.translation().z(), 1.4, 0.003);
 }
 
-TEST(Register, ShallowPilastersHoldAScanAlongACorridor) {
-  constexpr double kDepth = 0.10;  // m, two voxels
-  parallel::ThreadPool pool(2);
+// Ten along each wall of a corridor, half a metre wide.
+BoxScene CorridorWithPilasters(double depth) {
   BoxScene scene = Corridor();
   const Eigen::Vector3d low = scene.room.min();
   const Eigen::Vector3d high = scene.room.max();
   bool left = false;
   for (const double x : {-9.1, -6.4, -4.9, -3.2, -1.1, 0.6, 2.9, 4.3, 6.8, 8.0}) {
-    const double y = left ? low.y() : high.y() - kDepth;
+    const double y = left ? low.y() : high.y() - depth;
     scene.solids.emplace_back(Eigen::Vector3d(x, y, low.z()),
-                              Eigen::Vector3d(x + 0.5, y + kDepth, high.z()));
+                              Eigen::Vector3d(x + 0.5, y + depth, high.z()));
     left = !left;
   }
-  const auto model = ModelOf(scene, PoseAt({0, 0, 1.4}, 0), {}, kNormalNoise, 3);
+  return scene;
+}
+
+// fn(registration, its error) for so many scans here and there along the middle of it.
+template <typename Fn>
+void RegisterAlong(const BoxScene& scene, const model::PlanningView& model, unsigned scans,
+                   Fn&& fn) {
+  parallel::ThreadPool pool(2);
   std::mt19937_64 random(7);
-  for (unsigned trial = 0; trial < 8; ++trial) {
+  for (unsigned trial = 0; trial < scans; ++trial) {
     SCOPED_TRACE(trial);
     const Eigen::Isometry3d truth = PoseAt({0.9 + 0.15 * trial, 0.1, 1.4}, 0.8 * trial);
     sensor::PosePrior prior;
     prior.T_world_scan = Disturbed(truth, 0.2, sensor::Radians(5), random);
-    const auto result = Register(*model, ScanScene(scene, truth, {}, 40 + trial), prior, {}, pool);
+    const auto result = Register(model, ScanScene(scene, truth, {}, 40 + trial), prior, {}, pool);
     ASSERT_TRUE(result.ok()) << result.status();
-    const PoseError error = ErrorOf(result->T_world_scan, truth);
-    EXPECT_LT(error.metres, 0.003) << result->verdict.reason;
-    EXPECT_LT(error.degrees, 0.05);
-    EXPECT_TRUE(result->verdict.registered()) << result->verdict.reason;
+    fn(*result, ErrorOf(result->T_world_scan, truth));
   }
+}
+
+void ExpectRegistered(const RegistrationResult& result, const PoseError& error) {
+  EXPECT_LT(error.metres, 0.003) << result.verdict.reason;
+  EXPECT_LT(error.degrees, 0.05);
+  EXPECT_TRUE(result.verdict.registered()) << result.verdict.reason;
+}
+
+TEST(Register, PilastersHoldAScanAlongACorridor) {
+  const BoxScene scene = CorridorWithPilasters(0.30);
+  RegisterAlong(scene, *ModelFromScan(scene, PoseAt({0, 0, 1.4}, 0), {}, 3), 4, ExpectRegistered);
+}
+
+// Two voxels deep: enough where the model has their sides as they are.
+TEST(Register, ShallowPilastersHoldAScanAlongACorridor) {
+  const BoxScene scene = CorridorWithPilasters(0.10);
+  const auto model = ModelOf(scene, PoseAt({0, 0, 1.4}, 0), {}, sensor::Radians(2), 3);
+  RegisterAlong(scene, *model, 8, ExpectRegistered);
+}
+
+// A scan's model blurs such sides into the wall: then it is not known where along it the scan
+// belongs, and the verdict says so.
+TEST(Register, ShallowPilastersThatAScanBlursHoldNothing) {
+  const BoxScene scene = CorridorWithPilasters(0.10);
+  RegisterAlong(scene, *ModelFromScan(scene, PoseAt({0, 0, 1.4}, 0), {}, 3), 4,
+                [](const RegistrationResult& result, const PoseError& error) {
+                  EXPECT_TRUE(!result.verdict.registered() || error.metres < 0.003) << error.metres;
+                  EXPECT_LT(error.metres, 0.02);
+                  EXPECT_LT(error.degrees, 0.05);
+                });
 }
 
 TEST(Register, AnotherRoomIsNotAccepted) {
   parallel::Serial serial;
-  const auto model = ModelOf(FurnishedRoom(1), PoseAt({0, 0, 1.4}, 0), {}, kNormalNoise, 5);
+  const auto model = ModelFromScan(FurnishedRoom(1), PoseAt({0, 0, 1.4}, 0), {}, 5);
   BoxScene other = FurnishedRoom(9);
   other.room =
       Eigen::AlignedBox3d(Eigen::Vector3d(-1.7, -3.4, -0.4), Eigen::Vector3d(4.1, 1.6, 3.3));
@@ -142,7 +175,7 @@ TEST(Register, MovedFurnitureDoesNotPullTheRoomAway) {
   BoxScene before = FurnishedRoom(2);
   BoxScene after = before;
   for (size_t i = 5; i < 9; ++i) after.solids[i].translate(Eigen::Vector3d(0.15, -0.1, 0));
-  const auto model = ModelOf(before, PoseAt({-1, -0.6, 1.4}, 0), {}, kNormalNoise, 7);
+  const auto model = ModelFromScan(before, PoseAt({-1, -0.6, 1.4}, 0), {}, 7);
   const Eigen::Isometry3d truth = PoseAt({0.9, 0, 1.5}, 1.0);
   sensor::PosePrior prior;
   prior.T_world_scan = PoseAt({1.0, 0.1, 1.45}, 1.05);
@@ -156,7 +189,7 @@ TEST(Register, MovedFurnitureDoesNotPullTheRoomAway) {
 
 TEST(Register, ContradictionShowsWhenSeenThroughWalls) {
   const BoxScene scene = FurnishedRoom(3);
-  const auto model = ModelOf(scene, PoseAt({0, 0, 1.4}, 0), {}, kNormalNoise, 9);
+  const auto model = ModelFromScan(scene, PoseAt({0, 0, 1.4}, 0), {}, 9);
   BoxScene larger = scene;
   larger.room = Eigen::AlignedBox3d(Eigen::Vector3d(-6, -5, 0), Eigen::Vector3d(6, 5, 2.7));
   parallel::Serial serial;
@@ -174,7 +207,7 @@ TEST(Register, ContradictionShowsWhenSeenThroughWalls) {
 TEST(Register, TrustedPoseStandsUnlessTheSurfacesDisagree) {
   parallel::Serial serial;
   const BoxScene scene = FurnishedRoom(4);
-  const auto model = ModelOf(scene, PoseAt({-1, -0.6, 1.4}, 0), {}, kNormalNoise, 11);
+  const auto model = ModelFromScan(scene, PoseAt({-1, -0.6, 1.4}, 0), {}, 11);
   const Eigen::Isometry3d truth = PoseAt({0.9, 0, 1.5}, 1.0);
   const sensor::Scan scan = ScanScene(scene, truth, {}, 12);
   sensor::PosePrior prior;
@@ -199,7 +232,7 @@ TEST(Register, TrustedPoseStandsUnlessTheSurfacesDisagree) {
 
 TEST(Register, SameBytesForAnyNumberOfThreads) {
   const BoxScene scene = FurnishedRoom(5);
-  const auto model = ModelOf(scene, PoseAt({-1, -0.6, 1.4}, 0), {}, kNormalNoise, 13);
+  const auto model = ModelFromScan(scene, PoseAt({-1, -0.6, 1.4}, 0), {}, 13);
   const Eigen::Isometry3d truth = PoseAt({0.9, 0, 1.5}, 1.0);
   const sensor::Scan scan = ScanScene(scene, truth, {}, 14);
   sensor::PosePrior prior;
@@ -217,7 +250,7 @@ TEST(Register, SameBytesForAnyNumberOfThreads) {
 TEST(Register, BadInputIsNamed) {
   parallel::Serial serial;
   const BoxScene scene = BareRoom();
-  const auto model = ModelOf(scene, PoseAt({0, 0, 1.4}, 0), {}, 0, 15);
+  const auto model = ModelFromScan(scene, PoseAt({0, 0, 1.4}, 0), {}, 15);
   sensor::Scan scan = ScanScene(scene, PoseAt({0, 0, 1.4}, 0), {}, 16);
   const model::PlanningView nothing(0.05, 0, {}, {});
   EXPECT_EQ(Register(nothing, scan, {}, {}, serial).status().code(),

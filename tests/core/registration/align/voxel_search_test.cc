@@ -1,4 +1,4 @@
-// The search by masks against a look at every voxel.
+// Compares the search by masks with a search of every voxel.
 #include "core/registration/align/voxel_search.h"
 
 #include <gtest/gtest.h>

@@ -1,4 +1,4 @@
-// Closed-form shapes: what each leaves open is known without computing anything.
+// Closed-form shapes, for each of which the open directions are known without computation.
 #include "core/registration/bound/error_bound.h"
 
 #include <gtest/gtest.h>
@@ -171,7 +171,7 @@ TEST(ErrorBound, RigorousBoundIsAboveTheQuantile) {
     const ErrorBound e = shape.Geometry().Bound(kNothing);
     EXPECT_GE(e.rigorous, e.bound);
     EXPECT_LE(e.rigorous, 4 * e.bound);
-    EXPECT_GE(e.strength, 0);
+    EXPECT_GT(e.strength, 0);
     EXPECT_LE(e.strength, 1);
   }
 }

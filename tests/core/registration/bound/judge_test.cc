@@ -1,5 +1,5 @@
-// What instruments say of a pose: levelling, targets, trusted poses, each checked against the
-// model, and what the verdict says decided.
+// Levelling, targets and trusted poses: each is checked against the model, and the verdict names
+// the basis that decided.
 #include <gtest/gtest.h>
 
 #include <cmath>

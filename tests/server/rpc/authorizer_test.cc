@@ -1,0 +1,227 @@
+// Whom the authorizer lets in, call by call; that every RPC asks it is another test's subject.
+#include "server/rpc/call/authorizer.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "server/contract/error.h"
+#include "tests/server/fixture/bare_server.h"
+#include "tests/server/fixture/certificates.h"
+
+namespace vantage::rpc {
+namespace {
+
+using ::testing::HasSubstr;
+using ::testing::Not;
+
+constexpr RpcRule kReading = RuleOf("GetSession");
+constexpr RpcRule kPlanning = RuleOf("CreatePlan");
+
+class Admissions : public ::testing::Test {
+ protected:
+  ~Admissions() override { std::remove(Path().c_str()); }
+
+  // A token for a line of the callers file.
+  std::string AddCaller(const std::string& name_tenant_roles, const std::string& expires = "") {
+    const auth::NewToken made = auth::MakeToken();
+    absl::StrAppend(&callers_, name_tenant_roles, " ", made.credential, " ", expires, "\n");
+    return made.token;
+  }
+  void WriteCallers() const {
+    fixture::WriteTestFile(Path(), callers_);
+    chmod(Path().c_str(), 0600);
+  }
+  void TellCallersApart() {
+    WriteCallers();
+    file_ = auth::CallersFile::Open(Path()).value();
+  }
+
+  Admission Admit(const RpcRule& rule, const std::multimap<std::string, std::string>& metadata) {
+    if (authorizer_ == nullptr) {
+      authorizer_ = std::make_unique<Authorizer>(options_, std::move(file_));
+    }
+    Admission admission;
+    server_.Call(
+        [&](grpc::ServerContextBase& context) {
+          admission = authorizer_->Admit(rule, context);
+          return grpc::Status::OK;
+        },
+        metadata);
+    return admission;
+  }
+  Admission AdmitBearer(const RpcRule& rule, const std::string& token) {
+    return Admit(rule, {{"authorization", "Bearer " + token}});
+  }
+  std::string Refusal(const std::multimap<std::string, std::string>& metadata) {
+    const Admission admission = Admit(kReading, metadata);
+    EXPECT_TRUE(absl::IsUnauthenticated(admission.status)) << admission.status;
+    EXPECT_EQ(admission.caller, "ipv4:127.0.0.1");
+    EXPECT_FALSE(admission.tenant.has_value());
+    return contract::ReasonOf(admission.status);
+  }
+
+  auth::AccessOptions options_;
+  std::string callers_;
+  std::unique_ptr<Authorizer> authorizer_;
+
+ private:
+  static std::string Path() {
+    return absl::StrCat(::testing::TempDir(), "/admissions-",
+                        ::testing::UnitTest::GetInstance()->current_test_info()->name());
+  }
+  fixture::BareServer server_;
+  std::unique_ptr<auth::CallersFile> file_;
+};
+
+TEST_F(Admissions, WithoutCallersEverybodyMayDoEverything) {
+  const Admission admission = Admit(RuleOf("DeleteSession"), {});
+  EXPECT_TRUE(admission.status.ok()) << admission.status;
+  EXPECT_EQ(admission.caller, "ipv4:127.0.0.1");
+  EXPECT_FALSE(admission.tenant.has_value());  // sees all sessions
+}
+
+TEST_F(Admissions, WithoutCallersAProxyNamesTheTenant) {
+  options_.tenant_metadata = "x-tenant";
+  const Admission museum = Admit(kPlanning, {{"x-tenant", "museum"}});
+  EXPECT_TRUE(museum.status.ok()) << museum.status;
+  EXPECT_EQ(museum.tenant, "museum");
+  EXPECT_EQ(museum.caller, "museum");
+  // Nobody's sessions are no tenant's, not everybody's.
+  EXPECT_EQ(Admit(kPlanning, {}).tenant, "");
+}
+
+TEST_F(Admissions, ATenantThatIsNotClearIsRefused) {
+  options_.tenant_metadata = "x-tenant";
+  EXPECT_EQ(Refusal({{"x-tenant", "museum"}, {"x-tenant", "bank"}}), "TENANT_AMBIGUOUS");
+  EXPECT_EQ(Refusal({{"x-tenant", std::string(201, 'm')}}), "TENANT_MISSING");
+  EXPECT_TRUE(Admit(kReading, {{"x-tenant", std::string(200, 'm')}}).status.ok());
+}
+
+TEST_F(Admissions, ATokenTellsWhoCallsAndForWhom) {
+  const std::string tablet = AddCaller("tablet museum read,plan");
+  const std::string office = AddCaller("office bank administer");
+  TellCallersApart();
+  const Admission first = AdmitBearer(kPlanning, tablet);
+  EXPECT_TRUE(first.status.ok()) << first.status;
+  EXPECT_EQ(first.caller, "tablet");
+  EXPECT_EQ(first.tenant, "museum");
+  // The scheme's case and spaces around the token do not matter.
+  const Admission second = Admit(kPlanning, {{"authorization", "bEARER  " + office}});
+  EXPECT_TRUE(second.status.ok()) << second.status;
+  EXPECT_EQ(second.caller, "office");
+  EXPECT_EQ(second.tenant, "bank");
+}
+
+TEST_F(Admissions, WhoShowsNothingGoodIsToldWhatIsWrong) {
+  const std::string tablet = AddCaller("tablet museum read");
+  const std::string former = AddCaller("former museum read", "2020-01-31T00:00:00Z");
+  TellCallersApart();
+  EXPECT_EQ(Refusal({}), "CREDENTIALS_MISSING");
+  EXPECT_EQ(Refusal({{"authorization", "Bearer nonsense"}}), "TOKEN_UNKNOWN");
+  EXPECT_EQ(Refusal({{"authorization", "Basic " + tablet}}), "TOKEN_UNKNOWN");
+  EXPECT_EQ(Refusal({{"authorization", tablet}}), "TOKEN_UNKNOWN");
+  EXPECT_EQ(Refusal({{"authorization", "Bearer " + former}}), "TOKEN_EXPIRED");
+  // Nobody knows which of two was meant.
+  EXPECT_EQ(Refusal({{"authorization", "Bearer " + tablet}, {"authorization", "Bearer " + tablet}}),
+            "TOKEN_UNKNOWN");
+}
+
+TEST_F(Admissions, ARefusalNeverShowsTheToken) {
+  AddCaller("tablet museum read");
+  TellCallersApart();
+  const Admission admission = AdmitBearer(kReading, "a-secret-of-somebody");
+  EXPECT_THAT(std::string(admission.status.message()), Not(HasSubstr("secret")));
+  EXPECT_THAT(admission.caller, Not(HasSubstr("secret")));
+}
+
+TEST_F(Admissions, ARoleThatIsMissingIsNamed) {
+  const std::string tablet = AddCaller("tablet museum read");
+  TellCallersApart();
+  EXPECT_TRUE(AdmitBearer(kReading, tablet).status.ok());
+  const Admission refused = AdmitBearer(kPlanning, tablet);
+  EXPECT_TRUE(absl::IsPermissionDenied(refused.status)) << refused.status;
+  EXPECT_EQ(contract::ReasonOf(refused.status), "ROLE_MISSING");
+  EXPECT_THAT(std::string(refused.status.message()), HasSubstr("needs the role plan"));
+  EXPECT_EQ(refused.caller, "tablet");
+}
+
+TEST_F(Admissions, AProxyMustSayForWhomItCalls) {
+  options_.tenant_metadata = "x-tenant";
+  const std::string proxy = AddCaller("proxy * read");
+  const std::string tablet = AddCaller("tablet museum read");
+  TellCallersApart();
+  EXPECT_EQ(contract::ReasonOf(AdmitBearer(kReading, proxy).status), "TENANT_MISSING");
+  const Admission named =
+      Admit(kReading, {{"authorization", "Bearer " + proxy}, {"x-tenant", "bank"}});
+  EXPECT_TRUE(named.status.ok()) << named.status;
+  EXPECT_EQ(named.tenant, "bank");
+  EXPECT_EQ(named.caller, "proxy/bank");
+  // Others cannot choose.
+  EXPECT_EQ(Admit(kReading, {{"authorization", "Bearer " + tablet}, {"x-tenant", "bank"}}).tenant,
+            "museum");
+}
+
+TEST_F(Admissions, WhoeverCallsTooOftenWaitsAndNobodyElse) {
+  options_.calls_per_second = 0.001;
+  options_.calls_at_once = 2;
+  const std::string tablet = AddCaller("tablet museum read");
+  const std::string office = AddCaller("office museum read");
+  TellCallersApart();
+  EXPECT_TRUE(AdmitBearer(kReading, tablet).status.ok());
+  EXPECT_TRUE(AdmitBearer(kReading, tablet).status.ok());
+  const Admission third = AdmitBearer(kReading, tablet);
+  EXPECT_TRUE(absl::IsResourceExhausted(third.status)) << third.status;
+  EXPECT_EQ(contract::ReasonOf(third.status), "RATE_LIMITED");
+  EXPECT_TRUE(AdmitBearer(kReading, office).status.ok());
+}
+
+// Who tries tokens is slowed down; who has one at the same address is not.
+TEST_F(Admissions, FailuresOfAnAddressAreLimited) {
+  const std::string tablet = AddCaller("tablet museum read");
+  TellCallersApart();
+  int waits = 0;
+  for (int i = 0; i < 60; ++i) {
+    const Admission admission = AdmitBearer(kReading, absl::StrCat("guess-", i));
+    EXPECT_FALSE(admission.status.ok());
+    waits += contract::ReasonOf(admission.status) == "RATE_LIMITED" ? 1 : 0;
+  }
+  EXPECT_GE(waits, 30);  // twenty at once, and one a second after
+  EXPECT_LE(waits, 40);
+  EXPECT_TRUE(AdmitBearer(kReading, tablet).status.ok());
+}
+
+TEST_F(Admissions, AStreamIsLetInForAsLongAsItsCallerWouldBe) {
+  const std::string tablet = AddCaller("tablet museum read,plan");
+  TellCallersApart();
+  const Admission admission = AdmitBearer(kPlanning, tablet);
+  ASSERT_TRUE(admission.status.ok()) << admission.status;
+  EXPECT_TRUE(authorizer_->StillLetsIn(kPlanning, admission).ok());
+
+  const std::string with_plan = callers_;
+  const auto say = [&](const std::string& callers) {
+    callers_ = callers;
+    WriteCallers();
+    EXPECT_TRUE(authorizer_->RefreshCallers().value());
+    return contract::ReasonOf(authorizer_->StillLetsIn(kPlanning, admission));
+  };
+  std::string reading = with_plan;
+  reading.replace(reading.find("read,plan"), 9, "read");
+  EXPECT_EQ(say(reading), "ROLE_MISSING");
+  std::string elsewhere = with_plan;
+  elsewhere.replace(elsewhere.find("museum"), 6, "bank");
+  EXPECT_EQ(say(elsewhere), "CREDENTIALS_WITHDRAWN");
+  EXPECT_EQ(say(with_plan + "another bank read certificate:another\n"), "");
+  EXPECT_EQ(say("another bank read certificate:another\n"), "CREDENTIALS_WITHDRAWN");
+}
+
+}  // namespace
+}  // namespace vantage::rpc
