@@ -11,13 +11,13 @@
 #include "absl/strings/str_format.h"
 #include "absl/strings/string_view.h"
 #include "core/fleet/joint_choice.h"
+#include "core/fleet/joint_plan_estimate.h"
 #include "core/fleet/member_routes.h"
 #include "core/planning/evaluation/anytime.h"
 #include "core/planning/outcome.h"
 #include "core/planning/plan/model_gain.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/stage_clock.h"
-#include "core/planning/problem/planning_estimate.h"
 #include "core/planning/problem/planning_problem.h"
 #include "core/planning/ranking/rank_views.h"
 #include "core/planning/ranking/score_map.h"
@@ -65,10 +65,7 @@ absl::Status Validate(const model::PlanningView& model, const FleetRequest& requ
           absl::StrCat("joint plan: pledged[", i, "] needs a finite position"));
     }
   }
-  // Each model has its own scene and map of views.
-  planning::PlanningConfig one = config;
-  one.memory_limit /= models.size();
-  return planning::CheckPlanningSize(model, one);
+  return CheckJointPlanSize(model, config, models.size());
 }
 
 // The budget of an evaluation, which counts its rays from 0: a share of a budget of which `rays`

@@ -1,6 +1,6 @@
 #include "core/fleet/joint_plan_estimate.h"
 
-#include "core/planning/planning_estimate.h"
+#include "core/planning/problem/planning_estimate.h"
 
 namespace vantage::fleet {
 

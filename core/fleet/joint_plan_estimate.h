@@ -12,7 +12,7 @@
 namespace vantage::fleet {
 
 // As planning::EstimatePlanningMemory(), bytes, for scanners of so many models (at least 1): each
-// has its own scene and map of views.
+// has its own views, patch cells and map of scores.
 uint64_t EstimateJointPlanMemory(const model::PlanningView& model,
                                  const planning::PlanningConfig& config, size_t scanner_models);
 
