@@ -42,12 +42,12 @@ constexpr std::array<Group, 9> kGroups = {{
      "plan.anytime.dominates. plan.anytime.curve. plan.threads2.",
      "answers at a budget, beside brute force and a rival, each for flat1, flat3, rooms1, "
      "bookstore, 250m2; --full: hall3, 1000m2; curves with --pictures",
-     12, BenchAnytime},
+     10, BenchAnytime},
     {"registration", "align. predict.", "alignment, beside PCL's ICP; predictions; global search",
      2, BenchRegistration},
     {"cycle", "cycle.", "from a scan to checked views", 1, BenchCycle},
     {"fleet", "fleet.greedy_ratio fleet.joint4. fleet.job fleet.speedup4 fleet.waste_ratio",
-     "several scanners on one job; --full: 1,000 m2, an hour and more", 10, BenchFleet},
+     "several scanners on one job; --full: 1,000 m2, an hour and more", 8, BenchFleet},
 }};
 
 void PrintGroups() {
