@@ -127,7 +127,7 @@ absl::Status AddFleet(const SessionContext& context, const v1::CreatePlanRequest
 }
 
 absl::Status CheckSize(const PlanInputs& inputs) {
-  const absl::Status fits =
+  absl::Status fits =
       fleet::CheckJointPlanSize(*inputs.model.view, inputs.config, inputs.scanner_models);
   if (fits.ok()) return fits;
   return contract::ErrorWithReason(fits.code(), "PLAN_TOO_LARGE", fits.message());

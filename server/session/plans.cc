@@ -391,7 +391,7 @@ void Plans::End(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
       });
   if (!logged.ok() && !absl::IsAborted(logged.status())) {
     if (!blob.empty()) context_.ReleaseOwnBlob(blob);
-    return EndLater(run, std::move(plan), full, logged.status());
+    return EndLater(run, plan, full, logged.status());
   }
   std::vector<std::string> released;
   {
@@ -420,7 +420,7 @@ void Plans::End(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
 }
 
 // An end is announced only when it is logged, since a restart would not know of it otherwise.
-void Plans::EndLater(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
+void Plans::EndLater(const std::shared_ptr<PlanRun>& run, const v1::Plan& plan,
                      const std::shared_ptr<const v1::PlanResult>& full, const absl::Status& why) {
   dependencies_.log.Warning("the end of a plan waits",
                             {{"plan", plan.name()}, {"error", why.ToString()}});

@@ -62,7 +62,7 @@ class Plans {
            parallel::Parallel& parallel);
   void End(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
            const std::shared_ptr<const v1::PlanResult>& full);
-  void EndLater(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
+  void EndLater(const std::shared_ptr<PlanRun>& run, const v1::Plan& plan,
                 const std::shared_ptr<const v1::PlanResult>& full, const absl::Status& why);
 
   SessionContext& context_;

@@ -156,8 +156,7 @@ class FleetJobs {
       }
       std::vector<FleetJobResult> results = RunAll(count, true);
       ReportJobs(count, results);
-      if (count == 1) one = std::move(results);
-      if (count == 4) four = std::move(results);
+      if (compared) (count == 1 ? one : four) = std::move(results);
     }
     if (!four.empty() && !options_.pictures.empty()) {
       DrawTours(scenes_.front(), four.front(), options_.pictures + "/fleet-tours.svg");
