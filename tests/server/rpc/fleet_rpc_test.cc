@@ -38,7 +38,7 @@ class FleetRpc : public testing::Test {
     request.set_scanner(Scanner(scanner));
     request.mutable_position()->set_z(1.5);
     v1::ClaimViewResponse response;
-    const grpc::Status status = server_.fleet->ClaimView(&context, request, &response);
+    grpc::Status status = server_.fleet->ClaimView(&context, request, &response);
     claim = response.claim();
     return status;
   }

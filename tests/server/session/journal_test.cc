@@ -101,6 +101,7 @@ TEST_F(JournalTest, EventsComeInOrderFromAnyPlaceOn) {
 // More entries than are read at a time.
 TEST_F(JournalTest, IsReadAgainAsItWas) {
   std::vector<std::string> names;
+  names.reserve(600);
   for (int i = 0; i < 600; ++i) names.push_back(AddScanner(journal_, absl::StrCat(i)).value());
   Journal again("job", store_, fixture::FixtureTime);
   ASSERT_TRUE(again.Load().ok());
@@ -203,6 +204,7 @@ TEST_F(JournalTest, StepsOfManyThreadsComeOneAfterTheOther) {
   constexpr int kThreads = 4;
   constexpr int kSteps = 50;
   std::vector<std::thread> threads;
+  threads.reserve(kThreads);
   for (int t = 0; t < kThreads; ++t) {
     threads.emplace_back([&] {
       for (int i = 0; i < kSteps; ++i) {

@@ -48,10 +48,8 @@ TEST_P(VisibilityCacheTest, TheCacheIsFilledWhenThatIsWorthIt) {
     parallel::ThreadPool pool(3);
     VisibilityCache one(scorer, problem.feasible, cells, problem.grid);
     VisibilityCache other(scorer, problem.feasible, cells, problem.grid);
-    std::vector<uint32_t> which;
-    for (int k = 0; k < 40; ++k) {
-      which.push_back(static_cast<uint32_t>(random_() % problem.views.size()));
-    }
+    std::vector<uint32_t> which(40);
+    for (uint32_t& view : which) view = static_cast<uint32_t>(random_() % problem.views.size());
     // Scoring each on few cells is cheaper than finding the set.
     one.Prepare(which, 1, parallel::Budget::Unlimited(), serial);
     for (const uint32_t i : which) EXPECT_EQ(one.PotentiallyVisibleFrom(i), nullptr);

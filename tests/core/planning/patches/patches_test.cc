@@ -30,7 +30,7 @@ Eigen::Vector3d ExpectPlanar(const PatchSet& set, const Patch& patch,
     scatter += d * d.transpose();
   }
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(scatter);
-  const Eigen::Vector3d best = axes.eigenvectors().col(0);
+  Eigen::Vector3d best = axes.eigenvectors().col(0);
   for (const uint32_t i : patch.cells) {
     const DeficientCell& cell = set.cells[i];
     EXPECT_LE(std::abs(best.dot(cell.position.cast<double>() - mean)),
