@@ -27,6 +27,8 @@ void BenchEvaluator(bool full, parallel::Parallel& parallel, Figures& figures);
 void BenchFleet(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures);
 // align.*, predict.ms: registration, beside PCL's ICP, which `full` gives all of the pairs.
 void BenchRegistration(bool full, parallel::Parallel& parallel, Figures& figures);
+// site.*: views in the air, and places without a view; `full`: in 1,000 scenes.
+void BenchSite(bool full, parallel::Parallel& parallel, Figures& figures);
 // plan.anytime.*, plan.threads2.*: what is answered at a budget.
 void BenchAnytime(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures);
 

@@ -57,6 +57,7 @@ int main(int argc, char** argv) {
     if (seconds >= 1) std::cerr << absl::StrFormat("[%5.0f s] %s: %.0f s\n", whole, group, seconds);
   };
   timed("carve", [&] { vantage::bench::BenchCarve(pool, figures); });
+  timed("site", [&] { vantage::bench::BenchSite(full, pool, figures); });
   timed("model", [&] { vantage::bench::BenchModel(full, pool, figures); });
   timed("snapshot", [&] { vantage::bench::BenchSnapshot(pool, figures); });
   timed("planning", [&] { vantage::bench::BenchPlanning(full, pool, figures); });
