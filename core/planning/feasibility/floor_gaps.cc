@@ -12,10 +12,11 @@ namespace vantage::planning {
 namespace {
 
 constexpr uint32_t kColumnsBetweenLooks = 8192;
-constexpr double kGap = 2.0;        // m across: a dark rug, the blind cone under a high tripod
-constexpr double kBlindCone = 0.7;  // of a station's height, around it: no floor is seen there
-constexpr double kRoughness = 0.1;  // m, what one floor's roughness and noise take up at most
-constexpr double kShadow = 0.3;     // m across: what the shadow of a cable on the floor may hide
+constexpr double kGap = 2.5;         // m across: the blind cone under a high tripod
+constexpr double kBlindCone = 0.7;   // radius in heights: of scanners that see down to 55 degrees
+constexpr double kWidestCone = 1.2;  // radius in heights: of those that see down to 40 degrees
+constexpr double kRoughness = 0.1;   // m, what one floor's roughness and noise take up at most
+constexpr double kNarrow = 0.3;  // m across: what the shadow of a cable hides, or a few lost rays
 
 // The layer of voxels in which a floor lies. Below the next one down, nothing of it can lie,
 // however it falls on the grid.
@@ -30,13 +31,26 @@ bool OpenBelow(const model::PlanningView& model, const Eigen::Vector2i& at, floa
   return model.Empty({at.x(), at.y(), layer - 1}) || model.Empty({at.x(), at.y(), layer - 2});
 }
 
-// True when what is empty ends at this height at the shadow of something measured: as it does
-// beyond an edge, whose drop is not seen from afar.
-bool InShadow(const model::PlanningView& model, const Eigen::Vector2i& at, float height) {
+// True around a station on this floor, where its scanner looks down past the floor or nearly: that
+// there was none, somebody who stood there would have known. Within the blind cone of most scanners
+// nothing else has to be known; of those that see less, what is empty has to end where the field of
+// view does, and not at a shadow or where rays did not come back: a drop behind glass, or seen flat
+// over its edge, looks like that.
+bool InBlindCone(const model::PlanningView& model, const Eigen::Vector2i& at, float height) {
+  const Eigen::Vector2d centre = (at.cast<double>().array() + 0.5) * model.voxel_size();
+  double nearest = kWidestCone;  // in heights over the floor
+  for (const model::Station& station : model.stations()) {
+    if (std::abs(station.floor_height - static_cast<double>(height)) > kMaxStep) continue;
+    const double over = station.position.z() - static_cast<double>(height);
+    nearest = std::min(nearest, (station.position.head<2>() - centre).norm() / over);
+  }
+  if (nearest <= kBlindCone || nearest >= kWidestCone) return nearest <= kBlindCone;
   const int layer = LayerOf(height, model.voxel_size());
   for (int z = layer + 2; z >= layer - 1; --z) {
     const model::VoxelState state = model.State({at.x(), at.y(), z});
-    if (state != model::VoxelState::kEmpty) return state == model::VoxelState::kFalseOcclusion;
+    if (state == model::VoxelState::kEmpty) continue;
+    return state == model::VoxelState::kFalseImage || state == model::VoxelState::kAbsorbed ||
+           state == model::VoxelState::kUnknown;
   }
   return false;
 }
@@ -60,18 +74,6 @@ std::optional<float> SurfaceNear(const model::PlanningView& model, const Eigen::
   return std::nullopt;
 }
 
-// True right beside a station on this floor: somebody stood there, and what other stations did not
-// see behind an edge hides no drop.
-bool BesideStation(const model::PlanningView& model, const Eigen::Vector2i& at, float height) {
-  const Eigen::Vector2d centre = (at.cast<double>().array() + 0.5) * model.voxel_size();
-  return std::any_of(
-      model.stations().begin(), model.stations().end(), [&](const model::Station& station) {
-        const double over = station.position.z() - static_cast<double>(height);
-        return std::abs(station.floor_height - static_cast<double>(height)) <= kMaxStep &&
-               (station.position.head<2>() - centre).norm() <= kBlindCone * over;
-      });
-}
-
 // True when surface was measured at this height.
 bool MeasuredAt(const model::PlanningView& model, const Eigen::Vector2i& at, float height) {
   const int layer = LayerOf(height, model.voxel_size());
@@ -79,6 +81,17 @@ bool MeasuredAt(const model::PlanningView& model, const Eigen::Vector2i& at, flo
     if (model.State({at.x(), at.y(), z}) == model::VoxelState::kTrueSurface) return true;
   }
   return false;
+}
+
+// A floor cannot be more than a voxel higher than the middle of where the empty space over it ends:
+// `height`, m, or that.
+float NotInTheAir(const model::PlanningView& model, const Eigen::Vector2i& at, float height) {
+  const double voxel = model.voxel_size();
+  const int lowest = LayerOf(height - static_cast<float>(kMaxStep), voxel);
+  int z = LayerOf(height, voxel);
+  while (z >= lowest && model.Empty({at.x(), at.y(), z})) --z;
+  const auto end = static_cast<float>((z + 0.5) * voxel);
+  return end < height - static_cast<float>(voxel) ? end : height;
 }
 
 // Floor found on a line across a gap.
@@ -94,9 +107,7 @@ bool MayBeFloor(const model::PlanningView& model, const Eigen::Vector2i& from,
   for (int k = 1; k <= count; ++k) {
     const Eigen::Vector2i at = from + k * step;
     if (OpenBelow(model, at, lower)) return false;
-    if (width > kShadow && InShadow(model, at, lower) && !BesideStation(model, at, lower)) {
-      return false;
-    }
+    if (width > kNarrow && !InBlindCone(model, at, lower)) return false;
   }
   return true;
 }
@@ -198,7 +209,7 @@ std::vector<PlacedFloor> FloorBetween(const model::PlanningView& model, const Fl
             !MayBeFloor(model, from, step, count, std::min(near.height, far->height))) {
           continue;
         }
-        const bool narrow = count * step.cast<double>().norm() * model.voxel_size() <= kShadow;
+        const bool narrow = count * step.cast<double>().norm() * model.voxel_size() <= kNarrow;
         for (int k = 1; k <= count; ++k) {
           const Eigen::Vector2i at = from + k * step;
           const float share = static_cast<float>(k) / static_cast<float>(count + 1);
@@ -222,8 +233,9 @@ std::vector<PlacedFloor> FloorBetween(const model::PlanningView& model, const Fl
            static_cast<double>(crossings[end].height - crossings[begin].height) <= kMaxStep) {
       sum += static_cast<double>(crossings[end++].height);
     }
-    const auto height = static_cast<float>(sum / static_cast<double>(end - begin));
     const Eigen::Vector2i at = floor.Voxel(crossings[begin].column);
+    const float height =
+        NotInTheAir(model, at, static_cast<float>(sum / static_cast<double>(end - begin)));
     if (floor.Near(at.x(), at.y(), height, kMaxStep) == nullptr) {
       found.push_back({crossings[begin].column, {height, FloorSource::kBetween}});
     }
