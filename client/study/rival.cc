@@ -52,11 +52,8 @@ class Frontier final : public Rival {
         return (station - at).template head<2>().norm() < kLeastStep;
       });
       if (near) continue;
-      const double way =
-          s.problem.feasible()
-              .reach()
-              .Travel(cell.x(), cell.y())
-              .value_or(s.stations.empty() ? 0 : 2 * (s.stations.back() - at).norm());
+      const double way = s.problem.feasible().reach().Travel(at).value_or(
+          s.stations.empty() ? 0 : 2 * (s.stations.back() - at).norm());
       places.emplace_back(way, i);
     }
     std::sort(places.begin(), places.end());

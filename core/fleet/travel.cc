@@ -6,22 +6,20 @@
 #include <queue>
 #include <utility>
 
-#include "core/planning/feasibility/floor_heights.h"
-
 namespace vantage::fleet {
 namespace {
 
 constexpr float kFar = std::numeric_limits<float>::infinity();
 constexpr size_t kColumnsBetweenPolls = 1024;
 
-// The search for ways over a grid of columns.
+// The search for ways over the nodes of a grid.
 class Search {
  public:
   Search(const WalkGrid& grid, std::vector<float>& length, std::vector<uint32_t>& parent)
       : grid_(grid), length_(length), parent_(parent), done_(length.size(), 0) {}
 
   void From(uint32_t start, const parallel::Budget& budget) {
-    using Entry = std::pair<float, uint32_t>;  // length so far (m), column
+    using Entry = std::pair<float, uint32_t>;  // length so far (m), node
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
     start_ = start;
     length_[start] = 0;
@@ -56,30 +54,32 @@ class Search {
   }
 
  private:
-  Eigen::Vector2i At(uint32_t i) const {
-    return {static_cast<int>(i) % grid_.size.x(), static_cast<int>(i) / grid_.size.x()};
-  }
+  Eigen::Vector2i At(uint32_t i) const { return grid_.nodes.Column(i); }
   float Distance(uint32_t a, uint32_t b) const {
-    return static_cast<float>(grid_.cell_size * (At(a) - At(b)).cast<double>().norm());
+    return static_cast<float>(grid_.nodes.cell_size() * (At(a) - At(b)).cast<double>().norm());
   }
   bool Passable(uint32_t i) const { return i == start_ || grid_.passable[i] != 0; }
-  // The way between two neighbouring columns.
-  bool Step(uint32_t from, uint32_t to) const {
-    return Passable(to) &&
-           std::abs(grid_.floor[to] - grid_.floor[from]) <= planning::FloorHeights::kMaxStep;
-  }
   template <typename Visit>
   void ForNeighbours(uint32_t at, Visit visit) const {
-    const Eigen::Vector2i c = At(at);
-    for (int y = std::max(0, c.y() - 1); y <= std::min(grid_.size.y() - 1, c.y() + 1); ++y) {
-      for (int x = std::max(0, c.x() - 1); x <= std::min(grid_.size.x() - 1, c.x() + 1); ++x) {
-        const auto to = static_cast<uint32_t>(x + grid_.size.x() * y);
-        if (to != at && Step(at, to)) visit(to);
-      }
+    grid_.nodes.ForEachStep(at, [&](uint32_t to) {
+      if (Passable(to)) visit(to);
+    });
+  }
+  // Where the way from a node goes on in a neighbouring column: to the floor nearest in height.
+  std::optional<uint32_t> Onward(uint32_t from, const Eigen::Vector2i& column) const {
+    std::optional<uint32_t> nearest;
+    const auto apart = [&](uint32_t node) {
+      return std::abs(grid_.nodes.Height(node) - grid_.nodes.Height(from));
+    };
+    const auto [begin, end] = grid_.nodes.In(column);
+    for (uint32_t to = begin; to < end; ++to) {
+      if (!Passable(to) || !grid_.nodes.IsStep(from, to)) continue;
+      if (!nearest.has_value() || apart(to) < apart(*nearest)) nearest = to;
     }
+    return nearest;
   }
 
-  // True when every column on the straight line between two centres is passable.
+  // True when the way along the straight line between two centres is passable.
   bool LineOfSight(uint32_t a, uint32_t b) const {
     const Eigen::Vector2i from = At(a);
     const Eigen::Vector2i to = At(b);
@@ -102,14 +102,14 @@ class Search {
         at.y() += sign.y();
         ++steps.y();
       }
-      const auto next = static_cast<uint32_t>(at.x() + grid_.size.x() * at.y());
-      if (!Step(here, next)) return false;
-      here = next;
+      const std::optional<uint32_t> next = Onward(here, at);
+      if (!next.has_value()) return false;
+      here = *next;
     }
-    return true;
+    return here == b;
   }
 
-  // Checks the way to a column that is about to become final. False when it became longer.
+  // Checks the way to a node that is about to become final. False when it became longer.
   bool SetVertex(uint32_t at) {
     if (LineOfSight(parent_[at], at)) return true;
     const float before = length_[at];
@@ -142,72 +142,61 @@ class Search {
 WalkGrid WalkGridOf(const planning::FeasibleViews& feasible,
                     std::span<const Eigen::AlignedBox3d> reach) {
   const planning::ReachMap& map = feasible.reach();
-  WalkGrid grid;
-  grid.first = map.first();
-  grid.size = map.size();
-  grid.cell_size = feasible.cell_size();
-  const size_t columns = static_cast<size_t>(grid.size.x()) * static_cast<size_t>(grid.size.y());
-  grid.passable.assign(columns, 0);
-  grid.floor.assign(columns, std::numeric_limits<float>::quiet_NaN());
-  for (int y = 0; y < grid.size.y(); ++y) {
-    for (int x = 0; x < grid.size.x(); ++x) {
-      const Eigen::Vector2i c = grid.first + Eigen::Vector2i(x, y);
-      const Eigen::Vector2d centre = (c.cast<double>().array() + 0.5) * grid.cell_size;
-      const bool within =
-          reach.empty() || std::any_of(reach.begin(), reach.end(), [&](const auto& box) {
-            return (centre.array() >= box.min().template head<2>().array()).all() &&
-                   (centre.array() <= box.max().template head<2>().array()).all();
-          });
-      grid.floor[grid.Index(c)] = map.Floor(c.x(), c.y());
-      grid.passable[grid.Index(c)] = static_cast<uint8_t>(within && map.Passable(c.x(), c.y()));
-    }
+  WalkGrid grid{map.nodes(), std::vector<uint8_t>(map.nodes().count(), 0)};
+  for (uint32_t node = 0; node < grid.passable.size(); ++node) {
+    const Eigen::Vector2d centre =
+        (grid.nodes.Column(node).cast<double>().array() + 0.5) * grid.nodes.cell_size();
+    const bool within =
+        reach.empty() || std::any_of(reach.begin(), reach.end(), [&](const auto& box) {
+          return (centre.array() >= box.min().template head<2>().array()).all() &&
+                 (centre.array() <= box.max().template head<2>().array()).all();
+        });
+    grid.passable[node] = static_cast<uint8_t>(within && map.Passable(node));
   }
   return grid;
 }
 
 TravelMap::TravelMap(const WalkGrid& grid, const Eigen::Vector3d& from,
                      const parallel::Budget& budget)
-    : grid_(grid), from_(from) {
-  const Eigen::Vector2i start = grid.ColumnOf(from);
-  if (!grid.Inside(start)) return;
-  const size_t at = grid.Index(start);
-  if (std::isnan(grid_.floor[at])) {
-    // A scanner stands on a floor: that of the nearest column that has one.
-    for (int y = start.y() - 1; y <= start.y() + 1; ++y) {
-      for (int x = start.x() - 1; x <= start.x() + 1; ++x) {
-        if (!grid.Inside({x, y}) || std::isnan(grid.floor[grid.Index({x, y})])) continue;
-        grid_.floor[at] = grid.floor[grid.Index({x, y})];
+    : grid_(grid), start_(grid.nodes.Under(from)) {
+  const Eigen::Vector2i column = grid.nodes.ColumnAt(from);
+  if (!grid.nodes.Inside(column)) return;
+  if (!start_.has_value()) {
+    // A scanner stands on a floor: that of a neighbouring column that has one.
+    std::optional<float> height;
+    for (int y = column.y() - 1; y <= column.y() + 1; ++y) {
+      for (int x = column.x() - 1; x <= column.x() + 1; ++x) {
+        const Eigen::Vector3d beside((x + 0.5) * grid.nodes.cell_size(),
+                                     (y + 0.5) * grid.nodes.cell_size(), from.z());
+        if (const auto node = grid.nodes.Under(beside); node.has_value()) {
+          height = grid.nodes.Height(*node);
+        }
       }
     }
+    // Without one the scanner has no way anywhere, and still is where it is.
+    start_ = grid_.nodes.Insert(column, height.value_or(static_cast<float>(from.z())));
+    grid_.passable.insert(grid_.passable.begin() + *start_, 0);
   }
-  length_.assign(grid.passable.size(), kFar);
-  parent_.assign(grid.passable.size(), 0);
-  Search(grid_, length_, parent_).From(static_cast<uint32_t>(at), budget);
+  length_.assign(grid_.passable.size(), kFar);
+  parent_.assign(grid_.passable.size(), 0);
+  Search(grid_, length_, parent_).From(*start_, budget);
 }
 
 std::optional<double> TravelMap::Length(const Eigen::Vector3d& to) const {
   if (!known()) return std::nullopt;
-  const Eigen::Vector2i column = grid_.ColumnOf(to);
-  if (!grid_.Inside(column)) return std::nullopt;
-  const float length = length_[grid_.Index(column)];
-  if (length == kFar) return std::nullopt;
-  return length;
+  const std::optional<uint32_t> node = grid_.nodes.Under(to);
+  if (!node.has_value() || length_[*node] == kFar) return std::nullopt;
+  return length_[*node];
 }
 
 std::vector<Eigen::Vector3d> TravelMap::Way(const Eigen::Vector3d& to) const {
   std::vector<Eigen::Vector3d> way;
   if (!Length(to).has_value()) return way;
-  const auto point = [&](size_t i) {
-    const int x = static_cast<int>(i % static_cast<size_t>(grid_.size.x()));
-    const int y = static_cast<int>(i / static_cast<size_t>(grid_.size.x()));
-    return Eigen::Vector3d((grid_.first.x() + x + 0.5) * grid_.cell_size,
-                           (grid_.first.y() + y + 0.5) * grid_.cell_size,
-                           static_cast<double>(grid_.floor[i]));
-  };
-  const size_t start = grid_.Index(grid_.ColumnOf(from_));
-  for (size_t at = grid_.Index(grid_.ColumnOf(to));; at = parent_[at]) {
-    way.push_back(point(at));
-    if (at == start) break;
+  for (uint32_t at = *grid_.nodes.Under(to);; at = parent_[at]) {
+    const Eigen::Vector2d centre =
+        (grid_.nodes.Column(at).cast<double>().array() + 0.5) * grid_.nodes.cell_size();
+    way.emplace_back(centre.x(), centre.y(), static_cast<double>(grid_.nodes.Height(at)));
+    if (at == *start_) break;
   }
   std::reverse(way.begin(), way.end());
   return way;

@@ -11,37 +11,25 @@
 
 #include "core/parallel/budget.h"
 #include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/feasibility/floor_nodes.h"
 
 namespace vantage::fleet {
 
-// The columns over the floor in which a scanner's axis can be.
+// The floors over which a scanner's axis can be moved.
 struct WalkGrid {
-  Eigen::Vector2i first = Eigen::Vector2i::Zero();
-  Eigen::Vector2i size = Eigen::Vector2i::Zero();
-  double cell_size = 0;  // m; column c covers [c, c + 1) * cell_size
-  std::vector<uint8_t> passable;
-  std::vector<float> floor;  // m, z of the floor below
-
-  bool Inside(const Eigen::Vector2i& c) const {
-    return ((c - first).array() >= 0).all() && ((c - first).array() < size.array()).all();
-  }
-  size_t Index(const Eigen::Vector2i& c) const {
-    return static_cast<size_t>(c.x() - first.x()) +
-           static_cast<size_t>(size.x()) * static_cast<size_t>(c.y() - first.y());
-  }
-  Eigen::Vector2i ColumnOf(const Eigen::Vector3d& p) const {
-    return (p.head<2>() / cell_size).array().floor().cast<int>();
-  }
+  planning::FloorNodes nodes;
+  std::vector<uint8_t> passable;  // by node
 };
 
-// The grid on which reachability was decided; it accounts for the scanner's footprint. Columns
+// The grid on which reachability was decided; it accounts for the scanner's footprint. Floors
 // outside `reach` (m, seen from above; empty: everywhere) are not passable.
 WalkGrid WalkGridOf(const planning::FeasibleViews& feasible,
                     std::span<const Eigen::AlignedBox3d> reach);
 
 // Shortest ways from one place to all others (Lazy Theta*). They run straight through passable
-// columns and bend at centres of columns only, so their length is right to about the width of a
-// column at each corner. Ways along the grid's eight directions only would be up to 8 % longer.
+// columns and bend at centres of columns only, so their length, which is that seen from above, is
+// right to about the width of a column at each corner. Ways along the grid's eight directions only
+// would be up to 8 % longer. Stairs and ramps join the floors of different storeys.
 class TravelMap {
  public:
   TravelMap() = default;
@@ -59,9 +47,9 @@ class TravelMap {
 
  private:
   WalkGrid grid_;
-  Eigen::Vector3d from_ = Eigen::Vector3d::Zero();
-  std::vector<float> length_;     // m, by column; infinity: no way
-  std::vector<uint32_t> parent_;  // by column: the previous corner of its way
+  std::optional<uint32_t> start_;  // node
+  std::vector<float> length_;      // m, by node; infinity: no way
+  std::vector<uint32_t> parent_;   // by node: the previous corner of its way
 };
 
 }  // namespace vantage::fleet

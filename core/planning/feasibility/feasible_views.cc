@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -11,7 +12,8 @@
 namespace vantage::planning {
 namespace {
 
-constexpr double kSlack = 1e-9;  // m, for limits that fall on a cell's face
+constexpr double kSlack = 1e-9;     // m, for limits that fall on a cell's face
+constexpr double kOverFloor = 0.3;  // m that a place may be given below its floor
 
 int FloorDiv(int a, int b) { return a >= 0 ? a / b : -((-a + b - 1) / b); }
 
@@ -65,15 +67,19 @@ bool FeasibleViews::Judge(const model::PlanningView& model, const visibility::Op
   const size_t layer = static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y());
   why_.assign(layer * static_cast<size_t>(size_.z()),
               static_cast<uint8_t>(Infeasibility::kNoFloor));
-  auto floor = FloorHeights::Find(model, config.floor_z, cancelled);
+  auto floor = FloorMap::Find(model, config.floor_z, cancelled);
   if (!floor.ok()) return false;
   floor_ = *std::move(floor);
-  parallel.For(static_cast<size_t>(size_.y()), [&](size_t row) {
+  rows_.assign(static_cast<size_t>(size_.y()), {});
+  parallel.For(rows_.size(), [&](size_t row) {
     if (cancelled.Requested()) return;
     const int cy = first_.y() + static_cast<int>(row);
     for (int cx = first_.x(); cx < first_.x() + size_.x(); ++cx) {
-      JudgeColumn(cx, cy, grid, config);
+      rows_[row].begin.push_back(static_cast<uint32_t>(rows_[row].floors.size()));
+      FindCellFloors(cx, cy, grid, rows_[row].floors);
     }
+    rows_[row].begin.push_back(static_cast<uint32_t>(rows_[row].floors.size()));
+    for (int cx = first_.x(); cx < first_.x() + size_.x(); ++cx) JudgeColumn(cx, cy, config);
   });
   if (cancelled.Requested()) return false;
   if (!CarveClearance(grid, scanner.clearance, parallel, cancelled)) return false;
@@ -107,7 +113,8 @@ void FeasibleViews::ListFeasible(bool require_reachable) {
         first_ + CellIndex(static_cast<int>(at % static_cast<size_t>(size_.x())),
                            static_cast<int>(at % layer / static_cast<size_t>(size_.x())),
                            static_cast<int>(at / layer));
-    if (why == Infeasibility::kNone && require_reachable && !reach_.Reached(cell.x(), cell.y())) {
+    const Eigen::Vector3d centre = (cell.cast<double>().array() + 0.5) * cell_size_;
+    if (why == Infeasibility::kNone && require_reachable && !reach_.Reached(centre)) {
       why = Infeasibility::kUnreachable;
       why_[at] = static_cast<uint8_t>(why);
     }
@@ -118,58 +125,102 @@ void FeasibleViews::ListFeasible(bool require_reachable) {
   }
 }
 
-// All rules except clearance and reachability, for the cells of one column.
-void FeasibleViews::JudgeColumn(int cx, int cy, const visibility::OpaqueGrid& grid,
-                                const PlanningConfig& config) {
+void FeasibleViews::FindCellFloors(int cx, int cy, const visibility::OpaqueGrid& grid,
+                                   std::vector<CellFloor>& floors) const {
   const int n = voxels_per_cell_;
-  float low_floor = std::numeric_limits<float>::infinity();
-  float high_floor = -low_floor;
-  int top = std::numeric_limits<int>::max();  // first layer over the floor that is not empty
-  for (int y = cy * n; y < cy * n + n; ++y) {
-    for (int x = cx * n; x < cx * n + n; ++x) {
-      const float height = floor_.Height(x, y);
-      if (std::isnan(height)) return;  // kNoFloor, as initialised
-      low_floor = std::min(low_floor, height);
-      high_floor = std::max(high_floor, height);
-      int z = FirstLayerOverFloor(height, voxel_);
-      while (z < top && grid.Empty({x, y, z})) ++z;
-      top = std::min(top, z);
+  const FloorColumns& columns = floor_.columns();
+  std::vector<const Floor*> under(static_cast<size_t>(n) * static_cast<size_t>(n));
+  for (const Floor& first : columns.At(cx * n, cy * n)) {
+    // It goes on from column to column of voxels, by a step at most.
+    bool whole = true;
+    for (size_t i = 0; whole && i < under.size(); ++i) {
+      const int x = static_cast<int>(i) % n;
+      const int y = static_cast<int>(i) / n;
+      const Floor* before = i == 0 ? &first : under[x > 0 ? i - 1 : i - static_cast<size_t>(n)];
+      under[i] = columns.Near(cx * n + x, cy * n + y, before->height, kMaxStep);
+      whole = under[i] != nullptr;
     }
+    if (!whole) continue;
+    CellFloor floor{first.height, first.height, std::numeric_limits<int>::max(), true};
+    for (size_t i = 0; i < under.size(); ++i) {
+      floor.low = std::min(floor.low, under[i]->height);
+      floor.high = std::max(floor.high, under[i]->height);
+      floor.measured &= under[i]->measured();
+      int z = FirstLayerOverFloor(under[i]->height, voxel_);
+      while (z < floor.top &&
+             grid.Empty({cx * n + static_cast<int>(i) % n, cy * n + static_cast<int>(i) / n, z})) {
+        ++z;
+      }
+      floor.top = std::min(floor.top, z);
+    }
+    floors.push_back(floor);
   }
-  const double x0 = cx * cell_size_;
-  const double y0 = cy * cell_size_;
+}
+
+std::span<const CellFloor> FeasibleViews::CellFloors(int cx, int cy) const {
+  const Row& row = rows_[static_cast<size_t>(cy - first_.y())];
+  const auto at = static_cast<size_t>(cx - first_.x());
+  return std::span<const CellFloor>(row.floors)
+      .subspan(row.begin[at], row.begin[at + 1] - row.begin[at]);
+}
+
+// The lowest where the cell is lower than all, so that it is too low and not without a floor.
+const CellFloor* FeasibleViews::FloorOf(const CellIndex& cell) const {
+  const std::span<const CellFloor> floors = CellFloors(cell.x(), cell.y());
+  if (floors.empty()) return nullptr;
+  const double over = (cell.z() + 1) * cell_size_;
+  const CellFloor* below = &floors.front();
+  for (const CellFloor& floor : floors) {
+    if (static_cast<double>(floor.low) < over) below = &floor;
+  }
+  return below;
+}
+
+// All rules except clearance and reachability, for the cells of one column.
+void FeasibleViews::JudgeColumn(int cx, int cy, const PlanningConfig& config) {
   for (int cz = first_.z(); cz < first_.z() + size_.z(); ++cz) {
-    const Eigen::Vector3d corner(x0, y0, cz * cell_size_);
-    const Region cell(corner, corner + Eigen::Vector3d::Constant(cell_size_));
-    Infeasibility why = Infeasibility::kNone;
-    if (cell.min().z() < high_floor + config.min_viewpoint_height - kSlack) {
-      why = Infeasibility::kTooLow;
-    } else if (cell.max().z() > low_floor + config.max_viewpoint_height + kSlack) {
-      why = Infeasibility::kTooHigh;
-    } else if (cz * n + n > top) {
-      why = Infeasibility::kAboveObject;
-    } else if (config.region_of_interest.has_value() &&
-               ((cell.min().array() < config.region_of_interest->min().array() - kSlack).any() ||
-                (cell.max().array() > config.region_of_interest->max().array() + kSlack).any())) {
-      why = Infeasibility::kOutsideRegion;
-    } else {
-      for (const Region& keep_out : config.keep_out) {
-        if ((cell.min().array() < keep_out.max().array() - kSlack).all() &&
-            (cell.max().array() > keep_out.min().array() + kSlack).all()) {
-          why = Infeasibility::kKeepOut;
-        }
-      }
-      for (const RejectedPlace& place : config.rejected) {
-        if (why != Infeasibility::kNone) break;
-        const double dx = std::max(
-            {0.0, cell.min().x() - place.position.x(), place.position.x() - cell.max().x()});
-        const double dy = std::max(
-            {0.0, cell.min().y() - place.position.y(), place.position.y() - cell.max().y()});
-        if (dx * dx + dy * dy < place.radius * place.radius) why = Infeasibility::kRejected;
-      }
-    }
-    why_[Offset({cx, cy, cz})] = static_cast<uint8_t>(why);
+    const CellFloor* floor = FloorOf({cx, cy, cz});
+    if (floor == nullptr) return;  // kNoFloor, as initialised
+    why_[Offset({cx, cy, cz})] = static_cast<uint8_t>(JudgeCell({cx, cy, cz}, *floor, config));
   }
+}
+
+Infeasibility FeasibleViews::JudgeCell(const CellIndex& index, const CellFloor& floor,
+                                       const PlanningConfig& config) const {
+  const Eigen::Vector3d corner(index.x() * cell_size_, index.y() * cell_size_,
+                               index.z() * cell_size_);
+  const Region cell(corner, corner + Eigen::Vector3d::Constant(cell_size_));
+  if (cell.min().z() < floor.high + config.min_viewpoint_height - kSlack) {
+    return Infeasibility::kTooLow;
+  }
+  if (cell.max().z() > floor.low + config.max_viewpoint_height + kSlack) {
+    return Infeasibility::kTooHigh;
+  }
+  if ((index.z() + 1) * voxels_per_cell_ > floor.top) return Infeasibility::kAboveObject;
+  if (config.region_of_interest.has_value() &&
+      ((cell.min().array() < config.region_of_interest->min().array() - kSlack).any() ||
+       (cell.max().array() > config.region_of_interest->max().array() + kSlack).any())) {
+    return Infeasibility::kOutsideRegion;
+  }
+  for (const Region& keep_out : config.keep_out) {
+    if ((cell.min().array() < keep_out.max().array() - kSlack).all() &&
+        (cell.max().array() > keep_out.min().array() + kSlack).all()) {
+      return Infeasibility::kKeepOut;
+    }
+  }
+  for (const RejectedPlace& place : config.rejected) {
+    const double dx =
+        std::max({0.0, cell.min().x() - place.position.x(), place.position.x() - cell.max().x()});
+    const double dy =
+        std::max({0.0, cell.min().y() - place.position.y(), place.position.y() - cell.max().y()});
+    if (dx * dx + dy * dy >= place.radius * place.radius) continue;
+    // It was rejected on one storey, if one knows on which.
+    const std::optional<int> storey = Storey(place.position + Eigen::Vector3d(0, 0, kOverFloor));
+    if (!storey.has_value() || *storey == floor_.storeys().At(static_cast<double>(floor.low))) {
+      return Infeasibility::kRejected;
+    }
+  }
+  return Infeasibility::kNone;
 }
 
 // A voxel lacks clearance when the gap between its box and that of a non-empty voxel is less than
@@ -269,9 +320,28 @@ bool FeasibleViews::CarveClearance(const visibility::OpaqueGrid& grid, double cl
   return !cancelled.Requested();
 }
 
+const Floor* FeasibleViews::FloorUnder(const Eigen::Vector3d& p) const {
+  return floor_.columns().Below(static_cast<int>(std::floor(p.x() / voxel_)),
+                                static_cast<int>(std::floor(p.y() / voxel_)), p.z());
+}
+
 double FeasibleViews::HeightOverFloor(const Eigen::Vector3d& p) const {
-  return p.z() - floor_.Height(static_cast<int>(std::floor(p.x() / voxel_)),
-                               static_cast<int>(std::floor(p.y() / voxel_)));
+  const Floor* floor = FloorUnder(p);
+  return floor == nullptr ? std::numeric_limits<double>::quiet_NaN()
+                          : p.z() - static_cast<double>(floor->height);
+}
+
+std::optional<int> FeasibleViews::Storey(const Eigen::Vector3d& p) const {
+  const Floor* floor = FloorUnder(p);
+  if (floor == nullptr) return std::nullopt;
+  return floor_.storeys().At(static_cast<double>(floor->height));
+}
+
+bool FeasibleViews::FloorMeasured(const Eigen::Vector3d& p) const {
+  const CellIndex cell = CellOf(p);
+  if (!Inside(cell)) return false;
+  const CellFloor* floor = FloorOf(cell);
+  return floor != nullptr && floor->measured;
 }
 
 std::string InfeasibilityWords(Infeasibility why, const sensor::ScannerModel& scanner,

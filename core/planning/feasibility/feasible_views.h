@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -13,7 +14,7 @@
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
 #include "core/parallel/parallel.h"
-#include "core/planning/feasibility/floor_heights.h"
+#include "core/planning/feasibility/floor_map.h"
 #include "core/planning/feasibility/reach_map.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/sensor/scanner_model.h"
@@ -36,9 +37,17 @@ enum class Infeasibility : uint8_t {
 };
 inline constexpr int kInfeasibilities = 10;
 
-// The smallest viewcells, all of one size. A cell is feasible when all of it is. The cell of a
-// station whose clearance was at least the scanner's is exempt from the rules on clearance and on
-// objects below.
+// A floor under all of a column of viewcells.
+struct CellFloor {
+  float low = 0;  // m, z
+  float high = 0;
+  int top = 0;           // the first layer of voxels over it that is not known to be empty
+  bool measured = true;  // all of it
+};
+
+// The smallest viewcells, all of one size. A cell stands on the highest floor below it. A cell is
+// feasible when all of it is. The cell of a station whose clearance was at least the scanner's is
+// exempt from the rules on clearance and on objects below.
 class FeasibleViews {
  public:
   // Cell coordinates: cell c covers [c, c + 1) * cell_size on each axis of the model frame.
@@ -67,10 +76,15 @@ class FeasibleViews {
     return Inside(cell) ? static_cast<Infeasibility>(why_[Offset(cell)]) : Infeasibility::kNoFloor;
   }
 
-  const FloorHeights& floor() const { return floor_; }
+  const FloorMap& floor() const { return floor_; }
   const ReachMap& reach() const { return reach_; }
   // Height over the floor below, m; NaN where there is none.
   double HeightOverFloor(const Eigen::Vector3d& p) const;
+  // The storey of the floor below, 0 the lowest; nothing where there is no floor.
+  std::optional<int> Storey(const Eigen::Vector3d& p) const;
+  // False when any of the floor below the cell of a place was not measured: it lies between
+  // measured floor, or was given, or there is none.
+  bool FloorMeasured(const Eigen::Vector3d& p) const;
 
   // Number of cells by reason, among those whose height over the floor is allowed. Explain() says
   // in words which constraint leaves nothing and what to do about it.
@@ -88,8 +102,23 @@ class FeasibleViews {
                (static_cast<size_t>(d.y()) +
                 static_cast<size_t>(size_.y()) * static_cast<size_t>(d.z()));
   }
-  void JudgeColumn(int cx, int cy, const visibility::OpaqueGrid& grid,
-                   const PlanningConfig& config);
+  // The floors under a row of columns.
+  struct Row {
+    std::vector<CellFloor> floors;
+    std::vector<uint32_t> begin;  // of each column its first floor; one more at the end
+  };
+
+  std::span<const CellFloor> CellFloors(int cx, int cy) const;
+  // Appends the floors under the whole of a column, from the lowest up.
+  void FindCellFloors(int cx, int cy, const visibility::OpaqueGrid& grid,
+                      std::vector<CellFloor>& floors) const;
+  // The floor that a cell stands on; null when there is none under all of it.
+  const CellFloor* FloorOf(const CellIndex& cell) const;
+  void JudgeColumn(int cx, int cy, const PlanningConfig& config);
+  Infeasibility JudgeCell(const CellIndex& cell, const CellFloor& floor,
+                          const PlanningConfig& config) const;
+  // What Below() of columns of voxels finds under a place; null outside.
+  const Floor* FloorUnder(const Eigen::Vector3d& p) const;
   bool Judge(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
              const sensor::ScannerModel& scanner, const PlanningConfig& config,
              parallel::Parallel& parallel, const parallel::Cancellation& cancelled);
@@ -107,7 +136,8 @@ class FeasibleViews {
   std::vector<int32_t> index_;  // into cells_, -1
   std::vector<CellIndex> cells_;
   std::array<size_t, kInfeasibilities> counts_{};
-  FloorHeights floor_;
+  FloorMap floor_;
+  std::vector<Row> rows_;  // by y
   ReachMap reach_;
 };
 

@@ -1,7 +1,9 @@
 #include "core/planning/feasibility/reach_map.h"
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <numbers>
 #include <queue>
 #include <utility>
 
@@ -17,6 +19,11 @@ constexpr double kNeedles = 1.0;  // m, around a station
 constexpr double kTripod = 0.75;  // m, around a station
 
 constexpr double kHanging = 0.5;  // m, over known-empty space
+
+constexpr double kOwnFloor = 0.5;  // m that the floor around a station is higher or lower at most
+
+constexpr double kSteepest =
+    0.7;  // tangent of 35 degrees, of the stairs that people carry things up
 
 // True when nothing in the voxel column [low, high) blocks the way to a station `away` metres off.
 // Somebody carried the scanner in there, so what lay outside its field of view does not block;
@@ -54,83 +61,124 @@ bool FreeToPass(const model::PlanningView& model, const visibility::OpaqueGrid& 
 }  // namespace
 
 absl::StatusOr<ReachMap> ReachMap::Find(const model::PlanningView& model,
-                                        const visibility::OpaqueGrid& grid,
-                                        const FloorHeights& floor, const PlanningConfig& config,
-                                        const Eigen::Vector2i& first, const Eigen::Vector2i& size,
-                                        int voxels_per_cell,
+                                        const visibility::OpaqueGrid& grid, const FloorMap& floor,
+                                        const PlanningConfig& config, const Eigen::Vector2i& first,
+                                        const Eigen::Vector2i& size, int voxels_per_cell,
                                         const parallel::Cancellation& cancelled) {
   ReachMap map;
-  map.first_ = first;
-  map.size_ = size;
   map.per_cell_ = voxels_per_cell;
-  map.cell_size_ = voxels_per_cell * model.voxel_size();
-  const size_t columns = static_cast<size_t>(size.x()) * static_cast<size_t>(size.y());
-  map.passable_.assign(columns, 0);
-  map.reached_.assign(columns, 0);
-  map.travel_.assign(columns, kFar);
-  map.floor_.assign(columns, std::numeric_limits<float>::quiet_NaN());
-  map.FindPassable(model, grid, floor, config, cancelled);
+  map.given_ = config.floor_z.has_value();
+  map.nodes_ = FloorNodes(first, size, voxels_per_cell * model.voxel_size());
+  map.AddNodes(floor.columns());
+  // Nodes that are added move others, so all are there before any is kept.
+  for (const model::Station& station : model.stations()) (void)map.NodeOf(station);
+  map.FindPassable(model, grid, floor.columns(), config, cancelled);
   if (!cancelled.Requested()) map.Flood(model, cancelled);
   if (cancelled.Requested()) return absl::CancelledError("reachability");
   return map;
 }
 
-void ReachMap::FindPassable(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
-                            const FloorHeights& floor, const PlanningConfig& config,
-                            const parallel::Cancellation& cancelled) {
-  const double voxel = model.voxel_size();
-  const double radius = config.scanner_width / 2 / voxel;  // in voxels
-  const int margin = static_cast<int>(std::ceil(radius)) + 1;
-  const int x0 = first_.x() * per_cell_ - margin;
-  const int y0 = first_.y() * per_cell_ - margin;
-  const int nx = size_.x() * per_cell_ + 2 * margin;
-  const int ny = size_.y() * per_cell_ + 2 * margin;
-  std::vector<uint8_t> blocked(static_cast<size_t>(nx) * static_cast<size_t>(ny), 1);
-  for (int j = 0; j < ny; ++j) {
-    if (cancelled.Requested()) return;
-    for (int i = 0; i < nx; ++i) {
-      const int x = x0 + i;
-      const int y = y0 + j;
-      const float height = floor.Height(x, y);
-      if (std::isnan(height)) continue;
-      const int low = FirstLayerOverFloor(height, voxel);
-      const int high = static_cast<int>(
-          std::ceil((static_cast<double>(height) + config.scanner_height) / voxel - 1e-6));
-      bool free = FreeToPass(model, grid, x, y, low, high);
-      for (const model::Station& station : model.stations()) {
-        if (free) break;
-        const double away = std::hypot((x + 0.5) * voxel - station.position.x(),
-                                       (y + 0.5) * voxel - station.position.y());
-        free = away <= 2 * (station.position.z() - static_cast<double>(height)) &&
-               OnTheWayIn(model, x, y, low, high, away);
-      }
-      blocked[static_cast<size_t>(i) + static_cast<size_t>(nx) * static_cast<size_t>(j)] = !free;
-    }
-  }
-  for (int cy = first_.y(); cy < first_.y() + size_.y(); ++cy) {
-    if (cancelled.Requested()) return;
-    for (int cx = first_.x(); cx < first_.x() + size_.x(); ++cx) {
-      const double mx = (cx + 0.5) * per_cell_;  // the column's centre, in voxels
-      const double my = (cy + 0.5) * per_cell_;
-      floor_[Index(cx, cy)] =
-          floor.Height(static_cast<int>(std::floor(mx)), static_cast<int>(std::floor(my)));
-      bool fits = !std::isnan(floor_[Index(cx, cy)]);
-      for (int y = static_cast<int>(std::floor(my - radius)); fits && y < my + radius; ++y) {
-        const double dy = std::max({0.0, y - my, my - (y + 1)});
-        for (int x = static_cast<int>(std::floor(mx - radius)); fits && x < mx + radius; ++x) {
-          const double dx = std::max({0.0, x - mx, mx - (x + 1)});
-          if (dx * dx + dy * dy >= radius * radius - 1e-9) continue;
-          fits = blocked[static_cast<size_t>(x - x0) +
-                         static_cast<size_t>(nx) * static_cast<size_t>(y - y0)] == 0;
-        }
-      }
-      passable_[Index(cx, cy)] = fits;
+void ReachMap::AddNodes(const FloorColumns& floor) {
+  const Eigen::Vector2i end = nodes_.first() + nodes_.size();
+  std::vector<float> heights;
+  for (int cy = nodes_.first().y(); cy < end.y(); ++cy) {
+    for (int cx = nodes_.first().x(); cx < end.x(); ++cx) {
+      heights.clear();
+      for (const Floor& here : floor.At(Middle(cx), Middle(cy))) heights.push_back(here.height);
+      nodes_.AddColumn(heights);
     }
   }
 }
 
+int ReachMap::Middle(int column) const {
+  return static_cast<int>(std::floor((column + 0.5) * per_cell_));
+}
+
+void ReachMap::FindPassable(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
+                            const FloorColumns& floor, const PlanningConfig& config,
+                            const parallel::Cancellation& cancelled) {
+  const double voxel = model.voxel_size();
+  const double radius = config.scanner_width / 2 / voxel;  // in voxels
+  std::vector<uint8_t> free(floor.floors().size(), 0);     // by floor of a column of voxels
+  struct Way {
+    const model::Station& station;
+    double floor;  // m, z
+  };
+  std::vector<Way> ways;
+  for (const model::Station& station : model.stations()) {
+    if (const auto node = NodeOf(station); node.has_value()) {
+      ways.push_back({station, static_cast<double>(nodes_.Height(*node))});
+    }
+  }
+  uint32_t column = 0;
+  for (size_t i = 0; i < free.size(); ++column) {
+    if (column % static_cast<uint32_t>(floor.size().x()) == 0 && cancelled.Requested()) return;
+    const Eigen::Vector2i at = floor.Voxel(column);
+    for (const Floor& here : floor.In(column)) {
+      const int low = FirstLayerOverFloor(here.height, voxel);
+      const int high = static_cast<int>(
+          std::ceil((static_cast<double>(here.height) + config.scanner_height) / voxel - 1e-6));
+      bool fits = FreeToPass(model, grid, at.x(), at.y(), low, high);
+      for (const auto& [station, height] : ways) {
+        if (fits) break;
+        // The way in was on the station's own floor, not on one above it or below.
+        if (std::abs(height - static_cast<double>(here.height)) > kOwnFloor) continue;
+        const double away = std::hypot((at.x() + 0.5) * voxel - station.position.x(),
+                                       (at.y() + 0.5) * voxel - station.position.y());
+        fits = away <= 2 * (station.position.z() - static_cast<double>(here.height)) &&
+               OnTheWayIn(model, at.x(), at.y(), low, high, away);
+      }
+      free[i++] = fits;
+    }
+  }
+  // Within its width the floor may rise and fall as stairs do.
+  const auto fits = [&](int x, int y, float height, double away) {
+    const double most = kMaxStep + kSteepest * away * voxel;
+    for (const Floor& here : floor.At(x, y)) {
+      if (static_cast<double>(std::abs(here.height - height)) <= most &&
+          free[static_cast<size_t>(&here - floor.floors().data())] != 0) {
+        return true;
+      }
+    }
+    return false;
+  };
+  passable_.assign(nodes_.count(), 0);
+  int row = std::numeric_limits<int>::min();
+  for (uint32_t node = 0; node < nodes_.count(); ++node) {
+    const Eigen::Vector2i c = nodes_.Column(node);
+    if (c.y() != row && cancelled.Requested()) return;
+    row = c.y();
+    const double mx = (c.x() + 0.5) * per_cell_;  // the column's centre, in voxels
+    const double my = (c.y() + 0.5) * per_cell_;
+    bool all = true;
+    for (int y = static_cast<int>(std::floor(my - radius)); all && y < my + radius; ++y) {
+      const double dy = std::max({0.0, y - my, my - (y + 1)});
+      for (int x = static_cast<int>(std::floor(mx - radius)); all && x < mx + radius; ++x) {
+        const double dx = std::max({0.0, x - mx, mx - (x + 1)});
+        if (dx * dx + dy * dy >= radius * radius - 1e-9) continue;
+        all = fits(x, y, nodes_.Height(node), std::sqrt(dx * dx + dy * dy));
+      }
+    }
+    passable_[node] = all;
+  }
+}
+
+// Adds a node where a station stands on a floor that is not known there. It stands on the highest
+// floor below it, since nothing is between.
+std::optional<uint32_t> ReachMap::NodeOf(const model::Station& station) {
+  const Eigen::Vector2i column = nodes_.ColumnAt(station.position);
+  if (!nodes_.Inside(column)) return std::nullopt;
+  const std::optional<uint32_t> under = nodes_.Under(station.position);
+  if (under.has_value() && (given_ || !station.floor_found)) return under;
+  if (under.has_value()) {
+    const auto height = static_cast<double>(nodes_.Height(*under));
+    if (height <= station.position.z() && height >= station.floor_height - kOwnFloor) return under;
+  }
+  return nodes_.Insert(column, static_cast<float>(station.floor_height));
+}
+
 void ReachMap::Flood(const model::PlanningView& model, const parallel::Cancellation& cancelled) {
-  using Entry = std::pair<float, uint32_t>;  // length so far (m), column
+  using Entry = std::pair<float, uint32_t>;  // length so far (m), node
   const auto spread = [&](const std::vector<uint32_t>& seeds, std::vector<float>& distance) {
     std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
     for (const uint32_t seed : seeds) {
@@ -146,46 +194,41 @@ void ReachMap::Flood(const model::PlanningView& model, const parallel::Cancellat
       const auto [so_far, at] = queue.top();
       queue.pop();
       if (so_far > distance[at]) continue;
-      const int x = static_cast<int>(at) % size_.x();
-      const int y = static_cast<int>(at) / size_.x();
-      for (int j = std::max(0, y - 1); j <= std::min(size_.y() - 1, y + 1); ++j) {
-        for (int i = std::max(0, x - 1); i <= std::min(size_.x() - 1, x + 1); ++i) {
-          const uint32_t to = static_cast<uint32_t>(i + size_.x() * j);
-          if (!passable_[to] || !(std::abs(floor_[to] - floor_[at]) <= FloorHeights::kMaxStep)) {
-            continue;
-          }
-          const float length = static_cast<float>(cell_size_) *
-                               (i != x && j != y ? std::numbers::sqrt2_v<float> : 1.0f);
-          if (so_far + length >= distance[to]) continue;
-          distance[to] = so_far + length;
-          queue.emplace(distance[to], to);
-        }
-      }
+      const Eigen::Vector2i from = nodes_.Column(at);
+      nodes_.ForEachStep(at, [&, length_so_far = so_far](uint32_t to) {
+        if (!passable_[to]) return;
+        const Eigen::Vector2i way = (nodes_.Column(to) - from).cwiseAbs();
+        const float length = static_cast<float>(nodes_.cell_size()) *
+                             (way.sum() == 2 ? std::numbers::sqrt2_v<float> : 1.0f);
+        if (length_so_far + length >= distance[to]) return;
+        distance[to] = length_so_far + length;
+        queue.emplace(distance[to], to);
+      });
     }
   };
   // A station counts as reached even where the scanner does not seem to fit, since it stood there.
-  const auto column_of = [&](const model::Station& station) -> std::optional<uint32_t> {
-    const int cx = static_cast<int>(std::floor(station.position.x() / cell_size_));
-    const int cy = static_cast<int>(std::floor(station.position.y() / cell_size_));
-    if (!Inside(cx, cy)) return std::nullopt;
-    uint32_t at = static_cast<uint32_t>(Index(cx, cy));
-    if (std::isnan(floor_[at])) floor_[at] = static_cast<float>(station.floor_height);
-    return at;
-  };
   std::vector<uint32_t> seeds;
   for (const model::Station& station : model.stations()) {
-    if (const auto at = column_of(station); at.has_value()) seeds.push_back(*at);
+    if (const auto at = NodeOf(station); at.has_value()) seeds.push_back(*at);
   }
-  std::vector<float> distance(passable_.size(), kFar);
+  std::vector<float> distance(nodes_.count(), kFar);
   spread(seeds, distance);
+  reached_.assign(nodes_.count(), 0);
+  travel_.assign(nodes_.count(), kFar);
   for (size_t at = 0; at < distance.size(); ++at) reached_[at] = distance[at] < kFar;
   if (model.stations().empty()) return;
-  if (const auto at = column_of(model.stations().back()); at.has_value()) spread({*at}, travel_);
+  if (const auto at = NodeOf(model.stations().back()); at.has_value()) spread({*at}, travel_);
 }
 
-std::optional<double> ReachMap::Travel(int cx, int cy) const {
-  if (!Inside(cx, cy) || travel_[Index(cx, cy)] == kFar) return std::nullopt;
-  return travel_[Index(cx, cy)];
+bool ReachMap::Reached(const Eigen::Vector3d& place) const {
+  const std::optional<uint32_t> node = nodes_.Under(place);
+  return node.has_value() && reached_[*node] != 0;
+}
+
+std::optional<double> ReachMap::Travel(const Eigen::Vector3d& place) const {
+  const std::optional<uint32_t> node = nodes_.Under(place);
+  if (!node.has_value() || travel_[*node] == kFar) return std::nullopt;
+  return travel_[*node];
 }
 
 }  // namespace vantage::planning

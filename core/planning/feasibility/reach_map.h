@@ -4,14 +4,14 @@
 
 #include <Eigen/Core>
 #include <cstdint>
-#include <limits>
 #include <optional>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
-#include "core/planning/feasibility/floor_heights.h"
+#include "core/planning/feasibility/floor_map.h"
+#include "core/planning/feasibility/floor_nodes.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/visibility/opaque_grid.h"
 
@@ -23,55 +23,46 @@ inline int FirstLayerOverFloor(float floor_height, double voxel) {
   return static_cast<int>(std::floor(floor_height / voxel + 0.5)) + 2;
 }
 
-// A map over columns of viewcells. The scanner is an upright cylinder of the configured width and
-// height that moves between neighbouring columns, diagonals included, whose floors differ by at
-// most a step, through space known to be empty. The exceptions near stations and under unknown
-// space are in algorithm.md section 7A, 'Reachability'.
+// A map over the floors in columns of viewcells. The scanner is an upright cylinder of the
+// configured width and height that moves between floors of neighbouring columns, diagonals
+// included, that differ by at most a step, through space known to be empty: up and down stairs and
+// ramps from storey to storey. The exceptions near stations and under unknown space are in
+// algorithm.md section 7A, 'Reachability'.
 class ReachMap {
  public:
   ReachMap() = default;  // of no columns
   // Columns [first, first + size) of `voxels_per_cell` voxels each. CANCELLED when that was
   // requested on the way.
   static absl::StatusOr<ReachMap> Find(const model::PlanningView& model,
-                                       const visibility::OpaqueGrid& grid,
-                                       const FloorHeights& floor, const PlanningConfig& config,
-                                       const Eigen::Vector2i& first, const Eigen::Vector2i& size,
-                                       int voxels_per_cell,
+                                       const visibility::OpaqueGrid& grid, const FloorMap& floor,
+                                       const PlanningConfig& config, const Eigen::Vector2i& first,
+                                       const Eigen::Vector2i& size, int voxels_per_cell,
                                        const parallel::Cancellation& cancelled = {});
 
-  // True when the scanner fits with its axis at the column's centre.
-  bool Passable(int cx, int cy) const { return Inside(cx, cy) && passable_[Index(cx, cy)] != 0; }
-  bool Reached(int cx, int cy) const { return Inside(cx, cy) && reached_[Index(cx, cy)] != 0; }
-  // z of the floor at the column's centre, m; NaN where there is none.
-  float Floor(int cx, int cy) const {
-    return Inside(cx, cy) ? floor_[Index(cx, cy)] : std::numeric_limits<float>::quiet_NaN();
-  }
-  const Eigen::Vector2i& first() const { return first_; }
-  const Eigen::Vector2i& size() const { return size_; }
-  // Length of the shortest way from the last station, m; absent when there is none.
-  std::optional<double> Travel(int cx, int cy) const;
+  const FloorNodes& nodes() const { return nodes_; }
+  // True when the scanner fits with its axis at the middle of the node's column.
+  bool Passable(uint32_t node) const { return passable_[node] != 0; }
+  // True when the scanner can be carried to the floor under the place.
+  bool Reached(const Eigen::Vector3d& place) const;
+  // Length of the shortest way there from the last station, m; absent when there is none.
+  std::optional<double> Travel(const Eigen::Vector3d& place) const;
 
  private:
-  bool Inside(int cx, int cy) const {
-    return cx >= first_.x() && cy >= first_.y() && cx < first_.x() + size_.x() &&
-           cy < first_.y() + size_.y();
-  }
-  size_t Index(int cx, int cy) const {
-    return static_cast<size_t>(cx - first_.x()) +
-           static_cast<size_t>(size_.x()) * static_cast<size_t>(cy - first_.y());
-  }
+  void AddNodes(const FloorColumns& floor);
+  // Which column of voxels lies in the middle of a column of viewcells, on one axis.
+  int Middle(int column) const;
   void FindPassable(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
-                    const FloorHeights& floor, const PlanningConfig& config,
+                    const FloorColumns& floor, const PlanningConfig& config,
                     const parallel::Cancellation& cancelled);
+  std::optional<uint32_t> NodeOf(const model::Station& station);
   void Flood(const model::PlanningView& model, const parallel::Cancellation& cancelled);
 
-  Eigen::Vector2i first_ = Eigen::Vector2i::Zero();
-  Eigen::Vector2i size_ = Eigen::Vector2i::Zero();
-  int per_cell_ = 1;  // voxels
-  double cell_size_ = 0;
+  int per_cell_ = 1;    // voxels
+  bool given_ = false;  // the floor is, so that all stations stand on it
+  FloorNodes nodes_;
+  // By node.
   std::vector<uint8_t> passable_;
   std::vector<uint8_t> reached_;
-  std::vector<float> floor_;   // m, of each column (middle voxel column)
   std::vector<float> travel_;  // m from the last station; infinity
 };
 

@@ -49,7 +49,10 @@ struct RankedView {
   bool exact = false;  // lower == score == upper, confidence 1
   std::array<double, model::kSurfaceKinds> score_by_kind{};  // samples, weighted, sums to score
   double height_over_floor = 0;                              // m
-  double clearance = 0;                                      // m, to the nearest thing not empty
+  int storey = 0;                                            // 0 is the lowest that is known
+  bool floor_measured = false;           // false: the floor below lies between measured floor, or
+                                         // was given
+  double clearance = 0;                  // m, to the nearest thing not empty
   std::optional<double> travel;          // m, from the last station through free space
   std::vector<PatchScore> patch_scores;  // the largest gain first, at most 5
   LocationDescription location;

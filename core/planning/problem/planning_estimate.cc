@@ -23,6 +23,10 @@ constexpr double kView = 250;
 // scorer's arrays and their sorted copy, the tree (two nodes per packet).
 constexpr double kCell = 3 * sizeof(DeficientCell) + 40 + 2 * 12 * sizeof(float) + 32 +
                          2.0 * sizeof(PatchTree::Node) / CellArrays::kPacket;
+// Per column of voxels of the box: where its floors begin, and lines across gaps in them.
+constexpr double kColumn = 96;
+// Per surface voxel, as if all faced up: candidate, piece, floor twice, whether the scanner fits.
+constexpr double kFloor = 80;
 // Per surface voxel: the faces between it and what is empty, merged, with Embree's boxes.
 constexpr double kFaces = 120;
 
@@ -47,8 +51,9 @@ uint64_t EstimatePlanningMemory(const model::PlanningView& model, const Planning
       viewcells *
       std::min(1.0, (config.max_viewpoint_height - config.min_viewpoint_height) / layers);
   const auto surface = static_cast<double>(model.SurfaceCount());
-  double bytes = voxels * kGrids + viewcells * kViewcell + views * kView +
-                 surface * (kCell + kFaces) + (1 << 20);
+  const double columns = box.empty() ? 0 : (box.max - box.min).head<2>().cast<double>().prod();
+  double bytes = voxels * kGrids + viewcells * kViewcell + views * kView + columns * kColumn +
+                 surface * (kCell + kFaces + kFloor) + (1 << 20);
   if (voxels <= static_cast<double>(AnytimeOptions{}.hierarchy_voxels) || config.pose_sensitivity) {
     bytes += voxels * kCounts;
   }

@@ -16,10 +16,11 @@ constexpr double kClearanceLimit = 2.0;  // m, reported at most
 void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const {
   view.position = position;
   view.height_over_floor = problem_.feasible().HeightOverFloor(position);
+  view.storey = problem_.feasible().Storey(position).value_or(0);
+  view.floor_measured = problem_.feasible().FloorMeasured(position);
   view.clearance =
       ClearanceAt(problem_.grid(), problem_.model().voxel_size(), position, kClearanceLimit);
-  const FeasibleViews::CellIndex cell = problem_.feasible().CellOf(position);
-  view.travel = problem_.feasible().reach().Travel(cell.x(), cell.y());
+  view.travel = problem_.feasible().reach().Travel(position);
 }
 
 bool ViewReport::Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,

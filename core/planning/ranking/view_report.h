@@ -36,7 +36,7 @@ class ViewReport {
   // has patches and a map of scores.
   Plan Interim(const Plan& base, const Evaluation& evaluation) const;
 
-  // Sets a position's height, clearance and way from the last station.
+  // Sets a position's height, storey, clearance and way from the last station.
   void Place(const Eigen::Vector3d& position, RankedView& view) const;
 
  private:

@@ -90,6 +90,7 @@ TEST(ClaimsTest, AScanFulfilsTheNearestClaimOfItsScanner) {
   EXPECT_EQ(claims.FulfilledBy("red", {1.7, 1, 1.2}, rules), nullptr);
   EXPECT_EQ(claims.FulfilledBy("green", {1, 1, 1.5}, rules), nullptr);
   EXPECT_EQ(claims.FulfilledBy("", {1, 2, 1.5}, rules), nullptr);
+  EXPECT_EQ(claims.FulfilledBy("", {1, 1, 1.5 + 2.8}, rules), nullptr) << "on the next storey";
   // Twice, or after the claim has ended: a scan like any other.
   ASSERT_TRUE(claims.End("a", ClaimEnd::kScanArrived, kStart).ok());
   EXPECT_EQ(claims.FulfilledBy("red", {1, 1, 1.5}, rules), nullptr);

@@ -3,11 +3,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <functional>
 #include <queue>
 #include <random>
 
 #include "core/parallel/parallel.h"
-#include "core/planning/feasibility/floor_heights.h"
+#include "core/planning/feasibility/floor_pieces.h"
 #include "core/visibility/opaque_grid.h"
 #include "tests/support/closed_form_view.h"
 
@@ -18,23 +19,30 @@ using Eigen::Vector3d;
 
 constexpr double kCell = 0.1;
 
-// A flat floor of nx x ny columns from the origin.
-WalkGrid Flat(int nx, int ny) {
+// A floor of nx x ny columns from the origin, m.
+WalkGrid Floor(int nx, int ny, const std::function<float(int, int)>& height) {
   WalkGrid grid;
-  grid.size = {nx, ny};
-  grid.cell_size = kCell;
+  grid.nodes = planning::FloorNodes({0, 0}, {nx, ny}, kCell);
+  for (int y = 0; y < ny; ++y) {
+    for (int x = 0; x < nx; ++x) grid.nodes.AddColumn({height(x, y)});
+  }
   grid.passable.assign(static_cast<size_t>(nx * ny), 1);
-  grid.floor.assign(static_cast<size_t>(nx * ny), 0.0f);
   return grid;
 }
+WalkGrid Flat(int nx, int ny) {
+  return Floor(nx, ny, [](int, int) { return 0.0f; });
+}
+
+// The first of a column.
+uint32_t NodeOf(const WalkGrid& grid, const Eigen::Vector2i& c) { return grid.nodes.In(c).first; }
 
 Vector3d CentreOf(const WalkGrid& grid, const Eigen::Vector2i& c) {
-  return {(c.x() + 0.5) * grid.cell_size, (c.y() + 0.5) * grid.cell_size, 1.5};
+  return {(c.x() + 0.5) * grid.nodes.cell_size(), (c.y() + 0.5) * grid.nodes.cell_size(), 1.5};
 }
 
 void Block(WalkGrid& grid, int x0, int y0, int x1, int y1) {
   for (int y = y0; y < y1; ++y) {
-    for (int x = x0; x < x1; ++x) grid.passable[grid.Index({x, y})] = 0;
+    for (int x = x0; x < x1; ++x) grid.passable[NodeOf(grid, {x, y})] = 0;
   }
 }
 
@@ -85,15 +93,45 @@ TEST(TravelTest, SaysWhereThereIsNoWay) {
 }
 
 TEST(TravelTest, ClimbsNoHigherThanAStep) {
-  WalkGrid grid = Flat(40, 10);
   const auto raised = [&](float height) {
-    for (int y = 0; y < 10; ++y) {
-      for (int x = 20; x < 40; ++x) grid.floor[grid.Index({x, y})] = height;
-    }
+    const WalkGrid grid = Floor(40, 10, [&](int x, int) { return x < 20 ? 0.0f : height; });
     return TravelMap(grid, CentreOf(grid, {5, 5})).Length(CentreOf(grid, {30, 5})).has_value();
   };
-  EXPECT_TRUE(raised(static_cast<float>(planning::FloorHeights::kMaxStep) - 0.01f));
-  EXPECT_FALSE(raised(static_cast<float>(planning::FloorHeights::kMaxStep) + 0.01f));
+  EXPECT_TRUE(raised(static_cast<float>(planning::kMaxStep) - 0.01f));
+  EXPECT_FALSE(raised(static_cast<float>(planning::kMaxStep) + 0.01f));
+}
+
+// A ramp along x leads up to a floor over the one that it began on.
+TEST(TravelTest, LeadsFromStoreyToStoreyByTheRamp) {
+  WalkGrid grid;
+  grid.nodes = planning::FloorNodes({0, 0}, {40, 20}, kCell);
+  for (int y = 0; y < 20; ++y) {
+    for (int x = 0; x < 40; ++x) {
+      const float ramp = 3.0f * static_cast<float>(x - 10) / 20;
+      if (y < 10) {
+        grid.nodes.AddColumn({0, 3});
+      } else if (x < 10) {
+        grid.nodes.AddColumn({0});
+      } else {
+        grid.nodes.AddColumn({std::min(3.0f, ramp)});
+      }
+    }
+  }
+  grid.passable.assign(grid.nodes.count(), 1);
+  const TravelMap map(grid, CentreOf(grid, {2, 2}));
+  const Vector3d below = CentreOf(grid, {20, 2});
+  const Vector3d above = below + Vector3d(0, 0, 3);
+  ASSERT_TRUE(map.Length(below).has_value());
+  EXPECT_NEAR(*map.Length(below), 1.8, 1e-4);
+  ASSERT_TRUE(map.Length(above).has_value());
+  // Over to the ramp, up to column 29 where the storey can be stepped on, and back.
+  EXPECT_GT(*map.Length(above), 3.2);
+  EXPECT_LT(*map.Length(above), 5.5);
+  const std::vector<Vector3d> way = map.Way(above);
+  EXPECT_EQ(way.front().z(), 0);
+  EXPECT_EQ(way.back().z(), 3);
+  const TravelMap back(grid, above);
+  EXPECT_NEAR(back.Length(CentreOf(grid, {2, 2})).value_or(0), *map.Length(above), 0.1);
 }
 
 TEST(TravelTest, AScannerThatDoesNotFitWhereItStandsGetsOutOfThatColumnOnly) {
@@ -111,22 +149,22 @@ TEST(TravelTest, AScannerThatDoesNotFitWhereItStandsGetsOutOfThatColumnOnly) {
 std::vector<double> EightWays(const WalkGrid& grid, const Eigen::Vector2i& from) {
   std::vector<double> length(grid.passable.size(), 1e9);
   std::priority_queue<std::pair<double, size_t>> queue;
-  length[grid.Index(from)] = 0;
-  queue.emplace(0, grid.Index(from));
+  length[NodeOf(grid, from)] = 0;
+  queue.emplace(0, NodeOf(grid, from));
   while (!queue.empty()) {
     const auto [negative, at] = queue.top();
     queue.pop();
     if (-negative > length[at]) continue;
-    const int x = static_cast<int>(at) % grid.size.x();
-    const int y = static_cast<int>(at) / grid.size.x();
+    const int x = static_cast<int>(at) % grid.nodes.size().x();
+    const int y = static_cast<int>(at) / grid.nodes.size().x();
     for (int dy = -1; dy <= 1; ++dy) {
       for (int dx = -1; dx <= 1; ++dx) {
         const Eigen::Vector2i c(x + dx, y + dy);
-        if (!grid.Inside(c) || grid.passable[grid.Index(c)] == 0) continue;
+        if (!grid.nodes.Inside(c) || grid.passable[NodeOf(grid, c)] == 0) continue;
         const double to = length[at] + kCell * std::hypot(dx, dy);
-        if (to >= length[grid.Index(c)] - 1e-12) continue;
-        length[grid.Index(c)] = to;
-        queue.emplace(-to, grid.Index(c));
+        if (to >= length[NodeOf(grid, c)] - 1e-12) continue;
+        length[NodeOf(grid, c)] = to;
+        queue.emplace(-to, NodeOf(grid, c));
       }
     }
   }
@@ -152,7 +190,7 @@ TEST(TravelTest, LiesBetweenTheStraightLineAndWaysAlongTheGrid) {
     for (int y = 0; y < 60; ++y) {
       for (int x = 0; x < 60; ++x) {
         const auto length = map.Length(CentreOf(grid, {x, y}));
-        const double along = eight[grid.Index({x, y})];
+        const double along = eight[NodeOf(grid, {x, y})];
         ASSERT_EQ(length.has_value(), along < 1e9) << x << ' ' << y;
         if (!length.has_value()) continue;
         ++reached;

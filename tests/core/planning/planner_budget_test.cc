@@ -96,8 +96,7 @@ TEST_F(PlannerBudgetTest, SetupLooksAtTheClockAsOftenAsItsWorkDemands) {
   EXPECT_GE(looks([&] { grid = visibility::OpaqueGrid::Create(model_, budget).value(); }),
             bricks / 128);
   const model::VoxelIndex size = grid->box().max - grid->box().min;
-  EXPECT_GE(looks([&] { (void)FloorHeights::Find(model_, std::nullopt, budget); }),
-            bricks / 128 + 3);
+  EXPECT_GE(looks([&] { (void)FloorMap::Find(model_, std::nullopt, budget); }), bricks / 128 + 3);
   EXPECT_GE(
       looks([&] { (void)FeasibleViews::Find(model_, *grid, scanner_, config_, serial_, budget); }),
       bricks / 128 + size.y() / 4 + size.z() / 4 + size.y());

@@ -191,11 +191,20 @@ TEST_F(FeasibleViewsTest, FindsFloorAndNotTables) {
   const Region table(Eigen::Vector3d(2, 3, 0.7), Eigen::Vector3d(4, 4.5, 0.75));
   scene.solid = [=](const Eigen::Vector3d& p) { return room(p) || table.contains(p); };
   const model::PlanningView model = test_support::BuildView(scene);
-  const FloorHeights floor = FloorHeights::Find(model, std::nullopt).value();
+  const FloorMap floor = FloorMap::Find(model, std::nullopt).value();
   ASSERT_TRUE(floor.found());
+  int floors = 0;
   for (int y = 1; y < 99; ++y) {
-    for (int x = 1; x < 80; ++x) ASSERT_LT(std::abs(floor.Height(x, y)), 0.06) << x << " " << y;
+    for (int x = 1; x < 80; ++x) {
+      for (const Floor& here : floor.columns().At(x, y)) {
+        ASSERT_LT(std::abs(here.height), 0.06) << x << " " << y;
+        ++floors;
+      }
+      const bool boxed = room(Eigen::Vector3d((x + 0.5) * 0.05, (y + 0.5) * 0.05, 0.03));
+      ASSERT_TRUE(boxed || floor.columns().At(x, y).size() == 1) << x << " " << y;
+    }
   }
+  EXPECT_GT(floors, 6000);
 }
 
 TEST_F(FeasibleViewsTest, StationIsFeasibleAboveItsBlindConeAndConnected) {
@@ -220,7 +229,7 @@ TEST_F(FeasibleViewsTest, StationIsFeasibleAboveItsBlindConeAndConnected) {
             Infeasibility::kAboveObject);
   // Beyond the cone it is, and the cone does not cut it off.
   EXPECT_GE(views.IndexOf(views.CellOf({4, 3, 1.5})), 0);
-  EXPECT_NEAR(*views.reach().Travel(40, 30),
+  EXPECT_NEAR(*views.reach().Travel({4.05, 3.05, 1.5}),
               (Eigen::Vector2d(4.05, 3.05) - station.head<2>()).norm(), 0.25);
 }
 
@@ -239,7 +248,7 @@ TEST_F(FeasibleViewsTest, DoorTooNarrowCutsOff) {
     EXPECT_EQ(views.IndexOf(views.CellOf({4.55, 2.05, 1.55})) >= 0, door > 0.6) << door;
     if (door < 0.6) {
       EXPECT_EQ(views.Why(views.CellOf({4.55, 2.05, 1.55})), Infeasibility::kUnreachable);
-      EXPECT_FALSE(views.reach().Travel(45, 20).has_value());
+      EXPECT_FALSE(views.reach().Travel({4.55, 2.05, 1.5}).has_value());
     }
   }
 }

@@ -1,0 +1,62 @@
+#include "core/planning/feasibility/floor_columns.h"
+
+#include <algorithm>
+#include <cmath>
+#include <tuple>
+
+namespace vantage::planning {
+
+FloorColumns::FloorColumns(const model::VoxelBox& box) {
+  if (box.empty()) return;
+  min_ = box.min.head<2>();
+  size_ = (box.max - box.min).head<2>();
+  begin_.assign(static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y()) + 1, 0);
+}
+
+void FloorColumns::Assign(std::vector<PlacedFloor> placed) {
+  std::sort(placed.begin(), placed.end(), [](const PlacedFloor& a, const PlacedFloor& b) {
+    return std::tie(a.column, a.floor.height, a.floor.source) <
+           std::tie(b.column, b.floor.height, b.floor.source);
+  });
+  std::fill(begin_.begin(), begin_.end(), 0);
+  floors_.clear();
+  floors_.reserve(placed.size());
+  for (const PlacedFloor& p : placed) {
+    ++begin_[p.column + 1];
+    floors_.push_back(p.floor);
+  }
+  for (size_t column = 1; column < begin_.size(); ++column) begin_[column] += begin_[column - 1];
+}
+
+std::vector<PlacedFloor> FloorColumns::Placed() const {
+  std::vector<PlacedFloor> placed;
+  placed.reserve(floors_.size());
+  for (uint32_t column = 0; column < columns(); ++column) {
+    for (const Floor& floor : In(column)) placed.push_back({column, floor});
+  }
+  return placed;
+}
+
+const Floor* FloorColumns::Near(int x, int y, float height, double most) const {
+  const Floor* nearest = nullptr;
+  double best = most;
+  for (const Floor& floor : At(x, y)) {
+    const double apart = std::abs(static_cast<double>(floor.height) - static_cast<double>(height));
+    if (apart > best) continue;
+    best = apart;
+    nearest = &floor;
+  }
+  return nearest;
+}
+
+const Floor* FloorColumns::Below(int x, int y, double z) const {
+  const std::span<const Floor> floors = At(x, y);
+  if (floors.empty()) return nullptr;
+  const Floor* below = &floors.front();
+  for (const Floor& floor : floors) {
+    if (static_cast<double>(floor.height) <= z) below = &floor;
+  }
+  return below;
+}
+
+}  // namespace vantage::planning

@@ -1,0 +1,247 @@
+#include "core/planning/feasibility/floor_gaps.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <tuple>
+
+#include "core/planning/feasibility/floor_pieces.h"
+
+namespace vantage::planning {
+namespace {
+
+constexpr uint32_t kColumnsBetweenLooks = 8192;
+constexpr double kGap = 2.5;         // m across: the blind cone under a high tripod
+constexpr double kBlindCone = 0.7;   // radius in heights: of scanners that see down to 55 degrees
+constexpr double kWidestCone = 1.2;  // radius in heights: of those that see down to 40 degrees
+constexpr double kRoughness = 0.1;   // m, what one floor's roughness and noise take up at most
+constexpr double kNarrow = 0.3;  // m across: what the shadow of a cable hides, or a few lost rays
+
+// The layer of voxels in which a floor lies. Below the next one down, nothing of it can lie,
+// however it falls on the grid.
+int LayerOf(float height, double voxel) {
+  return static_cast<int>(std::floor(static_cast<double>(height) / voxel));
+}
+
+// True when the model shows that a column has no floor at this height: it is empty further down.
+bool OpenBelow(const model::PlanningView& model, const Eigen::Vector2i& at, float height) {
+  const int layer =
+      LayerOf(height - 0.1f * static_cast<float>(model.voxel_size()), model.voxel_size());
+  return model.Empty({at.x(), at.y(), layer - 1}) || model.Empty({at.x(), at.y(), layer - 2});
+}
+
+// True around a station on this floor, where its scanner looks down past the floor or nearly: that
+// there was none, somebody who stood there would have known. Within the blind cone of most scanners
+// nothing else has to be known; of those that see less, what is empty has to end where the field of
+// view does, and not at a shadow or where rays did not come back: a drop behind glass, or seen flat
+// over its edge, looks like that.
+bool InBlindCone(const model::PlanningView& model, const Eigen::Vector2i& at, float height) {
+  const Eigen::Vector2d centre = (at.cast<double>().array() + 0.5) * model.voxel_size();
+  double nearest = kWidestCone;  // in heights over the floor
+  for (const model::Station& station : model.stations()) {
+    if (std::abs(station.floor_height - static_cast<double>(height)) > kMaxStep) continue;
+    const double over = station.position.z() - static_cast<double>(height);
+    nearest = std::min(nearest, (station.position.head<2>() - centre).norm() / over);
+  }
+  if (nearest <= kBlindCone || nearest >= kWidestCone) return nearest <= kBlindCone;
+  const int layer = LayerOf(height, model.voxel_size());
+  for (int z = layer + 2; z >= layer - 1; --z) {
+    const model::VoxelState state = model.State({at.x(), at.y(), z});
+    if (state == model::VoxelState::kEmpty) continue;
+    return state == model::VoxelState::kFalseImage || state == model::VoxelState::kAbsorbed ||
+           state == model::VoxelState::kUnknown;
+  }
+  return false;
+}
+
+// z of what was measured in a column within a step of this height, with empty space on top, m.
+std::optional<float> SurfaceNear(const model::PlanningView& model, const Eigen::Vector2i& at,
+                                 float height) {
+  const auto step = static_cast<float>(kMaxStep);
+  const int low = LayerOf(height - step, model.voxel_size());
+  for (int z = LayerOf(height + step, model.voxel_size()); z >= low; --z) {
+    const model::VoxelIndex v(at.x(), at.y(), z);
+    const model::VoxelState state = model.State(v);
+    if (state == model::VoxelState::kEmpty) continue;
+    if (state != model::VoxelState::kTrueSurface || !model.Empty(v + model::VoxelIndex(0, 0, 1))) {
+      return std::nullopt;
+    }
+    const float z_measured = model.Surface(v)->centroid.z();
+    if (std::abs(z_measured - height) <= step) return z_measured;
+    return std::nullopt;
+  }
+  return std::nullopt;
+}
+
+// True when surface was measured at this height.
+bool MeasuredAt(const model::PlanningView& model, const Eigen::Vector2i& at, float height) {
+  const int layer = LayerOf(height, model.voxel_size());
+  for (int z = layer - 1; z <= layer + 1; ++z) {
+    if (model.State({at.x(), at.y(), z}) == model::VoxelState::kTrueSurface) return true;
+  }
+  return false;
+}
+
+// A floor cannot be more than a voxel higher than the middle of where the empty space over it ends:
+// `height`, m, or that.
+float NotInTheAir(const model::PlanningView& model, const Eigen::Vector2i& at, float height) {
+  const double voxel = model.voxel_size();
+  const int lowest = LayerOf(height - static_cast<float>(kMaxStep), voxel);
+  int z = LayerOf(height, voxel);
+  while (z >= lowest && model.Empty({at.x(), at.y(), z})) --z;
+  const auto end = static_cast<float>((z + 0.5) * voxel);
+  return end < height - static_cast<float>(voxel) ? end : height;
+}
+
+// Floor found on a line across a gap.
+struct Crossing {
+  uint32_t column = 0;
+  float height = 0;  // m
+};
+
+// Whether floor may be assumed in the `count` columns between two floors.
+bool MayBeFloor(const model::PlanningView& model, const Eigen::Vector2i& from,
+                const Eigen::Vector2i& step, int count, float lower) {
+  const double width = count * step.cast<double>().norm() * model.voxel_size();
+  for (int k = 1; k <= count; ++k) {
+    const Eigen::Vector2i at = from + k * step;
+    if (OpenBelow(model, at, lower)) return false;
+    if (width > kNarrow && !InBlindCone(model, at, lower)) return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<PlacedFloor> FloorUnderStations(const model::PlanningView& model,
+                                            const FloorColumns& floor) {
+  std::vector<PlacedFloor> found;
+  const double voxel = model.voxel_size();
+  for (const model::Station& station : model.stations()) {
+    if (!station.floor_found) continue;
+    const int reach = static_cast<int>(std::ceil(station.clearance / voxel));
+    const auto height = static_cast<float>(station.floor_height);
+    const model::VoxelIndex at = model.At(station.position);
+    for (int y = at.y() - reach; y <= at.y() + reach; ++y) {
+      for (int x = at.x() - reach; x <= at.x() + reach; ++x) {
+        if (!floor.Inside(x, y) || floor.Near(x, y, height, kMaxStep) != nullptr) continue;
+        const Eigen::Vector2d centre(Eigen::Vector2d(x + 0.5, y + 0.5) * voxel);
+        if ((centre - station.position.head<2>()).norm() > station.clearance) continue;
+        if (OpenBelow(model, {x, y}, height)) continue;  // it stood beside an edge
+        found.push_back({floor.ColumnOf(x, y), {height, FloorSource::kStation}});
+      }
+    }
+  }
+  // Where several stood, the first says how high.
+  std::stable_sort(found.begin(), found.end(),
+                   [](const PlacedFloor& a, const PlacedFloor& b) { return a.column < b.column; });
+  std::vector<PlacedFloor> once;
+  for (const PlacedFloor& p : found) {
+    const auto same = [&](const PlacedFloor& o) {
+      return static_cast<double>(std::abs(o.floor.height - p.floor.height)) <= kMaxStep;
+    };
+    auto own = once.rbegin();
+    while (own != once.rend() && own->column == p.column && !same(*own)) ++own;
+    if (own == once.rend() || own->column != p.column) once.push_back(p);
+  }
+  return once;
+}
+
+std::vector<PlacedFloor> FloorAtWalls(const model::PlanningView& model, const FloorColumns& floor,
+                                      const parallel::Cancellation& cancelled) {
+  std::vector<PlacedFloor> found;
+  std::vector<float> heights;  // of one column
+  for (uint32_t column = 0; column < floor.columns(); ++column) {
+    if (column % kColumnsBetweenLooks == 0 && cancelled.Requested()) return found;
+    const Eigen::Vector2i at = floor.Voxel(column);
+    heights.clear();
+    const auto add = [&](float height, double apart) {
+      const auto same = [&](float other) {
+        return static_cast<double>(std::abs(other - height)) <= apart;
+      };
+      if (floor.Near(at.x(), at.y(), height, apart) != nullptr) return;
+      if (std::none_of(heights.begin(), heights.end(), same)) heights.push_back(height);
+    };
+    const auto for_each_beside = [&](const auto& fn) {
+      for (int y = at.y() - 1; y <= at.y() + 1; ++y) {
+        for (int x = at.x() - 1; x <= at.x() + 1; ++x) {
+          for (const Floor& beside : floor.At(x, y)) fn(beside.height);
+        }
+      }
+    };
+    // What was measured itself comes first, so that the edge of a step is at its own height; it may
+    // lie over the floor at the foot of the riser, in the same column.
+    for_each_beside([&](float beside) {
+      if (const auto height = SurfaceNear(model, at, beside); height.has_value()) {
+        add(*height, kRoughness);
+      }
+    });
+    for_each_beside([&](float beside) {
+      if (MeasuredAt(model, at, beside)) add(beside, kMaxStep);
+    });
+    for (const float height : heights) found.push_back({column, {height, FloorSource::kMeasured}});
+  }
+  return found;
+}
+
+std::vector<PlacedFloor> FloorBetween(const model::PlanningView& model, const FloorColumns& floor,
+                                      const parallel::Cancellation& cancelled) {
+  // Each line is walked from one of its ends only.
+  static const std::array<Eigen::Vector2i, 4> kLines = {
+      Eigen::Vector2i(1, 0), Eigen::Vector2i(0, 1), Eigen::Vector2i(1, 1), Eigen::Vector2i(1, -1)};
+  std::vector<Crossing> crossings;
+  for (uint32_t column = 0; column < floor.columns(); ++column) {
+    if (column % kColumnsBetweenLooks == 0 && cancelled.Requested()) return {};
+    const Eigen::Vector2i from = floor.Voxel(column);
+    for (const Floor& near : floor.In(column)) {
+      for (const Eigen::Vector2i& step : kLines) {
+        const int most = static_cast<int>(kGap / (step.cast<double>().norm() * model.voxel_size()));
+        const Floor* far = nullptr;
+        int count = 0;  // columns in between
+        for (; count <= most; ++count) {
+          const Eigen::Vector2i at = from + (count + 1) * step;
+          if (!floor.Inside(at.x(), at.y())) break;
+          far = floor.Near(at.x(), at.y(), near.height, kMaxStep);
+          if (far != nullptr) break;
+        }
+        if (far == nullptr || count == 0 ||
+            !MayBeFloor(model, from, step, count, std::min(near.height, far->height))) {
+          continue;
+        }
+        const bool narrow = count * step.cast<double>().norm() * model.voxel_size() <= kNarrow;
+        for (int k = 1; k <= count; ++k) {
+          const Eigen::Vector2i at = from + k * step;
+          const float share = static_cast<float>(k) / static_cast<float>(count + 1);
+          // Where there is a step in a narrow gap, it is nowhere higher than its upper side.
+          const float height = narrow ? std::max(near.height, far->height)
+                                      : near.height + share * (far->height - near.height);
+          crossings.push_back({floor.ColumnOf(at.x(), at.y()), height});
+        }
+      }
+    }
+  }
+  std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
+    return std::tie(a.column, a.height) < std::tie(b.column, b.height);
+  });
+  std::vector<PlacedFloor> found;
+  for (size_t begin = 0; begin < crossings.size();) {
+    // Lines that meet at one height say the same floor: it is their mean.
+    size_t end = begin;
+    double sum = 0;
+    while (end < crossings.size() && crossings[end].column == crossings[begin].column &&
+           static_cast<double>(crossings[end].height - crossings[begin].height) <= kMaxStep) {
+      sum += static_cast<double>(crossings[end++].height);
+    }
+    const Eigen::Vector2i at = floor.Voxel(crossings[begin].column);
+    const float height =
+        NotInTheAir(model, at, static_cast<float>(sum / static_cast<double>(end - begin)));
+    if (floor.Near(at.x(), at.y(), height, kMaxStep) == nullptr) {
+      found.push_back({crossings[begin].column, {height, FloorSource::kBetween}});
+    }
+    begin = end;
+  }
+  return found;
+}
+
+}  // namespace vantage::planning

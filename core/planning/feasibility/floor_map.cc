@@ -1,0 +1,51 @@
+#include "core/planning/feasibility/floor_map.h"
+
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/planning/feasibility/floor_gaps.h"
+
+namespace vantage::planning {
+
+absl::StatusOr<FloorMap> FloorMap::Find(const model::PlanningView& model,
+                                        std::optional<double> given,
+                                        const parallel::Cancellation& cancelled) {
+  FloorMap map;
+  map.columns_ = FloorColumns(model.bounds());
+  if (given.has_value()) {
+    std::vector<PlacedFloor> everywhere(map.columns_.columns());
+    for (uint32_t column = 0; column < everywhere.size(); ++column) {
+      everywhere[column] = {column, {static_cast<float>(*given), FloorSource::kGiven}};
+    }
+    map.columns_.Assign(std::move(everywhere));
+  } else if (!map.FindIn(model, cancelled)) {
+    return absl::CancelledError("floor map");
+  }
+  for (const Floor& floor : map.columns_.floors()) {
+    map.lowest_ = std::fmin(map.lowest_, floor.height);
+    map.highest_ = std::fmax(map.highest_, floor.height);
+  }
+  return map;
+}
+
+// False when cancelled on the way.
+bool FloorMap::FindIn(const model::PlanningView& model, const parallel::Cancellation& cancelled) {
+  std::optional<std::vector<PlacedFloor>> measured = MeasuredFloor(model, columns_, cancelled);
+  if (!measured.has_value()) return false;
+  columns_.Assign(*std::move(measured));
+  const auto add = [&](const std::vector<PlacedFloor>& more) {
+    std::vector<PlacedFloor> all = columns_.Placed();
+    all.insert(all.end(), more.begin(), more.end());
+    columns_.Assign(std::move(all));
+  };
+  add(FloorAtWalls(model, columns_, cancelled));
+  add(FloorUnderStations(model, columns_));
+  add(FloorBetween(model, columns_, cancelled));
+  if (cancelled.Requested()) return false;
+  storeys_ = Storeys::Of(columns_, model.voxel_size());
+  return !cancelled.Requested();
+}
+
+}  // namespace vantage::planning

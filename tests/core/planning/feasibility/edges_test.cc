@@ -1,0 +1,136 @@
+// Nobody is sent into the air, and every storey has its views: against a brute force that knows the
+// mesh (algorithm.md section 7A).
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <string>
+#include <vector>
+
+#include "core/parallel/thread_pool.h"
+#include "core/planning/feasibility/feasible_views.h"
+#include "core/simulation/scenes/edge_scenes.h"
+#include "tests/support/standing_oracle.h"
+
+namespace vantage::planning {
+namespace {
+
+constexpr double kRecall = 0.95;
+
+class EdgesTest : public ::testing::Test {
+ protected:
+  EdgesTest() { scanner_.azimuth_step = scanner_.elevation_step = sensor::Radians(0.4); }
+
+  FeasibleViews Find(const model::PlanningView& model) {
+    return FeasibleViews::Find(model, visibility::OpaqueGrid(model), scanner_, config_, pool_)
+        .value();
+  }
+  void ExpectOnTheFloor(const simulation::Scene& scene) {
+    const auto model = test_support::ScanFromStarts(scene, scanner_, pool_);
+    const FeasibleViews views = Find(*model);
+    const test_support::StandingFigures figures =
+        test_support::JudgeStanding(scene, *model, views, scanner_, config_);
+    std::printf("%s: %zu views, %zu in the air; recall %zu of %zu\n", scene.name.c_str(),
+                figures.feasible, figures.in_air, figures.found, figures.allowed);
+    EXPECT_EQ(figures.in_air, 0u);
+    for (const Eigen::Vector3d& p : figures.air) ADD_FAILURE() << "in the air: " << p.transpose();
+    EXPECT_GE(figures.recall(), kRecall);
+    for (const Eigen::Vector3d& p : figures.missed) {
+      std::printf("  missed (%.2f, %.2f, %.2f): %s\n", p.x(), p.y(), p.z(),
+                  InfeasibilityWords(views.Why(views.CellOf(p)), scanner_, config_).c_str());
+    }
+    EXPECT_GT(figures.allowed, 20u);
+  }
+
+  sensor::ScannerModel scanner_;
+  PlanningConfig config_;
+  parallel::ThreadPool pool_{2};
+};
+
+class EdgeSceneTest : public EdgesTest, public ::testing::WithParamInterface<size_t> {};
+
+TEST_P(EdgeSceneTest, ViewsStandOnTheFloor) {
+  ExpectOnTheFloor(simulation::EdgeScenes()[GetParam()]);
+}
+INSTANTIATE_TEST_SUITE_P(Edges, EdgeSceneTest, ::testing::Range(size_t{0}, size_t{12}),
+                         [](const auto& scene) {
+                           std::string name = simulation::EdgeScenes()[scene.param].name;
+                           std::replace(name.begin(), name.end(), ' ', '_');
+                           return name;
+                         });
+
+const simulation::Scene& SceneNamed(const std::vector<simulation::Scene>& scenes,
+                                    const std::string& name) {
+  return *std::find_if(scenes.begin(), scenes.end(),
+                       [&](const simulation::Scene& scene) { return scene.name == name; });
+}
+
+TEST_F(EdgesTest, EachStoreyHasViewsOfItsOwn) {
+  const std::vector<simulation::Scene> scenes = simulation::EdgeScenes();
+  for (const char* name : {"two storeys", "atrium", "house"}) {
+    SCOPED_TRACE(name);
+    const FeasibleViews views =
+        Find(*test_support::ScanFromStarts(SceneNamed(scenes, name), scanner_, pool_));
+    ASSERT_EQ(views.floor().storeys().count(), 2u);
+    std::array<size_t, 2> count{};
+    for (size_t i = 0; i < views.cells().size(); ++i) {
+      const Eigen::Vector3d view = views.Centre(i);
+      const double floor = view.z() - views.HeightOverFloor(view);
+      if (std::abs(floor) < 0.05 || std::abs(floor - 2.8) < 0.05) {  // not on the stairs
+        ASSERT_EQ(*views.Storey(view), floor > 1 ? 1 : 0) << view.transpose();
+      }
+      ASSERT_GE(views.HeightOverFloor(view), config_.min_viewpoint_height - 0.05);
+      ASSERT_LE(views.HeightOverFloor(view), config_.max_viewpoint_height + 0.05);
+      ++count[static_cast<size_t>(*views.Storey(view))];
+    }
+    EXPECT_GT(count[0], 300u);
+    EXPECT_GT(count[1], 300u);
+    // From the last station, which is upstairs, down: by the stairs where there are some.
+    EXPECT_EQ(views.reach().Travel({0.75, 4.05, 1.55}).has_value(), std::string(name) == "house");
+  }
+}
+
+TEST_F(EdgesTest, APlaceIsRejectedOnItsOwnStorey) {
+  const auto model = test_support::ScanFromStarts(
+      SceneNamed(simulation::EdgeScenes(), "two storeys"), scanner_, pool_);
+  const Eigen::Vector3d below(5.05, 3.55, 1.55);
+  const Eigen::Vector3d above = below + Eigen::Vector3d(0, 0, 2.8);
+  const FeasibleViews all = Find(*model);
+  ASSERT_GE(all.IndexOf(all.CellOf(below)), 0);
+  ASSERT_GE(all.IndexOf(all.CellOf(above)), 0);
+  config_.rejected = {{above, 0.5}};
+  const FeasibleViews views = Find(*model);
+  EXPECT_GE(views.IndexOf(views.CellOf(below)), 0);
+  EXPECT_EQ(views.Why(views.CellOf(above)), Infeasibility::kRejected);
+}
+
+TEST_F(EdgesTest, StairsAreWalked) {
+  const std::vector<simulation::Scene> scenes = simulation::EdgeScenes();
+  simulation::Scene house = SceneNamed(scenes, "house");
+  for (const bool up : {false, true}) {
+    if (up) std::reverse(house.starts.begin(), house.starts.end());
+    const FeasibleViews views = Find(*test_support::ScanFromStarts(house, scanner_, pool_));
+    const ReachMap& reach = views.reach();
+    const auto first = reach.Travel(house.starts[1]);
+    const auto whole = reach.Travel(house.starts[0]);
+    ASSERT_TRUE(first.has_value());
+    ASSERT_TRUE(whole.has_value());
+    // Seen from above: straight to the landing; and around the end of the wall between the flights.
+    EXPECT_GT(*first, 3.87);
+    EXPECT_LT(*first, 4.7);
+    EXPECT_GT(*whole, 6.0);
+    EXPECT_LT(*whole, 8.5);
+  }
+}
+
+class RandomEdgesTest : public EdgesTest, public ::testing::WithParamInterface<int> {};
+
+TEST_P(RandomEdgesTest, ViewsStandOnTheFloor) {
+  ExpectOnTheFloor(simulation::RandomEdgeScene(static_cast<uint64_t>(GetParam())));
+}
+INSTANTIATE_TEST_SUITE_P(Seeds, RandomEdgesTest, ::testing::Range(1, 9));
+
+}  // namespace
+}  // namespace vantage::planning
