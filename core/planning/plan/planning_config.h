@@ -20,8 +20,8 @@ namespace vantage::planning {
 // An upright box in which no scanner may stand, or the only one in which it may.
 using Region = Eigen::AlignedBox3d;  // m, model frame
 
-// 'I can't stand there': the places within `radius` of `position` (horizontally) are refused, on the
-// storey of the floor below it.
+// 'I can't stand there': the places within `radius` of `position` (horizontally) are refused, on
+// the storey of the floor below it.
 struct RejectedPlace {
   Eigen::Vector3d position;
   double radius = 0.5;  // m, > 0
