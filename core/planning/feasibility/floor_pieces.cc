@@ -109,6 +109,10 @@ bool Pieces::Collect() {
         if (!model_.Empty(v + model::VoxelIndex(0, 0, 1)) &&
             !model_.Empty(v + model::VoxelIndex(0, 0, 2)))
           return;
+        // What was only interpolated, over space known to be empty, is not there.
+        if (surface.samples == 0 && model_.Empty(v - model::VoxelIndex(0, 0, 1)) &&
+            model_.Empty(v - model::VoxelIndex(0, 0, 2)))
+          return;
         found.push_back({columns_.ColumnOf(v.x(), v.y()), v.z(), surface.centroid.z()});
       });
   if (!whole) return false;
