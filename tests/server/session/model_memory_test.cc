@@ -56,18 +56,10 @@ class Residence : public testing::Test {
     ASSERT_TRUE(registry_->LoadAll().ok());
   }
 
-  static std::string SendRoom(Session& session, const Eigen::Vector3d& position) {
-    const v1::PosePrior prior = fixture::PriorAt(position.x(), position.y(), position.z());
-    std::string scan =
-        fixture::SendScan(session, fixture::EncodedRoom(position, 3.0), &prior).value().scan();
-    session.WaitUntilIdle();
-    EXPECT_EQ(session.scans().Get(scan)->state(), v1::SCAN_STATE_MERGED);
-    return scan;
-  }
   std::shared_ptr<Session> OpenRooms(const std::string& id) {
     auto session = fixture::OpenSession(*registry_, id);
-    SendRoom(*session, {2.0, 1.5, 1.4});
-    SendRoom(*session, {3.0, 2.5, 1.4});
+    fixture::SendRoom(*session, {2.0, 1.5, 1.4}).value();
+    fixture::SendRoom(*session, {3.0, 2.5, 1.4}).value();
     return session;
   }
   static void Evict(Session& session) {
@@ -129,8 +121,8 @@ TEST_F(Residence, AScanForAModelThatIsAwayIsMergedIntoIt) {
   const auto stays = OpenRooms("stays");
   const auto leaves = OpenRooms("leaves");
   Evict(*leaves);
-  SendRoom(*stays, {1.0, 2.0, 1.4});
-  SendRoom(*leaves, {1.0, 2.0, 1.4});
+  fixture::SendRoom(*stays, {1.0, 2.0, 1.4}).value();
+  fixture::SendRoom(*leaves, {1.0, 2.0, 1.4}).value();
   EXPECT_TRUE(leaves->model().loaded());
   ExpectSame(leaves->model().Current(), stays->model().Current());
 }
@@ -260,7 +252,7 @@ TEST_F(Residence, APlanTakesWhatItsCellsAndScannersNeed) {
   }
   open.mutable_session()->mutable_scanner_models(2)->set_max_range_m(50);
   const auto session = registry_->Create(open, "").value();
-  SendRoom(*session, {2.0, 1.5, 1.4});
+  fixture::SendRoom(*session, {2.0, 1.5, 1.4}).value();
   for (const char* id : {"a", "same", "far"}) {
     v1::CreateScannerRequest add;
     add.set_scanner_id(id);

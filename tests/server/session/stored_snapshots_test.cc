@@ -24,16 +24,6 @@ contract::Limits Keeping(size_t snapshots) {
   return limits;
 }
 
-// The scan's name, when all is done.
-std::string SendRoom(Session& session, const Eigen::Vector3d& position) {
-  const v1::PosePrior prior = fixture::PriorAt(position.x(), position.y(), position.z());
-  std::string scan =
-      fixture::SendScan(session, fixture::EncodedRoom(position, 3.0), &prior).value().scan();
-  session.WaitUntilIdle();
-  EXPECT_EQ(session.scans().Get(scan)->state(), v1::SCAN_STATE_MERGED);
-  return scan;
-}
-
 void Withdraw(Session& session, const std::string& scan) {
   v1::WithdrawScanRequest request;
   request.set_name(scan);
@@ -97,9 +87,9 @@ class SessionSnapshots : public testing::Test {
     create.set_session_id("job");
     create.mutable_session()->mutable_model_config()->set_voxel_size_m(0.1);
     const auto session = first.registry.Create(create).value();
-    first_scan_ = SendRoom(*session, {2.0, 1.5, 1.4});
-    const std::string second = SendRoom(*session, {3.0, 2.5, 1.4});
-    SendRoom(*session, {1.0, 2.0, 1.4});
+    first_scan_ = fixture::SendRoom(*session, {2.0, 1.5, 1.4}).value();
+    const std::string second = fixture::SendRoom(*session, {3.0, 2.5, 1.4}).value();
+    fixture::SendRoom(*session, {1.0, 2.0, 1.4}).value();
     Withdraw(*session, second);
     journal_ = session->journal().Events(0, 1000).value();
     return session->model().Current();
@@ -186,9 +176,9 @@ TEST_F(SessionSnapshots, GoOnToTheSameModelAsASessionThatNeverStopped) {
   create.set_session_id("job");
   create.mutable_session()->mutable_model_config()->set_voxel_size_m(0.1);
   const auto never_stopped = stayed.registry.Create(create).value();
-  SendRoom(*never_stopped, {2.0, 1.5, 1.4});
-  SendRoom(*never_stopped, {3.0, 2.5, 1.4});
-  SendRoom(*never_stopped, {1.0, 2.0, 1.4});
+  fixture::SendRoom(*never_stopped, {2.0, 1.5, 1.4}).value();
+  fixture::SendRoom(*never_stopped, {3.0, 2.5, 1.4}).value();
+  fixture::SendRoom(*never_stopped, {1.0, 2.0, 1.4}).value();
   Withdraw(*never_stopped, "sessions/job/scans/scan-2");
 
   MakeJob();
@@ -199,7 +189,7 @@ TEST_F(SessionSnapshots, GoOnToTheSameModelAsASessionThatNeverStopped) {
   const auto session = again.registry.Find("job").value();
   session->WaitUntilIdle();
   for (Session* one : {session.get(), never_stopped.get()}) {
-    SendRoom(*one, {2.5, 3.0, 1.5});
+    fixture::SendRoom(*one, {2.5, 3.0, 1.5}).value();
     Withdraw(*one, "sessions/job/scans/scan-1");
   }
   ExpectSame(session->model().Current(), never_stopped->model().Current());

@@ -19,6 +19,7 @@
 #include "core/simulation/scenes/small_scenes.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/core/model/closed_form_scene.h"
+#include "tests/core/model/reflections/ended_returns.h"
 
 namespace vantage::model {
 namespace {
@@ -126,30 +127,14 @@ TEST(ReflectionsTest, AMirrorThatHangsAskewIsFound) {
   }
 }
 
-// Compares a scan whose reflections were ended, cell by cell, with a scan without faults.
-struct Ended {
-  size_t reflections = 0;  // cells whose range is well behind the real surface
-  size_t missed = 0;       // of these, still returns
-  size_t real = 0;         // returns of what is there that are none any more
-};
-Ended EndedReflections(const simulation::Scene& scene, const Eigen::Isometry3d& pose) {
+EndedReturns EndedReflections(const simulation::Scene& scene, const Eigen::Isometry3d& pose) {
   const simulation::SimulatedScanner simulated(scene.mesh);
   const sensor::RangeImage truth =
       simulated.Scan(Scanner(), pose, simulation::ScanFaults::None(), 7, OneThread());
   const RangeSurface before(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
   RangeSurface surface = before;
   EndReflections(surface, OneThread());
-  Ended ended;
-  for (int c = 0; c < surface.columns(); ++c) {
-    for (int r = 0; r < surface.rows(); ++r) {
-      if (!before.Returned(c, r)) continue;
-      const bool reflected = truth.at(c, r) > 0 && before.at(c, r) > truth.at(c, r) + 0.15F;
-      ended.reflections += reflected ? 1 : 0;
-      ended.missed += reflected && surface.Returned(c, r) ? 1 : 0;
-      ended.real += !reflected && !surface.Returned(c, r) ? 1 : 0;
-    }
-  }
-  return ended;
+  return CountEndedReturns(before, surface, truth);
 }
 
 // A mirror over a washstand, five centimetres in front of the wall. When the wall's own returns
@@ -159,7 +144,7 @@ TEST(ReflectionsTest, AMirrorRightBeforeItsWallIsFound) {
   const simulation::Scene scene = simulation::FurnishedFlat(101);
   for (const Eigen::Vector3d& at : {Eigen::Vector3d(9.69, 1.51, 1.85), {9.41, 1.36, 1.35}}) {
     SCOPED_TRACE(testing::Message() << at.transpose());
-    const Ended ended = EndedReflections(scene, PoseAt(at, 0.3));
+    const EndedReturns ended = EndedReflections(scene, PoseAt(at, 0.3));
     ASSERT_GT(ended.reflections, 20'000u);
     EXPECT_LE(ended.missed, ended.reflections / 50);
     EXPECT_LE(ended.real, ended.reflections / 20);
@@ -169,8 +154,8 @@ TEST(ReflectionsTest, AMirrorRightBeforeItsWallIsFound) {
 // The wall with the mirror has a door to another room. If the door were taken for part of the
 // mirror, that room would be hidden from every scan.
 TEST(ReflectionsTest, ADoorwayInTheWallOfAMirrorIsNone) {
-  const Ended ended = EndedReflections(simulation::FurnishedFlat(3),
-                                       PoseAt(Eigen::Vector3d(2.44, 5.52, 1.05), 3.4));
+  const EndedReturns ended = EndedReflections(simulation::FurnishedFlat(3),
+                                              PoseAt(Eigen::Vector3d(2.44, 5.52, 1.05), 3.4));
   ASSERT_GT(ended.reflections, 1500u);
   // A third of them stays, so that nothing real is lost.
   EXPECT_LE(ended.missed, 34 * ended.reflections / 100);

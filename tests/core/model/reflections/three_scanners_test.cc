@@ -1,6 +1,7 @@
 // Mirrors and openings are told apart alike at three scanners.
 #include <gtest/gtest.h>
 
+#include <utility>
 #include <vector>
 
 #include "core/model/reflections/reflections.h"
@@ -10,6 +11,7 @@
 #include "core/simulation/scenes/small_scenes.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/core/model/closed_form_scene.h"
+#include "tests/core/model/reflections/ended_returns.h"
 #include "tests/support/three_scanners.h"
 
 namespace vantage::model {
@@ -24,13 +26,8 @@ class ReflectionsAtThreeScanners : public testing::TestWithParam<test_support::S
   ReflectionsAtThreeScanners()
       : scanner_(test_support::Sector(GetParam(), 2 * sensor::kPi, sensor::Radians(40))) {}
 
-  // What ending the reflections did, cell by cell, against a scan without faults.
-  struct Ended {
+  struct Ended : EndedReturns {
     std::vector<Reflector> reflectors;
-    size_t reflections = 0;  // cells that answered from well behind what is there
-    size_t missed = 0;       // of these, still returns
-    size_t real = 0;         // returns of what is there that are none any more
-    size_t returns = 0;      // of what is there
   };
   Ended EndedReflections(const simulation::Scene& scene, const Eigen::Isometry3d& pose,
                          const simulation::ScanFaults& faults = {}) {
@@ -40,19 +37,8 @@ class ReflectionsAtThreeScanners : public testing::TestWithParam<test_support::S
     const RangeSurface before(simulated.Scan(scanner_, pose, faults, 7, serial_), scanner_,
                               kAngleOfDiscontinuity, serial_);
     RangeSurface surface = before;
-    Ended ended;
-    ended.reflectors = EndReflections(surface, serial_);
-    for (int c = 0; c < surface.columns(); ++c) {
-      for (int r = 0; r < surface.rows(); ++r) {
-        if (!before.Returned(c, r)) continue;
-        const bool reflected = truth.at(c, r) > 0 && before.at(c, r) > truth.at(c, r) + 0.15F;
-        ended.reflections += reflected ? 1 : 0;
-        ended.missed += reflected && surface.Returned(c, r) ? 1 : 0;
-        ended.real += !reflected && !surface.Returned(c, r) ? 1 : 0;
-        ended.returns += !reflected ? 1 : 0;
-      }
-    }
-    return ended;
+    std::vector<Reflector> reflectors = EndReflections(surface, serial_);
+    return {CountEndedReturns(before, surface, truth), std::move(reflectors)};
   }
 
   parallel::Serial serial_;
