@@ -4,14 +4,15 @@
 source "$(dirname "${BASH_SOURCE[0]}")/prelude.sh"
 
 declare -A packages=(
-  [build]="g++ cmake ninja-build ccache
-    libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
+  # What core needs by itself: -DVANTAGE_SERVICE=OFF.
+  [core]="g++ cmake ninja-build ccache
     libabsl-dev libeigen3-dev liboctomap-dev libembree-dev libtbb-dev libboost-dev
-    libssl-dev libzstd-dev liblzf-dev libsqlite3-dev libmicrohttpd-dev libcli11-dev
-    libcairo2-dev pkg-config fonts-dejavu-core libgtest-dev libgmock-dev libbenchmark-dev
+    libssl-dev libzstd-dev liblzf-dev libcli11-dev pkg-config libgtest-dev libgmock-dev libbenchmark-dev
     libpcl-common1.13 libpcl-kdtree1.13 libpcl-search1.13 libpcl-octree1.13
     libpcl-sample-consensus1.13 libpcl-features1.13 libpcl-filters1.13 libpcl-segmentation1.13
     libpcl-registration1.13"
+  [service]="libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
+    libsqlite3-dev libmicrohttpd-dev libcairo2-dev fonts-dejavu-core"
   [study]="coinor-cbc" # the fewest positions, by integer programming
   [test]="coinor-cbc python3-grpcio"
   [format]="git clang-format-14"
@@ -60,14 +61,16 @@ apt_install() {
 }
 
 install_packages() {
-  local purpose=$1 name missing=()
-  for name in ${packages[$purpose]}; do
-    [[ $(dpkg-query -W -f='${db:Status-Status}' "$name" 2>/dev/null) == installed ]] ||
-      missing+=("$name")
+  local purpose name missing=()
+  for purpose in "$@"; do
+    for name in ${packages[$purpose]}; do
+      [[ $(dpkg-query -W -f='${db:Status-Status}' "$name" 2>/dev/null) == installed ]] ||
+        missing+=("$name")
+    done
   done
   ((${#missing[@]})) || return 0
-  say "installing for $purpose: ${missing[*]}"
-  quietly "apt-$purpose" apt_install "${missing[@]}"
+  say "installing for $*: ${missing[*]}"
+  quietly "apt-$1" apt_install "${missing[@]}"
 }
 
 # libpcl-dev depends on VTK and Qt (2.9 GB); its headers and FLANN's need neither.
@@ -112,9 +115,13 @@ from_npm() {
 
 install() {
   case $1 in
-    build)
-      install_packages build
+    core)
+      install_packages core
       # The headers; the libraries are packages.
+      unpack_pcl_headers
+      ;;
+    build)
+      install_packages core service
       unpack_pcl_headers
       ;;
     bench) install build ;;
