@@ -37,10 +37,35 @@ void Strand::WaitUntilIdle() {
   idle_.wait(lock, [this]() ABSL_NO_THREAD_SAFETY_ANALYSIS { return !running_; });
 }
 
+// A pool that ends drops what it has not begun. What waits may keep whoever owns the strand alive,
+// so without its turn it is let go.
+class Strand::Turn {
+ public:
+  explicit Turn(std::shared_ptr<Strand> strand) : strand_(std::move(strand)) {}
+  Turn(const Turn&) = delete;
+  Turn& operator=(const Turn&) = delete;
+  ~Turn() {
+    if (strand_) strand_->Abandon();
+  }
+  void Run(parallel::Parallel& parallel) { std::exchange(strand_, nullptr)->RunOne(parallel); }
+
+ private:
+  std::shared_ptr<Strand> strand_;  // null once it has run
+};
+
+void Strand::Abandon() {
+  Close();
+  std::lock_guard<std::mutex> lock(mutex_);
+  running_ = false;
+  idle_.notify_all();
+}
+
 void Strand::Next() {
-  pool_.Submit(
-      share_, JobPriority::kModel,
-      [self = shared_from_this()](parallel::Parallel& parallel) { self->RunOne(parallel); });
+  // Shared, since a job can be copied.
+  pool_.Submit(share_, JobPriority::kModel,
+               [turn = std::make_shared<Turn>(shared_from_this())](parallel::Parallel& parallel) {
+                 turn->Run(parallel);
+               });
 }
 
 void Strand::RunOne(parallel::Parallel& parallel) {

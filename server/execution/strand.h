@@ -37,7 +37,10 @@ class Strand : public std::enable_shared_from_this<Strand> {
   void WaitUntilIdle();
 
  private:
+  class Turn;
   void Next();
+  // The pool has ended: nothing will run any more.
+  void Abandon();
   void RunOne(parallel::Parallel& parallel);
 
   PlanningPool& pool_;

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
+#include <chrono>
 #include <future>
+#include <memory>
 #include <thread>
 #include <vector>
 
@@ -48,6 +50,36 @@ TEST(Strand, RefusesBeyondItsCapacityAndAfterClosing) {
   release.set_value();
   strand->WaitUntilIdle();
   EXPECT_EQ(ran, 0);
+}
+
+TEST(Strand, WhatAnEndedPoolDroppedKeepsNobodyAlive) {
+  // As a session does: it owns the strand, and its operations keep it alive.
+  struct Owner {
+    std::shared_ptr<Strand> strand;
+  };
+  std::weak_ptr<Owner> queued;
+  std::weak_ptr<Owner> behind;
+  std::promise<void> begun;
+  {
+    PlanningPool pool(1, 2);
+    const auto owner = std::make_shared<Owner>();
+    owner->strand = std::make_shared<Strand>(pool, pool.NewShare(), 10);
+    behind = owner;
+    const auto other = std::make_shared<Owner>();
+    other->strand = std::make_shared<Strand>(pool, pool.NewShare(), 10);
+    queued = other;
+    // Runs until the pool has dropped what it had not begun.
+    ASSERT_TRUE(owner->strand->TryPost([&](parallel::Parallel&) {
+      begun.set_value();
+      const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+      while (!queued.expired() && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+    }));
+    ASSERT_TRUE(owner->strand->TryPost([keep = owner](parallel::Parallel&) {}));
+    ASSERT_TRUE(other->strand->TryPost([keep = other](parallel::Parallel&) {}));
+    begun.get_future().wait();
+  }
+  EXPECT_TRUE(queued.expired());
+  EXPECT_TRUE(behind.expired());
 }
 
 }  // namespace
