@@ -35,7 +35,8 @@ const std::map<std::string, simulated_job::SceneKind>& Scenes() {
       {"flat", simulated_job::SceneKind::kFlat},
       {"two-rooms", simulated_job::SceneKind::kTwoRooms},
       {"hall", simulated_job::SceneKind::kHall},
-      {"office", simulated_job::SceneKind::kOffice}};
+      {"office", simulated_job::SceneKind::kOffice},
+      {"house", simulated_job::SceneKind::kHouse}};
   return *kScenes;
 }
 
@@ -273,10 +274,10 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
 }
 
 void DefineSimulate(CLI::App& command, SimulateArguments& a) {
-  auto* scene =
-      command
-          .add_option("--scene", a.scene, "Generated scene: flat, two-rooms, hall or office [flat]")
-          ->check(CLI::IsMember(Scenes()).description(""));
+  auto* scene = command
+                    .add_option("--scene", a.scene,
+                                "Generated scene: flat, two-rooms, hall, office or house [flat]")
+                    ->check(CLI::IsMember(Scenes()).description(""));
   command.add_option("--area", a.area, "Of --scene office, m^2 [250]")
       ->check(CLI::Range(100.0, 5000.0));
   command.add_option("--mesh", a.mesh, "Triangle mesh instead, PLY, m, z up")->excludes(scene);

@@ -1,9 +1,11 @@
 #include "client/simulated_job/placement.h"
 
+#include <array>
 #include <cmath>
 
 #include "core/simulation/random_sequence.h"
 #include "core/simulation/standable_positions.h"
+#include "core/simulation/walkable_ground.h"
 
 namespace vantage::simulated_job {
 namespace {
@@ -94,8 +96,18 @@ bool CanStand(const simulation::SimulatedScanner& scanner, const Placement& plac
 
 std::vector<Vector3d> AllowedPositions(const simulation::SimulatedScanner& tracer, const Site& site,
                                        const sensor::ScannerModel& scanner) {
+  constexpr std::array<double, 2> kHeights = {1.2, 1.8};  // m over the ground
   std::vector<Vector3d> positions;
-  for (const double height : {1.2, 1.8}) {
+  if (site.several_levels) {
+    const simulation::WalkableGround ground(tracer, site.mesh.Bounds(), site.start);
+    for (const double height : kHeights) {
+      const std::vector<Vector3d> level =
+          ground.Stations(height, scanner.clearance, kLatticeOfTruth);
+      positions.insert(positions.end(), level.begin(), level.end());
+    }
+    return positions;
+  }
+  for (const double height : kHeights) {
     Vector3d start = site.start;
     start.z() = site.floor_height + height;
     const std::vector<Vector3d> level =

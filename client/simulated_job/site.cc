@@ -8,6 +8,7 @@
 #include "core/parallel/parallel.h"
 #include "core/simulation/mesh_ply.h"
 #include "core/simulation/scenes/furnished_flat.h"
+#include "core/simulation/scenes/house.h"
 #include "core/simulation/scenes/office_storey.h"
 #include "core/simulation/scenes/scene.h"
 #include "core/simulation/scenes/small_scenes.h"
@@ -106,10 +107,15 @@ absl::StatusOr<Site> GeneratedSite(SceneKind kind, uint64_t seed, double area,
       scene = simulation::OfficeStorey(seed, area);
       what = absl::StrFormat("office storey of %.0f m\u00b2", area);
       break;
+    case SceneKind::kHouse:
+      scene = simulation::HouseOfThreeStoreys(seed);
+      what = "house of three storeys";
+      break;
   }
   Site site;
   site.name = absl::StrCat(what, " ", seed);
   site.floor_height = scene.floor_height;
+  site.several_levels = scene.several_levels;
   site.start = start.value_or(scene.starts.front());
   site.mesh = std::move(scene.mesh);
   if (start) {

@@ -11,46 +11,79 @@
 namespace vantage::simulated_job {
 namespace {
 
-constexpr double kStep = 0.1;    // m
-constexpr double kRadius = 0.3;  // m
-constexpr double kHeight = 1.5;  // m over the floor
+constexpr double kStep = 0.1;        // m
+constexpr double kRadius = 0.3;      // m
+constexpr double kHeight = 1.5;      // m over the floor
+constexpr double kTallest = 2.0;     // m: no viewpoint is higher over its floor
+constexpr double kOtherFloor = 1e4;  // m^2 in plan for a metre more: never, if there is another
 constexpr double kNever = std::numeric_limits<double>::infinity();
 
 }  // namespace
 
-WalkMap::WalkMap(const simulation::SimulatedScanner& tracer, const Site& site) {
-  const Eigen::AlignedBox3d bounds = site.mesh.Bounds();
+WalkMap::WalkMap(const simulation::SimulatedScanner& tracer, const Site& site)
+    : origin_(site.mesh.Bounds().min().head<2>()) {
+  if (site.several_levels) {
+    FromGround(simulation::WalkableGround(tracer, site.mesh.Bounds(), site.start));
+  } else {
+    FromOneFloor(tracer, site);
+  }
+}
+
+std::pair<int, int> WalkMap::CellOf(const Eigen::Vector3d& at) const {
+  const Eigen::Vector2i cell =
+      ((at.head<2>() - origin_) / kStep).array().round().cast<int>().matrix();
+  return {cell.x(), cell.y()};
+}
+
+void WalkMap::Add(const Eigen::Vector3d& at) {
+  index_[CellOf(at)].push_back(static_cast<int>(places_.size()));
+  places_.push_back({at, {}});
+}
+
+void WalkMap::FromOneFloor(const simulation::SimulatedScanner& tracer, const Site& site) {
   Eigen::Vector3d start = site.start;
   start.z() = site.floor_height + kHeight;
-  origin_ = bounds.min().head<2>();
-  columns_ = static_cast<int>(bounds.sizes().x() / kStep) + 1;
-  rows_ = static_cast<int>(bounds.sizes().y() / kStep) + 1;
-  index_.assign(static_cast<size_t>(columns_) * static_cast<size_t>(rows_), -1);
   for (const Eigen::Vector3d& place : simulation::StandablePositions(
-           tracer, bounds, start, site.floor_height, kHeight, kRadius, kStep)) {
-    const Eigen::Vector2i cell =
-        ((place.head<2>() - origin_) / kStep).array().round().cast<int>().matrix();
-    index_[static_cast<size_t>(cell.y() * columns_ + cell.x())] = static_cast<int>(places_.size());
-    places_.emplace_back(place.head<2>());
+           tracer, site.mesh.Bounds(), start, site.floor_height, kHeight, kRadius, kStep)) {
+    Add({place.x(), place.y(), site.floor_height});
+  }
+  for (Place& place : places_) {
+    const auto [x, y] = CellOf(place.at);
+    for (int dy = -1; dy <= 1; ++dy) {
+      for (int dx = -1; dx <= 1; ++dx) {
+        if (dx == 0 && dy == 0) continue;
+        const auto next = index_.find({x + dx, y + dy});
+        if (next != index_.end()) place.around.push_back(next->second.front());
+      }
+    }
+  }
+}
+
+void WalkMap::FromGround(const simulation::WalkableGround& ground) {
+  for (size_t i = 0; i < ground.places().size(); ++i) {
+    Add(ground.At(i));
+    for (const size_t next : ground.Around(i)) places_[i].around.push_back(static_cast<int>(next));
   }
 }
 
 int WalkMap::Nearest(const Eigen::Vector3d& place) const {
-  const Eigen::Vector2i cell =
-      ((place.head<2>() - origin_) / kStep).array().round().cast<int>().matrix();
-  if ((cell.array() >= 0).all() && cell.x() < columns_ && cell.y() < rows_) {
-    const int there = index_[static_cast<size_t>(cell.y() * columns_ + cell.x())];
-    if (there >= 0) return there;
-  }
   int best = -1;
   double least = kNever;
-  for (size_t i = 0; i < places_.size(); ++i) {
-    const double distance = (places_[i] - place.head<2>()).squaredNorm();
+  const auto consider = [&](int i) {
+    const Eigen::Vector3d off = place - places_[static_cast<size_t>(i)].at;
+    // The floor below the place, not one above it, nor one that lies under that floor.
+    const double wrong = off.z() < -kStep ? -off.z() : std::max(0.0, off.z() - kTallest);
+    const double distance = off.head<2>().squaredNorm() + kOtherFloor * wrong;
     if (distance < least) {
       least = distance;
-      best = static_cast<int>(i);
+      best = i;
     }
+  };
+  if (const auto here = index_.find(CellOf(place)); here != index_.end()) {
+    for (const int i : here->second) consider(i);
+    if (least < kOtherFloor * kStep) return best;
   }
+  for (size_t i = 0; i < places_.size(); ++i) consider(static_cast<int>(i));
   return best;
 }
 
@@ -67,21 +100,13 @@ WalkMap::Ways WalkMap::From(const Eigen::Vector3d& from) const {
     const auto [distance, at] = front.top();
     front.pop();
     if (distance > ways.length[static_cast<size_t>(at)]) continue;
-    const Eigen::Vector2i cell =
-        ((places_[static_cast<size_t>(at)] - origin_) / kStep).array().round().cast<int>().matrix();
-    for (int dy = -1; dy <= 1; ++dy) {
-      for (int dx = -1; dx <= 1; ++dx) {
-        const int x = cell.x() + dx;
-        const int y = cell.y() + dy;
-        if (x < 0 || y < 0 || x >= columns_ || y >= rows_) continue;
-        const int next = index_[static_cast<size_t>(y * columns_ + x)];
-        if (next < 0) continue;
-        const double there = distance + kStep * std::sqrt(static_cast<double>(dx * dx + dy * dy));
-        if (there >= ways.length[static_cast<size_t>(next)]) continue;
-        ways.length[static_cast<size_t>(next)] = there;
-        ways.before[static_cast<size_t>(next)] = at;
-        front.emplace(there, next);
-      }
+    const Place& place = places_[static_cast<size_t>(at)];
+    for (const int next : place.around) {
+      const double there = distance + (places_[static_cast<size_t>(next)].at - place.at).norm();
+      if (there >= ways.length[static_cast<size_t>(next)]) continue;
+      ways.length[static_cast<size_t>(next)] = there;
+      ways.before[static_cast<size_t>(next)] = at;
+      front.emplace(there, next);
     }
   }
   return ways;
@@ -107,7 +132,7 @@ std::vector<Eigen::Vector2d> WalkMap::Way(const Eigen::Vector3d& from,
   const int last = Nearest(to);
   if (last >= 0 && ways.length[static_cast<size_t>(last)] < kNever) {
     for (int at = last; at >= 0; at = ways.before[static_cast<size_t>(at)]) {
-      way.push_back(places_[static_cast<size_t>(at)]);
+      way.emplace_back(places_[static_cast<size_t>(at)].at.head<2>());
     }
   }
   way.emplace_back(from.head<2>());

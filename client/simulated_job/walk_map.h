@@ -1,12 +1,15 @@
-// Walking distances between places in a scene, around walls and furniture.
+// Walking distances between places in a scene, around walls and furniture, and over stairs.
 #ifndef VANTAGE_CLIENT_SIMULATED_JOB_WALK_MAP_H_
 #define VANTAGE_CLIENT_SIMULATED_JOB_WALK_MAP_H_
 
 #include <Eigen/Core>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "client/simulated_job/site.h"
 #include "core/simulation/simulated_scanner.h"
+#include "core/simulation/walkable_ground.h"
 
 namespace vantage::simulated_job {
 
@@ -33,14 +36,22 @@ class WalkMap {
     std::vector<int> before;  // -1: none
   };
 
+  // A place on the map, and those that one step leads to.
+  struct Place {
+    Eigen::Vector3d at;  // m, on the ground
+    std::vector<int> around;
+  };
+
+  void Add(const Eigen::Vector3d& at);
+  std::pair<int, int> CellOf(const Eigen::Vector3d& at) const;
+  void FromOneFloor(const simulation::SimulatedScanner& tracer, const Site& site);
+  void FromGround(const simulation::WalkableGround& ground);
   int Nearest(const Eigen::Vector3d& place) const;
   Ways From(const Eigen::Vector3d& from) const;
 
-  Eigen::Vector2d origin_ = Eigen::Vector2d::Zero();
-  int columns_ = 0;
-  int rows_ = 0;
-  std::vector<int> index_;               // by cell, into places_; -1: blocked
-  std::vector<Eigen::Vector2d> places_;  // m
+  Eigen::Vector2d origin_;  // m, of the lattice
+  std::vector<Place> places_;
+  std::map<std::pair<int, int>, std::vector<int>> index_;  // by lattice point, into places_
 };
 
 }  // namespace vantage::simulated_job

@@ -10,6 +10,7 @@
 #include "absl/strings/str_join.h"
 #include "client/library/error.h"
 #include "core/simulation/scenes/furnished_flat.h"
+#include "core/simulation/scenes/house.h"
 #include "core/simulation/scenes/office_storey.h"
 #include "core/simulation/scenes/scene.h"
 #include "core/simulation/scenes/small_scenes.h"
@@ -28,7 +29,8 @@ constexpr Kind kKinds[] = {
     {"two-rooms", simulation::TwoRooms, 12},
     {"flat", simulation::FurnishedFlat, 28},
     {"hall", simulation::PillarHall, 20},
-    {"office", [](uint64_t seed) { return simulation::OfficeStorey(seed, kOfficeArea); }, 60}};
+    {"office", [](uint64_t seed) { return simulation::OfficeStorey(seed, kOfficeArea); }, 60},
+    {"house", simulation::HouseOfThreeStoreys, 60}};
 
 struct Mesh {
   const char* name;
@@ -83,8 +85,9 @@ std::vector<std::string> DefaultScenes(SceneUse use, bool small) {
 absl::Status CheckScene(const std::string& name, const std::string& data_folder) {
   const std::optional<Parsed> parsed = Parse(name);
   if (!parsed) {
-    return client::WithFix(absl::NotFoundError(absl::StrCat("there is no scene '", name, "'")),
-                           "flat-N, two-rooms-N, hall-N, office-N, small-house or bookstore");
+    return client::WithFix(
+        absl::NotFoundError(absl::StrCat("there is no scene '", name, "'")),
+        "flat-N, two-rooms-N, hall-N, office-N, house-N, small-house or bookstore");
   }
   if (parsed->mesh == nullptr) return absl::OkStatus();
   if (data_folder.empty() || !std::filesystem::exists(MeshPath(*parsed->mesh, data_folder))) {
@@ -110,6 +113,7 @@ absl::StatusOr<simulated_job::Site> BuildScene(const std::string& name,
   simulated_job::Site site;
   site.name = name;
   site.floor_height = scene.floor_height;
+  site.several_levels = scene.several_levels;
   site.start = scene.starts.front();
   site.mesh = std::move(scene.mesh);
   return site;

@@ -12,10 +12,14 @@ namespace vantage::model {
 namespace {
 
 // The floor is the level at which most columns of voxels around the scanner have their lowest
-// surface. Walls and legs of tables end there too, so clutter does not outvote it.
+// surface. Walls and legs of tables end there too, so clutter does not outvote it. What lies deeper
+// than a tripod is high is not the floor that it stands on, but one beyond an edge: from a plinth,
+// a landing or the edge of a platform most of what a scanner sees is that. Its own floor may then
+// lie in the blind cone altogether, and is not known.
 std::optional<double> FloorBelow(double voxel_size, const ScanLayer& layer) {
   constexpr double kRadius = 3.0;  // m, around the station: a room's, the next one may be a step up
   constexpr double kLeastDrop = 0.3;  // m, below the viewpoint: no tripod is lower
+  constexpr double kMostDrop = 2.2;   // m: surveyors' tripods reach 1.9 m, and the scanner 0.3 more
   constexpr int kLeastColumns = 20;   // of voxels: 0.05 m^2 at 5 cm, two feet of the tripod apart
   const Eigen::Vector3d viewpoint = layer.T_model_scan.translation();
   struct Lowest {
@@ -32,6 +36,7 @@ std::optional<double> FloorBelow(double voxel_size, const ScanLayer& layer) {
       const Eigen::Vector3d centre = (v.cast<double>().array() + 0.5) * voxel_size;
       if ((centre - viewpoint).head<2>().norm() > kRadius) continue;
       if (centre.z() > viewpoint.z() - kLeastDrop) continue;
+      if (centre.z() < viewpoint.z() - kMostDrop - voxel_size) continue;
       const double mean = static_cast<double>(sums.point_sum[2]) / sums.points;
       const Lowest here{v.z(), (v.z() + mean / SurfaceSums::kUnits) * voxel_size};
       const auto [it, fresh] = columns.try_emplace({v.x(), v.y()}, here);

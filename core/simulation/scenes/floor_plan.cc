@@ -53,6 +53,25 @@ Leaf LeafOf(const Wall& wall, const Opening& opening) {
   return {hinge, closed + turn * opening.leaf_angle, opening.width - 0.04};
 }
 
+// A level surface at height `z`, m, but for the hole.
+void AddSurface(const Eigen::AlignedBox2d& extent, const Eigen::AlignedBox2d& hole, double z,
+                MeshBuilder& builder) {
+  const auto part = [&](double x0, double y0, double x1, double y1) {
+    builder.Quad({Eigen::Vector3d(x0, y0, z), Eigen::Vector3d(x1, y0, z),
+                  Eigen::Vector3d(x1, y1, z), Eigen::Vector3d(x0, y1, z)});
+  };
+  const Eigen::Vector2d& low = extent.min();
+  const Eigen::Vector2d& high = extent.max();
+  if (hole.isEmpty()) {
+    part(low.x(), low.y(), high.x(), high.y());
+    return;
+  }
+  part(low.x(), low.y(), hole.min().x(), high.y());
+  part(hole.max().x(), low.y(), high.x(), high.y());
+  part(hole.min().x(), low.y(), hole.max().x(), hole.min().y());
+  part(hole.min().x(), hole.max().y(), hole.max().x(), high.y());
+}
+
 }  // namespace
 
 double Footprint::DistanceTo(const Eigen::Vector2d& point) const {
@@ -142,10 +161,8 @@ void FloorPlan::Build(MeshBuilder& builder) const {
   builder.SetFrame(Eigen::Isometry3d::Identity());
   const Eigen::Vector2d low = extent_.min().array() - kSlab;
   const Eigen::Vector2d high = extent_.max().array() + kSlab;
-  for (const double z : {0.0, height_}) {
-    builder.Quad({Eigen::Vector3d(low.x(), low.y(), z), Eigen::Vector3d(high.x(), low.y(), z),
-                  Eigen::Vector3d(high.x(), high.y(), z), Eigen::Vector3d(low.x(), high.y(), z)});
-  }
+  AddSurface({low, high}, floor_hole_, 0, builder);
+  AddSurface({low, high}, ceiling_hole_, height_, builder);
   for (const Wall& wall : walls_) {
     const Eigen::Vector2d along = AlongOf(wall);
     builder.SetFrame(Placed(wall.from, std::atan2(along.y(), along.x())));

@@ -65,6 +65,9 @@ class FloorPlan {
 
   void AddRoom(Room room) { rooms_.push_back(std::move(room)); }
   void AddWall(const Wall& wall);
+  // Leaves a hole in the floor, or in the ceiling, for stairs. One each.
+  void OpenFloor(const Eigen::AlignedBox2d& hole) { floor_hole_ = hole; }
+  void OpenCeiling(const Eigen::AlignedBox2d& hole) { ceiling_hole_ = hole; }
   const std::vector<Room>& rooms() const { return rooms_; }
   double height() const { return height_; }
 
@@ -109,6 +112,8 @@ class FloorPlan {
   std::vector<uint8_t> blocked_;  // per cell of 5 cm: within `passage` of something
   std::vector<Room> rooms_;
   std::vector<Wall> walls_;
+  Eigen::AlignedBox2d floor_hole_;    // empty: none
+  Eigen::AlignedBox2d ceiling_hole_;  // empty: none
   std::vector<Footprint> solids_;     // walls and door leaves
   std::vector<Footprint> standing_;   // what was placed
   std::vector<Footprint> kept_free_;  // before doorways

@@ -10,13 +10,14 @@
 
 namespace vantage::simulation {
 
-// All generated scenes: floor at z = 0, closed but for panes of glass with nothing behind them, and
-// every room reachable for a scanner 0.7 m wide. The same seed gives the same scene on every
-// machine.
+// All generated scenes: the first floor at z = 0, closed but for panes of glass with nothing behind
+// them, and every room reachable for a scanner 0.7 m wide. The same seed gives the same scene on
+// every machine.
 struct Scene {
   std::string name;
   TriangleMesh mesh;
-  double floor_height = 0;              // m
+  double floor_height = 0;              // m, below the first start
+  bool several_levels = false;          // there is other ground than at that height
   std::vector<Eigen::Vector3d> starts;  // m, free places for a first scan, viewpoint height
 };
 

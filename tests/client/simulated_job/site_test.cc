@@ -16,8 +16,8 @@ namespace {
 using ::testing::HasSubstr;
 
 TEST(Site, GeneratedScenesStartOnFreeFloor) {
-  for (const SceneKind kind :
-       {SceneKind::kFlat, SceneKind::kTwoRooms, SceneKind::kHall, SceneKind::kOffice}) {
+  for (const SceneKind kind : {SceneKind::kFlat, SceneKind::kTwoRooms, SceneKind::kHall,
+                               SceneKind::kOffice, SceneKind::kHouse}) {
     for (const uint64_t seed : {1, 2, 3}) {
       const Site site = GeneratedSite(kind, seed, 250, std::nullopt).value();
       const simulation::SimulatedScanner tracer(site.mesh);

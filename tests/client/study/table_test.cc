@@ -172,6 +172,21 @@ TEST(StudyTable, FiguresAreBoundsWhereOneDidNotGetThere) {
   const auto two = TableOf({lame, Job("oracle", 1, never), hall, known});
   EXPECT_EQ(FigureOf(two, "study.scans95_over_oracle").value(), 1);
   EXPECT_EQ(FigureOf(two, "study.scans95_over_oracle").stated(), "+1 where one reached it");
+  EXPECT_FALSE(FigureOf(two, "site.storeys3.scans").has_value()) << "no house among them";
+}
+
+TEST(StudyTable, HousesHaveAFigureOfTheirOwn) {
+  std::vector<JobRecord> jobs = {Job("ours", 1, {0.5, 0.6, 0.7, 0.96}),
+                                 Job("oracle", 1, {0.5, 0.96})};
+  for (const char* scene : {"house-201", "hall-201"}) {
+    jobs.push_back(Job("ours", 1, {0.5, scene[1] == 'o' ? 0.96 : 0.5, 0.96}));
+    jobs.push_back(Job("oracle", 1, {0.5, 0.96}));
+    jobs[jobs.size() - 2].set_scene(scene);
+    jobs.back().set_scene(scene);
+  }
+  const auto table = TableOf(jobs);
+  EXPECT_EQ(FigureOf(table, "site.storeys3.scans").value(), 0) << "and not the hall's or flat's";
+  EXPECT_EQ(FigureOf(table, "study.scans95_over_oracle").value(), 2);
 }
 
 TEST(StudyTable, AMedianIsExactWhateverTheSlowestJobsCameTo) {

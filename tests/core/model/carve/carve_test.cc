@@ -366,6 +366,32 @@ TEST(CarveTest, AScannersOwnStationIsFree) {
   }
 }
 
+TEST(CarveTest, AStationOnAPlinthDoesNotStandOnTheFloorAroundIt) {
+  // The blind cone hides the plinth from its own station, and the floor beyond it is all that the
+  // scan has of floors. Higher ones show a rim of themselves.
+  for (const double height : {0.8, 1.2, 2.0}) {
+    for (const double half : {0.5, 0.8, 1.4}) {
+      SCOPED_TRACE(testing::Message() << height << " m high, " << 2 * half << " m wide");
+      ClosedFormScene scene;
+      scene.air.emplace_back(Eigen::Vector3d(-5, -4, 0), Eigen::Vector3d(5, 4, 5));
+      scene.solids.push_back({{1, 0.5, 0.5 * height}, {half, half, 0.5 * height}});
+      const Eigen::Vector3d station(1, 0.5, height + 1.5);
+      const auto view = ModelOf(scene, {}, {PoseAt(station, 0.4, 0.02, -0.02)});
+      ASSERT_EQ(view->stations().size(), 1u);
+      const Station& found = view->stations()[0];
+      if (found.floor_found) {
+        EXPECT_NEAR(found.floor_height, height, 0.02);
+      }
+      // Nothing within the plinth is empty.
+      const VoxelIndex low = view->At({1 - half + 0.1, 0.5 - half + 0.1, 0.1});
+      const VoxelIndex high = view->At({1 + half - 0.1, 0.5 + half - 0.1, height - 0.1});
+      ForEachVoxel({low, high}, [&](const VoxelIndex& v) {
+        EXPECT_FALSE(view->Empty(v)) << view->Centre(v).transpose();
+      });
+    }
+  }
+}
+
 TEST(CarveTest, RefusesWhatItCannotModel) {
   parallel::Serial serial;
   auto model = PartialModel::Create({}).value();

@@ -6,10 +6,12 @@
 #include <ostream>
 
 #include "core/simulation/scenes/furnished_flat.h"
+#include "core/simulation/scenes/house.h"
 #include "core/simulation/scenes/office_storey.h"
 #include "core/simulation/scenes/small_scenes.h"
 #include "core/simulation/simulated_scanner.h"
 #include "core/simulation/standable_positions.h"
+#include "core/simulation/walkable_ground.h"
 
 namespace vantage::simulation {
 namespace {
@@ -31,6 +33,7 @@ std::vector<SceneCase> Cases() {
     cases.push_back({"Flat" + s, FurnishedFlat, seed, 4, 8000});
     cases.push_back({"TwoRooms" + s, TwoRooms, seed, 2, 500});
     cases.push_back({"PillarHall" + s, PillarHall, seed, 4, 1000});
+    cases.push_back({"House" + s, HouseOfThreeStoreys, seed, 7, 8000});
   }
   for (uint64_t seed = 1; seed <= 3; ++seed) {
     const std::string s = std::to_string(seed);
@@ -81,13 +84,16 @@ TEST_P(SceneTest, IsClosedAndEveryPlaceIsReachable) {
     pose.translate(start);
     const sensor::RangeImage image = simulated.Scan(scanner, pose, ScanFaults::None(), 1, serial);
     EXPECT_EQ(image.SampleCount(), image.cells()) << start.transpose();
-    EXPECT_TRUE(simulated.tracer().CylinderFree(start.head<2>(), 0.45, 0.05, 1.5))
+    EXPECT_TRUE(simulated.tracer().CylinderFree(start.head<2>(), 0.45, start.z() - 1.45, start.z()))
         << start.transpose();
     EXPECT_GT(simulated.Clearance(start, 1), 0.45) << start.transpose();
   }
   // From the first start a scanner of 0.35 m clearance gets next to all the others.
   const std::vector<Eigen::Vector3d> positions =
-      StandablePositions(simulated, scene.mesh.Bounds(), scene.starts.front(), 0, 1.5, 0.35, 0.25);
+      scene.several_levels ? WalkableGround(simulated, scene.mesh.Bounds(), scene.starts.front())
+                                 .Stations(1.5, 0.35, 0.25)
+                           : StandablePositions(simulated, scene.mesh.Bounds(),
+                                                scene.starts.front(), 0, 1.5, 0.35, 0.25);
   for (const Eigen::Vector3d& start : scene.starts) {
     double nearest = 100;
     for (const Eigen::Vector3d& p : positions) nearest = std::min(nearest, (p - start).norm());
