@@ -286,6 +286,11 @@ void Claims::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
       conversion::WriteVector(best.position + context_.origin());
   conflict.mutable_alternative()->set_model_gain_m2(
       planning::ModelGain(best.score, inputs.config.required_density));
+  if (best.storey.has_value()) {
+    *conflict.mutable_alternative()->mutable_storey() =
+        conversion::WriteStorey(*best.storey, context_.origin());
+    conflict.mutable_alternative()->set_floor_measured(best.floor_measured);
+  }
 }
 
 absl::StatusOr<v1::Claim> Claims::TakeNow(const v1::ClaimViewRequest& request,

@@ -41,6 +41,9 @@ session::Algorithms Refusing() {
   algorithms.measure_coverage = [](const model::PlanningView&, const planning::PlanningConfig&) {
     return planning::Coverage();
   };
+  algorithms.find_storeys = [](const model::PlanningView&, const planning::PlanningConfig&) {
+    return std::vector<planning::Storey>();
+  };
   return algorithms;
 }
 

@@ -34,7 +34,6 @@ Storeys Storeys::Of(const FloorColumns& floor, double voxel) {
     }
   }
   Storeys storeys;
-  storeys.heights_.clear();
   for (auto low = area.begin(); low != area.end(); ++low) {
     if (!storeys.heights_.empty() && low->first * voxel < storeys.heights_.back() + kApart) {
       continue;
@@ -47,7 +46,6 @@ Storeys Storeys::Of(const FloorColumns& floor, double voxel) {
     }
     if (sum >= kLevelArea) storeys.heights_.push_back(most->first * voxel);
   }
-  if (storeys.heights_.empty()) storeys.heights_.push_back(0);
   return storeys;
 }
 
@@ -57,6 +55,14 @@ int Storeys::At(double z) const {
     storey = static_cast<int>(i);
   }
   return storey;
+}
+
+std::vector<Storey> Storeys::DescribeAll() const {
+  std::vector<Storey> all;
+  for (size_t storey = 0; storey < count(); ++storey) {
+    all.push_back(Describe(static_cast<int>(storey)));
+  }
+  return all;
 }
 
 }  // namespace vantage::planning

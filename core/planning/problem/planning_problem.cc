@@ -93,6 +93,7 @@ Plan BeginPlan(const PlanningProblem& problem) {
   Plan plan = BeginPlan(problem.model(), problem.config());
   plan.feasible_cells = problem.feasible().cells().size();
   plan.coverage = problem.coverage();
+  plan.storeys = problem.feasible().floor().storeys().DescribeAll();
   plan.deficient_cells = problem.patches().cells.size();
   plan.deficient_area = problem.patches().area;
   plan.patches = problem.patches().patches;
