@@ -45,15 +45,15 @@ Eigen::AlignedBox3d ReadBox(const v1::Box& box, const Eigen::Vector3d& origin,
 
 void Check(const v1::RegistrationConfig& c, const std::string& field,
            contract::Violations& violations) {
-  CheckRange(c.required_accuracy_m(), 1e-5, 10, field + ".required_accuracy_m", violations);
+  CheckRange(c.required_accuracy_m(), 1e-5, 1, field + ".required_accuracy_m", violations);
   CheckRange(c.min_overlap(), 1e-6, 0.999999, field + ".min_overlap", violations);
-  CheckRange(c.correlation_length_m(), 1e-3, 100, field + ".correlation_length_m", violations);
-  CheckRange(c.correlated_sigma_m(), 0, 1, field + ".correlated_sigma_m", violations);
-  CheckRange(c.normal_sigma_rad(), 0, 1, field + ".normal_sigma_rad", violations);
-  CheckRange(c.sample_spacing_m(), 1e-3, 10, field + ".sample_spacing_m", violations);
-  CheckRange(c.max_correspondence_distance_m(), 1e-3, 100, field + ".max_correspondence_distance_m",
+  CheckRange(c.correlation_length_m(), 0.05, 10, field + ".correlation_length_m", violations);
+  CheckRange(c.correlated_sigma_m(), 0, 0.1, field + ".correlated_sigma_m", violations);
+  CheckRange(c.normal_sigma_rad(), kTiny, 0.5, field + ".normal_sigma_rad", violations);
+  CheckRange(c.sample_spacing_m(), 0.01, 0.5, field + ".sample_spacing_m", violations);
+  CheckRange(c.max_correspondence_distance_m(), 0.1, 2, field + ".max_correspondence_distance_m",
              violations);
-  CheckRange(c.draw_count(), 16, 65536, field + ".draw_count", violations);
+  CheckRange(c.draw_count(), 20, 65536, field + ".draw_count", violations);
 }
 
 }  // namespace
@@ -181,11 +181,11 @@ sensor::ScannerModel ReadScannerModel(const v1::ScannerModel& scanner, const std
   if (!(s.min_range_m() < s.max_range_m())) {
     violations.Add(field + ".max_range_m", "must be above min_range_m");
   }
-  CheckRange(s.range_noise_m(), 0, 1, field + ".range_noise_m", violations);
-  CheckRange(s.range_noise_ppm(), 0, 1e5, field + ".range_noise_ppm", violations);
+  CheckRange(s.range_noise_m(), kTiny, 1, field + ".range_noise_m", violations);
+  CheckRange(s.range_noise_ppm(), 0, 1e4, field + ".range_noise_ppm", violations);
   CheckRange(s.max_incidence_rad(), 1e-3, kHalfPi - 1e-6, field + ".max_incidence_rad", violations);
-  CheckRange(s.clearance_m(), 0, 10, field + ".clearance_m", violations);
-  CheckRange(s.positioning_error_m(), 0, 10, field + ".positioning_error_m", violations);
+  CheckRange(s.clearance_m(), kTiny, 5, field + ".clearance_m", violations);
+  CheckRange(s.positioning_error_m(), 0, 5, field + ".positioning_error_m", violations);
   sensor::ScannerModel m;
   m.name = s.id();
   m.azimuth_span = std::min(s.azimuth_span_rad(), 2 * sensor::kPi);
@@ -207,17 +207,22 @@ model::ModelConfig ReadModelConfig(const v1::ModelConfig& config, const std::str
                                    contract::Violations& violations) {
   v1::ModelConfig m = config;
   FillDefaults(m);
-  CheckRange(m.voxel_size_m(), 0.01, 0.5, field + ".voxel_size_m", violations);
+  contract::Violations own;
+  CheckRange(m.voxel_size_m(), 0.01, 0.5, field + ".voxel_size_m", own);
   CheckRange(m.discontinuity_angle_rad(), 1e-4, kHalfPi - 1e-6, field + ".discontinuity_angle_rad",
-             violations);
+             own);
   const v1::Vector3& e = m.max_half_extent();
-  CheckRange(e.x(), 1, 5000, field + ".max_half_extent.x", violations);
-  CheckRange(e.y(), 1, 5000, field + ".max_half_extent.y", violations);
-  CheckRange(e.z(), 1, 5000, field + ".max_half_extent.z", violations);
+  CheckRange(e.x(), 1, 5000, field + ".max_half_extent.x", own);
+  CheckRange(e.y(), 1, 5000, field + ".max_half_extent.y", own);
+  CheckRange(e.z(), 1, 5000, field + ".max_half_extent.z", own);
   model::ModelConfig out;
   out.voxel_size = m.voxel_size_m();
   out.discontinuity_angle = m.discontinuity_angle_rad();
   out.max_half_extent = {e.x(), e.y(), e.z()};
+  // How far the model's tree reaches goes with the voxel.
+  const absl::Status possible = out.Validate();
+  if (own.empty() && !possible.ok()) own.Add(field + ".max_half_extent", possible.message());
+  violations.Append(own);
   return out;
 }
 
@@ -297,7 +302,7 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
   v1::PlanningConfig p = config;
   FillDefaults(p);
   CheckRange(p.required_density_per_m2(), 1e-3, kHuge, f + ".required_density_per_m2", v);
-  CheckRange(p.viewcell_size_m(), 0.01, 10, f + ".viewcell_size_m", v);
+  CheckRange(p.viewcell_size_m(), 0.01, 2, f + ".viewcell_size_m", v);
   const double ratio = p.viewcell_size_m() / voxel_size;
   if (!(std::abs(ratio - std::round(ratio)) <= 1e-6) || !(std::round(ratio) >= 1)) {
     v.Add(f + ".viewcell_size_m", absl::StrFormat("is %g, must be a multiple of the voxel size %g",
@@ -306,14 +311,16 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
   CheckRange(p.density_tolerance(), 0, 0.999, f + ".density_tolerance", v);
   CheckRange(p.min_viewpoint_height_m(), 1e-3, 100, f + ".min_viewpoint_height_m", v);
   CheckRange(p.max_viewpoint_height_m(), 1e-3, 100, f + ".max_viewpoint_height_m", v);
-  if (!(p.min_viewpoint_height_m() <= p.max_viewpoint_height_m())) {
-    v.Add(f + ".max_viewpoint_height_m", "must not be below min_viewpoint_height_m");
+  if (!(p.max_viewpoint_height_m() - p.min_viewpoint_height_m() >= p.viewcell_size_m() - 1e-9)) {
+    v.Add(f + ".max_viewpoint_height_m",
+          absl::StrFormat("must be above min_viewpoint_height_m by a viewcell (%g m) at least",
+                          p.viewcell_size_m()));
   }
   if (p.has_floor_z_m()) {
     CheckRange(p.floor_z_m(), -kMaxCoordinate, kMaxCoordinate, f + ".floor_z_m", v);
   }
-  CheckRange(p.scanner_width_m(), 1e-3, 100, f + ".scanner_width_m", v);
-  CheckRange(p.scanner_height_m(), 1e-3, 100, f + ".scanner_height_m", v);
+  CheckRange(p.scanner_width_m(), 1e-3, 10, f + ".scanner_width_m", v);
+  CheckRange(p.scanner_height_m(), 1e-3, 20, f + ".scanner_height_m", v);
   const v1::SurfaceWeights& w = p.weights();
   CheckRange(w.true_surface(), 0, 1e6, f + ".weights.true_surface", v);
   CheckRange(w.occlusion(), 0, 1e6, f + ".weights.occlusion", v);
@@ -331,9 +338,14 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
           absl::StrCat("is ", static_cast<int>(p.evaluation_order()),
                        ", must be EVALUATION_ORDER_ANYTIME or EVALUATION_ORDER_PATCHES"));
   }
-  CheckRange(p.candidate_separation_m(), 0, 1000, f + ".candidate_separation_m", v);
+  CheckRange(p.candidate_separation_m(), 0, 100, f + ".candidate_separation_m", v);
   CheckRange(p.max_view_count(), 1, 100, f + ".max_view_count", v);
   CheckRange(p.max_checked_view_count(), 1, 1000, f + ".max_checked_view_count", v);
+  if (p.max_checked_view_count() < p.max_view_count()) {
+    v.Add(f + ".max_checked_view_count",
+          absl::StrCat("is ", p.max_checked_view_count(), ", must be max_view_count (",
+                       p.max_view_count(), ") at least"));
+  }
   CheckRange(p.terminate_below_m2(), 0, kHuge, f + ".terminate_below_m2", v);
   CheckRange(p.min_patch_area_m2(), 0, kHuge, f + ".min_patch_area_m2", v);
   CheckRange(p.confidence(), kTiny, 1 - 1e-9, f + ".confidence", v);

@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
 #include <vector>
@@ -135,14 +138,68 @@ TEST(FromProto, EveryPathNamesAField) {
   member.set_speed_m_per_s(-1);
   member.mutable_scan_duration()->set_seconds(-1);
   member.add_reach()->mutable_min()->set_x(kNaN);
-  v1::Session session;
-  session.add_scanner_models();
-  CheckScanner(member, session, "scanner", of_fleet);
+  CheckScanner(member, "scanner", of_fleet);
   EXPECT_GE(Fields(of_fleet).size(), 4u);
   for (const std::string& field : Fields(of_fleet)) {
     EXPECT_TRUE(Resolves(v1::CreateScannerRequest::descriptor(), field)) << field;
   }
   EXPECT_FALSE(Resolves(v1::Session::descriptor(), "planning_config.required_density"));
+}
+
+// Calls `with` for each number that there is in a message, set to values of every size.
+void ForEachValue(google::protobuf::Message& message, const std::function<void()>& with) {
+  const google::protobuf::Reflection& reflection = *message.GetReflection();
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+    const google::protobuf::FieldDescriptor* field = message.GetDescriptor()->field(i);
+    if (field->is_repeated()) continue;
+    if (field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE) {
+      ForEachValue(*reflection.MutableMessage(&message, field), with);
+      continue;
+    }
+    for (int size = -13; size <= 40; ++size) {
+      const double value = size == -13 ? 0 : 1e-4 * std::pow(1.7, size);
+      if (field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_DOUBLE) {
+        reflection.SetDouble(&message, field, value);
+      } else if (field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_INT32) {
+        reflection.SetInt32(&message, field, static_cast<int>(std::min(value, 1e9)));
+      } else {
+        break;
+      }
+      with();
+    }
+    reflection.ClearField(&message, field);
+  }
+}
+
+// What a session is created with is used much later: nothing may fail only then.
+TEST(FromProto, WhatASessionIsCreatedWithTheCoreTakes) {
+  v1::Session session;
+  session.add_scanner_models();
+  int taken = 0;
+  int refused = 0;
+  const auto check = [&] {
+    contract::Violations violations;
+    CheckSession(session, "", violations);
+    ++(violations.empty() ? taken : refused);
+    if (!violations.empty()) return;
+    const model::ModelConfig model = ReadModelConfig(session.model_config(), "", violations);
+    const sensor::ScannerModel scanner =
+        ReadScannerModel(session.scanner_models(0), "", violations);
+    const planning::PlanningConfig planning =
+        ReadPlanningConfig(session.planning_config(), session.site_rules(),
+                           ReadOwnVector(session.origin()), model.voxel_size, "", "", violations);
+    EXPECT_TRUE(model.Validate().ok()) << session.DebugString() << model.Validate();
+    EXPECT_TRUE(scanner.Validate().ok()) << session.DebugString() << scanner.Validate();
+    EXPECT_TRUE(planning.Validate(scanner).ok())
+        << session.DebugString() << planning.Validate(scanner);
+  };
+  ForEachValue(*session.mutable_planning_config(), check);
+  ForEachValue(*session.mutable_scanner_models(0), check);
+  session.clear_planning_config();
+  session.mutable_scanner_models(0)->Clear();
+  ForEachValue(*session.mutable_model_config(), check);
+  EXPECT_GT(taken, 500);
+  EXPECT_GT(refused, 500);
 }
 
 TEST(FromProto, ADensityThatTheScannerCannotReachIsRefused) {
