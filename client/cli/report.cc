@@ -26,16 +26,22 @@ std::string Lower(const std::string& name, absl::string_view prefix) {
 
 std::string SquareMetres(double area) { return absl::StrFormat("%.2f", area); }
 
+// '1', or '1 attic'.
+std::string StoreyName(const v1::Storey& storey) {
+  return absl::StrCat(storey.number(), storey.name().empty() ? "" : " ", storey.name());
+}
+
 std::string StoreyText(const v1::Storey& storey) {
   return storey.has_floor_z_m()
-             ? absl::StrFormat("%d (floor at %.2f m)", storey.number(), storey.floor_z_m())
-             : absl::StrCat(storey.number());
+             ? absl::StrFormat("%s (floor at %.2f m)", StoreyName(storey), storey.floor_z_m())
+             : StoreyName(storey);
 }
 
 // Where a view stands: its storey, where it names one.
 std::string StoreyOf(const v1::RankedView& view) {
   if (!view.has_storey()) return "";
-  return absl::StrCat(view.storey().number(), view.floor_measured() ? "" : ", floor not measured");
+  return absl::StrCat(StoreyName(view.storey()),
+                      view.floor_measured() ? "" : ", floor not measured");
 }
 
 void AddViews(const google::protobuf::RepeatedPtrField<v1::RankedView>& views, bool refused,
@@ -163,6 +169,16 @@ std::string SessionReport(const v1::Session& session) {
         sensor::Degrees(s.min_elevation_rad()), sensor::Degrees(s.max_elevation_rad()),
         s.min_range_m(), s.max_range_m(), Length(s.range_noise_m()));
   }
+  for (const v1::NamedStorey& s : session.site_rules().storeys()) {
+    absl::StrAppendFormat(&out, "  storey    %s: floor at %.2f m\n", s.name(), s.floor_z_m());
+  }
+  for (const v1::RequiredRegion& r : session.site_rules().regions()) {
+    absl::StrAppendFormat(
+        &out, "  region    %s: density %.0f /m\u00b2, weight %g%s\n", r.name(),
+        r.has_required_density_per_m2() ? r.required_density_per_m2() : p.required_density_per_m2(),
+        r.has_weight() ? r.weight() : 1.0,
+        r.storey().empty() ? "" : absl::StrCat(", on storey ", r.storey()));
+  }
   for (const v1::Rejection& r : session.rejections()) {
     absl::StrAppendFormat(&out, "  rejected  %s within %s%s\n", Text(r.position()),
                           Length(r.radius_m()), r.reason().empty() ? "" : ": " + r.reason());
@@ -252,13 +268,23 @@ std::string ViewReport(const v1::RankedView& view) {
 
 std::string CoverageReport(const v1::Coverage& c) {
   const v1::BySurfaceKind& a = c.area_by_kind_m2();
-  return absl::StrFormat(
+  std::string out = absl::StrFormat(
       "coverage %s (estimated): %.1f m\u00b2 at density of %.1f m\u00b2 measured; missing %.1f "
       "m\u00b2 hidden, %.1f m\u00b2 without return, %.1f m\u00b2 outside the field of view; %.1f "
       "m\u00b2 given up; density %.0f /m\u00b2\n",
       c.has_estimated_coverage() ? absl::StrFormat("%.1f %%", c.estimated_coverage() * 100) : "-",
       c.area_at_density_m2(), a.true_surface(), a.occlusion(), a.hole_boundary(),
       a.image_boundary(), c.area_given_up_m2(), c.required_density_per_m2());
+  for (const v1::RegionCoverage& r : c.regions()) {
+    absl::StrAppendFormat(
+        &out,
+        "  region %s: %s, %.1f m\u00b2 at density of %.1f m\u00b2 measured; density %.0f "
+        "/m\u00b2\n",
+        r.name(),
+        r.has_estimated_coverage() ? absl::StrFormat("%.1f %%", r.estimated_coverage() * 100) : "-",
+        r.area_at_density_m2(), r.area_by_kind_m2().true_surface(), r.required_density_per_m2());
+  }
+  return out;
 }
 
 std::string StoreysReport(const google::protobuf::RepeatedPtrField<v1::Storey>& storeys) {

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <span>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -18,6 +20,12 @@ constexpr double kMaxCoordinate = 1e8;  // m
 constexpr double kHalfPi = sensor::kPi / 2;
 constexpr int kMaxScannerModels = 16;
 constexpr int kMaxKeepOut = 256;
+constexpr int kMaxRegions = 64;
+constexpr int kMaxStoreys = 64;
+constexpr int kMaxCorners = 64;
+constexpr size_t kMaxSiteName = 100;
+// m; a storey begins so far below its level floor, which varies, but not in the slab below it.
+constexpr double kBelowFloor = 0.1;
 constexpr size_t kMaxDisplayName = 200;
 // Finite limits of intervals that the contract leaves open.
 constexpr double kTiny = std::numeric_limits<double>::min();
@@ -54,6 +62,178 @@ void Check(const v1::RegistrationConfig& c, const std::string& field,
   CheckRange(c.max_correspondence_distance_m(), 0.1, 2, field + ".max_correspondence_distance_m",
              violations);
   CheckRange(c.draw_count(), 20, 65536, field + ".draw_count", violations);
+}
+
+// The name of a storey or a region, which no other one has.
+void CheckSiteName(const std::string& name, const std::string& field, std::set<std::string>& names,
+                   contract::Violations& violations) {
+  if (name.empty()) {
+    violations.Add(field, "is required");
+  } else if (!names.insert(name).second) {
+    violations.Add(field, absl::StrCat("'", name, "' is used twice"));
+  }
+  CheckText(name, kMaxSiteName, field, violations);
+}
+
+std::vector<planning::NamedStorey> ReadStoreys(const v1::SiteRules& rules, double origin_z,
+                                               const std::string& field,
+                                               contract::Violations& violations) {
+  std::vector<planning::NamedStorey> storeys;
+  if (rules.storeys_size() > kMaxStoreys) {
+    violations.Add(field, absl::StrCat("has ", rules.storeys_size(), " storeys, at most ",
+                                       kMaxStoreys, " fit"));
+    return storeys;
+  }
+  std::set<std::string> names;
+  for (int i = 0; i < rules.storeys_size(); ++i) {
+    const v1::NamedStorey& storey = rules.storeys(i);
+    const std::string at = absl::StrFormat("%s[%d]", field, i);
+    CheckSiteName(storey.name(), at + ".name", names, violations);
+    CheckRange(storey.floor_z_m(), -kMaxCoordinate, kMaxCoordinate, at + ".floor_z_m", violations);
+    const double floor_z = storey.floor_z_m() - origin_z;
+    for (const planning::NamedStorey& other : storeys) {
+      if (std::abs(other.floor_z - floor_z) >= planning::kStoreysApart) continue;
+      violations.Add(at + ".floor_z_m", absl::StrFormat("is less than %g m from that of '%s'",
+                                                        planning::kStoreysApart, other.name));
+    }
+    storeys.push_back({storey.name(), floor_z});
+  }
+  return storeys;
+}
+
+std::vector<Eigen::Vector2d> ReadOutline(const v1::RequiredRegion& region,
+                                         const Eigen::Vector3d& origin, const std::string& at,
+                                         contract::Violations& violations) {
+  std::vector<Eigen::Vector2d> outline;
+  if (region.has_box()) {
+    const Eigen::AlignedBox3d box = ReadBox(region.box(), origin, at + ".box", violations);
+    if (box.isEmpty()) return outline;
+    return {box.min().head<2>(),
+            {box.max().x(), box.min().y()},
+            box.max().head<2>(),
+            {box.min().x(), box.max().y()}};
+  }
+  if (!region.has_polygon()) {
+    violations.Add(at + ".polygon", "is required, or box");
+    return outline;
+  }
+  const std::string corners = at + ".polygon.corners";
+  if (region.polygon().corners_size() > kMaxCorners) {
+    violations.Add(corners, absl::StrCat("has ", region.polygon().corners_size(),
+                                         " corners, at most ", kMaxCorners, " fit"));
+    return outline;
+  }
+  contract::Violations own;
+  for (int i = 0; i < region.polygon().corners_size(); ++i) {
+    outline.emplace_back(
+        (ReadVector(region.polygon().corners(i), absl::StrFormat("%s[%d]", corners, i), own) -
+         origin)
+            .head<2>());
+  }
+  if (own.empty()) {
+    const std::string fault = planning::OutlineFault(outline);
+    if (!fault.empty()) own.Add(corners, fault);
+  }
+  if (!own.empty()) outline.clear();
+  violations.Append(own);
+  return outline;
+}
+
+// Sets the heights between which a region lies.
+void ReadHeights(const v1::RequiredRegion& asked, const Eigen::Vector3d& origin,
+                 std::span<const planning::NamedStorey> storeys, const std::string& at,
+                 planning::RequiredRegion& region, contract::Violations& violations) {
+  if (asked.has_box()) {
+    region.min_z = asked.box().min().z() - origin.z();
+    region.max_z = asked.box().max().z() - origin.z();
+    for (const auto& [given, name] : {std::pair(asked.has_min_z_m(), ".min_z_m"),
+                                      {asked.has_max_z_m(), ".max_z_m"},
+                                      {!asked.storey().empty(), ".storey"}}) {
+      if (given) violations.Add(at + name, "goes with a polygon; a box has its own heights");
+    }
+    return;
+  }
+  if (asked.has_min_z_m()) {
+    CheckRange(asked.min_z_m(), -kMaxCoordinate, kMaxCoordinate, at + ".min_z_m", violations);
+    region.min_z = asked.min_z_m() - origin.z();
+  }
+  if (asked.has_max_z_m()) {
+    CheckRange(asked.max_z_m(), -kMaxCoordinate, kMaxCoordinate, at + ".max_z_m", violations);
+    region.max_z = asked.max_z_m() - origin.z();
+  }
+  if (asked.has_min_z_m() && asked.has_max_z_m() && !(asked.min_z_m() < asked.max_z_m())) {
+    violations.Add(at + ".max_z_m", "must be above min_z_m");
+  }
+  if (asked.storey().empty()) return;
+  if (asked.has_min_z_m() || asked.has_max_z_m()) {
+    violations.Add(at + ".storey", "goes without min_z_m and max_z_m");
+    return;
+  }
+  const auto storey = std::find_if(storeys.begin(), storeys.end(),
+                                   [&](const auto& named) { return named.name == asked.storey(); });
+  if (storey == storeys.end()) {
+    violations.Add(at + ".storey",
+                   absl::StrCat("'", asked.storey(), "' is none of site_rules.storeys"));
+    return;
+  }
+  region.min_z = storey->floor_z - kBelowFloor;
+  for (const planning::NamedStorey& above : storeys) {
+    if (above.floor_z > storey->floor_z) {
+      region.max_z = std::min(region.max_z, above.floor_z - kBelowFloor);
+    }
+  }
+}
+
+std::vector<planning::RequiredRegion> ReadRegions(const v1::SiteRules& rules,
+                                                  const Eigen::Vector3d& origin,
+                                                  std::span<const planning::NamedStorey> storeys,
+                                                  const std::string& field,
+                                                  contract::Violations& violations) {
+  std::vector<planning::RequiredRegion> regions;
+  if (rules.regions_size() > kMaxRegions) {
+    violations.Add(field, absl::StrCat("has ", rules.regions_size(), " regions, at most ",
+                                       kMaxRegions, " fit"));
+    return regions;
+  }
+  std::set<std::string> names;
+  for (int i = 0; i < rules.regions_size(); ++i) {
+    const v1::RequiredRegion& asked = rules.regions(i);
+    const std::string at = absl::StrFormat("%s[%d]", field, i);
+    contract::Violations own;
+    planning::RequiredRegion region;
+    region.name = asked.name();
+    CheckSiteName(asked.name(), at + ".name", names, own);
+    region.outline = ReadOutline(asked, origin, at, own);
+    ReadHeights(asked, origin, storeys, at, region, own);
+    if (asked.has_required_density_per_m2()) {
+      CheckRange(asked.required_density_per_m2(), 1e-3, kHuge, at + ".required_density_per_m2",
+                 own);
+      region.density = asked.required_density_per_m2();
+    }
+    if (asked.has_weight()) {
+      CheckRange(asked.weight(), 0, 1e6, at + ".weight", own);
+      region.weight = asked.weight();
+    }
+    if (!own.empty()) region.outline.clear();  // it overlaps nothing
+    for (const planning::RequiredRegion& other : regions) {
+      if (region.outline.empty() || other.outline.empty() || !Overlap(region, other)) continue;
+      own.Add(at, absl::StrCat("overlaps region '", other.name, "'"));
+      break;
+    }
+    violations.Append(own);
+    regions.push_back(std::move(region));
+  }
+  return regions;
+}
+
+// True where all of a region lies out of the site.
+bool IsOutside(const planning::RequiredRegion& region, const model::ModelConfig& site) {
+  Eigen::AlignedBox2d extent;
+  for (const Eigen::Vector2d& corner : region.outline) extent.extend(corner);
+  const Eigen::Vector3d& half = site.max_half_extent;
+  return !extent.isEmpty() &&
+         (extent.intersection(Eigen::AlignedBox2d(-half.head<2>(), half.head<2>())).isEmpty() ||
+          region.max_z <= -half.z() || region.min_z >= half.z());
 }
 
 }  // namespace
@@ -400,6 +580,8 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
                                      absl::StrFormat("%s.keep_out[%d]", rules_field, i), v));
     }
   }
+  out.storeys = ReadStoreys(rules, origin.z(), rules_field + ".storeys", v);
+  out.regions = ReadRegions(rules, origin, out.storeys, rules_field + ".regions", v);
   return out;
 }
 
@@ -412,6 +594,11 @@ void CheckSession(const v1::Session& session, const std::string& prefix,
   const planning::PlanningConfig planning =
       ReadPlanningConfig(session.planning_config(), session.site_rules(), origin, model.voxel_size,
                          prefix + "planning_config", prefix + "site_rules", violations);
+  for (size_t i = 0; i < planning.regions.size(); ++i) {
+    if (!IsOutside(planning.regions[i], model)) continue;
+    violations.Add(absl::StrFormat("%ssite_rules.regions[%d]", prefix, i),
+                   "lies outside of the site (model_config.max_half_extent around its origin)");
+  }
   if (session.scanner_models_size() > kMaxScannerModels) {
     violations.Add(prefix + "scanner_models",
                    absl::StrCat("has ", session.scanner_models_size(), " models, at most ",
@@ -432,6 +619,14 @@ void CheckSession(const v1::Session& session, const std::string& prefix,
           absl::StrFormat("is %g samples/m^2; scanner '%s' reaches %g at most, at its nearest "
                           "range",
                           planning.required_density, scanner.name, scanner.MaxSamplingDensity()));
+    }
+    for (size_t r = 0; own.empty() && r < planning.regions.size(); ++r) {
+      const double density = planning.regions[r].density.value_or(0);
+      if (!(density > scanner.MaxSamplingDensity())) continue;
+      violations.Add(absl::StrFormat("%ssite_rules.regions[%d].required_density_per_m2", prefix, r),
+                     absl::StrFormat(
+                         "is %g samples/m^2; scanner '%s' reaches %g at most, at its nearest range",
+                         density, scanner.name, scanner.MaxSamplingDensity()));
     }
     violations.Append(own);
   }

@@ -256,6 +256,17 @@ v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_d
     out.set_estimated_coverage(*coverage.estimated_coverage);
   }
   out.set_required_density_per_m2(required_density);
+  for (const planning::RegionCoverage& region : coverage.regions) {
+    v1::RegionCoverage& written = *out.add_regions();
+    written.set_name(region.name);
+    written.set_required_density_per_m2(region.required_density);
+    *written.mutable_area_by_kind_m2() = WriteByKind(region.area);
+    written.set_area_at_density_m2(region.area_at_density);
+    written.set_area_given_up_m2(region.area_given_up);
+    if (region.estimated_coverage.has_value()) {
+      written.set_estimated_coverage(*region.estimated_coverage);
+    }
+  }
   return out;
 }
 
@@ -263,6 +274,7 @@ v1::Storey WriteStorey(const planning::Storey& storey, const Eigen::Vector3d& or
   v1::Storey out;
   out.set_number(storey.number);
   if (storey.floor_z.has_value()) out.set_floor_z_m(*storey.floor_z + origin.z());
+  out.set_name(storey.name);
   return out;
 }
 

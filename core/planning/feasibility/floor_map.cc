@@ -50,7 +50,10 @@ bool FloorMap::FindIn(const model::PlanningView& model, const parallel::Cancella
 }
 
 std::vector<Storey> FindStoreys(const model::PlanningView& model, const PlanningConfig& config) {
-  return FloorMap::Find(model, config.floor_z).value().storeys().DescribeAll();  // not cancelled
+  return FloorMap::Find(model, config.floor_z)
+      .value()
+      .storeys()
+      .DescribeAll(config.storeys);  // not cancelled
 }
 
 }  // namespace vantage::planning

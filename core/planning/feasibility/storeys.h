@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/planning/feasibility/floor_columns.h"
@@ -29,9 +30,9 @@ class Storeys {
   }
   // The storey that floor at z (m) belongs to, 0 the lowest.
   int At(double z) const;
-  // What people are told: of one of them, and of all.
-  Storey Describe(int storey) const { return {storey, Height(static_cast<size_t>(storey))}; }
-  std::vector<Storey> DescribeAll() const;
+  // What people are told, with the names that they gave: of one of them, and of all.
+  Storey Describe(int storey, std::span<const NamedStorey> named) const;
+  std::vector<Storey> DescribeAll(std::span<const NamedStorey> named) const;
 
  private:
   std::vector<double> heights_;  // ascending

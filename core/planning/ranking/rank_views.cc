@@ -133,7 +133,7 @@ LocationDescription DescribeLocation(const PlanningProblem& problem, const Ranke
   LocationDescription location;
   std::vector<std::string> parts;
   if (view.storey.has_value() && problem.feasible().floor().storeys().count() > 1) {
-    parts.push_back(absl::StrCat("on storey ", view.storey->number));
+    parts.push_back(absl::StrCat("on ", view.storey->Words()));
   }
   if (!model.stations().empty()) {
     const Eigen::Vector2d offset =

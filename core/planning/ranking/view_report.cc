@@ -18,7 +18,8 @@ void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const 
   view.position = position;
   view.height_over_floor = problem_.feasible().HeightOverFloor(position);
   if (const std::optional<int> storey = problem_.feasible().Storey(position)) {
-    view.storey = problem_.feasible().floor().storeys().Describe(*storey);
+    view.storey =
+        problem_.feasible().floor().storeys().Describe(*storey, problem_.config().storeys);
   }
   view.floor_measured = problem_.feasible().FloorMeasured(position);
   view.clearance =

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/parallel/thread_pool.h"
@@ -228,6 +229,66 @@ TEST_P(StoreyedSceneTest, EveryViewStandsOnTheFloorOfTheStoreyThatItNames) {
   EXPECT_THAT(nowhere.location().description(), testing::HasSubstr("no floor is known below"));
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, StoreyedSceneTest, testing::Range(size_t{0}, std::size(kScenes)));
+
+// Requirements can change during a job: what was asked of the whole site is asked of one storey.
+TEST_F(StoreysRpc, RegionsAndNamesThatComeLaterCountFromThenOn) {
+  ASSERT_NO_FATAL_FAILURE(Open("two storeys"));
+  const v1::Coverage before = Coverage().coverage();
+  EXPECT_EQ(before.regions_size(), 0);
+  v1::UpdateSessionRequest update;
+  update.mutable_session()->set_name(session_);
+  update.mutable_update_mask()->add_paths("site_rules");
+  v1::SiteRules& rules = *update.mutable_session()->mutable_site_rules();
+  for (const auto& [name, z] : {std::pair("shop", 0.0), {"flat", 2.8}}) {
+    v1::NamedStorey& storey = *rules.add_storeys();
+    storey.set_name(name);
+    storey.set_floor_z_m(z);
+    v1::RequiredRegion& region = *rules.add_regions();
+    region.set_name(std::string("all of the ") + name);
+    region.set_storey(name);
+    for (const auto& [x, y] : {std::pair(-1, -1), {7, -1}, {7, 6}, {-1, 6}}) {
+      v1::Vector3& corner = *region.mutable_polygon()->add_corners();
+      corner.set_x(x);
+      corner.set_y(y);
+    }
+  }
+  rules.mutable_regions(0)->set_weight(0);
+  rules.mutable_regions(1)->set_required_density_per_m2(100);
+  v1::UpdateSessionResponse updated;
+  grpc::ClientContext context;
+  const grpc::Status status = server_.sessions->UpdateSession(&context, update, &updated);
+  ASSERT_TRUE(status.ok()) << status.error_message();
+
+  const v1::GetCoverageResponse after = Coverage();
+  ASSERT_EQ(after.coverage().regions_size(), 2);
+  EXPECT_EQ(after.coverage().regions(0).name(), "all of the shop");
+  EXPECT_EQ(after.coverage().regions(0).area_by_kind_m2().true_surface(), 0);
+  EXPECT_EQ(after.coverage().regions(1).required_density_per_m2(), 100);
+  // Nothing but the upper storey counts, where a coarse scan is enough.
+  EXPECT_NEAR(after.coverage().regions(1).area_by_kind_m2().true_surface(),
+              after.coverage().area_by_kind_m2().true_surface(), 0.3);
+  EXPECT_LT(after.coverage().area_by_kind_m2().true_surface(),
+            0.7 * before.area_by_kind_m2().true_surface());
+  EXPECT_GT(after.coverage().estimated_coverage(), before.estimated_coverage() + 0.1);
+  ASSERT_EQ(after.storeys_size(), 2);
+  EXPECT_EQ(after.storeys(0).name(), "shop");
+  EXPECT_EQ(after.storeys(1).name(), "flat");
+
+  const v1::PlanResult plan = Plan();
+  ASSERT_GT(plan.views_size() + plan.refused_size(), 0);
+  EXPECT_EQ(plan.coverage().regions_size(), 2);
+  EXPECT_EQ(plan.storeys(1).name(), "flat");
+  const v1::RankedView& best = plan.views_size() > 0 ? plan.views(0) : plan.refused(0);
+  EXPECT_EQ(best.storey().name(), "flat");  // nothing is asked for below
+  EXPECT_THAT(best.location().description(), testing::HasSubstr("on storey 1 (flat)"));
+
+  // A region that is impossible changes nothing.
+  rules.mutable_regions(1)->set_storey("cellar");
+  grpc::ClientContext again;
+  EXPECT_THAT(fixture::ViolatedFields(server_.sessions->UpdateSession(&again, update, &updated)),
+              testing::Contains("session.site_rules.regions[1].storey"));
+  EXPECT_EQ(Coverage().coverage().SerializeAsString(), after.coverage().SerializeAsString());
+}
 
 TEST_F(StoreysRpc, WhatIsFreeInsteadOfAClaimedViewNamesItsStorey) {
   ASSERT_NO_FATAL_FAILURE(Open("two storeys"));

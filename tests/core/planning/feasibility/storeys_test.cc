@@ -71,20 +71,24 @@ TEST_F(StoreysTest, AreNumberedFromTheLowestThatIsKnown) {
 TEST_F(StoreysTest, WithoutLevelFloorThereIsOneAtNoKnownHeight) {
   EXPECT_EQ(Find().count(), 1u);
   EXPECT_EQ(Find().At(7), 0);
-  ASSERT_EQ(Find().DescribeAll().size(), 1u);
-  EXPECT_EQ(Find().DescribeAll()[0].number, 0);
-  EXPECT_FALSE(Find().DescribeAll()[0].floor_z.has_value());
+  const std::vector<Storey> told = Find().DescribeAll({});
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].number, 0);
+  EXPECT_FALSE(told[0].floor_z.has_value());
 }
 
 TEST_F(StoreysTest, AreToldFromTheLowestUp) {
   Add(0, 0, 10, 5, 2.9);
   Add(0, 0, 10, 5, 0);
-  const std::vector<Storey> told = Find().DescribeAll();
+  const std::vector<NamedStorey> named = {{"upstairs", 2.9}, {"attic", 5.8}};
+  const std::vector<Storey> told = Find().DescribeAll(named);
   ASSERT_EQ(told.size(), 2u);
   for (const int k : {0, 1}) EXPECT_EQ(told[static_cast<size_t>(k)].number, k);
   EXPECT_NEAR(*told[0].floor_z, 0, 0.03);
   EXPECT_NEAR(*told[1].floor_z, 2.9, 0.03);
-  EXPECT_EQ(Storeys(1.5).DescribeAll()[0].floor_z, 1.5);
+  EXPECT_EQ(told[0].name, "");
+  EXPECT_EQ(told[1].name, "upstairs");
+  EXPECT_EQ(Storeys(1.5).DescribeAll({})[0].floor_z, 1.5);
 }
 
 }  // namespace
