@@ -23,6 +23,7 @@ absl::StatusOr<ExitCode> RunCoverage(Environment& environment, const CoverageArg
     return ExitCode::kOk;
   }
   std::fputs(CoverageReport(got->coverage()).c_str(), stdout);
+  std::fputs(StoreysReport(got->storeys()).c_str(), stdout);
   if (got->has_best_remaining_model_gain_m2()) {
     std::printf("best remaining model gain at most %.2f m\u00b2, says %s\n",
                 got->best_remaining_model_gain_m2(), client::IdOf(got->plan()).c_str());

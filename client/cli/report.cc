@@ -26,13 +26,32 @@ std::string Lower(const std::string& name, absl::string_view prefix) {
 
 std::string SquareMetres(double area) { return absl::StrFormat("%.2f", area); }
 
+// '1', or '1 attic'.
+std::string StoreyName(const v1::Storey& storey) {
+  return absl::StrCat(storey.number(), storey.name().empty() ? "" : " ", storey.name());
+}
+
+std::string StoreyText(const v1::Storey& storey) {
+  return storey.has_floor_z_m()
+             ? absl::StrFormat("%s (floor at %.2f m)", StoreyName(storey), storey.floor_z_m())
+             : StoreyName(storey);
+}
+
+// Where a view stands: its storey, where it names one.
+std::string StoreyOf(const v1::RankedView& view) {
+  if (!view.has_storey()) return "";
+  return absl::StrCat(StoreyName(view.storey()),
+                      view.floor_measured() ? "" : ", floor not measured");
+}
+
 void AddViews(const google::protobuf::RepeatedPtrField<v1::RankedView>& views, bool refused,
               Table& table) {
   for (int i = 0; i < views.size(); ++i) {
     const v1::RankedView& view = views[i];
     table.Add(
         {refused ? "-" : absl::StrCat(i + 1), Text(view.position()),
-         absl::StrFormat("%.2f", view.height_over_floor_m()), SquareMetres(view.model_gain_m2()),
+         absl::StrFormat("%.2f", view.height_over_floor_m()), StoreyOf(view),
+         SquareMetres(view.model_gain_m2()),
          absl::StrFormat("%.2f..%.2f", view.model_gain_lower_m2(), view.model_gain_upper_m2()),
          view.has_travel_distance_m() ? absl::StrFormat("%.1f", view.travel_distance_m()) : "",
          view.has_verdict() ? Word(view.verdict().outcome()) : "not checked yet",
@@ -150,6 +169,16 @@ std::string SessionReport(const v1::Session& session) {
         sensor::Degrees(s.min_elevation_rad()), sensor::Degrees(s.max_elevation_rad()),
         s.min_range_m(), s.max_range_m(), Length(s.range_noise_m()));
   }
+  for (const v1::NamedStorey& s : session.site_rules().storeys()) {
+    absl::StrAppendFormat(&out, "  storey    %s: floor at %.2f m\n", s.name(), s.floor_z_m());
+  }
+  for (const v1::RequiredRegion& r : session.site_rules().regions()) {
+    absl::StrAppendFormat(
+        &out, "  region    %s: density %.0f /m\u00b2, weight %g%s\n", r.name(),
+        r.has_required_density_per_m2() ? r.required_density_per_m2() : p.required_density_per_m2(),
+        r.has_weight() ? r.weight() : 1.0,
+        r.storey().empty() ? "" : absl::StrCat(", on storey ", r.storey()));
+  }
   for (const v1::Rejection& r : session.rejections()) {
     absl::StrAppendFormat(&out, "  rejected  %s within %s%s\n", Text(r.position()),
                           Length(r.radius_m()), r.reason().empty() ? "" : ": " + r.reason());
@@ -226,6 +255,10 @@ std::string ViewReport(const v1::RankedView& view) {
                         view.has_travel_distance_m()
                             ? absl::StrFormat(", %.1f m to walk", view.travel_distance_m())
                             : "");
+  if (view.has_storey()) {
+    absl::StrAppend(&out, "  storey     ", StoreyText(view.storey()),
+                    view.floor_measured() ? "" : "; the floor below was not measured", "\n");
+  }
   if (!view.location().description().empty())
     absl::StrAppend(&out, "  where      ", view.location().description(), "\n");
   absl::StrAppend(&out, "  verdict    ",
@@ -235,13 +268,29 @@ std::string ViewReport(const v1::RankedView& view) {
 
 std::string CoverageReport(const v1::Coverage& c) {
   const v1::BySurfaceKind& a = c.area_by_kind_m2();
-  return absl::StrFormat(
+  std::string out = absl::StrFormat(
       "coverage %s (estimated): %.1f m\u00b2 at density of %.1f m\u00b2 measured; missing %.1f "
       "m\u00b2 hidden, %.1f m\u00b2 without return, %.1f m\u00b2 outside the field of view; %.1f "
       "m\u00b2 given up; density %.0f /m\u00b2\n",
       c.has_estimated_coverage() ? absl::StrFormat("%.1f %%", c.estimated_coverage() * 100) : "-",
       c.area_at_density_m2(), a.true_surface(), a.occlusion(), a.hole_boundary(),
       a.image_boundary(), c.area_given_up_m2(), c.required_density_per_m2());
+  for (const v1::RegionCoverage& r : c.regions()) {
+    absl::StrAppendFormat(
+        &out,
+        "  region %s: %s, %.1f m\u00b2 at density of %.1f m\u00b2 measured; density %.0f "
+        "/m\u00b2\n",
+        r.name(),
+        r.has_estimated_coverage() ? absl::StrFormat("%.1f %%", r.estimated_coverage() * 100) : "-",
+        r.area_at_density_m2(), r.area_by_kind_m2().true_surface(), r.required_density_per_m2());
+  }
+  return out;
+}
+
+std::string StoreysReport(const google::protobuf::RepeatedPtrField<v1::Storey>& storeys) {
+  std::vector<std::string> words;
+  for (const v1::Storey& storey : storeys) words.push_back(StoreyText(storey));
+  return storeys.empty() ? "" : absl::StrCat("storeys: ", absl::StrJoin(words, ", "), "\n");
 }
 
 std::string JointReport(const v1::PlanResult& r) {
@@ -255,8 +304,9 @@ std::string JointReport(const v1::PlanResult& r) {
       continue;
     }
     const v1::RankedView& view = r.views(assignment.view_index());
-    absl::StrAppend(&out, who, " to ", Text(view.position()),
-                    absl::StrFormat(", %.2f m\u00b2", view.model_gain_m2()));
+    absl::StrAppend(&out, who, " to ", Text(view.position()));
+    if (view.has_storey()) absl::StrAppend(&out, ", storey ", StoreyOf(view));
+    absl::StrAppendFormat(&out, ", %.2f m\u00b2", view.model_gain_m2());
     if (view.has_total_duration()) {
       absl::StrAppendFormat(&out, ", %.1f m walk, %.1f minutes", view.travel_distance_m(),
                             client::SecondsOf(view.total_duration()) / 60);
@@ -288,8 +338,8 @@ std::string PlanReport(const v1::Plan& plan) {
   if (!plan.state_message().empty()) absl::StrAppend(&out, plan.state_message(), "\n");
   if (!r.message().empty()) absl::StrAppend(&out, r.message(), "\n");
   if (r.views_size() + r.refused_size() > 0) {
-    Table table({">rank", "position, m", ">height", ">model gain, m\u00b2", ">bounds", ">walk, m",
-                 "verdict", ">overlap", ">error", "where, or remedy"});
+    Table table({">rank", "position, m", ">height", "storey", ">model gain, m\u00b2", ">bounds",
+                 ">walk, m", "verdict", ">overlap", ">error", "where, or remedy"});
     AddViews(r.views(), false, table);
     AddViews(r.refused(), true, table);
     out += table.ToString();
@@ -300,6 +350,7 @@ std::string PlanReport(const v1::Plan& plan) {
   }
   if (r.has_joint()) out += JointReport(r);
   if (r.has_coverage()) out += CoverageReport(r.coverage());
+  out += StoreysReport(r.storeys());
   absl::StrAppendFormat(&out, "%s: %s\n", r.termination().suggested() ? "stop" : "go on",
                         r.termination().message());
   absl::StrAppendFormat(&out,

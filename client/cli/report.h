@@ -42,6 +42,8 @@ std::string JointReport(const v1::PlanResult& result);
 std::string PlanReport(const v1::Plan& plan);
 std::string ViewReport(const v1::RankedView& view);
 std::string CoverageReport(const v1::Coverage& coverage);
+// One line; nothing where no storey is known.
+std::string StoreysReport(const google::protobuf::RepeatedPtrField<v1::Storey>& storeys);
 
 // 'feasible views 0.02, ... : 0.31 s in all'.
 std::string StagesLine(const v1::PlanResult& result);

@@ -58,7 +58,12 @@ absl::StatusOr<std::vector<std::string>> ApplySettings(const SessionSettings& se
     std::vector<const google::protobuf::FieldDescriptor*> fields;
     given.GetReflection()->ListFields(given, &fields);
     for (const auto* field : fields) paths.insert(field->name());
+    // Lists replace those that the session has.
     if (given.scanner_models_size() > 0) session.clear_scanner_models();
+    const v1::SiteRules& rules = given.site_rules();
+    if (rules.keep_out_size() > 0) session.mutable_site_rules()->clear_keep_out();
+    if (rules.regions_size() > 0) session.mutable_site_rules()->clear_regions();
+    if (rules.storeys_size() > 0) session.mutable_site_rules()->clear_storeys();
     session.MergeFrom(given);
   }
   if (!settings.scanner_from.empty()) {

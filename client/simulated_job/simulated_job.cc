@@ -75,6 +75,9 @@ std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& pla
     if (options_.heed_termination) return std::nullopt;
   }
   if (const v1::RankedView* chosen = Choose(answer, options_.choice); chosen != nullptr) {
+    if (chosen->has_floor_measured() && !chosen->floor_measured()) {
+      notes.emplace_back("the floor below the next place was not measured");
+    }
     return Next{client::FromProto(chosen->position()), chosen->model_gain_m2()};
   }
   if (answer.outcome() != v1::PLAN_OUTCOME_NO_REGISTRABLE_VIEW || answer.refused().empty()) {

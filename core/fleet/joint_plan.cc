@@ -356,7 +356,7 @@ class JointPlanner {
     report.Place(mine.views[chosen.view], view);
     view.travel = members_[chosen.scanner].routes.Length(view.position);
     view.verdict = chosen.verdict;
-    view.location = planning::DescribeLocation(model_, view.position, view.height_over_floor);
+    view.location = planning::DescribeLocation(*mine.problem, view);
     // Regions are read from the map of scores before anything was chosen.
     if (remaining_->steps() == request_.pledged.size()) {
       view.region = planning::EquivalentRegionOf(mine.evaluation, feasible, chosen.view);

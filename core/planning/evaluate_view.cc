@@ -44,7 +44,7 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
   const ViewReport report(problem);
   report.Exact(position, budget, view);
   report.Place(position, view);
-  view.location = DescribeLocation(problem.model(), position, view.height_over_floor);
+  view.location = DescribeLocation(problem, view);
   view.region = RegionOfCell(feasible, cell);
   const auto overlap =
       OverlapSurface::Create(problem.model(), problem.grid(), problem.scene(), problem.scanner());

@@ -26,23 +26,18 @@ void CheckBox(const v1::Box& box, const std::string& field, contract::Violations
   }
 }
 
+}  // namespace
+
 const v1::ScannerModel* FindModel(const std::string& id, const v1::Session& session) {
   const auto it = std::find_if(session.scanner_models().begin(), session.scanner_models().end(),
                                [&](const v1::ScannerModel& model) { return model.id() == id; });
   return it == session.scanner_models().end() ? nullptr : &*it;
 }
 
-}  // namespace
-
-void CheckScanner(const v1::Scanner& scanner, const v1::Session& session, const std::string& field,
+void CheckScanner(const v1::Scanner& scanner, const std::string& field,
                   contract::Violations& violations) {
   CheckText(scanner.display_name(), kMaxText, field + ".display_name", violations);
   CheckText(scanner.operator_(), kMaxText, field + ".operator", violations);
-  const std::string& model = scanner.scanner_model_id();
-  if (!model.empty() && FindModel(model, session) == nullptr) {
-    violations.Add(field + ".scanner_model_id",
-                   absl::StrCat("'", model, "' is none of the session's scanner models"));
-  }
   if (scanner.reach_size() > kMaxReach) {
     violations.Add(field + ".reach", absl::StrCat("has ", scanner.reach_size(), " boxes, at most ",
                                                   kMaxReach, " fit"));

@@ -17,10 +17,13 @@
 
 namespace vantage::conversion {
 
-// Adds what is wrong with a scanner that is to be added to `session`.
-void CheckScanner(const v1::Scanner& scanner, const v1::Session& session, const std::string& field,
+// Adds what is wrong with a scanner that is to be added, whatever the session.
+void CheckScanner(const v1::Scanner& scanner, const std::string& field,
                   contract::Violations& violations);
 void FillDefaults(v1::Scanner& scanner, const v1::Session& session);
+
+// One of the session's scanner models by its id; null when it has none of that id.
+const v1::ScannerModel* FindModel(const std::string& id, const v1::Session& session);
 
 // The scanner's model; the session's first model where the scanner's own was removed.
 const v1::ScannerModel& ModelOf(const v1::Scanner& scanner, const v1::Session& session);

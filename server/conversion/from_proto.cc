@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 #include <set>
+#include <span>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -18,6 +20,12 @@ constexpr double kMaxCoordinate = 1e8;  // m
 constexpr double kHalfPi = sensor::kPi / 2;
 constexpr int kMaxScannerModels = 16;
 constexpr int kMaxKeepOut = 256;
+constexpr int kMaxRegions = 64;
+constexpr int kMaxStoreys = 64;
+constexpr int kMaxCorners = 64;
+constexpr size_t kMaxSiteName = 100;
+// m; a storey begins so far below its level floor, which varies, but not in the slab below it.
+constexpr double kBelowFloor = 0.1;
 constexpr size_t kMaxDisplayName = 200;
 // Finite limits of intervals that the contract leaves open.
 constexpr double kTiny = std::numeric_limits<double>::min();
@@ -45,15 +53,187 @@ Eigen::AlignedBox3d ReadBox(const v1::Box& box, const Eigen::Vector3d& origin,
 
 void Check(const v1::RegistrationConfig& c, const std::string& field,
            contract::Violations& violations) {
-  CheckRange(c.required_accuracy_m(), 1e-5, 10, field + ".required_accuracy_m", violations);
+  CheckRange(c.required_accuracy_m(), 1e-5, 1, field + ".required_accuracy_m", violations);
   CheckRange(c.min_overlap(), 1e-6, 0.999999, field + ".min_overlap", violations);
-  CheckRange(c.correlation_length_m(), 1e-3, 100, field + ".correlation_length_m", violations);
-  CheckRange(c.correlated_sigma_m(), 0, 1, field + ".correlated_sigma_m", violations);
-  CheckRange(c.normal_sigma_rad(), 0, 1, field + ".normal_sigma_rad", violations);
-  CheckRange(c.sample_spacing_m(), 1e-3, 10, field + ".sample_spacing_m", violations);
-  CheckRange(c.max_correspondence_distance_m(), 1e-3, 100, field + ".max_correspondence_distance_m",
+  CheckRange(c.correlation_length_m(), 0.05, 10, field + ".correlation_length_m", violations);
+  CheckRange(c.correlated_sigma_m(), 0, 0.1, field + ".correlated_sigma_m", violations);
+  CheckRange(c.normal_sigma_rad(), kTiny, 0.5, field + ".normal_sigma_rad", violations);
+  CheckRange(c.sample_spacing_m(), 0.01, 0.5, field + ".sample_spacing_m", violations);
+  CheckRange(c.max_correspondence_distance_m(), 0.1, 2, field + ".max_correspondence_distance_m",
              violations);
-  CheckRange(c.draw_count(), 16, 65536, field + ".draw_count", violations);
+  CheckRange(c.draw_count(), 20, 65536, field + ".draw_count", violations);
+}
+
+// The name of a storey or a region, which no other one has.
+void CheckSiteName(const std::string& name, const std::string& field, std::set<std::string>& names,
+                   contract::Violations& violations) {
+  if (name.empty()) {
+    violations.Add(field, "is required");
+  } else if (!names.insert(name).second) {
+    violations.Add(field, absl::StrCat("'", name, "' is used twice"));
+  }
+  CheckText(name, kMaxSiteName, field, violations);
+}
+
+std::vector<planning::NamedStorey> ReadStoreys(const v1::SiteRules& rules, double origin_z,
+                                               const std::string& field,
+                                               contract::Violations& violations) {
+  std::vector<planning::NamedStorey> storeys;
+  if (rules.storeys_size() > kMaxStoreys) {
+    violations.Add(field, absl::StrCat("has ", rules.storeys_size(), " storeys, at most ",
+                                       kMaxStoreys, " fit"));
+    return storeys;
+  }
+  std::set<std::string> names;
+  for (int i = 0; i < rules.storeys_size(); ++i) {
+    const v1::NamedStorey& storey = rules.storeys(i);
+    const std::string at = absl::StrFormat("%s[%d]", field, i);
+    CheckSiteName(storey.name(), at + ".name", names, violations);
+    CheckRange(storey.floor_z_m(), -kMaxCoordinate, kMaxCoordinate, at + ".floor_z_m", violations);
+    const double floor_z = storey.floor_z_m() - origin_z;
+    for (const planning::NamedStorey& other : storeys) {
+      if (std::abs(other.floor_z - floor_z) >= planning::kStoreysApart) continue;
+      violations.Add(at + ".floor_z_m", absl::StrFormat("is less than %g m from that of '%s'",
+                                                        planning::kStoreysApart, other.name));
+    }
+    storeys.push_back({storey.name(), floor_z});
+  }
+  return storeys;
+}
+
+std::vector<Eigen::Vector2d> ReadOutline(const v1::RequiredRegion& region,
+                                         const Eigen::Vector3d& origin, const std::string& at,
+                                         contract::Violations& violations) {
+  std::vector<Eigen::Vector2d> outline;
+  if (region.has_box()) {
+    const Eigen::AlignedBox3d box = ReadBox(region.box(), origin, at + ".box", violations);
+    if (box.isEmpty()) return outline;
+    return {box.min().head<2>(),
+            {box.max().x(), box.min().y()},
+            box.max().head<2>(),
+            {box.min().x(), box.max().y()}};
+  }
+  if (!region.has_polygon()) {
+    violations.Add(at + ".polygon", "is required, or box");
+    return outline;
+  }
+  const std::string corners = at + ".polygon.corners";
+  if (region.polygon().corners_size() > kMaxCorners) {
+    violations.Add(corners, absl::StrCat("has ", region.polygon().corners_size(),
+                                         " corners, at most ", kMaxCorners, " fit"));
+    return outline;
+  }
+  contract::Violations own;
+  for (int i = 0; i < region.polygon().corners_size(); ++i) {
+    outline.emplace_back(
+        (ReadVector(region.polygon().corners(i), absl::StrFormat("%s[%d]", corners, i), own) -
+         origin)
+            .head<2>());
+  }
+  if (own.empty()) {
+    const std::string fault = planning::OutlineFault(outline);
+    if (!fault.empty()) own.Add(corners, fault);
+  }
+  if (!own.empty()) outline.clear();
+  violations.Append(own);
+  return outline;
+}
+
+// Sets the heights between which a region lies.
+void ReadHeights(const v1::RequiredRegion& asked, const Eigen::Vector3d& origin,
+                 std::span<const planning::NamedStorey> storeys, const std::string& at,
+                 planning::RequiredRegion& region, contract::Violations& violations) {
+  if (asked.has_box()) {
+    region.min_z = asked.box().min().z() - origin.z();
+    region.max_z = asked.box().max().z() - origin.z();
+    for (const auto& [given, name] : {std::pair(asked.has_min_z_m(), ".min_z_m"),
+                                      {asked.has_max_z_m(), ".max_z_m"},
+                                      {!asked.storey().empty(), ".storey"}}) {
+      if (given) violations.Add(at + name, "goes with a polygon; a box has its own heights");
+    }
+    return;
+  }
+  if (asked.has_min_z_m()) {
+    CheckRange(asked.min_z_m(), -kMaxCoordinate, kMaxCoordinate, at + ".min_z_m", violations);
+    region.min_z = asked.min_z_m() - origin.z();
+  }
+  if (asked.has_max_z_m()) {
+    CheckRange(asked.max_z_m(), -kMaxCoordinate, kMaxCoordinate, at + ".max_z_m", violations);
+    region.max_z = asked.max_z_m() - origin.z();
+  }
+  if (asked.has_min_z_m() && asked.has_max_z_m() && !(asked.min_z_m() < asked.max_z_m())) {
+    violations.Add(at + ".max_z_m", "must be above min_z_m");
+  }
+  if (asked.storey().empty()) return;
+  if (asked.has_min_z_m() || asked.has_max_z_m()) {
+    violations.Add(at + ".storey", "goes without min_z_m and max_z_m");
+    return;
+  }
+  const auto storey = std::find_if(storeys.begin(), storeys.end(),
+                                   [&](const auto& named) { return named.name == asked.storey(); });
+  if (storey == storeys.end()) {
+    violations.Add(at + ".storey",
+                   absl::StrCat("'", asked.storey(), "' is none of site_rules.storeys"));
+    return;
+  }
+  region.min_z = storey->floor_z - kBelowFloor;
+  for (const planning::NamedStorey& above : storeys) {
+    if (above.floor_z > storey->floor_z) {
+      region.max_z = std::min(region.max_z, above.floor_z - kBelowFloor);
+    }
+  }
+}
+
+std::vector<planning::RequiredRegion> ReadRegions(const v1::SiteRules& rules,
+                                                  const Eigen::Vector3d& origin,
+                                                  std::span<const planning::NamedStorey> storeys,
+                                                  const std::string& field,
+                                                  contract::Violations& violations) {
+  std::vector<planning::RequiredRegion> regions;
+  if (rules.regions_size() > kMaxRegions) {
+    violations.Add(field, absl::StrCat("has ", rules.regions_size(), " regions, at most ",
+                                       kMaxRegions, " fit"));
+    return regions;
+  }
+  std::set<std::string> names;
+  for (int i = 0; i < rules.regions_size(); ++i) {
+    const v1::RequiredRegion& asked = rules.regions(i);
+    const std::string at = absl::StrFormat("%s[%d]", field, i);
+    contract::Violations own;
+    planning::RequiredRegion region;
+    region.name = asked.name();
+    CheckSiteName(asked.name(), at + ".name", names, own);
+    region.outline = ReadOutline(asked, origin, at, own);
+    ReadHeights(asked, origin, storeys, at, region, own);
+    if (asked.has_required_density_per_m2()) {
+      CheckRange(asked.required_density_per_m2(), 1e-3, kHuge, at + ".required_density_per_m2",
+                 own);
+      region.density = asked.required_density_per_m2();
+    }
+    if (asked.has_weight()) {
+      CheckRange(asked.weight(), 0, 1e6, at + ".weight", own);
+      region.weight = asked.weight();
+    }
+    if (!own.empty()) region.outline.clear();  // it overlaps nothing
+    for (const planning::RequiredRegion& other : regions) {
+      if (region.outline.empty() || other.outline.empty() || !Overlap(region, other)) continue;
+      own.Add(at, absl::StrCat("overlaps region '", other.name, "'"));
+      break;
+    }
+    violations.Append(own);
+    regions.push_back(std::move(region));
+  }
+  return regions;
+}
+
+// True where all of a region lies out of the site.
+bool IsOutside(const planning::RequiredRegion& region, const model::ModelConfig& site) {
+  Eigen::AlignedBox2d extent;
+  for (const Eigen::Vector2d& corner : region.outline) extent.extend(corner);
+  const Eigen::Vector3d& half = site.max_half_extent;
+  return !extent.isEmpty() &&
+         (extent.intersection(Eigen::AlignedBox2d(-half.head<2>(), half.head<2>())).isEmpty() ||
+          region.max_z <= -half.z() || region.min_z >= half.z());
 }
 
 }  // namespace
@@ -181,11 +361,11 @@ sensor::ScannerModel ReadScannerModel(const v1::ScannerModel& scanner, const std
   if (!(s.min_range_m() < s.max_range_m())) {
     violations.Add(field + ".max_range_m", "must be above min_range_m");
   }
-  CheckRange(s.range_noise_m(), 0, 1, field + ".range_noise_m", violations);
-  CheckRange(s.range_noise_ppm(), 0, 1e5, field + ".range_noise_ppm", violations);
+  CheckRange(s.range_noise_m(), kTiny, 1, field + ".range_noise_m", violations);
+  CheckRange(s.range_noise_ppm(), 0, 1e4, field + ".range_noise_ppm", violations);
   CheckRange(s.max_incidence_rad(), 1e-3, kHalfPi - 1e-6, field + ".max_incidence_rad", violations);
-  CheckRange(s.clearance_m(), 0, 10, field + ".clearance_m", violations);
-  CheckRange(s.positioning_error_m(), 0, 10, field + ".positioning_error_m", violations);
+  CheckRange(s.clearance_m(), kTiny, 5, field + ".clearance_m", violations);
+  CheckRange(s.positioning_error_m(), 0, 5, field + ".positioning_error_m", violations);
   sensor::ScannerModel m;
   m.name = s.id();
   m.azimuth_span = std::min(s.azimuth_span_rad(), 2 * sensor::kPi);
@@ -207,17 +387,22 @@ model::ModelConfig ReadModelConfig(const v1::ModelConfig& config, const std::str
                                    contract::Violations& violations) {
   v1::ModelConfig m = config;
   FillDefaults(m);
-  CheckRange(m.voxel_size_m(), 0.01, 0.5, field + ".voxel_size_m", violations);
+  contract::Violations own;
+  CheckRange(m.voxel_size_m(), 0.01, 0.5, field + ".voxel_size_m", own);
   CheckRange(m.discontinuity_angle_rad(), 1e-4, kHalfPi - 1e-6, field + ".discontinuity_angle_rad",
-             violations);
+             own);
   const v1::Vector3& e = m.max_half_extent();
-  CheckRange(e.x(), 1, 5000, field + ".max_half_extent.x", violations);
-  CheckRange(e.y(), 1, 5000, field + ".max_half_extent.y", violations);
-  CheckRange(e.z(), 1, 5000, field + ".max_half_extent.z", violations);
+  CheckRange(e.x(), 1, 5000, field + ".max_half_extent.x", own);
+  CheckRange(e.y(), 1, 5000, field + ".max_half_extent.y", own);
+  CheckRange(e.z(), 1, 5000, field + ".max_half_extent.z", own);
   model::ModelConfig out;
   out.voxel_size = m.voxel_size_m();
   out.discontinuity_angle = m.discontinuity_angle_rad();
   out.max_half_extent = {e.x(), e.y(), e.z()};
+  // How far the model's tree reaches goes with the voxel.
+  const absl::Status possible = out.Validate();
+  if (own.empty() && !possible.ok()) own.Add(field + ".max_half_extent", possible.message());
+  violations.Append(own);
   return out;
 }
 
@@ -297,7 +482,7 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
   v1::PlanningConfig p = config;
   FillDefaults(p);
   CheckRange(p.required_density_per_m2(), 1e-3, kHuge, f + ".required_density_per_m2", v);
-  CheckRange(p.viewcell_size_m(), 0.01, 10, f + ".viewcell_size_m", v);
+  CheckRange(p.viewcell_size_m(), 0.01, 2, f + ".viewcell_size_m", v);
   const double ratio = p.viewcell_size_m() / voxel_size;
   if (!(std::abs(ratio - std::round(ratio)) <= 1e-6) || !(std::round(ratio) >= 1)) {
     v.Add(f + ".viewcell_size_m", absl::StrFormat("is %g, must be a multiple of the voxel size %g",
@@ -306,14 +491,16 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
   CheckRange(p.density_tolerance(), 0, 0.999, f + ".density_tolerance", v);
   CheckRange(p.min_viewpoint_height_m(), 1e-3, 100, f + ".min_viewpoint_height_m", v);
   CheckRange(p.max_viewpoint_height_m(), 1e-3, 100, f + ".max_viewpoint_height_m", v);
-  if (!(p.min_viewpoint_height_m() <= p.max_viewpoint_height_m())) {
-    v.Add(f + ".max_viewpoint_height_m", "must not be below min_viewpoint_height_m");
+  if (!(p.max_viewpoint_height_m() - p.min_viewpoint_height_m() >= p.viewcell_size_m() - 1e-9)) {
+    v.Add(f + ".max_viewpoint_height_m",
+          absl::StrFormat("must be above min_viewpoint_height_m by a viewcell (%g m) at least",
+                          p.viewcell_size_m()));
   }
   if (p.has_floor_z_m()) {
     CheckRange(p.floor_z_m(), -kMaxCoordinate, kMaxCoordinate, f + ".floor_z_m", v);
   }
-  CheckRange(p.scanner_width_m(), 1e-3, 100, f + ".scanner_width_m", v);
-  CheckRange(p.scanner_height_m(), 1e-3, 100, f + ".scanner_height_m", v);
+  CheckRange(p.scanner_width_m(), 1e-3, 10, f + ".scanner_width_m", v);
+  CheckRange(p.scanner_height_m(), 1e-3, 20, f + ".scanner_height_m", v);
   const v1::SurfaceWeights& w = p.weights();
   CheckRange(w.true_surface(), 0, 1e6, f + ".weights.true_surface", v);
   CheckRange(w.occlusion(), 0, 1e6, f + ".weights.occlusion", v);
@@ -331,9 +518,14 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
           absl::StrCat("is ", static_cast<int>(p.evaluation_order()),
                        ", must be EVALUATION_ORDER_ANYTIME or EVALUATION_ORDER_PATCHES"));
   }
-  CheckRange(p.candidate_separation_m(), 0, 1000, f + ".candidate_separation_m", v);
+  CheckRange(p.candidate_separation_m(), 0, 100, f + ".candidate_separation_m", v);
   CheckRange(p.max_view_count(), 1, 100, f + ".max_view_count", v);
   CheckRange(p.max_checked_view_count(), 1, 1000, f + ".max_checked_view_count", v);
+  if (p.max_checked_view_count() < p.max_view_count()) {
+    v.Add(f + ".max_checked_view_count",
+          absl::StrCat("is ", p.max_checked_view_count(), ", must be max_view_count (",
+                       p.max_view_count(), ") at least"));
+  }
   CheckRange(p.terminate_below_m2(), 0, kHuge, f + ".terminate_below_m2", v);
   CheckRange(p.min_patch_area_m2(), 0, kHuge, f + ".min_patch_area_m2", v);
   CheckRange(p.confidence(), kTiny, 1 - 1e-9, f + ".confidence", v);
@@ -388,6 +580,8 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
                                      absl::StrFormat("%s.keep_out[%d]", rules_field, i), v));
     }
   }
+  out.storeys = ReadStoreys(rules, origin.z(), rules_field + ".storeys", v);
+  out.regions = ReadRegions(rules, origin, out.storeys, rules_field + ".regions", v);
   return out;
 }
 
@@ -400,6 +594,11 @@ void CheckSession(const v1::Session& session, const std::string& prefix,
   const planning::PlanningConfig planning =
       ReadPlanningConfig(session.planning_config(), session.site_rules(), origin, model.voxel_size,
                          prefix + "planning_config", prefix + "site_rules", violations);
+  for (size_t i = 0; i < planning.regions.size(); ++i) {
+    if (!IsOutside(planning.regions[i], model)) continue;
+    violations.Add(absl::StrFormat("%ssite_rules.regions[%d]", prefix, i),
+                   "lies outside of the site (model_config.max_half_extent around its origin)");
+  }
   if (session.scanner_models_size() > kMaxScannerModels) {
     violations.Add(prefix + "scanner_models",
                    absl::StrCat("has ", session.scanner_models_size(), " models, at most ",
@@ -420,6 +619,14 @@ void CheckSession(const v1::Session& session, const std::string& prefix,
           absl::StrFormat("is %g samples/m^2; scanner '%s' reaches %g at most, at its nearest "
                           "range",
                           planning.required_density, scanner.name, scanner.MaxSamplingDensity()));
+    }
+    for (size_t r = 0; own.empty() && r < planning.regions.size(); ++r) {
+      const double density = planning.regions[r].density.value_or(0);
+      if (!(density > scanner.MaxSamplingDensity())) continue;
+      violations.Add(absl::StrFormat("%ssite_rules.regions[%d].required_density_per_m2", prefix, r),
+                     absl::StrFormat(
+                         "is %g samples/m^2; scanner '%s' reaches %g at most, at its nearest range",
+                         density, scanner.name, scanner.MaxSamplingDensity()));
     }
     violations.Append(own);
   }

@@ -256,6 +256,25 @@ v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_d
     out.set_estimated_coverage(*coverage.estimated_coverage);
   }
   out.set_required_density_per_m2(required_density);
+  for (const planning::RegionCoverage& region : coverage.regions) {
+    v1::RegionCoverage& written = *out.add_regions();
+    written.set_name(region.name);
+    written.set_required_density_per_m2(region.required_density);
+    *written.mutable_area_by_kind_m2() = WriteByKind(region.area);
+    written.set_area_at_density_m2(region.area_at_density);
+    written.set_area_given_up_m2(region.area_given_up);
+    if (region.estimated_coverage.has_value()) {
+      written.set_estimated_coverage(*region.estimated_coverage);
+    }
+  }
+  return out;
+}
+
+v1::Storey WriteStorey(const planning::Storey& storey, const Eigen::Vector3d& origin) {
+  v1::Storey out;
+  out.set_number(storey.number);
+  if (storey.floor_z.has_value()) out.set_floor_z_m(*storey.floor_z + origin.z());
+  out.set_name(storey.name);
   return out;
 }
 
@@ -288,6 +307,10 @@ v1::RankedView WriteView(const planning::RankedView& view,
   out.set_model_gain_upper_m2(planning::ModelGain(view.upper, density));
   *out.mutable_score_by_kind() = WriteByKind(view.score_by_kind);
   out.set_height_over_floor_m(view.height_over_floor);
+  if (view.storey.has_value()) {
+    *out.mutable_storey() = WriteStorey(*view.storey, origin);
+    out.set_floor_measured(view.floor_measured);
+  }
   out.set_clearance_m(view.clearance);
   if (view.travel.has_value()) {
     out.set_travel_distance_m(*view.travel);
@@ -359,6 +382,9 @@ v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningCon
     termination.set_unobservable_area_m2(plan.termination.unobservable_area);
   }
   if (plan.coverage.has_value()) *out.mutable_coverage() = WriteCoverage(*plan.coverage, density);
+  for (const planning::Storey& storey : plan.storeys) {
+    *out.add_storeys() = WriteStorey(storey, origin);
+  }
   out.set_feasible_viewcell_count(static_cast<int64_t>(plan.feasible_cells));
   out.set_deficient_voxel_count(static_cast<int64_t>(plan.deficient_cells));
   out.set_deficient_area_m2(plan.deficient_area);

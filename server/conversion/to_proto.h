@@ -13,6 +13,7 @@
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/ranked_view.h"
+#include "core/planning/plan/storey.h"
 #include "core/registration/bound/registration_result.h"
 #include "core/registration/levelling.h"
 #include "google/protobuf/duration.pb.h"
@@ -23,6 +24,7 @@
 #include "vantage/v1/plan_service.pb.h"
 #include "vantage/v1/registration.pb.h"
 #include "vantage/v1/scan.pb.h"
+#include "vantage/v1/site.pb.h"
 
 namespace vantage::conversion {
 
@@ -51,6 +53,7 @@ v1::Levelling WriteLevelling(const registration::Levelling& levelling,
                              const Eigen::Vector3d& origin);
 v1::MergeReport WriteMergeReport(const model::MergeReport& report);
 v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_density);
+v1::Storey WriteStorey(const planning::Storey& storey, const Eigen::Vector3d& origin);
 
 // `patches` are those that view.patch_scores points into. Of a view that was not checked, location,
 // region and verdict are absent.

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "core/planning/feasibility/floor_map.h"
 #include "core/planning/patches/measure_coverage.h"
 #include "core/registration/global_registration.h"
 #include "core/registration/registration.h"
@@ -46,9 +47,14 @@ Algorithms Algorithms::Core() {
                                    const planning::PlanningConfig& config) {
     return planning::MeasureCoverage(model, config).value();  // nobody cancels it
   };
-  return {
-      registration::LevelFirstScan, register_scan,      make_plan, evaluate_view, measure_coverage,
-      fleet::MakeJointPlan,         fleet::MeasureCover};
+  return {registration::LevelFirstScan,
+          register_scan,
+          make_plan,
+          evaluate_view,
+          measure_coverage,
+          planning::FindStoreys,
+          fleet::MakeJointPlan,
+          fleet::MeasureCover};
 }
 
 }  // namespace vantage::session

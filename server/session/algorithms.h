@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <span>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/fleet/claim_cover.h"
@@ -13,6 +14,7 @@
 #include "core/planning/plan/coverage.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/planning/plan/storey.h"
 #include "core/planning/planner.h"
 #include "core/registration/align/registration_config.h"
 #include "core/registration/align/targets.h"
@@ -39,6 +41,9 @@ struct Algorithms {
       evaluate_view;
   std::function<planning::Coverage(const model::PlanningView&, const planning::PlanningConfig&)>
       measure_coverage;
+  std::function<std::vector<planning::Storey>(const model::PlanningView&,
+                                              const planning::PlanningConfig&)>
+      find_storeys;
   std::function<absl::StatusOr<fleet::JointPlan>(
       const model::PlanningView&, const fleet::FleetRequest&, const planning::PlanningConfig&,
       const parallel::Budget&, parallel::Parallel&, planning::PlanProgress)>

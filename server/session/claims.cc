@@ -9,31 +9,19 @@
 #include "core/planning/plan/model_gain.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
+#include "server/conversion/check_request.h"
 #include "server/conversion/fleet_proto.h"
-#include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 
 namespace vantage::session {
 namespace {
 
 constexpr char kClaimType[] = "vantage/Claim";
-constexpr absl::Duration kDefaultTtl = absl::Minutes(30);
 constexpr absl::Duration kRetryClaimAfter = absl::Seconds(1);
 constexpr int kAttempts = 8;  // to take a claim while other claims are taken and ended
 // The budget for an alternative to a refused claim.
 constexpr double kAlternativeSeconds = 2;
 constexpr uint64_t kAlternativeRays = 20'000'000;
-
-absl::Duration TtlOf(bool given, const google::protobuf::Duration& ttl,
-                     contract::Violations& violations) {
-  if (!given) return kDefaultTtl;
-  const absl::Duration asked = absl::Seconds(ttl.seconds()) + absl::Nanoseconds(ttl.nanos());
-  if (!(asked >= absl::Seconds(10) && asked <= absl::Hours(24))) {
-    violations.Add("ttl",
-                   absl::StrCat("is ", absl::FormatDuration(asked), ", must be 10 s to 24 h"));
-  }
-  return asked;
-}
 
 // Claims are numbered in the order in which they are taken.
 int64_t ClaimNumber(absl::string_view name) {
@@ -75,10 +63,6 @@ Claims::Claims(SessionContext& context, ModelMemory& model)
 void Claims::Take(const v1::ClaimViewRequest& request,
                   std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done) {
   contract::Violations violations;
-  conversion::CheckRequestId(request.request_id(), violations);
-  if (!request.has_position()) violations.Add("position", "is required");
-  conversion::ReadVector(request.position(), "position", violations);
-  TtlOf(request.has_ttl(), request.ttl(), violations);
   v1::Scanner scanner;
   bool plan_known = true;
   journal_.Read([&](const SessionState& state) {
@@ -120,11 +104,7 @@ void Claims::Take(const v1::ClaimViewRequest& request,
 }
 
 absl::StatusOr<v1::Claim> Claims::Renew(const v1::RenewClaimRequest& request) {
-  contract::Violations violations;
-  conversion::CheckRequestId(request.request_id(), violations);
-  const absl::Duration ttl = TtlOf(request.has_ttl(), request.ttl(), violations);
-  absl::Status valid = violations.ToStatus();
-  if (!valid.ok()) return valid;
+  const absl::Duration ttl = conversion::ReadTtl(request);
   Expire();
   absl::StatusOr<std::string> name = journal_.Execute(
       RequestKey::Of(request.request_id(), "RenewClaim", request),
@@ -154,10 +134,6 @@ absl::StatusOr<v1::Claim> Claims::Renew(const v1::RenewClaimRequest& request) {
 }
 
 absl::Status Claims::Release(const v1::ReleaseClaimRequest& request) {
-  contract::Violations violations;
-  conversion::CheckRequestId(request.request_id(), violations);
-  absl::Status valid = violations.ToStatus();
-  if (!valid.ok()) return valid;
   Expire();
   return End(request.name(), fleet::ClaimEnd::kReleased, "",
              RequestKey::Of(request.request_id(), "ReleaseClaim", request));
@@ -286,15 +262,19 @@ void Claims::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
       conversion::WriteVector(best.position + context_.origin());
   conflict.mutable_alternative()->set_model_gain_m2(
       planning::ModelGain(best.score, inputs.config.required_density));
+  if (best.storey.has_value()) {
+    *conflict.mutable_alternative()->mutable_storey() =
+        conversion::WriteStorey(*best.storey, context_.origin());
+    conflict.mutable_alternative()->set_floor_measured(best.floor_measured);
+  }
 }
 
 absl::StatusOr<v1::Claim> Claims::TakeNow(const v1::ClaimViewRequest& request,
                                           const v1::Scanner& scanner, const PlanInputs& inputs,
                                           parallel::Parallel& parallel) {
-  contract::Violations checked;
   const Eigen::Vector3d position =
-      conversion::ReadVector(request.position(), "position", checked) - context_.origin();
-  const absl::Duration ttl = TtlOf(request.has_ttl(), request.ttl(), checked);
+      conversion::ReadOwnVector(request.position()) - context_.origin();
+  const absl::Duration ttl = conversion::ReadTtl(request);
   const RequestKey key = RequestKey::Of(request.request_id(), "ClaimView", request);
   for (int attempts = 0; attempts < kAttempts; ++attempts) {
     Expire();

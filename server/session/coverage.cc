@@ -52,6 +52,10 @@ absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage(const SessionContext& co
         context.dependencies().algorithms.measure_coverage(*model.view, config),
         config.required_density);
     FindGivenUp(*model.view, context.origin(), response);
+    for (const planning::Storey& storey :
+         context.dependencies().algorithms.find_storeys(*model.view, config)) {
+      *response.add_storeys() = conversion::WriteStorey(storey, context.origin());
+    }
   }
   v1::Plan last;
   context.journal().Read([&](const SessionState& state) {

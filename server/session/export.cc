@@ -15,8 +15,6 @@
 namespace vantage::session {
 namespace {
 
-constexpr int kMaxScans = 1000;
-
 const char* Extension(v1::ExportFormat format) {
   switch (format) {
     case v1::EXPORT_FORMAT_OCTOMAP:
@@ -55,13 +53,6 @@ Export::~Export() {
 absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> session,
                                                        const v1::ExportModelRequest& request) {
   const v1::ExportFormat format = request.format();
-  if (format == v1::EXPORT_FORMAT_ARCHIVE) return contract::NotInThisRelease("session archive");
-  if (!v1::ExportFormat_IsValid(format) || format == v1::EXPORT_FORMAT_UNSPECIFIED) {
-    return contract::InvalidField("format", "must be one of the EXPORT_FORMAT values");
-  }
-  if (request.scans_size() > 0 && format != v1::EXPORT_FORMAT_SCANS_PLY) {
-    return contract::InvalidField("scans", "only goes with EXPORT_FORMAT_SCANS_PLY");
-  }
   std::unique_ptr<Export> made(new Export(std::move(session), format));
   made->counted_ = made->session_->model().BeginExport();
   if (!made->counted_) {
@@ -91,10 +82,6 @@ absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> 
 }
 
 absl::Status Export::ChooseScans(const v1::ExportModelRequest& request) {
-  if (request.scans_size() > kMaxScans) {
-    return contract::InvalidField(
-        "scans", absl::StrCat("has ", request.scans_size(), " names, at most ", kMaxScans, " fit"));
-  }
   contract::Violations violations;
   session_->journal().Read([&](const SessionState& state) {
     if (request.scans().empty()) {

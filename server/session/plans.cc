@@ -9,8 +9,8 @@
 #include "absl/time/clock.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
+#include "server/conversion/check_request.h"
 #include "server/conversion/fleet_proto.h"
-#include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 #include "server/store/upgrade.h"
 
@@ -18,9 +18,6 @@ namespace vantage::session {
 namespace {
 
 constexpr char kPlanType[] = "vantage/Plan";
-constexpr double kDefaultBudget = 1.0;  // s
-constexpr double kMinBudget = 0.01;
-constexpr double kMaxBudget = 3600;
 constexpr absl::Duration kRetryPlanAfter = absl::Seconds(1);
 // The end of a plan that could not be logged is tried again after this time.
 constexpr std::chrono::seconds kLogAgainAfter(2);
@@ -51,26 +48,7 @@ Plans::Plans(SessionContext& context, ModelMemory& model, Claims& claims)
 
 absl::StatusOr<v1::Plan> Plans::Create(const v1::CreatePlanRequest& request) {
   const v1::Plan& asked = request.plan();
-  contract::Violations violations;
-  conversion::CheckRequestId(request.request_id(), violations);
-  double seconds = 0;
-  uint64_t work_limit = 0;
-  if (asked.has_work_limit_rays()) {
-    work_limit = asked.work_limit_rays();
-    if (work_limit == 0) violations.Add("plan.work_limit_rays", "must be above 0 rays");
-  } else {
-    seconds =
-        asked.has_time_budget() ? conversion::ReadDuration(asked.time_budget()) : kDefaultBudget;
-    if (!(seconds >= kMinBudget && seconds <= kMaxBudget)) {
-      violations.Add("plan.time_budget", absl::StrCat("is ", seconds, " s, must be in [",
-                                                      kMinBudget, ", ", kMaxBudget, "]"));
-    }
-  }
-  if (!v1::Ranking_IsValid(asked.ranking())) {
-    violations.Add("plan.ranking", "must be RANKING_SCORE or RANKING_SCORE_PER_MINUTE");
-  }
-  absl::Status valid = violations.ToStatus();
-  if (!valid.ok()) return valid;
+  const conversion::PlanBudget budget = conversion::ReadPlanBudget(asked);
   claims_.Expire();
 
   // An error of the inputs must not hide the answer to a repeated request.
@@ -91,8 +69,8 @@ absl::StatusOr<v1::Plan> Plans::Create(const v1::CreatePlanRequest& request) {
     if (!possible.ok()) inputs = possible;
   }
   if (inputs.ok()) {
-    inputs->seconds = seconds;
-    if (work_limit > 0) inputs->budget.work_limit = work_limit;
+    inputs->seconds = budget.seconds;
+    if (budget.work_limit > 0) inputs->budget.work_limit = budget.work_limit;
     if (asked.has_seed()) inputs->config.seed = asked.seed();
   }
   std::shared_ptr<PlanRun> run;
@@ -123,11 +101,11 @@ absl::StatusOr<v1::Plan> Plans::Create(const v1::CreatePlanRequest& request) {
         plan.set_ranking(asked.ranking() == v1::RANKING_UNSPECIFIED ? v1::RANKING_SCORE
                                                                     : asked.ranking());
         if (asked.has_work_limit_rays()) {
-          plan.set_work_limit_rays(work_limit);
+          plan.set_work_limit_rays(budget.work_limit);
         } else {
-          plan.mutable_time_budget()->set_seconds(static_cast<int64_t>(seconds));
+          plan.mutable_time_budget()->set_seconds(static_cast<int64_t>(budget.seconds));
           plan.mutable_time_budget()->set_nanos(
-              static_cast<int32_t>((seconds - std::floor(seconds)) * 1e9));
+              static_cast<int32_t>((budget.seconds - std::floor(budget.seconds)) * 1e9));
         }
         plan.set_seed(inputs->config.seed);
         if (asked.has_config_overrides()) {
@@ -220,11 +198,7 @@ std::shared_ptr<PlanRun> Plans::FindRun(const std::string& name) const {
 
 void Plans::EvaluateView(const v1::EvaluateViewRequest& request,
                          std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done) {
-  contract::Violations violations;
-  if (!request.has_position()) violations.Add("position", "is required");
-  const Eigen::Vector3d world = conversion::ReadVector(request.position(), "position", violations);
-  absl::Status valid = violations.ToStatus();
-  if (!valid.ok()) return done(valid);
+  const Eigen::Vector3d world = conversion::ReadOwnVector(request.position());
   absl::StatusOr<PlanInputs> inputs =
       ReadPlanInputs(context_, model_, request.scanner_model_id(), request.config_overrides(), "");
   if (!inputs.ok()) return done(inputs.status());

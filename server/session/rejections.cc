@@ -4,34 +4,12 @@
 #include "absl/time/time.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
-#include "server/conversion/from_proto.h"
+#include "server/conversion/check_request.h"
 #include "server/conversion/to_proto.h"
 
 namespace vantage::session {
-namespace {
-
-constexpr double kDefaultRejectionRadius = 0.5;  // m
-constexpr size_t kMaxReason = 500;
-
-}  // namespace
 
 absl::StatusOr<v1::Rejection> Rejections::Create(const v1::RejectViewRequest& request) {
-  contract::Violations violations;
-  conversion::CheckRequestId(request.request_id(), violations);
-  if (!request.has_position()) violations.Add("position", "is required");
-  conversion::ReadVector(request.position(), "position", violations);
-  const double radius = request.has_radius_m() ? request.radius_m() : kDefaultRejectionRadius;
-  if (!(radius > 0 && radius <= 100)) {
-    violations.Add("radius_m", absl::StrCat("is ", radius, " m, must be in (0, 100]"));
-  }
-  conversion::CheckText(request.reason(), kMaxReason, "reason", violations);
-  constexpr double kTenYears = 10 * 366 * 86400.0;
-  const double ttl = conversion::ReadDuration(request.ttl());
-  if (request.has_ttl() && !(ttl >= 1 && ttl <= kTenYears)) {
-    violations.Add("ttl", absl::StrCat("is ", ttl, " s, must be 1 s to 10 years"));
-  }
-  absl::Status valid = violations.ToStatus();
-  if (!valid.ok()) return valid;
   absl::StatusOr<std::string> name = context_.journal().Execute(
       RequestKey::Of(request.request_id(), "RejectView", request),
       [&](const SessionState& state) -> absl::StatusOr<Draft> {
@@ -47,11 +25,12 @@ absl::StatusOr<v1::Rejection> Rejections::Create(const v1::RejectViewRequest& re
         rejection.set_name(contract::ChildName(
             context_.id(), "rejections", absl::StrCat("rejection-", state.rejection_count + 1)));
         *rejection.mutable_position() = request.position();
-        rejection.set_radius_m(radius);
+        rejection.set_radius_m(conversion::ReadRadius(request));
         rejection.set_reason(request.reason());
         *rejection.mutable_create_time() = conversion::WriteTime(now);
         if (request.has_ttl())
-          *rejection.mutable_expire_time() = conversion::WriteTime(now + absl::Seconds(ttl));
+          *rejection.mutable_expire_time() =
+              conversion::WriteTime(now + absl::Seconds(conversion::ReadDuration(request.ttl())));
         return draft;
       });
   if (!name.ok()) return name.status();

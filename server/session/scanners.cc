@@ -4,24 +4,11 @@
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/fleet_proto.h"
-#include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 
 namespace vantage::session {
 
 absl::StatusOr<v1::Scanner> Scanners::Create(const v1::CreateScannerRequest& request) {
-  contract::Violations violations;
-  conversion::CheckRequestId(request.request_id(), violations);
-  if (!request.has_scanner()) violations.Add("scanner", "is required");
-  if (!request.scanner_id().empty() && !contract::IsValidId(request.scanner_id())) {
-    violations.Add("scanner_id",
-                   "must be 1 to 63 of [a-z0-9-], start with a letter and not end in '-'");
-  }
-  v1::Session session;
-  context_.journal().Read([&](const SessionState& state) { session = state.session; });
-  conversion::CheckScanner(request.scanner(), session, "scanner", violations);
-  absl::Status valid = violations.ToStatus();
-  if (!valid.ok()) return valid;
   absl::StatusOr<std::string> name = context_.journal().Execute(
       RequestKey::Of(request.request_id(), "CreateScanner", request),
       [&](const SessionState& state) -> absl::StatusOr<Draft> {
@@ -36,6 +23,12 @@ absl::StatusOr<v1::Scanner> Scanners::Create(const v1::CreateScannerRequest& req
           const std::string candidate = absl::StrCat("scanner-", n);
           if (state.scanners.count(contract::ChildName(context_.id(), "scanners", candidate)) == 0)
             id = candidate;
+        }
+        const std::string& model = request.scanner().scanner_model_id();
+        if (!model.empty() && conversion::FindModel(model, state.session) == nullptr) {
+          return contract::InvalidField(
+              "scanner.scanner_model_id",
+              absl::StrCat("'", model, "' is none of the session's scanner models"));
         }
         Draft draft;
         v1::Scanner& scanner = *draft.event.mutable_scanner_created()->mutable_scanner();

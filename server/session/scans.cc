@@ -4,7 +4,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/contract/error.h"
-#include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 #include "server/session/stored_scans.h"
 
@@ -69,10 +68,6 @@ absl::StatusOr<std::vector<v1::Scan>> Scans::List(absl::string_view after, size_
 }
 
 absl::StatusOr<v1::Scan> Scans::Accept(const v1::AcceptScanRequest& request) {
-  contract::Violations violations;
-  conversion::CheckRequestId(request.request_id(), violations);
-  absl::Status valid = violations.ToStatus();
-  if (!valid.ok()) return valid;
   absl::StatusOr<std::string> name = journal_.Execute(
       RequestKey::Of(request.request_id(), "AcceptScan", request),
       [&](const SessionState& state) -> absl::StatusOr<Draft> {
@@ -102,14 +97,6 @@ absl::StatusOr<v1::Scan> Scans::Accept(const v1::AcceptScanRequest& request) {
 }
 
 absl::StatusOr<v1::Scan> Scans::SetPose(const v1::SetScanPoseRequest& request) {
-  contract::Violations violations;
-  conversion::CheckRequestId(request.request_id(), violations);
-  if (!request.has_prior()) violations.Add("prior", "is required");
-  if (request.has_prior())
-    conversion::ReadPosePrior(request.prior(), context_.origin(), "prior", violations);
-  if (!v1::PoseUse_IsValid(request.use())) violations.Add("use", "must be ALIGN or AS_IS");
-  absl::Status valid = violations.ToStatus();
-  if (!valid.ok()) return valid;
   absl::StatusOr<std::string> name =
       journal_.Execute(RequestKey::Of(request.request_id(), "SetScanPose", request),
                        [&](const SessionState& state) -> absl::StatusOr<Draft> {
@@ -145,10 +132,6 @@ absl::StatusOr<v1::Scan> Scans::SetPose(const v1::SetScanPoseRequest& request) {
 }
 
 absl::StatusOr<v1::WithdrawScanResponse> Scans::Withdraw(const v1::WithdrawScanRequest& request) {
-  contract::Violations violations;
-  conversion::CheckRequestId(request.request_id(), violations);
-  absl::Status valid = violations.ToStatus();
-  if (!valid.ok()) return valid;
   absl::StatusOr<std::string> name = journal_.Execute(
       RequestKey::Of(request.request_id(), "WithdrawScan", request),
       [&](const SessionState& state) -> absl::StatusOr<Draft> {

@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "absl/strings/match.h"
-#include "absl/strings/str_cat.h"
 #include "google/protobuf/util/field_mask_util.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
@@ -13,20 +11,7 @@
 #include "server/session/coverage.h"
 
 namespace vantage::session {
-namespace {
-
-// The fields that an update may change, each with everything below it.
-constexpr const char* kUpdatable[] = {"display_name", "scanner_models", "planning_config",
-                                      "site_rules"};
-
-bool Updatable(const std::string& path) {
-  for (const char* field : kUpdatable) {
-    if (path == field || absl::StartsWith(path, absl::StrCat(field, "."))) return true;
-  }
-  return false;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 Session::Session(const std::string& id, std::unique_ptr<Journal> log,
                  std::unique_ptr<model::PartialModel> empty, ModelMemory::Begin begin,
@@ -151,22 +136,7 @@ v1::Session Session::DescribeWithRejections() const {
 }
 
 absl::StatusOr<v1::Session> Session::Update(const v1::UpdateSessionRequest& request) {
-  contract::Violations violations;
-  conversion::CheckRequestId(request.request_id(), violations);
   const google::protobuf::FieldMask& mask = request.update_mask();
-  if (mask.paths().empty()) violations.Add("update_mask", "must name at least one field");
-  for (const std::string& path : mask.paths()) {
-    if (!Updatable(path) ||
-        !google::protobuf::util::FieldMaskUtil::IsValidPath<v1::Session>(path)) {
-      violations.Add("update_mask",
-                     absl::StrCat("'", path,
-                                  "' is no field that can be updated; those are "
-                                  "display_name, scanner_models, planning_config, site_rules"));
-    }
-  }
-  absl::Status valid = violations.ToStatus();
-  if (!valid.ok()) return valid;
-
   absl::StatusOr<std::string> updated =
       journal().Execute(RequestKey::Of(request.request_id(), "UpdateSession", request),
                         [&](const SessionState& state) -> absl::StatusOr<Draft> {

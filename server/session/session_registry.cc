@@ -7,7 +7,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
-#include "server/conversion/from_proto.h"
+#include "server/conversion/check_request.h"
 
 namespace vantage::session {
 namespace {
@@ -17,23 +17,6 @@ constexpr size_t kRememberedDeletions = 4096;
 constexpr absl::Duration kRetryAfterRestart = absl::Seconds(5);
 // Idle time before a model may be evicted for another one.
 constexpr absl::Duration kUnusedForAWhile = absl::Seconds(20);
-
-// The fields that a client set, completed; fields that the server sets are left out.
-v1::Session Completed(const v1::Session& asked) {
-  v1::Session session;
-  session.set_display_name(asked.display_name());
-  *session.mutable_scanner_models() = asked.scanner_models();
-  if (session.scanner_models().empty()) session.add_scanner_models();
-  for (v1::ScannerModel& scanner : *session.mutable_scanner_models())
-    conversion::FillDefaults(scanner);
-  *session.mutable_model_config() = asked.model_config();
-  conversion::FillDefaults(*session.mutable_model_config());
-  *session.mutable_planning_config() = asked.planning_config();
-  conversion::FillDefaults(*session.mutable_planning_config());
-  *session.mutable_site_rules() = asked.site_rules();
-  *session.mutable_origin() = asked.origin();
-  return session;
-}
 
 }  // namespace
 
@@ -112,16 +95,7 @@ std::string SessionRegistry::FreshId() {
 
 absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
     const v1::CreateSessionRequest& request, const std::string& tenant) {
-  contract::Violations violations;
-  conversion::CheckRequestId(request.request_id(), violations);
-  if (!request.session_id().empty() && !contract::IsValidId(request.session_id())) {
-    violations.Add("session_id", "must be 1 to 63 of [a-z0-9-], starting with a letter");
-  }
-  const v1::Session session = Completed(request.session());
-  conversion::CheckSession(session, "session.", violations);
-  absl::Status valid = violations.ToStatus();
-  if (!valid.ok()) return valid;
-
+  const v1::Session session = conversion::Completed(request.session());
   const RequestKey key = RequestKey::Of(request.request_id(), "CreateSession", request);
   std::lock_guard<std::mutex> only_one(create_mutex_);
   std::string id = request.session_id();
@@ -211,10 +185,6 @@ std::vector<std::shared_ptr<Session>> SessionRegistry::List(
 
 absl::Status SessionRegistry::Delete(const v1::DeleteSessionRequest& request,
                                      const std::optional<std::string>& tenant) {
-  contract::Violations violations;
-  conversion::CheckRequestId(request.request_id(), violations);
-  absl::Status valid = violations.ToStatus();
-  if (!valid.ok()) return valid;
   absl::StatusOr<std::string> id = contract::ParseSessionName(request.name(), "name");
   if (!id.ok()) return id.status();
   std::lock_guard<std::mutex> only_one(create_mutex_);

@@ -37,6 +37,7 @@ class TenantSessions {
     return registry_.Delete(request, tenant_);
   }
   absl::Status CheckTakesWork() const { return registry_.CheckTakesWork(); }
+  const contract::Limits& limits() const { return registry_.dependencies().limits; }
 
  private:
   SessionRegistry& registry_;

@@ -15,7 +15,6 @@ namespace {
 
 constexpr char kUploadType[] = "vantage/Upload";
 constexpr absl::Duration kRetryUploadAfter = absl::Seconds(2);
-constexpr size_t kMaxDisplayName = 200;
 
 // Completes the scanner that an upload or a plan names. INVALID_ARGUMENT: it is unknown or
 // impossible.
@@ -68,30 +67,6 @@ Uploads::Uploads(SessionContext& context, ScanReconciler& reconciler)
 
 absl::StatusOr<v1::Upload> Uploads::Create(const v1::CreateUploadRequest& request) {
   const v1::Upload& asked = request.upload();
-  contract::Violations violations;
-  conversion::CheckRequestId(request.request_id(), violations);
-  conversion::CheckText(asked.display_name(), kMaxDisplayName, "upload.display_name", violations);
-  if (asked.has_scanner_model()) {
-    conversion::ReadScannerModel(asked.scanner_model(), "upload.scanner_model", violations);
-  }
-  if (asked.has_prior())
-    conversion::ReadPosePrior(asked.prior(), context_.origin(), "upload.prior", violations);
-  conversion::CheckTargets(asked.targets(), "upload.targets", violations);
-  if (asked.has_total()) {
-    const contract::Limits& limits = dependencies_.limits;
-    const v1::UploadTotal& total = asked.total();
-    if (total.encoded_size_bytes() < 1 || total.encoded_size_bytes() > limits.encoded_scan_bytes) {
-      violations.Add("upload.total.encoded_size_bytes",
-                     absl::StrCat("is ", total.encoded_size_bytes(), " bytes, must be 1 to ",
-                                  limits.encoded_scan_bytes, "; thin the scan"));
-    }
-    if (total.sha256().size() != 32) {
-      violations.Add("upload.total.sha256",
-                     absl::StrCat("has ", total.sha256().size(), " bytes, must have 32"));
-    }
-  }
-  absl::Status valid = violations.ToStatus();
-  if (!valid.ok()) return valid;
   Expire();
 
   int64_t reserved = 0;

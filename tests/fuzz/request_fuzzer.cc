@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "server/contract/error.h"
+#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 #include "server/session/export.h"
@@ -40,6 +41,9 @@ session::Algorithms Refusing() {
   };
   algorithms.measure_coverage = [](const model::PlanningView&, const planning::PlanningConfig&) {
     return planning::Coverage();
+  };
+  algorithms.find_storeys = [](const model::PlanningView&, const planning::PlanningConfig&) {
+    return std::vector<planning::Storey>();
   };
   return algorithms;
 }
@@ -76,6 +80,7 @@ absl::Status ExportAll(const session::TenantSessions& sessions, const std::strin
   if (!request.ParseFromString(bytes)) return absl::OkStatus();
   const auto session = rpc::FindSession(sessions, request.name(), "name");
   if (!session.ok()) return session.status();
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   const auto source = session::Export::Create(*session, request);
   if (!source.ok()) return source.status();
   while (true) {

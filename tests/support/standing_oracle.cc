@@ -191,6 +191,18 @@ class Oracle {
 
 }  // namespace
 
+std::optional<double> MeshFloor::Below(const Vector3d& place) const {
+  const simulation::TraceHit hit =
+      tracer_.Trace(place.cast<float>(), -Eigen::Vector3f::UnitZ(), 0.0f);
+  if (!hit.hit) return std::nullopt;
+  return place.z() - static_cast<double>(hit.distance);
+}
+
+bool MeshFloor::Carries(const Vector3d& view, double height_over_floor) const {
+  const std::optional<double> floor = Below(view);
+  return floor.has_value() && std::abs(view.z() - *floor - height_over_floor) <= kStep;
+}
+
 std::shared_ptr<const model::PlanningView> ScanFromStarts(const simulation::Scene& scene,
                                                           const sensor::ScannerModel& scanner,
                                                           parallel::Parallel& parallel) {
@@ -212,11 +224,12 @@ StandingFigures JudgeStanding(const simulation::Scene& scene, const model::Plann
                               const sensor::ScannerModel& scanner,
                               const planning::PlanningConfig& config) {
   Oracle oracle(scene, model, scanner, config);
+  const MeshFloor mesh_floor(scene);
   StandingFigures figures;
   figures.feasible = views.cells().size();
   for (size_t i = 0; i < views.cells().size(); ++i) {
     const Vector3d view = views.Centre(i);
-    if (std::abs(oracle.Drop(view) - views.HeightOverFloor(view)) <= kStep) continue;
+    if (mesh_floor.Carries(view, views.HeightOverFloor(view))) continue;
     if (figures.in_air++ < kExamples) figures.air.push_back(view);
   }
   for (const Vector3d& place : oracle.Places(views)) {

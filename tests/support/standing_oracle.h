@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,6 +15,7 @@
 #include "core/planning/plan/planning_config.h"
 #include "core/sensor/scanner_model.h"
 #include "core/simulation/scenes/scene.h"
+#include "core/simulation/tracer.h"
 
 namespace vantage::test_support {
 
@@ -33,6 +35,20 @@ struct StandingFigures {
   double recall() const {
     return allowed == 0 ? 1 : static_cast<double>(found) / static_cast<double>(allowed);
   }
+};
+
+// What is below places in a scene, by its mesh.
+class MeshFloor {
+ public:
+  explicit MeshFloor(const simulation::Scene& scene) : tracer_(scene.mesh) {}
+
+  // z of what is straight below, m; nothing where there is nothing.
+  std::optional<double> Below(const Eigen::Vector3d& place) const;
+  // False where a view that states its height over the floor (m) stands in the air.
+  bool Carries(const Eigen::Vector3d& view, double height_over_floor) const;
+
+ private:
+  simulation::Tracer tracer_;
 };
 
 // Asks of each view what is straight below it, and looks for places that should be views.

@@ -20,6 +20,7 @@ absl::StatusOr<FloorMap> FloorMap::Find(const model::PlanningView& model,
       everywhere[column] = {column, {static_cast<float>(*given), FloorSource::kGiven}};
     }
     map.columns_.Assign(std::move(everywhere));
+    map.storeys_ = Storeys(*given);
   } else if (!map.FindIn(model, cancelled)) {
     return absl::CancelledError("floor map");
   }
@@ -46,6 +47,13 @@ bool FloorMap::FindIn(const model::PlanningView& model, const parallel::Cancella
   if (cancelled.Requested()) return false;
   storeys_ = Storeys::Of(columns_, model.voxel_size());
   return !cancelled.Requested();
+}
+
+std::vector<Storey> FindStoreys(const model::PlanningView& model, const PlanningConfig& config) {
+  return FloorMap::Find(model, config.floor_z)
+      .value()
+      .storeys()
+      .DescribeAll(config.storeys);  // not cancelled
 }
 
 }  // namespace vantage::planning

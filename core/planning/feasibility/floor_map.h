@@ -5,7 +5,7 @@
 
 #include <limits>
 #include <optional>
-#include <span>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
@@ -13,6 +13,8 @@
 #include "core/planning/feasibility/floor_columns.h"
 #include "core/planning/feasibility/floor_pieces.h"
 #include "core/planning/feasibility/storeys.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/planning/plan/storey.h"
 
 namespace vantage::planning {
 
@@ -42,6 +44,9 @@ class FloorMap {
   float lowest_ = std::numeric_limits<float>::quiet_NaN();
   float highest_ = std::numeric_limits<float>::quiet_NaN();
 };
+
+// The storeys that are known, from the lowest up, without planning.
+std::vector<Storey> FindStoreys(const model::PlanningView& model, const PlanningConfig& config);
 
 }  // namespace vantage::planning
 

@@ -10,7 +10,6 @@ namespace {
 
 constexpr double kLevelArea = 4.0;   // m^2 of level floor that a storey has at least: a small room
 constexpr double kLevelBand = 0.25;  // m; rooms of one storey differ by thresholds and steps
-constexpr double kApart = 2.0;       // m from storey to storey at least: what a person needs
 constexpr double kSunken = 0.5;      // m; floor this little below a storey belongs to it
 constexpr double kLevelReach = 0.5;  // m to either side that level floor is compared with,
 constexpr double kLevelRise = 0.03;  // m, and by how much it may differ: no stair or ramp does
@@ -34,9 +33,8 @@ Storeys Storeys::Of(const FloorColumns& floor, double voxel) {
     }
   }
   Storeys storeys;
-  storeys.heights_.clear();
   for (auto low = area.begin(); low != area.end(); ++low) {
-    if (!storeys.heights_.empty() && low->first * voxel < storeys.heights_.back() + kApart) {
+    if (!storeys.heights_.empty() && low->first * voxel < storeys.heights_.back() + kStoreysApart) {
       continue;
     }
     double sum = 0;
@@ -47,7 +45,6 @@ Storeys Storeys::Of(const FloorColumns& floor, double voxel) {
     }
     if (sum >= kLevelArea) storeys.heights_.push_back(most->first * voxel);
   }
-  if (storeys.heights_.empty()) storeys.heights_.push_back(0);
   return storeys;
 }
 
@@ -57,6 +54,20 @@ int Storeys::At(double z) const {
     storey = static_cast<int>(i);
   }
   return storey;
+}
+
+Storey Storeys::Describe(int storey, std::span<const NamedStorey> named) const {
+  Storey told{storey, Height(static_cast<size_t>(storey)), ""};
+  if (told.floor_z.has_value()) told.name = NameOfStorey(*told.floor_z, named);
+  return told;
+}
+
+std::vector<Storey> Storeys::DescribeAll(std::span<const NamedStorey> named) const {
+  std::vector<Storey> all;
+  for (size_t storey = 0; storey < count(); ++storey) {
+    all.push_back(Describe(static_cast<int>(storey), named));
+  }
+  return all;
 }
 
 }  // namespace vantage::planning

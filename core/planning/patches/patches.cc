@@ -71,6 +71,18 @@ class CellTable {
   std::vector<std::array<uint32_t, model::Brick::kVoxels>> bricks_;
 };
 
+// The deficit of a patch, each sample by what it counts.
+double ImportanceOf(const Patch& patch, const std::vector<DeficientCell>& cells,
+                    const PlanningConfig& config) {
+  double wanted = 0;
+  for (const uint32_t i : patch.cells) {
+    const DeficientCell& cell = cells[i];
+    const double area = cell.area;
+    wanted += cell.worth * (area * (cell.enough - cell.density));
+  }
+  return config.weights[static_cast<size_t>(patch.kind)] * wanted;
+}
+
 // Centre, normal, rectangle and sums of cells [begin, end).
 Patch Describe(const std::vector<DeficientCell>& cells, uint32_t begin, uint32_t end, double voxel,
                const PlanningConfig& config) {
@@ -122,7 +134,7 @@ Patch Describe(const std::vector<DeficientCell>& cells, uint32_t begin, uint32_t
     std::swap(patch.length_u, patch.length_v);
     patch.axis_u = axis_v;
   }
-  patch.importance = config.weights[static_cast<size_t>(patch.kind)] * patch.deficit;
+  patch.importance = ImportanceOf(patch, cells, config);
   return patch;
 }
 
@@ -132,31 +144,31 @@ bool CollectDeficient(const model::PlanningView& model, const PlanningConfig& co
                       const parallel::Cancellation& cancelled,
                       std::vector<DeficientCell>& deficient,
                       std::vector<Eigen::Vector3f>& all_dropouts) {
-  const auto density = static_cast<float>(config.required_density);
   const auto enough = [&](const model::VoxelIndex& v, model::VoxelState state,
-                          const model::SurfaceVoxel& surface) {
+                          const model::SurfaceVoxel& surface, double density) {
     // Rays went into a hole and none came back, so no depth behind it counts.
     const bool opening =
         state == model::VoxelState::kFalseOcclusion || state == model::VoxelState::kFalseImage;
-    if (config.unknown_depth <= 0 || !opening) return density;
+    if (config.unknown_depth <= 0 || !opening) return static_cast<float>(density);
     const double depth = DepthBehind(model, v, surface.normal, config.unknown_depth);
-    return static_cast<float>(DensityWorthHaving(config.required_density, depth));
+    return static_cast<float>(DensityWorthHaving(density, depth));
   };
   return visibility::WalkSurface(
       model, cancelled,
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
-        if (surface.given_up || !(surface.area > 0) || surface.density >= density) return;
-        if (config.region_of_interest.has_value() &&
-            !config.region_of_interest->contains(model.Centre(v))) {
-          return;
-        }
+        if (surface.given_up || !(surface.area > 0)) return;
+        const std::optional<Requirement> required = config.RequiredAt(model.Centre(v));
+        if (!required.has_value()) return;
+        if (surface.density >= static_cast<float>(required->density)) return;
         const std::span<const model::Dropout> dropouts = model.Dropouts(v);
-        deficient.push_back(
-            {v, model::KindOf(state), surface.centroid, surface.normal, surface.area,
-             model::IsFalseSurface(state) ? 0.0f : surface.density,
-             1 + static_cast<float>(surface.spread) / 256, enough(v, state, surface),
-             static_cast<float>(SuccessProbability(surface.missed)),
-             static_cast<uint32_t>(all_dropouts.size()), static_cast<uint32_t>(dropouts.size())});
+        deficient.push_back({v, model::KindOf(state), surface.centroid, surface.normal,
+                             surface.area, model::IsFalseSurface(state) ? 0.0f : surface.density,
+                             1 + static_cast<float>(surface.spread) / 256,
+                             enough(v, state, surface, required->density),
+                             static_cast<float>(SuccessProbability(surface.missed)),
+                             static_cast<float>(required->worth),
+                             static_cast<uint32_t>(all_dropouts.size()),
+                             static_cast<uint32_t>(dropouts.size())});
         for (const model::Dropout& dropout : dropouts) all_dropouts.push_back(dropout.from);
       });
 }
@@ -259,7 +271,7 @@ absl::StatusOr<PatchSet> ExtractPatches(const model::PlanningView& model,
 absl::StatusOr<PatchSet> RankPatches(const PlanningConfig& config, PatchSet set,
                                      const parallel::Cancellation& cancelled) {
   for (Patch& patch : set.patches) {
-    patch.importance = config.weights[static_cast<size_t>(patch.kind)] * patch.deficit;
+    patch.importance = ImportanceOf(patch, set.cells, config);
   }
   // Of equal importance, the patch met first comes first.
   std::stable_sort(set.patches.begin(), set.patches.end(),

@@ -14,8 +14,8 @@
 
 namespace vantage::planning {
 
-// A deficient voxel: false surface, or true surface below the required density, that is not
-// given up and lies in the region of interest.
+// A deficient voxel: false surface, or true surface below the density that is required there, that
+// is not given up and lies where surface counts.
 struct DeficientCell {
   model::VoxelIndex voxel;
   model::SurfaceKind kind = model::SurfaceKind::kTrue;
@@ -24,8 +24,9 @@ struct DeficientCell {
   float area = 0;            // m^2
   float density = 0;         // q, samples / m^2
   float spread = 1;          // density at the voxel's middle over q, in the scan that recorded q
-  float enough = 0;          // samples / m^2: D, or more where unknown space lies behind it
+  float enough = 0;          // samples / m^2: D there, or more where unknown space lies behind it
   float success = 1;         // probability that measuring it works, from earlier attempts
+  float worth = 1;           // what a sample counts: Requirement::worth
   // Places from which rays to it dropped out: [dropouts, dropouts + dropout_count) of
   // PatchSet::dropouts.
   uint32_t dropouts = 0;

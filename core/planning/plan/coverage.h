@@ -4,18 +4,31 @@
 
 #include <array>
 #include <optional>
+#include <string>
+#include <vector>
 
 #include "core/model/view/voxel.h"
 
 namespace vantage::planning {
 
-struct Coverage {
+// Of some of the surface.
+struct CoverageFigures {
   std::array<double, model::kSurfaceKinds> area{};  // m^2 by kind
-  double area_at_density = 0;                       // m^2 of true surface with q >= D
+  double area_at_density = 0;                       // m^2 of true surface with q >= D there
   double area_given_up = 0;                         // m^2
   // Area at density over all area that is true, false or under-sampled, [0, 1]; the planner's
   // estimate. Absent when there is no such area.
   std::optional<double> estimated_coverage;
+};
+
+struct RegionCoverage : CoverageFigures {
+  std::string name;
+  double required_density = 0;  // D in it, samples / m^2
+};
+
+// Of all surface that counts, and of what of it lies in each of PlanningConfig::regions, in order.
+struct Coverage : CoverageFigures {
+  std::vector<RegionCoverage> regions;
 };
 
 }  // namespace vantage::planning

@@ -21,7 +21,7 @@ struct Patch {
   double area = 0;          // m^2, sum over its cells
   double mean_density = 0;  // mean q, samples / m^2
   double deficit = 0;       // lacking samples: (D - mean q) * area, and those for space behind it
-  double importance = 0;    // w * deficit
+  double importance = 0;    // w * deficit, each sample by what it counts where it lies
   std::vector<uint32_t> cells;  // into PatchSet::cells, ascending
 };
 

@@ -14,6 +14,7 @@
 #include "core/planning/plan/patch.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/ranked_view.h"
+#include "core/planning/plan/storey.h"
 
 namespace vantage::planning {
 
@@ -64,6 +65,7 @@ struct Plan {
   bool complete = false;              // every view scored exactly
   Termination termination;
   std::optional<Coverage> coverage;  // absent until it was measured
+  std::vector<Storey> storeys;       // from the lowest up; empty until they were found
   double required_density = 0;       // D that the figures refer to
   size_t feasible_cells = 0;
   size_t deficient_cells = 0;

@@ -71,6 +71,30 @@ absl::Status PlanningConfig::Validate(const sensor::ScannerModel& scanner) const
     require(ValidBox(keep_out[i]),
             absl::StrCat("keep_out[", i, "] must be finite with min below max on every axis"));
   }
+  for (size_t i = 0; i < regions.size(); ++i) {
+    const std::string which = absl::StrCat("regions[", i, "]");
+    const RequiredRegion& region = regions[i];
+    const std::string fault = OutlineFault(region.outline);
+    require(fault.empty(), absl::StrCat(which, " ", fault));
+    require(region.min_z < region.max_z, absl::StrCat(which, " must have min_z below max_z"));
+    require(region.weight >= 0 && region.weight <= 1e6,
+            absl::StrCat("weight of ", which, " must be in [0, 1e6]"));
+    const double density = region.density.value_or(required_density);
+    require(density > 0 && density <= reachable,
+            absl::StrFormat("density of %s is %.0f samples/m2, must be above 0 and at most %.0f, "
+                            "which this scanner reaches",
+                            which, density, reachable));
+    // One that it overlaps says enough.
+    for (size_t j = 0; fault.empty() && j < i; ++j) {
+      if (!OutlineFault(regions[j].outline).empty() || !Overlap(regions[j], region)) continue;
+      require(false, absl::StrCat(which, " overlaps regions[", j, "]"));
+      break;
+    }
+  }
+  for (size_t i = 0; i < storeys.size(); ++i) {
+    require(std::isfinite(storeys[i].floor_z),
+            absl::StrCat("storeys[", i, "] needs a finite floor_z"));
+  }
   for (size_t i = 0; i < rejected.size(); ++i) {
     require(
         rejected[i].position.allFinite() && rejected[i].radius > 0 && rejected[i].radius <= 1000,
@@ -85,6 +109,17 @@ absl::Status PlanningConfig::Validate(const sensor::ScannerModel& scanner) const
   }
   if (wrong.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("planning: ", absl::StrJoin(wrong, "; ")));
+}
+
+std::optional<Requirement> PlanningConfig::RequiredAt(const Eigen::Vector3d& p) const {
+  if (region_of_interest.has_value() && !region_of_interest->contains(p)) return std::nullopt;
+  for (size_t i = 0; i < regions.size(); ++i) {
+    if (!regions[i].Contains(p)) continue;
+    if (!(regions[i].weight > 0)) return std::nullopt;
+    const double density = regions[i].density.value_or(required_density);
+    return Requirement{density, regions[i].weight * required_density / density, i};
+  }
+  return Requirement{required_density, 1, std::nullopt};
 }
 
 absl::Status ValidateFor(const model::PlanningView& model, const sensor::ScannerModel& scanner,

@@ -12,6 +12,8 @@
 #include "absl/status/status.h"
 #include "core/model/view/planning_view.h"
 #include "core/model/view/voxel.h"
+#include "core/planning/plan/required_region.h"
+#include "core/planning/plan/storey.h"
 #include "core/registration/align/registration_config.h"
 #include "core/sensor/scanner_model.h"
 
@@ -31,6 +33,15 @@ struct RejectedPlace {
 enum class EvaluationOrder {
   kAnytime,  // race, decide, complete: the best answer at any deadline
   kPatches,  // the paper's: the most important patch first, against all views
+};
+
+// What is required of surface at a place.
+struct Requirement {
+  double density = 0;  // D there, samples / m^2
+  // What a sample there counts beside one elsewhere: the region's weight, times D elsewhere over D
+  // there, so that a score over D is the area that was brought to what is required of it.
+  double worth = 1;
+  std::optional<size_t> region;  // index into PlanningConfig::regions; absent: in none
 };
 
 struct PlanningConfig {
@@ -65,11 +76,17 @@ struct PlanningConfig {
   std::optional<Region> region_of_interest;  // views stand inside it, surface outside has no weight
   std::vector<Region> keep_out;              // views never stand inside
   std::vector<RejectedPlace> rejected;
+  std::vector<RequiredRegion> regions;  // no two overlap
+  std::vector<NamedStorey> storeys;     // for what people are told
   registration::RegistrationConfig registration;
 
   // INVALID_ARGUMENT: one message that names every impossible field, including a D that the scanner
   // cannot reach anywhere in its range.
   absl::Status Validate(const sensor::ScannerModel& scanner) const;
+
+  // What is required of the surface at a place, m, model frame. Nothing where surface does not
+  // count: outside of the region of interest, and in regions without weight.
+  std::optional<Requirement> RequiredAt(const Eigen::Vector3d& p) const;
 };
 
 // PlanningConfig::Validate() and the checks that depend on the model.

@@ -10,11 +10,12 @@
 
 #include "core/model/view/voxel.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/planning/plan/storey.h"
 #include "core/registration/bound/verdict.h"
 
 namespace vantage::planning {
 
-// The place of a candidate, relative to walls and the last station.
+// The place of a candidate: its storey, and relative to walls and the last station.
 struct WallOffset {
   Eigen::Vector3d wall_point;   // m, on the wall
   Eigen::Vector3d wall_normal;  // unit, horizontal, towards the candidate
@@ -48,8 +49,8 @@ struct RankedView {
   double upper = 0;
   bool exact = false;  // lower == score == upper, confidence 1
   std::array<double, model::kSurfaceKinds> score_by_kind{};  // samples, weighted, sums to score
-  double height_over_floor = 0;                              // m
-  int storey = 0;                                            // 0 is the lowest that is known
+  double height_over_floor = 0;                              // m; NaN where no floor is below
+  std::optional<Storey> storey;          // of the floor below; absent where there is none
   bool floor_measured = false;           // false: the floor below lies between measured floor, or
                                          // was given
   double clearance = 0;                  // m, to the nearest thing not empty

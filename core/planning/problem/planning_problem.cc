@@ -24,7 +24,8 @@ bool SameSurface(const PlanningConfig& a, const PlanningConfig& b) {
     return x->min() == y->min() && x->max() == y->max();
   };
   return a.required_density == b.required_density && a.unknown_depth == b.unknown_depth &&
-         a.weights == b.weights && same_region(a.region_of_interest, b.region_of_interest);
+         a.weights == b.weights && a.regions == b.regions &&
+         same_region(a.region_of_interest, b.region_of_interest);
 }
 
 }  // namespace
@@ -93,6 +94,7 @@ Plan BeginPlan(const PlanningProblem& problem) {
   Plan plan = BeginPlan(problem.model(), problem.config());
   plan.feasible_cells = problem.feasible().cells().size();
   plan.coverage = problem.coverage();
+  plan.storeys = problem.feasible().floor().storeys().DescribeAll(problem.config().storeys);
   plan.deficient_cells = problem.patches().cells.size();
   plan.deficient_area = problem.patches().area;
   plan.patches = problem.patches().patches;

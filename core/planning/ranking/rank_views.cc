@@ -6,9 +6,11 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <string>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "core/visibility/voxel_walk.h"
 
 namespace vantage::planning {
@@ -126,22 +128,26 @@ EquivalentRegion RegionOfCell(const FeasibleViews& feasible, const FeasibleViews
   return region;
 }
 
-LocationDescription DescribeLocation(const model::PlanningView& model,
-                                     const Eigen::Vector3d& position, double height) {
+LocationDescription DescribeLocation(const PlanningProblem& problem, const RankedView& view) {
+  const model::PlanningView& model = problem.model();
   LocationDescription location;
-  std::string description;
+  std::vector<std::string> parts;
+  if (view.storey.has_value() && problem.feasible().floor().storeys().count() > 1) {
+    parts.push_back(absl::StrCat("on ", view.storey->Words()));
+  }
   if (!model.stations().empty()) {
-    const Eigen::Vector2d offset = position.head<2>() - model.stations().back().position.head<2>();
+    const Eigen::Vector2d offset =
+        view.position.head<2>() - model.stations().back().position.head<2>();
     const double distance = offset.norm();
     const double bearing = std::atan2(offset.y(), offset.x());
     location.last_station_distance = distance;
     location.last_station_bearing = bearing;
-    description =
-        absl::StrFormat("%.2f m from station %d at a bearing of %.0f degrees from +x", distance,
-                        static_cast<int>(model.stations().size()), sensor::Degrees(bearing));
+    parts.push_back(absl::StrFormat("%.2f m from station %d at a bearing of %.0f degrees from +x",
+                                    distance, static_cast<int>(model.stations().size()),
+                                    sensor::Degrees(bearing)));
   }
   // First the wall that most rays meet, then the best one across it.
-  const std::vector<Wall> walls = WallsAround(model, position);
+  const std::vector<Wall> walls = WallsAround(model, view.position);
   const auto best = [&](const WallOffset* other) {
     const Wall* found = nullptr;
     for (const Wall& wall : walls) {
@@ -160,13 +166,16 @@ LocationDescription DescribeLocation(const model::PlanningView& model,
     }
   }
   for (const WallOffset& wall : location.walls) {
-    absl::StrAppend(&description, description.empty() ? "" : "; ",
-                    absl::StrFormat("%.2f m from the wall on its %s side", wall.distance,
+    parts.push_back(absl::StrFormat("%.2f m from the wall on its %s side", wall.distance,
                                     AxisName(-wall.wall_normal)));
   }
-  absl::StrAppend(&description, description.empty() ? "" : "; ",
-                  absl::StrFormat("tripod height %.2f m", height));
-  location.description = description;
+  if (view.storey.has_value()) {
+    parts.push_back(absl::StrFormat("tripod height %.2f m", view.height_over_floor));
+    if (!view.floor_measured) parts.emplace_back("the floor below was not measured");
+  } else {
+    parts.emplace_back("no floor is known below");
+  }
+  location.description = absl::StrJoin(parts, "; ");
   return location;
 }
 

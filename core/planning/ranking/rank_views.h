@@ -7,13 +7,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "core/model/view/planning_view.h"
 #include "core/parallel/budget.h"
 #include "core/planning/evaluation/anytime.h"
 #include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/patches/patches.h"
 #include "core/planning/plan/ranked_view.h"
-#include "core/visibility/opaque_grid.h"
+#include "core/planning/problem/planning_problem.h"
 
 namespace vantage::planning {
 
@@ -29,9 +28,10 @@ EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const Feasible
 // One viewcell as a region of its own.
 EquivalentRegion RegionOfCell(const FeasibleViews& feasible, const FeasibleViews::CellIndex& cell);
 
-// The two distinct walls and the last station from which a person with a tape would find the place.
-LocationDescription DescribeLocation(const model::PlanningView& model,
-                                     const Eigen::Vector3d& position, double height);
+// Where a view is whose place was set (ViewReport::Place): its storey where there are several, and
+// the two distinct walls and the last station from which a person with a tape would find it. Says
+// so where the floor below was not measured.
+LocationDescription DescribeLocation(const PlanningProblem& problem, const RankedView& view);
 
 // Splits the exact score. `cell_scores` has one element for each cell of `cells`. Sets
 // score_by_kind and patch_scores (at most 5).

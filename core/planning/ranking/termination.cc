@@ -35,8 +35,8 @@ Termination JudgeTermination(const PatchSet& patches, const Evaluation& evaluati
   if (patches.patches.empty()) {
     termination.suggested = true;
     termination.reason = absl::StrFormat(
-        "every surface has the required density of %.0f samples/m2 or is given up on",
-        config.required_density);
+        "every surface has the required density of %.0f samples/m2%s or is given up on",
+        config.required_density, config.regions.empty() ? "" : ", or that of its region,");
   } else if (termination.largest_patch_area < config.min_patch_area) {
     termination.suggested = true;
     termination.reason =

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "absl/strings/str_format.h"
 #include "core/planning/ranking/rank_views.h"
@@ -16,7 +17,10 @@ constexpr double kClearanceLimit = 2.0;  // m, reported at most
 void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const {
   view.position = position;
   view.height_over_floor = problem_.feasible().HeightOverFloor(position);
-  view.storey = problem_.feasible().Storey(position).value_or(0);
+  if (const std::optional<int> storey = problem_.feasible().Storey(position)) {
+    view.storey =
+        problem_.feasible().floor().storeys().Describe(*storey, problem_.config().storeys);
+  }
   view.floor_measured = problem_.feasible().FloorMeasured(position);
   view.clearance =
       ClearanceAt(problem_.grid(), problem_.model().voxel_size(), position, kClearanceLimit);
@@ -51,7 +55,7 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
     view.verdict = checked[k].verdict;
     Place(problem_.feasible().Centre(i), view);
     view.region = EquivalentRegionOf(evaluation, problem_.feasible(), i);
-    view.location = DescribeLocation(problem_.model(), view.position, view.height_over_floor);
+    view.location = DescribeLocation(problem_, view);
     RankedView split;
     if (Exact(view.position, budget, split)) {
       view.score_by_kind = split.score_by_kind;
@@ -70,6 +74,7 @@ Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation) const {
   plan.model_version = base.model_version;
   plan.seed = base.seed;
   plan.coverage = base.coverage;
+  plan.storeys = base.storeys;
   plan.required_density = base.required_density;
   plan.confidence = base.confidence;
   plan.feasible_cells = base.feasible_cells;

@@ -47,7 +47,7 @@ bool AddCells(const visibility::OpaqueGrid& grid, const visibility::OcclusionSce
     // record is therefore the score's density divided by the spread of the scan before; otherwise
     // every place would promise again what it has given already.
     const SampleWorth worth = WorthOf(cell, config);
-    float factor = worth.factor * weight * cell.success * cell.area / cell.spread;
+    float factor = worth.factor * weight * cell.worth * cell.success * cell.area / cell.spread;
     float enough = cell.enough * cell.spread;
     if (!config.density_on_false_surface && cell.kind != model::SurfaceKind::kTrue) {
       // A single sample on it gains the whole cell.

@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -12,6 +13,7 @@ absl::StatusOr<v1::CreatePlanResponse> CreatePlan(const session::TenantSessions&
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return session.status();
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   absl::StatusOr<v1::Plan> plan = (*session)->plans().Create(request);
   if (!plan.ok()) return plan.status();
   v1::CreatePlanResponse response;

@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -9,6 +10,7 @@ absl::StatusOr<v1::CreateSessionResponse> CreateSession(const session::TenantSes
                                                         const v1::CreateSessionRequest& request) {
   absl::Status open = sessions.CheckTakesWork();
   if (!open.ok()) return open;
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   absl::StatusOr<std::shared_ptr<session::Session>> session = sessions.Create(request);
   if (!session.ok()) return session.status();
   v1::CreateSessionResponse response;

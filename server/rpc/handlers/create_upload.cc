@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -12,6 +13,8 @@ absl::StatusOr<v1::CreateUploadResponse> CreateUpload(const session::TenantSessi
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return session.status();
+  absl::Status valid = conversion::CheckRequest(request, sessions.limits());
+  if (!valid.ok()) return valid;
   absl::StatusOr<v1::Upload> upload = (*session)->uploads().Create(request);
   if (!upload.ok()) return upload.status();
   v1::CreateUploadResponse response;

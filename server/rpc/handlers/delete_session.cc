@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -7,6 +8,7 @@ namespace vantage::rpc::handlers {
 
 absl::StatusOr<v1::DeleteSessionResponse> DeleteSession(const session::TenantSessions& sessions,
                                                         const v1::DeleteSessionRequest& request) {
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   absl::Status deleted = sessions.Delete(request);
   if (!deleted.ok()) return deleted;
   return v1::DeleteSessionResponse();

@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -12,6 +13,8 @@ void EvaluateView(const session::TenantSessions& sessions, const v1::EvaluateVie
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return done(session.status());
+  absl::Status valid = conversion::CheckRequest(request);
+  if (!valid.ok()) return done(valid);
   (*session)->plans().EvaluateView(request, std::move(done));
 }
 

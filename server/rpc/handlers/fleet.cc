@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -13,6 +14,7 @@ absl::StatusOr<v1::CreateScannerResponse> CreateScanner(const session::TenantSes
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return session.status();
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   absl::StatusOr<v1::Scanner> scanner = (*session)->scanners().Create(request);
   if (!scanner.ok()) return scanner.status();
   v1::CreateScannerResponse response;
@@ -48,6 +50,8 @@ void ClaimView(const session::TenantSessions& sessions, const v1::ClaimViewReque
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return done(session.status());
+  absl::Status valid = conversion::CheckRequest(request);
+  if (!valid.ok()) return done(valid);
   (*session)->claims().Take(request, std::move(done));
 }
 
@@ -56,6 +60,7 @@ absl::StatusOr<v1::RenewClaimResponse> RenewClaim(const session::TenantSessions&
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindParent(sessions, request.name(), "claims", "name");
   if (!session.ok()) return session.status();
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   absl::StatusOr<v1::Claim> claim = (*session)->claims().Renew(request);
   if (!claim.ok()) return claim.status();
   v1::RenewClaimResponse response;
@@ -68,6 +73,7 @@ absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(const session::TenantSessi
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindParent(sessions, request.name(), "claims", "name");
   if (!session.ok()) return session.status();
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   absl::Status released = (*session)->claims().Release(request);
   if (!released.ok()) return released;
   return v1::ReleaseClaimResponse();

@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -10,6 +11,7 @@ absl::StatusOr<v1::RejectViewResponse> RejectView(const session::TenantSessions&
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindSession(sessions, request.parent(), "parent");
   if (!session.ok()) return session.status();
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   absl::StatusOr<v1::Rejection> rejection = (*session)->rejections().Create(request);
   if (!rejection.ok()) return rejection.status();
   v1::RejectViewResponse response;

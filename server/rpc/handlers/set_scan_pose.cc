@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -10,6 +11,7 @@ absl::StatusOr<v1::SetScanPoseResponse> SetScanPose(const session::TenantSession
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindParent(sessions, request.name(), "scans", "name");
   if (!session.ok()) return session.status();
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   absl::StatusOr<v1::Scan> scan = (*session)->scans().SetPose(request);
   if (!scan.ok()) return scan.status();
   v1::SetScanPoseResponse response;

@@ -5,6 +5,7 @@
 
 #include "core/bytes/checksum.h"
 #include "server/contract/error.h"
+#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/lookup.h"
 #include "server/rpc/streams/pumped_writer.h"
 #include "server/rpc/streams/streams.h"
@@ -98,6 +99,8 @@ grpc::ServerWriteReactor<v1::ExportModelResponse>* ExportModel(
   absl::StatusOr<std::shared_ptr<session::Session>> session =
       FindSession(call->sessions(), request.name(), "name");
   if (!session.ok()) return new Refused(*call, session.status(), context);
+  absl::Status valid = conversion::CheckRequest(request);
+  if (!valid.ok()) return new Refused(*call, valid, context);
   absl::StatusOr<std::unique_ptr<session::Export>> source =
       session::Export::Create(*session, request);
   if (!source.ok()) return new Refused(*call, source.status(), context);

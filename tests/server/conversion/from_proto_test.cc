@@ -3,8 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <functional>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_split.h"
@@ -135,14 +139,68 @@ TEST(FromProto, EveryPathNamesAField) {
   member.set_speed_m_per_s(-1);
   member.mutable_scan_duration()->set_seconds(-1);
   member.add_reach()->mutable_min()->set_x(kNaN);
-  v1::Session session;
-  session.add_scanner_models();
-  CheckScanner(member, session, "scanner", of_fleet);
+  CheckScanner(member, "scanner", of_fleet);
   EXPECT_GE(Fields(of_fleet).size(), 4u);
   for (const std::string& field : Fields(of_fleet)) {
     EXPECT_TRUE(Resolves(v1::CreateScannerRequest::descriptor(), field)) << field;
   }
   EXPECT_FALSE(Resolves(v1::Session::descriptor(), "planning_config.required_density"));
+}
+
+// Calls `with` for each number that there is in a message, set to values of every size.
+void ForEachValue(google::protobuf::Message& message, const std::function<void()>& with) {
+  const google::protobuf::Reflection& reflection = *message.GetReflection();
+  for (int i = 0; i < message.GetDescriptor()->field_count(); ++i) {
+    const google::protobuf::FieldDescriptor* field = message.GetDescriptor()->field(i);
+    if (field->is_repeated()) continue;
+    if (field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_MESSAGE) {
+      ForEachValue(*reflection.MutableMessage(&message, field), with);
+      continue;
+    }
+    for (int size = -13; size <= 40; ++size) {
+      const double value = size == -13 ? 0 : 1e-4 * std::pow(1.7, size);
+      if (field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_DOUBLE) {
+        reflection.SetDouble(&message, field, value);
+      } else if (field->cpp_type() == google::protobuf::FieldDescriptor::CPPTYPE_INT32) {
+        reflection.SetInt32(&message, field, static_cast<int>(std::min(value, 1e9)));
+      } else {
+        break;
+      }
+      with();
+    }
+    reflection.ClearField(&message, field);
+  }
+}
+
+// What a session is created with is used much later: nothing may fail only then.
+TEST(FromProto, WhatASessionIsCreatedWithTheCoreTakes) {
+  v1::Session session;
+  session.add_scanner_models();
+  int taken = 0;
+  int refused = 0;
+  const auto check = [&] {
+    contract::Violations violations;
+    CheckSession(session, "", violations);
+    ++(violations.empty() ? taken : refused);
+    if (!violations.empty()) return;
+    const model::ModelConfig model = ReadModelConfig(session.model_config(), "", violations);
+    const sensor::ScannerModel scanner =
+        ReadScannerModel(session.scanner_models(0), "", violations);
+    const planning::PlanningConfig planning =
+        ReadPlanningConfig(session.planning_config(), session.site_rules(),
+                           ReadOwnVector(session.origin()), model.voxel_size, "", "", violations);
+    EXPECT_TRUE(model.Validate().ok()) << session.DebugString() << model.Validate();
+    EXPECT_TRUE(scanner.Validate().ok()) << session.DebugString() << scanner.Validate();
+    EXPECT_TRUE(planning.Validate(scanner).ok())
+        << session.DebugString() << planning.Validate(scanner);
+  };
+  ForEachValue(*session.mutable_planning_config(), check);
+  ForEachValue(*session.mutable_scanner_models(0), check);
+  session.clear_planning_config();
+  session.mutable_scanner_models(0)->Clear();
+  ForEachValue(*session.mutable_model_config(), check);
+  EXPECT_GT(taken, 500);
+  EXPECT_GT(refused, 500);
 }
 
 TEST(FromProto, ADensityThatTheScannerCannotReachIsRefused) {
@@ -152,6 +210,150 @@ TEST(FromProto, ADensityThatTheScannerCannotReachIsRefused) {
   contract::Violations violations;
   CheckSession(session, "", violations);
   EXPECT_THAT(Fields(violations), UnorderedElementsAre("planning_config.required_density_per_m2"));
+}
+
+v1::RequiredRegion& AddSquare(v1::SiteRules& rules, const std::string& name, double x0, double x1) {
+  v1::RequiredRegion& region = *rules.add_regions();
+  region.set_name(name);
+  for (const auto& [x, y] : {std::pair(x0, 0.0), {x1, 0.0}, {x1, 2.0}, {x0, 2.0}}) {
+    v1::Vector3& corner = *region.mutable_polygon()->add_corners();
+    corner.set_x(x);
+    corner.set_y(y);
+  }
+  return region;
+}
+
+// A session with two storeys, and a region on each.
+v1::Session WithRegions() {
+  v1::Session session;
+  session.add_scanner_models();
+  v1::SiteRules& rules = *session.mutable_site_rules();
+  for (const auto& [name, z] : {std::pair("attic", 2.8), {"ground floor", 0.0}}) {
+    v1::NamedStorey& storey = *rules.add_storeys();
+    storey.set_name(name);
+    storey.set_floor_z_m(z);
+  }
+  AddSquare(rules, "machine room", 0, 2).set_storey("ground floor");
+  AddSquare(rules, "store", 0, 2).set_storey("attic");
+  return session;
+}
+
+std::vector<std::string> WrongIn(const v1::Session& session) {
+  contract::Violations violations;
+  CheckSession(session, "", violations);
+  const std::vector<std::string> fields = Fields(violations);
+  for (const std::string& field : fields) {
+    // Of a list, too, or of one of its elements.
+    EXPECT_TRUE(Resolves(v1::Session::descriptor(), field) ||
+                Resolves(v1::Session::descriptor(), field + "[0]"))
+        << field;
+  }
+  return fields;
+}
+
+TEST(FromProto, RegionsAreReadInTheModelsFrame) {
+  v1::Session session = WithRegions();
+  v1::SiteRules& rules = *session.mutable_site_rules();
+  rules.mutable_regions(0)->set_required_density_per_m2(10'000);
+  rules.mutable_regions(1)->set_weight(0);
+  v1::RequiredRegion& box = *rules.add_regions();
+  box.set_name("yard");
+  *box.mutable_box()->mutable_min() = WriteVector({5, 5, -1});
+  *box.mutable_box()->mutable_max() = WriteVector({7, 9, 4});
+  EXPECT_THAT(WrongIn(session), IsEmpty());
+  contract::Violations none;
+  const planning::PlanningConfig config =
+      ReadPlanningConfig({}, rules, {1, 2, 0.5}, 0.05, "c", "r", none);
+  ASSERT_EQ(config.regions.size(), 3u);
+  EXPECT_EQ(config.regions[0].name, "machine room");
+  EXPECT_EQ(config.regions[0].outline[2], Eigen::Vector2d(1, 0));
+  EXPECT_EQ(config.regions[0].density, 10'000);
+  EXPECT_EQ(config.regions[0].weight, 1);
+  EXPECT_NEAR(config.regions[0].min_z, -0.6, 1e-9);  // a little below its floor
+  EXPECT_NEAR(config.regions[0].max_z, 2.2, 1e-9);   // to as little below the next
+  EXPECT_NEAR(config.regions[1].min_z, 2.2, 1e-9);
+  EXPECT_EQ(config.regions[1].max_z, std::numeric_limits<double>::infinity());
+  EXPECT_FALSE(config.regions[1].density.has_value());
+  EXPECT_EQ(config.regions[1].weight, 0);
+  EXPECT_EQ(config.regions[2].min_z, -1.5);
+  EXPECT_TRUE(config.regions[2].Contains({5, 4, 0}));
+  EXPECT_FALSE(config.regions[2].Contains({7, 4, 0}));
+  ASSERT_EQ(config.storeys.size(), 2u);
+  EXPECT_EQ(config.storeys[1].name, "ground floor");
+  EXPECT_EQ(config.storeys[1].floor_z, -0.5);
+}
+
+TEST(FromProto, ImpossibleRegionsAreRefusedByTheirField) {
+  const auto wrong = [](const std::function<void(v1::SiteRules&)>& change) {
+    v1::Session session = WithRegions();
+    change(*session.mutable_site_rules());
+    return WrongIn(session);
+  };
+  const std::string second = "site_rules.regions[1]";
+  EXPECT_THAT(wrong([](v1::SiteRules& r) { r.mutable_regions(1)->clear_storey(); }),
+              UnorderedElementsAre(second));  // overlaps
+  EXPECT_THAT(wrong([](v1::SiteRules& r) { r.mutable_regions(1)->set_storey("cellar"); }),
+              UnorderedElementsAre(second + ".storey"));
+  EXPECT_THAT(wrong([](v1::SiteRules& r) { r.mutable_regions(1)->set_min_z_m(3); }),
+              UnorderedElementsAre(second + ".storey"));
+  EXPECT_THAT(wrong([](v1::SiteRules& r) {
+                r.mutable_regions(1)->clear_storey();
+                r.mutable_regions(1)->set_min_z_m(5);
+                r.mutable_regions(1)->set_max_z_m(5);
+              }),
+              UnorderedElementsAre(second + ".max_z_m"));
+  EXPECT_THAT(
+      wrong([](v1::SiteRules& r) {
+        for (v1::Vector3& corner : *r.mutable_regions(1)->mutable_polygon()->mutable_corners())
+          corner.set_x(corner.x() + 1000);
+      }),
+      UnorderedElementsAre(second));  // outside of the site
+  EXPECT_THAT(wrong([](v1::SiteRules& r) {
+                r.mutable_regions(1)->mutable_polygon()->mutable_corners()->RemoveLast();
+                r.mutable_regions(1)->mutable_polygon()->mutable_corners()->RemoveLast();
+              }),
+              UnorderedElementsAre(second + ".polygon.corners"));
+  EXPECT_THAT(wrong([](v1::SiteRules& r) {
+                r.mutable_regions(1)->mutable_polygon()->mutable_corners(2)->set_y(kNaN);
+              }),
+              UnorderedElementsAre(second + ".polygon.corners[2].y"));
+  EXPECT_THAT(wrong([](v1::SiteRules& r) {
+                r.mutable_regions(1)->mutable_polygon()->mutable_corners()->SwapElements(0, 1);
+              }),
+              UnorderedElementsAre(second + ".polygon.corners"));  // crosses itself
+  EXPECT_THAT(wrong([](v1::SiteRules& r) { r.mutable_regions(1)->clear_polygon(); }),
+              UnorderedElementsAre(second + ".polygon"));
+  EXPECT_THAT(wrong([](v1::SiteRules& r) {
+                *r.mutable_regions(1)->mutable_box()->mutable_min() = WriteVector({0, 0, kNaN});
+                *r.mutable_regions(1)->mutable_box()->mutable_max() = WriteVector({1, 1, 9});
+              }),
+              UnorderedElementsAre(second + ".box.min.z", second + ".box", second + ".storey"));
+  EXPECT_THAT(wrong([](v1::SiteRules& r) {
+                r.mutable_regions(0)->set_name("store");
+                r.mutable_regions(1)->set_weight(-1);
+                r.mutable_regions(1)->set_required_density_per_m2(0);
+              }),
+              UnorderedElementsAre(second + ".name", second + ".weight",
+                                   second + ".required_density_per_m2"));
+  EXPECT_THAT(
+      wrong([](v1::SiteRules& r) { r.mutable_regions(1)->set_required_density_per_m2(1e9); }),
+      UnorderedElementsAre(second + ".required_density_per_m2"));  // out of reach
+  EXPECT_THAT(wrong([](v1::SiteRules& r) { r.mutable_regions(1)->clear_name(); }),
+              UnorderedElementsAre(second + ".name"));
+  EXPECT_THAT(wrong([](v1::SiteRules& r) { r.mutable_storeys(0)->set_floor_z_m(1.5); }),
+              UnorderedElementsAre("site_rules.storeys[1].floor_z_m"));
+  EXPECT_THAT(wrong([](v1::SiteRules& r) {
+                r.mutable_storeys(0)->set_name("ground floor");
+                r.mutable_regions(1)->set_storey("ground floor");
+              }),
+              Contains("site_rules.storeys[1].name"));
+  EXPECT_THAT(wrong([](v1::SiteRules& r) { r.mutable_storeys(0)->set_floor_z_m(kNaN); }),
+              Contains("site_rules.storeys[0].floor_z_m"));
+  EXPECT_THAT(wrong([](v1::SiteRules& r) {
+                for (int i = 0; i < 65; ++i)
+                  AddSquare(r, std::to_string(i), 10 + 2 * i, 12 + 2 * i);
+              }),
+              UnorderedElementsAre("site_rules.regions"));
 }
 
 TEST(FromProto, TheViewcellIsAMultipleOfTheVoxel) {

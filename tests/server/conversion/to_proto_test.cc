@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <optional>
 #include <set>
 #include <utility>
 #include <vector>
@@ -71,6 +72,60 @@ TEST(ToProto, AViewThatWasNotCheckedHasNoVerdict) {
   written = WriteView(view, {}, 2500, Eigen::Vector3d::Zero());
   EXPECT_TRUE(written.location().has_last_station_distance_m());
   EXPECT_TRUE(written.location().has_last_station_bearing_rad());
+}
+
+TEST(ToProto, AViewNamesItsStoreyWhereThereIsFloorBelow) {
+  const Eigen::Vector3d origin(0, 0, 100);
+  planning::RankedView view;
+  view.floor_measured = true;  // without a floor it says nothing
+  v1::RankedView written = WriteView(view, {}, 2500, origin);
+  EXPECT_FALSE(written.has_storey());
+  EXPECT_FALSE(written.has_floor_measured());
+  view.storey = planning::Storey{2, std::nullopt, ""};
+  written = WriteView(view, {}, 2500, origin);
+  EXPECT_EQ(written.storey().number(), 2);
+  EXPECT_FALSE(written.storey().has_floor_z_m());
+  EXPECT_TRUE(written.floor_measured());
+  view.storey = planning::Storey{0, -2.5, "cellar"};
+  view.floor_measured = false;
+  written = WriteView(view, {}, 2500, origin);
+  EXPECT_TRUE(written.has_storey());
+  EXPECT_EQ(written.storey().number(), 0);
+  EXPECT_EQ(written.storey().floor_z_m(), 97.5);  // world
+  EXPECT_EQ(written.storey().name(), "cellar");
+  EXPECT_TRUE(written.has_floor_measured());
+  EXPECT_FALSE(written.floor_measured());
+}
+
+TEST(ToProto, CoverageHasTheFiguresOfEachRegion) {
+  planning::Coverage coverage;
+  coverage.regions.resize(2);
+  coverage.regions[0].name = "machine room";
+  coverage.regions[0].required_density = 10'000;
+  coverage.regions[0].area = {4, 3, 2, 1};
+  coverage.regions[0].area_at_density = 2.5;
+  coverage.regions[0].area_given_up = 0.5;
+  coverage.regions[0].estimated_coverage = 0.25;
+  const v1::Coverage written = WriteCoverage(coverage, 2500);
+  ASSERT_EQ(written.regions_size(), 2);
+  EXPECT_EQ(written.regions(0).name(), "machine room");
+  EXPECT_EQ(written.regions(0).required_density_per_m2(), 10'000);
+  EXPECT_EQ(written.regions(0).area_by_kind_m2().hole_boundary(), 2);
+  EXPECT_EQ(written.regions(0).area_at_density_m2(), 2.5);
+  EXPECT_EQ(written.regions(0).area_given_up_m2(), 0.5);
+  EXPECT_EQ(written.regions(0).estimated_coverage(), 0.25);
+  EXPECT_FALSE(written.regions(1).has_estimated_coverage());
+}
+
+TEST(ToProto, APlanListsItsStoreys) {
+  planning::Plan plan;
+  EXPECT_EQ(WritePlanResult(plan, {}, false, Eigen::Vector3d::Zero()).storeys_size(), 0);
+  plan.storeys = {{0, 0.0, ""}, {1, 2.75, ""}};
+  const v1::PlanResult written = WritePlanResult(plan, {}, false, {0, 0, 10});
+  ASSERT_EQ(written.storeys_size(), 2);
+  EXPECT_EQ(written.storeys(0).floor_z_m(), 10);
+  EXPECT_EQ(written.storeys(1).number(), 1);
+  EXPECT_EQ(written.storeys(1).floor_z_m(), 12.75);
 }
 
 TEST(ToProto, APlanSaysWhatWasMeasuredOnly) {

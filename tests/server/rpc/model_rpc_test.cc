@@ -56,6 +56,10 @@ TEST_F(ModelRpc, CoverageIsZeroWithoutAModelAndMeasuredWithOne) {
     ASSERT_TRUE(server_.models->GetCoverage(&context, request, &response).ok());
     EXPECT_EQ(response.coverage().area_by_kind_m2().occlusion(), with_model ? 2 : 0);
     EXPECT_EQ(response.coverage().required_density_per_m2(), 2500);
+    ASSERT_EQ(response.storeys_size(), with_model ? 1 : 0);
+    if (with_model) {
+      EXPECT_EQ(response.storeys(0).floor_z_m(), 0.25);
+    }
     EXPECT_EQ(response.model_version(), with_model ? 1U : 0U);
     EXPECT_FALSE(response.has_best_remaining_model_gain_m2());
     EXPECT_FALSE(response.coverage().has_estimated_coverage());  // the script measures none

@@ -259,6 +259,10 @@ void Describe(const v1::RankedView& view, test_support::GoldenText& out) {
   out.Counts("  exact, oriented", {view.exact(), view.has_orientation()});
   Kinds("  by kind", view.score_by_kind(), out);
   out.Numbers("  height, clearance", {view.height_over_floor_m(), view.clearance_m()});
+  if (view.has_storey()) {
+    out.Counts("  storey, floor measured", {view.storey().number(), view.floor_measured()});
+    out.Numbers("  storey's floor", {view.storey().floor_z_m()});
+  }
   if (view.has_travel_distance_m()) out.Numbers("  travel", {view.travel_distance_m()});
   out.Text("unreachable", view.unreachable_message());
   for (const v1::PatchScore& gain : view.patch_scores()) {

@@ -145,33 +145,5 @@ TEST_F(SightingsTest, TwoCureACorridor) {
   EXPECT_NEAR(with.pose().translation().x(), 1.5, 0.004);
 }
 
-TEST_F(SightingsTest, BadOnesAreRefusedByField) {
-  fixture::Script script;
-  fixture::SessionHost host(store_, script.Make());
-  const auto session = fixture::OpenSession(host.registry, "job");
-  const v1::TargetSighting good = Sighting("T1", {1, 1, 1}, registration::PoseAt({0, 0, 0}, 0));
-  v1::TargetSighting nameless = good;
-  nameless.clear_name();
-  v1::TargetSighting nowhere = good;
-  nowhere.clear_in_scan();
-  v1::TargetSighting vague = good;
-  vague.set_sigma_m(2);
-  v1::TargetSighting infinite = good;
-  infinite.mutable_in_world()->set_x(INFINITY);
-  const std::vector<std::pair<std::vector<v1::TargetSighting>, std::string>> cases = {
-      {{nameless}, "upload.targets[0].name"},
-      {{nowhere}, "upload.targets[0].in_scan"},
-      {{vague}, "upload.targets[0].sigma"},
-      {{infinite}, "upload.targets[0].in_world"},
-      {{good, good}, "upload.targets[1].name"},
-      {std::vector<v1::TargetSighting>(101, good), "upload.targets"}};
-  for (const auto& [targets, field] : cases) {
-    const auto upload =
-        fixture::SendScan(*session, fixture::EncodedRoom({2, 1.5, 1.4}), nullptr, "", "", targets);
-    EXPECT_EQ(upload.status().code(), absl::StatusCode::kInvalidArgument) << field;
-    EXPECT_NE(upload.status().message().find(field), absl::string_view::npos) << upload.status();
-  }
-}
-
 }  // namespace
 }  // namespace vantage::session

@@ -140,7 +140,7 @@ TEST(FloorMapTest, FurnitureIsNoFloorAndAMezzanineIs) {
   EXPECT_NEAR(FloorsAt(high, 6.5, 2.5)[0].height, 0, 0.06);
   EXPECT_NEAR(FloorsAt(high, 6.5, 2.5)[1].height, 2.7, 0.06);
   ASSERT_EQ(high.storeys().count(), 2u);
-  EXPECT_NEAR(high.storeys().Height(1), 2.7, 0.06);
+  EXPECT_NEAR(*high.storeys().Height(1), 2.7, 0.06);
 }
 
 TEST(FloorMapTest, AGivenFloorIsEverywhereAndIsNotMeasured) {

@@ -42,8 +42,8 @@ TEST_F(StoreysTest, AreLevelFloorOverOneAnotherAndStairsDoNotMergeThem) {
   for (int k = 1; k < 18; ++k) Add(5 + 0.28 * (18 - k), 0, 5 + 0.28 * (19 - k), 2, k / 6.0);
   const Storeys storeys = Find();
   ASSERT_EQ(storeys.count(), 2u);
-  EXPECT_NEAR(storeys.Height(0), 0, 0.03);
-  EXPECT_NEAR(storeys.Height(1), 3, 0.03);
+  EXPECT_NEAR(*storeys.Height(0), 0, 0.03);
+  EXPECT_NEAR(*storeys.Height(1), 3, 0.03);
   for (const auto& [z, storey] :
        {std::pair{-1.0, 0}, {0.0, 0}, {0.75, 0}, {2.4, 0}, {2.6, 1}, {3.0, 1}, {3.3, 1}}) {
     EXPECT_EQ(storeys.At(z), storey) << z;
@@ -68,9 +68,27 @@ TEST_F(StoreysTest, AreNumberedFromTheLowestThatIsKnown) {
   EXPECT_EQ(Find().At(-2.6), 0);
 }
 
-TEST_F(StoreysTest, WithoutLevelFloorThereIsOne) {
+TEST_F(StoreysTest, WithoutLevelFloorThereIsOneAtNoKnownHeight) {
   EXPECT_EQ(Find().count(), 1u);
   EXPECT_EQ(Find().At(7), 0);
+  const std::vector<Storey> told = Find().DescribeAll({});
+  ASSERT_EQ(told.size(), 1u);
+  EXPECT_EQ(told[0].number, 0);
+  EXPECT_FALSE(told[0].floor_z.has_value());
+}
+
+TEST_F(StoreysTest, AreToldFromTheLowestUp) {
+  Add(0, 0, 10, 5, 2.9);
+  Add(0, 0, 10, 5, 0);
+  const std::vector<NamedStorey> named = {{"upstairs", 2.9}, {"attic", 5.8}};
+  const std::vector<Storey> told = Find().DescribeAll(named);
+  ASSERT_EQ(told.size(), 2u);
+  for (const int k : {0, 1}) EXPECT_EQ(told[static_cast<size_t>(k)].number, k);
+  EXPECT_NEAR(*told[0].floor_z, 0, 0.03);
+  EXPECT_NEAR(*told[1].floor_z, 2.9, 0.03);
+  EXPECT_EQ(told[0].name, "");
+  EXPECT_EQ(told[1].name, "upstairs");
+  EXPECT_EQ(Storeys(1.5).DescribeAll({})[0].floor_z, 1.5);
 }
 
 }  // namespace

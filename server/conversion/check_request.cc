@@ -1,0 +1,256 @@
+#include "server/conversion/check_request.h"
+
+#include <algorithm>
+#include <string>
+
+#include "absl/strings/match.h"
+#include "absl/strings/str_cat.h"
+#include "google/protobuf/util/field_mask_util.h"
+#include "server/contract/error.h"
+#include "server/contract/resource_names.h"
+#include "server/conversion/fleet_proto.h"
+#include "server/conversion/from_proto.h"
+#include "server/conversion/to_proto.h"
+
+namespace vantage::conversion {
+namespace {
+
+constexpr size_t kMaxUploadName = 200;
+constexpr size_t kMaxReason = 500;
+constexpr int kMaxExportedScans = 1000;
+constexpr double kDefaultBudget = 1.0;  // s
+constexpr double kMinBudget = 0.01;
+constexpr double kMaxBudget = 3600;
+constexpr double kDefaultRejectionRadius = 0.5;         // m
+constexpr double kLongestRejection = 10 * 366 * 86400;  // s, ten years
+constexpr absl::Duration kDefaultClaim = absl::Minutes(30);
+
+// The fields that an update may change, each with everything below it.
+constexpr const char* kUpdatable[] = {"display_name", "scanner_models", "planning_config",
+                                      "site_rules"};
+
+bool Updatable(const std::string& path) {
+  return google::protobuf::util::FieldMaskUtil::IsValidPath<v1::Session>(path) &&
+         std::any_of(std::begin(kUpdatable), std::end(kUpdatable), [&](const char* field) {
+           return path == field || absl::StartsWith(path, absl::StrCat(field, "."));
+         });
+}
+
+absl::Status CheckRequestIdAlone(const std::string& request_id) {
+  contract::Violations violations;
+  CheckRequestId(request_id, violations);
+  return violations.ToStatus();
+}
+
+// `Request` has a position, m, world.
+template <typename Request>
+void CheckPosition(const Request& request, contract::Violations& violations) {
+  if (!request.has_position()) violations.Add("position", "is required");
+  ReadVector(request.position(), "position", violations);
+}
+
+template <typename Request>
+absl::Duration TtlOf(const Request& request) {
+  if (!request.has_ttl()) return kDefaultClaim;
+  return absl::Seconds(request.ttl().seconds()) + absl::Nanoseconds(request.ttl().nanos());
+}
+
+template <typename Request>
+void CheckTtl(const Request& request, contract::Violations& violations) {
+  const absl::Duration asked = TtlOf(request);
+  if (asked >= absl::Seconds(10) && asked <= absl::Hours(24)) return;
+  violations.Add("ttl", absl::StrCat("is ", absl::FormatDuration(asked), ", must be 10 s to 24 h"));
+}
+
+}  // namespace
+
+v1::Session Completed(const v1::Session& asked) {
+  v1::Session session;
+  session.set_display_name(asked.display_name());
+  *session.mutable_scanner_models() = asked.scanner_models();
+  if (session.scanner_models().empty()) session.add_scanner_models();
+  for (v1::ScannerModel& scanner : *session.mutable_scanner_models()) FillDefaults(scanner);
+  *session.mutable_model_config() = asked.model_config();
+  FillDefaults(*session.mutable_model_config());
+  *session.mutable_planning_config() = asked.planning_config();
+  FillDefaults(*session.mutable_planning_config());
+  *session.mutable_site_rules() = asked.site_rules();
+  *session.mutable_origin() = asked.origin();
+  return session;
+}
+
+PlanBudget ReadPlanBudget(const v1::Plan& plan) {
+  if (plan.has_work_limit_rays()) return {0, plan.work_limit_rays()};
+  return {plan.has_time_budget() ? ReadDuration(plan.time_budget()) : kDefaultBudget, 0};
+}
+
+double ReadRadius(const v1::RejectViewRequest& request) {
+  return request.has_radius_m() ? request.radius_m() : kDefaultRejectionRadius;
+}
+
+absl::Duration ReadTtl(const v1::ClaimViewRequest& request) { return TtlOf(request); }
+absl::Duration ReadTtl(const v1::RenewClaimRequest& request) { return TtlOf(request); }
+
+absl::Status CheckRequest(const v1::CreateSessionRequest& request) {
+  contract::Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  if (!request.session_id().empty() && !contract::IsValidId(request.session_id())) {
+    violations.Add("session_id", "must be 1 to 63 of [a-z0-9-], starting with a letter");
+  }
+  CheckSession(Completed(request.session()), "session.", violations);
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::UpdateSessionRequest& request) {
+  contract::Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  const google::protobuf::FieldMask& mask = request.update_mask();
+  if (mask.paths().empty()) violations.Add("update_mask", "must name at least one field");
+  for (const std::string& path : mask.paths()) {
+    if (Updatable(path)) continue;
+    violations.Add("update_mask",
+                   absl::StrCat("'", path,
+                                "' is no field that can be updated; those are "
+                                "display_name, scanner_models, planning_config, site_rules"));
+  }
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::DeleteSessionRequest& request) {
+  return CheckRequestIdAlone(request.request_id());
+}
+
+absl::Status CheckRequest(const v1::CreateUploadRequest& request, const contract::Limits& limits) {
+  const v1::Upload& asked = request.upload();
+  contract::Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  CheckText(asked.display_name(), kMaxUploadName, "upload.display_name", violations);
+  if (asked.has_scanner_model()) {
+    ReadScannerModel(asked.scanner_model(), "upload.scanner_model", violations);
+  }
+  if (asked.has_prior()) {
+    ReadPosePrior(asked.prior(), Eigen::Vector3d::Zero(), "upload.prior", violations);
+  }
+  CheckTargets(asked.targets(), "upload.targets", violations);
+  if (asked.has_total()) {
+    const v1::UploadTotal& total = asked.total();
+    if (total.encoded_size_bytes() < 1 || total.encoded_size_bytes() > limits.encoded_scan_bytes) {
+      violations.Add("upload.total.encoded_size_bytes",
+                     absl::StrCat("is ", total.encoded_size_bytes(), " bytes, must be 1 to ",
+                                  limits.encoded_scan_bytes, "; thin the scan"));
+    }
+    if (total.sha256().size() != 32) {
+      violations.Add("upload.total.sha256",
+                     absl::StrCat("has ", total.sha256().size(), " bytes, must have 32"));
+    }
+  }
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::AcceptScanRequest& request) {
+  return CheckRequestIdAlone(request.request_id());
+}
+
+absl::Status CheckRequest(const v1::SetScanPoseRequest& request) {
+  contract::Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  if (!request.has_prior()) violations.Add("prior", "is required");
+  if (request.has_prior()) {
+    ReadPosePrior(request.prior(), Eigen::Vector3d::Zero(), "prior", violations);
+  }
+  if (!v1::PoseUse_IsValid(request.use())) violations.Add("use", "must be ALIGN or AS_IS");
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::WithdrawScanRequest& request) {
+  return CheckRequestIdAlone(request.request_id());
+}
+
+absl::Status CheckRequest(const v1::CreatePlanRequest& request) {
+  const v1::Plan& asked = request.plan();
+  contract::Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  const PlanBudget budget = ReadPlanBudget(asked);
+  if (asked.has_work_limit_rays()) {
+    if (budget.work_limit == 0) violations.Add("plan.work_limit_rays", "must be above 0 rays");
+  } else if (!(budget.seconds >= kMinBudget && budget.seconds <= kMaxBudget)) {
+    violations.Add("plan.time_budget", absl::StrCat("is ", budget.seconds, " s, must be in [",
+                                                    kMinBudget, ", ", kMaxBudget, "]"));
+  }
+  if (!v1::Ranking_IsValid(asked.ranking())) {
+    violations.Add("plan.ranking", "must be RANKING_SCORE or RANKING_SCORE_PER_MINUTE");
+  }
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::EvaluateViewRequest& request) {
+  contract::Violations violations;
+  CheckPosition(request, violations);
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::RejectViewRequest& request) {
+  contract::Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  CheckPosition(request, violations);
+  const double radius = ReadRadius(request);
+  if (!(radius > 0 && radius <= 100)) {
+    violations.Add("radius_m", absl::StrCat("is ", radius, " m, must be in (0, 100]"));
+  }
+  CheckText(request.reason(), kMaxReason, "reason", violations);
+  const double ttl = ReadDuration(request.ttl());
+  if (request.has_ttl() && !(ttl >= 1 && ttl <= kLongestRejection)) {
+    violations.Add("ttl", absl::StrCat("is ", ttl, " s, must be 1 s to 10 years"));
+  }
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::ExportModelRequest& request) {
+  const v1::ExportFormat format = request.format();
+  if (format == v1::EXPORT_FORMAT_ARCHIVE) return contract::NotInThisRelease("session archive");
+  if (!v1::ExportFormat_IsValid(format) || format == v1::EXPORT_FORMAT_UNSPECIFIED) {
+    return contract::InvalidField("format", "must be one of the EXPORT_FORMAT values");
+  }
+  if (request.scans_size() > 0 && format != v1::EXPORT_FORMAT_SCANS_PLY) {
+    return contract::InvalidField("scans", "only goes with EXPORT_FORMAT_SCANS_PLY");
+  }
+  if (request.scans_size() > kMaxExportedScans) {
+    return contract::InvalidField(
+        "scans",
+        absl::StrCat("has ", request.scans_size(), " names, at most ", kMaxExportedScans, " fit"));
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckRequest(const v1::CreateScannerRequest& request) {
+  contract::Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  if (!request.has_scanner()) violations.Add("scanner", "is required");
+  if (!request.scanner_id().empty() && !contract::IsValidId(request.scanner_id())) {
+    violations.Add("scanner_id",
+                   "must be 1 to 63 of [a-z0-9-], start with a letter and not end in '-'");
+  }
+  CheckScanner(request.scanner(), "scanner", violations);
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::ClaimViewRequest& request) {
+  contract::Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  CheckPosition(request, violations);
+  CheckTtl(request, violations);
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::RenewClaimRequest& request) {
+  contract::Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  CheckTtl(request, violations);
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::ReleaseClaimRequest& request) {
+  return CheckRequestIdAlone(request.request_id());
+}
+
+}  // namespace vantage::conversion

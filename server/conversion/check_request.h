@@ -1,0 +1,61 @@
+// Checks of requests by themselves: what needs neither a session's state nor its model to be found
+// wrong. Handlers call them; what a session is asked afterwards is valid but for its state.
+//
+// Each returns INVALID_ARGUMENT with all violations, under the paths of their fields.
+#ifndef VANTAGE_SERVER_CONVERSION_CHECK_REQUEST_H_
+#define VANTAGE_SERVER_CONVERSION_CHECK_REQUEST_H_
+
+#include "absl/status/status.h"
+#include "absl/time/time.h"
+#include "google/protobuf/duration.pb.h"
+#include "server/contract/limits.h"
+#include "vantage/v1/fleet_service.pb.h"
+#include "vantage/v1/model_service.pb.h"
+#include "vantage/v1/plan_service.pb.h"
+#include "vantage/v1/scan_service.pb.h"
+#include "vantage/v1/session_service.pb.h"
+
+namespace vantage::conversion {
+
+absl::Status CheckRequest(const v1::CreateSessionRequest& request);
+// The mask; the session that it makes is checked where the session before it is known.
+absl::Status CheckRequest(const v1::UpdateSessionRequest& request);
+absl::Status CheckRequest(const v1::DeleteSessionRequest& request);
+
+absl::Status CheckRequest(const v1::CreateUploadRequest& request, const contract::Limits& limits);
+absl::Status CheckRequest(const v1::AcceptScanRequest& request);
+absl::Status CheckRequest(const v1::SetScanPoseRequest& request);
+absl::Status CheckRequest(const v1::WithdrawScanRequest& request);
+
+// The budget and the ranking; what overrides a session's configuration is checked together with it.
+absl::Status CheckRequest(const v1::CreatePlanRequest& request);
+absl::Status CheckRequest(const v1::EvaluateViewRequest& request);
+absl::Status CheckRequest(const v1::RejectViewRequest& request);
+
+// Also UNIMPLEMENTED (NOT_IN_THIS_RELEASE).
+absl::Status CheckRequest(const v1::ExportModelRequest& request);
+
+absl::Status CheckRequest(const v1::CreateScannerRequest& request);
+absl::Status CheckRequest(const v1::ClaimViewRequest& request);
+absl::Status CheckRequest(const v1::RenewClaimRequest& request);
+absl::Status CheckRequest(const v1::ReleaseClaimRequest& request);
+
+// The fields of a new session that a client sets, completed by their defaults; fields that the
+// server sets are left out.
+v1::Session Completed(const v1::Session& asked);
+
+// How long a plan may take: a time or a work limit, the other being 0.
+struct PlanBudget {
+  double seconds = 0;
+  uint64_t work_limit = 0;  // rays
+};
+PlanBudget ReadPlanBudget(const v1::Plan& plan);
+// m; the default where the request has none.
+double ReadRadius(const v1::RejectViewRequest& request);
+// How long a claim holds; the default where the request has none.
+absl::Duration ReadTtl(const v1::ClaimViewRequest& request);
+absl::Duration ReadTtl(const v1::RenewClaimRequest& request);
+
+}  // namespace vantage::conversion
+
+#endif  // VANTAGE_SERVER_CONVERSION_CHECK_REQUEST_H_
