@@ -236,7 +236,7 @@ absl::StatusOr<OcclusionScene> OcclusionScene::Create(const OpaqueGrid& grid,
                                                       const parallel::Cancellation& cancelled,
                                                       RayInstructions instructions) {
   const absl::Status stopped = absl::CancelledError("occlusion scene");
-  const Planes planes = FindFaces(grid, parallel, cancelled);
+  Planes planes = FindFaces(grid, parallel, cancelled);
   if (cancelled.Requested()) return stopped;
   size_t faces = 0;
   for (const auto& axis : planes) {
@@ -255,6 +255,7 @@ absl::StatusOr<OcclusionScene> OcclusionScene::Create(const OpaqueGrid& grid,
     auto* index = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(uint32_t), faces));
     WriteQuads(planes, vertex, index);
+    planes = {};  // no longer needed
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(tracer->scene, geometry);
     rtcReleaseGeometry(geometry);

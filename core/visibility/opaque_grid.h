@@ -32,6 +32,28 @@ class OpaqueGrid {
 
   // In scene coordinates: voxels counted from the corner of the box.
   bool OpaqueAt(const Eigen::Vector3i& v) const { return Opaque(v + box_.min); }
+  // The same for voxels that lie near the one before, as along a line: most are in its page, which
+  // is not looked for again.
+  class Walk {
+   public:
+    explicit Walk(const OpaqueGrid& grid) : grid_(grid) {}
+    bool OpaqueAt(const Eigen::Vector3i& v) {
+      const model::VoxelIndex at = v + grid_.box_.min;
+      const model::VoxelIndex brick = model::Brick::Of(at);
+      const model::VoxelIndex page = model::BrickPage::Of(brick);
+      if (page_ == nullptr || page != page_at_) {
+        page_at_ = page;
+        page_ = &grid_.Page(page);
+      }
+      return !page_->all_empty() &&
+             page_->Opaque(model::Brick::LocalOf(brick)).Has(model::Brick::LocalOf(at));
+    }
+
+   private:
+    const OpaqueGrid& grid_;
+    model::VoxelIndex page_at_ = model::VoxelIndex::Zero();
+    const model::BrickPage* page_ = nullptr;
+  };
   // Of the voxels low <= v < high, in scene coordinates: true where there are none.
   bool AllOpaque(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const;
   bool AllEmpty(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const;

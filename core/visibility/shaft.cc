@@ -73,13 +73,14 @@ Hidden OcclusionAcross(const OpaqueGrid& grid, int axis, const Eigen::AlignedBox
   // Only layers that stop the segment between the middles can be opaque wherever one crosses.
   const std::array<Line, 2> middle = {Crossing::Middle(from, to, across[0], axis, plane),
                                       Crossing::Middle(from, to, across[1], axis, plane)};
+  OpaqueGrid::Walk walk(grid);
   Eigen::Vector3i voxel;
   int queries = 0;
   for (int layer = 0; layer < layers && queries < kMostQueries; ++layer) {
     voxel[axis] = first + layer;
     voxel[across[0]] = static_cast<int>(middle[0](layer));
     voxel[across[1]] = static_cast<int>(middle[1](layer));
-    if (!grid.OpaqueAt(voxel)) continue;
+    if (!walk.OpaqueAt(voxel)) continue;
     ++queries;
     Eigen::Vector3i low = voxel;
     Eigen::Vector3i high = voxel.array() + 1;
@@ -132,6 +133,7 @@ bool EntirelyVisible(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
     }
     return grid.AllEmpty(first, end);
   };
+  OpaqueGrid::Walk walk(grid);
   struct Slab {
     double begin, end;
     int level;
@@ -163,7 +165,7 @@ bool EntirelyVisible(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
       for (int y = first.y(); y < end.y(); ++y) {
         for (int x = first.x(); x < end.x(); ++x) {
           const Eigen::Vector3i voxel(x, y, z);
-          if (!grid.OpaqueAt(voxel)) continue;
+          if (!walk.OpaqueAt(voxel)) continue;
           // The sections that touch the voxel, axis by axis, are an interval.
           double begin = slab.begin;
           double until = slab.end;

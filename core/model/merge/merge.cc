@@ -83,16 +83,19 @@ Faces FacesOf(const LayerBrick& brick) {
 // What a layer that came or went can have an influence on.
 class Influence {
  public:
-  // `also`: bricks that changed in other layers.
+  // `also`: bricks that changed in other layers. `layers`: all there are afterwards.
   Influence(const ScanLayer& touched, LayerChange change, std::span<const BrickKey> also,
-            const ModelOctree& octree, const ModelLeaf& all_empty)
+            std::span<const ScanLayer* const> layers, const ModelOctree& octree,
+            const ModelLeaf& all_empty)
       : touched_(touched), octree_(octree), all_empty_(all_empty) {
     for (const BrickKey key : also) also_.Add(BrickOf(key));
     for (const auto& [key, brick] : touched.bricks.own()) changing_.Add(BrickOf(key));
     for (const auto& [page, bricks] : touched.bricks.empty()) changing_.Add(page, bricks);
     if (change == LayerChange::kAdded) {
-      Settle();
+      SettleAdded();
       LeaveOutDeep();
+    } else {
+      SettleRemoved(layers);
     }
     for (const auto& [page, bricks] : also_.pages()) changing_.Add(page, bricks);
   }
@@ -107,13 +110,16 @@ class Influence {
     return all;
   }
 
-  // Of these, the bricks that are wholly empty afterwards, whatever is around them: they were that
-  // or unknown, and the layer that came saw them so. And those that were unknown.
+  // Of these, the bricks of which it is plain what they are afterwards. Among them those that were
+  // unknown and are wholly empty, and those that were wholly empty and are unknown.
   const BrickSet& settled() const { return settled_; }
   const BrickSet& emptied() const { return emptied_; }
+  const BrickSet& forgotten() const { return forgotten_; }
 
  private:
-  void Settle() {
+  // What the layer that came saw wholly empty, and was so or unknown before, is wholly empty,
+  // whatever is around it.
+  void SettleAdded() {
     for (const auto& [page, bricks] : touched_.bricks.empty()) {
       const ModelOctree::PageContents before = octree_.In(BrickOf(page), all_empty_);
       const BrickMask also = also_.In(page);
@@ -126,6 +132,41 @@ class Influence {
       }
       settled_.Add(page, settled);
       emptied_.Add(page, emptied);
+    }
+  }
+
+  // What the layer that went saw wholly empty stays so where another saw it so, too, and none saw
+  // surface. It is unknown where no other layer says anything of it, nor of what is around it.
+  void SettleRemoved(std::span<const ScanLayer* const> layers) {
+    BrickSet known;
+    BrickSet whole;
+    BrickSet with_surface;
+    for (const ScanLayer* layer : layers) {
+      for (const auto& [key, brick] : layer->bricks.own()) {
+        known.Add(BrickOf(key));
+        if (brick.surface.Any()) with_surface.Add(BrickOf(key));
+      }
+      for (const auto& [page, bricks] : layer->bricks.empty()) {
+        known.Add(page, bricks);
+        whole.Add(page, bricks);
+      }
+    }
+    const BrickSet near = known.Grown();
+    for (const auto& [page, bricks] : touched_.bricks.empty()) {
+      const BrickMask before = octree_.In(BrickOf(page), all_empty_).same;
+      const BrickMask also = also_.In(page);
+      const BrickMask in_whole = whole.In(page);
+      const BrickMask in_surface = with_surface.In(page);
+      const BrickMask in_near = near.In(page);
+      BrickMask settled;
+      BrickMask forgotten;
+      for (size_t w = 0; w < settled.word.size(); ++w) {
+        const uint64_t own = bricks.word[w] & before.word[w] & ~also.word[w];
+        forgotten.word[w] = own & ~in_near.word[w];
+        settled.word[w] = forgotten.word[w] | (own & in_whole.word[w] & ~in_surface.word[w]);
+      }
+      settled_.Add(page, settled);
+      forgotten_.Add(page, forgotten);
     }
   }
 
@@ -203,6 +244,7 @@ class Influence {
   BrickSet changing_;
   BrickSet settled_;
   BrickSet emptied_;
+  BrickSet forgotten_;
 };
 
 }  // namespace
@@ -220,13 +262,18 @@ MergeResult MergeAround(const ScanLayer& touched, LayerChange change,
   MergeResult result;
   std::vector<BrickKey> keys;
   {
-    const Influence influence(touched, change, also, octree, all_empty);
+    const Influence influence(touched, change, also, layers, octree, all_empty);
     BrickSet influenced = influence.All(voxel_size);
     result.recomputed = influenced.size();
     influenced.Remove(influence.settled());
     keys = influenced.Keys();
     result.emptied = {influence.emptied().pages(), all_empty};
+    for (const BrickKey key : influence.forgotten().Keys()) {
+      result.changed.push_back({BrickOf(key), nullptr});
+    }
   }
+  // Those around them are to find what they are now.
+  for (const BrickAt& forgotten : result.changed) octree.Set(forgotten.brick, nullptr);
   for (const auto& [page, bricks] : result.emptied.by_page) {
     octree.SetUnknown(BrickOf(page), bricks, all_empty);
   }
@@ -280,6 +327,8 @@ MergeResult MergeAround(const ScanLayer& touched, LayerChange change,
     octree.Set(region.brick(i), contents[i]);
     result.changed.push_back({region.brick(i), std::move(contents[i])});
   }
+  std::sort(result.changed.begin(), result.changed.end(),
+            [](const BrickAt& a, const BrickAt& b) { return KeyOf(a.brick) < KeyOf(b.brick); });
   return result;
 }
 

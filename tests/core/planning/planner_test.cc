@@ -445,6 +445,7 @@ TEST_F(PlannerTest, FarApartCostsNoMore) {
     return at.contents->surface.empty();
   });
   ASSERT_TRUE(empty != bricks.end());
+  config_.unknown_depth = 0;  // which the box limits
   // 300 m up: a box of tens of millions of viewcells.
   bricks.push_back({model::VoxelIndex(empty->brick.x(), empty->brick.y(), 750), empty->contents});
   const model::PlanningView tall(room.voxel_size(), 1, bricks, room.stations());

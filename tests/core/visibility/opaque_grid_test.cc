@@ -100,6 +100,7 @@ TEST(OpaqueGridTest, SaysWhatTheModelSays) {
        {Blocks(1), test_support::BuildView(test_support::FurnishedRoom(3))}) {
     const OpaqueGrid grid(model);
     const DenseGrid dense(model);
+    OpaqueGrid::Walk walk(grid);
     ASSERT_EQ(grid.box().min, dense.min());
     ASSERT_EQ(grid.box().max, dense.min() + dense.size());
     for (int z = -3; z < dense.size().z() + 3; ++z) {
@@ -111,6 +112,7 @@ TEST(OpaqueGridTest, SaysWhatTheModelSays) {
           ASSERT_EQ(grid.Opaque(at + dense.min()), opaque) << at.transpose();
           if (!inside) continue;
           ASSERT_EQ(grid.OpaqueAt(at), opaque) << at.transpose();
+          ASSERT_EQ(walk.OpaqueAt(at), opaque) << at.transpose();
         }
       }
     }
