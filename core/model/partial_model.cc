@@ -59,9 +59,10 @@ struct PartialModel::State {
     report.empty_voxels = touched.empty_voxels;
     report.surface_voxels = touched.surface_voxels;
     report.recomputed_bricks = merged.recomputed;
-    report.changed_bricks = merged.changed.size();
+    report.changed_bricks = merged.changed.size() + merged.emptied.size();
     report.version = ++version;
-    view = std::make_shared<const PlanningView>(*view, version, merged.changed, Stations());
+    view = std::make_shared<const PlanningView>(*view, version, merged.changed, Stations(),
+                                                merged.emptied);
     report.copied_pages = view->copied_pages();
   }
 

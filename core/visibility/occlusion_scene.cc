@@ -10,7 +10,6 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "core/visibility/opaque_rows.h"
 
 namespace vantage::visibility {
 namespace {
@@ -80,11 +79,108 @@ const char* DeviceOptions(RayInstructions instructions) {
 // the grid's corner.
 using Planes = std::array<std::vector<std::vector<FaceRectangle>>, 3>;
 
+// The axes along and across the rows of a plane's bitmap.
+constexpr int UAxis(int axis) { return axis == 0 ? 1 : 0; }
+constexpr int VAxis(int axis) { return axis == 2 ? 1 : 2; }
+
+// The voxels of a brick's layer across an axis: bit u + 8 v.
+uint64_t Layer(const model::BrickMask& mask, int axis, int at) {
+  if (axis == 2) return mask.word[static_cast<size_t>(at)];
+  uint64_t layer = 0;
+  for (size_t z = 0; z < mask.word.size(); ++z) {
+    // Of the eight bits that are wanted of a word, those along y are eight apart.
+    const uint64_t bits =
+        axis == 1 ? mask.word[z] >> (8 * at) & 0xff
+                  : ((mask.word[z] >> at & 0x0101010101010101) * 0x0102040810204080) >> 56;
+    layer |= bits << (8 * z);
+  }
+  return layer;
+}
+
+// Faces in one plane between two bricks: bit u + 8 v counted from (u, v), scene coordinates.
+struct BrickFaces {
+  int u, v;
+  uint64_t bits;
+};
+
+// The faces in a plane, brick by brick. Pages that are all alike have none within.
+std::vector<BrickFaces> FacesIn(const OpaqueGrid& grid, int axis, int plane) {
+  const model::VoxelIndex& min = grid.box().min;
+  const int far = plane + min[axis];  // the voxels behind the plane
+  const int near = far - 1;
+  const int u_axis = UAxis(axis);
+  const int v_axis = VAxis(axis);
+  const model::VoxelIndex first = model::BrickPage::Of(model::Brick::Of(min));
+  const model::VoxelIndex last =
+      model::BrickPage::Of(model::Brick::Of(grid.box().max - model::VoxelIndex::Ones()));
+  std::vector<BrickFaces> faces;
+  model::VoxelIndex at;
+  for (int pv = first[v_axis]; pv <= last[v_axis]; ++pv) {
+    at[v_axis] = pv;
+    for (int pu = first[u_axis]; pu <= last[u_axis]; ++pu) {
+      at[u_axis] = pu;
+      at[axis] = near >> 6;
+      const model::BrickPage& near_page = grid.Page(at);
+      at[axis] = far >> 6;
+      const model::BrickPage& far_page = grid.Page(at);
+      if ((near_page.all_empty() && far_page.all_empty()) ||
+          (near_page.all_opaque() && far_page.all_opaque())) {
+        continue;
+      }
+      model::VoxelIndex brick;
+      for (int v = 0; v < model::BrickPage::kSide; ++v) {
+        brick[v_axis] = v;
+        for (int u = 0; u < model::BrickPage::kSide; ++u) {
+          brick[u_axis] = u;
+          brick[axis] = near >> 3 & 7;
+          const model::BrickMask& near_mask = near_page.Opaque(model::Brick::LocalOf(brick));
+          brick[axis] = far >> 3 & 7;
+          const model::BrickMask& far_mask = far_page.Opaque(model::Brick::LocalOf(brick));
+          const uint64_t bits = Layer(near_mask, axis, near & 7) ^ Layer(far_mask, axis, far & 7);
+          if (bits == 0) continue;
+          faces.push_back({model::BrickPage::kVoxels * pu + 8 * u - min[u_axis],
+                           model::BrickPage::kVoxels * pv + 8 * v - min[v_axis], bits});
+        }
+      }
+    }
+  }
+  return faces;
+}
+
+// Merges the faces of a plane: in a bitmap of the part of the plane in which there are any.
+void MergePlane(const std::vector<BrickFaces>& faces, std::vector<FaceRectangle>& out) {
+  if (faces.empty()) return;
+  int u0 = faces[0].u, u1 = u0, v0 = faces[0].v, v1 = v0;
+  for (const BrickFaces& part : faces) {
+    u0 = std::min(u0, part.u);
+    u1 = std::max(u1, part.u + 8);
+    v0 = std::min(v0, part.v);
+    v1 = std::max(v1, part.v + 8);
+  }
+  const size_t words = (static_cast<size_t>(u1 - u0) + 63) / 64;
+  std::vector<uint64_t> bits(words * static_cast<size_t>(v1 - v0));
+  for (const BrickFaces& part : faces) {
+    // Bricks lie whole eights apart, so none lies across two words.
+    const auto u = static_cast<size_t>(part.u - u0);
+    for (int v = 0; v < 8; ++v) {
+      bits[static_cast<size_t>(part.v + v - v0) * words + (u >> 6)] |= (part.bits >> (8 * v) & 0xff)
+                                                                       << (u & 63);
+    }
+  }
+  const size_t before = out.size();
+  MergeFaces(bits, words, v1 - v0, out);
+  for (size_t i = before; i < out.size(); ++i) {
+    out[i].u0 += u0;
+    out[i].u1 += u0;
+    out[i].v0 += v0;
+    out[i].v1 += v0;
+  }
+}
+
 // The faces between empty and non-empty voxels, merged. Incomplete when cancelled.
-Planes FindFaces(const OpaqueGrid& grid, const OpaqueRows& across, parallel::Parallel& parallel,
+Planes FindFaces(const OpaqueGrid& grid, parallel::Parallel& parallel,
                  const parallel::Cancellation& cancelled) {
   const model::VoxelIndex size = grid.box().max - grid.box().min;
-  const model::VoxelIndex& min = grid.box().min;
   Planes planes;
   for (int axis = 0; axis < 3; ++axis) {
     planes[static_cast<size_t>(axis)].resize(static_cast<size_t>(size[axis]));
@@ -95,28 +191,8 @@ Planes FindFaces(const OpaqueGrid& grid, const OpaqueRows& across, parallel::Par
     int plane = static_cast<int>(slot);
     while (plane >= size[axis]) plane -= size[axis++];
     if (plane == 0 || cancelled.Requested()) return;
-    const OpaqueRows& source = axis == 0 ? across : grid.rows();
-    const size_t words = source.words_per_row();
-    const int rows = axis == 2 ? size.y() : size.z();
-    std::vector<uint64_t> bits(words * static_cast<size_t>(rows));
-    bool any = false;
-    for (int r = 0; r < rows; ++r) {
-      const auto row = [&](int at) {
-        if (axis == 0) return source.Row(min.z() + r, min.x() + at);
-        return axis == 1 ? source.Row(min.y() + at, min.z() + r)
-                         : source.Row(min.y() + r, min.z() + at);
-      };
-      const auto near = row(plane - 1);
-      const auto far = row(plane);
-      for (size_t w = 0; w < words; ++w) {
-        const uint64_t faces = near[w] ^ far[w];
-        bits[static_cast<size_t>(r) * words + w] = faces;
-        any |= faces != 0;
-      }
-    }
-    if (any) {
-      MergeFaces(bits, words, rows, planes[static_cast<size_t>(axis)][static_cast<size_t>(plane)]);
-    }
+    MergePlane(FacesIn(grid, axis, plane),
+               planes[static_cast<size_t>(axis)][static_cast<size_t>(plane)]);
   });
   return planes;
 }
@@ -125,9 +201,8 @@ Planes FindFaces(const OpaqueGrid& grid, const OpaqueRows& across, parallel::Par
 void WriteQuads(const Planes& planes, float* vertex, uint32_t* index) {
   uint32_t next = 0;
   for (int axis = 0; axis < 3; ++axis) {
-    // The axes along the rows of bits and across them, as the planes were cut above.
-    const int u_axis = axis == 0 ? 1 : 0;
-    const int v_axis = axis == 2 ? 1 : 2;
+    const int u_axis = UAxis(axis);
+    const int v_axis = VAxis(axis);
     const auto& cuts = planes[static_cast<size_t>(axis)];
     for (size_t plane = 0; plane < cuts.size(); ++plane) {
       for (const FaceRectangle& face : cuts[plane]) {
@@ -156,15 +231,12 @@ struct OcclusionScene::Tracer {
   }
 };
 
-absl::StatusOr<OcclusionScene> OcclusionScene::Create(const model::PlanningView& model,
-                                                      const OpaqueGrid& grid,
+absl::StatusOr<OcclusionScene> OcclusionScene::Create(const OpaqueGrid& grid,
                                                       parallel::Parallel& parallel,
                                                       const parallel::Cancellation& cancelled,
                                                       RayInstructions instructions) {
   const absl::Status stopped = absl::CancelledError("occlusion scene");
-  const auto across = OpaqueRows::Create(model, {1, 2, 0}, cancelled);
-  if (!across.ok()) return across.status();
-  const Planes planes = FindFaces(grid, *across, parallel, cancelled);
+  Planes planes = FindFaces(grid, parallel, cancelled);
   if (cancelled.Requested()) return stopped;
   size_t faces = 0;
   for (const auto& axis : planes) {
@@ -183,6 +255,7 @@ absl::StatusOr<OcclusionScene> OcclusionScene::Create(const model::PlanningView&
     auto* index = static_cast<uint32_t*>(rtcSetNewGeometryBuffer(
         geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT4, 4 * sizeof(uint32_t), faces));
     WriteQuads(planes, vertex, index);
+    planes = {};  // no longer needed
     rtcCommitGeometry(geometry);
     rtcAttachGeometry(tracer->scene, geometry);
     rtcReleaseGeometry(geometry);

@@ -8,7 +8,6 @@
 #include <memory>
 
 #include "absl/status/statusor.h"
-#include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
 #include "core/parallel/parallel.h"
 #include "core/visibility/opaque_grid.h"
@@ -30,9 +29,9 @@ enum class RayInstructions { kBest, kSse42, kAvx2 };
 // leave it. Const methods may be called from any thread; Embree starts none of its own.
 class OcclusionScene {
  public:
-  // `grid` is the model's. CANCELLED when that was requested on the way.
+  // CANCELLED when that was requested on the way.
   static absl::StatusOr<OcclusionScene> Create(
-      const model::PlanningView& model, const OpaqueGrid& grid, parallel::Parallel& parallel,
+      const OpaqueGrid& grid, parallel::Parallel& parallel,
       const parallel::Cancellation& cancelled = {},
       RayInstructions instructions = RayInstructions::kBest);
   ~OcclusionScene();

@@ -1,5 +1,4 @@
-// What of a model is not known to be empty: what planning asks most often, in a form that answers
-// for a row of 64 voxels at once.
+// What of a model is not known to be empty: what planning asks most often.
 #ifndef VANTAGE_CORE_VISIBILITY_OPAQUE_GRID_H_
 #define VANTAGE_CORE_VISIBILITY_OPAQUE_GRID_H_
 
@@ -7,48 +6,76 @@
 #include <cstddef>
 #include <cstdint>
 #include <span>
-#include <utility>
 
-#include "absl/status/statusor.h"
+#include "core/model/view/brick_mask.h"
 #include "core/model/view/planning_view.h"
-#include "core/parallel/cancellation.h"
-#include "core/visibility/opaque_rows.h"
 
 namespace vantage::visibility {
 
-// Covers the model's bounds and a margin of one opaque voxel on every side. Rows run along x.
+// Reads the masks that the model's pages keep of their bricks, so it costs nothing to make, and
+// what it answers follows a model that changes page by page. Boxes of voxels are answered for from
+// coarse to fine: pages and bricks that are all alike at once, others by their masks. Covers the
+// model's bounds and a margin of one opaque voxel on every side; outside all is unknown, hence
+// opaque.
 class OpaqueGrid {
  public:
-  explicit OpaqueGrid(const model::PlanningView& model)
-      : rows_(OpaqueRows::Create(model, {0, 1, 2}).value()) {}
-  // CANCELLED when that was requested on the way.
-  static absl::StatusOr<OpaqueGrid> Create(const model::PlanningView& model,
-                                           const parallel::Cancellation& cancelled);
+  // `model` outlives this.
+  explicit OpaqueGrid(const model::PlanningView& model);
 
-  // Everything outside the bounds is unknown, hence opaque.
   bool Opaque(const model::VoxelIndex& v) const {
-    return !box().Contains(v) || OpaqueAt(v - box().min);
+    const model::VoxelIndex brick = model::Brick::Of(v);
+    return Page(model::BrickPage::Of(brick))
+        .Opaque(model::Brick::LocalOf(brick))
+        .Has(model::Brick::LocalOf(v));
   }
   bool Empty(const model::VoxelIndex& v) const { return !Opaque(v); }
 
-  // Of voxels that lie in the box and are counted from its corner: one; all with low <= v < high.
-  bool OpaqueAt(const Eigen::Vector3i& v) const {
-    const auto bit = static_cast<size_t>(v.x());
-    return (rows_.RowFromCorner(v.y(), v.z())[bit >> 6] >> (bit & 63)) & 1;
-  }
-  bool AllOpaque(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const;
+  // In scene coordinates: voxels counted from the corner of the box.
+  bool OpaqueAt(const Eigen::Vector3i& v) const { return Opaque(v + box_.min); }
+  // The same for voxels that lie near the one before, as along a line: most are in its page, which
+  // is not looked for again.
+  class Walk {
+   public:
+    explicit Walk(const OpaqueGrid& grid) : grid_(grid) {}
+    bool OpaqueAt(const Eigen::Vector3i& v) {
+      const model::VoxelIndex at = v + grid_.box_.min;
+      const model::VoxelIndex brick = model::Brick::Of(at);
+      const model::VoxelIndex page = model::BrickPage::Of(brick);
+      if (page_ == nullptr || page != page_at_) {
+        page_at_ = page;
+        page_ = &grid_.Page(page);
+      }
+      return !page_->all_empty() &&
+             page_->Opaque(model::Brick::LocalOf(brick)).Has(model::Brick::LocalOf(at));
+    }
 
-  // The box of the bits: the model's bounds grown by one voxel.
-  const model::VoxelBox& box() const { return rows_.box(); }
-  size_t words_per_row() const { return rows_.words_per_row(); }
-  // Bit i is voxel box().min.x() + i; bits past the box are set. `y` and `z` lie in the box.
-  std::span<const uint64_t> Row(int y, int z) const { return rows_.Row(y, z); }
-  const OpaqueRows& rows() const { return rows_; }
+   private:
+    const OpaqueGrid& grid_;
+    model::VoxelIndex page_at_ = model::VoxelIndex::Zero();
+    const model::BrickPage* page_ = nullptr;
+  };
+  // Of the voxels low <= v < high, in scene coordinates: true where there are none.
+  bool AllOpaque(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const;
+  bool AllEmpty(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const;
+
+  // The model's bounds grown by one voxel.
+  const model::VoxelBox& box() const { return box_; }
+
+  // By page coordinates; a page of nothing where all is unknown.
+  const model::BrickPage& Page(const model::VoxelIndex& page) const {
+    const model::BrickPage* found = model_->Page(page);
+    return found == nullptr ? *unknown_ : *found;
+  }
+
+  // The rows of voxels of `layer` (z) along x for y in [first_y, end_y): bit i of word w of a row
+  // is the voxel x = 64 (first_page_x + w) + i, set where it is opaque. `words` a row.
+  void Rows(int layer, int first_y, int end_y, int first_page_x, size_t words,
+            std::span<uint64_t> rows) const;
 
  private:
-  explicit OpaqueGrid(OpaqueRows rows) : rows_(std::move(rows)) {}
-
-  OpaqueRows rows_;  // axes {0, 1, 2}
+  const model::PlanningView* model_;
+  model::VoxelBox box_;
+  std::shared_ptr<const model::BrickPage> unknown_;
 };
 
 }  // namespace vantage::visibility

@@ -38,10 +38,8 @@ struct Crossing {
   }
 };
 
-// `all_opaque` (low, high): of a box of voxels.
-template <typename AllOpaque>
-Hidden OcclusionAcross(const OpaqueGrid& grid, const AllOpaque& all_opaque, int axis,
-                       const Eigen::AlignedBox3d& from, const Eigen::AlignedBox3d& to) {
+Hidden OcclusionAcross(const OpaqueGrid& grid, int axis, const Eigen::AlignedBox3d& from,
+                       const Eigen::AlignedBox3d& to) {
   const Eigen::Vector3i size = grid.box().max - grid.box().min;
   const double from0 = from.min()[axis];
   const double from1 = from.max()[axis];
@@ -75,13 +73,14 @@ Hidden OcclusionAcross(const OpaqueGrid& grid, const AllOpaque& all_opaque, int 
   // Only layers that stop the segment between the middles can be opaque wherever one crosses.
   const std::array<Line, 2> middle = {Crossing::Middle(from, to, across[0], axis, plane),
                                       Crossing::Middle(from, to, across[1], axis, plane)};
+  OpaqueGrid::Walk walk(grid);
   Eigen::Vector3i voxel;
   int queries = 0;
   for (int layer = 0; layer < layers && queries < kMostQueries; ++layer) {
     voxel[axis] = first + layer;
     voxel[across[0]] = static_cast<int>(middle[0](layer));
     voxel[across[1]] = static_cast<int>(middle[1](layer));
-    if (!grid.OpaqueAt(voxel)) continue;
+    if (!walk.OpaqueAt(voxel)) continue;
     ++queries;
     Eigen::Vector3i low = voxel;
     Eigen::Vector3i high = voxel.array() + 1;
@@ -93,22 +92,23 @@ Hidden OcclusionAcross(const OpaqueGrid& grid, const AllOpaque& all_opaque, int 
           std::min(size[across[i]],
                    static_cast<int>(std::floor(std::max(upper[0](layer), upper[1](layer)))) + 1);
     }
-    if (all_opaque(low, high)) return Hidden::kAll;
+    if (grid.AllOpaque(low, high)) return Hidden::kAll;
   }
   return queries > 0 ? Hidden::kMaybe : Hidden::kNone;
 }
 
-template <typename AllOpaque>
-Hidden OcclusionBy(const OpaqueGrid& grid, const AllOpaque& all_opaque,
-                   const Eigen::AlignedBox3d& views, const Eigen::AlignedBox3d& targets) {
+}  // namespace
+
+Hidden Occlusion(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
+                 const Eigen::AlignedBox3d& targets) {
   Hidden hidden = Hidden::kNone;
   for (int axis = 0; axis < 3; ++axis) {
     // The crossings are the same from either end.
     Hidden across = Hidden::kNone;
     if (views.max()[axis] < targets.min()[axis]) {
-      across = OcclusionAcross(grid, all_opaque, axis, views, targets);
+      across = OcclusionAcross(grid, axis, views, targets);
     } else if (targets.max()[axis] < views.min()[axis]) {
-      across = OcclusionAcross(grid, all_opaque, axis, targets, views);
+      across = OcclusionAcross(grid, axis, targets, views);
     }
     hidden = std::max(hidden, across);
     if (hidden == Hidden::kAll) break;
@@ -116,40 +116,24 @@ Hidden OcclusionBy(const OpaqueGrid& grid, const AllOpaque& all_opaque,
   return hidden;
 }
 
-}  // namespace
-
-Hidden Occlusion(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
-                 const Eigen::AlignedBox3d& targets) {
-  const auto all_opaque = [&](const Eigen::Vector3i& low, const Eigen::Vector3i& high) {
-    return grid.AllOpaque(low, high);
-  };
-  return OcclusionBy(grid, all_opaque, views, targets);
-}
-
-Hidden Occlusion(const OpaqueGrid& grid, const SummedVolumeTable& table,
-                 const Eigen::AlignedBox3d& views, const Eigen::AlignedBox3d& targets) {
-  const auto all_opaque = [&](const Eigen::Vector3i& low, const Eigen::Vector3i& high) {
-    return table.Count(low, high) == static_cast<uint32_t>((high - low).prod());
-  };
-  return OcclusionBy(grid, all_opaque, views, targets);
-}
-
-bool EntirelyVisible(const SummedVolumeTable& table, const Eigen::AlignedBox3d& views,
+bool EntirelyVisible(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
                      const Eigen::AlignedBox3d& targets) {
   // The hull of two boxes is the union of their sections (1 - s) V + s T, which are boxes.
   const Eigen::Vector3d low0 = views.min().array() - kMargin;
   const Eigen::Vector3d high0 = views.max().array() + kMargin;
   const Eigen::Vector3d low_slope = targets.min() - views.min();
   const Eigen::Vector3d high_slope = targets.max() - views.max();
-  const auto voxels = [&](const Eigen::Vector3d& low, const Eigen::Vector3d& high,
-                          Eigen::Vector3i& first, Eigen::Vector3i& end) {
+  const Eigen::Vector3i size = grid.box().max - grid.box().min;
+  const auto all_empty = [&](const Eigen::Vector3d& low, const Eigen::Vector3d& high,
+                             Eigen::Vector3i& first, Eigen::Vector3i& end) {
     for (int a = 0; a < 3; ++a) {
-      if (!(low[a] >= 0) || !(high[a] < table.size()[a])) return 1u;  // all is opaque outside
+      if (!(low[a] >= 0) || !(high[a] < size[a])) return false;  // all is opaque outside
       first[a] = static_cast<int>(low[a]);
       end[a] = static_cast<int>(high[a]) + 1;
     }
-    return table.Count(first, end);
+    return grid.AllEmpty(first, end);
   };
+  OpaqueGrid::Walk walk(grid);
   struct Slab {
     double begin, end;
     int level;
@@ -163,14 +147,14 @@ bool EntirelyVisible(const SummedVolumeTable& table, const Eigen::AlignedBox3d& 
     Eigen::Vector3i first;
     Eigen::Vector3i end;
     // Fails soonest where something stands in a section.
-    if (voxels(low0 + middle * low_slope, high0 + middle * high_slope, first, end) != 0) {
+    if (!all_empty(low0 + middle * low_slope, high0 + middle * high_slope, first, end)) {
       return false;
     }
     const Eigen::Vector3d low =
         (low0 + slab.begin * low_slope).cwiseMin(low0 + slab.end * low_slope);
     const Eigen::Vector3d high =
         (high0 + slab.begin * high_slope).cwiseMax(high0 + slab.end * high_slope);
-    if (voxels(low, high, first, end) == 0) continue;
+    if (all_empty(low, high, first, end)) continue;
     if ((end - first).prod() > kFewVoxels) {
       if (slab.level == kMostSubdivision) return false;
       stack[depth++] = {slab.begin, middle, slab.level + 1};
@@ -181,7 +165,7 @@ bool EntirelyVisible(const SummedVolumeTable& table, const Eigen::AlignedBox3d& 
       for (int y = first.y(); y < end.y(); ++y) {
         for (int x = first.x(); x < end.x(); ++x) {
           const Eigen::Vector3i voxel(x, y, z);
-          if (table.Count(voxel, voxel.array() + 1) == 0) continue;
+          if (!walk.OpaqueAt(voxel)) continue;
           // The sections that touch the voxel, axis by axis, are an interval.
           double begin = slab.begin;
           double until = slab.end;

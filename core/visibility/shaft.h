@@ -6,7 +6,6 @@
 #include <Eigen/Geometry>
 
 #include "core/visibility/opaque_grid.h"
-#include "core/visibility/summed_volume_table.h"
 
 namespace vantage::visibility {
 
@@ -21,13 +20,9 @@ namespace vantage::visibility {
 enum class Hidden { kNone, kMaybe, kAll };
 Hidden Occlusion(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
                  const Eigen::AlignedBox3d& targets);
-// The same with the table of `grid`, which takes long to make and then answers for wide shafts
-// sooner.
-Hidden Occlusion(const OpaqueGrid& grid, const SummedVolumeTable& table,
-                 const Eigen::AlignedBox3d& views, const Eigen::AlignedBox3d& targets);
 
 // No opaque voxel meets the convex hull of the boxes. Exact.
-bool EntirelyVisible(const SummedVolumeTable& table, const Eigen::AlignedBox3d& views,
+bool EntirelyVisible(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
                      const Eigen::AlignedBox3d& targets);
 
 }  // namespace vantage::visibility

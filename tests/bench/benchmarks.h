@@ -26,6 +26,8 @@ Benchmark BenchSnapshot;  // snapshot.*
 Benchmark BenchPlanning;
 // merge.*, model.*: what many scans cost; `full` adds a whole storey.
 Benchmark BenchModel;
+// model.hall100.*, plan.hall100.*: a hall that is nearly all empty space.
+Benchmark BenchHall;
 // plan.exact.*: the hierarchy against brute force; `full` adds what takes minutes.
 Benchmark BenchEvaluator;
 // fleet.*: several scanners on one job; `full`: on 1,000 m^2, with 1 to 8 scanners.

@@ -175,7 +175,7 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
   if (!model.ok() || !(*model)->Insert("first", made, T_world_first, serial).ok()) return pairs;
   const auto view = (*model)->Publish();
   const visibility::OpaqueGrid grid(*view);
-  const auto occlusion = visibility::OcclusionScene::Create(*view, grid, serial).value();
+  const auto occlusion = visibility::OcclusionScene::Create(grid, serial).value();
   const auto surface =
       planning::OverlapSurface::Create(*view, grid, occlusion, site.scanner()).value();
 

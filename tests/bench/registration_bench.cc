@@ -143,7 +143,7 @@ void BenchPredict(const char* name, const char* of, const simulation::Scene& sce
         surface += state == model::VoxelState::kTrueSurface ? 1 : 0;
       });
   const visibility::OpaqueGrid grid(*view);
-  const auto occlusion = visibility::OcclusionScene::Create(*view, grid, parallel).value();
+  const auto occlusion = visibility::OcclusionScene::Create(grid, parallel).value();
   const auto overlap = planning::OverlapSurface::Create(*view, grid, occlusion, scanner).value();
   std::vector<double> milliseconds;
   for (size_t k = 0; k < kPairs; ++k) {

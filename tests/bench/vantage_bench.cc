@@ -29,10 +29,12 @@ struct Group {
   double minutes;  // about, on two cores
   Benchmark* run;
 };
-constexpr std::array<Group, 10> kGroups = {{
+constexpr std::array<Group, 11> kGroups = {{
     {"carve", "carve.", "carving one scan, beside OctoMap", 1, BenchCarve},
     {"site", "site.", "views in the air, places without one; --full: 1,000 scenes", 1, BenchSite},
     {"model", "merge. model.", "merging the tenth scan; memory; --full: 1,000 m2", 1, BenchModel},
+    {"hall", "model.hall100. plan.hall100.", "a hall of 100 x 60 x 15 m: memory, time of a plan", 3,
+     BenchHall},
     {"snapshot", "snapshot.", "loading a model, beside building it", 0.5, BenchSnapshot},
     {"planning", "plan.embree. plan.brute. plan.budget. plan.cancel. plan.2000m2.",
      "rays per second; whether budgets are kept; --full: 1,000 and 2,000 m2", 2, BenchPlanning},

@@ -24,7 +24,7 @@ class EmptySpace {
  public:
   struct Output {
     std::vector<std::pair<VoxelIndex, BrickMask>> mixed;  // bricks that are empty in part
-    std::vector<VoxelIndex> whole;                        // bricks that are wholly empty
+    BrickMask whole;                                      // of the page: bricks that are wholly so
   };
 
   EmptySpace(const ScanLayer& layer, const RangePyramid& pyramid, double voxel_size)
@@ -35,7 +35,18 @@ class EmptySpace {
         origin_(layer.T_model_scan.translation()),
         R_scan_model_(layer.T_model_scan.linear().transpose()) {}
 
-  // A cube of at least one brick, aligned to its size.
+  // The pages (page coordinates) of a cube of at least one, aligned to its size, that are not
+  // wholly unknown.
+  void FindPages(const VoxelIndex& corner, int side, std::vector<VoxelIndex>& pages) const {
+    if (Decide(corner, side) == Verdict::kUnknown) return;
+    if (side == BrickPage::kVoxels) {
+      pages.push_back(BrickPage::Of(Brick::Of(corner)));
+      return;
+    }
+    ForEachOctant(corner, side, [&](const VoxelIndex& part) { FindPages(part, side / 2, pages); });
+  }
+
+  // A cube of at least one brick and at most a page, aligned to its size.
   void Split(const VoxelIndex& corner, int side, Output& output) const {
     switch (Decide(corner, side)) {
       case Verdict::kUnknown:
@@ -44,7 +55,7 @@ class EmptySpace {
         for (int z = 0; z < side; z += Brick::kSide) {
           for (int y = 0; y < side; y += Brick::kSide) {
             for (int x = 0; x < side; x += Brick::kSide) {
-              output.whole.push_back(Brick::Of(corner + VoxelIndex(x, y, z)));
+              output.whole.Set(Brick::LocalOf(Brick::Of(corner + VoxelIndex(x, y, z))));
             }
           }
         }
@@ -157,30 +168,35 @@ void CarveEmptySpace(double voxel_size, parallel::Parallel& parallel, ScanLayer&
   const RangePyramid pyramid(layer.range_surface, parallel);
   const RangePyramid::Bounds all =
       pyramid.Over(0, layer.range_surface.columns() - 1, 0, layer.range_surface.rows() - 1);
-  // The work is dealt out in cubes of 64 voxels a side, as far as the longest range reaches.
-  constexpr int kChunk = 64;
+  const EmptySpace empty_space(layer, pyramid, voxel_size);
+  // The work is dealt out by pages. They are found from the cubes down that hold all that the
+  // longest range reaches, since one far return makes nothing of what is around known.
   const double reach = static_cast<double>(all.max);
   const Eigen::Vector3d origin = layer.T_model_scan.translation();
-  const auto chunk_of = [&](double offset) -> VoxelIndex {
-    return ((origin.array() + offset) / (voxel_size * kChunk)).floor().cast<int>();
+  int side = BrickPage::kVoxels;
+  while (side * voxel_size < 2 * reach) side *= 2;
+  const auto cube_of = [&](double offset) -> VoxelIndex {
+    return ((origin.array() + offset) / (voxel_size * side)).floor().cast<int>();
   };
-  const VoxelIndex first = chunk_of(-reach);
-  const VoxelIndex size = chunk_of(reach) - first + VoxelIndex::Ones();
-  const size_t chunks =
-      static_cast<size_t>(size.x()) * static_cast<size_t>(size.y()) * static_cast<size_t>(size.z());
-  std::vector<EmptySpace::Output> outputs(chunks);
-  const EmptySpace empty_space(layer, pyramid, voxel_size);
-  parallel.For(chunks, [&](size_t i) {
-    const int c = static_cast<int>(i);
-    const VoxelIndex chunk =
-        first + VoxelIndex(c % size.x(), c / size.x() % size.y(), c / (size.x() * size.y()));
-    empty_space.Split(chunk * kChunk, kChunk, outputs[i]);
-  });
-  for (const EmptySpace::Output& output : outputs) {
-    for (const auto& [brick, mask] : output.mixed) layer.bricks[KeyOf(brick)].empty = mask;
-    for (const VoxelIndex& brick : output.whole) {
-      layer.bricks[KeyOf(brick)].empty.word.fill(~uint64_t{0});
+  const VoxelIndex first = cube_of(-reach);
+  const VoxelIndex last = cube_of(reach);
+  std::vector<VoxelIndex> pages;
+  for (int z = first.z(); z <= last.z(); ++z) {
+    for (int y = first.y(); y <= last.y(); ++y) {
+      for (int x = first.x(); x <= last.x(); ++x) {
+        empty_space.FindPages(VoxelIndex(x, y, z) * side, side, pages);
+      }
     }
+  }
+  std::vector<EmptySpace::Output> outputs(pages.size());
+  parallel.For(pages.size(), [&](size_t i) {
+    empty_space.Split(pages[i] * BrickPage::kVoxels, BrickPage::kVoxels, outputs[i]);
+  });
+  for (size_t i = 0; i < pages.size(); ++i) {
+    for (const auto& [brick, mask] : outputs[i].mixed) {
+      layer.bricks.Put(KeyOf(brick), LayerBrick{.empty = mask, .surface = {}, .sums = {}});
+    }
+    layer.bricks.PutEmpty(pages[i], outputs[i].whole);
   }
 }
 
@@ -205,7 +221,10 @@ std::unique_ptr<ScanLayer> Carve(const sensor::Scan& scan, const Eigen::Isometry
   CarveEmptySpace(config.voxel_size, parallel, *layer);
   AddSurfacePoints(config.voxel_size, parallel, *layer);
   ClearStation(config.voxel_size, *layer);
-  for (auto& [key, brick] : layer->bricks) {
+  for (const auto& [page, bricks] : layer->bricks.empty()) {
+    layer->empty_voxels += static_cast<size_t>(Brick::kVoxels * bricks.Count());
+  }
+  for (auto& [key, brick] : layer->bricks.own()) {
     // A voxel that holds surface is surface, wherever its centre lies.
     for (size_t w = 0; w < brick.empty.word.size(); ++w) {
       brick.empty.word[w] &= ~brick.surface.word[w];

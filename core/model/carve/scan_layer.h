@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "core/model/carve/layer_bricks.h"
 #include "core/model/reflections/reflections.h"
 #include "core/model/scan/hole_map.h"
 #include "core/model/scan/range_surface.h"
@@ -22,44 +23,6 @@
 
 namespace vantage::model {
 
-// Sums over the surface points in a voxel, in integers so that the order of adding never shows.
-// Positions are offsets from the voxel's lowest corner in 1/1024 of its size.
-struct SurfaceSums {
-  static constexpr int kUnits = 1024;
-
-  uint32_t samples = 0;  // measured points
-  uint32_t points = 0;   // measured and interpolated ones
-  std::array<uint64_t, 3> sample_sum{};
-  std::array<uint64_t, 3> point_sum{};
-  std::array<uint64_t, 6> product_sum{};  // of points: xx, xy, xz, yy, yz, zz
-
-  void Add(const std::array<uint32_t, 3>& offset, bool measured) {
-    ++points;
-    for (size_t i = 0; i < 3; ++i) point_sum[i] += offset[i];
-    if (measured) {
-      ++samples;
-      for (size_t i = 0; i < 3; ++i) sample_sum[i] += offset[i];
-    }
-    size_t k = 0;
-    for (size_t i = 0; i < 3; ++i) {
-      for (size_t j = i; j < 3; ++j) product_sum[k++] += uint64_t{offset[i]} * offset[j];
-    }
-  }
-  void Add(const SurfaceSums& other) {
-    samples += other.samples;
-    points += other.points;
-    for (size_t i = 0; i < 3; ++i) sample_sum[i] += other.sample_sum[i];
-    for (size_t i = 0; i < 3; ++i) point_sum[i] += other.point_sum[i];
-    for (size_t i = 0; i < 6; ++i) product_sum[i] += other.product_sum[i];
-  }
-};
-
-struct LayerBrick {
-  BrickMask empty;
-  BrickMask surface;
-  std::vector<SurfaceSums> sums;  // of the voxels in `surface`, in order of local
-};
-
 struct ScanLayer {
   RangeSurface range_surface;
   sensor::ScannerModel scanner;  // with the scan's native steps
@@ -69,7 +32,7 @@ struct ScanLayer {
   Station station{};
   std::vector<Reflector> reflectors{};  // that the scan itself shows, scanner's frame
   HoleMap holes{};                      // of the range surface
-  absl::flat_hash_map<BrickKey, LayerBrick> bricks{};  // that hold anything but unknown
+  LayerBricks bricks{};                 // that hold anything but unknown
   // The apertures that all scans together show (model frame), and the bricks as they were before
   // what this scan saw through them was taken out (core/model/merge/reflection_mask.h).
   std::vector<Aperture> apertures{};
@@ -79,10 +42,7 @@ struct ScanLayer {
   size_t surface_voxels = 0;
   uint32_t algorithm_version = kModelAlgorithmVersion;  // that it was carved with
 
-  const LayerBrick* Find(const VoxelIndex& brick) const {
-    const auto it = bricks.find(KeyOf(brick));
-    return it == bricks.end() ? nullptr : &it->second;
-  }
+  const LayerBrick* Find(const VoxelIndex& brick) const { return bricks.Find(KeyOf(brick)); }
   bool Empty(const VoxelIndex& voxel) const {
     const LayerBrick* brick = Find(Brick::Of(voxel));
     return brick != nullptr && brick->empty.Has(Brick::LocalOf(voxel));

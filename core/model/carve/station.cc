@@ -27,7 +27,7 @@ std::optional<double> FloorBelow(double voxel_size, const ScanLayer& layer) {
     double height;  // of the samples' centroid, m
   };
   std::map<std::pair<int, int>, Lowest> columns;
-  for (const auto& [key, brick] : layer.bricks) {
+  for (const auto& [key, brick] : layer.bricks.own()) {
     size_t rank = 0;
     for (int local = 0; local < Brick::kVoxels; ++local) {
       if (!brick.surface.Has(local)) continue;

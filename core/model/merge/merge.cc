@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
-#include "absl/container/flat_hash_set.h"
+#include "core/model/merge/brick_set.h"
 #include "core/model/merge/dropouts.h"
 #include "core/model/merge/fuse.h"
 #include "core/model/merge/local_plane.h"
@@ -19,15 +19,6 @@
 namespace vantage::model {
 
 namespace {
-
-template <typename Fn>
-void ForEachAround(const VoxelIndex& brick, Fn&& fn) {
-  for (int z = -1; z <= 1; ++z) {
-    for (int y = -1; y <= 1; ++y) {
-      for (int x = -1; x <= 1; ++x) fn(VoxelIndex(brick + VoxelIndex(x, y, z)));
-    }
-  }
-}
 
 bool SameBits(const Brick& a, const Brick& b) {
   if (a.state != b.state || a.surface.size() != b.surface.size()) return false;
@@ -82,90 +73,179 @@ Faces FacesWithSurface(const Brick& brick) {
   return static_cast<Faces>(faces);
 }
 
-// The bricks, not in `keys`, that a change can influence although they lie two bricks away.
-// `changing` has the faces that each brick changes near. A change reaches nine voxels at most: the
-// points of a voxel enter the planes of its neighbours (1 voxel); a plane can be taken over by a
-// voxel two away (2); it decides what dominates a voxel two away (2), what absorbs such a voxel
-// (2), and what the absorbing voxel then holds (2). The last six lead across parallel sheets only.
-// One more voxel counts where surface is erased because it was seen through.
-std::vector<BrickKey> TwoAway(const std::vector<std::pair<BrickKey, Faces>>& changing,
-                              const std::vector<BrickKey>& keys, const ModelOctree& octree,
-                              const ModelLeaf& all_empty) {
-  const absl::flat_hash_set<BrickKey> within(keys.begin(), keys.end());
-  absl::flat_hash_map<BrickKey, Faces> known;
-  const auto faces_of = [&](BrickKey key) {
-    const auto [it, fresh] = known.try_emplace(key, Faces{0});
-    if (fresh) {
-      const ModelLeaf leaf = octree.Find(BrickOf(key));
-      if (leaf != nullptr && leaf != all_empty) it->second = FacesWithSurface(*leaf);
-    }
-    return it->second;
-  };
-  std::vector<BrickKey> found;
-  for (const auto& [key, faces] : changing) {
-    for (int face = 0; face < 6; ++face) {
-      if ((faces >> face & 1) == 0) continue;
-      const int axis = face / 2;
-      const VoxelIndex far =
-          BrickOf(key) + VoxelIndex(VoxelIndex::Unit(axis) * (face % 2 == 0 ? -2 : 2));
-      for (int beside = 0; beside < 9; ++beside) {
-        VoxelIndex brick = far;
-        brick[(axis + 1) % 3] += beside % 3 - 1;
-        brick[(axis + 2) % 3] += beside / 3 - 1;
-        const BrickKey there = KeyOf(brick);
-        if (within.contains(there)) continue;
-        // Its face towards the change.
-        if ((faces_of(there) >> (face ^ 1) & 1) != 0) found.push_back(there);
-      }
-    }
-  }
-  return found;
+// The faces of a brick of the layer near which it says anything.
+Faces FacesOf(const LayerBrick& brick) {
+  BrickMask known = brick.surface;
+  for (size_t w = 0; w < known.word.size(); ++w) known.word[w] |= brick.empty.word[w];
+  return FacesNear(known);
 }
 
-// The bricks that the layer can have an influence on, ascending.
-std::vector<BrickKey> Influenced(const ScanLayer& touched, LayerChange change,
-                                 std::span<const BrickKey> also, const ModelOctree& octree,
-                                 double voxel_size, const ModelLeaf& all_empty) {
-  absl::flat_hash_map<BrickKey, bool> known;
-  const auto stays_empty = [&](const VoxelIndex& b) {
-    const auto [it, fresh] = known.try_emplace(KeyOf(b), false);
-    if (fresh) {
-      const LayerBrick* own = touched.Find(b);
-      it->second = (own == nullptr || own->empty.All()) && octree.Find(b) == all_empty;
+// What a layer that came or went can have an influence on.
+class Influence {
+ public:
+  // `also`: bricks that changed in other layers. `layers`: all there are afterwards.
+  Influence(const ScanLayer& touched, LayerChange change, std::span<const BrickKey> also,
+            std::span<const ScanLayer* const> layers, const ModelOctree& octree,
+            const ModelLeaf& all_empty)
+      : touched_(touched), octree_(octree), all_empty_(all_empty) {
+    for (const BrickKey key : also) also_.Add(BrickOf(key));
+    for (const auto& [key, brick] : touched.bricks.own()) changing_.Add(BrickOf(key));
+    for (const auto& [page, bricks] : touched.bricks.empty()) changing_.Add(page, bricks);
+    if (change == LayerChange::kAdded) {
+      SettleAdded();
+      LeaveOutDeep();
+    } else {
+      SettleRemoved(layers);
     }
-    return it->second;
-  };
-  std::vector<BrickKey> keys = BricksWithDropouts(touched, octree, voxel_size);
-  std::vector<std::pair<BrickKey, Faces>> changing;
-  for (const BrickKey key : also) {
-    changing.emplace_back(key, Faces{0x3f});
-    ForEachAround(BrickOf(key), [&](const VoxelIndex& b) { keys.push_back(KeyOf(b)); });
+    for (const auto& [page, bricks] : also_.pages()) changing_.Add(page, bricks);
   }
-  for (const auto& [key, own] : touched.bricks) {
-    const VoxelIndex brick = BrickOf(key);
-    // Deep inside known-empty space nothing can change, nor touch anything that can.
-    if (change == LayerChange::kAdded && stays_empty(brick)) {
-      bool deep = true;
-      ForEachAround(brick, [&](const VoxelIndex& b) { deep = deep && stays_empty(b); });
-      if (deep) continue;
+
+  // All such bricks: those that change, those next to them, and a few farther away.
+  BrickSet All(double voxel_size) const {
+    BrickSet all = changing_.Grown();
+    for (const BrickKey key : BricksWithDropouts(touched_, octree_, voxel_size)) {
+      all.Add(BrickOf(key));
     }
-    BrickMask known_voxels = own.surface;
-    for (size_t w = 0; w < own.empty.word.size(); ++w) known_voxels.word[w] |= own.empty.word[w];
-    changing.emplace_back(key, FacesNear(known_voxels));
-    ForEachAround(brick, [&](const VoxelIndex& b) { keys.push_back(KeyOf(b)); });
+    for (const VoxelIndex& brick : TwoAway(all)) all.Add(brick);
+    return all;
   }
-  const auto in_order = [&keys] {
-    std::sort(keys.begin(), keys.end());
-    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
-  };
-  in_order();
-  const std::vector<BrickKey> far = TwoAway(changing, keys, octree, all_empty);
-  if (!far.empty()) {
-    keys.insert(keys.end(), far.begin(), far.end());
-    in_order();
+
+  // Of these, the bricks of which it is plain what they are afterwards. Among them those that were
+  // unknown and are wholly empty, and those that were wholly empty and are unknown.
+  const BrickSet& settled() const { return settled_; }
+  const BrickSet& emptied() const { return emptied_; }
+  const BrickSet& forgotten() const { return forgotten_; }
+
+ private:
+  // What the layer that came saw wholly empty, and was so or unknown before, is wholly empty,
+  // whatever is around it.
+  void SettleAdded() {
+    for (const auto& [page, bricks] : touched_.bricks.empty()) {
+      const ModelOctree::PageContents before = octree_.In(BrickOf(page), all_empty_);
+      const BrickMask also = also_.In(page);
+      BrickMask settled;
+      BrickMask emptied;
+      for (size_t w = 0; w < settled.word.size(); ++w) {
+        const uint64_t own = bricks.word[w] & ~also.word[w];
+        emptied.word[w] = own & ~before.known.word[w];
+        settled.word[w] = emptied.word[w] | (own & before.same.word[w]);
+      }
+      settled_.Add(page, settled);
+      emptied_.Add(page, emptied);
+    }
   }
-  return keys;
-}
+
+  // What the layer that went saw wholly empty stays so where another saw it so, too, and none saw
+  // surface. It is unknown where no other layer says anything of it, nor of what is around it.
+  void SettleRemoved(std::span<const ScanLayer* const> layers) {
+    BrickSet known;
+    BrickSet whole;
+    BrickSet with_surface;
+    for (const ScanLayer* layer : layers) {
+      for (const auto& [key, brick] : layer->bricks.own()) {
+        known.Add(BrickOf(key));
+        if (brick.surface.Any()) with_surface.Add(BrickOf(key));
+      }
+      for (const auto& [page, bricks] : layer->bricks.empty()) {
+        known.Add(page, bricks);
+        whole.Add(page, bricks);
+      }
+    }
+    const BrickSet near = known.Grown();
+    for (const auto& [page, bricks] : touched_.bricks.empty()) {
+      const BrickMask before = octree_.In(BrickOf(page), all_empty_).same;
+      const BrickMask also = also_.In(page);
+      const BrickMask in_whole = whole.In(page);
+      const BrickMask in_surface = with_surface.In(page);
+      const BrickMask in_near = near.In(page);
+      BrickMask settled;
+      BrickMask forgotten;
+      for (size_t w = 0; w < settled.word.size(); ++w) {
+        const uint64_t own = bricks.word[w] & before.word[w] & ~also.word[w];
+        forgotten.word[w] = own & ~in_near.word[w];
+        settled.word[w] = forgotten.word[w] | (own & in_whole.word[w] & ~in_surface.word[w]);
+      }
+      settled_.Add(page, settled);
+      forgotten_.Add(page, forgotten);
+    }
+  }
+
+  // Deep inside known-empty space nothing can change, nor touch anything that can.
+  void LeaveOutDeep() {
+    // The bricks that do not stay empty, in the pages that are touched and those around.
+    BrickSet pages;  // as if they were bricks
+    for (const auto& [page, bricks] : changing_.pages()) pages.Add(BrickOf(page));
+    BrickSet unsettled;
+    for (const BrickKey page : pages.Grown().Keys()) {
+      BrickMask rest = octree_.In(BrickOf(page), all_empty_).same;
+      for (uint64_t& word : rest.word) word = ~word;
+      unsettled.Add(page, rest);
+    }
+    for (const auto& [key, brick] : touched_.bricks.own()) {
+      if (!brick.WhollyEmpty()) unsettled.Add(BrickOf(key));
+    }
+    const BrickSet near = unsettled.Grown();
+    BrickSet deep = changing_;
+    deep.Remove(near);
+    changing_.Remove(deep);
+  }
+
+  // The bricks, not in `within`, that a change can influence although they lie two bricks away. A
+  // change reaches nine voxels at most: the points of a voxel enter the planes of its neighbours (1
+  // voxel); a plane can be taken over by a voxel two away (2); it decides what dominates a voxel
+  // two away (2), what absorbs such a voxel (2), and what the absorbing voxel then holds (2). The
+  // last six lead across parallel sheets only. One more voxel counts where surface is erased
+  // because it was seen through.
+  std::vector<VoxelIndex> TwoAway(const BrickSet& within) const {
+    absl::flat_hash_map<BrickKey, Faces> known;
+    const auto faces_of = [&](const VoxelIndex& brick) {
+      const auto [it, fresh] = known.try_emplace(KeyOf(brick), Faces{0});
+      if (fresh) {
+        const ModelLeaf leaf = octree_.Find(brick);
+        if (leaf != nullptr && leaf != all_empty_) it->second = FacesWithSurface(*leaf);
+      }
+      return it->second;
+    };
+    std::vector<VoxelIndex> found;
+    for (const auto& [page, bricks] : changing_.pages()) {
+      const VoxelIndex first = BrickOf(page) * BrickPage::kSide;
+      for (int face = 0; face < 6; ++face) {
+        const int axis = face / 2;
+        const int direction = face % 2 == 0 ? -1 : 1;
+        // Where the brick beside changes, too, those two away are next to that one.
+        changing_.EdgeIn(page, axis, direction).ForEach([&](int local) {
+          const VoxelIndex brick = first + VoxelIndex(local & 7, local >> 3 & 7, local >> 6);
+          if ((ChangesNear(brick) >> face & 1) == 0) return;
+          const VoxelIndex far = brick + VoxelIndex(VoxelIndex::Unit(axis) * (2 * direction));
+          for (int beside = 0; beside < 9; ++beside) {
+            VoxelIndex there = far;
+            there[(axis + 1) % 3] += beside % 3 - 1;
+            there[(axis + 2) % 3] += beside / 3 - 1;
+            if (within.Has(there)) continue;
+            // Its face towards the change.
+            if ((faces_of(there) >> (face ^ 1) & 1) != 0) found.push_back(there);
+          }
+        });
+      }
+    }
+    return found;
+  }
+
+  // The faces near which a brick changes.
+  Faces ChangesNear(const VoxelIndex& brick) const {
+    const LayerBrick* own = also_.Has(brick) ? nullptr : touched_.Find(brick);
+    return own == nullptr ? Faces{0x3f} : FacesOf(*own);
+  }
+
+  const ScanLayer& touched_;
+  const ModelOctree& octree_;
+  const ModelLeaf& all_empty_;
+  BrickSet also_;
+  BrickSet changing_;
+  BrickSet settled_;
+  BrickSet emptied_;
+  BrickSet forgotten_;
+};
 
 }  // namespace
 
@@ -179,8 +259,24 @@ MergeResult MergeAround(const ScanLayer& touched, LayerChange change,
                         std::span<const BrickKey> also, std::span<const ScanLayer* const> layers,
                         double voxel_size, const ModelLeaf& all_empty, parallel::Parallel& parallel,
                         ModelOctree& octree) {
-  const std::vector<BrickKey> keys =
-      Influenced(touched, change, also, octree, voxel_size, all_empty);
+  MergeResult result;
+  std::vector<BrickKey> keys;
+  {
+    const Influence influence(touched, change, also, layers, octree, all_empty);
+    BrickSet influenced = influence.All(voxel_size);
+    result.recomputed = influenced.size();
+    influenced.Remove(influence.settled());
+    keys = influenced.Keys();
+    result.emptied = {influence.emptied().pages(), all_empty};
+    for (const BrickKey key : influence.forgotten().Keys()) {
+      result.changed.push_back({BrickOf(key), nullptr});
+    }
+  }
+  // Those around them are to find what they are now.
+  for (const BrickAt& forgotten : result.changed) octree.Set(forgotten.brick, nullptr);
+  for (const auto& [page, bricks] : result.emptied.by_page) {
+    octree.SetUnknown(BrickOf(page), bricks, all_empty);
+  }
   MergeRegion region(keys, layers, octree, all_empty);
   const size_t recomputed = region.recomputed();
 
@@ -226,13 +322,13 @@ MergeResult MergeAround(const ScanLayer& touched, LayerChange change,
               (contents[i] != nullptr && before != nullptr && SameBits(*contents[i], *before));
   });
 
-  MergeResult result;
-  result.recomputed = recomputed;
   for (size_t i = 0; i < recomputed; ++i) {
     if (same[i] != 0) continue;
     octree.Set(region.brick(i), contents[i]);
     result.changed.push_back({region.brick(i), std::move(contents[i])});
   }
+  std::sort(result.changed.begin(), result.changed.end(),
+            [](const BrickAt& a, const BrickAt& b) { return KeyOf(a.brick) < KeyOf(b.brick); });
   return result;
 }
 

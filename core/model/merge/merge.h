@@ -18,6 +18,7 @@ enum class LayerChange { kAdded, kRemoved };
 struct MergeResult {
   size_t recomputed = 0;         // bricks
   std::vector<BrickAt> changed;  // those that differ from before, by z, y, x; null: unknown now
+  EmptiedBricks emptied;         // others that do: unknown before, and wholly empty now
 };
 
 // Recomputes every brick that `touched` (a layer just added to, or just removed from, `layers`) can

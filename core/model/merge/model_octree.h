@@ -9,8 +9,10 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "core/model/view/brick_mask.h"
 #include "core/model/view/voxel.h"
 
 namespace vantage::model {
@@ -41,7 +43,16 @@ class ModelOctree : public octomap::OcTreeBaseImpl<ModelNode, octomap::AbstractO
   ModelLeaf Find(const VoxelIndex& brick) const;
   // Sets a brick; null is unknown. Bricks lie within +-32,768 of the origin. Equal bricks (the same
   // shared contents) that fill a larger cube become one node.
-  void Set(const VoxelIndex& brick, ModelLeaf leaf);
+  void Set(const VoxelIndex& brick, ModelLeaf leaf) { SetCube(brick, 0, std::move(leaf)); }
+  // The same for bricks of a page (8 x 8 x 8 bricks) that are unknown; `leaf` is not null.
+  void SetUnknown(const VoxelIndex& page, const BrickMask& bricks, const ModelLeaf& leaf);
+
+  // The bricks of a page that are not unknown, and those of them that are this leaf.
+  struct PageContents {
+    BrickMask known;
+    BrickMask same;
+  };
+  PageContents In(const VoxelIndex& page, const ModelLeaf& leaf) const;
 
   // Calls fn(brick coordinates, leaf) for every brick that is not unknown, joined ones one by one.
   template <typename Fn>
@@ -67,7 +78,14 @@ class ModelOctree : public octomap::OcTreeBaseImpl<ModelNode, octomap::AbstractO
  private:
   static constexpr int kOrigin = 32768;
   static constexpr unsigned kLevels = 16;  // OctoMap's
+  static constexpr unsigned kPageLevel = 3;
   static octomap::OcTreeKey KeyAt(const VoxelIndex& brick);
+  // Of the cube of 2^level bricks a side whose first brick this is; its node has no children.
+  void SetCube(const VoxelIndex& first, unsigned level, ModelLeaf leaf);
+  // The node of a page, or of a joined cube that holds it; null where all is unknown.
+  const ModelNode* NodeOf(const VoxelIndex& page) const;
+  void Collect(const ModelNode& node, const VoxelIndex& first, int side, const ModelLeaf& leaf,
+               PageContents& contents) const;
 };
 
 }  // namespace vantage::model

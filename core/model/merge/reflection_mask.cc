@@ -53,26 +53,22 @@ std::vector<BrickKey> ApplyReflectionMask(std::span<const Aperture> apertures, d
   std::vector<BrickKey> changed;
   for (auto& [key, whole] : layer.set_aside) {
     changed.push_back(key);
-    layer.bricks[key] = std::move(whole);
+    layer.bricks.Put(key, std::move(whole));
   }
   layer.set_aside.clear();
   layer.apertures.assign(apertures.begin(), apertures.end());
   const Eigen::Vector3d station = layer.T_model_scan.translation();
   for (const Aperture& aperture : apertures) {
     std::vector<std::pair<BrickKey, BrickMask>> hidden;
-    for (const auto& [key, brick] : layer.bricks) {
+    layer.bricks.ForEach([&](BrickKey key, const LayerBrick& brick) {
       const BrickMask mask = SeenThrough(aperture, station, BrickOf(key), voxel_size);
       if (Overlaps(mask, brick)) hidden.emplace_back(key, mask);
-    }
+    });
     for (const auto& [key, mask] : hidden) {
-      const auto it = layer.bricks.find(key);
-      LayerBrick left = Without(it->second, mask);
-      layer.set_aside.try_emplace(key, std::move(it->second));
-      if (left.empty.Any() || left.surface.Any()) {
-        it->second = std::move(left);
-      } else {
-        layer.bricks.erase(it);
-      }
+      LayerBrick whole = layer.bricks.Take(key);
+      LayerBrick left = Without(whole, mask);
+      layer.set_aside.try_emplace(key, std::move(whole));
+      if (left.Any()) layer.bricks.Put(key, std::move(left));
       changed.push_back(key);
     }
   }

@@ -151,9 +151,9 @@ std::string LayerCodec::Write(const ScanLayer& layer) {
   }
   std::vector<std::pair<BrickKey, const LayerBrick*>> whole;
   for (const auto& [key, brick] : layer.set_aside) whole.emplace_back(key, &brick);
-  for (const auto& [key, brick] : layer.bricks) {
+  layer.bricks.ForEach([&](BrickKey key, const LayerBrick& brick) {
     if (!layer.set_aside.contains(key)) whole.emplace_back(key, &brick);
-  }
+  });
   std::sort(whole.begin(), whole.end());
   out.Varint(whole.size());
   BrickKey last = 0;
@@ -207,7 +207,6 @@ std::unique_ptr<ScanLayer> LayerCodec::Read(absl::string_view bytes, const Snaps
     layer->reflectors.push_back(std::move(reflector));
   }
   const size_t bricks = in.Count(2);
-  layer->bricks.reserve(bricks);
   BrickKey key = 0;
   for (size_t i = 0; i < bricks && in.ok(); ++i) {
     const uint64_t step = in.Varint();
@@ -216,7 +215,7 @@ std::unique_ptr<ScanLayer> LayerCodec::Read(absl::string_view bytes, const Snaps
     if (!IsInOctree(BrickOf(key)) || KeyOf(BrickOf(key)) != key) in.Fail();
     LayerBrick brick;
     ReadMasksAndSums(in, brick.empty, brick.surface, brick.sums);
-    layer->bricks.emplace(key, std::move(brick));
+    layer->bricks.Put(key, std::move(brick));
   }
   if (!in.ok() || in.left() > 0) return nullptr;
   return layer;

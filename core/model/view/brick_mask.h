@@ -16,6 +16,7 @@ struct BrickMask {
 
   bool Has(int local) const { return (word[local / 64] >> (local % 64) & 1) != 0; }
   void Set(int local) { word[local / 64] |= uint64_t{1} << (local % 64); }
+  void Clear(int local) { word[local / 64] &= ~(uint64_t{1} << (local % 64)); }
   bool Any() const {
     uint64_t all = 0;
     for (const uint64_t w : word) all |= w;

@@ -4,12 +4,16 @@
 #define VANTAGE_CORE_MODEL_VIEW_BRICK_PAGES_H_
 
 #include <array>
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <iterator>
 #include <memory>
 #include <span>
 #include <vector>
 
+#include "absl/container/flat_hash_map.h"
+#include "core/model/view/brick_key.h"
 #include "core/model/view/brick_mask.h"
 #include "core/model/view/voxel.h"
 
@@ -20,36 +24,71 @@ struct BrickAt {
   std::shared_ptr<const Brick> contents;  // null: all of it is unknown
 };
 
-// A cube of 8 x 8 x 8 bricks.
+// Bricks that are wholly empty from now on, by the key of their page (brick_key.h).
+struct EmptiedBricks {
+  absl::flat_hash_map<BrickKey, BrickMask> by_page;
+  std::shared_ptr<const Brick> contents;  // of each: nothing but empty voxels
+
+  size_t size() const;
+};
+
+// A cube of 8 x 8 x 8 bricks. What costs memory in it are the bricks that hold surface: those that
+// are wholly empty share one brick, whatever they were given as, and unknown ones take none.
 class BrickPage {
  public:
   static constexpr int kSide = 8;
+  static constexpr int kVoxels = kSide * Brick::kSide;  // along an edge
   // The page that a brick is in, in page coordinates.
   static VoxelIndex Of(const VoxelIndex& brick) {
     return {brick.x() >> 3, brick.y() >> 3, brick.z() >> 3};
   }
 
-  // `before` (null: of nothing) with changes, which lie in one page, by z, y, x, each once.
-  BrickPage(const BrickPage* before, std::span<const BrickAt* const> changes);
+  // Of which all is unknown.
+  BrickPage() : BrickPage(nullptr, VoxelIndex::Zero(), {}) {}
+  // `before` (null: of nothing) with changes, which lie in the page `at` (page coordinates), by z,
+  // y, x, each once. The bricks of `emptied`, which are not among them, become `empty`.
+  BrickPage(const BrickPage* before, const VoxelIndex& at, std::span<const BrickAt* const> changes,
+            const BrickMask& emptied = {}, const std::shared_ptr<const Brick>& empty = nullptr);
 
   // Null where all is unknown.
-  const Brick* Find(const VoxelIndex& brick) const {
-    return at_[static_cast<size_t>(Brick::LocalOf(brick))];
+  const Brick* Find(const VoxelIndex& brick) const { return Contents(Brick::LocalOf(brick)).get(); }
+  // The same by place in the page, as a brick numbers its voxels.
+  const std::shared_ptr<const Brick>& Contents(int local) const {
+    return bricks_[slot_[static_cast<size_t>(local)]];
   }
-  // Its bricks of a row along x; y and z in [0, 8).
-  std::span<const BrickAt> Row(int y, int z) const;
+  // The voxels of the brick at a place that are not known to be empty.
+  const BrickMask& Opaque(int local) const { return opaque_[slot_[static_cast<size_t>(local)]]; }
+  // The bricks with any voxel that is not known to be empty, and those with any that is.
+  const BrickMask& with_opaque() const { return with_opaque_; }
+  const BrickMask& with_empty() const { return with_empty_; }
+  bool all_empty() const { return all_empty_; }
+  bool all_opaque() const { return all_opaque_; }
+  // Bit x: the brick is not wholly unknown. y and z in [0, 8).
+  uint32_t HeldInRow(int y, int z) const {
+    return static_cast<uint32_t>(held_.word[static_cast<size_t>(z)] >> (kSide * y)) & 0xff;
+  }
 
   VoxelIndex coordinates() const { return Of(first_); }
-  size_t size() const { return bricks_.size(); }
+  size_t size() const { return size_; }  // bricks that are not wholly unknown
   size_t surface_count() const { return surface_count_; }
   // The smallest box of bricks that holds all of them, both corners included.
   const VoxelIndex& first() const { return first_; }
   const VoxelIndex& last() const { return last_; }
 
  private:
-  std::array<const Brick*, Brick::kVoxels> at_{};
+  // Slots that mean something by themselves. Bricks with anything else have one each, by place.
+  enum Slot : uint16_t { kUnknown = 0, kEmpty = 1, kFirst = 2 };
+
+  std::array<uint16_t, Brick::kVoxels> slot_{};
+  // By slot.
+  std::vector<std::shared_ptr<const Brick>> bricks_;
+  std::vector<BrickMask> opaque_;
   BrickMask held_;
-  std::vector<BrickAt> bricks_;  // those held, by z, y, x
+  BrickMask with_opaque_;
+  BrickMask with_empty_;
+  bool all_empty_ = false;
+  bool all_opaque_ = false;
+  size_t size_ = 0;
   size_t surface_count_ = 0;
   VoxelIndex first_ = VoxelIndex::Zero();
   VoxelIndex last_ = VoxelIndex::Zero();
@@ -63,7 +102,7 @@ class BrickRange {
  public:
   class Iterator {
    public:
-    using iterator_category = std::forward_iterator_tag;
+    using iterator_category = std::input_iterator_tag;
     using value_type = BrickAt;
     using difference_type = std::ptrdiff_t;
     using pointer = const BrickAt*;
@@ -72,10 +111,16 @@ class BrickRange {
     Iterator() = default;
     explicit Iterator(std::span<const std::shared_ptr<const BrickPage>> pages);
 
-    const BrickAt& operator*() const { return row_[at_]; }
-    const BrickAt* operator->() const { return &row_[at_]; }
+    // Valid until the iterator moves.
+    const BrickAt& operator*() const { return at_; }
+    const BrickAt* operator->() const { return &at_; }
     Iterator& operator++() {
-      if (++at_ == row_.size()) NextRow();
+      left_ &= left_ - 1;
+      if (left_ == 0) {
+        NextRow();
+      } else {
+        Load();
+      }
       return *this;
     }
     Iterator operator++(int) {
@@ -84,13 +129,16 @@ class BrickRange {
       return before;
     }
     bool operator==(const Iterator& other) const {
-      return row_.data() == other.row_.data() && at_ == other.at_;
+      return left_ == other.left_ &&
+             (left_ == 0 || (page_ == other.page_ && y_ == other.y_ && z_ == other.z_));
     }
 
    private:
     friend class BrickRange;
     // To the next row that has bricks, or the end.
     void NextRow();
+    // The brick at the lowest bit that is left.
+    void Load();
     // Behind the last page from `first` on that shares its z, or its z and y.
     size_t EndOfLayer(size_t first) const;
     size_t EndOfStrip(size_t first) const;
@@ -105,8 +153,8 @@ class BrickRange {
     size_t page_ = 0;
     int y_ = 0;
     int z_ = 0;
-    std::span<const BrickAt> row_;
-    size_t at_ = 0;
+    uint32_t left_ = 0;  // bit x: a brick of the row that is still to come, or this one; 0: the end
+    BrickAt at_;
   };
   using const_iterator = Iterator;
   using value_type = BrickAt;
@@ -119,9 +167,9 @@ class BrickRange {
   static Iterator end() { return {}; }
   size_t size() const { return size_; }
   bool empty() const { return size_ == 0; }
-  const BrickAt& front() const { return *begin(); }
+  BrickAt front() const { return *begin(); }
   // Walks the rows before it: for a look at one, not for a loop over many.
-  const BrickAt& operator[](size_t i) const;
+  BrickAt operator[](size_t i) const;
 
  private:
   std::span<const std::shared_ptr<const BrickPage>> pages_;
@@ -130,7 +178,8 @@ class BrickRange {
 
 // `before` with changes (by z, y, x, each brick once). Pages without any are shared; `copied` is
 // the number of the others.
-PageList WithChanges(const PageList& before, std::span<const BrickAt> changes, size_t& copied);
+PageList WithChanges(const PageList& before, std::span<const BrickAt> changes,
+                     const EmptiedBricks& emptied, size_t& copied);
 
 }  // namespace vantage::model
 

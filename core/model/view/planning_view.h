@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/model/view/brick_pages.h"
+#include "core/model/view/page_table.h"
 #include "core/model/view/voxel.h"
 
 namespace vantage::model {
@@ -41,9 +42,9 @@ class PlanningView {
   PlanningView(double voxel_size, uint64_t version, std::vector<BrickAt> bricks,
                std::vector<Station> stations);
   // A later version, sharing the pages in which nothing changed. `changed`: by z, y, x, each brick
-  // once.
+  // once, and none that is among those emptied.
   PlanningView(const PlanningView& before, uint64_t version, std::span<const BrickAt> changed,
-               std::vector<Station> stations);
+               std::vector<Station> stations, const EmptiedBricks& emptied = {});
 
   double voxel_size() const { return voxel_size_; }
   uint64_t version() const { return version_; }
@@ -110,6 +111,10 @@ class PlanningView {
   // version; all others are shared with the version before.
   size_t pages() const { return pages_.size(); }
   size_t copied_pages() const { return copied_pages_; }
+  // The pages themselves, by z, y, x, and one of them by its coordinates: null where all is
+  // unknown.
+  const PageList& page_list() const { return pages_; }
+  const BrickPage* Page(const VoxelIndex& page) const { return table_.Find(page); }
 
   static VoxelIndex Global(const VoxelIndex& brick, int local) {
     return {brick.x() * 8 + (local & 7), brick.y() * 8 + ((local >> 3) & 7),
@@ -122,18 +127,8 @@ class PlanningView {
   const Brick* Find(const VoxelIndex& v) const {
     if (!bounds_.Contains(v)) return nullptr;
     const VoxelIndex brick = Brick::Of(v);
-    const VoxelIndex at = BrickPage::Of(brick);
-    const BrickPage* page = table_.empty() ? FindPage(at) : table_[TableIndex(at)];
+    const BrickPage* page = table_.Find(BrickPage::Of(brick));
     return page == nullptr ? nullptr : page->Find(brick);
-  }
-  // Without the table.
-  const BrickPage* FindPage(const VoxelIndex& page) const;
-  size_t TableIndex(const VoxelIndex& page) const {
-    const VoxelIndex p = page - first_page_;
-    return static_cast<size_t>(p.x()) +
-           static_cast<size_t>(table_size_.x()) *
-               (static_cast<size_t>(p.y()) +
-                static_cast<size_t>(table_size_.y()) * static_cast<size_t>(p.z()));
   }
 
   double voxel_size_;
@@ -143,10 +138,7 @@ class PlanningView {
   size_t copied_pages_ = 0;
   // What follows from the pages.
   VoxelBox bounds_;
-  VoxelIndex first_page_ = VoxelIndex::Zero();
-  VoxelIndex table_size_ = VoxelIndex::Zero();
-  // Dense over the bounds, null is unknown; empty where the pages are few for their bounds.
-  std::vector<const BrickPage*> table_;
+  PageTable table_;
   size_t brick_count_ = 0;
   size_t surface_count_ = 0;
 };

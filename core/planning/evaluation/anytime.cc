@@ -120,16 +120,11 @@ void Decide(const AnytimeOptions& options, EvaluationRun& run) {
   run.SetDecided();
 }
 
-bool WorthAHierarchy(const AnytimeOptions& options, const EvaluationRun& run,
-                     const visibility::OpaqueGrid& grid) {
-  const model::VoxelBox& box = grid.box();
-  const double voxels = (box.max - box.min).cast<double>().prod();
+bool WorthAHierarchy(const AnytimeOptions& options, const EvaluationRun& run) {
   const auto left = static_cast<uint64_t>(run.size() - run.evaluation().exact) * run.cells().size();
-  if (left < options.hierarchy_pairs || voxels > static_cast<double>(options.hierarchy_voxels)) {
-    return false;
-  }
+  if (left < options.hierarchy_pairs) return false;
   // Building takes about a third of this on one thread.
-  const double seconds = 1e-6 * static_cast<double>(run.cells().size()) + 1e-8 * voxels;
+  const double seconds = 1e-6 * static_cast<double>(run.cells().size());
   const parallel::Budget& budget = run.budget();
   return budget.deadline == parallel::Budget::Clock::time_point::max() ||
          std::chrono::duration<double>(budget.deadline - budget.now()).count() > seconds;
@@ -169,7 +164,7 @@ Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& vi
   EvaluationRun run(scorer, views, cells, sampler.potential(), budget, parallel, options.worth,
                     VisibilityCache(scorer, views, cells, grid));
   return Evaluate(sampler, options, run, progress, [&] {
-    if (WorthAHierarchy(options, run, grid)) {
+    if (WorthAHierarchy(options, run)) {
       CompleteByHierarchy(run, cells, grid, progress);
     } else {
       CompleteByView(run, progress);

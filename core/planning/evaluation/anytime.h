@@ -27,9 +27,6 @@ struct AnytimeOptions {
   int leaders = 10;
   // The least number of pairs of view and cell left to complete for which the hierarchy is built.
   uint64_t hierarchy_pairs = 50'000'000;
-  // The largest box around the model for which it is built, voxels: its summed volume table takes 4
-  // bytes per voxel.
-  uint64_t hierarchy_voxels = uint64_t{1} << 28;
   // By view: the factor by which a score is multiplied for ranking, for instance to rank by score
   // per minute; 0 where no scanner can go. Empty: 1 everywhere. Scores and bounds are in samples
   // all the same.
@@ -38,10 +35,10 @@ struct AnytimeOptions {
 };
 
 // Scores `views` on `cells`. What is left after race and decision is completed by the hierarchy
-// where enough is left, there is time to build it and the model is not too large for it, otherwise
-// view by view; both give the same scores up to rounding. Cells that the grid hides from a
-// neighbourhood of views are left out. Heeds deadline, cancellation and work limit (rays); with a
-// work limit alone the result does not depend on the number of threads.
+// where enough is left and there is time to build it, otherwise view by view; both give the same
+// scores up to rounding. Cells that the grid hides from a neighbourhood of views are left out.
+// Heeds deadline, cancellation and work limit (rays); with a work limit alone the result does not
+// depend on the number of threads.
 Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& views,
                          const OrderedCells& cells, const visibility::OpaqueGrid& grid,
                          const AnytimeOptions& options, const parallel::Budget& budget,

@@ -43,12 +43,10 @@ absl::StatusOr<std::unique_ptr<HierarchicalScorer>> HierarchicalScorer::Create(
     std::span<const Eigen::Vector3i> viewcells, double viewcell_size,
     const HierarchyOptions& options, parallel::Parallel& parallel,
     const parallel::Cancellation& cancelled) {
-  auto table = visibility::SummedVolumeTable::Create(grid, parallel, cancelled);
-  if (!table.ok()) return table.status();
   auto patches = PatchTree::Create(cells, parallel, cancelled);
   if (!patches.ok()) return patches.status();
   return absl::WrapUnique(new HierarchicalScorer(scorer, grid, cells, viewcells, viewcell_size,
-                                                 options, *std::move(table), *std::move(patches)));
+                                                 options, *std::move(patches)));
 }
 
 HierarchicalScorer::HierarchicalScorer(const BruteForceScorer& scorer,
@@ -56,14 +54,13 @@ HierarchicalScorer::HierarchicalScorer(const BruteForceScorer& scorer,
                                        const OrderedCells& cells,
                                        std::span<const Eigen::Vector3i> viewcells,
                                        double viewcell_size, const HierarchyOptions& options,
-                                       visibility::SummedVolumeTable table, PatchTree patches)
+                                       PatchTree patches)
     : scorer_(scorer),
       cells_(cells),
       viewcells_(viewcells),
       viewcell_size_(viewcell_size),
       options_(options),
-      table_(std::move(table)),
-      classifier_(scorer, grid, table_, options.tolerance, options.visible_pairs),
+      classifier_(scorer, grid, options.tolerance, options.visible_pairs),
       patches_(std::move(patches)),
       views_(viewcells, viewcell_size, options.leaf_views) {}
 

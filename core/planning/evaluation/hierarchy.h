@@ -19,7 +19,6 @@
 #include "core/planning/scoring/brute_force.h"
 #include "core/planning/scoring/ordered_cells.h"
 #include "core/planning/scoring/patch_tree.h"
-#include "core/visibility/summed_volume_table.h"
 
 namespace vantage::planning {
 
@@ -99,8 +98,7 @@ class HierarchicalScorer {
 
   HierarchicalScorer(const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid,
                      const OrderedCells& cells, std::span<const Eigen::Vector3i> viewcells,
-                     double viewcell_size, const HierarchyOptions& options,
-                     visibility::SummedVolumeTable table, PatchTree patches);
+                     double viewcell_size, const HierarchyOptions& options, PatchTree patches);
 
   void Refine(const ViewBox& pass, const ViewBlock::Candidate& candidate, Candidates& out,
               double& certain, HierarchyCounts& counts, std::span<std::atomic<uint8_t>> seen) const;
@@ -120,7 +118,6 @@ class HierarchicalScorer {
   std::span<const Eigen::Vector3i> viewcells_;
   double viewcell_size_;
   HierarchyOptions options_;
-  visibility::SummedVolumeTable table_;
   ShaftClassifier classifier_;
   PatchTree patches_;
   ViewTree views_;

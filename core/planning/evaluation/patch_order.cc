@@ -16,13 +16,11 @@ constexpr size_t kTasks = 16;  // patches evaluated together
 
 PatchOrderScorer::PatchOrderScorer(EvaluationRun& run, const PatchSet& patches,
                                    const visibility::OpaqueGrid& grid,
-                                   visibility::SummedVolumeTable table,
                                    const HierarchyOptions& options)
     : run_(run),
       patches_(patches),
       options_(options),
-      table_(std::move(table)),
-      classifier_(run.scorer(), grid, table_, options.tolerance, options.visible_pairs),
+      classifier_(run.scorer(), grid, options.tolerance, options.visible_pairs),
       views_(run.views().cells(), run.views().cell_size(), options.leaf_views),
       own_(views_.size(), 0),
       alone_(run.size(), 0),
@@ -190,9 +188,7 @@ Evaluation EvaluateByPatches(const BruteForceScorer& scorer, const FeasibleViews
   const CellSampler sampler(cells);
   EvaluationRun run(scorer, views, cells, sampler.potential(), budget, parallel);
   if (views.cells().empty()) return run.Finish();
-  auto table = visibility::SummedVolumeTable::Create(grid, parallel, budget);
-  if (!table.ok()) return run.Finish();
-  PatchOrderScorer by_patches(run, patches, grid, *std::move(table), options);
+  PatchOrderScorer by_patches(run, patches, grid, options);
   by_patches.Run(progress);
   return run.Finish();
 }

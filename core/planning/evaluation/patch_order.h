@@ -21,9 +21,9 @@ namespace vantage::planning {
 // References are kept.
 class PatchOrderScorer {
  public:
-  // The run's cells are those of `patches`, which are ranked; `table` is the grid's.
+  // The run's cells are those of `patches`, which are ranked.
   PatchOrderScorer(EvaluationRun& run, const PatchSet& patches, const visibility::OpaqueGrid& grid,
-                   visibility::SummedVolumeTable table, const HierarchyOptions& options);
+                   const HierarchyOptions& options);
 
   // Evaluates the patches in their order until the budget is spent, then adds up the scores of the
   // views. Bounds are certain: patches not evaluated may be gained entirely or not at all. A work
@@ -50,7 +50,6 @@ class PatchOrderScorer {
   EvaluationRun& run_;
   const PatchSet& patches_;
   HierarchyOptions options_;
-  visibility::SummedVolumeTable table_;
   ShaftClassifier classifier_;
   ViewTree views_;
   std::vector<double> own_;    // by node of the view tree: samples that every view of it gains

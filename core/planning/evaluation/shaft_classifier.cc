@@ -12,12 +12,10 @@ constexpr double kFloatSlack = 1e-5;  // m: views and cells are floats where sco
 }  // namespace
 
 ShaftClassifier::ShaftClassifier(const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid,
-                                 const visibility::SummedVolumeTable& table, double tolerance,
-                                 uint32_t visible_pairs)
+                                 double tolerance, uint32_t visible_pairs)
     : scorer_(scorer),
       intervals_(scorer.constraints()),
       grid_(grid),
-      table_(table),
       tolerance_(tolerance),
       visible_pairs_(visible_pairs) {}
 
@@ -61,8 +59,7 @@ ShaftClassifier::Relation ShaftClassifier::Classify(const ViewBox& views,
     return Relation::kNothing;
   }
   if (!(satisfied & kVisible)) {
-    const visibility::Hidden hidden =
-        visibility::Occlusion(grid_, table_, views.scene, group.targets);
+    const visibility::Hidden hidden = visibility::Occlusion(grid_, views.scene, group.targets);
     if (hidden == visibility::Hidden::kAll) {
       ++counts.occluded;
       return Relation::kNothing;
@@ -70,7 +67,7 @@ ShaftClassifier::Relation ShaftClassifier::Classify(const ViewBox& views,
     // When nothing is between the two centres, there may be nothing in the whole shaft.
     if (hidden == visibility::Hidden::kNone &&
         static_cast<uint64_t>(views.views) * group.size() >= visible_pairs_ &&
-        EntirelyVisible(table_, views.scene, group.targets)) {
+        EntirelyVisible(grid_, views.scene, group.targets)) {
       ++counts.visible;
       satisfied |= kVisible;
     }

@@ -13,7 +13,6 @@
 #include "core/planning/scoring/interval_constraints.h"
 #include "core/planning/scoring/patch_tree.h"
 #include "core/visibility/opaque_grid.h"
-#include "core/visibility/summed_volume_table.h"
 
 namespace vantage::planning {
 
@@ -44,8 +43,7 @@ class ShaftClassifier {
  public:
   // `tolerance` and `visible_pairs`: HierarchyOptions.
   ShaftClassifier(const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid,
-                  const visibility::SummedVolumeTable& table, double tolerance,
-                  uint32_t visible_pairs);
+                  double tolerance, uint32_t visible_pairs);
 
   ViewBox Of(const ViewTree::Node& node) const;
 
@@ -67,7 +65,6 @@ class ShaftClassifier {
   const BruteForceScorer& scorer_;
   IntervalConstraints intervals_;
   const visibility::OpaqueGrid& grid_;
-  const visibility::SummedVolumeTable& table_;
   double tolerance_;
   uint32_t visible_pairs_;
 };

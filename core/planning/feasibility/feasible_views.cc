@@ -47,6 +47,8 @@ absl::StatusOr<FeasibleViews> FeasibleViews::Find(const model::PlanningView& mod
       std::max(1, static_cast<int>(std::lround(config.viewcell_size / model.voxel_size())));
   const int n = views.voxels_per_cell_;
   views.cell_size_ = n * model.voxel_size();
+  views.min_height_ = config.min_viewpoint_height;
+  views.max_height_ = config.max_viewpoint_height;
   const model::VoxelBox& box = model.bounds();
   if (box.empty()) return views;
   for (int a = 0; a < 3; ++a) {
@@ -64,9 +66,6 @@ absl::StatusOr<FeasibleViews> FeasibleViews::Find(const model::PlanningView& mod
 bool FeasibleViews::Judge(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
                           const sensor::ScannerModel& scanner, const PlanningConfig& config,
                           parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
-  const size_t layer = static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y());
-  why_.assign(layer * static_cast<size_t>(size_.z()),
-              static_cast<uint8_t>(Infeasibility::kNoFloor));
   auto floor = FloorMap::Find(model, config.floor_z, cancelled);
   if (!floor.ok()) return false;
   floor_ = *std::move(floor);
@@ -74,12 +73,25 @@ bool FeasibleViews::Judge(const model::PlanningView& model, const visibility::Op
   parallel.For(rows_.size(), [&](size_t row) {
     if (cancelled.Requested()) return;
     const int cy = first_.y() + static_cast<int>(row);
+    Row& own = rows_[row];
+    own.first = first_.x();
+    size_t listed = 0;  // up to the last column with floor
     for (int cx = first_.x(); cx < first_.x() + size_.x(); ++cx) {
-      rows_[row].begin.push_back(static_cast<uint32_t>(rows_[row].floors.size()));
-      FindCellFloors(cx, cy, grid, rows_[row].floors);
+      const size_t before = own.floors.size();
+      FindCellFloors(cx, cy, grid, own.floors);
+      if (own.floors.empty()) {
+        ++own.first;
+        continue;
+      }
+      own.begin.push_back(static_cast<uint32_t>(before));
+      if (own.floors.size() > before) listed = own.begin.size();
     }
-    rows_[row].begin.push_back(static_cast<uint32_t>(rows_[row].floors.size()));
-    for (int cx = first_.x(); cx < first_.x() + size_.x(); ++cx) JudgeColumn(cx, cy, config);
+    own.begin.resize(listed);
+    own.begin.push_back(static_cast<uint32_t>(own.floors.size()));
+    own.begin.shrink_to_fit();
+    own.floors.shrink_to_fit();
+    for (size_t i = 0; i < listed; ++i) JudgeColumn(own.first + static_cast<int>(i), cy, config);
+    own.why.shrink_to_fit();
   });
   if (cancelled.Requested()) return false;
   if (!CarveClearance(grid, scanner.clearance, parallel, cancelled)) return false;
@@ -96,33 +108,67 @@ bool FeasibleViews::Judge(const model::PlanningView& model, const visibility::Op
 void FeasibleViews::ExemptStations(const model::PlanningView& model, double clearance) {
   for (const model::Station& station : model.stations()) {
     if (station.clearance < clearance - kSlack) continue;  // it had too little clearance
-    const CellIndex cell = CellOf(station.position);
-    const Infeasibility why = Why(cell);
+    const std::optional<Place> place = PlaceOf(CellOf(station.position));
+    if (!place.has_value()) continue;
+    Infeasibility& why = rows_[place->row].why[place->at];
     if (why == Infeasibility::kAboveObject || why == Infeasibility::kClearance) {
-      why_[Offset(cell)] = static_cast<uint8_t>(Infeasibility::kNone);
+      why = Infeasibility::kNone;
     }
   }
 }
 
 void FeasibleViews::ListFeasible(bool require_reachable) {
-  const size_t layer = static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y());
-  index_.assign(why_.size(), -1);
-  for (size_t at = 0; at < why_.size(); ++at) {
-    auto why = static_cast<Infeasibility>(why_[at]);
-    const CellIndex cell =
-        first_ + CellIndex(static_cast<int>(at % static_cast<size_t>(size_.x())),
-                           static_cast<int>(at % layer / static_cast<size_t>(size_.x())),
-                           static_cast<int>(at / layer));
+  const auto for_each_cell = [this](const auto& fn) {
+    for (int cy = first_.y(); cy < first_.y() + size_.y(); ++cy) {
+      const Row& row = rows_[static_cast<size_t>(cy - first_.y())];
+      for (size_t i = 0; i + 1 < row.begin.size(); ++i) {
+        ForEachCell(row.first + static_cast<int>(i), cy, fn);
+      }
+    }
+  };
+  std::vector<size_t> next(static_cast<size_t>(size_.z()) + 1, 0);  // by z: where cells begin
+  for_each_cell([&](const CellIndex& cell, const Place& place) {
+    Infeasibility& why = rows_[place.row].why[place.at];
     const Eigen::Vector3d centre = (cell.cast<double>().array() + 0.5) * cell_size_;
     if (why == Infeasibility::kNone && require_reachable && !reach_.Reached(centre)) {
       why = Infeasibility::kUnreachable;
-      why_[at] = static_cast<uint8_t>(why);
     }
     ++counts_[static_cast<size_t>(why)];
-    if (why != Infeasibility::kNone) continue;
-    index_[at] = static_cast<int32_t>(cells_.size());
-    cells_.push_back(cell);
+    if (why == Infeasibility::kNone) ++next[static_cast<size_t>(cell.z() - first_.z()) + 1];
+  });
+  for (size_t z = 1; z < next.size(); ++z) next[z] += next[z - 1];
+  cells_.resize(next.back());
+  for (Row& row : rows_) row.index.assign(row.why.size(), -1);
+  for_each_cell([&](const CellIndex& cell, const Place& place) {
+    if (rows_[place.row].why[place.at] != Infeasibility::kNone) return;
+    const size_t at = next[static_cast<size_t>(cell.z() - first_.z())]++;
+    rows_[place.row].index[place.at] = static_cast<int32_t>(at);
+    cells_[at] = cell;
+  });
+}
+
+std::optional<FeasibleViews::Place> FeasibleViews::PlaceOf(const CellIndex& cell) const {
+  if (!Inside(cell)) return std::nullopt;
+  const CellFloor* floor = FloorOf(cell);
+  if (floor == nullptr || cell.z() < floor->first_cell ||
+      cell.z() >= floor->first_cell + floor->cells) {
+    return std::nullopt;
   }
+  return Place{static_cast<size_t>(cell.y() - first_.y()),
+               floor->cell + static_cast<size_t>(cell.z() - floor->first_cell)};
+}
+
+int FeasibleViews::IndexOf(const CellIndex& cell) const {
+  const std::optional<Place> place = PlaceOf(cell);
+  return place.has_value() ? rows_[place->row].index[place->at] : -1;
+}
+
+Infeasibility FeasibleViews::Why(const CellIndex& cell) const {
+  if (const std::optional<Place> place = PlaceOf(cell); place.has_value()) {
+    return rows_[place->row].why[place->at];
+  }
+  const CellFloor* floor = Inside(cell) ? FloorOf(cell) : nullptr;
+  return floor == nullptr ? Infeasibility::kNoFloor : JudgeHeight(cell.z(), *floor);
 }
 
 void FeasibleViews::FindCellFloors(int cx, int cy, const visibility::OpaqueGrid& grid,
@@ -159,9 +205,10 @@ void FeasibleViews::FindCellFloors(int cx, int cy, const visibility::OpaqueGrid&
 
 std::span<const CellFloor> FeasibleViews::CellFloors(int cx, int cy) const {
   const Row& row = rows_[static_cast<size_t>(cy - first_.y())];
-  const auto at = static_cast<size_t>(cx - first_.x());
-  return std::span<const CellFloor>(row.floors)
-      .subspan(row.begin[at], row.begin[at + 1] - row.begin[at]);
+  const int at = cx - row.first;
+  if (at < 0 || at + 1 >= static_cast<int>(row.begin.size())) return {};
+  const uint32_t* begin = &row.begin[static_cast<size_t>(at)];
+  return std::span<const CellFloor>(row.floors).subspan(begin[0], begin[1] - begin[0]);
 }
 
 // The lowest where the cell is lower than all, so that it is too low and not without a floor.
@@ -176,26 +223,43 @@ const CellFloor* FeasibleViews::FloorOf(const CellIndex& cell) const {
   return below;
 }
 
+Infeasibility FeasibleViews::JudgeHeight(int cz, const CellFloor& floor) const {
+  const double low = cz * cell_size_;
+  if (low < static_cast<double>(floor.high) + min_height_ - kSlack) return Infeasibility::kTooLow;
+  if (low + cell_size_ > static_cast<double>(floor.low) + max_height_ + kSlack) {
+    return Infeasibility::kTooHigh;
+  }
+  return Infeasibility::kNone;
+}
+
 // All rules except clearance and reachability, for the cells of one column.
 void FeasibleViews::JudgeColumn(int cx, int cy, const PlanningConfig& config) {
-  for (int cz = first_.z(); cz < first_.z() + size_.z(); ++cz) {
-    const CellFloor* floor = FloorOf({cx, cy, cz});
-    if (floor == nullptr) return;  // kNoFloor, as initialised
-    why_[Offset({cx, cy, cz})] = static_cast<uint8_t>(JudgeCell({cx, cy, cz}, *floor, config));
+  Row& row = rows_[static_cast<size_t>(cy - first_.y())];
+  for (const CellFloor& above : CellFloors(cx, cy)) {
+    CellFloor& floor = row.floors[static_cast<size_t>(&above - row.floors.data())];
+    floor.cell = static_cast<uint32_t>(row.why.size());
+    // Those at an allowed height follow one another.
+    const auto cell_at = [&](double z) { return static_cast<int>(std::floor(z / cell_size_)); };
+    const int begin =
+        std::max(first_.z(), cell_at(static_cast<double>(floor.high) + min_height_) - 1);
+    const int end =
+        std::min(first_.z() + size_.z(), cell_at(static_cast<double>(floor.low) + max_height_) + 2);
+    for (int cz = begin; cz < end; ++cz) {
+      if (JudgeHeight(cz, floor) != Infeasibility::kNone || FloorOf({cx, cy, cz}) != &floor) {
+        continue;
+      }
+      if (floor.cells++ == 0) floor.first_cell = cz;
+      row.why.push_back(JudgeCell({cx, cy, cz}, floor, config));
+    }
   }
 }
 
+// Of a cell at an allowed height.
 Infeasibility FeasibleViews::JudgeCell(const CellIndex& index, const CellFloor& floor,
                                        const PlanningConfig& config) const {
   const Eigen::Vector3d corner(index.x() * cell_size_, index.y() * cell_size_,
                                index.z() * cell_size_);
   const Region cell(corner, corner + Eigen::Vector3d::Constant(cell_size_));
-  if (cell.min().z() < floor.high + config.min_viewpoint_height - kSlack) {
-    return Infeasibility::kTooLow;
-  }
-  if (cell.max().z() > floor.low + config.max_viewpoint_height + kSlack) {
-    return Infeasibility::kTooHigh;
-  }
   if ((index.z() + 1) * voxels_per_cell_ > floor.top) return Infeasibility::kAboveObject;
   if (config.region_of_interest.has_value() &&
       ((cell.min().array() < config.region_of_interest->min().array() - kSlack).any() ||
@@ -249,33 +313,49 @@ bool FeasibleViews::CarveClearance(const visibility::OpaqueGrid& grid, double cl
       most = std::max(most, grow);
     }
   }
-  // Only layers near cells that are still undecided matter.
-  const size_t layer = static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y());
-  std::vector<uint8_t> wanted(static_cast<size_t>(size_.z()), 0);
-  for (size_t cz = 0; cz < wanted.size(); ++cz) {
-    const auto begin = why_.begin() + static_cast<ptrdiff_t>(cz * layer);
-    wanted[cz] = std::any_of(begin, begin + static_cast<ptrdiff_t>(layer),
-                             [](uint8_t why) { return why == 0; });
+  // Only what is near cells that are still undecided matters: by z, the columns they are in.
+  struct Extent {
+    Eigen::Vector2i first = Eigen::Vector2i::Constant(std::numeric_limits<int>::max());
+    Eigen::Vector2i last = Eigen::Vector2i::Constant(std::numeric_limits<int>::min());
+  };
+  std::vector<Extent> undecided(static_cast<size_t>(size_.z()));
+  for (const Row& row : rows_) {
+    const int cy = first_.y() + static_cast<int>(&row - rows_.data());
+    for (size_t i = 0; i + 1 < row.begin.size(); ++i) {
+      ForEachCell(row.first + static_cast<int>(i), cy,
+                  [&](const CellIndex& cell, const Place& place) {
+                    if (row.why[place.at] != Infeasibility::kNone) return;
+                    Extent& extent = undecided[static_cast<size_t>(cell.z() - first_.z())];
+                    extent.first = extent.first.cwiseMin(cell.head<2>());
+                    extent.last = extent.last.cwiseMax(cell.head<2>());
+                  });
+    }
   }
   const model::VoxelBox& box = grid.box();
-  const size_t words = grid.words_per_row();
-  const size_t rows = static_cast<size_t>(box.max.y() - box.min.y());
-  const size_t block = rows * words;  // one layer grown by one amount
   const auto levels = static_cast<size_t>(most) + 1;
 
-  parallel.For(wanted.size(), [&](size_t slot) {
-    if (!wanted[slot] || cancelled.Requested()) return;
+  parallel.For(undecided.size(), [&](size_t slot) {
+    const Extent& extent = undecided[slot];
+    if (extent.first.x() > extent.last.x() || cancelled.Requested()) return;
     const int cz = first_.z() + static_cast<int>(slot);
+    // The rows of voxels of these columns and as far around as counts. What is beyond is taken for
+    // opaque, which does not reach the columns.
+    const int first_y = extent.first.y() * n - reach;
+    const int end_y = extent.last.y() * n + n + reach;
+    const int first_page = (extent.first.x() * n - reach) >> 6;
+    const int first_x = first_page * model::BrickPage::kVoxels;
+    const auto words =
+        static_cast<size_t>(((extent.last.x() * n + n + reach) >> 6) + 1 - first_page);
+    const auto rows = static_cast<size_t>(end_y - first_y);
+    const size_t block = rows * words;  // one layer grown by one amount
     std::vector<uint64_t> grown(block * levels);
     std::vector<uint64_t> lacking(block, 0);
     for (int layer_z = cz * n - reach; layer_z < cz * n + n + reach; ++layer_z) {
       if (cancelled.Requested()) return;
       const bool outside = layer_z < box.min.z() || layer_z >= box.max.z();
       if (!outside) {
+        grid.Rows(layer_z, first_y, end_y, first_page, words, {grown.data(), block});
         for (size_t row = 0; row < rows; ++row) {
-          const auto source = grid.Row(box.min.y() + static_cast<int>(row), layer_z);
-          std::copy(source.begin(), source.end(),
-                    grown.begin() + static_cast<ptrdiff_t>(row * words));
           for (size_t g = 1; g < levels; ++g) {
             Dilate({grown.data() + (g - 1) * block + row * words, words},
                    {grown.data() + g * block + row * words, words});
@@ -304,14 +384,18 @@ bool FeasibleViews::CarveClearance(const visibility::OpaqueGrid& grid, double cl
         }
       }
     }
-    for (int cy = first_.y(); cy < first_.y() + size_.y(); ++cy) {
-      for (int cx = first_.x(); cx < first_.x() + size_.x(); ++cx) {
-        uint8_t& why = why_[Offset({cx, cy, cz})];
-        if (why != 0) continue;
-        for (int y = cy * n; y < cy * n + n; ++y) {
-          const size_t row = static_cast<size_t>(y - box.min.y());
-          if (AnyBit(lacking.data() + row * words, cx * n - box.min.x(), n)) {
-            why = static_cast<uint8_t>(Infeasibility::kClearance);
+    for (int cy = extent.first.y(); cy <= extent.last.y(); ++cy) {
+      Row& row = rows_[static_cast<size_t>(cy - first_.y())];
+      for (int cx = extent.first.x(); cx <= extent.last.x(); ++cx) {
+        for (const CellFloor& floor : CellFloors(cx, cy)) {
+          if (cz < floor.first_cell || cz >= floor.first_cell + floor.cells) continue;
+          Infeasibility& why = row.why[floor.cell + static_cast<size_t>(cz - floor.first_cell)];
+          if (why != Infeasibility::kNone) continue;
+          for (int y = cy * n; y < cy * n + n; ++y) {
+            const auto at = static_cast<size_t>(y - first_y);
+            if (AnyBit(lacking.data() + at * words, cx * n - first_x, n)) {
+              why = Infeasibility::kClearance;
+            }
           }
         }
       }

@@ -43,6 +43,11 @@ struct CellFloor {
   float high = 0;
   int top = 0;           // the first layer of voxels over it that is not known to be empty
   bool measured = true;  // all of it
+  // The cells that stand on it at an allowed height: z of the lowest, their number, and where the
+  // first of them is in its row's.
+  int first_cell = 0;
+  int cells = 0;
+  uint32_t cell = 0;
 };
 
 // The smallest viewcells, all of one size. A cell stands on the highest floor below it. A cell is
@@ -71,10 +76,8 @@ class FeasibleViews {
     return (p / cell_size_).array().floor().cast<int>();
   }
   // Position in cells(), or -1.
-  int IndexOf(const CellIndex& cell) const { return Inside(cell) ? index_[Offset(cell)] : -1; }
-  Infeasibility Why(const CellIndex& cell) const {
-    return Inside(cell) ? static_cast<Infeasibility>(why_[Offset(cell)]) : Infeasibility::kNoFloor;
-  }
+  int IndexOf(const CellIndex& cell) const;
+  Infeasibility Why(const CellIndex& cell) const;
 
   const FloorMap& floor() const { return floor_; }
   const ReachMap& reach() const { return reach_; }
@@ -95,25 +98,42 @@ class FeasibleViews {
   bool Inside(const CellIndex& c) const {
     return ((c - first_).array() >= 0).all() && ((c - first_).array() < size_.array()).all();
   }
-  size_t Offset(const CellIndex& c) const {
-    const CellIndex d = c - first_;
-    return static_cast<size_t>(d.x()) +
-           static_cast<size_t>(size_.x()) *
-               (static_cast<size_t>(d.y()) +
-                static_cast<size_t>(size_.y()) * static_cast<size_t>(d.z()));
-  }
-  // The floors under a row of columns.
+  // The floors under a row of columns, and the cells over them: all others have no floor, or are
+  // too low or too high, which floors and heights tell.
   struct Row {
-    std::vector<CellFloor> floors;
+    int first = 0;                // the first column that is listed
     std::vector<uint32_t> begin;  // of each column its first floor; one more at the end
+    std::vector<CellFloor> floors;
+    std::vector<Infeasibility> why;  // of cells at an allowed height
+    std::vector<int32_t> index;      // of these, into cells_, -1
+  };
+  // A cell at an allowed height: its row, and its place there.
+  struct Place {
+    size_t row;
+    size_t at;
   };
 
   std::span<const CellFloor> CellFloors(int cx, int cy) const;
+  // Nothing where a cell has no floor or is too low or too high.
+  std::optional<Place> PlaceOf(const CellIndex& cell) const;
+  // Calls fn(cell, Place) for the cells at an allowed height in a column.
+  template <typename Fn>
+  void ForEachCell(int cx, int cy, Fn&& fn) const {
+    const auto row = static_cast<size_t>(cy - first_.y());
+    for (const CellFloor& floor : CellFloors(cx, cy)) {
+      for (int i = 0; i < floor.cells; ++i) {
+        fn(CellIndex(cx, cy, floor.first_cell + i),
+           Place{row, floor.cell + static_cast<size_t>(i)});
+      }
+    }
+  }
   // Appends the floors under the whole of a column, from the lowest up.
   void FindCellFloors(int cx, int cy, const visibility::OpaqueGrid& grid,
                       std::vector<CellFloor>& floors) const;
   // The floor that a cell stands on; null when there is none under all of it.
   const CellFloor* FloorOf(const CellIndex& cell) const;
+  // kTooLow, kTooHigh, or kNone.
+  Infeasibility JudgeHeight(int cz, const CellFloor& floor) const;
   void JudgeColumn(int cx, int cy, const PlanningConfig& config);
   Infeasibility JudgeCell(const CellIndex& cell, const CellFloor& floor,
                           const PlanningConfig& config) const;
@@ -132,8 +152,8 @@ class FeasibleViews {
   double cell_size_ = 0;     // m
   CellIndex first_ = CellIndex::Zero();
   CellIndex size_ = CellIndex::Zero();
-  std::vector<uint8_t> why_;    // Infeasibility, dense over the model's bounds
-  std::vector<int32_t> index_;  // into cells_, -1
+  double min_height_ = 0;  // m, of a cell over its floor
+  double max_height_ = 0;
   std::vector<CellIndex> cells_;
   std::array<size_t, kInfeasibilities> counts_{};
   FloorMap floor_;

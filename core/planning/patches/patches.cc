@@ -3,8 +3,9 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <optional>
 #include <span>
@@ -12,6 +13,8 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/status.h"
+#include "core/model/view/brick_key.h"
+#include "core/model/view/brick_mask.h"
 #include "core/planning/patches/space_behind.h"
 #include "core/visibility/surface_walk.h"
 
@@ -20,24 +23,30 @@ namespace {
 
 constexpr uint32_t kCellsBetweenPolls = 8192;
 constexpr uint32_t kMembersBetweenPolls = 1024;  // each looks up its 26 neighbours
-constexpr uint32_t kNoCell = std::numeric_limits<uint32_t>::max();
 
 // A map from a voxel to its deficient cell, by bricks, since each cell looks up 26 neighbours.
+// Cells come in the model's order: those of a brick side by side, by place in it.
 class CellTable {
  public:
   // Nothing when cancelled on the way.
   static std::optional<CellTable> Of(const std::vector<DeficientCell>& cells,
                                      const parallel::Cancellation& cancelled) {
     CellTable table;
+    uint64_t last = ~uint64_t{0};
     for (uint32_t i = 0; i < cells.size(); ++i) {
       if (i % kCellsBetweenPolls == 0 && cancelled.Requested()) return std::nullopt;
-      const auto [it, fresh] = table.slot_.try_emplace(Key(model::Brick::Of(cells[i].voxel)),
-                                                       static_cast<uint32_t>(table.bricks_.size()));
-      if (fresh) {
-        table.bricks_.emplace_back();
-        table.bricks_.back().fill(kNoCell);
+      const uint64_t key = model::KeyOf(model::Brick::Of(cells[i].voxel));
+      if (key != last) {
+        table.slot_.emplace(key, static_cast<uint32_t>(table.bricks_.size()));
+        table.bricks_.emplace_back().first.fill(i);
+        last = key;
       }
-      table.bricks_[it->second][static_cast<size_t>(model::Brick::LocalOf(cells[i].voxel))] = i;
+      BrickCells& brick = table.bricks_.back();
+      const int local = model::Brick::LocalOf(cells[i].voxel);
+      brick.mask.Set(local);
+      for (size_t w = static_cast<size_t>(local / 64) + 1; w < brick.first.size(); ++w) {
+        brick.first[w] = i + 1;
+      }
     }
     return table;
   }
@@ -46,29 +55,38 @@ class CellTable {
   void ForEachNeighbour(const model::VoxelIndex& v, Fn&& fn) const {
     const bool inner = ((v.array() - (v.array() / 8) * 8) > 0).all() && (v.array() >= 0).all() &&
                        ((v.array() - (v.array() / 8) * 8) < 7).all();
-    const auto own = slot_.find(Key(model::Brick::Of(v)));
+    const auto own = slot_.find(model::KeyOf(model::Brick::Of(v)));
     for (int dz = -1; dz <= 1; ++dz) {
       for (int dy = -1; dy <= 1; ++dy) {
         for (int dx = -1; dx <= 1; ++dx) {
           if (dx == 0 && dy == 0 && dz == 0) continue;
           const model::VoxelIndex to = v + model::VoxelIndex(dx, dy, dz);
-          const auto it = inner ? own : slot_.find(Key(model::Brick::Of(to)));
+          const auto it = inner ? own : slot_.find(model::KeyOf(model::Brick::Of(to)));
           if (it == slot_.end()) continue;
-          const uint32_t cell = bricks_[it->second][static_cast<size_t>(model::Brick::LocalOf(to))];
-          if (cell != kNoCell) fn(cell);
+          const BrickCells& brick = bricks_[it->second];
+          const int local = model::Brick::LocalOf(to);
+          if (brick.mask.Has(local)) fn(brick.CellAt(local));
         }
       }
     }
   }
 
  private:
+  struct BrickCells {
+    model::BrickMask mask;
+    std::array<uint32_t, model::Brick::kSide> first;  // the first cell in or after each word
+
+    // Of a voxel in the mask.
+    uint32_t CellAt(int local) const {
+      const auto w = static_cast<size_t>(local / 64);
+      const uint64_t below = (uint64_t{1} << (local % 64)) - 1;
+      return first[w] + static_cast<uint32_t>(std::popcount(mask.word[w] & below));
+    }
+  };
+
   CellTable() = default;
-  static uint64_t Key(const model::VoxelIndex& brick) {
-    const auto part = [](int i) { return static_cast<uint64_t>(i + (1 << 20)) & 0x1fffff; };
-    return part(brick.x()) | part(brick.y()) << 21 | part(brick.z()) << 42;
-  }
-  absl::flat_hash_map<uint64_t, uint32_t> slot_;
-  std::vector<std::array<uint32_t, model::Brick::kVoxels>> bricks_;
+  absl::flat_hash_map<model::BrickKey, uint32_t> slot_;
+  std::vector<BrickCells> bricks_;
 };
 
 // The deficit of a patch, each sample by what it counts.
@@ -81,6 +99,24 @@ double ImportanceOf(const Patch& patch, const std::vector<DeficientCell>& cells,
     wanted += cell.worth * (area * (cell.enough - cell.density));
   }
   return config.weights[static_cast<size_t>(patch.kind)] * wanted;
+}
+
+// Puts cells in an order: at `k` the one that was at order[k]. `order` is used up.
+void Reorder(std::vector<uint32_t>& order, std::vector<DeficientCell>& cells) {
+  for (uint32_t begin = 0; begin < order.size(); ++begin) {
+    // Along a cycle of the permutation; what is in its place is marked by its own number.
+    if (order[begin] == begin) continue;
+    const DeficientCell first = cells[begin];
+    uint32_t to = begin;
+    while (order[to] != begin) {
+      const uint32_t from = order[to];
+      cells[to] = cells[from];
+      order[to] = to;
+      to = from;
+    }
+    cells[to] = first;
+    order[to] = to;
+  }
 }
 
 // Centre, normal, rectangle and sums of cells [begin, end).
@@ -253,17 +289,26 @@ absl::StatusOr<PatchSet> ExtractPatches(const model::PlanningView& model,
   const auto table = CellTable::Of(deficient, cancelled);
   if (!table.has_value()) return stopped;
   PatchGrowth growth(deficient, *table, model.voxel_size(), tolerance);
-  set.cells.reserve(deficient.size());
+  std::vector<uint32_t> order;  // the cells, patch by patch
+  order.reserve(deficient.size());
+  std::vector<uint32_t> ends;  // of the patches
   for (uint32_t seed = 0; seed < deficient.size(); ++seed) {
     if (seed % kMembersBetweenPolls == 0 && cancelled.Requested()) return stopped;
     if (growth.Taken(seed)) continue;
     const auto members = growth.From(seed, cancelled);
     if (!members.has_value()) return stopped;
-    const auto begin = static_cast<uint32_t>(set.cells.size());
-    for (const uint32_t i : *members) set.cells.push_back(deficient[i]);
-    set.patches.push_back(Describe(set.cells, begin, static_cast<uint32_t>(set.cells.size()),
-                                   model.voxel_size(), config));
+    order.insert(order.end(), members->begin(), members->end());
+    ends.push_back(static_cast<uint32_t>(order.size()));
+  }
+  Reorder(order, deficient);
+  set.cells = std::move(deficient);
+  set.patches.reserve(ends.size());
+  uint32_t begin = 0;
+  for (const uint32_t end : ends) {
+    if (set.patches.size() % kMembersBetweenPolls == 0 && cancelled.Requested()) return stopped;
+    set.patches.push_back(Describe(set.cells, begin, end, model.voxel_size(), config));
     set.area += set.patches.back().area;
+    begin = end;
   }
   return set;
 }
@@ -276,20 +321,20 @@ absl::StatusOr<PatchSet> RankPatches(const PlanningConfig& config, PatchSet set,
   // Of equal importance, the patch met first comes first.
   std::stable_sort(set.patches.begin(), set.patches.end(),
                    [](const Patch& a, const Patch& b) { return a.importance > b.importance; });
-  std::vector<DeficientCell> cells;
-  cells.reserve(set.cells.size());
+  std::vector<uint32_t> order;
+  order.reserve(set.cells.size());
   size_t until_poll = 0;
   for (Patch& patch : set.patches) {
-    if (cells.size() >= until_poll) {
+    if (order.size() >= until_poll) {
       if (cancelled.Requested()) return absl::CancelledError("rank patches");
-      until_poll = cells.size() + kCellsBetweenPolls;
+      until_poll = order.size() + kCellsBetweenPolls;
     }
     for (uint32_t& cell : patch.cells) {
-      cells.push_back(set.cells[cell]);
-      cell = static_cast<uint32_t>(cells.size() - 1);
+      order.push_back(cell);
+      cell = static_cast<uint32_t>(order.size() - 1);
     }
   }
-  set.cells = std::move(cells);
+  Reorder(order, set.cells);
   return set;
 }
 

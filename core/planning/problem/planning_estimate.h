@@ -10,12 +10,13 @@
 
 namespace vantage::planning {
 
-// Upper bound of the bytes that MakePlan() needs at its peak besides the model, from the model's
-// box and surface only, as if all surface were deficient.
+// Upper bound of the bytes that MakePlan() needs at its peak besides the model, from the number of
+// its surface voxels and the plan of its box only, as if all surface were deficient and all of the
+// plan were floor, as far as there is surface for it.
 uint64_t EstimatePlanningMemory(const model::PlanningView& model, const PlanningConfig& config);
 
-// RESOURCE_EXHAUSTED when the estimate exceeds config.memory_limit or the box has more viewcells
-// than can be indexed; the message names the limit and what to change.
+// RESOURCE_EXHAUSTED when the estimate exceeds config.memory_limit or there may be more
+// viewcells than can be indexed; the message names the limit and what to change.
 absl::Status CheckPlanningSize(const model::PlanningView& model, const PlanningConfig& config);
 
 }  // namespace vantage::planning

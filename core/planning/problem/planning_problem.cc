@@ -46,9 +46,7 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   if (same_model) {
     problem->occlusion_ = question.previous->occlusion_;
   } else {
-    auto made = visibility::OpaqueGrid::Create(model, cancelled);
-    if (!made.ok()) return During(PlanStage::kFeasible, made.status());
-    grid = *std::move(made);
+    grid.emplace(model);
   }
   auto feasible = FeasibleViews::Find(model, same_model ? problem->grid() : *grid, question.scanner,
                                       config, parallel, cancelled);
@@ -76,7 +74,7 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
 
   // What D needs.
   if (!same_model) {
-    auto scene = visibility::OcclusionScene::Create(model, *grid, parallel, cancelled);
+    auto scene = visibility::OcclusionScene::Create(*grid, parallel, cancelled);
     if (!scene.ok()) return During(PlanStage::kEvaluate, scene.status());
     problem->occlusion_ =
         std::make_shared<const Occlusion>(Occlusion{*std::move(grid), *std::move(scene)});

@@ -69,6 +69,17 @@ bool CellArrays::IsDropout(const Eigen::Vector3f& view, size_t i) const {
   });
 }
 
+void CellArrays::Reserve(size_t cells) {
+  const size_t padded = (cells + kPacket - 1) / kPacket * kPacket;
+  for (std::vector<float>* values :
+       {&x, &y, &z, &nx, &ny, &nz, &factor, &q, &enough, &tx, &ty, &tz}) {
+    values->reserve(padded);
+  }
+  for (std::vector<uint32_t>* values : {&cell, &dropouts_begin, &dropouts_end}) {
+    values->reserve(cells);
+  }
+}
+
 void CellArrays::Pad() {
   const size_t padded = (cell.size() + kPacket - 1) / kPacket * kPacket;
   // A cell that is far away in every coordinate and gains nothing.
@@ -81,6 +92,7 @@ void CellArrays::Pad() {
 CellArrays CellArrays::Gather(const std::vector<uint32_t>& indices,
                               const std::vector<float>& factors) const {
   CellArrays out;
+  out.Reserve(indices.size());
   for (size_t k = 0; k < indices.size(); ++k) {
     const size_t i = indices[k];
     out.Add({x[i], y[i], z[i]}, {nx[i], ny[i], nz[i]}, factors[k], q[i], enough[i],

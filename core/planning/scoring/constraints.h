@@ -32,6 +32,7 @@ struct CellArrays {
 
   size_t size() const { return cell.size(); }
   size_t packets() const { return x.size() / kPacket; }
+  void Reserve(size_t cells);
   // Appends a cell; Pad() when all are in.
   void Add(const Eigen::Vector3f& position, const Eigen::Vector3f& normal, float sample_factor,
            float density, float enough_density, const Eigen::Vector3f& target, uint32_t index,

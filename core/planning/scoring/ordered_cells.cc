@@ -72,6 +72,7 @@ absl::StatusOr<OrderedCells> OrderedCells::Order(const CellArrays& cells,
     order[i] = keyed[i].cell;
     factors[i] = cells.factor[order[i]];
   }
+  std::vector<Keyed>().swap(keyed);  // no longer needed
   return OrderedCells(cells.Gather(order, factors));
 }
 

@@ -36,7 +36,7 @@ float PoseSensitivity::CellScore(const Eigen::Vector3d& view, const CellArrays& 
   if (added <= 0) return 0;
   const Eigen::Vector3d target(cells.tx[at], cells.ty[at], cells.tz[at]);
   const Eigen::AlignedBox3d in_scene(box.min() / voxel_ - corner_, box.max() / voxel_ - corner_);
-  if (!visibility::EntirelyVisible(table_, in_scene, Eigen::AlignedBox3d(target, target))) return 0;
+  if (!visibility::EntirelyVisible(grid_, in_scene, Eigen::AlignedBox3d(target, target))) return 0;
   return cells.factor[at] * static_cast<float>(added);
 }
 

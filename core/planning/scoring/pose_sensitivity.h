@@ -7,7 +7,7 @@
 
 #include "core/planning/scoring/constraints.h"
 #include "core/planning/scoring/interval_constraints.h"
-#include "core/visibility/summed_volume_table.h"
+#include "core/visibility/opaque_grid.h"
 
 namespace vantage::planning {
 
@@ -16,11 +16,11 @@ class PoseSensitivity {
  public:
   // `reach` (m, per axis): half a viewcell and the positioning error. `corner`: of the scene, in
   // voxels; `voxel` in m.
-  PoseSensitivity(const SensingConstraints& constraints, const visibility::SummedVolumeTable& table,
+  PoseSensitivity(const SensingConstraints& constraints, const visibility::OpaqueGrid& grid,
                   double reach, double voxel, const Eigen::Vector3d& corner)
       : constraints_(constraints),
         intervals_(constraints),
-        table_(table),
+        grid_(grid),
         reach_(reach),
         voxel_(voxel),
         corner_(corner) {}
@@ -34,7 +34,7 @@ class PoseSensitivity {
  private:
   const SensingConstraints& constraints_;
   IntervalConstraints intervals_;
-  const visibility::SummedVolumeTable& table_;
+  const visibility::OpaqueGrid& grid_;
   double reach_;
   double voxel_;
   Eigen::Vector3d corner_;

@@ -39,6 +39,7 @@ SampleWorth WorthOf(const DeficientCell& cell, const PlanningConfig& config) {
 bool AddCells(const visibility::OpaqueGrid& grid, const visibility::OcclusionScene& scene,
               const PatchSet& patches, const PlanningConfig& config,
               const parallel::Cancellation& cancelled, CellArrays& cells) {
+  cells.Reserve(patches.cells.size());
   for (uint32_t i = 0; i < patches.cells.size(); ++i) {
     if (i % kCellsBetweenPolls == 0 && cancelled.Requested()) return false;
     const DeficientCell& cell = patches.cells[i];
@@ -70,35 +71,29 @@ absl::StatusOr<std::unique_ptr<const Scoring>> Scoring::Create(
     double voxel, const visibility::OpaqueGrid& grid, const visibility::OcclusionScene& scene,
     const PatchSet& patches, const sensor::ScannerModel& scanner, const PlanningConfig& config,
     parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
-  std::optional<visibility::SummedVolumeTable> table;
-  if (config.pose_sensitivity) {
-    auto made = visibility::SummedVolumeTable::Create(grid, parallel, cancelled);
-    if (!made.ok()) return made.status();
-    table = *std::move(made);
-  }
   CellArrays cells;
   if (!AddCells(grid, scene, patches, config, cancelled, cells)) {
     return absl::CancelledError("patch cells");
   }
   auto ordered = OrderedCells::Order(cells, parallel, cancelled);
   if (!ordered.ok()) return ordered.status();
-  // A view stands for its viewcell, grown by a person's positioning error.
-  const double reach = config.viewcell_size / 2 + scanner.positioning_error;
   return absl::WrapUnique<const Scoring>(
-      new Scoring(voxel, scene, *std::move(ordered), scanner, std::move(table), reach));
+      new Scoring(voxel, grid, scene, *std::move(ordered), scanner, config));
 }
 
-Scoring::Scoring(double voxel, const visibility::OcclusionScene& scene, OrderedCells cells,
-                 const sensor::ScannerModel& scanner,
-                 std::optional<visibility::SummedVolumeTable> table, double reach)
+Scoring::Scoring(double voxel, const visibility::OpaqueGrid& grid,
+                 const visibility::OcclusionScene& scene, OrderedCells cells,
+                 const sensor::ScannerModel& scanner, const PlanningConfig& config)
     : constraints_(scanner),
       scene_(scene),
       cells_(std::move(cells)),
-      table_(std::move(table)),
-      sensitivity_(table_.has_value()
-                       ? std::optional<PoseSensitivity>(std::in_place, constraints_, *table_, reach,
-                                                        voxel, scene.corner())
-                       : std::nullopt),
+      // A view stands for its viewcell, grown by a person's positioning error.
+      sensitivity_(
+          config.pose_sensitivity
+              ? std::optional<PoseSensitivity>(std::in_place, constraints_, grid,
+                                               config.viewcell_size / 2 + scanner.positioning_error,
+                                               voxel, scene.corner())
+              : std::nullopt),
       scorer_(constraints_, scene, voxel, sensitivity_.has_value() ? &*sensitivity_ : nullptr) {}
 
 }  // namespace vantage::planning

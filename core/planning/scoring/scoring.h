@@ -18,7 +18,6 @@
 #include "core/sensor/scanner_model.h"
 #include "core/visibility/occlusion_scene.h"
 #include "core/visibility/opaque_grid.h"
-#include "core/visibility/summed_volume_table.h"
 
 namespace vantage::planning {
 
@@ -39,15 +38,13 @@ class Scoring {
   const BruteForceScorer& scorer() const { return scorer_; }
 
  private:
-  // A table where scores are those of every pose within `reach` (m) of a view.
-  Scoring(double voxel, const visibility::OcclusionScene& scene, OrderedCells cells,
-          const sensor::ScannerModel& scanner, std::optional<visibility::SummedVolumeTable> table,
-          double reach);
+  Scoring(double voxel, const visibility::OpaqueGrid& grid, const visibility::OcclusionScene& scene,
+          OrderedCells cells, const sensor::ScannerModel& scanner, const PlanningConfig& config);
 
   SensingConstraints constraints_;
   const visibility::OcclusionScene& scene_;
   OrderedCells cells_;
-  std::optional<visibility::SummedVolumeTable> table_;
+  // Where scores are those of every pose around a view.
   std::optional<PoseSensitivity> sensitivity_;
   BruteForceScorer scorer_;
 };

@@ -435,17 +435,29 @@ TEST_F(PlannerTest, RefusesWhatTakesMoreMemoryThanAllowed) {
       }).status();
   EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
   EXPECT_THAT(std::string(status.message()), HasSubstr("memory_limit"));
-  // What does not fit is refused before anything of its size is built.
-  std::vector<model::BrickAt> far;
-  for (const int at : {-60, 60}) {
-    far.push_back({model::VoxelIndex::Constant(at), model.bricks().front().contents});
-  }
-  config_.memory_limit = 100'000'000;
-  EXPECT_EQ(MakePlan(model::PlanningView(0.05, 1, far, {}), scanner_, config_,
-                     parallel::Budget::Unlimited(), serial_, [](const Plan&) {})
-                .status()
-                .code(),
-            absl::StatusCode::kResourceExhausted);
+}
+
+// What a plan takes is a matter of surface and floor, not of the space between them.
+TEST_F(PlannerTest, FarApartCostsNoMore) {
+  const model::PlanningView room = test_support::BuildView(test_support::FurnishedRoom(3));
+  std::vector<model::BrickAt> bricks(room.bricks().begin(), room.bricks().end());
+  const auto empty = std::find_if(bricks.begin(), bricks.end(), [](const model::BrickAt& at) {
+    return at.contents->surface.empty();
+  });
+  ASSERT_TRUE(empty != bricks.end());
+  config_.unknown_depth = 0;  // which the box limits
+  // 300 m up: a box of tens of millions of viewcells.
+  bricks.push_back({model::VoxelIndex(empty->brick.x(), empty->brick.y(), 750), empty->contents});
+  const model::PlanningView tall(room.voxel_size(), 1, bricks, room.stations());
+  EXPECT_LT(EstimatePlanningMemory(tall, config_), 1.05 * EstimatePlanningMemory(room, config_));
+  parallel::Budget budget;
+  budget.work_limit = 200'000;
+  const Plan expected = Make(room, budget, serial_);
+  const Plan plan = Make(tall, budget, serial_);
+  EXPECT_EQ(plan.feasible_cells, expected.feasible_cells);
+  ASSERT_FALSE(plan.views.empty());
+  EXPECT_EQ(plan.views[0].position, expected.views[0].position);
+  EXPECT_EQ(plan.views[0].score, expected.views[0].score);
 }
 
 }  // namespace

@@ -9,7 +9,6 @@
 
 #include "core/parallel/parallel.h"
 #include "core/visibility/opaque_grid.h"
-#include "core/visibility/opaque_rows.h"
 #include "core/visibility/target.h"
 #include "core/visibility/voxel_walk.h"
 #include "tests/support/closed_form_view.h"
@@ -36,34 +35,13 @@ model::PlanningView Rubble(uint64_t seed, double solid_share) {
   return test_support::BuildView(scene);
 }
 
-TEST(OpaqueGridTest, SaysWhatTheModelSaysOnAllAxes) {
-  const model::PlanningView model = Rubble(1, 0.3);
-  const OpaqueGrid grid(model);
-  const OpaqueRows across = OpaqueRows::Create(model, {1, 2, 0}).value();
-  const auto empty_across = [&](const model::VoxelIndex& v) {
-    if (!across.box().Contains(v)) return false;
-    const auto bit = static_cast<size_t>(v.y() - across.box().min.y());
-    return ((across.Row(v.z(), v.x())[bit >> 6] >> (bit & 63)) & 1) == 0;
-  };
-  const model::VoxelBox box{model.bounds().min.array() - 3, model.bounds().max.array() + 3};
-  for (int z = box.min.z(); z < box.max.z(); ++z) {
-    for (int y = box.min.y(); y < box.max.y(); ++y) {
-      for (int x = box.min.x(); x < box.max.x(); ++x) {
-        const model::VoxelIndex v(x, y, z);
-        ASSERT_EQ(grid.Empty(v), model.Empty(v)) << v.transpose();
-        ASSERT_EQ(empty_across(v), model.Empty(v)) << v.transpose();
-      }
-    }
-  }
-}
-
 TEST(OcclusionSceneTest, AgreesWithWalkingTheVoxels) {
   std::mt19937_64 random(7);
   parallel::Serial serial;
   for (const double share : {0.02, 0.1, 0.4}) {
     const model::PlanningView model = Rubble(random(), share);
     const OpaqueGrid grid(model);
-    const OcclusionScene scene = OcclusionScene::Create(model, grid, serial).value();
+    const OcclusionScene scene = OcclusionScene::Create(grid, serial).value();
     ASSERT_GT(scene.faces(), 100u);
     std::vector<model::VoxelIndex> empty;
     for (int z = model.bounds().min.z(); z < model.bounds().max.z(); ++z) {
@@ -156,9 +134,9 @@ TEST(OcclusionSceneTest, NarrowAndWideInstructionsDifferOnlyAlongEdges) {
        {test_support::BuildView(test_support::FurnishedRoom(3)), Rubble(5, 0.1)}) {
     const OpaqueGrid grid(model);
     const OcclusionScene narrow =
-        OcclusionScene::Create(model, grid, serial, {}, RayInstructions::kSse42).value();
+        OcclusionScene::Create(grid, serial, {}, RayInstructions::kSse42).value();
     const OcclusionScene wide =
-        OcclusionScene::Create(model, grid, serial, {}, RayInstructions::kAvx2).value();
+        OcclusionScene::Create(grid, serial, {}, RayInstructions::kAvx2).value();
     std::vector<Eigen::Vector3f> targets;
     model.ForEachSurface(
         [&](const model::VoxelIndex& v, model::VoxelState, const model::SurfaceVoxel& surface) {

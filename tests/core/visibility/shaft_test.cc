@@ -5,7 +5,6 @@
 
 #include <random>
 
-#include "core/parallel/parallel.h"
 #include "core/visibility/voxel_walk.h"
 #include "tests/support/closed_form_view.h"
 #include "tests/support/runs.h"
@@ -15,15 +14,12 @@ namespace {
 
 class ShaftTest : public ::testing::Test {
  protected:
-  ShaftTest()
-      : model_(test_support::BuildView(test_support::FurnishedRoom(7))),
-        grid_(model_),
-        counts_(SummedVolumeTable::Create(grid_, serial_).value()) {}
+  ShaftTest() : model_(test_support::BuildView(test_support::FurnishedRoom(7))), grid_(model_) {}
 
   double Uniform() { return static_cast<double>(random_() >> 11) * 0x1p-53; }
   // A box of up to `most` voxels a side.
   Eigen::AlignedBox3d Somewhere(double most) {
-    const Eigen::Vector3d size = counts_.size().cast<double>();
+    const Eigen::Vector3d size = (grid_.box().max - grid_.box().min).cast<double>();
     Eigen::AlignedBox3d box;
     for (int a = 0; a < 3; ++a) {
       const double side = random_() % 3 == 0 ? 0 : std::floor(most * Uniform());
@@ -48,41 +44,10 @@ class ShaftTest : public ::testing::Test {
     });
   }
 
-  parallel::Serial serial_;
   std::mt19937_64 random_{9};
   model::PlanningView model_;
   OpaqueGrid grid_;
-  SummedVolumeTable counts_;
 };
-
-TEST_F(ShaftTest, CountsAreThoseOfTheGrid) {
-  int all_opaque = 0;
-  for (int k = 0; k < 600; ++k) {
-    const uint64_t most = k % 2 == 0 ? 30 : 4;
-    Eigen::Vector3i low;
-    Eigen::Vector3i high;
-    for (int a = 0; a < 3; ++a) {
-      low[a] = static_cast<int>(random_() % static_cast<uint64_t>(counts_.size()[a]));
-      high[a] = std::min<int>(counts_.size()[a], low[a] + static_cast<int>(random_() % most));
-    }
-    uint32_t expected = 0;
-    for (int z = low.z(); z < high.z(); ++z) {
-      for (int y = low.y(); y < high.y(); ++y) {
-        for (int x = low.x(); x < high.x(); ++x) {
-          const bool opaque = grid_.Opaque(model::VoxelIndex(x, y, z) + grid_.box().min);
-          ASSERT_EQ(grid_.OpaqueAt({x, y, z}), opaque);
-          expected += opaque;
-        }
-      }
-    }
-    EXPECT_EQ(counts_.Count(low, high), expected);
-    const Eigen::Vector3i size = (high - low).cwiseMax(0);
-    const bool all = expected == static_cast<uint32_t>(size.prod());
-    EXPECT_EQ(grid_.AllOpaque(low, high), all);
-    all_opaque += all && expected > 1;
-  }
-  EXPECT_GT(all_opaque, 20);
-}
 
 TEST_F(ShaftTest, WhatIsDecidedHoldsForEverySegment) {
   int hidden = 0;
@@ -94,8 +59,7 @@ TEST_F(ShaftTest, WhatIsDecidedHoldsForEverySegment) {
     const Eigen::AlignedBox3d views = Somewhere(most);
     const Eigen::AlignedBox3d targets = Somewhere(most);
     const Hidden occlusion = Occlusion(grid_, views, targets);
-    ASSERT_EQ(Occlusion(grid_, counts_, views, targets), occlusion);
-    const bool entirely = EntirelyVisible(counts_, views, targets);
+    const bool entirely = EntirelyVisible(grid_, views, targets);
     open += occlusion == Hidden::kNone;
     ASSERT_FALSE(entirely && occlusion == Hidden::kAll);
     if (occlusion != Hidden::kAll && !entirely) continue;
@@ -119,7 +83,7 @@ TEST_F(ShaftTest, VisibleIsMissedForSomethingInTheWay) {
   for (int k = 0; k < test_support::Runs(4000); ++k) {
     const Eigen::AlignedBox3d views = Somewhere(4);
     const Eigen::AlignedBox3d targets = Somewhere(4);
-    if (EntirelyVisible(counts_, views, targets)) continue;
+    if (EntirelyVisible(grid_, views, targets)) continue;
     ++not_visible;
     bool found = false;
     for (int ray = 0; ray < 3000 && !found; ++ray) found = !Clear(In(views), In(targets));

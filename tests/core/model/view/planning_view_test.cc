@@ -197,7 +197,7 @@ TEST(PlanningViewTest, AVersionCopiesOnlyThePagesThatChange) {
   }
 }
 
-// What is shared is the same memory: the bricks of a page that did not change stay at one place.
+// What is shared is the same memory.
 TEST(PlanningViewTest, SharedPagesAreNotCopied) {
   std::mt19937_64 random(9);
   const Bricks bricks = RandomBricks({0, 0, 0}, {32, 32, 8}, random);
@@ -205,18 +205,35 @@ TEST(PlanningViewTest, SharedPagesAreNotCopied) {
   const std::vector<BrickAt> change = {{{9, 10, 3}, RandomBrick(random)}};
   const PlanningView after(before, 1, change, {});
   EXPECT_EQ(after.copied_pages(), 1u);
-  std::map<Key, const BrickAt*> places;
-  for (const BrickAt& at : before.bricks()) {
-    places[{at.brick.z(), at.brick.y(), at.brick.x()}] = &at;
+  ASSERT_EQ(before.page_list().size(), 16u);
+  ASSERT_EQ(after.page_list().size(), 16u);
+  for (size_t i = 0; i < 16; ++i) {
+    const bool changed = before.page_list()[i]->coordinates() == VoxelIndex(1, 1, 0);
+    EXPECT_EQ(before.page_list()[i] == after.page_list()[i], !changed);
   }
-  size_t shared = 0;
-  for (const BrickAt& at : after.bricks()) {
-    const Key key = {at.brick.z(), at.brick.y(), at.brick.x()};
-    if (PageOf(key) == Key{0, 1, 1}) continue;
-    EXPECT_EQ(&at, places.at(key));
-    ++shared;
+}
+
+// Bricks that are wholly empty are one, whichever they were given as.
+TEST(PlanningViewTest, EmptyBricksAreOneOfAPage) {
+  std::vector<BrickAt> list;
+  for (int i = 0; i < Brick::kVoxels; ++i) {
+    auto empty = std::make_shared<Brick>();
+    empty->state.fill(VoxelState::kEmpty);
+    list.push_back({{i & 7, i >> 3 & 7, i >> 6}, std::move(empty)});
   }
-  EXPECT_GT(shared, 4000u);
+  const PlanningView view(0.05, 1, list, {});
+  ASSERT_EQ(view.pages(), 1u);
+  const BrickPage& page = *view.page_list()[0];
+  EXPECT_TRUE(page.all_empty());
+  EXPECT_EQ(view.bricks().size(), list.size());
+  std::set<const Brick*> contents;
+  for (const BrickAt& at : view.bricks()) contents.insert(at.contents.get());
+  EXPECT_EQ(contents.size(), 1u);
+  // Those given are let go, but for one.
+  size_t kept = 0;
+  for (const BrickAt& at : list) kept += at.contents.use_count() > 1 ? 1 : 0;
+  EXPECT_EQ(kept, 1u);
+  EXPECT_EQ(view.State({63, 63, 63}), VoxelState::kEmpty);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 
 #include "core/simulation/scenes/furnished_flat.h"
 #include "core/simulation/scenes/house.h"
+#include "core/simulation/scenes/large_hall.h"
 #include "core/simulation/scenes/office_storey.h"
 #include "core/simulation/scenes/small_scenes.h"
 #include "core/simulation/simulated_scanner.h"
@@ -41,6 +42,9 @@ std::vector<SceneCase> Cases() {
         {"SmallOffice" + s, [](uint64_t x) { return OfficeStorey(x, 150); }, seed, 3, 4000});
     cases.push_back(
         {"Office" + s, [](uint64_t x) { return OfficeStorey(x, 600); }, seed, 10, 20'000});
+  }
+  for (uint64_t seed = 1; seed <= 3; ++seed) {
+    cases.push_back({"LargeHall" + std::to_string(seed), LargeHall, seed, 8, 1000});
   }
   cases.push_back({"LargeOffice", [](uint64_t x) { return OfficeStorey(x, 2000); }, 1, 40, 80'000});
   return cases;
@@ -118,6 +122,14 @@ TEST(FurnishedFlatTest, HasWhatMakesScanningHard) {
     EXPECT_GE(materials[static_cast<size_t>(Material::kMirror)], 2);
     EXPECT_GE(materials[static_cast<size_t>(Material::kDark)], 12);
   }
+}
+
+TEST(LargeHallTest, HasTheSizeAskedFor) {
+  // The slabs reach a quarter of a metre beyond the walls.
+  const Eigen::Vector3d size = LargeHall(1).mesh.Bounds().sizes();
+  EXPECT_NEAR(size.x(), 100.5, 0.1);
+  EXPECT_NEAR(size.y(), 60.5, 0.1);
+  EXPECT_NEAR(size.z(), 15, 0.6);
 }
 
 TEST(OfficeStoreyTest, HasTheAreaAskedFor) {
