@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/model/view/planning_view.h"
@@ -13,6 +14,7 @@
 #include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/patches/patches.h"
 #include "core/planning/plan/ranked_view.h"
+#include "core/planning/scoring/headings.h"
 #include "core/visibility/opaque_grid.h"
 
 namespace vantage::planning {
@@ -25,13 +27,26 @@ std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleView
 // The face-connected cells around `view` that score at least 95 % of it.
 EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const FeasibleViews& feasible,
                                     uint32_t view);
+// The same where the scanner faces `heading` and gains `score` with it: cells whose best headings
+// lie within ten degrees of it. Of others it is not known what they gain with it.
+EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const FeasibleViews& feasible,
+                                    uint32_t view, const Headings& headings, size_t heading,
+                                    double score);
 
 // One viewcell as a region of its own.
 EquivalentRegion RegionOfCell(const FeasibleViews& feasible, const FeasibleViews::CellIndex& cell);
 
-// The two distinct walls and the last station from which a person with a tape would find the place.
+// The two distinct walls and the last station from which a person with a tape would find the place,
+// and where the scanner's front points there (rad), if that matters.
 LocationDescription DescribeLocation(const model::PlanningView& model,
-                                     const Eigen::Vector3d& position, double height);
+                                     const Eigen::Vector3d& position, double height,
+                                     std::optional<double> heading = std::nullopt);
+
+// For a scanner that sees a sector: sets the scores by heading of `view` and, when it is absent,
+// its heading to the best one. Leaves of `cell_scores` those that the heading sees from the view's
+// position. Returns their sum, samples.
+double FaceHeading(const Headings& headings, const sensor::ScannerModel& scanner,
+                   const CellArrays& cells, std::span<float> cell_scores, RankedView& view);
 
 // Splits the exact score. `cell_scores` has one element for each cell of `cells`. Sets
 // score_by_kind and patch_scores (at most 5).
