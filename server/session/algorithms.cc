@@ -36,19 +36,24 @@ Algorithms Algorithms::Core() {
                             parallel::Parallel& parallel, planning::PlanProgress progress) {
     return planning::MakePlan(model, scanner, config, budget, parallel, progress);
   };
-  const auto evaluate_view = [](const model::PlanningView& model,
-                                const sensor::ScannerModel& scanner,
-                                const planning::PlanningConfig& config,
-                                const Eigen::Vector3d& position, parallel::Parallel& parallel) {
-    return planning::EvaluateView(model, scanner, config, position, parallel);
-  };
+  const auto evaluate_view =
+      [](const model::PlanningView& model, const sensor::ScannerModel& scanner,
+         const planning::PlanningConfig& config, const Eigen::Vector3d& position,
+         parallel::Parallel& parallel, std::optional<double> heading) {
+        return planning::EvaluateView(model, scanner, config, position, parallel, heading);
+      };
   const auto measure_coverage = [](const model::PlanningView& model,
                                    const planning::PlanningConfig& config) {
     return planning::MeasureCoverage(model, config).value();  // nobody cancels it
   };
-  return {
-      registration::LevelFirstScan, register_scan,      make_plan, evaluate_view, measure_coverage,
-      fleet::MakeJointPlan,         fleet::MeasureCover};
+  return {registration::LevelFirstScan,
+          register_scan,
+          make_plan,
+          evaluate_view,
+          measure_coverage,
+          fleet::MakeJointPlan,
+          fleet::MeasureCover,
+          planning::MakePlanChoosingSetting};
 }
 
 }  // namespace vantage::session
