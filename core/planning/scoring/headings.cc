@@ -16,6 +16,19 @@ constexpr double kSameHeading = 1e-6;  // of a step
 constexpr double kFloatSlack = 1e-5;   // rad: azimuths of cells are computed in floats
 constexpr double kWholeNumber = 1e-9;  // a span this near to whole steps has that many
 
+constexpr size_t kTurn = 4;           // a turn in diamond angles
+constexpr size_t kPartsOfUnit = 256;  // so that hardly any part has two beginnings of bins
+
+// Grows with the azimuth, from 0 on +x by 1 for each quarter of a turn: the azimuth as seen on the
+// square |x| + |y| = 1.
+float DiamondAngle(float x, float y) {
+  const float sum = std::abs(x) + std::abs(y);
+  if (!(sum > 0)) return 0;
+  const float rise = y / sum;
+  if (x < 0) return 2 - rise;
+  return rise < 0 ? 4 + rise : rise;
+}
+
 }  // namespace
 
 bool TurnsAllAround(const sensor::ScannerModel& scanner) {
@@ -33,16 +46,46 @@ Headings::Headings(const sensor::ScannerModel& scanner, double first) : first_(f
   whole_ = static_cast<size_t>(steps + kWholeNumber);
   part_ = std::max(0.0, steps - static_cast<double>(whole_));
   if (part_ < kWholeNumber) part_ = 0;
+  OrderBins();
+}
+
+void Headings::OrderBins() {
+  struct Begin {
+    float at;
+    uint16_t bin;
+  };
+  std::vector<Begin> order;
+  for (size_t bin = 0; bin < 2 * size_; ++bin) {
+    const double steps = static_cast<double>(bin / 2) + (bin % 2 == 0 ? 0 : part_);
+    const double azimuth = first_ - half_span_ + steps * step_;
+    order.push_back(
+        {DiamondAngle(static_cast<float>(std::cos(azimuth)), static_cast<float>(std::sin(azimuth))),
+         static_cast<uint16_t>(bin)});
+  }
+  // A bin that is empty begins where the next one does, and comes before it.
+  std::stable_sort(order.begin(), order.end(),
+                   [](const Begin& x, const Begin& y) { return x.at < y.at; });
+  // The turn begins inside the last bin.
+  begins_.push_back(0);
+  bins_.push_back(order.back().bin);
+  for (const Begin& begin : order) {
+    begins_.push_back(begin.at);
+    bins_.push_back(begin.bin);
+  }
+  size_t last = 0;
+  for (size_t k = 0; k <= kTurn * kPartsOfUnit; ++k) {
+    const float at = static_cast<float>(k) / kPartsOfUnit;
+    while (last + 1 < begins_.size() && begins_[last + 1] <= at) ++last;
+    near_.push_back(static_cast<uint16_t>(last));
+  }
 }
 
 size_t Headings::BinOf(float x, float y) const {
   if (all_around()) return 0;
-  const auto azimuth = static_cast<double>(std::atan2(y, x));
-  const auto turn = static_cast<double>(size_);
-  double steps = (azimuth - first_ + half_span_) / step_;
-  steps -= turn * std::floor(steps / turn);
-  const size_t i = std::min(static_cast<size_t>(steps), size_ - 1);
-  return 2 * i + (steps - static_cast<double>(i) < part_ ? 0 : 1);
+  const float at = DiamondAngle(x, y);
+  size_t k = near_[static_cast<size_t>(at * kPartsOfUnit)];
+  while (k + 1 < begins_.size() && begins_[k + 1] <= at) ++k;
+  return bins_[k];
 }
 
 bool Headings::Sees(size_t heading, size_t bin) const {

@@ -5,8 +5,10 @@
 
 #include <Eigen/Geometry>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "core/planning/scoring/constraints.h"
 #include "core/sensor/scanner_model.h"
@@ -42,6 +44,8 @@ class Headings {
                     std::span<double> by_heading) const;
 
  private:
+  void OrderBins();
+
   double first_;
   size_t size_ = 1;
   double step_ = 2 * sensor::kPi;
@@ -50,6 +54,12 @@ class Headings {
   // step, counted from the first heading's lower border, bin 2 i + 1 the rest of the step.
   size_t whole_ = 1;
   double part_ = 0;
+  // Where bins begin, ascending, and which those are; in diamond angles, which take a division
+  // where azimuths take an arc tangent. `near_` has, for each of equal parts of the turn, the last
+  // of `begins_` that is not beyond its beginning.
+  std::vector<float> begins_;
+  std::vector<uint16_t> bins_;
+  std::vector<uint16_t> near_;
 };
 
 // True for scanners whose heading makes no difference.
