@@ -9,6 +9,7 @@
 #include "client/cli/table.h"
 #include "client/library/geometry.h"
 #include "client/library/resource_names.h"
+#include "core/sensor/scanner_model.h"
 
 namespace vantage::cli {
 namespace {
@@ -22,8 +23,14 @@ struct ClaimTakeArguments {
   std::string scanner;
   std::vector<double> position;
   std::string plan;
+  std::optional<double> heading;  // degrees
   std::optional<double> minutes;
 };
+
+// '2.100, 0.400, 1.500 facing 90°'.
+std::string ViewText(const v1::Claim& claim) {
+  return absl::StrCat(Text(claim.position()), Facing(claim));
+}
 
 absl::StatusOr<ExitCode> RunClaimTake(Environment& environment,
                                       const ClaimTakeArguments& arguments) {
@@ -35,12 +42,13 @@ absl::StatusOr<ExitCode> RunClaimTake(Environment& environment,
   if (!arguments.plan.empty()) {
     request.set_plan(absl::StrCat(request.parent(), "/plans/", arguments.plan));
   }
+  if (arguments.heading) request.set_heading_rad(sensor::Radians(*arguments.heading));
   if (arguments.minutes) SetMinutes(arguments.minutes, *request.mutable_ttl());
   const auto taken = environment.client().Call(request);
   if (!taken.ok()) return taken.status();
   const v1::Claim& claim = taken->claim();
   std::printf("%s: %s is %s's until %s\n", client::IdOf(claim.name()).c_str(),
-              Text(claim.position()).c_str(), arguments.scanner.c_str(),
+              ViewText(claim).c_str(), arguments.scanner.c_str(),
               Time(claim.expire_time()).c_str());
   return ExitCode::kOk;
 }
@@ -98,7 +106,7 @@ absl::StatusOr<ExitCode> RunClaimList(Environment& environment,
   }
   Table table({"claim", "scanner", "position, m", "plan", "until"});
   for (const v1::Claim& claim : all.claims()) {
-    table.Add({client::IdOf(claim.name()), client::IdOf(claim.scanner()), Text(claim.position()),
+    table.Add({client::IdOf(claim.name()), client::IdOf(claim.scanner()), ViewText(claim),
                client::IdOf(claim.plan()), Time(claim.expire_time())});
   }
   std::fputs(table.ToString().c_str(), stdout);
@@ -120,6 +128,8 @@ void AddClaimTake(CLI::App& parent, Environment& environment) {
             ->delimiter(',')
             ->expected(3);
         command.add_option("--plan", a.plan, "The plan that it comes from");
+        command.add_option("--heading", a.heading,
+                           "Where a scanner that sees a sector will face, degrees from +x");
         command.add_option("--minutes", a.minutes, "How long it holds [30]");
       },
       RunClaimTake);

@@ -82,6 +82,7 @@ void AddScanSetPose(CLI::App& parent, Environment& environment);
 void AddPlan(CLI::App& parent, Environment& environment);
 void AddScannerAdd(CLI::App& parent, Environment& environment);
 void AddScannerList(CLI::App& parent, Environment& environment);
+void AddScannerPresets(CLI::App& parent, Environment& environment);
 void AddClaimTake(CLI::App& parent, Environment& environment);
 void AddClaimRenew(CLI::App& parent, Environment& environment);
 void AddClaimRelease(CLI::App& parent, Environment& environment);

@@ -1,4 +1,6 @@
 #include <cstdio>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "client/cli/command.h"
@@ -7,6 +9,7 @@
 #include "client/library/duration.h"
 #include "client/library/geometry.h"
 #include "client/library/resource_names.h"
+#include "core/sensor/scanner_model.h"
 
 namespace vantage::cli {
 namespace {
@@ -15,6 +18,7 @@ struct EvaluateArguments {
   std::string session;
   std::vector<double> position;
   std::string scanner;
+  std::optional<double> heading;  // degrees
   bool json = false;
 };
 
@@ -24,6 +28,7 @@ absl::StatusOr<ExitCode> RunEvaluate(Environment& environment, const EvaluateArg
   *request.mutable_position() = client::ToProto(
       Eigen::Vector3d(arguments.position[0], arguments.position[1], arguments.position[2]));
   request.set_scanner_model_id(arguments.scanner);
+  if (arguments.heading) request.set_heading_rad(sensor::Radians(*arguments.heading));
   const auto evaluated = environment.client().Call(request);
   if (!evaluated.ok()) return evaluated.status();
   if (arguments.json) {
@@ -45,7 +50,8 @@ absl::StatusOr<ExitCode> RunEvaluate(Environment& environment, const EvaluateArg
 void AddEvaluate(CLI::App& parent, Environment& environment) {
   AddCommand<EvaluateArguments>(
       parent, environment, "evaluate", "What a scan from any position would bring",
-      "  vantage evaluate flat 2.1,0.4,1.5\n  vantage evaluate flat -1.0,0.4,1.5 --json",
+      "  vantage evaluate flat 2.1,0.4,1.5\n  vantage evaluate flat 2.1,0.4,1.5 --heading 90\n"
+      "  vantage evaluate flat -1.0,0.4,1.5 --json",
       [](CLI::App& command, EvaluateArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command.add_option("POSITION", a.position, "x,y,z of the scanner's centre, m, world")
@@ -53,6 +59,9 @@ void AddEvaluate(CLI::App& parent, Environment& environment) {
             ->delimiter(',')
             ->expected(3);
         command.add_option("--scanner", a.scanner, "Id of the scanner model [the session's first]");
+        command.add_option("--heading", a.heading,
+                           "Where a scanner that sees a sector would face, degrees from +x [the "
+                           "best that registers]");
         command.add_flag("--json", a.json, "Print the answer as JSON");
       },
       RunEvaluate);

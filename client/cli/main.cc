@@ -78,6 +78,7 @@ int main(int argc, char** argv) {
   scanner.require_subcommand(1)->fallthrough();
   vantage::cli::AddScannerAdd(scanner, environment);
   vantage::cli::AddScannerList(scanner, environment);
+  vantage::cli::AddScannerPresets(scanner, environment);
 
   CLI::App& claim =
       *app.add_subcommand("claim", "Views that are reserved: take, renew, release, list");

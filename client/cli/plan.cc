@@ -21,6 +21,9 @@ struct PlanArguments {
   std::string scanner;
   std::vector<std::string> scanners;
   std::string rank;
+  std::string preset;
+  std::string setting;
+  bool choose_setting = false;
   std::vector<std::string> set;
   bool json = false;
   bool full = false;
@@ -37,6 +40,9 @@ absl::StatusOr<v1::CreatePlanRequest> RequestFrom(const PlanArguments& arguments
   for (const std::string& id : arguments.scanners) {
     plan.add_scanners(client::ScannerName(arguments.session, id));
   }
+  plan.set_preset(arguments.preset);
+  plan.set_setting(arguments.setting);
+  plan.set_choose_setting(arguments.choose_setting);
   if (arguments.rank == "per-minute") plan.set_ranking(v1::RANKING_SCORE_PER_MINUTE);
   for (const std::string& assignment : arguments.set) {
     const size_t equals = assignment.find('=');
@@ -110,6 +116,14 @@ void AddPlan(CLI::App& parent, Environment& environment) {
             ->excludes(model);
         command.add_option("--rank", a.rank, "By score, or by score per-minute [score]")
             ->check(CLI::IsMember({"score", "per-minute"}));
+        command.add_option("--preset", a.preset,
+                           "Plan for this instrument instead of the session's scanner");
+        auto* setting = command.add_option(
+            "--setting", a.setting, "Of the scanner's preset, for this plan only [the session's]");
+        command
+            .add_flag("--choose-setting", a.choose_setting,
+                      "Choose each view's setting by what it gains for each minute")
+            ->excludes(setting);
         command
             .add_option("--set", a.set,
                         "PATH=VALUE, repeatable: planning configuration for this plan only")

@@ -2,6 +2,7 @@
 
 #include <google/protobuf/util/time_util.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "absl/strings/ascii.h"
@@ -14,6 +15,7 @@
 #include "client/library/duration.h"
 #include "client/library/geometry.h"
 #include "client/library/resource_names.h"
+#include "core/sensor/scanner_model.h"
 
 namespace vantage::cli {
 namespace {
@@ -22,6 +24,25 @@ std::string Lower(const std::string& name, absl::string_view prefix) {
   std::string word(absl::StripPrefix(name, prefix));
   absl::AsciiStrToLower(&word);
   return absl::StrReplaceAll(word, {{"_", " "}});
+}
+
+std::string FacingAt(double heading_rad) {
+  return absl::StrFormat(" facing %.0f\u00b0", sensor::Degrees(heading_rad));
+}
+
+// The gain with the view's own heading beside the best of all, which may not register, and the
+// worst.
+std::string HeadingLine(const v1::RankedView& view) {
+  const auto& scores = view.score_by_heading();
+  const double per_sample = view.score() > 0 ? view.model_gain_m2() / view.score() : 0;
+  const auto of = [&](auto at) {
+    return absl::StrFormat("%.2f m\u00b2 at %.0f\u00b0", per_sample * static_cast<double>(*at),
+                           360.0 * static_cast<double>(at - scores.begin()) / scores.size());
+  };
+  return absl::StrFormat("%.0f\u00b0; of all headings most %s, least %s",
+                         sensor::Degrees(view.heading_rad()),
+                         of(std::max_element(scores.begin(), scores.end())),
+                         of(std::min_element(scores.begin(), scores.end())));
 }
 
 std::string SquareMetres(double area) { return absl::StrFormat("%.2f", area); }
@@ -49,7 +70,7 @@ void AddViews(const google::protobuf::RepeatedPtrField<v1::RankedView>& views, b
   for (int i = 0; i < views.size(); ++i) {
     const v1::RankedView& view = views[i];
     table.Add(
-        {refused ? "-" : absl::StrCat(i + 1), Text(view.position()),
+        {refused ? "-" : absl::StrCat(i + 1), absl::StrCat(Text(view.position()), Facing(view)),
          absl::StrFormat("%.2f", view.height_over_floor_m()), StoreyOf(view),
          SquareMetres(view.model_gain_m2()),
          absl::StrFormat("%.2f..%.2f", view.model_gain_lower_m2(), view.model_gain_upper_m2()),
@@ -163,11 +184,13 @@ std::string SessionReport(const v1::Session& session) {
   for (const v1::ScannerModel& s : session.scanner_models()) {
     absl::StrAppendFormat(
         &out,
-        "  scanner   %s: %.3f\u00b0 x %.3f\u00b0, elevation %.0f\u00b0 to "
+        "  scanner   %s%s: %.3f\u00b0 x %.3f\u00b0, azimuth %.0f\u00b0, elevation %.0f\u00b0 to "
         "%.0f\u00b0, range %.1f to %.0f m, noise %s\n",
-        s.id(), sensor::Degrees(s.azimuth_step_rad()), sensor::Degrees(s.elevation_step_rad()),
-        sensor::Degrees(s.min_elevation_rad()), sensor::Degrees(s.max_elevation_rad()),
-        s.min_range_m(), s.max_range_m(), Length(s.range_noise_m()));
+        s.id(), s.preset().empty() ? "" : absl::StrCat(" (", s.preset(), " at ", s.setting(), ")"),
+        sensor::Degrees(s.azimuth_step_rad()), sensor::Degrees(s.elevation_step_rad()),
+        sensor::Degrees(s.azimuth_span_rad()), sensor::Degrees(s.min_elevation_rad()),
+        sensor::Degrees(s.max_elevation_rad()), s.min_range_m(), s.max_range_m(),
+        Length(s.range_noise_m()));
   }
   for (const v1::NamedStorey& s : session.site_rules().storeys()) {
     absl::StrAppendFormat(&out, "  storey    %s: floor at %.2f m\n", s.name(), s.floor_z_m());
@@ -202,6 +225,9 @@ std::string ScanReport(const v1::Scan& scan) {
                           scan.levelling().from_inclinometer() ? "the inclinometer"
                           : scan.levelling().found_floor()     ? "the floor"
                                                                : "nothing: no floor was found");
+    if (!scan.levelling().message().empty()) {
+      absl::StrAppend(&out, "            ", scan.levelling().message(), "\n");
+    }
   }
   if (scan.has_registration()) {
     const v1::Registration& r = scan.registration();
@@ -220,6 +246,14 @@ std::string ScanReport(const v1::Scan& scan) {
                           Seconds(scan.merge().merge_duration()));
   }
   return out;
+}
+
+std::string Facing(const v1::RankedView& view) {
+  return view.has_heading_rad() ? FacingAt(view.heading_rad()) : "";
+}
+
+std::string Facing(const v1::Claim& claim) {
+  return claim.has_heading_rad() ? FacingAt(claim.heading_rad()) : "";
 }
 
 std::string StagesLine(const v1::PlanResult& result) {
@@ -249,6 +283,15 @@ std::string ViewReport(const v1::RankedView& view) {
         ": %.0f under-sampled, %.0f hidden, %.0f without return, %.0f outside the field of "
         "view\n",
         score.true_surface(), score.occlusion(), score.hole_boundary(), score.image_boundary());
+  }
+  if (view.has_heading_rad() && view.score_by_heading_size() > 0) {
+    absl::StrAppend(&out, "  heading    ", HeadingLine(view), "\n");
+  }
+  if (!view.setting().empty()) {
+    absl::StrAppendFormat(
+        &out, "  setting    %s, %.1f minutes a scan, %.2f m\u00b2 a minute with setting up\n",
+        view.setting(), client::SecondsOf(view.scan_duration()) / 60,
+        view.score() > 0 ? view.model_gain_m2() * view.score_per_minute() / view.score() : 0.0);
   }
   absl::StrAppendFormat(&out, "  station    %.2f m over the floor, clearance %s%s\n",
                         view.height_over_floor_m(), Length(view.clearance_m()),
@@ -304,7 +347,7 @@ std::string JointReport(const v1::PlanResult& r) {
       continue;
     }
     const v1::RankedView& view = r.views(assignment.view_index());
-    absl::StrAppend(&out, who, " to ", Text(view.position()));
+    absl::StrAppend(&out, who, " to ", Text(view.position()), Facing(view));
     if (view.has_storey()) absl::StrAppend(&out, ", storey ", StoreyOf(view));
     absl::StrAppendFormat(&out, ", %.2f m\u00b2", view.model_gain_m2());
     if (view.has_total_duration()) {
@@ -345,7 +388,7 @@ std::string PlanReport(const v1::Plan& plan) {
     out += table.ToString();
   }
   if (r.views_size() > 0) {
-    out += absl::StrFormat("next position %s\n", Text(r.views(0).position()));
+    out += absl::StrFormat("next position %s%s\n", Text(r.views(0).position()), Facing(r.views(0)));
     out += ViewReport(r.views(0));
   }
   if (r.has_joint()) out += JointReport(r);

@@ -28,6 +28,9 @@ std::string Bytes(double bytes);
 std::string Percent(double share);
 std::string Seconds(const google::protobuf::Duration& duration);
 std::string Time(const google::protobuf::Timestamp& time);
+// ' facing 90°', or nothing where the scanner turns all around.
+std::string Facing(const v1::RankedView& view);
+std::string Facing(const v1::Claim& claim);
 
 // 'registered: overlap 63 %, error bound 0.5 mm, strength 0.31'.
 std::string VerdictFigures(const v1::RegistrationVerdict& verdict);

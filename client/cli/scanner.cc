@@ -1,9 +1,11 @@
 #include <cstdio>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "absl/strings/str_join.h"
 #include "client/cli/command.h"
 #include "client/cli/json.h"
 #include "client/cli/report.h"
@@ -11,6 +13,7 @@
 #include "client/library/duration.h"
 #include "client/library/geometry.h"
 #include "client/library/resource_names.h"
+#include "core/sensor/presets.h"
 
 namespace vantage::cli {
 namespace {
@@ -88,7 +91,38 @@ absl::StatusOr<ExitCode> RunScannerList(Environment& environment,
   return ExitCode::kOk;
 }
 
+struct ScannerPresetsArguments {};
+
+absl::StatusOr<ExitCode> RunScannerPresets(Environment&, const ScannerPresetsArguments&) {
+  Table table({"preset", "instrument", "settings (spacing at 10 m, minutes)", ">elevation",
+               ">range, m", ">noise at 10 m", "figures from"});
+  for (const sensor::Preset& preset : sensor::Presets()) {
+    std::vector<std::string> settings;
+    for (const sensor::ScanSetting& setting : preset.settings) {
+      settings.push_back(
+          absl::StrFormat("%s%s (%.1f mm, %.1f)", setting.name,
+                          setting.name == preset.settings[preset.usual].name ? "*" : "",
+                          1e4 * setting.step, setting.minutes));
+    }
+    table.Add({preset.name, preset.title, absl::StrJoin(settings, ", "),
+               absl::StrFormat("%.0f..%.0f", sensor::Degrees(preset.model.elevation_min),
+                               sensor::Degrees(preset.model.elevation_max)),
+               absl::StrFormat("%.1f..%.0f", preset.model.range_min, preset.model.range_max),
+               Length(preset.model.RangeSigma(10)), preset.source});
+  }
+  std::fputs(table.ToString().c_str(), stdout);
+  std::puts("*: where no setting is named");
+  return ExitCode::kOk;
+}
+
 }  // namespace
+
+void AddScannerPresets(CLI::App& parent, Environment& environment) {
+  AddCommand<ScannerPresetsArguments>(
+      parent, environment, "presets", "List the instruments whose figures are known",
+      "  vantage scanner presets\n  vantage session create flat --preset leica-rtc360",
+      [](CLI::App&, ScannerPresetsArguments&) {}, RunScannerPresets);
+}
 
 void AddScannerAdd(CLI::App& parent, Environment& environment) {
   AddCommand<ScannerAddArguments>(

@@ -38,6 +38,10 @@ void AddSettings(CLI::App& command, SessionSettings& s) {
   command.add_option("--voxel", s.voxel, "Voxel size, m [0.05]; fixed at creation");
   command.add_option("--scanner-from", s.scanner_from,
                      "Take the scanner's angles and steps from a scan file (PTX, PCD)");
+  command.add_option("--preset", s.preset,
+                     "Take the figures of an instrument, such as leica-rtc360; 'vantage scanner "
+                     "presets' lists them");
+  command.add_option("--setting", s.setting, "Of the preset [its usual one]");
   command.add_option("--config", s.config, "File with a Session in Protobuf's JSON form");
   command
       .add_option("--set", s.set,
@@ -71,6 +75,16 @@ absl::StatusOr<std::vector<std::string>> ApplySettings(const SessionSettings& se
     if (!scan.ok()) return scan.status();
     session.clear_scanner_models();
     *session.add_scanner_models() = client::ToProto(scan->scanner, "from-file");
+    paths.insert("scanner_models");
+  }
+  if (!settings.setting.empty() && settings.preset.empty()) {
+    return absl::InvalidArgumentError("--setting is of a --preset, which is not given");
+  }
+  if (!settings.preset.empty()) {
+    session.clear_scanner_models();
+    v1::ScannerModel& model = *session.add_scanner_models();
+    model.set_preset(settings.preset);
+    model.set_setting(settings.setting);
     paths.insert("scanner_models");
   }
   const auto set = [&](const char* path, const auto& value) {

@@ -15,6 +15,8 @@ namespace vantage::cli {
 struct SessionSettings {
   std::string config;               // file, JSON form of a Session
   std::string scanner_from;         // scan file whose grid makes the scanner model
+  std::string preset;               // instrument whose figures make the scanner model
+  std::string setting;              // of the preset; empty: its usual one
   std::vector<std::string> set;     // PATH=VALUE
   std::optional<std::string> name;  // display name
   std::optional<double> voxel;

@@ -22,6 +22,7 @@
 #include "client/simulated_job/simulated_fleet.h"
 #include "client/simulated_job/simulated_job.h"
 #include "core/parallel/thread_pool.h"
+#include "core/sensor/presets.h"
 
 namespace vantage::cli {
 namespace {
@@ -52,9 +53,15 @@ struct SimulateArguments {
   bool independent = false;
   double speed = simulated_job::FleetOptions().speed;
   double scan_seconds = simulated_job::FleetOptions().scan_seconds;
-  double step = 0.25;        // degrees
-  double heading_error = 5;  // degrees
-  double tilt = 0.5;         // degrees
+  // Of the scanner; absent: as of the preset, without one as of the default scanner.
+  std::string preset;
+  std::string setting;
+  std::optional<double> step;   // degrees
+  std::optional<double> span;   // degrees
+  std::optional<double> range;  // m
+  std::optional<double> noise;  // m
+  double heading_error = 5;     // degrees
+  double tilt = 0.5;            // degrees
   std::string pictures;
   std::optional<uint64_t> work;
   bool no_noise = false;
@@ -171,13 +178,30 @@ absl::StatusOr<simulated_job::Site> ChooseSite(const SimulateArguments& argument
                                       start);
 }
 
-simulated_job::JobOptions OptionsFrom(const SimulateArguments& arguments) {
+absl::StatusOr<simulated_job::JobOptions> OptionsFrom(const SimulateArguments& arguments) {
   simulated_job::JobOptions options = arguments.job;
+  if (!arguments.preset.empty()) {
+    const auto preset = sensor::FindPreset(arguments.preset);
+    if (!preset.ok()) return preset.status();
+    const auto setting = preset->Setting(arguments.setting);
+    if (!setting.ok()) return setting.status();
+    const double positioning_error = options.scanner.positioning_error;
+    options.scanner = preset->At(*setting);
+    options.scanner.positioning_error = positioning_error;
+    options.preset = preset->name;
+    options.setting = setting->name;
+  }
   options.seed = arguments.seed;
   options.max_scans =
       arguments.scans.value_or(arguments.scanners ? kFleetScans : options.max_scans);
   options.scanner.name = "simulated";
-  options.scanner.azimuth_step = options.scanner.elevation_step = sensor::Radians(arguments.step);
+  if (arguments.step) {
+    options.scanner.azimuth_step = options.scanner.elevation_step =
+        sensor::Radians(*arguments.step);
+  }
+  if (arguments.span) options.scanner.azimuth_span = sensor::Radians(*arguments.span);
+  if (arguments.range) options.scanner.range_max = *arguments.range;
+  if (arguments.noise) options.scanner.range_noise = *arguments.noise;
   options.heading_error = sensor::Radians(arguments.heading_error);
   options.tilt = sensor::Radians(arguments.tilt);
   options.plan_work = arguments.work;
@@ -223,7 +247,9 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
   line.Show("building the scene");
   const auto site = ChooseSite(arguments);
   if (!site.ok()) return site.status();
-  const simulated_job::JobOptions options = OptionsFrom(arguments);
+  const auto chosen = OptionsFrom(arguments);
+  if (!chosen.ok()) return chosen.status();
+  const simulated_job::JobOptions& options = *chosen;
   parallel::ThreadPool pool(static_cast<int>(std::max(1u, std::thread::hardware_concurrency())));
   if (arguments.scanners) {
     line.Clear();
@@ -243,9 +269,10 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
   job.OnActivity([&](const std::string& what) { line.Show(what); });
   line.Clear();
   std::printf(
-      "%s, seed %llu: %.2f\u00b0 steps, %.0f samples/m\u00b2 wanted, noise %s, positioning error "
-      "%s, heading error %.0f\u00b0\n%s\n%s",
-      site->name.c_str(), static_cast<unsigned long long>(arguments.seed), arguments.step,
+      "%s, seed %llu: %.2f\u00b0 steps over %.0f\u00b0, %.0f samples/m\u00b2 wanted, noise %s, "
+      "positioning error %s, heading error %.0f\u00b0\n%s\n%s",
+      site->name.c_str(), static_cast<unsigned long long>(arguments.seed),
+      sensor::Degrees(options.scanner.azimuth_step), sensor::Degrees(options.scanner.azimuth_span),
       options.required_density, Length(options.scanner.range_noise).c_str(),
       Length(options.scanner.positioning_error).c_str(), arguments.heading_error, kLegend,
       Header().c_str());
@@ -302,11 +329,22 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
       ->check(CLI::Range(0.0, 86400.0))
       ->needs(scanners);
   command.add_option("--session", a.job.session_id, "Id of the session to create");
-  command.add_option("--step", a.step, "Angular steps of the scanner, degrees [0.25]")
+  auto* preset = command.add_option(
+      "--preset", a.preset,
+      "A real instrument, such as leica-rtc360; 'vantage scanner presets' lists them");
+  command.add_option("--setting", a.setting, "Of the preset [its usual one]")->needs(preset);
+  command
+      .add_option("--step", a.step, "Angular steps of the scanner, degrees [the preset's, 0.25]")
       ->check(CLI::Range(0.01, 5.0));
+  command
+      .add_option(
+          "--span", a.span,
+          "Azimuth that the scanner sees, degrees: below 360, plans say where to face [360]")
+      ->check(CLI::Range(10.0, 360.0))
+      ->excludes(scanners);
   command.add_option("--density", a.job.required_density, "Required density, samples / m^2 [2500]");
-  command.add_option("--range", a.job.scanner.range_max, "Farthest range of the scanner, m [20]");
-  command.add_option("--noise", a.job.scanner.range_noise, "Range noise, m, one sigma [0.003]");
+  command.add_option("--range", a.range, "Farthest range of the scanner, m [the preset's, 20]");
+  command.add_option("--noise", a.noise, "Range noise, m, one sigma [the preset's, 0.003]");
   command.add_option("--positioning-error", a.job.scanner.positioning_error,
                      "By how much the tripod misses a position, m per axis [0.05]");
   command.add_option("--heading-error", a.heading_error,

@@ -71,8 +71,8 @@ std::string Words(const v1::SessionEvent& event) {
     case v1::SessionEvent::kClaimTaken: {
       const v1::Claim& claim = event.claim_taken().claim();
       return absl::StrCat("claim ", client::IdOf(claim.name()), " taken by ",
-                          client::IdOf(claim.scanner()), ": ", Text(claim.position()), " until ",
-                          Time(claim.expire_time()));
+                          client::IdOf(claim.scanner()), ": ", Text(claim.position()),
+                          Facing(claim), " until ", Time(claim.expire_time()));
     }
     case v1::SessionEvent::kClaimRenewed: {
       const v1::Claim& claim = event.claim_renewed().claim();

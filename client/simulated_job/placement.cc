@@ -1,8 +1,11 @@
 #include "client/simulated_job/placement.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
+#include "core/planning/scoring/headings.h"
 #include "core/simulation/random_sequence.h"
 #include "core/simulation/standable_positions.h"
 #include "core/simulation/walkable_ground.h"
@@ -23,10 +26,12 @@ enum Stream : uint64_t {
   kRoll = 108,
   kPitch = 110,
   kHeading = 112,
-  kAgain = 114
+  kAgain = 114,
+  kTurn = 130
 };
 
-constexpr double kTripodRadius = 0.15;  // m that must really be free to stand
+constexpr double kTurnError = sensor::Radians(2);  // one sigma, by which a heading is missed
+constexpr double kTripodRadius = 0.15;             // m that must really be free to stand
 
 Isometry3d Upright(const Vector3d& position, double yaw) {
   Isometry3d pose = Isometry3d::Identity();
@@ -51,19 +56,21 @@ double YawOf(uint64_t index, const PlacementErrors& errors) {
 
 }  // namespace
 
-Placement FirstPlacement(const Vector3d& start, const PlacementErrors& errors) {
+Placement FirstPlacement(const Vector3d& start, const PlacementErrors& errors,
+                         std::optional<double> heading) {
   Placement placement;
-  placement.T_scene_scan = Tilted(start, YawOf(1, errors), 1, errors);
+  placement.T_scene_scan = Tilted(start, heading.value_or(YawOf(1, errors)), 1, errors);
   return placement;
 }
 
 Placement PlacementAt(const Vector3d& planned, int number, const Isometry3d& T_scene_world,
-                      const PlacementErrors& errors) {
+                      const PlacementErrors& errors, std::optional<double> heading) {
   const auto index = static_cast<uint64_t>(number);
   const auto normal = [&](Stream stream) {
     return simulation::RandomNormal(errors.seed, index, stream);
   };
-  const double yaw = YawOf(index, errors);
+  const double yaw =
+      heading.has_value() ? *heading + kTurnError * normal(kTurn) : YawOf(index, errors);
   Placement placement;
   placement.planned = planned;
   placement.T_world_scan = Tilted(
@@ -73,6 +80,30 @@ Placement PlacementAt(const Vector3d& planned, int number, const Isometry3d& T_s
   placement.prior.emplace();
   placement.prior->T_world_scan = Upright(planned, yaw + errors.heading * normal(kHeading));
   return placement;
+}
+
+std::optional<double> FirstHeading(const simulation::SimulatedScanner& tracer,
+                                   const sensor::ScannerModel& scanner, const Vector3d& start,
+                                   parallel::Parallel& parallel) {
+  if (planning::TurnsAllAround(scanner)) return std::nullopt;
+  sensor::ScannerModel look = scanner;
+  look.azimuth_span = 2 * sensor::kPi;
+  look.azimuth_step = look.elevation_step = sensor::Radians(2);
+  const sensor::RangeImage image =
+      tracer.Scan(look, Upright(start, 0), simulation::ScanFaults::None(), 1, parallel);
+  const planning::Headings headings(scanner);
+  std::vector<double> by_bin(headings.bins(), 0);
+  for (int column = 0; column < image.columns(); ++column) {
+    const double azimuth = image.azimuth[static_cast<size_t>(column)];
+    double& bin = by_bin[headings.BinOf(static_cast<float>(std::cos(azimuth)),
+                                        static_cast<float>(std::sin(azimuth)))];
+    for (int row = 0; row < image.rows(); ++row) {
+      bin += std::max(0.0, static_cast<double>(image.range[image.Index(column, row)]));
+    }
+  }
+  std::vector<double> by_heading(headings.size());
+  headings.Sum(by_bin, by_heading);
+  return headings.Angle(planning::BestOf(by_heading).heading);
 }
 
 sensor::PosePrior MeasuredPrior(const Placement& placement, int number,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "client/simulated_job/site.h"
+#include "core/parallel/parallel.h"
 #include "core/sensor/pose_prior.h"
 #include "core/sensor/scanner_model.h"
 #include "core/simulation/simulated_scanner.h"
@@ -29,12 +30,22 @@ struct Placement {
   std::optional<sensor::PosePrior> prior;
 };
 
-// The first scan: upright but for the tilt, turned at random, exactly at `start` (m, scene frame).
-Placement FirstPlacement(const Eigen::Vector3d& start, const PlacementErrors& errors);
+// The first scan: upright but for the tilt, exactly at `start` (m, scene frame), turned to
+// `heading` (rad, scene frame) or at random.
+Placement FirstPlacement(const Eigen::Vector3d& start, const PlacementErrors& errors,
+                         std::optional<double> heading = std::nullopt);
 
-// Scan `number`, meant to be at `planned` (m, world). The prior is the planned position, upright.
+// Scan `number`, meant to be at `planned` (m, world) and turned to `heading` (rad, world), which is
+// missed by two degrees (one sigma), or at random. The prior is the planned position, upright.
 Placement PlacementAt(const Eigen::Vector3d& planned, int number,
-                      const Eigen::Isometry3d& T_scene_world, const PlacementErrors& errors);
+                      const Eigen::Isometry3d& T_scene_world, const PlacementErrors& errors,
+                      std::optional<double> heading = std::nullopt);
+
+// The heading (rad, scene frame) in which a scanner that sees a sector has most space before it:
+// who begins a job does not face a wall. Nothing for scanners that turn all around.
+std::optional<double> FirstHeading(const simulation::SimulatedScanner& tracer,
+                                   const sensor::ScannerModel& scanner,
+                                   const Eigen::Vector3d& start, parallel::Parallel& parallel);
 
 // What a surveyor measures with tape and compass when a scan did not align: 2 cm, 1 degree.
 sensor::PosePrior MeasuredPrior(const Placement& placement, int number,

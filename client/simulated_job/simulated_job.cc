@@ -21,6 +21,10 @@ const v1::RankedView* FirstWithOverlap(
   return nullptr;
 }
 
+std::optional<double> HeadingOf(const v1::RankedView& view) {
+  return view.has_heading_rad() ? std::optional(view.heading_rad()) : std::nullopt;
+}
+
 // The best view by the rule; null when there is none. Both lists are sorted, the best first.
 const v1::RankedView* Choose(const v1::PlanResult& plan, ViewChoice choice) {
   if (choice == ViewChoice::kRegistrable) {
@@ -78,7 +82,7 @@ std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& pla
     if (chosen->has_floor_measured() && !chosen->floor_measured()) {
       notes.emplace_back("the floor below the next place was not measured");
     }
-    return Next{client::FromProto(chosen->position()), chosen->model_gain_m2()};
+    return Next{client::FromProto(chosen->position()), chosen->model_gain_m2(), HeadingOf(*chosen)};
   }
   if (answer.outcome() != v1::PLAN_OUTCOME_NO_REGISTRABLE_VIEW || answer.refused().empty()) {
     result.why = absl::StrCat("the planner has no view to offer: ", answer.message());
@@ -93,7 +97,8 @@ std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& pla
       absl::StrCat("no view is sure to register; taking the nearest refused one, "
                    "whose remedy is: ",
                    nearest->verdict().remedy()));
-  return Next{client::FromProto(nearest->position()), nearest->model_gain_m2()};
+  return Next{client::FromProto(nearest->position()), nearest->model_gain_m2(),
+              HeadingOf(*nearest)};
 }
 
 absl::StatusOr<JobResult> SimulatedJob::Run(
@@ -114,7 +119,7 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
     notes.clear();
     ++result.made;
     if (cycle.merged) {
-      truth_.AddScan(cycle.at, parallel_);
+      truth_.AddScan(cycle.at, parallel_, cycle.facing);
     } else {
       ++result.lost;
     }
@@ -136,7 +141,7 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
       cycle.plan_seconds += made_plan->seconds;
       next = NextPosition(cycle.plan, result, notes);
       if (!next) break;
-      placement = surveyor_.At(next->position, number + 1);
+      placement = surveyor_.At(next->position, number + 1, next->heading);
       const auto blocked = surveyor_.IsBlocked(placement);
       if (!blocked.ok()) return blocked.status();
       if (!*blocked) break;

@@ -70,8 +70,9 @@ class SimulatedJob {
 
  private:
   struct Next {
-    Eigen::Vector3d position;  // m, world
-    double area = 0;           // m^2 brought to density that it promises
+    Eigen::Vector3d position;       // m, world
+    double area = 0;                // m^2 brought to density that it promises
+    std::optional<double> heading;  // rad, world; of a scanner that sees a sector
   };
 
   SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,

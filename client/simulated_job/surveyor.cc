@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "client/library/duration.h"
 #include "client/library/geometry.h"
+#include "core/planning/scoring/headings.h"
 
 namespace vantage::simulated_job {
 namespace {
@@ -44,7 +45,10 @@ absl::Status Surveyor::Open() {
   request.set_session_id(options_.session_id);
   v1::Session& session = *request.mutable_session();
   session.set_display_name(absl::StrCat("simulated: ", site_.name));
-  *session.add_scanner_models() = client::ToProto(options_.scanner, "simulated");
+  v1::ScannerModel& model = *session.add_scanner_models();
+  model = client::ToProto(options_.scanner, "simulated");
+  model.set_preset(options_.preset);
+  model.set_setting(options_.setting);
   session.mutable_planning_config()->set_required_density_per_m2(options_.required_density);
   const auto created = client_.Call(request);
   if (!created.ok()) return created.status();
@@ -52,10 +56,13 @@ absl::Status Surveyor::Open() {
   return absl::OkStatus();
 }
 
-Placement Surveyor::First() const { return FirstPlacement(site_.start, errors_); }
+Placement Surveyor::First() const {
+  return FirstPlacement(site_.start, errors_,
+                        FirstHeading(scanner_, options_.scanner, site_.start, parallel_));
+}
 
-Placement Surveyor::At(const Vector3d& planned, int number) const {
-  return PlacementAt(planned, number, T_scene_world_, errors_);
+Placement Surveyor::At(const Vector3d& planned, int number, std::optional<double> heading) const {
+  return PlacementAt(planned, number, T_scene_world_, errors_, heading);
 }
 
 absl::Status Surveyor::Push(const Placement& placement, const std::string& by, MadeScan& made) {
@@ -119,6 +126,10 @@ absl::StatusOr<MadeScan> Surveyor::Make(const Placement& placement, int number,
   made.number = number;
   made.planned = placement.planned;
   made.at = placement.T_scene_scan.translation();
+  if (!planning::TurnsAllAround(options_.scanner)) {
+    const Vector3d front = placement.T_scene_scan.linear().col(0);
+    made.facing = std::atan2(front.y(), front.x());
+  }
   if (absl::Status pushed = Push(placement, by, made); !pushed.ok()) return pushed;
   Isometry3d T_world_scan = placement.T_world_scan;  // the truth
   if (number == 1) {

@@ -31,6 +31,8 @@ enum class ViewChoice {
 struct JobOptions {
   std::string session_id;  // empty: the server chooses
   sensor::ScannerModel scanner;
+  std::string preset;  // that `scanner` is of, and its setting; empty: none
+  std::string setting;
   simulation::ScanFaults faults;
   double required_density = 2500;             // samples / m^2
   int max_scans = 10;                         // made, lost ones included
@@ -53,6 +55,7 @@ struct MadeScan {
   Eigen::Vector3d planned = Eigen::Vector3d::Zero();           // m, world: where it was meant to be
   Eigen::Vector3d planned_in_scene = Eigen::Vector3d::Zero();  // m, scene frame: the same place
   Eigen::Vector3d at = Eigen::Vector3d::Zero();                // m, scene frame: where it was made
+  std::optional<double> facing;  // rad, scene frame: of a scanner that sees a sector
   v1::Scan scan;
   Eigen::Isometry3d T_scene_world = Eigen::Isometry3d::Identity();
   bool merged = false;
@@ -84,9 +87,10 @@ class Surveyor {
   const std::string& session() const { return session_; }  // resource name
 
   // The placement of the first scan, and of a later scan that is meant to be at `planned` (m,
-  // world).
+  // world) and to face `heading` (rad, world), where that is given.
   Placement First() const;
-  Placement At(const Eigen::Vector3d& planned, int number) const;
+  Placement At(const Eigen::Vector3d& planned, int number,
+               std::optional<double> heading = std::nullopt) const;
 
   // Scans, pushes the scan and waits until it is decided. A scan that does not align gets a
   // measured prior; when that does not help, the scan is withdrawn and its place rejected. `by`:

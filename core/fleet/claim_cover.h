@@ -4,6 +4,7 @@
 #define VANTAGE_CORE_FLEET_CLAIM_COVER_H_
 
 #include <Eigen/Core>
+#include <optional>
 #include <span>
 
 #include "absl/status/statusor.h"
@@ -21,14 +22,17 @@ struct CoveredView {
   ClaimCover cover;
 };
 
-// `claims` in the order of Claims::held(). A view that would gain nothing is not covered. The view
-// need not be feasible. INVALID_ARGUMENT: configuration, scanner or position.
+// `claims` in the order of Claims::held(). `heading` (rad) is that of a scanner that sees a sector;
+// without it, and for other scanners, what can be gained all around counts. A view that would gain
+// nothing is not covered. The view need not be feasible. INVALID_ARGUMENT: configuration, scanner,
+// position or heading.
 absl::StatusOr<CoveredView> MeasureCover(const model::PlanningView& model,
                                          const sensor::ScannerModel& scanner,
                                          const planning::PlanningConfig& config,
                                          const Eigen::Vector3d& position,
                                          std::span<const PledgedView> claims,
-                                         parallel::Parallel& parallel);
+                                         parallel::Parallel& parallel,
+                                         std::optional<double> heading = std::nullopt);
 
 }  // namespace vantage::fleet
 

@@ -1,6 +1,8 @@
 #include "core/fleet/claims.h"
 
 #include <algorithm>
+#include <cmath>
+#include <numbers>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -107,12 +109,16 @@ absl::Status Claims::End(absl::string_view id, ClaimEnd how, absl::Time now) {
 }
 
 const ViewClaim* Claims::FulfilledBy(absl::string_view scanner, const Eigen::Vector3d& position,
-                                     const ClaimRules& rules) const {
+                                     const ClaimRules& rules, std::optional<double> heading) const {
   const ViewClaim* nearest = nullptr;
   for (const ViewClaim& claim : held_) {
     if (!scanner.empty() && claim.scanner != scanner) continue;
     const double apart = HorizontalDistance(claim.position, position);
     if (apart > rules.arrival_tolerance) continue;
+    if (claim.heading.has_value() && heading.has_value()) {
+      const double turned = std::remainder(*heading - *claim.heading, 2 * std::numbers::pi);
+      if (std::abs(turned) > claim.span / 4) continue;
+    }
     if (nearest == nullptr || apart < HorizontalDistance(nearest->position, position))
       nearest = &claim;
   }

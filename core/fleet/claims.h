@@ -30,6 +30,9 @@ struct ViewClaim {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m
   absl::Time taken;
   absl::Time expires;  // holds before this
+  // Of a scanner that sees a sector: where it will face, rad, and the azimuth covered, rad.
+  std::optional<double> heading = {};
+  double span = 0;
 };
 
 // How much of a view's gain the claims that are held cover.
@@ -79,11 +82,14 @@ class Claims {
   // NOT_FOUND: it is not held. FAILED_PRECONDITION: kExpired before its time.
   absl::Status End(absl::string_view id, ClaimEnd how, absl::Time now);
 
-  // The claim that a scan from `position` fulfils: the nearest within the tolerance, of `scanner`
-  // where that is known (not empty). Null when there is none: a scan that comes after its claim has
-  // ended, or a second one, fulfils no claim and is like any other scan.
+  // The claim that a scan from `position` with `heading` (rad, of the scanner's +x) fulfils: the
+  // nearest within the tolerance, of `scanner` where that is known (not empty), and of a claim with
+  // a heading only when the scan shows three quarters of its sector (or has no heading). Null when
+  // there is none: a scan that comes after its claim has ended, or a second one, fulfils no claim
+  // and is like any other scan.
   const ViewClaim* FulfilledBy(absl::string_view scanner, const Eigen::Vector3d& position,
-                               const ClaimRules& rules) const;
+                               const ClaimRules& rules,
+                               std::optional<double> heading = std::nullopt) const;
 
  private:
   std::vector<ViewClaim> held_;

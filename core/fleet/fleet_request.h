@@ -3,6 +3,7 @@
 #define VANTAGE_CORE_FLEET_FLEET_REQUEST_H_
 
 #include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "core/fleet/fleet_member.h"
@@ -14,6 +15,7 @@ namespace vantage::fleet {
 struct PledgedView {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, model frame
   sensor::ScannerModel model;
+  std::optional<double> heading = {};  // rad, of a scanner that sees a sector; absent: all around
 };
 
 enum class FleetRanking {

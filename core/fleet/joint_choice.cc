@@ -61,6 +61,9 @@ double JointChoice::Key(size_t of, uint32_t view, double score) const {
   if (!scanner.has_value() || !(score > 0)) return -1;
   double worth = WorthTo(members_[*scanner].routes, view, ranking_);
   const auto judged = judged_.find({of, view});
+  if (judged != judged_.end() && judged->second.heading.has_value()) {
+    score = std::min(score, judged->second.score);
+  }
   if (ranking_ == FleetRanking::kScorePerMinute && judged != judged_.end() &&
       judged->second.minutes.has_value()) {
     worth = std::min(worth, 1 / std::max(kLeastMinutes, *judged->second.minutes));
@@ -187,7 +190,19 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const parallel::Budget&
     record_.cut_short = true;
     return Fate::kStop;
   }
-  auto verdict = mine.pending_surface->Judge(at, remaining_, config_.registration, budget_, rays_);
+  const planning::BruteForceScorer& scorer = mine.problem->scoring().scorer();
+  std::vector<double> by_heading(scorer.headings().size());
+  if (!scorer.headings().all_around()) {
+    const planning::ViewScore score =
+        scorer.ScoreHeadings(at, remaining_.left(), budget_, by_heading);
+    rays_ += score.rays;
+    if (!score.finished) {
+      record_.cut_short = true;
+      return Fate::kStop;
+    }
+  }
+  auto verdict =
+      mine.pending_surface->Judge(at, remaining_, config_.registration, budget_, rays_, by_heading);
   if (!verdict.has_value()) {
     record_.cut_short = true;
     return Fate::kStop;
@@ -198,7 +213,13 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const parallel::Budget&
             *BestScanner(entry.of, entry.view),
             std::move(verdict->verdict),
             std::move(verdict->waits_for),
-            {}};
+            {},
+            {},
+            0};
+  if (!scorer.headings().all_around()) {
+    chosen.heading = scorer.headings().Angle(verdict->heading);
+    chosen.score = by_heading[verdict->heading];
+  }
   if (!chosen.verdict.registered()) {
     Refuse(chosen, *instead_of);
     return Fate::kOut;
@@ -207,7 +228,10 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const parallel::Budget&
   chosen.minutes = routes.Minutes(entry.view);
   if (chosen.waits_for.empty()) {
     for (Refusal* refusal : *instead_of) refusal->around = Refusal::Around::kLeftOff;
-    return Fate::kTaken;
+    if (!chosen.heading.has_value()) return Fate::kTaken;
+    // With a heading that registers it may be worth less than its rank says.
+    judged_[{entry.of, entry.view}] = chosen;
+    return Fate::kPutBack;
   }
   // The scan starts when the last of those scans is in. The time of a claimed view's scan is not
   // known.
@@ -220,7 +244,8 @@ JointChoice::Fate JointChoice::Judge(const Entry& entry, const parallel::Budget&
     chosen.minutes = std::max(*chosen.minutes - scan, before) + scan;
   }
   judged_[{entry.of, entry.view}] = chosen;
-  return ranking_ == FleetRanking::kScorePerMinute ? Fate::kPutBack : Fate::kTaken;
+  return ranking_ == FleetRanking::kScorePerMinute || chosen.heading.has_value() ? Fate::kPutBack
+                                                                                 : Fate::kTaken;
 }
 
 void JointChoice::NoteExactness(const ChosenView& chosen) {
@@ -319,7 +344,8 @@ std::optional<ChosenView> JointChoice::Next(double apart) {
 
 bool JointChoice::Commit(const ChosenView& chosen) {
   ScannerClass& mine = classes_[chosen.of];
-  if (!remaining_.Take(mine.views[chosen.view], mine.problem->scoring().scorer(), budget_, rays_)) {
+  if (!remaining_.Take(mine.views[chosen.view], mine.problem->scoring().scorer(), budget_, rays_,
+                       chosen.heading)) {
     record_.cut_short = true;
     return false;
   }

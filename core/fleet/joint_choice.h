@@ -51,6 +51,9 @@ struct ChosenView {
   registration::RegistrationVerdict verdict;
   std::vector<size_t> waits_for;  // steps of the remaining gain
   std::optional<double> minutes;
+  // Of a scanner that sees a sector: where it faces, rad, and what it gains so, samples.
+  std::optional<double> heading;
+  double score = 0;
 };
 
 // The factor of a view's score in the ranking if the member goes there; 0 when it cannot.

@@ -64,6 +64,10 @@ absl::Status Validate(const model::PlanningView& model, const FleetRequest& requ
       return absl::InvalidArgumentError(
           absl::StrCat("joint plan: pledged[", i, "] needs a finite position"));
     }
+    if (request.pledged[i].heading.has_value() && !std::isfinite(*request.pledged[i].heading)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("joint plan: pledged[", i, "] needs a finite heading"));
+    }
   }
   return CheckJointPlanSize(model, config, models.size());
 }
@@ -193,7 +197,7 @@ class JointPlanner {
     for (const PledgedView& pledged : request_.pledged) {
       const planning::SensingConstraints constraints(pledged.model);
       const planning::BruteForceScorer scorer(constraints, First().scene(), model_.voxel_size());
-      if (!remaining_->Take(pledged.position, scorer, budget_, rays_)) {
+      if (!remaining_->Take(pledged.position, scorer, budget_, rays_, pledged.heading)) {
         return EndEarly("evaluate views");
       }
     }
@@ -356,9 +360,11 @@ class JointPlanner {
     report.Place(mine.views[chosen.view], view);
     view.travel = members_[chosen.scanner].routes.Length(view.position);
     view.verdict = chosen.verdict;
+    view.heading = chosen.heading;
     view.location = planning::DescribeLocation(*mine.problem, view);
     // Regions are read from the map of scores before anything was chosen.
-    if (remaining_->steps() == request_.pledged.size()) {
+    const planning::Headings& headings = mine.problem->scoring().scorer().headings();
+    if (remaining_->steps() == request_.pledged.size() && headings.all_around()) {
       view.region = planning::EquivalentRegionOf(mine.evaluation, feasible, chosen.view);
     } else {
       view.region = planning::RegionOfCell(feasible, feasible.cells()[chosen.view]);
@@ -370,7 +376,12 @@ class JointPlanner {
     const planning::ViewScore exact =
         mine.problem->scoring().scorer().ScoreCells(view.position, left, budget_, cell_scores);
     if (exact.finished) {
-      view.score = view.lower = view.upper = exact.score;
+      view.score = exact.score;
+      if (!headings.all_around()) {
+        view.score =
+            planning::FaceHeading(headings, mine.problem->scanner(), left, cell_scores, view);
+      }
+      view.lower = view.upper = view.score;
       view.exact = true;
       planning::SplitScore(left, cell_scores, First().patches(), view);
     }

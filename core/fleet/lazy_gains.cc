@@ -32,7 +32,9 @@ void LazyGains::Merge(const planning::Evaluation& evaluation) {
 
 uint64_t LazyGains::MostRays(uint32_t view) const {
   const Gain& gain = gains_[view];
-  if (!gain.exact) return scorer_.MostRays(remaining_.left());
+  if (!gain.exact || !scorer_.headings().all_around()) {
+    return scorer_.MostRays(remaining_.left());
+  }
   uint64_t rays = 0;
   for (size_t k = gain.step; k < remaining_.steps(); ++k)
     rays += remaining_.MostRays(k) * scorer_.RaysPerCell();
@@ -41,7 +43,15 @@ uint64_t LazyGains::MostRays(uint32_t view) const {
 
 bool LazyGains::Update(uint32_t view, const parallel::Budget& budget, Gain& gain,
                        uint64_t& rays) const {
-  if (!gain.exact) {
+  if (!scorer_.headings().all_around()) {
+    // What the steps took may make another heading the best one.
+    std::vector<double> by_heading(scorer_.headings().size());
+    const planning::ViewScore score =
+        scorer_.ScoreHeadings(views_[view], remaining_.left(), budget, by_heading);
+    rays += score.rays;
+    if (!score.finished) return false;
+    gain.value = score.score;
+  } else if (!gain.exact) {
     const planning::ViewScore score = scorer_.Score(views_[view], remaining_.left(), budget);
     rays += score.rays;
     if (!score.finished) return false;

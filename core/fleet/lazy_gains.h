@@ -1,5 +1,6 @@
-// The gain of every view of one scanner model beyond the views chosen so far. It is computed only
-// where it may matter, since a view's earlier gain is an upper bound of its present one.
+// The gain of every view of one scanner model, with its best heading, beyond the views chosen so
+// far. It is computed only where it may matter, since a view's earlier gain is an upper bound of
+// its present one.
 #ifndef VANTAGE_CORE_FLEET_LAZY_GAINS_H_
 #define VANTAGE_CORE_FLEET_LAZY_GAINS_H_
 

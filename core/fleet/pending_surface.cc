@@ -36,17 +36,21 @@ planning::CellArrays PendingSurface::Of(const RemainingGain& remaining,
 
 std::optional<PendingSurface::Verdict> PendingSurface::Judge(
     const Eigen::Vector3d& view, const RemainingGain& remaining,
-    const registration::RegistrationConfig& config, const parallel::Budget& budget,
-    uint64_t& rays) {
+    const registration::RegistrationConfig& config, const parallel::Budget& budget, uint64_t& rays,
+    std::span<const double> by_heading) {
+  std::optional<double> heading;  // once it is decided
   const auto predict = [&](const std::vector<size_t>& steps) {
     const planning::CellArrays expected = Of(remaining, steps);
-    auto seen = overlap_.Predict(view, problem_.scene(), config, budget, &expected);
+    auto seen =
+        by_heading.size() <= 1 || heading.has_value()
+            ? overlap_.Predict(view, problem_.scene(), config, budget, &expected, heading)
+            : overlap_.PredictBest(view, by_heading, problem_.scene(), config, budget, &expected);
     if (seen.has_value()) rays += seen->rays;
     return seen;
   };
   auto alone = predict({});
   if (!alone.has_value()) return std::nullopt;
-  Verdict judged{std::move(alone->verdict), {}};
+  Verdict judged{std::move(alone->verdict), {}, alone->heading};
   if (judged.verdict.registered() || remaining.steps() == 0) return judged;
   std::vector<size_t> needed(remaining.steps());
   std::iota(needed.begin(), needed.end(), size_t{0});
@@ -54,6 +58,10 @@ std::optional<PendingSurface::Verdict> PendingSurface::Judge(
   if (!after.has_value()) return std::nullopt;
   if (!after->verdict.registered()) return judged;
   judged.verdict = after->verdict;
+  judged.heading = after->heading;
+  if (by_heading.size() > 1) {
+    heading = problem_.scoring().scorer().headings().Angle(after->heading);
+  }
   for (size_t k = remaining.steps(); k-- > 0;) {
     std::vector<size_t> fewer = needed;
     std::erase(fewer, k);

@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/fleet/remaining_gain.h"
@@ -26,13 +27,16 @@ class PendingSurface {
     registration::RegistrationVerdict verdict;
     // Steps whose scans it needs; empty: it registers without them, or not at all.
     std::vector<size_t> waits_for;
+    size_t heading = 0;  // of planning::Headings: the one that the verdict is of
   };
-  // The verdict on a scan from `view`. Only when it fails on the present surface, the surface
-  // expected from the steps so far is added; steps that are not needed are then left out again, the
-  // latest first. Nothing when the budget expired. Adds to `rays`.
+  // The verdict on a scan from `view`, with the heading of most gain that registers: `by_heading`
+  // has what each gains beyond the steps, samples. Only when it fails on the present surface, the
+  // surface expected from the steps so far is added; steps that are not needed are then left out
+  // again, the latest first. Nothing when the budget expired. Adds to `rays`.
   std::optional<Verdict> Judge(const Eigen::Vector3d& view, const RemainingGain& remaining,
                                const registration::RegistrationConfig& config,
-                               const parallel::Budget& budget, uint64_t& rays);
+                               const parallel::Budget& budget, uint64_t& rays,
+                               std::span<const double> by_heading = {});
 
  private:
   planning::CellArrays Of(const RemainingGain& remaining, const std::vector<size_t>& steps) const;

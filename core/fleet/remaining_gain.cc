@@ -25,11 +25,15 @@ void RemainingGain::Compact() {
 
 std::optional<double> RemainingGain::Take(const Eigen::Vector3d& view,
                                           const planning::BruteForceScorer& scorer,
-                                          const parallel::Budget& budget, uint64_t& rays) {
+                                          const parallel::Budget& budget, uint64_t& rays,
+                                          std::optional<double> heading) {
   std::vector<float> cell_scores(cells_.size());
   const planning::ViewScore score = scorer.ScoreCells(view, cells_, budget, cell_scores);
   rays += score.rays;
   if (!score.finished) return std::nullopt;
+  const planning::Sector sector(scorer.constraints().scanner(), heading);
+  const double gained =
+      sector.everything() ? score.score : planning::KeepSector(sector, view, cells_, cell_scores);
   Step step;
   std::vector<uint32_t> indices;
   std::vector<float> factors;
@@ -45,17 +49,20 @@ std::optional<double> RemainingGain::Take(const Eigen::Vector3d& view,
   }
   steps_.push_back(std::move(step));
   Compact();
-  return score.score;
+  return gained;
 }
 
 std::optional<double> RemainingGain::Lowered(size_t k, const Eigen::Vector3d& view,
                                              const planning::BruteForceScorer& scorer,
-                                             const parallel::Budget& budget, uint64_t& rays) const {
+                                             const parallel::Budget& budget, uint64_t& rays,
+                                             std::optional<double> heading) const {
   const Step& step = steps_[k];
   std::vector<float> cell_scores(step.changed.size());
   const planning::ViewScore score = scorer.ScoreCells(view, step.changed, budget, cell_scores);
   rays += score.rays;
   if (!score.finished) return std::nullopt;
+  const planning::Sector sector(scorer.constraints().scanner(), heading);
+  if (!sector.everything()) planning::KeepSector(sector, view, step.changed, cell_scores);
   double lowered = 0;
   for (size_t i = 0; i < cell_scores.size(); ++i) {
     if (cell_scores[i] <= 0) continue;

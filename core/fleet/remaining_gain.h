@@ -27,16 +27,18 @@ class RemainingGain {
   const planning::CellArrays& left() const { return left_; }
   size_t steps() const { return steps_.size(); }
 
-  // Counts a scan from `view` as made. Returns its gain beyond the steps before, samples; nothing
-  // when the budget expired on the way. Adds to `rays`.
+  // Counts a scan from `view` with `heading` (rad; absent: all around) as made. Returns its gain
+  // beyond the steps before, samples; nothing when the budget expired on the way. Adds to `rays`.
   std::optional<double> Take(const Eigen::Vector3d& view, const planning::BruteForceScorer& scorer,
-                             const parallel::Budget& budget, uint64_t& rays);
+                             const parallel::Budget& budget, uint64_t& rays,
+                             std::optional<double> heading = std::nullopt);
 
-  // By how much step `k` lowered the gain of `view`, samples. Only the cells that the step changed
-  // are looked at. Nothing when the budget expired. Thread safe.
+  // By how much step `k` lowered the gain of `view` with `heading`, samples. Only the cells that
+  // the step changed are looked at. Nothing when the budget expired. Thread safe.
   std::optional<double> Lowered(size_t k, const Eigen::Vector3d& view,
                                 const planning::BruteForceScorer& scorer,
-                                const parallel::Budget& budget, uint64_t& rays) const;
+                                const parallel::Budget& budget, uint64_t& rays,
+                                std::optional<double> heading = std::nullopt) const;
   // The most rays that Lowered() can cost: one for each cell.
   uint64_t MostRays(size_t k) const { return steps_[k].changed.size(); }
   // The cells that step `k` gained on, by CellArrays::cell.

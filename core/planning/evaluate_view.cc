@@ -1,6 +1,8 @@
 #include "core/planning/evaluate_view.h"
 
+#include <cmath>
 #include <utility>
+#include <vector>
 
 #include "absl/status/status.h"
 #include "core/planning/ranking/rank_views.h"
@@ -10,9 +12,20 @@
 namespace vantage::planning {
 namespace {
 
-absl::Status CheckPosition(const Eigen::Vector3d& position) {
-  if (position.allFinite()) return absl::OkStatus();
-  return absl::InvalidArgumentError("position must be finite (m, model frame)");
+absl::Status CheckFinite(const Eigen::Vector3d& position, std::optional<double> heading) {
+  if (!position.allFinite()) {
+    return absl::InvalidArgumentError("position must be finite (m, model frame)");
+  }
+  if (heading.has_value() && !std::isfinite(*heading)) {
+    return absl::InvalidArgumentError("heading must be finite (rad)");
+  }
+  return absl::OkStatus();
+}
+
+// The same heading in [0, 2 pi), rad.
+double Turned(double heading) {
+  const double turned = heading - 2 * sensor::kPi * std::floor(heading / (2 * sensor::kPi));
+  return turned < 2 * sensor::kPi ? turned : 0;
 }
 
 }  // namespace
@@ -21,16 +34,18 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const model::PlanningView& model,
                                             const sensor::ScannerModel& scanner,
                                             const PlanningConfig& config,
                                             const Eigen::Vector3d& position,
-                                            parallel::Parallel& parallel) {
-  if (absl::Status finite = CheckPosition(position); !finite.ok()) return finite;
+                                            parallel::Parallel& parallel,
+                                            std::optional<double> heading) {
+  if (absl::Status finite = CheckFinite(position, heading); !finite.ok()) return finite;
   const auto problem = PlanningProblem::Prepare({model, scanner, config}, parallel);
   if (!problem.ok()) return problem.status();
-  return EvaluateView(**problem, position);
+  return EvaluateView(**problem, position, heading);
 }
 
 absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
-                                            const Eigen::Vector3d& position) {
-  if (absl::Status finite = CheckPosition(position); !finite.ok()) return finite;
+                                            const Eigen::Vector3d& position,
+                                            std::optional<double> heading) {
+  if (absl::Status finite = CheckFinite(position, heading); !finite.ok()) return finite;
   const parallel::Budget budget = parallel::Budget::Unlimited();
   const FeasibleViews& feasible = problem.feasible();
   ViewEvaluation evaluation;
@@ -42,17 +57,26 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
   }
   RankedView& view = evaluation.view;
   const ViewReport report(problem);
+  const auto overlap =
+      OverlapSurface::Create(problem.model(), problem.grid(), problem.scene(), problem.scanner());
+  if (!overlap.ok()) return overlap.status();
+  const BruteForceScorer& scorer = problem.scoring().scorer();
+  const registration::RegistrationConfig& registration = problem.config().registration;
+  std::optional<OverlapSurface::Seen> seen;
+  if (scorer.headings().all_around() || heading.has_value()) {
+    seen = overlap->Predict(position, problem.scene(), registration, budget, nullptr, heading);
+    if (!scorer.headings().all_around()) view.heading = Turned(*heading);
+  } else {
+    std::vector<double> by_heading(scorer.headings().size());
+    scorer.ScoreHeadings(position, problem.scoring().cells(), budget, by_heading);
+    seen = overlap->PredictBest(position, by_heading, problem.scene(), registration, budget);
+    if (seen.has_value()) view.heading = scorer.headings().Angle(seen->heading);
+  }
+  if (seen.has_value()) view.verdict = std::move(seen->verdict);
   report.Exact(position, budget, view);
   report.Place(position, view);
   view.location = DescribeLocation(problem, view);
   view.region = RegionOfCell(feasible, cell);
-  const auto overlap =
-      OverlapSurface::Create(problem.model(), problem.grid(), problem.scene(), problem.scanner());
-  if (!overlap.ok()) return overlap.status();
-  if (auto seen =
-          overlap->Predict(position, problem.scene(), problem.config().registration, budget)) {
-    view.verdict = std::move(seen->verdict);
-  }
   evaluation.patches = problem.patches().patches;
   return evaluation;
 }

@@ -3,6 +3,7 @@
 #define VANTAGE_CORE_PLANNING_EVALUATE_VIEW_H_
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -17,24 +18,28 @@
 
 namespace vantage::planning {
 
-// The exact score, visible patches and registration verdict of a position. When `feasible` is
-// false, `infeasible_message` gives the reason.
+// The exact score, visible patches and registration verdict of a position, of a scanner that sees a
+// sector with the heading asked for, else with the best that registers (of all if none does). When
+// `feasible` is false, `infeasible_message` gives the reason.
 struct ViewEvaluation {
   bool feasible = false;
   std::string infeasible_message;
   RankedView view;
   std::vector<Patch> patches;  // view.patch_scores has indices into these
 };
-// `position` in m, model frame. INVALID_ARGUMENT: the configuration is impossible, or the position
-// is not finite. RESOURCE_EXHAUSTED: as MakePlan().
+// `position` in m, model frame; `heading` in rad, counter-clockwise from +x, which says nothing of
+// a scanner that turns all around. INVALID_ARGUMENT: the configuration is impossible, or position
+// or heading is not finite. RESOURCE_EXHAUSTED: as MakePlan().
 absl::StatusOr<ViewEvaluation> EvaluateView(const model::PlanningView& model,
                                             const sensor::ScannerModel& scanner,
                                             const PlanningConfig& config,
                                             const Eigen::Vector3d& position,
-                                            parallel::Parallel& parallel);
+                                            parallel::Parallel& parallel,
+                                            std::optional<double> heading = std::nullopt);
 // The same from a problem that is prepared.
 absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
-                                            const Eigen::Vector3d& position);
+                                            const Eigen::Vector3d& position,
+                                            std::optional<double> heading = std::nullopt);
 
 }  // namespace vantage::planning
 

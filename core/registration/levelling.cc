@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "absl/strings/str_format.h"
 #include "core/parallel/parallel.h"
 #include "core/registration/align/floor_plane.h"
 #include "core/registration/align/scan_surface.h"
@@ -31,6 +32,20 @@ absl::StatusOr<Levelling> LevelFirstScan(const sensor::Scan& scan) {
   const Eigen::Quaterniond turn = Eigen::Quaterniond::FromTwoVectors(up, Eigen::Vector3d::UnitZ());
   result.T_world_scan.linear() = turn.toRotationMatrix();
   result.tilt = std::acos(std::clamp(up.normalized().z(), -1.0, 1.0));
+  if (scan.prior.has_value() && scan.prior->trusted) return result;  // that pose stands
+  if (!result.from_inclinometer && !result.found_floor) {
+    result.message = absl::StrFormat(
+        "no floor within %.0f degrees of level was seen and no inclinometer was given: the scanner "
+        "is taken to have stood upright; if it was tilted or lay on its side, withdraw the scan "
+        "and "
+        "send it with a levelled pose prior",
+        sensor::Degrees(kMaxTilt));
+  } else if (result.tilt > kMaxTilt) {
+    result.message = absl::StrFormat(
+        "the scanner was tilted by %.0f degrees: the scan is used as it is, but views are planned "
+        "for a scanner that stands upright",
+        sensor::Degrees(result.tilt));
+  }
   return result;
 }
 

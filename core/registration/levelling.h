@@ -3,6 +3,7 @@
 #define VANTAGE_CORE_REGISTRATION_LEVELLING_H_
 
 #include <Eigen/Geometry>
+#include <string>
 
 #include "absl/status/statusor.h"
 #include "core/sensor/scan.h"
@@ -17,6 +18,9 @@ struct Levelling {
   double tilt = 0;  // rad, that was taken out
   bool from_inclinometer = false;
   bool found_floor = false;
+  // What was assumed of the tilt, and what to do if that is wrong; empty where it was measured and
+  // the scanner stood upright.
+  std::string message;
 };
 absl::StatusOr<Levelling> LevelFirstScan(const sensor::Scan& scan);
 

@@ -162,12 +162,20 @@ GroundTruth::GroundTruth(const GroundTruth& other)
 GroundTruth::GroundTruth(GroundTruth&&) noexcept = default;
 GroundTruth& GroundTruth::operator=(GroundTruth&&) noexcept = default;
 
-void GroundTruth::AddScan(const Eigen::Vector3d& position, parallel::Parallel& parallel) {
+void GroundTruth::AddScan(const Eigen::Vector3d& position, parallel::Parallel& parallel,
+                          std::optional<double> heading) {
   State& state = *state_;
+  const auto in_sector = [&](const Eigen::Vector3d& at) {
+    if (!heading.has_value()) return true;
+    const double azimuth = std::atan2(at.y() - position.y(), at.x() - position.x());
+    return std::abs(std::remainder(azimuth - *heading, 2 * sensor::kPi)) <=
+           state.scanner.azimuth_span / 2;
+  };
   state.ForChunks(parallel, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const double there = PotentialDensity(state.scanner, state.samples[i], position);
-      if (there <= state.density[i] || !state.Visible(state.samples[i], position)) continue;
+      if (there <= state.density[i] || !in_sector(state.samples[i].point)) continue;
+      if (!state.Visible(state.samples[i], position)) continue;
       state.density[i] = there;
     }
   });

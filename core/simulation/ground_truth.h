@@ -5,6 +5,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/parallel/parallel.h"
@@ -52,8 +53,11 @@ class GroundTruth {
   GroundTruth(GroundTruth&&) noexcept;
   GroundTruth& operator=(GroundTruth&&) noexcept;
 
-  // Adds a scan made at a true position (m, scene frame).
-  void AddScan(const Eigen::Vector3d& position, parallel::Parallel& parallel);
+  // Adds a scan made at a true position (m, scene frame). `heading` (rad, of the scanner's +x,
+  // counter-clockwise from the scene's) is that of a scanner that sees a sector; without it the
+  // scan is all around.
+  void AddScan(const Eigen::Vector3d& position, parallel::Parallel& parallel,
+               std::optional<double> heading = std::nullopt);
   TrueCoverage Measure() const;
 
   // The true gain of a scan at each of `positions` alone: m^2 of attainable surface newly measured

@@ -49,6 +49,12 @@ void CheckPosition(const Request& request, contract::Violations& violations) {
   ReadVector(request.position(), "position", violations);
 }
 
+// `Request` may have a heading, rad.
+template <typename Request>
+void CheckHeading(const Request& request, contract::Violations& violations) {
+  if (request.has_heading_rad()) ReadHeading(request.heading_rad(), "heading_rad", violations);
+}
+
 template <typename Request>
 absl::Duration TtlOf(const Request& request) {
   if (!request.has_ttl()) return kDefaultClaim;
@@ -186,6 +192,7 @@ absl::Status CheckRequest(const v1::CreatePlanRequest& request) {
 absl::Status CheckRequest(const v1::EvaluateViewRequest& request) {
   contract::Violations violations;
   CheckPosition(request, violations);
+  CheckHeading(request, violations);
   return violations.ToStatus();
 }
 
@@ -238,6 +245,7 @@ absl::Status CheckRequest(const v1::ClaimViewRequest& request) {
   contract::Violations violations;
   CheckRequestId(request.request_id(), violations);
   CheckPosition(request, violations);
+  CheckHeading(request, violations);
   CheckTtl(request, violations);
   return violations.ToStatus();
 }

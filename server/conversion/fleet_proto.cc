@@ -15,6 +15,7 @@ constexpr size_t kMaxText = 200;
 constexpr int kMaxReach = 64;
 constexpr double kMaxSpeed = 10;  // m/s
 constexpr double kMaxScanSeconds = 86400;
+constexpr double kSetUpSeconds = 60;  // to level a tripod and begin, where the scan's time is known
 
 void CheckBox(const v1::Box& box, const std::string& field, contract::Violations& violations) {
   if (!box.has_min()) violations.Add(field + ".min", "is required");
@@ -64,7 +65,10 @@ void FillDefaults(v1::Scanner& scanner, const v1::Session& session) {
   scanner.set_scanner_model_id(ModelOf(scanner, session).id());
   if (!scanner.has_speed_m_per_s()) scanner.set_speed_m_per_s(defaults.speed);
   if (!scanner.has_scan_duration()) {
-    *scanner.mutable_scan_duration() = WriteDuration(defaults.scan_seconds);
+    const v1::ScannerModel& model = ModelOf(scanner, session);
+    *scanner.mutable_scan_duration() = WriteDuration(
+        model.has_scan_duration() ? kSetUpSeconds + ReadDuration(model.scan_duration())
+                                  : defaults.scan_seconds);
   }
 }
 
@@ -93,7 +97,9 @@ fleet::Claims ReadClaims(std::span<const v1::Claim* const> held, const Eigen::Ve
   claims.reserve(held.size());
   for (const v1::Claim* claim : held) {
     claims.push_back({claim->name(), claim->scanner(), ReadOwnVector(claim->position()) - origin,
-                      ReadTime(claim->create_time()), ReadTime(claim->expire_time())});
+                      ReadTime(claim->create_time()), ReadTime(claim->expire_time()),
+                      claim->has_heading_rad() ? std::optional(claim->heading_rad()) : std::nullopt,
+                      claim->azimuth_span_rad()});
   }
   return fleet::Claims(std::move(claims));
 }

@@ -9,9 +9,12 @@
 #include <span>
 #include <utility>
 
+#include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "core/sensor/presets.h"
 #include "server/contract/resource_names.h"
+#include "server/conversion/to_proto.h"
 
 namespace vantage::conversion {
 namespace {
@@ -246,6 +249,32 @@ Eigen::Vector3d ReadVector(const v1::Vector3& vector, const std::string& field,
   return {vector.x(), vector.y(), vector.z()};
 }
 
+double ReadHeading(double heading_rad, const std::string& field, contract::Violations& violations) {
+  constexpr double kMostTurned = 100;  // rad: of who counts turns, none turns fifteen times
+  CheckRange(heading_rad, -kMostTurned, kMostTurned, field, violations);
+  return heading_rad;
+}
+
+double ReadUpright(const v1::Quaternion& rotation, const std::string& field,
+                   contract::Violations& violations) {
+  constexpr double kMostTilt = sensor::Radians(15);
+  const Eigen::Quaterniond q(rotation.w(), rotation.x(), rotation.y(), rotation.z());
+  if (!(std::abs(q.norm() - 1) <= 1e-3)) {
+    violations.Add(
+        field, absl::StrFormat("has norm %g, must be a unit quaternion (w, x, y, z)", q.norm()));
+    return 0;
+  }
+  const Eigen::Matrix3d turn = q.normalized().toRotationMatrix();
+  const double tilt = std::acos(std::clamp(turn(2, 2), -1.0, 1.0));
+  if (!(tilt <= kMostTilt)) {
+    violations.Add(field,
+                   absl::StrFormat("tilts the scanner by %.0f degrees: views are planned and "
+                                   "evaluated for scanners that stand upright",
+                                   sensor::Degrees(tilt)));
+  }
+  return std::atan2(turn(1, 0), turn(0, 0));
+}
+
 void CheckText(absl::string_view text, size_t max, const std::string& field,
                contract::Violations& violations) {
   if (text.size() > max) {
@@ -262,7 +291,19 @@ void CheckRequestId(absl::string_view request_id, contract::Violations& violatio
 }
 
 void FillDefaults(v1::ScannerModel& s) {
-  const sensor::ScannerModel d;
+  sensor::ScannerModel d;
+  if (!s.preset().empty()) {
+    const absl::StatusOr<sensor::Preset> preset = sensor::FindPreset(s.preset());
+    const absl::StatusOr<sensor::ScanSetting> setting =
+        preset.ok() ? preset->Setting(s.setting()) : preset.status();
+    if (setting.ok()) {
+      d = preset->At(*setting);
+      s.set_setting(setting->name);
+      if (!s.has_scan_duration()) {
+        *s.mutable_scan_duration() = WriteDuration(60 * setting->minutes);
+      }
+    }
+  }
   if (s.id().empty()) s.set_id(d.name);
   if (!s.has_azimuth_span_rad()) s.set_azimuth_span_rad(d.azimuth_span);
   if (!s.has_min_elevation_rad()) s.set_min_elevation_rad(d.elevation_min);
@@ -346,6 +387,19 @@ sensor::ScannerModel ReadScannerModel(const v1::ScannerModel& scanner, const std
   FillDefaults(s);
   if (!contract::IsValidId(s.id())) {
     violations.Add(field + ".id", "must be 1 to 63 of [a-z0-9-], starting with a letter");
+  }
+  if (!s.preset().empty()) {
+    const absl::StatusOr<sensor::Preset> preset = sensor::FindPreset(s.preset());
+    if (!preset.ok()) {
+      violations.Add(field + ".preset", preset.status().message());
+    } else if (const auto setting = preset->Setting(s.setting()); !setting.ok()) {
+      violations.Add(field + ".setting", setting.status().message());
+    }
+  } else if (!s.setting().empty()) {
+    violations.Add(field + ".setting", "needs a preset");
+  }
+  if (s.has_scan_duration()) {
+    CheckRange(ReadDuration(s.scan_duration()), 0, 86400, field + ".scan_duration", violations);
   }
   CheckRange(s.azimuth_span_rad(), 1e-3, 2 * sensor::kPi + 1e-9, field + ".azimuth_span_rad",
              violations);

@@ -27,6 +27,14 @@ namespace vantage::conversion {
 Eigen::Vector3d ReadVector(const v1::Vector3& vector, const std::string& field,
                            contract::Violations& violations);
 
+// A heading, rad, that is finite and at most a hundred.
+double ReadHeading(double heading_rad, const std::string& field, contract::Violations& violations);
+
+// The heading of a rotation, rad, of a scanner that stands upright: within 15 degrees, as far as a
+// floor would correct it. A violation where it is tilted by more, or is no rotation.
+double ReadUpright(const v1::Quaternion& rotation, const std::string& field,
+                   contract::Violations& violations);
+
 sensor::ScannerModel ReadScannerModel(const v1::ScannerModel& scanner, const std::string& field,
                                       contract::Violations& violations);
 

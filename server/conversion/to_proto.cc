@@ -232,6 +232,7 @@ v1::Levelling WriteLevelling(const registration::Levelling& levelling,
   out.set_tilt_rad(levelling.tilt);
   out.set_from_inclinometer(levelling.from_inclinometer);
   out.set_found_floor(levelling.found_floor);
+  out.set_message(levelling.message);
   return out;
 }
 
@@ -298,6 +299,17 @@ v1::RankedView WriteView(const planning::RankedView& view,
                          const Eigen::Vector3d& origin) {
   v1::RankedView out;
   *out.mutable_position() = WriteVector(view.position + origin);
+  if (view.heading.has_value()) {
+    out.set_heading_rad(*view.heading);
+    out.mutable_orientation()->set_w(std::cos(*view.heading / 2));
+    out.mutable_orientation()->set_z(std::sin(*view.heading / 2));
+  }
+  for (const float score : view.score_by_heading) out.add_score_by_heading(score);
+  out.set_setting(view.setting);
+  if (view.scan_minutes.has_value()) {
+    *out.mutable_scan_duration() = WriteDuration(60 * *view.scan_minutes);
+  }
+  if (view.score_per_minute.has_value()) out.set_score_per_minute(*view.score_per_minute);
   out.set_score(view.score);
   out.set_score_lower(view.lower);
   out.set_score_upper(view.upper);

@@ -37,12 +37,12 @@ Algorithms Algorithms::Core() {
                             parallel::Parallel& parallel, planning::PlanProgress progress) {
     return planning::MakePlan(model, scanner, config, budget, parallel, progress);
   };
-  const auto evaluate_view = [](const model::PlanningView& model,
-                                const sensor::ScannerModel& scanner,
-                                const planning::PlanningConfig& config,
-                                const Eigen::Vector3d& position, parallel::Parallel& parallel) {
-    return planning::EvaluateView(model, scanner, config, position, parallel);
-  };
+  const auto evaluate_view =
+      [](const model::PlanningView& model, const sensor::ScannerModel& scanner,
+         const planning::PlanningConfig& config, const Eigen::Vector3d& position,
+         parallel::Parallel& parallel, std::optional<double> heading) {
+        return planning::EvaluateView(model, scanner, config, position, parallel, heading);
+      };
   const auto measure_coverage = [](const model::PlanningView& model,
                                    const planning::PlanningConfig& config) {
     return planning::MeasureCoverage(model, config).value();  // nobody cancels it
@@ -54,7 +54,8 @@ Algorithms Algorithms::Core() {
           measure_coverage,
           planning::FindStoreys,
           fleet::MakeJointPlan,
-          fleet::MeasureCover};
+          fleet::MeasureCover,
+          planning::MakePlanChoosingSetting};
 }
 
 }  // namespace vantage::session

@@ -4,6 +4,7 @@
 #define VANTAGE_SERVER_SESSION_ALGORITHMS_H_
 
 #include <functional>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/storey.h"
 #include "core/planning/planner.h"
+#include "core/planning/setting_choice.h"
 #include "core/registration/align/registration_config.h"
 #include "core/registration/align/targets.h"
 #include "core/registration/bound/registration_result.h"
@@ -37,7 +39,7 @@ struct Algorithms {
       make_plan;
   std::function<absl::StatusOr<planning::ViewEvaluation>(
       const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
-      const Eigen::Vector3d&, parallel::Parallel&)>
+      const Eigen::Vector3d& position, parallel::Parallel&, std::optional<double> heading)>
       evaluate_view;
   std::function<planning::Coverage(const model::PlanningView&, const planning::PlanningConfig&)>
       measure_coverage;
@@ -50,8 +52,15 @@ struct Algorithms {
       make_joint_plan;
   std::function<absl::StatusOr<fleet::CoveredView>(
       const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
-      const Eigen::Vector3d&, std::span<const fleet::PledgedView>, parallel::Parallel&)>
+      const Eigen::Vector3d& position, std::span<const fleet::PledgedView>, parallel::Parallel&,
+      std::optional<double> heading)>
       measure_cover;
+
+  std::function<absl::StatusOr<planning::Plan>(
+      const model::PlanningView&, std::span<const planning::SettingOption>,
+      const planning::PlanningConfig&, const parallel::Budget&, parallel::Parallel&,
+      planning::PlanProgress)>
+      make_plan_choosing_setting;
 
   // The core's algorithms.
   static Algorithms Core();

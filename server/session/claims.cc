@@ -1,12 +1,14 @@
 #include "server/session/claims.h"
 
 #include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/planning/plan/model_gain.h"
+#include "core/planning/scoring/headings.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/check_request.h"
@@ -45,9 +47,10 @@ std::vector<fleet::PledgedView> PledgedViews(const SessionState& state,
   std::vector<fleet::PledgedView> pledged;
   const fleet::Claims claims = conversion::ReadClaims(state.HeldClaims(), origin);
   for (const fleet::ViewClaim& claim : claims.held()) {
-    pledged.push_back({claim.position, conversion::ReadFleetMember(state.scanners.at(claim.scanner),
-                                                                   state.session, origin)
-                                           .model});
+    pledged.push_back(
+        {claim.position,
+         conversion::ReadFleetMember(state.scanners.at(claim.scanner), state.session, origin).model,
+         claim.heading});
   }
   return pledged;
 }
@@ -208,9 +211,11 @@ void Claims::Resume() {
 std::string Claims::FulfilledBy(const SessionState& state, const v1::Scan& scan) const {
   const absl::Time now = journal_.Now();
   const fleet::Claims claims = conversion::ReadClaims(state.HeldClaims(), context_.origin());
-  const fleet::ViewClaim* claim = claims.FulfilledBy(
-      scan.scanner(), conversion::ReadOwnPose(scan.pose(), context_.origin()).translation(),
-      fleet::ClaimRules());
+  const Eigen::Isometry3d T_model_scan = conversion::ReadOwnPose(scan.pose(), context_.origin());
+  const Eigen::Vector3d front = T_model_scan.linear().col(0);
+  const fleet::ViewClaim* claim =
+      claims.FulfilledBy(scan.scanner(), T_model_scan.translation(), fleet::ClaimRules(),
+                         std::atan2(front.y(), front.x()));
   // A scan from an expired claim fulfils nothing.
   return claim != nullptr && claims.IsActive(*claim, now) ? claim->id : "";
 }
@@ -221,6 +226,7 @@ absl::Status Claims::Fulfil(const std::string& claim, const std::string& scan) {
 
 absl::StatusOr<Claims::Attempt> Claims::Measure(const PlanInputs& inputs,
                                                 const Eigen::Vector3d& position,
+                                                std::optional<double> heading,
                                                 parallel::Parallel& parallel) const {
   Attempt attempt;
   std::vector<fleet::PledgedView> pledged;
@@ -231,7 +237,7 @@ absl::StatusOr<Claims::Attempt> Claims::Measure(const PlanInputs& inputs,
   attempt.covered.cover.by_claim.assign(pledged.size(), 0);
   if (pledged.empty() || inputs.model.view == nullptr) return attempt;
   absl::StatusOr<fleet::CoveredView> covered = dependencies_.algorithms.measure_cover(
-      *inputs.model.view, inputs.scanner, inputs.config, position, pledged, parallel);
+      *inputs.model.view, inputs.scanner, inputs.config, position, pledged, parallel, heading);
   if (!covered.ok()) return covered.status();
   attempt.covered = *std::move(covered);
   return attempt;
@@ -260,6 +266,7 @@ void Claims::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
   const planning::RankedView& best = plan->plan.views.front();
   *conflict.mutable_alternative()->mutable_position() =
       conversion::WriteVector(best.position + context_.origin());
+  if (best.heading.has_value()) conflict.mutable_alternative()->set_heading_rad(*best.heading);
   conflict.mutable_alternative()->set_model_gain_m2(
       planning::ModelGain(best.score, inputs.config.required_density));
   if (best.storey.has_value()) {
@@ -275,13 +282,22 @@ absl::StatusOr<v1::Claim> Claims::TakeNow(const v1::ClaimViewRequest& request,
   const Eigen::Vector3d position =
       conversion::ReadOwnVector(request.position()) - context_.origin();
   const absl::Duration ttl = conversion::ReadTtl(request);
+  // Where the scanner turns all around, its heading says nothing.
+  sensor::ScannerModel model;
+  journal_.Read([&](const SessionState& state) {
+    model = conversion::ReadFleetMember(scanner, state.session, context_.origin()).model;
+  });
+  std::optional<double> heading;
+  if (request.has_heading_rad() && !planning::TurnsAllAround(model)) {
+    heading = request.heading_rad();
+  }
   const RequestKey key = RequestKey::Of(request.request_id(), "ClaimView", request);
   for (int attempts = 0; attempts < kAttempts; ++attempts) {
     Expire();
     bool known = false;
     journal_.Read([&](const SessionState& state) { known = state.requests.count(key.id) > 0; });
     absl::StatusOr<Attempt> attempt = Attempt();
-    if (!known) attempt = Measure(inputs, position, parallel);
+    if (!known) attempt = Measure(inputs, position, heading, parallel);
     if (!attempt.ok()) return attempt.status();
     bool again = false;
     v1::ClaimConflict refused;
@@ -304,11 +320,16 @@ absl::StatusOr<v1::Claim> Claims::TakeNow(const v1::ClaimViewRequest& request,
           claim.set_scanner(scanner.name());
           *claim.mutable_position() = request.position();
           claim.set_plan(request.plan());
+          if (heading.has_value()) {
+            claim.set_heading_rad(*heading);
+            claim.set_azimuth_span_rad(model.azimuth_span);
+          }
           const absl::Time now = journal_.Now();
           *claim.mutable_create_time() = conversion::WriteTime(now);
           *claim.mutable_expire_time() = conversion::WriteTime(now + ttl);
           fleet::Claims claims = conversion::ReadClaims(state.HeldClaims(), context_.origin());
-          const fleet::ViewClaim wanted{claim.name(), scanner.name(), position, now, now + ttl};
+          const fleet::ViewClaim wanted{claim.name(), scanner.name(), position,          now,
+                                        now + ttl,    heading,        model.azimuth_span};
           const fleet::ClaimRules rules;
           const absl::Status taken = claims.Take(wanted, attempt->covered.cover, now, rules);
           if (taken.ok()) return draft;

@@ -50,6 +50,7 @@ class Claims {
     fleet::CoveredView covered;
   };
   absl::StatusOr<Attempt> Measure(const PlanInputs& inputs, const Eigen::Vector3d& position,
+                                  std::optional<double> heading,
                                   parallel::Parallel& parallel) const;
   void AddAlternative(const v1::Scanner& scanner, PlanInputs inputs, parallel::Parallel& parallel,
                       v1::ClaimConflict& conflict) const;

@@ -6,6 +6,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "core/fleet/joint_plan_estimate.h"
+#include "core/sensor/presets.h"
 #include "server/contract/error.h"
 #include "server/conversion/fleet_proto.h"
 #include "server/conversion/from_proto.h"
@@ -59,6 +60,8 @@ absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& 
   if (!possible.ok())
     return contract::InvalidField(prefix + "config_overrides", possible.message());
   inputs.scanner_id = scanner.id();
+  inputs.preset = scanner.preset();
+  inputs.setting = scanner.setting();
   inputs.model = model.Current();
   if (inputs.model.view == nullptr) return model.WhyNone();
   model.Touch();
@@ -104,10 +107,11 @@ absl::Status AddFleet(const SessionContext& context, const v1::CreatePlanRequest
           std::count(inputs.scanners.begin(), inputs.scanners.end(), claim.scanner) > 0;
       if (own || !claims.IsActive(claim, now)) continue;
       inputs.claims.push_back(claim.id);
-      inputs.fleet.pledged.push_back(
-          {claim.position, conversion::ReadFleetMember(state.scanners.at(claim.scanner),
-                                                       state.session, context.origin())
-                               .model});
+      inputs.fleet.pledged.push_back({claim.position,
+                                      conversion::ReadFleetMember(state.scanners.at(claim.scanner),
+                                                                  state.session, context.origin())
+                                          .model,
+                                      claim.heading});
     }
   });
   inputs.scanner_models = std::max<size_t>(1, models.size());
@@ -124,6 +128,56 @@ absl::Status AddFleet(const SessionContext& context, const v1::CreatePlanRequest
     inputs.fleet.scanners.emplace_back().model = inputs.scanner;
   }
   return absl::OkStatus();
+}
+
+absl::Status UseSetting(const v1::Plan& plan, PlanInputs& inputs) {
+  if (plan.preset().empty() && plan.setting().empty() && !plan.choose_setting()) {
+    return absl::OkStatus();
+  }
+  const char* const field = plan.choose_setting()     ? "plan.choose_setting"
+                            : !plan.setting().empty() ? "plan.setting"
+                                                      : "plan.preset";
+  if (plan.scanners_size() > 0) {
+    return contract::InvalidField(field, "does not go with named scanners: each has its own");
+  }
+  if (!plan.preset().empty() && !plan.scanner_model_id().empty()) {
+    return contract::InvalidField("plan.preset", "does not go with a scanner model of the session");
+  }
+  if (plan.choose_setting() && !plan.setting().empty()) {
+    return contract::InvalidField(field, "does not go with a setting");
+  }
+  if (plan.choose_setting() && inputs.joint) {
+    return contract::InvalidField(field, "does not go with active claims or a ranking by minutes");
+  }
+  if (plan.preset().empty() && inputs.preset.empty()) {
+    return contract::InvalidField(
+        field, absl::StrCat("scanner model '", inputs.scanner_id, "' has no preset"));
+  }
+  const absl::StatusOr<sensor::Preset> preset =
+      sensor::FindPreset(plan.preset().empty() ? inputs.preset : plan.preset());
+  if (!preset.ok()) return contract::InvalidField("plan.preset", preset.status().message());
+  if (!plan.preset().empty()) {
+    inputs.scanner = preset->model;
+    inputs.setting = preset->settings[preset->usual].name;
+  }
+  const absl::StatusOr<sensor::ScanSetting> own = preset->Setting(inputs.setting);
+  if (!own.ok()) return contract::InvalidField(field, own.status().message());
+  if (plan.choose_setting()) {
+    for (const sensor::ScanSetting& setting : preset->settings) {
+      inputs.settings.push_back(
+          {setting.name, preset->Changed(inputs.scanner, *own, setting), setting.minutes});
+      const absl::Status possible = inputs.config.Validate(inputs.settings.back().scanner);
+      if (!possible.ok()) return contract::InvalidField(field, possible.message());
+    }
+    return absl::OkStatus();
+  }
+  const absl::StatusOr<sensor::ScanSetting> wanted =
+      plan.setting().empty() ? own : preset->Setting(plan.setting());
+  if (!wanted.ok()) return contract::InvalidField(field, wanted.status().message());
+  inputs.scanner = preset->Changed(inputs.scanner, *own, *wanted);
+  if (inputs.joint) inputs.fleet.scanners.front().model = inputs.scanner;
+  const absl::Status possible = inputs.config.Validate(inputs.scanner);
+  return possible.ok() ? possible : contract::InvalidField(field, possible.message());
 }
 
 absl::Status CheckSize(const PlanInputs& inputs) {

@@ -11,6 +11,7 @@
 #include "core/fleet/joint_plan.h"
 #include "core/parallel/budget.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/planning/setting_choice.h"
 #include "core/sensor/scanner_model.h"
 #include "server/session/memory_account.h"
 #include "server/session/model_memory.h"
@@ -25,6 +26,8 @@ struct PlanInputs {
   planning::PlanningConfig config;
   sensor::ScannerModel scanner;
   std::string scanner_id;
+  std::string preset;   // of the scanner; empty: none
+  std::string setting;  // of the preset
   parallel::Budget budget;
   double seconds = 0;  // time budget, 0: none
   // Set for named scanners, for plans around claims, and for ranking by score per minute.
@@ -33,6 +36,7 @@ struct PlanInputs {
   size_t scanner_models = 1;          // distinct ones, of fleet.scanners
   std::vector<std::string> scanners;  // names of fleet.scanners; empty: no scanner is named
   std::vector<std::string> claims;    // names of the claims in fleet.pledged
+  std::vector<planning::SettingOption> settings;       // to choose from; empty: no choice
   std::shared_ptr<MemoryAccount::Reservation> memory;  // given back with the last copy
 };
 
@@ -43,6 +47,11 @@ absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& 
                                           const std::string& scanner_model_id,
                                           const v1::PlanningConfig& overrides,
                                           const std::string& prefix);
+
+// Heeds the preset and the setting that a plan names, or that it asks to choose one; after
+// AddFleet(). INVALID_ARGUMENT: there is no such preset, or it has no such setting, or the plan
+// asks for something else that does not go with it.
+absl::Status UseSetting(const v1::Plan& plan, PlanInputs& inputs);
 
 // Adds the scanners that a plan names and the claims that are held. INVALID_ARGUMENT: a scanner is
 // unknown or impossible.

@@ -7,10 +7,12 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "core/planning/scoring/headings.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/check_request.h"
 #include "server/conversion/fleet_proto.h"
+#include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 #include "server/store/upgrade.h"
 
@@ -64,6 +66,7 @@ absl::StatusOr<v1::Plan> Plans::Create(const v1::CreatePlanRequest& request) {
       ReadPlanInputs(context_, model_, scanner_model, asked.config_overrides(), "plan.");
   if (inputs.ok()) {
     absl::Status possible = AddFleet(context_, request, *inputs);
+    if (possible.ok()) possible = UseSetting(asked, *inputs);
     if (possible.ok()) possible = CheckSize(*inputs);
     if (possible.ok()) possible = ReserveMemory(model_, *inputs);
     if (!possible.ok()) inputs = possible;
@@ -107,6 +110,9 @@ absl::StatusOr<v1::Plan> Plans::Create(const v1::CreatePlanRequest& request) {
           plan.mutable_time_budget()->set_nanos(
               static_cast<int32_t>((budget.seconds - std::floor(budget.seconds)) * 1e9));
         }
+        plan.set_preset(asked.preset());
+        plan.set_setting(asked.setting());
+        plan.set_choose_setting(asked.choose_setting());
         plan.set_seed(inputs->config.seed);
         if (asked.has_config_overrides()) {
           *plan.mutable_config_overrides() = asked.config_overrides();
@@ -199,20 +205,29 @@ std::shared_ptr<PlanRun> Plans::FindRun(const std::string& name) const {
 void Plans::EvaluateView(const v1::EvaluateViewRequest& request,
                          std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done) {
   const Eigen::Vector3d world = conversion::ReadOwnVector(request.position());
+  std::optional<double> heading;
+  if (request.has_heading_rad()) heading = request.heading_rad();
   absl::StatusOr<PlanInputs> inputs =
       ReadPlanInputs(context_, model_, request.scanner_model_id(), request.config_overrides(), "");
   if (!inputs.ok()) return done(inputs.status());
+  if (request.has_orientation() && !planning::TurnsAllAround(inputs->scanner)) {
+    contract::Violations violations;
+    const double turned = conversion::ReadUpright(request.orientation(), "orientation", violations);
+    absl::Status upright = violations.ToStatus();
+    if (!upright.ok()) return done(upright);
+    if (!heading.has_value()) heading = turned;
+  }
   if (absl::Status room = ReserveMemory(model_, *inputs); !room.ok()) return done(room);
   if (!model_.BeginEvaluation()) {
     return done(contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_EVALUATIONS",
                                     "too many positions of this session are being evaluated",
                                     kRetryPlanAfter));
   }
-  context_.RunInteractive([this, in = *std::move(inputs), world,
+  context_.RunInteractive([this, in = *std::move(inputs), world, heading,
                            done = std::move(done)](parallel::Parallel& parallel) {
     const absl::Time started = absl::Now();
     absl::StatusOr<planning::ViewEvaluation> evaluation = dependencies_.algorithms.evaluate_view(
-        *in.model.view, in.scanner, in.config, world - context_.origin(), parallel);
+        *in.model.view, in.scanner, in.config, world - context_.origin(), parallel, heading);
     model_.EndEvaluation();
     if (!evaluation.ok()) return done(evaluation.status());
     v1::EvaluateViewResponse response =
@@ -298,6 +313,9 @@ void Plans::Run(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, a
     } else {
       made = together.status();
     }
+  } else if (!inputs.settings.empty()) {
+    made = dependencies_.algorithms.make_plan_choosing_setting(
+        *inputs.model.view, inputs.settings, inputs.config, budget, parallel, progress);
   } else {
     made = dependencies_.algorithms.make_plan(*inputs.model.view, inputs.scanner, inputs.config,
                                               budget, parallel, progress);

@@ -36,6 +36,8 @@ Benchmark BenchFleet;
 Benchmark BenchRegistration;
 // site.*: views in the air, and places without a view; `full`: in 1,000 scenes.
 Benchmark BenchSite;
+// heading.*: plans for a scanner that sees a sector, beside those for one that turns all around.
+Benchmark BenchHeading;
 // plan.anytime.*, plan.threads2.*: what is answered at a budget.
 Benchmark BenchAnytime;
 

@@ -40,6 +40,8 @@ constexpr std::array<Group, 11> kGroups = {{
      "rays per second; whether budgets are kept; --full: 1,000 and 2,000 m2", 2, BenchPlanning},
     {"evaluator", "plan.exact.",
      "exact scores of all views, beside brute force; --full: 500 to 2,000 m2", 3, BenchEvaluator},
+    {"heading", "heading.", "plans for a scanner that sees a sector, beside all around", 3,
+     BenchHeading},
     {"anytime",
      "plan.anytime.speedup. plan.anytime.worst_regret. plan.anytime.cpu_seconds. "
      "plan.anytime.dominates. plan.anytime.curve. plan.threads2.",

@@ -34,11 +34,10 @@ session::Algorithms Refusing() {
       [no](const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
            const parallel::Budget&, parallel::Parallel&,
            planning::PlanProgress) -> absl::StatusOr<planning::Plan> { return no; };
-  algorithms.evaluate_view = [no](const model::PlanningView&, const sensor::ScannerModel&,
-                                  const planning::PlanningConfig&, const Eigen::Vector3d&,
-                                  parallel::Parallel&) -> absl::StatusOr<planning::ViewEvaluation> {
-    return no;
-  };
+  algorithms.evaluate_view =
+      [no](const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
+           const Eigen::Vector3d&, parallel::Parallel&,
+           std::optional<double>) -> absl::StatusOr<planning::ViewEvaluation> { return no; };
   algorithms.measure_coverage = [](const model::PlanningView&, const planning::PlanningConfig&) {
     return planning::Coverage();
   };

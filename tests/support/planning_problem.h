@@ -16,11 +16,12 @@
 
 namespace vantage::test_support {
 
-// A problem of a scanner as it comes, with its model and the centres of its views.
+// A problem of a scanner, with its model and the centres of its views.
 struct PlanningProblem {
   PlanningProblem(std::shared_ptr<const model::PlanningView> view,
-                  const planning::PlanningConfig& with)
+                  const planning::PlanningConfig& with, const sensor::ScannerModel& of = {})
       : model(std::move(view)),
+        scanner(of),
         config(with),
         problem(planning::PlanningProblem::Prepare({*model, scanner, config}, serial).value()) {
     for (size_t i = 0; i < feasible.cells().size(); ++i) views.push_back(feasible.Centre(i));

@@ -120,7 +120,8 @@ class ByHierarchy {
       for (size_t j = 0; j < views.size(); ++j) {
         run_.AddRays(scores[k][j].rays);
         all = all && scores[k][j].finished;
-        if (scores[k][j].finished) run_.SetExact(views[j], scores[k][j].score);
+        if (scores[k][j].finished)
+          run_.SetExact(views[j], scores[k][j].score, scores[k][j].heading);
       }
     }
     return all;
@@ -143,7 +144,7 @@ class ByHierarchy {
       for (size_t k = 0; k < scores.size(); ++k) {
         run_.AddRays(scores[k].rays);
         if (!scores[k].finished) return false;
-        run_.SetExact(views[begin + k], scores[k].score);
+        run_.SetExact(views[begin + k], scores[k].score, scores[k].heading);
       }
     }
     return true;

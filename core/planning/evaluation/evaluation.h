@@ -8,6 +8,7 @@
 
 namespace vantage::planning {
 
+// Of a scanner that sees a sector, score and bounds are those of the view's best heading.
 struct ViewEstimate {
   double score = 0;  // the best estimate so far, samples
   double lower = 0;  // bounds that hold together with the confidence asked for
@@ -15,6 +16,7 @@ struct ViewEstimate {
   bool scored = false;  // false: only the bounds are known
   bool exact = false;   // lower == score == upper, with certainty
   double error = 0;     // approximate standard error of `score`; not a bound
+  size_t heading = 0;   // of Headings: the one that `score` is best with
   // The value by which views are ranked. Among hundreds of views with few draws some look good by
   // chance alone; taking off two standard errors ranks them behind views that are known to be good.
   double Rank() const { return score - 2 * error; }

@@ -95,9 +95,11 @@ void EvaluationRun::Divide(std::span<const uint32_t> which, const CellSample* sa
 }
 
 bool EvaluationRun::Score(std::span<const uint32_t> which, const CellSample* sample,
-                          const parallel::Budget& part,
-                          absl::FunctionRef<void(uint32_t view, double score)> note) {
+                          const parallel::Budget& part, NoteScores note) {
   const CellArrays& cells = sample != nullptr ? sample->cells : cells_;
+  const Headings& headings = scorer_.headings();
+  std::vector<double> by_bin(headings.bins());
+  std::vector<double> by_heading(headings.size());
   bool all = true;
   size_t count = 0;
   for (size_t begin = 0; begin < which.size(); begin += count) {
@@ -109,37 +111,62 @@ bool EvaluationRun::Score(std::span<const uint32_t> which, const CellSample* sam
     }
     Divide(batch, sample);
     scores_.assign(parts_.size(), {});
-    parallel_.For(parts_.size(), [&](size_t i) {
-      const std::span<const PacketRange> ranges = ranges_;
-      const Part& own = parts_[i];
-      scores_[i] =
-          scorer_.ScorePackets(views_.Centre(batch[own.view]), cells,
-                               ranges.subspan(own.begin, own.end - own.begin), part, seen_);
-    });
+    ScoreParts(batch, cells, part);
     for (size_t i = 0; i < parts_.size();) {
       const uint32_t k = parts_[i].view;
       ViewScore whole;
       whole.finished = true;
+      std::fill(by_bin.begin(), by_bin.end(), 0);
       for (; i < parts_.size() && parts_[i].view == k; ++i) {
         whole.score += scores_[i].score;
         whole.rays += scores_[i].rays;
         whole.finished = whole.finished && scores_[i].finished;
+        if (headings.all_around()) continue;
+        for (size_t b = 0; b < by_bin.size(); ++b) by_bin[b] += bins_[i * by_bin.size() + b];
       }
       evaluation_.rays += whole.rays;
       all = all && whole.finished;
-      if (whole.finished) note(batch[k], whole.score);
+      if (!whole.finished) continue;
+      if (headings.all_around()) {
+        by_heading[0] = whole.score;
+      } else {
+        headings.Sum(by_bin, by_heading);
+      }
+      note(batch[k], by_heading);
     }
   }
   return all;
 }
 
-bool EvaluationRun::ScoreExactly(std::span<const uint32_t> which, const parallel::Budget& part) {
-  return Score(which, nullptr, part, [this](uint32_t i, double score) { SetExact(i, score); });
+void EvaluationRun::ScoreParts(std::span<const uint32_t> batch, const CellArrays& cells,
+                               const parallel::Budget& part) {
+  const std::span<const PacketRange> ranges = ranges_;
+  const Headings& headings = scorer_.headings();
+  if (!headings.all_around()) bins_.assign(parts_.size() * headings.bins(), 0);
+  parallel_.For(parts_.size(), [&](size_t i) {
+    const Part& own = parts_[i];
+    const Eigen::Vector3d view = views_.Centre(batch[own.view]);
+    const std::span<const PacketRange> its = ranges.subspan(own.begin, own.end - own.begin);
+    if (headings.all_around()) {
+      scores_[i] = scorer_.ScorePackets(view, cells, its, part, seen_);
+    } else {
+      scores_[i] =
+          scorer_.ScoreBins(view, cells, its, part, seen_,
+                            std::span(bins_).subspan(i * headings.bins(), headings.bins()));
+    }
+  });
 }
 
-void EvaluationRun::SetExact(uint32_t i, double score) {
+bool EvaluationRun::ScoreExactly(std::span<const uint32_t> which, const parallel::Budget& part) {
+  return Score(which, nullptr, part, [this](uint32_t i, std::span<const double> by_heading) {
+    const BestHeading best = BestOf(by_heading);
+    SetExact(i, best.score, best.heading);
+  });
+}
+
+void EvaluationRun::SetExact(uint32_t i, double score, size_t heading) {
   evaluation_.exact += !evaluation_.views[i].exact;
-  evaluation_.views[i] = {score, score, score, true, true, 0};
+  evaluation_.views[i] = {score, score, score, true, true, 0, heading};
 }
 
 Evaluation EvaluationRun::Finish() {

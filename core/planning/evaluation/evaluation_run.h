@@ -62,16 +62,17 @@ class EvaluationRun {
   // Views that may be scored together on `cells`: a work limit is overrun by one view at most.
   size_t Affordable(const CellArrays& cells, size_t most, const parallel::Budget& part) const;
 
+  // Called with a view's score with each of the scorer's headings.
+  using NoteScores = absl::FunctionRef<void(uint32_t view, std::span<const double> by_heading)>;
   // Scores views together, on `sample` or, when it is null, on all cells, and calls `note` for
   // each. Returns false when the budget ended first; `note` is then not called for unfinished
   // views.
   bool Score(std::span<const uint32_t> which, const CellSample* sample,
-             const parallel::Budget& part,
-             absl::FunctionRef<void(uint32_t view, double score)> note);
+             const parallel::Budget& part, NoteScores note);
   bool ScoreExactly(std::span<const uint32_t> which, const parallel::Budget& part);
 
   void AddRays(uint64_t rays) { evaluation_.rays += rays; }
-  void SetExact(uint32_t i, double score);
+  void SetExact(uint32_t i, double score, size_t heading);
   void SetDecided() { evaluation_.decided = true; }
   void SetComplete() { evaluation_.complete = evaluation_.decided = true; }
 
@@ -86,6 +87,9 @@ class EvaluationRun {
   };
   // Divides the cells that are potentially visible from the views into parts.
   void Divide(std::span<const uint32_t> which, const CellSample* sample);
+  // Scores the parts of `batch`.
+  void ScoreParts(std::span<const uint32_t> batch, const CellArrays& cells,
+                  const parallel::Budget& part);
 
   const BruteForceScorer& scorer_;
   const FeasibleViews& views_;
@@ -98,6 +102,7 @@ class EvaluationRun {
   std::vector<PacketRange> ranges_;
   std::vector<Part> parts_;
   std::vector<ViewScore> scores_;  // by part
+  std::vector<double> bins_;       // by part and bin, where the scanner sees a sector
   Evaluation evaluation_;
 };
 

@@ -146,13 +146,32 @@ bool HierarchicalScorer::Cull(const parallel::Budget& budget, parallel::Parallel
   });
   for (uint32_t b = 0; b < blocks_.size(); ++b) {
     ViewBlock& block = blocks_[b];
-    block.potential = block.certain;
-    for (const ViewBlock::Candidate& candidate : block.candidates) {
-      block.potential += patches_[candidate.node].potential;
-    }
+    block.potential = PotentialOf(block);
     for (const uint32_t view : Views(block)) block_of_[view] = b;
   }
   return true;
+}
+
+double HierarchicalScorer::PotentialOf(const ViewBlock& block) const {
+  const Headings& headings = scorer_.headings();
+  if (headings.all_around()) {
+    double potential = block.certain;
+    for (const ViewBlock::Candidate& candidate : block.candidates) {
+      potential += patches_[candidate.node].potential;
+    }
+    return potential;
+  }
+  // No heading gains more than what lies where it may look.
+  const Eigen::AlignedBox3d views = classifier_.Of(views_[block.node]).box;
+  std::vector<double> by_heading(headings.size(), block.certain);
+  for (const ViewBlock::Candidate& candidate : block.candidates) {
+    const PatchTree::Node& node = patches_[candidate.node];
+    const Eigen::Vector3d low = node.bounds.position.min() - views.max();
+    const Eigen::Vector3d high = node.bounds.position.max() - views.min();
+    headings.AddWhereSeen(Eigen::AlignedBox2d(low.head<2>(), high.head<2>()), node.potential,
+                          by_heading);
+  }
+  return BestOf(by_heading).score;
 }
 
 void HierarchicalScorer::Descend(Descent& descent, uint32_t index,
@@ -171,11 +190,28 @@ void HierarchicalScorer::Descend(Descent& descent, uint32_t index,
   }
   const std::vector<PacketRange> ranges = RangesOf(patches_, own);
   for (uint32_t k = node.begin; k < node.end; ++k) {
-    ViewScore& score = descent.scores[k - descent.first];
-    score = scorer_.ScorePackets(Centre(views_.order()[k]), cells_, ranges, descent.budget,
-                                 descent.seen);
-    score.score += certain;
+    descent.scores[k - descent.first] =
+        ScoreOn(views_.order()[k], ranges, certain, descent.budget, descent.seen);
   }
+}
+
+ViewScore HierarchicalScorer::ScoreOn(uint32_t view, std::span<const PacketRange> ranges,
+                                      double certain, const parallel::Budget& budget,
+                                      std::span<std::atomic<uint8_t>> seen) const {
+  const Headings& headings = scorer_.headings();
+  if (headings.all_around()) {
+    ViewScore score = scorer_.ScorePackets(Centre(view), cells_, ranges, budget, seen);
+    score.score += certain;
+    return score;
+  }
+  std::vector<double> by_bin(headings.bins(), 0);
+  std::vector<double> by_heading(headings.size());
+  ViewScore score = scorer_.ScoreBins(Centre(view), cells_, ranges, budget, seen, by_bin);
+  headings.Sum(by_bin, by_heading);
+  const BestHeading best = BestOf(by_heading);
+  score.score = best.score;
+  score.heading = best.heading;
+  return score;
 }
 
 HierarchyCounts HierarchicalScorer::ScoreBlock(const ViewBlock& block,
@@ -207,10 +243,7 @@ HierarchyCounts HierarchicalScorer::ScorePart(const ViewBlock& block, size_t par
 ViewScore HierarchicalScorer::ScoreView(uint32_t view, const parallel::Budget& budget,
                                         std::span<std::atomic<uint8_t>> seen) const {
   const ViewBlock& block = blocks_[block_of_[view]];
-  ViewScore score = scorer_.ScorePackets(Centre(view), cells_, RangesOf(patches_, block.candidates),
-                                         budget, seen);
-  score.score += block.certain;
-  return score;
+  return ScoreOn(view, RangesOf(patches_, block.candidates), block.certain, budget, seen);
 }
 
 std::vector<ViewScore> ScoreEveryView(HierarchicalScorer& scorer, const parallel::Budget& budget,

@@ -109,6 +109,11 @@ class HierarchicalScorer {
   Eigen::Vector3d Centre(uint32_t view) const {
     return (viewcells_[view].cast<double>().array() + 0.5) * viewcell_size_;
   }
+  // The most that a view of the block can gain, samples.
+  double PotentialOf(const ViewBlock& block) const;
+  // The score of a view that gains `certain` on all cells but those of `ranges`.
+  ViewScore ScoreOn(uint32_t view, std::span<const PacketRange> ranges, double certain,
+                    const parallel::Budget& budget, std::span<std::atomic<uint8_t>> seen) const;
   struct Descent;
   void Descend(Descent& descent, uint32_t node, std::span<const ViewBlock::Candidate> candidates,
                double certain) const;

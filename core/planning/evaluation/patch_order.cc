@@ -23,7 +23,7 @@ PatchOrderScorer::PatchOrderScorer(EvaluationRun& run, const PatchSet& patches,
       classifier_(run.scorer(), grid, options.tolerance, options.visible_pairs),
       views_(run.views().cells(), run.views().cell_size(), options.leaf_views),
       own_(views_.size(), 0),
-      alone_(run.size(), 0),
+      alone_(run.size() * run.scorer().headings().bins(), 0),
       task_of_(views_.size(), kNone) {}
 
 void PatchOrderScorer::Run(EvaluationProgress progress) {
@@ -63,7 +63,9 @@ void PatchOrderScorer::Run(EvaluationProgress progress) {
   const bool complete = all && done == patches_.patches.size();
   PushDown(complete ? 0 : std::max(0.0, left));
   if (!complete) return;
-  for (uint32_t i = 0; i < run_.size(); ++i) run_.SetExact(i, run_.view(i).score);
+  for (uint32_t i = 0; i < run_.size(); ++i) {
+    run_.SetExact(i, run_.view(i).score, run_.view(i).heading);
+  }
   run_.SetComplete();
 }
 
@@ -150,11 +152,21 @@ uint64_t PatchOrderScorer::Evaluate(const Group& group, uint32_t node, ViewBlock
   } else {
     const PacketRange packet{cells.first_packet(), cells.end_packet(),
                              (pair.satisfied & kVisible) != 0};
+    const Headings& headings = run_.scorer().headings();
     for (const uint32_t i : views_.Views(views)) {
-      const ViewScore exact = run_.scorer().ScorePackets(run_.views().Centre(i), group.cells,
-                                                         {&packet, 1}, run_.budget(), run_.seen());
-      rays += exact.rays;
-      alone_[i] += exact.score;
+      const std::span<double> by_bin =
+          std::span(alone_).subspan(i * headings.bins(), headings.bins());
+      const Eigen::Vector3d view = run_.views().Centre(i);
+      if (headings.all_around()) {
+        const ViewScore exact =
+            run_.scorer().ScorePackets(view, group.cells, {&packet, 1}, run_.budget(), run_.seen());
+        rays += exact.rays;
+        by_bin[0] += exact.score;
+      } else {
+        rays += run_.scorer()
+                    .ScoreBins(view, group.cells, {&packet, 1}, run_.budget(), run_.seen(), by_bin)
+                    .rays;
+      }
     }
   }
   return rays;
@@ -163,6 +175,8 @@ uint64_t PatchOrderScorer::Evaluate(const Group& group, uint32_t node, ViewBlock
 // A view's total is its own and that of every group it belongs to. `left`: samples that the patches
 // not evaluated may add.
 void PatchOrderScorer::PushDown(double left) {
+  const Headings& headings = run_.scorer().headings();
+  std::vector<double> by_heading(headings.size());
   std::vector<double> above(views_.size(), 0);
   for (uint32_t node = 0; node < views_.size(); ++node) {  // parents come before their children
     const ViewTree::Node& views = views_[node];
@@ -170,9 +184,12 @@ void PatchOrderScorer::PushDown(double left) {
     for (uint32_t c = 0; c < views.children; ++c) above[views.child + c] = above[node];
     if (views.children > 0) continue;
     for (const uint32_t i : views_.Views(views)) {
-      const double sum = above[node] + alone_[i];
+      headings.Sum(std::span(alone_).subspan(i * headings.bins(), headings.bins()), by_heading);
+      const BestHeading best = BestOf(by_heading);
+      const double sum = above[node] + best.score;
       ViewEstimate& view = run_.view(i);
       view.scored = true;
+      view.heading = best.heading;
       view.score = sum;
       view.lower = sum * (1 - kRounding);
       view.upper = std::max(sum, sum * (1 + kRounding) + left);

@@ -53,7 +53,7 @@ class PatchOrderScorer {
   ShaftClassifier classifier_;
   ViewTree views_;
   std::vector<double> own_;    // by node of the view tree: samples that every view of it gains
-  std::vector<double> alone_;  // by view: further samples that it gains
+  std::vector<double> alone_;  // by view and bin of the headings: further samples that it gains
   std::vector<Task> tasks_;
   std::vector<uint32_t> task_of_;  // by node, for the current patch
 };

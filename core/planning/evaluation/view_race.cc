@@ -51,7 +51,10 @@ ViewRace::ViewRace(EvaluationRun& run, const CellSampler& sampler, const RaceOpt
   }
   rungs_.emplace_back().draws = run.cells().size();
   for (Rung& rung : rungs_) rung.revisions.resize(static_cast<size_t>(regions_.prod()));
-  const auto bounds = 2.0 * static_cast<double>(rungs_.size() * std::max<size_t>(1, run.size()));
+  // Each heading of a view has its own bounds, so that those of the best one, which may have been
+  // lucky with the sample, hold as well.
+  const auto bounds = 2.0 * static_cast<double>(rungs_.size() * std::max<size_t>(1, run.size()) *
+                                                run.scorer().headings().size());
   log_inverse_error_ = std::log(bounds / (1 - confidence));
 }
 
@@ -216,14 +219,15 @@ const CellSample* ViewRace::SampleOf(size_t rung) {
   Rung& own = rungs_[rung];
   if (own.bounds.empty()) {
     own.sample = sampler_.Draw(own.draws, seed_, rung);
-    own.bounds.emplace_back(own.total, log_inverse_error_);
+    own.bounds.emplace_back(DrawsOf(own), log_inverse_error_);
   }
   return &own.sample;
 }
 
 bool ViewRace::ScoreOn(size_t rung, std::span<const uint32_t> which, const parallel::Budget& part) {
-  const bool all = run_.Score(which, SampleOf(rung), part,
-                              [&](uint32_t view, double score) { Note(view, rung, score); });
+  const bool all = run_.Score(
+      which, SampleOf(rung), part,
+      [&](uint32_t view, std::span<const double> by_heading) { Note(view, rung, by_heading); });
   pairs_ += which.size() * rungs_[rung].draws;
   return all;
 }
@@ -245,22 +249,30 @@ void ViewRace::Arrive(uint32_t i, size_t rung) {
   if (!IsLast(rung)) rungs_[rung].waiting.push_back(i);
 }
 
-void ViewRace::Note(uint32_t i, size_t rung, double score) {
+size_t ViewRace::DrawsOf(const Rung& rung) const {
+  return run_.scorer().headings().all_around() ? rung.total : rung.draws;
+}
+
+void ViewRace::Note(uint32_t i, size_t rung, std::span<const double> by_heading) {
   Rung& own = rungs_[rung];
   const double before = run_.view(i).score;
+  const BestHeading best = BestOf(by_heading);
   Arrive(i, rung);
   if (IsLast(rung)) {
-    run_.SetExact(i, score);
+    run_.SetExact(i, best.score, best.heading);
   } else {
     // Draws of all rungs so far count. They are independent, since none was chosen by the result of
-    // another.
-    drawn_score_[i] += static_cast<float>(score);
-    const auto draws = static_cast<double>(own.total);
+    // another. Of a scanner that sees a sector only those of this rung do, three quarters of them:
+    // to add them up, each heading of each view would have to be kept.
+    const bool all_around = by_heading.size() == 1;
+    drawn_score_[i] = static_cast<float>(best.score) + (all_around ? drawn_score_[i] : 0);
+    const auto draws = static_cast<double>(DrawsOf(own));
     const double average = std::clamp(static_cast<double>(drawn_score_[i]) / draws, 0.0, 1.0);
     const double potential = sampler_.potential();
     MeanBounds& bounds = own.bounds.front();
     ViewEstimate& view = run_.view(i);
     view.scored = true;
+    view.heading = best.heading;
     view.upper = std::min(view.upper, std::min(1.0, bounds.Upper(average) + kRounding) * potential);
     view.lower = std::max(view.lower, std::max(0.0, bounds.Lower(average) - kRounding) * potential);
     view.lower = std::min(view.lower, view.upper);

@@ -29,7 +29,8 @@ struct RaceOptions {
 // when the budget ends.
 class ViewRace {
  public:
-  // The bounds of all views on all rungs hold together with `confidence`. References are kept.
+  // The bounds of all views with all headings on all rungs hold together with `confidence`.
+  // References are kept.
   ViewRace(EvaluationRun& run, const CellSampler& sampler, const RaceOptions& options,
            double confidence, uint64_t seed);
 
@@ -89,7 +90,7 @@ class ViewRace {
   // Removes from `views` those that have become exact in the meantime and returns them. They arrive
   // on the rung without a sample.
   std::vector<uint32_t> ArriveExact(std::vector<uint32_t>& views, size_t rung);
-  void Note(uint32_t view, size_t rung, double score);
+  void Note(uint32_t view, size_t rung, std::span<const double> by_heading);
   // Lists a view as a proposer of its neighbours 2^level viewcells away.
   void Propose(uint32_t view, size_t level);
   // The same for a view that enters; its neighbours are half as far away as those on its level of
@@ -99,6 +100,8 @@ class ViewRace {
   // Number of views that are scored together; it grows with the work done.
   size_t BatchOn(size_t rung) const;
   const CellSample* SampleOf(size_t rung);  // null: all cells
+  // The draws that the estimate of a view on the rung rests on.
+  size_t DrawsOf(const Rung& rung) const;
   bool IsLast(size_t rung) const { return rung + 1 == rungs_.size(); }
 
   EvaluationRun& run_;

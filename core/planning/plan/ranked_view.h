@@ -43,6 +43,12 @@ struct PatchScore {
 
 struct RankedView {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m, model frame
+  // Where the scanner's +x points, rad, counter-clockwise from the model's +x, [0, 2 pi). Absent
+  // for scanners that turn all around. Score, bounds and verdict are those of this heading.
+  std::optional<double> heading;
+  // What a scan from here gains by its heading, samples: element i of n is that of the heading
+  // 2 pi i / n. Exact. Empty for scanners that turn all around, and in interim plans.
+  std::vector<float> score_by_heading;
   // Expected useful new samples, weighted (by `weights` and by what samples are worth).
   double score = 0;
   double lower = 0;  // samples; bounds of the score at the plan's confidence
@@ -59,6 +65,11 @@ struct RankedView {
   LocationDescription location;
   EquivalentRegion region;
   registration::RegistrationVerdict verdict;
+  // The scanner's setting that the view is planned with and the time of a scan with it, minutes;
+  // empty and absent where the plan does not choose the setting.
+  std::string setting;
+  std::optional<double> scan_minutes;
+  std::optional<double> score_per_minute;  // samples, for each minute of setting up and scanning
   bool checked = true;  // `verdict`, `location` and `region` are set; false in interim plans
 };
 

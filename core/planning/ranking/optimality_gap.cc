@@ -22,7 +22,11 @@ double OptimalityGap(const PlanningProblem& problem, const Evaluation& evaluatio
             }) ||
         std::find(check.refused_around.begin(), check.refused_around.end(), i) !=
             check.refused_around.end();
-    if (!refused) most = evaluation.views[i].upper;
+    if (refused) continue;
+    // A view that was checked gains what its best heading that registers gains.
+    const auto facing = std::find_if(check.facing.begin(), check.facing.end(),
+                                     [&](const CheckedView& checked) { return checked.view == i; });
+    most = std::max(most, facing != check.facing.end() ? facing->score : evaluation.views[i].upper);
   }
   if (most <= 0) return 0;
   if (returned.empty()) return 1;

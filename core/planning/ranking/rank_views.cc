@@ -8,6 +8,7 @@
 #include <optional>
 #include <string>
 
+#include "absl/functional/function_ref.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
@@ -17,6 +18,7 @@ namespace vantage::planning {
 namespace {
 
 constexpr double kAsGood = 0.95;
+constexpr double kSameFacing = sensor::Radians(10.001);  // as far as a person misses a heading
 constexpr size_t kMostPatches = 5;
 constexpr double kWallReach = 20.0;  // m
 constexpr int kWallRays = 72;        // around the horizon
@@ -89,11 +91,13 @@ std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleView
   return ranked;
 }
 
-EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const FeasibleViews& feasible,
-                                    uint32_t view) {
-  const double enough = kAsGood * evaluation.views[view].score;
+namespace {
+
+// The cells around `view` that `alike` holds for.
+EquivalentRegion RegionAround(const FeasibleViews& feasible, uint32_t view,
+                              absl::FunctionRef<bool(uint32_t)> alike) {
   std::vector<uint32_t> members{view};
-  std::vector<uint8_t> taken(evaluation.views.size(), 0);
+  std::vector<uint8_t> taken(feasible.cells().size(), 0);
   taken[view] = 1;
   EquivalentRegion region;
   for (size_t head = 0; head < members.size(); ++head) {
@@ -107,8 +111,7 @@ EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const Feasible
         to[axis] += side;
         const int i = feasible.IndexOf(to);
         if (i < 0 || taken[static_cast<size_t>(i)]) continue;
-        const ViewEstimate& estimate = evaluation.views[static_cast<size_t>(i)];
-        if (!estimate.scored || estimate.score < enough) continue;
+        if (!alike(static_cast<uint32_t>(i))) continue;
         taken[static_cast<size_t>(i)] = 1;
         members.push_back(static_cast<uint32_t>(i));
       }
@@ -117,6 +120,28 @@ EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const Feasible
   region.viewcell_count = static_cast<int>(members.size());
   region.volume = region.viewcell_count * std::pow(feasible.cell_size(), 3);
   return region;
+}
+
+}  // namespace
+
+EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const FeasibleViews& feasible,
+                                    uint32_t view) {
+  const double enough = kAsGood * evaluation.views[view].score;
+  return RegionAround(feasible, view, [&](uint32_t i) {
+    const ViewEstimate& estimate = evaluation.views[i];
+    return estimate.scored && estimate.score >= enough;
+  });
+}
+
+EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const FeasibleViews& feasible,
+                                    uint32_t view, const Headings& headings, size_t heading,
+                                    double score) {
+  return RegionAround(feasible, view, [&](uint32_t i) {
+    const ViewEstimate& estimate = evaluation.views[i];
+    const double turned = headings.Angle(estimate.heading) - headings.Angle(heading);
+    return estimate.scored && estimate.score >= kAsGood * score &&
+           std::abs(std::remainder(turned, 2 * sensor::kPi)) < kSameFacing;
+  });
 }
 
 EquivalentRegion RegionOfCell(const FeasibleViews& feasible, const FeasibleViews::CellIndex& cell) {
@@ -175,8 +200,28 @@ LocationDescription DescribeLocation(const PlanningProblem& problem, const Ranke
   } else {
     parts.emplace_back("no floor is known below");
   }
+  if (view.heading.has_value()) {
+    parts.push_back(absl::StrFormat("facing a bearing of %.0f degrees from +x",
+                                    sensor::Degrees(*view.heading)));
+  }
   location.description = absl::StrJoin(parts, "; ");
   return location;
+}
+
+double FaceHeading(const Headings& headings, const sensor::ScannerModel& scanner,
+                   const CellArrays& cells, std::span<float> cell_scores, RankedView& view) {
+  const Eigen::Vector3f at = view.position.cast<float>();
+  std::vector<double> by_bin(headings.bins(), 0);
+  for (size_t i = 0; i < cell_scores.size(); ++i) {
+    if (cell_scores[i] <= 0) continue;
+    by_bin[headings.BinOf(cells.x[i] - at.x(), cells.y[i] - at.y())] +=
+        static_cast<double>(cell_scores[i]);
+  }
+  std::vector<double> by_heading(headings.size());
+  headings.Sum(by_bin, by_heading);
+  view.score_by_heading.assign(by_heading.begin(), by_heading.end());
+  if (!view.heading.has_value()) view.heading = headings.Angle(BestOf(by_heading).heading);
+  return KeepSector(Sector(scanner, view.heading), view.position, cells, cell_scores);
 }
 
 void SplitScore(const CellArrays& cells, std::span<const float> cell_scores,

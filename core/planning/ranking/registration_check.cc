@@ -17,6 +17,7 @@ namespace vantage::planning {
 namespace {
 
 constexpr size_t kElements = 16000;
+constexpr double kRoundingOfShare = 1e-9;
 constexpr size_t kBatch = 4;  // candidates checked at a time, whatever the number of threads
 
 sensor::ScannerModel AnyIncidence(sensor::ScannerModel scanner) {
@@ -33,7 +34,7 @@ double DirectionsOf(const sensor::ScannerModel& scanner) {
 }  // namespace
 
 OverlapSurface::OverlapSurface(double voxel, const sensor::ScannerModel& scanner)
-    : voxel_(voxel), scanner_(scanner), constraints_(AnyIncidence(scanner)) {}
+    : voxel_(voxel), scanner_(scanner), headings_(scanner), constraints_(AnyIncidence(scanner)) {}
 
 absl::StatusOr<OverlapSurface> OverlapSurface::Create(const model::PlanningView& model,
                                                       const visibility::OpaqueGrid& grid,
@@ -84,32 +85,90 @@ CellArrays OverlapSurface::Thinned(const CellArrays& cells, std::span<const uint
   return thinned;
 }
 
-std::optional<OverlapSurface::Seen> OverlapSurface::Predict(
-    const Eigen::Vector3d& view, const visibility::OcclusionScene& scene,
-    const registration::RegistrationConfig& config, const parallel::Budget& budget,
-    const CellArrays* expected) const {
+std::optional<OverlapSurface::Overlap> OverlapSurface::See(const Eigen::Vector3d& view,
+                                                           const visibility::OcclusionScene& scene,
+                                                           const parallel::Budget& budget,
+                                                           const CellArrays* expected) const {
   const BruteForceScorer scorer(constraints_, scene, voxel_);
-  Seen seen;
-  std::vector<registration::OverlapElement> overlap;
+  const Eigen::Vector3f at = view.cast<float>();
+  Overlap overlap;
   std::vector<float> samples;
   const auto add = [&](const CellArrays& cells, const uint32_t* model_samples) {
     samples.resize(cells.size());
     const ViewScore score = scorer.ScoreCells(view, cells, budget, samples);
-    seen.rays += score.rays;
+    overlap.rays += score.rays;
     for (size_t i = 0; score.finished && i < samples.size(); ++i) {
       if (samples[i] <= 0) continue;
-      overlap.push_back({{cells.x[i], cells.y[i], cells.z[i]},
-                         {cells.nx[i], cells.ny[i], cells.nz[i]},
-                         samples[i],
-                         model_samples != nullptr ? model_samples[i] : 1});
+      overlap.elements.push_back({{cells.x[i], cells.y[i], cells.z[i]},
+                                  {cells.nx[i], cells.ny[i], cells.nz[i]},
+                                  samples[i],
+                                  model_samples != nullptr ? model_samples[i] : 1});
+      overlap.bins.push_back(headings_.BinOf(cells.x[i] - at.x(), cells.y[i] - at.y()));
     }
     return score.finished;
   };
   if (!add(cells_, samples_.data())) return std::nullopt;
   if (expected != nullptr && !add(*expected, nullptr)) return std::nullopt;
-  seen.verdict = registration::PredictRegistration(overlap, weight_, DirectionsOf(scanner_), view,
-                                                   scanner_, config);
-  return seen;
+  return overlap;
+}
+
+registration::RegistrationVerdict OverlapSurface::Judge(
+    std::span<const registration::OverlapElement> overlap, const Eigen::Vector3d& view,
+    const registration::RegistrationConfig& config) const {
+  return registration::PredictRegistration(overlap, weight_, DirectionsOf(scanner_), view, scanner_,
+                                           config);
+}
+
+std::optional<OverlapSurface::Seen> OverlapSurface::Predict(
+    const Eigen::Vector3d& view, const visibility::OcclusionScene& scene,
+    const registration::RegistrationConfig& config, const parallel::Budget& budget,
+    const CellArrays* expected, std::optional<double> heading) const {
+  std::optional<Overlap> around = See(view, scene, budget, expected);
+  if (!around.has_value()) return std::nullopt;
+  const Sector sector(scanner_, heading);
+  if (!sector.everything()) {
+    const Eigen::Vector3f at = view.cast<float>();
+    std::erase_if(around->elements, [&](const registration::OverlapElement& element) {
+      return !sector.Sees(element.position.x() - at.x(), element.position.y() - at.y());
+    });
+  }
+  return Seen{Judge(around->elements, view, config), around->rays, 0};
+}
+
+std::optional<OverlapSurface::Seen> OverlapSurface::PredictBest(
+    const Eigen::Vector3d& view, std::span<const double> by_heading,
+    const visibility::OcclusionScene& scene, const registration::RegistrationConfig& config,
+    const parallel::Budget& budget, const CellArrays* expected) const {
+  const std::optional<Overlap> around = See(view, scene, budget, expected);
+  if (!around.has_value()) return std::nullopt;
+  std::vector<size_t> order;
+  for (size_t i = 0; i < headings_.size(); ++i) {
+    if (by_heading[i] > 0) order.push_back(i);
+  }
+  std::stable_sort(order.begin(), order.end(),
+                   [&](size_t a, size_t b) { return by_heading[a] > by_heading[b]; });
+  if (order.empty()) order.push_back(0);
+  // What overlaps too little does not register; so the share alone rules out most headings.
+  std::vector<double> by_bin(headings_.bins(), 0);
+  std::vector<double> samples(headings_.size());
+  for (size_t k = 0; k < around->elements.size(); ++k) {
+    by_bin[around->bins[k]] += weight_ * static_cast<double>(around->elements[k].samples);
+  }
+  headings_.Sum(by_bin, samples);
+  const double fewest = (1 - kRoundingOfShare) * config.minimum_overlap * DirectionsOf(scanner_);
+  std::optional<Seen> best;
+  for (const size_t heading : order) {
+    if (best.has_value() && samples[heading] < fewest) continue;
+    if (budget.Expired()) return std::nullopt;
+    std::vector<registration::OverlapElement> overlap;
+    for (size_t k = 0; k < around->elements.size(); ++k) {
+      if (headings_.Sees(heading, around->bins[k])) overlap.push_back(around->elements[k]);
+    }
+    Seen seen{Judge(overlap, view, config), around->rays, heading};
+    if (seen.verdict.registered()) return seen;
+    if (!best.has_value()) best = std::move(seen);
+  }
+  return best;
 }
 
 namespace {
@@ -120,6 +179,7 @@ class Checking {
            const Evaluation& evaluation, const parallel::Budget& budget,
            parallel::Parallel& parallel)
       : surface_(surface),
+        scoring_(problem.scoring()),
         scene_(problem.scene()),
         evaluation_(evaluation),
         feasible_(problem.feasible()),
@@ -130,16 +190,18 @@ class Checking {
   RegistrationCheck Run(std::span<const uint32_t> candidates, size_t wanted) {
     size_t count = 0;
     for (size_t begin = 0; begin < candidates.size(); begin += count) {
-      if (check_.registrable.size() >= wanted) break;
+      if (AsGoodAs(candidates[begin]) >= wanted) break;
       count = Check(candidates.subspan(begin), [&](const CheckedView& view) {
         if (!view.verdict.registered()) {
           check_.refused.push_back(view);
-        } else if (check_.registrable.size() < wanted) {
+        } else if (view.heading.has_value() || check_.registrable.size() < wanted) {
           check_.registrable.push_back(view);
         }
       });
-      if (count == 0) return check_;
+      if (count == 0) break;
     }
+    if (!headings().all_around()) SortByHeadingThatRegisters(wanted);
+    if (ended_) return check_;
     check_.finished = true;
     TryAroundDoubtful(wanted);
     return check_;
@@ -148,25 +210,73 @@ class Checking {
  private:
   // Checks the first few of `views` and returns how many; 0 when the budget ended.
   size_t Check(std::span<const uint32_t> views, absl::FunctionRef<void(const CheckedView&)> note) {
-    if (NoTimeLeft()) return 0;
-    const uint64_t affordable = (budget_.work_limit - check_.rays) / surface_.MostRays();
+    ended_ = NoTimeLeft();
+    if (ended_) return 0;
+    const uint64_t affordable = (budget_.work_limit - check_.rays) / MostRays();
     const size_t count =
         std::min(static_cast<size_t>(std::clamp<uint64_t>(affordable, 1, kBatch)), views.size());
-    std::vector<std::optional<OverlapSurface::Seen>> seen(count);
-    parallel_.For(count, [&](size_t k) {
-      seen[k] = surface_.Predict(feasible_.Centre(views[k]), scene_, config_.registration, budget_);
-    });
+    std::vector<std::optional<Judged>> judged(count);
+    parallel_.For(count, [&](size_t k) { judged[k] = Judge(views[k]); });
     for (size_t k = 0; k < count; ++k) {
-      if (!seen[k].has_value()) return 0;
-      check_.rays += seen[k]->rays;
+      ended_ = !judged[k].has_value();
+      if (ended_) return 0;
+      check_.rays += judged[k]->rays;
       ++check_.checked;
-      note({views[k], seen[k]->verdict});
+      note(judged[k]->view);
     }
     return count;
   }
 
+  // Views may be worth less with the headings that register than their ranks say.
+  void SortByHeadingThatRegisters(size_t wanted) {
+    std::stable_sort(
+        check_.registrable.begin(), check_.registrable.end(),
+        [this](const CheckedView& a, const CheckedView& b) { return Score(a) > Score(b); });
+    check_.facing = check_.registrable;
+    if (check_.registrable.size() > wanted) check_.registrable.resize(wanted);
+  }
+
+  struct Judged {
+    CheckedView view;
+    uint64_t rays = 0;
+  };
+  // Nothing when the budget ended.
+  std::optional<Judged> Judge(uint32_t view) const {
+    const Eigen::Vector3d at = feasible_.Centre(view);
+    if (headings().all_around()) {
+      const auto seen = surface_.Predict(at, scene_, config_.registration, budget_);
+      if (!seen.has_value()) return std::nullopt;
+      return Judged{{view, seen->verdict, std::nullopt, 0}, seen->rays};
+    }
+    std::vector<double> by_heading(headings().size());
+    const ViewScore score =
+        scoring_.scorer().ScoreHeadings(at, scoring_.cells(), budget_, by_heading);
+    if (!score.finished) return std::nullopt;
+    const auto seen = surface_.PredictBest(at, by_heading, scene_, config_.registration, budget_);
+    if (!seen.has_value()) return std::nullopt;
+    return Judged{{view, seen->verdict, seen->heading, by_heading[seen->heading]},
+                  score.rays + seen->rays};
+  }
+
+  const Headings& headings() const { return scoring_.scorer().headings(); }
+  uint64_t MostRays() const {
+    return surface_.MostRays() +
+           (headings().all_around() ? 0 : scoring_.scorer().MostRays(scoring_.cells()));
+  }
+  // How many of the views that register gain as much as a candidate may. Without headings all do,
+  // since the best come first.
+  size_t AsGoodAs(uint32_t candidate) const {
+    if (headings().all_around()) return check_.registrable.size();
+    return static_cast<size_t>(
+        std::count_if(check_.registrable.begin(), check_.registrable.end(),
+                      [&](const CheckedView& view) { return view.score >= Score(candidate); }));
+  }
+
   bool NoTimeLeft() const { return check_.rays >= budget_.work_limit || budget_.Expired(); }
   double Score(uint32_t view) const { return evaluation_.views[view].Rank(); }
+  double Score(const CheckedView& view) const {
+    return view.heading.has_value() ? view.score : Score(view.view);
+  }
   bool Near(uint32_t a, uint32_t b) const {
     return (feasible_.Centre(a) - feasible_.Centre(b)).norm() < config_.candidate_separation;
   }
@@ -217,7 +327,7 @@ class Checking {
     std::vector<CheckedView> all = std::move(check_.registrable);
     all.insert(all.end(), found.begin(), found.end());
     std::stable_sort(all.begin(), all.end(), [this](const CheckedView& a, const CheckedView& b) {
-      return Score(a.view) > Score(b.view);
+      return Score(a) > Score(b);
     });
     check_.registrable.clear();
     for (const CheckedView& view : all) {
@@ -228,6 +338,7 @@ class Checking {
   }
 
   const OverlapSurface& surface_;
+  const Scoring& scoring_;
   const visibility::OcclusionScene& scene_;
   const Evaluation& evaluation_;
   const FeasibleViews& feasible_;
@@ -235,6 +346,7 @@ class Checking {
   const parallel::Budget& budget_;
   parallel::Parallel& parallel_;
   RegistrationCheck check_;
+  bool ended_ = false;                   // the budget did
   absl::flat_hash_set<uint32_t> tried_;  // around doubtful candidates
 };
 

@@ -18,7 +18,9 @@
 #include "core/planning/evaluation/evaluation.h"
 #include "core/planning/problem/planning_problem.h"
 #include "core/planning/scoring/constraints.h"
+#include "core/planning/scoring/headings.h"
 #include "core/registration/align/registration_config.h"
+#include "core/registration/bound/prediction.h"
 #include "core/registration/bound/verdict.h"
 #include "core/sensor/scanner_model.h"
 #include "core/visibility/occlusion_scene.h"
@@ -41,14 +43,24 @@ class OverlapSurface {
   struct Seen {
     registration::RegistrationVerdict verdict;
     uint64_t rays = 0;
+    size_t heading = 0;  // of Headings
   };
+  // The verdict on a scan with a heading (rad; of no matter where the scanner turns all around).
   // Nothing when the budget expired on the way. `scene` is that of Create(). `expected`, where
   // given, is surface that earlier scans are expected to have measured by then: cells as from
   // Thinned().
   std::optional<Seen> Predict(const Eigen::Vector3d& view, const visibility::OcclusionScene& scene,
                               const registration::RegistrationConfig& config,
-                              const parallel::Budget& budget,
-                              const CellArrays* expected = nullptr) const;
+                              const parallel::Budget& budget, const CellArrays* expected = nullptr,
+                              std::optional<double> heading = std::nullopt) const;
+  // The same with the heading of most gain that registers, of those that gain something; where none
+  // does, with that of most gain. `by_heading`: BruteForceScorer::ScoreHeadings(). The surface is
+  // looked at once for all headings.
+  std::optional<Seen> PredictBest(const Eigen::Vector3d& view, std::span<const double> by_heading,
+                                  const visibility::OcclusionScene& scene,
+                                  const registration::RegistrationConfig& config,
+                                  const parallel::Budget& budget,
+                                  const CellArrays* expected = nullptr) const;
   // Every n-th of `indices` into `cells`, as surface that a scan can be aligned to; `areas` (m^2)
   // has one for each index.
   CellArrays Thinned(const CellArrays& cells, std::span<const uint32_t> indices,
@@ -57,10 +69,22 @@ class OverlapSurface {
   uint64_t MostRays() const { return std::max<uint64_t>(1, cells_.size()); }
 
  private:
+  // What a scan that turns all around would overlap.
+  struct Overlap {
+    std::vector<registration::OverlapElement> elements;
+    std::vector<size_t> bins;  // of the headings, by element
+    uint64_t rays = 0;
+  };
   OverlapSurface(double voxel, const sensor::ScannerModel& scanner);
+  std::optional<Overlap> See(const Eigen::Vector3d& view, const visibility::OcclusionScene& scene,
+                             const parallel::Budget& budget, const CellArrays* expected) const;
+  registration::RegistrationVerdict Judge(std::span<const registration::OverlapElement> overlap,
+                                          const Eigen::Vector3d& view,
+                                          const registration::RegistrationConfig& config) const;
 
   double voxel_;
   sensor::ScannerModel scanner_;
+  Headings headings_;
   SensingConstraints constraints_;  // any incidence, no cap on the density
   double weight_ = 1;               // voxels behind each element
   CellArrays cells_;
@@ -73,6 +97,10 @@ inline constexpr size_t kTriedAround = 16;
 struct CheckedView {
   uint32_t view = 0;
   registration::RegistrationVerdict verdict;
+  // Of a scanner that sees a sector: the heading that the verdict is of, and what it gains,
+  // samples.
+  std::optional<size_t> heading;
+  double score = 0;
   // True: the verdict is of this view only. False: it also stands for the views within the
   // separation.
   bool alone = false;
@@ -82,14 +110,16 @@ struct RegistrationCheck {
   std::vector<CheckedView> registrable;  // the best first, apart from each other
   std::vector<CheckedView> refused;      // candidates that do not register
   std::vector<uint32_t> refused_around;  // views that were tried instead of doubtful candidates
+  // Of a scanner that sees a sector: all candidates that register, so that is known what they gain.
+  std::vector<CheckedView> facing;
   size_t checked = 0;
   bool finished = false;  // false: the budget expired before k were found or all were checked
   uint64_t rays = 0;
 };
 
-// Checks `candidates` (of `evaluation`, best first, apart from each other) until `wanted` pass or
-// all are checked. When time is left, the best views around doubtful candidates are checked, too
-// (algorithm.md section 9, 'The check of candidates').
+// Checks `candidates` (of `evaluation`, best first, apart from each other) until `wanted` pass that
+// gain as much as the next may, or all are checked. When time is left, the best views around
+// doubtful candidates are checked, too (algorithm.md section 9, 'The check of candidates').
 RegistrationCheck CheckRegistration(const PlanningProblem& problem, const OverlapSurface& surface,
                                     const Evaluation& evaluation,
                                     std::span<const uint32_t> candidates, size_t wanted,

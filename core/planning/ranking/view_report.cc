@@ -30,10 +30,17 @@ void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const 
 bool ViewReport::Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
                        RankedView& view) const {
   std::vector<float> cell_scores(problem_.scoring().cells().size());
-  const ViewScore score = problem_.scoring().scorer().ScoreCells(
-      position, problem_.scoring().cells(), budget, cell_scores);
+  const BruteForceScorer& scorer = problem_.scoring().scorer();
+  const ViewScore score =
+      scorer.ScoreCells(position, problem_.scoring().cells(), budget, cell_scores);
   if (!score.finished) return false;
-  view.score = view.lower = view.upper = score.score;
+  view.position = position;
+  view.score = score.score;
+  if (!scorer.headings().all_around()) {
+    view.score = FaceHeading(scorer.headings(), problem_.scanner(), problem_.scoring().cells(),
+                             cell_scores, view);
+  }
+  view.lower = view.upper = view.score;
   view.exact = true;
   SplitScore(problem_.scoring().cells(), cell_scores, problem_.patches(), view);
   return true;
@@ -54,10 +61,21 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
     view.exact = estimate.exact;
     view.verdict = checked[k].verdict;
     Place(problem_.feasible().Centre(i), view);
-    view.region = EquivalentRegionOf(evaluation, problem_.feasible(), i);
+    const Headings& headings = problem_.scoring().scorer().headings();
+    if (checked[k].heading.has_value()) {
+      view.heading = headings.Angle(*checked[k].heading);
+      view.score = view.lower = view.upper = checked[k].score;
+      view.exact = true;
+      view.region = EquivalentRegionOf(evaluation, problem_.feasible(), i, headings,
+                                       *checked[k].heading, checked[k].score);
+    } else {
+      view.region = EquivalentRegionOf(evaluation, problem_.feasible(), i);
+    }
     view.location = DescribeLocation(problem_, view);
     RankedView split;
+    split.heading = view.heading;
     if (Exact(view.position, budget, split)) {
+      view.score_by_heading = std::move(split.score_by_heading);
       view.score_by_kind = split.score_by_kind;
       view.patch_scores = std::move(split.patch_scores);
       view.score = view.lower = view.upper = split.score;
@@ -93,6 +111,8 @@ Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation) const {
     view.lower = estimate.lower;
     view.upper = estimate.upper;
     view.exact = estimate.exact;
+    const Headings& headings = problem_.scoring().scorer().headings();
+    if (!headings.all_around()) view.heading = headings.Angle(estimate.heading);
     view.verdict.reason = "not checked yet";
     view.checked = false;
     Place(problem_.feasible().Centre(i), view);

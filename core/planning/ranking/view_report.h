@@ -12,6 +12,7 @@
 #include "core/planning/plan/ranked_view.h"
 #include "core/planning/problem/planning_problem.h"
 #include "core/planning/ranking/registration_check.h"
+#include "core/planning/scoring/headings.h"
 
 namespace vantage::planning {
 
@@ -27,8 +28,10 @@ class ViewReport {
                                    const parallel::Budget& budget,
                                    parallel::Parallel& parallel) const;
 
-  // Sets the exact score of any position, feasible or not, and its split. Returns false, and leaves
-  // the split empty, when the budget expired first.
+  // Sets the exact score of any position, feasible or not, its split and the scores by heading. Of
+  // a scanner that sees a sector, the score is that of `view.heading`, or of the best heading when
+  // that is absent, which is then set. Returns false, and leaves the split empty, when the budget
+  // expired first.
   bool Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
              RankedView& view) const;
 

@@ -116,6 +116,32 @@ ViewScore BruteForceScorer::ScorePackets(const Eigen::Vector3d& view, const Cell
              [&](uint32_t at, float) { MarkSeen(seen, cells.cell[at]); });
 }
 
+ViewScore BruteForceScorer::ScoreBins(const Eigen::Vector3d& view, const CellArrays& cells,
+                                      std::span<const PacketRange> ranges,
+                                      const parallel::Budget& budget,
+                                      std::span<std::atomic<uint8_t>> seen,
+                                      std::span<double> by_bin) const {
+  const Eigen::Vector3f at_view = view.cast<float>();
+  return Run(view, cells, ranges, budget, [&](uint32_t at, float score) {
+    if (!seen.empty()) MarkSeen(seen, cells.cell[at]);
+    by_bin[headings_.BinOf(cells.x[at] - at_view.x(), cells.y[at] - at_view.y())] +=
+        static_cast<double>(score);
+  });
+}
+
+ViewScore BruteForceScorer::ScoreHeadings(const Eigen::Vector3d& view, const CellArrays& cells,
+                                          const parallel::Budget& budget,
+                                          std::span<double> by_heading) const {
+  std::vector<double> by_bin(headings_.bins(), 0);
+  const PacketRange all{0, static_cast<uint32_t>(cells.packets()), false};
+  ViewScore score = ScoreBins(view, cells, {&all, 1}, budget, {}, by_bin);
+  headings_.Sum(by_bin, by_heading);
+  const BestHeading best = BestOf(by_heading);
+  score.score = best.score;
+  score.heading = best.heading;
+  return score;
+}
+
 ViewScore BruteForceScorer::ScoreCells(const Eigen::Vector3d& view, const CellArrays& cells,
                                        const parallel::Budget& budget,
                                        std::span<float> cell_scores) const {

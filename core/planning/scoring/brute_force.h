@@ -12,6 +12,7 @@
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/scoring/constraints.h"
+#include "core/planning/scoring/headings.h"
 #include "core/planning/scoring/pose_sensitivity.h"
 #include "core/visibility/occlusion_scene.h"
 
@@ -21,6 +22,7 @@ struct ViewScore {
   double score = 0;       // samples, sum of the visible cells' scores, in the order of the cells
   uint64_t rays = 0;      // cast
   bool finished = false;  // false: the budget expired, and the other fields are not valid
+  size_t heading = 0;     // of Headings, where `score` is that of the best one
 };
 
 // Cells of packets [begin, end).
@@ -38,6 +40,7 @@ inline void MarkSeen(std::span<std::atomic<uint8_t>> seen, uint32_t cell) {
   }
 }
 
+// A view's score is what a scan that turns all around gains, unless headings are asked for.
 // References are kept: constraints and scene outlive the scorer. Thread safe.
 class BruteForceScorer {
  public:
@@ -45,7 +48,11 @@ class BruteForceScorer {
   // view; nine rays are tried first, since they are cheap, then the shaft.
   BruteForceScorer(const SensingConstraints& constraints, const visibility::OcclusionScene& scene,
                    double voxel, const PoseSensitivity* sensitivity = nullptr)
-      : constraints_(constraints), scene_(scene), voxel_(voxel), sensitivity_(sensitivity) {}
+      : constraints_(constraints),
+        scene_(scene),
+        voxel_(voxel),
+        sensitivity_(sensitivity),
+        headings_(constraints.scanner()) {}
 
   // Heeds the budget's deadline and cancellation only, about every 0.2 ms. `seen`, where given, is
   // set to 1 at the index of every deficient cell that gains something.
@@ -56,6 +63,14 @@ class BruteForceScorer {
   ViewScore ScorePackets(const Eigen::Vector3d& view, const CellArrays& cells,
                          std::span<const PacketRange> ranges, const parallel::Budget& budget,
                          std::span<std::atomic<uint8_t>> seen = {}) const;
+  // The same, and adds each cell's score to the bin of headings() that it lies in.
+  ViewScore ScoreBins(const Eigen::Vector3d& view, const CellArrays& cells,
+                      std::span<const PacketRange> ranges, const parallel::Budget& budget,
+                      std::span<std::atomic<uint8_t>> seen, std::span<double> by_bin) const;
+
+  // The view's score with each of headings(); `score` and `heading` are those of the best one.
+  ViewScore ScoreHeadings(const Eigen::Vector3d& view, const CellArrays& cells,
+                          const parallel::Budget& budget, std::span<double> by_heading) const;
 
   // The same, with each cell's score (cell_scores.size() == cells.size()).
   ViewScore ScoreCells(const Eigen::Vector3d& view, const CellArrays& cells,
@@ -68,6 +83,7 @@ class BruteForceScorer {
   const SensingConstraints& constraints() const { return constraints_; }
   const visibility::OcclusionScene& scene() const { return scene_; }
   double voxel() const { return voxel_; }
+  const Headings& headings() const { return headings_; }
   // Half side of the box of poses that count around a view, m; 0: the view only.
   double reach() const { return sensitivity_ != nullptr ? sensitivity_->reach() : 0; }
 
@@ -81,6 +97,7 @@ class BruteForceScorer {
   const visibility::OcclusionScene& scene_;
   double voxel_;
   const PoseSensitivity* sensitivity_;
+  Headings headings_;
 };
 
 // Every view against every cell. The same result on any number of threads.

@@ -90,6 +90,15 @@ TEST(ClaimsTest, AScanFulfilsTheNearestClaimOfItsScanner) {
   EXPECT_EQ(claims.FulfilledBy("red", {1.7, 1, 1.2}, rules), nullptr);
   EXPECT_EQ(claims.FulfilledBy("green", {1, 1, 1.5}, rules), nullptr);
   EXPECT_EQ(claims.FulfilledBy("", {1, 2, 1.5}, rules), nullptr);
+  // A scan that is turned away from what was claimed does not fulfil it.
+  ViewClaim sector = At("c", "red", {5, 1, 1.5});
+  sector.heading = 3;
+  sector.span = 2;
+  ASSERT_TRUE(claims.Take(sector, Covers({0, 0}, 0), kStart, rules).ok());
+  EXPECT_EQ(claims.FulfilledBy("red", {5, 1, 1.5}, rules, 3.4)->id, "c");
+  EXPECT_EQ(claims.FulfilledBy("red", {5, 1, 1.5}, rules, -2.9)->id, "c") << "the other way round";
+  EXPECT_EQ(claims.FulfilledBy("red", {5, 1, 1.5}, rules, 2.3), nullptr);
+  EXPECT_EQ(claims.FulfilledBy("red", {5, 1, 1.5}, rules)->id, "c") << "turned nobody knows where";
   EXPECT_EQ(claims.FulfilledBy("", {1, 1, 1.5 + 2.8}, rules), nullptr) << "on the next storey";
   // Twice, or after the claim has ended: a scan like any other.
   ASSERT_TRUE(claims.End("a", ClaimEnd::kScanArrived, kStart).ok());

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "absl/strings/str_split.h"
+#include "core/sensor/presets.h"
 #include "google/protobuf/descriptor.h"
 #include "google/rpc/error_details.pb.h"
 #include "server/conversion/fleet_proto.h"
@@ -79,6 +80,50 @@ TEST(FromProto, ListsEveryViolationNotTheFirst) {
         "session.origin.x", "session.display_name"}) {
     EXPECT_THAT(fields, Contains(field));
   }
+}
+
+TEST(FromProto, APresetGivesTheFiguresThatAreNotSet) {
+  const sensor::Preset preset = sensor::FindPreset("leica-rtc360").value();
+  v1::ScannerModel scanner;
+  scanner.set_preset(preset.name);
+  scanner.set_max_range_m(40);
+  FillDefaults(scanner);
+  EXPECT_EQ(scanner.id(), preset.name);
+  EXPECT_EQ(scanner.setting(), "6mm");
+  EXPECT_NEAR(ReadDuration(scanner.scan_duration()), 60 * preset.Setting("6mm")->minutes, 1e-6);
+  contract::Violations violations;
+  const sensor::ScannerModel usual = ReadScannerModel(scanner, "s", violations);
+  EXPECT_EQ(usual.azimuth_step, preset.Setting("6mm")->step);
+  EXPECT_EQ(usual.range_noise, preset.model.range_noise);
+  EXPECT_EQ(usual.range_max, 40);
+  v1::ScannerModel fine;
+  fine.set_preset(preset.name);
+  fine.set_setting("3mm");
+  EXPECT_EQ(ReadScannerModel(fine, "s", violations).azimuth_step, preset.Setting("3mm")->step);
+  EXPECT_TRUE(violations.empty());
+
+  // A scanner of the fleet that says nothing of its time takes that of its model.
+  v1::Session session;
+  *session.add_scanner_models() = scanner;
+  v1::Scanner member;
+  FillDefaults(member, session);
+  EXPECT_NEAR(ReadDuration(member.scan_duration()), 60 + ReadDuration(scanner.scan_duration()),
+              1e-6);
+}
+
+TEST(FromProto, UnknownPresetsAndSettingsListThoseThatExist) {
+  const auto message = [](const char* preset, const char* setting, const char* field) {
+    v1::ScannerModel scanner;
+    scanner.set_preset(preset);
+    scanner.set_setting(setting);
+    contract::Violations violations;
+    ReadScannerModel(scanner, "s", violations);
+    EXPECT_THAT(Fields(violations), UnorderedElementsAre(field));
+    return std::string(violations.ToStatus().message());
+  };
+  EXPECT_THAT(message("leica", "", "s.preset"), testing::HasSubstr("leica-rtc360"));
+  EXPECT_THAT(message("leica-rtc360", "1mm", "s.setting"), testing::HasSubstr("3mm, 6mm, 12mm"));
+  EXPECT_THAT(message("", "3mm", "s.setting"), testing::HasSubstr("preset"));
 }
 
 // Whether `path` names a field of the message, through messages and elements of lists.

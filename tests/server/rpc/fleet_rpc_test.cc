@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <string>
 #include <vector>
 
@@ -96,6 +97,38 @@ TEST_F(FleetRpc, APlaceThatIsClaimedIsRefusedToOthers) {
   EXPECT_EQ(fixture::InfoOf(refused).metadata().at("scanner"), Scanner("red"));
   ASSERT_TRUE(Release(claim.name()).ok());
   EXPECT_TRUE(Claim("blue", second).ok());
+}
+
+TEST_F(FleetRpc, AClaimOfASectorSaysWhereItFaces) {
+  const auto claim = [&](const char* scanner, double x, double heading, v1::Claim& taken) {
+    grpc::ClientContext context;
+    v1::ClaimViewRequest request;
+    request.set_parent(session_);
+    request.set_scanner(Scanner(scanner));
+    request.mutable_position()->set_x(x);
+    request.set_heading_rad(heading);
+    v1::ClaimViewResponse response;
+    grpc::Status status = server_.fleet->ClaimView(&context, request, &response);
+    taken = response.claim();
+    return status;
+  };
+  v1::Claim taken;
+  EXPECT_THAT(fixture::ViolatedFields(claim("red", 0, std::nan(""), taken)),
+              testing::UnorderedElementsAre("heading_rad"));
+  // It says nothing of a scanner that turns all around.
+  ASSERT_TRUE(claim("red", 0, 2, taken).ok());
+  EXPECT_FALSE(taken.has_heading_rad());
+
+  grpc::ClientContext update;
+  v1::UpdateSessionRequest sector;
+  sector.mutable_session()->set_name(session_);
+  sector.mutable_session()->add_scanner_models()->set_azimuth_span_rad(2);
+  sector.mutable_update_mask()->add_paths("scanner_models");
+  v1::UpdateSessionResponse updated;
+  ASSERT_TRUE(server_.sessions->UpdateSession(&update, sector, &updated).ok());
+  ASSERT_TRUE(claim("blue", 5, 2, taken).ok());
+  EXPECT_EQ(taken.heading_rad(), 2);
+  EXPECT_EQ(taken.azimuth_span_rad(), 2);
 }
 
 TEST_F(FleetRpc, ARenewedClaimHoldsForLonger) {

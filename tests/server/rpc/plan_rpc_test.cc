@@ -313,6 +313,60 @@ TEST_F(PlanRpc, EvaluatesAPositionAndRefusesNonsense) {
               testing::UnorderedElementsAre("position.y"));
 }
 
+TEST_F(PlanRpc, AWhatIfTakesAHeading) {
+  v1::EvaluateViewRequest request;
+  request.set_parent(session_);
+  request.mutable_position()->set_x(0.25);
+  request.set_heading_rad(1.5);
+  v1::EvaluateViewResponse response;
+  grpc::ClientContext context;
+  ASSERT_TRUE(server_.plans->EvaluateView(&context, request, &response).ok());
+  EXPECT_EQ(response.view().heading_rad(), 1.5);
+  request.set_heading_rad(std::nan(""));
+  grpc::ClientContext other;
+  EXPECT_THAT(fixture::ViolatedFields(server_.plans->EvaluateView(&other, request, &response)),
+              testing::UnorderedElementsAre("heading_rad"));
+}
+
+TEST_F(PlanRpc, ASettingIsOfAPreset) {
+  const auto violated = [&](const char* setting, bool choose) {
+    grpc::ClientContext context;
+    v1::CreatePlanRequest request;
+    request.set_parent(session_);
+    request.mutable_plan()->set_setting(setting);
+    request.mutable_plan()->set_choose_setting(choose);
+    v1::CreatePlanResponse created;
+    return fixture::ViolatedFields(server_.plans->CreatePlan(&context, request, &created));
+  };
+  EXPECT_THAT(violated("3mm", false), testing::UnorderedElementsAre("plan.setting"));
+  EXPECT_THAT(violated("", true), testing::UnorderedElementsAre("plan.choose_setting"));
+  grpc::ClientContext update;
+  v1::UpdateSessionRequest preset;
+  preset.mutable_session()->set_name(session_);
+  preset.mutable_session()->add_scanner_models()->set_preset("leica-rtc360");
+  preset.mutable_update_mask()->add_paths("scanner_models");
+  v1::UpdateSessionResponse updated;
+  ASSERT_TRUE(server_.sessions->UpdateSession(&update, preset, &updated).ok());
+  EXPECT_EQ(updated.session().scanner_models(0).setting(), "6mm");
+  EXPECT_THAT(violated("7mm", false), testing::UnorderedElementsAre("plan.setting"));
+  EXPECT_THAT(violated("3mm", true), testing::UnorderedElementsAre("plan.choose_setting"));
+  EXPECT_THAT(violated("3mm", false), testing::IsEmpty());
+
+  v1::CreatePlanRequest request;
+  request.set_parent(session_);
+  v1::CreatePlanResponse created;
+  request.mutable_plan()->set_preset("faro");
+  grpc::ClientContext unknown;
+  EXPECT_THAT(fixture::ViolatedFields(server_.plans->CreatePlan(&unknown, request, &created)),
+              testing::UnorderedElementsAre("plan.preset"));
+  request.mutable_plan()->set_preset("faro-focus");
+  request.mutable_plan()->set_setting("1/8");
+  grpc::ClientContext known;
+  ASSERT_TRUE(server_.plans->CreatePlan(&known, request, &created).ok());
+  EXPECT_EQ(created.plan().preset(), "faro-focus");
+  EXPECT_EQ(created.plan().setting(), "1/8");
+}
+
 TEST_F(PlanRpc, RejectedPlacesShowInTheSession) {
   v1::RejectViewRequest request;
   request.set_parent(session_);

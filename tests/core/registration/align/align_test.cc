@@ -309,6 +309,34 @@ TEST(Level, NoFloorNoRotation) {
   ASSERT_TRUE(level.ok());
   EXPECT_FALSE(level->found_floor);
   EXPECT_TRUE(level->T_world_scan.isApprox(Eigen::Isometry3d::Identity()));
+  EXPECT_NE(level->message.find("is taken to have stood upright"), std::string::npos);
+}
+
+// Upright as far as a floor is looked for: nothing to say. Beyond, and on its side, it is said.
+TEST(Level, WhatIsAssumedOfTheTiltIsSaid) {
+  for (const double pitch : {0.0, 9.0, 40.0, 90.0}) {
+    for (const bool inclinometer : {false, true}) {
+      const Eigen::Isometry3d pose = PoseAt({0.2, 0.1, 1.3}, 0.7, sensor::Radians(pitch), 0);
+      sensor::Scan scan = ScanScene(FurnishedRoom(6), pose, {}, 17);
+      if (inclinometer) {
+        scan.prior.emplace();
+        scan.prior->T_world_scan = pose;
+        scan.prior->levelled_sigma = sensor::Radians(0.01);
+      }
+      const auto level = LevelFirstScan(scan);
+      ASSERT_TRUE(level.ok()) << level.status();
+      if (pitch < 15) {
+        EXPECT_EQ(level->message, "") << pitch;
+      } else if (inclinometer) {
+        EXPECT_NE(level->message.find("tilted by"), std::string::npos) << pitch;
+      } else if (!level->found_floor) {
+        EXPECT_NE(level->message.find("no floor within 15 degrees"), std::string::npos) << pitch;
+      } else {
+        // On its side a wall looks like a floor: nothing but an inclinometer can tell.
+        EXPECT_EQ(pitch, 90.0);
+      }
+    }
+  }
 }
 
 }  // namespace
