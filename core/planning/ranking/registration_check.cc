@@ -125,11 +125,14 @@ std::optional<OverlapSurface::Seen> OverlapSurface::Predict(
     const CellArrays* expected, std::optional<double> heading) const {
   std::optional<Overlap> around = See(view, scene, budget, expected);
   if (!around.has_value()) return std::nullopt;
-  const Sector sector(scanner_, heading);
-  if (!sector.everything()) {
+  if (!headings_.all_around() && heading.has_value()) {
+    const Sector one_side(scanner_, *heading - headings_.step());
+    const Sector other_side(scanner_, *heading + headings_.step());
     const Eigen::Vector3f at = view.cast<float>();
     std::erase_if(around->elements, [&](const registration::OverlapElement& element) {
-      return !sector.Sees(element.position.x() - at.x(), element.position.y() - at.y());
+      const float x = element.position.x() - at.x();
+      const float y = element.position.y() - at.y();
+      return !one_side.Sees(x, y) || !other_side.Sees(x, y);
     });
   }
   return Seen{Judge(around->elements, view, config), around->rays, 0};
@@ -160,9 +163,13 @@ std::optional<OverlapSurface::Seen> OverlapSurface::PredictBest(
   for (const size_t heading : order) {
     if (best.has_value() && samples[heading] < fewest) continue;
     if (budget.Expired()) return std::nullopt;
+    const size_t one_side = (heading + headings_.size() - 1) % headings_.size();
+    const size_t other_side = (heading + 1) % headings_.size();
     std::vector<registration::OverlapElement> overlap;
     for (size_t k = 0; k < around->elements.size(); ++k) {
-      if (headings_.Sees(heading, around->bins[k])) overlap.push_back(around->elements[k]);
+      const size_t bin = around->bins[k];
+      if (!headings_.Sees(one_side, bin) || !headings_.Sees(other_side, bin)) continue;
+      overlap.push_back(around->elements[k]);
     }
     Seen seen{Judge(overlap, view, config), around->rays, heading};
     if (seen.verdict.registered()) return seen;

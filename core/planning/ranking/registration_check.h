@@ -46,6 +46,8 @@ class OverlapSurface {
     size_t heading = 0;  // of Headings
   };
   // The verdict on a scan with a heading (rad; of no matter where the scanner turns all around).
+  // Only surface counts that the scan sees even if it misses the heading by a step of Headings:
+  // the heading of most gain often holds on to the model by a strip at the sector's border.
   // Nothing when the budget expired on the way. `scene` is that of Create(). `expected`, where
   // given, is surface that earlier scans are expected to have measured by then: cells as from
   // Thinned().
