@@ -11,70 +11,56 @@ using model::Brick;
 using model::BrickMask;
 using model::BrickPage;
 
-// Bits [first, last] of eight.
-uint64_t Bits(int first, int last) { return (uint64_t{2} << last) - (uint64_t{1} << first); }
-
-// The places [low.x, high.x] x [low.y, high.y] of a slice of a mask, corners in [0, 8).
+// The places [x0, x1] x [y0, y1] of a slice of a mask, in [0, 8).
 uint64_t InSlice(int x0, int x1, int y0, int y1) {
-  const uint64_t row = Bits(x0, x1);
+  const uint64_t row = (uint64_t{2} << x1) - (uint64_t{1} << x0);
   const uint64_t all = row * 0x0101010101010101;
   return all >> (8 * (7 - (y1 - y0))) << (8 * y0);
 }
 
-// The part of a box [low, high], voxels, that lies in the cube of edge `side` with this corner,
-// counted from it.
-struct Part {
-  Eigen::Vector3i low, high;
-  Part(const Eigen::Vector3i& box_low, const Eigen::Vector3i& box_high,
-       const Eigen::Vector3i& corner, int side)
-      : low((box_low - corner).cwiseMax(0)), high((box_high - corner).cwiseMin(side - 1)) {}
-};
+// A box of voxels, both corners included. Plain numbers: these are the innermost loops of step D.
+struct Box {
+  int x0, y0, z0, x1, y1, z1;
 
-// Whether any voxel of the part is set, or clear where `kSet` is false.
-template <bool kSet>
-bool AnyInBrick(const BrickMask& mask, const Part& part) {
-  const uint64_t wanted = InSlice(part.low.x(), part.high.x(), part.low.y(), part.high.y());
-  for (int z = part.low.z(); z <= part.high.z(); ++z) {
-    const uint64_t word = mask.word[static_cast<size_t>(z)];
-    if (((kSet ? word : ~word) & wanted) != 0) return true;
+  // The part in the cube of edge `side` with this corner, counted from it.
+  Box In(int x, int y, int z, int side) const {
+    return {std::max(x0 - x, 0),        std::max(y0 - y, 0),        std::max(z0 - z, 0),
+            std::min(x1 - x, side - 1), std::min(y1 - y, side - 1), std::min(z1 - z, side - 1)};
   }
-  return false;
-}
+};
 
 // Whether any voxel of the part of the page is opaque, or empty where `kOpaque` is false.
 template <bool kOpaque>
-bool AnyInPage(const BrickPage& page, const Part& part) {
+bool AnyInPage(const BrickPage& page, const Box& part) {
   if (kOpaque ? page.all_empty() : page.all_opaque()) return false;
   if (kOpaque ? page.all_opaque() : page.all_empty()) return true;
   const BrickMask& with = kOpaque ? page.with_opaque() : page.with_empty();
-  const Eigen::Vector3i first = part.low / Brick::kSide;
-  const Eigen::Vector3i last = part.high / Brick::kSide;
-  const uint64_t in_slice = InSlice(first.x(), last.x(), first.y(), last.y());
-  for (int z = first.z(); z <= last.z(); ++z) {
-    for (uint64_t left = with.word[static_cast<size_t>(z)] & in_slice; left != 0;
+  const uint64_t in_slice = InSlice(part.x0 >> 3, part.x1 >> 3, part.y0 >> 3, part.y1 >> 3);
+  for (int bz = part.z0 >> 3; bz <= part.z1 >> 3; ++bz) {
+    for (uint64_t left = with.word[static_cast<size_t>(bz)] & in_slice; left != 0;
          left &= left - 1) {
       const int at = std::countr_zero(left);
-      const Eigen::Vector3i brick(at & 7, at >> 3, z);
-      const Part in_brick(part.low, part.high, brick * Brick::kSide, Brick::kSide);
-      if (AnyInBrick<kOpaque>(page.Opaque(Brick::Local(brick.x(), brick.y(), z)), in_brick)) {
-        return true;
+      const BrickMask& mask = page.Opaque(at + 64 * bz);
+      const Box in = part.In((at & 7) << 3, at & ~7, bz << 3, Brick::kSide);
+      const uint64_t wanted = InSlice(in.x0, in.x1, in.y0, in.y1);
+      for (int z = in.z0; z <= in.z1; ++z) {
+        const uint64_t word = mask.word[static_cast<size_t>(z)];
+        if (((kOpaque ? word : ~word) & wanted) != 0) return true;
       }
     }
   }
   return false;
 }
 
-// `page_of` (page coordinates) -> const BrickPage&. The box [low, high], voxels of the model.
+// The same for the box [low, high], voxels of the model.
 template <bool kOpaque>
 bool Any(const OpaqueGrid& grid, const Eigen::Vector3i& low, const Eigen::Vector3i& high) {
-  const Eigen::Vector3i first = BrickPage::Of(Brick::Of(low));
-  const Eigen::Vector3i last = BrickPage::Of(Brick::Of(high));
-  for (int z = first.z(); z <= last.z(); ++z) {
-    for (int y = first.y(); y <= last.y(); ++y) {
-      for (int x = first.x(); x <= last.x(); ++x) {
-        const Eigen::Vector3i at(x, y, z);
-        if (AnyInPage<kOpaque>(grid.Page(at),
-                               Part(low, high, at * BrickPage::kVoxels, BrickPage::kVoxels))) {
+  const Box box{low.x(), low.y(), low.z(), high.x(), high.y(), high.z()};
+  for (int pz = box.z0 >> 6; pz <= box.z1 >> 6; ++pz) {
+    for (int py = box.y0 >> 6; py <= box.y1 >> 6; ++py) {
+      for (int px = box.x0 >> 6; px <= box.x1 >> 6; ++px) {
+        if (AnyInPage<kOpaque>(grid.Page({px, py, pz}),
+                               box.In(px << 6, py << 6, pz << 6, BrickPage::kVoxels))) {
           return true;
         }
       }

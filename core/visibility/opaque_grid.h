@@ -32,27 +32,27 @@ class OpaqueGrid {
 
   // In scene coordinates: voxels counted from the corner of the box.
   bool OpaqueAt(const Eigen::Vector3i& v) const { return Opaque(v + box_.min); }
-  // The same for voxels that lie near the one before, as along a line: most are in its page, which
+  // The same for voxels that lie near the one before, as along a line: most are in its brick, which
   // is not looked for again.
   class Walk {
    public:
     explicit Walk(const OpaqueGrid& grid) : grid_(grid) {}
     bool OpaqueAt(const Eigen::Vector3i& v) {
-      const model::VoxelIndex at = v + grid_.box_.min;
-      const model::VoxelIndex brick = model::Brick::Of(at);
-      const model::VoxelIndex page = model::BrickPage::Of(brick);
-      if (page_ == nullptr || page != page_at_) {
-        page_at_ = page;
-        page_ = &grid_.Page(page);
+      const int x = v.x() + grid_.box_.min.x();
+      const int y = v.y() + grid_.box_.min.y();
+      const int z = v.z() + grid_.box_.min.z();
+      if (mask_ == nullptr ||
+          (((x >> 3) ^ brick_.x()) | ((y >> 3) ^ brick_.y()) | ((z >> 3) ^ brick_.z())) != 0) {
+        brick_ = {x >> 3, y >> 3, z >> 3};
+        mask_ = &grid_.Page(model::BrickPage::Of(brick_)).Opaque(model::Brick::LocalOf(brick_));
       }
-      return !page_->all_empty() &&
-             page_->Opaque(model::Brick::LocalOf(brick)).Has(model::Brick::LocalOf(at));
+      return (mask_->word[static_cast<size_t>(z & 7)] >> ((x & 7) + 8 * (y & 7)) & 1) != 0;
     }
 
    private:
     const OpaqueGrid& grid_;
-    model::VoxelIndex page_at_ = model::VoxelIndex::Zero();
-    const model::BrickPage* page_ = nullptr;
+    model::VoxelIndex brick_ = model::VoxelIndex::Zero();
+    const model::BrickMask* mask_ = nullptr;
   };
   // Of the voxels low <= v < high, in scene coordinates: true where there are none.
   bool AllOpaque(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const;

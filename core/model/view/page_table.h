@@ -3,6 +3,7 @@
 #define VANTAGE_CORE_MODEL_VIEW_PAGE_TABLE_H_
 
 #include <cstddef>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -22,13 +23,15 @@ class PageTable {
 
   // Null where there is none.
   const BrickPage* Find(const VoxelIndex& page) const {
-    const VoxelIndex p = page - first_;
-    if ((p.array() < 0).any() || (p.array() >= size_.array()).any()) return nullptr;
+    // What is below the first is a large number.
+    const auto x = static_cast<uint32_t>(page.x() - first_.x());
+    const auto y = static_cast<uint32_t>(page.y() - first_.y());
+    const auto z = static_cast<uint32_t>(page.z() - first_.z());
+    const auto nx = static_cast<uint32_t>(size_.x());
+    const auto ny = static_cast<uint32_t>(size_.y());
+    if (x >= nx || y >= ny || z >= static_cast<uint32_t>(size_.z())) return nullptr;
     if (table_.empty()) return Search(page);
-    return table_[static_cast<size_t>(p.x()) +
-                  static_cast<size_t>(size_.x()) *
-                      (static_cast<size_t>(p.y()) +
-                       static_cast<size_t>(size_.y()) * static_cast<size_t>(p.z()))];
+    return table_[x + size_t{nx} * (y + size_t{ny} * z)];
   }
 
  private:
