@@ -35,7 +35,11 @@ const std::map<std::string, simulated_job::SceneKind>& Scenes() {
       {"flat", simulated_job::SceneKind::kFlat},
       {"two-rooms", simulated_job::SceneKind::kTwoRooms},
       {"hall", simulated_job::SceneKind::kHall},
-      {"office", simulated_job::SceneKind::kOffice}};
+      {"office", simulated_job::SceneKind::kOffice},
+      {"facade", simulated_job::SceneKind::kFacade},
+      {"courtyard", simulated_job::SceneKind::kCourtyard},
+      {"street", simulated_job::SceneKind::kStreet},
+      {"slope", simulated_job::SceneKind::kSlope}};
   return *kScenes;
 }
 
@@ -275,7 +279,10 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
 void DefineSimulate(CLI::App& command, SimulateArguments& a) {
   auto* scene =
       command
-          .add_option("--scene", a.scene, "Generated scene: flat, two-rooms, hall or office [flat]")
+          .add_option(
+              "--scene", a.scene,
+              "Generated scene: flat, two-rooms, hall, office, facade, courtyard, street or "
+              "slope [flat]")
           ->check(CLI::IsMember(Scenes()).description(""));
   command.add_option("--area", a.area, "Of --scene office, m^2 [250]")
       ->check(CLI::Range(100.0, 5000.0));

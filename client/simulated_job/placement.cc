@@ -99,8 +99,11 @@ std::vector<Vector3d> AllowedPositions(const simulation::SimulatedScanner& trace
     Vector3d start = site.start;
     start.z() = site.floor_height + height;
     const std::vector<Vector3d> level =
-        simulation::StandablePositions(tracer, site.mesh.Bounds(), start, site.floor_height, height,
-                                       scanner.clearance, kLatticeOfTruth);
+        site.level
+            ? simulation::StandablePositions(tracer, site.mesh.Bounds(), start, site.floor_height,
+                                             height, scanner.clearance, kLatticeOfTruth)
+            : simulation::StandablePositionsOnGround(tracer, site.mesh.Bounds(), start, height,
+                                                     scanner.clearance, kLatticeOfTruth);
     positions.insert(positions.end(), level.begin(), level.end());
   }
   return positions;

@@ -15,12 +15,13 @@ namespace vantage::simulated_job {
 struct Site {
   std::string name;
   simulation::TriangleMesh mesh;
-  double floor_height = 0;                          // m, scene frame, below the start
+  double floor_height = 0;  // m, scene frame, below the start
+  bool level = true;        // there is no other floor than that; false: the ground rises and falls
   Eigen::Vector3d start = Eigen::Vector3d::Zero();  // m, scene frame
 };
 
 // The scenes of GeneratedSite(), by the names that --scene takes.
-enum class SceneKind { kFlat, kTwoRooms, kHall, kOffice };
+enum class SceneKind { kFlat, kTwoRooms, kHall, kOffice, kFacade, kCourtyard, kStreet, kSlope };
 
 // A scene of the project's own making (core/simulation/scenes/scene.h). `area` (m^2) counts for an
 // office storey only. Without a start the scene's first is taken. INVALID_ARGUMENT: the start is

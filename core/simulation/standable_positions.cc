@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <deque>
+#include <optional>
+#include <utility>
 
 namespace vantage::simulation {
 namespace {
@@ -92,6 +94,71 @@ std::vector<Eigen::Vector3d> StandablePositions(const SimulatedScanner& tracer,
         }
       }
       if (reached && free(at, clearance)) positions.emplace_back(at.x(), at.y(), high);
+    }
+  }
+  return positions;
+}
+
+std::vector<Eigen::Vector3d> StandablePositionsOnGround(const SimulatedScanner& tracer,
+                                                        const Eigen::AlignedBox3d& bounds,
+                                                        const Eigen::Vector3d& start, double height,
+                                                        double clearance, double spacing) {
+  constexpr double kStep = 0.2;    // m, of the search and of people
+  constexpr double kSlope = 0.25;  // of the ground below a tripod, at most
+  const FloorLattice ways = LatticeOver(bounds, kStep);
+  const auto ground_below = [&](const Eigen::Vector2d& at, double from) -> std::optional<double> {
+    const TraceHit hit = tracer.tracer().Trace(Eigen::Vector3d(at.x(), at.y(), from).cast<float>(),
+                                               -Eigen::Vector3f::UnitZ(), 0);
+    if (!hit.hit) return std::nullopt;
+    return from - static_cast<double>(hit.distance);
+  };
+  const auto free = [&](const Eigen::Vector2d& at, double ground, double radius) {
+    return tracer.tracer().CylinderFree(at, radius, ground + kFloorRelief + kSlope * radius,
+                                        ground + height);
+  };
+  constexpr double kNone = -1e9;
+  std::vector<double> ground(static_cast<size_t>(ways.columns) * static_cast<size_t>(ways.rows),
+                             kNone);
+  std::vector<uint8_t> asked(ground.size());
+  std::deque<std::pair<int, int>> front;
+  const auto reach = [&](int column, int row, double from) {
+    if (column < 0 || row < 0 || column >= ways.columns || row >= ways.rows) return;
+    const size_t at = ways.Index(column, row);
+    if (ground[at] != kNone) return;
+    const auto below = ground_below(ways.At(column, row), from + height);
+    if (!below || std::abs(*below - from) > kStep) return;
+    if (asked[at] != 0) return;
+    asked[at] = 1;
+    if (!free(ways.At(column, row), *below, std::min(clearance, kPassageRadius))) return;
+    ground[at] = *below;
+    front.emplace_back(column, row);
+  };
+  const auto below_start = ground_below(start.head<2>(), start.z());
+  if (!below_start) return {};
+  const Eigen::Vector2d from = (start.head<2>() - ways.origin) / kStep;
+  for (int dc = 0; dc <= 1; ++dc) {
+    for (int dr = 0; dr <= 1; ++dr) {
+      reach(static_cast<int>(std::floor(from.x())) + dc,
+            static_cast<int>(std::floor(from.y())) + dr, *below_start);
+    }
+  }
+  while (!front.empty()) {
+    const auto [column, row] = front.front();
+    front.pop_front();
+    const double here = ground[ways.Index(column, row)];
+    reach(column - 1, row, here);
+    reach(column + 1, row, here);
+    reach(column, row - 1, here);
+    reach(column, row + 1, here);
+  }
+  std::vector<Eigen::Vector3d> positions;
+  const int stride = std::max(1, static_cast<int>(std::lround(spacing / kStep)));
+  for (int row = 0; row < ways.rows; row += stride) {
+    for (int column = 0; column < ways.columns; column += stride) {
+      const double z = ground[ways.Index(column, row)];
+      if (z == kNone || !free(ways.At(column, row), z, clearance)) continue;
+      const Eigen::Vector2d at = ways.At(column, row);
+      positions.emplace_back(at.x(), at.y(), z + height);
     }
   }
   return positions;

@@ -19,6 +19,14 @@ std::vector<Eigen::Vector3d> StandablePositions(const SimulatedScanner& tracer,
                                                 const Eigen::Vector3d& start, double floor_height,
                                                 double height, double clearance, double spacing);
 
+// The same where the floor or the ground is not level: `height` is over what lies straight below,
+// and the way from `start`, which is above it, goes up and down by at most 0.2 m to a step of 0.2
+// m.
+std::vector<Eigen::Vector3d> StandablePositionsOnGround(const SimulatedScanner& tracer,
+                                                        const Eigen::AlignedBox3d& bounds,
+                                                        const Eigen::Vector3d& start, double height,
+                                                        double clearance, double spacing);
+
 }  // namespace vantage::simulation
 
 #endif  // VANTAGE_CORE_SIMULATION_STANDABLE_POSITIONS_H_

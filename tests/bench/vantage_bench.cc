@@ -31,7 +31,9 @@ struct Group {
 };
 constexpr std::array<Group, 10> kGroups = {{
     {"carve", "carve.", "carving one scan, beside OctoMap", 1, BenchCarve},
-    {"site", "site.", "views in the air, places without one; --full: 1,000 scenes", 1, BenchSite},
+    {"site", "site.",
+     "views in the air, places without one; jobs under the open sky; --full: 1,000 scenes, 12 jobs",
+     4, BenchSite},
     {"model", "merge. model.", "merging the tenth scan; memory; --full: 1,000 m2", 1, BenchModel},
     {"snapshot", "snapshot.", "loading a model, beside building it", 0.5, BenchSnapshot},
     {"planning", "plan.embree. plan.brute. plan.budget. plan.cancel. plan.2000m2.",
