@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/model/carve/cut_returns.h"
+#include "core/model/carve/sky_rays.h"
 #include "core/model/carve/station.h"
 #include "core/model/carve/surface_points.h"
 #include "core/model/carve/voxel_visibility.h"
@@ -153,19 +155,41 @@ class EmptySpace {
   Eigen::Matrix3d R_scan_model_;
 };
 
-void CarveEmptySpace(double voxel_size, parallel::Parallel& parallel, ScanLayer& layer) {
+// The voxels of a brick whose centres are within the site.
+BrickMask WithinSite(const ModelConfig& config, const VoxelIndex& brick) {
+  BrickMask within;
+  const double side = Brick::kSide * config.voxel_size;
+  const Eigen::Array3d low = brick.cast<double>().array() * side;
+  if ((low.abs().max((low + side).abs()) <= config.max_half_extent.array()).all()) {
+    within.word.fill(~uint64_t{0});
+    return within;
+  }
+  for (int local = 0; local < Brick::kVoxels; ++local) {
+    const Eigen::Array3d centre =
+        (PlanningView::Global(brick, local).cast<double>().array() + 0.5) * config.voxel_size;
+    if ((centre.abs() < config.max_half_extent.array()).all()) within.Set(local);
+  }
+  return within;
+}
+
+void CarveEmptySpace(const ModelConfig& config, parallel::Parallel& parallel, ScanLayer& layer) {
+  const double voxel_size = config.voxel_size;
   const RangePyramid pyramid(layer.range_surface, parallel);
   const RangePyramid::Bounds all =
       pyramid.Over(0, layer.range_surface.columns() - 1, 0, layer.range_surface.rows() - 1);
-  // The work is dealt out in cubes of 64 voxels a side, as far as the longest range reaches.
+  // The work is dealt out in cubes of 64 voxels a side, as far as the longest range reaches within
+  // the site.
   constexpr int kChunk = 64;
   const double reach = static_cast<double>(all.max);
   const Eigen::Vector3d origin = layer.T_model_scan.translation();
-  const auto chunk_of = [&](double offset) -> VoxelIndex {
-    return ((origin.array() + offset) / (voxel_size * kChunk)).floor().cast<int>();
+  const auto chunk_of = [&](const Eigen::Vector3d& point) -> VoxelIndex {
+    return (point.array() / (voxel_size * kChunk)).floor().cast<int>();
   };
-  const VoxelIndex first = chunk_of(-reach);
-  const VoxelIndex size = chunk_of(reach) - first + VoxelIndex::Ones();
+  const Eigen::Vector3d low = origin.array() - reach;
+  const Eigen::Vector3d high = origin.array() + reach;
+  const VoxelIndex first = chunk_of(low.cwiseMax(-config.max_half_extent));
+  const VoxelIndex size =
+      chunk_of(high.cwiseMin(config.max_half_extent)) - first + VoxelIndex::Ones();
   const size_t chunks =
       static_cast<size_t>(size.x()) * static_cast<size_t>(size.y()) * static_cast<size_t>(size.z());
   std::vector<EmptySpace::Output> outputs(chunks);
@@ -177,9 +201,14 @@ void CarveEmptySpace(double voxel_size, parallel::Parallel& parallel, ScanLayer&
     empty_space.Split(chunk * kChunk, kChunk, outputs[i]);
   });
   for (const EmptySpace::Output& output : outputs) {
-    for (const auto& [brick, mask] : output.mixed) layer.bricks[KeyOf(brick)].empty = mask;
+    for (const auto& [brick, mask] : output.mixed) {
+      BrickMask within = WithinSite(config, brick);
+      for (size_t w = 0; w < mask.word.size(); ++w) within.word[w] &= mask.word[w];
+      if (within.Any()) layer.bricks[KeyOf(brick)].empty = within;
+    }
     for (const VoxelIndex& brick : output.whole) {
-      layer.bricks[KeyOf(brick)].empty.word.fill(~uint64_t{0});
+      const BrickMask within = WithinSite(config, brick);
+      if (within.Any()) layer.bricks[KeyOf(brick)].empty = within;
     }
   }
 }
@@ -191,7 +220,8 @@ std::unique_ptr<ScanLayer> Carve(const sensor::Scan& scan, const Eigen::Isometry
   auto layer = std::unique_ptr<ScanLayer>(new ScanLayer{
       .range_surface = RangeSurface(scan.image, scan.scanner, config.discontinuity_angle, parallel),
       .scanner = scan.scanner,
-      .T_model_scan = T_model_scan});
+      .T_model_scan = T_model_scan,
+      .site = config.max_half_extent});
   // Density is computed from the steps the instrument measured with, not the grid's.
   layer->scanner.azimuth_step = scan.image.native_azimuth_step;
   layer->scanner.elevation_step = scan.image.native_elevation_step;
@@ -199,10 +229,12 @@ std::unique_ptr<ScanLayer> Carve(const sensor::Scan& scan, const Eigen::Isometry
   layer->elevation_first = rows[0] - (rows[1] - rows[0]) / 2;
   layer->elevation_last = rows.back() + (rows.back() - rows[rows.size() - 2]) / 2;
 
+  layer->cut = CutReturnsBeyondLimits(config, scan.scanner, T_model_scan, layer->range_surface);
   layer->reflectors = EndReflections(layer->range_surface, parallel);
+  layer->sky_rays = EndSkyRays(config, *layer);
   layer->range_surface.EndLoneRays(parallel);
   layer->holes = HoleMap(layer->range_surface);
-  CarveEmptySpace(config.voxel_size, parallel, *layer);
+  CarveEmptySpace(config, parallel, *layer);
   AddSurfacePoints(config.voxel_size, parallel, *layer);
   ClearStation(config.voxel_size, *layer);
   for (auto& [key, brick] : layer->bricks) {

@@ -77,7 +77,7 @@ ShaftClassifier::Relation ShaftClassifier::Classify(const ViewBox& views,
   }
   constexpr uint8_t kAllSatisfied = kSensingSatisfied | kVisible;
   if ((satisfied & kAllSatisfied) != kAllSatisfied) return Relation::kMixed;
-  if (group.bounds.has_dropouts) return Relation::kMixed;
+  if (group.bounds.has_dropouts || group.bounds.under_sky) return Relation::kMixed;
   const bool saturated = density.min >= group.bounds.most_enough;
   const bool constant =
       scorer_.reach() == 0 && density.max - density.min <= tolerance_ * density.max;

@@ -1,6 +1,9 @@
 #include "core/planning/patches/measure_coverage.h"
 
+#include <optional>
+
 #include "absl/status/status.h"
+#include "core/planning/patches/skyline.h"
 #include "core/visibility/surface_walk.h"
 
 namespace vantage::planning {
@@ -10,6 +13,8 @@ absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
                                          const parallel::Cancellation& cancelled) {
   Coverage coverage;
   double all = 0;
+  std::optional<Skyline> skyline = Skyline::Of(model, cancelled);
+  if (!skyline) return absl::CancelledError("coverage");
   const bool whole = visibility::WalkSurface(
       model, cancelled,
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
@@ -17,6 +22,7 @@ absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
             !config.region_of_interest->contains(model.Centre(v))) {
           return;
         }
+        if (model::IsFalseSurface(state) && skyline->InSky(v, surface.normal)) return;
         const double area = surface.area;
         coverage.area[static_cast<size_t>(model::KindOf(state))] += area;
         all += area;

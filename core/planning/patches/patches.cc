@@ -12,6 +12,7 @@
 
 #include "absl/container/flat_hash_map.h"
 #include "absl/status/status.h"
+#include "core/planning/patches/skyline.h"
 #include "core/planning/patches/space_behind.h"
 #include "core/visibility/surface_walk.h"
 
@@ -142,6 +143,8 @@ bool CollectDeficient(const model::PlanningView& model, const PlanningConfig& co
     const double depth = DepthBehind(model, v, surface.normal, config.unknown_depth);
     return static_cast<float>(DensityWorthHaving(config.required_density, depth));
   };
+  std::optional<Skyline> skyline = Skyline::Of(model, cancelled);
+  if (!skyline) return false;
   return visibility::WalkSurface(
       model, cancelled,
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
@@ -150,12 +153,15 @@ bool CollectDeficient(const model::PlanningView& model, const PlanningConfig& co
             !config.region_of_interest->contains(model.Centre(v))) {
           return;
         }
+        const bool measured = state == model::VoxelState::kTrueSurface;
+        if (!measured && skyline->InSky(v, surface.normal)) return;
         const std::span<const model::Dropout> dropouts = model.Dropouts(v);
         deficient.push_back(
             {v, model::KindOf(state), surface.centroid, surface.normal, surface.area,
              model::IsFalseSurface(state) ? 0.0f : surface.density,
              1 + static_cast<float>(surface.spread) / 256, enough(v, state, surface),
              static_cast<float>(SuccessProbability(surface.missed)),
+             measured ? SkylineSines() : skyline->Around(v),
              static_cast<uint32_t>(all_dropouts.size()), static_cast<uint32_t>(dropouts.size())});
         for (const model::Dropout& dropout : dropouts) all_dropouts.push_back(dropout.from);
       });

@@ -9,13 +9,14 @@
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
+#include "core/planning/patches/skyline.h"
 #include "core/planning/plan/patch.h"
 #include "core/planning/plan/planning_config.h"
 
 namespace vantage::planning {
 
 // A deficient voxel: false surface, or true surface below the required density, that is not
-// given up and lies in the region of interest.
+// given up, lies in the region of interest and not in the sky.
 struct DeficientCell {
   model::VoxelIndex voxel;
   model::SurfaceKind kind = model::SurfaceKind::kTrue;
@@ -26,6 +27,7 @@ struct DeficientCell {
   float spread = 1;          // density at the voxel's middle over q, in the scan that recorded q
   float enough = 0;          // samples / m^2: D, or more where unknown space lies behind it
   float success = 1;         // probability that measuring it works, from earlier attempts
+  SkylineSines skyline;      // what is to be expected behind it, where it is under the open sky
   // Places from which rays to it dropped out: [dropouts, dropouts + dropout_count) of
   // PatchSet::dropouts.
   uint32_t dropouts = 0;
