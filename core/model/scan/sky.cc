@@ -45,7 +45,7 @@ constexpr double kMostRoomLike = 0.75;  // share of all directions in the horizo
 constexpr double kRelief = 0.02;
 // A surface that goes on fades out: rays to it drop out one by one, or it comes to the end of the
 // range. One that ends breaks off: on its side of the border all rays return. Share of those that
-// do not, on every side; and share of the range.
+// do not, in every quadrant around it; and share of the range.
 constexpr double kFading = 0.15;
 constexpr double kEndOfRange = 0.8;
 constexpr double kInLine = 0.05;      // of a chord: samples of one surface are in line by that
@@ -295,10 +295,8 @@ class SkyFinder {
                   std::max(0, first_row), std::min(rows_ - 1, last_row));
       return count[0] >= kFading * (count[0] + count[1]);
     };
-    return fades(column - k, column + k, row - k, row) &&
-           fades(column - k, column + k, row, row + k) &&
-           fades(column - k, column, row - k, row + k) &&
-           fades(column, column + k, row - k, row + k);
+    return fades(column - k, column, row - k, row) && fades(column, column + k, row - k, row) &&
+           fades(column - k, column, row, row + k) && fades(column, column + k, row, row + k);
   }
 
   // The surface around a cell, where the ray met it at a grazing angle and it may go on.
@@ -408,15 +406,11 @@ class SkyFinder {
       for (int r = 0; r < rows_; ++r) {
         if (state_[Index(c, r)] != kSkyCell) continue;
         auto bound = static_cast<double>(bound_[Index(c, r)]);
-        // A ray that goes down meets ground sooner or later. Where that would be met squarely and
-        // was not, it is an edge or water, and nothing is promised.
+        const UnknownReason beyond = bound < range ? UnknownReason::kHole : UnknownReason::kSky;
+        // A ray that goes down may meet ground that does not return. Where the ground beside it
+        // breaks off (an edge, or water) nothing is promised.
         const double sine = surface_.Direction(c, r).dot(up_);
-        UnknownReason beyond = bound < range ? UnknownReason::kHole : UnknownReason::kSky;
-        if (const double level = height / (kRelief - sine); sine < 0 && level < bound) {
-          bound = level;
-          const bool squarely = -sine > std::cos(scanner_.max_incidence);
-          beyond = bound < range && !squarely ? UnknownReason::kHole : UnknownReason::kSky;
-        }
+        if (sine < 0) bound = std::min(bound, height / (kRelief - sine));
         rays.push_back({c, r, static_cast<float>(std::min(bound, range)), beyond});
       }
     }
