@@ -244,6 +244,18 @@ std::string ScanReport(const v1::Scan& scan) {
     absl::StrAppendFormat(&out, "  merged    model version %d; carve %s, merge %s\n",
                           scan.merge().model_version(), Seconds(scan.merge().carve_duration()),
                           Seconds(scan.merge().merge_duration()));
+    if (scan.merge().beyond_range_count() > 0) {
+      absl::StrAppendFormat(&out, "  cut       %d returns beyond the scanner's range\n",
+                            scan.merge().beyond_range_count());
+    }
+    if (scan.merge().beyond_site_count() > 0) {
+      absl::StrAppendFormat(&out, "  cut       %d returns beyond the site's limit\n",
+                            scan.merge().beyond_site_count());
+    }
+    if (scan.merge().sky_ray_count() > 0) {
+      absl::StrAppendFormat(&out, "  sky       %d rays into the open sky\n",
+                            scan.merge().sky_ray_count());
+    }
   }
   return out;
 }

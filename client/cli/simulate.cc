@@ -37,7 +37,11 @@ const std::map<std::string, simulated_job::SceneKind>& Scenes() {
       {"two-rooms", simulated_job::SceneKind::kTwoRooms},
       {"hall", simulated_job::SceneKind::kHall},
       {"office", simulated_job::SceneKind::kOffice},
-      {"house", simulated_job::SceneKind::kHouse}};
+      {"house", simulated_job::SceneKind::kHouse},
+      {"facade", simulated_job::SceneKind::kFacade},
+      {"courtyard", simulated_job::SceneKind::kCourtyard},
+      {"street", simulated_job::SceneKind::kStreet},
+      {"slope", simulated_job::SceneKind::kSlope}};
   return *kScenes;
 }
 
@@ -301,10 +305,13 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
 }
 
 void DefineSimulate(CLI::App& command, SimulateArguments& a) {
-  auto* scene = command
-                    .add_option("--scene", a.scene,
-                                "Generated scene: flat, two-rooms, hall, office or house [flat]")
-                    ->check(CLI::IsMember(Scenes()).description(""));
+  auto* scene =
+      command
+          .add_option(
+              "--scene", a.scene,
+              "Generated scene: flat, two-rooms, hall, office, house, facade, courtyard, street "
+              "or slope [flat]")
+          ->check(CLI::IsMember(Scenes()).description(""));
   command.add_option("--area", a.area, "Of --scene office, m^2 [250]")
       ->check(CLI::Range(100.0, 5000.0));
   command.add_option("--mesh", a.mesh, "Triangle mesh instead, PLY, m, z up")->excludes(scene);

@@ -10,6 +10,7 @@
 #include "core/simulation/scenes/furnished_flat.h"
 #include "core/simulation/scenes/house.h"
 #include "core/simulation/scenes/office_storey.h"
+#include "core/simulation/scenes/outdoor_scenes.h"
 #include "core/simulation/scenes/scene.h"
 #include "core/simulation/scenes/small_scenes.h"
 #include "core/simulation/simulated_scanner.h"
@@ -111,11 +112,27 @@ absl::StatusOr<Site> GeneratedSite(SceneKind kind, uint64_t seed, double area,
       scene = simulation::HouseOfThreeStoreys(seed);
       what = "house of three storeys";
       break;
+    case SceneKind::kFacade:
+      scene = simulation::FacadeScene(seed);
+      what = "facade on a square";
+      break;
+    case SceneKind::kCourtyard:
+      scene = simulation::CourtyardScene(seed);
+      what = "courtyard";
+      break;
+    case SceneKind::kStreet:
+      scene = simulation::StreetScene(seed);
+      what = "street with two houses";
+      break;
+    case SceneKind::kSlope:
+      scene = simulation::SlopeScene(seed);
+      what = "sloping ground with a hut";
+      break;
   }
   Site site;
   site.name = absl::StrCat(what, " ", seed);
   site.floor_height = scene.floor_height;
-  site.several_levels = scene.several_levels;
+  site.several_levels = scene.several_levels || kind == SceneKind::kSlope;
   site.start = start.value_or(scene.starts.front());
   site.mesh = std::move(scene.mesh);
   if (start) {

@@ -21,7 +21,17 @@ struct Site {
 };
 
 // The scenes of GeneratedSite(), by the names that --scene takes.
-enum class SceneKind { kFlat, kTwoRooms, kHall, kOffice, kHouse };
+enum class SceneKind {
+  kFlat,
+  kTwoRooms,
+  kHall,
+  kOffice,
+  kHouse,
+  kFacade,
+  kCourtyard,
+  kStreet,
+  kSlope
+};
 
 // A scene of the project's own making (core/simulation/scenes/scene.h). `area` (m^2) counts for an
 // office storey only. Without a start the scene's first is taken. INVALID_ARGUMENT: the start is

@@ -115,13 +115,6 @@ bool IsRigid(const Eigen::Isometry3d& pose) {
   return pose.matrix().allFinite() && (R * R.transpose()).isIdentity(1e-6) && R.determinant() > 0;
 }
 
-// The farthest corner of what the scan reaches, on each axis.
-Eigen::Vector3d Reach(const sensor::Scan& scan, const Eigen::Isometry3d& pose) {
-  float farthest = 0;
-  for (const float range : scan.image.range) farthest = std::max(farthest, range);
-  return pose.translation().cwiseAbs().array() + static_cast<double>(farthest);
-}
-
 }  // namespace
 
 PartialModel::PartialModel(std::unique_ptr<State> state) : state_(std::move(state)) {}
@@ -144,18 +137,22 @@ absl::StatusOr<MergeReport> PartialModel::Insert(absl::string_view id, const sen
   if (!IsRigid(T_model_scan)) {
     return absl::InvalidArgumentError("pose: must be a rigid transform of finite numbers");
   }
-  const Eigen::Vector3d reach = Reach(scan, T_model_scan);
-  if ((reach.array() > state.config.max_half_extent.array()).any()) {
-    return absl::OutOfRangeError(absl::StrCat(
-        "the scan reaches ", reach.x(), " x ", reach.y(), " x ", reach.z(),
-        " m from the origin; the site's limit is ", state.config.max_half_extent.x(), " x ",
-        state.config.max_half_extent.y(), " x ", state.config.max_half_extent.z(), " m"));
+  const Eigen::Vector3d stands = T_model_scan.translation();
+  if ((stands.cwiseAbs().array() > state.config.max_half_extent.array()).any()) {
+    return absl::OutOfRangeError(
+        absl::StrCat("the scanner stands at (", stands.x(), ", ", stands.y(), ", ", stands.z(),
+                     ") m, outside the site, whose limit is ", state.config.max_half_extent.x(),
+                     " x ", state.config.max_half_extent.y(), " x ",
+                     state.config.max_half_extent.z(), " m from the origin"));
   }
 
   MergeReport report;
   const auto start = std::chrono::steady_clock::now();
   std::unique_ptr<ScanLayer> layer = Carve(scan, T_model_scan, state.config, parallel);
   report.carve_seconds = SecondsSince(start);
+  report.beyond_range = layer->cut.beyond_range;
+  report.beyond_site = layer->cut.beyond_site;
+  report.sky_rays = layer->sky_rays;
 
   const auto merge_start = std::chrono::steady_clock::now();
   const ScanLayer& touched = *layer;
@@ -203,6 +200,7 @@ absl::StatusOr<std::unique_ptr<PartialModel>> PartialModel::Load(absl::string_vi
   state->layers = std::move(parts->layers);
   const std::vector<Aperture> apertures = state->Apertures();
   for (const auto& [id, layer] : state->layers) {
+    layer->site = state->config.max_half_extent;
     ApplyReflectionMask(apertures, state->config.voxel_size, *layer);
   }
   for (const BrickAt& at : parts->bricks) state->octree.Set(at.brick, at.contents);

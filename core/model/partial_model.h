@@ -24,6 +24,9 @@ namespace vantage::model {
 struct MergeReport {
   uint64_t version = 0;          // of the model afterwards
   size_t samples = 0;            // that took part
+  size_t beyond_range = 0;       // returns that were cut: farther than the scanner's range,
+  size_t beyond_site = 0;        // or outside the site's limit; 0 after Withdraw()
+  size_t sky_rays = 0;           // rays that went into the open sky; 0 after Withdraw()
   size_t empty_voxels = 0;       // of this scan
   size_t surface_voxels = 0;     // of this scan
   size_t recomputed_bricks = 0;  // of the model: all that the scan can have an influence on
@@ -41,7 +44,7 @@ class PartialModel {
 
   // Merges a scan at a pose (rigid, scanner to model frame). `id` is unique within the model.
   // ALREADY_EXISTS: the id is in the model. INVALID_ARGUMENT: the image is not valid.
-  // OUT_OF_RANGE: the site would exceed its extent; the figure is in the message.
+  // OUT_OF_RANGE: the scanner stands outside the site's limit; the figures are in the message.
   // On error the model is as it was.
   absl::StatusOr<MergeReport> Insert(absl::string_view id, const sensor::Scan& scan,
                                      const Eigen::Isometry3d& T_model_scan,

@@ -13,7 +13,8 @@ constexpr double kMostRise = 0.21;  // m: the steepest stairs that building code
 constexpr double kKnee = 0.45;      // m: two steps ahead, which legs clear
 constexpr double kTall = 1.7;       // m, of somebody who carries a tripod
 constexpr double kHalfWidth = 0.3;  // m
-constexpr double kRelief = 0.05;    // m: thresholds and rugs; what feet of a tripod even out
+constexpr double kRelief = 0.05;    // m: thresholds and rugs
+constexpr double kSlope = 0.25;     // of the ground below a tripod, which its legs even out
 constexpr double kFeet = 0.25;      // m from the middle of a tripod to its feet
 
 }  // namespace
@@ -116,7 +117,8 @@ std::optional<size_t> WalkableGround::Find(const Eigen::Vector3d& point) const {
 std::vector<Eigen::Vector3d> WalkableGround::Stations(double height, double clearance,
                                                       double spacing) const {
   const auto stands = [&](const Eigen::Vector2d& at, double ground) {
-    if (!tracer_.tracer().CylinderFree(at, clearance, ground + kRelief, ground + height)) {
+    if (!tracer_.tracer().CylinderFree(at, clearance, ground + kRelief + kSlope * clearance,
+                                       ground + height)) {
       return false;
     }
     for (int k = 0; k < 8; ++k) {
@@ -124,7 +126,7 @@ std::vector<Eigen::Vector3d> WalkableGround::Stations(double height, double clea
       const Eigen::Vector2d foot =
           at + kFeet * Eigen::Vector2d(std::cos(bearing), std::sin(bearing));
       const std::optional<double> below = GroundBelow(foot, ground + kKnee);
-      if (!below || std::abs(*below - ground) > kRelief) return false;
+      if (!below || std::abs(*below - ground) > kRelief + kSlope * kFeet) return false;
     }
     return true;
   };

@@ -37,9 +37,10 @@ class WalkableGround {
   // and one step in height.
   std::optional<size_t> Find(const Eigen::Vector3d& point) const;
 
-  // Where a tripod can stand: a lattice of `spacing` in plan, `height` above ground that is level
-  // to 5 cm under its feet, free within `clearance` from 5 cm over the ground to the viewpoint. m,
-  // scene frame, viewpoints, lower ones first where several are over one another.
+  // Where a tripod can stand: a lattice of `spacing` in plan, `height` above ground whose slope (at
+  // most one in four) and relief (5 cm) its legs even out, and free within `clearance` from there up
+  // to the viewpoint. m, scene frame, viewpoints, lower ones first where several are over one
+  // another.
   std::vector<Eigen::Vector3d> Stations(double height, double clearance, double spacing) const;
 
  private:

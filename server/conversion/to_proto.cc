@@ -240,6 +240,9 @@ v1::MergeReport WriteMergeReport(const model::MergeReport& report) {
   v1::MergeReport out;
   out.set_model_version(report.version);
   out.set_sample_count(static_cast<int64_t>(report.samples));
+  out.set_beyond_range_count(static_cast<int64_t>(report.beyond_range));
+  out.set_beyond_site_count(static_cast<int64_t>(report.beyond_site));
+  out.set_sky_ray_count(static_cast<int64_t>(report.sky_rays));
   out.set_empty_voxel_count(static_cast<int64_t>(report.empty_voxels));
   out.set_surface_voxel_count(static_cast<int64_t>(report.surface_voxels));
   out.set_changed_brick_count(static_cast<int64_t>(report.changed_bricks));

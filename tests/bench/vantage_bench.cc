@@ -31,7 +31,9 @@ struct Group {
 };
 constexpr std::array<Group, 11> kGroups = {{
     {"carve", "carve.", "carving one scan, beside OctoMap", 1, BenchCarve},
-    {"site", "site.", "views in the air, places without one; --full: 1,000 scenes", 1, BenchSite},
+    {"site", "site.",
+     "views in the air, places without one; jobs under the open sky; --full: 1,000 scenes, 12 jobs",
+     4, BenchSite},
     {"model", "merge. model.", "merging the tenth scan; memory; --full: 1,000 m2", 1, BenchModel},
     {"hall", "model.hall100. plan.hall100.", "a hall of 100 x 60 x 15 m: memory, time of a plan", 3,
      BenchHall},

@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/model/carve/cut_returns.h"
+#include "core/model/carve/sky_rays.h"
 #include "core/model/carve/station.h"
 #include "core/model/carve/surface_points.h"
 #include "core/model/carve/voxel_visibility.h"
@@ -27,11 +29,12 @@ class EmptySpace {
     BrickMask whole;                                      // of the page: bricks that are wholly so
   };
 
-  EmptySpace(const ScanLayer& layer, const RangePyramid& pyramid, double voxel_size)
+  EmptySpace(const ModelConfig& config, const ScanLayer& layer, const RangePyramid& pyramid)
       : surface_(layer.range_surface),
         pyramid_(pyramid),
-        centres_(layer.range_surface, layer.T_model_scan, voxel_size),
-        voxel_size_(voxel_size),
+        centres_(layer.range_surface, layer.T_model_scan, config.voxel_size),
+        voxel_size_(config.voxel_size),
+        site_(config.max_half_extent.array()),
         origin_(layer.T_model_scan.translation()),
         R_scan_model_(layer.T_model_scan.linear().transpose()) {}
 
@@ -106,6 +109,16 @@ class EmptySpace {
             empty |= uint64_t{1} << bit;
           }
         }
+        if (Beyond(corner, kSide)) {
+          for (uint64_t left = empty; left != 0; left &= left - 1) {
+            const int bit = std::countr_zero(left);
+            const Eigen::Array3d voxel =
+                (corner + VoxelIndex(bit % kSide, bit / kSide % kSide, bit / (kSide * kSide)))
+                    .cast<double>();
+            if ((((voxel + 0.5) * voxel_size_).abs() >= site_).any())
+              empty &= ~(uint64_t{1} << bit);
+          }
+        }
       }
     }
     for (int row = 0; row < kSide * kSide; ++row) {
@@ -114,8 +127,19 @@ class EmptySpace {
     }
   }
 
-  // Conservative: compares the cube's bounding sphere with the range image.
+  // True when a part of the cube is outside the site.
+  bool Beyond(const VoxelIndex& corner, int side) const {
+    const Eigen::Array3d low = corner.cast<double>().array() * voxel_size_;
+    return (low.abs().max((low + side * voxel_size_).abs()) > site_).any();
+  }
+
+  // Conservative: compares the cube's bounding sphere with the range image. Outside the site all is
+  // unknown.
   Verdict Decide(const VoxelIndex& corner, int side) const {
+    const Eigen::Array3d low = corner.cast<double>().array() * voxel_size_;
+    if ((low >= site_).any() || (low + side * voxel_size_ <= -site_).any()) {
+      return Verdict::kUnknown;
+    }
     const double half = 0.5 * side * voxel_size_;
     const Eigen::Vector3d centre =
         (corner.cast<double>() * voxel_size_).array() + half - origin_.array();
@@ -152,7 +176,9 @@ class EmptySpace {
       max = std::max(max, bounds.max);
     }
     if (nearest >= static_cast<double>(max)) return Verdict::kUnknown;
-    if (farthest < static_cast<double>(min) && !rows.cut && !columns.cut) return Verdict::kEmpty;
+    if (farthest < static_cast<double>(min) && !rows.cut && !columns.cut && !Beyond(corner, side)) {
+      return Verdict::kEmpty;
+    }
     return Verdict::kMixed;
   }
 
@@ -160,15 +186,17 @@ class EmptySpace {
   const RangePyramid& pyramid_;
   VoxelVisibility centres_;
   double voxel_size_;
+  Eigen::Array3d site_;  // m, half its side
   Eigen::Vector3d origin_;
   Eigen::Matrix3d R_scan_model_;
 };
 
-void CarveEmptySpace(double voxel_size, parallel::Parallel& parallel, ScanLayer& layer) {
+void CarveEmptySpace(const ModelConfig& config, parallel::Parallel& parallel, ScanLayer& layer) {
+  const double voxel_size = config.voxel_size;
   const RangePyramid pyramid(layer.range_surface, parallel);
   const RangePyramid::Bounds all =
       pyramid.Over(0, layer.range_surface.columns() - 1, 0, layer.range_surface.rows() - 1);
-  const EmptySpace empty_space(layer, pyramid, voxel_size);
+  const EmptySpace empty_space(config, layer, pyramid);
   // The work is dealt out by pages. They are found from the cubes down that hold all that the
   // longest range reaches, since one far return makes nothing of what is around known.
   const double reach = static_cast<double>(all.max);
@@ -207,7 +235,8 @@ std::unique_ptr<ScanLayer> Carve(const sensor::Scan& scan, const Eigen::Isometry
   auto layer = std::unique_ptr<ScanLayer>(new ScanLayer{
       .range_surface = RangeSurface(scan.image, scan.scanner, config.discontinuity_angle, parallel),
       .scanner = scan.scanner,
-      .T_model_scan = T_model_scan});
+      .T_model_scan = T_model_scan,
+      .site = config.max_half_extent});
   // Density is computed from the steps the instrument measured with, not the grid's.
   layer->scanner.azimuth_step = scan.image.native_azimuth_step;
   layer->scanner.elevation_step = scan.image.native_elevation_step;
@@ -215,10 +244,12 @@ std::unique_ptr<ScanLayer> Carve(const sensor::Scan& scan, const Eigen::Isometry
   layer->elevation_first = rows[0] - (rows[1] - rows[0]) / 2;
   layer->elevation_last = rows.back() + (rows.back() - rows[rows.size() - 2]) / 2;
 
+  layer->cut = CutReturnsBeyondLimits(config, scan.scanner, T_model_scan, layer->range_surface);
   layer->reflectors = EndReflections(layer->range_surface, parallel);
+  layer->sky_rays = EndSkyRays(config, *layer);
   layer->range_surface.EndLoneRays(parallel);
   layer->holes = HoleMap(layer->range_surface);
-  CarveEmptySpace(config.voxel_size, parallel, *layer);
+  CarveEmptySpace(config, parallel, *layer);
   AddSurfacePoints(config.voxel_size, parallel, *layer);
   ClearStation(config.voxel_size, *layer);
   for (const auto& [page, bricks] : layer->bricks.empty()) {

@@ -6,6 +6,7 @@
 namespace vantage::model {
 
 UnknownReason ScanLayer::ReasonAt(const Eigen::Vector3d& point) const {
+  if (!WithinSite(point)) return UnknownReason::kSite;
   for (const Aperture& aperture : apertures) {
     if (aperture.Between(T_model_scan.translation(), point)) return UnknownReason::kHole;
   }

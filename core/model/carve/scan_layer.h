@@ -7,9 +7,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "core/model/carve/cut_returns.h"
 #include "core/model/carve/layer_bricks.h"
 #include "core/model/reflections/reflections.h"
 #include "core/model/scan/hole_map.h"
@@ -40,12 +42,19 @@ struct ScanLayer {
   size_t samples = 0;
   size_t empty_voxels = 0;
   size_t surface_voxels = 0;
+  // ModelConfig::max_half_extent, m: outside nothing is looked for.
+  Eigen::Vector3d site = Eigen::Vector3d::Constant(std::numeric_limits<double>::infinity());
+  CutReturns cut{};                                     // snapshots do not keep it: 0 then
+  size_t sky_rays = 0;                                  // the same
   uint32_t algorithm_version = kModelAlgorithmVersion;  // that it was carved with
 
   const LayerBrick* Find(const VoxelIndex& brick) const { return bricks.Find(KeyOf(brick)); }
   bool Empty(const VoxelIndex& voxel) const {
     const LayerBrick* brick = Find(Brick::Of(voxel));
     return brick != nullptr && brick->empty.Has(Brick::LocalOf(voxel));
+  }
+  bool WithinSite(const Eigen::Vector3d& point) const {
+    return (point.array().abs() <= site.array()).all();
   }
   // Why the scan leaves a point (m, model frame) unknown, if it does.
   UnknownReason ReasonAt(const Eigen::Vector3d& point) const;

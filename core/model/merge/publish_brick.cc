@@ -265,6 +265,7 @@ class Publisher {
       state = VoxelState::kAbsorbed;
       return std::nullopt;
     }
+    if (InSky(local)) return std::nullopt;
     state = Cause(local);
     surface.centroid = Centre(local).cast<float>();
     surface.area = static_cast<float>(h_ * h_) / surface.normal.lpNorm<Eigen::Infinity>();
@@ -299,6 +300,16 @@ class Publisher {
                std::abs(plane.normal.dot(centre - plane.centroid)) <= reach;
     });
     return sliver;
+  }
+
+  // True when some scan says that there is nothing to look for: along its ray lies the open sky, or
+  // the voxel is outside the site. It stays unknown.
+  bool InSky(int local) const {
+    return std::any_of(witnesses_.begin(), witnesses_.end(), [&](const Witness& witness) {
+      const ScanLayer& layer = *witness.layer;
+      return (layer.range_surface.EndsInSky() || !layer.WithinSite(Centre(local))) &&
+             layer.ReasonAt(Centre(local)) >= UnknownReason::kSky;
+    });
   }
 
   VoxelState Cause(int local) const {

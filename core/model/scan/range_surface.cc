@@ -53,6 +53,8 @@ RangeSurface::RangeSurface(AngularAxis azimuth, AngularAxis elevation, std::vect
       range_(std::move(range)),
       joined_(std::move(joined)) {
   FillTables();
+  ends_in_sky_ = std::any_of(joined_.begin(), joined_.end(),
+                             [](uint8_t bits) { return EndReason(bits) >= UnknownReason::kSky; });
 }
 
 void RangeSurface::FillTables() {
@@ -156,13 +158,15 @@ void RangeSurface::JoinQuads(parallel::Parallel& parallel) {
   }
 }
 
-void RangeSurface::EndAt(int column, int row, float range) {
+void RangeSurface::EndAt(int column, int row, float range, UnknownReason beyond) {
   const size_t own = Index(column, row);
   range_[own] = range;
-  joined_[own] = 8;
+  joined_[own] = EndBits(beyond);
+  ends_in_sky_ |= beyond >= UnknownReason::kSky;
   const int previous = column > 0 ? column - 1 : (azimuth_.closed() ? columns() - 1 : -1);
   const auto part = [this](int c, int r, int bits) {
-    joined_[Index(c, r)] = static_cast<uint8_t>(joined_[Index(c, r)] & ~bits);
+    uint8_t& joined = joined_[Index(c, r)];
+    if ((joined & 8) == 0) joined = static_cast<uint8_t>(joined & ~bits);
   };
   if (row > 0) part(column, row - 1, 2 | 4);
   if (previous >= 0) part(previous, row, 1 | 4);
@@ -174,14 +178,19 @@ void RangeSurface::EndLoneRays(parallel::Parallel& parallel) {
   struct End {
     size_t index;
     float range;
+    bool in_sky = false;  // what tells is the sky, but for stray returns
   };
   std::vector<End> ends;
-  const auto beside = [this](int column, int row, int dc, int dr) {
+  constexpr size_t kOutside = ~size_t{0};
+  const auto index_beside = [this](int column, int row, int dc, int dr) {
     int c = column + dc;
     if (azimuth_.closed()) c = (c + columns()) % columns();
     const int r = row + dr;
-    if (c < 0 || c >= columns() || r < 0 || r >= rows()) return sensor::RangeImage::kNoInformation;
-    return at(c, r);
+    return c < 0 || c >= columns() || r < 0 || r >= rows() ? kOutside : Index(c, r);
+  };
+  const auto beside = [&](int column, int row, int dc, int dr) {
+    const size_t index = index_beside(column, row, dc, dr);
+    return index == kOutside ? sensor::RangeImage::kNoInformation : range_[index];
   };
   for (const uint32_t index : mixed_) {
     const int c = static_cast<int>(index) / rows();
@@ -200,16 +209,18 @@ void RangeSurface::EndLoneRays(parallel::Parallel& parallel) {
     for (int r = 0; r < rows(); ++r) {
       if (sensor::RangeImage::IsRange(at(c, r))) continue;
       int telling = 0;
+      int sky = 0;
       float nearest = std::numeric_limits<float>::infinity();
       for (int dc = -1; dc <= 1; ++dc) {
         for (int dr = -1; dr <= 1; ++dr) {
-          const float range = beside(c, r, dc, dr);
-          if (!sensor::RangeImage::IsRange(range)) continue;
+          const size_t index = index_beside(c, r, dc, dr);
+          if (index == kOutside || !sensor::RangeImage::IsRange(range_[index])) continue;
           ++telling;
-          nearest = std::min(nearest, range);
+          sky += EndReason(joined_[index]) == UnknownReason::kSky ? 1 : 0;
+          nearest = std::min(nearest, range_[index]);
         }
       }
-      if (telling >= kTelling) found.push_back({Index(c, r), nearest});
+      if (telling >= kTelling) found.push_back({Index(c, r), nearest, 2 * sky > telling});
     }
   };
   const ColumnParts parts(columns(), parallel);
@@ -221,7 +232,10 @@ void RangeSurface::EndLoneRays(parallel::Parallel& parallel) {
   for (const End& end : ends) {
     if (sensor::RangeImage::IsRange(range_[end.index]))
       continue;  // a mixed pixel that stands alone
-    joined_[end.index] = range_[end.index] == sensor::RangeImage::kNoReturn ? 8 : 8 | 1;
+    joined_[end.index] =
+        EndBits(end.in_sky                                           ? UnknownReason::kSky
+                : range_[end.index] == sensor::RangeImage::kNoReturn ? UnknownReason::kHole
+                                                                     : UnknownReason::kImage);
     range_[end.index] = end.range;
   }
   mixed_ = {};

@@ -4,6 +4,7 @@
 #define VANTAGE_CORE_MODEL_SCAN_RANGE_SURFACE_H_
 
 #include <Eigen/Core>
+#include <array>
 #include <cstdint>
 #include <vector>
 
@@ -14,8 +15,9 @@
 
 namespace vantage::model {
 
-// Why a scan leaves a place unknown; kNone where it does not.
-enum class UnknownReason : uint8_t { kNone, kOcclusion, kHole, kImage };
+// Why a scan leaves a place unknown; kNone where it does not. Along kSky (a ray into the open sky,
+// core/model/scan/sky.h) and kSite (a return beyond the site's limit) there is nothing to look for.
+enum class UnknownReason : uint8_t { kNone, kOcclusion, kHole, kImage, kSky, kSite };
 
 class RangeSurface {
  public:
@@ -55,12 +57,16 @@ class RangeSurface {
   // True when nothing came back: the ray went on, or it went into a reflector.
   bool Hole(int column, int row) const {
     const float range = range_[Index(column, row)];
-    return sensor::RangeImage::IsRange(range) ? (joined_[Index(column, row)] & 9) == 8
-                                              : range == sensor::RangeImage::kNoReturn;
+    return sensor::RangeImage::IsRange(range)
+               ? EndReason(joined_[Index(column, row)]) == UnknownReason::kHole
+               : range == sensor::RangeImage::kNoReturn;
   }
-  // Ends the ray of a cell that holds a range at a reflector, `range` m away: empty up to there,
-  // nothing known beyond, no surface, joined to nothing.
-  void EndAt(int column, int row, float range);
+  // Ends the ray of a cell `range` m (> 0) away, for instance at a reflector: empty up to there,
+  // nothing known beyond for the reason given (not kNone or kOcclusion), no surface, joined to
+  // nothing.
+  void EndAt(int column, int row, float range, UnknownReason beyond = UnknownReason::kHole);
+  // True when some ray ended in the sky or at the site's limit.
+  bool EndsInSky() const { return ends_in_sky_; }
   // Ends lone rays that tell nothing, so that no hairs of unknown space run from them to the
   // scanner (algorithm.md section 4, 'Surface between samples'). To be called after all calls of
   // EndAt().
@@ -96,6 +102,17 @@ class RangeSurface {
   // Restores a surface from what a snapshot kept of it.
   RangeSurface(AngularAxis azimuth, AngularAxis elevation, std::vector<float> range,
                std::vector<uint8_t> joined);
+  // Why nothing is known beyond the end of a ray with these bits: kOcclusion where it was not
+  // ended.
+  static UnknownReason EndReason(uint8_t joined) {
+    constexpr std::array<UnknownReason, 4> kReasons = {UnknownReason::kHole, UnknownReason::kImage,
+                                                       UnknownReason::kSky, UnknownReason::kSite};
+    return (joined & 8) == 0 ? UnknownReason::kOcclusion : kReasons[joined & 3];
+  }
+  static uint8_t EndBits(UnknownReason beyond) {
+    return static_cast<uint8_t>(8 + static_cast<int>(beyond) -
+                                static_cast<int>(UnknownReason::kHole));
+  }
   void FillTables();
   size_t Index(int column, int row) const {
     return static_cast<size_t>(column) * static_cast<size_t>(rows()) + static_cast<size_t>(row);
@@ -110,8 +127,9 @@ class RangeSurface {
   std::vector<float> range_;  // as in RangeImage
   double range_sigma_ = 0;
   // Bits: 1 joined to the next column, 2 joined to the next row, 4 quad. 8: the ray was ended and
-  // is joined to nothing; then 1 means that the cell had no information, otherwise no return.
+  // is joined to nothing; then 1 and 2 say why nothing is known beyond (EndBits).
   std::vector<uint8_t> joined_;
+  bool ends_in_sky_ = false;
   std::vector<uint32_t> mixed_;  // cells that were mixed pixels, until EndLoneRays
 };
 
@@ -128,9 +146,7 @@ inline RangeSurface::Reading RangeSurface::RangeAt(double azimuth, double elevat
   }
   const float range = at(a.nearest(), e.nearest());
   if (sensor::RangeImage::IsRange(range)) {
-    const uint8_t how = joined_[Index(a.nearest(), e.nearest())];
-    if ((how & 8) == 0) return {range, UnknownReason::kOcclusion};
-    return {range, (how & 1) == 0 ? UnknownReason::kHole : UnknownReason::kImage};
+    return {range, EndReason(joined_[Index(a.nearest(), e.nearest())])};
   }
   return {0, range == sensor::RangeImage::kNoReturn ? UnknownReason::kHole : UnknownReason::kImage};
 }

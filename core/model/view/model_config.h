@@ -14,7 +14,8 @@ struct ModelConfig {
   // with the line of sight, rad. 8 degrees: beyond 82 degrees of incidence, past the maximum
   // incidence at which samples count. An angle, so that it holds for any step.
   double discontinuity_angle = 0.14;
-  // Scans beyond this box (m, around the model's origin, half side per axis) are refused.
+  // The limit of the site: a box (m, around the model's origin, half side per axis). Scanners stand
+  // within it; what they measure beyond is cut.
   Eigen::Vector3d max_half_extent = Eigen::Vector3d(200, 200, 50);
 
   absl::Status Validate() const;

@@ -74,7 +74,7 @@ ShaftClassifier::Relation ShaftClassifier::Classify(const ViewBox& views,
   }
   constexpr uint8_t kAllSatisfied = kSensingSatisfied | kVisible;
   if ((satisfied & kAllSatisfied) != kAllSatisfied) return Relation::kMixed;
-  if (group.bounds.has_dropouts) return Relation::kMixed;
+  if (group.bounds.has_dropouts || group.bounds.under_sky) return Relation::kMixed;
   // In which sectors the cells lie differs from view to view.
   if (!scorer_.headings().all_around()) return Relation::kMixed;
   const bool saturated = density.min >= group.bounds.most_enough;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/planning/patches/skyline.h"
 #include "core/visibility/surface_walk.h"
 
 namespace vantage::planning {
@@ -40,11 +41,14 @@ absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
                                          const parallel::Cancellation& cancelled) {
   CoverageSum all;
   std::vector<CoverageSum> in_region(config.regions.size());
+  std::optional<Skyline> skyline = Skyline::Of(model, cancelled);
+  if (!skyline) return absl::CancelledError("coverage");
   const bool whole = visibility::WalkSurface(
       model, cancelled,
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
         const std::optional<Requirement> required = config.RequiredAt(model.Centre(v));
         if (!required.has_value()) return;
+        if (model::IsFalseSurface(state) && skyline->InSky(v, surface.normal)) return;
         all.Add(state, surface, required->density);
         if (required->region.has_value()) {
           in_region[*required->region].Add(state, surface, required->density);

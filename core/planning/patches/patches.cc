@@ -15,6 +15,7 @@
 #include "absl/status/status.h"
 #include "core/model/view/brick_key.h"
 #include "core/model/view/brick_mask.h"
+#include "core/planning/patches/skyline.h"
 #include "core/planning/patches/space_behind.h"
 #include "core/visibility/surface_walk.h"
 
@@ -189,6 +190,8 @@ bool CollectDeficient(const model::PlanningView& model, const PlanningConfig& co
     const double depth = DepthBehind(model, v, surface.normal, config.unknown_depth);
     return static_cast<float>(DensityWorthHaving(density, depth));
   };
+  std::optional<Skyline> skyline = Skyline::Of(model, cancelled);
+  if (!skyline) return false;
   return visibility::WalkSurface(
       model, cancelled,
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
@@ -196,15 +199,17 @@ bool CollectDeficient(const model::PlanningView& model, const PlanningConfig& co
         const std::optional<Requirement> required = config.RequiredAt(model.Centre(v));
         if (!required.has_value()) return;
         if (surface.density >= static_cast<float>(required->density)) return;
+        const bool measured = state == model::VoxelState::kTrueSurface;
+        if (!measured && skyline->InSky(v, surface.normal)) return;
         const std::span<const model::Dropout> dropouts = model.Dropouts(v);
-        deficient.push_back({v, model::KindOf(state), surface.centroid, surface.normal,
-                             surface.area, model::IsFalseSurface(state) ? 0.0f : surface.density,
-                             1 + static_cast<float>(surface.spread) / 256,
-                             enough(v, state, surface, required->density),
-                             static_cast<float>(SuccessProbability(surface.missed)),
-                             static_cast<float>(required->worth),
-                             static_cast<uint32_t>(all_dropouts.size()),
-                             static_cast<uint32_t>(dropouts.size())});
+        deficient.push_back(
+            {v, model::KindOf(state), surface.centroid, surface.normal, surface.area,
+             model::IsFalseSurface(state) ? 0.0f : surface.density,
+             1 + static_cast<float>(surface.spread) / 256,
+             enough(v, state, surface, required->density),
+             static_cast<float>(SuccessProbability(surface.missed)),
+             static_cast<float>(required->worth), measured ? SkylineSines() : skyline->Around(v),
+             static_cast<uint32_t>(all_dropouts.size()), static_cast<uint32_t>(dropouts.size())});
         for (const model::Dropout& dropout : dropouts) all_dropouts.push_back(dropout.from);
       });
 }

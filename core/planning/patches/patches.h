@@ -9,13 +9,14 @@
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
+#include "core/planning/patches/skyline.h"
 #include "core/planning/plan/patch.h"
 #include "core/planning/plan/planning_config.h"
 
 namespace vantage::planning {
 
 // A deficient voxel: false surface, or true surface below the density that is required there, that
-// is not given up and lies where surface counts.
+// is not given up, lies where surface counts and not in the sky.
 struct DeficientCell {
   model::VoxelIndex voxel;
   model::SurfaceKind kind = model::SurfaceKind::kTrue;
@@ -27,6 +28,7 @@ struct DeficientCell {
   float enough = 0;          // samples / m^2: D there, or more where unknown space lies behind it
   float success = 1;         // probability that measuring it works, from earlier attempts
   float worth = 1;           // what a sample counts: Requirement::worth
+  SkylineSines skyline;      // what is to be expected behind it, where it is under the open sky
   // Places from which rays to it dropped out: [dropouts, dropouts + dropout_count) of
   // PatchSet::dropouts.
   uint32_t dropouts = 0;

@@ -79,6 +79,7 @@ ViewScore BruteForceScorer::Run(const Eigen::Vector3d& view, const CellArrays& c
         const auto k = static_cast<size_t>(std::countr_zero(bits));
         const size_t at = packet * CellArrays::kPacket + k;
         if (cells.IsDropout(origins[0].model, at)) continue;
+        if (cells.PassesIntoSky(origins[0].model, at)) continue;
         const auto slot = static_cast<size_t>(waiting.count);
         waiting.targets.x[slot] = cells.tx[at];
         waiting.targets.y[slot] = cells.ty[at];

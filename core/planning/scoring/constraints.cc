@@ -31,7 +31,7 @@ uint32_t PositiveBits(const float* values) {
 void CellArrays::Add(const Eigen::Vector3f& position, const Eigen::Vector3f& normal,
                      float sample_factor, float density, float enough_density,
                      const Eigen::Vector3f& target, uint32_t index,
-                     std::span<const Eigen::Vector3f> cell_dropouts) {
+                     std::span<const Eigen::Vector3f> cell_dropouts, const SkylineSines& around) {
   x.push_back(position.x());
   y.push_back(position.y());
   z.push_back(position.z());
@@ -44,6 +44,11 @@ void CellArrays::Add(const Eigen::Vector3f& position, const Eigen::Vector3f& nor
   tx.push_back(target.x());
   ty.push_back(target.y());
   tz.push_back(target.z());
+  skyline.push_back(around);
+  steepest.push_back(
+      around.covered()
+          ? kAnyRay
+          : static_cast<float>(*std::max_element(around.sine.begin(), around.sine.end())) / 126);
   cell.push_back(index);
   dropouts_begin.push_back(static_cast<uint32_t>(dropouts.size()));
   dropouts.insert(dropouts.end(), cell_dropouts.begin(), cell_dropouts.end());
@@ -84,7 +89,8 @@ void CellArrays::Pad() {
   const size_t padded = (cell.size() + kPacket - 1) / kPacket * kPacket;
   // A cell that is far away in every coordinate and gains nothing.
   for (std::vector<float>* values : {&x, &y, &z}) values->resize(padded, 1e9f);
-  for (std::vector<float>* values : {&nx, &ny, &nz, &factor, &q, &enough, &tx, &ty, &tz}) {
+  for (std::vector<float>* values :
+       {&nx, &ny, &nz, &factor, &q, &enough, &tx, &ty, &tz, &steepest}) {
     values->resize(padded, 0.0f);
   }
 }
@@ -96,7 +102,7 @@ CellArrays CellArrays::Gather(const std::vector<uint32_t>& indices,
   for (size_t k = 0; k < indices.size(); ++k) {
     const size_t i = indices[k];
     out.Add({x[i], y[i], z[i]}, {nx[i], ny[i], nz[i]}, factors[k], q[i], enough[i],
-            {tx[i], ty[i], tz[i]}, cell[i], DropoutsOf(i));
+            {tx[i], ty[i], tz[i]}, cell[i], DropoutsOf(i), skyline[i]);
   }
   out.Pad();
   return out;
@@ -149,7 +155,8 @@ uint32_t SensingConstraints::CellScores(const Eigen::Vector3f& view, const CellA
   const Packet s = per_steradian_ * facing / (range2 * cos_range);
   const Packet t = (s.min(Load(&cells.enough[at])) - Load(&cells.q[at])).max(0.0f);
   const auto seen = facing >= cos_incidence_ * range && range2 >= range2_min_ &&
-                    range2 <= range2_max_ && dz >= sin_min_ * range && dz <= sin_max_ * range;
+                    range2 <= range2_max_ && dz >= sin_min_ * range && dz <= sin_max_ * range &&
+                    dz <= Load(&cells.steepest[at]) * range;
   Eigen::Map<Packet> out(scores);
   out = seen.select(Load(&cells.factor[at]) * t, 0.0f);
   return PositiveBits(scores);

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "core/planning/patches/skyline.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::planning {
@@ -17,14 +18,17 @@ namespace vantage::planning {
 // cells that never gain anything.
 struct CellArrays {
   static constexpr size_t kPacket = 8;
+  static constexpr float kAnyRay = 2;  // of `steepest`: no ray is too steep, not even by rounding
 
-  std::vector<float> x, y, z;     // m, model frame
-  std::vector<float> nx, ny, nz;  // unit normal
-  std::vector<float> factor;      // score per sample/m^2: weight * success * area
-  std::vector<float> q;           // samples / m^2
-  std::vector<float> enough;      // samples / m^2, > q: density beyond this gains nothing
-  std::vector<float> tx, ty, tz;  // target, scene coordinates
-  std::vector<uint32_t> cell;     // index of the deficient cell
+  std::vector<float> x, y, z;         // m, model frame
+  std::vector<float> nx, ny, nz;      // unit normal
+  std::vector<float> factor;          // score per sample/m^2: weight * success * area
+  std::vector<float> q;               // samples / m^2
+  std::vector<float> enough;          // samples / m^2, > q: density beyond this gains nothing
+  std::vector<float> tx, ty, tz;      // target, scene coordinates
+  std::vector<SkylineSines> skyline;  // what passes over it passes into the sky
+  std::vector<float> steepest;        // the largest of these sines; kAnyRay where it is covered
+  std::vector<uint32_t> cell;         // index of the deficient cell
   // Places from which rays to the cell dropped out (m, model frame): [dropouts_begin, dropouts_end)
   // of `dropouts`.
   std::vector<uint32_t> dropouts_begin, dropouts_end;
@@ -36,12 +40,17 @@ struct CellArrays {
   // Appends a cell; Pad() when all are in.
   void Add(const Eigen::Vector3f& position, const Eigen::Vector3f& normal, float sample_factor,
            float density, float enough_density, const Eigen::Vector3f& target, uint32_t index,
-           std::span<const Eigen::Vector3f> cell_dropouts = {});
+           std::span<const Eigen::Vector3f> cell_dropouts = {}, const SkylineSines& around = {});
   void Pad();
   // True when a ray from a view (m) to the cell is expected to drop out, too: within ten degrees of
   // a ray that did, and not nearer to the cell than that place by more than half a metre, since
   // what absorbed the ray may be anywhere on the way.
   bool IsDropout(const Eigen::Vector3f& view, size_t i) const;
+  // True when a ray from a view (m) to the cell passes over all that is to be expected behind it.
+  bool PassesIntoSky(const Eigen::Vector3f& view, size_t i) const {
+    return steepest[i] < kAnyRay &&
+           skyline[i].PassedBy(x[i] - view.x(), y[i] - view.y(), z[i] - view.z());
+  }
   std::span<const Eigen::Vector3f> DropoutsOf(size_t i) const {
     return std::span(dropouts).subspan(dropouts_begin[i], dropouts_end[i] - dropouts_begin[i]);
   }

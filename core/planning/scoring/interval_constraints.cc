@@ -42,6 +42,7 @@ CellBounds CellBounds::Of(const CellArrays& cells, size_t begin, size_t end) {
     bounds.least_density = std::min(bounds.least_density, static_cast<double>(cells.q[i]));
     bounds.most_enough = std::max(bounds.most_enough, static_cast<double>(cells.enough[i]));
     bounds.has_dropouts |= cells.dropouts_begin[i] != cells.dropouts_end[i];
+    bounds.under_sky |= cells.steepest[i] < CellArrays::kAnyRay;
   }
   const Eigen::Vector3d centre = bounds.position.center();
   bounds.offset_min = std::numeric_limits<double>::infinity();

@@ -20,6 +20,7 @@ struct CellBounds {
   double least_density = 0;   // q, samples / m^2
   double most_enough = 0;     // samples / m^2
   bool has_dropouts = false;  // of some cells: their gain depends on the direction
+  bool under_sky = false;     // the same: some of their rays pass into the sky
 
   static CellBounds Of(const CellArrays& cells, size_t begin, size_t end);
 };

@@ -1,6 +1,7 @@
 #include "core/planning/scoring/scoring.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <utility>
@@ -35,10 +36,21 @@ SampleWorth WorthOf(const DeficientCell& cell, const PlanningConfig& config) {
   return {from, worth / std::max(cell.enough - from, smallest)};
 }
 
+// Under the open sky a ray meets something if something measured rises behind the cell, or if it
+// goes down steeply enough to measure ground.
+SkylineSines Expected(const DeficientCell& cell, const sensor::ScannerModel& scanner) {
+  SkylineSines expected = cell.skyline;
+  if (expected.covered()) return expected;
+  const auto ground = static_cast<int8_t>(-std::floor(126 * std::cos(scanner.max_incidence)));
+  for (int8_t& sine : expected.sine) sine = std::max(sine, ground);
+  return expected;
+}
+
 // The cells of all patches that views can gain on. False when cancelled on the way.
 bool AddCells(const visibility::OpaqueGrid& grid, const visibility::OcclusionScene& scene,
-              const PatchSet& patches, const PlanningConfig& config,
-              const parallel::Cancellation& cancelled, CellArrays& cells) {
+              const PatchSet& patches, const sensor::ScannerModel& scanner,
+              const PlanningConfig& config, const parallel::Cancellation& cancelled,
+              CellArrays& cells) {
   cells.Reserve(patches.cells.size());
   for (uint32_t i = 0; i < patches.cells.size(); ++i) {
     if (i % kCellsBetweenPolls == 0 && cancelled.Requested()) return false;
@@ -60,7 +72,8 @@ bool AddCells(const visibility::OpaqueGrid& grid, const visibility::OcclusionSce
     if (!target.has_value()) continue;
     cells.Add(cell.position, cell.normal, factor, worth.from * cell.spread, enough,
               scene.ToScene(*target), i,
-              std::span(patches.dropouts).subspan(cell.dropouts, cell.dropout_count));
+              std::span(patches.dropouts).subspan(cell.dropouts, cell.dropout_count),
+              Expected(cell, scanner));
   }
   return true;
 }
@@ -72,7 +85,7 @@ absl::StatusOr<std::unique_ptr<const Scoring>> Scoring::Create(
     const PatchSet& patches, const sensor::ScannerModel& scanner, const PlanningConfig& config,
     parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
   CellArrays cells;
-  if (!AddCells(grid, scene, patches, config, cancelled, cells)) {
+  if (!AddCells(grid, scene, patches, scanner, config, cancelled, cells)) {
     return absl::CancelledError("patch cells");
   }
   auto ordered = OrderedCells::Order(cells, parallel, cancelled);

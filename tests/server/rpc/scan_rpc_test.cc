@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <random>
@@ -103,6 +104,28 @@ TEST_F(ScanRpc, StreamedWholeItIsMergedAndDefinesTheWorld) {
             static_cast<int64_t>(fixture::ScanRoom({2.0, 1.5, 1.4}, 2.0).SampleCount()));
   EXPECT_GT(scan.merge().surface_voxel_count(), 0);
   EXPECT_EQ(Session(session).model_version(), 1U);
+}
+
+// The model's box is 50 m high by default, and the scanner's range 20 m.
+TEST_F(ScanRpc, AReturnThroughAWindowRefusesNothing) {
+  const std::string session = server_.OpenSession("job");
+  sensor::RangeImage image = fixture::ScanRoom({2.0, 1.5, 1.4}, 2.0);
+  const auto level = std::lower_bound(image.elevation.begin(), image.elevation.end(), 0.0);
+  image.range[image.Index(10, static_cast<int>(level - image.elevation.begin()))] = 49;
+  const std::string bytes = sensor::EncodeRangeImage(image);
+  const v1::Upload upload = Announce(session, bytes);
+  v1::Upload after;
+  int64_t offset = 0;
+  for (int64_t sequence = 0; offset < static_cast<int64_t>(bytes.size()); ++sequence) {
+    const v1::Piece piece = Cut(bytes, sequence, offset, 10'000);
+    ASSERT_TRUE(SendPiece(upload.name(), piece, after).ok());
+    offset += piece.uncompressed_size_bytes();
+  }
+  const v1::Scan scan = server_.WaitFor(session, after.scan(), v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(scan.merge().beyond_range_count(), 1);
+  EXPECT_EQ(scan.merge().beyond_site_count(), 0);
+  EXPECT_EQ(scan.merge().sky_ray_count(), 0);
+  EXPECT_EQ(scan.merge().sample_count(), scan.sample_count() - 1);
 }
 
 // Nobody has named an upload yet: the time is all that there is to say.

@@ -36,6 +36,29 @@ std::shared_ptr<const model::PlanningView> DroppedOut(const model::PlanningView&
                                                view.stations());
 }
 
+// As if there were the open sky instead of a ceiling and of the walls above `height`, m.
+std::shared_ptr<const model::PlanningView> UnderTheSky(const model::PlanningView& view,
+                                                       double height) {
+  std::vector<model::BrickAt> bricks;
+  for (const model::BrickAt& at : view.bricks()) {
+    auto brick = std::make_shared<model::Brick>(*at.contents);
+    brick->surface.clear();
+    brick->dropouts.clear();
+    for (int local = 0; local < model::Brick::kVoxels; ++local) {
+      const model::SurfaceVoxel* surface = at.contents->Surface(local);
+      if (view.Centre(model::PlanningView::Global(at.brick, local)).z() > height) {
+        brick->state[static_cast<size_t>(local)] = model::VoxelState::kUnknown;
+        brick->surface_mask[static_cast<size_t>(local / 64)] &= ~(uint64_t{1} << (local % 64));
+      } else if (surface != nullptr) {
+        brick->surface.push_back(*surface);
+      }
+    }
+    bricks.push_back({at.brick, std::move(brick)});
+  }
+  return std::make_shared<model::PlanningView>(view.voxel_size(), view.version(), std::move(bricks),
+                                               view.stations());
+}
+
 struct Problem : test_support::PlanningProblem {
   using test_support::PlanningProblem::PlanningProblem;
   std::unique_ptr<HierarchicalScorer> Hierarchy(const HierarchyOptions& options) {
@@ -108,6 +131,26 @@ TEST_P(HierarchyTest, IsBruteForceWhereRaysDroppedOut) {
     lost_there = 1 - brute[i].score / without[i].score;
   }
   EXPECT_GT(lost_there, 0.1);
+  for (const uint32_t leaf : {1u, 16u}) {
+    HierarchyOptions options;
+    options.leaf_views = leaf;
+    const auto hierarchy = problem.Hierarchy(options);
+    const std::vector<ViewScore> scores =
+        ScoreEveryView(*hierarchy, parallel::Budget::Unlimited(), problem.serial);
+    EXPECT_LT(Compare(brute, scores).most, 1e-6) << "leaves of " << leaf;
+  }
+}
+
+TEST_P(HierarchyTest, IsBruteForceUnderTheSky) {
+  const auto plain = MakeProblem();
+  Problem problem(UnderTheSky(*plain->model, 2.2), plain->config);
+  ASSERT_GT(problem.views.size(), 100u);
+  size_t limited = 0;
+  for (const float steepest : problem.scoring->cells().steepest) {
+    limited += steepest < CellArrays::kAnyRay ? 1 : 0;
+  }
+  EXPECT_GT(limited, 20u);
+  const std::vector<ViewScore> brute = problem.BruteForce();
   for (const uint32_t leaf : {1u, 16u}) {
     HierarchyOptions options;
     options.leaf_views = leaf;

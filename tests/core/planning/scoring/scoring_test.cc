@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <array>
+#include <cmath>
 #include <map>
 #include <numeric>
 #include <random>
@@ -85,6 +86,47 @@ TEST(ConstraintsTest, PacketsAgreeWithTheScalarInDouble) {
     }
     EXPECT_GT(positive, kPackets / 20);
     EXPECT_LT(near_limit, kPackets / 100);
+  }
+}
+
+TEST(SensingConstraintsTest, RaysThatGoUpMoreSteeplyThanACellAllowsGainNothing) {
+  const sensor::ScannerModel scanner;
+  const SensingConstraints constraints(scanner);
+  // Cells at one place, three metres from the view and a metre higher: a slope of a third, a sine
+  // of 0.316.
+  CellArrays cells;
+  const std::array<int, 5> sines = {-80, 0, 38, 42, 120};  // in 1/126
+  SkylineSines around;
+  for (uint32_t i = 0; i < sines.size(); ++i) {
+    around.sine.fill(static_cast<int8_t>(sines[i]));
+    cells.Add({3, 0, 2}, {-1, 0, 0}, 1, 0, 2500, {3, 0, 2}, i, {}, around);
+  }
+  cells.Add({3, 0, 2}, {-1, 0, 0}, 1, 0, 2500, {3, 0, 2}, 5);
+  cells.Pad();
+  float gains[8];
+  EXPECT_EQ(constraints.CellScores({0, 0, 1}, cells, 0, gains), 0b111000u);
+  EXPECT_EQ(constraints.CellScores({0, 0, 2.1f}, cells, 0, gains), 0b111110u);  // it goes down
+  const CellArrays some = cells.Gather({1, 5}, {1, 1});
+  EXPECT_EQ(some.steepest[0], 0);
+  EXPECT_EQ(some.steepest[1], CellArrays::kAnyRay);
+}
+
+// A tower in the north and nothing else: from the south a ray up to it may gain, from elsewhere
+// not.
+TEST(CellArraysTest, EachDirectionHasASkyline) {
+  SkylineSines around;
+  around.sine.fill(-30);
+  around.sine[SkylineSines::DirectionOf(0, 1)] = 100;
+  CellArrays cells;
+  cells.Add({0, 0, 2}, {0, 0, 1}, 1, 0, 2500, {0, 0, 2}, 0, {}, around);
+  cells.Pad();
+  for (double azimuth = -3.1; azimuth < 3.1; azimuth += 0.05) {
+    const Eigen::Vector3f from(static_cast<float>(-5 * std::cos(azimuth)),
+                               static_cast<float>(-5 * std::sin(azimuth)), 0);
+    const double off = std::abs(azimuth - sensor::kPi / 2);
+    if (std::abs(off - sensor::kPi / 16) < 1e-3) continue;
+    EXPECT_EQ(cells.PassesIntoSky(from, 0), off > sensor::kPi / 16) << azimuth;
+    EXPECT_FALSE(cells.PassesIntoSky({from.x(), from.y(), 4}, 0));  // down by 22 degrees
   }
 }
 
