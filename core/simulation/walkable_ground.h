@@ -38,8 +38,8 @@ class WalkableGround {
   std::optional<size_t> Find(const Eigen::Vector3d& point) const;
 
   // Where a tripod can stand: a lattice of `spacing` in plan, `height` above ground whose slope (at
-  // most one in four) and relief (5 cm) its legs even out, and free within `clearance` from there up
-  // to the viewpoint. m, scene frame, viewpoints, lower ones first where several are over one
+  // most one in four) and relief (5 cm) its legs even out, and free within `clearance` from there
+  // up to the viewpoint. m, scene frame, viewpoints, lower ones first where several are over one
   // another.
   std::vector<Eigen::Vector3d> Stations(double height, double clearance, double spacing) const;
 
