@@ -118,8 +118,9 @@ TEST_F(SessionPlans, ThatWouldTakeTooMuchMemoryAreRefused) {
   model.mutable_max_half_extent()->set_x(2000);
   model.mutable_max_half_extent()->set_y(2000);
   model.mutable_max_half_extent()->set_z(50);
+  // With floor everywhere between two rooms that are more than a kilometre apart.
+  open.mutable_session()->mutable_planning_config()->set_floor_z_m(0);
   const auto wide = host_->registry.Create(open, "").value();
-  // Two rooms with more than a kilometre of nothing between them.
   for (const double at : {2.0, 1000.0}) {
     const v1::PosePrior prior = fixture::PriorAt(at, at, 1.4);
     ASSERT_TRUE(
