@@ -95,7 +95,7 @@ struct ScannerPresetsArguments {};
 
 absl::StatusOr<ExitCode> RunScannerPresets(Environment&, const ScannerPresetsArguments&) {
   Table table({"preset", "instrument", "settings (spacing at 10 m, minutes)", ">elevation",
-               ">range, m", ">noise at 10 m", "figures from"});
+               ">range, m", ">noise at 10 m", "document"});
   for (const sensor::Preset& preset : sensor::Presets()) {
     std::vector<std::string> settings;
     for (const sensor::ScanSetting& setting : preset.settings) {
@@ -112,6 +112,9 @@ absl::StatusOr<ExitCode> RunScannerPresets(Environment&, const ScannerPresetsArg
   }
   std::fputs(table.ToString().c_str(), stdout);
   std::puts("*: where no setting is named");
+  std::puts(
+      "No figure has been compared with its document yet: check what matters, and state it with "
+      "--set scanner.FIELD=VALUE.");
   return ExitCode::kOk;
 }
 

@@ -132,7 +132,7 @@ absl::StatusOr<Site> GeneratedSite(SceneKind kind, uint64_t seed, double area,
   Site site;
   site.name = absl::StrCat(what, " ", seed);
   site.floor_height = scene.floor_height;
-  site.several_levels = scene.several_levels || kind == SceneKind::kSlope;
+  site.several_levels = scene.several_levels;
   site.start = start.value_or(scene.starts.front());
   site.mesh = std::move(scene.mesh);
   if (start) {

@@ -14,10 +14,6 @@
 namespace vantage::planning {
 namespace {
 
-// Minutes to carry the tripod on and set it up: about what it takes indoors. Without it the
-// quickest setting would win wherever there is anything to gain.
-constexpr double kSetUp = 1;
-
 // An equal share of what is left for the options that are left. Each plan counts its rays from 0.
 parallel::Budget ShareOf(const parallel::Budget& budget, size_t left, uint64_t rays) {
   if (left == 1 && rays == 0) return budget;
@@ -30,7 +26,7 @@ void Name(const SettingOption& option, std::vector<RankedView>& views) {
   for (RankedView& view : views) {
     view.setting = option.name;
     view.scan_minutes = option.minutes;
-    view.score_per_minute = view.score / (kSetUp + option.minutes);
+    view.score_per_minute = view.score / (kSetUpMinutes + option.minutes);
   }
 }
 
@@ -86,7 +82,7 @@ absl::StatusOr<Plan> MakePlanChoosingSetting(const model::PlanningView& model,
     }
     Name(options[i], made->views);
     Name(options[i], made->refused);
-    const double minutes = kSetUp + options[i].minutes;
+    const double minutes = kSetUpMinutes + options[i].minutes;
     if (!made->views.empty()) {
       const double gap = std::min(made->optimality_gap, 1 - 1e-9);
       most = std::max(most, made->views.front().lower / (1 - gap) / minutes);
@@ -122,7 +118,7 @@ absl::StatusOr<Plan> MakePlanChoosingSetting(const model::PlanningView& model,
                                 "most for each minute, of ",
                                 options.size());
     const RankedView& first = plan.views.front();
-    const double rate = first.lower / (kSetUp + *first.scan_minutes);
+    const double rate = first.lower / (kSetUpMinutes + *first.scan_minutes);
     plan.optimality_gap = open ? 1 : most > 0 ? std::clamp(1 - rate / most, 0.0, 1.0) : 0;
   }
   return plan;

@@ -16,6 +16,10 @@
 
 namespace vantage::planning {
 
+// To carry the tripod on and set it up: about what it takes indoors. Without it the quickest
+// setting would win wherever there is anything to gain.
+inline constexpr double kSetUpMinutes = 1;
+
 // A way to scan: the scanner as it is at a setting.
 struct SettingOption {
   std::string name;

@@ -37,8 +37,7 @@ absl::StatusOr<Levelling> LevelFirstScan(const sensor::Scan& scan) {
     result.message = absl::StrFormat(
         "no floor within %.0f degrees of level was seen and no inclinometer was given: the scanner "
         "is taken to have stood upright; if it was tilted or lay on its side, withdraw the scan "
-        "and "
-        "send it with a levelled pose prior",
+        "and send it with a levelled pose prior",
         sensor::Degrees(kMaxTilt));
   } else if (result.tilt > kMaxTilt) {
     result.message = absl::StrFormat(

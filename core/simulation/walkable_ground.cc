@@ -100,20 +100,6 @@ std::vector<size_t> WalkableGround::Around(size_t place) const {
   return around;
 }
 
-std::optional<size_t> WalkableGround::Find(const Eigen::Vector3d& point) const {
-  const Eigen::Vector2d cell = (point - bounds_.min()).head<2>() / kSpacing;
-  const auto column = static_cast<int>(std::floor(cell.x()));
-  const auto row = static_cast<int>(std::floor(cell.y()));
-  std::optional<size_t> best;
-  for (int dr = 0; dr <= 1; ++dr) {
-    for (int dc = 0; dc <= 1; ++dc) {
-      const std::optional<size_t> here = Lookup(column + dc, row + dr, point.z());
-      if (here && (!best || (At(*here) - point).norm() < (At(*best) - point).norm())) best = here;
-    }
-  }
-  return best;
-}
-
 std::vector<Eigen::Vector3d> WalkableGround::Stations(double height, double clearance,
                                                       double spacing) const {
   const auto stands = [&](const Eigen::Vector2d& at, double ground) {

@@ -33,9 +33,6 @@ class WalkableGround {
   Eigen::Vector3d At(size_t place) const;  // m, on the ground
   // The places next to one, along and across the lattice, that one step leads to.
   std::vector<size_t> Around(size_t place) const;
-  // The place nearest to a point on the ground, within the lattice point's four neighbours in plan
-  // and one step in height.
-  std::optional<size_t> Find(const Eigen::Vector3d& point) const;
 
   // Where a tripod can stand: a lattice of `spacing` in plan, `height` above ground whose slope (at
   // most one in four) and relief (5 cm) its legs even out, and free within `clearance` from there

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/planning/plan/model_gain.h"
+#include "core/planning/setting_choice.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 
@@ -15,7 +16,6 @@ constexpr size_t kMaxText = 200;
 constexpr int kMaxReach = 64;
 constexpr double kMaxSpeed = 10;  // m/s
 constexpr double kMaxScanSeconds = 86400;
-constexpr double kSetUpSeconds = 60;  // to level a tripod and begin, where the scan's time is known
 
 void CheckBox(const v1::Box& box, const std::string& field, contract::Violations& violations) {
   if (!box.has_min()) violations.Add(field + ".min", "is required");
@@ -66,9 +66,10 @@ void FillDefaults(v1::Scanner& scanner, const v1::Session& session) {
   if (!scanner.has_speed_m_per_s()) scanner.set_speed_m_per_s(defaults.speed);
   if (!scanner.has_scan_duration()) {
     const v1::ScannerModel& model = ModelOf(scanner, session);
-    *scanner.mutable_scan_duration() = WriteDuration(
-        model.has_scan_duration() ? kSetUpSeconds + ReadDuration(model.scan_duration())
-                                  : defaults.scan_seconds);
+    *scanner.mutable_scan_duration() =
+        WriteDuration(model.has_scan_duration()
+                          ? 60 * planning::kSetUpMinutes + ReadDuration(model.scan_duration())
+                          : defaults.scan_seconds);
   }
 }
 

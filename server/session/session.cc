@@ -11,8 +11,6 @@
 #include "server/session/coverage.h"
 
 namespace vantage::session {
-namespace {}  // namespace
-
 Session::Session(const std::string& id, std::unique_ptr<Journal> log,
                  std::unique_ptr<model::PartialModel> empty, ModelMemory::Begin begin,
                  std::vector<store::SnapshotRecord> snapshots, TenantAccounts& accounts,

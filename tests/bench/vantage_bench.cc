@@ -29,7 +29,7 @@ struct Group {
   double minutes;  // about, on two cores
   Benchmark* run;
 };
-constexpr std::array<Group, 11> kGroups = {{
+constexpr auto kGroups = std::to_array<Group>({
     {"carve", "carve.", "carving one scan, beside OctoMap", 1, BenchCarve},
     {"site", "site.",
      "views in the air, places without one; jobs under the open sky; --full: 1,000 scenes, 12 jobs",
@@ -55,7 +55,7 @@ constexpr std::array<Group, 11> kGroups = {{
     {"cycle", "cycle.", "from a scan to checked views", 1, BenchCycle},
     {"fleet", "fleet.greedy_ratio fleet.joint4. fleet.job fleet.speedup4 fleet.waste_ratio",
      "several scanners on one job; --full: 1,000 m2, an hour and more", 8, BenchFleet},
-}};
+});
 
 void PrintGroups() {
   double minutes = 0;

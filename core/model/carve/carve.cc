@@ -115,8 +115,9 @@ class EmptySpace {
             const Eigen::Array3d voxel =
                 (corner + VoxelIndex(bit % kSide, bit / kSide % kSide, bit / (kSide * kSide)))
                     .cast<double>();
-            if ((((voxel + 0.5) * voxel_size_).abs() >= site_).any())
+            if ((((voxel + 0.5) * voxel_size_).abs() >= site_).any()) {
               empty &= ~(uint64_t{1} << bit);
+            }
           }
         }
       }

@@ -120,8 +120,9 @@ class ByHierarchy {
       for (size_t j = 0; j < views.size(); ++j) {
         run_.AddRays(scores[k][j].rays);
         all = all && scores[k][j].finished;
-        if (scores[k][j].finished)
+        if (scores[k][j].finished) {
           run_.SetExact(views[j], scores[k][j].score, scores[k][j].heading);
+        }
       }
     }
     return all;

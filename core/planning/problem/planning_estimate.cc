@@ -18,7 +18,8 @@ constexpr double kView = 250;
 // Per cell: the array in which patches are grown and sorted, with room to grow, their numbers, the
 // table of neighbours, the scorer's arrays and their sorted copy, what they are sorted by, the tree
 // (two nodes per packet).
-constexpr double kCell = 2 * sizeof(DeficientCell) + 8 + 12 + 2 * 15 * sizeof(float) + 32 +
+constexpr double kCell = 2 * sizeof(DeficientCell) + 8 + 12 +
+                         2 * (16 * sizeof(float) + sizeof(SkylineSines)) + 32 +
                          2.0 * sizeof(PatchTree::Node) / CellArrays::kPacket;
 // Per column of voxels of the box: where its floors begin, three times.
 constexpr double kColumn = 12;

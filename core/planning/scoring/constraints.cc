@@ -77,9 +77,10 @@ bool CellArrays::IsDropout(const Eigen::Vector3f& view, size_t i) const {
 void CellArrays::Reserve(size_t cells) {
   const size_t padded = (cells + kPacket - 1) / kPacket * kPacket;
   for (std::vector<float>* values :
-       {&x, &y, &z, &nx, &ny, &nz, &factor, &q, &enough, &tx, &ty, &tz}) {
+       {&x, &y, &z, &nx, &ny, &nz, &factor, &q, &enough, &tx, &ty, &tz, &steepest}) {
     values->reserve(padded);
   }
+  skyline.reserve(cells);
   for (std::vector<uint32_t>* values : {&cell, &dropouts_begin, &dropouts_end}) {
     values->reserve(cells);
   }

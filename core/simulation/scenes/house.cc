@@ -247,8 +247,9 @@ Scene HouseOfThreeStoreys(uint64_t seed) {
                                                     : Attic(house, random, starts);
     const double height = storey * kStoreyHeight;
     Append(mesh, height, scene.mesh);
-    for (const Vector3d& start : starts)
+    for (const Vector3d& start : starts) {
       scene.starts.emplace_back(start + height * Vector3d::UnitZ());
+    }
   }
   return scene;
 }

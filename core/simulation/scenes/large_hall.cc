@@ -8,14 +8,14 @@
 namespace vantage::simulation {
 namespace {
 
-constexpr double kLength = 100;       // m
-constexpr double kDepth = 60;         // m
-constexpr double kHallHeight = 15;    // m
-constexpr double kCladding = 0.3;     // m, thickness of the outer walls
-constexpr double kDividing = 0.2;     // m
-constexpr double kSideRooms = 6;      // m, of the rooms along one side
-constexpr double kHallPassage = 0.5;  // m
-constexpr double kGrid = 12.5;        // m from column to column
+constexpr double kLength = 100;        // m
+constexpr double kDepth = 60;          // m
+constexpr double kHallHeight = 15;     // m
+constexpr double kCladding = 0.3;      // m, thickness of the outer walls
+constexpr double kDividing = 0.2;      // m
+constexpr double kSideRooms = 6;       // m, of the rooms along one side
+constexpr double kHallPassage = 0.37;  // m: through the door of 0.95 m
+constexpr double kGrid = 12.5;         // m from column to column
 
 }  // namespace
 

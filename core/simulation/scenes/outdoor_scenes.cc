@@ -224,6 +224,7 @@ Scene SlopeScene(uint64_t seed) {
   }
   builder.Box({5, -1, ground(8, -1) - 0.8}, {11, -0.7, ground(8, -1) + 1.1});  // retaining wall
   scene.floor_height = ground(0, -5);
+  scene.several_levels = true;
   scene.starts = {{0, -5, ground(0, -5) + kViewHeight}, {-4, 0, ground(-4, 0) + kViewHeight}};
   return scene;
 }

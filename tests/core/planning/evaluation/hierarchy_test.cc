@@ -96,6 +96,18 @@ Difference Compare(const std::vector<ViewScore>& brute, const std::vector<ViewSc
   return difference;
 }
 
+// The hierarchy scores as brute force does, whether its leaves are single views or many.
+void ExpectSameByLeaves(Problem& problem, const std::vector<ViewScore>& brute) {
+  for (const uint32_t leaf : {1u, 16u}) {
+    HierarchyOptions options;
+    options.leaf_views = leaf;
+    const auto hierarchy = problem.Hierarchy(options);
+    const std::vector<ViewScore> scores =
+        ScoreEveryView(*hierarchy, parallel::Budget::Unlimited(), problem.serial);
+    EXPECT_LT(Compare(brute, scores).most, 1e-6) << "leaves of " << leaf;
+  }
+}
+
 class HierarchyTest : public ::testing::TestWithParam<int> {
  protected:
   std::unique_ptr<Problem> MakeProblem(bool pose_sensitivity = false) {
@@ -131,14 +143,7 @@ TEST_P(HierarchyTest, IsBruteForceWhereRaysDroppedOut) {
     lost_there = 1 - brute[i].score / without[i].score;
   }
   EXPECT_GT(lost_there, 0.1);
-  for (const uint32_t leaf : {1u, 16u}) {
-    HierarchyOptions options;
-    options.leaf_views = leaf;
-    const auto hierarchy = problem.Hierarchy(options);
-    const std::vector<ViewScore> scores =
-        ScoreEveryView(*hierarchy, parallel::Budget::Unlimited(), problem.serial);
-    EXPECT_LT(Compare(brute, scores).most, 1e-6) << "leaves of " << leaf;
-  }
+  ExpectSameByLeaves(problem, brute);
 }
 
 TEST_P(HierarchyTest, IsBruteForceUnderTheSky) {
@@ -151,14 +156,7 @@ TEST_P(HierarchyTest, IsBruteForceUnderTheSky) {
   }
   EXPECT_GT(limited, 20u);
   const std::vector<ViewScore> brute = problem.BruteForce();
-  for (const uint32_t leaf : {1u, 16u}) {
-    HierarchyOptions options;
-    options.leaf_views = leaf;
-    const auto hierarchy = problem.Hierarchy(options);
-    const std::vector<ViewScore> scores =
-        ScoreEveryView(*hierarchy, parallel::Budget::Unlimited(), problem.serial);
-    EXPECT_LT(Compare(brute, scores).most, 1e-6) << "leaves of " << leaf;
-  }
+  ExpectSameByLeaves(problem, brute);
 }
 
 TEST_P(HierarchyTest, IsBruteForceUpToRounding) {
