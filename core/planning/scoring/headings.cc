@@ -56,7 +56,8 @@ void Headings::OrderBins() {
   };
   std::vector<Begin> order;
   for (size_t bin = 0; bin < 2 * size_; ++bin) {
-    const double steps = static_cast<double>(bin / 2) + (bin % 2 == 0 ? 0 : part_);
+    const size_t whole = bin / 2;
+    const double steps = static_cast<double>(whole) + (bin % 2 == 0 ? 0 : part_);
     const double azimuth = first_ - half_span_ + steps * step_;
     order.push_back(
         {DiamondAngle(static_cast<float>(std::cos(azimuth)), static_cast<float>(std::sin(azimuth))),

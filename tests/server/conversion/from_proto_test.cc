@@ -286,7 +286,7 @@ v1::Session WithRegions() {
 std::vector<std::string> WrongIn(const v1::Session& session) {
   contract::Violations violations;
   CheckSession(session, "", violations);
-  const std::vector<std::string> fields = Fields(violations);
+  std::vector<std::string> fields = Fields(violations);
   for (const std::string& field : fields) {
     // Of a list, too, or of one of its elements.
     EXPECT_TRUE(Resolves(v1::Session::descriptor(), field) ||
