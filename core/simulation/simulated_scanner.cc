@@ -106,7 +106,7 @@ sensor::RangeImage SimulatedScanner::Scan(const sensor::ScannerModel& scanner,
   const double half_span = 0.5 * scanner.azimuth_span;
   image.azimuth = EvenLines(-half_span, half_span, scanner.azimuth_step);
   image.elevation = EvenLines(scanner.elevation_min, scanner.elevation_max, scanner.elevation_step);
-  image.full_turn = scanner.azimuth_span > 2 * sensor::kPi - 0.5 * scanner.azimuth_step;
+  image.full_turn = scanner.TurnsAllAround();
   image.native_azimuth_step = scanner.azimuth_step;
   image.native_elevation_step = scanner.elevation_step;
   image.range.assign(image.cells(), sensor::RangeImage::kNoReturn);

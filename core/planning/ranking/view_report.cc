@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "absl/strings/str_format.h"
 #include "core/planning/ranking/rank_views.h"
@@ -30,20 +31,25 @@ void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const 
 bool ViewReport::Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
                        RankedView& view) const {
   std::vector<float> cell_scores(problem_.scoring().cells().size());
-  const BruteForceScorer& scorer = problem_.scoring().scorer();
-  const ViewScore score =
-      scorer.ScoreCells(position, problem_.scoring().cells(), budget, cell_scores);
+  const ViewScore score = problem_.scoring().scorer().ScoreCells(
+      position, problem_.scoring().cells(), budget, cell_scores);
   if (!score.finished) return false;
+  Exact(position, score, std::move(cell_scores), view);
+  return true;
+}
+
+void ViewReport::Exact(const Eigen::Vector3d& position, const ViewScore& score,
+                       std::vector<float> cell_scores, RankedView& view) const {
+  const CellArrays& cells = problem_.scoring().cells();
+  const Headings& headings = problem_.scoring().scorer().headings();
   view.position = position;
   view.score = score.score;
-  if (!scorer.headings().all_around()) {
-    view.score = FaceHeading(scorer.headings(), problem_.scanner(), problem_.scoring().cells(),
-                             cell_scores, view);
+  if (!headings.all_around()) {
+    view.score = FaceHeading(headings, problem_.scanner(), cells, cell_scores, view);
   }
   view.lower = view.upper = view.score;
   view.exact = true;
-  SplitScore(problem_.scoring().cells(), cell_scores, problem_.patches(), view);
-  return true;
+  SplitScore(cells, cell_scores, problem_.patches(), view);
 }
 
 std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checked,

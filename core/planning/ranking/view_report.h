@@ -12,7 +12,7 @@
 #include "core/planning/plan/ranked_view.h"
 #include "core/planning/problem/planning_problem.h"
 #include "core/planning/ranking/registration_check.h"
-#include "core/planning/scoring/headings.h"
+#include "core/planning/scoring/brute_force.h"
 
 namespace vantage::planning {
 
@@ -34,6 +34,9 @@ class ViewReport {
   // expired first.
   bool Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
              RankedView& view) const;
+  // The same where the cells were scored from there already (BruteForceScorer::ScoreCells).
+  void Exact(const Eigen::Vector3d& position, const ViewScore& score,
+             std::vector<float> cell_scores, RankedView& view) const;
 
   // The plan while the evaluation is running: the best views so far, unchecked. Only the final plan
   // has patches and a map of scores.
