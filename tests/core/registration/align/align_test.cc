@@ -332,8 +332,11 @@ TEST(Level, WhatIsAssumedOfTheTiltIsSaid) {
       } else if (!level->found_floor) {
         EXPECT_NE(level->message.find("no floor within 15 degrees"), std::string::npos) << pitch;
       } else {
-        // On its side a wall looks like a floor: nothing but an inclinometer can tell.
+        // On its side a wall looks like a floor, but for its distance.
         EXPECT_EQ(pitch, 90.0);
+        EXPECT_NE(level->message.find("2.8 m below the scanner, farther than under any tripod"),
+                  std::string::npos)
+            << level->message;
       }
     }
   }
