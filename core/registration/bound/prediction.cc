@@ -28,8 +28,8 @@ constexpr double kSectorMargin = 1.4;
 constexpr double kLeastLost = 0.15;
 constexpr double kSlide = 0.4;  // m
 // What does not overlap finds other surface by chance when a scan slides back to what is known: the
-// floor goes on, and walls are parallel. Share, a choice: with twice as much nothing is lost, but
-// every fifth square metre that a job of 24 scans would cover.
+// floor goes on, and walls are parallel. Share, a choice: with twice as much, jobs in flats cover a
+// sixth less (core/planning/experiments.md).
 constexpr double kFitsByChance = 0.05;
 
 struct Slide {
