@@ -32,8 +32,9 @@ void AddViews(const google::protobuf::RepeatedPtrField<v1::RankedView>& views, b
     const v1::RankedView& view = views[i];
     table.Add(
         {refused ? "-" : absl::StrCat(i + 1), Text(view.position()),
-         absl::StrFormat("%.2f", view.height_over_floor_m()), SquareMetres(view.model_gain_m2()),
-         absl::StrFormat("%.2f..%.2f", view.model_gain_lower_m2(), view.model_gain_upper_m2()),
+         absl::StrFormat("%.2f", view.height_over_floor_m()),
+         view.has_at_density_gain_m2() ? SquareMetres(view.at_density_gain_m2()) : "",
+         absl::StrFormat("%.0f..%.0f", view.score_lower(), view.score_upper()),
          view.has_travel_distance_m() ? absl::StrFormat("%.1f", view.travel_distance_m()) : "",
          view.has_verdict() ? Word(view.verdict().outcome()) : "not checked yet",
          view.has_verdict() ? Percent(view.verdict().overlap_share()) : "",
@@ -205,11 +206,15 @@ std::string StagesLine(const v1::PlanResult& result) {
 }
 
 std::string ViewReport(const v1::RankedView& view) {
-  std::string out = absl::StrFormat("  model gain %.2f m\u00b2 at density, %.2f to %.2f%s\n",
-                                    view.model_gain_m2(), view.model_gain_lower_m2(),
-                                    view.model_gain_upper_m2(), view.exact() ? " (exact)" : "");
+  std::string out = view.has_at_density_gain_m2()
+                        ? absl::StrFormat("  gain       brings %.2f m\u00b2 to density\n",
+                                          view.at_density_gain_m2())
+                        : std::string("  gain       not known yet: the score is not exact\n");
   const v1::BySurfaceKind& score = view.score_by_kind();
   absl::StrAppendFormat(&out, "  score      %.0f samples", view.score());
+  if (!view.exact()) {
+    absl::StrAppendFormat(&out, " (%.0f to %.0f)", view.score_lower(), view.score_upper());
+  }
   if (view.score() > 0 &&
       score.true_surface() + score.occlusion() + score.hole_boundary() + score.image_boundary() ==
           0) {
@@ -235,13 +240,29 @@ std::string ViewReport(const v1::RankedView& view) {
 
 std::string CoverageReport(const v1::Coverage& c) {
   const v1::BySurfaceKind& a = c.area_by_kind_m2();
-  return absl::StrFormat(
+  std::string out = absl::StrFormat(
       "coverage %s (estimated): %.1f m\u00b2 at density of %.1f m\u00b2 measured; missing %.1f "
       "m\u00b2 hidden, %.1f m\u00b2 without return, %.1f m\u00b2 outside the field of view; %.1f "
       "m\u00b2 given up; density %.0f /m\u00b2\n",
       c.has_estimated_coverage() ? absl::StrFormat("%.1f %%", c.estimated_coverage() * 100) : "-",
       c.area_at_density_m2(), a.true_surface(), a.occlusion(), a.hole_boundary(),
       a.image_boundary(), c.area_given_up_m2(), c.required_density_per_m2());
+  if (!c.has_rooms_not_entered_count()) return out;
+  if (c.rooms_not_entered_count() == 0) {
+    out += "no room that was seen through a doorway waits to be entered\n";
+  } else {
+    absl::StrAppendFormat(&out, "besides, at least %d room%s not entered:\n",
+                          c.rooms_not_entered_count(), c.rooms_not_entered_count() == 1 ? "" : "s");
+  }
+  for (const v1::Opening& opening : c.openings()) {
+    if (!opening.doorway() || opening.entered() || opening.frontier_area_behind_m2() <= 0) continue;
+    absl::StrAppendFormat(
+        &out,
+        "  behind the doorway at %s, %.2f m wide and %.2f m high: %.1f m\u00b2 of floor seen\n",
+        Text(opening.centre()), opening.width_m(), opening.height_m(),
+        opening.free_area_behind_m2());
+  }
+  return out;
 }
 
 std::string JointReport(const v1::PlanResult& r) {
@@ -255,8 +276,11 @@ std::string JointReport(const v1::PlanResult& r) {
       continue;
     }
     const v1::RankedView& view = r.views(assignment.view_index());
-    absl::StrAppend(&out, who, " to ", Text(view.position()),
-                    absl::StrFormat(", %.2f m\u00b2", view.model_gain_m2()));
+    absl::StrAppend(
+        &out, who, " to ", Text(view.position()),
+        view.has_at_density_gain_m2()
+            ? absl::StrFormat(", brings %.2f m\u00b2 to density", view.at_density_gain_m2())
+            : "");
     if (view.has_total_duration()) {
       absl::StrAppendFormat(&out, ", %.1f m walk, %.1f minutes", view.travel_distance_m(),
                             client::SecondsOf(view.total_duration()) / 60);
@@ -272,8 +296,10 @@ std::string JointReport(const v1::PlanResult& r) {
     out += "\n";
   }
   if (r.joint().assignments_size() > 1) {
-    absl::StrAppendFormat(&out, "together %.2f m\u00b2; guarantee: %s\n", r.joint().model_gain_m2(),
-                          r.joint().guarantee_message());
+    if (r.joint().has_at_density_gain_m2()) {
+      absl::StrAppendFormat(&out, "together %.2f m\u00b2; ", r.joint().at_density_gain_m2());
+    }
+    absl::StrAppend(&out, "guarantee: ", r.joint().guarantee_message(), "\n");
   }
   if (r.joint().claims_size() > 0) {
     absl::StrAppend(&out, "around ", r.joint().claims_size(), " claimed views\n");
@@ -288,7 +314,7 @@ std::string PlanReport(const v1::Plan& plan) {
   if (!plan.state_message().empty()) absl::StrAppend(&out, plan.state_message(), "\n");
   if (!r.message().empty()) absl::StrAppend(&out, r.message(), "\n");
   if (r.views_size() + r.refused_size() > 0) {
-    Table table({">rank", "position, m", ">height", ">model gain, m\u00b2", ">bounds", ">walk, m",
+    Table table({">rank", "position, m", ">height", ">gain, m\u00b2", ">score", ">walk, m",
                  "verdict", ">overlap", ">error", "where, or remedy"});
     AddViews(r.views(), false, table);
     AddViews(r.refused(), true, table);
@@ -299,6 +325,7 @@ std::string PlanReport(const v1::Plan& plan) {
     out += ViewReport(r.views(0));
   }
   if (r.has_joint()) out += JointReport(r);
+  for (const v1::NarrowWay& way : r.narrow_ways()) absl::StrAppend(&out, way.message(), "\n");
   if (r.has_coverage()) out += CoverageReport(r.coverage());
   absl::StrAppendFormat(&out, "%s: %s\n", r.termination().suggested() ? "stop" : "go on",
                         r.termination().message());

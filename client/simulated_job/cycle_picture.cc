@@ -26,11 +26,10 @@ std::string NextLine(const v1::PlanResult& result) {
   if (result.views().empty()) return absl::StrCat("No next position: ", result.message());
   const v1::RankedView& next = result.views(0);
   return absl::StrFormat(
-      "Next: (%.2f, %.2f), tripod %.2f m, model gain %.1f m\u00b2 (%.1f to %.1f), will register: "
-      "overlap "
+      "Next: (%.2f, %.2f), tripod %.2f m, brings %.1f m\u00b2 to density, will register: overlap "
       "%.0f %%, error bound %.1f mm",
-      next.position().x(), next.position().y(), next.height_over_floor_m(), next.model_gain_m2(),
-      next.model_gain_lower_m2(), next.model_gain_upper_m2(), next.verdict().overlap_share() * 100,
+      next.position().x(), next.position().y(), next.height_over_floor_m(),
+      next.at_density_gain_m2(), next.verdict().overlap_share() * 100,
       next.verdict().error_bound_m() * 1000);
 }
 

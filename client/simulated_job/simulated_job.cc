@@ -75,7 +75,7 @@ std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& pla
     if (options_.heed_termination) return std::nullopt;
   }
   if (const v1::RankedView* chosen = Choose(answer, options_.choice); chosen != nullptr) {
-    return Next{client::FromProto(chosen->position()), chosen->model_gain_m2()};
+    return Next{client::FromProto(chosen->position()), chosen->at_density_gain_m2()};
   }
   if (answer.outcome() != v1::PLAN_OUTCOME_NO_REGISTRABLE_VIEW || answer.refused().empty()) {
     result.why = absl::StrCat("the planner has no view to offer: ", answer.message());
@@ -90,7 +90,7 @@ std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& pla
       absl::StrCat("no view is sure to register; taking the nearest refused one, "
                    "whose remedy is: ",
                    nearest->verdict().remedy()));
-  return Next{client::FromProto(nearest->position()), nearest->model_gain_m2()};
+  return Next{client::FromProto(nearest->position()), nearest->at_density_gain_m2()};
 }
 
 absl::StatusOr<JobResult> SimulatedJob::Run(

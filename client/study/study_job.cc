@@ -58,7 +58,7 @@ absl::Status AskAboutBest(client::Client& client, const std::string& session,
     return absl::OkStatus();
   }
   if (!answer.ok()) return answer.status();
-  next.best_predicted = answer->feasible() ? answer->view().model_gain_m2() : 0;
+  next.best_predicted = answer->feasible() ? answer->view().at_density_gain_m2() : 0;
   next.best_refused =
       answer->feasible() ? answer->view().verdict().message() : answer->infeasible_message();
   return absl::OkStatus();

@@ -4,7 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/planning/plan/model_gain.h"
+#include "core/planning/plan/score_area.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 
@@ -145,7 +145,8 @@ void WriteJointPlan(const fleet::JointPlan& joint, const std::vector<std::string
     }
   }
   out.set_score(joint.score);
-  out.set_model_gain_m2(planning::ModelGain(joint.score, required_density));
+  out.set_model_gain_m2(planning::ScoreArea(joint.score, required_density));
+  if (joint.model_gain.has_value()) out.set_at_density_gain_m2(*joint.model_gain);
   if (joint.guarantee.has_value()) out.set_guarantee(*joint.guarantee);
   out.set_guarantee_message(joint.guarantee_reason);
   for (const std::string& claim : claims) out.add_claims(claim);

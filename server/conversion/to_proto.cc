@@ -4,7 +4,7 @@
 #include <cmath>
 #include <utility>
 
-#include "core/planning/plan/model_gain.h"
+#include "core/planning/plan/score_area.h"
 #include "google/protobuf/util/time_util.h"
 
 namespace vantage::conversion {
@@ -247,7 +247,27 @@ v1::MergeReport WriteMergeReport(const model::MergeReport& report) {
   return out;
 }
 
-v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_density) {
+v1::Opening WriteOpening(const planning::Openings& openings, const planning::Opening& opening,
+                         const Eigen::Vector3d& origin) {
+  v1::Opening out;
+  *out.mutable_centre() = WriteVector(opening.centre + origin);
+  *out.mutable_direction() = WriteVector(opening.direction);
+  out.set_width_m(opening.width);
+  out.set_height_m(opening.height());
+  out.set_sill_m(opening.sill);
+  out.set_doorway(opening.doorway());
+  out.set_storey_index(opening.storey);
+  *out.mutable_standing() = WriteVector(opening.standing + origin);
+  out.set_space_index(opening.behind);
+  const planning::Space& behind = openings.Behind(opening);
+  out.set_free_area_behind_m2(behind.free_area);
+  out.set_frontier_area_behind_m2(behind.frontier_area);
+  out.set_entered(behind.entered);
+  return out;
+}
+
+v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_density,
+                           const Eigen::Vector3d& origin) {
   v1::Coverage out;
   *out.mutable_area_by_kind_m2() = WriteByKind(coverage.area);
   out.set_area_at_density_m2(coverage.area_at_density);
@@ -256,6 +276,11 @@ v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_d
     out.set_estimated_coverage(*coverage.estimated_coverage);
   }
   out.set_required_density_per_m2(required_density);
+  out.set_rooms_not_entered_count(coverage.openings.RoomsNotEntered());
+  const size_t count = std::min<size_t>(coverage.openings.openings.size(), kMaxOpenings);
+  for (size_t i = 0; i < count; ++i) {
+    *out.add_openings() = WriteOpening(coverage.openings, coverage.openings.openings[i], origin);
+  }
   return out;
 }
 
@@ -283,9 +308,10 @@ v1::RankedView WriteView(const planning::RankedView& view,
   out.set_score_lower(view.lower);
   out.set_score_upper(view.upper);
   out.set_exact(view.exact);
-  out.set_model_gain_m2(planning::ModelGain(view.score, density));
-  out.set_model_gain_lower_m2(planning::ModelGain(view.lower, density));
-  out.set_model_gain_upper_m2(planning::ModelGain(view.upper, density));
+  if (view.model_gain.has_value()) out.set_at_density_gain_m2(*view.model_gain);
+  out.set_model_gain_m2(planning::ScoreArea(view.score, density));
+  out.set_model_gain_lower_m2(planning::ScoreArea(view.lower, density));
+  out.set_model_gain_upper_m2(planning::ScoreArea(view.upper, density));
   *out.mutable_score_by_kind() = WriteByKind(view.score_by_kind);
   out.set_height_over_floor_m(view.height_over_floor);
   out.set_clearance_m(view.clearance);
@@ -330,6 +356,16 @@ v1::RankedView WriteView(const planning::RankedView& view,
   return out;
 }
 
+v1::NarrowWay WriteNarrowWay(const planning::NarrowWay& way, const Eigen::Vector3d& origin) {
+  v1::NarrowWay out;
+  *out.mutable_narrowest() = WriteVector(way.narrowest + origin);
+  out.set_width_m(way.width);
+  *out.mutable_position() = WriteVector(way.place + origin);
+  out.set_at_density_gain_m2(way.model_gain);
+  out.set_message(planning::NarrowWayWords(way, origin));
+  return out;
+}
+
 v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningConfig& config,
                                bool full, const Eigen::Vector3d& origin) {
   const double density = config.required_density_per_m2();
@@ -352,13 +388,23 @@ v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningCon
   if (plan.termination.best_upper.has_value()) {
     termination.set_best_score_upper(*plan.termination.best_upper);
     termination.set_best_model_gain_upper_m2(
-        planning::ModelGain(*plan.termination.best_upper, density));
+        planning::ScoreArea(*plan.termination.best_upper, density));
   }
   termination.set_largest_patch_area_m2(plan.termination.largest_patch_area);
+  if (plan.termination.best_gain.has_value()) {
+    termination.set_best_at_density_gain_m2(*plan.termination.best_gain);
+  }
+  if (plan.termination.best_gain_upper.has_value()) {
+    termination.set_best_at_density_gain_upper_m2(*plan.termination.best_gain_upper);
+  }
   if (plan.termination.unobservable_known) {
     termination.set_unobservable_area_m2(plan.termination.unobservable_area);
   }
-  if (plan.coverage.has_value()) *out.mutable_coverage() = WriteCoverage(*plan.coverage, density);
+  for (const planning::NarrowWay& way : plan.narrow_ways) {
+    *out.add_narrow_ways() = WriteNarrowWay(way, origin);
+  }
+  if (plan.coverage.has_value())
+    *out.mutable_coverage() = WriteCoverage(*plan.coverage, density, origin);
   out.set_feasible_viewcell_count(static_cast<int64_t>(plan.feasible_cells));
   out.set_deficient_voxel_count(static_cast<int64_t>(plan.deficient_cells));
   out.set_deficient_area_m2(plan.deficient_area);

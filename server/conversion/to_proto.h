@@ -28,6 +28,8 @@ namespace vantage::conversion {
 
 // Patches that travel in one answer at most; the first are the most important.
 inline constexpr int kMaxPatches = 8000;
+// The same of openings.
+inline constexpr int kMaxOpenings = 1000;
 
 google::protobuf::Timestamp WriteTime(absl::Time time);
 absl::Time ReadTime(const google::protobuf::Timestamp& time);
@@ -50,7 +52,8 @@ v1::Registration WriteRegistration(const registration::RegistrationResult& resul
 v1::Levelling WriteLevelling(const registration::Levelling& levelling,
                              const Eigen::Vector3d& origin);
 v1::MergeReport WriteMergeReport(const model::MergeReport& report);
-v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_density);
+v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_density,
+                           const Eigen::Vector3d& origin);
 
 // `patches` are those that view.patch_scores points into. Of a view that was not checked, location,
 // region and verdict are absent.

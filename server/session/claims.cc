@@ -6,7 +6,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/planning/plan/model_gain.h"
+#include "core/planning/plan/score_area.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/fleet_proto.h"
@@ -285,7 +285,7 @@ void Claims::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
   *conflict.mutable_alternative()->mutable_position() =
       conversion::WriteVector(best.position + context_.origin());
   conflict.mutable_alternative()->set_model_gain_m2(
-      planning::ModelGain(best.score, inputs.config.required_density));
+      planning::ScoreArea(best.score, inputs.config.required_density));
 }
 
 absl::StatusOr<v1::Claim> Claims::TakeNow(const v1::ClaimViewRequest& request,

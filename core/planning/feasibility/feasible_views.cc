@@ -104,6 +104,20 @@ void FeasibleViews::ExemptStations(const model::PlanningView& model, double clea
   }
 }
 
+std::vector<FeasibleViews::CellIndex> FeasibleViews::Unreachable() const {
+  std::vector<CellIndex> cells;
+  if (counts_[static_cast<size_t>(Infeasibility::kUnreachable)] == 0) return cells;
+  const size_t layer = static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y());
+  for (size_t at = 0; at < why_.size(); ++at) {
+    if (static_cast<Infeasibility>(why_[at]) != Infeasibility::kUnreachable) continue;
+    cells.push_back(first_ +
+                    CellIndex(static_cast<int>(at % static_cast<size_t>(size_.x())),
+                              static_cast<int>(at % layer / static_cast<size_t>(size_.x())),
+                              static_cast<int>(at / layer)));
+  }
+  return cells;
+}
+
 void FeasibleViews::ListFeasible(bool require_reachable) {
   const size_t layer = static_cast<size_t>(size_.x()) * static_cast<size_t>(size_.y());
   index_.assign(why_.size(), -1);

@@ -76,6 +76,9 @@ class FeasibleViews {
     return Inside(cell) ? static_cast<Infeasibility>(why_[Offset(cell)]) : Infeasibility::kNoFloor;
   }
 
+  // Cells that lack nothing but a way there, by z, y, x.
+  std::vector<CellIndex> Unreachable() const;
+
   const FloorMap& floor() const { return floor_; }
   const ReachMap& reach() const { return reach_; }
   // Height over the floor below, m; NaN where there is none.

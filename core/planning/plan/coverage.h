@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "core/model/view/voxel.h"
+#include "core/planning/plan/opening.h"
 
 namespace vantage::planning {
 
@@ -13,9 +14,12 @@ struct Coverage {
   std::array<double, model::kSurfaceKinds> area{};  // m^2 by kind
   double area_at_density = 0;                       // m^2 of true surface with q >= D
   double area_given_up = 0;                         // m^2
-  // Area at density over all area that is true, false or under-sampled, [0, 1]; the planner's
-  // estimate. Absent when there is no such area.
+  // Area at density over all area that is true, false or under-sampled and not given up, [0, 1];
+  // the planner's estimate. Absent when there is no such area.
   std::optional<double> estimated_coverage;
+  // Where the known space leads on: what lies behind is in no share. Openings::RoomsNotEntered()
+  // counts the rooms.
+  Openings openings;
 };
 
 }  // namespace vantage::planning

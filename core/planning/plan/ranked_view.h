@@ -47,6 +47,8 @@ struct RankedView {
   double lower = 0;  // samples; bounds of the score at the plan's confidence
   double upper = 0;
   bool exact = false;  // lower == score == upper, confidence 1
+  // Surface that it would bring to the required density in the model, m^2; known when exact.
+  std::optional<double> model_gain;
   std::array<double, model::kSurfaceKinds> score_by_kind{};  // samples, weighted, sums to score
   double height_over_floor = 0;                              // m
   int storey = 0;                                            // 0 is the lowest that is known

@@ -5,7 +5,8 @@
 
 #include "absl/memory/memory.h"
 #include "absl/status/status.h"
-#include "core/planning/patches/measure_coverage.h"
+#include "core/planning/openings/measure_coverage.h"
+#include "core/planning/openings/openings.h"
 #include "core/planning/plan/stage_clock.h"
 #include "core/planning/problem/planning_estimate.h"
 
@@ -53,15 +54,19 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
                                       config, parallel, cancelled);
   if (!feasible.ok()) return During(PlanStage::kFeasible, feasible.status());
   problem->feasible_ = *std::move(feasible);
+  const bool same_floor = same_model && question.previous->config_.floor_z == config.floor_z;
   clock.Book(PlanStage::kFeasible);
 
-  if (same_model && SameSurface(question.previous->config_, config)) {
+  if (same_floor && SameSurface(question.previous->config_, config)) {
     problem->surface_ = question.previous->surface_;
   } else {
     // B. Extract patches.
     auto patches = ExtractPatches(model, config, {}, cancelled);
     if (!patches.ok()) return During(PlanStage::kPatches, patches.status());
-    auto coverage = MeasureCoverage(model, config, cancelled);
+    auto openings = same_floor ? question.previous->openings()
+                               : FindOpenings(model, problem->feasible_.floor(), cancelled);
+    if (!openings.ok()) return During(PlanStage::kPatches, openings.status());
+    auto coverage = MeasureCoverage(model, config, *std::move(openings), cancelled);
     if (!coverage.ok()) return During(PlanStage::kPatches, coverage.status());
     clock.Book(PlanStage::kPatches);
 

@@ -13,6 +13,7 @@
 #include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/patches/patches.h"
 #include "core/planning/plan/coverage.h"
+#include "core/planning/plan/opening.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/scoring/scoring.h"
@@ -56,6 +57,8 @@ class PlanningProblem {
   // B and C. The deficient surface, the most important patch first, and how complete the rest is.
   const PatchSet& patches() const { return surface_->patches; }
   const Coverage& coverage() const { return surface_->coverage; }
+  // Where the known space leads on.
+  const Openings& openings() const { return surface_->coverage.openings; }
   // For D.
   const Scoring& scoring() const { return *scoring_; }
 
@@ -68,7 +71,7 @@ class PlanningProblem {
     visibility::OpaqueGrid grid;
     visibility::OcclusionScene scene;
   };
-  // Depends on the model and on what the configuration says of surface.
+  // Depends on the model and on what the configuration says of surface and of floor_z.
   struct Surface {
     PatchSet patches;
     Coverage coverage;

@@ -28,7 +28,9 @@ bool ViewReport::Exact(const Eigen::Vector3d& position, const parallel::Budget& 
   std::vector<float> cell_scores(problem_.scoring().cells().size());
   const ViewScore score = problem_.scoring().scorer().ScoreCells(
       position, problem_.scoring().cells(), budget, cell_scores);
-  if (!score.finished) return false;
+  const ViewScore gain = problem_.scoring().scorer().Score(position, gains_, budget);
+  if (!score.finished || !gain.finished) return false;
+  view.model_gain = gain.score;
   view.score = view.lower = view.upper = score.score;
   view.exact = true;
   SplitScore(problem_.scoring().cells(), cell_scores, problem_.patches(), view);
@@ -58,6 +60,7 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
       view.patch_scores = std::move(split.patch_scores);
       view.score = view.lower = view.upper = split.score;
       view.exact = true;
+      view.model_gain = split.model_gain;
     }
   });
   return views;

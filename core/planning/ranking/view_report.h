@@ -12,13 +12,17 @@
 #include "core/planning/plan/ranked_view.h"
 #include "core/planning/problem/planning_problem.h"
 #include "core/planning/ranking/registration_check.h"
+#include "core/planning/scoring/gain_cells.h"
 
 namespace vantage::planning {
 
 // Keeps the reference.
 class ViewReport {
  public:
-  explicit ViewReport(const PlanningProblem& problem) : problem_(problem) {}
+  explicit ViewReport(const PlanningProblem& problem)
+      : problem_(problem),
+        gains_(GainCells(problem.scoring().cells(), problem.patches(),
+                         problem.config().required_density)) {}
 
   // Describes the first `count` of `checked`, in order. Scores are split exactly; when the budget
   // expires first, score_by_kind and patch_scores stay empty.
@@ -27,8 +31,8 @@ class ViewReport {
                                    const parallel::Budget& budget,
                                    parallel::Parallel& parallel) const;
 
-  // Sets the exact score of any position, feasible or not, and its split. Returns false, and leaves
-  // the split empty, when the budget expired first.
+  // Sets the exact score of any position, feasible or not, its split and its model gain. Returns
+  // false, and leaves the split empty, when the budget expired first.
   bool Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
              RankedView& view) const;
 
@@ -41,6 +45,7 @@ class ViewReport {
 
  private:
   const PlanningProblem& problem_;
+  const CellArrays gains_;
 };
 
 }  // namespace vantage::planning

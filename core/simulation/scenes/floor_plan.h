@@ -10,6 +10,7 @@
 
 #include "core/simulation/random_sequence.h"
 #include "core/simulation/scenes/mesh_builder.h"
+#include "core/simulation/scenes/scene.h"
 
 namespace vantage::simulation {
 
@@ -67,6 +68,7 @@ class FloorPlan {
   void AddWall(const Wall& wall);
   const std::vector<Room>& rooms() const { return rooms_; }
   double height() const { return height_; }
+  std::vector<SceneDoorway> Doorways() const;
 
   // Floor, ceiling, walls, panes and door leaves.
   void Build(MeshBuilder& builder) const;

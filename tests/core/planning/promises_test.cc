@@ -10,6 +10,7 @@
 #include "core/parallel/parallel.h"
 #include "core/planning/evaluate_view.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/planning/plan/score_area.h"
 #include "tests/core/model/closed_form_scene.h"
 
 namespace vantage::planning {
@@ -22,7 +23,7 @@ class PromisesTest : public testing::TestWithParam<model::ClosedFormScene> {
     const absl::StatusOr<ViewEvaluation> view =
         EvaluateView(*model.Publish(), scanner_, config_, position, serial_);
     EXPECT_TRUE(view.ok()) << view.status();
-    return view.ok() ? ModelGain(view->view.score, config_.required_density) : 0;
+    return view.ok() ? ScoreArea(view->view.score, config_.required_density) : 0;
   }
   void Scan(model::PartialModel& model, const std::string& id, const Eigen::Vector3d& position) {
     const Eigen::Isometry3d pose = model::PoseAt(position);
