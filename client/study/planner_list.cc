@@ -32,6 +32,8 @@ std::vector<StudyPlanner> MakePlanners() {
   budget("ours-0.1s", 0.1, "the same with 0.1 s a plan");
   budget("ours-0.2s", 0.2, "the same with 0.2 s a plan");
   budget("ours-complete", 600, "the same with every view scored exactly");
+  all.push_back(Ours("ours-known", "standing only where floor, way and clearance are known"));
+  all.back().overrides.set_station_basis(v1::STATION_BASIS_KNOWN);
   all.push_back(Ours("ours-overlap", "the best view with enough overlap, whatever its shape"));
   all.back().choice = simulated_job::ViewChoice::kOverlap;
   all.push_back(Ours("ours-unchecked", "the best view, whether it will register or not"));

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/planning/plan/model_gain.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
@@ -119,8 +118,7 @@ class BruteForce final : public Rival {
     const planning::Plan plan = planning::MakePlan(s.problem, parallel::Budget::Unlimited(),
                                                    s.parallel, [](const planning::Plan&) {});
     if (plan.views.empty()) return {std::nullopt, std::nullopt, plan.message};
-    return {plan.views[0].position,
-            planning::ModelGain(plan.views[0].score, s.problem.config().required_density), ""};
+    return {plan.views[0].position, plan.views[0].model_gain, ""};
   }
 };
 

@@ -7,7 +7,6 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/planning/plan/model_gain.h"
 #include "core/planning/scoring/headings.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
@@ -267,8 +266,9 @@ void Claims::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
   *conflict.mutable_alternative()->mutable_position() =
       conversion::WriteVector(best.position + context_.origin());
   if (best.heading.has_value()) conflict.mutable_alternative()->set_heading_rad(*best.heading);
-  conflict.mutable_alternative()->set_model_gain_m2(
-      planning::ModelGain(best.score, inputs.config.required_density));
+  if (best.model_gain.has_value()) {
+    conflict.mutable_alternative()->set_model_gain_m2(*best.model_gain);
+  }
   if (best.storey.has_value()) {
     *conflict.mutable_alternative()->mutable_storey() =
         conversion::WriteStorey(*best.storey, context_.origin());

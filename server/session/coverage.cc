@@ -50,7 +50,7 @@ absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage(const SessionContext& co
         model.view->voxel_size(), "planning_config", "site_rules", violations);
     *response.mutable_coverage() = conversion::WriteCoverage(
         context.dependencies().algorithms.measure_coverage(*model.view, config),
-        config.required_density);
+        config.required_density, context.origin());
     FindGivenUp(*model.view, context.origin(), response);
     for (const planning::Storey& storey :
          context.dependencies().algorithms.find_storeys(*model.view, config)) {

@@ -157,6 +157,18 @@ void FloorPlan::AddWall(const Wall& wall) {
   for (size_t i = solids_before; i < solids_.size(); ++i) Block(solids_[i]);
 }
 
+std::vector<SceneDoorway> FloorPlan::Doorways() const {
+  std::vector<SceneDoorway> doorways;
+  for (const Wall& wall : walls_) {
+    for (const Opening& opening : wall.openings) {
+      if (opening.window) continue;
+      doorways.push_back(
+          {wall.from + opening.middle * AlongOf(wall), AlongOf(wall), opening.width, opening.head});
+    }
+  }
+  return doorways;
+}
+
 void FloorPlan::Build(MeshBuilder& builder) const {
   builder.SetFrame(Eigen::Isometry3d::Identity());
   const Eigen::Vector2d low = extent_.min().array() - kSlab;

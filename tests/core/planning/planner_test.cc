@@ -13,7 +13,7 @@
 
 #include "core/parallel/thread_pool.h"
 #include "core/planning/evaluate_view.h"
-#include "core/planning/patches/measure_coverage.h"
+#include "core/planning/openings/measure_coverage.h"
 #include "core/planning/plan/coverage.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"

@@ -58,18 +58,20 @@ TEST(ToProto, SeveralBasesTogetherAreNamed) {
 TEST(ToProto, AViewThatWasNotCheckedHasNoVerdict) {
   planning::RankedView view;
   view.score = 5000;
+  view.model_gain_upper = 3;
   view.checked = false;
-  const v1::RankedView interim = WriteView(view, {}, 2500, Eigen::Vector3d::Zero());
-  EXPECT_EQ(interim.model_gain_m2(), 2);
+  const v1::RankedView interim = WriteView(view, {}, Eigen::Vector3d::Zero());
+  EXPECT_EQ(interim.model_gain_m2(), 0);
+  EXPECT_EQ(interim.model_gain_upper_m2(), 3);
   EXPECT_FALSE(interim.has_verdict() || interim.has_location() || interim.has_region());
   view.checked = true;
-  v1::RankedView written = WriteView(view, {}, 2500, Eigen::Vector3d::Zero());
+  v1::RankedView written = WriteView(view, {}, Eigen::Vector3d::Zero());
   EXPECT_TRUE(written.has_verdict() && written.has_location());
   EXPECT_FALSE(written.location().has_last_station_distance_m());
   EXPECT_FALSE(written.location().has_last_station_bearing_rad());
   view.location.last_station_distance = 0;
   view.location.last_station_bearing = 0;
-  written = WriteView(view, {}, 2500, Eigen::Vector3d::Zero());
+  written = WriteView(view, {}, Eigen::Vector3d::Zero());
   EXPECT_TRUE(written.location().has_last_station_distance_m());
   EXPECT_TRUE(written.location().has_last_station_bearing_rad());
 }
@@ -78,17 +80,17 @@ TEST(ToProto, AViewNamesItsStoreyWhereThereIsFloorBelow) {
   const Eigen::Vector3d origin(0, 0, 100);
   planning::RankedView view;
   view.floor_measured = true;  // without a floor it says nothing
-  v1::RankedView written = WriteView(view, {}, 2500, origin);
+  v1::RankedView written = WriteView(view, {}, origin);
   EXPECT_FALSE(written.has_storey());
   EXPECT_FALSE(written.has_floor_measured());
   view.storey = planning::Storey{2, std::nullopt, ""};
-  written = WriteView(view, {}, 2500, origin);
+  written = WriteView(view, {}, origin);
   EXPECT_EQ(written.storey().number(), 2);
   EXPECT_FALSE(written.storey().has_floor_z_m());
   EXPECT_TRUE(written.floor_measured());
   view.storey = planning::Storey{0, -2.5, "cellar"};
   view.floor_measured = false;
-  written = WriteView(view, {}, 2500, origin);
+  written = WriteView(view, {}, origin);
   EXPECT_TRUE(written.has_storey());
   EXPECT_EQ(written.storey().number(), 0);
   EXPECT_EQ(written.storey().floor_z_m(), 97.5);  // world
@@ -138,6 +140,7 @@ TEST(ToProto, APlanSaysWhatWasMeasuredOnly) {
   EXPECT_FALSE(written.termination().has_best_model_gain_upper_m2());
   plan.coverage.emplace();
   plan.termination.best_upper = 0;
+  plan.termination.best_gain_upper = 0;
   written = WritePlanResult(plan, config, false, Eigen::Vector3d::Zero());
   EXPECT_TRUE(written.has_coverage());
   EXPECT_FALSE(written.coverage().has_estimated_coverage());  // of no surface there is no share
