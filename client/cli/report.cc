@@ -283,6 +283,10 @@ std::string ViewReport(const v1::RankedView& view) {
       view.exact()
           ? absl::StrFormat("  gain       brings %.2f m\u00b2 to density\n", view.model_gain_m2())
           : std::string("  gain       not known yet: the score is not exact\n");
+  if (view.exact() && view.expected_gain_m2() > view.model_gain_m2() + 0.005) {
+    absl::StrAppendFormat(&out, "  expected   %.2f m\u00b2, with what was not seen yet\n",
+                          view.expected_gain_m2());
+  }
   const v1::BySurfaceKind& score = view.score_by_kind();
   absl::StrAppendFormat(&out, "  score      %.0f samples", view.score());
   if (!view.exact()) {
@@ -312,6 +316,15 @@ std::string ViewReport(const v1::RankedView& view) {
                         view.has_travel_distance_m()
                             ? absl::StrFormat(", %.1f m to walk", view.travel_distance_m())
                             : "");
+  if (view.has_expected_station()) {
+    const v1::ExpectedStation& expected = view.expected_station();
+    absl::StrAppendFormat(
+        &out, "  assumed    %s; works with a chance of %.0f %%%s\n", expected.message(),
+        100 * expected.chance(),
+        expected.has_fallback_view_index()
+            ? absl::StrFormat(", else take rank %d", expected.fallback_view_index() + 1)
+            : "");
+  }
   if (view.has_storey()) {
     absl::StrAppend(&out, "  storey     ", StoreyText(view.storey()),
                     view.floor_measured() ? "" : "; the floor below was not measured", "\n");

@@ -74,6 +74,8 @@ std::vector<StudyPlanner> MakePlanners() {
   all.push_back(
       Other("oracle-feasible", PlannerKind::kKnowsTheScene,
             "the truly best of every third place per axis where its model lets one stand"));
+  all.push_back(Other("oracle-expected", PlannerKind::kKnowsTheScene,
+                      "the same, and where its model lets one expect to stand and one can"));
   all.push_back(Other("optimal", PlannerKind::kKnowsTheScene,
                       "the fewest positions, by integer programming; needs cbc or glpsol"));
   all.push_back(

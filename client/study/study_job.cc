@@ -110,7 +110,12 @@ std::unique_ptr<Rival> MakeRival(const std::string& name, const StudyScene& scen
   if (name == "random") return RandomRival();
   if (name == "frontier") return FrontierRival();
   if (name == "octomap") return OctomapRival(scene.settings().scanner);
-  if (name == "oracle-feasible") return FeasibleOracleRival(scene);
+  if (name == "oracle-feasible") {
+    return FeasibleOracleRival(scene, planning::StationBasis::kKnown);
+  }
+  if (name == "oracle-expected") {
+    return FeasibleOracleRival(scene, planning::StationBasis::kExpected);
+  }
   if (name == "brute-force") return BruteForceRival();
   return nullptr;
 }

@@ -5,12 +5,11 @@
 #include <cmath>
 #include <utility>
 
-#include "absl/container/flat_hash_map.h"
 #include "absl/container/flat_hash_set.h"
 #include "absl/memory/memory.h"
 #include "absl/status/status.h"
+#include "core/model/view/brick_key.h"
 #include "core/planning/expectation/brick_edit.h"
-#include "core/planning/feasibility/floor_pieces.h"
 #include "core/planning/openings/storey_section.h"
 
 namespace vantage::planning {
@@ -21,7 +20,10 @@ namespace {
 // station in them.
 constexpr double kRoomDepth = 3.5;
 constexpr double kHalfRoomWidth = 2.0;
-constexpr double kCeiling = 2.5;     // m over the floor, where the doorway is no higher
+constexpr double kCeiling = 2.5;  // m over the floor, where the doorway is no higher
+// Of places in a room that somebody tried and could not stand at: it is none that can be entered,
+// but glass, a mirror's image or full of things.
+constexpr int kMostRefusals = 2;
 constexpr double kThreshold = 0.25;  // m before the middle of a doorway that belong to it
 
 const std::array<Eigen::Vector2i, 4> kSides = {Eigen::Vector2i(-1, 0), Eigen::Vector2i(1, 0),
@@ -40,8 +42,8 @@ bool Measured(model::VoxelState state) {
 // What a room behind one doorway changes.
 class RoomBehind {
  public:
-  RoomBehind(const model::PlanningView& model, const FloorMap& floor, const Opening& opening)
-      : model_(model), floor_(floor), opening_(opening), voxel_(model.voxel_size()) {
+  RoomBehind(const model::PlanningView& model, const Opening& opening)
+      : model_(model), opening_(opening), voxel_(model.voxel_size()) {
     const double top = std::max(kCeiling, opening.head);
     low_ = static_cast<int>(std::floor(opening.centre.z() / voxel_));
     high_ = static_cast<int>(std::floor((opening.centre.z() + top) / voxel_));
@@ -113,10 +115,6 @@ class RoomBehind {
     return !model_.Empty({at.x(), at.y(), low_ - 1}) && !model_.Empty({at.x(), at.y(), low_ - 2});
   }
   void LayFloor(const Eigen::Vector2i& at, BrickEdit& edit) const {
-    if (floor_.columns().Near(at.x(), at.y(), static_cast<float>(opening_.centre.z()), kMaxStep) !=
-        nullptr) {
-      return;
-    }
     const model::VoxelIndex v(at.x(), at.y(), low_);
     if (!Unknown(model_.State(v))) return;
     edit.SetSurface(v, Facing(v, {0, 0, 1}));
@@ -135,48 +133,65 @@ class RoomBehind {
   }
 
   const model::PlanningView& model_;
-  const FloorMap& floor_;
   const Opening& opening_;
   const double voxel_;
   int low_ = 0;   // the layer that the floor lies in
   int high_ = 0;  // the ceiling's
 };
 
+bool Refused(const model::PlanningView& model, const std::vector<Eigen::Vector2i>& columns,
+             std::span<const RejectedPlace> rejected) {
+  int refusals = 0;
+  for (const RejectedPlace& place : rejected) {
+    const Eigen::Vector2i at = model.At(place.position).head<2>();
+    if (std::find(columns.begin(), columns.end(), at) != columns.end()) ++refusals;
+  }
+  return refusals >= kMostRefusals;
+}
+
+// A brick of which all that was not measured is empty; null when nothing of it was measured.
+std::shared_ptr<const model::Brick> MeasuredOf(const model::Brick& brick) {
+  if (std::none_of(brick.state.begin(), brick.state.end(), Measured)) return nullptr;
+  auto measured = std::make_shared<model::Brick>();
+  for (int local = 0; local < model::Brick::kVoxels; ++local) {
+    const model::VoxelState state = brick.state[static_cast<size_t>(local)];
+    measured->state[static_cast<size_t>(local)] =
+        Measured(state) ? state : model::VoxelState::kEmpty;
+    if (state != model::VoxelState::kTrueSurface) continue;
+    measured->surface_mask[static_cast<size_t>(local / 64)] |= uint64_t{1} << (local % 64);
+    measured->surface.push_back(*brick.Surface(local));
+  }
+  return measured;
+}
+
 // The model with all that was not measured empty, within its bounds.
 model::PlanningView MeasuredAlone(const model::PlanningView& model) {
+  std::vector<model::BrickAt> changed;
+  for (const model::BrickAt& at : model.bricks()) {
+    if (auto measured = MeasuredOf(*at.contents); measured != nullptr) {
+      changed.push_back({at.brick, std::move(measured)});
+    }
+  }
   auto empty = std::make_shared<model::Brick>();
   empty->state.fill(model::VoxelState::kEmpty);
-  std::vector<model::BrickAt> bricks;
+  model::EmptiedBricks emptied;
+  emptied.contents = std::move(empty);
   const model::VoxelIndex first = model::Brick::Of(model.bounds().min);
   const model::VoxelIndex end = model::Brick::Of(model.bounds().max);
   for (int z = first.z(); z < end.z(); ++z) {
     for (int y = first.y(); y < end.y(); ++y) {
-      for (int x = first.x(); x < end.x(); ++x) bricks.push_back({{x, y, z}, empty});
+      for (int x = first.x(); x < end.x(); ++x) {
+        const model::VoxelIndex brick(x, y, z);
+        emptied.by_page[model::KeyOf(model::BrickPage::Of(brick))].Set(
+            model::Brick::LocalOf(brick));
+      }
     }
   }
-  const Eigen::Vector3i size = end - first;
-  for (const model::BrickAt& at : model.bricks()) {
-    auto measured = std::make_shared<model::Brick>(*at.contents);
-    bool any = false;
-    for (model::VoxelState& state : measured->state) {
-      any = any || Measured(state);
-      if (!Measured(state)) state = model::VoxelState::kEmpty;
-    }
-    if (!any) continue;
-    measured->surface.clear();
-    measured->surface_mask.fill(0);
-    for (int local = 0; local < model::Brick::kVoxels; ++local) {
-      const model::SurfaceVoxel* surface = at.contents->Surface(local);
-      if (surface == nullptr || !Measured(at.contents->state[static_cast<size_t>(local)])) continue;
-      measured->surface_mask[static_cast<size_t>(local / 64)] |= uint64_t{1} << (local % 64);
-      measured->surface.push_back(*surface);
-    }
-    measured->dropouts.clear();
-    const Eigen::Vector3i off = at.brick - first;
-    bricks[static_cast<size_t>(off.x() + size.x() * (off.y() + size.y() * off.z()))].contents =
-        std::move(measured);
+  for (const model::BrickAt& at : changed) {
+    emptied.by_page[model::KeyOf(model::BrickPage::Of(at.brick))].Clear(
+        model::Brick::LocalOf(at.brick));
   }
-  return {model.voxel_size(), model.version(), std::move(bricks), model.stations()};
+  return {model, model.version(), changed, model.stations(), emptied};
 }
 
 }  // namespace
@@ -189,17 +204,17 @@ Expectation::Expectation(const model::PlanningView& model, model::PlanningView v
       rooms_(std::move(rooms)) {}
 
 absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
-    const model::PlanningView& model, const FloorMap& floor, const Openings& openings,
-    const parallel::Cancellation& cancelled) {
+    const model::PlanningView& model, const Openings& openings,
+    std::span<const RejectedPlace> rejected, const parallel::Cancellation& cancelled) {
   std::vector<Room> rooms;
   BrickEdit edit(model);
   for (size_t i = 0; i < openings.openings.size(); ++i) {
     if (cancelled.Requested()) return absl::CancelledError("expectation");
     const Opening& opening = openings.openings[i];
     if (!opening.doorway() || !openings.LeadsToUnknown(opening)) continue;
-    const RoomBehind behind(model, floor, opening);
+    const RoomBehind behind(model, opening);
     Room room{i, behind.Spread(), static_cast<float>(opening.centre.z())};
-    if (room.columns.empty()) continue;
+    if (room.columns.empty() || Refused(model, room.columns, rejected)) continue;
     behind.Apply(room.columns, edit);
     rooms.push_back(std::move(room));
   }

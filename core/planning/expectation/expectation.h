@@ -7,13 +7,14 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
-#include "core/planning/feasibility/floor_map.h"
 #include "core/planning/plan/opening.h"
+#include "core/planning/plan/planning_config.h"
 
 namespace vantage::planning {
 
@@ -30,10 +31,11 @@ inline constexpr double kSurfaceChance = 0.5;
 // model knows nothing. Never changes. Thread safe.
 class Expectation {
  public:
-  // Keeps the reference to the model. CANCELLED when that was requested on the way.
+  // A room in which places were rejected twice is not expected any more. Keeps the reference to the
+  // model. CANCELLED when that was requested on the way.
   static absl::StatusOr<std::shared_ptr<const Expectation>> Of(
-      const model::PlanningView& model, const FloorMap& floor, const Openings& openings,
-      const parallel::Cancellation& cancelled = {});
+      const model::PlanningView& model, const Openings& openings,
+      std::span<const RejectedPlace> rejected, const parallel::Cancellation& cancelled = {});
 
   // The model with what is expected.
   const model::PlanningView& view() const { return view_; }

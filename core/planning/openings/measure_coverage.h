@@ -1,4 +1,4 @@
-// Measures how complete a model is (algorithm.md section 7D, 'Coverage').
+// Measures how complete a model is (algorithm.md section 7F).
 #ifndef VANTAGE_CORE_PLANNING_OPENINGS_MEASURE_COVERAGE_H_
 #define VANTAGE_CORE_PLANNING_OPENINGS_MEASURE_COVERAGE_H_
 

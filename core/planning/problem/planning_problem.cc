@@ -1,5 +1,6 @@
 #include "core/planning/problem/planning_problem.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
@@ -29,6 +30,15 @@ bool SameSurface(const PlanningConfig& a, const PlanningConfig& b) {
          same_region(a.region_of_interest, b.region_of_interest);
 }
 
+bool SameExpectation(const PlanningConfig& a, const PlanningConfig& b) {
+  if (a.station_basis != b.station_basis) return false;
+  return a.station_basis == StationBasis::kKnown ||
+         std::equal(a.rejected.begin(), a.rejected.end(), b.rejected.begin(), b.rejected.end(),
+                    [](const RejectedPlace& x, const RejectedPlace& y) {
+                      return x.position == y.position && x.radius == y.radius;
+                    });
+}
+
 void MarkExpected(const Expectation& expectation, PatchSet& patches) {
   for (DeficientCell& cell : patches.cells) {
     cell.expected = expectation.Expected(cell.voxel);
@@ -48,7 +58,7 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   const PlanningProblem* previous = question.previous;
   const bool same_model = previous != nullptr && &previous->model_ == &model;
   const bool same_floor = same_model && previous->config_.floor_z == config.floor_z;
-  const bool same_scene = same_floor && previous->config_.station_basis == config.station_basis;
+  const bool same_scene = same_floor && SameExpectation(previous->config_, config);
   auto problem = absl::WrapUnique(new PlanningProblem(question));
   StageClock clock(problem->seconds_);
 
@@ -72,7 +82,7 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   std::shared_ptr<const Expectation> expectation =
       same_scene ? previous->occlusion_->expectation : nullptr;
   if (!same_scene && config.station_basis == StationBasis::kExpected) {
-    auto found = Expectation::Of(model, feasible->floor(), *openings, cancelled);
+    auto found = Expectation::Of(model, *openings, config.rejected, cancelled);
     if (!found.ok()) return During(PlanStage::kFeasible, found.status());
     expectation = *std::move(found);
     if (expectation != nullptr) grid.emplace(expectation->view());

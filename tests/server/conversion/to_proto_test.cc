@@ -108,7 +108,7 @@ TEST(ToProto, CoverageHasTheFiguresOfEachRegion) {
   coverage.regions[0].area_at_density = 2.5;
   coverage.regions[0].area_given_up = 0.5;
   coverage.regions[0].estimated_coverage = 0.25;
-  const v1::Coverage written = WriteCoverage(coverage, 2500);
+  const v1::Coverage written = WriteCoverage(coverage, 2500, Eigen::Vector3d::Zero());
   ASSERT_EQ(written.regions_size(), 2);
   EXPECT_EQ(written.regions(0).name(), "machine room");
   EXPECT_EQ(written.regions(0).required_density_per_m2(), 10'000);
@@ -128,6 +128,29 @@ TEST(ToProto, APlanListsItsStoreys) {
   EXPECT_EQ(written.storeys(0).floor_z_m(), 10);
   EXPECT_EQ(written.storeys(1).number(), 1);
   EXPECT_EQ(written.storeys(1).floor_z_m(), 12.75);
+}
+
+TEST(ToProto, AnExpectedStationIsInTheWorld) {
+  planning::RankedView view;
+  EXPECT_FALSE(WriteView(view, {}, Eigen::Vector3d::Zero()).has_expected_station());
+  view.expected = planning::ExpectedStation{Eigen::Vector3d(1, 2, -1), 1.2, 0.9, 3};
+  view.model_gain = 4;
+  view.expected_gain = 10;
+  const v1::RankedView written = WriteView(view, {}, {100, 200, 10});
+  EXPECT_EQ(written.expected_gain_m2(), 10);
+  EXPECT_EQ(written.model_gain_m2(), 4);
+  const v1::ExpectedStation& expected = written.expected_station();
+  EXPECT_EQ(expected.doorway().x(), 101);
+  EXPECT_EQ(expected.doorway().z(), 9);
+  EXPECT_EQ(expected.radius_m(), 1.2);
+  EXPECT_EQ(expected.chance(), 0.9);
+  EXPECT_EQ(expected.fallback_view_index(), 3);
+  EXPECT_THAT(expected.message(), testing::HasSubstr("doorway at (101.00, 202.00)"));
+  view.expected->doorway.reset();
+  view.expected->fallback.reset();
+  const v1::RankedView other = WriteView(view, {}, {100, 200, 10});
+  EXPECT_FALSE(other.expected_station().has_doorway());
+  EXPECT_FALSE(other.expected_station().has_fallback_view_index());
 }
 
 TEST(ToProto, APlanSaysWhatWasMeasuredOnly) {
