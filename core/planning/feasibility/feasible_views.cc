@@ -57,8 +57,8 @@ absl::StatusOr<FeasibleViews> FeasibleViews::Find(const model::PlanningView& mod
 
 absl::StatusOr<FeasibleViews> FeasibleViews::FindExpected(
     const model::PlanningView& standing, const FloorMap& floor, const visibility::OpaqueGrid& grid,
-    const sensor::ScannerModel& scanner, const PlanningConfig& config, parallel::Parallel& parallel,
-    const parallel::Cancellation& cancelled) {
+    const FeasibleViews& known, const sensor::ScannerModel& scanner, const PlanningConfig& config,
+    parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
   FeasibleViews views;
   views.Cover(standing, config);
   if (views.size_.isZero()) return views;
@@ -67,7 +67,7 @@ absl::StatusOr<FeasibleViews> FeasibleViews::FindExpected(
                    cancelled)) {
     return absl::CancelledError("feasible views");
   }
-  views.RequireSeen(grid);
+  views.RequireSeen(grid, known);
   views.ListFeasible(config.require_reachable);
   return views;
 }
@@ -90,7 +90,7 @@ void FeasibleViews::Cover(const model::PlanningView& model, const PlanningConfig
 }
 
 // Nothing is seen from a viewcell that is not known to be empty itself.
-void FeasibleViews::RequireSeen(const visibility::OpaqueGrid& grid) {
+void FeasibleViews::RequireSeen(const visibility::OpaqueGrid& grid, const FeasibleViews& known) {
   const Eigen::Vector3i cell_voxels = Eigen::Vector3i::Constant(voxels_per_cell_);
   for (size_t r = 0; r < rows_.size(); ++r) {
     Row& row = rows_[r];
@@ -98,7 +98,8 @@ void FeasibleViews::RequireSeen(const visibility::OpaqueGrid& grid) {
       ForEachCell(row.first + static_cast<int>(i), first_.y() + static_cast<int>(r),
                   [&](const CellIndex& cell, const Place& place) {
                     Infeasibility& why = row.why[place.at];
-                    if (why != Infeasibility::kNone) return;
+                    if (known.IndexOf(cell) >= 0) why = Infeasibility::kNone;
+                    if (why != Infeasibility::kNone || known.IndexOf(cell) >= 0) return;
                     const Eigen::Vector3i low = cell * voxels_per_cell_ - grid.box().min;
                     if (!grid.AllEmpty(low, low + cell_voxels)) why = Infeasibility::kClearance;
                   });

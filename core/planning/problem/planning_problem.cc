@@ -92,8 +92,8 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
     const auto floor = FloorMap::Find(expectation->view(), config.floor_z, cancelled);
     if (!floor.ok()) return During(PlanStage::kFeasible, floor.status());
     feasible = FeasibleViews::FindExpected(expectation->standing(), *floor,
-                                           same_scene ? problem->grid() : *grid, question.scanner,
-                                           config, parallel, cancelled);
+                                           same_scene ? problem->grid() : *grid, problem->known_,
+                                           question.scanner, config, parallel, cancelled);
     if (!feasible.ok()) return During(PlanStage::kFeasible, feasible.status());
   }
   problem->feasible_ = *std::move(feasible);
