@@ -1,5 +1,5 @@
 // What a narrow place between two basins is: how wide between its jambs, how high, and whether its
-// jambs are wall (algorithm.md section 7D, 'Openings').
+// jambs are wall (algorithm.md section 7D).
 #ifndef VANTAGE_CORE_PLANNING_OPENINGS_GAP_H_
 #define VANTAGE_CORE_PLANNING_OPENINGS_GAP_H_
 

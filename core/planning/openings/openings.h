@@ -1,5 +1,5 @@
 // Finds the openings of a site: the doorways, passages and windows that lead from known space on
-// (algorithm.md section 7D, 'Openings').
+// (algorithm.md section 7D).
 #ifndef VANTAGE_CORE_PLANNING_OPENINGS_OPENINGS_H_
 #define VANTAGE_CORE_PLANNING_OPENINGS_OPENINGS_H_
 

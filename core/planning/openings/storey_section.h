@@ -1,5 +1,5 @@
 // A horizontal section through a storey at the height of a head: where walls stand, and little else
-// (algorithm.md section 7D, 'Openings').
+// (algorithm.md section 7D).
 #ifndef VANTAGE_CORE_PLANNING_OPENINGS_STOREY_SECTION_H_
 #define VANTAGE_CORE_PLANNING_OPENINGS_STOREY_SECTION_H_
 

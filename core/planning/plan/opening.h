@@ -1,4 +1,4 @@
-// Where one room leads on into another (algorithm.md section 7D, 'Openings').
+// Where one room leads on into another (algorithm.md section 7D).
 #ifndef VANTAGE_CORE_PLANNING_PLAN_OPENING_H_
 #define VANTAGE_CORE_PLANNING_PLAN_OPENING_H_
 

@@ -12,8 +12,8 @@ namespace vantage::planning {
 // m2, and not its score: a cell counts its area times its probability of success when the view
 // brings it to the density D that is required there (samples / m2), from 0.99 D on in proportion,
 // and nothing below. Neither weights nor unknown space behind it count, and a cell that has D
-// already (after claimed scans) gains nothing. Of cells that are expected and not known, the sum is what they
-// are expected to gain, and no model gain.
+// already (after claimed scans) gains nothing. Of cells that are expected and not known, the sum is
+// what they are expected to gain, and no model gain.
 CellArrays GainCells(const CellArrays& cells, const PatchSet& patches);
 
 // The most model gain that a sample of any cell's score can stand for, m2 per weighted sample. So
