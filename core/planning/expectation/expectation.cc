@@ -69,11 +69,12 @@ class RoomBehind {
     return columns;
   }
 
-  void Apply(const std::vector<Eigen::Vector2i>& columns, BrickEdit& edit) const {
+  void Apply(const std::vector<Eigen::Vector2i>& columns, BrickEdit& edit,
+             std::vector<ExpectedFloor>& floors) const {
     absl::flat_hash_set<Column> in_room;
     for (const Eigen::Vector2i& at : columns) in_room.emplace(at.x(), at.y());
     for (const Eigen::Vector2i& at : columns) {
-      LayFloor(at, edit);
+      if (LayFloor(at, edit)) floors.push_back({at, static_cast<float>(opening_.centre.z())});
       for (int z = low_ + 1; z < high_; ++z) {
         const model::VoxelIndex v(at.x(), at.y(), z);
         if (Unknown(model_.State(v))) edit.SetEmpty(v);
@@ -114,10 +115,12 @@ class RoomBehind {
     }
     return !model_.Empty({at.x(), at.y(), low_ - 1}) && !model_.Empty({at.x(), at.y(), low_ - 2});
   }
-  void LayFloor(const Eigen::Vector2i& at, BrickEdit& edit) const {
+  // False where the model knows what lies at the floor's height.
+  bool LayFloor(const Eigen::Vector2i& at, BrickEdit& edit) const {
     const model::VoxelIndex v(at.x(), at.y(), low_);
-    if (!Unknown(model_.State(v))) return;
+    if (!Unknown(model_.State(v))) return false;
     edit.SetSurface(v, Facing(v, {0, 0, 1}));
+    return true;
   }
   // Surface where the room ends, if the model knows nothing there.
   void Close(const model::VoxelIndex& v, const Eigen::Vector3i& normal, BrickEdit& edit) const {
@@ -197,16 +200,18 @@ model::PlanningView MeasuredAlone(const model::PlanningView& model) {
 }  // namespace
 
 Expectation::Expectation(const model::PlanningView& model, model::PlanningView view,
-                         std::vector<Room> rooms)
+                         std::vector<ExpectedFloor> floors, std::vector<Room> rooms)
     : model_(model),
       view_(std::move(view)),
       standing_(MeasuredAlone(view_)),
+      floors_(std::move(floors)),
       rooms_(std::move(rooms)) {}
 
 absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
     const model::PlanningView& model, const Openings& openings,
     std::span<const RejectedPlace> rejected, const parallel::Cancellation& cancelled) {
   std::vector<Room> rooms;
+  std::vector<ExpectedFloor> floors;
   BrickEdit edit(model);
   for (size_t i = 0; i < openings.openings.size(); ++i) {
     if (cancelled.Requested()) return absl::CancelledError("expectation");
@@ -215,13 +220,13 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
     const RoomBehind behind(model, opening);
     Room room{i, behind.Spread(), static_cast<float>(opening.centre.z())};
     if (room.columns.empty() || Refused(model, room.columns, rejected)) continue;
-    behind.Apply(room.columns, edit);
+    behind.Apply(room.columns, edit, floors);
     rooms.push_back(std::move(room));
   }
   const std::vector<model::BrickAt> changed = edit.Bricks();
   return absl::WrapUnique<const Expectation>(
       new Expectation(model, model::PlanningView(model, model.version(), changed, model.stations()),
-                      std::move(rooms)));
+                      std::move(floors), std::move(rooms)));
 }
 
 std::optional<size_t> Expectation::Behind(const Eigen::Vector3d& place) const {

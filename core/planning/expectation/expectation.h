@@ -13,6 +13,7 @@
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
+#include "core/planning/feasibility/floor_map.h"
 #include "core/planning/plan/opening.h"
 #include "core/planning/plan/planning_config.h"
 
@@ -42,6 +43,8 @@ class Expectation {
   // The same with all that was not measured taken for empty: what somebody may find in the way who
   // goes and looks.
   const model::PlanningView& standing() const { return standing_; }
+  // The floors of its rooms.
+  std::span<const ExpectedFloor> floors() const { return floors_; }
   // True when what the view says of a voxel is expected and not known.
   bool Expected(const model::VoxelIndex& v) const { return view_.State(v) != model_.State(v); }
   // The doorway, by its place in Openings::openings, behind which a place lies; nothing where it
@@ -55,11 +58,13 @@ class Expectation {
     std::vector<Eigen::Vector2i> columns;
     float floor = 0;  // m, z
   };
-  Expectation(const model::PlanningView& model, model::PlanningView view, std::vector<Room> rooms);
+  Expectation(const model::PlanningView& model, model::PlanningView view,
+              std::vector<ExpectedFloor> floors, std::vector<Room> rooms);
 
   const model::PlanningView& model_;
   const model::PlanningView view_;
   const model::PlanningView standing_;
+  const std::vector<ExpectedFloor> floors_;
   const std::vector<Room> rooms_;
 };
 

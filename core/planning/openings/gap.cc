@@ -240,8 +240,8 @@ Narrow GapFinder::Measure(const NarrowPlace& narrow, const std::vector<int32_t>&
     return Narrow::kSpace;
   }
   // With wall over it, it is a doorway or a window. Without, it may be a stretch of a corridor.
-  if (!IsWall(gap.middle(), across, *ceiling) &&
-      !(Recedes(gap, across, squared) && Recedes(gap, -across, squared))) {
+  gap.lintel = IsWall(gap.middle(), across, *ceiling);
+  if (!gap.lintel && !(Recedes(gap, across, squared) && Recedes(gap, -across, squared))) {
     return Narrow::kSpace;
   }
   std::vector<double> heads;

@@ -30,6 +30,7 @@ struct Gap {
   double head = 0;             // m over the floor, of the lintel or the ceiling
   double sill = 0;             // m over the floor, of what stands in it; 0 for nothing
   bool floor_through = false;  // floor is known in it or close by, and there is no sill
+  bool lintel = false;         // wall goes on over it
   float floor = 0;             // m, z
 
   Eigen::Vector2d middle() const { return 0.5 * (jamb + other_jamb); }

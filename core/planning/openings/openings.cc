@@ -166,6 +166,7 @@ class StoreyOpenings {
     opening.head = gap.head;
     opening.sill = gap.sill;
     opening.floor_through = gap.floor_through;
+    opening.lintel = gap.lintel;
     opening.storey = storey_;
     opening.standing = StandingBefore(gap, across, from);
     opening.from = from;

@@ -9,6 +9,14 @@ namespace {
 // high. Space that ends in less is known.
 constexpr double kLeastFrontier = 0.5;
 
+// m over the floor: heads of doors are lower. Under a beam that is higher a room may go on.
+constexpr double kHighestDoor = 2.5;
+
+// True of what surely divides rooms, and not parts of one.
+bool IsDoor(const Opening& opening) {
+  return opening.doorway() && opening.lintel && opening.head <= kHighestDoor;
+}
+
 }  // namespace
 
 bool Openings::LeadsToUnknown(const Opening& opening) const {
@@ -19,7 +27,7 @@ bool Openings::LeadsToUnknown(const Opening& opening) const {
 int Openings::RoomsNotEntered() const {
   std::set<int> rooms;
   for (const Opening& opening : openings) {
-    if (opening.doorway() && LeadsToUnknown(opening)) rooms.insert(opening.behind);
+    if (IsDoor(opening) && LeadsToUnknown(opening)) rooms.insert(opening.behind);
   }
   return static_cast<int>(rooms.size());
 }

@@ -26,6 +26,7 @@ struct Opening {
   double head = 0;             // m over the floor, of the lintel or the ceiling
   double sill = 0;             // m over the floor, of what stands in it; 0 for nothing
   bool floor_through = false;  // floor is known in it or right behind it, and no sill is in the way
+  bool lintel = false;         // wall goes on over it: it divides rooms, and not parts of one
   int storey = 0;
   Eigen::Vector3d standing = Eigen::Vector3d::Zero();  // m, on the floor: a place before it
   int from = 0;    // into Openings::spaces: the side that is known better
@@ -48,8 +49,9 @@ struct Openings {
   // True where an opening leads into a space that no scanner has stood in and that goes on into the
   // unknown.
   bool LeadsToUnknown(const Opening& opening) const;
-  // The number of rooms that doorways lead into and that no scanner has stood in, at least: space
-  // that is known to hang together behind several doorways counts once.
+  // The number of rooms that doorways with a lintel no higher than that of a door lead into and
+  // that no scanner has stood in, at least: space that is known to hang together behind several
+  // doorways counts once.
   int RoomsNotEntered() const;
 };
 

@@ -89,9 +89,8 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   }
   if (expectation != nullptr) {
     problem->known_ = *std::move(feasible);
-    const auto floor = FloorMap::Find(expectation->view(), config.floor_z, cancelled);
-    if (!floor.ok()) return During(PlanStage::kFeasible, floor.status());
-    feasible = FeasibleViews::FindExpected(expectation->standing(), *floor,
+    const FloorMap floor = problem->known_.floor().With(expectation->floors(), expectation->view());
+    feasible = FeasibleViews::FindExpected(expectation->standing(), floor,
                                            same_scene ? problem->grid() : *grid, problem->known_,
                                            question.scanner, config, parallel, cancelled);
     if (!feasible.ok()) return During(PlanStage::kFeasible, feasible.status());
