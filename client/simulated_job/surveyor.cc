@@ -188,7 +188,7 @@ Placement Surveyor::NearestFree(const Placement& placement, int number,
   for (const Vector3d& spot : spots) {
     // Somebody who looks through the doorway, or stands there, sees it.
     if (!scanner_.Visible(T_scene_world_ * from, T_scene_world_ * spot)) continue;
-    const Placement there = At(spot, number, heading);
+    Placement there = At(spot, number, heading);
     if (CanStand(scanner_, there)) return there;
   }
   return placement;

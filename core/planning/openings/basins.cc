@@ -46,7 +46,8 @@ std::vector<NarrowPlace> FirstOfEachBorder(const Eigen::Vector2i& size,
     by_pair[std::minmax(border[i].basin, border[i].other)].push_back(i);
   }
   std::vector<std::pair<size_t, NarrowPlace>> found;
-  for (const auto& [pair, cells] : by_pair) {
+  for (const auto& [pair, of_pair] : by_pair) {
+    const std::vector<size_t>& cells = of_pair;
     Groups groups(cells.size());
     const auto at = [&](size_t k) {
       const auto cell = static_cast<int>(border[cells[k]].cell);

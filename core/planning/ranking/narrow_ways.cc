@@ -36,6 +36,7 @@ NarrowWays FindNarrowWays(const PlanningProblem& problem, double best, uint64_t 
     behind[ways[*node].narrowest].push_back(centre);
   }
   std::vector<uint32_t> order;
+  order.reserve(behind.size());
   for (const auto& [narrowest, views] : behind) order.push_back(narrowest);
   std::stable_sort(order.begin(), order.end(),
                    [&](uint32_t a, uint32_t b) { return behind[a].size() > behind[b].size(); });
