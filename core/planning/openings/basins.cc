@@ -65,6 +65,7 @@ std::vector<NarrowPlace> FirstOfEachBorder(const Eigen::Vector2i& size,
   }
   std::sort(found.begin(), found.end(),
             [](const auto& a, const auto& b) { return a.first < b.first; });
+  narrows.reserve(found.size());
   for (const auto& [order, narrow] : found) narrows.push_back(narrow);
   return narrows;
 }
