@@ -1,41 +1,62 @@
 #include "core/planning/expectation/brick_edit.h"
 
+#include <algorithm>
 #include <cstddef>
-#include <utility>
+#include <memory>
+#include <tuple>
 
 namespace vantage::planning {
 
 model::VoxelState BrickEdit::State(const model::VoxelIndex& v) const {
+  const auto it = by_brick_.find(model::KeyOf(model::Brick::Of(v)));
+  const int local = model::Brick::LocalOf(v);
+  if (it == by_brick_.end() || !it->second.changed.Has(local)) return model_.State(v);
+  return it->second.state[static_cast<size_t>(local)];
+}
+
+BrickEdit::Changes& BrickEdit::Change(const model::VoxelIndex& v, model::VoxelState state) {
   const model::VoxelIndex brick = model::Brick::Of(v);
-  const auto of_brick = changes_.find({brick.z(), brick.y(), brick.x()});
-  if (of_brick == changes_.end()) return model_.State(v);
-  const auto change = of_brick->second.find(model::Brick::LocalOf(v));
-  return change == of_brick->second.end() ? model_.State(v) : change->second.state;
+  Changes& changes = by_brick_[model::KeyOf(brick)];
+  changes.brick = brick;
+  const int local = model::Brick::LocalOf(v);
+  changes.changed.Set(local);
+  changes.state[static_cast<size_t>(local)] = state;
+  return changes;
+}
+
+void BrickEdit::SetEmpty(const model::VoxelIndex& v) { Change(v, model::VoxelState::kEmpty); }
+
+void BrickEdit::SetSurface(const model::VoxelIndex& v, const model::SurfaceVoxel& surface) {
+  Change(v, model::VoxelState::kTrueSurface)
+      .surfaces.emplace_back(model::Brick::LocalOf(v), surface);
+}
+
+model::BrickAt BrickEdit::Edited(const Changes& changes) const {
+  std::array<const model::SurfaceVoxel*, model::Brick::kVoxels> own{};
+  for (const auto& [local, surface] : changes.surfaces) own[static_cast<size_t>(local)] = &surface;
+  auto edited = std::make_shared<model::Brick>();
+  for (int local = 0; local < model::Brick::kVoxels; ++local) {
+    const auto at = static_cast<size_t>(local);
+    const model::VoxelIndex v = model::PlanningView::Global(changes.brick, local);
+    const bool changed = changes.changed.Has(local);
+    edited->state[at] = changed ? changes.state[at] : model_.State(v);
+    if (!model::HasArea(edited->state[at])) continue;
+    edited->surface_mask[at / 64] |= uint64_t{1} << (local % 64);
+    edited->surface.push_back(changed ? *own[at] : *model_.Surface(v));
+    if (changed) continue;
+    for (const model::Dropout& dropout : model_.Dropouts(v)) edited->dropouts.push_back(dropout);
+  }
+  return {changes.brick, std::move(edited)};
 }
 
 std::vector<model::BrickAt> BrickEdit::Bricks() const {
   std::vector<model::BrickAt> bricks;
-  bricks.reserve(changes_.size());
-  for (const auto& [key, changes] : changes_) {
-    const model::VoxelIndex at(std::get<2>(key), std::get<1>(key), std::get<0>(key));
-    auto edited = std::make_shared<model::Brick>();
-    for (int local = 0; local < model::Brick::kVoxels; ++local) {
-      const model::VoxelIndex v = model::PlanningView::Global(at, local);
-      const auto change = changes.find(local);
-      const bool changed = change != changes.end();
-      const model::VoxelState state = changed ? change->second.state : model_.State(v);
-      edited->state[static_cast<size_t>(local)] = state;
-      if (!model::HasArea(state)) continue;
-      edited->surface_mask[static_cast<size_t>(local / 64)] |= uint64_t{1} << (local % 64);
-      if (changed) {
-        edited->surface.push_back(*change->second.surface);
-        continue;
-      }
-      edited->surface.push_back(*model_.Surface(v));
-      for (const model::Dropout& dropout : model_.Dropouts(v)) edited->dropouts.push_back(dropout);
-    }
-    bricks.push_back({at, std::move(edited)});
-  }
+  bricks.reserve(by_brick_.size());
+  for (const auto& [key, changes] : by_brick_) bricks.push_back(Edited(changes));
+  std::sort(bricks.begin(), bricks.end(), [](const model::BrickAt& a, const model::BrickAt& b) {
+    return std::tuple(a.brick.z(), a.brick.y(), a.brick.x()) <
+           std::tuple(b.brick.z(), b.brick.y(), b.brick.x());
+  });
   return bricks;
 }
 

@@ -2,12 +2,14 @@
 #ifndef VANTAGE_CORE_PLANNING_EXPECTATION_BRICK_EDIT_H_
 #define VANTAGE_CORE_PLANNING_EXPECTATION_BRICK_EDIT_H_
 
-#include <map>
-#include <memory>
-#include <optional>
-#include <tuple>
+#include <array>
+#include <cstdint>
+#include <utility>
 #include <vector>
 
+#include "absl/container/flat_hash_map.h"
+#include "core/model/view/brick_key.h"
+#include "core/model/view/brick_mask.h"
 #include "core/model/view/planning_view.h"
 
 namespace vantage::planning {
@@ -19,28 +21,26 @@ class BrickEdit {
 
   // What the voxel is with the changes so far.
   model::VoxelState State(const model::VoxelIndex& v) const;
-  void SetEmpty(const model::VoxelIndex& v) { At(v) = {model::VoxelState::kEmpty, std::nullopt}; }
+  void SetEmpty(const model::VoxelIndex& v);
   // `surface.centroid` lies in the voxel.
-  void SetSurface(const model::VoxelIndex& v, const model::SurfaceVoxel& surface) {
-    At(v) = {model::VoxelState::kTrueSurface, surface};
-  }
+  void SetSurface(const model::VoxelIndex& v, const model::SurfaceVoxel& surface);
   // The changed bricks, by z, y, x.
   std::vector<model::BrickAt> Bricks() const;
 
  private:
-  struct Change {
-    model::VoxelState state = model::VoxelState::kUnknown;
-    std::optional<model::SurfaceVoxel> surface;
+  struct Changes {
+    model::VoxelIndex brick;
+    model::BrickMask changed;
+    std::array<model::VoxelState, model::Brick::kVoxels> state{};  // of those changed
+    // By place in the brick; of several for one voxel the last counts, while it has area.
+    std::vector<std::pair<int, model::SurfaceVoxel>> surfaces;
   };
-  using Key = std::tuple<int, int, int>;  // z, y, x of a brick
 
-  Change& At(const model::VoxelIndex& v) {
-    const model::VoxelIndex brick = model::Brick::Of(v);
-    return changes_[{brick.z(), brick.y(), brick.x()}][model::Brick::LocalOf(v)];
-  }
+  Changes& Change(const model::VoxelIndex& v, model::VoxelState state);
+  model::BrickAt Edited(const Changes& changes) const;
 
   const model::PlanningView& model_;
-  std::map<Key, std::map<int, Change>> changes_;  // by brick, by place in it
+  absl::flat_hash_map<model::BrickKey, Changes> by_brick_;
 };
 
 }  // namespace vantage::planning
