@@ -413,7 +413,8 @@ class JointPlanner {
   void AddModelGain(const ScannerClass& mine, planning::RankedView& view) {
     const planning::CellArrays& left = remaining_->left();
     const planning::CellArrays gains = planning::GainCells(left, First().patches());
-    view.model_gain_upper = planning::MostGainPerSample(left, gains) * view.upper;
+    view.model_gain_upper =
+        std::min(planning::MostGainPerSample(left, gains) * view.upper, First().patches().area);
     if (!view.exact) return;
     std::vector<float> cell_gains(gains.size());
     if (!mine.problem->scoring()

@@ -61,6 +61,8 @@ GainBounds BoundModelGain(const GainQuestion& question, uint64_t done,
   if (next < left.size()) {
     bounds.upper = std::max(bounds.upper, per_sample * evaluation.views[left[next]].upper);
   }
+  // No view brings more than is missing, whatever a sample may stand for.
+  bounds.upper = std::max(bounds.lower, std::min(bounds.upper, problem.patches().area));
   return bounds;
 }
 

@@ -23,7 +23,6 @@ void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const 
   }
   view.floor_measured = problem_.feasible().FloorMeasured(position);
   if (problem_.BasisOf(position) == StationBasis::kExpected) {
-    view.floor_measured = false;
     view.expected = ExpectedStation{std::nullopt, kStationRadius, kStationChance, std::nullopt};
     if (const auto opening = problem_.expectation()->Behind(position); opening.has_value()) {
       view.expected->doorway = problem_.openings().openings[*opening].centre;
@@ -70,7 +69,7 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
     view.lower = estimate.lower;
     view.upper = estimate.upper;
     view.exact = estimate.exact;
-    view.model_gain_upper = most_gain_per_sample_ * view.upper;
+    view.model_gain_upper = MostGain(view.upper);
     view.verdict = checked[k].verdict;
     Place(problem_.feasible().Centre(i), view);
     const Headings& headings = problem_.scoring().scorer().headings();
@@ -149,7 +148,7 @@ Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation) const {
     view.lower = estimate.lower;
     view.upper = estimate.upper;
     view.exact = estimate.exact;
-    view.model_gain_upper = most_gain_per_sample_ * view.upper;
+    view.model_gain_upper = MostGain(view.upper);
     const Headings& headings = problem_.scoring().scorer().headings();
     if (!headings.all_around()) view.heading = headings.Angle(estimate.heading);
     view.verdict.reason = "not checked yet";
@@ -161,7 +160,7 @@ Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation) const {
       most > 0 && !plan.views.empty() ? std::clamp(1 - plan.views[0].lower / most, 0.0, 1.0) : 1;
   if (evaluation.any()) {
     plan.termination.best_upper = most;
-    plan.termination.best_gain_upper = most_gain_per_sample_ * most;
+    plan.termination.best_gain_upper = MostGain(most);
   }
   return plan;
 }

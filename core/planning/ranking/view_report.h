@@ -2,6 +2,7 @@
 #ifndef VANTAGE_CORE_PLANNING_RANKING_VIEW_REPORT_H_
 #define VANTAGE_CORE_PLANNING_RANKING_VIEW_REPORT_H_
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -55,6 +56,11 @@ class ViewReport {
   void Place(const Eigen::Vector3d& position, RankedView& view) const;
 
  private:
+  // What a view with this score (samples) may bring to density at most, m^2.
+  double MostGain(double score) const {
+    return std::min(most_gain_per_sample_ * score, problem_.patches().area);
+  }
+
   const PlanningProblem& problem_;
   const CellArrays gains_;
   const double most_gain_per_sample_;  // m^2
