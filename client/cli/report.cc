@@ -356,7 +356,7 @@ std::string CoverageReport(const v1::Coverage& c) {
   }
   if (!c.has_rooms_not_entered_count()) return out;
   if (c.rooms_not_entered_count() == 0) {
-    out += "no room that was seen through a doorway waits to be entered\n";
+    out += "no doorway to a room that was not entered is known\n";
   } else {
     absl::StrAppendFormat(&out, "besides, at least %d room%s not entered:\n",
                           c.rooms_not_entered_count(), c.rooms_not_entered_count() == 1 ? "" : "s");
