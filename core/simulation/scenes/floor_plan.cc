@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <deque>
+#include <utility>
 
 #include "core/sensor/scanner_model.h"
 
@@ -280,7 +280,7 @@ bool FloorPlan::LeavesReachable(const Room& room, const Footprint& footprint) co
       at(column, row) = blocked ? kBlocked : kFree;
     }
   }
-  std::deque<std::pair<int, int>> front;
+  std::vector<std::pair<int, int>> front;
   const auto visit_cell = [&](int column, int row) {
     if (column < 0 || row < 0 || column >= columns || row >= rows) return;
     if (at(column, row) != kFree) return;
@@ -311,8 +311,8 @@ bool FloorPlan::LeavesReachable(const Room& room, const Footprint& footprint) co
     near(places.front(), visit_cell);
   }
   while (!front.empty()) {
-    const auto [column, row] = front.front();
-    front.pop_front();
+    const auto [column, row] = front.back();
+    front.pop_back();
     visit_cell(column - 1, row);
     visit_cell(column + 1, row);
     visit_cell(column, row - 1);
@@ -400,6 +400,7 @@ std::optional<FloorPlan::Spot> FloorPlan::FreestSpot(const Room& room) const {
       const Eigen::Vector2d at(x, y);
       double clearance = kFar;
       for (const Footprint& f : around) {
+        if (best.has_value() && clearance <= best->clearance) break;  // it is no better
         if ((f.middle - at).norm() - f.half_size.norm() >= clearance) continue;
         clearance = std::min(clearance, f.DistanceTo(at));
       }

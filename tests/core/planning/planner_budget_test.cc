@@ -94,6 +94,7 @@ TEST_F(PlannerBudgetTest, SetupLooksAtTheClockAsOftenAsItsWorkDemands) {
   const auto bricks = static_cast<int64_t>(model_.bricks().size());
   const visibility::OpaqueGrid grid(model_);
   const model::VoxelIndex size = grid.box().max - grid.box().min;
+  EXPECT_GE(looks([&] { (void)grid.Summed(serial_, budget); }), size.y() + size.z());
   EXPECT_GE(looks([&] { (void)FloorMap::Find(model_, std::nullopt, budget); }), bricks / 128 + 3);
   const FloorMap floor = FloorMap::Find(model_, std::nullopt).value();
   EXPECT_GE(looks([&] { (void)FindOpenings(model_, floor, budget); }),

@@ -69,10 +69,12 @@ class SessionPlans : public testing::Test {
     return config_;
   }
   absl::StatusOr<v1::Rejection> Reject(double x, int64_t ttl = 0) {
-    v1::RejectViewRequest request;
-    request.mutable_position()->set_x(x);
-    if (ttl > 0) request.mutable_ttl()->set_seconds(ttl);
-    return session_->rejections().Create(request);
+    v1::Rejection wanted;
+    wanted.mutable_position()->set_x(x);
+    wanted.set_radius_m(0.5);
+    std::optional<absl::Duration> holds;
+    if (ttl > 0) holds = absl::Seconds(ttl);
+    return session_->rejections().Create(wanted, holds, {});
   }
 
   std::atomic<int> seconds_{0};

@@ -81,6 +81,24 @@ TEST(SkylineTest, IsTheSlopeToWhatRisesBehind) {
   }
 }
 
+// A column that stands to one side of the middle of a sixteenth rises there all the same.
+TEST(SkylineTest, LooksToBothSidesOfADirection) {
+  const Vector3d from(5.05, 2.05, 1.55);
+  for (const double aside : {-0.25, 0.25}) {
+    // 10 m away, 1 m wide, 4 degrees and more from the middle of what lies ahead.
+    const double azimuth = aside * 2 * sensor::kPi / SkylineSines::kDirections;
+    const Eigen::Vector2d column =
+        from.head<2>() + 10 * Eigen::Vector2d(std::cos(azimuth), std::sin(azimuth));
+    const model::PlanningView view = Build([&](const Vector3d& p) {
+      const Eigen::Vector2d off = (p.head<2>() - column).cwiseAbs();
+      if (p.z() < 4.5 && off.x() < 0.5 && off.y() < 0.5) return VoxelState::kTrueSurface;
+      return Yard(p, 0);
+    });
+    Skyline skyline = Skyline::Of(view).value();
+    EXPECT_GT(skyline.Around(view.At(from)).sine[kAhead] / 126.0, 0.2) << aside;
+  }
+}
+
 TEST(SkylineTest, UnderARoofEverythingIsCovered) {
   const model::PlanningView view =
       Build([&](const Vector3d& p) { return p.z() > 5.9 ? VoxelState::kTrueSurface : Yard(p, 1); });
