@@ -76,7 +76,7 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
     if (seen.has_value()) view.heading = headings.Angle(seen->heading);
   }
   if (seen.has_value()) view.verdict = std::move(seen->verdict);
-  report.Exact(position, score, std::move(cell_scores), view);
+  report.Exact(position, score, std::move(cell_scores), budget, view);
   report.Place(position, view);
   view.location = DescribeLocation(problem, view);
   view.region = RegionOfCell(feasible, cell);
