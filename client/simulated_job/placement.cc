@@ -85,7 +85,7 @@ Placement PlacementAt(const Vector3d& planned, int number, const Isometry3d& T_s
 std::optional<double> FirstHeading(const simulation::SimulatedScanner& tracer,
                                    const sensor::ScannerModel& scanner, const Vector3d& start,
                                    parallel::Parallel& parallel) {
-  if (planning::TurnsAllAround(scanner)) return std::nullopt;
+  if (scanner.TurnsAllAround()) return std::nullopt;
   sensor::ScannerModel look = scanner;
   look.azimuth_span = 2 * sensor::kPi;
   look.azimuth_step = look.elevation_step = sensor::Radians(2);

@@ -10,7 +10,6 @@
 #include "absl/strings/str_format.h"
 #include "client/library/duration.h"
 #include "client/library/geometry.h"
-#include "core/planning/scoring/headings.h"
 
 namespace vantage::simulated_job {
 namespace {
@@ -129,7 +128,7 @@ absl::StatusOr<MadeScan> Surveyor::Make(const Placement& placement, int number,
   made.number = number;
   made.planned = placement.planned;
   made.at = placement.T_scene_scan.translation();
-  if (!planning::TurnsAllAround(options_.scanner)) {
+  if (!options_.scanner.TurnsAllAround()) {
     const Vector3d front = placement.T_scene_scan.linear().col(0);
     made.facing = std::atan2(front.y(), front.x());
   }

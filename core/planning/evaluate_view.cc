@@ -60,20 +60,23 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
   const auto overlap =
       OverlapSurface::Create(problem.model(), problem.grid(), problem.scene(), problem.scanner());
   if (!overlap.ok()) return overlap.status();
-  const BruteForceScorer& scorer = problem.scoring().scorer();
+  const CellArrays& cells = problem.scoring().cells();
+  const Headings& headings = problem.scoring().scorer().headings();
   const registration::RegistrationConfig& registration = problem.config().registration;
+  std::vector<float> cell_scores(cells.size());
+  const ViewScore score =
+      problem.scoring().scorer().ScoreCells(position, cells, budget, cell_scores);
   std::optional<OverlapSurface::Seen> seen;
-  if (scorer.headings().all_around() || heading.has_value()) {
+  if (headings.all_around() || heading.has_value()) {
     seen = overlap->Predict(position, problem.scene(), registration, budget, nullptr, heading);
-    if (!scorer.headings().all_around()) view.heading = Turned(*heading);
+    if (!headings.all_around()) view.heading = Turned(*heading);
   } else {
-    std::vector<double> by_heading(scorer.headings().size());
-    scorer.ScoreHeadings(position, problem.scoring().cells(), budget, by_heading);
-    seen = overlap->PredictBest(position, by_heading, problem.scene(), registration, budget);
-    if (seen.has_value()) view.heading = scorer.headings().Angle(seen->heading);
+    seen = overlap->PredictBest(position, SumByHeading(headings, position, cells, cell_scores),
+                                problem.scene(), registration, budget);
+    if (seen.has_value()) view.heading = headings.Angle(seen->heading);
   }
   if (seen.has_value()) view.verdict = std::move(seen->verdict);
-  report.Exact(position, budget, view);
+  report.Exact(position, score, std::move(cell_scores), budget, view);
   report.Place(position, view);
   view.location = DescribeLocation(problem, view);
   view.region = RegionOfCell(feasible, cell);

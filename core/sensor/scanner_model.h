@@ -29,6 +29,10 @@ struct ScannerModel {
   double clearance = 0.35;                // m, radius kept free around the scanner
   double positioning_error = 0.05;        // m per axis, by how much a person misses a position
 
+  // Whether the heading of a scan makes no difference: the azimuths miss a turn by less than half a
+  // step.
+  bool TurnsAllAround() const { return azimuth_span > 2 * kPi - 0.5 * azimuth_step; }
+
   // One sigma of a range measurement, m.
   double RangeSigma(double range) const { return range_noise + 1e-6 * range_noise_ppm * range; }
 

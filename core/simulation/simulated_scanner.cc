@@ -107,7 +107,7 @@ sensor::RangeImage SimulatedScanner::Scan(const sensor::ScannerModel& scanner,
   image.azimuth = EvenLines(-half_span, half_span, std::max(preview, scanner.azimuth_step));
   image.elevation = EvenLines(scanner.elevation_min, scanner.elevation_max,
                               std::max(preview, scanner.elevation_step));
-  image.full_turn = scanner.azimuth_span > 2 * sensor::kPi - 0.5 * scanner.azimuth_step;
+  image.full_turn = scanner.TurnsAllAround();
   image.native_azimuth_step = scanner.azimuth_step;
   image.native_elevation_step = scanner.elevation_step;
   image.range.assign(image.cells(), sensor::RangeImage::kNoReturn);

@@ -7,7 +7,6 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/planning/scoring/headings.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/check_request.h"
@@ -286,7 +285,7 @@ absl::StatusOr<v1::Claim> Claims::TakeNow(const v1::ClaimViewRequest& request,
     model = conversion::ReadFleetMember(scanner, state.session, context_.origin()).model;
   });
   std::optional<double> heading;
-  if (request.has_heading_rad() && !planning::TurnsAllAround(model)) {
+  if (request.has_heading_rad() && !model.TurnsAllAround()) {
     heading = request.heading_rad();
   }
   const RequestKey key = RequestKey::Of(request.request_id(), "ClaimView", request);

@@ -7,7 +7,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
-#include "core/planning/scoring/headings.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/check_request.h"
@@ -210,7 +209,7 @@ void Plans::EvaluateView(const v1::EvaluateViewRequest& request,
   absl::StatusOr<PlanInputs> inputs =
       ReadPlanInputs(context_, model_, request.scanner_model_id(), request.config_overrides(), "");
   if (!inputs.ok()) return done(inputs.status());
-  if (request.has_orientation() && !planning::TurnsAllAround(inputs->scanner)) {
+  if (request.has_orientation() && !inputs->scanner.TurnsAllAround()) {
     contract::Violations violations;
     const double turned = conversion::ReadUpright(request.orientation(), "orientation", violations);
     absl::Status upright = violations.ToStatus();

@@ -5,6 +5,8 @@
 #include <fstream>
 #include <regex>
 #include <sstream>
+#include <string>
+#include <vector>
 
 #include "tests/integration/answers.h"
 #include "vantage/v1/scan_service.pb.h"
@@ -66,6 +68,32 @@ TEST(SimulatedJob, DigitisesTheFlat) {
   }
   EXPECT_EQ(server.Stop(SIGTERM), 0) << server.Log();
 }
+
+class SectorJob : public ::testing::TestWithParam<int> {};
+
+// A robot's front scanner digitises the flat: scans made with the headings that were planned
+// register.
+TEST_P(SectorJob, DigitisesTheFlatWithAScannerThatSees120Degrees) {
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  const Finished finished =
+      Vantage(server, {"simulate", "--scene", "flat", "--seed", std::to_string(3 + GetParam()),
+                       "--span", "120", "--scans", "14", "--step", "0.5", "--density", "400",
+                       "--work", "2000000", "--session", "robot"});
+  ASSERT_EQ(finished.exit_code, 0) << finished.out << finished.error;
+  const std::vector<JobRow> rows = JobRowsOf(finished.out);
+  ASSERT_EQ(rows.size(), 14u) << finished.out;
+  EXPECT_GT(rows.back().truth, 30) << finished.out;
+  int lost = 0;
+  const v1::ListScansResponse listed = Scans(server, "robot");
+  for (const v1::Scan& scan : listed.scans()) {
+    lost += scan.state() == v1::SCAN_STATE_MERGED ? 0 : 1;
+  }
+  EXPECT_LE(lost, 1) << finished.out;
+  EXPECT_THAT(Vantage(server, {"plan", "robot", "--work", "2000000"}).out, HasSubstr("facing"));
+}
+
+INSTANTIATE_TEST_SUITE_P(Seeds, SectorJob, ::testing::Range(0, 4));
 
 TEST(SimulatedJob, RepeatsItselfUnderAWorkLimit) {
   std::vector<std::string> models;

@@ -210,15 +210,7 @@ LocationDescription DescribeLocation(const PlanningProblem& problem, const Ranke
 
 double FaceHeading(const Headings& headings, const sensor::ScannerModel& scanner,
                    const CellArrays& cells, std::span<float> cell_scores, RankedView& view) {
-  const Eigen::Vector3f at = view.position.cast<float>();
-  std::vector<double> by_bin(headings.bins(), 0);
-  for (size_t i = 0; i < cell_scores.size(); ++i) {
-    if (cell_scores[i] <= 0) continue;
-    by_bin[headings.BinOf(cells.x[i] - at.x(), cells.y[i] - at.y())] +=
-        static_cast<double>(cell_scores[i]);
-  }
-  std::vector<double> by_heading(headings.size());
-  headings.Sum(by_bin, by_heading);
+  const std::vector<double> by_heading = SumByHeading(headings, view.position, cells, cell_scores);
   view.score_by_heading.assign(by_heading.begin(), by_heading.end());
   if (!view.heading.has_value()) view.heading = headings.Angle(BestOf(by_heading).heading);
   return KeepSector(Sector(scanner, view.heading), view.position, cells, cell_scores);

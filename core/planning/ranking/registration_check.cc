@@ -25,6 +25,30 @@ sensor::ScannerModel AnyIncidence(sensor::ScannerModel scanner) {
   return scanner;
 }
 
+// Whether the surface around a voxel is a plane, as an alignment needs it to be for a sample of the
+// scan to count (SampleSurface): the voxel and its neighbours, as many as a plane through it has at
+// least. Voxels on edges have normals of either side or of neither.
+bool LiesInPlane(const model::PlanningView& model, const model::VoxelIndex& v,
+                 const model::SurfaceVoxel& surface) {
+  constexpr int kFewest = 6;         // with itself; a plane meets nine or more of the 27
+  constexpr float kSimilar = 0.9f;   // cosine, 26 degrees: five sigma of two noisy normals
+  constexpr double kOffPlane = 0.4;  // voxels: a noise of up to a fifth
+  const auto off = static_cast<float>(kOffPlane * model.voxel_size());
+  int count = 0;
+  for (int z = -1; z <= 1; ++z) {
+    for (int y = -1; y <= 1; ++y) {
+      for (int x = -1; x <= 1; ++x) {
+        const model::VoxelIndex at = v + model::VoxelIndex(x, y, z);
+        if (model.State(at) != model::VoxelState::kTrueSurface) continue;
+        const model::SurfaceVoxel& other = *model.Surface(at);
+        count += other.normal.dot(surface.normal) >= kSimilar &&
+                 std::abs(surface.normal.dot(other.centroid - surface.centroid)) <= off;
+      }
+    }
+  }
+  return count >= kFewest;
+}
+
 // Number of directions that a scan measures indoors, where every ray meets something.
 double DirectionsOf(const sensor::ScannerModel& scanner) {
   return scanner.azimuth_span / scanner.azimuth_step *
@@ -59,6 +83,8 @@ absl::StatusOr<OverlapSurface> OverlapSurface::Create(const model::PlanningView&
           return;
         const auto target = visibility::TargetOf(grid, v, surface.normal);
         if (!target.has_value()) return;
+        // What a scan all around overlaps is large, and its edges are a small part of it.
+        if (!scanner.TurnsAllAround() && !LiesInPlane(model, v, surface)) return;
         dropouts.clear();
         for (const model::Dropout& dropout : model.Dropouts(v)) dropouts.push_back(dropout.from);
         overlap.cells_.Add(surface.centroid, surface.normal, surface.area, 0,
@@ -173,7 +199,7 @@ std::optional<OverlapSurface::Seen> OverlapSurface::PredictBest(
     }
     Seen seen{Judge(overlap, view, config), around->rays, heading};
     if (seen.verdict.registered()) return seen;
-    if (!best.has_value()) best = std::move(seen);
+    if (!best.has_value() || seen.verdict.outcome < best->verdict.outcome) best = std::move(seen);
   }
   return best;
 }

@@ -56,8 +56,8 @@ class OverlapSurface {
                               const parallel::Budget& budget, const CellArrays* expected = nullptr,
                               std::optional<double> heading = std::nullopt) const;
   // The same with the heading of most gain that registers, of those that gain something; where none
-  // does, with that of most gain. `by_heading`: BruteForceScorer::ScoreHeadings(). The surface is
-  // looked at once for all headings.
+  // does, of those that are doubtful, or else of all. `by_heading`:
+  // BruteForceScorer::ScoreHeadings(). The surface is looked at once for all headings.
   std::optional<Seen> PredictBest(const Eigen::Vector3d& view, std::span<const double> by_heading,
                                   const visibility::OcclusionScene& scene,
                                   const registration::RegistrationConfig& config,

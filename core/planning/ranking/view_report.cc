@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <utility>
 
 #include "absl/strings/str_format.h"
 #include "core/planning/ranking/rank_views.h"
@@ -36,15 +37,20 @@ void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const 
 bool ViewReport::Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
                        RankedView& view) const {
   std::vector<float> cell_scores(problem_.scoring().cells().size());
+  const ViewScore score = problem_.scoring().scorer().ScoreCells(
+      position, problem_.scoring().cells(), budget, cell_scores);
+  return score.finished && Exact(position, score, std::move(cell_scores), budget, view);
+}
+
+bool ViewReport::Exact(const Eigen::Vector3d& position, const ViewScore& score,
+                       std::vector<float> cell_scores, const parallel::Budget& budget,
+                       RankedView& view) const {
+  const CellArrays& cells = problem_.scoring().cells();
   const BruteForceScorer& scorer = problem_.scoring().scorer();
-  const ViewScore score =
-      scorer.ScoreCells(position, problem_.scoring().cells(), budget, cell_scores);
-  if (!score.finished) return false;
   view.position = position;
   view.score = score.score;
   if (!scorer.headings().all_around()) {
-    view.score = FaceHeading(scorer.headings(), problem_.scanner(), problem_.scoring().cells(),
-                             cell_scores, view);
+    view.score = FaceHeading(scorer.headings(), problem_.scanner(), cells, cell_scores, view);
   }
   view.lower = view.upper = view.score;
   std::vector<float> cell_gains(gains_.size());
@@ -52,7 +58,7 @@ bool ViewReport::Exact(const Eigen::Vector3d& position, const parallel::Budget& 
   KeepSector(Sector(problem_.scanner(), view.heading), position, gains_, cell_gains);
   SetGain(gains_, problem_.patches(), cell_gains, view);
   view.exact = true;
-  SplitScore(problem_.scoring().cells(), cell_scores, problem_.patches(), view);
+  SplitScore(cells, cell_scores, problem_.patches(), view);
   return true;
 }
 

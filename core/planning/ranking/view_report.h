@@ -13,6 +13,7 @@
 #include "core/planning/plan/ranked_view.h"
 #include "core/planning/problem/planning_problem.h"
 #include "core/planning/ranking/registration_check.h"
+#include "core/planning/scoring/brute_force.h"
 #include "core/planning/scoring/gain_cells.h"
 #include "core/planning/scoring/headings.h"
 
@@ -46,6 +47,10 @@ class ViewReport {
   // the best heading when that is absent, which is then set. Returns false, and leaves the split
   // empty, when the budget expired first.
   bool Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
+             RankedView& view) const;
+  // The same where the cells were scored from there already (BruteForceScorer::ScoreCells).
+  bool Exact(const Eigen::Vector3d& position, const ViewScore& score,
+             std::vector<float> cell_scores, const parallel::Budget& budget,
              RankedView& view) const;
 
   // The plan while the evaluation is running: the best views so far, unchecked. Only the final plan

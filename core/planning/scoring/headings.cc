@@ -31,12 +31,8 @@ float DiamondAngle(float x, float y) {
 
 }  // namespace
 
-bool TurnsAllAround(const sensor::ScannerModel& scanner) {
-  return scanner.azimuth_span > 2 * sensor::kPi - 0.5 * scanner.azimuth_step;
-}
-
 Headings::Headings(const sensor::ScannerModel& scanner, double first) : first_(first) {
-  if (TurnsAllAround(scanner)) return;
+  if (scanner.TurnsAllAround()) return;
   const double widest = std::min(kWidestStep, scanner.azimuth_span / kStepsOfSpan);
   const auto least = static_cast<size_t>(std::ceil(2 * sensor::kPi / widest - kWholeNumber));
   size_ = std::min(least, kMostHeadings);
@@ -153,6 +149,20 @@ Sector::Sector(const sensor::ScannerModel& scanner, std::optional<double> headin
   } else {
     headings_ = Headings(scanner, *heading);
   }
+}
+
+std::vector<double> SumByHeading(const Headings& headings, const Eigen::Vector3d& view,
+                                 const CellArrays& cells, std::span<const float> cell_scores) {
+  const Eigen::Vector3f at = view.cast<float>();
+  std::vector<double> by_bin(headings.bins(), 0);
+  for (size_t i = 0; i < cell_scores.size(); ++i) {
+    if (cell_scores[i] <= 0) continue;
+    by_bin[headings.BinOf(cells.x[i] - at.x(), cells.y[i] - at.y())] +=
+        static_cast<double>(cell_scores[i]);
+  }
+  std::vector<double> by_heading(headings.size());
+  headings.Sum(by_bin, by_heading);
+  return by_heading;
 }
 
 double KeepSector(const Sector& sector, const Eigen::Vector3d& view, const CellArrays& cells,

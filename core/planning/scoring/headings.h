@@ -62,9 +62,6 @@ class Headings {
   std::vector<uint16_t> near_;
 };
 
-// True for scanners whose heading makes no difference.
-bool TurnsAllAround(const sensor::ScannerModel& scanner);
-
 // The heading with the largest value, of equal ones the first.
 struct BestHeading {
   size_t heading = 0;
@@ -89,6 +86,11 @@ class Sector {
   size_t heading_ = 0;
   bool everything_;
 };
+
+// What each heading gains: the sum of the scores of the cells that it sees from `view` (m),
+// samples.
+std::vector<double> SumByHeading(const Headings& headings, const Eigen::Vector3d& view,
+                                 const CellArrays& cells, std::span<const float> cell_scores);
 
 // Sets the scores of the cells to 0 that the sector does not see from `view` (m). Returns the sum
 // of the others, samples.

@@ -12,7 +12,7 @@ namespace vantage::registration {
 // A plane that scanned surface lies in.
 struct FloorPlane {
   Eigen::Vector3d normal;  // unit, scanner frame, upwards
-  double height = 0;       // m, of the plane at the scanner's origin: normal . x = height
+  double height = 0;       // m, of the plane over the scanner's origin, < 0: normal . x = height
   double area = 0;         // m^2, roughly, of the samples in it
 };
 // The largest upward-facing plane below the scanner within `max_tilt` rad of level. False when

@@ -25,6 +25,9 @@ constexpr double kMinimumHalfSide = 0.05;
 // noise would feign, plus three standard deviations of that (of a sum of squares).
 constexpr double kFeignedFactor = 2.0;
 constexpr double kFeignedDeviations = 3.0;
+// One constraint that stands for a dozen may be all that seems to hold a direction. Information is
+// believed less this many standard deviations of what drawing one in so many does to it: 98 %.
+constexpr double kDrawnDeviations = 2.0;
 
 Eigen::Matrix3d Cross(const Eigen::Vector3d& v) {
   Eigen::Matrix3d m;
@@ -47,6 +50,23 @@ uint64_t CorrelationBlock(const Eigen::Vector3d& position, const Eigen::Vector3d
 }
 
 namespace {
+
+// One standard deviation of the information along each column of `directions`, from constraints
+// that stand for others: a sum over one in w terms, each counted w times, has the variance of its
+// terms' squares less one in w of them.
+sensor::Vector6d DrawingErrors(std::span<const Constraint> constraints,
+                               const Eigen::Vector3d& centroid,
+                               const sensor::Matrix6d& directions) {
+  sensor::Vector6d variance = sensor::Vector6d::Zero();
+  for (const Constraint& c : constraints) {
+    if (c.weight <= 1) continue;
+    sensor::Vector6d row;
+    row << (c.position - centroid).cross(c.normal), c.normal;
+    const sensor::Vector6d along = (directions.transpose() * row).cwiseAbs2();
+    variance += (1 - 1 / c.weight) * (c.weight / c.variance * along).cwiseAbs2();
+  }
+  return variance.cwiseSqrt();
+}
 
 // Noisy normals tilt the directions without information a little: a slide gets a trace of turning,
 // and knowledge of that turn from elsewhere would then seem to stop the slide. Directions that are
@@ -146,9 +166,10 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
       kFeignedDeviations * std::sqrt(2.0 / static_cast<double>(std::max<size_t>(1, blocks.size())));
   sensor::Vector6d genuine;
   sensor::Vector6d keep;
+  const sensor::Vector6d drawn = DrawingErrors(constraints, centroid_, v);
   for (int k = 0; k < 6; ++k) {
     const double lambda = solver.eigenvalues()[k];
-    genuine[k] = lambda > threshold ? lambda - 1.0 : 0.0;
+    genuine[k] = lambda - kDrawnDeviations * drawn[k] > threshold ? lambda - 1.0 : 0.0;
     keep[k] = genuine[k] > 0 ? 1.0 : 0.0;
     constrained_ += keep[k] > 0 ? 1 : 0;
   }

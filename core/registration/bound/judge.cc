@@ -49,8 +49,8 @@ sensor::Matrix6d PoseKnowledge::EvidenceInformation() const {
 }
 
 RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double overlap_share,
-                                      const PoseKnowledge& known,
-                                      const RegistrationConfig& config) {
+                                      const PoseKnowledge& known, const RegistrationConfig& config,
+                                      double margin) {
   const ErrorBound alone = geometry.Bound(sensor::Matrix6d::Zero());
   const sensor::Matrix6d evidence = known.EvidenceInformation();
   const ErrorBound judged = known.evidence.empty() ? alone : geometry.Bound(evidence);
@@ -68,13 +68,17 @@ RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double ov
   verdict.weakest_words = words.direction;
   verdict.bases = {RegistrationBasis::kScanGeometry};
 
-  if (!(judged.bound <= config.required_accuracy)) {
+  if (!(margin * judged.bound <= config.required_accuracy)) {
     verdict.outcome = judged.bound <= kDoubtfulFactor * config.required_accuracy
                           ? RegistrationOutcome::kDoubtful
                           : RegistrationOutcome::kFailed;
     verdict.reason = absl::StrCat("the overlap's shape leaves ", words.direction,
                                   " open: error bound ", Millimetres(judged.bound), ", ",
                                   Millimetres(config.required_accuracy), " required");
+    if (judged.bound <= config.required_accuracy) {
+      absl::StrAppendFormat(&verdict.reason, ", and a prediction may be off by a factor of %.1f",
+                            margin);
+    }
     verdict.remedy = words.remedy;
   } else {
     verdict.outcome = RegistrationOutcome::kRegistered;

@@ -28,8 +28,10 @@ struct PoseKnowledge {
 
 // Compares overlap and error bound with what is required. Fills in outcome, bounds, weakest
 // direction, basis (the scan's geometry, or the evidence that suffices), reason and remedy.
+// `margin` >= 1: a bound that is not within the requirement by this factor makes a doubt.
 RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double overlap_share,
-                                      const PoseKnowledge& known, const RegistrationConfig& config);
+                                      const PoseKnowledge& known, const RegistrationConfig& config,
+                                      double margin = 1);
 
 // The verdict of a scan that shares (almost) nothing with the model.
 RegistrationVerdict NoOverlap(double overlap_share, const RegistrationConfig& config);

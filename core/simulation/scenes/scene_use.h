@@ -10,6 +10,7 @@
 //                  of seed 1 with 250 and 1,000 m^2
 //                - doubtful views (RegistrationCheck): storey 1 of 1,000 m^2
 //                - reach, dropouts, mirrors: flats 2, 3, 7 and 101
+//                - what is predicted of a sector (bound/prediction): flats 3 to 10
 //                - speed of carving, merging, scoring and aligning: flats 1 to 5, storeys of seed 1
 //   from 200 on  reporting. Nothing was chosen on these.
 // Meshes from files: `small_house` is for tuning (the turns of the race), `bookstore` reports.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <utility>
 
 namespace vantage::sensor {
 namespace {
@@ -18,6 +19,16 @@ TEST(ScannerModelTest, SamplingDensityIsTheFormulaByAngleAndBySine) {
     EXPECT_NEAR(scanner.SamplingDensity(elevation, 0.7, 3), expected, 1e-9 * expected);
     EXPECT_NEAR(scanner.SamplingDensityAtSine(std::sin(elevation), 0.7, 3), expected,
                 1e-9 * expected);
+  }
+}
+
+TEST(ScannerModelTest, TurnsAllAroundWhereHalfAStepIsMissingAtMost) {
+  ScannerModel scanner;
+  scanner.azimuth_step = Radians(0.4);
+  for (const auto& [degrees, all_around] : {std::pair(360.0, true), std::pair(359.81, true),
+                                            std::pair(359.79, false), std::pair(120.0, false)}) {
+    scanner.azimuth_span = Radians(degrees);
+    EXPECT_EQ(scanner.TurnsAllAround(), all_around) << degrees;
   }
 }
 

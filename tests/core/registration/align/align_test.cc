@@ -340,5 +340,16 @@ TEST(Level, WhatIsAssumedOfTheTiltIsSaid) {
   }
 }
 
+// On its side a wall looks like a floor, but for its distance: said where that is no tripod's.
+TEST(Level, AWallThatIsTakenForTheFloorIsSaid) {
+  const auto level =
+      LevelFirstScan(ScanScene(BareRoom(), PoseAt({0, 0, 1.4}, 0, 0, sensor::Radians(90)), {}, 17));
+  ASSERT_TRUE(level.ok()) << level.status();
+  EXPECT_TRUE(level->found_floor);
+  EXPECT_NE(level->message.find("2.5 m below the scanner, farther than under any tripod"),
+            std::string::npos)
+      << level->message;
+}
+
 }  // namespace
 }  // namespace vantage::registration

@@ -103,6 +103,83 @@ TEST(Prediction, RegularSubsetWithWeightSaysTheSame) {
   EXPECT_NEAR(part.overlap_share, full.overlap_share, 0.01);
 }
 
+// A short corridor of which a strip of the end wall was seen, one voxel wide.
+Shape CorridorWithStrip() {
+  Shape shape(0, 53);
+  shape.Rectangle({-1, -1, 0}, 2 * kX, 2 * kY, kZ);
+  shape.Rectangle({-1, -1, 0}, 2 * kX, 2.5 * kZ, kY);
+  shape.Rectangle({-1, 1, 0}, 2 * kX, 2.5 * kZ, -kY);
+  shape.Rectangle({1, 0, 0.5}, 0.05 * kY, 1.2 * kZ, -kX);
+  return shape;
+}
+
+// Two of the strip's elements stand for all of it, or for nothing: they may have been drawn by
+// chance. All of it is known not to be.
+TEST(Prediction, WhatFewElementsStandForIsNotBelieved) {
+  const Eigen::Vector3d at(0, 0, 1.5);
+  const auto all = Elements(CorridorWithStrip(), at);
+  std::vector<OverlapElement> some;
+  for (size_t i = 0; i < all.size(); i += 12) some.push_back(all[i]);
+  const double expected = 5.0 * static_cast<double>(all.size());
+  const RegistrationVerdict full =
+      PredictRegistration(all, 1, expected, at, sensor::ScannerModel(), {});
+  const RegistrationVerdict part =
+      PredictRegistration(some, 12, expected, at, sensor::ScannerModel(), {});
+  EXPECT_LT(full.judged_bound, 0.05);
+  EXPECT_GT(part.judged_bound, 5.0);
+  EXPECT_EQ(part.weakest_words, "sliding along x (east-west)");
+}
+
+sensor::ScannerModel SectorScanner() {
+  sensor::ScannerModel scanner;
+  scanner.azimuth_span = sensor::Radians(120);
+  return scanner;
+}
+
+TEST(Prediction, OfASectorTheBoundNeedsAMargin) {
+  Shape shape(sensor::Radians(2), 31);
+  shape.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ);
+  shape.Rectangle({0, 0, 0}, 3 * kX, 2.5 * kZ, kY);
+  shape.Rectangle({0, 0, 0}, 3 * kY, 2.5 * kZ, kX);
+  const Eigen::Vector3d at(1.5, 1.5, 1.5);
+  const auto elements = Elements(shape, at);
+  const double expected = 5.0 * static_cast<double>(elements.size()) / 0.8;
+  const auto predict = [&](double required, const sensor::ScannerModel& scanner) {
+    RegistrationConfig config;
+    config.required_accuracy = required;
+    return PredictRegistration(elements, 1, expected, at, scanner, config);
+  };
+  const double bound = predict(0.01, SectorScanner()).judged_bound;
+  EXPECT_TRUE(predict(1.5 * bound, SectorScanner()).registered());
+  EXPECT_TRUE(predict(1.3 * bound, sensor::ScannerModel()).registered());
+  const RegistrationVerdict near = predict(1.3 * bound, SectorScanner());
+  EXPECT_EQ(near.outcome, RegistrationOutcome::kDoubtful);
+  EXPECT_NE(near.reason.find("may be off by a factor of 1.4"), std::string::npos) << near.reason;
+}
+
+// Of the overlap, 7 % face along x: without them the scan fits anywhere along the wall. Where less
+// of the scan overlaps, what does not may fit by chance.
+TEST(Prediction, OfASectorARivalIsForeseen) {
+  const Eigen::Vector3d at(1.5, 1.5, 1.5);
+  const auto predict = [&](double end, double share, const sensor::ScannerModel& scanner) {
+    Shape shape(sensor::Radians(2), 59);
+    shape.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ);
+    shape.Rectangle({0, 0, 0}, 3 * kX, 2.5 * kZ, kY);
+    shape.Rectangle({0, 0, 0}, end * kY, 2.5 * kZ, kX);
+    const auto elements = Elements(shape, at);
+    return PredictRegistration(elements, 1, 5.0 * static_cast<double>(elements.size()) / share, at,
+                               scanner, {});
+  };
+  const RegistrationVerdict narrow = predict(0.5, 0.9, SectorScanner());
+  EXPECT_EQ(narrow.outcome, RegistrationOutcome::kDoubtful);
+  EXPECT_EQ(BasesText(narrow.bases), "rival pose");
+  EXPECT_NE(narrow.reason.find("only 7 % of the overlap"), std::string::npos) << narrow.reason;
+  EXPECT_NE(narrow.reason.find("sliding along x"), std::string::npos) << narrow.reason;
+  EXPECT_TRUE(predict(0.5, 0.9, sensor::ScannerModel()).registered());
+  EXPECT_TRUE(predict(1.5, 0.9, SectorScanner()).registered());  // 18 %
+  EXPECT_FALSE(predict(1.5, 0.5, SectorScanner()).registered());
+}
+
 RegistrationVerdict PredictShape(const Shape& shape, const Eigen::Vector3d& at) {
   const auto elements = Elements(shape, at);
   return PredictRegistration(elements, 1, 5.0 * static_cast<double>(elements.size()), at,
