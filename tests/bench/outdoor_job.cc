@@ -9,6 +9,7 @@
 #include "core/model/partial_model.h"
 #include "core/planning/planner.h"
 #include "core/planning/problem/planning_problem.h"
+#include "core/planning/scoring/gain_cells.h"
 #include "core/simulation/ground_truth.h"
 #include "core/simulation/simulated_scanner.h"
 #include "core/simulation/walkable_ground.h"
@@ -26,19 +27,20 @@ constexpr uint64_t kWork = 4'000'000;     // rays of a plan
 // m^2 of a view's model gain in the sky.
 double GainInSky(const planning::PlanningProblem& problem, const Eigen::Vector3d& view,
                  const simulation::Tracer& tracer) {
-  const planning::CellArrays& cells = problem.scoring().cells();
-  std::vector<float> scores(cells.size());
-  problem.scoring().scorer().ScoreCells(view, cells, {}, scores);
+  const planning::CellArrays cells =
+      planning::GainCells(problem.scoring().cells(), problem.patches());
+  std::vector<float> gains(cells.size());
+  problem.scoring().scorer().ScoreCells(view, cells, {}, gains);
   double sky = 0;
-  for (size_t i = 0; i < scores.size(); ++i) {
-    if (!(scores[i] > 0)) continue;
+  for (size_t i = 0; i < gains.size(); ++i) {
+    if (!(gains[i] > 0)) continue;
     const Eigen::Vector3f to =
         Eigen::Vector3f(cells.x[i], cells.y[i], cells.z[i]) - view.cast<float>();
     if (!tracer.Trace(view.cast<float>(), to.normalized(), 0).hit) {
-      sky += static_cast<double>(scores[i]);
+      sky += static_cast<double>(gains[i]);
     }
   }
-  return sky / problem.config().required_density;
+  return sky;
 }
 
 }  // namespace
@@ -87,7 +89,7 @@ OutdoorJobResult RunOutdoorJob(const simulation::Scene& scene, size_t most_scans
         plan.termination.suggested || plan.outcome == planning::PlanOutcome::kNothingToGain;
     const double sky =
         plan.views.empty() ? 0 : GainInSky(*problem, plan.views[0].position, tracer.tracer());
-    const double gain = plan.views.empty() ? 0 : plan.views[0].score / kDensity;
+    const double gain = plan.views.empty() ? 0 : plan.views[0].model_gain.value_or(0);
     std::fprintf(stderr,
                  "%s: scan %zu, attained %.3f, estimated %.3f, gain %.1f m2, in sky %.1f%s\n",
                  scene.name.c_str(), result.scans, result.attained, result.estimated, gain, sky,

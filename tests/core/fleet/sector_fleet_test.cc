@@ -80,9 +80,15 @@ TEST_F(SectorFleetTest, EachScannerFacesWhatTheOthersLeave) {
     ASSERT_TRUE(remaining.Take(view.position, problem_.scoring->scorer(),
                                parallel::Budget::Unlimited(), rays, view.heading));
   }
-  // The first is the best of all views with the headings that register, as the plan for one says.
-  const planning::Plan alone = planning::MakePlan(*problem_.problem, parallel::Budget::Unlimited(),
-                                                  serial_, [](const planning::Plan&) {});
+  // The first is the best of all views with the headings that register, as a plan for one says that
+  // passes over no neighbour of a view it checked.
+  planning::PlanningConfig thorough = Config();
+  thorough.candidate_separation = 0;
+  thorough.max_checked = 100'000;
+  const auto whole =
+      planning::PlanningProblem::Prepare({*problem_.model, Scanner(), thorough}, serial_).value();
+  const planning::Plan alone = planning::MakePlan(*whole, parallel::Budget::Unlimited(), serial_,
+                                                  [](const planning::Plan&) {});
   EXPECT_NEAR(joint.plan.views[0].score, alone.views[0].score, 1e-6 * alone.views[0].score);
 
   // Around a claim of the first view and heading the plan for one gains what the second did.
