@@ -48,6 +48,28 @@ constexpr double kRelief = 0.02;
 // do not, in every quadrant around it; and share of the range.
 constexpr double kFading = 0.15;
 constexpr double kEndOfRange = 0.8;
+// It did not fade out, and so it ends,
+// - if even the darkest building material would return beyond (kDarkestRangeShare);
+// - if a fifth would return beyond, and the last of it came back in good part: what fades does so
+//   over a fifth of its range at least, since no ground is all alike. Share of the cells within so
+//   much of the elevation below the last that came back, of the columns around;
+// - if elsewhere in the scan surface came back that was met at
+// least as grazingly and returned this much less energy (cosine of the incidence over range
+// squared; four, since building materials differ by as much: see kDarkestRangeShare), and of which
+// so large a share came back that it would be no sky.
+constexpr double kLastReturned = 0.6;
+constexpr double kLastPart = 0.1;
+constexpr int kLeastLastRows = 2;
+constexpr double kLastAround = sensor::Radians(5);
+constexpr double kLeastFadingAround = 0.25;
+constexpr double kFainter = 4;
+constexpr double kStillReturns = 0.3;
+constexpr double kFewestFainter = 100;  // cells: a sill or a shelf is no evidence
+constexpr int kFaintStride = 3;         // cells: one in nine is looked at
+// Of two surfaces one may be the continuation of the other: cosine, 26 degrees between them; and
+// share of the greater distance from the scanner, half of it.
+constexpr double kSameNormal = 0.9;
+constexpr double kSameDistance = 0.5;
 constexpr double kInLine = 0.05;      // of a chord: samples of one surface are in line by that
 constexpr double kLeastTripod = 0.3;  // m over the ground
 
@@ -69,6 +91,7 @@ class SkyFinder {
     if (LooksLikeRoom()) return {};
     CountCells();
     GrowFromOverhead();
+    FindFaintReturns();
     BoundBySurfacesThatGoOn();
     return Rays();
   }
@@ -299,9 +322,114 @@ class SkyFinder {
            fades(column - k, column, row, row + k) && fades(column, column + k, row, row + k);
   }
 
-  // The surface around a cell, where the ray met it at a grazing angle and it may go on.
-  std::optional<Plane> GrazedAt(int column, int row) const {
-    if (!FadesOut(column, row)) return std::nullopt;
+  // True when one of two surfaces may be the continuation of the other.
+  static bool MayBeOne(const Plane& a, const Plane& b) {
+    return a.normal.dot(b.normal) >= kSameNormal &&
+           std::abs(a.distance - b.distance) <= kSameDistance * std::max(a.distance, b.distance);
+  }
+
+  // How many cells returned that met their surface at a cosine of at most `cosine` and with an
+  // energy of at most `energy` (1 / m^2), of surface that came back in good part.
+  class FaintReturns {
+   public:
+    void Add(double cosine, double energy, int cells) {
+      counts_[Bin(cosine)][Bin(energy)] += cells;
+    }
+    void Sum() {
+      for (size_t i = 0; i < kBins; ++i) {
+        for (size_t k = 0; k < kBins; ++k) {
+          if (i > 0) counts_[i][k] += counts_[i - 1][k];
+          if (k > 0) counts_[i][k] += counts_[i][k - 1];
+          if (i > 0 && k > 0) counts_[i][k] -= counts_[i - 1][k - 1];
+        }
+      }
+    }
+    // Of those whose bins lie below.
+    int64_t Below(double cosine, double energy) const {
+      const size_t i = Bin(cosine);
+      const size_t k = Bin(energy);
+      return i > 0 && k > 0 ? counts_[i - 1][k - 1] : 0;
+    }
+
+   private:
+    static constexpr size_t kBins = 128;
+    static constexpr double kBinsPerOctave = 5;  // 15 %; from 1 down to 2^-25
+    static size_t Bin(double value) {
+      const double bin = kBins - 1 + kBinsPerOctave * std::log2(std::max(value, 1e-12));
+      return static_cast<size_t>(std::clamp(bin, 0.0, static_cast<double>(kBins - 1)));
+    }
+    std::array<std::array<int64_t, kBins>, kBins> counts_{};
+  };
+
+  double ReturnedShareAround(int column, int row) const {
+    std::array<int32_t, 2> count{};
+    ForEachPartAround(column, row, [&](int first, int last, int low, int high) {
+      const std::array<int32_t, 2> part = CountIn(first, last, low, high);
+      for (size_t k = 0; k < 2; ++k) count[k] += part[k];
+    });
+    const int32_t all = count[0] + count[1];
+    return all > 0 ? static_cast<double>(count[1]) / all : 0;
+  }
+
+  static double EnergyOf(double cosine, double range) { return cosine / (range * range); }
+
+  void FindFaintReturns() {
+    for (int c = 0; c < columns_; c += kFaintStride) {
+      for (int r = 0; r < rows_; r += kFaintStride) {
+        if (!surface_.Returned(c, r)) continue;
+        const std::optional<Plane> plane = SurfaceAt(c, r);
+        if (!plane || ReturnedShareAround(c, r) < kStillReturns) continue;
+        const double cosine = CosineAt(c, r, *plane);
+        if (!Grazed(cosine)) continue;
+        faint_.Add(cosine, EnergyOf(cosine, static_cast<double>(surface_.at(c, r))),
+                   kFaintStride * kFaintStride);
+      }
+    }
+    faint_.Sum();
+  }
+
+  // True when the surface at a cell would have been measured beyond it, too, if it went on there.
+  bool BreaksOff(int column, int row, const Plane& plane) const {
+    const double cosine = CosineAt(column, row, plane);
+    if (!Grazed(cosine)) return true;
+    const double energy = EnergyOf(cosine, static_cast<double>(surface_.at(column, row)));
+    const double darkest = EnergyOf(1, kDarkestRangeShare * scanner_.range_max);
+    const double fifth = EnergyOf(1, scanner_.range_max);
+    return energy >= darkest || (energy >= fifth && LastReturned(column, row) >= kLastReturned) ||
+           static_cast<double>(faint_.Below(cosine, energy / kFainter)) >= kFewestFainter;
+  }
+
+  // Of the cells right below the last ones that returned, in the columns around: the share that
+  // did. 0 where rows are too far apart to tell.
+  double LastReturned(int column, int row) const {
+    const double below = -surface_.elevation().angles()[static_cast<size_t>(row)];
+    const int rows = static_cast<int>(kLastPart * below / surface_.elevation().mean_step());
+    if (rows < kLeastLastRows) return 0;
+    const int around = static_cast<int>(kLastAround / surface_.azimuth().mean_step());
+    int all = 0;
+    int returned = 0;
+    for (int k = -around; k <= around; ++k) {
+      const int c = Beside(column, k);
+      if (c < 0) continue;
+      // Its last row is about as high as this one, or it is of another border.
+      int last = std::min(row + 2 * rows, rows_ - 1);
+      while (last > row - 2 * rows && last > 0 && !surface_.Returned(c, last)) --last;
+      for (int r = last - rows; r < last && r >= 0; ++r) {
+        ++all;
+        returned += surface_.Returned(c, r) ? 1 : 0;
+      }
+    }
+    return all > 0 ? static_cast<double>(returned) / all : 0;
+  }
+
+  // True when a ray meets the surface beyond the maximum incidence.
+  bool Grazed(double cosine) const { return cosine <= std::cos(scanner_.max_incidence); }
+  double CosineAt(int column, int row, const Plane& plane) const {
+    return plane.distance / static_cast<double>(surface_.at(column, row));
+  }
+
+  // The surface around a cell that returned.
+  std::optional<Plane> SurfaceAt(int column, int row) const {
     const Vector3d here = PointAt(column, row);
     const auto find = [&](int dc, int dr) -> std::optional<Vector3d> {
       std::optional<Vector3d> near;
@@ -329,23 +457,46 @@ class SkyFinder {
     if (!(normal.norm() > 1e-9)) return std::nullopt;
     normal.normalize();
     if (normal.dot(here) > 0) normal = -normal;
-    if (-normal.dot(here) > std::cos(scanner_.max_incidence) * here.norm()) return std::nullopt;
     return Plane{normal, -normal.dot(here)};
+  }
+
+  struct Grazing {
+    int column;
+    int row;
+    uint32_t plane;
+  };
+
+  // True when the same surface fades out in enough of the columns around. Samples of two surfaces
+  // may seem to lie in a plane that the scanner looks along. `fading`: by column.
+  bool FadesAround(const Grazing& at, const std::vector<Grazing>& fading,
+                   const std::vector<Plane>& planes) const {
+    const int around = std::max(1, static_cast<int>(kLastAround / surface_.azimuth().mean_step()));
+    int agree = 0;
+    for (int k = -around; k <= around; ++k) {
+      const int c = Beside(at.column, k);
+      if (c < 0) continue;
+      const auto first =
+          std::lower_bound(fading.begin(), fading.end(), c,
+                           [](const Grazing& g, int column) { return g.column < column; });
+      bool same = false;
+      for (auto it = first; it != fading.end() && it->column == c && !same; ++it) {
+        same = MayBeOne(planes[it->plane], planes[at.plane]);
+      }
+      agree += same ? 1 : 0;
+    }
+    return agree >= kLeastFadingAround * (2 * around + 1);
   }
 
   // From the border of the sky inwards: a surface that was last measured at a grazing angle may go
   // on for as long as rays would meet it at one, and no such ray need come back.
   void BoundBySurfacesThatGoOn() {
     bound_.assign(state_.size(), std::numeric_limits<float>::infinity());
-    const double steepest = std::cos(scanner_.max_incidence);
-    struct Grazing {
-      int column;
-      int row;
-      uint32_t plane;
-    };
     std::vector<Plane> planes;
+    std::vector<double> least_grazing;  // by plane, cosine
     std::vector<Grazing> front;
     std::vector<uint8_t> met(state_.size());
+    // By column: the surface that ends there.
+    std::vector<std::optional<Plane>> ended(static_cast<size_t>(columns_));
     const auto look_beside = [&](int column, int row, uint32_t plane) {
       for (const auto& [dc, dr] : kFaces) {
         const int c = Beside(column, dc);
@@ -353,21 +504,33 @@ class SkyFinder {
         if (c < 0 || r < 0 || r >= rows_) continue;
         const size_t at = Index(c, r);
         if (state_[at] != kSkyCell || met[at] != 0) continue;
+        const std::optional<Plane>& end = ended[static_cast<size_t>(c)];
+        if (end && MayBeOne(*end, planes[plane])) continue;
         const double facing = -planes[plane].normal.dot(surface_.Direction(c, r));
-        if (facing > steepest || facing <= -kRelief) continue;
+        // Where a ray met it less grazingly than at its border it would have been measured.
+        if (facing > least_grazing[plane] + kRelief || facing <= -kRelief) continue;
         met[at] = 1;
         bound_[at] = static_cast<float>(planes[plane].distance / (std::max(facing, 0.0) + kRelief));
         front.push_back({c, r, plane});
       }
     };
+    std::vector<Grazing> fading;
     for (int c = 0; c < columns_; ++c) {
       for (int r = 0; r < rows_; ++r) {
         if (!surface_.Returned(c, r) || !BesideSky(c, r)) continue;
-        const std::optional<Plane> plane = GrazedAt(c, r);
+        const std::optional<Plane> plane = SurfaceAt(c, r);
         if (!plane) continue;
-        planes.push_back(*plane);
-        look_beside(c, r, static_cast<uint32_t>(planes.size() - 1));
+        if (BreaksOff(c, r, *plane)) {
+          ended[static_cast<size_t>(c)] = plane;
+        } else if (FadesOut(c, r)) {
+          fading.push_back({c, r, static_cast<uint32_t>(planes.size())});
+          planes.push_back(*plane);
+          least_grazing.push_back(CosineAt(c, r, *plane));
+        }
       }
+    }
+    for (const Grazing& at : fading) {
+      if (FadesAround(at, fading, planes)) look_beside(at.column, at.row, at.plane);
     }
     for (size_t i = 0; i < front.size(); ++i) {
       const Grazing at = front[i];
@@ -429,6 +592,7 @@ class SkyFinder {
   std::vector<int> skyline_;                  // row, by column
   std::vector<uint8_t> state_;                // State, by cell
   std::vector<float> bound_;                  // m, by cell: a surface may go on there
+  FaintReturns faint_;
 };
 
 }  // namespace

@@ -85,6 +85,35 @@ TEST_F(SkyTest, BeyondAnEdgeNothingIsPromised) {
   EXPECT_GT(down, 2000);
 }
 
+// A yard that ends 6 m ahead and 16 m to all other sides, and whose returns get lost the more
+// grazingly they are met. Ahead it ends: farther ground came back. Where no ground did, it may go
+// on.
+TEST_F(SkyTest, GroundThatEndsNearerThanGroundIsStillMeasuredBreaksOff) {
+  std::mt19937_64 random(8);
+  const std::vector<SkyRay> rays = Find(60, [&](const Vector3d& from, const Vector3d& ray) {
+    const double range = ToGround(from, ray);
+    const Vector3d at = from + range * ray;
+    if (at.x() > 6 || at.head<2>().norm() > 16) return 0.0;
+    const double grazing = sensor::Radians(10) + std::asin(std::min(ray.z(), 0.0));
+    const double lost = grazing > 0 ? grazing / sensor::Radians(10) : 0;
+    return std::generate_canonical<double, 32>(random) < lost ? 0.0 : range;
+  });
+  int ahead = 0;
+  int promised_ahead = 0;
+  int promised = 0;
+  for (const SkyRay& ray : rays) {
+    if (Elevation(ray) >= 0) continue;
+    const double azimuth = image_.azimuth[static_cast<size_t>(ray.column)];
+    const bool goes_ahead = std::abs(std::remainder(azimuth, 2 * sensor::kPi)) < 0.7;
+    ahead += goes_ahead ? 1 : 0;
+    const bool hole = ray.beyond == UnknownReason::kHole;
+    (goes_ahead ? promised_ahead : promised) += hole ? 1 : 0;
+  }
+  EXPECT_GT(ahead, 1000);
+  EXPECT_LT(promised_ahead, 0.01 * ahead);
+  EXPECT_GT(promised, 1000);
+}
+
 // A wall of which one ray in seven returns stands there, however little comes back.
 TEST_F(SkyTest, WhatReturnsInPartIsNoSky) {
   std::mt19937_64 random(5);
