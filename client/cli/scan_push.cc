@@ -71,6 +71,10 @@ absl::StatusOr<v1::Scan> PushOne(Environment& environment, const ScanPushArgumen
                                  const std::string& file) {
   const auto scan = sensor::ReadScanFile(file, sensor::ImportLimits());
   if (!scan.ok()) return scan.status();
+  if (scan->far > 0) {
+    std::fprintf(stderr, "%s: %zu points farther than 1 km are taken as rays without a return\n",
+                 file.c_str(), scan->far);
+  }
   const std::string name =
       arguments.name.empty() ? std::filesystem::path(file).stem().string() : arguments.name;
   const auto upload = Describe(arguments, name, *scan);

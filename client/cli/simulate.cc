@@ -355,6 +355,11 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
                      "By how much the tripod misses a position, m per axis [0.05]");
   command.add_option("--heading-error", a.heading_error,
                      "Of the pose prior, degrees, one sigma [5]");
+  command
+      .add_option("--prior-sigma", a.job.prior_sigma,
+                  "The pose priors say that they know the position to this, m, one sigma, as a "
+                  "robot's odometry does [they are guesses]")
+      ->check(CLI::Range(0.001, 1.0));
   command.add_option("--tilt", a.tilt, "Of the tripod, degrees, one sigma [0.5]");
   command.add_flag("--no-faults", a.no_noise, "No noise, no drop-outs");
   auto* budget = command.add_option("--budget", a.job.plan_seconds, "Time for each plan, s [1]")

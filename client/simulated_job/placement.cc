@@ -79,6 +79,11 @@ Placement PlacementAt(const Vector3d& planned, int number, const Isometry3d& T_s
   placement.T_scene_scan = T_scene_world * placement.T_world_scan;
   placement.prior.emplace();
   placement.prior->T_world_scan = Upright(planned, yaw + errors.heading * normal(kHeading));
+  if (errors.stated_position.has_value()) {
+    const sensor::Vector6d sigma{{errors.tilt, errors.tilt, errors.heading, *errors.stated_position,
+                                  *errors.stated_position, *errors.stated_position}};
+    placement.prior->covariance = sigma.cwiseAbs2().asDiagonal();
+  }
   return placement;
 }
 

@@ -21,6 +21,8 @@ struct PlacementErrors {
   double position = 0.05;               // m per axis
   double heading = sensor::Radians(5);  // rad, of the prior's heading
   double tilt = sensor::Radians(0.5);   // rad, of the tripod's roll and pitch
+  // m, what the priors say of their positions; nothing: they are guesses, which say nothing.
+  std::optional<double> stated_position = std::nullopt;
 };
 
 struct Placement {

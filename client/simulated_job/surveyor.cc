@@ -23,7 +23,8 @@ constexpr double kSpotSpacing = 0.1;    // m, of free spots that a surveyor tell
 constexpr int kLargerBudgets = 8;       // plans tried
 
 PlacementErrors ErrorsOf(const JobOptions& options) {
-  return {options.seed, options.scanner.positioning_error, options.heading_error, options.tilt};
+  return {options.seed, options.scanner.positioning_error, options.heading_error, options.tilt,
+          options.prior_sigma};
 }
 
 double SecondsSince(std::chrono::steady_clock::time_point start) {
@@ -52,6 +53,10 @@ absl::Status Surveyor::Open() {
   model.set_preset(options_.preset);
   model.set_setting(options_.setting);
   session.mutable_planning_config()->set_required_density_per_m2(options_.required_density);
+  if (options_.prior_sigma) {
+    session.mutable_planning_config()->mutable_registration()->set_prior_position_sigma_m(
+        *options_.prior_sigma);
+  }
   const auto created = client_.Call(request);
   if (!created.ok()) return created.status();
   session_ = created->session().name();

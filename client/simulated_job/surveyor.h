@@ -42,6 +42,8 @@ struct JobOptions {
   std::optional<uint64_t> plan_work;          // rays instead of time: repeatable
   double heading_error = sensor::Radians(5);  // one sigma of the prior's heading, rad
   double tilt = sensor::Radians(0.5);         // one sigma of the tripod's roll and pitch, rad
+  // m, how well the priors know the position, one sigma, and say so; nothing: they are guesses.
+  std::optional<double> prior_sigma;
   size_t truth_samples = 40'000;              // points on the mesh that coverage is measured on
   bool full_plans = false;                    // with the map of scores
   v1::PlanningConfig plan_overrides;          // for every plan

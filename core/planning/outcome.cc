@@ -26,7 +26,8 @@ Outcome UnfinishedAfter(size_t checked, const parallel::Budget& budget) {
 
 Outcome NoneRegisters(size_t checked, const registration::RegistrationVerdict& first) {
   return {PlanOutcome::kNoRegistrableView,
-          absl::StrCat("none of the ", checked, " best views can be registered; the first: ",
+          absl::StrCat("none of the ", checked,
+                       " views checked, from the best on, can be registered; the first: ",
                        first.reason, "; remedy: ", first.remedy)};
 }
 

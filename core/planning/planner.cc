@@ -148,8 +148,8 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   clock.Book(PlanStage::kRankViews);
 
   // F. Check registration.
-  const RegistrationCheck check = CheckRegistration(problem, evaluation, ranked, wanted,
-                                                    CheckShare(budget, plan.rays), parallel);
+  const RegistrationCheck check = CheckUntilOneRegisters(problem, evaluation, ranked, wanted,
+                                                         CheckShare(budget, plan.rays), parallel);
   plan.rays += check.rays;
   clock.Book(PlanStage::kCheck);
 

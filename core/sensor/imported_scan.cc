@@ -57,4 +57,18 @@ absl::StatusOr<ImportedScan> FinishImport(GriddedScan gridded, size_t points,
   return scan;
 }
 
+bool FarReturns::Take(const Eigen::Vector3d& point, absl::FunctionRef<std::string()> where) {
+  ++returns_;
+  if (point.norm() <= kMaxImportRange) return false;
+  if (count_++ == 0) first_ = absl::StrCat(where(), ": a point ", point.norm(), " m away");
+  return true;
+}
+
+absl::Status FarReturns::Check() const {
+  if (2 * count_ <= returns_) return absl::OkStatus();
+  return absl::InvalidArgumentError(
+      absl::StrCat(first_, ", and ", count_, " of ", returns_, " farther than ", kMaxImportRange,
+                   " m; coordinates must be in metres and in the scanner's frame"));
+}
+
 }  // namespace vantage::sensor

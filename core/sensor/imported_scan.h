@@ -5,7 +5,10 @@
 #include <Eigen/Geometry>
 #include <cstddef>
 #include <optional>
+#include <string>
 
+#include "absl/functional/function_ref.h"
+#include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "core/sensor/gridded_scan.h"
 #include "core/sensor/range_image.h"
@@ -22,6 +25,7 @@ struct ImportedScan {
   ScannerModel scanner;
   size_t points = 0;       // in the file, no-return entries included
   size_t duplicates = 0;   // returns whose cell an earlier one had taken
+  size_t far = 0;          // returns beyond kMaxImportRange, which became rays without a return
   bool resampled = false;  // the directions formed no grid (gridded_scan.h): cells are interpolated
 };
 
@@ -34,8 +38,25 @@ struct ImportLimits {
   double blind_zone = Radians(30);
 };
 
-// Coordinates beyond this are in other units or another frame, m.
+// m; farther than any scanner model reaches.
 inline constexpr double kMaxImportRange = 1000;
+
+// The returns of a file that lie beyond kMaxImportRange. A few are looks out of a window; when most
+// do, the file is in other units or in another frame.
+class FarReturns {
+ public:
+  // Takes note of a return at `point` (m, the file's frame), which `where` names for people ("PTX
+  // line 12"). True when it is one of these.
+  bool Take(const Eigen::Vector3d& point, absl::FunctionRef<std::string()> where);
+  size_t count() const { return count_; }
+  // INVALID_ARGUMENT, naming the first, when most returns lie so far away.
+  absl::Status Check() const;
+
+ private:
+  size_t returns_ = 0;
+  size_t count_ = 0;
+  std::string first_;
+};
 
 // Masks the scanner's body and fits the scanner model.
 absl::StatusOr<ImportedScan> FinishImport(GriddedScan gridded, size_t points,

@@ -207,7 +207,7 @@ double LoadFloat(const char* bytes, size_t size) {
 }
 
 // Takes a point, or says what is wrong with it. `organised`: NaN is no return.
-absl::Status AddPoint(const Eigen::Vector3d& point, bool organised,
+absl::Status AddPoint(const Eigen::Vector3d& point, bool organised, FarReturns& far,
                       std::vector<Eigen::Vector3f>& points) {
   if (organised && point.array().isNaN().all()) {
     points.push_back(Eigen::Vector3f::Zero());
@@ -219,16 +219,13 @@ absl::Status AddPoint(const Eigen::Vector3d& point, bool organised,
                      ": NaN or infinite coordinate; remove invalid points, or keep ",
                      "the cloud organised, where all three NaN mean no return"));
   }
-  if (point.norm() > kMaxImportRange) {
-    return absl::InvalidArgumentError(absl::StrCat("PCD point ", points.size(), ": ", point.norm(),
-                                                   " m from the origin; coordinates must be ",
-                                                   "in metres and in the scanner's frame"));
-  }
-  points.push_back(point.cast<float>());
+  const bool is_far =
+      !point.isZero() && far.Take(point, [&] { return absl::StrCat("PCD point ", points.size()); });
+  points.push_back(is_far ? Eigen::Vector3f(0, 0, 0) : Eigen::Vector3f(point.cast<float>()));
   return absl::OkStatus();
 }
 
-absl::Status ReadAscii(absl::string_view data, const PcdHeader& header,
+absl::Status ReadAscii(absl::string_view data, const PcdHeader& header, FarReturns& far,
                        std::vector<Eigen::Vector3f>& points) {
   size_t values_per_point = 0;
   std::array<size_t, 3> column{};
@@ -253,7 +250,8 @@ absl::Status ReadAscii(absl::string_view data, const PcdHeader& header,
                                                      values_per_point, " numbers were expected"));
     }
     const Eigen::Vector3d point(values[column[0]], values[column[1]], values[column[2]]);
-    if (absl::Status added = AddPoint(point, header.height > 1, points); !added.ok()) return added;
+    if (absl::Status added = AddPoint(point, header.height > 1, far, points); !added.ok())
+      return added;
   }
   return absl::OkStatus();
 }
@@ -261,7 +259,7 @@ absl::Status ReadAscii(absl::string_view data, const PcdHeader& header,
 // `stride[axis]` bytes from one point's coordinate to the next, the first at `offset[axis]`.
 absl::Status ReadBinary(absl::string_view data, const PcdHeader& header,
                         const std::array<size_t, 3>& offset, const std::array<size_t, 3>& stride,
-                        std::vector<Eigen::Vector3f>& points) {
+                        FarReturns& far, std::vector<Eigen::Vector3f>& points) {
   points.reserve(header.points);
   for (size_t i = 0; i < header.points; ++i) {
     Eigen::Vector3d point;
@@ -269,12 +267,13 @@ absl::Status ReadBinary(absl::string_view data, const PcdHeader& header,
       point[static_cast<Eigen::Index>(axis)] = LoadFloat(
           data.data() + offset[axis] + i * stride[axis], header.fields[header.xyz[axis]].size);
     }
-    if (absl::Status added = AddPoint(point, header.height > 1, points); !added.ok()) return added;
+    if (absl::Status added = AddPoint(point, header.height > 1, far, points); !added.ok())
+      return added;
   }
   return absl::OkStatus();
 }
 
-absl::Status ReadInterleaved(absl::string_view data, const PcdHeader& header,
+absl::Status ReadInterleaved(absl::string_view data, const PcdHeader& header, FarReturns& far,
                              std::vector<Eigen::Vector3f>& points) {
   const size_t point_bytes = header.PointBytes();
   if (data.size() / point_bytes < header.points) {
@@ -284,11 +283,11 @@ absl::Status ReadInterleaved(absl::string_view data, const PcdHeader& header,
   for (size_t axis = 0; axis < 3; ++axis) {
     for (size_t i = 0; i < header.xyz[axis]; ++i) offset[axis] += header.fields[i].bytes();
   }
-  return ReadBinary(data, header, offset, {point_bytes, point_bytes, point_bytes}, points);
+  return ReadBinary(data, header, offset, {point_bytes, point_bytes, point_bytes}, far, points);
 }
 
 // Two lengths, then an LZF block that holds all values of the first field, then the second, ...
-absl::Status ReadCompressed(absl::string_view data, const PcdHeader& header,
+absl::Status ReadCompressed(absl::string_view data, const PcdHeader& header, FarReturns& far,
                             std::vector<Eigen::Vector3f>& points) {
   if (data.size() < 8) return Truncated(header, absl::StrCat(data.size(), " bytes"));
   const size_t packed = bytes::LoadLittleEndian<uint32_t>(data.data());
@@ -314,7 +313,7 @@ absl::Status ReadCompressed(absl::string_view data, const PcdHeader& header,
     }
     stride[axis] = header.fields[header.xyz[axis]].size;
   }
-  return ReadBinary(*values, header, offset, stride, points);
+  return ReadBinary(*values, header, offset, stride, far, points);
 }
 
 }  // namespace
@@ -324,10 +323,12 @@ absl::StatusOr<ImportedScan> ParsePcd(absl::string_view bytes, const ImportLimit
   if (!header.ok()) return header.status();
   const absl::string_view data = bytes.substr(header->data_offset);
   std::vector<Eigen::Vector3f> points;
-  absl::Status read = header->data == "ascii"    ? ReadAscii(data, *header, points)
-                      : header->data == "binary" ? ReadInterleaved(data, *header, points)
-                                                 : ReadCompressed(data, *header, points);
+  FarReturns far;
+  absl::Status read = header->data == "ascii"    ? ReadAscii(data, *header, far, points)
+                      : header->data == "binary" ? ReadInterleaved(data, *header, far, points)
+                                                 : ReadCompressed(data, *header, far, points);
   if (!read.ok()) return read;
+  if (absl::Status near = far.Check(); !near.ok()) return near;
   // Organised clouds are stored row after row: their rows are taken as the grid's columns here, and
   // gridding finds out which of the two share an azimuth.
   absl::StatusOr<GriddedScan> gridded = header->height > 1 && header->width > 1
@@ -335,7 +336,9 @@ absl::StatusOr<ImportedScan> ParsePcd(absl::string_view bytes, const ImportLimit
                                             : GridDirections(points);
   if (!gridded.ok()) return gridded.status();
   absl::StatusOr<ImportedScan> scan = FinishImport(*std::move(gridded), header->points, limits);
-  if (scan.ok() && !header->T_world_scan.isApprox(Eigen::Isometry3d::Identity(), 1e-12)) {
+  if (!scan.ok()) return scan.status();
+  scan->far = far.count();
+  if (!header->T_world_scan.isApprox(Eigen::Isometry3d::Identity(), 1e-12)) {
     scan->T_world_scan = header->T_world_scan;
   }
   return scan;

@@ -95,7 +95,8 @@ absl::StatusOr<PtxHeader> ReadHeader(bytes::TextScanner& text, absl::string_view
   return header;
 }
 
-absl::StatusOr<Eigen::Vector3f> ReadPoint(const bytes::TextScanner& text, absl::string_view line) {
+absl::StatusOr<Eigen::Vector3f> ReadPoint(const bytes::TextScanner& text, absl::string_view line,
+                                          FarReturns& far) {
   std::array<double, 7> values;
   const size_t count = bytes::ParseNumbers(line, values);
   if (count != 3 && count != 4 && count != 6 && count != 7) {
@@ -107,12 +108,11 @@ absl::StatusOr<Eigen::Vector3f> ReadPoint(const bytes::TextScanner& text, absl::
                                                    ": NaN or infinite coordinate; a ray without a "
                                                    "return is written as 0 0 0"));
   }
-  if (point.norm() > kMaxImportRange) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "PTX line ", text.line_number(), ": a point ", point.norm(), " m from the scanner; ",
-        "coordinates must be in metres and in the scanner's frame"));
+  if (point.isZero()) return Eigen::Vector3f::Zero().eval();
+  if (far.Take(point, [&] { return absl::StrCat("PTX line ", text.line_number()); })) {
+    return Eigen::Vector3f::Zero().eval();
   }
-  return point.cast<float>();
+  return point.cast<float>().eval();
 }
 
 }  // namespace
@@ -124,6 +124,7 @@ absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimit
   const size_t count = header->columns * header->rows;
   std::vector<Eigen::Vector3f> points;
   points.reserve(count);
+  FarReturns far;
   absl::string_view line;
   while (points.size() < count) {
     if (!text.NextLine(line)) {
@@ -131,7 +132,7 @@ absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimit
           absl::StrCat("PTX: truncated: ", points.size(), " points where ", count,
                        " were announced; export or copy the file again"));
     }
-    absl::StatusOr<Eigen::Vector3f> point = ReadPoint(text, line);
+    absl::StatusOr<Eigen::Vector3f> point = ReadPoint(text, line, far);
     if (!point.ok()) {
       if (text.offset() < bytes.size()) return point.status();
       return absl::InvalidArgumentError(
@@ -151,10 +152,13 @@ absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimit
                                                    bytes::ShownLine(line), "' after the ", count,
                                                    " points that were announced"));
   }
+  if (absl::Status near = far.Check(); !near.ok()) return near;
   absl::StatusOr<GriddedScan> gridded = GridColumns(points, header->columns, header->rows);
   if (!gridded.ok()) return gridded.status();
   absl::StatusOr<ImportedScan> scan = FinishImport(*std::move(gridded), count, limits);
-  if (scan.ok() && !header->T_world_scan.isApprox(Eigen::Isometry3d::Identity(), 1e-12)) {
+  if (!scan.ok()) return scan.status();
+  scan->far = far.count();
+  if (!header->T_world_scan.isApprox(Eigen::Isometry3d::Identity(), 1e-12)) {
     scan->T_world_scan = header->T_world_scan;
   }
   return scan;

@@ -65,6 +65,7 @@ void Check(const v1::RegistrationConfig& c, const std::string& field,
   CheckRange(c.max_correspondence_distance_m(), 0.1, 2, field + ".max_correspondence_distance_m",
              violations);
   CheckRange(c.draw_count(), 20, 65536, field + ".draw_count", violations);
+  CheckRange(c.prior_position_sigma_m(), 0, 10, field + ".prior_position_sigma_m", violations);
 }
 
 // The name of a storey or a region, which no other one has.
@@ -377,6 +378,7 @@ void FillDefaults(v1::PlanningConfig& p) {
     r.set_max_correspondence_distance_m(dr.max_correspondence);
   if (!r.has_draw_count()) r.set_draw_count(dr.draws);
   if (!r.has_seed()) r.set_seed(dr.seed);
+  if (!r.has_prior_position_sigma_m()) r.set_prior_position_sigma_m(dr.prior_sigma);
 }
 
 // Fields with presence that are absent from `overrides` keep their values: Protobuf's own merge.
@@ -631,6 +633,7 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
   out.registration.max_correspondence = r.max_correspondence_distance_m();
   out.registration.draws = r.draw_count();
   out.registration.seed = r.seed();
+  out.registration.prior_sigma = r.prior_position_sigma_m();
 
   if (rules.has_region_of_interest()) {
     out.region_of_interest =

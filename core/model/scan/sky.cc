@@ -48,24 +48,26 @@ constexpr double kRelief = 0.02;
 // do not, in every quadrant around it; and share of the range.
 constexpr double kFading = 0.15;
 constexpr double kEndOfRange = 0.8;
-// It did not fade out, and so it ends,
-// - if even the darkest building material would return beyond (kDarkestRangeShare);
-// - if a fifth would return beyond, and the last of it came back in good part: what fades does so
-//   over a fifth of its range at least, since no ground is all alike. Share of the cells within so
-//   much of the elevation below the last that came back, of the columns around;
-// - if elsewhere in the scan surface came back that was met at
-// least as grazingly and returned this much less energy (cosine of the incidence over range
-// squared; four, since building materials differ by as much: see kDarkestRangeShare), and of which
-// so large a share came back that it would be no sky.
+// It ends instead, whatever fades, where it would have been measured beyond its border. What comes
+// back is the cosine of the incidence over the range squared. It suffices for the darkest building
+// material (kDarkestRangeShare); or for one that returns a fifth, and the last of the surface came
+// back in good part: what fades does so over a fifth of its range at least, since no ground is all
+// alike. That part is the share of the cells that came back, of those below the last that did,
+// within a tenth of its elevation, in the columns within 5 degrees.
 constexpr double kLastReturned = 0.6;
 constexpr double kLastPart = 0.1;
-constexpr int kLeastLastRows = 2;
+constexpr int kLeastLastRows = 2;  // or rows are too far apart to tell
 constexpr double kLastAround = sensor::Radians(5);
-constexpr double kLeastFadingAround = 0.25;
+// Or elsewhere in the scan surface came back that was met at least as grazingly and of which a
+// quarter as much did; building materials differ by as much. Enough of it has to: a sill or a shelf
+// is no evidence.
 constexpr double kFainter = 4;
-constexpr double kStillReturns = 0.3;
-constexpr double kFewestFainter = 100;  // cells: a sill or a shelf is no evidence
+constexpr double kStillReturns = 0.3;   // share of the cells around: no sky is as full
+constexpr double kFewestFainter = 100;  // cells
 constexpr int kFaintStride = 3;         // cells: one in nine is looked at
+// Samples of two surfaces may seem to lie in a plane that the scanner looks along. So this share of
+// the columns around has to agree.
+constexpr double kLeastFadingAround = 0.25;
 // Of two surfaces one may be the continuation of the other: cosine, 26 degrees between them; and
 // share of the greater distance from the scanner, half of it.
 constexpr double kSameNormal = 0.9;

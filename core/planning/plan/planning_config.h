@@ -71,7 +71,9 @@ struct PlanningConfig {
   double unknown_depth = 3;           // m, unknown space behind false surface that counts
   double candidate_separation = 0.6;  // m, of candidates checked for registration
   int candidates = 10;                // k, views returned at most
-  int max_checked = 60;               // views checked for registration at most
+  // Views checked for registration at most; where none of them registers, as many again, farther
+  // apart (algorithm.md section 9, 'The check of candidates').
+  int max_checked = 60;
   double terminate_below = 0.5;       // m^2 of model gain
   double min_patch_area = 0.02;       // m^2, smaller patches don't keep a job open
   double confidence = 0.95;           // of all bounds together, (0, 1)

@@ -75,7 +75,7 @@ std::vector<Wall> WallsAround(const model::PlanningView& model, const Eigen::Vec
 }  // namespace
 
 std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleViews& feasible,
-                                double separation, size_t count) {
+                                double separation, size_t count, std::span<const uint32_t> others) {
   std::vector<uint32_t> ranked;
   for (const uint32_t i : ByScore(evaluation)) {
     if (ranked.size() >= count) break;
@@ -83,10 +83,11 @@ std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleView
     // gain.
     if (evaluation.views[i].score <= 0) continue;
     const Eigen::Vector3d at = feasible.Centre(i);
-    const bool near = std::any_of(ranked.begin(), ranked.end(), [&](uint32_t j) {
-      return (feasible.Centre(j) - at).norm() < separation;
-    });
-    if (!near) ranked.push_back(i);
+    const auto near = [&](uint32_t j) { return (feasible.Centre(j) - at).norm() < separation; };
+    if (std::none_of(ranked.begin(), ranked.end(), near) &&
+        std::none_of(others.begin(), others.end(), near)) {
+      ranked.push_back(i);
+    }
   }
   return ranked;
 }

@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/parallel/budget.h"
@@ -19,10 +20,11 @@
 
 namespace vantage::planning {
 
-// Scored views by rank, equal ones by position, each at least `separation` (m) from those before
-// it; at most `count`, and only views that gain something.
+// Scored views by rank, equal ones by position, each at least `separation` (m) from those before it
+// and from those of `others`; at most `count`, and only views that gain something.
 std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleViews& feasible,
-                                double separation, size_t count);
+                                double separation, size_t count,
+                                std::span<const uint32_t> others = {});
 
 // The face-connected cells around `view` that score at least 95 % of it.
 EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const FeasibleViews& feasible,

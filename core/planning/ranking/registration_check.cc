@@ -8,6 +8,7 @@
 #include "absl/container/flat_hash_set.h"
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
+#include "core/planning/ranking/rank_views.h"
 #include "core/planning/scoring/brute_force.h"
 #include "core/registration/bound/prediction.h"
 #include "core/visibility/surface_walk.h"
@@ -392,13 +393,40 @@ RegistrationCheck CheckRegistration(const PlanningProblem& problem, const Overla
   return Checking(problem, surface, evaluation, budget, parallel).Run(candidates, wanted);
 }
 
-RegistrationCheck CheckRegistration(const PlanningProblem& problem, const Evaluation& evaluation,
-                                    std::span<const uint32_t> candidates, size_t wanted,
-                                    const parallel::Budget& budget, parallel::Parallel& parallel) {
+RegistrationCheck CheckUntilOneRegisters(const PlanningProblem& problem,
+                                         const Evaluation& evaluation,
+                                         std::span<const uint32_t> candidates, size_t wanted,
+                                         const parallel::Budget& budget,
+                                         parallel::Parallel& parallel) {
   const auto surface = OverlapSurface::Create(problem.model(), problem.grid(), problem.scene(),
                                               problem.scanner(), budget);
   if (!surface.ok()) return {};
-  return CheckRegistration(problem, *surface, evaluation, candidates, wanted, budget, parallel);
+  RegistrationCheck check =
+      CheckRegistration(problem, *surface, evaluation, candidates, wanted, budget, parallel);
+  const PlanningConfig& config = problem.config();
+  double separation = config.candidate_separation;
+  while (check.finished && check.registrable.empty() && separation > 0) {
+    separation *= 2;
+    std::vector<uint32_t> refused;
+    for (const CheckedView& view : check.refused) refused.push_back(view.view);
+    const std::vector<uint32_t> farther =
+        RankViews(evaluation, problem.feasible(), separation,
+                  static_cast<size_t>(config.max_checked), refused);
+    if (farther.empty()) break;
+    parallel::Budget left = budget;
+    left.work_limit -= std::min(left.work_limit, check.rays);
+    RegistrationCheck next =
+        CheckRegistration(problem, *surface, evaluation, farther, wanted, left, parallel);
+    check.registrable = std::move(next.registrable);
+    check.facing = std::move(next.facing);
+    check.refused.insert(check.refused.end(), next.refused.begin(), next.refused.end());
+    check.refused_around.insert(check.refused_around.end(), next.refused_around.begin(),
+                                next.refused_around.end());
+    check.checked += next.checked;
+    check.rays += next.rays;
+    check.finished = next.finished;
+  }
+  return check;
 }
 
 }  // namespace vantage::planning

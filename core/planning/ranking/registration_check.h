@@ -127,9 +127,15 @@ RegistrationCheck CheckRegistration(const PlanningProblem& problem, const Overla
                                     std::span<const uint32_t> candidates, size_t wanted,
                                     const parallel::Budget& budget, parallel::Parallel& parallel);
 // The same with the problem's own overlap surface; unfinished when there was no time to make it.
-RegistrationCheck CheckRegistration(const PlanningProblem& problem, const Evaluation& evaluation,
-                                    std::span<const uint32_t> candidates, size_t wanted,
-                                    const parallel::Budget& budget, parallel::Parallel& parallel);
+// Where none of the candidates registers, PlanningConfig::max_checked others are checked, the best
+// of those that are twice as far from each other and from all that were refused; and again, until
+// one registers or there are no views so far apart. A plan that ends with nothing while some view
+// registers helps nobody.
+RegistrationCheck CheckUntilOneRegisters(const PlanningProblem& problem,
+                                         const Evaluation& evaluation,
+                                         std::span<const uint32_t> candidates, size_t wanted,
+                                         const parallel::Budget& budget,
+                                         parallel::Parallel& parallel);
 
 }  // namespace vantage::planning
 

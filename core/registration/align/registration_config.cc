@@ -27,6 +27,7 @@ absl::Status RegistrationConfig::Validate() const {
           "max_correspondence must be in [0.1, 2] m");
   require(draws >= 20 && draws <= 100'000, "draws must be in [20, 100000]");
   require(levelled_sigma >= 0 && levelled_sigma <= 0.2, "levelled_sigma must be in [0, 0.2] rad");
+  require(prior_sigma >= 0 && prior_sigma <= 10, "prior_sigma must be in [0, 10] m");
   if (wrong.empty()) return absl::OkStatus();
   return absl::InvalidArgumentError(absl::StrCat("registration: ", absl::StrJoin(wrong, "; ")));
 }

@@ -27,6 +27,10 @@ constexpr double kSectorMargin = 1.4;
 // looks around its prior (StartsAroundPrior()) has to cost the overlap at least this share.
 constexpr double kLeastLost = 0.15;
 constexpr double kSlide = 0.4;  // m
+// An alignment that starts within so many standard deviations of a prior that says how good it is
+// (StartsAroundPrior()), and as near to the pose as this, runs into one minimum: no rival is met.
+constexpr double kStartsInSigmas = 2;
+constexpr double kOneMinimum = 2 * kApart;  // m
 // What does not overlap finds other surface by chance when a scan slides back to what is known: the
 // floor goes on, and walls are parallel. Share, a choice: with twice as much, jobs in flats cover a
 // sixth less (core/planning/experiments.md).
@@ -37,8 +41,8 @@ struct Slide {
   double noticed = 1;  // share of the constraints, by weight
 };
 
-// The horizontal slide that the fewest notice: that it moves off their surface, as far as poses are
-// told apart.
+// The horizontal slide that the fewest notice: that it moves off their surface, as
+// far as poses are told apart.
 Slide LeastNoticedSlide(std::span<const Constraint> constraints) {
   constexpr int kDirections = 12;  // 15 degrees apart, about as far as surface notices none
   double total = 0;
@@ -102,6 +106,7 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
   }
   if (scanner.TurnsAllAround()) return JudgeRegistration(geometry, share, known, config);
   RegistrationVerdict verdict = JudgeRegistration(geometry, share, known, config, kSectorMargin);
+  if (config.prior_sigma > 0 && kStartsInSigmas * config.prior_sigma <= kOneMinimum) return verdict;
   const Slide slide = LeastNoticedSlide(constraints);
   if (verdict.registered() &&
       share * slide.noticed - kFitsByChance * (1 - share) < kLeastLost * share) {

@@ -33,6 +33,11 @@ struct RoomFiles {
     }
     return rows;
   }
+  std::vector<Eigen::Vector3d> Scaled(double factor) const {
+    std::vector<Eigen::Vector3d> scaled = points;
+    for (Eigen::Vector3d& p : scaled) p *= factor;
+    return scaled;
+  }
   std::vector<Eigen::Vector3d> Returns() const {
     std::vector<Eigen::Vector3d> returns;
     for (const Eigen::Vector3d& p : points) {
@@ -71,6 +76,33 @@ TEST(ImportTest, AllFormsOfTheSameScanGiveTheSameImage) {
     ASSERT_TRUE(pcd.ok()) << pcd.status();
     ExpectSameImage(pcd->image, ptx->image);
   }
+}
+
+// A ray out of a window that came back from a mountain refuses no scan: it is one without a return.
+TEST(ImportTest, AFewReturnsBeyondAKilometreAreNone) {
+  RoomFiles near;
+  RoomFiles far;
+  int count = 0;
+  for (size_t i = 5; i < near.points.size(); i += 160) {
+    if (near.points[i].isZero(0)) continue;
+    far.points[i] *= 2000 / far.points[i].norm();
+    near.points[i].setZero();
+    ++count;
+  }
+  ASSERT_GT(count, 2);
+  const ImportedScan expected = ParsePtx(PtxText(40, 20, near.points), {}).value();
+  EXPECT_EQ(expected.far, 0u);
+  for (const auto& scan : {ParsePtx(PtxText(40, 20, far.points), {}),
+                           ParsePcd(PcdBinary(40, 20, far.RowByRow(0)), {})}) {
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    EXPECT_EQ(scan->far, static_cast<size_t>(count));
+    ExpectSameImage(scan->image, expected.image);
+  }
+  const std::vector<Eigen::Vector3d> returns = far.Returns();
+  const auto loose = ParsePcd(PcdAscii(returns.size(), 1, returns), {});
+  ASSERT_TRUE(loose.ok()) << loose.status();
+  EXPECT_EQ(loose->far, static_cast<size_t>(count));
+  EXPECT_EQ(loose->image.SampleCount(), expected.image.SampleCount());
 }
 
 TEST(ImportTest, PtxMatrixIsInRowVectorConvention) {
@@ -145,7 +177,7 @@ std::vector<BadFile> BadPtxFiles() {
       {"Text", WithLine(good, 111, "one two three"), kInvalid, "line 111"},
       {"Binary", WithLine(good, 12, std::string("\0\1\2\3", 4)), kInvalid, "line 12: '?"},
       {"TwoNumbers", WithLine(good, 50, "1 2"), kInvalid, "line 50"},
-      {"Millimetres", WithLine(good, 50, "3000 2000 1000 0.5"), kInvalid, "metres"},
+      {"Millimetres", PtxText(40, 20, room.Scaled(1000)), kInvalid, "must be in metres"},
       {"Scaled", WithLine(good, 7, "1000 0 0 0"), kInvalid, "lines 7 to 10"},
       {"NanMatrix", WithLine(good, 10, "nan 0 0 1"), kInvalid, "line 10"},
       {"SecondScan", good + good, kUnimplemented, "line 811: a second scan"},
@@ -220,6 +252,13 @@ std::vector<BadFile> BadPcdFiles() {
          return PcdBinary(points.size(), 1, points);
        }(),
        kInvalid, "point 3"},
+      {"Millimetres",
+       [&] {
+         std::vector<Eigen::Vector3d> points = returns;
+         for (Eigen::Vector3d& p : points) p *= 1000;
+         return PcdBinary(points.size(), 1, points);
+       }(),
+       kInvalid, "must be in metres"},
       {"OnePoint", PcdAscii(1, 1, {Eigen::Vector3d(1, 1, 1)}), kInvalid, "2 x 2"},
   };
 }

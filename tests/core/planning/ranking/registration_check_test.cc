@@ -127,6 +127,42 @@ TEST(RegistrationCheckTest, ADoubtfulViewDoesNotStandForThoseAroundIt) {
   EXPECT_GT(better, 0);  // or nothing was tested
 }
 
+// Where the best views do not register, others do that lie apart from them.
+TEST(RegistrationCheckTest, LooksFartherAwayUntilOneRegisters) {
+  int rooms = 0;
+  for (uint64_t seed = 1; seed <= 5; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    Room room(seed);
+    std::vector<uint32_t> failing;  // of those around which none registers
+    for (size_t k = 0; k < room.candidates.size() && failing.size() < 2; ++k) {
+      bool any = false;
+      for (uint32_t i = 0; i < room.views.size() && !any; ++i) {
+        any = room.Near(i, room.candidates[k]) && room.Registers(i);
+      }
+      if (!any) failing.push_back(room.candidates[k]);
+    }
+    if (failing.empty()) continue;
+    ++rooms;
+    const auto budget = parallel::Budget::Unlimited();
+    const RegistrationCheck near = CheckRegistration(*room.asked, room.overlap, room.evaluation,
+                                                     failing, 10, budget, room.serial);
+    ASSERT_TRUE(near.registrable.empty());
+    const RegistrationCheck check =
+        CheckUntilOneRegisters(*room.asked, room.evaluation, failing, 10, budget, room.serial);
+    EXPECT_TRUE(check.finished);
+    ASSERT_FALSE(check.registrable.empty());
+    EXPECT_GT(check.checked, failing.size());
+    for (const CheckedView& view : check.registrable) {
+      EXPECT_TRUE(room.Registers(view.view));
+      for (const uint32_t other : failing) {
+        EXPECT_GE((room.views[view.view] - room.views[other]).norm(),
+                  room.config.candidate_separation);  // that of a doubtful one, tried around
+      }
+    }
+  }
+  EXPECT_GT(rooms, 1);
+}
+
 TEST(RegistrationCheckTest, SameOnAnyNumberOfThreads) {
   Room room(3);
   parallel::Budget some;

@@ -161,6 +161,7 @@ TEST(Prediction, OfASectorTheBoundNeedsAMargin) {
 // of the scan overlaps, what does not may fit by chance.
 TEST(Prediction, OfASectorARivalIsForeseen) {
   const Eigen::Vector3d at(1.5, 1.5, 1.5);
+  RegistrationConfig config;
   const auto predict = [&](double end, double share, const sensor::ScannerModel& scanner) {
     Shape shape(sensor::Radians(2), 59);
     shape.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ);
@@ -168,7 +169,7 @@ TEST(Prediction, OfASectorARivalIsForeseen) {
     shape.Rectangle({0, 0, 0}, end * kY, 2.5 * kZ, kX);
     const auto elements = Elements(shape, at);
     return PredictRegistration(elements, 1, 5.0 * static_cast<double>(elements.size()) / share, at,
-                               scanner, {});
+                               scanner, config);
   };
   const RegistrationVerdict narrow = predict(0.5, 0.9, SectorScanner());
   EXPECT_EQ(narrow.outcome, RegistrationOutcome::kDoubtful);
@@ -178,6 +179,11 @@ TEST(Prediction, OfASectorARivalIsForeseen) {
   EXPECT_TRUE(predict(0.5, 0.9, sensor::ScannerModel()).registered());
   EXPECT_TRUE(predict(1.5, 0.9, SectorScanner()).registered());  // 18 %
   EXPECT_FALSE(predict(1.5, 0.5, SectorScanner()).registered());
+  // Where priors will be good, no such pose is near enough.
+  config.prior_sigma = 0.5;
+  EXPECT_FALSE(predict(0.5, 0.9, SectorScanner()).registered());
+  config.prior_sigma = 0.03;
+  EXPECT_TRUE(predict(0.5, 0.9, SectorScanner()).registered());
 }
 
 RegistrationVerdict PredictShape(const Shape& shape, const Eigen::Vector3d& at) {
