@@ -44,9 +44,9 @@ struct JobOptions {
   double tilt = sensor::Radians(0.5);         // one sigma of the tripod's roll and pitch, rad
   // m, how well the priors know the position, one sigma, and say so; nothing: they are guesses.
   std::optional<double> prior_sigma;
-  size_t truth_samples = 40'000;              // points on the mesh that coverage is measured on
-  bool full_plans = false;                    // with the map of scores
-  v1::PlanningConfig plan_overrides;          // for every plan
+  size_t truth_samples = 40'000;      // points on the mesh that coverage is measured on
+  bool full_plans = false;            // with the map of scores
+  v1::PlanningConfig plan_overrides;  // for every plan
   ViewChoice choice = ViewChoice::kRegistrable;
   bool heed_termination = true;  // false: goes on as long as there are views
   double enough = 2;             // ends at this share of what is attainable at density; 2: never

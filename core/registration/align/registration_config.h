@@ -19,8 +19,8 @@ struct RegistrationConfig {
   // One sigma of the inclinometer that planned scans will have, rad; 0: none. A scan that was made
   // has its own in its prior.
   double levelled_sigma = 0;
-  // One sigma, for each axis, of the positions that the pose priors of planned scans will have, m; 0:
-  // they are guesses. A scan that was made has its own in its prior.
+  // One sigma, for each axis, of the positions that the pose priors of planned scans will have, m;
+  // 0: they are guesses. A scan that was made has its own in its prior.
   double prior_sigma = 0;
   int draws = 256;    // of the error bound's Monte Carlo
   unsigned seed = 1;  // of those draws, and printed with them
