@@ -97,7 +97,7 @@ void SkipMerged(SnapshotReader& in) {
   if (in.Fixed<uint8_t>() != 0) {
     BrickMask empty;
     BrickMask surface;
-    std::vector<SurfaceSums> sums;
+    PackedSums sums;
     ReadMasksAndSums(in, empty, surface, sums);
   }
   constexpr size_t kPlane = 8 * sizeof(float);
@@ -112,29 +112,29 @@ void SkipMerged(SnapshotReader& in) {
 
 }  // namespace
 
-void WriteMasksAndSums(const BrickMask& empty, const BrickMask& surface,
-                       std::span<const SurfaceSums> sums, SnapshotWriter& out) {
+void WriteMasksAndSums(const BrickMask& empty, const BrickMask& surface, const PackedSums& sums,
+                       SnapshotWriter& out) {
   WriteMask(empty, out);
   WriteMask(surface, out);
-  for (const SurfaceSums& sum : sums) {
+  for (size_t i = 0; i < sums.size(); ++i) {
+    const SurfaceSums sum = sums[i];
     out.Varint(sum.samples);
     out.Varint(sum.points - sum.samples);
     for (const uint64_t value : sum.sample_sum) out.Varint(value);
-    for (size_t i = 0; i < 3; ++i) out.Varint(sum.point_sum[i] - sum.sample_sum[i]);
+    for (size_t k = 0; k < 3; ++k) out.Varint(sum.point_sum[k] - sum.sample_sum[k]);
     for (const uint64_t value : sum.product_sum) out.Varint(value);
   }
 }
 
-void ReadMasksAndSums(SnapshotReader& in, BrickMask& empty, BrickMask& surface,
-                      std::vector<SurfaceSums>& sums) {
+void ReadMasksAndSums(SnapshotReader& in, BrickMask& empty, BrickMask& surface, PackedSums& sums) {
   empty = ReadMask(in);
   surface = ReadMask(in);
   for (size_t w = 0; w < empty.word.size(); ++w) {
     if ((empty.word[w] & surface.word[w]) != 0) in.Fail();
   }
   if (!in.ok()) return;
-  sums.resize(static_cast<size_t>(surface.Count()));
-  for (SurfaceSums& sum : sums) {
+  std::vector<SurfaceSums> read(static_cast<size_t>(surface.Count()));
+  for (SurfaceSums& sum : read) {
     sum.samples = static_cast<uint32_t>(in.Varint());
     sum.points = sum.samples + static_cast<uint32_t>(in.Varint());
     for (uint64_t& value : sum.sample_sum) value = in.Varint();
@@ -143,6 +143,7 @@ void ReadMasksAndSums(SnapshotReader& in, BrickMask& empty, BrickMask& surface,
     // A plane cannot be fitted to no points.
     if (sum.points == 0) in.Fail();
   }
+  sums = PackedSums(read);
 }
 
 std::string WriteBricks(std::span<const BrickAt> bricks, const ModelLeaf& all_empty) {

@@ -27,11 +27,10 @@ std::optional<std::vector<BrickAt>> ReadBricks(absl::string_view bytes, uint16_t
                                                const ModelLeaf& all_empty);
 
 // Masks with the sums of the voxels in the second, as layers have them.
-void WriteMasksAndSums(const BrickMask& empty, const BrickMask& surface,
-                       std::span<const SurfaceSums> sums, SnapshotWriter& out);
+void WriteMasksAndSums(const BrickMask& empty, const BrickMask& surface, const PackedSums& sums,
+                       SnapshotWriter& out);
 // Fails `in` when the masks overlap.
-void ReadMasksAndSums(SnapshotReader& in, BrickMask& empty, BrickMask& surface,
-                      std::vector<SurfaceSums>& sums);
+void ReadMasksAndSums(SnapshotReader& in, BrickMask& empty, BrickMask& surface, PackedSums& sums);
 
 }  // namespace vantage::model
 

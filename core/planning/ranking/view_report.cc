@@ -104,7 +104,7 @@ void ViewReport::SetGain(const CellArrays& gains, const PatchSet& patches,
   double known = 0;
   double expected = 0;
   for (size_t i = 0; i < gains.size(); ++i) {
-    (patches.cells[gains.cell[i]].expected ? expected : known) +=
+    (patches.cells.Expected(gains.cell[i]) ? expected : known) +=
         static_cast<double>(cell_gains[i]);
   }
   view.model_gain = view.model_gain_upper = known;

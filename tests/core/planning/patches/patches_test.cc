@@ -218,9 +218,9 @@ model::PlanningView WithMissed(const model::PlanningView& model, const Region& r
 }
 
 // Deficient voxels by where they are.
-std::map<Key, const DeficientCell*> ByVoxel(const PatchSet& set) {
-  std::map<Key, const DeficientCell*> cells;
-  for (const DeficientCell& cell : set.cells) cells[KeyOf(cell.voxel)] = &cell;
+std::map<Key, DeficientCell> ByVoxel(const PatchSet& set) {
+  std::map<Key, DeficientCell> cells;
+  for (const DeficientCell& cell : set.cells) cells[KeyOf(cell.voxel)] = cell;
   return cells;
 }
 
