@@ -54,7 +54,8 @@ void WriteContents(const Brick& brick, SnapshotWriter& out) {
   }
 }
 
-std::shared_ptr<const Brick> ReadContents(SnapshotReader& in, uint16_t format_version) {
+std::shared_ptr<const Brick> ReadContents(SnapshotReader& in, uint16_t format_version,
+                                          const VoxelIndex& at, double voxel_size) {
   auto brick = std::make_shared<Brick>();
   size_t count = 0;
   for (int local = 0; local < Brick::kVoxels; ++local) {
@@ -66,8 +67,12 @@ std::shared_ptr<const Brick> ReadContents(SnapshotReader& in, uint16_t format_ve
     ++count;
   }
   if (!in.ok()) return brick;
-  brick->surface.resize(count);
-  for (SurfaceVoxel& voxel : brick->surface) {
+  brick->surface = SurfaceVoxels(at, voxel_size);
+  brick->surface.reserve(count);
+  for (int local = 0; local < Brick::kVoxels && in.ok(); ++local) {
+    const VoxelState state = brick->state[static_cast<size_t>(local)];
+    if (!HasArea(state)) continue;
+    SurfaceVoxel voxel;
     in.Matrix(voxel.centroid);
     in.Matrix(voxel.normal);
     voxel.area = in.Fixed<float>();
@@ -78,7 +83,13 @@ std::shared_ptr<const Brick> ReadContents(SnapshotReader& in, uint16_t format_ve
     const auto flags = in.Fixed<uint8_t>();
     voxel.ambiguous = (flags & 1) != 0;
     voxel.given_up = (flags & 2) != 0;
+    if (IsFalseSurface(state)) {
+      brick->surface.AddFalse(voxel, local);
+    } else {
+      brick->surface.push_back(voxel);
+    }
   }
+  brick->surface.shrink_to_fit();
   if (format_version < 3) return brick;
   brick->dropouts.resize(in.Count(kDropout));
   uint32_t last = 0;
@@ -161,7 +172,7 @@ std::string WriteBricks(std::span<const BrickAt> bricks, const ModelLeaf& all_em
 }
 
 std::optional<std::vector<BrickAt>> ReadBricks(absl::string_view bytes, uint16_t format_version,
-                                               const ModelLeaf& all_empty) {
+                                               double voxel_size, const ModelLeaf& all_empty) {
   SnapshotReader in(bytes);
   std::vector<BrickAt> bricks(in.Count(2));
   BrickKey key = 0;
@@ -178,7 +189,7 @@ std::optional<std::vector<BrickAt>> ReadBricks(absl::string_view bytes, uint16_t
       continue;
     }
     if (format_version == 1) SkipMerged(in);
-    bricks[i].contents = ReadContents(in, format_version);
+    bricks[i].contents = ReadContents(in, format_version, bricks[i].brick, voxel_size);
   }
   if (!in.ok() || in.left() > 0) return std::nullopt;
   return bricks;
