@@ -35,24 +35,27 @@ void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const 
 
 bool ViewReport::Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
                        RankedView& view) const {
-  std::vector<float> cell_scores(problem_.scoring().cells().size());
+  const CellArrays& cells = problem_.scoring().cells();
+  // First what it scores on each cell, then, in the same place, what it gains.
+  std::vector<float> by_cell(cells.size());
   const BruteForceScorer& scorer = problem_.scoring().scorer();
-  const ViewScore score =
-      scorer.ScoreCells(position, problem_.scoring().cells(), budget, cell_scores);
+  const ViewScore score = scorer.ScoreCells(position, cells, budget, by_cell);
   if (!score.finished) return false;
   view.position = position;
   view.score = score.score;
   if (!scorer.headings().all_around()) {
-    view.score = FaceHeading(scorer.headings(), problem_.scanner(), problem_.scoring().cells(),
-                             cell_scores, view);
+    view.score = FaceHeading(scorer.headings(), problem_.scanner(), cells, by_cell, view);
   }
   view.lower = view.upper = view.score;
-  std::vector<float> cell_gains(gains_.size());
-  if (!scorer.ScoreCells(position, gains_, budget, cell_gains).finished) return false;
-  KeepSector(Sector(problem_.scanner(), view.heading), position, gains_, cell_gains);
-  SetGain(gains_, problem_.patches(), cell_gains, view);
+  SplitScore(cells, by_cell, problem_.patches(), view);
+  if (!scorer.ScoreCells(position, gains_, budget, by_cell).finished) {
+    view.score_by_kind.fill(0);
+    view.patch_scores.clear();
+    return false;
+  }
+  KeepSector(Sector(problem_.scanner(), view.heading), position, gains_, by_cell);
+  SetGain(gains_, problem_.patches(), by_cell, view);
   view.exact = true;
-  SplitScore(problem_.scoring().cells(), cell_scores, problem_.patches(), view);
   return true;
 }
 

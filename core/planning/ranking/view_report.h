@@ -26,6 +26,9 @@ class ViewReport {
         gains_(GainCells(problem.scoring().cells(), problem.patches())),
         most_gain_per_sample_(MostGainPerSample(problem.scoring().cells(), gains_)) {}
 
+  // The GainCells() of all that the problem's views were scored on.
+  const CellArrays& gains() const { return gains_; }
+
   // Sets the model gain of a view, and what it is expected to bring, from what it gains of each of
   // the GainCells() of the problem's patches, m2.
   static void SetGain(const CellArrays& gains, const PatchSet& patches,

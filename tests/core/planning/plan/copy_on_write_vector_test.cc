@@ -54,7 +54,8 @@ TEST(CopyOnWriteVectorTest, MovesLeaveNothing) {
   EXPECT_EQ(values.size(), 0u);  // NOLINT: that is what is tested
   values = std::move(moved);
   EXPECT_EQ(Elements(values), (std::vector<int>{1, 2, 3}));
-  values = values;  // NOLINT
+  const CopyOnWriteVector<int>& same = values;
+  values = same;
   EXPECT_EQ(values.size(), 3u);
 }
 
