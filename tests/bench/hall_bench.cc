@@ -95,9 +95,10 @@ void BenchPlanSeconds(const model::PlanningView& view, const sensor::ScannerMode
   figures.Add(
       {"plan.hall100.seconds", seconds, "s", "1",
        absl::StrFormat("whole plans until the first view loses at most %g %% beside that of "
-                       "a plan of %g s (gap %.3f); %d viewcells x %d cells%s; preparing%s",
+                       "a plan of %g s (gap %.3f%s); %d viewcells x %d cells%s; preparing%s",
                        100 * kEnough, kReference, reference.optimality_gap,
-                       reference.feasible_cells, reference.deficient_cells, by_budget, stages)});
+                       best > 0 ? "" : ", which has no view: no figure", reference.feasible_cells,
+                       reference.deficient_cells, by_budget, stages)});
 }
 
 void BenchPlanMemory(const model::PlanningView& view, const sensor::ScannerModel& scanner,
