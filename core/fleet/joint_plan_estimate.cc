@@ -13,7 +13,7 @@ absl::Status CheckJointPlanSize(const model::PlanningView& model,
                                 const planning::PlanningConfig& config, size_t scanner_models) {
   planning::PlanningConfig one = config;
   one.memory_limit /= scanner_models;
-  return planning::CheckPlanningSize(model, one);
+  return planning::CheckPlanningSize(planning::PlanningSize(model, one), one);
 }
 
 }  // namespace vantage::fleet

@@ -1,6 +1,7 @@
 #include "core/fleet/remaining_gain.h"
 
 #include <algorithm>
+#include <span>
 
 namespace vantage::fleet {
 namespace {
@@ -43,9 +44,10 @@ std::optional<double> RemainingGain::Take(const Eigen::Vector3d& view,
     factors.push_back(cells_.factor[i]);
   }
   step.changed = cells_.Gather(indices, factors);
+  const std::span<float> q = cells_.q.Mutable();
   for (const uint32_t i : indices) {
-    cells_.q[i] = std::min(cells_.enough[i], cells_.q[i] + cell_scores[i] / cells_.factor[i]);
-    step.after.push_back(cells_.q[i]);
+    q[i] = std::min(cells_.enough[i], q[i] + cell_scores[i] / cells_.factor[i]);
+    step.after.push_back(q[i]);
   }
   steps_.push_back(std::move(step));
   Compact();

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/parallel/budget.h"
@@ -19,7 +20,6 @@ namespace vantage::fleet {
 // scanners may be mixed; all work on the same cells.
 class RemainingGain {
  public:
-  // Copies the cells.
   explicit RemainingGain(const planning::CellArrays& cells);
 
   // The cells on which something can still be gained, in their order, with q as recorded after the
@@ -42,7 +42,7 @@ class RemainingGain {
   // The most rays that Lowered() can cost: one for each cell.
   uint64_t MostRays(size_t k) const { return steps_[k].changed.size(); }
   // The cells that step `k` gained on, by CellArrays::cell.
-  const std::vector<uint32_t>& Seen(size_t k) const { return steps_[k].changed.cell; }
+  std::span<const uint32_t> Seen(size_t k) const { return steps_[k].changed.cell; }
 
  private:
   struct Step {

@@ -5,11 +5,11 @@
 #include <Eigen/Core>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/parallel.h"
+#include "core/planning/plan/copy_on_write_vector.h"
 #include "core/planning/plan/patch.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/ranked_view.h"
@@ -25,7 +25,7 @@ struct ViewEvaluation {
   bool feasible = false;
   std::string infeasible_message;
   RankedView view;
-  std::vector<Patch> patches;  // view.patch_scores has indices into these
+  CopyOnWriteVector<Patch> patches;  // view.patch_scores has indices into these
 };
 // `position` in m, model frame; `heading` in rad, counter-clockwise from +x, which says nothing of
 // a scanner that turns all around. INVALID_ARGUMENT: the configuration is impossible, or position

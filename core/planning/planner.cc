@@ -76,11 +76,13 @@ void SortByExactScore(std::vector<RankedView>& views) {
 }
 
 // Whether to stop, by what the described views gain and what others may.
-Termination Terminate(const PlanningProblem& problem, const Evaluation& evaluation,
-                      const parallel::Budget& budget, parallel::Parallel& parallel, Plan& plan) {
+Termination Terminate(const PlanningProblem& problem, const ViewReport& report,
+                      const Evaluation& evaluation, const parallel::Budget& budget,
+                      parallel::Parallel& parallel, Plan& plan) {
   const double known = std::max(LargestExpectedGain(plan.views), LargestExpectedGain(plan.refused));
-  const GainBounds gains = BoundModelGain({problem, problem.scoring().cells(), evaluation, known},
-                                          plan.rays, budget.Concluding(), parallel);
+  const GainBounds gains =
+      BoundModelGain({problem, problem.scoring().cells(), report.gains(), evaluation, known},
+                     plan.rays, budget.Concluding(), parallel);
   plan.rays += gains.rays;
   return JudgeTermination(problem.patches(), evaluation, problem.config(),
                           UnobservableArea(problem.patches(), evaluation), gains);
@@ -159,7 +161,7 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   ViewReport::NameFallback(plan.views);
   plan.optimality_gap = OptimalityGap(problem, evaluation, check, plan.views);
   plan.refused = report.Describe(check.refused, evaluation, wanted, budget.Concluding(), parallel);
-  plan.termination = Terminate(problem, evaluation, budget, parallel, plan);
+  plan.termination = Terminate(problem, report, evaluation, budget, parallel, plan);
   NoteNarrowWays(problem, budget, parallel, plan);
   Conclude(OutcomeOf(check, evaluation, !ranked.empty(), budget), plan);
   clock.Book(PlanStage::kRankViews);

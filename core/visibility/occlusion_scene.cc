@@ -273,7 +273,7 @@ absl::StatusOr<OcclusionScene> OcclusionScene::Create(const OpaqueGrid& grid,
 }
 
 OcclusionScene::OcclusionScene(const OpaqueGrid& grid, std::unique_ptr<Tracer> tracer, size_t faces)
-    : corner_(grid.box().min.cast<double>()), faces_(faces), tracer_(std::move(tracer)) {}
+    : corner_(SceneCorner(grid)), faces_(faces), tracer_(std::move(tracer)) {}
 
 OcclusionScene::~OcclusionScene() = default;
 OcclusionScene::OcclusionScene(OcclusionScene&&) noexcept = default;

@@ -24,6 +24,9 @@ struct alignas(32) TargetPacket {
 // The instructions that rays are traced with.
 enum class RayInstructions { kBest, kSse42, kAvx2 };
 
+// The origin of scene coordinates, in voxels, model frame.
+inline Eigen::Vector3d SceneCorner(const OpaqueGrid& grid) { return grid.box().min.cast<double>(); }
+
 // Scene coordinates are voxels counted from `grid`'s corner: faces lie on whole numbers, which
 // floats hold exactly. Outside the grid everything is opaque, so rays between empty voxels never
 // leave it. Const methods may be called from any thread; Embree starts none of its own.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <utility>
 
 #include "google/protobuf/util/time_util.h"
@@ -321,8 +322,7 @@ v1::Patch WritePatch(const planning::Patch& patch, const Eigen::Vector3d& origin
   return out;
 }
 
-v1::RankedView WriteView(const planning::RankedView& view,
-                         const std::vector<planning::Patch>& patches,
+v1::RankedView WriteView(const planning::RankedView& view, std::span<const planning::Patch> patches,
                          const Eigen::Vector3d& origin) {
   v1::RankedView out;
   *out.mutable_position() = WriteVector(view.position + origin);

@@ -4,6 +4,7 @@
 #define VANTAGE_SERVER_CONVERSION_TO_PROTO_H_
 
 #include <Eigen/Geometry>
+#include <span>
 
 #include "absl/time/time.h"
 #include "core/model/partial_model.h"
@@ -60,8 +61,7 @@ v1::Storey WriteStorey(const planning::Storey& storey, const Eigen::Vector3d& or
 
 // `patches` are those that view.patch_scores points into. Of a view that was not checked, location,
 // region and verdict are absent.
-v1::RankedView WriteView(const planning::RankedView& view,
-                         const std::vector<planning::Patch>& patches,
+v1::RankedView WriteView(const planning::RankedView& view, std::span<const planning::Patch> patches,
                          const Eigen::Vector3d& origin);
 v1::Patch WritePatch(const planning::Patch& patch, const Eigen::Vector3d& origin);
 

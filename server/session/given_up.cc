@@ -25,14 +25,16 @@ void FindGivenUp(const model::PlanningView& model, const Eigen::Vector3d& origin
   using Key = std::array<int, 3>;
   struct Cell {
     model::SurfaceKind kind;
-    const model::SurfaceVoxel* surface;
+    double area;               // m2
+    Eigen::Vector3d centroid;  // m, model frame
     bool visited;
   };
   std::map<Key, Cell> cells;
   model.ForEachSurface(
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
-        if (surface.given_up)
-          cells[{v.x(), v.y(), v.z()}] = {model::KindOf(state), &surface, false};
+        if (!surface.given_up) return;
+        cells[{v.x(), v.y(), v.z()}] = {model::KindOf(state), static_cast<double>(surface.area),
+                                        surface.centroid.cast<double>(), false};
       });
   std::vector<Place> places;
   for (auto& [start, first] : cells) {
@@ -43,9 +45,9 @@ void FindGivenUp(const model::PlanningView& model, const Eigen::Vector3d& origin
     while (!frontier.empty()) {
       const Key at = frontier.back();
       frontier.pop_back();
-      const model::SurfaceVoxel& surface = *cells.at(at).surface;
-      place.area += surface.area;
-      place.moment += surface.area * surface.centroid.cast<double>();
+      const Cell& cell = cells.at(at);
+      place.area += cell.area;
+      place.moment += cell.area * cell.centroid;
       for (int n = 0; n < 27; ++n) {
         const auto it = cells.find({at[0] + n % 3 - 1, at[1] + n / 3 % 3 - 1, at[2] + n / 9 - 1});
         if (it == cells.end() || it->second.visited || it->second.kind != place.kind) continue;

@@ -26,7 +26,7 @@ namespace {
 
 constexpr double kEnough = 0.005;  // regret, [0, 1]
 constexpr double kReference = 60;  // s, of the plan that others are compared with
-constexpr std::array kBudgets = {0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0};  // s
+constexpr std::array kBudgets = {0.25, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 48.0};  // s
 
 // The site's limit as it is by default, but for its height: ranges of 60 m are longer than that.
 model::ModelConfig HallConfig() {
@@ -60,11 +60,13 @@ void BenchPlanSeconds(const model::PlanningView& view, const sensor::ScannerMode
   const auto nobody = [](const planning::Plan&) {};
   const auto problem =
       planning::PlanningProblem::Prepare({view, scanner, PlanConfig()}, parallel).value();
+  // Of the first view, or of the best one that was refused where none registers.
   const auto score = [&](const planning::Plan& plan) {
-    if (plan.views.empty()) return 0.0;
+    const std::vector<planning::RankedView>& shown = plan.views.empty() ? plan.refused : plan.views;
+    if (shown.empty()) return 0.0;
     return problem->scoring()
         .scorer()
-        .Score(plan.views[0].position, problem->scoring().cells(), parallel::Budget::Unlimited())
+        .Score(shown[0].position, problem->scoring().cells(), parallel::Budget::Unlimited())
         .score;
   };
   const planning::Plan reference =
@@ -79,7 +81,7 @@ void BenchPlanSeconds(const model::PlanningView& view, const sensor::ScannerMode
                                 parallel, nobody)
                  .value();
     });
-    const double regret = 1 - score(plan) / best;
+    const double regret = best > 0 ? 1 - score(plan) / best : 1;
     absl::StrAppendFormat(&by_budget, "; %.2f s: %.1f %%", took, 100 * std::max(0.0, regret));
     if (regret > kEnough) continue;
     seconds = took;
@@ -93,9 +95,10 @@ void BenchPlanSeconds(const model::PlanningView& view, const sensor::ScannerMode
   figures.Add(
       {"plan.hall100.seconds", seconds, "s", "1",
        absl::StrFormat("whole plans until the first view loses at most %g %% beside that of "
-                       "a plan of %g s (gap %.3f); %d viewcells x %d cells%s; preparing%s",
+                       "a plan of %g s (gap %.3f%s); %d viewcells x %d cells%s; preparing%s",
                        100 * kEnough, kReference, reference.optimality_gap,
-                       reference.feasible_cells, reference.deficient_cells, by_budget, stages)});
+                       best > 0 ? "" : ", which has no view: no figure", reference.feasible_cells,
+                       reference.deficient_cells, by_budget, stages)});
 }
 
 void BenchPlanMemory(const model::PlanningView& view, const sensor::ScannerModel& scanner,
@@ -116,9 +119,11 @@ void BenchPlanMemory(const model::PlanningView& view, const sensor::ScannerModel
                absl::StrFormat(
                    "at its peak beside the model: the prepared problem %.0f MB, %.0f more while "
                    "it was prepared, %.0f more while views were evaluated for 20 s, %.0f of the "
-                   "plan; %.0f estimated beforehand; %d viewcells x %d cells",
+                   "plan; %.0f estimated; %d viewcells x %d cells",
                    kept, preparing, evaluating, after - kept,
-                   static_cast<double>(planning::EstimatePlanningMemory(view, {})) / 1e6,
+                   static_cast<double>(planning::PlanningSize(view, PlanConfig())
+                                           .Bytes(static_cast<double>(plan.feasible_cells))) /
+                       1e6,
                    plan.feasible_cells, plan.deficient_cells)});
 }
 

@@ -109,8 +109,8 @@ class SlicePanel {
         v[slice_.right()] = low[slice_.right()] + i;
         v[slice_.up()] = low[slice_.up()] + j;
         raster.At(i, height - 1 - j) = ColourOf(model.State(v));
-        const model::SurfaceVoxel* surface = model.Surface(v);
-        if (surface != nullptr && surface->given_up) given_up.push_back(On(model.Centre(v)));
+        const std::optional<model::SurfaceVoxel> surface = model.Surface(v);
+        if (surface.has_value() && surface->given_up) given_up.push_back(On(model.Centre(v)));
       }
     }
     const Vector3d origin = low.cast<double>() * h;

@@ -3,12 +3,10 @@
 #ifndef VANTAGE_CORE_MODEL_CARVE_LAYER_BRICKS_H_
 #define VANTAGE_CORE_MODEL_CARVE_LAYER_BRICKS_H_
 
-#include <array>
 #include <cstddef>
-#include <cstdint>
-#include <vector>
 
 #include "absl/container/flat_hash_map.h"
+#include "core/model/carve/surface_sums.h"
 #include "core/model/view/brick_key.h"
 #include "core/model/view/brick_mask.h"
 #include "core/model/view/brick_pages.h"
@@ -16,42 +14,10 @@
 
 namespace vantage::model {
 
-// Sums over the surface points in a voxel, in integers so that the order of adding never shows.
-// Positions are offsets from the voxel's lowest corner in 1/1024 of its size.
-struct SurfaceSums {
-  static constexpr int kUnits = 1024;
-
-  uint32_t samples = 0;  // measured points
-  uint32_t points = 0;   // measured and interpolated ones
-  std::array<uint64_t, 3> sample_sum{};
-  std::array<uint64_t, 3> point_sum{};
-  std::array<uint64_t, 6> product_sum{};  // of points: xx, xy, xz, yy, yz, zz
-
-  void Add(const std::array<uint32_t, 3>& offset, bool measured) {
-    ++points;
-    for (size_t i = 0; i < 3; ++i) point_sum[i] += offset[i];
-    if (measured) {
-      ++samples;
-      for (size_t i = 0; i < 3; ++i) sample_sum[i] += offset[i];
-    }
-    size_t k = 0;
-    for (size_t i = 0; i < 3; ++i) {
-      for (size_t j = i; j < 3; ++j) product_sum[k++] += uint64_t{offset[i]} * offset[j];
-    }
-  }
-  void Add(const SurfaceSums& other) {
-    samples += other.samples;
-    points += other.points;
-    for (size_t i = 0; i < 3; ++i) sample_sum[i] += other.sample_sum[i];
-    for (size_t i = 0; i < 3; ++i) point_sum[i] += other.point_sum[i];
-    for (size_t i = 0; i < 6; ++i) product_sum[i] += other.product_sum[i];
-  }
-};
-
 struct LayerBrick {
   BrickMask empty;
   BrickMask surface;
-  std::vector<SurfaceSums> sums;  // of the voxels in `surface`, in order of local
+  PackedSums sums;  // of the voxels in `surface`, in order of local
 
   bool WhollyEmpty() const { return empty.All(); }
   bool Any() const { return empty.Any() || surface.Any(); }

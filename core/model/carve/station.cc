@@ -31,7 +31,7 @@ std::optional<double> FloorBelow(double voxel_size, const ScanLayer& layer) {
     size_t rank = 0;
     for (int local = 0; local < Brick::kVoxels; ++local) {
       if (!brick.surface.Has(local)) continue;
-      const SurfaceSums& sums = brick.sums[rank++];
+      const SurfaceSums sums = brick.sums[rank++];
       const VoxelIndex v = PlanningView::Global(BrickOf(key), local);
       const Eigen::Vector3d centre = (v.cast<double>().array() + 0.5) * voxel_size;
       if ((centre - viewpoint).head<2>().norm() > kRadius) continue;

@@ -59,7 +59,7 @@ void SurfacePoints::AddTo(ScanLayer& layer) const {
       if (held) sums.back().Add(from.sums[slot]);
     });
     to.surface = united;
-    to.sums = std::move(sums);
+    to.sums = PackedSums(sums);
   }
 }
 

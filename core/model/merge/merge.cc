@@ -21,15 +21,7 @@ namespace vantage::model {
 namespace {
 
 bool SameBits(const Brick& a, const Brick& b) {
-  if (a.state != b.state || a.surface.size() != b.surface.size()) return false;
-  if (a.surface.empty()) return true;
-  if (a.dropouts != b.dropouts) return false;
-  // The members have no gaps between them, so comparing the bytes compares all of them. -0 differs
-  // from 0 here.
-  static_assert(sizeof(SurfaceVoxel) == 2 * sizeof(Eigen::Vector3f) + 2 * sizeof(float) + 8);
-  return std::memcmp(reinterpret_cast<const char*>(a.surface.data()),
-                     reinterpret_cast<const char*>(b.surface.data()),
-                     a.surface.size() * sizeof(SurfaceVoxel)) == 0;
+  return a.state == b.state && a.dropouts == b.dropouts && a.surface == b.surface;
 }
 
 // Bit 2 * axis stands for the face of a brick on the lower side of the axis, the next one for the
@@ -62,7 +54,7 @@ Faces FacesWithSurface(const Brick& brick) {
     for (uint64_t left = brick.surface_mask[static_cast<size_t>(word)]; left != 0;
          left &= left - 1) {
       const int local = 64 * word + std::countr_zero(left);
-      const SurfaceVoxel& surface = brick.surface[rank++];
+      const SurfaceVoxel surface = brick.surface[rank++];
       if (brick.state[static_cast<size_t>(local)] != VoxelState::kTrueSurface) continue;
       const int axis = DominantAxis(surface.normal);
       const int along = local >> (3 * axis) & 7;

@@ -38,8 +38,8 @@ struct UnitedBrick {
   std::array<uint16_t, Brick::kSide> before{};  // surface voxels in the slices below each
   // Of the voxels in `surface`, in order of local: `added`, or those of the only layer that has
   // any.
-  std::span<const SurfaceSums> sums;
-  std::vector<SurfaceSums> added;
+  PackedSums::View sums;
+  PackedSums added;
 };
 
 // The plane through a surface voxel's neighbourhood.

@@ -73,6 +73,7 @@ class Publisher {
     for (const ScanLayer* layer : layers) {
       if (MayHaveDropouts(*layer, brick_, h_)) dropout_layers_.push_back(layer);
     }
+    out->surface = SurfaceVoxels(brick_, h_);
     out->surface.reserve(static_cast<size_t>(rest.Count()));
     size_t rank = 0;
     rest.ForEach([&](int local) {
@@ -92,7 +93,11 @@ class Publisher {
       any |= state != VoxelState::kUnknown;
       if (surface.has_value()) {
         out->surface_mask[static_cast<size_t>(local / 64)] |= uint64_t{1} << (local % 64);
-        out->surface.push_back(*surface);
+        if (IsFalseSurface(state)) {
+          out->surface.AddFalse(*surface, local);
+        } else {
+          out->surface.push_back(*surface);
+        }
       }
     });
     if (!any) return nullptr;

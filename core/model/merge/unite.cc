@@ -101,10 +101,10 @@ std::shared_ptr<const UnitedBrick> Unite(const VoxelIndex& brick,
   for (size_t w = 0; w < Brick::kSide; ++w) empty.word[w] &= ~surface.word[w];
   auto united = std::make_shared<UnitedBrick>(empty, surface);
   if (with_surface == 1 && surface == any_with_surface->surface) {
-    united->sums = any_with_surface->sums;
+    united->sums = any_with_surface->sums.view();
   } else {
-    united->added = AddUp(surface, own);
-    united->sums = united->added;
+    united->added = PackedSums(AddUp(surface, own));
+    united->sums = united->added.view();
   }
   return united;
 }

@@ -153,7 +153,7 @@ absl::StatusOr<ModelParts> DecodeSnapshot(absl::string_view bytes, size_t max_by
   std::vector<absl::Status> read(sections->size());
   std::vector<std::unique_ptr<ScanLayer>> layers(sections->size());
   std::vector<std::vector<BrickAt>> bricks(sections->size());
-  parallel.For(sections->size(), [&](size_t i) {
+  const auto read_section = [&](size_t i) {
     const Section& section = (*sections)[i];
     if (bytes::Crc32c(section.bytes) != section.crc32c) {
       read[i] = SnapshotDamaged(absl::StrCat("section ", i, " is damaged"));
@@ -176,7 +176,7 @@ absl::StatusOr<ModelParts> DecodeSnapshot(absl::string_view bytes, size_t max_by
       }
     } else if (section.kind == kBricks) {
       std::optional<std::vector<BrickAt>> run =
-          ReadBricks(*contents, header->format_version, all_empty);
+          ReadBricks(*contents, header->format_version, parts.site.config.voxel_size, all_empty);
       if (run.has_value()) {
         bricks[i] = *std::move(run);
       } else {
@@ -185,7 +185,11 @@ absl::StatusOr<ModelParts> DecodeSnapshot(absl::string_view bytes, size_t max_by
     } else {
       read[i] = SnapshotDamaged("it has a section of an unknown kind");
     }
-  });
+  };
+  // The site first: it has the size of the voxels.
+  if (!sections->empty()) read_section(0);
+  parallel.For(sections->empty() ? 0 : sections->size() - 1,
+               [&](size_t i) { read_section(i + 1); });
   for (const absl::Status& status : read) {
     if (!status.ok()) return status;
   }

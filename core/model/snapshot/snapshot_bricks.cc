@@ -54,7 +54,8 @@ void WriteContents(const Brick& brick, SnapshotWriter& out) {
   }
 }
 
-std::shared_ptr<const Brick> ReadContents(SnapshotReader& in, uint16_t format_version) {
+std::shared_ptr<const Brick> ReadContents(SnapshotReader& in, uint16_t format_version,
+                                          const VoxelIndex& at, double voxel_size) {
   auto brick = std::make_shared<Brick>();
   size_t count = 0;
   for (int local = 0; local < Brick::kVoxels; ++local) {
@@ -66,8 +67,12 @@ std::shared_ptr<const Brick> ReadContents(SnapshotReader& in, uint16_t format_ve
     ++count;
   }
   if (!in.ok()) return brick;
-  brick->surface.resize(count);
-  for (SurfaceVoxel& voxel : brick->surface) {
+  brick->surface = SurfaceVoxels(at, voxel_size);
+  brick->surface.reserve(count);
+  for (int local = 0; local < Brick::kVoxels && in.ok(); ++local) {
+    const VoxelState state = brick->state[static_cast<size_t>(local)];
+    if (!HasArea(state)) continue;
+    SurfaceVoxel voxel;
     in.Matrix(voxel.centroid);
     in.Matrix(voxel.normal);
     voxel.area = in.Fixed<float>();
@@ -78,7 +83,13 @@ std::shared_ptr<const Brick> ReadContents(SnapshotReader& in, uint16_t format_ve
     const auto flags = in.Fixed<uint8_t>();
     voxel.ambiguous = (flags & 1) != 0;
     voxel.given_up = (flags & 2) != 0;
+    if (IsFalseSurface(state)) {
+      brick->surface.AddFalse(voxel, local);
+    } else {
+      brick->surface.push_back(voxel);
+    }
   }
+  brick->surface.shrink_to_fit();
   if (format_version < 3) return brick;
   brick->dropouts.resize(in.Count(kDropout));
   uint32_t last = 0;
@@ -97,7 +108,7 @@ void SkipMerged(SnapshotReader& in) {
   if (in.Fixed<uint8_t>() != 0) {
     BrickMask empty;
     BrickMask surface;
-    std::vector<SurfaceSums> sums;
+    PackedSums sums;
     ReadMasksAndSums(in, empty, surface, sums);
   }
   constexpr size_t kPlane = 8 * sizeof(float);
@@ -112,29 +123,29 @@ void SkipMerged(SnapshotReader& in) {
 
 }  // namespace
 
-void WriteMasksAndSums(const BrickMask& empty, const BrickMask& surface,
-                       std::span<const SurfaceSums> sums, SnapshotWriter& out) {
+void WriteMasksAndSums(const BrickMask& empty, const BrickMask& surface, const PackedSums& sums,
+                       SnapshotWriter& out) {
   WriteMask(empty, out);
   WriteMask(surface, out);
-  for (const SurfaceSums& sum : sums) {
+  for (size_t i = 0; i < sums.size(); ++i) {
+    const SurfaceSums sum = sums[i];
     out.Varint(sum.samples);
     out.Varint(sum.points - sum.samples);
     for (const uint64_t value : sum.sample_sum) out.Varint(value);
-    for (size_t i = 0; i < 3; ++i) out.Varint(sum.point_sum[i] - sum.sample_sum[i]);
+    for (size_t k = 0; k < 3; ++k) out.Varint(sum.point_sum[k] - sum.sample_sum[k]);
     for (const uint64_t value : sum.product_sum) out.Varint(value);
   }
 }
 
-void ReadMasksAndSums(SnapshotReader& in, BrickMask& empty, BrickMask& surface,
-                      std::vector<SurfaceSums>& sums) {
+void ReadMasksAndSums(SnapshotReader& in, BrickMask& empty, BrickMask& surface, PackedSums& sums) {
   empty = ReadMask(in);
   surface = ReadMask(in);
   for (size_t w = 0; w < empty.word.size(); ++w) {
     if ((empty.word[w] & surface.word[w]) != 0) in.Fail();
   }
   if (!in.ok()) return;
-  sums.resize(static_cast<size_t>(surface.Count()));
-  for (SurfaceSums& sum : sums) {
+  std::vector<SurfaceSums> read(static_cast<size_t>(surface.Count()));
+  for (SurfaceSums& sum : read) {
     sum.samples = static_cast<uint32_t>(in.Varint());
     sum.points = sum.samples + static_cast<uint32_t>(in.Varint());
     for (uint64_t& value : sum.sample_sum) value = in.Varint();
@@ -143,6 +154,7 @@ void ReadMasksAndSums(SnapshotReader& in, BrickMask& empty, BrickMask& surface,
     // A plane cannot be fitted to no points.
     if (sum.points == 0) in.Fail();
   }
+  sums = PackedSums(read);
 }
 
 std::string WriteBricks(std::span<const BrickAt> bricks, const ModelLeaf& all_empty) {
@@ -160,7 +172,7 @@ std::string WriteBricks(std::span<const BrickAt> bricks, const ModelLeaf& all_em
 }
 
 std::optional<std::vector<BrickAt>> ReadBricks(absl::string_view bytes, uint16_t format_version,
-                                               const ModelLeaf& all_empty) {
+                                               double voxel_size, const ModelLeaf& all_empty) {
   SnapshotReader in(bytes);
   std::vector<BrickAt> bricks(in.Count(2));
   BrickKey key = 0;
@@ -177,7 +189,7 @@ std::optional<std::vector<BrickAt>> ReadBricks(absl::string_view bytes, uint16_t
       continue;
     }
     if (format_version == 1) SkipMerged(in);
-    bricks[i].contents = ReadContents(in, format_version);
+    bricks[i].contents = ReadContents(in, format_version, bricks[i].brick, voxel_size);
   }
   if (!in.ok() || in.left() > 0) return std::nullopt;
   return bricks;

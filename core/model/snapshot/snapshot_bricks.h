@@ -21,17 +21,16 @@ class SnapshotReader;
 class SnapshotWriter;
 
 // Bricks in order of their keys. `all_empty` is the shared brick of nothing but empty voxels, in
-// what is written and in what is read.
+// what is written and in what is read. `voxel_size` in m.
 std::string WriteBricks(std::span<const BrickAt> bricks, const ModelLeaf& all_empty);
 std::optional<std::vector<BrickAt>> ReadBricks(absl::string_view bytes, uint16_t format_version,
-                                               const ModelLeaf& all_empty);
+                                               double voxel_size, const ModelLeaf& all_empty);
 
 // Masks with the sums of the voxels in the second, as layers have them.
-void WriteMasksAndSums(const BrickMask& empty, const BrickMask& surface,
-                       std::span<const SurfaceSums> sums, SnapshotWriter& out);
+void WriteMasksAndSums(const BrickMask& empty, const BrickMask& surface, const PackedSums& sums,
+                       SnapshotWriter& out);
 // Fails `in` when the masks overlap.
-void ReadMasksAndSums(SnapshotReader& in, BrickMask& empty, BrickMask& surface,
-                      std::vector<SurfaceSums>& sums);
+void ReadMasksAndSums(SnapshotReader& in, BrickMask& empty, BrickMask& surface, PackedSums& sums);
 
 }  // namespace vantage::model
 

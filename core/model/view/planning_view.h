@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -67,10 +68,10 @@ class PlanningView {
   }
   bool Empty(const VoxelIndex& v) const { return State(v) == VoxelState::kEmpty; }
 
-  // Attributes of a voxel that has area, else null.
-  const SurfaceVoxel* Surface(const VoxelIndex& v) const {
+  // Attributes of a voxel that has area, else nothing.
+  std::optional<SurfaceVoxel> Surface(const VoxelIndex& v) const {
     const Brick* brick = Find(v);
-    return brick == nullptr ? nullptr : brick->Surface(Brick::LocalOf(v));
+    return brick == nullptr ? std::nullopt : brick->Surface(Brick::LocalOf(v));
   }
 
   // The places from which rays to a voxel that has area dropped out.

@@ -6,7 +6,10 @@
 #include <array>
 #include <bit>
 #include <cstdint>
+#include <optional>
 #include <vector>
+
+#include "core/model/view/surface_voxels.h"
 
 namespace vantage::model {
 
@@ -41,21 +44,6 @@ constexpr SurfaceKind KindOf(VoxelState s) {
                                         static_cast<int>(VoxelState::kFalseOcclusion) + 1);
 }
 
-// Attributes of a voxel that has area.
-struct SurfaceVoxel {
-  Eigen::Vector3f centroid;  // m, model frame: of the samples in it; else of the interpolated
-                             // surface; false surface: the voxel's centre
-  Eigen::Vector3f normal;    // unit, towards the empty side
-  float area = 0;            // m^2: true h^2 / (|nx|+|ny|+|nz|), false h^2 / max |n_i|
-  float density = 0;         // q, samples / m^2 of the best scan so far; 0 on false surface
-  uint32_t samples = 0;      // measured samples in it; 0 where only interpolated, or false
-  uint8_t missed = 0;        // scans that should have measured it and did not
-  uint8_t spread = 0;        // by how much that scan sampled the centroid more densely than the
-                             // worst corner, in 1/256 of `density`, which is the worst corner's
-  bool ambiguous = false;    // one voxel thick with empty space on both sides: normal is a guess
-  bool given_up = false;     // missed by two scans or more: no longer keeps a job open
-};
-
 // A scan's rays to a voxel that has area should have met it and did not come back, because of glass
 // in between, for instance. Rays from there, or from farther away in the same direction, will drop
 // out, too.
@@ -79,16 +67,16 @@ struct Brick {
 
   std::array<VoxelState, kVoxels> state{};
   std::array<uint64_t, kSide> surface_mask{};  // bit local % 64 of word local / 64: has area
-  std::vector<SurfaceVoxel> surface;           // of the voxels in the mask, in order of local
+  SurfaceVoxels surface;                       // of the voxels in the mask, in order of local
   std::vector<Dropout> dropouts;               // of some of them, in order of local
 
-  // The attributes of a voxel that has area, else null.
-  const SurfaceVoxel* Surface(int local) const {
+  // The attributes of a voxel that has area, else nothing.
+  std::optional<SurfaceVoxel> Surface(int local) const {
     const uint64_t bit = uint64_t{1} << (local % 64);
-    if ((surface_mask[local / 64] & bit) == 0) return nullptr;
+    if ((surface_mask[local / 64] & bit) == 0) return std::nullopt;
     int rank = std::popcount(surface_mask[local / 64] & (bit - 1));
     for (int word = 0; word < local / 64; ++word) rank += std::popcount(surface_mask[word]);
-    return &surface[rank];
+    return surface[static_cast<size_t>(rank)];
   }
 };
 

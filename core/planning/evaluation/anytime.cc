@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <optional>
 #include <queue>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "absl/functional/function_ref.h"
@@ -136,23 +138,25 @@ bool WorthAHierarchy(const AnytimeOptions& options, const EvaluationRun& run,
 // Race, decide, complete.
 Evaluation Evaluate(const CellSampler& sampler, const AnytimeOptions& options, EvaluationRun& run,
                     EvaluationProgress progress, absl::FunctionRef<void()> complete) {
-  ViewRace race(run, sampler, options.race, options.confidence, options.seed);
-  race.Run(run.Share(options.race_share));
+  std::optional<ViewRace> race(std::in_place, run, sampler, options.race, options.confidence,
+                               options.seed);
+  race->Run(run.Share(options.race_share));
   if (run.evaluation().any()) progress(run.evaluation());
   Decide(options, run);
   if (run.evaluation().any()) progress(run.evaluation());
   if (!options.complete) return run.Finish();
   // Each time that further samples have changed the estimates, the leaders are decided anew.
-  while (race.Widen()) {
-    race.Run(run.Share(options.race_share));
+  while (race->Widen()) {
+    race->Run(run.Share(options.race_share));
     Decide(options, run);
   }
   if (run.evaluation().any()) progress(run.evaluation());
-  for (size_t rung = 1; rung + 1 < race.rungs(); ++rung) {
-    race.Tighten(rung, run.Share(options.race_share));
+  for (size_t rung = 1; rung + 1 < race->rungs(); ++rung) {
+    race->Tighten(rung, run.Share(options.race_share));
     Decide(options, run);
   }
   if (run.evaluation().any()) progress(run.evaluation());
+  race.reset();  // its samples are half as large as all cells
   complete();
   return run.Finish();
 }

@@ -8,10 +8,29 @@
 namespace vantage::planning {
 
 CellSampler::CellSampler(const CellArrays& cells) : cells_(cells) {
-  line_.reserve(cells.size());
+  line_.reserve(cells.packets());
   for (size_t i = 0; i < cells.size(); ++i) {
-    potential_ += static_cast<double>(cells.factor[i] * (cells.enough[i] - cells.q[i]));
-    line_.push_back(potential_);
+    potential_ += MostOf(i);
+    if ((i + 1) % CellArrays::kPacket == 0) line_.push_back(potential_);
+  }
+  if (cells.size() % CellArrays::kPacket != 0) line_.push_back(potential_);
+}
+
+double CellSampler::MostOf(size_t i) const {
+  return static_cast<double>(cells_.factor[i] * (cells_.enough[i] - cells_.q[i]));
+}
+
+size_t CellSampler::CellAt(double point, size_t from) const {
+  // Draws may lie far apart, so the next packet is found by bisection.
+  const auto packet = std::upper_bound(
+      line_.begin() + static_cast<ptrdiff_t>(from / CellArrays::kPacket), line_.end(), point);
+  if (packet == line_.end()) return cells_.size() - 1;
+  size_t at = static_cast<size_t>(packet - line_.begin()) * CellArrays::kPacket;
+  double end = packet == line_.begin() ? 0 : *(packet - 1);
+  // The same sums as above, to the bit.
+  for (;; ++at) {
+    end += MostOf(at);
+    if (end > point && at >= from) return at;
   }
 }
 
@@ -24,11 +43,7 @@ CellSample CellSampler::Draw(size_t draws, uint64_t seed, uint64_t round) const 
   size_t at = 0;
   for (size_t k = 0; k < draws; ++k) {
     const double point = (static_cast<double>(k) + HashToUnit(seed, round, k)) * part;
-    // Draws may lie far apart, so the next cell is found by bisection.
-    at = static_cast<size_t>(
-        std::upper_bound(line_.begin() + static_cast<ptrdiff_t>(at), line_.end(), point) -
-        line_.begin());
-    at = std::min(at, line_.size() - 1);
+    at = CellAt(point, at);
     const float unit = 1 / (cells_.enough[at] - cells_.q[at]);
     if (!indices.empty() && indices.back() == at) {
       factors.back() += unit;

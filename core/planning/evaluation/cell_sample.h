@@ -32,9 +32,14 @@ class CellSampler {
   CellSample Draw(size_t draws, uint64_t seed, uint64_t round) const;
 
  private:
+  // The most that a view can gain on a cell, samples.
+  double MostOf(size_t i) const;
+  // The first cell from `from` on that ends beyond a point of the line, else the last one.
+  size_t CellAt(double point, size_t from) const;
+
   const CellArrays& cells_;
   double potential_ = 0;
-  std::vector<double> line_;  // end of each cell on the line of potentials, samples
+  std::vector<double> line_;  // end of each packet on the line of potentials, samples
 };
 
 }  // namespace vantage::planning

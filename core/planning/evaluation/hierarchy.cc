@@ -168,8 +168,8 @@ double HierarchicalScorer::PotentialOf(const ViewBlock& block) const {
   std::vector<double> by_heading(headings.size(), block.certain);
   for (const ViewBlock::Candidate& candidate : block.candidates) {
     const PatchTree::Node& node = patches_[candidate.node];
-    const Eigen::Vector3d low = node.bounds.position.min() - views.max();
-    const Eigen::Vector3d high = node.bounds.position.max() - views.min();
+    const Eigen::Vector3d low = node.bounds.position.min().cast<double>() - views.max();
+    const Eigen::Vector3d high = node.bounds.position.max().cast<double>() - views.min();
     headings.AddWhereSeen(Eigen::AlignedBox2d(low.head<2>(), high.head<2>()), node.potential,
                           by_heading);
   }

@@ -37,7 +37,7 @@ ViewBox ShaftClassifier::Of(const ViewTree::Node& node) const {
 // What each view gains on a pair that is entirely visible and satisfies all constraints.
 double ShaftClassifier::Constant(const PatchTree::Node& group, const CellArrays& cells,
                                  const Interval& density) const {
-  if (density.min >= group.bounds.most_enough) return group.potential;
+  if (density.min >= static_cast<double>(group.bounds.most_enough)) return group.potential;
   const auto s = static_cast<float>(0.5 * (density.min + density.max));
   double sum = 0;
   for (size_t i = group.begin; i < group.end; ++i) {
@@ -59,7 +59,8 @@ ShaftClassifier::Relation ShaftClassifier::Classify(const ViewBox& views,
     return Relation::kNothing;
   }
   if (!(satisfied & kVisible)) {
-    const visibility::Hidden hidden = visibility::Occlusion(grid_, views.scene, group.targets);
+    const Eigen::AlignedBox3d targets = group.targets.cast<double>();
+    const visibility::Hidden hidden = visibility::Occlusion(grid_, views.scene, targets);
     if (hidden == visibility::Hidden::kAll) {
       ++counts.occluded;
       return Relation::kNothing;
@@ -67,7 +68,7 @@ ShaftClassifier::Relation ShaftClassifier::Classify(const ViewBox& views,
     // When nothing is between the two centres, there may be nothing in the whole shaft.
     if (hidden == visibility::Hidden::kNone &&
         static_cast<uint64_t>(views.views) * group.size() >= visible_pairs_ &&
-        EntirelyVisible(grid_, views.scene, group.targets)) {
+        EntirelyVisible(grid_, views.scene, targets)) {
       ++counts.visible;
       satisfied |= kVisible;
     }
@@ -77,7 +78,7 @@ ShaftClassifier::Relation ShaftClassifier::Classify(const ViewBox& views,
   if (group.bounds.has_dropouts || group.bounds.under_sky) return Relation::kMixed;
   // In which sectors the cells lie differs from view to view.
   if (!scorer_.headings().all_around()) return Relation::kMixed;
-  const bool saturated = density.min >= group.bounds.most_enough;
+  const bool saturated = density.min >= static_cast<double>(group.bounds.most_enough);
   const bool constant =
       scorer_.reach() == 0 && density.max - density.min <= tolerance_ * density.max;
   if (!saturated && !constant) return Relation::kMixed;

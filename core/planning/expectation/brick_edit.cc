@@ -42,7 +42,7 @@ model::BrickAt BrickEdit::Edited(const Changes& changes) const {
     edited->state[at] = changed ? changes.state[at] : model_.State(v);
     if (!model::HasArea(edited->state[at])) continue;
     edited->surface_mask[at / 64] |= uint64_t{1} << (local % 64);
-    edited->surface.push_back(changed ? *own[at] : *model_.Surface(v));
+    edited->surface.push_back(changed ? *own[at] : model_.Surface(v).value());
     if (changed) continue;
     for (const model::Dropout& dropout : model_.Dropouts(v)) edited->dropouts.push_back(dropout);
   }

@@ -162,7 +162,7 @@ std::shared_ptr<const model::Brick> MeasuredOf(const model::Brick& brick) {
         Measured(state) ? state : model::VoxelState::kEmpty;
     if (state != model::VoxelState::kTrueSurface) continue;
     measured->surface_mask[static_cast<size_t>(local / 64)] |= uint64_t{1} << (local % 64);
-    measured->surface.push_back(*brick.Surface(local));
+    measured->surface.push_back(brick.Surface(local).value());
   }
   return measured;
 }

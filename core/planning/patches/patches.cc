@@ -6,7 +6,6 @@
 #include <array>
 #include <bit>
 #include <cmath>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -30,20 +29,21 @@ constexpr uint32_t kMembersBetweenPolls = 1024;  // each looks up its 26 neighbo
 class CellTable {
  public:
   // Nothing when cancelled on the way.
-  static std::optional<CellTable> Of(const std::vector<DeficientCell>& cells,
+  static std::optional<CellTable> Of(const DeficientCells& cells,
                                      const parallel::Cancellation& cancelled) {
     CellTable table;
     uint64_t last = ~uint64_t{0};
     for (uint32_t i = 0; i < cells.size(); ++i) {
       if (i % kCellsBetweenPolls == 0 && cancelled.Requested()) return std::nullopt;
-      const uint64_t key = model::KeyOf(model::Brick::Of(cells[i].voxel));
+      const model::VoxelIndex voxel = cells.Voxel(i);
+      const uint64_t key = model::KeyOf(model::Brick::Of(voxel));
       if (key != last) {
         table.slot_.emplace(key, static_cast<uint32_t>(table.bricks_.size()));
         table.bricks_.emplace_back().first.fill(i);
         last = key;
       }
       BrickCells& brick = table.bricks_.back();
-      const int local = model::Brick::LocalOf(cells[i].voxel);
+      const int local = model::Brick::LocalOf(voxel);
       brick.mask.Set(local);
       for (size_t w = static_cast<size_t>(local / 64) + 1; w < brick.first.size(); ++w) {
         brick.first[w] = i + 1;
@@ -91,47 +91,27 @@ class CellTable {
 };
 
 // The deficit of a patch, each sample by what it counts.
-double ImportanceOf(const Patch& patch, const std::vector<DeficientCell>& cells,
-                    const PlanningConfig& config) {
+double ImportanceOf(const Patch& patch, const DeficientCells& cells, const PlanningConfig& config) {
   double wanted = 0;
   for (const uint32_t i : patch.cells) {
-    const DeficientCell& cell = cells[i];
+    const DeficientCell cell = cells[i];
     const double area = cell.area;
     wanted += cell.worth * (area * (cell.enough - cell.density));
   }
   return config.weights[static_cast<size_t>(patch.kind)] * wanted;
 }
 
-// Puts cells in an order: at `k` the one that was at order[k]. `order` is used up.
-void Reorder(std::vector<uint32_t>& order, std::vector<DeficientCell>& cells) {
-  for (uint32_t begin = 0; begin < order.size(); ++begin) {
-    // Along a cycle of the permutation; what is in its place is marked by its own number.
-    if (order[begin] == begin) continue;
-    const DeficientCell first = cells[begin];
-    uint32_t to = begin;
-    while (order[to] != begin) {
-      const uint32_t from = order[to];
-      cells[to] = cells[from];
-      order[to] = to;
-      to = from;
-    }
-    cells[to] = first;
-    order[to] = to;
-  }
-}
-
 // Centre, normal, rectangle and sums of cells [begin, end).
-Patch Describe(const std::vector<DeficientCell>& cells, uint32_t begin, uint32_t end, double voxel,
+Patch Describe(const DeficientCells& cells, uint32_t begin, uint32_t end, double voxel,
                const PlanningConfig& config) {
   Patch patch;
-  patch.kind = cells[begin].kind;
-  patch.cells.resize(end - begin);
-  std::iota(patch.cells.begin(), patch.cells.end(), begin);
+  patch.kind = cells.Kind(begin);
+  patch.cells = {begin, end};
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();
   Eigen::Vector3d mean = Eigen::Vector3d::Zero();
   double density = 0;
   for (uint32_t i = begin; i < end; ++i) {
-    const DeficientCell& cell = cells[i];
+    const DeficientCell cell = cells[i];
     const double area = cell.area;
     patch.area += area;
     density += area * cell.density;
@@ -142,13 +122,13 @@ Patch Describe(const std::vector<DeficientCell>& cells, uint32_t begin, uint32_t
   mean /= patch.area;
   patch.mean_density = density / patch.area;
   patch.normal = normal.norm() > 1e-9 ? Eigen::Vector3d(normal.normalized())
-                                      : cells[begin].normal.cast<double>();
+                                      : cells.Normal(begin).cast<double>();
   // The rectangle lies along the principal axes of the cells in the plane.
   const Eigen::Vector3d e1 = patch.normal.unitOrthogonal();
   const Eigen::Vector3d e2 = patch.normal.cross(e1);
   Eigen::Matrix2d scatter = Eigen::Matrix2d::Zero();
   for (uint32_t i = begin; i < end; ++i) {
-    const Eigen::Vector3d d = cells[i].position.cast<double>() - mean;
+    const Eigen::Vector3d d = cells.Position(i).cast<double>() - mean;
     const Eigen::Vector2d uv(d.dot(e1), d.dot(e2));
     scatter += uv * uv.transpose();
   }
@@ -158,7 +138,7 @@ Patch Describe(const std::vector<DeficientCell>& cells, uint32_t begin, uint32_t
   Eigen::Vector3d axis_v = patch.normal.cross(patch.axis_u);
   Eigen::AlignedBox2d extent;
   for (uint32_t i = begin; i < end; ++i) {
-    const Eigen::Vector3d d = cells[i].position.cast<double>() - mean;
+    const Eigen::Vector3d d = cells.Position(i).cast<double>() - mean;
     extent.extend(Eigen::Vector2d(d.dot(patch.axis_u), d.dot(axis_v)));
   }
   extent.min().array() -= voxel / 2;  // cells have a width
@@ -178,8 +158,7 @@ Patch Describe(const std::vector<DeficientCell>& cells, uint32_t begin, uint32_t
 // Every deficient voxel, in the model's order, with the dropouts that its rays had. False when
 // cancelled on the way.
 bool CollectDeficient(const model::PlanningView& model, const PlanningConfig& config,
-                      const parallel::Cancellation& cancelled,
-                      std::vector<DeficientCell>& deficient,
+                      const parallel::Cancellation& cancelled, DeficientCells::Builder& deficient,
                       std::vector<Eigen::Vector3f>& all_dropouts) {
   const auto enough = [&](const model::VoxelIndex& v, model::VoxelState state,
                           const model::SurfaceVoxel& surface, double density) {
@@ -202,7 +181,7 @@ bool CollectDeficient(const model::PlanningView& model, const PlanningConfig& co
         const bool measured = state == model::VoxelState::kTrueSurface;
         if (!measured && skyline->InSky(v, surface.normal)) return;
         const std::span<const model::Dropout> dropouts = model.Dropouts(v);
-        deficient.push_back(
+        deficient.Add(
             {v, model::KindOf(state), surface.centroid, surface.normal, surface.area,
              model::IsFalseSurface(state) ? 0.0f : surface.density,
              1 + static_cast<float>(surface.spread) / 256, static_cast<float>(required->density),
@@ -217,7 +196,7 @@ bool CollectDeficient(const model::PlanningView& model, const PlanningConfig& co
 // Grows patches over the deficient cells.
 class PatchGrowth {
  public:
-  PatchGrowth(const std::vector<DeficientCell>& deficient, const CellTable& table, double voxel,
+  PatchGrowth(const DeficientCells& deficient, const CellTable& table, double voxel,
               const PatchTolerance& tolerance)
       : deficient_(deficient),
         table_(table),
@@ -232,12 +211,13 @@ class PatchGrowth {
   std::optional<std::vector<uint32_t>> From(uint32_t seed,
                                             const parallel::Cancellation& cancelled) {
     const Plane plane = PlaneAround(seed);
+    const model::SurfaceKind kind = deficient_.Kind(seed);
     std::vector<uint32_t> members(1, seed);
     taken_[seed] = 1;
     for (size_t head = 0; head < members.size(); ++head) {
       if ((head + 1) % kMembersBetweenPolls == 0 && cancelled.Requested()) return std::nullopt;
-      table_.ForEachNeighbour(deficient_[members[head]].voxel, [&](uint32_t i) {
-        if (taken_[i] || !Fits(i, deficient_[seed].kind, plane)) return;
+      table_.ForEachNeighbour(deficient_.Voxel(members[head]), [&](uint32_t i) {
+        if (taken_[i] || !Fits(i, kind, plane)) return;
         taken_[i] = 1;
         members.push_back(i);
       });
@@ -251,28 +231,28 @@ class PatchGrowth {
     Eigen::Vector3f centre;
   };
   bool Fits(uint32_t i, model::SurfaceKind kind, const Plane& plane) const {
-    return deficient_[i].kind == kind && deficient_[i].normal.dot(plane.normal) >= cos_angle_ &&
-           std::abs(plane.normal.dot(deficient_[i].position - plane.centre)) <= max_offset_;
+    return deficient_.Kind(i) == kind && deficient_.Normal(i).dot(plane.normal) >= cos_angle_ &&
+           std::abs(plane.normal.dot(deficient_.Position(i) - plane.centre)) <= max_offset_;
   }
   // The plane is that of the seed and the neighbours that agree with it. It does not move while the
   // patch grows, or the first cells could end up outside the tolerance.
   Plane PlaneAround(uint32_t seed) const {
-    const DeficientCell& own = deficient_[seed];
-    const Plane alone{own.normal, own.position};
+    const model::SurfaceKind kind = deficient_.Kind(seed);
+    const Plane alone{deficient_.Normal(seed), deficient_.Position(seed)};
     Plane plane = alone;
     float count = 1;
-    table_.ForEachNeighbour(own.voxel, [&](uint32_t i) {
-      if (!Fits(i, own.kind, alone)) return;
-      plane.normal += deficient_[i].normal;
-      plane.centre += deficient_[i].position;
+    table_.ForEachNeighbour(deficient_.Voxel(seed), [&](uint32_t i) {
+      if (!Fits(i, kind, alone)) return;
+      plane.normal += deficient_.Normal(i);
+      plane.centre += deficient_.Position(i);
       count += 1;
     });
     plane.normal.normalize();
     plane.centre /= count;
-    return Fits(seed, own.kind, plane) ? plane : alone;  // an edge has its own plane
+    return Fits(seed, kind, plane) ? plane : alone;  // an edge has its own plane
   }
 
-  const std::vector<DeficientCell>& deficient_;
+  const DeficientCells& deficient_;
   const CellTable& table_;
   const float cos_angle_;
   const float max_offset_;
@@ -289,8 +269,9 @@ absl::StatusOr<PatchSet> ExtractPatches(const model::PlanningView& model,
                                         const parallel::Cancellation& cancelled) {
   const absl::Status stopped = absl::CancelledError("extract patches");
   PatchSet set;
-  std::vector<DeficientCell> deficient;
-  if (!CollectDeficient(model, config, cancelled, deficient, set.dropouts)) return stopped;
+  DeficientCells::Builder builder(model.voxel_size());
+  if (!CollectDeficient(model, config, cancelled, builder, set.dropouts)) return stopped;
+  DeficientCells deficient = std::move(builder).Build();
   const auto table = CellTable::Of(deficient, cancelled);
   if (!table.has_value()) return stopped;
   PatchGrowth growth(deficient, *table, model.voxel_size(), tolerance);
@@ -305,41 +286,41 @@ absl::StatusOr<PatchSet> ExtractPatches(const model::PlanningView& model,
     order.insert(order.end(), members->begin(), members->end());
     ends.push_back(static_cast<uint32_t>(order.size()));
   }
-  Reorder(order, deficient);
+  deficient.Reorder(order);
   set.cells = std::move(deficient);
-  set.patches.reserve(ends.size());
+  std::vector<Patch> patches;
+  patches.reserve(ends.size());
   uint32_t begin = 0;
   for (const uint32_t end : ends) {
-    if (set.patches.size() % kMembersBetweenPolls == 0 && cancelled.Requested()) return stopped;
-    set.patches.push_back(Describe(set.cells, begin, end, model.voxel_size(), config));
-    set.area += set.patches.back().area;
+    if (patches.size() % kMembersBetweenPolls == 0 && cancelled.Requested()) return stopped;
+    patches.push_back(Describe(set.cells, begin, end, model.voxel_size(), config));
+    set.area += patches.back().area;
     begin = end;
   }
+  set.patches = std::move(patches);
   return set;
 }
 
 absl::StatusOr<PatchSet> RankPatches(const PlanningConfig& config, PatchSet set,
                                      const parallel::Cancellation& cancelled) {
-  for (Patch& patch : set.patches) {
-    patch.importance = ImportanceOf(patch, set.cells, config);
-  }
+  const std::span<Patch> patches = set.patches.Mutable();
+  for (Patch& patch : patches) patch.importance = ImportanceOf(patch, set.cells, config);
   // Of equal importance, the patch met first comes first.
-  std::stable_sort(set.patches.begin(), set.patches.end(),
+  std::stable_sort(patches.begin(), patches.end(),
                    [](const Patch& a, const Patch& b) { return a.importance > b.importance; });
   std::vector<uint32_t> order;
   order.reserve(set.cells.size());
   size_t until_poll = 0;
-  for (Patch& patch : set.patches) {
+  for (Patch& patch : patches) {
     if (order.size() >= until_poll) {
       if (cancelled.Requested()) return absl::CancelledError("rank patches");
       until_poll = order.size() + kCellsBetweenPolls;
     }
-    for (uint32_t& cell : patch.cells) {
-      order.push_back(cell);
-      cell = static_cast<uint32_t>(order.size() - 1);
-    }
+    const auto first = static_cast<uint32_t>(order.size());
+    order.insert(order.end(), patch.cells.begin(), patch.cells.end());
+    patch.cells = {first, static_cast<uint32_t>(order.size())};
   }
-  Reorder(order, set.cells);
+  set.cells.Reorder(order);
   return set;
 }
 

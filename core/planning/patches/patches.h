@@ -9,33 +9,12 @@
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
-#include "core/planning/patches/skyline.h"
+#include "core/planning/patches/deficient_cells.h"
+#include "core/planning/plan/copy_on_write_vector.h"
 #include "core/planning/plan/patch.h"
 #include "core/planning/plan/planning_config.h"
 
 namespace vantage::planning {
-
-// A deficient voxel: false surface, or true surface below the density that is required there, that
-// is not given up, lies where surface counts and not in the sky.
-struct DeficientCell {
-  model::VoxelIndex voxel;
-  model::SurfaceKind kind = model::SurfaceKind::kTrue;
-  Eigen::Vector3f position;  // m, the model's centroid of it
-  Eigen::Vector3f normal;    // unit, towards the empty side
-  float area = 0;            // m^2
-  float density = 0;         // q, samples / m^2
-  float spread = 1;          // density at the voxel's middle over q, in the scan that recorded q
-  float required = 0;        // samples / m^2: D there
-  float enough = 0;          // samples / m^2: D, or more where unknown space lies behind it
-  float success = 1;         // probability that measuring it works, from earlier attempts
-  float worth = 1;           // what a sample counts: Requirement::worth
-  SkylineSines skyline;      // what is to be expected behind it, where it is under the open sky
-  // Places from which rays to it dropped out: [dropouts, dropouts + dropout_count) of
-  // PatchSet::dropouts.
-  uint32_t dropouts = 0;
-  uint32_t dropout_count = 0;
-  bool expected = false;  // it is not known, but expected (algorithm.md section 7E)
-};
 
 // How far a patch may stray from its plane.
 struct PatchTolerance {
@@ -44,8 +23,8 @@ struct PatchTolerance {
 };
 
 struct PatchSet {
-  std::vector<DeficientCell> cells;       // those of a patch side by side, patches in order
-  std::vector<Patch> patches;             // before ranking: in the order of their first cells
+  DeficientCells cells;                   // those of a patch side by side, patches in order
+  CopyOnWriteVector<Patch> patches;       // before ranking: in the order of their first cells
   std::vector<Eigen::Vector3f> dropouts;  // m, model frame
   double area = 0;                        // m^2, of all cells
 };

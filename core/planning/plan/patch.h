@@ -3,10 +3,9 @@
 #define VANTAGE_CORE_PLANNING_PLAN_PATCH_H_
 
 #include <Eigen/Core>
-#include <cstdint>
-#include <vector>
 
 #include "core/model/view/voxel.h"
+#include "core/planning/plan/cell_range.h"
 
 namespace vantage::planning {
 
@@ -22,7 +21,7 @@ struct Patch {
   double mean_density = 0;  // mean q, samples / m^2
   double deficit = 0;       // lacking samples: (D - mean q) * area, and those for space behind it
   double importance = 0;    // w * deficit, each sample by what it counts where it lies
-  std::vector<uint32_t> cells;  // into PatchSet::cells, ascending
+  CellRange cells;          // of PatchSet::cells
 };
 
 }  // namespace vantage::planning

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "core/model/view/planning_view.h"
+#include "core/planning/plan/copy_on_write_vector.h"
 #include "core/planning/plan/coverage.h"
 #include "core/planning/plan/narrow_way.h"
 #include "core/planning/plan/patch.h"
@@ -62,7 +63,7 @@ struct Plan {
   uint64_t seed = 0;
   std::vector<RankedView> views;      // registrable, best first, at most k
   std::vector<RankedView> refused;    // the best that fail the check, best first, at most k
-  std::vector<Patch> patches;         // most important first
+  CopyOnWriteVector<Patch> patches;   // most important first
   std::vector<ScoredCell> score_map;  // every feasible viewcell that was scored
   double optimality_gap = 1;          // algorithm.md section 8; 0 when exact
   double confidence = 1;              // of all bounds together

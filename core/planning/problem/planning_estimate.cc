@@ -3,83 +3,120 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "absl/strings/str_format.h"
 #include "core/planning/patches/patches.h"
 #include "core/planning/scoring/patch_tree.h"
+#include "core/sensor/scanner_model.h"
 #include "core/visibility/opaque_grid.h"
 
 namespace vantage::planning {
 namespace {
 
+// Bytes. `planning_estimate_test` compares their sum with what plans take.
+//
+// Per column of voxels of the box: where its floors begin, three times.
+constexpr double kColumn = 12;
+// Per voxel of floor: candidate, piece, floor twice, whether the scanner fits, lines across gaps;
+// and of these what is kept.
+constexpr double kFindingFloor = 160;
+constexpr double kFloor = 40;
 // Per viewcell at an allowed height over a floor: why it is not feasible, and its index.
 constexpr double kViewcell = 5;
 // Per feasible view: its cell and position, estimates twice (interim plans), the map of scores.
 constexpr double kView = 250;
-// Per cell: the array in which patches are grown and sorted, with room to grow, their numbers, the
-// table of neighbours, the scorer's arrays and their sorted copy, what they are sorted by, the tree
-// (two nodes per packet).
-constexpr double kCell = 2 * sizeof(DeficientCell) + 8 + 12 +
-                         2 * (16 * sizeof(float) + sizeof(SkylineSines)) + 32 +
-                         2.0 * sizeof(PatchTree::Node) / CellArrays::kPacket;
-// Per column of voxels of the box: where its floors begin, three times.
-constexpr double kColumn = 12;
-// Per voxel of floor: candidate, piece, floor twice, whether the scanner fits, lines across gaps.
-constexpr double kFloor = 160;
-// Per surface voxel: the faces between it and what is empty, merged, with Embree's boxes.
-constexpr double kFaces = 120;
+// Per deficient cell of the patches: packed, with its share of bricks and of what cells have in
+// common. Of measured surface, what each has alone.
+constexpr double kCell = 13;
+constexpr double kMeasuredCell = 36;
+// Per deficient cell: its share of patches, of which a ninth is as large as a cell in scans that
+// graze the floor.
+constexpr double kPatchShare = sizeof(Patch) / 9.0;
+// Per deficient cell: the scorer's arrays (twelve numbers, the cell, where dropouts begin).
+constexpr double kScorerCell = 13 * sizeof(float) + 0.5;
+// Per deficient cell, while views are evaluated: the same cells by model gain (three of the
+// numbers), places on the line that samples are drawn from, which were seen; and the largest of
+// what comes one after another: samples (half of all cells), the tree (two nodes per packet) with
+// the nodes that blocks of views list, a view's score and gain on each cell, on two threads.
+constexpr double kEvaluatedCell =
+    3 * sizeof(float) + 1 + 2 + 2.0 * sizeof(PatchTree::Node) / CellArrays::kPacket + 8;
+// Per surface voxel: its share of the faces between it and what is empty, merged, a quarter of a
+// face, with Embree's boxes.
+constexpr double kFaces = 42;
+// Whatever the size.
+constexpr double kAnyPlan = 4 << 20;
 
-// Bounds of numbers that only step A finds. The columns of voxels are those of the box; there is
-// floor in as many at most as have surface, or everywhere where it was given.
-struct Size {
-  double columns = 0;
-  double floor = 0;      // voxels
-  double viewcells = 0;  // at an allowed height
-};
+}  // namespace
 
-Size SizeOf(const model::PlanningView& model, const PlanningConfig& config) {
-  Size size;
-  if (model.bounds().empty()) return size;
-  size.columns = (model.bounds().max - model.bounds().min).head<2>().cast<double>().prod();
-  size.floor = config.floor_z.has_value()
-                   ? size.columns
-                   : std::min(size.columns, static_cast<double>(model.SurfaceCount()));
+PlanningSize::PlanningSize(const model::PlanningView& model, const PlanningConfig& config) {
+  if (model.bounds().empty()) return;
+  const bool everywhere = config.regions.empty() && !config.region_of_interest.has_value();
+  const auto required = static_cast<float>(config.required_density);
+  constexpr float kUp = 0.8F;  // cosine: floor is within 30 degrees of level, and beside walls
+  double level = 0;
+  model.ForEachSurface(
+      [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
+        ++surface_;
+        const bool measured = state == model::VoxelState::kTrueSurface;
+        level += measured && surface.normal.z() > kUp ? 1 : 0;
+        if (surface.given_up) return;
+        float wanted = required;
+        if (!everywhere) {
+          const std::optional<Requirement> here = config.RequiredAt(model.Centre(v));
+          if (!here.has_value()) return;
+          wanted = static_cast<float>(here->density);
+        }
+        if (surface.density >= wanted) return;
+        ++deficient_;
+        measured_ += measured ? 1 : 0;
+      });
+  const model::VoxelIndex size = model.bounds().max - model.bounds().min;
+  columns_ = size.head<2>().cast<double>().prod();
+  // Floor is assumed in the blind cones of stations.
+  constexpr double kBlindRadius = 2.6;  // m: 1.2 times the height of the tallest tripod
+  const double blind = sensor::kPi * std::pow(kBlindRadius / model.voxel_size(), 2);
+  floor_ = std::min(columns_, level + blind * static_cast<double>(model.stations().size()));
+  if (config.floor_z.has_value()) floor_ = columns_;
   const double voxels_per_cell = std::max(1.0, config.viewcell_size / model.voxel_size());
   const double layers = (config.max_viewpoint_height - config.min_viewpoint_height) /
                             (voxels_per_cell * model.voxel_size()) +
                         1;
-  size.viewcells = size.floor / (voxels_per_cell * voxels_per_cell) * layers;
-  return size;
-}
-
-}  // namespace
-
-uint64_t EstimatePlanningMemory(const model::PlanningView& model, const PlanningConfig& config) {
-  const Size size = SizeOf(model, config);
-  const auto surface = static_cast<double>(model.SurfaceCount());
+  viewcells_ = floor_ / (voxels_per_cell * voxels_per_cell) * layers;
   const model::VoxelBox box = visibility::OpaqueGrid(model).box();
   // Pose sensitivity and the hierarchy have a table each.
-  const uint64_t tables =
-      (config.pose_sensitivity ? 2 : 1) * visibility::SummedVolumeTable::Bytes(box.max - box.min);
-  return static_cast<uint64_t>(size.viewcells * (kViewcell + kView) + size.columns * kColumn +
-                               size.floor * kFloor + surface * (kCell + kFaces) + (1 << 20)) +
-         tables;
+  tables_ = (config.pose_sensitivity ? 2.0 : 1.0) *
+            static_cast<double>(visibility::SummedVolumeTable::Bytes(box.max - box.min));
 }
 
-absl::Status CheckPlanningSize(const model::PlanningView& model, const PlanningConfig& config) {
-  const uint64_t bytes = EstimatePlanningMemory(model, config);
+uint64_t PlanningSize::Bytes(double views) const {
+  const double kept = columns_ * kColumn + floor_ * kFloor + viewcells_ * kViewcell;
+  const double finding = floor_ * (kFindingFloor - kFloor);
+  const double planning = views * kView +
+                          deficient_ * (kCell + kPatchShare + kScorerCell + kEvaluatedCell) +
+                          measured_ * kMeasuredCell + surface_ * kFaces + tables_;
+  return static_cast<uint64_t>(kAnyPlan + kept + std::max(finding, planning));
+}
+
+uint64_t EstimatePlanningMemory(const model::PlanningView& model, const PlanningConfig& config) {
+  const PlanningSize size(model, config);
+  return size.Bytes(size.most_views());
+}
+
+absl::Status CheckPlanningSize(const PlanningSize& size, const PlanningConfig& config,
+                               size_t views) {
+  const uint64_t bytes = size.Bytes(static_cast<double>(views));
   if (bytes > config.memory_limit) {
     return absl::ResourceExhaustedError(absl::StrFormat(
-        "planning: this model would take up to %.2f GB of memory, more than memory_limit, %.2f GB: "
-        "raise it, use larger viewcells or voxels, or split the site",
+        "planning: this model would take about %.2f GB of memory, more than memory_limit, %.2f "
+        "GB: raise it, use larger viewcells or voxels, or split the site",
         static_cast<double>(bytes) / 1e9, static_cast<double>(config.memory_limit) / 1e9));
   }
-  const double viewcells = SizeOf(model, config).viewcells;
-  if (viewcells > static_cast<double>(std::numeric_limits<int32_t>::max())) {
+  if (size.most_views() > static_cast<double>(std::numeric_limits<int32_t>::max())) {
     return absl::ResourceExhaustedError(absl::StrFormat(
         "planning: the model may have %.1e viewcells of viewcell_size %.3f m, more than can be "
         "indexed: use larger ones, or split the site",
-        viewcells, config.viewcell_size));
+        size.most_views(), config.viewcell_size));
   }
   return absl::OkStatus();
 }

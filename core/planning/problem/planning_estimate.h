@@ -1,7 +1,8 @@
-// Estimates a plan's memory before it begins.
+// Estimates a plan's memory before it is taken.
 #ifndef VANTAGE_CORE_PLANNING_PROBLEM_PLANNING_ESTIMATE_H_
 #define VANTAGE_CORE_PLANNING_PROBLEM_PLANNING_ESTIMATE_H_
 
+#include <cstddef>
 #include <cstdint>
 
 #include "absl/status/status.h"
@@ -10,14 +11,39 @@
 
 namespace vantage::planning {
 
-// Upper bound of the bytes that MakePlan() needs at its peak besides the model, from the number of
-// its surface voxels and the plan of its box only, as if all surface were deficient and all of the
-// plan were floor, as far as there is surface for it.
+// What a plan's memory depends on, as far as it is known before step A. Surface in the sky counts,
+// though it is not planned for.
+class PlanningSize {
+ public:
+  // Looks at all surface once.
+  PlanningSize(const model::PlanningView& model, const PlanningConfig& config);
+
+  // The bytes that MakePlan() takes at its peak besides the model, with so many feasible views:
+  // those of a plan that comes to score every view, on a few threads. Within a fifth where a plan
+  // takes 100 MB and more.
+  uint64_t Bytes(double views) const;
+  // There are no more feasible views than these viewcells: those at an allowed height, as if there
+  // were floor wherever there may be.
+  double most_views() const { return viewcells_; }
+
+ private:
+  double columns_ = 0;    // of voxels, in the plan of the model's box
+  double floor_ = 0;      // voxels, at most
+  double viewcells_ = 0;  // at an allowed height, at most
+  double surface_ = 0;    // voxels
+  double deficient_ = 0;  // of them
+  double measured_ = 0;   // of these
+  double tables_ = 0;     // bytes, of summed volumes
+};
+
+// Upper bound of the bytes that MakePlan() needs: as if it were possible to stand everywhere.
 uint64_t EstimatePlanningMemory(const model::PlanningView& model, const PlanningConfig& config);
 
-// RESOURCE_EXHAUSTED when the estimate exceeds config.memory_limit or there may be more
-// viewcells than can be indexed; the message names the limit and what to change.
-absl::Status CheckPlanningSize(const model::PlanningView& model, const PlanningConfig& config);
+// RESOURCE_EXHAUSTED when a plan with so many feasible views would take more than
+// config.memory_limit, or there may be more viewcells than can be indexed; the message names the
+// limit and what to change.
+absl::Status CheckPlanningSize(const PlanningSize& size, const PlanningConfig& config,
+                               size_t views = 0);
 
 }  // namespace vantage::planning
 

@@ -40,9 +40,9 @@ bool SameExpectation(const PlanningConfig& a, const PlanningConfig& b) {
 }
 
 void MarkExpected(const Expectation& expectation, PatchSet& patches) {
-  for (DeficientCell& cell : patches.cells) {
-    cell.expected = expectation.Expected(cell.voxel);
-    if (cell.expected) cell.success *= static_cast<float>(kSurfaceChance);
+  for (size_t i = 0; i < patches.cells.size(); ++i) {
+    if (!expectation.Expected(patches.cells.Voxel(i))) continue;
+    patches.cells.SetExpected(i, static_cast<float>(kSurfaceChance));
   }
 }
 
@@ -54,7 +54,8 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   const model::PlanningView& model = question.model;
   const PlanningConfig& config = question.config;
   if (absl::Status valid = ValidateFor(model, question.scanner, config); !valid.ok()) return valid;
-  if (absl::Status fits = CheckPlanningSize(model, config); !fits.ok()) return fits;
+  const PlanningSize size(model, config);
+  if (absl::Status fits = CheckPlanningSize(size, config); !fits.ok()) return fits;
   const PlanningProblem* previous = question.previous;
   const bool same_model = previous != nullptr && &previous->model_ == &model;
   const bool same_floor = same_model && previous->config_.floor_z == config.floor_z;
@@ -96,6 +97,10 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
     if (!feasible.ok()) return During(PlanStage::kFeasible, feasible.status());
   }
   problem->feasible_ = *std::move(feasible);
+  if (absl::Status fits = CheckPlanningSize(size, config, problem->feasible_.cells().size());
+      !fits.ok()) {
+    return fits;
+  }
   const model::PlanningView& view = expectation == nullptr ? model : expectation->view();
   clock.Book(PlanStage::kFeasible);
 
@@ -118,16 +123,18 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
     clock.Book(PlanStage::kRankPatches);
   }
 
-  // What D needs.
+  // What D needs. The scene takes most, so it comes when what making the cells took is free again.
+  auto cells = Scoring::CellsOf(same_scene ? problem->grid() : *grid, problem->patches(),
+                                problem->scanner_, config, parallel, cancelled);
+  if (!cells.ok()) return During(PlanStage::kEvaluate, cells.status());
   if (!same_scene) {
     auto scene = visibility::OcclusionScene::Create(*grid, parallel, cancelled);
     if (!scene.ok()) return During(PlanStage::kEvaluate, scene.status());
     problem->occlusion_ = std::make_shared<const Occlusion>(
         Occlusion{std::move(expectation), *std::move(grid), *std::move(scene)});
   }
-  auto scoring =
-      Scoring::Create(model.voxel_size(), problem->grid(), problem->scene(), problem->patches(),
-                      problem->scanner_, config, parallel, cancelled);
+  auto scoring = Scoring::Create(model.voxel_size(), problem->grid(), problem->scene(),
+                                 *std::move(cells), problem->scanner_, config, parallel, cancelled);
   if (!scoring.ok()) return During(PlanStage::kEvaluate, scoring.status());
   problem->scoring_ = *std::move(scoring);
   clock.Book(PlanStage::kEvaluate);

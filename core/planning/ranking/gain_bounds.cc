@@ -24,7 +24,7 @@ GainBounds BoundModelGain(const GainQuestion& question, uint64_t done,
   const PlanningProblem& problem = question.problem;
   const Evaluation& evaluation = question.evaluation;
   const double enough = problem.config().terminate_below;
-  const CellArrays gains = GainCells(question.cells, problem.patches());
+  const CellArrays& gains = question.gains;
   const double per_sample = MostGainPerSample(question.cells, gains);
   GainBounds bounds;
   bounds.lower = question.known;

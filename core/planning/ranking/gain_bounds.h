@@ -26,6 +26,7 @@ struct GainBounds {
 struct GainQuestion {
   const PlanningProblem& problem;
   const CellArrays& cells;       // that the views were scored on
+  const CellArrays& gains;       // GainCells() of these
   const Evaluation& evaluation;  // of all feasible views
   double known = 0;              // m2 that some view is known to gain
 };

@@ -46,13 +46,13 @@ std::vector<Wall> WallsAround(const model::PlanningView& model, const Eigen::Vec
     const double azimuth = 2 * sensor::kPi * i / kWallRays;
     const Eigen::Vector3d to =
         position + kWallReach * Eigen::Vector3d(std::cos(azimuth), std::sin(azimuth), 0);
-    const model::SurfaceVoxel* hit = nullptr;
+    std::optional<model::SurfaceVoxel> hit;
     visibility::WalkVoxels(position / h, to / h, [&](const model::VoxelIndex& v, double) {
       if (model.Empty(v)) return true;
       if (model.State(v) == model::VoxelState::kTrueSurface) hit = model.Surface(v);
       return false;
     });
-    if (hit == nullptr || std::abs(hit->normal.z()) > kWallTilt) continue;
+    if (!hit.has_value() || std::abs(hit->normal.z()) > kWallTilt) continue;
     Eigen::Vector3d normal = hit->normal.cast<double>();
     normal.z() = 0;
     normal.normalize();

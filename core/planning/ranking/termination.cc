@@ -11,7 +11,7 @@ std::optional<double> UnobservableArea(const PatchSet& patches, const Evaluation
   double area = 0;
   for (size_t i = 0; i < patches.cells.size(); ++i) {
     const bool seen = i < evaluation.seen.size() && evaluation.seen[i] != 0;
-    if (!seen) area += static_cast<double>(patches.cells[i].area);
+    if (!seen) area += static_cast<double>(patches.cells.Area(i));
   }
   return area;
 }

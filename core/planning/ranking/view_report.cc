@@ -36,29 +36,33 @@ void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const 
 
 bool ViewReport::Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
                        RankedView& view) const {
-  std::vector<float> cell_scores(problem_.scoring().cells().size());
-  const ViewScore score = problem_.scoring().scorer().ScoreCells(
-      position, problem_.scoring().cells(), budget, cell_scores);
-  return score.finished && Exact(position, score, std::move(cell_scores), budget, view);
+  const CellArrays& cells = problem_.scoring().cells();
+  std::vector<float> by_cell(cells.size());
+  const ViewScore score = problem_.scoring().scorer().ScoreCells(position, cells, budget, by_cell);
+  return score.finished && Exact(position, score, std::move(by_cell), budget, view);
 }
 
 bool ViewReport::Exact(const Eigen::Vector3d& position, const ViewScore& score,
-                       std::vector<float> cell_scores, const parallel::Budget& budget,
+                       std::vector<float> by_cell, const parallel::Budget& budget,
                        RankedView& view) const {
   const CellArrays& cells = problem_.scoring().cells();
   const BruteForceScorer& scorer = problem_.scoring().scorer();
   view.position = position;
   view.score = score.score;
   if (!scorer.headings().all_around()) {
-    view.score = FaceHeading(scorer.headings(), problem_.scanner(), cells, cell_scores, view);
+    view.score = FaceHeading(scorer.headings(), problem_.scanner(), cells, by_cell, view);
   }
   view.lower = view.upper = view.score;
-  std::vector<float> cell_gains(gains_.size());
-  if (!scorer.ScoreCells(position, gains_, budget, cell_gains).finished) return false;
-  KeepSector(Sector(problem_.scanner(), view.heading), position, gains_, cell_gains);
-  SetGain(gains_, problem_.patches(), cell_gains, view);
+  SplitScore(cells, by_cell, problem_.patches(), view);
+  // In the same place, what it gains on each cell.
+  if (!scorer.ScoreCells(position, gains_, budget, by_cell).finished) {
+    view.score_by_kind.fill(0);
+    view.patch_scores.clear();
+    return false;
+  }
+  KeepSector(Sector(problem_.scanner(), view.heading), position, gains_, by_cell);
+  SetGain(gains_, problem_.patches(), by_cell, view);
   view.exact = true;
-  SplitScore(cells, cell_scores, problem_.patches(), view);
   return true;
 }
 
@@ -110,7 +114,7 @@ void ViewReport::SetGain(const CellArrays& gains, const PatchSet& patches,
   double known = 0;
   double expected = 0;
   for (size_t i = 0; i < gains.size(); ++i) {
-    (patches.cells[gains.cell[i]].expected ? expected : known) +=
+    (patches.cells.Expected(gains.cell[i]) ? expected : known) +=
         static_cast<double>(cell_gains[i]);
   }
   view.model_gain = view.model_gain_upper = known;

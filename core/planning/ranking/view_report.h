@@ -27,6 +27,9 @@ class ViewReport {
         gains_(GainCells(problem.scoring().cells(), problem.patches())),
         most_gain_per_sample_(MostGainPerSample(problem.scoring().cells(), gains_)) {}
 
+  // The GainCells() of all that the problem's views were scored on.
+  const CellArrays& gains() const { return gains_; }
+
   // Sets the model gain of a view, and what it is expected to bring, from what it gains of each of
   // the GainCells() of the problem's patches, m2.
   static void SetGain(const CellArrays& gains, const PatchSet& patches,
@@ -49,9 +52,8 @@ class ViewReport {
   bool Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
              RankedView& view) const;
   // The same where the cells were scored from there already (BruteForceScorer::ScoreCells).
-  bool Exact(const Eigen::Vector3d& position, const ViewScore& score,
-             std::vector<float> cell_scores, const parallel::Budget& budget,
-             RankedView& view) const;
+  bool Exact(const Eigen::Vector3d& position, const ViewScore& score, std::vector<float> by_cell,
+             const parallel::Budget& budget, RankedView& view) const;
 
   // The plan while the evaluation is running: the best views so far, unchecked. Only the final plan
   // has patches and a map of scores.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #if defined(__SSE__)
 #include <xmmintrin.h>
@@ -12,6 +13,18 @@ namespace {
 
 using Packet = Eigen::Array<float, 8, 1>;
 using Load = Eigen::Map<const Packet>;
+
+// m, of cells that pad a packet: far away in every coordinate.
+constexpr float kFarAway = 1e9f;
+
+size_t PaddedSize(size_t cells) {
+  return (cells + CellArrays::kPacket - 1) / CellArrays::kPacket * CellArrays::kPacket;
+}
+
+float SteepestOf(const SkylineSines& around) {
+  if (around.covered()) return CellArrays::kAnyRay;
+  return static_cast<float>(*std::max_element(around.sine.begin(), around.sine.end())) / 126;
+}
 
 uint32_t PositiveBits(const float* values) {
 #if defined(__SSE__)
@@ -44,15 +57,22 @@ void CellArrays::Add(const Eigen::Vector3f& position, const Eigen::Vector3f& nor
   tx.push_back(target.x());
   ty.push_back(target.y());
   tz.push_back(target.z());
-  skyline.push_back(around);
-  steepest.push_back(
-      around.covered()
-          ? kAnyRay
-          : static_cast<float>(*std::max_element(around.sine.begin(), around.sine.end())) / 126);
+  if (!around.covered() && skyline.empty()) {
+    // Those before are covered.
+    skyline.resize(cell.size());
+    steepest.resize(cell.size(), kAnyRay);
+  }
+  if (!around.covered() || !skyline.empty()) {
+    skyline.push_back(around);
+    steepest.push_back(SteepestOf(around));
+  }
+  const size_t lane = cell.size() % kPacket;
+  if (lane == 0) dropouts_begin.push_back(static_cast<uint32_t>(dropouts.size()));
   cell.push_back(index);
-  dropouts_begin.push_back(static_cast<uint32_t>(dropouts.size()));
-  dropouts.insert(dropouts.end(), cell_dropouts.begin(), cell_dropouts.end());
-  dropouts_end.push_back(static_cast<uint32_t>(dropouts.size()));
+  for (const Eigen::Vector3f& from : cell_dropouts) {
+    dropouts.push_back(from);
+    dropout_lane.push_back(static_cast<uint8_t>(lane));
+  }
 }
 
 bool CellArrays::IsDropout(const Eigen::Vector3f& view, size_t i) const {
@@ -62,11 +82,11 @@ bool CellArrays::IsDropout(const Eigen::Vector3f& view, size_t i) const {
   static const float kSameDirection = std::cos(static_cast<float>(sensor::Radians(10)));
   // m, a choice: a view nearer by less than this is most likely in front of the same pane.
   constexpr float kNearer = 0.5f;
-  if (dropouts_begin[i] == dropouts_end[i]) return false;
+  const std::span<const Eigen::Vector3f> cell_dropouts = DropoutsOf(i);
+  if (cell_dropouts.empty()) return false;
   const Eigen::Vector3f at(x[i], y[i], z[i]);
   const Eigen::Vector3f to_view = view - at;
   const float distance = to_view.norm();
-  const std::span<const Eigen::Vector3f> cell_dropouts = DropoutsOf(i);
   return std::any_of(cell_dropouts.begin(), cell_dropouts.end(), [&](const Eigen::Vector3f& from) {
     const Eigen::Vector3f dropped = from - at;
     const float range = dropped.norm();
@@ -75,37 +95,69 @@ bool CellArrays::IsDropout(const Eigen::Vector3f& view, size_t i) const {
 }
 
 void CellArrays::Reserve(size_t cells) {
-  const size_t padded = (cells + kPacket - 1) / kPacket * kPacket;
-  for (std::vector<float>* values :
-       {&x, &y, &z, &nx, &ny, &nz, &factor, &q, &enough, &tx, &ty, &tz, &steepest}) {
+  const size_t padded = PaddedSize(cells);
+  for (CopyOnWriteVector<float>* values :
+       {&x, &y, &z, &nx, &ny, &nz, &factor, &q, &enough, &tx, &ty, &tz}) {
     values->reserve(padded);
   }
-  skyline.reserve(cells);
-  for (std::vector<uint32_t>* values : {&cell, &dropouts_begin, &dropouts_end}) {
-    values->reserve(cells);
-  }
+  cell.reserve(cells);
+  dropouts_begin.reserve(padded / kPacket);
 }
 
 void CellArrays::Pad() {
-  const size_t padded = (cell.size() + kPacket - 1) / kPacket * kPacket;
-  // A cell that is far away in every coordinate and gains nothing.
-  for (std::vector<float>* values : {&x, &y, &z}) values->resize(padded, 1e9f);
-  for (std::vector<float>* values :
-       {&nx, &ny, &nz, &factor, &q, &enough, &tx, &ty, &tz, &steepest}) {
+  const size_t padded = PaddedSize(cell.size());
+  for (CopyOnWriteVector<float>* values : {&x, &y, &z}) values->resize(padded, kFarAway);
+  for (CopyOnWriteVector<float>* values : {&nx, &ny, &nz, &factor, &q, &enough, &tx, &ty, &tz}) {
     values->resize(padded, 0.0f);
   }
+  if (!steepest.empty()) steepest.resize(padded, 0.0f);
+}
+
+void CellArrays::Pick(const std::vector<uint32_t>& indices) {
+  const size_t padded = PaddedSize(indices.size());
+  const auto pick = [&](auto& values, size_t size, auto with) {
+    std::vector<decltype(with)> picked;
+    picked.reserve(size);
+    for (const uint32_t i : indices) picked.push_back(values[i]);
+    picked.resize(size, with);
+    values = std::move(picked);
+  };
+  if (!dropouts.empty()) {
+    CellArrays reordered;  // these alone
+    reordered.dropouts_begin.reserve(padded / kPacket);
+    for (size_t k = 0; k < indices.size(); ++k) {
+      if (k % kPacket == 0) {
+        reordered.dropouts_begin.push_back(static_cast<uint32_t>(reordered.dropouts.size()));
+      }
+      for (const Eigen::Vector3f& from : DropoutsOf(indices[k])) {
+        reordered.dropouts.push_back(from);
+        reordered.dropout_lane.push_back(static_cast<uint8_t>(k % kPacket));
+      }
+    }
+    dropouts = std::move(reordered.dropouts);
+    dropout_lane = std::move(reordered.dropout_lane);
+    dropouts_begin = std::move(reordered.dropouts_begin);
+  } else {
+    dropouts_begin = std::vector<uint32_t>(padded / kPacket, 0);
+  }
+  for (CopyOnWriteVector<float>* values : {&x, &y, &z}) pick(*values, padded, kFarAway);
+  for (CopyOnWriteVector<float>* values : {&nx, &ny, &nz, &factor, &q, &enough, &tx, &ty, &tz}) {
+    pick(*values, padded, 0.0f);
+  }
+  if (!skyline.empty()) {
+    pick(skyline, indices.size(), SkylineSines());
+    pick(steepest, padded, 0.0f);
+  }
+  pick(cell, indices.size(), uint32_t{0});
 }
 
 CellArrays CellArrays::Gather(const std::vector<uint32_t>& indices,
                               const std::vector<float>& factors) const {
-  CellArrays out;
-  out.Reserve(indices.size());
-  for (size_t k = 0; k < indices.size(); ++k) {
-    const size_t i = indices[k];
-    out.Add({x[i], y[i], z[i]}, {nx[i], ny[i], nz[i]}, factors[k], q[i], enough[i],
-            {tx[i], ty[i], tz[i]}, cell[i], DropoutsOf(i), skyline[i]);
-  }
-  out.Pad();
+  CellArrays out = *this;
+  out.Pick(indices);
+  std::vector<float> padded = factors;
+  padded.resize(PaddedSize(indices.size()), 0.0f);
+  out.factor = std::move(padded);
   return out;
 }
 
@@ -155,9 +207,15 @@ uint32_t SensingConstraints::CellScores(const Eigen::Vector3f& view, const CellA
   const Packet cos_range = horizontal2.sqrt().max(least_cos_ * range);
   const Packet s = per_steradian_ * facing / (range2 * cos_range);
   const Packet t = (s.min(Load(&cells.enough[at])) - Load(&cells.q[at])).max(0.0f);
+  Packet steepest;
+  if (cells.steepest.empty()) {
+    steepest.setConstant(CellArrays::kAnyRay);
+  } else {
+    steepest = Load(&cells.steepest[at]);
+  }
   const auto seen = facing >= cos_incidence_ * range && range2 >= range2_min_ &&
                     range2 <= range2_max_ && dz >= sin_min_ * range && dz <= sin_max_ * range &&
-                    dz <= Load(&cells.steepest[at]) * range;
+                    dz <= steepest * range;
   Eigen::Map<Packet> out(scores);
   out = seen.select(Load(&cells.factor[at]) * t, 0.0f);
   return PositiveBits(scores);

@@ -10,29 +10,34 @@
 #include <vector>
 
 #include "core/planning/patches/skyline.h"
+#include "core/planning/plan/copy_on_write_vector.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::planning {
 
 // Patch cells as the scorers read them: structure of arrays, padded to whole packets of 8 with
-// cells that never gain anything.
+// cells that never gain anything. Copies share the arrays until they change them. What only some
+// cells have takes no memory where none has it.
 struct CellArrays {
   static constexpr size_t kPacket = 8;
   static constexpr float kAnyRay = 2;  // of `steepest`: no ray is too steep, not even by rounding
 
-  std::vector<float> x, y, z;         // m, model frame
-  std::vector<float> nx, ny, nz;      // unit normal
-  std::vector<float> factor;          // score per sample/m^2: weight * success * area
-  std::vector<float> q;               // samples / m^2
-  std::vector<float> enough;          // samples / m^2, > q: density beyond this gains nothing
-  std::vector<float> tx, ty, tz;      // target, scene coordinates
-  std::vector<SkylineSines> skyline;  // what passes over it passes into the sky
-  std::vector<float> steepest;        // the largest of these sines; kAnyRay where it is covered
-  std::vector<uint32_t> cell;         // index of the deficient cell
-  // Places from which rays to the cell dropped out (m, model frame): [dropouts_begin, dropouts_end)
-  // of `dropouts`.
-  std::vector<uint32_t> dropouts_begin, dropouts_end;
-  std::vector<Eigen::Vector3f> dropouts;
+  CopyOnWriteVector<float> x, y, z;     // m, model frame
+  CopyOnWriteVector<float> nx, ny, nz;  // unit normal
+  CopyOnWriteVector<float> factor;      // score per sample/m^2: weight * success * area
+  CopyOnWriteVector<float> q;           // samples / m^2
+  CopyOnWriteVector<float> enough;      // samples / m^2, > q: density beyond this gains nothing
+  CopyOnWriteVector<float> tx, ty, tz;  // target, scene coordinates
+  CopyOnWriteVector<uint32_t> cell;     // index of the deficient cell
+  // What passes over it passes into the sky, and the largest of these sines (kAnyRay where it is
+  // covered). Empty where all cells are covered.
+  CopyOnWriteVector<SkylineSines> skyline;
+  CopyOnWriteVector<float> steepest;
+  // Places from which rays to cells dropped out (m, model frame), by cell; which cell of its packet
+  // that is; and by packet, where they begin.
+  CopyOnWriteVector<Eigen::Vector3f> dropouts;
+  CopyOnWriteVector<uint8_t> dropout_lane;
+  CopyOnWriteVector<uint32_t> dropouts_begin;
 
   size_t size() const { return cell.size(); }
   size_t packets() const { return x.size() / kPacket; }
@@ -46,16 +51,27 @@ struct CellArrays {
   // a ray that did, and not nearer to the cell than that place by more than half a metre, since
   // what absorbed the ray may be anywhere on the way.
   bool IsDropout(const Eigen::Vector3f& view, size_t i) const;
+  // True when some rays to the cell pass into the sky.
+  bool UnderSky(size_t i) const { return !steepest.empty() && steepest[i] < kAnyRay; }
   // True when a ray from a view (m) to the cell passes over all that is to be expected behind it.
   bool PassesIntoSky(const Eigen::Vector3f& view, size_t i) const {
-    return steepest[i] < kAnyRay &&
-           skyline[i].PassedBy(x[i] - view.x(), y[i] - view.y(), z[i] - view.z());
+    return UnderSky(i) && skyline[i].PassedBy(x[i] - view.x(), y[i] - view.y(), z[i] - view.z());
   }
   std::span<const Eigen::Vector3f> DropoutsOf(size_t i) const {
-    return std::span(dropouts).subspan(dropouts_begin[i], dropouts_end[i] - dropouts_begin[i]);
+    const size_t packet = i / kPacket;
+    const auto lane = static_cast<uint8_t>(i % kPacket);
+    size_t begin = dropouts_begin[packet];
+    const size_t limit =
+        packet + 1 < dropouts_begin.size() ? dropouts_begin[packet + 1] : dropouts.size();
+    while (begin < limit && dropout_lane[begin] < lane) ++begin;
+    size_t end = begin;
+    while (end < limit && dropout_lane[end] == lane) ++end;
+    return std::span(dropouts).subspan(begin, end - begin);
   }
   // The cells at `indices`, with these factors.
   CellArrays Gather(const std::vector<uint32_t>& indices, const std::vector<float>& factors) const;
+  // Leaves the cells at `indices`, in this order, padded: one array after the other.
+  void Pick(const std::vector<uint32_t>& indices);
 };
 
 // The constraints of range, field of view and incidence, and the gain where they hold.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <span>
 
 namespace vantage::planning {
 namespace {
@@ -12,15 +13,18 @@ constexpr float kAlmostThere = 0.99F;
 }  // namespace
 
 CellArrays GainCells(const CellArrays& cells, const PatchSet& patches) {
-  CellArrays gains = cells;
+  CellArrays gains = cells;  // which shares all but these
+  const std::span<float> q = gains.q.Mutable();
+  const std::span<float> enough = gains.enough.Mutable();
+  const std::span<float> factor = gains.factor.Mutable();
   for (size_t i = 0; i < gains.size(); ++i) {
     const DeficientCell& cell = patches.cells[gains.cell[i]];
     // A scan is scored at the middle of a voxel and recorded at its worst corner, as in scores.
     const float there = cell.required * cell.spread;
     const bool has_it = cells.q[i] >= there;
-    gains.q[i] = kAlmostThere * there;
-    gains.enough[i] = there;
-    gains.factor[i] = has_it ? 0 : cell.success * cell.area / (there - gains.q[i]);
+    q[i] = kAlmostThere * there;
+    enough[i] = there;
+    factor[i] = has_it ? 0 : cell.success * cell.area / (there - q[i]);
   }
   return gains;
 }

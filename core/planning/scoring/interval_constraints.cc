@@ -35,16 +35,16 @@ double Unit(double h, double d2) {
 
 CellBounds CellBounds::Of(const CellArrays& cells, size_t begin, size_t end) {
   CellBounds bounds;
-  bounds.least_density = std::numeric_limits<double>::infinity();
+  bounds.least_density = std::numeric_limits<float>::infinity();
   for (size_t i = begin; i < end; ++i) {
-    bounds.position.extend(Eigen::Vector3f(cells.x[i], cells.y[i], cells.z[i]).cast<double>());
-    bounds.normal.extend(Eigen::Vector3f(cells.nx[i], cells.ny[i], cells.nz[i]).cast<double>());
-    bounds.least_density = std::min(bounds.least_density, static_cast<double>(cells.q[i]));
-    bounds.most_enough = std::max(bounds.most_enough, static_cast<double>(cells.enough[i]));
-    bounds.has_dropouts |= cells.dropouts_begin[i] != cells.dropouts_end[i];
-    bounds.under_sky |= cells.steepest[i] < CellArrays::kAnyRay;
+    bounds.position.extend(Eigen::Vector3f(cells.x[i], cells.y[i], cells.z[i]));
+    bounds.normal.extend(Eigen::Vector3f(cells.nx[i], cells.ny[i], cells.nz[i]));
+    bounds.least_density = std::min(bounds.least_density, cells.q[i]);
+    bounds.most_enough = std::max(bounds.most_enough, cells.enough[i]);
+    bounds.has_dropouts |= !cells.DropoutsOf(i).empty();
+    bounds.under_sky |= cells.UnderSky(i);
   }
-  const Eigen::Vector3d centre = bounds.position.center();
+  const Eigen::Vector3d centre = bounds.position.cast<double>().center();
   bounds.offset_min = std::numeric_limits<double>::infinity();
   bounds.offset_max = -bounds.offset_min;
   for (size_t i = begin; i < end; ++i) {
@@ -97,6 +97,7 @@ IntervalConstraints::IntervalConstraints(const SensingConstraints& constraints) 
 }
 
 Interval IntervalConstraints::Facing(const Eigen::AlignedBox3d& views,
+                                     const Eigen::AlignedBox3d& position,
                                      const CellBounds& cells) const {
   // n . (v - p), bounded directly and by way of the centre c: n . (v - c) - n . (p - c).
   Interval direct;
@@ -104,9 +105,9 @@ Interval IntervalConstraints::Facing(const Eigen::AlignedBox3d& views,
   for (int a = 0; a < 3; ++a) {
     const double n0 = cells.normal.min()[a];
     const double n1 = cells.normal.max()[a];
-    const double centre = 0.5 * (cells.position.min()[a] + cells.position.max()[a]);
-    AddProduct(n0, n1, views.min()[a] - cells.position.max()[a],
-               views.max()[a] - cells.position.min()[a], direct);
+    const double centre = 0.5 * (position.min()[a] + position.max()[a]);
+    AddProduct(n0, n1, views.min()[a] - position.max()[a], views.max()[a] - position.min()[a],
+               direct);
     AddProduct(n0, n1, views.min()[a] - centre, views.max()[a] - centre, split);
   }
   return {std::max(direct.min, split.min), std::min(direct.max, split.max)};
@@ -124,7 +125,7 @@ Interval IntervalConstraints::PerSteradian(const Geometry& geometry) const {
 
 double IntervalConstraints::LeastPerSteradian(const Eigen::AlignedBox3d& views,
                                               const CellBounds& cells) const {
-  return PerSteradian(Geometry(views, cells.position)).min;
+  return PerSteradian(Geometry(views, cells.position.cast<double>())).min;
 }
 
 Interval IntervalConstraints::Density(const Geometry& geometry, const Interval& facing) const {
@@ -146,10 +147,11 @@ Interval IntervalConstraints::Density(const Geometry& geometry, const Interval& 
 
 PairBounds IntervalConstraints::Bound(const Eigen::AlignedBox3d& views,
                                       const CellBounds& cells) const {
-  const Geometry geometry(views, cells.position);
+  const Eigen::AlignedBox3d position = cells.position.cast<double>();
+  const Geometry geometry(views, position);
   PairBounds bounds;
   bounds.range = geometry.range;
-  bounds.facing = Facing(views, cells);
+  bounds.facing = Facing(views, position, cells);
   const double near = std::max(geometry.range.min, 1e-12);
   const double far = std::max(geometry.range.max, 1e-12);
   bounds.cos_incidence = {std::max(-1.0, bounds.facing.min / (bounds.facing.min > 0 ? far : near)),
@@ -162,9 +164,10 @@ PairBounds IntervalConstraints::Bound(const Eigen::AlignedBox3d& views,
 bool IntervalConstraints::Test(const Eigen::AlignedBox3d& views, const CellBounds& cells,
                                uint8_t& satisfied, Interval& density) const {
   // The cheapest and most selective test comes first.
-  const Interval facing = Facing(views, cells);
+  const Eigen::AlignedBox3d position = cells.position.cast<double>();
+  const Interval facing = Facing(views, position, cells);
   if (facing.max <= 0) return false;
-  const Geometry geometry(views, cells.position);
+  const Geometry geometry(views, position);
   if (!(satisfied & kRangeSatisfied)) {
     if (geometry.range.min > range_max_ * (1 + kSlack)) return false;
     if (geometry.range.max < range_min_ * (1 - kSlack)) return false;
@@ -187,7 +190,7 @@ bool IntervalConstraints::Test(const Eigen::AlignedBox3d& views, const CellBound
     }
   }
   density = Density(geometry, facing);
-  return density.max * (1 + kSlack) > cells.least_density;
+  return density.max * (1 + kSlack) > static_cast<double>(cells.least_density);
 }
 
 }  // namespace vantage::planning

@@ -10,15 +10,16 @@
 
 namespace vantage::planning {
 
-// Bounds over all cells of a group.
+// Bounds over all cells of a group. Of values that are floats they are floats: exact, and half as
+// large.
 struct CellBounds {
-  Eigen::AlignedBox3d position;  // m, model frame
-  Eigen::AlignedBox3d normal;    // of the unit normals' components
+  Eigen::AlignedBox3f position;  // m, model frame
+  Eigen::AlignedBox3f normal;    // of the unit normals' components
   // Of n . (p - position's centre), m. A planar group is thin along its normals in any orientation.
   double offset_min = 0;
   double offset_max = 0;
-  double least_density = 0;   // q, samples / m^2
-  double most_enough = 0;     // samples / m^2
+  float least_density = 0;    // q, samples / m^2
+  float most_enough = 0;      // samples / m^2
   bool has_dropouts = false;  // of some cells: their gain depends on the direction
   bool under_sky = false;     // the same: some of their rays pass into the sky
 
@@ -67,7 +68,8 @@ class IntervalConstraints {
 
  private:
   struct Geometry;
-  Interval Facing(const Eigen::AlignedBox3d& views, const CellBounds& cells) const;
+  Interval Facing(const Eigen::AlignedBox3d& views, const Eigen::AlignedBox3d& position,
+                  const CellBounds& cells) const;
   Interval PerSteradian(const Geometry& geometry) const;
   Interval Density(const Geometry& geometry, const Interval& facing) const;
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -42,8 +43,7 @@ uint32_t OrderedCells::LeftSize(uint32_t size) {
   return packets / 2 * kPacketSize;
 }
 
-absl::StatusOr<OrderedCells> OrderedCells::Order(const CellArrays& cells,
-                                                 parallel::Parallel& parallel,
+absl::StatusOr<OrderedCells> OrderedCells::Order(CellArrays cells, parallel::Parallel& parallel,
                                                  const parallel::Cancellation& cancelled) {
   std::vector<Keyed> keyed(cells.size());
   for (uint32_t i = 0; i < cells.size(); ++i) {
@@ -67,13 +67,10 @@ absl::StatusOr<OrderedCells> OrderedCells::Order(const CellArrays& cells,
     level.swap(next);
   }
   std::vector<uint32_t> order(cells.size());
-  std::vector<float> factors(cells.size());
-  for (size_t i = 0; i < order.size(); ++i) {
-    order[i] = keyed[i].cell;
-    factors[i] = cells.factor[order[i]];
-  }
+  for (size_t i = 0; i < order.size(); ++i) order[i] = keyed[i].cell;
   std::vector<Keyed>().swap(keyed);  // no longer needed
-  return OrderedCells(cells.Gather(order, factors));
+  cells.Pick(order);
+  return OrderedCells(std::move(cells));
 }
 
 }  // namespace vantage::planning

@@ -19,7 +19,7 @@ class OrderedCells final : public CellArrays {
  public:
   OrderedCells() = default;  // no cells
   // CANCELLED when that was requested on the way.
-  static absl::StatusOr<OrderedCells> Order(const CellArrays& cells, parallel::Parallel& parallel,
+  static absl::StatusOr<OrderedCells> Order(CellArrays cells, parallel::Parallel& parallel,
                                             const parallel::Cancellation& cancelled = {});
 
   // Where a range of `size` cells is halved: whole packets.

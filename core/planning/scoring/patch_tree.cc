@@ -26,9 +26,9 @@ absl::StatusOr<PatchTree> PatchTree::Create(const OrderedCells& cells, parallel:
     Node& node = nodes[i];
     if (node.begin == node.end || cancelled.Requested()) return;
     node.bounds = CellBounds::Of(cells, node.begin, node.end);
-    node.width = static_cast<float>(node.bounds.position.sizes().maxCoeff());
+    node.width = static_cast<float>(node.bounds.position.cast<double>().sizes().maxCoeff());
     for (size_t k = node.begin; k < node.end; ++k) {
-      node.targets.extend(Eigen::Vector3f(cells.tx[k], cells.ty[k], cells.tz[k]).cast<double>());
+      node.targets.extend(Eigen::Vector3f(cells.tx[k], cells.ty[k], cells.tz[k]));
       node.potential += static_cast<double>(cells.factor[k] * (cells.enough[k] - cells.q[k]));
     }
   });

@@ -25,7 +25,7 @@ class PatchTree {
     uint32_t child = 0;  // the first of two; 0: a leaf
     float width = 0;     // m, the longest side of the cells' box
     CellBounds bounds;
-    Eigen::AlignedBox3d targets;  // scene coordinates
+    Eigen::AlignedBox3f targets;  // scene coordinates
     double potential = 0;         // the most that a view can gain, samples
 
     uint32_t size() const { return end - begin; }

@@ -17,8 +17,8 @@ float PoseSensitivity::CellScore(const Eigen::Vector3d& view, const CellArrays& 
   if (!intervals_.Test(box, cell, satisfied, density)) return 0;
   // Views within the incidence limit form a convex cone, so the box lies in it if its corners do.
   // The region of at least one density at one elevation is convex as well.
-  const Eigen::Vector3d p = cell.position.min();
-  const Eigen::Vector3d n = cell.normal.min();
+  const Eigen::Vector3d p = cell.position.min().cast<double>();
+  const Eigen::Vector3d n = cell.normal.min().cast<double>();
   const double cos_limit = std::cos(constraints_.scanner().max_incidence);
   double unit = std::numeric_limits<double>::infinity();  // cos i / r^2 at least
   for (int corner = 0; corner < 8; ++corner) {

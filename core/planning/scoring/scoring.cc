@@ -48,14 +48,14 @@ SkylineSines Expected(const DeficientCell& cell, const sensor::ScannerModel& sca
 }
 
 // The cells of all patches that views can gain on. False when cancelled on the way.
-bool AddCells(const visibility::OpaqueGrid& grid, const visibility::OcclusionScene& scene,
-              const PatchSet& patches, const sensor::ScannerModel& scanner,
-              const PlanningConfig& config, const parallel::Cancellation& cancelled,
-              CellArrays& cells) {
+bool AddCells(const visibility::OpaqueGrid& grid, const PatchSet& patches,
+              const sensor::ScannerModel& scanner, const PlanningConfig& config,
+              const parallel::Cancellation& cancelled, CellArrays& cells) {
+  const Eigen::Vector3d corner = visibility::SceneCorner(grid);
   cells.Reserve(patches.cells.size());
   for (uint32_t i = 0; i < patches.cells.size(); ++i) {
     if (i % kCellsBetweenPolls == 0 && cancelled.Requested()) return false;
-    const DeficientCell& cell = patches.cells[i];
+    const DeficientCell cell = patches.cells[i];
     const auto weight = static_cast<float>(config.weights[static_cast<size_t>(cell.kind)]);
     // A scan is scored at the middle of a voxel and recorded at its worst corner. The expected
     // record is therefore the score's density divided by the spread of the scan before; otherwise
@@ -72,7 +72,7 @@ bool AddCells(const visibility::OpaqueGrid& grid, const visibility::OcclusionSce
     const auto target = visibility::TargetOf(grid, cell.voxel, cell.normal);
     if (!target.has_value()) continue;
     cells.Add(cell.position, cell.normal, factor, worth.from * cell.spread, enough,
-              scene.ToScene(*target), i,
+              (*target - corner).cast<float>(), i,
               std::span(patches.dropouts).subspan(cell.dropouts, cell.dropout_count),
               Expected(cell, scanner));
   }
@@ -81,16 +81,23 @@ bool AddCells(const visibility::OpaqueGrid& grid, const visibility::OcclusionSce
 
 }  // namespace
 
-absl::StatusOr<std::unique_ptr<const Scoring>> Scoring::Create(
-    double voxel, const visibility::OpaqueGrid& grid, const visibility::OcclusionScene& scene,
-    const PatchSet& patches, const sensor::ScannerModel& scanner, const PlanningConfig& config,
-    parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
+absl::StatusOr<OrderedCells> Scoring::CellsOf(const visibility::OpaqueGrid& grid,
+                                              const PatchSet& patches,
+                                              const sensor::ScannerModel& scanner,
+                                              const PlanningConfig& config,
+                                              parallel::Parallel& parallel,
+                                              const parallel::Cancellation& cancelled) {
   CellArrays cells;
-  if (!AddCells(grid, scene, patches, scanner, config, cancelled, cells)) {
+  if (!AddCells(grid, patches, scanner, config, cancelled, cells)) {
     return absl::CancelledError("patch cells");
   }
-  auto ordered = OrderedCells::Order(cells, parallel, cancelled);
-  if (!ordered.ok()) return ordered.status();
+  return OrderedCells::Order(std::move(cells), parallel, cancelled);
+}
+
+absl::StatusOr<std::unique_ptr<const Scoring>> Scoring::Create(
+    double voxel, const visibility::OpaqueGrid& grid, const visibility::OcclusionScene& scene,
+    OrderedCells cells, const sensor::ScannerModel& scanner, const PlanningConfig& config,
+    parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
   std::optional<visibility::OpaqueGrid> summed;
   if (config.pose_sensitivity) {
     auto made = grid.Summed(parallel, cancelled);
@@ -98,7 +105,7 @@ absl::StatusOr<std::unique_ptr<const Scoring>> Scoring::Create(
     summed = *std::move(made);
   }
   return absl::WrapUnique<const Scoring>(
-      new Scoring(voxel, summed, scene, *std::move(ordered), scanner, config));
+      new Scoring(voxel, summed, scene, std::move(cells), scanner, config));
 }
 
 Scoring::Scoring(double voxel, const std::optional<visibility::OpaqueGrid>& summed,

@@ -24,11 +24,21 @@ namespace vantage::planning {
 // References are kept.
 class Scoring {
  public:
-  // `grid` and `scene` are the model's. Cells without a target or without weight are left out:
-  // nothing can be gained there. CANCELLED when that was requested on the way.
+  // The cells of all patches that views can gain on. Those without a target or without weight are
+  // left out: nothing can be gained there. `grid` is the model's. CANCELLED when that was requested
+  // on the way.
+  static absl::StatusOr<OrderedCells> CellsOf(const visibility::OpaqueGrid& grid,
+                                              const PatchSet& patches,
+                                              const sensor::ScannerModel& scanner,
+                                              const PlanningConfig& config,
+                                              parallel::Parallel& parallel,
+                                              const parallel::Cancellation& cancelled = {});
+
+  // `grid` and `scene` are the model's, `cells` made by CellsOf(). `voxel` in m. CANCELLED when
+  // that was requested on the way.
   static absl::StatusOr<std::unique_ptr<const Scoring>> Create(
       double voxel, const visibility::OpaqueGrid& grid, const visibility::OcclusionScene& scene,
-      const PatchSet& patches, const sensor::ScannerModel& scanner, const PlanningConfig& config,
+      OrderedCells cells, const sensor::ScannerModel& scanner, const PlanningConfig& config,
       parallel::Parallel& parallel, const parallel::Cancellation& cancelled = {});
   Scoring(const Scoring&) = delete;
   Scoring& operator=(const Scoring&) = delete;

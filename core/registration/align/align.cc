@@ -235,7 +235,7 @@ SpaceAgreement CompareWithSpace(const model::PlanningView& model, const VoxelSea
       if (v == last) continue;
       last = v;
       if (model.State(v) != model::VoxelState::kTrueSurface) continue;
-      const model::SurfaceVoxel* voxel = model.Surface(v);
+      const std::optional<model::SurfaceVoxel> voxel = model.Surface(v);
       const Eigen::Vector3d n = voxel->normal.cast<double>();
       if (voxel->samples == 0 || n.dot(direction) > -kFacing) continue;
       const Eigen::Vector3d to = voxel->centroid.cast<double>() - origin;

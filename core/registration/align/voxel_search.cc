@@ -121,7 +121,7 @@ Match VoxelSearch::Find(const Eigen::Vector3d& point, const Eigen::Vector3d& nor
             const size_t rank =
                 surface->ranks[word] +
                 static_cast<size_t>(std::popcount(surface->brick->surface_mask[word] & before));
-            const model::SurfaceVoxel& voxel = surface->brick->surface[rank];
+            const model::SurfaceVoxel& voxel = surface->brick->surface.Stored(rank);
             if (voxel.normal.cast<double>().dot(normal) < kFineCompatible) continue;
             const double distance = (point - voxel.centroid.cast<double>()).squaredNorm();
             if (distance >= nearest) continue;

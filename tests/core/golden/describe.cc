@@ -1,6 +1,7 @@
 #include "tests/core/golden/describe.h"
 
 #include <array>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,7 +34,7 @@ void Describe(const planning::Patch& patch, test_support::GoldenText& out) {
   out.Lines("  cells", list);
 }
 
-void Describe(const std::vector<planning::Patch>& patches, test_support::GoldenText& out) {
+void Describe(std::span<const planning::Patch> patches, test_support::GoldenText& out) {
   test_support::GoldenText all;
   for (size_t i = 0; i < patches.size(); ++i) {
     Describe(patches[i], all);

@@ -114,12 +114,14 @@ TEST_F(PlannerBudgetTest, SetupLooksAtTheClockAsOftenAsItsWorkDemands) {
       looks([&] { scene = visibility::OcclusionScene::Create(grid, serial_, budget).value(); }),
       size.sum());
   std::unique_ptr<const Scoring> scoring;
+  OrderedCells ordered;
   EXPECT_GE(looks([&] {
-              scoring = Scoring::Create(model_.voxel_size(), grid, *scene, patches, scanner_,
-                                        config_, serial_, budget)
-                            .value();
+              ordered = Scoring::CellsOf(grid, patches, scanner_, config_, serial_, budget).value();
             }),
             cells / 8192);
+  scoring = Scoring::Create(model_.voxel_size(), grid, *scene, std::move(ordered), scanner_,
+                            config_, serial_, budget)
+                .value();
   EXPECT_GE(looks([&] { (void)PatchTree::Create(scoring->cells(), serial_, budget); }),
             static_cast<int64_t>(scoring->cells().packets()));
   EXPECT_GE(looks([&] { (void)OverlapSurface::Create(model_, grid, *scene, scanner_, budget); }),

@@ -423,7 +423,10 @@ TEST_F(PlannerTest, ThePapersOrderEndsWithTheSameViews) {
 
 TEST_F(PlannerTest, RefusesWhatTakesMoreMemoryThanAllowed) {
   const model::PlanningView model = test_support::BuildView(test_support::FurnishedRoom(3));
-  const uint64_t needed = EstimatePlanningMemory(model, config_);
+  const auto problem = PlanningProblem::Prepare({model, scanner_, config_}, serial_).value();
+  const uint64_t needed =
+      PlanningSize(model, config_).Bytes(static_cast<double>(problem->feasible().cells().size()));
+  EXPECT_LE(needed, EstimatePlanningMemory(model, config_));
   config_.memory_limit = needed;
   EXPECT_EQ(Make(model, parallel::Budget::Unlimited(), serial_).outcome, PlanOutcome::kViews);
   config_.memory_limit = needed - 1;

@@ -283,9 +283,9 @@ TEST_F(FleetSession, LateOrTwiceAScanMergesAsIfNobodyHadClaimedAnything) {
   size_t differ = 0;
   a->ForEachSurface(
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
-        const model::SurfaceVoxel* other = b->Surface(v);
-        differ += b->State(v) != state || other == nullptr || other->centroid != surface.centroid ||
-                  other->density != surface.density;
+        const std::optional<model::SurfaceVoxel> other = b->Surface(v);
+        differ += b->State(v) != state || !other.has_value() ||
+                  other->centroid != surface.centroid || other->density != surface.density;
       });
   EXPECT_EQ(differ, 0u);
 }

@@ -358,8 +358,8 @@ TEST(CarveTest, AScannersOwnStationIsFree) {
           EXPECT_TRUE(view->Empty({foot.x(), foot.y(), z})) << x << " " << y << " " << z;
         }
         EXPECT_EQ(view->State(foot), VoxelState::kTrueSurface);
-        const SurfaceVoxel* laid = view->Surface(foot);
-        ASSERT_NE(laid, nullptr);
+        const std::optional<SurfaceVoxel> laid = view->Surface(foot);
+        ASSERT_TRUE(laid.has_value());
         EXPECT_EQ(laid->density, 0);  // nobody measured it
       }
     }

@@ -20,8 +20,9 @@ LayerBrick RandomContents(std::mt19937_64& random) {
       break;
     default:
       brick.surface.Set(static_cast<int>(random() % Brick::kVoxels));
-      brick.sums.resize(1);
-      brick.sums[0].points = 1 + static_cast<uint32_t>(random() % 9);
+      SurfaceSums sums;
+      sums.points = 1 + static_cast<uint32_t>(random() % 9);
+      brick.sums.push_back(sums);
   }
   return brick;
 }

@@ -61,11 +61,13 @@ class Clusters {
     LayerBrick& brick = layer.bricks[KeyOf(Brick::Of(voxel))];
     const int local = Brick::LocalOf(voxel);
     const auto rank = brick.surface.Rank(local);
+    std::vector<SurfaceSums> sums = brick.sums.Unpacked();
     if (!brick.surface.Has(local)) {
       brick.surface.Set(local);
-      brick.sums.insert(brick.sums.begin() + rank, SurfaceSums());
+      sums.insert(sums.begin() + rank, SurfaceSums());
     }
-    brick.sums[static_cast<size_t>(rank)].Add(offset, true);
+    sums[static_cast<size_t>(rank)].Add(offset, true);
+    brick.sums = PackedSums(sums);
   }
 
   int axis_;

@@ -174,8 +174,8 @@ TEST_F(PublishBrickTest, AThinnedScanRecordsItsNativeDensity) {
   size_t wrong = 0;
   const Plane wall{{scene_.air[0].max().x(), 0, 1.3}, {-1, 0, 0}};
   OnPlane(wall, 1.0, 1.0, [&](const SurfaceVoxel& whole) {
-    const SurfaceVoxel* thin = view->Surface(view->At(whole.centroid.cast<double>()));
-    if (thin == nullptr) return;
+    const std::optional<SurfaceVoxel> thin = view->Surface(view->At(whole.centroid.cast<double>()));
+    if (!thin.has_value()) return;
     ++compared;
     wrong += std::abs(thin->density / whole.density - 1) > 0.10f ? 1 : 0;
   });

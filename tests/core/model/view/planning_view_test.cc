@@ -113,7 +113,13 @@ void ExpectSays(const PlanningView& view, const Bricks& bricks, std::mt19937_64&
     const VoxelState state =
         it == bricks.end() ? VoxelState::kUnknown : it->second->state[static_cast<size_t>(local)];
     ASSERT_EQ(view.State(v), state) << v.transpose();
-    EXPECT_EQ(view.Surface(v), it == bricks.end() ? nullptr : it->second->Surface(local));
+    const std::optional<SurfaceVoxel> found = view.Surface(v);
+    const std::optional<SurfaceVoxel> same =
+        it == bricks.end() ? std::nullopt : it->second->Surface(local);
+    ASSERT_EQ(found.has_value(), same.has_value()) << v.transpose();
+    if (same.has_value()) {
+      EXPECT_EQ(found->samples, same->samples) << v.transpose();
+    }
   }
 }
 

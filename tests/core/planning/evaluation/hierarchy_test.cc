@@ -24,7 +24,7 @@ std::shared_ptr<const model::PlanningView> DroppedOut(const model::PlanningView&
   for (const model::BrickAt& at : view.bricks()) {
     auto brick = std::make_shared<model::Brick>(*at.contents);
     for (uint32_t local = 0; local < model::Brick::kVoxels; local += 3) {
-      if (brick->Surface(static_cast<int>(local)) != nullptr)
+      if (brick->Surface(static_cast<int>(local)).has_value())
         brick->dropouts.push_back({from, local});
     }
     std::stable_sort(
@@ -45,11 +45,11 @@ std::shared_ptr<const model::PlanningView> UnderTheSky(const model::PlanningView
     brick->surface.clear();
     brick->dropouts.clear();
     for (int local = 0; local < model::Brick::kVoxels; ++local) {
-      const model::SurfaceVoxel* surface = at.contents->Surface(local);
+      const std::optional<model::SurfaceVoxel> surface = at.contents->Surface(local);
       if (view.Centre(model::PlanningView::Global(at.brick, local)).z() > height) {
         brick->state[static_cast<size_t>(local)] = model::VoxelState::kUnknown;
         brick->surface_mask[static_cast<size_t>(local / 64)] &= ~(uint64_t{1} << (local % 64));
-      } else if (surface != nullptr) {
+      } else if (surface.has_value()) {
         brick->surface.push_back(*surface);
       }
     }

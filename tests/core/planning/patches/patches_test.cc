@@ -103,8 +103,10 @@ model::PlanningView WithSmoothFloor(const model::PlanningView& model) {
   std::vector<model::BrickAt> bricks;
   for (const model::BrickAt& at : model.bricks()) {
     auto brick = std::make_shared<model::Brick>(*at.contents);
-    for (model::SurfaceVoxel& surface : brick->surface) {
+    brick->surface.clear();
+    for (model::SurfaceVoxel surface : at.contents->surface) {
       if (surface.normal.z() > 0.7F) surface.normal = Eigen::Vector3f::UnitZ();
+      brick->surface.push_back(surface);
     }
     bricks.push_back({at.brick, std::move(brick)});
   }
@@ -156,7 +158,7 @@ TEST_P(PatchesTest, AreaAndDeficitAreTheSumsOverItsCells) {
     double area = 0;
     double deficit = 0;
     for (const uint32_t i : patch.cells) {
-      const model::SurfaceVoxel& surface = *model_.Surface(set_.cells[i].voxel);
+      const model::SurfaceVoxel surface = model_.Surface(set_.cells[i].voxel).value();
       const double density =
           patch.kind == model::SurfaceKind::kTrue ? static_cast<double>(surface.density) : 0;
       area += static_cast<double>(surface.area);
@@ -207,10 +209,13 @@ model::PlanningView WithMissed(const model::PlanningView& model, const Region& r
   std::vector<model::BrickAt> bricks;
   for (const model::BrickAt& at : model.bricks()) {
     auto brick = std::make_shared<model::Brick>(*at.contents);
-    for (model::SurfaceVoxel& surface : brick->surface) {
-      if (!region.contains(surface.centroid.cast<double>())) continue;
-      surface.missed = missed;
-      surface.given_up = given_up;
+    brick->surface.clear();
+    for (model::SurfaceVoxel surface : at.contents->surface) {
+      if (region.contains(surface.centroid.cast<double>())) {
+        surface.missed = missed;
+        surface.given_up = given_up;
+      }
+      brick->surface.push_back(surface);
     }
     bricks.push_back({at.brick, std::move(brick)});
   }
@@ -218,9 +223,9 @@ model::PlanningView WithMissed(const model::PlanningView& model, const Region& r
 }
 
 // Deficient voxels by where they are.
-std::map<Key, const DeficientCell*> ByVoxel(const PatchSet& set) {
-  std::map<Key, const DeficientCell*> cells;
-  for (const DeficientCell& cell : set.cells) cells[KeyOf(cell.voxel)] = &cell;
+std::map<Key, DeficientCell> ByVoxel(const PatchSet& set) {
+  std::map<Key, DeficientCell> cells;
+  for (const DeficientCell& cell : set.cells) cells[KeyOf(cell.voxel)] = cell;
   return cells;
 }
 

@@ -121,8 +121,9 @@ TEST_F(GainBoundsTest, HoldTheBestOfAllViews) {
     for (const double enough : {0.5 * best, 0.99 * best, 1.01 * best, 2 * best}) {
       config_.terminate_below = enough;
       const auto asked = Prepare();
-      const GainBounds bounds = BoundModelGain({*asked, asked->scoring().cells(), evaluation, 0}, 0,
-                                               parallel::Budget::Unlimited(), serial_);
+      const GainBounds bounds =
+          BoundModelGain({*asked, asked->scoring().cells(), gains, evaluation, 0}, 0,
+                         parallel::Budget::Unlimited(), serial_);
       EXPECT_LE(bounds.lower, best * (1 + 1e-9));
       EXPECT_GE(bounds.upper, best * (1 - 1e-9));
       EXPECT_EQ(bounds.lower >= enough, best >= enough) << enough;
@@ -139,7 +140,8 @@ TEST_F(GainBoundsTest, WithAWorkLimitTheyAreTheSameOnAnyNumberOfThreadsAndStillH
   parallel::Budget budget;
   budget.work_limit = 2000;
   parallel::ThreadPool two(2);
-  const GainQuestion question = {*asked, asked->scoring().cells(), evaluation, 0};
+  const CellArrays gains = GainCells(asked->scoring().cells(), asked->patches());
+  const GainQuestion question = {*asked, asked->scoring().cells(), gains, evaluation, 0};
   const GainBounds one = BoundModelGain(question, 0, budget, serial_);
   const GainBounds other = BoundModelGain(question, 0, budget, two);
   EXPECT_EQ(one.lower, other.lower);
@@ -151,9 +153,10 @@ TEST_F(GainBoundsTest, WithAWorkLimitTheyAreTheSameOnAnyNumberOfThreadsAndStillH
 TEST_F(GainBoundsTest, NothingIsLookedAtWhenAViewIsKnownToGainEnough) {
   const auto problem = Prepare();
   const Evaluation evaluation = AllViews(*problem, 1);
-  const GainBounds bounds =
-      BoundModelGain({*problem, problem->scoring().cells(), evaluation, config_.terminate_below}, 0,
-                     parallel::Budget::Unlimited(), serial_);
+  const CellArrays gains = GainCells(problem->scoring().cells(), problem->patches());
+  const GainBounds bounds = BoundModelGain(
+      {*problem, problem->scoring().cells(), gains, evaluation, config_.terminate_below}, 0,
+      parallel::Budget::Unlimited(), serial_);
   EXPECT_EQ(bounds.rays, 0u);
   EXPECT_EQ(bounds.lower, config_.terminate_below);
 }

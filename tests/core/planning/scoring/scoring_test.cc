@@ -111,6 +111,49 @@ TEST(SensingConstraintsTest, RaysThatGoUpMoreSteeplyThanACellAllowsGainNothing) 
   EXPECT_EQ(some.steepest[1], CellArrays::kAnyRay);
 }
 
+TEST(CellArraysTest, TakeNoMemoryForWhatNoCellHasAndShareWhatDoesNotDiffer) {
+  CellArrays cells;
+  for (uint32_t i = 0; i < 20; ++i) {
+    const auto x = static_cast<float>(i);
+    cells.Add({x, 0, 2}, {-1, 0, 0}, 1, 0, 2500, {x, 0, 2}, i);
+  }
+  cells.Pad();
+  EXPECT_EQ(cells.skyline.size() + cells.steepest.size() + cells.dropouts.size(), 0u);
+  CellArrays others = cells;
+  others.q.Mutable()[7] = 100;
+  EXPECT_EQ(others.x.data(), cells.x.data());
+  EXPECT_NE(others.q.data(), cells.q.data());
+  EXPECT_EQ(cells.q[7], 0);
+  EXPECT_EQ(others.q[7], 100);
+  EXPECT_EQ(others.q[8], 0);
+}
+
+TEST(CellArraysTest, KeepTheirDropoutsInAnyOrder) {
+  std::mt19937_64 random(4);
+  CellArrays cells;
+  std::vector<std::vector<Eigen::Vector3f>> dropouts(100);
+  for (uint32_t i = 0; i < dropouts.size(); ++i) {
+    for (uint64_t k = random() % 4; k > 1; --k) {  // half have none
+      dropouts[i].emplace_back(static_cast<float>(random() % 100), static_cast<float>(i), 1);
+    }
+    cells.Add({0, 0, 2}, {-1, 0, 0}, 1, 0, 2500, {0, 0, 2}, i, dropouts[i]);
+  }
+  cells.Pad();
+  std::vector<uint32_t> order(90);  // and some twice
+  for (uint32_t& i : order) i = static_cast<uint32_t>(random() % dropouts.size());
+  const std::vector<float> factors(order.size(), 1);
+  const CellArrays gathered = cells.Gather(order, factors);
+  ASSERT_EQ(gathered.size(), order.size());
+  for (size_t k = 0; k < order.size(); ++k) {
+    const auto found = gathered.DropoutsOf(k);
+    EXPECT_EQ(std::vector(found.begin(), found.end()), dropouts[order[k]]) << k;
+  }
+  for (size_t i = 0; i < dropouts.size(); ++i) {
+    const auto found = cells.DropoutsOf(i);
+    EXPECT_EQ(std::vector(found.begin(), found.end()), dropouts[i]) << i;
+  }
+}
+
 // A tower in the north and nothing else: from the south a ray up to it may gain, from elsewhere
 // not.
 TEST(CellArraysTest, EachDirectionHasASkyline) {

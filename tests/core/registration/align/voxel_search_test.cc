@@ -10,10 +10,10 @@
 namespace vantage::registration {
 namespace {
 
-const model::SurfaceVoxel* NearestOfAll(const model::PlanningView& model,
-                                        const Eigen::Vector3d& point, const Eigen::Vector3d& normal,
-                                        double reach) {
-  const model::SurfaceVoxel* best = nullptr;
+std::optional<model::SurfaceVoxel> NearestOfAll(const model::PlanningView& model,
+                                                const Eigen::Vector3d& point,
+                                                const Eigen::Vector3d& normal, double reach) {
+  std::optional<model::SurfaceVoxel> best;
   double nearest = reach * reach * model.voxel_size() * model.voxel_size();
   model.ForEachSurface(
       [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel& voxel) {
@@ -21,7 +21,7 @@ const model::SurfaceVoxel* NearestOfAll(const model::PlanningView& model,
         if (state != model::VoxelState::kTrueSurface || distance >= nearest) return;
         if (voxel.normal.cast<double>().dot(normal) < 0.8) return;
         nearest = distance;
-        best = &voxel;
+        best = voxel;
       });
   return best;
 }
@@ -45,10 +45,14 @@ TEST(VoxelSearch, FindsWhatALookAtAllVoxelsFinds) {
         (voxel.normal.cast<double>() + 5 * Eigen::Vector3d(off(random), off(random), off(random)))
             .normalized();
     for (const double reach : {kFineReach, kWidestReach}) {
-      const model::SurfaceVoxel* expected = NearestOfAll(*model, point, normal, reach);
+      const std::optional<model::SurfaceVoxel> expected =
+          NearestOfAll(*model, point, normal, reach);
       const Match match = search.Find(point, normal, reach);
-      EXPECT_EQ(match.voxel, expected) << point.transpose();
-      found += expected != nullptr ? 1 : 0;
+      ASSERT_EQ(match.voxel != nullptr, expected.has_value()) << point.transpose();
+      if (!expected.has_value()) continue;
+      EXPECT_EQ(match.voxel->centroid, expected->centroid) << point.transpose();
+      EXPECT_EQ(match.voxel->normal, expected->normal) << point.transpose();
+      ++found;
     }
   });
   EXPECT_GT(found, 100U);
