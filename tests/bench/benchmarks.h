@@ -34,6 +34,9 @@ Benchmark BenchFleet;
 Benchmark BenchRegistration;
 // site.*: views in the air, and places without a view; `full`: in 1,000 scenes.
 Benchmark BenchSite;
+// phantom.*: what is left of rooms that are only in mirrors, and openings lost for mirrors; `full`
+// adds jobs in furnished flats.
+Benchmark BenchPhantom;
 // plan.anytime.*, plan.threads2.*: what is answered at a budget.
 Benchmark BenchAnytime;
 

@@ -29,9 +29,11 @@ struct Group {
   double minutes;  // about, on two cores
   Benchmark* run;
 };
-constexpr std::array<Group, 10> kGroups = {{
+constexpr std::array<Group, 11> kGroups = {{
     {"carve", "carve.", "carving one scan, beside OctoMap", 1, BenchCarve},
     {"site", "site.", "views in the air, places without one; --full: 1,000 scenes", 1, BenchSite},
+    {"phantom", "phantom.", "rooms that are only in mirrors; --full: also in flats", 3,
+     BenchPhantom},
     {"model", "merge. model.", "merging the tenth scan; memory; --full: 1,000 m2", 1, BenchModel},
     {"snapshot", "snapshot.", "loading a model, beside building it", 0.5, BenchSnapshot},
     {"planning", "plan.embree. plan.brute. plan.budget. plan.cancel. plan.2000m2.",
