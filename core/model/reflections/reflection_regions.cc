@@ -2,6 +2,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
@@ -66,6 +67,24 @@ class Judgement {
     return found;
   }
 
+  // The regions of cells that have the shape of reflections in a mirror, to be told by what other
+  // scans measured. `roughly`: without a look at their borders.
+  std::vector<std::vector<ScanCell>> Suspected(bool roughly) {
+    FindLevel();
+    MarkWhatGoesThrough();
+    std::vector<std::vector<ScanCell>> suspected;
+    std::vector<uint8_t> seen(back_.size(), 0);
+    for (size_t i = 0; i < seen.size(); ++i) seen[i] = role_[i] == Role::kNone ? 0 : 1;
+    for (int c = 0; c < columns_; ++c) {
+      for (int r = 0; r < rows_; ++r) {
+        if (!InQuestion(Index({c, r})) || seen[Index({c, r})] != 0) continue;
+        std::vector<ScanCell> region = Gather({c, r}, 1, seen);
+        if (IsSuspected(region, roughly)) suspected.push_back(std::move(region));
+      }
+    }
+    return suspected;
+  }
+
   // The cells of all regions that are reflections.
   std::vector<ScanCell> Reflections() {
     std::vector<std::vector<ScanCell>> regions;
@@ -73,7 +92,8 @@ class Judgement {
     for (int c = 0; c < columns_; ++c) {
       for (int r = 0; r < rows_; ++r) {
         if (InQuestion(Index({c, r})) && seen[Index({c, r})] == 0) {
-          regions.push_back(Gather({c, r}, seen));
+          // Up to two cells away, since a polished floor returns rays of its own in between.
+          regions.push_back(Gather({c, r}, 2, seen));
         }
       }
     }
@@ -126,12 +146,11 @@ class Judgement {
     return tester_.Point(cell.column * stride_, cell.row * stride_);
   }
 
-  std::vector<ScanCell> Gather(const ScanCell& seed, std::vector<uint8_t>& seen) const {
+  std::vector<ScanCell> Gather(const ScanCell& seed, int reach, std::vector<uint8_t>& seen) const {
     std::vector<ScanCell> region = {seed};
     seen[Index(seed)] = 1;
     for (size_t i = 0; i < region.size(); ++i) {
-      // Neighbours up to two cells away, since a polished floor returns rays of its own in between.
-      ForNeighbours(ScanCell(region[i]), 2, [&](const ScanCell& n) {
+      ForNeighbours(ScanCell(region[i]), reach, [&](const ScanCell& n) {
         if (seen[Index(n)] != 0 || !InQuestion(Index(n))) return;
         seen[Index(n)] = 1;
         region.push_back(n);
@@ -199,15 +218,29 @@ class Judgement {
   // True when the surface that begins at a cell continues along the plane; a jamb goes away from
   // it.
   bool LiesInPlane(const ScanCell& cell, int dc, int dr) const {
-    constexpr double kProud = 0.12;  // m that a mirror stands out from its wall
-    constexpr double kFrame = 0.06;  // m that a frame stands out from its mirror
     // Six cells of the image: 1.5 degrees of a quarter, or 8 cm three metres away; of a whole
     // degree 30 cm. So coarse a scan has to have that much wall around a mirror.
     const int further = std::max(1, 6 / stride_);
     const std::optional<ScanCell> on = Beside(cell, further * dc, further * dr);
-    if (!on || !Returned(*on)) return false;
-    const double above = plane_.Above(Point(*on));
-    return above > -kProud && above < kFrame;
+    return on && Returned(*on) && InPlane(*on);
+  }
+  bool InPlane(const ScanCell& cell) const {
+    const double above = plane_.Above(Point(cell));
+    return above > -ReflectingPlane::kProud && above < ReflectingPlane::kFrame;
+  }
+
+  // True when the surface at a cell goes on to before the plane. What goes on to what lies in the
+  // plane does not: at a mirror's lower edge the floor behind it is as far away as its frame.
+  bool GoesThrough(const ScanCell& cell, int dc, int dr) const {
+    ScanCell at = cell;
+    for (int i = 0; i < std::max(2, 12 / stride_); ++i) {  // cells of the image: twice LiesInPlane
+      const std::optional<ScanCell> next = Beside(at, dc, dr);
+      if (!next || BackOf(*next) != Back::kInFront || !Returned(*next)) return false;
+      if (!Connected(at, dc, dr)) return false;
+      if (!InPlane(*next)) return true;
+      at = *next;
+    }
+    return false;
   }
 
   // The border of a region: pairs of a cell in it and a neighbour outside it that has a return.
@@ -287,6 +320,112 @@ class Judgement {
     }
     const double width = std::sqrt(static_cast<double>(region.size()));
     return BreaksOff(border) && static_cast<double>(border.broken) >= 0.75 * width;
+  }
+
+  static constexpr std::array<std::pair<int, int>, 4> kBeside = {
+      {{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
+
+  // Floors and ceilings behind an upright plane are where their reflections would be, and go on
+  // from the ones to the others without a border.
+  void FindLevel() {
+    constexpr double kLevel = 0.95;  // cosine: 18 degrees, since the scanner may lean
+    role_.assign(back_.size(), Role::kNone);
+    for (int c = 0; c < columns_; ++c) {
+      for (int r = 0; r < rows_; ++r) {
+        const size_t i = Index({c, r});
+        if (back_[i] != Back::kAgrees) continue;
+        const Eigen::Vector3d normal = NormalAround(surface_, c * stride_, r * stride_);
+        if (std::abs(normal.z()) > kLevel) role_[i] = Role::kLevel;
+      }
+    }
+  }
+
+  // Walls that go on from before the plane to behind it are real, though they agree with their own
+  // reflections, and so is what they lead to. What tells, and agrees, is where that ends.
+  void MarkWhatGoesThrough() {
+    std::vector<ScanCell> found;
+    const auto mark = [&](const ScanCell& cell) {
+      const int c = cell.column * stride_;
+      const int r = cell.row * stride_;
+      const bool tells = BackOf(cell) == Back::kAgrees && tester_.WellBehind(plane_, c, r) &&
+                         tester_.Telling(plane_, c, r);
+      if (tells) return;
+      role_[Index(cell)] = Role::kGoesThrough;
+      found.push_back(cell);
+    };
+    const auto open = [&](const ScanCell& cell) {
+      return InQuestion(Index(cell)) && role_[Index(cell)] == Role::kNone;
+    };
+    for (int c = 0; c < columns_; ++c) {
+      for (int r = 0; r < rows_; ++r) {
+        if (!open({c, r})) continue;
+        const bool through = std::any_of(kBeside.begin(), kBeside.end(), [&](const auto& way) {
+          return GoesThrough({c, r}, way.first, way.second);
+        });
+        if (through) mark({c, r});
+      }
+    }
+    for (size_t i = 0; i < found.size(); ++i) {
+      const ScanCell cell = found[i];
+      for (const auto& [dc, dr] : kBeside) {
+        const std::optional<ScanCell> beside = Beside(cell, dc, dr);
+        if (beside && open(*beside) && Connected(cell, dc, dr)) mark(*beside);
+      }
+    }
+  }
+
+  // True for surface behind the plane that is no reflection.
+  bool IsReal(const ScanCell& cell) const {
+    return BackOf(cell) == Back::kContradicts || role_[Index(cell)] == Role::kGoesThrough;
+  }
+
+  // Adds the floor and the ceiling below and above the cells of a region.
+  void AddLevel(std::vector<ScanCell>& region) {
+    const size_t all = region.size();
+    for (size_t i = 0; i < all; ++i) {
+      for (const int dr : {-1, 1}) {
+        ScanCell at = region[i];
+        for (at.row += dr; at.row >= 0 && at.row < rows_; at.row += dr) {
+          if (role_[Index(at)] != Role::kLevel) break;
+          role_[Index(at)] = Role::kNone;
+          region.push_back(at);
+        }
+      }
+    }
+  }
+
+  // True when a region is as large as a mirror, is hardly contradicted, and ends in the plane as at
+  // a frame: on nearly one of its four sides at least, and far more often than it goes on to real
+  // surface. What stands before the plane, and what is seen past furniture's edge, says nothing.
+  bool IsSuspected(std::vector<ScanCell>& region, bool roughly) {
+    const size_t stands_for = static_cast<size_t>(stride_) * static_cast<size_t>(stride_);
+    if (region.size() < std::max<size_t>(kLeastJudged, LeastRegion() / stands_for)) return false;
+    const auto well_behind = std::count_if(region.begin(), region.end(), [&](const ScanCell& cell) {
+      return tester_.WellBehind(plane_, cell.column * stride_, cell.row * stride_);
+    });
+    if (2 * static_cast<size_t>(well_behind) < region.size()) return false;
+    if (4 * Contradicted(region) > region.size()) return false;
+    if (roughly) return true;
+    AddLevel(region);
+    std::vector<uint8_t> in_region(back_.size(), 0);
+    for (const ScanCell& cell : region) in_region[Index(cell)] = 1;
+    size_t broken = 0;
+    size_t through = 0;
+    for (const ScanCell& cell : region) {
+      for (const auto& [dc, dr] : kBeside) {
+        const std::optional<ScanCell> beside = Beside(cell, dc, dr);
+        if (!beside || in_region[Index(*beside)] != 0 || !Returned(*beside)) continue;
+        if (BackOf(*beside) == Back::kInFront ? GoesThrough(cell, dc, dr)
+                                              : IsReal(*beside) && Connected(cell, dc, dr)) {
+          ++through;
+        } else if (BackOf(*beside) == Back::kInFront &&
+                   (InPlane(*beside) || LiesInPlane(*beside, dc, dr))) {
+          ++broken;
+        }
+      }
+    }
+    const double width = std::sqrt(static_cast<double>(region.size()));
+    return 4 * through <= broken && static_cast<double>(broken) >= 0.75 * width;
   }
 
   // Where the ray of a cell crosses the plane, m, scanner's frame.
@@ -379,6 +518,9 @@ class Judgement {
   int rows_;
   std::vector<Back> back_;
   std::vector<uint8_t> taken_;
+  // What a cell behind the plane is besides, where a mirror is only suspected.
+  enum class Role : uint8_t { kNone, kLevel, kGoesThrough };
+  std::vector<Role> role_;
   std::optional<Eigen::AlignedBox3d> reflector_;  // m, scanner's frame; none: all of the plane
   bool scattered_ = false;  // there are reflections among the plane's own returns
 };
@@ -392,6 +534,20 @@ bool HasReflections(const RangeSurface& surface, const ReflectingPlane& plane, i
 std::vector<ScanCell> FindReflections(const RangeSurface& surface, const ReflectingPlane& plane,
                                       int stride) {
   return Judgement(surface, plane, stride).AllReflections();
+}
+
+bool MayHaveReflections(const RangeSurface& surface, const ReflectingPlane& plane, int stride) {
+  return !Judgement(surface, plane, stride).Suspected(true).empty();
+}
+
+std::vector<std::vector<ScanCell>> FindSuspectedReflections(const RangeSurface& surface,
+                                                            const ReflectingPlane& plane,
+                                                            int stride) {
+  std::vector<std::vector<ScanCell>> regions = Judgement(surface, plane, stride).Suspected(false);
+  for (std::vector<ScanCell>& region : regions) {
+    for (ScanCell& cell : region) cell = {cell.column * stride, cell.row * stride};
+  }
+  return regions;
 }
 
 }  // namespace vantage::model

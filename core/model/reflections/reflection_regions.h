@@ -18,6 +18,14 @@ bool HasReflections(const RangeSurface& surface, const ReflectingPlane& plane, i
 std::vector<ScanCell> FindReflections(const RangeSurface& surface, const ReflectingPlane& plane,
                                       int stride);
 
+// Of an upright plane that does not reflect by what the scan alone tells: the regions, by cells of
+// every `stride`-th column and row, that end like reflections in it; and, judged more roughly,
+// whether there may be any.
+std::vector<std::vector<ScanCell>> FindSuspectedReflections(const RangeSurface& surface,
+                                                            const ReflectingPlane& plane,
+                                                            int stride);
+bool MayHaveReflections(const RangeSurface& surface, const ReflectingPlane& plane, int stride);
+
 }  // namespace vantage::model
 
 #endif  // VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTION_REGIONS_H_

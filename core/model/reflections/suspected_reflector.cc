@@ -1,0 +1,77 @@
+#include "core/model/reflections/suspected_reflector.h"
+
+#include <algorithm>
+#include <cstddef>
+
+namespace vantage::model {
+
+Testimony Testify(const SuspectedReflector& suspect, const RangeSurface& surface,
+                  const RangeSurface& witness, const Eigen::Isometry3d& T_witness_scan) {
+  const ReturnTest scan(surface);
+  const ReturnTest test(witness);
+  const Eigen::Vector3d shift =
+      ReturnTest::kTellingShift * (T_witness_scan.linear() * suspect.plane.normal);
+  const auto agrees = [&](const Eigen::Vector3d& point) {
+    return test.Compare(point, ReturnTest::kAgreement) == Back::kAgrees;
+  };
+  Testimony testimony;
+  bool any = false;
+  for (const ScanCell& cell : suspect.asked) {
+    const Eigen::Vector3d back =
+        T_witness_scan * suspect.plane.Reflected(scan.Point(cell.column, cell.row));
+    const Back said = test.Compare(back, ReturnTest::kAgreement);
+    uint8_t bits = said == Back::kAgrees        ? Testimony::kAgrees
+                   : said == Back::kContradicts ? Testimony::kContradicts
+                                                : 0;
+    if (agrees(back - shift)) bits |= Testimony::kAgreesFarther;
+    if (agrees(back + shift)) bits |= Testimony::kAgreesNearer;
+    testimony.of_returns.push_back(bits);
+    any |= bits != 0;
+  }
+  if (!any) testimony.of_returns = {};
+  // A mirror is opaque from behind.
+  constexpr double kBehind = ReturnTest::kWellBehind;
+  constexpr size_t kOpen = 3;  // parts of a square decimetre: as wide as a hand
+  const Eigen::Vector3d stands = T_witness_scan.inverse(Eigen::Isometry).translation();
+  if (suspect.plane.Above(stands) < -kBehind) {
+    size_t open = 0;
+    for (const Eigen::Vector3d& middle : suspect.aperture.Inner()) {
+      const Back said = test.Compare(T_witness_scan * middle, ReturnTest::kAgreement);
+      open += said == Back::kContradicts ? 1 : 0;
+    }
+    testimony.sees_through = open >= kOpen;
+  }
+  return testimony;
+}
+
+bool IsReflector(const Testimony& own, std::span<const Testimony* const> others) {
+  constexpr size_t kLeastTelling = 20;  // returns: shares of them are off by a tenth, one sigma
+  size_t telling = 0;
+  size_t agree = 0;
+  size_t contradict = 0;
+  size_t corroborated = 0;
+  for (size_t i = 0; i < own.of_returns.size(); ++i) {
+    uint8_t theirs = 0;
+    for (const Testimony* other : others) {
+      if (!other->of_returns.empty()) theirs |= other->of_returns[i];
+    }
+    const uint8_t all = theirs | own.of_returns[i];
+    constexpr uint8_t kTellsNothing = Testimony::kAgreesFarther | Testimony::kAgreesNearer;
+    if ((all & kTellsNothing) == kTellsNothing) continue;
+    ++telling;
+    // Where one scan agrees and another contradicts, something was moved, and nothing is said.
+    if ((all & Testimony::kContradicts) != 0) {
+      contradict += (all & Testimony::kAgrees) == 0 ? 1 : 0;
+    } else if ((all & Testimony::kAgrees) != 0) {
+      ++agree;
+      corroborated += (theirs & Testimony::kAgrees) != 0 ? 1 : 0;
+    }
+  }
+  if (2 * agree < telling || 12 * contradict > telling || corroborated < kLeastTelling) {
+    return false;
+  }
+  return std::none_of(others.begin(), others.end(),
+                      [](const Testimony* other) { return other->sees_through; });
+}
+
+}  // namespace vantage::model
