@@ -25,10 +25,11 @@ absl::StatusOr<ExitCode> RunCoverage(Environment& environment, const CoverageArg
   std::fputs(CoverageReport(got->coverage()).c_str(), stdout);
   std::fputs(StoreysReport(got->storeys()).c_str(), stdout);
   if (got->has_best_remaining_model_gain_m2()) {
-    std::printf("best remaining model gain at most %.2f m\u00b2, says %s\n",
-                got->best_remaining_model_gain_m2(), client::IdOf(got->plan()).c_str());
+    std::printf("the next scan can bring %.2f m\u00b2 to density, at most %.2f m\u00b2, says %s\n",
+                got->best_remaining_model_gain_lower_m2(), got->best_remaining_model_gain_m2(),
+                client::IdOf(got->plan()).c_str());
   } else {
-    std::puts("best remaining model gain not known: 'vantage plan' finds it");
+    std::puts("what the next scan brings is not known: 'vantage plan' finds it");
   }
   return ExitCode::kOk;
 }

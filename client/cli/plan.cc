@@ -73,11 +73,10 @@ absl::StatusOr<ExitCode> RunPlan(Environment& environment, const PlanArguments& 
       return;
     }
     const v1::RankedView& best = r.views_size() > 0 ? r.views(0) : r.refused(0);
-    line.Show(
-        absl::StrFormat("%s %s: model gain %.2f m\u00b2 (%.2f..%.2f), gap %.1f %%, %.0f M rays",
-                        Word(plan.state()), Text(best.position()), best.model_gain_m2(),
-                        best.model_gain_lower_m2(), best.model_gain_upper_m2(),
-                        r.optimality_gap() * 100, static_cast<double>(r.ray_count()) / 1e6));
+    line.Show(absl::StrFormat("%s %s: score %.0f (%.0f..%.0f), gap %.1f %%, %.0f M rays",
+                              Word(plan.state()), Text(best.position()), best.score(),
+                              best.score_lower(), best.score_upper(), r.optimality_gap() * 100,
+                              static_cast<double>(r.ray_count()) / 1e6));
   });
   line.Clear();
   if (!watched.ok()) return watched.status();

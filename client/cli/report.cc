@@ -34,9 +34,8 @@ std::string FacingAt(double heading_rad) {
 // worst.
 std::string HeadingLine(const v1::RankedView& view) {
   const auto& scores = view.score_by_heading();
-  const double per_sample = view.score() > 0 ? view.model_gain_m2() / view.score() : 0;
   const auto of = [&](auto at) {
-    return absl::StrFormat("%.2f m\u00b2 at %.0f\u00b0", per_sample * static_cast<double>(*at),
+    return absl::StrFormat("%.0f samples at %.0f\u00b0", static_cast<double>(*at),
                            360.0 * static_cast<double>(at - scores.begin()) / scores.size());
   };
   return absl::StrFormat("%.0f\u00b0; of all headings most %s, least %s",
@@ -72,8 +71,8 @@ void AddViews(const google::protobuf::RepeatedPtrField<v1::RankedView>& views, b
     table.Add(
         {refused ? "-" : absl::StrCat(i + 1), absl::StrCat(Text(view.position()), Facing(view)),
          absl::StrFormat("%.2f", view.height_over_floor_m()), StoreyOf(view),
-         SquareMetres(view.model_gain_m2()),
-         absl::StrFormat("%.2f..%.2f", view.model_gain_lower_m2(), view.model_gain_upper_m2()),
+         view.exact() ? SquareMetres(view.model_gain_m2()) : "",
+         absl::StrFormat("%.0f..%.0f", view.score_lower(), view.score_upper()),
          view.has_travel_distance_m() ? absl::StrFormat("%.1f", view.travel_distance_m()) : "",
          view.has_verdict() ? Word(view.verdict().outcome()) : "not checked yet",
          view.has_verdict() ? Percent(view.verdict().overlap_share()) : "",
@@ -280,11 +279,19 @@ std::string StagesLine(const v1::PlanResult& result) {
 }
 
 std::string ViewReport(const v1::RankedView& view) {
-  std::string out = absl::StrFormat("  model gain %.2f m\u00b2 at density, %.2f to %.2f%s\n",
-                                    view.model_gain_m2(), view.model_gain_lower_m2(),
-                                    view.model_gain_upper_m2(), view.exact() ? " (exact)" : "");
+  std::string out =
+      view.exact()
+          ? absl::StrFormat("  gain       brings %.2f m\u00b2 to density\n", view.model_gain_m2())
+          : std::string("  gain       not known yet: the score is not exact\n");
+  if (view.exact() && view.expected_gain_m2() > view.model_gain_m2() + 0.005) {
+    absl::StrAppendFormat(&out, "  expected   %.2f m\u00b2, with what was not seen yet\n",
+                          view.expected_gain_m2());
+  }
   const v1::BySurfaceKind& score = view.score_by_kind();
   absl::StrAppendFormat(&out, "  score      %.0f samples", view.score());
+  if (!view.exact()) {
+    absl::StrAppendFormat(&out, " (%.0f to %.0f)", view.score_lower(), view.score_upper());
+  }
   if (view.score() > 0 &&
       score.true_surface() + score.occlusion() + score.hole_boundary() + score.image_boundary() ==
           0) {
@@ -301,15 +308,23 @@ std::string ViewReport(const v1::RankedView& view) {
   }
   if (!view.setting().empty()) {
     absl::StrAppendFormat(
-        &out, "  setting    %s, %.1f minutes a scan, %.2f m\u00b2 a minute with setting up\n",
-        view.setting(), client::SecondsOf(view.scan_duration()) / 60,
-        view.score() > 0 ? view.model_gain_m2() * view.score_per_minute() / view.score() : 0.0);
+        &out, "  setting    %s, %.1f minutes a scan, %.0f samples a minute with setting up\n",
+        view.setting(), client::SecondsOf(view.scan_duration()) / 60, view.score_per_minute());
   }
   absl::StrAppendFormat(&out, "  station    %.2f m over the floor, clearance %s%s\n",
                         view.height_over_floor_m(), Length(view.clearance_m()),
                         view.has_travel_distance_m()
                             ? absl::StrFormat(", %.1f m to walk", view.travel_distance_m())
                             : "");
+  if (view.has_expected_station()) {
+    const v1::ExpectedStation& expected = view.expected_station();
+    absl::StrAppendFormat(
+        &out, "  assumed    %s; works with a chance of %.0f %%%s\n", expected.message(),
+        100 * expected.chance(),
+        expected.has_fallback_view_index()
+            ? absl::StrFormat(", else take rank %d", expected.fallback_view_index() + 1)
+            : "");
+  }
   if (view.has_storey()) {
     absl::StrAppend(&out, "  storey     ", StoreyText(view.storey()),
                     view.floor_measured() ? "" : "; the floor below was not measured", "\n");
@@ -339,6 +354,21 @@ std::string CoverageReport(const v1::Coverage& c) {
         r.has_estimated_coverage() ? absl::StrFormat("%.1f %%", r.estimated_coverage() * 100) : "-",
         r.area_at_density_m2(), r.area_by_kind_m2().true_surface(), r.required_density_per_m2());
   }
+  if (!c.has_rooms_not_entered_count()) return out;
+  if (c.rooms_not_entered_count() == 0) {
+    out += "no doorway to a room that was not entered is known\n";
+  } else {
+    absl::StrAppendFormat(&out, "besides, at least %d room%s not entered:\n",
+                          c.rooms_not_entered_count(), c.rooms_not_entered_count() == 1 ? "" : "s");
+  }
+  for (const v1::Opening& opening : c.openings()) {
+    if (!opening.doorway() || opening.entered() || opening.frontier_area_behind_m2() <= 0) continue;
+    absl::StrAppendFormat(
+        &out,
+        "  behind the doorway at %s, %.2f m wide and %.2f m high: %.1f m\u00b2 of floor seen\n",
+        Text(opening.centre()), opening.width_m(), opening.height_m(),
+        opening.free_area_behind_m2());
+  }
   return out;
 }
 
@@ -361,7 +391,9 @@ std::string JointReport(const v1::PlanResult& r) {
     const v1::RankedView& view = r.views(assignment.view_index());
     absl::StrAppend(&out, who, " to ", Text(view.position()), Facing(view));
     if (view.has_storey()) absl::StrAppend(&out, ", storey ", StoreyOf(view));
-    absl::StrAppendFormat(&out, ", %.2f m\u00b2", view.model_gain_m2());
+    if (view.exact()) {
+      absl::StrAppendFormat(&out, ", brings %.2f m\u00b2 to density", view.model_gain_m2());
+    }
     if (view.has_total_duration()) {
       absl::StrAppendFormat(&out, ", %.1f m walk, %.1f minutes", view.travel_distance_m(),
                             client::SecondsOf(view.total_duration()) / 60);
@@ -377,8 +409,10 @@ std::string JointReport(const v1::PlanResult& r) {
     out += "\n";
   }
   if (r.joint().assignments_size() > 1) {
-    absl::StrAppendFormat(&out, "together %.2f m\u00b2; guarantee: %s\n", r.joint().model_gain_m2(),
-                          r.joint().guarantee_message());
+    if (r.joint().model_gain_m2() > 0) {
+      absl::StrAppendFormat(&out, "together %.2f m\u00b2; ", r.joint().model_gain_m2());
+    }
+    absl::StrAppend(&out, "guarantee: ", r.joint().guarantee_message(), "\n");
   }
   if (r.joint().claims_size() > 0) {
     absl::StrAppend(&out, "around ", r.joint().claims_size(), " claimed views\n");
@@ -393,7 +427,7 @@ std::string PlanReport(const v1::Plan& plan) {
   if (!plan.state_message().empty()) absl::StrAppend(&out, plan.state_message(), "\n");
   if (!r.message().empty()) absl::StrAppend(&out, r.message(), "\n");
   if (r.views_size() + r.refused_size() > 0) {
-    Table table({">rank", "position, m", ">height", "storey", ">model gain, m\u00b2", ">bounds",
+    Table table({">rank", "position, m", ">height", "storey", ">gain, m\u00b2", ">score",
                  ">walk, m", "verdict", ">overlap", ">error", "where, or remedy"});
     AddViews(r.views(), false, table);
     AddViews(r.refused(), true, table);
@@ -404,6 +438,7 @@ std::string PlanReport(const v1::Plan& plan) {
     out += ViewReport(r.views(0));
   }
   if (r.has_joint()) out += JointReport(r);
+  for (const v1::NarrowWay& way : r.narrow_ways()) absl::StrAppend(&out, way.message(), "\n");
   if (r.has_coverage()) out += CoverageReport(r.coverage());
   out += StoreysReport(r.storeys());
   absl::StrAppendFormat(&out, "%s: %s\n", r.termination().suggested() ? "stop" : "go on",

@@ -86,7 +86,7 @@ constexpr ReportColumn kColumns[] = {{"scan", 4},
                                      {"true", 6},
                                      {"seen", 6},
                                      {"model gain", 10},
-                                     {"bounds", 13},
+                                     {"score", 15},
                                      {"verdict", 10},
                                      {"send", 5},
                                      {"align", 5},
@@ -104,8 +104,8 @@ constexpr char kLegend[] =
     "how far from the truth it is\n"
     "covered: at the required density, the planner's estimate; true: the same by the ground truth; "
     "seen: measured at all, by the ground truth\n"
-    "model gain: m\u00b2 brought to density that the next position promises, with bounds; verdict: "
-    "whether it will register\n"
+    "model gain: m\u00b2 that the next position promises to bring to density; score: its samples, "
+    "with bounds; verdict: whether it will register\n"
     "seconds: send, align, carve, merge; A feasible views, B patches, C their ranks, D evaluate, E "
     "rank, F registration check\n";
 
@@ -148,9 +148,8 @@ std::string CycleRow(const simulated_job::Cycle& cycle) {
                                : !plan.refused().empty() ? &plan.refused(0)
                                                          : nullptr;
   if (next != nullptr) {
-    cells.push_back(absl::StrFormat("%.1f", next->model_gain_m2()));
-    cells.push_back(
-        absl::StrFormat("%.1f..%.1f", next->model_gain_lower_m2(), next->model_gain_upper_m2()));
+    cells.push_back(next->exact() ? absl::StrFormat("%.1f", next->model_gain_m2()) : "");
+    cells.push_back(absl::StrFormat("%.0f..%.0f", next->score_lower(), next->score_upper()));
     cells.push_back(next->has_verdict() ? Word(next->verdict().outcome()) : "not checked yet");
   } else {
     cells.insert(cells.end(), {"", "", "no view"});

@@ -30,6 +30,7 @@ struct StudyArguments {
   bool tuning = false;
   bool list = false;
   double step = 0.25;  // degrees
+  double preview = 0;  // degrees
   study::StudyPlan plan;
   CLI::Option* server = nullptr;  // an option of the whole program; it may be given or not
 };
@@ -38,6 +39,7 @@ study::StudyPlan PlanFrom(const Environment& environment, const StudyArguments& 
   study::StudyPlan plan = arguments.plan;
   plan.settings.scanner.azimuth_step = plan.settings.scanner.elevation_step =
       sensor::Radians(arguments.step);
+  plan.settings.preview = sensor::Radians(arguments.preview);
   plan.scenes = arguments.scenes;
   plan.planners = arguments.planners;
   if (plan.scenes.empty()) {
@@ -171,6 +173,10 @@ void DefineStudy(CLI::App& command, StudyArguments& a) {
       ->check(CLI::Range(1, 1000));
   command.add_option("--step", a.step, "Angular steps of the scanner, degrees [0.25]")
       ->check(CLI::Range(0.01, 5.0));
+  command
+      .add_option("--preview", a.preview,
+                  "Degrees between the rays of scans, which stand for native ones [all]")
+      ->check(CLI::Range(0.0, 5.0));
   command.add_option("--density", a.plan.settings.required_density,
                      "Required density, samples / m^2 [2500]");
   command.add_option("--truth-samples", a.plan.settings.truth_samples,

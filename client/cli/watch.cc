@@ -58,8 +58,10 @@ std::string Words(const v1::SessionEvent& event) {
                                           Word(plan.state()), Word(plan.result().outcome()));
       if (plan.result().views_size() > 0) {
         const v1::RankedView& best = plan.result().views(0);
-        absl::StrAppendFormat(&words, ", next %s for %.2f m\u00b2", Text(best.position()),
-                              best.model_gain_m2());
+        absl::StrAppend(&words, ", next ", Text(best.position()));
+        if (best.exact()) {
+          absl::StrAppendFormat(&words, " for %.2f m\u00b2", best.model_gain_m2());
+        }
       }
       return words;
     }

@@ -28,11 +28,11 @@ std::string NextLine(const v1::PlanResult& result) {
   const std::string storey =
       result.storeys_size() > 1 ? absl::StrFormat(", storey %d", next.storey().number()) : "";
   return absl::StrFormat(
-      "Next: (%.2f, %.2f)%s, tripod %.2f m, model gain %.1f m\u00b2 (%.1f to %.1f), will "
-      "register: overlap %.0f %%, error bound %.1f mm",
+      "Next: (%.2f, %.2f)%s, tripod %.2f m, brings %.1f m\u00b2 to density, will register: "
+      "overlap %.0f %%, error bound %.1f mm",
       next.position().x(), next.position().y(), storey, next.height_over_floor_m(),
-      next.model_gain_m2(), next.model_gain_lower_m2(), next.model_gain_upper_m2(),
-      next.verdict().overlap_share() * 100, next.verdict().error_bound_m() * 1000);
+      next.model_gain_m2(), next.verdict().overlap_share() * 100,
+      next.verdict().error_bound_m() * 1000);
 }
 
 void AddScores(const v1::ScoreMap& map, picture::JobPicture& picture) {

@@ -189,7 +189,7 @@ absl::StatusOr<std::optional<SimulatedFleet::Goal>> SimulatedFleet::ChooseGoal(
   }
   result_.why = absl::StrCat("the planner has no view to offer: ", answer.message());
   for (const v1::RankedView* view : views) {
-    Goal goal{client::FromProto(view->position()), view->model_gain_m2(), "", {}};
+    Goal goal{client::FromProto(view->position()), view->expected_gain_m2(), "", {}};
     for (const v1::Assignment& assignment : answer.joint().assignments()) {
       if (assignment.has_view_index() && &answer.views(assignment.view_index()) == view) {
         goal.after.assign(assignment.waits_for_claims().begin(),

@@ -68,6 +68,12 @@ SimulatedJob::SimulatedJob(client::Client& client, const Site& site, const JobOp
 SimulatedJob::~SimulatedJob() = default;
 
 // The next place after a plan; nothing, with the reason, when the job ends with it.
+SimulatedJob::Next SimulatedJob::NextAt(const v1::RankedView& view) {
+  Next next{client::FromProto(view.position()), view.expected_gain_m2(), HeadingOf(view), {}};
+  if (view.has_expected_station()) next.expected = view.expected_station();
+  return next;
+}
+
 std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& plan,
                                                              JobResult& result,
                                                              std::vector<std::string>& notes) {
@@ -82,7 +88,7 @@ std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& pla
     if (chosen->has_floor_measured() && !chosen->floor_measured()) {
       notes.emplace_back("the floor below the next place was not measured");
     }
-    return Next{client::FromProto(chosen->position()), chosen->model_gain_m2(), HeadingOf(*chosen)};
+    return NextAt(*chosen);
   }
   if (answer.outcome() != v1::PLAN_OUTCOME_NO_REGISTRABLE_VIEW || answer.refused().empty()) {
     result.why = absl::StrCat("the planner has no view to offer: ", answer.message());
@@ -97,8 +103,7 @@ std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& pla
       absl::StrCat("no view is sure to register; taking the nearest refused one, "
                    "whose remedy is: ",
                    nearest->verdict().remedy()));
-  return Next{client::FromProto(nearest->position()), nearest->model_gain_m2(),
-              HeadingOf(*nearest)};
+  return NextAt(*nearest);
 }
 
 absl::StatusOr<JobResult> SimulatedJob::Run(
@@ -142,6 +147,9 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
       next = NextPosition(cycle.plan, result, notes);
       if (!next) break;
       placement = surveyor_.At(next->position, number + 1, next->heading);
+      if (next->expected.has_value()) {
+        placement = surveyor_.NearestFree(placement, number + 1, *next->expected, next->heading);
+      }
       const auto blocked = surveyor_.IsBlocked(placement);
       if (!blocked.ok()) return blocked.status();
       if (!*blocked) break;

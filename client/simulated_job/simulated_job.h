@@ -70,14 +70,16 @@ class SimulatedJob {
 
  private:
   struct Next {
-    Eigen::Vector3d position;       // m, world
-    double area = 0;                // m^2 brought to density that it promises
-    std::optional<double> heading;  // rad, world; of a scanner that sees a sector
+    Eigen::Vector3d position;                     // m, world
+    double area = 0;                              // m^2 brought to density that it promises
+    std::optional<double> heading;                // rad, world; of a scanner that sees a sector
+    std::optional<v1::ExpectedStation> expected;  // what is assumed of the place
   };
 
   SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,
                std::unique_ptr<const simulation::SimulatedScanner> scanner,
                parallel::Parallel& parallel);
+  static Next NextAt(const v1::RankedView& view);
   std::optional<Next> NextPosition(const v1::Plan& plan, JobResult& result,
                                    std::vector<std::string>& notes);
 

@@ -33,6 +33,7 @@ struct JobOptions {
   sensor::ScannerModel scanner;
   std::string preset;  // that `scanner` is of, and its setting; empty: none
   std::string setting;
+  double preview = 0;  // rad between the rays of scans, which stand for native ones; 0: all
   simulation::ScanFaults faults;
   double required_density = 2500;             // samples / m^2
   int max_scans = 10;                         // made, lost ones included
@@ -104,6 +105,11 @@ class Surveyor {
   // The view nearest to a station among those that a plan refused, since most remedies ask to stay
   // near. Null when there is none.
   const v1::RankedView* NearestRefused(const v1::PlanResult& plan) const;
+
+  // Of a place that is expected and not known, the free spot of the room behind the doorway that is
+  // nearest to it; the placement itself where there is none.
+  Placement NearestFree(const Placement& placement, int number, const v1::ExpectedStation& expected,
+                        std::optional<double> heading) const;
 
   // Rejects a place on the server if nobody can stand there; does nothing when the place is free.
   absl::StatusOr<bool> IsBlocked(const Placement& placement);

@@ -32,6 +32,8 @@ std::vector<StudyPlanner> MakePlanners() {
   budget("ours-0.1s", 0.1, "the same with 0.1 s a plan");
   budget("ours-0.2s", 0.2, "the same with 0.2 s a plan");
   budget("ours-complete", 600, "the same with every view scored exactly");
+  all.push_back(Ours("ours-known", "standing only where floor, way and clearance are known"));
+  all.back().overrides.set_station_basis(v1::STATION_BASIS_KNOWN);
   all.push_back(Ours("ours-overlap", "the best view with enough overlap, whatever its shape"));
   all.back().choice = simulated_job::ViewChoice::kOverlap;
   all.push_back(Ours("ours-unchecked", "the best view, whether it will register or not"));
@@ -72,6 +74,8 @@ std::vector<StudyPlanner> MakePlanners() {
   all.push_back(
       Other("oracle-feasible", PlannerKind::kKnowsTheScene,
             "the truly best of every third place per axis where its model lets one stand"));
+  all.push_back(Other("oracle-expected", PlannerKind::kKnowsTheScene,
+                      "the same, and where its model lets one expect to stand and one can"));
   all.push_back(Other("optimal", PlannerKind::kKnowsTheScene,
                       "the fewest positions, by integer programming; needs cbc or glpsol"));
   all.push_back(

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/planning/plan/model_gain.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
@@ -73,18 +72,31 @@ class Frontier final : public Rival {
 
 class FeasibleOracle final : public Rival {
  public:
-  explicit FeasibleOracle(const StudyScene& scene) : truth_(scene.truth()) {}
+  FeasibleOracle(const StudyScene& scene, planning::StationBasis basis)
+      : scene_(scene), basis_(basis), truth_(scene.truth()) {}
   Proposal Propose(const PlanningSituation& s) override {
     constexpr int kStride = 3;  // of viewcells, per axis
     for (; seen_ < s.stations.size(); ++seen_) {
       truth_.AddScan(s.T_scene_world * s.stations[seen_], s.parallel);
     }
+    planning::PlanningConfig config = s.problem.config();
+    config.station_basis = basis_;
+    const auto problem = planning::PlanningProblem::Prepare(
+        {s.problem.model(), s.problem.scanner(), config, &s.problem}, s.parallel);
+    if (!problem.ok()) return {std::nullopt, std::nullopt, problem.status().ToString()};
+    const planning::FeasibleViews& feasible = (*problem)->feasible();
     std::vector<Eigen::Vector3d> places;
-    for (size_t i = 0; i < s.problem.feasible().cells().size(); ++i) {
-      const planning::FeasibleViews::CellIndex& cell = s.problem.feasible().cells()[i];
-      if ((cell.array() - (cell.array() / kStride) * kStride).isZero(0)) {
-        places.push_back(s.T_scene_world * s.problem.feasible().Centre(i));
+    for (size_t i = 0; i < feasible.cells().size(); ++i) {
+      const planning::FeasibleViews::CellIndex& cell = feasible.cells()[i];
+      if (!(cell.array() - (cell.array() / kStride) * kStride).isZero(0)) continue;
+      const Eigen::Vector3d place = s.T_scene_world * feasible.Centre(i);
+      // Whoever goes there sees whether there is room.
+      const double clearance = s.problem.scanner().clearance;
+      if (basis_ == planning::StationBasis::kExpected &&
+          scene_.scanner().Clearance(place, clearance) < clearance) {
+        continue;
       }
+      places.push_back(place);
     }
     const std::vector<double> gains = truth_.GainAtDensity(places, s.parallel);
     const auto best = std::max_element(gains.begin(), gains.end());
@@ -96,6 +108,8 @@ class FeasibleOracle final : public Rival {
   }
 
  private:
+  const StudyScene& scene_;
+  const planning::StationBasis basis_;
   simulation::GroundTruth truth_;
   size_t seen_ = 0;  // stations that the truth has heard of
 };
@@ -119,8 +133,7 @@ class BruteForce final : public Rival {
     const planning::Plan plan = planning::MakePlan(s.problem, parallel::Budget::Unlimited(),
                                                    s.parallel, [](const planning::Plan&) {});
     if (plan.views.empty()) return {std::nullopt, std::nullopt, plan.message};
-    return {plan.views[0].position,
-            planning::ModelGain(plan.views[0].score, s.problem.config().required_density), ""};
+    return {plan.views[0].position, plan.views[0].model_gain, ""};
   }
 };
 
@@ -134,8 +147,8 @@ std::unique_ptr<Rival> FrontierRival() { return std::make_unique<Frontier>(); }
 std::unique_ptr<Rival> RouteRival(std::vector<Eigen::Vector3d> route) {
   return std::make_unique<Route>(std::move(route));
 }
-std::unique_ptr<Rival> FeasibleOracleRival(const StudyScene& scene) {
-  return std::make_unique<FeasibleOracle>(scene);
+std::unique_ptr<Rival> FeasibleOracleRival(const StudyScene& scene, planning::StationBasis basis) {
+  return std::make_unique<FeasibleOracle>(scene, basis);
 }
 std::unique_ptr<Rival> BruteForceRival() { return std::make_unique<BruteForce>(); }
 

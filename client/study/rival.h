@@ -52,11 +52,11 @@ std::unique_ptr<Rival> FrontierRival();
 // Given places, m, scene frame, one after the other.
 std::unique_ptr<Rival> RouteRival(std::vector<Eigen::Vector3d> route);
 
-// Knows the true gain of places, but may stand only where the model allows it, and looks at every
-// third viewcell per axis. Its distance from the oracle shows what knowledge of free space is worth
-// (and the stride); our planner's distance from it shows what the metric loses. `scene` outlives
-// it.
-std::unique_ptr<Rival> FeasibleOracleRival(const StudyScene& scene);
+// Knows the true gain of places, but may stand only where the model allows it, or also where places
+// are expected and free, and looks at every third viewcell per axis. Its distance from the oracle
+// shows what knowledge of free space is worth (and the stride); our planner's distance from it
+// shows what the metric loses. `scene` outlives it.
+std::unique_ptr<Rival> FeasibleOracleRival(const StudyScene& scene, planning::StationBasis basis);
 
 // Our own plan without a budget: race and hierarchy to their end, with our registration check. Ends
 // where no view registers; a job through the service takes the nearest refused one.

@@ -116,7 +116,8 @@ absl::Status RunRivalJob(const StudyScene& scene, uint64_t seed, Rival& rival,
     sensor::Scan scan;
     scan.scanner = settings.scanner;
     scan.image = scene.scanner().Scan(settings.scanner, placement.T_scene_scan, settings.faults,
-                                      seed * 1000 + static_cast<uint64_t>(number), parallel);
+                                      seed * 1000 + static_cast<uint64_t>(number), parallel,
+                                      settings.preview);
     made.at = placement.T_scene_scan.translation();
     if (number == 1) {
       if (absl::Status begun = bench->Begin(placement, scan); !begun.ok()) return begun;

@@ -28,6 +28,7 @@ simulated_job::JobOptions OptionsFor(const StudyScene& scene, const StudyPlanner
   simulated_job::JobOptions options;
   options.scanner = settings.scanner;
   options.faults = settings.faults;
+  options.preview = settings.preview;
   options.required_density = settings.required_density;
   options.max_scans = scene.most_scans();
   options.seed = seed;
@@ -58,7 +59,7 @@ absl::Status AskAboutBest(client::Client& client, const std::string& session,
     return absl::OkStatus();
   }
   if (!answer.ok()) return answer.status();
-  next.best_predicted = answer->feasible() ? answer->view().model_gain_m2() : 0;
+  next.best_predicted = answer->feasible() ? answer->view().expected_gain_m2() : 0;
   next.best_refused =
       answer->feasible() ? answer->view().verdict().message() : answer->infeasible_message();
   return absl::OkStatus();
@@ -109,7 +110,12 @@ std::unique_ptr<Rival> MakeRival(const std::string& name, const StudyScene& scen
   if (name == "random") return RandomRival();
   if (name == "frontier") return FrontierRival();
   if (name == "octomap") return OctomapRival(scene.settings().scanner);
-  if (name == "oracle-feasible") return FeasibleOracleRival(scene);
+  if (name == "oracle-feasible") {
+    return FeasibleOracleRival(scene, planning::StationBasis::kKnown);
+  }
+  if (name == "oracle-expected") {
+    return FeasibleOracleRival(scene, planning::StationBasis::kExpected);
+  }
   if (name == "brute-force") return BruteForceRival();
   return nullptr;
 }

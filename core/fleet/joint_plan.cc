@@ -15,14 +15,15 @@
 #include "core/fleet/member_routes.h"
 #include "core/planning/evaluation/anytime.h"
 #include "core/planning/outcome.h"
-#include "core/planning/plan/model_gain.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/stage_clock.h"
 #include "core/planning/problem/planning_problem.h"
+#include "core/planning/ranking/gain_bounds.h"
 #include "core/planning/ranking/rank_views.h"
 #include "core/planning/ranking/score_map.h"
 #include "core/planning/ranking/termination.h"
 #include "core/planning/ranking/view_report.h"
+#include "core/planning/scoring/gain_cells.h"
 #include "core/planning/scoring/ordered_cells.h"
 
 namespace vantage::fleet {
@@ -165,7 +166,7 @@ class JointPlanner {
   bool NothingDeficient() {
     if (!First().patches().cells.empty()) return false;
     planning::Termination termination =
-        planning::JudgeTermination(First().patches(), {}, config_, std::nullopt);
+        planning::JudgeTermination(First().patches(), {}, config_, std::nullopt, std::nullopt);
     EndWithoutViews(termination.reason);
     planning::Outcome outcome{planning::PlanOutcome::kNothingToGain, termination.reason};
     planning::EndCertain(std::move(outcome), std::move(termination), joint_.plan);
@@ -184,9 +185,10 @@ class JointPlanner {
                               classes_.front().views.empty()
                                   ? First().feasible().Explain(First().scanner(), config_)
                                   : joint_.assignments.front().reason};
-    planning::EndCertain(std::move(outcome),
-                         planning::JudgeTermination(First().patches(), {}, config_, std::nullopt),
-                         joint_.plan);
+    planning::EndCertain(
+        std::move(outcome),
+        planning::JudgeTermination(First().patches(), {}, config_, std::nullopt, std::nullopt),
+        joint_.plan);
     joint_.guarantee_reason = "none: no view was chosen";
     return true;
   }
@@ -214,7 +216,8 @@ class JointPlanner {
 
   // D. Evaluate views.
   bool Evaluate() {
-    const planning::OrderedCells cells = Left();
+    left_ = Left();
+    const planning::OrderedCells& cells = left_;
     const planning::ViewReport report(First());
     // Choosing needs about a quarter of the evaluation's time for every further scanner.
     const double rounds = 0.8 / (1 + 0.25 * static_cast<double>(members_.size() - 1));
@@ -319,12 +322,28 @@ class JointPlanner {
         made.push_back(Assign(*next, made));
         Add(*next);
         joint_.score += joint_.plan.views.back().score;
+        AddGain(joint_.plan.views.back());
         if (!choice.Commit(*next)) break;
       }
     }
-    if (Single() && !joint_.plan.views.empty()) joint_.score = joint_.plan.views.front().score;
+    if (Single() && !joint_.plan.views.empty()) {
+      joint_.score = joint_.plan.views.front().score;
+      joint_.model_gain = joint_.plan.views.front().model_gain;
+    }
     Conclude(choice, std::move(made));
     clock_.Book(planning::PlanStage::kCheck);
+  }
+
+  // Of a view that counts what those before it leave.
+  void AddGain(const planning::RankedView& view) {
+    const bool first = joint_.plan.views.size() == 1;
+    if (first) joint_.model_gain = 0;
+    if (!joint_.model_gain.has_value()) return;
+    if (view.model_gain.has_value()) {
+      *joint_.model_gain += *view.model_gain;
+    } else {
+      joint_.model_gain.reset();
+    }
   }
 
   bool Alike() const {
@@ -385,7 +404,28 @@ class JointPlanner {
       view.exact = true;
       planning::SplitScore(left, cell_scores, First().patches(), view);
     }
+    AddModelGain(mine, view);
     return view;
+  }
+
+  // What a view with an exact score brings to density of what is left; of others the most that it
+  // may bring.
+  void AddModelGain(const ScannerClass& mine, planning::RankedView& view) {
+    const planning::CellArrays& left = remaining_->left();
+    const planning::CellArrays gains = planning::GainCells(left, First().patches());
+    view.model_gain_upper =
+        std::min(planning::MostGainPerSample(left, gains) * view.upper, First().patches().area);
+    if (!view.exact) return;
+    std::vector<float> cell_gains(gains.size());
+    if (!mine.problem->scoring()
+             .scorer()
+             .ScoreCells(view.position, gains, budget_, cell_gains)
+             .finished) {
+      return;
+    }
+    planning::KeepSector(planning::Sector(mine.problem->scanner(), view.heading), view.position,
+                         gains, cell_gains);
+    planning::ViewReport::SetGain(gains, First().patches(), cell_gains, view);
   }
 
   void Add(const ChosenView& chosen) {
@@ -449,11 +489,19 @@ class JointPlanner {
 
   void Terminate() {
     planning::Evaluation all;
+    planning::GainBounds gains;
+    gains.lower = planning::LargestExpectedGain(joint_.plan.views);
     for (const ScannerClass& mine : classes_) {
+      const planning::GainBounds own =
+          planning::BoundModelGain({*mine.problem, left_, mine.evaluation, gains.lower},
+                                   rays_ + gains.rays, budget_.Concluding(), parallel_);
+      gains.lower = std::max(gains.lower, own.lower);
+      gains.upper = std::max(gains.upper, own.upper);
+      gains.rays += own.rays;
       all.views.insert(all.views.end(), mine.evaluation.views.begin(), mine.evaluation.views.end());
     }
     planning::Termination& termination = joint_.plan.termination;
-    termination = planning::JudgeTermination(First().patches(), all, config_, std::nullopt);
+    termination = planning::JudgeTermination(First().patches(), all, config_, std::nullopt, gains);
     if (request_.pledged.empty()) return;
     const bool certain = termination.largest_patch_area < config_.min_patch_area;
     if (termination.suggested && !certain) {
@@ -469,9 +517,8 @@ class JointPlanner {
     if (budget_.cancelled.stop_requested()) return planning::CancelledAfter(choice.checked());
     if (!plan.views.empty()) {
       if (Single()) return planning::ViewsFound(plan.views.size(), refused);
-      return planning::ViewsFoundForFleet(
-          plan.views.size(), members_.size(),
-          planning::ModelGain(joint_.score, config_.required_density), refused);
+      return planning::ViewsFoundForFleet(plan.views.size(), members_.size(), joint_.model_gain,
+                                          refused);
     }
     if (choice.record().cut_short) return planning::UnfinishedAfter(choice.checked(), budget_);
     if (refused > 0) {
@@ -506,6 +553,7 @@ class JointPlanner {
   std::vector<ScannerClass> classes_;
   std::vector<ClassedMember> members_;
   std::optional<RemainingGain> remaining_;
+  planning::OrderedCells left_;  // what the claims leave
   uint64_t rays_ = 0;
   uint64_t evaluations_ = 0;  // number of evaluations that were begun
 };

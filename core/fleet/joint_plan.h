@@ -44,8 +44,11 @@ struct JointPlan {
   std::vector<Journey> journeys;        // by plan.views
   std::vector<Assignment> assignments;  // as chosen, then the scanners without a view
   double score = 0;                     // samples, of all assignments together
-  std::optional<double> guarantee;      // least share of the best choice's score
-  std::string guarantee_reason;         // the theorem, or why there is no guarantee
+  // m^2 that all assignments together bring to the required density in the model; absent where that
+  // of a view is not known.
+  std::optional<double> model_gain;
+  std::optional<double> guarantee;  // least share of the best choice's score
+  std::string guarantee_reason;     // the theorem, or why there is no guarantee
 };
 
 // Runs steps A to F (algorithm.md section 6) once for each scanner model, then chooses views one at

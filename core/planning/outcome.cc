@@ -48,10 +48,12 @@ Outcome ViewsFound(size_t views, size_t refused, absl::string_view evaluated) {
                                             evaluated.empty() ? "" : ", ", evaluated)};
 }
 
-Outcome ViewsFoundForFleet(size_t views, size_t scanners, double gain, size_t refused) {
-  return {PlanOutcome::kViews,
-          absl::StrFormat("views for %d of %d scanners, %.2f m2 together; %d refused", views,
-                          scanners, gain, refused)};
+Outcome ViewsFoundForFleet(size_t views, size_t scanners, std::optional<double> gain,
+                           size_t refused) {
+  const std::string together =
+      gain.has_value() ? absl::StrFormat(", %.2f m2 together", *gain) : std::string();
+  return {PlanOutcome::kViews, absl::StrFormat("views for %d of %d scanners%s; %d refused", views,
+                                               scanners, together, refused)};
 }
 
 void Conclude(Outcome outcome, Plan& plan) {

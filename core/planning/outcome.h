@@ -3,6 +3,7 @@
 #define VANTAGE_CORE_PLANNING_OUTCOME_H_
 
 #include <cstddef>
+#include <optional>
 #include <string>
 
 #include "absl/strings/string_view.h"
@@ -31,8 +32,10 @@ Outcome NothingGains(bool complete, absl::string_view beyond = {});
 Outcome CrowdedOut();
 // Views that register were found for one scanner. `evaluated`: how exactly, or empty.
 Outcome ViewsFound(size_t views, size_t refused, absl::string_view evaluated = {});
-// Views were found for some of several scanners; `gain` is that of all views together, m^2.
-Outcome ViewsFoundForFleet(size_t views, size_t scanners, double gain, size_t refused);
+// Views were found for some of several scanners; `gain` is the model gain of all views together,
+// m^2; absent when it is not known.
+Outcome ViewsFoundForFleet(size_t views, size_t scanners, std::optional<double> gain,
+                           size_t refused);
 
 // The outcome of a plan that came to its end.
 void Conclude(Outcome outcome, Plan& plan);

@@ -13,6 +13,8 @@
 #include "core/planning/outcome.h"
 #include "core/planning/plan/ranked_view.h"
 #include "core/planning/plan/stage_clock.h"
+#include "core/planning/ranking/gain_bounds.h"
+#include "core/planning/ranking/narrow_ways.h"
 #include "core/planning/ranking/optimality_gap.h"
 #include "core/planning/ranking/rank_views.h"
 #include "core/planning/ranking/registration_check.h"
@@ -27,7 +29,8 @@ namespace {
 bool NothingToEvaluate(const PlanningProblem& problem, Plan& plan) {
   const bool deficient = !problem.patches().cells.empty();
   if (deficient && !problem.feasible().cells().empty()) return false;
-  Termination termination = JudgeTermination(problem.patches(), {}, problem.config(), std::nullopt);
+  Termination termination =
+      JudgeTermination(problem.patches(), {}, problem.config(), std::nullopt, std::nullopt);
   Outcome outcome = deficient
                         ? Outcome{PlanOutcome::kNoFeasibleView,
                                   problem.feasible().Explain(problem.scanner(), problem.config())}
@@ -70,6 +73,24 @@ void SortByExactScore(std::vector<RankedView>& views) {
   if (!std::all_of(views.begin(), views.end(), [](const RankedView& v) { return v.exact; })) return;
   std::stable_sort(views.begin(), views.end(),
                    [](const RankedView& a, const RankedView& b) { return a.score > b.score; });
+}
+
+// Whether to stop, by what the described views gain and what others may.
+Termination Terminate(const PlanningProblem& problem, const Evaluation& evaluation,
+                      const parallel::Budget& budget, parallel::Parallel& parallel, Plan& plan) {
+  const double known = std::max(LargestExpectedGain(plan.views), LargestExpectedGain(plan.refused));
+  const GainBounds gains = BoundModelGain({problem, problem.scoring().cells(), evaluation, known},
+                                          plan.rays, budget.Concluding(), parallel);
+  plan.rays += gains.rays;
+  return JudgeTermination(problem.patches(), evaluation, problem.config(),
+                          UnobservableArea(problem.patches(), evaluation), gains);
+}
+
+void NoteNarrowWays(const PlanningProblem& problem, const parallel::Budget& budget,
+                    parallel::Parallel& parallel, Plan& plan) {
+  plan.narrow_ways = FindNarrowWays(problem, plan.termination.best_gain.value_or(0), plan.rays,
+                                    budget.Concluding(), parallel)
+                         .ways;
 }
 
 Outcome OutcomeOf(const RegistrationCheck& check, const Evaluation& evaluation, bool any_candidate,
@@ -132,13 +153,14 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   plan.rays += check.rays;
   clock.Book(PlanStage::kCheck);
 
-  plan.termination = JudgeTermination(problem.patches(), evaluation, config,
-                                      UnobservableArea(problem.patches(), evaluation));
   plan.views =
       report.Describe(check.registrable, evaluation, wanted, budget.Concluding(), parallel);
   SortByExactScore(plan.views);
+  ViewReport::NameFallback(plan.views);
   plan.optimality_gap = OptimalityGap(problem, evaluation, check, plan.views);
   plan.refused = report.Describe(check.refused, evaluation, wanted, budget.Concluding(), parallel);
+  plan.termination = Terminate(problem, evaluation, budget, parallel, plan);
+  NoteNarrowWays(problem, budget, parallel, plan);
   Conclude(OutcomeOf(check, evaluation, !ranked.empty(), budget), plan);
   clock.Book(PlanStage::kRankViews);
   return plan;

@@ -101,11 +101,12 @@ SimulatedScanner::~SimulatedScanner() = default;
 sensor::RangeImage SimulatedScanner::Scan(const sensor::ScannerModel& scanner,
                                           const Eigen::Isometry3d& T_scene_scan,
                                           const ScanFaults& faults, uint64_t seed,
-                                          parallel::Parallel& parallel) const {
+                                          parallel::Parallel& parallel, double preview) const {
   sensor::RangeImage image;
   const double half_span = 0.5 * scanner.azimuth_span;
-  image.azimuth = EvenLines(-half_span, half_span, scanner.azimuth_step);
-  image.elevation = EvenLines(scanner.elevation_min, scanner.elevation_max, scanner.elevation_step);
+  image.azimuth = EvenLines(-half_span, half_span, std::max(preview, scanner.azimuth_step));
+  image.elevation = EvenLines(scanner.elevation_min, scanner.elevation_max,
+                              std::max(preview, scanner.elevation_step));
   image.full_turn = scanner.azimuth_span > 2 * sensor::kPi - 0.5 * scanner.azimuth_step;
   image.native_azimuth_step = scanner.azimuth_step;
   image.native_elevation_step = scanner.elevation_step;

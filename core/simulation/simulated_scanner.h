@@ -52,10 +52,11 @@ class SimulatedScanner {
 
   // Scans from a pose (rigid, scanner to scene frame). The same arguments give the same image on
   // any number of threads. Ranges outside the scanner's interval: nearer is no information, farther
-  // no return.
+  // no return. `preview` (rad, 0: none): rays lie at least so far apart and stand for the native
+  // ones around them, whose steps the image has: it is the full scan, thinned.
   sensor::RangeImage Scan(const sensor::ScannerModel& scanner,
                           const Eigen::Isometry3d& T_scene_scan, const ScanFaults& faults,
-                          uint64_t seed, parallel::Parallel& parallel) const;
+                          uint64_t seed, parallel::Parallel& parallel, double preview = 0) const;
 
   // True when nothing lies on the open segment from a to b.
   bool Visible(const Eigen::Vector3d& a, const Eigen::Vector3d& b) const;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <memory>
+#include <utility>
 
 namespace vantage::visibility {
 namespace {
@@ -77,13 +78,37 @@ OpaqueGrid::OpaqueGrid(const model::PlanningView& model)
            model.bounds().max + model::VoxelIndex::Ones()},
       unknown_(std::make_shared<const BrickPage>()) {}
 
-bool OpaqueGrid::AllOpaque(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const {
-  if ((low.array() >= high.array()).any()) return true;
+void OpaqueGrid::Walk::Enter(int x, int y, int z) {
+  x_ = x;
+  y_ = y;
+  z_ = z;
+  const model::VoxelIndex brick(x, y, z);
+  mask_ = &grid_.Page(BrickPage::Of(brick)).Opaque(Brick::LocalOf(brick));
+}
+
+absl::StatusOr<OpaqueGrid> OpaqueGrid::Summed(parallel::Parallel& parallel,
+                                              const parallel::Cancellation& cancelled) const {
+  const Eigen::Vector3i size = box_.max - box_.min;
+  if (!SummedVolumeTable::Fits(size)) return *this;
+  const int first_page_x = box_.min.x() >> 6;
+  const auto words = static_cast<size_t>(((box_.max.x() - 1) >> 6) - first_page_x + 1);
+  auto table = SummedVolumeTable::Create(
+      size, words, static_cast<size_t>(box_.min.x() & 63),
+      [&](int z, std::span<uint64_t> rows) {
+        Rows(box_.min.z() + z, box_.min.y(), box_.max.y(), first_page_x, words, rows);
+      },
+      parallel, cancelled);
+  if (!table.ok()) return table.status();
+  OpaqueGrid summed = *this;
+  summed.table_ = std::make_shared<const SummedVolumeTable>(*std::move(table));
+  return summed;
+}
+
+bool OpaqueGrid::AllOpaqueByBricks(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const {
   return !Any<false>(*this, low + box_.min, high + box_.min - Eigen::Vector3i::Ones());
 }
 
-bool OpaqueGrid::AllEmpty(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const {
-  if ((low.array() >= high.array()).any()) return true;
+bool OpaqueGrid::AllEmptyByBricks(const Eigen::Vector3i& low, const Eigen::Vector3i& high) const {
   return !Any<true>(*this, low + box_.min, high + box_.min - Eigen::Vector3i::Ones());
 }
 

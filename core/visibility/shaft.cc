@@ -38,24 +38,45 @@ struct Crossing {
   }
 };
 
-Hidden OcclusionAcross(const OpaqueGrid& grid, int axis, const Eigen::AlignedBox3d& from,
+// The other two axes.
+constexpr std::array<int, 2> Across(int axis) { return {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2}; }
+
+// The voxel of a layer across `kAxis`, by its coordinates on the other two.
+template <int kAxis>
+Eigen::Vector3i InLayer(int layer, int u, int v) {
+  if constexpr (kAxis == 0) return {layer, u, v};
+  if constexpr (kAxis == 1) return {u, layer, v};
+  return {u, v, layer};
+}
+
+template <int kAxis>
+bool OpaqueInLayer(OpaqueGrid::Walk& walk, int layer, int u, int v) {
+  if constexpr (kAxis == 0) return walk.OpaqueAt(layer, u, v);
+  if constexpr (kAxis == 1) return walk.OpaqueAt(u, layer, v);
+  return walk.OpaqueAt(u, v, layer);
+}
+
+// For each axis a function of its own, so that the coordinates of voxels stay in registers: this is
+// the innermost loop of step D.
+template <int kAxis>
+Hidden OcclusionAcross(const OpaqueGrid& grid, const Eigen::AlignedBox3d& from,
                        const Eigen::AlignedBox3d& to) {
   const Eigen::Vector3i size = grid.box().max - grid.box().min;
-  const double from0 = from.min()[axis];
-  const double from1 = from.max()[axis];
-  const double to0 = to.min()[axis];
-  const double to1 = to.max()[axis];
+  const double from0 = from.min()[kAxis];
+  const double from1 = from.max()[kAxis];
+  const double to0 = to.min()[kAxis];
+  const double to1 = to.max()[kAxis];
   // Layers whose middle plane lies strictly between the boxes.
   const int first = static_cast<int>(std::floor(from1 + 0.5 + kMargin));
   const int layers = static_cast<int>(std::ceil(to0 - 0.5 - kMargin)) - first;
-  if (layers <= 0 || first < 0 || first + layers > size[axis]) return Hidden::kNone;
+  if (layers <= 0 || first < 0 || first + layers > size[kAxis]) return Hidden::kNone;
 
+  constexpr std::array<int, 2> across = Across(kAxis);
+  const double plane = first + 0.5;
   // A segment crosses a plane at the share (plane - from) / (to - from) of its length, which falls
   // with either end's coordinate.
-  const double plane = first + 0.5;
   const Line least{(plane - from1) / (to1 - from1), 1 / (to1 - from1)};
   const Line most{(plane - from0) / (to0 - from0), 1 / (to0 - from0)};
-  const std::array<int, 2> across = {axis == 0 ? 1 : 0, axis == 2 ? 1 : 2};
   std::array<Crossing, 2> crossing;
   for (size_t i = 0; i < 2; ++i) {
     const int b = across[i];
@@ -71,48 +92,54 @@ Hidden OcclusionAcross(const OpaqueGrid& grid, int axis, const Eigen::AlignedBox
   }
 
   // Only layers that stop the segment between the middles can be opaque wherever one crosses.
-  const std::array<Line, 2> middle = {Crossing::Middle(from, to, across[0], axis, plane),
-                                      Crossing::Middle(from, to, across[1], axis, plane)};
+  const std::array<Line, 2> middle = {Crossing::Middle(from, to, across[0], kAxis, plane),
+                                      Crossing::Middle(from, to, across[1], kAxis, plane)};
   OpaqueGrid::Walk walk(grid);
-  Eigen::Vector3i voxel;
   int queries = 0;
   for (int layer = 0; layer < layers && queries < kMostQueries; ++layer) {
-    voxel[axis] = first + layer;
-    voxel[across[0]] = static_cast<int>(middle[0](layer));
-    voxel[across[1]] = static_cast<int>(middle[1](layer));
-    if (!walk.OpaqueAt(voxel)) continue;
+    const int at = first + layer;
+    const int u = static_cast<int>(middle[0](layer));
+    const int v = static_cast<int>(middle[1](layer));
+    if (!OpaqueInLayer<kAxis>(walk, at, u, v)) continue;
     ++queries;
-    Eigen::Vector3i low = voxel;
-    Eigen::Vector3i high = voxel.array() + 1;
+    std::array<int, 2> low;
+    std::array<int, 2> high;
     for (size_t i = 0; i < 2; ++i) {
       const auto& [lower, upper] = crossing[i];
-      low[across[i]] =
+      low[i] =
           std::max(0, static_cast<int>(std::floor(std::min(lower[0](layer), lower[1](layer)))));
-      high[across[i]] =
+      high[i] =
           std::min(size[across[i]],
                    static_cast<int>(std::floor(std::max(upper[0](layer), upper[1](layer)))) + 1);
     }
-    if (grid.AllOpaque(low, high)) return Hidden::kAll;
+    if (grid.AllOpaque(InLayer<kAxis>(at, low[0], low[1]),
+                       InLayer<kAxis>(at + 1, high[0], high[1]))) {
+      return Hidden::kAll;
+    }
   }
   return queries > 0 ? Hidden::kMaybe : Hidden::kNone;
+}
+
+// The same where the boxes are apart along the axis; the crossings are the same from either end.
+template <int kAxis>
+Hidden OcclusionAlong(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
+                      const Eigen::AlignedBox3d& targets) {
+  if (views.max()[kAxis] < targets.min()[kAxis]) {
+    return OcclusionAcross<kAxis>(grid, views, targets);
+  }
+  if (targets.max()[kAxis] < views.min()[kAxis]) {
+    return OcclusionAcross<kAxis>(grid, targets, views);
+  }
+  return Hidden::kNone;
 }
 
 }  // namespace
 
 Hidden Occlusion(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
                  const Eigen::AlignedBox3d& targets) {
-  Hidden hidden = Hidden::kNone;
-  for (int axis = 0; axis < 3; ++axis) {
-    // The crossings are the same from either end.
-    Hidden across = Hidden::kNone;
-    if (views.max()[axis] < targets.min()[axis]) {
-      across = OcclusionAcross(grid, axis, views, targets);
-    } else if (targets.max()[axis] < views.min()[axis]) {
-      across = OcclusionAcross(grid, axis, targets, views);
-    }
-    hidden = std::max(hidden, across);
-    if (hidden == Hidden::kAll) break;
-  }
+  Hidden hidden = OcclusionAlong<0>(grid, views, targets);
+  if (hidden != Hidden::kAll) hidden = std::max(hidden, OcclusionAlong<1>(grid, views, targets));
+  if (hidden != Hidden::kAll) hidden = std::max(hidden, OcclusionAlong<2>(grid, views, targets));
   return hidden;
 }
 
@@ -164,8 +191,8 @@ bool EntirelyVisible(const OpaqueGrid& grid, const Eigen::AlignedBox3d& views,
     for (int z = first.z(); z < end.z(); ++z) {
       for (int y = first.y(); y < end.y(); ++y) {
         for (int x = first.x(); x < end.x(); ++x) {
+          if (!walk.OpaqueAt(x, y, z)) continue;
           const Eigen::Vector3i voxel(x, y, z);
-          if (!walk.OpaqueAt(voxel)) continue;
           // The sections that touch the voxel, axis by axis, are an interval.
           double begin = slab.begin;
           double until = slab.end;

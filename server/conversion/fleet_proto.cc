@@ -4,7 +4,6 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/planning/plan/model_gain.h"
 #include "core/planning/setting_choice.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
@@ -131,8 +130,7 @@ const char* Words(v1::ClaimEndReason reason) {
 }
 
 void WriteJointPlan(const fleet::JointPlan& joint, const std::vector<std::string>& scanners,
-                    const std::vector<std::string>& claims, double required_density,
-                    v1::PlanResult& result) {
+                    const std::vector<std::string>& claims, v1::PlanResult& result) {
   v1::JointPlan& out = *result.mutable_joint();
   for (const fleet::Assignment& assignment : joint.assignments) {
     v1::Assignment& written = *out.add_assignments();
@@ -147,7 +145,7 @@ void WriteJointPlan(const fleet::JointPlan& joint, const std::vector<std::string
     }
   }
   out.set_score(joint.score);
-  out.set_model_gain_m2(planning::ModelGain(joint.score, required_density));
+  if (joint.model_gain.has_value()) out.set_model_gain_m2(*joint.model_gain);
   if (joint.guarantee.has_value()) out.set_guarantee(*joint.guarantee);
   out.set_guarantee_message(joint.guarantee_reason);
   for (const std::string& claim : claims) out.add_claims(claim);

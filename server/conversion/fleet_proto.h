@@ -41,8 +41,7 @@ const char* Words(v1::ClaimEndReason reason);
 // Writes the assignments into a result that has the plan's views. `scanners` and `claims` are the
 // names of the request's scanners (none: the plan names no scanner) and of its pledged views.
 void WriteJointPlan(const fleet::JointPlan& joint, const std::vector<std::string>& scanners,
-                    const std::vector<std::string>& claims, double required_density,
-                    v1::PlanResult& result);
+                    const std::vector<std::string>& claims, v1::PlanResult& result);
 
 }  // namespace vantage::conversion
 

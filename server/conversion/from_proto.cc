@@ -356,6 +356,9 @@ void FillDefaults(v1::PlanningConfig& p) {
   if (p.evaluation_order() == v1::EVALUATION_ORDER_UNSPECIFIED) {
     p.set_evaluation_order(v1::EVALUATION_ORDER_ANYTIME);
   }
+  if (p.station_basis() == v1::STATION_BASIS_UNSPECIFIED) {
+    p.set_station_basis(v1::STATION_BASIS_EXPECTED);
+  }
   if (!p.has_candidate_separation_m()) p.set_candidate_separation_m(d.candidate_separation);
   if (!p.has_max_view_count()) p.set_max_view_count(d.candidates);
   if (!p.has_max_checked_view_count()) p.set_max_checked_view_count(d.max_checked);
@@ -567,6 +570,11 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
   CheckRange(p.min_deficit_share(), 0, 1, f + ".min_deficit_share", v);
   CheckRange(p.min_counted_density_share(), 0, 0.999, f + ".min_counted_density_share", v);
   CheckRange(p.unknown_depth_m(), 0, 10, f + ".unknown_depth_m", v);
+  if (!v1::StationBasis_IsValid(p.station_basis())) {
+    v.Add(f + ".station_basis",
+          absl::StrCat("is ", static_cast<int>(p.station_basis()),
+                       ", must be STATION_BASIS_KNOWN or STATION_BASIS_EXPECTED"));
+  }
   if (!v1::EvaluationOrder_IsValid(p.evaluation_order())) {
     v.Add(f + ".evaluation_order",
           absl::StrCat("is ", static_cast<int>(p.evaluation_order()),
@@ -604,6 +612,9 @@ planning::PlanningConfig ReadPlanningConfig(const v1::PlanningConfig& config,
   out.order = p.evaluation_order() == v1::EVALUATION_ORDER_PATCHES
                   ? planning::EvaluationOrder::kPatches
                   : planning::EvaluationOrder::kAnytime;
+  out.station_basis = p.station_basis() == v1::STATION_BASIS_KNOWN
+                          ? planning::StationBasis::kKnown
+                          : planning::StationBasis::kExpected;
   out.candidate_separation = p.candidate_separation_m();
   out.candidates = p.max_view_count();
   out.max_checked = p.max_checked_view_count();

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "core/planning/plan/model_gain.h"
 #include "google/protobuf/util/time_util.h"
 
 namespace vantage::conversion {
@@ -251,7 +250,27 @@ v1::MergeReport WriteMergeReport(const model::MergeReport& report) {
   return out;
 }
 
-v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_density) {
+v1::Opening WriteOpening(const planning::Openings& openings, const planning::Opening& opening,
+                         const Eigen::Vector3d& origin) {
+  v1::Opening out;
+  *out.mutable_centre() = WriteVector(opening.centre + origin);
+  *out.mutable_direction() = WriteVector(opening.direction);
+  out.set_width_m(opening.width);
+  out.set_height_m(opening.height());
+  out.set_sill_m(opening.sill);
+  out.set_doorway(opening.doorway());
+  out.set_storey_index(opening.storey);
+  *out.mutable_standing() = WriteVector(opening.standing + origin);
+  out.set_space_index(opening.behind);
+  const planning::Space& behind = openings.Behind(opening);
+  out.set_free_area_behind_m2(behind.free_area);
+  out.set_frontier_area_behind_m2(behind.frontier_area);
+  out.set_entered(behind.entered);
+  return out;
+}
+
+v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_density,
+                           const Eigen::Vector3d& origin) {
   v1::Coverage out;
   *out.mutable_area_by_kind_m2() = WriteByKind(coverage.area);
   out.set_area_at_density_m2(coverage.area_at_density);
@@ -270,6 +289,11 @@ v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_d
     if (region.estimated_coverage.has_value()) {
       written.set_estimated_coverage(*region.estimated_coverage);
     }
+  }
+  out.set_rooms_not_entered_count(coverage.openings.RoomsNotEntered());
+  const size_t count = std::min<size_t>(coverage.openings.openings.size(), kMaxOpenings);
+  for (size_t i = 0; i < count; ++i) {
+    *out.add_openings() = WriteOpening(coverage.openings, coverage.openings.openings[i], origin);
   }
   return out;
 }
@@ -298,7 +322,7 @@ v1::Patch WritePatch(const planning::Patch& patch, const Eigen::Vector3d& origin
 }
 
 v1::RankedView WriteView(const planning::RankedView& view,
-                         const std::vector<planning::Patch>& patches, double density,
+                         const std::vector<planning::Patch>& patches,
                          const Eigen::Vector3d& origin) {
   v1::RankedView out;
   *out.mutable_position() = WriteVector(view.position + origin);
@@ -317,14 +341,27 @@ v1::RankedView WriteView(const planning::RankedView& view,
   out.set_score_lower(view.lower);
   out.set_score_upper(view.upper);
   out.set_exact(view.exact);
-  out.set_model_gain_m2(planning::ModelGain(view.score, density));
-  out.set_model_gain_lower_m2(planning::ModelGain(view.lower, density));
-  out.set_model_gain_upper_m2(planning::ModelGain(view.upper, density));
+  if (view.model_gain.has_value()) out.set_model_gain_m2(*view.model_gain);
+  out.set_expected_gain_m2(view.expected_gain.value_or(0));
+  out.set_model_gain_lower_m2(view.model_gain.value_or(0));
+  out.set_model_gain_upper_m2(view.model_gain_upper);
   *out.mutable_score_by_kind() = WriteByKind(view.score_by_kind);
   out.set_height_over_floor_m(view.height_over_floor);
   if (view.storey.has_value()) {
     *out.mutable_storey() = WriteStorey(*view.storey, origin);
     out.set_floor_measured(view.floor_measured);
+  }
+  if (view.expected.has_value()) {
+    v1::ExpectedStation& expected = *out.mutable_expected_station();
+    if (view.expected->doorway.has_value()) {
+      *expected.mutable_doorway() = WriteVector(*view.expected->doorway + origin);
+    }
+    expected.set_radius_m(view.expected->radius);
+    expected.set_chance(view.expected->chance);
+    if (view.expected->fallback.has_value()) {
+      expected.set_fallback_view_index(static_cast<int32_t>(*view.expected->fallback));
+    }
+    expected.set_message(planning::ExpectedStationWords(*view.expected, origin));
   }
   out.set_clearance_m(view.clearance);
   if (view.travel.has_value()) {
@@ -368,6 +405,16 @@ v1::RankedView WriteView(const planning::RankedView& view,
   return out;
 }
 
+v1::NarrowWay WriteNarrowWay(const planning::NarrowWay& way, const Eigen::Vector3d& origin) {
+  v1::NarrowWay out;
+  *out.mutable_narrowest() = WriteVector(way.narrowest + origin);
+  out.set_width_m(way.width);
+  *out.mutable_position() = WriteVector(way.place + origin);
+  out.set_model_gain_m2(way.model_gain);
+  out.set_message(planning::NarrowWayWords(way, origin));
+  return out;
+}
+
 v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningConfig& config,
                                bool full, const Eigen::Vector3d& origin) {
   const double density = config.required_density_per_m2();
@@ -376,10 +423,10 @@ v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningCon
   out.set_message(plan.message);
   out.set_model_version(plan.model_version);
   for (const planning::RankedView& view : plan.views) {
-    *out.add_views() = WriteView(view, plan.patches, density, origin);
+    *out.add_views() = WriteView(view, plan.patches, origin);
   }
   for (const planning::RankedView& view : plan.refused) {
-    *out.add_refused() = WriteView(view, plan.patches, density, origin);
+    *out.add_refused() = WriteView(view, plan.patches, origin);
   }
   out.set_optimality_gap(plan.optimality_gap);
   out.set_confidence(plan.confidence);
@@ -389,14 +436,23 @@ v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningCon
   termination.set_message(plan.termination.reason);
   if (plan.termination.best_upper.has_value()) {
     termination.set_best_score_upper(*plan.termination.best_upper);
-    termination.set_best_model_gain_upper_m2(
-        planning::ModelGain(*plan.termination.best_upper, density));
   }
   termination.set_largest_patch_area_m2(plan.termination.largest_patch_area);
+  if (plan.termination.best_gain.has_value()) {
+    termination.set_best_model_gain_lower_m2(*plan.termination.best_gain);
+  }
+  if (plan.termination.best_gain_upper.has_value()) {
+    termination.set_best_model_gain_upper_m2(*plan.termination.best_gain_upper);
+  }
   if (plan.termination.unobservable_known) {
     termination.set_unobservable_area_m2(plan.termination.unobservable_area);
   }
-  if (plan.coverage.has_value()) *out.mutable_coverage() = WriteCoverage(*plan.coverage, density);
+  for (const planning::NarrowWay& way : plan.narrow_ways) {
+    *out.add_narrow_ways() = WriteNarrowWay(way, origin);
+  }
+  if (plan.coverage.has_value()) {
+    *out.mutable_coverage() = WriteCoverage(*plan.coverage, density, origin);
+  }
   for (const planning::Storey& storey : plan.storeys) {
     *out.add_storeys() = WriteStorey(storey, origin);
   }
@@ -424,12 +480,12 @@ void StripToBasic(v1::PlanResult& result) {
   result.clear_score_map();
 }
 
-v1::EvaluateViewResponse WriteEvaluation(const planning::ViewEvaluation& evaluation, double density,
+v1::EvaluateViewResponse WriteEvaluation(const planning::ViewEvaluation& evaluation,
                                          const Eigen::Vector3d& origin) {
   v1::EvaluateViewResponse out;
   out.set_feasible(evaluation.feasible);
   out.set_infeasible_message(evaluation.infeasible_message);
-  *out.mutable_view() = WriteView(evaluation.view, evaluation.patches, density, origin);
+  *out.mutable_view() = WriteView(evaluation.view, evaluation.patches, origin);
   const size_t patches = std::min<size_t>(evaluation.patches.size(), kMaxPatches);
   for (size_t i = 0; i < patches; ++i) {
     *out.add_patches() = WritePatch(evaluation.patches[i], origin);

@@ -30,6 +30,8 @@ namespace vantage::conversion {
 
 // Patches that travel in one answer at most; the first are the most important.
 inline constexpr int kMaxPatches = 8000;
+// The same of openings.
+inline constexpr int kMaxOpenings = 1000;
 
 google::protobuf::Timestamp WriteTime(absl::Time time);
 absl::Time ReadTime(const google::protobuf::Timestamp& time);
@@ -52,13 +54,14 @@ v1::Registration WriteRegistration(const registration::RegistrationResult& resul
 v1::Levelling WriteLevelling(const registration::Levelling& levelling,
                              const Eigen::Vector3d& origin);
 v1::MergeReport WriteMergeReport(const model::MergeReport& report);
-v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_density);
+v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_density,
+                           const Eigen::Vector3d& origin);
 v1::Storey WriteStorey(const planning::Storey& storey, const Eigen::Vector3d& origin);
 
 // `patches` are those that view.patch_scores points into. Of a view that was not checked, location,
 // region and verdict are absent.
 v1::RankedView WriteView(const planning::RankedView& view,
-                         const std::vector<planning::Patch>& patches, double required_density,
+                         const std::vector<planning::Patch>& patches,
                          const Eigen::Vector3d& origin);
 v1::Patch WritePatch(const planning::Patch& patch, const Eigen::Vector3d& origin);
 
@@ -69,7 +72,7 @@ v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningCon
 void StripToBasic(v1::PlanResult& result);
 
 v1::EvaluateViewResponse WriteEvaluation(const planning::ViewEvaluation& evaluation,
-                                         double required_density, const Eigen::Vector3d& origin);
+                                         const Eigen::Vector3d& origin);
 
 }  // namespace vantage::conversion
 

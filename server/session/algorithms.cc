@@ -3,7 +3,7 @@
 #include <optional>
 
 #include "core/planning/feasibility/floor_map.h"
-#include "core/planning/patches/measure_coverage.h"
+#include "core/planning/openings/measure_coverage.h"
 #include "core/registration/global_registration.h"
 #include "core/registration/registration.h"
 

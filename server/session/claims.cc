@@ -7,7 +7,6 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
-#include "core/planning/plan/model_gain.h"
 #include "core/planning/scoring/headings.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
@@ -106,18 +105,17 @@ void Claims::Take(const v1::ClaimViewRequest& request,
   });
 }
 
-absl::StatusOr<v1::Claim> Claims::Renew(const v1::RenewClaimRequest& request) {
-  const absl::Duration ttl = conversion::ReadTtl(request);
+absl::StatusOr<v1::Claim> Claims::Renew(const std::string& name, absl::Duration ttl,
+                                        const RequestKey& key) {
   Expire();
-  absl::StatusOr<std::string> name = journal_.Execute(
-      RequestKey::Of(request.request_id(), "RenewClaim", request),
-      [&](const SessionState& state) -> absl::StatusOr<Draft> {
-        const auto it = state.claims.find(request.name());
-        if (it == state.claims.end()) return contract::ResourceNotFound(kClaimType, request.name());
+  absl::StatusOr<std::string> logged =
+      journal_.Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        const auto it = state.claims.find(name);
+        if (it == state.claims.end()) return contract::ResourceNotFound(kClaimType, name);
         if (!it->second.held()) return Ended(it->second);
         const absl::Time now = journal_.Now();
         fleet::Claims claims = conversion::ReadClaims(state.HeldClaims(), context_.origin());
-        const absl::Status renewed = claims.Renew(request.name(), now + ttl, now);
+        const absl::Status renewed = claims.Renew(name, now + ttl, now);
         if (!renewed.ok()) {
           ClaimRecord expired = it->second;
           expired.end_reason = v1::CLAIM_END_REASON_EXPIRED;
@@ -129,17 +127,16 @@ absl::StatusOr<v1::Claim> Claims::Renew(const v1::RenewClaimRequest& request) {
         *claim.mutable_expire_time() = conversion::WriteTime(now + ttl);
         return draft;
       });
-  if (!name.ok()) return name.status();
+  if (!logged.ok()) return logged.status();
   v1::Claim claim;
-  journal_.Read([&](const SessionState& state) { claim = state.claims.at(*name).claim; });
+  journal_.Read([&](const SessionState& state) { claim = state.claims.at(*logged).claim; });
   WatchExpiry(claim);
   return claim;
 }
 
-absl::Status Claims::Release(const v1::ReleaseClaimRequest& request) {
+absl::Status Claims::Release(const std::string& name, const RequestKey& key) {
   Expire();
-  return End(request.name(), fleet::ClaimEnd::kReleased, "",
-             RequestKey::Of(request.request_id(), "ReleaseClaim", request));
+  return End(name, fleet::ClaimEnd::kReleased, "", key);
 }
 
 absl::StatusOr<std::vector<v1::Claim>> Claims::List(absl::string_view after, size_t limit,
@@ -267,8 +264,9 @@ void Claims::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
   *conflict.mutable_alternative()->mutable_position() =
       conversion::WriteVector(best.position + context_.origin());
   if (best.heading.has_value()) conflict.mutable_alternative()->set_heading_rad(*best.heading);
-  conflict.mutable_alternative()->set_model_gain_m2(
-      planning::ModelGain(best.score, inputs.config.required_density));
+  if (best.model_gain.has_value()) {
+    conflict.mutable_alternative()->set_model_gain_m2(*best.model_gain);
+  }
   if (best.storey.has_value()) {
     *conflict.mutable_alternative()->mutable_storey() =
         conversion::WriteStorey(*best.storey, context_.origin());

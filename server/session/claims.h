@@ -10,6 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "absl/time/time.h"
 #include "core/fleet/claim_cover.h"
 #include "core/fleet/claims.h"
 #include "server/session/journal.h"
@@ -26,11 +27,15 @@ class Claims {
  public:
   Claims(SessionContext& context, ModelMemory& model);
 
-  // Runs on the planning pool; `done` is called exactly once, there or (on refusal) here.
+  // Runs on the planning pool; `done` is called exactly once, there or (on refusal) here. Takes
+  // the request as it came: the log stores its position, and whether there are the scanner and the
+  // plan that it names is known here.
   void Take(const v1::ClaimViewRequest& request,
             std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done);
-  absl::StatusOr<v1::Claim> Renew(const v1::RenewClaimRequest& request);
-  absl::Status Release(const v1::ReleaseClaimRequest& request);
+  // From now on it holds for `ttl`. NOT_FOUND; FAILED_PRECONDITION (CLAIM_ENDED); so below.
+  absl::StatusOr<v1::Claim> Renew(const std::string& name, absl::Duration ttl,
+                                  const RequestKey& key);
+  absl::Status Release(const std::string& name, const RequestKey& key);
   // The claims that are held, in pages as in Scans::List().
   absl::StatusOr<std::vector<v1::Claim>> List(absl::string_view after, size_t limit, bool& more);
 

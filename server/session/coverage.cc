@@ -50,7 +50,7 @@ absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage(const SessionContext& co
         model.view->voxel_size(), "planning_config", "site_rules", violations);
     *response.mutable_coverage() = conversion::WriteCoverage(
         context.dependencies().algorithms.measure_coverage(*model.view, config),
-        config.required_density);
+        config.required_density, context.origin());
     FindGivenUp(*model.view, context.origin(), response);
     for (const planning::Storey& storey :
          context.dependencies().algorithms.find_storeys(*model.view, config)) {
@@ -70,6 +70,8 @@ absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage(const SessionContext& co
     response.set_plan(last.name());
     response.set_best_remaining_model_gain_m2(
         last.result().termination().best_model_gain_upper_m2());
+    response.set_best_remaining_model_gain_lower_m2(
+        last.result().termination().best_model_gain_lower_m2());
     absl::StatusOr<v1::PlanResult> full = plans.GetFullResult(last.name());
     if (full.ok()) {
       const int count = std::min(full->patches_size(), kCoveragePatches);

@@ -230,8 +230,7 @@ void Plans::EvaluateView(const v1::EvaluateViewRequest& request,
         *in.model.view, in.scanner, in.config, world - context_.origin(), parallel, heading);
     model_.EndEvaluation();
     if (!evaluation.ok()) return done(evaluation.status());
-    v1::EvaluateViewResponse response =
-        conversion::WriteEvaluation(*evaluation, in.config.required_density, context_.origin());
+    v1::EvaluateViewResponse response = conversion::WriteEvaluation(*evaluation, context_.origin());
     response.set_model_version(in.model.version);
     *response.mutable_duration() =
         conversion::WriteDuration(absl::ToDoubleSeconds(absl::Now() - started));
@@ -356,8 +355,7 @@ void Plans::Run(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, a
   const auto full = std::make_shared<v1::PlanResult>(
       conversion::WritePlanResult(*made, inputs.written, true, context_.origin()));
   if (inputs.joint) {
-    conversion::WriteJointPlan(joint, inputs.scanners, inputs.claims,
-                               inputs.written.required_density_per_m2(), *full);
+    conversion::WriteJointPlan(joint, inputs.scanners, inputs.claims, *full);
   }
   full->set_model_version(inputs.model.version);
   *plan.mutable_result() = *full;

@@ -28,6 +28,7 @@ class Plans {
   // Plans whose details are stored count for the account.
   Plans(SessionContext& context, ModelMemory& model, Claims& claims);
 
+  // Takes the request as it came: its plan's message is what the log stores, and is completed here.
   absl::StatusOr<v1::Plan> Create(const v1::CreatePlanRequest& request);
   absl::StatusOr<v1::Plan> Get(const std::string& name) const;
   // The result with patches and map of scores. FAILED_PRECONDITION (PLAN_DETAIL_RELEASED) when

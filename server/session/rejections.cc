@@ -1,18 +1,17 @@
 #include "server/session/rejections.h"
 
 #include "absl/strings/str_cat.h"
-#include "absl/time/time.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
-#include "server/conversion/check_request.h"
 #include "server/conversion/to_proto.h"
 
 namespace vantage::session {
 
-absl::StatusOr<v1::Rejection> Rejections::Create(const v1::RejectViewRequest& request) {
-  absl::StatusOr<std::string> name = context_.journal().Execute(
-      RequestKey::Of(request.request_id(), "RejectView", request),
-      [&](const SessionState& state) -> absl::StatusOr<Draft> {
+absl::StatusOr<v1::Rejection> Rejections::Create(const v1::Rejection& wanted,
+                                                 std::optional<absl::Duration> ttl,
+                                                 const RequestKey& key) {
+  absl::StatusOr<std::string> name =
+      context_.journal().Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
         constexpr size_t kMaxRejections = 10'000;
         const absl::Time now = context_.journal().Now();
         if (state.RejectionsAt(conversion::WriteTime(now)).size() >= kMaxRejections) {
@@ -22,15 +21,13 @@ absl::StatusOr<v1::Rejection> Rejections::Create(const v1::RejectViewRequest& re
         }
         Draft draft;
         v1::Rejection& rejection = *draft.event.mutable_view_rejected()->mutable_rejection();
+        rejection = wanted;
         rejection.set_name(contract::ChildName(
             context_.id(), "rejections", absl::StrCat("rejection-", state.rejection_count + 1)));
-        *rejection.mutable_position() = request.position();
-        rejection.set_radius_m(conversion::ReadRadius(request));
-        rejection.set_reason(request.reason());
         *rejection.mutable_create_time() = conversion::WriteTime(now);
-        if (request.has_ttl())
-          *rejection.mutable_expire_time() =
-              conversion::WriteTime(now + absl::Seconds(conversion::ReadDuration(request.ttl())));
+        if (ttl.has_value()) {
+          *rejection.mutable_expire_time() = conversion::WriteTime(now + *ttl);
+        }
         return draft;
       });
   if (!name.ok()) return name.status();

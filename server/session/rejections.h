@@ -2,9 +2,12 @@
 #ifndef VANTAGE_SERVER_SESSION_REJECTIONS_H_
 #define VANTAGE_SERVER_SESSION_REJECTIONS_H_
 
+#include <optional>
+
 #include "absl/status/statusor.h"
+#include "absl/time/time.h"
 #include "server/session/session_context.h"
-#include "vantage/v1/plan_service.pb.h"
+#include "vantage/v1/session.pb.h"
 
 namespace vantage::session {
 
@@ -13,7 +16,10 @@ class Rejections {
  public:
   explicit Rejections(SessionContext& context) : context_(context) {}
 
-  absl::StatusOr<v1::Rejection> Create(const v1::RejectViewRequest& request);
+  // `wanted` has position, radius and reason; its message is what the log stores. It holds for
+  // `ttl`, without one for good. RESOURCE_EXHAUSTED (TOO_MANY_REJECTIONS).
+  absl::StatusOr<v1::Rejection> Create(const v1::Rejection& wanted,
+                                       std::optional<absl::Duration> ttl, const RequestKey& key);
 
  private:
   SessionContext& context_;

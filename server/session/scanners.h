@@ -16,6 +16,8 @@ class Scanners {
  public:
   explicit Scanners(SessionContext& context) : context_(context) {}
 
+  // Takes the request as it came: its scanner's message is what the log stores, and its id is
+  // chosen here where it has none.
   absl::StatusOr<v1::Scanner> Create(const v1::CreateScannerRequest& request);
   // In pages, as in Scans::List().
   absl::StatusOr<std::vector<v1::Scanner>> List(absl::string_view after, size_t limit,

@@ -67,12 +67,11 @@ absl::StatusOr<std::vector<v1::Scan>> Scans::List(absl::string_view after, size_
   return scans;
 }
 
-absl::StatusOr<v1::Scan> Scans::Accept(const v1::AcceptScanRequest& request) {
-  absl::StatusOr<std::string> name = journal_.Execute(
-      RequestKey::Of(request.request_id(), "AcceptScan", request),
-      [&](const SessionState& state) -> absl::StatusOr<Draft> {
-        const auto it = state.scans.find(request.name());
-        if (it == state.scans.end()) return contract::ResourceNotFound(kScanType, request.name());
+absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, const RequestKey& key) {
+  absl::StatusOr<std::string> accepted =
+      journal_.Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        const auto it = state.scans.find(name);
+        if (it == state.scans.end()) return contract::ResourceNotFound(kScanType, name);
         const v1::Scan& scan = it->second.scan;
         const bool waits =
             scan.state() == v1::SCAN_STATE_DOUBTFUL || scan.state() == v1::SCAN_STATE_FAILED;
@@ -91,52 +90,50 @@ absl::StatusOr<v1::Scan> Scans::Accept(const v1::AcceptScanRequest& request) {
         *next.mutable_update_time() = conversion::WriteTime(journal_.Now());
         return draft;
       });
-  if (!name.ok()) return name.status();
-  reconciler_.Post(*name);
-  return Get(*name);
+  if (!accepted.ok()) return accepted.status();
+  reconciler_.Post(*accepted);
+  return Get(*accepted);
 }
 
-absl::StatusOr<v1::Scan> Scans::SetPose(const v1::SetScanPoseRequest& request) {
-  absl::StatusOr<std::string> name =
-      journal_.Execute(RequestKey::Of(request.request_id(), "SetScanPose", request),
-                       [&](const SessionState& state) -> absl::StatusOr<Draft> {
-                         const auto it = state.scans.find(request.name());
-                         if (it == state.scans.end())
-                           return contract::ResourceNotFound(kScanType, request.name());
-                         const v1::Scan& scan = it->second.scan;
-                         if (scan.state() == v1::SCAN_STATE_WITHDRAWN) {
-                           return WrongState(scan, "send it again instead");
-                         }
-                         Draft draft;
-                         v1::Scan& next = *draft.event.mutable_scan_pose_set()->mutable_scan();
-                         next = scan;
-                         *next.mutable_prior() = request.prior();
-                         next.clear_state_message();
-                         if (request.use() == v1::POSE_USE_AS_IS) {
-                           next.set_state(v1::SCAN_STATE_MERGING);
-                           *next.mutable_pose() = request.prior().pose();
-                           next.set_pose_source(v1::POSE_SOURCE_SET);
-                         } else {
-                           next.set_state(v1::SCAN_STATE_RECEIVED);
-                           next.clear_pose();
-                           next.clear_pose_source();
-                           next.clear_registration();
-                           next.clear_levelling();
-                         }
-                         *next.mutable_update_time() = conversion::WriteTime(journal_.Now());
-                         return draft;
-                       });
-  if (!name.ok()) return name.status();
-  reconciler_.Post(*name);
-  return Get(*name);
+absl::StatusOr<v1::Scan> Scans::SetPose(const std::string& name, const v1::PosePrior& prior,
+                                        bool as_is, const RequestKey& key) {
+  absl::StatusOr<std::string> placed =
+      journal_.Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        const auto it = state.scans.find(name);
+        if (it == state.scans.end()) return contract::ResourceNotFound(kScanType, name);
+        const v1::Scan& scan = it->second.scan;
+        if (scan.state() == v1::SCAN_STATE_WITHDRAWN) {
+          return WrongState(scan, "send it again instead");
+        }
+        Draft draft;
+        v1::Scan& next = *draft.event.mutable_scan_pose_set()->mutable_scan();
+        next = scan;
+        *next.mutable_prior() = prior;
+        next.clear_state_message();
+        if (as_is) {
+          next.set_state(v1::SCAN_STATE_MERGING);
+          *next.mutable_pose() = prior.pose();
+          next.set_pose_source(v1::POSE_SOURCE_SET);
+        } else {
+          next.set_state(v1::SCAN_STATE_RECEIVED);
+          next.clear_pose();
+          next.clear_pose_source();
+          next.clear_registration();
+          next.clear_levelling();
+        }
+        *next.mutable_update_time() = conversion::WriteTime(journal_.Now());
+        return draft;
+      });
+  if (!placed.ok()) return placed.status();
+  reconciler_.Post(*placed);
+  return Get(*placed);
 }
 
-absl::StatusOr<v1::WithdrawScanResponse> Scans::Withdraw(const v1::WithdrawScanRequest& request) {
-  absl::StatusOr<std::string> name = journal_.Execute(
-      RequestKey::Of(request.request_id(), "WithdrawScan", request),
-      [&](const SessionState& state) -> absl::StatusOr<Draft> {
-        const auto it = state.scans.find(request.name());
-        if (it == state.scans.end()) return contract::ResourceNotFound(kScanType, request.name());
+absl::StatusOr<Scans::Withdrawn> Scans::Withdraw(const std::string& name, const RequestKey& key) {
+  absl::StatusOr<std::string> gone =
+      journal_.Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        const auto it = state.scans.find(name);
+        if (it == state.scans.end()) return contract::ResourceNotFound(kScanType, name);
         const v1::Scan& scan = it->second.scan;
         if (scan.state() == v1::SCAN_STATE_WITHDRAWN) {
           return WrongState(scan, "it has been withdrawn already");
@@ -152,22 +149,22 @@ absl::StatusOr<v1::WithdrawScanResponse> Scans::Withdraw(const v1::WithdrawScanR
         }
         return draft;
       });
-  if (!name.ok()) return name.status();
-  reconciler_.Post(*name);
-  absl::StatusOr<v1::Scan> scan = Get(*name);
+  if (!gone.ok()) return gone.status();
+  reconciler_.Post(*gone);
+  absl::StatusOr<v1::Scan> scan = Get(*gone);
   if (!scan.ok()) return scan.status();
-  v1::WithdrawScanResponse response;
-  *response.mutable_scan() = *std::move(scan);
+  Withdrawn withdrawn{*std::move(scan), {}};
   // From the log, so that a repeated request gets the same answer.
   uint64_t after = 0;
   constexpr size_t kBatch = 256;
   while (true) {
     absl::StatusOr<std::vector<v1::SessionEvent>> events = journal_.Events(after, kBatch);
     if (!events.ok()) return events.status();
-    if (events->empty()) return response;
+    if (events->empty()) return withdrawn;
     for (const v1::SessionEvent& event : *events) {
-      if (event.scan_withdrawn().scan().name() != *name) continue;
-      *response.mutable_dependent_scans() = event.scan_withdrawn().dependent_scans();
+      if (event.scan_withdrawn().scan().name() != *gone) continue;
+      const auto& dependents = event.scan_withdrawn().dependent_scans();
+      withdrawn.dependents.assign(dependents.begin(), dependents.end());
     }
     after = events->back().sequence();
   }

@@ -27,9 +27,19 @@ class Scans {
   // never been one of that name.
   absl::StatusOr<std::vector<v1::Scan>> List(absl::string_view after, size_t limit,
                                              bool& more) const;
-  absl::StatusOr<v1::Scan> Accept(const v1::AcceptScanRequest& request);
-  absl::StatusOr<v1::Scan> SetPose(const v1::SetScanPoseRequest& request);
-  absl::StatusOr<v1::WithdrawScanResponse> Withdraw(const v1::WithdrawScanRequest& request);
+  // Merges a doubtful or failed scan as it was aligned. FAILED_PRECONDITION (SCAN_STATE) for
+  // others; so below.
+  absl::StatusOr<v1::Scan> Accept(const std::string& name, const RequestKey& key);
+  // Aligns the scan anew from the prior, or merges it where the prior says. The message of the
+  // prior is what the log stores.
+  absl::StatusOr<v1::Scan> SetPose(const std::string& name, const v1::PosePrior& prior, bool as_is,
+                                   const RequestKey& key);
+  struct Withdrawn {
+    v1::Scan scan;
+    // Scans that were aligned to a model that held it, by name.
+    std::vector<std::string> dependents;
+  };
+  absl::StatusOr<Withdrawn> Withdraw(const std::string& name, const RequestKey& key);
   // Errors as of session::LoadImage().
   absl::StatusOr<sensor::RangeImage> LoadImage(const std::string& name) const;
 

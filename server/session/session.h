@@ -59,6 +59,7 @@ class Session final : public SessionContext {
   absl::Time created() const;
   v1::Session Describe() const;  // without its rejections
   v1::Session DescribeWithRejections() const;
+  // Takes the request as it came: its mask names fields of the message that the log stores.
   absl::StatusOr<v1::Session> Update(const v1::UpdateSessionRequest& request);
 
   Uploads& uploads() { return uploads_; }

@@ -183,31 +183,29 @@ std::vector<std::shared_ptr<Session>> SessionRegistry::List(
   return out;
 }
 
-absl::Status SessionRegistry::Delete(const v1::DeleteSessionRequest& request,
+absl::Status SessionRegistry::Delete(const std::string& id, const std::string& request_id,
                                      const std::optional<std::string>& tenant) {
-  absl::StatusOr<std::string> id = contract::ParseSessionName(request.name(), "name");
-  if (!id.ok()) return id.status();
   std::lock_guard<std::mutex> only_one(create_mutex_);
   std::shared_ptr<Session> session;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     for (const Deletion& deletion : deletions_) {
       if (tenant.has_value() && deletion.tenant != *tenant) continue;
-      if (!request.request_id().empty() && deletion.request == request.request_id()) {
-        if (deletion.session == *id) return absl::OkStatus();
+      if (!request_id.empty() && deletion.request == request_id) {
+        if (deletion.session == id) return absl::OkStatus();
         return contract::ErrorWithReason(absl::StatusCode::kAlreadyExists, "REQUEST_ID_REUSED",
                                          "request_id was used for another DeleteSession");
       }
     }
-    const auto it = sessions_.find(*id);
+    const auto it = sessions_.find(id);
     if (it == sessions_.end() || !it->second->BelongsTo(tenant))
-      return contract::ResourceNotFound(kSessionType, request.name());
+      return contract::ResourceNotFound(kSessionType, contract::NameOfSession(id));
     session = it->second;
   }
   if (absl::Status erased = Erase(session); !erased.ok()) return erased;
   std::lock_guard<std::mutex> lock(mutex_);
-  if (!request.request_id().empty()) {
-    deletions_.push_back({request.request_id(), *id, session->tenant()});
+  if (!request_id.empty()) {
+    deletions_.push_back({request_id, id, session->tenant()});
     if (deletions_.size() > kRememberedDeletions) deletions_.pop_front();
   }
   return absl::OkStatus();

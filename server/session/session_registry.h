@@ -61,7 +61,9 @@ class SessionRegistry {
   // Oldest first: those created after the one at `after`, of `tenant` where one is given.
   std::vector<std::shared_ptr<Session>> List(const SessionPlace& after, size_t limit, bool& more,
                                              const std::optional<std::string>& tenant = {}) const;
-  absl::Status Delete(const v1::DeleteSessionRequest& request,
+  // `request_id`: a request that is sent again is answered as before; empty: it has none.
+  // NOT_FOUND, also for sessions of other tenants.
+  absl::Status Delete(const std::string& id, const std::string& request_id = "",
                       const std::optional<std::string>& tenant = {});
   // Removes uploads that were idle for too long, data of withdrawn scans, and sessions without
   // events; Limits has the times. To be called regularly.

@@ -58,6 +58,7 @@ class Uploads {
  public:
   Uploads(SessionContext& context, ScanReconciler& reconciler);
 
+  // Takes the request as it came: its upload's message is what the log stores.
   absl::StatusOr<v1::Upload> Create(const v1::CreateUploadRequest& request);
   absl::StatusOr<v1::Upload> Get(const std::string& name);
   // A handle for sending pieces. Only its first call tells whether the upload exists.

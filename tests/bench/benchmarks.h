@@ -34,7 +34,8 @@ Benchmark BenchEvaluator;
 Benchmark BenchFleet;
 // align.*, predict.ms: registration, beside PCL's ICP, which `full` gives all of the pairs.
 Benchmark BenchRegistration;
-// site.*: views in the air, and places without a view; `full`: in 1,000 scenes.
+// site.*: views in the air, and places without a view; `full`: in 1,000 scenes. Coverage at the end
+// of jobs; `full`: of flats, too.
 Benchmark BenchSite;
 // heading.*: plans for a scanner that sees a sector, beside those for one that turns all around.
 Benchmark BenchHeading;

@@ -1,5 +1,5 @@
-// Where views stand on sites with edges and floors over one another, and what views under the open
-// sky promise and attain, against the mesh.
+// Where views stand on sites with edges and floors over one another, what views under the open sky
+// promise and attain, and what is said of coverage at the end of jobs, against the mesh.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,11 +11,17 @@
 #include "absl/strings/str_cat.h"
 #include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/simulation/ground_truth.h"
 #include "core/simulation/scenes/edge_scenes.h"
+#include "core/simulation/scenes/furnished_flat.h"
 #include "core/simulation/scenes/outdoor_scenes.h"
+#include "core/simulation/scenes/small_scenes.h"
+#include "core/simulation/simulated_scanner.h"
+#include "core/simulation/standable_positions.h"
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/outdoor_job.h"
 #include "tests/bench/scenes.h"
+#include "tests/support/closed_loop.h"
 #include "tests/support/standing_oracle.h"
 
 namespace vantage::bench {
@@ -71,10 +77,55 @@ void BenchOutdoor(const BenchOptions& options, parallel::Parallel& parallel, Fig
       {"site.outdoor.coverage_error", most_off, "points", "5", absl::StrCat(of, ", the worst")});
 }
 
+constexpr double kHeight = 1.5;      // m, of places from which surface is attainable
+constexpr double kSpacing = 0.25;    // m, between them
+constexpr size_t kSamples = 20'000;  // of the mesh
+constexpr int kMostScans = 25;       // of a job
+
+// The estimated coverage at the end of a job, less that by the mesh, in points.
+double CoverageError(const simulation::Scene& scene, uint64_t seed, parallel::Parallel& parallel) {
+  test_support::LoopOptions options;
+  options.max_scans = kMostScans;
+  options.seed = seed;
+  const test_support::LoopResult job = test_support::RunClosedLoop(
+      [&](int, const Eigen::Vector3d&) { return scene.mesh; }, scene.starts[0], options, parallel);
+  const simulation::SimulatedScanner tracer(scene.mesh);
+  const sensor::ScannerModel& scanner = options.scanner;
+  std::vector<Eigen::Vector3d> positions =
+      simulation::StandablePositions(tracer, scene.mesh.Bounds(), scene.starts[0],
+                                     scene.floor_height, kHeight, scanner.clearance, kSpacing);
+  positions.insert(positions.end(), job.stations.begin(), job.stations.end());
+  simulation::GroundTruth truth(scene.mesh, tracer, scanner, options.planning.required_density,
+                                positions, kSamples, parallel);
+  for (const Eigen::Vector3d& station : job.stations) truth.AddScan(station, parallel);
+  const planning::Coverage coverage = job.plans.back().coverage.value();
+  const double estimated = 100 * coverage.estimated_coverage.value_or(0);
+  const double by_mesh = 100 * truth.Measure().at_density_share();
+  std::fprintf(
+      stderr,
+      "%s: %zu scans, %s, coverage %.1f %% estimated, %.1f %% by the mesh, %d rooms not entered\n",
+      scene.name.c_str(), job.stations.size(), job.stopped ? "stopped" : "not stopped", estimated,
+      by_mesh, coverage.openings.RoomsNotEntered());
+  return estimated - by_mesh;
+}
+
+void BenchCoverage(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
+  if (!figures.Wants("site.coverage.")) return;
+  std::vector<double> errors;
+  for (const uint64_t seed : SceneSeeds(options.use)) {
+    errors.push_back(std::abs(CoverageError(simulation::TwoRooms(seed), seed, parallel)));
+    if (!options.full) break;
+    errors.push_back(std::abs(CoverageError(simulation::FurnishedFlat(seed), seed, parallel)));
+  }
+  figures.Add({"site.coverage.error", *std::max_element(errors.begin(), errors.end()), "points",
+               "5", absl::StrCat("the mesh, the worst of ", errors.size(), " whole jobs")});
+}
+
 }  // namespace
 
 void BenchSite(const BenchOptions& options, parallel::Parallel& parallel, Figures& figures) {
   BenchOutdoor(options, parallel, figures);
+  BenchCoverage(options, parallel, figures);
   if (!figures.Wants("site.views_in_air") && !figures.Wants("site.station_recall")) return;
   const uint64_t scenes = options.full ? 1000 : 20;
   sensor::ScannerModel scanner;

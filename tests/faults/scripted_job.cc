@@ -155,10 +155,7 @@ class Job {
   }
 
   absl::Status Withdraw(session::Session& session, const std::string& scan) {
-    v1::WithdrawScanRequest request;
-    request.set_name(scan);
-    request.set_request_id("withdraw");
-    const auto done = session.scans().Withdraw(request);
+    const auto done = session.scans().Withdraw(scan, {"withdraw", "WithdrawScan", scan});
     if (!done.ok()) return done.status();
     Tell(session);
     session.WaitUntilIdle();
@@ -177,9 +174,7 @@ class Job {
   }
 
   absl::Status DeleteOther() {
-    v1::DeleteSessionRequest request;
-    request.set_name(absl::StrCat("sessions/", kOther));
-    absl::Status done = registry_.Delete(request);
+    absl::Status done = registry_.Delete(kOther);
     if (!done.ok() && !absl::IsNotFound(done)) return done;
     known_.deleted = true;
     told_(known_);

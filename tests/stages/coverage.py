@@ -29,8 +29,11 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 COMMITS = 20
 QUARTERS = 4
 # Seconds of one core, under sanitizers: to compile a source, several at once, and to run what a
-# source of tests has: planning's search on purpose, the others seldom.
-LIBRARY, TEST, PROTO, RUN, RUN_PLANNING = 1.5, 5, 2, 5, 30
+# source of tests has: those of planning and registration search on purpose, those of simulation scan
+# whole buildings, the others seldom.
+LIBRARY, TEST, PROTO, RUN = 1.5, 5, 2, 5
+RUN_LONG = {"tests/core/planning/": 30, "tests/core/fleet/": 30, "tests/core/registration/": 20,
+            "tests/core/simulation/": 20}
 
 
 def git(*args):
@@ -111,8 +114,8 @@ def changed_files():
 def seconds(sources):
     def one(file):
         if file.endswith("_test.cc"):
-            planning = file.startswith(("tests/core/planning/", "tests/core/fleet/"))
-            return TEST + (RUN_PLANNING if planning else RUN)
+            return TEST + next((run for folder, run in RUN_LONG.items()
+                                if file.startswith(folder)), RUN)
         return TEST if is_program(file) else PROTO if file.endswith(".proto") else LIBRARY
 
     return sum(one(file) for file in sources)

@@ -120,11 +120,14 @@ void Decide(const AnytimeOptions& options, EvaluationRun& run) {
   run.SetDecided();
 }
 
-bool WorthAHierarchy(const AnytimeOptions& options, const EvaluationRun& run) {
+bool WorthAHierarchy(const AnytimeOptions& options, const EvaluationRun& run,
+                     const visibility::OpaqueGrid& grid) {
   const auto left = static_cast<uint64_t>(run.size() - run.evaluation().exact) * run.cells().size();
   if (left < options.hierarchy_pairs) return false;
   // Building takes about a third of this on one thread.
-  const double seconds = 1e-6 * static_cast<double>(run.cells().size());
+  const auto table =
+      static_cast<double>(visibility::SummedVolumeTable::Bytes(grid.box().max - grid.box().min));
+  const double seconds = 1e-6 * static_cast<double>(run.cells().size()) + 2.5e-9 * table;
   const parallel::Budget& budget = run.budget();
   return budget.deadline == parallel::Budget::Clock::time_point::max() ||
          std::chrono::duration<double>(budget.deadline - budget.now()).count() > seconds;
@@ -164,7 +167,7 @@ Evaluation EvaluateViews(const BruteForceScorer& scorer, const FeasibleViews& vi
   EvaluationRun run(scorer, views, cells, sampler.potential(), budget, parallel, options.worth,
                     VisibilityCache(scorer, views, cells, grid));
   return Evaluate(sampler, options, run, progress, [&] {
-    if (WorthAHierarchy(options, run)) {
+    if (WorthAHierarchy(options, run, grid)) {
       CompleteByHierarchy(run, cells, grid, progress);
     } else {
       CompleteByView(run, progress);

@@ -43,14 +43,15 @@ absl::StatusOr<std::unique_ptr<HierarchicalScorer>> HierarchicalScorer::Create(
     std::span<const Eigen::Vector3i> viewcells, double viewcell_size,
     const HierarchyOptions& options, parallel::Parallel& parallel,
     const parallel::Cancellation& cancelled) {
+  auto summed = grid.Summed(parallel, cancelled);
+  if (!summed.ok()) return summed.status();
   auto patches = PatchTree::Create(cells, parallel, cancelled);
   if (!patches.ok()) return patches.status();
-  return absl::WrapUnique(new HierarchicalScorer(scorer, grid, cells, viewcells, viewcell_size,
-                                                 options, *std::move(patches)));
+  return absl::WrapUnique(new HierarchicalScorer(scorer, *std::move(summed), cells, viewcells,
+                                                 viewcell_size, options, *std::move(patches)));
 }
 
-HierarchicalScorer::HierarchicalScorer(const BruteForceScorer& scorer,
-                                       const visibility::OpaqueGrid& grid,
+HierarchicalScorer::HierarchicalScorer(const BruteForceScorer& scorer, visibility::OpaqueGrid grid,
                                        const OrderedCells& cells,
                                        std::span<const Eigen::Vector3i> viewcells,
                                        double viewcell_size, const HierarchyOptions& options,
@@ -60,7 +61,8 @@ HierarchicalScorer::HierarchicalScorer(const BruteForceScorer& scorer,
       viewcells_(viewcells),
       viewcell_size_(viewcell_size),
       options_(options),
-      classifier_(scorer, grid, options.tolerance, options.visible_pairs),
+      grid_(std::move(grid)),
+      classifier_(scorer, grid_, options.tolerance, options.visible_pairs),
       patches_(std::move(patches)),
       views_(viewcells, viewcell_size, options.leaf_views) {}
 

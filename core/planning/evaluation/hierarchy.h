@@ -19,6 +19,7 @@
 #include "core/planning/scoring/brute_force.h"
 #include "core/planning/scoring/ordered_cells.h"
 #include "core/planning/scoring/patch_tree.h"
+#include "core/visibility/opaque_grid.h"
 
 namespace vantage::planning {
 
@@ -96,7 +97,7 @@ class HierarchicalScorer {
  private:
   using Candidates = std::vector<ViewBlock::Candidate>;
 
-  HierarchicalScorer(const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid,
+  HierarchicalScorer(const BruteForceScorer& scorer, visibility::OpaqueGrid grid,
                      const OrderedCells& cells, std::span<const Eigen::Vector3i> viewcells,
                      double viewcell_size, const HierarchyOptions& options, PatchTree patches);
 
@@ -123,6 +124,7 @@ class HierarchicalScorer {
   std::span<const Eigen::Vector3i> viewcells_;
   double viewcell_size_;
   HierarchyOptions options_;
+  visibility::OpaqueGrid grid_;  // summed
   ShaftClassifier classifier_;
   PatchTree patches_;
   ViewTree views_;

@@ -205,7 +205,9 @@ Evaluation EvaluateByPatches(const BruteForceScorer& scorer, const FeasibleViews
   const CellSampler sampler(cells);
   EvaluationRun run(scorer, views, cells, sampler.potential(), budget, parallel);
   if (views.cells().empty()) return run.Finish();
-  PatchOrderScorer by_patches(run, patches, grid, options);
+  const auto summed = grid.Summed(parallel, budget);
+  if (!summed.ok()) return run.Finish();
+  PatchOrderScorer by_patches(run, patches, *summed, options);
   by_patches.Run(progress);
   return run.Finish();
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <tuple>
 #include <utility>
 
 #include "absl/status/status.h"
@@ -42,19 +43,11 @@ absl::StatusOr<FeasibleViews> FeasibleViews::Find(const model::PlanningView& mod
                                                   parallel::Parallel& parallel,
                                                   const parallel::Cancellation& cancelled) {
   FeasibleViews views;
-  views.voxel_ = model.voxel_size();
-  views.voxels_per_cell_ =
-      std::max(1, static_cast<int>(std::lround(config.viewcell_size / model.voxel_size())));
-  const int n = views.voxels_per_cell_;
-  views.cell_size_ = n * model.voxel_size();
-  views.min_height_ = config.min_viewpoint_height;
-  views.max_height_ = config.max_viewpoint_height;
-  const model::VoxelBox& box = model.bounds();
-  if (box.empty()) return views;
-  for (int a = 0; a < 3; ++a) {
-    views.first_[a] = FloorDiv(box.min[a], n);
-    views.size_[a] = FloorDiv(box.max[a] - 1, n) + 1 - views.first_[a];
-  }
+  views.Cover(model, config);
+  if (views.size_.isZero()) return views;
+  auto floor = FloorMap::Find(model, config.floor_z, cancelled);
+  if (!floor.ok()) return absl::CancelledError("feasible views");
+  views.floor_ = *std::move(floor);
   if (!views.Judge(model, grid, scanner, config, parallel, cancelled)) {
     return absl::CancelledError("feasible views");
   }
@@ -62,13 +55,62 @@ absl::StatusOr<FeasibleViews> FeasibleViews::Find(const model::PlanningView& mod
   return views;
 }
 
+absl::StatusOr<FeasibleViews> FeasibleViews::FindExpected(
+    const model::PlanningView& standing, const FloorMap& floor, const visibility::OpaqueGrid& grid,
+    const FeasibleViews& known, const sensor::ScannerModel& scanner, const PlanningConfig& config,
+    parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
+  FeasibleViews views;
+  views.Cover(standing, config);
+  if (views.size_.isZero()) return views;
+  views.floor_ = floor;
+  if (!views.Judge(standing, visibility::OpaqueGrid(standing), scanner, config, parallel,
+                   cancelled)) {
+    return absl::CancelledError("feasible views");
+  }
+  views.RequireSeen(grid, known);
+  views.ListFeasible(config.require_reachable);
+  return views;
+}
+
+// The viewcells that the model's bounds are divided into.
+void FeasibleViews::Cover(const model::PlanningView& model, const PlanningConfig& config) {
+  voxel_ = model.voxel_size();
+  voxels_per_cell_ =
+      std::max(1, static_cast<int>(std::lround(config.viewcell_size / model.voxel_size())));
+  const int n = voxels_per_cell_;
+  cell_size_ = n * model.voxel_size();
+  min_height_ = config.min_viewpoint_height;
+  max_height_ = config.max_viewpoint_height;
+  const model::VoxelBox& box = model.bounds();
+  if (box.empty()) return;
+  for (int a = 0; a < 3; ++a) {
+    first_[a] = FloorDiv(box.min[a], n);
+    size_[a] = FloorDiv(box.max[a] - 1, n) + 1 - first_[a];
+  }
+}
+
+// Nothing is seen from a viewcell that is not known to be empty itself.
+void FeasibleViews::RequireSeen(const visibility::OpaqueGrid& grid, const FeasibleViews& known) {
+  const Eigen::Vector3i cell_voxels = Eigen::Vector3i::Constant(voxels_per_cell_);
+  for (size_t r = 0; r < rows_.size(); ++r) {
+    Row& row = rows_[r];
+    for (size_t i = 0; i + 1 < row.begin.size(); ++i) {
+      ForEachCell(row.first + static_cast<int>(i), first_.y() + static_cast<int>(r),
+                  [&](const CellIndex& cell, const Place& place) {
+                    Infeasibility& why = row.why[place.at];
+                    if (known.IndexOf(cell) >= 0) why = Infeasibility::kNone;
+                    if (why != Infeasibility::kNone || known.IndexOf(cell) >= 0) return;
+                    const Eigen::Vector3i low = cell * voxels_per_cell_ - grid.box().min;
+                    if (!grid.AllEmpty(low, low + cell_voxels)) why = Infeasibility::kClearance;
+                  });
+    }
+  }
+}
+
 // Why each cell is not feasible, reachability apart. False when cancelled on the way.
 bool FeasibleViews::Judge(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
                           const sensor::ScannerModel& scanner, const PlanningConfig& config,
                           parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
-  auto floor = FloorMap::Find(model, config.floor_z, cancelled);
-  if (!floor.ok()) return false;
-  floor_ = *std::move(floor);
   rows_.assign(static_cast<size_t>(size_.y()), {});
   parallel.For(rows_.size(), [&](size_t row) {
     if (cancelled.Requested()) return;
@@ -115,6 +157,24 @@ void FeasibleViews::ExemptStations(const model::PlanningView& model, double clea
       why = Infeasibility::kNone;
     }
   }
+}
+
+std::vector<FeasibleViews::CellIndex> FeasibleViews::Unreachable() const {
+  std::vector<CellIndex> cells;
+  if (counts_[static_cast<size_t>(Infeasibility::kUnreachable)] == 0) return cells;
+  for (size_t r = 0; r < rows_.size(); ++r) {
+    const Row& row = rows_[r];
+    for (size_t i = 0; i + 1 < row.begin.size(); ++i) {
+      ForEachCell(row.first + static_cast<int>(i), first_.y() + static_cast<int>(r),
+                  [&](const CellIndex& cell, const Place& place) {
+                    if (row.why[place.at] == Infeasibility::kUnreachable) cells.push_back(cell);
+                  });
+    }
+  }
+  std::sort(cells.begin(), cells.end(), [](const CellIndex& a, const CellIndex& b) {
+    return std::tuple(a.z(), a.y(), a.x()) < std::tuple(b.z(), b.y(), b.x());
+  });
+  return cells;
 }
 
 void FeasibleViews::ListFeasible(bool require_reachable) {

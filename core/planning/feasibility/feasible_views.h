@@ -67,6 +67,15 @@ class FeasibleViews {
                                             parallel::Parallel& parallel,
                                             const parallel::Cancellation& cancelled = {});
 
+  // Where views may stand if what is not known is no obstacle, and all of `known`, the model's own:
+  // `standing` is the model with all of it empty, `floor` and `grid` those of the model itself; the
+  // viewcells themselves are known to be empty there. Else as Find().
+  static absl::StatusOr<FeasibleViews> FindExpected(
+      const model::PlanningView& standing, const FloorMap& floor,
+      const visibility::OpaqueGrid& grid, const FeasibleViews& known,
+      const sensor::ScannerModel& scanner, const PlanningConfig& config,
+      parallel::Parallel& parallel, const parallel::Cancellation& cancelled = {});
+
   double cell_size() const { return cell_size_; }
   const std::vector<CellIndex>& cells() const { return cells_; }  // by z, y, x
   Eigen::Vector3d Centre(size_t i) const {
@@ -78,6 +87,9 @@ class FeasibleViews {
   // Position in cells(), or -1.
   int IndexOf(const CellIndex& cell) const;
   Infeasibility Why(const CellIndex& cell) const;
+
+  // Cells that lack nothing but a way there, by z, y, x.
+  std::vector<CellIndex> Unreachable() const;
 
   const FloorMap& floor() const { return floor_; }
   const ReachMap& reach() const { return reach_; }
@@ -139,6 +151,9 @@ class FeasibleViews {
                           const PlanningConfig& config) const;
   // What Below() of columns of voxels finds under a place; null outside.
   const Floor* FloorUnder(const Eigen::Vector3d& p) const;
+  void Cover(const model::PlanningView& model, const PlanningConfig& config);
+  void RequireSeen(const visibility::OpaqueGrid& grid, const FeasibleViews& known);
+  // The floor is known.
   bool Judge(const model::PlanningView& model, const visibility::OpaqueGrid& grid,
              const sensor::ScannerModel& scanner, const PlanningConfig& config,
              parallel::Parallel& parallel, const parallel::Cancellation& cancelled);

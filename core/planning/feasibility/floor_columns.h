@@ -18,6 +18,7 @@ enum class FloorSource : uint8_t {
   kStation,   // a scanner has stood on it
   kBetween,   // it lies between measured floor and was not measured itself
   kGiven,     // a person said so
+  kExpected,  // it is not known: a room behind a doorway has one (algorithm.md section 7E)
 };
 
 struct Floor {

@@ -6,6 +6,7 @@
 
 #include "absl/status/status.h"
 #include "core/planning/feasibility/floor_gaps.h"
+#include "core/planning/feasibility/floor_pieces.h"
 
 namespace vantage::planning {
 
@@ -24,11 +25,37 @@ absl::StatusOr<FloorMap> FloorMap::Find(const model::PlanningView& model,
   } else if (!map.FindIn(model, cancelled)) {
     return absl::CancelledError("floor map");
   }
-  for (const Floor& floor : map.columns_.floors()) {
-    map.lowest_ = std::fmin(map.lowest_, floor.height);
-    map.highest_ = std::fmax(map.highest_, floor.height);
-  }
+  map.FindExtremes();
   return map;
+}
+
+FloorMap FloorMap::With(std::span<const ExpectedFloor> expected,
+                        const model::PlanningView& view) const {
+  FloorMap map;
+  map.columns_ = FloorColumns(view.bounds());
+  map.storeys_ = storeys_;
+  std::vector<PlacedFloor> placed = columns_.Placed();
+  for (PlacedFloor& floor : placed) {
+    const Eigen::Vector2i at = columns_.Voxel(floor.column);
+    floor.column = map.columns_.ColumnOf(at.x(), at.y());
+  }
+  for (const ExpectedFloor& floor : expected) {
+    if (columns_.Near(floor.voxel.x(), floor.voxel.y(), floor.height, kMaxStep) != nullptr) {
+      continue;
+    }
+    placed.push_back({map.columns_.ColumnOf(floor.voxel.x(), floor.voxel.y()),
+                      {floor.height, FloorSource::kExpected}});
+  }
+  map.columns_.Assign(std::move(placed));
+  map.FindExtremes();
+  return map;
+}
+
+void FloorMap::FindExtremes() {
+  for (const Floor& floor : columns_.floors()) {
+    lowest_ = std::fmin(lowest_, floor.height);
+    highest_ = std::fmax(highest_, floor.height);
+  }
 }
 
 // False when cancelled on the way.

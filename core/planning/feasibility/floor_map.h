@@ -5,6 +5,7 @@
 
 #include <limits>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -18,6 +19,12 @@
 
 namespace vantage::planning {
 
+// Floor that is expected in a column of voxels.
+struct ExpectedFloor {
+  Eigen::Vector2i voxel = Eigen::Vector2i::Zero();  // x and y of its voxels
+  float height = 0;                                 // m, z
+};
+
 // Finds floors in measured surface that faces up, and fills gaps between measured floor; nowhere
 // does a floor go on beyond what was measured.
 class FloorMap {
@@ -28,6 +35,10 @@ class FloorMap {
                                        std::optional<double> given,
                                        const parallel::Cancellation& cancelled = {});
 
+  // This map and the floors that are expected where it has none within a step, for all columns of
+  // `view`, whose bounds hold those of this map's model. Storeys stay as they are.
+  FloorMap With(std::span<const ExpectedFloor> expected, const model::PlanningView& view) const;
+
   const FloorColumns& columns() const { return columns_; }
   const Storeys& storeys() const { return storeys_; }
 
@@ -37,6 +48,7 @@ class FloorMap {
   float highest() const { return highest_; }
 
  private:
+  void FindExtremes();
   bool FindIn(const model::PlanningView& model, const parallel::Cancellation& cancelled);
 
   FloorColumns columns_;

@@ -142,24 +142,37 @@ void ReachMap::FindPassable(const model::PlanningView& model, const visibility::
     }
     return false;
   };
-  passable_.assign(nodes_.count(), 0);
+  // Columns of voxels under the scanner from its axis outwards: all nodes lie alike in theirs.
+  struct Under {
+    int x;
+    int y;
+    double away;  // of the nearest of it from the axis, in voxels
+  };
+  std::vector<Under> under;
+  const double half = 0.5 * per_cell_ - std::floor(0.5 * per_cell_);
+  const int reach = static_cast<int>(std::ceil(radius)) + 1;
+  for (int y = -reach; y <= reach; ++y) {
+    const double dy = std::max({0.0, y - half, half - (y + 1)});
+    for (int x = -reach; x <= reach; ++x) {
+      const double dx = std::max({0.0, x - half, half - (x + 1)});
+      if (dx * dx + dy * dy >= radius * radius - 1e-9) continue;
+      under.push_back({x, y, std::sqrt(dx * dx + dy * dy)});
+    }
+  }
+  std::stable_sort(under.begin(), under.end(),
+                   [](const Under& a, const Under& b) { return a.away < b.away; });
+  width_ = static_cast<float>(config.scanner_width);
+  clear_width_.assign(nodes_.count(), 0);
   int row = std::numeric_limits<int>::min();
   for (uint32_t node = 0; node < nodes_.count(); ++node) {
     const Eigen::Vector2i c = nodes_.Column(node);
     if (c.y() != row && cancelled.Requested()) return;
     row = c.y();
-    const double mx = (c.x() + 0.5) * per_cell_;  // the column's centre, in voxels
-    const double my = (c.y() + 0.5) * per_cell_;
-    bool all = true;
-    for (int y = static_cast<int>(std::floor(my - radius)); all && y < my + radius; ++y) {
-      const double dy = std::max({0.0, y - my, my - (y + 1)});
-      for (int x = static_cast<int>(std::floor(mx - radius)); all && x < mx + radius; ++x) {
-        const double dx = std::max({0.0, x - mx, mx - (x + 1)});
-        if (dx * dx + dy * dy >= radius * radius - 1e-9) continue;
-        all = fits(x, y, nodes_.Height(node), std::sqrt(dx * dx + dy * dy));
-      }
-    }
-    passable_[node] = all;
+    const Eigen::Vector2i middle(Middle(c.x()), Middle(c.y()));
+    const auto wall = std::find_if(under.begin(), under.end(), [&](const Under& there) {
+      return !fits(middle.x() + there.x, middle.y() + there.y, nodes_.Height(node), there.away);
+    });
+    clear_width_[node] = wall == under.end() ? width_ : static_cast<float>(2 * voxel * wall->away);
   }
 }
 
@@ -196,7 +209,7 @@ void ReachMap::Flood(const model::PlanningView& model, const parallel::Cancellat
       if (so_far > distance[at]) continue;
       const Eigen::Vector2i from = nodes_.Column(at);
       nodes_.ForEachStep(at, [&, length_so_far = so_far](uint32_t to) {
-        if (!passable_[to]) return;
+        if (!Passable(to)) return;
         const Eigen::Vector2i way = (nodes_.Column(to) - from).cwiseAbs();
         const float length = static_cast<float>(nodes_.cell_size()) *
                              (way.sum() == 2 ? std::numbers::sqrt2_v<float> : 1.0f);
@@ -218,6 +231,39 @@ void ReachMap::Flood(const model::PlanningView& model, const parallel::Cancellat
   for (size_t at = 0; at < distance.size(); ++at) reached_[at] = distance[at] < kFar;
   if (model.stations().empty()) return;
   if (const auto at = NodeOf(model.stations().back()); at.has_value()) spread({*at}, travel_);
+}
+
+std::vector<uint32_t> ReachMap::StationNodes(const model::PlanningView& model) const {
+  std::vector<uint32_t> stations;
+  for (const model::Station& station : model.stations()) {
+    if (const auto node = nodes_.Under(station.position); node.has_value()) {
+      stations.push_back(*node);
+    }
+  }
+  return stations;
+}
+
+// The widest path problem: Dijkstra's algorithm with the least width in place of the sum of lengths
+// (Pollack 1960).
+std::vector<ReachMap::WidestWay> ReachMap::FindWidestWays(const model::PlanningView& model) const {
+  std::vector<WidestWay> ways(nodes_.count());
+  std::priority_queue<std::pair<float, uint32_t>> queue;
+  for (const uint32_t seed : StationNodes(model)) {
+    ways[seed] = {width_, seed};
+    queue.emplace(width_, seed);
+  }
+  while (!queue.empty()) {
+    const auto [width, at] = queue.top();
+    queue.pop();
+    if (width < ways[at].width) continue;
+    nodes_.ForEachStep(at, [&, so_far = width, from = at](uint32_t to) {
+      const float least = std::min(so_far, clear_width_[to]);
+      if (least <= ways[to].width) return;
+      ways[to] = {least, clear_width_[to] < so_far ? to : ways[from].narrowest};
+      queue.emplace(least, to);
+    });
+  }
+  return ways;
 }
 
 bool ReachMap::Reached(const Eigen::Vector3d& place) const {

@@ -41,11 +41,19 @@ class ReachMap {
 
   const FloorNodes& nodes() const { return nodes_; }
   // True when the scanner fits with its axis at the middle of the node's column.
-  bool Passable(uint32_t node) const { return passable_[node] != 0; }
+  bool Passable(uint32_t node) const { return clear_width_[node] >= width_; }
   // True when the scanner can be carried to the floor under the place.
   bool Reached(const Eigen::Vector3d& place) const;
   // Length of the shortest way there from the last station, m; absent when there is none.
   std::optional<double> Travel(const Eigen::Vector3d& place) const;
+
+  // By node: the widest scanner that could be carried there from where one has stood, up to the
+  // configured one, and the node at which its way is narrowest.
+  struct WidestWay {
+    float width = 0;  // m; 0 where no way leads
+    uint32_t narrowest = 0;
+  };
+  std::vector<WidestWay> FindWidestWays(const model::PlanningView& model) const;
 
  private:
   void AddNodes(const FloorColumns& floor);
@@ -55,13 +63,15 @@ class ReachMap {
                     const FloorColumns& floor, const PlanningConfig& config,
                     const parallel::Cancellation& cancelled);
   std::optional<uint32_t> NodeOf(const model::Station& station);
+  std::vector<uint32_t> StationNodes(const model::PlanningView& model) const;
   void Flood(const model::PlanningView& model, const parallel::Cancellation& cancelled);
 
   int per_cell_ = 1;    // voxels
   bool given_ = false;  // the floor is, so that all stations stand on it
+  float width_ = 0;     // m, of the scanner
   FloorNodes nodes_;
   // By node.
-  std::vector<uint8_t> passable_;
+  std::vector<float> clear_width_;  // m, of what fits with its axis at the node, up to width_
   std::vector<uint8_t> reached_;
   std::vector<float> travel_;  // m from the last station; infinity
 };

@@ -205,7 +205,7 @@ bool CollectDeficient(const model::PlanningView& model, const PlanningConfig& co
         deficient.push_back(
             {v, model::KindOf(state), surface.centroid, surface.normal, surface.area,
              model::IsFalseSurface(state) ? 0.0f : surface.density,
-             1 + static_cast<float>(surface.spread) / 256,
+             1 + static_cast<float>(surface.spread) / 256, static_cast<float>(required->density),
              enough(v, state, surface, required->density),
              static_cast<float>(SuccessProbability(surface.missed)),
              static_cast<float>(required->worth), measured ? SkylineSines() : skyline->Around(v),

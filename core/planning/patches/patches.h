@@ -25,7 +25,8 @@ struct DeficientCell {
   float area = 0;            // m^2
   float density = 0;         // q, samples / m^2
   float spread = 1;          // density at the voxel's middle over q, in the scan that recorded q
-  float enough = 0;          // samples / m^2: D there, or more where unknown space lies behind it
+  float required = 0;        // samples / m^2: D there
+  float enough = 0;          // samples / m^2: D, or more where unknown space lies behind it
   float success = 1;         // probability that measuring it works, from earlier attempts
   float worth = 1;           // what a sample counts: Requirement::worth
   SkylineSines skyline;      // what is to be expected behind it, where it is under the open sky
@@ -33,6 +34,7 @@ struct DeficientCell {
   // PatchSet::dropouts.
   uint32_t dropouts = 0;
   uint32_t dropout_count = 0;
+  bool expected = false;  // it is not known, but expected (algorithm.md section 7E)
 };
 
 // How far a patch may stray from its plane.

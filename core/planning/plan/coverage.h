@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/model/view/voxel.h"
+#include "core/planning/plan/opening.h"
 
 namespace vantage::planning {
 
@@ -16,8 +17,8 @@ struct CoverageFigures {
   std::array<double, model::kSurfaceKinds> area{};  // m^2 by kind
   double area_at_density = 0;                       // m^2 of true surface with q >= D there
   double area_given_up = 0;                         // m^2
-  // Area at density over all area that is true, false or under-sampled, [0, 1]; the planner's
-  // estimate. Absent when there is no such area.
+  // Area at density over all area that is true, false or under-sampled and not given up, [0, 1];
+  // the planner's estimate. Absent when there is no such area.
   std::optional<double> estimated_coverage;
 };
 
@@ -29,6 +30,9 @@ struct RegionCoverage : CoverageFigures {
 // Of all surface that counts, and of what of it lies in each of PlanningConfig::regions, in order.
 struct Coverage : CoverageFigures {
   std::vector<RegionCoverage> regions;
+  // Where the known space leads on: what lies behind is in no share. Openings::RoomsNotEntered()
+  // counts the rooms.
+  Openings openings;
 };
 
 }  // namespace vantage::planning

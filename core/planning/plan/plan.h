@@ -11,6 +11,7 @@
 
 #include "core/model/view/planning_view.h"
 #include "core/planning/plan/coverage.h"
+#include "core/planning/plan/narrow_way.h"
 #include "core/planning/plan/patch.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/ranked_view.h"
@@ -37,7 +38,10 @@ struct Termination {
   bool suggested = false;
   std::string reason;                // with the numbers; also when stopping is not suggested
   std::optional<double> best_upper;  // samples, over all views; absent when none was evaluated
-  double largest_patch_area = 0;     // m^2
+  // The model gain of the best view lies between these, m^2; absent when none was evaluated.
+  std::optional<double> best_gain;
+  std::optional<double> best_gain_upper;
+  double largest_patch_area = 0;  // m^2
   double unobservable_area =
       0;  // m^2 of deficient surface that gains nothing from any feasible view
   bool unobservable_known = false;  // only a complete evaluation knows
@@ -64,9 +68,10 @@ struct Plan {
   double confidence = 1;              // of all bounds together
   bool complete = false;              // every view scored exactly
   Termination termination;
-  std::optional<Coverage> coverage;  // absent until it was measured
-  std::vector<Storey> storeys;       // from the lowest up; empty until they were found
-  double required_density = 0;       // D that the figures refer to
+  std::vector<NarrowWay> narrow_ways;  // the largest gain first; hardly ever any
+  std::optional<Coverage> coverage;    // absent until it was measured
+  std::vector<Storey> storeys;         // from the lowest up; empty until they were found
+  double required_density = 0;         // D that the figures refer to
   size_t feasible_cells = 0;
   size_t deficient_cells = 0;
   double deficient_area = 0;  // m^2

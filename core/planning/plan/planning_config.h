@@ -35,6 +35,12 @@ enum class EvaluationOrder {
   kPatches,  // the paper's: the most important patch first, against all views
 };
 
+// Where views may stand.
+enum class StationBasis {
+  kKnown,     // where floor, way and clearance are known
+  kExpected,  // also where they are expected: behind doorways of rooms that were not entered
+};
+
 // What is required of surface at a place.
 struct Requirement {
   double density = 0;  // D there, samples / m^2
@@ -51,9 +57,10 @@ struct PlanningConfig {
   double min_viewpoint_height = 1.0;  // m, viewpoint over the floor below it
   double max_viewpoint_height = 2.0;  // m
   std::optional<double> floor_z;      // m, z of the floor; found from the model when absent
-  bool require_reachable = true;      // only cells connected to where a scanner has stood
-  double scanner_width = 0.60;        // m, of the passages it fits through
-  double scanner_height = 1.8;        // m
+  StationBasis station_basis = StationBasis::kKnown;
+  bool require_reachable = true;  // only cells connected to where a scanner has stood
+  double scanner_width = 0.60;    // m, of the passages it fits through
+  double scanner_height = 1.8;    // m
   std::array<double, model::kSurfaceKinds> weights = {1, 1, 1, 1};  // by SurfaceKind, >= 0
   bool pose_sensitivity = false;         // score only what every pose within the error sees
   bool density_on_false_surface = true;  // false: a single sample gains all of a cell

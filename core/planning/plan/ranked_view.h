@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/model/view/voxel.h"
+#include "core/planning/plan/expected_station.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/storey.h"
 #include "core/registration/bound/verdict.h"
@@ -54,9 +55,15 @@ struct RankedView {
   double lower = 0;  // samples; bounds of the score at the plan's confidence
   double upper = 0;
   bool exact = false;  // lower == score == upper, confidence 1
+  // Surface that it would bring to the required density in the model, m^2; known when exact.
+  std::optional<double> model_gain;
+  // The same with what is expected and not known, m^2, times its chance; known when exact.
+  std::optional<double> expected_gain;
+  double model_gain_upper = 0;                               // m^2, equal to it where it is known
   std::array<double, model::kSurfaceKinds> score_by_kind{};  // samples, weighted, sums to score
   double height_over_floor = 0;                              // m; NaN where no floor is below
-  std::optional<Storey> storey;          // of the floor below; absent where there is none
+  std::optional<ExpectedStation> expected;  // absent: floor, way and clearance are known
+  std::optional<Storey> storey;             // of the floor below; absent where there is none
   bool floor_measured = false;           // false: the floor below lies between measured floor, or
                                          // was given
   double clearance = 0;                  // m, to the nearest thing not empty

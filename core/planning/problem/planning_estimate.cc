@@ -7,6 +7,7 @@
 #include "absl/strings/str_format.h"
 #include "core/planning/patches/patches.h"
 #include "core/planning/scoring/patch_tree.h"
+#include "core/visibility/opaque_grid.h"
 
 namespace vantage::planning {
 namespace {
@@ -56,8 +57,13 @@ Size SizeOf(const model::PlanningView& model, const PlanningConfig& config) {
 uint64_t EstimatePlanningMemory(const model::PlanningView& model, const PlanningConfig& config) {
   const Size size = SizeOf(model, config);
   const auto surface = static_cast<double>(model.SurfaceCount());
+  const model::VoxelBox box = visibility::OpaqueGrid(model).box();
+  // Pose sensitivity and the hierarchy have a table each.
+  const uint64_t tables =
+      (config.pose_sensitivity ? 2 : 1) * visibility::SummedVolumeTable::Bytes(box.max - box.min);
   return static_cast<uint64_t>(size.viewcells * (kViewcell + kView) + size.columns * kColumn +
-                               size.floor * kFloor + surface * (kCell + kFaces) + (1 << 20));
+                               size.floor * kFloor + surface * (kCell + kFaces) + (1 << 20)) +
+         tables;
 }
 
 absl::Status CheckPlanningSize(const model::PlanningView& model, const PlanningConfig& config) {

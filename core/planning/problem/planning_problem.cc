@@ -1,11 +1,13 @@
 #include "core/planning/problem/planning_problem.h"
 
+#include <algorithm>
 #include <optional>
 #include <utility>
 
 #include "absl/memory/memory.h"
 #include "absl/status/status.h"
-#include "core/planning/patches/measure_coverage.h"
+#include "core/planning/openings/measure_coverage.h"
+#include "core/planning/openings/openings.h"
 #include "core/planning/plan/stage_clock.h"
 #include "core/planning/problem/planning_estimate.h"
 
@@ -28,6 +30,22 @@ bool SameSurface(const PlanningConfig& a, const PlanningConfig& b) {
          same_region(a.region_of_interest, b.region_of_interest);
 }
 
+bool SameExpectation(const PlanningConfig& a, const PlanningConfig& b) {
+  if (a.station_basis != b.station_basis) return false;
+  return a.station_basis == StationBasis::kKnown ||
+         std::equal(a.rejected.begin(), a.rejected.end(), b.rejected.begin(), b.rejected.end(),
+                    [](const RejectedPlace& x, const RejectedPlace& y) {
+                      return x.position == y.position && x.radius == y.radius;
+                    });
+}
+
+void MarkExpected(const Expectation& expectation, PatchSet& patches) {
+  for (DeficientCell& cell : patches.cells) {
+    cell.expected = expectation.Expected(cell.voxel);
+    if (cell.expected) cell.success *= static_cast<float>(kSurfaceChance);
+  }
+}
+
 }  // namespace
 
 absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
@@ -37,30 +55,58 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   const PlanningConfig& config = question.config;
   if (absl::Status valid = ValidateFor(model, question.scanner, config); !valid.ok()) return valid;
   if (absl::Status fits = CheckPlanningSize(model, config); !fits.ok()) return fits;
-  const bool same_model = question.previous != nullptr && &question.previous->model_ == &model;
+  const PlanningProblem* previous = question.previous;
+  const bool same_model = previous != nullptr && &previous->model_ == &model;
+  const bool same_floor = same_model && previous->config_.floor_z == config.floor_z;
+  const bool same_scene = same_floor && SameExpectation(previous->config_, config);
   auto problem = absl::WrapUnique(new PlanningProblem(question));
   StageClock clock(problem->seconds_);
 
-  // A. Feasible views.
+  // A. Feasible views, and where rooms lead on.
   std::optional<visibility::OpaqueGrid> grid;
-  if (same_model) {
-    problem->occlusion_ = question.previous->occlusion_;
+  if (same_scene) {
+    problem->occlusion_ = previous->occlusion_;
   } else {
     grid.emplace(model);
   }
-  auto feasible = FeasibleViews::Find(model, same_model ? problem->grid() : *grid, question.scanner,
-                                      config, parallel, cancelled);
+  const auto find = [&](const model::PlanningView& view, const visibility::OpaqueGrid& opaque) {
+    return FeasibleViews::Find(view, opaque, question.scanner, config, parallel, cancelled);
+  };
+  const bool expects = same_scene && problem->expectation() != nullptr;
+  auto feasible =
+      find(model, same_scene && !expects ? problem->grid() : visibility::OpaqueGrid(model));
   if (!feasible.ok()) return During(PlanStage::kFeasible, feasible.status());
+  auto openings =
+      same_floor ? previous->openings() : FindOpenings(model, feasible->floor(), cancelled);
+  if (!openings.ok()) return During(PlanStage::kFeasible, openings.status());
+  std::shared_ptr<const Expectation> expectation =
+      same_scene ? previous->occlusion_->expectation : nullptr;
+  if (!same_scene && config.station_basis == StationBasis::kExpected) {
+    auto found = Expectation::Of(model, *openings, config.rejected, cancelled);
+    if (!found.ok()) return During(PlanStage::kFeasible, found.status());
+    expectation = *std::move(found);
+    if (expectation != nullptr) grid.emplace(expectation->view());
+  }
+  if (expectation != nullptr) {
+    problem->known_ = *std::move(feasible);
+    const FloorMap floor = problem->known_.floor().With(expectation->floors(), expectation->view());
+    feasible = FeasibleViews::FindExpected(expectation->standing(), floor,
+                                           same_scene ? problem->grid() : *grid, problem->known_,
+                                           question.scanner, config, parallel, cancelled);
+    if (!feasible.ok()) return During(PlanStage::kFeasible, feasible.status());
+  }
   problem->feasible_ = *std::move(feasible);
+  const model::PlanningView& view = expectation == nullptr ? model : expectation->view();
   clock.Book(PlanStage::kFeasible);
 
-  if (same_model && SameSurface(question.previous->config_, config)) {
-    problem->surface_ = question.previous->surface_;
+  if (same_scene && SameSurface(previous->config_, config)) {
+    problem->surface_ = previous->surface_;
   } else {
     // B. Extract patches.
-    auto patches = ExtractPatches(model, config, {}, cancelled);
+    auto patches = ExtractPatches(view, config, {}, cancelled);
     if (!patches.ok()) return During(PlanStage::kPatches, patches.status());
-    auto coverage = MeasureCoverage(model, config, cancelled);
+    if (expectation != nullptr) MarkExpected(*expectation, *patches);
+    auto coverage = MeasureCoverage(model, config, *std::move(openings), cancelled);
     if (!coverage.ok()) return During(PlanStage::kPatches, coverage.status());
     clock.Book(PlanStage::kPatches);
 
@@ -73,11 +119,11 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   }
 
   // What D needs.
-  if (!same_model) {
+  if (!same_scene) {
     auto scene = visibility::OcclusionScene::Create(*grid, parallel, cancelled);
     if (!scene.ok()) return During(PlanStage::kEvaluate, scene.status());
-    problem->occlusion_ =
-        std::make_shared<const Occlusion>(Occlusion{*std::move(grid), *std::move(scene)});
+    problem->occlusion_ = std::make_shared<const Occlusion>(
+        Occlusion{std::move(expectation), *std::move(grid), *std::move(scene)});
   }
   auto scoring =
       Scoring::Create(model.voxel_size(), problem->grid(), problem->scene(), problem->patches(),
@@ -86,6 +132,11 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   problem->scoring_ = *std::move(scoring);
   clock.Book(PlanStage::kEvaluate);
   return std::shared_ptr<const PlanningProblem>(std::move(problem));
+}
+
+StationBasis PlanningProblem::BasisOf(const Eigen::Vector3d& place) const {
+  const bool known = expectation() == nullptr || known_.IndexOf(known_.CellOf(place)) >= 0;
+  return known ? StationBasis::kKnown : StationBasis::kExpected;
 }
 
 Plan BeginPlan(const PlanningProblem& problem) {

@@ -10,9 +10,11 @@
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
 #include "core/parallel/parallel.h"
+#include "core/planning/expectation/expectation.h"
 #include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/patches/patches.h"
 #include "core/planning/plan/coverage.h"
+#include "core/planning/plan/opening.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/scoring/scoring.h"
@@ -46,6 +48,13 @@ class PlanningProblem {
       const parallel::Cancellation& cancelled = {});
 
   const model::PlanningView& model() const { return model_; }
+  // What is expected beyond the model; null where nothing is, or where views stand on what is known
+  // only.
+  const Expectation* expectation() const { return occlusion_->expectation.get(); }
+  // The model with what is expected: what grid, scene, feasible views and patches are of.
+  const model::PlanningView& view() const {
+    return expectation() == nullptr ? model_ : expectation()->view();
+  }
   const sensor::ScannerModel& scanner() const { return scanner_; }
   const PlanningConfig& config() const { return config_; }
 
@@ -53,9 +62,13 @@ class PlanningProblem {
   const visibility::OcclusionScene& scene() const { return occlusion_->scene; }
   // A. Where the scanner can stand.
   const FeasibleViews& feasible() const { return feasible_; }
+  // What a place is known by: kExpected where `feasible()` has it by what is expected alone.
+  StationBasis BasisOf(const Eigen::Vector3d& place) const;
   // B and C. The deficient surface, the most important patch first, and how complete the rest is.
   const PatchSet& patches() const { return surface_->patches; }
   const Coverage& coverage() const { return surface_->coverage; }
+  // Where the known space leads on.
+  const Openings& openings() const { return surface_->coverage.openings; }
   // For D.
   const Scoring& scoring() const { return *scoring_; }
 
@@ -63,12 +76,13 @@ class PlanningProblem {
   const std::array<double, kPlanStages>& seconds() const { return seconds_; }
 
  private:
-  // Depends on the model alone.
+  // Depends on the model, on where the floor is, and on whether anything is expected.
   struct Occlusion {
+    std::shared_ptr<const Expectation> expectation;
     visibility::OpaqueGrid grid;
     visibility::OcclusionScene scene;
   };
-  // Depends on the model and on what the configuration says of surface.
+  // Depends on the model and on what the configuration says of surface and of floor_z.
   struct Surface {
     PatchSet patches;
     Coverage coverage;
@@ -81,6 +95,7 @@ class PlanningProblem {
   const PlanningConfig config_;
   std::shared_ptr<const Occlusion> occlusion_;
   FeasibleViews feasible_;
+  FeasibleViews known_;  // by the model alone; empty where nothing is expected
   std::shared_ptr<const Surface> surface_;
   std::unique_ptr<const Scoring> scoring_;
   std::array<double, kPlanStages> seconds_{};

@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "absl/strings/str_format.h"
-#include "core/planning/plan/model_gain.h"
 
 namespace vantage::planning {
 
@@ -18,8 +17,8 @@ std::optional<double> UnobservableArea(const PatchSet& patches, const Evaluation
 }
 
 Termination JudgeTermination(const PatchSet& patches, const Evaluation& evaluation,
-                             const PlanningConfig& config,
-                             std::optional<double> unobservable_area) {
+                             const PlanningConfig& config, std::optional<double> unobservable_area,
+                             const std::optional<GainBounds>& gains) {
   Termination termination;
   for (const Patch& patch : patches.patches) {
     termination.largest_patch_area = std::max(termination.largest_patch_area, patch.area);
@@ -31,7 +30,10 @@ Termination JudgeTermination(const PatchSet& patches, const Evaluation& evaluati
     termination.unobservable_area = *unobservable_area;
     termination.unobservable_known = true;
   }
-  const double most_gain = ModelGain(termination.best_upper.value_or(0), config.required_density);
+  if (gains.has_value()) {
+    termination.best_gain = gains->lower;
+    termination.best_gain_upper = gains->upper;
+  }
   if (patches.patches.empty()) {
     termination.suggested = true;
     termination.reason = absl::StrFormat(
@@ -42,20 +44,25 @@ Termination JudgeTermination(const PatchSet& patches, const Evaluation& evaluati
     termination.reason =
         absl::StrFormat("the largest deficient patch has %.4f m2, less than %.4f m2",
                         termination.largest_patch_area, config.min_patch_area);
-  } else if (!evaluation.views.empty() && most_gain < config.terminate_below) {
-    termination.suggested = true;
-    termination.reason = absl::StrFormat(
-        "no view's model gain exceeds %.3f m2 (upper bound), less than %.3f m2; %.2f m2 are still "
-        "deficient",
-        most_gain, config.terminate_below, patches.area);
-  } else if (evaluation.views.empty()) {
+  } else if (!gains.has_value()) {
     termination.reason = absl::StrFormat(
         "%.2f m2 are still deficient, and no view of them could be evaluated", patches.area);
+  } else if (gains->upper < config.terminate_below) {
+    termination.suggested = true;
+    termination.reason = absl::StrFormat(
+        "no view brings more than %.3f m2 to the required density, less than %.3f m2; %.2f m2 are "
+        "still deficient",
+        gains->upper, config.terminate_below, patches.area);
+  } else if (gains->lower < config.terminate_below) {
+    termination.reason = absl::StrFormat(
+        "a view that was looked at brings %.2f m2 to the required density, less than %.2f m2, but "
+        "not all were; %.2f m2 are still deficient, the largest patch has %.2f m2",
+        gains->lower, config.terminate_below, patches.area, termination.largest_patch_area);
   } else {
     termination.reason = absl::StrFormat(
-        "a view's model gain may still be %.2f m2 (upper bound), at least %.2f m2; %.2f m2 are "
-        "still deficient, the largest patch has %.2f m2",
-        most_gain, config.terminate_below, patches.area, termination.largest_patch_area);
+        "a view brings %.2f m2 to the required density; stopping is suggested when none brings "
+        "%.2f m2; %.2f m2 are still deficient, the largest patch has %.2f m2",
+        gains->lower, config.terminate_below, patches.area, termination.largest_patch_area);
   }
   return termination;
 }

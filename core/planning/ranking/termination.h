@@ -8,6 +8,7 @@
 #include "core/planning/patches/patches.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/planning/ranking/gain_bounds.h"
 
 namespace vantage::planning {
 
@@ -17,9 +18,10 @@ std::optional<double> UnobservableArea(const PatchSet& patches, const Evaluation
 
 // Judges by upper bounds, never by estimates. `evaluation` may be empty (no feasible view).
 // `unobservable_area`: deficient surface that no feasible view gains anything on, m^2; absent when
-// unknown.
+// unknown. `gains`: of the best view; absent when no view was evaluated.
 Termination JudgeTermination(const PatchSet& patches, const Evaluation& evaluation,
-                             const PlanningConfig& config, std::optional<double> unobservable_area);
+                             const PlanningConfig& config, std::optional<double> unobservable_area,
+                             const std::optional<GainBounds>& gains);
 
 }  // namespace vantage::planning
 

@@ -22,6 +22,12 @@ void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const 
         problem_.feasible().floor().storeys().Describe(*storey, problem_.config().storeys);
   }
   view.floor_measured = problem_.feasible().FloorMeasured(position);
+  if (problem_.BasisOf(position) == StationBasis::kExpected) {
+    view.expected = ExpectedStation{std::nullopt, kStationRadius, kStationChance, std::nullopt};
+    if (const auto opening = problem_.expectation()->Behind(position); opening.has_value()) {
+      view.expected->doorway = problem_.openings().openings[*opening].centre;
+    }
+  }
   view.clearance =
       ClearanceAt(problem_.grid(), problem_.model().voxel_size(), position, kClearanceLimit);
   view.travel = problem_.feasible().reach().Travel(position);
@@ -41,6 +47,10 @@ bool ViewReport::Exact(const Eigen::Vector3d& position, const parallel::Budget& 
                              cell_scores, view);
   }
   view.lower = view.upper = view.score;
+  std::vector<float> cell_gains(gains_.size());
+  if (!scorer.ScoreCells(position, gains_, budget, cell_gains).finished) return false;
+  KeepSector(Sector(problem_.scanner(), view.heading), position, gains_, cell_gains);
+  SetGain(gains_, problem_.patches(), cell_gains, view);
   view.exact = true;
   SplitScore(problem_.scoring().cells(), cell_scores, problem_.patches(), view);
   return true;
@@ -59,6 +69,7 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
     view.lower = estimate.lower;
     view.upper = estimate.upper;
     view.exact = estimate.exact;
+    view.model_gain_upper = MostGain(view.upper);
     view.verdict = checked[k].verdict;
     Place(problem_.feasible().Centre(i), view);
     const Headings& headings = problem_.scoring().scorer().headings();
@@ -80,9 +91,35 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
       view.patch_scores = std::move(split.patch_scores);
       view.score = view.lower = view.upper = split.score;
       view.exact = true;
+      view.model_gain = split.model_gain;
+      view.model_gain_upper = split.model_gain_upper;
+      view.expected_gain = split.expected_gain;
     }
   });
   return views;
+}
+
+void ViewReport::SetGain(const CellArrays& gains, const PatchSet& patches,
+                         std::span<const float> cell_gains, RankedView& view) {
+  double known = 0;
+  double expected = 0;
+  for (size_t i = 0; i < gains.size(); ++i) {
+    (patches.cells[gains.cell[i]].expected ? expected : known) +=
+        static_cast<double>(cell_gains[i]);
+  }
+  view.model_gain = view.model_gain_upper = known;
+  view.expected_gain = known + expected;
+}
+
+void ViewReport::NameFallback(std::vector<RankedView>& views) {
+  const auto known = std::find_if(views.begin(), views.end(),
+                                  [](const RankedView& v) { return !v.expected.has_value(); });
+  if (known == views.end()) return;
+  for (RankedView& view : views) {
+    if (view.expected.has_value()) {
+      view.expected->fallback = static_cast<size_t>(known - views.begin());
+    }
+  }
 }
 
 Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation) const {
@@ -111,6 +148,7 @@ Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation) const {
     view.lower = estimate.lower;
     view.upper = estimate.upper;
     view.exact = estimate.exact;
+    view.model_gain_upper = MostGain(view.upper);
     const Headings& headings = problem_.scoring().scorer().headings();
     if (!headings.all_around()) view.heading = headings.Angle(estimate.heading);
     view.verdict.reason = "not checked yet";
@@ -120,7 +158,10 @@ Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation) const {
   }
   plan.optimality_gap =
       most > 0 && !plan.views.empty() ? std::clamp(1 - plan.views[0].lower / most, 0.0, 1.0) : 1;
-  if (evaluation.any()) plan.termination.best_upper = most;
+  if (evaluation.any()) {
+    plan.termination.best_upper = most;
+    plan.termination.best_gain_upper = MostGain(most);
+  }
   return plan;
 }
 

@@ -4,6 +4,7 @@
 #define VANTAGE_CORE_PLANNING_SCORING_POSE_SENSITIVITY_H_
 
 #include <Eigen/Geometry>
+#include <utility>
 
 #include "core/planning/scoring/constraints.h"
 #include "core/planning/scoring/interval_constraints.h"
@@ -11,16 +12,16 @@
 
 namespace vantage::planning {
 
-// References are kept. Thread safe.
+// The reference is kept. Thread safe.
 class PoseSensitivity {
  public:
-  // `reach` (m, per axis): half a viewcell and the positioning error. `corner`: of the scene, in
-  // voxels; `voxel` in m.
-  PoseSensitivity(const SensingConstraints& constraints, const visibility::OpaqueGrid& grid,
-                  double reach, double voxel, const Eigen::Vector3d& corner)
+  // `grid` is summed. `reach` (m, per axis): half a viewcell and the positioning error. `corner`:
+  // of the scene, in voxels; `voxel` in m.
+  PoseSensitivity(const SensingConstraints& constraints, visibility::OpaqueGrid grid, double reach,
+                  double voxel, const Eigen::Vector3d& corner)
       : constraints_(constraints),
         intervals_(constraints),
-        grid_(grid),
+        grid_(std::move(grid)),
         reach_(reach),
         voxel_(voxel),
         corner_(corner) {}
@@ -34,7 +35,7 @@ class PoseSensitivity {
  private:
   const SensingConstraints& constraints_;
   IntervalConstraints intervals_;
-  const visibility::OpaqueGrid& grid_;
+  visibility::OpaqueGrid grid_;
   double reach_;
   double voxel_;
   Eigen::Vector3d corner_;

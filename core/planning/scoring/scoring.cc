@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <utility>
 
 #include "absl/memory/memory.h"
@@ -90,23 +91,28 @@ absl::StatusOr<std::unique_ptr<const Scoring>> Scoring::Create(
   }
   auto ordered = OrderedCells::Order(cells, parallel, cancelled);
   if (!ordered.ok()) return ordered.status();
+  std::optional<visibility::OpaqueGrid> summed;
+  if (config.pose_sensitivity) {
+    auto made = grid.Summed(parallel, cancelled);
+    if (!made.ok()) return made.status();
+    summed = *std::move(made);
+  }
   return absl::WrapUnique<const Scoring>(
-      new Scoring(voxel, grid, scene, *std::move(ordered), scanner, config));
+      new Scoring(voxel, summed, scene, *std::move(ordered), scanner, config));
 }
 
-Scoring::Scoring(double voxel, const visibility::OpaqueGrid& grid,
+Scoring::Scoring(double voxel, const std::optional<visibility::OpaqueGrid>& summed,
                  const visibility::OcclusionScene& scene, OrderedCells cells,
                  const sensor::ScannerModel& scanner, const PlanningConfig& config)
     : constraints_(scanner),
       scene_(scene),
       cells_(std::move(cells)),
       // A view stands for its viewcell, grown by a person's positioning error.
-      sensitivity_(
-          config.pose_sensitivity
-              ? std::optional<PoseSensitivity>(std::in_place, constraints_, grid,
-                                               config.viewcell_size / 2 + scanner.positioning_error,
-                                               voxel, scene.corner())
-              : std::nullopt),
+      sensitivity_(summed.has_value() ? std::optional<PoseSensitivity>(
+                                            std::in_place, constraints_, *summed,
+                                            config.viewcell_size / 2 + scanner.positioning_error,
+                                            voxel, scene.corner())
+                                      : std::nullopt),
       scorer_(constraints_, scene, voxel, sensitivity_.has_value() ? &*sensitivity_ : nullptr) {}
 
 }  // namespace vantage::planning

@@ -38,8 +38,10 @@ class Scoring {
   const BruteForceScorer& scorer() const { return scorer_; }
 
  private:
-  Scoring(double voxel, const visibility::OpaqueGrid& grid, const visibility::OcclusionScene& scene,
-          OrderedCells cells, const sensor::ScannerModel& scanner, const PlanningConfig& config);
+  // `summed`: where poses around a view count, too.
+  Scoring(double voxel, const std::optional<visibility::OpaqueGrid>& summed,
+          const visibility::OcclusionScene& scene, OrderedCells cells,
+          const sensor::ScannerModel& scanner, const PlanningConfig& config);
 
   SensingConstraints constraints_;
   const visibility::OcclusionScene& scene_;

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <deque>
+#include <utility>
 
 #include "core/sensor/scanner_model.h"
 
@@ -157,6 +157,18 @@ void FloorPlan::AddWall(const Wall& wall) {
   for (size_t i = solids_before; i < solids_.size(); ++i) Block(solids_[i]);
 }
 
+std::vector<SceneDoorway> FloorPlan::Doorways() const {
+  std::vector<SceneDoorway> doorways;
+  for (const Wall& wall : walls_) {
+    for (const Opening& opening : wall.openings) {
+      if (opening.window) continue;
+      doorways.push_back(
+          {wall.from + opening.middle * AlongOf(wall), AlongOf(wall), opening.width, opening.head});
+    }
+  }
+  return doorways;
+}
+
 void FloorPlan::Build(MeshBuilder& builder) const {
   builder.SetFrame(Eigen::Isometry3d::Identity());
   const Eigen::Vector2d low = extent_.min().array() - kSlab;
@@ -268,7 +280,7 @@ bool FloorPlan::LeavesReachable(const Room& room, const Footprint& footprint) co
       at(column, row) = blocked ? kBlocked : kFree;
     }
   }
-  std::deque<std::pair<int, int>> front;
+  std::vector<std::pair<int, int>> front;
   const auto visit_cell = [&](int column, int row) {
     if (column < 0 || row < 0 || column >= columns || row >= rows) return;
     if (at(column, row) != kFree) return;
@@ -299,8 +311,8 @@ bool FloorPlan::LeavesReachable(const Room& room, const Footprint& footprint) co
     near(places.front(), visit_cell);
   }
   while (!front.empty()) {
-    const auto [column, row] = front.front();
-    front.pop_front();
+    const auto [column, row] = front.back();
+    front.pop_back();
     visit_cell(column - 1, row);
     visit_cell(column + 1, row);
     visit_cell(column, row - 1);
@@ -388,6 +400,7 @@ std::optional<FloorPlan::Spot> FloorPlan::FreestSpot(const Room& room) const {
       const Eigen::Vector2d at(x, y);
       double clearance = kFar;
       for (const Footprint& f : around) {
+        if (best.has_value() && clearance <= best->clearance) break;  // it is no better
         if ((f.middle - at).norm() - f.half_size.norm() >= clearance) continue;
         clearance = std::min(clearance, f.DistanceTo(at));
       }

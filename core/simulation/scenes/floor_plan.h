@@ -10,6 +10,7 @@
 
 #include "core/simulation/random_sequence.h"
 #include "core/simulation/scenes/mesh_builder.h"
+#include "core/simulation/scenes/scene.h"
 
 namespace vantage::simulation {
 
@@ -70,6 +71,7 @@ class FloorPlan {
   void OpenCeiling(const Eigen::AlignedBox2d& hole) { ceiling_hole_ = hole; }
   const std::vector<Room>& rooms() const { return rooms_; }
   double height() const { return height_; }
+  std::vector<SceneDoorway> Doorways() const;
 
   // Floor, ceiling, walls, panes and door leaves.
   void Build(MeshBuilder& builder) const;

@@ -121,6 +121,7 @@ Scene FurnishedFlat(uint64_t seed) {
     furnishing.Study(second);
   }
   scene.starts = StartsIn(plan);
+  scene.doorways = plan.Doorways();
   return scene;
 }
 

@@ -130,6 +130,7 @@ Scene OfficeStorey(uint64_t seed, double area_m2) {
   }
   for (const Room& room : corridors) furnishing.Corridor(room);
   scene.starts = StartsIn(plan);
+  scene.doorways = plan.Doorways();
   return scene;
 }
 

@@ -10,6 +10,14 @@
 
 namespace vantage::simulation {
 
+// A doorway as it was built.
+struct SceneDoorway {
+  Eigen::Vector2d middle;  // m
+  Eigen::Vector2d along;   // unit, from jamb to jamb
+  double width = 0;        // m, between the jambs; a leaf that stands open may leave less
+  double head = 0;         // m over the floor
+};
+
 // All generated scenes: the first floor at z = 0, closed but for panes of glass with nothing behind
 // them, and every room reachable for a scanner 0.7 m wide. The same seed gives the same scene on
 // every machine.
@@ -19,6 +27,7 @@ struct Scene {
   double floor_height = 0;              // m, below the first start
   bool several_levels = false;          // there is other ground than at that height
   std::vector<Eigen::Vector3d> starts;  // m, free places for a first scan, viewpoint height
+  std::vector<SceneDoorway> doorways;   // of scenes with a floor plan
 };
 
 }  // namespace vantage::simulation

@@ -67,6 +67,7 @@ Scene TwoRooms(uint64_t seed) {
     furnishing.CeilingLamps(room, 5);
   }
   scene.starts = StartsIn(plan);
+  scene.doorways = plan.Doorways();
   return scene;
 }
 
@@ -120,6 +121,7 @@ Scene PillarHall(uint64_t seed) {
     furnishing.TableWithChairs(hall, {random.Between(1.4, 1.8), 0.8, 0.75}, 4);
   }
   scene.starts = StartsIn(plan);
+  scene.doorways = plan.Doorways();
   // One freest place is little choice for a hall: its quarters too.
   for (const double x : {0.25, 0.75}) {
     for (const double y : {0.25, 0.75}) {

@@ -12,7 +12,8 @@ absl::StatusOr<v1::AcceptScanResponse> AcceptScan(const session::TenantSessions&
       FindParent(sessions, request.name(), "scans", "name");
   if (!session.ok()) return session.status();
   if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
-  absl::StatusOr<v1::Scan> scan = (*session)->scans().Accept(request);
+  absl::StatusOr<v1::Scan> scan = (*session)->scans().Accept(
+      request.name(), session::RequestKey::Of(request.request_id(), "AcceptScan", request));
   if (!scan.ok()) return scan.status();
   v1::AcceptScanResponse response;
   *response.mutable_scan() = *std::move(scan);

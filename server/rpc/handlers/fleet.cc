@@ -61,7 +61,9 @@ absl::StatusOr<v1::RenewClaimResponse> RenewClaim(const session::TenantSessions&
       FindParent(sessions, request.name(), "claims", "name");
   if (!session.ok()) return session.status();
   if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
-  absl::StatusOr<v1::Claim> claim = (*session)->claims().Renew(request);
+  absl::StatusOr<v1::Claim> claim = (*session)->claims().Renew(
+      request.name(), conversion::ReadTtl(request),
+      session::RequestKey::Of(request.request_id(), "RenewClaim", request));
   if (!claim.ok()) return claim.status();
   v1::RenewClaimResponse response;
   *response.mutable_claim() = *std::move(claim);
@@ -74,7 +76,8 @@ absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(const session::TenantSessi
       FindParent(sessions, request.name(), "claims", "name");
   if (!session.ok()) return session.status();
   if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
-  absl::Status released = (*session)->claims().Release(request);
+  absl::Status released = (*session)->claims().Release(
+      request.name(), session::RequestKey::Of(request.request_id(), "ReleaseClaim", request));
   if (!released.ok()) return released;
   return v1::ReleaseClaimResponse();
 }

@@ -12,7 +12,9 @@ absl::StatusOr<v1::SetScanPoseResponse> SetScanPose(const session::TenantSession
       FindParent(sessions, request.name(), "scans", "name");
   if (!session.ok()) return session.status();
   if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
-  absl::StatusOr<v1::Scan> scan = (*session)->scans().SetPose(request);
+  absl::StatusOr<v1::Scan> scan = (*session)->scans().SetPose(
+      request.name(), request.prior(), request.use() == v1::POSE_USE_AS_IS,
+      session::RequestKey::Of(request.request_id(), "SetScanPose", request));
   if (!scan.ok()) return scan.status();
   v1::SetScanPoseResponse response;
   *response.mutable_scan() = *std::move(scan);

@@ -12,7 +12,13 @@ absl::StatusOr<v1::WithdrawScanResponse> WithdrawScan(const session::TenantSessi
       FindParent(sessions, request.name(), "scans", "name");
   if (!session.ok()) return session.status();
   if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
-  return (*session)->scans().Withdraw(request);
+  absl::StatusOr<session::Scans::Withdrawn> withdrawn = (*session)->scans().Withdraw(
+      request.name(), session::RequestKey::Of(request.request_id(), "WithdrawScan", request));
+  if (!withdrawn.ok()) return withdrawn.status();
+  v1::WithdrawScanResponse response;
+  *response.mutable_scan() = std::move(withdrawn->scan);
+  for (std::string& scan : withdrawn->dependents) response.add_dependent_scans(std::move(scan));
+  return response;
 }
 
 }  // namespace vantage::rpc::handlers

@@ -10,7 +10,7 @@
 #include "core/fleet/claim_cover.h"
 #include "core/model/view/export.h"
 #include "core/parallel/thread_pool.h"
-#include "core/planning/patches/measure_coverage.h"
+#include "core/planning/openings/measure_coverage.h"
 #include "core/registration/align/targets.h"
 #include "core/registration/global_registration.h"
 #include "core/registration/levelling.h"

@@ -12,7 +12,6 @@
 
 #include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
-#include "core/planning/plan/model_gain.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/simulation/scenes/mesh_builder.h"
 #include "core/simulation/simulated_scanner.h"
@@ -86,7 +85,7 @@ class EvaluateViewTest : public testing::Test {
         Eigen::AlignedBox3d(Eigen::Vector3d(4.3, -0.5, -0.5), Eigen::Vector3d(10.5, 4.5, 3));
     const auto view = EvaluateView(*model.Publish(), fine_, config_, position, pool_);
     EXPECT_TRUE(view.ok()) << view.status();
-    return view.ok() ? ModelGain(view->view.score, config_.required_density) : 0;
+    return view.ok() ? view->view.score / config_.required_density : 0;
   }
   size_t Dropouts(const model::PartialModel& model) {
     size_t dropouts = 0;

@@ -15,6 +15,7 @@
 #include "core/parallel/thread_pool.h"
 #include "core/planning/evaluation/hierarchy.h"
 #include "core/planning/feasibility/feasible_views.h"
+#include "core/planning/openings/openings.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
@@ -93,7 +94,11 @@ TEST_F(PlannerBudgetTest, SetupLooksAtTheClockAsOftenAsItsWorkDemands) {
   const auto bricks = static_cast<int64_t>(model_.bricks().size());
   const visibility::OpaqueGrid grid(model_);
   const model::VoxelIndex size = grid.box().max - grid.box().min;
+  EXPECT_GE(looks([&] { (void)grid.Summed(serial_, budget); }), size.y() + size.z());
   EXPECT_GE(looks([&] { (void)FloorMap::Find(model_, std::nullopt, budget); }), bricks / 128 + 3);
+  const FloorMap floor = FloorMap::Find(model_, std::nullopt).value();
+  EXPECT_GE(looks([&] { (void)FindOpenings(model_, floor, budget); }),
+            bricks / 128 + 2 * size.x() * size.y() / 4096);
   EXPECT_GE(
       looks([&] { (void)FeasibleViews::Find(model_, grid, scanner_, config_, serial_, budget); }),
       bricks / 128 + size.y() / 4 + size.z() / 4 + size.y());

@@ -13,7 +13,7 @@
 
 #include "core/parallel/thread_pool.h"
 #include "core/planning/evaluate_view.h"
-#include "core/planning/patches/measure_coverage.h"
+#include "core/planning/openings/measure_coverage.h"
 #include "core/planning/plan/coverage.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
@@ -145,18 +145,15 @@ TEST_F(WholePlanTest, ViewsSayWhatTheyGainAndAround) {
 // By what may still be gained, in m2 of the model, and by the patches that are left.
 TEST_F(WholePlanTest, StopsWhereTheConfigurationSaysThatItIsEnough) {
   EXPECT_FALSE(plan_.termination.suggested) << plan_.termination.reason;
-  // Of all views, whether they register or not.
-  double most = 0;
-  for (const ScoredCell& cell : plan_.score_map) {
-    most = std::max(most, static_cast<double>(cell.score));
-  }
-  const double gain = most / config_.required_density;
+  // Some view brings so much at least, and none more than that.
+  const double least = plan_.termination.best_gain.value();
+  const double most = plan_.termination.best_gain_upper.value();
   const auto suggested = [&] {
     return Make(model_, parallel::Budget::Unlimited(), serial_).termination.suggested;
   };
-  config_.terminate_below = 1.001 * gain;
+  config_.terminate_below = 1.001 * most;
   EXPECT_TRUE(suggested());
-  config_.terminate_below = 0.999 * gain;
+  config_.terminate_below = 0.999 * least;
   EXPECT_FALSE(suggested());
   double largest = 0;
   for (const Patch& patch : plan_.patches) largest = std::max(largest, patch.area);

@@ -22,7 +22,7 @@ class PromisesTest : public testing::TestWithParam<model::ClosedFormScene> {
     const absl::StatusOr<ViewEvaluation> view =
         EvaluateView(*model.Publish(), scanner_, config_, position, serial_);
     EXPECT_TRUE(view.ok()) << view.status();
-    return view.ok() ? ModelGain(view->view.score, config_.required_density) : 0;
+    return view.ok() ? view->view.score / config_.required_density : 0;
   }
   void Scan(model::PartialModel& model, const std::string& id, const Eigen::Vector3d& position) {
     const Eigen::Isometry3d pose = model::PoseAt(position);

@@ -2,10 +2,12 @@
 // space. The pose is right nevertheless.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <optional>
 #include <random>
+#include <span>
 
 #include "core/model/partial_model.h"
 #include "core/parallel/parallel.h"
@@ -15,6 +17,7 @@
 #include "core/simulation/scenes/scene.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/core/registration/box_scene.h"
+#include "tests/support/runs.h"
 
 namespace vantage::registration {
 namespace {
@@ -49,7 +52,7 @@ TEST_F(MirrorsToldTest, AScanFromBeforeAMirrorIsRegistered) {
   const std::shared_ptr<const model::PlanningView> model = AfterTheFirst();
   const sensor::Scan scan = ScanAt(kBeforeTheMirror);
   std::mt19937_64 random(1);
-  for (int t = 0; t < 5; ++t) {
+  for (int t = 0; t < test_support::Runs(5); ++t) {
     sensor::PosePrior prior;
     prior.T_world_scan = Disturbed(kBeforeTheMirror, 0.1, sensor::Radians(3), random);
     const auto result = Register(*model, scan, prior, {}, serial_);
@@ -63,8 +66,9 @@ TEST_F(MirrorsToldTest, AScanFromBeforeAMirrorIsRegistered) {
 TEST_F(MirrorsToldTest, AScanAtAWrongPlaceIsNot) {
   const std::shared_ptr<const model::PlanningView> model = AfterTheFirst();
   const sensor::Scan scan = ScanAt(kBeforeTheMirror);
-  for (const Eigen::Vector3d& off :
-       {Eigen::Vector3d(2, 0, 0), {0, 2, 0}, {3, 1, 0}, {-2, 1, 0}, {5, 2, 0}}) {
+  const std::array<Eigen::Vector3d, 5> offsets = {
+      {{2, 0, 0}, {0, 2, 0}, {3, 1, 0}, {-2, 1, 0}, {5, 2, 0}}};
+  for (const Eigen::Vector3d& off : std::span(offsets).first(test_support::Runs(offsets.size()))) {
     sensor::PosePrior prior;
     prior.T_world_scan = kBeforeTheMirror;
     prior.T_world_scan.pretranslate(off);

@@ -5,8 +5,10 @@
 
 #include <memory>
 #include <random>
+#include <stop_token>
 #include <vector>
 
+#include "core/parallel/thread_pool.h"
 #include "tests/support/closed_form_view.h"
 #include "tests/support/runs.h"
 
@@ -119,12 +121,16 @@ TEST(OpaqueGridTest, SaysWhatTheModelSays) {
   }
 }
 
+// By bricks and by a summed volume table.
 TEST(OpaqueGridTest, BoxesAreThoseOfTheVoxels) {
+  parallel::ThreadPool pool(2);
   int all_opaque = 0;
   int all_empty = 0;
   for (uint64_t seed = 1; seed <= 2; ++seed) {
     const model::PlanningView model = Blocks(seed);
     const OpaqueGrid grid(model);
+    const OpaqueGrid summed = grid.Summed(pool).value();
+    ASSERT_TRUE(summed.summed());
     const DenseGrid dense(model);
     std::mt19937_64 random(seed);
     for (int k = 0; k < test_support::Runs(20000); ++k) {
@@ -139,10 +145,12 @@ TEST(OpaqueGridTest, BoxesAreThoseOfTheVoxels) {
       }
       const int volume = (high - low).prod();
       const int count = dense.Count(low, high);
-      ASSERT_EQ(grid.AllOpaque(low, high), count == volume)
-          << low.transpose() << " to " << high.transpose();
-      ASSERT_EQ(grid.AllEmpty(low, high), count == 0)
-          << low.transpose() << " to " << high.transpose();
+      for (const OpaqueGrid* asked : {&grid, &summed}) {
+        ASSERT_EQ(asked->AllOpaque(low, high), count == volume)
+            << low.transpose() << " to " << high.transpose() << " " << asked->summed();
+        ASSERT_EQ(asked->AllEmpty(low, high), count == 0)
+            << low.transpose() << " to " << high.transpose() << " " << asked->summed();
+      }
       all_opaque += volume > 1 && count == volume ? 1 : 0;
       all_empty += volume > 1 && count == 0 ? 1 : 0;
     }
@@ -172,6 +180,37 @@ TEST(OpaqueGridTest, RowsAreThoseOfTheVoxels) {
       }
     }
   }
+}
+
+// What is dense over the box is bounded, however little surface there is in it.
+TEST(OpaqueGridTest, ALargeBoxHasNoTable) {
+  auto empty = std::make_shared<model::Brick>();
+  empty->state.fill(model::VoxelState::kEmpty);
+  parallel::Serial serial;
+  const auto of_height = [&](int bricks) {
+    return model::PlanningView(0.1, 1, {{{-1, -1, 0}, empty}, {{29, 29, bricks - 1}, empty}}, {});
+  };
+  // 250 x 250 voxels with the grid's margin; 16.8 million with 268 on top of each other.
+  const model::PlanningView small = of_height(33);
+  const model::PlanningView large = of_height(34);
+  ASSERT_EQ(OpaqueGrid(small).box().max - OpaqueGrid(small).box().min,
+            Eigen::Vector3i(250, 250, 266));
+  EXPECT_TRUE(OpaqueGrid(small).Summed(serial)->summed());
+  EXPECT_EQ(SummedVolumeTable::Bytes({250, 250, 266}), uint64_t{4} * 251 * 251 * 267);
+  EXPECT_FALSE(OpaqueGrid(large).Summed(serial)->summed());
+  EXPECT_EQ(SummedVolumeTable::Bytes({250, 250, 274}), 0U);
+  // A site of 400 x 400 x 100 m, which is more than 32 bits count.
+  EXPECT_FALSE(SummedVolumeTable::Fits({8000, 8000, 2000}));
+}
+
+TEST(OpaqueGridTest, ATableThatNobodyWantsIsNotMade) {
+  const model::PlanningView model = Blocks(1);
+  std::stop_source source;
+  source.request_stop();
+  parallel::Serial serial;
+  EXPECT_EQ(
+      OpaqueGrid(model).Summed(serial, parallel::Cancellation(source.get_token())).status().code(),
+      absl::StatusCode::kCancelled);
 }
 
 }  // namespace

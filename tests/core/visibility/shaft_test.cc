@@ -1,4 +1,4 @@
-// Shafts against walking single segments.
+// Shafts against walking single segments, and both forms of the grid against each other.
 #include "core/visibility/shaft.h"
 
 #include <gtest/gtest.h>
@@ -47,6 +47,8 @@ class ShaftTest : public ::testing::Test {
   std::mt19937_64 random_{9};
   model::PlanningView model_;
   OpaqueGrid grid_;
+  parallel::Serial serial_;
+  OpaqueGrid summed_{grid_.Summed(serial_).value()};
 };
 
 TEST_F(ShaftTest, WhatIsDecidedHoldsForEverySegment) {
@@ -60,6 +62,8 @@ TEST_F(ShaftTest, WhatIsDecidedHoldsForEverySegment) {
     const Eigen::AlignedBox3d targets = Somewhere(most);
     const Hidden occlusion = Occlusion(grid_, views, targets);
     const bool entirely = EntirelyVisible(grid_, views, targets);
+    ASSERT_EQ(Occlusion(summed_, views, targets), occlusion) << "shaft " << k;
+    ASSERT_EQ(EntirelyVisible(summed_, views, targets), entirely) << "shaft " << k;
     open += occlusion == Hidden::kNone;
     ASSERT_FALSE(entirely && occlusion == Hidden::kAll);
     if (occlusion != Hidden::kAll && !entirely) continue;

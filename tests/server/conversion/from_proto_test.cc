@@ -424,6 +424,21 @@ TEST(FromProto, TheOrderOfEvaluationIsOneOfTwo) {
   EXPECT_THAT(Fields(violations), UnorderedElementsAre("c.evaluation_order"));
 }
 
+TEST(FromProto, PeopleMayStandWherePlacesAreExpected) {
+  v1::PlanningConfig config;
+  contract::Violations violations;
+  const auto basis = [&] {
+    return ReadPlanningConfig(config, {}, Eigen::Vector3d::Zero(), 0.05, "c", "r", violations)
+        .station_basis;
+  };
+  EXPECT_EQ(basis(), planning::StationBasis::kExpected);
+  config.set_station_basis(v1::STATION_BASIS_KNOWN);
+  EXPECT_EQ(basis(), planning::StationBasis::kKnown);
+  config.set_station_basis(static_cast<v1::StationBasis>(7));
+  basis();
+  EXPECT_THAT(Fields(violations), UnorderedElementsAre("c.station_basis"));
+}
+
 TEST(FromProto, PosesAreRigidFiniteAndRelativeToTheOrigin) {
   const Eigen::Vector3d origin(500'000, 5'000'000, 100);
   v1::PosePrior prior;

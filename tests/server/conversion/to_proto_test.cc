@@ -58,18 +58,20 @@ TEST(ToProto, SeveralBasesTogetherAreNamed) {
 TEST(ToProto, AViewThatWasNotCheckedHasNoVerdict) {
   planning::RankedView view;
   view.score = 5000;
+  view.model_gain_upper = 3;
   view.checked = false;
-  const v1::RankedView interim = WriteView(view, {}, 2500, Eigen::Vector3d::Zero());
-  EXPECT_EQ(interim.model_gain_m2(), 2);
+  const v1::RankedView interim = WriteView(view, {}, Eigen::Vector3d::Zero());
+  EXPECT_EQ(interim.model_gain_m2(), 0);
+  EXPECT_EQ(interim.model_gain_upper_m2(), 3);
   EXPECT_FALSE(interim.has_verdict() || interim.has_location() || interim.has_region());
   view.checked = true;
-  v1::RankedView written = WriteView(view, {}, 2500, Eigen::Vector3d::Zero());
+  v1::RankedView written = WriteView(view, {}, Eigen::Vector3d::Zero());
   EXPECT_TRUE(written.has_verdict() && written.has_location());
   EXPECT_FALSE(written.location().has_last_station_distance_m());
   EXPECT_FALSE(written.location().has_last_station_bearing_rad());
   view.location.last_station_distance = 0;
   view.location.last_station_bearing = 0;
-  written = WriteView(view, {}, 2500, Eigen::Vector3d::Zero());
+  written = WriteView(view, {}, Eigen::Vector3d::Zero());
   EXPECT_TRUE(written.location().has_last_station_distance_m());
   EXPECT_TRUE(written.location().has_last_station_bearing_rad());
 }
@@ -78,17 +80,17 @@ TEST(ToProto, AViewNamesItsStoreyWhereThereIsFloorBelow) {
   const Eigen::Vector3d origin(0, 0, 100);
   planning::RankedView view;
   view.floor_measured = true;  // without a floor it says nothing
-  v1::RankedView written = WriteView(view, {}, 2500, origin);
+  v1::RankedView written = WriteView(view, {}, origin);
   EXPECT_FALSE(written.has_storey());
   EXPECT_FALSE(written.has_floor_measured());
   view.storey = planning::Storey{2, std::nullopt, ""};
-  written = WriteView(view, {}, 2500, origin);
+  written = WriteView(view, {}, origin);
   EXPECT_EQ(written.storey().number(), 2);
   EXPECT_FALSE(written.storey().has_floor_z_m());
   EXPECT_TRUE(written.floor_measured());
   view.storey = planning::Storey{0, -2.5, "cellar"};
   view.floor_measured = false;
-  written = WriteView(view, {}, 2500, origin);
+  written = WriteView(view, {}, origin);
   EXPECT_TRUE(written.has_storey());
   EXPECT_EQ(written.storey().number(), 0);
   EXPECT_EQ(written.storey().floor_z_m(), 97.5);  // world
@@ -106,7 +108,7 @@ TEST(ToProto, CoverageHasTheFiguresOfEachRegion) {
   coverage.regions[0].area_at_density = 2.5;
   coverage.regions[0].area_given_up = 0.5;
   coverage.regions[0].estimated_coverage = 0.25;
-  const v1::Coverage written = WriteCoverage(coverage, 2500);
+  const v1::Coverage written = WriteCoverage(coverage, 2500, Eigen::Vector3d::Zero());
   ASSERT_EQ(written.regions_size(), 2);
   EXPECT_EQ(written.regions(0).name(), "machine room");
   EXPECT_EQ(written.regions(0).required_density_per_m2(), 10'000);
@@ -128,6 +130,29 @@ TEST(ToProto, APlanListsItsStoreys) {
   EXPECT_EQ(written.storeys(1).floor_z_m(), 12.75);
 }
 
+TEST(ToProto, AnExpectedStationIsInTheWorld) {
+  planning::RankedView view;
+  EXPECT_FALSE(WriteView(view, {}, Eigen::Vector3d::Zero()).has_expected_station());
+  view.expected = planning::ExpectedStation{Eigen::Vector3d(1, 2, -1), 1.2, 0.9, 3};
+  view.model_gain = 4;
+  view.expected_gain = 10;
+  const v1::RankedView written = WriteView(view, {}, {100, 200, 10});
+  EXPECT_EQ(written.expected_gain_m2(), 10);
+  EXPECT_EQ(written.model_gain_m2(), 4);
+  const v1::ExpectedStation& expected = written.expected_station();
+  EXPECT_EQ(expected.doorway().x(), 101);
+  EXPECT_EQ(expected.doorway().z(), 9);
+  EXPECT_EQ(expected.radius_m(), 1.2);
+  EXPECT_EQ(expected.chance(), 0.9);
+  EXPECT_EQ(expected.fallback_view_index(), 3);
+  EXPECT_THAT(expected.message(), testing::HasSubstr("doorway at (101.00, 202.00)"));
+  view.expected->doorway.reset();
+  view.expected->fallback.reset();
+  const v1::RankedView other = WriteView(view, {}, {100, 200, 10});
+  EXPECT_FALSE(other.expected_station().has_doorway());
+  EXPECT_FALSE(other.expected_station().has_fallback_view_index());
+}
+
 TEST(ToProto, APlanSaysWhatWasMeasuredOnly) {
   planning::Plan plan;
   v1::PlanningConfig config;
@@ -138,6 +163,7 @@ TEST(ToProto, APlanSaysWhatWasMeasuredOnly) {
   EXPECT_FALSE(written.termination().has_best_model_gain_upper_m2());
   plan.coverage.emplace();
   plan.termination.best_upper = 0;
+  plan.termination.best_gain_upper = 0;
   written = WritePlanResult(plan, config, false, Eigen::Vector3d::Zero());
   EXPECT_TRUE(written.has_coverage());
   EXPECT_FALSE(written.coverage().has_estimated_coverage());  // of no surface there is no share

@@ -305,7 +305,7 @@ TEST_F(PlanRpc, EvaluatesAPositionAndRefusesNonsense) {
   ASSERT_TRUE(server_.plans->EvaluateView(&context, request, &response).ok());
   EXPECT_TRUE(response.feasible());
   EXPECT_EQ(response.view().position().x(), 0.25);
-  EXPECT_EQ(response.view().model_gain_m2(), 2);  // 5000 samples at 2500 / m^2
+  EXPECT_EQ(response.view().model_gain_m2(), 2);
   EXPECT_EQ(response.model_version(), 1U);
   grpc::ClientContext other;
   request.mutable_position()->set_y(std::nan(""));

@@ -85,11 +85,7 @@ class FleetSession : public testing::Test {
     if (!response.ok()) return response.status();
     return response->claim();
   }
-  absl::Status Release(const std::string& name) {
-    v1::ReleaseClaimRequest request;
-    request.set_name(name);
-    return session_->claims().Release(request);
-  }
+  absl::Status Release(const std::string& name) { return session_->claims().Release(name, {}); }
   std::vector<v1::Claim> Held() {
     bool more = false;
     return session_->claims().List("", 100, more).value();
@@ -213,10 +209,10 @@ TEST_F(FleetSession, ClaimsExpireAndAreRenewed) {
   const auto first = Claim(red, 1, 1, 60);
   ASSERT_TRUE(first.ok());
   Pass(50);
-  v1::RenewClaimRequest renew;
-  renew.set_name(first->name());
-  renew.mutable_ttl()->set_seconds(100);
-  const auto renewed = session_->claims().Renew(renew);
+  const auto renew = [&] {
+    return session_->claims().Renew(first->name(), absl::Seconds(100), {});
+  };
+  const auto renewed = renew();
   ASSERT_TRUE(renewed.ok()) << renewed.status();
   EXPECT_EQ(conversion::ReadTime(renewed->expire_time()),
             fixture::FixtureTime() + absl::Seconds(150));
@@ -224,7 +220,7 @@ TEST_F(FleetSession, ClaimsExpireAndAreRenewed) {
   EXPECT_EQ(Held().size(), 1u);
   EXPECT_EQ(contract::ReasonOf(Claim(blue, 1, 1).status()), "CLAIMED");
   Pass(1);
-  EXPECT_EQ(contract::ReasonOf(session_->claims().Renew(renew).status()), "CLAIM_ENDED");
+  EXPECT_EQ(contract::ReasonOf(renew().status()), "CLAIM_ENDED");
   EXPECT_TRUE(Claim(blue, 1, 1).ok());
   EXPECT_EQ(EndOf(first->name()), "expired");
   // Nobody has to ask for it.

@@ -83,7 +83,14 @@ class Job {
     reject.set_reason("a cupboard");
     reject.mutable_ttl()->set_seconds(864'000);
     reject.set_request_id("reject-1");
-    ASSERT_TRUE(session_->rejections().Create(reject).ok());
+    v1::Rejection wanted;
+    *wanted.mutable_position() = reject.position();
+    wanted.set_radius_m(reject.radius_m());
+    wanted.set_reason(reject.reason());
+    ASSERT_TRUE(session_->rejections()
+                    .Create(wanted, absl::Seconds(reject.ttl().seconds()),
+                            RequestKey::Of(reject.request_id(), "RejectView", reject))
+                    .ok());
 
     // A claim that is fulfilled, one that is released, one that lapses.
     const v1::Claim first = Claim("red", made.result().views(0).position(), plan);
@@ -92,7 +99,10 @@ class Job {
     renew.set_name(first.name());
     renew.mutable_ttl()->set_seconds(1800);
     renew.set_request_id("renew-1");
-    ASSERT_TRUE(session_->claims().Renew(renew).ok());
+    ASSERT_TRUE(session_->claims()
+                    .Renew(renew.name(), absl::Seconds(1800),
+                           RequestKey::Of(renew.request_id(), "RenewClaim", renew))
+                    .ok());
     Plan("plan-2", {Scanner("red"), Scanner("blue")}, true);
     const Eigen::Vector3d claimed =
         Eigen::Vector3d(first.position().x(), first.position().y(), first.position().z()) - kOrigin;
@@ -103,7 +113,10 @@ class Job {
     v1::ReleaseClaimRequest release;
     release.set_name(second.name());
     release.set_request_id("release-1");
-    ASSERT_TRUE(session_->claims().Release(release).ok());
+    ASSERT_TRUE(
+        session_->claims()
+            .Release(release.name(), RequestKey::Of(release.request_id(), "ReleaseClaim", release))
+            .ok());
     Claim("blue", World(scene_.starts[1]), "");
     Pass(3600);
     session_->claims().Expire();
@@ -115,7 +128,10 @@ class Job {
     v1::AcceptScanRequest accept;
     accept.set_name(Send(beside, "doubtful", &prior, Scanner("blue")));
     accept.set_request_id("accept-1");
-    ASSERT_TRUE(session_->scans().Accept(accept).ok());
+    ASSERT_TRUE(
+        session_->scans()
+            .Accept(accept.name(), RequestKey::Of(accept.request_id(), "AcceptScan", accept))
+            .ok());
     Rest();
     verdict_ = registration::RegistrationOutcome::kFailed;
     v1::SetScanPoseRequest set;
@@ -123,7 +139,10 @@ class Job {
     *set.mutable_prior() = Prior(start, 0);
     set.set_use(v1::POSE_USE_AS_IS);
     set.set_request_id("set-1");
-    ASSERT_TRUE(session_->scans().SetPose(set).ok());
+    ASSERT_TRUE(session_->scans()
+                    .SetPose(set.name(), set.prior(), true,
+                             RequestKey::Of(set.request_id(), "SetScanPose", set))
+                    .ok());
     Rest();
     verdict_.reset();
     v1::PosePrior trusted = Prior(beside, 0);
@@ -146,7 +165,10 @@ class Job {
     v1::WithdrawScanRequest withdraw;
     withdraw.set_name("sessions/job/scans/scan-2");
     withdraw.set_request_id("withdraw-1");
-    ASSERT_TRUE(session_->scans().Withdraw(withdraw).ok());
+    ASSERT_TRUE(session_->scans()
+                    .Withdraw(withdraw.name(),
+                              RequestKey::Of(withdraw.request_id(), "WithdrawScan", withdraw))
+                    .ok());
     Rest();
     Pass(3 * 3600);
     host_->registry.Collect();

@@ -69,10 +69,12 @@ class SessionPlans : public testing::Test {
     return config_;
   }
   absl::StatusOr<v1::Rejection> Reject(double x, int64_t ttl = 0) {
-    v1::RejectViewRequest request;
-    request.mutable_position()->set_x(x);
-    if (ttl > 0) request.mutable_ttl()->set_seconds(ttl);
-    return session_->rejections().Create(request);
+    v1::Rejection wanted;
+    wanted.mutable_position()->set_x(x);
+    wanted.set_radius_m(0.5);
+    std::optional<absl::Duration> holds;
+    if (ttl > 0) holds = absl::Seconds(ttl);
+    return session_->rejections().Create(wanted, holds, {});
   }
 
   std::atomic<int> seconds_{0};
@@ -145,6 +147,7 @@ TEST_F(SessionPlans, ThatFoundOutNothingSayNothingOfWhatRemains) {
   planning::Plan found = nothing;
   found.outcome = planning::PlanOutcome::kViews;
   found.termination.best_upper = 5000;
+  found.termination.best_gain_upper = 2;
   const std::string plan = MakePlan(found);
   MakePlan(nothing);
   nothing.outcome = planning::PlanOutcome::kNoFeasibleView;
@@ -153,7 +156,7 @@ TEST_F(SessionPlans, ThatFoundOutNothingSayNothingOfWhatRemains) {
   EXPECT_EQ(session_->MeasureCoverage()->best_remaining_model_gain_m2(), 2);
   // One that ran out of time later has evaluated views, and has a bound.
   found.outcome = planning::PlanOutcome::kSearchUnfinished;
-  found.termination.best_upper = 2500;
+  found.termination.best_gain_upper = 1;
   MakePlan(found);
   EXPECT_EQ(session_->MeasureCoverage()->best_remaining_model_gain_m2(), 1);
   nothing.outcome = planning::PlanOutcome::kNothingToGain;

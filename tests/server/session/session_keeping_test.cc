@@ -61,9 +61,7 @@ class SessionKeeping : public testing::Test {
     return upload.ok() ? upload->scan() : "";
   }
   static void Withdraw(Session& session, const std::string& scan) {
-    v1::WithdrawScanRequest request;
-    request.set_name(scan);
-    ASSERT_TRUE(session.scans().Withdraw(request).ok());
+    ASSERT_TRUE(session.scans().Withdraw(scan, {}).ok());
     session.WaitUntilIdle();
   }
   // The first bytes of a scan, on an upload that stays open.
@@ -81,11 +79,7 @@ class SessionKeeping : public testing::Test {
     ASSERT_TRUE(session.plans().Create(plan).ok());
     ASSERT_TRUE(registry().WaitUntilIdle(std::chrono::seconds(60)));
   }
-  absl::Status Delete(const std::string& id) {
-    v1::DeleteSessionRequest request;
-    request.set_name("sessions/" + id);
-    return registry().Delete(request);
-  }
+  absl::Status Delete(const std::string& id) { return registry().Delete(id); }
 
   bool OnDisk(const std::string& bytes) const {
     for (const auto& file : fs::recursive_directory_iterator(folder_)) {

@@ -70,13 +70,12 @@ TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
     EXPECT_EQ(session->scans().Get(doubtful)->state(), v1::SCAN_STATE_DOUBTFUL);
     script.SetVerdict(registration::RegistrationOutcome::kRegistered);
     const std::string gone = SendRoom(*session, {1.0, 2.0, 1.4}, &near, "u4");
-    v1::WithdrawScanRequest withdraw;
-    withdraw.set_name(gone);
-    ASSERT_TRUE(session->scans().Withdraw(withdraw).ok());
+    ASSERT_TRUE(session->scans().Withdraw(gone, {}).ok());
     session->WaitUntilIdle();
-    v1::RejectViewRequest reject;
+    v1::Rejection reject;
     reject.mutable_position()->set_x(1001);
-    ASSERT_TRUE(session->rejections().Create(reject).ok());
+    reject.set_radius_m(0.5);
+    ASSERT_TRUE(session->rejections().Create(reject, std::nullopt, {}).ok());
     v1::CreatePlanRequest plan;
     plan.set_request_id("p1");
     plan.mutable_plan()->set_work_limit_rays(1000);

@@ -83,9 +83,7 @@ TEST_F(SightingsTest, OfWithdrawnScansSayNothing) {
   Send(*session, fixture::EncodedRoom({2, 1.5, 1.4}), &at, {});
   const v1::Scan gone = Send(*session, fixture::EncodedRoom({2.5, 1.5, 1.4}), &at,
                              {Sighting("T1", {4.9, 1, 2}, registration::PoseAt({2, 1.5, 1.4}, 0))});
-  v1::WithdrawScanRequest withdraw;
-  withdraw.set_name(gone.name());
-  ASSERT_TRUE(session->scans().Withdraw(withdraw).ok());
+  ASSERT_TRUE(session->scans().Withdraw(gone.name(), {}).ok());
   session->WaitUntilIdle();
   Send(*session, fixture::EncodedRoom({3, 1.5, 1.4}), &at,
        {Sighting("T1", {4.9, 1, 2}, registration::PoseAt({3, 1.5, 1.4}, 0))});

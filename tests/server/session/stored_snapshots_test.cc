@@ -25,9 +25,7 @@ contract::Limits Keeping(size_t snapshots) {
 }
 
 void Withdraw(Session& session, const std::string& scan) {
-  v1::WithdrawScanRequest request;
-  request.set_name(scan);
-  ASSERT_TRUE(session.scans().Withdraw(request).ok());
+  ASSERT_TRUE(session.scans().Withdraw(scan, {}).ok());
   session.WaitUntilIdle();
 }
 
@@ -230,9 +228,7 @@ TEST_F(SessionSnapshots, DeletingTheSessionErasesThemAndItsScans) {
   Reopen();
   fixture::SessionHost second(*store_, script_.Make());
   ASSERT_TRUE(second.registry.LoadAll().ok());
-  v1::DeleteSessionRequest remove;
-  remove.set_name("sessions/job");
-  ASSERT_TRUE(second.registry.Delete(remove).ok());
+  ASSERT_TRUE(second.registry.Delete("job").ok());
   EXPECT_TRUE(store_->Snapshots("job").value().empty());
   for (const auto& file : std::filesystem::recursive_directory_iterator(folder_ + "/blobs")) {
     EXPECT_FALSE(file.is_regular_file()) << file.path();

@@ -101,9 +101,7 @@ TEST_F(UploadsTest, WhenItHasExpiredTheHolderHearsWhy) {
 
 TEST_F(UploadsTest, WhenItsSessionIsDeletedThereIsNoSuchUpload) {
   HeldUpload held = Begun();
-  v1::DeleteSessionRequest erase;
-  erase.set_name("sessions/job");
-  ASSERT_TRUE(host_.registry.Delete(erase).ok());
+  ASSERT_TRUE(host_.registry.Delete("job").ok());
   const v1::Piece next = Cut(1, 1000, 1000);
   EXPECT_EQ(Take(held, next).status().code(), absl::StatusCode::kNotFound);
   EXPECT_EQ(Take(held, next).status(), session_->uploads().Add(name_, &next, nullptr).status());

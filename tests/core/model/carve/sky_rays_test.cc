@@ -187,6 +187,21 @@ void ExpectNoSky(const simulation::TriangleMesh& mesh, const std::vector<Vector3
   EXPECT_EQ(above, 0u);
 }
 
+// Over a bare field space is empty to five metres over what was measured, which is nothing above
+// the scanner, and no higher.
+TEST(SkyRaysTest, NothingIsEmptyFarAboveWhatWasMeasured) {
+  simulation::TriangleMesh mesh;
+  simulation::MeshBuilder builder(mesh);
+  builder.Quad(
+      {Vector3d(-30, -30, 0), Vector3d(30, -30, 0), Vector3d(30, 30, 0), Vector3d(-30, 30, 0)});
+  const Made made = ScanFrom(mesh, {{0, 0, 1.5}}, simulation::ScanFaults::None());
+  ASSERT_GT(made.reports[0].sky_rays, 10'000u);
+  for (const double x : {-3.0, 0.4, 5.0}) {
+    EXPECT_TRUE(made.view->Empty(made.view->At({x, 0.3, 1.5 + 4.7}))) << x;
+    EXPECT_FALSE(made.view->Empty(made.view->At({x, 0.3, 1.5 + 5.4}))) << x;
+  }
+}
+
 TEST(SkyRaysTest, ABlackCeilingIsNoSky) {
   for (const double dropout : {0.5, 0.8, 1.0}) {
     simulation::ScanFaults faults;

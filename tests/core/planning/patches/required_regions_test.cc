@@ -9,7 +9,7 @@
 #include <tuple>
 #include <vector>
 
-#include "core/planning/patches/measure_coverage.h"
+#include "core/planning/openings/measure_coverage.h"
 #include "core/planning/patches/patches.h"
 #include "tests/support/closed_form_view.h"
 #include "tests/support/planning_problem.h"

@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "core/planning/patches/measure_coverage.h"
+#include "core/planning/openings/measure_coverage.h"
 #include "core/planning/patches/patches.h"
 #include "tests/support/closed_form_view.h"
 
@@ -78,6 +78,24 @@ TEST(SkylineTest, IsTheSlopeToWhatRisesBehind) {
       // The other way lies the station's side: level ground.
       EXPECT_LT(skyline.Around(voxel).sine[SkylineSines::kDirections / 2], 0);
     }
+  }
+}
+
+// A column that stands to one side of the middle of a sixteenth rises there all the same.
+TEST(SkylineTest, LooksToBothSidesOfADirection) {
+  const Vector3d from(5.05, 2.05, 1.55);
+  for (const double aside : {-0.25, 0.25}) {
+    // 10 m away, 1 m wide, 4 degrees and more from the middle of what lies ahead.
+    const double azimuth = aside * 2 * sensor::kPi / SkylineSines::kDirections;
+    const Eigen::Vector2d column =
+        from.head<2>() + 10 * Eigen::Vector2d(std::cos(azimuth), std::sin(azimuth));
+    const model::PlanningView view = Build([&](const Vector3d& p) {
+      const Eigen::Vector2d off = (p.head<2>() - column).cwiseAbs();
+      if (p.z() < 4.5 && off.x() < 0.5 && off.y() < 0.5) return VoxelState::kTrueSurface;
+      return Yard(p, 0);
+    });
+    Skyline skyline = Skyline::Of(view).value();
+    EXPECT_GT(skyline.Around(view.At(from)).sine[kAhead] / 126.0, 0.2) << aside;
   }
 }
 

@@ -5,6 +5,7 @@
 #include "core/planning/patches/patches.h"
 #include "core/sensor/scanner_model.h"
 #include "tests/support/closed_form_view.h"
+#include "tests/support/three_scanners.h"
 
 namespace vantage::planning {
 namespace {
@@ -61,12 +62,17 @@ TEST(DepthBehindTest, EndsWithTheModel) {
 
 // The samples that pass through an opening and are worth having are those that a parallel surface
 // behind it would still need: area grows with the square of the range as density falls.
+// The range is one of rooms, so that this is so at any scanner that reaches D from there.
 TEST(DensityWorthHavingTest, IsWhatSurfaceBehindNeedsAtTheLookingRange) {
-  const sensor::ScannerModel scanner;
-  for (const double depth : {0.0, 0.4, 1.0, 3.0}) {
-    const double at_opening = scanner.SamplingDensity(0, 1, 2.0);
-    const double behind = scanner.SamplingDensity(0, 1, 2.0 + depth);
-    EXPECT_NEAR(DensityWorthHaving(2500, depth), 2500 * at_opening / behind, 1e-6 * at_opening);
+  for (const test_support::ScannerCase& of : test_support::kThreeScanners) {
+    SCOPED_TRACE(of.name);
+    const sensor::ScannerModel scanner =
+        test_support::Sector(of, 2 * sensor::kPi, sensor::Radians(60));
+    for (const double depth : {0.0, 0.4, 1.0, 3.0}) {
+      const double at_opening = scanner.SamplingDensity(0, 1, 2.0);
+      const double behind = scanner.SamplingDensity(0, 1, 2.0 + depth);
+      EXPECT_NEAR(DensityWorthHaving(behind, depth), at_opening, 1e-6 * at_opening);
+    }
   }
 }
 

@@ -10,6 +10,7 @@
 #include "core/registration/levelling.h"
 #include "core/registration/registration.h"
 #include "tests/core/registration/box_scene.h"
+#include "tests/support/runs.h"
 
 namespace vantage::registration {
 namespace {
@@ -36,7 +37,7 @@ TEST_P(FurnishedRooms, FromPriorsUpTo30CentimetresAnd10Degrees) {
   int registered = 0;
   int wrongly_registered = 0;
   int bound_holds = 0;
-  constexpr int kTrials = 20;
+  constexpr int kTrials = test_support::Runs(20);
   for (unsigned t = 0; t < kTrials; ++t) {
     const Eigen::Isometry3d truth =
         PoseAt({0.8 + 0.5 * unit(random), -0.3 + 0.6 * unit(random), 1.3 + 0.3 * unit(random)},

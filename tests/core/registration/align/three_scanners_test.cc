@@ -5,9 +5,11 @@
 #include <Eigen/Cholesky>
 #include <Eigen/Eigenvalues>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <map>
 #include <memory>
+#include <span>
 #include <tuple>
 #include <vector>
 
@@ -16,6 +18,7 @@
 #include "core/registration/align/scan_surface.h"
 #include "core/registration/registration.h"
 #include "tests/core/registration/box_scene.h"
+#include "tests/support/runs.h"
 #include "tests/support/three_scanners.h"
 
 namespace vantage::registration {
@@ -183,7 +186,8 @@ TEST_P(RegistrationAtThreeScanners, SamplesLieOnTheSurfaceAndFaceAsItDoes) {
 }
 
 TEST_P(RegistrationAtThreeScanners, IsAsExactAsNoiseAllowsAndSaysSo) {
-  for (const unsigned room : {1U, 4U}) {
+  constexpr std::array kRooms = {1U, 4U};
+  for (const unsigned room : std::span(kRooms).first(test_support::Runs(kRooms.size()))) {
     SCOPED_TRACE(room);
     const BoxScene scene = FurnishedRoom(room);
     const Eigen::Isometry3d first = PoseAt({-1.6, -0.8, 1.4}, 0.2);
@@ -245,8 +249,10 @@ TEST_P(RegistrationAtThreeScanners, OfTrustedPosesOnlyTheTrueOneIsRegistered) {
     prior.covariance = sensor::Matrix6d::Identity() * 4e-6;
     return Register(*model, scan, prior, {}, serial_).value().verdict;
   };
-  EXPECT_TRUE(verdict_at(truth).registered()) << verdict_at(truth).reason;
-  for (const double off : {0.02, 0.04, 0.2}) {
+  const RegistrationVerdict at_truth = verdict_at(truth);
+  EXPECT_TRUE(at_truth.registered()) << at_truth.reason;
+  constexpr std::array kOff = {0.02, 0.04, 0.2};  // m
+  for (const double off : std::span(kOff).first(test_support::Runs(kOff.size()))) {
     for (int axis = 0; axis < 3; axis += 2) {
       Eigen::Isometry3d wrong = truth;
       wrong.translation()[axis] += off;

@@ -1,9 +1,12 @@
-#include "core/planning/patches/measure_coverage.h"
+#include "core/planning/openings/measure_coverage.h"
 
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/planning/feasibility/floor_map.h"
+#include "core/planning/openings/openings.h"
 #include "core/planning/patches/skyline.h"
 #include "core/visibility/surface_walk.h"
 
@@ -16,28 +19,40 @@ class CoverageSum {
   void Add(model::VoxelState state, const model::SurfaceVoxel& surface, double required_density) {
     const double area = surface.area;
     figures_.area[static_cast<size_t>(model::KindOf(state))] += area;
-    all_ += area;
     if (state == model::VoxelState::kTrueSurface && surface.density >= required_density) {
       figures_.area_at_density += area;
+      wanted_ += area;
     } else if (surface.given_up) {
       figures_.area_given_up += area;
+    } else {
+      wanted_ += area;
     }
   }
   CoverageFigures Figures() const {
     CoverageFigures figures = figures_;
-    if (all_ > 0) figures.estimated_coverage = figures.area_at_density / all_;
+    if (wanted_ > 0) figures.estimated_coverage = figures.area_at_density / wanted_;
     return figures;
   }
 
  private:
   CoverageFigures figures_;
-  double all_ = 0;  // m^2
+  double wanted_ = 0;  // m^2 that are at density or not given up
 };
 
 }  // namespace
 
 absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
                                          const PlanningConfig& config,
+                                         const parallel::Cancellation& cancelled) {
+  const auto floor = FloorMap::Find(model, config.floor_z, cancelled);
+  if (!floor.ok()) return floor.status();
+  auto openings = FindOpenings(model, *floor, cancelled);
+  if (!openings.ok()) return openings.status();
+  return MeasureCoverage(model, config, *std::move(openings), cancelled);
+}
+
+absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
+                                         const PlanningConfig& config, Openings openings,
                                          const parallel::Cancellation& cancelled) {
   CoverageSum all;
   std::vector<CoverageSum> in_region(config.regions.size());
@@ -55,7 +70,7 @@ absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
         }
       });
   if (!whole) return absl::CancelledError("coverage");
-  Coverage coverage{all.Figures(), {}};
+  Coverage coverage{all.Figures(), {}, std::move(openings)};
   for (size_t i = 0; i < in_region.size(); ++i) {
     const RequiredRegion& region = config.regions[i];
     coverage.regions.push_back(

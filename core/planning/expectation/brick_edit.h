@@ -1,0 +1,48 @@
+// Bricks of a model with changed voxels.
+#ifndef VANTAGE_CORE_PLANNING_EXPECTATION_BRICK_EDIT_H_
+#define VANTAGE_CORE_PLANNING_EXPECTATION_BRICK_EDIT_H_
+
+#include <array>
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "core/model/view/brick_key.h"
+#include "core/model/view/brick_mask.h"
+#include "core/model/view/planning_view.h"
+
+namespace vantage::planning {
+
+// Collects changes of voxels. The model outlives it.
+class BrickEdit {
+ public:
+  explicit BrickEdit(const model::PlanningView& model) : model_(model) {}
+
+  // What the voxel is with the changes so far.
+  model::VoxelState State(const model::VoxelIndex& v) const;
+  void SetEmpty(const model::VoxelIndex& v);
+  // `surface.centroid` lies in the voxel.
+  void SetSurface(const model::VoxelIndex& v, const model::SurfaceVoxel& surface);
+  // The changed bricks, by z, y, x.
+  std::vector<model::BrickAt> Bricks() const;
+
+ private:
+  struct Changes {
+    model::VoxelIndex brick;
+    model::BrickMask changed;
+    std::array<model::VoxelState, model::Brick::kVoxels> state{};  // of those changed
+    // By place in the brick; of several for one voxel the last counts, while it has area.
+    std::vector<std::pair<int, model::SurfaceVoxel>> surfaces;
+  };
+
+  Changes& Change(const model::VoxelIndex& v, model::VoxelState state);
+  model::BrickAt Edited(const Changes& changes) const;
+
+  const model::PlanningView& model_;
+  absl::flat_hash_map<model::BrickKey, Changes> by_brick_;
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_EXPECTATION_BRICK_EDIT_H_

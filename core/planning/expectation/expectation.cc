@@ -1,0 +1,244 @@
+#include "core/planning/expectation/expectation.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "absl/container/flat_hash_set.h"
+#include "absl/memory/memory.h"
+#include "absl/status/status.h"
+#include "core/model/view/brick_key.h"
+#include "core/planning/expectation/brick_edit.h"
+#include "core/planning/openings/storey_section.h"
+
+namespace vantage::planning {
+namespace {
+
+// A room is expected to go on so far from its doorway, straight in and to both sides, m: the
+// smallest rooms that people scan are as deep, larger ones show more of themselves from the first
+// station in them.
+constexpr double kRoomDepth = 3.5;
+constexpr double kHalfRoomWidth = 2.0;
+constexpr double kCeiling = 2.5;  // m over the floor, where the doorway is no higher
+// Of places in a room that somebody tried and could not stand at: it is none that can be entered,
+// but glass, a mirror's image or full of things.
+constexpr int kMostRefusals = 2;
+constexpr double kThreshold = 0.25;  // m before the middle of a doorway that belong to it
+
+const std::array<Eigen::Vector2i, 4> kSides = {Eigen::Vector2i(-1, 0), Eigen::Vector2i(1, 0),
+                                               Eigen::Vector2i(0, -1), Eigen::Vector2i(0, 1)};
+
+using Column = std::pair<int, int>;  // x and y of voxels
+
+bool Unknown(model::VoxelState state) {
+  return state == model::VoxelState::kUnknown || model::IsFalseSurface(state);
+}
+
+bool Measured(model::VoxelState state) {
+  return state == model::VoxelState::kTrueSurface || state == model::VoxelState::kAbsorbed;
+}
+
+// What a room behind one doorway changes.
+class RoomBehind {
+ public:
+  RoomBehind(const model::PlanningView& model, const Opening& opening)
+      : model_(model), opening_(opening), voxel_(model.voxel_size()) {
+    const double top = std::max(kCeiling, opening.head);
+    low_ = static_cast<int>(std::floor(opening.centre.z() / voxel_));
+    high_ = static_cast<int>(std::floor((opening.centre.z() + top) / voxel_));
+  }
+
+  // The columns of the room, from its doorway in.
+  std::vector<Eigen::Vector2i> Spread() const {
+    std::vector<Eigen::Vector2i> columns;
+    absl::flat_hash_set<Column> seen;
+    const auto visit = [&](const Eigen::Vector2i& at) {
+      if (!Within(at) || !seen.emplace(at.x(), at.y()).second || !GoesOn(at)) return;
+      columns.push_back(at);
+    };
+    const Eigen::Vector2d along(-opening_.direction.y(), opening_.direction.x());
+    const int half = static_cast<int>(std::floor(opening_.width / 2 / voxel_)) - 1;
+    for (int i = -std::max(0, half); i <= std::max(0, half); ++i) {
+      const Eigen::Vector2d p = opening_.centre.head<2>() + along * (i * voxel_);
+      visit((p / voxel_).array().floor().cast<int>());
+    }
+    for (size_t head = 0; head < columns.size(); ++head) {
+      for (const Eigen::Vector2i& side : kSides) visit(columns[head] + side);
+    }
+    return columns;
+  }
+
+  void Apply(const std::vector<Eigen::Vector2i>& columns, BrickEdit& edit,
+             std::vector<ExpectedFloor>& floors) const {
+    absl::flat_hash_set<Column> in_room;
+    for (const Eigen::Vector2i& at : columns) in_room.emplace(at.x(), at.y());
+    for (const Eigen::Vector2i& at : columns) {
+      if (LayFloor(at, edit)) floors.push_back({at, static_cast<float>(opening_.centre.z())});
+      for (int z = low_ + 1; z < high_; ++z) {
+        const model::VoxelIndex v(at.x(), at.y(), z);
+        if (Unknown(model_.State(v))) edit.SetEmpty(v);
+      }
+      // Where the model knows of free space it says itself how that ends.
+      if (Unknown(model_.State({at.x(), at.y(), high_ - 1}))) {
+        Close({at.x(), at.y(), high_}, {0, 0, -1}, edit);
+      }
+      for (const Eigen::Vector2i& side : kSides) {
+        const Eigen::Vector2i to = at + side;
+        if (in_room.contains({to.x(), to.y()})) continue;
+        for (int z = low_ + 1; z < high_; ++z) {
+          if (!Unknown(model_.State({at.x(), at.y(), z}))) continue;
+          Close({to.x(), to.y(), z}, {-side.x(), -side.y(), 0}, edit);
+        }
+      }
+    }
+  }
+
+ private:
+  // Within what a room behind the doorway is expected to take up.
+  bool Within(const Eigen::Vector2i& at) const {
+    const Eigen::Vector2d p = (at.cast<double>().array() + 0.5) * voxel_;
+    const Eigen::Vector2d off = p - opening_.centre.head<2>();
+    const Eigen::Vector2d direction = opening_.direction.head<2>();
+    const double in = off.dot(direction);
+    const double aside = std::abs(off.x() * direction.y() - off.y() * direction.x());
+    if (in < -kThreshold || in > kRoomDepth) return false;
+    // In the doorway itself its jambs are the sides.
+    return aside <= (in < kThreshold ? opening_.width / 2 : kHalfRoomWidth);
+  }
+  // Nothing that was measured at the height of a head, and no drop where the floor would be.
+  bool GoesOn(const Eigen::Vector2i& at) const {
+    const int low = static_cast<int>(std::floor((opening_.centre.z() + kSectionLow) / voxel_));
+    const int high = static_cast<int>(std::ceil((opening_.centre.z() + kSectionHigh) / voxel_));
+    for (int z = low; z < high; ++z) {
+      if (Measured(model_.State({at.x(), at.y(), z}))) return false;
+    }
+    return !model_.Empty({at.x(), at.y(), low_ - 1}) && !model_.Empty({at.x(), at.y(), low_ - 2});
+  }
+  // False where the model knows what lies at the floor's height.
+  bool LayFloor(const Eigen::Vector2i& at, BrickEdit& edit) const {
+    const model::VoxelIndex v(at.x(), at.y(), low_);
+    if (!Unknown(model_.State(v))) return false;
+    edit.SetSurface(v, Facing(v, {0, 0, 1}));
+    return true;
+  }
+  // Surface where the room ends, if the model knows nothing there.
+  void Close(const model::VoxelIndex& v, const Eigen::Vector3i& normal, BrickEdit& edit) const {
+    if (Unknown(edit.State(v))) edit.SetSurface(v, Facing(v, normal));
+  }
+  model::SurfaceVoxel Facing(const model::VoxelIndex& v, const Eigen::Vector3i& normal) const {
+    model::SurfaceVoxel surface;
+    surface.centroid = model_.Centre(v).cast<float>();
+    if (normal.z() > 0) surface.centroid.z() = static_cast<float>(opening_.centre.z());
+    surface.normal = normal.cast<float>();
+    surface.area = static_cast<float>(voxel_ * voxel_);
+    return surface;
+  }
+
+  const model::PlanningView& model_;
+  const Opening& opening_;
+  const double voxel_;
+  int low_ = 0;   // the layer that the floor lies in
+  int high_ = 0;  // the ceiling's
+};
+
+bool Refused(const model::PlanningView& model, const std::vector<Eigen::Vector2i>& columns,
+             std::span<const RejectedPlace> rejected) {
+  int refusals = 0;
+  for (const RejectedPlace& place : rejected) {
+    const Eigen::Vector2i at = model.At(place.position).head<2>();
+    if (std::find(columns.begin(), columns.end(), at) != columns.end()) ++refusals;
+  }
+  return refusals >= kMostRefusals;
+}
+
+// A brick of which all that was not measured is empty; null when nothing of it was measured.
+std::shared_ptr<const model::Brick> MeasuredOf(const model::Brick& brick) {
+  if (std::none_of(brick.state.begin(), brick.state.end(), Measured)) return nullptr;
+  auto measured = std::make_shared<model::Brick>();
+  for (int local = 0; local < model::Brick::kVoxels; ++local) {
+    const model::VoxelState state = brick.state[static_cast<size_t>(local)];
+    measured->state[static_cast<size_t>(local)] =
+        Measured(state) ? state : model::VoxelState::kEmpty;
+    if (state != model::VoxelState::kTrueSurface) continue;
+    measured->surface_mask[static_cast<size_t>(local / 64)] |= uint64_t{1} << (local % 64);
+    measured->surface.push_back(*brick.Surface(local));
+  }
+  return measured;
+}
+
+// The model with all that was not measured empty, within its bounds.
+model::PlanningView MeasuredAlone(const model::PlanningView& model) {
+  std::vector<model::BrickAt> changed;
+  for (const model::BrickAt& at : model.bricks()) {
+    if (auto measured = MeasuredOf(*at.contents); measured != nullptr) {
+      changed.push_back({at.brick, std::move(measured)});
+    }
+  }
+  auto empty = std::make_shared<model::Brick>();
+  empty->state.fill(model::VoxelState::kEmpty);
+  model::EmptiedBricks emptied;
+  emptied.contents = std::move(empty);
+  const model::VoxelIndex first = model::Brick::Of(model.bounds().min);
+  const model::VoxelIndex end = model::Brick::Of(model.bounds().max);
+  for (int z = first.z(); z < end.z(); ++z) {
+    for (int y = first.y(); y < end.y(); ++y) {
+      for (int x = first.x(); x < end.x(); ++x) {
+        const model::VoxelIndex brick(x, y, z);
+        emptied.by_page[model::KeyOf(model::BrickPage::Of(brick))].Set(
+            model::Brick::LocalOf(brick));
+      }
+    }
+  }
+  for (const model::BrickAt& at : changed) {
+    emptied.by_page[model::KeyOf(model::BrickPage::Of(at.brick))].Clear(
+        model::Brick::LocalOf(at.brick));
+  }
+  return {model, model.version(), changed, model.stations(), emptied};
+}
+
+}  // namespace
+
+Expectation::Expectation(const model::PlanningView& model, model::PlanningView view,
+                         std::vector<ExpectedFloor> floors, std::vector<Room> rooms)
+    : model_(model),
+      view_(std::move(view)),
+      standing_(MeasuredAlone(view_)),
+      floors_(std::move(floors)),
+      rooms_(std::move(rooms)) {}
+
+absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
+    const model::PlanningView& model, const Openings& openings,
+    std::span<const RejectedPlace> rejected, const parallel::Cancellation& cancelled) {
+  std::vector<Room> rooms;
+  std::vector<ExpectedFloor> floors;
+  BrickEdit edit(model);
+  for (size_t i = 0; i < openings.openings.size(); ++i) {
+    if (cancelled.Requested()) return absl::CancelledError("expectation");
+    const Opening& opening = openings.openings[i];
+    if (!opening.doorway() || !openings.LeadsToUnknown(opening)) continue;
+    const RoomBehind behind(model, opening);
+    Room room{i, behind.Spread(), static_cast<float>(opening.centre.z())};
+    if (room.columns.empty() || Refused(model, room.columns, rejected)) continue;
+    behind.Apply(room.columns, edit, floors);
+    rooms.push_back(std::move(room));
+  }
+  const std::vector<model::BrickAt> changed = edit.Bricks();
+  return absl::WrapUnique<const Expectation>(
+      new Expectation(model, model::PlanningView(model, model.version(), changed, model.stations()),
+                      std::move(floors), std::move(rooms)));
+}
+
+std::optional<size_t> Expectation::Behind(const Eigen::Vector3d& place) const {
+  const Eigen::Vector2i at = view_.At(place).head<2>();
+  for (const Room& room : rooms_) {
+    const double over = place.z() - static_cast<double>(room.floor);
+    if (over < 0 || over > kCeiling) continue;
+    if (std::find(room.columns.begin(), room.columns.end(), at) != room.columns.end()) {
+      return room.opening;
+    }
+  }
+  return std::nullopt;
+}
+
+}  // namespace vantage::planning

@@ -1,0 +1,73 @@
+// What is expected where nothing is known: that a room goes on behind its doorway (algorithm.md
+// section 7E).
+#ifndef VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTATION_H_
+#define VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTATION_H_
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "absl/status/statusor.h"
+#include "core/model/view/planning_view.h"
+#include "core/parallel/cancellation.h"
+#include "core/planning/feasibility/floor_map.h"
+#include "core/planning/plan/opening.h"
+#include "core/planning/plan/planning_config.h"
+
+namespace vantage::planning {
+
+// Of a room's places, that at least one within this distance of any that is offered is free to
+// stand on: m, and the probability.
+inline constexpr double kStationRadius = 1.2;
+inline constexpr double kStationChance = 0.9;
+// The chance that surface which is expected is there and that a scan that should see it does.
+inline constexpr double kSurfaceChance = 0.5;
+
+// A model in which each room that was seen through a doorway and not entered goes on behind it, as
+// far as nothing that was measured speaks against it: floor at the doorway's height, free space
+// over it, and walls and a ceiling around, at no density. It differs from the model only where the
+// model knows nothing. Never changes. Thread safe.
+class Expectation {
+ public:
+  // A room in which places were rejected twice is not expected any more. Keeps the reference to the
+  // model. CANCELLED when that was requested on the way.
+  static absl::StatusOr<std::shared_ptr<const Expectation>> Of(
+      const model::PlanningView& model, const Openings& openings,
+      std::span<const RejectedPlace> rejected, const parallel::Cancellation& cancelled = {});
+
+  // The model with what is expected.
+  const model::PlanningView& view() const { return view_; }
+  // The same with all that was not measured taken for empty: what somebody may find in the way who
+  // goes and looks.
+  const model::PlanningView& standing() const { return standing_; }
+  // The floors of its rooms.
+  std::span<const ExpectedFloor> floors() const { return floors_; }
+  // True when what the view says of a voxel is expected and not known.
+  bool Expected(const model::VoxelIndex& v) const { return view_.State(v) != model_.State(v); }
+  // The doorway, by its place in Openings::openings, behind which a place lies; nothing where it
+  // does not.
+  std::optional<size_t> Behind(const Eigen::Vector3d& place) const;
+
+ private:
+  // The columns of voxels that a room is expected to have, beside those that are known.
+  struct Room {
+    size_t opening = 0;
+    std::vector<Eigen::Vector2i> columns;
+    float floor = 0;  // m, z
+  };
+  Expectation(const model::PlanningView& model, model::PlanningView view,
+              std::vector<ExpectedFloor> floors, std::vector<Room> rooms);
+
+  const model::PlanningView& model_;
+  const model::PlanningView view_;
+  const model::PlanningView standing_;
+  const std::vector<ExpectedFloor> floors_;
+  const std::vector<Room> rooms_;
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTATION_H_

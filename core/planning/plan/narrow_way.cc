@@ -1,0 +1,18 @@
+#include "core/planning/plan/narrow_way.h"
+
+#include "absl/strings/str_format.h"
+
+namespace vantage::planning {
+
+std::string NarrowWayWords(const NarrowWay& way, const Eigen::Vector3d& origin) {
+  const Eigen::Vector3d narrowest = way.narrowest + origin;
+  const Eigen::Vector3d place = way.place + origin;
+  return absl::StrFormat(
+      "a scan from (%.2f, %.2f, %.2f), behind the way %.2f m wide at (%.2f, %.2f), would bring "
+      "%.2f "
+      "m2 to the required density: set scanner_width to %.2f m if you can carry it through",
+      place.x(), place.y(), place.z(), way.width, narrowest.x(), narrowest.y(), way.model_gain,
+      way.width);
+}
+
+}  // namespace vantage::planning

@@ -1,0 +1,165 @@
+// What is expected beyond a model: in a scene with two rooms of which one was scanned, against the
+// model and the mesh.
+#include "core/planning/expectation/expectation.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "core/model/partial_model.h"
+#include "core/parallel/thread_pool.h"
+#include "core/planning/openings/openings.h"
+#include "core/planning/problem/planning_problem.h"
+#include "core/planning/ranking/view_report.h"
+#include "core/simulation/scenes/small_scenes.h"
+#include "core/simulation/simulated_scanner.h"
+
+namespace vantage::planning {
+namespace {
+
+bool Measured(model::VoxelState state) {
+  return state == model::VoxelState::kTrueSurface || state == model::VoxelState::kAbsorbed;
+}
+
+class ExpectationTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    scanner_.azimuth_step = scanner_.elevation_step = sensor::Radians(0.4);
+    model_ = model::PartialModel::Create({}).value();
+    ScanFrom(0);
+  }
+  void ScanFrom(size_t start) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translate(scene_.starts[start]);
+    sensor::Scan scan;
+    scan.scanner = scanner_;
+    scan.image = tracer_.Scan(scanner_, pose, simulation::ScanFaults{}, 1 + start, pool_);
+    ASSERT_TRUE(model_->Insert("scan" + std::to_string(start), scan, pose, pool_).ok());
+    view_ = model_->Publish();
+    config_.station_basis = StationBasis::kExpected;
+    problem_ = PlanningProblem::Prepare({*view_, scanner_, config_}, pool_).value();
+  }
+  const Expectation& expected() const { return *problem_->expectation(); }
+  template <typename Fn>
+  void ForEachVoxel(Fn&& fn) const {
+    const model::VoxelBox& box = expected().view().bounds();
+    for (int z = box.min.z(); z < box.max.z(); ++z) {
+      for (int y = box.min.y(); y < box.max.y(); ++y) {
+        for (int x = box.min.x(); x < box.max.x(); ++x) fn(model::VoxelIndex(x, y, z));
+      }
+    }
+  }
+
+  const simulation::Scene scene_ = simulation::TwoRooms(1);
+  const simulation::SimulatedScanner tracer_{scene_.mesh};
+  sensor::ScannerModel scanner_;
+  PlanningConfig config_;
+  parallel::ThreadPool pool_{2};
+  std::unique_ptr<model::PartialModel> model_;
+  std::shared_ptr<const model::PlanningView> view_;
+  std::shared_ptr<const PlanningProblem> problem_;
+};
+
+TEST_F(ExpectationTest, WhatIsKnownStaysAsItIs) {
+  size_t known = 0;
+  size_t expected_free = 0;
+  ForEachVoxel([&](const model::VoxelIndex& v) {
+    const model::VoxelState state = view_->State(v);
+    const bool is_known = Measured(state) || state == model::VoxelState::kEmpty;
+    if (is_known) {
+      ++known;
+      ASSERT_EQ(expected().view().State(v), state) << v.transpose();
+      ASSERT_FALSE(expected().Expected(v));
+    } else if (expected().view().Empty(v)) {
+      ++expected_free;
+      ASSERT_TRUE(expected().Expected(v));
+    }
+    // What somebody finds in the way is what was measured.
+    ASSERT_EQ(Measured(expected().view().State(v)), !expected().standing().Empty(v));
+  });
+  EXPECT_GT(known, 100'000u);
+  EXPECT_GT(expected_free, 1000u);
+}
+
+// All around known free space there is surface, known or expected: rays end somewhere.
+TEST_F(ExpectationTest, ExpectedSpaceIsClosed) {
+  ForEachVoxel([&](const model::VoxelIndex& v) {
+    if (!expected().view().Empty(v) || !expected().Expected(v)) return;
+    for (int axis = 0; axis < 3; ++axis) {
+      for (const int sign : {-1, 1}) {
+        model::VoxelIndex to = v;
+        to[axis] += sign;
+        ASSERT_NE(expected().view().State(to), model::VoxelState::kUnknown)
+            << v.transpose() << " to " << to.transpose();
+      }
+    }
+  });
+}
+
+TEST_F(ExpectationTest, PlacesInTheOtherRoomAreExpectedAndNoKnownOneIsLost) {
+  PlanningConfig known_config = config_;
+  known_config.station_basis = StationBasis::kKnown;
+  const auto known = PlanningProblem::Prepare({*view_, scanner_, known_config}, pool_).value();
+  EXPECT_EQ(known->expectation(), nullptr);
+  for (const auto& cell : known->feasible().cells()) {
+    ASSERT_GE(problem_->feasible().IndexOf(cell), 0) << cell.transpose();
+  }
+  size_t behind = 0;
+  for (size_t i = 0; i < problem_->feasible().cells().size(); ++i) {
+    const Eigen::Vector3d place = problem_->feasible().Centre(i);
+    const bool is_known = known->feasible().IndexOf(problem_->feasible().cells()[i]) >= 0;
+    ASSERT_EQ(problem_->BasisOf(place) == StationBasis::kKnown, is_known) << place.transpose();
+    ASSERT_EQ(known->BasisOf(place), StationBasis::kKnown);
+    if (!is_known && expected().Behind(place).has_value()) ++behind;
+  }
+  EXPECT_GT(behind, 100u);
+}
+
+TEST_F(ExpectationTest, AReportSaysWhatIsAssumedAndCountsItApart) {
+  const ViewReport report(*problem_);
+  RankedView inside;
+  for (size_t i = 0; i < problem_->feasible().cells().size(); ++i) {
+    const Eigen::Vector3d place = problem_->feasible().Centre(i);
+    if (problem_->BasisOf(place) == StationBasis::kKnown || !expected().Behind(place)) continue;
+    report.Place(place, inside);
+    ASSERT_TRUE(report.Exact(place, parallel::Budget::Unlimited(), inside));
+    break;
+  }
+  ASSERT_TRUE(inside.expected.has_value());
+  ASSERT_TRUE(inside.expected->doorway.has_value());
+  EXPECT_LT((inside.expected->doorway->head<2>() - scene_.doorways[0].middle).norm(), 0.4);
+  EXPECT_FALSE(inside.floor_measured);
+  EXPECT_GT(inside.expected_gain.value(), inside.model_gain.value() + 1);
+  RankedView at_start;
+  report.Place(view_->stations()[0].position, at_start);
+  EXPECT_FALSE(at_start.expected.has_value());
+}
+
+// Once the room was entered, nothing of it is expected any more.
+TEST_F(ExpectationTest, EndsWhereARoomWasEntered) {
+  ScanFrom(1);
+  for (const Eigen::Vector3d& start : scene_.starts) {
+    EXPECT_FALSE(expected().Behind(start).has_value());
+  }
+}
+
+TEST_F(ExpectationTest, IsTheSameFromAPreviousProblem) {
+  const auto again =
+      PlanningProblem::Prepare({*view_, scanner_, config_, problem_.get()}, pool_).value();
+  EXPECT_EQ(again->expectation(), problem_->expectation());
+  EXPECT_EQ(again->feasible().cells(), problem_->feasible().cells());
+  EXPECT_EQ(again->patches().cells.size(), problem_->patches().cells.size());
+  // Of another basis it shares none.
+  PlanningConfig known = config_;
+  known.station_basis = StationBasis::kKnown;
+  const auto other =
+      PlanningProblem::Prepare({*view_, scanner_, known, problem_.get()}, pool_).value();
+  const auto scratch = PlanningProblem::Prepare({*view_, scanner_, known}, pool_).value();
+  EXPECT_EQ(other->expectation(), nullptr);
+  EXPECT_EQ(other->feasible().cells(), scratch->feasible().cells());
+  EXPECT_EQ(other->patches().cells.size(), scratch->patches().cells.size());
+}
+
+}  // namespace
+}  // namespace vantage::planning

@@ -1,0 +1,129 @@
+// Found openings against the doorways that generated scenes were built with, after each scan of a
+// job, at the steps of fine, usual and coarse scanners.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/model/partial_model.h"
+#include "core/parallel/thread_pool.h"
+#include "core/planning/feasibility/floor_map.h"
+#include "core/planning/openings/openings.h"
+#include "core/simulation/scenes/furnished_flat.h"
+#include "core/simulation/scenes/office_storey.h"
+#include "core/simulation/scenes/scene.h"
+#include "core/simulation/scenes/small_scenes.h"
+#include "core/simulation/simulated_scanner.h"
+
+namespace vantage::planning {
+namespace {
+
+constexpr double kHeadHeight = 1.6;  // m, at which doorways are looked through
+constexpr double kSeenBeyond = 0.5;  // m behind the middle of a doorway that was looked through
+constexpr double kSamePlace = 0.35;  // m from a doorway's middle to that of what was found
+constexpr double kWidthError = 0.1 + 1e-6;  // m, two voxels
+
+struct Figures {
+  int seen = 0;            // doorways that some station looks through, over all scans
+  int found = 0;           // of those, that are found
+  int told = 0;            // doorways that are told
+  int real = 0;            // of those, that are
+  int right_width = 0;     // of those found, with a width that is right to two voxels
+  double worst_width = 0;  // m, by which a width is wrong
+};
+
+bool LookedThrough(const simulation::SceneDoorway& door, const std::vector<Eigen::Vector3d>& from,
+                   const simulation::SimulatedScanner& tracer) {
+  const Eigen::Vector2d across(-door.along.y(), door.along.x());
+  for (const Eigen::Vector3d& station : from) {
+    const double side = across.dot(station.head<2>() - door.middle) > 0 ? -1 : 1;
+    const Eigen::Vector2d behind = door.middle + side * kSeenBeyond * across;
+    if (tracer.Visible(station, {behind.x(), behind.y(), kHeadHeight})) return true;
+  }
+  return false;
+}
+
+bool Is(const Opening& opening, const simulation::SceneDoorway& door) {
+  return opening.doorway() && (opening.centre.head<2>() - door.middle).norm() < kSamePlace;
+}
+
+// Scans from the scene's starts, one in each room, and adds up what is found after each scan.
+void JudgeJob(const simulation::Scene& scene, double step, size_t most_scans,
+              parallel::Parallel& parallel, Figures& figures) {
+  const simulation::SimulatedScanner tracer(scene.mesh);
+  sensor::ScannerModel scanner;
+  scanner.azimuth_step = scanner.elevation_step = sensor::Radians(step);
+  auto model = model::PartialModel::Create({}).value();
+  std::vector<Eigen::Vector3d> stations;
+  for (size_t i = 0; i < std::min(most_scans, scene.starts.size()); ++i) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translate(scene.starts[i]);
+    sensor::Scan scan;
+    scan.scanner = scanner;
+    scan.image = tracer.Scan(scanner, pose, simulation::ScanFaults{}, i, parallel);
+    ASSERT_TRUE(model->Insert("scan" + std::to_string(i), scan, pose, parallel).ok());
+    stations.push_back(scene.starts[i]);
+    const auto view = model->Publish();
+    const Openings found = FindOpenings(*view, FloorMap::Find(*view, std::nullopt).value()).value();
+    const auto& openings = found.openings;
+    for (const simulation::SceneDoorway& door : scene.doorways) {
+      if (!LookedThrough(door, stations, tracer)) continue;
+      ++figures.seen;
+      const auto it = std::find_if(openings.begin(), openings.end(),
+                                   [&](const Opening& opening) { return Is(opening, door); });
+      if (it == openings.end()) {
+        std::printf("%s after %zu: missed (%.2f, %.2f)\n", scene.name.c_str(), i + 1,
+                    door.middle.x(), door.middle.y());
+        continue;
+      }
+      ++figures.found;
+      figures.right_width += std::abs(it->width - door.width) <= kWidthError ? 1 : 0;
+      figures.worst_width = std::max(figures.worst_width, std::abs(it->width - door.width));
+    }
+    for (const Opening& opening : openings) {
+      if (!opening.doorway()) continue;
+      ++figures.told;
+      const bool real = std::any_of(scene.doorways.begin(), scene.doorways.end(),
+                                    [&](const auto& door) { return Is(opening, door); });
+      figures.real += real ? 1 : 0;
+      if (real) continue;
+      std::printf("%s after %zu: none at (%.2f, %.2f), %.2f m wide, head %.2f\n",
+                  scene.name.c_str(), i + 1, opening.centre.x(), opening.centre.y(), opening.width,
+                  opening.head);
+    }
+    // Each room has one start. There are so many rooms at least: never more than there are.
+    EXPECT_LE(found.RoomsNotEntered(), static_cast<int>(scene.starts.size() - i - 1)) << i;
+  }
+}
+
+class DoorsOfScenesTest : public ::testing::TestWithParam<double> {};
+
+TEST_P(DoorsOfScenesTest, AreFoundAndHardlyAnythingElse) {
+  parallel::ThreadPool pool(2);
+  Figures figures;
+  const bool fine = GetParam() < 0.2;  // a scan takes ten times as long
+  for (const uint64_t seed :
+       fine ? std::vector<uint64_t>{1, 7} : std::vector<uint64_t>{1, 2, 3, 4, 5, 7}) {
+    JudgeJob(simulation::FurnishedFlat(seed), GetParam(), fine ? 2 : 4, pool, figures);
+  }
+  JudgeJob(simulation::TwoRooms(1), GetParam(), 1, pool, figures);
+  if (!fine) JudgeJob(simulation::OfficeStorey(1, 250), GetParam(), 4, pool, figures);
+  std::printf("%.2f degrees: %d of %d found, %d of %d real, widths to %.3f m\n", GetParam(),
+              figures.found, figures.seen, figures.real, figures.told, figures.worst_width);
+  // What holds today; the aims are 0.9 of those seen and 0.95 real. What is missed was seen at a
+  // grazing angle, with little behind it.
+  EXPECT_GE(figures.found, 0.6 * figures.seen);
+  EXPECT_GE(figures.real, 0.9 * figures.told);
+  EXPECT_GE(figures.right_width, 0.95 * figures.found);
+  EXPECT_LE(figures.worst_width, 1.5 * kWidthError);
+}
+
+INSTANTIATE_TEST_SUITE_P(Steps, DoorsOfScenesTest, ::testing::Values(0.08, 0.25, 1.0));
+
+}  // namespace
+}  // namespace vantage::planning
