@@ -186,7 +186,7 @@ absl::StatusOr<MergeReport> PartialModel::Withdraw(absl::string_view id,
   const std::unique_ptr<ScanLayer> layer = std::move(it->second);
   state.layers.erase(it);
   std::erase(state.order, std::string(id));
-  state.shared_reflections.Remove(std::string(id));
+  state.shared_reflections.Remove(std::string(id), state.layers, parallel);
   MergeReport report;
   state.Merge(*layer, LayerChange::kRemoved, parallel, report);
   report.merge_seconds = SecondsSince(start);

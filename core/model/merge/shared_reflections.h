@@ -21,18 +21,24 @@ class SharedReflections {
  public:
   using Layers = std::map<std::string, std::unique_ptr<ScanLayer>>;
 
-  // After the scan came to `layers`.
+  // After the scan came to `layers`, and after it left them.
   void Add(const std::string& id, const Layers& layers, parallel::Parallel& parallel);
-  void Remove(const std::string& id);
+  void Remove(const std::string& id, const Layers& layers, parallel::Parallel& parallel);
 
   // Of the suspects that are reflectors by what all layers say; model frame.
   std::vector<Aperture> Apertures() const;
 
  private:
+  using Testimonies = std::map<std::string, Testimony>;  // by scan, its own among them
   struct Suspect {
-    Aperture aperture;                           // model frame
-    std::map<std::string, Testimony> testimony;  // by scan, its own among them
+    Aperture aperture;                              // model frame
+    std::map<std::string, ReflectingPlane> planes;  // by who fitted it, its own scan among them
+    std::map<std::string, size_t> agree;            // by the same, but for its own scan
+    std::map<std::string, Testimonies> judged;      // of its own plane and the best of the others
   };
+  // Asks what was not asked yet of the planes that are judged.
+  void Ask(const Layers& layers, parallel::Parallel& parallel);
+
   std::map<std::string, std::vector<Suspect>> suspects_;  // by scan
 };
 

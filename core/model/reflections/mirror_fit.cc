@@ -31,15 +31,18 @@ int StrideOf(const RangeSurface& surface, double cells) {
   return std::max(1, static_cast<int>(std::sqrt(all / cells)));
 }
 
-size_t ComeBack(const ReturnTest& tester, const ReflectingPlane& plane,
+size_t ComeBack(std::span<const Witness> witnesses, const ReflectingPlane& plane,
                 const std::vector<Eigen::Vector3d>& behind, double within) {
   return static_cast<size_t>(
       std::count_if(behind.begin(), behind.end(), [&](const Eigen::Vector3d& point) {
-        return tester.Compare(plane.Reflected(point), within) == Back::kAgrees;
+        const Eigen::Vector3d back = plane.Reflected(point);
+        return std::any_of(witnesses.begin(), witnesses.end(), [&](const Witness& witness) {
+          return witness.measured->Compare(witness.T_witness_scan * back, within) == Back::kAgrees;
+        });
       }));
 }
 
-ReflectingPlane Straighten(const ReturnTest& tester, const ReflectingPlane& plane,
+ReflectingPlane Straighten(std::span<const Witness> witnesses, const ReflectingPlane& plane,
                            const std::vector<Eigen::Vector3d>& behind) {
   constexpr int kMostTurn = 8;  // of kTurn, to either side: two degrees; mirrors lean by one
   // rad: half of it at seven metres behind a mirror, twice, is the three centimetres of kClosely.
@@ -47,9 +50,9 @@ ReflectingPlane Straighten(const ReturnTest& tester, const ReflectingPlane& plan
   constexpr int kMostShift = 3;  // cm: what the search before it, by centimetres, may be wrong
   ReflectingPlane best = plane;
   for (const double within : {kRoughly, kClosely, kClosely}) {
-    size_t most = ComeBack(tester, best, behind, within);
+    size_t most = ComeBack(witnesses, best, behind, within);
     const auto try_out = [&](const ReflectingPlane& other) {
-      const size_t agree = ComeBack(tester, other, behind, within);
+      const size_t agree = ComeBack(witnesses, other, behind, within);
       if (agree <= most) return;
       most = agree;
       best = other;

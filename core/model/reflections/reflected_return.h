@@ -31,8 +31,13 @@ struct ReflectingPlane {
 
   static constexpr double kProud = 0.12;  // m that a mirror stands out from its wall
   static constexpr double kFrame = 0.06;  // m that a frame stands out from its mirror
+  // m that a wall stands out from a plane in its opening, at least: the rooms of an opening may be
+  // mirror images in the middle of their wall. Half of a thin one is 0.04, and a plane 0.015 off.
+  static constexpr double kRecess = 0.025;
 
   double Above(const Eigen::Vector3d& point) const { return normal.dot(point) + distance; }
+  // True when the plane lies behind the wall around it, which no mirror does.
+  bool IsRecessed(const Eigen::Vector3d& wall) const { return Above(wall) > kRecess; }
   // Reflectors hang on walls, or lie: within 20 degrees, since mirrors lean, and within 18, since
   // the scanner may.
   bool IsUpright() const { return std::abs(normal.z()) < 0.35; }

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 namespace vantage::model {
@@ -69,17 +70,19 @@ class Judgement {
 
   // The regions of cells that have the shape of reflections in a mirror, to be told by what other
   // scans measured. `roughly`: without a look at their borders.
-  std::vector<std::vector<ScanCell>> Suspected(bool roughly) {
+  std::vector<SuspectedRegion> Suspected(bool roughly) {
     FindLevel();
     MarkWhatGoesThrough();
-    std::vector<std::vector<ScanCell>> suspected;
+    std::vector<SuspectedRegion> suspected;
     std::vector<uint8_t> seen(back_.size(), 0);
     for (size_t i = 0; i < seen.size(); ++i) seen[i] = role_[i] == Role::kNone ? 0 : 1;
     for (int c = 0; c < columns_; ++c) {
       for (int r = 0; r < rows_; ++r) {
         if (!InQuestion(Index({c, r})) || seen[Index({c, r})] != 0) continue;
-        std::vector<ScanCell> region = Gather({c, r}, 1, seen);
-        if (IsSuspected(region, roughly)) suspected.push_back(std::move(region));
+        SuspectedRegion region{Gather({c, r}, 1, seen), std::nullopt};
+        if (!IsLarge(region.cells)) continue;
+        if (!roughly && !EndsLikeAMirror(region)) continue;
+        suspected.push_back(std::move(region));
       }
     }
     return suspected;
@@ -322,20 +325,19 @@ class Judgement {
     return BreaksOff(border) && static_cast<double>(border.broken) >= 0.75 * width;
   }
 
+  static constexpr double kLevel = 0.95;  // cosine: 18 degrees, since the scanner may lean
   static constexpr std::array<std::pair<int, int>, 4> kBeside = {
       {{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
 
   // Floors and ceilings behind an upright plane are where their reflections would be, and go on
   // from the ones to the others without a border.
   void FindLevel() {
-    constexpr double kLevel = 0.95;  // cosine: 18 degrees, since the scanner may lean
     role_.assign(back_.size(), Role::kNone);
     for (int c = 0; c < columns_; ++c) {
       for (int r = 0; r < rows_; ++r) {
         const size_t i = Index({c, r});
         if (back_[i] != Back::kAgrees) continue;
-        const Eigen::Vector3d normal = NormalAround(surface_, c * stride_, r * stride_);
-        if (std::abs(normal.z()) > kLevel) role_[i] = Role::kLevel;
+        if (IsLevel({c, r})) role_[i] = Role::kLevel;
       }
     }
   }
@@ -394,38 +396,135 @@ class Judgement {
     }
   }
 
-  // True when a region is as large as a mirror, is hardly contradicted, and ends in the plane as at
-  // a frame: on nearly one of its four sides at least, and far more often than it goes on to real
-  // surface. What stands before the plane, and what is seen past furniture's edge, says nothing.
-  bool IsSuspected(std::vector<ScanCell>& region, bool roughly) {
+  // True when a region is as large as a mirror, and is hardly contradicted.
+  bool IsLarge(const std::vector<ScanCell>& region) const {
     const size_t stands_for = static_cast<size_t>(stride_) * static_cast<size_t>(stride_);
     if (region.size() < std::max<size_t>(kLeastJudged, LeastRegion() / stands_for)) return false;
     const auto well_behind = std::count_if(region.begin(), region.end(), [&](const ScanCell& cell) {
       return tester_.WellBehind(plane_, cell.column * stride_, cell.row * stride_);
     });
-    if (2 * static_cast<size_t>(well_behind) < region.size()) return false;
-    if (4 * Contradicted(region) > region.size()) return false;
-    if (roughly) return true;
-    AddLevel(region);
+    return 2 * static_cast<size_t>(well_behind) >= region.size() &&
+           4 * Contradicted(region) <= region.size();
+  }
+
+  // True when a region ends in the plane as at a frame: on nearly one of its four sides at least,
+  // and far more often than it goes on to real surface, also to that of an opening's reveals. What
+  // stands before the plane, and what is seen past furniture's edge, says nothing. Completes the
+  // region.
+  bool EndsLikeAMirror(SuspectedRegion& region) {
+    AddLevel(region.cells);
     std::vector<uint8_t> in_region(back_.size(), 0);
-    for (const ScanCell& cell : region) in_region[Index(cell)] = 1;
+    for (const ScanCell& cell : region.cells) in_region[Index(cell)] = 1;
     size_t broken = 0;
     size_t through = 0;
-    for (const ScanCell& cell : region) {
+    size_t reveal = 0;
+    for (const ScanCell& cell : region.cells) {
       for (const auto& [dc, dr] : kBeside) {
         const std::optional<ScanCell> beside = Beside(cell, dc, dr);
         if (!beside || in_region[Index(*beside)] != 0 || !Returned(*beside)) continue;
-        if (BackOf(*beside) == Back::kInFront ? GoesThrough(cell, dc, dr)
-                                              : IsReal(*beside) && Connected(cell, dc, dr)) {
-          ++through;
-        } else if (BackOf(*beside) == Back::kInFront &&
-                   (InPlane(*beside) || LiesInPlane(*beside, dc, dr))) {
-          ++broken;
+        if (BackOf(*beside) == Back::kInFront) {
+          if (InPlane(*beside) && Connected(cell, dc, dr)) ++reveal;
+          if (GoesOn(cell, dc, dr)) {
+            ++through;
+          } else if (InPlane(*beside) || LiesInPlane(*beside, dc, dr)) {
+            ++broken;
+          }
+        } else if (IsReal(*beside)) {
+          if (plane_.Above(Point(*beside)) > -kDeepestReveal) ++reveal;
+          if (Connected(cell, dc, dr)) ++through;
         }
       }
     }
-    const double width = std::sqrt(static_cast<double>(region.size()));
-    return 4 * through <= broken && static_cast<double>(broken) >= 0.75 * width;
+    const double width = std::sqrt(static_cast<double>(region.cells.size()));
+    if (4 * through > broken || 10 * reveal > broken) return false;
+    if (static_cast<double>(broken) < 0.75 * width || !ShowsReveals(region.cells)) return false;
+    if (FloorGoesThrough(region.cells, in_region)) return false;
+    region.wall = WallAround(region.cells, in_region);
+    return !region.wall || !plane_.IsRecessed(*region.wall);
+  }
+
+  static constexpr double kDeepestReveal = 0.3;  // m: thicker walls' openings are seen to be deep
+
+  // True when a region is near enough for its scan to show the reveals of an opening, were it one:
+  // on a tenth of its border, in a thin wall (0.08 m), 0.35 m beside the line of sight.
+  bool ShowsReveals(const std::vector<ScanCell>& region) const {
+    constexpr double kShows = 0.35 * 0.08 / 0.1;  // m^2 rad: distance squared by the step of rays
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const ScanCell& cell : region) middle += Crossing(cell);
+    middle /= static_cast<double>(region.size());
+    const double step =
+        std::sqrt(surface_.azimuth().mean_step() * surface_.elevation().mean_step());
+    return middle.squaredNorm() * step < kShows;
+  }
+
+  // As GoesThrough; but a floor only where nothing but floor leads on: below a mirror that nearly
+  // reaches down to it, a plinth is as far away as the floor that the mirror shows.
+  bool GoesOn(const ScanCell& cell, int dc, int dr) const {
+    if (!IsLevel(cell)) return GoesThrough(cell, dc, dr);
+    ScanCell at = cell;
+    for (std::optional<ScanCell> next = Beside(at, dc, dr);
+         next && Returned(*next) && IsLevel(*next) && Connected(at, dc, dr);
+         next = Beside(at, dc, dr)) {
+      at = *next;
+      if (plane_.Above(Point(at)) > ReflectingPlane::kFrame) return true;
+    }
+    return false;
+  }
+
+  // The median, by the distance from the plane, of what lies around a region and near the plane.
+  std::optional<Eigen::Vector3d> WallAround(const std::vector<ScanCell>& region,
+                                            const std::vector<uint8_t>& in_region) const {
+    constexpr double kPastFrame = 0.15;  // m, along the plane
+    constexpr double kStillWall = 0.45;  // m: from here on it may be another wall
+    constexpr double kAtWall = 0.25;     // m before and behind the plane: else it is no wall of it
+    std::vector<std::pair<double, ScanCell>> walls;
+    for (const ScanCell& cell : region) {
+      for (const auto& [dc, dr] : kBeside) {
+        const Eigen::Vector3d edge = Crossing(cell);
+        for (int k = 1;; ++k) {
+          const std::optional<ScanCell> at = Beside(cell, k * dc, k * dr);
+          if (!at || in_region[Index(*at)] != 0 || !Meets(*at)) break;
+          const double away = (Crossing(*at) - edge).norm();
+          if (away > kStillWall) break;
+          if (away < kPastFrame || !Returned(*at)) continue;
+          const double above = plane_.Above(Point(*at));
+          if (std::abs(above) > kAtWall) continue;
+          walls.emplace_back(above, *at);
+          break;
+        }
+      }
+    }
+    if (walls.empty()) return std::nullopt;
+    const auto middle = walls.begin() + static_cast<std::ptrdiff_t>(walls.size() / 2);
+    std::nth_element(walls.begin(), middle, walls.end(), [](const auto& a, const auto& b) {
+      return std::tuple(a.first, a.second.column, a.second.row) <
+             std::tuple(b.first, b.second.column, b.second.row);
+    });
+    return Point(middle->second);
+  }
+
+  // True when the floor behind the plane goes on to the floor before it below much of a region, as
+  // in a doorway. A mirror ends above the floor.
+  bool FloorGoesThrough(const std::vector<ScanCell>& region,
+                        const std::vector<uint8_t>& in_region) const {
+    std::vector<uint8_t> column(static_cast<size_t>(columns_), 0);  // 1: of the region, 2: floor
+    for (const ScanCell& cell : region) {
+      uint8_t& said = column[static_cast<size_t>(cell.column)];
+      said |= 1;
+      const std::optional<ScanCell> below = Beside(cell, 0, -1);
+      if (!below || in_region[Index(*below)] != 0 || !IsLevel(cell)) continue;
+      if (GoesOn(cell, 0, -1)) said |= 2;
+    }
+    const auto wide = std::count_if(column.begin(), column.end(), [](uint8_t c) { return c != 0; });
+    const auto floor = std::count(column.begin(), column.end(), 3);
+    return 3 * floor > wide;
+  }
+  bool IsLevel(const ScanCell& cell) const {
+    return std::abs(NormalAround(surface_, cell.column * stride_, cell.row * stride_).z()) > kLevel;
+  }
+  // True when the ray of a cell meets the plane, and not too flatly.
+  bool Meets(const ScanCell& cell) const {
+    return plane_.normal.dot(surface_.Direction(cell.column * stride_, cell.row * stride_)) < -0.05;
   }
 
   // Where the ray of a cell crosses the plane, m, scanner's frame.
@@ -540,12 +639,11 @@ bool MayHaveReflections(const RangeSurface& surface, const ReflectingPlane& plan
   return !Judgement(surface, plane, stride).Suspected(true).empty();
 }
 
-std::vector<std::vector<ScanCell>> FindSuspectedReflections(const RangeSurface& surface,
-                                                            const ReflectingPlane& plane,
-                                                            int stride) {
-  std::vector<std::vector<ScanCell>> regions = Judgement(surface, plane, stride).Suspected(false);
-  for (std::vector<ScanCell>& region : regions) {
-    for (ScanCell& cell : region) cell = {cell.column * stride, cell.row * stride};
+std::vector<SuspectedRegion> FindSuspectedReflections(const RangeSurface& surface,
+                                                      const ReflectingPlane& plane, int stride) {
+  std::vector<SuspectedRegion> regions = Judgement(surface, plane, stride).Suspected(false);
+  for (SuspectedRegion& region : regions) {
+    for (ScanCell& cell : region.cells) cell = {cell.column * stride, cell.row * stride};
   }
   return regions;
 }

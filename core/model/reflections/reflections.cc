@@ -1,6 +1,7 @@
 #include "core/model/reflections/reflections.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
@@ -47,18 +48,19 @@ std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane&
   const size_t skip = std::max<size_t>(1, behind.size() / kMost);
   std::vector<Eigen::Vector3d> looked_at;
   for (size_t i = 0; i < behind.size(); i += skip) looked_at.push_back(behind[i]);
+  const std::array<Witness, 1> own = {{{&tester}}};
   std::optional<ReflectingPlane> best;
   size_t most = kEnough / 2;
   for (int before = 0; before <= 10; before += 1) {
     const ReflectingPlane plane{wall.normal, wall.distance - 0.01 * before};
     if (plane.distance < kNearestReflector) break;
-    const size_t agree = ComeBack(tester, plane, looked_at, kRoughly);
+    const size_t agree = ComeBack(own, plane, looked_at, kRoughly);
     if (agree <= most) continue;
     most = agree;
     best = plane;
   }
   if (!best || !best->IsUpright()) return best;
-  ReflectingPlane mirror = Straighten(tester, *best, looked_at);
+  ReflectingPlane mirror = Straighten(own, *best, looked_at);
   StartPastItsWall({wall}, looked_at, mirror);
   return mirror;
 }

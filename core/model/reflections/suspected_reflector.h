@@ -4,7 +4,9 @@
 #define VANTAGE_CORE_MODEL_REFLECTIONS_SUSPECTED_REFLECTOR_H_
 
 #include <Eigen/Geometry>
+#include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,6 +22,7 @@ struct SuspectedReflector {
   ReflectingPlane plane;        // scanner's frame
   std::vector<ScanCell> asked;  // some of the cells whose returns would be reflections
   Aperture aperture;            // of all of them, scanner's frame
+  std::optional<Eigen::Vector3d> wall = std::nullopt;  // a point of the wall around, likewise
 };
 
 // What one scan says of a suspected reflector, of another one or its own.
@@ -35,9 +38,25 @@ struct Testimony {
   bool sees_through = false;
 };
 
-// `suspect`: of the scan with `surface`. `witness` may be the same scan.
-Testimony Testify(const SuspectedReflector& suspect, const RangeSurface& surface,
-                  const RangeSurface& witness, const Eigen::Isometry3d& T_witness_scan);
+// `suspect`: of the scan with `surface`; in the given plane. `witness` may be the same scan.
+Testimony Testify(const SuspectedReflector& suspect, const ReflectingPlane& plane,
+                  const RangeSurface& surface, const RangeSurface& witness,
+                  const Eigen::Isometry3d& T_witness_scan);
+
+// A plane near that of a suspect in which what it shows is the image of what the witness measured,
+// and how much of it.
+struct WitnessFit {
+  ReflectingPlane plane;  // frame of the suspect's scan
+  size_t agree;           // of the returns that were looked at
+};
+// None when the witness does not better the suspect's own plane. A mirror that shows its scan what
+// it does not see itself is found, but not well.
+std::optional<WitnessFit> FitByWitness(const SuspectedReflector& suspect,
+                                       const RangeSurface& surface, const RangeSurface& witness,
+                                       const Eigen::Isometry3d& T_witness_scan);
+
+inline constexpr size_t kLeastCorroborated =
+    20;  // returns: shares of them are off by a tenth, one sigma
 
 // True when a suspect is a reflector by what its own scan and others say. The order of `others`
 // does not matter.

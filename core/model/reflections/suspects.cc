@@ -1,6 +1,7 @@
 #include "core/model/reflections/suspects.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -14,19 +15,31 @@
 namespace vantage::model {
 namespace {
 
-// A suspect of whose returns some are asked, spread over the region.
-SuspectedReflector MakeSuspect(const RangeSurface& surface, const ReflectingPlane& plane,
-                               const std::vector<ScanCell>& region) {
-  constexpr size_t kAsked = 400;  // a share of them is off by 2.5 %, one sigma
+struct RegionIn {
+  const ReflectingPlane* plane;
+  const SuspectedRegion* region;
+};
+
+// A suspect of whose returns some are asked, spread over the region: those that would tell.
+SuspectedReflector MakeSuspect(const RangeSurface& surface, const RegionIn& found) {
+  constexpr size_t kAsked = 400;      // a share of them is off by 2.5 %, one sigma
+  constexpr size_t kLookedAt = 2000;  // for them: where a fifth tells, they are as many
   const ReturnTest tester(surface);
-  std::vector<ScanCell> well_behind;
-  for (const ScanCell& cell : region) {
-    if (tester.WellBehind(plane, cell.column, cell.row)) well_behind.push_back(cell);
+  const ReflectingPlane& plane = *found.plane;
+  const std::vector<ScanCell>& cells = found.region->cells;
+  std::vector<ScanCell> telling;
+  const size_t looked_at = std::min(kLookedAt, cells.size());
+  for (size_t i = 0; i < looked_at; ++i) {
+    const ScanCell& cell = cells[i * cells.size() / looked_at];
+    if (tester.WellBehind(plane, cell.column, cell.row) &&
+        tester.Telling(plane, cell.column, cell.row)) {
+      telling.push_back(cell);
+    }
   }
-  SuspectedReflector suspect{plane, {}, ApertureOf(surface, plane, region)};
-  const size_t asked = std::min(kAsked, well_behind.size());
+  SuspectedReflector suspect{plane, {}, ApertureOf(surface, plane, cells), found.region->wall};
+  const size_t asked = std::min(kAsked, telling.size());
   for (size_t i = 0; i < asked; ++i) {
-    suspect.asked.push_back(well_behind[i * well_behind.size() / asked]);
+    suspect.asked.push_back(telling[i * telling.size() / asked]);
   }
   return suspect;
 }
@@ -95,18 +108,19 @@ std::vector<PlaneOfPart> BeforeWall(const RangeSurface& surface, const ReturnTes
     const size_t skip = (part.size() + kTested - 1) / kTested;
     std::vector<Eigen::Vector3d> points;
     for (size_t i = 0; i < part.size(); i += skip) points.push_back(part[i]);
+    const std::array<Witness, 1> own = {{{&tester}}};
     std::optional<ReflectingPlane> best;
     size_t most = points.size() / 3;
     for (double before = 0; before <= kDeepest; before += kStep) {
       const ReflectingPlane plane{wall.normal, wall.distance - before};
       if (plane.distance < kNearestReflector) break;
-      const size_t agree = ComeBack(tester, plane, points, kRoughly);
+      const size_t agree = ComeBack(own, plane, points, kRoughly);
       if (agree <= most) continue;
       most = agree;
       best = plane;
     }
     if (!best) continue;
-    ReflectingPlane mirror = Straighten(tester, *best, points);
+    ReflectingPlane mirror = Straighten(own, *best, points);
     StartPastItsWall({wall}, points, mirror);
     found.push_back({mirror, part.size()});
   }
@@ -156,25 +170,23 @@ std::vector<SuspectedReflector> FindSuspects(const RangeSurface& surface,
   const int stride = StrideOf(surface, kCoarse);
   const int fine = StrideOf(surface, kFine);
   const std::vector<ReflectingPlane> planes = PlanesToLookAt(surface, untold, stride, parallel);
-  std::vector<std::vector<std::vector<ScanCell>>> regions(planes.size());
+  std::vector<std::vector<SuspectedRegion>> regions(planes.size());
   parallel.For(planes.size(), [&](size_t i) {
     if (!MayHaveReflections(surface, planes[i], stride)) return;
     regions[i] = FindSuspectedReflections(surface, planes[i], fine);
   });
-  struct Region {
-    const ReflectingPlane* plane;
-    const std::vector<ScanCell>* cells;
-  };
-  std::vector<Region> found;
+  std::vector<RegionIn> found;
   for (size_t i = 0; i < planes.size(); ++i) {
-    for (const std::vector<ScanCell>& cells : regions[i]) found.push_back({&planes[i], &cells});
+    for (const SuspectedRegion& region : regions[i]) found.push_back({&planes[i], &region});
   }
-  std::stable_sort(found.begin(), found.end(), [](const Region& a, const Region& b) {
-    return a.cells->size() > b.cells->size();
+  std::stable_sort(found.begin(), found.end(), [](const RegionIn& a, const RegionIn& b) {
+    return a.region->cells.size() > b.region->cells.size();
   });
   std::vector<SuspectedReflector> suspects;
-  for (size_t i = 0; i < std::min(kMostSuspects, found.size()); ++i) {
-    suspects.push_back(MakeSuspect(surface, *found[i].plane, *found[i].cells));
+  for (const RegionIn& one : found) {
+    if (suspects.size() >= kMostSuspects) break;
+    SuspectedReflector suspect = MakeSuspect(surface, one);
+    if (suspect.asked.size() >= kLeastCorroborated) suspects.push_back(std::move(suspect));
   }
   return suspects;
 }

@@ -63,6 +63,8 @@ void LayerCodec::WriteSuspects(const ScanLayer& layer, SnapshotWriter& out) {
       out.Varint(static_cast<uint64_t>(cell.row));
     }
     WriteAperture(suspect.aperture, out);
+    out.Varint(suspect.wall ? 1 : 0);
+    if (suspect.wall) out.Matrix(*suspect.wall);
   }
 }
 
@@ -70,7 +72,7 @@ void LayerCodec::ReadSuspects(SnapshotReader& in, ScanLayer& layer) {
   const size_t suspects = in.Count(sizeof(double) * 5);
   for (size_t i = 0; i < suspects && in.ok(); ++i) {
     SuspectedReflector suspect{
-        .plane = {}, .asked = {}, .aperture = {Eigen::Vector3d::UnitZ(), 0, {}}};
+        .plane = {}, .asked = {}, .aperture = {Eigen::Vector3d::UnitZ(), 0, {}}, .wall = {}};
     in.Matrix(suspect.plane.normal);
     suspect.plane.distance = in.Fixed<double>();
     suspect.plane.behind = in.Fixed<double>();
@@ -87,6 +89,10 @@ void LayerCodec::ReadSuspects(SnapshotReader& in, ScanLayer& layer) {
       suspect.asked.push_back({static_cast<int>(column), static_cast<int>(row)});
     }
     suspect.aperture = ReadAperture(in);
+    if (in.Varint() != 0) {
+      in.Matrix(suspect.wall.emplace());
+      if (!suspect.wall->allFinite()) in.Fail();
+    }
     layer.suspects.push_back(std::move(suspect));
   }
 }

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/model/carve/carve.h"
 #include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
 #include "core/simulation/scenes/mirror_scenes.h"
@@ -37,6 +38,15 @@ class MirrorSite {
     auto model = PartialModel::Create({.voxel_size = voxel_size}).value();
     for (const size_t i : order) Insert(i, *model, parallel);
     return model;
+  }
+  // Carved, with what they tell together.
+  SharedReflections Carved(SharedReflections::Layers& layers, parallel::Parallel& parallel) const {
+    SharedReflections shared;
+    for (size_t i = 0; i < scans_.size(); ++i) {
+      layers[Id(i)] = Carve(scans_[i].scan, scans_[i].T_model_scan, {}, parallel);
+      shared.Add(Id(i), layers, parallel);
+    }
+    return shared;
   }
   static std::string Id(size_t i) { return "scan" + std::to_string(i); }
 
@@ -77,6 +87,53 @@ TEST(SharedReflectionsTest, NoOpeningBetweenTwinRoomsIsLost) {
     for (const Eigen::AlignedBox3d& opening : site.made().openings) {
       const auto through = site.oracle().LostThrough(opening, *view);
       EXPECT_LE(through.share(), 0.1) << seed << ": " << opening.center().transpose();
+    }
+  }
+}
+
+// The share of an opening that is taken for a mirror.
+double ShareTaken(const Eigen::AlignedBox3d& opening, const Aperture& aperture) {
+  constexpr int kParts = 6;  // each way
+  Eigen::Index across = 0;
+  opening.sizes().minCoeff(&across);
+  const Eigen::Index along = across == 0 ? 1 : 0;
+  const Eigen::Vector3d through = 0.5 * Eigen::Vector3d::Unit(across);
+  int taken = 0;
+  for (int i = 0; i < kParts * kParts; ++i) {
+    Eigen::Vector3d at = opening.center();
+    at[along] = opening.min()[along] + (i % kParts + 0.5) / kParts * opening.sizes()[along];
+    at.z() = opening.min().z() + (i / kParts + 0.5) / kParts * opening.sizes().z();
+    taken +=
+        aperture.Between(at + through, at - through) || aperture.Between(at - through, at + through)
+            ? 1
+            : 0;
+  }
+  return taken / static_cast<double>(kParts * kParts);
+}
+
+// Nor while nobody has been behind it: then nothing but its own shape tells that it is one. Any of
+// the scans may be all there are.
+TEST(SharedReflectionsTest, NoOpeningIsLostToAnyOfTheScansAlone) {
+  for (const uint64_t seed : {2, 17, 18, 23, 32, 35, 42, 43}) {
+    const MirrorSite site(seed);
+    parallel::Serial serial;
+    SharedReflections::Layers layers;
+    const SharedReflections all = site.Carved(layers, serial);
+    for (uint32_t some = 1; some < 1u << site.size(); ++some) {
+      SharedReflections shared = all;
+      SharedReflections::Layers gone;
+      for (size_t i = 0; i < site.size(); ++i) {
+        if ((some >> i & 1u) != 0) continue;
+        gone.insert(layers.extract(MirrorSite::Id(i)));
+        shared.Remove(MirrorSite::Id(i), layers, serial);
+      }
+      for (const Aperture& aperture : shared.Apertures()) {
+        for (const Eigen::AlignedBox3d& opening : site.made().openings) {
+          EXPECT_LE(ShareTaken(opening, aperture), 0.1)
+              << seed << ": " << opening.center().transpose() << " by scans " << some;
+        }
+      }
+      layers.merge(gone);
     }
   }
 }

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <optional>
 #include <vector>
 
 #include "core/parallel/parallel.h"
@@ -32,17 +34,18 @@ TEST(IsReflectorTest, OneScanIsNotEnough) {
   EXPECT_FALSE(Told(Says(100, Testimony::kAgrees), {Says(100, 0), Testimony()}));
 }
 
-TEST(IsReflectorTest, MostHasToAgreeAndHardlyAnythingToContradict) {
+TEST(IsReflectorTest, MuchHasToAgreeAndHardlyAnythingToContradict) {
   Testimony other = Says(100, Testimony::kAgrees);
   for (size_t i = 0; i < 8; ++i) other.of_returns[i] = Testimony::kContradicts;
   EXPECT_TRUE(Told(Says(100, 0), {other}));
   other.of_returns[8] = Testimony::kContradicts;
   EXPECT_FALSE(Told(Says(100, 0), {other}));
-  Testimony half = Says(100, Testimony::kAgrees);
-  for (size_t i = 0; i < 50; ++i) half.of_returns[i] = 0;
-  EXPECT_TRUE(Told(Says(100, 0), {half}));
-  half.of_returns[50] = 0;
-  EXPECT_FALSE(Told(Says(100, 0), {half}));
+  // What nobody measured says neither.
+  Testimony third = Says(99, Testimony::kAgrees);
+  for (size_t i = 0; i < 66; ++i) third.of_returns[i] = 0;
+  EXPECT_TRUE(Told(Says(99, 0), {third}));
+  third.of_returns[66] = 0;
+  EXPECT_FALSE(Told(Says(99, 0), {third}));
 }
 
 TEST(IsReflectorTest, WhatAgreesWithAnyPlaneTellsNothing) {
@@ -108,7 +111,7 @@ TEST_F(TestifyTest, AScanOfTheSameRoomAgrees) {
   const SuspectedReflector suspect = Doorway(surface);
   ASSERT_GT(suspect.asked.size(), 500u);
   const Eigen::Vector3d beside(-1.5, -1.2, 1.4);
-  const Testimony said = Testify(suspect, surface, ScanFrom(beside), From(beside));
+  const Testimony said = Testify(suspect, suspect.plane, surface, ScanFrom(beside), From(beside));
   ASSERT_EQ(said.of_returns.size(), suspect.asked.size());
   size_t agree = 0;
   size_t contradict = 0;
@@ -125,10 +128,36 @@ TEST_F(TestifyTest, AScanOfTheRoomBehindSeesThrough) {
   const RangeSurface surface = ScanFrom(kFrom);
   const SuspectedReflector suspect = Doorway(surface);
   const Eigen::Vector3d behind(1.5, 0.2, 1.4);
-  EXPECT_TRUE(Testify(suspect, surface, ScanFrom(behind), From(behind)).sees_through);
+  EXPECT_TRUE(
+      Testify(suspect, suspect.plane, surface, ScanFrom(behind), From(behind)).sees_through);
   // Nobody sees through a wall.
   scene_.air.pop_back();
-  EXPECT_FALSE(Testify(suspect, surface, ScanFrom(behind), From(behind)).sees_through);
+  EXPECT_FALSE(
+      Testify(suspect, suspect.plane, surface, ScanFrom(behind), From(behind)).sees_through);
+}
+
+// A plane that hangs askew by a degree and a half shows most of the room behind it half a foot off.
+TEST_F(TestifyTest, AWitnessStraightensThePlane) {
+  const RangeSurface surface = ScanFrom(kFrom);
+  SuspectedReflector suspect = Doorway(surface);
+  const Eigen::Vector3d beside(-1.5, -1.2, 1.4);
+  const RangeSurface witness = ScanFrom(beside);
+  const ReflectingPlane straight = suspect.plane;
+  EXPECT_FALSE(FitByWitness(suspect, surface, witness, From(beside))) << "nothing to better";
+  const Eigen::Vector3d through = -straight.distance * straight.normal;
+  suspect.plane.normal =
+      Eigen::AngleAxisd(sensor::Radians(1.5), Eigen::Vector3d::UnitZ()) * straight.normal;
+  suspect.plane.distance = 0.02 - suspect.plane.normal.dot(through);
+  const std::optional<WitnessFit> fit = FitByWitness(suspect, surface, witness, From(beside));
+  ASSERT_TRUE(fit.has_value());
+  EXPECT_LT(std::acos(fit->plane.normal.dot(straight.normal)), sensor::Radians(0.5));
+  EXPECT_NEAR(fit->plane.Above(through), 0, 0.02);
+  // Who is in another house says nothing of it.
+  const Eigen::Vector3d away(-1.5, -41.2, 1.4);
+  EXPECT_FALSE(FitByWitness(suspect, surface, witness, From(away)));
+  // And no mirror hangs behind the face of its wall.
+  suspect.wall = through + 0.05 * straight.normal;
+  EXPECT_FALSE(FitByWitness(suspect, surface, witness, From(beside)));
 }
 
 }  // namespace
