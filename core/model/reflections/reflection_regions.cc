@@ -9,6 +9,8 @@
 #include <tuple>
 #include <utility>
 
+#include "core/model/reflections/mirror_fit.h"
+
 namespace vantage::model {
 namespace {
 
@@ -72,6 +74,7 @@ class Judgement {
   // scans measured. `roughly`: without a look at their borders.
   std::vector<SuspectedRegion> Suspected(bool roughly) {
     FindLevel();
+    FindFloor();
     MarkWhatGoesThrough();
     std::vector<SuspectedRegion> suspected;
     std::vector<uint8_t> seen(back_.size(), 0);
@@ -337,9 +340,35 @@ class Judgement {
       for (int r = 0; r < rows_; ++r) {
         const size_t i = Index({c, r});
         if (back_[i] != Back::kAgrees) continue;
-        if (IsLevel({c, r})) role_[i] = Role::kLevel;
+        const Eigen::Vector3d normal = NormalAround(surface_, c * stride_, r * stride_);
+        if (std::abs(normal.z()) > kLevel) role_[i] = Role::kLevel;
       }
     }
+  }
+
+  // The floor is the lowest of what lies, but for a tenth: steps down, and what is wrong.
+  void FindFloor() {
+    const int every = StrideOf(surface_, kCoarse);
+    std::vector<Eigen::Vector3d> lying;
+    for (int c = 0; c < surface_.columns(); c += every) {
+      for (int r = 0; r < surface_.rows(); r += every) {
+        const Eigen::Vector3d normal = NormalAround(surface_, c, r);
+        if (normal.z() <= kLevel) continue;
+        lying.push_back(tester_.Point(c, r));
+        up_ += normal;
+      }
+    }
+    if (lying.empty()) return;
+    up_.normalize();
+    const auto tenth = lying.begin() + static_cast<std::ptrdiff_t>(lying.size() / 10);
+    std::nth_element(lying.begin(), tenth, lying.end(),
+                     [&](const auto& a, const auto& b) { return up_.dot(a) < up_.dot(b); });
+    floor_ = up_.dot(*tenth);
+  }
+  // m: three sigma of 1 cm; a plinth is higher.
+  bool OnFloor(const ScanCell& cell) const {
+    constexpr double kOnFloor = 0.03;
+    return floor_ && std::abs(up_.dot(Point(cell)) - *floor_) < kOnFloor;
   }
 
   // Walls that go on from before the plane to behind it are real, though they agree with their own
@@ -362,7 +391,7 @@ class Judgement {
       for (int r = 0; r < rows_; ++r) {
         if (!open({c, r})) continue;
         const bool through = std::any_of(kBeside.begin(), kBeside.end(), [&](const auto& way) {
-          return GoesThrough({c, r}, way.first, way.second);
+          return GoesOn({c, r}, way.first, way.second);
         });
         if (through) mark({c, r});
       }
@@ -423,14 +452,14 @@ class Judgement {
         const std::optional<ScanCell> beside = Beside(cell, dc, dr);
         if (!beside || in_region[Index(*beside)] != 0 || !Returned(*beside)) continue;
         if (BackOf(*beside) == Back::kInFront) {
-          if (InPlane(*beside) && Connected(cell, dc, dr)) ++reveal;
+          if (InPlane(*beside) && !OnFloor(cell) && Connected(cell, dc, dr)) ++reveal;
           if (GoesOn(cell, dc, dr)) {
             ++through;
           } else if (InPlane(*beside) || LiesInPlane(*beside, dc, dr)) {
             ++broken;
           }
         } else if (IsReal(*beside)) {
-          if (plane_.Above(Point(*beside)) > -kDeepestReveal) ++reveal;
+          if (IsReveal(*beside, dc, dr)) ++reveal;
           if (Connected(cell, dc, dr)) ++through;
         }
       }
@@ -443,7 +472,19 @@ class Judgement {
     return !region.wall || !plane_.IsRecessed(*region.wall);
   }
 
-  static constexpr double kDeepestReveal = 0.3;  // m: thicker walls' openings are seen to be deep
+  // True when a narrow surface behind the plane goes on to what lies in the plane.
+  bool IsReveal(const ScanCell& cell, int dc, int dr) const {
+    constexpr double kDeepest = 0.3;  // m: thicker walls' openings are seen to be deep
+    ScanCell at = cell;
+    for (int i = 0; i < 3; ++i) {
+      if (plane_.Above(Point(at)) < -kDeepest) return false;
+      const std::optional<ScanCell> next = Beside(at, dc, dr);
+      if (!next || !Returned(*next) || !Connected(at, dc, dr)) return false;
+      if (BackOf(*next) == Back::kInFront) return InPlane(*next);
+      at = *next;
+    }
+    return false;
+  }
 
   // True when a region is near enough for its scan to show the reveals of an opening, were it one:
   // on a tenth of its border, in a thin wall (0.08 m), 0.35 m beside the line of sight.
@@ -457,13 +498,13 @@ class Judgement {
     return middle.squaredNorm() * step < kShows;
   }
 
-  // As GoesThrough; but a floor only where nothing but floor leads on: below a mirror that nearly
+  // As GoesThrough; but the floor only where nothing but floor leads on: below a mirror that nearly
   // reaches down to it, a plinth is as far away as the floor that the mirror shows.
   bool GoesOn(const ScanCell& cell, int dc, int dr) const {
-    if (!IsLevel(cell)) return GoesThrough(cell, dc, dr);
+    if (!OnFloor(cell)) return GoesThrough(cell, dc, dr);
     ScanCell at = cell;
     for (std::optional<ScanCell> next = Beside(at, dc, dr);
-         next && Returned(*next) && IsLevel(*next) && Connected(at, dc, dr);
+         next && Returned(*next) && OnFloor(*next) && Connected(at, dc, dr);
          next = Beside(at, dc, dr)) {
       at = *next;
       if (plane_.Above(Point(at)) > ReflectingPlane::kFrame) return true;
@@ -512,15 +553,12 @@ class Judgement {
       uint8_t& said = column[static_cast<size_t>(cell.column)];
       said |= 1;
       const std::optional<ScanCell> below = Beside(cell, 0, -1);
-      if (!below || in_region[Index(*below)] != 0 || !IsLevel(cell)) continue;
+      if (!below || in_region[Index(*below)] != 0 || !OnFloor(cell)) continue;
       if (GoesOn(cell, 0, -1)) said |= 2;
     }
     const auto wide = std::count_if(column.begin(), column.end(), [](uint8_t c) { return c != 0; });
     const auto floor = std::count(column.begin(), column.end(), 3);
     return 3 * floor > wide;
-  }
-  bool IsLevel(const ScanCell& cell) const {
-    return std::abs(NormalAround(surface_, cell.column * stride_, cell.row * stride_).z()) > kLevel;
   }
   // True when the ray of a cell meets the plane, and not too flatly.
   bool Meets(const ScanCell& cell) const {
@@ -620,6 +658,8 @@ class Judgement {
   // What a cell behind the plane is besides, where a mirror is only suspected.
   enum class Role : uint8_t { kNone, kLevel, kGoesThrough };
   std::vector<Role> role_;
+  Eigen::Vector3d up_ = Eigen::Vector3d::Zero();  // unit, of the floor
+  std::optional<double> floor_;                   // m along it; none where there is no floor
   std::optional<Eigen::AlignedBox3d> reflector_;  // m, scanner's frame; none: all of the plane
   bool scattered_ = false;  // there are reflections among the plane's own returns
 };

@@ -74,6 +74,7 @@ std::optional<WitnessFit> FitByWitness(const SuspectedReflector& suspect,
 }
 
 bool IsReflector(const Testimony& own, std::span<const Testimony* const> others) {
+  constexpr size_t kLeastCorroborated = 5;  // returns: more than lie somewhere by chance
   size_t telling = 0;
   size_t agree = 0;
   size_t contradict = 0;
@@ -95,7 +96,8 @@ bool IsReflector(const Testimony& own, std::span<const Testimony* const> others)
       corroborated += (theirs & Testimony::kAgrees) != 0 ? 1 : 0;
     }
   }
-  if (3 * agree < telling || 12 * contradict > telling || corroborated < kLeastCorroborated) {
+  if (3 * agree < telling || 12 * contradict > telling || agree < kLeastAsked ||
+      corroborated < kLeastCorroborated) {
     return false;
   }
   return std::none_of(others.begin(), others.end(),

@@ -55,8 +55,7 @@ std::optional<WitnessFit> FitByWitness(const SuspectedReflector& suspect,
                                        const RangeSurface& surface, const RangeSurface& witness,
                                        const Eigen::Isometry3d& T_witness_scan);
 
-inline constexpr size_t kLeastCorroborated =
-    20;  // returns: shares of them are off by a tenth, one sigma
+inline constexpr size_t kLeastAsked = 20;  // returns: shares of them are off by a tenth, one sigma
 
 // True when a suspect is a reflector by what its own scan and others say. The order of `others`
 // does not matter.

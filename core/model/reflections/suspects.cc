@@ -186,7 +186,7 @@ std::vector<SuspectedReflector> FindSuspects(const RangeSurface& surface,
   for (const RegionIn& one : found) {
     if (suspects.size() >= kMostSuspects) break;
     SuspectedReflector suspect = MakeSuspect(surface, one);
-    if (suspect.asked.size() >= kLeastCorroborated) suspects.push_back(std::move(suspect));
+    if (suspect.asked.size() >= kLeastAsked) suspects.push_back(std::move(suspect));
   }
   return suspects;
 }
