@@ -13,6 +13,7 @@
 #include "core/model/merge/merge.h"
 #include "core/model/merge/model_octree.h"
 #include "core/model/merge/reflection_mask.h"
+#include "core/model/merge/shared_reflections.h"
 #include "core/model/snapshot/snapshot.h"
 #include "core/model/view/algorithm_version.h"
 #include "core/model/view/brick_key.h"
@@ -33,7 +34,9 @@ struct PartialModel::State {
   ModelLeaf all_empty;
   std::shared_ptr<const PlanningView> view;  // of the octree as it is
   std::map<std::string, std::unique_ptr<ScanLayer>> layers;
-  std::vector<std::string> order;  // in which the scans came, for the stations only
+  SharedReflections shared_reflections;  // of the layers
+  std::vector<Aperture> apertures;  // of all layers and of what they tell together, model frame
+  std::vector<std::string> order;   // in which the scans came, for the stations only
   uint64_t version = 0;
 
   std::vector<const ScanLayer*> Layers() const {
@@ -66,32 +69,40 @@ struct PartialModel::State {
     report.copied_pages = view->copied_pages();
   }
 
-  // Of all layers, model frame.
-  std::vector<Aperture> Apertures() const {
-    std::vector<Aperture> apertures;
+  std::vector<Aperture> AllApertures() const {
+    std::vector<Aperture> all = shared_reflections.Apertures();
     for (const auto& [id, layer] : layers) {
       for (const Reflector& reflector : layer->reflectors) {
-        apertures.push_back(reflector.aperture.InFrame(layer->T_model_scan));
+        all.push_back(reflector.aperture.InFrame(layer->T_model_scan));
       }
     }
-    return apertures;
+    return all;
   }
 
-  // After `touched` came or went: takes reflections out of it, and out of all layers where its
-  // reflectors have changed what is known of them. Returns the bricks, beside its own, for which
-  // that may matter.
+  // After `touched` came or went: takes reflections out of it, and out of all layers where it has
+  // changed what is known of reflectors. Returns the bricks, beside its own, for which that may
+  // matter.
   std::vector<BrickKey> ApplyReflectionMasks(const ScanLayer& touched) {
-    const std::vector<Aperture> apertures = Apertures();
+    const std::vector<Aperture> before = std::exchange(apertures, AllApertures());
+    std::vector<Aperture> differ;
+    const auto add_missing = [&differ](const std::vector<Aperture>& from,
+                                       const std::vector<Aperture>& in) {
+      for (const Aperture& aperture : from) {
+        if (std::find(in.begin(), in.end(), aperture) == in.end()) differ.push_back(aperture);
+      }
+    };
+    add_missing(before, apertures);
+    add_missing(apertures, before);
     std::vector<BrickKey> changed;
     for (const auto& [id, layer] : layers) {
-      if (layer.get() != &touched && touched.reflectors.empty()) continue;
+      if (layer.get() != &touched && differ.empty()) continue;
       const std::vector<BrickKey> keys = ApplyReflectionMask(apertures, config.voxel_size, *layer);
       changed.insert(changed.end(), keys.begin(), keys.end());
     }
-    // Where a layer looks through the reflector, the reason why space is unknown has changed, too.
+    // Where a layer looks through a reflector that came or went, the reason why space is unknown
+    // has changed, too.
     const double side = Brick::kSide * config.voxel_size;
-    for (const Reflector& reflector : touched.reflectors) {
-      const Aperture aperture = reflector.aperture.InFrame(touched.T_model_scan);
+    for (const Aperture& aperture : differ) {
       octree.ForEach([&](const VoxelIndex& brick, const ModelLeaf&) {
         const Eigen::Vector3d middle = (brick.cast<double>().array() + 0.5) * side;
         const bool shadowed = std::any_of(layers.begin(), layers.end(), [&](const auto& entry) {
@@ -158,6 +169,7 @@ absl::StatusOr<MergeReport> PartialModel::Insert(absl::string_view id, const sen
   const ScanLayer& touched = *layer;
   state.layers.emplace(id, std::move(layer));
   state.order.emplace_back(id);
+  state.shared_reflections.Add(std::string(id), state.layers, parallel);
   state.Merge(touched, LayerChange::kAdded, parallel, report);
   report.merge_seconds = SecondsSince(merge_start);
   return report;
@@ -174,6 +186,7 @@ absl::StatusOr<MergeReport> PartialModel::Withdraw(absl::string_view id,
   const std::unique_ptr<ScanLayer> layer = std::move(it->second);
   state.layers.erase(it);
   std::erase(state.order, std::string(id));
+  state.shared_reflections.Remove(std::string(id), state.layers, parallel);
   MergeReport report;
   state.Merge(*layer, LayerChange::kRemoved, parallel, report);
   report.merge_seconds = SecondsSince(start);
@@ -197,11 +210,15 @@ absl::StatusOr<std::unique_ptr<PartialModel>> PartialModel::Load(absl::string_vi
   state->all_empty = all_empty;
   state->version = parts->site.version;
   state->order = std::move(parts->order);
-  state->layers = std::move(parts->layers);
-  const std::vector<Aperture> apertures = state->Apertures();
+  // Each is asked about those before it and they about it: every pair once.
+  for (auto& [id, layer] : parts->layers) {
+    state->layers.emplace(id, std::move(layer));
+    state->shared_reflections.Add(id, state->layers, parallel);
+  }
+  state->apertures = state->AllApertures();
   for (const auto& [id, layer] : state->layers) {
     layer->site = state->config.max_half_extent;
-    ApplyReflectionMask(apertures, state->config.voxel_size, *layer);
+    ApplyReflectionMask(state->apertures, state->config.voxel_size, *layer);
   }
   for (const BrickAt& at : parts->bricks) state->octree.Set(at.brick, at.contents);
   state->view = std::make_shared<const PlanningView>(state->config.voxel_size, state->version,

@@ -39,6 +39,8 @@ Benchmark BenchRegistration;
 Benchmark BenchSite;
 // heading.*: plans for a scanner that sees a sector, beside those for one that turns all around.
 Benchmark BenchHeading;
+// phantom.*: what is left of rooms that are only in mirrors, and openings lost for mirrors.
+Benchmark BenchPhantom;
 // plan.anytime.*, plan.threads2.*: what is answered at a budget.
 Benchmark BenchAnytime;
 

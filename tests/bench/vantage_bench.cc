@@ -34,6 +34,8 @@ constexpr auto kGroups = std::to_array<Group>({
     {"site", "site.",
      "views in the air, places without one; jobs under the open sky; --full: 1,000 scenes, 12 jobs",
      4, BenchSite},
+    {"phantom", "phantom.", "rooms that are only in mirrors, and openings lost for mirrors", 3,
+     BenchPhantom},
     {"model", "merge. model.", "merging the tenth scan; memory; --full: 1,000 m2", 1, BenchModel},
     {"hall", "model.hall100. plan.hall100.", "a hall of 100 x 60 x 15 m: memory, time of a plan", 3,
      BenchHall},

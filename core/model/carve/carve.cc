@@ -246,7 +246,9 @@ std::unique_ptr<ScanLayer> Carve(const sensor::Scan& scan, const Eigen::Isometry
   layer->elevation_last = rows.back() + (rows.back() - rows[rows.size() - 2]) / 2;
 
   layer->cut = CutReturnsBeyondLimits(config, scan.scanner, T_model_scan, layer->range_surface);
-  layer->reflectors = EndReflections(layer->range_surface, parallel);
+  Reflections reflections = EndAndSuspectReflections(layer->range_surface, parallel);
+  layer->reflectors = std::move(reflections.reflectors);
+  layer->suspects = std::move(reflections.suspects);
   layer->sky_rays = EndSkyRays(config, *layer);
   layer->range_surface.EndLoneRays(parallel);
   layer->holes = HoleMap(layer->range_surface);

@@ -32,9 +32,10 @@ struct ScanLayer {
   double elevation_last = 0;     // rad, half a step above the highest
   Eigen::Isometry3d T_model_scan = Eigen::Isometry3d::Identity();
   Station station{};
-  std::vector<Reflector> reflectors{};  // that the scan itself shows, scanner's frame
-  HoleMap holes{};                      // of the range surface
-  LayerBricks bricks{};                 // that hold anything but unknown
+  std::vector<Reflector> reflectors{};         // that the scan itself shows, scanner's frame
+  std::vector<SuspectedReflector> suspects{};  // that other scans may tell
+  HoleMap holes{};                             // of the range surface
+  LayerBricks bricks{};                        // that hold anything but unknown
   // The apertures that all scans together show (model frame), and the bricks as they were before
   // what this scan saw through them was taken out (core/model/merge/reflection_mask.h).
   std::vector<Aperture> apertures{};

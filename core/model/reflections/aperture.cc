@@ -48,6 +48,21 @@ Aperture Aperture::InFrame(const Eigen::Isometry3d& T_to_from) const {
   return moved;
 }
 
+std::vector<Eigen::Vector3d> Aperture::Inner() const {
+  constexpr int kBorder = 2;  // cells: one that each point fills besides its own, and one more
+  std::vector<Eigen::Vector3d> middles;
+  for (int v = 0; v < rows_; ++v) {
+    for (int u = 0; u < columns_; ++u) {
+      if (!InsideAt(u, v) || !InsideAt(u - kBorder, v) || !InsideAt(u + kBorder, v) ||
+          !InsideAt(u, v - kBorder) || !InsideAt(u, v + kBorder)) {
+        continue;
+      }
+      middles.push_back(origin_ + (u + 0.5) * kCell * axis_u_ + (v + 0.5) * kCell * axis_v_);
+    }
+  }
+  return middles;
+}
+
 bool Aperture::MayHide(const Eigen::Vector3d& station, const Eigen::Vector3d& middle,
                        double radius) const {
   const double before = Above(station);

@@ -24,12 +24,24 @@ class Aperture {
   // Does the segment from `station` (on the side that reflects) to `point` pass through it?
   bool Between(const Eigen::Vector3d& station, const Eigen::Vector3d& point) const;
 
+  // The middles (m) of its parts, a decimetre wide and high, that lie well within its border, which
+  // is known to within a decimetre or two.
+  std::vector<Eigen::Vector3d> Inner() const;
+
   // False when no point within `radius` (m) of `middle` can have the aperture before it as seen
   // from `station`. Conservative.
   bool MayHide(const Eigen::Vector3d& station, const Eigen::Vector3d& middle, double radius) const;
 
+  bool operator==(const Aperture&) const = default;
+
  private:
   friend class LayerCodec;  // snapshots
+  // False outside.
+  bool InsideAt(int column, int row) const {
+    return column >= 0 && row >= 0 && column < columns_ && row < rows_ &&
+           inside_[static_cast<size_t>(column) +
+                   static_cast<size_t>(columns_) * static_cast<size_t>(row)] != 0;
+  }
   // m: a point fills the cells around its own, so that the border is a decimetre too far out. Rays
   // of one degree are two cells apart eleven metres away; from farther they would leave gaps.
   static constexpr double kCell = 0.10;

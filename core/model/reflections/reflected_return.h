@@ -29,7 +29,15 @@ struct ReflectingPlane {
   // (four sigma of 1 cm) and which is even to a centimetre.
   double behind = 0.04;
 
+  static constexpr double kProud = 0.12;  // m that a mirror stands out from its wall
+  static constexpr double kFrame = 0.06;  // m that a frame stands out from its mirror
+  // m that a wall stands out from a plane in its opening, at least: the rooms of an opening may be
+  // mirror images in the middle of their wall. Half of a thin one is 0.04, and a plane 0.015 off.
+  static constexpr double kRecess = 0.025;
+
   double Above(const Eigen::Vector3d& point) const { return normal.dot(point) + distance; }
+  // True when the plane lies behind the wall around it, which no mirror does.
+  bool IsRecessed(const Eigen::Vector3d& wall) const { return Above(wall) > kRecess; }
   // Reflectors hang on walls, or lie: within 20 degrees, since mirrors lean, and within 18, since
   // the scanner may.
   bool IsUpright() const { return std::abs(normal.z()) < 0.35; }
@@ -49,6 +57,12 @@ class ReturnTest {
   // agrees with its own reflection to within twice its depth; so this is more than twice the
   // agreement.
   static constexpr double kWellBehind = 0.15;
+  // m between a reflected return and what was measured: a plane may be off by a centimetre, which
+  // counts twice, and by half a degree, which does so metres behind it; four sigma of 1 cm besides.
+  static constexpr double kAgreement = 0.06;
+  // m: a return that agrees, too, when the plane is shifted by half of this, to either side, tells
+  // nothing. Five times the agreement, less than furniture is apart.
+  static constexpr double kTellingShift = 0.3;
 
   // Keeps the reference.
   explicit ReturnTest(const RangeSurface& surface) : surface_(surface) {}
@@ -79,20 +93,15 @@ class ReturnTest {
   // return on a floor or a side wall, which go on for metres, agrees with any plane and tells
   // nothing.
   bool Telling(const ReflectingPlane& plane, int column, int row) const {
-    constexpr double kShift = 0.3;  // m: five times the agreement, less than furniture is apart
     const Eigen::Vector3d back = plane.Reflected(Point(column, row));
-    return Compare(back + kShift * plane.normal, kAgreement) != Back::kAgrees ||
-           Compare(back - kShift * plane.normal, kAgreement) != Back::kAgrees;
+    return Compare(back + kTellingShift * plane.normal, kAgreement) != Back::kAgrees ||
+           Compare(back - kTellingShift * plane.normal, kAgreement) != Back::kAgrees;
   }
 
   // A point against what the scan measured in its direction, to within `agreement` (m).
   Back Compare(const Eigen::Vector3d& point, double agreement) const;
 
  private:
-  // m between a reflected return and what was measured: a plane may be off by a centimetre, which
-  // counts twice, and by half a degree, which does so metres behind it; four sigma of 1 cm besides.
-  static constexpr double kAgreement = 0.06;
-
   const RangeSurface& surface_;
 };
 

@@ -2,10 +2,14 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <optional>
+#include <tuple>
 #include <utility>
+
+#include "core/model/reflections/mirror_fit.h"
 
 namespace vantage::model {
 namespace {
@@ -66,6 +70,27 @@ class Judgement {
     return found;
   }
 
+  // The regions of cells that have the shape of reflections in a mirror, to be told by what other
+  // scans measured. `roughly`: without a look at their borders.
+  std::vector<SuspectedRegion> Suspected(bool roughly) {
+    FindLevel();
+    FindFloor();
+    MarkWhatGoesThrough();
+    std::vector<SuspectedRegion> suspected;
+    std::vector<uint8_t> seen(back_.size(), 0);
+    for (size_t i = 0; i < seen.size(); ++i) seen[i] = role_[i] == Role::kNone ? 0 : 1;
+    for (int c = 0; c < columns_; ++c) {
+      for (int r = 0; r < rows_; ++r) {
+        if (!InQuestion(Index({c, r})) || seen[Index({c, r})] != 0) continue;
+        SuspectedRegion region{Gather({c, r}, 1, seen), std::nullopt};
+        if (!IsLarge(region.cells)) continue;
+        if (!roughly && !EndsLikeAMirror(region)) continue;
+        suspected.push_back(std::move(region));
+      }
+    }
+    return suspected;
+  }
+
   // The cells of all regions that are reflections.
   std::vector<ScanCell> Reflections() {
     std::vector<std::vector<ScanCell>> regions;
@@ -73,7 +98,8 @@ class Judgement {
     for (int c = 0; c < columns_; ++c) {
       for (int r = 0; r < rows_; ++r) {
         if (InQuestion(Index({c, r})) && seen[Index({c, r})] == 0) {
-          regions.push_back(Gather({c, r}, seen));
+          // Up to two cells away, since a polished floor returns rays of its own in between.
+          regions.push_back(Gather({c, r}, 2, seen));
         }
       }
     }
@@ -126,12 +152,11 @@ class Judgement {
     return tester_.Point(cell.column * stride_, cell.row * stride_);
   }
 
-  std::vector<ScanCell> Gather(const ScanCell& seed, std::vector<uint8_t>& seen) const {
+  std::vector<ScanCell> Gather(const ScanCell& seed, int reach, std::vector<uint8_t>& seen) const {
     std::vector<ScanCell> region = {seed};
     seen[Index(seed)] = 1;
     for (size_t i = 0; i < region.size(); ++i) {
-      // Neighbours up to two cells away, since a polished floor returns rays of its own in between.
-      ForNeighbours(ScanCell(region[i]), 2, [&](const ScanCell& n) {
+      ForNeighbours(ScanCell(region[i]), reach, [&](const ScanCell& n) {
         if (seen[Index(n)] != 0 || !InQuestion(Index(n))) return;
         seen[Index(n)] = 1;
         region.push_back(n);
@@ -199,15 +224,29 @@ class Judgement {
   // True when the surface that begins at a cell continues along the plane; a jamb goes away from
   // it.
   bool LiesInPlane(const ScanCell& cell, int dc, int dr) const {
-    constexpr double kProud = 0.12;  // m that a mirror stands out from its wall
-    constexpr double kFrame = 0.06;  // m that a frame stands out from its mirror
     // Six cells of the image: 1.5 degrees of a quarter, or 8 cm three metres away; of a whole
     // degree 30 cm. So coarse a scan has to have that much wall around a mirror.
     const int further = std::max(1, 6 / stride_);
     const std::optional<ScanCell> on = Beside(cell, further * dc, further * dr);
-    if (!on || !Returned(*on)) return false;
-    const double above = plane_.Above(Point(*on));
-    return above > -kProud && above < kFrame;
+    return on && Returned(*on) && InPlane(*on);
+  }
+  bool InPlane(const ScanCell& cell) const {
+    const double above = plane_.Above(Point(cell));
+    return above > -ReflectingPlane::kProud && above < ReflectingPlane::kFrame;
+  }
+
+  // True when the surface at a cell goes on to before the plane. What goes on to what lies in the
+  // plane does not: at a mirror's lower edge the floor behind it is as far away as its frame.
+  bool GoesThrough(const ScanCell& cell, int dc, int dr) const {
+    ScanCell at = cell;
+    for (int i = 0; i < std::max(2, 12 / stride_); ++i) {  // cells of the image: twice LiesInPlane
+      const std::optional<ScanCell> next = Beside(at, dc, dr);
+      if (!next || BackOf(*next) != Back::kInFront || !Returned(*next)) return false;
+      if (!Connected(at, dc, dr)) return false;
+      if (!InPlane(*next)) return true;
+      at = *next;
+    }
+    return false;
   }
 
   // The border of a region: pairs of a cell in it and a neighbour outside it that has a return.
@@ -287,6 +326,243 @@ class Judgement {
     }
     const double width = std::sqrt(static_cast<double>(region.size()));
     return BreaksOff(border) && static_cast<double>(border.broken) >= 0.75 * width;
+  }
+
+  static constexpr double kLevel = 0.95;  // cosine: 18 degrees, since the scanner may lean
+  static constexpr std::array<std::pair<int, int>, 4> kBeside = {
+      {{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
+
+  // Floors and ceilings behind an upright plane are where their reflections would be, and go on
+  // from the ones to the others without a border.
+  void FindLevel() {
+    role_.assign(back_.size(), Role::kNone);
+    for (int c = 0; c < columns_; ++c) {
+      for (int r = 0; r < rows_; ++r) {
+        const size_t i = Index({c, r});
+        if (back_[i] != Back::kAgrees) continue;
+        const Eigen::Vector3d normal = NormalAround(surface_, c * stride_, r * stride_);
+        if (std::abs(normal.z()) > kLevel) role_[i] = Role::kLevel;
+      }
+    }
+  }
+
+  // The floor is the lowest of what lies, but for a tenth: steps down, and what is wrong.
+  void FindFloor() {
+    const int every = StrideOf(surface_, kCoarse);
+    std::vector<Eigen::Vector3d> lying;
+    for (int c = 0; c < surface_.columns(); c += every) {
+      for (int r = 0; r < surface_.rows(); r += every) {
+        const Eigen::Vector3d normal = NormalAround(surface_, c, r);
+        if (normal.z() <= kLevel) continue;
+        lying.push_back(tester_.Point(c, r));
+        up_ += normal;
+      }
+    }
+    if (lying.empty()) return;
+    up_.normalize();
+    const auto tenth = lying.begin() + static_cast<std::ptrdiff_t>(lying.size() / 10);
+    std::nth_element(lying.begin(), tenth, lying.end(),
+                     [&](const auto& a, const auto& b) { return up_.dot(a) < up_.dot(b); });
+    floor_ = up_.dot(*tenth);
+  }
+  // m: three sigma of 1 cm; a plinth is higher.
+  bool OnFloor(const ScanCell& cell) const {
+    constexpr double kOnFloor = 0.03;
+    return floor_ && std::abs(up_.dot(Point(cell)) - *floor_) < kOnFloor;
+  }
+
+  // Walls that go on from before the plane to behind it are real, though they agree with their own
+  // reflections, and so is what they lead to. What tells, and agrees, is where that ends.
+  void MarkWhatGoesThrough() {
+    std::vector<ScanCell> found;
+    const auto mark = [&](const ScanCell& cell) {
+      const int c = cell.column * stride_;
+      const int r = cell.row * stride_;
+      const bool tells = BackOf(cell) == Back::kAgrees && tester_.WellBehind(plane_, c, r) &&
+                         tester_.Telling(plane_, c, r);
+      if (tells) return;
+      role_[Index(cell)] = Role::kGoesThrough;
+      found.push_back(cell);
+    };
+    const auto open = [&](const ScanCell& cell) {
+      return InQuestion(Index(cell)) && role_[Index(cell)] == Role::kNone;
+    };
+    for (int c = 0; c < columns_; ++c) {
+      for (int r = 0; r < rows_; ++r) {
+        if (!open({c, r})) continue;
+        const bool through = std::any_of(kBeside.begin(), kBeside.end(), [&](const auto& way) {
+          return GoesOn({c, r}, way.first, way.second);
+        });
+        if (through) mark({c, r});
+      }
+    }
+    for (size_t i = 0; i < found.size(); ++i) {
+      const ScanCell cell = found[i];
+      for (const auto& [dc, dr] : kBeside) {
+        const std::optional<ScanCell> beside = Beside(cell, dc, dr);
+        if (beside && open(*beside) && Connected(cell, dc, dr)) mark(*beside);
+      }
+    }
+  }
+
+  // True for surface behind the plane that is no reflection.
+  bool IsReal(const ScanCell& cell) const {
+    return BackOf(cell) == Back::kContradicts || role_[Index(cell)] == Role::kGoesThrough;
+  }
+
+  // Adds the floor and the ceiling below and above the cells of a region.
+  void AddLevel(std::vector<ScanCell>& region) {
+    const size_t all = region.size();
+    for (size_t i = 0; i < all; ++i) {
+      for (const int dr : {-1, 1}) {
+        ScanCell at = region[i];
+        for (at.row += dr; at.row >= 0 && at.row < rows_; at.row += dr) {
+          if (role_[Index(at)] != Role::kLevel) break;
+          role_[Index(at)] = Role::kNone;
+          region.push_back(at);
+        }
+      }
+    }
+  }
+
+  // True when a region is as large as a mirror, and is hardly contradicted.
+  bool IsLarge(const std::vector<ScanCell>& region) const {
+    const size_t stands_for = static_cast<size_t>(stride_) * static_cast<size_t>(stride_);
+    if (region.size() < std::max<size_t>(kLeastJudged, LeastRegion() / stands_for)) return false;
+    const auto well_behind = std::count_if(region.begin(), region.end(), [&](const ScanCell& cell) {
+      return tester_.WellBehind(plane_, cell.column * stride_, cell.row * stride_);
+    });
+    return 2 * static_cast<size_t>(well_behind) >= region.size() &&
+           4 * Contradicted(region) <= region.size();
+  }
+
+  // True when a region ends in the plane as at a frame: on nearly one of its four sides at least,
+  // and far more often than it goes on to real surface, also to that of an opening's reveals. What
+  // stands before the plane, and what is seen past furniture's edge, says nothing. Completes the
+  // region.
+  bool EndsLikeAMirror(SuspectedRegion& region) {
+    AddLevel(region.cells);
+    std::vector<uint8_t> in_region(back_.size(), 0);
+    for (const ScanCell& cell : region.cells) in_region[Index(cell)] = 1;
+    size_t broken = 0;
+    size_t through = 0;
+    size_t reveal = 0;
+    for (const ScanCell& cell : region.cells) {
+      for (const auto& [dc, dr] : kBeside) {
+        const std::optional<ScanCell> beside = Beside(cell, dc, dr);
+        if (!beside || in_region[Index(*beside)] != 0 || !Returned(*beside)) continue;
+        if (BackOf(*beside) == Back::kInFront) {
+          if (InPlane(*beside) && !OnFloor(cell) && Connected(cell, dc, dr)) ++reveal;
+          if (GoesOn(cell, dc, dr)) {
+            ++through;
+          } else if (InPlane(*beside) || LiesInPlane(*beside, dc, dr)) {
+            ++broken;
+          }
+        } else if (IsReal(*beside)) {
+          if (IsReveal(*beside, dc, dr)) ++reveal;
+          if (Connected(cell, dc, dr)) ++through;
+        }
+      }
+    }
+    const double width = std::sqrt(static_cast<double>(region.cells.size()));
+    if (4 * through > broken || 10 * reveal > broken) return false;
+    if (static_cast<double>(broken) < 0.75 * width || !ShowsReveals(region.cells)) return false;
+    if (FloorGoesThrough(region.cells, in_region)) return false;
+    region.wall = WallAround(region.cells, in_region);
+    return !region.wall || !plane_.IsRecessed(*region.wall);
+  }
+
+  // True when a narrow surface behind the plane goes on to what lies in the plane.
+  bool IsReveal(const ScanCell& cell, int dc, int dr) const {
+    constexpr double kDeepest = 0.3;  // m: thicker walls' openings are seen to be deep
+    ScanCell at = cell;
+    for (int i = 0; i < 3; ++i) {
+      if (plane_.Above(Point(at)) < -kDeepest) return false;
+      const std::optional<ScanCell> next = Beside(at, dc, dr);
+      if (!next || !Returned(*next) || !Connected(at, dc, dr)) return false;
+      if (BackOf(*next) == Back::kInFront) return InPlane(*next);
+      at = *next;
+    }
+    return false;
+  }
+
+  // True when a region is near enough for its scan to show the reveals of an opening, were it one:
+  // on a tenth of its border, in a thin wall (0.08 m), 0.35 m beside the line of sight.
+  bool ShowsReveals(const std::vector<ScanCell>& region) const {
+    constexpr double kShows = 0.35 * 0.08 / 0.1;  // m^2 rad: distance squared by the step of rays
+    Eigen::Vector3d middle = Eigen::Vector3d::Zero();
+    for (const ScanCell& cell : region) middle += Crossing(cell);
+    middle /= static_cast<double>(region.size());
+    const double step =
+        std::sqrt(surface_.azimuth().mean_step() * surface_.elevation().mean_step());
+    return middle.squaredNorm() * step < kShows;
+  }
+
+  // As GoesThrough; but the floor only where nothing but floor leads on: below a mirror that nearly
+  // reaches down to it, a plinth is as far away as the floor that the mirror shows.
+  bool GoesOn(const ScanCell& cell, int dc, int dr) const {
+    if (!OnFloor(cell)) return GoesThrough(cell, dc, dr);
+    ScanCell at = cell;
+    for (std::optional<ScanCell> next = Beside(at, dc, dr);
+         next && Returned(*next) && OnFloor(*next) && Connected(at, dc, dr);
+         next = Beside(at, dc, dr)) {
+      at = *next;
+      if (plane_.Above(Point(at)) > ReflectingPlane::kFrame) return true;
+    }
+    return false;
+  }
+
+  // The median, by the distance from the plane, of what lies around a region and near the plane.
+  std::optional<Eigen::Vector3d> WallAround(const std::vector<ScanCell>& region,
+                                            const std::vector<uint8_t>& in_region) const {
+    constexpr double kPastFrame = 0.15;  // m, along the plane
+    constexpr double kStillWall = 0.45;  // m: from here on it may be another wall
+    constexpr double kAtWall = 0.25;     // m before and behind the plane: else it is no wall of it
+    std::vector<std::pair<double, ScanCell>> walls;
+    for (const ScanCell& cell : region) {
+      for (const auto& [dc, dr] : kBeside) {
+        const Eigen::Vector3d edge = Crossing(cell);
+        for (int k = 1;; ++k) {
+          const std::optional<ScanCell> at = Beside(cell, k * dc, k * dr);
+          if (!at || in_region[Index(*at)] != 0 || !Meets(*at)) break;
+          const double away = (Crossing(*at) - edge).norm();
+          if (away > kStillWall) break;
+          if (away < kPastFrame || !Returned(*at)) continue;
+          const double above = plane_.Above(Point(*at));
+          if (std::abs(above) > kAtWall) continue;
+          walls.emplace_back(above, *at);
+          break;
+        }
+      }
+    }
+    if (walls.empty()) return std::nullopt;
+    const auto middle = walls.begin() + static_cast<std::ptrdiff_t>(walls.size() / 2);
+    std::nth_element(walls.begin(), middle, walls.end(), [](const auto& a, const auto& b) {
+      return std::tuple(a.first, a.second.column, a.second.row) <
+             std::tuple(b.first, b.second.column, b.second.row);
+    });
+    return Point(middle->second);
+  }
+
+  // True when the floor behind the plane goes on to the floor before it below much of a region, as
+  // in a doorway. A mirror ends above the floor.
+  bool FloorGoesThrough(const std::vector<ScanCell>& region,
+                        const std::vector<uint8_t>& in_region) const {
+    std::vector<uint8_t> column(static_cast<size_t>(columns_), 0);  // 1: of the region, 2: floor
+    for (const ScanCell& cell : region) {
+      uint8_t& said = column[static_cast<size_t>(cell.column)];
+      said |= 1;
+      const std::optional<ScanCell> below = Beside(cell, 0, -1);
+      if (!below || in_region[Index(*below)] != 0 || !OnFloor(cell)) continue;
+      if (GoesOn(cell, 0, -1)) said |= 2;
+    }
+    const auto wide = std::count_if(column.begin(), column.end(), [](uint8_t c) { return c != 0; });
+    const auto floor = std::count(column.begin(), column.end(), 3);
+    return 3 * floor > wide;
+  }
+  // True when the ray of a cell meets the plane, and not too flatly.
+  bool Meets(const ScanCell& cell) const {
+    return plane_.normal.dot(surface_.Direction(cell.column * stride_, cell.row * stride_)) < -0.05;
   }
 
   // Where the ray of a cell crosses the plane, m, scanner's frame.
@@ -379,6 +655,11 @@ class Judgement {
   int rows_;
   std::vector<Back> back_;
   std::vector<uint8_t> taken_;
+  // What a cell behind the plane is besides, where a mirror is only suspected.
+  enum class Role : uint8_t { kNone, kLevel, kGoesThrough };
+  std::vector<Role> role_;
+  Eigen::Vector3d up_ = Eigen::Vector3d::Zero();  // unit, of the floor
+  std::optional<double> floor_;                   // m along it; none where there is no floor
   std::optional<Eigen::AlignedBox3d> reflector_;  // m, scanner's frame; none: all of the plane
   bool scattered_ = false;  // there are reflections among the plane's own returns
 };
@@ -392,6 +673,19 @@ bool HasReflections(const RangeSurface& surface, const ReflectingPlane& plane, i
 std::vector<ScanCell> FindReflections(const RangeSurface& surface, const ReflectingPlane& plane,
                                       int stride) {
   return Judgement(surface, plane, stride).AllReflections();
+}
+
+bool MayHaveReflections(const RangeSurface& surface, const ReflectingPlane& plane, int stride) {
+  return !Judgement(surface, plane, stride).Suspected(true).empty();
+}
+
+std::vector<SuspectedRegion> FindSuspectedReflections(const RangeSurface& surface,
+                                                      const ReflectingPlane& plane, int stride) {
+  std::vector<SuspectedRegion> regions = Judgement(surface, plane, stride).Suspected(false);
+  for (SuspectedRegion& region : regions) {
+    for (ScanCell& cell : region.cells) cell = {cell.column * stride, cell.row * stride};
+  }
+  return regions;
 }
 
 }  // namespace vantage::model

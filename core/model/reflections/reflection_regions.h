@@ -3,6 +3,8 @@
 #ifndef VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTION_REGIONS_H_
 #define VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTION_REGIONS_H_
 
+#include <Eigen/Core>
+#include <optional>
 #include <vector>
 
 #include "core/model/reflections/reflected_return.h"
@@ -17,6 +19,16 @@ bool HasReflections(const RangeSurface& surface, const ReflectingPlane& plane, i
 // The cells of the whole image that are reflections, judged likewise.
 std::vector<ScanCell> FindReflections(const RangeSurface& surface, const ReflectingPlane& plane,
                                       int stride);
+
+struct SuspectedRegion {
+  std::vector<ScanCell> cells;          // of every `stride`-th column and row
+  std::optional<Eigen::Vector3d> wall;  // a point of the wall around it, m, scanner's frame
+};
+// Of an upright plane that does not reflect by what the scan alone tells: the regions that end like
+// reflections in it; and, judged more roughly, whether there may be any.
+std::vector<SuspectedRegion> FindSuspectedReflections(const RangeSurface& surface,
+                                                      const ReflectingPlane& plane, int stride);
+bool MayHaveReflections(const RangeSurface& surface, const ReflectingPlane& plane, int stride);
 
 }  // namespace vantage::model
 

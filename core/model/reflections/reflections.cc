@@ -1,28 +1,23 @@
 #include "core/model/reflections/reflections.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <optional>
 #include <utility>
 
 #include "absl/container/flat_hash_map.h"
+#include "core/model/reflections/mirror_fit.h"
 #include "core/model/reflections/reflected_return.h"
 #include "core/model/reflections/reflection_regions.h"
+#include "core/model/reflections/suspects.h"
 #include "core/model/scan/scan_planes.h"
 
 namespace vantage::model {
 namespace {
 
-constexpr int kMostPlanes = 16;            // of a scan: six of a room, and as many of its furniture
-constexpr double kDisplaced = 0.3;         // cosine to its normal: reflecting turns the surface
-constexpr double kNearestReflector = 0.3;  // m from the scanner: nearer is its own body
-constexpr double kRoughly = 0.06;          // m, at which a return comes back: as ReturnTest agrees
-constexpr double kClosely = 0.03;   // m: what a plane is straightened to; three sigma of 1 cm
-constexpr size_t kTested = 64;      // cells of a plane to test a candidate: half of them +-6 %
+constexpr double kDisplaced = 0.3;  // cosine to its normal: reflecting turns the surface
 constexpr size_t kMostJudged = 16;  // candidates: each costs a look at the whole scan
-// Numbers of cells of an image: shares, and so the same for any resolution.
-constexpr double kCoarse = 20'000;  // for a first judgement: 1 to 1.5 degrees apart
-constexpr double kFine = 150'000;  // for the second, 0.5 degrees: most there is to tell, at a price
 
 // The plane that reflects `from` into `to`, if it is upright and in front of the scanner. A
 // reflecting floor is found by its own measured surface.
@@ -33,84 +28,6 @@ std::optional<ReflectingPlane> Between(const ScanPlane& from, const ScanPlane& t
   const ReflectingPlane plane{turn / length, (to.distance - from.distance) / length};
   if (plane.distance < kNearestReflector || !plane.IsUpright()) return std::nullopt;
   return plane;
-}
-
-// The number of points behind a plane whose reflections are within `within` (m) of measured
-// surface.
-size_t ComeBack(const ReturnTest& tester, const ReflectingPlane& plane,
-                const std::vector<Eigen::Vector3d>& behind, double within) {
-  return static_cast<size_t>(
-      std::count_if(behind.begin(), behind.end(), [&](const Eigen::Vector3d& point) {
-        return tester.Compare(plane.Reflected(point), within) == Back::kAgrees;
-      }));
-}
-
-// The mean of the places where rays to points behind a plane cross it.
-std::optional<Eigen::Vector3d> MeanCrossing(const ReflectingPlane& plane,
-                                            const std::vector<Eigen::Vector3d>& points) {
-  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
-  size_t behind = 0;
-  for (const Eigen::Vector3d& point : points) {
-    if (plane.Above(point) >= 0) continue;
-    sum += plane.Crossing(point);
-    ++behind;
-  }
-  if (behind == 0) return std::nullopt;
-  return sum / static_cast<double>(behind);
-}
-
-// Turns and moves a plane to where most of the points behind it come back to measured surface. A
-// mirror leans and hangs a little askew, and a degree at the wall is a foot ten metres behind it.
-// The plane is turned about the place where its returns came through.
-ReflectingPlane Straighten(const ReturnTest& tester, const ReflectingPlane& plane,
-                           const std::vector<Eigen::Vector3d>& behind) {
-  constexpr int kMostTurn = 8;  // of kTurn, to either side: two degrees; mirrors lean by one
-  // rad: half of it at seven metres behind a mirror, twice, is the three centimetres of kClosely.
-  constexpr double kTurn = sensor::Radians(0.25);
-  constexpr int kMostShift = 3;  // cm: what the search before it, by centimetres, may be wrong
-  ReflectingPlane best = plane;
-  for (const double within : {kRoughly, kClosely, kClosely}) {
-    size_t most = ComeBack(tester, best, behind, within);
-    const auto try_out = [&](const ReflectingPlane& other) {
-      const size_t agree = ComeBack(tester, other, behind, within);
-      if (agree <= most) return;
-      most = agree;
-      best = other;
-    };
-    for (const bool lean : {false, true}) {
-      const ReflectingPlane from = best;
-      const std::optional<Eigen::Vector3d> through = MeanCrossing(from, behind);
-      if (!through) return best;
-      const Eigen::Vector3d axis = lean ? from.normal.cross(Eigen::Vector3d::UnitZ()).normalized()
-                                        : Eigen::Vector3d::UnitZ();
-      for (int turn = -kMostTurn; turn <= kMostTurn; ++turn) {
-        const Eigen::Vector3d normal = Eigen::AngleAxisd(turn * kTurn, axis) * from.normal;
-        try_out({normal, -normal.dot(*through)});
-      }
-    }
-    const ReflectingPlane from = best;
-    for (int shift = -kMostShift; shift <= kMostShift; ++shift) {
-      try_out({from.normal, from.distance + 0.01 * shift});
-    }
-  }
-  return best;
-}
-
-// Sets the depth behind which returns are questioned to lie behind the wall on which the mirror
-// hangs, since that wall goes on around the mirror and is real. `points` were seen by way of the
-// mirror.
-void StartPastItsWall(const std::vector<ScanPlane>& planes,
-                      const std::vector<Eigen::Vector3d>& points, ReflectingPlane& mirror) {
-  constexpr double kParallel = 0.995;  // cosine, 6 degrees: mirrors are sought up to two askew
-  constexpr double kProud = 0.12;      // m that a mirror stands out from its wall, with its frame
-  const std::optional<Eigen::Vector3d> through = MeanCrossing(mirror, points);
-  if (!through) return;
-  const double past = mirror.behind;
-  for (const ScanPlane& wall : planes) {
-    if (wall.normal.dot(mirror.normal) < kParallel) continue;
-    const double before = wall.Above(*through);
-    if (before < kProud) mirror.behind = std::max(mirror.behind, past + before);
-  }
 }
 
 // The plane, among a measured one and those up to a decimetre in front of it, that reflects most of
@@ -131,18 +48,19 @@ std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane&
   const size_t skip = std::max<size_t>(1, behind.size() / kMost);
   std::vector<Eigen::Vector3d> looked_at;
   for (size_t i = 0; i < behind.size(); i += skip) looked_at.push_back(behind[i]);
+  const std::array<Witness, 1> own = {{{&tester}}};
   std::optional<ReflectingPlane> best;
   size_t most = kEnough / 2;
   for (int before = 0; before <= 10; before += 1) {
     const ReflectingPlane plane{wall.normal, wall.distance - 0.01 * before};
     if (plane.distance < kNearestReflector) break;
-    const size_t agree = ComeBack(tester, plane, looked_at, kRoughly);
+    const size_t agree = ComeBack(own, plane, looked_at, kRoughly);
     if (agree <= most) continue;
     most = agree;
     best = plane;
   }
   if (!best || !best->IsUpright()) return best;
-  ReflectingPlane mirror = Straighten(tester, *best, looked_at);
+  ReflectingPlane mirror = Straighten(own, *best, looked_at);
   StartPastItsWall({wall}, looked_at, mirror);
   return mirror;
 }
@@ -235,12 +153,9 @@ bool Same(const ReflectingPlane& a, const ReflectingPlane& b) {
   return a.normal.dot(b.normal) > 0.998 && std::abs(a.distance - b.distance) < 0.05;
 }
 
-}  // namespace
-
-std::vector<Reflector> EndReflections(RangeSurface& surface, parallel::Parallel& parallel) {
-  const double all = static_cast<double>(surface.columns()) * surface.rows();
-  const int stride = std::max(1, static_cast<int>(std::sqrt(all / kCoarse)));
-  const int fine = std::max(1, static_cast<int>(std::sqrt(all / kFine)));
+// The likeliest candidates that differ.
+std::vector<Candidate> FindJudged(const RangeSurface& surface, int stride,
+                                  parallel::Parallel& parallel) {
   std::vector<Candidate> judged;
   for (const Candidate& candidate : FindCandidates(surface, stride, parallel)) {
     if (judged.size() >= kMostJudged) break;
@@ -249,6 +164,15 @@ std::vector<Reflector> EndReflections(RangeSurface& surface, parallel::Parallel&
       judged.push_back(candidate);
     }
   }
+  return judged;
+}
+
+// Which candidates reflect, and the cells of their reflections, whose rays are ended.
+std::vector<std::vector<ScanCell>> EndReflectionsIn(const std::vector<Candidate>& judged,
+                                                    RangeSurface& surface,
+                                                    parallel::Parallel& parallel) {
+  const int stride = StrideOf(surface, kCoarse);
+  const int fine = StrideOf(surface, kFine);
   std::vector<std::vector<ScanCell>> reflections(judged.size());
   parallel.For(judged.size(), [&](size_t i) {
     // Candidates are judged coarsely first, since most do not reflect.
@@ -256,30 +180,50 @@ std::vector<Reflector> EndReflections(RangeSurface& surface, parallel::Parallel&
     if (!judged[i].scattered && !HasReflections(surface, plane, stride)) return;
     reflections[i] = FindReflections(surface, plane, fine);
   });
-  std::vector<Reflector> reflectors;
   absl::flat_hash_map<std::pair<int, int>, double> ends;  // column and row to range, m
   for (size_t i = 0; i < judged.size(); ++i) {
-    const ReflectingPlane& plane = judged[i].plane;
-    const std::vector<ScanCell>& cells = reflections[i];
-    if (cells.empty()) continue;
     // A ray that met two reflectors ended at the first.
-    for (const ScanCell& cell : cells) {
+    const ReflectingPlane& plane = judged[i].plane;
+    for (const ScanCell& cell : reflections[i]) {
       const double towards = -plane.normal.dot(surface.Direction(cell.column, cell.row));
       const auto [it, fresh] = ends.try_emplace({cell.column, cell.row}, plane.distance / towards);
       if (!fresh) it->second = std::min(it->second, plane.distance / towards);
     }
-    std::vector<Eigen::Vector3d> crossings;
-    crossings.reserve(cells.size());
-    for (const ScanCell& cell : cells) {
-      crossings.push_back(plane.Crossing(surface.Direction(cell.column, cell.row)));
-    }
-    reflectors.push_back({plane.normal, plane.distance, cells.size(),
-                          Aperture(plane.normal, plane.distance, crossings)});
   }
   for (const auto& [cell, range] : ends) {
     surface.EndAt(cell.first, cell.second, static_cast<float>(range));
   }
+  return reflections;
+}
+
+std::vector<Reflector> MakeReflectors(const RangeSurface& surface,
+                                      const std::vector<Candidate>& judged,
+                                      const std::vector<std::vector<ScanCell>>& reflections) {
+  std::vector<Reflector> reflectors;
+  for (size_t i = 0; i < judged.size(); ++i) {
+    const ReflectingPlane& plane = judged[i].plane;
+    if (reflections[i].empty()) continue;
+    reflectors.push_back({plane.normal, plane.distance, reflections[i].size(),
+                          ApertureOf(surface, plane, reflections[i])});
+  }
   return reflectors;
+}
+
+}  // namespace
+
+std::vector<Reflector> EndReflections(RangeSurface& surface, parallel::Parallel& parallel) {
+  const std::vector<Candidate> judged = FindJudged(surface, StrideOf(surface, kCoarse), parallel);
+  return MakeReflectors(surface, judged, EndReflectionsIn(judged, surface, parallel));
+}
+
+Reflections EndAndSuspectReflections(RangeSurface& surface, parallel::Parallel& parallel) {
+  const std::vector<Candidate> judged = FindJudged(surface, StrideOf(surface, kCoarse), parallel);
+  const std::vector<std::vector<ScanCell>> told = EndReflectionsIn(judged, surface, parallel);
+  std::vector<ReflectingPlane> untold;
+  for (size_t i = 0; i < judged.size(); ++i) {
+    if (told[i].empty()) untold.push_back(judged[i].plane);
+  }
+  return {MakeReflectors(surface, judged, told), FindSuspects(surface, untold, parallel)};
 }
 
 }  // namespace vantage::model

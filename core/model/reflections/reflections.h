@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/model/reflections/aperture.h"
+#include "core/model/reflections/suspected_reflector.h"
 #include "core/model/scan/range_surface.h"
 #include "core/parallel/parallel.h"
 
@@ -26,6 +27,13 @@ struct Reflector {
 // is a function of the image alone. A part of a dense image is judged, so that the time hardly
 // depends on its density.
 std::vector<Reflector> EndReflections(RangeSurface& surface, parallel::Parallel& parallel);
+
+// The same, and the reflectors that the scan suspects besides, for other scans to tell.
+struct Reflections {
+  std::vector<Reflector> reflectors;
+  std::vector<SuspectedReflector> suspects;
+};
+Reflections EndAndSuspectReflections(RangeSurface& surface, parallel::Parallel& parallel);
 
 }  // namespace vantage::model
 

@@ -51,6 +51,52 @@ void ReadScanner(SnapshotReader& in, sensor::ScannerModel& scanner) {
 
 }  // namespace
 
+void LayerCodec::WriteSuspects(const ScanLayer& layer, SnapshotWriter& out) {
+  out.Varint(layer.suspects.size());
+  for (const SuspectedReflector& suspect : layer.suspects) {
+    out.Matrix(suspect.plane.normal);
+    out.Fixed(suspect.plane.distance);
+    out.Fixed(suspect.plane.behind);
+    out.Varint(suspect.asked.size());
+    for (const ScanCell& cell : suspect.asked) {
+      out.Varint(static_cast<uint64_t>(cell.column));
+      out.Varint(static_cast<uint64_t>(cell.row));
+    }
+    WriteAperture(suspect.aperture, out);
+    out.Varint(suspect.wall ? 1 : 0);
+    if (suspect.wall) out.Matrix(*suspect.wall);
+  }
+}
+
+void LayerCodec::ReadSuspects(SnapshotReader& in, ScanLayer& layer) {
+  const size_t suspects = in.Count(sizeof(double) * 5);
+  for (size_t i = 0; i < suspects && in.ok(); ++i) {
+    SuspectedReflector suspect{
+        .plane = {}, .asked = {}, .aperture = {Eigen::Vector3d::UnitZ(), 0, {}}, .wall = {}};
+    in.Matrix(suspect.plane.normal);
+    suspect.plane.distance = in.Fixed<double>();
+    suspect.plane.behind = in.Fixed<double>();
+    if (!suspect.plane.normal.allFinite() || !std::isfinite(suspect.plane.distance)) in.Fail();
+    const size_t asked = in.Count(2);
+    for (size_t k = 0; k < asked && in.ok(); ++k) {
+      const uint64_t column = in.Varint();
+      const uint64_t row = in.Varint();
+      if (column >= static_cast<uint64_t>(layer.range_surface.columns()) ||
+          row >= static_cast<uint64_t>(layer.range_surface.rows())) {
+        in.Fail();
+        break;
+      }
+      suspect.asked.push_back({static_cast<int>(column), static_cast<int>(row)});
+    }
+    suspect.aperture = ReadAperture(in);
+    if (in.Varint() != 0) {
+      in.Matrix(suspect.wall.emplace());
+      if (!suspect.wall->allFinite()) in.Fail();
+    }
+    layer.suspects.push_back(std::move(suspect));
+  }
+}
+
 void LayerCodec::WriteAperture(const Aperture& aperture, SnapshotWriter& out) {
   out.Matrix(aperture.normal_);
   out.Fixed(aperture.distance_);
@@ -71,6 +117,10 @@ Aperture LayerCodec::ReadAperture(SnapshotReader& in) {
   in.Matrix(aperture.axis_v_);
   const size_t columns = in.Count(1);
   const size_t rows = in.Count(std::max<size_t>(columns, 1));
+  const bool finite = aperture.normal_.allFinite() && std::isfinite(aperture.distance_) &&
+                      aperture.origin_.allFinite() && aperture.axis_u_.allFinite() &&
+                      aperture.axis_v_.allFinite();
+  if (!finite) in.Fail();
   const char* inside = in.Raw(columns * rows);
   if (inside == nullptr) return aperture;
   aperture.columns_ = static_cast<int>(columns);
@@ -149,6 +199,7 @@ std::string LayerCodec::Write(const ScanLayer& layer) {
     out.Varint(reflector.cells);
     WriteAperture(reflector.aperture, out);
   }
+  if (layer.algorithm_version >= kSuspectsReflectors) WriteSuspects(layer, out);
   std::vector<std::pair<BrickKey, const LayerBrick*>> whole;
   for (const auto& [key, brick] : layer.set_aside) whole.emplace_back(key, &brick);
   layer.bricks.ForEach([&](BrickKey key, const LayerBrick& brick) {
@@ -206,6 +257,7 @@ std::unique_ptr<ScanLayer> LayerCodec::Read(absl::string_view bytes, const Snaps
     reflector.aperture = ReadAperture(in);
     layer->reflectors.push_back(std::move(reflector));
   }
+  if (layer->algorithm_version >= kSuspectsReflectors) ReadSuspects(in, *layer);
   const size_t bricks = in.Count(2);
   BrickKey key = 0;
   for (size_t i = 0; i < bricks && in.ok(); ++i) {

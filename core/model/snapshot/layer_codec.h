@@ -27,6 +27,8 @@ class LayerCodec {
   static std::unique_ptr<ScanLayer> Read(absl::string_view bytes, const SnapshotHeader& header);
 
  private:
+  static void WriteSuspects(const ScanLayer& layer, SnapshotWriter& out);
+  static void ReadSuspects(SnapshotReader& in, ScanLayer& layer);
   static void WriteAperture(const Aperture& aperture, SnapshotWriter& out);
   static Aperture ReadAperture(SnapshotReader& in);
   static void WriteSurface(const RangeSurface& surface, SnapshotWriter& out);

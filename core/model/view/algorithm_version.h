@@ -11,6 +11,9 @@ namespace vantage::model {
 // that it carved is in the model.
 inline constexpr uint32_t kModelAlgorithmVersion = 7;
 
+// The first that suspects reflectors (core/model/merge/shared_reflections.h).
+inline constexpr uint32_t kSuspectsReflectors = 7;
+
 }  // namespace vantage::model
 
 #endif  // VANTAGE_CORE_MODEL_VIEW_ALGORITHM_VERSION_H_

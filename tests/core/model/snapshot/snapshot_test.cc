@@ -18,6 +18,7 @@
 #include "core/model/snapshot/snapshot_header.h"
 #include "core/model/view/algorithm_version.h"
 #include "core/parallel/thread_pool.h"
+#include "core/simulation/scenes/mirror_scenes.h"
 #include "core/simulation/scenes/pane_room.h"
 #include "core/simulation/scenes/scene.h"
 #include "core/simulation/simulated_scanner.h"
@@ -319,6 +320,26 @@ TEST(SnapshotVersionTest, OneScanCarvedByNewerAlgorithmsIsTooNew) {
   const absl::Status status = PartialModel::Load(newer, kPlenty, serial).status();
   EXPECT_TRUE(absl::IsFailedPrecondition(status)) << status;
   EXPECT_NE(status.message().find("newer algorithms"), absl::string_view::npos) << status;
+}
+
+// What scans suspect together is asked anew after loading, of what was saved of each.
+TEST(SnapshotTest, SuspectedMirrorsAreToldAfterwardsAsBefore) {
+  parallel::Serial serial;
+  const simulation::MirrorScene scene = simulation::RandomMirrorScene(50);
+  const simulation::SimulatedScanner simulated(scene.scene.mesh);
+  std::vector<PosedScan> scans;
+  size_t suspects = 0;
+  for (size_t i = 0; i < 3; ++i) {
+    const Eigen::Isometry3d pose = PoseAt(scene.scene.starts[i], static_cast<double>(i));
+    sensor::Scan scan;
+    scan.scanner.azimuth_step = scan.scanner.elevation_step = sensor::Radians(0.4);
+    scan.image = simulated.Scan(scan.scanner, pose, {}, 7 + i, serial);
+    suspects += Carve(scan, pose, CoarseModel()->config(), serial)->suspects.size();
+    scans.push_back({"scan" + std::to_string(i), std::move(scan), pose});
+  }
+  ASSERT_GT(suspects, 0u) << "there is nothing to tell";
+  GoesOn(scans, 1);
+  GoesOn(scans, 2);
 }
 
 // A snapshot that the release which wrote format 1 saved.

@@ -1,0 +1,47 @@
+// Reflections that several scans tell together: what a plane shows in one of them is the mirror
+// image of what others measured (algorithm.md section 4, 'Reflections').
+#ifndef VANTAGE_CORE_MODEL_MERGE_SHARED_REFLECTIONS_H_
+#define VANTAGE_CORE_MODEL_MERGE_SHARED_REFLECTIONS_H_
+
+#include <map>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/model/carve/scan_layer.h"
+#include "core/model/reflections/aperture.h"
+#include "core/model/reflections/suspected_reflector.h"
+#include "core/parallel/parallel.h"
+
+namespace vantage::model {
+
+// A function of the set of layers. Layers that were carved by algorithms that suspected nothing
+// say nothing of others', either, so that a model they make stays as it was.
+class SharedReflections {
+ public:
+  using Layers = std::map<std::string, std::unique_ptr<ScanLayer>>;
+
+  // After the scan came to `layers`, and after it left them.
+  void Add(const std::string& id, const Layers& layers, parallel::Parallel& parallel);
+  void Remove(const std::string& id, const Layers& layers, parallel::Parallel& parallel);
+
+  // Of the suspects that are reflectors by what all layers say; model frame.
+  std::vector<Aperture> Apertures() const;
+
+ private:
+  using Testimonies = std::map<std::string, Testimony>;  // by scan, its own among them
+  struct Suspect {
+    Aperture aperture;                              // model frame
+    std::map<std::string, ReflectingPlane> planes;  // by who fitted it, its own scan among them
+    std::map<std::string, size_t> agree;            // by the same, but for its own scan
+    std::map<std::string, Testimonies> judged;      // of its own plane and the best of the others
+  };
+  // Asks what was not asked yet of the planes that are judged.
+  void Ask(const Layers& layers, parallel::Parallel& parallel);
+
+  std::map<std::string, std::vector<Suspect>> suspects_;  // by scan
+};
+
+}  // namespace vantage::model
+
+#endif  // VANTAGE_CORE_MODEL_MERGE_SHARED_REFLECTIONS_H_

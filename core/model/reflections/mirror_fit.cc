@@ -1,0 +1,102 @@
+#include "core/model/reflections/mirror_fit.h"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+
+namespace vantage::model {
+namespace {
+
+constexpr double kClosely = 0.03;  // m: what a plane is straightened to; three sigma of 1 cm
+
+// The mean of the places where rays to points behind a plane cross it.
+std::optional<Eigen::Vector3d> MeanCrossing(const ReflectingPlane& plane,
+                                            const std::vector<Eigen::Vector3d>& points) {
+  Eigen::Vector3d sum = Eigen::Vector3d::Zero();
+  size_t behind = 0;
+  for (const Eigen::Vector3d& point : points) {
+    if (plane.Above(point) >= 0) continue;
+    sum += plane.Crossing(point);
+    ++behind;
+  }
+  if (behind == 0) return std::nullopt;
+  return sum / static_cast<double>(behind);
+}
+
+}  // namespace
+
+int StrideOf(const RangeSurface& surface, double cells) {
+  const double all = static_cast<double>(surface.columns()) * surface.rows();
+  return std::max(1, static_cast<int>(std::sqrt(all / cells)));
+}
+
+size_t ComeBack(std::span<const Witness> witnesses, const ReflectingPlane& plane,
+                const std::vector<Eigen::Vector3d>& behind, double within) {
+  return static_cast<size_t>(
+      std::count_if(behind.begin(), behind.end(), [&](const Eigen::Vector3d& point) {
+        const Eigen::Vector3d back = plane.Reflected(point);
+        return std::any_of(witnesses.begin(), witnesses.end(), [&](const Witness& witness) {
+          return witness.measured->Compare(witness.T_witness_scan * back, within) == Back::kAgrees;
+        });
+      }));
+}
+
+ReflectingPlane Straighten(std::span<const Witness> witnesses, const ReflectingPlane& plane,
+                           const std::vector<Eigen::Vector3d>& behind) {
+  constexpr int kMostTurn = 8;  // of kTurn, to either side: two degrees; mirrors lean by one
+  // rad: half of it at seven metres behind a mirror, twice, is the three centimetres of kClosely.
+  constexpr double kTurn = sensor::Radians(0.25);
+  constexpr int kMostShift = 3;  // cm: what the search before it, by centimetres, may be wrong
+  ReflectingPlane best = plane;
+  for (const double within : {kRoughly, kClosely, kClosely}) {
+    size_t most = ComeBack(witnesses, best, behind, within);
+    const auto try_out = [&](const ReflectingPlane& other) {
+      const size_t agree = ComeBack(witnesses, other, behind, within);
+      if (agree <= most) return;
+      most = agree;
+      best = other;
+    };
+    for (const bool lean : {false, true}) {
+      const ReflectingPlane from = best;
+      const std::optional<Eigen::Vector3d> through = MeanCrossing(from, behind);
+      if (!through) return best;
+      const Eigen::Vector3d axis = lean ? from.normal.cross(Eigen::Vector3d::UnitZ()).normalized()
+                                        : Eigen::Vector3d::UnitZ();
+      for (int turn = -kMostTurn; turn <= kMostTurn; ++turn) {
+        const Eigen::Vector3d normal = Eigen::AngleAxisd(turn * kTurn, axis) * from.normal;
+        try_out({normal, -normal.dot(*through)});
+      }
+    }
+    const ReflectingPlane from = best;
+    for (int shift = -kMostShift; shift <= kMostShift; ++shift) {
+      try_out({from.normal, from.distance + 0.01 * shift});
+    }
+  }
+  return best;
+}
+
+void StartPastItsWall(const std::vector<ScanPlane>& planes,
+                      const std::vector<Eigen::Vector3d>& points, ReflectingPlane& mirror) {
+  constexpr double kParallel = 0.995;  // cosine, 6 degrees: mirrors are sought up to two askew
+  const std::optional<Eigen::Vector3d> through = MeanCrossing(mirror, points);
+  if (!through) return;
+  const double past = mirror.behind;
+  for (const ScanPlane& wall : planes) {
+    if (wall.normal.dot(mirror.normal) < kParallel) continue;
+    const double before = wall.Above(*through);
+    if (before < ReflectingPlane::kProud) mirror.behind = std::max(mirror.behind, past + before);
+  }
+}
+
+Aperture ApertureOf(const RangeSurface& surface, const ReflectingPlane& plane,
+                    const std::vector<ScanCell>& cells) {
+  std::vector<Eigen::Vector3d> crossings;
+  crossings.reserve(cells.size());
+  for (const ScanCell& cell : cells) {
+    crossings.push_back(plane.Crossing(surface.Direction(cell.column, cell.row)));
+  }
+  return {plane.normal, plane.distance, crossings};
+}
+
+}  // namespace vantage::model
