@@ -31,18 +31,18 @@ int StrideOf(const RangeSurface& surface, double cells) {
   return std::max(1, static_cast<int>(std::sqrt(all / cells)));
 }
 
-size_t ComeBack(std::span<const Witness> witnesses, const ReflectingPlane& plane,
+size_t ComeBack(std::span<const MirrorWitness> witnesses, const ReflectingPlane& plane,
                 const std::vector<Eigen::Vector3d>& behind, double within) {
   return static_cast<size_t>(
       std::count_if(behind.begin(), behind.end(), [&](const Eigen::Vector3d& point) {
         const Eigen::Vector3d back = plane.Reflected(point);
-        return std::any_of(witnesses.begin(), witnesses.end(), [&](const Witness& witness) {
+        return std::any_of(witnesses.begin(), witnesses.end(), [&](const MirrorWitness& witness) {
           return witness.measured->Compare(witness.T_witness_scan * back, within) == Back::kAgrees;
         });
       }));
 }
 
-ReflectingPlane Straighten(std::span<const Witness> witnesses, const ReflectingPlane& plane,
+ReflectingPlane Straighten(std::span<const MirrorWitness> witnesses, const ReflectingPlane& plane,
                            const std::vector<Eigen::Vector3d>& behind) {
   constexpr int kMostTurn = 8;  // of kTurn, to either side: two degrees; mirrors lean by one
   // rad: half of it at seven metres behind a mirror, twice, is the three centimetres of kClosely.

@@ -27,20 +27,20 @@ inline constexpr double kFine = 150'000;
 int StrideOf(const RangeSurface& surface, double cells);
 
 // A scan that may have measured what another one saw in a mirror.
-struct Witness {
+struct MirrorWitness {
   const ReturnTest* measured;
   Eigen::Isometry3d T_witness_scan = Eigen::Isometry3d::Identity();
 };
 
 // The number of points behind a plane whose reflections are within `within` (m) of surface that a
 // witness measured. Points and plane: scanner's frame.
-size_t ComeBack(std::span<const Witness> witnesses, const ReflectingPlane& plane,
+size_t ComeBack(std::span<const MirrorWitness> witnesses, const ReflectingPlane& plane,
                 const std::vector<Eigen::Vector3d>& behind, double within);
 
 // Turns and moves a plane to where most of the points behind it come back to measured surface. A
 // mirror leans and hangs a little askew, and a degree at the wall is a foot ten metres behind it.
 // The plane is turned about the place where its returns came through.
-ReflectingPlane Straighten(std::span<const Witness> witnesses, const ReflectingPlane& plane,
+ReflectingPlane Straighten(std::span<const MirrorWitness> witnesses, const ReflectingPlane& plane,
                            const std::vector<Eigen::Vector3d>& behind);
 
 // Sets the depth behind which returns are questioned to lie behind the wall on which the mirror

@@ -48,7 +48,7 @@ std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane&
   const size_t skip = std::max<size_t>(1, behind.size() / kMost);
   std::vector<Eigen::Vector3d> looked_at;
   for (size_t i = 0; i < behind.size(); i += skip) looked_at.push_back(behind[i]);
-  const std::array<Witness, 1> own = {{{&tester}}};
+  const std::array<MirrorWitness, 1> own = {{{&tester}}};
   std::optional<ReflectingPlane> best;
   size_t most = kEnough / 2;
   for (int before = 0; before <= 10; before += 1) {

@@ -60,8 +60,8 @@ std::optional<WitnessFit> FitByWitness(const SuspectedReflector& suspect,
     const ScanCell& cell = suspect.asked[i * suspect.asked.size() / looked_at];
     points.push_back(scan.Point(cell.column, cell.row));
   }
-  const std::array<Witness, 2> both = {{{&scan}, {&other, T_witness_scan}}};
-  const std::span<const Witness> alone = std::span(both).last(1);
+  const std::array<MirrorWitness, 2> both = {{{&scan}, {&other, T_witness_scan}}};
+  const std::span<const MirrorWitness> alone = std::span(both).last(1);
   if (4 * ComeBack(alone, suspect.plane, points, kNear) < looked_at) return std::nullopt;
   const size_t before = ComeBack(both, suspect.plane, points, ReturnTest::kAgreement);
   const ReflectingPlane plane = Straighten(both, suspect.plane, points);

@@ -108,7 +108,7 @@ std::vector<PlaneOfPart> BeforeWall(const RangeSurface& surface, const ReturnTes
     const size_t skip = (part.size() + kTested - 1) / kTested;
     std::vector<Eigen::Vector3d> points;
     for (size_t i = 0; i < part.size(); i += skip) points.push_back(part[i]);
-    const std::array<Witness, 1> own = {{{&tester}}};
+    const std::array<MirrorWitness, 1> own = {{{&tester}}};
     std::optional<ReflectingPlane> best;
     size_t most = points.size() / 3;
     for (double before = 0; before <= kDeepest; before += kStep) {
