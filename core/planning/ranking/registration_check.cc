@@ -41,9 +41,9 @@ bool LiesInPlane(const model::PlanningView& model, const model::VoxelIndex& v,
       for (int x = -1; x <= 1; ++x) {
         const model::VoxelIndex at = v + model::VoxelIndex(x, y, z);
         if (model.State(at) != model::VoxelState::kTrueSurface) continue;
-        const model::SurfaceVoxel& other = *model.Surface(at);
-        count += other.normal.dot(surface.normal) >= kSimilar &&
-                 std::abs(surface.normal.dot(other.centroid - surface.centroid)) <= off;
+        const std::optional<model::SurfaceVoxel> other = model.Surface(at);
+        count += other->normal.dot(surface.normal) >= kSimilar &&
+                 std::abs(surface.normal.dot(other->centroid - surface.centroid)) <= off;
       }
     }
   }
