@@ -115,7 +115,8 @@ void SharedReflections::Ask(const Layers& layers, parallel::Parallel& parallel) 
 
 std::vector<Aperture> SharedReflections::Apertures() const {
   std::vector<Aperture> apertures;
-  for (const auto& [id, suspects] : suspects_) {
+  for (const auto& [own, suspects] : suspects_) {
+    const std::string& id = own;
     for (const Suspect& suspect : suspects) {
       const bool told =
           std::any_of(suspect.judged.begin(), suspect.judged.end(), [&](const auto& one) {

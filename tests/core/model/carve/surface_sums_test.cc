@@ -48,6 +48,7 @@ TEST(PackedSumsTest, ComeBackToTheBit) {
   for (const bool last_corner : {false, true}) {
     for (const int most : {1, 63, 64, 65, 255, 256, 4103, 4105, 70'000}) {
       std::vector<SurfaceSums> sums;
+      sums.reserve(10);
       for (int i = 0; i < 9; ++i) {
         sums.push_back(OfPoints(1 + static_cast<int>(random() % 9), last_corner, random));
       }
@@ -85,6 +86,7 @@ TEST(PackedSumsTest, HoldAnyNumbers) {
 TEST(PackedSumsTest, OfFewPointsAreSmall) {
   std::mt19937_64 random(2);
   std::vector<SurfaceSums> sums;
+  sums.reserve(101);
   for (int i = 0; i < 100; ++i) sums.push_back(OfPoints(64, true, random));
   EXPECT_EQ(PackedSums(sums).bytes(), 100u * 38);
   sums.push_back(OfPoints(4103, true, random));

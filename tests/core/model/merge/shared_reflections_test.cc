@@ -101,8 +101,9 @@ double ShareTaken(const Eigen::AlignedBox3d& opening, const Aperture& aperture) 
   int taken = 0;
   for (int i = 0; i < kParts * kParts; ++i) {
     Eigen::Vector3d at = opening.center();
+    const int row = i / kParts;
     at[along] = opening.min()[along] + (i % kParts + 0.5) / kParts * opening.sizes()[along];
-    at.z() = opening.min().z() + (i / kParts + 0.5) / kParts * opening.sizes().z();
+    at.z() = opening.min().z() + (row + 0.5) / kParts * opening.sizes().z();
     taken +=
         aperture.Between(at + through, at - through) || aperture.Between(at - through, at + through)
             ? 1

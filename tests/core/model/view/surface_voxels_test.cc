@@ -21,8 +21,8 @@ SurfaceVoxel FalseVoxel(const VoxelIndex& voxel, uint32_t empty, std::mt19937_64
   for (int n = 0, bit = 0; n < 27; ++n) {
     if (n == 13) continue;
     if ((empty >> bit++ & 1) == 0) continue;
-    sum += Eigen::Vector3f(static_cast<float>(n % 3 - 1), static_cast<float>(n / 3 % 3 - 1),
-                           static_cast<float>(n / 9 - 1));
+    const VoxelIndex towards(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1);
+    sum += towards.cast<float>();
   }
   if (sum.squaredNorm() < 0.5f) sum = Eigen::Vector3f(0, 0, -1);
   SurfaceVoxel surface;
