@@ -5,8 +5,9 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <vector>
+
+#include "core/model/view/value_iterator.h"
 
 namespace vantage::model {
 
@@ -57,32 +58,7 @@ class SurfaceVoxels {
     return packed_.capacity() * sizeof(uint32_t) + stored_.capacity() * sizeof(SurfaceVoxel);
   }
 
-  // By value.
-  class Iterator {
-   public:
-    using iterator_category = std::input_iterator_tag;
-    using value_type = SurfaceVoxel;
-    using difference_type = std::ptrdiff_t;
-    using pointer = const SurfaceVoxel*;
-    using reference = SurfaceVoxel;
-
-    Iterator(const SurfaceVoxels& voxels, size_t at) : voxels_(&voxels), at_(at) {}
-    SurfaceVoxel operator*() const { return (*voxels_)[at_]; }
-    Iterator& operator++() {
-      ++at_;
-      return *this;
-    }
-    Iterator operator++(int) {
-      const Iterator before = *this;
-      ++at_;
-      return before;
-    }
-    bool operator==(const Iterator& other) const { return at_ == other.at_; }
-
-   private:
-    const SurfaceVoxels* voxels_;
-    size_t at_;
-  };
+  using Iterator = ValueIterator<SurfaceVoxels, SurfaceVoxel>;
   Iterator begin() const { return {*this, 0}; }
   Iterator end() const { return {*this, size()}; }
 

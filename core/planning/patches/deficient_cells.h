@@ -5,12 +5,12 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
-#include <iterator>
 #include <span>
 #include <vector>
 
 #include "absl/container/flat_hash_set.h"
 #include "core/model/view/planning_view.h"
+#include "core/model/view/value_iterator.h"
 #include "core/planning/patches/skyline.h"
 
 namespace vantage::planning {
@@ -77,32 +77,7 @@ class DeficientCells {
   // That it holds on the heap.
   size_t bytes() const;
 
-  // Cells by value.
-  class Iterator {
-   public:
-    using iterator_category = std::input_iterator_tag;
-    using value_type = DeficientCell;
-    using difference_type = std::ptrdiff_t;
-    using pointer = const DeficientCell*;
-    using reference = DeficientCell;
-
-    Iterator(const DeficientCells& cells, size_t at) : cells_(&cells), at_(at) {}
-    DeficientCell operator*() const { return (*cells_)[at_]; }
-    Iterator& operator++() {
-      ++at_;
-      return *this;
-    }
-    Iterator operator++(int) {
-      const Iterator before = *this;
-      ++at_;
-      return before;
-    }
-    bool operator==(const Iterator& other) const { return at_ == other.at_; }
-
-   private:
-    const DeficientCells* cells_;
-    size_t at_;
-  };
+  using Iterator = model::ValueIterator<DeficientCells, DeficientCell>;
   Iterator begin() const { return {*this, 0}; }
   Iterator end() const { return {*this, size()}; }
 

@@ -8,7 +8,8 @@
 
 namespace vantage::planning {
 
-// The numbers from `first` on, up to but without `limit`, like a container of them.
+// The numbers from `first` on, up to but without `limit`, like a container of them. Clang 14 does
+// not compile std::ranges::iota_view, which is the same thing.
 struct CellRange {
   uint32_t first = 0;
   uint32_t limit = 0;

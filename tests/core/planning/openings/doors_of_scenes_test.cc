@@ -117,8 +117,8 @@ TEST_P(DoorsOfScenesTest, AreFoundAndHardlyAnythingElse) {
               figures.found, figures.seen, figures.real, figures.told, figures.worst_width);
   // What holds today; the aims are 0.9 of those seen and 0.95 real. What is missed was seen at a
   // grazing angle, with little behind it. Of ten that are none, in 95 at a quarter of a degree, two
-  // are a wardrobe's mirror that several scans told: what was behind it is gone, and its plane is
-  // no surface yet.
+  // are a mirror of which several scans told only a part to be one: the strip of a room that is
+  // left looks as if seen through a doorway.
   EXPECT_GE(figures.found, 0.6 * figures.seen);
   EXPECT_GE(figures.real, 0.89 * figures.told);
   EXPECT_GE(figures.right_width, 0.95 * figures.found);

@@ -21,13 +21,18 @@ std::vector<OverlapElement> Elements(const Shape& shape, const Eigen::Vector3d& 
   return elements;
 }
 
-TEST(Prediction, FurnishedCornerPasses) {
+// Floor and two walls.
+Shape Corner() {
   Shape shape(sensor::Radians(2), 31);
   shape.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ);
   shape.Rectangle({0, 0, 0}, 3 * kX, 2.5 * kZ, kY);
   shape.Rectangle({0, 0, 0}, 3 * kY, 2.5 * kZ, kX);
+  return shape;
+}
+
+TEST(Prediction, FurnishedCornerPasses) {
   const Eigen::Vector3d at(1.5, 1.5, 1.5);
-  const auto elements = Elements(shape, at);
+  const auto elements = Elements(Corner(), at);
   const RegistrationVerdict v = PredictRegistration(
       elements, 1, 5.0 * static_cast<double>(elements.size()) * 2, at, sensor::ScannerModel(), {});
   EXPECT_TRUE(v.registered()) << v.reason;
@@ -137,12 +142,8 @@ sensor::ScannerModel SectorScanner() {
 }
 
 TEST(Prediction, OfASectorTheBoundNeedsAMargin) {
-  Shape shape(sensor::Radians(2), 31);
-  shape.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ);
-  shape.Rectangle({0, 0, 0}, 3 * kX, 2.5 * kZ, kY);
-  shape.Rectangle({0, 0, 0}, 3 * kY, 2.5 * kZ, kX);
   const Eigen::Vector3d at(1.5, 1.5, 1.5);
-  const auto elements = Elements(shape, at);
+  const auto elements = Elements(Corner(), at);
   const double expected = 5.0 * static_cast<double>(elements.size()) / 0.8;
   const auto predict = [&](double required, const sensor::ScannerModel& scanner) {
     RegistrationConfig config;
