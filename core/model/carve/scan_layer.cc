@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/model/scan/sky.h"
+
 namespace vantage::model {
 
 UnknownReason ScanLayer::ReasonAt(const Eigen::Vector3d& point) const {
@@ -14,6 +16,13 @@ UnknownReason ScanLayer::ReasonAt(const Eigen::Vector3d& point) const {
   const RangeSurface::Reading reading = range_surface.Read(in_scan);
   if (in_scan.norm() < static_cast<double>(reading.range)) return UnknownReason::kNone;
   return reading.beyond;
+}
+
+bool ScanLayer::InSky(const Eigen::Vector3d& point, double voxel_size) const {
+  if (!range_surface.EndsInSky()) return false;
+  const double reach = SkyRange(scanner) + 2 * std::sqrt(3.0) * voxel_size;
+  if ((point - T_model_scan.translation()).squaredNorm() > reach * reach) return false;
+  return ReasonAt(point) == UnknownReason::kSky;
 }
 
 ScanLayer::Miss ScanLayer::MissAt(const Eigen::Vector3d& point, const Eigen::Vector3d& normal,

@@ -13,6 +13,7 @@
 #include "core/model/merge/fuse.h"
 #include "core/model/merge/local_plane.h"
 #include "core/model/merge/merge_region.h"
+#include "core/model/merge/open_sky.h"
 #include "core/model/merge/publish_brick.h"
 #include "core/model/merge/unite.h"
 
@@ -79,7 +80,7 @@ class Influence {
   Influence(const ScanLayer& touched, LayerChange change, std::span<const BrickKey> also,
             std::span<const ScanLayer* const> layers, const ModelOctree& octree,
             const ModelLeaf& all_empty)
-      : touched_(touched), octree_(octree), all_empty_(all_empty) {
+      : touched_(touched), change_(change), octree_(octree), all_empty_(all_empty) {
     for (const BrickKey key : also) also_.Add(BrickOf(key));
     for (const auto& [key, brick] : touched.bricks.own()) changing_.Add(BrickOf(key));
     for (const auto& [page, bricks] : touched.bricks.empty()) changing_.Add(page, bricks);
@@ -98,6 +99,11 @@ class Influence {
     for (const BrickKey key : BricksWithDropouts(touched_, octree_, voxel_size)) {
       all.Add(BrickOf(key));
     }
+    const std::vector<BrickKey> under_sky =
+        change_ == LayerChange::kAdded
+            ? BricksThatSkyClears(touched_, octree_, voxel_size)
+            : BricksThatSkyCleared(touched_, octree_, all_empty_, voxel_size);
+    for (const BrickKey key : under_sky) all.Add(BrickOf(key));
     for (const VoxelIndex& brick : TwoAway(all)) all.Add(brick);
     return all;
   }
@@ -230,6 +236,7 @@ class Influence {
   }
 
   const ScanLayer& touched_;
+  const LayerChange change_;
   const ModelOctree& octree_;
   const ModelLeaf& all_empty_;
   BrickSet also_;

@@ -9,6 +9,7 @@
 #include "core/model/merge/dropouts.h"
 #include "core/model/merge/fuse.h"
 #include "core/model/merge/halo_mask.h"
+#include "core/model/merge/open_sky.h"
 #include "core/model/view/target_distances.h"
 
 namespace vantage::model {
@@ -72,6 +73,7 @@ class Publisher {
     witnesses_ = witnesses();
     for (const ScanLayer* layer : layers) {
       if (MayHaveDropouts(*layer, brick_, h_)) dropout_layers_.push_back(layer);
+      if (MayHaveSky(*layer, brick_, h_)) sky_layers_.push_back(layer);
     }
     out->surface = SurfaceVoxels(brick_, h_);
     out->surface.reserve(static_cast<size_t>(rest.Count()));
@@ -270,7 +272,7 @@ class Publisher {
       state = VoxelState::kAbsorbed;
       return std::nullopt;
     }
-    if (InSky(local)) return std::nullopt;
+    if (NothingToLookFor(local)) return std::nullopt;
     state = Cause(local);
     surface.centroid = Centre(local).cast<float>();
     surface.area = static_cast<float>(h_ * h_) / surface.normal.lpNorm<Eigen::Infinity>();
@@ -307,14 +309,14 @@ class Publisher {
     return sliver;
   }
 
-  // True when some scan says that there is nothing to look for: along its ray lies the open sky, or
-  // the voxel is outside the site. It stays unknown.
-  bool InSky(int local) const {
-    return std::any_of(witnesses_.begin(), witnesses_.end(), [&](const Witness& witness) {
-      const ScanLayer& layer = *witness.layer;
-      return (layer.range_surface.EndsInSky() || !layer.WithinSite(Centre(local))) &&
-             layer.ReasonAt(Centre(local)) >= UnknownReason::kSky;
-    });
+  // True when there is nothing to look for: the voxel is outside the site, or some scan says that it
+  // is in the open sky. That scan need not be a witness: its ray may have ended before the brick,
+  // where it would have met level ground. The voxel stays unknown.
+  bool NothingToLookFor(int local) const {
+    const Eigen::Vector3d centre = Centre(local);
+    if (!witnesses_.empty() && !witnesses_.front().layer->WithinSite(centre)) return true;
+    return std::any_of(sky_layers_.begin(), sky_layers_.end(),
+                       [&](const ScanLayer* layer) { return layer->InSky(centre, h_); });
   }
 
   VoxelState Cause(int local) const {
@@ -345,6 +347,7 @@ class Publisher {
   HaloMask given_away_;
   std::vector<Witness> witnesses_;
   std::vector<const ScanLayer*> dropout_layers_;  // those that may have dropouts at some voxel
+  std::vector<const ScanLayer*> sky_layers_;      // those that may see the sky at some voxel
   std::vector<Dropout> dropouts_;
 };
 

@@ -1,8 +1,10 @@
 #include "core/planning/ranking/registration_check.h"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 #include "absl/container/flat_hash_set.h"
@@ -56,6 +58,54 @@ double DirectionsOf(const sensor::ScannerModel& scanner) {
          ((scanner.elevation_max - scanner.elevation_min) / scanner.elevation_step);
 }
 
+// Calls fn(rank, local) for the voxels of true surface of a brick, in order.
+template <typename Fn>
+void ForEachTrueSurface(const model::Brick& brick, Fn&& fn) {
+  size_t rank = 0;
+  for (size_t word = 0; word < brick.surface_mask.size(); ++word) {
+    for (uint64_t bits = brick.surface_mask[word]; bits != 0; bits &= bits - 1, ++rank) {
+      const size_t local = word * 64 + static_cast<size_t>(std::countr_zero(bits));
+      if (brick.state[local] == model::VoxelState::kTrueSurface) fn(rank, static_cast<int>(local));
+    }
+  }
+}
+
+// How many voxels of true surface each of the model's bricks has.
+std::vector<uint16_t> TrueSurfaceByBrick(const model::PlanningView& model) {
+  std::vector<uint16_t> counts;
+  for (const model::BrickAt& at : model.bricks()) {
+    uint16_t count = 0;
+    ForEachTrueSurface(*at.contents, [&](size_t, int) { ++count; });
+    counts.push_back(count);
+  }
+  return counts;
+}
+
+// Calls fn(VoxelIndex, const SurfaceVoxel&) for every `stride`-th voxel of true surface, in the
+// model's order; looks closer only at bricks that have one. False when cancelled on the way.
+template <typename Fn>
+bool WalkEvery(size_t stride, const model::PlanningView& model, std::span<const uint16_t> in_brick,
+               const parallel::Cancellation& cancelled, Fn&& fn) {
+  size_t wanted = 0;  // the next, by its number among all
+  size_t number = 0;
+  size_t i = 0;
+  for (const model::BrickAt& at : model.bricks()) {
+    if (i % visibility::kBricksBetweenPolls == 0 && cancelled.Requested()) return false;
+    const size_t count = in_brick[i++];
+    if (wanted >= number + count) {
+      number += count;
+      continue;
+    }
+    ForEachTrueSurface(*at.contents, [&](size_t rank, int local) {
+      if (number++ != wanted) return;
+      wanted += stride;
+      const model::SurfaceVoxel surface = at.contents->surface[rank];
+      fn(model::PlanningView::Global(at.brick, local), surface);
+    });
+  }
+  return true;
+}
+
 }  // namespace
 
 OverlapSurface::OverlapSurface(double voxel, const sensor::ScannerModel& scanner)
@@ -67,32 +117,25 @@ absl::StatusOr<OverlapSurface> OverlapSurface::Create(const model::PlanningView&
                                                       const sensor::ScannerModel& scanner,
                                                       const parallel::Cancellation& cancelled) {
   OverlapSurface overlap(model.voxel_size(), scanner);
-  size_t total = 0;
-  visibility::WalkSurface(
-      model, cancelled,
-      [&](const model::VoxelIndex&, model::VoxelState state, const model::SurfaceVoxel&) {
-        total += state == model::VoxelState::kTrueSurface;
-      });
+  const std::vector<uint16_t> in_brick = TrueSurfaceByBrick(model);
+  const size_t total = std::accumulate(in_brick.begin(), in_brick.end(), size_t{0});
   const size_t stride = std::max<size_t>(1, (total + kElements - 1) / kElements);
   overlap.weight_ = static_cast<double>(stride);
-  size_t at = 0;
   std::vector<Eigen::Vector3f> dropouts;
-  const bool whole = visibility::WalkSurface(
-      model, cancelled,
-      [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
-        if (state != model::VoxelState::kTrueSurface || at++ % stride != 0 || !(surface.area > 0))
-          return;
-        const auto target = visibility::TargetOf(grid, v, surface.normal);
-        if (!target.has_value()) return;
-        // What a scan all around overlaps is large, and its edges are a small part of it.
-        if (!scanner.TurnsAllAround() && !LiesInPlane(model, v, surface)) return;
-        dropouts.clear();
-        for (const model::Dropout& dropout : model.Dropouts(v)) dropouts.push_back(dropout.from);
-        overlap.cells_.Add(surface.centroid, surface.normal, surface.area, 0,
-                           std::numeric_limits<float>::max(), scene.ToScene(*target),
-                           static_cast<uint32_t>(overlap.samples_.size()), dropouts);
-        overlap.samples_.push_back(surface.samples);
-      });
+  const auto add = [&](const model::VoxelIndex& v, const model::SurfaceVoxel& surface) {
+    if (!(surface.area > 0)) return;
+    const auto target = visibility::TargetOf(grid, v, surface.normal);
+    if (!target.has_value()) return;
+    // What a scan all around overlaps is large, and its edges are a small part of it.
+    if (!scanner.TurnsAllAround() && !LiesInPlane(model, v, surface)) return;
+    dropouts.clear();
+    for (const model::Dropout& dropout : model.Dropouts(v)) dropouts.push_back(dropout.from);
+    overlap.cells_.Add(surface.centroid, surface.normal, surface.area, 0,
+                       std::numeric_limits<float>::max(), scene.ToScene(*target),
+                       static_cast<uint32_t>(overlap.samples_.size()), dropouts);
+    overlap.samples_.push_back(surface.samples);
+  };
+  const bool whole = WalkEvery(stride, model, in_brick, cancelled, add);
   if (!whole) return absl::CancelledError("overlap surface");
   overlap.cells_.Pad();
   return overlap;
