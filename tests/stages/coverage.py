@@ -2,7 +2,7 @@
 """Which files or test folders a stage of ./dev check covers, when it cannot cover all of them.
 
 Usage: coverage.py --seconds N|--most N [--all] UNIT...
-A unit is a source file or a folder of tests, with the folders in it. Prints those to cover, one on a line, and says on
+A unit is a source file or a folder of tests, without the folders in it. Prints those to cover, one on a line, and says on
 standard error what it did and why. In this order, as long as they fit into N seconds of one
 core, of compiling and running, or are N at most:
 
@@ -29,11 +29,8 @@ ROOT = pathlib.Path(__file__).resolve().parent.parent.parent
 COMMITS = 20
 QUARTERS = 4
 # Seconds of one core, under sanitizers: to compile a source, several at once, and to run what a
-# source of tests has: those of planning and registration search on purpose, those of simulation scan
-# whole buildings, the others seldom.
-LIBRARY, TEST, PROTO, RUN = 1.5, 5, 2, 5
-RUN_LONG = {"tests/core/planning/": 30, "tests/core/fleet/": 30, "tests/core/registration/": 20,
-            "tests/core/simulation/": 20}
+# source of tests has but for what long_tests.txt names.
+LIBRARY, TEST, PROTO, RUN = 1.5, 5, 2, 10
 
 
 def git(*args):
@@ -74,7 +71,7 @@ class Sources:
     def of(self, unit):
         if unit in self.includes:
             return [unit]
-        return [file for file in self.files if file.startswith(unit + "/")]
+        return self.folders[unit]
 
     def closure(self, unit, linked):
         """What the unit includes, directly or not, and how many files lie in between; if linked,
@@ -113,10 +110,9 @@ def changed_files():
 
 def seconds(sources):
     def one(file):
-        if file.endswith("_test.cc"):
-            return TEST + next((run for folder, run in RUN_LONG.items()
-                                if file.startswith(folder)), RUN)
-        return TEST if is_program(file) else PROTO if file.endswith(".proto") else LIBRARY
+        if is_program(file):
+            return TEST + (RUN if file.endswith("_test.cc") else 0)
+        return PROTO if file.endswith(".proto") else LIBRARY
 
     return sum(one(file) for file in sources)
 
@@ -140,14 +136,14 @@ def choose(units, limit, counted=False):
     for index, unit in enumerate(units):
         in_turn = turns[unit] == turn
         closure = sources.closure(unit, linked=not counted)
-        tested = unit.removeprefix("tests/") + "/"
+        tested = unit.removeprefix("tests/")
         distances = [hops for file, hops in closure.items() if file in changed]
         # In each group the dearest first: what is cheap finds a place beside it, not the other way
         # round.
         compiled = sources.compiled(unit)
         order = (not in_turn, 0 if counted else -seconds(compiled), index, unit, compiled)
         if any(file in changed for file in sources.of(unit)) or any(
-                file.startswith(tested) for file in changed):
+                os.path.dirname(file) == tested for file in changed):
             ranked.append((0, 0, *order))
         elif in_turn:
             ranked.append((1, 0, *order))

@@ -13,7 +13,8 @@ export LSAN_OPTIONS=suppressions=$root/tests/support/lsan.supp:print_suppression
 # The folders of tests of the server that call no gRPC: its library is not instrumented.
 server_rooms=(tests/server/{auth,conversion,execution,session,store,telemetry})
 
-# rooms FOLDER...: those of the folders of tests, and of the folders in them, that have tests.
+# rooms FOLDER...: those of the folders of tests, and of the folders in them, that have tests. Each is a
+# unit without the folders in it.
 rooms() {
   our_files "${@/%//*_test.cc}" | sed 's,/[^/]*$,,' | sort -u
 }
@@ -27,30 +28,46 @@ asan_units() {
 
 # built PRESET UNIT...: builds the units, folders of tests or fuzzers.
 built() {
-  local preset=$1 unit targets=()
+  local preset=$1 unit name targets=()
   shift
   for unit in "$@"; do
     case $unit in
       *.cc) targets+=("$(basename "$unit" .cc)") ;;
-      *) targets+=("$unit/all") ;;
+      *)
+        name=${unit#tests/}
+        targets+=("${name//\//_}_test")
+        ;;
     esac
   done
   "$stages/build.sh" "$preset" "${targets[@]}"
 }
 
-# sanitized PRESET UNIT... : runs the tests of the units that are folders, and of the folders in them.
-# Statistics over hundreds of runs show nothing more under sanitizers than a few of them do.
+# without_long UNIT: what ctest is to leave out of a unit, beside what repeats over numbered seeds: the
+# tests of long_tests.txt in it.
+without_long() {
+  awk -v unit="${1#tests/}/" '
+    index($0, unit) == 1 && substr($0, length(unit) + 1) ~ /^[A-Z]/ {
+      gsub(/[.]/, "[.]")
+      names = names (names == "" ? "" : "|") $0
+    }
+    END { if (names != "") printf "|^(%s)(/|$)", names }' "$stages/long_tests.txt"
+}
+
+# sanitized PRESET [--all] UNIT... : runs the tests of the units that are folders; long ones with --all
+# only. Statistics over hundreds of runs show nothing more under sanitizers than a few of them do.
 wrapper=()
 sanitized() {
-  local preset=$1 unit status=0
+  local preset=$1 unit status=0 all=
   shift
+  [[ $1 != --all ]] || { all=$1 && shift; }
   for unit in "$@"; do
     [[ -d $unit ]] || continue
-    # What an outer folder has run already.
-    [[ " $* " != *" ${unit%/*} "* ]] || continue
     echo "---- $unit"
+    # Names of suites and of their instances begin with a capital, those of folders do not.
     "${wrapper[@]}" "$stages/unit.sh" --test-dir "build/$preset/$unit" --no-tests=ignore \
-      -LE 'integration|study' -E "$further_seeds" || status=1
+      -LE 'integration|study' -R "^${unit#tests/}/[A-Z]" \
+      -E "$further_seeds$([[ -n $all ]] || without_long "$unit")" || status=1
   done
+  [[ -n $all ]] || echo "note: long tests (tests/stages/long_tests.txt) are left out"
   return "$status"
 }

@@ -70,10 +70,15 @@ void ForEachTrueSurface(const model::Brick& brick, Fn&& fn) {
   }
 }
 
-// How many voxels of true surface each of the model's bricks has.
-std::vector<uint16_t> TrueSurfaceByBrick(const model::PlanningView& model) {
+// How many voxels of true surface each of the model's bricks has. Nothing when cancelled on the
+// way.
+std::optional<std::vector<uint16_t>> TrueSurfaceByBrick(const model::PlanningView& model,
+                                                        const parallel::Cancellation& cancelled) {
   std::vector<uint16_t> counts;
   for (const model::BrickAt& at : model.bricks()) {
+    if (counts.size() % visibility::kBricksBetweenPolls == 0 && cancelled.Requested()) {
+      return std::nullopt;
+    }
     uint16_t count = 0;
     ForEachTrueSurface(*at.contents, [&](size_t, int) { ++count; });
     counts.push_back(count);
@@ -117,8 +122,9 @@ absl::StatusOr<OverlapSurface> OverlapSurface::Create(const model::PlanningView&
                                                       const sensor::ScannerModel& scanner,
                                                       const parallel::Cancellation& cancelled) {
   OverlapSurface overlap(model.voxel_size(), scanner);
-  const std::vector<uint16_t> in_brick = TrueSurfaceByBrick(model);
-  const size_t total = std::accumulate(in_brick.begin(), in_brick.end(), size_t{0});
+  const std::optional<std::vector<uint16_t>> in_brick = TrueSurfaceByBrick(model, cancelled);
+  if (!in_brick) return absl::CancelledError("overlap surface");
+  const size_t total = std::accumulate(in_brick->begin(), in_brick->end(), size_t{0});
   const size_t stride = std::max<size_t>(1, (total + kElements - 1) / kElements);
   overlap.weight_ = static_cast<double>(stride);
   std::vector<Eigen::Vector3f> dropouts;
@@ -135,7 +141,7 @@ absl::StatusOr<OverlapSurface> OverlapSurface::Create(const model::PlanningView&
                        static_cast<uint32_t>(overlap.samples_.size()), dropouts);
     overlap.samples_.push_back(surface.samples);
   };
-  const bool whole = WalkEvery(stride, model, in_brick, cancelled, add);
+  const bool whole = WalkEvery(stride, model, *in_brick, cancelled, add);
   if (!whole) return absl::CancelledError("overlap surface");
   overlap.cells_.Pad();
   return overlap;
