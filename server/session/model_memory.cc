@@ -73,9 +73,9 @@ absl::Status ModelMemory::WhyNone() {
                                                 "for its merge (WatchSession)"));
 }
 
-void ModelMemory::Touch() { touched_ = absl::ToUnixMillis(context_.journal().Now()); }
+void ModelMemory::Touch() { touched_ = absl::ToInt64Milliseconds(context_.journal().Seen()); }
 
-absl::Time ModelMemory::LastTouched() const { return absl::FromUnixMillis(touched_); }
+absl::Duration ModelMemory::LastTouched() const { return absl::Milliseconds(touched_.load()); }
 
 int64_t ModelMemory::Estimate() const {
   int64_t bytes = 0;

@@ -51,7 +51,7 @@ class ModelMemory {
   bool loaded() const { return loaded_; }
   // Notes that the model is in use; it then stays in memory for a while.
   void Touch();
-  absl::Time LastTouched() const;
+  absl::Duration LastTouched() const;  // by the time seen
 
   // Memory of the model, estimated from its scans, and of aligning and merging a scan, bytes.
   int64_t Estimate() const;
@@ -103,7 +103,7 @@ class ModelMemory {
   std::atomic<int> exports_{0};
   std::atomic<bool> loaded_;  // changes on the strand only
   std::atomic<bool> loading_{false};
-  std::atomic<int64_t> touched_{0};  // ms since 1970
+  std::atomic<int64_t> touched_{0};  // ms of the time seen
 
   // Used on the strand only.
   std::unique_ptr<model::PartialModel> model_;

@@ -180,11 +180,12 @@ int Scans::Pending() const {
   return pending;
 }
 
-absl::StatusOr<int> Scans::EraseWithdrawn(absl::Time before) {
+absl::StatusOr<int> Scans::EraseWithdrawn(absl::Duration before,
+                                          absl::FunctionRef<bool(const std::string& scan)> sure) {
   std::vector<std::string> past;
   const auto is_past = [before](const ScanRecord& record) {
     return record.scan.state() == v1::SCAN_STATE_WITHDRAWN && !record.in_model &&
-           !record.blob.empty() && conversion::ReadTime(record.scan.update_time()) < before;
+           !record.blob.empty() && record.withdrawn < before;
   };
   journal_.Read([&](const SessionState& state) {
     for (const std::string& name : state.scan_order) {
@@ -193,6 +194,7 @@ absl::StatusOr<int> Scans::EraseWithdrawn(absl::Time before) {
   });
   int count = 0;
   for (const std::string& name : past) {
+    if (!sure(name)) continue;
     std::string blob;
     int64_t bytes = 0;
     const absl::StatusOr<std::string> logged =

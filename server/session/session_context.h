@@ -30,6 +30,7 @@
 #include "absl/time/time.h"
 #include "server/contract/limits.h"
 #include "server/execution/planning_pool.h"
+#include "server/execution/seen_time.h"
 #include "server/execution/strand.h"
 #include "server/execution/timer.h"
 #include "server/session/algorithms.h"
@@ -53,6 +54,12 @@ struct SessionDependencies {
   Journal::Clock clock;
   telemetry::Metrics* metrics = nullptr;  // may be null
   MemoryAccount* memory = nullptr;        // null: no limit
+  // By which ages are counted. Null: from the start of the registry that gets these.
+  std::shared_ptr<execution::SeenTime> seen = nullptr;
+
+  Journal::SeenClock SeenClock() const {
+    return [seen = seen] { return seen->Now(); };
+  }
 };
 
 // Thread safe: everything except `closed` is constant. It is the base of Session, so that work that
