@@ -119,6 +119,8 @@ void ScanReconciler::Reconcile(const std::string& name, parallel::Parallel& para
     journal_.Read([&](const SessionState& state) { scan = state.scans.at(name).scan; });
   }
   if (scan.state() != v1::SCAN_STATE_RECEIVED && scan.state() != v1::SCAN_STATE_MERGING) return;
+  // It would be aligned to less than the log says that the model is.
+  if (absl::Status whole = model_.CheckWhole(); !whole.ok()) return RetryLater(name, whole);
   // Held until the scan is merged; then the model's own reservation includes it.
   const absl::StatusOr<MemoryAccount::Reservation> reservation =
       model_.Reserve(ModelMemory::EstimateMerge(scan));

@@ -46,7 +46,7 @@ absl::StatusOr<v1::Scan> Scans::Get(const std::string& name) const {
     const auto it = state.scans.find(name);
     if (it != state.scans.end()) found = it->second.scan;
   });
-  if (found.ok()) reconciler_.AddProgress(*found);
+  if (found.ok()) Complete(*found);
   return found;
 }
 
@@ -63,8 +63,13 @@ absl::StatusOr<std::vector<v1::Scan>> Scans::List(absl::string_view after, size_
     more = *begin + scans.size() < state.scan_order.size();
   });
   if (!begin.ok()) return begin.status();
-  for (v1::Scan& scan : scans) reconciler_.AddProgress(scan);
+  for (v1::Scan& scan : scans) Complete(scan);
   return scans;
+}
+
+void Scans::Complete(v1::Scan& scan) const {
+  reconciler_.AddProgress(scan);
+  context_.lost_scans().Describe(scan);
 }
 
 absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, const RequestKey& key) {
@@ -104,6 +109,14 @@ absl::StatusOr<v1::Scan> Scans::SetPose(const std::string& name, const v1::PoseP
         const v1::Scan& scan = it->second.scan;
         if (scan.state() == v1::SCAN_STATE_WITHDRAWN) {
           return WrongState(scan, "send it again instead");
+        }
+        // Without its data it would leave the model and not come back.
+        if (context_.lost_scans().Has(name)) {
+          return contract::ErrorWithReason(
+              absl::StatusCode::kDataLoss, "SCAN_LOST",
+              absl::StrCat(name,
+                           ": its data are lost, so that it can only stay where it is; have "
+                           "its operator restore a backup, or withdraw it and send it again"));
         }
         Draft draft;
         v1::Scan& next = *draft.event.mutable_scan_pose_set()->mutable_scan();

@@ -52,6 +52,9 @@ class Scans {
                                      absl::FunctionRef<bool(const std::string& scan)> sure);
 
  private:
+  // Adds what the log does not have.
+  void Complete(v1::Scan& scan) const;
+
   SessionContext& context_;
   Journal& journal_;
   ScanReconciler& reconciler_;

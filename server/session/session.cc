@@ -9,6 +9,7 @@
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 #include "server/session/coverage.h"
+#include "server/session/stored_scans.h"
 
 namespace vantage::session {
 Session::Session(const std::string& id, std::unique_ptr<Journal> log,
@@ -100,6 +101,7 @@ absl::Status Session::Resume() {
              conversion::ReadTime(state.session.update_time()) >= lately;
   });
   const bool posted = TryPost([this, needed](parallel::Parallel& parallel) {
+    FindLostScans(*this);
     const absl::Status taken = needed ? model_.Load(parallel) : absl::OkStatus();
     if (!taken.ok()) reconciler_.PostUndecidedLater(taken);
     uploads_.CommitComplete();
@@ -129,6 +131,7 @@ absl::Time Session::created() const {
 v1::Session Session::Describe() const {
   v1::Session out;
   journal().Read([&](const SessionState& state) { out = state.Describe(); });
+  lost_scans().Describe(out);
   return out;
 }
 
@@ -139,6 +142,7 @@ v1::Session Session::DescribeWithRejections() const {
     out = state.Describe();
     state.AddRejections(now, out);
   });
+  lost_scans().Describe(out);
   return out;
 }
 

@@ -35,6 +35,7 @@
 #include "server/execution/timer.h"
 #include "server/session/algorithms.h"
 #include "server/session/journal.h"
+#include "server/session/lost_scans.h"
 #include "server/session/memory_account.h"
 #include "server/session/tenant_account.h"
 #include "server/store/store.h"
@@ -79,6 +80,7 @@ class SessionContext : public std::enable_shared_from_this<SessionContext> {
   const Journal& journal() const { return *journal_; }
   const SessionDependencies& dependencies() const { return dependencies_; }
   const std::shared_ptr<AccountShare>& account() const { return account_; }
+  LostScans& lost_scans() const { return lost_scans_; }
   // Closed for good: nothing new is started.
   bool closed() const { return closed_; }
 
@@ -117,6 +119,7 @@ class SessionContext : public std::enable_shared_from_this<SessionContext> {
   const std::string tenant_;
   const Eigen::Vector3d origin_;
   const std::shared_ptr<AccountShare> account_;
+  mutable LostScans lost_scans_;  // it guards itself
   const std::shared_ptr<execution::PlanningPool::Share> share_;
   const std::shared_ptr<execution::Strand> strand_;
   std::atomic<bool> closed_{false};

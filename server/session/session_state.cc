@@ -204,7 +204,7 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       if (scanners.count(claim.scanner()) == 0) {
         return Misfit(event, absl::StrCat("unknown scanner ", claim.scanner()));
       }
-      if (!claims.emplace(claim.name(), ClaimRecord{claim}).second) {
+      if (!claims.emplace(claim.name(), ClaimRecord{claim, entry.caller()}).second) {
         return Misfit(event, absl::StrCat("claim ", claim.name(), " came twice"));
       }
       held_claims.push_back(claim.name());

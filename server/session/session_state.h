@@ -45,6 +45,7 @@ struct RequestRecord {
 
 struct ClaimRecord {
   v1::Claim claim;
+  std::string caller;  // who took it; empty: not known
   // Why it ended; unspecified: it is held.
   v1::ClaimEndReason end_reason = v1::CLAIM_END_REASON_UNSPECIFIED;
 
