@@ -190,7 +190,6 @@ void Server::CollectLater() {
 void Server::Collect() {
   std::lock_guard<std::mutex> lock(collect_mutex_);
   if (!collects_) return;
-  clock_.Now();
   sessions_->Collect();
   // Returns the memory of models that were evicted since the last time, which the allocator would
   // keep.
@@ -202,6 +201,7 @@ void Server::RefreshLater() {
   timer_.After(kCallersRefresh, [this] {
     std::lock_guard<std::mutex> lock(refresh_mutex_);
     if (!refreshes_) return;
+    clock_.Now();  // so that a jump is noticed while nobody asks for the time
     tasks_.Post([this] {
       RefreshCallers();
       std::lock_guard<std::mutex> again(refresh_mutex_);

@@ -133,17 +133,14 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
                                                       " sessions, the most it may; delete some"));
       }
       if (id.empty()) id = FreshId();
-      if (sessions_.count(id) != 0) {
+      if (sessions_.count(id) != 0 || left_out_.count(id) != 0) {
         return contract::ErrorWithReason(
             absl::StatusCode::kAlreadyExists, "SESSION_EXISTS",
-            absl::StrCat(contract::NameOfSession(id), " exists; choose another id"));
-      }
-      if (left_out_.count(id) != 0) {
-        return contract::ErrorWithReason(
-            absl::StatusCode::kAlreadyExists, "SESSION_EXISTS",
-            absl::StrCat(contract::NameOfSession(id),
-                         " exists, but it is damaged, and was left out when the server started; "
-                         "choose another id, or have its operator repair or remove it"));
+            absl::StrCat(contract::NameOfSession(id), " exists",
+                         SaysDamaged(id, tenant)
+                             ? ", but it is damaged, and was left out when the server started"
+                             : "",
+                         "; choose another id"));
       }
     }
   }
@@ -182,6 +179,12 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Find(
                      id, "'); DeleteSession gives it up"));
   }
   return contract::ResourceNotFound(kSessionType, contract::NameOfSession(id));
+}
+
+// Others learn no more than that the id is taken.
+bool SessionRegistry::SaysDamaged(const std::string& id, const std::string& tenant) const {
+  const auto it = left_out_.find(id);
+  return it != left_out_.end() && it->second.tenant.value_or("") == tenant;
 }
 
 // Where it is not known whose it is, it shows only where callers are not told apart.
@@ -376,6 +379,8 @@ void SessionRegistry::BeginDrain() {
     for (const auto& [id, session] : sessions_) sessions.push_back(session);
     for (const auto& [id, call] : watchers_) watchers.push_back(call);
   }
+  // What is not put down now, the logs tell in part.
+  dependencies_.store.PutSeenTime(dependencies_.seen->Now()).IgnoreError();
   for (const auto& session : sessions) session->plans().Stop(PlanRun::StopReason::kDrain);
   for (const auto& call : watchers) (*call)();
 }

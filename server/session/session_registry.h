@@ -105,6 +105,8 @@ class SessionRegistry {
   };
 
   std::optional<std::string> TenantOf(const std::string& id) const;
+  bool SaysDamaged(const std::string& id, const std::string& tenant) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   const LeftOut* FindLeftOut(const std::string& id, const std::optional<std::string>& tenant) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Must be called with create_mutex_ held.

@@ -24,10 +24,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr char kJob[] = "job";
-constexpr char kOther[] = "other";
-constexpr double kDegrees = 6;
-constexpr uint64_t kSeed = 5;
+constexpr char kDamagedJob[] = "job";
+constexpr char kOtherJob[] = "other";
+constexpr double kStepDegrees = 6;
+constexpr uint64_t kJumpSeed = 5;
 
 // A server on a folder, and what can be said against what it does.
 class Host {
@@ -92,16 +92,16 @@ absl::Status Begin(session::Session& session, const std::string& bytes) {
 absl::Status Fill(const std::string& folder, std::vector<std::string>& faults) {
   Host host(folder, false, faults);
   if (!host.status().ok()) return host.status();
-  for (const char* id : {kJob, kOther}) {
+  for (const char* id : {kDamagedJob, kOtherJob}) {
     const auto session = fixture::OpenSession(host.registry(), id);
     for (const double x : {1.5, 3.0}) {
       const v1::PosePrior prior = fixture::PriorAt(x, 1.5, 1.4);
       const auto sent =
-          fixture::SendScan(*session, fixture::EncodedRoom({x, 1.5, 1.4}, kDegrees), &prior);
+          fixture::SendScan(*session, fixture::EncodedRoom({x, 1.5, 1.4}, kStepDegrees), &prior);
       if (!sent.ok()) return sent.status();
       session->WaitUntilIdle();
     }
-    absl::Status begun = Begin(*session, fixture::EncodedRoom({2.0, 2.5, 1.4}, kDegrees));
+    absl::Status begun = Begin(*session, fixture::EncodedRoom({2.0, 2.5, 1.4}, kStepDegrees));
     if (!begun.ok()) return begun;
   }
   return absl::OkStatus();
@@ -110,8 +110,9 @@ absl::Status Fill(const std::string& folder, std::vector<std::string>& faults) {
 // The checksum beside an entry no longer fits it; with -1 it does again.
 bool Rot(const std::string& folder, int sequence, int by) {
   sqlite3* database = nullptr;
-  const std::string sql = absl::StrCat("UPDATE log SET crc32c = crc32c + ", by,
-                                       " WHERE session = '", kJob, "' AND sequence = ", sequence);
+  const std::string sql =
+      absl::StrCat("UPDATE log SET crc32c = crc32c + ", by, " WHERE session = '", kDamagedJob,
+                   "' AND sequence = ", sequence);
   const bool done = sqlite3_open((folder + "/logs.sqlite").c_str(), &database) == SQLITE_OK &&
                     sqlite3_exec(database, sql.c_str(), nullptr, nullptr, nullptr) == SQLITE_OK &&
                     sqlite3_changes(database) == 1;
@@ -120,15 +121,15 @@ bool Rot(const std::string& folder, int sequence, int by) {
 }
 
 // What whoever does not know of the damage may do meanwhile.
-void Meddle(Host& host) {
+void MeddleWith(Host& host) {
   v1::CreateSessionRequest create;
-  create.set_session_id(kJob);
+  create.set_session_id(kDamagedJob);
   for (int again = 0; again < 2; ++again) {
     if (!absl::IsAlreadyExists(host.registry().Create(create).status())) {
       host.Say("the id of a damaged session was given away");
     }
   }
-  if (!host.registry().Delete(kOther).ok()) host.Say("a sound session was not served");
+  if (!host.registry().Delete(kOtherJob).ok()) host.Say("a sound session was not served");
   host.registry().Collect();
 }
 
@@ -142,12 +143,12 @@ int RotEntries(const std::string& scratch, const std::string& folder,
     if (!Rot(copy, sequence, 1)) break;
     for (const bool first : {true, false}) {
       Host host(copy, false, faults);
-      if (host.status().ok() && first) Meddle(host);
+      if (host.status().ok() && first) MeddleWith(host);
     }
     const std::string when = absl::StrCat("entry ", sequence, " damaged and repaired");
     if (!Rot(copy, sequence, -1)) faults.push_back(when + ": it is gone");
     Host host(copy, false, faults);
-    host.CheckAll(when, kJob);
+    host.CheckAll(when, kDamagedJob);
   }
   return sequence - 1;
 }
@@ -172,7 +173,7 @@ int RemoveFiles(const std::string& scratch, const std::string& folder,
         if (host.status().ok()) host.Say("a server started without logs");
         continue;
       }
-      const auto session = host.registry().Find(kJob);
+      const auto session = host.registry().Find(kDamagedJob);
       if (!session.ok()) {
         host.Say(name + ": its session is not served");
         continue;
@@ -189,7 +190,7 @@ int RemoveFiles(const std::string& scratch, const std::string& folder,
       host.registry().Collect();
     }
     fs::rename(aside, copy + "/" + name);
-    for (const char* id : {kJob, kOther}) {
+    for (const char* id : {kDamagedJob, kOtherJob}) {
       Host host(copy, false, faults);
       host.CheckAll(name + " put back", id);
     }
@@ -242,10 +243,10 @@ bool MeasureClock(bench::Figures& figures) {
   fixture::SessionHost host(
       **store, script.Make(), limits, [&clock] { return clock.Now(); }, 2,
       std::make_shared<execution::SeenTime>([&passed] { return passed; }));
-  const auto session = fixture::OpenSession(host.registry, kJob);
-  const absl::Status begun = Begin(*session, fixture::EncodedRoom({2.0, 2.5, 1.4}, kDegrees));
+  const auto session = fixture::OpenSession(host.registry, kDamagedJob);
+  const absl::Status begun = Begin(*session, fixture::EncodedRoom({2.0, 2.5, 1.4}, kStepDegrees));
   if (!begun.ok()) faults.push_back(begun.ToString());
-  std::mt19937_64 random(kSeed);
+  std::mt19937_64 random(kJumpSeed);
   for (int jump = 0; jump < kJumps; ++jump) {
     // From seconds to years, either way; some are corrected at once, some stay. All of it together
     // takes less than a day.
@@ -259,7 +260,7 @@ bool MeasureClock(bench::Figures& figures) {
   }
   const auto upload = session->uploads().Get("sessions/job/uploads/upload-1");
   if (!upload.ok() || upload->state() != v1::UPLOAD_STATE_OPEN) faults.push_back("an upload ended");
-  if (!host.registry.Find(kJob).ok()) faults.push_back("a session is gone");
+  if (!host.registry.Find(kDamagedJob).ok()) faults.push_back("a session is gone");
   if (told < kJumps / 2) faults.push_back("jumps were not told");
   passed += absl::Hours(26);
   host.registry.Collect();
@@ -267,11 +268,11 @@ bool MeasureClock(bench::Figures& figures) {
   host.registry.Collect();
   passed += limits.second_look;
   host.registry.Collect();
-  if (host.registry.Find(kJob).ok()) faults.push_back("what is past its time stays");
+  if (host.registry.Find(kDamagedJob).ok()) faults.push_back("what is past its time stays");
   figures.Add({"clock.jumps", kJumps, "", "",
                absl::StrCat("of the wall clock, by seconds to years, while an upload and a session "
                             "wait; seed ",
-                            kSeed)});
+                            kJumpSeed)});
   figures.Add({"clock.lost", static_cast<double>(faults.size()), "", "0",
                "something ended by a clock that was wrong, or a jump was not told"});
   for (const std::string& fault : faults) std::cerr << "LOST: " << fault << "\n";
