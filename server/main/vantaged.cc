@@ -123,11 +123,12 @@ void Declare(CLI::App& app, Program& program) {
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
   app.add_option("--keep-sessions-days", program.keep_sessions_days,
-                 "delete sessions that had no event for so many days; 0: never")
+                 "delete sessions that had no event for so many days while a server ran; 0: never")
       ->check(CLI::Range(0, 36500))
       ->capture_default_str();
   app.add_option("--keep-withdrawn-days", program.keep_withdrawn_days,
-                 "erase the data of scans so many days after they were withdrawn; 0: never")
+                 "erase the data of scans so many days after they were withdrawn, while a server "
+                 "ran; 0: never")
       ->check(CLI::Range(0, 36500))
       ->capture_default_str();
   app.add_option("--quota-mib", program.quota_mib,
