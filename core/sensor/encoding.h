@@ -63,6 +63,9 @@ class RangeImageDecoder {
   // OK when the whole has been taken and is valid.
   absl::Status Finish();
 
+  // The error that was found so far, if any.
+  const absl::Status& status() const { return status_; }
+
   // To be called after Finish() returned OK.
   size_t columns() const { return image_.azimuth.size(); }
   size_t rows() const { return image_.elevation.size(); }

@@ -57,6 +57,14 @@ absl::StatusOr<ImportedScan> FinishImport(GriddedScan gridded, size_t points,
   return scan;
 }
 
+ImportedScan ImportImage(RangeImage image, const ImportLimits& limits) {
+  ImportedScan scan;
+  scan.points = image.cells();
+  scan.scanner = ModelOf(image, limits.range_min);
+  scan.image = std::move(image);
+  return scan;
+}
+
 bool FarReturns::Take(const Eigen::Vector3d& point, absl::FunctionRef<std::string()> where) {
   ++returns_;
   if (point.norm() <= kMaxImportRange) return false;

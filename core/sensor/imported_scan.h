@@ -62,6 +62,9 @@ class FarReturns {
 absl::StatusOr<ImportedScan> FinishImport(GriddedScan gridded, size_t points,
                                           const ImportLimits& limits);
 
+// The same for an image that is one already (encoding.h): it stays to the bit.
+ImportedScan ImportImage(RangeImage image, const ImportLimits& limits);
+
 }  // namespace vantage::sensor
 
 #endif  // VANTAGE_CORE_SENSOR_IMPORTED_SCAN_H_

@@ -1,5 +1,6 @@
-// Reading what instruments deliver (ptx.h, pcd.h). The result is always a range image in the
-// scanner's own frame, and the pose that the file states, if it states one.
+// Reading what instruments deliver (ptx.h, pcd.h), and encoded range images (encoding.h). The
+// result is always a range image in the scanner's own frame, and the pose that the file states, if
+// it states one.
 #ifndef VANTAGE_CORE_SENSOR_SCAN_FILE_H_
 #define VANTAGE_CORE_SENSOR_SCAN_FILE_H_
 
@@ -10,7 +11,7 @@
 
 namespace vantage::sensor {
 
-// By file name (.ptx, .pcd). NOT_FOUND and PERMISSION_DENIED as the file system says.
+// By file name (.ptx, .pcd, .vrim). NOT_FOUND and PERMISSION_DENIED as the file system says.
 absl::StatusOr<ImportedScan> ReadScanFile(const std::string& path, const ImportLimits& limits);
 
 }  // namespace vantage::sensor

@@ -33,6 +33,8 @@ struct Limits {
   // After this time without an event a session is deleted, and a withdrawn scan's data are erased.
   absl::Duration keep_sessions = absl::InfiniteDuration();
   absl::Duration keep_withdrawn_scans = absl::InfiniteDuration();
+  // Neither goes before a second look, so much later, agrees.
+  absl::Duration second_look = absl::Hours(1);
   // After this time without use a session's model leaves memory.
   absl::Duration evict_after = absl::InfiniteDuration();
   size_t calls = 4096;          // under way at a time, streams included

@@ -118,6 +118,8 @@ void AddGauges(const Monitored& m) {
         [state = m.state] { return state() == "serving" ? 1.0 : 0.0; });
   gauge("vantage_sessions", "Sessions that there are.",
         [totals] { return static_cast<double>(totals->Get().sessions); });
+  gauge("vantage_sessions_left_out", "Sessions that are damaged and were left out at the start.",
+        [totals] { return static_cast<double>(totals->Get().left_out); });
   gauge("vantage_sessions_max", "Sessions that there may be.",
         [&s = m.sessions] { return static_cast<double>(s.dependencies().limits.sessions); });
   gauge("vantage_models_loaded", "Sessions whose model is in memory.",

@@ -58,13 +58,15 @@ Server::Server(const ServerOptions& options, store::Store& store, telemetry::Log
     : options_(options),
       log_(log),
       store_(store, metrics_, log),
+      clock_(std::move(clock), execution::SteadyTime,
+             [this](absl::Duration by, bool followed) { TellJump(by, followed); }),
       authorizer_(options.access, std::move(callers)),
       memory_(options.memory_bytes),
       pool_(CoresOr(options.threads), kMaxJobs),
       tasks_(options.request_threads, options.queued_requests),
       sessions_(std::make_unique<session::SessionRegistry>(session::SessionDependencies{
-          store_, pool_, timer_, log, options.limits, std::move(algorithms), std::move(clock),
-          &metrics_, &memory_})),
+          store_, pool_, timer_, log, options.limits, std::move(algorithms),
+          [this] { return clock_.Now(); }, &metrics_, &memory_, nullptr})),
       services_(std::make_unique<rpc::Services>(
           rpc::RpcDependencies{*sessions_, tasks_, timer_, log, authorizer_, metrics_,
                                calls_under_way_, options.heartbeat})) {}
@@ -160,6 +162,15 @@ absl::Status Server::ServeHttp() {
   return absl::OkStatus();
 }
 
+void Server::TellJump(absl::Duration by, bool followed) {
+  if (by == absl::ZeroDuration()) return log_.Info("the clock is right again");
+  metrics_.CounterOf("vantage_clock_jumps_total", "Times that the wall clock jumped.")
+      .Add(followed ? 0 : 1);
+  log_.Warning(followed ? "the clock stays where it jumped, and is followed from now on"
+                        : "the clock jumped; it is followed if it stays there",
+               {{"by_seconds", absl::ToDoubleSeconds(by)}});
+}
+
 void Server::SetServing(bool serving) {
   grpc::HealthCheckServiceInterface* health = server_->GetHealthCheckService();
   for (const std::string& name : rpc::Services::Names()) health->SetServingStatus(name, serving);
@@ -190,6 +201,7 @@ void Server::RefreshLater() {
   timer_.After(kCallersRefresh, [this] {
     std::lock_guard<std::mutex> lock(refresh_mutex_);
     if (!refreshes_) return;
+    clock_.Now();  // so that a jump is noticed while nobody asks for the time
     tasks_.Post([this] {
       RefreshCallers();
       std::lock_guard<std::mutex> again(refresh_mutex_);

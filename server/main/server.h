@@ -15,6 +15,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "server/execution/planning_pool.h"
+#include "server/execution/steadied_clock.h"
 #include "server/execution/task_pool.h"
 #include "server/execution/timer.h"
 #include "server/rpc/call/authorizer.h"
@@ -80,6 +81,7 @@ class Server {
          std::unique_ptr<auth::CallersFile> callers, session::Algorithms algorithms,
          session::Journal::Clock clock);
   absl::Status Serve(const std::shared_ptr<grpc::ServerCredentials>& credentials);
+  void TellJump(absl::Duration by, bool followed);
   void SetServing(bool serving);
   absl::Status ServeHttp();
   void CollectLater() ABSL_EXCLUSIVE_LOCKS_REQUIRED(collect_mutex_);
@@ -99,6 +101,7 @@ class Server {
   store::InstrumentedStore store_;
   std::atomic<int> calls_under_way_{0};
   std::atomic<const char*> state_{"starting"};
+  execution::SteadiedClock clock_;
   rpc::Authorizer authorizer_;
   execution::Timer timer_;
   session::MemoryAccount memory_;

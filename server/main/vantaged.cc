@@ -22,6 +22,7 @@
 #include "server/store/backup.h"
 #include "server/store/disk_store.h"
 #include "server/store/memory_store.h"
+#include "server/store/salvage.h"
 
 namespace vantage::server {
 namespace {
@@ -69,6 +70,9 @@ struct Program {
   const CLI::App* backup = nullptr;
   const CLI::App* restore = nullptr;
   const CLI::App* verify = nullptr;
+  const CLI::App* salvage = nullptr;
+  std::string salvaged_session;  // its id
+  bool remove_salvaged = false;
   const CLI::App* token = nullptr;
   auth::Caller caller;  // that the token is for
   std::string caller_roles;
@@ -119,11 +123,12 @@ void Declare(CLI::App& app, Program& program) {
       ->check(CLI::Range(1, 1 << 20))
       ->capture_default_str();
   app.add_option("--keep-sessions-days", program.keep_sessions_days,
-                 "delete sessions that had no event for so many days; 0: never")
+                 "delete sessions that had no event for so many days while a server ran; 0: never")
       ->check(CLI::Range(0, 36500))
       ->capture_default_str();
   app.add_option("--keep-withdrawn-days", program.keep_withdrawn_days,
-                 "erase the data of scans so many days after they were withdrawn; 0: never")
+                 "erase the data of scans so many days after they were withdrawn, while a server "
+                 "ran; 0: never")
       ->check(CLI::Range(0, 36500))
       ->capture_default_str();
   app.add_option("--quota-mib", program.quota_mib,
@@ -223,7 +228,8 @@ int MakeTokenLine(const Program& program) {
   return 0;
 }
 
-// Commands for the operator's work on the data; none of them needs the server to stop.
+// Commands for the operator's work on the data; none but 'salvage --remove' needs the server to
+// stop.
 void DeclareOperations(CLI::App& app, Program& program) {
   app.require_subcommand(0, 1);
   app.fallthrough();
@@ -238,6 +244,39 @@ void DeclareOperations(CLI::App& app, Program& program) {
   program.restore = restore;
   program.verify = app.add_subcommand(
       "verify", "read all data, in use or not, and say what is damaged or missing");
+  CLI::App* salvage = app.add_subcommand(
+      "salvage",
+      "copy what can be read of one session, damaged or not, to a new folder: its log "
+      "as text, its scans, its uploads under way");
+  salvage->add_option("session", program.salvaged_session, "its id")->required();
+  salvage->add_option("folder", program.backup_folder, "new or empty folder")->required();
+  salvage->add_flag("--remove", program.remove_salvaged,
+                    "then take the session out of the data, so that its id is free; no server may "
+                    "be using them");
+  program.salvage = salvage;
+}
+
+int Salvage(const Program& program) {
+  const absl::StatusOr<store::Salvaged> salvaged =
+      store::SalvageSession(program.data, program.salvaged_session, program.backup_folder);
+  if (!salvaged.ok()) {
+    std::fprintf(stderr, "vantaged: %s\n", std::string(salvaged.status().message()).c_str());
+    return kExitFailed;
+  }
+  std::printf("%s: %lld log entries, %lld scans, %lld uploads under way\n",
+              program.backup_folder.c_str(), static_cast<long long>(salvaged->entries),
+              static_cast<long long>(salvaged->scans), static_cast<long long>(salvaged->uploads));
+  for (const std::string& fault : salvaged->faults) {
+    std::fprintf(stderr, "vantaged: not salvaged: %s\n", fault.c_str());
+  }
+  if (!program.remove_salvaged) return 0;
+  const absl::Status removed = store::RemoveSession(program.data, program.salvaged_session);
+  if (!removed.ok()) {
+    std::fprintf(stderr, "vantaged: not removed: %s\n", std::string(removed.message()).c_str());
+    return kExitFailed;
+  }
+  std::printf("removed from %s\n", program.data.c_str());
+  return 0;
 }
 
 int Operate(const Program& program) {
@@ -334,6 +373,7 @@ int Main(int argc, char** argv) {
     return app.exit(error) == 0 ? 0 : kExitUsage;
   }
   if (*program.backup || *program.restore || *program.verify) return Operate(program);
+  if (*program.salvage) return Salvage(program);
   if (*program.token) return MakeTokenLine(program);
   if (!program.healthcheck.empty()) {
     const absl::Status healthy = CheckHealth(program.healthcheck);

@@ -39,6 +39,18 @@ absl::Status Ended(const ClaimRecord& record) {
       {{"ended", v1::ClaimEndReason_Name(record.end_reason)}});
 }
 
+// A claim that was taken while callers were not told apart is everybody's.
+absl::Status CheckMay(const ClaimRecord& record, const Asker& asker) {
+  const bool own = record.caller.empty() || asker.caller.empty() || asker.caller == record.caller;
+  if (own || asker.administers) return absl::OkStatus();
+  return contract::ErrorWithReason(
+      absl::StatusCode::kPermissionDenied, "CLAIM_OF_ANOTHER",
+      absl::StrCat(record.claim.name(), " was taken by '", record.caller,
+                   "': only that caller, or an administrator, may renew or release it; ask them, "
+                   "or wait until it expires"),
+      {{"caller", record.caller}});
+}
+
 // The views that are claimed, past their time or not, in the order of SessionState::HeldClaims().
 std::vector<fleet::PledgedView> PledgedViews(const SessionState& state,
                                              const Eigen::Vector3d& origin) {
@@ -62,7 +74,8 @@ Claims::Claims(SessionContext& context, ModelMemory& model)
       model_(model) {}
 
 void Claims::Take(const v1::ClaimViewRequest& request,
-                  std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done) {
+                  std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done,
+                  const std::string& caller) {
   contract::Violations violations;
   v1::Scanner scanner;
   bool plan_known = true;
@@ -93,9 +106,9 @@ void Claims::Take(const v1::ClaimViewRequest& request,
                                     "too many positions of this session are being evaluated",
                                     kRetryClaimAfter));
   }
-  context_.RunInteractive([this, in = *std::move(inputs), scanner, request,
+  context_.RunInteractive([this, in = *std::move(inputs), scanner, request, caller,
                            done = std::move(done)](parallel::Parallel& parallel) {
-    absl::StatusOr<v1::Claim> claim = TakeNow(request, scanner, in, parallel);
+    absl::StatusOr<v1::Claim> claim = TakeNow(request, caller, scanner, in, parallel);
     model_.EndEvaluation();
     if (!claim.ok()) return done(claim.status());
     v1::ClaimViewResponse response;
@@ -105,12 +118,13 @@ void Claims::Take(const v1::ClaimViewRequest& request,
 }
 
 absl::StatusOr<v1::Claim> Claims::Renew(const std::string& name, absl::Duration ttl,
-                                        const RequestKey& key) {
+                                        const RequestKey& key, const Asker& asker) {
   Expire();
   absl::StatusOr<std::string> logged =
       journal_.Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
         const auto it = state.claims.find(name);
         if (it == state.claims.end()) return contract::ResourceNotFound(kClaimType, name);
+        if (absl::Status may = CheckMay(it->second, asker); !may.ok()) return may;
         if (!it->second.held()) return Ended(it->second);
         const absl::Time now = journal_.Now();
         fleet::Claims claims = conversion::ReadClaims(state.HeldClaims(), context_.origin());
@@ -133,9 +147,9 @@ absl::StatusOr<v1::Claim> Claims::Renew(const std::string& name, absl::Duration 
   return claim;
 }
 
-absl::Status Claims::Release(const std::string& name, const RequestKey& key) {
+absl::Status Claims::Release(const std::string& name, const RequestKey& key, const Asker& asker) {
   Expire();
-  return End(name, fleet::ClaimEnd::kReleased, "", key);
+  return End(name, fleet::ClaimEnd::kReleased, "", key, &asker);
 }
 
 absl::StatusOr<std::vector<v1::Claim>> Claims::List(absl::string_view after, size_t limit,
@@ -274,8 +288,8 @@ void Claims::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
 }
 
 absl::StatusOr<v1::Claim> Claims::TakeNow(const v1::ClaimViewRequest& request,
-                                          const v1::Scanner& scanner, const PlanInputs& inputs,
-                                          parallel::Parallel& parallel) {
+                                          const std::string& caller, const v1::Scanner& scanner,
+                                          const PlanInputs& inputs, parallel::Parallel& parallel) {
   const Eigen::Vector3d position =
       conversion::ReadOwnVector(request.position()) - context_.origin();
   const absl::Duration ttl = conversion::ReadTtl(request);
@@ -311,6 +325,7 @@ absl::StatusOr<v1::Claim> Claims::TakeNow(const v1::ClaimViewRequest& request,
                              " claims, the most it may; open another session"));
           }
           Draft draft;
+          draft.caller = caller;
           v1::Claim& claim = *draft.event.mutable_claim_taken()->mutable_claim();
           claim.set_name(contract::ChildName(context_.id(), "claims",
                                              absl::StrCat("claim-", state.claims.size() + 1)));
@@ -372,12 +387,15 @@ absl::StatusOr<v1::Claim> Claims::TakeNow(const v1::ClaimViewRequest& request,
 }
 
 absl::Status Claims::End(const std::string& name, fleet::ClaimEnd how, const std::string& scan,
-                         const RequestKey& key) {
+                         const RequestKey& key, const Asker* asker) {
   return journal_
       .Execute(key,
                [&](const SessionState& state) -> absl::StatusOr<Draft> {
                  const auto it = state.claims.find(name);
                  if (it == state.claims.end()) return contract::ResourceNotFound(kClaimType, name);
+                 if (asker != nullptr) {
+                   if (absl::Status may = CheckMay(it->second, *asker); !may.ok()) return may;
+                 }
                  if (!it->second.held()) return Ended(it->second);
                  fleet::Claims claims =
                      conversion::ReadClaims(state.HeldClaims(), context_.origin());

@@ -22,6 +22,12 @@
 
 namespace vantage::session {
 
+// Who asks for something that belongs to somebody.
+struct Asker {
+  std::string caller;        // empty: callers are not told apart
+  bool administers = false;  // may do what others' is, too
+};
+
 // Thread safe; it needs no locks but the log's.
 class Claims {
  public:
@@ -29,13 +35,16 @@ class Claims {
 
   // Runs on the planning pool; `done` is called exactly once, there or (on refusal) here. Takes
   // the request as it came: the log stores its position, and whether there are the scanner and the
-  // plan that it names is known here.
+  // plan that it names is known here. The claim is `caller`'s, who is empty where callers are not
+  // told apart.
   void Take(const v1::ClaimViewRequest& request,
-            std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done);
-  // From now on it holds for `ttl`. NOT_FOUND; FAILED_PRECONDITION (CLAIM_ENDED); so below.
+            std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done,
+            const std::string& caller = "");
+  // From now on it holds for `ttl`. NOT_FOUND; FAILED_PRECONDITION (CLAIM_ENDED); PERMISSION_DENIED
+  // (CLAIM_OF_ANOTHER): another caller took it, and `asker` is no administrator; so below.
   absl::StatusOr<v1::Claim> Renew(const std::string& name, absl::Duration ttl,
-                                  const RequestKey& key);
-  absl::Status Release(const std::string& name, const RequestKey& key);
+                                  const RequestKey& key, const Asker& asker = {});
+  absl::Status Release(const std::string& name, const RequestKey& key, const Asker& asker = {});
   // The claims that are held, in pages as in Scans::List().
   absl::StatusOr<std::vector<v1::Claim>> List(absl::string_view after, size_t limit, bool& more);
 
@@ -59,10 +68,12 @@ class Claims {
                                   parallel::Parallel& parallel) const;
   void AddAlternative(const v1::Scanner& scanner, PlanInputs inputs, parallel::Parallel& parallel,
                       v1::ClaimConflict& conflict) const;
-  absl::StatusOr<v1::Claim> TakeNow(const v1::ClaimViewRequest& request, const v1::Scanner& scanner,
-                                    const PlanInputs& inputs, parallel::Parallel& parallel);
+  absl::StatusOr<v1::Claim> TakeNow(const v1::ClaimViewRequest& request, const std::string& caller,
+                                    const v1::Scanner& scanner, const PlanInputs& inputs,
+                                    parallel::Parallel& parallel);
+  // `asker`: null where the server itself ends it.
   absl::Status End(const std::string& name, fleet::ClaimEnd how, const std::string& scan,
-                   const RequestKey& key);
+                   const RequestKey& key, const Asker* asker = nullptr);
   void WatchExpiry(const v1::Claim& claim);
 
   SessionContext& context_;

@@ -38,7 +38,7 @@ absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage(const SessionContext& co
   if (model.view == nullptr) {
     // Before the first scan nothing is covered, and that is returned.
     absl::Status why = memory.WhyNone();
-    if (absl::IsUnavailable(why) || absl::IsResourceExhausted(why)) return why;
+    if (!absl::IsFailedPrecondition(why)) return why;
   }
   response.set_model_version(model.version);
   response.mutable_coverage()->set_required_density_per_m2(

@@ -61,7 +61,9 @@ absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> 
                                absl::Seconds(5));
   }
   made->file_name_ = absl::StrCat(made->session_->id(), Extension(format));
-  if (made->model_.view == nullptr) return made->session_->model().WhyNone();
+  // Scans that are named need no model.
+  const bool scans_only = format == v1::EXPORT_FORMAT_SCANS_PLY && !request.scans().empty();
+  if (made->model_.view == nullptr && !scans_only) return made->session_->model().WhyNone();
   if (format == v1::EXPORT_FORMAT_SCANS_PLY) {
     absl::Status chosen = made->ChooseScans(request);
     if (!chosen.ok()) return chosen;

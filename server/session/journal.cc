@@ -22,8 +22,11 @@ RequestKey RequestKey::Of(const std::string& id, const std::string& method,
   return {id, method, bytes::Sha256::Of(request.SerializeAsString())};
 }
 
-Journal::Journal(std::string session, store::Store& store, Clock clock)
-    : session_(std::move(session)), store_(store), clock_(std::move(clock)) {}
+Journal::Journal(std::string session, store::Store& store, Clock clock, SeenClock seen)
+    : session_(std::move(session)),
+      store_(store),
+      clock_(std::move(clock)),
+      seen_(std::move(seen)) {}
 
 absl::Status Journal::Load() {
   std::lock_guard<std::mutex> write(write_mutex_);
@@ -73,8 +76,13 @@ absl::StatusOr<std::string> Journal::Execute(
     *entry.mutable_event() = std::move(draft->event);
     entry.mutable_event()->set_sequence(sequence);
     *entry.mutable_event()->mutable_time() = conversion::WriteTime(clock_());
+    *entry.mutable_seen() = conversion::WriteDuration(absl::ToDoubleSeconds(seen_()));
     entry.set_blob(std::move(draft->blob));
     entry.set_tenant(std::move(draft->tenant));
+    entry.set_caller(std::move(draft->caller));
+    if (!draft->last_pieces.digests().empty()) {
+      *entry.mutable_last_pieces() = std::move(draft->last_pieces);
+    }
     if (!key.id.empty()) {
       entry.mutable_request()->set_id(key.id);
       entry.mutable_request()->set_method(key.method);

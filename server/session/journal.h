@@ -34,18 +34,27 @@ struct RequestKey {
 
 // A step that a command proposes.
 struct Draft {
-  v1::SessionEvent event;  // without sequence and time
-  std::string blob;        // SHA-256 of the blob that belongs to it; empty: none
-  std::string tenant;      // in a session's first step
+  v1::SessionEvent event;               // without sequence and time
+  std::string blob;                     // SHA-256 of the blob that belongs to it; empty: none
+  std::string tenant;                   // in a session's first step
+  std::string caller;                   // who takes a claim
+  storage::v1::LastPieces last_pieces;  // of a scan that is received
+};
+
+// A moment, by two clocks.
+struct Moment {
+  absl::Time time;      // by the wall clock, which people read
+  absl::Duration seen;  // that servers of these data have seen pass until then: ages go by it
 };
 
 class Journal {
  public:
   using Clock = std::function<absl::Time()>;
+  using SeenClock = std::function<absl::Duration()>;
   using WatchId = uint64_t;
 
   // An empty journal; `store` must outlive it.
-  Journal(std::string session, store::Store& store, Clock clock);
+  Journal(std::string session, store::Store& store, Clock clock, SeenClock seen);
 
   // Reads the log from the store.
   absl::Status Load();
@@ -75,11 +84,14 @@ class Journal {
   void Wake();
 
   absl::Time Now() const { return clock_(); }
+  absl::Duration Seen() const { return seen_(); }
+  Moment At() const { return {clock_(), seen_()}; }
 
  private:
   const std::string session_;
   store::Store& store_;
   const Clock clock_;
+  const SeenClock seen_;
   std::mutex write_mutex_;  // held for a whole step, the store's write included
   bool closed_ ABSL_GUARDED_BY(write_mutex_) = false;
   mutable std::mutex state_mutex_;

@@ -58,7 +58,13 @@ ModelSnapshot ModelMemory::Current() const {
   return current_;
 }
 
+absl::Status ModelMemory::CheckWhole() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return lacks_.empty() ? absl::OkStatus() : ModelLacks(context_.name(), lacks_);
+}
+
 absl::Status ModelMemory::WhyNone() {
+  if (absl::Status whole = CheckWhole(); !whole.ok()) return whole;
   bool expected = false;
   context_.journal().Read([&](const SessionState& state) { expected = state.AnyInModel(); });
   if (expected) {
@@ -73,9 +79,9 @@ absl::Status ModelMemory::WhyNone() {
                                                 "for its merge (WatchSession)"));
 }
 
-void ModelMemory::Touch() { touched_ = absl::ToUnixMillis(context_.journal().Now()); }
+void ModelMemory::Touch() { touched_ = absl::ToInt64Milliseconds(context_.journal().Seen()); }
 
-absl::Time ModelMemory::LastTouched() const { return absl::FromUnixMillis(touched_); }
+absl::Duration ModelMemory::LastTouched() const { return absl::Milliseconds(touched_.load()); }
 
 int64_t ModelMemory::Estimate() const {
   int64_t bytes = 0;
@@ -145,12 +151,13 @@ absl::Status ModelMemory::Load(parallel::Parallel& parallel) {
   if (!reservation.ok()) return reservation.status();
   reservation_ = *std::move(reservation);
   Touch();
-  Rebuild(parallel);
-  return absl::OkStatus();
+  absl::Status rebuilt = Rebuild(parallel);
+  if (!rebuilt.ok()) reservation_.Release();
+  return rebuilt;
 }
 
 void ModelMemory::Evict(parallel::Parallel& parallel) {
-  if (context_.closed() || !loaded_ || model_->scans().empty()) return;
+  if (context_.closed() || !loaded_ || model_->scans().empty() || !CheckWhole().ok()) return;
   if (unsaved_changes_ > 0) WriteSnapshot(parallel);
   if (unsaved_changes_ > 0) return;  // the snapshot could not be written
   absl::StatusOr<std::unique_ptr<model::PartialModel>> empty =
@@ -174,12 +181,17 @@ absl::StatusOr<model::MergeReport> ModelMemory::Insert(absl::string_view scan,
 
 absl::StatusOr<model::MergeReport> ModelMemory::Withdraw(absl::string_view scan,
                                                          parallel::Parallel& parallel) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    std::erase(lacks_, scan);
+  }
   return model_->Withdraw(scan, parallel);
 }
 
 void ModelMemory::Show(ModelSnapshot snapshot) {
   std::lock_guard<std::mutex> lock(mutex_);
   current_ = std::move(snapshot);
+  if (!lacks_.empty()) current_.view = nullptr;
 }
 
 void ModelMemory::Changed(size_t scans) {
@@ -199,6 +211,7 @@ void ModelMemory::TakeRoom() {
 void ModelMemory::PostSnapshot(size_t changes) {
   unsaved_changes_ += changes;
   if (context_.dependencies().limits.snapshots_per_session == 0 || unsaved_changes_ == 0) return;
+  if (!CheckWhole().ok()) return;
   const size_t due = std::max<size_t>(1, model_->scans().size() / kShareThatChanged);
   if (unsaved_changes_ < due) return;
   const bool posted = context_.TryPost([this](parallel::Parallel& parallel) {
@@ -280,7 +293,7 @@ void ModelMemory::LoadSnapshot(parallel::Parallel& parallel) {
 
 // The newest usable snapshot and the log's later entries. The model is a function of the set of
 // scans and poses, so only the difference of the two sets is replayed.
-void ModelMemory::Rebuild(parallel::Parallel& parallel) {
+absl::Status ModelMemory::Rebuild(parallel::Parallel& parallel) {
   std::map<std::string, v1::Scan> wanted;
   std::vector<v1::Scan> in_order;
   std::vector<std::string> undecided;
@@ -304,6 +317,7 @@ void ModelMemory::Rebuild(parallel::Parallel& parallel) {
 
   LoadSnapshot(parallel);
   size_t changes = 0;
+  std::vector<std::string> lacks;
   for (const std::string& name : model_->scans()) {
     const auto it = wanted.find(name);
     const bool stays =
@@ -319,12 +333,19 @@ void ModelMemory::Rebuild(parallel::Parallel& parallel) {
     if (data.ok()) {
       inserted = model_->Insert(scan.name(), *data, pose_of(scan), parallel).status();
     }
+    // The medium may come back, and then the rest is put in.
+    if (absl::IsUnavailable(inserted)) return inserted;
     if (!inserted.ok()) {
       context_.dependencies().log.Error("a merged scan could not be merged again",
                                         {{"scan", scan.name()}, {"error", inserted.ToString()}});
+      lacks.push_back(scan.name());
       continue;
     }
     ++changes;
+  }
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    lacks_ = std::move(lacks);
   }
   if (!in_order.empty()) rebuilt.view = model_->Publish();
   loaded_ = true;
@@ -332,6 +353,7 @@ void ModelMemory::Rebuild(parallel::Parallel& parallel) {
   Show(rebuilt);
   for (const std::string& scan : undecided) reconcile_(scan, parallel);
   PostSnapshot(changes);
+  return absl::OkStatus();
 }
 
 }  // namespace vantage::session

@@ -45,13 +45,15 @@ class ModelMemory {
 
   ModelSnapshot Current() const;
   // Why Current() has no view. FAILED_PRECONDITION (MODEL_EMPTY): no scan has been merged.
+  // DATA_LOSS (DATA_LOST): scans whose data are lost are missing in it (so also CheckWhole()).
   // UNAVAILABLE (MODEL_LOADING): after a restart, or after it was evicted, soon.
   // RESOURCE_EXHAUSTED (MEMORY_SHORT): there is no room for it now.
   absl::Status WhyNone();
+  absl::Status CheckWhole() const;
   bool loaded() const { return loaded_; }
   // Notes that the model is in use; it then stays in memory for a while.
   void Touch();
-  absl::Time LastTouched() const;
+  absl::Duration LastTouched() const;  // by the time seen
 
   // Memory of the model, estimated from its scans, and of aligning and merging a scan, bytes.
   int64_t Estimate() const;
@@ -70,7 +72,8 @@ class ModelMemory {
   // The functions below must be called on the strand.
 
   // Loads the model that the log describes, from the newest usable snapshot and the scans after it;
-  // then reconciles the scans that wait for it. RESOURCE_EXHAUSTED (MEMORY_SHORT).
+  // then reconciles the scans that wait for it. RESOURCE_EXHAUSTED (MEMORY_SHORT). UNAVAILABLE: the
+  // medium fails.
   absl::Status Load(parallel::Parallel& parallel);
   // Writes a snapshot and evicts the model; if the snapshot cannot be written, the model stays.
   // Views of it that are in use remain valid.
@@ -91,7 +94,7 @@ class ModelMemory {
  private:
   absl::Status BeginLoad();
   void TakeRoom();
-  void Rebuild(parallel::Parallel& parallel);
+  absl::Status Rebuild(parallel::Parallel& parallel);
   void LoadSnapshot(parallel::Parallel& parallel);
   void WriteSnapshot(parallel::Parallel& parallel);
   void PostSnapshot(size_t changes);
@@ -103,7 +106,7 @@ class ModelMemory {
   std::atomic<int> exports_{0};
   std::atomic<bool> loaded_;  // changes on the strand only
   std::atomic<bool> loading_{false};
-  std::atomic<int64_t> touched_{0};  // ms since 1970
+  std::atomic<int64_t> touched_{0};  // ms of the time seen
 
   // Used on the strand only.
   std::unique_ptr<model::PartialModel> model_;
@@ -113,6 +116,8 @@ class ModelMemory {
 
   mutable std::mutex mutex_;
   ModelSnapshot current_ ABSL_GUARDED_BY(mutex_);
+  // Scans that the log has in the model and that could not be put back: it is not shown then.
+  std::vector<std::string> lacks_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace vantage::session

@@ -62,11 +62,15 @@ void ScanReconciler::AddProgress(v1::Scan& scan) const {
   }
 }
 
-void ScanReconciler::RetryLater(const std::string& scan, const absl::Status& why) {
-  dependencies_.log.Warning("scan waits", {{"scan", scan}, {"error", why.ToString()}});
+void ScanReconciler::RetryLater(const std::string& scan, const absl::Status& why,
+                                const std::string& waited) {
+  const std::string waits = absl::StrCat("waits, and is tried again: ", why.message());
+  if (waits != waited) {
+    dependencies_.log.Warning("scan waits", {{"scan", scan}, {"error", why.ToString()}});
+  }
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    waits_[scan] = absl::StrCat("waits, and is tried again: ", std::string(why.message()));
+    waits_[scan] = waits;
   }
   context_.After(kReconcileAgainAfter, [this, scan] { Post(scan); });
 }
@@ -98,9 +102,10 @@ absl::Status ScanReconciler::Change(
 
 void ScanReconciler::Reconcile(const std::string& name, parallel::Parallel& parallel) {
   if (context_.closed()) return;
+  std::string waited;  // for what
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    waits_.erase(name);
+    if (auto waits = waits_.extract(name); !waits.empty()) waited = std::move(waits.mapped());
   }
   if (absl::Status taken = model_.Load(parallel); !taken.ok()) return RetryLater(name, taken);
   model_.Touch();
@@ -119,6 +124,8 @@ void ScanReconciler::Reconcile(const std::string& name, parallel::Parallel& para
     journal_.Read([&](const SessionState& state) { scan = state.scans.at(name).scan; });
   }
   if (scan.state() != v1::SCAN_STATE_RECEIVED && scan.state() != v1::SCAN_STATE_MERGING) return;
+  // It would be aligned to less than the log says that the model is.
+  if (absl::Status whole = model_.CheckWhole(); !whole.ok()) return RetryLater(name, whole, waited);
   // Held until the scan is merged; then the model's own reservation includes it.
   const absl::StatusOr<MemoryAccount::Reservation> reservation =
       model_.Reserve(ModelMemory::EstimateMerge(scan));

@@ -50,7 +50,8 @@ class ScanReconciler {
       const v1::Scan& as_read,
       absl::FunctionRef<void(const SessionState&, v1::Scan&, Draft&)> change,
       absl::FunctionRef<void()> applied = [] {});
-  void RetryLater(const std::string& scan, const absl::Status& why);
+  // `waited`: what it had waited for before, which is not logged again.
+  void RetryLater(const std::string& scan, const absl::Status& why, const std::string& waited = "");
 
   SessionContext& context_;
   Journal& journal_;

@@ -46,7 +46,7 @@ absl::StatusOr<v1::Scan> Scans::Get(const std::string& name) const {
     const auto it = state.scans.find(name);
     if (it != state.scans.end()) found = it->second.scan;
   });
-  if (found.ok()) reconciler_.AddProgress(*found);
+  if (found.ok()) Complete(*found);
   return found;
 }
 
@@ -63,8 +63,13 @@ absl::StatusOr<std::vector<v1::Scan>> Scans::List(absl::string_view after, size_
     more = *begin + scans.size() < state.scan_order.size();
   });
   if (!begin.ok()) return begin.status();
-  for (v1::Scan& scan : scans) reconciler_.AddProgress(scan);
+  for (v1::Scan& scan : scans) Complete(scan);
   return scans;
+}
+
+void Scans::Complete(v1::Scan& scan) const {
+  reconciler_.AddProgress(scan);
+  context_.lost_scans().Describe(scan);
 }
 
 absl::StatusOr<v1::Scan> Scans::Accept(const std::string& name, const RequestKey& key) {
@@ -104,6 +109,14 @@ absl::StatusOr<v1::Scan> Scans::SetPose(const std::string& name, const v1::PoseP
         const v1::Scan& scan = it->second.scan;
         if (scan.state() == v1::SCAN_STATE_WITHDRAWN) {
           return WrongState(scan, "send it again instead");
+        }
+        // Without its data it would leave the model and not come back.
+        if (context_.lost_scans().Has(name)) {
+          return contract::ErrorWithReason(
+              absl::StatusCode::kDataLoss, "SCAN_LOST",
+              absl::StrCat(name,
+                           ": its data are lost, so that it can only stay where it is; have "
+                           "its operator restore a backup, or withdraw it and send it again"));
         }
         Draft draft;
         v1::Scan& next = *draft.event.mutable_scan_pose_set()->mutable_scan();
@@ -180,11 +193,12 @@ int Scans::Pending() const {
   return pending;
 }
 
-absl::StatusOr<int> Scans::EraseWithdrawn(absl::Time before) {
+absl::StatusOr<int> Scans::EraseWithdrawn(absl::Duration before,
+                                          absl::FunctionRef<bool(const std::string& scan)> sure) {
   std::vector<std::string> past;
   const auto is_past = [before](const ScanRecord& record) {
     return record.scan.state() == v1::SCAN_STATE_WITHDRAWN && !record.in_model &&
-           !record.blob.empty() && conversion::ReadTime(record.scan.update_time()) < before;
+           !record.blob.empty() && record.withdrawn < before;
   };
   journal_.Read([&](const SessionState& state) {
     for (const std::string& name : state.scan_order) {
@@ -193,6 +207,7 @@ absl::StatusOr<int> Scans::EraseWithdrawn(absl::Time before) {
   });
   int count = 0;
   for (const std::string& name : past) {
+    if (!sure(name)) continue;
     std::string blob;
     int64_t bytes = 0;
     const absl::StatusOr<std::string> logged =

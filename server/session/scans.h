@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 #include "absl/time/time.h"
@@ -45,10 +46,15 @@ class Scans {
 
   // Number of scans that were received and are neither merged nor refused.
   int Pending() const;
-  // Erases the data of scans that were withdrawn before that time. Returns how many.
-  absl::StatusOr<int> EraseWithdrawn(absl::Time before);
+  // Erases the data of scans that were withdrawn before that time, by the time seen, and for which
+  // `sure` says so. Returns how many.
+  absl::StatusOr<int> EraseWithdrawn(absl::Duration before,
+                                     absl::FunctionRef<bool(const std::string& scan)> sure);
 
  private:
+  // Adds what the log does not have.
+  void Complete(v1::Scan& scan) const;
+
   SessionContext& context_;
   Journal& journal_;
   ScanReconciler& reconciler_;

@@ -9,6 +9,7 @@
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 #include "server/session/coverage.h"
+#include "server/session/stored_scans.h"
 
 namespace vantage::session {
 Session::Session(const std::string& id, std::unique_ptr<Journal> log,
@@ -51,7 +52,8 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Make(const std::string& id,
 absl::StatusOr<std::shared_ptr<Session>> Session::Create(
     const std::string& id, const v1::Session& session, const RequestKey& key,
     const std::string& tenant, TenantAccounts& accounts, const SessionDependencies& dependencies) {
-  auto log = std::make_unique<Journal>(id, dependencies.store, dependencies.clock);
+  auto log = std::make_unique<Journal>(id, dependencies.store, dependencies.clock,
+                                       dependencies.SeenClock());
   absl::StatusOr<std::string> logged =
       log->Execute(key, [&](const SessionState&) -> absl::StatusOr<Draft> {
         Draft draft;
@@ -62,14 +64,19 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Create(
         *stored.mutable_create_time() = conversion::WriteTime(dependencies.clock());
         return draft;
       });
+  // Nothing of this call was written: what is there under this id is another's.
   if (!logged.ok()) return logged.status();
-  return Make(id, std::move(log), ModelMemory::Begin::kNew, {}, accounts, dependencies);
+  absl::StatusOr<std::shared_ptr<Session>> made =
+      Make(id, std::move(log), ModelMemory::Begin::kNew, {}, accounts, dependencies);
+  if (!made.ok()) dependencies.store.Drop(id).IgnoreError();
+  return made;
 }
 
 absl::StatusOr<std::shared_ptr<Session>> Session::Load(const std::string& id,
                                                        TenantAccounts& accounts,
                                                        const SessionDependencies& dependencies) {
-  auto log = std::make_unique<Journal>(id, dependencies.store, dependencies.clock);
+  auto log = std::make_unique<Journal>(id, dependencies.store, dependencies.clock,
+                                       dependencies.SeenClock());
   absl::Status loaded = log->Load();
   if (!loaded.ok()) return loaded;
   absl::StatusOr<std::vector<store::SnapshotRecord>> snapshots = dependencies.store.Snapshots(id);
@@ -85,12 +92,16 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Load(const std::string& id,
 }
 
 absl::Status Session::Resume() {
-  bool undecided = false;
-  journal().Read([&](const SessionState& state) { undecided = !state.UndecidedScans().empty(); });
-  // True when there is work for the model or the session was used lately.
-  const bool needed =
-      undecided || LastUsed() >= journal().Now() - dependencies().limits.evict_after;
+  // True when there is work for the model or the session was used lately: by the clock, since
+  // memory is not for what was used before a long pause.
+  bool needed = uploads_.OpenCount() > 0;
+  const absl::Time lately = journal().Now() - dependencies().limits.evict_after;
+  journal().Read([&](const SessionState& state) {
+    needed = needed || !state.UndecidedScans().empty() ||
+             conversion::ReadTime(state.session.update_time()) >= lately;
+  });
   const bool posted = TryPost([this, needed](parallel::Parallel& parallel) {
+    FindLostScans(*this);
     const absl::Status taken = needed ? model_.Load(parallel) : absl::OkStatus();
     if (!taken.ok()) reconciler_.PostUndecidedLater(taken);
     uploads_.CommitComplete();
@@ -120,6 +131,7 @@ absl::Time Session::created() const {
 v1::Session Session::Describe() const {
   v1::Session out;
   journal().Read([&](const SessionState& state) { out = state.Describe(); });
+  lost_scans().Describe(out);
   return out;
 }
 
@@ -130,6 +142,7 @@ v1::Session Session::DescribeWithRejections() const {
     out = state.Describe();
     state.AddRejections(now, out);
   });
+  lost_scans().Describe(out);
   return out;
 }
 
@@ -183,10 +196,9 @@ void Session::PostEvict() {
   }
 }
 
-absl::Time Session::LastUsed() const {
-  absl::Time last = absl::InfinitePast();
-  journal().Read(
-      [&](const SessionState& state) { last = conversion::ReadTime(state.session.update_time()); });
+absl::Duration Session::LastUsed() const {
+  absl::Duration last;
+  journal().Read([&](const SessionState& state) { last = state.last_seen; });
   return std::max(last, uploads_.LastPiece());
 }
 

@@ -75,8 +75,8 @@ class Session final : public SessionContext {
   // Evicts the model soon, after a snapshot, if it is not in use. It is loaded again when it is
   // needed.
   void PostEvict();
-  // Time of its last event, or of the last piece of an open upload.
-  absl::Time LastUsed() const;
+  // When its last event was, or the last piece of an open upload, by the time seen.
+  absl::Duration LastUsed() const;
   // True when no plan is running (one may wait until its end can be logged), the model is not being
   // read, and the strand is idle.
   bool Rests() const;

@@ -30,10 +30,12 @@
 #include "absl/time/time.h"
 #include "server/contract/limits.h"
 #include "server/execution/planning_pool.h"
+#include "server/execution/seen_time.h"
 #include "server/execution/strand.h"
 #include "server/execution/timer.h"
 #include "server/session/algorithms.h"
 #include "server/session/journal.h"
+#include "server/session/lost_scans.h"
 #include "server/session/memory_account.h"
 #include "server/session/tenant_account.h"
 #include "server/store/store.h"
@@ -53,6 +55,12 @@ struct SessionDependencies {
   Journal::Clock clock;
   telemetry::Metrics* metrics = nullptr;  // may be null
   MemoryAccount* memory = nullptr;        // null: no limit
+  // By which ages are counted. Null: from the start of the registry that gets these.
+  std::shared_ptr<execution::SeenTime> seen = nullptr;
+
+  Journal::SeenClock SeenClock() const {
+    return [seen = seen] { return seen->Now(); };
+  }
 };
 
 // Thread safe: everything except `closed` is constant. It is the base of Session, so that work that
@@ -72,6 +80,7 @@ class SessionContext : public std::enable_shared_from_this<SessionContext> {
   const Journal& journal() const { return *journal_; }
   const SessionDependencies& dependencies() const { return dependencies_; }
   const std::shared_ptr<AccountShare>& account() const { return account_; }
+  LostScans& lost_scans() const { return lost_scans_; }
   // Closed for good: nothing new is started.
   bool closed() const { return closed_; }
 
@@ -110,6 +119,7 @@ class SessionContext : public std::enable_shared_from_this<SessionContext> {
   const std::string tenant_;
   const Eigen::Vector3d origin_;
   const std::shared_ptr<AccountShare> account_;
+  mutable LostScans lost_scans_;  // it guards itself
   const std::shared_ptr<execution::PlanningPool::Share> share_;
   const std::shared_ptr<execution::Strand> strand_;
   std::atomic<bool> closed_{false};

@@ -18,20 +18,28 @@ constexpr absl::Duration kRetryAfterRestart = absl::Seconds(5);
 // Idle time before a model may be evicted for another one.
 constexpr absl::Duration kUnusedForAWhile = absl::Seconds(20);
 
+SessionDependencies WithSeenTime(SessionDependencies dependencies) {
+  if (dependencies.seen == nullptr) dependencies.seen = std::make_shared<execution::SeenTime>();
+  return dependencies;
+}
+
 }  // namespace
 
 SessionRegistry::SessionRegistry(const SessionDependencies& dependencies)
-    : dependencies_(dependencies),
+    : dependencies_(WithSeenTime(dependencies)),
       accounts_(dependencies.limits.tenant_bytes),
       random_(std::random_device{}()) {}
 
 SessionRegistry::~SessionRegistry() = default;
 
 absl::Status SessionRegistry::LoadAll() {
+  const absl::StatusOr<absl::Duration> seen = dependencies_.store.SeenTime();
+  if (!seen.ok()) return seen.status();
+  dependencies_.seen->Resume(*seen);
   absl::StatusOr<std::vector<std::string>> ids = dependencies_.store.Sessions();
   if (!ids.ok()) return ids.status();
   std::vector<std::pair<absl::Time, std::shared_ptr<Session>>> loaded;
-  bool whole = true;
+  std::map<std::string, LeftOut> left_out;
   for (const std::string& id : *ids) {
     absl::StatusOr<std::shared_ptr<Session>> session = Session::Load(id, accounts_, dependencies_);
     // A damaged session must not prevent the others from loading; a log newer than this server
@@ -40,25 +48,28 @@ absl::Status SessionRegistry::LoadAll() {
     if (!session.ok()) {
       dependencies_.log.Error("a session cannot be loaded",
                               {{"session", id}, {"error", session.status().ToString()}});
-      whole = false;
+      left_out[id] = LeftOut{TenantOf(id), std::string(session.status().message())};
       continue;
     }
     const absl::Time created = (*session)->created();
     loaded.emplace_back(created, *std::move(session));
   }
+  // What was seen since that was last put down, as far as the logs tell.
+  for (const auto& [time, session] : loaded) dependencies_.seen->Resume(session->LastUsed());
   std::stable_sort(loaded.begin(), loaded.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
   std::map<std::string, int> blobs;
   std::set<std::string> spools;
   for (const auto& [time, session] : loaded) session->AddReferences(blobs, spools);
   // Nothing is collected while a session that may need it is damaged.
-  if (whole) {
-    if (absl::Status swept = Sweep(blobs, spools); !swept.ok()) return swept;
-  }
+  absl::Status swept =
+      left_out.empty() ? Sweep(blobs, spools) : dependencies_.store.KeepAllBlobs(blobs);
+  if (!swept.ok()) return swept;
   for (const auto& [time, session] : loaded) {
     if (absl::Status resumed = session->Resume(); !resumed.ok()) return resumed;
   }
   std::lock_guard<std::mutex> lock(mutex_);
+  left_out_ = std::move(left_out);
   for (auto& [time, session] : loaded) {
     (*session).journal().Read([&, id = session->id()](const SessionState& state) {
       for (const auto& [request, record] : state.requests) {
@@ -69,6 +80,14 @@ absl::Status SessionRegistry::LoadAll() {
     sessions_[session->id()] = std::move(session);
   }
   return absl::OkStatus();
+}
+
+// The tenant of a session that cannot be loaded, where the beginning of its log can be read.
+std::optional<std::string> SessionRegistry::TenantOf(const std::string& id) const {
+  const absl::StatusOr<std::vector<storage::v1::LogEntry>> first =
+      dependencies_.store.Read(id, 0, 1);
+  if (!first.ok() || first->empty()) return std::nullopt;
+  return first->front().tenant();
 }
 
 // Removes what a crash left behind and no log names.
@@ -89,7 +108,7 @@ std::string SessionRegistry::FreshId() {
   while (true) {
     std::string id = "s-";
     for (int i = 0; i < 10; ++i) id += kAlphabet[random_() % (sizeof(kAlphabet) - 1)];
-    if (sessions_.count(id) == 0) return id;
+    if (sessions_.count(id) == 0 && left_out_.count(id) == 0) return id;
   }
 }
 
@@ -114,10 +133,14 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
                                                       " sessions, the most it may; delete some"));
       }
       if (id.empty()) id = FreshId();
-      if (sessions_.count(id) != 0) {
+      if (sessions_.count(id) != 0 || left_out_.count(id) != 0) {
         return contract::ErrorWithReason(
             absl::StatusCode::kAlreadyExists, "SESSION_EXISTS",
-            absl::StrCat(contract::NameOfSession(id), " exists; choose another id"));
+            absl::StrCat(contract::NameOfSession(id), " exists",
+                         SaysDamaged(id, tenant)
+                             ? ", but it is damaged, and was left out when the server started"
+                             : "",
+                         "; choose another id"));
       }
     }
   }
@@ -133,10 +156,7 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
   if (absl::Status room = accounts_.Of(tenant)->Reserve(0); !room.ok()) return room;
   absl::StatusOr<std::shared_ptr<Session>> made =
       Session::Create(id, session, key, tenant, accounts_, dependencies_);
-  if (!made.ok()) {
-    dependencies_.store.Drop(id).IgnoreError();
-    return made.status();
-  }
+  if (!made.ok()) return made.status();
   std::lock_guard<std::mutex> lock(mutex_);
   sessions_[id] = *made;
   order_.push_back(id);
@@ -148,9 +168,31 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Find(
     const std::string& id, const std::optional<std::string>& tenant) const {
   std::lock_guard<std::mutex> lock(mutex_);
   const auto it = sessions_.find(id);
-  if (it == sessions_.end() || !it->second->BelongsTo(tenant))
-    return contract::ResourceNotFound(kSessionType, contract::NameOfSession(id));
-  return it->second;
+  if (it != sessions_.end() && it->second->BelongsTo(tenant)) return it->second;
+  if (const LeftOut* damaged = FindLeftOut(id, tenant); damaged != nullptr) {
+    return contract::ErrorWithReason(
+        absl::StatusCode::kDataLoss, "SESSION_DAMAGED",
+        absl::StrCat(contract::NameOfSession(id),
+                     " is damaged, and was left out when the server started (", damaged->why,
+                     "); its operator can restore it from a backup, or save what can be read of "
+                     "it ('vantaged salvage ",
+                     id, "'); DeleteSession gives it up"));
+  }
+  return contract::ResourceNotFound(kSessionType, contract::NameOfSession(id));
+}
+
+// Others learn no more than that the id is taken.
+bool SessionRegistry::SaysDamaged(const std::string& id, const std::string& tenant) const {
+  const auto it = left_out_.find(id);
+  return it != left_out_.end() && it->second.tenant.value_or("") == tenant;
+}
+
+// Where it is not known whose it is, it shows only where callers are not told apart.
+const SessionRegistry::LeftOut* SessionRegistry::FindLeftOut(
+    const std::string& id, const std::optional<std::string>& tenant) const {
+  const auto it = left_out_.find(id);
+  if (it == left_out_.end()) return nullptr;
+  return !tenant.has_value() || it->second.tenant == tenant ? &it->second : nullptr;
 }
 
 std::vector<std::shared_ptr<Session>> SessionRegistry::List(
@@ -198,14 +240,20 @@ absl::Status SessionRegistry::Delete(const std::string& id, const std::string& r
       }
     }
     const auto it = sessions_.find(id);
-    if (it == sessions_.end() || !it->second->BelongsTo(tenant))
+    if (it != sessions_.end() && it->second->BelongsTo(tenant)) {
+      session = it->second;
+    } else if (FindLeftOut(id, tenant) == nullptr) {
       return contract::ResourceNotFound(kSessionType, contract::NameOfSession(id));
-    session = it->second;
+    }
   }
-  if (absl::Status erased = Erase(session); !erased.ok()) return erased;
+  // The scans of one that was left out go at the next start, when it is known who needs them.
+  absl::Status erased = session != nullptr ? Erase(session) : dependencies_.store.Drop(id);
+  if (!erased.ok()) return erased;
   std::lock_guard<std::mutex> lock(mutex_);
+  left_out_.erase(id);
   if (!request_id.empty()) {
-    deletions_.push_back({request_id, id, session->tenant()});
+    deletions_.push_back(
+        {request_id, id, session != nullptr ? session->tenant() : tenant.value_or("")});
     if (deletions_.size() > kRememberedDeletions) deletions_.pop_front();
   }
   return absl::OkStatus();
@@ -225,21 +273,39 @@ absl::Status SessionRegistry::Erase(const std::shared_ptr<Session>& session) {
 }
 
 Collected SessionRegistry::Collect() {
+  std::lock_guard<std::mutex> one(collect_mutex_);
   std::vector<std::shared_ptr<Session>> sessions;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     for (const auto& [id, session] : sessions_) sessions.push_back(session);
   }
   Collected collected;
-  const absl::Time now = dependencies_.clock();
-  const absl::Time unused_since = now - dependencies_.limits.keep_sessions;
+  const contract::Limits& limits = dependencies_.limits;
+  const absl::Duration now = dependencies_.seen->Now();
+  if (absl::Status put = dependencies_.store.PutSeenTime(now); !put.ok()) {
+    dependencies_.log.Warning("the time that was seen could not be put down",
+                              {{"error", put.ToString()}});
+  }
+  std::map<std::string, absl::Duration> past;
+  const auto sure = [&](const std::string& name) {
+    const auto before = past_.find(name);
+    const absl::Duration first = before == past_.end() ? now : before->second;
+    past[name] = first;
+    if (before == past_.end()) {
+      dependencies_.log.Info(
+          "past its time; it goes when a second look agrees",
+          {{"name", name}, {"second_look_seconds", absl::ToDoubleSeconds(limits.second_look)}});
+    }
+    return now - first >= limits.second_look;
+  };
+  const absl::Duration unused_since = now - limits.keep_sessions;
   for (const std::shared_ptr<Session>& session : sessions) {
     if (draining()) break;
     session->uploads().Expire();
     session->claims().Expire();
-    if (session->model().LastTouched() < now - dependencies_.limits.evict_after)
-      session->PostEvict();
+    if (session->model().LastTouched() < now - limits.evict_after) session->PostEvict();
     if (session->LastUsed() < unused_since) {
+      if (!sure(session->name())) continue;
       std::lock_guard<std::mutex> only_one(create_mutex_);
       const absl::StatusOr<std::shared_ptr<Session>> still = Find(session->id());
       if (!still.ok() || *still != session || session->LastUsed() >= unused_since) continue;
@@ -254,7 +320,7 @@ Collected SessionRegistry::Collect() {
       continue;
     }
     const absl::StatusOr<int> erased =
-        session->scans().EraseWithdrawn(now - dependencies_.limits.keep_withdrawn_scans);
+        session->scans().EraseWithdrawn(now - limits.keep_withdrawn_scans, sure);
     if (erased.ok()) {
       collected.scans += *erased;
     } else {
@@ -262,16 +328,18 @@ Collected SessionRegistry::Collect() {
                               {{"session", session->id()}, {"error", erased.status().ToString()}});
     }
   }
+  past_ = std::move(past);
   return collected;
 }
 
 SessionTotals SessionRegistry::Totals() const {
   std::vector<std::shared_ptr<Session>> sessions;
+  SessionTotals totals;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     for (const auto& [id, session] : sessions_) sessions.push_back(session);
+    totals.left_out = left_out_.size();
   }
-  SessionTotals totals;
   totals.sessions = sessions.size();
   for (const auto& session : sessions) {
     totals.loaded +=
@@ -294,7 +362,7 @@ void SessionRegistry::FreeMemory(int64_t bytes) {
   std::sort(sessions.begin(), sessions.end(), [](const auto& a, const auto& b) {
     return a->model().LastTouched() < b->model().LastTouched();
   });
-  const absl::Time unused_since = dependencies_.clock() - kUnusedForAWhile;
+  const absl::Duration unused_since = dependencies_.seen->Now() - kUnusedForAWhile;
   for (const auto& session : sessions) {
     if (bytes <= 0 || session->model().LastTouched() > unused_since) return;
     bytes -= session->model().Estimate();
@@ -311,6 +379,8 @@ void SessionRegistry::BeginDrain() {
     for (const auto& [id, session] : sessions_) sessions.push_back(session);
     for (const auto& [id, call] : watchers_) watchers.push_back(call);
   }
+  // What is not put down now, the logs tell in part.
+  dependencies_.store.PutSeenTime(dependencies_.seen->Now()).IgnoreError();
   for (const auto& session : sessions) session->plans().Stop(PlanRun::StopReason::kDrain);
   for (const auto& call : watchers) (*call)();
 }

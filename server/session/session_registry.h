@@ -31,7 +31,8 @@ struct Collected {
 // Totals of all sessions.
 struct SessionTotals {
   size_t sessions = 0;
-  size_t loaded = 0;  // with a model in memory
+  size_t left_out = 0;  // damaged
+  size_t loaded = 0;    // with a model in memory
   size_t uploads = 0;
   size_t plans = 0;  // queued or running
   int pending_scans = 0;
@@ -49,24 +50,27 @@ class SessionRegistry {
   explicit SessionRegistry(const SessionDependencies& dependencies);
   ~SessionRegistry();
 
-  // Loads every session that the store has.
+  // Loads every session that the store has. One that is damaged is left out and reported: its id
+  // stays reserved, and nothing that is stored is removed until every session can be loaded.
   absl::Status LoadAll();
 
   // RESOURCE_EXHAUSTED (QUOTA_EXCEEDED): the tenant has no room left.
   absl::StatusOr<std::shared_ptr<Session>> Create(const v1::CreateSessionRequest& request,
                                                   const std::string& tenant = "");
-  // By id. NOT_FOUND, also for sessions of other tenants.
+  // By id. NOT_FOUND, also for sessions of other tenants. DATA_LOSS (SESSION_DAMAGED): it was left
+  // out.
   absl::StatusOr<std::shared_ptr<Session>> Find(
       const std::string& id, const std::optional<std::string>& tenant = {}) const;
   // Oldest first: those created after the one at `after`, of `tenant` where one is given.
   std::vector<std::shared_ptr<Session>> List(const SessionPlace& after, size_t limit, bool& more,
                                              const std::optional<std::string>& tenant = {}) const;
-  // `request_id`: a request that is sent again is answered as before; empty: it has none.
-  // NOT_FOUND, also for sessions of other tenants.
+  // `request_id`: a request that is sent again is answered as before; empty: it has none. Gives up
+  // a session that was left out. NOT_FOUND, also for sessions of other tenants.
   absl::Status Delete(const std::string& id, const std::string& request_id = "",
                       const std::optional<std::string>& tenant = {});
   // Removes uploads that were idle for too long, data of withdrawn scans, and sessions without
-  // events; Limits has the times. To be called regularly.
+  // events; Limits has the times, which are of the time seen. Scans and sessions go at a later
+  // call, `second_look` after the first that found them past their time. To be called regularly.
   Collected Collect();
 
   SessionTotals Totals() const;
@@ -94,6 +98,17 @@ class SessionRegistry {
   const SessionDependencies& dependencies() const { return dependencies_; }
 
  private:
+  // A session that the store has and that cannot be loaded.
+  struct LeftOut {
+    std::optional<std::string> tenant;  // nullopt: not known
+    std::string why;
+  };
+
+  std::optional<std::string> TenantOf(const std::string& id) const;
+  bool SaysDamaged(const std::string& id, const std::string& tenant) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  const LeftOut* FindLeftOut(const std::string& id, const std::optional<std::string>& tenant) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // Must be called with create_mutex_ held.
   absl::Status Erase(const std::shared_ptr<Session>& session);
   absl::Status Sweep(const std::map<std::string, int>& blobs, const std::set<std::string>& spools);
@@ -101,10 +116,14 @@ class SessionRegistry {
 
   const SessionDependencies dependencies_;
   TenantAccounts accounts_;
+  std::mutex collect_mutex_;
+  // What was found past its time, by name, and when first.
+  std::map<std::string, absl::Duration> past_ ABSL_GUARDED_BY(collect_mutex_);
   std::mutex create_mutex_;  // one creation or deletion at a time
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<Session>> sessions_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::string> order_ ABSL_GUARDED_BY(mutex_);
+  std::map<std::string, LeftOut> left_out_ ABSL_GUARDED_BY(mutex_);  // by id
   // By tenant and request_id: session.
   std::map<std::pair<std::string, std::string>, std::string> creations_ ABSL_GUARDED_BY(mutex_);
   // The last deletions, so that a repeated deletion has the same answer.

@@ -44,6 +44,10 @@ bool IsLate(const SessionState& state, const v1::Scan& scan) {
   return lapsed;
 }
 
+absl::Duration ReadSeen(const storage::v1::LogEntry& entry) {
+  return absl::Seconds(entry.seen().seconds()) + absl::Nanoseconds(entry.seen().nanos());
+}
+
 absl::Status Misfit(const v1::SessionEvent& event, absl::string_view what) {
   return absl::InternalError(absl::StrCat("log entry ", event.sequence(), ": ", what));
 }
@@ -109,9 +113,14 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
     }
     case v1::SessionEvent::kScanReceived: {
       const v1::Scan& scan = event.scan_received().scan();
-      if (!scans.emplace(scan.name(), ScanRecord{scan, entry.blob(), false}).second) {
+      if (scans.count(scan.name()) != 0) {
         return Misfit(event, absl::StrCat("scan ", scan.name(), " came twice"));
       }
+      ScanRecord& record = scans[scan.name()];
+      record.scan = scan;
+      record.blob = entry.blob();
+      record.received_bytes = scan.encoded_size_bytes();
+      record.last_pieces = entry.last_pieces();
       scan_order.push_back(scan.name());
       v1::Upload& upload = uploads[scan.upload()];
       upload.set_name(scan.upload());
@@ -148,6 +157,7 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       break;
     case v1::SessionEvent::kScanWithdrawn:
       status = update_scan(event.scan_withdrawn().scan());
+      if (status.ok()) scans[resource].withdrawn = ReadSeen(entry);
       // Its data are erased some time after it was withdrawn.
       if (status.ok() && event.scan_withdrawn().scan().encoded_size_bytes() == 0) {
         scans[resource].blob.clear();
@@ -194,7 +204,7 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       if (scanners.count(claim.scanner()) == 0) {
         return Misfit(event, absl::StrCat("unknown scanner ", claim.scanner()));
       }
-      if (!claims.emplace(claim.name(), ClaimRecord{claim}).second) {
+      if (!claims.emplace(claim.name(), ClaimRecord{claim, entry.caller()}).second) {
         return Misfit(event, absl::StrCat("claim ", claim.name(), " came twice"));
       }
       held_claims.push_back(claim.name());
@@ -231,6 +241,7 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
   }
   *session.mutable_update_time() = event.time();
   last_sequence = event.sequence();
+  last_seen = std::max(last_seen, ReadSeen(entry));
   last_resource = resource;
   return absl::OkStatus();
 }

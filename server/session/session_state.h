@@ -10,6 +10,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "absl/time/time.h"
 #include "vantage/storage/v1/log.pb.h"
 #include "vantage/v1/event.pb.h"
 #include "vantage/v1/fleet.pb.h"
@@ -24,6 +25,11 @@ struct ScanRecord {
   v1::Scan scan;
   std::string blob;       // SHA-256 of the encoded range image, 32 bytes; empty: erased
   bool in_model = false;  // by the log: merged, and not removed since
+  // When it was withdrawn, by the time that servers had seen pass.
+  absl::Duration withdrawn;
+  // Of its upload: its size, also when its data have been erased since, and its last pieces.
+  int64_t received_bytes = 0;
+  storage::v1::LastPieces last_pieces;
 };
 
 struct PlanRecord {
@@ -39,6 +45,7 @@ struct RequestRecord {
 
 struct ClaimRecord {
   v1::Claim claim;
+  std::string caller;  // who took it; empty: not known
   // Why it ended; unspecified: it is held.
   v1::ClaimEndReason end_reason = v1::CLAIM_END_REASON_UNSPECIFIED;
 
@@ -60,6 +67,7 @@ struct SessionState {
   std::vector<std::string> held_claims;           // oldest first; also expired ones, until logged
   std::map<std::string, RequestRecord> requests;  // by request_id
   uint64_t last_sequence = 0;
+  absl::Duration last_seen;   // when the last entry was written, by the time seen
   std::string last_resource;  // name of the resource that the last entry made or changed
   uint64_t model_version = 0;
   uint64_t upload_count = 0;     // ever created

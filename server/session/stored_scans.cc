@@ -1,5 +1,6 @@
 #include "server/session/stored_scans.h"
 
+#include <map>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -8,6 +9,19 @@
 #include "server/conversion/from_proto.h"
 
 namespace vantage::session {
+namespace {
+
+template <typename Read>
+absl::StatusOr<Read> SayLost(const std::string& scan, absl::StatusOr<Read> read) {
+  const bool missing = absl::IsNotFound(read.status());
+  if (!missing && !absl::IsDataLoss(read.status())) return read;
+  return contract::ErrorWithReason(
+      absl::StatusCode::kDataLoss, "SCAN_LOST",
+      absl::StrCat(scan, missing ? ": the server has lost its data" : ": its data are damaged",
+                   "; have its operator restore a backup, or withdraw it and send it again"));
+}
+
+}  // namespace
 
 absl::StatusOr<sensor::RangeImage> LoadImage(const SessionContext& context,
                                              const std::string& scan) {
@@ -27,13 +41,24 @@ absl::StatusOr<sensor::RangeImage> LoadImage(const SessionContext& context,
                      "send it again"));
   }
   absl::StatusOr<std::string> bytes = context.dependencies().store.GetBlob(blob);
-  if (absl::IsNotFound(bytes.status())) {
-    return contract::ErrorWithReason(
-        absl::StatusCode::kDataLoss, "SCAN_LOST",
-        absl::StrCat(scan, ": the server has lost its data; have its operator restore a backup"));
-  }
+  bytes = SayLost(scan, std::move(bytes));
+  context.lost_scans().Note(scan, bytes.status());
   if (!bytes.ok()) return bytes.status();
   return sensor::DecodeRangeImage(*bytes, context.dependencies().limits.scan_cells);
+}
+
+void FindLostScans(const SessionContext& context) {
+  std::map<std::string, std::string> blobs;
+  context.journal().Read([&](const SessionState& state) {
+    for (const auto& [name, record] : state.scans) {
+      if (!record.blob.empty()) blobs[name] = record.blob;
+    }
+  });
+  for (const auto& [name, blob] : blobs) {
+    const absl::Status there = SayLost(name, context.dependencies().store.BlobSize(blob)).status();
+    // Its size says nothing of its contents.
+    if (absl::IsDataLoss(there)) context.lost_scans().Note(name, there);
+  }
 }
 
 absl::StatusOr<sensor::Scan> LoadScan(const SessionContext& context, const v1::Scan& scan) {

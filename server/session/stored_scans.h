@@ -13,12 +13,16 @@
 namespace vantage::session {
 
 // The range image of a scan, by name. NOT_FOUND: there is no such scan. FAILED_PRECONDITION
-// (SCAN_ERASED). DATA_LOSS: its data are lost (SCAN_LOST) or damaged. UNAVAILABLE: they cannot be
-// read now, and it is unknown whether they are intact.
+// (SCAN_ERASED). DATA_LOSS (SCAN_LOST): its data are lost or damaged, which the session's lost
+// scans say from then on. UNAVAILABLE: they cannot be read now, and it is unknown whether they are
+// intact.
 absl::StatusOr<sensor::RangeImage> LoadImage(const SessionContext& context,
                                              const std::string& scan);
 // The same with scanner and prior, in the form that the algorithms need.
 absl::StatusOr<sensor::Scan> LoadScan(const SessionContext& context, const v1::Scan& scan);
+
+// Notes the scans whose data are missing; damage is found when they are read.
+void FindLostScans(const SessionContext& context);
 
 }  // namespace vantage::session
 

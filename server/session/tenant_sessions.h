@@ -17,9 +17,9 @@ namespace vantage::session {
 // check the tenant of a session.
 class TenantSessions {
  public:
-  // Without a tenant: all sessions, and new ones belong to no tenant.
-  TenantSessions(SessionRegistry& registry, std::optional<std::string> tenant)
-      : registry_(registry), tenant_(std::move(tenant)) {}
+  // Without a tenant: all sessions, and new ones belong to no tenant. `asker`: the caller.
+  TenantSessions(SessionRegistry& registry, std::optional<std::string> tenant, Asker asker = {})
+      : registry_(registry), tenant_(std::move(tenant)), asker_(std::move(asker)) {}
 
   absl::StatusOr<std::shared_ptr<Session>> Create(const v1::CreateSessionRequest& request) const {
     return registry_.Create(request, tenant_.value_or(""));
@@ -37,11 +37,13 @@ class TenantSessions {
     return registry_.Delete(id, request_id, tenant_);
   }
   absl::Status CheckTakesWork() const { return registry_.CheckTakesWork(); }
+  const Asker& asker() const { return asker_; }
   const contract::Limits& limits() const { return registry_.dependencies().limits; }
 
  private:
   SessionRegistry& registry_;
   std::optional<std::string> tenant_;
+  Asker asker_;
 };
 
 }  // namespace vantage::session

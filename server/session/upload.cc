@@ -18,6 +18,20 @@ using absl::StatusCode;
 
 constexpr int64_t kWindowBytes = 4 << 20;
 
+constexpr size_t kDigestBytes = 16;
+// What may be in flight are this many pieces at most that are told from others after the commit.
+constexpr size_t kMaxLastPieces = 1024;
+
+// Not the checksum, for which other bytes are easily made.
+std::string DigestOf(int64_t offset, absl::string_view bytes) {
+  char place[sizeof(int64_t)];
+  for (size_t i = 0; i < sizeof(place); ++i) place[i] = static_cast<char>(offset >> (8 * i));
+  bytes::Sha256 sha256;
+  sha256.Update(absl::string_view(place, sizeof(place)));
+  sha256.Update(bytes);
+  return sha256.Digest().substr(0, kDigestBytes);
+}
+
 // Decompresses and checks the bytes of a piece.
 absl::StatusOr<std::string> Unpack(const v1::Piece& piece, const contract::Limits& limits) {
   contract::Violations violations;
@@ -68,7 +82,17 @@ absl::StatusOr<std::string> Unpack(const v1::Piece& piece, const contract::Limit
 }  // namespace
 
 UnpackedPiece::UnpackedPiece(const v1::Piece& packed, const contract::Limits& limits)
-    : piece(packed), bytes(Unpack(packed, limits)) {}
+    : piece(packed), bytes(Unpack(packed, limits)) {
+  if (bytes.ok()) digest = DigestOf(piece.offset(), *bytes);
+}
+
+bool IsOneOf(const storage::v1::LastPieces& last, const UnpackedPiece& unpacked) {
+  const int64_t index = unpacked.piece.sequence() - last.first_sequence();
+  const auto count = static_cast<int64_t>(last.digests().size() / kDigestBytes);
+  if (index < 0 || index >= count || unpacked.digest.empty()) return false;
+  return last.digests().compare(static_cast<size_t>(index) * kDigestBytes, kDigestBytes,
+                                unpacked.digest) == 0;
+}
 
 absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,
                         const contract::Limits& limits) {
@@ -86,21 +110,21 @@ absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,
 }
 
 Upload::Upload(v1::Upload created, store::Store& store, const contract::Limits& limits,
-               std::shared_ptr<AccountShare> account, int64_t reserved)
+               std::shared_ptr<AccountShare> account, int64_t reserved, absl::Duration seen)
     : store_(store),
       limits_(limits),
       account_(std::move(account)),
       upload_(std::move(created)),
       reserved_(reserved),
-      decoder_(Decoder()) {
-  last_piece_ = conversion::ReadTime(upload_.create_time());
+      decoder_(Decoder()),
+      last_piece_(seen) {
   created_with_total_ = upload_.has_total();
 }
 
-absl::Status Upload::Resume(absl::Time now) {
+absl::Status Upload::Resume(const Moment& now) {
   std::lock_guard<std::mutex> lock(mutex_);
-  last_piece_ = now;
-  *upload_.mutable_expire_time() = conversion::WriteTime(now + limits_.upload_idle);
+  last_piece_ = now.seen;
+  *upload_.mutable_expire_time() = conversion::WriteTime(now.time + limits_.upload_idle);
   loaded_ = false;
   return CheckWhole();
 }
@@ -198,13 +222,12 @@ absl::Status Upload::Load() {
       *upload.mutable_total() = kept->total();
       return absl::OkStatus();
     }
-    const uint32_t crc32c = kept->piece().crc32c();
     const auto kept_size = static_cast<int64_t>(record.size());
     const absl::StatusOr<std::string> bytes = store::PieceBytes(std::move(*kept->mutable_piece()));
     if (!bytes.ok()) return bytes.status();
     const int64_t kept_before = pieces.empty() ? 0 : pieces.back().kept_end;
-    pieces.push_back(
-        {offset, static_cast<int64_t>(bytes->size()), crc32c, kept_before + kept_size});
+    pieces.push_back({offset, static_cast<int64_t>(bytes->size()), DigestOf(offset, *bytes),
+                      kept_before + kept_size});
     offset += pieces.back().size;
     sha256.Update(*bytes);
     decoder.Take(*bytes).IgnoreError();  // the decoder keeps the error
@@ -242,25 +265,23 @@ int64_t Upload::Durable() const {
   return last.offset + last.size;
 }
 
-absl::Status Upload::Accept(const UnpackedPiece& unpacked, absl::Time now) {
-  const auto& [piece, bytes] = unpacked;
+absl::Status Upload::Accept(const UnpackedPiece& unpacked, const Moment& now) {
+  const auto& [piece, bytes, digest] = unpacked;
   if (!bytes.ok()) return bytes.status();
-  Stored stored{piece.offset(), static_cast<int64_t>(bytes->size()), piece.crc32c(), 0};
+  Stored stored{piece.offset(), static_cast<int64_t>(bytes->size()), digest, 0};
 
   std::lock_guard<std::mutex> lock(mutex_);
   if (absl::Status whole = CheckWhole(); !whole.ok()) return whole;
   const auto count = static_cast<int64_t>(pieces_.size());
   if (piece.sequence() < count) {
     const Stored& known = pieces_[static_cast<size_t>(piece.sequence())];
-    if (known.offset == stored.offset && known.size == stored.size &&
-        known.crc32c == stored.crc32c) {
-      return absl::OkStatus();
-    }
+    if (known.digest == stored.digest) return absl::OkStatus();
+    if (absl::Status open = CheckOpen(); !open.ok()) return open;
     return contract::ErrorWithReason(
         StatusCode::kAlreadyExists, "PIECE_DIFFERS",
         absl::StrCat("piece ", piece.sequence(), " is stored with offset ", known.offset, ", ",
                      known.size,
-                     " bytes and another checksum or place; start a new "
+                     " bytes and another content or place; start a new "
                      "upload for another scan"));
   }
   absl::Status open = CheckOpen();
@@ -311,8 +332,8 @@ absl::Status Upload::Accept(const UnpackedPiece& unpacked, absl::Time now) {
       (pieces_.empty() ? 0 : pieces_.back().kept_end) + static_cast<int64_t>(serialized.size());
   pieces_.push_back(stored);
   ++records_;
-  last_piece_ = now;
-  *upload_.mutable_expire_time() = conversion::WriteTime(now + limits_.upload_idle);
+  last_piece_ = now.seen;
+  *upload_.mutable_expire_time() = conversion::WriteTime(now.time + limits_.upload_idle);
   return absl::OkStatus();
 }
 
@@ -326,6 +347,7 @@ absl::Status Upload::SetTotal(const v1::UploadTotal& total) {
         upload_.total().sha256() == total.sha256()) {
       return absl::OkStatus();
     }
+    if (absl::Status open = CheckOpen(); !open.ok()) return open;
     return contract::ErrorWithReason(
         StatusCode::kAlreadyExists, "TOTAL_DIFFERS",
         absl::StrCat(upload_.name(), " was announced with another total"));
@@ -380,6 +402,23 @@ absl::StatusOr<Upload::Content> Upload::Inspect() {
   return content;
 }
 
+absl::Status Upload::CheckContent() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (decoder_.status().ok()) return absl::OkStatus();
+  return contract::InvalidField("encoded range image", decoder_.status().message());
+}
+
+storage::v1::LastPieces Upload::LastPieces() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const int64_t from = Received() - limits_.credit_bytes;
+  size_t first = pieces_.size() - std::min(pieces_.size(), kMaxLastPieces);
+  while (first < pieces_.size() && pieces_[first].offset < from) ++first;
+  storage::v1::LastPieces last;
+  last.set_first_sequence(static_cast<int64_t>(first));
+  for (size_t i = first; i < pieces_.size(); ++i) last.mutable_digests()->append(pieces_[i].digest);
+  return last;
+}
+
 void Upload::End(v1::UploadState state, const std::string& message, const std::string& scan) {
   std::lock_guard<std::mutex> lock(mutex_);
   upload_.set_state(state);
@@ -391,12 +430,12 @@ void Upload::End(v1::UploadState state, const std::string& message, const std::s
   store_.DropSpool(upload_.name()).IgnoreError();
 }
 
-bool Upload::Idle(absl::Time now) const {
+bool Upload::Idle(absl::Duration now) const {
   std::lock_guard<std::mutex> lock(mutex_);
   return upload_.state() == v1::UPLOAD_STATE_OPEN && now - last_piece_ > limits_.upload_idle;
 }
 
-absl::Time Upload::LastPiece() const {
+absl::Duration Upload::LastPiece() const {
   std::lock_guard<std::mutex> lock(mutex_);
   return last_piece_;
 }

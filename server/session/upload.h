@@ -18,8 +18,10 @@
 #include "core/bytes/checksum.h"
 #include "core/sensor/encoding.h"
 #include "server/contract/limits.h"
+#include "server/session/journal.h"
 #include "server/session/tenant_account.h"
 #include "server/store/store.h"
+#include "vantage/storage/v1/log.pb.h"
 #include "vantage/v1/upload.pb.h"
 
 namespace vantage::session {
@@ -31,6 +33,7 @@ struct UnpackedPiece {
 
   const v1::Piece& piece;  // outlives this
   absl::StatusOr<std::string> bytes;
+  std::string digest;  // as in storage::v1::LastPieces; empty: there are no bytes
 };
 
 // Thread safe; pieces from several streams at once are taken one at a time.
@@ -38,12 +41,14 @@ class Upload {
  public:
   // `created` is the new resource, named and checked. `store` must outlive the upload. Room for its
   // bytes is taken from `account`, where there is one; `reserved` of them are taken already.
+  // `seen`: when it was created, by the time seen.
   Upload(v1::Upload created, store::Store& store, const contract::Limits& limits,
-         std::shared_ptr<AccountShare> account = nullptr, int64_t reserved = 0);
+         std::shared_ptr<AccountShare> account = nullptr, int64_t reserved = 0,
+         absl::Duration seen = absl::ZeroDuration());
 
   // Loads what the store has of it after a restart; its idle time starts again. DATA_LOSS: it
   // cannot be continued. After any other error it can be continued once the medium works.
-  absl::Status Resume(absl::Time now);
+  absl::Status Resume(const Moment& now);
 
   // True when it is known how much of it is durable. After a failure of the medium this tries to
   // find out.
@@ -55,8 +60,8 @@ class Upload {
   // checksum or the compression is wrong; send it again. INVALID_ARGUMENT: impossible sizes.
   // FAILED_PRECONDITION (UPLOAD_ENDED): committed, failed or expired. RESOURCE_EXHAUSTED
   // (QUOTA_EXCEEDED): it can go on when there is room.
-  absl::Status Accept(const UnpackedPiece& unpacked, absl::Time now);
-  absl::Status Accept(const v1::Piece& piece, absl::Time now) {
+  absl::Status Accept(const UnpackedPiece& unpacked, const Moment& now);
+  absl::Status Accept(const v1::Piece& piece, const Moment& now) {
     return Accept(UnpackedPiece(piece, limits_), now);
   }
 
@@ -84,6 +89,11 @@ class Upload {
     std::string sha256;
   };
   absl::StatusOr<Content> Inspect();
+  // What is known of it before it is complete: OK, or the error that Inspect() will come to, as
+  // soon as a piece shows it.
+  absl::Status CheckContent() const;
+  // Its last pieces, as the log keeps them: as many as may be in flight.
+  storage::v1::LastPieces LastPieces() const;
 
   // Ends it with `state`. The spool is dropped. The room goes to the scan when it was committed,
   // otherwise it is given back.
@@ -93,8 +103,9 @@ class Upload {
   void LetGo() { let_go_ = true; }
   bool let_go() const { return let_go_; }
 
-  bool Idle(absl::Time now) const;
-  absl::Time LastPiece() const;
+  // By the time seen; so is the next.
+  bool Idle(absl::Duration now) const;
+  absl::Duration LastPiece() const;
   // The present resource; an interrupted upload continues after what is durable.
   v1::Upload Describe() const;
 
@@ -105,8 +116,8 @@ class Upload {
   struct Stored {
     int64_t offset;
     int64_t size;
-    uint32_t crc32c;
-    int64_t kept_end;  // bytes of it and all before it as stored, compressed
+    std::string digest;  // tells it from every other piece
+    int64_t kept_end;    // bytes of it and all before it as stored, compressed
   };
   absl::Status CheckOpen() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   absl::Status CheckWhole() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -135,8 +146,11 @@ class Upload {
   // Hash of the bytes so far, so that nothing has to be read again at the end.
   bytes::Sha256 sha256_ ABSL_GUARDED_BY(mutex_);
   sensor::RangeImageDecoder decoder_ ABSL_GUARDED_BY(mutex_);
-  absl::Time last_piece_ ABSL_GUARDED_BY(mutex_);
+  absl::Duration last_piece_ ABSL_GUARDED_BY(mutex_);  // by the time seen
 };
+
+// Whether a piece is one of those.
+bool IsOneOf(const storage::v1::LastPieces& last, const UnpackedPiece& unpacked);
 
 // The error in a total, if any.
 absl::Status CheckTotal(const v1::UploadTotal& total, const std::string& field,

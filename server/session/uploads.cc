@@ -128,7 +128,7 @@ absl::StatusOr<v1::Upload> Uploads::Create(const v1::CreateUploadRequest& reques
     std::lock_guard<std::mutex> lock(mutex_);
     if (created.state() == v1::UPLOAD_STATE_OPEN && open_.count(*name) == 0) {
       open_[*name] = std::make_shared<Upload>(created, dependencies_.store, dependencies_.limits,
-                                              context_.account(), reserved);
+                                              context_.account(), reserved, journal_.Seen());
     }
   }
   return Get(*name);
@@ -179,23 +179,34 @@ absl::StatusOr<v1::Upload> Uploads::Take(const std::string& name,
   if (open == nullptr) {
     absl::StatusOr<v1::Upload> ended = Get(name);
     if (!ended.ok()) return ended;
-    // The last piece is sent again, since its answer was lost, or the client only asks for the
-    // state.
-    if (ended->state() == v1::UPLOAD_STATE_COMMITTED || (piece == nullptr && total == nullptr)) {
-      return ended;
+    // Only the state is asked for, or a piece is sent again, since its answer was lost.
+    if (piece == nullptr && total == nullptr) return ended;
+    const bool committed = ended->state() == v1::UPLOAD_STATE_COMMITTED;
+    if (committed && piece != nullptr && !piece->bytes.ok()) return piece->bytes.status();
+    if (committed && IsOfScan(ended->scan(), piece, total)) return ended;
+    const std::string state = v1::UploadState_Name(ended->state());
+    if (!committed) {
+      return contract::ErrorWithReason(
+          absl::StatusCode::kFailedPrecondition, "UPLOAD_ENDED",
+          absl::StrCat(name, " is ", state, ": ", ended->state_message()));
     }
     return contract::ErrorWithReason(
         absl::StatusCode::kFailedPrecondition, "UPLOAD_ENDED",
-        absl::StrCat(name, " is ", v1::UploadState_Name(ended->state()), ": ",
-                     ended->state_message()));
+        absl::StrCat(name, " has become ", ended->scan(),
+                     ", and this is no part of it; start a new upload for another scan"),
+        {{"state", state}, {"scan", ended->scan()}});
   }
   if (total != nullptr) {
     absl::Status stated = open->SetTotal(*total);
     if (!stated.ok()) return stated;
   }
   if (piece != nullptr) {
-    absl::Status accepted = open->Accept(*piece, journal_.Now());
+    absl::Status accepted = open->Accept(*piece, journal_.At());
     if (!accepted.ok()) return accepted;
+    if (absl::Status sound = open->CheckContent(); !sound.ok()) {
+      std::lock_guard<std::mutex> only_one(open->commit_mutex());
+      return open->let_go() ? sound : Fail(*open, sound);
+    }
   }
   if (open->Complete()) {
     absl::Status committed = Commit(open);
@@ -204,6 +215,22 @@ absl::StatusOr<v1::Upload> Uploads::Take(const std::string& name,
     return Describe(name, open);
   }
   return open->Describe();
+}
+
+bool Uploads::IsOfScan(const std::string& scan, const UnpackedPiece* piece,
+                       const v1::UploadTotal* total) const {
+  bool is = false;
+  journal_.Read([&](const SessionState& state) {
+    const auto it = state.scans.find(scan);
+    if (it == state.scans.end()) return;
+    const ScanRecord& record = it->second;
+    // Nothing is known of the pieces of scans that came to an earlier release.
+    const bool known = !record.last_pieces.digests().empty();
+    is = (piece == nullptr || !known || IsOneOf(record.last_pieces, *piece)) &&
+         (total == nullptr || (total->encoded_size_bytes() == record.received_bytes &&
+                               total->sha256() == record.scan.sha256()));
+  });
+  return is;
 }
 
 absl::StatusOr<v1::Upload> Uploads::Sync(const std::string& name,
@@ -256,9 +283,9 @@ std::vector<std::string> Uploads::Names() const {
   return names;
 }
 
-absl::Time Uploads::LastPiece() const {
+absl::Duration Uploads::LastPiece() const {
   std::lock_guard<std::mutex> lock(mutex_);
-  absl::Time last = absl::InfinitePast();
+  absl::Duration last;
   for (const auto& [name, upload] : open_) last = std::max(last, upload->LastPiece());
   return last;
 }
@@ -273,11 +300,12 @@ void Uploads::Resume() {
   for (const v1::Upload& created : open) {
     auto upload = std::make_shared<Upload>(created, dependencies_.store, dependencies_.limits,
                                            context_.account());
-    const absl::Status resumed = upload->Resume(journal_.Now());
+    absl::Status resumed = upload->Resume(journal_.At());
+    if (resumed.ok()) resumed = upload->CheckContent();
     if (!resumed.ok()) {
       dependencies_.log.Error("an upload cannot go on",
                               {{"upload", created.name()}, {"error", resumed.ToString()}});
-      if (absl::IsDataLoss(resumed)) {
+      if (absl::IsDataLoss(resumed) || absl::IsInvalidArgument(resumed)) {
         Fail(*upload, resumed).IgnoreError();
         continue;
       }
@@ -311,6 +339,7 @@ absl::Status Uploads::Commit(const std::shared_ptr<Upload>& upload) {
         }
         Draft draft;
         draft.blob = content->sha256;
+        draft.last_pieces = upload->LastPieces();
         v1::Scan& scan = *draft.event.mutable_scan_received()->mutable_scan();
         scan.set_name(contract::ChildName(context_.id(), "scans",
                                           absl::StrCat("scan-", state.scan_order.size() + 1)));
@@ -362,7 +391,7 @@ void Uploads::Expire() {
   std::vector<std::shared_ptr<Upload>> idle;
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    const absl::Time now = journal_.Now();
+    const absl::Duration now = journal_.Seen();
     for (auto it = open_.begin(); it != open_.end();) {
       if (it->second->Idle(now)) {
         it->second->LetGo();

@@ -81,8 +81,8 @@ class Uploads {
   size_t OpenCount() const;
   // Of the open uploads.
   std::vector<std::string> Names() const;
-  // Infinitely long ago when none is open.
-  absl::Time LastPiece() const;
+  // By the time seen; 0 when none is open.
+  absl::Duration LastPiece() const;
 
  private:
   friend class HeldUpload;
@@ -94,6 +94,9 @@ class Uploads {
   absl::StatusOr<v1::Upload> Take(const std::string& name, const std::shared_ptr<Upload>& open,
                                   const UnpackedPiece* piece, const v1::UploadTotal* total);
   absl::StatusOr<v1::Upload> Sync(const std::string& name, const std::shared_ptr<Upload>& open);
+  // Whether piece and total, where there are any, are those that a scan came with.
+  bool IsOfScan(const std::string& scan, const UnpackedPiece* piece,
+                const v1::UploadTotal* total) const;
   // Removes the upload from `open_`.
   void LetGo(Upload& upload, const std::string& name);
   absl::Status Commit(const std::shared_ptr<Upload>& upload);

@@ -14,6 +14,7 @@
 #include "server/store/durable_file.h"
 #include "server/store/log_database.h"
 #include "server/store/spool_folder.h"
+#include "server/store/store_folder.h"
 #include "server/store/upgrade.h"
 #include "vantage/storage/v1/log.pb.h"
 
@@ -24,17 +25,6 @@ namespace fs = std::filesystem;
 
 constexpr size_t kBatch = 256;
 
-std::string DatabaseIn(const std::string& folder) { return absl::StrCat(folder, "/logs.sqlite"); }
-std::string BlobsIn(const std::string& folder) { return absl::StrCat(folder, "/blobs"); }
-std::string SpoolsIn(const std::string& folder) { return absl::StrCat(folder, "/spools"); }
-
-absl::Status CheckEmpty(const std::string& folder) {
-  std::error_code error;
-  if (!fs::exists(folder, error) || fs::is_empty(folder, error)) return absl::OkStatus();
-  return absl::FailedPreconditionError(
-      absl::StrCat(folder, " is not empty: name a folder that is, or that does not exist"));
-}
-
 absl::Status CopyFile(const std::string& from, const std::string& to) {
   const absl::StatusOr<std::string> bytes = ReadWhole(from);
   if (!bytes.ok()) return bytes.status();
@@ -42,7 +32,8 @@ absl::Status CopyFile(const std::string& from, const std::string& to) {
 }
 
 // Copies every file of a folder that `to` lacks; files that are deleted meanwhile are left out.
-absl::Status CopyFiles(const std::string& from, const std::string& to, bool link) {
+// They are copied, never linked: what damages one of two names of a file damages both.
+absl::Status CopyFiles(const std::string& from, const std::string& to) {
   std::error_code error;
   for (fs::recursive_directory_iterator file(from, error), end; file != end && !error;
        file.increment(error)) {
@@ -52,12 +43,7 @@ absl::Status CopyFiles(const std::string& from, const std::string& to, bool link
     if (fs::exists(target, error)) continue;
     const std::string parent = fs::path(target).parent_path().string();
     if (absl::Status made = MakeFolder(parent); !made.ok()) return made;
-    absl::Status copied;
-    if (link && ::link(file->path().c_str(), target.c_str()) == 0) {
-      copied = SyncFolder(parent);
-    } else {
-      copied = CopyFile(file->path().string(), target);
-    }
+    absl::Status copied = CopyFile(file->path().string(), target);
     if (!copied.ok() && !absl::IsNotFound(copied)) return copied;
   }
   if (error && error != std::errc::no_such_file_or_directory) {
@@ -122,9 +108,15 @@ absl::Status DropDeleted(const LogDatabase& live, const std::string& to) {
   return absl::OkStatus();
 }
 
-}  // namespace
+absl::Status RemoveFolder(const std::string& folder) {
+  std::error_code error;
+  fs::remove_all(folder, error);
+  if (!error) return absl::OkStatus();
+  return absl::UnavailableError(absl::StrCat("cannot remove ", folder, ": ", error.message()));
+}
 
-absl::StatusOr<StoreReport> VerifyStore(const std::string& folder) {
+// What VerifyStore() says, but for copies that were broken off.
+absl::StatusOr<StoreReport> VerifyFiles(const std::string& folder) {
   std::error_code error;
   if (!fs::exists(DatabaseIn(folder), error)) {
     return absl::NotFoundError(absl::StrCat("no sessions are kept in ", folder));
@@ -171,31 +163,53 @@ absl::StatusOr<StoreReport> VerifyStore(const std::string& folder) {
   return report;
 }
 
+// Reads again what was written, and only then takes the mark of an unfinished copy away.
+absl::StatusOr<StoreReport> FinishCopy(const std::string& to) {
+  absl::StatusOr<StoreReport> copy = VerifyFiles(to);
+  if (!copy.ok()) return copy;
+  if (!copy->faults.empty()) {
+    return absl::DataLossError(
+        absl::StrCat("the copy in ", to, " is not sound: ", copy->faults[0]));
+  }
+  if (absl::Status ended = EndCopy(to); !ended.ok()) return ended;
+  return copy;
+}
+
+}  // namespace
+
+absl::StatusOr<StoreReport> VerifyStore(const std::string& folder) {
+  absl::StatusOr<StoreReport> report = VerifyFiles(folder);
+  if (!report.ok()) return report;
+  if (absl::Status whole = CheckFinished(folder); !whole.ok()) {
+    report->faults.emplace_back(whole.message());
+  }
+  return report;
+}
+
 absl::StatusOr<StoreReport> BackUpStore(const std::string& from, const std::string& to) {
   std::error_code error;
   if (!fs::exists(DatabaseIn(from), error)) {
     return absl::NotFoundError(absl::StrCat("no sessions are kept in ", from));
   }
-  absl::Status status = CheckEmpty(to);
+  absl::Status status = CheckNewFolder(to);
+  if (status.ok()) status = BeginCopy(to, "backup", from);
   if (status.ok()) status = MakeFolder(BlobsIn(to));
   if (status.ok()) status = MakeFolder(SpoolsIn(to));
   // Blobs are copied before the logs, in case they are released meanwhile, and again after, for
   // those that were added.
-  if (status.ok()) status = CopyFiles(BlobsIn(from), BlobsIn(to), true);
+  if (status.ok()) status = CopyFiles(BlobsIn(from), BlobsIn(to));
   if (!status.ok()) return status;
   const absl::StatusOr<std::unique_ptr<LogDatabase>> logs =
       LogDatabase::OpenToRead(DatabaseIn(from));
   if (!logs.ok()) return logs.status();
   status = (*logs)->CopyTo(DatabaseIn(to));
-  if (status.ok()) status = CopyFiles(BlobsIn(from), BlobsIn(to), true);
+  if (status.ok()) status = CopyFiles(BlobsIn(from), BlobsIn(to));
   if (status.ok()) status = DropDeleted(**logs, to);
   // Spools grow meanwhile: a copy that is cut short ends with the last whole record.
-  if (status.ok()) status = CopyFiles(SpoolsIn(from), SpoolsIn(to), false);
+  if (status.ok()) status = CopyFiles(SpoolsIn(from), SpoolsIn(to));
   if (status.ok()) status = SyncFolder(to);
   if (!status.ok()) return status;
-  absl::StatusOr<StoreReport> copy = VerifyStore(to);
-  if (!copy.ok() || copy->faults.empty()) return copy;
-  return absl::DataLossError(absl::StrCat("the copy in ", to, " is not sound: ", copy->faults[0]));
+  return FinishCopy(to);
 }
 
 absl::StatusOr<StoreReport> RestoreStore(const std::string& from, const std::string& to) {
@@ -205,14 +219,19 @@ absl::StatusOr<StoreReport> RestoreStore(const std::string& from, const std::str
     return absl::DataLossError(
         absl::StrCat("the backup in ", from, " is not sound: ", backup->faults[0]));
   }
-  absl::Status status = CheckEmpty(to);
-  if (status.ok()) status = MakeFolder(to);
-  if (status.ok()) status = CopyFiles(BlobsIn(from), BlobsIn(to), false);
-  if (status.ok()) status = CopyFiles(SpoolsIn(from), SpoolsIn(to), false);
-  // Copied last: a folder without logs is no store, so an interrupted restore is noticed.
+  // One that was broken off goes on: each file that is there is whole. Spools are the exception,
+  // which have the same names in another backup.
+  const bool goes_on = IsCopyOf(to, "restore", from);
+  absl::Status status = goes_on ? absl::OkStatus() : CheckNewFolder(to);
+  if (status.ok()) status = BeginCopy(to, "restore", from);
+  if (status.ok()) status = MakeFolder(BlobsIn(to));
+  if (status.ok()) status = CopyFiles(BlobsIn(from), BlobsIn(to));
+  if (status.ok()) status = RemoveFolder(SpoolsIn(to));
+  if (status.ok()) status = MakeFolder(SpoolsIn(to));
+  if (status.ok()) status = CopyFiles(SpoolsIn(from), SpoolsIn(to));
   if (status.ok()) status = CopyFile(DatabaseIn(from), DatabaseIn(to));
   if (!status.ok()) return status;
-  return backup;
+  return FinishCopy(to);
 }
 
 }  // namespace vantage::store

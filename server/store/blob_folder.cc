@@ -174,4 +174,15 @@ absl::Status BlobFolder::Keep(const std::map<std::string, int>& holders) {
   return absl::OkStatus();
 }
 
+absl::Status BlobFolder::KeepAll(const std::map<std::string, int>& holders) {
+  const absl::StatusOr<std::vector<std::string>> there = List();
+  if (!there.ok()) return there.status();
+  std::lock_guard<std::mutex> lock(mutex_);
+  for (const std::string& sha256 : *there) {
+    const auto held = holders.find(sha256);
+    holders_[sha256] = 1 + (held == holders.end() ? 0 : held->second);
+  }
+  return absl::OkStatus();
+}
+
 }  // namespace vantage::store

@@ -34,6 +34,7 @@ class BlobFolder {
   absl::StatusOr<std::string> Get(const std::string& sha256) const;
   absl::Status Release(const std::string& sha256);
   absl::Status Keep(const std::map<std::string, int>& holders);
+  absl::Status KeepAll(const std::map<std::string, int>& holders);
 
   // SHA-256 of every blob there is, sorted.
   absl::StatusOr<std::vector<std::string>> List() const;

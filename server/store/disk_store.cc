@@ -1,5 +1,4 @@
 #include "server/store/disk_store.h"
-#include "server/store/upgrade.h"
 
 #include <fcntl.h>
 #include <sys/file.h>
@@ -8,13 +7,13 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/store/store_folder.h"
+#include "server/store/upgrade.h"
 
 namespace vantage::store {
 
 DiskStore::DiskStore(const std::string& folder, FileDescriptor lock)
-    : lock_(std::move(lock)),
-      blobs_(absl::StrCat(folder, "/blobs")),
-      spools_(absl::StrCat(folder, "/spools")) {}
+    : lock_(std::move(lock)), blobs_(BlobsIn(folder)), spools_(SpoolsIn(folder)) {}
 
 absl::StatusOr<std::unique_ptr<DiskStore>> DiskStore::Open(const std::string& folder) {
   if (absl::Status made = MakeFolder(folder); !made.ok()) return made;
@@ -25,9 +24,10 @@ absl::StatusOr<std::unique_ptr<DiskStore>> DiskStore::Open(const std::string& fo
     if (errno != EWOULDBLOCK) return FileError("cannot lock", lock_path);
     return absl::FailedPreconditionError(absl::StrCat("another server uses the data in ", folder));
   }
+  if (absl::Status finished = CheckFinished(folder); !finished.ok()) return finished;
+  if (absl::Status known = CheckNotWithoutLogs(folder); !known.ok()) return known;
   std::unique_ptr<DiskStore> store(new DiskStore(folder, std::move(lock)));
-  absl::StatusOr<std::unique_ptr<LogDatabase>> logs =
-      LogDatabase::Open(absl::StrCat(folder, "/logs.sqlite"));
+  absl::StatusOr<std::unique_ptr<LogDatabase>> logs = LogDatabase::Open(DatabaseIn(folder));
   if (!logs.ok()) return logs.status();
   store->logs_ = *std::move(logs);
   if (absl::Status opened = store->blobs_.Open(); !opened.ok()) return opened;
@@ -93,6 +93,14 @@ absl::Status DiskStore::ReleaseBlob(const std::string& sha256) { return blobs_.R
 absl::Status DiskStore::KeepBlobs(const std::map<std::string, int>& holders) {
   return blobs_.Keep(holders);
 }
+
+absl::Status DiskStore::KeepAllBlobs(const std::map<std::string, int>& holders) {
+  return blobs_.KeepAll(holders);
+}
+
+absl::StatusOr<absl::Duration> DiskStore::SeenTime() const { return logs_->SeenTime(); }
+
+absl::Status DiskStore::PutSeenTime(absl::Duration seen) { return logs_->PutSeenTime(seen); }
 
 absl::Status DiskStore::AppendSpool(const std::string& spool, absl::string_view record) {
   return spools_.Append(spool, record);

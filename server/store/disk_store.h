@@ -4,6 +4,7 @@
 //   blobs/ab/abcd...  committed scans and whole plans, named by their SHA-256 (blob_folder.h)
 //   spools/           what came of uploads that are under way (spool_folder.h)
 //   lock              held by the one process that uses the folder
+//   unfinished        while a backup or a restore writes here (store_folder.h)
 #ifndef VANTAGE_SERVER_STORE_DISK_STORE_H_
 #define VANTAGE_SERVER_STORE_DISK_STORE_H_
 
@@ -22,8 +23,9 @@ namespace vantage::store {
 
 class DiskStore final : public Store {
  public:
-  // Opens or makes it. FAILED_PRECONDITION: another process uses the folder, or a newer release
-  // wrote it. DATA_LOSS: damaged. UNAVAILABLE: it cannot be written.
+  // Opens or makes it. FAILED_PRECONDITION: another process uses the folder, a newer release wrote
+  // it, a copy to it was broken off, or it has scans without the logs that name them. DATA_LOSS:
+  // damaged. UNAVAILABLE: it cannot be written.
   static absl::StatusOr<std::unique_ptr<DiskStore>> Open(const std::string& folder);
 
   absl::Status Append(const std::string& session, const storage::v1::LogEntry& entry) override;
@@ -41,6 +43,7 @@ class DiskStore final : public Store {
   absl::StatusOr<std::string> GetBlob(const std::string& sha256) const override;
   absl::Status ReleaseBlob(const std::string& sha256) override;
   absl::Status KeepBlobs(const std::map<std::string, int>& holders) override;
+  absl::Status KeepAllBlobs(const std::map<std::string, int>& holders) override;
   absl::Status AppendSpool(const std::string& spool, absl::string_view record) override;
   absl::Status SyncSpool(const std::string& spool) override;
   absl::Status CutSpool(const std::string& spool, size_t records) override;
@@ -48,6 +51,8 @@ class DiskStore final : public Store {
                          absl::FunctionRef<absl::Status(absl::string_view)> visit) const override;
   absl::Status DropSpool(const std::string& spool) override;
   absl::StatusOr<std::vector<std::string>> Spools() const override;
+  absl::StatusOr<absl::Duration> SeenTime() const override;
+  absl::Status PutSeenTime(absl::Duration seen) override;
 
  private:
   DiskStore(const std::string& folder, FileDescriptor lock);

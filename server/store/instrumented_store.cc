@@ -109,6 +109,9 @@ absl::Status InstrumentedStore::ReleaseBlob(const std::string& sha256) {
 absl::Status InstrumentedStore::KeepBlobs(const std::map<std::string, int>& holders) {
   return Instrumented(metrics_, log_, "keep_blobs", [&] { return store_.KeepBlobs(holders); });
 }
+absl::Status InstrumentedStore::KeepAllBlobs(const std::map<std::string, int>& holders) {
+  return Instrumented(metrics_, log_, "keep_blobs", [&] { return store_.KeepAllBlobs(holders); });
+}
 absl::Status InstrumentedStore::AppendSpool(const std::string& spool, absl::string_view record) {
   return Instrumented(metrics_, log_, "append_spool",
                       [&] { return store_.AppendSpool(spool, record); });
@@ -128,6 +131,12 @@ absl::Status InstrumentedStore::DropSpool(const std::string& spool) {
 }
 absl::StatusOr<std::vector<std::string>> InstrumentedStore::Spools() const {
   return Instrumented(metrics_, log_, "spools", [&] { return store_.Spools(); });
+}
+absl::StatusOr<absl::Duration> InstrumentedStore::SeenTime() const {
+  return Instrumented(metrics_, log_, "seen_time", [&] { return store_.SeenTime(); });
+}
+absl::Status InstrumentedStore::PutSeenTime(absl::Duration seen) {
+  return Instrumented(metrics_, log_, "put_seen_time", [&] { return store_.PutSeenTime(seen); });
 }
 
 }  // namespace vantage::store

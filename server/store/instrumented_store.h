@@ -36,6 +36,7 @@ class InstrumentedStore final : public Store {
   absl::StatusOr<std::string> GetBlob(const std::string& sha256) const override;
   absl::Status ReleaseBlob(const std::string& sha256) override;
   absl::Status KeepBlobs(const std::map<std::string, int>& holders) override;
+  absl::Status KeepAllBlobs(const std::map<std::string, int>& holders) override;
   absl::Status AppendSpool(const std::string& spool, absl::string_view record) override;
   absl::Status SyncSpool(const std::string& spool) override;
   absl::Status CutSpool(const std::string& spool, size_t records) override;
@@ -43,6 +44,8 @@ class InstrumentedStore final : public Store {
                          absl::FunctionRef<absl::Status(absl::string_view)> visit) const override;
   absl::Status DropSpool(const std::string& spool) override;
   absl::StatusOr<std::vector<std::string>> Spools() const override;
+  absl::StatusOr<absl::Duration> SeenTime() const override;
+  absl::Status PutSeenTime(absl::Duration seen) override;
 
  private:
   Store& store_;

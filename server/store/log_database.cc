@@ -3,6 +3,8 @@
 #include <fcntl.h>
 #include <sqlite3.h>
 
+#include <algorithm>
+#include <limits>
 #include <map>
 #include <utility>
 
@@ -69,6 +71,8 @@ class Use {
 constexpr char kAppend[] =
     "INSERT INTO log (session, sequence, crc32c, entry) SELECT ?1, ?2, ?3, ?4 "
     "WHERE ?2 = (SELECT coalesce(max(sequence), 0) + 1 FROM log WHERE session = ?1)";
+constexpr char kReadBackwards[] =
+    "SELECT sequence, crc32c, entry FROM log WHERE session = ?1 ORDER BY sequence DESC";
 constexpr char kRead[] =
     "SELECT sequence, crc32c, entry FROM log WHERE session = ?1 AND sequence > ?2 "
     "ORDER BY sequence LIMIT ?3";
@@ -83,12 +87,17 @@ constexpr char kSnapshots[] =
     "ORDER BY sequence DESC";
 constexpr char kDropSnapshot[] = "DELETE FROM snapshot WHERE session = ?1 AND sequence = ?2";
 // Tables that a folder of an older release may lack. The trigger works there, too.
-constexpr char kAddSnapshots[] =
+constexpr char kAddTables[] =
     "CREATE TABLE IF NOT EXISTS snapshot (session TEXT NOT NULL, sequence INTEGER NOT NULL,"
     " algorithm_version INTEGER NOT NULL, blob BLOB NOT NULL, PRIMARY KEY (session, sequence))"
     " WITHOUT ROWID;"
     "CREATE TRIGGER IF NOT EXISTS snapshot_goes_with_log AFTER DELETE ON log BEGIN"
-    " DELETE FROM snapshot WHERE session = OLD.session; END";
+    " DELETE FROM snapshot WHERE session = OLD.session; END;"
+    "CREATE TABLE IF NOT EXISTS seen (only_row INTEGER PRIMARY KEY CHECK (only_row = 1),"
+    " milliseconds INTEGER NOT NULL) WITHOUT ROWID";
+constexpr char kSeenTime[] = "SELECT milliseconds FROM seen";
+constexpr char kPutSeenTime[] =
+    "INSERT OR REPLACE INTO seen (only_row, milliseconds) VALUES (1, ?1)";
 
 }  // namespace
 
@@ -152,7 +161,7 @@ struct LogDatabase::Connection {
   }
 
   absl::Status PrepareToRead() {
-    for (const char* statement : {kRead, kKnown, kSessions}) {
+    for (const char* statement : {kRead, kReadBackwards, kKnown, kSessions}) {
       if (absl::Status prepared = Prepare(statement); !prepared.ok()) return prepared;
     }
     return absl::OkStatus();
@@ -185,8 +194,9 @@ absl::StatusOr<std::unique_ptr<LogDatabase>> LogDatabase::Open(const std::string
   // Syncs what the system had not yet written when the last process was killed, before anybody
   // reads it.
   if (status.ok()) status = writer->Run("PRAGMA wal_checkpoint(TRUNCATE)");
-  if (status.ok()) status = writer->Run(kAddSnapshots);
-  for (const char* statement : {kAppend, kDrop, kPutSnapshot, kSnapshots, kDropSnapshot}) {
+  if (status.ok()) status = writer->Run(kAddTables);
+  for (const char* statement :
+       {kAppend, kDrop, kPutSnapshot, kSnapshots, kDropSnapshot, kSeenTime, kPutSeenTime}) {
     if (status.ok()) status = writer->Prepare(statement);
   }
   auto reader = std::make_unique<Connection>();
@@ -257,6 +267,51 @@ absl::StatusOr<std::vector<std::string>> LogDatabase::Read(const std::string& se
   return entries;
 }
 
+// Where a page of the file is damaged, what lies before it is read forwards and what lies behind it
+// backwards.
+absl::StatusOr<std::vector<std::string>> LogDatabase::ReadSound(
+    const std::string& session, std::vector<std::string>& faults) const {
+  std::lock_guard<std::mutex> lock(read_mutex_);
+  std::map<uint64_t, std::string> sound;
+  uint64_t last = 0;
+  bool whole = true;
+  for (const char* statement : {kRead, kReadBackwards}) {
+    Use read(reader_->statements.at(statement));
+    read.Bind(1, absl::string_view(session));
+    if (statement == kRead) {
+      read.Bind(2, uint64_t{0});
+      read.Bind(3, uint64_t{std::numeric_limits<int64_t>::max()});
+    }
+    int step = SQLITE_ROW;
+    while ((step = read.Step()) == SQLITE_ROW) {
+      const uint64_t sequence = read.Number(0);
+      std::string entry = read.Bytes(2);
+      last = std::max(last, sequence);
+      if (read.Number(1) == bytes::Crc32c(entry)) sound.try_emplace(sequence, std::move(entry));
+    }
+    whole = step == SQLITE_DONE;
+    if (whole) break;
+    faults.emplace_back(DatabaseError(reader_->database, absl::StrCat("read ", path_)).message());
+  }
+  if (last == 0 && whole) return absl::NotFoundError(absl::StrCat("no log of ", session));
+  std::vector<std::string> entries;
+  uint64_t next = 1;
+  const auto missing = [&](uint64_t until) {
+    if (next == until) return;
+    const std::string which = until - next == 1 ? absl::StrCat("entry ", next)
+                                                : absl::StrCat("entries ", next, " to ", until - 1);
+    faults.push_back(absl::StrCat("session ", session, ": ", which, " in ", path_,
+                                  until - next == 1 ? " is" : " are", " damaged or missing"));
+  };
+  for (auto& [sequence, entry] : sound) {
+    missing(sequence);
+    next = sequence + 1;
+    entries.push_back(std::move(entry));
+  }
+  missing(std::max(last + 1, next));
+  return entries;
+}
+
 absl::StatusOr<std::vector<std::string>> LogDatabase::Sessions() const {
   std::lock_guard<std::mutex> lock(read_mutex_);
   Use read(reader_->statements.at(kSessions));
@@ -319,6 +374,23 @@ absl::Status LogDatabase::DropSnapshot(const std::string& session, uint64_t sequ
   drop.Bind(1, absl::string_view(session));
   drop.Bind(2, sequence);
   if (drop.Step() == SQLITE_DONE) return absl::OkStatus();
+  return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
+}
+
+absl::StatusOr<absl::Duration> LogDatabase::SeenTime() const {
+  std::lock_guard<std::mutex> lock(write_mutex_);
+  Use read(writer_->statements.at(kSeenTime));
+  const int step = read.Step();
+  if (step == SQLITE_ROW) return absl::Milliseconds(static_cast<int64_t>(read.Number(0)));
+  if (step == SQLITE_DONE) return absl::ZeroDuration();
+  return DatabaseError(writer_->database, absl::StrCat("read ", path_));
+}
+
+absl::Status LogDatabase::PutSeenTime(absl::Duration seen) {
+  std::lock_guard<std::mutex> lock(write_mutex_);
+  Use put(writer_->statements.at(kPutSeenTime));
+  put.Bind(1, static_cast<uint64_t>(absl::ToInt64Milliseconds(seen)));
+  if (put.Step() == SQLITE_DONE) return absl::OkStatus();
   return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
 }
 

@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "absl/time/time.h"
 #include "server/store/store.h"
 
 namespace vantage::store {
@@ -33,12 +34,19 @@ class LogDatabase {
   absl::Status Append(const std::string& session, uint64_t sequence, absl::string_view entry);
   absl::StatusOr<std::vector<std::string>> Read(const std::string& session, uint64_t after,
                                                 size_t limit) const;
+  // All entries of a session that are sound, in order; adds what is damaged or missing to `faults`,
+  // in words. NOT_FOUND.
+  absl::StatusOr<std::vector<std::string>> ReadSound(const std::string& session,
+                                                     std::vector<std::string>& faults) const;
   absl::StatusOr<std::vector<std::string>> Sessions() const;
   absl::Status Drop(const std::string& session);
 
   absl::Status PutSnapshot(const std::string& session, const SnapshotRecord& snapshot);
   absl::StatusOr<std::vector<SnapshotRecord>> Snapshots(const std::string& session) const;
   absl::Status DropSnapshot(const std::string& session, uint64_t sequence);
+
+  absl::StatusOr<absl::Duration> SeenTime() const;
+  absl::Status PutSeenTime(absl::Duration seen);
 
   // The database's own check of its file. DATA_LOSS.
   absl::Status Check() const;

@@ -169,6 +169,26 @@ absl::Status MemoryStore::KeepBlobs(const std::map<std::string, int>& holders) {
   return absl::OkStatus();
 }
 
+absl::Status MemoryStore::KeepAllBlobs(const std::map<std::string, int>& holders) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  for (auto& [sha256, blob] : blobs_) {
+    const auto held = holders.find(sha256);
+    blob.holders = 1 + (held == holders.end() ? 0 : held->second);
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<absl::Duration> MemoryStore::SeenTime() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return seen_;
+}
+
+absl::Status MemoryStore::PutSeenTime(absl::Duration seen) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  seen_ = seen;
+  return absl::OkStatus();
+}
+
 absl::Status MemoryStore::AppendSpool(const std::string& spool, absl::string_view record) {
   std::lock_guard<std::mutex> lock(mutex_);
   absl::Status room = Reserve(record.size());

@@ -32,6 +32,7 @@ class MemoryStore : public Store {
   absl::StatusOr<std::string> GetBlob(const std::string& sha256) const override;
   absl::Status ReleaseBlob(const std::string& sha256) override;
   absl::Status KeepBlobs(const std::map<std::string, int>& holders) override;
+  absl::Status KeepAllBlobs(const std::map<std::string, int>& holders) override;
   absl::Status AppendSpool(const std::string& spool, absl::string_view record) override;
   absl::Status SyncSpool(const std::string& spool) override;
   absl::Status CutSpool(const std::string& spool, size_t records) override;
@@ -39,6 +40,8 @@ class MemoryStore : public Store {
                          absl::FunctionRef<absl::Status(absl::string_view)> visit) const override;
   absl::Status DropSpool(const std::string& spool) override;
   absl::StatusOr<std::vector<std::string>> Spools() const override;
+  absl::StatusOr<absl::Duration> SeenTime() const override;
+  absl::Status PutSeenTime(absl::Duration seen) override;
 
   size_t used() const;
 
@@ -59,6 +62,7 @@ class MemoryStore : public Store {
   std::map<std::string, std::map<uint64_t, SnapshotRecord>> snapshots_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, Blob> blobs_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::vector<std::string>> spools_ ABSL_GUARDED_BY(mutex_);
+  absl::Duration seen_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace vantage::store

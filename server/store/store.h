@@ -13,6 +13,7 @@
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "absl/time/time.h"
 #include "vantage/storage/v1/log.pb.h"
 
 namespace vantage::store {
@@ -69,6 +70,9 @@ class Store {
   virtual absl::Status ReleaseBlob(const std::string& sha256) = 0;
   // Sets how many holders each blob has, by the logs after a restart; all other blobs are removed.
   virtual absl::Status KeepBlobs(const std::map<std::string, int>& holders) = 0;
+  // The same where not every log can be read: each blob that is there has a holder that is not
+  // known, who never lets go, so that it stays.
+  virtual absl::Status KeepAllBlobs(const std::map<std::string, int>& holders) = 0;
 
   // Appends a record (a serialised vantage.store.v1.SpoolRecord) to what an upload brought so far;
   // it is kept for sure after SyncSpool. `spool` is unique for ever; one record of a spool at a
@@ -87,6 +91,11 @@ class Store {
   virtual absl::Status DropSpool(const std::string& spool) = 0;
   // Every spool that was written and not dropped, sorted.
   virtual absl::StatusOr<std::vector<std::string>> Spools() const = 0;
+
+  // The time that servers of this store have seen pass (execution/seen_time.h), as last put; 0
+  // where none was.
+  virtual absl::StatusOr<absl::Duration> SeenTime() const = 0;
+  virtual absl::Status PutSeenTime(absl::Duration seen) = 0;
 };
 
 }  // namespace vantage::store

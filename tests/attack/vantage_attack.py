@@ -9,8 +9,10 @@ nothing away.
 import argparse
 import functools
 import gzip
+import hashlib
 import json
 import os
+import struct
 import sys
 import time
 
@@ -30,8 +32,30 @@ KNOWN = ("more connections than files (CVE-2023-4785)",)
 HEALTH = b"/grpc.health.v1.Health/Check"
 
 
+def crc32c(data):
+    """Castagnoli's, a bit at a time: for small pieces."""
+    crc = 0xFFFFFFFF
+    for byte in data:
+        crc ^= byte
+        for _ in range(8):
+            crc = crc >> 1 ^ (0x82F63B78 if crc & 1 else 0)
+    return crc ^ 0xFFFFFFFF
+
+
+def range_image(columns=8, rows=4, metres=2):
+    """A small scan, encoded as upload.proto says: every range the same."""
+    step = 0.1
+    image = struct.pack("<4sHHIIdd", b"VRIM", 1, 0, columns, rows, step, step)
+    image += struct.pack(f"<{rows}d", *(step * row for row in range(rows)))
+    codes = [2 + 2 * int(metres * 10_000)] + [2] * (rows - 1)
+    for column in range(columns):
+        image += struct.pack("<d", step * column)
+        for plane in range(4):
+            image += bytes(code >> 8 * plane & 255 for code in codes)
+    return image
+
+
 def sha256(text):
-    import hashlib
     return hashlib.sha256(text.encode()).hexdigest()
 
 
@@ -92,15 +116,18 @@ class Attacks:
         return server.serves_others()
 
     def secured(self):
-        """A server with callers: one tenant's administrator, another's, and one past its time."""
+        """A server with callers: a tenant's administrator and two who plan, another's administrator,
+        and one past its time."""
         server_folder = os.path.join(self.folder, "callers")
         with open(server_folder, "w") as file:
             os.chmod(server_folder, 0o600)
-            for name, tenant, token, more in (
-                    ("owner", "museum", "owner-token", ""),
-                    ("stranger", "castle", "stranger-token", ""),
-                    ("late", "museum", "late-token", "2020-01-01T00:00:00Z")):
-                file.write(f"{name} {tenant} administer token:{sha256(token)} {more}\n")
+            for name, tenant, roles, token, more in (
+                    ("owner", "museum", "administer", "owner-token", ""),
+                    ("tablet", "museum", "plan,read", "tablet-token", ""),
+                    ("rival", "museum", "plan,read", "rival-token", ""),
+                    ("stranger", "castle", "administer", "stranger-token", ""),
+                    ("late", "museum", "administer", "late-token", "2020-01-01T00:00:00Z")):
+                file.write(f"{name} {tenant} {roles} token:{sha256(token)} {more}\n")
         return self.start("--callers", server_folder)
 
     # ---- With valid HTTP/2 and gRPC ---------------------------------------------------------
@@ -125,6 +152,7 @@ class Attacks:
             there = ask(channel, "SessionService", "GetSession", get, token="owner-token")[0]
             self.record("deleting another tenant's session", got,
                         got == "NOT_FOUND" and there == "OK")
+            self.claims(channel)
             guesses = 500
             codes = {}
             begun, cpu = time.monotonic(), server.cpu_seconds()
@@ -135,6 +163,64 @@ class Attacks:
             self.record(f"{guesses} guessed tokens", str(codes), "OK" not in codes and lines < 100,
                         log_lines=lines, cpu_s=round(server.cpu_seconds() - cpu, 2),
                         seconds=round(time.monotonic() - begun, 1))
+
+    def claims(self, channel):
+        """Within a tenant: a claim is whoever took it's, and its administrator's."""
+        new = self.contract.new
+        made = [ask(channel, "FleetService", "CreateScanner",
+                    new("CreateScannerRequest", parent="sessions/job", scanner_id="one",
+                        scanner=new("Scanner")), token="owner-token")[0]]
+        claim = new("ClaimViewRequest", parent="sessions/job",
+                    scanner="sessions/job/scanners/one", position=new("Vector3", z=1.5))
+        made.append(ask(channel, "FleetService", "ClaimView", claim, token="tablet-token")[0])
+        name = "sessions/job/claims/claim-1"
+        got = [ask(channel, "FleetService", method, new(method + "Request", name=name),
+                   token="rival-token")[0] for method in ("RenewClaim", "ReleaseClaim")]
+        own = [ask(channel, "FleetService", "RenewClaim", new("RenewClaimRequest", name=name),
+                   token=token)[0] for token in ("tablet-token", "owner-token")]
+        self.record("another caller's claim renewed and released", ", ".join(got),
+                    made == ["OK", "OK"] and got == ["PERMISSION_DENIED"] * 2
+                    and own == ["OK", "OK"])
+
+    def uploads(self):
+        """What an upload takes that it should not: after its end, and what is no scan at all."""
+        new = self.contract.new
+        with self.start() as server, server.channel() as channel:
+            ask(channel, "SessionService", "CreateSession",
+                new("CreateSessionRequest", session_id="job"))
+
+            def begin(number, **upload):
+                ask(channel, "ScanService", "CreateUpload", new(
+                    "CreateUploadRequest", parent="sessions/job", upload=new("Upload", **upload)))
+                return f"sessions/job/uploads/upload-{number}"
+
+            def send(upload, data, sequence=0, offset=0, total=None):
+                piece = new("Piece", sequence=sequence, offset=offset, data=data,
+                            crc32c=crc32c(data))
+                request = new("UploadPieceRequest", upload=upload, piece=piece)
+                if total is not None:
+                    request.total.CopyFrom(total)
+                return ask(channel, "ScanService", "UploadPiece", request)[0]
+
+            def total_of(image):
+                return new("UploadTotal", encoded_size_bytes=len(image),
+                           sha256=hashlib.sha256(image).digest())
+
+            image, other = range_image(), range_image(metres=3)
+            upload = begin(1, total=total_of(image))
+            sent = [send(upload, image), send(upload, image)]
+            got = [send(upload, other), send(upload, image, sequence=1),
+                   send(upload, image, total=total_of(other))]
+            self.record("another scan's pieces and total after the commit", ", ".join(got),
+                        sent == ["OK", "OK"] and got == ["FAILED_PRECONDITION"] * 3
+                        and self.well(server))
+            junk, pieces, code = b"J" * 4096, 0, "OK"
+            upload = begin(2)
+            while code == "OK" and pieces < 64:
+                code = send(upload, junk, pieces, pieces * len(junk))
+                pieces += 1
+            self.record("an upload that is no range image", f"{code} after {pieces} pieces",
+                        code == "INVALID_ARGUMENT" and pieces == 1 and self.well(server))
 
     def paths_and_counts(self):
         new = self.contract.new
@@ -369,8 +455,8 @@ class Attacks:
     def run(self, only):
         import tempfile
         with tempfile.TemporaryDirectory(prefix="vantage-attack-") as self.folder:
-            for part in (self.names_and_tokens, self.paths_and_counts, self.bombs, self.connections,
-                         self.few_files, self.slow_readers, self.malformed):
+            for part in (self.names_and_tokens, self.uploads, self.paths_and_counts, self.bombs,
+                         self.connections, self.few_files, self.slow_readers, self.malformed):
                 if not only or part.__name__.startswith(only):
                     part()
         return self.rows
@@ -389,8 +475,8 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--server", required=True, help="the vantaged to start")
     parser.add_argument("--contract", required=True, help="its descriptor set, vantage.v1.binpb")
-    parser.add_argument("--only", default="", help="names_and_tokens, paths_and_counts, bombs, "
-                        "connections, few_files, slow_readers or malformed")
+    parser.add_argument("--only", default="", help="names_and_tokens, uploads, paths_and_counts, "
+                        "bombs, connections, few_files, slow_readers or malformed")
     parser.add_argument("--haproxy-cfg", help="attack it also as deployed: behind HAProxy with "
                         "this configuration")
     parser.add_argument("--minutes", type=float, default=0, help="again and again for so long")

@@ -21,6 +21,10 @@ bool MeasureKills(int kills, bench::Figures& figures);
 bool MeasureLink(bench::Figures& figures);
 // upload.*: against a bare stream that syncs every 4 MiB.
 bool MeasureUpload(bench::Figures& figures);
+// damage.*: entries of a log that rot, files that go, and come back.
+bool MeasureDamage(bench::Figures& figures);
+// clock.*: a wall clock that jumps.
+bool MeasureClock(bench::Figures& figures);
 // restart.*: sessions of ten scans.
 bool MeasureRestart(int sessions, bench::Figures& figures);
 

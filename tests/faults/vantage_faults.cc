@@ -33,6 +33,8 @@ int main(int argc, char** argv) {
   bool kept = true;
   if (figures.Wants("link.")) kept = vantage::faults::MeasureLink(figures) && kept;
   if (figures.Wants("upload.")) kept = vantage::faults::MeasureUpload(figures) && kept;
+  if (figures.Wants("damage.")) kept = vantage::faults::MeasureDamage(figures) && kept;
+  if (figures.Wants("clock.")) kept = vantage::faults::MeasureClock(figures) && kept;
   if (figures.Wants("restart."))
     kept = vantage::faults::MeasureRestart(full ? 100 : 10, figures) && kept;
   if (figures.Wants("kill.")) {

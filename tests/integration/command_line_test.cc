@@ -34,6 +34,39 @@ TEST(Lifecycle, EndsOnSigtermWhileWatched) {
   EXPECT_EQ(server.Stop(SIGTERM), 0) << server.Log();
 }
 
+// What an operator does about a session that is damaged, and about a folder that is.
+TEST(Operator, SavesASessionAndTakesItOut) {
+  const ScratchFolder scratch;
+  const std::string data = scratch.File("data");
+  const std::string saved = scratch.File("saved");
+  const auto run = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), VANTAGED_BINARY);
+    arguments.insert(arguments.end(), {"--data", data});
+    return RunProgram(arguments);
+  };
+  {
+    ServerProcess server(data);
+    ASSERT_EQ(Vantage(server, {"session", "create", "museum"}).exit_code, 0);
+    ASSERT_EQ(Vantage(server, {"session", "create", "other"}).exit_code, 0);
+    // Beside the server, what there is can be saved, and nothing can be taken out.
+    const Finished beside = run({"salvage", "museum", saved});
+    EXPECT_EQ(beside.exit_code, 0) << beside.error;
+    EXPECT_THAT(beside.out, HasSubstr("1 log entries"));
+    const Finished refused = run({"salvage", "museum", scratch.File("again"), "--remove"});
+    EXPECT_NE(refused.exit_code, 0);
+    EXPECT_THAT(refused.error, HasSubstr("another server uses the data"));
+    EXPECT_EQ(Vantage(server, {"session", "show", "museum"}).exit_code, 0);
+    EXPECT_EQ(server.Stop(SIGTERM), 0) << server.Log();
+  }
+  EXPECT_NE(run({"salvage", "museum", saved}).exit_code, 0) << "written over";
+  EXPECT_NE(run({"salvage", "nobody", scratch.File("none")}).exit_code, 0);
+  const Finished removed = run({"salvage", "museum", scratch.File("last"), "--remove"});
+  EXPECT_EQ(removed.exit_code, 0) << removed.error;
+  ServerProcess server(data);
+  EXPECT_EQ(Vantage(server, {"session", "show", "museum"}).exit_code, 3);
+  EXPECT_EQ(Vantage(server, {"session", "show", "other"}).exit_code, 0);
+}
+
 TEST(Lifecycle, SessionsComeAndGo) {
   ServerProcess server;
   ASSERT_FALSE(server.address().empty());

@@ -170,6 +170,7 @@ Admission Authorizer::Admit(const RpcRule& rule, const grpc::ServerContextBase& 
   admission.caller = identity->name;
   admission.tenant = std::move(identity->tenant);
   admission.credential = std::move(identity->credential);
+  admission.administers = identity->roles.Allow(auth::Role::kAdminister);
   const absl::Duration wait = calls_.Take(admission.caller, now);
   if (wait > absl::ZeroDuration()) {
     admission.status = contract::Retryable(

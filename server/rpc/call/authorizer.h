@@ -24,6 +24,7 @@ struct Admission {
   // The tenant whose sessions it may see; nullopt: all, where callers are not told apart.
   std::optional<std::string> tenant;
   std::string credential;  // Caller::credential; empty where callers are not told apart
+  bool administers = false;
 };
 
 // Thread safe.

@@ -48,6 +48,12 @@ std::string HeaderOf(const grpc::ServerContextBase& context) {
   return {it->second.data(), it->second.size()};
 }
 
+// Where callers show nothing, nothing tells one from another but their address.
+session::Asker AskerOf(const Admission& admission) {
+  if (admission.credential.empty()) return {};
+  return {admission.caller, admission.administers};
+}
+
 }  // namespace
 
 RpcCall::RpcCall(const RpcDependencies& dependencies, const RpcRule& rule,
@@ -58,7 +64,7 @@ RpcCall::RpcCall(const RpcDependencies& dependencies, const RpcRule& rule,
       trace_(telemetry::TraceContext::From(HeaderOf(context))),
       context_(std::make_shared<const std::string>(trace_.trace_id)),
       admission_(Admit(context)),
-      sessions_(dependencies.sessions, admission_.tenant) {
+      sessions_(dependencies.sessions, admission_.tenant, AskerOf(admission_)) {
   dependencies_.calls_under_way.fetch_add(1, std::memory_order_relaxed);
 }
 

@@ -52,7 +52,7 @@ void ClaimView(const session::TenantSessions& sessions, const v1::ClaimViewReque
   if (!session.ok()) return done(session.status());
   absl::Status valid = conversion::CheckRequest(request);
   if (!valid.ok()) return done(valid);
-  (*session)->claims().Take(request, std::move(done));
+  (*session)->claims().Take(request, std::move(done), sessions.asker().caller);
 }
 
 absl::StatusOr<v1::RenewClaimResponse> RenewClaim(const session::TenantSessions& sessions,
@@ -63,7 +63,7 @@ absl::StatusOr<v1::RenewClaimResponse> RenewClaim(const session::TenantSessions&
   if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   absl::StatusOr<v1::Claim> claim = (*session)->claims().Renew(
       request.name(), conversion::ReadTtl(request),
-      session::RequestKey::Of(request.request_id(), "RenewClaim", request));
+      session::RequestKey::Of(request.request_id(), "RenewClaim", request), sessions.asker());
   if (!claim.ok()) return claim.status();
   v1::RenewClaimResponse response;
   *response.mutable_claim() = *std::move(claim);
@@ -77,7 +77,8 @@ absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(const session::TenantSessi
   if (!session.ok()) return session.status();
   if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   absl::Status released = (*session)->claims().Release(
-      request.name(), session::RequestKey::Of(request.request_id(), "ReleaseClaim", request));
+      request.name(), session::RequestKey::Of(request.request_id(), "ReleaseClaim", request),
+      sessions.asker());
   if (!released.ok()) return released;
   return v1::ReleaseClaimResponse();
 }

@@ -8,6 +8,7 @@
 #include <ostream>
 #include <sstream>
 
+#include "core/sensor/encoding.h"
 #include "core/sensor/imported_scan.h"
 #include "core/sensor/pcd.h"
 #include "core/sensor/ptx.h"
@@ -295,6 +296,25 @@ TEST(ReadScanFileTest, SaysWhatIsWrongWithTheFile) {
   const absl::Status status = ReadScanFile(path, {}).status();
   EXPECT_EQ(status.code(), kInvalid);
   EXPECT_EQ(status.message().find(path), 0u) << status;
+  std::filesystem::remove(path);
+}
+
+// What a server kept of a scan comes back as it was.
+TEST(ReadScanFileTest, AnEncodedImageStaysToTheBit) {
+  const RoomFiles room;
+  const ImportedScan ptx = ParsePtx(PtxText(40, 20, room.points), {}).value();
+  const std::string encoded = EncodeRangeImage(ptx.image);
+  const std::string path = (std::filesystem::path(testing::TempDir()) / "kept.vrim").string();
+  std::ofstream(path, std::ios::binary) << encoded;
+  const absl::StatusOr<ImportedScan> read = ReadScanFile(path, {});
+  ASSERT_TRUE(read.ok()) << read.status();
+  EXPECT_EQ(EncodeRangeImage(read->image), encoded);
+  EXPECT_FALSE(read->T_world_scan.has_value());
+  EXPECT_TRUE(read->scanner.Validate().ok()) << read->scanner.Validate();
+  EXPECT_EQ(read->scanner.elevation_min, ptx.scanner.elevation_min);
+  EXPECT_EQ(read->scanner.elevation_step, ptx.scanner.elevation_step);
+  std::ofstream(path, std::ios::binary) << encoded.substr(0, encoded.size() / 2);
+  EXPECT_EQ(ReadScanFile(path, {}).status().code(), kInvalid);
   std::filesystem::remove(path);
 }
 

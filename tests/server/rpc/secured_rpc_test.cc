@@ -379,6 +379,58 @@ TEST(Authorizer, AnotherTenantsSessionIsNotThere) {
   EXPECT_THAT(SessionsSeen(channel, Bearer(owner)), ElementsAre("sessions/job"));
 }
 
+// Of one tenant, too: who took a claim has it, and administrators may help out.
+TEST(Authorizer, AClaimIsItsCallers) {
+  SecuredServer secured;
+  const std::string red = secured.AddToken("red museum submit,plan,read");
+  const std::string blue = secured.AddToken("blue museum submit,plan,read");
+  const std::string office = secured.AddToken("office museum administer");
+  secured.Start(secured.WithCallers());
+  const auto channel = secured.Plain();
+  ASSERT_TRUE(OpenSession(channel, "job", Bearer(red)).ok());
+  v1::CreateScannerRequest scanner;
+  scanner.set_parent("sessions/job");
+  scanner.set_scanner_id("one");
+  scanner.mutable_scanner();
+  ASSERT_TRUE(
+      Call(channel, Method("FleetService.CreateScanner"), scanner, Bearer(red)).status.ok());
+  v1::ClaimViewRequest take;
+  take.set_parent("sessions/job");
+  take.set_scanner("sessions/job/scanners/one");
+  take.mutable_position()->set_z(1.5);
+  v1::RenewClaimRequest renew;
+  v1::ReleaseClaimRequest release;
+  const auto take_as = [&](const std::string& token, double x) {
+    take.mutable_position()->set_x(x);
+    grpc::ClientContext context;
+    context.AddMetadata("authorization", "Bearer " + token);
+    v1::ClaimViewResponse response;
+    const grpc::Status taken =
+        v1::FleetService::NewStub(channel)->ClaimView(&context, take, &response);
+    EXPECT_TRUE(taken.ok()) << taken.error_message();
+    renew.set_name(response.claim().name());
+    release.set_name(response.claim().name());
+  };
+  const auto renew_as = [&](const std::string& token) {
+    return Call(channel, Method("FleetService.RenewClaim"), renew, Bearer(token));
+  };
+  const auto release_as = [&](const std::string& token) {
+    return Call(channel, Method("FleetService.ReleaseClaim"), release, Bearer(token));
+  };
+  take_as(red, 1);
+  for (const Answer& refused : {renew_as(blue), release_as(blue)}) {
+    EXPECT_EQ(refused.status.error_code(), StatusCode::PERMISSION_DENIED);
+    EXPECT_EQ(ReasonOf(refused), "CLAIM_OF_ANOTHER");
+    EXPECT_THAT(refused.status.error_message(), HasSubstr("'red'"));
+  }
+  EXPECT_TRUE(renew_as(red).status.ok());
+  EXPECT_TRUE(renew_as(office).status.ok());
+  EXPECT_TRUE(release_as(red).status.ok());
+  take_as(red, 5);
+  EXPECT_EQ(ReasonOf(release_as(blue)), "CLAIM_OF_ANOTHER");
+  EXPECT_TRUE(release_as(office).status.ok());
+}
+
 TEST(Authorizer, AnotherTenantsRequestIdMeansNothing) {
   SecuredServer secured;
   const std::string owner = secured.AddToken("tablet museum administer");

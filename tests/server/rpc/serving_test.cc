@@ -158,6 +158,7 @@ TEST(Serving, SessionsPastTheirTimeAreCollected) {
   server::ServerOptions options;
   options.collect_every = std::chrono::milliseconds(5);
   options.limits.keep_sessions = absl::ZeroDuration();
+  options.limits.second_look = absl::Milliseconds(20);
   fixture::Script script;
   fixture::InProcess server(script.Make(), options);
   grpc::ClientContext context;

@@ -69,7 +69,8 @@ class FleetSession : public testing::Test {
     return session_->scanners().Create(request).value().name();
   }
   absl::StatusOr<v1::Claim> Claim(const std::string& scanner, double x, double y,
-                                  int ttl_seconds = 60, const std::string& request_id = "") {
+                                  int ttl_seconds = 60, const std::string& request_id = "",
+                                  const std::string& caller = "") {
     v1::ClaimViewRequest request;
     request.set_scanner(scanner);
     request.mutable_position()->set_x(x);
@@ -78,9 +79,12 @@ class FleetSession : public testing::Test {
     request.mutable_ttl()->set_seconds(ttl_seconds);
     request.set_request_id(request_id);
     auto answer = std::make_shared<std::promise<absl::StatusOr<v1::ClaimViewResponse>>>();
-    session_->claims().Take(request, [answer](absl::StatusOr<v1::ClaimViewResponse> response) {
-      answer->set_value(std::move(response));
-    });
+    session_->claims().Take(
+        request,
+        [answer](absl::StatusOr<v1::ClaimViewResponse> response) {
+          answer->set_value(std::move(response));
+        },
+        caller);
     absl::StatusOr<v1::ClaimViewResponse> response = answer->get_future().get();
     if (!response.ok()) return response.status();
     return response->claim();
@@ -228,6 +232,29 @@ TEST_F(FleetSession, ClaimsExpireAndAreRenewed) {
   session_->claims().Expire();
   EXPECT_EQ(EndOf("sessions/job/claims/claim-2"), "expired");
   EXPECT_TRUE(Held().empty());
+}
+
+// Whoever took it has it, also after a restart; what nobody in particular took is everybody's.
+TEST_F(FleetSession, AClaimIsItsCallers) {
+  const std::string red = Add("red");
+  const std::string own = Claim(red, 1, 1, 60, "", "tablet").value().name();
+  const std::string open = Claim(red, 4, 3).value().name();
+  for (const bool again : {false, true}) {
+    SCOPED_TRACE(again);
+    if (again) Restart();
+    Claims& claims = session_->claims();
+    const absl::Status renewed = claims.Renew(own, absl::Seconds(90), {}, {"other"}).status();
+    EXPECT_TRUE(absl::IsPermissionDenied(renewed)) << renewed;
+    EXPECT_EQ(contract::ReasonOf(renewed), "CLAIM_OF_ANOTHER");
+    EXPECT_EQ(contract::ReasonOf(claims.Release(own, {}, {"other"})), "CLAIM_OF_ANOTHER");
+    EXPECT_EQ(Held().size(), 2U);
+    EXPECT_TRUE(claims.Renew(own, absl::Seconds(90), {}, {"tablet"}).ok());
+    EXPECT_TRUE(claims.Renew(own, absl::Seconds(90), {}, {"office", true}).ok());
+    EXPECT_TRUE(claims.Renew(open, absl::Seconds(90), {}, {"other"}).ok());
+  }
+  EXPECT_TRUE(session_->claims().Release(open, {}, {"other"}).ok());
+  EXPECT_TRUE(session_->claims().Release(own, {}, {"tablet"}).ok());
+  EXPECT_EQ(EndOf(own), "released");
 }
 
 TEST_F(FleetSession, AScanFromThereEndsTheClaim) {

@@ -74,7 +74,7 @@ class JournalTest : public ::testing::Test {
   }
 
   FickleStore store_;
-  Journal journal_{"job", store_, fixture::FixtureTime};
+  Journal journal_{"job", store_, fixture::FixtureTime, absl::ZeroDuration};
 };
 
 TEST_F(JournalTest, AStepIsWrittenWithItsNumberAndTimeAndAnswersItsResource) {
@@ -103,7 +103,7 @@ TEST_F(JournalTest, IsReadAgainAsItWas) {
   std::vector<std::string> names;
   names.reserve(600);
   for (int i = 0; i < 600; ++i) names.push_back(AddScanner(journal_, absl::StrCat(i)).value());
-  Journal again("job", store_, fixture::FixtureTime);
+  Journal again("job", store_, fixture::FixtureTime, absl::ZeroDuration);
   ASSERT_TRUE(again.Load().ok());
   EXPECT_EQ(Scanners(again), names);
   // And goes on where it ended.
@@ -155,7 +155,7 @@ TEST_F(JournalTest, ARepeatedRequestIsAnsweredAndDoesNothing) {
   EXPECT_THAT(Sequences(journal_, 0, 10), ElementsAre(1, 2, 3));
   EXPECT_EQ(woken, 0);
   // After a restart, too.
-  Journal again("job", store_, fixture::FixtureTime);
+  Journal again("job", store_, fixture::FixtureTime, absl::ZeroDuration);
   ASSERT_TRUE(again.Load().ok());
   EXPECT_EQ(AddScanner(again, "red", KeyOf("r1", "red")).value(), made);
 }
@@ -234,10 +234,11 @@ TEST_F(JournalTest, ALogThatDoesNotFitTogetherIsNotRead) {
   ASSERT_TRUE(store_.Append("job", entry).ok());
   entry.mutable_event()->set_sequence(3);  // the same scanner again
   ASSERT_TRUE(store_.Append("job", entry).ok());
-  Journal again("job", store_, fixture::FixtureTime);
+  Journal again("job", store_, fixture::FixtureTime, absl::ZeroDuration);
   const absl::Status read = again.Load();
   EXPECT_TRUE(absl::IsInternal(read)) << read;
-  EXPECT_TRUE(absl::IsNotFound(Journal("none", store_, fixture::FixtureTime).Load()));
+  EXPECT_TRUE(
+      absl::IsNotFound(Journal("none", store_, fixture::FixtureTime, absl::ZeroDuration).Load()));
 }
 
 }  // namespace

@@ -42,9 +42,10 @@ class Residence : public testing::Test {
     timer_ = std::make_unique<execution::Timer>();
     contract::Limits limits;
     limits.evict_after = evict_after;
-    registry_ = std::make_unique<SessionRegistry>(SessionDependencies{
-        *store_, *pool_, *timer_, log_, limits, script_.Make(),
-        [this] { return absl::FromUnixSeconds(now_.load()); }, nullptr, memory_.get()});
+    const Journal::Clock clock = [this] { return absl::FromUnixSeconds(now_.load()); };
+    registry_ = std::make_unique<SessionRegistry>(
+        SessionDependencies{*store_, *pool_, *timer_, log_, limits, script_.Make(), clock, nullptr,
+                            memory_.get(), fixture::SeenBy(clock)});
   }
   void Restart(int64_t budget, absl::Duration evict_after) {
     timer_.reset();

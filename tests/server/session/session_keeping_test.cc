@@ -80,6 +80,12 @@ class SessionKeeping : public testing::Test {
     ASSERT_TRUE(registry().WaitUntilIdle(std::chrono::seconds(60)));
   }
   absl::Status Delete(const std::string& id) { return registry().Delete(id); }
+  // What goes when two looks agree.
+  Collected CollectTwice() {
+    EXPECT_EQ(registry().Collect(), Collected());
+    now_ += contract::Limits().second_look;
+    return registry().Collect();
+  }
 
   bool OnDisk(const std::string& bytes) const {
     for (const auto& file : fs::recursive_directory_iterator(folder_)) {
@@ -169,19 +175,87 @@ TEST_F(SessionKeeping, SessionsPastTheirTimeGo) {
   now_ = start + absl::Hours(47);
   EXPECT_EQ(registry().Collect(), Collected());
   now_ = start + absl::Hours(49);
-  EXPECT_EQ(registry().Collect(), (Collected{.sessions = 1, .scans = 0}));
+  EXPECT_EQ(CollectTwice(), (Collected{.sessions = 1, .scans = 0}));
   EXPECT_FALSE(registry().Find("unused").ok());
   EXPECT_EQ(registry().Collect(), Collected());
   // An upload that nobody goes on with ends by itself; that is the session's last event.
   now_ = start + absl::Hours(79);
-  EXPECT_EQ(registry().Collect(), (Collected{.sessions = 1, .scans = 0}));
+  EXPECT_EQ(CollectTwice(), (Collected{.sessions = 1, .scans = 0}));
   EXPECT_FALSE(registry().Find("used").ok());
   EXPECT_EQ(uploading->uploads().Get(upload)->state(), v1::UPLOAD_STATE_EXPIRED);
   EXPECT_TRUE(store_->Spools().value().empty());
   now_ += absl::Hours(49);
-  EXPECT_EQ(registry().Collect(), (Collected{.sessions = 1, .scans = 0}));
+  EXPECT_EQ(CollectTwice(), (Collected{.sessions = 1, .scans = 0}));
   EXPECT_TRUE(BlobsOnDisk().empty());
   EXPECT_TRUE(store_->Sessions().value().empty());
+}
+
+// The clock is set forward by days, and back: what nobody has seen pass makes nothing old.
+TEST_F(SessionKeeping, AClockThatJumpsMakesNothingOld) {
+  contract::Limits limits;
+  limits.keep_sessions = absl::Hours(24 * 30);
+  limits.keep_withdrawn_scans = absl::Hours(24 * 30);
+  absl::Duration passed;
+  const auto begin = [&] {
+    host_.reset();
+    host_ = std::make_unique<fixture::SessionHost>(
+        *store_, script_.Make(), limits, [this] { return now_; }, 2,
+        std::make_shared<execution::SeenTime>([&passed] { return passed; }));
+    ASSERT_TRUE(registry().LoadAll().ok());
+    ASSERT_TRUE(registry().WaitUntilIdle(std::chrono::seconds(60)));
+  };
+  begin();
+  const auto pass = [&](absl::Duration time) {
+    passed += time;
+    now_ += time;
+  };
+  auto session = fixture::OpenSession(registry(), "job");
+  const auto other = fixture::OpenSession(registry(), "other");
+  const std::string withdrawn = Push(*session, own_);
+  Withdraw(*session, withdrawn);
+  const std::string upload = Begin(*session, started_, 1000);
+  for (const absl::Duration jump : {absl::Hours(25), absl::Hours(24 * 60), -absl::Hours(87'600)}) {
+    SCOPED_TRACE(jump);
+    now_ += jump;
+    pass(absl::Seconds(6));
+    EXPECT_EQ(registry().Collect(), Collected());
+    pass(absl::Hours(2));
+    EXPECT_EQ(registry().Collect(), Collected());
+    EXPECT_EQ(session->uploads().Get(upload)->state(), v1::UPLOAD_STATE_OPEN);
+    EXPECT_TRUE(session->scans().LoadImage(withdrawn).ok());
+  }
+  // Time that passes while a server runs makes it old, also if that one starts between.
+  pass(absl::Hours(24 * 20));
+  EXPECT_EQ(registry().Collect(), Collected());
+  EXPECT_EQ(session->uploads().Get(upload)->state(), v1::UPLOAD_STATE_EXPIRED);
+  now_ += absl::Hours(24 * 365);
+  session.reset();
+  begin();
+  EXPECT_EQ(registry().Collect(), Collected());
+  pass(absl::Hours(24 * 11));
+  EXPECT_EQ(registry().Collect(), Collected()) << "the first look";
+  pass(absl::Minutes(59));
+  EXPECT_EQ(registry().Collect(), Collected());
+  pass(absl::Minutes(1));
+  // The other one's last event is the upload that expired after 20 days.
+  EXPECT_EQ(registry().Collect(), (Collected{.sessions = 1, .scans = 1}));
+  EXPECT_FALSE(registry().Find("other").ok());
+  ASSERT_TRUE(registry().Find("job").ok());
+}
+
+// What comes to be used between two looks stays.
+TEST_F(SessionKeeping, ASecondLookMustAgree) {
+  contract::Limits limits;
+  limits.keep_sessions = absl::Hours(48);
+  Start(limits);
+  const auto session = fixture::OpenSession(registry(), "job");
+  now_ += absl::Hours(49);
+  EXPECT_EQ(registry().Collect(), Collected());
+  now_ += absl::Minutes(30);
+  Begin(*session, started_, 100);
+  now_ += absl::Minutes(31);
+  EXPECT_EQ(registry().Collect(), Collected());
+  EXPECT_TRUE(registry().Find("job").ok());
 }
 
 TEST_F(SessionKeeping, NothingGoesByItselfUnlessAsked) {
@@ -189,7 +263,7 @@ TEST_F(SessionKeeping, NothingGoesByItselfUnlessAsked) {
   const std::string scan = Push(*session, own_);
   Withdraw(*session, scan);
   now_ += absl::Hours(24 * 365 * 100);
-  EXPECT_EQ(registry().Collect(), Collected());
+  EXPECT_EQ(CollectTwice(), Collected());
   EXPECT_TRUE(session->scans().LoadImage(scan).ok());
 }
 
@@ -210,7 +284,7 @@ TEST_F(SessionKeeping, DataOfWithdrawnScansGo) {
   now_ += absl::Hours(239);
   EXPECT_EQ(registry().Collect(), Collected());
   now_ += absl::Hours(2);
-  EXPECT_EQ(registry().Collect(), (Collected{.sessions = 0, .scans = 2}));
+  EXPECT_EQ(CollectTwice(), (Collected{.sessions = 0, .scans = 2}));
   EXPECT_EQ(registry().Collect(), Collected());
   EXPECT_EQ(registry().UsedBy(""), used - static_cast<int64_t>(own_.size() + shared_.size()));
   EXPECT_FALSE(OnDisk(own_.substr(own_.size() / 4, 512)));

@@ -79,7 +79,7 @@ class UploadTest : public testing::Test {
   size_t samples_ = 0;
   contract::Limits limits_;
   store::MemoryStore store_{1 << 20};
-  absl::Time now_ = absl::FromUnixSeconds(1'000'000);
+  Moment now_{absl::FromUnixSeconds(1'000'000), absl::Hours(3)};
 };
 
 // Property: however it is cut, compressed or not, with pieces repeated at random, the whole comes
@@ -182,6 +182,53 @@ TEST_F(UploadTest, ADifferentPieceInItsPlaceIsRefusedAndChangesNothing) {
   EXPECT_EQ(contract::ReasonOf(upload.Accept(Cut(0, 0, 999), now_)), "PIECE_DIFFERS");
   EXPECT_TRUE(upload.Sync().ok());
   EXPECT_EQ(upload.Describe().next_offset(), 1000);
+}
+
+// Other bytes of the same size and checksum: CRC-32C is linear, so any four bytes can be made up
+// for by four others.
+TEST_F(UploadTest, ADifferentPieceOfTheSameChecksumIsAnotherPiece) {
+  const v1::Piece sound = Cut(0, 0, 1000);
+  std::string other = sound.data();
+  other[10] ^= 0x7f;
+  std::string base = other;
+  base.replace(996, 4, 4, '\0');
+  const uint32_t zero = bytes::Crc32c(base);
+  std::vector<std::pair<uint32_t, uint32_t>> rows;  // effect on the checksum, bits that have it
+  for (int bit = 0; bit < 32; ++bit) {
+    std::string one = base;
+    one[static_cast<size_t>(996 + bit / 8)] = static_cast<char>(1 << (bit % 8));
+    rows.emplace_back(bytes::Crc32c(one) ^ zero, 1U << bit);
+  }
+  uint32_t left = sound.crc32c() ^ zero;
+  uint32_t bits = 0;
+  for (int bit = 31; bit >= 0; --bit) {
+    const auto pivot = std::find_if(rows.begin(), rows.end(),
+                                    [bit](const auto& row) { return (row.first >> bit & 1) != 0; });
+    ASSERT_NE(pivot, rows.end());
+    const auto [effect, changed] = *pivot;
+    rows.erase(pivot);
+    for (auto& row : rows) {
+      if ((row.first >> bit & 1) == 0) continue;
+      row.first ^= effect;
+      row.second ^= changed;
+    }
+    if ((left >> bit & 1) == 0) continue;
+    left ^= effect;
+    bits ^= changed;
+  }
+  for (size_t i = 0; i < 4; ++i) base[996 + i] = static_cast<char>(bits >> (8 * i));
+  ASSERT_EQ(bytes::Crc32c(base), sound.crc32c());
+  ASSERT_NE(base, sound.data());
+  v1::Piece collision = sound;
+  collision.set_data(base);
+  Upload upload(Created(true), store_, limits_);
+  ASSERT_TRUE(upload.Accept(sound, now_).ok());
+  EXPECT_EQ(contract::ReasonOf(upload.Accept(collision, now_)), "PIECE_DIFFERS");
+  // Also when what came before was read back from the store.
+  Upload again(Created(true), store_, limits_);
+  ASSERT_TRUE(again.Resume(now_).ok());
+  EXPECT_EQ(contract::ReasonOf(again.Accept(collision, now_)), "PIECE_DIFFERS");
+  EXPECT_TRUE(again.Accept(sound, now_).ok());
 }
 
 TEST_F(UploadTest, AGapSaysWhichPieceIsExpected) {
@@ -321,8 +368,8 @@ TEST_F(UploadTest, GoesOnAfterARestart) {
 TEST_F(UploadTest, IsIdleAfterItsTime) {
   Upload upload(Created(true), store_, limits_);
   ASSERT_TRUE(upload.Accept(Cut(0, 0, 1000), now_).ok());
-  EXPECT_FALSE(upload.Idle(now_ + limits_.upload_idle));
-  EXPECT_TRUE(upload.Idle(now_ + limits_.upload_idle + absl::Seconds(1)));
+  EXPECT_FALSE(upload.Idle(now_.seen + limits_.upload_idle));
+  EXPECT_TRUE(upload.Idle(now_.seen + limits_.upload_idle + absl::Seconds(1)));
 }
 
 }  // namespace

@@ -83,6 +83,69 @@ TEST_F(UploadsTest, WhenAnotherHandHasCommittedItTheHolderHearsOfTheScan) {
   EXPECT_EQ(held.UnsyncedBytes(), 0);
 }
 
+// A piece that is sent again since its answer was lost is known, also after a restart; any other
+// has come to the wrong upload.
+TEST_F(UploadsTest, AfterTheCommitAnythingElseIsRefused) {
+  const v1::UploadTotal total = Total();
+  ASSERT_TRUE(session_->uploads().Create({}).ok());
+  const v1::Piece first = Cut(0, 0, 1000);
+  const v1::Piece rest = Cut(1, 1000, whole_.size());
+  ASSERT_TRUE(session_->uploads().Add(name_, &first, nullptr).ok());
+  ASSERT_EQ(session_->uploads().Add(name_, &rest, &total)->state(), v1::UPLOAD_STATE_COMMITTED);
+  session_->WaitUntilIdle();
+  v1::Piece other = rest;
+  (*other.mutable_data())[500] ^= 1;
+  other.set_crc32c(bytes::Crc32c(other.data()));
+  v1::Piece elsewhere = rest;
+  elsewhere.set_offset(1001);
+  v1::Piece beyond = rest;
+  beyond.set_sequence(2);
+  v1::UploadTotal other_total = total;
+  other_total.set_sha256(bytes::Sha256::Of("another"));
+  fixture::SessionHost again(store_, script_.Make());
+  ASSERT_TRUE(again.registry.LoadAll().ok());
+  for (const auto& session : {session_, again.registry.Find("job").value()}) {
+    Uploads& uploads = session->uploads();
+    for (const v1::Piece* known : {&first, &rest}) {
+      const auto repeated = uploads.Add(name_, known, nullptr);
+      ASSERT_TRUE(repeated.ok()) << repeated.status();
+      EXPECT_EQ(repeated->scan(), "sessions/job/scans/scan-1");
+      EXPECT_TRUE(uploads.Add(name_, known, &total).ok());
+    }
+    EXPECT_TRUE(uploads.Add(name_, nullptr, &total).ok());
+    for (const v1::Piece* unknown : {&other, &elsewhere, &beyond}) {
+      const absl::Status refused = uploads.Add(name_, unknown, nullptr).status();
+      EXPECT_EQ(contract::ReasonOf(refused), "UPLOAD_ENDED") << refused;
+      EXPECT_TRUE(absl::IsFailedPrecondition(refused));
+    }
+    EXPECT_EQ(contract::ReasonOf(uploads.Add(name_, &rest, &other_total).status()), "UPLOAD_ENDED");
+    EXPECT_EQ(contract::ReasonOf(uploads.Add(name_, nullptr, &other_total).status()),
+              "UPLOAD_ENDED");
+    v1::Piece damaged = rest;
+    damaged.set_crc32c(1);
+    EXPECT_EQ(contract::ReasonOf(uploads.Add(name_, &damaged, nullptr).status()), "PIECE_DAMAGED");
+  }
+}
+
+// Not after half a gigabyte.
+TEST_F(UploadsTest, WhatIsNoRangeImageEndsWithThePieceThatShowsIt) {
+  v1::Piece junk;
+  junk.set_data(std::string(1000, 'X'));
+  junk.set_crc32c(bytes::Crc32c(junk.data()));
+  const absl::Status refused = session_->uploads().Add(name_, &junk, nullptr).status();
+  EXPECT_TRUE(absl::IsInvalidArgument(refused)) << refused;
+  EXPECT_NE(refused.message().find("magic"), absl::string_view::npos) << refused;
+  const v1::Upload ended = session_->uploads().Get(name_).value();
+  EXPECT_EQ(ended.state(), v1::UPLOAD_STATE_FAILED);
+  EXPECT_FALSE(ended.state_message().empty());
+  EXPECT_EQ(session_->uploads().OpenCount(), 0U);
+  EXPECT_TRUE(store_.Spools()->empty());
+  junk.set_sequence(1);
+  junk.set_offset(1000);
+  EXPECT_EQ(contract::ReasonOf(session_->uploads().Add(name_, &junk, nullptr).status()),
+            "UPLOAD_ENDED");
+}
+
 TEST_F(UploadsTest, WhenItHasExpiredTheHolderHearsWhy) {
   HeldUpload held = Begun();
   now_ += absl::ToInt64Seconds(contract::Limits().upload_idle) + 1;

@@ -2,8 +2,10 @@
 #include "server/store/backup.h"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
 #include <atomic>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <string>
@@ -112,6 +114,96 @@ TEST_F(BackupTest, VerifyingNamesEveryFault) {
   const fs::path spool = fs::path(In("data")) / "spools/sessions.a.uploads.upload-4";
   std::fstream(spool, std::ios::in | std::ios::out | std::ios::binary).seekp(14) << "X";
   EXPECT_EQ(VerifyStore(In("data"))->faults.size(), 2U);
+}
+
+// No more than this can be written to a file.
+class FileLimit {
+ public:
+  explicit FileLimit(rlim_t bytes) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, SIG_IGN);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileLimit() { setrlimit(RLIMIT_FSIZE, &before_); }
+
+ private:
+  rlimit before_{};
+};
+
+// Broken off, a copy is known for one that is not whole, and nothing starts from it; a restore is
+// finished by the same command.
+TEST_F(BackupTest, WhatWasBrokenOffIsKnown) {
+  const std::string sha256 = Fill(In("data"));
+  const std::string large =
+      DiskStore::Open(In("data")).value()->PutBlob(std::string(200'000, 'x')).value();
+  ASSERT_TRUE(BackUpStore(In("data"), In("copy")).ok());
+  {
+    const FileLimit limit(100'000);
+    EXPECT_FALSE(BackUpStore(In("data"), In("half")).ok());
+    EXPECT_FALSE(RestoreStore(In("copy"), In("cut")).ok());
+  }
+  for (const char* name : {"half", "cut"}) {
+    SCOPED_TRACE(name);
+    const auto refused = DiskStore::Open(In(name));
+    EXPECT_TRUE(absl::IsFailedPrecondition(refused.status())) << refused.status();
+    EXPECT_NE(refused.status().message().find("broken off"), absl::string_view::npos);
+    EXPECT_NE(refused.status().message().find(name), absl::string_view::npos);
+    EXPECT_FALSE(RestoreStore(In(name), In("elsewhere")).ok());
+  }
+  EXPECT_TRUE(absl::IsFailedPrecondition(RestoreStore(In("copy"), In("half")).status()));
+  const auto finished = RestoreStore(In("copy"), In("cut"));
+  ASSERT_TRUE(finished.ok()) << finished.status();
+  const auto store = DiskStore::Open(In("cut"));
+  ASSERT_TRUE(store.ok()) << store.status();
+  EXPECT_EQ((*store)->GetBlob(sha256).value(), "scan 3 of b");
+  EXPECT_EQ((*store)->BlobSize(large).value(), 200'000);
+  EXPECT_TRUE(absl::IsFailedPrecondition(RestoreStore(In("copy"), In("cut")).status()));
+}
+
+TEST_F(BackupTest, ARestoreGoesOnAfterAnyFile) {
+  const std::string sha256 = Fill(In("data"));
+  ASSERT_TRUE(BackUpStore(In("data"), In("copy")).ok());
+  ASSERT_TRUE(RestoreStore(In("copy"), In("whole")).ok());
+  std::vector<fs::path> files;
+  for (const auto& file : fs::recursive_directory_iterator(In("whole"))) {
+    if (file.is_regular_file()) files.push_back(fs::relative(file.path(), In("whole")));
+  }
+  ASSERT_GE(files.size(), 8U);
+  const std::string command =
+      absl::StrCat("restore ", fs::path(In("copy")).lexically_normal().string());
+  for (const fs::path& missing : files) {
+    SCOPED_TRACE(missing);
+    fs::remove_all(In("cut"));
+    fs::copy(In("whole"), In("cut"), fs::copy_options::recursive);
+    fs::remove(fs::path(In("cut")) / missing);
+    std::ofstream(In("cut") + "/unfinished") << command << "\n";
+    const auto refused = DiskStore::Open(In("cut"));
+    EXPECT_TRUE(absl::IsFailedPrecondition(refused.status())) << refused.status();
+    EXPECT_NE(refused.status().message().find("'vantaged " + command), absl::string_view::npos)
+        << refused.status();
+    EXPECT_FALSE(RestoreStore(In("cut"), In("elsewhere")).ok());
+    // Another backup does not finish it.
+    EXPECT_TRUE(absl::IsFailedPrecondition(RestoreStore(In("whole"), In("cut")).status()));
+    const auto finished = RestoreStore(In("copy"), In("cut"));
+    ASSERT_TRUE(finished.ok()) << finished.status();
+    EXPECT_TRUE(VerifyStore(In("cut"))->faults.empty());
+    const auto store = DiskStore::Open(In("cut"));
+    ASSERT_TRUE(store.ok()) << store.status();
+    EXPECT_EQ((*store)->GetBlob(sha256).value(), "scan 3 of b");
+    EXPECT_EQ((*store)->Spools().value().size(), 1U);
+  }
+}
+
+// A backup is another copy of the bytes, so that what damages a file damages one of the two.
+TEST_F(BackupTest, SharesNoFileWithTheData) {
+  Fill(In("data"));
+  ASSERT_TRUE(BackUpStore(In("data"), In("copy")).ok());
+  for (const auto& file : fs::recursive_directory_iterator(In("copy"))) {
+    if (file.is_regular_file()) {
+      EXPECT_EQ(fs::hard_link_count(file.path()), 1U) << file.path();
+    }
+  }
 }
 
 TEST_F(BackupTest, NeverWritesOverAnything) {

@@ -135,6 +135,41 @@ TEST_F(DiskStoreTest, AScanIsKeptAsItCame) {
   EXPECT_FALSE(fs::exists(files[0]));
 }
 
+// Without its logs nobody knows whose scans these are: they are not for the server to remove.
+TEST_F(DiskStoreTest, ScansWithoutTheirLogsAreRefusedAndStay) {
+  std::string sha;
+  {
+    const auto store = Open();
+    ASSERT_TRUE(store->Append("a", Entry(1)).ok());
+    sha = store->PutBlob("scan").value();
+    ASSERT_TRUE(store->AppendSpool(kSpool, "one").ok());
+    ASSERT_TRUE(store->SyncSpool(kSpool).ok());
+  }
+  const fs::path database = fs::path(folder_) / "logs.sqlite";
+  const fs::path aside = fs::path(folder_) / "logs.sqlite.aside";
+  fs::rename(database, aside);
+  for (const bool empty_file : {false, true}) {
+    SCOPED_TRACE(empty_file);
+    if (empty_file) Write(database, "");
+    for (const char* kept : {"blobs", "spools"}) {
+      const auto refused = DiskStore::Open(folder_);
+      EXPECT_TRUE(absl::IsFailedPrecondition(refused.status())) << refused.status();
+      for (const std::string& named : {folder_, std::string("logs.sqlite"), std::string("restore")})
+        EXPECT_TRUE(absl::StrContains(refused.status().message(), named)) << refused.status();
+      // Either of the two suffices.
+      fs::rename(fs::path(folder_) / kept, fs::path(folder_) / "elsewhere");
+      EXPECT_FALSE(DiskStore::Open(folder_).ok()) << "without " << kept;
+      fs::rename(fs::path(folder_) / "elsewhere", fs::path(folder_) / kept);
+    }
+    if (!empty_file) {
+      EXPECT_FALSE(fs::exists(database)) << "nothing was begun";
+    }
+  }
+  fs::rename(aside, database);
+  EXPECT_EQ(Open()->GetBlob(sha).value(), "scan");
+  EXPECT_EQ(Open()->Spools().value().size(), 1U);
+}
+
 TEST_F(DiskStoreTest, OneServerAtATime) {
   const auto store = Open();
   const auto second = DiskStore::Open(folder_);
