@@ -341,10 +341,11 @@ std::string CoverageReport(const v1::Coverage& c) {
   std::string out = absl::StrFormat(
       "coverage %s (estimated): %.1f m\u00b2 at density of %.1f m\u00b2 measured; missing %.1f "
       "m\u00b2 hidden, %.1f m\u00b2 without return, %.1f m\u00b2 outside the field of view; %.1f "
-      "m\u00b2 given up; density %.0f /m\u00b2\n",
+      "m\u00b2 given up, %.1f m\u00b2 out of reach; density %.0f /m\u00b2\n",
       c.has_estimated_coverage() ? absl::StrFormat("%.1f %%", c.estimated_coverage() * 100) : "-",
       c.area_at_density_m2(), a.true_surface(), a.occlusion(), a.hole_boundary(),
-      a.image_boundary(), c.area_given_up_m2(), c.required_density_per_m2());
+      a.image_boundary(), c.area_given_up_m2(), c.area_out_of_reach_m2(),
+      c.required_density_per_m2());
   for (const v1::RegionCoverage& r : c.regions()) {
     absl::StrAppendFormat(
         &out,

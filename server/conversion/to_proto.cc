@@ -276,6 +276,7 @@ v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_d
   *out.mutable_area_by_kind_m2() = WriteByKind(coverage.area);
   out.set_area_at_density_m2(coverage.area_at_density);
   out.set_area_given_up_m2(coverage.area_given_up);
+  out.set_area_out_of_reach_m2(coverage.area_out_of_reach);
   if (coverage.estimated_coverage.has_value()) {
     out.set_estimated_coverage(*coverage.estimated_coverage);
   }
@@ -287,6 +288,7 @@ v1::Coverage WriteCoverage(const planning::Coverage& coverage, double required_d
     *written.mutable_area_by_kind_m2() = WriteByKind(region.area);
     written.set_area_at_density_m2(region.area_at_density);
     written.set_area_given_up_m2(region.area_given_up);
+    written.set_area_out_of_reach_m2(region.area_out_of_reach);
     if (region.estimated_coverage.has_value()) {
       written.set_estimated_coverage(*region.estimated_coverage);
     }

@@ -44,8 +44,9 @@ Algorithms Algorithms::Core() {
         return planning::EvaluateView(model, scanner, config, position, parallel, heading);
       };
   const auto measure_coverage = [](const model::PlanningView& model,
+                                   std::span<const sensor::ScannerModel> scanners,
                                    const planning::PlanningConfig& config) {
-    return planning::MeasureCoverage(model, config).value();  // nobody cancels it
+    return planning::MeasureCoverage(model, scanners, config).value();  // nobody cancels it
   };
   return {registration::LevelFirstScan,
           register_scan,

@@ -41,7 +41,9 @@ struct Algorithms {
       const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
       const Eigen::Vector3d& position, parallel::Parallel&, std::optional<double> heading)>
       evaluate_view;
-  std::function<planning::Coverage(const model::PlanningView&, const planning::PlanningConfig&)>
+  std::function<planning::Coverage(const model::PlanningView&,
+                                   std::span<const sensor::ScannerModel>,
+                                   const planning::PlanningConfig&)>
       measure_coverage;
   std::function<std::vector<planning::Storey>(const model::PlanningView&,
                                               const planning::PlanningConfig&)>

@@ -1,6 +1,7 @@
 #include "server/session/coverage.h"
 
 #include <algorithm>
+#include <vector>
 
 #include "server/contract/error.h"
 #include "server/conversion/from_proto.h"
@@ -48,8 +49,12 @@ absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage(const SessionContext& co
     const planning::PlanningConfig config = conversion::ReadPlanningConfig(
         described.planning_config(), described.site_rules(), context.origin(),
         model.view->voxel_size(), "planning_config", "site_rules", violations);
+    std::vector<sensor::ScannerModel> scanners;
+    for (const v1::ScannerModel& scanner : described.scanner_models()) {
+      scanners.push_back(conversion::ReadScannerModel(scanner, "scanner_models", violations));
+    }
     *response.mutable_coverage() = conversion::WriteCoverage(
-        context.dependencies().algorithms.measure_coverage(*model.view, config),
+        context.dependencies().algorithms.measure_coverage(*model.view, scanners, config),
         config.required_density, context.origin());
     FindGivenUp(*model.view, context.origin(), response);
     for (const planning::Storey& storey :

@@ -5,6 +5,7 @@
 #include <cstdlib>
 #include <functional>
 #include <future>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -38,9 +39,9 @@ session::Algorithms Refusing() {
       [no](const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
            const Eigen::Vector3d&, parallel::Parallel&,
            std::optional<double>) -> absl::StatusOr<planning::ViewEvaluation> { return no; };
-  algorithms.measure_coverage = [](const model::PlanningView&, const planning::PlanningConfig&) {
-    return planning::Coverage();
-  };
+  algorithms.measure_coverage =
+      [](const model::PlanningView&, std::span<const sensor::ScannerModel>,
+         const planning::PlanningConfig&) { return planning::Coverage(); };
   algorithms.find_storeys = [](const model::PlanningView&, const planning::PlanningConfig&) {
     return std::vector<planning::Storey>();
   };

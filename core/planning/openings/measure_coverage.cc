@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "core/planning/feasibility/floor_map.h"
 #include "core/planning/openings/openings.h"
+#include "core/planning/openings/standing_reach.h"
 #include "core/planning/patches/skyline.h"
 #include "core/visibility/surface_walk.h"
 
@@ -16,7 +17,10 @@ namespace {
 // The figures of surface that is met voxel by voxel.
 class CoverageSum {
  public:
-  void Add(model::VoxelState state, const model::SurfaceVoxel& surface, double required_density) {
+  // `in_reach()`: whether any place brings the surface to that density.
+  template <typename InReach>
+  void Add(model::VoxelState state, const model::SurfaceVoxel& surface, double required_density,
+           InReach&& in_reach) {
     const double area = surface.area;
     figures_.area[static_cast<size_t>(model::KindOf(state))] += area;
     if (state == model::VoxelState::kTrueSurface && surface.density >= required_density) {
@@ -24,6 +28,8 @@ class CoverageSum {
       wanted_ += area;
     } else if (surface.given_up) {
       figures_.area_given_up += area;
+    } else if (!in_reach()) {
+      figures_.area_out_of_reach += area;
     } else {
       wanted_ += area;
     }
@@ -36,37 +42,43 @@ class CoverageSum {
 
  private:
   CoverageFigures figures_;
-  double wanted_ = 0;  // m^2 that are at density or not given up
+  double wanted_ = 0;  // m^2 that are at density, or neither given up nor out of reach
 };
 
 }  // namespace
 
 absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
+                                         std::span<const sensor::ScannerModel> scanners,
                                          const PlanningConfig& config,
                                          const parallel::Cancellation& cancelled) {
   const auto floor = FloorMap::Find(model, config.floor_z, cancelled);
   if (!floor.ok()) return floor.status();
   auto openings = FindOpenings(model, *floor, cancelled);
   if (!openings.ok()) return openings.status();
-  return MeasureCoverage(model, config, *std::move(openings), cancelled);
+  return MeasureCoverage(model, scanners, config, *floor, *std::move(openings), cancelled);
 }
 
 absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
-                                         const PlanningConfig& config, Openings openings,
+                                         std::span<const sensor::ScannerModel> scanners,
+                                         const PlanningConfig& config, const FloorMap& floor,
+                                         Openings openings,
                                          const parallel::Cancellation& cancelled) {
   CoverageSum all;
   std::vector<CoverageSum> in_region(config.regions.size());
   std::optional<Skyline> skyline = Skyline::Of(model, cancelled);
   if (!skyline) return absl::CancelledError("coverage");
+  std::optional<StandingReach> reach = StandingReach::Of(model, floor, scanners, config, cancelled);
+  if (!reach) return absl::CancelledError("coverage");
   const bool whole = visibility::WalkSurface(
       model, cancelled,
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
         const std::optional<Requirement> required = config.RequiredAt(model.Centre(v));
         if (!required.has_value()) return;
         if (model::IsFalseSurface(state) && skyline->InSky(v, surface.normal)) return;
-        all.Add(state, surface, required->density);
+        const auto in_reach = [&] { return reach->Has(v, surface, required->density); };
+        all.Add(state, surface, required->density, in_reach);
         if (required->region.has_value()) {
-          in_region[*required->region].Add(state, surface, required->density);
+          in_region[*required->region].Add(state, surface, required->density, in_reach);
         }
       });
   if (!whole) return absl::CancelledError("coverage");

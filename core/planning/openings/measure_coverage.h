@@ -2,22 +2,29 @@
 #ifndef VANTAGE_CORE_PLANNING_OPENINGS_MEASURE_COVERAGE_H_
 #define VANTAGE_CORE_PLANNING_OPENINGS_MEASURE_COVERAGE_H_
 
+#include <span>
+
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
+#include "core/planning/feasibility/floor_map.h"
 #include "core/planning/plan/coverage.h"
 #include "core/planning/plan/opening.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/sensor/scanner_model.h"
 
 namespace vantage::planning {
 
-// Measures how complete the model is, whose openings these are. CANCELLED when that was requested
-// on the way.
+// Measures how complete the model is for these scanners, whose floor and openings these are.
+// CANCELLED when that was requested on the way.
 absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
-                                         const PlanningConfig& config, Openings openings,
+                                         std::span<const sensor::ScannerModel> scanners,
+                                         const PlanningConfig& config, const FloorMap& floor,
+                                         Openings openings,
                                          const parallel::Cancellation& cancelled = {});
-// The same, without planning: finds the openings first.
+// The same, without planning: finds floor and openings first.
 absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
+                                         std::span<const sensor::ScannerModel> scanners,
                                          const PlanningConfig& config,
                                          const parallel::Cancellation& cancelled = {});
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "absl/memory/memory.h"
@@ -28,6 +29,16 @@ bool SameSurface(const PlanningConfig& a, const PlanningConfig& b) {
   return a.required_density == b.required_density && a.unknown_depth == b.unknown_depth &&
          a.weights == b.weights && a.regions == b.regions &&
          same_region(a.region_of_interest, b.region_of_interest);
+}
+
+// Whether a problem's scanner reaches from the places of its plans what the question's does.
+bool SameReach(const PlanningProblem& problem, const PlanningQuestion& question) {
+  const sensor::ScannerModel& a = problem.scanner();
+  const sensor::ScannerModel& b = question.scanner;
+  return a.azimuth_step == b.azimuth_step && a.elevation_step == b.elevation_step &&
+         a.range_max == b.range_max && a.max_incidence == b.max_incidence &&
+         problem.config().min_viewpoint_height == question.config.min_viewpoint_height &&
+         problem.config().max_viewpoint_height == question.config.max_viewpoint_height;
 }
 
 bool SameExpectation(const PlanningConfig& a, const PlanningConfig& b) {
@@ -104,22 +115,29 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   const model::PlanningView& view = expectation == nullptr ? model : expectation->view();
   clock.Book(PlanStage::kFeasible);
 
-  if (same_scene && SameSurface(previous->config_, config)) {
-    problem->surface_ = previous->surface_;
+  const bool same_surface = same_scene && SameSurface(previous->config_, config);
+  if (same_surface && SameReach(*previous, question)) {
+    problem->coverage_ = previous->coverage_;
+  } else {
+    const FeasibleViews& known = expectation != nullptr ? problem->known_ : problem->feasible_;
+    auto coverage = MeasureCoverage(model, std::span(&question.scanner, 1), config, known.floor(),
+                                    *std::move(openings), cancelled);
+    if (!coverage.ok()) return During(PlanStage::kPatches, coverage.status());
+    problem->coverage_ = std::make_shared<const Coverage>(*std::move(coverage));
+  }
+  if (same_surface) {
+    problem->patches_ = previous->patches_;
   } else {
     // B. Extract patches.
     auto patches = ExtractPatches(view, config, {}, cancelled);
     if (!patches.ok()) return During(PlanStage::kPatches, patches.status());
     if (expectation != nullptr) MarkExpected(*expectation, *patches);
-    auto coverage = MeasureCoverage(model, config, *std::move(openings), cancelled);
-    if (!coverage.ok()) return During(PlanStage::kPatches, coverage.status());
     clock.Book(PlanStage::kPatches);
 
     // C. Rank patches.
     auto ranked = RankPatches(config, *std::move(patches), cancelled);
     if (!ranked.ok()) return During(PlanStage::kRankPatches, ranked.status());
-    problem->surface_ =
-        std::make_shared<const Surface>(Surface{*std::move(ranked), *std::move(coverage)});
+    problem->patches_ = std::make_shared<const PatchSet>(*std::move(ranked));
     clock.Book(PlanStage::kRankPatches);
   }
 

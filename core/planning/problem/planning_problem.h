@@ -65,10 +65,10 @@ class PlanningProblem {
   // What a place is known by: kExpected where `feasible()` has it by what is expected alone.
   StationBasis BasisOf(const Eigen::Vector3d& place) const;
   // B and C. The deficient surface, the most important patch first, and how complete the rest is.
-  const PatchSet& patches() const { return surface_->patches; }
-  const Coverage& coverage() const { return surface_->coverage; }
+  const PatchSet& patches() const { return *patches_; }
+  const Coverage& coverage() const { return *coverage_; }
   // Where the known space leads on.
-  const Openings& openings() const { return surface_->coverage.openings; }
+  const Openings& openings() const { return coverage_->openings; }
   // For D.
   const Scoring& scoring() const { return *scoring_; }
 
@@ -82,11 +82,6 @@ class PlanningProblem {
     visibility::OpaqueGrid grid;
     visibility::OcclusionScene scene;
   };
-  // Depends on the model and on what the configuration says of surface and of floor_z.
-  struct Surface {
-    PatchSet patches;
-    Coverage coverage;
-  };
   explicit PlanningProblem(const PlanningQuestion& question)
       : model_(question.model), scanner_(question.scanner), config_(question.config) {}
 
@@ -96,7 +91,9 @@ class PlanningProblem {
   std::shared_ptr<const Occlusion> occlusion_;
   FeasibleViews feasible_;
   FeasibleViews known_;  // by the model alone; empty where nothing is expected
-  std::shared_ptr<const Surface> surface_;
+  // Depends on the model and on what the configuration says of surface and of floor_z.
+  std::shared_ptr<const PatchSet> patches_;
+  std::shared_ptr<const Coverage> coverage_;  // also on what the scanner reaches, and from where
   std::unique_ptr<const Scoring> scoring_;
   std::array<double, kPlanStages> seconds_{};
 };

@@ -180,6 +180,7 @@ void Describe(const planning::Coverage& coverage, test_support::GoldenText& out)
   out.Numbers(
       "coverage: at density, given up, share",
       {coverage.area_at_density, coverage.area_given_up, coverage.estimated_coverage.value_or(0)});
+  out.Numbers("coverage: out of reach", {coverage.area_out_of_reach});
 }
 
 void Describe(const planning::Plan& plan, test_support::GoldenText& out) {

@@ -227,7 +227,7 @@ TEST_F(Golden, Plans) {
     }
   }
   out.Section("coverage");
-  Describe(planning::MeasureCoverage(*model, config).value(), out);
+  Describe(planning::MeasureCoverage(*model, std::span(&flat.scanner(), 1), config).value(), out);
   test_support::ExpectGolden(out, Recorded("plans.txt"));
 }
 

@@ -218,7 +218,7 @@ TEST_F(OpeningsTest, CoverageCountsWhatIsUnknownBesideItsShare) {
   test_support::ClosedFormScene scene = Scene();
   scene.density = [](const Vector3d&) { return 5000; };
   const model::PlanningView view = test_support::BuildView(scene);
-  const Coverage coverage = MeasureCoverage(view, {}).value();
+  const Coverage coverage = MeasureCoverage(view, {}, {}).value();
   EXPECT_EQ(coverage.openings.RoomsNotEntered(), 1);
   double all = 0;
   for (const double area : coverage.area) all += area;

@@ -99,7 +99,7 @@ TEST_F(RequiredRegionsTest, CoverageIsThatOfEachSurfaceInItsRegion) {
           if (done) figures->at_density += surface.area;
         }
       });
-  const Coverage coverage = MeasureCoverage(*model_, config_).value();
+  const Coverage coverage = MeasureCoverage(*model_, {}, config_).value();
   ExpectSame(coverage, whole);
   ASSERT_EQ(coverage.regions.size(), 3u);
   for (size_t i = 0; i < 3; ++i) {

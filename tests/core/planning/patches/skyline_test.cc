@@ -128,7 +128,7 @@ TEST(SkylineTest, WhatLiesInTheSkyIsNoSurface) {
   }
   // As high as a viewpoint may be: a metre over the one there was.
   EXPECT_NEAR(highest, 2.5, kYardVoxel);
-  const Coverage coverage = MeasureCoverage(view, config).value();
+  const Coverage coverage = MeasureCoverage(view, {}, config).value();
   EXPECT_NEAR(coverage.area[static_cast<size_t>(model::SurfaceKind::kOcclusion)], 4 * 2.4, 0.5);
 }
 

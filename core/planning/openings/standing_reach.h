@@ -1,0 +1,84 @@
+// Which surface can be brought to the required density from where a person could stand
+// (algorithm.md section 7F): coverage counts no other.
+#ifndef VANTAGE_CORE_PLANNING_OPENINGS_STANDING_REACH_H_
+#define VANTAGE_CORE_PLANNING_OPENINGS_STANDING_REACH_H_
+
+#include <Eigen/Core>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "absl/container/flat_hash_map.h"
+#include "core/model/view/planning_view.h"
+#include "core/parallel/cancellation.h"
+#include "core/planning/feasibility/floor_map.h"
+#include "core/planning/plan/planning_config.h"
+#include "core/sensor/scanner_model.h"
+
+namespace vantage::planning {
+
+// Errs on the side of what can be reached: whatever floor is known counts, whether the scanner fits
+// there or not, occlusion is left out, and distances and angles are taken as they are best within a
+// metre. So what it excludes no scan from that floor would bring to D: roofs seen from the street,
+// and the upright borders of what houses hide, beyond where the ground ends. What only floor would
+// show that is not known yet counts when that is.
+class StandingReach {
+ public:
+  // `scanners`: any of them may measure it. Nothing when cancelled on the way. Without any floor,
+  // or any scanner, everything is within reach.
+  static std::optional<StandingReach> Of(const model::PlanningView& model, const FloorMap& floor,
+                                         std::span<const sensor::ScannerModel> scanners,
+                                         const PlanningConfig& config,
+                                         const parallel::Cancellation& cancelled);
+
+  // True where a scan may measure a surface voxel at `density` (samples / m^2).
+  bool Has(const model::VoxelIndex& voxel, const model::SurfaceVoxel& surface, double density);
+
+ private:
+  StandingReach(std::span<const sensor::ScannerModel> scanners, const PlanningConfig& config)
+      : scanners_(scanners.begin(), scanners.end()),
+        lowest_view_(config.min_viewpoint_height),
+        highest_view_(config.max_viewpoint_height) {}
+
+  // A cell of the grid of places, by its floors' heights, m.
+  using Heights = std::vector<float>;
+
+  size_t Index(const Eigen::Vector2i& cell) const {
+    return static_cast<size_t>(cell.x()) +
+           static_cast<size_t>(size_.x()) * static_cast<size_t>(cell.y());
+  }
+  const Heights& At(const Eigen::Vector2i& cell) const { return floors_[Index(cell)]; }
+  double Slack() const;  // m
+  bool Search(const sensor::ScannerModel& scanner, const Eigen::Vector3d& centre,
+              const Eigen::Vector3d& normal, double density) const;
+  bool MeasuredFrom(const Eigen::Vector3d& place, const sensor::ScannerModel& scanner,
+                    const Eigen::Vector3d& centre, const Eigen::Vector3d& normal,
+                    double density) const;
+
+  std::vector<sensor::ScannerModel> scanners_;
+  double lowest_view_;   // m over the floor
+  double highest_view_;  // m over the floor
+  double voxel_size_ = 0;
+  Eigen::Vector2i first_ = Eigen::Vector2i::Zero();
+  Eigen::Vector2i size_ = Eigen::Vector2i::Zero();
+  std::vector<Heights> floors_;  // by cell; no cells: there is no floor
+  // By brick, direction of the normal and density: the same for all its voxels that face alike.
+  struct Asked {
+    uint64_t brick;
+    int direction;
+    double density;
+    bool operator==(const Asked&) const = default;
+    template <typename H>
+    friend H AbslHashValue(H hash, const Asked& asked) {
+      return H::combine(std::move(hash), asked.brick, asked.direction, asked.density);
+    }
+  };
+  absl::flat_hash_map<Asked, bool> known_;
+};
+
+}  // namespace vantage::planning
+
+#endif  // VANTAGE_CORE_PLANNING_OPENINGS_STANDING_REACH_H_
