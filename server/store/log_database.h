@@ -40,6 +40,9 @@ class LogDatabase {
   absl::StatusOr<std::vector<SnapshotRecord>> Snapshots(const std::string& session) const;
   absl::Status DropSnapshot(const std::string& session, uint64_t sequence);
 
+  absl::StatusOr<int> BeginWork(const std::string& session, const std::string& work);
+  absl::Status EndWork(const std::string& session, const std::string& work);
+
   // The database's own check of its file. DATA_LOSS.
   absl::Status Check() const;
   // Copies the whole database, as it is at one moment, to a new file. Durable.
