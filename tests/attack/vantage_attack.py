@@ -259,15 +259,46 @@ class Attacks:
             ask(channel, "SessionService", "DeleteSession",
                 new("DeleteSessionRequest", name="sessions/job"), token="owner-token")
             secret = "seen-by-castle-alone"
-            create.session.display_name = secret
-            code, _ = ask(channel, "SessionService", "CreateSession", create,
-                          token="stranger-token")
+            ask(channel, "SessionService", "CreateSession", create, token="stranger-token")
+            reject = new("RejectViewRequest", parent="sessions/job", reason=secret)
+            reject.position.x = 1
+            code, _ = ask(channel, "PlanService", "RejectView", reject, token="stranger-token")
             link.send(frame(SETTINGS, 0, 0, b"\0\x04" + (1 << 20).to_bytes(4, "big")))
             read = b"".join(body for _, _, _, body in link.read_frames(GOAWAY, patience=3))
             link.close()
             self.record("a watch of a deleted session whose name another tenant took",
                         f"{len(read)} bytes, the other's among them: {secret.encode() in read}",
-                        code == "OK" and secret.encode() not in read and self.well(server))
+                        code == "OK" and secret.encode() not in read and server.alive())
+
+    # ---- Shutting down ----------------------------------------------------------------------
+
+    def shutdown(self):
+        """SIGTERM while large scans are merged and streams are open that nobody reads."""
+        new = self.contract.new
+        drain = 2
+        with self.start("--drain-seconds", str(drain)) as server, server.channel() as channel:
+            session = new("Session")
+            session.scanner_models.add().max_range_m = 100
+            ask(channel, "SessionService", "CreateSession",
+                new("CreateSessionRequest", session_id="job", session=session))
+            sent = [send(ask, channel, new, "sessions/job", sphere(360, 150, 25.0))[0]
+                    for _ in range(4)]
+            link = server.link()
+            link.send(frame(SETTINGS, 0, 0, b"\0\x04" + (0).to_bytes(4, "big")))
+            watch = message(new("WatchSessionRequest", name="sessions/job").SerializeToString())
+            for stream in range(1, 41, 2):
+                link.send(frame(HEADERS, END_HEADERS, stream,
+                                call(b"/vantage.v1.SessionService/WatchSession"))
+                          + frame(DATA, END_STREAM, stream, watch))
+            time.sleep(0.5)
+            begun = time.monotonic()
+            server.process.terminate()
+            code = server.process.wait(60)
+            seconds = time.monotonic() - begun
+            link.close()
+            self.record(f"SIGTERM at work, with {drain} s to drain",
+                        f"ended with {code} after {seconds:.1f} s",
+                        set(sent) == {"OK"} and code == 0 and seconds < drain + 2)
 
     # ---- Connections ------------------------------------------------------------------------
 
@@ -440,8 +471,8 @@ class Attacks:
         import tempfile
         with tempfile.TemporaryDirectory(prefix="vantage-attack-") as self.folder:
             for part in (self.names_and_tokens, self.paths_and_counts, self.bombs,
-                         self.large_scans, self.names_used_again, self.connections,
-                         self.few_files, self.slow_readers, self.malformed):
+                         self.large_scans, self.names_used_again, self.shutdown,
+                         self.connections, self.few_files, self.slow_readers, self.malformed):
                 if not only or part.__name__.startswith(only):
                     part()
         return self.rows
@@ -461,8 +492,8 @@ def main():
     parser.add_argument("--server", required=True, help="the vantaged to start")
     parser.add_argument("--contract", required=True, help="its descriptor set, vantage.v1.binpb")
     parser.add_argument("--only", default="", help="names_and_tokens, paths_and_counts, bombs, "
-                        "large_scans, names_used_again, connections, few_files, slow_readers or "
-                        "malformed")
+                        "large_scans, names_used_again, shutdown, connections, few_files, "
+                        "slow_readers or malformed")
     parser.add_argument("--haproxy-cfg", help="attack it also as deployed: behind HAProxy with "
                         "this configuration")
     parser.add_argument("--minutes", type=float, default=0, help="again and again for so long")
