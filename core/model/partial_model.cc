@@ -138,7 +138,8 @@ absl::StatusOr<std::unique_ptr<PartialModel>> PartialModel::Create(const ModelCo
 
 absl::StatusOr<MergeReport> PartialModel::Insert(absl::string_view id, const sensor::Scan& scan,
                                                  const Eigen::Isometry3d& T_model_scan,
-                                                 parallel::Parallel& parallel) {
+                                                 parallel::Parallel& parallel,
+                                                 int64_t memory_limit) {
   State& state = *state_;
   if (state.layers.contains(std::string(id))) {
     return absl::AlreadyExistsError(absl::StrCat("scan '", id, "' is in the model already"));
@@ -159,7 +160,10 @@ absl::StatusOr<MergeReport> PartialModel::Insert(absl::string_view id, const sen
 
   MergeReport report;
   const auto start = std::chrono::steady_clock::now();
-  std::unique_ptr<ScanLayer> layer = Carve(scan, T_model_scan, state.config, parallel);
+  absl::StatusOr<std::unique_ptr<ScanLayer>> carved =
+      CarveWithin(memory_limit, scan, T_model_scan, state.config, parallel);
+  if (!carved.ok()) return carved.status();
+  std::unique_ptr<ScanLayer> layer = *std::move(carved);
   report.carve_seconds = SecondsSince(start);
   report.beyond_range = layer->cut.beyond_range;
   report.beyond_site = layer->cut.beyond_site;
@@ -227,6 +231,23 @@ absl::StatusOr<std::unique_ptr<PartialModel>> PartialModel::Load(absl::string_vi
 }
 
 std::shared_ptr<const PlanningView> PartialModel::Publish() const { return state_->view; }
+
+int64_t PartialModel::Bytes() const {
+  constexpr size_t kHeap = 16;  // that the allocator adds to each piece
+  // Of a brick with contents of its own: the counted pointer's block, its places in the octree and
+  // in its page.
+  constexpr size_t kPlaces = kHeap + 16 + sizeof(ModelNode) + kHeap + 16 + sizeof(BrickMask);
+  size_t bytes = sizeof(State);
+  for (const auto& [id, layer] : state_->layers) bytes += layer->Bytes();
+  const PlanningView& view = *state_->view;
+  bytes += view.pages() * (sizeof(BrickPage) + 8 * sizeof(ModelNode));
+  for (const BrickAt& at : view.bricks()) {
+    if (at.contents == state_->all_empty) continue;
+    bytes += sizeof(Brick) + kPlaces + at.contents->surface.bytes() + kHeap +
+             at.contents->dropouts.capacity() * sizeof(Dropout);
+  }
+  return static_cast<int64_t>(bytes);
+}
 
 uint64_t PartialModel::Digest() const {
   // FNV-1a over what planners see.

@@ -5,6 +5,7 @@
 
 #include <Eigen/Geometry>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -45,10 +46,13 @@ class PartialModel {
   // Merges a scan at a pose (rigid, scanner to model frame). `id` is unique within the model.
   // ALREADY_EXISTS: the id is in the model. INVALID_ARGUMENT: the image is not valid.
   // OUT_OF_RANGE: the scanner stands outside the site's limit; the figures are in the message.
-  // On error the model is as it was.
+  // RESOURCE_EXHAUSTED: it would take more than `memory_limit` bytes of memory, which is noticed
+  // before they are taken (insert_estimate.h). On error the model is as it was. When memory cannot
+  // be had at all (std::bad_alloc), the model is good for nothing but to be destroyed.
   absl::StatusOr<MergeReport> Insert(absl::string_view id, const sensor::Scan& scan,
                                      const Eigen::Isometry3d& T_model_scan,
-                                     parallel::Parallel& parallel);
+                                     parallel::Parallel& parallel,
+                                     int64_t memory_limit = std::numeric_limits<int64_t>::max());
 
   // Takes a scan out: the model is then, bit for bit, as if it had never come. NOT_FOUND.
   absl::StatusOr<MergeReport> Withdraw(absl::string_view id, parallel::Parallel& parallel);
@@ -65,6 +69,9 @@ class PartialModel {
   // before it all pages of bricks in which nothing changed. A view may be kept while the model
   // changes.
   std::shared_ptr<const PlanningView> Publish() const;
+
+  // The memory that it takes, in bytes, within a tenth. Looks at every brick once.
+  int64_t Bytes() const;
 
   // A 64-bit digest (FNV-1a) of everything that planners see of the model, version and history
   // excepted.

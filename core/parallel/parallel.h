@@ -18,8 +18,9 @@ class Parallel {
   virtual int width() const = 0;
 
   // Calls body(i) for every i in [0, count), in any order and on any thread, and returns when all
-  // calls have returned. The calling thread takes part. Bodies must not throw and must not depend
-  // on one another. Results must not depend on the order: write to slot i, reduce afterwards.
+  // calls have returned. The calling thread takes part. Bodies must not depend on one another. They
+  // throw nothing but std::bad_alloc, which a server's pool hands to the caller (others end there).
+  // Results must not depend on the order: write to slot i, reduce afterwards.
   virtual void For(size_t count, absl::FunctionRef<void(size_t)> body) = 0;
 };
 

@@ -22,8 +22,9 @@ struct Limits {
   size_t full_plans_per_session = 16;       // the newest, whose patches and map of scores are kept
   size_t snapshots_per_session = 2;         // of the model, the newest; 0: none are written
   size_t snapshot_bytes = size_t{8} << 30;  // decompressed, of one that is loaded
-  size_t exports_per_session = 4;           // at a time
-  size_t evaluations = 32;                  // what-ifs of a session at a time
+  int64_t log_bytes_per_session = int64_t{256} << 20;  // beyond: nothing that adds to the session
+  size_t exports_per_session = 4;                      // at a time
+  size_t evaluations = 32;                             // what-ifs of a session at a time
   int64_t encoded_scan_bytes = int64_t{512} << 20;
   size_t scan_cells = 100'000'000;
   int64_t piece_bytes = 1 << 20;    // before compression
@@ -37,6 +38,9 @@ struct Limits {
   absl::Duration second_look = absl::Hours(1);
   // After this time without use a session's model leaves memory.
   absl::Duration evict_after = absl::InfiniteDuration();
+  // Work (a scan's merge, the loading of a model) that brought the server to its end so often is
+  // set aside; 0: it is tried for ever.
+  int tries = 2;
   size_t calls = 4096;          // under way at a time, streams included
   int64_t tenant_bytes = 0;     // quota of each tenant; 0: none
   int message_bytes = 4 << 20;  // received

@@ -6,8 +6,10 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <exception>
 #include <limits>
-#include <tuple>
+#include <new>
+#include <system_error>
 #include <utility>
 
 #include "server/telemetry/log_context.h"
@@ -16,6 +18,8 @@ namespace vantage::execution {
 namespace {
 
 constexpr std::chrono::milliseconds kSlice(2);
+// Threads, however many owners have a plan under way; those without a slot only wait.
+constexpr size_t kMostThreads = 256;
 constexpr size_t kNone = std::numeric_limits<size_t>::max();
 
 // Processor seconds of the calling thread: time that the system gives to other programs is charged
@@ -34,10 +38,19 @@ void YieldToShortTasks() {
 
 }  // namespace
 
+// All guarded by the pool's mutex.
+struct PlanningPool::Owner {
+  double used = 0;        // s of processor time, raised to the least used when it wakes
+  double least_used = 0;  // s over weight: what a share of it that wakes starts from
+  int active = 0;         // shares that are
+  int running_plans = 0;  // begun, not ended
+};
+
 class PlanningPool::Share {
  public:
-  explicit Share(double w) : weight(w) {}
+  Share(double w, std::shared_ptr<Owner> whose) : weight(w), owner(std::move(whose)) {}
   const double weight;
+  const std::shared_ptr<Owner> owner;
   // All guarded by the pool's mutex.
   double used = 0;     // s of processor time over weight, raised to the least used when it wakes
   double seconds = 0;  // s of processor time
@@ -70,11 +83,20 @@ struct PlanningPool::Loop {
        absl::FunctionRef<void(size_t)> call)
       : share(std::move(s)), priority(p), count(indices), body(call) {}
 
-  // False when no index was left.
+  // False when no index was left. An exception ends the loop: indices that were not begun are left
+  // out, and the caller of For() gets it.
   bool RunOne() {
     const size_t i = next.fetch_add(1);
     if (i >= count) return false;
-    body(i);
+    if (!failed.load()) {
+      try {
+        body(i);
+      } catch (...) {
+        std::lock_guard<std::mutex> lock(mutex);
+        if (failure == nullptr) failure = std::current_exception();
+        failed = true;
+      }
+    }
     if (done.fetch_add(1) + 1 == count) {
       std::lock_guard<std::mutex> lock(mutex);
       finished.notify_all();
@@ -89,7 +111,9 @@ struct PlanningPool::Loop {
   const absl::FunctionRef<void(size_t)> body;
   std::atomic<size_t> next{0};
   std::atomic<size_t> done{0};
+  std::atomic<bool> failed{false};
   std::mutex mutex;
+  std::exception_ptr failure ABSL_GUARDED_BY(mutex);  // the first
   std::condition_variable finished;
 };
 
@@ -116,27 +140,40 @@ thread_local void* current_worker = nullptr;
 
 PlanningPool::PlanningPool(int slots, int max_jobs)
     : slots_(std::max(1, slots)),
+      jobs_(static_cast<size_t>(std::max(2, max_jobs) + std::max(1, slots) - 1)),
       max_plans_(std::max(1, std::max(2, max_jobs) * 3 / 4)),
       free_slots_(std::max(1, slots)) {
+  std::lock_guard<std::mutex> lock(mutex_);
   for (int i = 0; i < std::max(2, max_jobs); ++i) threads_.emplace_back([this] { RunJobs(); });
   for (int i = 1; i < slots_; ++i) threads_.emplace_back([this] { Help(); });
 }
 
 PlanningPool::~PlanningPool() {
   std::deque<Queued> dropped;
+  std::vector<std::thread> threads;
   {
     std::lock_guard<std::mutex> lock(mutex_);
     stopping_ = true;
+    threads.swap(threads_);  // none is added any more
     dropped.swap(queue_);
     for (Worker* helper : idle_helpers_) helper->wake.notify_all();
   }
   queue_changed_.notify_all();
   dropped.clear();
-  for (std::thread& thread : threads_) thread.join();
+  for (std::thread& thread : threads) thread.join();
 }
 
-std::shared_ptr<PlanningPool::Share> PlanningPool::NewShare(double weight) {
-  return std::make_shared<Share>(weight);
+std::shared_ptr<PlanningPool::Share> PlanningPool::NewShare(double weight,
+                                                            const std::string& owner) {
+  if (owner.empty()) return std::make_shared<Share>(weight, std::make_shared<Owner>());
+  std::lock_guard<std::mutex> lock(mutex_);
+  std::erase_if(owners_, [](const auto& entry) { return entry.second.expired(); });
+  std::shared_ptr<Owner> known = owners_[owner].lock();
+  if (known == nullptr) {
+    known = std::make_shared<Owner>();
+    owners_[owner] = known;
+  }
+  return std::make_shared<Share>(weight, std::move(known));
 }
 
 double PlanningPool::Used(const Share& share) const {
@@ -150,7 +187,41 @@ PlanningPool::Load PlanningPool::load() const {
 }
 
 void PlanningPool::Activate(Share& share) {
-  if (share.active++ == 0) share.used = std::max(share.used, least_used_);
+  if (share.active++ > 0) return;
+  Owner& owner = *share.owner;
+  if (owner.active++ == 0) owner.used = std::max(owner.used, least_used_);
+  share.used = std::max(share.used, owner.least_used);
+}
+
+// Whether the first has had less: of owners, else of the shares of one.
+bool PlanningPool::Precedes(const Share& a, const Share& b) {
+  if (a.owner != b.owner && a.owner->used != b.owner->used) {
+    return a.owner->used < b.owner->used;
+  }
+  return a.used < b.used;
+}
+
+bool PlanningPool::MayBegin(const Queued& entry) const {
+  return entry.priority != JobPriority::kPlan || running_plans_ < max_plans_ ||
+         entry.share->owner->running_plans == 0;
+}
+
+// A plan that has a place beyond those of all may find no thread for it.
+void PlanningPool::AddThreadFor(const Queued& entry) {
+  if (entry.priority != JobPriority::kPlan || running_plans_ < max_plans_ || !MayBegin(entry))
+    return;
+  const auto ready = std::count_if(queue_.begin(), queue_.end(),
+                                   [this](const Queued& queued) { return MayBegin(queued); });
+  if (ready > idle_threads_) AddThread();
+}
+
+void PlanningPool::AddThread() {
+  if (stopping_ || threads_.size() >= kMostThreads) return;
+  try {
+    threads_.emplace_back([this] { RunJobs(); });
+  } catch (const std::system_error&) {
+    // The system has none left: who needs it waits until another job ends.
+  }
 }
 
 void PlanningPool::Submit(std::shared_ptr<Share> share, JobPriority priority, Job job) {
@@ -159,6 +230,7 @@ void PlanningPool::Submit(std::shared_ptr<Share> share, JobPriority priority, Jo
     if (stopping_) return;
     Activate(*share);
     queue_.push_back({std::move(share), priority, std::move(job), telemetry::CurrentLogContext()});
+    AddThreadFor(queue_.back());
   }
   queue_changed_.notify_one();
 }
@@ -167,11 +239,11 @@ size_t PlanningPool::BestQueued() {
   size_t best = kNone;
   for (size_t i = 0; i < queue_.size(); ++i) {
     const Queued& entry = queue_[i];
-    if (entry.priority == JobPriority::kPlan && running_plans_ >= max_plans_) continue;
-    if (best == kNone || std::tie(entry.share->used, entry.priority) <
-                             std::tie(queue_[best].share->used, queue_[best].priority)) {
-      best = i;
-    }
+    if (!MayBegin(entry)) continue;
+    const bool first =
+        best == kNone || Precedes(*entry.share, *queue_[best].share) ||
+        (!Precedes(*queue_[best].share, *entry.share) && entry.priority < queue_[best].priority);
+    if (first) best = i;
   }
   return best;
 }
@@ -179,7 +251,8 @@ size_t PlanningPool::BestQueued() {
 PlanningPool::Worker* PlanningPool::BestWaiting() {
   const auto best =
       std::min_element(waiting_.begin(), waiting_.end(), [](const Worker* a, const Worker* b) {
-        return std::tie(a->share->used, a->priority) < std::tie(b->share->used, b->priority);
+        if (Precedes(*a->share, *b->share)) return true;
+        return !Precedes(*b->share, *a->share) && a->priority < b->priority;
       });
   return best == waiting_.end() ? nullptr : *best;
 }
@@ -188,8 +261,8 @@ PlanningPool::Loop* PlanningPool::BestLoop() {
   Loop* best = nullptr;
   for (const std::shared_ptr<Loop>& loop : loops_) {
     if (loop->Exhausted()) continue;
-    if (best == nullptr ||
-        std::tie(loop->share->used, loop->priority) < std::tie(best->share->used, best->priority)) {
+    if (best == nullptr || Precedes(*loop->share, *best->share) ||
+        (!Precedes(*best->share, *loop->share) && loop->priority < best->priority)) {
       best = loop.get();
     }
   }
@@ -203,7 +276,7 @@ void PlanningPool::Schedule() {
     Loop* loop = idle_helpers_.empty() ? nullptr : BestLoop();
     if (waiting == nullptr && loop == nullptr) return;
     Worker* chosen = waiting;
-    if (waiting == nullptr || (loop != nullptr && loop->share->used < waiting->share->used)) {
+    if (waiting == nullptr || (loop != nullptr && Precedes(*loop->share, *waiting->share))) {
       chosen = idle_helpers_.back();
       idle_helpers_.pop_back();
       chosen->loop = *std::find_if(loops_.begin(), loops_.end(),
@@ -213,7 +286,8 @@ void PlanningPool::Schedule() {
       waiting_.erase(std::find(waiting_.begin(), waiting_.end(), chosen));
     }
     const Share& share = *(chosen->loop != nullptr ? chosen->loop->share : chosen->share);
-    least_used_ = std::max(least_used_, share.used);
+    least_used_ = std::max(least_used_, share.owner->used);
+    share.owner->least_used = std::max(share.owner->least_used, share.used);
     --free_slots_;
     chosen->granted = true;
     chosen->wake.notify_one();
@@ -239,6 +313,7 @@ void PlanningPool::Charge(Worker& worker) {
   Share& share = *(worker.loop != nullptr ? worker.loop->share : worker.share);
   share.used += seconds / share.weight;
   share.seconds += seconds;
+  share.owner->used += seconds;
   worker.charged_until = now;
   worker.slice_start = Clock::now();
 }
@@ -256,16 +331,25 @@ void PlanningPool::RunJobs() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
     size_t index = kNone;
+    ++idle_threads_;
     queue_changed_.wait(lock, [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS {
       if (stopping_) return true;
       index = BestQueued();
       return index != kNone;
     });
+    --idle_threads_;
     if (stopping_) return;
     Queued entry = std::move(queue_[index]);
     queue_.erase(queue_.begin() + static_cast<std::ptrdiff_t>(index));
     const bool plan = entry.priority == JobPriority::kPlan;
-    if (plan) ++running_plans_;
+    if (plan) {
+      ++running_plans_;
+      // As many threads as ever are left for what is no plan.
+      if (threads_.size() < jobs_ + static_cast<size_t>(std::max(0, running_plans_ - max_plans_))) {
+        AddThread();
+      }
+      ++entry.share->owner->running_plans;
+    }
     ++running_;
     worker.share = entry.share;
     worker.priority = entry.priority;
@@ -274,14 +358,21 @@ void PlanningPool::RunJobs() {
     {
       const telemetry::ScopedLogContext context(std::move(entry.context));
       Lane lane(*this, entry.share, entry.priority);
-      entry.job(lane);
+      try {
+        entry.job(lane);
+      } catch (const std::bad_alloc&) {
+        // Whoever submitted it says what becomes of it then; here only the process is kept.
+      }
       entry.job = nullptr;  // the job's captures are released outside the lock
     }
     lock.lock();
     Release(worker);
-    --entry.share->active;
+    if (--entry.share->active == 0) --entry.share->owner->active;
     worker.share.reset();
-    if (plan) --running_plans_;
+    if (plan) {
+      --running_plans_;
+      --entry.share->owner->running_plans;
+    }
     --running_;
     Schedule();
     queue_changed_.notify_one();
@@ -324,13 +415,13 @@ bool PlanningPool::SliceOver(Worker& worker, bool leave_when_contended) {
   const Share& own = *(worker.loop != nullptr ? worker.loop->share : worker.share);
   const Worker* waiting = BestWaiting();
   if (waiting != nullptr &&
-      (waiting->share->used < own.used ||
+      (Precedes(*waiting->share, own) ||
        (waiting->share.get() == &own && waiting->priority < worker.priority))) {
     return true;
   }
   if (!leave_when_contended) return false;
   const Loop* loop = BestLoop();
-  return loop != nullptr && loop->share->used < own.used;
+  return loop != nullptr && Precedes(*loop->share, own);
 }
 
 void PlanningPool::Yield(Worker& worker) {
@@ -360,14 +451,17 @@ void PlanningPool::For(const std::shared_ptr<Share>& share, JobPriority priority
   while (loop->RunOne()) {
     if (worker != nullptr) Yield(*worker);
   }
+  std::exception_ptr failure;
   {
     std::unique_lock<std::mutex> lock(loop->mutex);
     loop->finished.wait(lock, [&] { return loop->done.load() == count; });
+    failure = loop->failure;
   }
   if (count > 1 && slots_ > 1) {
     std::lock_guard<std::mutex> lock(mutex_);
     loops_.erase(std::remove(loops_.begin(), loops_.end(), loop), loops_.end());
   }
+  if (failure != nullptr) std::rethrow_exception(failure);
 }
 
 }  // namespace vantage::execution

@@ -10,8 +10,10 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
+#include <map>
 #include <memory>
 #include <mutex>
+#include <string>
 #include <thread>
 #include <vector>
 
@@ -30,22 +32,26 @@ enum class JobPriority : uint8_t { kInteractive = 0, kModel = 1, kPlan = 2 };
 class PlanningPool {
  public:
   using Job = std::function<void(parallel::Parallel&)>;
-  // The processor time that a session has used. Sessions with equal weights get equal time while
-  // they have work; an idle session gains no credit.
+  // The processor time that a session has used. Owners (tenants) get equal time while they have
+  // work, and so do the sessions of an owner by their weights; who is idle gains no credit.
   class Share;
 
   // `slots` >= 1 bodies run at a time. At most `max_jobs` (>= 2) jobs are begun at a time, plans
-  // being at most three quarters of them; further ones wait in order of share and priority.
+  // being at most three quarters of them; further ones wait in order of share and priority. An
+  // owner without a plan under way has a place beyond that, so that long plans of others, which go
+  // on beside it in their share, never keep it waiting.
   PlanningPool(int slots, int max_jobs);
   // Waits for the jobs that have begun; drops those that have not.
   ~PlanningPool();
   PlanningPool(const PlanningPool&) = delete;
   PlanningPool& operator=(const PlanningPool&) = delete;
 
-  std::shared_ptr<Share> NewShare(double weight = 1.0);
+  // `owner`: whose it is; empty: nobody else's.
+  std::shared_ptr<Share> NewShare(double weight = 1.0, const std::string& owner = "");
 
-  // Never refuses: the callers bound the number (strands submit one each; plans have limits per
-  // session and server).
+  // A job that throws std::bad_alloc is over; what is thrown in a loop of its Parallel, on whatever
+  // thread, arrives in the job. Never refuses: the callers bound the number (strands submit one
+  // each; plans have limits per session and server).
   void Submit(std::shared_ptr<Share> share, JobPriority priority, Job job);
 
   int slots() const { return slots_; }
@@ -59,6 +65,7 @@ class PlanningPool {
 
  private:
   using Clock = std::chrono::steady_clock;
+  struct Owner;
   struct Worker;
   struct Loop;
   struct Queued;
@@ -75,12 +82,17 @@ class PlanningPool {
   Loop* BestLoop() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   size_t BestQueued() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Activate(Share& share) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool MayBegin(const Queued& entry) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void AddThread() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void AddThreadFor(const Queued& entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  static bool Precedes(const Share& a, const Share& b);
   void For(const std::shared_ptr<Share>& share, JobPriority priority, size_t count,
            absl::FunctionRef<void(size_t)> body);
   void Yield(Worker& worker);
   bool SliceOver(Worker& worker, bool leave_when_contended);
 
   const int slots_;
+  const size_t jobs_;  // threads at first, those that help with loops included
   const int max_plans_;
   mutable std::mutex mutex_;
   std::condition_variable queue_changed_;
@@ -91,10 +103,11 @@ class PlanningPool {
   int free_slots_ ABSL_GUARDED_BY(mutex_);
   int running_ ABSL_GUARDED_BY(mutex_) = 0;
   int running_plans_ ABSL_GUARDED_BY(mutex_) = 0;
-  double least_used_ ABSL_GUARDED_BY(mutex_) =
-      0;  // s over weight: what a session that wakes starts from
+  int idle_threads_ ABSL_GUARDED_BY(mutex_) = 0;   // that wait for a job
+  double least_used_ ABSL_GUARDED_BY(mutex_) = 0;  // s: what an owner that wakes starts from
+  std::map<std::string, std::weak_ptr<Owner>> owners_ ABSL_GUARDED_BY(mutex_);  // by name
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
-  std::vector<std::thread> threads_;
+  std::vector<std::thread> threads_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace vantage::execution

@@ -1,5 +1,6 @@
 #include "server/execution/strand.h"
 
+#include <new>
 #include <tuple>
 #include <utility>
 
@@ -80,7 +81,11 @@ void Strand::RunOne(parallel::Parallel& parallel) {
   }
   if (operation) {
     const telemetry::ScopedLogContext scope(std::move(context));
-    operation(parallel);
+    try {
+      operation(parallel);
+    } catch (const std::bad_alloc&) {
+      // The operation is over, and those behind it have their turn.
+    }
     operation = nullptr;
   }
   {

@@ -1,5 +1,6 @@
 #include "server/execution/task_pool.h"
 
+#include <new>
 #include <utility>
 
 namespace vantage::execution {
@@ -53,7 +54,11 @@ void TaskPool::Work() {
     lock.unlock();
     {
       const telemetry::ScopedLogContext context(std::move(next.context));
-      next.task();
+      try {
+        next.task();
+      } catch (const std::bad_alloc&) {
+        // The task says itself what it answers then; here only the process is kept.
+      }
       next.task = nullptr;  // the task's captures are released outside the lock
     }
     lock.lock();

@@ -24,6 +24,7 @@ constexpr int kMaxJobs = 16;
 // Room for a message's framing beyond its largest piece.
 constexpr int kMaxHeaderBytes = 8 << 10;
 constexpr std::chrono::seconds kCallersRefresh(2);
+constexpr std::chrono::seconds kLastMoment(1);
 
 int CoresOr(int threads) {
   return threads > 0 ? threads : std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
@@ -67,9 +68,8 @@ Server::Server(const ServerOptions& options, store::Store& store, telemetry::Log
       sessions_(std::make_unique<session::SessionRegistry>(session::SessionDependencies{
           store_, pool_, timer_, log, options.limits, std::move(algorithms),
           [this] { return clock_.Now(); }, &metrics_, &memory_, nullptr})),
-      services_(std::make_unique<rpc::Services>(
-          rpc::RpcDependencies{*sessions_, tasks_, timer_, log, authorizer_, metrics_,
-                               calls_under_way_, options.heartbeat})) {}
+      services_(std::make_unique<rpc::Services>(rpc::RpcDependencies{
+          *sessions_, tasks_, timer_, log, authorizer_, metrics_, calls_, options.heartbeat})) {}
 
 absl::Status Server::Serve(const std::shared_ptr<grpc::ServerCredentials>& credentials) {
   // Linked in so that reflection can describe the built-in health service.
@@ -153,7 +153,7 @@ absl::Status Server::ServeHttp() {
   metrics_.AddGauge("vantage_memory_budget_bytes", "For models and plans; 0: no limit.", {},
                     [this] { return static_cast<double>(memory_.budget()); });
   metrics_.AddGauge("vantage_rpcs_under_way", "Calls that have not ended, streams included.", {},
-                    [this] { return static_cast<double>(calls_under_way_.load()); });
+                    [this] { return static_cast<double>(calls_.total()); });
   absl::StatusOr<std::unique_ptr<telemetry::HttpListener>> listener =
       telemetry::HttpListener::Start(options_.http_listen, MonitorPages(monitored));
   if (!listener.ok()) return listener.status();
@@ -238,8 +238,10 @@ void Server::Drain() {
     refreshes_ = false;
   }
   const bool rested = sessions_->WaitUntilIdle(options_.drain_patience);
-  // Open calls get a moment to finish by themselves; then they are cancelled.
-  server_->Shutdown(std::chrono::system_clock::now() + std::chrono::seconds(2));
+  if (!rested) sessions_->GiveUp();
+  // Open calls get a moment to finish by themselves; then they are cancelled: exports and streams
+  // that nobody reads.
+  server_->Shutdown(std::chrono::system_clock::now() + kLastMoment);
   log_.Info("drained", {{"everything_ended", rested}});
 }
 

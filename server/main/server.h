@@ -19,6 +19,7 @@
 #include "server/execution/task_pool.h"
 #include "server/execution/timer.h"
 #include "server/rpc/call/authorizer.h"
+#include "server/rpc/call/call_counts.h"
 #include "server/rpc/services.h"
 #include "server/session/session_registry.h"
 #include "server/store/instrumented_store.h"
@@ -99,7 +100,7 @@ class Server {
   std::string refresh_error_ ABSL_GUARDED_BY(refresh_mutex_);  // already logged
   telemetry::Metrics metrics_;
   store::InstrumentedStore store_;
-  std::atomic<int> calls_under_way_{0};
+  rpc::CallCounts calls_;
   std::atomic<const char*> state_{"starting"};
   execution::SteadiedClock clock_;
   rpc::Authorizer authorizer_;

@@ -2,6 +2,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <chrono>
 #include <csignal>
 #include <cstdio>
 #include <cstdlib>
@@ -9,6 +10,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <thread>
 #include <utility>
 
 #include <CLI/CLI.hpp>
@@ -30,6 +32,8 @@ namespace {
 constexpr int kExitUsage = 2;
 constexpr int kExitUnhealthy = 1;
 constexpr int kExitFailed = 1;
+// A shutdown takes that much longer than --drain-seconds at most.
+constexpr std::chrono::milliseconds kBeyondDrain(1500);
 
 // The folder in which services keep their state: systemd's, or that of desktops. Empty: none is
 // known.
@@ -144,8 +148,13 @@ void Declare(CLI::App& app, Program& program) {
                  "needed; 0: never")
       ->check(CLI::Range(0, 1 << 20))
       ->capture_default_str();
+  app.add_option("--tries", program.server.limits.tries,
+                 "work (a scan's merge, the loading of a model) that brought the server to its end "
+                 "so often is set aside; 0: it is tried for ever")
+      ->check(CLI::Range(0, 1000))
+      ->capture_default_str();
   app.add_option("--drain-seconds", program.drain_seconds,
-                 "how long a shutdown waits for plans and merges")
+                 "how long a shutdown waits for plans and merges; it takes 2 s longer at most")
       ->check(CLI::Range(0, 3600))
       ->capture_default_str();
   const std::map<std::string, telemetry::LogLevel> levels = {
@@ -356,6 +365,12 @@ int Serve(const Program& program, const sigset_t& signals) {
     sigwait(&signals, &received);
     if (received == SIGHUP) (*server)->RefreshCallers();
   }
+  // Whatever is still under way by then is in the log, and goes on after the next start.
+  std::thread([at = std::chrono::steady_clock::now() + program.server.drain_patience +
+                    kBeyondDrain] {
+    std::this_thread::sleep_until(at);
+    std::_Exit(0);
+  }).detach();
   (*server)->Drain();
   return 0;
 }

@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "server/contract/error.h"
+#include "server/contract/out_of_memory.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/check_request.h"
 #include "server/conversion/fleet_proto.h"
@@ -108,7 +109,8 @@ void Claims::Take(const v1::ClaimViewRequest& request,
   }
   context_.RunInteractive([this, in = *std::move(inputs), scanner, request, caller,
                            done = std::move(done)](parallel::Parallel& parallel) {
-    absl::StatusOr<v1::Claim> claim = TakeNow(request, caller, scanner, in, parallel);
+    absl::StatusOr<v1::Claim> claim = contract::UnlessOutOfMemory(
+        [&] { return TakeNow(request, caller, scanner, in, parallel); });
     model_.EndEvaluation();
     if (!claim.ok()) return done(claim.status());
     v1::ClaimViewResponse response;
@@ -122,6 +124,7 @@ absl::StatusOr<v1::Claim> Claims::Renew(const std::string& name, absl::Duration 
   Expire();
   absl::StatusOr<std::string> logged =
       journal_.Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        if (absl::Status room = context_.CheckLog(); !room.ok()) return room;
         const auto it = state.claims.find(name);
         if (it == state.claims.end()) return contract::ResourceNotFound(kClaimType, name);
         if (absl::Status may = CheckMay(it->second, asker); !may.ok()) return may;

@@ -39,6 +39,7 @@ absl::Status Journal::Load() {
     for (const storage::v1::LogEntry& entry : *batch) {
       absl::Status applied = state_.Apply(entry);
       if (!applied.ok()) return applied;
+      bytes_ += static_cast<int64_t>(entry.ByteSizeLong());
     }
   }
 }
@@ -91,6 +92,9 @@ absl::StatusOr<std::string> Journal::Execute(
     // Readers do not wait while the store writes; only other writers do.
     absl::Status written = store_.Append(session_, entry);
     if (!written.ok()) return written;
+    const auto size = static_cast<int64_t>(entry.ByteSizeLong());
+    bytes_ += size;
+    if (on_written_) on_written_(size);
     std::lock_guard<std::mutex> lock(state_mutex_);
     absl::Status fits = state_.Apply(entry);
     if (!fits.ok()) return fits;
@@ -99,6 +103,13 @@ absl::StatusOr<std::string> Journal::Execute(
   }
   Wake();
   return resource;
+}
+
+absl::Status Journal::CheckRoom(int64_t most) const {
+  if (bytes_ < most) return absl::OkStatus();
+  return contract::ErrorWithReason(absl::StatusCode::kResourceExhausted, "LOG_FULL",
+                                   absl::StrCat("the session's log has ", bytes_ >> 20,
+                                                " MiB, the most it may; go on in another session"));
 }
 
 void Journal::Close() {
@@ -123,6 +134,9 @@ void Journal::Read(absl::FunctionRef<void(const SessionState&)> read) const {
 
 absl::StatusOr<std::vector<v1::SessionEvent>> Journal::Events(uint64_t after, size_t limit) const {
   absl::StatusOr<std::vector<storage::v1::LogEntry>> entries = store_.Read(session_, after, limit);
+  // Looked at after reading: a log that another session has under this id was begun after this one
+  // was closed.
+  if (closed_) return absl::NotFoundError(absl::StrCat("session ", session_, " was deleted"));
   if (!entries.ok()) return entries.status();
   std::vector<v1::SessionEvent> events;
   events.reserve(entries->size());

@@ -3,12 +3,14 @@
 #ifndef VANTAGE_SERVER_SESSION_JOURNAL_H_
 #define VANTAGE_SERVER_SESSION_JOURNAL_H_
 
+#include <atomic>
 #include <cstdint>
 #include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
@@ -71,13 +73,21 @@ class Journal {
   // Calls `read` with the state; it must be quick.
   void Read(absl::FunctionRef<void(const SessionState&)> read) const;
 
-  // Events after a sequence number, in order, at most `limit`.
+  // Events after a sequence number, in order, at most `limit`. NOT_FOUND once it is closed: another
+  // session may have the id, and its log is not this one's.
   absl::StatusOr<std::vector<v1::SessionEvent>> Events(uint64_t after, size_t limit) const;
 
   // `call` runs after every step, on the thread that made the step; it must be quick. It may still
   // be running when Unwatch returns.
   WatchId Watch(std::function<void()> call);
   void Unwatch(WatchId id);
+  // The bytes of its entries.
+  int64_t bytes() const { return bytes_; }
+  // RESOURCE_EXHAUSTED (LOG_FULL): they come to `most` or more.
+  absl::Status CheckRoom(int64_t most) const;
+  // `call` runs after every step with the bytes of its entry. To be set before the first step of
+  // several threads.
+  void OnWritten(std::function<void(int64_t)> call) { on_written_ = std::move(call); }
   // Waits for the step in progress; all later ones are refused (ABORTED).
   void Close();
   // Calls every watcher when something other than a step happened (the log was dropped).
@@ -92,10 +102,12 @@ class Journal {
   store::Store& store_;
   const Clock clock_;
   const SeenClock seen_;
-  std::mutex write_mutex_;  // held for a whole step, the store's write included
-  bool closed_ ABSL_GUARDED_BY(write_mutex_) = false;
+  std::mutex write_mutex_;           // held for a whole step, the store's write included
+  std::atomic<bool> closed_{false};  // set while write_mutex_ is held
   mutable std::mutex state_mutex_;
   SessionState state_ ABSL_GUARDED_BY(state_mutex_);
+  std::atomic<int64_t> bytes_{0};
+  std::function<void(int64_t)> on_written_;  // may be null
   std::mutex watch_mutex_;
   std::map<WatchId, std::shared_ptr<std::function<void()>>> watchers_ ABSL_GUARDED_BY(watch_mutex_);
   WatchId next_watch_ ABSL_GUARDED_BY(watch_mutex_) = 1;

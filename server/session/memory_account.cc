@@ -16,6 +16,28 @@ void MemoryAccount::Reservation::Set(int64_t bytes) {
   bytes_ = bytes;
 }
 
+bool MemoryAccount::Reservation::Grow(int64_t bytes) {
+  if (account_ == nullptr || bytes <= bytes_) return true;
+  if (!account_->ChangeWithin(bytes - bytes_)) return false;
+  bytes_ = bytes;
+  return true;
+}
+
+bool MemoryAccount::ChangeWithin(int64_t by) {
+  int64_t lacks = 0;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (budget_ <= 0 || used_ + by <= budget_) {
+      used_ += by;
+      return true;
+    }
+    lacks = used_ + by - budget_;
+  }
+  std::lock_guard<std::mutex> lock(shortage_mutex_);
+  if (shortage_) shortage_(lacks);
+  return false;
+}
+
 std::optional<MemoryAccount::Reservation> MemoryAccount::Take(int64_t bytes) {
   int64_t lacks = 0;
   {

@@ -29,6 +29,8 @@ class MemoryAccount {
     int64_t bytes() const { return bytes_; }
     // Reserves memory that is in use already; never refused.
     void Set(int64_t bytes);
+    // Makes it that large; false, without effect, when the account has no room for that.
+    bool Grow(int64_t bytes);
     void Release() { Set(0); }
 
    private:
@@ -56,6 +58,7 @@ class MemoryAccount {
 
  private:
   void Change(int64_t by);
+  bool ChangeWithin(int64_t by);
 
   const int64_t budget_;
   mutable std::mutex mutex_;

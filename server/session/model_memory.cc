@@ -7,22 +7,27 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "core/model/carve/carve_room.h"
 #include "core/model/snapshot/snapshot_header.h"
 #include "server/contract/error.h"
+#include "server/contract/out_of_memory.h"
 #include "server/conversion/to_proto.h"
 #include "server/session/stored_scans.h"
 
 namespace vantage::session {
 namespace {
 
-// Bytes of octree, planning view and layers of scans for each voxel that a scan knows: about 14 as
-// measured on sites of 1000 m^2 (model.1000m2.mb), and room for growth at the edges.
-constexpr int64_t kBytesPerVoxel = 24;
-constexpr int64_t kBytesPerScan = 1 << 20;
-// The same for a scan that was not merged yet.
-constexpr int64_t kUnknownScan = 24 << 20;
-// Memory of aligning and carving for each cell of the range image, bytes.
-constexpr int64_t kBytesPerCell = 150;
+// Bytes of a model that is not loaded, for each voxel with surface in each scan's report and each
+// cell of its image, as measured (core/model/carve/carve_room.h) with a fifth for boundaries; scans
+// that see the same surface share a part.
+constexpr double kBytesPerSurfaceVoxel = 1.2 * model::kBytesOfSurfaceKept;
+constexpr int64_t kBytesPerScan = 64 << 10;
+// Of an encoded cell; of a decoded one beside it, and of what alignment makes of both.
+constexpr int64_t kEncodedCell = 4;
+constexpr int64_t kBytesPerAlignedCell = 30;
+constexpr int64_t kAnyAlignment = 1 << 20;
+// The name of the work of loading a model, which is no scan's.
+constexpr char kLoadingWork[] = "model";
 constexpr absl::Duration kShortRetry = absl::Seconds(5);
 constexpr absl::Duration kModelRetryAfter = absl::Seconds(1);
 
@@ -33,6 +38,19 @@ constexpr size_t kShareThatChanged = 8;
 
 double SecondsSince(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+absl::Status Short(int64_t bytes) {
+  return contract::Retryable(absl::StatusCode::kResourceExhausted, "MEMORY_SHORT",
+                             absl::StrCat("this needs some ", bytes >> 20,
+                                          " MiB, and the server's memory is taken; try again"),
+                             kShortRetry);
+}
+
+absl::Status Draining() {
+  return contract::Retryable(absl::StatusCode::kUnavailable, "DRAINING",
+                             "the server shuts down before the model is loaded; try again",
+                             kShortRetry);
 }
 
 bool SameConfig(const model::ModelConfig& a, const model::ModelConfig& b) {
@@ -47,9 +65,11 @@ ModelMemory::ModelMemory(SessionContext& context, StoredSnapshots& snapshots,
                          Reconcile reconcile)
     : context_(context),
       snapshots_(snapshots),
+      config_(empty->config()),
       reconcile_(std::move(reconcile)),
       loaded_(begin == Begin::kNew),
-      model_(std::move(empty)) {
+      model_(std::move(empty)),
+      work_(context) {
   Touch();
 }
 
@@ -68,6 +88,10 @@ absl::Status ModelMemory::WhyNone() {
   bool expected = false;
   context_.journal().Read([&](const SessionState& state) { expected = state.AnyInModel(); });
   if (expected) {
+    {
+      std::lock_guard<std::mutex> lock(mutex_);
+      if (!set_aside_.ok()) return set_aside_;
+    }
     if (absl::Status room = BeginLoad(); !room.ok()) return room;
     return contract::Retryable(absl::StatusCode::kUnavailable, "MODEL_LOADING",
                                absl::StrCat("the model of ", context_.name(), " is being loaded"),
@@ -84,21 +108,25 @@ void ModelMemory::Touch() { touched_ = absl::ToInt64Milliseconds(context_.journa
 absl::Duration ModelMemory::LastTouched() const { return absl::Milliseconds(touched_.load()); }
 
 int64_t ModelMemory::Estimate() const {
-  int64_t bytes = 0;
+  if (const int64_t counted = counted_; counted > 0) return counted;
+  double bytes = 0;
   context_.journal().Read([&](const SessionState& state) {
     for (const auto& [name, record] : state.scans) {
       if (!record.in_model) continue;
-      const v1::MergeReport& merge = record.scan.merge();
-      bytes += kBytesPerScan +
-               kBytesPerVoxel * (merge.empty_voxel_count() + merge.surface_voxel_count());
+      const auto cells = static_cast<double>(record.scan.encoded_size_bytes() / kEncodedCell);
+      const auto surface = static_cast<double>(record.scan.merge().surface_voxel_count());
+      bytes += kBytesPerScan + cells * model::kBytesOfCellKept + surface * kBytesPerSurfaceVoxel;
     }
   });
-  return bytes;
+  return static_cast<int64_t>(bytes);
 }
 
-int64_t ModelMemory::EstimateMerge(const v1::Scan& scan) {
-  // Encoded cells take 3 bytes or more.
-  return kUnknownScan + kBytesPerCell * (scan.encoded_size_bytes() / 3);
+int64_t ModelMemory::EstimateAlignment(const v1::Scan& scan) {
+  return kAnyAlignment + scan.encoded_size_bytes() / kEncodedCell * kBytesPerAlignedCell;
+}
+
+int64_t ModelMemory::DecodedBytes(const sensor::Scan& scan) {
+  return static_cast<int64_t>(scan.image.cells() * sizeof(float));
 }
 
 absl::StatusOr<MemoryAccount::Reservation> ModelMemory::Reserve(int64_t bytes) const {
@@ -106,10 +134,29 @@ absl::StatusOr<MemoryAccount::Reservation> ModelMemory::Reserve(int64_t bytes) c
   if (memory == nullptr) return MemoryAccount::Reservation();
   std::optional<MemoryAccount::Reservation> reservation = memory->Take(bytes);
   if (reservation.has_value()) return *std::move(reservation);
-  return contract::Retryable(absl::StatusCode::kResourceExhausted, "MEMORY_SHORT",
-                             absl::StrCat("this needs some ", bytes >> 20,
-                                          " MiB, and the server's memory is taken; try again"),
-                             kShortRetry);
+  return Short(bytes);
+}
+
+absl::Status ModelMemory::Enlarge(MemoryAccount::Reservation& reservation, int64_t bytes) const {
+  if (!Limited()) return absl::OkStatus();
+  const MemoryAccount& memory = *context_.dependencies().memory;
+  if (bytes > memory.budget()) {
+    return contract::ErrorWithReason(
+        absl::StatusCode::kResourceExhausted, "SCAN_TOO_LARGE",
+        absl::StrCat(
+            "merging this scan takes some ", bytes >> 20, " MiB, and the server has ",
+            memory.budget() >> 20,
+            " MiB for all models and plans: use a larger voxel_size, or a smaller max_range_m "
+            "or max_half_extent, in a new session, or have its operator give it more "
+            "(--memory-mib)"));
+  }
+  if (reservation.Grow(bytes)) return absl::OkStatus();
+  return Short(bytes);
+}
+
+bool ModelMemory::Limited() const {
+  const MemoryAccount* const memory = context_.dependencies().memory;
+  return memory != nullptr && memory->budget() > 0;
 }
 
 bool ModelMemory::BeginEvaluation() {
@@ -147,36 +194,72 @@ absl::Status ModelMemory::BeginLoad() {
 
 absl::Status ModelMemory::Load(parallel::Parallel& parallel) {
   if (loaded_) return absl::OkStatus();
+  if (context_.draining()) return Draining();
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (!set_aside_.ok()) return set_aside_;
+  }
   absl::StatusOr<MemoryAccount::Reservation> reservation = Reserve(Estimate());
   if (!reservation.ok()) return reservation.status();
   reservation_ = *std::move(reservation);
   Touch();
-  absl::Status rebuilt = Rebuild(parallel);
-  if (!rebuilt.ok()) reservation_.Release();
-  return rebuilt;
+  bool any = false;
+  std::vector<std::string> undecided;
+  context_.journal().Read([&](const SessionState& state) {
+    any = state.AnyInModel();
+    undecided = state.UndecidedScans();
+  });
+  const absl::Status rebuilt = contract::UnlessOutOfMemory([&]() -> absl::Status {
+    if (!any) return Rebuild(parallel);
+    if (absl::Status begun = work_.Begin(kLoadingWork); !begun.ok()) {
+      std::lock_guard<std::mutex> lock(mutex_);
+      if (absl::IsFailedPrecondition(begun)) set_aside_ = begun;
+      return begun;
+    }
+    absl::Status done = Rebuild(parallel);
+    work_.End(kLoadingWork);
+    return done;
+  });
+  if (!rebuilt.ok()) {
+    if (contract::ReasonOf(rebuilt) == "MEMORY_SHORT") work_.End(kLoadingWork);
+    Forget();
+    return rebuilt;
+  }
+  // Work of their own, with notes of their own. What is left at a drain is in the log.
+  for (const std::string& scan : undecided) {
+    if (context_.halted()) break;
+    reconcile_(scan, parallel);
+  }
+  return absl::OkStatus();
 }
 
 void ModelMemory::Evict(parallel::Parallel& parallel) {
   if (context_.closed() || !loaded_ || model_->scans().empty() || !CheckWhole().ok()) return;
   if (unsaved_changes_ > 0) WriteSnapshot(parallel);
   if (unsaved_changes_ > 0) return;  // the snapshot could not be written
+  Forget();
+  context_.dependencies().log.Info("model evicted", {{"session", context_.id()}});
+}
+
+void ModelMemory::Forget() {
   absl::StatusOr<std::unique_ptr<model::PartialModel>> empty =
       model::PartialModel::Create(model_->config());
-  if (!empty.ok()) return;
+  if (!empty.ok()) return;  // it was created with this configuration before
   loaded_ = false;
   ModelSnapshot nothing;
   nothing.version = Current().version;
   Show(nothing);
   model_ = *std::move(empty);
+  unsaved_changes_ = 0;
   reservation_.Release();
-  context_.dependencies().log.Info("model evicted", {{"session", context_.id()}});
 }
 
 absl::StatusOr<model::MergeReport> ModelMemory::Insert(absl::string_view scan,
                                                        const sensor::Scan& data,
                                                        const Eigen::Isometry3d& T_model_scan,
-                                                       parallel::Parallel& parallel) {
-  return model_->Insert(scan, data, T_model_scan, parallel);
+                                                       parallel::Parallel& parallel,
+                                                       int64_t memory_limit) {
+  return model_->Insert(scan, data, T_model_scan, parallel, memory_limit);
 }
 
 absl::StatusOr<model::MergeReport> ModelMemory::Withdraw(absl::string_view scan,
@@ -200,6 +283,7 @@ void ModelMemory::Changed(size_t scans) {
 }
 
 void ModelMemory::TakeRoom() {
+  counted_ = model_->Bytes();
   MemoryAccount* const memory = context_.dependencies().memory;
   if (memory == nullptr) return;
   if (reservation_.bytes() == 0) reservation_ = memory->Empty();
@@ -296,11 +380,9 @@ void ModelMemory::LoadSnapshot(parallel::Parallel& parallel) {
 absl::Status ModelMemory::Rebuild(parallel::Parallel& parallel) {
   std::map<std::string, v1::Scan> wanted;
   std::vector<v1::Scan> in_order;
-  std::vector<std::string> undecided;
   ModelSnapshot rebuilt;
   context_.journal().Read([&](const SessionState& state) {
     rebuilt.version = state.model_version;
-    undecided = state.UndecidedScans();
     for (const std::string& name : state.scan_order) {
       const ScanRecord& record = state.scans.at(name);
       if (record.in_model) in_order.push_back(record.scan);
@@ -328,6 +410,7 @@ absl::Status ModelMemory::Rebuild(parallel::Parallel& parallel) {
   }
   for (const v1::Scan& scan : in_order) {
     if (model_->PoseOf(scan.name()).has_value()) continue;
+    if (context_.draining()) return Draining();
     absl::StatusOr<sensor::Scan> data = LoadScan(context_, scan);
     absl::Status inserted = data.status();
     if (data.ok()) {
@@ -351,7 +434,6 @@ absl::Status ModelMemory::Rebuild(parallel::Parallel& parallel) {
   loaded_ = true;
   TakeRoom();
   Show(rebuilt);
-  for (const std::string& scan : undecided) reconcile_(scan, parallel);
   PostSnapshot(changes);
   return absl::OkStatus();
 }

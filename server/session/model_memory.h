@@ -18,6 +18,7 @@
 #include "core/model/partial_model.h"
 #include "core/model/view/algorithm_version.h"
 #include "core/model/view/planning_view.h"
+#include "server/session/begun_work.h"
 #include "server/session/memory_account.h"
 #include "server/session/session_context.h"
 #include "server/session/stored_snapshots.h"
@@ -47,7 +48,8 @@ class ModelMemory {
   // Why Current() has no view. FAILED_PRECONDITION (MODEL_EMPTY): no scan has been merged.
   // DATA_LOSS (DATA_LOST): scans whose data are lost are missing in it (so also CheckWhole()).
   // UNAVAILABLE (MODEL_LOADING): after a restart, or after it was evicted, soon.
-  // RESOURCE_EXHAUSTED (MEMORY_SHORT): there is no room for it now.
+  // RESOURCE_EXHAUSTED (MEMORY_SHORT): there is no room for it now. FAILED_PRECONDITION
+  // (WORK_SET_ASIDE): loading it has brought the server to its end, and is not tried any more.
   absl::Status WhyNone();
   absl::Status CheckWhole() const;
   bool loaded() const { return loaded_; }
@@ -55,11 +57,25 @@ class ModelMemory {
   void Touch();
   absl::Duration LastTouched() const;  // by the time seen
 
-  // Memory of the model, estimated from its scans, and of aligning and merging a scan, bytes.
+  // Memory of the model, bytes: as counted when it last changed, or, before it was loaded,
+  // estimated from its scans.
   int64_t Estimate() const;
-  static int64_t EstimateMerge(const v1::Scan& scan);
+  // Memory of decoding and aligning a scan, bytes; what its merge takes is known when it is decoded
+  // (core/model/insert_estimate.h).
+  static int64_t EstimateAlignment(const v1::Scan& scan);
+  // Of the decoded scan, while it is merged.
+  static int64_t DecodedBytes(const sensor::Scan& scan);
   // RESOURCE_EXHAUSTED (MEMORY_SHORT).
   absl::StatusOr<MemoryAccount::Reservation> Reserve(int64_t bytes) const;
+  // Makes a reservation that large. RESOURCE_EXHAUSTED: MEMORY_SHORT, as above; SCAN_TOO_LARGE:
+  // that is more than the server has for all models and plans.
+  absl::Status Enlarge(MemoryAccount::Reservation& reservation, int64_t bytes) const;
+  // Whether anything limits what may be reserved.
+  bool Limited() const;
+  const model::ModelConfig& config() const { return config_; }
+
+  // Loading that is under way is not counted as one that brought the server to its end.
+  void GiveUp() { work_.EndAll(); }
 
   // Begins an evaluation of a position or an export, which keep the model in memory. False when the
   // session has reached its limit of them; otherwise the caller must end it.
@@ -72,21 +88,26 @@ class ModelMemory {
   // The functions below must be called on the strand.
 
   // Loads the model that the log describes, from the newest usable snapshot and the scans after it;
-  // then reconciles the scans that wait for it. RESOURCE_EXHAUSTED (MEMORY_SHORT). UNAVAILABLE: the
-  // medium fails.
+  // then reconciles the scans that wait for it. RESOURCE_EXHAUSTED (MEMORY_SHORT).
+  // FAILED_PRECONDITION (WORK_SET_ASIDE): loading it has brought the server to its end before.
+  // UNAVAILABLE: the medium fails, or (DRAINING) the server shuts down; it is loaded after the next
+  // start.
   absl::Status Load(parallel::Parallel& parallel);
   // Writes a snapshot and evicts the model; if the snapshot cannot be written, the model stays.
   // Views of it that are in use remain valid.
   void Evict(parallel::Parallel& parallel);
-  // As in PartialModel. The changes become visible with Show().
+  // As in PartialModel. The changes become visible with Show(). When the system has no memory left
+  // (std::bad_alloc, which they throw on), Forget() must follow.
   absl::StatusOr<model::MergeReport> Insert(absl::string_view scan, const sensor::Scan& data,
                                             const Eigen::Isometry3d& T_model_scan,
-                                            parallel::Parallel& parallel);
+                                            parallel::Parallel& parallel, int64_t memory_limit);
   absl::StatusOr<model::MergeReport> Withdraw(absl::string_view scan, parallel::Parallel& parallel);
   std::shared_ptr<const model::PlanningView> Publish() const { return model_->Publish(); }
   // Also called while the log's lock is held, so that a reader who sees a scan merged gets the
   // model with that scan.
   void Show(ModelSnapshot snapshot);
+  // Leaves the model, which may be half changed; who needs it next has it loaded.
+  void Forget();
   // Called after scans were added or removed and logged. Reserves the model's memory and writes a
   // snapshot when one is due.
   void Changed(size_t scans);
@@ -101,15 +122,18 @@ class ModelMemory {
 
   SessionContext& context_;
   StoredSnapshots& snapshots_;
+  const model::ModelConfig config_;
   const Reconcile reconcile_;
   std::atomic<int> evaluations_{0};
   std::atomic<int> exports_{0};
   std::atomic<bool> loaded_;  // changes on the strand only
   std::atomic<bool> loading_{false};
   std::atomic<int64_t> touched_{0};  // ms of the time seen
+  std::atomic<int64_t> counted_{0};  // bytes of the model when it last changed; 0: not yet known
 
   // Used on the strand only.
   std::unique_ptr<model::PartialModel> model_;
+  BegunWork work_;
   MemoryAccount::Reservation reservation_;
   uint32_t algorithm_version_ = model::kModelAlgorithmVersion;
   size_t unsaved_changes_ = 0;  // scans added or removed since the last snapshot
@@ -118,6 +142,7 @@ class ModelMemory {
   ModelSnapshot current_ ABSL_GUARDED_BY(mutex_);
   // Scans that the log has in the model and that could not be put back: it is not shown then.
   std::vector<std::string> lacks_ ABSL_GUARDED_BY(mutex_);
+  absl::Status set_aside_ ABSL_GUARDED_BY(mutex_);  // why it is not loaded any more
 };
 
 }  // namespace vantage::session

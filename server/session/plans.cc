@@ -8,6 +8,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
 #include "server/contract/error.h"
+#include "server/contract/out_of_memory.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/check_request.h"
 #include "server/conversion/fleet_proto.h"
@@ -80,6 +81,7 @@ absl::StatusOr<v1::Plan> Plans::Create(const v1::CreatePlanRequest& request) {
       RequestKey::Of(request.request_id(), "CreatePlan", request),
       [&](const SessionState& state) -> absl::StatusOr<Draft> {
         if (!inputs.ok()) return inputs.status();
+        if (absl::Status room = context_.CheckLog(); !room.ok()) return room;
         std::lock_guard<std::mutex> lock(mutex_);
         if (runs_.size() >= dependencies_.limits.running_plans_per_session) {
           return contract::Retryable(absl::StatusCode::kResourceExhausted, "TOO_MANY_PLANS",
@@ -130,9 +132,20 @@ absl::StatusOr<v1::Plan> Plans::Create(const v1::CreatePlanRequest& request) {
     return name.status();
   }
   if (run != nullptr) {
-    context_.Submit(execution::JobPriority::kPlan,
-                    [this, run, in = *inputs, submitted = absl::Now()](
-                        parallel::Parallel& parallel) { Run(run, in, submitted, parallel); });
+    context_.Submit(
+        execution::JobPriority::kPlan,
+        [this, run, in = *inputs, submitted = absl::Now()](parallel::Parallel& parallel) {
+          const absl::Status ended = contract::UnlessOutOfMemory([&] {
+            Run(run, in, submitted, parallel);
+            return absl::OkStatus();
+          });
+          if (ended.ok() || run->Ended()) return;
+          v1::Plan plan = run->Describe();
+          plan.set_state(v1::PLAN_STATE_FAILED);
+          plan.set_state_message(std::string(ended.message()));
+          *plan.mutable_end_time() = conversion::WriteTime(journal_.Now());
+          End(run, std::move(plan), nullptr);
+        });
   }
   return Get(*name);
 }
@@ -225,8 +238,10 @@ void Plans::EvaluateView(const v1::EvaluateViewRequest& request,
   context_.RunInteractive([this, in = *std::move(inputs), world, heading,
                            done = std::move(done)](parallel::Parallel& parallel) {
     const absl::Time started = absl::Now();
-    absl::StatusOr<planning::ViewEvaluation> evaluation = dependencies_.algorithms.evaluate_view(
-        *in.model.view, in.scanner, in.config, world - context_.origin(), parallel, heading);
+    absl::StatusOr<planning::ViewEvaluation> evaluation = contract::UnlessOutOfMemory([&] {
+      return dependencies_.algorithms.evaluate_view(*in.model.view, in.scanner, in.config,
+                                                    world - context_.origin(), parallel, heading);
+    });
     model_.EndEvaluation();
     if (!evaluation.ok()) return done(evaluation.status());
     v1::EvaluateViewResponse response = conversion::WriteEvaluation(*evaluation, context_.origin());

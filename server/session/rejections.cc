@@ -12,6 +12,7 @@ absl::StatusOr<v1::Rejection> Rejections::Create(const v1::Rejection& wanted,
                                                  const RequestKey& key) {
   absl::StatusOr<std::string> name =
       context_.journal().Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        if (absl::Status room = context_.CheckLog(); !room.ok()) return room;
         constexpr size_t kMaxRejections = 10'000;
         const absl::Time now = context_.journal().Now();
         if (state.RejectionsAt(conversion::WriteTime(now)).size() >= kMaxRejections) {

@@ -7,8 +7,11 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "core/model/carve/carve_room.h"
+#include "core/model/insert_estimate.h"
 #include "core/registration/first_pose.h"
 #include "server/contract/error.h"
+#include "server/contract/out_of_memory.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 #include "server/session/sightings.h"
@@ -36,7 +39,8 @@ ScanReconciler::ScanReconciler(SessionContext& context, ModelMemory& model, Clai
       journal_(context.journal()),
       dependencies_(context.dependencies()),
       model_(model),
-      claims_(claims) {}
+      claims_(claims),
+      work_(context) {}
 
 void ScanReconciler::Post(const std::string& scan) {
   const bool posted =
@@ -101,7 +105,7 @@ absl::Status ScanReconciler::Change(
 }
 
 void ScanReconciler::Reconcile(const std::string& name, parallel::Parallel& parallel) {
-  if (context_.closed()) return;
+  if (context_.closed() || context_.halted()) return;
   std::string waited;  // for what
   {
     std::lock_guard<std::mutex> lock(mutex_);
@@ -119,7 +123,9 @@ void ScanReconciler::Reconcile(const std::string& name, parallel::Parallel& para
   });
   const bool wanted = scan.state() == v1::SCAN_STATE_MERGED;
   if (in_model && !wanted) {
-    absl::Status removed = RemoveFromModel(scan, parallel);
+    const absl::Status removed =
+        contract::UnlessOutOfMemory([&] { return RemoveFromModel(scan, parallel); });
+    if (contract::ReasonOf(removed) == "MEMORY_SHORT") model_.Forget();
     if (!removed.ok()) return RetryLater(name, removed);
     journal_.Read([&](const SessionState& state) { scan = state.scans.at(name).scan; });
   }
@@ -127,28 +133,66 @@ void ScanReconciler::Reconcile(const std::string& name, parallel::Parallel& para
   // It would be aligned to less than the log says that the model is.
   if (absl::Status whole = model_.CheckWhole(); !whole.ok()) return RetryLater(name, whole, waited);
   // Held until the scan is merged; then the model's own reservation includes it.
-  const absl::StatusOr<MemoryAccount::Reservation> reservation =
-      model_.Reserve(ModelMemory::EstimateMerge(scan));
+  absl::StatusOr<MemoryAccount::Reservation> reservation =
+      model_.Reserve(ModelMemory::EstimateAlignment(scan));
   if (!reservation.ok()) return RetryLater(name, reservation.status());
+  const absl::Status begun = work_.Begin(name);
+  if (!begun.ok() && context_.closed()) return;
+  if (absl::IsFailedPrecondition(begun)) {
+    Refuse(scan, v1::SCAN_STATE_FAILED,
+           absl::StrCat(std::string(begun.message()),
+                        "; withdraw it, or set its pose to have it tried again"),
+           nullptr);
+    return work_.End(name);  // what a person decides counts anew
+  }
+  if (!begun.ok()) return RetryLater(name, begun);
   {
     std::lock_guard<std::mutex> lock(mutex_);
     reconciling_ = name;
   }
-  absl::StatusOr<sensor::Scan> data = LoadScan(context_, scan);
-  if (absl::IsUnavailable(data.status())) {
-    RetryLater(name, data.status());  // the medium may come back, and then the scan can be read
-  } else if (!data.ok()) {
-    Refuse(scan, v1::SCAN_STATE_FAILED, std::string(data.status().message()), nullptr);
-  } else if (scan.state() == v1::SCAN_STATE_RECEIVED) {
-    Align(scan, *data, parallel);
-  } else {
-    Merge(scan, *data, parallel);
+  const absl::Status done = contract::UnlessOutOfMemory([&] {
+    Work(scan, *reservation, parallel);
+    return absl::OkStatus();
+  });
+  if (!done.ok()) {
+    model_.Forget();
+    journal_.Read([&](const SessionState& state) { scan = state.scans.at(name).scan; });
+    if (scan.state() == v1::SCAN_STATE_RECEIVED || scan.state() == v1::SCAN_STATE_MERGING) {
+      Refuse(scan, v1::SCAN_STATE_FAILED,
+             "the server had no memory left for this scan: use a larger voxel_size, or a smaller "
+             "max_range_m, in a new session, or set its pose to have it tried again",
+             nullptr);
+    }
   }
+  work_.End(name);
   std::lock_guard<std::mutex> lock(mutex_);
   reconciling_.clear();
 }
 
-void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data, parallel::Parallel& parallel) {
+void ScanReconciler::Work(const v1::Scan& scan, MemoryAccount::Reservation& reservation,
+                          parallel::Parallel& parallel) {
+  absl::StatusOr<sensor::Scan> data = LoadScan(context_, scan);
+  // The medium may come back, and then the scan can be read.
+  if (absl::IsUnavailable(data.status())) return RetryLater(scan.name(), data.status());
+  if (!data.ok()) {
+    return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(data.status().message()), nullptr);
+  }
+  const model::InsertSize size(*data, model_.config());
+  const absl::Status room =
+      model_.Enlarge(reservation, ModelMemory::DecodedBytes(*data) + size.PeakBytes());
+  if (contract::ReasonOf(room) == "SCAN_TOO_LARGE") {
+    return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(room.message()), nullptr);
+  }
+  if (!room.ok()) return RetryLater(scan.name(), room);
+  if (scan.state() == v1::SCAN_STATE_RECEIVED) {
+    Align(scan, *data, reservation, parallel);
+  } else {
+    Merge(scan, *data, reservation, parallel);
+  }
+}
+
+void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data,
+                           MemoryAccount::Reservation& reservation, parallel::Parallel& parallel) {
   const ModelSnapshot model = model_.Current();
   std::vector<registration::TargetTie> targets;
   journal_.Read(
@@ -202,7 +246,7 @@ void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data, parallel::P
   });
   if (absl::IsAborted(logged)) return;  // its next operation is queued
   if (!logged.ok()) return RetryLater(scan.name(), logged);
-  Merge(placed, data, parallel);
+  Merge(placed, data, reservation, parallel);
 }
 
 absl::Status ScanReconciler::PlaceFirst(sensor::Scan& data,
@@ -222,11 +266,20 @@ absl::Status ScanReconciler::PlaceFirst(sensor::Scan& data,
 }
 
 void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
-                           parallel::Parallel& parallel) {
+                           MemoryAccount::Reservation& reservation, parallel::Parallel& parallel) {
   // The pose is read back from the log, so that a replay gives the same bits.
   const Eigen::Isometry3d T_model_scan = conversion::ReadOwnPose(scan.pose(), context_.origin());
-  absl::StatusOr<model::MergeReport> report =
-      model_.Insert(scan.name(), data, T_model_scan, parallel);
+  absl::StatusOr<model::MergeReport> report = absl::ResourceExhaustedError("");
+  while (true) {
+    const int64_t limit = model_.Limited() ? reservation.bytes() - ModelMemory::DecodedBytes(data)
+                                           : model::CarveRoom::kUnlimited;
+    report = model_.Insert(scan.name(), data, T_model_scan, parallel, limit);
+    if (!absl::IsResourceExhausted(report.status())) break;
+    // It takes more than was estimated: once more, with twice the room.
+    const absl::Status room = model_.Enlarge(reservation, 2 * reservation.bytes());
+    if (contract::ReasonOf(room) == "SCAN_TOO_LARGE") break;
+    if (!room.ok()) return RetryLater(scan.name(), room);
+  }
   if (!report.ok()) {
     return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(report.status().message()), nullptr);
   }

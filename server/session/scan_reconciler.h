@@ -13,6 +13,7 @@
 #include "absl/status/statusor.h"
 #include "core/registration/align/targets.h"
 #include "core/sensor/scan.h"
+#include "server/session/begun_work.h"
 #include "server/session/claims.h"
 #include "server/session/journal.h"
 #include "server/session/model_memory.h"
@@ -33,16 +34,23 @@ class ScanReconciler {
   void Reconcile(const std::string& scan, parallel::Parallel& parallel);
   // Retries later all scans whose log entries ask for work.
   void PostUndecidedLater(const absl::Status& why);
+  // The work that is under way is not counted as one that brought the server to its end.
+  void GiveUp() { work_.EndAll(); }
   // Adds what the log does not have: what is being done now, or why nothing is.
   void AddProgress(v1::Scan& scan) const;
 
  private:
-  void Align(const v1::Scan& scan, sensor::Scan& data, parallel::Parallel& parallel);
+  // Aligns and merges what is asked for, with memory reserved.
+  void Work(const v1::Scan& scan, MemoryAccount::Reservation& reservation,
+            parallel::Parallel& parallel);
+  void Align(const v1::Scan& scan, sensor::Scan& data, MemoryAccount::Reservation& reservation,
+             parallel::Parallel& parallel);
   // Determines the pose of the session's first scan and sets the prior in `data` to it. An error
   // says why it cannot have one.
   absl::Status PlaceFirst(sensor::Scan& data, std::span<const registration::TargetTie> targets,
                           v1::Scan& placed) const;
-  void Merge(const v1::Scan& scan, const sensor::Scan& data, parallel::Parallel& parallel);
+  void Merge(const v1::Scan& scan, const sensor::Scan& data,
+             MemoryAccount::Reservation& reservation, parallel::Parallel& parallel);
   absl::Status RemoveFromModel(const v1::Scan& scan, parallel::Parallel& parallel);
   void Refuse(const v1::Scan& scan, v1::ScanState state, const std::string& message,
               const v1::Registration* registration);
@@ -58,6 +66,7 @@ class ScanReconciler {
   const SessionDependencies& dependencies_;
   ModelMemory& model_;
   Claims& claims_;
+  BegunWork work_;  // on scans, by name; used on the strand
 
   mutable std::mutex mutex_;
   std::string reconciling_ ABSL_GUARDED_BY(mutex_);  // scan that the strand works on

@@ -151,6 +151,7 @@ absl::StatusOr<v1::Session> Session::Update(const v1::UpdateSessionRequest& requ
   absl::StatusOr<std::string> updated =
       journal().Execute(RequestKey::Of(request.request_id(), "UpdateSession", request),
                         [&](const SessionState& state) -> absl::StatusOr<Draft> {
+                          if (absl::Status room = CheckLog(); !room.ok()) return room;
                           const std::string& etag = request.session().etag();
                           if (!etag.empty() && etag != EtagOf(state.session)) {
                             return contract::ErrorWithReason(
@@ -203,6 +204,12 @@ absl::Duration Session::LastUsed() const {
 }
 
 bool Session::Rests() const { return Operations() == 0 && !model_.InUse() && plans_.Rest(); }
+
+void Session::GiveUp() {
+  Halt();
+  reconciler_.GiveUp();
+  model_.GiveUp();
+}
 
 void Session::Close() {
   CloseLog();

@@ -82,6 +82,8 @@ class Session final : public SessionContext {
   bool Rests() const;
   // Waits until the strand is idle.
   void WaitUntilIdle() { strand().WaitUntilIdle(); }
+  // The time of a shutdown is over: work that is under way is given up, for the next start.
+  void GiveUp();
   // Closes the session for good: nothing more is stored. Stops plans and drops queued operations.
   void Close();
 

@@ -33,13 +33,19 @@ SessionContext::SessionContext(std::string id, std::unique_ptr<Journal> journal,
       tenant_(TenantOf(*journal_)),
       origin_(OriginOf(*journal_)),
       account_(std::make_shared<AccountShare>(accounts.Of(tenant_))),
-      share_(dependencies.pool.NewShare()),
+      share_(dependencies.pool.NewShare(1.0, tenant_)),
       // Each scan may have two operations waiting: one from its arrival and one from a person.
       strand_(std::make_shared<execution::Strand>(dependencies.pool, share_,
                                                   2 * dependencies.limits.scans_per_session + 16)) {
   journal_->Read([&](const SessionState& state) {
     for (const auto& [name, record] : state.scans) account_->Add(record.scan.encoded_size_bytes());
   });
+  account_->AddLog(journal_->bytes());
+  journal_->OnWritten([share = account_](int64_t bytes) { share->AddLog(bytes); });
+}
+
+absl::Status SessionContext::CheckLog() const {
+  return journal_->CheckRoom(dependencies_.limits.log_bytes_per_session);
 }
 
 bool SessionContext::TryPost(execution::Strand::Operation operation) {

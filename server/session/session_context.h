@@ -63,8 +63,8 @@ struct SessionDependencies {
   }
 };
 
-// Thread safe: everything except `closed` is constant. It is the base of Session, so that work that
-// a part starts keeps the whole session alive.
+// Thread safe: everything except `closed`, `draining` and `halted` is constant. It is the base of
+// Session, so that work that a part starts keeps the whole session alive.
 class SessionContext : public std::enable_shared_from_this<SessionContext> {
  public:
   SessionContext(const SessionContext&) = delete;
@@ -81,8 +81,17 @@ class SessionContext : public std::enable_shared_from_this<SessionContext> {
   const SessionDependencies& dependencies() const { return dependencies_; }
   const std::shared_ptr<AccountShare>& account() const { return account_; }
   LostScans& lost_scans() const { return lost_scans_; }
+  // RESOURCE_EXHAUSTED (LOG_FULL): commands that add to the session are refused; those that take
+  // away, and what the server does by itself, are not.
+  absl::Status CheckLog() const;
   // Closed for good: nothing new is started.
   bool closed() const { return closed_; }
+  // The server shuts down: what can be done after the next start is put off.
+  bool draining() const { return draining_; }
+  void BeginDrain() { draining_ = true; }
+  // The time of the shutdown is over: nothing is begun any more.
+  bool halted() const { return halted_; }
+  void Halt() { halted_ = true; }
 
   // Queues an operation on the strand, where all changes of the model run in order. False, without
   // effect, when the queue is full or the session is closed.
@@ -123,6 +132,8 @@ class SessionContext : public std::enable_shared_from_this<SessionContext> {
   const std::shared_ptr<execution::PlanningPool::Share> share_;
   const std::shared_ptr<execution::Strand> strand_;
   std::atomic<bool> closed_{false};
+  std::atomic<bool> draining_{false};
+  std::atomic<bool> halted_{false};
 };
 
 }  // namespace vantage::session

@@ -76,6 +76,7 @@ absl::Status SessionRegistry::LoadAll() {
         if (record.method == "CreateSession") creations_[{state.tenant, request}] = id;
       }
     });
+    if (draining_) session->BeginDrain();
     order_.push_back(session->id());
     sessions_[session->id()] = std::move(session);
   }
@@ -131,6 +132,16 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
         return contract::ErrorWithReason(absl::StatusCode::kResourceExhausted, "TOO_MANY_SESSIONS",
                                          absl::StrCat("the server has ", sessions_.size(),
                                                       " sessions, the most it may; delete some"));
+      }
+      const auto own = static_cast<size_t>(
+          std::count_if(sessions_.begin(), sessions_.end(),
+                        [&](const auto& entry) { return entry.second->tenant() == tenant; }));
+      // Nobody has more than what is left for all others.
+      if (!tenant.empty() && own >= dependencies_.limits.sessions - sessions_.size()) {
+        return contract::ErrorWithReason(
+            absl::StatusCode::kResourceExhausted, "TOO_MANY_SESSIONS",
+            absl::StrCat("the tenant has ", own, " sessions of the ", dependencies_.limits.sessions,
+                         " that the server may have, and the rest is for others; delete some"));
       }
       if (id.empty()) id = FreshId();
       if (sessions_.count(id) != 0 || left_out_.count(id) != 0) {
@@ -381,7 +392,10 @@ void SessionRegistry::BeginDrain() {
   }
   // What is not put down now, the logs tell in part.
   dependencies_.store.PutSeenTime(dependencies_.seen->Now()).IgnoreError();
-  for (const auto& session : sessions) session->plans().Stop(PlanRun::StopReason::kDrain);
+  for (const auto& session : sessions) {
+    session->BeginDrain();
+    session->plans().Stop(PlanRun::StopReason::kDrain);
+  }
   for (const auto& call : watchers) (*call)();
 }
 
@@ -409,6 +423,15 @@ bool SessionRegistry::WaitUntilIdle(std::chrono::milliseconds patience) const {
     if (std::chrono::steady_clock::now() >= deadline) return false;
     std::this_thread::sleep_for(std::chrono::milliseconds(5));
   }
+}
+
+void SessionRegistry::GiveUp() {
+  std::vector<std::shared_ptr<Session>> sessions;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    for (const auto& [id, session] : sessions_) sessions.push_back(session);
+  }
+  for (const auto& session : sessions) session->GiveUp();
 }
 
 uint64_t SessionRegistry::WatchDrain(std::function<void()> call) {

@@ -90,6 +90,8 @@ class SessionRegistry {
   // Waits until no plan is running and every strand is idle. False when that took longer than
   // `timeout`.
   bool WaitUntilIdle(std::chrono::milliseconds patience) const;
+  // Nothing is begun any more, and what is under way is left to the next start.
+  void GiveUp();
 
   // `call` runs when draining begins. It may still be running when Unwatch returns.
   uint64_t WatchDrain(std::function<void()> call);

@@ -109,6 +109,11 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       const v1::Upload& upload = event.upload_ended().upload();
       uploads[upload.name()] = upload;
       resource = upload.name();
+      ended_uploads.push_back(upload.name());
+      if (ended_uploads.size() > kEndedUploads) {
+        uploads.erase(ended_uploads.front());
+        ended_uploads.pop_front();
+      }
       break;
     }
     case v1::SessionEvent::kScanReceived: {
@@ -186,6 +191,9 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       break;
     }
     case v1::SessionEvent::kViewRejected:
+      std::erase_if(rejections, [&](const v1::Rejection& rejection) {
+        return rejection.has_expire_time() && Before(rejection.expire_time(), event.time());
+      });
       rejections.push_back(event.view_rejected().rejection());
       ++rejection_count;
       resource = event.view_rejected().rejection().name();
@@ -238,6 +246,12 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
   if (entry.has_request()) {
     requests[entry.request().id()] = {entry.request().method(), entry.request().fingerprint(),
                                       resource};
+    // The registry asks for the session's own as long as it lives.
+    if (!event.has_session_created()) request_order.push_back(entry.request().id());
+    if (request_order.size() > kRequests) {
+      requests.erase(request_order.front());
+      request_order.pop_front();
+    }
   }
   *session.mutable_update_time() = event.time();
   last_sequence = event.sequence();

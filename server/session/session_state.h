@@ -2,7 +2,9 @@
 #ifndef VANTAGE_SERVER_SESSION_SESSION_STATE_H_
 #define VANTAGE_SERVER_SESSION_SESSION_STATE_H_
 
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <map>
 #include <string>
 #include <vector>
@@ -57,15 +59,19 @@ struct SessionState {
   v1::Session session;  // without counts, rejections and sequence: see Describe()
   std::map<std::string, ScanRecord> scans;  // by resource name
   std::vector<std::string> scan_order;      // by creation
+  // Those that are open or became a scan, and the last of those that ended without one.
   std::map<std::string, v1::Upload> uploads;
+  std::deque<std::string> ended_uploads;  // of those: oldest first
   std::map<std::string, PlanRecord> plans;
   std::vector<std::string> plan_order;
-  std::vector<v1::Rejection> rejections;
+  std::vector<v1::Rejection> rejections;  // without those that had expired when the last was made
   std::map<std::string, v1::Scanner> scanners;  // the fleet
   std::vector<std::string> scanner_order;
-  std::map<std::string, ClaimRecord> claims;      // all claims ever made
-  std::vector<std::string> held_claims;           // oldest first; also expired ones, until logged
-  std::map<std::string, RequestRecord> requests;  // by request_id
+  std::map<std::string, ClaimRecord> claims;  // all claims ever made
+  std::vector<std::string> held_claims;       // oldest first; also expired ones, until logged
+  // By request_id: the last that there were, and that which created the session.
+  std::map<std::string, RequestRecord> requests;
+  std::deque<std::string> request_order;  // without the latter
   uint64_t last_sequence = 0;
   absl::Duration last_seen;   // when the last entry was written, by the time seen
   std::string last_resource;  // name of the resource that the last entry made or changed
@@ -87,6 +93,11 @@ struct SessionState {
 
   // The claims that are held, oldest first.
   std::vector<const v1::Claim*> HeldClaims() const;
+
+  // What is kept of what comes without end. By number, so that a log gives the same state whenever
+  // it is read.
+  static constexpr size_t kRequests = 4096;
+  static constexpr size_t kEndedUploads = 64;
 
   int PendingScans() const;
   bool AnyInModel() const;

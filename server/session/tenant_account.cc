@@ -1,5 +1,7 @@
 #include "server/session/tenant_account.h"
 
+#include <algorithm>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "server/contract/error.h"
@@ -64,6 +66,16 @@ void AccountShare::Add(int64_t bytes) {
   if (closed_) return;
   account_->Add(bytes);
   held_ += bytes;
+}
+
+void AccountShare::AddLog(int64_t bytes) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (closed_) return;
+  const int64_t counted = std::max<int64_t>(0, log_ - kFreeLogBytes);
+  log_ += bytes;
+  const int64_t more = std::max<int64_t>(0, log_ - kFreeLogBytes) - counted;
+  account_->Add(more);
+  held_ += more;
 }
 
 void AccountShare::Close() {

@@ -59,12 +59,16 @@ class AccountShare {
   absl::Status Reserve(int64_t bytes);
   void Add(int64_t bytes);
   void GiveBack(int64_t bytes) { Add(-bytes); }
+  // The bytes of the session's log, of which so many are free; the rest counts.
+  static constexpr int64_t kFreeLogBytes = 1 << 20;
+  void AddLog(int64_t bytes);
   void Close();
 
  private:
   const std::shared_ptr<TenantAccount> account_;
   std::mutex mutex_;
   int64_t held_ ABSL_GUARDED_BY(mutex_) = 0;
+  int64_t log_ ABSL_GUARDED_BY(mutex_) = 0;  // bytes, those that are free included
   bool closed_ ABSL_GUARDED_BY(mutex_) = false;
 };
 

@@ -15,6 +15,10 @@ namespace {
 
 constexpr char kUploadType[] = "vantage/Upload";
 constexpr absl::Duration kRetryUploadAfter = absl::Seconds(2);
+// After so long without a piece, an upload gives way to a new one: where nothing was sent of it,
+// and where something was.
+constexpr absl::Duration kEmptyGivesWay = absl::Minutes(1);
+constexpr absl::Duration kIdleGivesWay = absl::Minutes(10);
 
 // Completes the scanner that an upload or a plan names. INVALID_ARGUMENT: it is unknown or
 // impossible.
@@ -66,6 +70,33 @@ Uploads::Uploads(SessionContext& context, ScanReconciler& reconciler)
       reconciler_(reconciler) {}
 
 absl::StatusOr<v1::Upload> Uploads::Create(const v1::CreateUploadRequest& request) {
+  while (true) {
+    absl::StatusOr<v1::Upload> created = CreateNow(request);
+    const std::string reason = contract::ReasonOf(created.status());
+    const bool no_room = reason == "TOO_MANY_UPLOADS" || reason == "QUOTA_EXCEEDED";
+    if (!no_room || !MakeWay()) return created;
+  }
+}
+
+bool Uploads::MakeWay() {
+  std::shared_ptr<Upload> idle;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const auto now = journal_.Now();
+    for (const auto& [name, upload] : open_) {
+      const bool empty = upload->Describe().next_sequence() == 0;
+      if (now - upload->LastPiece() < (empty ? kEmptyGivesWay : kIdleGivesWay)) continue;
+      if (idle == nullptr || upload->LastPiece() < idle->LastPiece()) idle = upload;
+    }
+    if (idle == nullptr) return false;
+    idle->LetGo();
+    open_.erase(idle->Describe().name());
+  }
+  EndIdle({idle}, "no piece came for a while, and another upload needed its place");
+  return true;
+}
+
+absl::StatusOr<v1::Upload> Uploads::CreateNow(const v1::CreateUploadRequest& request) {
   const v1::Upload& asked = request.upload();
   Expire();
 
@@ -73,6 +104,7 @@ absl::StatusOr<v1::Upload> Uploads::Create(const v1::CreateUploadRequest& reques
   absl::StatusOr<std::string> name = journal_.Execute(
       RequestKey::Of(request.request_id(), "CreateUpload", request),
       [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        if (absl::Status room = context_.CheckLog(); !room.ok()) return room;
         {
           std::lock_guard<std::mutex> lock(mutex_);
           if (open_.size() >= dependencies_.limits.open_uploads_per_session) {
@@ -124,7 +156,10 @@ absl::StatusOr<v1::Upload> Uploads::Create(const v1::CreateUploadRequest& reques
   {
     // A repeated request finds the upload in the map, or ended.
     v1::Upload created;
-    journal_.Read([&](const SessionState& state) { created = state.uploads.at(*name); });
+    journal_.Read([&](const SessionState& state) {
+      const auto it = state.uploads.find(*name);
+      if (it != state.uploads.end()) created = it->second;  // else it ended long ago
+    });
     std::lock_guard<std::mutex> lock(mutex_);
     if (created.state() == v1::UPLOAD_STATE_OPEN && open_.count(*name) == 0) {
       open_[*name] = std::make_shared<Upload>(created, dependencies_.store, dependencies_.limits,
@@ -402,8 +437,12 @@ void Uploads::Expire() {
       }
     }
   }
+  EndIdle(idle, "no piece came for too long");
+}
+
+void Uploads::EndIdle(const std::vector<std::shared_ptr<Upload>>& idle, const std::string& why) {
   for (const std::shared_ptr<Upload>& upload : idle) {
-    upload->End(v1::UPLOAD_STATE_EXPIRED, "no piece came for too long", "");
+    upload->End(v1::UPLOAD_STATE_EXPIRED, why, "");
     const v1::Upload ended = upload->Describe();
     absl::StatusOr<std::string> logged =
         journal_.Execute({}, [&](const SessionState&) -> absl::StatusOr<Draft> {

@@ -58,7 +58,9 @@ class Uploads {
  public:
   Uploads(SessionContext& context, ScanReconciler& reconciler);
 
-  // Takes the request as it came: its upload's message is what the log stores.
+  // Takes the request as it came: its upload's message is what the log stores. Where there is no
+  // room for it (TOO_MANY_UPLOADS, QUOTA_EXCEEDED), uploads that nothing was sent of for a minute,
+  // or nothing for ten, give way to it.
   absl::StatusOr<v1::Upload> Create(const v1::CreateUploadRequest& request);
   absl::StatusOr<v1::Upload> Get(const std::string& name);
   // A handle for sending pieces. Only its first call tells whether the upload exists.
@@ -86,6 +88,11 @@ class Uploads {
 
  private:
   friend class HeldUpload;
+  absl::StatusOr<v1::Upload> CreateNow(const v1::CreateUploadRequest& request);
+  // Ends the one that was idle for longest, if that was long enough; whether there was one.
+  bool MakeWay();
+  // Ends uploads that were let go.
+  void EndIdle(const std::vector<std::shared_ptr<Upload>>& idle, const std::string& why);
   std::shared_ptr<Upload> FindOpen(const std::string& name) const;
   // The state of `open`, or, when it is null, of the log.
   absl::StatusOr<v1::Upload> Describe(const std::string& name,

@@ -64,6 +64,14 @@ absl::Status DiskStore::PutSnapshot(const std::string& session, const SnapshotRe
   return logs_->PutSnapshot(session, snapshot);
 }
 
+absl::StatusOr<int> DiskStore::BeginWork(const std::string& session, const std::string& work) {
+  return logs_->BeginWork(session, work);
+}
+
+absl::Status DiskStore::EndWork(const std::string& session, const std::string& work) {
+  return logs_->EndWork(session, work);
+}
+
 absl::StatusOr<std::vector<SnapshotRecord>> DiskStore::Snapshots(const std::string& session) const {
   return logs_->Snapshots(session);
 }

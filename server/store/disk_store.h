@@ -37,6 +37,8 @@ class DiskStore final : public Store {
   absl::Status PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) override;
   absl::StatusOr<std::vector<SnapshotRecord>> Snapshots(const std::string& session) const override;
   absl::Status DropSnapshot(const std::string& session, uint64_t sequence) override;
+  absl::StatusOr<int> BeginWork(const std::string& session, const std::string& work) override;
+  absl::Status EndWork(const std::string& session, const std::string& work) override;
   absl::StatusOr<std::string> PutBlob(absl::string_view bytes) override;
   absl::Status PutSpool(const std::string& spool, const std::string& sha256) override;
   absl::StatusOr<int64_t> BlobSize(const std::string& sha256) const override;

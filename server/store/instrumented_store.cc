@@ -91,6 +91,14 @@ absl::Status InstrumentedStore::DropSnapshot(const std::string& session, uint64_
   return Instrumented(metrics_, log_, "drop_snapshot",
                       [&] { return store_.DropSnapshot(session, sequence); });
 }
+absl::StatusOr<int> InstrumentedStore::BeginWork(const std::string& session,
+                                                 const std::string& work) {
+  return Instrumented(metrics_, log_, "begin_work",
+                      [&] { return store_.BeginWork(session, work); });
+}
+absl::Status InstrumentedStore::EndWork(const std::string& session, const std::string& work) {
+  return Instrumented(metrics_, log_, "end_work", [&] { return store_.EndWork(session, work); });
+}
 absl::StatusOr<std::string> InstrumentedStore::PutBlob(absl::string_view bytes) {
   return Instrumented(metrics_, log_, "put_blob", [&] { return store_.PutBlob(bytes); });
 }

@@ -86,6 +86,11 @@ constexpr char kSnapshots[] =
     "SELECT sequence, algorithm_version, blob FROM snapshot WHERE session = ?1 "
     "ORDER BY sequence DESC";
 constexpr char kDropSnapshot[] = "DELETE FROM snapshot WHERE session = ?1 AND sequence = ?2";
+constexpr char kBeginWork[] =
+    "INSERT INTO begun (session, work, times) SELECT ?1, ?2, 1 "
+    "WHERE EXISTS (SELECT 1 FROM log WHERE session = ?1) "
+    "ON CONFLICT (session, work) DO UPDATE SET times = times + 1 RETURNING times";
+constexpr char kEndWork[] = "DELETE FROM begun WHERE session = ?1 AND work = ?2";
 // Tables that a folder of an older release may lack. The trigger works there, too.
 constexpr char kAddTables[] =
     "CREATE TABLE IF NOT EXISTS snapshot (session TEXT NOT NULL, sequence INTEGER NOT NULL,"
@@ -94,7 +99,11 @@ constexpr char kAddTables[] =
     "CREATE TRIGGER IF NOT EXISTS snapshot_goes_with_log AFTER DELETE ON log BEGIN"
     " DELETE FROM snapshot WHERE session = OLD.session; END;"
     "CREATE TABLE IF NOT EXISTS seen (only_row INTEGER PRIMARY KEY CHECK (only_row = 1),"
-    " milliseconds INTEGER NOT NULL) WITHOUT ROWID";
+    " milliseconds INTEGER NOT NULL) WITHOUT ROWID;"
+    "CREATE TABLE IF NOT EXISTS begun (session TEXT NOT NULL, work TEXT NOT NULL,"
+    " times INTEGER NOT NULL, PRIMARY KEY (session, work)) WITHOUT ROWID;"
+    "CREATE TRIGGER IF NOT EXISTS begun_goes_with_log AFTER DELETE ON log BEGIN"
+    " DELETE FROM begun WHERE session = OLD.session; END";
 constexpr char kSeenTime[] = "SELECT milliseconds FROM seen";
 constexpr char kPutSeenTime[] =
     "INSERT OR REPLACE INTO seen (only_row, milliseconds) VALUES (1, ?1)";
@@ -195,8 +204,8 @@ absl::StatusOr<std::unique_ptr<LogDatabase>> LogDatabase::Open(const std::string
   // reads it.
   if (status.ok()) status = writer->Run("PRAGMA wal_checkpoint(TRUNCATE)");
   if (status.ok()) status = writer->Run(kAddTables);
-  for (const char* statement :
-       {kAppend, kDrop, kPutSnapshot, kSnapshots, kDropSnapshot, kSeenTime, kPutSeenTime}) {
+  for (const char* statement : {kAppend, kDrop, kPutSnapshot, kSnapshots, kDropSnapshot, kBeginWork,
+                                kEndWork, kSeenTime, kPutSeenTime}) {
     if (status.ok()) status = writer->Prepare(statement);
   }
   auto reader = std::make_unique<Connection>();
@@ -391,6 +400,30 @@ absl::Status LogDatabase::PutSeenTime(absl::Duration seen) {
   Use put(writer_->statements.at(kPutSeenTime));
   put.Bind(1, static_cast<uint64_t>(absl::ToInt64Milliseconds(seen)));
   if (put.Step() == SQLITE_DONE) return absl::OkStatus();
+  return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
+}
+
+absl::StatusOr<int> LogDatabase::BeginWork(const std::string& session, const std::string& work) {
+  std::lock_guard<std::mutex> lock(write_mutex_);
+  Use begin(writer_->statements.at(kBeginWork));
+  begin.Bind(1, absl::string_view(session));
+  begin.Bind(2, absl::string_view(work));
+  int times = 0;
+  int step = SQLITE_ROW;
+  while ((step = begin.Step()) == SQLITE_ROW) times = static_cast<int>(begin.Number(0));
+  if (step != SQLITE_DONE) {
+    return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
+  }
+  if (times > 0) return times;
+  return absl::NotFoundError(absl::StrCat("no log of ", session));
+}
+
+absl::Status LogDatabase::EndWork(const std::string& session, const std::string& work) {
+  std::lock_guard<std::mutex> lock(write_mutex_);
+  Use end(writer_->statements.at(kEndWork));
+  end.Bind(1, absl::string_view(session));
+  end.Bind(2, absl::string_view(work));
+  if (end.Step() == SQLITE_DONE) return absl::OkStatus();
   return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
 }
 

@@ -47,6 +47,8 @@ class LogDatabase {
 
   absl::StatusOr<absl::Duration> SeenTime() const;
   absl::Status PutSeenTime(absl::Duration seen);
+  absl::StatusOr<int> BeginWork(const std::string& session, const std::string& work);
+  absl::Status EndWork(const std::string& session, const std::string& work);
 
   // The database's own check of its file. DATA_LOSS.
   absl::Status Check() const;

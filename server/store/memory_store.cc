@@ -75,6 +75,7 @@ absl::Status MemoryStore::Drop(const std::string& session) {
   for (const std::string& entry : log->second) used_ -= entry.size();
   logs_.erase(log);
   snapshots_.erase(session);
+  begun_.erase(session);
   return absl::OkStatus();
 }
 
@@ -102,6 +103,21 @@ absl::Status MemoryStore::DropSnapshot(const std::string& session, uint64_t sequ
   std::lock_guard<std::mutex> lock(mutex_);
   const auto known = snapshots_.find(session);
   if (known != snapshots_.end()) known->second.erase(sequence);
+  return absl::OkStatus();
+}
+
+absl::StatusOr<int> MemoryStore::BeginWork(const std::string& session, const std::string& work) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (logs_.find(session) == logs_.end()) {
+    return absl::NotFoundError(absl::StrCat("no log of ", session));
+  }
+  return ++begun_[session][work];
+}
+
+absl::Status MemoryStore::EndWork(const std::string& session, const std::string& work) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto known = begun_.find(session);
+  if (known != begun_.end()) known->second.erase(work);
   return absl::OkStatus();
 }
 

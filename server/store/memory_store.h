@@ -26,6 +26,8 @@ class MemoryStore : public Store {
   absl::Status PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) override;
   absl::StatusOr<std::vector<SnapshotRecord>> Snapshots(const std::string& session) const override;
   absl::Status DropSnapshot(const std::string& session, uint64_t sequence) override;
+  absl::StatusOr<int> BeginWork(const std::string& session, const std::string& work) override;
+  absl::Status EndWork(const std::string& session, const std::string& work) override;
   absl::StatusOr<std::string> PutBlob(absl::string_view bytes) override;
   absl::Status PutSpool(const std::string& spool, const std::string& sha256) override;
   absl::StatusOr<int64_t> BlobSize(const std::string& sha256) const override;
@@ -60,6 +62,8 @@ class MemoryStore : public Store {
   // path.
   std::map<std::string, std::vector<std::string>> logs_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::map<uint64_t, SnapshotRecord>> snapshots_ ABSL_GUARDED_BY(mutex_);
+  // By session and name of the work: how often it was begun.
+  std::map<std::string, std::map<std::string, int>> begun_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, Blob> blobs_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::vector<std::string>> spools_ ABSL_GUARDED_BY(mutex_);
   absl::Duration seen_ ABSL_GUARDED_BY(mutex_);

@@ -57,6 +57,13 @@ class Store {
   // Has no effect when there is none.
   virtual absl::Status DropSnapshot(const std::string& session, uint64_t sequence) = 0;
 
+  // Notes that work on something of a session (its name) begins, durably; returns how often that
+  // was noted since it last ended, this time included: more than once when the process that did the
+  // work came to its end first. NOT_FOUND: the session has no log. Dropped with the session.
+  virtual absl::StatusOr<int> BeginWork(const std::string& session, const std::string& work) = 0;
+  // Forgets what BeginWork() noted. Has no effect when there is nothing.
+  virtual absl::Status EndWork(const std::string& session, const std::string& work) = 0;
+
   // Keeps bytes under their SHA-256 (32 bytes), which is returned. Counted: each Put takes one
   // ReleaseBlob.
   virtual absl::StatusOr<std::string> PutBlob(absl::string_view bytes) = 0;

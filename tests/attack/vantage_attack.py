@@ -26,6 +26,7 @@ except ImportError as missing:
 from deployed import HAPROXY, OPENSSL, DeployedServer
 from http2 import (CONTINUATION, DATA, END_HEADERS, END_STREAM, GOAWAY, HEADERS, PING, RST_STREAM,
                    SETTINGS, call, frame, integer, literal, message)
+from range_image import send, sphere
 from server import Server
 
 KNOWN = ("more connections than files (CVE-2023-4785)",)
@@ -285,6 +286,106 @@ class Attacks:
             self.record("decompression bomb, 256 MiB in 256 KiB by gzip", "refused",
                         peak - memory < 64 and self.well(server), peak_mb=round(peak - memory))
 
+    # ---- What is large for its bytes --------------------------------------------------------
+
+    def scan_state(self, channel, scan):
+        new = self.contract.new
+        code, got = ask(channel, "ScanService", "GetScan", new("GetScanRequest", name=scan))
+        if code != "OK":
+            return code, ""
+        scan = type(new("GetScanResponse")).FromString(got).scan
+        return scan.DESCRIPTOR.fields_by_name["state"].enum_type.values_by_number[
+            scan.state].name, scan.state_message
+
+    def large_scans(self):
+        """A hall of 60 m radius seen in every direction: 8 kB once compressed, gigabytes merged."""
+        new = self.contract.new
+        with self.start("--memory-mib", "1024") as server, server.channel() as channel:
+            session = new("Session")
+            session.scanner_models.add().max_range_m = 100
+            ask(channel, "SessionService", "CreateSession",
+                new("CreateSessionRequest", session_id="job", session=session))
+            memory = peak = server.memory_mb()
+            code, scan = send(ask, channel, new, "sessions/job", sphere(720, 300, 60.0))
+            until, state, why = time.monotonic() + 60, "", ""
+            while code == "OK" and time.monotonic() < until:
+                peak = max(peak, server.memory_mb())
+                state, why = self.scan_state(channel, scan)
+                if state not in ("SCAN_STATE_RECEIVED", "SCAN_STATE_REGISTERING",
+                                 "SCAN_STATE_MERGING"):
+                    break
+                time.sleep(0.02)
+            code, good = send(ask, channel, new, "sessions/job", sphere(180, 75, 4.0))
+            while code == "OK" and time.monotonic() < until:
+                if self.scan_state(channel, good)[0] == "SCAN_STATE_MERGED":
+                    break
+                time.sleep(0.05)
+            merged = code == "OK" and self.scan_state(channel, good)[0] == "SCAN_STATE_MERGED"
+            self.record("a scan of 8 kB that takes gigabytes, with 1 GiB", f"{state}: {why[:60]}",
+                        state == "SCAN_STATE_FAILED" and merged and peak - memory < 1024
+                        and self.well(server), peak_mb=round(peak - memory))
+
+    # ---- What outlives what it was for ------------------------------------------------------
+
+    def names_used_again(self):
+        """A watch that is not read, while its session goes and another tenant takes the name."""
+        new = self.contract.new
+        with self.secured() as server, server.channel() as channel:
+            create = new("CreateSessionRequest", session_id="job")
+            ask(channel, "SessionService", "CreateSession", create, token="owner-token")
+            link = server.link()
+            # A window of 0: nothing can be sent until the client says so.
+            link.send(frame(SETTINGS, 0, 0, b"\0\x04" + (0).to_bytes(4, "big")))
+            request = message(new("WatchSessionRequest", name="sessions/job").SerializeToString())
+            link.send(frame(HEADERS, END_HEADERS, 1,
+                            call(b"/vantage.v1.SessionService/WatchSession",
+                                 literal(b"authorization", b"Bearer owner-token")))
+                      + frame(DATA, END_STREAM, 1, request))
+            time.sleep(0.5)
+            ask(channel, "SessionService", "DeleteSession",
+                new("DeleteSessionRequest", name="sessions/job"), token="owner-token")
+            secret = "seen-by-castle-alone"
+            ask(channel, "SessionService", "CreateSession", create, token="stranger-token")
+            reject = new("RejectViewRequest", parent="sessions/job", reason=secret)
+            reject.position.x = 1
+            code, _ = ask(channel, "PlanService", "RejectView", reject, token="stranger-token")
+            link.send(frame(SETTINGS, 0, 0, b"\0\x04" + (1 << 20).to_bytes(4, "big")))
+            read = b"".join(body for _, _, _, body in link.read_frames(GOAWAY, patience=3))
+            link.close()
+            self.record("a watch of a deleted session whose name another tenant took",
+                        f"{len(read)} bytes, the other's among them: {secret.encode() in read}",
+                        code == "OK" and secret.encode() not in read and server.alive())
+
+    # ---- Shutting down ----------------------------------------------------------------------
+
+    def shutdown(self):
+        """SIGTERM while large scans are merged and streams are open that nobody reads."""
+        new = self.contract.new
+        drain = 2
+        with self.start("--drain-seconds", str(drain)) as server, server.channel() as channel:
+            session = new("Session")
+            session.scanner_models.add().max_range_m = 100
+            ask(channel, "SessionService", "CreateSession",
+                new("CreateSessionRequest", session_id="job", session=session))
+            sent = [send(ask, channel, new, "sessions/job", sphere(360, 150, 25.0))[0]
+                    for _ in range(4)]
+            link = server.link()
+            link.send(frame(SETTINGS, 0, 0, b"\0\x04" + (0).to_bytes(4, "big")))
+            watch = message(new("WatchSessionRequest", name="sessions/job").SerializeToString())
+            for stream in range(1, 41, 2):
+                link.send(frame(HEADERS, END_HEADERS, stream,
+                                call(b"/vantage.v1.SessionService/WatchSession"))
+                          + frame(DATA, END_STREAM, stream, watch))
+            time.sleep(0.5)
+            begun = time.monotonic()
+            server.process.terminate()
+            code = server.process.wait(60)
+            seconds = time.monotonic() - begun
+            link.close()
+            self.record(f"SIGTERM at work, with {drain} s to drain",
+                        f"ended with {code} after {seconds:.1f} s",
+                        set(sent) == {"OK"} and code == 0 and seconds < drain + 2)
+
     # ---- Connections ------------------------------------------------------------------------
 
     def connections(self):
@@ -456,6 +557,7 @@ class Attacks:
         import tempfile
         with tempfile.TemporaryDirectory(prefix="vantage-attack-") as self.folder:
             for part in (self.names_and_tokens, self.uploads, self.paths_and_counts, self.bombs,
+                         self.large_scans, self.names_used_again, self.shutdown,
                          self.connections, self.few_files, self.slow_readers, self.malformed):
                 if not only or part.__name__.startswith(only):
                     part()
@@ -476,7 +578,8 @@ def main():
     parser.add_argument("--server", required=True, help="the vantaged to start")
     parser.add_argument("--contract", required=True, help="its descriptor set, vantage.v1.binpb")
     parser.add_argument("--only", default="", help="names_and_tokens, uploads, paths_and_counts, "
-                        "bombs, connections, few_files, slow_readers or malformed")
+                        "bombs, large_scans, names_used_again, shutdown, connections, few_files, "
+                        "slow_readers or malformed")
     parser.add_argument("--haproxy-cfg", help="attack it also as deployed: behind HAProxy with "
                         "this configuration")
     parser.add_argument("--minutes", type=float, default=0, help="again and again for so long")

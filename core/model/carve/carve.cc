@@ -7,6 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "absl/strings/str_cat.h"
+#include "core/model/carve/carve_room.h"
 #include "core/model/carve/cut_returns.h"
 #include "core/model/carve/sky_rays.h"
 #include "core/model/carve/station.h"
@@ -39,14 +41,17 @@ class EmptySpace {
         R_scan_model_(layer.T_model_scan.linear().transpose()) {}
 
   // The pages (page coordinates) of a cube of at least one, aligned to its size, that are not
-  // wholly unknown.
-  void FindPages(const VoxelIndex& corner, int side, std::vector<VoxelIndex>& pages) const {
-    if (Decide(corner, side) == Verdict::kUnknown) return;
+  // wholly unknown; not all of them when there is no room for them.
+  void FindPages(const VoxelIndex& corner, int side, CarveRoom& room,
+                 std::vector<VoxelIndex>& pages) const {
+    if (room.spent() || Decide(corner, side) == Verdict::kUnknown) return;
     if (side == BrickPage::kVoxels) {
+      if (!room.Take(static_cast<int64_t>(kBytesOfPage))) return;
       pages.push_back(BrickPage::Of(Brick::Of(corner)));
       return;
     }
-    ForEachOctant(corner, side, [&](const VoxelIndex& part) { FindPages(part, side / 2, pages); });
+    ForEachOctant(corner, side,
+                  [&](const VoxelIndex& part) { FindPages(part, side / 2, room, pages); });
   }
 
   // A cube of at least one brick and at most a page, aligned to its size.
@@ -192,7 +197,12 @@ class EmptySpace {
   Eigen::Matrix3d R_scan_model_;
 };
 
-void CarveEmptySpace(const ModelConfig& config, parallel::Parallel& parallel, ScanLayer& layer) {
+// A brick that is empty in part: the boundary of what is empty crosses it, about once.
+constexpr int64_t kBytesOfMixedBrick =
+    static_cast<int64_t>(kBytesOfBoundary * Brick::kSide * Brick::kSide);
+
+void CarveEmptySpace(const ModelConfig& config, parallel::Parallel& parallel, CarveRoom& room,
+                     ScanLayer& layer) {
   const double voxel_size = config.voxel_size;
   const RangePyramid pyramid(layer.range_surface, parallel);
   const RangePyramid::Bounds all =
@@ -213,14 +223,18 @@ void CarveEmptySpace(const ModelConfig& config, parallel::Parallel& parallel, Sc
   for (int z = first.z(); z <= last.z(); ++z) {
     for (int y = first.y(); y <= last.y(); ++y) {
       for (int x = first.x(); x <= last.x(); ++x) {
-        empty_space.FindPages(VoxelIndex(x, y, z) * side, side, pages);
+        empty_space.FindPages(VoxelIndex(x, y, z) * side, side, room, pages);
       }
     }
   }
+  if (room.spent()) return;
   std::vector<EmptySpace::Output> outputs(pages.size());
   parallel.For(pages.size(), [&](size_t i) {
+    if (room.spent()) return;
     empty_space.Split(pages[i] * BrickPage::kVoxels, BrickPage::kVoxels, outputs[i]);
+    (void)room.Take(static_cast<int64_t>(outputs[i].mixed.size()) * kBytesOfMixedBrick);
   });
+  if (room.spent()) return;
   for (size_t i = 0; i < pages.size(); ++i) {
     for (const auto& [brick, mask] : outputs[i].mixed) {
       layer.bricks.Put(KeyOf(brick), LayerBrick{.empty = mask, .surface = {}, .sums = {}});
@@ -233,6 +247,24 @@ void CarveEmptySpace(const ModelConfig& config, parallel::Parallel& parallel, Sc
 
 std::unique_ptr<ScanLayer> Carve(const sensor::Scan& scan, const Eigen::Isometry3d& T_model_scan,
                                  const ModelConfig& config, parallel::Parallel& parallel) {
+  return *CarveWithin(CarveRoom::kUnlimited, scan, T_model_scan, config, parallel);
+}
+
+absl::StatusOr<std::unique_ptr<ScanLayer>> CarveWithin(int64_t memory_limit,
+                                                       const sensor::Scan& scan,
+                                                       const Eigen::Isometry3d& T_model_scan,
+                                                       const ModelConfig& config,
+                                                       parallel::Parallel& parallel) {
+  const auto exhausted = [memory_limit] {
+    return absl::ResourceExhaustedError(absl::StrCat(
+        "model: merging this scan takes more than the ", memory_limit >> 20,
+        " MiB of memory that it may: it covers too much for voxel_size; use larger voxels, or a "
+        "smaller range_max or max_half_extent"));
+  };
+  CarveRoom room(memory_limit);
+  const auto cells = static_cast<double>(scan.image.cells());
+  if (static_cast<double>(memory_limit) < cells * kBytesOfCell) return exhausted();
+  (void)room.Take(static_cast<int64_t>(cells * kBytesOfCellKept));
   auto layer = std::unique_ptr<ScanLayer>(new ScanLayer{
       .range_surface = RangeSurface(scan.image, scan.scanner, config.discontinuity_angle, parallel),
       .scanner = scan.scanner,
@@ -252,8 +284,10 @@ std::unique_ptr<ScanLayer> Carve(const sensor::Scan& scan, const Eigen::Isometry
   layer->sky_rays = EndSkyRays(config, *layer);
   layer->range_surface.EndLoneRays(parallel);
   layer->holes = HoleMap(layer->range_surface);
-  CarveEmptySpace(config, parallel, *layer);
-  AddSurfacePoints(config.voxel_size, parallel, *layer);
+  CarveEmptySpace(config, parallel, room, *layer);
+  if (room.spent()) return exhausted();
+  AddSurfacePoints(config.voxel_size, parallel, room, *layer);
+  if (room.spent()) return exhausted();
   ClearStation(config.voxel_size, *layer);
   for (const auto& [page, bricks] : layer->bricks.empty()) {
     layer->empty_voxels += static_cast<size_t>(Brick::kVoxels * bricks.Count());

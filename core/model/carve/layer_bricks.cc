@@ -77,6 +77,16 @@ void LayerBricks::clear() {
   empty_.clear();
 }
 
+size_t LayerBricks::bytes() const {
+  constexpr size_t kHeap = 16;  // that the allocator adds to each piece
+  size_t bytes = own_.capacity() * (sizeof(std::pair<BrickKey, LayerBrick>) + 1) +
+                 empty_.capacity() * (sizeof(std::pair<BrickKey, BrickMask>) + 1);
+  for (const auto& [key, brick] : own_) {
+    if (!brick.sums.empty()) bytes += brick.sums.bytes() + kHeap;
+  }
+  return bytes;
+}
+
 size_t LayerBricks::size() const {
   size_t size = own_.size();
   for (const auto& [page, bricks] : empty_) size += static_cast<size_t>(bricks.Count());

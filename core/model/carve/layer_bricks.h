@@ -40,6 +40,7 @@ class LayerBricks {
   void clear();
 
   size_t size() const;
+  size_t bytes() const;  // that they take, about
   // Calls fn(BrickKey, const LayerBrick&) for every brick, in no particular order.
   template <typename Fn>
   void ForEach(Fn&& fn) const {

@@ -7,6 +7,17 @@
 
 namespace vantage::model {
 
+size_t ScanLayer::Bytes() const {
+  size_t bytes = sizeof(ScanLayer) + range_surface.bytes() + bricks.bytes();
+  for (const SuspectedReflector& suspect : suspects) {
+    bytes += sizeof(suspect) + suspect.asked.size() * sizeof(ScanCell);
+  }
+  for (const auto& [key, brick] : set_aside) {
+    bytes += sizeof(key) + sizeof(brick) + brick.sums.bytes();
+  }
+  return bytes;
+}
+
 UnknownReason ScanLayer::ReasonAt(const Eigen::Vector3d& point) const {
   if (!WithinSite(point)) return UnknownReason::kSite;
   for (const Aperture& aperture : apertures) {

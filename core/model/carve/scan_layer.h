@@ -49,6 +49,8 @@ struct ScanLayer {
   size_t sky_rays = 0;                                  // the same
   uint32_t algorithm_version = kModelAlgorithmVersion;  // that it was carved with
 
+  size_t Bytes() const;  // of memory, about
+
   const LayerBrick* Find(const VoxelIndex& brick) const { return bricks.Find(KeyOf(brick)); }
   bool Empty(const VoxelIndex& voxel) const {
     const LayerBrick* brick = Find(Brick::Of(voxel));

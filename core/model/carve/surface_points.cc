@@ -20,6 +20,7 @@ void SurfacePoints::Add(const VoxelIndex& voxel, const SurfaceSums& sums) {
     brick.sums[static_cast<size_t>(slot)].Add(sums);
   } else {
     brick.held.Set(local);
+    ++voxels_;
     slot = static_cast<int16_t>(brick.sums.size());
     brick.sums.push_back(sums);
   }
@@ -313,7 +314,8 @@ class Interpolator {
 
 }  // namespace
 
-void AddSurfacePoints(double voxel_size, parallel::Parallel& parallel, ScanLayer& layer) {
+void AddSurfacePoints(double voxel_size, parallel::Parallel& parallel, CarveRoom& room,
+                      ScanLayer& layer) {
   const RangeSurface& surface = layer.range_surface;
   const FixedFrame frame(layer.T_model_scan, voxel_size);
   const Interpolator interpolator(surface, frame);
@@ -327,7 +329,12 @@ void AddSurfacePoints(double voxel_size, parallel::Parallel& parallel, ScanLayer
     Column here;
     Column next;
     if (begin < end) PlaceColumn(surface, frame, begin, here);
+    size_t counted = 0;  // voxels
     for (int c = begin; c < end; ++c) {
+      const size_t voxels = sums[part].voxels();
+      const double taken = kBytesOfSurface * static_cast<double>(voxels - counted);
+      counted = voxels;
+      if (!room.Take(static_cast<int64_t>(taken))) return;
       samples[part] += AddSamples(frame, here, sums[part]);
       const int beside = surface.NextColumn(c);
       if (beside < 0) break;
@@ -336,6 +343,7 @@ void AddSurfacePoints(double voxel_size, parallel::Parallel& parallel, ScanLayer
       std::swap(here, next);
     }
   });
+  if (room.spent()) return;
   for (size_t part = 0; part < parts; ++part) {
     sums[part].AddTo(layer);
     layer.samples += samples[part];

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/model/carve/carve_room.h"
 #include "core/model/carve/scan_layer.h"
 #include "core/parallel/parallel.h"
 
@@ -17,6 +18,8 @@ class SurfacePoints {
   void Add(const VoxelIndex& voxel, const SurfaceSums& sums);
   // One interpolated point (m, model frame).
   void AddInterpolated(const Eigen::Vector3d& point, double voxel_size);
+
+  size_t voxels() const { return voxels_; }
 
   // Adds what was summed to the layer's bricks.
   void AddTo(ScanLayer& layer) const;
@@ -31,11 +34,13 @@ class SurfacePoints {
   std::vector<std::pair<BrickKey, BrickSums>> bricks_;
   BrickKey last_key_ = ~BrickKey{0};  // neighbouring samples mostly share a brick
   size_t last_ = 0;
+  size_t voxels_ = 0;  // that hold any
 };
 
 // The samples, and points interpolated on joined quads and triangles that reach into several
-// voxels, at most a third of a voxel apart.
-void AddSurfacePoints(double voxel_size, parallel::Parallel& parallel, ScanLayer& layer);
+// voxels, at most a third of a voxel apart. When the room is spent, the layer stays without them.
+void AddSurfacePoints(double voxel_size, parallel::Parallel& parallel, CarveRoom& room,
+                      ScanLayer& layer);
 
 }  // namespace vantage::model
 

@@ -38,6 +38,11 @@ class RangeSurface {
   const std::vector<double>& sin_azimuth() const { return sin_azimuth_; }
   const std::vector<double>& cos_elevation() const { return cos_elevation_; }
   const std::vector<double>& sin_elevation() const { return sin_elevation_; }
+  size_t bytes() const {  // that it holds on the heap, about
+    return range_.capacity() * sizeof(float) + joined_.capacity() +
+           mixed_.capacity() * sizeof(uint32_t) +
+           4 * sizeof(double) * static_cast<size_t>(columns() + rows());
+  }
   // Unit vector of a cell's ray, scanner frame.
   Eigen::Vector3d Direction(int column, int row) const {
     const size_t c = static_cast<size_t>(column);

@@ -2,12 +2,12 @@
 #ifndef VANTAGE_SERVER_RPC_CALL_DEPENDENCIES_H_
 #define VANTAGE_SERVER_RPC_CALL_DEPENDENCIES_H_
 
-#include <atomic>
 #include <chrono>
 
 #include "server/execution/task_pool.h"
 #include "server/execution/timer.h"
 #include "server/rpc/call/authorizer.h"
+#include "server/rpc/call/call_counts.h"
 #include "server/session/session_registry.h"
 #include "server/telemetry/log.h"
 #include "server/telemetry/metrics.h"
@@ -22,7 +22,7 @@ struct RpcDependencies {
   telemetry::Log& log;
   Authorizer& authorizer;
   telemetry::Metrics& metrics;
-  std::atomic<int>& calls_under_way;
+  CallCounts& calls;
   // The longest silence of a stream; the contract promises 15 s at most.
   std::chrono::milliseconds heartbeat;
 };

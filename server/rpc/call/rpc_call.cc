@@ -64,19 +64,18 @@ RpcCall::RpcCall(const RpcDependencies& dependencies, const RpcRule& rule,
       trace_(telemetry::TraceContext::From(HeaderOf(context))),
       context_(std::make_shared<const std::string>(trace_.trace_id)),
       admission_(Admit(context)),
-      sessions_(dependencies.sessions, admission_.tenant, AskerOf(admission_)) {
-  dependencies_.calls_under_way.fetch_add(1, std::memory_order_relaxed);
+      sessions_(dependencies.sessions, admission_.tenant, AskerOf(admission_)) {}
+
+RpcCall::~RpcCall() {
+  if (counted_) dependencies_.calls.GiveBack(admission_.tenant, rule_.stream);
 }
 
-RpcCall::~RpcCall() { dependencies_.calls_under_way.fetch_sub(1, std::memory_order_relaxed); }
-
-Admission RpcCall::Admit(const grpc::ServerContextBase& context) const {
+Admission RpcCall::Admit(const grpc::ServerContextBase& context) {
   const int most = static_cast<int>(dependencies_.sessions.dependencies().limits.calls);
   Admission admission = dependencies_.authorizer.Admit(rule_, context);
-  if (admission.status.ok() && dependencies_.calls_under_way.load() >= most) {
-    admission.status = contract::Retryable(
-        absl::StatusCode::kResourceExhausted, "SERVER_BUSY",
-        absl::StrCat("the server has ", most, " calls under way"), absl::Seconds(1));
+  if (admission.status.ok()) {
+    admission.status = dependencies_.calls.Take(admission.tenant, rule_.stream, most);
+    counted_ = admission.status.ok();
   }
   return admission;
 }

@@ -52,7 +52,7 @@ class RpcCall {
   void End(const grpc::Status& status);
 
  private:
-  Admission Admit(const grpc::ServerContextBase& context) const;
+  Admission Admit(const grpc::ServerContextBase& context);
   void Count(const grpc::Status& status, double seconds) const;
 
   const RpcDependencies dependencies_;
@@ -60,6 +60,7 @@ class RpcCall {
   const std::string peer_;
   const telemetry::TraceContext trace_;
   const telemetry::LogContext context_;
+  bool counted_ = false;  // it has a place among the calls under way
   const Admission admission_;
   const session::TenantSessions sessions_;
   const absl::Time started_ = absl::Now();

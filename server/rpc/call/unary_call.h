@@ -7,11 +7,13 @@
 #include <atomic>
 #include <functional>
 #include <memory>
+#include <new>
 #include <string>
 #include <utility>
 
 #include "absl/status/statusor.h"
 #include "server/contract/error.h"
+#include "server/contract/out_of_memory.h"
 #include "server/rpc/call/dependencies.h"
 #include "server/rpc/call/rpc_call.h"
 #include "server/rpc/call/status.h"
@@ -46,8 +48,12 @@ class UnaryCall final : public grpc::ServerUnaryReactor,
     const bool posted =
         dependencies.tasks.TryPost([call, copy = *request, handler = std::move(handler)] {
           if (call->finished_) return;  // cancelled while it waited
-          handler(call->call_.sessions(), copy,
-                  [call](Answer answer) { call->Complete(std::move(answer)); });
+          try {
+            handler(call->call_.sessions(), copy,
+                    [call](Answer answer) { call->Complete(std::move(answer)); });
+          } catch (const std::bad_alloc&) {
+            call->Complete(contract::OutOfMemory());
+          }
         });
     if (!posted) {
       call->Complete(contract::Retryable(absl::StatusCode::kResourceExhausted, "SERVER_BUSY",

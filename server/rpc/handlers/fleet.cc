@@ -36,7 +36,7 @@ absl::StatusOr<v1::ListScannersResponse> ListScanners(const session::TenantSessi
   absl::StatusOr<std::vector<v1::Scanner>> scanners =
       (*session)->scanners().List(page->after, page->limit, more);
   if (!scanners.ok()) return scanners.status();
-  for (v1::Scanner& scanner : *scanners) *response.add_scanners() = std::move(scanner);
+  more = FillPage(*std::move(scanners), *response.mutable_scanners()) || more;
   if (more && response.scanners_size() > 0) {
     response.set_next_page_token(NextPageToken(list, response.scanners().rbegin()->name()));
   }
@@ -97,7 +97,7 @@ absl::StatusOr<v1::ListClaimsResponse> ListClaims(const session::TenantSessions&
   absl::StatusOr<std::vector<v1::Claim>> claims =
       (*session)->claims().List(page->after, page->limit, more);
   if (!claims.ok()) return claims.status();
-  for (v1::Claim& claim : *claims) *response.add_claims() = std::move(claim);
+  more = FillPage(*std::move(claims), *response.mutable_claims()) || more;
   if (more && response.claims_size() > 0) {
     response.set_next_page_token(NextPageToken(list, response.claims().rbegin()->name()));
   }

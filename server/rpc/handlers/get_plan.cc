@@ -71,21 +71,12 @@ absl::StatusOr<v1::ListPlansResponse> ListPlans(const session::TenantSessions& s
   absl::StatusOr<Page> page =
       ReadPage(request.page_size(), request.page_token(), list, 50, 200, "page_size", "page_token");
   if (!page.ok()) return page.status();
-  constexpr size_t kMaxBytes = 3 << 20;
   v1::ListPlansResponse response;
   bool more = false;
-  size_t listed = 0;
   absl::StatusOr<std::vector<v1::Plan>> plans =
       (*session)->plans().List(page->after, page->limit, more);
   if (!plans.ok()) return plans.status();
-  for (v1::Plan& plan : *plans) {
-    if (listed > 0 && response.ByteSizeLong() + plan.ByteSizeLong() > kMaxBytes) {
-      more = true;
-      break;
-    }
-    *response.add_plans() = std::move(plan);
-    ++listed;
-  }
+  more = FillPage(*std::move(plans), *response.mutable_plans()) || more;
   if (more && response.plans_size() > 0) {
     response.set_next_page_token(NextPageToken(list, response.plans().rbegin()->name()));
   }

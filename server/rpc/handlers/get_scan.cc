@@ -33,7 +33,7 @@ absl::StatusOr<v1::ListScansResponse> ListScans(const session::TenantSessions& s
   absl::StatusOr<std::vector<v1::Scan>> scans =
       (*session)->scans().List(page->after, page->limit, more);
   if (!scans.ok()) return scans.status();
-  for (v1::Scan& scan : *scans) *response.add_scans() = std::move(scan);
+  more = FillPage(*std::move(scans), *response.mutable_scans()) || more;
   if (more && response.scans_size() > 0) {
     response.set_next_page_token(NextPageToken(list, response.scans().rbegin()->name()));
   }

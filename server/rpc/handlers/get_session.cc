@@ -48,14 +48,19 @@ absl::StatusOr<v1::ListSessionsResponse> ListSessions(const session::TenantSessi
   bool more = false;
   const std::vector<std::shared_ptr<session::Session>> listed =
       sessions.List(after, page->limit, more);
+  size_t bytes = 0;
+  std::string last;
   for (const std::shared_ptr<session::Session>& session : listed) {
-    *response.add_sessions() = session->Describe();
+    v1::Session described = session->Describe();
+    bytes += described.ByteSizeLong();
+    if (!last.empty() && bytes > kPageBytes) {
+      more = true;
+      break;
+    }
+    *response.add_sessions() = std::move(described);
+    last = absl::StrCat(session->id(), ":", absl::ToUnixNanos(session->created()));
   }
-  if (more && !listed.empty()) {
-    response.set_next_page_token(NextPageToken(
-        "sessions",
-        absl::StrCat(listed.back()->id(), ":", absl::ToUnixNanos(listed.back()->created()))));
-  }
+  if (more && !last.empty()) response.set_next_page_token(NextPageToken("sessions", last));
   return response;
 }
 

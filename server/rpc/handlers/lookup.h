@@ -33,6 +33,23 @@ struct Page {
 absl::StatusOr<Page> ReadPage(int size, const std::string& token, absl::string_view list,
                               int default_size, int max_size, absl::string_view size_field,
                               absl::string_view token_field);
+// A page ends where it would come to more bytes than this, however many entries were asked for;
+// clients receive 4 MiB at most unless they say otherwise.
+inline constexpr size_t kPageBytes = size_t{3} << 20;
+
+// Moves entries into a page, in order, as long as they fit: the first always, since a message that
+// was taken can be given. True when some are left over.
+template <typename Entry, typename Entries>
+bool FillPage(std::vector<Entry>&& from, Entries& page) {
+  size_t bytes = 0;
+  for (Entry& entry : from) {
+    bytes += entry.ByteSizeLong();
+    if (!page.empty() && bytes > kPageBytes) return true;
+    *page.Add() = std::move(entry);
+  }
+  return false;
+}
+
 // The token of the page that begins after the entry `last`, which is a name that the list can find
 // again.
 std::string NextPageToken(absl::string_view list, absl::string_view last);

@@ -5,6 +5,7 @@
 
 #include "core/bytes/checksum.h"
 #include "server/contract/error.h"
+#include "server/contract/out_of_memory.h"
 #include "server/conversion/check_request.h"
 #include "server/rpc/handlers/lookup.h"
 #include "server/rpc/streams/pumped_writer.h"
@@ -31,6 +32,10 @@ class ExportStream final : public PumpedWriter<v1::ExportModelResponse> {
     std::lock_guard<std::mutex> lock(mutex_);
     if (!error_.ok()) {
       status = error_;
+      return Step::kFinish;
+    }
+    if (source_->session().closed()) {
+      status = contract::ResourceNotFound("vantage/Session", source_->session().name());
       return Step::kFinish;
     }
     if (sent_ == part_.size()) {
@@ -62,7 +67,8 @@ class ExportStream final : public PumpedWriter<v1::ExportModelResponse> {
 
  private:
   void MakePart() {
-    absl::StatusOr<std::string> part = source_->Next();
+    absl::StatusOr<std::string> part =
+        contract::UnlessOutOfMemory([this] { return source_->Next(); });
     {
       std::lock_guard<std::mutex> lock(mutex_);
       making_ = false;

@@ -8,11 +8,13 @@
 
 #include <memory>
 #include <mutex>
+#include <new>
 #include <utility>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/time/clock.h"
+#include "server/contract/out_of_memory.h"
 #include "server/conversion/to_proto.h"
 #include "server/rpc/call/dependencies.h"
 #include "server/rpc/call/rpc_call.h"
@@ -117,7 +119,7 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
       if (Finished()) return End(grpc::Status::CANCELLED);
       message_.Clear();
       absl::Status status = call_->StillLetIn();
-      switch (status.ok() ? Produce(message_, status) : Step::kFinish) {
+      switch (status.ok() ? ProduceUnlessOutOfMemory(status) : Step::kFinish) {
         case Step::kWrite:
           TakeBeat();
           return this->StartWrite(&message_);
@@ -141,6 +143,15 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
           }
         }
       }
+    }
+  }
+
+  Step ProduceUnlessOutOfMemory(absl::Status& status) {
+    try {
+      return Produce(message_, status);
+    } catch (const std::bad_alloc&) {
+      status = contract::OutOfMemory();
+      return Step::kFinish;
     }
   }
 

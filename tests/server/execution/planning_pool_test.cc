@@ -6,7 +6,10 @@
 #include <chrono>
 #include <future>
 #include <latch>
+#include <memory>
+#include <new>
 #include <thread>
+#include <utility>
 #include <vector>
 
 namespace vantage::execution {
@@ -190,6 +193,104 @@ TEST(PlanningPool, AJobThatRunsAtTheEndIsFinished) {
     ending.set_value();
   }
   EXPECT_EQ(bodies, 160);
+}
+
+// There may be no memory for a body, on whatever thread it runs.
+TEST_P(PlanningPoolTest, WhatIsThrownInALoopArrivesInTheJobAndThePoolGoesOn) {
+  PlanningPool pool(GetParam(), 4);
+  const auto share = pool.NewShare();
+  std::promise<bool> caught;
+  std::atomic<int> begun{0};
+  pool.Submit(share, JobPriority::kModel, [&](parallel::Parallel& parallel) {
+    try {
+      parallel.For(50, [&](size_t) {
+        parallel.For(10, [&](size_t) {
+          if (++begun == 200) throw std::bad_alloc();
+        });
+      });
+      caught.set_value(false);
+    } catch (const std::bad_alloc&) {
+      caught.set_value(true);
+    }
+  });
+  EXPECT_TRUE(caught.get_future().get());
+  EXPECT_LT(begun, 500);
+  // A job that lets it pass is over, and no more.
+  pool.Submit(share, JobPriority::kModel, [](parallel::Parallel&) { throw std::bad_alloc(); });
+  std::promise<void> next;
+  pool.Submit(share, JobPriority::kModel, [&](parallel::Parallel& parallel) {
+    parallel.For(10, [](size_t) {});
+    next.set_value();
+  });
+  next.get_future().wait();
+}
+
+// Runs until told to end, in bodies that are over at once: where it can be preempted.
+class LongPlan {
+ public:
+  void Submit(PlanningPool& pool, std::shared_ptr<PlanningPool::Share> share) {
+    pool.Submit(std::move(share), JobPriority::kPlan, [this](parallel::Parallel& parallel) {
+      ++begun;
+      while (!ended) parallel.For(4, [](size_t) { std::this_thread::yield(); });
+    });
+  }
+  std::atomic<int> begun{0};
+  std::atomic<bool> ended{false};
+};
+
+TEST(PlanningPool, LongPlansOfOneTenantKeepNobodyElseWaiting) {
+  LongPlan greedy;
+  PlanningPool pool(2, 8);
+  for (int session = 0; session < 2; ++session) {
+    const auto share = pool.NewShare(1.0, "greedy");
+    for (int i = 0; i < 8; ++i) greedy.Submit(pool, share);
+  }
+  constexpr int kPlaces = 6;  // three quarters of 8
+  while (pool.load().running < kPlaces) std::this_thread::yield();
+  // Others begin at once, and so does what is no plan.
+  for (const char* quiet : {"a", "b", "c", "d"}) {
+    LongPlan own;
+    own.Submit(pool, pool.NewShare(1.0, quiet));
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (own.begun == 0 && std::chrono::steady_clock::now() < until) std::this_thread::yield();
+    EXPECT_EQ(own.begun, 1);
+    std::promise<void> merged;
+    pool.Submit(pool.NewShare(1.0, quiet), JobPriority::kModel,
+                [&](parallel::Parallel&) { merged.set_value(); });
+    EXPECT_EQ(merged.get_future().wait_for(std::chrono::seconds(20)), std::future_status::ready);
+    own.ended = true;
+    while (pool.load().running > kPlaces) std::this_thread::yield();
+  }
+  EXPECT_EQ(pool.load().running, kPlaces);
+  greedy.ended = true;
+}
+
+TEST(PlanningPool, TenantsHaveEqualTimeHoweverManySessionsTheyHave) {
+  PlanningPool pool(1, 8);
+  std::vector<std::shared_ptr<PlanningPool::Share>> many;
+  for (int i = 0; i < 4; ++i) many.push_back(pool.NewShare(1.0, "many"));
+  const auto one = pool.NewShare(1.0, "one");
+  std::atomic<bool> ended{false};
+  std::latch done(5);
+  const auto work = [&](parallel::Parallel& parallel) {
+    while (!ended) {
+      parallel.For(1, [](size_t) {
+        const auto until = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
+        while (std::chrono::steady_clock::now() < until) {
+        }
+      });
+    }
+    done.count_down();
+  };
+  for (const auto& share : many) pool.Submit(share, JobPriority::kModel, work);
+  pool.Submit(one, JobPriority::kModel, work);
+  while (pool.Used(*one) < 0.3) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  double used = 0;
+  for (const auto& share : many) used += pool.Used(*share);
+  ended = true;
+  done.wait();
+  EXPECT_GT(used, 0.2);
+  EXPECT_LT(used, 0.45);
 }
 
 }  // namespace

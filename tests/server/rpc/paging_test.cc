@@ -307,5 +307,23 @@ TEST(ReadPage, CoercesASizeThatIsTooLarge) {
   EXPECT_EQ(limit(1001), 1000U);
 }
 
+// However many entries were asked for.
+TEST(PageTest, EndsWhereItWouldBeTooLarge) {
+  const auto make = [](size_t count, size_t bytes) {
+    std::vector<v1::Scan> scans(count);
+    for (v1::Scan& scan : scans) scan.set_display_name(std::string(bytes, 'x'));
+    return scans;
+  };
+  v1::ListScansResponse response;
+  EXPECT_FALSE(FillPage(make(100, 100), *response.mutable_scans()));
+  EXPECT_EQ(response.scans_size(), 100);
+  response.Clear();
+  EXPECT_TRUE(FillPage(make(10, 1 << 20), *response.mutable_scans()));
+  EXPECT_EQ(response.scans_size(), 2);
+  response.Clear();
+  EXPECT_TRUE(FillPage(make(2, 5 << 20), *response.mutable_scans()));
+  EXPECT_EQ(response.scans_size(), 1);
+}
+
 }  // namespace
 }  // namespace vantage::rpc

@@ -196,7 +196,8 @@ TEST_F(JournalTest, WatchersAreToldAfterEachStepUntilTheyLeave) {
 TEST_F(JournalTest, AfterItsEndEveryStepIsRefused) {
   journal_.Close();
   EXPECT_TRUE(absl::IsAborted(AddScanner(journal_, "red").status()));
-  EXPECT_THAT(Sequences(journal_, 0, 10), ElementsAre(1));
+  EXPECT_EQ(store_.Read("job", 0, 10).value().size(), 1U);
+  EXPECT_TRUE(absl::IsNotFound(journal_.Events(0, 10).status()));
 }
 
 // Each step is checked against the state that the one before it left.
@@ -239,6 +240,52 @@ TEST_F(JournalTest, ALogThatDoesNotFitTogetherIsNotRead) {
   EXPECT_TRUE(absl::IsInternal(read)) << read;
   EXPECT_TRUE(
       absl::IsNotFound(Journal("none", store_, fixture::FixtureTime, absl::ZeroDuration).Load()));
+}
+
+// Another session may be opened with the id of one that was deleted, by another tenant.
+TEST_F(JournalTest, AClosedLogReadsNothingOfTheNextOneOfItsId) {
+  EXPECT_EQ(journal_.Events(0, 10).value().size(), 1U);
+  ASSERT_TRUE(store_.Drop("job").ok());
+  journal_.Close();
+  Journal next("job", store_, fixture::FixtureTime);
+  v1::SessionEvent opened;
+  opened.mutable_session_created()->mutable_session()->set_name(kName);
+  ASSERT_TRUE(Step(next, {}, opened).ok());
+  ASSERT_TRUE(AddScanner(next, "drone").ok());
+  EXPECT_EQ(next.Events(0, 10).value().size(), 2U);
+  EXPECT_TRUE(absl::IsNotFound(journal_.Events(0, 10).status()));
+  EXPECT_TRUE(absl::IsNotFound(journal_.Events(1, 10).status()));
+}
+
+// A log gives the same state whenever it is read, whatever was forgotten meanwhile.
+TEST_F(JournalTest, TheLastRequestsAreRemembered) {
+  v1::SessionEvent updated;
+  updated.mutable_session_updated()->mutable_session()->set_name(kName);
+  const auto key = [](size_t i) { return KeyOf(absl::StrCat("request-", i), "red"); };
+  for (size_t i = 0; i < SessionState::kRequests + 10; ++i) {
+    ASSERT_TRUE(Step(journal_, key(i), updated).ok());
+  }
+  Journal again("job", store_, fixture::FixtureTime);
+  ASSERT_TRUE(again.Load().ok());
+  for (const Journal* journal : {&journal_, &again}) {
+    journal->Read([](const SessionState& state) {
+      EXPECT_EQ(state.requests.size(), SessionState::kRequests);
+      EXPECT_EQ(state.requests.count("request-9"), 0U);
+      EXPECT_EQ(state.requests.count("request-10"), 1U);
+    });
+  }
+  EXPECT_EQ(again.bytes(), journal_.bytes());
+  // Executed before: nothing is written.
+  const int64_t before = journal_.bytes();
+  EXPECT_TRUE(Step(journal_, key(10), updated).ok());
+  EXPECT_EQ(journal_.bytes(), before);
+  EXPECT_TRUE(Step(journal_, key(9), updated).ok());
+  EXPECT_GT(journal_.bytes(), before);
+}
+
+TEST_F(JournalTest, ALogThatIsFullSaysSo) {
+  EXPECT_TRUE(journal_.CheckRoom(journal_.bytes() + 1).ok());
+  EXPECT_EQ(contract::ReasonOf(journal_.CheckRoom(journal_.bytes())), "LOG_FULL");
 }
 
 }  // namespace

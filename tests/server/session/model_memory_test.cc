@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
 #include <cstdlib>
 #include <filesystem>
@@ -11,6 +12,7 @@
 #include <thread>
 
 #include "core/planning/problem/planning_estimate.h"
+#include "core/sensor/encoding.h"
 #include "server/contract/error.h"
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
@@ -294,6 +296,29 @@ TEST_F(Residence, APlanThatDoesNotFitIsRefused) {
   const absl::Status refused = session->plans().Create(create).status();
   EXPECT_EQ(contract::ReasonOf(refused), "MEMORY_SHORT");
   EXPECT_EQ(session->plans().Running(), 0U);
+}
+
+// 8 kB as they are sent, and gigabytes when merged.
+TEST_F(Residence, AScanThatTakesMoreThanThereIsFails) {
+  constexpr int64_t kBudget = 256 << 20;
+  Begin(kBudget);
+  const auto session = fixture::OpenSession(*registry_, "job");
+  sensor::RangeImage image = fixture::ScanRoom({2.0, 1.5, 1.4}, 2.0);
+  std::fill(image.range.begin(), image.range.end(), 90.0F);
+  v1::UpdateSessionRequest far;
+  far.mutable_session()->add_scanner_models()->set_max_range_m(100);
+  far.mutable_update_mask()->add_paths("scanner_models");
+  ASSERT_TRUE(session->Update(far).ok());
+  const v1::PosePrior prior = fixture::PriorAt(2.0, 1.5, 1.4);
+  const std::string scan =
+      fixture::SendScan(*session, sensor::EncodeRangeImage(image), &prior).value().scan();
+  session->WaitUntilIdle();
+  const v1::Scan failed = session->scans().Get(scan).value();
+  EXPECT_EQ(failed.state(), v1::SCAN_STATE_FAILED);
+  EXPECT_THAT(failed.state_message(), ::testing::HasSubstr("the server has 256 MiB"));
+  EXPECT_LE(memory_->used(), kBudget);
+  // Others go on.
+  EXPECT_TRUE(fixture::SendRoom(*session, {2.0, 1.5, 1.4}).ok());
 }
 
 }  // namespace

@@ -1,12 +1,16 @@
-// What becomes of a scan whose data cannot be had when it is to be merged.
+// What becomes of a scan whose data cannot be had when it is to be merged, or for whose merge there
+// is no memory.
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <chrono>
+#include <memory>
+#include <new>
 #include <string>
 #include <thread>
 
+#include "server/contract/error.h"
 #include "server/store/memory_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/script.h"
@@ -88,6 +92,120 @@ TEST_F(ScanReconcilerTest, AScanWhoseDataAreLostHasFailed) {
   EXPECT_EQ(lost.state(), v1::SCAN_STATE_FAILED);
   EXPECT_THAT(lost.state_message(), HasSubstr("has lost its data"));
   EXPECT_EQ(session_->scans().Pending(), 0);
+}
+
+// What a server that was killed leaves behind: a scan on which work was begun.
+class BegunScanTest : public testing::Test {
+ protected:
+  // What becomes of a scan when the next server starts, after so many were killed at work on it.
+  v1::Scan AfterEnds(int ends, int tries = 2) {
+    std::string name;
+    {
+      fixture::SessionHost host(store_, script_.Make());
+      const auto session = fixture::OpenSession(host.registry, "job");
+      store_.reading = absl::StatusCode::kUnavailable;
+      const v1::PosePrior prior = fixture::PriorAt(2.0, 1.5, 1.4);
+      name =
+          fixture::SendScan(*session, fixture::EncodedRoom({2.0, 1.5, 1.4}), &prior).value().scan();
+      session->WaitUntilIdle();
+    }
+    for (int i = 0; i < ends; ++i) EXPECT_EQ(store_.BeginWork("job", name).value(), i + 1);
+    store_.reading = absl::StatusCode::kOk;
+    contract::Limits limits;
+    limits.tries = tries;
+    host_ = std::make_unique<fixture::SessionHost>(store_, script_.Make(), limits);
+    EXPECT_TRUE(host_->registry.LoadAll().ok());
+    session_ = host_->registry.Find("job").value();
+    session_->WaitUntilIdle();
+    return session_->scans().Get(name).value();
+  }
+
+  UnreadableStore store_;
+  fixture::Script script_;
+  std::unique_ptr<fixture::SessionHost> host_;
+  std::shared_ptr<Session> session_;
+};
+
+TEST_F(BegunScanTest, AScanThatEndedTheServerOnceIsTriedAgain) {
+  const v1::Scan scan = AfterEnds(1);
+  EXPECT_EQ(scan.state(), v1::SCAN_STATE_MERGED);
+  // Forgotten, now that it has ended.
+  EXPECT_EQ(store_.BeginWork("job", scan.name()).value(), 1);
+}
+
+TEST_F(BegunScanTest, AScanThatEndedTheServerTwiceIsSetAside) {
+  const v1::Scan scan = AfterEnds(2);
+  EXPECT_EQ(scan.state(), v1::SCAN_STATE_FAILED);
+  EXPECT_THAT(scan.state_message(), HasSubstr("came to its end 2 times"));
+  // A person may decide to try it again.
+  ASSERT_TRUE(
+      session_->scans().SetPose(scan.name(), fixture::PriorAt(2.0, 1.5, 1.4), true, {}).ok());
+  session_->WaitUntilIdle();
+  EXPECT_EQ(session_->scans().Get(scan.name())->state(), v1::SCAN_STATE_MERGED);
+}
+
+TEST_F(BegunScanTest, WithoutALimitItIsTriedForEver) {
+  EXPECT_EQ(AfterEnds(5, 0).state(), v1::SCAN_STATE_MERGED);
+}
+
+TEST_F(BegunScanTest, AModelThatEndedTheServerTwiceIsNotLoaded) {
+  {
+    fixture::SessionHost host(store_, script_.Make());
+    const auto session = fixture::OpenSession(host.registry, "job");
+    ASSERT_TRUE(fixture::SendRoom(*session, {2.0, 1.5, 1.4}).ok());
+  }
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(store_.BeginWork("job", "model").ok());
+  fixture::SessionHost host(store_, script_.Make());
+  ASSERT_TRUE(host.registry.LoadAll().ok());
+  const auto session = host.registry.Find("job").value();
+  session->WaitUntilIdle();
+  EXPECT_FALSE(session->model().loaded());
+  const absl::Status why = session->model().WhyNone();
+  EXPECT_EQ(contract::ReasonOf(why), "WORK_SET_ASIDE") << why;
+  // What needs no model is served.
+  EXPECT_EQ(session->Describe().scan_counts().merged_count(), 1);
+}
+
+// The system may have no memory in the middle of work.
+TEST(OutOfMemoryTest, EndsTheWorkAndNotTheProcess) {
+  store::MemoryStore store(64 << 20);
+  fixture::Script script;
+  Algorithms algorithms = script.Make();
+  std::atomic<bool> short_of_memory = true;
+  const auto align = algorithms.register_scan;
+  algorithms.register_scan = [&](const auto& view, const auto& scan, const auto& prior,
+                                 auto targets, const auto& config, parallel::Parallel& parallel) {
+    parallel.For(8, [&](size_t) {
+      if (short_of_memory) throw std::bad_alloc();
+    });
+    return align(view, scan, prior, targets, config, parallel);
+  };
+  algorithms.make_plan = [](const auto&...) -> absl::StatusOr<planning::Plan> {
+    throw std::bad_alloc();
+  };
+  fixture::SessionHost host(store, algorithms);
+  const auto session = fixture::OpenSession(host.registry, "job");
+  ASSERT_TRUE(fixture::SendRoom(*session, {2.0, 1.5, 1.4}).ok());
+  const v1::PosePrior prior = fixture::PriorAt(3.0, 2.5, 1.4);
+  const std::string second =
+      fixture::SendScan(*session, fixture::EncodedRoom({3.0, 2.5, 1.4}), &prior).value().scan();
+  session->WaitUntilIdle();
+  const v1::Scan failed = session->scans().Get(second).value();
+  EXPECT_EQ(failed.state(), v1::SCAN_STATE_FAILED);
+  EXPECT_THAT(failed.state_message(), HasSubstr("no memory left"));
+  // The model may have been half changed: it is loaded anew.
+  EXPECT_EQ(contract::ReasonOf(session->MeasureCoverage().status()), "MODEL_LOADING");
+  session->WaitUntilIdle();
+  EXPECT_TRUE(session->MeasureCoverage().ok());
+  v1::CreatePlanRequest create;
+  create.set_parent("sessions/job");
+  create.mutable_plan()->mutable_time_budget()->set_seconds(1);
+  const std::string plan = session->plans().Create(create).value().name();
+  while (session->plans().Running() > 0) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  EXPECT_EQ(session->plans().Get(plan)->state(), v1::PLAN_STATE_FAILED);
+  EXPECT_THAT(session->plans().Get(plan)->state_message(), HasSubstr("no memory left"));
+  short_of_memory = false;
+  EXPECT_TRUE(fixture::SendRoom(*session, {3.0, 2.5, 1.4}).ok());
 }
 
 }  // namespace

@@ -396,5 +396,53 @@ TEST_F(SessionKeeping, AccountsSurviveARestart) {
   EXPECT_EQ(registry().UsedBy("x"), 0);
 }
 
+// However many one tenant opens, there is room for others.
+TEST_F(SessionKeeping, NoTenantTakesEverySession) {
+  contract::Limits limits;
+  limits.sessions = 8;
+  Start(limits);
+  const auto fill = [&](const std::string& tenant) {
+    int opened = 0;
+    while (true) {
+      const auto session = registry().Create({}, tenant);
+      if (session.ok()) {
+        ++opened;
+        continue;
+      }
+      EXPECT_EQ(contract::ReasonOf(session.status()), "TOO_MANY_SESSIONS");
+      return opened;
+    }
+  };
+  EXPECT_EQ(fill("greedy"), 4);
+  EXPECT_EQ(fill("second"), 2);
+  EXPECT_EQ(fill("third"), 1);
+  // Where callers are not told apart, all are one.
+  EXPECT_EQ(fill(""), 1);
+}
+
+// A log grows with every change; what adds to a session ends at its limit, what takes away does
+// not.
+TEST_F(SessionKeeping, ALogIsBoundedAndCounts) {
+  contract::Limits limits;
+  limits.log_bytes_per_session = 3 << 20;
+  Start(limits);
+  const auto session = fixture::OpenSession(registry(), "job", "museum");
+  const std::string scan = Push(*session, fixture::EncodedRoom());
+  const int64_t scans_alone = registry().UsedBy("museum");
+  v1::Rejection rejection;
+  rejection.set_reason(std::string(4000, 'r'));
+  absl::Status full;
+  while (full.ok()) {
+    full = session->rejections().Create(rejection, absl::Seconds(1), {}).status();
+    now_ += absl::Seconds(2);
+  }
+  EXPECT_EQ(contract::ReasonOf(full), "LOG_FULL") << full;
+  EXPECT_EQ(contract::ReasonOf(session->uploads().Create({}).status()), "LOG_FULL");
+  EXPECT_GT(registry().UsedBy("museum"), scans_alone + (1 << 20));
+  EXPECT_TRUE(session->scans().Withdraw(scan, {}).ok());
+  EXPECT_TRUE(registry().Delete("job").ok());
+  EXPECT_EQ(registry().UsedBy("museum"), 0);
+}
+
 }  // namespace
 }  // namespace vantage::session

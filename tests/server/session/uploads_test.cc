@@ -178,5 +178,53 @@ TEST_F(UploadsTest, OneThatThereNeverWasIsNotFound) {
   EXPECT_EQ(held.Sync().status().code(), absl::StatusCode::kNotFound);
 }
 
+// Nobody ends an upload but its sender, and some never come back.
+TEST_F(UploadsTest, IdleOnesGiveWayToANewOne) {
+  const v1::Piece piece = Cut(0, 0, 1000);
+  ASSERT_TRUE(session_->uploads().Add(name_, &piece, nullptr).ok());
+  absl::Status full;
+  while (full.ok()) full = session_->uploads().Create({}).status();
+  EXPECT_EQ(contract::ReasonOf(full), "TOO_MANY_UPLOADS");
+  now_ += 59;
+  EXPECT_FALSE(session_->uploads().Create({}).ok());
+  now_ += 2;
+  EXPECT_TRUE(session_->uploads().Create({}).ok());
+  EXPECT_EQ(session_->uploads().Get(name_)->state(), v1::UPLOAD_STATE_OPEN);
+  EXPECT_EQ(session_->uploads().OpenCount(), contract::Limits().open_uploads_per_session);
+  now_ += 10 * 60;
+  while (session_->uploads().Get(name_)->state() == v1::UPLOAD_STATE_OPEN) {
+    ASSERT_TRUE(session_->uploads().Create({}).ok());
+  }
+}
+
+// What ends without a scan must not add up.
+TEST_F(UploadsTest, ThoseThatEndedLongAgoAreForgotten) {
+  std::string last = name_;
+  for (size_t i = 0; i < SessionState::kEndedUploads; ++i) {
+    now_ += 25 * 60 * 60;
+    EXPECT_EQ(session_->uploads().Get(last)->state(), v1::UPLOAD_STATE_EXPIRED);
+    last = session_->uploads().Create({}).value().name();
+  }
+  EXPECT_EQ(session_->uploads().Get(name_)->state(), v1::UPLOAD_STATE_EXPIRED);
+  now_ += 25 * 60 * 60;
+  EXPECT_EQ(session_->uploads().Get(last)->state(), v1::UPLOAD_STATE_EXPIRED);
+  EXPECT_TRUE(absl::IsNotFound(session_->uploads().Get(name_).status()));
+  session_->journal().Read([](const SessionState& state) {
+    EXPECT_EQ(state.uploads.size(), SessionState::kEndedUploads);
+  });
+}
+
+TEST_F(UploadsTest, RejectionsThatHaveExpiredGo) {
+  for (int i = 0; i < 5; ++i) {
+    ASSERT_TRUE(session_->rejections().Create({}, absl::Seconds(1), {}).ok());
+  }
+  now_ += 10;
+  const std::string held = session_->rejections().Create({}, std::nullopt, {}).value().name();
+  session_->journal().Read([&](const SessionState& state) {
+    ASSERT_EQ(state.rejections.size(), 1U);
+    EXPECT_EQ(state.rejections[0].name(), held);
+  });
+}
+
 }  // namespace
 }  // namespace vantage::session

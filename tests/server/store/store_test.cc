@@ -108,6 +108,21 @@ std::string Piece(absl::string_view bytes, bool compressed) {
   return record.SerializeAsString();
 }
 
+TEST_P(StoreTest, BegunWorkIsCountedUntilItEnds) {
+  EXPECT_TRUE(absl::IsNotFound(store_->BeginWork("a", "merge").status()));
+  ASSERT_TRUE(store_->Append("a", NumberedEntry(1)).ok());
+  EXPECT_EQ(store_->BeginWork("a", "merge").value(), 1);
+  EXPECT_EQ(store_->BeginWork("a", "merge").value(), 2);
+  EXPECT_EQ(store_->BeginWork("a", "load").value(), 1);
+  EXPECT_TRUE(store_->EndWork("a", "merge").ok());
+  EXPECT_TRUE(store_->EndWork("a", "merge").ok());
+  EXPECT_TRUE(store_->EndWork("b", "merge").ok());
+  EXPECT_EQ(store_->BeginWork("a", "merge").value(), 1);
+  ASSERT_TRUE(store_->Drop("a").ok());
+  ASSERT_TRUE(store_->Append("a", NumberedEntry(1)).ok());
+  EXPECT_EQ(store_->BeginWork("a", "load").value(), 1);
+}
+
 TEST_P(StoreTest, ASpoolIsKeptAsTheBlobItComesTo) {
   const std::string spool = "sessions/a/uploads/upload-1";
   const std::string first(5000, 'a');

@@ -1,0 +1,38 @@
+// Work on a session that may bring the server to its end: how often it was begun survives that, so
+// that it is not begun for ever.
+#ifndef VANTAGE_SERVER_SESSION_BEGUN_WORK_H_
+#define VANTAGE_SERVER_SESSION_BEGUN_WORK_H_
+
+#include <mutex>
+#include <set>
+#include <string>
+
+#include "absl/base/thread_annotations.h"
+#include "absl/status/status.h"
+#include "server/session/session_context.h"
+
+namespace vantage::session {
+
+// Thread safe; one work is begun and ended on one thread.
+class BegunWork {
+ public:
+  explicit BegunWork(SessionContext& context) : context_(context) {}
+
+  // Notes durably that the work begins. FAILED_PRECONDITION (WORK_SET_ASIDE): it has brought the
+  // server to its end Limits::tries times; it is not to be begun. Other errors are the store's.
+  absl::Status Begin(const std::string& work);
+  // It has ended, whatever came of it.
+  void End(const std::string& work);
+  // The process ends in order before the work does, which is not the work's fault.
+  void EndAll();
+
+ private:
+  SessionContext& context_;
+  std::mutex mutex_;
+  std::set<std::string> noted_
+      ABSL_GUARDED_BY(mutex_);  // by this process; more than one only if the store failed
+};
+
+}  // namespace vantage::session
+
+#endif  // VANTAGE_SERVER_SESSION_BEGUN_WORK_H_
