@@ -82,7 +82,7 @@ bool Uploads::MakeWay() {
   std::shared_ptr<Upload> idle;
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    const auto now = journal_.Now();
+    const auto now = journal_.Seen();
     for (const auto& [name, upload] : open_) {
       const bool empty = upload->Describe().next_sequence() == 0;
       if (now - upload->LastPiece() < (empty ? kEmptyGivesWay : kIdleGivesWay)) continue;
