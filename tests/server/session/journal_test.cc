@@ -247,7 +247,7 @@ TEST_F(JournalTest, AClosedLogReadsNothingOfTheNextOneOfItsId) {
   EXPECT_EQ(journal_.Events(0, 10).value().size(), 1U);
   ASSERT_TRUE(store_.Drop("job").ok());
   journal_.Close();
-  Journal next("job", store_, fixture::FixtureTime);
+  Journal next("job", store_, fixture::FixtureTime, absl::ZeroDuration);
   v1::SessionEvent opened;
   opened.mutable_session_created()->mutable_session()->set_name(kName);
   ASSERT_TRUE(Step(next, {}, opened).ok());
@@ -265,7 +265,7 @@ TEST_F(JournalTest, TheLastRequestsAreRemembered) {
   for (size_t i = 0; i < SessionState::kRequests + 10; ++i) {
     ASSERT_TRUE(Step(journal_, key(i), updated).ok());
   }
-  Journal again("job", store_, fixture::FixtureTime);
+  Journal again("job", store_, fixture::FixtureTime, absl::ZeroDuration);
   ASSERT_TRUE(again.Load().ok());
   for (const Journal* journal : {&journal_, &again}) {
     journal->Read([](const SessionState& state) {
