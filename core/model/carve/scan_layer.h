@@ -62,9 +62,9 @@ struct ScanLayer {
   // Why the scan leaves a point (m, model frame) unknown, if it does.
   UnknownReason ReasonAt(const Eigen::Vector3d& point) const;
 
-  // True when the scan says that there is nothing to look for at a point (m, model frame) within the
-  // site: its ray there went into the open sky, and would have seen something up to there (SkyRange),
-  // give or take what two voxels measure. What lies farther the scan cannot tell.
+  // True when the scan says that there is nothing to look for at a point (m, model frame) within
+  // the site: its ray there went into the open sky, and would have seen something up to there
+  // (SkyRange), give or take what two voxels measure. What lies farther the scan cannot tell.
   bool InSky(const Eigen::Vector3d& point, double voxel_size) const;
 
   // Whether the scan missed a surface element (m, model frame; unit normal): the element was within

@@ -1,6 +1,6 @@
-// Where a scan that came or went has changed what is under the open sky (algorithm.md section 4, 'The
-// open sky'): also in bricks of which its own layer holds nothing, since its ray into the sky may
-// have ended before them.
+// Where a scan that came or went has changed what is under the open sky (algorithm.md section 4,
+// 'The open sky'): also in bricks of which its own layer holds nothing, since its ray into the sky
+// may have ended before them.
 #ifndef VANTAGE_CORE_MODEL_MERGE_OPEN_SKY_H_
 #define VANTAGE_CORE_MODEL_MERGE_OPEN_SKY_H_
 

@@ -309,9 +309,9 @@ class Publisher {
     return sliver;
   }
 
-  // True when there is nothing to look for: the voxel is outside the site, or some scan says that it
-  // is in the open sky. That scan need not be a witness: its ray may have ended before the brick,
-  // where it would have met level ground. The voxel stays unknown.
+  // True when there is nothing to look for: the voxel is outside the site, or some scan says that
+  // it is in the open sky. That scan need not be a witness: its ray may have ended before the
+  // brick, where it would have met level ground. The voxel stays unknown.
   bool NothingToLookFor(int local) const {
     const Eigen::Vector3d centre = Centre(local);
     if (!witnesses_.empty() && !witnesses_.front().layer->WithinSite(centre)) return true;

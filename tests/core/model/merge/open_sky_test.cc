@@ -1,5 +1,5 @@
-// What one scan sees in the sky is no false surface in any brick, whichever scan sees the brick, and
-// whether the scan comes first or last or goes again.
+// What one scan sees in the sky is no false surface in any brick, whichever scan sees the brick,
+// and whether the scan comes first or last or goes again.
 #include "core/model/merge/open_sky.h"
 
 #include <gtest/gtest.h>
