@@ -113,7 +113,8 @@ int64_t ModelMemory::Estimate() const {
   context_.journal().Read([&](const SessionState& state) {
     for (const auto& [name, record] : state.scans) {
       if (!record.in_model) continue;
-      const auto cells = static_cast<double>(record.scan.encoded_size_bytes() / kEncodedCell);
+      const int64_t encoded = record.scan.encoded_size_bytes() / kEncodedCell;
+      const auto cells = static_cast<double>(encoded);
       const auto surface = static_cast<double>(record.scan.merge().surface_voxel_count());
       bytes += kBytesPerScan + cells * model::kBytesOfCellKept + surface * kBytesPerSurfaceVoxel;
     }
@@ -209,7 +210,7 @@ absl::Status ModelMemory::Load(parallel::Parallel& parallel) {
     any = state.AnyInModel();
     undecided = state.UndecidedScans();
   });
-  const absl::Status rebuilt = contract::UnlessOutOfMemory([&]() -> absl::Status {
+  absl::Status rebuilt = contract::UnlessOutOfMemory([&]() -> absl::Status {
     if (!any) return Rebuild(parallel);
     if (absl::Status begun = work_.Begin(kLoadingWork); !begun.ok()) {
       std::lock_guard<std::mutex> lock(mutex_);

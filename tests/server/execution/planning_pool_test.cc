@@ -267,8 +267,8 @@ TEST(PlanningPool, LongPlansOfOneTenantKeepNobodyElseWaiting) {
 
 TEST(PlanningPool, TenantsHaveEqualTimeHoweverManySessionsTheyHave) {
   PlanningPool pool(1, 8);
-  std::vector<std::shared_ptr<PlanningPool::Share>> many;
-  for (int i = 0; i < 4; ++i) many.push_back(pool.NewShare(1.0, "many"));
+  std::vector<std::shared_ptr<PlanningPool::Share>> many(4);
+  for (auto& share : many) share = pool.NewShare(1.0, "many");
   const auto one = pool.NewShare(1.0, "one");
   std::atomic<bool> ended{false};
   std::latch done(5);

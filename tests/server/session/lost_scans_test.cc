@@ -71,7 +71,7 @@ class LostScansTest : public testing::Test {
   absl::Status Plan() {
     v1::CreatePlanRequest plan;
     plan.mutable_plan()->set_work_limit_rays(1000);
-    const absl::Status made = session_->plans().Create(plan).status();
+    absl::Status made = session_->plans().Create(plan).status();
     EXPECT_TRUE(host_->registry.WaitUntilIdle(std::chrono::seconds(60)));
     return made;
   }
