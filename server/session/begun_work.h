@@ -29,8 +29,8 @@ class BegunWork {
  private:
   SessionContext& context_;
   std::mutex mutex_;
-  std::set<std::string> noted_
-      ABSL_GUARDED_BY(mutex_);  // by this process; more than one only if the store failed
+  // By this process; more than one only if the store failed.
+  std::set<std::string> noted_ ABSL_GUARDED_BY(mutex_);
 };
 
 }  // namespace vantage::session

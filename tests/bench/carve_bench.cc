@@ -9,9 +9,9 @@
 #include "core/simulation/scenes/furnished_flat.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/bench/benchmarks.h"
-#include "tests/bench/resident_memory.h"
 #include "tests/bench/scan_job.h"
 #include "tests/bench/scenes.h"
+#include "tests/support/resident_memory.h"
 
 namespace vantage::bench {
 
@@ -94,10 +94,11 @@ void BenchFlatScan(const sensor::Scan& scan, const Eigen::Isometry3d& pose,
                absl::StrCat("the same, planning view out, ", parallel.width(), " threads")});
 
   std::unique_ptr<octomap::OcTree> tree;
-  const double theirs =
-      TransientMegabytes([&] { tree = InsertIntoOctomap(cloud, pose, config.voxel_size); });
+  const double theirs = test_support::TransientMegabytes(
+      [&] { tree = InsertIntoOctomap(cloud, pose, config.voxel_size); });
   std::unique_ptr<model::PartialModel> model;
-  const double ours = TransientMegabytes([&] { model = Insert(scan, pose, config, serial); });
+  const double ours =
+      test_support::TransientMegabytes([&] { model = Insert(scan, pose, config, serial); });
   figures.Add({"carve.octree.extra_mb", ours, "MB", "10",
                absl::StrCat("peak over what is kept, resident; insertPointCloud's ", theirs)});
 }

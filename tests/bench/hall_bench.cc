@@ -17,8 +17,8 @@
 #include "core/simulation/scenes/large_hall.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/bench/benchmarks.h"
-#include "tests/bench/resident_memory.h"
 #include "tests/bench/scenes.h"
+#include "tests/support/resident_memory.h"
 
 namespace vantage::bench {
 
@@ -105,16 +105,16 @@ void BenchPlanMemory(const model::PlanningView& view, const sensor::ScannerModel
                      parallel::Parallel& parallel, Figures& figures) {
   std::shared_ptr<const planning::PlanningProblem> problem;
   planning::Plan plan;
-  const double before = ResidentMegabytes();
-  const double preparing = TransientMegabytes([&] {
+  const double before = test_support::ResidentMegabytes();
+  const double preparing = test_support::TransientMegabytes([&] {
     problem = planning::PlanningProblem::Prepare({view, scanner, PlanConfig()}, parallel).value();
   });
-  const double kept = ResidentMegabytes() - before;
-  const double evaluating = TransientMegabytes([&] {
+  const double kept = test_support::ResidentMegabytes() - before;
+  const double evaluating = test_support::TransientMegabytes([&] {
     plan = planning::MakePlan(*problem, parallel::Budget::Seconds(20), parallel,
                               [](const planning::Plan&) {});
   });
-  const double after = ResidentMegabytes() - before;
+  const double after = test_support::ResidentMegabytes() - before;
   figures.Add({"plan.hall100.mb", std::max(kept + preparing, after + evaluating), "MB", "300",
                absl::StrFormat(
                    "at its peak beside the model: the prepared problem %.0f MB, %.0f more while "
@@ -135,18 +135,18 @@ void BenchHall(const BenchOptions& options, parallel::Parallel& parallel, Figure
   const sensor::Scan scan = HallScan(SceneSeeds(options.use).front(), pose, parallel);
   double layer = 0;
   if (figures.Wants("model.hall100.")) {
-    const double before = ResidentMegabytes();
+    const double before = test_support::ResidentMegabytes();
     const auto carved = model::Carve(scan, pose, HallConfig(), parallel);
-    layer = ResidentMegabytes() - before;
+    layer = test_support::ResidentMegabytes() - before;
   }
-  const double before = ResidentMegabytes();
+  const double before = test_support::ResidentMegabytes();
   const auto model = model::PartialModel::Create(HallConfig()).value();
   model::MergeReport report;
-  const double transient =
-      TransientMegabytes([&] { report = model->Insert("scan", scan, pose, parallel).value(); });
+  const double transient = test_support::TransientMegabytes(
+      [&] { report = model->Insert("scan", scan, pose, parallel).value(); });
   const std::shared_ptr<const model::PlanningView> view = model->Publish();
   if (figures.Wants("model.hall100.")) {
-    const double resident = ResidentMegabytes() - before;
+    const double resident = test_support::ResidentMegabytes() - before;
     figures.Add(
         {"model.hall100.mb", resident, "MB", "150",
          absl::StrFormat("after one scan, %.0f MB of it the scan's layer; %.0f more while it "

@@ -14,7 +14,7 @@
 namespace vantage::bench {
 namespace {
 
-constexpr int kRuns = 3;
+constexpr int kRunsOfEach = 3;
 constexpr double kViewcell = 0.3;  // m: fewer views, of which each costs as much
 
 }  // namespace
@@ -46,7 +46,7 @@ void BenchHeading(const BenchOptions& options, parallel::Parallel& parallel, Fig
       double score_facing = 1e9;
       std::vector<double> by_heading(problem->scoring().scorer().headings().size());
       // In turn, so that a change in the machine's speed meets both.
-      for (int run = 0; run < kRuns; ++run) {
+      for (int run = 0; run < kRunsOfEach; ++run) {
         const auto plan = [&](const planning::PlanningProblem& of) {
           return ThreadSeconds([&] {
             (void)planning::MakePlan(of, parallel::Budget::Unlimited(), serial,
@@ -80,7 +80,7 @@ void BenchHeading(const BenchOptions& options, parallel::Parallel& parallel, Fig
   figures.Add({"heading.cost", Percentile(plans, 0.5), "of panoramic", "1.3",
                absl::StrFormat("CPU of plans to the end for 120 degrees over 360, same models and "
                                "views, best of %d, median of %d models, worst %.2f: %s",
-                               kRuns, plans.size(), Percentile(plans, 1), sizes)});
+                               kRunsOfEach, plans.size(), Percentile(plans, 1), sizes)});
   figures.Add({"heading.score_cost", Percentile(scores, 0.5), "of panoramic", "",
                "one view with all headings over the same view all around, exactly"});
 }

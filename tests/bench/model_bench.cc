@@ -9,9 +9,9 @@
 #include "core/simulation/scenes/scene.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/bench/benchmarks.h"
-#include "tests/bench/resident_memory.h"
 #include "tests/bench/scan_job.h"
 #include "tests/bench/scenes.h"
+#include "tests/support/resident_memory.h"
 
 namespace vantage::bench {
 
@@ -46,23 +46,23 @@ template <typename MakeScan>
 Footprint Measure(size_t scans, MakeScan&& make_scan, parallel::Parallel& parallel) {
   Footprint footprint;
   {
-    const double before = ResidentMegabytes();
+    const double before = test_support::ResidentMegabytes();
     auto model = model::PartialModel::Create({}).value();
     for (size_t i = 0; i < scans; ++i) {
       const auto [scan, pose] = make_scan(i);
       (void)model->Insert(absl::StrCat("scan", i), scan, pose, parallel).value();
     }
     const std::shared_ptr<const model::PlanningView> view = model->Publish();
-    footprint.model = ResidentMegabytes() - before;
+    footprint.model = test_support::ResidentMegabytes() - before;
     footprint.surface_voxels = view->SurfaceCount();
   }
-  const double before = ResidentMegabytes();
+  const double before = test_support::ResidentMegabytes();
   std::vector<std::unique_ptr<model::ScanLayer>> layers;
   for (size_t i = 0; i < scans; ++i) {
     const auto [scan, pose] = make_scan(i);
     layers.push_back(model::Carve(scan, pose, {}, parallel));
   }
-  footprint.layers = ResidentMegabytes() - before;
+  footprint.layers = test_support::ResidentMegabytes() - before;
   footprint.model -= footprint.layers;
   return footprint;
 }

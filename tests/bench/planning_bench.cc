@@ -1,12 +1,10 @@
 // Compares the brute-force scorer with Embree's own rate of rays, and measures whether budgets are
 // kept.
-#include <malloc.h>
 
 #include <algorithm>
 #include <bit>
 #include <chrono>
 #include <cstdlib>
-#include <fstream>
 #include <memory>
 #include <span>
 #include <string>
@@ -26,6 +24,7 @@
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/planning_job.h"
 #include "tests/bench/scenes.h"
+#include "tests/support/resident_memory.h"
 
 namespace vantage::bench {
 
@@ -177,22 +176,11 @@ void BenchBudgets(const std::string& of, std::span<const std::unique_ptr<Plannin
                                1e3 * Percentile(cancelled, 1))});
 }
 
-// Of the process, the most since it was last reset.
-double PeakGigabytes() {
-  std::ifstream status("/proc/self/status");
-  double kilobytes = 0;
-  for (std::string line; std::getline(status, line);) {
-    if (line.starts_with("VmHWM:")) kilobytes = std::atof(line.c_str() + 6);
-  }
-  return kilobytes / 1e6;
-}
-
 void BenchLargeStorey(uint64_t seed, parallel::Parallel& parallel, Figures& figures) {
   sensor::ScannerModel scanner;
   const auto model = ScannedOffice(seed, 2000, scanner, parallel);
-  malloc_trim(0);
-  std::ofstream("/proc/self/clear_refs") << "5";
-  const double before = PeakGigabytes();
+  test_support::ResetPeak();
+  const double before = test_support::ResidentMegabytes() / 1e3;
   const double budget = 10;
   planning::Plan plan;
   const double took = WallSeconds([&] {
@@ -200,7 +188,7 @@ void BenchLargeStorey(uint64_t seed, parallel::Parallel& parallel, Figures& figu
                               [](const planning::Plan&) {})
                .value();
   });
-  const double peak = PeakGigabytes();
+  const double peak = test_support::PeakMegabytes() / 1e3;
   const double estimate =
       static_cast<double>(
           planning::PlanningSize(*model, {}).Bytes(static_cast<double>(plan.feasible_cells))) /

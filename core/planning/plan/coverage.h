@@ -17,8 +17,7 @@ struct CoverageFigures {
   std::array<double, model::kSurfaceKinds> area{};  // m^2 by kind
   double area_at_density = 0;                       // m^2 of true surface with q >= D there
   double area_given_up = 0;                         // m^2
-  double area_out_of_reach =
-      0;  // m^2 that no scan from any floor brings to D: roofs, what is behind
+  double area_out_of_reach = 0;                     // m^2 that no scan from known floor brings to D
   // Area at density over all area that is true, false or under-sampled and neither given up nor out
   // of reach, [0, 1]; the planner's estimate. Absent when there is no such area.
   std::optional<double> estimated_coverage;

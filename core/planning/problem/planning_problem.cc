@@ -124,6 +124,7 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
                                     *std::move(openings), cancelled);
     if (!coverage.ok()) return During(PlanStage::kPatches, coverage.status());
     problem->coverage_ = std::make_shared<const Coverage>(*std::move(coverage));
+    clock.Book(PlanStage::kPatches);
   }
   if (same_surface) {
     problem->patches_ = previous->patches_;

@@ -2,40 +2,23 @@
 #include "core/model/insert_estimate.h"
 
 #include <gtest/gtest.h>
-#include <malloc.h>
 
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "core/model/partial_model.h"
+#include "core/parallel/parallel.h"
 #include "core/parallel/thread_pool.h"
 #include "core/simulation/scenes/furnished_flat.h"
 #include "core/simulation/scenes/large_hall.h"
 #include "core/simulation/simulated_scanner.h"
+#include "tests/support/resident_memory.h"
 
 namespace vantage::model {
 namespace {
-
-// Of a line of /proc/self/status, bytes; it counts in units of 1,024 bytes.
-double StatusBytes(const std::string& name) {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    double value = 0;
-    if (word == name + ":" && status >> value) return value * 1024;
-  }
-  return 0;
-}
-
-// From now on VmHWM is the peak. False where the system does not allow that.
-bool ResetPeak() {
-  malloc_trim(0);
-  std::ofstream reset("/proc/self/clear_refs");
-  return static_cast<bool>(reset << "5" << std::flush);
-}
 
 sensor::Scan ScanOf(simulation::Scene (*scene)(uint64_t), double range, double step_degrees,
                     Eigen::Isometry3d& pose, parallel::Parallel& parallel) {
@@ -77,6 +60,7 @@ struct Case {
 class InsertEstimateOfScansTest : public testing::TestWithParam<Case> {};
 
 TEST_P(InsertEstimateOfScansTest, IsWithinAFifthOfWhatInsertingTakes) {
+  if (!test_support::ResetPeak()) GTEST_SKIP() << "the peak of memory is not known here";
   const Case& of = GetParam();
   parallel::ThreadPool pool(2);
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -89,12 +73,13 @@ TEST_P(InsertEstimateOfScansTest, IsWithinAFifthOfWhatInsertingTakes) {
   config.voxel_size = of.voxel;
   config.max_half_extent.z() = 100;
   const auto model = PartialModel::Create(config).value();
-  if (!ResetPeak()) GTEST_SKIP() << "the peak of memory cannot be reset here";
-  const double before = StatusBytes("VmRSS");
-  const MergeReport report = model->Insert("scan", scan, pose, pool).value();
-  const double peak = StatusBytes("VmHWM") - before;
-  malloc_trim(0);
-  const double kept = StatusBytes("VmRSS") - before;
+  ASSERT_TRUE(test_support::ResetPeak());
+  const double before = test_support::ResidentMegabytes();
+  // On one thread: the allocator keeps an arena for each, and how they fill is left to chance.
+  parallel::Serial serial;
+  const MergeReport report = model->Insert("scan", scan, pose, serial).value();
+  const double peak = 1e6 * (test_support::PeakMegabytes() - before);
+  const double kept = 1e6 * (test_support::ResidentMegabytes() - before);
   const InsertSize size(scan, config);
   const auto said_peak = static_cast<double>(size.PeakBytes());
   const auto said_kept = static_cast<double>(size.KeptBytes());
@@ -131,11 +116,11 @@ TEST(InsertWithinMemoryTest, EndsBeforeMoreIsTaken) {
   ASSERT_TRUE(model->Insert("first", small, Eigen::Isometry3d::Identity(), pool).ok());
   const uint64_t digest = model->Digest();
   constexpr int64_t kLimit = 200 << 20;
-  const bool peak_known = ResetPeak();
-  const double before = StatusBytes("VmRSS");
+  const bool peak_known = test_support::ResetPeak();
+  const double before = test_support::ResidentMegabytes();
   const absl::Status refused =
       model->Insert("second", scan, Eigen::Isometry3d::Identity(), pool, kLimit).status();
-  const double peak = StatusBytes("VmHWM") - before;
+  const double peak = 1e6 * (test_support::PeakMegabytes() - before);
   EXPECT_TRUE(absl::IsResourceExhausted(refused)) << refused;
   EXPECT_NE(refused.message().find("voxel_size"), absl::string_view::npos) << refused;
   if (peak_known) {

@@ -2,10 +2,8 @@
 #include "core/planning/problem/planning_estimate.h"
 
 #include <gtest/gtest.h>
-#include <malloc.h>
 
 #include <cstdio>
-#include <fstream>
 #include <memory>
 #include <string>
 
@@ -18,26 +16,10 @@
 #include "core/simulation/scenes/large_hall.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/support/closed_form_view.h"
+#include "tests/support/resident_memory.h"
 
 namespace vantage::planning {
 namespace {
-
-// Of a line of /proc/self/status, bytes; it counts in units of 1,024 bytes.
-double StatusBytes(const std::string& name) {
-  std::ifstream status("/proc/self/status");
-  for (std::string word; status >> word;) {
-    double value = 0;
-    if (word == name + ":" && status >> value) return value * 1024;
-  }
-  return 0;
-}
-
-// From now on VmHWM is the peak. False where the system does not allow that.
-bool ResetPeak() {
-  malloc_trim(0);
-  std::ofstream reset("/proc/self/clear_refs");
-  return static_cast<bool>(reset << "5" << std::flush);
-}
 
 // A scene after a scan from its first start: little of it has the density that is wanted.
 std::shared_ptr<const model::PlanningView> AfterAScan(const simulation::Scene& scene,
@@ -67,20 +49,21 @@ struct Case {
 class PlanningEstimateOfScansTest : public testing::TestWithParam<Case> {};
 
 TEST_P(PlanningEstimateOfScansTest, IsWithinAFifthOfWhatAPlanTakes) {
+  if (!test_support::ResetPeak()) GTEST_SKIP() << "the peak of memory is not known here";
   sensor::ScannerModel scanner;
   scanner.range_max = GetParam().range;
   const auto model = AfterAScan(GetParam().scene(1), scanner, GetParam().voxel);
   PlanningConfig config;
   config.viewcell_size = 4 * GetParam().voxel;
   parallel::Serial serial;
-  if (!ResetPeak()) GTEST_SKIP() << "the peak of memory cannot be reset here";
-  const double before = StatusBytes("VmRSS");
+  ASSERT_TRUE(test_support::ResetPeak());
+  const double before = test_support::ResidentMegabytes();
   const auto problem = PlanningProblem::Prepare({*model, scanner, config}, serial).value();
   // Enough that the trees of step D are built.
   parallel::Budget budget;
   budget.work_limit = 20'000'000;
   const Plan plan = MakePlan(*problem, budget, serial, [](const Plan&) {});
-  const double taken = StatusBytes("VmHWM") - before;
+  const double taken = 1e6 * (test_support::PeakMegabytes() - before);
   EXPECT_FALSE(plan.views.empty());
   ASSERT_GT(taken, 50e6);
   const PlanningSize size(*model, config);

@@ -1,4 +1,4 @@
-#include "tests/bench/resident_memory.h"
+#include "tests/support/resident_memory.h"
 
 #include <malloc.h>
 
@@ -6,7 +6,9 @@
 #include <fstream>
 #include <string>
 
-namespace vantage::bench {
+#include "tests/support/runs.h"
+
+namespace vantage::test_support {
 namespace {
 
 // A line of /proc/self/status in MB (1e6 bytes); it counts in units of 1,024 bytes.
@@ -26,13 +28,22 @@ double ResidentMegabytes() {
   return StatusMegabytes("VmRSS");
 }
 
-double TransientMegabytes(const std::function<void()>& call) {
+bool ResetPeak() {
+#ifdef VANTAGE_SANITIZED
+  return false;
+#endif
   malloc_trim(0);
   std::ofstream reset("/proc/self/clear_refs");
-  if (!(reset << "5" << std::flush)) return 0;  // sets the peak to what is in memory now
+  return static_cast<bool>(reset << "5" << std::flush);
+}
+
+double PeakMegabytes() { return StatusMegabytes("VmHWM"); }
+
+double TransientMegabytes(const std::function<void()>& call) {
+  if (!ResetPeak()) return 0;
   call();
-  const double peak = StatusMegabytes("VmHWM");
+  const double peak = PeakMegabytes();
   return std::max(0.0, peak - ResidentMegabytes());
 }
 
-}  // namespace vantage::bench
+}  // namespace vantage::test_support
