@@ -1,5 +1,7 @@
+#include <algorithm>
 #include <cstdio>
 
+#include "absl/strings/str_format.h"
 #include "client/cli/command.h"
 #include "client/cli/json.h"
 #include "client/cli/report.h"
@@ -25,9 +27,15 @@ absl::StatusOr<ExitCode> RunCoverage(Environment& environment, const CoverageArg
   std::fputs(CoverageReport(got->coverage()).c_str(), stdout);
   std::fputs(StoreysReport(got->storeys()).c_str(), stdout);
   if (got->has_best_remaining_model_gain_m2()) {
-    std::printf("the next scan can bring %.2f m\u00b2 to density, at most %.2f m\u00b2, says %s\n",
-                got->best_remaining_model_gain_lower_m2(), got->best_remaining_model_gain_m2(),
-                client::IdOf(got->plan()).c_str());
+    const double known = got->best_remaining_model_gain_lower_m2();
+    const double expected = got->best_remaining_expected_gain_lower_m2();
+    std::printf(
+        "the next scan can bring %.2f m\u00b2 to density%s, at most %.2f m\u00b2, says %s\n",
+        std::max(known, expected),
+        expected > known ? absl::StrFormat(", of which %.2f m\u00b2 are seen today", known).c_str()
+                         : "",
+        std::max(got->best_remaining_model_gain_m2(), got->best_remaining_expected_gain_m2()),
+        client::IdOf(got->plan()).c_str());
   } else {
     std::puts("what the next scan brings is not known: 'vantage plan' finds it");
   }

@@ -21,14 +21,15 @@ struct FleetColumn {
 constexpr FleetColumn kFleetColumns[] = {{"scan", 4, false},     {"scanner", 10, true},
                                          {"minute", 6, false},   {"walked", 7, false},
                                          {"waited", 6, false},   {"position, m", 20, true},
-                                         {"aligned", 10, true},  {"model gain", 10, false},
+                                         {"aligned", 10, true},  {"expected", 8, false},
                                          {"attained", 8, false}, {"seen", 7, false}};
 
 constexpr char kFleetLegend[] =
     "minute: simulated, when the scan is in; walked: m; waited: minutes, for scans that it would "
     "not "
     "register without\n"
-    "model gain: m\u00b2 that the plan promised; attained: at the required density by the ground "
+    "expected: gain in m\u00b2 that the plan promised; attained: at the required density by the "
+    "ground "
     "truth, "
     "of "
     "what some position measures so; seen: measured at all\n";
@@ -54,7 +55,7 @@ std::string StopRow(const simulated_job::FleetStop& stop) {
        made.number == 1 ? "first"
        : !made.merged   ? "lost"
                         : Word(made.scan.registration().verdict().outcome()),
-       stop.predicted_area ? absl::StrFormat("%.1f", *stop.predicted_area) : "",
+       stop.expected_gain ? absl::StrFormat("%.1f", *stop.predicted_area) : "",
        absl::StrFormat("%.1f %%", stop.truth.attained_share() * 100),
        absl::StrFormat("%.1f %%", stop.truth.seen_share() * 100)});
 }

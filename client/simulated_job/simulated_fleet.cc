@@ -88,7 +88,7 @@ void SimulatedFleet::SetOut(Member& member, const Placement& placement, const Go
   errand.stop.scanner = static_cast<int>(&member - members_.data());
   errand.stop.way = walks_.Way(member.at, to);
   errand.stop.walked = Length(errand.stop.way);
-  if (goal.area > 0) errand.stop.predicted_area = goal.area;
+  if (goal.area > 0) errand.stop.expected_gain = goal.area;
   const double there = now_ + errand.stop.walked / options_.speed / 60;
   double ready = there;
   for (const Member& other : members_) {

@@ -35,13 +35,13 @@ struct FleetOptions {
 
 // A scan of the fleet's, when it is in.
 struct FleetStop {
-  int order = 0;                         // of coming in, from 1
-  int scanner = 0;                       // from 0
-  double minutes = 0;                    // simulated, when it is in
-  double walked = 0;                     // m, from where the scanner stood before
-  double waited = 0;                     // min, at its place for others' scans to come in first
-  std::vector<Eigen::Vector2d> way;      // m, scene frame, from there
-  std::optional<double> predicted_area;  // m^2 brought to density, by the plan that chose it
+  int order = 0;                        // of coming in, from 1
+  int scanner = 0;                      // from 0
+  double minutes = 0;                   // simulated, when it is in
+  double walked = 0;                    // m, from where the scanner stood before
+  double waited = 0;                    // min, at its place for others' scans to come in first
+  std::vector<Eigen::Vector2d> way;     // m, scene frame, from there
+  std::optional<double> expected_gain;  // m^2 brought to density, by the plan that chose it
   MadeScan made;
   simulation::TrueCoverage truth;  // by the merged scans
 };

@@ -119,7 +119,7 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
     if (!made.ok()) return made.status();
     Cycle cycle;
     static_cast<MadeScan&>(cycle) = *std::move(made);
-    cycle.predicted_area = predicted;
+    cycle.expected_gain = predicted;
     cycle.notes.insert(cycle.notes.begin(), notes.begin(), notes.end());
     notes.clear();
     ++result.made;

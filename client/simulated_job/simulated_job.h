@@ -25,9 +25,9 @@ namespace vantage::simulated_job {
 
 // The outcome of one scan, and the plan that was made after it.
 struct Cycle : MadeScan {
-  std::optional<double> predicted_area;  // m^2 brought to density, by the plan that chose it
-  simulation::TrueCoverage truth;        // by the merged scans
-  v1::Plan plan;                         // made afterwards
+  std::optional<double> expected_gain;  // m^2 brought to density, by the plan that chose it
+  simulation::TrueCoverage truth;       // by the merged scans
+  v1::Plan plan;                        // made afterwards
   // The effort of choosing the next place.
   double plan_budget = 0;   // s, of `plan`; 0 where work was limited instead
   int plan_attempts = 0;    // of `plan`, with twice the budget each

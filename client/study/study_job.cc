@@ -82,7 +82,7 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
     made.at = cycle.at;
     made.merged = cycle.merged;
     made.second_prior = cycle.second_prior;
-    made.predicted = cycle.predicted_area;
+    made.predicted = cycle.expected_gain;
     made.off = cycle.number > 1 ? cycle.off_metres : 0;
     made.notes = cycle.notes;
     diary.Add(made);

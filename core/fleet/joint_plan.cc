@@ -491,11 +491,12 @@ class JointPlanner {
     planning::Evaluation all;
     planning::GainBounds gains;
     gains.lower = planning::LargestExpectedGain(joint_.plan.views);
+    gains.model_gain = planning::LargestModelGain(joint_.plan.views);
     const planning::CellArrays left_gains = planning::GainCells(left_, First().patches());
     for (const ScannerClass& mine : classes_) {
-      const planning::GainBounds own =
-          planning::BoundModelGain({*mine.problem, left_, left_gains, mine.evaluation, gains.lower},
-                                   rays_ + gains.rays, budget_.Concluding(), parallel_);
+      const planning::GainBounds own = planning::BoundExpectedGain(
+          {*mine.problem, left_, left_gains, mine.evaluation, gains.lower, gains.model_gain},
+          rays_ + gains.rays, budget_.Concluding(), parallel_);
       gains.lower = std::max(gains.lower, own.lower);
       gains.upper = std::max(gains.upper, own.upper);
       gains.rays += own.rays;

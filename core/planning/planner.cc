@@ -79,10 +79,14 @@ void SortByExactScore(std::vector<RankedView>& views) {
 Termination Terminate(const PlanningProblem& problem, const ViewReport& report,
                       const Evaluation& evaluation, const parallel::Budget& budget,
                       parallel::Parallel& parallel, Plan& plan) {
-  const double known = std::max(LargestExpectedGain(plan.views), LargestExpectedGain(plan.refused));
-  const GainBounds gains =
-      BoundModelGain({problem, problem.scoring().cells(), report.gains(), evaluation, known},
-                     plan.rays, budget.Concluding(), parallel);
+  const GainQuestion question{
+      problem,
+      problem.scoring().cells(),
+      report.gains(),
+      evaluation,
+      std::max(LargestExpectedGain(plan.views), LargestExpectedGain(plan.refused)),
+      std::max(LargestModelGain(plan.views), LargestModelGain(plan.refused))};
+  const GainBounds gains = BoundExpectedGain(question, plan.rays, budget.Concluding(), parallel);
   plan.rays += gains.rays;
   return JudgeTermination(problem.patches(), evaluation, problem.config(),
                           UnobservableArea(problem.patches(), evaluation), gains);
@@ -90,8 +94,8 @@ Termination Terminate(const PlanningProblem& problem, const ViewReport& report,
 
 void NoteNarrowWays(const PlanningProblem& problem, const parallel::Budget& budget,
                     parallel::Parallel& parallel, Plan& plan) {
-  plan.narrow_ways = FindNarrowWays(problem, plan.termination.best_gain.value_or(0), plan.rays,
-                                    budget.Concluding(), parallel)
+  plan.narrow_ways = FindNarrowWays(problem, plan.termination.best_expected_gain.value_or(0),
+                                    plan.rays, budget.Concluding(), parallel)
                          .ways;
 }
 

@@ -29,7 +29,7 @@ namespace vantage::session {
 struct Algorithms {
   std::function<absl::StatusOr<registration::Levelling>(const sensor::Scan&)> level;
   std::function<absl::StatusOr<registration::RegistrationResult>(
-      const model::PlanningView&, const sensor::Scan&, const sensor::PosePrior&,
+      const model::PlanningView&, const sensor::Scan&, const Eigen::Isometry3d& last_pose,
       std::span<const registration::TargetTie>, const registration::RegistrationConfig&,
       parallel::Parallel&)>
       register_scan;

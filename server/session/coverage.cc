@@ -77,6 +77,10 @@ absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage(const SessionContext& co
         last.result().termination().best_model_gain_upper_m2());
     response.set_best_remaining_model_gain_lower_m2(
         last.result().termination().best_model_gain_lower_m2());
+    response.set_best_remaining_expected_gain_m2(
+        last.result().termination().best_expected_gain_upper_m2());
+    response.set_best_remaining_expected_gain_lower_m2(
+        last.result().termination().best_expected_gain_lower_m2());
     absl::StatusOr<v1::PlanResult> full = plans.GetFullResult(last.name());
     if (full.ok()) {
       const int count = std::min(full->patches_size(), kCoveragePatches);

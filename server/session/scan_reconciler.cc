@@ -205,24 +205,23 @@ void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data,
       return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(first.message()), nullptr);
     }
   } else {
-    sensor::PosePrior prior;
+    Eigen::Isometry3d last_pose = Eigen::Isometry3d::Identity();
     v1::PlanningConfig config;
     journal_.Read([&](const SessionState& state) {
       config = state.session.planning_config();
-      // Without a prior the scanner's last place is the first guess.
       for (const std::string& name : state.scan_order) {
         const ScanRecord& record = state.scans.at(name);
-        if (record.in_model)
-          prior.T_world_scan = conversion::ReadOwnPose(record.scan.pose(), context_.origin());
+        if (record.in_model) {
+          last_pose = conversion::ReadOwnPose(record.scan.pose(), context_.origin());
+        }
       }
     });
-    if (data.prior.has_value()) prior = *data.prior;
     contract::Violations violations;
     const planning::PlanningConfig planning = conversion::ReadPlanningConfig(
         config, {}, context_.origin(), model.view->voxel_size(), "planning_config", "", violations);
     const absl::Time started = absl::Now();
     absl::StatusOr<registration::RegistrationResult> result =
-        dependencies_.algorithms.register_scan(*model.view, data, prior, targets,
+        dependencies_.algorithms.register_scan(*model.view, data, last_pose, targets,
                                                planning.registration, parallel);
     if (!result.ok()) {
       return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(result.status().message()), nullptr);

@@ -1,4 +1,4 @@
-// Matches the targets that a scan saw with their known places.
+// The targets that a scan of a session saw, with their known places.
 #ifndef VANTAGE_SERVER_SESSION_SIGHTINGS_H_
 #define VANTAGE_SERVER_SESSION_SIGHTINGS_H_
 
@@ -10,9 +10,8 @@
 
 namespace vantage::session {
 
-// The targets with places from a control network, and those that scans in the model saw, too; among
-// these scans the one with the best known pose gives the place. `origin`: the session's origin, m,
-// world frame.
+// registration::TiesOf() the scan's targets and those of all scans in the model. `origin`: the
+// session's origin, m, world frame.
 std::vector<registration::TargetTie> TiesOf(const SessionState& state, const v1::Scan& scan,
                                             const Eigen::Vector3d& origin);
 

@@ -28,7 +28,7 @@ session::Algorithms Refusing() {
     return no;
   };
   algorithms.register_scan =
-      [no](const model::PlanningView&, const sensor::Scan&, const sensor::PosePrior&,
+      [no](const model::PlanningView&, const sensor::Scan&, const Eigen::Isometry3d&,
            std::span<const registration::TargetTie>, const registration::RegistrationConfig&,
            parallel::Parallel&) -> absl::StatusOr<registration::RegistrationResult> { return no; };
   algorithms.make_plan =

@@ -4,7 +4,7 @@
 source "$(dirname "${BASH_SOURCE[0]}")/sanitizers.sh"
 "$stages/install.sh" sanitizers
 readarray -t units < <(asan_units)
-chosen=$("$stages/coverage.py" --seconds 750 "$@" "${units[@]}")
+chosen=$("$stages/coverage.py" --seconds "$asan_seconds" "$@" "${units[@]}")
 readarray -t units <<<"$chosen"
 built asan "${units[@]}"
 sanitized asan "$@" "${units[@]}"

@@ -29,7 +29,7 @@ limit=-max_total_time=60
 if [[ ${1:-} == --stage ]]; then
   shift
   readarray -t units < <(asan_units)
-  covered=$("$stages/coverage.py" --seconds 850 "$@" "${units[@]}")
+  covered=$("$stages/coverage.py" --seconds "$asan_seconds" "$@" "${units[@]}")
   turn=$(grep '_fuzzer.cc$' <<<"$covered") || {
     echo "skipped: no fuzzer's turn"
     exit "$skipped"

@@ -19,6 +19,10 @@ rooms() {
   our_files "${@/%//*_test.cc}" | sed 's,/[^/]*$,,' | sort -u
 }
 
+# Seconds of one core that asan.sh spends; fuzz.sh runs the fuzzers among what that covers.
+# shellcheck disable=SC2034
+asan_seconds=750
+
 # What the address sanitizer sees: the arithmetic behind every answer, what reads untrusted bytes, and
 # the fuzzers.
 asan_units() {
@@ -53,21 +57,22 @@ without_long() {
     END { if (names != "") printf "|^(%s)(/|$)", names }' "$stages/long_tests.txt"
 }
 
-# sanitized PRESET [--all] UNIT... : runs the tests of the units that are folders; long ones with --all
-# only. Statistics over hundreds of runs show nothing more under sanitizers than a few of them do.
+# sanitized PRESET [--all] UNIT... : runs the tests of the units that are folders; studies, which repeat
+# what they do over many scenes, and long tests with --all only. Of numbered seeds and scenes two are
+# enough, here as in ./dev test: the others go the same ways.
 wrapper=()
 sanitized() {
-  local preset=$1 unit status=0 all=
+  local preset=$1 unit status=0 all='' labels='integration|study'
   shift
-  [[ $1 != --all ]] || { all=$1 && shift; }
+  [[ $1 != --all ]] || { all=$1 labels=integration && shift; }
   for unit in "$@"; do
     [[ -d $unit ]] || continue
     echo "---- $unit"
     # Names of suites and of their instances begin with a capital, those of folders do not.
     "${wrapper[@]}" "$stages/unit.sh" --test-dir "build/$preset/$unit" --no-tests=ignore \
-      -LE 'integration|study' -R "^${unit#tests/}/[A-Z]" \
+      -LE "$labels" -R "^${unit#tests/}/[A-Z]" \
       -E "$further_seeds$([[ -n $all ]] || without_long "$unit")" || status=1
   done
-  [[ -n $all ]] || echo "note: long tests (tests/stages/long_tests.txt) are left out"
+  [[ -n $all ]] || echo "note: studies and long tests (tests/stages/long_tests.txt) are left out"
   return "$status"
 }

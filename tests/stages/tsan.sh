@@ -3,7 +3,7 @@
 # gRPC.
 source "$(dirname "${BASH_SOURCE[0]}")/sanitizers.sh"
 "$stages/install.sh" sanitizers
-readarray -t units < <(rooms tests/core/{parallel,planning} "${server_rooms[@]}")
+readarray -t units < <(rooms tests/core "${server_rooms[@]}")
 chosen=$("$stages/coverage.py" --seconds 380 "$@" "${units[@]}")
 readarray -t units <<<"$chosen"
 built tsan "${units[@]}"

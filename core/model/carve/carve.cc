@@ -259,7 +259,7 @@ absl::StatusOr<std::unique_ptr<ScanLayer>> CarveWithin(int64_t memory_limit,
     return absl::ResourceExhaustedError(absl::StrCat(
         "model: merging this scan takes more than the ", memory_limit >> 20,
         " MiB of memory that it may: it covers too much for voxel_size; use larger voxels, or a "
-        "smaller range_max or max_half_extent"));
+        "smaller range or site"));
   };
   CarveRoom room(memory_limit);
   const auto cells = static_cast<double>(scan.image.cells());

@@ -39,9 +39,12 @@ struct Termination {
   bool suggested = false;
   std::string reason;                // with the numbers; also when stopping is not suggested
   std::optional<double> best_upper;  // samples, over all views; absent when none was evaluated
-  // The model gain of the best view lies between these, m^2; absent when none was evaluated.
-  std::optional<double> best_gain;
-  std::optional<double> best_gain_upper;
+  // The expected gain of the best view lies between these, m^2; absent when none was evaluated.
+  std::optional<double> best_expected_gain;
+  std::optional<double> best_expected_gain_upper;
+  // Some view has so much model gain, m^2; absent when none was evaluated. None has more than
+  // `best_expected_gain_upper`.
+  std::optional<double> best_model_gain;
   double largest_patch_area = 0;  // m^2
   double unobservable_area =
       0;  // m^2 of deficient surface that gains nothing from any feasible view

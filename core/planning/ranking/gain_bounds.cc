@@ -19,15 +19,22 @@ double LargestExpectedGain(std::span<const RankedView> views) {
   return most;
 }
 
-GainBounds BoundModelGain(const GainQuestion& question, uint64_t done,
-                          const parallel::Budget& budget, parallel::Parallel& parallel) {
+double LargestModelGain(std::span<const RankedView> views) {
+  double most = 0;
+  for (const RankedView& view : views) most = std::max(most, view.model_gain.value_or(0));
+  return most;
+}
+
+GainBounds BoundExpectedGain(const GainQuestion& question, uint64_t done,
+                             const parallel::Budget& budget, parallel::Parallel& parallel) {
   const PlanningProblem& problem = question.problem;
   const Evaluation& evaluation = question.evaluation;
   const double enough = problem.config().terminate_below;
   const CellArrays& gains = question.gains;
   const double per_sample = MostGainPerSample(question.cells, gains);
   GainBounds bounds;
-  bounds.lower = question.known;
+  bounds.lower = question.known_expected_gain;
+  bounds.model_gain = question.known_model_gain;
   std::vector<uint32_t> left;  // that may gain enough
   double others = 0;           // the most that any other may
   for (uint32_t i = 0; i < evaluation.views.size(); ++i) {

@@ -1,4 +1,4 @@
-// What the best view may bring to the required density (algorithm.md section 10).
+// What the best view may be expected to gain (algorithm.md section 10).
 #ifndef VANTAGE_CORE_PLANNING_RANKING_GAIN_BOUNDS_H_
 #define VANTAGE_CORE_PLANNING_RANKING_GAIN_BOUNDS_H_
 
@@ -14,11 +14,13 @@
 
 namespace vantage::planning {
 
-// What the best feasible view is expected to gain lies between these, m2; its model gain, where
-// nothing is expected beyond the model.
+// The expected gain of the best feasible view lies between `lower` and `upper`, m2.
 struct GainBounds {
   double lower = 0;
-  double upper = 0;   // at the confidence of the scores' bounds
+  double upper = 0;  // at the confidence of the scores' bounds
+  // Some view has so much model gain, m2. No view has more model gain than `upper`: expected gain
+  // is model gain and more.
+  double model_gain = 0;
   uint64_t rays = 0;  // that it took to find out
 };
 
@@ -28,17 +30,22 @@ struct GainQuestion {
   const CellArrays& cells;       // that the views were scored on
   const CellArrays& gains;       // GainCells() of these
   const Evaluation& evaluation;  // of all feasible views
-  double known = 0;              // m2 that some view is known to gain
+  // What views are known to gain, m2: the largest expected gain, and the largest model gain.
+  double known_expected_gain = 0;
+  double known_model_gain = 0;
 };
 
-// As long as no view is known to gain `terminate_below`, those that may, by the bounds of their
-// scores, are looked at, the most promising first, until one does, none is left or the budget ends,
-// of which `done` rays are spent. With a work limit alone the same on any number of threads.
-GainBounds BoundModelGain(const GainQuestion& question, uint64_t done,
-                          const parallel::Budget& budget, parallel::Parallel& parallel);
+// As long as no view is known to have the expected gain `terminate_below`, those that may, by the
+// bounds of their scores, are looked at, the most promising first, until one does, none is left or
+// the budget ends, of which `done` rays are spent. With a work limit alone the same on any number
+// of threads.
+GainBounds BoundExpectedGain(const GainQuestion& question, uint64_t done,
+                             const parallel::Budget& budget, parallel::Parallel& parallel);
 
-// The largest expected gain among views of which it is known, m2; 0 when there is none.
+// The largest expected gain, and model gain, among views of which they are known, m2; 0 when there
+// is none.
 double LargestExpectedGain(std::span<const RankedView> views);
+double LargestModelGain(std::span<const RankedView> views);
 
 }  // namespace vantage::planning
 

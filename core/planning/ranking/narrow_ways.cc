@@ -4,7 +4,9 @@
 #include <cmath>
 #include <cstddef>
 #include <map>
+#include <vector>
 
+#include "core/planning/ranking/view_report.h"
 #include "core/planning/scoring/gain_cells.h"
 
 namespace vantage::planning {
@@ -56,13 +58,22 @@ NarrowWays FindNarrowWays(const PlanningProblem& problem, double best, uint64_t 
     NarrowWay way;
     for (size_t k = 0; k < count; ++k) {
       found.rays += scores[k].rays;
-      if (!scores[k].finished || scores[k].score <= way.model_gain) continue;
-      way.model_gain = scores[k].score;
+      if (!scores[k].finished || scores[k].score <= way.expected_gain) continue;
+      way.expected_gain = scores[k].score;
       way.place = view(k);
     }
-    if (way.model_gain < problem.config().terminate_below || way.model_gain <= kMuchMore * best) {
+    if (way.expected_gain < problem.config().terminate_below ||
+        way.expected_gain <= kMuchMore * best) {
       continue;
     }
+    std::vector<float> by_cell(gains.size());
+    const ViewScore score =
+        problem.scoring().scorer().ScoreCells(way.place, gains, budget, by_cell);
+    found.rays += score.rays;
+    if (!score.finished) break;
+    RankedView from_there;
+    ViewReport::SetGain(gains, problem.patches(), by_cell, from_there);
+    way.model_gain = *from_there.model_gain;
     const Eigen::Vector2i column = reach.nodes().Column(narrowest);
     way.narrowest = {(column.x() + 0.5) * feasible.cell_size(),
                      (column.y() + 0.5) * feasible.cell_size(),
@@ -72,7 +83,7 @@ NarrowWays FindNarrowWays(const PlanningProblem& problem, double best, uint64_t 
   }
   std::stable_sort(
       found.ways.begin(), found.ways.end(),
-      [](const NarrowWay& a, const NarrowWay& b) { return a.model_gain > b.model_gain; });
+      [](const NarrowWay& a, const NarrowWay& b) { return a.expected_gain > b.expected_gain; });
   return found;
 }
 

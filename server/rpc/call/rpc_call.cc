@@ -4,6 +4,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/contract/error.h"
+#include "server/contract/whole_characters.h"
 #include "server/telemetry/metrics.h"
 
 namespace vantage::rpc {
@@ -21,7 +22,8 @@ std::string TextIn(const Message& message, const char* field_name) {
       field->cpp_type() != FieldDescriptor::CPPTYPE_STRING) {
     return "";
   }
-  return message.GetReflection()->GetString(message, field).substr(0, kMaxText);
+  return std::string(
+      contract::WholeCharacters(message.GetReflection()->GetString(message, field), kMaxText));
 }
 
 // The resource that a message names: its own name, that of the resource it holds, or its parent.

@@ -50,6 +50,9 @@ absl::StatusOr<v1::GetPlanResponse> GetPlan(const session::TenantSessions& sessi
   if (!full.ok()) return full.status();
   v1::ScoreMap& map = *full->mutable_score_map();
   const auto size = static_cast<size_t>(map.x_size());
+  if (!page->after.empty() && skip >= size) {
+    return contract::UnknownPageToken("score_map_page_token");
+  }
   if (skip < size && page->limit < size - skip) {
     response.set_next_score_map_page_token(NextPageToken(list, absl::StrCat(skip + page->limit)));
   }

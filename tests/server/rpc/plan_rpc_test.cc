@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
 #include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
 
@@ -147,6 +149,26 @@ TEST_F(PlanRpc, TheFullViewHasPatchesAndTheMapOfScoresByPages) {
   EXPECT_THAT(second.plan().result().score_map().score(), testing::ElementsAre(30));
   EXPECT_THAT(second.plan().result().score_map().x(), testing::ElementsAre(3));
   EXPECT_TRUE(second.next_score_map_page_token().empty());
+}
+
+TEST_F(PlanRpc, AScoreMapTokenBeyondTheEndIsRefused) {
+  script_.EndPlans();
+  v1::Plan plan;
+  ASSERT_TRUE(Create(Request(), plan).ok());
+  WatchToTheEnd(plan.name());
+  v1::GetPlanRequest request;
+  request.set_name(plan.name());
+  request.set_view(v1::PLAN_VIEW_FULL);
+  const auto token = [&](int place) {
+    return absl::WebSafeBase64Escape(absl::StrCat(plan.name(), "/scores\n", place));
+  };
+  v1::GetPlanResponse got;
+  request.set_score_map_page_token(token(2));
+  EXPECT_TRUE(Get(request, got).ok());
+  request.set_score_map_page_token(token(3));
+  const grpc::Status refused = Get(request, got);
+  EXPECT_EQ(refused.error_code(), grpc::StatusCode::INVALID_ARGUMENT);
+  EXPECT_THAT(refused.error_message(), testing::HasSubstr("score_map_page_token"));
 }
 
 TEST_F(PlanRpc, CancelledByNameItKeepsWhatItFound) {

@@ -761,6 +761,25 @@ TEST(AuditLog, HasALineForEveryMutationTriedAndNoneForReads) {
   }
 }
 
+TEST(AuditLog, CutsLongNamesWhereACharacterEnds) {
+  SecuredServer secured;
+  const std::string token = secured.AddToken("tablet museum read,submit");
+  secured.Start(secured.WithCallers());
+  v1::DeleteSessionRequest request;
+  std::string umlauts;
+  for (int i = 0; i < 200; ++i) umlauts += "\xC3\xBC";
+  request.set_name("sessions/" + umlauts);
+  const auto stub = v1::SessionService::NewStub(secured.Plain());
+  grpc::ClientContext context;
+  context.AddMetadata("authorization", "Bearer " + token);
+  v1::DeleteSessionResponse response;
+  EXPECT_FALSE(stub->DeleteSession(&context, request, &response).ok());
+  const std::vector<std::string> lines = secured.Lines("\"message\":\"audit\"");
+  ASSERT_EQ(lines.size(), 1U);
+  // 200 bytes end within the 96th.
+  EXPECT_THAT(lines[0], HasSubstr("\"resource\":\"sessions/" + umlauts.substr(0, 2 * 95) + "\""));
+}
+
 TEST(Addresses, OthersThanLoopbackNeedEncryptionAndCallers) {
   SecuredServer secured;
   secured.AddToken("tablet museum read");

@@ -46,9 +46,9 @@ class Job {
     algorithms.register_scan =
         [this, align = algorithms.register_scan](
             const model::PlanningView& model, const sensor::Scan& scan,
-            const sensor::PosePrior& prior, std::span<const registration::TargetTie> targets,
+            const Eigen::Isometry3d& last_pose, std::span<const registration::TargetTie> targets,
             const registration::RegistrationConfig& config, parallel::Parallel& parallel) {
-          auto result = align(model, scan, prior, targets, config, parallel);
+          auto result = align(model, scan, last_pose, targets, config, parallel);
           if (result.ok() && verdict_.has_value()) {
             result->verdict.outcome = *verdict_;
             const bool good = *verdict_ == registration::RegistrationOutcome::kRegistered;

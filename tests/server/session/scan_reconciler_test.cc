@@ -173,12 +173,12 @@ TEST(OutOfMemoryTest, EndsTheWorkAndNotTheProcess) {
   Algorithms algorithms = script.Make();
   std::atomic<bool> short_of_memory = true;
   const auto align = algorithms.register_scan;
-  algorithms.register_scan = [&](const auto& view, const auto& scan, const auto& prior,
+  algorithms.register_scan = [&](const auto& view, const auto& scan, const auto& last_pose,
                                  auto targets, const auto& config, parallel::Parallel& parallel) {
     parallel.For(8, [&](size_t) {
       if (short_of_memory) throw std::bad_alloc();
     });
-    return align(view, scan, prior, targets, config, parallel);
+    return align(view, scan, last_pose, targets, config, parallel);
   };
   algorithms.make_plan = [](const auto&...) -> absl::StatusOr<planning::Plan> {
     throw std::bad_alloc();

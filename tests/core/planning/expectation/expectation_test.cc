@@ -4,12 +4,14 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <memory>
 #include <string>
 
 #include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
 #include "core/planning/openings/openings.h"
+#include "core/planning/planner.h"
 #include "core/planning/problem/planning_problem.h"
 #include "core/planning/ranking/view_report.h"
 #include "core/simulation/scenes/small_scenes.h"
@@ -134,6 +136,27 @@ TEST_F(ExpectationTest, AReportSaysWhatIsAssumedAndCountsItApart) {
   RankedView at_start;
   report.Place(view_->stations()[0].position, at_start);
   EXPECT_FALSE(at_start.expected.has_value());
+}
+
+// What is expected opens the job again, and is not called known.
+TEST_F(ExpectationTest, AJobEndsByExpectedGainAndModelGainIsSaidApart) {
+  parallel::Budget budget;
+  budget.work_limit = 5'000'000;
+  const Plan plan = MakePlan(*problem_, budget, pool_, [](const Plan&) {});
+  ASSERT_FALSE(plan.views.empty());
+  double model_gain = 0;
+  double expected_gain = 0;
+  for (const auto* views : {&plan.views, &plan.refused}) {
+    for (const RankedView& view : *views) {
+      model_gain = std::max(model_gain, view.model_gain.value_or(0));
+      expected_gain = std::max(expected_gain, view.expected_gain.value_or(0));
+    }
+  }
+  ASSERT_GT(expected_gain, model_gain + 1);
+  EXPECT_EQ(plan.termination.best_model_gain.value(), model_gain);
+  EXPECT_GE(plan.termination.best_expected_gain.value(), expected_gain);
+  EXPECT_GE(plan.termination.best_expected_gain_upper.value(),
+            plan.termination.best_expected_gain.value());
 }
 
 // Once the room was entered, nothing of it is expected any more.

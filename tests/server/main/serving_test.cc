@@ -16,7 +16,7 @@
 #include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
 
-namespace vantage::rpc {
+namespace vantage::server {
 namespace {
 
 using grpc::health::v1::HealthCheckResponse;
@@ -35,15 +35,15 @@ TEST(Serving, EveryServiceIsHealthyAndDescribed) {
   fixture::Script script;
   fixture::InProcess server(script.Make());
   EXPECT_EQ(Health(server, ""), HealthCheckResponse::SERVING);
-  ASSERT_EQ(Services::Names().size(), 5U);
-  for (const std::string& name : Services::Names()) {
+  ASSERT_EQ(rpc::Services::Names().size(), 5U);
+  for (const std::string& name : rpc::Services::Names()) {
     EXPECT_EQ(Health(server, name), HealthCheckResponse::SERVING) << name;
     EXPECT_NE(google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(name), nullptr);
   }
   EXPECT_NE(google::protobuf::DescriptorPool::generated_pool()->FindServiceByName(
                 "grpc.health.v1.Health"),
             nullptr);
-  EXPECT_TRUE(server::CheckHealth(server.address()).ok());
+  EXPECT_TRUE(CheckHealth(server.address()).ok());
 }
 
 // A plan, a watcher of its session and an upload, all under way when the server drains.
@@ -129,9 +129,9 @@ TEST_F(Draining, AnUploadIsToldToComeAgain) {
 }
 
 TEST_F(Draining, TheServerIsNoLongerHealthy) {
-  ASSERT_TRUE(server::CheckHealth(server_.address()).ok());
+  ASSERT_TRUE(CheckHealth(server_.address()).ok());
   server_.Drain();
-  EXPECT_FALSE(server::CheckHealth(server_.address()).ok());
+  EXPECT_FALSE(CheckHealth(server_.address()).ok());
 }
 
 TEST(Serving, NewWorkIsRefusedWhileDraining) {
@@ -155,7 +155,7 @@ TEST(Serving, NewWorkIsRefusedWhileDraining) {
 }
 
 TEST(Serving, SessionsPastTheirTimeAreCollected) {
-  server::ServerOptions options;
+  ServerOptions options;
   options.collect_every = std::chrono::milliseconds(5);
   options.limits.keep_sessions = absl::ZeroDuration();
   options.limits.second_look = absl::Milliseconds(20);
@@ -172,8 +172,8 @@ TEST(Serving, SessionsPastTheirTimeAreCollected) {
   EXPECT_EQ(events->Finish().error_code(), grpc::StatusCode::NOT_FOUND);
 }
 
-server::ServerOptions WithMetrics() {
-  server::ServerOptions options;
+ServerOptions WithMetrics() {
+  ServerOptions options;
   options.http_listen = "127.0.0.1:0";
   return options;
 }
@@ -208,7 +208,7 @@ TEST(Serving, AModelInMemoryIsCounted) {
 
 // However rarely the rest is collected.
 TEST(Serving, IdleModelsAreEvictedInTime) {
-  server::ServerOptions options = WithMetrics();
+  ServerOptions options = WithMetrics();
   options.limits.evict_after = absl::Seconds(1);
   fixture::Script script;
   fixture::InProcess server(script.Make(), options);
@@ -220,20 +220,20 @@ TEST(Serving, IdleModelsAreEvictedInTime) {
 TEST(Serving, LoopbackIsKnownByItsAddress) {
   for (const char* address :
        {"127.0.0.1:0", "127.9.9.9:7464", "localhost:1", "[::1]:7464", "unix:/tmp/x"}) {
-    EXPECT_TRUE(server::IsLoopback(address)) << address;
+    EXPECT_TRUE(IsLoopback(address)) << address;
   }
   for (const char* address : {"0.0.0.0:7464", "[::]:7464", "10.0.0.1:7464", "127.evil.com:1",
                               "127.0.0.1.evil.com:1", "localhost.evil.com:1"}) {
-    EXPECT_FALSE(server::IsLoopback(address)) << address;
+    EXPECT_FALSE(IsLoopback(address)) << address;
   }
 }
 
 TEST(Serving, OnlyLoopbackUnlessAskedForOutLoud) {
   store::MemoryStore store(1 << 20);
   telemetry::Log log(telemetry::LogLevel::kOff, telemetry::Log::Stderr());
-  server::ServerOptions options;
+  ServerOptions options;
   options.listen = "0.0.0.0:0";
-  const auto server = server::Server::Start(options, store, log);
+  const auto server = Server::Start(options, store, log);
   EXPECT_TRUE(absl::IsInvalidArgument(server.status()));
 }
 
@@ -267,8 +267,8 @@ TEST(Serving, AnOversizedMessageIsRefusedNotSwallowed) {
   v1::CreateSessionResponse response;
   EXPECT_EQ(server.sessions->CreateSession(&context, request, &response).error_code(),
             grpc::StatusCode::RESOURCE_EXHAUSTED);
-  EXPECT_TRUE(server::CheckHealth(server.address()).ok());
+  EXPECT_TRUE(CheckHealth(server.address()).ok());
 }
 
 }  // namespace
-}  // namespace vantage::rpc
+}  // namespace vantage::server

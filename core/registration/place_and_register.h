@@ -1,0 +1,31 @@
+// Registers a scan whether or not anything is known of where it was taken.
+#ifndef VANTAGE_CORE_REGISTRATION_PLACE_AND_REGISTER_H_
+#define VANTAGE_CORE_REGISTRATION_PLACE_AND_REGISTER_H_
+
+#include <Eigen/Geometry>
+#include <span>
+
+#include "absl/status/statusor.h"
+#include "core/model/view/planning_view.h"
+#include "core/parallel/parallel.h"
+#include "core/registration/align/registration_config.h"
+#include "core/registration/align/targets.h"
+#include "core/registration/bound/registration_result.h"
+#include "core/sensor/scan.h"
+
+namespace vantage::registration {
+
+// The alignment starts from the scan's prior; where it has none, from the pose that its targets
+// give; where they give none, from the best of a search of the whole site, which begins at
+// `last_pose` (scanner to world frame): that of the scan before. Errors as of RegisterWithTargets()
+// and RegisterGlobally().
+absl::StatusOr<RegistrationResult> PlaceAndRegister(const model::PlanningView& model,
+                                                    const sensor::Scan& scan,
+                                                    const Eigen::Isometry3d& last_pose,
+                                                    std::span<const TargetTie> targets,
+                                                    const RegistrationConfig& config,
+                                                    parallel::Parallel& parallel);
+
+}  // namespace vantage::registration
+
+#endif  // VANTAGE_CORE_REGISTRATION_PLACE_AND_REGISTER_H_
