@@ -15,8 +15,8 @@
 
 namespace vantage::model {
 
-// A function of the set of layers. Layers that were carved by algorithms that suspected nothing
-// say nothing of others', either, so that a model they make stays as it was.
+// A function of the set of layers. Layers of an older algorithm version have no suspects and are
+// not asked about others', so that old models stay the same.
 class SharedReflections {
  public:
   using Layers = std::map<std::string, std::unique_ptr<ScanLayer>>;

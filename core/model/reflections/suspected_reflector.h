@@ -17,7 +17,7 @@
 
 namespace vantage::model {
 
-// A plane, and returns from behind it that end like a mirror does.
+// A plane, and a region of returns behind it whose border has the shape of a mirror's.
 struct SuspectedReflector {
   ReflectingPlane plane;        // scanner's frame
   std::vector<ScanCell> asked;  // some of the cells whose returns would be reflections

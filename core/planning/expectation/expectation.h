@@ -19,8 +19,8 @@
 
 namespace vantage::planning {
 
-// Of a room's places, that at least one within this distance of any that is offered is free to
-// stand on: m, and the probability.
+// An offered place counts as good when some spot within kStationRadius (m) of it is free to stand
+// on; that this is so has the probability kStationChance.
 inline constexpr double kStationRadius = 1.2;
 inline constexpr double kStationChance = 0.9;
 // The chance that surface which is expected is there and that a scan that should see it does.

@@ -68,7 +68,7 @@ struct RankedView {
                                          // was given
   double clearance = 0;                  // m, to the nearest thing not empty
   std::optional<double> travel;          // m, from the last station through free space
-  std::vector<PatchScore> patch_scores;  // the largest gain first, at most 5
+  std::vector<PatchScore> patch_scores;  // the highest score first, at most 5
   LocationDescription location;
   EquivalentRegion region;
   registration::RegistrationVerdict verdict;
