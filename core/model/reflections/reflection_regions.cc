@@ -235,8 +235,9 @@ class Judgement {
     return above > -ReflectingPlane::kProud && above < ReflectingPlane::kFrame;
   }
 
-  // True when the surface at a cell goes on to before the plane. What goes on to what lies in the
-  // plane does not: at a mirror's lower edge the floor behind it is as far away as its frame.
+  // True when the surface at a cell, behind the plane, continues to the side in front of it. That
+  // it continues into the plane is not enough: at a mirror's lower edge the floor that it shows is
+  // as far away as its frame.
   bool GoesThrough(const ScanCell& cell, int dc, int dr) const {
     ScanCell at = cell;
     for (int i = 0; i < std::max(2, 12 / stride_); ++i) {  // cells of the image: twice LiesInPlane

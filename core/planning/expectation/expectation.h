@@ -40,8 +40,8 @@ class Expectation {
 
   // The model with what is expected.
   const model::PlanningView& view() const { return view_; }
-  // The same with all that was not measured taken for empty: what somebody may find in the way who
-  // goes and looks.
+  // The same, with all space that was not measured taken for empty: only measured surface is in
+  // anybody's way.
   const model::PlanningView& standing() const { return standing_; }
   // The floors of its rooms.
   std::span<const ExpectedFloor> floors() const { return floors_; }

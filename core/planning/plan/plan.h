@@ -39,7 +39,7 @@ struct Termination {
   bool suggested = false;
   std::string reason;                // with the numbers; also when stopping is not suggested
   std::optional<double> best_upper;  // samples, over all views; absent when none was evaluated
-  // The model gain of the best view lies between these, m^2; absent when none was evaluated.
+  // The expected gain of the best view lies between these, m^2; absent when none was evaluated.
   std::optional<double> best_gain;
   std::optional<double> best_gain_upper;
   double largest_patch_area = 0;  // m^2

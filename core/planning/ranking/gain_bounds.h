@@ -31,9 +31,9 @@ struct GainQuestion {
   double known = 0;              // m2 that some view is known to gain
 };
 
-// As long as no view is known to gain `terminate_below`, those that may, by the bounds of their
-// scores, are looked at, the most promising first, until one does, none is left or the budget ends,
-// of which `done` rays are spent. With a work limit alone the same on any number of threads.
+// Finds what the views gain that may gain `terminate_below` by the bounds of their scores, the most
+// promising first, until one is known to gain as much, none is left or the budget ends. `done`:
+// rays of the budget that are spent. With a work limit alone the same on any number of threads.
 GainBounds BoundModelGain(const GainQuestion& question, uint64_t done,
                           const parallel::Budget& budget, parallel::Parallel& parallel);
 
