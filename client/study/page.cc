@@ -28,7 +28,8 @@ constexpr char kHead[] =
 <html lang="en"><head><meta charset="utf-8"><title>Planning study</title><style>
 body{font:15px/1.45 sans-serif;color:#222;max-width:1320px;margin:24px auto;padding:0 16px}
 svg text{font-family:sans-serif}table{border-collapse:collapse;margin:12px 0}
-td,th{border:1px solid #ddd;padding:3px 9px;text-align:right}td:first-child,th:first-child{text-align:left}
+td,th{border:1px solid #ddd;padding:3px 9px;text-align:right}
+td:first-child,th:first-child{text-align:left}
 th{background:#f4f4f4}td.win{font-weight:bold;background:#e6f4ea}td.known{color:#777}
 .row{display:flex;flex-wrap:wrap;gap:12px}.small{color:#666;font-size:13px}
 </style></head><body>

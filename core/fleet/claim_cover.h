@@ -1,4 +1,4 @@
-// How much of a view's gain is claimed by others already (algorithm.md section 11, 'Joint
+// How much of a view's score is claimed by others already (algorithm.md section 11, 'Joint
 // planning').
 #ifndef VANTAGE_CORE_FLEET_CLAIM_COVER_H_
 #define VANTAGE_CORE_FLEET_CLAIM_COVER_H_

@@ -35,7 +35,7 @@ struct ViewClaim {
   double span = 0;
 };
 
-// How much of a view's gain the claims that are held cover.
+// How much of a view's score the claims that are held cover.
 struct ClaimCover {
   std::vector<double> by_claim;  // share that each covers by itself, [0, 1], in the order of held()
   double together = 0;           // share that all of them cover, [0, 1]

@@ -48,7 +48,7 @@ class PartialModel {
   // OUT_OF_RANGE: the scanner stands outside the site's limit; the figures are in the message.
   // RESOURCE_EXHAUSTED: it would take more than `memory_limit` bytes of memory, which is noticed
   // before they are taken (insert_estimate.h). On error the model is as it was. When memory cannot
-  // be had at all (std::bad_alloc), the model is good for nothing but to be destroyed.
+  // be had at all (std::bad_alloc), the model may only be destroyed.
   absl::StatusOr<MergeReport> Insert(absl::string_view id, const sensor::Scan& scan,
                                      const Eigen::Isometry3d& T_model_scan,
                                      parallel::Parallel& parallel,

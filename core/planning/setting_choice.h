@@ -29,8 +29,9 @@ struct SettingOption {
 
 // Plans with each of `options` (at least one) within an equal share of the budget. Returns the
 // views that gain most for each minute of setting up and scanning, apart from each other, each with
-// the setting that makes it so. Termination and map of scores are those of the first option, which
-// is therefore best the finest. Errors as of MakePlan(), and INVALID_ARGUMENT without options.
+// the setting that makes it so. Termination and map of scores are those of the first option,
+// so the finest setting should come first. Errors as of MakePlan(), and INVALID_ARGUMENT without
+// options.
 absl::StatusOr<Plan> MakePlanChoosingSetting(const model::PlanningView& model,
                                              std::span<const SettingOption> options,
                                              const PlanningConfig& config,

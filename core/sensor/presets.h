@@ -1,5 +1,5 @@
-// The scanners that crews carry, with the figures of their data sheets as far as they are known:
-// none has been compared with its document yet (presets.cc).
+// The scanners that surveyors carry, with the figures of their data sheets as far as they are
+// known: none has been compared with its document yet (presets.cc).
 #ifndef VANTAGE_CORE_SENSOR_PRESETS_H_
 #define VANTAGE_CORE_SENSOR_PRESETS_H_
 

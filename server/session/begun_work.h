@@ -1,5 +1,5 @@
-// Work on a session that may bring the server to its end: how often it was begun survives that, so
-// that it is not begun for ever.
+// Counts durably how often work was begun, so that work that keeps bringing the server down is set
+// aside.
 #ifndef VANTAGE_SERVER_SESSION_BEGUN_WORK_H_
 #define VANTAGE_SERVER_SESSION_BEGUN_WORK_H_
 

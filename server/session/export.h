@@ -13,6 +13,7 @@
 
 namespace vantage::session {
 
+// Not thread safe.
 class Export {
  public:
   // Checks the request and fixes what is exported: later changes of the session have no effect.

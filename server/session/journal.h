@@ -49,6 +49,7 @@ struct Moment {
   absl::Duration seen;  // that servers of these data have seen pass until then: ages go by it
 };
 
+// Thread safe.
 class Journal {
  public:
   using Clock = std::function<absl::Time()>;

@@ -4,13 +4,18 @@
 // Locks in the order in which they are taken. A thread that holds one must not take another of the
 // same line or of a line above, nor call code that might:
 //
-//   the registry's
+//   SessionRegistry, collecting
+//   SessionRegistry, creating or deleting
+//   MemoryAccount, telling a shortage
+//   SessionRegistry, its state
 //   Upload, committing
 //   Journal, writing
 //   Journal, its state
 //   Uploads | Plans | ModelMemory | ScanReconciler | StoredSnapshots | Upload, syncing
 //   Upload | PlanRun
-//   AccountShare, and those of what sessions live on: store, pool, strand, timer, tenant's account
+//   AccountShare
+//   BegunWork | LostScans | Journal, watchers | MemoryAccount, and those of what sessions live on:
+//     store, pool, strand, timer, tenant's account
 //
 // Scans, Claims, Scanners and Rejections have no lock, since their state is in the journal. Members
 // of ModelMemory that are used on the strand only need none.

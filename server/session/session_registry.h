@@ -88,7 +88,7 @@ class SessionRegistry {
   // UNAVAILABLE (DRAINING) with RetryInfo once draining, else OK.
   absl::Status CheckTakesWork() const;
   // Waits until no plan is running and every strand is idle. False when that took longer than
-  // `timeout`.
+  // `patience`.
   bool WaitUntilIdle(std::chrono::milliseconds patience) const;
   // Nothing is begun any more, and what is under way is left to the next start.
   void GiveUp();

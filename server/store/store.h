@@ -81,9 +81,9 @@ class Store {
   // known, who never lets go, so that it stays.
   virtual absl::Status KeepAllBlobs(const std::map<std::string, int>& holders) = 0;
 
-  // Appends a record (a serialised vantage.store.v1.SpoolRecord) to what an upload brought so far;
-  // it is kept for sure after SyncSpool. `spool` is unique for ever; one record of a spool at a
-  // time.
+  // Appends a record (a serialised vantage.storage.v1.SpoolRecord) to what an upload brought so
+  // far; it is kept for sure after SyncSpool. `spool` is unique for ever; one record of a spool at
+  // a time.
   virtual absl::Status AppendSpool(const std::string& spool, absl::string_view record) = 0;
   // Syncs everything that was appended before. On an error it is not known how much was kept: call
   // CutSpool() with what was kept for certain.

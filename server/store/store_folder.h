@@ -16,8 +16,8 @@ std::string SpoolsIn(const std::string& folder);
 // FAILED_PRECONDITION: there is something in it.
 absl::Status CheckNewFolder(const std::string& folder);
 
-// FAILED_PRECONDITION: scans or uploads are there and no logs that say whose they are. To a server
-// that began anew they would be what nobody refers to.
+// FAILED_PRECONDITION: scans or uploads are there and no logs that say whose they are. A server
+// that began anew would remove them, since no log refers to them.
 absl::Status CheckNotWithoutLogs(const std::string& folder);
 
 // A copy of a store (`what`: 'backup' or 'restore') is marked until it is whole. Durable.

@@ -208,8 +208,8 @@ void CarveEmptySpace(const ModelConfig& config, parallel::Parallel& parallel, Ca
   const RangePyramid::Bounds all =
       pyramid.Over(0, layer.range_surface.columns() - 1, 0, layer.range_surface.rows() - 1);
   const EmptySpace empty_space(config, layer, pyramid);
-  // The work is dealt out by pages. They are found from the cubes down that hold all that the
-  // longest range reaches, since one far return makes nothing of what is around known.
+  // The work is divided by pages. They are found by halving the cubes that hold everything within
+  // the longest range: after a single far return most pages in these are wholly unknown.
   const double reach = static_cast<double>(all.max);
   const Eigen::Vector3d origin = layer.T_model_scan.translation();
   int side = BrickPage::kVoxels;

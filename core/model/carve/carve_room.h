@@ -1,4 +1,4 @@
-// What carving may take of memory, counted while it is taken.
+// A limit on the memory that carving takes, counted while it is taken.
 #ifndef VANTAGE_CORE_MODEL_CARVE_CARVE_ROOM_H_
 #define VANTAGE_CORE_MODEL_CARVE_CARVE_ROOM_H_
 
@@ -8,8 +8,8 @@
 
 namespace vantage::model {
 
-// Thread safe. What is counted is what a part of a layer will have taken once it is merged, so that
-// a scan that gets through carving gets through merging, too.
+// Thread safe. Each part of a layer counts with the memory that it will have taken when it is
+// merged, so a scan that stays within the limit while it is carved does so while it is merged, too.
 class CarveRoom {
  public:
   static constexpr int64_t kUnlimited = std::numeric_limits<int64_t>::max();

@@ -85,10 +85,10 @@ class Influence {
     for (const auto& [key, brick] : touched.bricks.own()) changing_.Add(BrickOf(key));
     for (const auto& [page, bricks] : touched.bricks.empty()) changing_.Add(page, bricks);
     if (change == LayerChange::kAdded) {
-      SettleAdded();
+      FindCertainOfAdded();
       LeaveOutDeep();
     } else {
-      SettleRemoved(layers);
+      FindCertainOfRemoved(layers);
     }
     for (const auto& [page, bricks] : also_.pages()) changing_.Add(page, bricks);
   }
@@ -110,32 +110,32 @@ class Influence {
 
   // Of these, the bricks of which it is plain what they are afterwards. Among them those that were
   // unknown and are wholly empty, and those that were wholly empty and are unknown.
-  const BrickSet& settled() const { return settled_; }
+  const BrickSet& certain() const { return certain_; }
   const BrickSet& emptied() const { return emptied_; }
   const BrickSet& forgotten() const { return forgotten_; }
 
  private:
   // What the layer that came saw wholly empty, and was so or unknown before, is wholly empty,
   // whatever is around it.
-  void SettleAdded() {
+  void FindCertainOfAdded() {
     for (const auto& [page, bricks] : touched_.bricks.empty()) {
       const ModelOctree::PageContents before = octree_.In(BrickOf(page), all_empty_);
       const BrickMask also = also_.In(page);
-      BrickMask settled;
+      BrickMask certain;
       BrickMask emptied;
-      for (size_t w = 0; w < settled.word.size(); ++w) {
+      for (size_t w = 0; w < certain.word.size(); ++w) {
         const uint64_t own = bricks.word[w] & ~also.word[w];
         emptied.word[w] = own & ~before.known.word[w];
-        settled.word[w] = emptied.word[w] | (own & before.same.word[w]);
+        certain.word[w] = emptied.word[w] | (own & before.same.word[w]);
       }
-      settled_.Add(page, settled);
+      certain_.Add(page, certain);
       emptied_.Add(page, emptied);
     }
   }
 
   // What the layer that went saw wholly empty stays so where another saw it so, too, and none saw
   // surface. It is unknown where no other layer says anything of it, nor of what is around it.
-  void SettleRemoved(std::span<const ScanLayer* const> layers) {
+  void FindCertainOfRemoved(std::span<const ScanLayer* const> layers) {
     BrickSet known;
     BrickSet whole;
     BrickSet with_surface;
@@ -156,14 +156,14 @@ class Influence {
       const BrickMask in_whole = whole.In(page);
       const BrickMask in_surface = with_surface.In(page);
       const BrickMask in_near = near.In(page);
-      BrickMask settled;
+      BrickMask certain;
       BrickMask forgotten;
-      for (size_t w = 0; w < settled.word.size(); ++w) {
+      for (size_t w = 0; w < certain.word.size(); ++w) {
         const uint64_t own = bricks.word[w] & before.word[w] & ~also.word[w];
         forgotten.word[w] = own & ~in_near.word[w];
-        settled.word[w] = forgotten.word[w] | (own & in_whole.word[w] & ~in_surface.word[w]);
+        certain.word[w] = forgotten.word[w] | (own & in_whole.word[w] & ~in_surface.word[w]);
       }
-      settled_.Add(page, settled);
+      certain_.Add(page, certain);
       forgotten_.Add(page, forgotten);
     }
   }
@@ -173,16 +173,16 @@ class Influence {
     // The bricks that do not stay empty, in the pages that are touched and those around.
     BrickSet pages;  // as if they were bricks
     for (const auto& [page, bricks] : changing_.pages()) pages.Add(BrickOf(page));
-    BrickSet unsettled;
+    BrickSet not_empty;
     for (const BrickKey page : pages.Grown().Keys()) {
       BrickMask rest = octree_.In(BrickOf(page), all_empty_).same;
       for (uint64_t& word : rest.word) word = ~word;
-      unsettled.Add(page, rest);
+      not_empty.Add(page, rest);
     }
     for (const auto& [key, brick] : touched_.bricks.own()) {
-      if (!brick.WhollyEmpty()) unsettled.Add(BrickOf(key));
+      if (!brick.WhollyEmpty()) not_empty.Add(BrickOf(key));
     }
-    const BrickSet near = unsettled.Grown();
+    const BrickSet near = not_empty.Grown();
     BrickSet deep = changing_;
     deep.Remove(near);
     changing_.Remove(deep);
@@ -241,7 +241,7 @@ class Influence {
   const ModelLeaf& all_empty_;
   BrickSet also_;
   BrickSet changing_;
-  BrickSet settled_;
+  BrickSet certain_;
   BrickSet emptied_;
   BrickSet forgotten_;
 };
@@ -264,7 +264,7 @@ MergeResult MergeAround(const ScanLayer& touched, LayerChange change,
     const Influence influence(touched, change, also, layers, octree, all_empty);
     BrickSet influenced = influence.All(voxel_size);
     result.recomputed = influenced.size();
-    influenced.Remove(influence.settled());
+    influenced.Remove(influence.certain());
     keys = influenced.Keys();
     result.emptied = {influence.emptied().pages(), all_empty};
     for (const BrickKey key : influence.forgotten().Keys()) {

@@ -30,8 +30,8 @@ using ModelLeaf = std::shared_ptr<const Brick>;
 class ModelNode : public octomap::OcTreeDataNode<ModelLeaf> {
  public:
   using octomap::OcTreeDataNode<ModelLeaf>::OcTreeDataNode;
-  // Called by the tree when a child goes: inner nodes say nothing of their own. Ours never lose
-  // one, but the tree's code names it.
+  // OctoMap calls this when a child is removed. Inner nodes hold nothing of their own, and ours
+  // never lose a child, but OctoMap's templates need the function.
   void updateOccupancyChildren() {}
 };
 

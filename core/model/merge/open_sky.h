@@ -20,8 +20,8 @@ bool MayHaveSky(const ScanLayer& layer, const VoxelIndex& brick, double voxel_si
 std::vector<BrickKey> BricksThatSkyClears(const ScanLayer& layer, const ModelOctree& octree,
                                           double voxel_size);
 
-// The bricks with unknown voxels beside empty ones that are no false surface perhaps only since the
-// scan, which goes, sees the sky there. They may be unknown as a whole.
+// Bricks that may get false surface back when this scan is withdrawn: they have an unknown voxel
+// beside an empty one, in this scan's sky. The octree may not hold them.
 std::vector<BrickKey> BricksThatSkyCleared(const ScanLayer& layer, const ModelOctree& octree,
                                            const ModelLeaf& all_empty, double voxel_size);
 

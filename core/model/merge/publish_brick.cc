@@ -19,10 +19,11 @@ namespace {
 constexpr std::array<std::array<int, 3>, 6> kFaces = {
     {{-1, 0, 0}, {1, 0, 0}, {0, -1, 0}, {0, 1, 0}, {0, 0, -1}, {0, 0, 1}}};
 
-// What two scans should have measured and did not, a third won't either (algorithm.md section 4,
-// 'What never comes'): glass, mirror or black, or a crevice between measured surfaces that no ray
-// enters. Which way false surface faces says little of what is in it, so where rays went through
-// and did not come back the second may look at it askew.
+// Surface that two scans should have measured and did not will not be measured by a third either
+// (algorithm.md section 4, 'What never comes'): it is glass, a mirror or black, or a crevice
+// between measured surfaces that no ray enters. The normal of false surface says little of the
+// matter in it, so of two rays that went through it and did not come back one may meet it at any
+// angle.
 constexpr int kMissesToGiveUp = 2;
 
 // A miss tells something if the scan should have put this many samples on the surface: density

@@ -15,8 +15,8 @@
 
 namespace vantage::model {
 
-// A function of the set of layers. Layers that were carved by algorithms that suspected nothing
-// say nothing of others', either, so that a model they make stays as it was.
+// A function of the set of layers. Layers of an older algorithm version have no suspects and are
+// not asked about others', so that old models stay the same.
 class SharedReflections {
  public:
   using Layers = std::map<std::string, std::unique_ptr<ScanLayer>>;
@@ -25,7 +25,7 @@ class SharedReflections {
   void Add(const std::string& id, const Layers& layers, parallel::Parallel& parallel);
   void Remove(const std::string& id, const Layers& layers, parallel::Parallel& parallel);
 
-  // Of the suspects that are reflectors by what all layers say; model frame.
+  // The apertures of the suspects that all layers together show to be reflectors; model frame.
   std::vector<Aperture> Apertures() const;
 
  private:
@@ -36,7 +36,7 @@ class SharedReflections {
     std::map<std::string, size_t> agree;            // by the same, but for its own scan
     std::map<std::string, Testimonies> judged;      // of its own plane and the best of the others
   };
-  // Asks what was not asked yet of the planes that are judged.
+  // Asks each layer about each plane that is judged, unless it was asked before.
   void Ask(const Layers& layers, parallel::Parallel& parallel);
 
   std::map<std::string, std::vector<Suspect>> suspects_;  // by scan

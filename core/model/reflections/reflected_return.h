@@ -25,8 +25,8 @@ enum class Back : uint8_t {
 struct ReflectingPlane {
   Eigen::Vector3d normal;
   double distance;
-  // m behind it, from where on returns are in question: past its wall, whose returns are noisy
-  // (four sigma of 1 cm) and which is even to a centimetre.
+  // Returns farther than this behind the plane, m, may be reflections. Those of its own wall lie
+  // nearer: it is even to a centimetre, and four sigma of noise are 4 cm.
   double behind = 0.04;
 
   static constexpr double kProud = 0.12;  // m that a mirror stands out from its wall

@@ -235,8 +235,9 @@ class Judgement {
     return above > -ReflectingPlane::kProud && above < ReflectingPlane::kFrame;
   }
 
-  // True when the surface at a cell goes on to before the plane. What goes on to what lies in the
-  // plane does not: at a mirror's lower edge the floor behind it is as far away as its frame.
+  // True when the surface at a cell, behind the plane, continues to the side in front of it. That
+  // it continues into the plane is not enough: at a mirror's lower edge the floor that it shows is
+  // as far away as its frame.
   bool GoesThrough(const ScanCell& cell, int dc, int dr) const {
     ScanCell at = cell;
     for (int i = 0; i < std::max(2, 12 / stride_); ++i) {  // cells of the image: twice LiesInPlane
@@ -332,8 +333,8 @@ class Judgement {
   static constexpr std::array<std::pair<int, int>, 4> kBeside = {
       {{-1, 0}, {1, 0}, {0, -1}, {0, 1}}};
 
-  // Floors and ceilings behind an upright plane are where their reflections would be, and go on
-  // from the ones to the others without a border.
+  // A floor or ceiling behind an upright plane coincides with its own reflection and connects
+  // reflected regions to real ones. So it is left out, and added in the end.
   void FindLevel() {
     role_.assign(back_.size(), Role::kNone);
     for (int c = 0; c < columns_; ++c) {
@@ -371,8 +372,8 @@ class Judgement {
     return floor_ && std::abs(up_.dot(Point(cell)) - *floor_) < kOnFloor;
   }
 
-  // Walls that go on from before the plane to behind it are real, though they agree with their own
-  // reflections, and so is what they lead to. What tells, and agrees, is where that ends.
+  // A wall that continues from before the plane to behind it is real, and so is all surface joined
+  // to it. The search stops at cells that agree and tell, since these may be reflections.
   void MarkWhatGoesThrough() {
     std::vector<ScanCell> found;
     const auto mark = [&](const ScanCell& cell) {

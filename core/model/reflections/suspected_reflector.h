@@ -17,7 +17,7 @@
 
 namespace vantage::model {
 
-// A plane, and returns from behind it that end like a mirror does.
+// A plane, and a region of returns behind it whose border has the shape of a mirror's.
 struct SuspectedReflector {
   ReflectingPlane plane;        // scanner's frame
   std::vector<ScanCell> asked;  // some of the cells whose returns would be reflections
@@ -34,7 +34,7 @@ struct Testimony {
   static constexpr uint8_t kAgreesFarther = 4;
   static constexpr uint8_t kAgreesNearer = 8;
   std::vector<uint8_t> of_returns;  // empty: nothing of any
-  // From behind it saw something before the plane: there is an opening.
+  // The scan stood behind the plane and saw through it, so there is an opening.
   bool sees_through = false;
 };
 
@@ -49,8 +49,9 @@ struct WitnessFit {
   ReflectingPlane plane;  // frame of the suspect's scan
   size_t agree;           // of the returns that were looked at
 };
-// None when the witness does not better the suspect's own plane. A mirror that shows its scan what
-// it does not see itself is found, but not well.
+// Nothing when the witness measured too little of what the plane shows, or when the plane that it
+// gives is no better than the suspect's own. The own plane of a mirror that shows its scan what the
+// scan does not see directly is inexact.
 std::optional<WitnessFit> FitByWitness(const SuspectedReflector& suspect,
                                        const RangeSurface& surface, const RangeSurface& witness,
                                        const Eigen::Isometry3d& T_witness_scan);

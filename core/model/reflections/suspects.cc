@@ -146,7 +146,7 @@ std::vector<ReflectingPlane> PlanesToLookAt(const RangeSurface& surface,
                    [](const PlaneOfPart& a, const PlaneOfPart& b) { return a.cells > b.cells; });
   std::vector<ReflectingPlane> planes;
   const auto add = [&planes](const ReflectingPlane& plane) {
-    // Half of what a plane is straightened by: 0.25 degrees and a centimetre.
+    // One and a half of Straighten()'s steps: 0.36 degrees and 1.5 cm.
     const auto same = [&plane](const ReflectingPlane& other) {
       return other.normal.dot(plane.normal) > 0.99998 &&
              std::abs(other.distance - plane.distance) < 0.015;

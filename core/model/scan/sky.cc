@@ -43,24 +43,25 @@ constexpr double kMostRoomLike = 0.75;  // share of all directions in the horizo
 // Sine: a direction that is parallel to a surface up to this may meet it, by what is not level
 // about it (1 degree).
 constexpr double kRelief = 0.02;
-// A surface that goes on fades out: rays to it drop out one by one, or it comes to the end of the
-// range. One that ends breaks off: on its side of the border all rays return. Share of those that
-// do not, in every quadrant around it; and share of the range.
+// A surface that goes on fades out. kFading: in each quadrant around a cell at the sky's border at
+// least this share of the rays does not return; or (kEndOfRange) the cell lies beyond this share of
+// the range. Else the surface breaks off.
 constexpr double kFading = 0.15;
 constexpr double kEndOfRange = 0.8;
-// It ends instead, whatever fades, where it would have been measured beyond its border. What comes
-// back is the cosine of the incidence over the range squared. It suffices for the darkest building
-// material (kDarkestRangeShare); or for one that returns a fifth, and the last of the surface came
-// back in good part: what fades does so over a fifth of its range at least, since no ground is all
-// alike. That part is the share of the cells that came back, of those below the last that did,
-// within a tenth of its elevation, in the columns within 5 degrees.
+// A surface that fades ends all the same where it would have been measured beyond its border. What
+// comes back is proportional to the cosine of the incidence over the range squared. Either that
+// suffices for the darkest building material (kDarkestRangeShare); or it suffices for one that
+// returns a fifth, and most of the last part of the surface came back (kLastReturned): a surface
+// that fades does so over a fifth of its range at least, since no ground is all alike. That part is
+// the cells below the last one that came back, within a tenth of its elevation (kLastPart), in the
+// columns within 5 degrees (kLastAround).
 constexpr double kLastReturned = 0.6;
 constexpr double kLastPart = 0.1;
 constexpr int kLeastLastRows = 2;  // or rows are too far apart to tell
 constexpr double kLastAround = sensor::Radians(5);
-// Or elsewhere in the scan surface came back that was met at least as grazingly and of which a
-// quarter as much did; building materials differ by as much. Enough of it has to: a sill or a shelf
-// is no evidence.
+// A surface also ends if elsewhere in the scan surface was measured that was met at least as
+// grazingly and returned at most a quarter as much; building materials differ by as much. At least
+// kFewestFainter cells have to: a sill or a shelf is no evidence.
 constexpr double kFainter = 4;
 constexpr double kStillReturns = 0.3;   // share of the cells around: no sky is as full
 constexpr double kFewestFainter = 100;  // cells

@@ -21,8 +21,8 @@ namespace {
 constexpr double kRoomDepth = 3.5;
 constexpr double kHalfRoomWidth = 2.0;
 constexpr double kCeiling = 2.5;  // m over the floor, where the doorway is no higher
-// Of places in a room that somebody tried and could not stand at: it is none that can be entered,
-// but glass, a mirror's image or full of things.
+// A room in which so many places were rejected is not expected any more: nobody can enter it, since
+// it is glass, a mirror's image or full of things.
 constexpr int kMostRefusals = 2;
 constexpr double kThreshold = 0.25;  // m before the middle of a doorway that belong to it
 

@@ -19,8 +19,8 @@
 
 namespace vantage::planning {
 
-// Of a room's places, that at least one within this distance of any that is offered is free to
-// stand on: m, and the probability.
+// An offered place counts as good when some spot within kStationRadius (m) of it is free to stand
+// on; that this is so has the probability kStationChance.
 inline constexpr double kStationRadius = 1.2;
 inline constexpr double kStationChance = 0.9;
 // The chance that surface which is expected is there and that a scan that should see it does.
@@ -40,8 +40,8 @@ class Expectation {
 
   // The model with what is expected.
   const model::PlanningView& view() const { return view_; }
-  // The same with all that was not measured taken for empty: what somebody may find in the way who
-  // goes and looks.
+  // The same, with all space that was not measured taken for empty: only measured surface is in
+  // anybody's way.
   const model::PlanningView& standing() const { return standing_; }
   // The floors of its rooms.
   std::span<const ExpectedFloor> floors() const { return floors_; }

@@ -67,9 +67,10 @@ class FeasibleViews {
                                             parallel::Parallel& parallel,
                                             const parallel::Cancellation& cancelled = {});
 
-  // Where views may stand if what is not known is no obstacle, and all of `known`, the model's own:
-  // `standing` is the model with all of it empty, `floor` and `grid` those of the model itself; the
-  // viewcells themselves are known to be empty there. Else as Find().
+  // Where views may stand if unknown space is no obstacle, besides all of `known`, which the model
+  // allows. `standing`: the model with unknown space taken for empty; heights, clearance and ways
+  // are judged in it, over `floor`. `grid`: of the model with what is expected; a viewcell has to
+  // be empty in it. Else as Find().
   static absl::StatusOr<FeasibleViews> FindExpected(
       const model::PlanningView& standing, const FloorMap& floor,
       const visibility::OpaqueGrid& grid, const FeasibleViews& known,

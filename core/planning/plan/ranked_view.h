@@ -47,7 +47,7 @@ struct RankedView {
   // Where the scanner's +x points, rad, counter-clockwise from the model's +x, [0, 2 pi). Absent
   // for scanners that turn all around. Score, bounds and verdict are those of this heading.
   std::optional<double> heading;
-  // What a scan from here gains by its heading, samples: element i of n is that of the heading
+  // Score by heading, samples: element i of n is that of the heading
   // 2 pi i / n. Exact. Empty for scanners that turn all around, and in interim plans.
   std::vector<float> score_by_heading;
   // Expected useful new samples, weighted (by `weights` and by what samples are worth).
@@ -57,7 +57,8 @@ struct RankedView {
   bool exact = false;  // lower == score == upper, confidence 1
   // Surface that it would bring to the required density in the model, m^2; known when exact.
   std::optional<double> model_gain;
-  // The same with what is expected and not known, m^2, times its chance; known when exact.
+  // The expected gain, m^2: the model gain, and what the view would bring of surface that is
+  // expected and not known, times the chance that it is there; known when exact.
   std::optional<double> expected_gain;
   double model_gain_upper = 0;                               // m^2, equal to it where it is known
   std::array<double, model::kSurfaceKinds> score_by_kind{};  // samples, weighted, sums to score
@@ -68,7 +69,7 @@ struct RankedView {
                                          // was given
   double clearance = 0;                  // m, to the nearest thing not empty
   std::optional<double> travel;          // m, from the last station through free space
-  std::vector<PatchScore> patch_scores;  // the largest gain first, at most 5
+  std::vector<PatchScore> patch_scores;  // the highest score first, at most 5
   LocationDescription location;
   EquivalentRegion region;
   registration::RegistrationVerdict verdict;

@@ -22,8 +22,8 @@ class PlanningSize {
   // those of a plan that comes to score every view, on a few threads. Within a fifth where a plan
   // takes 100 MB and more.
   uint64_t Bytes(double views) const;
-  // There are no more feasible views than these viewcells: those at an allowed height, as if there
-  // were floor wherever there may be.
+  // Upper bound of the number of feasible views: the viewcells at an allowed height, if there were
+  // floor wherever there may be.
   double most_views() const { return viewcells_; }
 
  private:

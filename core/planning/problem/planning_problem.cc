@@ -15,7 +15,7 @@
 namespace vantage::planning {
 namespace {
 
-// Whoever cancelled hears of the step, not of the part of it.
+// A cancelled part reports the step of the plan that it belongs to.
 absl::Status During(PlanStage stage, const absl::Status& status) {
   if (!absl::IsCancelled(status)) return status;
   return absl::CancelledError(kPlanStageNames[static_cast<size_t>(stage)]);

@@ -31,8 +31,9 @@ struct PlanningQuestion {
   const model::PlanningView& model;
   const sensor::ScannerModel& scanner;
   const PlanningConfig& config;
-  // A problem that was prepared before. What does not depend on what differs (the model, the
-  // scanner, the configuration) is shared with it instead of made again: the problem is the same.
+  // A problem that was prepared before, perhaps for another model, scanner or configuration. Parts
+  // that these differences do not affect are shared with it instead of made again. The result is
+  // the same.
   const PlanningProblem* previous = nullptr;
 };
 

@@ -18,7 +18,7 @@ enum class RegistrationBasis {
   kResiduals,      // surfaces that lie farther apart than noise explains
   kContradiction,  // samples in space known to be empty, or behind walls
   kRivalPose,      // another pose that fits almost as well
-  kNotConverged,   // an alignment that did not settle
+  kNotConverged,   // an alignment that did not converge
 };
 
 // 'scan geometry', 'levelling', ...

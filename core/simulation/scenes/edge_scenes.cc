@@ -197,7 +197,7 @@ Scene RandomEdgeScene(uint64_t seed) {
     }
   }
   scene.starts = {{1.9, 1.9, 1.5}, {3.5 * kEdge, 4.5 * kEdge, 1.5}};
-  if (random.Chance(0.4)) {  // an upper floor over one half, with a scan from it
+  if (random.Chance(0.4)) {  // an upper storey over one half, with a scan from it
     builder.Box({3 * kEdge, 0, 2.5}, {side, side, 2.7});
     scene.starts.emplace_back(4.5 * kEdge, 3 * kEdge, 2.7 + 1.5);
   }

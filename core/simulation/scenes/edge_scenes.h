@@ -9,14 +9,14 @@
 
 namespace vantage::simulation {
 
-// Unlike in other scenes there are floors at several heights, and a scan
-// is made from each of `starts`. One scene each: stairs seen from below, and from above; a ramp; a
-// step; a mezzanine; the edge of a stairwell; a pit; a platform; the same with a glass balustrade;
-// two storeys without a way between them; an atrium; two storeys joined by stairs.
+// Unlike in other scenes there is floor at several heights, and a scan is made from each of
+// `starts`. One scene each: stairs seen from below, and from above; a ramp; a step; a mezzanine;
+// the edge of a stairwell; a pit; a platform; the same with a glass balustrade; two storeys without
+// a way between them; an atrium; two storeys joined by stairs.
 std::vector<Scene> EdgeScenes();
 
 // Blocks of 1.2 m at random heights, that fill a hall or stand in the middle of one: pits, drops,
-// steps and plinths, at times under an upper floor, with parapets of stone or glass.
+// steps and plinths, at times under an upper storey, with parapets of stone or glass.
 Scene RandomEdgeScene(uint64_t seed);
 
 }  // namespace vantage::simulation

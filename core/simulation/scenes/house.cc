@@ -31,7 +31,7 @@ struct HousePlan {
   double depth;  // y
   double west;   // axes of the walls along the hall
   double east;
-  double foot;  // y at which the stairs begin: beyond it the upper floors are open
+  double foot;  // y at which the stairs begin: beyond it the upper storeys are open
 
   double hall_low() const { return west + 0.5 * kRoomWall; }   // x
   double hall_high() const { return east - 0.5 * kRoomWall; }  // x

@@ -8,10 +8,10 @@
 
 namespace vantage::simulation {
 
-// Ground floor, upper floor and an attic under a gable roof. On the two lower storeys a hall leads
-// from the street door (shut) past four furnished rooms to stairs of two flights with a landing;
-// the attic is one room with a chimney and posts. The first start is in the hall of the ground
-// floor.
+// A lowest storey, an upper storey and an attic under a gable roof. On the two lower storeys a hall
+// leads from the street door (shut) past four furnished rooms to stairs of two flights with a
+// landing; the attic is one room with a chimney and posts. The first start is in the hall of the
+// lowest storey.
 Scene HouseOfThreeStoreys(uint64_t seed);
 
 }  // namespace vantage::simulation

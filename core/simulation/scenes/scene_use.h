@@ -6,11 +6,14 @@
 //                - what a sample is worth (PlanningConfig): flats 1 to 3, halls 1, 2 and 101, two
 //                  rooms 1, storeys 1 and 2 of 250 m^2
 //                - the race (RaceOptions, AnytimeOptions): flat 1 after one and three scans,
-//                storeys
-//                  of seed 1 with 250 and 1,000 m^2
+//                  storeys of seed 1 with 250 and 1,000 m^2
 //                - doubtful views (RegistrationCheck): storey 1 of 1,000 m^2
 //                - reach, dropouts, mirrors: flats 2, 3, 7 and 101
 //                - what is predicted of a sector (bound/prediction): flats 3 to 10
+//                - where views stand: random edge scenes 1 to 120 and 178
+//                - openings and what is expected: flats 1 to 7, two rooms 1, storey 1 of 250 m^2
+//                - mirrors told together: mirror scenes 1 to 50
+//                - the sky: the four outdoor scenes of seed 1
 //                - speed of carving, merging, scoring and aligning: flats 1 to 5, storeys of seed 1
 //   from 200 on  reporting. Nothing was chosen on these.
 // Meshes from files: `small_house` is for tuning (the turns of the race), `bookstore` reports.

@@ -55,7 +55,7 @@ TEST(MemoryAccount, SaysWhatLacks) {
   EXPECT_EQ(lacks, 0);
 }
 
-TEST(MemoryAccount, HoldsMoveWithoutCountingTwice) {
+TEST(MemoryAccount, ReservationsMoveWithoutCountingTwice) {
   MemoryAccount account(100);
   MemoryAccount::Reservation reservation = account.Empty();
   reservation.Set(30);
