@@ -77,7 +77,7 @@ absl::Status Claims::Take(const ViewClaim& wanted, const ClaimCover& cover, absl
     return absl::AlreadyExistsError(
         refusal->same_place
             ? absl::StrFormat("within %.2f m of claim %s", rules.separation, held_[refusal->by].id)
-            : absl::StrFormat("claims cover %.0f %% of what it would gain, %s most of it",
+            : absl::StrFormat("claims cover %.0f %% of its score, %s most of it",
                               refusal->covered * 100, held_[refusal->by].id));
   }
   held_.push_back(wanted);
