@@ -7,8 +7,8 @@
 #include <tuple>
 #include <utility>
 
+#include "absl/status/status.h"
 #include "absl/strings/str_cat.h"
-#include "absl/strings/str_format.h"
 #include "absl/strings/string_view.h"
 #include "core/fleet/joint_choice.h"
 #include "core/fleet/joint_plan_estimate.h"
@@ -98,8 +98,14 @@ class JointPlanner {
     for (size_t s = 0; s < request.scanners.size(); ++s) joint_.assignments[s].scanner = s;
   }
 
-  JointPlan Make() {
-    if (!Prepare() || !FindRoutes()) return std::move(joint_);
+  // Errors as of MakeJointPlan().
+  absl::StatusOr<JointPlan> Make() {
+    if (absl::Status prepared = Prepare(); !prepared.ok()) {
+      if (!absl::IsCancelled(prepared)) return prepared;
+      EndEarly(prepared.message());
+      return std::move(joint_);
+    }
+    if (!FindRoutes()) return std::move(joint_);
     if (NothingDeficient() || EveryoneNowhere()) return std::move(joint_);
     if (!Pledge() || !Evaluate()) return std::move(joint_);
     Choose();
@@ -120,15 +126,16 @@ class JointPlanner {
   }
   const planning::PlanningProblem& First() const { return *classes_.front().problem; }
 
-  // A to C, for each scanner model: what does not depend on it is made once.
-  bool Prepare() {
+  // A to C, for each scanner model: what does not depend on it is made once. Errors as of
+  // PlanningProblem::Prepare().
+  absl::Status Prepare() {
     for (const FleetMember& member : request_.scanners) {
       const size_t of = ClassOf(member);
       if (of < classes_.size()) continue;
       auto problem = planning::PlanningProblem::Prepare(
           {model_, member.model, config_, classes_.empty() ? nullptr : &First()}, parallel_,
           budget_);
-      if (!problem.ok()) return EndEarly(problem.status().message());
+      if (!problem.ok()) return problem.status();
       if (classes_.empty()) joint_.plan = planning::BeginPlan(**problem);
       ScannerClass& mine = classes_.emplace_back();
       mine.problem = *std::move(problem);
@@ -138,7 +145,7 @@ class JointPlanner {
       }
     }
     clock_.Book(planning::PlanStage::kEvaluate);
-    return true;
+    return absl::OkStatus();
   }
 
   size_t ClassOf(const FleetMember& member) const {
@@ -168,7 +175,7 @@ class JointPlanner {
     planning::Termination termination =
         planning::JudgeTermination(First().patches(), {}, config_, std::nullopt, std::nullopt);
     EndWithoutViews(termination.reason);
-    planning::Outcome outcome{planning::PlanOutcome::kNothingToGain, termination.reason};
+    planning::Outcome outcome = planning::NothingDeficient(termination);
     planning::EndCertain(std::move(outcome), std::move(termination), joint_.plan);
     return true;
   }
@@ -181,10 +188,10 @@ class JointPlanner {
       all = all && !joint_.assignments[s].reason.empty();
     }
     if (!all) return false;
-    planning::Outcome outcome{planning::PlanOutcome::kNoFeasibleView,
-                              classes_.front().views.empty()
-                                  ? First().feasible().Explain(First().scanner(), config_)
-                                  : joint_.assignments.front().reason};
+    planning::Outcome outcome =
+        classes_.front().views.empty()
+            ? planning::NowhereToStand(First().feasible(), First().scanner(), config_)
+            : planning::NowhereToGo(joint_.assignments.front().reason);
     planning::EndCertain(
         std::move(outcome),
         planning::JudgeTermination(First().patches(), {}, config_, std::nullopt, std::nullopt),
@@ -226,7 +233,7 @@ class JointPlanner {
     for (size_t of = 0; of < classes_.size(); ++of) {
       ScannerClass& mine = classes_[of];
       const auto show = [&](const planning::Evaluation& so_far) {
-        if (of == 0) progress_(report.Interim(joint_.plan, so_far));
+        if (of == 0) progress_(planning::Unchecked(report.Interim(joint_.plan, so_far)));
       };
       if (cells.size() == 0 || mine.views.empty()) {
         mine.evaluation.views.assign(mine.views.size(), {0, 0, 0, true, true, 0});
@@ -244,8 +251,7 @@ class JointPlanner {
       joint_.plan.complete = joint_.plan.complete && mine.evaluation.complete;
       mine.gains = std::make_unique<LazyGains>(mine.views, mine.problem->scoring().scorer(),
                                                *remaining_, mine.evaluation);
-      auto overlap = planning::OverlapSurface::Create(model_, First().grid(), First().scene(),
-                                                      mine.problem->scanner(), budget_);
+      auto overlap = planning::OverlapSurface::Of(*mine.problem, budget_);
       if (!overlap.ok()) return EndEarly("registration check");
       mine.overlap = std::make_unique<planning::OverlapSurface>(*std::move(overlap));
       mine.pending_surface = std::make_unique<PendingSurface>(*mine.problem, *mine.overlap);
@@ -536,11 +542,7 @@ class JointPlanner {
     planning::Conclude(OutcomeOf(choice), plan);
     const MemberRoutes& first = members_.front().routes;
     if (Single() && first.reachable() < first.within_reach()) {
-      absl::StrAppend(&plan.message,
-                      absl::StrFormat("; no way is known from where it stands to %d "
-                                      "of %d viewcells",
-                                      static_cast<int>(first.within_reach() - first.reachable()),
-                                      static_cast<int>(first.within_reach())));
+      planning::AddNoWayTo(first.within_reach() - first.reachable(), first.within_reach(), plan);
     }
   }
 

@@ -57,8 +57,7 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
   }
   RankedView& view = evaluation.view;
   const ViewReport report(problem);
-  const auto overlap =
-      OverlapSurface::Create(problem.model(), problem.grid(), problem.scene(), problem.scanner());
+  const auto overlap = OverlapSurface::Of(problem);
   if (!overlap.ok()) return overlap.status();
   const CellArrays& cells = problem.scoring().cells();
   const Headings& headings = problem.scoring().scorer().headings();

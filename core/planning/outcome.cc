@@ -7,6 +7,42 @@
 
 namespace vantage::planning {
 
+Outcome NothingDeficient(const Termination& termination) {
+  return {PlanOutcome::kNothingToGain, termination.reason};
+}
+
+Outcome NowhereToStand(const FeasibleViews& none, const sensor::ScannerModel& scanner,
+                       const PlanningConfig& config) {
+  const FloorMap& floor = none.floor();
+  if (!floor.found()) {
+    return {PlanOutcome::kNoFeasibleView,
+            "no viewcell is feasible: the model shows no floor (upward measured surface under free "
+            "space); set floor_z, or scan so that the floor is seen"};
+  }
+  std::string message = "no viewcell is feasible; of the cells at an allowed height over the floor";
+  size_t total = 0;
+  const char* separator = ": ";
+  for (int reason = static_cast<int>(Infeasibility::kAboveObject); reason < kInfeasibilities;
+       ++reason) {
+    const size_t count = none.counts()[static_cast<size_t>(reason)];
+    total += count;
+    if (count == 0) continue;
+    absl::StrAppend(&message, separator, count, " - ",
+                    InfeasibilityWords(static_cast<Infeasibility>(reason), scanner, config));
+    separator = "; ";
+  }
+  if (total == 0) {
+    message = absl::StrFormat(
+        "no viewcell is feasible: none lies wholly between %.2f m and %.2f m over the floor, which "
+        "is at %.2f to %.2f m; widen the height range (it must hold a viewcell of %.2f m)",
+        config.min_viewpoint_height, config.max_viewpoint_height, floor.lowest(), floor.highest(),
+        none.cell_size());
+  }
+  return {PlanOutcome::kNoFeasibleView, std::move(message)};
+}
+
+Outcome NowhereToGo(std::string why) { return {PlanOutcome::kNoFeasibleView, std::move(why)}; }
+
 Outcome EndedDuring(absl::string_view step, const parallel::Budget& budget) {
   return {
       budget.cancelled.stop_requested() ? PlanOutcome::kCancelled : PlanOutcome::kSearchUnfinished,
@@ -57,14 +93,40 @@ Outcome ViewsFoundForFleet(size_t views, size_t scanners, std::optional<double> 
                                                scanners, together, refused)};
 }
 
+Outcome ViewsBySetting(size_t views, size_t settings) {
+  return {
+      PlanOutcome::kViews,
+      absl::StrCat(views, " views register, with the settings that gain most for each minute, of ",
+                   settings)};
+}
+
 void Conclude(Outcome outcome, Plan& plan) {
   plan.outcome = outcome.kind;
   plan.message = std::move(outcome.message);
 }
 
+Plan Unchecked(Plan interim) {
+  Conclude(
+      {PlanOutcome::kViews, "still evaluating: the views are not yet checked for registration"},
+      interim);
+  return interim;
+}
+
+void AddNoWayTo(size_t without, size_t viewcells, Plan& plan) {
+  absl::StrAppend(&plan.message, "; no way is known from where it stands to ", without, " of ",
+                  viewcells, " viewcells");
+}
+
 void EndWithoutEvaluation(Outcome outcome, Plan& plan) {
   Conclude(std::move(outcome), plan);
   plan.termination.reason = "not known: no view was evaluated";
+}
+
+Plan EndedPreparing(absl::string_view step, const model::PlanningView& model,
+                    const PlanningConfig& config, const parallel::Budget& budget) {
+  Plan plan = BeginPlan(model, config);
+  EndWithoutEvaluation(EndedDuring(step, budget), plan);
+  return plan;
 }
 
 void EndCertain(Outcome outcome, Termination termination, Plan& plan) {

@@ -7,9 +7,13 @@
 #include <string>
 
 #include "absl/strings/string_view.h"
+#include "core/model/view/planning_view.h"
 #include "core/parallel/budget.h"
+#include "core/planning/feasibility/feasible_views.h"
 #include "core/planning/plan/plan.h"
+#include "core/planning/plan/planning_config.h"
 #include "core/registration/bound/verdict.h"
+#include "core/sensor/scanner_model.h"
 
 namespace vantage::planning {
 
@@ -18,6 +22,13 @@ struct Outcome {
   std::string message;
 };
 
+// Nothing is deficient; `termination` says so.
+Outcome NothingDeficient(const Termination& termination);
+// No view is feasible: which constraint leaves none, and what to do about it.
+Outcome NowhereToStand(const FeasibleViews& none, const sensor::ScannerModel& scanner,
+                       const PlanningConfig& config);
+// Views are feasible, and none of several scanners can be sent to any; `why` not the first one.
+Outcome NowhereToGo(std::string why);
 // The budget ended before a view was evaluated, in `step` (one of kPlanStageNames).
 Outcome EndedDuring(absl::string_view step, const parallel::Budget& budget);
 // The same after some views were checked.
@@ -36,11 +47,21 @@ Outcome ViewsFound(size_t views, size_t refused, absl::string_view evaluated = {
 // m^2; absent when it is not known.
 Outcome ViewsFoundForFleet(size_t views, size_t scanners, std::optional<double> gain,
                            size_t refused);
+// Views that register were found, each with one of so many settings.
+Outcome ViewsBySetting(size_t views, size_t settings);
 
 // The outcome of a plan that came to its end.
 void Conclude(Outcome outcome, Plan& plan);
+// An interim plan as it is shown: with views that were not checked for registration.
+Plan Unchecked(Plan interim);
+// What is added where no way is known from the scanner to `without` of so many viewcells.
+void AddNoWayTo(size_t without, size_t viewcells, Plan& plan);
 // The outcome of a plan that has nothing to say of when to stop.
 void EndWithoutEvaluation(Outcome outcome, Plan& plan);
+// The plan of a problem that was not prepared: the budget ended in `step` of
+// PlanningProblem::Prepare().
+Plan EndedPreparing(absl::string_view step, const model::PlanningView& model,
+                    const PlanningConfig& config, const parallel::Budget& budget);
 // The outcome of a plan of which it is certain that there is nothing to evaluate.
 void EndCertain(Outcome outcome, Termination termination, Plan& plan);
 

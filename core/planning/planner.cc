@@ -32,9 +32,8 @@ bool NothingToEvaluate(const PlanningProblem& problem, Plan& plan) {
   Termination termination =
       JudgeTermination(problem.patches(), {}, problem.config(), std::nullopt, std::nullopt);
   Outcome outcome = deficient
-                        ? Outcome{PlanOutcome::kNoFeasibleView,
-                                  problem.feasible().Explain(problem.scanner(), problem.config())}
-                        : Outcome{PlanOutcome::kNothingToGain, termination.reason};
+                        ? NowhereToStand(problem.feasible(), problem.scanner(), problem.config())
+                        : NothingDeficient(termination);
   EndCertain(std::move(outcome), std::move(termination), plan);
   return true;
 }
@@ -120,9 +119,7 @@ absl::StatusOr<Plan> MakePlan(const model::PlanningView& model, const sensor::Sc
   const auto problem = PlanningProblem::Prepare({model, scanner, config}, parallel, budget);
   if (problem.ok()) return MakePlan(**problem, budget, parallel, progress);
   if (!absl::IsCancelled(problem.status())) return problem.status();
-  Plan plan = BeginPlan(model, config);
-  EndWithoutEvaluation(EndedDuring(problem.status().message(), budget), plan);
-  return plan;
+  return EndedPreparing(problem.status().message(), model, config, budget);
 }
 
 Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
@@ -137,9 +134,9 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
 
   // D. Evaluate views.
   const ViewReport report(problem);
-  const Evaluation evaluation =
-      Evaluate(problem, EvaluationShare(budget), parallel,
-               [&](const Evaluation& so_far) { progress(report.Interim(plan, so_far)); });
+  const Evaluation evaluation = Evaluate(
+      problem, EvaluationShare(budget), parallel,
+      [&](const Evaluation& so_far) { progress(Unchecked(report.Interim(plan, so_far))); });
   NoteEvaluation(problem, evaluation, plan);
   clock.Book(PlanStage::kEvaluate);
   if (!evaluation.any()) {

@@ -7,7 +7,6 @@
 #include <vector>
 
 #include "absl/status/status.h"
-#include "absl/strings/str_cat.h"
 #include "core/planning/outcome.h"
 #include "core/planning/problem/planning_problem.h"
 
@@ -66,7 +65,7 @@ absl::StatusOr<Plan> MakePlanChoosingSetting(const model::PlanningView& model,
   each.confidence = 1 - (1 - config.confidence) / static_cast<double>(options.size());
   for (size_t i = 0; i < options.size(); ++i) {
     const parallel::Budget part = ShareOf(budget, options.size() - i, plan.rays);
-    absl::StatusOr<Plan> made = Plan();
+    Plan made;
     auto problem =
         PlanningProblem::Prepare({model, options[i].scanner, each, previous.get()}, parallel, part);
     if (problem.ok()) {
@@ -75,37 +74,35 @@ absl::StatusOr<Plan> MakePlanChoosingSetting(const model::PlanningView& model,
         if (i == 0) progress(so_far);
       });
     } else if (absl::IsCancelled(problem.status())) {
-      made->outcome = PlanOutcome::kSearchUnfinished;
-      made->message = EndedDuring(problem.status().message(), budget).message;
+      made = EndedPreparing(problem.status().message(), model, each, part);
     } else {
       return problem.status();
     }
-    Name(options[i], made->views);
-    Name(options[i], made->refused);
+    Name(options[i], made.views);
+    Name(options[i], made.refused);
     const double minutes = kSetUpMinutes + options[i].minutes;
-    if (!made->views.empty()) {
-      const double gap = std::min(made->optimality_gap, 1 - 1e-9);
-      most = std::max(most, made->views.front().lower / (1 - gap) / minutes);
-    } else if (made->termination.best_upper.has_value()) {
-      most = std::max(most, *made->termination.best_upper / minutes);
+    if (!made.views.empty()) {
+      const double gap = std::min(made.optimality_gap, 1 - 1e-9);
+      most = std::max(most, made.views.front().lower / (1 - gap) / minutes);
+    } else if (made.termination.best_upper.has_value()) {
+      most = std::max(most, *made.termination.best_upper / minutes);
     } else {
-      open = open || !made->complete;
+      open = open || !made.complete;
     }
-    views.insert(views.end(), made->views.begin(), made->views.end());
-    refused.insert(refused.end(), made->refused.begin(), made->refused.end());
+    views.insert(views.end(), made.views.begin(), made.views.end());
+    refused.insert(refused.end(), made.refused.begin(), made.refused.end());
     if (i == 0) {
-      plan = *std::move(made);
+      plan = std::move(made);
       continue;
     }
-    plan.rays += made->rays;
-    plan.complete = plan.complete && made->complete;
+    plan.rays += made.rays;
+    plan.complete = plan.complete && made.complete;
     for (size_t stage = 0; stage < plan.seconds.size(); ++stage) {
-      plan.seconds[stage] += made->seconds[stage];
+      plan.seconds[stage] += made.seconds[stage];
     }
     // What the first option left open another may have answered.
-    if (plan.outcome != PlanOutcome::kViews && made->outcome == PlanOutcome::kViews) {
-      plan.outcome = made->outcome;
-      plan.message = made->message;
+    if (plan.outcome != PlanOutcome::kViews && made.outcome == PlanOutcome::kViews) {
+      Conclude({made.outcome, made.message}, plan);
     }
   }
   plan.confidence = plan.complete ? 1 : config.confidence;
@@ -113,10 +110,7 @@ absl::StatusOr<Plan> MakePlanChoosingSetting(const model::PlanningView& model,
   plan.views = BestByTheMinute(std::move(views), wanted, config.candidate_separation);
   plan.refused = BestByTheMinute(std::move(refused), wanted, config.candidate_separation);
   if (plan.outcome == PlanOutcome::kViews) {
-    plan.message = absl::StrCat(plan.views.size(),
-                                " views register, with the settings that gain "
-                                "most for each minute, of ",
-                                options.size());
+    Conclude(ViewsBySetting(plan.views.size(), options.size()), plan);
     const RankedView& first = plan.views.front();
     const double rate = first.lower / (kSetUpMinutes + *first.scan_minutes);
     plan.optimality_gap = open ? 1 : most > 0 ? std::clamp(1 - rate / most, 0.0, 1.0) : 0;

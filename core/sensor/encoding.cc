@@ -150,7 +150,7 @@ absl::Status RangeImageDecoder::Take(absl::string_view bytes) {
   return status_;
 }
 
-absl::Status RangeImageDecoder::Finish() {
+absl::StatusOr<RangeImageDecoder::Contents> RangeImageDecoder::Finish() {
   if (!status_.ok()) return status_;
   if (part_ == Part::kHeader) {
     status_ = NoHeader(taken_);
@@ -161,7 +161,13 @@ absl::Status RangeImageDecoder::Finish() {
   } else if (samples_ == 0) {
     status_ = absl::InvalidArgumentError("range image: no cell holds a range");
   }
-  return status_;
+  if (!status_.ok()) return status_;
+  return Contents{image_.azimuth.size(), image_.elevation.size(), samples_};
+}
+
+absl::StatusOr<RangeImage> RangeImageDecoder::FinishImage() && {
+  if (absl::Status whole = Finish().status(); !whole.ok()) return whole;
+  return std::move(image_);
 }
 
 absl::Status RangeImageDecoder::TakePart(absl::string_view bytes) {
@@ -231,20 +237,19 @@ absl::Status RangeImageDecoder::TakeColumn(absl::string_view bytes) {
   }
   const std::optional<size_t> samples = DecodeColumn(codes_, cells);
   if (!samples.has_value()) {
-    return absl::InvalidArgumentError(
-        absl::StrCat("range image: column ", columns(), " holds a range outside 0.1 mm to 1 km"));
+    return absl::InvalidArgumentError(absl::StrCat("range image: column ", image_.azimuth.size(),
+                                                   " holds a range outside 0.1 mm to 1 km"));
   }
   image_.azimuth.push_back(bytes::LoadLittleEndian<double>(bytes.data()));
   samples_ += *samples;
-  if (columns() == announced_columns_) part_ = Part::kEnd;
+  if (image_.azimuth.size() == announced_columns_) part_ = Part::kEnd;
   return absl::OkStatus();
 }
 
 absl::StatusOr<RangeImage> DecodeRangeImage(absl::string_view bytes, size_t max_cells) {
   RangeImageDecoder decoder(max_cells, RangeImageDecoder::Ranges::kKeep);
   decoder.Take(bytes).IgnoreError();  // the decoder keeps the error
-  if (absl::Status whole = decoder.Finish(); !whole.ok()) return whole;
-  return std::move(decoder).TakeImage();
+  return std::move(decoder).FinishImage();
 }
 
 }  // namespace vantage::sensor

@@ -30,7 +30,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -54,24 +53,25 @@ class RangeImageDecoder {
  public:
   static constexpr size_t kHeaderBytes = 32;
   enum class Ranges { kKeep, kOnlyCheck };
+  // Of a whole image.
+  struct Contents {
+    size_t columns = 0;
+    size_t rows = 0;
+    size_t samples = 0;  // cells that hold a range
+  };
 
   RangeImageDecoder(size_t max_cells, Ranges ranges) : max_cells_(max_cells), ranges_(ranges) {}
 
   // Takes the next bytes. After an error every call returns it. INVALID_ARGUMENT as
   // DecodeRangeImage().
   absl::Status Take(absl::string_view bytes);
-  // OK when the whole has been taken and is valid.
-  absl::Status Finish();
+  // What was taken, when that is the whole and valid. INVALID_ARGUMENT as DecodeRangeImage().
+  absl::StatusOr<Contents> Finish();
+  // The same as an image, which has no ranges with kOnlyCheck.
+  absl::StatusOr<RangeImage> FinishImage() &&;
 
   // The error that was found so far, if any.
   const absl::Status& status() const { return status_; }
-
-  // To be called after Finish() returned OK.
-  size_t columns() const { return image_.azimuth.size(); }
-  size_t rows() const { return image_.elevation.size(); }
-  size_t samples() const { return samples_; }
-  // With kKeep.
-  RangeImage TakeImage() && { return std::move(image_); }
 
  private:
   // The part that comes next, and its number of bytes.

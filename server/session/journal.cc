@@ -28,6 +28,14 @@ Journal::Journal(std::string session, store::Store& store, Clock clock, SeenCloc
       clock_(std::move(clock)),
       seen_(std::move(seen)) {}
 
+absl::StatusOr<std::unique_ptr<Journal>> Journal::Open(std::string session, store::Store& store,
+                                                       Clock clock, SeenClock seen) {
+  auto journal =
+      std::make_unique<Journal>(std::move(session), store, std::move(clock), std::move(seen));
+  if (absl::Status loaded = journal->Load(); !loaded.ok()) return loaded;
+  return journal;
+}
+
 absl::Status Journal::Load() {
   std::lock_guard<std::mutex> write(write_mutex_);
   std::lock_guard<std::mutex> lock(state_mutex_);
@@ -110,6 +118,12 @@ absl::Status Journal::CheckRoom(int64_t most) const {
   return contract::ErrorWithReason(absl::StatusCode::kResourceExhausted, "LOG_FULL",
                                    absl::StrCat("the session's log has ", bytes_ >> 20,
                                                 " MiB, the most it may; go on in another session"));
+}
+
+void Journal::OnWritten(std::function<void(int64_t)> call) {
+  std::lock_guard<std::mutex> write(write_mutex_);
+  on_written_ = std::move(call);
+  on_written_(bytes_);
 }
 
 void Journal::Close() {

@@ -56,11 +56,12 @@ class Journal {
   using SeenClock = std::function<absl::Duration()>;
   using WatchId = uint64_t;
 
-  // An empty journal; `store` must outlive it.
+  // Of a session that the store does not have yet; `store` must outlive it.
   Journal(std::string session, store::Store& store, Clock clock, SeenClock seen);
-
-  // Reads the log from the store.
-  absl::Status Load();
+  // Of one that it has: reads the log. NOT_FOUND: it has none. INTERNAL: entries do not fit
+  // together. Otherwise errors as of Store::Read().
+  static absl::StatusOr<std::unique_ptr<Journal>> Open(std::string session, store::Store& store,
+                                                       Clock clock, SeenClock seen);
 
   // Makes one step. `build` gets the present state and returns the draft, or an error, which is
   // returned unchanged and changes nothing. Returns the name of the resource concerned. When the
@@ -86,9 +87,9 @@ class Journal {
   int64_t bytes() const { return bytes_; }
   // RESOURCE_EXHAUSTED (LOG_FULL): they come to `most` or more.
   absl::Status CheckRoom(int64_t most) const;
-  // `call` runs after every step with the bytes of its entry. To be set before the first step of
-  // several threads.
-  void OnWritten(std::function<void(int64_t)> call) { on_written_ = std::move(call); }
+  // `call` runs at once with the bytes of all entries so far, and after every step with those of
+  // its entry; one such call at a time, which must be quick. Replaces the one before.
+  void OnWritten(std::function<void(int64_t)> call);
   // Waits for the step in progress; all later ones are refused (ABORTED).
   void Close();
   // Calls every watcher when something other than a step happened (the log was dropped).
@@ -99,6 +100,8 @@ class Journal {
   Moment At() const { return {clock_(), seen_()}; }
 
  private:
+  absl::Status Load();
+
   const std::string session_;
   store::Store& store_;
   const Clock clock_;
@@ -108,7 +111,7 @@ class Journal {
   mutable std::mutex state_mutex_;
   SessionState state_ ABSL_GUARDED_BY(state_mutex_);
   std::atomic<int64_t> bytes_{0};
-  std::function<void(int64_t)> on_written_;  // may be null
+  std::function<void(int64_t)> on_written_ ABSL_GUARDED_BY(write_mutex_);  // may be null
   std::mutex watch_mutex_;
   std::map<WatchId, std::shared_ptr<std::function<void()>>> watchers_ ABSL_GUARDED_BY(watch_mutex_);
   WatchId next_watch_ ABSL_GUARDED_BY(watch_mutex_) = 1;

@@ -75,14 +75,13 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Create(
 absl::StatusOr<std::shared_ptr<Session>> Session::Load(const std::string& id,
                                                        TenantAccounts& accounts,
                                                        const SessionDependencies& dependencies) {
-  auto log = std::make_unique<Journal>(id, dependencies.store, dependencies.clock,
-                                       dependencies.SeenClock());
-  absl::Status loaded = log->Load();
-  if (!loaded.ok()) return loaded;
+  absl::StatusOr<std::unique_ptr<Journal>> log =
+      Journal::Open(id, dependencies.store, dependencies.clock, dependencies.SeenClock());
+  if (!log.ok()) return log.status();
   absl::StatusOr<std::vector<store::SnapshotRecord>> snapshots = dependencies.store.Snapshots(id);
   if (!snapshots.ok()) return snapshots.status();
   absl::StatusOr<std::shared_ptr<Session>> made =
-      Make(id, std::move(log), ModelMemory::Begin::kToBeLoaded, *std::move(snapshots), accounts,
+      Make(id, *std::move(log), ModelMemory::Begin::kToBeLoaded, *std::move(snapshots), accounts,
            dependencies);
   if (!made.ok()) return made;
   (*made)->plans_.EndInterrupted();

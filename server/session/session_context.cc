@@ -40,7 +40,6 @@ SessionContext::SessionContext(std::string id, std::unique_ptr<Journal> journal,
   journal_->Read([&](const SessionState& state) {
     for (const auto& [name, record] : state.scans) account_->Add(record.scan.encoded_size_bytes());
   });
-  account_->AddLog(journal_->bytes());
   journal_->OnWritten([share = account_](int64_t bytes) { share->AddLog(bytes); });
 }
 

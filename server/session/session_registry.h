@@ -111,8 +111,8 @@ class SessionRegistry {
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   const LeftOut* FindLeftOut(const std::string& id, const std::optional<std::string>& tenant) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  // Must be called with create_mutex_ held.
-  absl::Status Erase(const std::shared_ptr<Session>& session);
+  absl::Status Erase(const std::shared_ptr<Session>& session)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(create_mutex_);
   absl::Status Sweep(const std::map<std::string, int>& blobs, const std::set<std::string>& spools);
   std::string FreshId() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
@@ -121,7 +121,8 @@ class SessionRegistry {
   std::mutex collect_mutex_;
   // What was found past its time, by name, and when first.
   std::map<std::string, absl::Duration> past_ ABSL_GUARDED_BY(collect_mutex_);
-  std::mutex create_mutex_;  // one creation or deletion at a time
+  // Guards no member: one creation or deletion at a time, the store's part included.
+  std::mutex create_mutex_ ABSL_ACQUIRED_BEFORE(mutex_);
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<Session>> sessions_ ABSL_GUARDED_BY(mutex_);
   std::vector<std::string> order_ ABSL_GUARDED_BY(mutex_);

@@ -392,12 +392,13 @@ absl::StatusOr<Upload::Content> Upload::Inspect() {
         StatusCode::kDataLoss, "SHA256_DIFFERS",
         "the SHA-256 of the bytes is not the one announced; start a new upload");
   }
-  if (absl::Status valid = decoder_.Finish(); !valid.ok()) {
-    return contract::InvalidField("encoded range image", valid.message());
+  const auto image = decoder_.Finish();
+  if (!image.ok()) {
+    return contract::InvalidField("encoded range image", image.status().message());
   }
-  content.columns = decoder_.columns();
-  content.rows = decoder_.rows();
-  content.samples = decoder_.samples();
+  content.columns = image->columns;
+  content.rows = image->rows;
+  content.samples = image->samples;
   content.encoded_size = Received();
   return content;
 }

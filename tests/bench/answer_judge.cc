@@ -14,14 +14,12 @@ constexpr size_t kTimedViews = 300;  // by brute force
 }  // namespace
 
 AnswerJudge::AnswerJudge(const PlanningJob& job, parallel::Parallel& parallel)
-    : job_(job),
-      overlap_(
-          planning::OverlapSurface::Create(*job.model, job.grid, job.scoring->scene(), job.scanner)
-              .value()) {
-  const auto hierarchy = planning::HierarchicalScorer::Create(
-                             job.scoring->scorer(), job.grid, job.scoring->cells(),
-                             job.feasible.cells(), job.feasible.cell_size(), {}, parallel)
-                             .value();
+    : job_(job), overlap_(planning::OverlapSurface::Of(*job.problem).value()) {
+  const auto hierarchy =
+      planning::HierarchicalScorer::Create(job.scoring->scorer(), job.grid, job.scoring->cells(),
+                                           job.feasible.cells(), job.feasible.cell_size(), {},
+                                           parallel::Budget::Unlimited(), parallel)
+          .value();
   planning::Evaluation all;
   for (const planning::ViewScore& score :
        planning::ScoreEveryView(*hierarchy, parallel::Budget::Unlimited(), parallel)) {

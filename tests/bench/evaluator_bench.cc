@@ -40,11 +40,10 @@ Comparison Compare(const PlanningJob& job, const planning::HierarchyOptions& opt
   Comparison result;
   std::unique_ptr<planning::HierarchicalScorer> hierarchy;
   result.build = ThreadSeconds([&] {
-    hierarchy = planning::HierarchicalScorer::Create(job.scoring->scorer(), job.grid,
-                                                     job.scoring->cells(), job.feasible.cells(),
-                                                     job.feasible.cell_size(), options, serial)
+    hierarchy = planning::HierarchicalScorer::Create(
+                    job.scoring->scorer(), job.grid, job.scoring->cells(), job.feasible.cells(),
+                    job.feasible.cell_size(), options, unlimited, serial)
                     .value();
-    hierarchy->Cull(unlimited, serial);
   });
   std::mt19937_64 random(1);
   double square = 0;

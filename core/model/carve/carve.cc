@@ -265,24 +265,27 @@ absl::StatusOr<std::unique_ptr<ScanLayer>> CarveWithin(int64_t memory_limit,
   const auto cells = static_cast<double>(scan.image.cells());
   if (static_cast<double>(memory_limit) < cells * kBytesOfCell) return exhausted();
   (void)room.Take(static_cast<int64_t>(cells * kBytesOfCellKept));
-  auto layer = std::unique_ptr<ScanLayer>(new ScanLayer{
-      .range_surface = RangeSurface(scan.image, scan.scanner, config.discontinuity_angle, parallel),
-      .scanner = scan.scanner,
-      .T_model_scan = T_model_scan,
-      .site = config.max_half_extent});
   // Density is computed from the steps the instrument measured with, not the grid's.
-  layer->scanner.azimuth_step = scan.image.native_azimuth_step;
-  layer->scanner.elevation_step = scan.image.native_elevation_step;
-  const std::vector<double>& rows = scan.image.elevation;
-  layer->elevation_first = rows[0] - (rows[1] - rows[0]) / 2;
-  layer->elevation_last = rows.back() + (rows.back() - rows[rows.size() - 2]) / 2;
+  sensor::ScannerModel scanner = scan.scanner;
+  scanner.azimuth_step = scan.image.native_azimuth_step;
+  scanner.elevation_step = scan.image.native_elevation_step;
+  OpenRangeSurface surface(scan.image, scan.scanner, config.discontinuity_angle, parallel);
+  const CutReturns cut = CutReturnsBeyondLimits(config, scan.scanner, T_model_scan, surface);
+  Reflections reflections = EndAndSuspectReflections(surface, parallel);
+  const size_t sky_rays = EndSkyRays(config, scanner, T_model_scan, surface);
 
-  layer->cut = CutReturnsBeyondLimits(config, scan.scanner, T_model_scan, layer->range_surface);
-  Reflections reflections = EndAndSuspectReflections(layer->range_surface, parallel);
-  layer->reflectors = std::move(reflections.reflectors);
-  layer->suspects = std::move(reflections.suspects);
-  layer->sky_rays = EndSkyRays(config, *layer);
-  layer->range_surface.EndLoneRays(parallel);
+  const std::vector<double>& rows = scan.image.elevation;
+  auto layer = std::unique_ptr<ScanLayer>(
+      new ScanLayer{.range_surface = std::move(surface).Finish(parallel),
+                    .scanner = scanner,
+                    .elevation_first = rows[0] - (rows[1] - rows[0]) / 2,
+                    .elevation_last = rows.back() + (rows.back() - rows[rows.size() - 2]) / 2,
+                    .T_model_scan = T_model_scan,
+                    .reflectors = std::move(reflections.reflectors),
+                    .suspects = std::move(reflections.suspects),
+                    .site = config.max_half_extent,
+                    .cut = cut,
+                    .sky_rays = sky_rays});
   layer->holes = HoleMap(layer->range_surface);
   CarveEmptySpace(config, parallel, room, *layer);
   if (room.spent()) return exhausted();

@@ -18,7 +18,8 @@ double DistanceToSiteLimit(const ModelConfig& config, const Eigen::Vector3d& ori
 }
 
 CutReturns CutReturnsBeyondLimits(const ModelConfig& config, const sensor::ScannerModel& scanner,
-                                  const Eigen::Isometry3d& T_model_scan, RangeSurface& surface) {
+                                  const Eigen::Isometry3d& T_model_scan,
+                                  OpenRangeSurface& surface) {
   CutReturns cut;
   const Eigen::Vector3d origin = T_model_scan.translation();
   // No ray that ends nearer than the nearest face can be beyond it.

@@ -26,7 +26,7 @@ double DistanceToSiteLimit(const ModelConfig& config, const Eigen::Vector3d& ori
 // Ends the rays of such returns at the range model's limit, or where they returned outside the
 // site: carving ends at the site's limit, voxel by voxel.
 CutReturns CutReturnsBeyondLimits(const ModelConfig& config, const sensor::ScannerModel& scanner,
-                                  const Eigen::Isometry3d& T_model_scan, RangeSurface& surface);
+                                  const Eigen::Isometry3d& T_model_scan, OpenRangeSurface& surface);
 
 }  // namespace vantage::model
 

@@ -53,20 +53,21 @@ Cylinder AroundReturns(const RangeSurface& surface, const Eigen::Vector3d& up) {
 
 }  // namespace
 
-size_t EndSkyRays(const ModelConfig& config, ScanLayer& layer) {
-  const Eigen::Vector3d up = layer.T_model_scan.linear().row(2);
-  const std::vector<SkyRay> rays = FindSkyRays(layer.range_surface, layer.scanner, up);
+size_t EndSkyRays(const ModelConfig& config, const sensor::ScannerModel& scanner,
+                  const Eigen::Isometry3d& T_model_scan, OpenRangeSurface& surface) {
+  const Eigen::Vector3d up = T_model_scan.linear().row(2);
+  const std::vector<SkyRay> rays = FindSkyRays(surface, scanner, up);
   if (rays.empty()) return 0;
-  const Cylinder around = AroundReturns(layer.range_surface, up);
+  const Cylinder around = AroundReturns(surface, up);
   size_t count = 0;
   for (const SkyRay& ray : rays) {
-    const Eigen::Vector3d direction = layer.range_surface.Direction(ray.column, ray.row);
+    const Eigen::Vector3d direction = surface.Direction(ray.column, ray.row);
     const double end =
         std::min({static_cast<double>(ray.range), around.DistanceTo(direction.dot(up)),
-                  DistanceToSiteLimit(config, layer.T_model_scan.translation(),
-                                      layer.T_model_scan.linear() * direction)});
+                  DistanceToSiteLimit(config, T_model_scan.translation(),
+                                      T_model_scan.linear() * direction)});
     if (!(end > 0)) continue;
-    layer.range_surface.EndAt(ray.column, ray.row, static_cast<float>(end), ray.beyond);
+    surface.EndAt(ray.column, ray.row, static_cast<float>(end), ray.beyond);
     ++count;
   }
   return count;

@@ -3,17 +3,20 @@
 #ifndef VANTAGE_CORE_MODEL_CARVE_SKY_RAYS_H_
 #define VANTAGE_CORE_MODEL_CARVE_SKY_RAYS_H_
 
+#include <Eigen/Geometry>
 #include <cstddef>
 
-#include "core/model/carve/scan_layer.h"
+#include "core/model/scan/range_surface.h"
 #include "core/model/view/model_config.h"
+#include "core/sensor/scanner_model.h"
 
 namespace vantage::model {
 
-// Ends the rays of the layer's range surface that went into the open sky (FindSkyRays) where the
-// scanner would have seen something, but within the site and not far from what was measured.
-// Returns how many.
-size_t EndSkyRays(const ModelConfig& config, ScanLayer& layer);
+// Ends the rays of a scan's surface that went into the open sky (FindSkyRays) where the scanner,
+// which has the scan's native steps, would have seen something, but within the site and not far
+// from what was measured. Returns how many.
+size_t EndSkyRays(const ModelConfig& config, const sensor::ScannerModel& scanner,
+                  const Eigen::Isometry3d& T_model_scan, OpenRangeSurface& surface);
 
 }  // namespace vantage::model
 

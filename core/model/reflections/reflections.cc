@@ -169,7 +169,7 @@ std::vector<Candidate> FindJudged(const RangeSurface& surface, int stride,
 
 // Which candidates reflect, and the cells of their reflections, whose rays are ended.
 std::vector<std::vector<ScanCell>> EndReflectionsIn(const std::vector<Candidate>& judged,
-                                                    RangeSurface& surface,
+                                                    OpenRangeSurface& surface,
                                                     parallel::Parallel& parallel) {
   const int stride = StrideOf(surface, kCoarse);
   const int fine = StrideOf(surface, kFine);
@@ -211,12 +211,12 @@ std::vector<Reflector> MakeReflectors(const RangeSurface& surface,
 
 }  // namespace
 
-std::vector<Reflector> EndReflections(RangeSurface& surface, parallel::Parallel& parallel) {
+std::vector<Reflector> EndReflections(OpenRangeSurface& surface, parallel::Parallel& parallel) {
   const std::vector<Candidate> judged = FindJudged(surface, StrideOf(surface, kCoarse), parallel);
   return MakeReflectors(surface, judged, EndReflectionsIn(judged, surface, parallel));
 }
 
-Reflections EndAndSuspectReflections(RangeSurface& surface, parallel::Parallel& parallel) {
+Reflections EndAndSuspectReflections(OpenRangeSurface& surface, parallel::Parallel& parallel) {
   const std::vector<Candidate> judged = FindJudged(surface, StrideOf(surface, kCoarse), parallel);
   const std::vector<std::vector<ScanCell>> told = EndReflectionsIn(judged, surface, parallel);
   std::vector<ReflectingPlane> untold;

@@ -23,17 +23,17 @@ struct Reflector {
 };
 
 // Finds the returns that a scan by itself shows to be reflections, by the rule of algorithm.md
-// section 4, 'Reflections', and ends their rays at the reflector (RangeSurface::EndAt). The result
-// is a function of the image alone. A part of a dense image is judged, so that the time hardly
-// depends on its density.
-std::vector<Reflector> EndReflections(RangeSurface& surface, parallel::Parallel& parallel);
+// section 4, 'Reflections', and ends their rays at the reflector (OpenRangeSurface::EndAt). The
+// result is a function of the image alone. A part of a dense image is judged, so that the time
+// hardly depends on its density.
+std::vector<Reflector> EndReflections(OpenRangeSurface& surface, parallel::Parallel& parallel);
 
 // The same, and the reflectors that the scan suspects besides, for other scans to tell.
 struct Reflections {
   std::vector<Reflector> reflectors;
   std::vector<SuspectedReflector> suspects;
 };
-Reflections EndAndSuspectReflections(RangeSurface& surface, parallel::Parallel& parallel);
+Reflections EndAndSuspectReflections(OpenRangeSurface& surface, parallel::Parallel& parallel);
 
 }  // namespace vantage::model
 

@@ -30,6 +30,11 @@ struct ColumnParts {
 
 RangeSurface::RangeSurface(const sensor::RangeImage& image, const sensor::ScannerModel& scanner,
                            double discontinuity_angle, parallel::Parallel& parallel)
+    : RangeSurface(image, scanner) {
+  (void)JoinAll(discontinuity_angle, parallel);
+}
+
+RangeSurface::RangeSurface(const sensor::RangeImage& image, const sensor::ScannerModel& scanner)
     : azimuth_(image.azimuth, image.full_turn),
       elevation_(image.elevation, false),
       range_(image.range),
@@ -41,9 +46,14 @@ RangeSurface::RangeSurface(const sensor::RangeImage& image, const sensor::Scanne
       range = sensor::RangeImage::kNoInformation;
     }
   }
+}
+
+std::vector<uint32_t> RangeSurface::JoinAll(double discontinuity_angle,
+                                            parallel::Parallel& parallel) {
   Join(discontinuity_angle, parallel);
-  DropMixedPixels(parallel);
+  std::vector<uint32_t> mixed = DropMixedPixels(parallel);
   JoinQuads(parallel);
+  return mixed;
 }
 
 RangeSurface::RangeSurface(AngularAxis azimuth, AngularAxis elevation, std::vector<float> range,
@@ -109,7 +119,7 @@ void RangeSurface::Join(double discontinuity_angle, parallel::Parallel& parallel
   });
 }
 
-void RangeSurface::DropMixedPixels(parallel::Parallel& parallel) {
+std::vector<uint32_t> RangeSurface::DropMixedPixels(parallel::Parallel& parallel) {
   const auto between = [](float before, float here, float after) {
     return sensor::RangeImage::IsRange(before) && sensor::RangeImage::IsRange(after) &&
            (here - before) * (after - here) > 0;
@@ -132,10 +142,10 @@ void RangeSurface::DropMixedPixels(parallel::Parallel& parallel) {
   parallel.For(parts.count, [&](size_t part) {
     for (int c = parts.first(part); c < parts.end(part); ++c) find_in(c, mixed[part]);
   });
-  for (const std::vector<uint32_t>& some : mixed) {
-    mixed_.insert(mixed_.end(), some.begin(), some.end());
-  }
-  for (const uint32_t index : mixed_) range_[index] = sensor::RangeImage::kNoInformation;
+  std::vector<uint32_t> all;
+  for (const std::vector<uint32_t>& some : mixed) all.insert(all.end(), some.begin(), some.end());
+  for (const uint32_t index : all) range_[index] = sensor::RangeImage::kNoInformation;
+  return all;
 }
 
 void RangeSurface::JoinQuads(parallel::Parallel& parallel) {
@@ -158,7 +168,12 @@ void RangeSurface::JoinQuads(parallel::Parallel& parallel) {
   }
 }
 
-void RangeSurface::EndAt(int column, int row, float range, UnknownReason beyond) {
+OpenRangeSurface::OpenRangeSurface(const sensor::RangeImage& image,
+                                   const sensor::ScannerModel& scanner, double discontinuity_angle,
+                                   parallel::Parallel& parallel)
+    : RangeSurface(image, scanner), mixed_(JoinAll(discontinuity_angle, parallel)) {}
+
+void OpenRangeSurface::EndAt(int column, int row, float range, UnknownReason beyond) {
   const size_t own = Index(column, row);
   range_[own] = range;
   joined_[own] = EndBits(beyond);
@@ -173,7 +188,7 @@ void RangeSurface::EndAt(int column, int row, float range, UnknownReason beyond)
   if (previous >= 0 && row > 0) part(previous, row - 1, 4);
 }
 
-void RangeSurface::EndLoneRays(parallel::Parallel& parallel) {
+RangeSurface OpenRangeSurface::Finish(parallel::Parallel& parallel) && {
   constexpr int kTelling = 7;  // of eight neighbours: a cell of a line has six at most
   struct End {
     size_t index;
@@ -238,7 +253,7 @@ void RangeSurface::EndLoneRays(parallel::Parallel& parallel) {
                                                                      : UnknownReason::kImage);
     range_[end.index] = end.range;
   }
-  mixed_ = {};
+  return static_cast<RangeSurface&&>(*this);
 }
 
 RangeSurface::Reading RangeSurface::Read(const Eigen::Vector3d& direction) const {

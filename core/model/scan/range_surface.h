@@ -19,6 +19,7 @@ namespace vantage::model {
 // core/model/scan/sky.h) and kSite (a return beyond the site's limit) there is nothing to look for.
 enum class UnknownReason : uint8_t { kNone, kOcclusion, kHole, kImage, kSky, kSite };
 
+// Whose rays ended where; it does not change any more (OpenRangeSurface does).
 class RangeSurface {
  public:
   // `discontinuity_angle` (rad): neighbours are two surfaces when the segment between them makes a
@@ -40,7 +41,6 @@ class RangeSurface {
   const std::vector<double>& sin_elevation() const { return sin_elevation_; }
   size_t bytes() const {  // that it holds on the heap, about
     return range_.capacity() * sizeof(float) + joined_.capacity() +
-           mixed_.capacity() * sizeof(uint32_t) +
            4 * sizeof(double) * static_cast<size_t>(columns() + rows());
   }
   // Unit vector of a cell's ray, scanner frame.
@@ -66,16 +66,8 @@ class RangeSurface {
                ? EndReason(joined_[Index(column, row)]) == UnknownReason::kHole
                : range == sensor::RangeImage::kNoReturn;
   }
-  // Ends the ray of a cell `range` m (> 0) away, for instance at a reflector: empty up to there,
-  // nothing known beyond for the reason given (not kNone or kOcclusion), no surface, joined to
-  // nothing.
-  void EndAt(int column, int row, float range, UnknownReason beyond = UnknownReason::kHole);
   // True when some ray ended in the sky or at the site's limit.
   bool EndsInSky() const { return ends_in_sky_; }
-  // Ends lone rays that tell nothing, so that no hairs of unknown space run from them to the
-  // scanner (algorithm.md section 4, 'Surface between samples'). To be called after all calls of
-  // EndAt().
-  void EndLoneRays(parallel::Parallel& parallel);
 
   int NextColumn(int column) const {
     return column + 1 < columns() ? column + 1 : (azimuth_.closed() ? 0 : -1);
@@ -103,10 +95,13 @@ class RangeSurface {
   Reading RangeAt(double azimuth, double elevation) const;
 
  private:
-  friend class LayerCodec;  // snapshots
+  friend class LayerCodec;        // snapshots
+  friend class OpenRangeSurface;  // makes it
   // Restores a surface from what a snapshot kept of it.
   RangeSurface(AngularAxis azimuth, AngularAxis elevation, std::vector<float> range,
                std::vector<uint8_t> joined);
+  // Nothing is joined yet.
+  RangeSurface(const sensor::RangeImage& image, const sensor::ScannerModel& scanner);
   // Why nothing is known beyond the end of a ray with these bits: kOcclusion where it was not
   // ended.
   static UnknownReason EndReason(uint8_t joined) {
@@ -122,8 +117,10 @@ class RangeSurface {
   size_t Index(int column, int row) const {
     return static_cast<size_t>(column) * static_cast<size_t>(rows()) + static_cast<size_t>(row);
   }
+  // Joins neighbours, and returns the cells that were mixed pixels.
+  std::vector<uint32_t> JoinAll(double discontinuity_angle, parallel::Parallel& parallel);
   void Join(double discontinuity_angle, parallel::Parallel& parallel);
-  void DropMixedPixels(parallel::Parallel& parallel);
+  std::vector<uint32_t> DropMixedPixels(parallel::Parallel& parallel);
   void JoinQuads(parallel::Parallel& parallel);
 
   AngularAxis azimuth_;
@@ -135,7 +132,25 @@ class RangeSurface {
   // is joined to nothing; then 1 and 2 say why nothing is known beyond (EndBits).
   std::vector<uint8_t> joined_;
   bool ends_in_sky_ = false;
-  std::vector<uint32_t> mixed_;  // cells that were mixed pixels, until EndLoneRays
+};
+
+// A range surface while it is found out where its rays ended.
+class OpenRangeSurface : public RangeSurface {
+ public:
+  // As RangeSurface's.
+  OpenRangeSurface(const sensor::RangeImage& image, const sensor::ScannerModel& scanner,
+                   double discontinuity_angle, parallel::Parallel& parallel);
+
+  // Ends the ray of a cell `range` m (> 0) away, for instance at a reflector: empty up to there,
+  // nothing known beyond for the reason given (not kNone or kOcclusion), no surface, joined to
+  // nothing.
+  void EndAt(int column, int row, float range, UnknownReason beyond = UnknownReason::kHole);
+  // Ends lone rays that tell nothing, so that no hairs of unknown space run from them to the
+  // scanner (algorithm.md section 4, 'Surface between samples').
+  RangeSurface Finish(parallel::Parallel& parallel) &&;
+
+ private:
+  std::vector<uint32_t> mixed_;  // cells that were mixed pixels
 };
 
 // Here, since carving calls it for every voxel near a surface.

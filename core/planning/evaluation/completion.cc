@@ -34,11 +34,10 @@ class Shown {
 class ByHierarchy {
  public:
   // `hierarchy` scores the run's views on its cells.
-  ByHierarchy(EvaluationRun& run, HierarchicalScorer& hierarchy)
+  ByHierarchy(EvaluationRun& run, const HierarchicalScorer& hierarchy)
       : run_(run), hierarchy_(hierarchy) {}
 
   void Complete(EvaluationProgress progress) {
-    if (!hierarchy_.Cull(run_.budget(), run_.parallel(), run_.seen())) return;
     Shown shown(run_, progress);
     const std::vector<uint32_t> order = BoundAndOrder();
     size_t count = 0;
@@ -152,7 +151,7 @@ class ByHierarchy {
   }
 
   EvaluationRun& run_;
-  HierarchicalScorer& hierarchy_;
+  const HierarchicalScorer& hierarchy_;
 };
 
 }  // namespace
@@ -180,7 +179,7 @@ void CompleteByHierarchy(EvaluationRun& run, const OrderedCells& cells,
   if (run.Spent(run.budget())) return;
   const auto hierarchy = HierarchicalScorer::Create(run.scorer(), grid, cells, run.views().cells(),
                                                     run.views().cell_size(), HierarchyOptions{},
-                                                    run.parallel(), run.budget());
+                                                    run.budget(), run.parallel(), run.seen());
   if (hierarchy.ok()) ByHierarchy(run, **hierarchy).Complete(progress);
 }
 

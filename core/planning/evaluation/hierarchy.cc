@@ -5,6 +5,8 @@
 #include <utility>
 
 #include "absl/memory/memory.h"
+#include "absl/status/status.h"
+
 namespace vantage::planning {
 namespace {
 
@@ -41,14 +43,16 @@ struct HierarchicalScorer::Descent {
 absl::StatusOr<std::unique_ptr<HierarchicalScorer>> HierarchicalScorer::Create(
     const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid, const OrderedCells& cells,
     std::span<const Eigen::Vector3i> viewcells, double viewcell_size,
-    const HierarchyOptions& options, parallel::Parallel& parallel,
-    const parallel::Cancellation& cancelled) {
-  auto summed = grid.Summed(parallel, cancelled);
+    const HierarchyOptions& options, const parallel::Budget& budget, parallel::Parallel& parallel,
+    std::span<std::atomic<uint8_t>> seen) {
+  auto summed = grid.Summed(parallel, budget);
   if (!summed.ok()) return summed.status();
-  auto patches = PatchTree::Create(cells, parallel, cancelled);
+  auto patches = PatchTree::Create(cells, parallel, budget);
   if (!patches.ok()) return patches.status();
-  return absl::WrapUnique(new HierarchicalScorer(scorer, *std::move(summed), cells, viewcells,
-                                                 viewcell_size, options, *std::move(patches)));
+  auto made = absl::WrapUnique(new HierarchicalScorer(scorer, *std::move(summed), cells, viewcells,
+                                                      viewcell_size, options, *std::move(patches)));
+  if (!made->Cull(budget, parallel, seen)) return absl::CancelledError("hierarchy of views");
+  return made;
 }
 
 HierarchicalScorer::HierarchicalScorer(const BruteForceScorer& scorer, visibility::OpaqueGrid grid,
@@ -105,7 +109,6 @@ bool HierarchicalScorer::RefineAll(const ViewBox& pass,
 
 bool HierarchicalScorer::Cull(const parallel::Budget& budget, parallel::Parallel& parallel,
                               std::span<std::atomic<uint8_t>> seen) {
-  blocks_.clear();
   block_of_.assign(viewcells_.size(), 0);
   if (viewcells_.empty() || cells_.size() == 0) return true;
   const auto refine = [&](uint32_t node, const ViewBlock& parent, ViewBlock& block) {
@@ -137,10 +140,7 @@ bool HierarchicalScorer::Cull(const parallel::Budget& budget, parallel::Parallel
     }
     std::vector<ViewBlock> next(tasks.size());
     parallel.For(tasks.size(), [&](size_t i) { refine(tasks[i].node, *tasks[i].parent, next[i]); });
-    if (budget.Expired()) {  // a list may be cut short
-      blocks_.clear();
-      return false;
-    }
+    if (budget.Expired()) return false;  // a list may be cut short
     front = std::move(next);
   }
   std::sort(blocks_.begin(), blocks_.end(), [this](const ViewBlock& a, const ViewBlock& b) {
@@ -248,13 +248,12 @@ ViewScore HierarchicalScorer::ScoreView(uint32_t view, const parallel::Budget& b
   return ScoreOn(view, RangesOf(patches_, block.candidates), block.certain, budget, seen);
 }
 
-std::vector<ViewScore> ScoreEveryView(HierarchicalScorer& scorer, const parallel::Budget& budget,
+std::vector<ViewScore> ScoreEveryView(const HierarchicalScorer& scorer,
+                                      const parallel::Budget& budget,
                                       parallel::Parallel& parallel) {
   size_t views = 0;
-  std::vector<ViewScore> scores;
-  if (!scorer.Cull(budget, parallel)) return scores;
   for (const ViewBlock& block : scorer.blocks()) views += scorer.Views(block).size();
-  scores.resize(views);
+  std::vector<ViewScore> scores(views);
   parallel.For(scorer.blocks().size(), [&](size_t b) {
     const ViewBlock& block = scorer.blocks()[b];
     const std::span<const uint32_t> which = scorer.Views(block);

@@ -12,7 +12,6 @@
 
 #include "absl/status/statusor.h"
 #include "core/parallel/budget.h"
-#include "core/parallel/cancellation.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/evaluation/shaft_classifier.h"
 #include "core/planning/evaluation/view_tree.h"
@@ -53,23 +52,19 @@ struct ViewBlock {
 
 // Scores views against cells by their two trees (algorithm.md section 8, 'The hierarchy'). Blocks
 // of views are independent of one another, and a deadline leaves each view either exact or
-// unscored. References are kept. Thread safe except for Cull().
+// unscored. References are kept. Thread safe.
 class HierarchicalScorer {
  public:
-  // View i is the centre of viewcell i (FeasibleViews::cells()). CANCELLED when that was requested
+  // View i is the centre of viewcell i (FeasibleViews::cells()). Goes down from the roots of the
+  // trees to the blocks; `seen` as for BruteForceScorer::Score(). CANCELLED when the budget expired
   // on the way.
   static absl::StatusOr<std::unique_ptr<HierarchicalScorer>> Create(
       const BruteForceScorer& scorer, const visibility::OpaqueGrid& grid, const OrderedCells& cells,
       std::span<const Eigen::Vector3i> viewcells, double viewcell_size,
-      const HierarchyOptions& options, parallel::Parallel& parallel,
-      const parallel::Cancellation& cancelled = {});
+      const HierarchyOptions& options, const parallel::Budget& budget, parallel::Parallel& parallel,
+      std::span<std::atomic<uint8_t>> seen = {});
   HierarchicalScorer(const HierarchicalScorer&) = delete;
   HierarchicalScorer& operator=(const HierarchicalScorer&) = delete;
-
-  // The upper levels: from the roots to the blocks. False when the budget expired on the way.
-  // `seen` as for BruteForceScorer::Score().
-  bool Cull(const parallel::Budget& budget, parallel::Parallel& parallel,
-            std::span<std::atomic<uint8_t>> seen = {});
 
   const std::vector<ViewBlock>& blocks() const { return blocks_; }
   std::span<const uint32_t> Views(const ViewBlock& block) const {
@@ -101,6 +96,9 @@ class HierarchicalScorer {
                      const OrderedCells& cells, std::span<const Eigen::Vector3i> viewcells,
                      double viewcell_size, const HierarchyOptions& options, PatchTree patches);
 
+  // The upper levels: finds the blocks. False when the budget expired on the way.
+  bool Cull(const parallel::Budget& budget, parallel::Parallel& parallel,
+            std::span<std::atomic<uint8_t>> seen);
   void Refine(const ViewBox& pass, const ViewBlock::Candidate& candidate, Candidates& out,
               double& certain, HierarchyCounts& counts, std::span<std::atomic<uint8_t>> seen) const;
   // False when the budget expired on the way.
@@ -133,8 +131,8 @@ class HierarchicalScorer {
 };
 
 // Every view against every cell by the hierarchy. The same result on any number of threads.
-std::vector<ViewScore> ScoreEveryView(HierarchicalScorer& scorer, const parallel::Budget& budget,
-                                      parallel::Parallel& parallel);
+std::vector<ViewScore> ScoreEveryView(const HierarchicalScorer& scorer,
+                                      const parallel::Budget& budget, parallel::Parallel& parallel);
 
 }  // namespace vantage::planning
 

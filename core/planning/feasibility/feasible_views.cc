@@ -520,35 +520,6 @@ std::string InfeasibilityWords(Infeasibility why, const sensor::ScannerModel& sc
   return "unknown reason";
 }
 
-std::string FeasibleViews::Explain(const sensor::ScannerModel& scanner,
-                                   const PlanningConfig& config) const {
-  if (!cells_.empty()) return absl::StrCat(cells_.size(), " viewcells are feasible");
-  if (!floor_.found()) {
-    return "no viewcell is feasible: the model shows no floor (upward measured surface under free "
-           "space); set floor_z, or scan so that the floor is seen";
-  }
-  std::string message = "no viewcell is feasible; of the cells at an allowed height over the floor";
-  size_t total = 0;
-  const char* separator = ": ";
-  for (int reason = static_cast<int>(Infeasibility::kAboveObject); reason < kInfeasibilities;
-       ++reason) {
-    const size_t count = counts_[static_cast<size_t>(reason)];
-    total += count;
-    if (count == 0) continue;
-    absl::StrAppend(&message, separator, count, " - ",
-                    InfeasibilityWords(static_cast<Infeasibility>(reason), scanner, config));
-    separator = "; ";
-  }
-  if (total == 0) {
-    return absl::StrFormat(
-        "no viewcell is feasible: none lies wholly between %.2f m and %.2f m over the floor, which "
-        "is at %.2f to %.2f m; widen the height range (it must hold a viewcell of %.2f m)",
-        config.min_viewpoint_height, config.max_viewpoint_height, floor_.lowest(), floor_.highest(),
-        cell_size_);
-  }
-  return message;
-}
-
 double ClearanceAt(const visibility::OpaqueGrid& grid, double voxel, const Eigen::Vector3d& p,
                    double limit) {
   const Eigen::Vector3d q = p / voxel;

@@ -102,10 +102,8 @@ class FeasibleViews {
   // measured floor, or was given, or there is none.
   bool FloorMeasured(const Eigen::Vector3d& p) const;
 
-  // Number of cells by reason, among those whose height over the floor is allowed. Explain() says
-  // in words which constraint leaves nothing and what to do about it.
+  // Number of cells by reason, among those whose height over the floor is allowed.
   const std::array<size_t, kInfeasibilities>& counts() const { return counts_; }
-  std::string Explain(const sensor::ScannerModel& scanner, const PlanningConfig& config) const;
 
  private:
   bool Inside(const CellIndex& c) const {

@@ -148,12 +148,13 @@ std::vector<PlacedFloor> FloorUnderStations(const model::PlanningView& model,
   return once;
 }
 
-std::vector<PlacedFloor> FloorAtWalls(const model::PlanningView& model, const FloorColumns& floor,
-                                      const parallel::Cancellation& cancelled) {
+std::optional<std::vector<PlacedFloor>> FloorAtWalls(const model::PlanningView& model,
+                                                     const FloorColumns& floor,
+                                                     const parallel::Cancellation& cancelled) {
   std::vector<PlacedFloor> found;
   std::vector<float> heights;  // of one column
   for (uint32_t column = 0; column < floor.columns(); ++column) {
-    if (column % kColumnsBetweenLooks == 0 && cancelled.Requested()) return found;
+    if (column % kColumnsBetweenLooks == 0 && cancelled.Requested()) return std::nullopt;
     const Eigen::Vector2i at = floor.Voxel(column);
     heights.clear();
     const auto add = [&](float height, double apart) {
@@ -185,14 +186,15 @@ std::vector<PlacedFloor> FloorAtWalls(const model::PlanningView& model, const Fl
   return found;
 }
 
-std::vector<PlacedFloor> FloorBetween(const model::PlanningView& model, const FloorColumns& floor,
-                                      const parallel::Cancellation& cancelled) {
+std::optional<std::vector<PlacedFloor>> FloorBetween(const model::PlanningView& model,
+                                                     const FloorColumns& floor,
+                                                     const parallel::Cancellation& cancelled) {
   // Each line is walked from one of its ends only.
   static const std::array<Eigen::Vector2i, 4> kLines = {
       Eigen::Vector2i(1, 0), Eigen::Vector2i(0, 1), Eigen::Vector2i(1, 1), Eigen::Vector2i(1, -1)};
   std::vector<Crossing> crossings;
   for (uint32_t column = 0; column < floor.columns(); ++column) {
-    if (column % kColumnsBetweenLooks == 0 && cancelled.Requested()) return {};
+    if (column % kColumnsBetweenLooks == 0 && cancelled.Requested()) return std::nullopt;
     const Eigen::Vector2i from = floor.Voxel(column);
     for (const Floor& near : floor.In(column)) {
       for (const Eigen::Vector2i& step : kLines) {

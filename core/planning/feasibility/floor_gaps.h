@@ -3,6 +3,7 @@
 #ifndef VANTAGE_CORE_PLANNING_FEASIBILITY_FLOOR_GAPS_H_
 #define VANTAGE_CORE_PLANNING_FEASIBILITY_FLOOR_GAPS_H_
 
+#include <optional>
 #include <vector>
 
 #include "core/model/view/planning_view.h"
@@ -11,7 +12,7 @@
 
 namespace vantage::planning {
 
-// What each returns is not in `floor` yet. When cancelled on the way, any part of it.
+// What each returns is not in `floor` yet; nothing when cancelled on the way.
 
 // Floor on which a scanner has stood, within the clearance that it had.
 std::vector<PlacedFloor> FloorUnderStations(const model::PlanningView& model,
@@ -19,13 +20,15 @@ std::vector<PlacedFloor> FloorUnderStations(const model::PlanningView& model,
 
 // Columns beside a floor in which surface was measured within a step of the floor's height,
 // whichever way it faces: where a wall or a riser meets the floor, normals are those of neither.
-std::vector<PlacedFloor> FloorAtWalls(const model::PlanningView& model, const FloorColumns& floor,
-                                      const parallel::Cancellation& cancelled);
+std::optional<std::vector<PlacedFloor>> FloorAtWalls(const model::PlanningView& model,
+                                                     const FloorColumns& floor,
+                                                     const parallel::Cancellation& cancelled);
 
 // Gaps with floor at both ends of a straight line across, in which nothing shows that there is
 // none.
-std::vector<PlacedFloor> FloorBetween(const model::PlanningView& model, const FloorColumns& floor,
-                                      const parallel::Cancellation& cancelled);
+std::optional<std::vector<PlacedFloor>> FloorBetween(const model::PlanningView& model,
+                                                     const FloorColumns& floor,
+                                                     const parallel::Cancellation& cancelled);
 
 }  // namespace vantage::planning
 

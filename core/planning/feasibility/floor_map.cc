@@ -68,10 +68,13 @@ bool FloorMap::FindIn(const model::PlanningView& model, const parallel::Cancella
     all.insert(all.end(), more.begin(), more.end());
     columns_.Assign(std::move(all));
   };
-  add(FloorAtWalls(model, columns_, cancelled));
+  const auto at_walls = FloorAtWalls(model, columns_, cancelled);
+  if (!at_walls.has_value()) return false;
+  add(*at_walls);
   add(FloorUnderStations(model, columns_));
-  add(FloorBetween(model, columns_, cancelled));
-  if (cancelled.Requested()) return false;
+  const auto between = FloorBetween(model, columns_, cancelled);
+  if (!between.has_value()) return false;
+  add(*between);
   storeys_ = Storeys::Of(columns_, model.voxel_size());
   return !cancelled.Requested();
 }

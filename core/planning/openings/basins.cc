@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <utility>
 
 #include "core/planning/openings/groups.h"
@@ -72,8 +73,9 @@ std::vector<NarrowPlace> FirstOfEachBorder(const Eigen::Vector2i& size,
 
 }  // namespace
 
-Basins FindBasins(const Eigen::Vector2i& size, const std::vector<uint8_t>& free,
-                  const std::vector<int32_t>& squared, const parallel::Cancellation& cancelled) {
+std::optional<Basins> FindBasins(const Eigen::Vector2i& size, const std::vector<uint8_t>& free,
+                                 const std::vector<int32_t>& squared,
+                                 const parallel::Cancellation& cancelled) {
   std::vector<uint32_t> order;
   for (uint32_t cell = 0; cell < free.size(); ++cell) {
     if (free[cell] != 0) order.push_back(cell);
@@ -88,7 +90,7 @@ Basins FindBasins(const Eigen::Vector2i& size, const std::vector<uint8_t>& free,
   size_t until_poll = 0;
   for (const uint32_t cell : order) {
     if (until_poll-- == 0) {
-      if (cancelled.Requested()) return basins;
+      if (cancelled.Requested()) return std::nullopt;
       until_poll = kCellsBetweenLooks;
     }
     // Basins are numbered as they come, so the lower number is the wider one.

@@ -5,6 +5,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/parallel/cancellation.h"
@@ -29,10 +30,10 @@ struct Basins {
 };
 
 // `squared`: of the distance to the nearest wall, by cell. Cells hang together by their faces and
-// corners. When cancelled on the way, any part of them.
-Basins FindBasins(const Eigen::Vector2i& size, const std::vector<uint8_t>& free,
-                  const std::vector<int32_t>& squared,
-                  const parallel::Cancellation& cancelled = {});
+// corners. Nothing when cancelled on the way.
+std::optional<Basins> FindBasins(const Eigen::Vector2i& size, const std::vector<uint8_t>& free,
+                                 const std::vector<int32_t>& squared,
+                                 const parallel::Cancellation& cancelled = {});
 
 }  // namespace vantage::planning
 

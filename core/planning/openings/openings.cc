@@ -27,20 +27,17 @@ constexpr int kBeside = 2;
 // One storey: its section, divided at gaps.
 class StoreyOpenings {
  public:
-  StoreyOpenings(const model::PlanningView& model, const FloorMap& floor, int storey,
-                 const parallel::Cancellation& cancelled)
-      : model_(model),
-        floor_(floor),
-        storey_(storey),
-        cancelled_(cancelled),
-        section_(model, floor, storey, cancelled) {}
-
-  // Appends to what was found on other storeys.
-  void Find(Openings& all) {
-    Divide();
-    if (cancelled_.Requested()) return;
-    NumberSpaces(all);
-    for (const auto& [narrow, gap] : gaps_) Describe(narrow, gap, all);
+  // Appends what it finds to what was found on other storeys; nothing when cancelled on the way.
+  static std::optional<StoreyOpenings> Find(const model::PlanningView& model, const FloorMap& floor,
+                                            int storey, const parallel::Cancellation& cancelled,
+                                            Openings& all) {
+    std::optional<StoreySection> section = StoreySection::Of(model, floor, storey, cancelled);
+    if (!section.has_value()) return std::nullopt;
+    StoreyOpenings found(model, floor, storey, *std::move(section));
+    if (!found.Divide(cancelled)) return std::nullopt;
+    found.NumberSpaces(all);
+    for (const auto& [narrow, gap] : found.gaps_) found.Describe(narrow, gap, all);
+    return found;
   }
   // The space that the false surface in this voxel bounds: into Openings::spaces.
   std::optional<int> SpaceBeside(const Eigen::Vector2i& column) const {
@@ -61,7 +58,12 @@ class StoreyOpenings {
   }
 
  private:
-  void Divide() {
+  StoreyOpenings(const model::PlanningView& model, const FloorMap& floor, int storey,
+                 StoreySection section)
+      : model_(model), floor_(floor), storey_(storey), section_(std::move(section)) {}
+
+  // False when cancelled on the way.
+  bool Divide(const parallel::Cancellation& cancelled) {
     std::vector<uint8_t> solid(section_.columns());
     std::vector<uint8_t> free(section_.columns());
     for (uint32_t column = 0; column < section_.columns(); ++column) {
@@ -69,13 +71,14 @@ class StoreyOpenings {
       free[column] = section_.State(column) == SectionState::kFree;
     }
     const std::vector<int32_t> squared = SquaredWallDistance(section_.size(), solid);
-    basins_ = FindBasins(section_.size(), free, squared, cancelled_);
-    if (cancelled_.Requested()) return;
+    std::optional<Basins> basins = FindBasins(section_.size(), free, squared, cancelled);
+    if (!basins.has_value()) return false;
+    basins_ = *std::move(basins);
     const GapFinder finder(model_, floor_, section_);
     Groups groups(static_cast<size_t>(basins_.count));
     std::vector<NarrowPlace> spaces;
     for (const NarrowPlace& narrow : basins_.narrows) {
-      if (cancelled_.Requested()) return;
+      if (cancelled.Requested()) return false;
       Gap gap;
       const Narrow found = finder.Measure(narrow, squared, gap);
       if (found == Narrow::kGap) gaps_.emplace_back(narrow, gap);
@@ -87,6 +90,7 @@ class StoreyOpenings {
     }
     group_.resize(static_cast<size_t>(basins_.count));
     for (size_t i = 0; i < group_.size(); ++i) group_[i] = groups.Of(i);
+    return true;
   }
 
   // Between the jambs of a gap a frame or a leaf makes further narrow places, which join nothing.
@@ -202,7 +206,6 @@ class StoreyOpenings {
   const model::PlanningView& model_;
   const FloorMap& floor_;
   const int storey_;
-  const parallel::Cancellation& cancelled_;
   StoreySection section_;
   Basins basins_;
   std::vector<std::pair<NarrowPlace, Gap>> gaps_;
@@ -219,11 +222,10 @@ absl::StatusOr<Openings> FindOpenings(const model::PlanningView& model, const Fl
     return found;
   std::vector<StoreyOpenings> storeys;
   for (size_t storey = 0; storey < floor.storeys().count(); ++storey) {
-    if (cancelled.Requested()) return absl::CancelledError("openings");
-    storeys.emplace_back(model, floor, static_cast<int>(storey), cancelled);
-    storeys.back().Find(found);
+    auto one = StoreyOpenings::Find(model, floor, static_cast<int>(storey), cancelled, found);
+    if (!one.has_value()) return absl::CancelledError("openings");
+    storeys.push_back(*std::move(one));
   }
-  if (cancelled.Requested()) return absl::CancelledError("openings");
   const Eigen::Vector2i corner = floor.columns().Voxel(0);
   const bool whole = visibility::WalkSurface(
       model, cancelled,

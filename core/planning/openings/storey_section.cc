@@ -32,27 +32,29 @@ SectionState Judge(const model::PlanningView& model, const Eigen::Vector2i& voxe
 
 }  // namespace
 
-StoreySection::StoreySection(const model::PlanningView& model, const FloorMap& floor, int storey,
-                             const parallel::Cancellation& cancelled)
-    : size_(floor.columns().size()) {
-  FindHeights(floor, storey, cancelled);
-  state_.assign(height_.size(), SectionState::kUnknown);
-  for (uint32_t column = 0; column < state_.size(); ++column) {
-    if (column % kColumnsBetweenPolls == 0 && cancelled.Requested()) return;
-    if (std::isnan(height_[column])) continue;
-    state_[column] = Judge(model, floor.columns().Voxel(column), height_[column]);
+std::optional<StoreySection> StoreySection::Of(const model::PlanningView& model,
+                                               const FloorMap& floor, int storey,
+                                               const parallel::Cancellation& cancelled) {
+  StoreySection section(floor.columns().size());
+  if (!section.FindHeights(floor, storey, cancelled)) return std::nullopt;
+  section.state_.assign(section.height_.size(), SectionState::kUnknown);
+  for (uint32_t column = 0; column < section.state_.size(); ++column) {
+    if (column % kColumnsBetweenPolls == 0 && cancelled.Requested()) return std::nullopt;
+    if (std::isnan(section.height_[column])) continue;
+    section.state_[column] = Judge(model, floor.columns().Voxel(column), section.height_[column]);
   }
+  return section;
 }
 
 // Heights spread from column to neighbour, all columns at once, so that each gets the nearest.
-void StoreySection::FindHeights(const FloorMap& floor, int storey,
+bool StoreySection::FindHeights(const FloorMap& floor, int storey,
                                 const parallel::Cancellation& cancelled) {
   const size_t count = floor.columns().columns();
   height_.assign(count, std::numeric_limits<float>::quiet_NaN());
   has_floor_.assign(count, 0);
   std::vector<uint32_t> front;
   for (uint32_t column = 0; column < count; ++column) {
-    if (column % kColumnsBetweenPolls == 0 && cancelled.Requested()) return;
+    if (column % kColumnsBetweenPolls == 0 && cancelled.Requested()) return false;
     for (const Floor& here : floor.columns().In(column)) {
       if (floor.storeys().At(static_cast<double>(here.height)) != storey) continue;
       height_[column] = here.height;
@@ -64,7 +66,7 @@ void StoreySection::FindHeights(const FloorMap& floor, int storey,
   const std::array<Eigen::Vector2i, 4> steps = {Eigen::Vector2i(-1, 0), Eigen::Vector2i(1, 0),
                                                 Eigen::Vector2i(0, -1), Eigen::Vector2i(0, 1)};
   for (size_t head = 0; head < front.size(); ++head) {
-    if (head % kColumnsBetweenPolls == 0 && cancelled.Requested()) return;
+    if (head % kColumnsBetweenPolls == 0 && cancelled.Requested()) return false;
     const Eigen::Vector2i at = At(front[head]);
     for (const Eigen::Vector2i& step : steps) {
       const Eigen::Vector2i to = at + step;
@@ -73,6 +75,7 @@ void StoreySection::FindHeights(const FloorMap& floor, int storey,
       front.push_back(Column(to));
     }
   }
+  return true;
 }
 
 }  // namespace vantage::planning

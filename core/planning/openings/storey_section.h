@@ -6,6 +6,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/model/view/planning_view.h"
@@ -28,10 +29,9 @@ enum class SectionState : uint8_t { kUnknown, kFree, kSolid };
 class StoreySection {
  public:
   // Of the storey with this number. Where it has no floor in a column, the height is that of the
-  // nearest floor that it has. The floor was found in the model. When cancelled on the way, any
-  // part of it.
-  StoreySection(const model::PlanningView& model, const FloorMap& floor, int storey,
-                const parallel::Cancellation& cancelled);
+  // nearest floor that it has. The floor was found in the model. Nothing when cancelled on the way.
+  static std::optional<StoreySection> Of(const model::PlanningView& model, const FloorMap& floor,
+                                         int storey, const parallel::Cancellation& cancelled);
 
   const Eigen::Vector2i& size() const { return size_; }
   size_t columns() const { return state_.size(); }
@@ -52,7 +52,9 @@ class StoreySection {
   bool HasFloor(uint32_t column) const { return has_floor_[column] != 0; }
 
  private:
-  void FindHeights(const FloorMap& floor, int storey, const parallel::Cancellation& cancelled);
+  explicit StoreySection(const Eigen::Vector2i& size) : size_(size) {}
+  // False when cancelled on the way.
+  bool FindHeights(const FloorMap& floor, int storey, const parallel::Cancellation& cancelled);
 
   Eigen::Vector2i size_;
   std::vector<float> height_;

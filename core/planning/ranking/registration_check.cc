@@ -147,6 +147,11 @@ absl::StatusOr<OverlapSurface> OverlapSurface::Create(const model::PlanningView&
   return overlap;
 }
 
+absl::StatusOr<OverlapSurface> OverlapSurface::Of(const PlanningProblem& problem,
+                                                  const parallel::Cancellation& cancelled) {
+  return Create(problem.model(), problem.grid(), problem.scene(), problem.scanner(), cancelled);
+}
+
 CellArrays OverlapSurface::Thinned(const CellArrays& cells, std::span<const uint32_t> indices,
                                    std::span<const float> areas) const {
   CellArrays thinned;
@@ -447,8 +452,7 @@ RegistrationCheck CheckUntilOneRegisters(const PlanningProblem& problem,
                                          std::span<const uint32_t> candidates, size_t wanted,
                                          const parallel::Budget& budget,
                                          parallel::Parallel& parallel) {
-  const auto surface = OverlapSurface::Create(problem.model(), problem.grid(), problem.scene(),
-                                              problem.scanner(), budget);
+  const auto surface = OverlapSurface::Of(problem, budget);
   if (!surface.ok()) return {};
   RegistrationCheck check =
       CheckRegistration(problem, *surface, evaluation, candidates, wanted, budget, parallel);

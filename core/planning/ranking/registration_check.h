@@ -39,6 +39,9 @@ class OverlapSurface {
                                                const visibility::OcclusionScene& scene,
                                                const sensor::ScannerModel& scanner,
                                                const parallel::Cancellation& cancelled = {});
+  // The same of a problem, whose scene is the one of Predict() then.
+  static absl::StatusOr<OverlapSurface> Of(const PlanningProblem& problem,
+                                           const parallel::Cancellation& cancelled = {});
 
   struct Seen {
     registration::RegistrationVerdict verdict;

@@ -134,8 +134,6 @@ void ViewReport::NameFallback(std::vector<RankedView>& views) {
 
 Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation) const {
   Plan plan;
-  plan.outcome = PlanOutcome::kViews;
-  plan.message = "still evaluating: the views are not yet checked for registration";
   plan.model_version = base.model_version;
   plan.seed = base.seed;
   plan.coverage = base.coverage;

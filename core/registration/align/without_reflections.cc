@@ -8,9 +8,9 @@ namespace vantage::registration {
 
 std::optional<sensor::Scan> WithoutReflections(const sensor::Scan& scan,
                                                parallel::Parallel& parallel) {
-  const model::RangeSurface all(scan.image, scan.scanner, model::ModelConfig().discontinuity_angle,
-                                parallel);
-  model::RangeSurface direct = all;
+  const model::OpenRangeSurface all(scan.image, scan.scanner,
+                                    model::ModelConfig().discontinuity_angle, parallel);
+  model::OpenRangeSurface direct = all;
   if (model::EndReflections(direct, parallel).empty()) return std::nullopt;
   sensor::Scan without = scan;
   for (int c = 0; c < direct.columns(); ++c) {

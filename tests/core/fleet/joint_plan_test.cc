@@ -7,14 +7,18 @@
 #include <cmath>
 #include <memory>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "core/fleet/fleet_request.h"
 #include "core/fleet/guarantee.h"
+#include "core/fleet/joint_plan_estimate.h"
 #include "core/fleet/member_routes.h"
 #include "core/fleet/pending_surface.h"
 #include "core/fleet/remaining_gain.h"
 #include "core/parallel/thread_pool.h"
+#include "core/planning/problem/planning_estimate.h"
+#include "core/planning/problem/planning_problem.h"
 #include "tests/support/closed_form_view.h"
 #include "tests/support/planning_problem.h"
 
@@ -350,9 +354,7 @@ TEST_F(JointPlanTest, AViewWaitsForTheScansThatItNeedsAndNoOthers) {
   test_support::PlanningProblem problem(
       std::make_shared<model::PlanningView>(test_support::BuildView(Room(2))), config_);
   const planning::BruteForceScorer& scorer = problem.scoring->scorer();
-  const auto overlap = planning::OverlapSurface::Create(*problem.model, problem.grid,
-                                                        problem.scoring->scene(), problem.scanner)
-                           .value();
+  const auto overlap = planning::OverlapSurface::Of(*problem.problem).value();
   PendingSurface expected(*problem.problem, overlap);
   const auto best = std::max_element(
       problem.views.begin(), problem.views.end(), [&](const auto& a, const auto& b) {
@@ -518,6 +520,24 @@ TEST_F(JointPlanTest, RefusesWhatIsImpossible) {
   EXPECT_EQ(code(pledged), absl::StatusCode::kInvalidArgument);
   config_.memory_limit = 1000;
   EXPECT_EQ(code(RequestFor(1)), absl::StatusCode::kResourceExhausted);
+}
+
+TEST_F(JointPlanTest, RefusesWhatTakesMoreMemoryThanAllowed) {
+  const model::PlanningView model = test_support::BuildView(Room(3));
+  const FleetRequest request = RequestFor(1);
+  const auto problem =
+      planning::PlanningProblem::Prepare({model, request.scanners[0].model, config_}, serial_)
+          .value();
+  // What is known before step A fits; the feasible views that it finds are too many.
+  config_.memory_limit = planning::PlanningSize(model, config_)
+                             .Bytes(static_cast<double>(problem->feasible().cells().size())) -
+                         1;
+  ASSERT_TRUE(CheckJointPlanSize(model, config_, 1).ok());
+  const absl::Status status = MakeJointPlan(model, request, config_, parallel::Budget::Unlimited(),
+                                            serial_, [](const planning::Plan&) {})
+                                  .status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kResourceExhausted);
+  EXPECT_THAT(std::string(status.message()), HasSubstr("memory_limit"));
 }
 
 TEST(GuaranteeTest, IsWhatTheTheoremsSay) {

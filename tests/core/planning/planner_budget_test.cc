@@ -142,11 +142,18 @@ TEST_F(PlannerBudgetTest, SetupThatIsCutShortSaysSo) {
     stopped.emplace(cut.status().message());
   }
   EXPECT_THAT(stopped, ::testing::IsSupersetOf({"feasible views", "evaluate views"}));
-  steps = 0;
-  const auto hierarchy = HierarchicalScorer::Create(
-      whole->scoring().scorer(), whole->grid(), whole->scoring().cells(), whole->feasible().cells(),
-      whole->feasible().cell_size(), {}, serial_, EndingAt(5));
-  EXPECT_EQ(hierarchy.status().code(), absl::StatusCode::kCancelled);
+  const auto hierarchy = [&](const parallel::Budget& budget) {
+    steps = 0;
+    return HierarchicalScorer::Create(whole->scoring().scorer(), whole->grid(),
+                                      whole->scoring().cells(), whole->feasible().cells(),
+                                      whole->feasible().cell_size(), {}, budget, serial_);
+  };
+  ASSERT_TRUE(hierarchy(EndingAt(int64_t{1} << 60)).ok());
+  const int64_t last = steps;
+  // In the tables, and where the blocks are found.
+  for (const int64_t end : {int64_t{5}, last - 1}) {
+    EXPECT_EQ(hierarchy(EndingAt(end)).status().code(), absl::StatusCode::kCancelled);
+  }
 }
 
 TEST_F(PlannerBudgetTest, EndsSoonAfterItsDeadlineWhereverThatFalls) {

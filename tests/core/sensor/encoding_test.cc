@@ -108,15 +108,16 @@ TEST(EncodingTest, PiecesCutAnywhereAreTheWhole) {
       EXPECT_EQ(checked.Take(bytes.substr(at, size)), taken);
       at += size;
     }
-    const absl::Status finished = kept.Finish();
-    EXPECT_EQ(checked.Finish(), finished);
-    ASSERT_EQ(finished.ok(), whole.ok()) << finished << whole.status();
-    if (!finished.ok()) continue;
-    EXPECT_EQ(checked.samples(), whole->SampleCount());
-    EXPECT_EQ(checked.columns(), whole->azimuth.size());
-    const RangeImage image = std::move(kept).TakeImage();
-    EXPECT_EQ(image.range, whole->range);
-    EXPECT_EQ(EncodeRangeImage(image), bytes);
+    const auto contents = checked.Finish();
+    const absl::StatusOr<RangeImage> image = std::move(kept).FinishImage();
+    EXPECT_EQ(contents.status(), image.status());
+    ASSERT_EQ(image.ok(), whole.ok()) << image.status() << whole.status();
+    if (!image.ok()) continue;
+    EXPECT_EQ(contents->samples, whole->SampleCount());
+    EXPECT_EQ(contents->columns, whole->azimuth.size());
+    EXPECT_EQ(contents->rows, whole->elevation.size());
+    EXPECT_EQ(image->range, whole->range);
+    EXPECT_EQ(EncodeRangeImage(*image), bytes);
   }
   EXPECT_GT(wrong, 1000);
 }

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <memory>
 #include <string>
 #include <thread>
 #include <vector>
@@ -73,6 +74,10 @@ class JournalTest : public ::testing::Test {
     return sequences;
   }
 
+  absl::StatusOr<std::unique_ptr<Journal>> Open(const std::string& session) {
+    return Journal::Open(session, store_, fixture::FixtureTime, absl::ZeroDuration);
+  }
+
   FickleStore store_;
   Journal journal_{"job", store_, fixture::FixtureTime, absl::ZeroDuration};
 };
@@ -103,8 +108,9 @@ TEST_F(JournalTest, IsReadAgainAsItWas) {
   std::vector<std::string> names;
   names.reserve(600);
   for (int i = 0; i < 600; ++i) names.push_back(AddScanner(journal_, absl::StrCat(i)).value());
-  Journal again("job", store_, fixture::FixtureTime, absl::ZeroDuration);
-  ASSERT_TRUE(again.Load().ok());
+  const auto opened = Open("job");
+  ASSERT_TRUE(opened.ok()) << opened.status();
+  Journal& again = **opened;
   EXPECT_EQ(Scanners(again), names);
   // And goes on where it ended.
   ASSERT_TRUE(AddScanner(again, "next").ok());
@@ -155,8 +161,9 @@ TEST_F(JournalTest, ARepeatedRequestIsAnsweredAndDoesNothing) {
   EXPECT_THAT(Sequences(journal_, 0, 10), ElementsAre(1, 2, 3));
   EXPECT_EQ(woken, 0);
   // After a restart, too.
-  Journal again("job", store_, fixture::FixtureTime, absl::ZeroDuration);
-  ASSERT_TRUE(again.Load().ok());
+  const auto opened = Open("job");
+  ASSERT_TRUE(opened.ok()) << opened.status();
+  Journal& again = **opened;
   EXPECT_EQ(AddScanner(again, "red", KeyOf("r1", "red")).value(), made);
 }
 
@@ -235,11 +242,9 @@ TEST_F(JournalTest, ALogThatDoesNotFitTogetherIsNotRead) {
   ASSERT_TRUE(store_.Append("job", entry).ok());
   entry.mutable_event()->set_sequence(3);  // the same scanner again
   ASSERT_TRUE(store_.Append("job", entry).ok());
-  Journal again("job", store_, fixture::FixtureTime, absl::ZeroDuration);
-  const absl::Status read = again.Load();
+  const absl::Status read = Open("job").status();
   EXPECT_TRUE(absl::IsInternal(read)) << read;
-  EXPECT_TRUE(
-      absl::IsNotFound(Journal("none", store_, fixture::FixtureTime, absl::ZeroDuration).Load()));
+  EXPECT_TRUE(absl::IsNotFound(Open("none").status()));
 }
 
 // Another session may be opened with the id of one that was deleted, by another tenant.
@@ -265,8 +270,9 @@ TEST_F(JournalTest, TheLastRequestsAreRemembered) {
   for (size_t i = 0; i < SessionState::kRequests + 10; ++i) {
     ASSERT_TRUE(Step(journal_, key(i), updated).ok());
   }
-  Journal again("job", store_, fixture::FixtureTime, absl::ZeroDuration);
-  ASSERT_TRUE(again.Load().ok());
+  const auto opened = Open("job");
+  ASSERT_TRUE(opened.ok()) << opened.status();
+  Journal& again = **opened;
   for (const Journal* journal : {&journal_, &again}) {
     journal->Read([](const SessionState& state) {
       EXPECT_EQ(state.requests.size(), SessionState::kRequests);
@@ -281,6 +287,19 @@ TEST_F(JournalTest, TheLastRequestsAreRemembered) {
   EXPECT_EQ(journal_.bytes(), before);
   EXPECT_TRUE(Step(journal_, key(9), updated).ok());
   EXPECT_GT(journal_.bytes(), before);
+}
+
+// Whenever it begins, and whoever writes meanwhile.
+TEST_F(JournalTest, WhoCountsItsBytesMissesNone) {
+  ASSERT_TRUE(AddScanner(journal_, "before").ok());
+  std::thread writer([&] {
+    for (int i = 0; i < 200; ++i) EXPECT_TRUE(AddScanner(journal_, absl::StrCat(i)).ok());
+  });
+  int64_t counted = 0;
+  journal_.OnWritten([&](int64_t bytes) { counted += bytes; });
+  writer.join();
+  ASSERT_TRUE(AddScanner(journal_, "after").ok());
+  EXPECT_EQ(counted, journal_.bytes());
 }
 
 TEST_F(JournalTest, ALogThatIsFullSaysSo) {

@@ -86,7 +86,7 @@ TEST(ReflectionsTest, AMirrorIsFoundWhereItHangsAndItsReflectionsEndThere) {
     SCOPED_TRACE(testing::Message() << station.at.transpose());
     const Eigen::Isometry3d pose = PoseAt(station.at, station.yaw);
     const simulation::Scene scene = simulation::PaneRoom({false, true, false, false});
-    RangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
+    OpenRangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
     const size_t before = ReflectedReturns(surface, pose);
     const size_t returns = Returns(surface);
     ASSERT_GT(before, 2000u);
@@ -114,7 +114,7 @@ TEST(ReflectionsTest, AMirrorThatHangsAskewIsFound) {
   for (const Eigen::Vector3d& at : {Eigen::Vector3d(10.89, 6.19, 1.15), {10.89, 5.9, 1.5}}) {
     SCOPED_TRACE(testing::Message() << at.transpose());
     const Eigen::Isometry3d pose = PoseAt(at, 0.3);
-    RangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
+    OpenRangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
     const auto beyond = [&] {
       return ReturnsWhere(surface, pose, [&](const Eigen::Vector3d& p) {
         return p.x() > flat.max().x() + 0.1 && p.y() < 8;
@@ -131,8 +131,8 @@ EndedReturns EndedReflections(const simulation::Scene& scene, const Eigen::Isome
   const simulation::SimulatedScanner simulated(scene.mesh);
   const sensor::RangeImage truth =
       simulated.Scan(Scanner(), pose, simulation::ScanFaults::None(), 7, OneThread());
-  const RangeSurface before(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
-  RangeSurface surface = before;
+  const OpenRangeSurface before(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
+  OpenRangeSurface surface = before;
   EndReflections(surface, OneThread());
   return CountEndedReturns(before, surface, truth);
 }
@@ -166,8 +166,8 @@ TEST(ReflectionsTest, APolishedFloorIsFound) {
   for (const Eigen::Vector3d& at : {Eigen::Vector3d(4.7, 2.5, 1.3), {0.5, 2.5, 1.5}}) {
     SCOPED_TRACE(testing::Message() << at.transpose());
     const Eigen::Isometry3d pose = PoseAt(at, 0.4);
-    RangeSurface surface(ScanOf(simulation::PaneRoom({false, false, true, false}), pose), Scanner(),
-                         kDiscontinuity, OneThread());
+    OpenRangeSurface surface(ScanOf(simulation::PaneRoom({false, false, true, false}), pose),
+                             Scanner(), kDiscontinuity, OneThread());
     const size_t before = ReflectedReturns(surface, pose);
     ASSERT_GT(before, 1000u);
     const std::vector<Reflector> reflectors = EndReflections(surface, OneThread());
@@ -186,7 +186,7 @@ TEST(ReflectionsTest, APlainRoomHasNone) {
   stations.push_back({{4.1, 3.1, 1.7}, 0.2});
   for (const Station& station : stations) {
     const Eigen::Isometry3d pose = PoseAt(station.at, station.yaw);
-    RangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
+    OpenRangeSurface surface(ScanOf(scene, pose), Scanner(), kDiscontinuity, OneThread());
     const size_t returns = Returns(surface);
     EXPECT_TRUE(EndReflections(surface, OneThread()).empty()) << station.at.transpose();
     EXPECT_EQ(Returns(surface), returns);
@@ -216,8 +216,8 @@ TEST(ReflectionsTest, NoneInFurnishedScenesWithoutMirrors) {
     place.stations.push_back(place.scene.starts[0]);
     for (const Eigen::Vector3d& at : place.stations) {
       const Eigen::Isometry3d pose = PoseAt(at, 0.3, 0.01, 0.02);
-      RangeSurface surface(simulated.Scan(Scanner(), pose, faults, 7, serial), Scanner(),
-                           kDiscontinuity, OneThread());
+      OpenRangeSurface surface(simulated.Scan(Scanner(), pose, faults, 7, serial), Scanner(),
+                               kDiscontinuity, OneThread());
       EXPECT_TRUE(EndReflections(surface, OneThread()).empty())
           << place.scene.name << " " << at.transpose();
     }
@@ -232,7 +232,7 @@ TEST(ReflectionsTest, NoneInRealScans) {
     if (!std::ifstream(file)) GTEST_SKIP() << file << " is not there: no real scans to read";
     const auto scan = sensor::ReadScanFile(file, sensor::ImportLimits());
     ASSERT_TRUE(scan.ok()) << scan.status();
-    RangeSurface surface(scan->image, scan->scanner, kDiscontinuity, OneThread());
+    OpenRangeSurface surface(scan->image, scan->scanner, kDiscontinuity, OneThread());
     EXPECT_TRUE(EndReflections(surface, OneThread()).empty()) << name;
   }
 }
@@ -247,7 +247,7 @@ TEST(ReflectionsTest, SymmetricRoomsThroughADoorwayAreRooms) {
   for (const Eigen::Vector3d& at :
        {Eigen::Vector3d(-1.5, 0, 1.5), {-1.2, 0.7, 1.5}, {-0.6, 0.2, 1.6}, {-2.3, -1.4, 1.4}}) {
     const sensor::Scan scan = ScanScene(scene, PoseAt(at, 0.3, 0.01, 0.02), {.noise = 0.003});
-    RangeSurface surface(scan.image, scan.scanner, kDiscontinuity, OneThread());
+    OpenRangeSurface surface(scan.image, scan.scanner, kDiscontinuity, OneThread());
     EXPECT_TRUE(EndReflections(surface, OneThread()).empty()) << at.transpose();
   }
 }
@@ -256,7 +256,7 @@ TEST(ReflectionsTest, NoneInAnyClosedFormScene) {
   for (const ClosedFormScene& scene : AllScenes()) {
     for (const Eigen::Vector3d& station : scene.stations) {
       const sensor::Scan scan = ScanScene(scene, PoseAt(station, 0.3), {.noise = 0.003});
-      RangeSurface surface(scan.image, scan.scanner, kDiscontinuity, OneThread());
+      OpenRangeSurface surface(scan.image, scan.scanner, kDiscontinuity, OneThread());
       const std::vector<Reflector> found = EndReflections(surface, OneThread());
       EXPECT_TRUE(found.empty()) << scene.name << " " << station.transpose() << ": "
                                  << found[0].normal.transpose() << " at " << found[0].distance

@@ -34,9 +34,9 @@ class ReflectionsAtThreeScanners : public testing::TestWithParam<test_support::S
     const simulation::SimulatedScanner simulated(scene.mesh);
     const sensor::RangeImage truth =
         simulated.Scan(scanner_, pose, simulation::ScanFaults::None(), 7, serial_);
-    const RangeSurface before(simulated.Scan(scanner_, pose, faults, 7, serial_), scanner_,
-                              kAngleOfDiscontinuity, serial_);
-    RangeSurface surface = before;
+    const OpenRangeSurface before(simulated.Scan(scanner_, pose, faults, 7, serial_), scanner_,
+                                  kAngleOfDiscontinuity, serial_);
+    OpenRangeSurface surface = before;
     std::vector<Reflector> reflectors = EndReflections(surface, serial_);
     return {CountEndedReturns(before, surface, truth), std::move(reflectors)};
   }
@@ -112,7 +112,7 @@ TEST_P(ReflectionsAtThreeScanners, SymmetricRoomsThroughADoorwayAreRooms) {
                            [&](const Eigen::Vector3d& from, const Eigen::Vector3d& ray) {
                              return scene.Cast(from, ray, 30);
                            });
-  RangeSurface surface(scan.image, scan.scanner, kAngleOfDiscontinuity, serial_);
+  OpenRangeSurface surface(scan.image, scan.scanner, kAngleOfDiscontinuity, serial_);
   EXPECT_TRUE(EndReflections(surface, serial_).empty());
 }
 

@@ -63,7 +63,8 @@ struct Problem : test_support::PlanningProblem {
   using test_support::PlanningProblem::PlanningProblem;
   std::unique_ptr<HierarchicalScorer> Hierarchy(const HierarchyOptions& options) {
     return HierarchicalScorer::Create(scoring->scorer(), grid, scoring->cells(), feasible.cells(),
-                                      feasible.cell_size(), options, serial)
+                                      feasible.cell_size(), options, parallel::Budget::Unlimited(),
+                                      serial)
         .value();
   }
   std::vector<ViewScore> BruteForce() const {
@@ -192,7 +193,6 @@ TEST_P(HierarchyTest, CountsOnlyWhatEveryPoseSees) {
   HierarchyOptions options;
   options.block_views = 32;
   const auto hierarchy = problem->Hierarchy(options);
-  ASSERT_TRUE(hierarchy->Cull(parallel::Budget::Unlimited(), problem->serial));
   const size_t blocks = hierarchy->blocks().size();
   double sum = 0;
   for (size_t b = 0; b < blocks; b += blocks / 3) {
@@ -216,7 +216,6 @@ TEST_P(HierarchyTest, BlocksBoundTheirViews) {
   const auto problem = MakeProblem();
   const std::vector<ViewScore> brute = problem->BruteForce();
   const auto hierarchy = problem->Hierarchy({});
-  ASSERT_TRUE(hierarchy->Cull(parallel::Budget::Unlimited(), problem->serial));
   size_t views = 0;
   double best = 0;
   for (const ViewScore& score : brute) best = std::max(best, score.score);
@@ -254,13 +253,11 @@ TEST_P(HierarchyTest, StopsWhenCancelled) {
   std::stop_source stop;
   parallel::Budget budget;
   budget.cancelled = stop.get_token();
-  ASSERT_TRUE(hierarchy->Cull(budget, problem->serial));
   stop.request_stop();
   const ViewBlock& block = hierarchy->blocks().front();
   std::vector<ViewScore> scores(hierarchy->Views(block).size());
   hierarchy->ScoreBlock(block, budget, scores);
   for (const ViewScore& score : scores) EXPECT_FALSE(score.finished);
-  EXPECT_FALSE(hierarchy->Cull(budget, problem->serial));
 }
 
 TEST_P(HierarchyTest, CompletesAnAnytimeEvaluation) {

@@ -107,12 +107,11 @@ TEST_P(SectorEvaluationTest, BlocksBoundTheirViewsBeyondWhatAllOfThemSeeTogether
   options.block_views = 16;
   double together = 0;
   double bounds = 0;
-  const auto hierarchy =
-      HierarchicalScorer::Create(problem_.scoring->scorer(), problem_.grid,
-                                 problem_.scoring->cells(), problem_.feasible.cells(),
-                                 problem_.feasible.cell_size(), options, serial_)
-          .value();
-  ASSERT_TRUE(hierarchy->Cull(parallel::Budget::Unlimited(), serial_));
+  const auto hierarchy = HierarchicalScorer::Create(
+                             problem_.scoring->scorer(), problem_.grid, problem_.scoring->cells(),
+                             problem_.feasible.cells(), problem_.feasible.cell_size(), options,
+                             parallel::Budget::Unlimited(), serial_)
+                             .value();
   for (const ViewBlock& block : hierarchy->blocks()) {
     double all = 0;
     for (const ViewBlock::Candidate& candidate : block.candidates) {

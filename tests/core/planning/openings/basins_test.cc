@@ -22,7 +22,7 @@ struct Drawing {
       }
     }
     squared = SquaredWallDistance(size, solid);
-    basins = FindBasins(size, free, squared);
+    basins = FindBasins(size, free, squared).value();
   }
   int At(int x, int y) const { return basins.of[static_cast<size_t>(x + size.x() * y)]; }
 

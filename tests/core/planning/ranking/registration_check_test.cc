@@ -23,7 +23,7 @@ struct Room : test_support::PlanningProblem {
       : test_support::PlanningProblem(std::make_shared<model::PlanningView>(test_support::BuildView(
                                           test_support::FurnishedRoom(seed))),
                                       Config()),
-        overlap(OverlapSurface::Create(*model, grid, scoring->scene(), scanner).value()) {
+        overlap(OverlapSurface::Of(*problem).value()) {
     for (const ViewScore& score : BruteForce(serial)) {
       evaluation.views.push_back({score.score, score.score, score.score, true, true, 0});
     }

@@ -32,7 +32,7 @@ struct SectorRoom : test_support::PlanningProblem {
       : test_support::PlanningProblem(
             std::make_shared<model::PlanningView>(test_support::BuildView(scene)), Config(accuracy),
             SectorScanner(span)),
-        overlap(OverlapSurface::Create(*model, grid, scoring->scene(), scanner).value()) {}
+        overlap(OverlapSurface::Of(*problem).value()) {}
   static PlanningConfig Config(double accuracy) {
     PlanningConfig config;
     config.viewcell_size = 0.3;
