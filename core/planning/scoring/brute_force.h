@@ -20,8 +20,8 @@ namespace vantage::planning {
 
 struct ViewScore {
   double score = 0;       // samples, sum of the visible cells' scores, in the order of the cells
-  uint64_t rays = 0;      // cast
-  bool finished = false;  // false: the budget expired, and the other fields are not valid
+  uint64_t rays = 0;      // cast, also when not finished
+  bool finished = false;  // false: the budget expired, and there is neither score nor heading
   size_t heading = 0;     // of Headings, where `score` is that of the best one
 };
 

@@ -25,8 +25,6 @@ class ExportStream final : public PumpedWriter<v1::ExportModelResponse> {
                grpc::CallbackServerContext* context, std::unique_ptr<session::Export> source)
       : PumpedWriter(dependencies, std::move(call), context), source_(std::move(source)) {}
 
-  void Start() { Begin(); }
-
  protected:
   Step Produce(v1::ExportModelResponse& message, absl::Status& status) override {
     std::lock_guard<std::mutex> lock(mutex_);
@@ -110,9 +108,7 @@ grpc::ServerWriteReactor<v1::ExportModelResponse>* ExportModel(
   absl::StatusOr<std::unique_ptr<session::Export>> source =
       session::Export::Create(*session, request);
   if (!source.ok()) return new Refused(*call, source.status(), context);
-  auto stream = std::make_shared<ExportStream>(dependencies, call, context, *std::move(source));
-  stream->Start();
-  return stream.get();
+  return BeginStream<ExportStream>(dependencies, call, context, *std::move(source));
 }
 
 }  // namespace vantage::rpc

@@ -29,8 +29,8 @@ enum class Step {
   kFinish,     // finish with the status
 };
 
-// Derive, override Produce() and Stopped(), and call Begin(). The stream keeps itself alive until
-// gRPC is done.
+// Derive, override Produce(), Started() and Stopped(), and make it by BeginStream(). The stream
+// keeps itself alive until gRPC is done.
 template <typename Response>
 class PumpedWriter : public grpc::ServerWriteReactor<Response>,
                      public std::enable_shared_from_this<PumpedWriter<Response>> {
@@ -79,19 +79,11 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
                grpc::CallbackServerContext* context)
       : dependencies_(dependencies), call_(std::move(call)), context_(context) {}
 
-  // To be called once, after construction; from then on the stream keeps itself alive.
-  void Begin() {
-    self_ = this->shared_from_this();
-    {
-      std::lock_guard<std::mutex> lock(beat_mutex_);
-      ArmBeat();
-    }
-    Notify();
-  }
-
   // Makes the next step, on one of our threads, one call at a time. `message` is cleared; `status`
   // is used for kFinish.
   virtual Step Produce(Response& message, absl::Status& status) = 0;
+  // Is called when the stream begins: have the sources notify it.
+  virtual void Started() {}
   // Is called when the stream is over: stop the sources that notify it.
   virtual void Stopped() = 0;
 
@@ -100,6 +92,18 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
   grpc::CallbackServerContext* const context_;
 
  private:
+  template <typename Stream, typename... Args>
+  friend Stream* BeginStream(Args&&... args);
+  void Begin() {
+    self_ = this->shared_from_this();
+    Started();
+    {
+      std::lock_guard<std::mutex> lock(beat_mutex_);
+      ArmBeat();
+    }
+    Notify();
+  }
+
   void PostPump() {
     const telemetry::ScopedLogContext scope(call_->context());
     dependencies_.tasks.Post([self = this->shared_from_this()] { self->Pump(); });
@@ -200,6 +204,14 @@ class PumpedWriter : public grpc::ServerWriteReactor<Response>,
   bool stopped_ ABSL_GUARDED_BY(beat_mutex_) = false;
   std::shared_ptr<PumpedWriter> self_;
 };
+
+// Makes a stream of these arguments, and begins it. What is returned is for gRPC, no one else.
+template <typename Stream, typename... Args>
+Stream* BeginStream(Args&&... args) {
+  const auto stream = std::make_shared<Stream>(std::forward<Args>(args)...);
+  stream->Begin();
+  return stream.get();
+}
 
 // Ends at once with an error. `Reactor` is what gRPC expects of the method.
 template <typename Reactor>

@@ -26,30 +26,6 @@ class PlanWatch final : public PumpedWriter<v1::WatchPlanResponse> {
         name_(request.name()),
         seen_(request.after_revision()) {}
 
-  void Start() {
-    const std::weak_ptr<PumpedWriter> self = weak_from_this();
-    if (run_ != nullptr) {
-      watch_ = run_->Watch([self] {
-        if (const auto stream = self.lock()) stream->Notify();
-      });
-      const SystemClock::time_point deadline = context_->deadline();
-      if (deadline < SystemClock::time_point::max()) {
-        // The margin: a tenth of the time, at least 50 ms.
-        const auto left =
-            std::chrono::duration_cast<std::chrono::milliseconds>(deadline - SystemClock::now());
-        const auto margin = std::max(left / 10, std::chrono::milliseconds(50));
-        timer_ = dependencies_.timer.After(
-            std::max(left - margin, std::chrono::milliseconds(0)), [self] {
-              if (const auto stream = self.lock()) {
-                static_cast<PlanWatch&>(*stream).deadline_near_ = true;
-                stream->Notify();
-              }
-            });
-      }
-    }
-    Begin();
-  }
-
  protected:
   Step Produce(v1::WatchPlanResponse& message, absl::Status& status) override {
     const bool ended = run_ == nullptr || run_->Ended();
@@ -71,6 +47,29 @@ class PlanWatch final : public PumpedWriter<v1::WatchPlanResponse> {
     seen_ = std::max(seen_, plan.revision());
     state_ = plan.state();
     return Step::kWrite;
+  }
+
+  void Started() override {
+    const std::weak_ptr<PumpedWriter> self = weak_from_this();
+    if (run_ != nullptr) {
+      watch_ = run_->Watch([self] {
+        if (const auto stream = self.lock()) stream->Notify();
+      });
+      const SystemClock::time_point deadline = context_->deadline();
+      if (deadline < SystemClock::time_point::max()) {
+        // The margin: a tenth of the time, at least 50 ms.
+        const auto left =
+            std::chrono::duration_cast<std::chrono::milliseconds>(deadline - SystemClock::now());
+        const auto margin = std::max(left / 10, std::chrono::milliseconds(50));
+        timer_ = dependencies_.timer.After(
+            std::max(left - margin, std::chrono::milliseconds(0)), [self] {
+              if (const auto stream = self.lock()) {
+                static_cast<PlanWatch&>(*stream).deadline_near_ = true;
+                stream->Notify();
+              }
+            });
+      }
+    }
   }
 
   void Stopped() override {
@@ -104,10 +103,7 @@ grpc::ServerWriteReactor<v1::WatchPlanResponse>* WatchPlan(const RpcDependencies
     absl::StatusOr<v1::Plan> plan = (*session)->plans().Get(request.name());
     if (!plan.ok()) return new Refused(*call, plan.status(), context);
   }
-  auto watch =
-      std::make_shared<PlanWatch>(dependencies, call, context, *session, std::move(run), request);
-  watch->Start();
-  return watch.get();
+  return BeginStream<PlanWatch>(dependencies, call, context, *session, std::move(run), request);
 }
 
 }  // namespace vantage::rpc

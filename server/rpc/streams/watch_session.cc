@@ -22,16 +22,6 @@ class SessionWatch final : public PumpedWriter<v1::WatchSessionResponse> {
         session_(std::move(session)),
         last_(after) {}
 
-  void Start() {
-    const std::weak_ptr<PumpedWriter> self = weak_from_this();
-    const auto notify = [self] {
-      if (const auto stream = self.lock()) stream->Notify();
-    };
-    watch_ = session_->journal().Watch(notify);
-    drain_ = dependencies_.sessions.WatchDrain(notify);
-    Begin();
-  }
-
  protected:
   Step Produce(v1::WatchSessionResponse& message, absl::Status& status) override {
     if (resume_sent_) {
@@ -66,6 +56,15 @@ class SessionWatch final : public PumpedWriter<v1::WatchSessionResponse> {
       return Step::kWrite;
     }
     return Step::kIdle;
+  }
+
+  void Started() override {
+    const std::weak_ptr<PumpedWriter> self = weak_from_this();
+    const auto notify = [self] {
+      if (const auto stream = self.lock()) stream->Notify();
+    };
+    watch_ = session_->journal().Watch(notify);
+    drain_ = dependencies_.sessions.WatchDrain(notify);
   }
 
   void Stopped() override {
@@ -103,10 +102,7 @@ grpc::ServerWriteReactor<v1::WatchSessionResponse>* WatchSession(
                                   {{"last_sequence", absl::StrCat(last)}}),
         context);
   }
-  auto watch = std::make_shared<SessionWatch>(dependencies, call, context, *session,
-                                              request.after_sequence());
-  watch->Start();
-  return watch.get();
+  return BeginStream<SessionWatch>(dependencies, call, context, *session, request.after_sequence());
 }
 
 }  // namespace vantage::rpc
