@@ -236,8 +236,8 @@ void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data,
     }
     *placed.mutable_registration() = registration;
     *placed.mutable_pose() = registration.pose();
-    placed.set_pose_source(prior.trusted ? v1::POSE_SOURCE_TRUSTED_PRIOR
-                                         : v1::POSE_SOURCE_REGISTRATION);
+    const bool trusted = data.prior.has_value() && data.prior->trusted;
+    placed.set_pose_source(trusted ? v1::POSE_SOURCE_TRUSTED_PRIOR : v1::POSE_SOURCE_REGISTRATION);
   }
   absl::Status logged = Change(scan, [&](const SessionState&, v1::Scan& next, Draft& draft) {
     *placed.mutable_update_time() = next.update_time();
