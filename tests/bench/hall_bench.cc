@@ -92,13 +92,13 @@ void BenchPlanSeconds(const model::PlanningView& view, const sensor::ScannerMode
     absl::StrAppendFormat(&stages, ", %s %.2f s", planning::kPlanStageNames[stage],
                           problem->seconds()[stage]);
   }
-  figures.Add(
-      {"plan.hall100.seconds", seconds, "s", "1",
-       absl::StrFormat("whole plans until the first view loses at most %g %% beside that of "
-                       "a plan of %g s (gap %.3f%s); %d viewcells x %d cells%s; preparing%s",
-                       100 * kEnough, kReference, reference.optimality_gap,
-                       best > 0 ? "" : ", which has no view: no figure", reference.feasible_cells,
-                       reference.deficient_cells, by_budget, stages)});
+  figures.Add({"plan.hall100.seconds", seconds, "s", "1",
+               absl::StrFormat(
+                   "one scene: whole plans until the first view loses at most %g %% beside that of "
+                   "a plan of %g s (gap %.3f%s); %d viewcells x %d cells%s; preparing%s",
+                   100 * kEnough, kReference, reference.optimality_gap,
+                   best > 0 ? "" : ", which has no view: no figure", reference.feasible_cells,
+                   reference.deficient_cells, by_budget, stages)});
 }
 
 void BenchPlanMemory(const model::PlanningView& view, const sensor::ScannerModel& scanner,
@@ -115,16 +115,17 @@ void BenchPlanMemory(const model::PlanningView& view, const sensor::ScannerModel
                               [](const planning::Plan&) {});
   });
   const double after = test_support::ResidentMegabytes() - before;
-  figures.Add({"plan.hall100.mb", std::max(kept + preparing, after + evaluating), "MB", "300",
-               absl::StrFormat(
-                   "at its peak beside the model: the prepared problem %.0f MB, %.0f more while "
-                   "it was prepared, %.0f more while views were evaluated for 20 s, %.0f of the "
-                   "plan; %.0f estimated; %d viewcells x %d cells",
-                   kept, preparing, evaluating, after - kept,
-                   static_cast<double>(planning::PlanningSize(view, PlanConfig())
-                                           .Bytes(static_cast<double>(plan.feasible_cells))) /
-                       1e6,
-                   plan.feasible_cells, plan.deficient_cells)});
+  figures.Add(
+      {"plan.hall100.mb", std::max(kept + preparing, after + evaluating), "MB", "300",
+       absl::StrFormat(
+           "one scene: at its peak beside the model: the prepared problem %.0f MB, %.0f more while "
+           "it was prepared, %.0f more while views were evaluated for 20 s, %.0f of the "
+           "plan; %.0f estimated; %d viewcells x %d cells",
+           kept, preparing, evaluating, after - kept,
+           static_cast<double>(planning::PlanningSize(view, PlanConfig())
+                                   .Bytes(static_cast<double>(plan.feasible_cells))) /
+               1e6,
+           plan.feasible_cells, plan.deficient_cells)});
 }
 
 }  // namespace
@@ -149,12 +150,13 @@ void BenchHall(const BenchOptions& options, parallel::Parallel& parallel, Figure
     const double resident = test_support::ResidentMegabytes() - before;
     figures.Add(
         {"model.hall100.mb", resident, "MB", "150",
-         absl::StrFormat("after one scan, %.0f MB of it the scan's layer; %.0f more while it "
-                         "was merged; %d bricks, %d surface voxels, %.1f M empty ones",
-                         layer, transient, view->bricks().size(), view->SurfaceCount(),
-                         static_cast<double>(report.empty_voxels) / 1e6)});
+         absl::StrFormat(
+             "one scene: after one scan, %.0f MB of it the scan's layer; %.0f more while it "
+             "was merged; %d bricks, %d surface voxels, %.1f M empty ones",
+             layer, transient, view->bricks().size(), view->SurfaceCount(),
+             static_cast<double>(report.empty_voxels) / 1e6)});
     figures.Add({"model.hall100.seconds", report.carve_seconds + report.merge_seconds, "s", "",
-                 absl::StrFormat("carving %.2f s, merging %.2f s", report.carve_seconds,
+                 absl::StrFormat("one scene: carving %.2f s, merging %.2f s", report.carve_seconds,
                                  report.merge_seconds)});
   }
   if (figures.Wants("plan.hall100.mb")) {

@@ -194,13 +194,14 @@ void BenchLargeStorey(uint64_t seed, parallel::Parallel& parallel, Figures& figu
           planning::PlanningSize(*model, {}).Bytes(static_cast<double>(plan.feasible_cells))) /
       1e9;
   figures.Add({"plan.2000m2.gb", peak, "GB", "2",
-               absl::StrFormat("the process at its peak while it plans %d viewcells x %d cells in "
-                               "%.1f s; %.2f GB of it the model and its views; gap %.3f: %s",
-                               plan.feasible_cells, plan.deficient_cells, took, before,
-                               plan.optimality_gap, plan.message)});
+               absl::StrFormat(
+                   "one scene: the process at its peak while it plans %d viewcells x %d cells in "
+                   "%.1f s; %.2f GB of it the model and its views; gap %.3f: %s",
+                   plan.feasible_cells, plan.deficient_cells, took, before, plan.optimality_gap,
+                   plan.message)});
   figures.Add({"plan.2000m2.estimate_share", (peak - before) / estimate, "of estimate", "",
-               absl::StrFormat("%.2f GB taken besides the model, %.2f GB estimated", peak - before,
-                               estimate)});
+               absl::StrFormat("one scene: %.2f GB taken besides the model, %.2f GB estimated",
+                               peak - before, estimate)});
 }
 
 }  // namespace

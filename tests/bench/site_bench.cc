@@ -15,6 +15,7 @@
 #include "core/simulation/scenes/edge_scenes.h"
 #include "core/simulation/scenes/furnished_flat.h"
 #include "core/simulation/scenes/outdoor_scenes.h"
+#include "core/simulation/scenes/scene_use.h"
 #include "core/simulation/scenes/small_scenes.h"
 #include "core/simulation/simulated_scanner.h"
 #include "core/simulation/standable_positions.h"
@@ -136,7 +137,9 @@ void BenchSite(const BenchOptions& options, parallel::Parallel& parallel, Figure
   size_t allowed = 0;
   size_t found = 0;
   double worst = 1;
-  for (uint64_t seed = 1; seed <= scenes; ++seed) {
+  const uint64_t first =
+      options.use == simulation::SceneUse::kReporting ? simulation::kFirstReportingSeed : 1;
+  for (uint64_t seed = first; seed < first + scenes; ++seed) {
     const simulation::Scene scene = simulation::RandomEdgeScene(seed);
     const auto model = test_support::ScanFromStarts(scene, scanner, parallel);
     const auto views = planning::FeasibleViews::Find(*model, visibility::OpaqueGrid(*model),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <map>
 #include <optional>
 
@@ -20,7 +21,8 @@ std::optional<double> FloorBelow(double voxel_size, const ScanLayer& layer) {
   constexpr double kRadius = 3.0;  // m, around the station: a room's, the next one may be a step up
   constexpr double kLeastDrop = 0.3;  // m, below the viewpoint: no tripod is lower
   constexpr double kMostDrop = 2.2;   // m: surveyors' tripods reach 1.9 m, and the scanner 0.3 more
-  constexpr int kLeastColumns = 20;   // of voxels: 0.05 m^2 at 5 cm, two feet of the tripod apart
+  constexpr double kLeastFloor =
+      0.05;  // m^2 of columns: more than a tripod's feet, or a stair's edge
   const Eigen::Vector3d viewpoint = layer.T_model_scan.translation();
   struct Lowest {
     int z;
@@ -43,11 +45,13 @@ std::optional<double> FloorBelow(double voxel_size, const ScanLayer& layer) {
       if (!fresh && here.z < it->second.z) it->second = here;
     }
   }
+  const auto least_columns =
+      std::max<int64_t>(1, std::lround(kLeastFloor / (voxel_size * voxel_size)));
   std::map<int, int> count;
   for (const auto& [column, lowest] : columns) ++count[lowest.z];
   const auto mode = std::max_element(
       count.begin(), count.end(), [](const auto& a, const auto& b) { return a.second < b.second; });
-  if (mode == count.end() || mode->second < kLeastColumns) return std::nullopt;
+  if (mode == count.end() || mode->second < least_columns) return std::nullopt;
   double sum = 0;
   int votes = 0;
   for (const auto& [column, lowest] : columns) {

@@ -8,8 +8,6 @@
 namespace vantage::model {
 namespace {
 
-constexpr double kClosely = 0.03;  // m: what a plane is straightened to; three sigma of 1 cm
-
 // The mean of the places where rays to points behind a plane cross it.
 std::optional<Eigen::Vector3d> MeanCrossing(const ReflectingPlane& plane,
                                             const std::vector<Eigen::Vector3d>& points) {
@@ -45,11 +43,19 @@ size_t ComeBack(std::span<const MirrorWitness> witnesses, const ReflectingPlane&
 ReflectingPlane Straighten(std::span<const MirrorWitness> witnesses, const ReflectingPlane& plane,
                            const std::vector<Eigen::Vector3d>& behind) {
   constexpr int kMostTurn = 8;  // of kTurn, to either side: two degrees; mirrors lean by one
-  // rad: half of it at seven metres behind a mirror, twice, is the three centimetres of kClosely.
+  // rad: half of it at seven metres behind a mirror, twice, is three centimetres, as
+  // ReturnTest::Closely at a noise of up to 1 cm.
   constexpr double kTurn = sensor::Radians(0.25);
   constexpr int kMostShift = 3;  // cm: what the search before it, by centimetres, may be wrong
+  // By the noisiest of them: it says most of the returns that do not come back.
+  double roughly = 0;
+  double closely = 0;
+  for (const MirrorWitness& witness : witnesses) {
+    roughly = std::max(roughly, witness.measured->Agreement());
+    closely = std::max(closely, witness.measured->Closely());
+  }
   ReflectingPlane best = plane;
-  for (const double within : {kRoughly, kClosely, kClosely}) {
+  for (const double within : {roughly, closely, closely}) {
     size_t most = ComeBack(witnesses, best, behind, within);
     const auto try_out = [&](const ReflectingPlane& other) {
       const size_t agree = ComeBack(witnesses, other, behind, within);
@@ -65,12 +71,12 @@ ReflectingPlane Straighten(std::span<const MirrorWitness> witnesses, const Refle
                                         : Eigen::Vector3d::UnitZ();
       for (int turn = -kMostTurn; turn <= kMostTurn; ++turn) {
         const Eigen::Vector3d normal = Eigen::AngleAxisd(turn * kTurn, axis) * from.normal;
-        try_out({normal, -normal.dot(*through)});
+        try_out({normal, -normal.dot(*through), from.behind});
       }
     }
     const ReflectingPlane from = best;
     for (int shift = -kMostShift; shift <= kMostShift; ++shift) {
-      try_out({from.normal, from.distance + 0.01 * shift});
+      try_out({from.normal, from.distance + 0.01 * shift, from.behind});
     }
   }
   return best;

@@ -16,7 +16,6 @@ namespace vantage::model {
 
 inline constexpr int kMostPlanes = 16;  // of a scan: six of a room, and as many of its furniture
 inline constexpr double kNearestReflector = 0.3;  // m from the scanner: nearer is its own body
-inline constexpr double kRoughly = 0.06;  // m, at which a return comes back: as ReturnTest agrees
 inline constexpr size_t kTested = 64;  // cells of a plane to test a candidate: half of them +-6 %
 // Numbers of cells of an image: shares, and so the same for any resolution.
 inline constexpr double kCoarse = 20'000;  // for a first judgement: 1 to 1.5 degrees apart

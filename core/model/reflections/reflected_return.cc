@@ -7,7 +7,7 @@
 namespace vantage::model {
 
 Back ReturnTest::Compare(const Eigen::Vector3d& point, double agreement) const {
-  constexpr double kClearlyEmpty = 0.15;  // m before what was measured there: as kWellBehind
+  const double clearly_empty = WellBehind();  // m before what was measured there
   // m: where depths around differ by more, nothing can be said. More than a chair or a shelf is
   // deep; of one surface only at rays of a degree that meet it at 75 degrees, from four metres on.
   constexpr double kRagged = 0.5;
@@ -34,7 +34,7 @@ Back ReturnTest::Compare(const Eigen::Vector3d& point, double agreement) const {
   }
   if (!(high > 0)) return Back::kHidden;
   const double distance = point.norm();
-  if (distance < static_cast<double>(low) - kClearlyEmpty) {
+  if (distance < static_cast<double>(low) - clearly_empty) {
     return all ? Back::kContradicts : Back::kHidden;
   }
   if (static_cast<double>(high - low) > kRagged) return Back::kHidden;

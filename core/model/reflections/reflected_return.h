@@ -4,6 +4,7 @@
 #define VANTAGE_CORE_MODEL_REFLECTIONS_REFLECTED_RETURN_H_
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <vector>
@@ -25,11 +26,14 @@ enum class Back : uint8_t {
 struct ReflectingPlane {
   Eigen::Vector3d normal;
   double distance;
-  // Returns farther than this behind the plane, m, may be reflections. Those of its own wall lie
-  // nearer: it is even to a centimetre, and four sigma of noise are 4 cm.
-  double behind = 0.04;
+  // m behind it, from where on returns are in question: past its wall, which is not even, and whose
+  // returns are noisy. ReturnTest::Behind() says how much that is.
+  double behind = kUneven;
 
-  static constexpr double kProud = 0.12;  // m that a mirror stands out from its wall
+  static constexpr double kUneven = 0.04;  // m: plaster, skirtings and what hangs flat on a wall
+  // m that a mirror stands out from its wall. One that does, by so little, is told from it at steps
+  // up to 0.75 degrees; beyond, samples of wall and mirror are too far apart to show its border.
+  static constexpr double kProud = 0.12;
   static constexpr double kFrame = 0.06;  // m that a frame stands out from its mirror
   // m that a wall stands out from a plane in its opening, at least: the rooms of an opening may be
   // mirror images in the middle of their wall. Half of a thin one is 0.04, and a plane 0.015 off.
@@ -53,19 +57,29 @@ struct ReflectingPlane {
 
 class ReturnTest {
  public:
-  // A return is evidence when it lies farther than this behind the plane, m. The relief of a wall
+  // Keeps the reference.
+  explicit ReturnTest(const RangeSurface& surface)
+      : surface_(surface),
+        sigma_(surface.range_sigma()),
+        agreement_(std::max(0.06, 0.02 + 4 * sigma_)) {}
+
+  // The distances below, m, grow with the noise of the scanner (one sigma of a range) from about a
+  // centimetre on. Below that they are what mirrors, walls and fits of planes are good for.
+
+  // Between a reflected return and what was measured: a plane may be off by a centimetre, which
+  // counts twice, and by half a degree, which does so metres behind it; four sigma besides.
+  double Agreement() const { return agreement_; }
+  // The same where a plane is straightened: three sigma.
+  double Closely() const { return std::max(0.03, 3 * sigma_); }
+  // A return is evidence when it lies farther than this behind the plane. The relief of a wall
   // agrees with its own reflection to within twice its depth; so this is more than twice the
   // agreement.
-  static constexpr double kWellBehind = 0.15;
-  // m between a reflected return and what was measured: a plane may be off by a centimetre, which
-  // counts twice, and by half a degree, which does so metres behind it; four sigma of 1 cm besides.
-  static constexpr double kAgreement = 0.06;
-  // m: a return that agrees, too, when the plane is shifted by half of this, to either side, tells
-  // nothing. Five times the agreement, less than furniture is apart.
-  static constexpr double kTellingShift = 0.3;
-
-  // Keeps the reference.
-  explicit ReturnTest(const RangeSurface& surface) : surface_(surface) {}
+  double WellBehind() const { return 2.5 * agreement_; }
+  // A return that agrees, too, when the plane is shifted by half of this, to either side, tells
+  // nothing. Up to a noise of 1 cm it is less than furniture is apart.
+  double TellingShift() const { return 5 * agreement_; }
+  // How far behind a plane returns are in question: past a wall's unevenness, and four sigma.
+  double Behind() const { return std::max(ReflectingPlane::kUneven, 4 * sigma_); }
 
   Eigen::Vector3d Point(int column, int row) const {
     return static_cast<double>(surface_.at(column, row)) * surface_.Direction(column, row);
@@ -82,11 +96,11 @@ class ReturnTest {
     if (!surface_.Returned(column, row)) return Back::kInFront;
     const Eigen::Vector3d point = Point(column, row);
     if (plane.Above(point) > -plane.behind) return Back::kInFront;
-    return Compare(plane.Reflected(point), kAgreement);
+    return Compare(plane.Reflected(point), agreement_);
   }
 
   bool WellBehind(const ReflectingPlane& plane, int column, int row) const {
-    return plane.Above(Point(column, row)) < -kWellBehind;
+    return plane.Above(Point(column, row)) < -WellBehind();
   }
 
   // True when a return that agrees would not agree with a plane a little nearer or farther. A
@@ -94,8 +108,9 @@ class ReturnTest {
   // nothing.
   bool Telling(const ReflectingPlane& plane, int column, int row) const {
     const Eigen::Vector3d back = plane.Reflected(Point(column, row));
-    return Compare(back + kTellingShift * plane.normal, kAgreement) != Back::kAgrees ||
-           Compare(back - kTellingShift * plane.normal, kAgreement) != Back::kAgrees;
+    const Eigen::Vector3d shift = TellingShift() * plane.normal;
+    return Compare(back + shift, agreement_) != Back::kAgrees ||
+           Compare(back - shift, agreement_) != Back::kAgrees;
   }
 
   // A point against what the scan measured in its direction, to within `agreement` (m).
@@ -103,6 +118,8 @@ class ReturnTest {
 
  private:
   const RangeSurface& surface_;
+  double sigma_;      // m, of a range
+  double agreement_;  // m
 };
 
 }  // namespace vantage::model

@@ -23,6 +23,34 @@ constexpr double kLeastRegionAngle = 150 * sensor::Radians(0.75) * sensor::Radia
 constexpr size_t kLeastJudged = 8;
 constexpr size_t kLeastTelling = 30;  // cells that say something: a fifth of the least region
 
+// How far one has to look, as angles, so that it is as far at any step, three metres away: Ahead()
+// makes cells of them, at least one.
+constexpr double kWallBeside = sensor::Radians(1.5);  // 8 cm: a jamb has gone away from its wall
+constexpr double kThroughPlane = 2 * kWallBeside;  // from a reflection's edge to before its plane
+constexpr double kRevealDepth = sensor::Radians(1.5);  // 8 cm of a thin wall's reveal, seen askew
+// Rays, not lengths: a polished floor returns some rays itself, whatever their step, and so leaves
+// gaps of a ray or two in what it reflects, and has rays of its own within three.
+constexpr int kGap = 2;
+constexpr int kOwnWithin = 3;
+
+// Shares of a region that decide what it is, each of cells or of pairs of cells at its border. Half
+// is what most of it says. Of the 150 cells of the least region a share is off by 4 % at most, one
+// sigma, and of the some 50 pairs of its border by 7 %: a twelfth (8 %) and an eighth (13 %) are
+// two of these sigmas from nothing, and a quarter is four.
+constexpr double kMostContradicted = 1.0 / 12;
+constexpr double kMostBehind = 1.0 / 8;
+constexpr double kMostConnected = 1.0 / 8;
+constexpr double kMostDoubtful = 1.0 / 4;  // where other evidence decides
+// Of a region's width, which is the side of a square as large: a mirror of which furniture hides
+// three sides shows nearly one.
+constexpr double kLeastEdge = 0.75;
+// What is reflected twice, and edges: up to so many cells wherever they are, and to this share of
+// the reflection where it surrounds a quarter of them.
+constexpr size_t kSpeck = 4;
+constexpr double kSpeckShare = 1.0 / 50;
+// A region that is as large as this share of what was found must be told by itself.
+constexpr double kMinor = 1.0 / 4;
+
 // Every `stride`-th column and row of the image, judged by one plane.
 class Judgement {
  public:
@@ -98,8 +126,7 @@ class Judgement {
     for (int c = 0; c < columns_; ++c) {
       for (int r = 0; r < rows_; ++r) {
         if (InQuestion(Index({c, r})) && seen[Index({c, r})] == 0) {
-          // Up to two cells away, since a polished floor returns rays of its own in between.
-          regions.push_back(Gather({c, r}, 2, seen));
+          regions.push_back(Gather({c, r}, kGap, seen));
         }
       }
     }
@@ -114,7 +141,7 @@ class Judgement {
     BoundReflector(found);
     const size_t largest = found.size();
     for (const std::vector<ScanCell>& region : regions) {
-      if (4 * region.size() <= largest && IsMoreOfIt(region)) Take(region, found);
+      if (Share(region.size(), largest) <= kMinor && IsMoreOfIt(region)) Take(region, found);
     }
     TakeAmongThePlanesOwn(found);
     TakeSpecks(found);
@@ -165,11 +192,22 @@ class Judgement {
     return region;
   }
 
+  static double Share(size_t part, size_t all) {
+    return static_cast<double>(part) / static_cast<double>(std::max<size_t>(1, all));
+  }
+  // Judged columns or rows that make an angle (rad), at least `least`.
+  int Ahead(double angle, const AngularAxis& axis, int least = 1) const {
+    return std::max(least, static_cast<int>(std::lround(angle / axis.mean_step())) / stride_);
+  }
+  const AngularAxis& AxisOf(int dc) const {
+    return dc != 0 ? surface_.azimuth() : surface_.elevation();
+  }
+
   // True when a cell of the image has the plane's own returns on both sides, left and right or
-  // above and below, within three steps of `step` cells.
+  // above and below, within kOwnWithin steps of `step` cells.
   bool AmongThePlanesOwn(int column, int row, int step) const {
     const auto own = [&](int dc, int dr) {
-      for (int k = step; k <= 3 * step; k += step) {
+      for (int k = step; k <= kOwnWithin * step; k += step) {
         int c = column + k * dc;
         const int r = row + k * dr;
         if (surface_.azimuth().closed()) c = (c + surface_.columns()) % surface_.columns();
@@ -224,9 +262,7 @@ class Judgement {
   // True when the surface that begins at a cell continues along the plane; a jamb goes away from
   // it.
   bool LiesInPlane(const ScanCell& cell, int dc, int dr) const {
-    // Six cells of the image: 1.5 degrees of a quarter, or 8 cm three metres away; of a whole
-    // degree 30 cm. So coarse a scan has to have that much wall around a mirror.
-    const int further = std::max(1, 6 / stride_);
+    const int further = Ahead(kWallBeside, AxisOf(dc));
     const std::optional<ScanCell> on = Beside(cell, further * dc, further * dr);
     return on && Returned(*on) && InPlane(*on);
   }
@@ -240,7 +276,8 @@ class Judgement {
   // as far away as its frame.
   bool GoesThrough(const ScanCell& cell, int dc, int dr) const {
     ScanCell at = cell;
-    for (int i = 0; i < std::max(2, 12 / stride_); ++i) {  // cells of the image: twice LiesInPlane
+    const int ahead = Ahead(kThroughPlane, AxisOf(dc), 2);
+    for (int i = 0; i < ahead; ++i) {
       const std::optional<ScanCell> next = Beside(at, dc, dr);
       if (!next || BackOf(*next) != Back::kInFront || !Returned(*next)) return false;
       if (!Connected(at, dc, dr)) return false;
@@ -280,7 +317,7 @@ class Judgement {
     return border;
   }
   static bool BreaksOff(const Border& border) {
-    return 2 * border.broken >= border.all && 8 * border.behind <= border.all &&
+    return 2 * border.broken >= border.all && Share(border.behind, border.all) <= kMostBehind &&
            2 * border.before <= border.broken;
   }
 
@@ -317,16 +354,16 @@ class Judgement {
     if (2 * looked < sampled || 3 * agree < looked) return false;
     if (telling * skip < kLeastTelling / static_cast<size_t>(stride_)) return false;
     if (2 * telling_agree < telling) return false;
-    if (12 * Contradicted(region) > region.size()) return false;
+    if (Share(Contradicted(region), region.size()) > kMostContradicted) return false;
     const Border border = BorderOf(region);
     // Single returns scattered among the plane's own are not a room behind it.
     if (2 * among_own > looked && 2 * border.broken >= border.all &&
-        8 * border.connected <= border.all) {
+        Share(border.connected, border.all) <= kMostConnected) {
       scattered_ = true;
       return true;
     }
     const double width = std::sqrt(static_cast<double>(region.size()));
-    return BreaksOff(border) && static_cast<double>(border.broken) >= 0.75 * width;
+    return BreaksOff(border) && static_cast<double>(border.broken) >= kLeastEdge * width;
   }
 
   static constexpr double kLevel = 0.95;  // cosine: 18 degrees, since the scanner may lean
@@ -366,10 +403,9 @@ class Judgement {
                      [&](const auto& a, const auto& b) { return up_.dot(a) < up_.dot(b); });
     floor_ = up_.dot(*tenth);
   }
-  // m: three sigma of 1 cm; a plinth is higher.
+  // To within three sigma, as ReturnTest::Closely is; a plinth is higher.
   bool OnFloor(const ScanCell& cell) const {
-    constexpr double kOnFloor = 0.03;
-    return floor_ && std::abs(up_.dot(Point(cell)) - *floor_) < kOnFloor;
+    return floor_ && std::abs(up_.dot(Point(cell)) - *floor_) < tester_.Closely();
   }
 
   // A wall that continues from before the plane to behind it is real, and so is all surface joined
@@ -434,7 +470,7 @@ class Judgement {
       return tester_.WellBehind(plane_, cell.column * stride_, cell.row * stride_);
     });
     return 2 * static_cast<size_t>(well_behind) >= region.size() &&
-           4 * Contradicted(region) <= region.size();
+           Share(Contradicted(region), region.size()) <= kMostDoubtful;
   }
 
   // True when a region ends in the plane as at a frame: on nearly one of its four sides at least,
@@ -466,8 +502,10 @@ class Judgement {
       }
     }
     const double width = std::sqrt(static_cast<double>(region.cells.size()));
-    if (4 * through > broken || 10 * reveal > broken) return false;
-    if (static_cast<double>(broken) < 0.75 * width || !ShowsReveals(region.cells)) return false;
+    constexpr double kMostReveal = 0.1;  // as ShowsReveals: of an opening's border a tenth shows it
+    if (Share(through, broken) > kMostDoubtful || Share(reveal, broken) > kMostReveal) return false;
+    if (static_cast<double>(broken) < kLeastEdge * width || !ShowsReveals(region.cells))
+      return false;
     if (FloorGoesThrough(region.cells, in_region)) return false;
     region.wall = WallAround(region.cells, in_region);
     return !region.wall || !plane_.IsRecessed(*region.wall);
@@ -477,7 +515,8 @@ class Judgement {
   bool IsReveal(const ScanCell& cell, int dc, int dr) const {
     constexpr double kDeepest = 0.3;  // m: thicker walls' openings are seen to be deep
     ScanCell at = cell;
-    for (int i = 0; i < 3; ++i) {
+    const int ahead = Ahead(kRevealDepth, AxisOf(dc));
+    for (int i = 0; i < ahead; ++i) {
       if (plane_.Above(Point(at)) < -kDeepest) return false;
       const std::optional<ScanCell> next = Beside(at, dc, dr);
       if (!next || !Returned(*next) || !Connected(at, dc, dr)) return false;
@@ -594,7 +633,8 @@ class Judgement {
       if (!OnReflector(cell)) return false;
       agree += BackOf(cell) == Back::kAgrees ? 1 : 0;
     }
-    return 2 * agree >= region.size() && 4 * Contradicted(region) <= region.size() &&
+    return 2 * agree >= region.size() &&
+           Share(Contradicted(region), region.size()) <= kMostDoubtful &&
            BreaksOff(BorderOf(region));
   }
 
@@ -618,7 +658,8 @@ class Judgement {
   // Adds small clusters of returns from behind the plane within a reflection, whether they agree or
   // not: they are mixed pixels, edges, or were reflected twice.
   void TakeSpecks(std::vector<ScanCell>& found) {
-    const size_t largest = found.size() / 50 + 4;
+    const size_t largest =
+        static_cast<size_t>(kSpeckShare * static_cast<double>(found.size())) + kSpeck;
     std::vector<uint8_t> seen(back_.size(), 0);
     const auto open = [&](const ScanCell& cell) {
       const size_t i = Index(cell);
@@ -641,7 +682,8 @@ class Judgement {
           });
           touching += touches ? 1 : 0;
         }
-        if (cluster.size() <= 4 || (cluster.size() <= largest && 4 * touching >= cluster.size())) {
+        if (cluster.size() <= kSpeck ||
+            (cluster.size() <= largest && 4 * touching >= cluster.size())) {
           Take(cluster, found);
         }
       });

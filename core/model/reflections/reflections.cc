@@ -21,11 +21,13 @@ constexpr size_t kMostJudged = 16;  // candidates: each costs a look at the whol
 
 // The plane that reflects `from` into `to`, if it is upright and in front of the scanner. A
 // reflecting floor is found by its own measured surface.
-std::optional<ReflectingPlane> Between(const ScanPlane& from, const ScanPlane& to) {
+std::optional<ReflectingPlane> Between(const ReturnTest& tester, const ScanPlane& from,
+                                       const ScanPlane& to) {
   const Eigen::Vector3d turn = to.normal - from.normal;
   const double length = turn.norm();
   if (length < 2 * kDisplaced) return std::nullopt;
-  const ReflectingPlane plane{turn / length, (to.distance - from.distance) / length};
+  const ReflectingPlane plane{turn / length, (to.distance - from.distance) / length,
+                              tester.Behind()};
   if (plane.distance < kNearestReflector || !plane.IsUpright()) return std::nullopt;
   return plane;
 }
@@ -36,13 +38,15 @@ std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane&
                                       const std::vector<ScanCell>& sample) {
   // Cells, a degree or more apart; this many are two tenths of a square metre two metres away.
   constexpr size_t kEnough = 20;
-  constexpr size_t kMost = 400;  // that are looked at: a share of them is off by 2.5 %, one sigma
-  const ReflectingPlane itself{wall.normal, wall.distance};
+  constexpr size_t kMost = 400;   // that are looked at: a share of them is off by 2.5 %, one sigma
+  constexpr double kStep = 0.01;  // m: a sixth of the agreement, and it counts twice
+  constexpr int kSteps = 10;      // to nearly ReflectingPlane::kProud
+  const ReflectingPlane itself{wall.normal, wall.distance, tester.Behind()};
   if (!itself.IsUpright() && !itself.IsLevel()) return std::nullopt;
   std::vector<Eigen::Vector3d> behind;
   for (const ScanCell& cell : sample) {
     const Eigen::Vector3d point = tester.Point(cell.column, cell.row);
-    if (wall.Above(point) < -ReturnTest::kWellBehind) behind.push_back(point);
+    if (wall.Above(point) < -tester.WellBehind()) behind.push_back(point);
   }
   if (behind.size() < kEnough) return std::nullopt;
   const size_t skip = std::max<size_t>(1, behind.size() / kMost);
@@ -51,10 +55,10 @@ std::optional<ReflectingPlane> OnWall(const ReturnTest& tester, const ScanPlane&
   const std::array<MirrorWitness, 1> own = {{{&tester}}};
   std::optional<ReflectingPlane> best;
   size_t most = kEnough / 2;
-  for (int before = 0; before <= 10; before += 1) {
-    const ReflectingPlane plane{wall.normal, wall.distance - 0.01 * before};
+  for (int before = 0; before <= kSteps; ++before) {
+    const ReflectingPlane plane{wall.normal, wall.distance - kStep * before, tester.Behind()};
     if (plane.distance < kNearestReflector) break;
-    const size_t agree = ComeBack(own, plane, looked_at, kRoughly);
+    const size_t agree = ComeBack(own, plane, looked_at, tester.Agreement());
     if (agree <= most) continue;
     most = agree;
     best = plane;
@@ -78,20 +82,29 @@ double Support(const ReturnTest& tester, const ReflectingPlane& plane,
     agree += back == Back::kAgrees ? 1 : 0;
     contradict += back == Back::kContradicts ? 1 : 0;
   }
-  if (behind < 8 || 2 * agree < behind || 5 * contradict > behind) return 0;
+  // Of a share of fewer cells nothing can be said; a fifth that contradicts is furniture moved or a
+  // plane that is half a degree off, and more is no reflection.
+  constexpr double kFewest = 8;          // cells, of kTested
+  constexpr double kMostContrary = 0.2;  // share of what lies behind the plane
+  if (behind < kFewest || 2 * agree < behind || contradict / behind > kMostContrary) return 0;
   return agree - contradict;
 }
 
-// True when returns from behind the plane are right beside its own in many places.
+// True when returns from behind the plane are right beside its own in many places. A polished floor
+// returns some rays itself and reflects others, ray by ray whatever their step; so `beside` counts
+// rays and is no length.
 bool HasScattered(const RangeSurface& surface, const ScanPlane& plane) {
   const ReturnTest tester(surface);
-  const ReflectingPlane itself{plane.normal, plane.distance};
+  const ReflectingPlane itself{plane.normal, plane.distance, tester.Behind()};
+  constexpr int kBeside = 2;         // rays, to all sides
+  constexpr size_t kManyPlaces = 8;  // cells that are well behind: half of them is off by 18 %
+  constexpr int kSide = 2 * kBeside + 1;
   size_t scattered = 0;
   size_t agree = 0;
   for (const ScanCell& cell : plane.cells) {
-    for (int k = 0; k < 25; ++k) {
-      const int c = cell.column + k % 5 - 2;
-      const int r = cell.row + k / 5 - 2;
+    for (int k = 0; k < kSide * kSide; ++k) {
+      const int c = cell.column + k % kSide - kBeside;
+      const int r = cell.row + k / kSide - kBeside;
       if (c < 0 || c >= surface.columns() || r < 0 || r >= surface.rows()) continue;
       const Back back = tester.Test(itself, c, r);
       if (back == Back::kInFront || !tester.WellBehind(itself, c, r)) continue;
@@ -99,7 +112,7 @@ bool HasScattered(const RangeSurface& surface, const ScanPlane& plane) {
       agree += back == Back::kAgrees ? 1 : 0;
     }
   }
-  return scattered >= 8 && 2 * agree > scattered;
+  return scattered >= kManyPlaces && 2 * agree > scattered;
 }
 
 struct Candidate {
@@ -123,7 +136,7 @@ std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride,
   parallel.For(planes.size(), [&](size_t i) {
     const ScanPlane& plane = planes[i];
     std::vector<Candidate>& candidates = by_plane[i];
-    const ReflectingPlane itself{plane.normal, plane.distance};
+    const ReflectingPlane itself{plane.normal, plane.distance, tester.Behind()};
     if (HasScattered(surface, plane)) {
       constexpr double kBeforeAllOthers = 1e6;
       candidates.push_back({kBeforeAllOthers * plane.area, itself, true});
@@ -132,7 +145,7 @@ std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride,
       candidates.push_back({plane.area, *on_wall, false});
     }
     for (const ScanPlane& other : planes) {
-      std::optional<ReflectingPlane> between = Between(plane, other);
+      std::optional<ReflectingPlane> between = Between(tester, plane, other);
       if (!between) continue;
       const double support = Support(tester, *between, other.cells);
       if (support <= 0) continue;
@@ -149,8 +162,11 @@ std::vector<Candidate> FindCandidates(const RangeSurface& surface, int stride,
   return candidates;
 }
 
+// Two candidates for one mirror: both are straightened from within so much of it (Straighten).
 bool Same(const ReflectingPlane& a, const ReflectingPlane& b) {
-  return a.normal.dot(b.normal) > 0.998 && std::abs(a.distance - b.distance) < 0.05;
+  constexpr double kSameNormal = 0.998;   // cosine: 3.6 degrees; two mirrors meet at 90
+  constexpr double kSameDistance = 0.05;  // m: mirrors of one wall that differ by less are one
+  return a.normal.dot(b.normal) > kSameNormal && std::abs(a.distance - b.distance) < kSameDistance;
 }
 
 // The likeliest candidates that differ.

@@ -13,17 +13,19 @@ Testimony Testify(const SuspectedReflector& suspect, const ReflectingPlane& plan
                   const Eigen::Isometry3d& T_witness_scan) {
   const ReturnTest scan(surface);
   const ReturnTest test(witness);
+  // Both are noisy: what the noisier one allows.
+  const double agreement = std::max(scan.Agreement(), test.Agreement());
   const Eigen::Vector3d shift =
-      ReturnTest::kTellingShift * (T_witness_scan.linear() * plane.normal);
+      std::max(scan.TellingShift(), test.TellingShift()) * (T_witness_scan.linear() * plane.normal);
   const auto agrees = [&](const Eigen::Vector3d& point) {
-    return test.Compare(point, ReturnTest::kAgreement) == Back::kAgrees;
+    return test.Compare(point, agreement) == Back::kAgrees;
   };
   Testimony testimony;
   bool any = false;
   for (const ScanCell& cell : suspect.asked) {
     const Eigen::Vector3d back =
         T_witness_scan * plane.Reflected(scan.Point(cell.column, cell.row));
-    const Back said = test.Compare(back, ReturnTest::kAgreement);
+    const Back said = test.Compare(back, agreement);
     uint8_t bits = said == Back::kAgrees        ? Testimony::kAgrees
                    : said == Back::kContradicts ? Testimony::kContradicts
                                                 : 0;
@@ -34,13 +36,12 @@ Testimony Testify(const SuspectedReflector& suspect, const ReflectingPlane& plan
   }
   if (!any) testimony.of_returns = {};
   // A mirror is opaque from behind.
-  constexpr double kBehind = ReturnTest::kWellBehind;
   constexpr size_t kOpen = 3;  // parts of a square decimetre: as wide as a hand
   const Eigen::Vector3d stands = T_witness_scan.inverse(Eigen::Isometry).translation();
-  if (plane.Above(stands) < -kBehind) {
+  if (plane.Above(stands) < -test.WellBehind()) {
     size_t open = 0;
     for (const Eigen::Vector3d& middle : suspect.aperture.Inner()) {
-      const Back said = test.Compare(T_witness_scan * middle, ReturnTest::kAgreement);
+      const Back said = test.Compare(T_witness_scan * middle, agreement);
       open += said == Back::kContradicts ? 1 : 0;
     }
     testimony.sees_through = open >= kOpen;
@@ -63,10 +64,11 @@ std::optional<WitnessFit> FitByWitness(const SuspectedReflector& suspect,
   const std::array<MirrorWitness, 2> both = {{{&scan}, {&other, T_witness_scan}}};
   const std::span<const MirrorWitness> alone = std::span(both).last(1);
   if (4 * ComeBack(alone, suspect.plane, points, kNear) < looked_at) return std::nullopt;
-  const size_t before = ComeBack(both, suspect.plane, points, ReturnTest::kAgreement);
+  const double agreement = std::max(scan.Agreement(), other.Agreement());
+  const size_t before = ComeBack(both, suspect.plane, points, agreement);
   const ReflectingPlane plane = Straighten(both, suspect.plane, points);
   if (suspect.wall && plane.IsRecessed(*suspect.wall)) return std::nullopt;
-  const size_t agree = ComeBack(both, plane, points, ReturnTest::kAgreement);
+  const size_t agree = ComeBack(both, plane, points, agreement);
   if (2 * agree < looked_at || 10 * (agree - std::min(agree, before)) < looked_at) {
     return std::nullopt;
   }

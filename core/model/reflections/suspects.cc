@@ -59,7 +59,7 @@ std::vector<std::vector<Eigen::Vector3d>> PartsBehind(const RangeSurface& surfac
     for (int r = 0; r < rows; ++r) {
       if (!surface.Returned(c * stride, r * stride)) continue;
       const Eigen::Vector3d point = tester.Point(c * stride, r * stride);
-      behind[index(c, r)] = wall.Above(point) < -ReturnTest::kWellBehind ? 1 : 0;
+      behind[index(c, r)] = wall.Above(point) < -tester.WellBehind() ? 1 : 0;
     }
   }
   std::vector<std::vector<Eigen::Vector3d>> parts;
@@ -112,9 +112,9 @@ std::vector<PlaneOfPart> BeforeWall(const RangeSurface& surface, const ReturnTes
     std::optional<ReflectingPlane> best;
     size_t most = points.size() / 3;
     for (double before = 0; before <= kDeepest; before += kStep) {
-      const ReflectingPlane plane{wall.normal, wall.distance - before};
+      const ReflectingPlane plane{wall.normal, wall.distance - before, tester.Behind()};
       if (plane.distance < kNearestReflector) break;
-      const size_t agree = ComeBack(own, plane, points, kRoughly);
+      const size_t agree = ComeBack(own, plane, points, tester.Agreement());
       if (agree <= most) continue;
       most = agree;
       best = plane;

@@ -51,7 +51,7 @@ class RangeSurface {
             sin_elevation_[r]};
   }
 
-  // m, one sigma of the scanner's ranges, at the farthest. Snapshots do not keep it: 0 then.
+  // m, one sigma of the scanner's ranges, at the farthest.
   double range_sigma() const { return range_sigma_; }
 
   // True when the cell holds a return of its own ray: it was not ended as a reflection or a lone

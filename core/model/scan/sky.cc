@@ -21,12 +21,16 @@ constexpr double kDarkestRangeShare = 0.5;
 // Around a cell that is sky no return is seen this far, but for stray ones: birds, insects, rain.
 // Dark and grazing surfaces drop out in part, and what they return lies closer together.
 constexpr double kPureRadius = sensor::Radians(1.5);
-constexpr int kLeastPureCells = 2;
+// Cells to all sides, at least: of 49, where one in seven returns, none does so in one of 2000
+// places; of 25 it would be one of 50.
+constexpr int kLeastPureCells = 3;
 constexpr double kMostStray = 0.03;  // of the cells
 
-// Something is there where so many cells on top of each other return: a bird, a wire and noise do
-// not.
-constexpr int kLeastRun = 3;
+// Something is there where cells on top of each other return over so large an angle, or that many
+// of them where it is coarser: a bird and a wire do not, nor does noise, of which three in a row
+// are one in 40,000 where kMostStray returns at most.
+constexpr double kLeastRun = sensor::Radians(0.75);
+constexpr int kLeastRunCells = 3;
 
 // The sky covers most of the highest directions that the scanner sees. What returns anything at all
 // does so overhead, where it is nearest and met head on; and no window is overhead.
@@ -63,9 +67,12 @@ constexpr double kLastAround = sensor::Radians(5);
 // grazingly and returned at most a quarter as much; building materials differ by as much. At least
 // kFewestFainter cells have to: a sill or a shelf is no evidence.
 constexpr double kFainter = 4;
-constexpr double kStillReturns = 0.3;   // share of the cells around: no sky is as full
-constexpr double kFewestFainter = 100;  // cells
-constexpr int kFaintStride = 3;         // cells: one in nine is looked at
+constexpr double kStillReturns = 0.3;      // share of the cells around: no sky is as full
+constexpr double kFewestFainter = 1.9e-3;  // sr: 2.5 degrees wide and high, half a metre at 12 m
+// rad between the columns, and the rows, that are looked at for it; and how many of those there
+// have to be, which is more than that where cells are coarse.
+constexpr double kFaintStep = sensor::Radians(0.75);
+constexpr int64_t kFewestLookedAt = 12;
 // Samples of two surfaces may seem to lie in a plane that the scanner looks along. So this share of
 // the columns around has to agree.
 constexpr double kLeastFadingAround = 0.25;
@@ -75,6 +82,10 @@ constexpr double kSameNormal = 0.9;
 constexpr double kSameDistance = 0.5;
 constexpr double kInLine = 0.05;      // of a chord: samples of one surface are in line by that
 constexpr double kLeastTripod = 0.3;  // m over the ground
+// What is seen so far below the horizon is the ground on which the scanner stands: from a tripod
+// of 1.5 m, within 2.6 m of it. And rad between the columns that are looked at: 10 cm there.
+constexpr double kStandsOn = sensor::Radians(30);
+constexpr double kStandsOnStep = sensor::Radians(2);
 
 class SkyFinder {
  public:
@@ -84,9 +95,11 @@ class SkyFinder {
         up_(up),
         columns_(surface.columns()),
         rows_(surface.rows()),
-        row_radius_(std::max(
-            kLeastPureCells,
-            static_cast<int>(std::lround(kPureRadius / surface.elevation().mean_step())))) {}
+        row_radius_(std::max(kLeastPureCells, static_cast<int>(std::lround(
+                                                  kPureRadius / surface.elevation().mean_step())))),
+        least_run_(std::max(kLeastRunCells, CellsIn(kLeastRun, surface.elevation()))),
+        faint_columns_(CellsIn(kFaintStep, surface.azimuth())),
+        faint_rows_(CellsIn(kFaintStep, surface.elevation())) {}
 
   std::vector<SkyRay> Find() {
     if (!LooksOpenOverhead()) return {};
@@ -101,6 +114,11 @@ class SkyFinder {
 
  private:
   enum State : uint8_t { kOther = 0, kSkyCell = 1 };
+
+  // How many make an angle (rad), at least one.
+  static int CellsIn(double angle, const AngularAxis& axis) {
+    return std::max(1, static_cast<int>(std::lround(angle / axis.mean_step())));
+  }
 
   size_t Index(int column, int row) const {
     return static_cast<size_t>(column) * static_cast<size_t>(rows_) + static_cast<size_t>(row);
@@ -154,8 +172,8 @@ class SkyFinder {
       int run = 0;  // of returns
       for (int r = rows_ - 1; r >= 0; --r) {
         run = surface_.Returned(c, r) ? run + 1 : 0;
-        if (run < kLeastRun) continue;
-        skyline_[static_cast<size_t>(c)] = r + kLeastRun - 1;
+        if (run < least_run_) continue;
+        skyline_[static_cast<size_t>(c)] = r + least_run_ - 1;
         break;
       }
     }
@@ -335,9 +353,7 @@ class SkyFinder {
   // energy of at most `energy` (1 / m^2), of surface that came back in good part.
   class FaintReturns {
    public:
-    void Add(double cosine, double energy, int cells) {
-      counts_[Bin(cosine)][Bin(energy)] += cells;
-    }
+    void Add(double cosine, double energy) { ++counts_[Bin(cosine)][Bin(energy)]; }
     void Sum() {
       for (size_t i = 0; i < kBins; ++i) {
         for (size_t k = 0; k < kBins; ++k) {
@@ -377,15 +393,14 @@ class SkyFinder {
   static double EnergyOf(double cosine, double range) { return cosine / (range * range); }
 
   void FindFaintReturns() {
-    for (int c = 0; c < columns_; c += kFaintStride) {
-      for (int r = 0; r < rows_; r += kFaintStride) {
+    for (int c = 0; c < columns_; c += faint_columns_) {
+      for (int r = 0; r < rows_; r += faint_rows_) {
         if (!surface_.Returned(c, r)) continue;
         const std::optional<Plane> plane = SurfaceAt(c, r);
         if (!plane || ReturnedShareAround(c, r) < kStillReturns) continue;
         const double cosine = CosineAt(c, r, *plane);
         if (!Grazed(cosine)) continue;
-        faint_.Add(cosine, EnergyOf(cosine, static_cast<double>(surface_.at(c, r))),
-                   kFaintStride * kFaintStride);
+        faint_.Add(cosine, EnergyOf(cosine, static_cast<double>(surface_.at(c, r))));
       }
     }
     faint_.Sum();
@@ -398,8 +413,14 @@ class SkyFinder {
     const double energy = EnergyOf(cosine, static_cast<double>(surface_.at(column, row)));
     const double darkest = EnergyOf(1, kDarkestRangeShare * scanner_.range_max);
     const double fifth = EnergyOf(1, scanner_.range_max);
+    // Of what came back fainter: how many cells were looked at, and for how much each stands, sr,
+    // near the horizon, where what is met grazingly lies.
+    const int64_t fainter = faint_.Below(cosine, energy / kFainter);
+    const double stands_for = faint_columns_ * surface_.azimuth().mean_step() * faint_rows_ *
+                              surface_.elevation().mean_step();
     return energy >= darkest || (energy >= fifth && LastReturned(column, row) >= kLastReturned) ||
-           static_cast<double>(faint_.Below(cosine, energy / kFainter)) >= kFewestFainter;
+           (fainter >= kFewestLookedAt &&
+            static_cast<double>(fainter) * stands_for >= kFewestFainter);
   }
 
   // Of the cells right below the last ones that returned, in the columns around: the share that
@@ -551,10 +572,11 @@ class SkyFinder {
 
   // Of the scanner over what it sees below, m.
   double HeightOverGround() const {
+    const int every = CellsIn(kStandsOnStep, surface_.azimuth());
     std::vector<double> depth;
     for (int r = 0; r < rows_; ++r) {
-      if (surface_.elevation().angles()[static_cast<size_t>(r)] > -sensor::Radians(30)) break;
-      for (int c = 0; c < columns_; c += 8) {
+      if (surface_.elevation().angles()[static_cast<size_t>(r)] > -kStandsOn) break;
+      for (int c = 0; c < columns_; c += every) {
         if (surface_.Returned(c, r)) depth.push_back(-PointAt(c, r).dot(up_));
       }
     }
@@ -591,6 +613,9 @@ class SkyFinder {
   const int columns_;
   const int rows_;
   const int row_radius_;                      // of the surroundings that are to be pure, cells
+  const int least_run_;                       // of returns on top of each other, cells
+  const int faint_columns_;                   // every how many-th is looked at
+  const int faint_rows_;                      // the same
   std::vector<std::array<int32_t, 2>> sums_;  // no return, a range
   std::vector<int> skyline_;                  // row, by column
   std::vector<uint8_t> state_;                // State, by cell

@@ -231,6 +231,7 @@ std::unique_ptr<ScanLayer> LayerCodec::Read(absl::string_view bytes, const Snaps
   layer->holes = HoleMap(layer->range_surface);
   layer->algorithm_version = static_cast<uint32_t>(algorithm_version);
   ReadScanner(in, layer->scanner);
+  layer->range_surface.range_sigma_ = layer->scanner.RangeSigma(layer->scanner.range_max);
   layer->elevation_first = in.Fixed<double>();
   layer->elevation_last = in.Fixed<double>();
   Eigen::Matrix<double, 3, 4> pose;

@@ -21,9 +21,13 @@ namespace vantage::planning {
 
 // An offered place counts as good when some spot within kStationRadius (m) of it is free to stand
 // on; that this is so has the probability kStationChance.
+// Choices: beds and tables are up to 2 m wide, so past the middle of one this is as far as beside
+// it with the scanner's clearance; and what is behind a doorway may be a cupboard.
 inline constexpr double kStationRadius = 1.2;
 inline constexpr double kStationChance = 0.9;
-// The chance that surface which is expected is there and that a scan that should see it does.
+// The chance that surface which is expected is there and that a scan that should see it does. A
+// choice, from 0 (what is expected counts for nothing) to 1 (as much as what is known): a room is
+// as likely larger as smaller than it is expected to be.
 inline constexpr double kSurfaceChance = 0.5;
 
 // A model in which each room that was seen through a doorway and not entered goes on behind it, as

@@ -19,7 +19,9 @@
 namespace vantage::planning {
 namespace {
 
-constexpr size_t kElements = 16000;
+// Surface elements of which a scan's prediction is made, at most: a share of them is right to 0.4
+// %, one sigma, and the cost of a check grows with them.
+constexpr size_t kElements = 16'000;
 constexpr double kRoundingOfShare = 1e-9;
 constexpr size_t kBatch = 4;  // candidates checked at a time, whatever the number of threads
 

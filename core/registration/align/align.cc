@@ -21,6 +21,11 @@ constexpr size_t kScoreSamples = 4000;   // for comparing minima: 0.8 %, of 15 %
 constexpr size_t kFineSamples = 24'000;  // for the last stage: a noise of 1 cm leaves 0.1 mm
 constexpr size_t kApartSamples = 500;    // for telling minima apart, to 4 % of their distance
 constexpr int kFineMinima = 5;           // that are refined and compared; each costs as much again
+// Steps at most; both end earlier once a step is too small to matter (AlignFine). A minimum is
+// compared by its score, which its last digits do not change. The result is to have converged, also
+// where a weak direction takes many steps; it says whether it has.
+constexpr int kCompareSteps = 12;
+constexpr int kFineSteps = 30;
 
 std::span<const SurfaceSample> First(const ScanSurface& surface, size_t count) {
   return {surface.samples.data(), std::min(count, surface.samples.size())};
@@ -132,7 +137,7 @@ Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField&
     parallel::Serial serial;
     Minimum& m = minima[i];
     m.T_world_scan = AlignFine(search, surface, kScoreSamples, m.T_world_scan,
-                               term_of(m.T_world_scan), config, serial, 12)
+                               term_of(m.T_world_scan), config, serial, kCompareSteps)
                          .pose;
     m.score = ScorePose(search, First(surface, kScoreSamples), m.T_world_scan);
     const SpaceAgreement space =
@@ -145,7 +150,7 @@ Alignment AlignFrom(const model::PlanningView& model, const CorrespondenceField&
   Alignment result;
   const Eigen::Isometry3d best = minima.front().T_world_scan;
   const FineResult fine =
-      AlignFine(search, surface, kFineSamples, best, term_of(best), config, parallel, 30);
+      AlignFine(search, surface, kFineSamples, best, term_of(best), config, parallel, kFineSteps);
   result.T_world_scan = fine.pose;
   result.converged = fine.converged;
   result.iterations = fine.iterations;
@@ -162,7 +167,7 @@ Alignment Refine(const model::PlanningView& model, const ScanSurface& surface, A
   box.extend(Eigen::Vector3d(box.min() - margin));
   box.extend(Eigen::Vector3d(box.max() + margin));
   const FineResult fine = AlignFine(VoxelSearch(model, box), surface, kFineSamples,
-                                    alignment.T_world_scan, prior, config, parallel, 30);
+                                    alignment.T_world_scan, prior, config, parallel, kFineSteps);
   alignment.T_world_scan = fine.pose;
   alignment.converged = fine.converged;
   alignment.iterations = fine.iterations;
@@ -208,6 +213,9 @@ SpaceAgreement CompareWithSpace(const model::PlanningView& model, const VoxelSea
   // A sample this far behind a surface has gone through it: more than twice the reach of a match
   // (kFineReach). Holds while the noise is below half a voxel.
   const double behind = 4 * h;
+  // Voxels to all sides that have to be empty, too: a voxel more than a match reaches (kFineReach).
+  // Surface nearby may be the sample's own, moved or blurred.
+  constexpr int kFreeAround = 2;
   constexpr double kFromScanner = 0.3;  // m: nearer there is only the tripod
   constexpr double kFacing = 0.3;       // cosine: flatter, and the voxel that is met is a guess
   constexpr double kThrough = 0.4;      // voxels from a ray to a centroid, that it met the voxel
@@ -220,9 +228,11 @@ SpaceAgreement CompareWithSpace(const model::PlanningView& model, const VoxelSea
     }
     const model::VoxelIndex at = model.At(point);
     bool free = model.Empty(at);
-    for (int z = -2; free && z <= 2; ++z) {
-      for (int y = -2; free && y <= 2; ++y) {
-        for (int x = -2; free && x <= 2; ++x) free = model.Empty(at + model::VoxelIndex(x, y, z));
+    for (int z = -kFreeAround; free && z <= kFreeAround; ++z) {
+      for (int y = -kFreeAround; free && y <= kFreeAround; ++y) {
+        for (int x = -kFreeAround; free && x <= kFreeAround; ++x) {
+          free = model.Empty(at + model::VoxelIndex(x, y, z));
+        }
       }
     }
     bool contradicts = free;

@@ -32,7 +32,8 @@ constexpr int kHeadingsNotTheSame = 2;
 constexpr size_t kMostCandidates = 1'000'000;  // five seconds on one core
 // The floors of scan and model.
 constexpr double kMaxTilt = sensor::Radians(12);  // of a tripod set up by eye
-// m: two voxels of 5 cm; the height comes from three of them, to a centimetre.
+// m, of a bin of heights, whatever the voxels: floors are even, and centroids right, to a few
+// centimetres, and a step is higher. The height comes from three bins, to a centimetre.
 constexpr double kFloorBin = 0.10;
 constexpr float kLevel = 0.95f;      // cosine to the vertical: 18 degrees, for noisy normals
 constexpr double kLeastFloor = 2.0;  // m^2: larger than tables are

@@ -27,12 +27,20 @@ constexpr double kNeighbourhood = 0.12;
 // door's jamb may be one, and may be all that fixes a scan along a wall. Such a small plane must be
 // flat up to noise, or every edge would be rounded off.
 constexpr double kSmallNeighbourhood = 0.05;
-constexpr double kSmallNoise = 2.0;    // times the scanner's noise
+constexpr double kSmallNoise =
+    2.0;  // times the scanner's noise, one sigma: hardly any plane has more
 constexpr int kNeighboursPerSide = 3;  // so at most 7 x 7, whatever the image's resolution
 constexpr int kMinNeighbours = 6;
-// A neighbourhood is a surface when it is flat to this (m), or to this share of its own width.
+// A neighbourhood is a surface when it is flat to this (m, rms): a noise of 1 cm, and relief; or to
+// this share of its own width (rms, too): the normal of six samples is then right to 3 degrees, one
+// sigma.
 constexpr double kFlat = 0.015;
 constexpr double kFlatShare = 0.12;
+// m, rms across: a strip less than 3 cm wide, whose normal noise of 1 cm may turn by anything.
+constexpr double kLeastWidth = 0.008;
+// Of its width, that a surface may deviate in any case, up to kFlat: the normal of six samples is
+// then right to 8 degrees, one sigma. Small planes met with noise are so.
+constexpr double kMostNoiseShare = 0.35;
 
 Cloud ToCloud(const sensor::RangeImage& image, parallel::Parallel& parallel) {
   Cloud cloud(static_cast<uint32_t>(image.rows()), static_cast<uint32_t>(image.columns()));
@@ -189,8 +197,8 @@ PlaneFit FitPlane(const sensor::Scan& scan, const Cloud& cloud, const Picked& pi
   const double rms = std::sqrt(std::max(0.0f, values[0]));
   const double width = std::sqrt(std::max(0.0f, values[1]));
   // A strip that is too thin, or points that are not flat, have no normal.
-  if (!(width > 0.008) || !(rms <= flat) ||
-      !(rms < std::max(kFlatShare * width, std::min(kFlat, 0.35 * width)))) {
+  if (!(width > kLeastWidth) || !(rms <= flat) ||
+      !(rms < std::max(kFlatShare * width, std::min(kFlat, kMostNoiseShare * width)))) {
     return fit;
   }
   Eigen::Vector3f normal = vectors.col(0).normalized();

@@ -1,10 +1,13 @@
 // A session is the fold of its log: loaded again from the store it is as it was.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "google/protobuf/util/message_differencer.h"
 #include "server/store/disk_store.h"
@@ -46,88 +49,126 @@ class SessionReplayOnDisk : public testing::Test {
   std::unique_ptr<store::DiskStore> store_;
 };
 
-TEST_F(SessionReplayOnDisk, GivesTheSameSessionScansPlansAndModel) {
-  fixture::Script script;
-  script.EndPlans();
-  v1::Session session_before;
-  std::vector<v1::Scan> scans_before;
-  std::vector<v1::Plan> plans_before;
-  v1::PlanResult full_before;
-  ModelSnapshot model_before;
-  {
-    fixture::SessionHost first(*store_, script.Make());
+// A job with a scan in every state, a rejection and a plan: as it was, and as it is once it was
+// loaded again.
+class ReplayedJob : public SessionReplayOnDisk {
+ protected:
+  ReplayedJob() {
+    script_.EndPlans();
+    {
+      fixture::SessionHost first(*store_, script_.Make());
+      const std::shared_ptr<Session> session = first.registry.Create(CreateRequest()).value();
+      Work(*session);
+      EXPECT_TRUE(first.registry.WaitUntilIdle(std::chrono::seconds(60)));
+      before_ = Look(*session);
+    }
+    Reopen();
+    second_ = std::make_unique<fixture::SessionHost>(*store_, script_.Make());
+    EXPECT_TRUE(second_->registry.LoadAll().ok());
+    session_ = second_->registry.Find("job").value();
+    session_->WaitUntilIdle();
+    after_ = Look(*session_);
+  }
+  ~ReplayedJob() override {
+    session_.reset();
+    second_.reset();
+  }
+
+  static v1::CreateSessionRequest CreateRequest() {
     v1::CreateSessionRequest create;
     create.set_session_id("job");
     create.set_request_id("r1");
     create.mutable_session()->mutable_origin()->set_x(1000);
-    const auto session = first.registry.Create(create).value();
-    const v1::PosePrior at_first = fixture::PriorAt(1002.0, 1.5, 1.4);
-    SendRoom(*session, {2.0, 1.5, 1.4}, &at_first, "u1");
-    const v1::PosePrior near = fixture::PriorAt(1003.0, 2.5, 1.4);
-    SendRoom(*session, {3.0, 2.5, 1.4}, &near, "u2");
-    script.SetVerdict(registration::RegistrationOutcome::kDoubtful);
-    const std::string doubtful = SendRoom(*session, {1.0, 1.0, 1.4}, &near, "u3");
-    EXPECT_EQ(session->scans().Get(doubtful)->state(), v1::SCAN_STATE_DOUBTFUL);
-    script.SetVerdict(registration::RegistrationOutcome::kRegistered);
-    const std::string gone = SendRoom(*session, {1.0, 2.0, 1.4}, &near, "u4");
-    ASSERT_TRUE(session->scans().Withdraw(gone, {}).ok());
-    session->WaitUntilIdle();
-    v1::Rejection reject;
-    reject.mutable_position()->set_x(1001);
-    reject.set_radius_m(0.5);
-    ASSERT_TRUE(session->rejections().Create(reject, std::nullopt, {}).ok());
+    return create;
+  }
+  static v1::CreatePlanRequest PlanRequest() {
     v1::CreatePlanRequest plan;
     plan.set_request_id("p1");
     plan.mutable_plan()->set_work_limit_rays(1000);
-    ASSERT_TRUE(session->plans().Create(plan).ok());
-    ASSERT_TRUE(first.registry.WaitUntilIdle(std::chrono::seconds(60)));
+    return plan;
+  }
 
-    session_before = session->Describe();
+  struct Looked {
+    v1::Session session;
+    std::vector<v1::Scan> scans;
+    std::vector<v1::Plan> plans;
+    v1::PlanResult full_result;
+    ModelSnapshot model;
+  };
+
+  fixture::Script script_;
+  Looked before_;
+  Looked after_;
+  std::unique_ptr<fixture::SessionHost> second_;
+  std::shared_ptr<Session> session_;  // of `second_`
+
+ private:
+  void Work(Session& session) {
+    const v1::PosePrior at_first = fixture::PriorAt(1002.0, 1.5, 1.4);
+    SendRoom(session, {2.0, 1.5, 1.4}, &at_first, "u1");
+    const v1::PosePrior near = fixture::PriorAt(1003.0, 2.5, 1.4);
+    SendRoom(session, {3.0, 2.5, 1.4}, &near, "u2");
+    script_.SetVerdict(registration::RegistrationOutcome::kDoubtful);
+    SendRoom(session, {1.0, 1.0, 1.4}, &near, "u3");
+    script_.SetVerdict(registration::RegistrationOutcome::kRegistered);
+    const std::string gone = SendRoom(session, {1.0, 2.0, 1.4}, &near, "u4");
+    EXPECT_TRUE(session.scans().Withdraw(gone, {}).ok());
+    session.WaitUntilIdle();
+    v1::Rejection reject;
+    reject.mutable_position()->set_x(1001);
+    reject.set_radius_m(0.5);
+    EXPECT_TRUE(session.rejections().Create(reject, std::nullopt, {}).ok());
+    EXPECT_TRUE(session.plans().Create(PlanRequest()).ok());
+  }
+  static Looked Look(Session& session) {
     bool more = false;
-    scans_before = session->scans().List("", 100, more).value();
-    plans_before = session->plans().List("", 100, more).value();
-    full_before = session->plans().GetFullResult("sessions/job/plans/plan-1").value();
-    model_before = session->model().Current();
+    return {session.Describe(), session.scans().List("", 100, more).value(),
+            session.plans().List("", 100, more).value(),
+            session.plans().GetFullResult("sessions/job/plans/plan-1").value(),
+            session.model().Current()};
   }
-  Reopen();
-  fixture::SessionHost second(*store_, script.Make());
-  ASSERT_TRUE(second.registry.LoadAll().ok());
-  const auto session = second.registry.Find("job").value();
-  session->WaitUntilIdle();
-  EXPECT_TRUE(MessageDifferencer::Equals(session->Describe(), session_before));
-  bool more = false;
-  const auto scans = session->scans().List("", 100, more).value();
-  ASSERT_EQ(scans.size(), scans_before.size());
-  for (size_t i = 0; i < scans.size(); ++i) {
-    EXPECT_TRUE(MessageDifferencer::Equals(scans[i], scans_before[i])) << scans[i].DebugString();
-  }
-  const auto plans = session->plans().List("", 100, more).value();
-  ASSERT_EQ(plans.size(), plans_before.size());
-  EXPECT_TRUE(MessageDifferencer::Equals(plans[0], plans_before[0]));
-  EXPECT_TRUE(MessageDifferencer::Equals(
-      session->plans().GetFullResult("sessions/job/plans/plan-1").value(), full_before));
+};
 
-  // The model says the same of every voxel.
-  const ModelSnapshot model = session->model().Current();
-  EXPECT_EQ(model.version, model_before.version);
+TEST_F(ReplayedJob, HasTheSameSession) {
+  EXPECT_TRUE(MessageDifferencer::Equals(after_.session, before_.session))
+      << after_.session.DebugString();
+}
+
+TEST_F(ReplayedJob, HasTheSameScans) {
+  ASSERT_EQ(before_.scans.size(), 4u);
+  EXPECT_EQ(before_.scans[2].state(), v1::SCAN_STATE_DOUBTFUL);
+  EXPECT_EQ(before_.scans[3].state(), v1::SCAN_STATE_WITHDRAWN);
+  ASSERT_EQ(after_.scans.size(), before_.scans.size());
+  for (size_t i = 0; i < before_.scans.size(); ++i) {
+    EXPECT_TRUE(MessageDifferencer::Equals(after_.scans[i], before_.scans[i]))
+        << after_.scans[i].DebugString();
+  }
+}
+
+TEST_F(ReplayedJob, HasTheSamePlans) {
+  ASSERT_EQ(before_.plans.size(), 1u);
+  ASSERT_EQ(after_.plans.size(), before_.plans.size());
+  EXPECT_TRUE(MessageDifferencer::Equals(after_.plans[0], before_.plans[0]));
+  EXPECT_TRUE(MessageDifferencer::Equals(after_.full_result, before_.full_result));
+}
+
+// It says the same of every voxel.
+TEST_F(ReplayedJob, HasTheSameModel) {
+  const ModelSnapshot& model = after_.model;
+  EXPECT_EQ(model.version, before_.model.version);
   ASSERT_NE(model.view, nullptr);
-  ASSERT_EQ(model.view->bricks().size(), model_before.view->bricks().size());
+  ASSERT_FALSE(model.view->bricks().empty());
+  ASSERT_EQ(model.view->bricks().size(), before_.model.view->bricks().size());
   for (size_t i = 0; i < model.view->bricks().size(); ++i) {
-    EXPECT_EQ(model.view->bricks()[i].brick, model_before.view->bricks()[i].brick);
+    EXPECT_EQ(model.view->bricks()[i].brick, before_.model.view->bricks()[i].brick);
     EXPECT_EQ(model.view->bricks()[i].contents->state,
-              model_before.view->bricks()[i].contents->state);
+              before_.model.view->bricks()[i].contents->state);
   }
+}
 
-  // Requests that were executed before are known.
-  v1::CreatePlanRequest plan;
-  plan.set_request_id("p1");
-  plan.mutable_plan()->set_work_limit_rays(1000);
-  EXPECT_EQ(session->plans().Create(plan)->name(), "sessions/job/plans/plan-1");
-  v1::CreateSessionRequest create;
-  create.set_session_id("job");
-  create.set_request_id("r1");
-  create.mutable_session()->mutable_origin()->set_x(1000);
-  EXPECT_EQ(second.registry.Create(create).value(), session);
+TEST_F(ReplayedJob, KnowsRequestsThatWereExecutedBefore) {
+  EXPECT_EQ(session_->plans().Create(PlanRequest())->name(), "sessions/job/plans/plan-1");
+  EXPECT_EQ(second_->registry.Create(CreateRequest()).value(), session_);
 }
 
 TEST_F(SessionReplayOnDisk, OpenUploadsGoOnAndLeftoversGo) {

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <memory>
 #include <numeric>
 #include <string>
 #include <vector>
@@ -15,16 +16,16 @@
 #include "core/simulation/scenes/mirror_scenes.h"
 #include "core/simulation/simulated_scanner.h"
 #include "tests/support/phantom_oracle.h"
+#include "tests/support/three_scanners.h"
 
 namespace vantage::model {
 namespace {
 
 class MirrorSite {
  public:
-  explicit MirrorSite(uint64_t seed)
+  explicit MirrorSite(uint64_t seed) : MirrorSite(seed, UsualScanner()) {}
+  MirrorSite(uint64_t seed, const sensor::ScannerModel& scanner)
       : made_(simulation::RandomMirrorScene(seed)), simulated_(made_.scene.mesh) {
-    sensor::ScannerModel scanner;
-    scanner.azimuth_step = scanner.elevation_step = sensor::Radians(0.4);
     for (size_t i = 0; i < made_.scene.starts.size(); ++i) {
       scans_.push_back(oracle_.Scan(made_.scene.starts[i], scanner, 100 * seed + i, serial_));
     }
@@ -55,6 +56,12 @@ class MirrorSite {
   size_t size() const { return scans_.size(); }
 
  private:
+  static sensor::ScannerModel UsualScanner() {
+    sensor::ScannerModel scanner;
+    scanner.azimuth_step = scanner.elevation_step = sensor::Radians(0.4);
+    return scanner;
+  }
+
   parallel::Serial serial_;
   simulation::MirrorScene made_;
   simulation::SimulatedScanner simulated_;
@@ -114,30 +121,70 @@ double ShareTaken(const Eigen::AlignedBox3d& opening, const Aperture& aperture) 
 
 // Nor while nobody has been behind it: then nothing but its own shape tells that it is one. Any of
 // the scans may be all there are.
-TEST(SharedReflectionsTest, NoOpeningIsLostToAnyOfTheScansAlone) {
-  for (const uint64_t seed : {2, 17, 18, 23, 32, 35, 42, 43}) {
-    const MirrorSite site(seed);
-    parallel::Serial serial;
-    SharedReflections::Layers layers;
-    const SharedReflections all = site.Carved(layers, serial);
-    for (uint32_t some = 1; some < 1u << site.size(); ++some) {
-      SharedReflections shared = all;
-      SharedReflections::Layers gone;
-      for (size_t i = 0; i < site.size(); ++i) {
-        if ((some >> i & 1u) != 0) continue;
-        gone.insert(layers.extract(MirrorSite::Id(i)));
-        shared.Remove(MirrorSite::Id(i), layers, serial);
-      }
-      for (const Aperture& aperture : shared.Apertures()) {
-        for (const Eigen::AlignedBox3d& opening : site.made().openings) {
-          EXPECT_LE(ShareTaken(opening, aperture), 0.1)
-              << seed << ": " << opening.center().transpose() << " by scans " << some;
-        }
-      }
-      layers.merge(gone);
+void ExpectNoOpeningLost(const MirrorSite& site) {
+  parallel::Serial serial;
+  SharedReflections::Layers layers;
+  const SharedReflections all = site.Carved(layers, serial);
+  for (uint32_t some = 1; some < 1u << site.size(); ++some) {
+    SharedReflections shared = all;
+    SharedReflections::Layers gone;
+    for (size_t i = 0; i < site.size(); ++i) {
+      if ((some >> i & 1u) != 0) continue;
+      gone.insert(layers.extract(MirrorSite::Id(i)));
+      shared.Remove(MirrorSite::Id(i), layers, serial);
     }
+    for (const Aperture& aperture : shared.Apertures()) {
+      for (const Eigen::AlignedBox3d& opening : site.made().openings) {
+        EXPECT_LE(ShareTaken(opening, aperture), 0.1)
+            << opening.center().transpose() << " by scans " << some;
+      }
+    }
+    layers.merge(gone);
   }
 }
+
+TEST(SharedReflectionsTest, NoOpeningIsLostToAnyOfTheScansAlone) {
+  for (const uint64_t seed : {2, 17, 18, 23, 32, 35, 42, 43}) {
+    SCOPED_TRACE(seed);
+    ExpectNoOpeningLost(MirrorSite(seed));
+  }
+}
+
+class SharedReflectionsAtThreeScanners : public testing::TestWithParam<test_support::ScannerCase> {
+ protected:
+  static sensor::ScannerModel Scanner() {
+    sensor::ScannerModel scanner;
+    scanner.azimuth_step = scanner.elevation_step = GetParam().step;
+    scanner.range_noise = GetParam().noise;
+    return scanner;
+  }
+};
+
+TEST_P(SharedReflectionsAtThreeScanners, NoOpeningIsLostToAnyOfTheScansAlone) {
+  for (const uint64_t seed : {18, 43}) {
+    SCOPED_TRACE(seed);
+    ExpectNoOpeningLost(MirrorSite(seed, Scanner()));
+  }
+}
+
+TEST_P(SharedReflectionsAtThreeScanners, ARoomThatIsOnlyInAMirrorGoes) {
+  if (GetParam().step > sensor::Radians(0.75)) GTEST_SKIP() << "goes unnoticed at one degree";
+  const MirrorSite site(50, Scanner());
+  parallel::Serial serial;
+  auto model = PartialModel::Create({}).value();
+  double most = 0;
+  double left = 0;
+  for (size_t i = 0; i < site.size(); ++i) {
+    site.Insert(i, *model, serial);
+    left = site.oracle().PhantomArea(*model->Publish());
+    most = std::max(most, left);
+  }
+  ASSERT_GT(most, 5) << "m2: the first scans were to be deceived";
+  EXPECT_LE(left, 0.05 * most);
+}
+
+INSTANTIATE_TEST_SUITE_P(ThreeScanners, SharedReflectionsAtThreeScanners,
+                         testing::ValuesIn(test_support::kThreeScanners));
 
 TEST(SharedReflectionsTest, NeitherOrderNorWithdrawingNorThreadsShow) {
   const MirrorSite site(50);

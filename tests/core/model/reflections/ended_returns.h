@@ -17,15 +17,14 @@ struct EndedReturns {
 };
 
 // `before` is the scan with its reflections, `after` without; `truth` was made at the same pose
-// without faults.
+// without faults. `well_behind`, m along a ray: what is nearer to its mirror is no reflection here.
 inline EndedReturns CountEndedReturns(const RangeSurface& before, const RangeSurface& after,
-                                      const sensor::RangeImage& truth) {
-  constexpr float kWellBehind = 0.15F;  // m
+                                      const sensor::RangeImage& truth, float well_behind = 0.15F) {
   EndedReturns ended;
   for (int c = 0; c < before.columns(); ++c) {
     for (int r = 0; r < before.rows(); ++r) {
       if (!before.Returned(c, r)) continue;
-      const bool reflected = truth.at(c, r) > 0 && before.at(c, r) > truth.at(c, r) + kWellBehind;
+      const bool reflected = truth.at(c, r) > 0 && before.at(c, r) > truth.at(c, r) + well_behind;
       ended.reflections += reflected ? 1 : 0;
       ended.missed += reflected && after.Returned(c, r) ? 1 : 0;
       ended.real += !reflected && !after.Returned(c, r) ? 1 : 0;

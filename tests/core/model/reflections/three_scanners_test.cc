@@ -28,6 +28,7 @@ class ReflectionsAtThreeScanners : public testing::TestWithParam<test_support::S
 
   struct Ended : EndedReturns {
     std::vector<Reflector> reflectors;
+    EndedReturns farther;  // from 0.45 m behind the mirror on
   };
   Ended EndedReflections(const simulation::Scene& scene, const Eigen::Isometry3d& pose,
                          const simulation::ScanFaults& faults = {}) {
@@ -38,7 +39,8 @@ class ReflectionsAtThreeScanners : public testing::TestWithParam<test_support::S
                                   kAngleOfDiscontinuity, serial_);
     OpenRangeSurface surface = before;
     std::vector<Reflector> reflectors = EndReflections(surface, serial_);
-    return {CountEndedReturns(before, surface, truth), std::move(reflectors)};
+    return {CountEndedReturns(before, surface, truth), std::move(reflectors),
+            CountEndedReturns(before, surface, truth, 0.45F)};
   }
 
   parallel::Serial serial_;
@@ -90,6 +92,7 @@ TEST_P(ReflectionsAtThreeScanners, AMirrorRightBeforeItsWallIsFound) {
   if (GetParam().step > sensor::Radians(0.75)) GTEST_SKIP() << "goes unnoticed at one degree";
   const Ended ended =
       EndedReflections(simulation::FurnishedFlat(101), PoseAt({9.69, 1.51, 1.85}, 0.3));
+  ASSERT_GT(static_cast<double>(ended.reflections) * GetParam().step * GetParam().step, 0.5);
   EXPECT_LE(ended.missed, ended.reflections / 50);
   EXPECT_LE(ended.real, ended.reflections / 20);
 }
@@ -99,6 +102,11 @@ TEST_P(ReflectionsAtThreeScanners, ADoorwayInTheWallOfAMirrorStaysOpen) {
   const Ended ended =
       EndedReflections(simulation::FurnishedFlat(3), PoseAt({2.44, 5.52, 1.05}, 3.4));
   EXPECT_LE(ended.real, ended.returns / 20'000);
+  // And the mirror is found, but for what it shows of the wall that it nearly touches.
+  ASSERT_GT(static_cast<double>(ended.farther.reflections) * GetParam().step * GetParam().step,
+            0.03);
+  if (GetParam().step > sensor::Radians(0.75)) return;  // goes unnoticed at one degree
+  EXPECT_LE(ended.farther.missed, ended.farther.reflections / 50);
 }
 
 // Rooms that are the mirror image of each other, seen through the doorway between them.

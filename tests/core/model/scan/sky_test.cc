@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <functional>
@@ -18,15 +19,15 @@ namespace {
 
 using Eigen::Vector3d;
 
-class SkyTest : public testing::Test {
+class SkyTest : public testing::TestWithParam<test_support::ScannerCase> {
  protected:
   static constexpr double kHeight = 1.5;  // m, of the scanner over the ground
 
   // `cast(from, ray)`: m, 0 where nothing returns.
   using Cast = std::function<double(const Vector3d&, const Vector3d&)>;
   std::vector<SkyRay> Find(double range_max, const Cast& cast) {
-    sensor::ScannerModel scanner = test_support::Sector({"", sensor::Radians(0.5), 0.001},
-                                                        2 * sensor::kPi, sensor::Radians(60));
+    sensor::ScannerModel scanner =
+        test_support::Sector(GetParam(), 2 * sensor::kPi, sensor::Radians(60));
     scanner.elevation_max = sensor::kPi / 2;
     scanner.range_max = range_max;
     Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -39,6 +40,10 @@ class SkyTest : public testing::Test {
   double Elevation(const SkyRay& ray) const {
     return image_.elevation[static_cast<size_t>(ray.row)];
   }
+  // sr, near the horizon.
+  static double Area(size_t cells) {
+    return static_cast<double>(cells) * GetParam().step * GetParam().step;
+  }
   static double ToGround(const Vector3d& from, const Vector3d& ray) {
     return ray.z() < 0 ? -from.z() / ray.z() : 0;
   }
@@ -47,48 +52,56 @@ class SkyTest : public testing::Test {
   sensor::RangeImage image_;
 };
 
-// A field, last measured 115 m away, near the end of the range: so it may go on, as a plane that is
-// level to a degree, and what lies behind where rays would meet that stays wanted.
-TEST_F(SkyTest, AFieldGoesOnBehindTheHorizon) {
-  const std::vector<SkyRay> rays = Find(140, ToGround);
+// A field, last measured near the end of the range: so it may go on, as a plane that is level to a
+// degree, and what lies behind where rays would meet that stays wanted.
+TEST_P(SkyTest, AFieldGoesOnBehindTheHorizon) {
+  // By the second row below the horizon; the first would meet it three times as far away.
+  const double last = kHeight / std::sin(1.5 * GetParam().step);
+  const auto range_max = static_cast<float>(1.22 * last);
+  const std::vector<SkyRay> rays = Find(static_cast<double>(range_max), ToGround);
   int high = 0;
   int low = 0;
   for (const SkyRay& ray : rays) {
     const double elevation = Elevation(ray);
     if (elevation > sensor::Radians(3)) {
       ++high;
-      ASSERT_EQ(ray.range, 70) << elevation;  // half of what the scanner reaches
+      ASSERT_EQ(ray.range, range_max / 2) << elevation;
       ASSERT_EQ(ray.beyond, UnknownReason::kSky) << elevation;
     } else if (elevation < 0) {
       ++low;
-      ASSERT_NEAR(ray.range, kHeight / (0.02 - std::sin(elevation)), 1) << elevation;
-      ASSERT_EQ(ray.beyond, UnknownReason::kHole) << elevation;
+      // At a degree rays to the far ground come nearer to level than the scanner reaches.
+      const double met = kHeight / (0.02 - std::sin(elevation));
+      ASSERT_NEAR(ray.range, std::min<double>(met, range_max / 2), 1) << elevation;
+      ASSERT_EQ(ray.beyond, met < range_max / 2 ? UnknownReason::kHole : UnknownReason::kSky)
+          << elevation;
     }
   }
-  EXPECT_GT(high, 720 * 170);  // all of them
-  EXPECT_GT(low, 700);
+  // All of them, and nearly all around.
+  const double columns = 2 * sensor::kPi / GetParam().step;
+  EXPECT_GT(high, 0.97 * columns * (sensor::Radians(87) / GetParam().step));
+  EXPECT_GT(low, 0.97 * columns);
 }
 
 // From a terrace, below which is water: no ray that goes down is free beyond level ground.
-TEST_F(SkyTest, BeyondAnEdgeNothingIsPromised) {
+TEST_P(SkyTest, BeyondAnEdgeNothingIsPromised) {
   const std::vector<SkyRay> rays = Find(40, [](const Vector3d& from, const Vector3d& ray) {
     const double range = ToGround(from, ray);
     return range * ray.x() < 2 ? range : 0;
   });
-  int down = 0;
+  size_t down = 0;
   for (const SkyRay& ray : rays) {
     const double elevation = Elevation(ray);
     if (elevation >= 0) continue;
     ++down;
     ASSERT_LE(ray.range, kHeight / std::sin(-elevation)) << elevation;
   }
-  EXPECT_GT(down, 2000);
+  EXPECT_GT(Area(down), 0.15);
 }
 
 // A yard that ends 6 m ahead and 16 m to all other sides, and whose returns get lost the more
 // grazingly they are met. Ahead it ends: farther ground came back. Where no ground did, it may go
 // on.
-TEST_F(SkyTest, GroundThatEndsNearerThanGroundIsStillMeasuredBreaksOff) {
+TEST_P(SkyTest, GroundThatEndsNearerThanGroundIsStillMeasuredBreaksOff) {
   std::mt19937_64 random(8);
   const std::vector<SkyRay> rays = Find(60, [&](const Vector3d& from, const Vector3d& ray) {
     const double range = ToGround(from, ray);
@@ -98,9 +111,9 @@ TEST_F(SkyTest, GroundThatEndsNearerThanGroundIsStillMeasuredBreaksOff) {
     const double lost = grazing > 0 ? grazing / sensor::Radians(10) : 0;
     return std::generate_canonical<double, 32>(random) < lost ? 0.0 : range;
   });
-  int ahead = 0;
-  int promised_ahead = 0;
-  int promised = 0;
+  size_t ahead = 0;
+  size_t promised_ahead = 0;
+  size_t promised = 0;
   for (const SkyRay& ray : rays) {
     if (Elevation(ray) >= 0) continue;
     const double azimuth = image_.azimuth[static_cast<size_t>(ray.column)];
@@ -109,13 +122,13 @@ TEST_F(SkyTest, GroundThatEndsNearerThanGroundIsStillMeasuredBreaksOff) {
     const bool hole = ray.beyond == UnknownReason::kHole;
     (goes_ahead ? promised_ahead : promised) += hole ? 1 : 0;
   }
-  EXPECT_GT(ahead, 1000);
-  EXPECT_LT(promised_ahead, 0.01 * ahead);
-  EXPECT_GT(promised, 1000);
+  EXPECT_GT(Area(ahead), 0.075);
+  EXPECT_LT(Area(promised_ahead), 0.01 * Area(ahead));
+  EXPECT_GT(Area(promised), 0.075);
 }
 
 // A wall of which one ray in seven returns stands there, however little comes back.
-TEST_F(SkyTest, WhatReturnsInPartIsNoSky) {
+TEST_P(SkyTest, WhatReturnsInPartIsNoSky) {
   std::mt19937_64 random(5);
   const auto on_wall = [](const Vector3d& from, const Vector3d& ray) {
     if (ray.x() <= 0) return 0.0;
@@ -129,7 +142,7 @@ TEST_F(SkyTest, WhatReturnsInPartIsNoSky) {
     return random() % 7 == 0 ? wall : 0.0;
   });
   const Vector3d from(0, 0, kHeight);
-  int within = 0;
+  size_t within = 0;
   for (const SkyRay& ray : rays) {
     // Away from its border, where half of what lies around is sky.
     bool inside = true;
@@ -144,13 +157,13 @@ TEST_F(SkyTest, WhatReturnsInPartIsNoSky) {
     }
     within += inside ? 1 : 0;
   }
-  EXPECT_GT(rays.size(), 50'000u);
-  EXPECT_LT(within, 150);  // of 15,000 on the wall
+  EXPECT_GT(Area(rays.size()), 3.8);
+  EXPECT_LT(Area(within), 0.0115);  // of 1.15 on the wall
 }
 
 // A hall too high to be told by its height, with a skylight over the scanner that is a quarter of
 // what is overhead.
-TEST_F(SkyTest, ASkylightInAHighHallIsNoSky) {
+TEST_P(SkyTest, ASkylightInAHighHallIsNoSky) {
   const std::vector<SkyRay> rays = Find(40, [](const Vector3d& from, const Vector3d& ray) {
     double nearest = 100;
     for (const double wall : {-10.0, 10.0}) {
@@ -165,6 +178,8 @@ TEST_F(SkyTest, ASkylightInAHighHallIsNoSky) {
   });
   EXPECT_TRUE(rays.empty()) << rays.size();
 }
+
+INSTANTIATE_TEST_SUITE_P(ThreeScanners, SkyTest, testing::ValuesIn(test_support::kThreeScanners));
 
 }  // namespace
 }  // namespace vantage::model

@@ -7,6 +7,8 @@
 #include <algorithm>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
@@ -165,6 +167,27 @@ TEST_F(ExpectationTest, EndsWhereARoomWasEntered) {
   for (const Eigen::Vector3d& start : scene_.starts) {
     EXPECT_FALSE(expected().Behind(start).has_value());
   }
+}
+
+// One place may have been taken by a cupboard. Where two were tried in vain nobody is sent again.
+TEST_F(ExpectationTest, ARoomInWhichPlacesWereRejectedTwiceIsNotExpectedAnyMore) {
+  const Eigen::Vector3d middle = scene_.starts[1];
+  const RejectedPlace one{middle, 0.1};
+  const RejectedPlace another{middle + Eigen::Vector3d(0.4, 0.3, 0), 0.1};
+  const RejectedPlace here{scene_.starts[0], 0.1};
+  ASSERT_TRUE(expected().Behind(one.position).has_value());
+  ASSERT_TRUE(expected().Behind(another.position).has_value());
+  const auto expects = [&](std::vector<RejectedPlace> rejected) {
+    PlanningConfig config = config_;
+    config.rejected = std::move(rejected);
+    const auto problem = PlanningProblem::Prepare({*view_, scanner_, config}, pool_).value();
+    const bool is_expected = problem->expectation()->Behind(middle).has_value();
+    EXPECT_EQ(is_expected, !problem->expectation()->floors().empty());
+    return is_expected;
+  };
+  EXPECT_TRUE(expects({one}));
+  EXPECT_TRUE(expects({one, here})) << "only one of them lies in the room";
+  EXPECT_FALSE(expects({one, another}));
 }
 
 TEST_F(ExpectationTest, IsTheSameFromAPreviousProblem) {
