@@ -323,7 +323,7 @@ TEST(SnapshotVersionTest, OneScanCarvedByNewerAlgorithmsIsTooNew) {
 }
 
 // What scans suspect together is asked anew after loading, of what was saved of each.
-TEST(SnapshotTest, SuspectedMirrorsAreToldAfterwardsAsBefore) {
+void ExpectSuspectedMirrorsAreTold(double range_noise) {
   parallel::Serial serial;
   const simulation::MirrorScene scene = simulation::RandomMirrorScene(50);
   const simulation::SimulatedScanner simulated(scene.scene.mesh);
@@ -333,6 +333,7 @@ TEST(SnapshotTest, SuspectedMirrorsAreToldAfterwardsAsBefore) {
     const Eigen::Isometry3d pose = PoseAt(scene.scene.starts[i], static_cast<double>(i));
     sensor::Scan scan;
     scan.scanner.azimuth_step = scan.scanner.elevation_step = sensor::Radians(0.4);
+    scan.scanner.range_noise = range_noise;
     scan.image = simulated.Scan(scan.scanner, pose, {}, 7 + i, serial);
     suspects += Carve(scan, pose, CoarseModel()->config(), serial)->suspects.size();
     scans.push_back({"scan" + std::to_string(i), std::move(scan), pose});
@@ -340,6 +341,15 @@ TEST(SnapshotTest, SuspectedMirrorsAreToldAfterwardsAsBefore) {
   ASSERT_GT(suspects, 0u) << "there is nothing to tell";
   GoesOn(scans, 1);
   GoesOn(scans, 2);
+}
+
+TEST(SnapshotTest, SuspectedMirrorsAreToldAfterwardsAsBefore) {
+  ExpectSuspectedMirrorsAreTold(0.003);
+}
+
+// What is compared allows for the noise, which has to come back with the scan.
+TEST(SnapshotTest, SuspectedMirrorsOfNoisyScansAreToldAfterwardsAsBefore) {
+  ExpectSuspectedMirrorsAreTold(0.015);
 }
 
 // A snapshot that the release which wrote format 1 saved.
