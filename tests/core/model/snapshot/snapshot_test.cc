@@ -15,6 +15,7 @@
 #include "core/model/carve/carve.h"
 #include "core/model/merge/merge.h"
 #include "core/model/partial_model.h"
+#include "core/model/snapshot/layer_codec.h"
 #include "core/model/snapshot/snapshot_header.h"
 #include "core/model/view/algorithm_version.h"
 #include "core/parallel/thread_pool.h"
@@ -323,7 +324,7 @@ TEST(SnapshotVersionTest, OneScanCarvedByNewerAlgorithmsIsTooNew) {
 }
 
 // What scans suspect together is asked anew after loading, of what was saved of each.
-void ExpectSuspectedMirrorsAreTold(double range_noise) {
+TEST(SnapshotTest, SuspectedMirrorsAreToldAfterwardsAsBefore) {
   parallel::Serial serial;
   const simulation::MirrorScene scene = simulation::RandomMirrorScene(50);
   const simulation::SimulatedScanner simulated(scene.scene.mesh);
@@ -333,7 +334,6 @@ void ExpectSuspectedMirrorsAreTold(double range_noise) {
     const Eigen::Isometry3d pose = PoseAt(scene.scene.starts[i], static_cast<double>(i));
     sensor::Scan scan;
     scan.scanner.azimuth_step = scan.scanner.elevation_step = sensor::Radians(0.4);
-    scan.scanner.range_noise = range_noise;
     scan.image = simulated.Scan(scan.scanner, pose, {}, 7 + i, serial);
     suspects += Carve(scan, pose, CoarseModel()->config(), serial)->suspects.size();
     scans.push_back({"scan" + std::to_string(i), std::move(scan), pose});
@@ -343,13 +343,16 @@ void ExpectSuspectedMirrorsAreTold(double range_noise) {
   GoesOn(scans, 2);
 }
 
-TEST(SnapshotTest, SuspectedMirrorsAreToldAfterwardsAsBefore) {
-  ExpectSuspectedMirrorsAreTold(0.003);
-}
-
 // What is compared allows for the noise, which has to come back with the scan.
-TEST(SnapshotTest, SuspectedMirrorsOfNoisyScansAreToldAfterwardsAsBefore) {
-  ExpectSuspectedMirrorsAreTold(0.015);
+TEST(SnapshotTest, TheNoiseOfAScanComesBackWithIt) {
+  parallel::Serial serial;
+  sensor::Scan scan = ScanScene(EmptyRoom(), PoseAt({0, 0, 1.4}, 0), {.noise = 0.003});
+  scan.scanner.range_noise = 0.015;
+  const auto layer = Carve(scan, PoseAt({0, 0, 1.4}, 0), CoarseModel()->config(), serial);
+  const auto again = LayerCodec::Read(LayerCodec::Write(*layer), SnapshotHeader{});
+  ASSERT_NE(again, nullptr);
+  EXPECT_GE(layer->range_surface.range_sigma(), 0.015);
+  EXPECT_EQ(again->range_surface.range_sigma(), layer->range_surface.range_sigma());
 }
 
 // A snapshot that the release which wrote format 1 saved.
