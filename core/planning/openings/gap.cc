@@ -38,6 +38,15 @@ constexpr double kFreeToWalk = 0.75;
 constexpr double kHighest = 6.0;       // m over the floor; a higher ceiling is as good as none
 constexpr double kFloorReach = 0.45;   // m from the middle of a gap, to both sides
 constexpr double kCeilingReach = 0.8;  // m around the middle of a gap
+constexpr double kCeilingStep = 0.1;   // m, between the places there whose ceiling is looked at
+// m around a place: what walls and thresholds are uneven, and a column that was not measured.
+constexpr double kFloorBeside = 0.1;
+constexpr double kWallBeside = 0.05;
+
+// Columns that make a length (m), at least one.
+int ColumnsIn(double length, double voxel) {
+  return std::max(1, static_cast<int>(std::lround(length / voxel)));
+}
 
 }  // namespace
 
@@ -121,10 +130,11 @@ std::optional<double> GapFinder::LowestOver(uint32_t column) const {
 
 std::optional<double> GapFinder::CeilingAround(const Eigen::Vector2d& at) const {
   const int reach = static_cast<int>(std::lround(kCeilingReach / model_.voxel_size()));
+  const int step = ColumnsIn(kCeilingStep, model_.voxel_size());
   const Eigen::Vector2i middle = at.array().round().cast<int>();
   std::vector<double> heights;
-  for (int y = -reach; y <= reach; y += 2) {
-    for (int x = -reach; x <= reach; x += 2) {
+  for (int y = -reach; y <= reach; y += step) {
+    for (int x = -reach; x <= reach; x += step) {
       const Eigen::Vector2i near = middle + Eigen::Vector2i(x, y);
       if (!Free(near)) continue;
       if (const auto height = LowestOver(section_.Column(near)); height.has_value()) {
@@ -154,10 +164,11 @@ bool GapFinder::IsWall(const Eigen::Vector2d& jamb, const Eigen::Vector2d& acros
   const double low = std::max(kSectionHigh, ceiling - kWallTop - kWallBand);
   const int layers = std::max(
       1, static_cast<int>(std::lround((std::max(ceiling - kWallTop, low + voxel) - low) / voxel)));
+  const int beside = ColumnsIn(kWallBeside, voxel);
   for (double t = -kWallReach; t <= kWallReach; t += voxel) {
     const Eigen::Vector2i middle = (jamb + across * (t / voxel)).array().round().cast<int>();
-    for (int y = -1; y <= 1; ++y) {
-      for (int x = -1; x <= 1; ++x) {
+    for (int y = -beside; y <= beside; ++y) {
+      for (int x = -beside; x <= beside; ++x) {
         const Eigen::Vector2i at = middle + Eigen::Vector2i(x, y);
         if (!section_.Inside(at)) continue;
         int measured = 0;
@@ -195,8 +206,9 @@ bool GapFinder::FreeBelow(uint32_t column) const {
 
 bool GapFinder::FloorKnownNear(const Eigen::Vector2d& at) const {
   const Eigen::Vector2i middle = at.array().round().cast<int>();
-  for (int y = -2; y <= 2; ++y) {
-    for (int x = -2; x <= 2; ++x) {
+  const int beside = ColumnsIn(kFloorBeside, model_.voxel_size());
+  for (int y = -beside; y <= beside; ++y) {
+    for (int x = -beside; x <= beside; ++x) {
       const Eigen::Vector2i near = middle + Eigen::Vector2i(x, y);
       if (section_.Inside(near) && section_.HasFloor(section_.Column(near))) return true;
     }

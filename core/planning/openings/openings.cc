@@ -20,9 +20,9 @@ namespace vantage::planning {
 namespace {
 
 constexpr double kBefore = 0.6;  // m from an opening: where one stands to look through
-// Columns around a voxel of false surface, in voxels, in which the free space is sought that it
-// bounds: it is unknown itself, and so may be shreds of its neighbours.
-constexpr int kBeside = 2;
+// m around a voxel of false surface, and a column at least, in which the free space is sought that
+// it bounds: it is unknown itself, and so may be shreds of its neighbours.
+constexpr double kBeside = 0.1;
 
 // One storey: its section, divided at gaps.
 class StoreyOpenings {
@@ -41,10 +41,11 @@ class StoreyOpenings {
   }
   // The space that the false surface in this voxel bounds: into Openings::spaces.
   std::optional<int> SpaceBeside(const Eigen::Vector2i& column) const {
+    const int beside = std::max(1, static_cast<int>(std::lround(kBeside / model_.voxel_size())));
     std::optional<int> space;
     int least = 0;
-    for (int y = -kBeside; y <= kBeside; ++y) {
-      for (int x = -kBeside; x <= kBeside; ++x) {
+    for (int y = -beside; y <= beside; ++y) {
+      for (int x = -beside; x <= beside; ++x) {
         const Eigen::Vector2i at = column + Eigen::Vector2i(x, y);
         if (!section_.Inside(at)) continue;
         const int basin = basins_.of[section_.Column(at)];

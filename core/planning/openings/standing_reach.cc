@@ -9,20 +9,40 @@ namespace vantage::planning {
 namespace {
 
 constexpr double kCell = 1.0;  // m, of the grid of places
-constexpr double kSameFloor =
-    0.25;  // m: heights in a cell that are one; less than a step of stairs
-// Normals are told apart by a grid of so many steps from 0 to 1 on each axis: within 12 degrees.
+// m: heights in a cell that are one floor, and between the heights of viewpoints that are tried, at
+// most. So what heights are off by adds 3 % to what places in a cell are.
+constexpr double kSameFloor = 0.05;
+constexpr double kHeightStep = 0.25;
+// Normals are told apart by a grid of so many steps from 0 to 1 on each axis, and one answer stands
+// for all in a bin. Half the diagonal of a bin is 0.217, so a unit normal is within 12.6 degrees of
+// its bin's middle, whichever it is.
 constexpr int kNormalSteps = 4;
-const double kNormalSlack = sensor::Radians(12);
+constexpr double kNormalSlack = sensor::Radians(13);
 
-int DirectionOf(const Eigen::Vector3f& normal) {
-  const Eigen::Vector3i steps = (normal.array() * kNormalSteps).round().cast<int>();
+Eigen::Vector3i BinOf(const Eigen::Vector3f& normal) {
+  return (normal.array() * kNormalSteps).round().cast<int>();
+}
+
+int DirectionOf(const Eigen::Vector3i& bin) {
   constexpr int kSide = 2 * kNormalSteps + 1;
-  return (steps.x() + kNormalSteps) +
-         kSide * ((steps.y() + kNormalSteps) + kSide * (steps.z() + kNormalSteps));
+  return (bin.x() + kNormalSteps) +
+         kSide * ((bin.y() + kNormalSteps) + kSide * (bin.z() + kNormalSteps));
+}
+
+// Heights of viewpoints over the floor, m, such that none is farther than half a step from one.
+std::vector<double> HeightsFrom(double lowest, double highest) {
+  const int steps = std::max(1, static_cast<int>(std::ceil((highest - lowest) / kHeightStep)));
+  std::vector<double> heights;
+  for (int i = 0; i <= steps; ++i) heights.push_back(lowest + (highest - lowest) * i / steps);
+  return heights;
 }
 
 }  // namespace
+
+StandingReach::StandingReach(std::span<const sensor::ScannerModel> scanners,
+                             const PlanningConfig& config)
+    : scanners_(scanners.begin(), scanners.end()),
+      heights_(HeightsFrom(config.min_viewpoint_height, config.max_viewpoint_height)) {}
 
 std::optional<StandingReach> StandingReach::Of(const model::PlanningView& model,
                                                const FloorMap& floor,
@@ -61,10 +81,13 @@ std::optional<StandingReach> StandingReach::Of(const model::PlanningView& model,
   return reach;
 }
 
-// Half a cell's diagonal and half a brick's: how far a place within the cell, and a voxel within
-// the brick, may be from where they are taken to be.
+// How far a place within the cell, at any height over any of its floors, and a voxel within the
+// brick may be from where they are taken to be: half a cell's diagonal in plan, what heights are
+// off by, and half a brick's diagonal.
 double StandingReach::Slack() const {
-  return std::sqrt(0.5) * kCell + std::sqrt(0.75) * model::Brick::kSide * voxel_size_;
+  const double in_plan = std::sqrt(0.5) * kCell;
+  const double upright = kSameFloor + 0.5 * kHeightStep;
+  return std::hypot(in_plan, upright) + std::sqrt(0.75) * model::Brick::kSide * voxel_size_;
 }
 
 bool StandingReach::MeasuredFrom(const Eigen::Vector3d& place, const sensor::ScannerModel& scanner,
@@ -100,7 +123,7 @@ bool StandingReach::Search(const sensor::ScannerModel& scanner, const Eigen::Vec
   for (int y = low.y(); y < high.y(); ++y) {
     for (int x = low.x(); x < high.x(); ++x) {
       for (const float floor : At({x, y})) {
-        for (const double height : {lowest_view_, highest_view_}) {
+        for (const double height : heights_) {
           const Eigen::Vector3d place((first_.x() + x + 0.5) * kCell,
                                       (first_.y() + y + 0.5) * kCell,
                                       static_cast<double>(floor) + height);
@@ -116,12 +139,13 @@ bool StandingReach::Has(const model::VoxelIndex& voxel, const model::SurfaceVoxe
                         double density) {
   if (floors_.empty()) return true;
   const model::VoxelIndex brick = model::Brick::Of(voxel);
+  const Eigen::Vector3i bin = BinOf(surface.normal);
   const auto [it, fresh] =
-      known_.try_emplace({model::KeyOf(brick), DirectionOf(surface.normal), density}, false);
+      known_.try_emplace({model::KeyOf(brick), DirectionOf(bin), density}, false);
   if (fresh) {
     const Eigen::Vector3d centre =
         (brick.cast<double>().array() + 0.5) * (model::Brick::kSide * voxel_size_);
-    const Eigen::Vector3d normal = surface.normal.cast<double>();
+    const Eigen::Vector3d normal = bin.cast<double>().normalized();
     it->second = std::any_of(scanners_.begin(), scanners_.end(), [&](const auto& scanner) {
       return Search(scanner, centre, normal, density);
     });

@@ -40,10 +40,7 @@ class StandingReach {
   bool Has(const model::VoxelIndex& voxel, const model::SurfaceVoxel& surface, double density);
 
  private:
-  StandingReach(std::span<const sensor::ScannerModel> scanners, const PlanningConfig& config)
-      : scanners_(scanners.begin(), scanners.end()),
-        lowest_view_(config.min_viewpoint_height),
-        highest_view_(config.max_viewpoint_height) {}
+  StandingReach(std::span<const sensor::ScannerModel> scanners, const PlanningConfig& config);
 
   // A cell of the grid of places, by its floors' heights, m.
   using Heights = std::vector<float>;
@@ -61,8 +58,7 @@ class StandingReach {
                     double density) const;
 
   std::vector<sensor::ScannerModel> scanners_;
-  double lowest_view_;   // m over the floor
-  double highest_view_;  // m over the floor
+  std::vector<double> heights_;  // of viewpoints that are tried, m over the floor
   double voxel_size_ = 0;
   Eigen::Vector2i first_ = Eigen::Vector2i::Zero();
   Eigen::Vector2i size_ = Eigen::Vector2i::Zero();

@@ -15,6 +15,7 @@
 #include "core/model/carve/carve.h"
 #include "core/model/merge/merge.h"
 #include "core/model/partial_model.h"
+#include "core/model/snapshot/layer_codec.h"
 #include "core/model/snapshot/snapshot_header.h"
 #include "core/model/view/algorithm_version.h"
 #include "core/parallel/thread_pool.h"
@@ -340,6 +341,18 @@ TEST(SnapshotTest, SuspectedMirrorsAreToldAfterwardsAsBefore) {
   ASSERT_GT(suspects, 0u) << "there is nothing to tell";
   GoesOn(scans, 1);
   GoesOn(scans, 2);
+}
+
+// What is compared allows for the noise, which has to come back with the scan.
+TEST(SnapshotTest, TheNoiseOfAScanComesBackWithIt) {
+  parallel::Serial serial;
+  sensor::Scan scan = ScanScene(EmptyRoom(), PoseAt({0, 0, 1.4}, 0), {.noise = 0.003});
+  scan.scanner.range_noise = 0.015;
+  const auto layer = Carve(scan, PoseAt({0, 0, 1.4}, 0), CoarseModel()->config(), serial);
+  const auto again = LayerCodec::Read(LayerCodec::Write(*layer), SnapshotHeader{});
+  ASSERT_NE(again, nullptr);
+  EXPECT_GE(layer->range_surface.range_sigma(), 0.015);
+  EXPECT_EQ(again->range_surface.range_sigma(), layer->range_surface.range_sigma());
 }
 
 // A snapshot that the release which wrote format 1 saved.

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <random>
 #include <span>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "core/simulation/scenes/outdoor_scenes.h"
 #include "core/simulation/simulated_scanner.h"
 #include "core/simulation/walkable_ground.h"
+#include "tests/support/three_scanners.h"
 
 namespace vantage::planning {
 namespace {
@@ -24,7 +26,8 @@ using Eigen::Vector3d;
 
 class StandingReachTest : public testing::Test {
  protected:
-  static constexpr double kDensity = 400;  // samples / m^2
+  static constexpr double kDensity = 400;      // samples / m^2
+  static constexpr double kHeightStep = 0.25;  // m, between viewpoints over one another
 
   StandingReachTest() : scene_(simulation::StreetScene(1)), tracer_(scene_.mesh) {
     scanner_.range_max = 40;
@@ -44,6 +47,28 @@ class StandingReachTest : public testing::Test {
     view_ = model_->Publish();
   }
 
+  // Where a tripod can stand on floor that is known, at all heights.
+  std::vector<Vector3d> Places(const FloorMap& floor) const {
+    std::vector<Vector3d> places;
+    const simulation::WalkableGround ground(tracer_, scene_.mesh.Bounds(), scene_.starts[0]);
+    for (double height = config_.min_viewpoint_height;
+         height <= config_.max_viewpoint_height + 1e-9; height += kHeightStep) {
+      for (const Vector3d& place : ground.Stations(height, scanner_.clearance, 0.5)) {
+        const model::VoxelIndex at = view_->At(place);
+        if (!floor.columns().At(at.x(), at.y()).empty()) places.push_back(place);
+      }
+    }
+    return places;
+  }
+  static bool Measures(const Vector3d& place, const sensor::ScannerModel& scanner,
+                       const Vector3d& at, const Vector3d& normal, double density) {
+    const Vector3d away = at - place;
+    const double range = away.norm();
+    const double cosine = -normal.dot(away) / range;
+    return range <= scanner.range_max && cosine >= std::cos(scanner.max_incidence) &&
+           scanner.SamplingDensityAtSine(away.z() / range, cosine, range) >= density;
+  }
+
   simulation::Scene scene_;
   simulation::SimulatedScanner tracer_;
   parallel::Serial serial_;
@@ -53,42 +78,104 @@ class StandingReachTest : public testing::Test {
   std::shared_ptr<const model::PlanningView> view_;
 };
 
-TEST_F(StandingReachTest, WhatAnyPlaceMeasuresIsWithinIt) {
+class StandingReachAtThreeScanners : public StandingReachTest,
+                                     public testing::WithParamInterface<test_support::ScannerCase> {
+ protected:
+  StandingReachAtThreeScanners() {
+    scanner_.azimuth_step = scanner_.elevation_step = GetParam().step;
+    scanner_.range_noise = GetParam().noise;
+  }
+};
+
+TEST_P(StandingReachAtThreeScanners, WhatAnyPlaceMeasuresIsWithinIt) {
   const FloorMap floor = FloorMap::Find(*view_, std::nullopt).value();
-  StandingReach reach =
-      StandingReach::Of(*view_, floor, std::span(&scanner_, 1), config_, {}).value();
-  std::vector<Vector3d> places;
-  const simulation::WalkableGround ground(tracer_, scene_.mesh.Bounds(), scene_.starts[0]);
-  for (const double height : {config_.min_viewpoint_height, config_.max_viewpoint_height}) {
-    for (const Vector3d& place : ground.Stations(height, scanner_.clearance, 0.5)) {
-      const model::VoxelIndex at = view_->At(place);
-      if (!floor.columns().At(at.x(), at.y()).empty()) places.push_back(place);
+  const std::vector<Vector3d> places = Places(floor);
+  ASSERT_GT(places.size(), 1000u);
+  for (const double density : {25.0, kDensity, 2500.0}) {
+    SCOPED_TRACE(density);
+    StandingReach reach =
+        StandingReach::Of(*view_, floor, std::span(&scanner_, 1), config_, {}).value();
+    size_t at = 0;
+    size_t attainable = 0;
+    size_t out_of_reach = 0;
+    size_t wrong = 0;
+    view_->ForEachSurface([&](const model::VoxelIndex& voxel, model::VoxelState,
+                              const model::SurfaceVoxel& surface) {
+      if (at++ % 37 != 0) return;
+      const bool has = reach.Has(voxel, surface, density);
+      const bool measured = std::any_of(places.begin(), places.end(), [&](const Vector3d& place) {
+        return Measures(place, scanner_, surface.centroid.cast<double>(),
+                        surface.normal.cast<double>(), density);
+      });
+      attainable += measured;
+      out_of_reach += !has;
+      wrong += measured && !has;
+    });
+    EXPECT_EQ(wrong, 0u);
+    EXPECT_GT(attainable, 100u);
+    if (density > kDensity) {
+      EXPECT_GT(out_of_reach, 50u);
     }
   }
-  ASSERT_GT(places.size(), 500u);
-  size_t at = 0;
+}
+
+// A tower beyond the street's end, whose faces lean every way: normals on both sides of a border
+// between directions that are asked together, the worst first and then the best first.
+TEST_P(StandingReachAtThreeScanners, TheOrderInWhichNormalsAreAskedDoesNotShow) {
+  const FloorMap floor = FloorMap::Find(*view_, std::nullopt).value();
+  const std::vector<Vector3d> places = Places(floor);
+  // What the coarsest scanner has at the tower.
+  const double density = GetParam().step > sensor::Radians(0.5) ? 2 : 20;
+  const Vector3d middle = scene_.mesh.Bounds().center();
+  const double end = scene_.mesh.Bounds().max().x();
+  std::mt19937_64 random(3);
+  std::normal_distribution<double> any(0, 1);
   size_t attainable = 0;
   size_t out_of_reach = 0;
-  size_t wrong = 0;
-  view_->ForEachSurface(
-      [&](const model::VoxelIndex& voxel, model::VoxelState, const model::SurfaceVoxel& surface) {
-        if (at++ % 17 != 0) return;
-        const bool measured = std::any_of(places.begin(), places.end(), [&](const Vector3d& place) {
-          const Vector3d away = surface.centroid.cast<double>() - place;
-          const double range = away.norm();
-          const double cosine = -surface.normal.cast<double>().dot(away) / range;
-          return range <= scanner_.range_max && cosine >= std::cos(scanner_.max_incidence) &&
-                 scanner_.SamplingDensityAtSine(away.z() / range, cosine, range) >= kDensity;
+  for (const Vector3d& top :
+       {Vector3d(end + 15, middle.y(), 6), Vector3d(end + 20, middle.y(), 9)}) {
+    const model::VoxelIndex voxel = view_->At(top);
+    const Vector3d at = view_->Centre(voxel);
+    const Vector3d nearest =
+        *std::min_element(places.begin(), places.end(), [&](const Vector3d& a, const Vector3d& b) {
+          return (a - at).squaredNorm() < (b - at).squaredNorm();
         });
-        const bool has = reach.Has(voxel, surface, kDensity);
-        attainable += measured;
-        out_of_reach += !has;
-        wrong += measured && !has;
-      });
-  EXPECT_EQ(wrong, 0u);
-  EXPECT_GT(attainable, 1000u);
-  EXPECT_GT(out_of_reach, 100u);
+    std::vector<Vector3d> normals;
+    for (int i = 0; i < 1000; ++i) {
+      normals.push_back(Vector3d(any(random), any(random), any(random)).normalized());
+    }
+    std::sort(normals.begin(), normals.end(), [&](const Vector3d& a, const Vector3d& b) {
+      return a.dot(nearest - at) < b.dot(nearest - at);
+    });
+    std::vector<bool> by_order[2];
+    for (std::vector<bool>& has : by_order) {
+      StandingReach reach =
+          StandingReach::Of(*view_, floor, std::span(&scanner_, 1), config_, {}).value();
+      for (const Vector3d& normal : normals) {
+        model::SurfaceVoxel surface;
+        surface.normal = normal.cast<float>();
+        has.push_back(reach.Has(voxel, surface, density));
+        if (has.back()) continue;
+        ++out_of_reach;
+        EXPECT_TRUE(std::none_of(
+            places.begin(), places.end(),
+            [&](const Vector3d& place) { return Measures(place, scanner_, at, normal, density); }))
+            << top.transpose() << " facing " << normal.transpose();
+      }
+      for (const Vector3d& normal : normals) {
+        attainable += Measures(nearest, scanner_, at, normal, density) ? 1 : 0;
+      }
+      std::reverse(normals.begin(), normals.end());
+    }
+    std::reverse(by_order[1].begin(), by_order[1].end());
+    EXPECT_EQ(by_order[0], by_order[1]);
+  }
+  EXPECT_GT(attainable, 500u);
+  EXPECT_GT(out_of_reach, 500u);
 }
+
+INSTANTIATE_TEST_SUITE_P(ThreeScanners, StandingReachAtThreeScanners,
+                         testing::ValuesIn(test_support::kThreeScanners));
 
 // Roofs that rise away from the street are met askew from everywhere on it.
 TEST_F(StandingReachTest, CoverageLeavesItOutAndSaysHowMuch) {
