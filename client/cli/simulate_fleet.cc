@@ -55,7 +55,7 @@ std::string StopRow(const simulated_job::FleetStop& stop) {
        made.number == 1 ? "first"
        : !made.merged   ? "lost"
                         : Word(made.scan.registration().verdict().outcome()),
-       stop.expected_gain ? absl::StrFormat("%.1f", *stop.predicted_area) : "",
+       stop.expected_gain ? absl::StrFormat("%.1f", *stop.expected_gain) : "",
        absl::StrFormat("%.1f %%", stop.truth.attained_share() * 100),
        absl::StrFormat("%.1f %%", stop.truth.seen_share() * 100)});
 }

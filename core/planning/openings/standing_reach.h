@@ -22,10 +22,9 @@ namespace vantage::planning {
 
 // Errs on the side of what can be reached: all known floor counts, whether the scanner fits there
 // or not, occlusion is left out, and distances and angles are taken at their best within half the
-// diagonal of a cell of a metre and half that of a brick. Only the lowest and the highest allowed
-// viewpoint height are tested. So no scan at these heights over known floor would bring to D what
-// is excluded: roofs seen from the street, and the upright borders of what houses hide, beyond
-// where the ground ends. Surface that can only be reached from floor that is not known yet is left
+// diagonal of a cell of a metre and half that of a brick. So no scan from known floor would bring
+// to D what is excluded: roofs seen from the street, and the upright borders of what houses hide,
+// beyond where the ground ends. Surface that can only be reached from floor that is not known yet is left
 // out until that floor is known.
 class StandingReach {
  public:
