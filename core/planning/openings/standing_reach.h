@@ -24,8 +24,8 @@ namespace vantage::planning {
 // or not, occlusion is left out, and distances and angles are taken at their best within half the
 // diagonal of a cell of a metre and half that of a brick. So no scan from known floor would bring
 // to D what is excluded: roofs seen from the street, and the upright borders of what houses hide,
-// beyond where the ground ends. Surface that can only be reached from floor that is not known yet is left
-// out until that floor is known.
+// beyond where the ground ends. Surface that can only be reached from floor that is not known yet
+// is left out until that floor is known.
 class StandingReach {
  public:
   // `scanners`: any of them may measure it. Nothing when cancelled on the way. Without any floor,

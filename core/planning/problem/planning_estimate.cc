@@ -109,14 +109,15 @@ absl::Status CheckPlanningSize(const PlanningSize& size, const PlanningConfig& c
   if (bytes > config.memory_limit) {
     return absl::ResourceExhaustedError(absl::StrFormat(
         "planning: this model would take about %.2f GB of memory, more than the %.2f GB "
-        "that a plan may take: use larger viewcells or voxels, split the site, or allow more (memory_limit)",
+        "that a plan may take: use larger viewcells or voxels, split the site, or allow more "
+        "(memory_limit)",
         static_cast<double>(bytes) / 1e9, static_cast<double>(config.memory_limit) / 1e9));
   }
   if (size.most_views() > static_cast<double>(std::numeric_limits<int32_t>::max())) {
-    return absl::ResourceExhaustedError(absl::StrFormat(
-        "planning: the model may have %.1e viewcells of %.3f m, more than can be "
-        "indexed: use larger ones, or split the site",
-        size.most_views(), config.viewcell_size));
+    return absl::ResourceExhaustedError(
+        absl::StrFormat("planning: the model may have %.1e viewcells of %.3f m, more than can be "
+                        "indexed: use larger ones, or split the site",
+                        size.most_views(), config.viewcell_size));
   }
   return absl::OkStatus();
 }
