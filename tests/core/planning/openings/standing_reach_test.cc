@@ -141,6 +141,7 @@ TEST_P(StandingReachAtThreeScanners, TheOrderInWhichNormalsAreAskedDoesNotShow) 
           return (a - at).squaredNorm() < (b - at).squaredNorm();
         });
     std::vector<Vector3d> normals;
+    normals.reserve(1000);
     for (int i = 0; i < 1000; ++i) {
       normals.push_back(Vector3d(any(random), any(random), any(random)).normalized());
     }
