@@ -3,7 +3,11 @@
 # gRPC.
 source "$(dirname "${BASH_SOURCE[0]}")/sanitizers.sh"
 "$stages/install.sh" sanitizers
-readarray -t units < <(rooms tests/core "${server_rooms[@]}")
+# Where threads meet: plans and sessions. With --all the rest of core/, too, which hands its loops to
+# core/parallel.
+cores=(tests/core/{parallel,planning})
+[[ " $* " != *" --all "* ]] || cores=(tests/core)
+readarray -t units < <(rooms "${cores[@]}" "${server_rooms[@]}")
 chosen=$("$stages/coverage.py" --seconds 380 "$@" "${units[@]}")
 readarray -t units <<<"$chosen"
 built tsan "${units[@]}"
