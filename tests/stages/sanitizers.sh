@@ -21,7 +21,7 @@ rooms() {
 
 # Seconds of one core that asan.sh spends; fuzz.sh runs the fuzzers among what that covers.
 # shellcheck disable=SC2034
-asan_seconds=750
+asan_seconds=600
 
 # What the address sanitizer sees: the arithmetic behind every answer, what reads untrusted bytes, and
 # the fuzzers.
