@@ -73,14 +73,16 @@ absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage(const SessionContext& co
   });
   if (!last.name().empty()) {
     response.set_plan(last.name());
-    response.set_best_remaining_model_gain_m2(
-        last.result().termination().best_model_gain_upper_m2());
-    response.set_best_remaining_model_gain_lower_m2(
-        last.result().termination().best_model_gain_lower_m2());
-    response.set_best_remaining_expected_gain_m2(
-        last.result().termination().best_expected_gain_upper_m2());
-    response.set_best_remaining_expected_gain_lower_m2(
-        last.result().termination().best_expected_gain_lower_m2());
+    const v1::Termination& end = last.result().termination();
+    response.set_best_remaining_model_gain_m2(end.best_model_gain_upper_m2());
+    response.set_best_remaining_model_gain_lower_m2(end.best_model_gain_lower_m2());
+    // Plans of earlier versions have their expected gain in the fields of model gain.
+    response.set_best_remaining_expected_gain_m2(end.has_best_expected_gain_upper_m2()
+                                                     ? end.best_expected_gain_upper_m2()
+                                                     : end.best_model_gain_upper_m2());
+    response.set_best_remaining_expected_gain_lower_m2(end.has_best_expected_gain_lower_m2()
+                                                           ? end.best_expected_gain_lower_m2()
+                                                           : end.best_model_gain_lower_m2());
     absl::StatusOr<v1::PlanResult> full = plans.GetFullResult(last.name());
     if (full.ok()) {
       const int count = std::min(full->patches_size(), kCoveragePatches);

@@ -27,9 +27,9 @@ class VisibilityCache {
                   const OrderedCells& cells, const visibility::OpaqueGrid& grid);
 
   // `which` are about to be scored on `drawn` cells each: finds a set as soon as the work on its
-  // views, past and now due, exceeds the work of finding it. Views that were not announced only
-  // have no set. As long as the budget does not expire, the result does not depend on the number of
-  // threads.
+  // views, past and now due, exceeds the work of finding it. Views that were not announced have
+  // no set, and the same scores. As long as the budget does not expire, the result does not depend
+  // on the number of threads.
   void Prepare(std::span<const uint32_t> which, size_t drawn, const parallel::Budget& budget,
                parallel::Parallel& parallel);
 

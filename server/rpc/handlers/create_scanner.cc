@@ -1,8 +1,6 @@
 // The scanners of a fleet.
 #include <utility>
-#include <vector>
 
-#include "absl/strings/str_cat.h"
 #include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
@@ -24,23 +22,12 @@ absl::StatusOr<v1::CreateScannerResponse> CreateScanner(const session::TenantSes
 
 absl::StatusOr<v1::ListScannersResponse> ListScanners(const session::TenantSessions& sessions,
                                                       const v1::ListScannersRequest& request) {
-  absl::StatusOr<std::shared_ptr<session::Session>> session =
-      FindSession(sessions, request.parent(), "parent");
-  if (!session.ok()) return session.status();
-  const std::string list = absl::StrCat(request.parent(), "/scanners");
-  absl::StatusOr<Page> page = ReadPage(request.page_size(), request.page_token(), list, 50, 1000,
-                                       "page_size", "page_token");
-  if (!page.ok()) return page.status();
-  v1::ListScannersResponse response;
-  bool more = false;
-  absl::StatusOr<std::vector<v1::Scanner>> scanners =
-      (*session)->scanners().List(page->after, page->limit, more);
-  if (!scanners.ok()) return scanners.status();
-  more = FillPage(*std::move(scanners), *response.mutable_scanners()) || more;
-  if (more && response.scanners_size() > 0) {
-    response.set_next_page_token(NextPageToken(list, response.scanners().rbegin()->name()));
-  }
-  return response;
+  return ListOfSession<v1::ListScannersResponse>(
+      sessions, request, "scanners", 1000,
+      [](session::Session& session, const std::string& after, size_t limit, bool& more) {
+        return session.scanners().List(after, limit, more);
+      },
+      [](v1::ListScannersResponse& response) { return response.mutable_scanners(); });
 }
 
 }  // namespace vantage::rpc::handlers

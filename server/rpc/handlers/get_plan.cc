@@ -66,24 +66,13 @@ absl::StatusOr<v1::GetPlanResponse> GetPlan(const session::TenantSessions& sessi
 
 absl::StatusOr<v1::ListPlansResponse> ListPlans(const session::TenantSessions& sessions,
                                                 const v1::ListPlansRequest& request) {
-  absl::StatusOr<std::shared_ptr<session::Session>> session =
-      FindSession(sessions, request.parent(), "parent");
-  if (!session.ok()) return session.status();
   // A plan in the basic view has up to 200 views of about 1 KiB: a page fits in one message.
-  const std::string list = absl::StrCat(request.parent(), "/plans");
-  absl::StatusOr<Page> page =
-      ReadPage(request.page_size(), request.page_token(), list, 50, 200, "page_size", "page_token");
-  if (!page.ok()) return page.status();
-  v1::ListPlansResponse response;
-  bool more = false;
-  absl::StatusOr<std::vector<v1::Plan>> plans =
-      (*session)->plans().List(page->after, page->limit, more);
-  if (!plans.ok()) return plans.status();
-  more = FillPage(*std::move(plans), *response.mutable_plans()) || more;
-  if (more && response.plans_size() > 0) {
-    response.set_next_page_token(NextPageToken(list, response.plans().rbegin()->name()));
-  }
-  return response;
+  return ListOfSession<v1::ListPlansResponse>(
+      sessions, request, "plans", 200,
+      [](session::Session& session, const std::string& after, size_t limit, bool& more) {
+        return session.plans().List(after, limit, more);
+      },
+      [](v1::ListPlansResponse& response) { return response.mutable_plans(); });
 }
 
 }  // namespace vantage::rpc::handlers

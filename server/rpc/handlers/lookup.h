@@ -5,8 +5,11 @@
 #include <cstddef>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "absl/status/statusor.h"
+#include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
 #include "server/session/tenant_sessions.h"
 
@@ -53,6 +56,32 @@ bool FillPage(std::vector<Entry>&& from, Entries& page) {
 // The token of the page that begins after the entry `last`, which is a name that the list can find
 // again.
 std::string NextPageToken(absl::string_view list, absl::string_view last);
+
+// Answers a request for a page of what a session has of a kind ("scans"), `most` entries at most,
+// 50 where the request does not say. `list(session, after, limit, more)` returns the entries,
+// `field(response)` is where they go.
+template <typename Response, typename Request, typename List, typename Field>
+absl::StatusOr<Response> ListOfSession(const session::TenantSessions& sessions,
+                                       const Request& request, absl::string_view kind, int most,
+                                       List list, Field field) {
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return session.status();
+  const std::string name = absl::StrCat(request.parent(), "/", kind);
+  absl::StatusOr<Page> page = ReadPage(request.page_size(), request.page_token(), name, 50, most,
+                                       "page_size", "page_token");
+  if (!page.ok()) return page.status();
+  bool more = false;
+  auto listed = list(**session, page->after, page->limit, more);
+  if (!listed.ok()) return listed.status();
+  Response response;
+  auto& entries = *field(response);
+  more = FillPage(*std::move(listed), entries) || more;
+  if (more && !entries.empty()) {
+    response.set_next_page_token(NextPageToken(name, entries.rbegin()->name()));
+  }
+  return response;
+}
 
 }  // namespace vantage::rpc
 
