@@ -199,13 +199,19 @@ TEST(PlanningPool, AJobThatRunsAtTheEndIsFinished) {
 TEST_P(PlanningPoolTest, WhatIsThrownInALoopArrivesInTheJobAndThePoolGoesOn) {
   PlanningPool pool(GetParam(), 4);
   const auto share = pool.NewShare();
+  constexpr size_t kOuter = 1000;
+  constexpr size_t kInner = 10;
+  constexpr int kThrows = 200;
   std::promise<bool> caught;
   std::atomic<int> begun{0};
   pool.Submit(share, JobPriority::kModel, [&](parallel::Parallel& parallel) {
     try {
-      parallel.For(50, [&](size_t) {
-        parallel.For(10, [&](size_t) {
-          if (++begun == 200) throw std::bad_alloc();
+      parallel.For(kOuter, [&](size_t) {
+        parallel.For(kInner, [&](size_t) {
+          const int order = ++begun;
+          if (order == kThrows) throw std::bad_alloc();
+          // What throws may itself have to wait for a core; the others must not be done before.
+          if (order > kThrows) std::this_thread::sleep_for(std::chrono::milliseconds(1));
         });
       });
       caught.set_value(false);
@@ -214,7 +220,7 @@ TEST_P(PlanningPoolTest, WhatIsThrownInALoopArrivesInTheJobAndThePoolGoesOn) {
     }
   });
   EXPECT_TRUE(caught.get_future().get());
-  EXPECT_LT(begun, 500);
+  EXPECT_LT(begun, static_cast<int>(kOuter * kInner));
   // A job that lets it pass is over, and no more.
   pool.Submit(share, JobPriority::kModel, [](parallel::Parallel&) { throw std::bad_alloc(); });
   std::promise<void> next;
