@@ -10,16 +10,18 @@
 
 namespace vantage::registration {
 
-// Levels the first scan of a session: the rotation that turns its floor's normal to +z, found from
-// the largest upward-facing horizontal plane within 15 degrees of level (or from the prior's
-// inclinometer, which then stands). Identity rotation where there is no floor to see.
+// Levels the first scan of a session: the rotation that turns up to +z. Up is what the prior's
+// inclinometer says, which then stands; or the normal of the floor, the largest upward-facing plane
+// within 15 degrees of upright as the prior has it (nearer, where the prior's covariance says so),
+// unless the walls say that the floor slopes (FindFloorPlane(), WallNormals); or what the walls
+// say; or the prior's. Identity rotation where nothing tells.
 struct Levelling {
   Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
   double tilt = 0;  // rad, that was taken out
   bool from_inclinometer = false;
   bool found_floor = false;
-  // What was assumed of the tilt, and what to do if that is wrong; empty where it was measured and
-  // the scanner stood upright.
+  // What was assumed of the tilt, and what to do if that is wrong; empty where inclinometer or
+  // floor told it and the scanner stood upright.
   std::string message;
 };
 absl::StatusOr<Levelling> LevelFirstScan(const sensor::Scan& scan);

@@ -7,7 +7,6 @@
 
 #include "core/parallel/thread_pool.h"
 #include "core/registration/align/align.h"
-#include "core/registration/levelling.h"
 #include "core/registration/registration.h"
 #include "tests/core/registration/box_scene.h"
 #include "tests/support/runs.h"
@@ -270,88 +269,6 @@ TEST(Register, BadInputIsNamed) {
   scan.image.range[5] = std::nanf("");
   EXPECT_EQ(Register(*model, scan, {}, {}, serial).status().code(),
             absl::StatusCode::kInvalidArgument);
-}
-
-TEST(Level, TakesTheTiltOutOfTheFirstScan) {
-  for (const double pitch : {0.0, 1.0, -4.0, 9.0}) {
-    const sensor::Scan scan = ScanScene(
-        FurnishedRoom(6),
-        PoseAt({0.2, 0.1, 1.3}, 0.7, sensor::Radians(pitch), sensor::Radians(0.4 * pitch)), {}, 17);
-    const auto level = LevelFirstScan(scan);
-    ASSERT_TRUE(level.ok()) << level.status();
-    EXPECT_TRUE(level->found_floor);
-    const Eigen::Vector3d up =
-        PoseAt({0, 0, 0}, 0.7, sensor::Radians(pitch), sensor::Radians(0.4 * pitch))
-            .linear()
-            .transpose() *
-        Eigen::Vector3d::UnitZ();
-    EXPECT_NEAR(sensor::Degrees(std::acos((level->T_world_scan.linear() * up).z())), 0, 0.05)
-        << pitch;
-    EXPECT_NEAR(sensor::Degrees(level->tilt), sensor::Degrees(std::acos(up.z())), 0.05);
-  }
-}
-
-TEST(Level, InclinometerStands) {
-  sensor::Scan scan = ScanScene(BareRoom(), PoseAt({0, 0, 1.4}, 0, sensor::Radians(3)), {}, 18);
-  sensor::PosePrior prior;
-  prior.T_world_scan = PoseAt({5, 6, 7}, 1.2, sensor::Radians(2), 0);
-  prior.levelled_sigma = sensor::Radians(0.01);
-  scan.prior = prior;
-  const auto level = LevelFirstScan(scan);
-  ASSERT_TRUE(level.ok());
-  EXPECT_TRUE(level->from_inclinometer);
-  EXPECT_NEAR(sensor::Degrees(level->tilt), 2, 1e-6);
-  // No heading and no place are taken from it.
-  EXPECT_TRUE(level->T_world_scan.translation().isZero());
-  EXPECT_NEAR(level->T_world_scan.linear()(1, 0), 0, 1e-9);
-}
-
-TEST(Level, NoFloorNoRotation) {
-  ScanSettings upwards;
-  upwards.elevation_min = sensor::Radians(5);
-  const auto level = LevelFirstScan(ScanScene(BareRoom(), PoseAt({0, 0, 1.4}, 0), upwards, 19));
-  ASSERT_TRUE(level.ok());
-  EXPECT_FALSE(level->found_floor);
-  EXPECT_TRUE(level->T_world_scan.isApprox(Eigen::Isometry3d::Identity()));
-  EXPECT_NE(level->message.find("is taken to have stood upright"), std::string::npos);
-}
-
-// Upright as far as a floor is looked for: nothing to say. Beyond, and on its side, it is said.
-TEST(Level, WhatIsAssumedOfTheTiltIsSaid) {
-  for (const double pitch : {0.0, 9.0, 40.0, 90.0}) {
-    for (const bool inclinometer : {false, true}) {
-      const Eigen::Isometry3d pose = PoseAt({0.2, 0.1, 1.3}, 0.7, sensor::Radians(pitch), 0);
-      sensor::Scan scan = ScanScene(FurnishedRoom(6), pose, {}, 17);
-      if (inclinometer) {
-        scan.prior.emplace();
-        scan.prior->T_world_scan = pose;
-        scan.prior->levelled_sigma = sensor::Radians(0.01);
-      }
-      const auto level = LevelFirstScan(scan);
-      ASSERT_TRUE(level.ok()) << level.status();
-      if (pitch < 15) {
-        EXPECT_EQ(level->message, "") << pitch;
-      } else if (inclinometer) {
-        EXPECT_NE(level->message.find("tilted by"), std::string::npos) << pitch;
-      } else if (!level->found_floor) {
-        EXPECT_NE(level->message.find("no floor within 15 degrees"), std::string::npos) << pitch;
-      } else {
-        // On its side a wall looks like a floor: nothing but an inclinometer can tell.
-        EXPECT_EQ(pitch, 90.0);
-      }
-    }
-  }
-}
-
-// On its side a wall looks like a floor, but for its distance: said where that is no tripod's.
-TEST(Level, AWallThatIsTakenForTheFloorIsSaid) {
-  const auto level =
-      LevelFirstScan(ScanScene(BareRoom(), PoseAt({0, 0, 1.4}, 0, 0, sensor::Radians(90)), {}, 17));
-  ASSERT_TRUE(level.ok()) << level.status();
-  EXPECT_TRUE(level->found_floor);
-  EXPECT_NE(level->message.find("2.5 m below the scanner, farther than under any tripod"),
-            std::string::npos)
-      << level->message;
 }
 
 }  // namespace
