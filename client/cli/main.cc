@@ -88,6 +88,13 @@ int main(int argc, char** argv) {
   vantage::cli::AddClaimRelease(claim, environment);
   vantage::cli::AddClaimList(claim, environment);
 
+  CLI::App& station = *app.add_subcommand(
+      "station", "Scans that were made and whose data come later: add, list, delete");
+  station.require_subcommand(1)->fallthrough();
+  vantage::cli::AddStationAdd(station, environment);
+  vantage::cli::AddStationList(station, environment);
+  vantage::cli::AddStationDelete(station, environment);
+
   vantage::cli::AddPlan(app, environment);
   vantage::cli::AddEvaluate(app, environment);
   vantage::cli::AddReject(app, environment);

@@ -263,6 +263,10 @@ std::string Facing(const v1::RankedView& view) {
   return view.has_heading_rad() ? FacingAt(view.heading_rad()) : "";
 }
 
+std::string Facing(const v1::Station& station) {
+  return station.has_heading_rad() ? FacingAt(station.heading_rad()) : "";
+}
+
 std::string Facing(const v1::Claim& claim) {
   return claim.has_heading_rad() ? FacingAt(claim.heading_rad()) : "";
 }
@@ -354,6 +358,12 @@ std::string CoverageReport(const v1::Coverage& c) {
         r.name(),
         r.has_estimated_coverage() ? absl::StrFormat("%.1f %%", r.estimated_coverage() * 100) : "-",
         r.area_at_density_m2(), r.area_by_kind_m2().true_surface(), r.required_density_per_m2());
+  }
+  if (c.pending_station_count() > 0) {
+    absl::StrAppendFormat(
+        &out, "besides, %d station%s without data should bring %.1f m\u00b2, to %s\n",
+        c.pending_station_count(), c.pending_station_count() == 1 ? "" : "s", c.area_pending_m2(),
+        c.has_expected_coverage() ? absl::StrFormat("%.1f %%", c.expected_coverage() * 100) : "-");
   }
   if (!c.has_rooms_not_entered_count()) return out;
   if (c.rooms_not_entered_count() == 0) {

@@ -31,6 +31,7 @@ std::string Time(const google::protobuf::Timestamp& time);
 // ' facing 90°', or nothing where the scanner turns all around.
 std::string Facing(const v1::RankedView& view);
 std::string Facing(const v1::Claim& claim);
+std::string Facing(const v1::Station& station);
 
 // 'registered: overlap 63 %, error bound 0.5 mm, strength 0.31'.
 std::string VerdictFigures(const v1::RegistrationVerdict& verdict);

@@ -94,6 +94,17 @@ std::string Words(const v1::SessionEvent& event) {
       return absl::StrFormat("%s; model version %d",
                              ScanWords(event.scan_removed().scan(), "left the model"),
                              event.scan_removed().model_version());
+    case v1::SessionEvent::kStationCreated: {
+      const v1::Station& station = event.station_created().station();
+      return absl::StrCat(client::IdOf(station.name()),
+                          " waits for its scan: ", Text(station.position()), Facing(station));
+    }
+    case v1::SessionEvent::kStationEnded: {
+      const v1::StationEndedEvent& ended = event.station_ended();
+      return absl::StrCat(
+          client::IdOf(ended.station().name()),
+          ended.scan().empty() ? " is given up" : absl::StrCat(" is ", client::IdOf(ended.scan())));
+    }
     case v1::SessionEvent::EVENT_NOT_SET:
       break;
   }

@@ -129,6 +129,18 @@ absl::StatusOr<v1::ReleaseClaimResponse> Client::Call(v1::ReleaseClaimRequest re
   return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ReleaseClaim, *wire_,
                    std::move(request));
 }
+absl::StatusOr<v1::CreateStationResponse> Client::Call(v1::CreateStationRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::CreateStation, *wire_,
+                   std::move(request));
+}
+absl::StatusOr<v1::ListStationsResponse> Client::Call(v1::ListStationsRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ListStations, *wire_,
+                   std::move(request));
+}
+absl::StatusOr<v1::DeleteStationResponse> Client::Call(v1::DeleteStationRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::DeleteStation, *wire_,
+                   std::move(request));
+}
 absl::StatusOr<v1::ListClaimsResponse> Client::Call(v1::ListClaimsRequest request) {
   return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ListClaims, *wire_, std::move(request));
 }

@@ -71,6 +71,9 @@ class Client {
   absl::StatusOr<v1::RenewClaimResponse> Call(v1::RenewClaimRequest request);
   absl::StatusOr<v1::ReleaseClaimResponse> Call(v1::ReleaseClaimRequest request);
   absl::StatusOr<v1::ListClaimsResponse> Call(v1::ListClaimsRequest request);
+  absl::StatusOr<v1::CreateStationResponse> Call(v1::CreateStationRequest request);
+  absl::StatusOr<v1::ListStationsResponse> Call(v1::ListStationsRequest request);
+  absl::StatusOr<v1::DeleteStationResponse> Call(v1::DeleteStationRequest request);
 
   // Sends a range image as one scan. Returns the scan's name once the server says it is committed.
   // After a break of the link the upload is resumed where the server says; a link that is silent

@@ -10,9 +10,11 @@ namespace vantage::client {
 
 // 'sessions/a' for 'a' and 'sessions/a'.
 std::string SessionName(absl::string_view given);
-// 'sessions/a/scans/b' for 'a/b' and the full name; likewise for claims.
+// 'sessions/a/scans/b' for 'a/b' and the full name; likewise for claims and
+// stations.
 std::string ScanName(absl::string_view given);
 std::string ClaimName(absl::string_view given);
+std::string StationName(absl::string_view given);
 // 'sessions/a/scanners/b' for 'b' and the full name, in session 'a' or 'sessions/a'.
 std::string ScannerName(absl::string_view session, absl::string_view given);
 // The session that a scan or plan belongs to.

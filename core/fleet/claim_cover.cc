@@ -25,13 +25,11 @@ double Gain(const planning::BruteForceScorer& scorer, const Eigen::Vector3d& pos
 
 }  // namespace
 
-absl::StatusOr<CoveredView> MeasureCover(const model::PlanningView& model,
-                                         const sensor::ScannerModel& scanner,
-                                         const planning::PlanningConfig& config,
-                                         const Eigen::Vector3d& position,
-                                         std::span<const PledgedView> claims,
-                                         parallel::Parallel& parallel,
-                                         std::optional<double> heading) {
+absl::StatusOr<CoveredView> MeasureCover(
+    const model::PlanningView& model, const sensor::ScannerModel& scanner,
+    const planning::PlanningConfig& config, const Eigen::Vector3d& position,
+    std::span<const PledgedView> claims, parallel::Parallel& parallel,
+    std::optional<double> heading, std::span<const PledgedView> made) {
   if (!position.allFinite()) {
     return absl::InvalidArgumentError("position must be finite (m, model frame)");
   }
@@ -46,15 +44,22 @@ absl::StatusOr<CoveredView> MeasureCover(const model::PlanningView& model,
   uint64_t rays = 0;
   CoveredView covered;
   const planning::Sector sector(scanner, heading);
-  covered.score = Gain(scoring.scorer(), position, sector, scoring.cells());
+  RemainingGain before(scoring.cells());
+  for (const PledgedView& view : made) {
+    const planning::SensingConstraints constraints(view.model);
+    const planning::BruteForceScorer scorer(constraints, scoring.scene(), model.voxel_size());
+    before.Take(view.position, scorer, budget, rays, view.heading);
+  }
+  const planning::CellArrays& cells = before.left();
+  covered.score = Gain(scoring.scorer(), position, sector, cells);
   covered.left = covered.score;
   covered.cover.by_claim.assign(claims.size(), 0);
   if (!(covered.score > 0)) return covered;
-  RemainingGain together(scoring.cells());
+  RemainingGain together(cells);
   for (size_t k = 0; k < claims.size(); ++k) {
     const planning::SensingConstraints constraints(claims[k].model);
     const planning::BruteForceScorer scorer(constraints, scoring.scene(), model.voxel_size());
-    RemainingGain alone(scoring.cells());
+    RemainingGain alone(cells);
     alone.Take(claims[k].position, scorer, budget, rays, claims[k].heading);
     together.Take(claims[k].position, scorer, budget, rays, claims[k].heading);
     const double taken =

@@ -22,17 +22,16 @@ struct CoveredView {
   ClaimCover cover;
 };
 
-// `claims` in the order of Claims::held(). `heading` (rad) is that of a scanner that sees a sector;
+// `claims` in the order of Claims::held(); `made` are views that count as scanned whoever claims
+// what, whose gain is in no figure. `heading` (rad) is that of a scanner that sees a sector;
 // without it, and for other scanners, what can be gained all around counts. A view that would gain
 // nothing is not covered. The view need not be feasible. INVALID_ARGUMENT: configuration, scanner,
 // position or heading.
-absl::StatusOr<CoveredView> MeasureCover(const model::PlanningView& model,
-                                         const sensor::ScannerModel& scanner,
-                                         const planning::PlanningConfig& config,
-                                         const Eigen::Vector3d& position,
-                                         std::span<const PledgedView> claims,
-                                         parallel::Parallel& parallel,
-                                         std::optional<double> heading = std::nullopt);
+absl::StatusOr<CoveredView> MeasureCover(
+    const model::PlanningView& model, const sensor::ScannerModel& scanner,
+    const planning::PlanningConfig& config, const Eigen::Vector3d& position,
+    std::span<const PledgedView> claims, parallel::Parallel& parallel,
+    std::optional<double> heading = std::nullopt, std::span<const PledgedView> made = {});
 
 }  // namespace vantage::fleet
 

@@ -37,8 +37,8 @@ planning::CellArrays PendingSurface::Of(const RemainingGain& remaining,
 std::optional<PendingSurface::Verdict> PendingSurface::Judge(
     const Eigen::Vector3d& view, const RemainingGain& remaining,
     const registration::RegistrationConfig& config, const parallel::Budget& budget, uint64_t& rays,
-    std::span<const double> by_heading) {
-  std::optional<double> heading;  // once it is decided
+    std::span<const double> by_heading, std::optional<double> heading) {
+  const bool given = heading.has_value();
   const auto predict = [&](const std::vector<size_t>& steps) {
     const planning::CellArrays expected = Of(remaining, steps);
     auto seen =
@@ -59,7 +59,7 @@ std::optional<PendingSurface::Verdict> PendingSurface::Judge(
   if (!after->verdict.registered()) return judged;
   judged.verdict = after->verdict;
   judged.heading = after->heading;
-  if (by_heading.size() > 1) {
+  if (by_heading.size() > 1 && !given) {
     heading = problem_.scoring().scorer().headings().Angle(after->heading);
   }
   for (size_t k = remaining.steps(); k-- > 0;) {

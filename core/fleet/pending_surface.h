@@ -32,11 +32,13 @@ class PendingSurface {
   // The verdict on a scan from `view`, with the heading of most gain that registers: `by_heading`
   // has what each gains beyond the steps, samples. Only when it fails on the present surface, the
   // surface expected from the steps so far is added; steps that are not needed are then left out
-  // again, the latest first. Nothing when the budget expired. Adds to `rays`.
+  // again, the latest first. Nothing when the budget expired. Adds to `rays`. `heading`, where
+  // given, is the one that is judged (rad), and `by_heading` says nothing.
   std::optional<Verdict> Judge(const Eigen::Vector3d& view, const RemainingGain& remaining,
                                const registration::RegistrationConfig& config,
                                const parallel::Budget& budget, uint64_t& rays,
-                               std::span<const double> by_heading = {});
+                               std::span<const double> by_heading = {},
+                               std::optional<double> heading = std::nullopt);
 
  private:
   planning::CellArrays Of(const RemainingGain& remaining, const std::vector<size_t>& steps) const;

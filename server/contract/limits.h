@@ -18,7 +18,9 @@ struct Limits {
   size_t running_plans_per_session = 8;  // queued or running
   size_t plans_per_session = 10'000;
   size_t scanners_per_session = 64;
-  size_t claims_per_session = 20'000;       // ever taken
+  size_t claims_per_session = 20'000;  // ever taken
+  // Whose scans have not come: more than a day's. Each costs every plan a look at all cells.
+  size_t stations_per_session = 128;
   size_t full_plans_per_session = 16;       // the newest, whose patches and map of scores are kept
   size_t snapshots_per_session = 2;         // of the model, the newest; 0: none are written
   size_t snapshot_bytes = size_t{8} << 30;  // decompressed, of one that is loaded

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "absl/strings/ascii.h"
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "server/contract/error.h"
@@ -41,6 +42,13 @@ absl::StatusOr<ChildId> ParseChildName(absl::string_view name, absl::string_view
         field, absl::StrCat("must be of the form sessions/{session}/", collection, "/{id}"));
   }
   return ChildId{std::string(parts[1]), std::string(parts[3])};
+}
+
+int64_t NumberOf(absl::string_view name) {
+  int64_t number = 0;
+  const size_t dash = name.rfind('-');
+  if (dash == absl::string_view::npos) return 0;
+  return absl::SimpleAtoi(name.substr(dash + 1), &number) && number > 0 ? number : 0;
 }
 
 }  // namespace vantage::contract

@@ -2,6 +2,7 @@
 #ifndef VANTAGE_SERVER_CONTRACT_RESOURCE_NAMES_H_
 #define VANTAGE_SERVER_CONTRACT_RESOURCE_NAMES_H_
 
+#include <cstdint>
 #include <string>
 
 #include "absl/status/statusor.h"
@@ -27,6 +28,10 @@ struct ChildId {
 // The ids in 'sessions/{session}/{collection}/{id}'. INVALID_ARGUMENT naming `field`.
 absl::StatusOr<ChildId> ParseChildName(absl::string_view name, absl::string_view collection,
                                        absl::string_view field);
+
+// The number at the end of a name that the server chose, such as '.../claims/claim-3'; 0: it has
+// none.
+int64_t NumberOf(absl::string_view name);
 
 }  // namespace vantage::contract
 

@@ -261,4 +261,23 @@ absl::Status CheckRequest(const v1::ReleaseClaimRequest& request) {
   return CheckRequestIdAlone(request.request_id());
 }
 
+absl::Status CheckRequest(const v1::CreateStationRequest& request) {
+  contract::Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  const v1::Station& station = request.station();
+  if (!station.has_position()) violations.Add("station.position", "is required");
+  ReadVector(station.position(), "station.position", violations);
+  if (station.has_heading_rad()) {
+    ReadHeading(station.heading_rad(), "station.heading_rad", violations);
+  }
+  if (station.has_loss_chance() && !(station.loss_chance() >= 0 && station.loss_chance() < 1)) {
+    violations.Add("station.loss_chance", "must be in [0, 1)");
+  }
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::DeleteStationRequest& request) {
+  return CheckRequestIdAlone(request.request_id());
+}
+
 }  // namespace vantage::conversion

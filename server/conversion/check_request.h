@@ -39,6 +39,8 @@ absl::Status CheckRequest(const v1::CreateScannerRequest& request);
 absl::Status CheckRequest(const v1::ClaimViewRequest& request);
 absl::Status CheckRequest(const v1::RenewClaimRequest& request);
 absl::Status CheckRequest(const v1::ReleaseClaimRequest& request);
+absl::Status CheckRequest(const v1::CreateStationRequest& request);
+absl::Status CheckRequest(const v1::DeleteStationRequest& request);
 
 // The fields of a new session that a client sets, completed by their defaults; fields that the
 // server sets are left out.

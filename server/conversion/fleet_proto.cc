@@ -104,6 +104,19 @@ fleet::Claims ReadClaims(std::span<const v1::Claim* const> held, const Eigen::Ve
   return fleet::Claims(std::move(claims));
 }
 
+fleet::PledgedView ReadStation(const v1::Station& station,
+                               const std::map<std::string, v1::Scanner>& scanners,
+                               const v1::Session& session, const Eigen::Vector3d& origin) {
+  const v1::ScannerModel* model = FindModel(station.scanner_model_id(), session);
+  const auto scanner = scanners.find(station.scanner());
+  if (model == nullptr && scanner != scanners.end()) model = &ModelOf(scanner->second, session);
+  if (model == nullptr) model = &session.scanner_models(0);
+  contract::Violations none;  // the station was checked when it was created
+  return {ReadOwnVector(station.position()) - origin,
+          ReadScannerModel(*model, "scanner_model", none),
+          station.has_heading_rad() ? std::optional(station.heading_rad()) : std::nullopt};
+}
+
 v1::ClaimEndReason WriteClaimEnd(fleet::ClaimEnd end) {
   switch (end) {
     case fleet::ClaimEnd::kScanArrived:
@@ -130,7 +143,8 @@ const char* Words(v1::ClaimEndReason reason) {
 }
 
 void WriteJointPlan(const fleet::JointPlan& joint, const std::vector<std::string>& scanners,
-                    const std::vector<std::string>& claims, v1::PlanResult& result) {
+                    const std::vector<std::string>& claims,
+                    const std::vector<std::string>& stations, v1::PlanResult& result) {
   v1::JointPlan& out = *result.mutable_joint();
   for (const fleet::Assignment& assignment : joint.assignments) {
     v1::Assignment& written = *out.add_assignments();
@@ -140,8 +154,12 @@ void WriteJointPlan(const fleet::JointPlan& joint, const std::vector<std::string
     for (const size_t before : assignment.waits_for) {
       written.add_waits_for_indices(static_cast<int32_t>(before));
     }
-    for (const size_t claim : assignment.waits_for_pledged) {
-      if (claim < claims.size()) written.add_waits_for_claims(claims[claim]);
+    for (const size_t view : assignment.waits_for_pledged) {
+      if (view < claims.size()) {
+        written.add_waits_for_claims(claims[view]);
+      } else if (view - claims.size() < stations.size()) {
+        written.add_waits_for_stations(stations[view - claims.size()]);
+      }
     }
   }
   out.set_score(joint.score);
@@ -149,6 +167,7 @@ void WriteJointPlan(const fleet::JointPlan& joint, const std::vector<std::string
   if (joint.guarantee.has_value()) out.set_guarantee(*joint.guarantee);
   out.set_guarantee_message(joint.guarantee_reason);
   for (const std::string& claim : claims) out.add_claims(claim);
+  for (const std::string& station : stations) out.add_stations(station);
   for (int i = 0; i < result.views_size(); ++i) {
     if (static_cast<size_t>(i) >= joint.journeys.size()) break;
     const fleet::Journey& journey = joint.journeys[static_cast<size_t>(i)];

@@ -107,6 +107,10 @@ class FleetServiceImpl final : public v1::FleetService::CallbackService {
   VANTAGE_UNARY(RenewClaim)
   VANTAGE_UNARY(ReleaseClaim)
   VANTAGE_UNARY(ListClaims)
+  VANTAGE_UNARY(CreateStation)
+  VANTAGE_UNARY(GetStation)
+  VANTAGE_UNARY(ListStations)
+  VANTAGE_UNARY(DeleteStation)
 
  private:
   const RpcDependencies dependencies_;

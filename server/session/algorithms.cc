@@ -34,6 +34,7 @@ Algorithms Algorithms::Core() {
           planning::FindStoreys,
           fleet::MakeJointPlan,
           fleet::MeasureCover,
+          fleet::ForecastStation,
           planning::MakePlanChoosingSetting};
 }
 

@@ -11,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "core/fleet/claim_cover.h"
 #include "core/fleet/joint_plan.h"
+#include "core/fleet/pending_stations.h"
 #include "core/planning/evaluate_view.h"
 #include "core/planning/plan/coverage.h"
 #include "core/planning/plan/plan.h"
@@ -54,9 +55,14 @@ struct Algorithms {
       make_joint_plan;
   std::function<absl::StatusOr<fleet::CoveredView>(
       const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
-      const Eigen::Vector3d& position, std::span<const fleet::PledgedView>, parallel::Parallel&,
-      std::optional<double> heading)>
+      const Eigen::Vector3d& position, std::span<const fleet::PledgedView> claims,
+      parallel::Parallel&, std::optional<double> heading, std::span<const fleet::PledgedView> made)>
       measure_cover;
+  std::function<absl::StatusOr<fleet::StationForecast>(
+      const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
+      const Eigen::Vector3d& position, std::optional<double> heading,
+      std::span<const fleet::PledgedView> before, parallel::Parallel&)>
+      forecast_station;
 
   std::function<absl::StatusOr<planning::Plan>(
       const model::PlanningView&, std::span<const planning::SettingOption>,

@@ -4,7 +4,6 @@
 #include <cmath>
 #include <utility>
 
-#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "server/contract/error.h"
@@ -13,6 +12,7 @@
 #include "server/conversion/check_request.h"
 #include "server/conversion/fleet_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/pledged_views.h"
 
 namespace vantage::session {
 namespace {
@@ -23,14 +23,6 @@ constexpr int kAttempts = 8;  // to take a claim while other claims are taken an
 // The budget for an alternative to a refused claim.
 constexpr double kAlternativeSeconds = 2;
 constexpr uint64_t kAlternativeRays = 20'000'000;
-
-// Claims are numbered in the order in which they are taken.
-int64_t ClaimNumber(absl::string_view name) {
-  int64_t number = 0;
-  const size_t dash = name.rfind('-');
-  if (dash == absl::string_view::npos) return 0;
-  return absl::SimpleAtoi(name.substr(dash + 1), &number) ? number : 0;
-}
 
 absl::Status Ended(const ClaimRecord& record) {
   return contract::ErrorWithReason(
@@ -50,20 +42,6 @@ absl::Status CheckMay(const ClaimRecord& record, const Asker& asker) {
                    "': only that caller, or an administrator, may renew or release it; ask them, "
                    "or wait until it expires"),
       {{"caller", record.caller}});
-}
-
-// The views that are claimed, past their time or not, in the order of SessionState::HeldClaims().
-std::vector<fleet::PledgedView> PledgedViews(const SessionState& state,
-                                             const Eigen::Vector3d& origin) {
-  std::vector<fleet::PledgedView> pledged;
-  const fleet::Claims claims = conversion::ReadClaims(state.HeldClaims(), origin);
-  for (const fleet::ViewClaim& claim : claims.held()) {
-    pledged.push_back(
-        {claim.position,
-         conversion::ReadFleetMember(state.scanners.at(claim.scanner), state.session, origin).model,
-         claim.heading});
-  }
-  return pledged;
 }
 
 }  // namespace
@@ -166,10 +144,12 @@ absl::StatusOr<std::vector<v1::Claim>> Claims::List(absl::string_view after, siz
     // The last claim of the previous page may have ended since, so its number is used.
     known = after.empty() || state.claims.count(std::string(after)) > 0;
     if (!known) return;
-    const int64_t last = ClaimNumber(after);
+    // Claims are numbered in the order in which they are taken.
+    const int64_t last = contract::NumberOf(after);
     for (const std::string& name : state.held_claims) {
       const v1::Claim& claim = state.claims.at(name).claim;
-      if (conversion::ReadTime(claim.expire_time()) <= now || ClaimNumber(name) <= last) continue;
+      if (conversion::ReadTime(claim.expire_time()) <= now || contract::NumberOf(name) <= last)
+        continue;
       if (claims.size() == limit) {
         more = true;
         return;
@@ -242,15 +222,18 @@ absl::StatusOr<Claims::Attempt> Claims::Measure(const PlanInputs& inputs,
                                                 std::optional<double> heading,
                                                 parallel::Parallel& parallel) const {
   Attempt attempt;
-  std::vector<fleet::PledgedView> pledged;
+  std::vector<fleet::PledgedView> claimed;
+  std::vector<fleet::PledgedView> made;
   journal_.Read([&](const SessionState& state) {
     attempt.held = state.held_claims;
-    pledged = PledgedViews(state, context_.origin());
+    claimed = ClaimedViews(state, context_.origin());
+    made = PendingViews(state, context_.origin());
   });
-  attempt.covered.cover.by_claim.assign(pledged.size(), 0);
-  if (pledged.empty() || inputs.model.view == nullptr) return attempt;
-  absl::StatusOr<fleet::CoveredView> covered = dependencies_.algorithms.measure_cover(
-      *inputs.model.view, inputs.scanner, inputs.config, position, pledged, parallel, heading);
+  attempt.covered.cover.by_claim.assign(claimed.size(), 0);
+  if (claimed.empty() || inputs.model.view == nullptr) return attempt;
+  absl::StatusOr<fleet::CoveredView> covered =
+      dependencies_.algorithms.measure_cover(*inputs.model.view, inputs.scanner, inputs.config,
+                                             position, claimed, parallel, heading, made);
   if (!covered.ok()) return covered.status();
   attempt.covered = *std::move(covered);
   return attempt;
@@ -263,7 +246,9 @@ void Claims::AddAlternative(const v1::Scanner& scanner, PlanInputs inputs,
   journal_.Read([&](const SessionState& state) {
     inputs.fleet.scanners = {
         conversion::ReadFleetMember(scanner, state.session, context_.origin())};
-    inputs.fleet.pledged = PledgedViews(state, context_.origin());
+    inputs.fleet.pledged = ClaimedViews(state, context_.origin());
+    const std::vector<fleet::PledgedView> made = PendingViews(state, context_.origin());
+    inputs.fleet.pledged.insert(inputs.fleet.pledged.end(), made.begin(), made.end());
   });
   inputs.config.candidates = 1;
   parallel::Budget budget = parallel::Budget::Seconds(kAlternativeSeconds);

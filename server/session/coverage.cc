@@ -28,6 +28,23 @@ bool SaysWhatRemains(const v1::Plan& plan) {
   }
 }
 
+// What the scans of pending stations should bring.
+void AddPending(const SessionContext& context, v1::Coverage& coverage) {
+  context.journal().Read([&](const SessionState& state) {
+    coverage.set_pending_station_count(static_cast<int32_t>(state.stations.size()));
+    double area = 0;
+    for (const auto& [name, station] : state.stations) {
+      area += station.model_gain_m2() * (1 - station.loss_chance());
+    }
+    coverage.set_area_pending_m2(area);
+  });
+  if (coverage.pending_station_count() == 0 || !(coverage.estimated_coverage() > 0)) return;
+  // All that is attainable.
+  const double whole = coverage.area_at_density_m2() / coverage.estimated_coverage();
+  coverage.set_expected_coverage(
+      std::min(1.0, (coverage.area_at_density_m2() + coverage.area_pending_m2()) / whole));
+}
+
 }  // namespace
 
 absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage(const SessionContext& context,
@@ -62,6 +79,7 @@ absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage(const SessionContext& co
       *response.add_storeys() = conversion::WriteStorey(storey, context.origin());
     }
   }
+  AddPending(context, *response.mutable_coverage());
   v1::Plan last;
   context.journal().Read([&](const SessionState& state) {
     for (auto it = state.plan_order.rbegin(); it != state.plan_order.rend(); ++it) {

@@ -11,6 +11,7 @@
 #include "server/conversion/fleet_proto.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/pledged_views.h"
 
 namespace vantage::session {
 
@@ -113,6 +114,9 @@ absl::Status AddFleet(const SessionContext& context, const v1::CreatePlanRequest
                                           .model,
                                       claim.heading});
     }
+    inputs.stations = state.station_order;
+    const std::vector<fleet::PledgedView> made = PendingViews(state, context.origin());
+    inputs.fleet.pledged.insert(inputs.fleet.pledged.end(), made.begin(), made.end());
   });
   inputs.scanner_models = std::max<size_t>(1, models.size());
   for (size_t s = 0; s < inputs.fleet.scanners.size(); ++s) {
@@ -147,7 +151,10 @@ absl::Status UseSetting(const v1::Plan& plan, PlanInputs& inputs) {
     return contract::InvalidField(field, "does not go with a setting");
   }
   if (plan.choose_setting() && inputs.joint) {
-    return contract::InvalidField(field, "does not go with active claims or a ranking by minutes");
+    return contract::InvalidField(
+        field,
+        "does not go with active claims, stations whose scans have not come, or a "
+        "ranking by minutes");
   }
   if (plan.preset().empty() && inputs.preset.empty()) {
     return contract::InvalidField(

@@ -36,6 +36,7 @@ struct PlanInputs {
   size_t scanner_models = 1;          // distinct ones, of fleet.scanners
   std::vector<std::string> scanners;  // names of fleet.scanners; empty: no scanner is named
   std::vector<std::string> claims;    // names of the claims in fleet.pledged
+  std::vector<std::string> stations;  // names of the stations that follow there
   std::vector<planning::SettingOption> settings;       // to choose from; empty: no choice
   std::shared_ptr<MemoryAccount::Reservation> memory;  // given back with the last copy
 };
@@ -53,7 +54,8 @@ absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& 
 // asks for something else that does not go with it.
 absl::Status UseSetting(const v1::Plan& plan, PlanInputs& inputs);
 
-// Adds the scanners that a plan names and the claims that are held. INVALID_ARGUMENT: a scanner is
+// Adds the scanners that a plan names, the claims that are held and the stations whose scans have
+// not come. INVALID_ARGUMENT: a scanner is
 // unknown or impossible.
 absl::Status AddFleet(const SessionContext& context, const v1::CreatePlanRequest& request,
                       PlanInputs& inputs);

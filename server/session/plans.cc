@@ -369,7 +369,7 @@ void Plans::Run(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, a
   const auto full = std::make_shared<v1::PlanResult>(
       conversion::WritePlanResult(*made, inputs.written, true, context_.origin()));
   if (inputs.joint) {
-    conversion::WriteJointPlan(joint, inputs.scanners, inputs.claims, *full);
+    conversion::WriteJointPlan(joint, inputs.scanners, inputs.claims, inputs.stations, *full);
   }
   full->set_model_version(inputs.model.version);
   *plan.mutable_result() = *full;

@@ -34,12 +34,14 @@ std::string Words(const registration::RegistrationVerdict& verdict) {
 
 }  // namespace
 
-ScanReconciler::ScanReconciler(SessionContext& context, ModelMemory& model, Claims& claims)
+ScanReconciler::ScanReconciler(SessionContext& context, ModelMemory& model, Claims& claims,
+                               Stations& stations)
     : context_(context),
       journal_(context.journal()),
       dependencies_(context.dependencies()),
       model_(model),
       claims_(claims),
+      stations_(stations),
       work_(context) {}
 
 void ScanReconciler::Post(const std::string& scan) {
@@ -284,7 +286,8 @@ void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
   }
   // A reader who sees the scan merged gets the model with that scan.
   ModelSnapshot next_model{model_.Publish(), 0};
-  std::string claim;  // that it fulfils
+  std::string claim;    // that it fulfils
+  std::string station;  // that it comes from
   absl::Status logged = Change(
       scan,
       [&](const SessionState& state, v1::Scan& next, Draft& draft) {
@@ -294,6 +297,7 @@ void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
         next.mutable_merge()->set_model_version(next_model.version);
         claim = claims_.FulfilledBy(state, next);
         if (!claim.empty()) next.set_scanner(state.claims.at(claim).claim.scanner());
+        station = stations_.OfScan(state, next);
         *draft.event.mutable_scan_merged()->mutable_scan() = next;
       },
       [&] { model_.Show(next_model); });
@@ -314,6 +318,7 @@ void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
        {"registration_seconds", conversion::ReadDuration(scan.registration().duration())}});
   // If the server stops here, the log asks for it again after the restart.
   if (!claim.empty()) claims_.Fulfil(claim, scan.name()).IgnoreError();
+  if (!station.empty()) stations_.Arrived(station, scan.name()).IgnoreError();
   model_.Changed(1);
 }
 

@@ -18,6 +18,7 @@
 #include "server/session/journal.h"
 #include "server/session/model_memory.h"
 #include "server/session/session_context.h"
+#include "server/session/stations.h"
 #include "vantage/v1/scan.pb.h"
 
 namespace vantage::session {
@@ -25,7 +26,7 @@ namespace vantage::session {
 // Thread safe, except for Reconcile().
 class ScanReconciler {
  public:
-  ScanReconciler(SessionContext& context, ModelMemory& model, Claims& claims);
+  ScanReconciler(SessionContext& context, ModelMemory& model, Claims& claims, Stations& stations);
 
   // Reconciles a scan soon: its log entry changed.
   void Post(const std::string& scan);
@@ -66,6 +67,7 @@ class ScanReconciler {
   const SessionDependencies& dependencies_;
   ModelMemory& model_;
   Claims& claims_;
+  Stations& stations_;
   BegunWork work_;  // on scans, by name; used on the strand
 
   mutable std::mutex mutex_;

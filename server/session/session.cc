@@ -23,7 +23,8 @@ Session::Session(const std::string& id, std::unique_ptr<Journal> log,
                reconciler_.Reconcile(scan, parallel);
              }),
       claims_(*this, model_),
-      reconciler_(*this, model_, claims_),
+      stations_(*this, model_),
+      reconciler_(*this, model_, claims_, stations_),
       scans_(*this, reconciler_),
       uploads_(*this, reconciler_),
       plans_(*this, model_, claims_),
@@ -87,6 +88,7 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Load(const std::string& id,
   (*made)->plans_.EndInterrupted();
   (*made)->uploads_.Resume();
   (*made)->claims_.Resume();
+  (*made)->stations_.Resume();
   return made;
 }
 

@@ -26,6 +26,7 @@
 #include "server/session/scanners.h"
 #include "server/session/scans.h"
 #include "server/session/session_context.h"
+#include "server/session/stations.h"
 #include "server/session/stored_snapshots.h"
 #include "server/session/tenant_account.h"
 #include "server/session/uploads.h"
@@ -66,6 +67,7 @@ class Session final : public SessionContext {
   Scans& scans() { return scans_; }
   Plans& plans() { return plans_; }
   Claims& claims() { return claims_; }
+  Stations& stations() { return stations_; }
   Scanners& scanners() { return scanners_; }
   Rejections& rejections() { return rejections_; }
   ModelMemory& model() { return model_; }
@@ -103,6 +105,7 @@ class Session final : public SessionContext {
   StoredSnapshots snapshots_;
   ModelMemory model_;
   Claims claims_;
+  Stations stations_;
   ScanReconciler reconciler_;
   Scans scans_;
   Uploads uploads_;

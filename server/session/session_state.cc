@@ -239,6 +239,24 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       resource = claim.name();
       break;
     }
+    case v1::SessionEvent::kStationCreated: {
+      const v1::Station& station = event.station_created().station();
+      if (!stations.emplace(station.name(), station).second) {
+        return Misfit(event, absl::StrCat("station ", station.name(), " came twice"));
+      }
+      station_order.push_back(station.name());
+      ++station_count;
+      resource = station.name();
+      break;
+    }
+    case v1::SessionEvent::kStationEnded: {
+      resource = event.station_ended().station().name();
+      if (stations.erase(resource) == 0) {
+        return Misfit(event, absl::StrCat("station ", resource, " waits for no scan"));
+      }
+      std::erase(station_order, resource);
+      break;
+    }
     case v1::SessionEvent::EVENT_NOT_SET:
       return Misfit(event, "of a kind that this server does not know");
   }

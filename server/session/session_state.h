@@ -67,8 +67,10 @@ struct SessionState {
   std::vector<v1::Rejection> rejections;  // without those that had expired when the last was made
   std::map<std::string, v1::Scanner> scanners;  // the fleet
   std::vector<std::string> scanner_order;
-  std::map<std::string, ClaimRecord> claims;  // all claims ever made
-  std::vector<std::string> held_claims;       // oldest first; also expired ones, until logged
+  std::map<std::string, ClaimRecord> claims;    // all claims ever made
+  std::vector<std::string> held_claims;         // oldest first; also expired ones, until logged
+  std::map<std::string, v1::Station> stations;  // whose scans have not come
+  std::vector<std::string> station_order;       // of those, oldest first
   // By request_id: the last that there were, and that which created the session.
   std::map<std::string, RequestRecord> requests;
   std::deque<std::string> request_order;  // without the latter
@@ -78,6 +80,7 @@ struct SessionState {
   uint64_t model_version = 0;
   uint64_t upload_count = 0;     // ever created
   uint64_t rejection_count = 0;  // ever made
+  uint64_t station_count = 0;    // ever created
 
   // Applies the next entry. INTERNAL, naming the entry, when it does not fit the state before it;
   // FAILED_PRECONDITION when its format is newer than this server knows.

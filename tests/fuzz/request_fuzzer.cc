@@ -116,6 +116,10 @@ const std::vector<Handle>& Handlers() {
       Of(rpc::handlers::ReleaseClaim),
       Of(rpc::handlers::ListClaims),
       Of(rpc::handlers::ClaimView),
+      Of(rpc::handlers::CreateStation),
+      Of(rpc::handlers::GetStation),
+      Of(rpc::handlers::ListStations),
+      Of(rpc::handlers::DeleteStation),
       Of(rpc::handlers::EvaluateView),
       ExportAll,
   };

@@ -7,4 +7,4 @@ readarray -t units < <(asan_units)
 chosen=$("$stages/coverage.py" --seconds "$asan_seconds" "$@" "${units[@]}")
 readarray -t units <<<"$chosen"
 built asan "${units[@]}"
-sanitized asan "$@" "${units[@]}"
+sanitized asan "${units[@]}"

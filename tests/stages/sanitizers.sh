@@ -57,22 +57,23 @@ without_long() {
     END { if (names != "") printf "|^(%s)(/|$)", names }' "$stages/long_tests.txt"
 }
 
-# sanitized PRESET [--all] UNIT... : runs the tests of the units that are folders; studies, which repeat
-# what they do over many scenes, and long tests with --all only. Of numbered seeds and scenes two are
-# enough, here as in ./dev test: the others go the same ways.
+# sanitized PRESET UNIT... : runs the tests of the units that are folders; studies, which repeat what
+# they do over many scenes, and long tests where VANTAGE_LONG is 1 only. Of numbered seeds and scenes
+# two are enough, here as in ./dev test: the others go the same ways.
 wrapper=()
 sanitized() {
-  local preset=$1 unit status=0 all='' labels='integration|study'
+  local preset=$1 unit status=0 long=${VANTAGE_LONG:-0} labels='integration|study'
   shift
-  [[ $1 != --all ]] || { all=$1 labels=integration && shift; }
+  [[ $long != 1 ]] || labels=integration
   for unit in "$@"; do
     [[ -d $unit ]] || continue
     echo "---- $unit"
     # Names of suites and of their instances begin with a capital, those of folders do not.
     "${wrapper[@]}" "$stages/unit.sh" --test-dir "build/$preset/$unit" --no-tests=ignore \
       -LE "$labels" -R "^${unit#tests/}/[A-Z]" \
-      -E "$further_seeds$([[ -n $all ]] || without_long "$unit")" || status=1
+      -E "$further_seeds$([[ $long == 1 ]] || without_long "$unit")" || status=1
   done
-  [[ -n $all ]] || echo "note: studies and long tests (tests/stages/long_tests.txt) are left out"
+  [[ $long == 1 ]] ||
+    echo "note: studies and long tests (tests/stages/long_tests.txt) are left out: --long has them"
   return "$status"
 }

@@ -13,4 +13,4 @@ readarray -t units <<<"$chosen"
 built tsan "${units[@]}"
 # Clang 14's thread sanitizer trips over kernels that randomise addresses widely.
 setarch -R true 2>/dev/null && wrapper=(setarch -R)
-sanitized tsan "$@" "${units[@]}"
+sanitized tsan "${units[@]}"

@@ -46,6 +46,10 @@ inline constexpr RpcRule kRpcRules[] = {
     {"FleetService", "RenewClaim", auth::Role::kPlan, true},
     {"FleetService", "ReleaseClaim", auth::Role::kPlan, true},
     {"FleetService", "ListClaims", auth::Role::kRead, false},
+    {"FleetService", "CreateStation", auth::Role::kSubmit, true},
+    {"FleetService", "GetStation", auth::Role::kRead, false},
+    {"FleetService", "ListStations", auth::Role::kRead, false},
+    {"FleetService", "DeleteStation", auth::Role::kSubmit, true},
     {"ModelService", "GetCoverage", auth::Role::kRead, false},
     {"ModelService", "ExportModel", auth::Role::kRead, false, true},
 };

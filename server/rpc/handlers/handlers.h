@@ -78,6 +78,15 @@ absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(const session::TenantSessi
                                                       const v1::ReleaseClaimRequest& request);
 absl::StatusOr<v1::ListClaimsResponse> ListClaims(const session::TenantSessions& sessions,
                                                   const v1::ListClaimsRequest& request);
+// Answers on the planning pool; `done` is called exactly once.
+void CreateStation(const session::TenantSessions& sessions, const v1::CreateStationRequest& request,
+                   std::function<void(absl::StatusOr<v1::CreateStationResponse>)> done);
+absl::StatusOr<v1::GetStationResponse> GetStation(const session::TenantSessions& sessions,
+                                                  const v1::GetStationRequest& request);
+absl::StatusOr<v1::ListStationsResponse> ListStations(const session::TenantSessions& sessions,
+                                                      const v1::ListStationsRequest& request);
+absl::StatusOr<v1::DeleteStationResponse> DeleteStation(const session::TenantSessions& sessions,
+                                                        const v1::DeleteStationRequest& request);
 
 }  // namespace vantage::rpc::handlers
 

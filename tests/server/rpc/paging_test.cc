@@ -48,7 +48,7 @@ class Paging : public testing::Test {
 
   std::vector<FilledList> Fill() {
     const std::string session = server_.OpenRoom("job");
-    std::vector<FilledList> lists(5);
+    std::vector<FilledList> lists(6);
     lists[0].prefix = "sessions";
     lists[0].names = {session, server_.OpenSession("b"), server_.OpenSession("a")};
     lists[0].page = [this](int size, const std::string& token) {
@@ -119,6 +119,23 @@ class Paging : public testing::Test {
       return PageOf<v1::ListClaimsRequest, v1::ListClaimsResponse>(
           request, size, token, *server_.fleet, &v1::FleetService::Stub::ListClaims,
           [](const auto& response) { return response.claims(); });
+    };
+    lists[5].prefix = session + "/stations";
+    for (int i = 0; i < 3; ++i) {
+      grpc::ClientContext context;
+      v1::CreateStationRequest request;
+      request.set_parent(session);
+      request.mutable_station()->mutable_position()->set_x(i);
+      v1::CreateStationResponse created;
+      EXPECT_TRUE(server_.fleet->CreateStation(&context, request, &created).ok());
+      lists[5].names.push_back(created.station().name());
+    }
+    lists[5].page = [this, session](int size, const std::string& token) {
+      v1::ListStationsRequest request;
+      request.set_parent(session);
+      return PageOf<v1::ListStationsRequest, v1::ListStationsResponse>(
+          request, size, token, *server_.fleet, &v1::FleetService::Stub::ListStations,
+          [](const auto& response) { return response.stations(); });
     };
     return lists;
   }

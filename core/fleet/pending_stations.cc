@@ -1,0 +1,92 @@
+#include "core/fleet/pending_stations.h"
+
+#include <cmath>
+#include <vector>
+
+#include "absl/status/status.h"
+#include "core/fleet/pending_surface.h"
+#include "core/fleet/remaining_gain.h"
+#include "core/planning/problem/planning_problem.h"
+#include "core/planning/ranking/registration_check.h"
+#include "core/planning/scoring/gain_cells.h"
+#include "core/planning/scoring/headings.h"
+#include "core/planning/scoring/scoring.h"
+
+namespace vantage::fleet {
+
+std::optional<size_t> StationOfScan(std::span<const PendingStation> pending,
+                                    absl::string_view scanner, const Eigen::Vector3d& position) {
+  constexpr double kFarthest = 1.0;      // m, horizontally
+  constexpr double kHalfAStorey = 1.25;  // m, of the lowest
+  std::optional<size_t> nearest;
+  double least = kFarthest;
+  for (size_t i = 0; i < pending.size(); ++i) {
+    const PendingStation& station = pending[i];
+    if (!station.scanner.empty() && !scanner.empty() && station.scanner != scanner) continue;
+    const Eigen::Vector3d off = position - station.position;
+    const double apart = off.head<2>().norm();
+    if (std::abs(off.z()) > kHalfAStorey || apart > kFarthest) continue;
+    if (nearest.has_value() && apart >= least) continue;
+    nearest = i;
+    least = apart;
+  }
+  return nearest;
+}
+
+absl::StatusOr<StationForecast> ForecastStation(
+    const model::PlanningView& model, const sensor::ScannerModel& scanner,
+    planning::PlanningConfig config, const Eigen::Vector3d& position, std::optional<double> heading,
+    std::span<const PledgedView> before, parallel::Parallel& parallel) {
+  if (!position.allFinite()) {
+    return absl::InvalidArgumentError("position must be finite (m, model frame)");
+  }
+  if (heading.has_value() && !std::isfinite(*heading)) {
+    return absl::InvalidArgumentError("heading must be finite (rad)");
+  }
+  // Model gain is of what is known: nothing is expected beyond it.
+  config.station_basis = planning::StationBasis::kKnown;
+  const auto prepared = planning::PlanningProblem::Prepare({model, scanner, config}, parallel);
+  if (!prepared.ok()) return prepared.status();
+  const planning::PlanningProblem& problem = **prepared;
+  const planning::Scoring& scoring = problem.scoring();
+  const parallel::Budget budget = parallel::Budget::Unlimited();
+  uint64_t rays = 0;
+  RemainingGain remaining(scoring.cells());
+  for (const PledgedView& view : before) {
+    const planning::SensingConstraints constraints(view.model);
+    const planning::BruteForceScorer scorer(constraints, problem.scene(), model.voxel_size());
+    remaining.Take(view.position, scorer, budget, rays, view.heading);
+  }
+  StationForecast forecast;
+  const planning::CellArrays gains = planning::GainCells(remaining.left(), problem.patches());
+  const planning::Sector sector(scanner, heading);
+  std::vector<float> by_cell(gains.size());
+  const planning::ViewScore score = scoring.scorer().ScoreCells(position, gains, budget, by_cell);
+  forecast.model_gain =
+      sector.everything() ? score.score : planning::KeepSector(sector, position, gains, by_cell);
+
+  const auto overlap = planning::OverlapSurface::Of(problem);
+  if (!overlap.ok()) return overlap.status();
+  PendingSurface surface(problem, *overlap);
+  std::vector<double> by_heading;
+  const planning::Headings& headings = scoring.scorer().headings();
+  if (!headings.all_around() && !heading.has_value()) {
+    std::vector<float> scores(remaining.left().size());
+    scoring.scorer().ScoreCells(position, remaining.left(), budget, scores);
+    by_heading = planning::SumByHeading(headings, position, remaining.left(), scores);
+  }
+  const auto judged =
+      surface.Judge(position, remaining, config.registration, budget, rays, by_heading, heading);
+  if (!judged.has_value()) return absl::InternalError("a check without a budget ended early");
+  forecast.registers = judged->verdict.registered();
+  forecast.waits = !judged->waits_for.empty();
+  if (!forecast.registers) {
+    forecast.why_not = judged->verdict.reason;
+  }
+  forecast.loss_chance = !forecast.registers ? kLossOtherwise
+                         : forecast.waits    ? kLossWhereItWaits
+                                             : kLossWhereItRegisters;
+  return forecast;
+}
+
+}  // namespace vantage::fleet
