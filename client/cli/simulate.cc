@@ -59,6 +59,7 @@ struct SimulateArguments {
   double scan_seconds = simulated_job::FleetOptions().scan_seconds;
   // Of the scanner; absent: as of the preset, without one as of the default scanner.
   std::string preset;
+  int late = 0;
   std::string setting;
   std::optional<double> step;   // degrees
   std::optional<double> span;   // degrees
@@ -195,6 +196,7 @@ absl::StatusOr<simulated_job::JobOptions> OptionsFrom(const SimulateArguments& a
     options.setting = setting->name;
   }
   options.seed = arguments.seed;
+  options.late = arguments.late;
   options.max_scans =
       arguments.scans.value_or(arguments.scanners ? kFleetScans : options.max_scans);
   options.scanner.name = "simulated";
@@ -349,6 +351,11 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
       ->check(CLI::Range(10.0, 360.0))
       ->excludes(scanners);
   command.add_option("--density", a.job.required_density, "Required density, samples / m^2 [2500]");
+  command
+      .add_option("--late", a.late,
+                  "Scans that are made before the data of one reach the server; their stations "
+                  "are told at once [0]")
+      ->check(CLI::Range(0, 100));
   command.add_option("--range", a.range, "Farthest range of the scanner, m [the preset's, 20]");
   command.add_option("--noise", a.noise, "Range noise, m, one sigma [the preset's, 0.003]");
   command.add_option("--positioning-error", a.job.scanner.positioning_error,

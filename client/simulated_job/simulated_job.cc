@@ -1,6 +1,8 @@
 #include "client/simulated_job/simulated_job.h"
 
+#include <deque>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
@@ -69,7 +71,7 @@ SimulatedJob::~SimulatedJob() = default;
 
 // The next place after a plan; nothing, with the reason, when the job ends with it.
 SimulatedJob::Next SimulatedJob::NextAt(const v1::RankedView& view) {
-  Next next{client::FromProto(view.position()), view.expected_gain_m2(), HeadingOf(view), {}};
+  Next next{client::FromProto(view.position()), view.expected_gain_m2(), HeadingOf(view), {}, {}};
   if (view.has_expected_station()) next.expected = view.expected_station();
   return next;
 }
@@ -106,6 +108,53 @@ std::optional<SimulatedJob::Next> SimulatedJob::NextPosition(const v1::Plan& pla
   return NextAt(*nearest);
 }
 
+absl::StatusOr<Cycle> SimulatedJob::Deliver(const OnItsWay& scan, JobResult& result) {
+  auto made = surveyor_.Make(scan.placement, scan.number, "");
+  if (!made.ok()) return made.status();
+  Cycle cycle;
+  static_cast<MadeScan&>(cycle) = *std::move(made);
+  cycle.expected_gain = scan.predicted;
+  cycle.notes.insert(cycle.notes.begin(), scan.notes.begin(), scan.notes.end());
+  if (cycle.merged) {
+    truth_.AddScan(cycle.at, parallel_, cycle.facing);
+  } else {
+    ++result.lost;
+  }
+  // Also where it was set up farther from its station than a scan of it can be.
+  if (!scan.station.empty()) {
+    if (absl::Status forgot = surveyor_.Forget(scan.station); !forgot.ok()) return forgot;
+  }
+  cycle.truth = truth_.Measure();
+  return cycle;
+}
+
+absl::StatusOr<std::optional<SimulatedJob::Next>> SimulatedJob::FindNext(
+    int number, Cycle& cycle, JobResult& result, std::vector<std::string>& notes) {
+  for (int refusals = 0; refusals <= kMostRefusals; ++refusals) {
+    auto made_plan = surveyor_.Plan({}, v1::RANKING_UNSPECIFIED);
+    if (!made_plan.ok()) return made_plan.status();
+    cycle.plan = std::move(made_plan->plan);
+    cycle.plan_budget = made_plan->budget;
+    cycle.plan_attempts = made_plan->attempts;
+    cycle.plan_seconds += made_plan->seconds;
+    std::optional<Next> next = NextPosition(cycle.plan, result, notes);
+    if (!next) return next;
+    next->placement = surveyor_.At(next->position, number, next->heading);
+    if (next->expected.has_value()) {
+      next->placement =
+          surveyor_.NearestFree(next->placement, number, *next->expected, next->heading);
+    }
+    const auto blocked = surveyor_.IsBlocked(next->placement);
+    if (!blocked.ok()) return blocked.status();
+    if (!*blocked) return next;
+    cycle.notes.push_back(absl::StrFormat("nobody can stand at (%.2f, %.2f, %.2f)",
+                                          next->position.x(), next->position.y(),
+                                          next->position.z()));
+    result.why = "the planner's views cannot be stood at";
+  }
+  return std::nullopt;
+}
+
 absl::StatusOr<JobResult> SimulatedJob::Run(
     absl::FunctionRef<absl::Status(const Cycle&)> on_cycle) {
   if (absl::Status opened = surveyor_.Open(); !opened.ok()) return opened;
@@ -114,56 +163,64 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
   std::optional<double> predicted;
   Placement placement = surveyor_.First();
   std::vector<std::string> notes;
+  std::deque<OnItsWay> on_their_way;
+  const auto deliver_all = [&]() -> absl::Status {
+    for (; !on_their_way.empty(); on_their_way.pop_front()) {
+      const absl::StatusOr<Cycle> delivered = Deliver(on_their_way.front(), result);
+      if (!delivered.ok()) return delivered.status();
+      if (absl::Status heard = on_cycle(*delivered); !heard.ok()) return heard;
+    }
+    return absl::OkStatus();
+  };
   for (int number = 1; number <= options_.max_scans; ++number) {
-    auto made = surveyor_.Make(placement, number, "");
-    if (!made.ok()) return made.status();
-    Cycle cycle;
-    static_cast<MadeScan&>(cycle) = *std::move(made);
-    cycle.expected_gain = predicted;
-    cycle.notes.insert(cycle.notes.begin(), notes.begin(), notes.end());
+    OnItsWay& latest = on_their_way.emplace_back();
+    latest = {placement, number, predicted, std::move(notes), ""};
     notes.clear();
     ++result.made;
-    if (cycle.merged) {
-      truth_.AddScan(cycle.at, parallel_, cycle.facing);
-    } else {
-      ++result.lost;
+    const bool waits = options_.late > 0 && number > 1;
+    if (waits) {
+      absl::StatusOr<std::string> station = surveyor_.Announce(placement);
+      if (!station.ok()) return station.status();
+      latest.station = *std::move(station);
     }
-    cycle.truth = truth_.Measure();
-    if (cycle.truth.attained_share() >= options_.enough) {
-      if (absl::Status heard = on_cycle(cycle); !heard.ok()) return heard;
+    // What came since the last plan.
+    std::vector<Cycle> cycles;
+    while (on_their_way.size() > static_cast<size_t>(waits ? options_.late : 0)) {
+      absl::StatusOr<Cycle> delivered = Deliver(on_their_way.front(), result);
+      if (!delivered.ok()) return delivered.status();
+      on_their_way.pop_front();
+      cycles.push_back(*std::move(delivered));
+    }
+    if (!cycles.empty() && cycles.back().truth.attained_share() >= options_.enough) {
       result.why =
           absl::StrFormat("%.0f %% of what can be measured is at density", options_.enough * 100);
+      for (const Cycle& cycle : cycles) {
+        if (absl::Status heard = on_cycle(cycle); !heard.ok()) return heard;
+      }
       return result;
     }
 
-    std::optional<Next> next;
-    for (int refusals = 0; refusals <= kMostRefusals; ++refusals) {
-      auto made_plan = surveyor_.Plan({}, v1::RANKING_UNSPECIFIED);
-      if (!made_plan.ok()) return made_plan.status();
-      cycle.plan = std::move(made_plan->plan);
-      cycle.plan_budget = made_plan->budget;
-      cycle.plan_attempts = made_plan->attempts;
-      cycle.plan_seconds += made_plan->seconds;
-      next = NextPosition(cycle.plan, result, notes);
-      if (!next) break;
-      placement = surveyor_.At(next->position, number + 1, next->heading);
-      if (next->expected.has_value()) {
-        placement = surveyor_.NearestFree(placement, number + 1, *next->expected, next->heading);
-      }
-      const auto blocked = surveyor_.IsBlocked(placement);
-      if (!blocked.ok()) return blocked.status();
-      if (!*blocked) break;
-      cycle.notes.push_back(absl::StrFormat("nobody can stand at (%.2f, %.2f, %.2f)",
-                                            next->position.x(), next->position.y(),
-                                            next->position.z()));
-      next.reset();
-      result.why = "the planner's views cannot be stood at";
+    // The plan is the last cycle's; where none came, it is in none.
+    Cycle nobody;
+    Cycle& cycle = cycles.empty() ? nobody : cycles.back();
+    absl::StatusOr<std::optional<Next>> next = FindNext(number + 1, cycle, result, notes);
+    if (!next.ok()) return next.status();
+    for (const Cycle& done : cycles) {
+      if (absl::Status heard = on_cycle(done); !heard.ok()) return heard;
     }
-    if (absl::Status heard = on_cycle(cycle); !heard.ok()) return heard;
-    if (!next) return result;
-    predicted = next->area;
+    if (!next->has_value() && !on_their_way.empty()) {
+      // With the data that are still on their way there may be more to do.
+      if (absl::Status heard = deliver_all(); !heard.ok()) return heard;
+      result.planner_stopped = false;
+      next = FindNext(number + 1, nobody, result, notes);
+      if (!next.ok()) return next.status();
+    }
+    if (!next->has_value()) return result;
+    placement = (*next)->placement;
+    predicted = (*next)->area;
     result.why = absl::StrFormat("%d scans were made, as many as asked for", options_.max_scans);
   }
+  if (absl::Status heard = deliver_all(); !heard.ok()) return heard;
   return result;
 }
 

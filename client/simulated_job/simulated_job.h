@@ -74,7 +74,23 @@ class SimulatedJob {
     double area = 0;                              // m^2 brought to density that it promises
     std::optional<double> heading;                // rad, world; of a scanner that sees a sector
     std::optional<v1::ExpectedStation> expected;  // what is assumed of the place
+    Placement placement;                          // there
   };
+
+  // A scan that was made, whose data are on their way.
+  struct OnItsWay {
+    Placement placement;
+    int number = 0;
+    std::optional<double> predicted;  // m^2, by the plan that chose it
+    std::vector<std::string> notes;
+    std::string station;  // by which the server knows of it; empty: it does not
+  };
+  // Plans until there is a next place where somebody can stand, into `cycle`; nothing, with the
+  // reason in `result`, when the job ends.
+  absl::StatusOr<std::optional<Next>> FindNext(int number, Cycle& cycle, JobResult& result,
+                                               std::vector<std::string>& notes);
+  // Its data reach the server.
+  absl::StatusOr<Cycle> Deliver(const OnItsWay& scan, JobResult& result);
 
   SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,
                std::unique_ptr<const simulation::SimulatedScanner> scanner,

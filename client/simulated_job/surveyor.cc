@@ -127,6 +127,27 @@ absl::Status Surveyor::GiveUpOn(MadeScan& made) {
   return Reject(made.planned, kLostRadius, "a scan from here did not register");
 }
 
+absl::StatusOr<std::string> Surveyor::Announce(const Placement& placement) {
+  v1::CreateStationRequest request;
+  request.set_parent(session_);
+  v1::Station& station = *request.mutable_station();
+  *station.mutable_position() = client::ToProto(placement.planned);
+  if (!options_.scanner.TurnsAllAround() && placement.prior.has_value()) {
+    const Vector3d front = placement.prior->T_world_scan.linear().col(0);
+    station.set_heading_rad(std::atan2(front.y(), front.x()));
+  }
+  const auto created = client_.Call(request);
+  if (!created.ok()) return created.status();
+  return created->station().name();
+}
+
+absl::Status Surveyor::Forget(const std::string& station) {
+  v1::DeleteStationRequest request;
+  request.set_name(station);
+  const absl::Status deleted = client_.Call(request).status();
+  return absl::IsNotFound(deleted) ? absl::OkStatus() : deleted;
+}
+
 absl::StatusOr<MadeScan> Surveyor::Make(const Placement& placement, int number,
                                         const std::string& by) {
   MadeScan made;

@@ -50,6 +50,9 @@ struct JobOptions {
   ViewChoice choice = ViewChoice::kRegistrable;
   bool heed_termination = true;  // false: goes on as long as there are views
   double enough = 2;             // ends at this share of what is attainable at density; 2: never
+  // Scans that are made before the data of one reach the server, which hears of its station at
+  // once; 0: none, each is sent when it is made. The first never waits: it says where the world is.
+  int late = 0;
 };
 
 // A scan and its outcome.
@@ -99,6 +102,11 @@ class Surveyor {
   // measured prior; when that does not help, the scan is withdrawn and its place rejected. `by`:
   // the fleet's scanner, by resource name, or empty. INTERNAL: the first scan was not merged.
   absl::StatusOr<MadeScan> Make(const Placement& placement, int number, const std::string& by);
+
+  // Tells the server that a scan was made whose data come later; the station's name.
+  absl::StatusOr<std::string> Announce(const Placement& placement);
+  // Nothing will come from a station any more.
+  absl::Status Forget(const std::string& station);
 
   // Plans, and waits until the plan has ended. Where the budget was too small, it is doubled for
   // this plan only.

@@ -1,5 +1,5 @@
-// Scans that were made and whose data have not come yet (algorithm.md section 11, 'Pending
-// stations'): which of them a scan that comes is, and what one that has not come should bring.
+// Scans that were made and whose data have not come yet (algorithm.md section 11, 'Joint
+// planning'): which of them a scan that comes is, and what one that has not come should bring.
 #ifndef VANTAGE_CORE_FLEET_PENDING_STATIONS_H_
 #define VANTAGE_CORE_FLEET_PENDING_STATIONS_H_
 

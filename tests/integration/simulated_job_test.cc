@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <regex>
 #include <sstream>
@@ -67,6 +68,50 @@ TEST(SimulatedJob, DigitisesTheFlat) {
     EXPECT_EQ(scan.state(), v1::SCAN_STATE_MERGED) << scan.state_message();
   }
   EXPECT_EQ(server.Stop(SIGTERM), 0) << server.Log();
+}
+
+// Scans reach the server two stations late: each counts as scanned as soon as it is made, so that
+// the same place is not planned twice, and nothing waits when the day is over.
+TEST(SimulatedJob, ScansThatComeLateCountAsMade) {
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  const Finished finished = Vantage(
+      server, {"simulate", "--scene", "flat", "--seed", "3", "--scans", "5", "--step", "1",
+               "--density", "150", "--work", "1500000", "--session", "flat", "--late", "2"});
+  ASSERT_EQ(finished.exit_code, 0) << finished.out << finished.error;
+  EXPECT_THAT(finished.out, HasSubstr("5 scans made, 0 lost."));
+  const v1::ListScansResponse listed = Scans(server, "flat");
+  ASSERT_EQ(listed.scans_size(), 5);
+  for (int i = 0; i < listed.scans_size(); ++i) {
+    EXPECT_EQ(listed.scans(i).state(), v1::SCAN_STATE_MERGED) << listed.scans(i).state_message();
+    const v1::Vector3& a = listed.scans(i).pose().translation();
+    for (int k = 0; k < i; ++k) {
+      const v1::Vector3& b = listed.scans(k).pose().translation();
+      EXPECT_GT(std::hypot(a.x() - b.x(), a.y() - b.y(), a.z() - b.z()), 0.3) << finished.out;
+    }
+  }
+  EXPECT_THAT(Vantage(server, {"station", "list", "flat"}).out,
+              HasSubstr("no station waits for its scan"));
+
+  // By hand: from a file, with what it should bring, in coverage, and given up.
+  const ScratchFolder folder;
+  std::ofstream(folder.File("stations.txt")) << "# yesterday\n1.0, 0.5, 0.1\n\n-1 0.5 0.1\n";
+  const Finished added =
+      Vantage(server, {"station", "add", "flat", "--from", folder.File("stations.txt")});
+  ASSERT_EQ(added.exit_code, 0) << added.error;
+  EXPECT_THAT(added.out, HasSubstr("should come to the required density"));
+  EXPECT_THAT(Vantage(server, {"coverage", "flat"}).out,
+              HasSubstr("2 stations without data should bring"));
+  const std::string list = Vantage(server, {"station", "list", "flat"}).out;
+  std::smatch name;
+  ASSERT_TRUE(std::regex_search(list, name, std::regex("station-\\d+"))) << list;
+  EXPECT_EQ(Vantage(server, {"station", "delete", "flat/" + name.str()}).exit_code, 0);
+  EXPECT_EQ(Vantage(server, {"station", "delete", "flat/" + name.str()}).exit_code, 3);
+  std::ofstream(folder.File("bad.txt")) << "1.0, 0.5\n";
+  const Finished bad =
+      Vantage(server, {"station", "add", "flat", "--from", folder.File("bad.txt")});
+  EXPECT_EQ(bad.exit_code, 5) << bad.error;
+  EXPECT_THAT(bad.error, HasSubstr("line 1: '1.0, 0.5' is not x,y,z in m"));
 }
 
 class SectorJob : public ::testing::TestWithParam<int> {};
