@@ -291,10 +291,9 @@ TEST_F(Golden, JointPlans) {
   }
   out.Section("covered by claims");
   for (const double x : {3.8, 2.2}) {
-    const fleet::CoveredView covered =
-        fleet::MeasureCover(model, sensor::ScannerModel(), config, {x, 3.4, 1.43}, request.pledged,
-                            {}, serial_)
-            .value();
+    const fleet::CoveredView covered = fleet::MeasureCover(model, sensor::ScannerModel(), config,
+                                                           {x, 3.4, 1.43}, request.pledged, serial_)
+                                           .value();
     out.Numbers("gain, left", {covered.score, covered.left});
     out.Numbers("by claim", covered.cover.by_claim);
     out.Numbers("together", {covered.cover.together});
