@@ -32,7 +32,6 @@ namespace vantage::fleet {
 struct ScannerClass {
   std::shared_ptr<const planning::PlanningProblem> problem;
   std::vector<Eigen::Vector3d> views;  // centres of the feasible cells
-  std::unique_ptr<planning::OverlapSurface> overlap;
   std::unique_ptr<PendingSurface> pending_surface;
   planning::Evaluation evaluation;  // before anything was chosen
   std::unique_ptr<LazyGains> gains;

@@ -251,10 +251,8 @@ class JointPlanner {
       joint_.plan.complete = joint_.plan.complete && mine.evaluation.complete;
       mine.gains = std::make_unique<LazyGains>(mine.views, mine.problem->scoring().scorer(),
                                                *remaining_, mine.evaluation);
-      auto overlap = planning::OverlapSurface::Of(*mine.problem, budget_);
-      if (!overlap.ok()) return EndEarly("registration check");
-      mine.overlap = std::make_unique<planning::OverlapSurface>(*std::move(overlap));
-      mine.pending_surface = std::make_unique<PendingSurface>(*mine.problem, *mine.overlap);
+      mine.pending_surface =
+          std::make_unique<PendingSurface>(*mine.problem, mine.problem->overlap());
     }
     if (joint_.plan.complete) joint_.plan.confidence = 1;
     joint_.plan.score_map = planning::ScoreMap(classes_.front().evaluation, First().feasible());

@@ -10,8 +10,12 @@ namespace {
 using Clock = parallel::Budget::Clock;
 
 constexpr double kEvaluationShare = 0.8;
-// A check of all candidates takes less, however long the evaluation.
-constexpr auto kMostReserved = std::chrono::milliseconds(400);
+// Of a flat or a storey all that comes after the evaluation takes less, however long that was.
+constexpr double kUsuallyReserved = 0.4;  // s
+// s, of one thread, measured in a hall of 16 million cells and in flats.
+constexpr double kSecondsOfElement = 5e-7;  // looked at by a prediction
+constexpr double kSecondsOfCell = 25e-9;    // that a view is scored on
+constexpr double kPassesOfDescription = 2;  // over all cells: what a view scores, and what it gains
 // A ranking of which nothing was checked is worth little: the check keeps this part of the work
 // even where the evaluation's last batch overran its own.
 constexpr uint64_t kLeastCheckedPart = 10;  // 1 / 10
@@ -19,13 +23,24 @@ constexpr int kReportPart = 3;              // of the time that is left, 1 / 3
 
 }  // namespace
 
-parallel::Budget EvaluationShare(const parallel::Budget& budget) {
+double AnswerSeconds(const PlanningProblem& problem, int threads) {
+  const PlanningConfig& config = problem.config();
+  const BruteForceScorer& scorer = problem.scoring().scorer();
+  const double score =
+      kSecondsOfCell * static_cast<double>(scorer.MostRays(problem.scoring().cells()));
+  const double check = kSecondsOfElement * static_cast<double>(problem.overlap().MostRays()) +
+                       (scorer.headings().all_around() ? 0 : score);
+  return (config.max_checked * check + config.candidates * kPassesOfDescription * score) / threads;
+}
+
+parallel::Budget EvaluationShare(const parallel::Budget& budget, double answer_seconds) {
   parallel::Budget share = budget.Evaluating();
   if (budget.deadline != Clock::time_point::max()) {
     const auto left = std::max(budget.deadline - budget.now(), Clock::duration::zero());
-    const auto reserved =
-        std::chrono::duration_cast<Clock::duration>((1 - kEvaluationShare) * left);
-    share.deadline = budget.deadline - std::min<Clock::duration>(reserved, kMostReserved);
+    const std::chrono::duration<double> most(std::max(kUsuallyReserved, answer_seconds));
+    const std::chrono::duration<double> reserved =
+        std::min<std::chrono::duration<double>>((1 - kEvaluationShare) * left, most);
+    share.deadline = budget.deadline - std::chrono::duration_cast<Clock::duration>(reserved);
   }
   if (budget.work_limit != std::numeric_limits<uint64_t>::max()) {
     share.work_limit =

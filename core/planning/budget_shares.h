@@ -5,12 +5,19 @@
 #include <cstdint>
 
 #include "core/parallel/budget.h"
+#include "core/planning/problem/planning_problem.h"
 
 namespace vantage::planning {
 
-// The part of the budget that step D may use; the rest is kept for ranking and the registration
-// check.
-parallel::Budget EvaluationShare(const parallel::Budget& budget);
+// What steps E and F and writing the answer take on `threads` threads when as many candidates are
+// checked as may be, s: so that the time that is kept back for them follows the model. Of a flat it
+// is some hundredths; of a hall with 16 million cells, seconds. By what these steps read: to half
+// and double of it, as machines differ.
+double AnswerSeconds(const PlanningProblem& problem, int threads);
+
+// The part of the budget that step D may use; the rest is kept for ranking, the registration check
+// and the answer, which takes about `answer_seconds`.
+parallel::Budget EvaluationShare(const parallel::Budget& budget, double answer_seconds);
 
 // What step F may use when the evaluation cast `rays`: writing the answer takes time, too.
 parallel::Budget CheckShare(const parallel::Budget& budget, uint64_t rays);

@@ -57,8 +57,7 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
   }
   RankedView& view = evaluation.view;
   const ViewReport report(problem);
-  const auto overlap = OverlapSurface::Of(problem);
-  if (!overlap.ok()) return overlap.status();
+  const OverlapSurface& overlap = problem.overlap();
   const CellArrays& cells = problem.scoring().cells();
   const Headings& headings = problem.scoring().scorer().headings();
   const registration::RegistrationConfig& registration = problem.config().registration;
@@ -67,11 +66,11 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
       problem.scoring().scorer().ScoreCells(position, cells, budget, cell_scores);
   std::optional<OverlapSurface::Seen> seen;
   if (headings.all_around() || heading.has_value()) {
-    seen = overlap->Predict(position, problem.scene(), registration, budget, nullptr, heading);
+    seen = overlap.Predict(position, problem.scene(), registration, budget, nullptr, heading);
     if (!headings.all_around()) view.heading = Turned(*heading);
   } else {
-    seen = overlap->PredictBest(position, SumByHeading(headings, position, cells, cell_scores),
-                                problem.scene(), registration, budget);
+    seen = overlap.PredictBest(position, SumByHeading(headings, position, cells, cell_scores),
+                               problem.scene(), registration, budget);
     if (seen.has_value()) view.heading = headings.Angle(seen->heading);
   }
   if (seen.has_value()) view.verdict = std::move(seen->verdict);

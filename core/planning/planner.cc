@@ -133,9 +133,9 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   if (NothingToEvaluate(problem, plan)) return plan;
 
   // D. Evaluate views.
-  const ViewReport report(problem);
+  const ViewReport report(problem, parallel);
   const Evaluation evaluation = Evaluate(
-      problem, EvaluationShare(budget), parallel,
+      problem, EvaluationShare(budget, AnswerSeconds(problem, parallel.width())), parallel,
       [&](const Evaluation& so_far) { progress(Unchecked(report.Interim(plan, so_far))); });
   NoteEvaluation(problem, evaluation, plan);
   clock.Book(PlanStage::kEvaluate);

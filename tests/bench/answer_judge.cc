@@ -14,7 +14,7 @@ constexpr size_t kTimedViews = 300;  // by brute force
 }  // namespace
 
 AnswerJudge::AnswerJudge(const PlanningJob& job, parallel::Parallel& parallel)
-    : job_(job), overlap_(planning::OverlapSurface::Of(*job.problem).value()) {
+    : job_(job), overlap_(job.problem->overlap()) {
   const auto hierarchy =
       planning::HierarchicalScorer::Create(job.scoring->scorer(), job.grid, job.scoring->cells(),
                                            job.feasible.cells(), job.feasible.cell_size(), {},

@@ -36,7 +36,7 @@ class AnswerJudge {
   int FirstRegistrable(const planning::Evaluation& evaluation) const;
 
   const PlanningJob& job_;
-  planning::OverlapSurface overlap_;
+  const planning::OverlapSurface& overlap_;
   std::vector<double> truth_;
   double best_ = 0;
   double brute_seconds_ = 0;

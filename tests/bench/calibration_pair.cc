@@ -177,7 +177,7 @@ std::vector<CalibrationPair> MeasureScene(const SceneFamily& family, int scene, 
   const visibility::OpaqueGrid grid(*view);
   const auto occlusion = visibility::OcclusionScene::Create(grid, serial).value();
   const auto surface =
-      planning::OverlapSurface::Create(*view, grid, occlusion, site.scanner()).value();
+      planning::OverlapSurface::Create(*view, grid, occlusion, site.scanner(), serial).value();
 
   for (int tries = 0; static_cast<int>(pairs.size()) < count && tries < 20'000; ++tries) {
     const Vector3d at = site.Place(random);

@@ -144,7 +144,8 @@ void BenchPredict(const char* name, const char* of, const simulation::Scene& sce
       });
   const visibility::OpaqueGrid grid(*view);
   const auto occlusion = visibility::OcclusionScene::Create(grid, parallel).value();
-  const auto overlap = planning::OverlapSurface::Create(*view, grid, occlusion, scanner).value();
+  const auto overlap =
+      planning::OverlapSurface::Create(*view, grid, occlusion, scanner, parallel).value();
   std::vector<double> milliseconds;
   for (size_t k = 0; k < kPairs; ++k) {
     const double angle = 0.37 * static_cast<double>(k);

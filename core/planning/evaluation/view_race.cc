@@ -225,9 +225,12 @@ const CellSample* ViewRace::SampleOf(size_t rung) {
 }
 
 bool ViewRace::ScoreOn(size_t rung, std::span<const uint32_t> which, const parallel::Budget& part) {
-  const bool all = run_.Score(
-      which, SampleOf(rung), part,
-      [&](uint32_t view, std::span<const double> by_heading) { Note(view, rung, by_heading); });
+  // Drawing a sample of millions takes long, so none is drawn that nobody will be scored on.
+  const bool all = which.empty() || (!run_.Spent(part) &&
+                                     run_.Score(which, SampleOf(rung), part,
+                                                [&](uint32_t view, std::span<const double> scores) {
+                                                  Note(view, rung, scores);
+                                                }));
   pairs_ += which.size() * rungs_[rung].draws;
   return all;
 }

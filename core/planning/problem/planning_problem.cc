@@ -157,6 +157,13 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   if (!scoring.ok()) return During(PlanStage::kEvaluate, scoring.status());
   problem->scoring_ = *std::move(scoring);
   clock.Book(PlanStage::kEvaluate);
+
+  // What F needs.
+  auto overlap = OverlapSurface::Create(model, problem->grid(), problem->scene(), problem->scanner_,
+                                        parallel, cancelled);
+  if (!overlap.ok()) return During(PlanStage::kCheck, overlap.status());
+  problem->overlap_.emplace(*std::move(overlap));
+  clock.Book(PlanStage::kCheck);
   return std::shared_ptr<const PlanningProblem>(std::move(problem));
 }
 

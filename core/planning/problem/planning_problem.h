@@ -1,10 +1,11 @@
-// The prepared planning problem: steps A to C, and what step D scores views with (algorithm.md
-// sections 6, 7 and 8).
+// The prepared planning problem: steps A to C, what step D scores views with and what step F checks
+// them by (algorithm.md sections 6 to 9).
 #ifndef VANTAGE_CORE_PLANNING_PROBLEM_PLANNING_PROBLEM_H_
 #define VANTAGE_CORE_PLANNING_PROBLEM_PLANNING_PROBLEM_H_
 
 #include <array>
 #include <memory>
+#include <optional>
 
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
@@ -17,6 +18,7 @@
 #include "core/planning/plan/opening.h"
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
+#include "core/planning/scoring/overlap_surface.h"
 #include "core/planning/scoring/scoring.h"
 #include "core/sensor/scanner_model.h"
 #include "core/visibility/occlusion_scene.h"
@@ -72,6 +74,8 @@ class PlanningProblem {
   const Openings& openings() const { return coverage_->openings; }
   // For D.
   const Scoring& scoring() const { return *scoring_; }
+  // For F. Its scene is scene().
+  const OverlapSurface& overlap() const { return *overlap_; }
 
   // What preparing took, by stage, s: what was shared took nothing.
   const std::array<double, kPlanStages>& seconds() const { return seconds_; }
@@ -96,6 +100,7 @@ class PlanningProblem {
   std::shared_ptr<const PatchSet> patches_;
   std::shared_ptr<const Coverage> coverage_;  // also on what the scanner reaches, and from where
   std::unique_ptr<const Scoring> scoring_;
+  std::optional<const OverlapSurface> overlap_;
   std::array<double, kPlanStages> seconds_{};
 };
 

@@ -24,6 +24,7 @@ constexpr size_t kMostWays = 16;  // that are looked at, those with the most vie
 NarrowWays FindNarrowWays(const PlanningProblem& problem, double best, uint64_t done,
                           const parallel::Budget& budget, parallel::Parallel& parallel) {
   NarrowWays found;
+  if (budget.Expired() || done >= budget.work_limit) return found;
   const FeasibleViews& feasible = problem.feasible();
   const std::vector<FeasibleViews::CellIndex> cells = feasible.Unreachable();
   if (cells.empty()) return found;

@@ -2,99 +2,20 @@
 #ifndef VANTAGE_CORE_PLANNING_RANKING_REGISTRATION_CHECK_H_
 #define VANTAGE_CORE_PLANNING_RANKING_REGISTRATION_CHECK_H_
 
-#include <Eigen/Core>
-#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
 
-#include "absl/status/statusor.h"
-#include "core/model/view/planning_view.h"
 #include "core/parallel/budget.h"
-#include "core/parallel/cancellation.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/evaluation/evaluation.h"
 #include "core/planning/problem/planning_problem.h"
-#include "core/planning/scoring/constraints.h"
-#include "core/planning/scoring/headings.h"
-#include "core/registration/align/registration_config.h"
-#include "core/registration/bound/prediction.h"
+#include "core/planning/scoring/overlap_surface.h"
 #include "core/registration/bound/verdict.h"
-#include "core/sensor/scanner_model.h"
-#include "core/visibility/occlusion_scene.h"
-#include "core/visibility/opaque_grid.h"
 
 namespace vantage::planning {
-
-// The true surface to which a scan could be aligned, thinned to every n-th voxel so that about
-// 16,000 are left. Thinning to a quarter or a sixteenth changes the predicted error by half a
-// percent at most.
-class OverlapSurface {
- public:
-  // `grid` and `scene` are the model's. CANCELLED when that was requested on the way.
-  static absl::StatusOr<OverlapSurface> Create(const model::PlanningView& model,
-                                               const visibility::OpaqueGrid& grid,
-                                               const visibility::OcclusionScene& scene,
-                                               const sensor::ScannerModel& scanner,
-                                               const parallel::Cancellation& cancelled = {});
-  // The same of a problem, whose scene is the one of Predict() then.
-  static absl::StatusOr<OverlapSurface> Of(const PlanningProblem& problem,
-                                           const parallel::Cancellation& cancelled = {});
-
-  struct Seen {
-    registration::RegistrationVerdict verdict;
-    uint64_t rays = 0;
-    size_t heading = 0;  // of Headings
-  };
-  // The verdict on a scan with a heading (rad; of no matter where the scanner turns all around).
-  // Only surface counts that the scan sees even if it misses the heading by a step of Headings:
-  // the heading of most gain often holds on to the model by a strip at the sector's border.
-  // Nothing when the budget expired on the way. `scene` is that of Create(). `expected`, where
-  // given, is surface that earlier scans are expected to have measured by then: cells as from
-  // Thinned().
-  std::optional<Seen> Predict(const Eigen::Vector3d& view, const visibility::OcclusionScene& scene,
-                              const registration::RegistrationConfig& config,
-                              const parallel::Budget& budget, const CellArrays* expected = nullptr,
-                              std::optional<double> heading = std::nullopt) const;
-  // The same with the heading of most gain that registers, of those that gain something; where none
-  // does, of those that are doubtful, or else of all. `by_heading`:
-  // BruteForceScorer::ScoreHeadings(). The surface is looked at once for all headings.
-  std::optional<Seen> PredictBest(const Eigen::Vector3d& view, std::span<const double> by_heading,
-                                  const visibility::OcclusionScene& scene,
-                                  const registration::RegistrationConfig& config,
-                                  const parallel::Budget& budget,
-                                  const CellArrays* expected = nullptr) const;
-  // Every n-th of `indices` into `cells`, as surface that a scan can be aligned to; `areas` (m^2)
-  // has one for each index.
-  CellArrays Thinned(const CellArrays& cells, std::span<const uint32_t> indices,
-                     std::span<const float> areas) const;
-  // What one prediction can cost at most.
-  uint64_t MostRays() const { return std::max<uint64_t>(1, cells_.size()); }
-
- private:
-  // What a scan that turns all around would overlap.
-  struct Overlap {
-    std::vector<registration::OverlapElement> elements;
-    std::vector<size_t> bins;  // of the headings, by element
-    uint64_t rays = 0;
-  };
-  OverlapSurface(double voxel, const sensor::ScannerModel& scanner);
-  std::optional<Overlap> See(const Eigen::Vector3d& view, const visibility::OcclusionScene& scene,
-                             const parallel::Budget& budget, const CellArrays* expected) const;
-  registration::RegistrationVerdict Judge(std::span<const registration::OverlapElement> overlap,
-                                          const Eigen::Vector3d& view,
-                                          const registration::RegistrationConfig& config) const;
-
-  double voxel_;
-  sensor::ScannerModel scanner_;
-  Headings headings_;
-  SensingConstraints constraints_;  // any incidence, no cap on the density
-  double weight_ = 1;               // voxels behind each element
-  CellArrays cells_;
-  std::vector<uint32_t> samples_;  // of the model, by element
-};
 
 // The most views that are tried around a doubtful candidate.
 inline constexpr size_t kTriedAround = 16;
@@ -129,7 +50,9 @@ RegistrationCheck CheckRegistration(const PlanningProblem& problem, const Overla
                                     const Evaluation& evaluation,
                                     std::span<const uint32_t> candidates, size_t wanted,
                                     const parallel::Budget& budget, parallel::Parallel& parallel);
-// The same with the problem's own overlap surface; unfinished when there was no time to make it.
+// The same with the problem's own overlap surface. The first candidate is checked whatever is left
+// of the budget, unless that was cancelled: one prediction is little beside an evaluation, and a
+// plan of which nothing was checked is worth little.
 // Where none of the candidates registers, PlanningConfig::max_checked others are checked, the best
 // of those that are twice as far from each other and from all that were refused; and again, until
 // one registers or there are no views so far apart. A plan that ends with nothing while some view

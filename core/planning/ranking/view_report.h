@@ -26,6 +26,11 @@ class ViewReport {
       : problem_(problem),
         gains_(GainCells(problem.scoring().cells(), problem.patches())),
         most_gain_per_sample_(MostGainPerSample(problem.scoring().cells(), gains_)) {}
+  // The same, made on several threads.
+  ViewReport(const PlanningProblem& problem, parallel::Parallel& parallel)
+      : problem_(problem),
+        gains_(GainCells(problem.scoring().cells(), problem.patches(), parallel)),
+        most_gain_per_sample_(MostGainPerSample(problem.scoring().cells(), gains_)) {}
 
   // The GainCells() of all that the problem's views were scored on.
   const CellArrays& gains() const { return gains_; }

@@ -9,23 +9,33 @@ namespace {
 
 // Of D: from here on a cell counts in part, so that rounding does not decide over its whole area.
 constexpr float kAlmostThere = 0.99F;
+constexpr size_t kCellsOfTask = 8192;
 
 }  // namespace
 
 CellArrays GainCells(const CellArrays& cells, const PatchSet& patches) {
+  parallel::Serial serial;
+  return GainCells(cells, patches, serial);
+}
+
+CellArrays GainCells(const CellArrays& cells, const PatchSet& patches,
+                     parallel::Parallel& parallel) {
   CellArrays gains = cells;  // which shares all but these
   const std::span<float> q = gains.q.Mutable();
   const std::span<float> enough = gains.enough.Mutable();
   const std::span<float> factor = gains.factor.Mutable();
-  for (size_t i = 0; i < gains.size(); ++i) {
-    const DeficientCell& cell = patches.cells[gains.cell[i]];
-    // A scan is scored at the middle of a voxel and recorded at its worst corner, as in scores.
-    const float there = cell.required * cell.spread;
-    const bool has_it = cells.q[i] >= there;
-    q[i] = kAlmostThere * there;
-    enough[i] = there;
-    factor[i] = has_it ? 0 : cell.success * cell.area / (there - q[i]);
-  }
+  parallel.For((gains.size() + kCellsOfTask - 1) / kCellsOfTask, [&](size_t task) {
+    const size_t end = std::min(gains.size(), (task + 1) * kCellsOfTask);
+    for (size_t i = task * kCellsOfTask; i < end; ++i) {
+      const DeficientCell& cell = patches.cells[gains.cell[i]];
+      // A scan is scored at the middle of a voxel and recorded at its worst corner, as in scores.
+      const float there = cell.required * cell.spread;
+      const bool has_it = cells.q[i] >= there;
+      q[i] = kAlmostThere * there;
+      enough[i] = there;
+      factor[i] = has_it ? 0 : cell.success * cell.area / (there - q[i]);
+    }
+  });
   return gains;
 }
 

@@ -3,6 +3,7 @@
 #ifndef VANTAGE_CORE_PLANNING_SCORING_GAIN_CELLS_H_
 #define VANTAGE_CORE_PLANNING_SCORING_GAIN_CELLS_H_
 
+#include "core/parallel/parallel.h"
 #include "core/planning/patches/patches.h"
 #include "core/planning/scoring/constraints.h"
 
@@ -15,6 +16,9 @@ namespace vantage::planning {
 // already (after claimed scans) gains nothing. Of cells that are expected and not known, the sum is
 // what they are expected to gain, and no model gain.
 CellArrays GainCells(const CellArrays& cells, const PatchSet& patches);
+// The same, on several threads.
+CellArrays GainCells(const CellArrays& cells, const PatchSet& patches,
+                     parallel::Parallel& parallel);
 
 // The most model gain that a sample of any cell's score can stand for, m2 per weighted sample. So
 // a view's model gain is at most this times its score. `gains` are the GainCells() of `cells`.

@@ -124,8 +124,9 @@ TEST_F(PlannerBudgetTest, SetupLooksAtTheClockAsOftenAsItsWorkDemands) {
                 .value();
   EXPECT_GE(looks([&] { (void)PatchTree::Create(scoring->cells(), serial_, budget); }),
             static_cast<int64_t>(scoring->cells().packets()));
-  EXPECT_GE(looks([&] { (void)OverlapSurface::Create(model_, grid, *scene, scanner_, budget); }),
-            2 * (bricks / 128));
+  EXPECT_GE(
+      looks([&] { (void)OverlapSurface::Create(model_, grid, *scene, scanner_, serial_, budget); }),
+      2 * (bricks / 128));
 }
 
 TEST_F(PlannerBudgetTest, SetupThatIsCutShortSaysSo) {
@@ -172,6 +173,35 @@ TEST_F(PlannerBudgetTest, EndsSoonAfterItsDeadlineWhereverThatFalls) {
   }
   EXPECT_TRUE(early);
   EXPECT_TRUE(late);
+}
+
+// However small the share is that the evaluation leaves, and however far it overran its own: a
+// ranking of which nothing was checked is worth little.
+TEST_F(PlannerBudgetTest, ChecksTheFirstCandidateWheneverAnyViewWasEvaluated) {
+  const auto problem =
+      PlanningProblem::Prepare({model_, scanner_, config_}, serial_, parallel::Budget::Unlimited())
+          .value();
+  const auto make = [&](const parallel::Budget& budget, bool& evaluated) {
+    return MakePlan(*problem, budget, serial_,
+                    [&](const Plan& so_far) { evaluated = evaluated || !so_far.views.empty(); });
+  };
+  bool evaluated = false;
+  steps = 0;
+  (void)make(EndingAt(int64_t{1} << 60), evaluated);
+  const int64_t whole = steps;
+  int times = 0;
+  for (int64_t end = 1; end < whole; end += 1 + end / 8) {
+    steps = 0;
+    evaluated = false;
+    const Plan plan = make(EndingAt(end), evaluated);
+    EXPECT_LE(steps.load(), end + kStepsToStop);
+    if (!evaluated) continue;
+    ++times;
+    EXPECT_FALSE(plan.views.empty() && plan.refused.empty())
+        << "deadline at step " << end << " of " << whole << ": " << plan.message;
+    for (const RankedView& view : plan.views) EXPECT_TRUE(view.checked);
+  }
+  EXPECT_GT(times, 3);
 }
 
 TEST_F(PlannerBudgetTest, EndsSoonAfterItIsCancelledWhereverThatFalls) {

@@ -23,7 +23,7 @@ struct Room : test_support::PlanningProblem {
       : test_support::PlanningProblem(std::make_shared<model::PlanningView>(test_support::BuildView(
                                           test_support::FurnishedRoom(seed))),
                                       Config()),
-        overlap(OverlapSurface::Of(*problem).value()) {
+        overlap(problem->overlap()) {
     for (const ViewScore& score : BruteForce(serial)) {
       evaluation.views.push_back({score.score, score.score, score.score, true, true, 0});
     }
@@ -66,7 +66,7 @@ struct Room : test_support::PlanningProblem {
     return (views[a] - views[b]).norm() < config.candidate_separation;
   }
 
-  OverlapSurface overlap;
+  const OverlapSurface& overlap;
   std::shared_ptr<const planning::PlanningProblem> asked;  // with that accuracy
   Evaluation evaluation;
   std::vector<std::optional<registration::RegistrationVerdict>> verdicts;  // of those asked for

@@ -32,7 +32,7 @@ struct SectorRoom : test_support::PlanningProblem {
       : test_support::PlanningProblem(
             std::make_shared<model::PlanningView>(test_support::BuildView(scene)), Config(accuracy),
             SectorScanner(span)),
-        overlap(OverlapSurface::Of(*problem).value()) {}
+        overlap(problem->overlap()) {}
   static PlanningConfig Config(double accuracy) {
     PlanningConfig config;
     config.viewcell_size = 0.3;
@@ -62,7 +62,7 @@ struct SectorRoom : test_support::PlanningProblem {
     }
     return best;
   }
-  OverlapSurface overlap;
+  const OverlapSurface& overlap;
 };
 
 // A room of which one wall is known only: towards it there is overlap, away from it none.
@@ -84,7 +84,7 @@ double ShareTowards(const std::function<bool(double y)>& stands,
   parallel::Serial serial;
   const visibility::OpaqueGrid grid(model);
   const auto occlusion = visibility::OcclusionScene::Create(grid, serial).value();
-  return OverlapSurface::Create(model, grid, occlusion, scanner)
+  return OverlapSurface::Create(model, grid, occlusion, scanner, serial)
       ->Predict({0, 0, 1.25}, occlusion, {}, parallel::Budget::Unlimited(), nullptr, 0)
       ->verdict.overlap_share;
 }
