@@ -31,6 +31,8 @@ constexpr int kFleetScans = 200;  // of all scanners, at most
 
 constexpr double kOfficeArea = 250;  // m^2
 
+constexpr double kPreview = 0.25;  // degrees between the rays of a preset's scans
+
 const std::map<std::string, simulated_job::SceneKind>& Scenes() {
   static const auto* kScenes = new std::map<std::string, simulated_job::SceneKind>{
       {"flat", simulated_job::SceneKind::kFlat},
@@ -60,12 +62,13 @@ struct SimulateArguments {
   // Of the scanner; absent: as of the preset, without one as of the default scanner.
   std::string preset;
   std::string setting;
-  std::optional<double> step;   // degrees
-  std::optional<double> span;   // degrees
-  std::optional<double> range;  // m
-  std::optional<double> noise;  // m
-  double heading_error = 5;     // degrees
-  double tilt = 0.5;            // degrees
+  std::optional<double> step;     // degrees
+  std::optional<double> preview;  // degrees
+  std::optional<double> span;     // degrees
+  std::optional<double> range;    // m
+  std::optional<double> noise;    // m
+  double heading_error = 5;       // degrees
+  double tilt = 0.5;              // degrees
   std::string pictures;
   std::optional<uint64_t> work;
   bool no_noise = false;
@@ -193,7 +196,9 @@ absl::StatusOr<simulated_job::JobOptions> OptionsFrom(const SimulateArguments& a
     options.scanner.positioning_error = positioning_error;
     options.preset = preset->name;
     options.setting = setting->name;
+    options.preview = sensor::Radians(kPreview);
   }
+  if (arguments.preview) options.preview = sensor::Radians(*arguments.preview);
   options.seed = arguments.seed;
   options.max_scans =
       arguments.scans.value_or(arguments.scanners ? kFleetScans : options.max_scans);
@@ -343,6 +348,11 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
       .add_option("--step", a.step, "Angular steps of the scanner, degrees [the preset's, 0.25]")
       ->check(CLI::Range(0.01, 5.0));
   command
+      .add_option("--preview", a.preview,
+                  "Degrees between the rays of scans, which stand for native ones; 0: all [0.25 "
+                  "with a preset, else 0]")
+      ->check(CLI::Range(0.0, 5.0));
+  command
       .add_option(
           "--span", a.span,
           "Azimuth that the scanner sees, degrees: below 360, plans say where to face [360]")
@@ -380,6 +390,7 @@ void AddSimulate(CLI::App& parent, Environment& environment) {
       parent, environment, "simulate",
       "Digitise a scene with a simulated scanner that goes where the planner says",
       "  vantage simulate --scene flat --seed 7 --pictures pictures\n"
+      "  vantage simulate --preset leica-rtc360 --setting 3mm --scans 20\n"
       "  vantage simulate --mesh scene.ply --scans 5 --start 1,2,1.5\n"
       "  vantage simulate --scene office --area 500 --scanners 4 --pictures pictures\n"
       "  vantage simulate --step 1 --density 150 --scans 3      (coarse and quick)",

@@ -152,6 +152,7 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
       }
       const auto blocked = surveyor_.IsBlocked(placement);
       if (!blocked.ok()) return blocked.status();
+      if (next->expected.has_value()) cycle.tried.push_back({next->expected->chance(), !*blocked});
       if (!*blocked) break;
       cycle.notes.push_back(absl::StrFormat("nobody can stand at (%.2f, %.2f, %.2f)",
                                             next->position.x(), next->position.y(),
