@@ -218,6 +218,17 @@ absl::StatusOr<simulated_job::JobOptions> OptionsFrom(const SimulateArguments& a
   return options;
 }
 
+// The scanner and its steps, '... at 0.25 degrees'.
+std::string Instrument(const simulated_job::JobOptions& options) {
+  std::string words;
+  if (!options.preset.empty()) words = absl::StrCat(options.preset, " at ", options.setting, ", ");
+  absl::StrAppendFormat(&words, "%.3g\u00b0", sensor::Degrees(options.scanner.azimuth_step));
+  if (options.preview > options.scanner.azimuth_step) {
+    absl::StrAppendFormat(&words, " (by a ray each %.3g\u00b0)", sensor::Degrees(options.preview));
+  }
+  return words;
+}
+
 // Suggests the next commands to a new user.
 void PrintHints(const Environment& environment, const SimulateArguments& arguments,
                 const std::string& session) {
@@ -277,10 +288,10 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
   job.OnActivity([&](const std::string& what) { line.Show(what); });
   line.Clear();
   std::printf(
-      "%s, seed %llu: %.2f\u00b0 steps over %.0f\u00b0, %.0f samples/m\u00b2 wanted, noise %s, "
+      "%s, seed %llu: %s steps over %.0f\u00b0, %.0f samples/m\u00b2 wanted, noise %s, "
       "positioning error %s, heading error %.0f\u00b0\n%s\n%s",
       site->name.c_str(), static_cast<unsigned long long>(arguments.seed),
-      sensor::Degrees(options.scanner.azimuth_step), sensor::Degrees(options.scanner.azimuth_span),
+      Instrument(options).c_str(), sensor::Degrees(options.scanner.azimuth_span),
       options.required_density, Length(options.scanner.range_noise).c_str(),
       Length(options.scanner.positioning_error).c_str(), arguments.heading_error, kLegend,
       Header().c_str());
@@ -343,6 +354,7 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
   auto* preset = command.add_option(
       "--preset", a.preset,
       "A real instrument, such as leica-rtc360; 'vantage scanner presets' lists them");
+  preset->take_last();
   command.add_option("--setting", a.setting, "Of the preset [its usual one]")->needs(preset);
   command
       .add_option("--step", a.step, "Angular steps of the scanner, degrees [the preset's, 0.25]")

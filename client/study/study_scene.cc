@@ -27,7 +27,7 @@ std::string StudySettings::Describe() const {
       "incidence %.0f deg, clearance %.2f m, D %.0f / m2, positioning %.3f m, heading %.1f deg, "
       "tilt %.2f deg, drop-outs %d%d %.2f %.2f, mixed pixels %.5f, %d truth samples, goal %.3f, "
       "ends at "
-      "%.3f or %s, walking %.2f m/s, %.1f + %.1f min a scan, planned by %s",
+      "%.3f or %s, walking %.2f m/s, %.1f + %.2f min a scan, planned by %s",
       instrument.empty() ? "" : absl::StrCat(instrument, ", "),
       sensor::Degrees(scanner.azimuth_step), sensor::Degrees(scanner.elevation_step),
       preview > 0 ? absl::StrFormat("%.3f deg", sensor::Degrees(preview)) : "step",
