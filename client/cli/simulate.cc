@@ -31,6 +31,8 @@ constexpr int kFleetScans = 200;  // of all scanners, at most
 
 constexpr double kOfficeArea = 250;  // m^2
 
+constexpr double kPreview = 0.25;  // degrees between the rays of a preset's scans
+
 const std::map<std::string, simulated_job::SceneKind>& Scenes() {
   static const auto* kScenes = new std::map<std::string, simulated_job::SceneKind>{
       {"flat", simulated_job::SceneKind::kFlat},
@@ -61,12 +63,13 @@ struct SimulateArguments {
   std::string preset;
   int late = 0;
   std::string setting;
-  std::optional<double> step;   // degrees
-  std::optional<double> span;   // degrees
-  std::optional<double> range;  // m
-  std::optional<double> noise;  // m
-  double heading_error = 5;     // degrees
-  double tilt = 0.5;            // degrees
+  std::optional<double> step;     // degrees
+  std::optional<double> preview;  // degrees
+  std::optional<double> span;     // degrees
+  std::optional<double> range;    // m
+  std::optional<double> noise;    // m
+  double heading_error = 5;       // degrees
+  double tilt = 0.5;              // degrees
   std::string pictures;
   std::optional<uint64_t> work;
   bool no_noise = false;
@@ -194,7 +197,9 @@ absl::StatusOr<simulated_job::JobOptions> OptionsFrom(const SimulateArguments& a
     options.scanner.positioning_error = positioning_error;
     options.preset = preset->name;
     options.setting = setting->name;
+    options.preview = sensor::Radians(kPreview);
   }
+  if (arguments.preview) options.preview = sensor::Radians(*arguments.preview);
   options.seed = arguments.seed;
   options.late = arguments.late;
   options.max_scans =
@@ -213,6 +218,17 @@ absl::StatusOr<simulated_job::JobOptions> OptionsFrom(const SimulateArguments& a
   options.full_plans = !arguments.pictures.empty() && !arguments.scanners;
   if (arguments.no_noise) options.faults = simulation::ScanFaults::None();
   return options;
+}
+
+// The scanner and its steps, '... at 0.25 degrees'.
+std::string Instrument(const simulated_job::JobOptions& options) {
+  std::string words;
+  if (!options.preset.empty()) words = absl::StrCat(options.preset, " at ", options.setting, ", ");
+  absl::StrAppendFormat(&words, "%.3g\u00b0", sensor::Degrees(options.scanner.azimuth_step));
+  if (options.preview > options.scanner.azimuth_step) {
+    absl::StrAppendFormat(&words, " (by a ray each %.3g\u00b0)", sensor::Degrees(options.preview));
+  }
+  return words;
 }
 
 // Suggests the next commands to a new user.
@@ -274,10 +290,10 @@ absl::StatusOr<ExitCode> RunSimulate(Environment& environment, const SimulateArg
   job.OnActivity([&](const std::string& what) { line.Show(what); });
   line.Clear();
   std::printf(
-      "%s, seed %llu: %.2f\u00b0 steps over %.0f\u00b0, %.0f samples/m\u00b2 wanted, noise %s, "
+      "%s, seed %llu: %s steps over %.0f\u00b0, %.0f samples/m\u00b2 wanted, noise %s, "
       "positioning error %s, heading error %.0f\u00b0\n%s\n%s",
       site->name.c_str(), static_cast<unsigned long long>(arguments.seed),
-      sensor::Degrees(options.scanner.azimuth_step), sensor::Degrees(options.scanner.azimuth_span),
+      Instrument(options).c_str(), sensor::Degrees(options.scanner.azimuth_span),
       options.required_density, Length(options.scanner.range_noise).c_str(),
       Length(options.scanner.positioning_error).c_str(), arguments.heading_error, kLegend,
       Header().c_str());
@@ -340,10 +356,16 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
   auto* preset = command.add_option(
       "--preset", a.preset,
       "A real instrument, such as leica-rtc360; 'vantage scanner presets' lists them");
+  preset->take_last();
   command.add_option("--setting", a.setting, "Of the preset [its usual one]")->needs(preset);
   command
       .add_option("--step", a.step, "Angular steps of the scanner, degrees [the preset's, 0.25]")
       ->check(CLI::Range(0.01, 5.0));
+  command
+      .add_option("--preview", a.preview,
+                  "Degrees between the rays of scans, which stand for native ones; 0: all [0.25 "
+                  "with a preset, else 0]")
+      ->check(CLI::Range(0.0, 5.0));
   command
       .add_option(
           "--span", a.span,
@@ -387,6 +409,7 @@ void AddSimulate(CLI::App& parent, Environment& environment) {
       parent, environment, "simulate",
       "Digitise a scene with a simulated scanner that goes where the planner says",
       "  vantage simulate --scene flat --seed 7 --pictures pictures\n"
+      "  vantage simulate --preset leica-rtc360 --setting 3mm --scans 20\n"
       "  vantage simulate --mesh scene.ply --scans 5 --start 1,2,1.5\n"
       "  vantage simulate --scene office --area 500 --scanners 4 --pictures pictures\n"
       "  vantage simulate --step 1 --density 150 --scans 3      (coarse and quick)",

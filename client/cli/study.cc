@@ -2,6 +2,7 @@
 
 #include <cstdio>
 #include <cstdlib>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@
 #include "client/study/scene_list.h"
 #include "client/study/study.h"
 #include "client/study/table.h"
+#include "core/sensor/presets.h"
 
 namespace vantage::cli {
 namespace {
@@ -29,17 +31,42 @@ struct StudyArguments {
   bool small = false;
   bool tuning = false;
   bool list = false;
-  double step = 0.25;  // degrees
-  double preview = 0;  // degrees
+  std::string preset;  // empty: kPreset, unless a step is given
+  std::string setting;
+  std::optional<double> step;     // degrees
+  std::optional<double> preview;  // degrees
   study::StudyPlan plan;
   CLI::Option* server = nullptr;  // an option of the whole program; it may be given or not
 };
 
-study::StudyPlan PlanFrom(const Environment& environment, const StudyArguments& arguments) {
+constexpr char kPreset[] = "leica-rtc360";
+constexpr double kPreviewOfPresets = 0.25;  // degrees
+
+// The scanner that the arguments ask for: a real instrument or, with nothing but a step, one whose
+// steps are so coarse that what is under-sampled decides.
+absl::Status ChooseScanner(const StudyArguments& arguments, study::StudySettings& settings) {
+  const bool real = !arguments.preset.empty() || !arguments.step.has_value();
+  if (real) {
+    const auto preset = sensor::FindPreset(arguments.preset.empty() ? kPreset : arguments.preset);
+    if (!preset.ok()) return preset.status();
+    const auto setting = preset->Setting(arguments.setting);
+    if (!setting.ok()) return setting.status();
+    settings.scanner = preset->At(*setting);
+    settings.instrument = absl::StrCat(preset->title, " at ", setting->name);
+    settings.scan_minutes = setting->minutes;
+  }
+  if (arguments.step.has_value()) {
+    settings.scanner.azimuth_step = settings.scanner.elevation_step =
+        sensor::Radians(*arguments.step);
+  }
+  settings.preview = sensor::Radians(arguments.preview.value_or(real ? kPreviewOfPresets : 0));
+  return absl::OkStatus();
+}
+
+absl::StatusOr<study::StudyPlan> PlanFrom(const Environment& environment,
+                                          const StudyArguments& arguments) {
   study::StudyPlan plan = arguments.plan;
-  plan.settings.scanner.azimuth_step = plan.settings.scanner.elevation_step =
-      sensor::Radians(arguments.step);
-  plan.settings.preview = sensor::Radians(arguments.preview);
+  if (absl::Status chosen = ChooseScanner(arguments, plan.settings); !chosen.ok()) return chosen;
   plan.scenes = arguments.scenes;
   plan.planners = arguments.planners;
   if (plan.scenes.empty()) {
@@ -126,7 +153,9 @@ absl::StatusOr<ExitCode> RunStudyCommand(Environment& environment,
     PrintList();
     return ExitCode::kOk;
   }
-  const study::StudyPlan plan = PlanFrom(environment, arguments);
+  const auto chosen = PlanFrom(environment, arguments);
+  if (!chosen.ok()) return chosen.status();
+  const study::StudyPlan& plan = *chosen;
   const auto store = study::JobStore::Open(arguments.output);
   if (!store.ok()) return store.status();
   ProgressLine line(30);
@@ -171,11 +200,21 @@ void DefineStudy(CLI::App& command, StudyArguments& a) {
       ->check(CLI::PositiveNumber);
   command.add_option("--scans", a.plan.settings.most_scans, "Scans at most [by scene]")
       ->check(CLI::Range(1, 1000));
-  command.add_option("--step", a.step, "Angular steps of the scanner, degrees [0.25]")
-      ->check(CLI::Range(0.01, 5.0));
+  command.add_option(
+      "--preset", a.preset,
+      "A real instrument; 'vantage scanner presets' lists them [leica-rtc360, unless "
+      "--step is given]");
+  auto* setting = command.add_option("--setting", a.setting, "Of the preset [its usual one]");
+  command
+      .add_option("--step", a.step,
+                  "Angular steps of the scanner, degrees; without --preset, of none in particular "
+                  "[the preset's]")
+      ->check(CLI::Range(0.01, 5.0))
+      ->excludes(setting);
   command
       .add_option("--preview", a.preview,
-                  "Degrees between the rays of scans, which stand for native ones [all]")
+                  "Degrees between the rays of scans, which stand for native ones; 0: all [0.25 "
+                  "with a preset, else 0]")
       ->check(CLI::Range(0.0, 5.0));
   command.add_option("--density", a.plan.settings.required_density,
                      "Required density, samples / m^2 [2500]");
@@ -200,7 +239,8 @@ void AddStudy(CLI::App& parent, Environment& environment) {
       "Compare planners over whole simulated jobs: scenes x planners x seeds",
       "  vantage study --small -o study\n"
       "  vantage study --tuning --scene flat-1,flat-2 --planner ours,oracle,random --seeds 3\n"
-      "  vantage study --small --no-job-after 300       (and again, until nothing is left)",
+      "  vantage study --small --no-job-after 300       (and again, until nothing is left)\n"
+      "  vantage study --small --step 0.25 -o coarse    (density decides, not what is hidden)",
       DefineStudy, RunStudyCommand);
 }
 

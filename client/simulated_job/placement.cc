@@ -31,6 +31,7 @@ enum Stream : uint64_t {
 };
 
 constexpr double kTurnError = sensor::Radians(2);  // one sigma, by which a heading is missed
+constexpr double kSpotSpacing = 0.1;               // m, of free spots that one tells apart
 constexpr double kTripodRadius = 0.15;             // m that must really be free to stand
 
 Isometry3d Upright(const Vector3d& position, double yaw) {
@@ -128,6 +129,33 @@ sensor::PosePrior MeasuredPrior(const Placement& placement, int number,
 bool CanStand(const simulation::SimulatedScanner& scanner, const Placement& placement) {
   return scanner.Clearance(placement.T_scene_scan.translation(), 2 * kTripodRadius) >=
          kTripodRadius;
+}
+
+Placement NearestFree(const simulation::SimulatedScanner& scanner, const Placement& placement,
+                      const FreeSpot& spot, int number, const Isometry3d& T_scene_world,
+                      const PlacementErrors& errors, std::optional<double> heading) {
+  if (CanStand(scanner, placement)) return placement;
+  const Vector3d wanted = placement.planned;
+  Vector3d from = wanted;
+  if (spot.doorway.has_value()) from.head<2>() = spot.doorway->head<2>();
+  const int reach = static_cast<int>(std::floor(spot.radius / kSpotSpacing));
+  std::vector<Vector3d> spots;
+  for (int y = -reach; y <= reach; ++y) {
+    for (int x = -reach; x <= reach; ++x) {
+      const Vector3d off(x * kSpotSpacing, y * kSpotSpacing, 0);
+      if (off.norm() <= spot.radius) spots.push_back(wanted + off);
+    }
+  }
+  std::stable_sort(spots.begin(), spots.end(), [&](const Vector3d& a, const Vector3d& b) {
+    return (a - wanted).squaredNorm() < (b - wanted).squaredNorm();
+  });
+  for (const Vector3d& at : spots) {
+    // Somebody who looks through the doorway, or stands there, sees it.
+    if (!scanner.Visible(T_scene_world * from, T_scene_world * at)) continue;
+    Placement there = PlacementAt(at, number, T_scene_world, errors, heading);
+    if (CanStand(scanner, there)) return there;
+  }
+  return placement;
 }
 
 std::vector<Vector3d> AllowedPositions(const simulation::SimulatedScanner& tracer, const Site& site,

@@ -56,6 +56,17 @@ sensor::PosePrior MeasuredPrior(const Placement& placement, int number,
 // True when a tripod really fits there.
 bool CanStand(const simulation::SimulatedScanner& scanner, const Placement& placement);
 
+// Where somebody sets up who is sent to a place that is expected and not known.
+struct FreeSpot {
+  double radius = 0;  // m, horizontally: free spots within it are as good
+  std::optional<Eigen::Vector3d> doorway = std::nullopt;  // m, world: of the room that they lie in
+};
+// `placement` where that is free, else scan `number` at the nearest free spot that one sees from
+// the doorway, or from above the place itself; `placement` where there is none.
+Placement NearestFree(const simulation::SimulatedScanner& scanner, const Placement& placement,
+                      const FreeSpot& spot, int number, const Eigen::Isometry3d& T_scene_world,
+                      const PlacementErrors& errors, std::optional<double> heading = std::nullopt);
+
 // A lattice of the places that a scanner may be brought to, at two heights; m, scene frame.
 inline constexpr double kLatticeOfTruth = 0.3;  // m
 std::vector<Eigen::Vector3d> AllowedPositions(const simulation::SimulatedScanner& tracer,

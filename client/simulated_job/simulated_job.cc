@@ -146,6 +146,7 @@ absl::StatusOr<std::optional<SimulatedJob::Next>> SimulatedJob::FindNext(
     }
     const auto blocked = surveyor_.IsBlocked(next->placement);
     if (!blocked.ok()) return blocked.status();
+    if (next->expected.has_value()) cycle.tried.push_back({next->expected->chance(), !*blocked});
     if (!*blocked) return next;
     cycle.notes.push_back(absl::StrFormat("nobody can stand at (%.2f, %.2f, %.2f)",
                                           next->position.x(), next->position.y(),

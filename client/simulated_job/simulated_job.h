@@ -23,15 +23,22 @@
 
 namespace vantage::simulated_job {
 
+// A place that was expected and not known, and that the surveyor went to.
+struct TriedPlace {
+  double chance = 0;  // that it works, as the plan states it
+  bool free = false;  // it was, or a spot nearby that is as good
+};
+
 // The outcome of one scan, and the plan that was made after it.
 struct Cycle : MadeScan {
   std::optional<double> expected_gain;  // m^2 brought to density, by the plan that chose it
   simulation::TrueCoverage truth;       // by the merged scans
   v1::Plan plan;                        // made afterwards
   // The effort of choosing the next place.
-  double plan_budget = 0;   // s, of `plan`; 0 where work was limited instead
-  int plan_attempts = 0;    // of `plan`, with twice the budget each
-  double plan_seconds = 0;  // of all attempts, and of plans whose places were blocked
+  double plan_budget = 0;         // s, of `plan`; 0 where work was limited instead
+  int plan_attempts = 0;          // of `plan`, with twice the budget each
+  double plan_seconds = 0;        // of all attempts, and of plans whose places were blocked
+  std::vector<TriedPlace> tried;  // expected places gone to for the next scan, in order
 };
 
 struct JobResult {

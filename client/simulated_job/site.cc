@@ -135,6 +135,8 @@ absl::StatusOr<Site> GeneratedSite(SceneKind kind, uint64_t seed, double area,
   site.several_levels = scene.several_levels;
   site.start = start.value_or(scene.starts.front());
   site.mesh = std::move(scene.mesh);
+  site.doorways = std::move(scene.doorways);
+  site.rooms = std::move(scene.rooms);
   if (start) {
     const absl::Status free =
         CheckStart(site.mesh, simulation::SimulatedScanner(site.mesh), *start);

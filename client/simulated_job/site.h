@@ -6,8 +6,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/simulation/scenes/scene.h"
 #include "core/simulation/triangle_mesh.h"
 
 namespace vantage::simulated_job {
@@ -18,6 +20,9 @@ struct Site {
   double floor_height = 0;                          // m, scene frame, below the start
   bool several_levels = false;                      // there is other ground than at that height
   Eigen::Vector3d start = Eigen::Vector3d::Zero();  // m, scene frame
+  // Of scenes with a floor plan, on the floor at floor_height.
+  std::vector<simulation::SceneDoorway> doorways;
+  std::vector<simulation::Room> rooms;
 };
 
 // The scenes of GeneratedSite(), by the names that --scene takes.

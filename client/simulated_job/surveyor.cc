@@ -19,7 +19,6 @@ using Eigen::Vector3d;
 
 constexpr double kBlockedRadius = 0.3;  // m around a place where nobody can stand
 constexpr double kLostRadius = 0.4;     // m around a place whose scan was lost
-constexpr double kSpotSpacing = 0.1;    // m, of free spots that a surveyor tells apart
 constexpr int kLargerBudgets = 8;       // plans tried
 
 PlacementErrors ErrorsOf(const JobOptions& options) {
@@ -195,28 +194,10 @@ absl::Status Surveyor::Reject(const Vector3d& place, double radius, const std::s
 Placement Surveyor::NearestFree(const Placement& placement, int number,
                                 const v1::ExpectedStation& expected,
                                 std::optional<double> heading) const {
-  if (CanStand(scanner_, placement)) return placement;
-  const Vector3d wanted = placement.planned;
-  Vector3d from = wanted;
-  if (expected.has_doorway()) from.head<2>() = client::FromProto(expected.doorway()).head<2>();
-  const int reach = static_cast<int>(std::floor(expected.radius_m() / kSpotSpacing));
-  std::vector<Vector3d> spots;
-  for (int y = -reach; y <= reach; ++y) {
-    for (int x = -reach; x <= reach; ++x) {
-      const Vector3d off(x * kSpotSpacing, y * kSpotSpacing, 0);
-      if (off.norm() <= expected.radius_m()) spots.push_back(wanted + off);
-    }
-  }
-  std::stable_sort(spots.begin(), spots.end(), [&](const Vector3d& a, const Vector3d& b) {
-    return (a - wanted).squaredNorm() < (b - wanted).squaredNorm();
-  });
-  for (const Vector3d& spot : spots) {
-    // Somebody who looks through the doorway, or stands there, sees it.
-    if (!scanner_.Visible(T_scene_world_ * from, T_scene_world_ * spot)) continue;
-    Placement there = At(spot, number, heading);
-    if (CanStand(scanner_, there)) return there;
-  }
-  return placement;
+  FreeSpot spot{expected.radius_m(), std::nullopt};
+  if (expected.has_doorway()) spot.doorway = client::FromProto(expected.doorway());
+  return simulated_job::NearestFree(scanner_, placement, spot, number, T_scene_world_, errors_,
+                                    heading);
 }
 
 absl::StatusOr<bool> Surveyor::IsBlocked(const Placement& placement) {

@@ -9,6 +9,7 @@ JobDiary::JobDiary(const StudyScene& scene, const std::string& planner, uint64_t
                    parallel::Parallel& parallel)
     : scene_(scene),
       parallel_(parallel),
+      watch_(scene.site(), scene.scanner(), scene.settings().scanner),
       truth_(scene.truth()),
       last_(truth_.Measure()),
       at_density_(truth_.AtDensity()) {
@@ -18,6 +19,7 @@ JobDiary::JobDiary(const StudyScene& scene, const std::string& planner, uint64_t
   record_.set_seed(seed);
   record_.set_settings(scene.settings().Describe());
   record_.set_attainable_area(last_.attainable_at_density_area);
+  watch_.Begin(record_);
 }
 
 JobDiary::Best JobDiary::BestNow() const {
@@ -52,6 +54,7 @@ void JobDiary::Add(const ScanMade& scan) {
     truth_.AddScan(scan.at, parallel_);
     last_ = truth_.Measure();
     at_density_ = truth_.AtDensity();
+    watch_.Note(scan.at, record.number(), record_);
   }
   record.set_obtained(last_.equivalent_area - before.equivalent_area);
   record.set_gained(last_.attained_area - before.attained_area);
@@ -61,6 +64,11 @@ void JobDiary::Add(const ScanMade& scan) {
   if (scan.plan_budget) record.set_plan_budget(*scan.plan_budget);
   if (scan.plan_attempts) record.set_plan_attempts(*scan.plan_attempts);
   for (const std::string& note : scan.notes) record.add_notes(note);
+  for (const simulated_job::TriedPlace& tried : scan.expected_places) {
+    study_records::v1::ExpectedPlace& place = *record.add_expected_places();
+    place.set_chance(tried.chance);
+    place.set_free(tried.free);
+  }
 }
 
 bool JobDiary::Over() const {

@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "client/simulated_job/simulated_job.h"
+#include "client/study/room_watch.h"
 #include "client/study/study_scene.h"
 #include "core/parallel/parallel.h"
 #include "core/simulation/ground_truth.h"
@@ -26,6 +28,7 @@ struct ScanMade {
   std::optional<double> plan_budget;  // s, of the plan that chose it
   std::optional<int> plan_attempts;
   std::vector<std::string> notes;
+  std::vector<simulated_job::TriedPlace> expected_places;  // gone to for it, in order
   // The planner's answer about the truly best position, where it was asked.
   std::optional<double> best_predicted;  // m^2 brought to density
   std::string best_refused;
@@ -58,6 +61,7 @@ class JobDiary {
  private:
   const StudyScene& scene_;
   parallel::Parallel& parallel_;
+  const RoomWatch watch_;
   simulation::GroundTruth truth_;
   simulation::TrueCoverage last_;
   simulation::SampleSet at_density_;

@@ -73,7 +73,8 @@ std::vector<StudyPlanner> MakePlanners() {
                       "knows the scene and takes the truly best position each time"));
   all.push_back(
       Other("oracle-feasible", PlannerKind::kKnowsTheScene,
-            "the truly best of every third place per axis where its model lets one stand"));
+            "the truly best that registers, of every third place per axis where its model lets one "
+            "stand"));
   all.push_back(Other("oracle-expected", PlannerKind::kKnowsTheScene,
                       "the same, and where its model lets one expect to stand and one can"));
   all.push_back(Other("optimal", PlannerKind::kKnowsTheScene,
@@ -84,6 +85,9 @@ std::vector<StudyPlanner> MakePlanners() {
   all.push_back(Other("frontier", PlannerKind::kRival, "the nearest place that sees frontier"));
   all.push_back(Other("octomap", PlannerKind::kRival,
                       "the largest unknown volume by ray casting over OctoMap"));
+  all.push_back(
+      Other("surveyor", PlannerKind::kRival,
+            "two scans in every room it knows of and one in each doorway, nearest first"));
   all.push_back(Other("brute-force", PlannerKind::kRival,
                       "our plan run to its end whatever time it takes, without the service"));
   return all;
@@ -105,7 +109,8 @@ const StudyPlanner* FindPlanner(const std::string& name) {
 
 std::vector<std::string> DefaultPlanners(bool small) {
   if (small) {
-    return {"ours", "ours-0.2s", "oracle", "spacing", "frontier", "octomap", "ours-overlap"};
+    return {"ours",    "ours-0.2s", "oracle",  "oracle-expected", "surveyor",
+            "spacing", "frontier",  "octomap", "ours-overlap"};
   }
   std::vector<std::string> names;
   for (const StudyPlanner& planner : AllPlanners()) names.push_back(planner.name);

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "client/simulated_job/placement.h"
 #include "client/study/study_scene.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/problem/planning_problem.h"
@@ -32,6 +33,7 @@ struct Proposal {
   std::optional<Eigen::Vector3d> position;  // m, world; nothing: the rival has no more to propose
   std::optional<double> predicted;          // m^2 brought to density
   std::string why;                          // it has none
+  std::optional<simulated_job::FreeSpot> expected = std::nullopt;  // the place is not known
 };
 
 class Rival {
@@ -53,9 +55,10 @@ std::unique_ptr<Rival> FrontierRival();
 std::unique_ptr<Rival> RouteRival(std::vector<Eigen::Vector3d> route);
 
 // Knows the true gain of places, but may stand only where the model allows it, or also where places
-// are expected and free, and looks at every third viewcell per axis. Its distance from the oracle
-// shows what knowledge of free space is worth (and the stride); our planner's distance from it
-// shows what the metric loses. `scene` outlives it.
+// are expected and free, looks at every third viewcell per axis, and takes only what will register
+// as far as the model can tell; where nothing does, the refused place nearest to a station, as a
+// job of ours. Its distance from the oracle shows what knowledge of free space is worth (and the
+// stride); our planner's distance from it shows what the metric loses. `scene` outlives it.
 std::unique_ptr<Rival> FeasibleOracleRival(const StudyScene& scene, planning::StationBasis basis);
 
 // Our own plan without a budget: race and hierarchy to their end, with our registration check. Ends

@@ -148,7 +148,11 @@ absl::Status RunRivalJob(const StudyScene& scene, uint64_t seed, Rival& rival,
       }
       placement = simulated_job::PlacementAt(*proposal.position, number + 1, bench->T_scene_world(),
                                              errors);
-      made.position = bench->T_scene_world() * *proposal.position;
+      if (proposal.expected.has_value()) {
+        placement = simulated_job::NearestFree(scene.scanner(), placement, *proposal.expected,
+                                               number + 1, bench->T_scene_world(), errors);
+      }
+      made.position = bench->T_scene_world() * placement.planned;
       made.predicted = proposal.predicted;
       if (simulated_job::CanStand(scene.scanner(), placement)) break;
       made.notes.push_back(absl::StrFormat("nobody can stand at (%.2f, %.2f, %.2f)",

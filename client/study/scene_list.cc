@@ -116,6 +116,8 @@ absl::StatusOr<simulated_job::Site> BuildScene(const std::string& name,
   site.several_levels = scene.several_levels;
   site.start = scene.starts.front();
   site.mesh = std::move(scene.mesh);
+  site.doorways = std::move(scene.doorways);
+  site.rooms = std::move(scene.rooms);
   return site;
 }
 

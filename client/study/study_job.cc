@@ -16,6 +16,7 @@
 #include "client/study/octomap_rival.h"
 #include "client/study/rival.h"
 #include "client/study/rival_job.h"
+#include "client/study/surveyor_rival.h"
 
 namespace vantage::study {
 namespace {
@@ -90,6 +91,7 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
     next.plan_seconds = cycle.plan_seconds;
     next.plan_budget = cycle.plan_budget;
     next.plan_attempts = cycle.plan_attempts;
+    next.expected_places = cycle.tried;
     if (!planner.asked_about_best || diary.Over()) return absl::OkStatus();
     return AskAboutBest(client, job.session(), scene, diary, cycle, next);
   });
@@ -116,6 +118,7 @@ std::unique_ptr<Rival> MakeRival(const std::string& name, const StudyScene& scen
   if (name == "oracle-expected") {
     return FeasibleOracleRival(scene, planning::StationBasis::kExpected);
   }
+  if (name == "surveyor") return SurveyorRival();
   if (name == "brute-force") return BruteForceRival();
   return nullptr;
 }

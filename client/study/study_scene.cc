@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/study/scene_list.h"
 #include "core/simulation/random_sequence.h"
@@ -21,12 +22,15 @@ StudySettings StudySettings::For(const std::string& scene) const {
 
 std::string StudySettings::Describe() const {
   return absl::StrFormat(
-      "steps %.3f x %.3f deg, elevation %.0f to %.0f deg, range %.1f to %.1f m, noise %.1f mm, "
+      "%ssteps %.4f x %.4f deg, rays each %s, elevation %.0f to %.0f deg, range %.1f to %.1f m, "
+      "noise %.1f mm, "
       "incidence %.0f deg, clearance %.2f m, D %.0f / m2, positioning %.3f m, heading %.1f deg, "
       "tilt %.2f deg, drop-outs %d%d %.2f %.2f, mixed pixels %.5f, %d truth samples, goal %.3f, "
       "ends at "
-      "%.3f or %s, walking %.2f m/s, %.1f + %.1f min a scan, planned by %s",
+      "%.3f or %s, walking %.2f m/s, %.1f + %.2f min a scan, planned by %s",
+      instrument.empty() ? "" : absl::StrCat(instrument, ", "),
       sensor::Degrees(scanner.azimuth_step), sensor::Degrees(scanner.elevation_step),
+      preview > 0 ? absl::StrFormat("%.3f deg", sensor::Degrees(preview)) : "step",
       sensor::Degrees(scanner.elevation_min), sensor::Degrees(scanner.elevation_max),
       scanner.range_min, scanner.range_max, faults.range_noise ? 1000 * scanner.range_noise : 0.0,
       sensor::Degrees(scanner.max_incidence), scanner.clearance, required_density,

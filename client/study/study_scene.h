@@ -23,7 +23,8 @@ namespace vantage::study {
 // The settings that a study holds constant. Describe() has all of them and goes with every record.
 struct StudySettings {
   sensor::ScannerModel scanner;
-  double preview = 0;  // rad between the rays of scans, which stand for native ones; 0: all
+  std::string instrument;  // that `scanner` is, for readers; empty: none in particular
+  double preview = 0;      // rad between the rays of scans, which stand for native ones; 0: all
   simulation::ScanFaults faults;
   double required_density = 2500;             // samples / m^2
   double heading_error = sensor::Radians(5);  // rad, one sigma

@@ -110,16 +110,25 @@ std::string Words(const Bounds& bounds, const Format& format = kPlain) {
   return absl::StrCat(number(bounds.low), " to ", number(bounds.high));
 }
 
+// Which of two values is the worse.
+enum class Worse { kLarger, kSmaller };
+
 // The worst of a comparison between two planners over the scenes that both were run in, seed by
 // seed.
 struct Comparison {
+  Worse worse = Worse::kLarger;
   std::optional<Bounds> worst;
   bool some_undecided = false;  // scenes in which neither reached the goal
   std::vector<std::string> words;
 
   void Add(const std::string& scene, const Bounds& value, const std::string& what) {
-    worst =
-        worst ? Bounds{std::max(worst->low, value.low), std::max(worst->high, value.high)} : value;
+    if (!worst) {
+      worst = value;
+    } else if (worse == Worse::kLarger) {
+      worst = Bounds{std::max(worst->low, value.low), std::max(worst->high, value.high)};
+    } else {
+      worst = Bounds{std::min(worst->low, value.low), std::min(worst->high, value.high)};
+    }
     words.push_back(absl::StrCat(scene, ": ", what));
   }
   void AddUndecided(const std::string& scene) {
@@ -218,44 +227,218 @@ Comparison BudgetLoss(const ByScene& scenes) {
   return budget;
 }
 
-void AddFigures(const ByScene& scenes, double goal, Table& table) {
-  const auto scans = [goal](const Entry& job) {
-    const double needed = ScansUntil(*job.record, goal, job.most_scans);
-    return Bounds{needed, needed > job.record->scans_size() ? kNever : needed};
-  };
-  Comparison over_oracle, over_oracle_in_houses, vs_spacing;
+// The scans that a job needed for a share of the attainable surface.
+Bounds ScansOf(const Entry& job, double share) {
+  const double needed = ScansUntil(*job.record, share, job.most_scans);
+  return {needed, needed > job.record->scans_size() ? kNever : needed};
+}
+
+// The scans that ours needs beyond those of `other`. `prefix`: of the scenes' names.
+Comparison ScansBeyond(const ByScene& scenes, const std::string& other, double share,
+                       const std::string& prefix = "") {
+  Comparison beyond;
   for (const auto& [name, planners] : scenes) {
-    std::vector<Bounds> over, ours, theirs;
-    ForPairs(planners, "ours", "oracle", [&](const Entry& a, const Entry& b) {
-      over.push_back({scans(a).low - scans(b).high, scans(a).high - scans(b).low});
+    if (!name.starts_with(prefix)) continue;
+    std::vector<Bounds> over;
+    ForPairs(planners, "ours", other, [&](const Entry& a, const Entry& b) {
+      const Bounds ours = ScansOf(a, share);
+      const Bounds theirs = ScansOf(b, share);
+      over.push_back({ours.low - theirs.high, ours.high - theirs.low});
     });
+    if (over.empty()) continue;
     const Bounds behind = MedianOf(over);
     if (behind.low == -kNever && behind.high == kNever) {
-      over_oracle.AddUndecided(name);
-    } else if (!over.empty()) {
-      over_oracle.Add(name, behind, Words(behind, kSigned));
-      if (name.starts_with("house-")) {
-        over_oracle_in_houses.Add(name, behind, Words(behind, kSigned));
-      }
+      beyond.AddUndecided(name);
+    } else {
+      beyond.Add(name, behind, Words(behind, kSigned));
     }
-    ForPairs(planners, "ours", "spacing", [&](const Entry& a, const Entry& b) {
-      ours.push_back(scans(a));
-      theirs.push_back(scans(b));
+  }
+  return beyond;
+}
+
+// The scans that ours needs, as a share of those of `other`.
+Comparison ScansAgainst(const ByScene& scenes, const std::string& other, double share) {
+  Comparison against;
+  for (const auto& [name, planners] : scenes) {
+    std::vector<Bounds> ours, theirs;
+    ForPairs(planners, "ours", other, [&](const Entry& a, const Entry& b) {
+      ours.push_back(ScansOf(a, share));
+      theirs.push_back(ScansOf(b, share));
     });
+    if (ours.empty()) continue;
     const Bounds a = MedianOf(ours);
     const Bounds b = MedianOf(theirs);
     if (a.high == kNever && b.high == kNever) {
-      vs_spacing.AddUndecided(name);
-    } else if (!ours.empty()) {
+      against.AddUndecided(name);
+    } else {
       const Bounds ratio{a.low / b.high, a.high / b.low};
-      vs_spacing.Add(name, {b.high == kNever ? -kNever : ratio.low, ratio.high},
-                     absl::StrCat(Words(a), " of ", Words(b)));
+      against.Add(name, {b.high == kNever ? -kNever : ratio.low, ratio.high},
+                  absl::StrCat(Words(a), " of ", Words(b)));
     }
   }
-  AddFigure(table, "study.scans95_over_oracle", "at most 1 in every scene", over_oracle, kSigned);
-  AddFigure(table, "site.storeys3.scans", "at most 2 beyond the oracle's", over_oracle_in_houses,
-            kSigned);
-  AddFigure(table, "study.scans_vs_spacing", "at most 0.8 in every scene", vs_spacing);
+  return against;
+}
+
+double CoveredAfter(const JobRecord& record, int scans) {
+  const int last = std::min(scans, record.scans_size()) - 1;
+  return last < 0 ? 0 : record.scans(last).covered();
+}
+
+// The means of what `of` says of the jobs of ours, over those of `other` with the same seeds.
+Comparison MeansOver(const ByScene& scenes, const std::string& other,
+                     const std::function<double(const Entry&)>& of) {
+  Comparison over{Worse::kSmaller, std::nullopt, false, {}};
+  for (const auto& [name, planners] : scenes) {
+    double ours = 0;
+    double theirs = 0;
+    int jobs = 0;
+    ForPairs(planners, "ours", other, [&](const Entry& a, const Entry& b) {
+      ours += of(a);
+      theirs += of(b);
+      ++jobs;
+    });
+    if (theirs <= 0) continue;
+    const double ratio = ours / theirs;
+    over.Add(name, {ratio, ratio}, absl::StrFormat("%.3f of %.3f", ours / jobs, theirs / jobs));
+  }
+  return over;
+}
+
+// Scans made between the first sight of a room's door and the first scan in the room. What came
+// after is not known of a room that nobody went into.
+void AddWaits(const JobRecord& record, std::vector<Bounds>& waits) {
+  for (const study_records::v1::RoomRecord& room : record.rooms()) {
+    if (room.entered() == 1) continue;
+    if (room.has_entered()) {
+      const double wait = room.has_seen() ? room.entered() - room.seen() - 1 : 0;
+      waits.push_back({wait, wait});
+    } else if (room.has_seen()) {
+      waits.push_back({static_cast<double>(record.scans_size() - room.seen()), kNever});
+    }
+  }
+}
+
+Bounds LongestOf(const std::vector<Bounds>& waits) {
+  Bounds longest;
+  for (const Bounds& wait : waits) {
+    longest = {std::max(longest.low, wait.low), std::max(longest.high, wait.high)};
+  }
+  return longest;
+}
+
+// Over all rooms of all scenes; of other planners in words.
+void AddRoomWaits(const ByScene& scenes, Table& table) {
+  std::map<std::string, std::vector<Bounds>> by_planner;
+  for (const auto& [name, planners] : scenes) {
+    for (const auto& [planner, jobs] : planners) {
+      for (const Entry& job : jobs) AddWaits(*job.record, by_planner[planner]);
+    }
+  }
+  Comparison median, longest;
+  for (const auto& [planner, waits] : by_planner) {
+    if (waits.empty()) continue;
+    const auto never = std::count_if(waits.begin(), waits.end(),
+                                     [](const Bounds& wait) { return wait.high == kNever; });
+    median.words.push_back(absl::StrFormat("%s: %s over %d rooms, %d never entered", planner,
+                                           Words(MedianOf(waits)), waits.size(), never));
+    longest.words.push_back(absl::StrCat(planner, ": ", Words(LongestOf(waits))));
+    if (planner != "ours") continue;
+    median.worst = MedianOf(waits);
+    longest.worst = LongestOf(waits);
+  }
+  AddFigure(table, "study.rooms.wait", "at most 2 in the median", median);
+  AddFigure(table, "study.rooms.wait_worst", "at most 5", longest);
+}
+
+// Expected gain over what truly came to density, in the mean over the scans of ours, at places that
+// are expected or known.
+Comparison ExpectedOverObtained(const ByScene& scenes, bool at_expected) {
+  Comparison ratio;
+  double all_predicted = 0;
+  double all_gained = 0;
+  for (const auto& [name, planners] : scenes) {
+    double predicted = 0;
+    double gained = 0;
+    int scans = 0;
+    const auto jobs = planners.find("ours");
+    if (jobs == planners.end()) continue;
+    for (const Entry& job : jobs->second) {
+      for (const ScanRecord& scan : job.record->scans()) {
+        const int tried = scan.expected_places_size();
+        const bool expected = tried > 0 && scan.expected_places(tried - 1).free();
+        if (!scan.has_predicted() || !scan.merged() || expected != at_expected) continue;
+        predicted += scan.predicted();
+        gained += scan.gained();
+        ++scans;
+      }
+    }
+    if (gained <= 0) continue;
+    all_predicted += predicted;
+    all_gained += gained;
+    ratio.words.push_back(absl::StrFormat("%s: %.2f (%d scans)", name, predicted / gained, scans));
+  }
+  if (all_gained > 0) ratio.worst = Bounds{all_predicted / all_gained, all_predicted / all_gained};
+  return ratio;
+}
+
+// The share of the expected places that proved free, less the stated chance.
+Comparison ExpectedPlacesFree(const ByScene& scenes) {
+  int tried = 0;
+  int free = 0;
+  double chance = 0;
+  for (const auto& [name, planners] : scenes) {
+    const auto jobs = planners.find("ours");
+    if (jobs == planners.end()) continue;
+    for (const Entry& job : jobs->second) {
+      for (const ScanRecord& scan : job.record->scans()) {
+        for (const study_records::v1::ExpectedPlace& place : scan.expected_places()) {
+          ++tried;
+          free += place.free() ? 1 : 0;
+          chance += place.chance();
+        }
+      }
+    }
+  }
+  Comparison beyond;
+  if (tried == 0) return beyond;
+  const double value = (free - chance) / tried;
+  beyond.worst = Bounds{value, value};
+  beyond.words.push_back(
+      absl::StrFormat("%d of %d free, %.2f stated in the mean", free, tried, chance / tried));
+  return beyond;
+}
+
+void AddFigures(const ByScene& scenes, double goal, Table& table) {
+  constexpr double kMostOfIt = 0.9;
+  constexpr int kEarly = 8;  // scans
+  AddFigure(table, "study.scans95_over_oracle", "at most 1 in every scene",
+            ScansBeyond(scenes, "oracle", goal), kSigned);
+  AddFigure(table, "study.scans95_over_oracle_expected", "at most 2 in every scene",
+            ScansBeyond(scenes, "oracle-expected", goal), kSigned);
+  AddFigure(table, "study.scans90_over_oracle", "at most 2 in every scene",
+            ScansBeyond(scenes, "oracle", kMostOfIt), kSigned);
+  AddFigure(table, "site.storeys3.scans", "at most 2 beyond the oracle's",
+            ScansBeyond(scenes, "oracle", goal, "house-"), kSigned);
+  AddFigure(table, "study.scans_vs_spacing", "at most 0.8 in every scene",
+            ScansAgainst(scenes, "spacing", goal));
+  AddFigure(table, "study.scans95_vs_surveyor", "at most 0.8 in every scene",
+            ScansAgainst(scenes, "surveyor", goal));
+  const auto early = [](const Entry& job) { return CoveredAfter(*job.record, kEarly); };
+  AddFigure(table, "study.covered8_over_oracle", "at least 0.96 in every scene",
+            MeansOver(scenes, "oracle", early));
+  AddFigure(table, "study.covered8_over_octomap", "at least 1.1 in every scene",
+            MeansOver(scenes, "octomap", early));
+  AddFigure(table, "study.auc_over_oracle", "at least 0.97 in every scene",
+            MeansOver(scenes, "oracle", [](const Entry& job) {
+              return AreaUnderCurve(*job.record, job.most_scans);
+            }));
+  AddRoomWaits(scenes, table);
+  AddFigure(table, "study.expected_over_obtained.known", "0.8 to 1.25 in the mean",
+            ExpectedOverObtained(scenes, false));
+  AddFigure(table, "study.expected_over_obtained.expected", "0.8 to 1.25 in the mean",
+            ExpectedOverObtained(scenes, true));
+  AddFigure(table, "study.expected_places_free", "within 0.1 of the stated chance",
+            ExpectedPlacesFree(scenes), kSigned);
   AddFigure(table, "study.lost_scans", "0 in 100 jobs", LostScans(scenes));
   AddFigure(table, "study.budget200ms_auc", "at most 0.01 of the area under the curve lost",
             BudgetLoss(scenes));

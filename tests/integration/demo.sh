@@ -1,6 +1,7 @@
 #!/usr/bin/env bash
 # Starts the server on a free port and lets a simulated scanner digitise the furnished flat.
-# Arguments go to 'vantage simulate': demo.sh --seed 7 --scans 5.
+# Arguments go to 'vantage simulate': demo.sh --seed 7 --scans 5. The scanner is a Leica RTC360 unless
+# they name another --preset; --step 0.25 makes its scans so coarse that surface is under-sampled.
 set -euo pipefail
 
 root=$(cd "$(dirname "${BASH_SOURCE[0]}")/../.." && pwd)
@@ -36,7 +37,8 @@ address=127.0.0.1:$(<"$scratch/port")
 echo "The server runs at $address. A scanner is now told, scan after scan, where to stand."
 mkdir -p "$pictures"
 rm -f "$pictures"/cycle-*.png
-VANTAGE_SERVER=$address "$build/client/cli/vantage" simulate --no-hints --pictures "$pictures" "$@"
+VANTAGE_SERVER=$address "$build/client/cli/vantage" simulate --no-hints \
+  --preset leica-rtc360 --pictures "$pictures" "$@"
 cat <<TEXT
 
 The server of this demonstration has ended. To go on, start one that stays and try:

@@ -114,6 +114,23 @@ TEST(SimulatedJob, ScansThatComeLateCountAsMade) {
   EXPECT_THAT(bad.error, HasSubstr("line 1: '1.0, 0.5' is not x,y,z in m"));
 }
 
+// Of a real instrument's 46 million rays only some are traced; they stand for all.
+TEST(SimulatedJob, ARealInstrumentScansByPreviews) {
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  const Finished finished = Vantage(
+      server, {"simulate", "--scene", "two-rooms", "--seed", "1", "--scans", "2", "--preset",
+               "faro-focus", "--preset", "leica-rtc360", "--preview", "1", "--work", "3000000"});
+  ASSERT_EQ(finished.exit_code, 0) << finished.out << finished.error;
+  EXPECT_THAT(finished.out, HasSubstr("leica-rtc360 at 6mm, 0.0344\u00b0 (by a ray each 1\u00b0)"))
+      << "the last preset counts";
+  const std::vector<JobRow> rows = JobRowsOf(finished.out);
+  ASSERT_EQ(rows.size(), 2u) << finished.out;
+  EXPECT_NEAR(rows[1].truth, rows[1].seen, 0.5) << "what it sees here is at density";
+  EXPECT_GT(rows[1].truth, 30) << finished.out;
+  EXPECT_EQ(server.Stop(SIGTERM), 0) << server.Log();
+}
+
 class SectorJob : public ::testing::TestWithParam<int> {};
 
 // A robot's front scanner digitises the flat: scans made with the headings that were planned

@@ -79,6 +79,30 @@ TEST(Study, GoesOnWhereItWasAndRedoesWhatIsDamaged) {
   EXPECT_EQ(std::filesystem::last_write_time(ours), redone) << "all was done";
 }
 
+TEST(Study, RunsWithARealInstrumentUnlessAStepIsAskedFor) {
+  const ScratchFolder scratch;
+  const auto settings = [&](const std::vector<std::string>& more) {
+    const std::string folder = scratch.File("settings");
+    std::vector<std::string> arguments = {VANTAGE_BINARY, "study",  "--scene",        "two-rooms-1",
+                                          "--planner",    "oracle", "--no-job-after", "1e-9",
+                                          "-o",           folder};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Finished finished = RunProgram(arguments);
+    EXPECT_EQ(finished.exit_code, 6) << finished.out << finished.error;
+    return Contents(folder + "/table.json");
+  };
+  const std::string usual = settings({});
+  EXPECT_THAT(usual, HasSubstr("Leica RTC360 at 6mm, steps 0.0344 x 0.0344 deg, rays each 0.250"));
+  EXPECT_THAT(usual, HasSubstr("1.0 + 0.85 min a scan"));
+  EXPECT_THAT(settings({"--setting", "12mm", "--preview", "0.5"}),
+              HasSubstr("at 12mm, steps 0.0688 x 0.0688 deg, rays each 0.500"));
+  const std::string coarse = settings({"--step", "0.25"});
+  EXPECT_THAT(coarse, HasSubstr("\"steps 0.2500 x 0.2500 deg, rays each step"));
+  EXPECT_THAT(coarse, HasSubstr("range 0.5 to 20.0 m"));
+  EXPECT_THAT(settings({"--preset", "leica-blk360", "--step", "0.1"}),
+              HasSubstr("Leica BLK360 at medium, steps 0.1000"));
+}
+
 TEST(Study, NamesWhatThereIsNot) {
   const ScratchFolder scratch;
   const Finished planner = Study(scratch.File("a"), {"--planner", "best"});

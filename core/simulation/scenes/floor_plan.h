@@ -14,12 +14,6 @@
 
 namespace vantage::simulation {
 
-// The inside of a room: what lies between its walls, m.
-struct Room {
-  std::string name;
-  Eigen::AlignedBox2d inside;
-};
-
 // An opening in a wall; lengths along the wall from its beginning, heights over the floor, m.
 struct Opening {
   double middle = 0;

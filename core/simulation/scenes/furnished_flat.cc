@@ -122,6 +122,7 @@ Scene FurnishedFlat(uint64_t seed) {
   }
   scene.starts = StartsIn(plan);
   scene.doorways = plan.Doorways();
+  scene.rooms = plan.rooms();
   return scene;
 }
 

@@ -131,6 +131,7 @@ Scene OfficeStorey(uint64_t seed, double area_m2) {
   for (const Room& room : corridors) furnishing.Corridor(room);
   scene.starts = StartsIn(plan);
   scene.doorways = plan.Doorways();
+  scene.rooms = plan.rooms();
   return scene;
 }
 

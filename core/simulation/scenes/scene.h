@@ -2,13 +2,19 @@
 #ifndef VANTAGE_CORE_SIMULATION_SCENES_SCENE_H_
 #define VANTAGE_CORE_SIMULATION_SCENES_SCENE_H_
 
-#include <Eigen/Core>
+#include <Eigen/Geometry>
 #include <string>
 #include <vector>
 
 #include "core/simulation/triangle_mesh.h"
 
 namespace vantage::simulation {
+
+// The inside of a room: what lies between its walls, m.
+struct Room {
+  std::string name;
+  Eigen::AlignedBox2d inside;
+};
 
 // A doorway as it was built.
 struct SceneDoorway {
@@ -28,6 +34,7 @@ struct Scene {
   bool several_levels = false;          // there is other ground than at that height
   std::vector<Eigen::Vector3d> starts;  // m, free places for a first scan, viewpoint height
   std::vector<SceneDoorway> doorways;   // of scenes with a floor plan
+  std::vector<Room> rooms;              // that they lead to, corridors among them
 };
 
 }  // namespace vantage::simulation

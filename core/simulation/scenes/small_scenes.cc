@@ -68,6 +68,7 @@ Scene TwoRooms(uint64_t seed) {
   }
   scene.starts = StartsIn(plan);
   scene.doorways = plan.Doorways();
+  scene.rooms = plan.rooms();
   return scene;
 }
 
@@ -122,6 +123,7 @@ Scene PillarHall(uint64_t seed) {
   }
   scene.starts = StartsIn(plan);
   scene.doorways = plan.Doorways();
+  scene.rooms = plan.rooms();
   // One freest place is little choice for a hall: its quarters too.
   for (const double x : {0.25, 0.75}) {
     for (const double y : {0.25, 0.75}) {

@@ -154,7 +154,36 @@ TEST_P(RivalTest, RunsAJobThatRepeatsItself) {
 
 INSTANTIATE_TEST_SUITE_P(Rivals, RivalTest,
                          ::testing::Values("random", "frontier", "octomap", "spacing", "oracle",
-                                           "oracle-feasible"));
+                                           "oracle-feasible", "oracle-expected", "surveyor"));
+
+// Room by room and through the door between them, though it computes no gain.
+TEST(SurveyorRivalTest, ScansEachRoomTwiceAndTheDoorwayOnce) {
+  const auto scene = TwoRoomsCoarse(0.02, 5, 2);
+  parallel::Serial serial;
+  const auto record = RunStudyJob(*scene, *FindPlanner("surveyor"), 3, "", serial);
+  ASSERT_TRUE(record.ok()) << record.status();
+  ASSERT_EQ(record->scans_size(), 5) << record->ended();
+  std::vector<int> in_room(scene->site().rooms.size(), 0);
+  int in_doorway = 0;
+  for (const study_records::v1::ScanRecord& scan : record->scans()) {
+    EXPECT_TRUE(scan.merged());
+    const Eigen::Vector2d at = client::FromProto(scan.position()).head<2>();
+    ASSERT_EQ(scene->site().doorways.size(), 1u);
+    if ((at - scene->site().doorways[0].middle).norm() < 0.75) {
+      ++in_doorway;
+      continue;
+    }
+    for (size_t i = 0; i < in_room.size(); ++i) {
+      in_room[i] += scene->site().rooms[i].inside.contains(at) ? 1 : 0;
+    }
+  }
+  EXPECT_EQ(in_doorway, 1);
+  EXPECT_THAT(in_room, ::testing::ElementsAre(2, 2));
+  ASSERT_EQ(record->rooms_size(), 2);
+  for (const study_records::v1::RoomRecord& room : record->rooms()) {
+    EXPECT_TRUE(room.has_entered()) << room.name();
+  }
+}
 
 TEST(StudyPlannersTest, NamesAreDistinctAndDefaultsExist) {
   std::vector<std::string> names;
@@ -204,11 +233,13 @@ TEST(StudyScenesTest, AMissingMeshIsToldBeforeAnyJob) {
 
 TEST(StudySettingsTest, DescribeSaysWhatDistinguishesRecords) {
   const StudySettings usual;
-  StudySettings goal = usual, server = usual, scanner = usual;
+  StudySettings goal = usual, server = usual, scanner = usual, preview = usual, preset = usual;
+  preview.preview = sensor::Radians(0.5);
+  preset.instrument = "Leica RTC360 at 6mm";
   goal.goal = 0.9;
   server.server = "planner:7464";
   scanner.scanner.elevation_max = sensor::Radians(60);
-  for (const StudySettings& other : {goal, server, scanner}) {
+  for (const StudySettings& other : {goal, server, scanner, preview, preset}) {
     EXPECT_NE(other.Describe(), usual.Describe());
   }
   EXPECT_THAT(usual.Describe(), ::testing::Not(::testing::HasSubstr("0 scans")));

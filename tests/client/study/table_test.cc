@@ -175,6 +175,90 @@ TEST(StudyTable, FiguresAreBoundsWhereOneDidNotGetThere) {
   EXPECT_FALSE(FigureOf(two, "site.storeys3.scans").has_value()) << "no house among them";
 }
 
+TEST(StudyTable, ComparesWithWhoStandsWhereItIsExpectedAndWithASurveyor) {
+  const auto table = TableOf(
+      {Job("ours", 1, {0.5, 0.8, 0.92, 0.96}), Job("oracle", 1, {0.6, 0.91, 0.96}),
+       Job("oracle-expected", 1, {0.5, 0.96}), Job("surveyor", 1, {0.5, 0.6, 0.7, 0.8, 0.96})});
+  EXPECT_EQ(FigureOf(table, "study.scans95_over_oracle").value(), 1);
+  EXPECT_EQ(FigureOf(table, "study.scans95_over_oracle_expected").value(), 2);
+  EXPECT_EQ(FigureOf(table, "study.scans90_over_oracle").value(), 1);
+  EXPECT_DOUBLE_EQ(FigureOf(table, "study.scans95_vs_surveyor").value(), 4.0 / 5);
+  EXPECT_DOUBLE_EQ(FigureOf(table, "study.auc_over_oracle").value(),
+                   (0.5 + 0.8 + 0.92 + 2 * 0.96) / (0.6 + 0.91 + 3 * 0.96));
+  EXPECT_EQ(FigureOf(table, "study.covered8_over_octomap").stated(), "not run");
+}
+
+TEST(StudyTable, CoverageAfterEightScansIsThatOfTheWorstScene) {
+  std::vector<double> ours(10, 0.5), best(10, 0.5), rival(6, 0.5);
+  ours[7] = 0.72;
+  best[7] = 0.8;
+  rival[5] = 0.6;  // ended
+  std::vector<JobRecord> jobs = {Job("ours", 1, ours), Job("oracle", 1, best),
+                                 Job("octomap", 1, rival), Job("ours", 1, best),
+                                 Job("oracle", 1, best)};
+  jobs[3].set_scene("hall-101");
+  jobs[4].set_scene("hall-101");
+  const auto table = MakeTable(jobs, 0.95, std::vector<int>(jobs.size(), 10), "");
+  EXPECT_DOUBLE_EQ(FigureOf(table, "study.covered8_over_oracle").value(), 0.72 / 0.8);
+  EXPECT_DOUBLE_EQ(FigureOf(table, "study.covered8_over_octomap").value(), 0.72 / 0.6);
+  EXPECT_THAT(FigureOf(table, "study.covered8_over_oracle").detail(),
+              HasSubstr("flat-101: 0.720 of 0.800; hall-101: 0.800 of 0.800"));
+}
+
+// A room that was seen and entered by these scans; 0: never.
+void AddRoom(JobRecord& job, int seen, int entered) {
+  study_records::v1::RoomRecord& room = *job.add_rooms();
+  if (seen > 0) room.set_seen(seen);
+  if (entered > 0) room.set_entered(entered);
+}
+
+TEST(StudyTable, WaitsAreScansBetweenTheFirstSightOfADoorAndTheFirstScanBehindIt) {
+  JobRecord ours = Job("ours", 1, {0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7});
+  AddRoom(ours, 0, 1);  // where it began
+  AddRoom(ours, 1, 2);  // the next scan
+  AddRoom(ours, 2, 7);
+  AddRoom(ours, 0, 4);  // seen from inside first
+  JobRecord rival = Job("octomap", 1, {0.1, 0.2, 0.3});
+  AddRoom(rival, 1, 3);
+  const auto table = TableOf({ours, rival});
+  EXPECT_EQ(FigureOf(table, "study.rooms.wait").value(), 0) << "of 0, 4 and 0";
+  EXPECT_EQ(FigureOf(table, "study.rooms.wait_worst").value(), 4);
+  EXPECT_THAT(FigureOf(table, "study.rooms.wait").detail(),
+              HasSubstr("octomap: 1 over 1 rooms, 0 never entered"));
+
+  AddRoom(ours, 1, 0);
+  AddRoom(ours, 2, 0);
+  AddRoom(ours, 0, 0);  // nobody knows of it
+  const auto with_others = TableOf({ours});
+  EXPECT_EQ(FigureOf(with_others, "study.rooms.wait").value(), 4) << "of 0, 0, 4, 5+ and 6+";
+  EXPECT_EQ(FigureOf(with_others, "study.rooms.wait_worst").stated(), "at least 6");
+  EXPECT_THAT(FigureOf(with_others, "study.rooms.wait").detail(), HasSubstr("2 never entered"));
+  EXPECT_EQ(FigureOf(TableOf({Job("ours", 1, {0.1})}), "study.rooms.wait").stated(), "not run");
+}
+
+TEST(StudyTable, PromisesAreHeldAgainstWhatCameByTheBasisOfThePlace) {
+  JobRecord job = Job("ours", 1, {0.2, 0.3, 0.5, 0.6, 0.7}, 5);
+  const double predicted[] = {20, 10, 30, 99};
+  for (int i = 0; i < 4; ++i) job.mutable_scans(i + 1)->set_predicted(predicted[i]);
+  const auto tried = [&](int scan, double chance, bool free) {
+    study_records::v1::ExpectedPlace& place = *job.mutable_scans(scan - 1)->add_expected_places();
+    place.set_chance(chance);
+    place.set_free(free);
+  };
+  tried(2, 0.9, false);  // and went to a place that is known
+  tried(3, 0.9, false);
+  tried(3, 0.9, true);
+  tried(5, 0.5, true);  // the lost one
+  const auto table = TableOf({job});
+  EXPECT_DOUBLE_EQ(FigureOf(table, "study.expected_over_obtained.known").value(),
+                   (20.0 + 30.0) / (10.0 + 10.0));
+  EXPECT_DOUBLE_EQ(FigureOf(table, "study.expected_over_obtained.expected").value(), 10.0 / 20.0);
+  EXPECT_DOUBLE_EQ(FigureOf(table, "study.expected_places_free").value(), 2.0 / 4 - 3.2 / 4);
+  EXPECT_THAT(FigureOf(table, "study.expected_places_free").detail(), HasSubstr("2 of 4 free"));
+  EXPECT_EQ(FigureOf(TableOf({Job("ours", 1, {0.5})}), "study.expected_places_free").stated(),
+            "not run");
+}
+
 TEST(StudyTable, HousesHaveAFigureOfTheirOwn) {
   std::vector<JobRecord> jobs = {Job("ours", 1, {0.5, 0.6, 0.7, 0.96}),
                                  Job("oracle", 1, {0.5, 0.96})};
