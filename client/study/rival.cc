@@ -7,7 +7,6 @@
 #include "core/planning/plan/plan.h"
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/planner.h"
-#include "core/planning/ranking/registration_check.h"
 #include "core/planning/scoring/scoring.h"
 #include "core/simulation/random_sequence.h"
 
@@ -101,34 +100,32 @@ class FeasibleOracle final : public Rival {
       places.push_back(place);
     }
     const std::vector<double> gains = truth_.GainAtDensity(places, s.parallel);
-    const auto best = BestThatRegisters(**problem, places, gains, s);
-    if (!best.ok()) return {std::nullopt, std::nullopt, best.status().ToString()};
-    if (!best->has_value()) {
+    const std::optional<size_t> best = BestThatRegisters(**problem, places, gains, s);
+    if (!best.has_value()) {
       return {std::nullopt, std::nullopt, "no feasible place gains anything"};
     }
-    return {s.T_scene_world.inverse() * places[**best], gains[**best], ""};
+    return {s.T_scene_world.inverse() * places[*best], gains[*best], ""};
   }
 
  private:
   // Where none of those that gain something registers, the nearest to a station; nothing where none
   // gains.
-  static absl::StatusOr<std::optional<size_t>> BestThatRegisters(
-      const planning::PlanningProblem& problem, const std::vector<Eigen::Vector3d>& places,
-      const std::vector<double>& gains, const PlanningSituation& s) {
+  static std::optional<size_t> BestThatRegisters(const planning::PlanningProblem& problem,
+                                                 const std::vector<Eigen::Vector3d>& places,
+                                                 const std::vector<double>& gains,
+                                                 const PlanningSituation& s) {
     std::vector<size_t> order;
     for (size_t i = 0; i < places.size(); ++i) {
       if (gains[i] > 0) order.push_back(i);
     }
     std::stable_sort(order.begin(), order.end(),
                      [&](size_t a, size_t b) { return gains[a] > gains[b]; });
-    const auto surface = planning::OverlapSurface::Of(problem);
-    if (!surface.ok()) return surface.status();
     std::optional<size_t> nearest;
     double least = 0;
     for (const size_t i : order) {
       const Eigen::Vector3d at = s.T_scene_world.inverse() * places[i];
-      const auto seen = surface->Predict(at, problem.scene(), problem.config().registration,
-                                         parallel::Budget::Unlimited());
+      const auto seen = problem.overlap().Predict(
+          at, problem.scene(), problem.config().registration, parallel::Budget::Unlimited());
       if (seen.has_value() && seen->verdict.registered()) return i;
       for (const Eigen::Vector3d& station : s.stations) {
         const double distance = (station - at).norm();

@@ -330,6 +330,8 @@ class JointPlanner {
         if (!choice.Commit(*next)) break;
       }
     }
+    // The views of several scanners are all taken: none of them is left for another.
+    if (Single()) planning::ViewReport::NameFallback(joint_.plan.views);
     if (Single() && !joint_.plan.views.empty()) {
       joint_.score = joint_.plan.views.front().score;
       joint_.model_gain = joint_.plan.views.front().model_gain;

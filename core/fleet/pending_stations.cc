@@ -7,7 +7,6 @@
 #include "core/fleet/pending_surface.h"
 #include "core/fleet/remaining_gain.h"
 #include "core/planning/problem/planning_problem.h"
-#include "core/planning/ranking/registration_check.h"
 #include "core/planning/scoring/gain_cells.h"
 #include "core/planning/scoring/headings.h"
 #include "core/planning/scoring/scoring.h"
@@ -65,9 +64,7 @@ absl::StatusOr<StationForecast> ForecastStation(
   forecast.model_gain =
       sector.everything() ? score.score : planning::KeepSector(sector, position, gains, by_cell);
 
-  const auto overlap = planning::OverlapSurface::Of(problem);
-  if (!overlap.ok()) return overlap.status();
-  PendingSurface surface(problem, *overlap);
+  PendingSurface surface(problem, problem.overlap());
   std::vector<double> by_heading;
   const planning::Headings& headings = scoring.scorer().headings();
   if (!headings.all_around() && !heading.has_value()) {

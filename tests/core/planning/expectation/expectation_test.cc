@@ -162,6 +162,24 @@ TEST_F(ExpectationTest, AJobEndsByExpectedGainAndModelGainIsSaidApart) {
 }
 
 // Once the room was entered, nothing of it is expected any more.
+// Who finds no free spot takes the best view that stands on what is known.
+TEST_F(ExpectationTest, ExpectedViewsNameTheKnownOneToTakeInstead) {
+  config_.candidates = 30;
+  config_.candidate_separation = 0.6;
+  problem_ = PlanningProblem::Prepare({*view_, scanner_, config_}, pool_).value();
+  const Plan plan = MakePlan(*problem_, parallel::Budget::Unlimited(), pool_, [](const Plan&) {});
+  const auto known = std::find_if(plan.views.begin(), plan.views.end(),
+                                  [](const RankedView& v) { return !v.expected.has_value(); });
+  ASSERT_NE(known, plan.views.end());
+  size_t expected_views = 0;
+  for (const RankedView& view : plan.views) {
+    if (!view.expected.has_value()) continue;
+    ++expected_views;
+    EXPECT_EQ(view.expected->fallback, static_cast<size_t>(known - plan.views.begin()));
+  }
+  EXPECT_GT(expected_views, 0u);
+}
+
 TEST_F(ExpectationTest, EndsWhereARoomWasEntered) {
   ScanFrom(1);
   for (const Eigen::Vector3d& start : scene_.starts) {
