@@ -212,7 +212,7 @@ model::PlanningView WallBehindScreen(double screen) {
         for (int local = 0; local < model::Brick::kVoxels; ++local) {
           const model::VoxelIndex v = model::PlanningView::Global({bx, by, bz}, local);
           const Vector3d p = (v.cast<double>().array() + 0.5) * kVoxel;
-          const bool floor = p.z() < kVoxel && p.x() < 9;
+          const bool floor = p.z() < kVoxel && p.x() < 8.8;
           const bool in_screen = p.x() > 9 && p.x() < 9.1 && p.z() < screen;
           const bool wall = p.x() > 12 && p.x() < 12.1 && p.z() < 5;
           const bool air = p.x() < 12 && p.z() > kVoxel && p.z() < 6;
@@ -249,9 +249,10 @@ TEST(StandingReachInClosedFormTest, WhatIsHiddenFromAllFloorIsLeftOut) {
     const model::PlanningView view = WallBehindScreen(screen);
     const Coverage coverage = MeasureCoverage(view, std::span(&scanner, 1), config).value();
     // Over the screen from the highest place farthest behind, half a metre from the floor's end.
+    // The two lowest rows of voxels count as hidden: rays to the lowest would aim at no air.
     const double seen_from =
         screen > 0 ? screen + (screen - config.max_viewpoint_height - 0.1) * 3 / 8.6 : 0;
-    EXPECT_NEAR(coverage.area_out_of_reach, 6.4 * seen_from, 0.15 * 6.4 * screen + 0.7);
+    EXPECT_NEAR(coverage.area_out_of_reach, 6.4 * seen_from, 0.15 * 6.4 * screen + 1.3);
   }
 }
 
