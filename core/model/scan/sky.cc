@@ -86,6 +86,8 @@ constexpr double kLeastTripod = 0.3;  // m over the ground
 // of 1.5 m, within 2.6 m of it. And rad between the columns that are looked at: 10 cm there.
 constexpr double kStandsOn = sensor::Radians(30);
 constexpr double kStandsOnStep = sensor::Radians(2);
+// Ground faces up within 30 degrees, as floor does.
+constexpr double kLeastGroundUp = 0.866;
 
 class SkyFinder {
  public:
@@ -519,8 +521,7 @@ class SkyFinder {
     std::vector<double> least_grazing;  // by plane, cosine
     std::vector<Grazing> front;
     std::vector<uint8_t> met(state_.size());
-    // By column: the surface that ends there.
-    std::vector<std::optional<Plane>> ended(static_cast<size_t>(columns_));
+    ended_.assign(static_cast<size_t>(columns_), std::nullopt);
     const auto look_beside = [&](int column, int row, uint32_t plane) {
       for (const auto& [dc, dr] : kFaces) {
         const int c = Beside(column, dc);
@@ -528,7 +529,7 @@ class SkyFinder {
         if (c < 0 || r < 0 || r >= rows_) continue;
         const size_t at = Index(c, r);
         if (state_[at] != kSkyCell || met[at] != 0) continue;
-        const std::optional<Plane>& end = ended[static_cast<size_t>(c)];
+        const std::optional<Plane>& end = ended_[static_cast<size_t>(c)];
         if (end && MayBeOne(*end, planes[plane])) continue;
         const double facing = -planes[plane].normal.dot(surface_.Direction(c, r));
         // Where a ray met it less grazingly than at its border it would have been measured.
@@ -545,7 +546,7 @@ class SkyFinder {
         const std::optional<Plane> plane = SurfaceAt(c, r);
         if (!plane) continue;
         if (BreaksOff(c, r, *plane)) {
-          ended[static_cast<size_t>(c)] = plane;
+          ended_[static_cast<size_t>(c)] = plane;
         } else if (FadesOut(c, r)) {
           fading.push_back({c, r, static_cast<uint32_t>(planes.size())});
           planes.push_back(*plane);
@@ -586,9 +587,35 @@ class SkyFinder {
     return std::max(*median, kLeastTripod);
   }
 
+  // By column, the ground that breaks off there, or in the nearest column within kLastAround that
+  // tells: of a few samples at an edge some have no plane.
+  std::vector<std::optional<Plane>> GroundThatEnds() const {
+    const int around = std::max(1, static_cast<int>(kLastAround / surface_.azimuth().mean_step()));
+    std::vector<std::optional<Plane>> ground(static_cast<size_t>(columns_));
+    for (int c = 0; c < columns_; ++c) {
+      for (int k = 0; k <= 2 * around && !ground[static_cast<size_t>(c)]; ++k) {
+        const int beside = Beside(c, k % 2 == 0 ? k / 2 : -(k + 1) / 2);
+        if (beside < 0) continue;
+        const std::optional<Plane>& end = ended_[static_cast<size_t>(beside)];
+        if (end && end->normal.dot(up_) >= kLeastGroundUp) ground[static_cast<size_t>(c)] = end;
+      }
+    }
+    return ground;
+  }
+
+  // m along a cell's ray, to where it would meet the ground that breaks off, if that went on: on a
+  // slope, that is what is level ground elsewhere. Infinity where there is none, or the ray moves
+  // away from it.
+  double ToGround(const std::optional<Plane>& ground, int column, int row) const {
+    const double facing = ground ? -ground->normal.dot(surface_.Direction(column, row)) : -1;
+    if (facing <= -kRelief) return std::numeric_limits<double>::infinity();
+    return ground->distance / (std::max(facing, 0.0) + kRelief);
+  }
+
   std::vector<SkyRay> Rays() const {
     const double range = SkyRange(scanner_);
     const double height = HeightOverGround();
+    const std::vector<std::optional<Plane>> ground = GroundThatEnds();
     std::vector<SkyRay> rays;
     for (int c = 0; c < columns_; ++c) {
       for (int r = 0; r < rows_; ++r) {
@@ -598,7 +625,10 @@ class SkyFinder {
         // A ray that goes down may meet ground that does not return. Where the ground beside it
         // breaks off (an edge, or water) nothing is promised.
         const double sine = surface_.Direction(c, r).dot(up_);
-        if (sine < 0) bound = std::min(bound, height / (kRelief - sine));
+        if (sine < 0) {
+          bound = std::min(
+              {bound, height / (kRelief - sine), ToGround(ground[static_cast<size_t>(c)], c, r)});
+        }
         rays.push_back({c, r, static_cast<float>(std::min(bound, range)), beyond});
       }
     }
@@ -620,6 +650,7 @@ class SkyFinder {
   std::vector<int> skyline_;                  // row, by column
   std::vector<uint8_t> state_;                // State, by cell
   std::vector<float> bound_;                  // m, by cell: a surface may go on there
+  std::vector<std::optional<Plane>> ended_;   // by column: the highest surface that breaks off
   FaintReturns faint_;
 };
 

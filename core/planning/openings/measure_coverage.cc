@@ -75,7 +75,11 @@ absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
         const std::optional<Requirement> required = config.RequiredAt(model.Centre(v));
         if (!required.has_value()) return;
         if (model::IsFalseSurface(state) && skyline->InSky(v, surface.normal)) return;
-        const auto in_reach = [&] { return reach->Has(v, surface, required->density); };
+        // Outdoors much is behind eaves, ridges and edges, as seen from all floor.
+        const auto in_reach = [&] {
+          return reach->Has(v, surface, required->density) &&
+                 (!skyline->any_open() || reach->Sees(v, surface, required->density));
+        };
         all.Add(state, surface, required->density, in_reach);
         if (required->region.has_value()) {
           in_region[*required->region].Add(state, surface, required->density, in_reach);

@@ -1,9 +1,12 @@
 #include "core/planning/openings/standing_reach.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/model/view/brick_key.h"
+#include "core/model/view/target_distances.h"
+#include "core/visibility/voxel_walk.h"
 
 namespace vantage::planning {
 namespace {
@@ -29,6 +32,10 @@ int DirectionOf(const Eigen::Vector3i& bin) {
          kSide * ((bin.y() + kNormalSteps) + kSide * (bin.z() + kNormalSteps));
 }
 
+Eigen::Vector3d CentreOfBrick(const model::VoxelIndex& brick, double voxel_size) {
+  return (brick.cast<double>().array() + 0.5) * (model::Brick::kSide * voxel_size);
+}
+
 // Heights of viewpoints over the floor, m, such that none is farther than half a step from one.
 std::vector<double> HeightsFrom(double lowest, double highest) {
   const int steps = std::max(1, static_cast<int>(std::ceil((highest - lowest) / kHeightStep)));
@@ -39,9 +46,11 @@ std::vector<double> HeightsFrom(double lowest, double highest) {
 
 }  // namespace
 
-StandingReach::StandingReach(std::span<const sensor::ScannerModel> scanners,
+StandingReach::StandingReach(const model::PlanningView& model,
+                             std::span<const sensor::ScannerModel> scanners,
                              const PlanningConfig& config)
-    : scanners_(scanners.begin(), scanners.end()),
+    : model_(model),
+      scanners_(scanners.begin(), scanners.end()),
       heights_(HeightsFrom(config.min_viewpoint_height, config.max_viewpoint_height)) {}
 
 std::optional<StandingReach> StandingReach::Of(const model::PlanningView& model,
@@ -49,7 +58,7 @@ std::optional<StandingReach> StandingReach::Of(const model::PlanningView& model,
                                                std::span<const sensor::ScannerModel> scanners,
                                                const PlanningConfig& config,
                                                const parallel::Cancellation& cancelled) {
-  StandingReach reach(scanners, config);
+  StandingReach reach(model, scanners, config);
   reach.voxel_size_ = model.voxel_size();
   const FloorColumns& columns = floor.columns();
   if (scanners.empty() || !floor.found() || columns.columns() == 0) return reach;
@@ -84,50 +93,56 @@ std::optional<StandingReach> StandingReach::Of(const model::PlanningView& model,
 // How far a place within the cell, at any height over any of its floors, and a voxel within the
 // brick may be from where they are taken to be: half a cell's diagonal in plan, what heights are
 // off by, and half a brick's diagonal.
-double StandingReach::Slack() const {
+StandingReach::Slack StandingReach::OfBrick() const {
   const double in_plan = std::sqrt(0.5) * kCell;
   const double upright = kSameFloor + 0.5 * kHeightStep;
-  return std::hypot(in_plan, upright) + std::sqrt(0.75) * model::Brick::kSide * voxel_size_;
+  return {std::hypot(in_plan, upright) + std::sqrt(0.75) * model::Brick::kSide * voxel_size_,
+          kNormalSlack};
 }
 
 bool StandingReach::MeasuredFrom(const Eigen::Vector3d& place, const sensor::ScannerModel& scanner,
                                  const Eigen::Vector3d& centre, const Eigen::Vector3d& normal,
-                                 double density) const {
+                                 double density, const Slack& slack) const {
   const Eigen::Vector3d to_place = place - centre;
-  const double slack = Slack();
   const double distance = to_place.norm();
-  if (distance <= 2 * slack) return true;
-  const double nearest = distance - slack;
+  if (distance <= 2 * slack.distance) return true;
+  const double nearest = distance - slack.distance;
   if (nearest > scanner.range_max) return false;
-  const double sine = std::min(1.0, (std::abs(to_place.z()) + slack) / nearest);
+  const double sine = std::min(1.0, (std::abs(to_place.z()) + slack.distance) / nearest);
   if (scanner.SamplingDensityAtSine(sine, 1, nearest) < density) return false;
   const double incidence = std::acos(std::clamp(normal.dot(to_place) / distance, -1.0, 1.0)) -
-                           std::asin(slack / distance) - kNormalSlack;
+                           std::asin(slack.distance / distance) - slack.normal;
   if (incidence > scanner.max_incidence) return false;
   return scanner.SamplingDensityAtSine(sine, std::cos(std::max(incidence, 0.0)), nearest) >=
          density;
 }
 
-bool StandingReach::Search(const sensor::ScannerModel& scanner, const Eigen::Vector3d& centre,
-                           const Eigen::Vector3d& normal, double density) const {
-  // A scanner samples most densely overhead, but no denser over any distance in plan than over the
-  // same distance at its own height.
-  const double farthest = std::min(
-      scanner.range_max, std::sqrt(scanner.SamplesPerSteradian(0) / std::max(density, 1e-9)));
-  const int cells = static_cast<int>(std::ceil((farthest + Slack()) / kCell));
-  const Eigen::Vector2i middle = Eigen::Vector2i(static_cast<int>(std::floor(centre.x() / kCell)),
-                                                 static_cast<int>(std::floor(centre.y() / kCell))) -
-                                 first_;
-  const Eigen::Vector2i low = (middle.array() - cells).max(0).matrix();
-  const Eigen::Vector2i high = (middle.array() + cells + 1).min(size_.array()).matrix();
-  for (int y = low.y(); y < high.y(); ++y) {
-    for (int x = low.x(); x < high.x(); ++x) {
-      for (const float floor : At({x, y})) {
-        for (const double height : heights_) {
-          const Eigen::Vector3d place((first_.x() + x + 0.5) * kCell,
-                                      (first_.y() + y + 0.5) * kCell,
-                                      static_cast<double>(floor) + height);
-          if (MeasuredFrom(place, scanner, centre, normal, density)) return true;
+template <typename Fn>
+bool StandingReach::AnyPlace(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal,
+                             double density, std::span<const double> heights, Fn&& fn) const {
+  const Slack slack = OfBrick();
+  for (const sensor::ScannerModel& scanner : scanners_) {
+    // A scanner samples most densely overhead, but no denser over any distance in plan than over
+    // the same distance at its own height.
+    const double farthest = std::min(
+        scanner.range_max, std::sqrt(scanner.SamplesPerSteradian(0) / std::max(density, 1e-9)));
+    const int cells = static_cast<int>(std::ceil((farthest + slack.distance) / kCell));
+    const Eigen::Vector2i middle =
+        Eigen::Vector2i(static_cast<int>(std::floor(centre.x() / kCell)),
+                        static_cast<int>(std::floor(centre.y() / kCell))) -
+        first_;
+    const Eigen::Vector2i low = (middle.array() - cells).max(0).matrix();
+    const Eigen::Vector2i high = (middle.array() + cells + 1).min(size_.array()).matrix();
+    for (int y = low.y(); y < high.y(); ++y) {
+      for (int x = low.x(); x < high.x(); ++x) {
+        for (const float floor : At({x, y})) {
+          for (const double height : heights) {
+            const Eigen::Vector3d place((first_.x() + x + 0.5) * kCell,
+                                        (first_.y() + y + 0.5) * kCell,
+                                        static_cast<double>(floor) + height);
+            if (!MeasuredFrom(place, scanner, centre, normal, density, slack)) continue;
+            if (fn(place, scanner)) return true;
+          }
         }
       }
     }
@@ -143,14 +158,58 @@ bool StandingReach::Has(const model::VoxelIndex& voxel, const model::SurfaceVoxe
   const auto [it, fresh] =
       known_.try_emplace({model::KeyOf(brick), DirectionOf(bin), density}, false);
   if (fresh) {
-    const Eigen::Vector3d centre =
-        (brick.cast<double>().array() + 0.5) * (model::Brick::kSide * voxel_size_);
-    const Eigen::Vector3d normal = bin.cast<double>().normalized();
-    it->second = std::any_of(scanners_.begin(), scanners_.end(), [&](const auto& scanner) {
-      return Search(scanner, centre, normal, density);
-    });
+    it->second = AnyPlace(CentreOfBrick(brick, voxel_size_), bin.cast<double>().normalized(),
+                          density, heights_, [](const auto&, const auto&) { return true; });
   }
   return it->second;
+}
+
+bool StandingReach::Sees(const model::VoxelIndex& voxel, const model::SurfaceVoxel& surface,
+                         double density) {
+  if (floors_.empty()) return true;
+  const model::VoxelIndex brick = model::Brick::Of(voxel);
+  const Eigen::Vector3i bin = BinOf(surface.normal);
+  const model::VoxelIndex cube(voxel.x() >> 1, voxel.y() >> 1, voxel.z() >> 1);
+  const auto [seen, unasked] =
+      seen_.try_emplace({model::KeyOf(cube), DirectionOf(bin), density}, false);
+  if (!unasked) return seen->second;
+  const auto [it, fresh] = places_.try_emplace({model::KeyOf(brick), DirectionOf(bin), density});
+  std::vector<Place>& places = it->second;
+  if (fresh) {
+    const std::array<double, 2> heights = {heights_.front(), heights_.back()};
+    std::vector<Place> all;
+    AnyPlace(CentreOfBrick(brick, voxel_size_), bin.cast<double>().normalized(), density, heights,
+             [&](const Eigen::Vector3d& at, const sensor::ScannerModel& scanner) {
+               all.push_back({at, static_cast<size_t>(&scanner - scanners_.data())});
+               return false;
+             });
+    const size_t count = std::min(all.size(), kMostPlaces);
+    for (size_t i = 0; i < count; ++i) places.push_back(all[i * all.size() / count]);
+  }
+  const Eigen::Vector3d normal = surface.normal.cast<double>();
+  const Eigen::Vector3d centroid = surface.centroid.cast<double>();
+  // Where a ray to it would aim: else none does.
+  const Eigen::Vector3d middle = voxel.cast<double>().array() + 0.5;
+  const auto distance = std::find_if(
+      model::kTargetDistances.begin(), model::kTargetDistances.end(),
+      [&](double d) { return model_.Empty((middle + d * normal).array().floor().cast<int>()); });
+  if (distance == model::kTargetDistances.end()) return false;
+  const Eigen::Vector3d target = middle + *distance * normal;
+  const auto free = [&](const model::VoxelIndex& v, double) {
+    const model::VoxelState state = model_.State(v);
+    return state != model::VoxelState::kTrueSurface && state != model::VoxelState::kAbsorbed;
+  };
+  for (size_t i = 0; i < places.size(); ++i) {
+    const Place place = places[i];
+    if (!MeasuredFrom(place.at, scanners_[place.scanner], centroid, normal, density,
+                      {0.5 * kCell, 0})) {
+      continue;
+    }
+    if (!visibility::WalkVoxels(target, place.at / voxel_size_, free)) continue;
+    std::swap(places[i], places.front());
+    return seen->second = true;
+  }
+  return false;
 }
 
 }  // namespace vantage::planning

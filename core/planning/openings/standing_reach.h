@@ -20,12 +20,12 @@
 
 namespace vantage::planning {
 
-// Errs on the side of what can be reached: all known floor counts, whether the scanner fits there
-// or not, occlusion is left out, and distances and angles are taken at their best within half the
-// diagonal of a cell of a metre and half that of a brick. So no scan from known floor would bring
-// to D what is excluded: roofs seen from the street, and the upright borders of what houses hide,
-// beyond where the ground ends. Surface that can only be reached from floor that is not known yet
-// is left out until that floor is known.
+// Has() errs on the side of what can be reached: all known floor counts, whether the scanner fits
+// there or not, occlusion is left out, and distances and angles are taken at their best within half
+// the diagonal of a cell of a metre and half that of a brick. So no scan from known floor would
+// bring to D what is excluded: roofs seen from the street, and the upright borders of what houses
+// hide, beyond where the ground ends. Surface that can only be reached from floor that is not known
+// yet is left out until that floor is known.
 class StandingReach {
  public:
   // `scanners`: any of them may measure it. Nothing when cancelled on the way. Without any floor,
@@ -38,8 +38,22 @@ class StandingReach {
   // True where a scan may measure a surface voxel at `density` (samples / m^2).
   bool Has(const model::VoxelIndex& voxel, const model::SurfaceVoxel& surface, double density);
 
+  // Of what Has() says: true where one of the places, at the least or the greatest height, also
+  // sees the surface: what was measured does not lie between. Up to kMostPlaces of them are asked,
+  // once for the voxels of a cube of two. The model outlives this.
+  bool Sees(const model::VoxelIndex& voxel, const model::SurfaceVoxel& surface, double density);
+
  private:
-  StandingReach(std::span<const sensor::ScannerModel> scanners, const PlanningConfig& config);
+  static constexpr size_t kMostPlaces = 128;
+
+  StandingReach(const model::PlanningView& model, std::span<const sensor::ScannerModel> scanners,
+                const PlanningConfig& config);
+
+  // What places and voxels may be off from where they are taken to be.
+  struct Slack {
+    double distance = 0;  // m
+    double normal = 0;    // rad
+  };
 
   // A cell of the grid of places, by its floors' heights, m.
   using Heights = std::vector<float>;
@@ -49,13 +63,17 @@ class StandingReach {
            static_cast<size_t>(size_.x()) * static_cast<size_t>(cell.y());
   }
   const Heights& At(const Eigen::Vector2i& cell) const { return floors_[Index(cell)]; }
-  double Slack() const;  // m
-  bool Search(const sensor::ScannerModel& scanner, const Eigen::Vector3d& centre,
-              const Eigen::Vector3d& normal, double density) const;
+  Slack OfBrick() const;
+  // Calls fn(place, scanner) for those from which the scanner may measure it, until that returns
+  // true; then returns true. `heights`: of viewpoints, m over the floor.
+  template <typename Fn>
+  bool AnyPlace(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double density,
+                std::span<const double> heights, Fn&& fn) const;
   bool MeasuredFrom(const Eigen::Vector3d& place, const sensor::ScannerModel& scanner,
-                    const Eigen::Vector3d& centre, const Eigen::Vector3d& normal,
-                    double density) const;
+                    const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double density,
+                    const Slack& slack) const;
 
+  const model::PlanningView& model_;
   std::vector<sensor::ScannerModel> scanners_;
   std::vector<double> heights_;  // of viewpoints that are tried, m over the floor
   double voxel_size_ = 0;
@@ -74,6 +92,14 @@ class StandingReach {
     }
   };
   absl::flat_hash_map<Asked, bool> known_;
+  // Where those are that may see what is asked for, and with which scanner; the last that did comes
+  // first. By the same.
+  struct Place {
+    Eigen::Vector3d at;  // m
+    size_t scanner = 0;
+  };
+  absl::flat_hash_map<Asked, std::vector<Place>> places_;
+  absl::flat_hash_map<Asked, bool> seen_;  // by cubes of two voxels instead of bricks
 };
 
 }  // namespace vantage::planning

@@ -52,6 +52,8 @@ class Skyline {
   static std::optional<Skyline> Of(const model::PlanningView& model,
                                    const parallel::Cancellation& cancelled = {});
 
+  // True when the sky is seen from anywhere: the site, or some of it, lies outdoors.
+  bool any_open() const { return any_open_; }
   // From a false surface voxel on, what was measured up to 30 m away; down by 45 degrees where
   // nothing was. Covered where the voxel is not under the open sky: walls and a ceiling are to be
   // expected behind it, wherever one looks.

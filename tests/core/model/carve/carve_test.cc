@@ -11,6 +11,7 @@
 #include "core/parallel/thread_pool.h"
 #include "tests/core/model/closed_form_scene.h"
 #include "tests/support/runs.h"
+#include "tests/support/three_scanners.h"
 
 namespace vantage::model {
 namespace {
@@ -363,6 +364,48 @@ TEST(CarveTest, AScannersOwnStationIsFree) {
         EXPECT_EQ(laid->density, 0);  // nobody measured it
       }
     }
+  }
+}
+
+// No level is the ground of a slope: it lies above it or below, and what is cleared over it is dug
+// into the slope.
+TEST(CarveTest, AStationOnASlopeStandsOnIt) {
+  for (const double rise : {0.0, 0.08, 0.15, 0.3}) {
+    SCOPED_TRACE(rise);
+    const auto ground = [&](double x, double y) { return 0.3 + rise * (0.6 * x + 0.8 * y); };
+    const Eigen::Vector3d station(1.0, 0.5, ground(1.0, 0.5) + 1.6);
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translate(station);
+    sensor::ScannerModel scanner;
+    scanner.azimuth_step = scanner.elevation_step = sensor::Radians(0.5);
+    const sensor::Scan scan = test_support::ScanBy(
+        scanner, pose, 3, [&](const Eigen::Vector3d& from, const Eigen::Vector3d& ray) {
+          const double down = rise * (0.6 * ray.x() + 0.8 * ray.y()) - ray.z();
+          return down > 0 ? (from.z() - ground(from.x(), from.y())) / down : 0;
+        });
+    parallel::Serial serial;
+    auto model = PartialModel::Create({}).value();
+    ASSERT_TRUE(model->Insert("scan", scan, pose, serial).ok());
+    const auto view = model->Publish();
+    const Station& found = view->stations()[0];
+    ASSERT_TRUE(found.floor_found);
+    EXPECT_NEAR(found.floor_height, ground(1.0, 0.5), 0.02);
+    // As far as it is cleared, and a voxel.
+    const double reach = scanner.clearance + kVoxel;
+    size_t laid = 0;
+    for (double x = -reach; x <= reach; x += kVoxel) {
+      for (double y = -reach; y <= reach; y += kVoxel) {
+        const double height = ground(station.x() + x, station.y() + y);
+        const VoxelIndex foot = view->At({station.x() + x, station.y() + y, height});
+        for (int z = foot.z() - 12; view->Centre({0, 0, z}).z() < height - kVoxel; ++z) {
+          EXPECT_FALSE(view->Empty({foot.x(), foot.y(), z})) << x << " " << y << " " << z;
+        }
+        for (const int z : {-1, 0, 1}) {
+          laid += view->State(foot + VoxelIndex(0, 0, z)) == VoxelState::kTrueSurface ? 1 : 0;
+        }
+      }
+    }
+    EXPECT_GT(laid, 50u);
   }
 }
 

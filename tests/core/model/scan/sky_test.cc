@@ -98,6 +98,35 @@ TEST_P(SkyTest, BeyondAnEdgeNothingIsPromised) {
   EXPECT_GT(Area(down), 0.15);
 }
 
+// The same on a slope that rises to the left and ends ahead: there its own plane is what is level
+// ground elsewhere, and rays that come down to it end before the level of the scanner's feet.
+TEST_P(SkyTest, OverTheEdgeOfASlopeNothingIsPromised) {
+  constexpr double kRise = 0.15;
+  const auto to_slope = [](const Vector3d& from, const Vector3d& ray) {
+    const double down = kRise * ray.y() - ray.z();
+    return down > 0 ? from.z() / down : 0;
+  };
+  const std::vector<SkyRay> rays = Find(40, [&](const Vector3d& from, const Vector3d& ray) {
+    const double range = to_slope(from, ray);
+    return range * ray.x() < 6 ? range : 0;
+  });
+  size_t down = 0;
+  for (const SkyRay& ray : rays) {
+    const double elevation = Elevation(ray);
+    const double azimuth = image_.azimuth[static_cast<size_t>(ray.column)];
+    // Up the slope, and over its edge.
+    if (elevation >= 0 || azimuth < sensor::Radians(10) || azimuth > sensor::Radians(40)) continue;
+    ++down;
+    const Vector3d direction(std::cos(elevation) * std::cos(azimuth),
+                             std::cos(elevation) * std::sin(azimuth), std::sin(elevation));
+    // What its samples are off by tilts the plane.
+    ASSERT_LE(ray.range, 1.05 * to_slope(Vector3d(0, 0, kHeight), direction))
+        << elevation << " " << azimuth;
+    ASSERT_EQ(ray.beyond, UnknownReason::kSky) << elevation << " " << azimuth;
+  }
+  EXPECT_GT(Area(down), 0.02);
+}
+
 // A yard that ends 6 m ahead and 16 m to all other sides, and whose returns get lost the more
 // grazingly they are met. Ahead it ends: farther ground came back. Where no ground did, it may go
 // on.

@@ -9,6 +9,7 @@
 #include <random>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/model/partial_model.h"
@@ -17,6 +18,7 @@
 #include "core/simulation/scenes/outdoor_scenes.h"
 #include "core/simulation/simulated_scanner.h"
 #include "core/simulation/walkable_ground.h"
+#include "tests/support/closed_form_view.h"
 #include "tests/support/three_scanners.h"
 
 namespace vantage::planning {
@@ -196,6 +198,62 @@ TEST_F(StandingReachTest, WithoutAFloorNothingIsExcluded) {
   model::SurfaceVoxel up;
   up.normal = Eigen::Vector3f::UnitZ();
   EXPECT_TRUE(reach.Has({0, 0, 1000}, up, kDensity));
+}
+
+// A wall at x = 12 that is 5 m high, 3 m behind a screen that is `screen` m high, in front of which
+// all floor lies; the sky is above. Nothing of the wall has been measured densely enough.
+model::PlanningView WallBehindScreen(double screen) {
+  constexpr double kVoxel = 0.1;
+  std::vector<model::BrickAt> bricks;
+  for (int bz = 0; bz < 8; ++bz) {
+    for (int by = 0; by < 8; ++by) {
+      for (int bx = 0; bx < 16; ++bx) {
+        auto brick = std::make_shared<model::Brick>();
+        for (int local = 0; local < model::Brick::kVoxels; ++local) {
+          const model::VoxelIndex v = model::PlanningView::Global({bx, by, bz}, local);
+          const Vector3d p = (v.cast<double>().array() + 0.5) * kVoxel;
+          const bool floor = p.z() < kVoxel && p.x() < 8.8;
+          const bool in_screen = p.x() > 9 && p.x() < 9.1 && p.z() < screen;
+          const bool wall = p.x() > 12 && p.x() < 12.1 && p.z() < 5;
+          const bool air = p.x() < 12 && p.z() > kVoxel && p.z() < 6;
+          model::VoxelState& state = brick->state[static_cast<size_t>(local)];
+          if (air) state = model::VoxelState::kEmpty;
+          if (!floor && !in_screen && !wall) continue;
+          state = model::VoxelState::kTrueSurface;
+          model::SurfaceVoxel surface;
+          surface.centroid = p.cast<float>();
+          surface.normal =
+              floor ? Eigen::Vector3f::UnitZ().eval() : (-Eigen::Vector3f::UnitX()).eval();
+          surface.area = static_cast<float>(kVoxel * kVoxel);
+          surface.samples = 1;
+          surface.density = wall ? 10 : 1000;
+          brick->surface_mask[static_cast<size_t>(local / 64)] |= uint64_t{1} << (local % 64);
+          brick->surface.push_back(surface);
+        }
+        bricks.push_back({{bx, by, bz}, std::move(brick)});
+      }
+    }
+  }
+  return {kVoxel, 1, std::move(bricks), {test_support::MakeStation({2, 3, 1.6})}};
+}
+
+// Of a wall behind a screen the part counts that is seen over it from somewhere.
+TEST(StandingReachInClosedFormTest, WhatIsHiddenFromAllFloorIsLeftOut) {
+  sensor::ScannerModel scanner;
+  scanner.range_max = 40;
+  scanner.azimuth_step = scanner.elevation_step = sensor::Radians(0.2);
+  PlanningConfig config;
+  config.required_density = 100;
+  for (const double screen : {0.0, 2.5, 3.5}) {
+    SCOPED_TRACE(screen);
+    const model::PlanningView view = WallBehindScreen(screen);
+    const Coverage coverage = MeasureCoverage(view, std::span(&scanner, 1), config).value();
+    // Over the screen from the highest place farthest behind, half a metre from the floor's end.
+    // The two lowest rows of voxels count as hidden: rays to the lowest would aim at no air.
+    const double seen_from =
+        screen > 0 ? screen + (screen - config.max_viewpoint_height - 0.1) * 3 / 8.6 : 0;
+    EXPECT_NEAR(coverage.area_out_of_reach, 6.4 * seen_from, 0.15 * 6.4 * screen + 1.3);
+  }
 }
 
 }  // namespace
