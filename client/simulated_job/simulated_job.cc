@@ -42,6 +42,12 @@ const v1::RankedView* Choose(const v1::PlanResult& plan, ViewChoice choice) {
 
 }  // namespace
 
+std::optional<double> PromisedGain(const v1::RankedView& view) {
+  // Both gains come of one computation; the bounds of one of them tell whether it was made.
+  if (view.model_gain_lower_m2() < view.model_gain_upper_m2()) return std::nullopt;
+  return view.expected_gain_m2();
+}
+
 SimulatedJob::SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,
                            parallel::Parallel& parallel)
     : SimulatedJob(client, site, options, std::make_unique<simulation::SimulatedScanner>(site.mesh),
@@ -71,7 +77,7 @@ SimulatedJob::~SimulatedJob() = default;
 
 // The next place after a plan; nothing, with the reason, when the job ends with it.
 SimulatedJob::Next SimulatedJob::NextAt(const v1::RankedView& view) {
-  Next next{client::FromProto(view.position()), view.expected_gain_m2(), HeadingOf(view), {}, {}};
+  Next next{client::FromProto(view.position()), PromisedGain(view), HeadingOf(view), {}, {}};
   if (view.has_expected_station()) next.expected = view.expected_station();
   return next;
 }

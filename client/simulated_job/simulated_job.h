@@ -41,6 +41,9 @@ struct Cycle : MadeScan {
   std::vector<TriedPlace> tried;  // expected places gone to for the next scan, in order
 };
 
+// What a view is expected to bring to density, m^2; nothing where the plan had no time left to say.
+std::optional<double> PromisedGain(const v1::RankedView& view);
+
 struct JobResult {
   std::string session;  // resource name
   int made = 0;         // scans
@@ -78,7 +81,7 @@ class SimulatedJob {
  private:
   struct Next {
     Eigen::Vector3d position;                     // m, world
-    double area = 0;                              // m^2 brought to density that it promises
+    std::optional<double> area;                   // m^2 brought to density that it promises
     std::optional<double> heading;                // rad, world; of a scanner that sees a sector
     std::optional<v1::ExpectedStation> expected;  // what is assumed of the place
     Placement placement;                          // there
