@@ -62,7 +62,9 @@ TEST_F(ModelRpc, CoverageIsZeroWithoutAModelAndMeasuredWithOne) {
     }
     EXPECT_EQ(response.model_version(), with_model ? 1U : 0U);
     EXPECT_FALSE(response.has_best_remaining_model_gain_m2());
-    EXPECT_FALSE(response.coverage().has_estimated_coverage());  // the script measures none
+    // The script's figure, and none without a model: never 0 %.
+    EXPECT_EQ(response.coverage().has_estimated_coverage(), with_model);
+    EXPECT_EQ(response.coverage().estimated_coverage(), with_model ? 0.4 : 0);
   }
 }
 

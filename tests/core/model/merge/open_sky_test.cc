@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -21,25 +22,30 @@ namespace {
 
 using Eigen::Vector3d;
 
-// A slope whose ground ends all around, scanned from up it, from down it and from its edges, from
-// where rays go down into the sky.
+// A street whose ground ends all around, scanned from its middle and from beside its houses, from
+// where rays pass over their roofs and go down into the sky.
 class OpenSkyTest : public testing::Test {
  protected:
   static void SetUpTestSuite() {
-    const simulation::Scene slope = simulation::SlopeScene(1);
-    const simulation::SimulatedScanner tracer(slope.mesh);
+    const simulation::Scene street = simulation::StreetScene(1);
+    const simulation::SimulatedScanner tracer(street.mesh);
     sensor::ScannerModel scanner;
     scanner.range_max = 30;
     scanner.azimuth_step = scanner.elevation_step = sensor::Radians(1.2);
     parallel::ThreadPool pool(2);
     scans_ = new std::vector<Made>;
-    std::vector<Vector3d> places = slope.starts;
-    for (const auto& [x, y] : {std::pair{2.0, -11.5}, {-2.0, 11.0}, {11.0, 3.0}}) {
-      const Vector3d above(x, y, 20);
+    std::vector<Vector3d> places = {street.starts[0], street.starts[0] + Vector3d(1.5, 0, 0)};
+    // Around the first start, as far as its houses stand, where there is ground.
+    for (int k = 0; k < 24 && places.size() < 5; ++k) {
+      const double azimuth = 0.7 + 1.9 * k;
+      const Vector3d above =
+          street.starts[0] + Vector3d(8 * std::cos(azimuth), 8 * std::sin(azimuth), 20);
       const auto met = tracer.tracer().Trace(above.cast<float>(), {0, 0, -1}, 0);
-      ASSERT_TRUE(met.hit);
-      places.push_back(above - Vector3d(0, 0, met.distance - 1.6));
+      const Vector3d ground = above - Vector3d(0, 0, met.distance);
+      if (!met.hit || std::abs(ground.z() - street.floor_height) > 1) continue;
+      places.push_back(ground + Vector3d(0, 0, 1.6));
     }
+    ASSERT_EQ(places.size(), 5u);
     for (size_t i = 0; i < places.size(); ++i) {
       Made made;
       made.pose.translate(places[i]);
