@@ -66,6 +66,7 @@ class StationsTest : public testing::Test {
     bool more = false;
     std::vector<std::string> names;
     const std::vector<v1::Station> stations = session_->stations().List("", 100, more).value();
+    names.reserve(stations.size());
     for (const v1::Station& station : stations) names.push_back(station.name());
     return names;
   }
@@ -216,8 +217,10 @@ TEST_F(StationsTest, AreLimited) {
 
 TEST_F(StationsTest, PagesGoOnAfterWhatHasEnded) {
   Scan(0, 0);
-  std::vector<std::string> names;
-  for (int i = 0; i < 5; ++i) names.push_back(Create(Request(i, 1)).value().name());
+  std::vector<std::string> names(5);
+  for (size_t i = 0; i < names.size(); ++i) {
+    names[i] = Create(Request(static_cast<double>(i), 1)).value().name();
+  }
   bool more = false;
   const auto page = session_->stations().List("", 2, more).value();
   ASSERT_EQ(page.size(), 2u);
