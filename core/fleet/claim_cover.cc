@@ -45,11 +45,7 @@ absl::StatusOr<CoveredView> MeasureCover(
   CoveredView covered;
   const planning::Sector sector(scanner, heading);
   RemainingGain before(scoring.cells());
-  for (const PledgedView& view : made) {
-    const planning::SensingConstraints constraints(view.model);
-    const planning::BruteForceScorer scorer(constraints, scoring.scene(), model.voxel_size());
-    before.Take(view.position, scorer, budget, rays, view.heading);
-  }
+  before.TakeAll(made, scoring.scene(), model.voxel_size(), budget, rays);
   const planning::CellArrays& cells = before.left();
   covered.score = Gain(scoring.scorer(), position, sector, cells);
   covered.left = covered.score;

@@ -203,14 +203,9 @@ class JointPlanner {
   // Claimed views count as scanned.
   bool Pledge() {
     remaining_.emplace(First().scoring().cells());
-    for (const PledgedView& pledged : request_.pledged) {
-      const planning::SensingConstraints constraints(pledged.model);
-      const planning::BruteForceScorer scorer(constraints, First().scene(), model_.voxel_size());
-      if (!remaining_->Take(pledged.position, scorer, budget_, rays_, pledged.heading)) {
-        return EndEarly("evaluate views");
-      }
-    }
-    return true;
+    return remaining_->TakeAll(request_.pledged, First().scene(), model_.voxel_size(), budget_,
+                               rays_) ||
+           EndEarly("evaluate views");
   }
 
   // What is left to gain, as the hierarchy wants it.

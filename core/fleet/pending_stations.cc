@@ -51,11 +51,7 @@ absl::StatusOr<StationForecast> ForecastStation(
   const parallel::Budget budget = parallel::Budget::Unlimited();
   uint64_t rays = 0;
   RemainingGain remaining(scoring.cells());
-  for (const PledgedView& view : before) {
-    const planning::SensingConstraints constraints(view.model);
-    const planning::BruteForceScorer scorer(constraints, problem.scene(), model.voxel_size());
-    remaining.Take(view.position, scorer, budget, rays, view.heading);
-  }
+  remaining.TakeAll(before, problem.scene(), model.voxel_size(), budget, rays);
   StationForecast forecast;
   const planning::CellArrays gains = planning::GainCells(remaining.left(), problem.patches());
   const planning::Sector sector(scanner, heading);

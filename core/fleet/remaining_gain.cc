@@ -54,6 +54,17 @@ std::optional<double> RemainingGain::Take(const Eigen::Vector3d& view,
   return gained;
 }
 
+bool RemainingGain::TakeAll(std::span<const PledgedView> views,
+                            const visibility::OcclusionScene& scene, double voxel,
+                            const parallel::Budget& budget, uint64_t& rays) {
+  for (const PledgedView& view : views) {
+    const planning::SensingConstraints constraints(view.model);
+    const planning::BruteForceScorer scorer(constraints, scene, voxel);
+    if (!Take(view.position, scorer, budget, rays, view.heading)) return false;
+  }
+  return true;
+}
+
 std::optional<double> RemainingGain::Lowered(size_t k, const Eigen::Vector3d& view,
                                              const planning::BruteForceScorer& scorer,
                                              const parallel::Budget& budget, uint64_t& rays,

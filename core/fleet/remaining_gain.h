@@ -9,9 +9,11 @@
 #include <span>
 #include <vector>
 
+#include "core/fleet/fleet_request.h"
 #include "core/parallel/budget.h"
 #include "core/planning/scoring/brute_force.h"
 #include "core/planning/scoring/constraints.h"
+#include "core/visibility/occlusion_scene.h"
 
 namespace vantage::fleet {
 
@@ -32,6 +34,11 @@ class RemainingGain {
   std::optional<double> Take(const Eigen::Vector3d& view, const planning::BruteForceScorer& scorer,
                              const parallel::Budget& budget, uint64_t& rays,
                              std::optional<double> heading = std::nullopt);
+
+  // Counts a scan from each of `views`, in their order, as made, by the scanner of each. False when
+  // the budget expired on the way. `voxel` in m.
+  bool TakeAll(std::span<const PledgedView> views, const visibility::OcclusionScene& scene,
+               double voxel, const parallel::Budget& budget, uint64_t& rays);
 
   // By how much step `k` lowered the gain of `view` with `heading`, samples. Only the cells that
   // the step changed are looked at. Nothing when the budget expired. Thread safe.

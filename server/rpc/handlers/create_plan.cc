@@ -1,6 +1,5 @@
 #include <utility>
 
-#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -8,12 +7,8 @@ namespace vantage::rpc::handlers {
 
 absl::StatusOr<v1::CreatePlanResponse> CreatePlan(const session::TenantSessions& sessions,
                                                   const v1::CreatePlanRequest& request) {
-  absl::Status open = sessions.CheckTakesWork();
-  if (!open.ok()) return open;
-  absl::StatusOr<std::shared_ptr<session::Session>> session =
-      FindSession(sessions, request.parent(), "parent");
+  const auto session = FindForWork(sessions, request);
   if (!session.ok()) return session.status();
-  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   absl::StatusOr<v1::Plan> plan = (*session)->plans().Create(request);
   if (!plan.ok()) return plan.status();
   v1::CreatePlanResponse response;

@@ -1,6 +1,5 @@
 #include <utility>
 
-#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -8,13 +7,8 @@ namespace vantage::rpc::handlers {
 
 void EvaluateView(const session::TenantSessions& sessions, const v1::EvaluateViewRequest& request,
                   std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done) {
-  absl::Status open = sessions.CheckTakesWork();
-  if (!open.ok()) return done(open);
-  absl::StatusOr<std::shared_ptr<session::Session>> session =
-      FindSession(sessions, request.parent(), "parent");
+  const auto session = FindForWork(sessions, request);
   if (!session.ok()) return done(session.status());
-  absl::Status valid = conversion::CheckRequest(request);
-  if (!valid.ok()) return done(valid);
   (*session)->plans().EvaluateView(request, std::move(done));
 }
 

@@ -11,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/string_view.h"
+#include "server/conversion/check_request.h"
 #include "server/session/tenant_sessions.h"
 
 namespace vantage::rpc {
@@ -22,6 +23,21 @@ absl::StatusOr<std::shared_ptr<session::Session>> FindSession(
 absl::StatusOr<std::shared_ptr<session::Session>> FindParent(
     const session::TenantSessions& sessions, const std::string& name, absl::string_view collection,
     absl::string_view field);
+
+// The session in which `request` asks for work, in its field `parent`, once the request is checked
+// and sessions take work.
+template <typename Request>
+absl::StatusOr<std::shared_ptr<session::Session>> FindForWork(
+    const session::TenantSessions& sessions, const Request& request) {
+  absl::Status open = sessions.CheckTakesWork();
+  if (!open.ok()) return open;
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindSession(sessions, request.parent(), "parent");
+  if (!session.ok()) return session.status();
+  absl::Status valid = conversion::CheckRequest(request);
+  if (!valid.ok()) return valid;
+  return session;
+}
 
 // A page of a list in order of creation. Tokens name the entry after which the next page begins:
 // scans, plans, scanners and claims by name, which stand for the same place as long as their
