@@ -152,7 +152,7 @@ std::string CycleRow(const simulated_job::Cycle& cycle) {
                                : !plan.refused().empty() ? &plan.refused(0)
                                                          : nullptr;
   if (next != nullptr) {
-    const bool told = next->exact() && simulated_job::PromisedGain(*next).has_value();
+    const bool told = next->exact() && simulated_job::PromiseOf(*next).has_value();
     cells.push_back(told ? absl::StrFormat("%.1f", next->model_gain_m2()) : "");
     cells.push_back(absl::StrFormat("%.0f..%.0f", next->score_lower(), next->score_upper()));
     cells.push_back(next->has_verdict() ? Word(next->verdict().outcome()) : "not checked yet");

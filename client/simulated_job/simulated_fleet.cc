@@ -77,9 +77,10 @@ bool SimulatedFleet::SomebodyIsOut() const {
                      [](const Member& member) { return member.errand.has_value(); });
 }
 
-// Sends the scanner out now. A scan that would not register without others' scans is made when
-// those are in.
-void SimulatedFleet::SetOut(Member& member, const Placement& placement, const Goal& goal) {
+// Sends the scanner out, which has looked for a free spot for so many minutes before. A scan that
+// would not register without others' scans is made when those are in.
+void SimulatedFleet::SetOut(Member& member, const Placement& placement, const Goal& goal,
+                            double searched) {
   Errand errand;
   errand.placement = placement;
   errand.number = ++set_out_;
@@ -89,7 +90,7 @@ void SimulatedFleet::SetOut(Member& member, const Placement& placement, const Go
   errand.stop.way = walks_.Way(member.at, to);
   errand.stop.walked = Length(errand.stop.way);
   if (goal.area > 0) errand.stop.expected_gain = goal.area;
-  const double there = now_ + errand.stop.walked / options_.speed / 60;
+  const double there = now_ + searched + errand.stop.walked / options_.speed / 60;
   double ready = there;
   for (const Member& other : members_) {
     if (other.errand && std::count(goal.after.begin(), goal.after.end(), other.errand->claim) > 0) {
@@ -189,7 +190,8 @@ absl::StatusOr<std::optional<SimulatedFleet::Goal>> SimulatedFleet::ChooseGoal(
   }
   result_.why = absl::StrCat("the planner has no view to offer: ", answer.message());
   for (const v1::RankedView* view : views) {
-    Goal goal{client::FromProto(view->position()), view->expected_gain_m2(), "", {}};
+    Goal goal{client::FromProto(view->position()), view->expected_gain_m2(), "", {}, {}};
+    if (view->has_expected_station()) goal.expected = view->expected_station();
     for (const v1::Assignment& assignment : answer.joint().assignments()) {
       if (assignment.has_view_index() && &answer.views(assignment.view_index()) == view) {
         goal.after.assign(assignment.waits_for_claims().begin(),
@@ -206,17 +208,22 @@ absl::StatusOr<std::optional<SimulatedFleet::Goal>> SimulatedFleet::ChooseGoal(
 }
 
 absl::Status SimulatedFleet::SendOut(Member& member) {
+  double searched = 0;  // min
   for (int refusals = 0; refusals <= kMostRefusals; ++refusals) {
     auto goal = ChooseGoal(member);
     if (!goal.ok()) return goal.status();
     if (!goal->has_value()) return absl::OkStatus();
-    const Placement placement = surveyor_.At((*goal)->position, set_out_ + 1);
+    Placement placement = surveyor_.At((*goal)->position, set_out_ + 1);
+    if ((*goal)->expected.has_value()) {
+      placement = surveyor_.NearestFree(placement, set_out_ + 1, *(*goal)->expected, std::nullopt);
+    }
     const auto blocked = surveyor_.IsBlocked(placement);
     if (!blocked.ok()) return blocked.status();
     if (!*blocked) {
-      SetOut(member, placement, **goal);
+      SetOut(member, placement, **goal, searched);
       return absl::OkStatus();
     }
+    if ((*goal)->expected.has_value()) searched += kVainSearchMinutes;
     if (!(*goal)->claim.empty()) {
       if (absl::Status ended = EndClaim((*goal)->claim, false); !ended.ok()) return ended;
     }
@@ -244,7 +251,7 @@ absl::StatusOr<FleetResult> SimulatedFleet::Run(
     absl::FunctionRef<absl::Status(const FleetStop&)> on_stop) {
   if (absl::Status opened = Open(); !opened.ok()) return opened;
   // All scanners wait for the first scan, since without it there is nothing to plan on.
-  SetOut(members_[0], surveyor_.First(), Goal{});
+  SetOut(members_[0], surveyor_.First(), Goal{}, 0);
   while (true) {
     const auto next =
         std::min_element(members_.begin(), members_.end(), [](const Member& a, const Member& b) {

@@ -98,11 +98,12 @@ class SimulatedFleet {
     Eigen::Vector3d position;  // m, world
     double area = 0;           // m^2 brought to density that it promises
     std::string claim;
-    std::vector<std::string> after;  // claims whose scans must be in before
+    std::vector<std::string> after;               // claims whose scans must be in before
+    std::optional<v1::ExpectedStation> expected;  // what is assumed of the place
   };
 
   absl::Status Open();
-  void SetOut(Member& member, const Placement& placement, const Goal& goal);
+  void SetOut(Member& member, const Placement& placement, const Goal& goal, double searched);
   absl::StatusOr<FleetStop> Finish(Member& member);
   absl::Status SendOut(Member& member);
   absl::Status SendOutIdle();

@@ -42,10 +42,10 @@ const v1::RankedView* Choose(const v1::PlanResult& plan, ViewChoice choice) {
 
 }  // namespace
 
-std::optional<double> PromisedGain(const v1::RankedView& view) {
+std::optional<Promise> PromiseOf(const v1::RankedView& view) {
   // Both gains come of one computation; the bounds of one of them tell whether it was made.
   if (view.model_gain_lower_m2() < view.model_gain_upper_m2()) return std::nullopt;
-  return view.expected_gain_m2();
+  return Promise{view.expected_gain_m2(), view.model_gain_m2(), view.verdict().overlap_share()};
 }
 
 SimulatedJob::SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,
@@ -77,7 +77,7 @@ SimulatedJob::~SimulatedJob() = default;
 
 // The next place after a plan; nothing, with the reason, when the job ends with it.
 SimulatedJob::Next SimulatedJob::NextAt(const v1::RankedView& view) {
-  Next next{client::FromProto(view.position()), PromisedGain(view), HeadingOf(view), {}, {}};
+  Next next{client::FromProto(view.position()), PromiseOf(view), HeadingOf(view), {}, {}};
   if (view.has_expected_station()) next.expected = view.expected_station();
   return next;
 }
@@ -119,7 +119,7 @@ absl::StatusOr<Cycle> SimulatedJob::Deliver(const OnItsWay& scan, JobResult& res
   if (!made.ok()) return made.status();
   Cycle cycle;
   static_cast<MadeScan&>(cycle) = *std::move(made);
-  cycle.expected_gain = scan.predicted;
+  cycle.promised = scan.promised;
   cycle.notes.insert(cycle.notes.begin(), scan.notes.begin(), scan.notes.end());
   if (cycle.merged) {
     truth_.AddScan(cycle.at, parallel_, cycle.facing);
@@ -167,7 +167,7 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
   if (absl::Status opened = surveyor_.Open(); !opened.ok()) return opened;
   JobResult result;
   result.session = surveyor_.session();
-  std::optional<double> predicted;
+  std::optional<Promise> promised;
   Placement placement = surveyor_.First();
   std::vector<std::string> notes;
   std::deque<OnItsWay> on_their_way;
@@ -181,7 +181,7 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
   };
   for (int number = 1; number <= options_.max_scans; ++number) {
     OnItsWay& latest = on_their_way.emplace_back();
-    latest = {placement, number, predicted, std::move(notes), ""};
+    latest = {placement, number, promised, std::move(notes), ""};
     notes.clear();
     ++result.made;
     const bool waits = options_.late > 0 && number > 1;
@@ -224,7 +224,7 @@ absl::StatusOr<JobResult> SimulatedJob::Run(
     }
     if (!next->has_value()) return result;
     placement = (*next)->placement;
-    predicted = (*next)->area;
+    promised = (*next)->promised;
     result.why = absl::StrFormat("%d scans were made, as many as asked for", options_.max_scans);
   }
   if (absl::Status heard = deliver_all(); !heard.ok()) return heard;

@@ -29,20 +29,27 @@ struct TriedPlace {
   bool free = false;  // it was, or a spot nearby that is as good
 };
 
+// What a plan says of a scan from one of its views.
+struct Promise {
+  double expected_gain = 0;  // m^2 brought to density
+  double model_gain = 0;     // m^2, the part of it that the model holds
+  double overlap = 0;        // share of its samples that are of surface which is known
+};
+
+// Nothing where the plan had no time left to say.
+std::optional<Promise> PromiseOf(const v1::RankedView& view);
+
 // The outcome of one scan, and the plan that was made after it.
 struct Cycle : MadeScan {
-  std::optional<double> expected_gain;  // m^2 brought to density, by the plan that chose it
-  simulation::TrueCoverage truth;       // by the merged scans
-  v1::Plan plan;                        // made afterwards
+  std::optional<Promise> promised;  // by the plan that chose it
+  simulation::TrueCoverage truth;   // by the merged scans
+  v1::Plan plan;                    // made afterwards
   // The effort of choosing the next place.
   double plan_budget = 0;         // s, of `plan`; 0 where work was limited instead
   int plan_attempts = 0;          // of `plan`, with twice the budget each
   double plan_seconds = 0;        // of all attempts, and of plans whose places were blocked
   std::vector<TriedPlace> tried;  // expected places gone to for the next scan, in order
 };
-
-// What a view is expected to bring to density, m^2; nothing where the plan had no time left to say.
-std::optional<double> PromisedGain(const v1::RankedView& view);
 
 struct JobResult {
   std::string session;  // resource name
@@ -80,8 +87,8 @@ class SimulatedJob {
 
  private:
   struct Next {
-    Eigen::Vector3d position;                     // m, world
-    std::optional<double> area;                   // m^2 brought to density that it promises
+    Eigen::Vector3d position;  // m, world
+    std::optional<Promise> promised;
     std::optional<double> heading;                // rad, world; of a scanner that sees a sector
     std::optional<v1::ExpectedStation> expected;  // what is assumed of the place
     Placement placement;                          // there
@@ -91,7 +98,7 @@ class SimulatedJob {
   struct OnItsWay {
     Placement placement;
     int number = 0;
-    std::optional<double> predicted;  // m^2, by the plan that chose it
+    std::optional<Promise> promised;  // by the plan that chose it
     std::vector<std::string> notes;
     std::string station;  // by which the server knows of it; empty: it does not
   };

@@ -1,6 +1,7 @@
 #include "client/study/job_diary.h"
 
 #include "client/library/geometry.h"
+#include "client/simulated_job/placement.h"
 #include "client/study/job_store.h"
 
 namespace vantage::study {
@@ -42,8 +43,14 @@ void JobDiary::Add(const ScanMade& scan) {
   stood_ = scan.position;
   record.set_walk(walk);
   minutes_ += walk / settings.walking_speed / 60 + settings.setup_minutes + settings.scan_minutes;
+  for (const simulated_job::TriedPlace& tried : scan.expected_places) {
+    if (!tried.free) minutes_ += simulated_job::kVainSearchMinutes;
+  }
   record.set_minutes(minutes_);
   if (scan.predicted) record.set_predicted(*scan.predicted);
+  if (scan.model_gain) record.set_model_gain(*scan.model_gain);
+  if (scan.predicted_overlap) record.set_predicted_overlap(*scan.predicted_overlap);
+  if (scan.overlap) record.set_overlap(*scan.overlap);
   const Best best = BestNow();
   record.set_best(static_cast<double>(best.new_samples) * scene_.area_per_sample());
   *record.mutable_best_position() = client::ToProto(scene_.positions()[best.position]);

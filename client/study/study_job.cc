@@ -83,7 +83,12 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
     made.at = cycle.at;
     made.merged = cycle.merged;
     made.second_prior = cycle.second_prior;
-    made.predicted = cycle.expected_gain;
+    if (cycle.promised) {
+      made.predicted = cycle.promised->expected_gain;
+      made.model_gain = cycle.promised->model_gain;
+      made.predicted_overlap = cycle.promised->overlap;
+    }
+    if (cycle.number > 1) made.overlap = cycle.scan.registration().verdict().overlap_share();
     made.off = cycle.number > 1 ? cycle.off_metres : 0;
     made.notes = cycle.notes;
     diary.Add(made);

@@ -5,16 +5,22 @@
 namespace vantage::simulated_job {
 namespace {
 
-TEST(PromisedGainTest, APlanThatHadNoTimeToSayPromisesNothingRatherThanZero) {
+TEST(PromiseTest, APlanThatHadNoTimeToSayPromisesNothingRatherThanZero) {
   v1::RankedView view;
   view.set_score(4711);
   view.set_exact(true);
   view.set_model_gain_upper_m2(33);
-  EXPECT_FALSE(PromisedGain(view).has_value());
+  EXPECT_FALSE(PromiseOf(view).has_value());
   view.set_model_gain_upper_m2(0);
-  EXPECT_EQ(PromisedGain(view), 0.0);
+  ASSERT_TRUE(PromiseOf(view).has_value());
+  EXPECT_EQ(PromiseOf(view)->expected_gain, 0.0);
+  view.set_model_gain_m2(7);
+  view.set_model_gain_lower_m2(7);
+  view.set_model_gain_upper_m2(7);
   view.set_expected_gain_m2(12.5);
-  EXPECT_EQ(PromisedGain(view), 12.5);
+  ASSERT_TRUE(PromiseOf(view).has_value());
+  EXPECT_EQ(PromiseOf(view)->expected_gain, 12.5);
+  EXPECT_EQ(PromiseOf(view)->model_gain, 7);
 }
 
 }  // namespace

@@ -70,6 +70,22 @@ TEST(StudySceneTest, WaysLeadAroundWalls) {
   EXPECT_TRUE(around) << "a wall stands between the rooms";
 }
 
+TEST(JobDiaryTest, APlaceThatHasNoFreeSpotCostsHalfAMinute) {
+  const auto scene = TwoRoomsCoarse(0);
+  parallel::Serial serial;
+  const auto minutes = [&](const std::vector<simulated_job::TriedPlace>& tried) {
+    JobDiary diary(*scene, "ours", 1, serial);
+    ScanMade scan;
+    scan.position = scan.at = scene->positions().front();
+    scan.expected_places = tried;
+    diary.Add(scan);
+    return diary.record().scans(0).minutes();
+  };
+  const double at_once = minutes({});
+  EXPECT_DOUBLE_EQ(minutes({{0.9, true}}), at_once);
+  EXPECT_DOUBLE_EQ(minutes({{0.9, false}, {0.9, false}, {0.9, true}}), at_once + 1);
+}
+
 TEST(KnownSceneTest, OracleTakesTheBestWhenItHitsItsPositions) {
   const auto scene = TwoRoomsCoarse(0);
   parallel::Serial serial;
