@@ -25,10 +25,6 @@ namespace vantage::planning {
 // it with the scanner's clearance; and what is behind a doorway may be a cupboard.
 inline constexpr double kStationRadius = 1.2;
 inline constexpr double kStationChance = 0.9;
-// The chance that surface which is expected is there and that a scan that should see it does. A
-// choice, from 0 (what is expected counts for nothing) to 1 (as much as what is known): a room is
-// as likely larger as smaller than it is expected to be.
-inline constexpr double kSurfaceChance = 0.5;
 
 // A model in which each room that was seen through a doorway and not entered goes on behind it, as
 // far as nothing that was measured speaks against it: floor at the doorway's height, free space

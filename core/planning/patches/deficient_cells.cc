@@ -31,7 +31,7 @@ DeficientCell DeficientCells::operator[](size_t i) const {
   cell.required = shared.required;
   cell.enough = shared.enough;
   cell.expected = Expected(i);
-  cell.success = cell.expected ? shared.success * chance_ : shared.success;
+  cell.success = shared.success;
   cell.worth = shared.worth;
   cell.skyline = shared.skyline;
   cell.dropouts = shared.dropouts;
@@ -56,10 +56,7 @@ void DeficientCells::Reorder(std::vector<uint32_t>& order) {
   }
 }
 
-void DeficientCells::SetExpected(size_t i, float chance) {
-  cells_[i].place |= kExpected;
-  chance_ = chance;
-}
+void DeficientCells::SetExpected(size_t i) { cells_[i].place |= kExpected; }
 
 size_t DeficientCells::bytes() const {
   return bricks_.capacity() * sizeof(model::VoxelIndex) + cells_.capacity() * sizeof(Packed) +

@@ -70,9 +70,8 @@ class DeficientCells {
 
   // Puts the cells in an order: at `k` the one that was at order[k]. `order` is used up.
   void Reorder(std::vector<uint32_t>& order);
-  // The cell is expected and not known. `chance`: that it is there, the same for all such cells;
-  // its probability of success is multiplied by it.
-  void SetExpected(size_t i, float chance);
+  // The cell is expected and not known.
+  void SetExpected(size_t i);
 
   // That it holds on the heap.
   size_t bytes() const;
@@ -125,7 +124,6 @@ class DeficientCells {
   bool OwnShape(size_t i) const { return (cells_[i].place & kOwn) != 0; }
 
   double voxel_ = 0;  // m
-  float chance_ = 1;  // that an expected cell is there
   std::vector<model::VoxelIndex> bricks_;
   std::vector<Packed> cells_;
   std::vector<Shared> shared_;

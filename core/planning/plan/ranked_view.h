@@ -58,7 +58,7 @@ struct RankedView {
   // Surface that it would bring to the required density in the model, m^2; known when exact.
   std::optional<double> model_gain;
   // The expected gain, m^2: the model gain, and what the view would bring of surface that is
-  // expected and not known, times the chance that it is there; known when exact.
+  // expected and not known, if it is as expected; known when exact.
   std::optional<double> expected_gain;
   double model_gain_upper = 0;                               // m^2, equal to it where it is known
   std::array<double, model::kSurfaceKinds> score_by_kind{};  // samples, weighted, sums to score

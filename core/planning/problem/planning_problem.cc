@@ -52,8 +52,7 @@ bool SameExpectation(const PlanningConfig& a, const PlanningConfig& b) {
 
 void MarkExpected(const Expectation& expectation, PatchSet& patches) {
   for (size_t i = 0; i < patches.cells.size(); ++i) {
-    if (!expectation.Expected(patches.cells.Voxel(i))) continue;
-    patches.cells.SetExpected(i, static_cast<float>(kSurfaceChance));
+    if (expectation.Expected(patches.cells.Voxel(i))) patches.cells.SetExpected(i);
   }
 }
 

@@ -1,5 +1,7 @@
 #include "core/registration/bound/judge.h"
 
+#include <algorithm>
+
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/registration/bound/direction_words.h"
@@ -20,11 +22,15 @@ std::string Millimetres(double metres) {
   return absl::StrFormat("%.1f mm", metres * 1000);
 }
 
-std::string OverlapReason(double share, const RegistrationConfig& config) {
-  return absl::StrFormat(
+std::string OverlapReason(double share, const RegistrationConfig& config, double asked = 0) {
+  std::string reason = absl::StrFormat(
       "only %.1f %% of the scan overlaps what is scanned already, %.0f %% are "
       "required",
       100 * share, 100 * config.minimum_overlap);
+  if (share >= config.minimum_overlap) {
+    absl::StrAppendFormat(&reason, ", and %.0f %% of a prediction", 100 * asked);
+  }
+  return reason;
 }
 
 // The first evidence that meets the requirement by itself, or all of them.
@@ -50,7 +56,7 @@ sensor::Matrix6d PoseKnowledge::EvidenceInformation() const {
 
 RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double overlap_share,
                                       const PoseKnowledge& known, const RegistrationConfig& config,
-                                      double margin) {
+                                      const Margins& margins) {
   const ErrorBound alone = geometry.Bound(sensor::Matrix6d::Zero());
   const sensor::Matrix6d evidence = known.EvidenceInformation();
   const ErrorBound judged = known.evidence.empty() ? alone : geometry.Bound(evidence);
@@ -68,7 +74,7 @@ RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double ov
   verdict.weakest_words = words.direction;
   verdict.bases = {RegistrationBasis::kScanGeometry};
 
-  if (!(margin * judged.bound <= config.required_accuracy)) {
+  if (!(margins.bound * judged.bound <= config.required_accuracy)) {
     verdict.outcome = judged.bound <= kDoubtfulFactor * config.required_accuracy
                           ? RegistrationOutcome::kDoubtful
                           : RegistrationOutcome::kFailed;
@@ -77,7 +83,7 @@ RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double ov
                                   Millimetres(config.required_accuracy), " required");
     if (judged.bound <= config.required_accuracy) {
       absl::StrAppendFormat(&verdict.reason, ", and a prediction may be off by a factor of %.1f",
-                            margin);
+                            margins.bound);
     }
     verdict.remedy = words.remedy;
   } else {
@@ -86,14 +92,15 @@ RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double ov
       verdict.bases = WhatDecided(geometry, known, config.required_accuracy);
     }
   }
-  if (overlap_share < config.minimum_overlap) {
+  if (overlap_share < std::max(config.minimum_overlap, margins.overlap)) {
     if (verdict.registered()) {
       verdict.outcome = RegistrationOutcome::kDoubtful;
       verdict.bases = {RegistrationBasis::kOverlap};
-      verdict.reason = OverlapReason(overlap_share, config);
+      verdict.reason = OverlapReason(overlap_share, config, margins.overlap);
       verdict.remedy = kMoreOverlap;
     } else {
-      verdict.reason = absl::StrCat(OverlapReason(overlap_share, config), ", and ", verdict.reason);
+      verdict.reason = absl::StrCat(OverlapReason(overlap_share, config, margins.overlap), ", and ",
+                                    verdict.reason);
     }
   }
   return verdict;

@@ -26,12 +26,18 @@ struct PoseKnowledge {
   sensor::Matrix6d EvidenceInformation() const;
 };
 
+// What is asked of figures besides the requirements, else there is a doubt: nothing of those that
+// were measured, more of those that are predicted.
+struct Margins {
+  double bound = 1;    // factor >= 1 by which the bound has to be within the required accuracy
+  double overlap = 0;  // share, (0, 1], instead of minimum_overlap where that is less
+};
+
 // Compares overlap and error bound with what is required. Fills in outcome, bounds, weakest
 // direction, basis (the scan's geometry, or the evidence that suffices), reason and remedy.
-// `margin` >= 1: a bound that is not within the requirement by this factor makes a doubt.
 RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double overlap_share,
                                       const PoseKnowledge& known, const RegistrationConfig& config,
-                                      double margin = 1);
+                                      const Margins& margins = {});
 
 // The verdict of a scan that shares (almost) nothing with the model.
 RegistrationVerdict NoOverlap(double overlap_share, const RegistrationConfig& config);

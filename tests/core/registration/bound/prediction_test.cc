@@ -92,6 +92,38 @@ TEST(Prediction, TooLittleOverlapIsRefusedHoweverFirm) {
   EXPECT_FALSE(PredictRegistration({}, 1, 1000, at, sensor::ScannerModel(), {}).registered());
 }
 
+// A scan that holds on to the model by hardly more than it must is lost when the prediction is a
+// little high; and from a rough prior it may run into another pose.
+TEST(Prediction, OverlapThatHardlySufficesIsDoubtful) {
+  const Eigen::Vector3d at(1.5, 1.5, 1.5);
+  const auto elements = Elements(Corner(), at);
+  RegistrationConfig config;
+  const auto with_share = [&](double share) {
+    return PredictRegistration(elements, 1, 5.0 * static_cast<double>(elements.size()) / share, at,
+                               sensor::ScannerModel(), config);
+  };
+  const auto expect_doubtful = [&](double share, const std::string& required) {
+    const RegistrationVerdict hardly = with_share(share);
+    EXPECT_EQ(hardly.outcome, RegistrationOutcome::kDoubtful);
+    EXPECT_EQ(BasesText(hardly.bases), "overlap");
+    EXPECT_NE(hardly.reason.find(required), std::string::npos) << hardly.reason;
+    EXPECT_FALSE(hardly.remedy.empty());
+  };
+  EXPECT_TRUE(with_share(0.26).registered()) << with_share(0.26).reason;
+  expect_doubtful(0.24, "25 % of a prediction");
+  config.minimum_overlap = 0.02;
+  EXPECT_TRUE(with_share(0.055).registered()) << with_share(0.055).reason;
+  expect_doubtful(0.045, "5 % of a prediction");
+  config.minimum_overlap = 0.1;
+  config.prior_sigma = 0.03;  // no other pose is met
+  EXPECT_TRUE(with_share(0.135).registered()) << with_share(0.135).reason;
+  expect_doubtful(0.125, "13 % of a prediction");
+  EXPECT_EQ(with_share(0.05).reason.find("of a prediction"), std::string::npos);
+  config.minimum_overlap = 0.9;
+  EXPECT_TRUE(with_share(0.96).registered()) << with_share(0.96).reason;
+  expect_doubtful(0.94, "95 % of a prediction");
+}
+
 TEST(Prediction, RegularSubsetWithWeightSaysTheSame) {
   Shape shape(sensor::Radians(2), 47);
   shape.Rectangle({0, 0, 0}, 3 * kX, 3 * kY, kZ);
