@@ -367,6 +367,7 @@ TEST_F(JointPlanTest, AViewWaitsForTheScansThatItNeedsAndNoOthers) {
   ASSERT_TRUE(after.Take(*best, scorer, parallel::Budget::Unlimited(), rays));
   ASSERT_TRUE(after.Take(*best, scorer, parallel::Budget::Unlimited(), rays));
   registration::RegistrationConfig config = config_.registration;
+  config.prior_sigma = 0.03;  // of a prediction 1.3 times the minimum is asked, or half way to 1
   const auto judge = [&](const Eigen::Vector3d& view, const RemainingGain& remaining) {
     return expected.Judge(view, remaining, config, parallel::Budget::Unlimited(), rays).value();
   };
@@ -375,7 +376,8 @@ TEST_F(JointPlanTest, AViewWaitsForTheScansThatItNeedsAndNoOthers) {
     config.minimum_overlap = 1e-6;
     const double share = judge(problem.views[v], nobody).verdict.overlap_share;
     // More is wanted than there is.
-    config.minimum_overlap = share + 0.01;
+    const double wanted = share + 0.01;
+    config.minimum_overlap = std::max(wanted / 1.3, 2 * wanted - 1);
     EXPECT_FALSE(judge(problem.views[v], nobody).verdict.registered());
     const auto verdict = judge(problem.views[v], after);
     if (!verdict.verdict.registered()) {
