@@ -17,8 +17,8 @@ namespace {
 
 // A room is expected to go on so far from its doorway, straight in and to both sides, m, where
 // nothing that was measured ends it before. As large as that, with bare walls, it brings as much as
-// rooms that are smaller and furnished do: over eight flats views were expected to gain 0.8 of what
-// they gained, and 0.55 to 0.65 with 3.5 x 4 m counted at half to three quarters
+// rooms that are smaller and furnished do: at places that are expected views were to gain 0.8 to
+// 0.9 of what they gained, and 0.56 with 3.5 x 4 m counted at three quarters
 // (client/study/experiments.md). Rooms of 6 to 30 m2.
 constexpr double kRoomDepth = 4.5;
 constexpr double kHalfRoomWidth = 2.5;
