@@ -68,7 +68,7 @@ Placement NearestFree(const simulation::SimulatedScanner& scanner, const Placeme
                       const PlacementErrors& errors, std::optional<double> heading = std::nullopt);
 
 // What it costs to go to a place, look around and find that there is no free spot, min.
-inline constexpr double kVainSearchMinutes = 0.5;
+inline constexpr double kNoFreeSpotMinutes = 0.5;
 
 // A lattice of the places that a scanner may be brought to, at two heights; m, scene frame.
 inline constexpr double kLatticeOfTruth = 0.3;  // m

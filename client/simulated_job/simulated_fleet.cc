@@ -223,7 +223,7 @@ absl::Status SimulatedFleet::SendOut(Member& member) {
       SetOut(member, placement, **goal, searched);
       return absl::OkStatus();
     }
-    if ((*goal)->expected.has_value()) searched += kVainSearchMinutes;
+    if ((*goal)->expected.has_value()) searched += kNoFreeSpotMinutes;
     if (!(*goal)->claim.empty()) {
       if (absl::Status ended = EndClaim((*goal)->claim, false); !ended.ok()) return ended;
     }

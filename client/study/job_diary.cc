@@ -44,7 +44,7 @@ void JobDiary::Add(const ScanMade& scan) {
   record.set_walk(walk);
   minutes_ += walk / settings.walking_speed / 60 + settings.setup_minutes + settings.scan_minutes;
   for (const simulated_job::TriedPlace& tried : scan.expected_places) {
-    if (!tried.free) minutes_ += simulated_job::kVainSearchMinutes;
+    if (!tried.free) minutes_ += simulated_job::kNoFreeSpotMinutes;
   }
   record.set_minutes(minutes_);
   if (scan.predicted) record.set_predicted(*scan.predicted);
