@@ -29,15 +29,19 @@ declare -A packages=(
 buf_version=1.75.0
 kubernetes_types=(typescript@5.6.3 kubernetes-types@1.30.0)
 
-apt_get() {
+as_root() {
   local become=()
   if ((EUID != 0)); then
-    command -v sudo >/dev/null || die "installing packages needs root or sudo: apt-get $*"
+    command -v sudo >/dev/null || die "installing packages needs root or sudo: $*"
     become=(sudo)
   fi
+  "${become[@]}" env DEBIAN_FRONTEND=noninteractive "$@"
+}
+
+apt_get() {
   # dpkg syncs every file by itself unless told otherwise, which is half of the time.
-  "${become[@]}" env DEBIAN_FRONTEND=noninteractive apt-get -q -y -o DPkg::Lock::Timeout=600 \
-    -o Dpkg::Options::=--force-unsafe-io -o Acquire::Retries=3 "$@"
+  as_root apt-get -q -y -o DPkg::Lock::Timeout=600 -o Dpkg::Options::=--force-unsafe-io \
+    -o Acquire::Retries=3 "$@"
 }
 
 apt_update() {
@@ -56,8 +60,10 @@ apt_install() {
   if [[ -z $(find /var/lib/apt/lists -maxdepth 1 -name '*Packages*' -cmin -60 2>/dev/null) ]]; then
     apt_update || return
   fi
-  apt_get install --no-install-recommends "$@" ||
-    { apt_update && apt_get install --no-install-recommends "$@"; }
+  apt_get install --no-install-recommends "$@" && return
+  # An installation that was cut off before, by a stage's limit or by hand, is ended first.
+  as_root dpkg --configure -a --force-unsafe-io
+  apt_update && apt_get install --no-install-recommends "$@"
 }
 
 install_packages() {

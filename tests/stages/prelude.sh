@@ -9,9 +9,11 @@ logs=$root/build/log
 # Seconds count from the command that was given, not from the stage.
 export VANTAGE_STARTED=${VANTAGE_STARTED:-$EPOCHSECONDS}
 # Of tests that are repeated over numbered seeds or scenes all but the first two; of scenes the hall,
-# and of steps of a scanner all but the first: as ctest's -R and -E take it.
+# and of steps of a scanner all but the first; and the tests of further_tests.txt: as ctest's -R and
+# -E take it.
 # shellcheck disable=SC2034
 further_seeds='(^|[/.])((Seeds|Scenes)/.*[/ ]([2-9]|[1-9][0-9]+|Hall)|Steps/.*/[12])$'
+further_seeds+=$(sed -n '/^[a-z]/ s/.*/|^&$/p' "$stages/further_tests.txt" | tr -d '\n')
 # A stage that ends with this did not run, and says why.
 # shellcheck disable=SC2034
 skipped=77

@@ -22,7 +22,7 @@ follow() {
 }
 
 # stage NAME [COMMAND...]: runs the command, by default tests/stages/NAME.sh, as the stage of that name.
-# True if it passed or was skipped. VANTAGE_SLACK times its budget, or at VANTAGE_DEADLINE (seconds of
+# True if it passed or was skipped. VANTAGE_SLACK times its budget, ten minutes at least, or at VANTAGE_DEADLINE (seconds of
 # the epoch), it is stopped.
 stage() {
   local name=$1 budget what began=$EPOCHSECONDS log=$logs/stage-$1.log status=0 limit took counts result
@@ -31,6 +31,8 @@ stage() {
   read -r budget what < <(sed -n "s/^$name  *//p" "$stages/stages.txt") || die "no stage is called $name"
   say "$name: $what (budget $budget s)"
   limit=$((budget * ${VANTAGE_SLACK:-3}))
+  # What short stages install comes from a network that may be slow.
+  ((limit > 600)) || limit=600
   ((limit < ${VANTAGE_DEADLINE:-9999999999} - began)) || limit=$((VANTAGE_DEADLINE - began))
   if ((limit > 0)); then
     : >"$log"
