@@ -88,8 +88,8 @@ RegistrationVerdict JudgeRegistration(const OverlapGeometry& geometry, double ov
     verdict.remedy = words.remedy;
   } else {
     verdict.outcome = RegistrationOutcome::kRegistered;
-    if (alone.bound > config.required_accuracy) {
-      verdict.bases = WhatDecided(geometry, known, config.required_accuracy);
+    if (margins.bound * alone.bound > config.required_accuracy) {
+      verdict.bases = WhatDecided(geometry, known, config.required_accuracy / margins.bound);
     }
   }
   if (overlap_share < std::max(config.minimum_overlap, margins.overlap)) {

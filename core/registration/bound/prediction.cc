@@ -21,8 +21,8 @@ constexpr double kTiltGuess = 0.05;  // 3 degrees: a bubble's width
 //
 // Nine in ten bounds of alignments are within a third of the prediction (a log-normal error of 0.2,
 // one sigma, for steps of 0.5 and 1 degree). Of the headings of a sector, of which dozens are
-// compared, 1.4 leaves one in twenty beyond the requirement. Of scans all around, which overlap
-// from more sides, one in two hundred was lost for its bound without a margin.
+// compared, 1.4 leaves one in twenty beyond the requirement. Scans all around overlap from more
+// sides (kBoundMargin).
 constexpr double kSectorBoundMargin = 1.4;
 // Of 72 scans with the steps of a real instrument nineteen in twenty overlapped by 0.8 of what was
 // predicted or more.
@@ -127,7 +127,7 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
   const bool one_minimum =
       config.prior_sigma > 0 && kStartsInSigmas * config.prior_sigma <= kOneMinimum;
   const Margins margins{
-      .bound = all_around ? 1 : kSectorBoundMargin,
+      .bound = all_around ? kBoundMargin : kSectorBoundMargin,
       .overlap = AskedOverlap(config.minimum_overlap, all_around && !one_minimum)};
   RegistrationVerdict verdict = JudgeRegistration(geometry, share, known, config, margins);
   if (all_around || one_minimum) return verdict;

@@ -19,6 +19,7 @@
 #include "core/parallel/thread_pool.h"
 #include "core/planning/problem/planning_estimate.h"
 #include "core/planning/problem/planning_problem.h"
+#include "core/registration/bound/prediction.h"
 #include "tests/support/closed_form_view.h"
 #include "tests/support/planning_problem.h"
 
@@ -178,7 +179,7 @@ TEST_F(JointPlanTest, ADoubtfulViewDoesNotStandForThoseAroundIt) {
     }
     ASSERT_GT(bounds.size(), 6u);
     std::sort(bounds.begin(), bounds.end());
-    config_.registration.required_accuracy = bounds[bounds.size() / 3];
+    config_.registration.required_accuracy = registration::kBoundMargin * bounds[bounds.size() / 3];
     config_.candidates = 5;
 
     const auto plan =

@@ -19,6 +19,7 @@
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/ranked_view.h"
 #include "core/planning/problem/planning_estimate.h"
+#include "core/registration/bound/prediction.h"
 #include "tests/support/closed_form_view.h"
 
 namespace vantage::planning {
@@ -269,7 +270,10 @@ TEST_F(PlannerTest, NothingRegistersComesWithRemedies) {
     EXPECT_THAT(view.verdict.reason, HasSubstr("overlaps what is scanned already, 99 %"));
     EXPECT_FALSE(view.verdict.remedy.empty());
     // Where the overlap alone is too small, that is what to do something about.
-    if (view.verdict.judged_bound > config_.registration.required_accuracy) continue;
+    if (registration::kBoundMargin * view.verdict.judged_bound >
+        config_.registration.required_accuracy) {
+      continue;
+    }
     EXPECT_THAT(view.verdict.remedy, HasSubstr("nearer to what is scanned already"));
   }
   EXPECT_THAT(plan.message, HasSubstr("the first: " + plan.refused[0].verdict.reason));
@@ -288,8 +292,8 @@ TEST_F(PlannerTest, ReturnsWhatRegistersAndRefusesWhatDoesNot) {
   }
   ASSERT_GT(bounds.size(), 6u);
   std::sort(bounds.begin(), bounds.end());
-  const double required = bounds[bounds.size() / 2];
-  config_.registration.required_accuracy = required;
+  const double required = bounds[bounds.size() / 2];  // of what is predicted
+  config_.registration.required_accuracy = registration::kBoundMargin * required;
   const Plan plan = Make(model, parallel::Budget::Unlimited(), serial_);
   ASSERT_FALSE(plan.views.empty());
   ASSERT_FALSE(plan.refused.empty());

@@ -10,6 +10,7 @@
 
 #include "core/parallel/thread_pool.h"
 #include "core/planning/ranking/rank_views.h"
+#include "core/registration/bound/prediction.h"
 #include "tests/support/closed_form_view.h"
 #include "tests/support/planning_problem.h"
 
@@ -34,7 +35,7 @@ struct Room : test_support::PlanningProblem {
     std::vector<double> sorted = bounds;
     const auto middle = sorted.begin() + static_cast<ptrdiff_t>(sorted.size() / 3);
     std::nth_element(sorted.begin(), middle, sorted.end());
-    config.registration.required_accuracy = *middle;
+    config.registration.required_accuracy = registration::kBoundMargin * *middle;
     asked = planning::PlanningProblem::Prepare({*model, scanner, config, problem.get()}, serial)
                 .value();
     verdicts.resize(views.size());

@@ -173,7 +173,7 @@ sensor::ScannerModel SectorScanner() {
   return scanner;
 }
 
-TEST(Prediction, OfASectorTheBoundNeedsAMargin) {
+TEST(Prediction, TheBoundNeedsAMargin) {
   const Eigen::Vector3d at(1.5, 1.5, 1.5);
   const auto elements = Elements(Corner(), at);
   const double expected = 5.0 * static_cast<double>(elements.size()) / 0.8;
@@ -188,6 +188,9 @@ TEST(Prediction, OfASectorTheBoundNeedsAMargin) {
   const RegistrationVerdict near = predict(1.3 * bound, SectorScanner());
   EXPECT_EQ(near.outcome, RegistrationOutcome::kDoubtful);
   EXPECT_NE(near.reason.find("may be off by a factor of 1.4"), std::string::npos) << near.reason;
+  const RegistrationVerdict all_around = predict(1.1 * bound, sensor::ScannerModel());
+  EXPECT_EQ(all_around.outcome, RegistrationOutcome::kDoubtful);
+  EXPECT_NE(all_around.reason.find("may be off by a factor of 1.2"), std::string::npos);
 }
 
 // Of the overlap, 7 % face along x: without them the scan fits anywhere along the wall. Where less
