@@ -41,7 +41,7 @@ class Expectation {
   // The model with what is expected.
   const model::PlanningView& view() const { return view_; }
   // The same, with all space that was not measured taken for empty: only measured surface is in
-  // anybody's way.
+  // anybody's way, and of that no voxel that floats by itself.
   const model::PlanningView& standing() const { return standing_; }
   // The floors of its rooms.
   std::span<const ExpectedFloor> floors() const { return floors_; }

@@ -45,6 +45,17 @@ class ExpectationTest : public ::testing::Test {
     problem_ = PlanningProblem::Prepare({*view_, scanner_, config_}, pool_).value();
   }
   const Expectation& expected() const { return *problem_->expectation(); }
+  int MeasuredAround(const model::VoxelIndex& v) const {
+    int around = 0;
+    for (int z = v.z() - 1; z <= v.z() + 1; ++z) {
+      for (int y = v.y() - 1; y <= v.y() + 1; ++y) {
+        for (int x = v.x() - 1; x <= v.x() + 1; ++x) {
+          around += Measured(expected().view().State({x, y, z})) ? 1 : 0;
+        }
+      }
+    }
+    return around - 1;
+  }
   template <typename Fn>
   void ForEachVoxel(Fn&& fn) const {
     const model::VoxelBox& box = expected().view().bounds();
@@ -68,6 +79,7 @@ class ExpectationTest : public ::testing::Test {
 TEST_F(ExpectationTest, WhatIsKnownStaysAsItIs) {
   size_t known = 0;
   size_t expected_free = 0;
+  size_t floating = 0;
   ForEachVoxel([&](const model::VoxelIndex& v) {
     const model::VoxelState state = view_->State(v);
     const bool is_known = Measured(state) || state == model::VoxelState::kEmpty;
@@ -79,9 +91,15 @@ TEST_F(ExpectationTest, WhatIsKnownStaysAsItIs) {
       ++expected_free;
       ASSERT_TRUE(expected().Expected(v));
     }
-    // What somebody finds in the way is what was measured.
-    ASSERT_EQ(Measured(expected().view().State(v)), !expected().standing().Empty(v));
+    // What somebody finds in the way is what was measured, and does not float by itself.
+    if (Measured(expected().view().State(v)) && MeasuredAround(v) < 2) {
+      ++floating;
+      ASSERT_TRUE(expected().standing().Empty(v)) << v.transpose();
+    } else {
+      ASSERT_EQ(Measured(expected().view().State(v)), !expected().standing().Empty(v));
+    }
   });
+  EXPECT_GT(floating, 10u) << "mixed pixels at edges";
   EXPECT_GT(known, 100'000u);
   EXPECT_GT(expected_free, 1000u);
 }
@@ -147,27 +165,29 @@ TEST_F(ExpectationTest, AJobEndsByExpectedGainAndModelGainIsSaidApart) {
   const Plan plan = MakePlan(*problem_, budget, pool_, [](const Plan&) {});
   ASSERT_FALSE(plan.views.empty());
   double model_gain = 0;
-  double expected_gain = 0;
+  double gain = 0;
   for (const auto* views : {&plan.views, &plan.refused}) {
     for (const RankedView& view : *views) {
       model_gain = std::max(model_gain, view.model_gain.value_or(0));
-      expected_gain = std::max(expected_gain, view.expected_gain.value_or(0));
+      gain = std::max(gain, view.gain_without_hidden.value_or(0));
+      EXPECT_GE(view.expected_gain.value_or(0), view.gain_without_hidden.value_or(0));
     }
   }
-  ASSERT_GT(expected_gain, model_gain + 1);
+  ASSERT_GT(gain, model_gain + 1);
   EXPECT_EQ(plan.termination.best_model_gain.value(), model_gain);
-  EXPECT_GE(plan.termination.best_expected_gain.value(), expected_gain);
+  EXPECT_GE(plan.termination.best_expected_gain.value(), gain);
   EXPECT_GE(plan.termination.best_expected_gain_upper.value(),
             plan.termination.best_expected_gain.value());
 }
 
-// Once the room was entered, nothing of it is expected any more.
 // Who finds no free spot takes the best view that stands on what is known.
 TEST_F(ExpectationTest, ExpectedViewsNameTheKnownOneToTakeInstead) {
   config_.candidates = 30;
   config_.candidate_separation = 0.6;
   problem_ = PlanningProblem::Prepare({*view_, scanner_, config_}, pool_).value();
-  const Plan plan = MakePlan(*problem_, parallel::Budget::Unlimited(), pool_, [](const Plan&) {});
+  parallel::Budget budget;
+  budget.work_limit = 5'000'000;
+  const Plan plan = MakePlan(*problem_, budget, pool_, [](const Plan&) {});
   const auto known = std::find_if(plan.views.begin(), plan.views.end(),
                                   [](const RankedView& v) { return !v.expected.has_value(); });
   ASSERT_NE(known, plan.views.end());
@@ -180,6 +200,7 @@ TEST_F(ExpectationTest, ExpectedViewsNameTheKnownOneToTakeInstead) {
   EXPECT_GT(expected_views, 0u);
 }
 
+// Once the room was entered, nothing of it is expected any more.
 TEST_F(ExpectationTest, EndsWhereARoomWasEntered) {
   ScanFrom(1);
   for (const Eigen::Vector3d& start : scene_.starts) {

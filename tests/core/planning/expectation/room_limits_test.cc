@@ -1,0 +1,115 @@
+// How far a small room goes that is seen in part through its doorway, against the mesh.
+#include "core/planning/expectation/room_limits.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "core/model/partial_model.h"
+#include "core/parallel/thread_pool.h"
+#include "core/planning/expectation/expectation.h"
+#include "core/planning/problem/planning_problem.h"
+#include "core/simulation/scenes/mesh_builder.h"
+#include "core/simulation/simulated_scanner.h"
+
+namespace vantage::planning {
+namespace {
+
+constexpr double kFarWall = 5.9;   // m, x
+constexpr double kLeftWall = 3.0;  // m, y
+constexpr RoomLimits kMost = {.depth = 4.5, .left = 2.5, .right = 2.5};
+
+// A room of 4 x 4 m and a bath of 1.8 x 2.2 m behind a doorway in the wall x = 4, around both of
+// them nothing but walls.
+simulation::TriangleMesh TwoRoomsOneSmall(bool cupboard) {
+  simulation::TriangleMesh mesh;
+  simulation::MeshBuilder builder(mesh);
+  const auto box = [&](double x0, double x1, double y0, double y1, double z0, double z1) {
+    builder.Box({x0, y0, z0}, {x1, y1, z1});
+  };
+  box(-0.2, 6.1, -0.2, 4.2, -0.2, 0);
+  box(-0.2, 6.1, -0.2, 4.2, 2.5, 2.7);
+  box(-0.2, 0, -0.2, 4.2, 0, 2.5);
+  box(0, 6.1, -0.2, 0, 0, 2.5);
+  box(0, 6.1, 4, 4.2, 0, 2.5);
+  box(4, 4.1, 0, 1.5, 0, 2.5);
+  box(4, 4.1, 2.4, 4, 0, 2.5);
+  box(4, 4.1, 1.5, 2.4, 2.05, 2.5);
+  box(4.1, 6.1, 0, 0.8, 0, 2.5);
+  box(4.1, 6.1, kLeftWall, 4, 0, 2.5);
+  box(kFarWall, 6.1, 0.8, kLeftWall, 0, 2.5);
+  if (cupboard) box(5.4, 5.9, 2.4, 2.7, 0, 2.2);
+  return mesh;
+}
+
+class RoomLimitsTest : public ::testing::TestWithParam<bool> {
+ protected:
+  void SetUp() override {
+    scanner_.azimuth_step = scanner_.elevation_step = sensor::Radians(0.2);
+    const simulation::SimulatedScanner tracer{mesh_};
+    model_ = model::PartialModel::Create({}).value();
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translate(Eigen::Vector3d(1.5, 1.2, 1.6));
+    sensor::Scan scan;
+    scan.scanner = scanner_;
+    scan.image = tracer.Scan(scanner_, pose, simulation::ScanFaults{}, 1, pool_);
+    ASSERT_TRUE(model_->Insert("scan", scan, pose, pool_).ok());
+    view_ = model_->Publish();
+    config_.station_basis = StationBasis::kExpected;
+    problem_ = PlanningProblem::Prepare({*view_, scanner_, config_}, pool_).value();
+    ASSERT_EQ(problem_->openings().openings.size(), 1u);
+  }
+  const Opening& doorway() const { return problem_->openings().openings.front(); }
+
+  const simulation::TriangleMesh mesh_ = TwoRoomsOneSmall(GetParam());
+  sensor::ScannerModel scanner_;
+  PlanningConfig config_;
+  parallel::ThreadPool pool_{2};
+  std::unique_ptr<model::PartialModel> model_;
+  std::shared_ptr<const model::PlanningView> view_;
+  std::shared_ptr<const PlanningProblem> problem_;
+};
+
+TEST_P(RoomLimitsTest, AreThoseOfTheWallsThatWereSeen) {
+  const RoomLimits limits = LimitsBehind(*view_, doorway(), kMost);
+  const double voxel = view_->voxel_size();
+  EXPECT_NEAR(limits.depth, kFarWall - doorway().centre.x(), voxel);
+  EXPECT_NEAR(limits.left, kLeftWall - doorway().centre.y(), voxel);
+  EXPECT_EQ(limits.right, kMost.right) << "no scan saw that wall";
+}
+
+TEST_P(RoomLimitsTest, AreThoseAskedForWhereWallsAreFarther) {
+  const RoomLimits near = {.depth = 1.0, .left = 0.8, .right = 0.6};
+  const RoomLimits limits = LimitsBehind(*view_, doorway(), near);
+  EXPECT_EQ(limits.depth, near.depth);
+  EXPECT_EQ(limits.left, near.left);
+  EXPECT_EQ(limits.right, near.right);
+}
+
+// A third of the far wall was seen: the room does not go on beside that.
+TEST_P(RoomLimitsTest, NothingIsExpectedBehindAWallThatWasSeenInPart) {
+  ASSERT_NE(problem_->expectation(), nullptr);
+  const Expectation& expectation = *problem_->expectation();
+  const double voxel = view_->voxel_size();
+  const model::VoxelBox& box = expectation.view().bounds();
+  size_t expected = 0;
+  for (int z = box.min.z(); z < box.max.z(); ++z) {
+    for (int y = box.min.y(); y < box.max.y(); ++y) {
+      for (int x = box.min.x(); x < box.max.x(); ++x) {
+        const model::VoxelIndex v(x, y, z);
+        if (!expectation.view().Empty(v) || !expectation.Expected(v)) continue;
+        ++expected;
+        const Eigen::Vector3d centre = view_->Centre(v);
+        ASSERT_LT(centre.x(), kFarWall + voxel);
+        ASSERT_LT(centre.y(), kLeftWall + voxel);
+      }
+    }
+  }
+  EXPECT_GT(expected, 1000u);
+}
+
+INSTANTIATE_TEST_SUITE_P(Bath, RoomLimitsTest, ::testing::Bool(),
+                         [](const auto& test) { return test.param ? "WithACupboard" : "Bare"; });
+
+}  // namespace
+}  // namespace vantage::planning
