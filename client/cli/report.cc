@@ -320,6 +320,13 @@ std::string ViewReport(const v1::RankedView& view) {
                         view.has_travel_distance_m()
                             ? absl::StrFormat(", %.1f m to walk", view.travel_distance_m())
                             : "");
+  if (view.has_enabled_view_index()) {
+    absl::StrAppendFormat(
+        &out,
+        "  first      since the view refused in row %d, which gains more, registers "
+        "after it\n",
+        view.enabled_view_index() + 1);
+  }
   if (view.has_expected_station()) {
     const v1::ExpectedStation& expected = view.expected_station();
     absl::StrAppendFormat(

@@ -25,8 +25,8 @@ planning::CellArrays PendingSurface::Of(const RemainingGain& remaining,
   std::vector<float> areas;
   for (const uint32_t i : seen) {
     const planning::DeficientCell& cell = problem_.patches().cells[i];
-    const bool opening =
-        cell.kind == model::SurfaceKind::kOcclusion || cell.kind == model::SurfaceKind::kImage;
+    const bool opening = cell.expected || cell.kind == model::SurfaceKind::kOcclusion ||
+                         cell.kind == model::SurfaceKind::kImage;
     if (!opening || cell.success < 1) continue;
     indices.push_back(at_[i]);
     areas.push_back(cell.area);

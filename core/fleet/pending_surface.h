@@ -17,7 +17,7 @@ namespace vantage::fleet {
 
 // The surface that pending scans, which are the steps of RemainingGain, are expected to add for
 // alignment. False surface that they see, and at which no attempt has failed yet, is taken for
-// surface. That is a guess, since what lies behind it is unknown. Holes are left out, since rays
+// surface, and so are the walls of a room that is expected behind a doorway. That is a guess, since what lies behind it is unknown. Holes are left out, since rays
 // went in and none came back. References are kept.
 class PendingSurface {
  public:

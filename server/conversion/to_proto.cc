@@ -365,6 +365,7 @@ v1::RankedView WriteView(const planning::RankedView& view, std::span<const plann
     }
     expected.set_message(planning::ExpectedStationWords(*view.expected, origin));
   }
+  if (view.enables.has_value()) out.set_enabled_view_index(static_cast<int32_t>(*view.enables));
   out.set_clearance_m(view.clearance);
   if (view.travel.has_value()) {
     out.set_travel_distance_m(*view.travel);

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "core/fleet/look_ahead.h"
 #include "core/planning/feasibility/floor_map.h"
 #include "core/planning/openings/measure_coverage.h"
 #include "core/registration/place_and_register.h"
@@ -13,7 +14,7 @@ Algorithms Algorithms::Core() {
   const auto make_plan = [](const model::PlanningView& model, const sensor::ScannerModel& scanner,
                             const planning::PlanningConfig& config, const parallel::Budget& budget,
                             parallel::Parallel& parallel, planning::PlanProgress progress) {
-    return planning::MakePlan(model, scanner, config, budget, parallel, progress);
+    return fleet::MakePlanLookingAhead(model, scanner, config, budget, parallel, progress);
   };
   const auto evaluate_view =
       [](const model::PlanningView& model, const sensor::ScannerModel& scanner,

@@ -57,9 +57,16 @@ struct RankedView {
   bool exact = false;  // lower == score == upper, confidence 1
   // Surface that it would bring to the required density in the model, m^2; known when exact.
   std::optional<double> model_gain;
-  // The expected gain, m^2: the model gain, and what the view would bring of surface that is
-  // expected and not known, if it is as expected; known when exact.
+  // The expected gain, m^2: the model gain with false surface for kSurfaceBehindFalse times its
+  // area, and what the view would bring of surface that is expected and not known, if it is as
+  // expected; known when exact.
   std::optional<double> expected_gain;
+  // The expected gain with false surface at its own area, m^2: what plans end by, so that a small
+  // opening does not keep a job open for what may be behind it. Known when exact.
+  std::optional<double> gain_without_hidden;
+  // Index into Plan::refused of a view that is predicted to register after a scan from here: this
+  // view comes first for the sake of both.
+  std::optional<size_t> enables;
   double model_gain_upper = 0;                               // m^2, equal to it where it is known
   std::array<double, model::kSurfaceKinds> score_by_kind{};  // samples, weighted, sums to score
   double height_over_floor = 0;                              // m; NaN where no floor is below

@@ -15,7 +15,7 @@ constexpr size_t kViewsAtOnce = 64;  // so that a work limit is overrun by no mo
 
 double LargestExpectedGain(std::span<const RankedView> views) {
   double most = 0;
-  for (const RankedView& view : views) most = std::max(most, view.expected_gain.value_or(0));
+  for (const RankedView& view : views) most = std::max(most, view.gain_without_hidden.value_or(0));
   return most;
 }
 

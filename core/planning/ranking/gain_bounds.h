@@ -14,7 +14,8 @@
 
 namespace vantage::planning {
 
-// The expected gain of the best feasible view lies between `lower` and `upper`, m2.
+// The expected gain of the best feasible view, with false surface at its own area, as in all of
+// this file, lies between `lower` and `upper`, m2.
 struct GainBounds {
   double lower = 0;
   double upper = 0;  // at the confidence of the scores' bounds

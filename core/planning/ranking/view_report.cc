@@ -103,6 +103,7 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
       view.exact = true;
       view.model_gain = split.model_gain;
       view.model_gain_upper = split.model_gain_upper;
+      view.gain_without_hidden = split.gain_without_hidden;
       view.expected_gain = split.expected_gain;
     }
   });
@@ -113,12 +114,16 @@ void ViewReport::SetGain(const CellArrays& gains, const PatchSet& patches,
                          std::span<const float> cell_gains, RankedView& view) {
   double known = 0;
   double expected = 0;
+  double behind = 0;
   for (size_t i = 0; i < gains.size(); ++i) {
-    (patches.cells.Expected(gains.cell[i]) ? expected : known) +=
-        static_cast<double>(cell_gains[i]);
+    const auto gain = static_cast<double>(cell_gains[i]);
+    if (!(gain > 0)) continue;
+    (patches.cells.Expected(gains.cell[i]) ? expected : known) += gain;
+    behind += (SurfaceBehind(patches, gains.cell[i]) - 1) * gain;
   }
   view.model_gain = view.model_gain_upper = known;
-  view.expected_gain = known + expected;
+  view.gain_without_hidden = known + expected;
+  view.expected_gain = known + expected + behind;
 }
 
 void ViewReport::NameFallback(std::vector<RankedView>& views) {

@@ -29,8 +29,10 @@ TEST(ExpectedViewsTest, OfOneScannerNameTheKnownOneToTakeInstead) {
   planning::PlanningConfig config;
   config.station_basis = planning::StationBasis::kExpected;
   config.candidates = 20;
-  const auto plan = MakeJointPlan(*model->Publish(), request, config, parallel::Budget::Unlimited(),
-                                  pool, [](const planning::Plan&) {});
+  parallel::Budget budget;
+  budget.work_limit = 5'000'000;
+  const auto plan = MakeJointPlan(*model->Publish(), request, config, budget, pool,
+                                  [](const planning::Plan&) {});
   ASSERT_TRUE(plan.ok()) << plan.status();
   const auto& views = plan->plan.views;
   const auto known = std::find_if(views.begin(), views.end(),

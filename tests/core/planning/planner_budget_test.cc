@@ -190,7 +190,7 @@ TEST_F(PlannerBudgetTest, ChecksTheFirstCandidateWheneverAnyViewWasEvaluated) {
   (void)make(EndingAt(int64_t{1} << 60), evaluated);
   const int64_t whole = steps;
   int times = 0;
-  for (int64_t end = 1; end < whole; end += 1 + end / 8) {
+  for (int64_t end = 1; end < whole; end += 1 + end / 4) {
     steps = 0;
     evaluated = false;
     const Plan plan = make(EndingAt(end), evaluated);

@@ -130,6 +130,15 @@ TEST(ToProto, APlanListsItsStoreys) {
   EXPECT_EQ(written.storeys(1).floor_z_m(), 12.75);
 }
 
+TEST(ToProto, AViewSaysWhichRefusedOneRegistersAfterIt) {
+  planning::RankedView view;
+  EXPECT_FALSE(WriteView(view, {}, Eigen::Vector3d::Zero()).has_enabled_view_index());
+  view.enables = 0;
+  EXPECT_TRUE(WriteView(view, {}, Eigen::Vector3d::Zero()).has_enabled_view_index());
+  view.enables = 3;
+  EXPECT_EQ(WriteView(view, {}, Eigen::Vector3d::Zero()).enabled_view_index(), 3);
+}
+
 TEST(ToProto, AnExpectedStationIsInTheWorld) {
   planning::RankedView view;
   EXPECT_FALSE(WriteView(view, {}, Eigen::Vector3d::Zero()).has_expected_station());

@@ -41,8 +41,10 @@ class GainBoundsTest : public ::testing::Test {
     }
     return evaluation;
   }
-  // Area of the cells that the view brings to D, voxel by voxel.
-  double BruteForce(const PlanningProblem& problem, const Eigen::Vector3d& view) const {
+  // Area of the cells that the view brings to D, voxel by voxel, where false surface stands for
+  // `behind` times as much.
+  double BruteForce(const PlanningProblem& problem, const Eigen::Vector3d& view,
+                    double behind) const {
     const CellArrays& cells = problem.scoring().cells();
     std::vector<float> scores(cells.size());
     (void)problem.scoring().scorer().ScoreCells(view, cells, parallel::Budget::Unlimited(), scores);
@@ -55,7 +57,8 @@ class GainBoundsTest : public ::testing::Test {
       const double density =
           scanner_.SamplingDensity(std::asin(-to.z() / to.norm()), cosine, to.norm());
       if (density >= config_.required_density * static_cast<double>(cell.spread)) {
-        sum += static_cast<double>(cell.success * cell.area);
+        sum += (cell.kind == model::SurfaceKind::kTrue ? 1 : behind) *
+               static_cast<double>(cell.success * cell.area);
       }
     }
     return sum;
@@ -67,20 +70,26 @@ class GainBoundsTest : public ::testing::Test {
   parallel::Serial serial_;
 };
 
-TEST_F(GainBoundsTest, ModelGainIsTheAreaThatComesToTheRequiredDensity) {
+TEST_F(GainBoundsTest, GainIsTheAreaThatComesToTheRequiredDensity) {
   const auto problem = Prepare();
   const ViewReport report(*problem);
   double most = 0;
+  double most_hidden = 0;
   for (size_t i = 0; i < problem->feasible().cells().size(); i += 7) {
     RankedView view;
     const Eigen::Vector3d at = problem->feasible().Centre(i);
     ASSERT_TRUE(report.Exact(at, parallel::Budget::Unlimited(), view));
-    const double area = BruteForce(*problem, at);
+    const double area = BruteForce(*problem, at, 1);
+    const double behind = BruteForce(*problem, at, kSurfaceBehindFalse);
     // Cells between 0.99 D and D count in part.
     EXPECT_NEAR(view.model_gain.value(), area, 0.02 * area + 0.01);
+    EXPECT_NEAR(view.expected_gain.value(), behind, 0.02 * behind + 0.01);
+    EXPECT_EQ(view.gain_without_hidden.value(), view.model_gain.value()) << "nothing is expected";
     most = std::max(most, area);
+    most_hidden = std::max(most_hidden, behind - area);
   }
   EXPECT_GT(most, 1);
+  EXPECT_GT(most_hidden, 1);
 }
 
 // What lies behind an opening and what is weighed differently change scores, not square metres.

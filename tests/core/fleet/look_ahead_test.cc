@@ -1,0 +1,142 @@
+// The scan after the next, against scans that are made.
+#include "core/fleet/look_ahead.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "core/model/partial_model.h"
+#include "core/parallel/thread_pool.h"
+#include "core/planning/evaluate_view.h"
+#include "core/simulation/scenes/furnished_flat.h"
+#include "core/simulation/simulated_scanner.h"
+
+namespace vantage::fleet {
+namespace {
+
+// A job in a flat, one scan after the other.
+class Job {
+ public:
+  explicit Job(uint64_t seed) : scene_(simulation::FurnishedFlat(seed)) {
+    scanner_.azimuth_step = scanner_.elevation_step = sensor::Radians(0.4);
+    config_.station_basis = planning::StationBasis::kExpected;
+    config_.viewcell_size = 0.3;
+    budget_.work_limit = 6'000'000;
+    model_ = model::PartialModel::Create({}).value();
+  }
+  const std::vector<Eigen::Vector3d>& starts() const { return scene_.starts; }
+  void ScanFrom(const Eigen::Vector3d& position) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translate(position);
+    sensor::Scan scan;
+    scan.scanner = scanner_;
+    scan.image = tracer_.Scan(scanner_, pose, simulation::ScanFaults{}, 1 + scans_, pool_);
+    ASSERT_TRUE(model_->Insert("scan" + std::to_string(scans_++), scan, pose, pool_).ok());
+    view_ = model_->Publish();
+  }
+  planning::Plan LookingAhead(parallel::Parallel& parallel) const {
+    return MakePlanLookingAhead(*view_, scanner_, config_, budget_, parallel,
+                                [](const planning::Plan&) {})
+        .value();
+  }
+  planning::Plan ByScore(parallel::Parallel& parallel) const {
+    return planning::MakePlan(*view_, scanner_, config_, budget_, parallel,
+                              [](const planning::Plan&) {})
+        .value();
+  }
+  bool Registers(const Eigen::Vector3d& position) {
+    return planning::EvaluateView(*view_, scanner_, config_, position, pool_)
+        .value()
+        .view.verdict.registered();
+  }
+  parallel::ThreadPool& pool() { return pool_; }
+
+ private:
+  const simulation::Scene scene_;
+  const simulation::SimulatedScanner tracer_{scene_.mesh};
+  sensor::ScannerModel scanner_;
+  planning::PlanningConfig config_;
+  parallel::Budget budget_;
+  parallel::ThreadPool pool_{2};
+  std::unique_ptr<model::PartialModel> model_;
+  std::shared_ptr<const model::PlanningView> view_;
+  size_t scans_ = 0;
+};
+
+TEST(LookAheadTest, TheRefusedViewRegistersOnceTheFirstIsScanned) {
+  int enabled = 0;
+  int kept = 0;
+  for (uint64_t seed = 1; seed <= 8; ++seed) {
+    SCOPED_TRACE(testing::Message() << "flat " << seed);
+    Job job(seed);
+    job.ScanFrom(job.starts()[0]);
+    for (int scan = 0; scan < 4; ++scan) {
+      const planning::Plan plan = job.LookingAhead(job.pool());
+      ASSERT_FALSE(plan.views.empty());
+      const planning::RankedView& first = plan.views.front();
+      EXPECT_TRUE(first.verdict.registered());
+      if (!first.enables.has_value()) {
+        job.ScanFrom(first.position);
+        continue;
+      }
+      ASSERT_LT(*first.enables, plan.refused.size());
+      const planning::RankedView& refused = plan.refused[*first.enables];
+      EXPECT_GT(refused.score, first.score);
+      EXPECT_FALSE(refused.verdict.registered());
+      job.ScanFrom(first.position);
+      ++enabled;
+      kept += job.Registers(refused.position) ? 1 : 0;
+    }
+  }
+  std::printf("%d of %d refused views register after the first\n", kept, enabled);
+  EXPECT_GT(enabled, 2) << "or this says nothing";
+  EXPECT_GE(2 * kept, enabled);
+}
+
+// All but the first keep their order, and their figures stay.
+TEST(LookAheadTest, MovesOneViewAtMost) {
+  for (uint64_t seed = 1; seed <= 4; ++seed) {
+    SCOPED_TRACE(testing::Message() << "flat " << seed);
+    Job job(seed);
+    job.ScanFrom(job.starts()[0]);
+    const planning::Plan plan = job.LookingAhead(job.pool());
+    planning::Plan by_score = job.ByScore(job.pool());
+    ASSERT_EQ(plan.views.size(), by_score.views.size());
+    const Eigen::Vector3d first = plan.views.front().position;
+    const auto moved =
+        std::find_if(by_score.views.begin(), by_score.views.end(),
+                     [&](const planning::RankedView& v) { return v.position == first; });
+    ASSERT_NE(moved, by_score.views.end());
+    EXPECT_TRUE(moved == by_score.views.begin() || plan.views.front().enables.has_value());
+    std::rotate(by_score.views.begin(), moved, moved + 1);
+    for (size_t i = 0; i < plan.views.size(); ++i) {
+      EXPECT_EQ(plan.views[i].position, by_score.views[i].position);
+      EXPECT_EQ(plan.views[i].score, by_score.views[i].score);
+      EXPECT_EQ(plan.views[i].verdict.judged_bound, by_score.views[i].verdict.judged_bound);
+      EXPECT_TRUE(i == 0 || !plan.views[i].enables.has_value());
+    }
+  }
+}
+
+TEST(LookAheadTest, IsTheSameOnAnyNumberOfThreads) {
+  Job job(2);
+  job.ScanFrom(job.starts()[0]);
+  parallel::Serial serial;
+  const planning::Plan one = job.LookingAhead(serial);
+  const planning::Plan two = job.LookingAhead(job.pool());
+  EXPECT_EQ(one.rays, two.rays);
+  ASSERT_EQ(one.views.size(), two.views.size());
+  for (size_t i = 0; i < one.views.size(); ++i) {
+    EXPECT_EQ(one.views[i].position, two.views[i].position);
+    EXPECT_EQ(one.views[i].enables, two.views[i].enables);
+  }
+}
+
+}  // namespace
+}  // namespace vantage::fleet
