@@ -1,4 +1,4 @@
-// Looks at the scan after the next one (algorithm.md section 11, 'The scan after the next').
+// Looks at the scan after the next one (algorithm.md section 11).
 #ifndef VANTAGE_CORE_FLEET_LOOK_AHEAD_H_
 #define VANTAGE_CORE_FLEET_LOOK_AHEAD_H_
 

@@ -31,8 +31,8 @@ TEST(ExpectedViewsTest, OfOneScannerNameTheKnownOneToTakeInstead) {
   config.candidates = 20;
   parallel::Budget budget;
   budget.work_limit = 5'000'000;
-  const auto plan = MakeJointPlan(*model->Publish(), request, config, budget, pool,
-                                  [](const planning::Plan&) {});
+  const auto plan =
+      MakeJointPlan(*model->Publish(), request, config, budget, pool, [](const planning::Plan&) {});
   ASSERT_TRUE(plan.ok()) << plan.status();
   const auto& views = plan->plan.views;
   const auto known = std::find_if(views.begin(), views.end(),
