@@ -18,8 +18,8 @@ namespace {
 
 using planning::RankedView;
 
-// How many of the plan's views are tried as the first of two, and refused ones as the second: an
-// eighth of a second for each pair of 50,000 cells, so no more than a person notices.
+// How many of the plan's views are tried as the first of two, and refused ones as the second. Each
+// first costs the scores of six views and a few predictions. A choice.
 constexpr size_t kMostFirst = 6;
 constexpr size_t kMostRefused = 2;
 // Views that may follow the first instead of a refused one: the best, and the next in case the best
@@ -31,13 +31,13 @@ constexpr double kMuchMore = 1.2;
 // Of the two scans' score: less is no reason to leave the order. Share, a choice.
 constexpr double kBetter = 1.05;
 // That a refused view registers after the first, where that is predicted: what the first is
-// expected to see is a guess. Of 5 such views in furnished flats 3 did.
+// expected to see is a guess. Of 5 such views in furnished flats 3 did; no other sites were tried.
 constexpr double kRegistersAfter = 0.6;
 constexpr double kTimeLeft = 0.1;  // share of the budget
 
-// What comes after a view, by score, samples.
+// What comes after a view.
 struct Follower {
-  double score = 0;
+  double score = 0;               // samples, times its chances
   std::optional<size_t> enabled;  // index of the refused view that it is
 };
 
