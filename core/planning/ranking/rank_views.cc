@@ -75,13 +75,14 @@ std::vector<Wall> WallsAround(const model::PlanningView& model, const Eigen::Vec
 }  // namespace
 
 std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleViews& feasible,
-                                double separation, size_t count, std::span<const uint32_t> others) {
+                                double separation, size_t count, std::span<const uint32_t> others,
+                                absl::FunctionRef<bool(uint32_t)> eligible) {
   std::vector<uint32_t> ranked;
   for (const uint32_t i : ByScore(evaluation)) {
     if (ranked.size() >= count) break;
     // Ranks are scores less their errors, so a view that gains nothing may rank before some that
     // gain.
-    if (evaluation.views[i].score <= 0) continue;
+    if (evaluation.views[i].score <= 0 || !eligible(i)) continue;
     const Eigen::Vector3d at = feasible.Centre(i);
     const auto near = [&](uint32_t j) { return (feasible.Centre(j) - at).norm() < separation; };
     if (std::none_of(ranked.begin(), ranked.end(), near) &&

@@ -9,6 +9,7 @@
 #include <span>
 #include <vector>
 
+#include "absl/functional/function_ref.h"
 #include "core/parallel/budget.h"
 #include "core/planning/evaluation/anytime.h"
 #include "core/planning/feasibility/feasible_views.h"
@@ -21,10 +22,12 @@
 namespace vantage::planning {
 
 // Scored views by rank, equal ones by position, each at least `separation` (m) from those before it
-// and from those of `others`; at most `count`, and only views that gain something.
-std::vector<uint32_t> RankViews(const Evaluation& evaluation, const FeasibleViews& feasible,
-                                double separation, size_t count,
-                                std::span<const uint32_t> others = {});
+// and from those of `others`; at most `count`, and only views that gain something and that
+// `eligible` holds for.
+std::vector<uint32_t> RankViews(
+    const Evaluation& evaluation, const FeasibleViews& feasible, double separation, size_t count,
+    std::span<const uint32_t> others = {},
+    absl::FunctionRef<bool(uint32_t)> eligible = [](uint32_t) { return true; });
 
 // The face-connected cells around `view` that score at least 95 % of it.
 EquivalentRegion EquivalentRegionOf(const Evaluation& evaluation, const FeasibleViews& feasible,

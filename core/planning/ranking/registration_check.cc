@@ -1,6 +1,7 @@
 #include "core/planning/ranking/registration_check.h"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -12,6 +13,9 @@ namespace vantage::planning {
 namespace {
 
 constexpr size_t kBatch = 4;  // candidates checked at a time, whatever the number of threads
+// So many of the best candidates are checked before views nearer to the stations: batches enough
+// that it is no accident that all were refused, and a fifth of max_checked's default.
+constexpr size_t kBestFirst = 3 * kBatch;
 
 class Checking {
  public:
@@ -24,24 +28,22 @@ class Checking {
         evaluation_(evaluation),
         feasible_(problem.feasible()),
         config_(problem.config()),
+        stations_(problem.model().stations()),
         budget_(budget),
         parallel_(parallel),
         first_anyway_(first_anyway) {}
 
   RegistrationCheck Run(std::span<const uint32_t> candidates, size_t wanted) {
-    size_t count = 0;
-    for (size_t begin = 0; begin < candidates.size(); begin += count) {
-      if (AsGoodAs(candidates[begin]) >= wanted) break;
-      count = Check(candidates.subspan(begin), [&](const CheckedView& view) {
-        if (!view.verdict.registered()) {
-          check_.refused.push_back(view);
-        } else if (view.heading.has_value() || check_.registrable.size() < wanted) {
-          check_.registrable.push_back(view);
-        }
-      });
-      if (count == 0) break;
+    const size_t best = std::min(candidates.size(), kBestFirst);
+    CheckBestFirst(candidates.first(best), wanted);
+    std::vector<uint32_t> left(candidates.begin() + static_cast<ptrdiff_t>(best), candidates.end());
+    if (!left.empty() && check_.registrable.empty() && !check_.refused.empty() && !ended_) {
+      LookNearer(wanted);
+      std::erase_if(left, [this](uint32_t view) { return NearOneRefused(view); });
     }
-    if (!headings().all_around()) SortByHeadingThatRegisters(wanted);
+    if (!ended_) CheckBestFirst(left, wanted);
+    if (!headings().all_around()) check_.facing = check_.registrable;
+    KeepBestApart(wanted);
     if (ended_) return check_;
     check_.finished = true;
     TryAroundDoubtful(wanted);
@@ -73,13 +75,75 @@ class Checking {
     return count;
   }
 
-  // Views may be worth less with the headings that register than their ranks say.
-  void SortByHeadingThatRegisters(size_t wanted) {
-    std::stable_sort(
-        check_.registrable.begin(), check_.registrable.end(),
-        [this](const CheckedView& a, const CheckedView& b) { return Score(a) > Score(b); });
-    check_.facing = check_.registrable;
-    if (check_.registrable.size() > wanted) check_.registrable.resize(wanted);
+  // Checks `candidates`, best first, until `wanted` register that gain as much as the next may.
+  void CheckBestFirst(std::span<const uint32_t> candidates, size_t wanted) {
+    size_t count = 0;
+    for (size_t begin = 0; begin < candidates.size(); begin += count) {
+      if (AsGoodAs(candidates[begin]) >= wanted) break;
+      count = Check(candidates.subspan(begin), [&](const CheckedView& view) {
+        (view.verdict.registered() ? check_.registrable : check_.refused).push_back(view);
+      });
+      if (count == 0) break;
+    }
+  }
+
+  // Where the best were all refused: the nearer to a station, the more is overlapped, and what
+  // gains most often lies too far from all. The best of those half as far from the nearest station
+  // as most that were refused; again, until one registers; then the best of those up to twice as
+  // far as that.
+  void LookNearer(size_t wanted) {
+    if (stations_.empty()) return;
+    const std::vector<double> away = DistancesToStations();
+    double radius = MedianOfRefused(away);
+    while (check_.registrable.empty() && radius > feasible_.cell_size()) {
+      radius /= 2;
+      CheckBestFirst(BestWithin(away, radius), wanted);
+      if (ended_) return;
+    }
+    CheckBestFirst(BestWithin(away, 2 * radius), wanted);
+  }
+  // Of each view to the nearest station, m.
+  std::vector<double> DistancesToStations() const {
+    std::vector<double> away(feasible_.cells().size(), std::numeric_limits<double>::max());
+    for (uint32_t i = 0; i < away.size(); ++i) {
+      for (const model::Station& station : stations_) {
+        away[i] = std::min(away[i], (feasible_.Centre(i) - station.position).norm());
+      }
+    }
+    return away;
+  }
+  double MedianOfRefused(const std::vector<double>& away) const {
+    std::vector<double> refused;
+    for (const CheckedView& view : check_.refused) refused.push_back(away[view.view]);
+    const auto middle = refused.begin() + static_cast<ptrdiff_t>(refused.size() / 2);
+    std::nth_element(refused.begin(), middle, refused.end());
+    return *middle;
+  }
+  std::vector<uint32_t> BestWithin(const std::vector<double>& away, double radius) const {
+    std::vector<uint32_t> checked;
+    for (const CheckedView& view : check_.refused) checked.push_back(view.view);
+    for (const CheckedView& view : check_.registrable) checked.push_back(view.view);
+    return RankViews(evaluation_, feasible_, config_.candidate_separation, kBestFirst, checked,
+                     [&](uint32_t i) { return away[i] <= radius; });
+  }
+  bool NearOneRefused(uint32_t view) const {
+    return std::any_of(check_.refused.begin(), check_.refused.end(),
+                       [&](const CheckedView& other) { return Near(other.view, view); });
+  }
+
+  // Not all were checked best first, and views may be worth less with the headings that register
+  // than their ranks say.
+  void KeepBestApart(size_t wanted) {
+    std::vector<CheckedView> all = std::move(check_.registrable);
+    std::stable_sort(all.begin(), all.end(), [this](const CheckedView& a, const CheckedView& b) {
+      return Score(a) > Score(b);
+    });
+    check_.registrable.clear();
+    for (const CheckedView& view : all) {
+      const bool near = std::any_of(check_.registrable.begin(), check_.registrable.end(),
+                                    [&](const CheckedView& o) { return Near(o.view, view.view); });
+      if (!near && check_.registrable.size() < wanted) check_.registrable.push_back(view);
+    }
   }
 
   struct Judged {
@@ -109,13 +173,11 @@ class Checking {
     return surface_.MostRays() +
            (headings().all_around() ? 0 : scoring_.scorer().MostRays(scoring_.cells()));
   }
-  // How many of the views that register gain as much as a candidate may. Without headings all do,
-  // since the best come first.
+  // How many of the views that register gain as much as a candidate may.
   size_t AsGoodAs(uint32_t candidate) const {
-    if (headings().all_around()) return check_.registrable.size();
     return static_cast<size_t>(
         std::count_if(check_.registrable.begin(), check_.registrable.end(),
-                      [&](const CheckedView& view) { return view.score >= Score(candidate); }));
+                      [&](const CheckedView& view) { return Score(view) >= Score(candidate); }));
   }
 
   // The budget, for work that ends only when it is cancelled.
@@ -176,17 +238,8 @@ class Checking {
       }
     }
     if (found.empty()) return;
-    std::vector<CheckedView> all = std::move(check_.registrable);
-    all.insert(all.end(), found.begin(), found.end());
-    std::stable_sort(all.begin(), all.end(), [this](const CheckedView& a, const CheckedView& b) {
-      return Score(a) > Score(b);
-    });
-    check_.registrable.clear();
-    for (const CheckedView& view : all) {
-      const bool near = std::any_of(check_.registrable.begin(), check_.registrable.end(),
-                                    [&](const CheckedView& o) { return Near(o.view, view.view); });
-      if (!near && check_.registrable.size() < wanted) check_.registrable.push_back(view);
-    }
+    check_.registrable.insert(check_.registrable.end(), found.begin(), found.end());
+    KeepBestApart(wanted);
   }
 
   const OverlapSurface& surface_;
@@ -195,6 +248,7 @@ class Checking {
   const Evaluation& evaluation_;
   const FeasibleViews& feasible_;
   const PlanningConfig& config_;
+  const std::vector<model::Station>& stations_;
   const parallel::Budget& budget_;
   parallel::Parallel& parallel_;
   const bool first_anyway_;  // the first candidate is checked even where no time is left

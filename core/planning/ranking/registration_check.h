@@ -44,8 +44,10 @@ struct RegistrationCheck {
 };
 
 // Checks `candidates` (of `evaluation`, best first, apart from each other) until `wanted` pass that
-// gain as much as the next may, or all are checked. When time is left, the best views around
-// doubtful candidates are checked, too (algorithm.md section 9, 'The check of candidates').
+// gain as much as the next may, or all are checked. Where the best dozen are
+// all refused, views nearer to the stations are checked before the rest. When time is left, the
+// best views around doubtful candidates are checked, too (algorithm.md section 9, 'The check of
+// candidates').
 RegistrationCheck CheckRegistration(const PlanningProblem& problem, const OverlapSurface& surface,
                                     const Evaluation& evaluation,
                                     std::span<const uint32_t> candidates, size_t wanted,
