@@ -13,6 +13,7 @@
 #include "core/fleet/joint_choice.h"
 #include "core/fleet/joint_plan_estimate.h"
 #include "core/fleet/member_routes.h"
+#include "core/planning/budget_shares.h"
 #include "core/planning/evaluation/anytime.h"
 #include "core/planning/outcome.h"
 #include "core/planning/plan/planning_config.h"
@@ -134,7 +135,7 @@ class JointPlanner {
       if (of < classes_.size()) continue;
       auto problem = planning::PlanningProblem::Prepare(
           {model_, member.model, config_, classes_.empty() ? nullptr : &First()}, parallel_,
-          budget_);
+          parallel::Cancellation(budget_.cancelled));
       if (!problem.ok()) return problem.status();
       if (classes_.empty()) joint_.plan = planning::BeginPlan(**problem);
       ScannerClass& mine = classes_.emplace_back();
@@ -145,6 +146,8 @@ class JointPlanner {
       }
     }
     clock_.Book(planning::PlanStage::kEvaluate);
+    // Preparing has no deadline. Where it took the time, some is left for an answer.
+    budget_ = planning::WithTimeToAnswer(budget_);
     return absl::OkStatus();
   }
 
@@ -228,7 +231,7 @@ class JointPlanner {
     for (size_t of = 0; of < classes_.size(); ++of) {
       ScannerClass& mine = classes_[of];
       const auto show = [&](const planning::Evaluation& so_far) {
-        if (of == 0) progress_(planning::Unchecked(report.Interim(joint_.plan, so_far)));
+        if (of == 0) progress_(planning::StillEvaluating(report.Interim(joint_.plan, so_far)));
       };
       if (cells.size() == 0 || mine.views.empty()) {
         mine.evaluation.views.assign(mine.views.size(), {0, 0, 0, true, true, 0});
@@ -523,7 +526,11 @@ class JointPlanner {
       return planning::ViewsFoundForFleet(plan.views.size(), members_.size(), joint_.model_gain,
                                           refused);
     }
-    if (choice.record().cut_short) return planning::UnfinishedAfter(choice.checked(), budget_);
+    if (choice.record().cut_short) {
+      return planning::UnfinishedAfter(choice.checked(),
+                                       refused > 0 ? &choice.refused().front().verdict : nullptr,
+                                       std::nullopt, budget_);
+    }
     if (refused > 0) {
       return planning::NoneRegisters(choice.checked(), choice.refused().front().verdict);
     }
@@ -544,7 +551,7 @@ class JointPlanner {
   const model::PlanningView& model_;
   const FleetRequest& request_;
   const planning::PlanningConfig& config_;
-  const parallel::Budget& budget_;
+  parallel::Budget budget_;
   parallel::Parallel& parallel_;
   planning::PlanProgress progress_;
   JointPlan joint_;

@@ -153,8 +153,8 @@ absl::StatusOr<planning::Plan> MakePlanLookingAhead(const model::PlanningView& m
                                                     planning::PlanProgress progress) {
   parallel::Budget shorter = budget;
   shorter.deadline = budget.Part(1 - kTimeLeft, 0).deadline;
-  const auto problem =
-      planning::PlanningProblem::Prepare({model, scanner, config}, parallel, shorter);
+  const auto problem = planning::PlanningProblem::Prepare({model, scanner, config}, parallel,
+                                                          parallel::Cancellation(budget.cancelled));
   if (absl::IsCancelled(problem.status())) {
     return planning::EndedPreparing(problem.status().message(), model, config, budget);
   }

@@ -20,6 +20,10 @@ constexpr double kPassesOfDescription = 2;  // over all cells: what a view score
 // even where the evaluation's last batch overran its own.
 constexpr uint64_t kLeastCheckedPart = 10;  // 1 / 10
 constexpr int kReportPart = 3;              // of the time that is left, 1 / 3
+// Pairs of view and cell: a first look at some dozens of views, a hundredth of a second.
+constexpr uint64_t kLeastWork = uint64_t{1} << 18;
+// People wait for a plan of a second as gladly as for one of a second and a quarter.
+constexpr std::chrono::milliseconds kOverrun(250);
 
 }  // namespace
 
@@ -47,6 +51,30 @@ parallel::Budget EvaluationShare(const parallel::Budget& budget, double answer_s
         static_cast<uint64_t>(kEvaluationShare * static_cast<double>(budget.work_limit));
   }
   return share;
+}
+
+parallel::Budget LeastEvaluation(const parallel::Budget& budget) {
+  parallel::Budget least = budget;
+  least.ends_in_a_hurry = false;
+  least.deadline = Clock::time_point::max();
+  least.work_limit = std::min(least.work_limit, kLeastWork);
+  return least;
+}
+
+parallel::Budget WithTimeToAnswer(const parallel::Budget& budget) {
+  parallel::Budget longer = budget;
+  if (longer.deadline != Clock::time_point::max()) {
+    longer.deadline = std::max(longer.deadline, longer.now() + kOverrun);
+  }
+  return longer;
+}
+
+parallel::Budget Overrun(const parallel::Budget& budget) {
+  parallel::Budget longer = budget;
+  if (longer.deadline != Clock::time_point::max()) {
+    longer.deadline = std::max(longer.deadline, longer.now()) + kOverrun;
+  }
+  return longer;
 }
 
 parallel::Budget CheckShare(const parallel::Budget& budget, uint64_t rays) {

@@ -19,8 +19,19 @@ double AnswerSeconds(const PlanningProblem& problem, int threads);
 // and the answer, which takes about `answer_seconds`.
 parallel::Budget EvaluationShare(const parallel::Budget& budget, double answer_seconds);
 
+// What step D may use where the budget ended before any view was evaluated: a little work, until it
+// is cancelled.
+parallel::Budget LeastEvaluation(const parallel::Budget& budget);
+
 // What step F may use when the evaluation cast `rays`: writing the answer takes time, too.
 parallel::Budget CheckShare(const parallel::Budget& budget, uint64_t rays);
+
+// Of a budget of which preparing took the time: a quarter of a second from now is left.
+parallel::Budget WithTimeToAnswer(const parallel::Budget& budget);
+
+// What may be used beyond a budget as long as a plan has nothing: a quarter of a second from now or
+// from the budget's end, whichever is later.
+parallel::Budget Overrun(const parallel::Budget& budget);
 
 }  // namespace vantage::planning
 

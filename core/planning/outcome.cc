@@ -54,10 +54,17 @@ Outcome CancelledAfter(size_t checked) {
           absl::StrCat("cancelled after ", checked, " views were checked")};
 }
 
-Outcome UnfinishedAfter(size_t checked, const parallel::Budget& budget) {
-  return {PlanOutcome::kSearchUnfinished,
-          absl::StrCat(budget.WhyEnded(), " after ", checked,
-                       " views were checked for registration and none passed")};
+Outcome UnfinishedAfter(size_t checked, const registration::RegistrationVerdict* best,
+                        std::optional<double> would_do, const parallel::Budget& budget) {
+  std::string message = absl::StrCat(budget.WhyEnded(), " after ", checked,
+                                     " views were checked for registration and none passed");
+  if (best != nullptr) {
+    absl::StrAppend(&message, "; the best: ", best->reason, "; remedy: ", best->remedy);
+  }
+  if (would_do.has_value()) {
+    absl::StrAppendFormat(&message, "; a budget of %.1f s would probably do", *would_do);
+  }
+  return {PlanOutcome::kSearchUnfinished, std::move(message)};
 }
 
 Outcome NoneRegisters(size_t checked, const registration::RegistrationVerdict& first) {
@@ -105,10 +112,12 @@ void Conclude(Outcome outcome, Plan& plan) {
   plan.message = std::move(outcome.message);
 }
 
-Plan Unchecked(Plan interim) {
-  Conclude(
-      {PlanOutcome::kViews, "still evaluating: the views are not yet checked for registration"},
-      interim);
+Plan StillEvaluating(Plan interim) {
+  const bool first = !interim.views.empty() && interim.views.front().checked;
+  Conclude({PlanOutcome::kViews,
+            first ? "still evaluating: the first view registers, the others are not yet checked"
+                  : "still evaluating: the views are not yet checked for registration"},
+           interim);
   return interim;
 }
 

@@ -33,7 +33,10 @@ Outcome NowhereToGo(std::string why);
 Outcome EndedDuring(absl::string_view step, const parallel::Budget& budget);
 // The same after some views were checked.
 Outcome CancelledAfter(size_t checked);
-Outcome UnfinishedAfter(size_t checked, const parallel::Budget& budget);
+// `best`: of the best view that was refused. `would_do`: a budget that would probably do, s; absent
+// where time was not the limit.
+Outcome UnfinishedAfter(size_t checked, const registration::RegistrationVerdict* best,
+                        std::optional<double> would_do, const parallel::Budget& budget);
 // All views that were checked are refused; `first` is the verdict on the best.
 Outcome NoneRegisters(size_t checked, const registration::RegistrationVerdict& first);
 // No candidate gains anything. `complete`: every view was scored, so that this is certain.
@@ -52,8 +55,8 @@ Outcome ViewsBySetting(size_t views, size_t settings);
 
 // The outcome of a plan that came to its end.
 void Conclude(Outcome outcome, Plan& plan);
-// An interim plan as it is shown: with views that were not checked for registration.
-Plan Unchecked(Plan interim);
+// An interim plan as it is shown: the first of its views is checked for registration, or none.
+Plan StillEvaluating(Plan interim);
 // What is added where no way is known from the scanner to `without` of so many viewcells.
 void AddNoWayTo(size_t without, size_t viewcells, Plan& plan);
 // The outcome of a plan that has nothing to say of when to stop.

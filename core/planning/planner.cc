@@ -1,6 +1,7 @@
 #include "core/planning/planner.h"
 
 #include <algorithm>
+#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "core/planning/plan/ranked_view.h"
 #include "core/planning/plan/stage_clock.h"
 #include "core/planning/ranking/gain_bounds.h"
+#include "core/planning/ranking/interim_plans.h"
 #include "core/planning/ranking/narrow_ways.h"
 #include "core/planning/ranking/optimality_gap.h"
 #include "core/planning/ranking/rank_views.h"
@@ -59,6 +61,15 @@ Evaluation Evaluate(const PlanningProblem& problem, const parallel::Budget& budg
                        options, budget, parallel, progress);
 }
 
+// Of some views where the budget ended before one was scored: preparing has no deadline, and a plan
+// without an answer helps nobody.
+Evaluation EvaluateAtLeast(const PlanningProblem& problem, const parallel::Budget& budget,
+                           parallel::Parallel& parallel, EvaluationProgress progress) {
+  Evaluation evaluation = Evaluate(problem, budget, parallel, progress);
+  if (evaluation.any() || budget.cancelled.stop_requested()) return evaluation;
+  return Evaluate(problem, LeastEvaluation(budget), parallel, progress);
+}
+
 void NoteEvaluation(const PlanningProblem& problem, const Evaluation& evaluation, Plan& plan) {
   plan.rays = evaluation.rays;
   plan.complete = evaluation.complete;
@@ -98,8 +109,20 @@ void NoteNarrowWays(const PlanningProblem& problem, const parallel::Budget& budg
                          .ways;
 }
 
+// What was used so far, and the time to check as many candidates again as may be, s.
+std::optional<double> BudgetThatWouldDo(const RegistrationCheck& check, const Plan& plan,
+                                        const PlanningConfig& config,
+                                        const parallel::Budget& budget) {
+  if (budget.deadline == parallel::Budget::Clock::time_point::max() || check.checked == 0) {
+    return std::nullopt;
+  }
+  const double checking = plan.seconds[static_cast<size_t>(PlanStage::kCheck)];
+  return std::accumulate(plan.seconds.begin(), plan.seconds.end(), 0.0) +
+         config.max_checked * checking / static_cast<double>(check.checked);
+}
+
 Outcome OutcomeOf(const RegistrationCheck& check, const Evaluation& evaluation, bool any_candidate,
-                  const parallel::Budget& budget) {
+                  const Plan& plan, const PlanningConfig& config, const parallel::Budget& budget) {
   if (budget.cancelled.stop_requested()) return CancelledAfter(check.checked);
   if (!check.registrable.empty()) {
     return ViewsFound(
@@ -108,7 +131,8 @@ Outcome OutcomeOf(const RegistrationCheck& check, const Evaluation& evaluation, 
   }
   if (!any_candidate) return NothingGains(evaluation.complete);
   if (check.finished) return NoneRegisters(check.checked, check.refused.front().verdict);
-  return UnfinishedAfter(check.checked, budget);
+  return UnfinishedAfter(check.checked, check.refused.empty() ? nullptr : &check.refused[0].verdict,
+                         BudgetThatWouldDo(check, plan, config, budget), budget);
 }
 
 }  // namespace
@@ -116,7 +140,8 @@ Outcome OutcomeOf(const RegistrationCheck& check, const Evaluation& evaluation, 
 absl::StatusOr<Plan> MakePlan(const model::PlanningView& model, const sensor::ScannerModel& scanner,
                               const PlanningConfig& config, const parallel::Budget& budget,
                               parallel::Parallel& parallel, PlanProgress progress) {
-  const auto problem = PlanningProblem::Prepare({model, scanner, config}, parallel, budget);
+  const auto problem = PlanningProblem::Prepare({model, scanner, config}, parallel,
+                                                parallel::Cancellation(budget.cancelled));
   if (problem.ok()) return MakePlan(**problem, budget, parallel, progress);
   if (!absl::IsCancelled(problem.status())) return problem.status();
   return EndedPreparing(problem.status().message(), model, config, budget);
@@ -134,9 +159,12 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
 
   // D. Evaluate views.
   const ViewReport report(problem, parallel);
-  const Evaluation evaluation = Evaluate(
-      problem, EvaluationShare(budget, AnswerSeconds(problem, parallel.width())), parallel,
-      [&](const Evaluation& so_far) { progress(Unchecked(report.Interim(plan, so_far))); });
+  const parallel::Budget evaluating =
+      EvaluationShare(budget, AnswerSeconds(problem, parallel.width()));
+  InterimPlans interim(problem, report, plan, evaluating, parallel);
+  const Evaluation evaluation = EvaluateAtLeast(
+      problem, evaluating, parallel,
+      [&](const Evaluation& so_far) { progress(StillEvaluating(interim.Of(so_far))); });
   NoteEvaluation(problem, evaluation, plan);
   clock.Book(PlanStage::kEvaluate);
   if (!evaluation.any()) {
@@ -151,8 +179,9 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   clock.Book(PlanStage::kRankViews);
 
   // F. Check registration.
-  const RegistrationCheck check = CheckUntilOneRegisters(problem, evaluation, ranked, wanted,
-                                                         CheckShare(budget, plan.rays), parallel);
+  const parallel::Budget share = CheckShare(budget, plan.rays);
+  const RegistrationCheck check =
+      CheckUntilOneRegisters(problem, evaluation, ranked, wanted, share, Overrun(share), parallel);
   plan.rays += check.rays;
   clock.Book(PlanStage::kCheck);
 
@@ -164,7 +193,7 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   plan.refused = report.Describe(check.refused, evaluation, wanted, budget.Concluding(), parallel);
   plan.termination = Terminate(problem, report, evaluation, budget, parallel, plan);
   NoteNarrowWays(problem, budget, parallel, plan);
-  Conclude(OutcomeOf(check, evaluation, !ranked.empty(), budget), plan);
+  Conclude(OutcomeOf(check, evaluation, !ranked.empty(), plan, config, budget), plan);
   clock.Book(PlanStage::kRankViews);
   return plan;
 }

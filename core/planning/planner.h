@@ -14,13 +14,15 @@
 
 namespace vantage::planning {
 
-// Called from the planning thread whenever the ranking improves, with a plan that is unchecked or
-// partly checked and whose bounds hold. It must be quick.
+// Called from the planning thread whenever the ranking improves, with a plan whose bounds hold and
+// whose first view registers, if any that was checked does; the others are unchecked. It must be
+// quick.
 using PlanProgress = absl::FunctionRef<void(const Plan&)>;
 
 // Plans the next view. INVALID_ARGUMENT: the configuration is impossible. RESOURCE_EXHAUSTED: the
 // plan would take more memory than config.memory_limit. A plan that ends early is not an error: its
-// outcome and bounds say what is known.
+// outcome and bounds say what is known. Budgets may be overrun for the sake of an answer
+// (algorithm.md section 6, 'Always an answer').
 absl::StatusOr<Plan> MakePlan(const model::PlanningView& model, const sensor::ScannerModel& scanner,
                               const PlanningConfig& config, const parallel::Budget& budget,
                               parallel::Parallel& parallel, PlanProgress progress);

@@ -66,8 +66,10 @@ absl::StatusOr<Plan> MakePlanChoosingSetting(const model::PlanningView& model,
   for (size_t i = 0; i < options.size(); ++i) {
     const parallel::Budget part = ShareOf(budget, options.size() - i, plan.rays);
     Plan made;
-    auto problem =
-        PlanningProblem::Prepare({model, options[i].scanner, each, previous.get()}, parallel, part);
+    // The first is prepared whatever that takes: one setting's answer is better than none.
+    auto problem = PlanningProblem::Prepare(
+        {model, options[i].scanner, each, previous.get()}, parallel,
+        i == 0 ? parallel::Cancellation(budget.cancelled) : parallel::Cancellation(part));
     if (problem.ok()) {
       previous = *problem;
       made = MakePlan(**problem, part, parallel, [&](const Plan& so_far) {

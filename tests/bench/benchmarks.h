@@ -41,6 +41,9 @@ Benchmark BenchSite;
 Benchmark BenchHeading;
 // phantom.*: what is left of rooms that are only in mirrors, and openings lost for mirrors.
 Benchmark BenchPhantom;
+// plan.answered.*, plan.first_view.*: whether short budgets give a view, and how soon the first is
+// shown.
+Benchmark BenchAnswers;
 // plan.anytime.*, plan.threads2.*: what is answered at a budget.
 Benchmark BenchAnytime;
 

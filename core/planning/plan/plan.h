@@ -25,7 +25,7 @@ enum class PlanOutcome {
   kNoFeasibleView,     // nowhere to stand; `message` says which constraint leaves nothing
   kNoRegistrableView,  // candidates exist, none registers: `refused` with remedies
   kNothingToGain,      // every surface meets D, or no view gains anything
-  kSearchUnfinished,   // the budget ended before anything was known
+  kSearchUnfinished,   // the budget ended before a view was found that registers
   kCancelled,
 };
 

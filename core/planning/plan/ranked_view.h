@@ -85,7 +85,8 @@ struct RankedView {
   std::string setting;
   std::optional<double> scan_minutes;
   std::optional<double> score_per_minute;  // samples, for each minute of setting up and scanning
-  bool checked = true;  // `verdict`, `location` and `region` are set; false in interim plans
+  bool checked = true;  // `verdict`, `location` and `region` are set; false of all but the first in
+                        // interim plans
 };
 
 }  // namespace vantage::planning

@@ -114,27 +114,34 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   const model::PlanningView& view = expectation == nullptr ? model : expectation->view();
   clock.Book(PlanStage::kFeasible);
 
+  // Coverage needs nothing of the patches, and they nothing of it.
   const bool same_surface = same_scene && SameSurface(previous->config_, config);
-  if (same_surface && SameReach(*previous, question)) {
-    problem->coverage_ = previous->coverage_;
-  } else {
-    const FeasibleViews& known = expectation != nullptr ? problem->known_ : problem->feasible_;
-    auto coverage = MeasureCoverage(model, std::span(&question.scanner, 1), config, known.floor(),
-                                    *std::move(openings), cancelled);
-    if (!coverage.ok()) return During(PlanStage::kPatches, coverage.status());
-    problem->coverage_ = std::make_shared<const Coverage>(*std::move(coverage));
-    clock.Book(PlanStage::kPatches);
-  }
-  if (same_surface) {
-    problem->patches_ = previous->patches_;
-  } else {
+  const bool same_coverage = same_surface && SameReach(*previous, question);
+  if (same_surface) problem->patches_ = previous->patches_;
+  if (same_coverage) problem->coverage_ = previous->coverage_;
+  absl::StatusOr<PatchSet> patches = PatchSet();
+  absl::Status measured = absl::OkStatus();
+  parallel.For(2, [&](size_t part) {
+    if (part == 0 && !same_coverage) {
+      const FeasibleViews& known = expectation != nullptr ? problem->known_ : problem->feasible_;
+      auto coverage = MeasureCoverage(model, std::span(&question.scanner, 1), config, known.floor(),
+                                      *std::move(openings), cancelled);
+      measured = During(PlanStage::kPatches, coverage.status());
+      if (coverage.ok())
+        problem->coverage_ = std::make_shared<const Coverage>(*std::move(coverage));
+    }
     // B. Extract patches.
-    auto patches = ExtractPatches(view, config, {}, cancelled);
-    if (!patches.ok()) return During(PlanStage::kPatches, patches.status());
-    if (expectation != nullptr) MarkExpected(*expectation, *patches);
-    clock.Book(PlanStage::kPatches);
+    if (part == 1 && !same_surface) {
+      patches = ExtractPatches(view, config, {}, cancelled);
+      if (patches.ok() && expectation != nullptr) MarkExpected(*expectation, *patches);
+    }
+  });
+  if (!measured.ok()) return measured;
+  if (!patches.ok()) return During(PlanStage::kPatches, patches.status());
+  clock.Book(PlanStage::kPatches);
 
-    // C. Rank patches.
+  // C. Rank patches.
+  if (!same_surface) {
     auto ranked = RankPatches(config, *std::move(patches), cancelled);
     if (!ranked.ok()) return During(PlanStage::kRankPatches, ranked.status());
     problem->patches_ = std::make_shared<const PatchSet>(*std::move(ranked));

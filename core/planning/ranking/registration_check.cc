@@ -21,7 +21,7 @@ class Checking {
  public:
   Checking(const PlanningProblem& problem, const OverlapSurface& surface,
            const Evaluation& evaluation, const parallel::Budget& budget,
-           parallel::Parallel& parallel, bool first_anyway)
+           const parallel::Budget& until_one, parallel::Parallel& parallel, bool first_anyway)
       : surface_(surface),
         scoring_(problem.scoring()),
         scene_(problem.scene()),
@@ -30,6 +30,7 @@ class Checking {
         config_(problem.config()),
         stations_(problem.model().stations()),
         budget_(budget),
+        until_one_(until_one),
         parallel_(parallel),
         first_anyway_(first_anyway) {}
 
@@ -53,18 +54,15 @@ class Checking {
  private:
   // Checks the first few of `views` and returns how many; 0 when the budget ended.
   size_t Check(std::span<const uint32_t> views, absl::FunctionRef<void(const CheckedView&)> note) {
-    const bool anyway = first_anyway_ && check_.checked == 0 && !budget_.cancelled.stop_requested();
     const bool late = NoTimeLeft();
-    ended_ = late && !anyway;
+    ended_ = late && !CheckedAnyway();
     if (ended_) return 0;
-    const uint64_t affordable = late ? 1 : (budget_.work_limit - check_.rays) / MostRays();
+    const uint64_t affordable = late ? 1 : (Left().work_limit - check_.rays) / MostRays();
     const size_t count =
         std::min(static_cast<size_t>(std::clamp<uint64_t>(affordable, 1, kBatch)), views.size());
     std::vector<std::optional<Judged>> judged(count);
-    const parallel::Budget untimed = Untimed();
-    parallel_.For(count, [&](size_t k) {
-      judged[k] = Judge(views[k], anyway && k == 0 ? untimed : budget_);
-    });
+    const parallel::Budget first = CheckedAnyway() ? Untimed() : Left();
+    parallel_.For(count, [&](size_t k) { judged[k] = Judge(views[k], k == 0 ? first : Left()); });
     for (size_t k = 0; k < count; ++k) {
       ended_ = !judged[k].has_value();
       if (ended_) return 0;
@@ -186,7 +184,12 @@ class Checking {
     untimed.deadline = parallel::Budget::Clock::time_point::max();
     return untimed;
   }
-  bool NoTimeLeft() const { return check_.rays >= budget_.work_limit || budget_.Expired(); }
+  // Where no view is known that registers, more is left.
+  const parallel::Budget& Left() const { return check_.registrable.empty() ? until_one_ : budget_; }
+  bool NoTimeLeft() const { return check_.rays >= Left().work_limit || Left().Expired(); }
+  bool CheckedAnyway() const {
+    return first_anyway_ && check_.checked == 0 && !budget_.cancelled.stop_requested();
+  }
   double Score(uint32_t view) const { return evaluation_.views[view].Rank(); }
   double Score(const CheckedView& view) const {
     return view.heading.has_value() ? view.score : Score(view.view);
@@ -250,6 +253,7 @@ class Checking {
   const PlanningConfig& config_;
   const std::vector<model::Station>& stations_;
   const parallel::Budget& budget_;
+  const parallel::Budget& until_one_;
   parallel::Parallel& parallel_;
   const bool first_anyway_;  // the first candidate is checked even where no time is left
   RegistrationCheck check_;
@@ -263,17 +267,20 @@ RegistrationCheck CheckRegistration(const PlanningProblem& problem, const Overla
                                     const Evaluation& evaluation,
                                     std::span<const uint32_t> candidates, size_t wanted,
                                     const parallel::Budget& budget, parallel::Parallel& parallel) {
-  return Checking(problem, surface, evaluation, budget, parallel, false).Run(candidates, wanted);
+  return Checking(problem, surface, evaluation, budget, budget, parallel, false)
+      .Run(candidates, wanted);
 }
 
 RegistrationCheck CheckUntilOneRegisters(const PlanningProblem& problem,
                                          const Evaluation& evaluation,
                                          std::span<const uint32_t> candidates, size_t wanted,
                                          const parallel::Budget& budget,
+                                         const parallel::Budget& until_one,
                                          parallel::Parallel& parallel) {
   const OverlapSurface& surface = problem.overlap();
   RegistrationCheck check =
-      Checking(problem, surface, evaluation, budget, parallel, true).Run(candidates, wanted);
+      Checking(problem, surface, evaluation, budget, until_one, parallel, true)
+          .Run(candidates, wanted);
   const PlanningConfig& config = problem.config();
   double separation = config.candidate_separation;
   while (check.finished && check.registrable.empty() && separation > 0) {
@@ -284,10 +291,15 @@ RegistrationCheck CheckUntilOneRegisters(const PlanningProblem& problem,
         RankViews(evaluation, problem.feasible(), separation,
                   static_cast<size_t>(config.max_checked), refused);
     if (farther.empty()) break;
-    parallel::Budget left = budget;
-    left.work_limit -= std::min(left.work_limit, check.rays);
+    const auto left = [&](parallel::Budget after) {
+      after.work_limit -= std::min(after.work_limit, check.rays);
+      return after;
+    };
+    const parallel::Budget more = left(budget);
+    const parallel::Budget more_until_one = left(until_one);
     RegistrationCheck next =
-        CheckRegistration(problem, surface, evaluation, farther, wanted, left, parallel);
+        Checking(problem, surface, evaluation, more, more_until_one, parallel, false)
+            .Run(farther, wanted);
     check.registrable = std::move(next.registrable);
     check.facing = std::move(next.facing);
     check.refused.insert(check.refused.end(), next.refused.begin(), next.refused.end());

@@ -54,15 +54,16 @@ RegistrationCheck CheckRegistration(const PlanningProblem& problem, const Overla
                                     const parallel::Budget& budget, parallel::Parallel& parallel);
 // The same with the problem's own overlap surface. The first candidate is checked whatever is left
 // of the budget, unless that was cancelled: one prediction is little beside an evaluation, and a
-// plan of which nothing was checked is worth little.
-// Where none of the candidates registers, PlanningConfig::max_checked others are checked, the best
-// of those that are twice as far from each other and from all that were refused; and again, until
-// one registers or there are no views so far apart. A plan that ends with nothing while some view
-// registers helps nobody.
+// plan of which nothing was checked is worth little. While none registers, `until_one` holds
+// instead of the budget. Where none of the candidates registers, PlanningConfig::max_checked others
+// are checked, the best of those that are twice as far from each other and from all that were
+// refused; and again, until one registers or there are no views so far apart. A plan that ends with
+// nothing while some view registers helps nobody.
 RegistrationCheck CheckUntilOneRegisters(const PlanningProblem& problem,
                                          const Evaluation& evaluation,
                                          std::span<const uint32_t> candidates, size_t wanted,
                                          const parallel::Budget& budget,
+                                         const parallel::Budget& until_one,
                                          parallel::Parallel& parallel);
 
 }  // namespace vantage::planning

@@ -488,16 +488,14 @@ TEST_F(JointPlanTest, WhatSamplesTellDoesWhenTheWorkLimitIsReached) {
   EXPECT_EQ(Make(model, RequestFor(2), budget).plan.views.size(), 2u);
 }
 
-TEST_F(JointPlanTest, ABudgetThatIsTooShortSaysSo) {
+TEST_F(JointPlanTest, AnswersWithoutAnyTimeUnlessItIsCancelled) {
   const model::PlanningView model = test_support::BuildView(Room(3));
-  parallel::Budget budget = parallel::Budget::Seconds(-1);
-  const JointPlan joint = Make(model, RequestFor(2), budget);
-  EXPECT_EQ(joint.plan.outcome, planning::PlanOutcome::kSearchUnfinished);
-  ASSERT_EQ(joint.assignments.size(), 2u);
-  EXPECT_FALSE(joint.assignments[0].reason.empty());
+  const JointPlan joint = Make(model, RequestFor(2), parallel::Budget::Seconds(-1));
+  EXPECT_EQ(joint.plan.outcome, planning::PlanOutcome::kViews) << joint.plan.message;
+  EXPECT_EQ(joint.plan.views.size(), 2u);
   std::stop_source stop;
   stop.request_stop();
-  budget = parallel::Budget::Unlimited();
+  parallel::Budget budget = parallel::Budget::Unlimited();
   budget.cancelled = stop.get_token();
   EXPECT_EQ(Make(model, RequestFor(2), budget).plan.outcome, planning::PlanOutcome::kCancelled);
 }

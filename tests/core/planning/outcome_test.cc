@@ -48,13 +48,26 @@ TEST_F(NowhereToStandTest, SaysThatNoViewcellFitsIntoTheHeights) {
   EXPECT_THAT(Of(room_).message, HasSubstr("none lies wholly between 1.50 m and 1.51 m"));
 }
 
-TEST(OutcomeTest, WhatIsShownWhileEvaluatingSaysThatItIsUnchecked) {
+TEST(OutcomeTest, WhatIsShownWhileEvaluatingSaysWhatIsChecked) {
   Plan interim;
   interim.seed = 7;
-  const Plan shown = Unchecked(interim);
+  const Plan shown = StillEvaluating(interim);
   EXPECT_EQ(shown.outcome, PlanOutcome::kViews);
   EXPECT_THAT(shown.message, HasSubstr("not yet checked for registration"));
   EXPECT_EQ(shown.seed, 7u);
+  interim.views.emplace_back().checked = true;
+  EXPECT_THAT(StillEvaluating(interim).message, HasSubstr("the first view registers"));
+}
+
+TEST(OutcomeTest, AnUnfinishedCheckNamesTheBestAndABudgetThatWouldDo) {
+  registration::RegistrationVerdict best;
+  best.reason = "too little overlap";
+  best.remedy = "go nearer";
+  const Outcome outcome = UnfinishedAfter(12, &best, 3.4, parallel::Budget::Unlimited());
+  EXPECT_EQ(outcome.kind, PlanOutcome::kSearchUnfinished);
+  for (const char* part : {"12 views", "too little overlap", "go nearer", "3.4 s"}) {
+    EXPECT_THAT(outcome.message, HasSubstr(part));
+  }
 }
 
 }  // namespace

@@ -157,22 +157,46 @@ TEST_F(PlannerBudgetTest, SetupThatIsCutShortSaysSo) {
   }
 }
 
+// With an answer, too: where no view was evaluated when the budget ended, a few are.
 TEST_F(PlannerBudgetTest, EndsSoonAfterItsDeadlineWhereverThatFalls) {
   (void)Make(EndingAt(int64_t{1} << 60), serial_);
   const int64_t whole = steps;
-  bool early = false;
-  bool late = false;
   for (const int64_t end : EndsWithin(whole)) {
     steps = 0;
     const Plan plan = Make(EndingAt(end), serial_);
     EXPECT_LE(steps.load(), end + kStepsToStop)
         << "deadline at step " << end << " of " << whole << ": " << plan.message;
     EXPECT_FALSE(plan.complete && end < whole / 4);
-    early |= plan.outcome == PlanOutcome::kSearchUnfinished;
-    late |= plan.outcome == PlanOutcome::kViews;
+    EXPECT_EQ(plan.outcome, PlanOutcome::kViews) << "deadline at step " << end << " of " << whole;
+    ASSERT_FALSE(plan.views.empty());
+    EXPECT_TRUE(plan.views[0].checked);
+    EXPECT_TRUE(plan.views[0].verdict.registered());
+    EXPECT_GE(plan.views[0].upper, plan.views[0].lower);
   }
-  EXPECT_TRUE(early);
-  EXPECT_TRUE(late);
+}
+
+// Bounds hold, and the first view is one to go to, from the first that is shown on.
+TEST_F(PlannerBudgetTest, TheFirstViewOfAllThatIsShownRegisters) {
+  const Plan best = Make(parallel::Budget::Unlimited(), serial_);
+  ASSERT_FALSE(best.views.empty());
+  int shown = 0;
+  const auto progress = [&](const Plan& so_far) {
+    ++shown;
+    ASSERT_FALSE(so_far.views.empty());
+    const RankedView& first = so_far.views.front();
+    EXPECT_TRUE(first.checked);
+    EXPECT_TRUE(first.verdict.registered());
+    EXPECT_FALSE(first.location.description.empty());
+    EXPECT_LE(first.lower, best.views[0].score * (1 + 1e-9));
+    for (size_t k = 1; k < so_far.views.size(); ++k) {
+      EXPECT_FALSE(so_far.views[k].checked);
+      EXPECT_GE((so_far.views[k].position - first.position).norm(), config_.candidate_separation);
+    }
+  };
+  const Plan last = Make(parallel::Budget::Unlimited(), serial_, progress);
+  EXPECT_GT(shown, 2);
+  EXPECT_EQ(last.rays, best.rays);
+  EXPECT_EQ(last.views[0].position, best.views[0].position);
 }
 
 // However small the share is that the evaluation leaves, and however far it overran its own: a

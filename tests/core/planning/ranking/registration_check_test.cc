@@ -148,8 +148,8 @@ TEST(RegistrationCheckTest, LooksFartherAwayUntilOneRegisters) {
     const RegistrationCheck near = CheckRegistration(*room.asked, room.overlap, room.evaluation,
                                                      failing, 10, budget, room.serial);
     ASSERT_TRUE(near.registrable.empty());
-    const RegistrationCheck check =
-        CheckUntilOneRegisters(*room.asked, room.evaluation, failing, 10, budget, room.serial);
+    const RegistrationCheck check = CheckUntilOneRegisters(*room.asked, room.evaluation, failing,
+                                                           10, budget, budget, room.serial);
     EXPECT_TRUE(check.finished);
     ASSERT_FALSE(check.registrable.empty());
     EXPECT_GT(check.checked, failing.size());
