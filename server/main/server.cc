@@ -110,10 +110,10 @@ absl::Status Server::Serve(const std::shared_ptr<grpc::ServerCredentials>& crede
         absl::StrCat("cannot listen on '", options_.listen, "': in use, or not an address"));
   }
   SetServing(false);
-  memory_.OnShortage([this](int64_t bytes) {
+  memory_.OnShortage([this](const session::MemoryAccount::Shortage& shortage) {
     metrics_.CounterOf("vantage_memory_short_total", "Times that the memory did not suffice.")
         .Add();
-    sessions_->FreeMemory(bytes);
+    sessions_->FreeMemory(shortage);
   });
   if (absl::Status http = ServeHttp(); !http.ok()) return http;
   absl::Status loaded = sessions_->LoadAll();

@@ -1,59 +1,103 @@
 #include "server/session/memory_account.h"
 
+#include <algorithm>
+#include <chrono>
+
 namespace vantage::session {
+namespace {
+
+// Of the budget: what a tenant beyond its share leaves to one who has nothing yet. A flat's model
+// and plan take 100 MB; an eighth of the smallest server (1 GiB) is that.
+constexpr int64_t kLeftPart = 8;
+
+}  // namespace
 
 MemoryAccount::Reservation& MemoryAccount::Reservation::operator=(Reservation&& other) noexcept {
   if (this == &other) return *this;
   Release();
   account_ = std::exchange(other.account_, nullptr);
+  tenant_ = std::move(other.tenant_);
   bytes_ = std::exchange(other.bytes_, 0);
   return *this;
 }
 
 void MemoryAccount::Reservation::Set(int64_t bytes) {
   if (account_ == nullptr) return;
-  account_->Change(bytes - bytes_);
+  account_->Change(tenant_, bytes - bytes_);
   bytes_ = bytes;
 }
 
 bool MemoryAccount::Reservation::Grow(int64_t bytes) {
   if (account_ == nullptr || bytes <= bytes_) return true;
-  if (!account_->ChangeWithin(bytes - bytes_)) return false;
+  if (!account_->ChangeWithin(tenant_, bytes - bytes_, /*alone=*/false)) return false;
   bytes_ = bytes;
   return true;
 }
 
-bool MemoryAccount::ChangeWithin(int64_t by) {
-  int64_t lacks = 0;
+std::optional<MemoryAccount::Reservation> MemoryAccount::Take(const std::string& tenant,
+                                                              int64_t bytes) {
+  if (!ChangeWithin(tenant, bytes, /*alone=*/true)) return std::nullopt;
+  return Reservation(this, tenant, bytes);
+}
+
+bool MemoryAccount::ChangeWithin(const std::string& tenant, int64_t by, bool alone) {
+  Shortage shortage{0, tenant, false};
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    if (budget_ <= 0 || used_ + by <= budget_) {
-      used_ += by;
+    const absl::Duration now = now_();
+    std::erase_if(tenants_, [&](const auto& other) {
+      return other.second.used == 0 && other.second.until <= now;
+    });
+    const auto of = tenants_.find(tenant);
+    const int64_t after = by + (of != tenants_.end() ? of->second.used : 0);
+    const int64_t share = Share(tenant);
+    shortage.within_share = after <= share;
+    const int64_t left = shortage.within_share ? 0 : LeftToOthers(tenant);
+    if (budget_ <= 0 || (alone && used_ == 0) || used_ + by + left <= budget_) {
+      if (of != tenants_.end()) of->second.waits_for = 0;
+      Add(tenant, by);
       return true;
     }
-    lacks = used_ + by - budget_;
+    shortage.lacks = used_ + by + left - budget_;
+    if (shortage.within_share && !tenant.empty()) {
+      Tenant& waiting = tenants_[tenant];
+      waiting.waits_for = by;
+      waiting.until = now + kWaits;
+    }
   }
   std::lock_guard<std::mutex> lock(shortage_mutex_);
-  if (shortage_) shortage_(lacks);
+  if (shortage_) shortage_(shortage);
   return false;
 }
 
-std::optional<MemoryAccount::Reservation> MemoryAccount::Take(int64_t bytes) {
-  int64_t lacks = 0;
-  {
-    std::lock_guard<std::mutex> lock(mutex_);
-    if (budget_ <= 0 || used_ == 0 || used_ + bytes <= budget_) {
-      used_ += bytes;
-      return Reservation(this, bytes);
-    }
-    lacks = used_ + bytes - budget_;
+int64_t MemoryAccount::Share(const std::string& tenant) const {
+  if (tenant.empty()) return budget_;
+  const absl::Duration now = now_();
+  int64_t others = 0;
+  for (const auto& [name, other] : tenants_) {
+    const bool counts = other.used > 0 || (other.waits_for > 0 && other.until > now);
+    others += name != tenant && counts ? 1 : 0;
   }
-  std::lock_guard<std::mutex> lock(shortage_mutex_);
-  if (shortage_) shortage_(lacks);
-  return std::nullopt;
+  return std::min(budget_ / (others + 1), budget_ - budget_ / kLeftPart);
 }
 
-void MemoryAccount::OnShortage(std::function<void(int64_t)> call) {
+int64_t MemoryAccount::LeftToOthers(const std::string& tenant) const {
+  if (tenant.empty()) return 0;
+  const absl::Duration now = now_();
+  int64_t waited_for = 0;
+  for (const auto& [name, other] : tenants_) {
+    if (name != tenant && other.until > now) waited_for += other.waits_for;
+  }
+  return std::max(waited_for, budget_ / kLeftPart);
+}
+
+bool MemoryAccount::BeyondShare(const std::string& tenant) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto of = tenants_.find(tenant);
+  return of != tenants_.end() && of->second.used > Share(tenant);
+}
+
+void MemoryAccount::OnShortage(std::function<void(const Shortage&)> call) {
   std::lock_guard<std::mutex> lock(shortage_mutex_);
   shortage_ = std::move(call);
 }
@@ -63,9 +107,19 @@ int64_t MemoryAccount::used() const {
   return used_;
 }
 
-void MemoryAccount::Change(int64_t by) {
+void MemoryAccount::Change(const std::string& tenant, int64_t by) {
   std::lock_guard<std::mutex> lock(mutex_);
+  Add(tenant, by);
+}
+
+void MemoryAccount::Add(const std::string& tenant, int64_t by) {
   used_ += by;
+  Tenant& of = tenants_[tenant];
+  of.used += by;
+}
+
+absl::Duration MemoryAccount::SteadyTime() {
+  return absl::FromChrono(std::chrono::steady_clock::now().time_since_epoch());
 }
 
 }  // namespace vantage::session

@@ -133,7 +133,7 @@ int64_t ModelMemory::DecodedBytes(const sensor::Scan& scan) {
 absl::StatusOr<MemoryAccount::Reservation> ModelMemory::Reserve(int64_t bytes) const {
   MemoryAccount* const memory = context_.dependencies().memory;
   if (memory == nullptr) return MemoryAccount::Reservation();
-  std::optional<MemoryAccount::Reservation> reservation = memory->Take(bytes);
+  std::optional<MemoryAccount::Reservation> reservation = memory->Take(context_.tenant(), bytes);
   if (reservation.has_value()) return *std::move(reservation);
   return Short(bytes);
 }
@@ -287,7 +287,7 @@ void ModelMemory::TakeRoom() {
   counted_ = model_->Bytes();
   MemoryAccount* const memory = context_.dependencies().memory;
   if (memory == nullptr) return;
-  if (reservation_.bytes() == 0) reservation_ = memory->Empty();
+  if (reservation_.bytes() == 0) reservation_ = memory->Empty(context_.tenant());
   reservation_.Set(Estimate());
 }
 

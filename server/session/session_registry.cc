@@ -362,7 +362,8 @@ SessionTotals SessionRegistry::Totals() const {
   return totals;
 }
 
-void SessionRegistry::FreeMemory(int64_t bytes) {
+void SessionRegistry::FreeMemory(const MemoryAccount::Shortage& shortage) {
+  int64_t bytes = shortage.lacks;
   std::vector<std::shared_ptr<Session>> sessions;
   {
     std::lock_guard<std::mutex> lock(mutex_);
@@ -375,7 +376,11 @@ void SessionRegistry::FreeMemory(int64_t bytes) {
   });
   const absl::Duration unused_since = dependencies_.seen->Now() - kUnusedForAWhile;
   for (const auto& session : sessions) {
-    if (bytes <= 0 || session->model().LastTouched() > unused_since) return;
+    if (bytes <= 0) return;
+    // Who has more than its share gives it up to one who lacks a share, also what was used of late.
+    const bool owed = shortage.within_share && session->tenant() != shortage.tenant &&
+                      dependencies_.memory->BeyondShare(session->tenant());
+    if (session->model().LastTouched() > unused_since && !owed) continue;
     bytes -= session->model().Estimate();
     session->PostEvict();
   }

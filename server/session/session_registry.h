@@ -74,9 +74,9 @@ class SessionRegistry {
   Collected Collect();
 
   SessionTotals Totals() const;
-  // Evicts models soon, the longest unused first, until this many bytes are free; a model that was
-  // used lately stays.
-  void FreeMemory(int64_t bytes);
+  // Evicts models soon, the longest unused first, until what lacks is free; a model that was used
+  // lately stays, unless its tenant has more than its share and the one who lacks has not.
+  void FreeMemory(const MemoryAccount::Shortage& shortage);
 
   // Bytes that a tenant's sessions store.
   int64_t UsedBy(const std::string& tenant) { return accounts_.Of(tenant)->used(); }

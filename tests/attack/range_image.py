@@ -18,16 +18,40 @@ def crc32c(data):
     return value ^ 0xFFFFFFFF
 
 
-def sphere(columns, rows, metres):
-    """As far away in every direction: few bytes once compressed, whatever the size."""
+def encoded(columns, rows, metres):
+    """`metres`: how far it is, of an azimuth and an elevation."""
     first, rise = -math.pi / 3, 5 * math.pi / 6 / rows
     turn = 2 * math.pi / columns
-    head = b"VRIM" + struct.pack("<HHIIdd", 1, 1, columns, rows, turn, rise)
-    elevations = struct.pack(f"<{rows}d", *(first + (row + 0.5) * rise for row in range(rows)))
-    codes = [2 + 2 * round(metres * 1e4)] + [2] * (rows - 1)
-    planes = b"".join(bytes(code >> shift & 255 for code in codes) for shift in (0, 8, 16, 24))
-    return head + elevations + b"".join(
-        struct.pack("<d", -math.pi + (column + 0.5) * turn) + planes for column in range(columns))
+    elevations = [first + (row + 0.5) * rise for row in range(rows)]
+    image = b"VRIM" + struct.pack("<HHIIdd", 1, 1, columns, rows, turn, rise)
+    image += struct.pack(f"<{rows}d", *elevations)
+    for column in range(columns):
+        azimuth = -math.pi + (column + 0.5) * turn
+        image += struct.pack("<d", azimuth)
+        codes, before = [], 0
+        for elevation in elevations:
+            ticks = round(metres(azimuth, elevation) * 1e4)
+            change = ticks - before  # folded: 2, 4, ... up, 3, 5, ... down
+            codes.append(2 + (2 * change if change >= 0 else -2 * change - 1))
+            before = ticks
+        image += b"".join(bytes(code >> shift & 255 for code in codes)
+                          for shift in (0, 8, 16, 24))
+    return image
+
+
+def sphere(columns, rows, metres):
+    """As far away in every direction: few bytes once compressed, whatever the size."""
+    return encoded(columns, rows, lambda azimuth, elevation: metres)
+
+
+def room(columns, rows, half, height=2.8, over_floor=1.5):
+    """From the middle of a square room."""
+    def metres(azimuth, elevation):
+        level = math.cos(elevation) * max(abs(math.cos(azimuth)), abs(math.sin(azimuth)))
+        rise = math.sin(elevation)
+        to_flat = (height - over_floor) / rise if rise > 0 else -over_floor / min(rise, -1e-9)
+        return min(half / max(level, 1e-9), to_flat)
+    return encoded(columns, rows, metres)
 
 
 def send(ask, channel, new, session, image, token=None):

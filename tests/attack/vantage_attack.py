@@ -14,6 +14,7 @@ import json
 import os
 import struct
 import sys
+import threading
 import time
 
 try:
@@ -26,7 +27,7 @@ except ImportError as missing:
 from deployed import HAPROXY, OPENSSL, DeployedServer
 from http2 import (CONTINUATION, DATA, END_HEADERS, END_STREAM, GOAWAY, HEADERS, PING, RST_STREAM,
                    SETTINGS, call, frame, integer, literal, message)
-from range_image import send, sphere
+from range_image import room, send, sphere
 from server import Server
 
 KNOWN = ("more connections than files (CVE-2023-4785)",)
@@ -116,7 +117,7 @@ class Attacks:
             return False
         return server.serves_others()
 
-    def secured(self):
+    def secured(self, *flags):
         """A server with callers: a tenant's administrator and two who plan, another's administrator,
         and one past its time."""
         server_folder = os.path.join(self.folder, "callers")
@@ -129,7 +130,7 @@ class Attacks:
                     ("stranger", "castle", "administer", "stranger-token", ""),
                     ("late", "museum", "administer", "late-token", "2020-01-01T00:00:00Z")):
                 file.write(f"{name} {tenant} {roles} token:{sha256(token)} {more}\n")
-        return self.start("--callers", server_folder)
+        return self.start("--callers", server_folder, *flags)
 
     # ---- With valid HTTP/2 and gRPC ---------------------------------------------------------
 
@@ -182,6 +183,51 @@ class Attacks:
         self.record("another caller's claim renewed and released", ", ".join(got),
                     made == ["OK", "OK"] and got == ["PERMISSION_DENIED"] * 2
                     and own == ["OK", "OK"])
+
+    def shares(self):
+        """A tenant that takes all memory with models that it uses all the time."""
+        new = self.contract.new
+        greedy, quiet = "owner-token", "stranger-token"
+        image, done = room(180, 75, 3.0), threading.Event()
+        with self.secured("--memory-mib", "96") as server, server.channel() as channel:
+            def open_job(name, token):
+                ask(channel, "SessionService", "CreateSession",
+                    new("CreateSessionRequest", session_id=name), token=token)
+                return send(ask, channel, new, f"sessions/{name}", image, token=token)
+
+            def merged(scan, token, seconds):
+                until = time.monotonic() + seconds
+                while time.monotonic() < until:
+                    if self.scan_state(channel, scan, token)[0] == "SCAN_STATE_MERGED":
+                        return True
+                    time.sleep(0.1)
+                return False
+
+            jobs = []
+            for number in range(12):
+                code, scan = open_job(f"greedy-{number}", greedy)
+                if code != "OK" or not merged(scan, greedy, 10):
+                    break
+                jobs.append(f"sessions/greedy-{number}")
+
+            def use():
+                while not done.is_set():
+                    for job in jobs:
+                        ask(channel, "SessionService", "GetCoverage",
+                            new("GetCoverageRequest", name=job), token=greedy)
+
+            user = threading.Thread(target=use)
+            user.start()
+            begun = time.monotonic()
+            code, scan = open_job("quiet", quiet)
+            there = code == "OK" and merged(scan, quiet, 60)
+            took = time.monotonic() - begun
+            done.set()
+            user.join()
+            self.record(f"all of 96 MiB held by {len(jobs)} models of one tenant, used all the time",
+                        f"another tenant's scan is merged: {there}",
+                        there and server.get("/readyz")[0] == 200,
+                        seconds=round(took, 1))
 
     def uploads(self):
         """What an upload takes that it should not: after its end, and what is no scan at all."""
@@ -288,9 +334,10 @@ class Attacks:
 
     # ---- What is large for its bytes --------------------------------------------------------
 
-    def scan_state(self, channel, scan):
+    def scan_state(self, channel, scan, token=None):
         new = self.contract.new
-        code, got = ask(channel, "ScanService", "GetScan", new("GetScanRequest", name=scan))
+        code, got = ask(channel, "ScanService", "GetScan", new("GetScanRequest", name=scan),
+                        token=token)
         if code != "OK":
             return code, ""
         scan = type(new("GetScanResponse")).FromString(got).scan
@@ -556,7 +603,7 @@ class Attacks:
     def run(self, only):
         import tempfile
         with tempfile.TemporaryDirectory(prefix="vantage-attack-") as self.folder:
-            for part in (self.names_and_tokens, self.uploads, self.paths_and_counts, self.bombs,
+            for part in (self.names_and_tokens, self.shares, self.uploads, self.paths_and_counts, self.bombs,
                          self.large_scans, self.names_used_again, self.shutdown,
                          self.connections, self.few_files, self.slow_readers, self.malformed):
                 if not only or part.__name__.startswith(only):
@@ -577,7 +624,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--server", required=True, help="the vantaged to start")
     parser.add_argument("--contract", required=True, help="its descriptor set, vantage.v1.binpb")
-    parser.add_argument("--only", default="", help="names_and_tokens, uploads, paths_and_counts, "
+    parser.add_argument("--only", default="", help="names_and_tokens, shares, uploads, paths_and_counts, "
                         "bombs, large_scans, names_used_again, shutdown, connections, few_files, "
                         "slow_readers or malformed")
     parser.add_argument("--haproxy-cfg", help="attack it also as deployed: behind HAProxy with "

@@ -11,15 +11,15 @@ namespace {
 
 TEST(MemoryAccount, LetsNobodyHaveWhatIsNotThere) {
   MemoryAccount account(100);
-  auto first = account.Take(60);
+  auto first = account.Take("", 60);
   ASSERT_TRUE(first.has_value());
-  EXPECT_FALSE(account.Take(41).has_value());
-  auto second = account.Take(40);
+  EXPECT_FALSE(account.Take("", 41).has_value());
+  auto second = account.Take("", 40);
   ASSERT_TRUE(second.has_value());
   EXPECT_EQ(account.used(), 100);
   first->Release();
   EXPECT_EQ(account.used(), 40);
-  EXPECT_TRUE(account.Take(60).has_value());  // and gives it back at once
+  EXPECT_TRUE(account.Take("", 60).has_value());  // and gives it back at once
   EXPECT_EQ(account.used(), 40);
 }
 
@@ -27,41 +27,41 @@ TEST(MemoryAccount, LetsNobodyHaveWhatIsNotThere) {
 TEST(MemoryAccount, WhatIsLargerThanEverythingComesAlone) {
   MemoryAccount account(100);
   {
-    const auto large = account.Take(1000);
+    const auto large = account.Take("", 1000);
     ASSERT_TRUE(large.has_value());
-    EXPECT_FALSE(account.Take(1).has_value());
+    EXPECT_FALSE(account.Take("", 1).has_value());
   }
-  const auto small = account.Take(1);
-  EXPECT_FALSE(account.Take(1000).has_value());
+  const auto small = account.Take("", 1);
+  EXPECT_FALSE(account.Take("", 1000).has_value());
 }
 
 TEST(MemoryAccount, WithoutABudgetEverythingIsLetIn) {
   MemoryAccount account(0);
-  const auto first = account.Take(int64_t{1} << 60);
-  EXPECT_TRUE(account.Take(int64_t{1} << 60).has_value());
+  const auto first = account.Take("", int64_t{1} << 60);
+  EXPECT_TRUE(account.Take("", int64_t{1} << 60).has_value());
 }
 
 TEST(MemoryAccount, SaysWhatLacks) {
   MemoryAccount account(100);
   int64_t lacks = 0;
-  account.OnShortage([&](int64_t bytes) { lacks = bytes; });
-  auto held = account.Take(90);
+  account.OnShortage([&](const MemoryAccount::Shortage& shortage) { lacks = shortage.lacks; });
+  auto held = account.Take("", 90);
   EXPECT_EQ(lacks, 0);
-  EXPECT_FALSE(account.Take(25).has_value());
+  EXPECT_FALSE(account.Take("", 25).has_value());
   EXPECT_EQ(lacks, 15);
   account.OnNoShortage();
   lacks = 0;
-  EXPECT_FALSE(account.Take(25).has_value());
+  EXPECT_FALSE(account.Take("", 25).has_value());
   EXPECT_EQ(lacks, 0);
 }
 
 TEST(MemoryAccount, ReservationsMoveWithoutCountingTwice) {
   MemoryAccount account(100);
-  MemoryAccount::Reservation reservation = account.Empty();
+  MemoryAccount::Reservation reservation = account.Empty("");
   reservation.Set(30);
   MemoryAccount::Reservation other = std::move(reservation);
   EXPECT_EQ(account.used(), 30);
-  other = *account.Take(10);
+  other = *account.Take("", 10);
   EXPECT_EQ(account.used(), 10);
   other.Set(70);
   EXPECT_EQ(account.used(), 70);
@@ -77,13 +77,78 @@ TEST(MemoryAccount, IsEvenAfterManyThreads) {
     threads.emplace_back([&account, seed] {
       std::mt19937 random(seed);
       for (int i = 0; i < 20'000; ++i) {
-        auto held = account.Take(static_cast<int64_t>(random() % 700));
+        auto held = account.Take("", static_cast<int64_t>(random() % 700));
         if (held.has_value() && random() % 2 == 0) held->Set(static_cast<int64_t>(random() % 900));
       }
     });
   }
   for (std::thread& thread : threads) thread.join();
   EXPECT_EQ(account.used(), 0);
+}
+
+class MemoryShares : public ::testing::Test {
+ protected:
+  MemoryAccount account_{800, [this] { return now_; }};
+  absl::Duration now_ = absl::Hours(1);
+};
+
+TEST_F(MemoryShares, AloneATenantLeavesAnEighth) {
+  const auto greedy = account_.Take("greedy", 700);
+  ASSERT_TRUE(greedy.has_value());
+  EXPECT_FALSE(account_.Take("greedy", 1).has_value());
+  EXPECT_TRUE(account_.Take("quiet", 100).has_value());
+}
+
+TEST_F(MemoryShares, WhatIsWaitedForIsNotTakenByThoseWhoHaveMoreThanTheirShare) {
+  std::vector<MemoryAccount::Reservation> greedy;
+  while (auto more = account_.Take("greedy", 50)) greedy.push_back(*std::move(more));
+  EXPECT_EQ(account_.used(), 700);
+  MemoryAccount::Shortage shortage;
+  account_.OnShortage([&](const MemoryAccount::Shortage& refused) { shortage = refused; });
+  EXPECT_FALSE(account_.Take("quiet", 200).has_value());
+  EXPECT_EQ(shortage.lacks, 100);
+  EXPECT_EQ(shortage.tenant, "quiet");
+  EXPECT_TRUE(shortage.within_share);
+  EXPECT_TRUE(account_.BeyondShare("greedy"));
+  EXPECT_FALSE(account_.BeyondShare("quiet"));
+  // What is given back is the quiet one's, however often the greedy one asks first.
+  greedy.resize(12);
+  EXPECT_FALSE(account_.Take("greedy", 50).has_value());
+  EXPECT_FALSE(shortage.within_share);
+  const auto quiet = account_.Take("quiet", 200);
+  ASSERT_TRUE(quiet.has_value());
+  account_.OnNoShortage();
+}
+
+TEST_F(MemoryShares, WhoDoesNotComeAgainIsNotWaitedFor) {
+  auto greedy = account_.Take("greedy", 450);
+  auto other = account_.Take("other", 250);
+  ASSERT_TRUE(other.has_value());
+  EXPECT_FALSE(account_.Take("quiet", 200).has_value());
+  other->Release();
+  EXPECT_FALSE(account_.Take("greedy", 200).has_value());
+  now_ += MemoryAccount::kWaits;
+  EXPECT_TRUE(account_.Take("greedy", 200).has_value());
+}
+
+TEST_F(MemoryShares, WithinTheirSharesNobodyWaitsForOthers) {
+  // Whoever asks how often: each of four gets a quarter at once, in any order.
+  std::vector<MemoryAccount::Reservation> all;
+  for (const char* tenant : {"a", "b", "c", "d"}) {
+    auto mine = account_.Take(tenant, 200);
+    ASSERT_TRUE(mine.has_value()) << tenant;
+    EXPECT_FALSE(account_.BeyondShare(tenant));
+    all.push_back(*std::move(mine));
+  }
+  all.pop_back();
+  // Beyond its share one has to leave an eighth.
+  EXPECT_FALSE(account_.Take("a", 101).has_value());
+  EXPECT_TRUE(account_.Take("a", 100).has_value());
+}
+
+TEST_F(MemoryShares, WithoutTenantsAllIsThere) {
+  EXPECT_TRUE(account_.Take("", 800).has_value());
+  EXPECT_EQ(account_.used(), 0);
 }
 
 }  // namespace

@@ -59,8 +59,8 @@ class Residence : public testing::Test {
     ASSERT_TRUE(registry_->LoadAll().ok());
   }
 
-  std::shared_ptr<Session> OpenRooms(const std::string& id) {
-    auto session = fixture::OpenSession(*registry_, id);
+  std::shared_ptr<Session> OpenRooms(const std::string& id, const std::string& tenant = "") {
+    auto session = fixture::OpenSession(*registry_, id, tenant);
     fixture::SendRoom(*session, {2.0, 1.5, 1.4}).value();
     fixture::SendRoom(*session, {3.0, 2.5, 1.4}).value();
     return session;
@@ -207,16 +207,46 @@ TEST_F(Residence, WhatDoesNotFitIsRefusedAndComesWhenThereIsRoom) {
   EXPECT_FALSE(second->model().loaded());
   EXPECT_LE(memory_->used(), memory_->budget());
   // Used just now, the first one stays; after a while it makes room.
-  registry_->FreeMemory(one);
+  registry_->FreeMemory({one, "", false});
   first->WaitUntilIdle();
   EXPECT_TRUE(first->model().loaded());
   now_ += 60;
-  registry_->FreeMemory(one);
+  registry_->FreeMemory({one, "", false});
   first->WaitUntilIdle();
   EXPECT_FALSE(first->model().loaded());
   EXPECT_EQ(contract::ReasonOf(second->MeasureCoverage().status()), "MODEL_LOADING");
   second->WaitUntilIdle();
   EXPECT_TRUE(second->MeasureCoverage().ok());
+}
+
+// Models of one tenant that are used all the time do not keep another from its share.
+TEST_F(Residence, WhoHasMoreThanItsShareMakesRoomForOneWhoLacksIt) {
+  Begin(0);
+  int64_t one = 0;
+  for (const char* id : {"a", "b", "c"}) one = OpenRooms(id, "greedy")->model().Estimate();
+  OpenRooms("q", "quiet");
+  now_ += 60;  // so that a start loads none
+  Restart(0, absl::ZeroDuration());
+  const int64_t unloaded = registry_->Find("c").value()->model().Estimate();
+  // Room for the greedy one's three beside the eighth that it has to leave, not for a fourth.
+  Restart((2 * one + unloaded) * 8 / 7 + 8, absl::ZeroDuration());
+  memory_->OnShortage(
+      [this](const MemoryAccount::Shortage& shortage) { registry_->FreeMemory(shortage); });
+  const auto load = [&](const char* id) {
+    const auto session = registry_->Find(id).value();
+    const absl::Status status = session->MeasureCoverage().status();
+    for (const char* other : {"a", "b", "c", "q"}) registry_->Find(other).value()->WaitUntilIdle();
+    return contract::ReasonOf(status);
+  };
+  for (const char* id : {"a", "b", "c"}) EXPECT_EQ(load(id), "MODEL_LOADING");
+  ASSERT_EQ(registry_->Totals().loaded, 3U);
+  EXPECT_EQ(load("q"), "MEMORY_SHORT");
+  EXPECT_EQ(registry_->Totals().loaded, 2U);
+  EXPECT_FALSE(registry_->Find("a").value()->model().loaded());  // the longest unused
+  EXPECT_EQ(load("a"), "MEMORY_SHORT");                          // whoever asks first
+  EXPECT_EQ(load("q"), "MODEL_LOADING");
+  EXPECT_TRUE(registry_->Find("q").value()->model().loaded());
+  memory_->OnNoShortage();
 }
 
 TEST_F(Residence, AScanThatDoesNotFitSaysSoAndComesWhenThereIsRoom) {
