@@ -151,16 +151,22 @@ absl::StatusOr<planning::Plan> MakePlanLookingAhead(const model::PlanningView& m
                                                     const parallel::Budget& budget,
                                                     parallel::Parallel& parallel,
                                                     planning::PlanProgress progress) {
-  parallel::Budget shorter = budget;
-  shorter.deadline = budget.Part(1 - kTimeLeft, 0).deadline;
   const auto problem = planning::PlanningProblem::Prepare({model, scanner, config}, parallel,
                                                           parallel::Cancellation(budget.cancelled));
   if (absl::IsCancelled(problem.status())) {
     return planning::EndedPreparing(problem.status().message(), model, config, budget);
   }
   if (!problem.ok()) return problem.status();
-  planning::Plan plan = planning::MakePlan(**problem, shorter, parallel, progress);
-  LookAhead(**problem, budget.Concluding(), parallel, plan);
+  return MakePlanLookingAhead(**problem, budget, parallel, progress);
+}
+
+planning::Plan MakePlanLookingAhead(const planning::PlanningProblem& problem,
+                                    const parallel::Budget& budget, parallel::Parallel& parallel,
+                                    planning::PlanProgress progress) {
+  parallel::Budget shorter = budget;
+  shorter.deadline = budget.Part(1 - kTimeLeft, 0).deadline;
+  planning::Plan plan = planning::MakePlan(problem, shorter, parallel, progress);
+  LookAhead(problem, budget.Concluding(), parallel, plan);
   return plan;
 }
 

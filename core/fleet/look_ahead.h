@@ -29,6 +29,10 @@ absl::StatusOr<planning::Plan> MakePlanLookingAhead(const model::PlanningView& m
                                                     const parallel::Budget& budget,
                                                     parallel::Parallel& parallel,
                                                     planning::PlanProgress progress);
+// The same from a problem that is prepared: begins with step D.
+planning::Plan MakePlanLookingAhead(const planning::PlanningProblem& problem,
+                                    const parallel::Budget& budget, parallel::Parallel& parallel,
+                                    planning::PlanProgress progress);
 
 }  // namespace vantage::fleet
 

@@ -5,23 +5,29 @@
 #include "core/fleet/look_ahead.h"
 #include "core/planning/feasibility/floor_map.h"
 #include "core/planning/openings/measure_coverage.h"
+#include "core/planning/outcome.h"
 #include "core/registration/place_and_register.h"
 
 namespace vantage::session {
 
 Algorithms Algorithms::Core() {
-  // Of the overloads, those that begin with the model.
-  const auto make_plan = [](const model::PlanningView& model, const sensor::ScannerModel& scanner,
-                            const planning::PlanningConfig& config, const parallel::Budget& budget,
-                            parallel::Parallel& parallel, planning::PlanProgress progress) {
-    return fleet::MakePlanLookingAhead(model, scanner, config, budget, parallel, progress);
+  const auto make_plan = [](const PlanningTask& task, const parallel::Budget& budget,
+                            parallel::Parallel& parallel,
+                            planning::PlanProgress progress) -> absl::StatusOr<planning::Plan> {
+    const auto problem = task.prepare(parallel, parallel::Cancellation(budget.cancelled));
+    if (absl::IsCancelled(problem.status())) {
+      return planning::EndedPreparing(problem.status().message(), task.model, task.config, budget);
+    }
+    if (!problem.ok()) return problem.status();
+    return fleet::MakePlanLookingAhead(**problem, budget, parallel, progress);
   };
   const auto evaluate_view =
-      [](const model::PlanningView& model, const sensor::ScannerModel& scanner,
-         const planning::PlanningConfig& config, const Eigen::Vector3d& position,
-         parallel::Parallel& parallel, std::optional<double> heading) {
-        return planning::EvaluateView(model, scanner, config, position, parallel, heading);
-      };
+      [](const PlanningTask& task, const Eigen::Vector3d& position, parallel::Parallel& parallel,
+         std::optional<double> heading) -> absl::StatusOr<planning::ViewEvaluation> {
+    const auto problem = task.prepare(parallel, {});
+    if (!problem.ok()) return problem.status();
+    return planning::EvaluateView(**problem, position, heading);
+  };
   const auto measure_coverage = [](const model::PlanningView& model,
                                    std::span<const sensor::ScannerModel> scanners,
                                    const planning::PlanningConfig& config) {

@@ -4,6 +4,7 @@
 #define VANTAGE_SERVER_SESSION_ALGORITHMS_H_
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/plan/storey.h"
 #include "core/planning/planner.h"
+#include "core/planning/problem/planning_problem.h"
 #include "core/planning/setting_choice.h"
 #include "core/registration/align/registration_config.h"
 #include "core/registration/align/targets.h"
@@ -27,6 +29,17 @@
 
 namespace vantage::session {
 
+// What to plan for, and the problem of it.
+struct PlanningTask {
+  const model::PlanningView& model;
+  const sensor::ScannerModel& scanner;
+  const planning::PlanningConfig& config;
+  // The prepared problem: there already, or made now. Errors as of PlanningProblem::Prepare().
+  std::function<absl::StatusOr<std::shared_ptr<const planning::PlanningProblem>>(
+      parallel::Parallel&, const parallel::Cancellation&)>
+      prepare;
+};
+
 struct Algorithms {
   std::function<absl::StatusOr<registration::Levelling>(const sensor::Scan&)> level;
   std::function<absl::StatusOr<registration::RegistrationResult>(
@@ -34,13 +47,12 @@ struct Algorithms {
       std::span<const registration::TargetTie>, const registration::RegistrationConfig&,
       parallel::Parallel&)>
       register_scan;
-  std::function<absl::StatusOr<planning::Plan>(
-      const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
-      const parallel::Budget&, parallel::Parallel&, planning::PlanProgress)>
+  std::function<absl::StatusOr<planning::Plan>(const PlanningTask&, const parallel::Budget&,
+                                               parallel::Parallel&, planning::PlanProgress)>
       make_plan;
   std::function<absl::StatusOr<planning::ViewEvaluation>(
-      const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
-      const Eigen::Vector3d& position, parallel::Parallel&, std::optional<double> heading)>
+      const PlanningTask&, const Eigen::Vector3d& position, parallel::Parallel&,
+      std::optional<double> heading)>
       evaluate_view;
   std::function<planning::Coverage(const model::PlanningView&,
                                    std::span<const sensor::ScannerModel>,

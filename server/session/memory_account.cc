@@ -41,32 +41,38 @@ std::optional<MemoryAccount::Reservation> MemoryAccount::Take(const std::string&
 }
 
 bool MemoryAccount::ChangeWithin(const std::string& tenant, int64_t by, bool alone) {
-  Shortage shortage{0, tenant, false};
+  Shortage shortage;
+  if (TryChange(tenant, by, alone, shortage)) return true;
   {
-    std::lock_guard<std::mutex> lock(mutex_);
-    const absl::Duration now = now_();
-    std::erase_if(tenants_, [&](const auto& other) {
-      return other.second.used == 0 && other.second.until <= now;
-    });
-    const auto of = tenants_.find(tenant);
-    const int64_t after = by + (of != tenants_.end() ? of->second.used : 0);
-    const int64_t share = Share(tenant);
-    shortage.within_share = after <= share;
-    const int64_t left = shortage.within_share ? 0 : LeftToOthers(tenant);
-    if (budget_ <= 0 || (alone && used_ == 0) || used_ + by + left <= budget_) {
-      if (of != tenants_.end()) of->second.waits_for = 0;
-      Add(tenant, by);
-      return true;
-    }
-    shortage.lacks = used_ + by + left - budget_;
-    if (shortage.within_share && !tenant.empty()) {
-      Tenant& waiting = tenants_[tenant];
-      waiting.waits_for = by;
-      waiting.until = now + kWaits;
-    }
+    std::lock_guard<std::mutex> lock(shortage_mutex_);
+    if (!shortage_) return false;
+    shortage_(shortage);
   }
-  std::lock_guard<std::mutex> lock(shortage_mutex_);
-  if (shortage_) shortage_(shortage);
+  return TryChange(tenant, by, alone, shortage);
+}
+
+bool MemoryAccount::TryChange(const std::string& tenant, int64_t by, bool alone,
+                              Shortage& shortage) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const absl::Duration now = now_();
+  std::erase_if(tenants_, [&](const auto& other) {
+    return other.second.used == 0 && other.second.until <= now;
+  });
+  const auto of = tenants_.find(tenant);
+  const int64_t after = by + (of != tenants_.end() ? of->second.used : 0);
+  const bool within_share = after <= Share(tenant);
+  const int64_t left = within_share ? 0 : LeftToOthers(tenant);
+  if (budget_ <= 0 || (alone && used_ == 0) || used_ + by + left <= budget_) {
+    if (of != tenants_.end()) of->second.waits_for = 0;
+    Add(tenant, by);
+    return true;
+  }
+  shortage = {used_ + by + left - budget_, tenant, within_share};
+  if (within_share && !tenant.empty()) {
+    Tenant& waiting = tenants_[tenant];
+    waiting.waits_for = by;
+    waiting.until = now + kWaits;
+  }
   return false;
 }
 

@@ -70,7 +70,8 @@ class MemoryAccount {
   // An empty reservation, for Set() later.
   Reservation Empty(const std::string& tenant) { return {this, tenant, 0}; }
 
-  // Called on the thread whose reservation was refused.
+  // Called on the thread whose reservation does not fit. What it frees is there for that
+  // reservation.
   void OnShortage(std::function<void(const Shortage&)> call);
   void OnNoShortage() { OnShortage(nullptr); }
 
@@ -89,6 +90,8 @@ class MemoryAccount {
   void Change(const std::string& tenant, int64_t by);
   // Adds `by` where it may be had; `alone`: also where nothing is reserved.
   bool ChangeWithin(const std::string& tenant, int64_t by, bool alone);
+  // The same without telling of a shortage. Sets `shortage` where it returns false.
+  bool TryChange(const std::string& tenant, int64_t by, bool alone, Shortage& shortage);
   void Add(const std::string& tenant, int64_t by) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   int64_t Share(const std::string& tenant) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   // What one who takes beyond the share has to leave free.

@@ -273,6 +273,7 @@ absl::StatusOr<model::MergeReport> ModelMemory::Withdraw(absl::string_view scan,
 }
 
 void ModelMemory::Show(ModelSnapshot snapshot) {
+  prepared_.Forget();
   std::lock_guard<std::mutex> lock(mutex_);
   current_ = std::move(snapshot);
   if (!lacks_.empty()) current_.view = nullptr;

@@ -20,6 +20,7 @@
 #include "core/model/view/planning_view.h"
 #include "server/session/begun_work.h"
 #include "server/session/memory_account.h"
+#include "server/session/prepared_problem.h"
 #include "server/session/session_context.h"
 #include "server/session/stored_snapshots.h"
 #include "vantage/v1/scan.pb.h"
@@ -73,6 +74,8 @@ class ModelMemory {
   // Whether anything limits what may be reserved.
   bool Limited() const;
   const model::ModelConfig& config() const { return config_; }
+  // Of the model as it is; goes with it.
+  PreparedProblem& prepared() { return prepared_; }
 
   // Loading that is under way is not counted as one that brought the server to its end.
   void GiveUp() { work_.EndAll(); }
@@ -138,6 +141,7 @@ class ModelMemory {
   uint32_t algorithm_version_ = model::kModelAlgorithmVersion;
   size_t unsaved_changes_ = 0;  // scans added or removed since the last snapshot
 
+  PreparedProblem prepared_;
   mutable std::mutex mutex_;
   ModelSnapshot current_ ABSL_GUARDED_BY(mutex_);
   // Scans that the log has in the model and that could not be put back: it is not shown then.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "core/fleet/joint_plan_estimate.h"
 #include "core/sensor/presets.h"
 #include "server/contract/error.h"
@@ -56,6 +57,12 @@ absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& 
   inputs.scanner = conversion::ReadScannerModel(scanner, "scanner_model", violations);
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
+  inputs.read_from =
+      absl::StrCat(inputs.written.SerializeAsString(), "\n", rules.SerializeAsString(), "\n");
+  for (const planning::RejectedPlace& place : rejected) {
+    absl::StrAppendFormat(&inputs.read_from, "%a %a %a %a\n", place.position.x(),
+                          place.position.y(), place.position.z(), place.radius);
+  }
   inputs.config.rejected = std::move(rejected);
   absl::Status possible = inputs.config.Validate(inputs.scanner);
   if (!possible.ok())
@@ -192,6 +199,15 @@ absl::Status CheckSize(const PlanInputs& inputs) {
       fleet::CheckJointPlanSize(*inputs.model.view, inputs.config, inputs.scanner_models);
   if (fits.ok()) return fits;
   return contract::ErrorWithReason(fits.code(), "PLAN_TOO_LARGE", fits.message());
+}
+
+PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs) {
+  return {*inputs.model.view, inputs.scanner, inputs.config,
+          [&model, &inputs](parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
+            return model.prepared().Of(
+                {inputs.model.view, inputs.scanner, inputs.config, inputs.read_from}, inputs.memory,
+                parallel, cancelled);
+          }};
 }
 
 absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs) {

@@ -13,6 +13,7 @@
 #include "core/planning/plan/planning_config.h"
 #include "core/planning/setting_choice.h"
 #include "core/sensor/scanner_model.h"
+#include "server/session/algorithms.h"
 #include "server/session/memory_account.h"
 #include "server/session/model_memory.h"
 #include "server/session/session_context.h"
@@ -24,6 +25,7 @@ struct PlanInputs {
   ModelSnapshot model;
   v1::PlanningConfig written;  // the complete configuration
   planning::PlanningConfig config;
+  std::string read_from;  // all that `config` was read from, but its seed
   sensor::ScannerModel scanner;
   std::string scanner_id;
   std::string preset;   // of the scanner; empty: none
@@ -62,6 +64,10 @@ absl::Status AddFleet(const SessionContext& context, const v1::CreatePlanRequest
 
 // RESOURCE_EXHAUSTED (PLAN_TOO_LARGE), as the plan itself would be refused.
 absl::Status CheckSize(const PlanInputs& inputs);
+
+// The problem of a plan for one scanner, or of a what-if: prepared already, or made when it is
+// asked for. Keeps the references.
+PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs);
 
 // Reserves the memory that the plan will need. RESOURCE_EXHAUSTED (MEMORY_SHORT).
 absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs);

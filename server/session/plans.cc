@@ -239,8 +239,8 @@ void Plans::EvaluateView(const v1::EvaluateViewRequest& request,
                            done = std::move(done)](parallel::Parallel& parallel) {
     const absl::Time started = absl::Now();
     absl::StatusOr<planning::ViewEvaluation> evaluation = contract::UnlessOutOfMemory([&] {
-      return dependencies_.algorithms.evaluate_view(*in.model.view, in.scanner, in.config,
-                                                    world - context_.origin(), parallel, heading);
+      return dependencies_.algorithms.evaluate_view(TaskOf(model_, in), world - context_.origin(),
+                                                    parallel, heading);
     });
     model_.EndEvaluation();
     if (!evaluation.ok()) return done(evaluation.status());
@@ -330,8 +330,7 @@ void Plans::Run(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, a
     made = dependencies_.algorithms.make_plan_choosing_setting(
         *inputs.model.view, inputs.settings, inputs.config, budget, parallel, progress);
   } else {
-    made = dependencies_.algorithms.make_plan(*inputs.model.view, inputs.scanner, inputs.config,
-                                              budget, parallel, progress);
+    made = dependencies_.algorithms.make_plan(TaskOf(model_, inputs), budget, parallel, progress);
   }
 
   const double took = absl::ToDoubleSeconds(absl::Now() - began);

@@ -374,6 +374,11 @@ void SessionRegistry::FreeMemory(const MemoryAccount::Shortage& shortage) {
   std::sort(sessions.begin(), sessions.end(), [](const auto& a, const auto& b) {
     return a->model().LastTouched() < b->model().LastTouched();
   });
+  // What was prepared is made again soonest.
+  for (const auto& session : sessions) {
+    if (bytes <= 0) return;
+    bytes -= session->model().prepared().Forget();
+  }
   const absl::Duration unused_since = dependencies_.seen->Now() - kUnusedForAWhile;
   for (const auto& session : sessions) {
     if (bytes <= 0) return;

@@ -74,8 +74,9 @@ class SessionRegistry {
   Collected Collect();
 
   SessionTotals Totals() const;
-  // Evicts models soon, the longest unused first, until what lacks is free; a model that was used
-  // lately stays, unless its tenant has more than its share and the one who lacks has not.
+  // Lets go of prepared problems, at once, and evicts models soon, the longest unused first, until
+  // what lacks is free; a model that was used lately stays, unless its tenant has more than its
+  // share and the one who lacks has not.
   void FreeMemory(const MemoryAccount::Shortage& shortage);
 
   // Bytes that a tenant's sessions store.

@@ -32,12 +32,10 @@ session::Algorithms Refusing() {
            std::span<const registration::TargetTie>, const registration::RegistrationConfig&,
            parallel::Parallel&) -> absl::StatusOr<registration::RegistrationResult> { return no; };
   algorithms.make_plan =
-      [no](const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
-           const parallel::Budget&, parallel::Parallel&,
+      [no](const session::PlanningTask&, const parallel::Budget&, parallel::Parallel&,
            planning::PlanProgress) -> absl::StatusOr<planning::Plan> { return no; };
   algorithms.evaluate_view =
-      [no](const model::PlanningView&, const sensor::ScannerModel&, const planning::PlanningConfig&,
-           const Eigen::Vector3d&, parallel::Parallel&,
+      [no](const session::PlanningTask&, const Eigen::Vector3d&, parallel::Parallel&,
            std::optional<double>) -> absl::StatusOr<planning::ViewEvaluation> { return no; };
   algorithms.measure_coverage =
       [](const model::PlanningView&, std::span<const sensor::ScannerModel>,

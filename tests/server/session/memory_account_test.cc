@@ -55,6 +55,18 @@ TEST(MemoryAccount, SaysWhatLacks) {
   EXPECT_EQ(lacks, 0);
 }
 
+// What can be given up is given up, and nobody is refused for it.
+TEST(MemoryAccount, WhatAShortageFreesIsThere) {
+  MemoryAccount account(100);
+  auto spare = account.Take("", 60);
+  account.OnShortage([&](const MemoryAccount::Shortage&) { spare.reset(); });
+  EXPECT_TRUE(account.Take("", 80).has_value());
+  spare = account.Take("", 60);
+  auto grows = account.Take("", 30);
+  EXPECT_TRUE(grows->Grow(70));
+  account.OnNoShortage();
+}
+
 TEST(MemoryAccount, ReservationsMoveWithoutCountingTwice) {
   MemoryAccount account(100);
   MemoryAccount::Reservation reservation = account.Empty("");

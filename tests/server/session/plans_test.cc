@@ -34,13 +34,12 @@ class SessionPlans : public testing::Test {
  protected:
   SessionPlans() {
     Algorithms algorithms = script_.Make();
-    algorithms.make_plan = [this](const model::PlanningView&, const sensor::ScannerModel&,
-                                  const planning::PlanningConfig& config, const parallel::Budget&,
+    algorithms.make_plan = [this](const PlanningTask& task, const parallel::Budget&,
                                   parallel::Parallel&,
                                   const planning::PlanProgress&) -> absl::StatusOr<planning::Plan> {
       during_plan_();
       const std::lock_guard<std::mutex> lock(mutex_);
-      config_ = config;
+      config_ = task.config;
       return plan_;
     };
     host_ = std::make_unique<fixture::SessionHost>(
