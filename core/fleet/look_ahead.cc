@@ -7,10 +7,8 @@
 #include <utility>
 #include <vector>
 
-#include "absl/status/status.h"
 #include "core/fleet/pending_surface.h"
 #include "core/fleet/remaining_gain.h"
-#include "core/planning/outcome.h"
 #include "core/planning/ranking/view_report.h"
 
 namespace vantage::fleet {
@@ -143,21 +141,6 @@ void LookAhead(const planning::PlanningProblem& problem, const parallel::Budget&
   std::rotate(begin, begin + static_cast<ptrdiff_t>(best),
               begin + static_cast<ptrdiff_t>(best) + 1);
   planning::ViewReport::NameFallback(plan.views);
-}
-
-absl::StatusOr<planning::Plan> MakePlanLookingAhead(const model::PlanningView& model,
-                                                    const sensor::ScannerModel& scanner,
-                                                    const planning::PlanningConfig& config,
-                                                    const parallel::Budget& budget,
-                                                    parallel::Parallel& parallel,
-                                                    planning::PlanProgress progress) {
-  const auto problem = planning::PlanningProblem::Prepare({model, scanner, config}, parallel,
-                                                          parallel::Cancellation(budget.cancelled));
-  if (absl::IsCancelled(problem.status())) {
-    return planning::EndedPreparing(problem.status().message(), model, config, budget);
-  }
-  if (!problem.ok()) return problem.status();
-  return MakePlanLookingAhead(**problem, budget, parallel, progress);
 }
 
 planning::Plan MakePlanLookingAhead(const planning::PlanningProblem& problem,

@@ -2,8 +2,6 @@
 #ifndef VANTAGE_CORE_FLEET_LOOK_AHEAD_H_
 #define VANTAGE_CORE_FLEET_LOOK_AHEAD_H_
 
-#include "absl/status/statusor.h"
-#include "core/model/view/planning_view.h"
 #include "core/parallel/budget.h"
 #include "core/parallel/parallel.h"
 #include "core/planning/plan/plan.h"
@@ -23,13 +21,6 @@ void LookAhead(const planning::PlanningProblem& problem, const parallel::Budget&
                parallel::Parallel& parallel, planning::Plan& plan);
 
 // planning::MakePlan(), which leaves a tenth of the time for LookAhead().
-absl::StatusOr<planning::Plan> MakePlanLookingAhead(const model::PlanningView& model,
-                                                    const sensor::ScannerModel& scanner,
-                                                    const planning::PlanningConfig& config,
-                                                    const parallel::Budget& budget,
-                                                    parallel::Parallel& parallel,
-                                                    planning::PlanProgress progress);
-// The same from a problem that is prepared: begins with step D.
 planning::Plan MakePlanLookingAhead(const planning::PlanningProblem& problem,
                                     const parallel::Budget& budget, parallel::Parallel& parallel,
                                     planning::PlanProgress progress);

@@ -84,7 +84,11 @@ int64_t MemoryAccount::Share(const std::string& tenant) const {
     const bool counts = other.used > 0 || (other.waits_for > 0 && other.until > now);
     others += name != tenant && counts ? 1 : 0;
   }
-  return std::min(budget_ / (others + 1), budget_ - budget_ / kLeftPart);
+  return std::min(budget_ / (others + 1), Most(tenant));
+}
+
+int64_t MemoryAccount::Most(const std::string& tenant) const {
+  return tenant.empty() ? budget_ : budget_ - budget_ / kLeftPart;
 }
 
 int64_t MemoryAccount::LeftToOthers(const std::string& tenant) const {

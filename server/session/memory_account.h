@@ -77,6 +77,8 @@ class MemoryAccount {
 
   int64_t used() const;
   int64_t budget() const { return budget_; }
+  // The most that a tenant can ever have beside something else, bytes.
+  int64_t Most(const std::string& tenant) const;
   // Whether a tenant has more than its share.
   bool BeyondShare(const std::string& tenant) const;
 

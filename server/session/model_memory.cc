@@ -141,12 +141,12 @@ absl::StatusOr<MemoryAccount::Reservation> ModelMemory::Reserve(int64_t bytes) c
 absl::Status ModelMemory::Enlarge(MemoryAccount::Reservation& reservation, int64_t bytes) const {
   if (!Limited()) return absl::OkStatus();
   const MemoryAccount& memory = *context_.dependencies().memory;
-  if (bytes > memory.budget()) {
+  const int64_t most = memory.Most(context_.tenant());
+  if (bytes > most) {
     return contract::ErrorWithReason(
         absl::StatusCode::kResourceExhausted, "SCAN_TOO_LARGE",
         absl::StrCat(
-            "merging this scan takes some ", bytes >> 20, " MiB, and the server has ",
-            memory.budget() >> 20,
+            "merging this scan takes some ", bytes >> 20, " MiB, and the server has ", most >> 20,
             " MiB for all models and plans: use a larger voxel_size, or a smaller max_range_m "
             "or max_half_extent, in a new session, or have its operator give it more "
             "(--memory-mib)"));

@@ -12,6 +12,8 @@ namespace {
 
 // Of the views that lead now, so many are checked each time: what follows finds out about the rest.
 constexpr size_t kLeading = 4;
+// Of what is left of the evaluation: where nothing registers, checking would take all of it.
+constexpr double kShare = 0.25;
 
 }  // namespace
 
@@ -21,10 +23,9 @@ void InterimPlans::CheckBest(const Evaluation& so_far) {
   const std::vector<uint32_t> leading =
       RankViews(so_far, problem_.feasible(), config.candidate_separation, most, refused_);
   if (leading.empty() || leading.front() == first_) return;
+  const parallel::Budget part = budget_.Part(kShare, 0);
   const RegistrationCheck check =
-      first_.has_value()
-          ? CheckRegistration(problem_, problem_.overlap(), so_far, leading, 1, budget_, parallel_)
-          : CheckUntilOneRegisters(problem_, so_far, leading, 1, budget_, budget_, parallel_);
+      CheckRegistration(problem_, problem_.overlap(), so_far, leading, 1, part, parallel_);
   for (const CheckedView& view : check.refused) refused_.push_back(view.view);
   if (check.registrable.empty()) return;
   const CheckedView& best = check.registrable.front();

@@ -17,8 +17,9 @@
 namespace vantage::planning {
 
 // The first view of each plan is one that registers, where any that was checked does: step F of the
-// best views so far, interleaved with step D. Keeps the references. What it checks counts in
-// nobody's work limit, and changes nothing of the final plan.
+// best views so far, interleaved with step D, for a quarter of its time that is left at most. Keeps
+// the references. What it checks counts in nobody's work limit, and changes nothing of the final
+// plan.
 class InterimPlans {
  public:
   InterimPlans(const PlanningProblem& problem, const ViewReport& report, const Plan& base,

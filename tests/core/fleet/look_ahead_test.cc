@@ -41,9 +41,9 @@ class Job {
     view_ = model_->Publish();
   }
   planning::Plan LookingAhead(parallel::Parallel& parallel) const {
-    return MakePlanLookingAhead(*view_, scanner_, config_, budget_, parallel,
-                                [](const planning::Plan&) {})
-        .value();
+    const auto problem =
+        planning::PlanningProblem::Prepare({*view_, scanner_, config_}, parallel).value();
+    return MakePlanLookingAhead(*problem, budget_, parallel, [](const planning::Plan&) {});
   }
   planning::Plan ByScore(parallel::Parallel& parallel) const {
     return planning::MakePlan(*view_, scanner_, config_, budget_, parallel,

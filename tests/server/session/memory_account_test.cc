@@ -158,6 +158,15 @@ TEST_F(MemoryShares, WithinTheirSharesNobodyWaitsForOthers) {
   EXPECT_TRUE(account_.Take("a", 100).has_value());
 }
 
+// What will never fit is refused for good, instead of being waited for.
+TEST_F(MemoryShares, TheMostIsWhatOneAloneCanHave) {
+  const auto model = account_.Take("alone", 1);
+  auto scan = account_.Take("alone", 1);
+  EXPECT_TRUE(scan->Grow(account_.Most("alone") - 1));
+  EXPECT_FALSE(scan->Grow(account_.Most("alone")));
+  EXPECT_EQ(account_.Most(""), account_.budget());
+}
+
 TEST_F(MemoryShares, WithoutTenantsAllIsThere) {
   EXPECT_TRUE(account_.Take("", 800).has_value());
   EXPECT_EQ(account_.used(), 0);
