@@ -42,12 +42,21 @@ absl::StatusOr<FeasibleViews> FeasibleViews::Find(const model::PlanningView& mod
                                                   const PlanningConfig& config,
                                                   parallel::Parallel& parallel,
                                                   const parallel::Cancellation& cancelled) {
+  auto floor = FloorMap::Find(model, config.floor_z, cancelled);
+  if (!floor.ok()) return absl::CancelledError("feasible views");
+  return Find(model, *std::move(floor), grid, scanner, config, parallel, cancelled);
+}
+
+absl::StatusOr<FeasibleViews> FeasibleViews::Find(const model::PlanningView& model, FloorMap floor,
+                                                  const visibility::OpaqueGrid& grid,
+                                                  const sensor::ScannerModel& scanner,
+                                                  const PlanningConfig& config,
+                                                  parallel::Parallel& parallel,
+                                                  const parallel::Cancellation& cancelled) {
   FeasibleViews views;
   views.Cover(model, config);
   if (views.size_.isZero()) return views;
-  auto floor = FloorMap::Find(model, config.floor_z, cancelled);
-  if (!floor.ok()) return absl::CancelledError("feasible views");
-  views.floor_ = *std::move(floor);
+  views.floor_ = std::move(floor);
   if (!views.Judge(model, grid, scanner, config, parallel, cancelled)) {
     return absl::CancelledError("feasible views");
   }

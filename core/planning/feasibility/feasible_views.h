@@ -66,6 +66,13 @@ class FeasibleViews {
                                             const PlanningConfig& config,
                                             parallel::Parallel& parallel,
                                             const parallel::Cancellation& cancelled = {});
+  // The same over the floor of the model, which is found already.
+  static absl::StatusOr<FeasibleViews> Find(const model::PlanningView& model, FloorMap floor,
+                                            const visibility::OpaqueGrid& grid,
+                                            const sensor::ScannerModel& scanner,
+                                            const PlanningConfig& config,
+                                            parallel::Parallel& parallel,
+                                            const parallel::Cancellation& cancelled = {});
 
   // Where views may stand if unknown space is no obstacle, besides all of `known`, which the model
   // allows. `standing`: the model with unknown space taken for empty; heights, clearance and ways

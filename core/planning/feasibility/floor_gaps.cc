@@ -55,33 +55,66 @@ bool InBlindCone(const model::PlanningView& model, const Eigen::Vector2i& at, fl
   return false;
 }
 
-// z of what was measured in a column within a step of this height, with empty space on top, m.
-std::optional<float> SurfaceNear(const model::PlanningView& model, const Eigen::Vector2i& at,
-                                 float height) {
-  const auto step = static_cast<float>(kMaxStep);
-  const int low = LayerOf(height - step, model.voxel_size());
-  for (int z = LayerOf(height + step, model.voxel_size()); z >= low; --z) {
-    const model::VoxelIndex v(at.x(), at.y(), z);
-    const model::VoxelState state = model.State(v);
-    if (state == model::VoxelState::kEmpty) continue;
-    if (state != model::VoxelState::kTrueSurface || !model.Empty(v + model::VoxelIndex(0, 0, 1))) {
-      return std::nullopt;
+// What was measured in a column of voxels. Neighbours of a column mostly ask for the same layers,
+// so the last answers are kept.
+class MeasuredColumn {
+ public:
+  MeasuredColumn(const model::PlanningView& model, const Eigen::Vector2i& at)
+      : model_(model), at_(at) {}
+
+  // z within a step of this height, m, with empty space on top.
+  std::optional<float> SurfaceNear(float height) {
+    const auto step = static_cast<float>(kMaxStep);
+    const int low = LayerOf(height - step, model_.voxel_size());
+    const int high = LayerOf(height + step, model_.voxel_size());
+    if (low != low_ || high != high_) {
+      low_ = low;
+      high_ = high;
+      top_ = Top();
     }
-    const float z_measured = model.Surface(v)->centroid.z();
-    if (std::abs(z_measured - height) <= step) return z_measured;
+    return top_.has_value() && std::abs(*top_ - height) <= step ? top_ : std::nullopt;
+  }
+
+  // True when surface was measured at this height.
+  bool MeasuredAt(float height) {
+    const int layer = LayerOf(height, model_.voxel_size());
+    if (!asked_ || layer != layer_) {
+      asked_ = true;
+      layer_ = layer;
+      measured_ = false;
+      for (int z = layer - 1; z <= layer + 1; ++z) {
+        measured_ |= model_.State({at_.x(), at_.y(), z}) == model::VoxelState::kTrueSurface;
+      }
+    }
+    return measured_;
+  }
+
+ private:
+  // z of the highest of the layers that is not empty, if it was measured and what is above is
+  // empty.
+  std::optional<float> Top() const {
+    for (int z = high_; z >= low_; --z) {
+      const model::VoxelIndex v(at_.x(), at_.y(), z);
+      const model::VoxelState state = model_.State(v);
+      if (state == model::VoxelState::kEmpty) continue;
+      if (state != model::VoxelState::kTrueSurface ||
+          !model_.Empty(v + model::VoxelIndex(0, 0, 1))) {
+        return std::nullopt;
+      }
+      return model_.Surface(v)->centroid.z();
+    }
     return std::nullopt;
   }
-  return std::nullopt;
-}
 
-// True when surface was measured at this height.
-bool MeasuredAt(const model::PlanningView& model, const Eigen::Vector2i& at, float height) {
-  const int layer = LayerOf(height, model.voxel_size());
-  for (int z = layer - 1; z <= layer + 1; ++z) {
-    if (model.State({at.x(), at.y(), z}) == model::VoxelState::kTrueSurface) return true;
-  }
-  return false;
-}
+  const model::PlanningView& model_;
+  const Eigen::Vector2i at_;
+  int low_ = 0;
+  int high_ = -1;  // below low_: nothing was asked
+  std::optional<float> top_;
+  bool asked_ = false;
+  int layer_ = 0;
+  bool measured_ = false;
+};
 
 // A floor cannot be more than a voxel higher than the middle of where the empty space over it ends:
 // `height`, m, or that.
@@ -157,6 +190,7 @@ std::optional<std::vector<PlacedFloor>> FloorAtWalls(const model::PlanningView& 
     if (column % kColumnsBetweenLooks == 0 && cancelled.Requested()) return std::nullopt;
     const Eigen::Vector2i at = floor.Voxel(column);
     heights.clear();
+    MeasuredColumn measured(model, at);
     const auto add = [&](float height, double apart) {
       const auto same = [&](float other) {
         return static_cast<double>(std::abs(other - height)) <= apart;
@@ -174,12 +208,10 @@ std::optional<std::vector<PlacedFloor>> FloorAtWalls(const model::PlanningView& 
     // What was measured itself comes first, so that the edge of a step is at its own height; it may
     // lie over the floor at the foot of the riser, in the same column.
     for_each_beside([&](float beside) {
-      if (const auto height = SurfaceNear(model, at, beside); height.has_value()) {
-        add(*height, kRoughness);
-      }
+      if (const auto height = measured.SurfaceNear(beside)) add(*height, kRoughness);
     });
     for_each_beside([&](float beside) {
-      if (MeasuredAt(model, at, beside)) add(beside, kMaxStep);
+      if (measured.MeasuredAt(beside)) add(beside, kMaxStep);
     });
     for (const float height : heights) found.push_back({column, {height, FloorSource::kMeasured}});
   }

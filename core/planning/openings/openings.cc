@@ -41,17 +41,17 @@ class StoreyOpenings {
   }
   // The space that the false surface in this voxel bounds: into Openings::spaces.
   std::optional<int> SpaceBeside(const Eigen::Vector2i& column) const {
+    if (const std::optional<int> own = SpaceAt(column)) return own;
     const int beside = std::max(1, static_cast<int>(std::lround(kBeside / model_.voxel_size())));
     std::optional<int> space;
     int least = 0;
     for (int y = -beside; y <= beside; ++y) {
       for (int x = -beside; x <= beside; ++x) {
-        const Eigen::Vector2i at = column + Eigen::Vector2i(x, y);
-        if (!section_.Inside(at)) continue;
-        const int basin = basins_.of[section_.Column(at)];
         const int away = x * x + y * y;
-        if (basin < 0 || (space.has_value() && away >= least)) continue;
-        space = space_[static_cast<size_t>(basin)];
+        if (space.has_value() && away >= least) continue;
+        const std::optional<int> here = SpaceAt(column + Eigen::Vector2i(x, y));
+        if (!here.has_value()) continue;
+        space = here;
         least = away;
       }
     }
@@ -59,6 +59,13 @@ class StoreyOpenings {
   }
 
  private:
+  std::optional<int> SpaceAt(const Eigen::Vector2i& column) const {
+    if (!section_.Inside(column)) return std::nullopt;
+    const int basin = basins_.of[section_.Column(column)];
+    if (basin < 0) return std::nullopt;
+    return space_[static_cast<size_t>(basin)];
+  }
+
   StoreyOpenings(const model::PlanningView& model, const FloorMap& floor, int storey,
                  StoreySection section)
       : model_(model), floor_(floor), storey_(storey), section_(std::move(section)) {}

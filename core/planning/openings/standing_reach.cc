@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/model/view/brick_key.h"
 #include "core/model/view/target_distances.h"
@@ -16,6 +17,7 @@ constexpr double kCell = 1.0;  // m, of the grid of places
 // most. So what heights are off by adds 3 % to what places in a cell are.
 constexpr double kSameFloor = 0.05;
 constexpr double kHeightStep = 0.25;
+constexpr double kNearby = 2.0;  // m in plan, where places are sought first
 // Normals are told apart by a grid of so many steps from 0 to 1 on each axis, and one answer stands
 // for all in a bin. Half the diagonal of a bin is 0.217, so a unit normal is within 12.6 degrees of
 // its bin's middle, whichever it is.
@@ -119,14 +121,16 @@ bool StandingReach::MeasuredFrom(const Eigen::Vector3d& place, const sensor::Sca
 
 template <typename Fn>
 bool StandingReach::AnyPlace(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal,
-                             double density, std::span<const double> heights, Fn&& fn) const {
+                             double density, std::span<const double> heights, double within,
+                             Fn&& fn) const {
   const Slack slack = OfBrick();
   for (const sensor::ScannerModel& scanner : scanners_) {
     // A scanner samples most densely overhead, but no denser over any distance in plan than over
     // the same distance at its own height.
     const double farthest = std::min(
         scanner.range_max, std::sqrt(scanner.SamplesPerSteradian(0) / std::max(density, 1e-9)));
-    const int cells = static_cast<int>(std::ceil((farthest + slack.distance) / kCell));
+    const int cells =
+        static_cast<int>(std::ceil(std::min(farthest + slack.distance, within) / kCell));
     const Eigen::Vector2i middle =
         Eigen::Vector2i(static_cast<int>(std::floor(centre.x() / kCell)),
                         static_cast<int>(std::floor(centre.y() / kCell))) -
@@ -158,8 +162,12 @@ bool StandingReach::Has(const model::VoxelIndex& voxel, const model::SurfaceVoxe
   const auto [it, fresh] =
       known_.try_emplace({model::KeyOf(brick), DirectionOf(bin), density}, false);
   if (fresh) {
-    it->second = AnyPlace(CentreOfBrick(brick, voxel_size_), bin.cast<double>().normalized(),
-                          density, heights_, [](const auto&, const auto&) { return true; });
+    // Nearly all surface has a place nearby.
+    const auto any = [&](double within) {
+      return AnyPlace(CentreOfBrick(brick, voxel_size_), bin.cast<double>().normalized(), density,
+                      heights_, within, [](const auto&, const auto&) { return true; });
+    };
+    it->second = any(kNearby) || any(std::numeric_limits<double>::infinity());
   }
   return it->second;
 }
@@ -179,6 +187,7 @@ bool StandingReach::Sees(const model::VoxelIndex& voxel, const model::SurfaceVox
     const std::array<double, 2> heights = {heights_.front(), heights_.back()};
     std::vector<Place> all;
     AnyPlace(CentreOfBrick(brick, voxel_size_), bin.cast<double>().normalized(), density, heights,
+             std::numeric_limits<double>::infinity(),
              [&](const Eigen::Vector3d& at, const sensor::ScannerModel& scanner) {
                all.push_back({at, static_cast<size_t>(&scanner - scanners_.data())});
                return false;

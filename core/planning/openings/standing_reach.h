@@ -65,10 +65,10 @@ class StandingReach {
   const Heights& At(const Eigen::Vector2i& cell) const { return floors_[Index(cell)]; }
   Slack OfBrick() const;
   // Calls fn(place, scanner) for those from which the scanner may measure it, until that returns
-  // true; then returns true. `heights`: of viewpoints, m over the floor.
+  // true; then returns true. `heights`: of viewpoints, m over the floor. `within`: m in plan.
   template <typename Fn>
   bool AnyPlace(const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double density,
-                std::span<const double> heights, Fn&& fn) const;
+                std::span<const double> heights, double within, Fn&& fn) const;
   bool MeasuredFrom(const Eigen::Vector3d& place, const sensor::ScannerModel& scanner,
                     const Eigen::Vector3d& centre, const Eigen::Vector3d& normal, double density,
                     const Slack& slack) const;

@@ -54,19 +54,26 @@ class CellTable {
 
   template <typename Fn>
   void ForEachNeighbour(const model::VoxelIndex& v, Fn&& fn) const {
-    const bool inner = ((v.array() - (v.array() / 8) * 8) > 0).all() && (v.array() >= 0).all() &&
-                       ((v.array() - (v.array() / 8) * 8) < 7).all();
-    const auto own = slot_.find(model::KeyOf(model::Brick::Of(v)));
+    // They lie in its own brick and up to seven others, each of which is looked up at most once.
+    std::array<const BrickCells*, 8> beside{};
+    std::array<bool, 8> looked_up{};
+    const model::VoxelIndex own = model::Brick::Of(v);
     for (int dz = -1; dz <= 1; ++dz) {
       for (int dy = -1; dy <= 1; ++dy) {
         for (int dx = -1; dx <= 1; ++dx) {
           if (dx == 0 && dy == 0 && dz == 0) continue;
           const model::VoxelIndex to = v + model::VoxelIndex(dx, dy, dz);
-          const auto it = inner ? own : slot_.find(model::KeyOf(model::Brick::Of(to)));
-          if (it == slot_.end()) continue;
-          const BrickCells& brick = bricks_[it->second];
+          const model::VoxelIndex at = model::Brick::Of(to);
+          const auto which = static_cast<size_t>((at.x() != own.x()) + 2 * (at.y() != own.y()) +
+                                                 4 * (at.z() != own.z()));
+          if (!looked_up[which]) {
+            looked_up[which] = true;
+            const auto it = slot_.find(model::KeyOf(at));
+            if (it != slot_.end()) beside[which] = &bricks_[it->second];
+          }
+          if (beside[which] == nullptr) continue;
           const int local = model::Brick::LocalOf(to);
-          if (brick.mask.Has(local)) fn(brick.CellAt(local));
+          if (beside[which]->mask.Has(local)) fn(beside[which]->CellAt(local));
         }
       }
     }

@@ -58,6 +58,30 @@ void MarkExpected(const Expectation& expectation, PatchSet& patches) {
 
 }  // namespace
 
+// Which parts of the problem before are those of the question, too.
+struct PlanningProblem::Common {
+  explicit Common(const PlanningQuestion& question) : previous(question.previous) {
+    const bool same_model = previous != nullptr && &previous->model_ == &question.model;
+    floor = same_model && previous->config_.floor_z == question.config.floor_z;
+    scene = floor && SameExpectation(previous->config_, question.config);
+    surface = scene && SameSurface(previous->config_, question.config);
+    coverage = surface && SameReach(*previous, question);
+  }
+  const PlanningProblem* previous;
+  bool floor;
+  bool scene;
+  bool surface;
+  bool coverage;
+};
+
+// What is made on the way.
+struct PlanningProblem::Making {
+  std::optional<visibility::OpaqueGrid> grid;  // of the scene, where that is not the one before
+  absl::StatusOr<Openings> openings = Openings();
+  std::shared_ptr<const Expectation> expectation;
+  PatchSet patches;  // not ranked yet
+};
+
 absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
     const PlanningQuestion& question, parallel::Parallel& parallel,
     const parallel::Cancellation& cancelled) {
@@ -66,98 +90,32 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   if (absl::Status valid = ValidateFor(model, question.scanner, config); !valid.ok()) return valid;
   const PlanningSize size(model, config);
   if (absl::Status fits = CheckPlanningSize(size, config); !fits.ok()) return fits;
-  const PlanningProblem* previous = question.previous;
-  const bool same_model = previous != nullptr && &previous->model_ == &model;
-  const bool same_floor = same_model && previous->config_.floor_z == config.floor_z;
-  const bool same_scene = same_floor && SameExpectation(previous->config_, config);
+  const Common common(question);
   auto problem = absl::WrapUnique(new PlanningProblem(question));
+  Making making;
   StageClock clock(problem->seconds_);
 
   // A. Feasible views, and where rooms lead on.
-  std::optional<visibility::OpaqueGrid> grid;
-  if (same_scene) {
-    problem->occlusion_ = previous->occlusion_;
-  } else {
-    grid.emplace(model);
-  }
-  const auto find = [&](const model::PlanningView& view, const visibility::OpaqueGrid& opaque) {
-    return FeasibleViews::Find(view, opaque, question.scanner, config, parallel, cancelled);
-  };
-  const bool expects = same_scene && problem->expectation() != nullptr;
-  auto feasible =
-      find(model, same_scene && !expects ? problem->grid() : visibility::OpaqueGrid(model));
-  if (!feasible.ok()) return During(PlanStage::kFeasible, feasible.status());
-  auto openings =
-      same_floor ? previous->openings() : FindOpenings(model, feasible->floor(), cancelled);
-  if (!openings.ok()) return During(PlanStage::kFeasible, openings.status());
-  std::shared_ptr<const Expectation> expectation =
-      same_scene ? previous->occlusion_->expectation : nullptr;
-  if (!same_scene && config.station_basis == StationBasis::kExpected) {
-    auto found = Expectation::Of(model, *openings, config.rejected, cancelled);
-    if (!found.ok()) return During(PlanStage::kFeasible, found.status());
-    expectation = *std::move(found);
-    if (expectation != nullptr) grid.emplace(expectation->view());
-  }
-  if (expectation != nullptr) {
-    problem->known_ = *std::move(feasible);
-    const FloorMap floor = problem->known_.floor().With(expectation->floors(), expectation->view());
-    feasible = FeasibleViews::FindExpected(expectation->standing(), floor,
-                                           same_scene ? problem->grid() : *grid, problem->known_,
-                                           question.scanner, config, parallel, cancelled);
-    if (!feasible.ok()) return During(PlanStage::kFeasible, feasible.status());
-  }
-  problem->feasible_ = *std::move(feasible);
+  const absl::Status found = problem->FindViews(common, making, parallel, cancelled);
+  if (!found.ok()) return During(PlanStage::kFeasible, found);
   if (absl::Status fits = CheckPlanningSize(size, config, problem->feasible_.cells().size());
       !fits.ok()) {
     return fits;
   }
-  const model::PlanningView& view = expectation == nullptr ? model : expectation->view();
   clock.Book(PlanStage::kFeasible);
 
-  // Coverage needs nothing of the patches, and they nothing of it.
-  const bool same_surface = same_scene && SameSurface(previous->config_, config);
-  const bool same_coverage = same_surface && SameReach(*previous, question);
-  if (same_surface) problem->patches_ = previous->patches_;
-  if (same_coverage) problem->coverage_ = previous->coverage_;
-  absl::StatusOr<PatchSet> patches = PatchSet();
-  absl::Status measured = absl::OkStatus();
-  parallel.For(2, [&](size_t part) {
-    if (part == 0 && !same_coverage) {
-      const FeasibleViews& known = expectation != nullptr ? problem->known_ : problem->feasible_;
-      auto coverage = MeasureCoverage(model, std::span(&question.scanner, 1), config, known.floor(),
-                                      *std::move(openings), cancelled);
-      measured = During(PlanStage::kPatches, coverage.status());
-      if (coverage.ok())
-        problem->coverage_ = std::make_shared<const Coverage>(*std::move(coverage));
-    }
-    // B. Extract patches.
-    if (part == 1 && !same_surface) {
-      patches = ExtractPatches(view, config, {}, cancelled);
-      if (patches.ok() && expectation != nullptr) MarkExpected(*expectation, *patches);
-    }
-  });
-  if (!measured.ok()) return measured;
-  if (!patches.ok()) return During(PlanStage::kPatches, patches.status());
+  // B. Extract patches. C. Rank patches.
+  const absl::Status extracted = problem->ExtractSurface(common, making, parallel, cancelled);
+  if (!extracted.ok()) return extracted;
   clock.Book(PlanStage::kPatches);
+  const absl::Status ranked = problem->RankSurface(common, making, cancelled);
+  if (!ranked.ok()) return During(PlanStage::kRankPatches, ranked);
+  clock.Book(PlanStage::kRankPatches);
 
-  // C. Rank patches.
-  if (!same_surface) {
-    auto ranked = RankPatches(config, *std::move(patches), cancelled);
-    if (!ranked.ok()) return During(PlanStage::kRankPatches, ranked.status());
-    problem->patches_ = std::make_shared<const PatchSet>(*std::move(ranked));
-    clock.Book(PlanStage::kRankPatches);
-  }
-
-  // What D needs. The scene takes most, so it comes when what making the cells took is free again.
-  auto cells = Scoring::CellsOf(same_scene ? problem->grid() : *grid, problem->patches(),
-                                problem->scanner_, config, parallel, cancelled);
+  // What D needs.
+  auto cells = Scoring::CellsOf(problem->grid(), problem->patches(), problem->scanner_, config,
+                                parallel, cancelled);
   if (!cells.ok()) return During(PlanStage::kEvaluate, cells.status());
-  if (!same_scene) {
-    auto scene = visibility::OcclusionScene::Create(*grid, parallel, cancelled);
-    if (!scene.ok()) return During(PlanStage::kEvaluate, scene.status());
-    problem->occlusion_ = std::make_shared<const Occlusion>(
-        Occlusion{std::move(expectation), *std::move(grid), *std::move(scene)});
-  }
   auto scoring = Scoring::Create(model.voxel_size(), problem->grid(), problem->scene(),
                                  *std::move(cells), problem->scanner_, config, parallel, cancelled);
   if (!scoring.ok()) return During(PlanStage::kEvaluate, scoring.status());
@@ -171,6 +129,98 @@ absl::StatusOr<std::shared_ptr<const PlanningProblem>> PlanningProblem::Prepare(
   problem->overlap_.emplace(*std::move(overlap));
   clock.Book(PlanStage::kCheck);
   return std::shared_ptr<const PlanningProblem>(std::move(problem));
+}
+
+absl::Status PlanningProblem::FindViews(const Common& common, Making& making,
+                                        parallel::Parallel& parallel,
+                                        const parallel::Cancellation& cancelled) {
+  if (common.scene) occlusion_ = common.previous->occlusion_;
+  // What is known has a grid of its own where something is expected.
+  const bool has_grid = common.scene && expectation() == nullptr;
+  absl::StatusOr<FloorMap> floor = FloorMap();
+  parallel.For(2, [&](size_t part) {
+    if (part == 0) floor = FloorMap::Find(model_, config_.floor_z, cancelled);
+    if (part == 1 && !has_grid) making.grid.emplace(model_);
+  });
+  if (!floor.ok()) return floor.status();
+  absl::StatusOr<FeasibleViews> known = FeasibleViews();
+  parallel.For(2, [&](size_t part) {
+    if (part == 0) {
+      known = FeasibleViews::Find(model_, *floor, has_grid ? grid() : *making.grid, scanner_,
+                                  config_, parallel, cancelled);
+    } else {
+      making.openings = common.floor ? absl::StatusOr<Openings>(common.previous->openings())
+                                     : FindOpenings(model_, *floor, cancelled);
+    }
+  });
+  if (!known.ok()) return known.status();
+  if (!making.openings.ok()) return making.openings.status();
+  if (common.scene) {
+    making.expectation = occlusion_->expectation;
+  } else if (config_.station_basis == StationBasis::kExpected) {
+    auto found = Expectation::Of(model_, *making.openings, config_.rejected, cancelled);
+    if (!found.ok()) return found.status();
+    making.expectation = *std::move(found);
+    if (making.expectation != nullptr) making.grid.emplace(making.expectation->view());
+  }
+  if (making.expectation == nullptr) {
+    feasible_ = *std::move(known);
+    return absl::OkStatus();
+  }
+  known_ = *std::move(known);
+  const Expectation& expected = *making.expectation;
+  auto feasible = FeasibleViews::FindExpected(
+      expected.standing(), known_.floor().With(expected.floors(), expected.view()),
+      common.scene ? grid() : *making.grid, known_, scanner_, config_, parallel, cancelled);
+  if (!feasible.ok()) return feasible.status();
+  feasible_ = *std::move(feasible);
+  return absl::OkStatus();
+}
+
+// Coverage, patches and the scene need nothing of one another.
+absl::Status PlanningProblem::ExtractSurface(const Common& common, Making& making,
+                                             parallel::Parallel& parallel,
+                                             const parallel::Cancellation& cancelled) {
+  if (common.surface) patches_ = common.previous->patches_;
+  if (common.coverage) coverage_ = common.previous->coverage_;
+  const Expectation* const expected = making.expectation.get();
+  absl::StatusOr<Coverage> coverage = Coverage();
+  absl::StatusOr<PatchSet> patches = PatchSet();
+  absl::StatusOr<visibility::OcclusionScene> scene = absl::UnknownError("not made");
+  parallel.For(3, [&](size_t part) {
+    if (part == 0 && !common.coverage) {
+      const FeasibleViews& known = expected != nullptr ? known_ : feasible_;
+      coverage = MeasureCoverage(model_, std::span(&scanner_, 1), config_, known.floor(),
+                                 *std::move(making.openings), cancelled);
+    }
+    if (part == 1 && !common.surface) {
+      patches =
+          ExtractPatches(expected != nullptr ? expected->view() : model_, config_, {}, cancelled);
+      if (patches.ok() && expected != nullptr) MarkExpected(*expected, *patches);
+    }
+    if (part == 2 && !common.scene) {
+      scene = visibility::OcclusionScene::Create(*making.grid, parallel, cancelled);
+    }
+  });
+  if (!coverage.ok()) return During(PlanStage::kPatches, coverage.status());
+  if (!patches.ok()) return During(PlanStage::kPatches, patches.status());
+  if (!common.scene && !scene.ok()) return During(PlanStage::kEvaluate, scene.status());
+  if (!common.coverage) coverage_ = std::make_shared<const Coverage>(*std::move(coverage));
+  if (!common.surface) making.patches = *std::move(patches);
+  if (!common.scene) {
+    occlusion_ = std::make_shared<const Occlusion>(
+        Occlusion{std::move(making.expectation), *std::move(making.grid), *std::move(scene)});
+  }
+  return absl::OkStatus();
+}
+
+absl::Status PlanningProblem::RankSurface(const Common& common, Making& making,
+                                          const parallel::Cancellation& cancelled) {
+  if (common.surface) return absl::OkStatus();
+  auto ranked = RankPatches(config_, std::move(making.patches), cancelled);
+  if (!ranked.ok()) return ranked.status();
+  patches_ = std::make_shared<const PatchSet>(*std::move(ranked));
+  return absl::OkStatus();
 }
 
 StationBasis PlanningProblem::BasisOf(const Eigen::Vector3d& place) const {

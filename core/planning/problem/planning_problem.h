@@ -87,8 +87,17 @@ class PlanningProblem {
     visibility::OpaqueGrid grid;
     visibility::OcclusionScene scene;
   };
+  struct Common;
+  struct Making;
   explicit PlanningProblem(const PlanningQuestion& question)
       : model_(question.model), scanner_(question.scanner), config_(question.config) {}
+  // The steps of Prepare(), in order; each makes what the problem before does not have.
+  absl::Status FindViews(const Common& common, Making& making, parallel::Parallel& parallel,
+                         const parallel::Cancellation& cancelled);
+  absl::Status ExtractSurface(const Common& common, Making& making, parallel::Parallel& parallel,
+                              const parallel::Cancellation& cancelled);
+  absl::Status RankSurface(const Common& common, Making& making,
+                           const parallel::Cancellation& cancelled);
 
   const model::PlanningView& model_;
   const sensor::ScannerModel scanner_;

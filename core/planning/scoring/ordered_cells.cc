@@ -35,6 +35,19 @@ void Halve(std::span<Keyed> cells) {
   });
 }
 
+// Halves all of it, down to packets.
+void HalveDown(std::span<Keyed> cells) {
+  if (cells.size() <= OrderedCells::kPacket) return;
+  Halve(cells);
+  const uint32_t left = OrderedCells::LeftSize(static_cast<uint32_t>(cells.size()));
+  HalveDown(cells.first(left));
+  HalveDown(cells.subspan(left));
+}
+
+// Cells that are halved by one thread: their keys (230 kB) stay in its cache, and a flat's cells
+// still make several such ranges.
+constexpr size_t kOfOneThread = 1 << 13;
+
 }  // namespace
 
 uint32_t OrderedCells::LeftSize(uint32_t size) {
@@ -49,23 +62,31 @@ absl::StatusOr<OrderedCells> OrderedCells::Order(CellArrays cells, parallel::Par
   for (uint32_t i = 0; i < cells.size(); ++i) {
     keyed[i] = {{cells.x[i], cells.y[i], cells.z[i], cells.nx[i], cells.ny[i], cells.nz[i]}, i};
   }
-  // Level by level, the ranges of a level in parallel.
+  // Level by level, the ranges of a level in parallel; then what is left of each range.
   std::vector<std::span<Keyed>> level = {keyed};
   std::vector<std::span<Keyed>> next;
-  while (!level.empty()) {
-    std::erase_if(level, [](std::span<Keyed> range) { return range.size() <= kPacket; });
-    parallel.For(level.size(), [&](size_t i) {
-      if (!cancelled.Requested()) Halve(level[i]);
-    });
-    if (cancelled.Requested()) return absl::CancelledError("order cells");
+  std::vector<std::span<Keyed>> small;
+  while (true) {
     next.clear();
     for (const std::span<Keyed> range : level) {
-      const uint32_t left = LeftSize(static_cast<uint32_t>(range.size()));
-      next.push_back(range.first(left));
-      next.push_back(range.subspan(left));
+      (range.size() > kOfOneThread ? next : small).push_back(range);
     }
-    level.swap(next);
+    if (next.empty()) break;
+    parallel.For(next.size(), [&](size_t i) {
+      if (!cancelled.Requested()) Halve(next[i]);
+    });
+    if (cancelled.Requested()) return absl::CancelledError("order cells");
+    level.clear();
+    for (const std::span<Keyed> range : next) {
+      const uint32_t left = LeftSize(static_cast<uint32_t>(range.size()));
+      level.push_back(range.first(left));
+      level.push_back(range.subspan(left));
+    }
   }
+  parallel.For(small.size(), [&](size_t i) {
+    if (!cancelled.Requested()) HalveDown(small[i]);
+  });
+  if (cancelled.Requested()) return absl::CancelledError("order cells");
   std::vector<uint32_t> order(cells.size());
   for (size_t i = 0; i < order.size(); ++i) order[i] = keyed[i].cell;
   std::vector<Keyed>().swap(keyed);  // no longer needed

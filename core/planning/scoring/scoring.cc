@@ -6,6 +6,7 @@
 #include <memory>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "absl/memory/memory.h"
 #include "absl/status/status.h"
@@ -47,12 +48,51 @@ SkylineSines Expected(const DeficientCell& cell, const sensor::ScannerModel& sca
   return expected;
 }
 
+// Where rays to cells aim, for a stretch of cells at a time: looking for that takes longer than all
+// else of them.
+class Targets {
+ public:
+  Targets(const visibility::OpaqueGrid& grid, const DeficientCells& cells,
+          parallel::Parallel& parallel)
+      : grid_(grid), cells_(cells), parallel_(parallel) {}
+
+  // In voxels; nothing where none can. Asked for in order.
+  const std::optional<Eigen::Vector3d>& Of(uint32_t cell) {
+    if (cell >= begin_ + targets_.size()) Find(cell);
+    return targets_[cell - begin_];
+  }
+
+ private:
+  static constexpr size_t kStretch = size_t{1} << 16;
+  static constexpr size_t kOfTask = size_t{1} << 11;
+
+  void Find(uint32_t first) {
+    begin_ = first;
+    targets_.assign(std::min(kStretch, cells_.size() - first), std::nullopt);
+    parallel_.For((targets_.size() + kOfTask - 1) / kOfTask, [&](size_t task) {
+      const size_t end = std::min(targets_.size(), (task + 1) * kOfTask);
+      for (size_t i = task * kOfTask; i < end; ++i) {
+        targets_[i] =
+            visibility::TargetOf(grid_, cells_.Voxel(begin_ + i), cells_.Normal(begin_ + i));
+      }
+    });
+  }
+
+  const visibility::OpaqueGrid& grid_;
+  const DeficientCells& cells_;
+  parallel::Parallel& parallel_;
+  size_t begin_ = 0;
+  std::vector<std::optional<Eigen::Vector3d>> targets_;
+};
+
 // The cells of all patches that views can gain on. False when cancelled on the way.
 bool AddCells(const visibility::OpaqueGrid& grid, const PatchSet& patches,
               const sensor::ScannerModel& scanner, const PlanningConfig& config,
-              const parallel::Cancellation& cancelled, CellArrays& cells) {
+              parallel::Parallel& parallel, const parallel::Cancellation& cancelled,
+              CellArrays& cells) {
   const Eigen::Vector3d corner = visibility::SceneCorner(grid);
   cells.Reserve(patches.cells.size());
+  Targets targets(grid, patches.cells, parallel);
   for (uint32_t i = 0; i < patches.cells.size(); ++i) {
     if (i % kCellsBetweenPolls == 0 && cancelled.Requested()) return false;
     const DeficientCell cell = patches.cells[i];
@@ -69,7 +109,7 @@ bool AddCells(const visibility::OpaqueGrid& grid, const PatchSet& patches,
       enough = 1;
     }
     if (!(factor > 0)) continue;
-    const auto target = visibility::TargetOf(grid, cell.voxel, cell.normal);
+    const std::optional<Eigen::Vector3d>& target = targets.Of(i);
     if (!target.has_value()) continue;
     cells.Add(cell.position, cell.normal, factor, worth.from * cell.spread, enough,
               (*target - corner).cast<float>(), i,
@@ -88,7 +128,7 @@ absl::StatusOr<OrderedCells> Scoring::CellsOf(const visibility::OpaqueGrid& grid
                                               parallel::Parallel& parallel,
                                               const parallel::Cancellation& cancelled) {
   CellArrays cells;
-  if (!AddCells(grid, patches, scanner, config, cancelled, cells)) {
+  if (!AddCells(grid, patches, scanner, config, parallel, cancelled, cells)) {
     return absl::CancelledError("patch cells");
   }
   return OrderedCells::Order(std::move(cells), parallel, cancelled);
