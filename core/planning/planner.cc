@@ -102,6 +102,16 @@ Termination Terminate(const PlanningProblem& problem, const ViewReport& report,
                           UnobservableArea(problem.patches(), evaluation), gains);
 }
 
+void DescribeChecked(const RegistrationCheck& check, const ViewReport& report,
+                     const Evaluation& evaluation, size_t wanted, const parallel::Budget& budget,
+                     parallel::Parallel& parallel, Plan& plan) {
+  const parallel::Budget concluding = budget.Concluding();
+  plan.views = report.Describe(check.registrable, evaluation, wanted, concluding, parallel);
+  SortByExactScore(plan.views);
+  ViewReport::NameFallback(plan.views);
+  plan.refused = report.Describe(check.refused, evaluation, wanted, concluding, parallel);
+}
+
 void NoteNarrowWays(const PlanningProblem& problem, const parallel::Budget& budget,
                     parallel::Parallel& parallel, Plan& plan) {
   plan.narrow_ways = FindNarrowWays(problem, plan.termination.best_expected_gain.value_or(0),
@@ -185,12 +195,8 @@ Plan MakePlan(const PlanningProblem& problem, const parallel::Budget& budget,
   plan.rays += check.rays;
   clock.Book(PlanStage::kCheck);
 
-  plan.views =
-      report.Describe(check.registrable, evaluation, wanted, budget.Concluding(), parallel);
-  SortByExactScore(plan.views);
-  ViewReport::NameFallback(plan.views);
+  DescribeChecked(check, report, evaluation, wanted, budget, parallel, plan);
   plan.optimality_gap = OptimalityGap(problem, evaluation, check, plan.views);
-  plan.refused = report.Describe(check.refused, evaluation, wanted, budget.Concluding(), parallel);
   plan.termination = Terminate(problem, report, evaluation, budget, parallel, plan);
   NoteNarrowWays(problem, budget, parallel, plan);
   Conclude(OutcomeOf(check, evaluation, !ranked.empty(), plan, config, budget), plan);

@@ -140,7 +140,10 @@ Evaluation Evaluate(const CellSampler& sampler, const AnytimeOptions& options, E
                     EvaluationProgress progress, absl::FunctionRef<void()> complete) {
   std::optional<ViewRace> race(std::in_place, run, sampler, options.race, options.confidence,
                                options.seed);
-  race->Run(run.Share(options.race_share));
+  const parallel::Budget racing = run.Share(options.race_share);
+  race->Look(racing);
+  if (run.evaluation().any()) progress(run.evaluation());
+  race->Run(racing);
   if (run.evaluation().any()) progress(run.evaluation());
   Decide(options, run);
   if (run.evaluation().any()) progress(run.evaluation());

@@ -12,8 +12,10 @@ namespace {
 constexpr uint64_t kLeastBatch = uint64_t{1} << 13;  // pairs of view and cell
 constexpr uint64_t kMostBatch = uint64_t{1} << 21;
 constexpr size_t kLeastViews = 4;
-constexpr int kRegionBits = 2;       // regions are 4 viewcells wide
-constexpr double kQuickLook = 1e5;   // pairs: some milliseconds of one core
+constexpr int kRegionBits = 2;      // regions are 4 viewcells wide
+constexpr double kQuickLook = 1e5;  // pairs: some milliseconds of one core
+// Pairs: two thousand views on the smallest sample, the best of them on larger ones.
+constexpr uint64_t kFirstLook = uint64_t{1} << 19;
 constexpr size_t kTurns = 3;         // one of these is that of the best view of all
 constexpr size_t kMostGenerous = 2;  // one in this many goes up from the first rung at the end
 
@@ -60,6 +62,11 @@ ViewRace::ViewRace(EvaluationRun& run, const CellSampler& sampler, const RaceOpt
 
 void ViewRace::Run(const parallel::Budget& part) {
   while (!run_.Spent(part) && Step(part)) {
+  }
+}
+
+void ViewRace::Look(const parallel::Budget& part) {
+  while (pairs_ < kFirstLook && !run_.Spent(part) && Step(part)) {
   }
 }
 

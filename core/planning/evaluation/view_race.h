@@ -36,6 +36,8 @@ class ViewRace {
 
   // Runs until every view has entered and none is due to go up, or until the budget is spent.
   void Run(const parallel::Budget& part);
+  // The same, and no longer than a first look takes. Run() goes on where this ends.
+  void Look(const parallel::Budget& part);
 
   // Lets twice as many views go up from now on, so that views underestimated by a small sample get
   // another chance. False when the race is at its widest already.

@@ -10,7 +10,8 @@
 namespace vantage::planning {
 namespace {
 
-// Of the views that lead now, so many are checked each time: what follows finds out about the rest.
+// Of the views that lead now, so many are checked at the first look, and each time once one is
+// known to register: what follows finds out about the rest.
 constexpr size_t kLeading = 4;
 // Of what is left of the evaluation: where nothing registers, checking would take all of it.
 constexpr double kShare = 0.25;
@@ -19,7 +20,9 @@ constexpr double kShare = 0.25;
 
 void InterimPlans::CheckBest(const Evaluation& so_far) {
   const PlanningConfig& config = problem_.config();
-  const size_t most = first_.has_value() ? kLeading : static_cast<size_t>(config.max_checked);
+  const size_t most = std::exchange(looked_, true) && !first_.has_value()
+                          ? static_cast<size_t>(config.max_checked)
+                          : kLeading;
   const std::vector<uint32_t> leading =
       RankViews(so_far, problem_.feasible(), config.candidate_separation, most, refused_);
   if (leading.empty() || leading.front() == first_) return;

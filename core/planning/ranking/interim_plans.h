@@ -39,6 +39,7 @@ class InterimPlans {
   const Plan& base_;
   const parallel::Budget& budget_;
   parallel::Parallel& parallel_;
+  bool looked_ = false;
   std::optional<uint32_t> first_;  // the view that `described_` is
   RankedView described_;
   std::vector<uint32_t> refused_;

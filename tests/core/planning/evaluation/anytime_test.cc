@@ -288,6 +288,21 @@ TEST(AnytimeTest, CancelledIsNotComplete) {
   for (const ViewEstimate& view : some.views) EXPECT_LE(view.lower, view.upper);
 }
 
+// People want to see something soon; what is done until then changes nothing of what comes.
+TEST(AnytimeTest, ShowsAFirstLookLongBeforeTheRaceEnds) {
+  const AnytimeProblem problem(test_support::FurnishedRoom(6), 0.1);
+  parallel::Serial serial;
+  std::vector<uint64_t> shown;
+  (void)EvaluateViews(problem.scoring->scorer(), problem.feasible, problem.scoring->cells(), {},
+                      parallel::Budget::Unlimited(), serial, [&](const Evaluation& so_far) {
+                        EXPECT_TRUE(so_far.any());
+                        shown.push_back(so_far.rays);
+                      });
+  ASSERT_GT(shown.size(), 2u);
+  EXPECT_LE(shown[0], uint64_t{1} << 20);
+  EXPECT_LT(2 * shown[0], shown[1]);
+}
+
 TEST(ViewLatticeTest, StartsWithTheCoarsestLevel) {
   std::vector<Eigen::Vector3i> cells;
   for (int z = 0; z < 8; ++z) {
