@@ -1,7 +1,7 @@
 #!/usr/bin/env bash
 # test.sh [FILTER]: installs and builds what the tests need, and runs them. FILTER: a folder of tests or
-# what it tests (core/planning), of which only that is built; or else a regular expression for the
-# tests' names. Ends with 2 when there was nothing to run, because it could not be built.
+# what it tests (core/planning), of which only that is built, and run as without a filter; or else a
+# regular expression for the tests' names, all of which are run. Ends with 2 when there was nothing to run, because it could not be built.
 source "$(dirname "${BASH_SOURCE[0]}")/run.sh"
 filter=${1:-} preset=${VANTAGE_PRESET:-release}
 folder=${filter%/}
@@ -14,7 +14,7 @@ if ! stage install "$stages/install.sh" test || ! stage build "$stages/build.sh"
   finish test || exit 2
 fi
 if [[ -n $folder ]]; then
-  stage unit "$stages/unit.sh" --test-dir "build/$preset/$folder" || true
+  stage unit "$stages/unit.sh" --test-dir "build/$preset/$folder" -E "$further_seeds" || true
 elif [[ -n $filter ]]; then
   stage unit "$stages/unit.sh" --test-dir "build/$preset" -R "$filter" || true
 else
