@@ -28,6 +28,8 @@ Benchmark BenchPlanning;
 Benchmark BenchModel;
 // model.hall100.*, plan.hall100.*: a hall that is nearly all empty space.
 Benchmark BenchHall;
+// memory.account.*: what scans and plans are estimated to take, beside what they take.
+Benchmark BenchMemory;
 // plan.exact.*: the hierarchy against brute force; `full` adds what takes minutes.
 Benchmark BenchEvaluator;
 // fleet.*: several scanners on one job; `full`: on 1,000 m^2, with 1 to 8 scanners.
