@@ -69,7 +69,10 @@ absl::StatusOr<ExitCode> RunPlan(Environment& environment, const PlanArguments& 
   const auto watched = client.WatchPlan(created->plan().name(), [&](const v1::Plan& plan) {
     const v1::PlanResult& r = plan.result();
     if (r.views_size() + r.refused_size() == 0) {
-      line.Show(Word(plan.state()));
+      const int ahead = plan.plans_ahead_count();
+      line.Show(ahead > 0 ? absl::StrFormat("%s, %d %s first", Word(plan.state()), ahead,
+                                            ahead == 1 ? "plan goes" : "plans go")
+                          : Word(plan.state()));
       return;
     }
     const v1::RankedView& best = r.views_size() > 0 ? r.views(0) : r.refused(0);

@@ -39,7 +39,19 @@ void YieldToShortTasks() {
 }  // namespace
 
 // All guarded by the pool's mutex.
+struct PlanningPool::Turns {
+  std::vector<Clock::time_point> ends;  // of the turns of plans that have begun; some are past
+
+  void Drop(Clock::time_point end) {
+    const auto it = std::find(ends.begin(), ends.end(), end);
+    if (it != ends.end()) ends.erase(it);
+  }
+};
+
+// All guarded by the pool's mutex.
 struct PlanningPool::Owner {
+  explicit Owner(std::shared_ptr<Turns> t) : turns(std::move(t)) {}
+  const std::shared_ptr<Turns> turns;
   double used = 0;        // s of processor time, raised to the least used when it wakes
   double least_used = 0;  // s over weight: what a share of it that wakes starts from
   int active = 0;         // shares that are
@@ -74,6 +86,8 @@ struct PlanningPool::Queued {
   JobPriority priority;
   Job job;
   telemetry::LogContext context;  // the trace that it was submitted for
+  uint64_t number;
+  double seconds;
 };
 
 // One call of For(). May outlive it (helpers share it), but `body` is touched only while indices
@@ -138,11 +152,14 @@ namespace {
 thread_local void* current_worker = nullptr;
 }  // namespace
 
-PlanningPool::PlanningPool(int slots, int max_jobs)
+PlanningPool::PlanningPool(int slots, int max_jobs, std::chrono::milliseconds turn)
     : slots_(std::max(1, slots)),
       jobs_(static_cast<size_t>(std::max(2, max_jobs) + std::max(1, slots) - 1)),
       max_plans_(std::max(1, std::max(2, max_jobs) * 3 / 4)),
-      free_slots_(std::max(1, slots)) {
+      turns_(static_cast<size_t>(std::max(1, slots / 2))),
+      turn_(turn),
+      free_slots_(std::max(1, slots)),
+      nobodys_turns_(std::make_shared<Turns>()) {
   std::lock_guard<std::mutex> lock(mutex_);
   for (int i = 0; i < std::max(2, max_jobs); ++i) threads_.emplace_back([this] { RunJobs(); });
   for (int i = 1; i < slots_; ++i) threads_.emplace_back([this] { Help(); });
@@ -165,12 +182,14 @@ PlanningPool::~PlanningPool() {
 
 std::shared_ptr<PlanningPool::Share> PlanningPool::NewShare(double weight,
                                                             const std::string& owner) {
-  if (owner.empty()) return std::make_shared<Share>(weight, std::make_shared<Owner>());
+  if (owner.empty()) {
+    return std::make_shared<Share>(weight, std::make_shared<Owner>(nobodys_turns_));
+  }
   std::lock_guard<std::mutex> lock(mutex_);
   std::erase_if(owners_, [](const auto& entry) { return entry.second.expired(); });
   std::shared_ptr<Owner> known = owners_[owner].lock();
   if (known == nullptr) {
-    known = std::make_shared<Owner>();
+    known = std::make_shared<Owner>(std::make_shared<Turns>());
     owners_[owner] = known;
   }
   return std::make_shared<Share>(weight, std::move(known));
@@ -201,17 +220,75 @@ bool PlanningPool::Precedes(const Share& a, const Share& b) {
   return a.used < b.used;
 }
 
-bool PlanningPool::MayBegin(const Queued& entry) const {
+bool PlanningPool::HasTurn(const Queued& entry) const {
+  const std::vector<Clock::time_point>& ends = entry.share->owner->turns->ends;
+  const Clock::time_point now = Clock::now();
+  return entry.priority != JobPriority::kPlan ||
+         static_cast<size_t>(
+             std::count_if(ends.begin(), ends.end(), [&](auto end) { return end > now; })) < turns_;
+}
+
+bool PlanningPool::MayBegin(const Queued& entry) const { return HasPlace(entry) && HasTurn(entry); }
+
+// When a plan that waits may have its turn at the earliest, though no other ends.
+PlanningPool::Clock::time_point PlanningPool::NextTurn() const {
+  Clock::time_point next = Clock::time_point::max();
+  const Clock::time_point now = Clock::now();
+  for (const Queued& entry : queue_) {
+    if (entry.priority != JobPriority::kPlan) continue;
+    for (const Clock::time_point end : entry.share->owner->turns->ends) {
+      if (end > now) next = std::min(next, end);
+    }
+  }
+  return next;
+}
+
+std::optional<PlanningPool::Place> PlanningPool::PlaceOf(uint64_t job) const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto own = std::find_if(queue_.begin(), queue_.end(),
+                                [&](const Queued& entry) { return entry.number == job; });
+  if (own == queue_.end()) return std::nullopt;
+  const double turn = std::chrono::duration<double>(turn_).count();
+  const std::shared_ptr<Turns>& turns = own->share->owner->turns;
+  Place place;
+  for (auto other = queue_.begin(); other != queue_.end(); ++other) {
+    if (other->priority != JobPriority::kPlan || other->share->owner->turns != turns) continue;
+    const bool first = Precedes(*other->share, *own->share) ||
+                       (!Precedes(*own->share, *other->share) && other < own);
+    if (!first) continue;
+    ++place.ahead;
+    place.seconds += std::min(turn, other->seconds);
+  }
+  const Clock::time_point now = Clock::now();
+  for (const Clock::time_point end : turns->ends) {
+    if (end > now) place.seconds += std::chrono::duration<double>(end - now).count();
+  }
+  place.seconds /= static_cast<double>(turns_);
+  return place;
+}
+
+void PlanningPool::Hurry(uint64_t job) {
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const auto own = std::find_if(queue_.begin(), queue_.end(),
+                                  [&](const Queued& entry) { return entry.number == job; });
+    if (own == queue_.end()) return;
+    own->priority = JobPriority::kInteractive;
+  }
+  queue_changed_.notify_one();
+}
+
+bool PlanningPool::HasPlace(const Queued& entry) const {
   return entry.priority != JobPriority::kPlan || running_plans_ < max_plans_ ||
          entry.share->owner->running_plans == 0;
 }
 
 // A plan that has a place beyond those of all may find no thread for it.
 void PlanningPool::AddThreadFor(const Queued& entry) {
-  if (entry.priority != JobPriority::kPlan || running_plans_ < max_plans_ || !MayBegin(entry))
+  if (entry.priority != JobPriority::kPlan || running_plans_ < max_plans_ || !HasPlace(entry))
     return;
   const auto ready = std::count_if(queue_.begin(), queue_.end(),
-                                   [this](const Queued& queued) { return MayBegin(queued); });
+                                   [this](const Queued& queued) { return HasPlace(queued); });
   if (ready > idle_threads_) AddThread();
 }
 
@@ -224,15 +301,20 @@ void PlanningPool::AddThread() {
   }
 }
 
-void PlanningPool::Submit(std::shared_ptr<Share> share, JobPriority priority, Job job) {
+uint64_t PlanningPool::Submit(std::shared_ptr<Share> share, JobPriority priority, Job job,
+                              double seconds) {
+  uint64_t number = 0;
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    if (stopping_) return;
+    number = next_job_++;
+    if (stopping_) return number;
     Activate(*share);
-    queue_.push_back({std::move(share), priority, std::move(job), telemetry::CurrentLogContext()});
+    queue_.push_back({std::move(share), priority, std::move(job), telemetry::CurrentLogContext(),
+                      number, seconds});
     AddThreadFor(queue_.back());
   }
   queue_changed_.notify_one();
+  return number;
 }
 
 size_t PlanningPool::BestQueued() {
@@ -332,17 +414,25 @@ void PlanningPool::RunJobs() {
   while (true) {
     size_t index = kNone;
     ++idle_threads_;
-    queue_changed_.wait(lock, [&]() ABSL_NO_THREAD_SAFETY_ANALYSIS {
-      if (stopping_) return true;
-      index = BestQueued();
-      return index != kNone;
-    });
+    while (!stopping_ && (index = BestQueued()) == kNone) {
+      const Clock::time_point turn = NextTurn();
+      if (turn == Clock::time_point::max()) {
+        queue_changed_.wait(lock);
+      } else {
+        queue_changed_.wait_until(lock, turn);
+      }
+    }
     --idle_threads_;
     if (stopping_) return;
     Queued entry = std::move(queue_[index]);
     queue_.erase(queue_.begin() + static_cast<std::ptrdiff_t>(index));
+    // This may have been the thread that knew when the next plan has its turn.
+    if (!queue_.empty()) queue_changed_.notify_one();
     const bool plan = entry.priority == JobPriority::kPlan;
+    const Clock::time_point turn = Clock::now() + turn_;
     if (plan) {
+      std::erase_if(entry.share->owner->turns->ends, [](auto end) { return end <= Clock::now(); });
+      entry.share->owner->turns->ends.push_back(turn);
       ++running_plans_;
       // As many threads as ever are left for what is no plan.
       if (threads_.size() < jobs_ + static_cast<size_t>(std::max(0, running_plans_ - max_plans_))) {
@@ -372,6 +462,7 @@ void PlanningPool::RunJobs() {
     if (plan) {
       --running_plans_;
       --entry.share->owner->running_plans;
+      entry.share->owner->turns->Drop(turn);
     }
     --running_;
     Schedule();

@@ -13,6 +13,7 @@
 #include <map>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <vector>
@@ -40,7 +41,12 @@ class PlanningPool {
   // being at most three quarters of them; further ones wait in order of share and priority. An
   // owner without a plan under way has a place beyond that, so that long plans of others, which go
   // on beside it in their share, never keep it waiting.
-  PlanningPool(int slots, int max_jobs);
+  //
+  // Plans take turns, so that each has the processors that it was planned for instead of a sliver
+  // of them: of an owner's plans, and of those of all sessions that are nobody's, one for two slots
+  // is begun, and the next when that has ended or has run for `turn`; a long plan then goes on
+  // beside it.
+  PlanningPool(int slots, int max_jobs, std::chrono::milliseconds turn = kTurn);
   // Waits for the jobs that have begun; drops those that have not.
   ~PlanningPool();
   PlanningPool(const PlanningPool&) = delete;
@@ -51,8 +57,20 @@ class PlanningPool {
 
   // A job that throws std::bad_alloc is over; what is thrown in a loop of its Parallel, on whatever
   // thread, arrives in the job. Never refuses: the callers bound the number (strands submit one
-  // each; plans have limits per session and server).
-  void Submit(std::shared_ptr<Share> share, JobPriority priority, Job job);
+  // each; plans have limits per session and server). `seconds`: that a plan is meant to take.
+  // Returns the job's number.
+  uint64_t Submit(std::shared_ptr<Share> share, JobPriority priority, Job job, double seconds = 0);
+
+  // Where a plan that has not begun stands among those that it takes turns with.
+  struct Place {
+    size_t ahead = 0;    // plans that go first
+    double seconds = 0;  // until its turn, about
+  };
+  // Nothing once it has begun.
+  std::optional<Place> PlaceOf(uint64_t job) const;
+  // A job that has not begun waits for no turn and no place of a plan any more: what it still does
+  // is short.
+  void Hurry(uint64_t job);
 
   int slots() const { return slots_; }
   struct Load {
@@ -65,6 +83,9 @@ class PlanningPool {
 
  private:
   using Clock = std::chrono::steady_clock;
+  // Most plans are over by then.
+  static constexpr std::chrono::milliseconds kTurn{2000};
+  struct Turns;
   struct Owner;
   struct Worker;
   struct Loop;
@@ -83,6 +104,9 @@ class PlanningPool {
   size_t BestQueued() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void Activate(Share& share) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool MayBegin(const Queued& entry) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool HasPlace(const Queued& entry) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  bool HasTurn(const Queued& entry) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  Clock::time_point NextTurn() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void AddThread() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void AddThreadFor(const Queued& entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   static bool Precedes(const Share& a, const Share& b);
@@ -94,6 +118,8 @@ class PlanningPool {
   const int slots_;
   const size_t jobs_;  // threads at first, those that help with loops included
   const int max_plans_;
+  const size_t turns_;  // at a time, of those who take turns
+  const std::chrono::milliseconds turn_;
   mutable std::mutex mutex_;
   std::condition_variable queue_changed_;
   std::deque<Queued> queue_ ABSL_GUARDED_BY(mutex_);
@@ -106,6 +132,8 @@ class PlanningPool {
   int idle_threads_ ABSL_GUARDED_BY(mutex_) = 0;   // that wait for a job
   double least_used_ ABSL_GUARDED_BY(mutex_) = 0;  // s: what an owner that wakes starts from
   std::map<std::string, std::weak_ptr<Owner>> owners_ ABSL_GUARDED_BY(mutex_);  // by name
+  const std::shared_ptr<Turns> nobodys_turns_;
+  uint64_t next_job_ ABSL_GUARDED_BY(mutex_) = 1;
   bool stopping_ ABSL_GUARDED_BY(mutex_) = false;
   std::vector<std::thread> threads_ ABSL_GUARDED_BY(mutex_);
 };

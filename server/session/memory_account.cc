@@ -40,6 +40,15 @@ std::optional<MemoryAccount::Reservation> MemoryAccount::Take(const std::string&
   return Reservation(this, tenant, bytes);
 }
 
+std::optional<MemoryAccount::Reservation> MemoryAccount::TakeSpare(const std::string& tenant,
+                                                                   int64_t bytes) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const int64_t left = std::max(LeftToOthers(tenant), budget_ / kLeftPart);
+  if (budget_ > 0 && used_ + bytes + left > budget_) return std::nullopt;
+  Add(tenant, bytes);
+  return Reservation(this, tenant, bytes);
+}
+
 bool MemoryAccount::ChangeWithin(const std::string& tenant, int64_t by, bool alone) {
   Shortage shortage;
   if (TryChange(tenant, by, alone, shortage)) return true;

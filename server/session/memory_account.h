@@ -67,6 +67,9 @@ class MemoryAccount {
   // reserved, a reservation may exceed the budget, so that what needs more than the budget can be
   // tried alone.
   std::optional<Reservation> Take(const std::string& tenant, int64_t bytes);
+  // The same of what is free and beyond the eighth that is left to others. Where there is too
+  // little nobody is told, and nobody waits.
+  std::optional<Reservation> TakeSpare(const std::string& tenant, int64_t bytes);
   // An empty reservation, for Set() later.
   Reservation Empty(const std::string& tenant) { return {this, tenant, 0}; }
 

@@ -138,6 +138,12 @@ absl::StatusOr<MemoryAccount::Reservation> ModelMemory::Reserve(int64_t bytes) c
   return Short(bytes);
 }
 
+std::optional<MemoryAccount::Reservation> ModelMemory::ReserveSpare(int64_t bytes) const {
+  MemoryAccount* const memory = context_.dependencies().memory;
+  if (memory == nullptr) return MemoryAccount::Reservation();
+  return memory->TakeSpare(context_.tenant(), bytes);
+}
+
 absl::Status ModelMemory::Enlarge(MemoryAccount::Reservation& reservation, int64_t bytes) const {
   if (!Limited()) return absl::OkStatus();
   const MemoryAccount& memory = *context_.dependencies().memory;

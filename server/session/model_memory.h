@@ -8,6 +8,7 @@
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -68,6 +69,9 @@ class ModelMemory {
   static int64_t DecodedBytes(const sensor::Scan& scan);
   // RESOURCE_EXHAUSTED (MEMORY_SHORT).
   absl::StatusOr<MemoryAccount::Reservation> Reserve(int64_t bytes) const;
+  // Of memory that nobody is likely to miss, for what nobody asked for yet; nothing where there is
+  // too little.
+  std::optional<MemoryAccount::Reservation> ReserveSpare(int64_t bytes) const;
   // Makes a reservation that large. RESOURCE_EXHAUSTED: MEMORY_SHORT, as above; SCAN_TOO_LARGE:
   // that is more than the server has for all models and plans.
   absl::Status Enlarge(MemoryAccount::Reservation& reservation, int64_t bytes) const;

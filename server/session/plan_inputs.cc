@@ -1,6 +1,7 @@
 #include "server/session/plan_inputs.h"
 
 #include <algorithm>
+#include <optional>
 #include <set>
 #include <utility>
 
@@ -9,12 +10,22 @@
 #include "core/fleet/joint_plan_estimate.h"
 #include "core/sensor/presets.h"
 #include "server/contract/error.h"
+#include "server/conversion/check_request.h"
 #include "server/conversion/fleet_proto.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
 #include "server/session/pledged_views.h"
 
 namespace vantage::session {
+namespace {
+
+// Bytes that the plan will need at most.
+int64_t MemoryOf(const PlanInputs& inputs) {
+  return static_cast<int64_t>(
+      fleet::EstimateJointPlanMemory(*inputs.model.view, inputs.config, inputs.scanner_models));
+}
+
+}  // namespace
 
 absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& model,
                                           const std::string& scanner_model_id,
@@ -73,6 +84,32 @@ absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& 
   inputs.model = model.Current();
   if (inputs.model.view == nullptr) return model.WhyNone();
   model.Touch();
+  return inputs;
+}
+
+absl::StatusOr<PlanInputs> ReadInputsOfPlan(SessionContext& context, ModelMemory& model,
+                                            const v1::CreatePlanRequest& request) {
+  const v1::Plan& asked = request.plan();
+  std::string scanner_model = asked.scanner_model_id();
+  if (asked.scanners_size() > 0 && scanner_model.empty()) {
+    context.journal().Read([&](const SessionState& state) {
+      const auto it = state.scanners.find(asked.scanners(0));
+      if (it != state.scanners.end()) {
+        scanner_model = conversion::ModelOf(it->second, state.session).id();
+      }
+    });
+  }
+  absl::StatusOr<PlanInputs> inputs =
+      ReadPlanInputs(context, model, scanner_model, asked.config_overrides(), "plan.");
+  if (!inputs.ok()) return inputs;
+  absl::Status possible = AddFleet(context, request, *inputs);
+  if (possible.ok()) possible = UseSetting(asked, *inputs);
+  if (possible.ok()) possible = CheckSize(*inputs);
+  if (!possible.ok()) return possible;
+  const conversion::PlanBudget budget = conversion::ReadPlanBudget(asked);
+  inputs->seconds = budget.seconds;
+  if (budget.work_limit > 0) inputs->budget.work_limit = budget.work_limit;
+  if (asked.has_seed()) inputs->config.seed = asked.seed();
   return inputs;
 }
 
@@ -201,21 +238,29 @@ absl::Status CheckSize(const PlanInputs& inputs) {
   return contract::ErrorWithReason(fits.code(), "PLAN_TOO_LARGE", fits.message());
 }
 
+ProblemQuestion QuestionOf(const PlanInputs& inputs) {
+  return {inputs.model.view, inputs.scanner, inputs.config, inputs.read_from};
+}
+
 PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs) {
   return {*inputs.model.view, inputs.scanner, inputs.config,
           [&model, &inputs](parallel::Parallel& parallel, const parallel::Cancellation& cancelled) {
-            return model.prepared().Of(
-                {inputs.model.view, inputs.scanner, inputs.config, inputs.read_from}, inputs.memory,
-                parallel, cancelled);
+            return model.prepared().Of(QuestionOf(inputs), inputs.memory, parallel, cancelled);
           }};
 }
 
 absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs) {
-  absl::StatusOr<MemoryAccount::Reservation> reservation = model.Reserve(static_cast<int64_t>(
-      fleet::EstimateJointPlanMemory(*inputs.model.view, inputs.config, inputs.scanner_models)));
+  absl::StatusOr<MemoryAccount::Reservation> reservation = model.Reserve(MemoryOf(inputs));
   if (!reservation.ok()) return reservation.status();
   inputs.memory = std::make_shared<MemoryAccount::Reservation>(*std::move(reservation));
   return absl::OkStatus();
+}
+
+bool ReserveSpareMemory(const ModelMemory& model, PlanInputs& inputs) {
+  std::optional<MemoryAccount::Reservation> reservation = model.ReserveSpare(MemoryOf(inputs));
+  if (!reservation.has_value()) return false;
+  inputs.memory = std::make_shared<MemoryAccount::Reservation>(*std::move(reservation));
+  return true;
 }
 
 }  // namespace vantage::session

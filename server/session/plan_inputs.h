@@ -51,6 +51,11 @@ absl::StatusOr<PlanInputs> ReadPlanInputs(SessionContext& context, ModelMemory& 
                                           const v1::PlanningConfig& overrides,
                                           const std::string& prefix);
 
+// The same of a plan that is asked for: with its scanners, claims, setting, seed and budget.
+// RESOURCE_EXHAUSTED (PLAN_TOO_LARGE), as the plan itself would be refused.
+absl::StatusOr<PlanInputs> ReadInputsOfPlan(SessionContext& context, ModelMemory& model,
+                                            const v1::CreatePlanRequest& request);
+
 // Heeds the preset and the setting that a plan names, or that it asks to choose one; after
 // AddFleet(). INVALID_ARGUMENT: there is no such preset, or it has no such setting, or the plan
 // asks for something else that does not go with it.
@@ -65,12 +70,17 @@ absl::Status AddFleet(const SessionContext& context, const v1::CreatePlanRequest
 // RESOURCE_EXHAUSTED (PLAN_TOO_LARGE), as the plan itself would be refused.
 absl::Status CheckSize(const PlanInputs& inputs);
 
+// Of a plan for one scanner, or of a what-if.
+ProblemQuestion QuestionOf(const PlanInputs& inputs);
+
 // The problem of a plan for one scanner, or of a what-if: prepared already, or made when it is
 // asked for. Keeps the references.
 PlanningTask TaskOf(ModelMemory& model, const PlanInputs& inputs);
 
 // Reserves the memory that the plan will need. RESOURCE_EXHAUSTED (MEMORY_SHORT).
 absl::Status ReserveMemory(const ModelMemory& model, PlanInputs& inputs);
+// The same of memory that nobody else is likely to miss; false when there is too little.
+bool ReserveSpareMemory(const ModelMemory& model, PlanInputs& inputs);
 
 }  // namespace vantage::session
 

@@ -11,7 +11,22 @@ PlanRun::PlanRun(v1::Plan plan) : plan_(std::move(plan)) {}
 
 v1::Plan PlanRun::Describe() const {
   std::lock_guard<std::mutex> lock(mutex_);
-  return plan_;
+  v1::Plan plan = plan_;
+  if (plan.state() != v1::PLAN_STATE_QUEUED || pool_ == nullptr) return plan;
+  if (const auto place = pool_->PlaceOf(job_); place.has_value()) {
+    plan.set_plans_ahead_count(static_cast<int32_t>(place->ahead));
+    *plan.mutable_expected_start_time() =
+        conversion::WriteTime(clock_() + absl::Seconds(place->seconds));
+  }
+  return plan;
+}
+
+void PlanRun::Queue(execution::PlanningPool& pool, uint64_t job, Journal::Clock clock) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  pool_ = &pool;
+  job_ = job;
+  clock_ = std::move(clock);
+  if (stop_reason_ != StopReason::kNone) pool_->Hurry(job_);
 }
 
 bool PlanRun::Ended() const {
@@ -66,6 +81,7 @@ void PlanRun::Stop(StopReason reason) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
     if (stop_reason_ == StopReason::kNone) stop_reason_ = reason;
+    if (pool_ != nullptr) pool_->Hurry(job_);
   }
   (reason == StopReason::kDrain ? hurry_ : cancel_).request_stop();
 }

@@ -12,6 +12,8 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/time/time.h"
+#include "server/execution/planning_pool.h"
+#include "server/session/journal.h"
 #include "vantage/v1/plan.pb.h"
 
 namespace vantage::session {
@@ -28,6 +30,9 @@ class PlanRun {
   v1::Plan Describe() const;
   bool Ended() const;
 
+  // It is a job of the pool, which outlives this: while that waits its description says when its
+  // turn comes, and when it is stopped it waits for none.
+  void Queue(execution::PlanningPool& pool, uint64_t job, Journal::Clock clock);
   void Start(absl::Time now);
   // Sets a better ranking (basic view).
   void Improve(v1::PlanResult result);
@@ -53,6 +58,9 @@ class PlanRun {
 
   mutable std::mutex mutex_;
   v1::Plan plan_ ABSL_GUARDED_BY(mutex_);
+  execution::PlanningPool* pool_ ABSL_GUARDED_BY(mutex_) = nullptr;  // null: not queued yet
+  uint64_t job_ ABSL_GUARDED_BY(mutex_) = 0;
+  Journal::Clock clock_ ABSL_GUARDED_BY(mutex_);
   bool awaits_log_ ABSL_GUARDED_BY(mutex_) = false;
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;
   StopReason stop_reason_ ABSL_GUARDED_BY(mutex_) = StopReason::kNone;

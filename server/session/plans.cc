@@ -28,12 +28,13 @@ constexpr absl::Duration kProgressInterval = absl::Milliseconds(50);
 
 }  // namespace
 
-Plans::Plans(SessionContext& context, ModelMemory& model, Claims& claims)
+Plans::Plans(SessionContext& context, ModelMemory& model, Claims& claims, Preparation& preparation)
     : context_(context),
       journal_(context.journal()),
       dependencies_(context.dependencies()),
       model_(model),
-      claims_(claims) {
+      claims_(claims),
+      preparation_(preparation) {
   journal_.Read([&](const SessionState& state) {
     for (const std::string& name : state.plan_order) {
       const PlanRecord& record = state.plans.at(name);
@@ -54,27 +55,9 @@ absl::StatusOr<v1::Plan> Plans::Create(const v1::CreatePlanRequest& request) {
   claims_.Expire();
 
   // An error of the inputs must not hide the answer to a repeated request.
-  std::string scanner_model = asked.scanner_model_id();
-  if (asked.scanners_size() > 0 && scanner_model.empty()) {
-    journal_.Read([&](const SessionState& state) {
-      const auto it = state.scanners.find(asked.scanners(0));
-      if (it != state.scanners.end())
-        scanner_model = conversion::ModelOf(it->second, state.session).id();
-    });
-  }
-  absl::StatusOr<PlanInputs> inputs =
-      ReadPlanInputs(context_, model_, scanner_model, asked.config_overrides(), "plan.");
+  absl::StatusOr<PlanInputs> inputs = ReadInputsOfPlan(context_, model_, request);
   if (inputs.ok()) {
-    absl::Status possible = AddFleet(context_, request, *inputs);
-    if (possible.ok()) possible = UseSetting(asked, *inputs);
-    if (possible.ok()) possible = CheckSize(*inputs);
-    if (possible.ok()) possible = ReserveMemory(model_, *inputs);
-    if (!possible.ok()) inputs = possible;
-  }
-  if (inputs.ok()) {
-    inputs->seconds = budget.seconds;
-    if (budget.work_limit > 0) inputs->budget.work_limit = budget.work_limit;
-    if (asked.has_seed()) inputs->config.seed = asked.seed();
+    if (absl::Status room = ReserveMemory(model_, *inputs); !room.ok()) inputs = room;
   }
   std::shared_ptr<PlanRun> run;
   absl::StatusOr<std::string> name = journal_.Execute(
@@ -132,20 +115,10 @@ absl::StatusOr<v1::Plan> Plans::Create(const v1::CreatePlanRequest& request) {
     return name.status();
   }
   if (run != nullptr) {
-    context_.Submit(
-        execution::JobPriority::kPlan,
-        [this, run, in = *inputs, submitted = absl::Now()](parallel::Parallel& parallel) {
-          const absl::Status ended = contract::UnlessOutOfMemory([&] {
-            Run(run, in, submitted, parallel);
-            return absl::OkStatus();
-          });
-          if (ended.ok() || run->Ended()) return;
-          v1::Plan plan = run->Describe();
-          plan.set_state(v1::PLAN_STATE_FAILED);
-          plan.set_state_message(std::string(ended.message()));
-          *plan.mutable_end_time() = conversion::WriteTime(journal_.Now());
-          End(run, std::move(plan), nullptr);
-        });
+    preparation_.Expect(request);
+    preparation_.WhenPrepared(*inputs, [this, run, in = *inputs, submitted = absl::Now()] {
+      Submit(run, in, submitted);
+    });
   }
   return Get(*name);
 }
@@ -204,6 +177,8 @@ absl::StatusOr<std::vector<v1::Plan>> Plans::List(absl::string_view after, size_
 absl::StatusOr<v1::Plan> Plans::Cancel(const std::string& name) {
   if (const std::shared_ptr<PlanRun> run = FindRun(name)) {
     run->Stop(PlanRun::StopReason::kCancelled);
+    if (run->Describe().state() == v1::PLAN_STATE_QUEUED)
+      preparation_.Stop();  // it may wait for it
   }
   return Get(name);
 }
@@ -235,8 +210,9 @@ void Plans::EvaluateView(const v1::EvaluateViewRequest& request,
                                     "too many positions of this session are being evaluated",
                                     kRetryPlanAfter));
   }
-  context_.RunInteractive([this, in = *std::move(inputs), world, heading,
-                           done = std::move(done)](parallel::Parallel& parallel) {
+  // Copied twice: whoever waits for a problem keeps what it needs, and a job may be copied.
+  const auto evaluate = [this, in = *inputs, world, heading,
+                         done = std::move(done)](parallel::Parallel& parallel) {
     const absl::Time started = absl::Now();
     absl::StatusOr<planning::ViewEvaluation> evaluation = contract::UnlessOutOfMemory([&] {
       return dependencies_.algorithms.evaluate_view(TaskOf(model_, in), world - context_.origin(),
@@ -249,7 +225,8 @@ void Plans::EvaluateView(const v1::EvaluateViewRequest& request,
     *response.mutable_duration() =
         conversion::WriteDuration(absl::ToDoubleSeconds(absl::Now() - started));
     done(std::move(response));
-  });
+  };
+  preparation_.WhenPrepared(*inputs, [this, evaluate] { context_.RunInteractive(evaluate); });
 }
 
 void Plans::EndInterrupted() {
@@ -269,6 +246,7 @@ void Plans::EndInterrupted() {
 }
 
 void Plans::Stop(PlanRun::StopReason reason) {
+  preparation_.Stop();
   std::lock_guard<std::mutex> lock(mutex_);
   for (const auto& [name, run] : runs_) run->Stop(reason);
 }
@@ -292,6 +270,26 @@ std::vector<std::string> Plans::Blobs() const {
 std::vector<std::string> Plans::TakeBlobs() {
   std::lock_guard<std::mutex> lock(mutex_);
   return std::exchange(full_results_, {});
+}
+
+void Plans::Submit(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs,
+                   absl::Time submitted) {
+  const uint64_t job = context_.Submit(
+      execution::JobPriority::kPlan,
+      [this, run, in = inputs, submitted](parallel::Parallel& parallel) {
+        const absl::Status ended = contract::UnlessOutOfMemory([&] {
+          Run(run, in, submitted, parallel);
+          return absl::OkStatus();
+        });
+        if (ended.ok() || run->Ended()) return;
+        v1::Plan plan = run->Describe();
+        plan.set_state(v1::PLAN_STATE_FAILED);
+        plan.set_state_message(std::string(ended.message()));
+        *plan.mutable_end_time() = conversion::WriteTime(journal_.Now());
+        End(run, std::move(plan), nullptr);
+      },
+      inputs.seconds);
+  run->Queue(dependencies_.pool, job, dependencies_.clock);
 }
 
 void Plans::Run(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, absl::Time submitted,

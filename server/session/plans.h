@@ -17,6 +17,7 @@
 #include "server/session/model_memory.h"
 #include "server/session/plan_inputs.h"
 #include "server/session/plan_run.h"
+#include "server/session/preparation.h"
 #include "server/session/session_context.h"
 #include "vantage/v1/plan_service.pb.h"
 
@@ -26,7 +27,7 @@ namespace vantage::session {
 class Plans {
  public:
   // Plans whose details are stored count for the account.
-  Plans(SessionContext& context, ModelMemory& model, Claims& claims);
+  Plans(SessionContext& context, ModelMemory& model, Claims& claims, Preparation& preparation);
 
   // Takes the request as it came: its plan's message is what the log stores, and is completed here.
   absl::StatusOr<v1::Plan> Create(const v1::CreatePlanRequest& request);
@@ -59,6 +60,7 @@ class Plans {
   std::vector<std::string> TakeBlobs();
 
  private:
+  void Submit(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, absl::Time submitted);
   void Run(const std::shared_ptr<PlanRun>& run, const PlanInputs& inputs, absl::Time submitted,
            parallel::Parallel& parallel);
   void End(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
@@ -71,6 +73,7 @@ class Plans {
   const SessionDependencies& dependencies_;
   ModelMemory& model_;
   Claims& claims_;
+  Preparation& preparation_;
 
   mutable std::mutex mutex_;
   std::map<std::string, std::shared_ptr<PlanRun>> runs_ ABSL_GUARDED_BY(mutex_);

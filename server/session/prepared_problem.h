@@ -27,6 +27,9 @@ struct ProblemQuestion {
   sensor::ScannerModel scanner;
   planning::PlanningConfig config;
   std::string written;  // all that `config` was read from, but its seed: tells configurations apart
+
+  // The question but for its view: different for any two that differ.
+  std::string Told() const;
 };
 
 // Thread safe.
@@ -40,7 +43,8 @@ class PreparedProblem {
       const ProblemQuestion& question, std::shared_ptr<MemoryAccount::Reservation> memory,
       parallel::Parallel& parallel, const parallel::Cancellation& cancelled);
 
-  // Lets go of it; whoever plans with it keeps it. Returns the bytes that this gives back.
+  // Lets go of it, and of what is being made; whoever plans with it keeps it. Returns the bytes
+  // that this gives back.
   int64_t Forget();
 
  private:
@@ -50,10 +54,11 @@ class PreparedProblem {
     std::shared_ptr<const planning::PlanningProblem> problem;  // refers to the view
     std::shared_ptr<MemoryAccount::Reservation> memory;
   };
-  std::optional<Held> Last() const;
+  std::optional<Held> Last(uint64_t& forgotten) const;
 
   mutable std::mutex mutex_;
   std::optional<Held> held_ ABSL_GUARDED_BY(mutex_);
+  uint64_t forgotten_ ABSL_GUARDED_BY(mutex_) = 0;  // how often
 };
 
 }  // namespace vantage::session

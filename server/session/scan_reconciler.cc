@@ -35,13 +35,14 @@ std::string Words(const registration::RegistrationVerdict& verdict) {
 }  // namespace
 
 ScanReconciler::ScanReconciler(SessionContext& context, ModelMemory& model, Claims& claims,
-                               Stations& stations)
+                               Stations& stations, Preparation& preparation)
     : context_(context),
       journal_(context.journal()),
       dependencies_(context.dependencies()),
       model_(model),
       claims_(claims),
       stations_(stations),
+      preparation_(preparation),
       work_(context) {}
 
 void ScanReconciler::Post(const std::string& scan) {
@@ -113,6 +114,7 @@ void ScanReconciler::Reconcile(const std::string& name, parallel::Parallel& para
     std::lock_guard<std::mutex> lock(mutex_);
     if (auto waits = waits_.extract(name); !waits.empty()) waited = std::move(waits.mapped());
   }
+  preparation_.Stop();
   if (absl::Status taken = model_.Load(parallel); !taken.ok()) return RetryLater(name, taken);
   model_.Touch();
   v1::Scan scan;
@@ -320,6 +322,7 @@ void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
   if (!claim.empty()) claims_.Fulfil(claim, scan.name()).IgnoreError();
   if (!station.empty()) stations_.Arrived(station, scan.name()).IgnoreError();
   model_.Changed(1);
+  preparation_.Begin();
 }
 
 absl::Status ScanReconciler::RemoveFromModel(const v1::Scan& scan, parallel::Parallel& parallel) {
@@ -345,7 +348,10 @@ absl::Status ScanReconciler::RemoveFromModel(const v1::Scan& scan, parallel::Par
                                 },
                                 [&] { model_.Show(next_model); })
                             .status();
-  if (logged.ok()) model_.Changed(1);
+  if (logged.ok()) {
+    model_.Changed(1);
+    preparation_.Begin();
+  }
   return logged;
 }
 

@@ -17,6 +17,7 @@
 #include "server/session/claims.h"
 #include "server/session/journal.h"
 #include "server/session/model_memory.h"
+#include "server/session/preparation.h"
 #include "server/session/session_context.h"
 #include "server/session/stations.h"
 #include "vantage/v1/scan.pb.h"
@@ -26,7 +27,8 @@ namespace vantage::session {
 // Thread safe, except for Reconcile().
 class ScanReconciler {
  public:
-  ScanReconciler(SessionContext& context, ModelMemory& model, Claims& claims, Stations& stations);
+  ScanReconciler(SessionContext& context, ModelMemory& model, Claims& claims, Stations& stations,
+                 Preparation& preparation);
 
   // Reconciles a scan soon: its log entry changed.
   void Post(const std::string& scan);
@@ -68,6 +70,7 @@ class ScanReconciler {
   ModelMemory& model_;
   Claims& claims_;
   Stations& stations_;
+  Preparation& preparation_;
   BegunWork work_;  // on scans, by name; used on the strand
 
   mutable std::mutex mutex_;

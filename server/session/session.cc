@@ -24,10 +24,11 @@ Session::Session(const std::string& id, std::unique_ptr<Journal> log,
              }),
       claims_(*this, model_),
       stations_(*this, model_),
-      reconciler_(*this, model_, claims_, stations_),
+      preparation_(*this, model_),
+      reconciler_(*this, model_, claims_, stations_, preparation_),
       scans_(*this, reconciler_),
       uploads_(*this, reconciler_),
-      plans_(*this, model_, claims_),
+      plans_(*this, model_, claims_, preparation_),
       scanners_(*this),
       rejections_(*this) {}
 
@@ -188,6 +189,7 @@ absl::StatusOr<v1::GetCoverageResponse> Session::MeasureCoverage() {
 
 void Session::PostEvict() {
   if (!model_.loaded() || dependencies().limits.snapshots_per_session == 0) return;
+  preparation_.Stop();
   const bool posted = TryPost([this](parallel::Parallel& parallel) {
     const bool others_wait = Operations() > 1;
     if (!others_wait && plans_.Running() == 0 && !model_.InUse()) model_.Evict(parallel);
@@ -204,7 +206,9 @@ absl::Duration Session::LastUsed() const {
   return std::max(last, uploads_.LastPiece());
 }
 
-bool Session::Rests() const { return Operations() == 0 && !model_.InUse() && plans_.Rest(); }
+bool Session::Rests() const {
+  return Operations() == 0 && !model_.InUse() && plans_.Rest() && preparation_.Rests();
+}
 
 void Session::GiveUp() {
   Halt();

@@ -21,6 +21,7 @@
 #include "server/session/journal.h"
 #include "server/session/model_memory.h"
 #include "server/session/plans.h"
+#include "server/session/preparation.h"
 #include "server/session/rejections.h"
 #include "server/session/scan_reconciler.h"
 #include "server/session/scanners.h"
@@ -71,6 +72,7 @@ class Session final : public SessionContext {
   Scanners& scanners() { return scanners_; }
   Rejections& rejections() { return rejections_; }
   ModelMemory& model() { return model_; }
+  const Preparation& preparation() const { return preparation_; }
 
   absl::StatusOr<v1::GetCoverageResponse> MeasureCoverage();
 
@@ -79,8 +81,8 @@ class Session final : public SessionContext {
   void PostEvict();
   // When its last event was, or the last piece of an open upload, by the time seen.
   absl::Duration LastUsed() const;
-  // True when no plan is running (one may wait until its end can be logged), the model is not being
-  // read, and the strand is idle.
+  // True when no plan is running (one may wait until its end can be logged) or being prepared, the
+  // model is not being read, and the strand is idle.
   bool Rests() const;
   // Waits until the strand is idle.
   void WaitUntilIdle() { strand().WaitUntilIdle(); }
@@ -106,6 +108,7 @@ class Session final : public SessionContext {
   ModelMemory model_;
   Claims claims_;
   Stations stations_;
+  Preparation preparation_;
   ScanReconciler reconciler_;
   Scans scans_;
   Uploads uploads_;

@@ -52,10 +52,14 @@ bool SessionContext::TryPost(execution::Strand::Operation operation) {
                               parallel::Parallel& parallel) { operation(parallel); });
 }
 
-void SessionContext::Submit(execution::JobPriority priority, execution::PlanningPool::Job job) {
-  dependencies_.pool.Submit(share_, priority,
-                            [keep = shared_from_this(), job = std::move(job)](
-                                parallel::Parallel& parallel) { job(parallel); });
+uint64_t SessionContext::Submit(execution::JobPriority priority, execution::PlanningPool::Job job,
+                                double seconds) {
+  return dependencies_.pool.Submit(
+      share_, priority,
+      [keep = shared_from_this(), job = std::move(job)](parallel::Parallel& parallel) {
+        job(parallel);
+      },
+      seconds);
 }
 
 void SessionContext::After(std::chrono::nanoseconds delay, std::function<void()> call) {

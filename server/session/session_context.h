@@ -11,10 +11,9 @@
 //   Upload, committing
 //   Journal, writing
 //   Journal, its state
-//   Uploads | Plans | ModelMemory | ScanReconciler | StoredSnapshots | Upload, syncing
-//   Upload | PlanRun
-//   AccountShare
-//   BegunWork | LostScans | Journal, watchers | MemoryAccount, and those of what sessions live on:
+//   Uploads | Plans | Preparation | ModelMemory | ScanReconciler | StoredSnapshots | Upload,
+//   syncing Upload | PlanRun AccountShare BegunWork | LostScans | Journal, watchers |
+//   MemoryAccount, and those of what sessions live on:
 //     store, pool, strand, timer, tenant's account
 //
 // Scans, Claims, Scanners and Rejections have no lock, since their state is in the journal. Members
@@ -103,8 +102,10 @@ class SessionContext : public std::enable_shared_from_this<SessionContext> {
   [[nodiscard]] bool TryPost(execution::Strand::Operation operation);
   // Operations on the strand, waiting or running.
   size_t Operations() const { return strand_->Size(); }
-  // Runs `job` on the planning pool for this session.
-  void Submit(execution::JobPriority priority, execution::PlanningPool::Job job);
+  // Runs `job` on the planning pool for this session. `seconds`: that a plan is meant to take.
+  // Returns the job's number in the pool.
+  uint64_t Submit(execution::JobPriority priority, execution::PlanningPool::Job job,
+                  double seconds = 0);
   void RunInteractive(execution::PlanningPool::Job job) {
     Submit(execution::JobPriority::kInteractive, std::move(job));
   }

@@ -234,11 +234,15 @@ TEST_P(PlanningPoolTest, WhatIsThrownInALoopArrivesInTheJobAndThePoolGoesOn) {
 // Runs until told to end, in bodies that are over at once: where it can be preempted.
 class LongPlan {
  public:
-  void Submit(PlanningPool& pool, std::shared_ptr<PlanningPool::Share> share) {
-    pool.Submit(std::move(share), JobPriority::kPlan, [this](parallel::Parallel& parallel) {
-      ++begun;
-      while (!ended) parallel.For(4, [](size_t) { std::this_thread::yield(); });
-    });
+  uint64_t Submit(PlanningPool& pool, std::shared_ptr<PlanningPool::Share> share,
+                  double seconds = 0) {
+    return pool.Submit(
+        std::move(share), JobPriority::kPlan,
+        [this](parallel::Parallel& parallel) {
+          ++begun;
+          while (!ended) parallel.For(4, [](size_t) { std::this_thread::yield(); });
+        },
+        seconds);
   }
   std::atomic<int> begun{0};
   std::atomic<bool> ended{false};
@@ -246,7 +250,7 @@ class LongPlan {
 
 TEST(PlanningPool, LongPlansOfOneTenantKeepNobodyElseWaiting) {
   LongPlan greedy;
-  PlanningPool pool(2, 8);
+  PlanningPool pool(2, 8, std::chrono::milliseconds(5));
   for (int session = 0; session < 2; ++session) {
     const auto share = pool.NewShare(1.0, "greedy");
     for (int i = 0; i < 8; ++i) greedy.Submit(pool, share);
@@ -269,6 +273,62 @@ TEST(PlanningPool, LongPlansOfOneTenantKeepNobodyElseWaiting) {
   }
   EXPECT_EQ(pool.load().running, kPlaces);
   greedy.ended = true;
+}
+
+// Of sessions that are nobody's as of one tenant's, while another's begins at once.
+TEST(PlanningPool, PlansTakeTurns) {
+  for (const char* owner : {"", "one"}) {
+    PlanningPool pool(2, 8);
+    LongPlan first;
+    LongPlan others;
+    first.Submit(pool, pool.NewShare(1.0, owner));
+    while (first.begun == 0) std::this_thread::yield();
+    std::vector<uint64_t> waiting;
+    for (int i = 0; i < 3; ++i) {
+      waiting.push_back(others.Submit(pool, pool.NewShare(1.0, owner), 0.5));
+    }
+    LongPlan elsewhere;
+    elsewhere.Submit(pool, pool.NewShare(1.0, "another"));
+    while (elsewhere.begun == 0) std::this_thread::yield();
+    for (size_t i = 0; i < waiting.size(); ++i) {
+      const auto place = pool.PlaceOf(waiting[i]);
+      ASSERT_TRUE(place.has_value());
+      EXPECT_EQ(place->ahead, i);
+      EXPECT_GT(place->seconds, 0.5 * static_cast<double>(i));
+      EXPECT_LE(place->seconds, 0.5 * static_cast<double>(i) + 2);
+    }
+    EXPECT_EQ(others.begun, 0);
+    pool.Hurry(waiting[1]);
+    while (others.begun < 1) std::this_thread::yield();
+    EXPECT_FALSE(pool.PlaceOf(waiting[1]).has_value());
+    EXPECT_EQ(pool.PlaceOf(waiting[2])->ahead, 1u);
+    EXPECT_EQ(others.begun, 1);
+    others.ended = true;
+    first.ended = elsewhere.ended = true;
+    while (others.begun < 3) std::this_thread::yield();
+    EXPECT_FALSE(pool.PlaceOf(waiting[0]).has_value());
+    EXPECT_FALSE(pool.PlaceOf(12345).has_value());
+  }
+}
+
+TEST(PlanningPool, ALongPlanHasATurnAndThenGoesOnBesideOthers) {
+  PlanningPool pool(2, 8, std::chrono::milliseconds(50));
+  LongPlan first;
+  LongPlan second;
+  first.Submit(pool, pool.NewShare());
+  second.Submit(pool, pool.NewShare());
+  const auto began = std::chrono::steady_clock::now();
+  // Jobs that come and go take the threads that wait for the turn.
+  while (second.begun == 0 && std::chrono::steady_clock::now() < began + std::chrono::seconds(20)) {
+    std::promise<void> merged;
+    pool.Submit(pool.NewShare(), JobPriority::kModel,
+                [&](parallel::Parallel&) { merged.set_value(); });
+    merged.get_future().wait();
+    std::this_thread::sleep_for(std::chrono::milliseconds(30));
+  }
+  EXPECT_EQ(second.begun, 1);
+  EXPECT_EQ(first.begun, 1);
+  first.ended = second.ended = true;
 }
 
 TEST(PlanningPool, TenantsHaveEqualTimeHoweverManySessionsTheyHave) {

@@ -67,6 +67,29 @@ TEST(MemoryAccount, WhatAShortageFreesIsThere) {
   account.OnNoShortage();
 }
 
+// What nobody asked for yet is worth no shortage, and leaves an eighth.
+TEST(MemoryAccount, SpareIsWhatNobodyMisses) {
+  MemoryAccount account(100);
+  int shortages = 0;
+  account.OnShortage([&](const MemoryAccount::Shortage&) { ++shortages; });
+  auto held = account.Take("", 50);
+  EXPECT_FALSE(account.TakeSpare("", 39).has_value());
+  auto spare = account.TakeSpare("", 38);
+  ASSERT_TRUE(spare.has_value());
+  EXPECT_EQ(account.used(), 88);
+  spare->Release();
+  EXPECT_EQ(account.used(), 50);
+  // "b" is refused its share, and comes again.
+  auto a = account.Take("a", 30);
+  EXPECT_FALSE(account.Take("b", 25).has_value());
+  EXPECT_EQ(shortages, 1);
+  held->Release();
+  EXPECT_FALSE(account.TakeSpare("a", 46).has_value());
+  EXPECT_TRUE(account.TakeSpare("a", 45).has_value());
+  account.OnNoShortage();
+  EXPECT_TRUE(MemoryAccount(0).TakeSpare("", int64_t{1} << 60).has_value());
+}
+
 TEST(MemoryAccount, ReservationsMoveWithoutCountingTwice) {
   MemoryAccount account(100);
   MemoryAccount::Reservation reservation = account.Empty("");

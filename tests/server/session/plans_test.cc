@@ -5,11 +5,14 @@
 #include <atomic>
 #include <chrono>
 #include <functional>
+#include <latch>
 #include <mutex>
 #include <thread>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "server/contract/error.h"
+#include "server/conversion/from_proto.h"
 #include "server/store/memory_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/script.h"
@@ -163,6 +166,38 @@ TEST_F(SessionPlans, ThatFoundOutNothingSayNothingOfWhatRemains) {
   const std::string done = MakePlan(nothing);
   EXPECT_EQ(session_->MeasureCoverage()->plan(), done);
   EXPECT_EQ(session_->MeasureCoverage()->best_remaining_model_gain_m2(), 0);
+}
+
+// And one that is stopped waits for no turn.
+TEST_F(SessionPlans, ThatWaitForTheirTurnSayWhen) {
+  std::latch go(1);
+  std::atomic<int> begun{0};
+  during_plan_ = [&] {
+    if (begun++ == 0) go.wait();
+  };
+  const std::string first = session_->plans().Create({}).value().name();
+  while (begun == 0) std::this_thread::yield();
+  EXPECT_FALSE(session_->plans().Get(first)->has_expected_start_time());
+  std::vector<v1::Plan> waiting;
+  for (int i = 0; i < 2; ++i) waiting.push_back(session_->plans().Create({}).value());
+  const absl::Time now = fixture::FixtureTime();
+  for (int i = 0; i < 2; ++i) {
+    EXPECT_EQ(waiting[static_cast<size_t>(i)].plans_ahead_count(), i);
+    const absl::Time start =
+        conversion::ReadTime(waiting[static_cast<size_t>(i)].expected_start_time());
+    EXPECT_GE(start, now + i * absl::Seconds(1));  // by the budget of a plan that says nothing
+    EXPECT_LE(start, now + absl::Seconds(2) + i * absl::Seconds(1));
+  }
+  const std::string last = waiting.back().name();
+  ASSERT_TRUE(session_->plans().Cancel(last).ok());
+  while (session_->plans().FindRun(last) != nullptr) std::this_thread::yield();
+  EXPECT_EQ(session_->plans().Get(last)->state(), v1::PLAN_STATE_CANCELLED);
+  go.count_down();
+  EXPECT_TRUE(host_->registry.WaitUntilIdle(std::chrono::seconds(60)));
+  const v1::Plan second = session_->plans().Get(waiting.front().name()).value();
+  EXPECT_EQ(second.state(), v1::PLAN_STATE_SUCCEEDED);
+  EXPECT_EQ(second.plans_ahead_count(), 0);
+  EXPECT_FALSE(second.has_expected_start_time());
 }
 
 TEST_F(SessionPlans, EndWhenTheDiskHasRoom) {

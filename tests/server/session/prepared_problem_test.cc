@@ -99,6 +99,26 @@ TEST_F(PreparedProblemTest, GivesItsMemoryBackWhenNobodyPlansWithIt) {
   EXPECT_EQ(account_.used(), 0);
 }
 
+// Forgets while a problem is being made: its model is gone, or memory is short.
+class ForgettingParallel final : public parallel::Parallel {
+ public:
+  explicit ForgettingParallel(PreparedProblem& prepared) : prepared_(prepared) {}
+  int width() const override { return 1; }
+  void For(size_t count, absl::FunctionRef<void(size_t)> body) override {
+    (void)prepared_.Forget();
+    for (size_t i = 0; i < count; ++i) body(i);
+  }
+
+ private:
+  PreparedProblem& prepared_;
+};
+
+TEST_F(PreparedProblemTest, IsNotKeptWhenItWasToBeForgottenMeanwhile) {
+  ForgettingParallel forgetting(prepared_);
+  ASSERT_TRUE(prepared_.Of(question_, Reserve(), forgetting, {}).ok());
+  EXPECT_EQ(account_.used(), 0);
+}
+
 TEST_F(PreparedProblemTest, WhatIsCancelledOrImpossibleLeavesTheLast) {
   const auto first = Of(question_);
   ProblemQuestion impossible = question_;
