@@ -284,6 +284,7 @@ TEST(PlanningPool, PlansTakeTurns) {
     first.Submit(pool, pool.NewShare(1.0, owner));
     while (first.begun == 0) std::this_thread::yield();
     std::vector<uint64_t> waiting;
+    waiting.reserve(3);
     for (int i = 0; i < 3; ++i) {
       waiting.push_back(others.Submit(pool, pool.NewShare(1.0, owner), 0.5));
     }

@@ -12,7 +12,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "server/contract/error.h"
-#include "server/conversion/from_proto.h"
+#include "server/conversion/to_proto.h"
 #include "server/store/memory_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/script.h"
@@ -179,6 +179,7 @@ TEST_F(SessionPlans, ThatWaitForTheirTurnSayWhen) {
   while (begun == 0) std::this_thread::yield();
   EXPECT_FALSE(session_->plans().Get(first)->has_expected_start_time());
   std::vector<v1::Plan> waiting;
+  waiting.reserve(2);
   for (int i = 0; i < 2; ++i) waiting.push_back(session_->plans().Create({}).value());
   const absl::Time now = fixture::FixtureTime();
   for (int i = 0; i < 2; ++i) {
