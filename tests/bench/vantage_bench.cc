@@ -40,7 +40,7 @@ constexpr auto kGroups = std::to_array<Group>({
     {"hall", "model.hall100. plan.hall100.", "a hall of 100 x 60 x 15 m: memory, time of a plan", 3,
      BenchHall},
     {"memory", "memory.account.",
-     "what scans and plans are estimated to take, from a room to a hall of 24 M cells", 3,
+     "what scans and plans are estimated to take, from a room to a hall of 24 M cells", 2,
      BenchMemory},
     {"snapshot", "snapshot.", "loading a model, beside building it", 0.5, BenchSnapshot},
     {"planning", "plan.embree. plan.brute. plan.budget. plan.cancel. plan.2000m2.",
