@@ -177,8 +177,8 @@ absl::StatusOr<std::vector<v1::Plan>> Plans::List(absl::string_view after, size_
 absl::StatusOr<v1::Plan> Plans::Cancel(const std::string& name) {
   if (const std::shared_ptr<PlanRun> run = FindRun(name)) {
     run->Stop(PlanRun::StopReason::kCancelled);
-    if (run->Describe().state() == v1::PLAN_STATE_QUEUED)
-      preparation_.Stop();  // it may wait for it
+    // It may wait for a problem that is being prepared.
+    if (run->Describe().state() == v1::PLAN_STATE_QUEUED) preparation_.Stop();
   }
   return Get(name);
 }
