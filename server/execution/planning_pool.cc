@@ -50,8 +50,9 @@ struct PlanningPool::Turns {
 
 // All guarded by the pool's mutex.
 struct PlanningPool::Owner {
-  explicit Owner(std::shared_ptr<Turns> t) : turns(std::move(t)) {}
+  Owner(std::shared_ptr<Turns> t, bool one) : turns(std::move(t)), one_share(one) {}
   const std::shared_ptr<Turns> turns;
+  const bool one_share;   // nobody's: it takes turns with other owners
   double used = 0;        // s of processor time, raised to the least used when it wakes
   double least_used = 0;  // s over weight: what a share of it that wakes starts from
   int active = 0;         // shares that are
@@ -67,6 +68,7 @@ class PlanningPool::Share {
   double used = 0;     // s of processor time over weight, raised to the least used when it wakes
   double seconds = 0;  // s of processor time
   int active = 0;      // workers and queued jobs
+  Clock::time_point turn_end = Clock::time_point::min();  // of its plan that began last
 };
 
 // A thread of the pool, with or without a slot. Guarded by the pool's mutex except where said.
@@ -79,6 +81,12 @@ struct PlanningPool::Worker {
   Clock::time_point slice_start;
   double charged_until = 0;    // s of its thread's processor time
   std::shared_ptr<Loop> loop;  // what a helper was given
+};
+
+// What a worker does.
+struct PlanningPool::Doing {
+  std::shared_ptr<Share> share;
+  JobPriority priority;
 };
 
 struct PlanningPool::Queued {
@@ -183,13 +191,13 @@ PlanningPool::~PlanningPool() {
 std::shared_ptr<PlanningPool::Share> PlanningPool::NewShare(double weight,
                                                             const std::string& owner) {
   if (owner.empty()) {
-    return std::make_shared<Share>(weight, std::make_shared<Owner>(nobodys_turns_));
+    return std::make_shared<Share>(weight, std::make_shared<Owner>(nobodys_turns_, true));
   }
   std::lock_guard<std::mutex> lock(mutex_);
   std::erase_if(owners_, [](const auto& entry) { return entry.second.expired(); });
   std::shared_ptr<Owner> known = owners_[owner].lock();
   if (known == nullptr) {
-    known = std::make_shared<Owner>(std::make_shared<Turns>());
+    known = std::make_shared<Owner>(std::make_shared<Turns>(), false);
     owners_[owner] = known;
   }
   return std::make_shared<Share>(weight, std::move(known));
@@ -212,20 +220,39 @@ void PlanningPool::Activate(Share& share) {
   share.used = std::max(share.used, owner.least_used);
 }
 
-// Whether the first has had less: of owners, else of the shares of one.
-bool PlanningPool::Precedes(const Share& a, const Share& b) {
-  if (a.owner != b.owner && a.owner->used != b.owner->used) {
-    return a.owner->used < b.owner->used;
-  }
-  return a.used < b.used;
+// Processor seconds by which work goes before what would be due: what a turn can take.
+double PlanningPool::CreditOf(const Share& share, JobPriority priority) const {
+  const bool has = priority == JobPriority::kInteractive ||
+                   (priority == JobPriority::kPlan && Clock::now() < share.turn_end);
+  return has ? slots_ * std::chrono::duration<double>(turn_).count() : 0;
+}
+
+// Whether the first (a worker, a loop or a queued job) has had less: of owners, else of the shares
+// of one. Credit counts among those who take turns, not against other owners.
+template <typename A, typename B>
+bool PlanningPool::Precedes(const A& a, const B& b) const {
+  const double credit_a = CreditOf(*a.share, a.priority);
+  const double credit_b = CreditOf(*b.share, b.priority);
+  const Owner& of_a = *a.share->owner;
+  const Owner& of_b = *b.share->owner;
+  const double used_a = of_a.used - (of_a.one_share ? credit_a : 0);
+  const double used_b = of_b.used - (of_b.one_share ? credit_b : 0);
+  if (&of_a != &of_b && used_a != used_b) return used_a < used_b;
+  return a.share->used - credit_a < b.share->used - credit_b;
 }
 
 bool PlanningPool::HasTurn(const Queued& entry) const {
-  const std::vector<Clock::time_point>& ends = entry.share->owner->turns->ends;
+  if (entry.priority != JobPriority::kPlan) return true;
+  const std::shared_ptr<Turns>& turns = entry.share->owner->turns;
   const Clock::time_point now = Clock::now();
-  return entry.priority != JobPriority::kPlan ||
-         static_cast<size_t>(
-             std::count_if(ends.begin(), ends.end(), [&](auto end) { return end > now; })) < turns_;
+  const auto others =
+      std::count_if(turns->ends.begin(), turns->ends.end(), [&](auto end) { return end > now; });
+  if (static_cast<size_t>(others) >= turns_) return false;
+  return std::none_of(begun_.begin(), begun_.end(),
+                      [&](const Worker* other) ABSL_NO_THREAD_SAFETY_ANALYSIS {
+                        return other->priority != JobPriority::kPlan &&
+                               other->share->owner->turns == turns && Precedes(*other, entry);
+                      });
 }
 
 bool PlanningPool::MayBegin(const Queued& entry) const { return HasPlace(entry) && HasTurn(entry); }
@@ -253,8 +280,7 @@ std::optional<PlanningPool::Place> PlanningPool::PlaceOf(uint64_t job) const {
   Place place;
   for (auto other = queue_.begin(); other != queue_.end(); ++other) {
     if (other->priority != JobPriority::kPlan || other->share->owner->turns != turns) continue;
-    const bool first = Precedes(*other->share, *own->share) ||
-                       (!Precedes(*own->share, *other->share) && other < own);
+    const bool first = Precedes(*other, *own) || (!Precedes(*own, *other) && other < own);
     if (!first) continue;
     ++place.ahead;
     place.seconds += std::min(turn, other->seconds);
@@ -322,9 +348,8 @@ size_t PlanningPool::BestQueued() {
   for (size_t i = 0; i < queue_.size(); ++i) {
     const Queued& entry = queue_[i];
     if (!MayBegin(entry)) continue;
-    const bool first =
-        best == kNone || Precedes(*entry.share, *queue_[best].share) ||
-        (!Precedes(*queue_[best].share, *entry.share) && entry.priority < queue_[best].priority);
+    const bool first = best == kNone || Precedes(entry, queue_[best]) ||
+                       (!Precedes(queue_[best], entry) && entry.priority < queue_[best].priority);
     if (first) best = i;
   }
   return best;
@@ -332,10 +357,11 @@ size_t PlanningPool::BestQueued() {
 
 PlanningPool::Worker* PlanningPool::BestWaiting() {
   const auto best =
-      std::min_element(waiting_.begin(), waiting_.end(), [](const Worker* a, const Worker* b) {
-        if (Precedes(*a->share, *b->share)) return true;
-        return !Precedes(*b->share, *a->share) && a->priority < b->priority;
-      });
+      std::min_element(waiting_.begin(), waiting_.end(),
+                       [this](const Worker* a, const Worker* b) ABSL_NO_THREAD_SAFETY_ANALYSIS {
+                         if (Precedes(*a, *b)) return true;
+                         return !Precedes(*b, *a) && a->priority < b->priority;
+                       });
   return best == waiting_.end() ? nullptr : *best;
 }
 
@@ -343,8 +369,8 @@ PlanningPool::Loop* PlanningPool::BestLoop() {
   Loop* best = nullptr;
   for (const std::shared_ptr<Loop>& loop : loops_) {
     if (loop->Exhausted()) continue;
-    if (best == nullptr || Precedes(*loop->share, *best->share) ||
-        (!Precedes(*best->share, *loop->share) && loop->priority < best->priority)) {
+    if (best == nullptr || Precedes(*loop, *best) ||
+        (!Precedes(*best, *loop) && loop->priority < best->priority)) {
       best = loop.get();
     }
   }
@@ -358,7 +384,7 @@ void PlanningPool::Schedule() {
     Loop* loop = idle_helpers_.empty() ? nullptr : BestLoop();
     if (waiting == nullptr && loop == nullptr) return;
     Worker* chosen = waiting;
-    if (waiting == nullptr || (loop != nullptr && Precedes(*loop->share, *waiting->share))) {
+    if (waiting == nullptr || (loop != nullptr && Precedes(*loop, *waiting))) {
       chosen = idle_helpers_.back();
       idle_helpers_.pop_back();
       chosen->loop = *std::find_if(loops_.begin(), loops_.end(),
@@ -433,6 +459,7 @@ void PlanningPool::RunJobs() {
     if (plan) {
       std::erase_if(entry.share->owner->turns->ends, [](auto end) { return end <= Clock::now(); });
       entry.share->owner->turns->ends.push_back(turn);
+      entry.share->turn_end = turn;
       ++running_plans_;
       // As many threads as ever are left for what is no plan.
       if (threads_.size() < jobs_ + static_cast<size_t>(std::max(0, running_plans_ - max_plans_))) {
@@ -443,6 +470,7 @@ void PlanningPool::RunJobs() {
     ++running_;
     worker.share = entry.share;
     worker.priority = entry.priority;
+    begun_.push_back(&worker);
     Acquire(worker, lock);
     lock.unlock();
     {
@@ -458,11 +486,13 @@ void PlanningPool::RunJobs() {
     lock.lock();
     Release(worker);
     if (--entry.share->active == 0) --entry.share->owner->active;
+    begun_.erase(std::find(begun_.begin(), begun_.end(), &worker));
     worker.share.reset();
     if (plan) {
       --running_plans_;
       --entry.share->owner->running_plans;
       entry.share->owner->turns->Drop(turn);
+      if (entry.share->turn_end == turn) entry.share->turn_end = Clock::time_point::min();
     }
     --running_;
     Schedule();
@@ -503,16 +533,17 @@ bool PlanningPool::SliceOver(Worker& worker, bool leave_when_contended) {
   if (Clock::now() - worker.slice_start < kSlice) return false;
   std::lock_guard<std::mutex> lock(mutex_);
   Charge(worker);
-  const Share& own = *(worker.loop != nullptr ? worker.loop->share : worker.share);
+  // A plan may have waited until this job has had as much.
+  if (!queue_.empty()) queue_changed_.notify_one();
+  const Doing own{worker.loop != nullptr ? worker.loop->share : worker.share, worker.priority};
   const Worker* waiting = BestWaiting();
-  if (waiting != nullptr &&
-      (Precedes(*waiting->share, own) ||
-       (waiting->share.get() == &own && waiting->priority < worker.priority))) {
+  if (waiting != nullptr && (Precedes(*waiting, own) ||
+                             (waiting->share == own.share && waiting->priority < own.priority))) {
     return true;
   }
   if (!leave_when_contended) return false;
   const Loop* loop = BestLoop();
-  return loop != nullptr && Precedes(*loop->share, own);
+  return loop != nullptr && Precedes(*loop, own);
 }
 
 void PlanningPool::Yield(Worker& worker) {

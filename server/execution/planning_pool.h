@@ -45,7 +45,9 @@ class PlanningPool {
   // Plans take turns, so that each has the processors that it was planned for instead of a sliver
   // of them: of an owner's plans, and of those of all sessions that are nobody's, one for two slots
   // is begun, and the next when that has ended or has run for `turn`; a long plan then goes on
-  // beside it.
+  // beside it. Meanwhile it goes before what others of them do (merges), on credit: no turn begins
+  // while one is under way that has had less. Interactive work, which is short, has the same
+  // credit.
   PlanningPool(int slots, int max_jobs, std::chrono::milliseconds turn = kTurn);
   // Waits for the jobs that have begun; drops those that have not.
   ~PlanningPool();
@@ -90,6 +92,7 @@ class PlanningPool {
   struct Worker;
   struct Loop;
   struct Queued;
+  struct Doing;
   class Lane;
 
   void RunJobs();
@@ -109,7 +112,9 @@ class PlanningPool {
   Clock::time_point NextTurn() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void AddThread() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void AddThreadFor(const Queued& entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  static bool Precedes(const Share& a, const Share& b);
+  double CreditOf(const Share& share, JobPriority priority) const;
+  template <typename A, typename B>
+  bool Precedes(const A& a, const B& b) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void For(const std::shared_ptr<Share>& share, JobPriority priority, size_t count,
            absl::FunctionRef<void(size_t)> body);
   void Yield(Worker& worker);
@@ -124,6 +129,7 @@ class PlanningPool {
   std::condition_variable queue_changed_;
   std::deque<Queued> queue_ ABSL_GUARDED_BY(mutex_);
   std::vector<Worker*> waiting_ ABSL_GUARDED_BY(mutex_);
+  std::vector<const Worker*> begun_ ABSL_GUARDED_BY(mutex_);  // whose jobs have, with a slot or not
   std::vector<std::shared_ptr<Loop>> loops_ ABSL_GUARDED_BY(mutex_);
   std::vector<Worker*> idle_helpers_ ABSL_GUARDED_BY(mutex_);
   int free_slots_ ABSL_GUARDED_BY(mutex_);

@@ -332,6 +332,86 @@ TEST(PlanningPool, ALongPlanHasATurnAndThenGoesOnBesideOthers) {
   first.ended = second.ended = true;
 }
 
+// Computes for some milliseconds, in small bodies.
+void Work(parallel::Parallel& parallel, int milliseconds, std::atomic<int>& done) {
+  parallel.For(static_cast<size_t>(milliseconds), [&](size_t) {
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(1);
+    while (std::chrono::steady_clock::now() < end) {
+    }
+    ++done;
+  });
+}
+
+// A merge of another session would have half of the time otherwise.
+TEST(PlanningPool, APlanInItsTurnGoesBeforeMergesOfThoseItTakesTurnsWith) {
+  for (const char* owner : {"", "one"}) {
+    PlanningPool pool(1, 8);
+    std::atomic<int> merging{0};
+    std::atomic<int> planning{0};
+    int merged_meanwhile = 0;
+    std::latch done(2);
+    pool.Submit(pool.NewShare(1.0, owner), JobPriority::kModel, [&](parallel::Parallel& parallel) {
+      Work(parallel, 400, merging);
+      done.count_down();
+    });
+    while (merging < 20) std::this_thread::yield();
+    pool.Submit(pool.NewShare(1.0, owner), JobPriority::kPlan, [&](parallel::Parallel& parallel) {
+      const int before = merging;
+      Work(parallel, 200, planning);
+      merged_meanwhile = merging - before;
+      done.count_down();
+    });
+    done.wait();
+    EXPECT_LT(merged_meanwhile, 50);
+  }
+}
+
+// Who plans again and again keeps no merge waiting.
+TEST(PlanningPool, NoTurnBeginsWhileAMergeIsUnderWayThatHasHadLess) {
+  PlanningPool pool(1, 8);
+  std::atomic<int> planned{0};
+  std::atomic<int> merged{0};
+  std::atomic<int> merged_at_second{-1};
+  std::latch done(3);
+  const auto planner = pool.NewShare();
+  std::promise<void> begun;
+  pool.Submit(planner, JobPriority::kPlan, [&](parallel::Parallel& parallel) {
+    begun.set_value();
+    Work(parallel, 200, planned);
+    done.count_down();
+  });
+  begun.get_future().wait();
+  pool.Submit(pool.NewShare(), JobPriority::kModel, [&](parallel::Parallel& parallel) {
+    Work(parallel, 100, merged);
+    done.count_down();
+  });
+  pool.Submit(planner, JobPriority::kPlan, [&](parallel::Parallel&) {
+    merged_at_second = merged.load();
+    done.count_down();
+  });
+  done.wait();
+  EXPECT_EQ(merged_at_second, 100);
+}
+
+// What a person waits for is short; it does not wait for the turn's end.
+TEST(PlanningPool, InteractiveWorkDoesNotWaitForTheEndOfATurn) {
+  PlanningPool pool(1, 8);
+  std::atomic<int> planned{0};
+  std::atomic<int> planned_at_answer{-1};
+  std::latch done(2);
+  pool.Submit(pool.NewShare(), JobPriority::kPlan, [&](parallel::Parallel& parallel) {
+    Work(parallel, 400, planned);
+    done.count_down();
+  });
+  while (planned < 50) std::this_thread::yield();
+  pool.Submit(pool.NewShare(), JobPriority::kInteractive, [&](parallel::Parallel&) {
+    planned_at_answer = planned.load();
+    done.count_down();
+  });
+  done.wait();
+  EXPECT_LT(planned_at_answer, 300);
+}
+
 TEST(PlanningPool, TenantsHaveEqualTimeHoweverManySessionsTheyHave) {
   PlanningPool pool(1, 8);
   std::vector<std::shared_ptr<PlanningPool::Share>> many(4);
