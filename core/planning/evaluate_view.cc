@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/parallel/parallel.h"
 #include "core/planning/ranking/rank_views.h"
 #include "core/planning/ranking/registration_check.h"
 #include "core/planning/ranking/view_report.h"
@@ -74,7 +75,8 @@ absl::StatusOr<ViewEvaluation> EvaluateView(const PlanningProblem& problem,
     if (seen.has_value()) view.heading = headings.Angle(seen->heading);
   }
   if (seen.has_value()) view.verdict = std::move(seen->verdict);
-  report.Exact(position, score, std::move(cell_scores), budget, view);
+  parallel::Serial serial;
+  report.Exact(position, score, std::move(cell_scores), budget, serial, view);
   report.Place(position, view);
   view.location = DescribeLocation(problem, view);
   view.region = RegionOfCell(feasible, cell);

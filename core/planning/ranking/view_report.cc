@@ -35,16 +35,17 @@ void ViewReport::Place(const Eigen::Vector3d& position, RankedView& view) const 
 }
 
 bool ViewReport::Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
-                       RankedView& view) const {
+                       parallel::Parallel& parallel, RankedView& view) const {
   const CellArrays& cells = problem_.scoring().cells();
   std::vector<float> by_cell(cells.size());
-  const ViewScore score = problem_.scoring().scorer().ScoreCells(position, cells, budget, by_cell);
-  return score.finished && Exact(position, score, std::move(by_cell), budget, view);
+  const ViewScore score =
+      problem_.scoring().scorer().ScoreCells(position, cells, budget, parallel, by_cell);
+  return score.finished && Exact(position, score, std::move(by_cell), budget, parallel, view);
 }
 
 bool ViewReport::Exact(const Eigen::Vector3d& position, const ViewScore& score,
                        std::vector<float> by_cell, const parallel::Budget& budget,
-                       RankedView& view) const {
+                       parallel::Parallel& parallel, RankedView& view) const {
   const CellArrays& cells = problem_.scoring().cells();
   const BruteForceScorer& scorer = problem_.scoring().scorer();
   view.position = position;
@@ -55,7 +56,7 @@ bool ViewReport::Exact(const Eigen::Vector3d& position, const ViewScore& score,
   view.lower = view.upper = view.score;
   SplitScore(cells, by_cell, problem_.patches(), view);
   // In the same place, what it gains on each cell.
-  if (!scorer.ScoreCells(position, gains_, budget, by_cell).finished) {
+  if (!scorer.ScoreCells(position, gains_, budget, parallel, by_cell).finished) {
     view.score_by_kind.fill(0);
     view.patch_scores.clear();
     return false;
@@ -95,7 +96,7 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
     view.location = DescribeLocation(problem_, view);
     RankedView split;
     split.heading = view.heading;
-    if (Exact(view.position, budget, split)) {
+    if (Exact(view.position, budget, parallel, split)) {
       view.score_by_heading = std::move(split.score_by_heading);
       view.score_by_kind = split.score_by_kind;
       view.patch_scores = std::move(split.patch_scores);

@@ -55,10 +55,10 @@ class ViewReport {
   // the best heading when that is absent, which is then set. Returns false, and leaves the split
   // empty, when the budget expired first.
   bool Exact(const Eigen::Vector3d& position, const parallel::Budget& budget,
-             RankedView& view) const;
+             parallel::Parallel& parallel, RankedView& view) const;
   // The same where the cells were scored from there already (BruteForceScorer::ScoreCells).
   bool Exact(const Eigen::Vector3d& position, const ViewScore& score, std::vector<float> by_cell,
-             const parallel::Budget& budget, RankedView& view) const;
+             const parallel::Budget& budget, parallel::Parallel& parallel, RankedView& view) const;
 
   // The plan while the evaluation is running: the best views so far, unchecked. Only the final plan
   // has patches and a map of scores.

@@ -8,6 +8,8 @@ namespace vantage::planning {
 namespace {
 
 constexpr size_t kPacketsBetweenPolls = 1024;
+// Of one view on several threads: some tenths of a millisecond.
+constexpr size_t kPacketsAtOnce = 1024;
 
 struct Origin {
   Eigen::Vector3f model;  // m
@@ -150,6 +152,30 @@ ViewScore BruteForceScorer::ScoreCells(const Eigen::Vector3d& view, const CellAr
   const PacketRange all{0, static_cast<uint32_t>(cells.packets()), false};
   return Run(view, cells, {&all, 1}, budget,
              [&](uint32_t at, float score) { cell_scores[at] = score; });
+}
+
+ViewScore BruteForceScorer::ScoreCells(const Eigen::Vector3d& view, const CellArrays& cells,
+                                       const parallel::Budget& budget, parallel::Parallel& parallel,
+                                       std::span<float> cell_scores) const {
+  std::fill(cell_scores.begin(), cell_scores.end(), 0.0f);
+  const size_t packets = cells.packets();
+  std::vector<ViewScore> parts((packets + kPacketsAtOnce - 1) / kPacketsAtOnce);
+  parallel.For(parts.size(), [&](size_t p) {
+    const PacketRange part{static_cast<uint32_t>(p * kPacketsAtOnce),
+                           static_cast<uint32_t>(std::min(packets, (p + 1) * kPacketsAtOnce)),
+                           false};
+    parts[p] = Run(view, cells, {&part, 1}, budget,
+                   [&](uint32_t at, float score) { cell_scores[at] = score; });
+  });
+  ViewScore whole;
+  whole.finished = true;
+  for (const ViewScore& part : parts) {
+    whole.rays += part.rays;
+    whole.finished = whole.finished && part.finished;
+  }
+  // In the order in which one thread adds them.
+  for (const float score : cell_scores) whole.score += static_cast<double>(score);
+  return whole;
 }
 
 std::vector<ViewScore> ScoreEveryView(const BruteForceScorer& scorer,

@@ -75,6 +75,10 @@ class BruteForceScorer {
   // The same, with each cell's score (cell_scores.size() == cells.size()).
   ViewScore ScoreCells(const Eigen::Vector3d& view, const CellArrays& cells,
                        const parallel::Budget& budget, std::span<float> cell_scores) const;
+  // The same to the bit, on several threads: for one view whose answer is waited for.
+  ViewScore ScoreCells(const Eigen::Vector3d& view, const CellArrays& cells,
+                       const parallel::Budget& budget, parallel::Parallel& parallel,
+                       std::span<float> cell_scores) const;
 
   // The most rays that one view can cost.
   uint64_t MostRays(const CellArrays& cells) const { return cells.size() * RaysPerCell(); }

@@ -140,12 +140,13 @@ TEST_F(ExpectationTest, PlacesInTheOtherRoomAreExpectedAndNoKnownOneIsLost) {
 
 TEST_F(ExpectationTest, AReportSaysWhatIsAssumedAndCountsItApart) {
   const ViewReport report(*problem_);
+  parallel::Serial serial;
   RankedView inside;
   for (size_t i = 0; i < problem_->feasible().cells().size(); ++i) {
     const Eigen::Vector3d place = problem_->feasible().Centre(i);
     if (problem_->BasisOf(place) == StationBasis::kKnown || !expected().Behind(place)) continue;
     report.Place(place, inside);
-    ASSERT_TRUE(report.Exact(place, parallel::Budget::Unlimited(), inside));
+    ASSERT_TRUE(report.Exact(place, parallel::Budget::Unlimited(), serial, inside));
     break;
   }
   ASSERT_TRUE(inside.expected.has_value());

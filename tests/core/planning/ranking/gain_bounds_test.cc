@@ -78,7 +78,7 @@ TEST_F(GainBoundsTest, GainIsTheAreaThatComesToTheRequiredDensity) {
   for (size_t i = 0; i < problem->feasible().cells().size(); i += 7) {
     RankedView view;
     const Eigen::Vector3d at = problem->feasible().Centre(i);
-    ASSERT_TRUE(report.Exact(at, parallel::Budget::Unlimited(), view));
+    ASSERT_TRUE(report.Exact(at, parallel::Budget::Unlimited(), serial_, view));
     const double area = BruteForce(*problem, at, 1);
     const double behind = BruteForce(*problem, at, kSurfaceBehindFalse);
     // Cells between 0.99 D and D count in part.
@@ -98,7 +98,7 @@ TEST_F(GainBoundsTest, WeightsAndUnknownSpaceBehindDoNotCount) {
   const auto of = [&] {
     const auto problem = Prepare();
     RankedView view;
-    EXPECT_TRUE(ViewReport(*problem).Exact(at, parallel::Budget::Unlimited(), view));
+    EXPECT_TRUE(ViewReport(*problem).Exact(at, parallel::Budget::Unlimited(), serial_, view));
     return view;
   };
   const RankedView usual = of();

@@ -253,6 +253,7 @@ class BruteForceTest : public ::testing::TestWithParam<bool> {
 
 TEST_P(BruteForceTest, AgreesWithTheNaiveScorer) {
   parallel::Serial serial;
+  parallel::ThreadPool threads(3);
   const Scoring& scoring = problem_->scoring();
   const FeasibleViews& feasible = problem_->feasible();
   ASSERT_GT(feasible.cells().size(), 100u);
@@ -265,6 +266,13 @@ TEST_P(BruteForceTest, AgreesWithTheNaiveScorer) {
         scoring.scorer().ScoreCells(view, cells, parallel::Budget::Unlimited(), gains);
     EXPECT_TRUE(all.finished);
     EXPECT_GT(all.rays, 100u);
+    std::vector<float> shared(cells.size());
+    const ViewScore together =
+        scoring.scorer().ScoreCells(view, cells, parallel::Budget::Unlimited(), threads, shared);
+    EXPECT_EQ(together.score, all.score);
+    EXPECT_EQ(together.rays, all.rays);
+    EXPECT_TRUE(together.finished);
+    EXPECT_EQ(shared, gains);
     const ViewScore score = scoring.scorer().Score(view, cells, parallel::Budget::Unlimited());
     EXPECT_NEAR(score.score, std::accumulate(gains.begin(), gains.end(), 0.0), 1e-5 * score.score);
 
