@@ -105,6 +105,9 @@ std::string Words(const v1::SessionEvent& event) {
           client::IdOf(ended.station().name()),
           ended.scan().empty() ? " is given up" : absl::StrCat(" is ", client::IdOf(ended.scan())));
     }
+    case v1::SessionEvent::kEventsLeftOut:
+      return absl::StrCat("events from ", event.events_left_out().first_sequence(),
+                          " on that have no consequence any more");
     case v1::SessionEvent::EVENT_NOT_SET:
       break;
   }

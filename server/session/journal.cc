@@ -1,5 +1,7 @@
 #include "server/session/journal.h"
 
+#include <algorithm>
+#include <optional>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -8,11 +10,14 @@
 #include "core/model/view/algorithm_version.h"
 #include "server/contract/error.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/log_compaction.h"
 
 namespace vantage::session {
 namespace {
 
 constexpr size_t kLoadBatch = 256;
+// Bytes that go at a time. Others write in between.
+constexpr int64_t kCompactedAtOnce = 4 << 20;
 
 }  // namespace
 
@@ -43,13 +48,14 @@ absl::Status Journal::Load() {
     absl::StatusOr<std::vector<storage::v1::LogEntry>> batch =
         store_.Read(session_, state_.last_sequence, kLoadBatch);
     if (!batch.ok()) return batch.status();
-    if (batch->empty()) return absl::OkStatus();
+    if (batch->empty()) break;
     for (const storage::v1::LogEntry& entry : *batch) {
       absl::Status applied = state_.Apply(entry);
       if (!applied.ok()) return applied;
       bytes_ += static_cast<int64_t>(entry.ByteSizeLong());
     }
   }
+  return absl::OkStatus();
 }
 
 absl::StatusOr<std::string> Journal::Execute(
@@ -113,6 +119,54 @@ absl::StatusOr<std::string> Journal::Execute(
   return resource;
 }
 
+bool Journal::DueForCompaction() {
+  return bytes_ > compact_beyond_ && !compaction_due_.exchange(true);
+}
+
+absl::StatusOr<int64_t> Journal::Compact() {
+  std::lock_guard<std::mutex> one(compact_mutex_);
+  absl::StatusOr<int64_t> saved = CompactOnce();
+  compact_beyond_ = bytes_ + std::clamp<int64_t>(bytes_ / 2, kLeastGrowth, kMostGrowth);
+  compaction_due_ = false;
+  return saved;
+}
+
+absl::StatusOr<int64_t> Journal::CompactOnce() {
+  std::optional<LogCompaction> compaction;
+  uint64_t last = 0;
+  Read([&](const SessionState& state) {
+    compaction.emplace(state);
+    last = state.last_sequence;
+  });
+  for (uint64_t after = 0; after < last;) {
+    const absl::StatusOr<std::vector<storage::v1::LogEntry>> batch =
+        store_.Read(session_, after, kLoadBatch);
+    if (!batch.ok()) return batch.status();
+    if (batch->empty()) break;  // another session has the id
+    for (const storage::v1::LogEntry& entry : *batch) {
+      after = entry.event().sequence();
+      if (after <= last) compaction->Read(entry);
+    }
+  }
+  const std::vector<LogCompaction::Replacement> replacements = compaction->Replacements();
+  int64_t saved = 0;
+  for (auto next = replacements.begin(); next != replacements.end();) {
+    std::vector<storage::v1::LogEntry> together;
+    int64_t bytes = 0;
+    for (; next != replacements.end() && bytes < kCompactedAtOnce; ++next) {
+      together.push_back(next->entry);
+      bytes += next->saved_bytes;
+    }
+    std::lock_guard<std::mutex> write(write_mutex_);
+    if (closed_) return absl::AbortedError(absl::StrCat("session ", session_, " was deleted"));
+    if (absl::Status left = store_.Compact(session_, together); !left.ok()) return left;
+    bytes_ -= bytes;
+    saved += bytes;
+    if (on_written_) on_written_(-bytes);
+  }
+  return saved;
+}
+
 absl::Status Journal::CheckRoom(int64_t most) const {
   if (bytes_ < most) return absl::OkStatus();
   return contract::ErrorWithReason(absl::StatusCode::kResourceExhausted, "LOG_FULL",
@@ -154,7 +208,17 @@ absl::StatusOr<std::vector<v1::SessionEvent>> Journal::Events(uint64_t after, si
   if (!entries.ok()) return entries.status();
   std::vector<v1::SessionEvent> events;
   events.reserve(entries->size());
-  for (storage::v1::LogEntry& entry : *entries) events.push_back(std::move(*entry.mutable_event()));
+  for (storage::v1::LogEntry& entry : *entries) {
+    v1::SessionEvent& event = *entry.mutable_event();
+    if (event.has_events_left_out() && !events.empty() && events.back().has_events_left_out()) {
+      // Only the log needs to keep them apart.
+      event.mutable_events_left_out()->set_first_sequence(
+          events.back().events_left_out().first_sequence());
+      events.back() = std::move(event);
+    } else {
+      events.push_back(std::move(event));
+    }
+  }
   return events;
 }
 

@@ -87,8 +87,16 @@ class Journal {
   int64_t bytes() const { return bytes_; }
   // RESOURCE_EXHAUSTED (LOG_FULL): they come to `most` or more.
   absl::Status CheckRoom(int64_t most) const;
+  // True where the log has grown by a half, at least by 1 MiB, since it was compacted or read; then
+  // once until Compact() has ended, which follows.
+  bool DueForCompaction();
+  // Leaves out what nothing depends on any more (log_compaction.h), while others write; returns how
+  // many bytes that saves. Errors as of Store::Compact(): a part may have been left out. ABORTED:
+  // the log was closed.
+  absl::StatusOr<int64_t> Compact();
   // `call` runs at once with the bytes of all entries so far, and after every step with those of
-  // its entry; one such call at a time, which must be quick. Replaces the one before.
+  // its entry, and with those that are gone, below 0, when it is compacted; one such call at a
+  // time, which must be quick. Replaces the one before.
   void OnWritten(std::function<void(int64_t)> call);
   // Waits for the step in progress; all later ones are refused (ABORTED).
   void Close();
@@ -100,17 +108,24 @@ class Journal {
   Moment At() const { return {clock_(), seen_()}; }
 
  private:
+  static constexpr int64_t kLeastGrowth = 1 << 20;  // bytes: below, compacting saves little
+  static constexpr int64_t kMostGrowth = 16
+                                         << 20;  // bytes: a log is never far beyond what it needs
   absl::Status Load();
+  absl::StatusOr<int64_t> CompactOnce();
 
   const std::string session_;
   store::Store& store_;
   const Clock clock_;
   const SeenClock seen_;
+  std::mutex compact_mutex_;         // guards no member: one compaction at a time
   std::mutex write_mutex_;           // held for a whole step, the store's write included
   std::atomic<bool> closed_{false};  // set while write_mutex_ is held
   mutable std::mutex state_mutex_;
   SessionState state_ ABSL_GUARDED_BY(state_mutex_);
   std::atomic<int64_t> bytes_{0};
+  std::atomic<int64_t> compact_beyond_{kLeastGrowth};                      // bytes
+  std::atomic<bool> compaction_due_{false};                                // told, and not ended
   std::function<void(int64_t)> on_written_ ABSL_GUARDED_BY(write_mutex_);  // may be null
   std::mutex watch_mutex_;
   std::map<WatchId, std::shared_ptr<std::function<void()>>> watchers_ ABSL_GUARDED_BY(watch_mutex_);

@@ -47,8 +47,12 @@ absl::StatusOr<std::shared_ptr<Session>> Session::Make(const std::string& id,
   if (!valid.ok()) return valid;
   absl::StatusOr<std::unique_ptr<model::PartialModel>> empty = model::PartialModel::Create(read);
   if (!empty.ok()) return empty.status();
-  return std::shared_ptr<Session>(new Session(id, std::move(log), *std::move(empty), begin,
-                                              std::move(snapshots), accounts, dependencies));
+  std::shared_ptr<Session> session(new Session(id, std::move(log), *std::move(empty), begin,
+                                               std::move(snapshots), accounts, dependencies));
+  session->journal().Watch([weak = session->weak_from_this()] {
+    if (const std::shared_ptr<SessionContext> keep = weak.lock()) keep->CompactLogWhenDue();
+  });
+  return session;
 }
 
 absl::StatusOr<std::shared_ptr<Session>> Session::Create(

@@ -47,6 +47,23 @@ absl::Status SessionContext::CheckLog() const {
   return journal_->CheckRoom(dependencies_.limits.log_bytes_per_session);
 }
 
+void SessionContext::CompactLogWhenDue() {
+  if (!journal_->DueForCompaction()) return;
+  Submit(execution::JobPriority::kModel, [this](parallel::Parallel&) {
+    if (closed() || halted()) return;
+    const absl::StatusOr<int64_t> saved = journal_->Compact();
+    if (saved.ok()) {
+      if (*saved > 0) {
+        dependencies_.log.Info("the log was compacted",
+                               {{"session", id_}, {"bytes", journal_->bytes()}, {"saved", *saved}});
+      }
+    } else if (!closed()) {
+      dependencies_.log.Warning("the log could not be compacted",
+                                {{"session", id_}, {"error", saved.status().ToString()}});
+    }
+  });
+}
+
 bool SessionContext::TryPost(execution::Strand::Operation operation) {
   return strand_->TryPost([keep = shared_from_this(), operation = std::move(operation)](
                               parallel::Parallel& parallel) { operation(parallel); });

@@ -9,6 +9,7 @@
 //   MemoryAccount, telling a shortage
 //   SessionRegistry, its state
 //   Upload, committing
+//   Journal, compacting
 //   Journal, writing
 //   Journal, its state
 //   Uploads | Plans | Preparation | ModelMemory | ScanReconciler | StoredSnapshots | Upload,
@@ -88,6 +89,8 @@ class SessionContext : public std::enable_shared_from_this<SessionContext> {
   // RESOURCE_EXHAUSTED (LOG_FULL): commands that add to the session are refused; those that take
   // away, and what the server does by itself, are not.
   absl::Status CheckLog() const;
+  // Compacts the log, on the planning pool, where it has grown enough for that.
+  void CompactLogWhenDue();
   // Closed for good: nothing new is started.
   bool closed() const { return closed_; }
   // The server shuts down: what can be done after the next start is put off.

@@ -8,6 +8,7 @@
 #include "core/bytes/checksum.h"
 #include "core/fleet/claims.h"
 #include "server/contract/error.h"
+#include "server/store/left_out.h"
 #include "server/store/store.h"
 
 namespace vantage::session {
@@ -77,7 +78,9 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
         absl::StrCat("log entry ", event.sequence(), " has format ", entry.format_version(),
                      ", this server reads up to ", store::kLogFormatVersion));
   }
-  if (event.sequence() != last_sequence + 1) return Misfit(event, "out of sequence");
+  if (store::FirstSequence(event) != last_sequence + 1 || event.sequence() <= last_sequence) {
+    return Misfit(event, "out of sequence");
+  }
   std::string resource;
 
   const auto update_scan = [&](const v1::Scan& scan) -> absl::Status {
@@ -257,17 +260,27 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       std::erase(station_order, resource);
       break;
     }
+    case v1::SessionEvent::kEventsLeftOut:
+      upload_count += entry.left_out().created_upload_count();
+      rejection_count += entry.left_out().rejection_count();
+      station_count += entry.left_out().created_station_count();
+      resource = entry.left_out().resource();
+      break;
     case v1::SessionEvent::EVENT_NOT_SET:
       return Misfit(event, "of a kind that this server does not know");
   }
   if (!status.ok()) return status;
   if (entry.has_request()) {
-    requests[entry.request().id()] = {entry.request().method(), entry.request().fingerprint(),
-                                      resource};
+    const std::string& id = entry.request().id();
+    requests[id] = {entry.request().method(), entry.request().fingerprint(), resource,
+                    event.sequence()};
     // The registry asks for the session's own as long as it lives.
-    if (!event.has_session_created()) request_order.push_back(entry.request().id());
+    if (!event.has_session_created()) request_order.emplace_back(event.sequence(), id);
     if (request_order.size() > kRequests) {
-      requests.erase(request_order.front());
+      const auto& [sequence, oldest] = request_order.front();
+      // One that was forgotten may have been used again.
+      const auto record = requests.find(oldest);
+      if (record != requests.end() && record->second.sequence == sequence) requests.erase(record);
       request_order.pop_front();
     }
   }

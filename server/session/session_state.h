@@ -7,6 +7,7 @@
 #include <deque>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
@@ -42,7 +43,8 @@ struct PlanRecord {
 struct RequestRecord {
   std::string method;
   std::string fingerprint;
-  std::string resource;  // name of the resource that the request made or changed
+  std::string resource;   // name of the resource that the request made or changed
+  uint64_t sequence = 0;  // of its entry
 };
 
 struct ClaimRecord {
@@ -73,7 +75,7 @@ struct SessionState {
   std::vector<std::string> station_order;       // of those, oldest first
   // By request_id: the last that there were, and that which created the session.
   std::map<std::string, RequestRecord> requests;
-  std::deque<std::string> request_order;  // without the latter
+  std::deque<std::pair<uint64_t, std::string>> request_order;  // without the latter; by sequence
   uint64_t last_sequence = 0;
   absl::Duration last_seen;   // when the last entry was written, by the time seen
   std::string last_resource;  // name of the resource that the last entry made or changed

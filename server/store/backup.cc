@@ -73,7 +73,7 @@ absl::Status VerifyLog(const LogDatabase& logs, const std::string& session, Stor
         scans.erase(withdrawn.name());  // its data were erased
       }
       ++report.entries;
-      ++after;
+      after = event.sequence();
     }
     if (batch->size() < kBatch) break;
   }

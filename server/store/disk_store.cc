@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "absl/strings/str_cat.h"
+#include "server/store/left_out.h"
 #include "server/store/store_folder.h"
 #include "server/store/upgrade.h"
 
@@ -54,6 +55,17 @@ absl::StatusOr<std::vector<storage::v1::LogEntry>> DiskStore::Read(const std::st
     Upgrade(entries[i]);
   }
   return entries;
+}
+
+absl::Status DiskStore::Compact(const std::string& session,
+                                const std::vector<storage::v1::LogEntry>& entries) {
+  std::vector<LogDatabase::Stub> stubs;
+  stubs.reserve(entries.size());
+  for (const storage::v1::LogEntry& entry : entries) {
+    stubs.push_back(
+        {FirstSequence(entry.event()), entry.event().sequence(), entry.SerializeAsString()});
+  }
+  return logs_->Compact(session, stubs);
 }
 
 absl::StatusOr<std::vector<std::string>> DiskStore::Sessions() const { return logs_->Sessions(); }

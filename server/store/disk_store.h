@@ -32,6 +32,8 @@ class DiskStore final : public Store {
   absl::StatusOr<std::vector<storage::v1::LogEntry>> Read(const std::string& session,
                                                           uint64_t after,
                                                           size_t limit) const override;
+  absl::Status Compact(const std::string& session,
+                       const std::vector<storage::v1::LogEntry>& entries) override;
   absl::StatusOr<std::vector<std::string>> Sessions() const override;
   absl::Status Drop(const std::string& session) override;
   absl::Status PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) override;

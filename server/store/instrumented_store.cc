@@ -72,6 +72,10 @@ absl::StatusOr<std::vector<storage::v1::LogEntry>> InstrumentedStore::Read(
     const std::string& session, uint64_t after, size_t limit) const {
   return Instrumented(metrics_, log_, "read", [&] { return store_.Read(session, after, limit); });
 }
+absl::Status InstrumentedStore::Compact(const std::string& session,
+                                        const std::vector<storage::v1::LogEntry>& entries) {
+  return Instrumented(metrics_, log_, "compact", [&] { return store_.Compact(session, entries); });
+}
 absl::StatusOr<std::vector<std::string>> InstrumentedStore::Sessions() const {
   return Instrumented(metrics_, log_, "sessions", [&] { return store_.Sessions(); });
 }

@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/bytes/checksum.h"
 #include "server/store/durable_file.h"
+#include "server/store/left_out.h"
 
 namespace vantage::store {
 namespace {
@@ -68,9 +69,31 @@ class Use {
   sqlite3_stmt* statement_;
 };
 
+// The first of the entries that this one stands for.
+uint64_t FirstOf(uint64_t sequence, absl::string_view bytes) {
+  storage::v1::LogEntry entry;
+  const bool read = entry.ParseFromArray(bytes.data(), static_cast<int>(bytes.size()));
+  return read ? FirstSequence(entry.event()) : sequence;
+}
+
+// True where the entry is the `expected` one, or stands for it and others.
+bool Follows(uint64_t sequence, absl::string_view bytes, uint64_t expected) {
+  if (sequence == expected) return true;
+  return sequence > expected && FirstOf(sequence, bytes) <= expected;
+}
+
 constexpr char kAppend[] =
     "INSERT INTO log (session, sequence, crc32c, entry) SELECT ?1, ?2, ?3, ?4 "
     "WHERE ?2 = (SELECT coalesce(max(sequence), 0) + 1 FROM log WHERE session = ?1)";
+// Of the entries that a stub stands for: whether they are whole, and not the end of the log.
+constexpr char kMayCompact[] =
+    "SELECT EXISTS (SELECT 1 FROM log WHERE session = ?1 AND sequence = ?2 - 1) AND "
+    "EXISTS (SELECT 1 FROM log WHERE session = ?1 AND sequence = ?3) AND "
+    "EXISTS (SELECT 1 FROM log WHERE session = ?1 AND sequence > ?3)";
+constexpr char kCompact[] =
+    "DELETE FROM log WHERE session = ?1 AND sequence >= ?2 AND sequence < ?3";
+constexpr char kPutStub[] =
+    "UPDATE log SET crc32c = ?3, entry = ?4 WHERE session = ?1 AND sequence = ?2";
 constexpr char kReadBackwards[] =
     "SELECT sequence, crc32c, entry FROM log WHERE session = ?1 ORDER BY sequence DESC";
 constexpr char kRead[] =
@@ -91,18 +114,23 @@ constexpr char kBeginWork[] =
     "WHERE EXISTS (SELECT 1 FROM log WHERE session = ?1) "
     "ON CONFLICT (session, work) DO UPDATE SET times = times + 1 RETURNING times";
 constexpr char kEndWork[] = "DELETE FROM begun WHERE session = ?1 AND work = ?2";
-// Tables that a folder of an older release may lack. The trigger works there, too.
+// Tables that a folder of an older release may lack, and triggers, which work there, too. Those
+// that it had before forgot snapshots with any entry that went.
 constexpr char kAddTables[] =
     "CREATE TABLE IF NOT EXISTS snapshot (session TEXT NOT NULL, sequence INTEGER NOT NULL,"
     " algorithm_version INTEGER NOT NULL, blob BLOB NOT NULL, PRIMARY KEY (session, sequence))"
     " WITHOUT ROWID;"
-    "CREATE TRIGGER IF NOT EXISTS snapshot_goes_with_log AFTER DELETE ON log BEGIN"
+    "DROP TRIGGER IF EXISTS snapshot_goes_with_log;"
+    "CREATE TRIGGER IF NOT EXISTS snapshot_goes_with_last_entry AFTER DELETE ON log"
+    " WHEN NOT EXISTS (SELECT 1 FROM log WHERE session = OLD.session) BEGIN"
     " DELETE FROM snapshot WHERE session = OLD.session; END;"
     "CREATE TABLE IF NOT EXISTS seen (only_row INTEGER PRIMARY KEY CHECK (only_row = 1),"
     " milliseconds INTEGER NOT NULL) WITHOUT ROWID;"
     "CREATE TABLE IF NOT EXISTS begun (session TEXT NOT NULL, work TEXT NOT NULL,"
     " times INTEGER NOT NULL, PRIMARY KEY (session, work)) WITHOUT ROWID;"
-    "CREATE TRIGGER IF NOT EXISTS begun_goes_with_log AFTER DELETE ON log BEGIN"
+    "DROP TRIGGER IF EXISTS begun_goes_with_log;"
+    "CREATE TRIGGER IF NOT EXISTS begun_goes_with_last_entry AFTER DELETE ON log"
+    " WHEN NOT EXISTS (SELECT 1 FROM log WHERE session = OLD.session) BEGIN"
     " DELETE FROM begun WHERE session = OLD.session; END";
 constexpr char kSeenTime[] = "SELECT milliseconds FROM seen";
 constexpr char kPutSeenTime[] =
@@ -176,11 +204,11 @@ struct LogDatabase::Connection {
     return absl::OkStatus();
   }
 
-  // Brings the schema up to date, one release after the other.
+  // Makes the log of a new database.
   absl::Status Migrate() {
     const absl::StatusOr<int> version = KnownVersion();
     if (!version.ok()) return version.status();
-    if (*version == kSchemaVersion) return absl::OkStatus();
+    if (*version > 0) return absl::OkStatus();
     return Run(
         "BEGIN IMMEDIATE;"
         "CREATE TABLE log (session TEXT NOT NULL, sequence INTEGER NOT NULL,"
@@ -204,8 +232,9 @@ absl::StatusOr<std::unique_ptr<LogDatabase>> LogDatabase::Open(const std::string
   // reads it.
   if (status.ok()) status = writer->Run("PRAGMA wal_checkpoint(TRUNCATE)");
   if (status.ok()) status = writer->Run(kAddTables);
-  for (const char* statement : {kAppend, kDrop, kPutSnapshot, kSnapshots, kDropSnapshot, kBeginWork,
-                                kEndWork, kSeenTime, kPutSeenTime}) {
+  for (const char* statement :
+       {kAppend, kMayCompact, kCompact, kPutStub, kDrop, kPutSnapshot, kSnapshots, kDropSnapshot,
+        kBeginWork, kEndWork, kSeenTime, kPutSeenTime}) {
     if (status.ok()) status = writer->Prepare(statement);
   }
   auto reader = std::make_unique<Connection>();
@@ -255,14 +284,16 @@ absl::StatusOr<std::vector<std::string>> LogDatabase::Read(const std::string& se
     read.Bind(1, absl::string_view(session));
     read.Bind(2, after);
     read.Bind(3, uint64_t{limit});
+    uint64_t expected = after + 1;
     int step = SQLITE_ROW;
     while ((step = read.Step()) == SQLITE_ROW) {
       std::string entry = read.Bytes(2);
-      const uint64_t expected = after + entries.size() + 1;
-      if (read.Number(0) != expected || read.Number(1) != bytes::Crc32c(entry)) {
+      const uint64_t sequence = read.Number(0);
+      if (read.Number(1) != bytes::Crc32c(entry) || !Follows(sequence, entry, expected)) {
         return absl::DataLossError(absl::StrCat("session ", session, ": entry ", expected, " in ",
                                                 path_, " is damaged or missing"));
       }
+      expected = sequence + 1;
       entries.push_back(std::move(entry));
     }
     if (step != SQLITE_DONE) {
@@ -313,12 +344,52 @@ absl::StatusOr<std::vector<std::string>> LogDatabase::ReadSound(
                                   until - next == 1 ? " is" : " are", " damaged or missing"));
   };
   for (auto& [sequence, entry] : sound) {
-    missing(sequence);
+    if (!Follows(sequence, entry, next)) missing(FirstOf(sequence, entry));
     next = sequence + 1;
     entries.push_back(std::move(entry));
   }
   missing(std::max(last + 1, next));
   return entries;
+}
+
+absl::Status LogDatabase::Compact(const std::string& session, const std::vector<Stub>& stubs) {
+  std::lock_guard<std::mutex> lock(write_mutex_);
+  absl::Status status = writer_->Run("BEGIN IMMEDIATE; PRAGMA user_version = 2");
+  for (const Stub& stub : stubs) {
+    if (status.ok()) status = PutStub(session, stub);
+  }
+  if (status.ok()) status = writer_->Run("COMMIT");
+  if (!status.ok() && sqlite3_get_autocommit(writer_->database) == 0) {
+    writer_->Run("ROLLBACK").IgnoreError();
+  }
+  return status;
+}
+
+absl::Status LogDatabase::PutStub(const std::string& session, const Stub& stub) {
+  {
+    Use may(writer_->statements.at(kMayCompact));
+    may.Bind(1, absl::string_view(session));
+    may.Bind(2, stub.first);
+    may.Bind(3, stub.last);
+    if (may.Step() != SQLITE_ROW) {
+      return DatabaseError(writer_->database, absl::StrCat("read ", path_));
+    }
+    if (may.Number(0) == 0 || stub.first > stub.last) {
+      return absl::AbortedError(absl::StrCat("session ", session, ": ", stub.first, " to ",
+                                             stub.last, " are no entries to leave out"));
+    }
+  }
+  Use leave(writer_->statements.at(kCompact));
+  leave.Bind(1, absl::string_view(session));
+  leave.Bind(2, stub.first);
+  leave.Bind(3, stub.last);
+  Use put(writer_->statements.at(kPutStub));
+  put.Bind(1, absl::string_view(session));
+  put.Bind(2, stub.last);
+  put.Bind(3, uint64_t{bytes::Crc32c(stub.entry)});
+  put.BindBytes(4, stub.entry);
+  if (leave.Step() == SQLITE_DONE && put.Step() == SQLITE_DONE) return absl::OkStatus();
+  return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
 }
 
 absl::StatusOr<std::vector<std::string>> LogDatabase::Sessions() const {

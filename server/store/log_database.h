@@ -19,10 +19,10 @@ namespace vantage::store {
 // Thread safe: one writes while another reads. Methods as the store's (store.h).
 class LogDatabase {
  public:
-  // The schema that is written, and the newest that is read; older ones are brought up to it.
-  // Tables that an older release does not need do not raise it, so that a folder can go back by one
-  // release.
-  static constexpr int kSchemaVersion = 1;
+  // The newest schema that is read. New databases have schema 1; tables that an older release does
+  // not need do not raise it, so that a folder can go back by one release. Schema 2 says that
+  // entries were left out of a log, which an older release would take for damage.
+  static constexpr int kSchemaVersion = 2;
 
   // FAILED_PRECONDITION: written by a newer release. DATA_LOSS: not a database, or damaged.
   static absl::StatusOr<std::unique_ptr<LogDatabase>> Open(const std::string& path);
@@ -38,6 +38,13 @@ class LogDatabase {
   // in words. NOT_FOUND.
   absl::StatusOr<std::vector<std::string>> ReadSound(const std::string& session,
                                                      std::vector<std::string>& faults) const;
+  // An entry that stands for those from `first` to `last`.
+  struct Stub {
+    uint64_t first = 0;
+    uint64_t last = 0;
+    std::string entry;
+  };
+  absl::Status Compact(const std::string& session, const std::vector<Stub>& stubs);
   absl::StatusOr<std::vector<std::string>> Sessions() const;
   absl::Status Drop(const std::string& session);
 
@@ -59,6 +66,8 @@ class LogDatabase {
   struct Connection;
   LogDatabase(std::string path, std::unique_ptr<Connection> writer,
               std::unique_ptr<Connection> reader);
+
+  absl::Status PutStub(const std::string& session, const Stub& stub);
 
   const std::string path_;
   mutable std::mutex write_mutex_;

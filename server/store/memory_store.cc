@@ -1,10 +1,12 @@
 #include "server/store/memory_store.h"
 
 #include <algorithm>
+#include <iterator>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/bytes/checksum.h"
+#include "server/store/left_out.h"
 #include "server/store/piece_record.h"
 #include "server/store/upgrade.h"
 
@@ -26,14 +28,43 @@ absl::Status MemoryStore::Append(const std::string& session, const storage::v1::
   std::string bytes = entry.SerializeAsString();
   std::lock_guard<std::mutex> lock(mutex_);
   const auto log = logs_.find(session);
-  const uint64_t next = log == logs_.end() ? 1 : log->second.size() + 1;
+  const uint64_t next = log == logs_.end() ? 1 : log->second.rbegin()->first + 1;
   if (entry.event().sequence() != next) {
     return absl::AbortedError(absl::StrCat("session ", session, ": entry ",
                                            entry.event().sequence(), " where ", next, " is next"));
   }
   absl::Status room = Reserve(bytes.size());
   if (!room.ok()) return room;
-  logs_[session].push_back(std::move(bytes));
+  logs_[session][next] = std::move(bytes);
+  return absl::OkStatus();
+}
+
+absl::Status MemoryStore::Compact(const std::string& session,
+                                  const std::vector<storage::v1::LogEntry>& entries) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  const auto log = logs_.find(session);
+  if (log == logs_.end()) return absl::AbortedError(absl::StrCat("no log of ", session));
+  std::map<uint64_t, std::string>& kept = log->second;
+  for (const storage::v1::LogEntry& entry : entries) {
+    const uint64_t first = FirstSequence(entry.event());
+    const uint64_t last = entry.event().sequence();
+    const auto before = kept.lower_bound(first);
+    const bool begins = before != kept.begin() && std::prev(before)->first + 1 == first;
+    if (first > last || !begins || kept.count(last) == 0 || kept.rbegin()->first == last) {
+      return absl::AbortedError(absl::StrCat("session ", session, ": ", first, " to ", last,
+                                             " are no entries to leave out"));
+    }
+  }
+  for (const storage::v1::LogEntry& entry : entries) {
+    const auto begin = kept.lower_bound(FirstSequence(entry.event()));
+    const auto end = kept.upper_bound(entry.event().sequence());
+    for (auto gone = begin; gone != end; ++gone) used_ -= gone->second.size();
+    kept.erase(begin, end);
+    // It is smaller than what it stands for, or may exceed the capacity by some bytes.
+    std::string bytes = entry.SerializeAsString();
+    used_ += bytes.size();
+    kept[entry.event().sequence()] = std::move(bytes);
+  }
   return absl::OkStatus();
 }
 
@@ -45,10 +76,10 @@ absl::StatusOr<std::vector<storage::v1::LogEntry>> MemoryStore::Read(const std::
     std::lock_guard<std::mutex> lock(mutex_);
     const auto log = logs_.find(session);
     if (log == logs_.end()) return absl::NotFoundError(absl::StrCat("no log of ", session));
-    const size_t first = std::min<size_t>(after, log->second.size());
-    const size_t count = std::min(limit, log->second.size() - first);
-    bytes.assign(log->second.begin() + static_cast<std::ptrdiff_t>(first),
-                 log->second.begin() + static_cast<std::ptrdiff_t>(first + count));
+    for (auto next = log->second.upper_bound(after);
+         next != log->second.end() && bytes.size() < limit; ++next) {
+      bytes.push_back(next->second);
+    }
   }
   std::vector<storage::v1::LogEntry> entries(bytes.size());
   for (size_t i = 0; i < bytes.size(); ++i) {
@@ -72,7 +103,7 @@ absl::Status MemoryStore::Drop(const std::string& session) {
   std::lock_guard<std::mutex> lock(mutex_);
   const auto log = logs_.find(session);
   if (log == logs_.end()) return absl::NotFoundError(absl::StrCat("no log of ", session));
-  for (const std::string& entry : log->second) used_ -= entry.size();
+  for (const auto& [sequence, entry] : log->second) used_ -= entry.size();
   logs_.erase(log);
   snapshots_.erase(session);
   begun_.erase(session);

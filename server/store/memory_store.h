@@ -21,6 +21,8 @@ class MemoryStore : public Store {
   absl::StatusOr<std::vector<storage::v1::LogEntry>> Read(const std::string& session,
                                                           uint64_t after,
                                                           size_t limit) const override;
+  absl::Status Compact(const std::string& session,
+                       const std::vector<storage::v1::LogEntry>& entries) override;
   absl::StatusOr<std::vector<std::string>> Sessions() const override;
   absl::Status Drop(const std::string& session) override;
   absl::Status PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) override;
@@ -58,9 +60,9 @@ class MemoryStore : public Store {
   const size_t capacity_;
   mutable std::mutex mutex_;
   size_t used_ ABSL_GUARDED_BY(mutex_) = 0;
-  // Entries in the form in which they would be written to disk, so that reading them takes the same
-  // path.
-  std::map<std::string, std::vector<std::string>> logs_ ABSL_GUARDED_BY(mutex_);
+  // By session and sequence number; entries in the form in which they would be written to disk, so
+  // that reading them takes the same path.
+  std::map<std::string, std::map<uint64_t, std::string>> logs_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::map<uint64_t, SnapshotRecord>> snapshots_ ABSL_GUARDED_BY(mutex_);
   // By session and name of the work: how often it was begun.
   std::map<std::string, std::map<std::string, int>> begun_ ABSL_GUARDED_BY(mutex_);

@@ -39,10 +39,15 @@ class Store {
   // Appends an entry to the log of a session; a log begins with sequence number 1. ABORTED when
   // the entry's sequence number is not the next (somebody else writes this session).
   virtual absl::Status Append(const std::string& session, const storage::v1::LogEntry& entry) = 0;
-  // Entries with sequence numbers above `after`, in order, at most `limit`. NOT_FOUND.
+  // Entries with sequence numbers above `after`, in order, at most `limit`; the first may stand for
+  // earlier ones, too, that were left out. NOT_FOUND.
   virtual absl::StatusOr<std::vector<storage::v1::LogEntry>> Read(const std::string& session,
                                                                   uint64_t after,
                                                                   size_t limit) const = 0;
+  // Puts entries of the kind events_left_out, in order, in place of those that they stand for: all
+  // or none. ABORTED when one does not stand for whole entries that the log has, or for its last.
+  virtual absl::Status Compact(const std::string& session,
+                               const std::vector<storage::v1::LogEntry>& entries) = 0;
   // Every session that has a log, sorted.
   virtual absl::StatusOr<std::vector<std::string>> Sessions() const = 0;
   // Forgets a session's log. NOT_FOUND. Blobs that nobody else holds go with ReleaseBlob.

@@ -239,6 +239,7 @@ void UpgradeEvent(v1::SessionEvent& event) {
     case v1::SessionEvent::kClaimRenewed:
     case v1::SessionEvent::kStationCreated:
     case v1::SessionEvent::kStationEnded:
+    case v1::SessionEvent::kEventsLeftOut:
     case v1::SessionEvent::EVENT_NOT_SET:
       return;  // none of their fields has another type
   }

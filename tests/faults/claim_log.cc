@@ -28,7 +28,9 @@ void ClaimLog::Broken(const std::string& what) {
 void ClaimLog::Take(const v1::SessionEvent& event) {
   const uint64_t expected = last_ + 1;
   last_ = event.sequence();
-  if (event.sequence() != expected) {
+  const uint64_t first =
+      event.has_events_left_out() ? event.events_left_out().first_sequence() : last_;
+  if (first > expected || last_ < expected) {
     Broken(absl::StrCat("came where ", expected, " was due: an event is lost, or came twice"));
   }
   ++counts_.events;

@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -10,10 +11,13 @@
 #include <memory>
 #include <set>
 #include <string>
+#include <thread>
 
 #include "absl/strings/escaping.h"
+#include "absl/strings/str_cat.h"
 #include "core/bytes/checksum.h"
 #include "server/contract/error.h"
+#include "server/session/log_compaction.h"
 #include "server/store/backup.h"
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
@@ -442,6 +446,35 @@ TEST_F(SessionKeeping, ALogIsBoundedAndCounts) {
   EXPECT_TRUE(session->scans().Withdraw(scan, {}).ok());
   EXPECT_TRUE(registry().Delete("job").ok());
   EXPECT_EQ(registry().UsedBy("museum"), 0);
+}
+
+// What failed, expired or was replaced is compacted while the session goes on.
+TEST_F(SessionKeeping, AFloodOfWhatExpiresLeavesLittle) {
+  const auto session = fixture::OpenSession(registry(), "job", "museum");
+  const std::string scan = Push(*session, fixture::EncodedRoom());
+  const int64_t scans_alone = registry().UsedBy("museum");
+  v1::Rejection rejection;
+  rejection.set_reason(std::string(4000, 'r'));
+  constexpr int kRejections = 5000;
+  for (int i = 0; i < kRejections; ++i) {
+    ASSERT_TRUE(session->rejections().Create(rejection, absl::Seconds(1), {}).ok());
+    now_ += absl::Seconds(2);
+  }
+  // The newest stay, and what came while it was compacted, or since, before it is due again.
+  const auto most = static_cast<int64_t>(LogCompaction::kNewest * 4200 * 3);
+  for (int i = 0; i < 1000 && session->journal().bytes() > most; ++i) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  EXPECT_LT(session->journal().bytes(), most);
+  EXPECT_LT(registry().UsedBy("museum"), scans_alone + most);
+  const v1::Session before = session->DescribeWithRejections();
+  Start();
+  const auto again = registry().Find("job", "museum").value();
+  EXPECT_EQ(again->DescribeWithRejections().SerializeAsString(), before.SerializeAsString());
+  EXPECT_EQ(again->scans().Get(scan).value().state(), v1::SCAN_STATE_MERGED);
+  // Numbers are not given again.
+  EXPECT_EQ(again->rejections().Create(rejection, absl::Seconds(1), {}).value().name(),
+            absl::StrCat("sessions/job/rejections/rejection-", kRejections + 1));
 }
 
 }  // namespace

@@ -15,6 +15,8 @@
 #include "absl/strings/match.h"
 #include "core/bytes/checksum.h"
 #include "core/bytes/compression.h"
+#include "server/store/backup.h"
+#include "server/store/salvage.h"
 
 namespace vantage::store {
 namespace {
@@ -68,6 +70,29 @@ class DiskStoreTest : public testing::Test {
 
   std::string folder_;
 };
+
+// More than are read at a time, on both sides of what was left out.
+TEST_F(DiskStoreTest, WhatWasLeftOutStaysOut) {
+  {
+    const auto store = Open();
+    for (uint64_t i = 1; i <= 900; ++i) ASSERT_TRUE(store->Append("a", Entry(i)).ok());
+    storage::v1::LogEntry left_out = Entry(500);
+    left_out.mutable_event()->mutable_events_left_out()->set_first_sequence(301);
+    ASSERT_TRUE(store->Compact("a", {left_out}).ok());
+  }
+  const auto store = Open();
+  const auto log = store->Read("a", 0, 1000).value();
+  ASSERT_EQ(log.size(), 701U);
+  EXPECT_EQ(log[300].event().sequence(), 500U);
+  EXPECT_EQ(log[301].event().sequence(), 501U);
+  ASSERT_TRUE(store->Append("a", Entry(901)).ok());
+  const StoreReport report = VerifyStore(folder_).value();
+  EXPECT_TRUE(report.faults.empty()) << report.faults[0];
+  EXPECT_EQ(report.entries, 702);
+  const Salvaged salvaged = SalvageSession(folder_, "a", folder_ + "/saved").value();
+  EXPECT_TRUE(salvaged.faults.empty()) << salvaged.faults[0];
+  EXPECT_EQ(salvaged.entries, 702);
+}
 
 TEST_F(DiskStoreTest, EverythingIsThereAgain) {
   std::string sha;

@@ -1,19 +1,25 @@
 // Tests that every kind of store must pass.
 #include "server/store/store.h"
 
+#include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/bytes/checksum.h"
 #include "core/bytes/compression.h"
 #include "server/store/disk_store.h"
+#include "server/store/left_out.h"
 #include "server/store/memory_store.h"
 
 namespace vantage::store {
 namespace {
+
+using ::testing::ElementsAre;
 
 storage::v1::LogEntry NumberedEntry(uint64_t sequence) {
   storage::v1::LogEntry entry;
@@ -94,6 +100,66 @@ TEST_P(StoreTest, SnapshotsGoWithTheirLog) {
   ASSERT_TRUE(store_->Drop("a").ok());
   ASSERT_TRUE(store_->Append("a", NumberedEntry(1)).ok());
   EXPECT_TRUE(store_->Snapshots("a").value().empty());
+}
+
+storage::v1::LogEntry StandsFor(uint64_t first, uint64_t last) {
+  storage::v1::LogEntry entry = NumberedEntry(last);
+  entry.mutable_event()->mutable_events_left_out()->set_first_sequence(first);
+  return entry;
+}
+
+std::vector<std::pair<uint64_t, uint64_t>> Spans(const Store& store, uint64_t after,
+                                                 size_t limit = 100) {
+  std::vector<std::pair<uint64_t, uint64_t>> spans;
+  const auto entries = store.Read("a", after, limit);
+  EXPECT_TRUE(entries.ok()) << entries.status();
+  if (!entries.ok()) return spans;
+  for (const storage::v1::LogEntry& entry : *entries) {
+    spans.emplace_back(FirstSequence(entry.event()), entry.event().sequence());
+  }
+  return spans;
+}
+
+TEST_P(StoreTest, ACompactedLogIsReadFromAnyPlace) {
+  for (uint64_t i = 1; i <= 9; ++i) ASSERT_TRUE(store_->Append("a", NumberedEntry(i)).ok());
+  ASSERT_TRUE(store_->Append("b", NumberedEntry(1)).ok());
+  ASSERT_TRUE(store_->PutSnapshot("a", {5, 1, std::string(32, 'b')}).ok());
+  ASSERT_TRUE(store_->BeginWork("a", "merge").ok());
+  ASSERT_TRUE(store_->Compact("a", {StandsFor(2, 4), StandsFor(5, 5), StandsFor(7, 8)}).ok());
+  using Span = std::pair<uint64_t, uint64_t>;
+  EXPECT_THAT(Spans(*store_, 0),
+              ElementsAre(Span(1, 1), Span(2, 4), Span(5, 5), Span(6, 6), Span(7, 8), Span(9, 9)));
+  EXPECT_THAT(Spans(*store_, 1, 2), ElementsAre(Span(2, 4), Span(5, 5)));
+  // Who was told 3 gets the one that stands for it and others.
+  EXPECT_THAT(Spans(*store_, 3, 2), ElementsAre(Span(2, 4), Span(5, 5)));
+  EXPECT_THAT(Spans(*store_, 8), ElementsAre(Span(9, 9)));
+  // It goes on, is compacted again, and keeps what else belongs to it.
+  ASSERT_TRUE(store_->Append("a", NumberedEntry(10)).ok());
+  EXPECT_TRUE(absl::IsAborted(store_->Append("a", NumberedEntry(10))));
+  ASSERT_TRUE(store_->Compact("a", {StandsFor(2, 5)}).ok());
+  EXPECT_THAT(Spans(*store_, 0, 3), ElementsAre(Span(1, 1), Span(2, 5), Span(6, 6)));
+  EXPECT_EQ(store_->Snapshots("a").value().size(), 1U);
+  EXPECT_EQ(store_->BeginWork("a", "merge").value(), 2);
+  EXPECT_EQ(store_->Sessions().value().size(), 2U);
+  ASSERT_TRUE(store_->Drop("a").ok());
+  EXPECT_TRUE(absl::IsNotFound(store_->Read("a", 0, 1).status()));
+  ASSERT_TRUE(store_->Append("a", NumberedEntry(1)).ok());
+  EXPECT_TRUE(store_->Snapshots("a").value().empty());
+  EXPECT_EQ(store_->BeginWork("a", "merge").value(), 1);
+}
+
+// All or nothing.
+TEST_P(StoreTest, OnlyWholeEntriesAreLeftOutAndNeverTheLast) {
+  for (uint64_t i = 1; i <= 6; ++i) ASSERT_TRUE(store_->Append("a", NumberedEntry(i)).ok());
+  ASSERT_TRUE(store_->Compact("a", {StandsFor(2, 4)}).ok());
+  for (const auto& wrong : {StandsFor(3, 4), StandsFor(2, 3), StandsFor(3, 5), StandsFor(5, 6),
+                            StandsFor(6, 7), StandsFor(5, 4), StandsFor(1, 2)}) {
+    EXPECT_TRUE(absl::IsAborted(store_->Compact("a", {StandsFor(2, 5), wrong})))
+        << wrong.DebugString();
+  }
+  EXPECT_TRUE(absl::IsAborted(store_->Compact("none", {StandsFor(2, 4)})));
+  using Span = std::pair<uint64_t, uint64_t>;
+  EXPECT_THAT(Spans(*store_, 0), ElementsAre(Span(1, 1), Span(2, 4), Span(5, 5), Span(6, 6)));
 }
 
 std::string Piece(absl::string_view bytes, bool compressed) {
