@@ -269,6 +269,34 @@ class Attacks:
             self.record("an upload that is no range image", f"{code} after {pieces} pieces",
                         code == "INVALID_ARGUMENT" and pieces == 1 and self.well(server))
 
+    def failures(self):
+        """Uploads that fail, with all that an upload can tell, leave nothing behind."""
+        new, failed = self.contract.new, 4000
+        targets = [new("TargetSighting", name=f"{number:0100}", in_scan=new("Vector3", x=number))
+                   for number in range(100)]
+        image = range_image()
+        whole = new("Piece", data=image, crc32c=crc32c(image))
+        another = new("UploadTotal", encoded_size_bytes=len(image), sha256=bytes(32))
+        with self.start("--calls-per-second", "100000") as server, server.channel() as channel:
+            ask(channel, "SessionService", "CreateSession",
+                new("CreateSessionRequest", session_id="job"))
+            memory, codes = server.memory_mb(), set()
+            for number in range(failed):
+                create = new("CreateUploadRequest", parent="sessions/job",
+                             upload=new("Upload", targets=targets, total=another))
+                codes.add(ask(channel, "ScanService", "CreateUpload", create)[0])
+                piece = new("UploadPieceRequest", piece=whole,
+                            upload=f"sessions/job/uploads/upload-{number + 1}")
+                codes.add(ask(channel, "ScanService", "UploadPiece", piece)[0])
+            time.sleep(2)
+            left = [json.loads(line)["bytes"] for line in server.log().splitlines()
+                    if "the log was compacted" in line]
+            self.record(f"{failed} uploads that fail, {2 * failed * create.ByteSize() >> 20} MiB of log",
+                        f"{', '.join(sorted(codes))}; {(left or [0])[-1] >> 20} MiB are left",
+                        codes == {"OK", "DATA_LOSS"} and left and left[-1] < 30 << 20
+                        and self.well(server),
+                        memory_mb=round(server.memory_mb() - memory))
+
     def paths_and_counts(self):
         new = self.contract.new
         with self.start() as server:
@@ -603,7 +631,7 @@ class Attacks:
     def run(self, only):
         import tempfile
         with tempfile.TemporaryDirectory(prefix="vantage-attack-") as self.folder:
-            for part in (self.names_and_tokens, self.shares, self.uploads, self.paths_and_counts, self.bombs,
+            for part in (self.names_and_tokens, self.shares, self.uploads, self.failures, self.paths_and_counts, self.bombs,
                          self.large_scans, self.names_used_again, self.shutdown,
                          self.connections, self.few_files, self.slow_readers, self.malformed):
                 if not only or part.__name__.startswith(only):

@@ -8,7 +8,11 @@
 #include <fstream>
 #include <iterator>
 #include <set>
+#include <span>
+#include <string>
+#include <vector>
 
+#include "server/store/disk_store.h"
 #include "server/store/durable_file.h"
 #include "tests/faults/crash_points.h"
 #include "tests/faults/crashed_disk.h"
@@ -52,6 +56,71 @@ TEST(DiskFaults, TheServiceGoesOnWhenTheDiskDoes) {
   ASSERT_TRUE(done.ok()) << done.status();
   EXPECT_GT(done->refusals, 2u);
   for (const std::string& fault : done->faults) ADD_FAILURE() << fault;
+}
+
+storage::v1::LogEntry EntryOf(uint64_t first, uint64_t last) {
+  storage::v1::LogEntry entry;
+  entry.set_format_version(store::kLogFormatVersion);
+  entry.mutable_event()->set_sequence(last);
+  if (first != last) {
+    entry.mutable_event()->mutable_events_left_out()->set_first_sequence(first);
+  } else {
+    // Several entries to a page of the database.
+    entry.mutable_event()->mutable_upload_ended()->mutable_upload()->set_state_message(
+        std::string(700, 'u'));
+  }
+  return entry;
+}
+
+std::vector<std::string> LogIn(const std::string& folder) {
+  std::vector<std::string> log;
+  const auto store = store::DiskStore::Open(folder);
+  EXPECT_TRUE(store.ok()) << store.status();
+  if (!store.ok()) return log;
+  const auto entries = (*store)->Read("job", 0, 1000);
+  EXPECT_TRUE(entries.ok()) << entries.status();
+  if (!entries.ok()) return log;
+  for (const storage::v1::LogEntry& entry : *entries) log.push_back(entry.SerializeAsString());
+  return log;
+}
+
+// At any step of compacting a log, it is as before or as after.
+TEST(CrashPoints, ACompactedLogIsTheOneOrTheOther) {
+  const Scratch scratch;
+  const std::string base = scratch.path() + "/base";
+  const std::string live = scratch.path() + "/live";
+  const std::string crashed = scratch.path() + "/crashed";
+  std::filesystem::create_directory(base);
+  {
+    const auto store = store::DiskStore::Open(base).value();
+    for (uint64_t i = 1; i <= 60; ++i) ASSERT_TRUE(store->Append("job", EntryOf(i, i)).ok());
+  }
+  const std::vector<std::string> before = LogIn(base);
+  ASSERT_EQ(before.size(), 60U);
+  std::filesystem::copy(base, live, std::filesystem::copy_options::recursive);
+  DiskRecorder::Start(live);
+  size_t compacted = 0;
+  {
+    const auto store = store::DiskStore::Open(live).value();
+    ASSERT_TRUE(store->Compact("job", {EntryOf(2, 30), EntryOf(33, 50)}).ok());
+    compacted = DiskRecorder::Count();
+  }
+  const std::vector<DiskStep> steps = DiskRecorder::Stop();
+  const std::vector<std::string> after = LogIn(live);
+  ASSERT_EQ(after.size(), 60U - 28 - 17);
+  size_t old = 0;
+  for (size_t count = 0; count <= steps.size(); ++count) {
+    for (const Unsynced unsynced : {Unsynced::kLost, Unsynced::kKept, Unsynced::kTorn}) {
+      MakeCrashedFolder(base, std::span<const DiskStep>(steps).first(count), unsynced, count,
+                        crashed);
+      const std::vector<std::string> found = LogIn(crashed);
+      old += found == before ? 1 : 0;
+      EXPECT_TRUE(found == after || (found == before && count < compacted))
+          << "after step " << count << " of " << steps.size();
+      std::filesystem::remove_all(crashed);
+    }
+  }
+  EXPECT_GT(old, 3U);
 }
 
 std::string Contents(const std::string& path) {
