@@ -243,6 +243,16 @@ std::string ScanReport(const v1::Scan& scan) {
     absl::StrAppendFormat(&out, "  merged    model version %d; carve %s, merge %s\n",
                           scan.merge().model_version(), Seconds(scan.merge().carve_duration()),
                           Seconds(scan.merge().merge_duration()));
+    if (scan.merge().has_obtained_gain_m2()) {
+      absl::StrAppendFormat(&out, "  brought   %.1f m\u00b2 to density",
+                            scan.merge().obtained_gain_m2());
+      if (scan.merge().has_promise()) {
+        const v1::GainPromise& promise = scan.merge().promise();
+        absl::StrAppendFormat(&out, "; %.1f expected by %s", promise.expected_gain_m2(),
+                              client::IdOf(promise.plan()));
+      }
+      absl::StrAppend(&out, "\n");
+    }
     if (scan.merge().beyond_range_count() > 0) {
       absl::StrAppendFormat(&out, "  cut       %d returns beyond the scanner's range\n",
                             scan.merge().beyond_range_count());

@@ -14,6 +14,7 @@
 #include "server/contract/out_of_memory.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/gain_promise.h"
 #include "server/session/sightings.h"
 #include "server/session/stored_scans.h"
 
@@ -287,7 +288,9 @@ void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
     return Refuse(scan, v1::SCAN_STATE_FAILED, std::string(report.status().message()), nullptr);
   }
   // A reader who sees the scan merged gets the model with that scan.
+  const std::shared_ptr<const model::PlanningView> before = model_.Current().view;
   ModelSnapshot next_model{model_.Publish(), 0};
+  const double obtained = ObtainedGain(context_, before.get(), *next_model.view, parallel);
   std::string claim;    // that it fulfils
   std::string station;  // that it comes from
   absl::Status logged = Change(
@@ -297,6 +300,10 @@ void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
         next.set_state(v1::SCAN_STATE_MERGED);
         *next.mutable_merge() = conversion::WriteMergeReport(*report);
         next.mutable_merge()->set_model_version(next_model.version);
+        next.mutable_merge()->set_obtained_gain_m2(obtained);
+        if (const auto promise = PromiseOf(state, next)) {
+          *next.mutable_merge()->mutable_promise() = *promise;
+        }
         claim = claims_.FulfilledBy(state, next);
         if (!claim.empty()) next.set_scanner(state.claims.at(claim).claim.scanner());
         station = stations_.OfScan(state, next);

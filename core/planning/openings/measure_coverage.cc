@@ -95,4 +95,16 @@ absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
   return coverage;
 }
 
+double AreaAtDensity(const model::PlanningView& model, const PlanningConfig& config) {
+  double area = 0;
+  visibility::WalkSurface(
+      model, parallel::Cancellation(),
+      [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
+        if (state != model::VoxelState::kTrueSurface) return;
+        const std::optional<Requirement> required = config.RequiredAt(model.Centre(v));
+        if (required.has_value() && surface.density >= required->density) area += surface.area;
+      });
+  return area;
+}
+
 }  // namespace vantage::planning

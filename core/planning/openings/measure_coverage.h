@@ -28,6 +28,10 @@ absl::StatusOr<Coverage> MeasureCoverage(const model::PlanningView& model,
                                          const PlanningConfig& config,
                                          const parallel::Cancellation& cancelled = {});
 
+// Surface that counts and has the density that is required of it, m^2 (Coverage::area_at_density):
+// what a scan adds to it, it has obtained. Takes a look at every surface voxel.
+double AreaAtDensity(const model::PlanningView& model, const PlanningConfig& config);
+
 }  // namespace vantage::planning
 
 #endif  // VANTAGE_CORE_PLANNING_OPENINGS_MEASURE_COVERAGE_H_

@@ -1,0 +1,59 @@
+#include "server/session/gain_promise.h"
+
+#include <array>
+#include <cmath>
+
+#include "core/fleet/claims.h"
+#include "core/planning/openings/measure_coverage.h"
+#include "server/conversion/from_proto.h"
+
+namespace vantage::session {
+namespace {
+
+bool IsThere(const v1::RankedView& view, const v1::Vector3& place) {
+  // As for claims: how far people set up from where they were sent.
+  const double apart = std::hypot(view.position().x() - place.x(), view.position().y() - place.y());
+  // m: not on another storey. People choose a tripod's height.
+  constexpr double kHeights = 1.5;
+  return apart <= fleet::ClaimRules().arrival_tolerance &&
+         std::abs(view.position().z() - place.z()) <= kHeights;
+}
+
+}  // namespace
+
+std::optional<v1::GainPromise> PromiseOf(const SessionState& state, const v1::Scan& scan) {
+  for (auto name = state.plan_order.rbegin(); name != state.plan_order.rend(); ++name) {
+    const v1::Plan& plan = state.plans.at(*name).plan;
+    if (!plan.has_result()) continue;
+    if (plan.result().model_version() < state.model_version) return std::nullopt;
+    for (int i = 0; i < plan.result().views_size(); ++i) {
+      const v1::RankedView& view = plan.result().views(i);
+      if (!IsThere(view, scan.pose().translation())) continue;
+      v1::GainPromise promise;
+      promise.set_plan(*name);
+      promise.set_view_index(i);
+      promise.set_model_gain_m2(view.model_gain_m2());
+      promise.set_expected_gain_m2(view.expected_gain_m2());
+      return promise;
+    }
+  }
+  return std::nullopt;
+}
+
+double ObtainedGain(const SessionContext& context, const model::PlanningView* before,
+                    const model::PlanningView& after, parallel::Parallel& parallel) {
+  v1::Session session;
+  context.journal().Read([&](const SessionState& state) { session = state.session; });
+  contract::Violations violations;  // none: it was checked when it was set
+  const planning::PlanningConfig config = conversion::ReadPlanningConfig(
+      session.planning_config(), session.site_rules(), context.origin(), after.voxel_size(),
+      "planning_config", "site_rules", violations);
+  const std::array<const model::PlanningView*, 2> models{before, &after};
+  std::array<double, 2> area{};
+  parallel.For(models.size(), [&](size_t i) {
+    if (models[i] != nullptr) area[i] = planning::AreaAtDensity(*models[i], config);
+  });
+  return area[1] - area[0];
+}
+
+}  // namespace vantage::session
