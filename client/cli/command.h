@@ -98,6 +98,7 @@ void AddExport(CLI::App& parent, Environment& environment);
 void AddSimulate(CLI::App& parent, Environment& environment);
 void AddStudy(CLI::App& parent, Environment& environment);
 void AddHealth(CLI::App& parent, Environment& environment);
+void AddFile(CLI::App& parent, Environment& environment);
 
 }  // namespace vantage::cli
 

@@ -104,6 +104,7 @@ int main(int argc, char** argv) {
   vantage::cli::AddSimulate(app, environment);
   vantage::cli::AddStudy(app, environment);
   vantage::cli::AddHealth(app, environment);
+  vantage::cli::AddFile(app, environment);
 
   try {
     app.parse(argc, argv);

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <optional>
@@ -26,6 +27,7 @@ struct ScanPushArguments {
   PoseFlags pose;
   std::string targets;
   std::optional<double> target_sigma;
+  std::optional<size_t> setup;  // from 1
   std::string name;
   std::string scanner;
   std::string by;
@@ -67,16 +69,27 @@ absl::StatusOr<v1::Upload> Describe(const ScanPushArguments& arguments, const st
   return upload;
 }
 
+// Of a file with one set-up, the file's; of others, the set-ups' own where they have one and no two
+// the same.
+std::string NameOf(const ScanPushArguments& arguments, const std::string& path,
+                   const sensor::ScanFile& file, size_t setup) {
+  if (!arguments.name.empty()) return arguments.name;
+  std::string stem = std::filesystem::path(path).stem().string();
+  const std::vector<std::string>& names = file.setups();
+  if (names.size() == 1) return stem;
+  const bool unique = std::count(names.begin(), names.end(), names[setup]) == 1;
+  return !names[setup].empty() && unique ? names[setup] : absl::StrCat(stem, "-", setup + 1);
+}
+
 absl::StatusOr<v1::Scan> PushOne(Environment& environment, const ScanPushArguments& arguments,
-                                 const std::string& file) {
-  const auto scan = sensor::ReadScanFile(file, sensor::ImportLimits());
+                                 const std::string& name, const sensor::ScanFile& file,
+                                 size_t setup) {
+  const auto scan = file.Read(setup, sensor::ImportLimits());
   if (!scan.ok()) return scan.status();
   if (scan->far > 0) {
     std::fprintf(stderr, "%s: %zu points farther than 1 km are taken as rays without a return\n",
-                 file.c_str(), scan->far);
+                 name.c_str(), scan->far);
   }
-  const std::string name =
-      arguments.name.empty() ? std::filesystem::path(file).stem().string() : arguments.name;
   const auto upload = Describe(arguments, name, *scan);
   if (!upload.ok()) return upload.status();
 
@@ -103,33 +116,56 @@ absl::StatusOr<v1::Scan> PushOne(Environment& environment, const ScanPushArgumen
       *pushed, [&](const v1::Scan& s) { line.Show(absl::StrCat(name, ": ", Word(s.state()))); });
 }
 
-absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArguments& arguments) {
-  if (arguments.files.size() > 1 && (!arguments.name.empty() || !arguments.pose.prior.empty())) {
-    return client::WithFix(absl::InvalidArgumentError("--name and --prior belong to one scan"),
-                           "push one file at a time, or give the poses by name with --prior-file");
+// Prints what became of a scan, and says what helps where that is not welcome.
+ExitCode Report(const ScanPushArguments& arguments, const std::string& name, const v1::Scan& scan) {
+  std::fputs(arguments.json ? ToJson(scan).c_str() : ScanReport(scan).c_str(), stdout);
+  std::fflush(stdout);
+  if (scan.state() != v1::SCAN_STATE_DOUBTFUL && scan.state() != v1::SCAN_STATE_FAILED) {
+    return ExitCode::kOk;
   }
+  const std::string id =
+      absl::StrCat(client::IdOf(client::SessionOf(scan.name())), "/", client::IdOf(scan.name()));
+  std::fprintf(stderr,
+               "vantage: %s is kept but not in the model\n"
+               "  fix: a better pose ('vantage scan set-pose %s --prior ...')%s, or 'vantage scan "
+               "withdraw %s'\n",
+               name.c_str(), id.c_str(),
+               scan.state() == v1::SCAN_STATE_DOUBTFUL
+                   ? absl::StrFormat(", or 'vantage scan accept %s' if it is right", id).c_str()
+                   : "",
+               id.c_str());
+  return ExitCode::kUnwelcome;
+}
+
+absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArguments& arguments) {
+  const bool of_one = !arguments.name.empty() || !arguments.pose.prior.empty();
+  const auto several = [](absl::string_view what) {
+    return client::WithFix(
+        absl::InvalidArgumentError(absl::StrCat("--name and --prior belong to one scan, ", what)),
+        "push one at a time (--setup), or give the poses by name with --prior-file");
+  };
+  if (arguments.files.size() > 1 && of_one) return several("and there are several files");
   ExitCode code = ExitCode::kOk;
-  for (const std::string& file : arguments.files) {
-    const auto scan = PushOne(environment, arguments, file);
-    if (!scan.ok()) return scan.status();
-    std::fputs(arguments.json ? ToJson(*scan).c_str() : ScanReport(*scan).c_str(), stdout);
-    std::fflush(stdout);
-    if (scan->state() != v1::SCAN_STATE_DOUBTFUL && scan->state() != v1::SCAN_STATE_FAILED) {
-      continue;
+  for (const std::string& path : arguments.files) {
+    const auto file = sensor::ScanFile::Open(path);
+    if (!file.ok()) return file.status();
+    size_t first = 0;
+    size_t end = file->setups().size();
+    if (arguments.setup) {
+      first = *arguments.setup - 1;
+      end = *arguments.setup;
     }
-    code = ExitCode::kUnwelcome;
-    const std::string id = absl::StrCat(client::IdOf(client::SessionOf(scan->name())), "/",
-                                        client::IdOf(scan->name()));
-    std::fprintf(
-        stderr,
-        "vantage: %s is kept but not in the model\n"
-        "  fix: a better pose ('vantage scan set-pose %s --prior ...')%s, or 'vantage scan "
-        "withdraw %s'\n",
-        file.c_str(), id.c_str(),
-        scan->state() == v1::SCAN_STATE_DOUBTFUL
-            ? absl::StrFormat(", or 'vantage scan accept %s' if it is right", id).c_str()
-            : "",
-        id.c_str());
+    if (end - first > 1 && of_one) {
+      return several(absl::StrCat("and ", path, " has ", end, " set-ups"));
+    }
+    for (size_t setup = first; setup < end; ++setup) {
+      // One that is not there is refused when it is read.
+      const std::string name =
+          setup < file->setups().size() ? NameOf(arguments, path, *file, setup) : arguments.name;
+      const auto scan = PushOne(environment, arguments, name, *file, setup);
+      if (!scan.ok()) return scan.status();
+      if (Report(arguments, name, *scan) != ExitCode::kOk) code = ExitCode::kUnwelcome;
+    }
   }
   return code;
 }
@@ -138,9 +174,11 @@ absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArg
 
 void AddScanPush(CLI::App& parent, Environment& environment) {
   AddCommand<ScanPushArguments>(
-      parent, environment, "push", "Send scans (structured PTX, organised PCD) and wait for them",
+      parent, environment, "push",
+      "Send scans (structured E57 or PTX, organised PCD) and wait for them",
       "  vantage scan push flat scan1.ptx\n"
       "  vantage scan push flat scan2.pcd --prior 1.9,0.1,0,40\n"
+      "  vantage scan push school project.e57\n"
       "  vantage scan push flat scan2.ptx scan3.ptx --prior-file poses.txt\n"
       "  vantage scan push hall s7.ptx --prior-file network.txt --trusted --sigma 0.004,0.02\n"
       "  vantage scan push corridor s3.ptx --prior 12,0,0,90 --targets targets.txt",
@@ -159,6 +197,10 @@ void AddScanPush(CLI::App& parent, Environment& environment) {
             ->needs("--targets");
         command.add_flag("--ignore-file-pose", a.ignore_file_pose,
                          "Don't use the pose that the file states as prior");
+        command
+            .add_option("--setup", a.setup,
+                        "Of a file with several set-ups this one, from 1 [all, in order]")
+            ->check(CLI::Range(size_t{1}, size_t{1'000'000}));
         command.add_option("--name", a.name, "Name for people [the file's]");
         command.add_option("--scanner", a.scanner,
                            "Id of one of the session's scanner models [read from the file]");

@@ -71,7 +71,9 @@ absl::StatusOr<std::vector<std::string>> ApplySettings(const SessionSettings& se
     session.MergeFrom(given);
   }
   if (!settings.scanner_from.empty()) {
-    const auto scan = sensor::ReadScanFile(settings.scanner_from, sensor::ImportLimits());
+    const auto file = sensor::ScanFile::Open(settings.scanner_from);
+    if (!file.ok()) return file.status();
+    const auto scan = file->Read(0, sensor::ImportLimits());  // one instrument, in all of a file
     if (!scan.ok()) return scan.status();
     session.clear_scanner_models();
     *session.add_scanner_models() = client::ToProto(scan->scanner, "from-file");

@@ -115,7 +115,31 @@ absl::StatusOr<Eigen::Vector3f> ReadPoint(const bytes::TextScanner& text, absl::
   return point.cast<float>().eval();
 }
 
+// Goes on behind `count` lines, or at the end.
+void SkipLines(bytes::TextScanner& text, size_t count) {
+  absl::string_view line;
+  for (size_t i = 0; i < count && text.NextLine(line); ++i) {
+  }
+}
+
 }  // namespace
+
+std::vector<size_t> FindPtxSetups(absl::string_view bytes) {
+  std::vector<size_t> begins;
+  bytes::TextScanner text(bytes);
+  while (true) {
+    const size_t begin = text.offset();
+    const absl::StatusOr<size_t> columns = ReadCount(text, "the number of columns");
+    const absl::StatusOr<size_t> rows = ReadCount(text, "the number of rows");
+    const size_t most = bytes.size();  // lines
+    if (!columns.ok() || !rows.ok() || *columns == 0 || *rows > most / *columns) break;
+    begins.push_back(begin);
+    SkipLines(text, kHeaderLines - 2 + *columns * *rows);
+  }
+  if (begins.empty()) begins.push_back(0);
+  begins.push_back(bytes.size());
+  return begins;
+}
 
 absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimits& limits) {
   bytes::TextScanner text(bytes);
@@ -144,9 +168,8 @@ absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimit
     if (absl::StripAsciiWhitespace(line).empty()) continue;
     std::array<double, 1> next_columns;
     if (bytes::ParseNumbers(line, next_columns) == 1) {
-      return absl::UnimplementedError(
-          absl::StrCat("PTX line ", text.line_number(), ": a second scan begins here; a file may ",
-                       "hold one scan, so export each set-up to its own file"));
+      return absl::UnimplementedError(absl::StrCat(
+          "PTX line ", text.line_number(), ": a second scan begins here, and one is asked for"));
     }
     return absl::InvalidArgumentError(absl::StrCat("PTX line ", text.line_number(), ": '",
                                                    bytes::ShownLine(line), "' after the ", count,

@@ -2,7 +2,10 @@
 #ifndef VANTAGE_TESTS_CORE_SENSOR_ANALYTIC_ROOM_H_
 #define VANTAGE_TESTS_CORE_SENSOR_ANALYTIC_ROOM_H_
 
+#include <gtest/gtest.h>
+
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <limits>
@@ -10,6 +13,7 @@
 #include <vector>
 
 #include "core/bytes/byte_order.h"
+#include "core/sensor/range_image.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::sensor {
@@ -53,6 +57,19 @@ inline std::vector<double> Evenly(double first, double step, size_t count) {
   std::vector<double> lines;
   for (size_t i = 0; i < count; ++i) lines.push_back(first + step * static_cast<double>(i));
   return lines;
+}
+
+// To within `angles`, rad, and `ranges`, m.
+inline void ExpectSameImage(const RangeImage& a, const RangeImage& b, double angles = 1e-5,
+                            double ranges = 1e-5) {
+  ASSERT_EQ(a.columns(), b.columns());
+  ASSERT_EQ(a.rows(), b.rows());
+  EXPECT_EQ(a.full_turn, b.full_turn);
+  for (size_t i = 0; i < a.azimuth.size(); ++i) EXPECT_NEAR(a.azimuth[i], b.azimuth[i], angles);
+  for (size_t i = 0; i < a.elevation.size(); ++i) {
+    EXPECT_NEAR(a.elevation[i], b.elevation[i], angles);
+  }
+  for (size_t i = 0; i < a.range.size(); ++i) ASSERT_NEAR(a.range[i], b.range[i], ranges) << i;
 }
 
 inline std::string PtxText(size_t columns, size_t rows, const std::vector<Eigen::Vector3d>& points,

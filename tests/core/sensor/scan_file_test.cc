@@ -48,15 +48,6 @@ struct RoomFiles {
   }
 };
 
-void ExpectSameImage(const RangeImage& a, const RangeImage& b) {
-  ASSERT_EQ(a.columns(), b.columns());
-  ASSERT_EQ(a.rows(), b.rows());
-  EXPECT_EQ(a.full_turn, b.full_turn);
-  for (size_t i = 0; i < a.azimuth.size(); ++i) EXPECT_NEAR(a.azimuth[i], b.azimuth[i], 1e-5);
-  for (size_t i = 0; i < a.elevation.size(); ++i) EXPECT_NEAR(a.elevation[i], b.elevation[i], 1e-5);
-  for (size_t i = 0; i < a.range.size(); ++i) ASSERT_NEAR(a.range[i], b.range[i], 1e-5) << i;
-}
-
 TEST(ImportTest, AllFormsOfTheSameScanGiveTheSameImage) {
   const RoomFiles room;
   const absl::StatusOr<ImportedScan> ptx = ParsePtx(PtxText(40, 20, room.points), {});
@@ -287,7 +278,11 @@ TEST(ReadScanFileTest, SaysWhatIsWrongWithTheFile) {
   const std::filesystem::path folder = testing::TempDir();
   EXPECT_EQ(ReadScanFile((folder / "no_such_scan.ptx").string(), {}).status().code(),
             absl::StatusCode::kNotFound);
-  EXPECT_EQ(ReadScanFile((folder / "scan.e57").string(), {}).status().code(), kUnimplemented);
+  for (const char* name : {"scan.las", "scan.fls", "scan"}) {
+    const absl::Status other = ReadScanFile((folder / name).string(), {}).status();
+    EXPECT_EQ(other.code(), kUnimplemented);
+    EXPECT_NE(other.message().find("structured E57 or PTX"), std::string::npos) << other;
+  }
   const std::string path = (folder / "import_test_room.PTX").string();
   const RoomFiles room;
   std::ofstream(path, std::ios::binary) << PtxText(40, 20, room.points);
@@ -296,6 +291,35 @@ TEST(ReadScanFileTest, SaysWhatIsWrongWithTheFile) {
   const absl::Status status = ReadScanFile(path, {}).status();
   EXPECT_EQ(status.code(), kInvalid);
   EXPECT_EQ(status.message().find(path), 0u) << status;
+  std::filesystem::remove(path);
+}
+
+std::string MatrixAt(int x) {
+  return "1 0 0 0\n0 1 0 0\n0 0 1 0\n" + std::to_string(x) + " 0 0 1\n";
+}
+
+TEST(ScanFileTest, SetupsAreReadOneByOne) {
+  const RoomFiles room;
+  const std::string path = (std::filesystem::path(testing::TempDir()) / "three.ptx").string();
+  std::ofstream(path, std::ios::binary)
+      << PtxText(40, 20, room.points, MatrixAt(1)) << PtxText(40, 20, room.Scaled(0.9), MatrixAt(2))
+      << PtxText(40, 20, room.points, MatrixAt(3)) << "\n";
+  const absl::StatusOr<ScanFile> file = ScanFile::Open(path);
+  ASSERT_TRUE(file.ok()) << file.status();
+  EXPECT_EQ(file->setups(), std::vector<std::string>(3));
+  for (size_t i = 0; i < 3; ++i) {
+    const absl::StatusOr<ImportedScan> scan = file->Read(i, {});
+    ASSERT_TRUE(scan.ok()) << scan.status();
+    EXPECT_EQ(scan->T_world_scan->translation().x(), static_cast<double>(i + 1));
+  }
+  EXPECT_EQ(file->Read(3, {}).status().code(), kInvalid);
+  EXPECT_EQ(ReadScanFile(path, {}).status().code(), kInvalid);
+  std::string bytes = PtxText(40, 20, room.points) + PtxText(40, 20, room.points);
+  bytes.resize(bytes.size() - 500);
+  std::ofstream(path, std::ios::binary) << bytes;
+  const absl::Status cut = ScanFile::Open(path).value().Read(1, {}).status();
+  EXPECT_EQ(cut.code(), kInvalid);
+  EXPECT_NE(cut.message().find("set-up 2: PTX"), std::string::npos) << cut;
   std::filesystem::remove(path);
 }
 

@@ -1,0 +1,92 @@
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <string>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/cli/command.h"
+#include "client/cli/table.h"
+#include "client/cli/terminal.h"
+#include "core/sensor/imported_scan.h"
+#include "core/sensor/scan_file.h"
+#include "core/sensor/scanner_model.h"
+
+namespace vantage::cli {
+namespace {
+
+struct FileArguments {
+  std::string file;
+};
+
+std::string Ranges(const sensor::RangeImage& image) {
+  float least = 0;
+  float most = 0;
+  for (const float range : image.range) {
+    if (!sensor::RangeImage::IsRange(range)) continue;
+    least = least == 0 ? range : std::min(least, range);
+    most = std::max(most, range);
+  }
+  return absl::StrFormat("%.2f to %.2f", least, most);
+}
+
+// Of the scanner's axis from the vertical, as the file has it.
+std::string Tilt(const sensor::ImportedScan& scan) {
+  if (!scan.T_world_scan) return "";
+  const double up = std::clamp(scan.T_world_scan->linear()(2, 2), -1.0, 1.0);
+  return absl::StrFormat("%.2f", sensor::Degrees(std::acos(up)));
+}
+
+std::string Place(const sensor::ImportedScan& scan) {
+  if (!scan.T_world_scan) return "none";
+  const Eigen::Vector3d at = scan.T_world_scan->translation();
+  return absl::StrFormat("%.3f, %.3f, %.3f", at.x(), at.y(), at.z());
+}
+
+absl::StatusOr<ExitCode> RunFile(Environment&, const FileArguments& arguments) {
+  const auto file = sensor::ScanFile::Open(arguments.file);
+  if (!file.ok()) return file.status();
+  Table table({">set-up", "name", "grid", ">step (deg)", ">returns", ">range (m)", "place (m)",
+               ">tilt (deg)"});
+  ProgressLine line;
+  bool all = true;
+  for (size_t i = 0; i < file->setups().size(); ++i) {
+    line.Show(absl::StrCat("reading set-up ", i + 1, " of ", file->setups().size()));
+    const auto scan = file->Read(i, sensor::ImportLimits());
+    if (!scan.ok()) {
+      // What is wrong with one says nothing of the others.
+      if (file->setups().size() == 1) return scan.status();
+      line.Clear();
+      PrintError(scan.status());
+      all = false;
+      continue;
+    }
+    const sensor::RangeImage& image = scan->image;
+    table.Add({absl::StrCat(i + 1), file->setups()[i],
+               absl::StrFormat("%d x %d%s", image.columns(), image.rows(),
+                               scan->resampled ? ", resampled" : ""),
+               absl::StrFormat("%.3f x %.3f", sensor::Degrees(image.native_azimuth_step),
+                               sensor::Degrees(image.native_elevation_step)),
+               absl::StrFormat("%d (%.0f %%)", image.SampleCount(),
+                               100.0 * static_cast<double>(image.SampleCount()) /
+                                   static_cast<double>(image.cells())),
+               Ranges(image), Place(*scan), Tilt(*scan)});
+  }
+  line.Clear();
+  std::fputs(table.ToString().c_str(), stdout);
+  return all ? ExitCode::kOk : ExitCode::kRefused;
+}
+
+}  // namespace
+
+void AddFile(CLI::App& parent, Environment& environment) {
+  AddCommand<FileArguments>(
+      parent, environment, "file", "What is in a scan file, without a server",
+      "  vantage file project.e57",
+      [](CLI::App& command, FileArguments& a) {
+        command.add_option("FILE", a.file, "An E57, PTX, PCD or VRIM file")->required();
+      },
+      RunFile);
+}
+
+}  // namespace vantage::cli

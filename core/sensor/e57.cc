@@ -1,0 +1,298 @@
+#include "core/sensor/e57.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "core/e57/index.h"
+#include "core/e57/paged_bytes.h"
+#include "core/e57/records.h"
+#include "core/sensor/grid_columns.h"
+#include "core/sensor/grid_directions.h"
+
+namespace vantage::sensor {
+namespace {
+
+using FieldNames = std::array<absl::string_view, 3>;
+constexpr FieldNames kCartesian = {"cartesianX", "cartesianY", "cartesianZ"};
+constexpr FieldNames kSpherical = {"sphericalRange", "sphericalAzimuth", "sphericalElevation"};
+
+std::string NameOf(const e57::ScanSetup& setup, size_t number) {
+  return absl::StrCat("E57 set-up ", number + 1,
+                      setup.name.empty() ? "" : absl::StrCat(" (", setup.name, ")"));
+}
+
+// The fields of a record that tell where its point is, by their places.
+struct PointFields {
+  std::array<size_t, 3> coordinates{};
+  bool spherical = false;
+  std::optional<size_t> invalid;
+  std::optional<size_t> row;
+  std::optional<size_t> column;
+  std::optional<size_t> return_index;
+
+  bool gridded() const { return row.has_value() && column.has_value(); }
+};
+
+absl::StatusOr<PointFields> FindFields(const e57::ScanSetup& setup, const std::string& name) {
+  PointFields fields;
+  const auto all = [&](const FieldNames& names) {
+    for (size_t i = 0; i < names.size(); ++i) {
+      const std::optional<size_t> place = setup.FieldOf(names[i]);
+      if (!place.has_value()) return false;
+      fields.coordinates[i] = *place;
+    }
+    return true;
+  };
+  if (!all(kCartesian)) {
+    if (!all(kSpherical)) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(name,
+                       ": its records have neither cartesian nor spherical coordinates; "
+                       "export it with one of them"));
+    }
+    fields.spherical = true;
+  }
+  fields.invalid =
+      setup.FieldOf(fields.spherical ? "sphericalInvalidState" : "cartesianInvalidState");
+  fields.row = setup.FieldOf("rowIndex");
+  fields.column = setup.FieldOf("columnIndex");
+  fields.return_index = setup.FieldOf("returnIndex");
+  for (const std::optional<size_t>& place :
+       {std::optional(fields.coordinates[0]), std::optional(fields.coordinates[1]),
+        std::optional(fields.coordinates[2]), fields.invalid, fields.row, fields.column,
+        fields.return_index}) {
+    if (place.has_value() && setup.fields[*place].type == e57::FieldType::kString) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          name, ": its field ", setup.fields[*place].name, " is a text; export the file again"));
+    }
+  }
+  return fields;
+}
+
+// Inclusive; empty while max < min.
+struct IndexRange {
+  double min = std::numeric_limits<double>::infinity();
+  double max = -std::numeric_limits<double>::infinity();
+
+  void Include(double value) {
+    min = std::min(min, value);
+    max = std::max(max, value);
+  }
+  double count() const { return max - min + 1; }
+};
+
+struct Grid {
+  IndexRange columns;
+  IndexRange rows;
+};
+
+// As large as the file says, and as its records need.
+absl::StatusOr<Grid> FindGrid(e57::PagedBytes& file, const e57::ScanSetup& setup,
+                              const PointFields& fields, const std::string& name,
+                              const ImportLimits& limits) {
+  Grid grid;
+  if (setup.bounds.has_value()) {
+    grid.rows.Include(static_cast<double>(setup.bounds->row_min));
+    grid.rows.Include(static_cast<double>(setup.bounds->row_max));
+    grid.columns.Include(static_cast<double>(setup.bounds->column_min));
+    grid.columns.Include(static_cast<double>(setup.bounds->column_max));
+  }
+  const std::array<size_t, 2> indices{*fields.row, *fields.column};
+  absl::Status read = e57::ReadRecords(file, setup, indices, [&](e57::RecordBlock block) {
+    for (size_t k = 0; k < 2; ++k) {
+      IndexRange& range = k == 0 ? grid.rows : grid.columns;
+      for (const double index : block[k]) {
+        if (!(index == std::floor(index))) {
+          return absl::InvalidArgumentError(
+              absl::StrCat(name, ": a ", k == 0 ? "rowIndex" : "columnIndex",
+                           " is no whole number; export the file again"));
+        }
+        range.Include(index);
+      }
+    }
+    return absl::OkStatus();
+  });
+  if (!read.ok()) return read;
+  const double columns = grid.columns.count();
+  const double rows = grid.rows.count();
+  if (columns < 2 || rows < 2) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "%s: %.0f columns x %.0f rows; at least 2 x 2 are needed", name, columns, rows));
+  }
+  if (columns * rows > static_cast<double>(limits.max_points)) {
+    return absl::InvalidArgumentError(absl::StrFormat(
+        "%s: %.0f columns x %.0f rows are more than the limit of %d points; export the scan at a "
+        "lower resolution",
+        name, columns, rows, limits.max_points));
+  }
+  return grid;
+}
+
+Eigen::Vector3d FromSpherical(double range, double azimuth, double elevation) {
+  const double horizontal = range * std::cos(elevation);
+  return {horizontal * std::cos(azimuth), horizontal * std::sin(azimuth),
+          range * std::sin(elevation)};
+}
+
+// Puts the returns of a set-up where they belong.
+class PointReader {
+ public:
+  PointReader(const e57::ScanSetup& setup, const PointFields& fields, std::string name)
+      : setup_(setup), spherical_(fields.spherical), name_(std::move(name)) {
+    places_.assign(fields.coordinates.begin(), fields.coordinates.end());
+    const auto add = [&](const std::optional<size_t>& place) -> std::optional<size_t> {
+      if (!place.has_value()) return std::nullopt;
+      places_.push_back(*place);
+      return places_.size() - 1;
+    };
+    invalid_ = add(fields.invalid);
+    return_index_ = add(fields.return_index);
+    if (fields.gridded()) {
+      row_ = add(fields.row);
+      column_ = add(fields.column);
+    }
+  }
+
+  // Column after column, zero where nothing returned; without a grid, the returns alone.
+  absl::StatusOr<std::vector<Eigen::Vector3f>> Read(e57::PagedBytes& file,
+                                                    const std::optional<Grid>& grid) {
+    std::vector<Eigen::Vector3f> points;
+    if (grid.has_value()) {
+      points.assign(static_cast<size_t>(grid->columns.count() * grid->rows.count()),
+                    Eigen::Vector3f::Zero());
+    }
+    uint64_t record = 0;
+    absl::Status read =
+        e57::ReadRecords(file, setup_, places_, [&](e57::RecordBlock block) -> absl::Status {
+          for (size_t i = 0; i < block[0].size(); ++i, ++record) {
+            const std::optional<Eigen::Vector3f> point = Take(block, i, record);
+            if (!point.has_value()) continue;
+            if (!grid.has_value()) {
+              points.push_back(*point);
+              continue;
+            }
+            const double column = block[*column_][i] - grid->columns.min;
+            const double row = block[*row_][i] - grid->rows.min;
+            Eigen::Vector3f& cell = points[static_cast<size_t>(column * grid->rows.count() + row)];
+            if (cell.isZero()) {
+              cell = *point;
+            } else {
+              ++duplicates_;
+            }
+          }
+          return absl::OkStatus();
+        });
+    if (!read.ok()) return read;
+    if (absl::Status near = far_.Check(); !near.ok()) return near;
+    if (returns_ == 0) {
+      return absl::InvalidArgumentError(
+          absl::StrCat(name_, ": none of its ", setup_.records, " records is a return"));
+    }
+    return points;
+  }
+
+  size_t far() const { return far_.count(); }
+  size_t duplicates() const { return duplicates_; }
+
+ private:
+  // The point of a record that is a return.
+  std::optional<Eigen::Vector3f> Take(e57::RecordBlock block, size_t i, uint64_t record) {
+    if (invalid_.has_value() && block[*invalid_][i] != 0) return std::nullopt;
+    if (return_index_.has_value() && block[*return_index_][i] != 0) {
+      ++duplicates_;
+      return std::nullopt;
+    }
+    const Eigen::Vector3d point = spherical_
+                                      ? FromSpherical(block[0][i], block[1][i], block[2][i])
+                                      : Eigen::Vector3d(block[0][i], block[1][i], block[2][i]);
+    if (!point.allFinite() || point.isZero(0)) return std::nullopt;
+    ++returns_;
+    if (far_.Take(point, [&] { return absl::StrCat(name_, " record ", record); })) {
+      return std::nullopt;
+    }
+    return point.cast<float>().eval();
+  }
+
+  const e57::ScanSetup& setup_;
+  const bool spherical_;
+  const std::string name_;
+  std::vector<size_t> places_;  // of the fields that are read
+  // Among these.
+  std::optional<size_t> invalid_;
+  std::optional<size_t> return_index_;
+  std::optional<size_t> row_;
+  std::optional<size_t> column_;
+  FarReturns far_;
+  size_t returns_ = 0;
+  size_t duplicates_ = 0;
+};
+
+}  // namespace
+
+absl::StatusOr<std::vector<std::string>> ListE57Setups(absl::string_view bytes) {
+  absl::StatusOr<e57::PagedBytes> file = e57::PagedBytes::Open(bytes);
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<std::vector<e57::ScanSetup>> setups = e57::ReadIndex(*file);
+  if (!setups.ok()) return setups.status();
+  std::vector<std::string> names;
+  names.reserve(setups->size());
+  for (const e57::ScanSetup& setup : *setups) names.push_back(setup.name);
+  return names;
+}
+
+absl::StatusOr<ImportedScan> ParseE57(absl::string_view bytes, size_t number,
+                                      const ImportLimits& limits) {
+  absl::StatusOr<e57::PagedBytes> file = e57::PagedBytes::Open(bytes);
+  if (!file.ok()) return file.status();
+  const absl::StatusOr<std::vector<e57::ScanSetup>> setups = e57::ReadIndex(*file);
+  if (!setups.ok()) return setups.status();
+  if (setups->empty()) return absl::InvalidArgumentError("E57: there is no scan in it");
+  if (number >= setups->size()) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("E57: there is no set-up ", number + 1, ", it has ", setups->size()));
+  }
+  const e57::ScanSetup& setup = (*setups)[number];
+  const std::string name = NameOf(setup, number);
+  if (setup.records == 0) {
+    return absl::InvalidArgumentError(absl::StrCat(name, ": it has no points"));
+  }
+  if (setup.records > limits.max_points) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(name, ": ", setup.records, " records are more than the limit of ",
+                     limits.max_points, " points; export the scan at a lower resolution"));
+  }
+  const absl::StatusOr<PointFields> fields = FindFields(setup, name);
+  if (!fields.ok()) return fields.status();
+  std::optional<Grid> grid;
+  if (fields->gridded()) {
+    absl::StatusOr<Grid> found = FindGrid(*file, setup, *fields, name, limits);
+    if (!found.ok()) return found.status();
+    grid = *found;
+  }
+  PointReader reader(setup, *fields, name);
+  const absl::StatusOr<std::vector<Eigen::Vector3f>> points = reader.Read(*file, grid);
+  if (!points.ok()) return points.status();
+  absl::StatusOr<GriddedScan> gridded =
+      grid.has_value() ? GridColumns(*points, static_cast<size_t>(grid->columns.count()),
+                                     static_cast<size_t>(grid->rows.count()))
+                       : GridDirections(*points);
+  if (!gridded.ok()) return gridded.status();
+  gridded->duplicates += reader.duplicates();
+  absl::StatusOr<ImportedScan> scan = FinishImport(*std::move(gridded), setup.records, limits);
+  if (!scan.ok()) return scan.status();
+  scan->far = reader.far();
+  if (setup.T_file_setup.has_value() &&
+      !setup.T_file_setup->isApprox(Eigen::Isometry3d::Identity(), 1e-12)) {
+    scan->T_world_scan = setup.T_file_setup;
+  }
+  return scan;
+}
+
+}  // namespace vantage::sensor
