@@ -57,7 +57,8 @@ std::optional<uint32_t> SumOf(const Eigen::Vector3f& normal) {
   if (!normal.allFinite()) return std::nullopt;
   const Normals& normals = NormalsOfSums();
   const float largest = normal.lpNorm<Eigen::Infinity>();
-  if (largest <= 0) return std::nullopt;
+  // Of a unit vector it is 0.57 at least. What a damaged file has may be as small as there is.
+  if (largest < 0.5f) return std::nullopt;
   for (int most = 1; most <= kMost; ++most) {
     // To the nearest whole number: shifted, so that none is negative where it is cut.
     const Eigen::Array3f shifted =

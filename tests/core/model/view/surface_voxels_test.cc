@@ -117,6 +117,7 @@ TEST(SurfaceVoxelsTest, AnythingElseIsStored) {
   check([](SurfaceVoxel& s) { s.centroid.x() += 0.01f; });
   check([](SurfaceVoxel& s) { s.normal = Eigen::Vector3f(0.6f, 0.5f, 0.62f).normalized(); });
   check([](SurfaceVoxel& s) { s.normal.setZero(); });
+  check([](SurfaceVoxel& s) { s.normal.setConstant(1e-40f); });
   check([](SurfaceVoxel& s) { s.area *= 1.001f; });
   check([](SurfaceVoxel& s) { s.density = 3; });
   check([](SurfaceVoxel& s) { s.samples = 1; });
