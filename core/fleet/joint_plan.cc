@@ -303,6 +303,8 @@ class JointPlanner {
   void Choose() {
     std::vector<Eigen::Vector3d> taken;
     for (const PledgedView& pledged : request_.pledged) taken.push_back(pledged.position);
+    // What came before may have taken the time to answer, too.
+    budget_ = planning::WithTimeToAnswer(budget_);
     const parallel::Budget rest = budget_.Concluding();
     JointChoice choice(classes_, members_, *remaining_, request_.ranking, config_, taken, rest,
                        parallel_);

@@ -278,9 +278,11 @@ TEST(PlanningPool, LongPlansOfOneTenantKeepNobodyElseWaiting) {
 // Of sessions that are nobody's as of one tenant's, while another's begins at once.
 TEST(PlanningPool, PlansTakeTurns) {
   for (const char* owner : {"", "one"}) {
-    PlanningPool pool(2, 8);
+    // They outlive the pool, whose end waits for them.
     LongPlan first;
     LongPlan others;
+    LongPlan elsewhere;
+    PlanningPool pool(2, 8);
     first.Submit(pool, pool.NewShare(1.0, owner));
     while (first.begun == 0) std::this_thread::yield();
     std::vector<uint64_t> waiting;
@@ -288,7 +290,6 @@ TEST(PlanningPool, PlansTakeTurns) {
     for (int i = 0; i < 3; ++i) {
       waiting.push_back(others.Submit(pool, pool.NewShare(1.0, owner), 0.5));
     }
-    LongPlan elsewhere;
     elsewhere.Submit(pool, pool.NewShare(1.0, "another"));
     while (elsewhere.begun == 0) std::this_thread::yield();
     for (size_t i = 0; i < waiting.size(); ++i) {
@@ -313,9 +314,9 @@ TEST(PlanningPool, PlansTakeTurns) {
 }
 
 TEST(PlanningPool, ALongPlanHasATurnAndThenGoesOnBesideOthers) {
-  PlanningPool pool(2, 8, std::chrono::milliseconds(50));
   LongPlan first;
   LongPlan second;
+  PlanningPool pool(2, 8, std::chrono::milliseconds(50));
   first.Submit(pool, pool.NewShare());
   second.Submit(pool, pool.NewShare());
   const auto began = std::chrono::steady_clock::now();
@@ -345,11 +346,11 @@ void Work(parallel::Parallel& parallel, int milliseconds, std::atomic<int>& done
 // A merge of another session would have half of the time otherwise.
 TEST(PlanningPool, APlanInItsTurnGoesBeforeMergesOfThoseItTakesTurnsWith) {
   for (const char* owner : {"", "one"}) {
-    PlanningPool pool(1, 8);
     std::atomic<int> merging{0};
     std::atomic<int> planning{0};
     int merged_meanwhile = 0;
     std::latch done(2);
+    PlanningPool pool(1, 8);
     pool.Submit(pool.NewShare(1.0, owner), JobPriority::kModel, [&](parallel::Parallel& parallel) {
       Work(parallel, 400, merging);
       done.count_down();
@@ -368,11 +369,11 @@ TEST(PlanningPool, APlanInItsTurnGoesBeforeMergesOfThoseItTakesTurnsWith) {
 
 // Who plans again and again keeps no merge waiting.
 TEST(PlanningPool, NoTurnBeginsWhileAMergeIsUnderWayThatHasHadLess) {
-  PlanningPool pool(1, 8);
   std::atomic<int> planned{0};
   std::atomic<int> merged{0};
   std::atomic<int> merged_at_second{-1};
   std::latch done(3);
+  PlanningPool pool(1, 8);
   const auto planner = pool.NewShare();
   std::promise<void> begun;
   pool.Submit(planner, JobPriority::kPlan, [&](parallel::Parallel& parallel) {
@@ -395,10 +396,10 @@ TEST(PlanningPool, NoTurnBeginsWhileAMergeIsUnderWayThatHasHadLess) {
 
 // What a person waits for is short; it does not wait for the turn's end.
 TEST(PlanningPool, InteractiveWorkDoesNotWaitForTheEndOfATurn) {
-  PlanningPool pool(1, 8);
   std::atomic<int> planned{0};
   std::atomic<int> planned_at_answer{-1};
   std::latch done(2);
+  PlanningPool pool(1, 8);
   pool.Submit(pool.NewShare(), JobPriority::kPlan, [&](parallel::Parallel& parallel) {
     Work(parallel, 400, planned);
     done.count_down();
