@@ -209,6 +209,8 @@ class Job {
     for (v1::Scan& scan : scans) {
       scan.mutable_merge()->clear_carve_duration();
       scan.mutable_merge()->clear_merge_duration();
+      // A plan that a crash ended is asked for again, under the next name.
+      if (scan.merge().has_promise()) scan.mutable_merge()->mutable_promise()->clear_plan();
       scan.mutable_registration()->clear_duration();
       ending.scans.push_back(scan.DebugString());
     }

@@ -273,6 +273,8 @@ Ending EndingOf(JobClient& client, const Acknowledged& known) {
     scan.mutable_registration()->clear_duration();
     scan.mutable_merge()->clear_carve_duration();
     scan.mutable_merge()->clear_merge_duration();
+    // A plan that a kill ended is asked for again, under the next name.
+    if (scan.merge().has_promise()) scan.mutable_merge()->mutable_promise()->clear_plan();
     ending.scans.push_back(scan.DebugString());
   }
   ending.plans = known.plan_answers;
