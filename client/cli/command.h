@@ -67,7 +67,8 @@ CLI::App* AddCommand(CLI::App& parent, Environment& environment, const std::stri
   return command;
 }
 
-// One function per command, each in the file of that name (scanner and claim: of their group's).
+// One function per command, each in the file of that name (scanner and claim: of their
+// group's; file: scan_file).
 void AddSessionCreate(CLI::App& parent, Environment& environment);
 void AddSessionList(CLI::App& parent, Environment& environment);
 void AddSessionShow(CLI::App& parent, Environment& environment);

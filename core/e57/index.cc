@@ -203,10 +203,6 @@ absl::StatusOr<ScanSetup> ReadSetup(const pugi::xml_node& element, size_t number
                                     PagedBytes& file) {
   ScanSetup setup;
   setup.name = element.child("name").text().get();
-  setup.guid = element.child("guid").text().get();
-  const std::string vendor = element.child("sensorVendor").text().get();
-  const std::string model = element.child("sensorModel").text().get();
-  setup.instrument = absl::StrCat(vendor, vendor.empty() || model.empty() ? "" : " ", model);
   const std::string where = absl::StrCat(
       "set-up ", number, setup.name.empty() ? "" : absl::StrCat(" (", setup.name, ")"));
   absl::Status read = ReadPose(element, where, setup);
@@ -235,7 +231,7 @@ absl::StatusOr<std::vector<ScanSetup>> ReadIndex(PagedBytes& file) {
     return read;
   }
   pugi::xml_document document;
-  // In place: it takes a fifth of the memory. No entities are expanded but XML's own.
+  // In place, without a copy. No entities are expanded but XML's own.
   const pugi::xml_parse_result parsed = document.load_buffer_inplace(text.data(), text.size());
   if (!parsed) {
     return Bad("description", absl::StrCat("no XML (", parsed.description(), " at its byte ",

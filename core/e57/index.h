@@ -40,9 +40,7 @@ struct IndexBounds {
 
 // One set-up: what an instrument scanned from one place.
 struct ScanSetup {
-  std::string name;        // may be empty
-  std::string guid;        // may be empty
-  std::string instrument;  // vendor and model, as far as stated
+  std::string name;  // may be empty
   // From the frame of its points to that of the file (m); absent: none is stated.
   std::optional<Eigen::Isometry3d> T_file_setup;
   std::optional<IndexBounds> bounds;

@@ -5,6 +5,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "server/store/left_out.h"
 
 namespace vantage::faults {
 namespace {
@@ -28,9 +29,7 @@ void ClaimLog::Broken(const std::string& what) {
 void ClaimLog::Take(const v1::SessionEvent& event) {
   const uint64_t expected = last_ + 1;
   last_ = event.sequence();
-  const uint64_t first =
-      event.has_events_left_out() ? event.events_left_out().first_sequence() : last_;
-  if (first > expected || last_ < expected) {
+  if (store::FirstSequence(event) > expected || last_ < expected) {
     Broken(absl::StrCat("came where ", expected, " was due: an event is lost, or came twice"));
   }
   ++counts_.events;

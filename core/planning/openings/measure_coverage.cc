@@ -14,6 +14,10 @@
 namespace vantage::planning {
 namespace {
 
+bool AtDensity(model::VoxelState state, const model::SurfaceVoxel& surface, double required) {
+  return state == model::VoxelState::kTrueSurface && surface.density >= required;
+}
+
 // The figures of surface that is met voxel by voxel.
 class CoverageSum {
  public:
@@ -23,7 +27,7 @@ class CoverageSum {
            InReach&& in_reach) {
     const double area = surface.area;
     figures_.area[static_cast<size_t>(model::KindOf(state))] += area;
-    if (state == model::VoxelState::kTrueSurface && surface.density >= required_density) {
+    if (AtDensity(state, surface, required_density)) {
       figures_.area_at_density += area;
       wanted_ += area;
     } else if (surface.given_up) {
@@ -100,9 +104,10 @@ double AreaAtDensity(const model::PlanningView& model, const PlanningConfig& con
   visibility::WalkSurface(
       model, parallel::Cancellation(),
       [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
-        if (state != model::VoxelState::kTrueSurface) return;
         const std::optional<Requirement> required = config.RequiredAt(model.Centre(v));
-        if (required.has_value() && surface.density >= required->density) area += surface.area;
+        if (required.has_value() && AtDensity(state, surface, required->density)) {
+          area += surface.area;
+        }
       });
   return area;
 }
