@@ -298,8 +298,11 @@ std::string ViewReport(const v1::RankedView& view) {
           ? absl::StrFormat("  gain       brings %.2f m\u00b2 to density\n", view.model_gain_m2())
           : std::string("  gain       not known yet: the score is not exact\n");
   if (view.exact() && view.expected_gain_m2() > view.model_gain_m2() + 0.005) {
-    absl::StrAppendFormat(&out, "  expected   %.2f m\u00b2, with what was not seen yet\n",
-                          view.expected_gain_m2());
+    absl::StrAppendFormat(
+        &out,
+        "  expected   %.1f m\u00b2 with what was not seen yet; %.1f to %.1f in four "
+        "cases of five\n",
+        view.expected_gain_m2(), view.expected_gain_lower_m2(), view.expected_gain_upper_m2());
   }
   const v1::BySurfaceKind& score = view.score_by_kind();
   absl::StrAppendFormat(&out, "  score      %.0f samples", view.score());

@@ -45,7 +45,10 @@ const v1::RankedView* Choose(const v1::PlanResult& plan, ViewChoice choice) {
 std::optional<Promise> PromiseOf(const v1::RankedView& view) {
   // Both gains come of one computation; the bounds of one of them tell whether it was made.
   if (view.model_gain_lower_m2() < view.model_gain_upper_m2()) return std::nullopt;
-  return Promise{view.expected_gain_m2(), view.model_gain_m2(), view.verdict().overlap_share()};
+  return Promise{view.expected_gain_m2(),        view.model_gain_m2(),
+                 view.verdict().overlap_share(), view.expected_gain_lower_m2(),
+                 view.expected_gain_upper_m2(),  view.model_gain_by_kind_m2(),
+                 view.expected_surface_gain_m2()};
 }
 
 SimulatedJob::SimulatedJob(client::Client& client, const Site& site, const JobOptions& options,

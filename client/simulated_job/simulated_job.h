@@ -31,9 +31,13 @@ struct TriedPlace {
 
 // What a plan says of a scan from one of its views.
 struct Promise {
-  double expected_gain = 0;  // m^2 brought to density
-  double model_gain = 0;     // m^2, the part of it that the model holds
-  double overlap = 0;        // share of its samples that are of surface which is known
+  double expected_gain = 0;     // m^2 brought to density
+  double model_gain = 0;        // m^2, the part of it that the model holds
+  double overlap = 0;           // share of its samples that are of surface which is known
+  double lower = 0;             // m^2: the scan brings from this
+  double upper = 0;             // to this in four cases of five
+  v1::BySurfaceKind by_kind;    // m^2, splits model_gain
+  double expected_surface = 0;  // m^2, the part of expected_gain that is expected and not known
 };
 
 // Nothing where the plan had no time left to say.

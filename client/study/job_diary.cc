@@ -5,6 +5,19 @@
 #include "client/study/job_store.h"
 
 namespace vantage::study {
+namespace {
+
+void WritePromise(const simulated_job::Promise& promise, study_records::v1::ScanRecord& record) {
+  record.set_model_gain(promise.model_gain);
+  record.set_predicted_overlap(promise.overlap);
+  study_records::v1::GainForecast& forecast = *record.mutable_forecast();
+  forecast.set_lower(promise.lower);
+  forecast.set_upper(promise.upper);
+  *forecast.mutable_by_kind() = promise.by_kind;
+  forecast.set_expected_surface(promise.expected_surface);
+}
+
+}  // namespace
 
 JobDiary::JobDiary(const StudyScene& scene, const std::string& planner, uint64_t seed,
                    parallel::Parallel& parallel)
@@ -48,8 +61,8 @@ void JobDiary::Add(const ScanMade& scan) {
   }
   record.set_minutes(minutes_);
   if (scan.predicted) record.set_predicted(*scan.predicted);
-  if (scan.model_gain) record.set_model_gain(*scan.model_gain);
-  if (scan.predicted_overlap) record.set_predicted_overlap(*scan.predicted_overlap);
+  if (scan.promised) WritePromise(*scan.promised, record);
+  if (scan.brought) record.set_brought(*scan.brought);
   if (scan.overlap) record.set_overlap(*scan.overlap);
   const Best best = BestNow();
   record.set_best(static_cast<double>(best.new_samples) * scene_.area_per_sample());

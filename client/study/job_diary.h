@@ -22,13 +22,13 @@ struct ScanMade {
   Eigen::Vector3d at = Eigen::Vector3d::Zero();        // m, scene frame: where it was made
   bool merged = false;
   bool second_prior = false;
-  std::optional<double> predicted;          // m^2 brought to density
-  std::optional<double> model_gain;         // the part of it that the model holds, m^2
-  std::optional<double> predicted_overlap;  // share of its samples
-  std::optional<double> overlap;            // found in aligning it
-  double off = 0;                           // m, pose in the model against the truth
-  double plan_seconds = 0;                  // spent on choosing it
-  std::optional<double> plan_budget;        // s, of the plan that chose it
+  std::optional<double> predicted;                 // m^2 brought to density
+  std::optional<simulated_job::Promise> promised;  // all of what the plan said of it; of ours
+  std::optional<double> brought;                   // m^2 that came to density in the model
+  std::optional<double> overlap;                   // found in aligning it
+  double off = 0;                                  // m, pose in the model against the truth
+  double plan_seconds = 0;                         // spent on choosing it
+  std::optional<double> plan_budget;               // s, of the plan that chose it
   std::optional<int> plan_attempts;
   std::vector<std::string> notes;
   std::vector<simulated_job::TriedPlace> expected_places;  // gone to for it, in order

@@ -12,7 +12,7 @@
 
 namespace vantage::study {
 
-inline constexpr uint32_t kRecordFormat = 3;
+inline constexpr uint32_t kRecordFormat = 4;
 
 // Writes `contents` so that the file is complete or absent, whatever happens meanwhile.
 absl::Status WriteWhole(const std::string& path, const std::string& contents);

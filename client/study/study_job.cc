@@ -83,10 +83,10 @@ absl::Status RunOurs(const StudyScene& scene, const StudyPlanner& planner, uint6
     made.at = cycle.at;
     made.merged = cycle.merged;
     made.second_prior = cycle.second_prior;
-    if (cycle.promised) {
-      made.predicted = cycle.promised->expected_gain;
-      made.model_gain = cycle.promised->model_gain;
-      made.predicted_overlap = cycle.promised->overlap;
+    made.promised = cycle.promised;
+    if (cycle.promised) made.predicted = cycle.promised->expected_gain;
+    if (cycle.merged && cycle.scan.merge().has_obtained_gain_m2()) {
+      made.brought = cycle.scan.merge().obtained_gain_m2();
     }
     if (cycle.number > 1) made.overlap = cycle.scan.registration().verdict().overlap_share();
     made.off = cycle.number > 1 ? cycle.off_metres : 0;

@@ -345,6 +345,12 @@ v1::RankedView WriteView(const planning::RankedView& view, std::span<const plann
   out.set_exact(view.exact);
   if (view.model_gain.has_value()) out.set_model_gain_m2(*view.model_gain);
   out.set_expected_gain_m2(view.expected_gain.value_or(0));
+  if (view.model_gain.has_value()) {
+    *out.mutable_model_gain_by_kind_m2() = WriteByKind(view.gain_by_kind);
+    out.set_expected_surface_gain_m2(view.gain_without_hidden.value_or(0) - *view.model_gain);
+  }
+  out.set_expected_gain_lower_m2(view.expected_gain_lower.value_or(0));
+  out.set_expected_gain_upper_m2(view.expected_gain_upper.value_or(0));
   out.set_model_gain_lower_m2(view.model_gain.value_or(0));
   out.set_model_gain_upper_m2(view.model_gain_upper);
   *out.mutable_score_by_kind() = WriteByKind(view.score_by_kind);

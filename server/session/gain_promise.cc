@@ -34,6 +34,8 @@ std::optional<v1::GainPromise> PromiseOf(const SessionState& state, const v1::Sc
       promise.set_view_index(i);
       promise.set_model_gain_m2(view.model_gain_m2());
       promise.set_expected_gain_m2(view.expected_gain_m2());
+      promise.set_expected_gain_lower_m2(view.expected_gain_lower_m2());
+      promise.set_expected_gain_upper_m2(view.expected_gain_upper_m2());
       return promise;
     }
   }

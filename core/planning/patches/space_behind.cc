@@ -1,6 +1,7 @@
 #include "core/planning/patches/space_behind.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace vantage::planning {
 namespace {
@@ -36,6 +37,13 @@ double DepthBehind(const model::PlanningView& model, const model::VoxelIndex& vo
 double DensityWorthHaving(double required_density, double depth) {
   const double scale = 1 + depth / kLookingRange;
   return required_density * scale * scale;
+}
+
+double DepthWorth(double required_density, double density) {
+  // Densities are kept as floats, which says depths to some micrometres.
+  constexpr double kTenth = 1e-4;  // m
+  const double depth = kLookingRange * (std::sqrt(density / required_density) - 1);
+  return kTenth * std::round(depth / kTenth);
 }
 
 }  // namespace vantage::planning

@@ -19,6 +19,10 @@ double DepthBehind(const model::PlanningView& model, const model::VoxelIndex& vo
 // density D; r is the range from which openings are looked through.
 double DensityWorthHaving(double required_density, double depth);
 
+// The depth behind an opening at which `density` is worth having, m: DensityWorthHaving() the other
+// way round, to a tenth of a millimetre.
+double DepthWorth(double required_density, double density);
+
 }  // namespace vantage::planning
 
 #endif  // VANTAGE_CORE_PLANNING_PATCHES_SPACE_BEHIND_H_

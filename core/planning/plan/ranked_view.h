@@ -57,12 +57,17 @@ struct RankedView {
   bool exact = false;  // lower == score == upper, confidence 1
   // Surface that it would bring to the required density in the model, m^2; known when exact.
   std::optional<double> model_gain;
-  // The expected gain, m^2: the model gain with false surface for kSurfaceBehindFalse times its
-  // area, and what the view would bring of surface that is expected and not known, if it is as
-  // expected; known when exact.
+  // The same by kind of surface, m^2; sums to model_gain.
+  std::array<double, model::kSurfaceKinds> gain_by_kind{};
+  // The expected gain, m^2: what a scan is forecast to bring to density (ranking/gain_forecast.h);
+  // known when exact.
   std::optional<double> expected_gain;
-  // The expected gain with false surface at its own area, m^2: what plans end by, so that a small
-  // opening does not keep a job open for what may be behind it. Known when exact.
+  // What a scan brings lies between these in four cases of five, m^2; known when exact.
+  std::optional<double> expected_gain_lower;
+  std::optional<double> expected_gain_upper;
+  // The model gain, and what the view would bring of surface that is expected and not known, if it
+  // is as expected, m^2: what plans end by, so that a small opening does not keep a job open for
+  // what may be behind it. Known when exact.
   std::optional<double> gain_without_hidden;
   // Index into Plan::refused of a view that is predicted to register after a scan from here: this
   // view comes first for the sake of both.

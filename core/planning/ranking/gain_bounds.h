@@ -14,8 +14,8 @@
 
 namespace vantage::planning {
 
-// The expected gain of the best feasible view, with false surface at its own area, as in all of
-// this file, lies between `lower` and `upper`, m2.
+// What the best feasible view gains, as in all of this file its model gain and the gain of what is
+// expected (RankedView::gain_without_hidden), lies between `lower` and `upper`, m2.
 struct GainBounds {
   double lower = 0;
   double upper = 0;  // at the confidence of the scores' bounds

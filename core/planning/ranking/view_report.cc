@@ -6,6 +6,8 @@
 #include <utility>
 
 #include "absl/strings/str_format.h"
+#include "core/planning/patches/space_behind.h"
+#include "core/planning/ranking/gain_forecast.h"
 #include "core/planning/ranking/rank_views.h"
 
 namespace vantage::planning {
@@ -103,9 +105,12 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
       view.score = view.lower = view.upper = split.score;
       view.exact = true;
       view.model_gain = split.model_gain;
+      view.gain_by_kind = split.gain_by_kind;
       view.model_gain_upper = split.model_gain_upper;
       view.gain_without_hidden = split.gain_without_hidden;
       view.expected_gain = split.expected_gain;
+      view.expected_gain_lower = split.expected_gain_lower;
+      view.expected_gain_upper = split.expected_gain_upper;
     }
   });
   return views;
@@ -114,17 +119,30 @@ std::vector<RankedView> ViewReport::Describe(std::span<const CheckedView> checke
 void ViewReport::SetGain(const CellArrays& gains, const PatchSet& patches,
                          std::span<const float> cell_gains, RankedView& view) {
   double known = 0;
-  double expected = 0;
-  double behind = 0;
+  GainParts parts;
+  view.gain_by_kind.fill(0);
   for (size_t i = 0; i < gains.size(); ++i) {
     const auto gain = static_cast<double>(cell_gains[i]);
     if (!(gain > 0)) continue;
-    (patches.cells.Expected(gains.cell[i]) ? expected : known) += gain;
-    behind += (SurfaceBehind(patches, gains.cell[i]) - 1) * gain;
+    const DeficientCell cell = patches.cells[gains.cell[i]];
+    if (cell.expected) {
+      parts.expected += gain;
+      continue;
+    }
+    known += gain;
+    view.gain_by_kind[static_cast<size_t>(cell.kind)] += gain;
+    if (cell.kind == model::SurfaceKind::kTrue) {
+      parts.measured += gain;
+    } else {
+      (DepthWorth(cell.required, cell.enough) >= kDeep ? parts.deep : parts.hidden) += gain;
+    }
   }
   view.model_gain = view.model_gain_upper = known;
-  view.gain_without_hidden = known + expected;
-  view.expected_gain = known + expected + behind;
+  view.gain_without_hidden = known + parts.expected;
+  const GainForecast forecast = ForecastGain(parts);
+  view.expected_gain = forecast.expected;
+  view.expected_gain_lower = forecast.lower;
+  view.expected_gain_upper = forecast.upper;
 }
 
 void ViewReport::NameFallback(std::vector<RankedView>& views) {

@@ -39,12 +39,6 @@ CellArrays GainCells(const CellArrays& cells, const PatchSet& patches,
   return gains;
 }
 
-double SurfaceBehind(const PatchSet& patches, uint32_t cell) {
-  const bool false_surface =
-      patches.cells.Kind(cell) != model::SurfaceKind::kTrue && !patches.cells.Expected(cell);
-  return false_surface ? kSurfaceBehindFalse : 1;
-}
-
 double MostGainPerSample(const CellArrays& cells, const CellArrays& gains) {
   double most = 0;
   for (size_t i = 0; i < cells.size(); ++i) {

@@ -22,19 +22,6 @@ CellArrays GainCells(const CellArrays& cells, const PatchSet& patches);
 CellArrays GainCells(const CellArrays& cells, const PatchSet& patches,
                      parallel::Parallel& parallel);
 
-// Surface that comes to light behind a square metre of false surface, m2. False surface is a flat
-// curtain in front of what is hidden, and of all surfaces that close a gap the flat one is the
-// smallest: behind the curtain across a corner lie two walls, 1.4 times as large, and a floor.
-// Measured on whole jobs with steps of 0.034 degrees: with this factor views from known places were
-// to gain 0.78 of what they gained in furnished flats, and 1.02 in a hall, an office, a house and
-// bare pairs of rooms together (client/study/experiments.md);
-// from 0.6 in the house to 1.5 in the hall, and not measured in the open.
-inline constexpr double kSurfaceBehindFalse = 2;
-
-// The factor by which more than its gain is expected of patches.cells[cell]: that, where it is
-// false surface, else 1.
-double SurfaceBehind(const PatchSet& patches, uint32_t cell);
-
 // The most model gain that a sample of any cell's score can stand for, m2 per weighted sample. So
 // a view's model gain is at most this times its score. `gains` are the GainCells() of `cells`.
 double MostGainPerSample(const CellArrays& cells, const CellArrays& gains);

@@ -259,6 +259,35 @@ TEST(StudyTable, PromisesAreHeldAgainstWhatCameByTheBasisOfThePlace) {
             "not run");
 }
 
+TEST(StudyTable, ForecastsAreHeldAgainstWhatCameByArea) {
+  JobRecord job = Job("ours", 1, {0.2, 0.3, 0.5, 0.6, 0.7}, 5);
+  struct Case {
+    double expected, lower, upper, brought;
+  };
+  const Case cases[] = {{30, 20, 40, 35}, {10, 8, 12, 14}, {10, 5, 25, 25}};
+  for (int i = 0; i < 3; ++i) {
+    study_records::v1::ScanRecord& scan = *job.mutable_scans(i + 1);
+    scan.set_predicted(cases[i].expected);
+    scan.set_model_gain(10);
+    scan.mutable_forecast()->mutable_by_kind()->set_true_surface(10);
+    scan.mutable_forecast()->set_lower(cases[i].lower);
+    scan.mutable_forecast()->set_upper(cases[i].upper);
+    scan.set_brought(cases[i].brought);
+  }
+  job.mutable_scans(4)->set_predicted(100);  // the lost one brought nothing
+  job.mutable_scans(4)->mutable_forecast()->set_upper(200);
+  const auto table = TableOf({job});
+  EXPECT_DOUBLE_EQ(FigureOf(table, "promise.interval80").value(), 0.8);
+  EXPECT_DOUBLE_EQ(FigureOf(table, "promise.width").value(), 20.0 / 30);
+  EXPECT_DOUBLE_EQ(FigureOf(table, "promise.within25").value(), 0.6);
+  // Widths 20, 4 and 20, and two metres too much, ten times over; by a factor on 10 m2 all are 9.9
+  // wide, and 19.4 and 9.4 too much.
+  EXPECT_NEAR(FigureOf(table, "promise.winkler").value(),
+              (20 + 4 + 20 + 20) / (3 * 9.9 + 10 * (19.4 + 9.4)), 1e-9);
+  EXPECT_THAT(FigureOf(table, "promise.width").detail(), HasSubstr("3 scans, 50 m2 expected"));
+  EXPECT_EQ(FigureOf(TableOf({Job("ours", 1, {0.5})}), "promise.width").stated(), "not run");
+}
+
 TEST(StudyTable, HousesHaveAFigureOfTheirOwn) {
   std::vector<JobRecord> jobs = {Job("ours", 1, {0.5, 0.6, 0.7, 0.96}),
                                  Job("oracle", 1, {0.5, 0.96})};

@@ -102,6 +102,16 @@ TEST_F(WholePlanTest, ScoresByKindSumToTheScore) {
   }
 }
 
+TEST_F(WholePlanTest, GainsByKindSumToTheModelGain) {
+  for (const RankedView& view : plan_.views) {
+    double sum = 0;
+    for (const double gain : view.gain_by_kind) sum += gain;
+    EXPECT_NEAR(sum, view.model_gain.value(), 1e-9 * sum);
+    EXPECT_LE(view.expected_gain_lower.value(), view.expected_gain.value());
+    EXPECT_LE(view.expected_gain.value(), view.expected_gain_upper.value());
+  }
+}
+
 // Against the room itself: its floor's voxels have their middle at -0.025 m.
 TEST_F(WholePlanTest, ViewsSayWhereTheyStand) {
   for (const RankedView& view : plan_.views) {

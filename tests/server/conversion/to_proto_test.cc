@@ -144,9 +144,18 @@ TEST(ToProto, AnExpectedStationIsInTheWorld) {
   EXPECT_FALSE(WriteView(view, {}, Eigen::Vector3d::Zero()).has_expected_station());
   view.expected = planning::ExpectedStation{Eigen::Vector3d(1, 2, -1), 1.2, 0.9, 3};
   view.model_gain = 4;
+  view.gain_by_kind = {1, 3, 0, 0};
+  view.gain_without_hidden = 7;
   view.expected_gain = 10;
+  view.expected_gain_lower = 5;
+  view.expected_gain_upper = 15;
   const v1::RankedView written = WriteView(view, {}, {100, 200, 10});
   EXPECT_EQ(written.expected_gain_m2(), 10);
+  EXPECT_EQ(written.expected_gain_lower_m2(), 5);
+  EXPECT_EQ(written.expected_gain_upper_m2(), 15);
+  EXPECT_EQ(written.expected_surface_gain_m2(), 3);
+  EXPECT_EQ(written.model_gain_by_kind_m2().true_surface(), 1);
+  EXPECT_EQ(written.model_gain_by_kind_m2().occlusion(), 3);
   EXPECT_EQ(written.model_gain_m2(), 4);
   const v1::ExpectedStation& expected = written.expected_station();
   EXPECT_EQ(expected.doorway().x(), 101);

@@ -41,6 +41,8 @@ class PromiseTest : public testing::Test {
       *view.mutable_position() = ScanAt(x, 0, 1.5).pose().translation();
       view.set_model_gain_m2(gain);
       view.set_expected_gain_m2(2 * gain);
+      view.set_expected_gain_lower_m2(gain / 2);
+      view.set_expected_gain_upper_m2(3 * gain);
       gain -= 1;
     }
     state_.plan_order.push_back(name);
@@ -58,6 +60,8 @@ TEST_F(PromiseTest, IsThatOfTheViewAtItsPlace) {
   EXPECT_EQ(promise->view_index(), 1);
   EXPECT_EQ(promise->model_gain_m2(), 9);
   EXPECT_EQ(promise->expected_gain_m2(), 18);
+  EXPECT_EQ(promise->expected_gain_lower_m2(), 4.5);
+  EXPECT_EQ(promise->expected_gain_upper_m2(), 27);
   EXPECT_FALSE(PromiseOf(state_, ScanAt(4.6, 0, 1.5)).has_value());
   EXPECT_FALSE(PromiseOf(state_, ScanAt(4, 0, 4.3)).has_value()) << "on another storey";
 }

@@ -292,7 +292,10 @@ TEST(AnytimeTest, CancelledIsNotComplete) {
 
 // People want to see something soon; what is done until then changes nothing of what comes.
 TEST(AnytimeTest, ShowsAFirstLookLongBeforeTheRaceEnds) {
-  const AnytimeProblem problem(test_support::FurnishedRoom(6), 0.1);
+  const test_support::PlanningProblem problem(
+      std::make_shared<model::PlanningView>(
+          test_support::BuildView(test_support::FurnishedRoom(6))),
+      AnytimeProblem::ConfigWith(0.1));
   parallel::Serial serial;
   std::vector<uint64_t> shown;
   std::stop_source enough;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "core/planning/patches/patches.h"
 #include "core/sensor/scanner_model.h"
 #include "tests/support/closed_form_view.h"
@@ -72,6 +74,8 @@ TEST(DensityWorthHavingTest, IsWhatSurfaceBehindNeedsAtTheLookingRange) {
       const double at_opening = scanner.SamplingDensity(0, 1, 2.0);
       const double behind = scanner.SamplingDensity(0, 1, 2.0 + depth);
       EXPECT_NEAR(DensityWorthHaving(behind, depth), at_opening, 1e-6 * at_opening);
+      EXPECT_EQ(DepthWorth(behind, DensityWorthHaving(behind, depth)),
+                1e-4 * std::round(1e4 * depth));
     }
   }
 }

@@ -7,6 +7,8 @@
 #include <vector>
 
 #include "core/parallel/thread_pool.h"
+#include "core/planning/patches/space_behind.h"
+#include "core/planning/ranking/gain_forecast.h"
 #include "core/planning/ranking/view_report.h"
 #include "core/planning/scoring/gain_cells.h"
 #include "tests/support/closed_form_view.h"
@@ -41,14 +43,16 @@ class GainBoundsTest : public ::testing::Test {
     }
     return evaluation;
   }
-  // Area of the cells that the view brings to D, voxel by voxel, where false surface stands for
-  // `behind` times as much.
-  double BruteForce(const PlanningProblem& problem, const Eigen::Vector3d& view,
-                    double behind) const {
+  bool IsDeep(const DeficientCell& cell) const {
+    return cell.kind != model::SurfaceKind::kHole &&
+           DepthBehind(view_, cell.voxel, cell.normal, config_.unknown_depth) >= kDeep;
+  }
+  // Area of the cells that the view brings to D, voxel by voxel.
+  GainParts BruteForce(const PlanningProblem& problem, const Eigen::Vector3d& view) const {
     const CellArrays& cells = problem.scoring().cells();
     std::vector<float> scores(cells.size());
     (void)problem.scoring().scorer().ScoreCells(view, cells, parallel::Budget::Unlimited(), scores);
-    double sum = 0;
+    GainParts parts;
     for (size_t i = 0; i < cells.size(); ++i) {
       if (scores[i] <= 0) continue;  // not seen
       const DeficientCell& cell = problem.patches().cells[cells.cell[i]];
@@ -57,11 +61,12 @@ class GainBoundsTest : public ::testing::Test {
       const double density =
           scanner_.SamplingDensity(std::asin(-to.z() / to.norm()), cosine, to.norm());
       if (density >= config_.required_density * static_cast<double>(cell.spread)) {
-        sum += (cell.kind == model::SurfaceKind::kTrue ? 1 : behind) *
-               static_cast<double>(cell.success * cell.area);
+        (cell.kind == model::SurfaceKind::kTrue ? parts.measured
+         : IsDeep(cell)                         ? parts.deep
+                        : parts.hidden) += static_cast<double>(cell.success * cell.area);
       }
     }
-    return sum;
+    return parts;
   }
 
   model::PlanningView view_;
@@ -75,21 +80,25 @@ TEST_F(GainBoundsTest, GainIsTheAreaThatComesToTheRequiredDensity) {
   const ViewReport report(*problem);
   double most = 0;
   double most_hidden = 0;
+  double most_deep = 0;
   for (size_t i = 0; i < problem->feasible().cells().size(); i += 7) {
     RankedView view;
     const Eigen::Vector3d at = problem->feasible().Centre(i);
     ASSERT_TRUE(report.Exact(at, parallel::Budget::Unlimited(), serial_, view));
-    const double area = BruteForce(*problem, at, 1);
-    const double behind = BruteForce(*problem, at, kSurfaceBehindFalse);
+    const GainParts parts = BruteForce(*problem, at);
+    const double area = parts.measured + parts.hidden + parts.deep;
+    const double expected = ForecastGain(parts).expected;
     // Cells between 0.99 D and D count in part.
     EXPECT_NEAR(view.model_gain.value(), area, 0.02 * area + 0.01);
-    EXPECT_NEAR(view.expected_gain.value(), behind, 0.02 * behind + 0.01);
+    EXPECT_NEAR(view.expected_gain.value(), expected, 0.02 * expected + 0.01);
     EXPECT_EQ(view.gain_without_hidden.value(), view.model_gain.value()) << "nothing is expected";
     most = std::max(most, area);
-    most_hidden = std::max(most_hidden, behind - area);
+    most_hidden = std::max(most_hidden, parts.hidden);
+    most_deep = std::max(most_deep, parts.deep);
   }
   EXPECT_GT(most, 1);
-  EXPECT_GT(most_hidden, 1);
+  EXPECT_GT(most_hidden, 0.5);
+  EXPECT_GT(most_deep, 0);
 }
 
 // What lies behind an opening and what is weighed differently change scores, not square metres.
