@@ -32,7 +32,7 @@ struct Entry {
 // those that core/planning/ranking/gain_forecast was fitted to.
 constexpr double kHiddenTwice = 2;
 constexpr double kLeastOfIt = 0.57;
-constexpr double kMostOfIt = 1.56;
+constexpr double kMostOfIt = 1.52;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 using ByScene = std::vector<std::pair<std::string, std::map<std::string, std::vector<Entry>>>>;
 

@@ -12,11 +12,14 @@
 //                - what is predicted of a sector (bound/prediction): flats 3 to 10
 //                - where views stand: random edge scenes 1 to 120 and 178
 //                - openings and what is expected: flats 1 to 7, two rooms 1, storey 1 of 250 m^2
+//                - what a scan brings (gain_forecast): flats 1 to 12, two rooms 1 to 5, halls 1
+//                  to 6, offices 1 to 3, houses 1 and 2
 //                - mirrors told together: mirror scenes 1 to 50
 //                - the sky: the four outdoor scenes of seed 1
 //                - speed of carving, merging, scoring and aligning: flats 1 to 5, storeys of seed 1
 //   from 200 on  reporting. Nothing was chosen on these.
-// Meshes from files: `small_house` is for tuning (the turns of the race), `bookstore` reports.
+// Meshes from files: `small_house` is for tuning (the turns of the race, what a scan
+// brings), `bookstore` reports.
 // Calibration of registration has kinds of scenes and a split of its own
 // (tests/bench/vantage_calibrate.cc).
 //

@@ -280,10 +280,10 @@ TEST(StudyTable, ForecastsAreHeldAgainstWhatCameByArea) {
   EXPECT_DOUBLE_EQ(FigureOf(table, "promise.interval80").value(), 0.8);
   EXPECT_DOUBLE_EQ(FigureOf(table, "promise.width").value(), 20.0 / 30);
   EXPECT_DOUBLE_EQ(FigureOf(table, "promise.within25").value(), 0.6);
-  // Widths 20, 4 and 20, and two metres too much, ten times over; by a factor on 10 m2 all are 9.9
-  // wide, and 19.4 and 9.4 too much.
+  // Widths 20, 4 and 20, and two metres too much, ten times over; by a factor on 10 m2 all are 9.5
+  // wide, and 35, 14 and 25 are more than 15.2 by 19.8 and 9.8.
   EXPECT_NEAR(FigureOf(table, "promise.winkler").value(),
-              (20 + 4 + 20 + 20) / (3 * 9.9 + 10 * (19.4 + 9.4)), 1e-9);
+              (20 + 4 + 20 + 20) / (3 * 9.5 + 10 * (19.8 + 9.8)), 1e-9);
   EXPECT_THAT(FigureOf(table, "promise.width").detail(), HasSubstr("3 scans, 50 m2 expected"));
   EXPECT_EQ(FigureOf(TableOf({Job("ours", 1, {0.5})}), "promise.width").stated(), "not run");
 }
