@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "client/study/median.h"
 #include "client/study/planner_list.h"
 #include "client/study/svg.h"
 #include "client/study/table.h"

@@ -11,6 +11,8 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "absl/strings/str_join.h"
+#include "client/study/forecast_score.h"
+#include "client/study/median.h"
 #include "client/study/planner_list.h"
 
 namespace vantage::study {
@@ -27,12 +29,6 @@ struct Entry {
   const JobRecord* record = nullptr;
   int most_scans = 0;
 };
-// The constant-factor forecast that forecasts are held against: model gain with false surface
-// twice, and expected surface. At least and at most so much of it comes in four cases of five of
-// those that core/planning/ranking/gain_forecast was fitted to.
-constexpr double kHiddenTwice = 2;
-constexpr double kLeastOfIt = 0.57;
-constexpr double kMostOfIt = 1.52;
 constexpr double kNever = std::numeric_limits<double>::infinity();
 using ByScene = std::vector<std::pair<std::string, std::map<std::string, std::vector<Entry>>>>;
 
@@ -387,71 +383,28 @@ Comparison ExpectedOverObtained(const ByScene& scenes, bool at_expected) {
   return ratio;
 }
 
-// What was forecast of a scan, and what came, m^2.
-struct Outcome {
-  double by_a_factor = 0;  // what the constant-factor forecast multiplies
-  double expected = 0;
-  double lower = 0;
-  double upper = 0;
-  double brought = 0;
-};
-
-std::vector<Outcome> OutcomesOfForecasts(const ByScene& scenes) {
-  std::vector<Outcome> outcomes;
+// Whether what plans expect of scans comes, and within the intervals that they state.
+void AddForecasts(const ByScene& scenes, Table& table) {
+  std::vector<const ScanRecord*> scans;
   for (const auto& [name, planners] : scenes) {
     const auto jobs = planners.find("ours");
     if (jobs == planners.end()) continue;
     for (const Entry& job : jobs->second) {
-      for (const ScanRecord& scan : job.record->scans()) {
-        if (!scan.has_forecast() || !scan.has_brought() || scan.predicted() <= 0) continue;
-        const double measured = scan.forecast().by_kind().true_surface();
-        const double hidden = scan.model_gain() - measured;
-        const double plain = measured + kHiddenTwice * hidden + scan.forecast().expected_surface();
-        outcomes.push_back({plain, scan.predicted(), scan.forecast().lower(),
-                            scan.forecast().upper(), scan.brought()});
-      }
+      for (const ScanRecord& scan : job.record->scans()) scans.push_back(&scan);
     }
   }
-  return outcomes;
-}
-
-// Of an interval that is to hold in four cases of five: its width, and what it misses by ten times
-// over. Less is better, and the true quantiles have least in the mean.
-double WinklerScore(double lower, double upper, double came) {
-  constexpr double kMissed = 2 / (1 - 0.8);
-  return upper - lower + kMissed * (std::max(0.0, lower - came) + std::max(0.0, came - upper));
-}
-
-// Whether what plans expect of scans comes, and what they call certain for four in five.
-void AddForecasts(const ByScene& scenes, Table& table) {
-  const std::vector<Outcome> outcomes = OutcomesOfForecasts(scenes);
-  double expected = 0;
-  double inside = 0;
-  double near = 0;
-  double score = 0;
-  double constant_score = 0;
-  std::vector<double> widths;
-  for (const Outcome& o : outcomes) {
-    constexpr double kNear = 0.25;  // of what was expected
-    expected += o.expected;
-    inside += o.lower <= o.brought && o.brought <= o.upper ? o.expected : 0;
-    near += std::abs(o.brought - o.expected) <= kNear * o.expected ? o.expected : 0;
-    widths.push_back((o.upper - o.lower) / o.expected);
-    score += WinklerScore(o.lower, o.upper, o.brought);
-    constant_score +=
-        WinklerScore(kLeastOfIt * o.by_a_factor, kMostOfIt * o.by_a_factor, o.brought);
-  }
+  const ForecastScore score = ScoreForecasts(scans);
   const auto add = [&](const char* name, const char* aim, double value) {
     Comparison comparison;
-    if (expected > 0) comparison.worst = Bounds{value, value};
+    if (score.scans > 0) comparison.worst = Bounds{value, value};
     comparison.words.push_back(
-        absl::StrFormat("%d scans, %.0f m2 expected", outcomes.size(), expected));
+        absl::StrFormat("%d scans, %.0f m2 expected", score.scans, score.expected));
     AddFigure(table, name, aim, comparison);
   };
-  add("promise.interval80", "0.75 to 0.85 by area", inside / expected);
-  add("promise.width", "0.5 of what is expected, in the median", Median(widths));
-  add("promise.winkler", "below 1, which is a constant factor's", score / constant_score);
-  add("promise.within25", "at least 0.7 by area", near / expected);
+  add("promise.interval80", "0.75 to 0.85 by area", score.held);
+  add("promise.width", "0.5 of what is expected, in the median", score.width);
+  add("promise.winkler", "below 1, which is a constant factor's", score.winkler);
+  add("promise.within25", "at least 0.7 by area", score.near);
 }
 
 // The share of the expected places that proved free, less the stated chance.
@@ -519,13 +472,6 @@ void AddFigures(const ByScene& scenes, double goal, Table& table) {
 }
 
 }  // namespace
-
-double Median(std::vector<double> values) {
-  if (values.empty()) return 0;
-  std::sort(values.begin(), values.end());
-  const size_t middle = values.size() / 2;
-  return values.size() % 2 == 1 ? values[middle] : 0.5 * (values[middle - 1] + values[middle]);
-}
 
 int ScansUntil(const JobRecord& record, double goal, int most_scans) {
   for (const ScanRecord& scan : record.scans()) {

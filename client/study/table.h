@@ -9,9 +9,6 @@
 
 namespace vantage::study {
 
-// The median of an odd or even number of values; 0 for none.
-double Median(std::vector<double> values);
-
 // Scans until `goal` (share of the attainable surface), lost ones counted; where the job never got
 // there most_scans + 1, the least that it would have needed.
 int ScansUntil(const study_records::v1::JobRecord& record, double goal, int most_scans);

@@ -496,11 +496,11 @@ class JointPlanner {
   void Terminate() {
     planning::Evaluation all;
     planning::GainBounds gains;
-    gains.lower = planning::LargestExpectedGain(joint_.plan.views);
+    gains.lower = planning::LargestGainWithoutHidden(joint_.plan.views);
     gains.model_gain = planning::LargestModelGain(joint_.plan.views);
     const planning::CellArrays left_gains = planning::GainCells(left_, First().patches());
     for (const ScannerClass& mine : classes_) {
-      const planning::GainBounds own = planning::BoundExpectedGain(
+      const planning::GainBounds own = planning::BoundGainWithoutHidden(
           {*mine.problem, left_, left_gains, mine.evaluation, gains.lower, gains.model_gain},
           rays_ + gains.rays, budget_.Concluding(), parallel_);
       gains.lower = std::max(gains.lower, own.lower);

@@ -94,9 +94,10 @@ Termination Terminate(const PlanningProblem& problem, const ViewReport& report,
       problem.scoring().cells(),
       report.gains(),
       evaluation,
-      std::max(LargestExpectedGain(plan.views), LargestExpectedGain(plan.refused)),
+      std::max(LargestGainWithoutHidden(plan.views), LargestGainWithoutHidden(plan.refused)),
       std::max(LargestModelGain(plan.views), LargestModelGain(plan.refused))};
-  const GainBounds gains = BoundExpectedGain(question, plan.rays, budget.Concluding(), parallel);
+  const GainBounds gains =
+      BoundGainWithoutHidden(question, plan.rays, budget.Concluding(), parallel);
   plan.rays += gains.rays;
   return JudgeTermination(problem.patches(), evaluation, problem.config(),
                           UnobservableArea(problem.patches(), evaluation), gains);
@@ -114,7 +115,7 @@ void DescribeChecked(const RegistrationCheck& check, const ViewReport& report,
 
 void NoteNarrowWays(const PlanningProblem& problem, const parallel::Budget& budget,
                     parallel::Parallel& parallel, Plan& plan) {
-  plan.narrow_ways = FindNarrowWays(problem, plan.termination.best_expected_gain.value_or(0),
+  plan.narrow_ways = FindNarrowWays(problem, plan.termination.best_gain_without_hidden.value_or(0),
                                     plan.rays, budget.Concluding(), parallel)
                          .ways;
 }

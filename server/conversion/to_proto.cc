@@ -420,7 +420,7 @@ v1::NarrowWay WriteNarrowWay(const planning::NarrowWay& way, const Eigen::Vector
   out.set_width_m(way.width);
   *out.mutable_position() = WriteVector(way.place + origin);
   out.set_model_gain_m2(way.model_gain);
-  out.set_expected_gain_m2(way.expected_gain);
+  out.set_expected_gain_m2(way.gain_without_hidden);
   out.set_message(planning::NarrowWayWords(way, origin));
   return out;
 }
@@ -451,13 +451,13 @@ v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningCon
   if (plan.termination.best_model_gain.has_value()) {
     termination.set_best_model_gain_lower_m2(*plan.termination.best_model_gain);
   }
-  if (plan.termination.best_expected_gain.has_value()) {
-    termination.set_best_expected_gain_lower_m2(*plan.termination.best_expected_gain);
+  if (plan.termination.best_gain_without_hidden.has_value()) {
+    termination.set_best_expected_gain_lower_m2(*plan.termination.best_gain_without_hidden);
   }
-  if (plan.termination.best_expected_gain_upper.has_value()) {
-    termination.set_best_expected_gain_upper_m2(*plan.termination.best_expected_gain_upper);
+  if (plan.termination.best_gain_without_hidden_upper.has_value()) {
+    termination.set_best_expected_gain_upper_m2(*plan.termination.best_gain_without_hidden_upper);
     // No model gain is larger than the expected gain of its view.
-    termination.set_best_model_gain_upper_m2(*plan.termination.best_expected_gain_upper);
+    termination.set_best_model_gain_upper_m2(*plan.termination.best_gain_without_hidden_upper);
   }
   if (plan.termination.unobservable_known) {
     termination.set_unobservable_area_m2(plan.termination.unobservable_area);

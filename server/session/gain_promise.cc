@@ -19,6 +19,12 @@ bool IsThere(const v1::RankedView& view, const v1::Vector3& place) {
          std::abs(view.position().z() - place.z()) <= kHeights;
 }
 
+// Both gains come of one computation; the bounds of one of them tell whether the plan's time
+// sufficed for it.
+bool GainIsKnown(const v1::RankedView& view) {
+  return view.model_gain_lower_m2() == view.model_gain_upper_m2();
+}
+
 }  // namespace
 
 std::optional<v1::GainPromise> PromiseOf(const SessionState& state, const v1::Scan& scan) {
@@ -28,7 +34,7 @@ std::optional<v1::GainPromise> PromiseOf(const SessionState& state, const v1::Sc
     if (plan.result().model_version() < state.model_version) return std::nullopt;
     for (int i = 0; i < plan.result().views_size(); ++i) {
       const v1::RankedView& view = plan.result().views(i);
-      if (!IsThere(view, scan.pose().translation())) continue;
+      if (!GainIsKnown(view) || !IsThere(view, scan.pose().translation())) continue;
       v1::GainPromise promise;
       promise.set_plan(*name);
       promise.set_view_index(i);

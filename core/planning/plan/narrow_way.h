@@ -14,7 +14,7 @@ struct NarrowWay {
   double width = 0;  // m, of the widest scanner that fits through; a whole number of centimetres
   Eigen::Vector3d place = Eigen::Vector3d::Zero();  // m, the best view behind that was looked at
   double model_gain = 0;                            // m^2, of a scan from there
-  double expected_gain = 0;  // m^2, with what is expected and not known; false surface as it is
+  double gain_without_hidden = 0;                   // m^2: RankedView::gain_without_hidden
 };
 
 // For a person. `origin` (m) is added to places.

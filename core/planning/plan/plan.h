@@ -39,11 +39,12 @@ struct Termination {
   bool suggested = false;
   std::string reason;                // with the numbers; also when stopping is not suggested
   std::optional<double> best_upper;  // samples, over all views; absent when none was evaluated
-  // The expected gain of the best view lies between these, m^2; absent when none was evaluated.
-  std::optional<double> best_expected_gain;
-  std::optional<double> best_expected_gain_upper;
+  // RankedView::gain_without_hidden of the best view lies between these, m^2; absent when none was
+  // evaluated.
+  std::optional<double> best_gain_without_hidden;
+  std::optional<double> best_gain_without_hidden_upper;
   // Some view has so much model gain, m^2; absent when none was evaluated. None has more than
-  // `best_expected_gain_upper`.
+  // `best_gain_without_hidden_upper`.
   std::optional<double> best_model_gain;
   double largest_patch_area = 0;  // m^2
   double unobservable_area =

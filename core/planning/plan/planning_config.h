@@ -74,7 +74,7 @@ struct PlanningConfig {
   // Views checked for registration at most; where none of them registers, as many again, farther
   // apart (algorithm.md section 9, 'The check of candidates').
   int max_checked = 60;
-  double terminate_below = 0.5;  // m^2 of expected gain
+  double terminate_below = 0.5;  // m^2 of gain without what is hidden
   double min_patch_area = 0.02;  // m^2, smaller patches don't keep a job open
   double confidence = 0.95;      // of all bounds together, (0, 1)
   EvaluationOrder order = EvaluationOrder::kAnytime;

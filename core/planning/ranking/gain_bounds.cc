@@ -13,7 +13,7 @@ constexpr size_t kViewsAtOnce = 64;  // so that a work limit is overrun by no mo
 
 }  // namespace
 
-double LargestExpectedGain(std::span<const RankedView> views) {
+double LargestGainWithoutHidden(std::span<const RankedView> views) {
   double most = 0;
   for (const RankedView& view : views) most = std::max(most, view.gain_without_hidden.value_or(0));
   return most;
@@ -25,15 +25,15 @@ double LargestModelGain(std::span<const RankedView> views) {
   return most;
 }
 
-GainBounds BoundExpectedGain(const GainQuestion& question, uint64_t done,
-                             const parallel::Budget& budget, parallel::Parallel& parallel) {
+GainBounds BoundGainWithoutHidden(const GainQuestion& question, uint64_t done,
+                                  const parallel::Budget& budget, parallel::Parallel& parallel) {
   const PlanningProblem& problem = question.problem;
   const Evaluation& evaluation = question.evaluation;
   const double enough = problem.config().terminate_below;
   const CellArrays& gains = question.gains;
   const double per_sample = MostGainPerSample(question.cells, gains);
   GainBounds bounds;
-  bounds.lower = question.known_expected_gain;
+  bounds.lower = question.known_gain_without_hidden;
   bounds.model_gain = question.known_model_gain;
   std::vector<uint32_t> left;  // that may gain enough
   double others = 0;           // the most that any other may

@@ -59,12 +59,12 @@ NarrowWays FindNarrowWays(const PlanningProblem& problem, double best, uint64_t 
     NarrowWay way;
     for (size_t k = 0; k < count; ++k) {
       found.rays += scores[k].rays;
-      if (!scores[k].finished || scores[k].score <= way.expected_gain) continue;
-      way.expected_gain = scores[k].score;
+      if (!scores[k].finished || scores[k].score <= way.gain_without_hidden) continue;
+      way.gain_without_hidden = scores[k].score;
       way.place = view(k);
     }
-    if (way.expected_gain < problem.config().terminate_below ||
-        way.expected_gain <= kMuchMore * best) {
+    if (way.gain_without_hidden < problem.config().terminate_below ||
+        way.gain_without_hidden <= kMuchMore * best) {
       continue;
     }
     std::vector<float> by_cell(gains.size());
@@ -82,9 +82,10 @@ NarrowWays FindNarrowWays(const PlanningProblem& problem, double best, uint64_t 
     way.width = std::floor(100 * static_cast<double>(ways[narrowest].width) + 1e-6) / 100;
     found.ways.push_back(way);
   }
-  std::stable_sort(
-      found.ways.begin(), found.ways.end(),
-      [](const NarrowWay& a, const NarrowWay& b) { return a.expected_gain > b.expected_gain; });
+  std::stable_sort(found.ways.begin(), found.ways.end(),
+                   [](const NarrowWay& a, const NarrowWay& b) {
+                     return a.gain_without_hidden > b.gain_without_hidden;
+                   });
   return found;
 }
 

@@ -14,13 +14,14 @@
 namespace vantage::planning {
 
 struct NarrowWays {
-  std::vector<NarrowWay> ways;  // the largest expected gain first
+  std::vector<NarrowWay> ways;  // the largest gain first
   uint64_t rays = 0;            // that it took to find out
 };
 
-// The ways behind which a view is expected to gain more than twice `best`, the expected gain of the
-// best view that the scanner can be carried to (m2), and terminate_below at least. `done`: rays of
-// the budget that are spent. With a work limit alone the same on any number of threads.
+// The ways behind which a view gains more than twice `best`, what the best view gains that the
+// scanner can be carried to (m2; both without what is hidden), and terminate_below at least.
+// `done`: rays of the budget that are spent. With a work limit alone the same on any number of
+// threads.
 NarrowWays FindNarrowWays(const PlanningProblem& problem, double best, uint64_t done,
                           const parallel::Budget& budget, parallel::Parallel& parallel);
 

@@ -31,8 +31,8 @@ Termination JudgeTermination(const PatchSet& patches, const Evaluation& evaluati
     termination.unobservable_known = true;
   }
   if (gains.has_value()) {
-    termination.best_expected_gain = gains->lower;
-    termination.best_expected_gain_upper = gains->upper;
+    termination.best_gain_without_hidden = gains->lower;
+    termination.best_gain_without_hidden_upper = gains->upper;
     termination.best_model_gain = gains->model_gain;
   }
   if (patches.patches.empty()) {

@@ -192,7 +192,7 @@ Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation) const {
       most > 0 && !plan.views.empty() ? std::clamp(1 - plan.views[0].lower / most, 0.0, 1.0) : 1;
   if (evaluation.any()) {
     plan.termination.best_upper = most;
-    plan.termination.best_expected_gain_upper = MostGain(most);
+    plan.termination.best_gain_without_hidden_upper = MostGain(most);
   }
   return plan;
 }

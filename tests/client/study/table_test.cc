@@ -75,8 +75,6 @@ TEST(StudyTable, CountsScansAndArea) {
   // 0.5 + 4 * 0.9: a job that ended stays where it was.
   EXPECT_DOUBLE_EQ(AreaUnderCurve(Job("ours", 1, {0.5, 0.9}), kMost), 4.1 / 5);
   EXPECT_EQ(AreaUnderCurve(JobRecord(), kMost), 0);
-  EXPECT_EQ(Median({3, 1, 2}), 2);
-  EXPECT_EQ(Median({4, 1, 2, 3}), 2.5);
 }
 
 TEST(StudyTable, RowsAreMediansOverTheSeeds) {

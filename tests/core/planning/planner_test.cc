@@ -157,8 +157,8 @@ TEST_F(WholePlanTest, ViewsSayWhatTheyGainAndAround) {
 TEST_F(WholePlanTest, StopsWhereTheConfigurationSaysThatItIsEnough) {
   EXPECT_FALSE(plan_.termination.suggested) << plan_.termination.reason;
   // Some view brings so much at least, and none more than that.
-  const double least = plan_.termination.best_expected_gain.value();
-  const double most = plan_.termination.best_expected_gain_upper.value();
+  const double least = plan_.termination.best_gain_without_hidden.value();
+  const double most = plan_.termination.best_gain_without_hidden_upper.value();
   const auto suggested = [&] {
     return Make(model_, parallel::Budget::Unlimited(), serial_).termination.suggested;
   };

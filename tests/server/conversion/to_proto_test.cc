@@ -181,7 +181,7 @@ TEST(ToProto, APlanSaysWhatWasMeasuredOnly) {
   EXPECT_FALSE(written.termination().has_best_model_gain_upper_m2());
   plan.coverage.emplace();
   plan.termination.best_upper = 0;
-  plan.termination.best_expected_gain_upper = 0;
+  plan.termination.best_gain_without_hidden_upper = 0;
   written = WritePlanResult(plan, config, false, Eigen::Vector3d::Zero());
   EXPECT_TRUE(written.has_coverage());
   EXPECT_FALSE(written.coverage().has_estimated_coverage());  // of no surface there is no share
@@ -189,9 +189,9 @@ TEST(ToProto, APlanSaysWhatWasMeasuredOnly) {
   EXPECT_TRUE(written.termination().has_best_model_gain_upper_m2());
   EXPECT_FALSE(written.termination().has_best_model_gain_lower_m2());
   plan.termination.best_model_gain = 1;
-  plan.termination.best_expected_gain = 2;
-  plan.termination.best_expected_gain_upper = 3;
-  plan.narrow_ways.push_back({.model_gain = 4, .expected_gain = 5});
+  plan.termination.best_gain_without_hidden = 2;
+  plan.termination.best_gain_without_hidden_upper = 3;
+  plan.narrow_ways.push_back({.model_gain = 4, .gain_without_hidden = 5});
   written = WritePlanResult(plan, config, false, Eigen::Vector3d::Zero());
   EXPECT_EQ(written.termination().best_model_gain_lower_m2(), 1);
   EXPECT_EQ(written.termination().best_model_gain_upper_m2(), 3);

@@ -40,6 +40,8 @@ class PromiseTest : public testing::Test {
       v1::RankedView& view = *plan.mutable_result()->add_views();
       *view.mutable_position() = ScanAt(x, 0, 1.5).pose().translation();
       view.set_model_gain_m2(gain);
+      view.set_model_gain_lower_m2(gain);
+      view.set_model_gain_upper_m2(gain);
       view.set_expected_gain_m2(2 * gain);
       view.set_expected_gain_lower_m2(gain / 2);
       view.set_expected_gain_upper_m2(3 * gain);
@@ -74,6 +76,18 @@ TEST_F(PromiseTest, IsOfTheNewestPlanThatNamesThePlace) {
   state_.plan_order.emplace_back("plan-4");
   EXPECT_EQ(PromiseOf(state_, ScanAt(4, 0, 1.5))->plan(), newer);
   EXPECT_EQ(PromiseOf(state_, ScanAt(0, 0, 1.5))->plan(), "plan-1");
+}
+
+TEST_F(PromiseTest, AViewWhoseGainIsNotKnownPromisesNothingRatherThanZero) {
+  const std::string older = AddPlan(3, {0});
+  v1::RankedView& view = *state_.plans[AddPlan(3, {0})].plan.mutable_result()->mutable_views(0);
+  EXPECT_EQ(PromiseOf(state_, ScanAt(0, 0, 1.5))->plan(), "plan-2");
+  view.clear_expected_gain_m2();
+  view.clear_model_gain_m2();
+  view.clear_model_gain_lower_m2();
+  EXPECT_EQ(PromiseOf(state_, ScanAt(0, 0, 1.5))->plan(), older);
+  state_.plan_order.erase(state_.plan_order.begin());
+  EXPECT_FALSE(PromiseOf(state_, ScanAt(0, 0, 1.5)).has_value());
 }
 
 // Another scan may have brought what was promised then.

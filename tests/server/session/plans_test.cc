@@ -149,7 +149,7 @@ TEST_F(SessionPlans, ThatFoundOutNothingSayNothingOfWhatRemains) {
   planning::Plan found = nothing;
   found.outcome = planning::PlanOutcome::kViews;
   found.termination.best_upper = 5000;
-  found.termination.best_expected_gain_upper = 2;
+  found.termination.best_gain_without_hidden_upper = 2;
   const std::string plan = MakePlan(found);
   MakePlan(nothing);
   nothing.outcome = planning::PlanOutcome::kNoFeasibleView;
@@ -159,7 +159,7 @@ TEST_F(SessionPlans, ThatFoundOutNothingSayNothingOfWhatRemains) {
   EXPECT_EQ(session_->MeasureCoverage()->best_remaining_expected_gain_m2(), 2);
   // One that ran out of time later has evaluated views, and has a bound.
   found.outcome = planning::PlanOutcome::kSearchUnfinished;
-  found.termination.best_expected_gain_upper = 1;
+  found.termination.best_gain_without_hidden_upper = 1;
   MakePlan(found);
   EXPECT_EQ(session_->MeasureCoverage()->best_remaining_model_gain_m2(), 1);
   nothing.outcome = planning::PlanOutcome::kNothingToGain;

@@ -176,9 +176,9 @@ TEST_F(ExpectationTest, AJobEndsByExpectedGainAndModelGainIsSaidApart) {
   }
   ASSERT_GT(gain, model_gain + 1);
   EXPECT_EQ(plan.termination.best_model_gain.value(), model_gain);
-  EXPECT_GE(plan.termination.best_expected_gain.value(), gain);
-  EXPECT_GE(plan.termination.best_expected_gain_upper.value(),
-            plan.termination.best_expected_gain.value());
+  EXPECT_GE(plan.termination.best_gain_without_hidden.value(), gain);
+  EXPECT_GE(plan.termination.best_gain_without_hidden_upper.value(),
+            plan.termination.best_gain_without_hidden.value());
 }
 
 // Who finds no free spot takes the best view that stands on what is known.

@@ -140,8 +140,8 @@ TEST_F(GainBoundsTest, HoldTheBestOfAllViews) {
       config_.terminate_below = enough;
       const auto asked = Prepare();
       const GainBounds bounds =
-          BoundExpectedGain({*asked, asked->scoring().cells(), gains, evaluation, 0}, 0,
-                            parallel::Budget::Unlimited(), serial_);
+          BoundGainWithoutHidden({*asked, asked->scoring().cells(), gains, evaluation, 0}, 0,
+                                 parallel::Budget::Unlimited(), serial_);
       EXPECT_LE(bounds.lower, best * (1 + 1e-9));
       EXPECT_GE(bounds.upper, best * (1 - 1e-9));
       EXPECT_EQ(bounds.lower >= enough, best >= enough) << enough;
@@ -160,8 +160,8 @@ TEST_F(GainBoundsTest, WithAWorkLimitTheyAreTheSameOnAnyNumberOfThreadsAndStillH
   parallel::ThreadPool two(2);
   const CellArrays gains = GainCells(asked->scoring().cells(), asked->patches());
   const GainQuestion question = {*asked, asked->scoring().cells(), gains, evaluation, 0};
-  const GainBounds one = BoundExpectedGain(question, 0, budget, serial_);
-  const GainBounds other = BoundExpectedGain(question, 0, budget, two);
+  const GainBounds one = BoundGainWithoutHidden(question, 0, budget, serial_);
+  const GainBounds other = BoundGainWithoutHidden(question, 0, budget, two);
   EXPECT_EQ(one.lower, other.lower);
   EXPECT_EQ(one.upper, other.upper);
   EXPECT_EQ(one.rays, other.rays);
@@ -172,7 +172,7 @@ TEST_F(GainBoundsTest, NothingIsLookedAtWhenAViewIsKnownToGainEnough) {
   const auto problem = Prepare();
   const Evaluation evaluation = AllViews(*problem, 1);
   const CellArrays gains = GainCells(problem->scoring().cells(), problem->patches());
-  const GainBounds bounds = BoundExpectedGain(
+  const GainBounds bounds = BoundGainWithoutHidden(
       {*problem, problem->scoring().cells(), gains, evaluation, config_.terminate_below}, 0,
       parallel::Budget::Unlimited(), serial_);
   EXPECT_EQ(bounds.rays, 0u);

@@ -105,8 +105,9 @@ TEST_F(NarrowWaysTest, LessThanTwiceTheBestViewIsNotWorthSaying) {
   const auto with = [&](double best) {
     return FindNarrowWays(*problem, best, 0, parallel::Budget::Unlimited(), serial_).ways.size();
   };
-  const double gain =
-      FindNarrowWays(*problem, 0, 0, parallel::Budget::Unlimited(), serial_).ways[0].expected_gain;
+  const double gain = FindNarrowWays(*problem, 0, 0, parallel::Budget::Unlimited(), serial_)
+                          .ways[0]
+                          .gain_without_hidden;
   EXPECT_EQ(with(0.49 * gain), 1u);
   EXPECT_EQ(with(0.51 * gain), 0u);
   config_.terminate_below = gain + 0.1;
@@ -121,9 +122,10 @@ TEST_F(NarrowWaysTest, APlanSaysSo) {
       MakePlan(view, scanner_, config_, parallel::Budget::Unlimited(), serial_, [](const Plan&) {
       }).value();
   ASSERT_EQ(plan.narrow_ways.size(), 1u);
-  EXPECT_GT(plan.narrow_ways[0].expected_gain, 2 * plan.termination.best_expected_gain.value());
+  EXPECT_GT(plan.narrow_ways[0].gain_without_hidden,
+            2 * plan.termination.best_gain_without_hidden.value());
   // Nothing is expected here that is not known.
-  EXPECT_NEAR(plan.narrow_ways[0].model_gain, plan.narrow_ways[0].expected_gain, 1e-4);
+  EXPECT_NEAR(plan.narrow_ways[0].model_gain, plan.narrow_ways[0].gain_without_hidden, 1e-4);
   EXPECT_THAT(NarrowWayWords(plan.narrow_ways[0], Vector3d(100, 0, 0)),
               HasSubstr("if you can carry it through"));
 }

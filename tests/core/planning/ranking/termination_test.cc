@@ -59,7 +59,7 @@ TEST_F(TerminationTest, IsSuggestedWhenNothingIsMissing) {
   EXPECT_THAT(end.reason, HasSubstr("required density of 1000"));
   EXPECT_EQ(end.largest_patch_area, 0);
   EXPECT_FALSE(end.best_upper.has_value());
-  EXPECT_FALSE(end.best_expected_gain.has_value());
+  EXPECT_FALSE(end.best_gain_without_hidden.has_value());
 }
 
 // By the largest patch alone, however many there are and whatever a view would gain on them.
@@ -86,8 +86,8 @@ TEST_F(TerminationTest, IsSuggestedWhenNoViewCanGainEnough) {
   const PatchSet patches = PatchesOf({3});
   const Termination below = Judge(patches, Gains(0.1, 0.499));
   EXPECT_TRUE(below.suggested);
-  EXPECT_EQ(below.best_expected_gain, 0.1);
-  EXPECT_EQ(below.best_expected_gain_upper, 0.499);
+  EXPECT_EQ(below.best_gain_without_hidden, 0.1);
+  EXPECT_EQ(below.best_gain_without_hidden_upper, 0.499);
   EXPECT_EQ(below.best_model_gain, 0);
   EXPECT_THAT(below.reason,
               HasSubstr("more than 0.499 m2 to the required density, less than 0.500"));
