@@ -48,14 +48,15 @@ bool Measured(model::VoxelState state) {
 // What a room behind one doorway changes.
 class RoomBehind {
  public:
-  RoomBehind(const model::PlanningView& model, const Opening& opening)
+  RoomBehind(const model::PlanningView& model, const Openings& openings, size_t opening)
       : model_(model),
-        opening_(opening),
+        opening_(openings.openings[opening]),
         voxel_(model.voxel_size()),
-        limits_(LimitsBehind(model, opening, kLargestRoom)) {
-    const double top = std::max(kCeiling, opening.head);
-    low_ = static_cast<int>(std::floor(opening.centre.z() / voxel_));
-    high_ = static_cast<int>(std::floor((opening.centre.z() + top) / voxel_));
+        limits_(
+            LimitsBehind(model, opening_, EndedBetweenDoorways(openings, opening, kLargestRoom))) {
+    const double top = std::max(kCeiling, opening_.head);
+    low_ = static_cast<int>(std::floor(opening_.centre.z() / voxel_));
+    high_ = static_cast<int>(std::floor((opening_.centre.z() + top) / voxel_));
   }
 
   // The columns of the room, from its doorway in.
@@ -247,7 +248,7 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
     if (cancelled.Requested()) return absl::CancelledError("expectation");
     const Opening& opening = openings.openings[i];
     if (!opening.doorway() || !openings.LeadsToUnknown(opening)) continue;
-    const RoomBehind behind(model, opening);
+    const RoomBehind behind(model, openings, i);
     Room room{i, behind.Spread(), static_cast<float>(opening.centre.z())};
     if (room.columns.empty() || Refused(model, room.columns, rejected)) continue;
     behind.Apply(room.columns, edit, floors);

@@ -16,6 +16,11 @@ constexpr double kWallsSeenTo = 3.0;
 constexpr double kLeastWall = 0.1;      // m2 of a plane: two hands' breadth, half a metre high
 constexpr double kFaces = 0.9;          // cosine: 25 degrees, since normals at corners are askew
 constexpr double kBehindTheWall = 0.3;  // m from a doorway's middle that are its jambs
+// Two doorways are in the same wall when they face alike (cosine, 18 degrees) and stand in line, m:
+// a wall's thickness, and a corridor that widens by as much.
+constexpr double kSameWay = 0.95;
+constexpr double kInLine = 0.4;
+constexpr double kLeastAside = 0.2;     // m beside a jamb that belong to the room in any case
 constexpr double kBehindTheLeaf = 1.0;  // m from there in which a door's leaf may stand open
 
 // Surface that faces against one direction, by its distance in that direction.
@@ -118,6 +123,26 @@ RoomLimits LimitsBehind(const model::PlanningView& model, const Opening& opening
   limits.left = std::min(most.left, left.Farthest().value_or(most.left));
   limits.right = std::min(most.right, right.Farthest().value_or(most.right));
   return limits;
+}
+
+RoomLimits EndedBetweenDoorways(const Openings& openings, size_t opening,
+                                const RoomLimits& limits) {
+  const Opening& own = openings.openings[opening];
+  const Eigen::Vector2d in = own.direction.head<2>();
+  const Eigen::Vector2d left(-in.y(), in.x());
+  const double least = 0.5 * own.width + kLeastAside;
+  RoomLimits ended = limits;
+  for (const Opening& other : openings.openings) {
+    if (&other == &own || !other.doorway() || other.storey != own.storey) continue;
+    if (other.behind == own.behind) continue;
+    if (std::abs(other.direction.head<2>().dot(in)) < kSameWay) continue;
+    const Eigen::Vector2d off = (other.centre - own.centre).head<2>();
+    if (std::abs(off.dot(in)) > kInLine) continue;
+    const double aside = off.dot(left);
+    double& side = aside > 0 ? ended.left : ended.right;
+    side = std::min(side, std::max(least, 0.5 * std::abs(aside)));
+  }
+  return ended;
 }
 
 }  // namespace vantage::planning

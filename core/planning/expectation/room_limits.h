@@ -2,6 +2,8 @@
 #ifndef VANTAGE_CORE_PLANNING_EXPECTATION_ROOM_LIMITS_H_
 #define VANTAGE_CORE_PLANNING_EXPECTATION_ROOM_LIMITS_H_
 
+#include <cstddef>
+
 #include "core/model/view/planning_view.h"
 #include "core/planning/plan/opening.h"
 
@@ -19,6 +21,10 @@ struct RoomLimits {
 // since what stands before a wall is furniture.
 RoomLimits LimitsBehind(const model::PlanningView& model, const Opening& opening,
                         const RoomLimits& most);
+
+// `limits`, less where another doorway leads through the same wall into another room: a wall is
+// expected half-way between the two.
+RoomLimits EndedBetweenDoorways(const Openings& openings, size_t opening, const RoomLimits& limits);
 
 }  // namespace vantage::planning
 

@@ -34,6 +34,9 @@ struct Gap {
   float floor = 0;             // m, z
 
   Eigen::Vector2d middle() const { return 0.5 * (jamb + other_jamb); }
+  double columns() const { return (other_jamb - jamb).norm(); }  // from jamb to jamb
+  Eigen::Vector2d along() const { return (other_jamb - jamb).normalized(); }
+  Eigen::Vector2d across() const { return {-along().y(), along().x()}; }
 };
 
 // Measures narrow places. References are kept.

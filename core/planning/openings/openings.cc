@@ -11,6 +11,7 @@
 #include "absl/status/status.h"
 #include "core/planning/openings/basins.h"
 #include "core/planning/openings/gap.h"
+#include "core/planning/openings/glimpses.h"
 #include "core/planning/openings/groups.h"
 #include "core/planning/openings/storey_section.h"
 #include "core/planning/openings/wall_distance.h"
@@ -37,6 +38,7 @@ class StoreyOpenings {
     if (!found.Divide(cancelled)) return std::nullopt;
     found.NumberSpaces(all);
     for (const auto& [narrow, gap] : found.gaps_) found.Describe(narrow, gap, all);
+    for (const Glimpse& glimpse : found.glimpsed_) found.Describe(glimpse, all);
     return found;
   }
   // The space that the false surface in this voxel bounds: into Openings::spaces.
@@ -98,6 +100,11 @@ class StoreyOpenings {
     }
     group_.resize(static_cast<size_t>(basins_.count));
     for (size_t i = 0; i < group_.size(); ++i) group_[i] = groups.Of(i);
+    std::vector<Gap> known;
+    for (const auto& [narrow, gap] : gaps_) known.push_back(gap);
+    auto glimpsed = FindGlimpses(finder, section_, squared, known, model_.voxel_size(), cancelled);
+    if (!glimpsed.has_value()) return false;
+    glimpsed_ = *std::move(glimpsed);
     return true;
   }
 
@@ -168,9 +175,14 @@ class StoreyOpenings {
     if (std::pair(b.entered, b.free_area) > std::pair(a.entered, a.free_area)) {
       std::swap(from, behind);
     }
-    const Eigen::Vector2d along = (gap.other_jamb - gap.jamb).normalized();
-    Eigen::Vector2d across(-along.y(), along.x());
+    Eigen::Vector2d across = gap.across();
     across *= -SideOf(gap, across, from);
+    Opening opening = Measured(gap, across, from);
+    opening.behind = behind;
+    all.openings.push_back(opening);
+  }
+
+  Opening Measured(const Gap& gap, const Eigen::Vector2d& across, int from) const {
     Opening opening;
     opening.centre = Place(gap.middle(), gap.floor);
     opening.direction = {across.x(), across.y(), 0};
@@ -182,7 +194,19 @@ class StoreyOpenings {
     opening.storey = storey_;
     opening.standing = StandingBefore(gap, across, from);
     opening.from = from;
-    opening.behind = behind;
+    return opening;
+  }
+
+  // What it leads to is a space of its own, since nothing is known of it.
+  void Describe(const Glimpse& glimpse, Openings& all) const {
+    const Eigen::Vector2d before =
+        glimpse.gap.middle() - glimpse.across * (kBefore / model_.voxel_size());
+    const std::optional<int> from = SpaceBeside(before.array().round().cast<int>());
+    if (!from.has_value()) return;
+    Opening opening = Measured(glimpse.gap, glimpse.across, *from);
+    opening.glimpsed = true;
+    opening.behind = static_cast<int>(all.spaces.size());
+    all.spaces.push_back({storey_, false, 0, opening.width * opening.height()});
     all.openings.push_back(opening);
   }
 
@@ -217,6 +241,7 @@ class StoreyOpenings {
   StoreySection section_;
   Basins basins_;
   std::vector<std::pair<NarrowPlace, Gap>> gaps_;
+  std::vector<Glimpse> glimpsed_;
   std::vector<size_t> group_;  // by basin: the lowest of those that are one space with it
   std::vector<int> space_;     // by basin: into Openings::spaces
 };

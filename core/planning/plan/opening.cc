@@ -9,9 +9,6 @@ namespace {
 // high. Space that ends in less is known.
 constexpr double kLeastFrontier = 0.5;
 
-// m over the floor: heads of doors are lower. Under a beam that is higher a room may go on.
-constexpr double kHighestDoor = 2.5;
-
 // True of what surely divides rooms, and not parts of one.
 bool IsDoor(const Opening& opening) {
   return opening.doorway() && opening.lintel && opening.head <= kHighestDoor;
@@ -26,10 +23,16 @@ bool Openings::LeadsToUnknown(const Opening& opening) const {
 
 int Openings::RoomsNotEntered() const {
   std::set<int> rooms;
+  bool glimpsed = false;
   for (const Opening& opening : openings) {
-    if (IsDoor(opening) && LeadsToUnknown(opening)) rooms.insert(opening.behind);
+    if (!IsDoor(opening) || !LeadsToUnknown(opening)) continue;
+    if (opening.glimpsed) {
+      glimpsed = true;
+    } else {
+      rooms.insert(opening.behind);
+    }
   }
-  return static_cast<int>(rooms.size());
+  return rooms.empty() && glimpsed ? 1 : static_cast<int>(rooms.size());
 }
 
 }  // namespace vantage::planning

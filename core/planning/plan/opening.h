@@ -8,6 +8,9 @@
 
 namespace vantage::planning {
 
+// m over the floor: heads of doors are lower. Under a beam that is higher a room may go on.
+inline constexpr double kHighestDoor = 2.5;
+
 // Space at the height of a head, connected without going through an opening: a room, or as much of
 // one as was seen from its door.
 struct Space {
@@ -27,6 +30,7 @@ struct Opening {
   double sill = 0;             // m over the floor, of what stands in it; 0 for nothing
   bool floor_through = false;  // floor is known in it or right behind it, and no sill is in the way
   bool lintel = false;         // wall goes on over it: it divides rooms, and not parts of one
+  bool glimpsed = false;       // seen along its wall: next to nothing is known behind it
   int storey = 0;
   Eigen::Vector3d standing = Eigen::Vector3d::Zero();  // m, on the floor: a place before it
   int from = 0;    // into Openings::spaces: the side that is known better
@@ -51,7 +55,7 @@ struct Openings {
   bool LeadsToUnknown(const Opening& opening) const;
   // The number of rooms that doorways with a lintel no higher than that of a door lead into and
   // that no scanner has stood in, at least: space that is known to hang together behind several
-  // doorways counts once.
+  // doorways counts once, and doorways that were only glimpsed may all lead into the same room.
   int RoomsNotEntered() const;
 };
 

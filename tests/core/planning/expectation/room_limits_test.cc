@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <vector>
 
 #include "core/model/partial_model.h"
 #include "core/parallel/thread_pool.h"
@@ -106,6 +107,65 @@ TEST_P(RoomLimitsTest, NothingIsExpectedBehindAWallThatWasSeenInPart) {
     }
   }
   EXPECT_GT(expected, 1000u);
+}
+
+// Doorways in the wall y = 0, into rooms of their own, by where their middles are along it.
+Openings DoorsInOneWall(const std::vector<double>& places) {
+  Openings openings;
+  openings.spaces.push_back({0, true, 10, 1});
+  for (const double x : places) {
+    Opening door;
+    door.centre = Eigen::Vector3d(x, 0, 0);
+    door.direction = Eigen::Vector3d::UnitY();
+    door.width = 0.9;
+    door.head = 2;
+    door.floor_through = door.lintel = true;
+    door.behind = static_cast<int>(openings.spaces.size());
+    openings.spaces.push_back({0, false, 1, 2});
+    openings.openings.push_back(door);
+  }
+  return openings;
+}
+
+TEST(EndedBetweenDoorwaysTest, AWallStandsHalfWayToTheNextDoorway) {
+  const Openings doors = DoorsInOneWall({0, 3, 9});
+  const RoomLimits middle = EndedBetweenDoorways(doors, 1, kMost);
+  EXPECT_EQ(middle.depth, kMost.depth);
+  // Who walks in along +y has x = 0 to his left.
+  EXPECT_NEAR(middle.left, 1.5, 1e-12);
+  EXPECT_EQ(middle.right, kMost.right) << "the next doorway is farther than a room is wide";
+}
+
+TEST(EndedBetweenDoorwaysTest, ADoorwayKeepsItsOwnWidth) {
+  const Openings doors = DoorsInOneWall({0, 1.0});
+  EXPECT_GE(EndedBetweenDoorways(doors, 0, kMost).right, 0.45);
+}
+
+TEST(EndedBetweenDoorwaysTest, OtherWallsStoreysWindowsAndTheSameRoomEndNothing) {
+  const Openings doors = DoorsInOneWall({0, 3});
+  const auto ends = [](const Openings& changed) {
+    return EndedBetweenDoorways(changed, 0, kMost).right < kMost.right;
+  };
+  ASSERT_TRUE(ends(doors));
+  Openings other = doors;
+  other.openings[1].centre.y() = 2;
+  EXPECT_FALSE(ends(other)) << "the corridor's other wall";
+  other = doors;
+  other.openings[1].direction = Eigen::Vector3d::UnitX();
+  EXPECT_FALSE(ends(other));
+  other = doors;
+  other.openings[1].storey = 1;
+  EXPECT_FALSE(ends(other));
+  other = doors;
+  other.openings[1].floor_through = false;
+  EXPECT_FALSE(ends(other));
+  other = doors;
+  other.openings[1].behind = other.openings[0].behind;
+  EXPECT_FALSE(ends(other));
+  // Into the corridor, seen from a room that was entered.
+  other = doors;
+  other.openings[1].direction = -Eigen::Vector3d::UnitY();
+  EXPECT_TRUE(ends(other));
 }
 
 INSTANTIATE_TEST_SUITE_P(Bath, RoomLimitsTest, ::testing::Bool(),

@@ -110,6 +110,57 @@ TEST_F(OpeningsTest, ADoorwayIsFoundWithItsSizeAndLeadsToARoomThatWasNotEntered)
   }
 }
 
+// From beside the wall so little is seen behind a doorway that no space is known there; where it is
+// can be told, and that somebody can go in.
+TEST_F(OpeningsTest, ADoorwayIsGlimpsedFromAlongItsWall) {
+  for (const double width : {0.8, 0.9, 1.4}) {
+    SCOPED_TRACE(width);
+    holes_ = {Hole{2.0, 2.0 + width, 0, 2.0}};
+    station_ = Vector3d(3.7, 0.3, 1.5);
+    const Openings found = Find();
+    ASSERT_EQ(found.openings.size(), 1u);
+    const Opening& door = found.openings[0];
+    EXPECT_TRUE(door.glimpsed);
+    EXPECT_TRUE(door.doorway());
+    EXPECT_TRUE(door.lintel);
+    EXPECT_NEAR(door.width, width, kTwoVoxels);
+    EXPECT_NEAR(door.height(), 2.0, kTwoVoxels);
+    EXPECT_NEAR(door.centre.x(), kWall, 2 * kTwoVoxels);
+    EXPECT_NEAR(door.centre.y(), 2 + width / 2, kTwoVoxels);
+    EXPECT_GT(door.direction.x(), 0.99);
+    EXPECT_LT(door.standing.x(), kWall);
+    EXPECT_TRUE(found.spaces[static_cast<size_t>(door.from)].entered);
+    EXPECT_TRUE(found.LeadsToUnknown(door));
+    EXPECT_EQ(found.RoomsNotEntered(), 1);
+  }
+}
+
+// Whether two doorways that were only glimpsed lead into two rooms or into one is not known.
+TEST_F(OpeningsTest, GlimpsedDoorwaysAreOneRoomAtLeast) {
+  holes_ = {Hole{1.6, 2.4, 0, 2.0}, Hole{2.9, 3.7, 0, 2.0}};
+  station_ = Vector3d(3.7, 0.3, 1.5);
+  const Openings found = Find();
+  ASSERT_EQ(found.openings.size(), 2u);
+  for (const Opening& door : found.openings) EXPECT_TRUE(door.glimpsed);
+  EXPECT_EQ(found.RoomsNotEntered(), 1);
+}
+
+// The shadow beside a cupboard at the wall, the one behind a column, and a window.
+TEST_F(OpeningsTest, NoShadowAndNoWindowIsAGlimpsedDoorway) {
+  station_ = Vector3d(3.7, 0.3, 1.5);
+  holes_ = {};
+  for (const double top : {1.9, kCeiling}) {
+    furniture_ = [=](const Vector3d& p) {
+      return p.x() > 3.2 && p.x() < 3.6 && p.y() > 1.4 && p.y() < 1.8 && p.z() < top;
+    };
+    EXPECT_TRUE(Find().openings.empty()) << top;
+  }
+  furniture_ = [](const Vector3d&) { return false; };
+  holes_ = {Hole{2.0, 2.9, 0.9, 2.0}};
+  for (const Opening& opening : Find().openings) EXPECT_FALSE(opening.doorway());
+  EXPECT_EQ(Find().RoomsNotEntered(), 0);
+}
+
 // What is seen of the room behind, in plan: by the wedge that the doorway leaves.
 TEST_F(OpeningsTest, WhatIsKnownBehindIsTheWedgeThatTheDoorwayLeaves) {
   const Openings found = Find();
