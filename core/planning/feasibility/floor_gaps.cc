@@ -24,6 +24,59 @@ int LayerOf(float height, double voxel) {
   return static_cast<int>(std::floor(static_cast<double>(height) / voxel));
 }
 
+// Stations that stand higher than their own scan told: on stairs, where the steps around lie in the
+// blind cone and most of what is seen is the hall at their foot. What is empty between the floor
+// that was taken for theirs and the step under the tripod, which other scans measured, was only
+// assumed (ClearStation()).
+class RaisedStations {
+ public:
+  RaisedStations(const model::PlanningView& model, const FloorColumns& floor)
+      : voxel_(model.voxel_size()) {
+    for (const model::Station& station : model.stations()) {
+      const Eigen::Vector2i at = model.At(station.position).head<2>();
+      const double highest = station.position.z() - station.clearance;
+      std::optional<double> under;  // the highest floor that was measured below the scanner
+      for (int y = at.y() - 1; y <= at.y() + 1; ++y) {
+        for (int x = at.x() - 1; x <= at.x() + 1; ++x) {
+          for (const Floor& here : floor.At(x, y)) {
+            const auto height = static_cast<double>(here.height);
+            if (here.source != FloorSource::kMeasured || height > highest) continue;
+            under = std::max(under.value_or(height), height);
+          }
+        }
+      }
+      if (station.floor_found && under.has_value() && *under > station.floor_height + kRoughness) {
+        raised_.push_back({station, *under});
+      }
+    }
+  }
+
+  bool Has(const model::Station& station) const {
+    return std::any_of(raised_.begin(), raised_.end(), [&](const Raised& raised) {
+      return raised.station.position == station.position;
+    });
+  }
+  // True where that a column is empty below `height` says nothing.
+  bool Assumed(const Eigen::Vector2i& at, float height) const {
+    return std::any_of(raised_.begin(), raised_.end(), [&](const Raised& raised) {
+      const Eigen::Vector2d centre = (at.cast<double>().array() + 0.5) * voxel_;
+      const double away = (raised.station.position.head<2>() - centre).norm();
+      const auto z = static_cast<double>(height);
+      return away <= raised.station.clearance + 1.5 * voxel_ &&
+             z > raised.station.floor_height + kRoughness &&
+             z <= raised.floor + kMaxStep + kSteepestStairs * away;
+    });
+  }
+
+ private:
+  struct Raised {
+    model::Station station;
+    double floor;  // m, z: that it stands on
+  };
+  double voxel_;
+  std::vector<Raised> raised_;
+};
+
 // True when the model shows that a column has no floor at this height: it is empty further down.
 bool OpenBelow(const model::PlanningView& model, const Eigen::Vector2i& at, float height) {
   const int layer =
@@ -134,12 +187,14 @@ struct Crossing {
 };
 
 // Whether floor may be assumed in the `count` columns between two floors.
-bool MayBeFloor(const model::PlanningView& model, const Eigen::Vector2i& from,
-                const Eigen::Vector2i& step, int count, float lower) {
+bool MayBeFloor(const model::PlanningView& model, const RaisedStations& raised,
+                const Eigen::Vector2i& from, const Eigen::Vector2i& step, int count, float lower) {
   const double width = count * step.cast<double>().norm() * model.voxel_size();
   for (int k = 1; k <= count; ++k) {
     const Eigen::Vector2i at = from + k * step;
-    if (OpenBelow(model, at, lower)) return false;
+    // On stairs a line across more than one step's shadow says nothing of the steps between.
+    const bool assumed = width <= kNarrow && raised.Assumed(at, lower);
+    if (OpenBelow(model, at, lower) && !assumed) return false;
     if (width > kNarrow && !InBlindCone(model, at, lower)) return false;
   }
   return true;
@@ -151,8 +206,9 @@ std::vector<PlacedFloor> FloorUnderStations(const model::PlanningView& model,
                                             const FloorColumns& floor) {
   std::vector<PlacedFloor> found;
   const double voxel = model.voxel_size();
+  const RaisedStations raised(model, floor);
   for (const model::Station& station : model.stations()) {
-    if (!station.floor_found) continue;
+    if (!station.floor_found || raised.Has(station)) continue;
     const int reach = static_cast<int>(std::ceil(station.clearance / voxel));
     const auto height = static_cast<float>(station.floor_height);
     const model::VoxelIndex at = model.At(station.position);
@@ -224,6 +280,7 @@ std::optional<std::vector<PlacedFloor>> FloorBetween(const model::PlanningView& 
   // Each line is walked from one of its ends only.
   static const std::array<Eigen::Vector2i, 4> kLines = {
       Eigen::Vector2i(1, 0), Eigen::Vector2i(0, 1), Eigen::Vector2i(1, 1), Eigen::Vector2i(1, -1)};
+  const RaisedStations raised(model, floor);
   std::vector<Crossing> crossings;
   for (uint32_t column = 0; column < floor.columns(); ++column) {
     if (column % kColumnsBetweenLooks == 0 && cancelled.Requested()) return std::nullopt;
@@ -240,7 +297,7 @@ std::optional<std::vector<PlacedFloor>> FloorBetween(const model::PlanningView& 
           if (far != nullptr) break;
         }
         if (far == nullptr || count == 0 ||
-            !MayBeFloor(model, from, step, count, std::min(near.height, far->height))) {
+            !MayBeFloor(model, raised, from, step, count, std::min(near.height, far->height))) {
           continue;
         }
         const bool narrow = count * step.cast<double>().norm() * model.voxel_size() <= kNarrow;
@@ -268,8 +325,8 @@ std::optional<std::vector<PlacedFloor>> FloorBetween(const model::PlanningView& 
       sum += static_cast<double>(crossings[end++].height);
     }
     const Eigen::Vector2i at = floor.Voxel(crossings[begin].column);
-    const float height =
-        NotInTheAir(model, at, static_cast<float>(sum / static_cast<double>(end - begin)));
+    const auto mean = static_cast<float>(sum / static_cast<double>(end - begin));
+    const float height = raised.Assumed(at, mean) ? mean : NotInTheAir(model, at, mean);
     if (floor.Near(at.x(), at.y(), height, kMaxStep) == nullptr) {
       found.push_back({crossings[begin].column, {height, FloorSource::kBetween}});
     }

@@ -14,6 +14,8 @@ namespace vantage::planning {
 // The largest step between neighbouring pieces of one floor, m: what a building code allows a
 // stair.
 inline constexpr double kMaxStep = 0.20;
+// Tangent of 35 degrees, of the stairs that people carry things up.
+inline constexpr double kSteepestStairs = 0.7;
 
 // The measured floor in columns that span the model's bounds. Nothing when cancelled on the way.
 std::optional<std::vector<PlacedFloor>> MeasuredFloor(const model::PlanningView& model,

@@ -22,9 +22,6 @@ constexpr double kHanging = 0.5;  // m, over known-empty space
 
 constexpr double kOwnFloor = 0.5;  // m that the floor around a station is higher or lower at most
 
-constexpr double kSteepest =
-    0.7;  // tangent of 35 degrees, of the stairs that people carry things up
-
 // True when nothing in the voxel column [low, high) blocks the way to a station `away` metres off.
 // Somebody carried the scanner in there, so what lay outside its field of view does not block;
 // nearer, nothing that is merely unknown does; right beside the station not even measured surface
@@ -133,7 +130,7 @@ void ReachMap::FindPassable(const model::PlanningView& model, const visibility::
   }
   // Within its width the floor may rise and fall as stairs do.
   const auto fits = [&](int x, int y, float height, double away) {
-    const double most = kMaxStep + kSteepest * away * voxel;
+    const double most = kMaxStep + kSteepestStairs * away * voxel;
     for (const Floor& here : floor.At(x, y)) {
       if (static_cast<double>(std::abs(here.height - height)) <= most &&
           free[static_cast<size_t>(&here - floor.floors().data())] != 0) {
