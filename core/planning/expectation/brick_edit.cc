@@ -6,7 +6,6 @@
 #include <tuple>
 
 namespace vantage::planning {
-
 model::VoxelState BrickEdit::State(const model::VoxelIndex& v) const {
   const auto it = by_brick_.find(model::KeyOf(model::Brick::Of(v)));
   const int local = model::Brick::LocalOf(v);
@@ -25,6 +24,23 @@ BrickEdit::Changes& BrickEdit::Change(const model::VoxelIndex& v, model::VoxelSt
 }
 
 void BrickEdit::SetEmpty(const model::VoxelIndex& v) { Change(v, model::VoxelState::kEmpty); }
+
+void BrickEdit::EmptyUnknown(const model::VoxelIndex& v) {
+  if (NothingKnown(State(v))) SetEmpty(v);
+}
+
+bool BrickEdit::CloseUnknown(const model::VoxelIndex& v, const Eigen::Vector3i& normal,
+                             std::optional<double> z) {
+  if (!NothingKnown(State(v))) return false;
+  const double voxel = model_.voxel_size();
+  model::SurfaceVoxel surface;
+  surface.centroid = model_.Centre(v).cast<float>();
+  if (z.has_value()) surface.centroid.z() = static_cast<float>(*z);
+  surface.normal = normal.cast<float>();
+  surface.area = static_cast<float>(voxel * voxel);
+  SetSurface(v, surface);
+  return true;
+}
 
 void BrickEdit::SetSurface(const model::VoxelIndex& v, const model::SurfaceVoxel& surface) {
   Change(v, model::VoxelState::kTrueSurface)

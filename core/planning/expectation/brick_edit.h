@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -14,6 +15,11 @@
 
 namespace vantage::planning {
 
+// Where a model knows neither what is nor that nothing is.
+inline bool NothingKnown(model::VoxelState state) {
+  return state == model::VoxelState::kUnknown || model::IsFalseSurface(state);
+}
+
 // Collects changes of voxels. The model outlives it.
 class BrickEdit {
  public:
@@ -22,6 +28,12 @@ class BrickEdit {
   // What the voxel is with the changes so far.
   model::VoxelState State(const model::VoxelIndex& v) const;
   void SetEmpty(const model::VoxelIndex& v);
+  // The same where nothing is known.
+  void EmptyUnknown(const model::VoxelIndex& v);
+  // Where nothing is known, surface that faces along `normal` (one axis), at no density: through
+  // the voxel's middle, or at `z` (m). False elsewhere.
+  bool CloseUnknown(const model::VoxelIndex& v, const Eigen::Vector3i& normal,
+                    std::optional<double> z = std::nullopt);
   // `surface.centroid` lies in the voxel.
   void SetSurface(const model::VoxelIndex& v, const model::SurfaceVoxel& surface);
   // The changed bricks, by z, y, x.

@@ -10,7 +10,9 @@
 #include "absl/status/status.h"
 #include "core/model/view/brick_key.h"
 #include "core/planning/expectation/brick_edit.h"
+#include "core/planning/expectation/flights.h"
 #include "core/planning/expectation/room_limits.h"
+#include "core/planning/expectation/storey_beyond.h"
 #include "core/planning/openings/storey_section.h"
 
 namespace vantage::planning {
@@ -36,10 +38,6 @@ const std::array<Eigen::Vector2i, 4> kSides = {Eigen::Vector2i(-1, 0), Eigen::Ve
                                                Eigen::Vector2i(0, -1), Eigen::Vector2i(0, 1)};
 
 using Column = std::pair<int, int>;  // x and y of voxels
-
-bool Unknown(model::VoxelState state) {
-  return state == model::VoxelState::kUnknown || model::IsFalseSurface(state);
-}
 
 bool Measured(model::VoxelState state) {
   return state == model::VoxelState::kTrueSurface || state == model::VoxelState::kAbsorbed;
@@ -84,21 +82,23 @@ class RoomBehind {
     absl::flat_hash_set<Column> in_room;
     for (const Eigen::Vector2i& at : columns) in_room.emplace(at.x(), at.y());
     for (const Eigen::Vector2i& at : columns) {
-      if (LayFloor(at, edit)) floors.push_back({at, static_cast<float>(opening_.centre.z())});
+      if (edit.CloseUnknown({at.x(), at.y(), low_}, {0, 0, 1}, opening_.centre.z())) {
+        floors.push_back({at, static_cast<float>(opening_.centre.z())});
+      }
       for (int z = low_ + 1; z < high_; ++z) {
         const model::VoxelIndex v(at.x(), at.y(), z);
-        if (Unknown(model_.State(v))) edit.SetEmpty(v);
+        if (NothingKnown(model_.State(v))) edit.SetEmpty(v);
       }
       // Where the model knows of free space it says itself how that ends.
-      if (Unknown(model_.State({at.x(), at.y(), high_ - 1}))) {
-        Close({at.x(), at.y(), high_}, {0, 0, -1}, edit);
+      if (NothingKnown(model_.State({at.x(), at.y(), high_ - 1}))) {
+        edit.CloseUnknown({at.x(), at.y(), high_}, {0, 0, -1});
       }
       for (const Eigen::Vector2i& side : kSides) {
         const Eigen::Vector2i to = at + side;
         if (in_room.contains({to.x(), to.y()})) continue;
         for (int z = low_ + 1; z < high_; ++z) {
-          if (!Unknown(model_.State({at.x(), at.y(), z}))) continue;
-          Close({to.x(), to.y(), z}, {-side.x(), -side.y(), 0}, edit);
+          if (!NothingKnown(model_.State({at.x(), at.y(), z}))) continue;
+          edit.CloseUnknown({to.x(), to.y(), z}, {-side.x(), -side.y(), 0});
         }
       }
     }
@@ -126,26 +126,6 @@ class RoomBehind {
     }
     return !model_.Empty({at.x(), at.y(), low_ - 1}) && !model_.Empty({at.x(), at.y(), low_ - 2});
   }
-  // False where the model knows what lies at the floor's height.
-  bool LayFloor(const Eigen::Vector2i& at, BrickEdit& edit) const {
-    const model::VoxelIndex v(at.x(), at.y(), low_);
-    if (!Unknown(model_.State(v))) return false;
-    edit.SetSurface(v, Facing(v, {0, 0, 1}));
-    return true;
-  }
-  // Surface where the room ends, if the model knows nothing there.
-  void Close(const model::VoxelIndex& v, const Eigen::Vector3i& normal, BrickEdit& edit) const {
-    if (Unknown(edit.State(v))) edit.SetSurface(v, Facing(v, normal));
-  }
-  model::SurfaceVoxel Facing(const model::VoxelIndex& v, const Eigen::Vector3i& normal) const {
-    model::SurfaceVoxel surface;
-    surface.centroid = model_.Centre(v).cast<float>();
-    if (normal.z() > 0) surface.centroid.z() = static_cast<float>(opening_.centre.z());
-    surface.normal = normal.cast<float>();
-    surface.area = static_cast<float>(voxel_ * voxel_);
-    return surface;
-  }
-
   const model::PlanningView& model_;
   const Opening& opening_;
   const double voxel_;
@@ -239,7 +219,7 @@ Expectation::Expectation(const model::PlanningView& model, model::PlanningView v
       rooms_(std::move(rooms)) {}
 
 absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
-    const model::PlanningView& model, const Openings& openings,
+    const model::PlanningView& model, const FloorMap& floor, const Openings& openings,
     std::span<const RejectedPlace> rejected, const parallel::Cancellation& cancelled) {
   std::vector<Room> rooms;
   std::vector<ExpectedFloor> floors;
@@ -254,6 +234,9 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
     behind.Apply(room.columns, edit, floors);
     rooms.push_back(std::move(room));
   }
+  const auto flights = FindFlights(model, floor, cancelled);
+  if (!flights.has_value()) return absl::CancelledError("expectation");
+  for (const Flight& flight : *flights) ExpectStorey(model, floor, flight, edit);
   const std::vector<model::BrickAt> changed = edit.Bricks();
   return absl::WrapUnique<const Expectation>(
       new Expectation(model, model::PlanningView(model, model.version(), changed, model.stations()),

@@ -1,5 +1,5 @@
-// What is expected where nothing is known: that a room goes on behind its doorway (algorithm.md
-// section 7E).
+// What is expected where nothing is known: that a room goes on behind its doorway, and that stairs
+// lead to a storey (algorithm.md section 7E).
 #ifndef VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTATION_H_
 #define VANTAGE_CORE_PLANNING_EXPECTATION_EXPECTATION_H_
 
@@ -28,14 +28,16 @@ inline constexpr double kStationChance = 0.9;
 
 // A model in which each room that was seen through a doorway and not entered goes on behind it, as
 // far as nothing that was measured speaks against it: floor at the doorway's height, free space
-// over it, and walls and a ceiling around, at no density. It differs from the model only where the
-// model knows nothing. Never changes. Thread safe.
+// over it, and walls and a ceiling around, at no density; and stairs that end between two storeys
+// lead to a hall like the one that they leave, in which nobody is expected to stand before more of
+// the stairs is known. It differs from the model only where the model knows nothing. Never changes.
+// Thread safe.
 class Expectation {
  public:
   // A room in which places were rejected twice is not expected any more. Keeps the reference to the
   // model. CANCELLED when that was requested on the way.
   static absl::StatusOr<std::shared_ptr<const Expectation>> Of(
-      const model::PlanningView& model, const Openings& openings,
+      const model::PlanningView& model, const FloorMap& floor, const Openings& openings,
       std::span<const RejectedPlace> rejected, const parallel::Cancellation& cancelled = {});
 
   // The model with what is expected.

@@ -20,6 +20,8 @@ constexpr double kTripod = 0.75;  // m, around a station
 
 constexpr double kHanging = 0.5;  // m, over known-empty space
 
+constexpr double kHighestTripod = 2.2;  // m, of a viewpoint over the floor that it stands on
+
 constexpr double kOwnFloor = 0.5;  // m that the floor around a station is higher or lower at most
 
 // True when nothing in the voxel column [low, high) blocks the way to a station `away` metres off.
@@ -183,6 +185,8 @@ std::optional<uint32_t> ReachMap::NodeOf(const model::Station& station) {
   if (under.has_value()) {
     const auto height = static_cast<double>(nodes_.Height(*under));
     if (height <= station.position.z() && height >= station.floor_height - kOwnFloor) return under;
+    // On stairs the scan took the floor at their head for its own, where it is known to be open.
+    if (station.position.z() - height <= kHighestTripod) return under;
   }
   return nodes_.Insert(column, static_cast<float>(station.floor_height));
 }

@@ -126,9 +126,9 @@ TEST_F(EdgesTest, StairsAreWalked) {
   }
 }
 
-// Who stands on stairs sees more of the hall at their foot than of the steps around, which lie in
-// the blind cone: the model takes the hall's floor for the scanner's own, and what is below for
-// empty. What other scans measured under the tripod says better.
+// Who stands on stairs sees more of the halls at their foot and head than of the steps around,
+// which lie in the blind cone: the model takes a hall's floor for the scanner's own, and what is
+// over it for empty. What other scans measured under the tripod says better.
 TEST_F(EdgesTest, AScannerOnTheStairsDoesNotCutThemInTwo) {
   constexpr double kRise = 0.175;
   constexpr double kGoing = 0.28;
