@@ -28,6 +28,9 @@ planning::CellArrays PendingSurface::Of(const RemainingGain& remaining,
     const bool opening = cell.expected || cell.kind == model::SurfaceKind::kOcclusion ||
                          cell.kind == model::SurfaceKind::kImage;
     if (!opening || cell.success < 1) continue;
+    // What a room is like of which only the doorway was seen is no guess to register by.
+    const planning::Expectation* expectation = problem_.expectation();
+    if (cell.expected && expectation != nullptr && expectation->OnlyGlimpsed(cell.voxel)) continue;
     indices.push_back(at_[i]);
     areas.push_back(cell.area);
   }

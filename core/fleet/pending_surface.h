@@ -17,9 +17,9 @@ namespace vantage::fleet {
 
 // The surface that pending scans, which are the steps of RemainingGain, are expected to add for
 // alignment. False surface that they see, and at which no attempt has failed yet, is taken for
-// surface, and so are the walls of a room that is expected behind a doorway. That is a guess, since
-// what lies behind it is unknown. Holes are left out, since rays went in and none came back.
-// References are kept.
+// surface, and so are the walls of a room that is expected behind a doorway through which some of
+// it was seen. That is a guess, since what lies behind it is unknown. Holes are left out, since
+// rays went in and none came back. References are kept.
 class PendingSurface {
  public:
   PendingSurface(const planning::PlanningProblem& problem, const planning::OverlapSurface& overlap);

@@ -211,18 +211,21 @@ model::PlanningView MeasuredAlone(const model::PlanningView& model) {
 }  // namespace
 
 Expectation::Expectation(const model::PlanningView& model, model::PlanningView view,
-                         std::vector<ExpectedFloor> floors, std::vector<Room> rooms)
+                         std::vector<ExpectedFloor> floors, std::vector<Room> rooms,
+                         absl::flat_hash_set<std::pair<int, int>> glimpsed)
     : model_(model),
       view_(std::move(view)),
       standing_(MeasuredAlone(view_)),
       floors_(std::move(floors)),
-      rooms_(std::move(rooms)) {}
+      rooms_(std::move(rooms)),
+      glimpsed_(std::move(glimpsed)) {}
 
 absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
     const model::PlanningView& model, const FloorMap& floor, const Openings& openings,
     std::span<const RejectedPlace> rejected, const parallel::Cancellation& cancelled) {
   std::vector<Room> rooms;
   std::vector<ExpectedFloor> floors;
+  absl::flat_hash_set<std::pair<int, int>> glimpsed;
   BrickEdit edit(model);
   for (size_t i = 0; i < openings.openings.size(); ++i) {
     if (cancelled.Requested()) return absl::CancelledError("expectation");
@@ -232,6 +235,13 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
     Room room{i, behind.Spread(), static_cast<float>(opening.centre.z())};
     if (room.columns.empty() || Refused(model, room.columns, rejected)) continue;
     behind.Apply(room.columns, edit, floors);
+    for (const Eigen::Vector2i& at : room.columns) {
+      if (!opening.glimpsed) break;
+      glimpsed.emplace(at.x(), at.y());
+      for (const Eigen::Vector2i& side : kSides) {  // where its walls are
+        glimpsed.emplace(at.x() + side.x(), at.y() + side.y());
+      }
+    }
     rooms.push_back(std::move(room));
   }
   const auto flights = FindFlights(model, floor, cancelled);
@@ -240,7 +250,7 @@ absl::StatusOr<std::shared_ptr<const Expectation>> Expectation::Of(
   const std::vector<model::BrickAt> changed = edit.Bricks();
   return absl::WrapUnique<const Expectation>(
       new Expectation(model, model::PlanningView(model, model.version(), changed, model.stations()),
-                      std::move(floors), std::move(rooms)));
+                      std::move(floors), std::move(rooms), std::move(glimpsed)));
 }
 
 std::optional<size_t> Expectation::Behind(const Eigen::Vector3d& place) const {

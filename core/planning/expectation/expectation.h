@@ -8,8 +8,10 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "absl/container/flat_hash_set.h"
 #include "absl/status/statusor.h"
 #include "core/model/view/planning_view.h"
 #include "core/parallel/cancellation.h"
@@ -49,6 +51,9 @@ class Expectation {
   std::span<const ExpectedFloor> floors() const { return floors_; }
   // True when what the view says of a voxel is expected and not known.
   bool Expected(const model::VoxelIndex& v) const { return view_.State(v) != model_.State(v); }
+  // True in and around rooms whose doorways were only glimpsed: of what they are like nothing was
+  // seen.
+  bool OnlyGlimpsed(const model::VoxelIndex& v) const { return glimpsed_.contains({v.x(), v.y()}); }
   // The doorway, by its place in Openings::openings, behind which a place lies; nothing where it
   // does not.
   std::optional<size_t> Behind(const Eigen::Vector3d& place) const;
@@ -61,13 +66,15 @@ class Expectation {
     float floor = 0;  // m, z
   };
   Expectation(const model::PlanningView& model, model::PlanningView view,
-              std::vector<ExpectedFloor> floors, std::vector<Room> rooms);
+              std::vector<ExpectedFloor> floors, std::vector<Room> rooms,
+              absl::flat_hash_set<std::pair<int, int>> glimpsed);
 
   const model::PlanningView& model_;
   const model::PlanningView view_;
   const model::PlanningView standing_;
   const std::vector<ExpectedFloor> floors_;
   const std::vector<Room> rooms_;
+  const absl::flat_hash_set<std::pair<int, int>> glimpsed_;  // x and y of voxels
 };
 
 }  // namespace vantage::planning
