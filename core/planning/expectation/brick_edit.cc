@@ -6,6 +6,7 @@
 #include <tuple>
 
 namespace vantage::planning {
+
 model::VoxelState BrickEdit::State(const model::VoxelIndex& v) const {
   const auto it = by_brick_.find(model::KeyOf(model::Brick::Of(v)));
   const int local = model::Brick::LocalOf(v);
