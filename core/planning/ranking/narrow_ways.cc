@@ -40,7 +40,18 @@ NarrowWays FindNarrowWays(const PlanningProblem& problem, double best, uint64_t 
   }
   std::vector<uint32_t> order;
   order.reserve(behind.size());
-  for (const auto& [narrowest, views] : behind) order.push_back(narrowest);
+  // A doorway that was only glimpsed may be wider than what was seen of it.
+  const auto only_glimpsed = [&](uint32_t node) {
+    const Expectation* expectation = problem.expectation();
+    const Eigen::Vector2d at =
+        (reach.nodes().Column(node).cast<double>().array() + 0.5) * feasible.cell_size();
+    const auto z = static_cast<double>(reach.nodes().Height(node));
+    return expectation != nullptr &&
+           expectation->OnlyGlimpsed(problem.model().At({at.x(), at.y(), z}));
+  };
+  for (const auto& [narrowest, views] : behind) {
+    if (!only_glimpsed(narrowest)) order.push_back(narrowest);
+  }
   std::stable_sort(order.begin(), order.end(),
                    [&](uint32_t a, uint32_t b) { return behind[a].size() > behind[b].size(); });
   order.resize(std::min(order.size(), kMostWays));
