@@ -7,82 +7,15 @@
 #include <tuple>
 
 #include "core/planning/feasibility/floor_pieces.h"
+#include "core/planning/feasibility/raised_stations.h"
 
 namespace vantage::planning {
 namespace {
 
 constexpr uint32_t kColumnsBetweenLooks = 8192;
 constexpr double kGap = 2.5;         // m across: the blind cone under a high tripod
-constexpr double kBlindCone = 0.7;   // radius in heights: of scanners that see down to 55 degrees
 constexpr double kWidestCone = 1.2;  // radius in heights: of those that see down to 40 degrees
-constexpr double kRoughness = 0.1;   // m, what one floor's roughness and noise take up at most
 constexpr double kNarrow = 0.3;  // m across: what the shadow of a cable hides, or a few lost rays
-
-// The layer of voxels in which a floor lies. Below the next one down, nothing of it can lie,
-// however it falls on the grid.
-int LayerOf(float height, double voxel) {
-  return static_cast<int>(std::floor(static_cast<double>(height) / voxel));
-}
-
-// Stations that stand higher than their own scan told: on stairs, where the steps around lie in the
-// blind cone and most of what is seen is the hall at their foot. What is empty between the floor
-// that was taken for theirs and the step under the tripod, which other scans measured, was only
-// assumed (ClearStation()).
-class RaisedStations {
- public:
-  RaisedStations(const model::PlanningView& model, const FloorColumns& floor)
-      : voxel_(model.voxel_size()) {
-    for (const model::Station& station : model.stations()) {
-      const Eigen::Vector2i at = model.At(station.position).head<2>();
-      const double highest = station.position.z() - station.clearance;
-      std::optional<double> under;  // the highest floor that was measured below the scanner
-      for (int y = at.y() - 1; y <= at.y() + 1; ++y) {
-        for (int x = at.x() - 1; x <= at.x() + 1; ++x) {
-          for (const Floor& here : floor.At(x, y)) {
-            const auto height = static_cast<double>(here.height);
-            if (here.source != FloorSource::kMeasured || height > highest) continue;
-            under = std::max(under.value_or(height), height);
-          }
-        }
-      }
-      if (station.floor_found && under.has_value() && *under > station.floor_height + kRoughness) {
-        raised_.push_back({station, *under});
-      }
-    }
-  }
-
-  bool Has(const model::Station& station) const {
-    return std::any_of(raised_.begin(), raised_.end(), [&](const Raised& raised) {
-      return raised.station.position == station.position;
-    });
-  }
-  // True where that a column is empty below `height` says nothing.
-  bool Assumed(const Eigen::Vector2i& at, float height) const {
-    return std::any_of(raised_.begin(), raised_.end(), [&](const Raised& raised) {
-      const Eigen::Vector2d centre = (at.cast<double>().array() + 0.5) * voxel_;
-      const double away = (raised.station.position.head<2>() - centre).norm();
-      const auto z = static_cast<double>(height);
-      return away <= raised.station.clearance + 1.5 * voxel_ &&
-             z > raised.station.floor_height + kRoughness &&
-             z <= raised.floor + kMaxStep + kSteepestStairs * away;
-    });
-  }
-
- private:
-  struct Raised {
-    model::Station station;
-    double floor;  // m, z: that it stands on
-  };
-  double voxel_;
-  std::vector<Raised> raised_;
-};
-
-// True when the model shows that a column has no floor at this height: it is empty further down.
-bool OpenBelow(const model::PlanningView& model, const Eigen::Vector2i& at, float height) {
-  const int layer =
-      LayerOf(height - 0.1f * static_cast<float>(model.voxel_size()), model.voxel_size());
-  return model.Empty({at.x(), at.y(), layer - 1}) || model.Empty({at.x(), at.y(), layer - 2});
-}
 
 // True around a station on this floor, where its scanner looks down past the floor or nearly: that
 // there was none, somebody who stood there would have known. Within the blind cone of most scanners

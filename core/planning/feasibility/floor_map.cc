@@ -7,6 +7,7 @@
 #include "absl/status/status.h"
 #include "core/planning/feasibility/floor_gaps.h"
 #include "core/planning/feasibility/floor_pieces.h"
+#include "core/planning/feasibility/hidden_steps.h"
 
 namespace vantage::planning {
 
@@ -72,6 +73,7 @@ bool FloorMap::FindIn(const model::PlanningView& model, const parallel::Cancella
   if (!at_walls.has_value()) return false;
   add(*at_walls);
   add(FloorUnderStations(model, columns_));
+  add(HiddenSteps(model, columns_));
   const auto between = FloorBetween(model, columns_, cancelled);
   if (!between.has_value()) return false;
   add(*between);

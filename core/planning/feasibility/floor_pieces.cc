@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <tuple>
 #include <utility>
 
 #include "core/visibility/surface_walk.h"
@@ -86,6 +87,7 @@ class Pieces {
     return {static_cast<int>(candidate.column) % columns_.size().x(),
             static_cast<int>(candidate.column) / columns_.size().x()};
   }
+  std::vector<Candidate> AbsorbedBeside(const std::vector<Candidate>& found) const;
   bool CarriesStation(const Piece& piece) const;
   bool HasHeadroom(const Piece& piece) const;
   bool IsFloor(const Piece& piece, bool any) const;
@@ -117,8 +119,14 @@ bool Pieces::Collect() {
       });
   if (!whole) return false;
   // Voxels come in ascending z, and keep that order within their column.
-  std::stable_sort(found.begin(), found.end(),
-                   [](const Candidate& a, const Candidate& b) { return a.column < b.column; });
+  const auto by_column = [](const Candidate& a, const Candidate& b) { return a.column < b.column; };
+  std::stable_sort(found.begin(), found.end(), by_column);
+  const std::vector<Candidate> absorbed = AbsorbedBeside(found);
+  if (cancelled_.Requested()) return false;
+  found.insert(found.end(), absorbed.begin(), absorbed.end());
+  std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
+    return std::tie(a.column, a.layer) < std::tie(b.column, b.layer);
+  });
   begin_.assign(columns_.columns() + 1, 0);
   for (const Candidate& candidate : found) {
     // Of a surface that is several voxels thick the lowest counts.
@@ -131,6 +139,45 @@ bool Pieces::Collect() {
   }
   for (size_t column = 1; column < begin_.size(); ++column) begin_[column] += begin_[column - 1];
   return !cancelled_.Requested();
+}
+
+// Where few samples fell, as on a tread that was seen flat, whole rows of voxels were fused into
+// their neighbours: the surface is measured there too, with empty space on top, at its neighbour's
+// height. `found`: by column, from the lowest up.
+std::vector<Candidate> Pieces::AbsorbedBeside(const std::vector<Candidate>& found) const {
+  constexpr int kReach = 2;  // voxels that surface was fused across
+  const Eigen::Vector2i& size = columns_.size();
+  std::vector<uint32_t> begin(columns_.columns() + 1, 0);  // in `found`, of each column
+  for (const Candidate& candidate : found) ++begin[candidate.column + 1];
+  for (size_t column = 1; column < begin.size(); ++column) begin[column] += begin[column - 1];
+  const auto has = [&](uint32_t column, int layer) {
+    for (uint32_t i = begin[column]; i < begin[column + 1]; ++i) {
+      if (std::abs(found[i].layer - layer) <= kThickness) return true;
+    }
+    return false;
+  };
+  std::vector<Candidate> absorbed;
+  for (size_t i = 0; i < found.size(); ++i) {
+    if (i % kColumnsBetweenPolls == 0 && cancelled_.Requested()) return {};
+    const Eigen::Vector2i c = Offset(found[i]);
+    for (int y = std::max(0, c.y() - kReach); y <= std::min(size.y() - 1, c.y() + kReach); ++y) {
+      for (int x = std::max(0, c.x() - kReach); x <= std::min(size.x() - 1, c.x() + kReach); ++x) {
+        const auto column = static_cast<uint32_t>(x + size.x() * y);
+        if (has(column, found[i].layer)) continue;
+        const Eigen::Vector2i at = columns_.Voxel(column);
+        for (int z = found[i].layer + 1; z >= found[i].layer - 1; --z) {
+          const model::VoxelState state = model_.State({at.x(), at.y(), z});
+          if (state == model::VoxelState::kEmpty) continue;
+          if (state == model::VoxelState::kAbsorbed && model_.Empty({at.x(), at.y(), z + 1})) {
+            absorbed.push_back({column, z, found[i].height});
+          }
+          break;
+        }
+      }
+    }
+  }
+  // Of a voxel with several neighbours the first found says how high.
+  return absorbed;
 }
 
 void Pieces::Connect() {

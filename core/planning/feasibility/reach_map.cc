@@ -20,8 +20,6 @@ constexpr double kTripod = 0.75;  // m, around a station
 
 constexpr double kHanging = 0.5;  // m, over known-empty space
 
-constexpr double kHighestTripod = 2.2;  // m, of a viewpoint over the floor that it stands on
-
 constexpr double kOwnFloor = 0.5;  // m that the floor around a station is higher or lower at most
 
 // True when nothing in the voxel column [low, high) blocks the way to a station `away` metres off.

@@ -20,7 +20,7 @@ constexpr double kWidest = 1.6;
 // what is known: twice as thick as the walls of most rooms, a third as deep as most rooms.
 constexpr double kBeyond = 0.6;
 // Of the columns straight before and straight behind it, more of one side and less of the other.
-constexpr double kFreeShare = 0.5;
+constexpr double kFreeOfGlimpse = 0.5;
 
 // The section with a margin on all sides, in rows along x.
 class Surroundings {
@@ -106,8 +106,8 @@ double FreeShare(const StoreySection& section, const Gap& gap, const Eigen::Vect
 // Towards what is unknown behind it; nothing where as much is known on either side.
 std::optional<Eigen::Vector2d> TowardsUnknown(const StoreySection& section, const Gap& gap,
                                               double reach) {
-  const bool there = FreeShare(section, gap, gap.across(), reach) >= kFreeShare;
-  const bool here = FreeShare(section, gap, -gap.across(), reach) >= kFreeShare;
+  const bool there = FreeShare(section, gap, gap.across(), reach) >= kFreeOfGlimpse;
+  const bool here = FreeShare(section, gap, -gap.across(), reach) >= kFreeOfGlimpse;
   if (there == here) return std::nullopt;
   return here ? gap.across() : Eigen::Vector2d(-gap.across());
 }

@@ -126,46 +126,93 @@ TEST_F(EdgesTest, StairsAreWalked) {
   }
 }
 
+// A hall 2 m wide, and a landing `steps` steps over it and `deep` m deep that a flight leads up to
+// along y; without treads where `edge`: then only the drop.
+struct Flight {
+  static constexpr double kRise = 0.175;
+  static constexpr double kGoing = 0.28;
+  static constexpr double kFoot = 3.0;  // m, y
+
+  Flight(int steps, double deep, bool edge)
+      : top(kFoot + (steps - 1) * kGoing), floor(steps * kRise) {
+    scene.name = "hall with a flight of stairs";
+    simulation::MeshBuilder builder(scene.mesh);
+    const auto box = [&](double x0, double x1, double y0, double y1, double z0, double z1) {
+      builder.Box({x0, y0, z0}, {x1, y1, z1});
+    };
+    box(-0.2, 2.2, -0.2, top, -0.2, 0);
+    for (int k = 1; k < steps && !edge; ++k) {
+      box(0.5, 1.5, kFoot + (k - 1) * kGoing, kFoot + k * kGoing, 0, k * kRise);
+    }
+    box(-0.2, 2.2, top, top + deep + 0.2, -0.2, floor);
+    box(-0.2, 2.2, -0.2, top + deep + 0.2, 4.2, 4.4);
+    box(-0.2, 0, -0.2, top + deep + 0.2, 0, 4.2);
+    box(2, 2.2, -0.2, top + deep + 0.2, 0, 4.2);
+    box(0, 2, -0.2, 0, 0, 4.2);
+    box(0, 2, top + deep, top + deep + 0.2, 0, 4.2);
+  }
+  // m away from the edge of the landing, and over it.
+  Eigen::Vector3d OnLanding(double away, double height) const {
+    return {1, top + away, floor + height};
+  }
+
+  simulation::Scene scene;
+  double top;    // y of the landing's edge, m
+  double floor;  // z of the landing, m
+};
+
+const Eigen::Vector3d kInHall(1, 1.5, 1.5);
+
 // Who stands on stairs sees more of the halls at their foot and head than of the steps around,
 // which lie in the blind cone: the model takes a hall's floor for the scanner's own, and what is
 // over it for empty. What other scans measured under the tripod says better.
 TEST_F(EdgesTest, AScannerOnTheStairsDoesNotCutThemInTwo) {
-  constexpr double kRise = 0.175;
-  constexpr double kGoing = 0.28;
-  constexpr double kFoot = 3.0;  // m, y
-  constexpr int kSteps = 8;
-  simulation::Scene scene;
-  scene.name = "hall with a flight of stairs";
-  simulation::MeshBuilder builder(scene.mesh);
-  const auto box = [&](double x0, double x1, double y0, double y1, double z0, double z1) {
-    builder.Box({x0, y0, z0}, {x1, y1, z1});
-  };
-  const double top = kFoot + (kSteps - 1) * kGoing;
-  box(-0.2, 2.2, -0.2, top, -0.2, 0);
-  for (int k = 1; k < kSteps; ++k) {
-    box(0.5, 1.5, kFoot + (k - 1) * kGoing, kFoot + k * kGoing, 0, k * kRise);
-  }
-  box(-0.2, 2.2, top, top + 2.2, -0.2, kSteps * kRise);
-  box(-0.2, 2.2, -0.2, top + 2.2, 4.2, 4.4);
-  box(-0.2, 0, -0.2, top + 2.2, 0, 4.2);
-  box(2, 2.2, -0.2, top + 2.2, 0, 4.2);
-  box(0, 2, -0.2, 0, 0, 4.2);
-  box(0, 2, top + 2, top + 2.2, 0, 4.2);
-  const Eigen::Vector3d hall(1, 1.5, 1.5);
-  const Eigen::Vector3d head(1, top + 0.4, kSteps * kRise + 1.3);
-  // From higher up, the steps at the head of the flight are seen by neither scan.
-  for (const int step : {2, 3}) {
+  Flight flight(8, 2, false);
+  const Eigen::Vector3d head = flight.OnLanding(0.4, 1.3);
+  // Of the fifth and its neighbours neither scan measures a sample.
+  for (const int step : {2, 3, 4}) {
     for (const double height : {1.1, 1.8}) {
       SCOPED_TRACE(testing::Message() << "step " << step << ", " << height << " m over it");
-      const double y = kFoot + (step - 0.5) * kGoing;
-      scene.starts = {head, {1, y, step * kRise + height}};
-      const FeasibleViews views = Find(*test_support::ScanFromStarts(scene, scanner_, pool_));
+      const double y = Flight::kFoot + (step - 0.5) * Flight::kGoing;
+      flight.scene.starts = {head, {1, y, step * Flight::kRise + height}};
+      const FeasibleViews views =
+          Find(*test_support::ScanFromStarts(flight.scene, scanner_, pool_));
       EXPECT_TRUE(views.reach().Travel(head).has_value()) << "up";
-      const auto down = views.reach().Travel(hall);
+      const auto down = views.reach().Travel(kInHall);
       EXPECT_TRUE(down.has_value()) << "down";
       if (!down.has_value()) continue;
-      EXPECT_GT(*down, y - hall.y() - 0.2);
-      EXPECT_LT(*down, y - hall.y() + 0.5);
+      EXPECT_GT(*down, y - kInHall.y() - 0.2);
+      EXPECT_LT(*down, y - kInHall.y() + 0.5);
+    }
+  }
+}
+
+// The steps right below a tripod at the head of stairs are seen by nobody before somebody has
+// walked them. That they are there is told by those that go on beyond.
+TEST_F(EdgesTest, AScannerAtTheHeadOfStairsDoesNotHideThem) {
+  for (const double away : {0.35, 0.5, 0.8}) {
+    for (const double height : {1.15, 1.5}) {
+      SCOPED_TRACE(testing::Message() << away << " m from the edge, " << height << " m over it");
+      Flight flight(8, 2, false);
+      flight.scene.starts = {flight.OnLanding(away, height)};
+      const FeasibleViews views =
+          Find(*test_support::ScanFromStarts(flight.scene, scanner_, pool_));
+      EXPECT_TRUE(views.reach().Travel(kInHall).has_value());
+    }
+  }
+}
+
+// A drop of two to five steps' height is no stairs, whatever the blind cone hides at its foot. The
+// landing is deep, so that the model takes its floor for the scanner's own, not the hall's.
+TEST_F(EdgesTest, ADropBelowATripodIsNoStairs) {
+  for (const int steps : {2, 3, 4, 5}) {
+    for (const double away : {0.35, 0.5, 0.8}) {
+      SCOPED_TRACE(testing::Message() << away << " m from the edge, " << steps << " steps high");
+      Flight drop(steps, 5, true);
+      drop.scene.starts = {drop.OnLanding(away, 1.5)};
+      const FeasibleViews views = Find(*test_support::ScanFromStarts(drop.scene, scanner_, pool_));
+      EXPECT_TRUE(views.floor().columns().Near(20, 30, 0.0f, 0.1) != nullptr) << "its foot is seen";
+      EXPECT_FALSE(views.reach().Travel(kInHall).has_value());
     }
   }
 }

@@ -1,0 +1,147 @@
+#include "core/planning/feasibility/hidden_steps.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <optional>
+#include <tuple>
+
+#include "core/planning/feasibility/floor_pieces.h"
+#include "core/planning/feasibility/raised_stations.h"
+#include "core/planning/feasibility/reach_map.h"
+
+namespace vantage::planning {
+namespace {
+
+constexpr double kGoing = 0.45;  // m that a tread is deep at most, with what hides its edge
+
+const std::array<Eigen::Vector2i, 8> kDirections = {
+    Eigen::Vector2i(1, 0), Eigen::Vector2i(-1, 0), Eigen::Vector2i(0, 1),  Eigen::Vector2i(0, -1),
+    Eigen::Vector2i(1, 1), Eigen::Vector2i(-1, 1), Eigen::Vector2i(1, -1), Eigen::Vector2i(-1, -1)};
+
+class Search {
+ public:
+  Search(const model::PlanningView& model, const FloorColumns& floor)
+      : model_(model), floor_(floor), raised_(model, floor), voxel_(model.voxel_size()) {}
+
+  void Around(const model::Station& station) {
+    const int reach = static_cast<int>(std::ceil(kBlindCone * kHighestTripod / voxel_));
+    const Eigen::Vector2i at = model_.At(station.position).head<2>();
+    for (int y = at.y() - reach; y <= at.y() + reach; ++y) {
+      for (int x = at.x() - reach; x <= at.x() + reach; ++x) {
+        for (const Floor& upper : floor_.At(x, y)) {
+          const double over = station.position.z() - static_cast<double>(upper.height);
+          if (over <= 0 || over > kHighestTripod) continue;
+          for (const Eigen::Vector2i& step : kDirections) {
+            Cross(station, {x, y}, upper.height, step);
+          }
+        }
+      }
+    }
+  }
+
+  std::vector<PlacedFloor> Take() {
+    std::sort(found_.begin(), found_.end(), [](const PlacedFloor& a, const PlacedFloor& b) {
+      return std::tie(a.column, a.floor.height) < std::tie(b.column, b.floor.height);
+    });
+    std::vector<PlacedFloor> means;
+    for (size_t begin = 0; begin < found_.size();) {
+      // Lines that meet at one height say the same step: it is their mean.
+      size_t end = begin;
+      double sum = 0;
+      while (end < found_.size() && found_[end].column == found_[begin].column &&
+             static_cast<double>(found_[end].floor.height - found_[begin].floor.height) <=
+                 kMaxStep) {
+        sum += static_cast<double>(found_[end++].floor.height);
+      }
+      const auto mean = static_cast<float>(sum / static_cast<double>(end - begin));
+      const Eigen::Vector2i at = floor_.Voxel(found_[begin].column);
+      if (floor_.Near(at.x(), at.y(), mean, kMaxStep) == nullptr) {
+        means.push_back({found_[begin].column, {mean, FloorSource::kBetween}});
+      }
+      begin = end;
+    }
+    return means;
+  }
+
+ private:
+  // Down a line from the edge of what is known, to where floor is known again.
+  void Cross(const model::Station& station, const Eigen::Vector2i& from, float upper,
+             const Eigen::Vector2i& step) {
+    const double length = step.cast<double>().norm() * voxel_;
+    std::optional<float> lower;
+    int count = 0;  // columns in between
+    for (;; ++count) {
+      const Eigen::Vector2i at = from + (count + 1) * step;
+      const double across = (count + 1) * length;
+      // What is below lies where stairs could lead, or the line goes on to nothing.
+      lower = HighestBetween(at, upper - Fall(across), upper + static_cast<float>(kMaxStep));
+      if (lower.has_value()) break;
+      const double cone =
+          kBlindCone * (station.position.z() - static_cast<double>(upper - Fall(across)));
+      if (!floor_.Inside(at.x(), at.y()) || Away(station, at) > cone) return;
+    }
+    if (count == 0 || static_cast<double>(upper - *lower) <= kMaxStep) return;
+    if (!GoesOn(from + (count + 1) * step, *lower, step, -1) && !GoesOn(from, upper, -step, 1)) {
+      return;  // an edge with ground below it, and no stairs
+    }
+    const auto height = [&](int k) {
+      return upper + static_cast<float>(k) / static_cast<float>(count + 1) * (*lower - upper);
+    };
+    for (int k = 1; k <= count; ++k) {
+      // The step itself lies up to its rise below the line.
+      const Eigen::Vector2i at = from + k * step;
+      const float lowest = height(k) - static_cast<float>(kMaxStep);
+      if (OpenBelow(model_, at, lowest) && !raised_.Assumed(at, lowest)) return;
+    }
+    for (int k = 1; k <= count; ++k) {
+      const Eigen::Vector2i at = from + k * step;
+      found_.push_back({floor_.ColumnOf(at.x(), at.y()), {height(k), FloorSource::kBetween}});
+    }
+  }
+
+  // m that stairs fall at most across so many, from the edge of one step onto another.
+  static float Fall(double across) {
+    return static_cast<float>(kMaxStep + kSteepestStairs * across);
+  }
+  double Away(const model::Station& station, const Eigen::Vector2i& at) const {
+    const Eigen::Vector2d centre = (at.cast<double>().array() + 0.5) * voxel_;
+    return (station.position.head<2>() - centre).norm();
+  }
+  std::optional<float> HighestBetween(const Eigen::Vector2i& at, float low, float high) const {
+    std::optional<float> highest;
+    for (const Floor& here : floor_.At(at.x(), at.y())) {
+      if (here.height >= low && here.height <= high) highest = here.height;
+    }
+    return highest;
+  }
+  // True when the floor along the line is a step higher (`up` 1) or lower (-1) within a tread.
+  bool GoesOn(const Eigen::Vector2i& from, float height, const Eigen::Vector2i& step,
+              int up) const {
+    const int most = static_cast<int>(kGoing / (step.cast<double>().norm() * voxel_));
+    for (int k = 1; k <= most; ++k) {
+      const Eigen::Vector2i at = from + k * step;
+      for (const Floor& here : floor_.At(at.x(), at.y())) {
+        const double over = up * static_cast<double>(here.height - height);
+        if (over > kRoughness && over <= kMaxStep + kRoughness) return true;
+      }
+    }
+    return false;
+  }
+
+  const model::PlanningView& model_;
+  const FloorColumns& floor_;
+  const RaisedStations raised_;
+  const double voxel_;
+  std::vector<PlacedFloor> found_;
+};
+
+}  // namespace
+
+std::vector<PlacedFloor> HiddenSteps(const model::PlanningView& model, const FloorColumns& floor) {
+  Search search(model, floor);
+  for (const model::Station& station : model.stations()) search.Around(station);
+  return search.Take();
+}
+
+}  // namespace vantage::planning
