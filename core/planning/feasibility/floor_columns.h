@@ -17,6 +17,7 @@ enum class FloorSource : uint8_t {
   kMeasured,  // by samples on it
   kStation,   // a scanner has stood on it
   kBetween,   // it lies between measured floor and was not measured itself
+  kHidden,    // a step under a tripod, half a step (kMaxStep) higher or lower (HiddenSteps())
   kGiven,     // a person said so
   kExpected,  // it is not known: a room behind a doorway has one (algorithm.md section 7E)
 };

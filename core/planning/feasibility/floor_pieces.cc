@@ -1,6 +1,7 @@
 #include "core/planning/feasibility/floor_pieces.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <tuple>
 #include <utility>
@@ -87,7 +88,8 @@ class Pieces {
     return {static_cast<int>(candidate.column) % columns_.size().x(),
             static_cast<int>(candidate.column) / columns_.size().x()};
   }
-  std::vector<Candidate> AbsorbedBeside(const std::vector<Candidate>& found) const;
+  std::vector<Candidate> AbsorbedBetween(const std::vector<Candidate>& found) const;
+  std::optional<int> AbsorbedLayer(uint32_t column, int layer) const;
   bool CarriesStation(const Piece& piece) const;
   bool HasHeadroom(const Piece& piece) const;
   bool IsFloor(const Piece& piece, bool any) const;
@@ -121,7 +123,7 @@ bool Pieces::Collect() {
   // Voxels come in ascending z, and keep that order within their column.
   const auto by_column = [](const Candidate& a, const Candidate& b) { return a.column < b.column; };
   std::stable_sort(found.begin(), found.end(), by_column);
-  const std::vector<Candidate> absorbed = AbsorbedBeside(found);
+  const std::vector<Candidate> absorbed = AbsorbedBetween(found);
   if (cancelled_.Requested()) return false;
   found.insert(found.end(), absorbed.begin(), absorbed.end());
   std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
@@ -141,43 +143,55 @@ bool Pieces::Collect() {
   return !cancelled_.Requested();
 }
 
-// Where few samples fell, as on a tread that was seen flat, whole rows of voxels were fused into
-// their neighbours: the surface is measured there too, with empty space on top, at its neighbour's
-// height. `found`: by column, from the lowest up.
-std::vector<Candidate> Pieces::AbsorbedBeside(const std::vector<Candidate>& found) const {
-  constexpr int kReach = 2;  // voxels that surface was fused across
+// Where few samples fell, as on a tread that was seen flat, every second row of voxels or so was
+// fused into the next: between two candidates of one height the surface is measured there too.
+// Beside one alone it may be what an edge's samples spread to. `found`: by column, from the lowest
+// up.
+std::vector<Candidate> Pieces::AbsorbedBetween(const std::vector<Candidate>& found) const {
+  constexpr int kMostFused = 2;  // voxels in a row, since surface is fused across as many
+  static const std::array<Eigen::Vector2i, 4> kLines = {
+      Eigen::Vector2i(1, 0), Eigen::Vector2i(0, 1), Eigen::Vector2i(1, 1), Eigen::Vector2i(1, -1)};
+  const auto same = static_cast<float>(1.5 * model_.voxel_size());
   const Eigen::Vector2i& size = columns_.size();
   std::vector<uint32_t> begin(columns_.columns() + 1, 0);  // in `found`, of each column
   for (const Candidate& candidate : found) ++begin[candidate.column + 1];
   for (size_t column = 1; column < begin.size(); ++column) begin[column] += begin[column - 1];
-  const auto has = [&](uint32_t column, int layer) {
-    for (uint32_t i = begin[column]; i < begin[column + 1]; ++i) {
-      if (std::abs(found[i].layer - layer) <= kThickness) return true;
-    }
-    return false;
-  };
   std::vector<Candidate> absorbed;
   for (size_t i = 0; i < found.size(); ++i) {
     if (i % kColumnsBetweenPolls == 0 && cancelled_.Requested()) return {};
-    const Eigen::Vector2i c = Offset(found[i]);
-    for (int y = std::max(0, c.y() - kReach); y <= std::min(size.y() - 1, c.y() + kReach); ++y) {
-      for (int x = std::max(0, c.x() - kReach); x <= std::min(size.x() - 1, c.x() + kReach); ++x) {
-        const auto column = static_cast<uint32_t>(x + size.x() * y);
-        if (has(column, found[i].layer)) continue;
-        const Eigen::Vector2i at = columns_.Voxel(column);
-        for (int z = found[i].layer + 1; z >= found[i].layer - 1; --z) {
-          const model::VoxelState state = model_.State({at.x(), at.y(), z});
-          if (state == model::VoxelState::kEmpty) continue;
-          if (state == model::VoxelState::kAbsorbed && model_.Empty({at.x(), at.y(), z + 1})) {
-            absorbed.push_back({column, z, found[i].height});
-          }
+    const Eigen::Vector2i from = Offset(found[i]);
+    for (const Eigen::Vector2i& step : kLines) {
+      std::array<Candidate, kMostFused> between;
+      for (int count = 0; count <= kMostFused; ++count) {
+        const Eigen::Vector2i at = from + (count + 1) * step;
+        if ((at.array() < 0).any() || (at.array() >= size.array()).any()) break;
+        const auto column = static_cast<uint32_t>(at.x() + size.x() * at.y());
+        const auto other = std::find_if(
+            found.begin() + begin[column], found.begin() + begin[column + 1],
+            [&](const Candidate& o) { return std::abs(o.height - found[i].height) <= same; });
+        if (other != found.begin() + begin[column + 1]) {
+          absorbed.insert(absorbed.end(), between.begin(), between.begin() + count);
           break;
         }
+        const std::optional<int> layer = AbsorbedLayer(column, found[i].layer);
+        if (!layer.has_value() || count == kMostFused) break;
+        between[static_cast<size_t>(count)] = {column, *layer, found[i].height};
       }
     }
   }
-  // Of a voxel with several neighbours the first found says how high.
   return absorbed;
+}
+
+// The layer within one of `layer` in which a column has absorbed surface with empty space on top.
+std::optional<int> Pieces::AbsorbedLayer(uint32_t column, int layer) const {
+  const Eigen::Vector2i at = columns_.Voxel(column);
+  for (int z = layer + 1; z >= layer - 1; --z) {
+    const model::VoxelState state = model_.State({at.x(), at.y(), z});
+    if (state == model::VoxelState::kEmpty) continue;
+    if (state != model::VoxelState::kAbsorbed) return std::nullopt;
+    return model_.Empty({at.x(), at.y(), z + 1}) ? std::optional<int>(z) : std::nullopt;
+  }
+  return std::nullopt;
 }
 
 void Pieces::Connect() {

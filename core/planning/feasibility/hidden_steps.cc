@@ -13,6 +13,9 @@
 namespace vantage::planning {
 namespace {
 
+// Stairs go on by as many steps beyond the two ends of what is hidden: one is also that to the next
+// of two terraces.
+constexpr int kStepsBeyond = 2;
 constexpr double kGoing = 0.45;  // m that a tread is deep at most, with what hides its edge
 
 const std::array<Eigen::Vector2i, 8> kDirections = {
@@ -57,7 +60,7 @@ class Search {
       const auto mean = static_cast<float>(sum / static_cast<double>(end - begin));
       const Eigen::Vector2i at = floor_.Voxel(found_[begin].column);
       if (floor_.Near(at.x(), at.y(), mean, kMaxStep) == nullptr) {
-        means.push_back({found_[begin].column, {mean, FloorSource::kBetween}});
+        means.push_back({found_[begin].column, {mean, FloorSource::kHidden}});
       }
       begin = end;
     }
@@ -82,21 +85,24 @@ class Search {
       if (!floor_.Inside(at.x(), at.y()) || Away(station, at) > cone) return;
     }
     if (count == 0 || static_cast<double>(upper - *lower) <= kMaxStep) return;
-    if (!GoesOn(from + (count + 1) * step, *lower, step, -1) && !GoesOn(from, upper, -step, 1)) {
-      return;  // an edge with ground below it, and no stairs
-    }
+    const int beyond = StepsBeyond(from + (count + 1) * step, *lower, step, -1) +
+                       StepsBeyond(from, upper, -step, 1);
+    if (beyond < kStepsBeyond) return;  // an edge with ground below it, and no stairs
+    // From the edge of one step to somewhere on another: between, steps lie up to their rise below
+    // the line.
     const auto height = [&](int k) {
-      return upper + static_cast<float>(k) / static_cast<float>(count + 1) * (*lower - upper);
+      const float line =
+          upper + static_cast<float>(k) / static_cast<float>(count + 1) * (*lower - upper);
+      return std::max(*lower, line - static_cast<float>(kMaxStep / 2));
     };
     for (int k = 1; k <= count; ++k) {
-      // The step itself lies up to its rise below the line.
       const Eigen::Vector2i at = from + k * step;
-      const float lowest = height(k) - static_cast<float>(kMaxStep);
+      const float lowest = height(k) - static_cast<float>(kMaxStep / 2);
       if (OpenBelow(model_, at, lowest) && !raised_.Assumed(at, lowest)) return;
     }
     for (int k = 1; k <= count; ++k) {
       const Eigen::Vector2i at = from + k * step;
-      found_.push_back({floor_.ColumnOf(at.x(), at.y()), {height(k), FloorSource::kBetween}});
+      found_.push_back({floor_.ColumnOf(at.x(), at.y()), {height(k), FloorSource::kHidden}});
     }
   }
 
@@ -115,18 +121,23 @@ class Search {
     }
     return highest;
   }
-  // True when the floor along the line is a step higher (`up` 1) or lower (-1) within a tread.
-  bool GoesOn(const Eigen::Vector2i& from, float height, const Eigen::Vector2i& step,
-              int up) const {
+  // How many steps the floor along the line rises (`up` 1) or falls (-1), one after the other, each
+  // within a tread.
+  int StepsBeyond(Eigen::Vector2i at, float height, const Eigen::Vector2i& step, int up) const {
     const int most = static_cast<int>(kGoing / (step.cast<double>().norm() * voxel_));
-    for (int k = 1; k <= most; ++k) {
-      const Eigen::Vector2i at = from + k * step;
-      for (const Floor& here : floor_.At(at.x(), at.y())) {
-        const double over = up * static_cast<double>(here.height - height);
-        if (over > kRoughness && over <= kMaxStep + kRoughness) return true;
+    for (int steps = 0;; ++steps) {
+      if (steps == kStepsBeyond) return steps;
+      std::optional<float> next;
+      for (int k = 1; k <= most && !next.has_value(); ++k) {
+        at += step;
+        for (const Floor& here : floor_.At(at.x(), at.y())) {
+          const double over = up * static_cast<double>(here.height - height);
+          if (over > kRoughness && over <= kMaxStep + kRoughness) next = here.height;
+        }
       }
+      if (!next.has_value()) return steps;
+      height = *next;
     }
-    return false;
   }
 
   const model::PlanningView& model_;

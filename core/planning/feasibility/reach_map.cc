@@ -112,16 +112,19 @@ void ReachMap::FindPassable(const model::PlanningView& model, const visibility::
     if (column % static_cast<uint32_t>(floor.size().x()) == 0 && cancelled.Requested()) return;
     const Eigen::Vector2i at = floor.Voxel(column);
     for (const Floor& here : floor.In(column)) {
-      const int low = FirstLayerOverFloor(here.height, voxel);
+      // The edge of a step that is hidden shows over where it is taken to lie.
+      const double edge = here.source == FloorSource::kHidden ? kMaxStep : 0;
+      const int low = FirstLayerOverFloor(here.height + static_cast<float>(edge), voxel);
       const int high = static_cast<int>(
           std::ceil((static_cast<double>(here.height) + config.scanner_height) / voxel - 1e-6));
       bool fits = FreeToPass(model, grid, at.x(), at.y(), low, high);
       for (const auto& [station, height] : ways) {
         if (fits) break;
-        // The way in was on the station's own floor, not on one above it or below.
-        if (std::abs(height - static_cast<double>(here.height)) > kOwnFloor) continue;
         const double away = std::hypot((at.x() + 0.5) * voxel - station.position.x(),
                                        (at.y() + 0.5) * voxel - station.position.y());
+        // The way in was on the station's own floor or by stairs, not above it or below.
+        const double aside = std::max(kOwnFloor, kMaxStep + kSteepestStairs * away);
+        if (std::abs(height - static_cast<double>(here.height)) > aside) continue;
         fits = away <= 2 * (station.position.z() - static_cast<double>(here.height)) &&
                OnTheWayIn(model, at.x(), at.y(), low, high, away);
       }
