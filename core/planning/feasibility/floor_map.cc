@@ -73,7 +73,9 @@ bool FloorMap::FindIn(const model::PlanningView& model, const parallel::Cancella
   if (!at_walls.has_value()) return false;
   add(*at_walls);
   add(FloorUnderStations(model, columns_));
-  add(HiddenSteps(model, columns_));
+  const auto hidden = HiddenSteps(model, columns_, cancelled);
+  if (!hidden.has_value()) return false;
+  add(*hidden);
   const auto between = FloorBetween(model, columns_, cancelled);
   if (!between.has_value()) return false;
   add(*between);

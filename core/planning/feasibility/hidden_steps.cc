@@ -149,9 +149,14 @@ class Search {
 
 }  // namespace
 
-std::vector<PlacedFloor> HiddenSteps(const model::PlanningView& model, const FloorColumns& floor) {
+std::optional<std::vector<PlacedFloor>> HiddenSteps(const model::PlanningView& model,
+                                                    const FloorColumns& floor,
+                                                    const parallel::Cancellation& cancelled) {
   Search search(model, floor);
-  for (const model::Station& station : model.stations()) search.Around(station);
+  for (const model::Station& station : model.stations()) {
+    if (cancelled.Requested()) return std::nullopt;
+    search.Around(station);
+  }
   return search.Take();
 }
 
