@@ -8,7 +8,6 @@
 
 #include "core/planning/feasibility/floor_pieces.h"
 #include "core/planning/feasibility/raised_stations.h"
-#include "core/planning/feasibility/reach_map.h"
 
 namespace vantage::planning {
 namespace {

@@ -11,6 +11,8 @@
 
 namespace vantage::planning {
 
+// m, of a viewpoint over the floor that its tripod stands on.
+inline constexpr double kHighestTripod = 2.2;
 // Radius of the blind cone below a scanner in heights over the floor: of those that see down to 55
 // degrees.
 inline constexpr double kBlindCone = 0.7;

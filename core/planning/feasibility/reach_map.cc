@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "absl/status/status.h"
+#include "core/planning/feasibility/raised_stations.h"
 
 namespace vantage::planning {
 namespace {

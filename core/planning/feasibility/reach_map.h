@@ -17,9 +17,6 @@
 
 namespace vantage::planning {
 
-// m, of a viewpoint over the floor that its tripod stands on.
-inline constexpr double kHighestTripod = 2.2;
-
 // The first voxel layer over the floor that must be empty. Anything lower (a rug, a threshold, the
 // floor's own roughness) counts as floor.
 inline int FirstLayerOverFloor(float floor_height, double voxel) {
