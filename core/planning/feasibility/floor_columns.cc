@@ -59,4 +59,24 @@ const Floor* FloorColumns::Below(int x, int y, double z) const {
   return below;
 }
 
+std::vector<PlacedFloor> MeanOfLines(std::vector<PlacedFloor> placed, double apart) {
+  std::sort(placed.begin(), placed.end(), [](const PlacedFloor& a, const PlacedFloor& b) {
+    return std::tie(a.column, a.floor.height) < std::tie(b.column, b.floor.height);
+  });
+  std::vector<PlacedFloor> means;
+  for (size_t begin = 0; begin < placed.size();) {
+    const PlacedFloor& lowest = placed[begin];
+    size_t end = begin;
+    double sum = 0;
+    while (end < placed.size() && placed[end].column == lowest.column &&
+           static_cast<double>(placed[end].floor.height - lowest.floor.height) <= apart) {
+      sum += static_cast<double>(placed[end++].floor.height);
+    }
+    const auto mean = static_cast<float>(sum / static_cast<double>(end - begin));
+    means.push_back({lowest.column, {mean, lowest.floor.source}});
+    begin = end;
+  }
+  return means;
+}
+
 }  // namespace vantage::planning

@@ -17,7 +17,7 @@ enum class FloorSource : uint8_t {
   kMeasured,  // by samples on it
   kStation,   // a scanner has stood on it
   kBetween,   // it lies between measured floor and was not measured itself
-  kHidden,    // a step under a tripod, half a step (kMaxStep) higher or lower (HiddenSteps())
+  kHidden,    // a step under a tripod: up to half a step higher or lower (HiddenSteps())
   kGiven,     // a person said so
   kExpected,  // it is not known: a room behind a doorway has one (algorithm.md section 7E)
 };
@@ -36,6 +36,10 @@ struct PlacedFloor {
   uint32_t column = 0;
   Floor floor;
 };
+
+// One of each that several lines placed in a column: those at most `apart` (m) over the lowest of
+// them, at their mean, with its source. By column, from the lowest up.
+std::vector<PlacedFloor> MeanOfLines(std::vector<PlacedFloor> placed, double apart);
 
 // The floors in each column of voxels of a rectangle, from the lowest up.
 class FloorColumns {

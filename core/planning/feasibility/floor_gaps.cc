@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
-#include <tuple>
+#include <utility>
 
 #include "core/planning/feasibility/floor_pieces.h"
 #include "core/planning/feasibility/raised_stations.h"
@@ -113,12 +113,6 @@ float NotInTheAir(const model::PlanningView& model, const Eigen::Vector2i& at, f
   return end < height - static_cast<float>(voxel) ? end : height;
 }
 
-// Floor found on a line across a gap.
-struct Crossing {
-  uint32_t column = 0;
-  float height = 0;  // m
-};
-
 // Whether floor may be assumed in the `count` columns between two floors.
 bool MayBeFloor(const model::PlanningView& model, const RaisedStations& raised,
                 const Eigen::Vector2i& from, const Eigen::Vector2i& step, int count, float lower) {
@@ -214,7 +208,7 @@ std::optional<std::vector<PlacedFloor>> FloorBetween(const model::PlanningView& 
   static const std::array<Eigen::Vector2i, 4> kLines = {
       Eigen::Vector2i(1, 0), Eigen::Vector2i(0, 1), Eigen::Vector2i(1, 1), Eigen::Vector2i(1, -1)};
   const RaisedStations raised(model, floor);
-  std::vector<Crossing> crossings;
+  std::vector<PlacedFloor> crossings;
   for (uint32_t column = 0; column < floor.columns(); ++column) {
     if (column % kColumnsBetweenLooks == 0 && cancelled.Requested()) return std::nullopt;
     const Eigen::Vector2i from = floor.Voxel(column);
@@ -240,30 +234,19 @@ std::optional<std::vector<PlacedFloor>> FloorBetween(const model::PlanningView& 
           // Where there is a step in a narrow gap, it is nowhere higher than its upper side.
           const float height = narrow ? std::max(near.height, far->height)
                                       : near.height + share * (far->height - near.height);
-          crossings.push_back({floor.ColumnOf(at.x(), at.y()), height});
+          crossings.push_back({floor.ColumnOf(at.x(), at.y()), {height, FloorSource::kBetween}});
         }
       }
     }
   }
-  std::sort(crossings.begin(), crossings.end(), [](const Crossing& a, const Crossing& b) {
-    return std::tie(a.column, a.height) < std::tie(b.column, b.height);
-  });
   std::vector<PlacedFloor> found;
-  for (size_t begin = 0; begin < crossings.size();) {
-    // Lines that meet at one height say the same floor: it is their mean.
-    size_t end = begin;
-    double sum = 0;
-    while (end < crossings.size() && crossings[end].column == crossings[begin].column &&
-           static_cast<double>(crossings[end].height - crossings[begin].height) <= kMaxStep) {
-      sum += static_cast<double>(crossings[end++].height);
-    }
-    const Eigen::Vector2i at = floor.Voxel(crossings[begin].column);
-    const auto mean = static_cast<float>(sum / static_cast<double>(end - begin));
+  for (const auto& [column, between] : MeanOfLines(std::move(crossings), kMaxStep)) {
+    const Eigen::Vector2i at = floor.Voxel(column);
+    const float mean = between.height;
     const float height = raised.Assumed(at, mean) ? mean : NotInTheAir(model, at, mean);
     if (floor.Near(at.x(), at.y(), height, kMaxStep) == nullptr) {
-      found.push_back({crossings[begin].column, {height, FloorSource::kBetween}});
+      found.push_back({column, {height, FloorSource::kBetween}});
     }
-    begin = end;
   }
   return found;
 }

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
+#include <optional>
 #include <tuple>
 #include <utility>
 
@@ -121,14 +123,17 @@ bool Pieces::Collect() {
       });
   if (!whole) return false;
   // Voxels come in ascending z, and keep that order within their column.
-  const auto by_column = [](const Candidate& a, const Candidate& b) { return a.column < b.column; };
-  std::stable_sort(found.begin(), found.end(), by_column);
-  const std::vector<Candidate> absorbed = AbsorbedBetween(found);
+  std::stable_sort(found.begin(), found.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.column < b.column; });
+  std::vector<Candidate> absorbed = AbsorbedBetween(found);
   if (cancelled_.Requested()) return false;
-  found.insert(found.end(), absorbed.begin(), absorbed.end());
-  std::stable_sort(found.begin(), found.end(), [](const Candidate& a, const Candidate& b) {
+  const auto upwards = [](const Candidate& a, const Candidate& b) {
     return std::tie(a.column, a.layer) < std::tie(b.column, b.layer);
-  });
+  };
+  std::stable_sort(absorbed.begin(), absorbed.end(), upwards);
+  const auto measured = static_cast<std::ptrdiff_t>(found.size());
+  found.insert(found.end(), absorbed.begin(), absorbed.end());
+  std::inplace_merge(found.begin(), found.begin() + measured, found.end(), upwards);
   begin_.assign(columns_.columns() + 1, 0);
   for (const Candidate& candidate : found) {
     // Of a surface that is several voxels thick the lowest counts.

@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
-#include <tuple>
+#include <utility>
 
 #include "core/planning/feasibility/floor_pieces.h"
 #include "core/planning/feasibility/raised_stations.h"
@@ -43,27 +43,12 @@ class Search {
   }
 
   std::vector<PlacedFloor> Take() {
-    std::sort(found_.begin(), found_.end(), [](const PlacedFloor& a, const PlacedFloor& b) {
-      return std::tie(a.column, a.floor.height) < std::tie(b.column, b.floor.height);
+    std::vector<PlacedFloor> steps = MeanOfLines(std::move(found_), kMaxStep);
+    std::erase_if(steps, [&](const PlacedFloor& step) {
+      const Eigen::Vector2i at = floor_.Voxel(step.column);
+      return floor_.Near(at.x(), at.y(), step.floor.height, kMaxStep) != nullptr;
     });
-    std::vector<PlacedFloor> means;
-    for (size_t begin = 0; begin < found_.size();) {
-      // Lines that meet at one height say the same step: it is their mean.
-      size_t end = begin;
-      double sum = 0;
-      while (end < found_.size() && found_[end].column == found_[begin].column &&
-             static_cast<double>(found_[end].floor.height - found_[begin].floor.height) <=
-                 kMaxStep) {
-        sum += static_cast<double>(found_[end++].floor.height);
-      }
-      const auto mean = static_cast<float>(sum / static_cast<double>(end - begin));
-      const Eigen::Vector2i at = floor_.Voxel(found_[begin].column);
-      if (floor_.Near(at.x(), at.y(), mean, kMaxStep) == nullptr) {
-        means.push_back({found_[begin].column, {mean, FloorSource::kHidden}});
-      }
-      begin = end;
-    }
-    return means;
+    return steps;
   }
 
  private:
