@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <optional>
+#include <tuple>
 #include <utility>
 
 #include "core/planning/feasibility/floor_pieces.h"
@@ -15,6 +16,7 @@ namespace {
 constexpr uint32_t kColumnsBetweenLooks = 8192;
 constexpr double kGap = 2.5;         // m across: the blind cone under a high tripod
 constexpr double kWidestCone = 1.2;  // radius in heights: of those that see down to 40 degrees
+constexpr double kNoRoom = 1.0;      // m, between floors over one another: nobody stands there
 constexpr double kNarrow = 0.3;  // m across: what the shadow of a cable hides, or a few lost rays
 
 // True around a station on this floor, where its scanner looks down past the floor or nearly: that
@@ -127,6 +129,24 @@ bool MayBeFloor(const model::PlanningView& model, const RaisedStations& raised,
   return true;
 }
 
+// Lines across a blind cone that cross at two heights, with no room between them, were laid over an
+// edge that hides what lies behind it: that is lower than the edge.
+void DropUpper(std::vector<PlacedFloor>& cones) {
+  std::sort(cones.begin(), cones.end(), [](const PlacedFloor& a, const PlacedFloor& b) {
+    return std::tie(a.column, a.floor.height) < std::tie(b.column, b.floor.height);
+  });
+  PlacedFloor lowest;
+  bool any = false;
+  std::erase_if(cones, [&](const PlacedFloor& here) {
+    const double over = any && here.column == lowest.column
+                            ? static_cast<double>(here.floor.height - lowest.floor.height)
+                            : kNoRoom;
+    if (over >= kNoRoom) lowest = here;
+    any = true;
+    return over > kMaxStep && over < kNoRoom;
+  });
+}
+
 }  // namespace
 
 std::vector<PlacedFloor> FloorUnderStations(const model::PlanningView& model,
@@ -208,7 +228,8 @@ std::optional<std::vector<PlacedFloor>> FloorBetween(const model::PlanningView& 
   static const std::array<Eigen::Vector2i, 4> kLines = {
       Eigen::Vector2i(1, 0), Eigen::Vector2i(0, 1), Eigen::Vector2i(1, 1), Eigen::Vector2i(1, -1)};
   const RaisedStations raised(model, floor);
-  std::vector<PlacedFloor> crossings;
+  std::vector<PlacedFloor> crossings;  // of shadows and lost rays
+  std::vector<PlacedFloor> cones;      // of blind cones
   for (uint32_t column = 0; column < floor.columns(); ++column) {
     if (column % kColumnsBetweenLooks == 0 && cancelled.Requested()) return std::nullopt;
     const Eigen::Vector2i from = floor.Voxel(column);
@@ -234,19 +255,21 @@ std::optional<std::vector<PlacedFloor>> FloorBetween(const model::PlanningView& 
           // Where there is a step in a narrow gap, it is nowhere higher than its upper side.
           const float height = narrow ? std::max(near.height, far->height)
                                       : near.height + share * (far->height - near.height);
-          crossings.push_back({floor.ColumnOf(at.x(), at.y()), {height, FloorSource::kBetween}});
+          (narrow ? crossings : cones)
+              .push_back({floor.ColumnOf(at.x(), at.y()), {height, FloorSource::kBetween}});
         }
       }
     }
   }
+  DropUpper(cones);
+  crossings.insert(crossings.end(), cones.begin(), cones.end());
   std::vector<PlacedFloor> found;
   for (const auto& [column, between] : MeanOfLines(std::move(crossings), kMaxStep)) {
     const Eigen::Vector2i at = floor.Voxel(column);
     const float mean = between.height;
     const float height = raised.Assumed(at, mean) ? mean : NotInTheAir(model, at, mean);
-    if (floor.Near(at.x(), at.y(), height, kMaxStep) == nullptr) {
-      found.push_back({column, {height, FloorSource::kBetween}});
-    }
+    if (floor.Near(at.x(), at.y(), height, kMaxStep) != nullptr) continue;
+    found.push_back({column, {height, FloorSource::kBetween}});
   }
   return found;
 }

@@ -222,10 +222,10 @@ class RandomEdgesTest : public EdgesTest, public ::testing::WithParamInterface<i
 TEST_P(RandomEdgesTest, ViewsStandOnTheFloor) {
   ExpectOnTheFloor(simulation::RandomEdgeScene(static_cast<uint64_t>(GetParam())));
 }
-// The last ones: a corner of three steps; a pit behind glass; a station whose floor the model takes
-// for that of the plinths around it.
+// The last ones: a corner of three steps; a pit behind glass; a station among plinths; a step in a
+// shadow, crossed at two heights; a station on a plinth.
 INSTANTIATE_TEST_SUITE_P(Seeds, RandomEdgesTest,
-                         ::testing::Values(1, 2, 3, 4, 5, 6, 7, 8, 17, 31, 178));
+                         ::testing::Values(1, 2, 3, 4, 5, 6, 7, 8, 17, 31, 178, 852, 967));
 
 }  // namespace
 }  // namespace vantage::planning
