@@ -100,6 +100,7 @@ void AddSimulate(CLI::App& parent, Environment& environment);
 void AddStudy(CLI::App& parent, Environment& environment);
 void AddHealth(CLI::App& parent, Environment& environment);
 void AddFile(CLI::App& parent, Environment& environment);
+void AddFollow(CLI::App& parent, Environment& environment);
 
 }  // namespace vantage::cli
 

@@ -105,6 +105,7 @@ int main(int argc, char** argv) {
   vantage::cli::AddStudy(app, environment);
   vantage::cli::AddHealth(app, environment);
   vantage::cli::AddFile(app, environment);
+  vantage::cli::AddFollow(app, environment);
 
   try {
     app.parse(argc, argv);

@@ -211,6 +211,7 @@ std::string SessionReport(const v1::Session& session) {
 std::string ScanReport(const v1::Scan& scan) {
   std::string out = absl::StrFormat("%s  %s  %s\n", client::IdOf(scan.name()), scan.display_name(),
                                     Word(scan.state()));
+  if (scan.preview()) absl::StrAppend(&out, "  a preview; its whole scan may come in its place\n");
   if (!scan.state_message().empty()) absl::StrAppend(&out, "  ", scan.state_message(), "\n");
   absl::StrAppendFormat(&out, "  samples   %d in %d columns x %d rows, %s\n", scan.sample_count(),
                         scan.column_count(), scan.row_count(), Bytes(scan.encoded_size_bytes()));

@@ -32,7 +32,8 @@ absl::StatusOr<ExitCode> RunScanList(Environment& environment, const ScanListArg
   Table table({"scan", "name", "state", ">samples", "pose", ">overlap", ">error", "note"});
   for (const v1::Scan& scan : all.scans()) {
     const v1::RegistrationVerdict& verdict = scan.registration().verdict();
-    table.Add({client::IdOf(scan.name()), scan.display_name(), Word(scan.state()),
+    table.Add({client::IdOf(scan.name()), scan.display_name(),
+               absl::StrCat(Word(scan.state()), scan.preview() ? ", preview" : ""),
                absl::StrCat(scan.sample_count()), scan.has_pose() ? Text(scan.pose()) : "",
                scan.has_registration() ? Percent(verdict.overlap_share()) : "",
                scan.has_registration() ? Length(verdict.error_bound_m()) : "",

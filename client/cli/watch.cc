@@ -36,6 +36,10 @@ std::string Words(const v1::SessionEvent& event) {
       return "session updated";
     case v1::SessionEvent::kScanReceived:
       return ScanWords(event.scan_received().scan(), "received");
+    case v1::SessionEvent::kScanReplaced:
+      return ScanWords(event.scan_replaced().scan(), event.scan_replaced().scan().preview()
+                                                         ? "replaced by a better preview"
+                                                         : "whole, in place of its preview");
     case v1::SessionEvent::kScanRegistered:
       return ScanWords(event.scan_registered().scan(), "registered");
     case v1::SessionEvent::kScanRefused:

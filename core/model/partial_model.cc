@@ -197,6 +197,30 @@ absl::StatusOr<MergeReport> PartialModel::Withdraw(absl::string_view id,
   return report;
 }
 
+absl::StatusOr<MergeReport> PartialModel::Replace(absl::string_view old, absl::string_view id,
+                                                  const sensor::Scan& scan,
+                                                  const Eigen::Isometry3d& T_model_scan,
+                                                  parallel::Parallel& parallel,
+                                                  int64_t memory_limit) {
+  std::vector<std::string>& order = state_->order;
+  const auto place = std::find(order.begin(), order.end(), old) - order.begin();
+  if (static_cast<size_t>(place) == order.size()) {
+    return absl::NotFoundError(absl::StrCat("scan '", old, "' is not in the model"));
+  }
+  absl::StatusOr<MergeReport> inserted = Insert(id, scan, T_model_scan, parallel, memory_limit);
+  if (!inserted.ok()) return inserted;
+  order.pop_back();
+  order[static_cast<size_t>(place)] = std::string(id);
+  const absl::StatusOr<MergeReport> withdrawn = Withdraw(old, parallel);
+  if (!withdrawn.ok()) return withdrawn;
+  inserted->version = withdrawn->version;
+  inserted->recomputed_bricks += withdrawn->recomputed_bricks;
+  inserted->changed_bricks += withdrawn->changed_bricks;
+  inserted->copied_pages += withdrawn->copied_pages;
+  inserted->merge_seconds += withdrawn->merge_seconds;
+  return inserted;
+}
+
 std::string PartialModel::Save(parallel::Parallel& parallel) const {
   const BrickRange bricks = state_->view->bricks();
   return EncodeSnapshot({state_->config, state_->version, algorithm_version()}, state_->order,

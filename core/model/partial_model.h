@@ -57,6 +57,14 @@ class PartialModel {
   // Takes a scan out: the model is then, bit for bit, as if it had never come. NOT_FOUND.
   absl::StatusOr<MergeReport> Withdraw(absl::string_view id, parallel::Parallel& parallel);
 
+  // Merges a scan in place of the scan `old`, which is taken out: the station keeps its place in
+  // the order in which scans came. Errors as of both; on error the model is as it was.
+  absl::StatusOr<MergeReport> Replace(absl::string_view old, absl::string_view id,
+                                      const sensor::Scan& scan,
+                                      const Eigen::Isometry3d& T_model_scan,
+                                      parallel::Parallel& parallel,
+                                      int64_t memory_limit = std::numeric_limits<int64_t>::max());
+
   // The model as bytes (snapshot.h), and back: what is loaded goes on as if it had never been away.
   // DATA_LOSS: damaged. FAILED_PRECONDITION: of a newer release. RESOURCE_EXHAUSTED: more than
   // `max_bytes` decompressed.

@@ -6,6 +6,8 @@
 #include <optional>
 #include <utility>
 
+#include "absl/strings/escaping.h"
+#include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
 #include "core/model/carve/carve_room.h"
 #include "core/model/snapshot/snapshot_header.h"
@@ -56,6 +58,19 @@ absl::Status Draining() {
 bool SameConfig(const model::ModelConfig& a, const model::ModelConfig& b) {
   return a.voxel_size == b.voxel_size && a.discontinuity_angle == b.discontinuity_angle &&
          a.max_half_extent == b.max_half_extent;
+}
+
+// The name of a scan in the model and its snapshots: its own, and which samples, once they are
+// others than it came with.
+std::string KeyOf(const v1::Scan& scan) {
+  if (!scan.has_replace_time()) return scan.name();
+  return absl::StrCat(scan.name(), "@", absl::BytesToHexString(scan.sha256()));
+}
+
+// True when `key` is that of a scan's samples before they were replaced by those that it has.
+bool IsPreviewOf(absl::string_view key, const v1::Scan& scan) {
+  if (key == KeyOf(scan)) return false;
+  return key == scan.name() || absl::StartsWith(key, absl::StrCat(scan.name(), "@"));
 }
 
 }  // namespace
@@ -261,21 +276,33 @@ void ModelMemory::Forget() {
   reservation_.Release();
 }
 
-absl::StatusOr<model::MergeReport> ModelMemory::Insert(absl::string_view scan,
+absl::StatusOr<model::MergeReport> ModelMemory::Insert(const v1::Scan& scan,
                                                        const sensor::Scan& data,
                                                        const Eigen::Isometry3d& T_model_scan,
                                                        parallel::Parallel& parallel,
                                                        int64_t memory_limit) {
-  return model_->Insert(scan, data, T_model_scan, parallel, memory_limit);
+  const std::string preview = PreviewKeyOf(scan);
+  if (preview.empty()) {
+    return model_->Insert(KeyOf(scan), data, T_model_scan, parallel, memory_limit);
+  }
+  return model_->Replace(preview, KeyOf(scan), data, T_model_scan, parallel, memory_limit);
 }
 
-absl::StatusOr<model::MergeReport> ModelMemory::Withdraw(absl::string_view scan,
+absl::StatusOr<model::MergeReport> ModelMemory::Withdraw(const v1::Scan& scan,
                                                          parallel::Parallel& parallel) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    std::erase(lacks_, scan);
+    std::erase(lacks_, scan.name());
   }
-  return model_->Withdraw(scan, parallel);
+  const std::string preview = PreviewKeyOf(scan);
+  return model_->Withdraw(preview.empty() ? KeyOf(scan) : preview, parallel);
+}
+
+std::string ModelMemory::PreviewKeyOf(const v1::Scan& scan) const {
+  for (std::string& key : model_->scans()) {
+    if (IsPreviewOf(key, scan)) return std::move(key);
+  }
+  return "";
 }
 
 void ModelMemory::Show(ModelSnapshot snapshot) {
@@ -387,20 +414,23 @@ void ModelMemory::LoadSnapshot(parallel::Parallel& parallel) {
 // scans and poses, so only the difference of the two sets is replayed.
 absl::Status ModelMemory::Rebuild(parallel::Parallel& parallel) {
   std::map<std::string, v1::Scan> wanted;
+  std::vector<std::pair<uint64_t, v1::Scan>> entered;
   std::vector<v1::Scan> in_order;
   ModelSnapshot rebuilt;
   context_.journal().Read([&](const SessionState& state) {
     rebuilt.version = state.model_version;
     for (const std::string& name : state.scan_order) {
       const ScanRecord& record = state.scans.at(name);
-      if (record.in_model) in_order.push_back(record.scan);
+      if (!record.in_model) continue;
+      entered.emplace_back(record.entered,
+                           record.preview_blob.empty() ? record.scan : record.preview);
     }
   });
   // In the order in which they were merged, since the last station is where the scanner is.
-  std::stable_sort(in_order.begin(), in_order.end(), [](const v1::Scan& a, const v1::Scan& b) {
-    return a.merge().model_version() < b.merge().model_version();
-  });
-  for (const v1::Scan& scan : in_order) wanted[scan.name()] = scan;
+  std::stable_sort(entered.begin(), entered.end(),
+                   [](const auto& a, const auto& b) { return a.first < b.first; });
+  for (auto& [version, scan] : entered) in_order.push_back(std::move(scan));
+  for (const v1::Scan& scan : in_order) wanted[KeyOf(scan)] = scan;
   const auto pose_of = [this](const v1::Scan& scan) {
     return conversion::ReadOwnPose(scan.pose(), context_.origin());
   };
@@ -408,21 +438,25 @@ absl::Status ModelMemory::Rebuild(parallel::Parallel& parallel) {
   LoadSnapshot(parallel);
   size_t changes = 0;
   std::vector<std::string> lacks;
-  for (const std::string& name : model_->scans()) {
-    const auto it = wanted.find(name);
+  for (const std::string& key : model_->scans()) {
+    const auto it = wanted.find(key);
     const bool stays =
-        it != wanted.end() && model_->PoseOf(name)->matrix() == pose_of(it->second).matrix();
-    if (stays) continue;
-    model_->Withdraw(name, parallel).IgnoreError();  // it is there
+        it != wanted.end() && model_->PoseOf(key)->matrix() == pose_of(it->second).matrix();
+    const bool is_replaced =
+        std::any_of(in_order.begin(), in_order.end(),
+                    [&](const v1::Scan& scan) { return IsPreviewOf(key, scan); });
+    if (stays || is_replaced) continue;
+    model_->Withdraw(key, parallel).IgnoreError();  // it is there
     ++changes;
   }
   for (const v1::Scan& scan : in_order) {
-    if (model_->PoseOf(scan.name()).has_value()) continue;
+    if (model_->PoseOf(KeyOf(scan)).has_value()) continue;
     if (context_.draining()) return Draining();
     absl::StatusOr<sensor::Scan> data = LoadScan(context_, scan);
     absl::Status inserted = data.status();
     if (data.ok()) {
-      inserted = model_->Insert(scan.name(), *data, pose_of(scan), parallel).status();
+      inserted =
+          Insert(scan, *data, pose_of(scan), parallel, model::CarveRoom::kUnlimited).status();
     }
     // The medium may come back, and then the rest is put in.
     if (absl::IsUnavailable(inserted)) return inserted;

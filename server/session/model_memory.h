@@ -105,10 +105,13 @@ class ModelMemory {
   void Evict(parallel::Parallel& parallel);
   // As in PartialModel. The changes become visible with Show(). When the system has no memory left
   // (std::bad_alloc, which they throw on), Forget() must follow.
-  absl::StatusOr<model::MergeReport> Insert(absl::string_view scan, const sensor::Scan& data,
+  absl::StatusOr<model::MergeReport> Insert(const v1::Scan& scan, const sensor::Scan& data,
                                             const Eigen::Isometry3d& T_model_scan,
                                             parallel::Parallel& parallel, int64_t memory_limit);
-  absl::StatusOr<model::MergeReport> Withdraw(absl::string_view scan, parallel::Parallel& parallel);
+  absl::StatusOr<model::MergeReport> Withdraw(const v1::Scan& scan, parallel::Parallel& parallel);
+  // True when the model holds the preview of a scan that is to come in its place; Insert() puts it
+  // there.
+  bool HoldsPreviewOf(const v1::Scan& scan) const { return !PreviewKeyOf(scan).empty(); }
   std::shared_ptr<const model::PlanningView> Publish() const { return model_->Publish(); }
   // Also called while the log's lock is held, so that a reader who sees a scan merged gets the
   // model with that scan.
@@ -120,6 +123,8 @@ class ModelMemory {
   void Changed(size_t scans);
 
  private:
+  // The name in the model of a scan's samples before those that it has now; empty: there are none.
+  std::string PreviewKeyOf(const v1::Scan& scan) const;
   absl::Status BeginLoad();
   void TakeRoom();
   absl::Status Rebuild(parallel::Parallel& parallel);

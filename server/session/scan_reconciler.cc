@@ -6,10 +6,12 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
 #include "absl/time/clock.h"
 #include "core/model/carve/carve_room.h"
 #include "core/model/insert_estimate.h"
 #include "core/registration/first_pose.h"
+#include "core/sensor/thinning.h"
 #include "server/contract/error.h"
 #include "server/contract/out_of_memory.h"
 #include "server/conversion/from_proto.h"
@@ -127,7 +129,10 @@ void ScanReconciler::Reconcile(const std::string& name, parallel::Parallel& para
     in_model = it->second.in_model;
   });
   const bool wanted = scan.state() == v1::SCAN_STATE_MERGED;
-  if (in_model && !wanted) {
+  // Its preview stays until it is merged itself.
+  const bool swaps =
+      in_model && scan.state() == v1::SCAN_STATE_MERGING && model_.HoldsPreviewOf(scan);
+  if (in_model && !wanted && !swaps) {
     const absl::Status removed =
         contract::UnlessOutOfMemory([&] { return RemoveFromModel(scan, parallel); });
     if (contract::ReasonOf(removed) == "MEMORY_SHORT") model_.Forget();
@@ -271,13 +276,16 @@ absl::Status ScanReconciler::PlaceFirst(sensor::Scan& data,
 
 void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
                            MemoryAccount::Reservation& reservation, parallel::Parallel& parallel) {
+  if (PutBackPreview(scan, data)) return;
+  const bool swaps = model_.HoldsPreviewOf(scan);
+  const std::pair<std::string, int64_t> preview = PreviewOf(scan.name());
   // The pose is read back from the log, so that a replay gives the same bits.
   const Eigen::Isometry3d T_model_scan = conversion::ReadOwnPose(scan.pose(), context_.origin());
   absl::StatusOr<model::MergeReport> report = absl::ResourceExhaustedError("");
   while (true) {
     const int64_t limit = model_.Limited() ? reservation.bytes() - ModelMemory::DecodedBytes(data)
                                            : model::CarveRoom::kUnlimited;
-    report = model_.Insert(scan.name(), data, T_model_scan, parallel, limit);
+    report = model_.Insert(scan, data, T_model_scan, parallel, limit);
     if (!absl::IsResourceExhausted(report.status())) break;
     // It takes more than was estimated: once more, with twice the room.
     const absl::Status room = model_.Enlarge(reservation, 2 * reservation.bytes());
@@ -300,22 +308,36 @@ void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
         next.set_state(v1::SCAN_STATE_MERGED);
         *next.mutable_merge() = conversion::WriteMergeReport(*report);
         next.mutable_merge()->set_model_version(next_model.version);
-        next.mutable_merge()->set_obtained_gain_m2(obtained);
-        if (const auto promise = PromiseOf(state, next)) {
-          *next.mutable_merge()->mutable_promise() = *promise;
+        if (swaps && scan.has_merge()) {
+          // What it was made for was obtained, and promised, before its preview came.
+          const v1::MergeReport& first = scan.merge();
+          if (first.has_obtained_gain_m2()) {
+            next.mutable_merge()->set_obtained_gain_m2(first.obtained_gain_m2());
+          }
+          if (first.has_promise()) *next.mutable_merge()->mutable_promise() = first.promise();
+        } else {
+          next.mutable_merge()->set_obtained_gain_m2(obtained);
+          if (const auto promise = PromiseOf(state, next)) {
+            *next.mutable_merge()->mutable_promise() = *promise;
+          }
+          claim = claims_.FulfilledBy(state, next);
+          if (!claim.empty()) next.set_scanner(state.claims.at(claim).claim.scanner());
+          station = stations_.OfScan(state, next);
         }
-        claim = claims_.FulfilledBy(state, next);
-        if (!claim.empty()) next.set_scanner(state.claims.at(claim).claim.scanner());
-        station = stations_.OfScan(state, next);
         *draft.event.mutable_scan_merged()->mutable_scan() = next;
       },
       [&] { model_.Show(next_model); });
   if (!logged.ok()) {
     // The log decides; the model follows it.
-    model_.Withdraw(scan.name(), parallel).IgnoreError();
+    if (swaps) {
+      model_.Forget();
+    } else {
+      model_.Withdraw(scan, parallel).IgnoreError();
+    }
     if (!absl::IsAborted(logged)) RetryLater(scan.name(), logged);
     return;
   }
+  Release(preview);
   telemetry::ObserveStage(dependencies_.metrics, "carve", report->carve_seconds);
   telemetry::ObserveStage(dependencies_.metrics, "merge", report->merge_seconds);
   dependencies_.log.Info(
@@ -333,7 +355,8 @@ void ScanReconciler::Merge(const v1::Scan& scan, const sensor::Scan& data,
 }
 
 absl::Status ScanReconciler::RemoveFromModel(const v1::Scan& scan, parallel::Parallel& parallel) {
-  absl::StatusOr<model::MergeReport> removed = model_.Withdraw(scan.name(), parallel);
+  const std::pair<std::string, int64_t> preview = PreviewOf(scan.name());
+  absl::StatusOr<model::MergeReport> removed = model_.Withdraw(scan, parallel);
   if (!removed.ok() && !absl::IsNotFound(removed.status())) return removed.status();
   const std::shared_ptr<const model::PlanningView> without = model_.Publish();
   ModelSnapshot next_model;
@@ -356,10 +379,57 @@ absl::Status ScanReconciler::RemoveFromModel(const v1::Scan& scan, parallel::Par
                                 [&] { model_.Show(next_model); })
                             .status();
   if (logged.ok()) {
+    Release(preview);
     model_.Changed(1);
     preparation_.Begin();
   }
   return logged;
+}
+
+std::pair<std::string, int64_t> ScanReconciler::PreviewOf(const std::string& scan) const {
+  std::pair<std::string, int64_t> preview;
+  journal_.Read([&](const SessionState& state) {
+    const ScanRecord& record = state.scans.at(scan);
+    preview = {record.preview_blob, record.preview.encoded_size_bytes()};
+  });
+  return preview;
+}
+
+void ScanReconciler::Release(const std::pair<std::string, int64_t>& preview) {
+  if (preview.first.empty()) return;
+  context_.account()->GiveBack(preview.second);
+  // What cannot be removed now is removed at the next start.
+  dependencies_.store.ReleaseBlob(preview.first).IgnoreError();
+}
+
+bool ScanReconciler::PutBackPreview(const v1::Scan& scan, const sensor::Scan& data) {
+  constexpr double kSameScan = 0.7;  // of directions: another place agrees in a tenth
+  const std::string blob = PreviewOf(scan.name()).first;
+  if (blob.empty()) return false;
+  const absl::StatusOr<sensor::RangeImage> preview = LoadImage(context_, scan.name(), blob);
+  if (!preview.ok()) return false;  // it cannot be compared
+  const double share = sensor::ShareThatAgrees(data.image, *preview);
+  if (share >= kSameScan) return false;
+  const absl::Status logged =
+      Change(scan, [&](const SessionState& state, v1::Scan& next, Draft& draft) {
+        v1::Scan before = state.scans.at(scan.name()).preview;
+        before.set_state_message(
+            absl::StrFormat("what was sent in place of this preview was another scan (%.0f %% of "
+                            "the directions agree), "
+                            "and was dropped; send it as a scan of its own",
+                            100 * share));
+        *before.mutable_update_time() = next.update_time();
+        before.set_upload(next.upload());
+        draft.blob = blob;
+        *draft.event.mutable_scan_replaced()->mutable_scan() = std::move(before);
+      });
+  if (absl::IsAborted(logged)) return true;  // its next operation is queued
+  if (!logged.ok()) {
+    RetryLater(scan.name(), logged);
+    return true;
+  }
+  Release({std::string(scan.sha256()), scan.encoded_size_bytes()});
+  return true;
 }
 
 void ScanReconciler::Refuse(const v1::Scan& scan, v1::ScanState state, const std::string& message,
@@ -375,6 +445,7 @@ void ScanReconciler::Refuse(const v1::Scan& scan, v1::ScanState state, const std
     *draft.event.mutable_scan_refused()->mutable_scan() = next;
   });
   if (!logged.ok() && !absl::IsAborted(logged)) RetryLater(scan.name(), logged);
+  if (logged.ok() && model_.HoldsPreviewOf(scan)) Post(scan.name());  // its preview leaves as well
   dependencies_.log.Info("scan refused", {{"session", context_.id()},
                                           {"scan", scan.name()},
                                           {"state", v1::ScanState_Name(state)},

@@ -7,6 +7,7 @@
 #include <mutex>
 #include <span>
 #include <string>
+#include <utility>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/functional/function_ref.h"
@@ -55,6 +56,13 @@ class ScanReconciler {
   void Merge(const v1::Scan& scan, const sensor::Scan& data,
              MemoryAccount::Reservation& reservation, parallel::Parallel& parallel);
   absl::Status RemoveFromModel(const v1::Scan& scan, parallel::Parallel& parallel);
+  // Whether the samples that came in place of a preview are those of another scan; then the preview
+  // is put back, with the reason.
+  bool PutBackPreview(const v1::Scan& scan, const sensor::Scan& data);
+  // The preview that a scan replaces, while it does: its blob and its size.
+  std::pair<std::string, int64_t> PreviewOf(const std::string& scan) const;
+  // Its data are of no more use.
+  void Release(const std::pair<std::string, int64_t>& preview);
   void Refuse(const v1::Scan& scan, v1::ScanState state, const std::string& message,
               const v1::Registration* registration);
   absl::Status Change(

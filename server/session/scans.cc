@@ -28,7 +28,7 @@ std::vector<std::string> Dependents(const SessionState& state, const ScanRecord&
     const bool aligned = other.scan.pose_source() == v1::POSE_SOURCE_REGISTRATION ||
                          other.scan.pose_source() == v1::POSE_SOURCE_ACCEPTED;
     if (other.in_model && name != scan.scan.name() && aligned &&
-        other.scan.registration().model_version() >= scan.scan.merge().model_version()) {
+        other.scan.registration().model_version() >= scan.entered) {
       names.push_back(name);
     }
   }

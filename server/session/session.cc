@@ -120,6 +120,7 @@ void Session::AddReferences(std::map<std::string, int>& blobs,
   journal().Read([&](const SessionState& state) {
     for (const auto& [scan, record] : state.scans) {
       if (!record.blob.empty()) ++blobs[record.blob];
+      if (!record.preview_blob.empty()) ++blobs[record.preview_blob];
     }
   });
   for (const store::SnapshotRecord& snapshot : snapshots_.List()) ++blobs[snapshot.blob];
@@ -228,6 +229,7 @@ void Session::Close() {
   journal().Read([&](const SessionState& state) {
     for (const auto& [scan, record] : state.scans) {
       if (!record.blob.empty()) blobs.push_back(record.blob);
+      if (!record.preview_blob.empty()) blobs.push_back(record.preview_blob);
     }
   });
   for (std::string& blob : snapshots_.TakeBlobs()) blobs.push_back(std::move(blob));

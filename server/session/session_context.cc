@@ -38,7 +38,9 @@ SessionContext::SessionContext(std::string id, std::unique_ptr<Journal> journal,
       strand_(std::make_shared<execution::Strand>(dependencies.pool, share_,
                                                   2 * dependencies.limits.scans_per_session + 16)) {
   journal_->Read([&](const SessionState& state) {
-    for (const auto& [name, record] : state.scans) account_->Add(record.scan.encoded_size_bytes());
+    for (const auto& [name, record] : state.scans) {
+      account_->Add(record.scan.encoded_size_bytes() + record.preview.encoded_size_bytes());
+    }
   });
   journal_->OnWritten([share = account_](int64_t bytes) { share->AddLog(bytes); });
 }

@@ -49,6 +49,11 @@ absl::Duration ReadSeen(const storage::v1::LogEntry& entry) {
   return absl::Seconds(entry.seen().seconds()) + absl::Nanoseconds(entry.seen().nanos());
 }
 
+void DropPreview(ScanRecord& record) {
+  record.preview.Clear();
+  record.preview_blob.clear();
+}
+
 absl::Status Misfit(const v1::SessionEvent& event, absl::string_view what) {
   return absl::InternalError(absl::StrCat("log entry ", event.sequence(), ": ", what));
 }
@@ -130,13 +135,27 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       record.received_bytes = scan.encoded_size_bytes();
       record.last_pieces = entry.last_pieces();
       scan_order.push_back(scan.name());
-      v1::Upload& upload = uploads[scan.upload()];
-      upload.set_name(scan.upload());
-      upload.set_state(v1::UPLOAD_STATE_COMMITTED);
-      upload.set_scan(scan.name());
-      upload.set_next_offset(scan.encoded_size_bytes());
-      upload.set_credit_offset(scan.encoded_size_bytes());
+      EndWithScan(scan);
       resource = scan.name();
+      break;
+    }
+    case v1::SessionEvent::kScanReplaced: {
+      const v1::Scan& scan = event.scan_replaced().scan();
+      const auto known = scans.find(scan.name());
+      if (known != scans.end() && known->second.preview_blob == entry.blob()) {
+        DropPreview(known->second);  // what came was another scan, and the preview is back
+      } else if (known != scans.end() && known->second.in_model &&
+                 known->second.preview_blob.empty()) {
+        known->second.preview = known->second.scan;
+        known->second.preview_blob = known->second.blob;
+      }
+      status = update_scan(scan);
+      if (!status.ok()) break;
+      ScanRecord& record = scans[resource];
+      record.blob = entry.blob();
+      record.received_bytes = scan.encoded_size_bytes();
+      record.last_pieces = entry.last_pieces();
+      EndWithScan(scan);
       break;
     }
     case v1::SessionEvent::kScanRegistered:
@@ -154,9 +173,12 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
     case v1::SessionEvent::kScanMerged:
       status = update_scan(event.scan_merged().scan());
       if (status.ok()) {
-        scans[resource].in_model = true;
+        ScanRecord& record = scans[resource];
         const v1::Scan& scan = event.scan_merged().scan();
         model_version = scan.merge().model_version();
+        if (!record.in_model) record.entered = model_version;
+        record.in_model = true;
+        DropPreview(record);
         const auto scanner = scanners.find(scan.scanner());
         if (scanner != scanners.end() && !IsLate(*this, scan)) {
           *scanner->second.mutable_last_pose() = scan.pose();
@@ -175,6 +197,7 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       status = update_scan(event.scan_removed().scan());
       if (status.ok()) {
         scans[resource].in_model = false;
+        DropPreview(scans[resource]);
         model_version = event.scan_removed().model_version();
       }
       break;
@@ -289,6 +312,15 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
   last_seen = std::max(last_seen, ReadSeen(entry));
   last_resource = resource;
   return absl::OkStatus();
+}
+
+void SessionState::EndWithScan(const v1::Scan& scan) {
+  v1::Upload& upload = uploads[scan.upload()];
+  upload.set_name(scan.upload());
+  upload.set_state(v1::UPLOAD_STATE_COMMITTED);
+  upload.set_scan(scan.name());
+  upload.set_next_offset(scan.encoded_size_bytes());
+  upload.set_credit_offset(scan.encoded_size_bytes());
 }
 
 v1::Session SessionState::Describe() const {

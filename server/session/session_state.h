@@ -28,11 +28,16 @@ struct ScanRecord {
   v1::Scan scan;
   std::string blob;       // SHA-256 of the encoded range image, 32 bytes; empty: erased
   bool in_model = false;  // by the log: merged, and not removed since
+  uint64_t entered = 0;   // the version of the model that was the first with it in, if it is
   // When it was withdrawn, by the time that servers had seen pass.
   absl::Duration withdrawn;
   // Of its upload: its size, also when its data have been erased since, and its last pieces.
   int64_t received_bytes = 0;
   storage::v1::LastPieces last_pieces;
+  // The preview that it replaces, and the blob of that, until it is merged in its place; empty
+  // where there is none in the model.
+  v1::Scan preview;
+  std::string preview_blob;
 };
 
 struct PlanRecord {
@@ -109,6 +114,10 @@ struct SessionState {
   // Scans, in the order of creation, that are not yet registered or refused, or whose presence in
   // the model differs from what the log asks for.
   std::vector<std::string> UndecidedScans() const;
+
+ private:
+  // The upload that a scan came in is committed.
+  void EndWithScan(const v1::Scan& scan);
 };
 
 // The index in an order of creation of the first resource after `name` (empty: the first of all).

@@ -23,14 +23,17 @@ absl::StatusOr<Read> SayLost(const std::string& scan, absl::StatusOr<Read> read)
 
 }  // namespace
 
-absl::StatusOr<sensor::RangeImage> LoadImage(const SessionContext& context,
-                                             const std::string& scan) {
+absl::StatusOr<sensor::RangeImage> LoadImage(const SessionContext& context, const std::string& scan,
+                                             absl::string_view sha256) {
   std::string blob;
   bool known = false;
   context.journal().Read([&](const SessionState& state) {
     const auto it = state.scans.find(scan);
     known = it != state.scans.end();
-    if (known) blob = it->second.blob;
+    if (!known) return;
+    const ScanRecord& record = it->second;
+    const bool before = !sha256.empty() && record.preview_blob == sha256;
+    blob = before ? record.preview_blob : record.blob;
   });
   if (!known) return contract::ResourceNotFound("vantage/Scan", scan);
   if (blob.empty()) {
@@ -62,7 +65,7 @@ void FindLostScans(const SessionContext& context) {
 }
 
 absl::StatusOr<sensor::Scan> LoadScan(const SessionContext& context, const v1::Scan& scan) {
-  absl::StatusOr<sensor::RangeImage> image = LoadImage(context, scan.name());
+  absl::StatusOr<sensor::RangeImage> image = LoadImage(context, scan.name(), scan.sha256());
   if (!image.ok()) return image.status();
   sensor::Scan data;
   data.image = *std::move(image);

@@ -39,6 +39,66 @@ absl::StatusOr<v1::ScannerModel> ScannerOf(const SessionState& state, const v1::
       absl::StrCat("'", upload.scanner_model_id(), "' is none of the session's scanner models"));
 }
 
+// The preview that an upload replaces. FAILED_PRECONDITION (SCAN_STATE): that scan is none, or was
+// withdrawn. INVALID_ARGUMENT: there is no such scan.
+absl::StatusOr<ScanRecord> PreviewOf(const SessionState& state, const v1::Upload& upload) {
+  const auto it = state.scans.find(upload.replaces());
+  if (it == state.scans.end()) {
+    return contract::InvalidField(
+        "upload.replaces", absl::StrCat("'", upload.replaces(), "' is no scan of this session"));
+  }
+  const v1::Scan& scan = it->second.scan;
+  if (scan.preview() && scan.state() != v1::SCAN_STATE_WITHDRAWN) return it->second;
+  return contract::ErrorWithReason(
+      absl::StatusCode::kFailedPrecondition, "SCAN_STATE",
+      absl::StrCat(scan.name(), scan.preview() ? " was withdrawn" : " is no preview",
+                   ", and nothing can come in its place; send this scan as one of its own"),
+      {{"state", v1::ScanState_Name(scan.state())}});
+}
+
+v1::Scan ReceivedScan(const v1::Upload& upload, const Upload::Content& content, absl::Time now) {
+  v1::Scan scan;
+  scan.set_display_name(upload.display_name());
+  scan.set_state(v1::SCAN_STATE_RECEIVED);
+  *scan.mutable_scanner_model() = upload.scanner_model();
+  if (upload.has_prior()) *scan.mutable_prior() = upload.prior();
+  *scan.mutable_targets() = upload.targets();
+  scan.set_column_count(static_cast<int32_t>(content.columns));
+  scan.set_row_count(static_cast<int32_t>(content.rows));
+  scan.set_sample_count(static_cast<int64_t>(content.samples));
+  scan.set_encoded_size_bytes(content.encoded_size);
+  scan.set_sha256(content.sha256);
+  *scan.mutable_create_time() = conversion::WriteTime(now);
+  *scan.mutable_update_time() = scan.create_time();
+  scan.set_upload(upload.name());
+  scan.set_scanner(upload.scanner());
+  scan.set_preview(upload.preview());
+  return scan;
+}
+
+// The preview with the samples of the scan that was received in its place: placed as it is, or
+// aligned anew where it had not registered.
+v1::Scan Replaced(const v1::Scan& preview, v1::Scan received) {
+  received.set_name(preview.name());
+  *received.mutable_replace_time() = received.create_time();
+  *received.mutable_create_time() = preview.create_time();
+  if (received.display_name().empty()) received.set_display_name(preview.display_name());
+  if (received.scanner().empty()) received.set_scanner(preview.scanner());
+  if (received.targets().empty()) *received.mutable_targets() = preview.targets();
+  if (!received.has_prior() && preview.has_prior()) *received.mutable_prior() = preview.prior();
+  const bool placed = preview.has_pose() && (preview.state() == v1::SCAN_STATE_MERGED ||
+                                             preview.state() == v1::SCAN_STATE_MERGING);
+  if (!placed) return received;
+  received.set_state(v1::SCAN_STATE_MERGING);
+  if (preview.has_prior()) *received.mutable_prior() = preview.prior();
+  *received.mutable_pose() = preview.pose();
+  received.set_pose_source(preview.pose_source());
+  if (preview.has_registration()) *received.mutable_registration() = preview.registration();
+  if (preview.has_levelling()) *received.mutable_levelling() = preview.levelling();
+  if (preview.has_merge()) *received.mutable_merge() = preview.merge();
+  return received;
+}
+
 }  // namespace
 
 std::shared_ptr<Upload> HeldUpload::Open() const {
@@ -125,6 +185,11 @@ absl::StatusOr<v1::Upload> Uploads::CreateNow(const v1::CreateUploadRequest& req
               "upload.scanner",
               absl::StrCat("'", asked.scanner(), "' is no scanner of this session"));
         }
+        if (!asked.replaces().empty()) {
+          if (absl::Status preview = PreviewOf(state, asked).status(); !preview.ok()) {
+            return preview;
+          }
+        }
         absl::StatusOr<v1::ScannerModel> scanner = ScannerOf(state, asked);
         if (!scanner.ok()) return scanner.status();
         // The whole size is reserved, so that an accepted upload can be completed.
@@ -142,6 +207,8 @@ absl::StatusOr<v1::Upload> Uploads::CreateNow(const v1::CreateUploadRequest& req
         if (asked.has_prior()) *upload.mutable_prior() = asked.prior();
         *upload.mutable_targets() = asked.targets();
         if (asked.has_total()) *upload.mutable_total() = asked.total();
+        upload.set_preview(asked.preview());
+        upload.set_replaces(asked.replaces());
         upload.set_state(v1::UPLOAD_STATE_OPEN);
         const absl::Time now = journal_.Now();
         *upload.mutable_create_time() = conversion::WriteTime(now);
@@ -361,6 +428,8 @@ absl::Status Uploads::Commit(const std::shared_ptr<Upload>& upload) {
   absl::Status kept = dependencies_.store.PutSpool(described.name(), content->sha256);
   if (!kept.ok()) return kept;
 
+  std::string before;  // the blob of a preview that it replaces and that is of no more use
+  int64_t before_bytes = 0;
   absl::StatusOr<std::string> name =
       journal_.Execute({}, [&](const SessionState& state) -> absl::StatusOr<Draft> {
         if (static_cast<size_t>(state.PendingScans()) >=
@@ -375,33 +444,39 @@ absl::Status Uploads::Commit(const std::shared_ptr<Upload>& upload) {
         Draft draft;
         draft.blob = content->sha256;
         draft.last_pieces = upload->LastPieces();
-        v1::Scan& scan = *draft.event.mutable_scan_received()->mutable_scan();
-        scan.set_name(contract::ChildName(context_.id(), "scans",
-                                          absl::StrCat("scan-", state.scan_order.size() + 1)));
-        scan.set_display_name(described.display_name());
-        scan.set_state(v1::SCAN_STATE_RECEIVED);
-        *scan.mutable_scanner_model() = described.scanner_model();
-        if (described.has_prior()) *scan.mutable_prior() = described.prior();
-        *scan.mutable_targets() = described.targets();
-        scan.set_column_count(static_cast<int32_t>(content->columns));
-        scan.set_row_count(static_cast<int32_t>(content->rows));
-        scan.set_sample_count(static_cast<int64_t>(content->samples));
-        scan.set_encoded_size_bytes(content->encoded_size);
-        scan.set_sha256(content->sha256);
-        *scan.mutable_create_time() = conversion::WriteTime(journal_.Now());
-        *scan.mutable_update_time() = scan.create_time();
-        scan.set_upload(described.name());
-        scan.set_scanner(described.scanner());
+        v1::Scan scan = ReceivedScan(described, *content, journal_.Now());
+        if (described.replaces().empty()) {
+          scan.set_name(contract::ChildName(context_.id(), "scans",
+                                            absl::StrCat("scan-", state.scan_order.size() + 1)));
+          *draft.event.mutable_scan_received()->mutable_scan() = std::move(scan);
+          return draft;
+        }
+        absl::StatusOr<ScanRecord> preview = PreviewOf(state, described);
+        if (!preview.ok()) return preview.status();
+        // One that is in the model is kept until the other is merged in its place.
+        if (!preview->in_model || !preview->preview_blob.empty()) {
+          before = preview->blob;
+          before_bytes = preview->scan.encoded_size_bytes();
+        }
+        *draft.event.mutable_scan_replaced()->mutable_scan() =
+            Replaced(preview->scan, std::move(scan));
         return draft;
       });
   if (!name.ok()) {
     dependencies_.store.ReleaseBlob(content->sha256).IgnoreError();
+    // What it should replace is gone meanwhile, and does not come back.
+    if (absl::IsFailedPrecondition(name.status())) return Fail(*upload, name.status());
     return name.status();
+  }
+  if (!before.empty()) {
+    context_.account()->GiveBack(before_bytes);
+    // What cannot be removed now is removed at the next start.
+    dependencies_.store.ReleaseBlob(before).IgnoreError();
   }
   upload->End(v1::UPLOAD_STATE_COMMITTED, "", *name);
   LetGo(*upload, described.name());
   dependencies_.log.Info(
-      "scan received",
+      described.replaces().empty() ? "scan received" : "scan replaced",
       {{"session", context_.id()}, {"scan", *name}, {"bytes", content->encoded_size}});
   reconciler_.Post(*name);
   return absl::OkStatus();

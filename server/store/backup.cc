@@ -68,6 +68,7 @@ absl::Status VerifyLog(const LogDatabase& logs, const std::string& session, Stor
       Upgrade(entry);
       const v1::SessionEvent& event = entry.event();
       if (event.has_scan_received()) scans[event.scan_received().scan().name()] = entry.blob();
+      if (event.has_scan_replaced()) scans[event.scan_replaced().scan().name()] = entry.blob();
       const v1::Scan& withdrawn = event.scan_withdrawn().scan();
       if (event.has_scan_withdrawn() && withdrawn.encoded_size_bytes() == 0) {
         scans.erase(withdrawn.name());  // its data were erased

@@ -28,6 +28,8 @@ const v1::Scan* ScanIn(const v1::SessionEvent& event) {
   switch (event.event_case()) {
     case v1::SessionEvent::kScanReceived:
       return &event.scan_received().scan();
+    case v1::SessionEvent::kScanReplaced:
+      return &event.scan_replaced().scan();
     case v1::SessionEvent::kScanRegistered:
       return &event.scan_registered().scan();
     case v1::SessionEvent::kScanRefused:

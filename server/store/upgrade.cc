@@ -198,6 +198,8 @@ void UpgradeEvent(v1::SessionEvent& event) {
       return UpgradeUpdatedPaths(*event.mutable_session_updated());
     case v1::SessionEvent::kScanReceived:
       return UpgradeScan(*event.mutable_scan_received()->mutable_scan());
+    case v1::SessionEvent::kScanReplaced:
+      return UpgradeScan(*event.mutable_scan_replaced()->mutable_scan());
     case v1::SessionEvent::kScanRegistered:
       return UpgradeScan(*event.mutable_scan_registered()->mutable_scan());
     case v1::SessionEvent::kScanRefused:

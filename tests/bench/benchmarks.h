@@ -41,6 +41,8 @@ Benchmark BenchRegistration;
 Benchmark BenchSite;
 // heading.*: plans for a scanner that sees a sector, beside those for one that turns all around.
 Benchmark BenchHeading;
+// preview.*: what plans from thinned scans lose, and how large those are.
+Benchmark BenchPreview;
 // phantom.*: what is left of rooms that are only in mirrors, and openings lost for mirrors.
 Benchmark BenchPhantom;
 // plan.answered.*, plan.first_view.*: whether short budgets give a view, and how soon the first is

@@ -18,16 +18,17 @@
 
 namespace vantage::sensor {
 
-// Distance from the origin to the walls of the room [-2, 3] x [-1.5, 2.5] x [-1.2, 1.6] along a
+// Distance from a place inside to the walls of the room [-2, 3] x [-1.5, 2.5] x [-1.2, 1.6] along a
 // unit direction, m.
-inline double RoomRange(const Eigen::Vector3d& direction) {
+inline double RoomRange(const Eigen::Vector3d& direction,
+                        const Eigen::Vector3d& from = Eigen::Vector3d::Zero()) {
   const Eigen::Vector3d low(-2, -1.5, -1.2);
   const Eigen::Vector3d high(3, 2.5, 1.6);
   double range = std::numeric_limits<double>::infinity();
   for (int axis = 0; axis < 3; ++axis) {
     const double d = direction[axis];
-    if (d > 0) range = std::min(range, high[axis] / d);
-    if (d < 0) range = std::min(range, low[axis] / d);
+    if (d > 0) range = std::min(range, (high[axis] - from[axis]) / d);
+    if (d < 0) range = std::min(range, (low[axis] - from[axis]) / d);
   }
   return range;
 }

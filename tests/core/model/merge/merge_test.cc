@@ -57,6 +57,45 @@ TEST(MergeTest, TheOrderOfScansNeverShows) {
   }
 }
 
+TEST(MergeTest, AReplacedScanNeverCameAndTheOtherStandsInItsPlace) {
+  ScanOptions options;
+  options.step = sensor::Radians(0.8);
+  options.noise = 0.003;
+  const std::vector<PosedScan> whole = ScansOf(RandomScene(12), options);
+  options.step = sensor::Radians(2);
+  const std::vector<PosedScan> preview = ScansOf(RandomScene(12), options);
+  parallel::Serial serial;
+  for (size_t replaced = 0; replaced < whole.size(); ++replaced) {
+    auto model = PartialModel::Create({}).value();
+    auto expected = PartialModel::Create({}).value();
+    for (size_t i = 0; i < whole.size(); ++i) {
+      const PosedScan& first = i == replaced ? preview[i] : whole[i];
+      ASSERT_TRUE(model->Insert(first.id, first.scan, first.pose, serial).ok());
+      ASSERT_TRUE(expected->Insert(whole[i].id, whole[i].scan, whole[i].pose, serial).ok());
+    }
+    EXPECT_NE(model->Digest(), expected->Digest());
+    const auto place = [&](const PartialModel& of, size_t i) {
+      return of.Publish()->stations()[i].position;
+    };
+    ASSERT_TRUE(model
+                    ->Replace(preview[replaced].id, "whole", whole[replaced].scan,
+                              whole[replaced].pose, serial)
+                    .ok());
+    EXPECT_EQ(model->Digest(), expected->Digest());
+    EXPECT_EQ(model->scans().size(), whole.size());
+    for (size_t i = 0; i < whole.size(); ++i) {
+      EXPECT_EQ(place(*model, i), place(*expected, i)) << "the order in which they came";
+    }
+    const auto unknown =
+        model->Replace("none", "other", whole[0].scan, whole[0].pose, serial).status();
+    EXPECT_EQ(unknown.code(), absl::StatusCode::kNotFound);
+    const auto twice =
+        model->Replace("whole", "whole", whole[0].scan, whole[0].pose, serial).status();
+    EXPECT_EQ(twice.code(), absl::StatusCode::kAlreadyExists);
+    EXPECT_EQ(model->Digest(), expected->Digest());
+  }
+}
+
 TEST(MergeTest, AWithdrawnScanNeverCame) {
   ScanOptions options;
   options.step = sensor::Radians(0.8);

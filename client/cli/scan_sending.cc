@@ -1,0 +1,199 @@
+#include "client/cli/scan_sending.h"
+
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <utility>
+
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_format.h"
+#include "client/cli/json.h"
+#include "client/cli/report.h"
+#include "client/cli/target_file.h"
+#include "client/cli/terminal.h"
+#include "client/library/error.h"
+#include "client/library/geometry.h"
+#include "client/library/resource_names.h"
+#include "core/sensor/imported_scan.h"
+#include "core/sensor/scanner_model.h"
+#include "core/sensor/thinning.h"
+
+namespace vantage::cli {
+namespace {
+
+absl::StatusOr<v1::Upload> Describe(const SendingFlags& flags, const std::string& name,
+                                    const sensor::ImportedScan& scan) {
+  v1::Upload upload;
+  upload.set_display_name(name);
+  if (!flags.by.empty()) {
+    upload.set_scanner(client::ScannerName(flags.session, flags.by));
+  }
+  if (flags.scanner.empty()) {
+    *upload.mutable_scanner_model() = client::ToProto(scan.scanner, "from-file");
+  } else {
+    upload.set_scanner_model_id(flags.scanner);
+  }
+  const auto prior = PriorFrom(flags.pose, name);
+  if (!prior.ok()) return prior.status();
+  if (*prior) {
+    *upload.mutable_prior() = client::ToProto(**prior);
+  } else if (scan.T_world_scan && !flags.ignore_file_pose) {
+    sensor::PosePrior from_file;
+    from_file.T_world_scan = *scan.T_world_scan;
+    *upload.mutable_prior() = client::ToProto(from_file);
+  }
+  if (!flags.targets.empty()) {
+    const auto targets = ReadTargets(flags.targets, name);
+    if (!targets.ok()) return targets.status();
+    for (const v1::TargetSighting& target : *targets) {
+      v1::TargetSighting& added = *upload.add_targets();
+      added = target;
+      if (flags.target_sigma) added.set_sigma_m(*flags.target_sigma);
+    }
+  }
+  return upload;
+}
+
+// The resource name of the preview that a scan of this name is to come in the place of; empty:
+// none.
+absl::StatusOr<std::string> PreviewOf(Environment& environment, const SendingFlags& flags,
+                                      const Sending& sending) {
+  if (!sending.replaces.empty()) {
+    return absl::StrCat(client::SessionName(flags.session), "/scans/", sending.replaces);
+  }
+  const auto scans = ScansOf(environment, flags.session);
+  if (!scans.ok()) return scans.status();
+  std::string preview;
+  for (const v1::Scan& scan : *scans) {
+    if (scan.preview() && scan.display_name() == sending.name) preview = scan.name();
+  }
+  return preview;
+}
+
+}  // namespace
+
+absl::StatusOr<std::vector<v1::Scan>> ScansOf(Environment& environment,
+                                              const std::string& session) {
+  v1::ListScansRequest request;
+  request.set_parent(client::SessionName(session));
+  std::vector<v1::Scan> scans;
+  do {
+    auto page = environment.client().Call(request);
+    if (!page.ok()) return page.status();
+    for (v1::Scan& scan : *page->mutable_scans()) {
+      if (scan.state() != v1::SCAN_STATE_WITHDRAWN) scans.push_back(std::move(scan));
+    }
+    request.set_page_token(page->next_page_token());
+  } while (!request.page_token().empty());
+  return scans;
+}
+
+std::string NameOf(const std::string& path, const sensor::ScanFile& file, size_t setup) {
+  std::string stem = std::filesystem::path(path).stem().string();
+  const std::vector<std::string>& names = file.setups();
+  if (names.size() == 1) return stem;
+  const bool unique = std::count(names.begin(), names.end(), names[setup]) == 1;
+  return !names[setup].empty() && unique ? names[setup] : absl::StrCat(stem, "-", setup + 1);
+}
+
+absl::StatusOr<v1::Scan> Send(Environment& environment, const SendingFlags& flags,
+                              const Sending& sending, const sensor::ScanFile& file, size_t setup) {
+  auto scan = file.Read(setup, sensor::ImportLimits());
+  if (!scan.ok()) return scan.status();
+  const std::string& name = sending.name;
+  if (scan->far > 0) {
+    std::fprintf(stderr, "%s: %zu points farther than 1 km are taken as rays without a return\n",
+                 name.c_str(), scan->far);
+  }
+  auto upload = Describe(flags, name, *scan);
+  if (!upload.ok()) return upload.status();
+  if (sending.preview) {
+    sensor::RangeImage thin = sensor::Thinned(scan->image, sensor::Radians(flags.preview_step));
+    if (thin.cells() < scan->image.cells()) {
+      upload->set_preview(true);
+      scan->image = std::move(thin);
+    } else {
+      std::fprintf(stderr, "%s: no finer than %.2f degrees, so it is sent whole\n", name.c_str(),
+                   flags.preview_step);
+    }
+  } else {
+    const auto preview = PreviewOf(environment, flags, sending);
+    if (!preview.ok()) return preview.status();
+    upload->set_replaces(*preview);
+  }
+
+  ProgressLine line;
+  client::Client& client = environment.client();
+  const auto sent = client.Upload(
+      client::SessionName(flags.session), *upload, scan->image,
+      [&](const client::UploadProgress& p) {
+        const double share = static_cast<double>(p.acknowledged_bytes) / p.total_bytes;
+        line.Show(
+            absl::StrFormat("%s %s %s of %s%s", name, Bar(share, 30), Bytes(p.acknowledged_bytes),
+                            Bytes(p.total_bytes),
+                            p.reconnects > 0 ? absl::StrFormat(", %d breaks", p.reconnects) : ""));
+      });
+  if (!sent.ok()) return sent.status();
+  if (!sending.wait) {
+    v1::GetScanRequest get;
+    get.set_name(*sent);
+    const auto got = client.Call(get);
+    if (!got.ok()) return got.status();
+    return got->scan();
+  }
+  return client.WaitForScan(
+      *sent, [&](const v1::Scan& s) { line.Show(absl::StrCat(name, ": ", Word(s.state()))); });
+}
+
+ExitCode ReportSent(const SendingFlags& flags, const Sending& sending, const v1::Scan& scan) {
+  const std::string& name = sending.name;
+  std::fputs(flags.json ? ToJson(scan).c_str() : ScanReport(scan).c_str(), stdout);
+  std::fflush(stdout);
+  const std::string id =
+      absl::StrCat(client::IdOf(client::SessionOf(scan.name())), "/", client::IdOf(scan.name()));
+  if (scan.preview() && !sending.preview && !scan.state_message().empty()) {
+    std::fprintf(stderr,
+                 "vantage: %s was not taken: %s\n"
+                 "  fix: push it under another name (--name), or withdraw the preview first "
+                 "('vantage scan withdraw %s')\n",
+                 name.c_str(), scan.state_message().c_str(), id.c_str());
+    return ExitCode::kUnwelcome;
+  }
+  if (scan.state() != v1::SCAN_STATE_DOUBTFUL && scan.state() != v1::SCAN_STATE_FAILED) {
+    return ExitCode::kOk;
+  }
+  std::fprintf(stderr,
+               "vantage: %s is kept but not in the model\n"
+               "  fix: a better pose ('vantage scan set-pose %s --prior ...')%s, or 'vantage scan "
+               "withdraw %s'\n",
+               name.c_str(), id.c_str(),
+               scan.state() == v1::SCAN_STATE_DOUBTFUL
+                   ? absl::StrFormat(", or 'vantage scan accept %s' if it is right", id).c_str()
+                   : "",
+               id.c_str());
+  return ExitCode::kUnwelcome;
+}
+
+void AddSendingFlags(CLI::App& command, SendingFlags& flags) {
+  AddPoseFlags(command, flags.pose);
+  command.add_option("--targets", flags.targets,
+                     "Targets that the scans saw: lines of 'SCAN TARGET X Y Z' in the scanner's "
+                     "frame, m, and another X Y Z where a control network has it");
+  command
+      .add_option("--target-sigma", flags.target_sigma,
+                  "How well they are known, m per axis, one sigma [0.002]")
+      ->check(CLI::Range(1e-6, 1.0))
+      ->needs("--targets");
+  command.add_flag("--ignore-file-pose", flags.ignore_file_pose,
+                   "Don't use the pose that the file states as prior");
+  command.add_option("--scanner", flags.scanner,
+                     "Id of one of the session's scanner models [read from the file]");
+  command.add_option("--by", flags.by, "Id of the fleet's scanner that made them [not known]");
+  command
+      .add_option("--preview-step", flags.preview_step,
+                  "Degrees between the rays of a preview [0.25]")
+      ->check(CLI::Range(0.01, 10.0));
+  command.add_flag("--json", flags.json, "Print the scans as JSON");
+}
+
+}  // namespace vantage::cli
