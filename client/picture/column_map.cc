@@ -84,8 +84,7 @@ ColumnMap::ColumnMap(std::span<const SurfaceElement> surfaces, double cell, doub
     : cell_(cell) {
   if (surfaces.empty()) return;
   const auto index_of = [&](const SurfaceElement& s) {
-    return Eigen::Vector2i(
-        (s.position.head<2>().cast<double>() / cell_).array().floor().cast<int>());
+    return Eigen::Vector2i((s.position.head<2>() / cell_).array().floor().cast<int>());
   };
   std::vector<std::pair<int, float>> xs;
   std::vector<std::pair<int, float>> ys;

@@ -14,7 +14,7 @@ namespace vantage::picture {
 
 // A surface voxel as the export gives it.
 struct SurfaceElement {
-  Eigen::Vector3f position;  // m, model frame
+  Eigen::Vector3d position;  // m, world
   Eigen::Vector3f normal;    // unit
   model::SurfaceKind kind = model::SurfaceKind::kTrue;
   float area = 0;     // m^2

@@ -46,18 +46,17 @@ absl::StatusOr<std::vector<SurfaceElement>> ParseSurfacePly(absl::string_view by
   std::vector<SurfaceElement> elements;
   const absl::Status read =
       reader->ReadElement([&](uint64_t index, const bytes::PlyReader::Instance& instance) {
-        std::array<float, kNeeded.size()> value;
-        for (size_t i = 0; i < value.size(); ++i) {
-          value[i] = static_cast<float>(instance[(*places)[i]][0]);
-        }
-        if (!(value[6] >= 0 && value[6] < model::kSurfaceKinds)) {
+        std::array<double, kNeeded.size()> value;
+        for (size_t i = 0; i < value.size(); ++i) value[i] = instance[(*places)[i]][0];
+        // Numbered as in the contract, from 1.
+        if (!(value[6] >= 1 && value[6] <= model::kSurfaceKinds)) {
           return absl::InvalidArgumentError(absl::StrCat("vertex ", index, " has kind ", value[6]));
         }
         elements.push_back({{value[0], value[1], value[2]},
-                            {value[3], value[4], value[5]},
-                            static_cast<model::SurfaceKind>(static_cast<int>(value[6])),
-                            value[8],
-                            value[7]});
+                            Eigen::Vector3d(value[3], value[4], value[5]).cast<float>(),
+                            static_cast<model::SurfaceKind>(static_cast<int>(value[6]) - 1),
+                            static_cast<float>(value[8]),
+                            static_cast<float>(value[7])});
         return absl::OkStatus();
       });
   if (!read.ok()) return Bad(std::string(read.message()));

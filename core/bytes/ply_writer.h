@@ -12,7 +12,7 @@
 
 namespace vantage::bytes {
 
-// `comment` and the names without line breaks.
+// Each line of `comment` becomes one of the header; names are without line breaks.
 std::string EncodePlyHeader(absl::string_view comment, const std::vector<PlyElement>& elements);
 
 // Appends the values of an instance, of exactly the types in the header; their number comes before

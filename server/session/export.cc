@@ -1,9 +1,6 @@
 #include "server/session/export.h"
 
-#include <octomap/OcTree.h>
-
 #include <memory>
-#include <sstream>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -28,17 +25,6 @@ const char* Extension(v1::ExportFormat format) {
     default:
       return "-surface.ply";
   }
-}
-
-// The binary format keeps occupied and free only; OctoMap itself writes it.
-absl::StatusOr<std::string> ToBinary(const std::string& file) {
-  std::istringstream in(file);
-  const std::unique_ptr<octomap::AbstractOcTree> read(octomap::AbstractOcTree::read(in));
-  auto* tree = dynamic_cast<octomap::OcTree*>(read.get());
-  if (tree == nullptr) return absl::InternalError("the exported octree does not read back");
-  std::ostringstream out;
-  if (!tree->writeBinary(out)) return absl::InternalError("the octree could not be written");
-  return out.str();
 }
 
 }  // namespace
@@ -128,14 +114,11 @@ absl::StatusOr<std::string> Export::Next() {
   std::string file;
   switch (format_) {
     case v1::EXPORT_FORMAT_OCTOMAP:
-      file = model::ExportOctomap(*model_.view);
+      file = model::ExportOctomap(*model_.view, session_->origin());
       break;
-    case v1::EXPORT_FORMAT_OCTOMAP_BINARY: {
-      absl::StatusOr<std::string> binary = ToBinary(model::ExportOctomap(*model_.view));
-      if (!binary.ok()) return binary.status();
-      file = *std::move(binary);
+    case v1::EXPORT_FORMAT_OCTOMAP_BINARY:
+      file = model::ExportBinaryOctomap(*model_.view, session_->origin());
       break;
-    }
     case v1::EXPORT_FORMAT_PATCH_PLY: {
       absl::StatusOr<v1::PlanResult> result = session_->plans().GetFullResult(plan_);
       if (!result.ok()) return result.status();
@@ -143,7 +126,7 @@ absl::StatusOr<std::string> Export::Next() {
       break;
     }
     default:
-      file = model::ExportSurfacePly(*model_.view);
+      file = model::ExportSurfacePly(*model_.view, session_->origin());
   }
   total_size_ = static_cast<int64_t>(file.size());
   return file;

@@ -12,7 +12,10 @@ std::string SamplesPlyHeader(int64_t samples) {
                                      {"y", bytes::PlyType::kDouble},
                                      {"z", bytes::PlyType::kDouble},
                                      {"scan", bytes::PlyType::kUint32}}};
-  return bytes::EncodePlyHeader("registered samples, m, world frame", {vertex});
+  return bytes::EncodePlyHeader(
+      "registered samples, m, world frame\nx y z: as measured; scan: the number of the scan in "
+      "this file, from 1",
+      {vertex});
 }
 
 std::string SamplesPlyBody(const sensor::RangeImage& image, const Eigen::Isometry3d& T_world_scan,
@@ -44,7 +47,10 @@ std::string PatchesPly(const v1::PlanResult& result) {
       {{"vertex_indices", bytes::PlyType::kUint32, bytes::PlyType::kUint8},
        {"kind", bytes::PlyType::kUint8},
        {"deficit", bytes::PlyType::kDouble}}};
-  std::string out = bytes::EncodePlyHeader("deficient patches, m, world frame", {vertex, face});
+  std::string out = bytes::EncodePlyHeader(
+      "deficient patches, m, world frame\n"
+      "kind: 1 measured, 2 occlusion, 3 hole, 4 image boundary; deficit: samples",
+      {vertex, face});
   for (const v1::Patch& patch : result.patches()) {
     const Eigen::Vector3d u = 0.5 * patch.length_u_m() * conversion::ReadOwnVector(patch.axis_u());
     const Eigen::Vector3d v =

@@ -90,6 +90,7 @@ void BenchPreview(const BenchOptions& options, parallel::Parallel& parallel, Fig
         if (!of_whole.has_value() || !of_preview.has_value()) break;
         const auto there = planning::EvaluateView(*of_whole->problem, of_preview->position).value();
         const double brings = there.feasible ? there.view.model_gain.value_or(0) : 0;
+        fprintf(stderr, "%s %zu: whole (%.2f %.2f %.2f) %.3f; preview (%.2f %.2f %.2f) promised %.3f: %s %.3f\n", scene.name.c_str(), i+1, of_whole->position.x(), of_whole->position.y(), of_whole->position.z(), of_whole->gain, of_preview->position.x(), of_preview->position.y(), of_preview->position.z(), of_preview->gain, there.infeasible_message.c_str(), there.view.model_gain.value_or(-1));
         const double regret = 1 - brings / of_whole->gain;
         regrets.push_back(regret);
         gain += of_whole->gain;

@@ -10,7 +10,7 @@ constexpr double kDensity = 2500;
 
 SurfaceElement At(double x, double y, double z, const Eigen::Vector3f& normal,
                   model::SurfaceKind kind, double density) {
-  return {Eigen::Vector3f(x, y, z), normal, kind, kCell * kCell, static_cast<float>(density)};
+  return {Eigen::Vector3d(x, y, z), normal, kind, kCell * kCell, static_cast<float>(density)};
 }
 
 // A wall column of the given height at (x, y).

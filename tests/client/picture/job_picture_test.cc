@@ -17,7 +17,7 @@ void AddWall(JobPicture& plan, const Eigen::Vector2d& from, const Eigen::Vector2
   for (double t = kPictureCell / 2; t < length; t += kPictureCell) {
     const Eigen::Vector2d at = from + t * along;
     for (double z = kPictureCell / 2; z < 2.5; z += kPictureCell) {
-      plan.surfaces.push_back({Eigen::Vector3f(at.x() + 0.01, at.y() + 0.01, z),
+      plan.surfaces.push_back({Eigen::Vector3d(at.x() + 0.01, at.y() + 0.01, z),
                                Eigen::Vector3f(-along.y(), along.x(), 0), kind,
                                kPictureCell * kPictureCell, static_cast<float>(density)});
     }

@@ -40,11 +40,11 @@ std::string OneVertex(uint8_t kind) {
 }
 
 TEST(SurfacePly, ReadsWhatItNeedsFromAnyLayout) {
-  const auto elements = ParseSurfacePly(OneVertex(2));
+  const auto elements = ParseSurfacePly(OneVertex(3));
   ASSERT_TRUE(elements.ok()) << elements.status();
   ASSERT_EQ(elements->size(), 1u);
   const SurfaceElement& e = (*elements)[0];
-  EXPECT_EQ(e.position, Eigen::Vector3f(1, -2, 3));
+  EXPECT_EQ(e.position, Eigen::Vector3d(1, -2, 3));
   EXPECT_EQ(e.normal, Eigen::Vector3f::UnitZ());
   EXPECT_EQ(e.kind, model::SurfaceKind::kHole);
   EXPECT_EQ(e.density, 1234.0f);
@@ -67,7 +67,7 @@ TEST(SurfacePly, ReadsTheExportOfTheModel) {
 }
 
 TEST(SurfacePly, RefusesWhatItCannotRead) {
-  const std::string good = OneVertex(0);
+  const std::string good = OneVertex(1);
   const auto message = [](const std::string& bytes) {
     const auto parsed = ParseSurfacePly(bytes);
     EXPECT_EQ(parsed.status().code(), absl::StatusCode::kInvalidArgument);
@@ -76,6 +76,7 @@ TEST(SurfacePly, RefusesWhatItCannotRead) {
   EXPECT_THAT(message(""), HasSubstr("not a PLY"));
   EXPECT_THAT(message(good.substr(0, good.size() - 1)), HasSubstr("truncated"));
   EXPECT_THAT(message(OneVertex(9)), HasSubstr("kind 9"));
+  EXPECT_THAT(message(OneVertex(0)), HasSubstr("kind 0"));
   std::string no_kind = good;
   no_kind.replace(no_kind.find("uchar kind"), 10, "uchar sort");
   EXPECT_THAT(message(no_kind), HasSubstr("no 'kind'"));

@@ -13,6 +13,7 @@ namespace {
 TEST(SessionPly, SamplesAreWrittenColumnAfterColumn) {
   EXPECT_EQ(SamplesPlyHeader(12'345'678'901),
             "ply\nformat binary_little_endian 1.0\ncomment registered samples, m, world frame\n"
+            "comment x y z: as measured; scan: the number of the scan in this file, from 1\n"
             "element vertex 12345678901\nproperty double x\nproperty double y\nproperty double z\n"
             "property uint scan\nend_header\n");
   sensor::RangeImage image;
@@ -51,6 +52,7 @@ TEST(SessionPly, PatchesAreQuadrilaterals) {
   }
   std::string expected =
       "ply\nformat binary_little_endian 1.0\ncomment deficient patches, m, world frame\n"
+      "comment kind: 1 measured, 2 occlusion, 3 hole, 4 image boundary; deficit: samples\n"
       "element vertex 8\nproperty double x\nproperty double y\nproperty double z\nelement face 2\n"
       "property list uchar uint vertex_indices\nproperty uchar kind\nproperty double deficit\n"
       "end_header\n";

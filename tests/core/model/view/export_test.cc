@@ -30,8 +30,22 @@ class ExportTest : public testing::Test {
   std::shared_ptr<const PlanningView> view_;
 };
 
+// Both formats have comments that readers skip and people read.
+TEST_F(ExportTest, OctomapFilesSayWhereTheyLie) {
+  const Eigen::Vector3d origin(450'000.25, 5'412'000.5, 312.125);
+  for (const std::string& file :
+       {ExportOctomap(*view_, origin), ExportBinaryOctomap(*view_, origin)}) {
+    EXPECT_NE(file.find("origin of this tree is (450000.2500, 5412000.5000, 312.1250)"),
+              std::string::npos);
+  }
+  std::istringstream in(ExportBinaryOctomap(*view_, origin));
+  octomap::OcTree binary(1.0);
+  ASSERT_TRUE(binary.readBinary(in));
+  EXPECT_DOUBLE_EQ(binary.getResolution(), view_->voxel_size());
+}
+
 TEST_F(ExportTest, OctomapReadsTheTree) {
-  std::istringstream in(ExportOctomap(*view_));
+  std::istringstream in(ExportOctomap(*view_, {450'000.25, 5'412'000.5, 312.125}));
   const std::unique_ptr<octomap::AbstractOcTree> read(octomap::AbstractOcTree::read(in));
   const auto* tree = dynamic_cast<const octomap::OcTree*>(read.get());
   ASSERT_NE(tree, nullptr);
@@ -65,7 +79,7 @@ TEST_F(ExportTest, PlyHoldsEverySurfaceVoxel) {
   EXPECT_EQ(header.rfind("ply\nformat binary_little_endian 1.0\n", 0), 0u);
   EXPECT_NE(header.find("element vertex " + std::to_string(view_->SurfaceCount()) + "\n"),
             std::string::npos);
-  constexpr size_t kVertex = 6 * 4 + 4 + 3 * 4 + 1;
+  constexpr size_t kVertex = 3 * 8 + 3 * 4 + 4 + 3 * 4 + 1;
   EXPECT_EQ(ply.size(), header.size() + kVertex * view_->SurfaceCount());
 }
 
@@ -78,20 +92,28 @@ TEST(ExportSurfacePlyTest, WritesOneVertexPerVoxelWithArea) {
                             0.0025f, 1.5f, 7, 0, 0, false, true});
   const PlanningView view(0.05, 1, {{VoxelIndex::Zero(), brick}}, {});
   std::string expected =
-      "ply\nformat binary_little_endian 1.0\ncomment voxel 0.05 m\nelement vertex 1\n"
-      "property float x\nproperty float y\nproperty float z\nproperty float nx\n"
+      "ply\nformat binary_little_endian 1.0\ncomment surface of voxels of 0.05 m\n"
+      "comment x y z: mean of the samples, m, world; nx ny nz: unit normal\n"
+      "comment kind: 1 measured, 2 occlusion, 3 hole, 4 image boundary\n"
+      "comment density: samples per m2; area: m2; samples: measured; given_up: 1 where no scan "
+      "will bring more\n"
+      "element vertex 1\n"
+      "property double x\nproperty double y\nproperty double z\nproperty float nx\n"
       "property float ny\nproperty float nz\nproperty uchar red\nproperty uchar green\n"
       "property uchar blue\nproperty uchar kind\nproperty float density\nproperty float area\n"
       "property uint samples\nproperty uchar given_up\nend_header\n";
-  for (const float value : {0.275f, 0.025f, 0.03f, 0.6f, 0.0f, -0.8f}) {
+  // A national grid, where a float tells half a metre from nothing.
+  const Eigen::Vector3d origin(450'000.25, 5'412'000.5, 312.125);
+  for (const double value : {origin.x() + 0.275f, origin.y() + 0.025f, origin.z() + 0.03f}) {
     bytes::AppendLittleEndian(value, expected);
   }
-  for (const uint8_t value : {0, 158, 115, 3}) bytes::AppendLittleEndian(value, expected);
+  for (const float value : {0.6f, 0.0f, -0.8f}) bytes::AppendLittleEndian(value, expected);
+  for (const uint8_t value : {0, 158, 115, 4}) bytes::AppendLittleEndian(value, expected);
   bytes::AppendLittleEndian(1.5f, expected);
   bytes::AppendLittleEndian(0.0025f, expected);
   bytes::AppendLittleEndian(uint32_t{7}, expected);
   bytes::AppendLittleEndian(uint8_t{1}, expected);
-  EXPECT_EQ(ExportSurfacePly(view), expected);
+  EXPECT_EQ(ExportSurfacePly(view, origin), expected);
 }
 
 }  // namespace
