@@ -11,7 +11,7 @@
 #include "core/model/carve/carve_room.h"
 #include "core/model/insert_estimate.h"
 #include "core/registration/first_pose.h"
-#include "core/sensor/thinning.h"
+#include "core/sensor/likeness.h"
 #include "server/contract/error.h"
 #include "server/contract/out_of_memory.h"
 #include "server/conversion/from_proto.h"
@@ -241,6 +241,13 @@ void ScanReconciler::Align(const v1::Scan& scan, sensor::Scan& data,
     const v1::Registration registration =
         conversion::WriteRegistration(*result, model.version, context_.origin());
     const registration::RegistrationVerdict& verdict = result->verdict;
+    if (const std::string twin = TwinOf(scan, data, result->T_world_scan); !twin.empty()) {
+      return Refuse(scan, v1::SCAN_STATE_FAILED,
+                    absl::StrCat("the same samples as ", twin,
+                                 ", which is in the model already; withdraw this one (to give that "
+                                 "one another pose, set it there)"),
+                    &registration);
+    }
     if (!verdict.registered()) {
       return Refuse(scan, StateOf(verdict), Words(verdict), &registration);
     }
@@ -384,6 +391,27 @@ absl::Status ScanReconciler::RemoveFromModel(const v1::Scan& scan, parallel::Par
     preparation_.Begin();
   }
   return logged;
+}
+
+std::string ScanReconciler::TwinOf(const v1::Scan& scan, const sensor::Scan& data,
+                                   const Eigen::Isometry3d& T_model_scan) const {
+  constexpr double kSamePlace = 0.3;  // m: where a copy aligns, and few second scans stand
+  std::vector<v1::Scan> candidates;
+  journal_.Read([&](const SessionState& state) {
+    for (const std::string& name : state.scan_order) {
+      const ScanRecord& record = state.scans.at(name);
+      if (!record.in_model || name == scan.name()) continue;
+      const Eigen::Isometry3d pose = conversion::ReadOwnPose(record.scan.pose(), context_.origin());
+      const double apart = (pose.translation() - T_model_scan.translation()).norm();
+      if (apart <= kSamePlace || record.blob == scan.sha256()) candidates.push_back(record.scan);
+    }
+  });
+  for (const v1::Scan& other : candidates) {
+    if (other.sha256() == scan.sha256()) return other.name();
+    const absl::StatusOr<sensor::RangeImage> image = LoadImage(context_, other.name());
+    if (image.ok() && sensor::SameSamples(data.image, *image)) return other.name();
+  }
+  return "";
 }
 
 std::pair<std::string, int64_t> ScanReconciler::PreviewOf(const std::string& scan) const {

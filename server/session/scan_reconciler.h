@@ -56,6 +56,9 @@ class ScanReconciler {
   void Merge(const v1::Scan& scan, const sensor::Scan& data,
              MemoryAccount::Reservation& reservation, parallel::Parallel& parallel);
   absl::Status RemoveFromModel(const v1::Scan& scan, parallel::Parallel& parallel);
+  // The scan in the model that holds the same samples, by name; empty: there is none.
+  std::string TwinOf(const v1::Scan& scan, const sensor::Scan& data,
+                     const Eigen::Isometry3d& T_model_scan) const;
   // Whether the samples that came in place of a preview are those of another scan; then the preview
   // is put back, with the reason.
   bool PutBackPreview(const v1::Scan& scan, const sensor::Scan& data);

@@ -41,7 +41,7 @@ Benchmark BenchRegistration;
 Benchmark BenchSite;
 // heading.*: plans for a scanner that sees a sector, beside those for one that turns all around.
 Benchmark BenchHeading;
-// preview.*: what plans from thinned scans lose, and how large those are.
+// preview.*: what plans from thinned scans lose, and how large those are; `full`: in more scenes.
 Benchmark BenchPreview;
 // phantom.*: what is left of rooms that are only in mirrors, and openings lost for mirrors.
 Benchmark BenchPhantom;

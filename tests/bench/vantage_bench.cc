@@ -51,7 +51,9 @@ constexpr auto kGroups = std::to_array<Group>({
      "exact scores of all views, beside brute force; --full: 500 to 2,000 m2", 3, BenchEvaluator},
     {"heading", "heading.", "plans for a scanner that sees a sector, beside all around", 3,
      BenchHeading},
-    {"preview", "preview.", "plans from previews, beside those from whole scans", 4, BenchPreview},
+    {"preview", "preview.",
+     "plans from previews, beside those from whole scans; --full: in three times the scenes", 3,
+     BenchPreview},
     {"anytime",
      "plan.anytime.speedup. plan.anytime.worst_regret. plan.anytime.cpu_seconds. "
      "plan.anytime.dominates. plan.anytime.curve. plan.threads2.",

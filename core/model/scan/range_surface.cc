@@ -124,17 +124,53 @@ std::vector<uint32_t> RangeSurface::DropMixedPixels(parallel::Parallel& parallel
     return sensor::RangeImage::IsRange(before) && sensor::RangeImage::IsRange(after) &&
            (here - before) * (after - here) > 0;
   };
-  const auto find_in = [&](int c, std::vector<uint32_t>& mixed) {
+  // A cell's neighbours that it is joined to, and whether it may mix those of them that it is not.
+  struct Around {
+    int joined = 0;
+    int column = 0;  // of the last of those
+    int row = 0;
+    bool across = false;
+    bool along = false;
+  };
+  const auto look = [&](int c, int r) {
     const int next = NextColumn(c);
     const int previous = c > 0 ? c - 1 : (azimuth_.closed() ? columns() - 1 : -1);
+    Around around;
+    const auto join = [&around](bool joined, int column, int row) {
+      if (!joined) return;
+      ++around.joined;
+      around.column = column;
+      around.row = row;
+    };
+    const bool left = previous >= 0 && JoinedToNextColumn(previous, r);
+    const bool right = JoinedToNextColumn(c, r);
+    const bool below = r > 0 && JoinedToNextRow(c, r - 1);
+    const bool above = JoinedToNextRow(c, r);
+    join(left, previous, r);
+    join(right, next, r);
+    join(below, c, r - 1);
+    join(above, c, r + 1);
+    const float here = at(c, r);
+    around.across = !left && !right && previous >= 0 && next >= 0 &&
+                    between(at(previous, r), here, at(next, r));
+    around.along =
+        !below && !above && r > 0 && r + 1 < rows() && between(at(c, r - 1), here, at(c, r + 1));
+    return around;
+  };
+  const auto find_in = [&](int c, std::vector<uint32_t>& mixed) {
     for (int r = 0; r < rows(); ++r) {
-      const float here = at(c, r);
-      if (!sensor::RangeImage::IsRange(here) || (joined_[Index(c, r)] & 3) != 0) continue;
-      if (r > 0 && JoinedToNextRow(c, r - 1)) continue;
-      if (previous >= 0 && JoinedToNextColumn(previous, r)) continue;
-      const bool across = previous >= 0 && next >= 0 && between(at(previous, r), here, at(next, r));
-      const bool along = r > 0 && r + 1 < rows() && between(at(c, r - 1), here, at(c, r + 1));
-      if (across || along) mixed.push_back(static_cast<uint32_t>(Index(c, r)));
+      if (!sensor::RangeImage::IsRange(at(c, r))) continue;
+      const Around here = look(c, r);
+      if (here.joined > 1 || !(here.across || here.along)) continue;
+      if (here.joined == 1) {
+        // Two that mix the same edges, one above the other, have like ranges by chance: with fine
+        // steps some of the hundreds at a door frame do.
+        const Around other = look(here.column, here.row);
+        const bool pair =
+            other.joined == 1 && ((here.across && other.across) || (here.along && other.along));
+        if (!pair) continue;
+      }
+      mixed.push_back(static_cast<uint32_t>(Index(c, r)));
     }
   };
   const ColumnParts parts(columns(), parallel);

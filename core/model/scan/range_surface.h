@@ -24,8 +24,8 @@ class RangeSurface {
  public:
   // `discontinuity_angle` (rad): neighbours are two surfaces when the segment between them makes a
   // smaller angle with the line of sight, unless range noise alone explains it. Mixed pixels
-  // (joined to no neighbour, between a nearer and a farther one) become no information, and so do
-  // returns nearer than the scanner's range.
+  // (joined to no neighbour, or to one other of them, between a nearer and a farther one) become no
+  // information, and so do returns nearer than the scanner's range.
   RangeSurface(const sensor::RangeImage& image, const sensor::ScannerModel& scanner,
                double discontinuity_angle, parallel::Parallel& parallel);
 

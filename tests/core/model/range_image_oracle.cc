@@ -39,26 +39,46 @@ RangeImageOracle::RangeImageOracle(const sensor::Scan& scan, const Eigen::Isomet
       range = sensor::RangeImage::kNoInformation;
     }
   }
-  std::vector<size_t> mixed;
+  // A cell's neighbours on its own surface, and along which axes it lies between two on others.
+  struct Cell {
+    std::vector<size_t> same;
+    bool between[2] = {false, false};  // in its row, in its column
+  };
+  std::vector<Cell> cells(range_.size());
   for (int c = 0; c < columns; ++c) {
     const int right = c + 1 < columns ? c + 1 : (full_turn_ ? 0 : -1);
     const int left = c > 0 ? c - 1 : (full_turn_ ? columns - 1 : -1);
     for (int r = 0; r < rows; ++r) {
       const float here = At(c, r);
       if (!(here > 0)) continue;
-      bool joined = false;
-      const auto step = [&](float before, float after) {
-        return before > 0 && after > 0 && (here - before) * (after - here) > 0;
+      Cell& cell = cells[scan.image.Index(c, r)];
+      const auto look = [&](int c0, int r0, int c1, int r1, bool& between) {
+        const bool before = c0 >= 0 && r0 >= 0;
+        const bool after = c1 >= 0 && r1 < rows;
+        const bool same_before = before && OneSurface(c0, r0, c, r);
+        const bool same_after = after && OneSurface(c, r, c1, r1);
+        if (same_before) cell.same.push_back(scan.image.Index(c0, r0));
+        if (same_after) cell.same.push_back(scan.image.Index(c1, r1));
+        if (!before || !after || same_before || same_after) return;
+        between = At(c0, r0) > 0 && At(c1, r1) > 0 && (here - At(c0, r0)) * (At(c1, r1) - here) > 0;
       };
-      bool between = false;
-      if (left >= 0) joined = joined || OneSurface(left, r, c, r);
-      if (right >= 0) joined = joined || OneSurface(c, r, right, r);
-      if (left >= 0 && right >= 0) between = between || step(At(left, r), At(right, r));
-      if (r > 0) joined = joined || OneSurface(c, r - 1, c, r);
-      if (r + 1 < rows) joined = joined || OneSurface(c, r, c, r + 1);
-      if (r > 0 && r + 1 < rows) between = between || step(At(c, r - 1), At(c, r + 1));
-      if (between && !joined) mixed.push_back(scan.image.Index(c, r));
+      look(left, r, right, r, cell.between[0]);
+      look(c, r - 1, c, r + 1, cell.between[1]);
     }
+  }
+  std::vector<size_t> mixed;
+  for (size_t index = 0; index < cells.size(); ++index) {
+    const Cell& cell = cells[index];
+    if (!cell.between[0] && !cell.between[1]) continue;
+    if (cell.same.size() == 1) {
+      const Cell& other = cells[cell.same.front()];
+      const bool both =
+          (cell.between[0] && other.between[0]) || (cell.between[1] && other.between[1]);
+      if (other.same.size() != 1 || !both) continue;
+    } else if (!cell.same.empty()) {
+      continue;
+    }
+    mixed.push_back(index);
   }
   for (const size_t index : mixed) range_[index] = sensor::RangeImage::kNoInformation;
   passed_.resize(range_.size(), sensor::RangeImage::kNoInformation);

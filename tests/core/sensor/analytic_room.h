@@ -158,6 +158,31 @@ inline std::string PcdCompressed(size_t width, size_t height,
   return bytes + block;
 }
 
+// A range image of the room from `centre`.
+inline RangeImage RoomImage(std::vector<double> azimuth, std::vector<double> elevation,
+                            double native, bool full_turn,
+                            const Eigen::Vector3d& centre = {0, 0, 0}) {
+  RangeImage image;
+  image.azimuth = std::move(azimuth);
+  image.elevation = std::move(elevation);
+  image.full_turn = full_turn;
+  image.native_azimuth_step = image.native_elevation_step = native;
+  for (const double a : image.azimuth) {
+    for (const double e : image.elevation) {
+      image.range.push_back(static_cast<float>(RoomRange(DirectionOf(a, e), centre)));
+    }
+  }
+  return image;
+}
+
+// All around and from -60 to 90 degrees.
+inline RangeImage RoomAllAround(double step, const Eigen::Vector3d& centre = {0, 0, 0}) {
+  const auto columns = static_cast<size_t>(std::lround(2 * kPi / step));
+  return RoomImage(Evenly(-kPi, 2 * kPi / static_cast<double>(columns), columns),
+                   Evenly(Radians(-60), step, static_cast<size_t>(Radians(150) / step)), step, true,
+                   centre);
+}
+
 }  // namespace vantage::sensor
 
 #endif  // VANTAGE_TESTS_CORE_SENSOR_ANALYTIC_ROOM_H_

@@ -295,11 +295,11 @@ TEST_F(FleetSession, LateOrTwiceAScanMergesAsIfNobodyHadClaimedAnything) {
   EXPECT_EQ(session_->scans().Get(late)->state(), v1::SCAN_STATE_MERGED);
   session_->claims().Expire();
   EXPECT_EQ(EndOf(claim->name()), "expired");
-  const std::string twice = Scan(1, 1);
+  const std::string twice = Scan(1.05, 1);
   EXPECT_EQ(session_->scans().Get(twice)->state(), v1::SCAN_STATE_MERGED);
   // The model is that of the scans alone, to the voxel.
   const auto plain = fixture::OpenSession(host_->registry, "plain");
-  for (const auto& [x, y] : {std::pair(2.0, 1.5), std::pair(1.0, 1.0), std::pair(1.0, 1.0)}) {
+  for (const auto& [x, y] : {std::pair(2.0, 1.5), std::pair(1.0, 1.0), std::pair(1.05, 1.0)}) {
     const v1::PosePrior prior = fixture::PriorAt(x, y, 1.4);
     ASSERT_TRUE(fixture::SendScan(*plain, fixture::EncodedRoom({x, y, 1.4}, 4), &prior).ok());
     plain->WaitUntilIdle();

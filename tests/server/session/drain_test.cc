@@ -84,7 +84,10 @@ TEST_F(DrainTest, WhatOutlastsItIsLeftToTheNextStart) {
     const v1::PosePrior prior = fixture::PriorAt(1.0, 2.0, 1.4);
     const std::string room = fixture::EncodedRoom({1.0, 2.0, 1.4}, 3.0);
     first = fixture::SendScan(*session, room, &prior).value().scan();
-    second = fixture::SendScan(*session, room, &prior).value().scan();
+    const v1::PosePrior beside = fixture::PriorAt(1.5, 2.0, 1.4);
+    second = fixture::SendScan(*session, fixture::EncodedRoom({1.5, 2.0, 1.4}, 3.0), &beside)
+                 .value()
+                 .scan();
     script_.WaitForAlignment();
     host.registry.BeginDrain();
     EXPECT_FALSE(host.registry.WaitUntilIdle(std::chrono::milliseconds(20)));

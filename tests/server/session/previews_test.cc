@@ -209,6 +209,25 @@ TEST_F(PreviewsTest, AWithdrawnOneLeavesWithBoth) {
   EXPECT_EQ(Refused(name).code(), absl::StatusCode::kFailedPrecondition);
 }
 
+// A copy of a scan, whole or thinned, is no other look at the place.
+TEST_F(PreviewsTest, TheSameSamplesAreNotMergedTwice) {
+  const v1::Scan first = Send(Whole(kFirst), Described(kFirst, false));
+  const size_t surface = Surface(*View());
+  for (const std::string& bytes : {Whole(kFirst), Preview(kFirst)}) {
+    const v1::Scan copy = Send(bytes, Described(kFirst, false));
+    EXPECT_EQ(copy.state(), v1::SCAN_STATE_FAILED);
+    EXPECT_NE(copy.state_message().find(first.name()), std::string::npos) << copy.state_message();
+    EXPECT_EQ(Surface(*View()), surface);
+  }
+  // As the same bytes are wherever they are said to come from.
+  EXPECT_EQ(Send(Whole(kFirst), Described(kSecond, false)).state(), v1::SCAN_STATE_FAILED);
+  EXPECT_EQ(Send(Whole(kSecond), Described(kSecond, false)).state(), v1::SCAN_STATE_MERGED);
+  // It comes in again once the first has left.
+  ASSERT_TRUE(session_->scans().Withdraw(first.name(), {}).ok());
+  session_->WaitUntilIdle();
+  EXPECT_EQ(Send(Whole(kFirst), Described(kFirst, false)).state(), v1::SCAN_STATE_MERGED);
+}
+
 TEST_F(PreviewsTest, NothingElseIsReplaced) {
   const v1::Scan whole = Send(Whole(kFirst), Described(kFirst, false));
   const absl::Status none = Refused(whole.name());

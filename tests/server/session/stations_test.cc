@@ -135,7 +135,7 @@ TEST_F(StationsTest, ItIsNotAnotherScannersScan) {
   const v1::Station station = Create(Request(2, 1, red)).value();
   Scan(2, 1, blue);
   EXPECT_THAT(Pending(), testing::ElementsAre(station.name()));
-  Scan(2, 1, red);
+  Scan(2.05, 1, red);
   EXPECT_THAT(Pending(), testing::IsEmpty());
 }
 

@@ -99,7 +99,7 @@ TEST_F(ExpectationTest, WhatIsKnownStaysAsItIs) {
       ASSERT_EQ(Measured(expected().view().State(v)), !expected().standing().Empty(v));
     }
   });
-  EXPECT_GT(floating, 10u) << "mixed pixels at edges";
+  EXPECT_GT(floating, 0u) << "mixed pixels at edges: the few that no rule tells from a wire";
   EXPECT_GT(known, 100'000u);
   EXPECT_GT(expected_free, 1000u);
 }
