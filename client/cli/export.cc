@@ -18,6 +18,7 @@ const std::map<std::string, v1::ExportFormat>& Formats() {
       {"surface-ply", v1::EXPORT_FORMAT_SURFACE_PLY},
       {"patch-ply", v1::EXPORT_FORMAT_PATCH_PLY},
       {"scans-ply", v1::EXPORT_FORMAT_SCANS_PLY},
+      {"scans-e57", v1::EXPORT_FORMAT_SCANS_E57},
       {"archive", v1::EXPORT_FORMAT_ARCHIVE}};
   return *kFormats;
 }
@@ -56,16 +57,18 @@ void AddExport(CLI::App& parent, Environment& environment) {
       parent, environment, "export", "Save the model as a file",
       "  vantage export flat --format surface-ply -o flat.ply\n"
       "  vantage export flat --format octomap-binary -o flat.bt\n"
-      "  vantage export flat --format scans-ply --scan flat/s1 -o s1.ply",
+      "  vantage export flat --format scans-ply --scan flat/s1 -o s1.ply\n"
+      "  vantage export flat --format scans-e57 -o flat.e57",
       [](CLI::App& command, ExportArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command
-            .add_option("--format", a.format,
-                        "octomap, octomap-binary, surface-ply, patch-ply, scans-ply or archive")
+            .add_option(
+                "--format", a.format,
+                "octomap, octomap-binary, surface-ply, patch-ply, scans-ply, scans-e57 or archive")
             ->transform(CLI::IsMember(Formats(), CLI::ignore_case).description(""))
             ->capture_default_str();
         command.add_option("-o,--output", a.output, "File to write")->required();
-        command.add_option("--scan", a.scans, "scans-ply: only these, as SESSION/SCAN")
+        command.add_option("--scan", a.scans, "scans-ply, scans-e57: only these, as SESSION/SCAN")
             ->allow_extra_args(false);
       },
       RunExport);

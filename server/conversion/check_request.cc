@@ -218,8 +218,10 @@ absl::Status CheckRequest(const v1::ExportModelRequest& request) {
   if (!v1::ExportFormat_IsValid(format) || format == v1::EXPORT_FORMAT_UNSPECIFIED) {
     return contract::InvalidField("format", "must be one of the EXPORT_FORMAT values");
   }
-  if (request.scans_size() > 0 && format != v1::EXPORT_FORMAT_SCANS_PLY) {
-    return contract::InvalidField("scans", "only goes with EXPORT_FORMAT_SCANS_PLY");
+  if (request.scans_size() > 0 && format != v1::EXPORT_FORMAT_SCANS_PLY &&
+      format != v1::EXPORT_FORMAT_SCANS_E57) {
+    return contract::InvalidField(
+        "scans", "only goes with EXPORT_FORMAT_SCANS_PLY and EXPORT_FORMAT_SCANS_E57");
   }
   if (request.scans_size() > kMaxExportedScans) {
     return contract::InvalidField(

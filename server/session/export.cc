@@ -22,6 +22,8 @@ const char* Extension(v1::ExportFormat format) {
       return "-patches.ply";
     case v1::EXPORT_FORMAT_SCANS_PLY:
       return "-scans.ply";
+    case v1::EXPORT_FORMAT_SCANS_E57:
+      return ".e57";
     default:
       return "-surface.ply";
   }
@@ -48,9 +50,12 @@ absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> 
   }
   made->file_name_ = absl::StrCat(made->session_->id(), Extension(format));
   // Scans that are named need no model.
-  const bool scans_only = format == v1::EXPORT_FORMAT_SCANS_PLY && !request.scans().empty();
-  if (made->model_.view == nullptr && !scans_only) return made->session_->model().WhyNone();
-  if (format == v1::EXPORT_FORMAT_SCANS_PLY) {
+  const bool of_scans =
+      format == v1::EXPORT_FORMAT_SCANS_PLY || format == v1::EXPORT_FORMAT_SCANS_E57;
+  if (made->model_.view == nullptr && !(of_scans && !request.scans().empty())) {
+    return made->session_->model().WhyNone();
+  }
+  if (of_scans) {
     absl::Status chosen = made->ChooseScans(request);
     if (!chosen.ok()) return chosen;
   }
@@ -88,6 +93,11 @@ absl::Status Export::ChooseScans(const v1::ExportModelRequest& request) {
   });
   absl::Status valid = violations.ToStatus();
   if (!valid.ok()) return valid;
+  if (format_ == v1::EXPORT_FORMAT_SCANS_E57) {
+    e57_.emplace(session_->scans(), scans_);
+    total_size_ = e57_->size();
+    return absl::OkStatus();
+  }
   int64_t samples = 0;
   for (const v1::Scan& scan : scans_) samples += scan.sample_count();
   total_size_ = static_cast<int64_t>(SamplesPlyHeader(samples).size()) + samples * kSamplePlyBytes;
@@ -95,6 +105,7 @@ absl::Status Export::ChooseScans(const v1::ExportModelRequest& request) {
 }
 
 absl::StatusOr<std::string> Export::Next() {
+  if (e57_.has_value()) return e57_->Next();
   const size_t part = part_++;
   if (format_ == v1::EXPORT_FORMAT_SCANS_PLY) {
     if (part == 0) {

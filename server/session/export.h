@@ -4,10 +4,12 @@
 #define VANTAGE_SERVER_SESSION_EXPORT_H_
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "server/session/scans_e57.h"
 #include "server/session/session.h"
 #include "vantage/v1/model_service.pb.h"
 
@@ -45,6 +47,7 @@ class Export {
   std::string file_name_;
   int64_t total_size_ = 0;
   std::vector<v1::Scan> scans_;
+  std::optional<ScansE57> e57_;  // of them
   std::string plan_;
   size_t part_ = 0;
   bool counted_ = false;  // it is counted among the session's exports

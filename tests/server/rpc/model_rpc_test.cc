@@ -11,6 +11,8 @@
 #include <string>
 
 #include "core/bytes/checksum.h"
+#include "core/sensor/e57.h"
+#include "core/sensor/encoding.h"
 #include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
 
@@ -140,6 +142,40 @@ TEST_F(ModelRpc, RegisteredSamplesLieOnTheRoom) {
                   std::abs(p[1] - 2.5), std::abs(p[2] + 1.4), std::abs(p[2] - 1.2)});
     ASSERT_LT(distance, 1e-3);  // ranges travel to 0.1 mm
   }
+}
+
+TEST_F(ModelRpc, ScansComeBackFromE57) {
+  const std::string session = server_.OpenRoom("room");
+  std::string file;
+  ASSERT_TRUE(Export(session, v1::EXPORT_FORMAT_SCANS_E57, file).ok());
+  const auto back = sensor::ParseE57(file, 0, sensor::ImportLimits());
+  ASSERT_TRUE(back.ok()) << back.status();
+  // Ranges travel to 0.1 mm.
+  const auto sent = sensor::DecodeRangeImage(fixture::EncodedRoom({2.0, 1.5, 1.4}, 2.0), 1'000'000);
+  ASSERT_TRUE(sent.ok());
+  EXPECT_FALSE(back->resampled);
+  ASSERT_EQ(back->image.cells(), sent->cells());
+  constexpr double kDirection = 1e-7;  // rad: files are read by way of floats
+  // The first column looks along -x, which is the first or the last.
+  for (int c = 0; c < sent->columns(); ++c) {
+    const int there = (c + sent->columns() - 1) % sent->columns();
+    ASSERT_NEAR(std::remainder(back->image.azimuth[static_cast<size_t>(there)] -
+                                   sent->azimuth[static_cast<size_t>(c)],
+                               2 * sensor::kPi),
+                0, kDirection);
+    for (int r = 0; r < sent->rows(); ++r) {
+      ASSERT_EQ(std::lround(back->image.at(there, r) * 1e4f), std::lround(sent->at(c, r) * 1e4f));
+    }
+  }
+  grpc::ClientContext context;
+  v1::GetScanRequest get;
+  get.set_name(session + "/scans/scan-1");
+  v1::GetScanResponse got;
+  ASSERT_TRUE(server_.scans->GetScan(&context, get, &got).ok());
+  ASSERT_TRUE(back->T_world_scan.has_value());
+  EXPECT_EQ(back->T_world_scan->translation().x(), got.scan().pose().translation().x());
+  EXPECT_EQ(back->T_world_scan->translation().y(), got.scan().pose().translation().y());
+  EXPECT_EQ(back->T_world_scan->translation().z(), got.scan().pose().translation().z());
 }
 
 // Data that the server has lost are DATA_LOSS, not NOT_FOUND.
