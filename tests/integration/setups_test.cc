@@ -2,6 +2,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <string>
 #include <vector>
@@ -10,6 +11,7 @@
 #include "tests/integration/answers.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/support/e57_writer.h"
+#include "vantage/v1/scan_service.pb.h"
 
 namespace vantage::integration {
 namespace {
@@ -77,6 +79,28 @@ TEST(Setups, OfAFileArePushedInOrderEachWithItsPose) {
   for (const char* name : {"door", "project-2", "corner"}) EXPECT_THAT(list.out, HasSubstr(name));
   EXPECT_THAT(list.out, Not(HasSubstr("scan-4")));
   EXPECT_THAT(all.out, HasSubstr("3.00"));
+  // What is exported is a registered project, too: it is pushed as such, and stands where it stood.
+  const std::string exported = scratch.File("exported.e57");
+  const Finished saved =
+      Vantage(server, {"export", "job", "--format", "scans-e57", "-o", exported});
+  ASSERT_EQ(saved.exit_code, 0) << saved.error;
+  ASSERT_EQ(Vantage(server, {"session", "create", "copy", "--scanner-from", exported}).exit_code,
+            0);
+  const Finished pushed = Vantage(server, {"scan", "push", "copy", exported});
+  ASSERT_EQ(pushed.exit_code, 0) << pushed.error;
+  const auto before =
+      Answer<v1::ListScansResponse>(Vantage(server, {"scan", "list", "job", "--json"}));
+  const auto after =
+      Answer<v1::ListScansResponse>(Vantage(server, {"scan", "list", "copy", "--json"}));
+  ASSERT_EQ(after.scans_size(), 3);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(after.scans(i).sample_count(), before.scans(i).sample_count());
+    const v1::Vector3& was = before.scans(i).pose().translation();
+    const v1::Vector3& is = after.scans(i).pose().translation();
+    for (const double apart : {is.x() - was.x(), is.y() - was.y(), is.z() - was.z()}) {
+      EXPECT_LT(std::abs(apart), 1e-3) << "m; aligned again from where it was";
+    }
+  }
 }
 
 }  // namespace
