@@ -211,7 +211,7 @@ absl::StatusOr<MergeReport> PartialModel::Replace(absl::string_view old, absl::s
   if (!inserted.ok()) return inserted;
   order.pop_back();
   order[static_cast<size_t>(place)] = std::string(id);
-  const absl::StatusOr<MergeReport> withdrawn = Withdraw(old, parallel);
+  absl::StatusOr<MergeReport> withdrawn = Withdraw(old, parallel);
   if (!withdrawn.ok()) return withdrawn;
   inserted->version = withdrawn->version;
   inserted->recomputed_bricks += withdrawn->recomputed_bricks;

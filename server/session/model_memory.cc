@@ -429,6 +429,7 @@ absl::Status ModelMemory::Rebuild(parallel::Parallel& parallel) {
   // In the order in which they were merged, since the last station is where the scanner is.
   std::stable_sort(entered.begin(), entered.end(),
                    [](const auto& a, const auto& b) { return a.first < b.first; });
+  in_order.reserve(entered.size());
   for (auto& [version, scan] : entered) in_order.push_back(std::move(scan));
   for (const v1::Scan& scan : in_order) wanted[KeyOf(scan)] = scan;
   const auto pose_of = [this](const v1::Scan& scan) {
