@@ -124,7 +124,7 @@ class Follower {
     const std::chrono::duration<double> quiet = Clock::now() - file.since;
     // What was written long ago is complete.
     const std::chrono::duration<double> age = fs::file_time_type::clock::now() - file.written;
-    return file.size > 0 && std::max(quiet.count(), age.count()) >= arguments_.settle;
+    return std::max(quiet.count(), age.count()) >= arguments_.settle;
   }
 
   bool Growing() const {

@@ -104,9 +104,11 @@ TEST_F(FollowTest, AFileAtFaultIsSaidAndTheOthersAreSent) {
   Export("good.vrim", {2.0, 1.5, 1.4}, 1);
   std::ofstream(In("bad.vrim"), std::ios::binary) << "no scan";
   fs::last_write_time(In("bad.vrim"), fs::file_time_type::clock::now() - std::chrono::minutes(5));
-  const Finished done = Follow({});
+  std::ofstream(In("empty.e57"), std::ios::binary).flush();
+  const Finished done = Follow({"--settle", "0.5"});
   EXPECT_EQ(done.exit_code, 7) << done.error;
   EXPECT_THAT(done.error, HasSubstr("bad.vrim"));
+  EXPECT_THAT(done.error, HasSubstr("empty.e57"));
   EXPECT_THAT(Listed(), HasSubstr("good"));
 }
 
