@@ -166,6 +166,7 @@ class Follower {
     std::set<std::string> whole;  // names of what has arrived
     std::set<std::string> previews;
     for (const v1::Scan& scan : *scans) {
+      if (scan.state() == v1::SCAN_STATE_WITHDRAWN) continue;
       (scan.preview() ? previews : whole).insert(scan.display_name());
     }
     // With one set-up the scan is called as the file, which then need not be read.

@@ -4,6 +4,7 @@
 #include "client/cli/command.h"
 #include "client/cli/json.h"
 #include "client/cli/report.h"
+#include "client/cli/scan_sending.h"
 #include "client/cli/table.h"
 #include "client/library/resource_names.h"
 
@@ -16,15 +17,10 @@ struct ScanListArguments {
 };
 
 absl::StatusOr<ExitCode> RunScanList(Environment& environment, const ScanListArguments& arguments) {
-  v1::ListScansRequest request;
-  request.set_parent(client::SessionName(arguments.session));
+  const auto scans = ScansOf(environment, arguments.session);
+  if (!scans.ok()) return scans.status();
   v1::ListScansResponse all;
-  do {
-    const auto page = environment.client().Call(request);
-    if (!page.ok()) return page.status();
-    all.mutable_scans()->MergeFrom(page->scans());
-    request.set_page_token(page->next_page_token());
-  } while (!request.page_token().empty());
+  all.mutable_scans()->Assign(scans->begin(), scans->end());
   if (arguments.json) {
     std::fputs(ToJson(all).c_str(), stdout);
     return ExitCode::kOk;

@@ -65,6 +65,7 @@ absl::StatusOr<std::string> PreviewOf(Environment& environment, const SendingFla
   if (!scans.ok()) return scans.status();
   std::string preview;
   for (const v1::Scan& scan : *scans) {
+    if (scan.state() == v1::SCAN_STATE_WITHDRAWN) continue;
     if (scan.preview() && scan.display_name() == sending.name) preview = scan.name();
   }
   return preview;
@@ -81,7 +82,7 @@ absl::StatusOr<std::vector<v1::Scan>> ScansOf(Environment& environment,
     auto page = environment.client().Call(request);
     if (!page.ok()) return page.status();
     for (v1::Scan& scan : *page->mutable_scans()) {
-      if (scan.state() != v1::SCAN_STATE_WITHDRAWN) scans.push_back(std::move(scan));
+      scans.push_back(std::move(scan));
     }
     request.set_page_token(page->next_page_token());
   } while (!request.page_token().empty());

@@ -47,7 +47,7 @@ absl::StatusOr<v1::Scan> Send(Environment& environment, const SendingFlags& flag
 // file calls it, where no two are called the same.
 std::string NameOf(const std::string& path, const sensor::ScanFile& file, size_t setup);
 
-// The job's scans that were not withdrawn, oldest first.
+// All scans of the job, withdrawn ones included, oldest first.
 absl::StatusOr<std::vector<v1::Scan>> ScansOf(Environment& environment, const std::string& session);
 
 // Prints what became of a scan, and says what helps where that is not welcome. `whole`: it was sent

@@ -13,7 +13,8 @@ namespace {
 constexpr double kSameRange = 0.02;
 constexpr double kSameShare = 0.01;
 constexpr float kTellsLittle = 0.05f;  // of a row's common range: what is as near as that
-constexpr size_t kMostLooks = 4096;    // directions that are compared
+constexpr size_t kLeastTelling = 100;  // directions: fewer say little
+constexpr size_t kMostLooks = 4096;    // that are compared
 
 // The index of the nearest angle, if it is within `apart`.
 std::optional<int> Nearest(const std::vector<double>& angles, double angle, double apart) {
@@ -53,21 +54,26 @@ size_t StrideOf(const RangeImage& image) {
 double ShareThatAgrees(const RangeImage& whole, const RangeImage& preview) {
   const std::vector<float> common = CommonRanges(preview);
   const size_t stride = StrideOf(preview);
-  size_t looks = 0;
-  size_t agree = 0;
+  struct Count {
+    size_t looks = 0;
+    size_t agree = 0;
+    double share() const {
+      return looks == 0 ? 0 : static_cast<double>(agree) / static_cast<double>(looks);
+    }
+  };
+  Count all;
+  Count telling;
   for (size_t cell = 0; cell < preview.cells(); cell += stride) {
     const float expected = preview.range[cell];
     const size_t rows = preview.elevation.size();
-    if (!RangeImage::IsRange(expected) ||
-        std::abs(expected - common[cell % rows]) <= kTellsLittle * common[cell % rows]) {
-      continue;
-    }
+    if (!RangeImage::IsRange(expected)) continue;
+    const bool tells =
+        std::abs(expected - common[cell % rows]) > kTellsLittle * common[cell % rows];
     const auto column =
         Nearest(whole.azimuth, preview.azimuth[cell / rows], 2 * preview.native_azimuth_step);
     const auto row =
         Nearest(whole.elevation, preview.elevation[cell % rows], 2 * preview.native_elevation_step);
     if (!column.has_value() || !row.has_value()) continue;
-    ++looks;
     const double apart = kSameRange + kSameShare * static_cast<double>(expected);
     bool same = false;
     for (int c = std::max(0, *column - 1); c <= std::min(whole.columns() - 1, *column + 1); ++c) {
@@ -77,9 +83,14 @@ double ShareThatAgrees(const RangeImage& whole, const RangeImage& preview) {
                         std::abs(static_cast<double>(range - expected)) <= apart);
       }
     }
-    if (same) ++agree;
+    for (Count* count : {&all, &telling}) {
+      if (count == &telling && !tells) continue;
+      ++count->looks;
+      if (same) ++count->agree;
+    }
   }
-  return looks == 0 ? 0 : static_cast<double>(agree) / static_cast<double>(looks);
+  // In a round place every row is the same all around, and all that there is has to do.
+  return telling.looks >= kLeastTelling ? telling.share() : all.share();
 }
 
 bool SameSamples(const RangeImage& a, const RangeImage& b) {

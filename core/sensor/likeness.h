@@ -7,9 +7,10 @@
 namespace vantage::sensor {
 
 // Of the returns of `preview` but for those that its row has in common (floor, ceiling), a sample
-// of some thousands, the share at which `whole` has about the same range in the nearest direction:
-// near 1 for a preview of the same scan, also one that the instrument made itself on a grid of its
-// own; small for any other place. 0 where no direction is shared.
+// of some thousands, or of all where those are few, the share at which `whole` has about the same
+// range in the nearest direction: near 1 for a preview of the same scan, also one that the
+// instrument made itself on a grid of its own; small for any other place. 0 where no direction is
+// shared.
 double ShareThatAgrees(const RangeImage& whole, const RangeImage& preview);
 
 // True when both hold samples of one measurement: where directions are shared, ranges are equal to

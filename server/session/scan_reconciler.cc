@@ -435,7 +435,12 @@ bool ScanReconciler::PutBackPreview(const v1::Scan& scan, const sensor::Scan& da
   const std::string blob = PreviewOf(scan.name()).first;
   if (blob.empty()) return false;
   const absl::StatusOr<sensor::RangeImage> preview = LoadImage(context_, scan.name(), blob);
-  if (!preview.ok()) return false;  // it cannot be compared
+  // The medium may come back, and then they are compared.
+  if (absl::IsUnavailable(preview.status())) {
+    RetryLater(scan.name(), preview.status());
+    return true;
+  }
+  if (!preview.ok()) return false;  // it is lost, and there is the whole scan
   const double share = sensor::ShareThatAgrees(data.image, *preview);
   if (share >= kSameScan) return false;
   const absl::Status logged =

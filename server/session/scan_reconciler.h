@@ -60,7 +60,7 @@ class ScanReconciler {
   std::string TwinOf(const v1::Scan& scan, const sensor::Scan& data,
                      const Eigen::Isometry3d& T_model_scan) const;
   // Whether the samples that came in place of a preview are those of another scan; then the preview
-  // is put back, with the reason.
+  // is put back, with the reason. Also true when that cannot be told now, and is tried again.
   bool PutBackPreview(const v1::Scan& scan, const sensor::Scan& data);
   // The preview that a scan replaces, while it does: its blob and its size.
   std::pair<std::string, int64_t> PreviewOf(const std::string& scan) const;

@@ -27,12 +27,13 @@ absl::StatusOr<sensor::RangeImage> LoadImage(const SessionContext& context, cons
                                              absl::string_view sha256) {
   std::string blob;
   bool known = false;
+  bool before = false;  // of the preview, which is of no use for long
   context.journal().Read([&](const SessionState& state) {
     const auto it = state.scans.find(scan);
     known = it != state.scans.end();
     if (!known) return;
     const ScanRecord& record = it->second;
-    const bool before = !sha256.empty() && record.preview_blob == sha256;
+    before = !sha256.empty() && record.preview_blob == sha256;
     blob = before ? record.preview_blob : record.blob;
   });
   if (!known) return contract::ResourceNotFound("vantage/Scan", scan);
@@ -45,7 +46,7 @@ absl::StatusOr<sensor::RangeImage> LoadImage(const SessionContext& context, cons
   }
   absl::StatusOr<std::string> bytes = context.dependencies().store.GetBlob(blob);
   bytes = SayLost(scan, std::move(bytes));
-  context.lost_scans().Note(scan, bytes.status());
+  if (!before) context.lost_scans().Note(scan, bytes.status());
   if (!bytes.ok()) return bytes.status();
   return sensor::DecodeRangeImage(*bytes, context.dependencies().limits.scan_cells);
 }

@@ -39,6 +39,20 @@ TEST(Likeness, APreviewAgreesWithItsScanAndWithNoOther) {
   EXPECT_LT(ShareThatAgrees(turned, Thinned(whole, Radians(1.5))), 0.5);
 }
 
+// A tank, a dome: no direction tells more than the others.
+TEST(Likeness, APreviewAgreesWithItsScanInARoundPlace) {
+  RangeImage round = RoomAllAround(Radians(0.5));
+  for (int c = 0; c < round.columns(); ++c) {
+    for (int r = 0; r < round.rows(); ++r) {
+      round.range[round.Index(c, r)] = 4.0f + 0.01f * static_cast<float>(r);
+    }
+  }
+  EXPECT_EQ(ShareThatAgrees(round, Thinned(round, Radians(2))), 1.0);
+  RangeImage wider = round;
+  for (float& range : wider.range) range += 0.5f;
+  EXPECT_EQ(ShareThatAgrees(wider, Thinned(round, Radians(2))), 0.0);
+}
+
 TEST(Likeness, CopiesHaveTheSameSamplesAndASecondScanHasNot) {
   const RangeImage scan = Noisy(RoomAllAround(Radians(0.5)), 1, 0.001f);
   EXPECT_TRUE(SameSamples(scan, scan));

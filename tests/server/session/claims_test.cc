@@ -56,9 +56,7 @@ class FleetSession : public testing::Test {
     session_.reset();
     host_.reset();
     Start();
-    ASSERT_TRUE(host_->registry.LoadAll().ok());
-    session_ = host_->registry.Find("job").value();
-    session_->WaitUntilIdle();
+    session_ = fixture::LoadSession(host_->registry, "job");
   }
   void Pass(int seconds) { seconds_ += seconds; }
 

@@ -47,9 +47,7 @@ class PreviewsTest : public testing::Test {
     session_.reset();
     host_.reset();
     Start();
-    ASSERT_TRUE(host_->registry.LoadAll().ok());
-    session_ = host_->registry.Find("job").value();
-    session_->WaitUntilIdle();
+    session_ = fixture::LoadSession(host_->registry, "job");
   }
   v1::Scan Send(const std::string& bytes, const v1::Upload& described) {
     const auto upload = fixture::SendDescribed(*session_, bytes, described);
