@@ -24,30 +24,6 @@ sensor::ScannerModel AnyIncidence(sensor::ScannerModel scanner) {
   return scanner;
 }
 
-// Whether the surface around a voxel is a plane, as an alignment needs it to be for a sample of the
-// scan to count (SampleSurface): the voxel and its neighbours, as many as a plane through it has at
-// least. Voxels on edges have normals of either side or of neither.
-bool LiesInPlane(const model::PlanningView& model, const model::VoxelIndex& v,
-                 const model::SurfaceVoxel& surface) {
-  constexpr int kFewest = 6;         // with itself; a plane meets nine or more of the 27
-  constexpr float kSimilar = 0.9f;   // cosine, 26 degrees: five sigma of two noisy normals
-  constexpr double kOffPlane = 0.4;  // voxels: a noise of up to a fifth
-  const auto off = static_cast<float>(kOffPlane * model.voxel_size());
-  int count = 0;
-  for (int z = -1; z <= 1; ++z) {
-    for (int y = -1; y <= 1; ++y) {
-      for (int x = -1; x <= 1; ++x) {
-        const model::VoxelIndex at = v + model::VoxelIndex(x, y, z);
-        if (model.State(at) != model::VoxelState::kTrueSurface) continue;
-        const std::optional<model::SurfaceVoxel> other = model.Surface(at);
-        count += other->normal.dot(surface.normal) >= kSimilar &&
-                 std::abs(surface.normal.dot(other->centroid - surface.centroid)) <= off;
-      }
-    }
-  }
-  return count >= kFewest;
-}
-
 // Number of directions that a scan measures indoors, where every ray meets something.
 double DirectionsOf(const sensor::ScannerModel& scanner) {
   return scanner.azimuth_span / scanner.azimuth_step *
@@ -144,6 +120,7 @@ struct Element {
   model::VoxelIndex voxel;
   model::SurfaceVoxel surface;
   Eigen::Vector3d target;
+  PlaneExtent plane;
 };
 
 }  // namespace
@@ -170,9 +147,13 @@ absl::StatusOr<OverlapSurface> OverlapSurface::Create(const model::PlanningView&
       if (!(surface.area > 0)) return;
       const auto target = visibility::TargetOf(grid, v, surface.normal);
       if (!target.has_value()) return;
-      // What a scan all around overlaps is large, and its edges are a small part of it.
-      if (!scanner.TurnsAllAround() && !LiesInPlane(model, v, surface)) return;
-      elements[run].push_back({v, surface, *target});
+      Element element{v, surface, *target, {}};
+      // What a scan all around overlaps is large, and edges and strips are a small part of it.
+      if (!scanner.TurnsAllAround()) {
+        if (!LiesInPlane(model, v, surface)) return;
+        element.plane = ExtentOfPlane(model, surface);
+      }
+      elements[run].push_back(element);
     };
     WalkEvery(stride, (*first)[run], InRun(*bricks, run), note);
   });
@@ -191,6 +172,7 @@ absl::StatusOr<OverlapSurface> OverlapSurface::Create(const model::PlanningView&
                          std::numeric_limits<float>::max(), scene.ToScene(element.target),
                          static_cast<uint32_t>(overlap.samples_.size()), dropouts);
       overlap.samples_.push_back(surface.samples);
+      if (!scanner.TurnsAllAround()) overlap.planes_.push_back(element.plane);
     }
   }
   overlap.cells_.Pad();
@@ -219,22 +201,25 @@ std::optional<OverlapSurface::Overlap> OverlapSurface::See(const Eigen::Vector3d
   const Eigen::Vector3f at = view.cast<float>();
   Overlap overlap;
   std::vector<float> samples;
-  const auto add = [&](const CellArrays& cells, const uint32_t* model_samples) {
+  const auto add = [&](const CellArrays& cells, const uint32_t* model_samples,
+                       std::span<const PlaneExtent> planes) {
     samples.resize(cells.size());
     const ViewScore score = scorer.ScoreCells(view, cells, budget, samples);
     overlap.rays += score.rays;
     for (size_t i = 0; score.finished && i < samples.size(); ++i) {
       if (samples[i] <= 0) continue;
+      const Eigen::Vector3f ray(cells.x[i] - at.x(), cells.y[i] - at.y(), cells.z[i] - at.z());
+      if (!planes.empty() && !FindsPlane(planes[i], ray, scanner_)) samples[i] = 0;
       overlap.elements.push_back({{cells.x[i], cells.y[i], cells.z[i]},
                                   {cells.nx[i], cells.ny[i], cells.nz[i]},
                                   samples[i],
                                   model_samples != nullptr ? model_samples[i] : 1});
-      overlap.bins.push_back(headings_.BinOf(cells.x[i] - at.x(), cells.y[i] - at.y()));
+      overlap.bins.push_back(headings_.BinOf(ray.x(), ray.y()));
     }
     return score.finished;
   };
-  if (!add(cells_, samples_.data())) return std::nullopt;
-  if (expected != nullptr && !add(*expected, nullptr)) return std::nullopt;
+  if (!add(cells_, samples_.data(), planes_)) return std::nullopt;
+  if (expected != nullptr && !add(*expected, nullptr, {})) return std::nullopt;
   return overlap;
 }
 

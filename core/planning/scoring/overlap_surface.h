@@ -18,6 +18,7 @@
 #include "core/parallel/parallel.h"
 #include "core/planning/scoring/constraints.h"
 #include "core/planning/scoring/headings.h"
+#include "core/planning/scoring/plane_extent.h"
 #include "core/registration/align/registration_config.h"
 #include "core/registration/bound/prediction.h"
 #include "core/registration/bound/verdict.h"
@@ -91,7 +92,8 @@ class OverlapSurface {
   SensingConstraints constraints_;  // any incidence, no cap on the density
   double weight_ = 1;               // voxels behind each element
   CellArrays cells_;
-  std::vector<uint32_t> samples_;  // of the model, by element
+  std::vector<uint32_t> samples_;    // of the model, by element
+  std::vector<PlaneExtent> planes_;  // by element; of a scanner that sees a sector
 };
 
 }  // namespace vantage::planning

@@ -121,6 +121,7 @@ OverlapGeometry::OverlapGeometry(std::span<const Constraint> constraints, double
   uint64_t last_key = ~uint64_t{0};
   size_t last_block = 0;
   for (const Constraint& c : constraints) {
+    if (!(c.weight > 0)) continue;
     const Eigen::Vector3d p = c.position - centroid_;
     const double w = c.weight / c.variance;
     sensor::Vector6d row;

@@ -21,8 +21,10 @@ struct Constraint {
   Eigen::Vector3d position;  // m, world
   Eigen::Vector3d normal;    // unit, world; an estimate
   double variance = 0;       // m^2, of the residual's independent part, > 0
-  double weight = 1;         // how many equations like this one it stands for, > 0
-  double residual = 0;       // m, as it was observed; 0 where nothing was observed yet
+  // How many equations like this one it stands for. 0: it holds nothing, but is part of the overlap
+  // that the bound is for.
+  double weight = 1;
+  double residual = 0;  // m, as it was observed; 0 where nothing was observed yet
 };
 
 // Pose changes here are [rotation about world axes, rad; translation, m] about the overlap's

@@ -88,7 +88,7 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
                                         const sensor::ScannerModel& scanner,
                                         const RegistrationConfig& config) {
   // Voxels, two for each direction of a pose: so few of 5 cm are a hand's breadth of wall.
-  constexpr size_t kFewestElements = 12;
+  constexpr ptrdiff_t kFewestElements = 12;
   const double usable = std::cos(scanner.max_incidence);
   std::vector<Constraint> constraints;
   constraints.reserve(overlap.size());
@@ -101,7 +101,7 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
     const double range = ray.norm();
     const double cos_incidence = -normal.dot(ray) / range;
     // The alignment uses neither grazing samples nor more than one per voxel.
-    if (!(cos_incidence > usable) || !(e.samples > 0)) continue;
+    if (!(cos_incidence > usable)) continue;
     const double sigma = scanner.RangeSigma(range);
     const double along = sigma * cos_incidence;
     const double model = sigma * sigma / std::max<double>(1.0, e.model_samples);
@@ -109,7 +109,9 @@ RegistrationVerdict PredictRegistration(std::span<const OverlapElement> overlap,
         {centroid, normal, along * along + model, weight * std::min<double>(1.0, e.samples)});
   }
   const double share = expected_samples > 0 ? std::min(1.0, samples / expected_samples) : 0.0;
-  if (constraints.size() < kFewestElements) return NoOverlap(share, config);
+  const auto holding = std::count_if(constraints.begin(), constraints.end(),
+                                     [](const Constraint& c) { return c.weight > 0; });
+  if (holding < kFewestElements) return NoOverlap(share, config);
 
   const OverlapGeometry geometry(constraints, config.normal_sigma, config);
   PoseKnowledge known;

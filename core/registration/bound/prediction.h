@@ -13,9 +13,11 @@ namespace vantage::registration {
 
 // A true-surface voxel that the view would see.
 struct OverlapElement {
-  Eigen::Vector3f position;    // m, its centroid
-  Eigen::Vector3f normal;      // unit
-  float samples = 0;           // that a scan from the view would put on it
+  Eigen::Vector3f position;  // m, its centroid
+  Eigen::Vector3f normal;    // unit
+  // That a scan from the view would put on it. 0: too few for an alignment to find its plane; then
+  // it holds nothing, but the bound is for it, too.
+  float samples = 0;
   uint32_t model_samples = 0;  // that the model's centroid rests on
 };
 

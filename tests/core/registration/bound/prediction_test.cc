@@ -167,6 +167,23 @@ TEST(Prediction, WhatFewElementsStandForIsNotBelieved) {
   EXPECT_EQ(part.weakest_words, "sliding along x (east-west)");
 }
 
+// Surface of which the scan would see too little to find its plane holds nothing, but is as far off
+// as the pose is wrong.
+TEST(Prediction, TheBoundIsForWhatHoldsNothing) {
+  const Eigen::Vector3d at(1.5, 1.5, 1.5);
+  std::vector<OverlapElement> elements = Elements(Corner(), at);
+  const auto predict = [&] {
+    return PredictRegistration(elements, 1, 20'000, at, sensor::ScannerModel(), {});
+  };
+  const RegistrationVerdict near = predict();
+  elements.push_back({{12, 1, 1}, {-1, 0, 0}, 0.0f, 5});
+  const RegistrationVerdict far = predict();
+  EXPECT_GT(far.judged_bound, 2 * near.judged_bound) << "three to four times as far";
+  EXPECT_EQ(far.overlap_share, near.overlap_share);
+  for (OverlapElement& element : elements) element.samples = 0;
+  EXPECT_EQ(predict().outcome, RegistrationOutcome::kFailed);
+}
+
 sensor::ScannerModel SectorScanner() {
   sensor::ScannerModel scanner;
   scanner.azimuth_span = sensor::Radians(120);
