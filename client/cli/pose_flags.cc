@@ -13,6 +13,20 @@
 namespace vantage::cli {
 namespace {
 
+// One sigma of poses from a vendor's registration, m and degrees: centimetres within a storey (the
+// visual tracking of a tripod that is carried, a cloud-to-cloud fit), more after stairs. What is
+// farther off than four of them is for a person to judge. A choice, not measured.
+constexpr double kVendorPosition = 0.05;
+constexpr double kVendorRotation = 0.5;
+
+sensor::Matrix6d CovarianceOf(double position, double degrees) {
+  sensor::Matrix6d covariance = sensor::Matrix6d::Zero();
+  const double rotation = sensor::Radians(degrees);
+  covariance.diagonal().head<3>().setConstant(rotation * rotation);
+  covariance.diagonal().tail<3>().setConstant(position * position);
+  return covariance;
+}
+
 Eigen::Isometry3d FromNumbers(const std::vector<double>& n) {
   const auto angle = [&](size_t i) { return n.size() > i ? sensor::Radians(n[i]) : 0.0; };
   Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
@@ -44,8 +58,30 @@ void AddPoseFlags(CLI::App& command, PoseFlags& flags) {
       ->delimiter(',')
       ->expected(2)
       ->allow_extra_args(false);
-  command.add_flag("--trusted", flags.trusted,
-                   "The pose is a vendor's or control network's: check it, don't replace it");
+  CLI::Option* trusted =
+      command.add_flag("--trusted", flags.trusted,
+                       "The pose is a vendor's or control network's: check it, don't replace it");
+  command
+      .add_flag("--vendor-registered", flags.vendor_registered,
+                "The pose is from a vendor's registration: right to 5 cm and half a degree, one "
+                "sigma; it is refined")
+      ->excludes(trusted)
+      ->excludes("--sigma");
+}
+
+void AddStationFlag(CLI::App& command, std::vector<double>& station) {
+  command
+      .add_option("--station", station,
+                  "Where the scanner stood: x,y,z in m, in the frame of a file of points that does "
+                  "not say it")
+      ->delimiter(',')
+      ->expected(3)
+      ->allow_extra_args(false);
+}
+
+std::optional<Eigen::Vector3d> StationOf(const std::vector<double>& station) {
+  if (station.empty()) return std::nullopt;
+  return Eigen::Vector3d(station[0], station[1], station[2]);
 }
 
 absl::StatusOr<std::vector<std::pair<std::string, Eigen::Isometry3d>>> ParsePoses(
@@ -84,8 +120,9 @@ absl::StatusOr<std::vector<std::pair<std::string, Eigen::Isometry3d>>> ParsePose
   return poses;
 }
 
-absl::StatusOr<std::optional<sensor::PosePrior>> PriorFrom(const PoseFlags& flags,
-                                                           const std::string& scan_name) {
+absl::StatusOr<std::optional<sensor::PosePrior>> PriorFrom(
+    const PoseFlags& flags, const std::string& scan_name,
+    const std::optional<Eigen::Isometry3d>& stated) {
   std::optional<sensor::PosePrior> prior;
   if (!flags.prior.empty()) {
     prior.emplace();
@@ -109,24 +146,23 @@ absl::StatusOr<std::optional<sensor::PosePrior>> PriorFrom(const PoseFlags& flag
                                           "; --name chooses which one is meant"));
     }
   }
+  if (!prior && stated) {
+    prior.emplace();
+    prior->T_world_scan = *stated;
+  }
   if (!prior) {
-    if (flags.levelled || !flags.sigma.empty() || flags.trusted) {
+    if (flags.levelled || !flags.sigma.empty() || flags.trusted || flags.vendor_registered) {
       return client::WithFix(
           absl::InvalidArgumentError(
-              "--levelled, --sigma and --trusted say how good a pose is, but no pose "
-              "was given"),
+              "--levelled, --sigma, --trusted and --vendor-registered say how good a pose is, but "
+              "no pose was given, and the file states none"),
           "give one with --prior or --prior-file");
     }
     return prior;
   }
   if (flags.levelled) prior->levelled_sigma = sensor::Radians(*flags.levelled);
-  if (flags.sigma.size() == 2) {
-    sensor::Matrix6d covariance = sensor::Matrix6d::Zero();
-    const double rotation = sensor::Radians(flags.sigma[1]);
-    covariance.diagonal().head<3>().setConstant(rotation * rotation);
-    covariance.diagonal().tail<3>().setConstant(flags.sigma[0] * flags.sigma[0]);
-    prior->covariance = covariance;
-  }
+  if (flags.sigma.size() == 2) prior->covariance = CovarianceOf(flags.sigma[0], flags.sigma[1]);
+  if (flags.vendor_registered) prior->covariance = CovarianceOf(kVendorPosition, kVendorRotation);
   prior->trusted = flags.trusted;
   return prior;
 }

@@ -18,14 +18,21 @@ struct PoseFlags {
   std::optional<double> levelled;  // degrees, one sigma
   std::vector<double> sigma;       // m, degrees: one sigma of position and rotation
   bool trusted = false;
+  bool vendor_registered = false;
 };
 
 void AddPoseFlags(CLI::App& command, PoseFlags& flags);
 
+// Where the scanner stood, for files of points that do not say: x, y, z (m).
+void AddStationFlag(CLI::App& command, std::vector<double>& station);
+std::optional<Eigen::Vector3d> StationOf(const std::vector<double>& station);
+
 // The prior that the flags give for a scan of this name (a file's name without folder and ending);
-// nothing when they give none. INVALID_ARGUMENT names the flag, or the file's line.
-absl::StatusOr<std::optional<sensor::PosePrior>> PriorFrom(const PoseFlags& flags,
-                                                           const std::string& scan_name);
+// where they give no pose, `stated` (that of the scan's file), as sure as the flags say; nothing
+// when there is none. INVALID_ARGUMENT names the flag, or the file's line.
+absl::StatusOr<std::optional<sensor::PosePrior>> PriorFrom(
+    const PoseFlags& flags, const std::string& scan_name,
+    const std::optional<Eigen::Isometry3d>& stated = {});
 
 // Poses by name from lines of a name and a 4x4 row-major matrix (scanner to world); '#' begins a
 // comment.

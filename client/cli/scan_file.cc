@@ -2,10 +2,12 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/command.h"
+#include "client/cli/pose_flags.h"
 #include "client/cli/table.h"
 #include "client/cli/terminal.h"
 #include "core/sensor/imported_scan.h"
@@ -17,6 +19,7 @@ namespace {
 
 struct FileArguments {
   std::string file;
+  std::vector<double> station;  // x, y, z (m), in the file's frame; empty: the file says it
 };
 
 std::string Ranges(const sensor::RangeImage& image) {
@@ -44,7 +47,7 @@ std::string Place(const sensor::ImportedScan& scan) {
 }
 
 absl::StatusOr<ExitCode> RunFile(Environment&, const FileArguments& arguments) {
-  const auto file = sensor::ScanFile::Open(arguments.file);
+  const auto file = sensor::ScanFile::Open(arguments.file, StationOf(arguments.station));
   if (!file.ok()) return file.status();
   Table table({">set-up", "name", "grid", ">step (deg)", ">returns", ">range (m)", "place (m)",
                ">tilt (deg)"});
@@ -84,7 +87,9 @@ void AddFile(CLI::App& parent, Environment& environment) {
       parent, environment, "file", "What is in a scan file, without a server",
       "  vantage file project.e57",
       [](CLI::App& command, FileArguments& a) {
-        command.add_option("FILE", a.file, "An E57, PTX, PCD or VRIM file")->required();
+        command.add_option("FILE", a.file, "An E57, PTX, PCD, VRIM, LAS, PLY or XYZ file")
+            ->required();
+        AddStationFlag(command, a.station);
       },
       RunFile);
 }

@@ -13,6 +13,7 @@ struct ScanPushArguments {
   SendingFlags flags;
   std::vector<std::string> files;
   std::optional<size_t> setup;  // from 1
+  std::vector<double> station;  // x, y, z (m), in the file's frame; empty: the file says it
   std::string name;
   std::string replaces;
   bool preview = false;
@@ -20,18 +21,18 @@ struct ScanPushArguments {
 };
 
 absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArguments& arguments) {
-  const bool of_one =
-      !arguments.name.empty() || !arguments.flags.pose.prior.empty() || !arguments.replaces.empty();
+  const bool of_one = !arguments.name.empty() || !arguments.flags.pose.prior.empty() ||
+                      !arguments.replaces.empty() || !arguments.station.empty();
   const auto several = [](absl::string_view what) {
     return client::WithFix(
         absl::InvalidArgumentError(
-            absl::StrCat("--name, --prior and --replaces belong to one scan, ", what)),
+            absl::StrCat("--name, --prior, --station and --replaces belong to one scan, ", what)),
         "push one at a time (--setup), or give the poses by name with --prior-file");
   };
   if (arguments.files.size() > 1 && of_one) return several("and there are several files");
   ExitCode code = ExitCode::kOk;
   for (const std::string& path : arguments.files) {
-    const auto file = sensor::ScanFile::Open(path);
+    const auto file = sensor::ScanFile::Open(path, StationOf(arguments.station));
     if (!file.ok()) return file.status();
     size_t first = 0;
     size_t end = file->setups().size();
@@ -65,10 +66,11 @@ absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArg
 void AddScanPush(CLI::App& parent, Environment& environment) {
   AddCommand<ScanPushArguments>(
       parent, environment, "push",
-      "Send scans (structured E57 or PTX, organised PCD) and wait for them",
+      "Send scans (structured E57 or PTX, organised PCD; points with a station) and wait for them",
       "  vantage scan push flat scan1.ptx\n"
       "  vantage scan push flat scan2.pcd --prior 1.9,0.1,0,40\n"
       "  vantage scan push school project.e57\n"
+      "  vantage scan push school office3.las --station 4412.31,5120.02,101.62\n"
       "  vantage scan push flat scan2.ptx scan3.ptx --prior-file poses.txt\n"
       "  vantage scan push hall s7.ptx --prior-file network.txt --trusted --sigma 0.004,0.02\n"
       "  vantage scan push corridor s3.ptx --prior 12,0,0,90 --targets targets.txt\n"
@@ -81,6 +83,7 @@ void AddScanPush(CLI::App& parent, Environment& environment) {
             .add_option("--setup", a.setup,
                         "Of a file with several set-ups this one, from 1 [all, in order]")
             ->check(CLI::Range(size_t{1}, size_t{1'000'000}));
+        AddStationFlag(command, a.station);
         command.add_option("--name", a.name, "Name for people [the file's]");
         CLI::Option* preview =
             command.add_flag("--preview", a.preview,

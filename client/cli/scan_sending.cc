@@ -21,6 +21,9 @@
 namespace vantage::cli {
 namespace {
 
+// Of loose points that lie apart: five times what one station has at its edges (point_cloud.cc).
+constexpr double kSeveralStations = 0.01;
+
 absl::StatusOr<v1::Upload> Describe(const SendingFlags& flags, const std::string& name,
                                     const sensor::ImportedScan& scan) {
   v1::Upload upload;
@@ -33,15 +36,10 @@ absl::StatusOr<v1::Upload> Describe(const SendingFlags& flags, const std::string
   } else {
     upload.set_scanner_model_id(flags.scanner);
   }
-  const auto prior = PriorFrom(flags.pose, name);
+  const auto prior =
+      PriorFrom(flags.pose, name, flags.ignore_file_pose ? std::nullopt : scan.T_world_scan);
   if (!prior.ok()) return prior.status();
-  if (*prior) {
-    *upload.mutable_prior() = client::ToProto(**prior);
-  } else if (scan.T_world_scan && !flags.ignore_file_pose) {
-    sensor::PosePrior from_file;
-    from_file.T_world_scan = *scan.T_world_scan;
-    *upload.mutable_prior() = client::ToProto(from_file);
-  }
+  if (*prior) *upload.mutable_prior() = client::ToProto(**prior);
   if (!flags.targets.empty()) {
     const auto targets = ReadTargets(flags.targets, name);
     if (!targets.ok()) return targets.status();
@@ -105,6 +103,20 @@ absl::StatusOr<v1::Scan> Send(Environment& environment, const SendingFlags& flag
   if (scan->far > 0) {
     std::fprintf(stderr, "%s: %zu points farther than 1 km are taken as rays without a return\n",
                  name.c_str(), scan->far);
+  }
+  if (scan->loose) {
+    std::fprintf(
+        stderr,
+        "%s: made of loose points: %d x %d directions%s; those without a point are taken "
+        "as rays without a return, and %zu points share one with another and are left out\n",
+        name.c_str(), scan->image.columns(), scan->image.rows(),
+        scan->resampled ? ", interpolated" : "", scan->duplicates);
+    if (scan->apart > kSeveralStations) {
+      std::fprintf(stderr,
+                   "%s: %.1f %% of the points lie far before or behind others: if the file has the "
+                   "points of several stations, push those of each by themselves\n",
+                   name.c_str(), 100 * scan->apart);
+    }
   }
   auto upload = Describe(flags, name, *scan);
   if (!upload.ok()) return upload.status();

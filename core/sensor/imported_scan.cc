@@ -76,7 +76,7 @@ absl::Status FarReturns::Check() const {
   if (2 * count_ <= returns_) return absl::OkStatus();
   return absl::InvalidArgumentError(
       absl::StrCat(first_, ", and ", count_, " of ", returns_, " farther than ", kMaxImportRange,
-                   " m; coordinates must be in metres and in the scanner's frame"));
+                   " m from the scanner; coordinates must be in metres and in one frame with it"));
 }
 
 }  // namespace vantage::sensor

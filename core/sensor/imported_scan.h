@@ -26,6 +26,8 @@ struct ImportedScan {
   size_t points = 0;       // in the file, no-return entries included
   size_t duplicates = 0;   // returns whose cell an earlier one had taken
   size_t far = 0;          // returns beyond kMaxImportRange, which became rays without a return
+  bool loose = false;      // made of points without a grid or a station (point_cloud.h)
+  double apart = 0;        // of loose points: share far before or behind others in their direction
   bool resampled = false;  // the directions formed no grid (gridded_scan.h): cells are interpolated
 };
 

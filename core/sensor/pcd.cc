@@ -34,7 +34,8 @@ struct PcdHeader {
   Eigen::Isometry3d T_world_scan = Eigen::Isometry3d::Identity();
   std::string data;  // ascii, binary or binary_compressed
   size_t data_offset = 0;
-  std::array<size_t, 3> xyz{};  // index of each coordinate's field
+  std::array<size_t, 3> xyz{};                       // index of each coordinate's field
+  Eigen::Vector3d centre = Eigen::Vector3d::Zero();  // m, of projection, in the points' frame
 
   size_t PointBytes() const {
     size_t bytes = 0;
@@ -206,9 +207,10 @@ double LoadFloat(const char* bytes, size_t size) {
                    : bytes::LoadLittleEndian<double>(bytes);
 }
 
-// Takes a point, or says what is wrong with it. `organised`: NaN is no return.
-absl::Status AddPoint(const Eigen::Vector3d& point, bool organised, FarReturns& far,
+// Takes a point, or says what is wrong with it. Of an organised cloud NaN is no return.
+absl::Status AddPoint(const Eigen::Vector3d& point, const PcdHeader& header, FarReturns& far,
                       std::vector<Eigen::Vector3f>& points) {
+  const bool organised = header.height > 1;
   if (organised && point.array().isNaN().all()) {
     points.push_back(Eigen::Vector3f::Zero());
     return absl::OkStatus();
@@ -219,9 +221,14 @@ absl::Status AddPoint(const Eigen::Vector3d& point, bool organised, FarReturns& 
                      ": NaN or infinite coordinate; remove invalid points, or keep ",
                      "the cloud organised, where all three NaN mean no return"));
   }
+  if (organised && point.isZero(0)) {
+    points.push_back(Eigen::Vector3f::Zero());
+    return absl::OkStatus();
+  }
+  const Eigen::Vector3d seen = point - header.centre;
   const bool is_far =
-      !point.isZero() && far.Take(point, [&] { return absl::StrCat("PCD point ", points.size()); });
-  points.push_back(is_far ? Eigen::Vector3f(0, 0, 0) : Eigen::Vector3f(point.cast<float>()));
+      !seen.isZero() && far.Take(seen, [&] { return absl::StrCat("PCD point ", points.size()); });
+  points.push_back(is_far ? Eigen::Vector3f(0, 0, 0) : Eigen::Vector3f(seen.cast<float>()));
   return absl::OkStatus();
 }
 
@@ -250,8 +257,7 @@ absl::Status ReadAscii(absl::string_view data, const PcdHeader& header, FarRetur
                                                      values_per_point, " numbers were expected"));
     }
     const Eigen::Vector3d point(values[column[0]], values[column[1]], values[column[2]]);
-    if (absl::Status added = AddPoint(point, header.height > 1, far, points); !added.ok())
-      return added;
+    if (absl::Status added = AddPoint(point, header, far, points); !added.ok()) return added;
   }
   return absl::OkStatus();
 }
@@ -267,8 +273,7 @@ absl::Status ReadBinary(absl::string_view data, const PcdHeader& header,
       point[static_cast<Eigen::Index>(axis)] = LoadFloat(
           data.data() + offset[axis] + i * stride[axis], header.fields[header.xyz[axis]].size);
     }
-    if (absl::Status added = AddPoint(point, header.height > 1, far, points); !added.ok())
-      return added;
+    if (absl::Status added = AddPoint(point, header, far, points); !added.ok()) return added;
   }
   return absl::OkStatus();
 }
@@ -318,9 +323,14 @@ absl::Status ReadCompressed(absl::string_view data, const PcdHeader& header, Far
 
 }  // namespace
 
-absl::StatusOr<ImportedScan> ParsePcd(absl::string_view bytes, const ImportLimits& limits) {
+absl::StatusOr<ImportedScan> ParsePcd(absl::string_view bytes, const ImportLimits& limits,
+                                      const std::optional<Eigen::Vector3d>& station) {
   absl::StatusOr<PcdHeader> header = ReadHeader(bytes, limits);
   if (!header.ok()) return header.status();
+  if (station.has_value()) {
+    header->centre = *station;
+    header->T_world_scan = Eigen::Isometry3d(Eigen::Translation3d(*station));
+  }
   const absl::string_view data = bytes.substr(header->data_offset);
   std::vector<Eigen::Vector3f> points;
   FarReturns far;

@@ -11,8 +11,12 @@
 #include "absl/strings/str_cat.h"
 #include "core/sensor/e57.h"
 #include "core/sensor/encoding.h"
+#include "core/sensor/las.h"
 #include "core/sensor/pcd.h"
+#include "core/sensor/ply_points.h"
+#include "core/sensor/point_cloud.h"
 #include "core/sensor/ptx.h"
+#include "core/sensor/xyz.h"
 
 namespace vantage::sensor {
 namespace {
@@ -35,10 +39,16 @@ absl::Status NotRead(const std::string& path, absl::string_view extension) {
                        "vendor's program as structured E57 or PTX"));
     }
   }
+  if (extension == ".laz") {
+    return absl::UnimplementedError(absl::StrCat(
+        path,
+        ": LAZ is compressed and not read; decompress it first ('laszip -i scan.laz -o scan.las' "
+        "or 'pdal translate scan.laz scan.las'), or export the scan as structured E57 or PTX"));
+  }
   return absl::UnimplementedError(absl::StrCat(
       path,
-      ": only .e57, .ptx, .pcd and .vrim files are read; export the scan as structured E57 "
-      "or PTX"));
+      ": only .e57, .ptx, .pcd, .vrim, .las, .ply, .xyz, .pts, .asc, .csv and .txt files are read; "
+      "export the scan as structured E57 or PTX"));
 }
 
 absl::StatusOr<std::string> ReadBytes(const std::string& path) {
@@ -65,18 +75,41 @@ absl::StatusOr<std::string> ReadBytes(const std::string& path) {
 
 }  // namespace
 
-absl::StatusOr<ScanFile> ScanFile::Open(const std::string& path) {
+std::optional<ScanFile::Format> ScanFile::FormatOf(absl::string_view extension) {
+  constexpr std::pair<absl::string_view, Format> kFormats[] = {
+      {".ptx", Format::kPtx},         {".pcd", Format::kPcd}, {".e57", Format::kE57},
+      {".vrim", Format::kRangeImage}, {".las", Format::kLas}, {".ply", Format::kPly},
+      {".xyz", Format::kXyz},         {".pts", Format::kXyz}, {".asc", Format::kXyz},
+      {".csv", Format::kXyz},         {".txt", Format::kXyz}};
+  for (const auto& [ending, format] : kFormats) {
+    if (extension == ending) return format;
+  }
+  return std::nullopt;
+}
+
+absl::StatusOr<ScanFile> ScanFile::Open(const std::string& path,
+                                        const std::optional<Eigen::Vector3d>& station) {
   const std::string extension =
       absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
-  std::optional<Format> format;
-  if (extension == ".ptx") format = Format::kPtx;
-  if (extension == ".pcd") format = Format::kPcd;
-  if (extension == ".e57") format = Format::kE57;
-  if (extension == ".vrim") format = Format::kRangeImage;
+  const std::optional<Format> format = FormatOf(extension);
   if (!format.has_value()) return NotRead(path, extension);
+  const bool needed = *format == Format::kLas || *format == Format::kPly || *format == Format::kXyz;
+  if (needed && !station.has_value()) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        path, ": points in ", extension.substr(1),
+        " do not say where they were seen from; give the place where the scanner stood, in the "
+        "file's frame (--station x,y,z), or export the scan as structured E57 or PTX"));
+  }
+  if (station.has_value() && !needed && *format != Format::kPcd) {
+    return absl::InvalidArgumentError(
+        absl::StrCat(path, ": it says itself where the scanner stood; leave out the station"));
+  }
+  if (station.has_value() && !station->allFinite()) {
+    return absl::InvalidArgumentError(absl::StrCat(path, ": the station must be three numbers"));
+  }
   absl::StatusOr<std::string> bytes = ReadBytes(path);
   if (!bytes.ok()) return bytes.status();
-  ScanFile file(path, *format, *std::move(bytes));
+  ScanFile file(path, *format, station, *std::move(bytes));
   if (absl::Status found = file.FindSetups(); !found.ok()) return file.InFile(found);
   return file;
 }
@@ -103,13 +136,26 @@ absl::StatusOr<ImportedScan> ScanFile::Parse(size_t setup, const ImportLimits& l
           absl::string_view(bytes_).substr(begins_[setup], begins_[setup + 1] - begins_[setup]),
           limits);
     case Format::kPcd:
-      return ParsePcd(bytes_, limits);
+      return ParsePcd(bytes_, limits, station_);
     case Format::kE57:
       return ParseE57(bytes_, setup, limits);
+    case Format::kLas:
+    case Format::kPly:
+    case Format::kXyz:
+      return ParseCloud(limits);
     case Format::kRangeImage:
       break;
   }
   return ParseImage(bytes_, limits);
+}
+
+absl::StatusOr<ImportedScan> ScanFile::ParseCloud(const ImportLimits& limits) const {
+  PointCloud cloud(*station_);
+  const absl::Status read = format_ == Format::kLas   ? ReadLas(bytes_, limits, cloud)
+                            : format_ == Format::kPly ? ReadPlyPoints(bytes_, limits, cloud)
+                                                      : ReadXyz(bytes_, limits, cloud);
+  if (!read.ok()) return read;
+  return cloud.ToScan(limits);
 }
 
 absl::StatusOr<ImportedScan> ScanFile::Read(size_t setup, const ImportLimits& limits) const {

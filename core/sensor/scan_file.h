@@ -1,10 +1,13 @@
-// Reading what instruments deliver (ptx.h, pcd.h, e57.h), and encoded range images (encoding.h).
+// Reading what instruments deliver (e57.h, ptx.h, pcd.h), encoded range images (encoding.h), and
+// points of which someone knows where they were seen from (las.h, ply_points.h, xyz.h).
 // The result is always a range image in the scanner's own frame, and the pose that the file states,
 // if it states one.
 #ifndef VANTAGE_CORE_SENSOR_SCAN_FILE_H_
 #define VANTAGE_CORE_SENSOR_SCAN_FILE_H_
 
+#include <Eigen/Core>
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -18,10 +21,15 @@ namespace vantage::sensor {
 // A file with one set-up or several: scans that were made one after the other, each from its place.
 class ScanFile {
  public:
-  // By file name (.ptx, .pcd, .e57, .vrim). NOT_FOUND and PERMISSION_DENIED as the file system
-  // says; UNIMPLEMENTED: another format, with the export that works; otherwise errors as of the
-  // format's own function.
-  static absl::StatusOr<ScanFile> Open(const std::string& path);
+  // By file name: .e57, .ptx, .pcd, .vrim; .las, .ply, and text as .xyz, .pts, .asc, .csv or .txt.
+  // `station`: where the scanner stood, m, in the frame of the points. The last ones need it, since
+  // they do not say; of PCD it takes the place of VIEWPOINT, where points were written in the
+  // world's frame; the first two say it themselves.
+  // NOT_FOUND and PERMISSION_DENIED as the file system says; UNIMPLEMENTED: another format, with
+  // the export that works; INVALID_ARGUMENT: a station is missing, or is not to be given; otherwise
+  // errors as of the format's own function.
+  static absl::StatusOr<ScanFile> Open(const std::string& path,
+                                       const std::optional<Eigen::Vector3d>& station = {});
 
   // The names that the file gives its set-ups, in its order; "" for one without.
   const std::vector<std::string>& setups() const { return setups_; }
@@ -29,16 +37,21 @@ class ScanFile {
   absl::StatusOr<ImportedScan> Read(size_t setup, const ImportLimits& limits) const;
 
  private:
-  enum class Format { kPtx, kPcd, kE57, kRangeImage };
+  enum class Format { kPtx, kPcd, kE57, kRangeImage, kLas, kPly, kXyz };
+  static std::optional<Format> FormatOf(absl::string_view extension);
 
-  ScanFile(std::string path, Format format, std::string bytes)
-      : path_(std::move(path)), format_(format), bytes_(std::move(bytes)) {}
+  ScanFile(std::string path, Format format, std::optional<Eigen::Vector3d> station,
+           std::string bytes)
+      : path_(std::move(path)), format_(format), station_(station), bytes_(std::move(bytes)) {}
   absl::Status FindSetups();
+  // Of a format of loose points.
+  absl::StatusOr<ImportedScan> ParseCloud(const ImportLimits& limits) const;
   absl::StatusOr<ImportedScan> Parse(size_t setup, const ImportLimits& limits) const;
   absl::Status InFile(const absl::Status& status) const;
 
   std::string path_;
   Format format_;
+  std::optional<Eigen::Vector3d> station_;
   std::string bytes_;
   std::vector<std::string> setups_;
   std::vector<size_t> begins_;  // of a PTX file's set-ups: their first bytes, and the file's end

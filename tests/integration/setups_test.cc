@@ -103,5 +103,47 @@ TEST(Setups, OfAFileArePushedInOrderEachWithItsPose) {
   }
 }
 
+// Text of points as any program writes it, in the frame of the first scan.
+TEST(PointFiles, ArePushedWithTheirStation) {
+  const ScratchFolder scratch;
+  const auto write = [&](const std::string& name, const Eigen::Vector3d& at) {
+    const sensor::RangeImage image = fixture::ScanRoom(at, 1.5);
+    std::ofstream file(scratch.File(name));
+    file << "X,Y,Z\n";
+    for (int c = 0; c < image.columns(); ++c) {
+      for (int r = 0; r < image.rows(); ++r) {
+        if (!sensor::RangeImage::IsRange(image.at(c, r))) continue;
+        const Eigen::Vector3d p = at + static_cast<double>(image.at(c, r)) * image.Direction(c, r);
+        file << absl::StrCat(p.x(), ",", p.y(), ",", p.z(), "\n");
+      }
+    }
+    return scratch.File(name);
+  };
+  const std::string door = write("door.csv", {2.0, 1.5, 1.4});
+  const std::string corner = write("corner.csv", {3.0, 2.5, 1.4});
+  const Finished unsaid = RunProgram({VANTAGE_BINARY, "file", door});
+  EXPECT_EQ(unsaid.exit_code, 5) << unsaid.out;
+  EXPECT_THAT(unsaid.error, HasSubstr("--station x,y,z"));
+  const Finished told = RunProgram({VANTAGE_BINARY, "file", door, "--station", "2,1.5,1.4"});
+  ASSERT_EQ(told.exit_code, 0) << told.error;
+  EXPECT_THAT(told.out, HasSubstr("2.000, 1.500, 1.400"));
+
+  ServerProcess server;
+  ASSERT_FALSE(server.address().empty());
+  ASSERT_EQ(Vantage(server, {"session", "create", "job"}).exit_code, 0);
+  const Finished both =
+      Vantage(server, {"scan", "push", "job", door, corner, "--station", "2,1,1"});
+  EXPECT_EQ(both.exit_code, 5) << both.out;
+  EXPECT_THAT(both.error, HasSubstr("--station"));
+  const Finished first = Vantage(server, {"scan", "push", "job", door, "--station", "2,1.5,1.4",
+                                          "--trusted", "--sigma", "0.01,0.1"});
+  ASSERT_EQ(first.exit_code, 0) << first.error;
+  EXPECT_THAT(first.error, HasSubstr("made of loose points"));
+  const Finished second = Vantage(
+      server, {"scan", "push", "job", corner, "--station", "3.05,2.5,1.4", "--vendor-registered"});
+  ASSERT_EQ(second.exit_code, 0) << second.error << second.out;
+  EXPECT_THAT(second.out, HasSubstr("registered"));
+}
+
 }  // namespace
 }  // namespace vantage::integration

@@ -12,7 +12,7 @@ constexpr double kOffPlane = 0.4;  // voxels: a noise of up to a fifth
 // Samples across a plane: the one whose normal is sought and two to either side. What reaches
 // beyond the plane's edge lies on something else, and the neighbourhood is no plane
 // (SampleSurface()). By jobs of a scanner that sees 120 degrees, 3 are too few, and 6 give no more
-// (experiments.md, 'Scanners that see a sector').
+// (core/planning/experiments.md, "Scanners that see a sector").
 constexpr double kSamplesAcross = 5;
 // m to either side. Where samples lie farther apart than a fifth of twice that, 24 cm, hardly any
 // plane indoors has five.

@@ -278,7 +278,7 @@ TEST(ReadScanFileTest, SaysWhatIsWrongWithTheFile) {
   const std::filesystem::path folder = testing::TempDir();
   EXPECT_EQ(ReadScanFile((folder / "no_such_scan.ptx").string(), {}).status().code(),
             absl::StatusCode::kNotFound);
-  for (const char* name : {"scan.las", "scan.fls", "scan"}) {
+  for (const char* name : {"scan.laz", "scan.fls", "scan"}) {
     const absl::Status other = ReadScanFile((folder / name).string(), {}).status();
     EXPECT_EQ(other.code(), kUnimplemented);
     EXPECT_NE(other.message().find("structured E57 or PTX"), std::string::npos) << other;

@@ -1,0 +1,48 @@
+#include "core/sensor/ply_points.h"
+
+#include <optional>
+
+#include "absl/strings/str_cat.h"
+#include "core/bytes/ply_reader.h"
+
+namespace vantage::sensor {
+namespace {
+
+absl::Status ReadVertices(bytes::PlyReader& reader, const bytes::PlyElement& element,
+                          const ImportLimits& limits, PointCloud& cloud) {
+  if (element.count > limits.max_points) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("PLY: ", element.count, " vertices are more than the limit of ",
+                     limits.max_points, "; export the scan at a lower resolution"));
+  }
+  const std::optional<size_t> x = element.FindScalar("x");
+  const std::optional<size_t> y = element.FindScalar("y");
+  const std::optional<size_t> z = element.FindScalar("z");
+  if (!x.has_value() || !y.has_value() || !z.has_value()) {
+    return absl::InvalidArgumentError("PLY element vertex: properties x, y and z are needed");
+  }
+  return reader.ReadElement([&](uint64_t index, const bytes::PlyReader::Instance& instance) {
+    return cloud.Add({instance[*x][0], instance[*y][0], instance[*z][0]},
+                     [&] { return absl::StrCat("PLY vertex ", index); });
+  });
+}
+
+}  // namespace
+
+absl::Status ReadPlyPoints(absl::string_view bytes, const ImportLimits& limits, PointCloud& cloud) {
+  absl::StatusOr<bytes::PlyReader> reader = bytes::PlyReader::Open(bytes);
+  if (!reader.ok()) return reader.status();
+  if (reader->format() == bytes::PlyFormat::kBinaryBigEndian) {
+    return absl::UnimplementedError(
+        "PLY: binary_big_endian is not read; save as binary_little_endian");
+  }
+  for (const bytes::PlyElement& element : reader->elements()) {
+    if (element.name == "vertex") return ReadVertices(*reader, element, limits, cloud);
+    const absl::Status skipped = reader->ReadElement(
+        [](uint64_t, const bytes::PlyReader::Instance&) { return absl::OkStatus(); });
+    if (!skipped.ok()) return skipped;
+  }
+  return absl::InvalidArgumentError("PLY: there is no element vertex");
+}
+
+}  // namespace vantage::sensor
