@@ -170,7 +170,8 @@ std::string SessionReport(const v1::Session& session) {
                         n.merged_count(), n.unmerged_count(), n.doubtful_count(), n.failed_count(),
                         n.withdrawn_count(), session.model_version());
   absl::StrAppendFormat(&out, "  model     voxel %s, origin %s\n",
-                        Length(session.model_config().voxel_size_m()), Text(session.origin()));
+                        Length(session.model_config().voxel_size_m()),
+                        session.has_origin() ? Text(session.origin()) : "by the first scan");
   absl::StrAppendFormat(
       &out,
       "  planning  density %.0f /m\u00b2, viewcell %s, heights %.2f to %.2f m, stop below %.2f "

@@ -81,7 +81,7 @@ v1::Session Completed(const v1::Session& asked) {
   *session.mutable_planning_config() = asked.planning_config();
   FillDefaults(*session.mutable_planning_config());
   *session.mutable_site_rules() = asked.site_rules();
-  *session.mutable_origin() = asked.origin();
+  if (asked.has_origin()) *session.mutable_origin() = asked.origin();
   return session;
 }
 

@@ -45,6 +45,17 @@ SessionContext::SessionContext(std::string id, std::unique_ptr<Journal> journal,
   journal_->OnWritten([share = account_](int64_t bytes) { share->AddLog(bytes); });
 }
 
+Eigen::Vector3d SessionContext::origin() const {
+  std::lock_guard<std::mutex> lock(origin_mutex_);
+  return origin_;
+}
+
+void SessionContext::ReadOrigin() {
+  const Eigen::Vector3d origin = OriginOf(*journal_);
+  std::lock_guard<std::mutex> lock(origin_mutex_);
+  origin_ = origin;
+}
+
 absl::Status SessionContext::CheckLog() const {
   return journal_->CheckRoom(dependencies_.limits.log_bytes_per_session);
 }

@@ -27,6 +27,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <utility>
 
@@ -68,8 +69,8 @@ struct SessionDependencies {
   }
 };
 
-// Thread safe: everything except `closed`, `draining` and `halted` is constant. It is the base of
-// Session, so that work that a part starts keeps the whole session alive.
+// Thread safe: everything except `closed`, `draining`, `halted` and the origin is constant. It is
+// the base of Session, so that work that a part starts keeps the whole session alive.
 class SessionContext : public std::enable_shared_from_this<SessionContext> {
  public:
   SessionContext(const SessionContext&) = delete;
@@ -79,8 +80,11 @@ class SessionContext : public std::enable_shared_from_this<SessionContext> {
   const std::string& name() const { return name_; }
   // The tenant. Empty: the session was opened on a server that did not tell callers apart.
   const std::string& tenant() const { return tenant_; }
-  // Origin of the model frame in the world frame, m.
-  const Eigen::Vector3d& origin() const { return origin_; }
+  // Origin of the model frame in the world frame, m. It changes at most once, before the first
+  // scan.
+  Eigen::Vector3d origin() const;
+  // To be called when the log says another one.
+  void ReadOrigin();
   Journal& journal() { return *journal_; }
   const Journal& journal() const { return *journal_; }
   const SessionDependencies& dependencies() const { return dependencies_; }
@@ -135,7 +139,8 @@ class SessionContext : public std::enable_shared_from_this<SessionContext> {
   const SessionDependencies dependencies_;
   const std::unique_ptr<Journal> journal_;
   const std::string tenant_;
-  const Eigen::Vector3d origin_;
+  mutable std::mutex origin_mutex_;
+  Eigen::Vector3d origin_;  // guarded by origin_mutex_
   const std::shared_ptr<AccountShare> account_;
   mutable LostScans lost_scans_;  // it guards itself
   const std::shared_ptr<execution::PlanningPool::Share> share_;

@@ -9,6 +9,7 @@
 #include "server/contract/resource_names.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/session_origin.h"
 
 namespace vantage::session {
 namespace {
@@ -417,6 +418,30 @@ void Uploads::Resume() {
   }
 }
 
+absl::Status Uploads::PlaceOrigin(const v1::Upload& upload) {
+  const auto origin = [&](const SessionState& state) {
+    return state.scans.empty() ? OriginByFirstScan(state.session, upload) : std::nullopt;
+  };
+  bool wanted = false;
+  journal_.Read([&](const SessionState& state) { wanted = origin(state).has_value(); });
+  if (!wanted) return absl::OkStatus();
+  const absl::Status forestalled = absl::AlreadyExistsError("another scan came first");
+  const absl::StatusOr<std::string> placed =
+      journal_.Execute({}, [&](const SessionState& state) -> absl::StatusOr<Draft> {
+        const std::optional<v1::Vector3> found = origin(state);
+        if (!found.has_value()) return forestalled;
+        Draft draft;
+        v1::SessionUpdatedEvent& updated = *draft.event.mutable_session_updated();
+        *updated.mutable_session() = state.session;
+        *updated.mutable_session()->mutable_origin() = *found;
+        updated.mutable_update_mask()->add_paths("origin");
+        return draft;
+      });
+  if (!placed.ok() && placed.status() != forestalled) return placed.status();
+  context_.ReadOrigin();
+  return absl::OkStatus();
+}
+
 absl::Status Uploads::Commit(const std::shared_ptr<Upload>& upload) {
   std::lock_guard<std::mutex> only_one(upload->commit_mutex());
   if (!upload->Complete()) return absl::OkStatus();
@@ -427,6 +452,11 @@ absl::Status Uploads::Commit(const std::shared_ptr<Upload>& upload) {
   if (absl::Status synced = upload->Sync(); !synced.ok()) return synced;
   absl::Status kept = dependencies_.store.PutSpool(described.name(), content->sha256);
   if (!kept.ok()) return kept;
+
+  if (absl::Status placed = PlaceOrigin(described); !placed.ok()) {
+    dependencies_.store.ReleaseBlob(content->sha256).IgnoreError();
+    return placed;
+  }
 
   std::string before;  // the blob of a preview that it replaces and that is of no more use
   int64_t before_bytes = 0;

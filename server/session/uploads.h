@@ -107,6 +107,8 @@ class Uploads {
   // Removes the upload from `open_`.
   void LetGo(Upload& upload, const std::string& name);
   absl::Status Commit(const std::shared_ptr<Upload>& upload);
+  // Before the session's first scan, where it says where the model lies (session_origin.h).
+  absl::Status PlaceOrigin(const v1::Upload& upload);
   absl::Status Fail(Upload& upload, const absl::Status& why);
 
   SessionContext& context_;
