@@ -69,21 +69,6 @@ void AddPoseFlags(CLI::App& command, PoseFlags& flags) {
       ->excludes("--sigma");
 }
 
-void AddStationFlag(CLI::App& command, std::vector<double>& station) {
-  command
-      .add_option("--station", station,
-                  "Where the scanner stood: x,y,z in m, in the frame of a file of points that does "
-                  "not say it")
-      ->delimiter(',')
-      ->expected(3)
-      ->allow_extra_args(false);
-}
-
-std::optional<Eigen::Vector3d> StationOf(const std::vector<double>& station) {
-  if (station.empty()) return std::nullopt;
-  return Eigen::Vector3d(station[0], station[1], station[2]);
-}
-
 absl::StatusOr<std::vector<std::pair<std::string, Eigen::Isometry3d>>> ParsePoses(
     const std::string& text, const std::string& what) {
   std::vector<std::pair<std::string, Eigen::Isometry3d>> poses;

@@ -23,10 +23,6 @@ struct PoseFlags {
 
 void AddPoseFlags(CLI::App& command, PoseFlags& flags);
 
-// Where the scanner stood, for files of points that do not say: x, y, z (m).
-void AddStationFlag(CLI::App& command, std::vector<double>& station);
-std::optional<Eigen::Vector3d> StationOf(const std::vector<double>& station);
-
 // The prior that the flags give for a scan of this name (a file's name without folder and ending);
 // where they give no pose, `stated` (that of the scan's file), as sure as the flags say; nothing
 // when there is none. INVALID_ARGUMENT names the flag, or the file's line.

@@ -2,12 +2,11 @@
 #include <cmath>
 #include <cstdio>
 #include <string>
-#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/command.h"
-#include "client/cli/pose_flags.h"
+#include "client/cli/file_flags.h"
 #include "client/cli/table.h"
 #include "client/cli/terminal.h"
 #include "core/sensor/imported_scan.h"
@@ -19,7 +18,7 @@ namespace {
 
 struct FileArguments {
   std::string file;
-  std::vector<double> station;  // x, y, z (m), in the file's frame; empty: the file says it
+  FileFlags flags;
 };
 
 std::string Ranges(const sensor::RangeImage& image) {
@@ -47,7 +46,7 @@ std::string Place(const sensor::ImportedScan& scan) {
 }
 
 absl::StatusOr<ExitCode> RunFile(Environment&, const FileArguments& arguments) {
-  const auto file = sensor::ScanFile::Open(arguments.file, StationOf(arguments.station));
+  const auto file = sensor::ScanFile::Open(arguments.file, StationOf(arguments.flags));
   if (!file.ok()) return file.status();
   Table table({">set-up", "name", "grid", ">step (deg)", ">returns", ">range (m)", "place (m)",
                ">tilt (deg)"});
@@ -55,7 +54,7 @@ absl::StatusOr<ExitCode> RunFile(Environment&, const FileArguments& arguments) {
   bool all = true;
   for (size_t i = 0; i < file->setups().size(); ++i) {
     line.Show(absl::StrCat("reading set-up ", i + 1, " of ", file->setups().size()));
-    const auto scan = file->Read(i, sensor::ImportLimits());
+    const auto scan = file->Read(i, LimitsOf(arguments.flags));
     if (!scan.ok()) {
       // What is wrong with one says nothing of the others.
       if (file->setups().size() == 1) return scan.status();
@@ -64,6 +63,8 @@ absl::StatusOr<ExitCode> RunFile(Environment&, const FileArguments& arguments) {
       all = false;
       continue;
     }
+    line.Clear();
+    PrintOddities(absl::StrCat("set-up ", i + 1), *scan);
     const sensor::RangeImage& image = scan->image;
     table.Add({absl::StrCat(i + 1), file->setups()[i],
                absl::StrFormat("%d x %d%s", image.columns(), image.rows(),
@@ -89,7 +90,7 @@ void AddFile(CLI::App& parent, Environment& environment) {
       [](CLI::App& command, FileArguments& a) {
         command.add_option("FILE", a.file, "An E57, PTX, PCD, VRIM, LAS, PLY or XYZ file")
             ->required();
-        AddStationFlag(command, a.station);
+        AddFileFlags(command, a.flags);
       },
       RunFile);
 }

@@ -3,6 +3,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
+#include "client/cli/file_flags.h"
 #include "client/cli/scan_sending.h"
 #include "client/library/error.h"
 
@@ -13,7 +14,7 @@ struct ScanPushArguments {
   SendingFlags flags;
   std::vector<std::string> files;
   std::optional<size_t> setup;  // from 1
-  std::vector<double> station;  // x, y, z (m), in the file's frame; empty: the file says it
+  FileFlags file;
   std::string name;
   std::string replaces;
   bool preview = false;
@@ -22,7 +23,7 @@ struct ScanPushArguments {
 
 absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArguments& arguments) {
   const bool of_one = !arguments.name.empty() || !arguments.flags.pose.prior.empty() ||
-                      !arguments.replaces.empty() || !arguments.station.empty();
+                      !arguments.replaces.empty() || !arguments.file.station.empty();
   const auto several = [](absl::string_view what) {
     return client::WithFix(
         absl::InvalidArgumentError(
@@ -32,7 +33,7 @@ absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArg
   if (arguments.files.size() > 1 && of_one) return several("and there are several files");
   ExitCode code = ExitCode::kOk;
   for (const std::string& path : arguments.files) {
-    const auto file = sensor::ScanFile::Open(path, StationOf(arguments.station));
+    const auto file = sensor::ScanFile::Open(path, StationOf(arguments.file));
     if (!file.ok()) return file.status();
     size_t first = 0;
     size_t end = file->setups().size();
@@ -50,6 +51,7 @@ absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArg
       if (sending.name.empty() && setup < file->setups().size()) {
         sending.name = NameOf(path, *file, setup);
       }
+      sending.limits = LimitsOf(arguments.file);
       sending.preview = arguments.preview;
       sending.replaces = arguments.replaces;
       sending.wait = !arguments.no_wait;
@@ -83,7 +85,7 @@ void AddScanPush(CLI::App& parent, Environment& environment) {
             .add_option("--setup", a.setup,
                         "Of a file with several set-ups this one, from 1 [all, in order]")
             ->check(CLI::Range(size_t{1}, size_t{1'000'000}));
-        AddStationFlag(command, a.station);
+        AddFileFlags(command, a.file);
         command.add_option("--name", a.name, "Name for people [the file's]");
         CLI::Option* preview =
             command.add_flag("--preview", a.preview,

@@ -7,6 +7,7 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
+#include "client/cli/file_flags.h"
 #include "client/cli/json.h"
 #include "client/cli/report.h"
 #include "client/cli/target_file.h"
@@ -97,13 +98,14 @@ std::string NameOf(const std::string& path, const sensor::ScanFile& file, size_t
 
 absl::StatusOr<v1::Scan> Send(Environment& environment, const SendingFlags& flags,
                               const Sending& sending, const sensor::ScanFile& file, size_t setup) {
-  auto scan = file.Read(setup, sensor::ImportLimits());
+  auto scan = file.Read(setup, sending.limits);
   if (!scan.ok()) return scan.status();
   const std::string& name = sending.name;
   if (scan->far > 0) {
     std::fprintf(stderr, "%s: %zu points farther than 1 km are taken as rays without a return\n",
                  name.c_str(), scan->far);
   }
+  PrintOddities(name, *scan);
   if (scan->loose) {
     std::fprintf(
         stderr,

@@ -37,6 +37,7 @@ struct Sending {
   std::string replaces;  // id of the preview that it is the whole scan of; empty: the preview of
                          // its name, if there is one
   bool wait = true;      // until it is merged or refused
+  sensor::ImportLimits limits;
 };
 
 // Reads a set-up, sends it with a progress line, and returns the scan that it became.

@@ -144,8 +144,9 @@ Eigen::Vector3d FromSpherical(double range, double azimuth, double elevation) {
 // Puts the returns of a set-up where they belong.
 class PointReader {
  public:
-  PointReader(const e57::ScanSetup& setup, const PointFields& fields, std::string name)
-      : setup_(setup), spherical_(fields.spherical), name_(std::move(name)) {
+  // `unit`: m, of the coordinates.
+  PointReader(const e57::ScanSetup& setup, const PointFields& fields, std::string name, double unit)
+      : setup_(setup), spherical_(fields.spherical), name_(std::move(name)), far_(unit) {
     places_.assign(fields.coordinates.begin(), fields.coordinates.end());
     const auto add = [&](const std::optional<size_t>& place) -> std::optional<size_t> {
       if (!place.has_value()) return std::nullopt;
@@ -214,10 +215,7 @@ class PointReader {
                                       : Eigen::Vector3d(block[0][i], block[1][i], block[2][i]);
     if (!point.allFinite() || point.isZero(0)) return std::nullopt;
     ++returns_;
-    if (far_.Take(point, [&] { return absl::StrCat(name_, " record ", record); })) {
-      return std::nullopt;
-    }
-    return point.cast<float>().eval();
+    return far_.Near(point, [&] { return absl::StrCat(name_, " record ", record); });
   }
 
   const e57::ScanSetup& setup_;
@@ -276,7 +274,7 @@ absl::StatusOr<ImportedScan> ParseE57(absl::string_view bytes, size_t number,
     if (!found.ok()) return found.status();
     grid = *found;
   }
-  PointReader reader(setup, *fields, name);
+  PointReader reader(setup, *fields, name, limits.unit);
   const absl::StatusOr<std::vector<Eigen::Vector3f>> points = reader.Read(*file, grid);
   if (!points.ok()) return points.status();
   absl::StatusOr<GriddedScan> gridded =
@@ -291,6 +289,7 @@ absl::StatusOr<ImportedScan> ParseE57(absl::string_view bytes, size_t number,
   if (setup.T_file_setup.has_value() &&
       !setup.T_file_setup->isApprox(Eigen::Isometry3d::Identity(), 1e-12)) {
     scan->T_world_scan = setup.T_file_setup;
+    scan->T_world_scan->translation() *= limits.unit;
   }
   return scan;
 }

@@ -65,11 +65,13 @@ ImportedScan ImportImage(RangeImage image, const ImportLimits& limits) {
   return scan;
 }
 
-bool FarReturns::Take(const Eigen::Vector3d& point, absl::FunctionRef<std::string()> where) {
+std::optional<Eigen::Vector3f> FarReturns::Near(const Eigen::Vector3d& point,
+                                                absl::FunctionRef<std::string()> where) {
   ++returns_;
-  if (point.norm() <= kMaxImportRange) return false;
-  if (count_++ == 0) first_ = absl::StrCat(where(), ": a point ", point.norm(), " m away");
-  return true;
+  const Eigen::Vector3d metres = unit_ * point;
+  if (metres.norm() <= kMaxImportRange) return metres.cast<float>();
+  if (count_++ == 0) first_ = absl::StrCat(where(), ": a point ", metres.norm(), " m away");
+  return std::nullopt;
 }
 
 absl::Status FarReturns::Check() const {

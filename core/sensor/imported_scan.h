@@ -38,6 +38,8 @@ struct ImportLimits {
   // No-return cells that are connected to the body's cells within this angle (rad) are its blind
   // zone, not free space, and become no information.
   double blind_zone = Radians(30);
+  // m, of the unit in which the file's coordinates are, whatever its format says.
+  double unit = 1;
 };
 
 // m; farther than any scanner model reaches.
@@ -47,14 +49,19 @@ inline constexpr double kMaxImportRange = 1000;
 // do, the file is in other units or in another frame.
 class FarReturns {
  public:
-  // Takes note of a return at `point` (m, the file's frame), which `where` names for people ("PTX
-  // line 12"). True when it is one of these.
-  bool Take(const Eigen::Vector3d& point, absl::FunctionRef<std::string()> where);
+  // `unit`: m, of the file's coordinates.
+  explicit FarReturns(double unit) : unit_(unit) {}
+
+  // A return at `point` (in the file's unit, from the centre of projection), which `where` names
+  // for people ("PTX line 12"), in m. Nothing where it is one of these, of which it takes note.
+  std::optional<Eigen::Vector3f> Near(const Eigen::Vector3d& point,
+                                      absl::FunctionRef<std::string()> where);
   size_t count() const { return count_; }
   // INVALID_ARGUMENT, naming the first, when most returns lie so far away.
   absl::Status Check() const;
 
  private:
+  double unit_;
   size_t returns_ = 0;
   size_t count_ = 0;
   std::string first_;

@@ -226,9 +226,12 @@ absl::Status AddPoint(const Eigen::Vector3d& point, const PcdHeader& header, Far
     return absl::OkStatus();
   }
   const Eigen::Vector3d seen = point - header.centre;
-  const bool is_far =
-      !seen.isZero() && far.Take(seen, [&] { return absl::StrCat("PCD point ", points.size()); });
-  points.push_back(is_far ? Eigen::Vector3f(0, 0, 0) : Eigen::Vector3f(seen.cast<float>()));
+  if (seen.isZero()) {
+    points.push_back(Eigen::Vector3f::Zero());
+    return absl::OkStatus();
+  }
+  points.push_back(far.Near(seen, [&] { return absl::StrCat("PCD point ", points.size()); })
+                       .value_or(Eigen::Vector3f::Zero()));
   return absl::OkStatus();
 }
 
@@ -333,7 +336,7 @@ absl::StatusOr<ImportedScan> ParsePcd(absl::string_view bytes, const ImportLimit
   }
   const absl::string_view data = bytes.substr(header->data_offset);
   std::vector<Eigen::Vector3f> points;
-  FarReturns far;
+  FarReturns far(limits.unit);
   absl::Status read = header->data == "ascii"    ? ReadAscii(data, *header, far, points)
                       : header->data == "binary" ? ReadInterleaved(data, *header, far, points)
                                                  : ReadCompressed(data, *header, far, points);
@@ -344,12 +347,24 @@ absl::StatusOr<ImportedScan> ParsePcd(absl::string_view bytes, const ImportLimit
   absl::StatusOr<GriddedScan> gridded = header->height > 1 && header->width > 1
                                             ? GridColumns(points, header->height, header->width)
                                             : GridDirections(points);
+  const bool from_elsewhere = !station.has_value() && !header->T_world_scan.translation().isZero(0);
+  if (from_elsewhere && (!gridded.ok() || gridded->resampled)) {
+    const Eigen::Vector3d viewpoint = header->T_world_scan.translation();
+    const absl::StatusOr<ImportedScan> in_world = ParsePcd(bytes, limits, viewpoint);
+    if (in_world.ok() && !in_world->resampled) {
+      return absl::InvalidArgumentError(absl::StrCat(
+          "PCD VIEWPOINT: seen from there the points form a grid, and seen from the origin none: "
+          "they are in the world's frame, not in the scanner's; give the station (--station ",
+          viewpoint.x(), ",", viewpoint.y(), ",", viewpoint.z(), ")"));
+    }
+  }
   if (!gridded.ok()) return gridded.status();
   absl::StatusOr<ImportedScan> scan = FinishImport(*std::move(gridded), header->points, limits);
   if (!scan.ok()) return scan.status();
   scan->far = far.count();
   if (!header->T_world_scan.isApprox(Eigen::Isometry3d::Identity(), 1e-12)) {
     scan->T_world_scan = header->T_world_scan;
+    scan->T_world_scan->translation() *= limits.unit;
   }
   return scan;
 }

@@ -57,8 +57,7 @@ absl::Status PointCloud::Add(const Eigen::Vector3d& point, absl::FunctionRef<std
         absl::StrCat(where(), ": NaN or infinite coordinate; remove invalid points"));
   }
   const Eigen::Vector3d seen = point - station_;
-  const bool is_far = far_.Take(seen, where);
-  points_.push_back(is_far ? Eigen::Vector3f(0, 0, 0) : Eigen::Vector3f(seen.cast<float>()));
+  points_.push_back(far_.Near(seen, where).value_or(Eigen::Vector3f::Zero()));
   return absl::OkStatus();
 }
 
@@ -83,7 +82,7 @@ absl::StatusOr<ImportedScan> PointCloud::ToScan(const ImportLimits& limits) cons
   scan->far = far_.count();
   scan->loose = true;
   if (!station_.isZero(0)) {
-    scan->T_world_scan = Eigen::Isometry3d(Eigen::Translation3d(station_));
+    scan->T_world_scan = Eigen::Isometry3d(Eigen::Translation3d(unit_ * station_));
   }
   return scan;
 }

@@ -18,14 +18,15 @@ namespace vantage::sensor {
 // The points of one scan, all seen from `station`.
 class PointCloud {
  public:
-  // `station`: m, where the scanner stood, in the frame of the points, which is taken for the
-  // world's; z points up.
-  explicit PointCloud(const Eigen::Vector3d& station) : station_(station) {}
+  // `station`: where the scanner stood, in the frame and the unit (m) of the points. That frame is
+  // taken for the world's; z points up.
+  PointCloud(const Eigen::Vector3d& station, double unit)
+      : station_(station), unit_(unit), far_(unit) {}
 
   void Reserve(size_t points) { points_.reserve(points); }
   size_t size() const { return points_.size(); }
-  // `point`: m, in the frame of the file, which may be a national grid's. INVALID_ARGUMENT: NaN or
-  // infinite. `where` names the point for people ("LAS point 12").
+  // `point`: in the frame and the unit of the file, which may be a national grid's.
+  // INVALID_ARGUMENT: NaN or infinite. `where` names the point for people ("LAS point 12").
   absl::Status Add(const Eigen::Vector3d& point, absl::FunctionRef<std::string()> where);
 
   // Sorts the points into a grid by their directions (gridded_scan.h, rules 2 and 3). What that
@@ -38,6 +39,7 @@ class PointCloud {
 
  private:
   Eigen::Vector3d station_;
+  double unit_;                          // m
   std::vector<Eigen::Vector3f> points_;  // m, from the station; zero: too far
   FarReturns far_;
 };

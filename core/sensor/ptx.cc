@@ -109,10 +109,8 @@ absl::StatusOr<Eigen::Vector3f> ReadPoint(const bytes::TextScanner& text, absl::
                                                    "return is written as 0 0 0"));
   }
   if (point.isZero()) return Eigen::Vector3f::Zero().eval();
-  if (far.Take(point, [&] { return absl::StrCat("PTX line ", text.line_number()); })) {
-    return Eigen::Vector3f::Zero().eval();
-  }
-  return point.cast<float>().eval();
+  return far.Near(point, [&] { return absl::StrCat("PTX line ", text.line_number()); })
+      .value_or(Eigen::Vector3f::Zero());
 }
 
 // Goes on behind `count` lines, or at the end.
@@ -148,7 +146,7 @@ absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimit
   const size_t count = header->columns * header->rows;
   std::vector<Eigen::Vector3f> points;
   points.reserve(count);
-  FarReturns far;
+  FarReturns far(limits.unit);
   absl::string_view line;
   while (points.size() < count) {
     if (!text.NextLine(line)) {
@@ -183,6 +181,7 @@ absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimit
   scan->far = far.count();
   if (!header->T_world_scan.isApprox(Eigen::Isometry3d::Identity(), 1e-12)) {
     scan->T_world_scan = header->T_world_scan;
+    scan->T_world_scan->translation() *= limits.unit;
   }
   return scan;
 }

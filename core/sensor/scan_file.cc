@@ -150,7 +150,7 @@ absl::StatusOr<ImportedScan> ScanFile::Parse(size_t setup, const ImportLimits& l
 }
 
 absl::StatusOr<ImportedScan> ScanFile::ParseCloud(const ImportLimits& limits) const {
-  PointCloud cloud(*station_);
+  PointCloud cloud(*station_, limits.unit);
   const absl::Status read = format_ == Format::kLas   ? ReadLas(bytes_, limits, cloud)
                             : format_ == Format::kPly ? ReadPlyPoints(bytes_, limits, cloud)
                                                       : ReadXyz(bytes_, limits, cloud);

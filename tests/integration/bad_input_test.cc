@@ -74,7 +74,8 @@ TEST_F(BadInputTest, FilesThatAreNotWhatTheyClaim) {
   ExpectRefused({"scan", "push", "job", Write("noise.pcd", "this is no scan")}, 5, "noise.pcd");
   ExpectRefused({"scan", "push", "job", Write("empty.ptx", "")}, 5, "empty.ptx");
   ExpectRefused({"scan", "push", "job", Write("noise.e57", "this is no scan")}, 5, "noise.e57");
-  ExpectRefused({"scan", "push", "job", Write("scan.xyz", "1 2 3\n")}, 8, "scan.xyz");
+  ExpectRefused({"scan", "push", "job", Write("scan.laz", "LASF")}, 8, "scan.laz");
+  ExpectRefused({"scan", "push", "job", Write("scan.xyz", "1 2 3\n")}, 5, "scan.xyz");
   ExpectRefused({"scan", "push", "job", folder_.File("missing.ptx")}, 3, "missing.ptx");
 }
 

@@ -53,6 +53,26 @@ TEST_F(PlaceAndRegisterTest, StartsFromThePrior) {
   EXPECT_EQ(result->T_world_scan.matrix(), same->T_world_scan.matrix());
 }
 
+// The pose in a file's header may be that of another project.
+TEST_F(PlaceAndRegisterTest, WhereThePriorDoesNotFitTheSiteIsSearchedAndItIsSaid) {
+  scan_.prior.emplace();
+  for (const Eigen::Isometry3d& wrong :
+       {PoseAt({-2.4, 1.9, 1.5}, 0.4), PoseAt({40, 7, 1.5}, 2.5), PoseAt({1.5, -1.2, 3.5}, -1.2)}) {
+    scan_.prior->T_world_scan = wrong;
+    scan_.prior->trusted = false;
+    const auto result = Run();
+    EXPECT_LT(Off(result), 0.005);
+    EXPECT_EQ(result->verdict.outcome, RegistrationOutcome::kDoubtful) << "a person decides";
+    EXPECT_NE(result->verdict.reason.find("the pose given does not fit"), std::string::npos)
+        << result->verdict.reason;
+    scan_.prior->trusted = true;
+    scan_.prior->covariance = 1e-4 * sensor::Matrix6d::Identity();
+    EXPECT_FALSE(Run()->verdict.registered()) << "one that is trusted stands";
+    EXPECT_GT(Off(Run()), 1);
+    scan_.prior->covariance.reset();
+  }
+}
+
 TEST_F(PlaceAndRegisterTest, WithoutOneFromWhatTheTargetsSay) {
   SeeTargets();
   const auto result = Run();

@@ -159,6 +159,19 @@ TEST_F(PointFiles, OfPcdInTheWorldsFrameTheStationIsTheCentre) {
   EXPECT_EQ(scan->T_world_scan->translation(), station);
 }
 
+// A VIEWPOINT that says where the scanner stood among points in the world's frame.
+TEST_F(PointFiles, PcdInTheWorldsFrameIsNoticedByItsViewpoint) {
+  std::vector<Eigen::Vector3d> points = RoomPoints();
+  for (Eigen::Vector3d& p : points) p += Eigen::Vector3d(12, 3, 1) - kStation;
+  std::string pcd = PcdBinary(points.size(), 1, points);
+  const std::string none = "VIEWPOINT 0 0 0 1 0 0 0";
+  pcd.replace(pcd.find(none), none.size(), "VIEWPOINT 12 3 1 1 0 0 0");
+  const auto scan = Read("room.pcd", pcd, {});
+  ASSERT_FALSE(scan.ok());
+  EXPECT_NE(scan.status().message().find("--station 12,3,1"), std::string::npos) << scan.status();
+  EXPECT_TRUE(Read("room.pcd", pcd, Eigen::Vector3d(12, 3, 1)).ok());
+}
+
 TEST_F(PointFiles, WithdrawnPointsOfLasAreLeftOut) {
   const std::vector<Eigen::Vector3d> points = RoomPoints();
   for (const int minor : {2, 4}) {

@@ -1,0 +1,52 @@
+#include "client/cli/file_flags.h"
+
+#include <cstdio>
+#include <map>
+
+#include "core/sensor/oddities.h"
+
+namespace vantage::cli {
+namespace {
+
+// m. US survey feet differ from international ones by 2 ppm: a centimetre at 5,000 m.
+const std::map<std::string, double>& Units() {
+  static const std::map<std::string, double> units = {
+      {"m", 1},      {"cm", 0.01}, {"mm", 0.001}, {"ft", 0.3048}, {"us-ft", 1200.0 / 3937},
+      {"in", 0.0254}};
+  return units;
+}
+
+}  // namespace
+
+void AddFileFlags(CLI::App& command, FileFlags& flags) {
+  command
+      .add_option("--station", flags.station,
+                  "Where the scanner stood: x,y,z, in the frame of a file of points that does not "
+                  "say it")
+      ->delimiter(',')
+      ->expected(3)
+      ->allow_extra_args(false);
+  std::vector<std::string> names;
+  for (const auto& [name, metres] : Units()) names.push_back(name);
+  command.add_option("--unit", flags.unit, "Of the file's coordinates, and of --station [m]")
+      ->check(CLI::IsMember(names));
+}
+
+std::optional<Eigen::Vector3d> StationOf(const FileFlags& flags) {
+  if (flags.station.empty()) return std::nullopt;
+  return Eigen::Vector3d(flags.station[0], flags.station[1], flags.station[2]);
+}
+
+sensor::ImportLimits LimitsOf(const FileFlags& flags) {
+  sensor::ImportLimits limits;
+  limits.unit = Units().at(flags.unit);
+  return limits;
+}
+
+void PrintOddities(const std::string& name, const sensor::ImportedScan& scan) {
+  for (const std::string& oddity : sensor::Oddities(scan)) {
+    std::fprintf(stderr, "%s: %s\n", name.c_str(), oddity.c_str());
+  }
+}
+
+}  // namespace vantage::cli
