@@ -21,14 +21,19 @@ absl::Status Broken(absl::string_view what) {
 
 }  // namespace
 
-absl::StatusOr<PagedBytes> PagedBytes::Open(absl::string_view file) {
-  if (file.substr(0, kSignature.size()) != kSignature) {
+absl::StatusOr<PagedBytes> PagedBytes::Open(bytes::ByteSource file) {
+  const absl::StatusOr<absl::string_view> header =
+      file.View(0, static_cast<size_t>(std::min<uint64_t>(kHeader, file.size())));
+  if (!header.ok()) return header.status();
+  if (header->substr(0, kSignature.size()) != kSignature) {
     return absl::InvalidArgumentError("E57: the file does not begin with ASTM-E57; is it E57?");
   }
-  if (file.size() < kHeader) return Broken("the file ends in its header");
-  const auto word = [&](size_t at) { return bytes::LoadLittleEndian<uint32_t>(file.data() + at); };
+  if (header->size() < kHeader) return Broken("the file ends in its header");
+  const auto word = [&](size_t at) {
+    return bytes::LoadLittleEndian<uint32_t>(header->data() + at);
+  };
   const auto number = [&](size_t at) {
-    return bytes::LoadLittleEndian<uint64_t>(file.data() + at);
+    return bytes::LoadLittleEndian<uint64_t>(header->data() + at);
   };
   if (word(8) != 1) {
     return absl::UnimplementedError(
@@ -44,7 +49,7 @@ absl::StatusOr<PagedBytes> PagedBytes::Open(absl::string_view file) {
     return Broken(absl::StrCat("it says that it has ", length, " bytes and has ", file.size()));
   }
   if (length % page != 0) return Broken("it ends within a page");
-  PagedBytes paged(file, page, 0, xml_size);
+  PagedBytes paged(std::move(file), page, 0, xml_size);
   const absl::StatusOr<uint64_t> begin = paged.Logical(xml_begin);
   if (!begin.ok() || xml_size > paged.size() || *begin > paged.size() - xml_size) {
     return Broken("its description lies beyond its end");
@@ -61,17 +66,19 @@ absl::StatusOr<uint64_t> PagedBytes::Logical(uint64_t physical) const {
   return physical / page_ * (page_ - kChecksum) + within;
 }
 
-absl::Status PagedBytes::Check(uint64_t page) {
-  if (checked_[page]) return absl::OkStatus();
-  const absl::string_view whole = file_.substr(page * page_, page_);
-  const absl::string_view data = whole.substr(0, page_ - kChecksum);
+absl::StatusOr<absl::string_view> PagedBytes::PageData(uint64_t page) {
+  const absl::StatusOr<absl::string_view> whole =
+      file_.View(page * page_, static_cast<size_t>(page_));
+  if (!whole.ok()) return whole.status();
+  const absl::string_view data = whole->substr(0, page_ - kChecksum);
+  if (checked_[page]) return data;
   // The checksum is the one number in a file that is big-endian.
-  if (bytes::LoadBigEndian<uint32_t>(whole.data() + data.size()) != bytes::Crc32c(data)) {
+  if (bytes::LoadBigEndian<uint32_t>(whole->data() + data.size()) != bytes::Crc32c(data)) {
     return absl::DataLossError(absl::StrCat("E57: the bytes from ", page * page_,
                                             " on are damaged (checksum); copy the file again"));
   }
   checked_[page] = true;
-  return absl::OkStatus();
+  return data;
 }
 
 absl::Status PagedBytes::Read(uint64_t begin, size_t size, char* out) {
@@ -81,10 +88,11 @@ absl::Status PagedBytes::Read(uint64_t begin, size_t size, char* out) {
   const uint64_t data = page_ - kChecksum;
   while (size > 0) {
     const uint64_t page = begin / data;
-    if (absl::Status sound = Check(page); !sound.ok()) return sound;
+    const absl::StatusOr<absl::string_view> sound = PageData(page);
+    if (!sound.ok()) return sound.status();
     const uint64_t within = begin % data;
     const auto count = static_cast<size_t>(std::min<uint64_t>(size, data - within));
-    std::memcpy(out, file_.data() + page * page_ + within, count);
+    std::memcpy(out, sound->data() + within, count);
     out += count;
     begin += count;
     size -= count;

@@ -4,11 +4,12 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
-#include "absl/strings/string_view.h"
+#include "core/bytes/byte_source.h"
 
 namespace vantage::e57 {
 
@@ -17,9 +18,9 @@ namespace vantage::e57 {
 // remembers which pages were checked.
 class PagedBytes {
  public:
-  // Keeps the view. INVALID_ARGUMENT: not an E57 file, cut off, or its header contradicts itself;
+  // INVALID_ARGUMENT: not an E57 file, cut off, or its header contradicts itself;
   // UNIMPLEMENTED: of a version other than 1.
-  static absl::StatusOr<PagedBytes> Open(absl::string_view file);
+  static absl::StatusOr<PagedBytes> Open(bytes::ByteSource file);
 
   // Bytes without checksums.
   uint64_t size() const { return file_.size() / page_ * (page_ - kChecksum); }
@@ -35,15 +36,16 @@ class PagedBytes {
  private:
   static constexpr uint64_t kChecksum = 4;  // bytes
 
-  PagedBytes(absl::string_view file, uint64_t page, uint64_t xml_begin, uint64_t xml_size)
-      : file_(file),
+  PagedBytes(bytes::ByteSource file, uint64_t page, uint64_t xml_begin, uint64_t xml_size)
+      : file_(std::move(file)),
         page_(page),
         xml_begin_(xml_begin),
         xml_size_(xml_size),
-        checked_(file.size() / page) {}
-  absl::Status Check(uint64_t page);
+        checked_(file_.size() / page) {}
+  // The data of a page whose checksum is right; valid until the next call.
+  absl::StatusOr<absl::string_view> PageData(uint64_t page);
 
-  absl::string_view file_;
+  bytes::ByteSource file_;
   uint64_t page_;  // bytes, checksum included
   uint64_t xml_begin_;
   uint64_t xml_size_;

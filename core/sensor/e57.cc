@@ -8,6 +8,7 @@
 #include <optional>
 #include <utility>
 
+#include "absl/functional/function_ref.h"
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/e57/index.h"
@@ -161,41 +162,26 @@ class PointReader {
     }
   }
 
-  // Column after column, zero where nothing returned; without a grid, the returns alone.
-  absl::StatusOr<std::vector<Eigen::Vector3f>> Read(e57::PagedBytes& file,
-                                                    const std::optional<Grid>& grid) {
+  // The returns, in the file's order.
+  absl::StatusOr<std::vector<Eigen::Vector3f>> Read(e57::PagedBytes& file) {
     std::vector<Eigen::Vector3f> points;
-    if (grid.has_value()) {
-      points.assign(static_cast<size_t>(grid->columns.count() * grid->rows.count()),
-                    Eigen::Vector3f::Zero());
-    }
-    uint64_t record = 0;
+    absl::Status read = ForEachReturn(
+        file, [&](e57::RecordBlock, size_t, const Eigen::Vector3f& p) { points.push_back(p); });
+    if (!read.ok()) return read;
+    return points;
+  }
+
+  // Each in its cell.
+  absl::StatusOr<KnownGrid> Read(e57::PagedBytes& file, const Grid& grid) {
+    KnownGrid points(static_cast<size_t>(grid.columns.count()),
+                     static_cast<size_t>(grid.rows.count()));
     absl::Status read =
-        e57::ReadRecords(file, setup_, places_, [&](e57::RecordBlock block) -> absl::Status {
-          for (size_t i = 0; i < block[0].size(); ++i, ++record) {
-            const std::optional<Eigen::Vector3f> point = Take(block, i, record);
-            if (!point.has_value()) continue;
-            if (!grid.has_value()) {
-              points.push_back(*point);
-              continue;
-            }
-            const double column = block[*column_][i] - grid->columns.min;
-            const double row = block[*row_][i] - grid->rows.min;
-            Eigen::Vector3f& cell = points[static_cast<size_t>(column * grid->rows.count() + row)];
-            if (cell.isZero()) {
-              cell = *point;
-            } else {
-              ++duplicates_;
-            }
-          }
-          return absl::OkStatus();
+        ForEachReturn(file, [&](e57::RecordBlock block, size_t i, const Eigen::Vector3f& p) {
+          const auto column = static_cast<size_t>(block[*column_][i] - grid.columns.min);
+          const auto row = static_cast<size_t>(block[*row_][i] - grid.rows.min);
+          duplicates_ += points.Put(column, row, p) ? 0 : 1;
         });
     if (!read.ok()) return read;
-    if (absl::Status near = far_.Check(); !near.ok()) return near;
-    if (returns_ == 0) {
-      return absl::InvalidArgumentError(
-          absl::StrCat(name_, ": none of its ", setup_.records, " records is a return"));
-    }
     return points;
   }
 
@@ -203,6 +189,26 @@ class PointReader {
   size_t duplicates() const { return duplicates_; }
 
  private:
+  using TakeReturn =
+      absl::FunctionRef<void(e57::RecordBlock block, size_t i, const Eigen::Vector3f&)>;
+
+  absl::Status ForEachReturn(e57::PagedBytes& file, TakeReturn take) {
+    uint64_t record = 0;
+    absl::Status read =
+        e57::ReadRecords(file, setup_, places_, [&](e57::RecordBlock block) -> absl::Status {
+          for (size_t i = 0; i < block[0].size(); ++i, ++record) {
+            const std::optional<Eigen::Vector3f> point = Take(block, i, record);
+            if (point.has_value()) take(block, i, *point);
+          }
+          return absl::OkStatus();
+        });
+    if (!read.ok()) return read;
+    if (absl::Status near = far_.Check(); !near.ok()) return near;
+    if (returns_ > 0) return absl::OkStatus();
+    return absl::InvalidArgumentError(
+        absl::StrCat(name_, ": none of its ", setup_.records, " records is a return"));
+  }
+
   // The point of a record that is a return.
   std::optional<Eigen::Vector3f> Take(e57::RecordBlock block, size_t i, uint64_t record) {
     if (invalid_.has_value() && block[*invalid_][i] != 0) return std::nullopt;
@@ -234,8 +240,8 @@ class PointReader {
 
 }  // namespace
 
-absl::StatusOr<std::vector<std::string>> ListE57Setups(absl::string_view bytes) {
-  absl::StatusOr<e57::PagedBytes> file = e57::PagedBytes::Open(bytes);
+absl::StatusOr<std::vector<std::string>> ListE57Setups(const bytes::ByteSource& source) {
+  absl::StatusOr<e57::PagedBytes> file = e57::PagedBytes::Open(source);
   if (!file.ok()) return file.status();
   const absl::StatusOr<std::vector<e57::ScanSetup>> setups = e57::ReadIndex(*file);
   if (!setups.ok()) return setups.status();
@@ -245,9 +251,9 @@ absl::StatusOr<std::vector<std::string>> ListE57Setups(absl::string_view bytes) 
   return names;
 }
 
-absl::StatusOr<ImportedScan> ParseE57(absl::string_view bytes, size_t number,
+absl::StatusOr<ImportedScan> ParseE57(const bytes::ByteSource& source, size_t number,
                                       const ImportLimits& limits) {
-  absl::StatusOr<e57::PagedBytes> file = e57::PagedBytes::Open(bytes);
+  absl::StatusOr<e57::PagedBytes> file = e57::PagedBytes::Open(source);
   if (!file.ok()) return file.status();
   const absl::StatusOr<std::vector<e57::ScanSetup>> setups = e57::ReadIndex(*file);
   if (!setups.ok()) return setups.status();
@@ -274,18 +280,30 @@ absl::StatusOr<ImportedScan> ParseE57(absl::string_view bytes, size_t number,
     if (!found.ok()) return found.status();
     grid = *found;
   }
-  PointReader reader(setup, *fields, name, limits.unit);
-  const absl::StatusOr<std::vector<Eigen::Vector3f>> points = reader.Read(*file, grid);
-  if (!points.ok()) return points.status();
-  absl::StatusOr<GriddedScan> gridded =
-      grid.has_value() ? GridColumns(*points, static_cast<size_t>(grid->columns.count()),
-                                     static_cast<size_t>(grid->rows.count()))
-                       : GridDirections(*points);
-  if (!gridded.ok()) return gridded.status();
-  gridded->duplicates += reader.duplicates();
-  absl::StatusOr<ImportedScan> scan = FinishImport(*std::move(gridded), setup.records, limits);
+  std::optional<absl::StatusOr<GriddedScan>> gridded;
+  size_t far = 0;
+  size_t duplicates = 0;
+  if (grid.has_value()) {
+    PointReader reader(setup, *fields, name, limits.unit);
+    absl::StatusOr<KnownGrid> points = reader.Read(*file, *grid);
+    if (!points.ok()) return points.status();
+    gridded = std::move(*points).ToScan();
+    far = reader.far();
+    duplicates = reader.duplicates();
+  }
+  if (!gridded.has_value()) {  // the returns alone, by their directions
+    PointReader reader(setup, *fields, name, limits.unit);
+    const absl::StatusOr<std::vector<Eigen::Vector3f>> points = reader.Read(*file);
+    if (!points.ok()) return points.status();
+    gridded = GridDirections(*points);
+    far = reader.far();
+    duplicates = reader.duplicates();
+  }
+  if (!gridded->ok()) return gridded->status();
+  (*gridded)->duplicates += duplicates;
+  absl::StatusOr<ImportedScan> scan = FinishImport(**std::move(gridded), setup.records, limits);
   if (!scan.ok()) return scan.status();
-  scan->far = reader.far();
+  scan->far = far;
   if (setup.T_file_setup.has_value() &&
       !setup.T_file_setup->isApprox(Eigen::Isometry3d::Identity(), 1e-12)) {
     scan->T_world_scan = setup.T_file_setup;

@@ -7,14 +7,14 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "absl/strings/string_view.h"
+#include "core/bytes/byte_source.h"
 #include "core/sensor/imported_scan.h"
 
 namespace vantage::sensor {
 
 // The set-ups of a file, in its order, by the names that it gives them ("" for one without). Errors
 // as of ParseE57().
-absl::StatusOr<std::vector<std::string>> ListE57Setups(absl::string_view bytes);
+absl::StatusOr<std::vector<std::string>> ListE57Setups(const bytes::ByteSource& file);
 
 // One set-up of a file, counted from 0. Its pose becomes T_world_scan.
 //
@@ -26,10 +26,10 @@ absl::StatusOr<std::vector<std::string>> ListE57Setups(absl::string_view bytes);
 // and 3). Cartesian coordinates are taken where there are both kinds. Points are in the set-up's
 // frame, as the standard says.
 //
-// Parses the bytes of a file. INVALID_ARGUMENT: not the format it claims, cut off, no such set-up,
-// no points, or counts beyond the limits; DATA_LOSS: a checksum is wrong; UNIMPLEMENTED: a variant
-// that is not read. The message names set-up, element or record, and what to do about it.
-absl::StatusOr<ImportedScan> ParseE57(absl::string_view bytes, size_t setup,
+// Reads the file piece by piece. INVALID_ARGUMENT: not the format it claims, cut off, no such
+// set-up, no points, or counts beyond the limits; DATA_LOSS: a checksum is wrong; UNIMPLEMENTED: a
+// variant that is not read. The message names set-up, element or record, and what to do about it.
+absl::StatusOr<ImportedScan> ParseE57(const bytes::ByteSource& file, size_t setup,
                                       const ImportLimits& limits);
 
 }  // namespace vantage::sensor

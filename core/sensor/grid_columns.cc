@@ -12,46 +12,13 @@
 namespace vantage::sensor {
 namespace {
 
-// Points as a grid, column after column or row after row.
-struct KnownGrid {
-  std::span<const Eigen::Vector3f> points;
-  size_t columns;
-  size_t rows;
-  size_t column_stride;
-  size_t row_stride;
-
-  const Eigen::Vector3f& at(size_t column, size_t row) const {
-    return points[column * column_stride + row * row_stride];
-  }
-};
+// Points of a line by which its angle is found, at most: their median is as good as that of all.
+constexpr size_t kKept = 1024;
 
 bool IsReturn(const Eigen::Vector3f& point) { return !point.isZero(0); }
 
-std::optional<double> ColumnAzimuth(const KnownGrid& grid, size_t column) {
-  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
-  for (size_t row = 0; row < grid.rows; ++row) {
-    sum += grid.at(column, row).head<2>().cast<double>();
-  }
-  if (sum.isZero(0)) return std::nullopt;
-  const double about = std::atan2(sum.y(), sum.x());
-  std::vector<std::pair<double, double>> azimuths;
-  for (size_t row = 0; row < grid.rows; ++row) {
-    const Eigen::Vector3f& p = grid.at(column, row);
-    const double weight = std::hypot(p.x(), p.y());
-    if (weight > 0) azimuths.emplace_back(WrapAngle(AzimuthOf(p) - about), weight);
-  }
-  return about + WeightedMedian(azimuths);
-}
-
-std::optional<double> RowElevation(const KnownGrid& grid, size_t row) {
-  std::vector<std::pair<double, double>> elevations;
-  for (size_t column = 0; column < grid.columns; ++column) {
-    const Eigen::Vector3f& p = grid.at(column, row);
-    if (IsReturn(p)) elevations.emplace_back(ElevationOf(p), p.norm());
-  }
-  if (elevations.empty()) return std::nullopt;
-  return WeightedMedian(elevations);
-}
+size_t StrideOf(size_t cells) { return (cells + kKept - 1) / kKept; }
+size_t KeptOf(size_t cells) { return (cells + StrideOf(cells) - 1) / StrideOf(cells); }
 
 // Gives lines without a return their place. `wraps`: angles are azimuths. False when fewer than two
 // lines are known.
@@ -85,61 +52,170 @@ bool CompleteLines(const std::vector<std::optional<double>>& known, bool wraps,
   return true;
 }
 
-// Rule 1, or nothing when the directions do not agree with the grid.
-std::optional<LooseGrid> FitAxes(const KnownGrid& grid) {
-  std::vector<std::optional<double>> columns(grid.columns);
-  std::vector<std::optional<double>> rows(grid.rows);
-  for (size_t i = 0; i < grid.columns; ++i) columns[i] = ColumnAzimuth(grid, i);
-  for (size_t i = 0; i < grid.rows; ++i) rows[i] = RowElevation(grid, i);
+}  // namespace
+
+struct KnownGrid::Reading {
+  std::vector<Line> columns;
+  std::vector<Line> rows;
+  size_t row_stride = 1;      // of the rows whose points columns keep
+  bool columns_first = true;  // ranges are [column * rows + row], else [row * columns + column]
+};
+
+namespace {
+
+template <typename Line>
+std::optional<double> ColumnAzimuth(const Line& column) {
+  Eigen::Vector2d sum = Eigen::Vector2d::Zero();
+  for (size_t i = 0; i < column.count; ++i) {
+    sum += column.first[i * column.step].template head<2>().template cast<double>();
+  }
+  if (sum.isZero(0)) return std::nullopt;
+  const double about = std::atan2(sum.y(), sum.x());
+  std::vector<std::pair<double, double>> azimuths;
+  for (size_t i = 0; i < column.count; ++i) {
+    const Eigen::Vector3f& p = column.first[i * column.step];
+    const double weight = std::hypot(p.x(), p.y());
+    if (weight > 0) azimuths.emplace_back(WrapAngle(AzimuthOf(p) - about), weight);
+  }
+  return about + WeightedMedian(azimuths);
+}
+
+template <typename Line>
+std::optional<double> RowElevation(const Line& row) {
+  std::vector<std::pair<double, double>> elevations;
+  for (size_t i = 0; i < row.count; ++i) {
+    const Eigen::Vector3f& p = row.first[i * row.step];
+    if (IsReturn(p)) elevations.emplace_back(ElevationOf(p), p.norm());
+  }
+  if (elevations.empty()) return std::nullopt;
+  return WeightedMedian(elevations);
+}
+
+// Half the median step between lines in any order.
+double HalfStep(std::vector<double> lines) {
+  std::sort(lines.begin(), lines.end());
+  return 0.5 * MedianStep(lines);
+}
+
+// Without the rows of no return that would lie beyond the zenith or nadir. `known`: rows that have
+// a return.
+void DropRowsBeyondThePoles(const std::vector<std::optional<double>>& known, LooseGrid& loose) {
+  const size_t rows = loose.elevation.size();
+  std::vector<double> elevation;
+  std::vector<size_t> kept;
+  for (size_t row = 0; row < rows; ++row) {
+    if (std::abs(loose.elevation[row]) > kPi / 2 && !known[row].has_value()) continue;
+    kept.push_back(row);
+    elevation.push_back(loose.elevation[row]);
+  }
+  if (kept.size() == rows) return;
+  std::vector<float> range;
+  range.reserve(loose.azimuth.size() * kept.size());
+  for (size_t column = 0; column < loose.azimuth.size(); ++column) {
+    for (const size_t row : kept) range.push_back(loose.range[column * rows + row]);
+  }
+  loose.range = std::move(range);
+  loose.elevation = std::move(elevation);
+}
+
+// The lines of a reading of the grid, or nothing when the directions do not agree with it.
+template <typename Reading>
+std::optional<LooseGrid> FitAxes(const Reading& grid, std::vector<std::optional<double>>& rows) {
+  std::vector<std::optional<double>> columns(grid.columns.size());
+  rows.resize(grid.rows.size());
+  for (size_t i = 0; i < columns.size(); ++i) columns[i] = ColumnAzimuth(grid.columns[i]);
+  for (size_t i = 0; i < rows.size(); ++i) rows[i] = RowElevation(grid.rows[i]);
   LooseGrid loose;
   if (!CompleteLines(columns, true, loose.azimuth)) return std::nullopt;
   if (!CompleteLines(rows, false, loose.elevation)) return std::nullopt;
-  std::vector<double> sorted = loose.azimuth;
-  for (double& azimuth : sorted) azimuth = WrapAngle(azimuth);
-  loose.azimuth = sorted;
-  std::sort(sorted.begin(), sorted.end());
-  const double half_column = 0.5 * MedianStep(sorted);
-  sorted = loose.elevation;
-  std::sort(sorted.begin(), sorted.end());
-  const double half_row = 0.5 * MedianStep(sorted);
+  for (double& azimuth : loose.azimuth) azimuth = WrapAngle(azimuth);
+  const double half_column = HalfStep(loose.azimuth);
+  const double half_row = HalfStep(loose.elevation);
   size_t returns = 0;
   size_t agreeing = 0;
-  loose.range.assign(grid.columns * grid.rows, RangeImage::kNoReturn);
-  for (size_t column = 0; column < grid.columns; ++column) {
-    for (size_t row = 0; row < grid.rows; ++row) {
-      const Eigen::Vector3f& p = grid.at(column, row);
+  for (size_t column = 0; column < columns.size(); ++column) {
+    const auto& line = grid.columns[column];
+    for (size_t i = 0; i < line.count; ++i) {
+      const Eigen::Vector3f& p = line.first[i * line.step];
       if (!IsReturn(p)) continue;
       ++returns;
       const double elevation = ElevationOf(p);
       const double across =
           std::cos(elevation) * std::abs(WrapAngle(AzimuthOf(p) - loose.azimuth[column]));
-      const double along = std::abs(elevation - loose.elevation[row]);
+      const double along = std::abs(elevation - loose.elevation[i * grid.row_stride]);
       agreeing += across <= half_column && along <= half_row ? 1 : 0;
-      loose.range[column * grid.rows + row] = p.norm();
     }
   }
   if (100 * agreeing < 99 * returns) return std::nullopt;
-  // Rows of no return that would lie beyond the zenith or nadir.
-  std::vector<double> elevation;
-  std::vector<size_t> kept;
-  for (size_t row = 0; row < grid.rows; ++row) {
-    if (std::abs(loose.elevation[row]) > kPi / 2 && !rows[row].has_value()) continue;
-    kept.push_back(row);
-    elevation.push_back(loose.elevation[row]);
-  }
-  if (kept.size() < grid.rows) {
-    std::vector<float> range;
-    range.reserve(grid.columns * kept.size());
-    for (size_t column = 0; column < grid.columns; ++column) {
-      for (const size_t row : kept) range.push_back(loose.range[column * grid.rows + row]);
-    }
-    loose.range = std::move(range);
-    loose.elevation = std::move(elevation);
-  }
   return loose;
 }
 
+// [a * n + b] to [b * m + a], of m times n.
+std::vector<float> Transposed(const std::vector<float>& values, size_t m, size_t n) {
+  std::vector<float> transposed(values.size());
+  for (size_t a = 0; a < m; ++a) {
+    for (size_t b = 0; b < n; ++b) transposed[b * m + a] = values[a * n + b];
+  }
+  return transposed;
+}
+
 }  // namespace
+
+KnownGrid::KnownGrid(size_t columns, size_t rows)
+    : columns_(columns),
+      rows_(rows),
+      column_stride_(StrideOf(columns)),
+      row_stride_(StrideOf(rows)),
+      kept_rows_(KeptOf(rows)),
+      kept_columns_(KeptOf(columns)),
+      range_(columns * rows, RangeImage::kNoReturn),
+      in_columns_(columns * kept_rows_, Eigen::Vector3f::Zero()) {
+  if (row_stride_ > 1) in_rows_.assign(rows * kept_columns_, Eigen::Vector3f::Zero());
+}
+
+bool KnownGrid::Put(size_t column, size_t row, const Eigen::Vector3f& point) {
+  float& range = range_[column * rows_ + row];
+  if (RangeImage::IsRange(range)) return false;
+  range = point.norm();
+  ++returns_;
+  if (row % row_stride_ == 0) in_columns_[column * kept_rows_ + row / row_stride_] = point;
+  if (!in_rows_.empty() && column % column_stride_ == 0) {
+    in_rows_[row * kept_columns_ + column / column_stride_] = point;
+  }
+  return true;
+}
+
+KnownGrid::Line KnownGrid::Column(size_t column) const {
+  return {&in_columns_[column * kept_rows_], kept_rows_, 1};
+}
+
+KnownGrid::Line KnownGrid::Row(size_t row) const {
+  if (in_rows_.empty()) {
+    return {&in_columns_[row], kept_columns_, column_stride_ * kept_rows_};
+  }
+  return {&in_rows_[row * kept_columns_], kept_columns_, 1};
+}
+
+std::optional<absl::StatusOr<GriddedScan>> KnownGrid::ToScan() && {
+  if (empty()) return std::nullopt;
+  Reading as_put;
+  for (size_t i = 0; i < columns_; ++i) as_put.columns.push_back(Column(i));
+  for (size_t i = 0; i < rows_; ++i) as_put.rows.push_back(Row(i));
+  as_put.row_stride = row_stride_;
+  Reading turned{as_put.rows, as_put.columns, column_stride_, false};
+  for (const Reading& reading : {as_put, turned}) {
+    std::vector<std::optional<double>> known_rows;
+    std::optional<LooseGrid> loose = FitAxes(reading, known_rows);
+    if (!loose.has_value()) continue;
+    in_columns_ = {};
+    in_rows_ = {};
+    loose->range = reading.columns_first ? std::move(range_) : Transposed(range_, columns_, rows_);
+    range_ = {};
+    DropRowsBeyondThePoles(known_rows, *loose);
+    return AssembleGrid(*std::move(loose));
+  }
+  return std::nullopt;
+}
 
 absl::StatusOr<GriddedScan> GridColumns(std::span<const Eigen::Vector3f> points, size_t columns,
                                         size_t rows) {
@@ -148,16 +224,18 @@ absl::StatusOr<GriddedScan> GridColumns(std::span<const Eigen::Vector3f> points,
                                                    " columns x ", rows,
                                                    " rows; at least 2 x 2 are needed"));
   }
-  if (std::none_of(points.begin(), points.end(), IsReturn)) {
+  KnownGrid grid(columns, rows);
+  for (size_t column = 0; column < columns; ++column) {
+    for (size_t row = 0; row < rows; ++row) {
+      const Eigen::Vector3f& point = points[column * rows + row];
+      if (IsReturn(point)) grid.Put(column, row, point);
+    }
+  }
+  if (grid.empty()) {
     return absl::InvalidArgumentError(
         "points: no ray of the scan returned anything; there is nothing to model");
   }
-  for (const KnownGrid& grid :
-       {KnownGrid{points, columns, rows, rows, 1}, KnownGrid{points, rows, columns, 1, rows}}) {
-    if (std::optional<LooseGrid> loose = FitAxes(grid); loose.has_value()) {
-      return AssembleGrid(*std::move(loose));
-    }
-  }
+  if (auto scan = std::move(grid).ToScan(); scan.has_value()) return *std::move(scan);
   return GridDirections(points);
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "core/sensor/scanner_model.h"
@@ -138,6 +139,27 @@ void FillMissing(double end, std::vector<Line>& lines) {
   lines = std::move(filled);
 }
 
+// Where lines are as they were, but that another column comes first: which. Then cells stay
+// together, and a large grid needs no second copy.
+std::optional<size_t> TurnedOnly(const std::vector<Line>& columns, const std::vector<Line>& rows,
+                                 const LooseGrid& grid) {
+  if (columns.size() != grid.azimuth.size() || rows.size() != grid.elevation.size()) {
+    return std::nullopt;
+  }
+  const auto is = [](const Line& line, size_t source) {
+    return line.sources.size() == 1 && line.sources.front() == source;
+  };
+  for (size_t i = 0; i < rows.size(); ++i) {
+    if (!is(rows[i], i)) return std::nullopt;
+  }
+  if (columns.front().sources.size() != 1) return std::nullopt;
+  const size_t first = columns.front().sources.front();
+  for (size_t i = 0; i < columns.size(); ++i) {
+    if (!is(columns[i], (first + i) % columns.size())) return std::nullopt;
+  }
+  return first;
+}
+
 }  // namespace
 
 absl::StatusOr<GriddedScan> AssembleGrid(LooseGrid grid) {
@@ -160,6 +182,13 @@ absl::StatusOr<GriddedScan> AssembleGrid(LooseGrid grid) {
   }
   for (const Line& column : columns) image.azimuth.push_back(column.angle);
   for (const Line& row : rows) image.elevation.push_back(std::clamp(row.angle, -kPi / 2, kPi / 2));
+  if (const std::optional<size_t> turn = TurnedOnly(columns, rows, grid)) {
+    const auto first = static_cast<std::ptrdiff_t>(*turn * rows.size());
+    std::rotate(grid.range.begin(), grid.range.begin() + first, grid.range.end());
+    image.range = std::move(grid.range);
+    if (absl::Status valid = image.Validate(); !valid.ok()) return valid;
+    return result;
+  }
   image.range.reserve(columns.size() * rows.size());
   const size_t stride = grid.elevation.size();
   for (const Line& column : columns) {

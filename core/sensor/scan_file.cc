@@ -1,9 +1,6 @@
 #include "core/sensor/scan_file.h"
 
-#include <cerrno>
-#include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <optional>
 #include <system_error>
 
@@ -51,7 +48,7 @@ absl::Status NotRead(const std::string& path, absl::string_view extension) {
       "export the scan as structured E57 or PTX"));
 }
 
-absl::StatusOr<std::string> ReadBytes(const std::string& path) {
+absl::StatusOr<bytes::ByteSource> OpenFile(const std::string& path) {
   std::error_code error;
   const auto status = std::filesystem::status(path, error);
   if (!std::filesystem::exists(status)) {
@@ -60,17 +57,7 @@ absl::StatusOr<std::string> ReadBytes(const std::string& path) {
   if (!std::filesystem::is_regular_file(status)) {
     return absl::InvalidArgumentError(absl::StrCat(path, ": not a regular file"));
   }
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    const int cause = errno;
-    return absl::ErrnoToStatus(cause == 0 ? EACCES : cause, absl::StrCat(path, ": cannot open"));
-  }
-  std::string bytes;
-  bytes.resize(static_cast<size_t>(std::filesystem::file_size(path, error)));
-  if (error || !file.read(bytes.data(), static_cast<std::streamsize>(bytes.size()))) {
-    return absl::DataLossError(absl::StrCat(path, ": reading failed"));
-  }
-  return bytes;
+  return bytes::ByteSource::Open(path);
 }
 
 }  // namespace
@@ -107,16 +94,21 @@ absl::StatusOr<ScanFile> ScanFile::Open(const std::string& path,
   if (station.has_value() && !station->allFinite()) {
     return absl::InvalidArgumentError(absl::StrCat(path, ": the station must be three numbers"));
   }
-  absl::StatusOr<std::string> bytes = ReadBytes(path);
-  if (!bytes.ok()) return bytes.status();
-  ScanFile file(path, *format, station, *std::move(bytes));
+  absl::StatusOr<bytes::ByteSource> source = OpenFile(path);
+  if (!source.ok()) return source.status();
+  ScanFile file(path, *format, station, *std::move(source));
+  if (*format != Format::kE57) {
+    absl::StatusOr<std::string> bytes = file.file_.All();
+    if (!bytes.ok()) return bytes.status();
+    file.bytes_ = *std::move(bytes);
+  }
   if (absl::Status found = file.FindSetups(); !found.ok()) return file.InFile(found);
   return file;
 }
 
 absl::Status ScanFile::FindSetups() {
   if (format_ == Format::kE57) {
-    absl::StatusOr<std::vector<std::string>> names = ListE57Setups(bytes_);
+    absl::StatusOr<std::vector<std::string>> names = ListE57Setups(file_);
     if (!names.ok()) return names.status();
     if (names->empty()) return absl::InvalidArgumentError("E57: there is no scan in it");
     setups_ = *std::move(names);
@@ -138,7 +130,7 @@ absl::StatusOr<ImportedScan> ScanFile::Parse(size_t setup, const ImportLimits& l
     case Format::kPcd:
       return ParsePcd(bytes_, limits, station_);
     case Format::kE57:
-      return ParseE57(bytes_, setup, limits);
+      return ParseE57(file_, setup, limits);
     case Format::kLas:
     case Format::kPly:
     case Format::kXyz:

@@ -14,6 +14,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "core/bytes/byte_source.h"
 #include "core/sensor/imported_scan.h"
 
 namespace vantage::sensor {
@@ -41,8 +42,8 @@ class ScanFile {
   static std::optional<Format> FormatOf(absl::string_view extension);
 
   ScanFile(std::string path, Format format, std::optional<Eigen::Vector3d> station,
-           std::string bytes)
-      : path_(std::move(path)), format_(format), station_(station), bytes_(std::move(bytes)) {}
+           bytes::ByteSource file)
+      : path_(std::move(path)), format_(format), station_(station), file_(std::move(file)) {}
   absl::Status FindSetups();
   // Of a format of loose points.
   absl::StatusOr<ImportedScan> ParseCloud(const ImportLimits& limits) const;
@@ -52,7 +53,8 @@ class ScanFile {
   std::string path_;
   Format format_;
   std::optional<Eigen::Vector3d> station_;
-  std::string bytes_;
+  bytes::ByteSource file_;
+  std::string bytes_;  // all of it, of formats that are not read piece by piece
   std::vector<std::string> setups_;
   std::vector<size_t> begins_;  // of a PTX file's set-ups: their first bytes, and the file's end
 };

@@ -1,0 +1,44 @@
+// Bytes at any place of something large: of a file, without all of it in memory, or of memory.
+#ifndef VANTAGE_CORE_BYTES_BYTE_SOURCE_H_
+#define VANTAGE_CORE_BYTES_BYTE_SOURCE_H_
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <string>
+
+#include "absl/status/status.h"
+#include "absl/status/statusor.h"
+#include "absl/strings/string_view.h"
+
+namespace vantage::bytes {
+
+// Copies read the same. Not thread safe.
+class ByteSource {
+ public:
+  // Of memory that outlives it; implicitly, so that functions take either.
+  ByteSource(absl::string_view bytes) : bytes_(bytes), size_(bytes.size()) {}     // NOLINT
+  ByteSource(const std::string& bytes) : ByteSource(absl::string_view(bytes)) {}  // NOLINT
+  // Of a regular file, which stays open. Errors as the file system says.
+  static absl::StatusOr<ByteSource> Open(const std::string& path);
+
+  uint64_t size() const { return size_; }
+  // A view of `size` bytes from `begin` on, which must lie within size(); valid until the next call
+  // on this source or a copy of it. DATA_LOSS: the file has become shorter, or cannot be read.
+  absl::StatusOr<absl::string_view> View(uint64_t begin, size_t size);
+  // All of it. DATA_LOSS as of View().
+  absl::StatusOr<std::string> All() const;
+
+ private:
+  struct OpenFile;
+
+  ByteSource(std::shared_ptr<OpenFile> file, uint64_t size) : size_(size), file_(std::move(file)) {}
+
+  absl::string_view bytes_;  // where there is no file
+  uint64_t size_ = 0;
+  std::shared_ptr<OpenFile> file_;
+};
+
+}  // namespace vantage::bytes
+
+#endif  // VANTAGE_CORE_BYTES_BYTE_SOURCE_H_
