@@ -43,6 +43,8 @@ Benchmark BenchSite;
 Benchmark BenchHeading;
 // preview.*: what plans from thinned scans lose, and how large those are; `full`: in more scenes.
 Benchmark BenchPreview;
+// import.*: how fast scan files are read, and in how much memory; `full`: of 44 million cells.
+Benchmark BenchImport;
 // phantom.*: what is left of rooms that are only in mirrors, and openings lost for mirrors.
 Benchmark BenchPhantom;
 // plan.answered.*, plan.first_view.*: whether short budgets give a view, and how soon the first is

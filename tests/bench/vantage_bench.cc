@@ -54,6 +54,9 @@ constexpr auto kGroups = std::to_array<Group>({
     {"preview", "preview.",
      "plans from previews, beside those from whole scans; --full: in three times the scenes", 3,
      BenchPreview},
+    {"import", "import.",
+     "reading E57 and PTX, beside their bytes from the page cache; --full: 44 million cells", 1,
+     BenchImport},
     {"anytime",
      "plan.anytime.speedup. plan.anytime.worst_regret. plan.anytime.cpu_seconds. "
      "plan.anytime.dominates. plan.anytime.curve. plan.threads2.",
