@@ -58,13 +58,25 @@ absl::Status ByteSource::OpenFile::Read(uint64_t begin, char* out, size_t size) 
   return absl::OkStatus();
 }
 
+ByteSource ByteSource::Part(uint64_t begin, uint64_t size) const {
+  ByteSource part = *this;
+  part.size_ = size;
+  part.begin_ += begin;
+  if (file_ == nullptr) {
+    part.bytes_ = bytes_.substr(static_cast<size_t>(begin), static_cast<size_t>(size));
+  }
+  return part;
+}
+
 absl::StatusOr<absl::string_view> ByteSource::View(uint64_t begin, size_t size) {
   if (file_ == nullptr) return bytes_.substr(static_cast<size_t>(begin), size);
+  const uint64_t left = size_ - begin;
+  begin += begin_;
   std::string& window = file_->window;
   const bool held =
       begin >= file_->window_begin && begin + size <= file_->window_begin + window.size();
   if (!held) {
-    window.resize(static_cast<size_t>(std::min<uint64_t>(std::max(size, kWindow), size_ - begin)));
+    window.resize(static_cast<size_t>(std::min<uint64_t>(std::max(size, kWindow), left)));
     file_->window_begin = begin;
     if (absl::Status read = file_->Read(begin, window.data(), window.size()); !read.ok()) {
       window.clear();
@@ -77,7 +89,7 @@ absl::StatusOr<absl::string_view> ByteSource::View(uint64_t begin, size_t size) 
 absl::StatusOr<std::string> ByteSource::All() const {
   if (file_ == nullptr) return std::string(bytes_);
   std::string all(static_cast<size_t>(size_), '\0');
-  if (absl::Status read = file_->Read(0, all.data(), all.size()); !read.ok()) return read;
+  if (absl::Status read = file_->Read(begin_, all.data(), all.size()); !read.ok()) return read;
   return all;
 }
 

@@ -23,6 +23,8 @@ class ByteSource {
   static absl::StatusOr<ByteSource> Open(const std::string& path);
 
   uint64_t size() const { return size_; }
+  // `size` bytes from `begin` on, which must lie within size(), as a source.
+  ByteSource Part(uint64_t begin, uint64_t size) const;
   // A view of `size` bytes from `begin` on, which must lie within size(); valid until the next call
   // on this source or a copy of it. DATA_LOSS: the file has become shorter, or cannot be read.
   absl::StatusOr<absl::string_view> View(uint64_t begin, size_t size);
@@ -35,6 +37,7 @@ class ByteSource {
   ByteSource(std::shared_ptr<OpenFile> file, uint64_t size) : size_(size), file_(std::move(file)) {}
 
   absl::string_view bytes_;  // where there is no file
+  uint64_t begin_ = 0;       // within the file
   uint64_t size_ = 0;
   std::shared_ptr<OpenFile> file_;
 };

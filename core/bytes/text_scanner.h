@@ -4,38 +4,64 @@
 
 #include <charconv>
 #include <cstddef>
+#include <cstdint>
 #include <span>
 #include <string>
 #include <system_error>
+#include <utility>
 
 #include "absl/strings/ascii.h"
 #include "absl/strings/string_view.h"
+#include "core/bytes/byte_source.h"
 
 namespace vantage::bytes {
 
 // Reads `text` line by line; '\n', with or without '\r' before it, ends a line.
 class TextScanner {
  public:
-  explicit TextScanner(absl::string_view text) : text_(text) {}
+  explicit TextScanner(ByteSource text) : text_(std::move(text)) {}
 
-  // The next line without its end; false at the end of the text.
+  // The next line without its end, valid until the next call; of a text in memory as long as that.
+  // False at the end of the text, and where it cannot be read on.
   bool NextLine(absl::string_view& line) {
     if (at_ >= text_.size()) return false;
-    const size_t end = text_.find('\n', at_);
-    const size_t stop = end == absl::string_view::npos ? text_.size() : end;
-    line = text_.substr(at_, stop - at_);
+    size_t end = window_.find('\n', within_);
+    if (end == absl::string_view::npos) {
+      if (!Refill()) return false;
+      end = window_.find('\n');
+    }
+    const size_t stop = end == absl::string_view::npos ? window_.size() : end;
+    line = window_.substr(within_, stop - within_);
     if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
-    at_ = end == absl::string_view::npos ? text_.size() : end + 1;
+    const size_t next = end == absl::string_view::npos ? window_.size() : end + 1;
+    at_ += next - within_;
+    within_ = next;
     ++line_;
     return true;
   }
 
   size_t line_number() const { return line_; }  // of the line read last; the first is 1
-  size_t offset() const { return at_; }         // of the byte after that line
+  uint64_t offset() const { return at_; }       // of the byte after that line
 
  private:
-  absl::string_view text_;
-  size_t at_ = 0;
+  static constexpr size_t kWindow = 1 << 20;  // bytes
+
+  // Makes the window begin with the next line, and hold all of it.
+  bool Refill() {
+    for (size_t size = kWindow;; size *= 2) {
+      const uint64_t left = text_.size() - at_;
+      const auto view = text_.View(at_, static_cast<size_t>(size < left ? uint64_t{size} : left));
+      if (!view.ok()) return false;
+      window_ = *view;
+      within_ = 0;
+      if (size >= left || window_.find('\n') != absl::string_view::npos) return true;
+    }
+  }
+
+  ByteSource text_;
+  absl::string_view window_;
+  size_t within_ = 0;  // the window
+  uint64_t at_ = 0;
   size_t line_ = 0;
 };
 

@@ -1,7 +1,8 @@
 #include "core/sensor/las.h"
 
-#include <cmath>
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 
 #include "absl/strings/str_cat.h"
 #include "core/bytes/byte_order.h"
@@ -44,7 +45,9 @@ absl::Status Bad(absl::string_view what) {
   return absl::InvalidArgumentError(absl::StrCat("LAS: ", what));
 }
 
-absl::StatusOr<LasHeader> ReadHeader(absl::string_view bytes, const ImportLimits& limits) {
+// `bytes`: the file's first ones, those of the longest header where it has so many; `size`: of all.
+absl::StatusOr<LasHeader> ReadHeader(absl::string_view bytes, uint64_t size,
+                                     const ImportLimits& limits) {
   if (bytes.substr(0, 4) != "LASF") return Bad("no LASF at its beginning; is this a LAS file?");
   if (bytes.size() < kHeaderBytes) {
     return Bad("truncated within the header; export or copy the file again");
@@ -93,9 +96,9 @@ absl::StatusOr<LasHeader> ReadHeader(absl::string_view bytes, const ImportLimits
     return Bad(absl::StrCat(header.count, " points are more than the limit of ", limits.max_points,
                             "; export the scan at a lower resolution"));
   }
-  if (header.points_at < kHeaderBytes || header.points_at > bytes.size() ||
-      (bytes.size() - header.points_at) / header.record_bytes < header.count) {
-    return Bad(absl::StrCat("truncated: ", bytes.size(), " bytes for ", header.count, " points of ",
+  if (header.points_at < kHeaderBytes || header.points_at > size ||
+      (size - header.points_at) / header.record_bytes < header.count) {
+    return Bad(absl::StrCat("truncated: ", size, " bytes for ", header.count, " points of ",
                             header.record_bytes, " bytes from byte ", header.points_at,
                             " on; export or copy the file again"));
   }
@@ -104,13 +107,20 @@ absl::StatusOr<LasHeader> ReadHeader(absl::string_view bytes, const ImportLimits
 
 }  // namespace
 
-absl::Status ReadLas(absl::string_view bytes, const ImportLimits& limits, PointCloud& cloud) {
-  const absl::StatusOr<LasHeader> header = ReadHeader(bytes, limits);
+absl::Status ReadLas(const bytes::ByteSource& source, const ImportLimits& limits,
+                     PointCloud& cloud) {
+  bytes::ByteSource file = source;
+  const auto first =
+      file.View(0, static_cast<size_t>(std::min<uint64_t>(kLongHeaderBytes, file.size())));
+  if (!first.ok()) return first.status();
+  const absl::StatusOr<LasHeader> header = ReadHeader(*first, file.size(), limits);
   if (!header.ok()) return header.status();
   const uint8_t withdrawn = header->format >= kFirstNewFormat ? kNewWithdrawn : kWithdrawn;
   cloud.Reserve(header->count);
   for (uint64_t i = 0; i < header->count; ++i) {
-    const char* const record = bytes.data() + header->points_at + i * header->record_bytes;
+    const auto read = file.View(header->points_at + i * header->record_bytes, header->record_bytes);
+    if (!read.ok()) return read.status();
+    const char* const record = read->data();
     if ((LoadLittleEndian<uint8_t>(record + kFlagsAt) & withdrawn) != 0) continue;
     const Eigen::Array3d steps(LoadLittleEndian<int32_t>(record),
                                LoadLittleEndian<int32_t>(record + 4),

@@ -2,10 +2,13 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 #include "core/bytes/text_scanner.h"
 #include "core/sensor/grid_columns.h"
+#include "core/sensor/grid_directions.h"
 
 namespace vantage::sensor {
 namespace {
@@ -39,7 +42,7 @@ absl::StatusOr<size_t> ReadCount(bytes::TextScanner& text, absl::string_view wha
   return static_cast<size_t>(value[0]);
 }
 
-absl::StatusOr<PtxHeader> ReadHeader(bytes::TextScanner& text, absl::string_view bytes,
+absl::StatusOr<PtxHeader> ReadHeader(bytes::TextScanner& text, uint64_t size,
                                      const ImportLimits& limits) {
   PtxHeader header;
   absl::StatusOr<size_t> columns = ReadCount(text, "the number of columns");
@@ -59,10 +62,10 @@ absl::StatusOr<PtxHeader> ReadHeader(bytes::TextScanner& text, absl::string_view
                      " rows are more than the limit of ", limits.max_points,
                      " points; export the scan at a lower resolution"));
   }
-  if (header.columns * header.rows > bytes.size() / kShortestPointLine + 1) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "PTX: truncated: ", header.columns, " columns x ", header.rows, " rows do not fit into ",
-        bytes.size(), " bytes; export or copy the file again"));
+  if (header.columns * header.rows > size / kShortestPointLine + 1) {
+    return absl::InvalidArgumentError(
+        absl::StrCat("PTX: truncated: ", header.columns, " columns x ", header.rows,
+                     " rows do not fit into ", size, " bytes; export or copy the file again"));
   }
   // Position and axes of the scanner (4 lines) repeat what the 4 x 4 says.
   Eigen::Matrix4d row_vector_convention;
@@ -113,6 +116,20 @@ absl::StatusOr<Eigen::Vector3f> ReadPoint(const bytes::TextScanner& text, absl::
       .value_or(Eigen::Vector3f::Zero());
 }
 
+// The returns of `count` lines that were read once.
+std::vector<Eigen::Vector3f> ReturnsFrom(const bytes::ByteSource& lines, size_t count,
+                                         const ImportLimits& limits) {
+  bytes::TextScanner text(lines);
+  FarReturns far(limits.unit);
+  std::vector<Eigen::Vector3f> returns;
+  absl::string_view line;
+  for (size_t i = 0; i < count && text.NextLine(line); ++i) {
+    const absl::StatusOr<Eigen::Vector3f> point = ReadPoint(text, line, far);
+    if (point.ok() && !point->isZero(0)) returns.push_back(*point);
+  }
+  return returns;
+}
+
 // Goes on behind `count` lines, or at the end.
 void SkipLines(bytes::TextScanner& text, size_t count) {
   absl::string_view line;
@@ -122,45 +139,45 @@ void SkipLines(bytes::TextScanner& text, size_t count) {
 
 }  // namespace
 
-std::vector<size_t> FindPtxSetups(absl::string_view bytes) {
-  std::vector<size_t> begins;
-  bytes::TextScanner text(bytes);
+std::vector<uint64_t> FindPtxSetups(const bytes::ByteSource& file) {
+  std::vector<uint64_t> begins;
+  bytes::TextScanner text(file);
   while (true) {
-    const size_t begin = text.offset();
+    const uint64_t begin = text.offset();
     const absl::StatusOr<size_t> columns = ReadCount(text, "the number of columns");
     const absl::StatusOr<size_t> rows = ReadCount(text, "the number of rows");
-    const size_t most = bytes.size();  // lines
+    const uint64_t most = file.size();  // lines
     if (!columns.ok() || !rows.ok() || *columns == 0 || *rows > most / *columns) break;
     begins.push_back(begin);
     SkipLines(text, kHeaderLines - 2 + *columns * *rows);
   }
   if (begins.empty()) begins.push_back(0);
-  begins.push_back(bytes.size());
+  begins.push_back(file.size());
   return begins;
 }
 
-absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimits& limits) {
-  bytes::TextScanner text(bytes);
-  absl::StatusOr<PtxHeader> header = ReadHeader(text, bytes, limits);
+absl::StatusOr<ImportedScan> ParsePtx(const bytes::ByteSource& file, const ImportLimits& limits) {
+  bytes::TextScanner text(file);
+  absl::StatusOr<PtxHeader> header = ReadHeader(text, file.size(), limits);
   if (!header.ok()) return header.status();
   const size_t count = header->columns * header->rows;
-  std::vector<Eigen::Vector3f> points;
-  points.reserve(count);
+  const uint64_t begin = text.offset();
+  KnownGrid points(header->columns, header->rows);
   FarReturns far(limits.unit);
   absl::string_view line;
-  while (points.size() < count) {
+  for (size_t i = 0; i < count; ++i) {
     if (!text.NextLine(line)) {
       return absl::InvalidArgumentError(
-          absl::StrCat("PTX: truncated: ", points.size(), " points where ", count,
+          absl::StrCat("PTX: truncated: ", i, " points where ", count,
                        " were announced; export or copy the file again"));
     }
     absl::StatusOr<Eigen::Vector3f> point = ReadPoint(text, line, far);
     if (!point.ok()) {
-      if (text.offset() < bytes.size()) return point.status();
+      if (text.offset() < file.size()) return point.status();
       return absl::InvalidArgumentError(
           absl::StrCat(point.status().message(), "; the file ends there (truncated?)"));
     }
-    points.push_back(*point);
+    if (!point->isZero(0)) points.Put(i / header->rows, i % header->rows, *point);
   }
   while (text.NextLine(line)) {
     if (absl::StripAsciiWhitespace(line).empty()) continue;
@@ -174,9 +191,16 @@ absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimit
                                                    " points that were announced"));
   }
   if (absl::Status near = far.Check(); !near.ok()) return near;
-  absl::StatusOr<GriddedScan> gridded = GridColumns(points, header->columns, header->rows);
-  if (!gridded.ok()) return gridded.status();
-  absl::StatusOr<ImportedScan> scan = FinishImport(*std::move(gridded), count, limits);
+  if (points.empty()) {
+    return absl::InvalidArgumentError(
+        "points: no ray of the scan returned anything; there is nothing to model");
+  }
+  std::optional<absl::StatusOr<GriddedScan>> gridded = std::move(points).ToScan();
+  if (!gridded.has_value()) {
+    gridded = GridDirections(ReturnsFrom(file.Part(begin, file.size() - begin), count, limits));
+  }
+  if (!gridded->ok()) return gridded->status();
+  absl::StatusOr<ImportedScan> scan = FinishImport(**std::move(gridded), count, limits);
   if (!scan.ok()) return scan.status();
   scan->far = far.count();
   if (!header->T_world_scan.isApprox(Eigen::Isometry3d::Identity(), 1e-12)) {

@@ -2,11 +2,11 @@
 #ifndef VANTAGE_CORE_SENSOR_PTX_H_
 #define VANTAGE_CORE_SENSOR_PTX_H_
 
-#include <cstddef>
+#include <cstdint>
 #include <vector>
 
 #include "absl/status/statusor.h"
-#include "absl/strings/string_view.h"
+#include "core/bytes/byte_source.h"
 #include "core/sensor/imported_scan.h"
 
 namespace vantage::sensor {
@@ -15,14 +15,14 @@ namespace vantage::sensor {
 // 4 (+ intensity), 6 or 7 (+ r g b) numbers a line. The 4 x 4 in the header is in row-vector
 // convention: its last row is the translation. It becomes T_world_scan.
 //
-// Parses the bytes of one set-up. INVALID_ARGUMENT: not the format it claims, truncated, NaN, empty
+// Reads one set-up, line by line. INVALID_ARGUMENT: not the format it claims, truncated, NaN, empty
 // grid, or counts beyond the limits; the message names the line or field and what to do about it.
 // UNIMPLEMENTED: a variant of the format that is not read, by name.
-absl::StatusOr<ImportedScan> ParsePtx(absl::string_view bytes, const ImportLimits& limits);
+absl::StatusOr<ImportedScan> ParsePtx(const bytes::ByteSource& file, const ImportLimits& limits);
 
 // Where the set-ups of a file begin, which lie one after the other, and where the last one ends. A
 // file of which not even the header can be read has one; ParsePtx() says what is wrong with it.
-std::vector<size_t> FindPtxSetups(absl::string_view bytes);
+std::vector<uint64_t> FindPtxSetups(const bytes::ByteSource& file);
 
 }  // namespace vantage::sensor
 

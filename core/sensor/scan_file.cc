@@ -97,7 +97,7 @@ absl::StatusOr<ScanFile> ScanFile::Open(const std::string& path,
   absl::StatusOr<bytes::ByteSource> source = OpenFile(path);
   if (!source.ok()) return source.status();
   ScanFile file(path, *format, station, *std::move(source));
-  if (*format != Format::kE57) {
+  if (*format == Format::kPcd || *format == Format::kPly || *format == Format::kRangeImage) {
     absl::StatusOr<std::string> bytes = file.file_.All();
     if (!bytes.ok()) return bytes.status();
     file.bytes_ = *std::move(bytes);
@@ -113,7 +113,7 @@ absl::Status ScanFile::FindSetups() {
     if (names->empty()) return absl::InvalidArgumentError("E57: there is no scan in it");
     setups_ = *std::move(names);
   } else if (format_ == Format::kPtx) {
-    begins_ = FindPtxSetups(bytes_);
+    begins_ = FindPtxSetups(file_);
     setups_.resize(begins_.size() - 1);
   } else {
     setups_.resize(1);
@@ -124,9 +124,7 @@ absl::Status ScanFile::FindSetups() {
 absl::StatusOr<ImportedScan> ScanFile::Parse(size_t setup, const ImportLimits& limits) const {
   switch (format_) {
     case Format::kPtx:
-      return ParsePtx(
-          absl::string_view(bytes_).substr(begins_[setup], begins_[setup + 1] - begins_[setup]),
-          limits);
+      return ParsePtx(file_.Part(begins_[setup], begins_[setup + 1] - begins_[setup]), limits);
     case Format::kPcd:
       return ParsePcd(bytes_, limits, station_);
     case Format::kE57:
@@ -143,9 +141,9 @@ absl::StatusOr<ImportedScan> ScanFile::Parse(size_t setup, const ImportLimits& l
 
 absl::StatusOr<ImportedScan> ScanFile::ParseCloud(const ImportLimits& limits) const {
   PointCloud cloud(*station_, limits.unit);
-  const absl::Status read = format_ == Format::kLas   ? ReadLas(bytes_, limits, cloud)
+  const absl::Status read = format_ == Format::kLas   ? ReadLas(file_, limits, cloud)
                             : format_ == Format::kPly ? ReadPlyPoints(bytes_, limits, cloud)
-                                                      : ReadXyz(bytes_, limits, cloud);
+                                                      : ReadXyz(file_, limits, cloud);
   if (!read.ok()) return read;
   return cloud.ToScan(limits);
 }

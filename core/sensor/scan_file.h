@@ -7,6 +7,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <utility>
@@ -56,7 +57,7 @@ class ScanFile {
   bytes::ByteSource file_;
   std::string bytes_;  // all of it, of formats that are not read piece by piece
   std::vector<std::string> setups_;
-  std::vector<size_t> begins_;  // of a PTX file's set-ups: their first bytes, and the file's end
+  std::vector<uint64_t> begins_;  // of a PTX file's set-ups: their first bytes, and the file's end
 };
 
 // The one set-up of a file. INVALID_ARGUMENT: it has several. Otherwise errors as of ScanFile.

@@ -43,8 +43,8 @@ std::optional<Eigen::Vector3d> PointOf(absl::string_view line, std::string& blan
 
 }  // namespace
 
-absl::Status ReadXyz(absl::string_view bytes, const ImportLimits& limits, PointCloud& cloud) {
-  bytes::TextScanner text(bytes);
+absl::Status ReadXyz(const bytes::ByteSource& file, const ImportLimits& limits, PointCloud& cloud) {
+  bytes::TextScanner text(file);
   absl::string_view line;
   std::string blanks;
   int skipped = 0;

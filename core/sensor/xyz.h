@@ -3,7 +3,7 @@
 #define VANTAGE_CORE_SENSOR_XYZ_H_
 
 #include "absl/status/status.h"
-#include "absl/strings/string_view.h"
+#include "core/bytes/byte_source.h"
 #include "core/sensor/imported_scan.h"
 #include "core/sensor/point_cloud.h"
 
@@ -14,7 +14,7 @@ namespace vantage::sensor {
 // a comma is a decimal point. Lines before the first point that are none are skipped (names of
 // columns, a number of points), and so are empty lines and those that begin with # or //.
 // INVALID_ARGUMENT names the line that is no point.
-absl::Status ReadXyz(absl::string_view bytes, const ImportLimits& limits, PointCloud& cloud);
+absl::Status ReadXyz(const bytes::ByteSource& file, const ImportLimits& limits, PointCloud& cloud);
 
 }  // namespace vantage::sensor
 
