@@ -126,7 +126,7 @@ absl::Status ReadLas(const bytes::ByteSource& source, const ImportLimits& limits
                                LoadLittleEndian<int32_t>(record + 4),
                                LoadLittleEndian<int32_t>(record + 8));
     const Eigen::Vector3d point = steps * header->scale.array() + header->offset.array();
-    const absl::Status added = cloud.Add(point, [&] { return absl::StrCat("LAS point ", i); });
+    absl::Status added = cloud.Add(point, [&] { return absl::StrCat("LAS point ", i); });
     if (!added.ok()) return added;
   }
   if (cloud.size() == 0) return Bad("all points are withdrawn");

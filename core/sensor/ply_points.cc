@@ -38,7 +38,7 @@ absl::Status ReadPlyPoints(absl::string_view bytes, const ImportLimits& limits, 
   }
   for (const bytes::PlyElement& element : reader->elements()) {
     if (element.name == "vertex") return ReadVertices(*reader, element, limits, cloud);
-    const absl::Status skipped = reader->ReadElement(
+    absl::Status skipped = reader->ReadElement(
         [](uint64_t, const bytes::PlyReader::Instance&) { return absl::OkStatus(); });
     if (!skipped.ok()) return skipped;
   }

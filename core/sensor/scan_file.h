@@ -44,7 +44,10 @@ class ScanFile {
 
   ScanFile(std::string path, Format format, std::optional<Eigen::Vector3d> station,
            bytes::ByteSource file)
-      : path_(std::move(path)), format_(format), station_(station), file_(std::move(file)) {}
+      : path_(std::move(path)),
+        format_(format),
+        station_(std::move(station)),
+        file_(std::move(file)) {}
   absl::Status FindSetups();
   // Of a format of loose points.
   absl::StatusOr<ImportedScan> ParseCloud(const ImportLimits& limits) const;

@@ -103,7 +103,7 @@ class PointFiles : public ::testing::Test {
   void SetUp() override { std::filesystem::create_directories(folder_); }
   void TearDown() override { std::filesystem::remove_all(folder_); }
   absl::StatusOr<ImportedScan> Read(const std::string& name, const std::string& bytes,
-                                    std::optional<Eigen::Vector3d> station = kStation) {
+                                    const std::optional<Eigen::Vector3d>& station = kStation) {
     const std::string path = (folder_ / name).string();
     std::ofstream(path, std::ios::binary) << bytes;
     const auto file = ScanFile::Open(path, station);
@@ -188,7 +188,7 @@ TEST_F(PointFiles, WithdrawnPointsOfLasAreLeftOut) {
 TEST_F(PointFiles, AreRefusedWithWhatHelps) {
   const std::vector<Eigen::Vector3d> points = RoomPoints();
   const auto refused = [&](const std::string& name, const std::string& bytes, const char* why,
-                           std::optional<Eigen::Vector3d> station = kStation) {
+                           const std::optional<Eigen::Vector3d>& station = kStation) {
     const auto scan = Read(name, bytes, station);
     ASSERT_FALSE(scan.ok()) << name << ", " << why;
     EXPECT_NE(scan.status().message().find(why), std::string::npos) << scan.status();
