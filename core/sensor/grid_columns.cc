@@ -52,39 +52,43 @@ bool CompleteLines(const std::vector<std::optional<double>>& known, bool wraps,
   return true;
 }
 
-}  // namespace
+// Points of a column, or of a row: those of every so many cells, zero where none was put.
+struct KeptLine {
+  const Eigen::Vector3f* first = nullptr;
+  size_t count = 0;
+  size_t step = 1;  // from one point to the next
 
-struct KnownGrid::Reading {
-  std::vector<Line> columns;
-  std::vector<Line> rows;
+  const Eigen::Vector3f& point(size_t i) const { return first[i * step]; }
+};
+
+// One way to read the grid: as it was put, or with its columns for rows.
+struct Reading {
+  std::vector<KeptLine> columns;
+  std::vector<KeptLine> rows;
   size_t row_stride = 1;      // of the rows whose points columns keep
   bool columns_first = true;  // ranges are [column * rows + row], else [row * columns + column]
 };
 
-namespace {
-
-template <typename Line>
-std::optional<double> ColumnAzimuth(const Line& column) {
+std::optional<double> ColumnAzimuth(const KeptLine& column) {
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   for (size_t i = 0; i < column.count; ++i) {
-    sum += column.first[i * column.step].template head<2>().template cast<double>();
+    sum += column.point(i).head<2>().cast<double>();
   }
   if (sum.isZero(0)) return std::nullopt;
   const double about = std::atan2(sum.y(), sum.x());
   std::vector<std::pair<double, double>> azimuths;
   for (size_t i = 0; i < column.count; ++i) {
-    const Eigen::Vector3f& p = column.first[i * column.step];
+    const Eigen::Vector3f& p = column.point(i);
     const double weight = std::hypot(p.x(), p.y());
     if (weight > 0) azimuths.emplace_back(WrapAngle(AzimuthOf(p) - about), weight);
   }
   return about + WeightedMedian(azimuths);
 }
 
-template <typename Line>
-std::optional<double> RowElevation(const Line& row) {
+std::optional<double> RowElevation(const KeptLine& row) {
   std::vector<std::pair<double, double>> elevations;
   for (size_t i = 0; i < row.count; ++i) {
-    const Eigen::Vector3f& p = row.first[i * row.step];
+    const Eigen::Vector3f& p = row.point(i);
     if (IsReturn(p)) elevations.emplace_back(ElevationOf(p), p.norm());
   }
   if (elevations.empty()) return std::nullopt;
@@ -119,7 +123,6 @@ void DropRowsBeyondThePoles(const std::vector<std::optional<double>>& known, Loo
 }
 
 // The lines of a reading of the grid, or nothing when the directions do not agree with it.
-template <typename Reading>
 std::optional<LooseGrid> FitAxes(const Reading& grid, std::vector<std::optional<double>>& rows) {
   std::vector<std::optional<double>> columns(grid.columns.size());
   rows.resize(grid.rows.size());
@@ -134,9 +137,9 @@ std::optional<LooseGrid> FitAxes(const Reading& grid, std::vector<std::optional<
   size_t returns = 0;
   size_t agreeing = 0;
   for (size_t column = 0; column < columns.size(); ++column) {
-    const auto& line = grid.columns[column];
+    const KeptLine& line = grid.columns[column];
     for (size_t i = 0; i < line.count; ++i) {
-      const Eigen::Vector3f& p = line.first[i * line.step];
+      const Eigen::Vector3f& p = line.point(i);
       if (!IsReturn(p)) continue;
       ++returns;
       const double elevation = ElevationOf(p);
@@ -185,24 +188,19 @@ bool KnownGrid::Put(size_t column, size_t row, const Eigen::Vector3f& point) {
   return true;
 }
 
-KnownGrid::Line KnownGrid::Column(size_t column) const {
-  return {&in_columns_[column * kept_rows_], kept_rows_, 1};
-}
-
-KnownGrid::Line KnownGrid::Row(size_t row) const {
-  if (in_rows_.empty()) {
-    return {&in_columns_[row], kept_columns_, column_stride_ * kept_rows_};
-  }
-  return {&in_rows_[row * kept_columns_], kept_columns_, 1};
-}
-
 std::optional<absl::StatusOr<GriddedScan>> KnownGrid::ToScan() && {
   if (empty()) return std::nullopt;
   Reading as_put;
-  for (size_t i = 0; i < columns_; ++i) as_put.columns.push_back(Column(i));
-  for (size_t i = 0; i < rows_; ++i) as_put.rows.push_back(Row(i));
+  for (size_t column = 0; column < columns_; ++column) {
+    as_put.columns.push_back({&in_columns_[column * kept_rows_], kept_rows_, 1});
+  }
+  for (size_t row = 0; row < rows_; ++row) {
+    as_put.rows.push_back(
+        in_rows_.empty() ? KeptLine{&in_columns_[row], kept_columns_, column_stride_ * kept_rows_}
+                         : KeptLine{&in_rows_[row * kept_columns_], kept_columns_, 1});
+  }
   as_put.row_stride = row_stride_;
-  Reading turned{as_put.rows, as_put.columns, column_stride_, false};
+  const Reading turned{as_put.rows, as_put.columns, column_stride_, false};
   for (const Reading& reading : {as_put, turned}) {
     std::vector<std::optional<double>> known_rows;
     std::optional<LooseGrid> loose = FitAxes(reading, known_rows);

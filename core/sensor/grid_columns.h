@@ -28,18 +28,6 @@ class KnownGrid {
   std::optional<absl::StatusOr<GriddedScan>> ToScan() &&;
 
  private:
-  // Points of a column, or of a row: those of every `stride`-th cell, zero where none was put.
-  struct Line {
-    const Eigen::Vector3f* first;
-    size_t count;
-    size_t step;  // from one to the next
-  };
-  // One way to read the grid: as it was put, or with its columns for rows.
-  struct Reading;
-
-  Line Column(size_t column) const;
-  Line Row(size_t row) const;
-
   size_t columns_;
   size_t rows_;
   size_t column_stride_;  // of the columns whose points rows keep

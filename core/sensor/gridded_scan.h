@@ -13,10 +13,11 @@ namespace vantage::sensor {
 //
 // Rule 1, grid known: `points` holds columns x rows entries, column after column. A column's
 // azimuth is the median of its points' azimuths weighted by horizontal distance, a row's elevation
-// the median of its points' elevations. Lines without any return lie evenly between their
-// neighbours, or go on by the median step at the border (rows beyond the zenith or nadir are
-// dropped). Columns may turn either way and rows rise or fall. Applies when 99 % of the returns lie
-// within half a step of their cell's direction; otherwise rule 2 or 3 is applied to the returns.
+// the median of its points' elevations; of lines of more than 1,024 cells, regularly chosen ones
+// tell both. Lines without any return lie evenly between their neighbours, or go on by the median
+// step at the border (rows beyond the zenith or nadir are dropped). Columns may turn either way and
+// rows rise or fall. Applies when 99 % of the returns (of those that tell) lie within half a step
+// of their cell's direction; otherwise rule 2 or 3 is applied to the returns.
 //
 // Rule 2, grid found: sorted azimuths (of points below 80 degrees of elevation) and elevations fall
 // into clusters whose gaps are at least 10 times the gaps inside them; clusters are the columns and
