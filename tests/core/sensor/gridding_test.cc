@@ -97,6 +97,39 @@ TEST_P(GridColumnsTest, FindsTheAxesWhicheverWayTheScannerTurns) {
 INSTANTIATE_TEST_SUITE_P(Ways, GridColumnsTest,
                          testing::Combine(testing::Bool(), testing::Bool(), testing::Bool()));
 
+// Of long lines not all points tell the angle: the grid is the same, whichever way it was stored.
+TEST(GridColumnsTest, LinesOfThousandsOfCellsKeepAllOfThem) {
+  constexpr size_t kColumnCount = 2600;  // of which a row looks at every third
+  constexpr size_t kRowCount = 1100;     // of which a column looks at every second
+  const std::vector<double> azimuth = Evenly(-kPi + 0.001, 2 * kPi / kColumnCount, kColumnCount);
+  const std::vector<double> elevation = Evenly(Radians(-60), Radians(0.13), kRowCount);
+  const auto returns = [](size_t column, size_t row) {
+    return (column + row) % 7 != 0 && (column < 300 || column > 340);  // an open door
+  };
+  const std::vector<Eigen::Vector3f> points = Floats(ScanRoom(azimuth, elevation, returns));
+  std::vector<Eigen::Vector3f> by_rows(points.size());
+  for (size_t column = 0; column < kColumnCount; ++column) {
+    for (size_t row = 0; row < kRowCount; ++row) {
+      by_rows[row * kColumnCount + column] = points[column * kRowCount + row];
+    }
+  }
+  const auto as_put = GridColumns(points, kColumnCount, kRowCount);
+  const auto turned = GridColumns(by_rows, kRowCount, kColumnCount);
+  ASSERT_TRUE(as_put.ok()) << as_put.status();
+  ASSERT_TRUE(turned.ok()) << turned.status();
+  EXPECT_EQ(as_put->image.range, turned->image.range);
+  const RangeImage& image = as_put->image;
+  ASSERT_EQ(image.columns(), static_cast<int>(kColumnCount));
+  ASSERT_EQ(image.rows(), static_cast<int>(kRowCount));
+  EXPECT_FALSE(as_put->resampled);
+  for (size_t i = 0; i < azimuth.size(); ++i) ASSERT_NEAR(image.azimuth[i], azimuth[i], 1e-5);
+  for (size_t i = 0; i < elevation.size(); ++i) ASSERT_NEAR(image.elevation[i], elevation[i], 1e-5);
+  size_t count = 0;
+  for (const Eigen::Vector3f& p : points) count += p.isZero(0) ? 0 : 1;
+  EXPECT_EQ(image.SampleCount(), count);
+  ExpectRoom(image, 1e-4);
+}
+
 TEST(GridColumnsTest, LinesWithoutAnyReturnKeepTheirPlace) {
   const std::vector<double> azimuth = Evenly(-kPi + 0.01, Radians(2), 180);
   const std::vector<double> elevation = Evenly(Radians(-50), Radians(2), 60);
