@@ -33,9 +33,7 @@ std::optional<RegistrationResult> FoundElsewhere(const model::PlanningView& mode
                                                  const RegistrationResult& as_given,
                                                  const RegistrationConfig& config,
                                                  parallel::Parallel& parallel) {
-  sensor::Scan unplaced = scan;
-  unplaced.prior.reset();
-  auto found = RegisterGlobally(model, unplaced, last_pose, config, parallel);
+  auto found = RegisterGlobally(model, scan, last_pose, config, parallel);
   if (!found.ok() || !found->verdict.registered()) return std::nullopt;
   const Eigen::Isometry3d apart = scan.prior->T_world_scan.inverse() * found->T_world_scan;
   const double turned = Eigen::AngleAxisd(apart.linear()).angle();
@@ -61,7 +59,9 @@ absl::StatusOr<RegistrationResult> PlaceAndRegister(const model::PlanningView& m
                                                     parallel::Parallel& parallel) {
   if (scan.prior.has_value()) {
     auto as_given = RegisterWithTargets(model, scan, *scan.prior, targets, config, parallel);
-    if (!as_given.ok() || scan.prior->trusted || !DoesNotFit(*as_given, config)) return as_given;
+    // Targets say more than the shape of a room.
+    if (!as_given.ok() || scan.prior->trusted || !targets.empty()) return as_given;
+    if (!DoesNotFit(*as_given, config)) return as_given;
     auto elsewhere = FoundElsewhere(model, scan, last_pose, *as_given, config, parallel);
     if (elsewhere.has_value()) return *std::move(elsewhere);
     return as_given;
