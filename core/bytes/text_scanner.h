@@ -10,6 +10,7 @@
 #include <system_error>
 #include <utility>
 
+#include "absl/status/status.h"
 #include "absl/strings/ascii.h"
 #include "absl/strings/string_view.h"
 #include "core/bytes/byte_source.h"
@@ -42,6 +43,8 @@ class TextScanner {
 
   size_t line_number() const { return line_; }  // of the line read last; the first is 1
   uint64_t offset() const { return at_; }       // of the byte after that line
+  // Whether all that was asked for could be read; then NextLine() is false at the end alone.
+  const absl::Status& status() const { return status_; }
 
  private:
   static constexpr size_t kWindow = 1 << 20;  // bytes
@@ -51,7 +54,10 @@ class TextScanner {
     for (size_t size = kWindow;; size *= 2) {
       const uint64_t left = text_.size() - at_;
       const auto view = text_.View(at_, static_cast<size_t>(size < left ? uint64_t{size} : left));
-      if (!view.ok()) return false;
+      if (!view.ok()) {
+        status_ = view.status();
+        return false;
+      }
       window_ = *view;
       within_ = 0;
       if (size >= left || window_.find('\n') != absl::string_view::npos) return true;
@@ -63,6 +69,7 @@ class TextScanner {
   size_t within_ = 0;  // the window
   uint64_t at_ = 0;
   size_t line_ = 0;
+  absl::Status status_;
 };
 
 // A line as it may be shown in a message: printable and short.

@@ -117,16 +117,18 @@ absl::StatusOr<Eigen::Vector3f> ReadPoint(const bytes::TextScanner& text, absl::
 }
 
 // The returns of `count` lines that were read once.
-std::vector<Eigen::Vector3f> ReturnsFrom(const bytes::ByteSource& lines, size_t count,
-                                         const ImportLimits& limits) {
+absl::StatusOr<std::vector<Eigen::Vector3f>> ReturnsFrom(const bytes::ByteSource& lines,
+                                                         size_t count, const ImportLimits& limits) {
   bytes::TextScanner text(lines);
   FarReturns far(limits.unit);
   std::vector<Eigen::Vector3f> returns;
   absl::string_view line;
   for (size_t i = 0; i < count && text.NextLine(line); ++i) {
     const absl::StatusOr<Eigen::Vector3f> point = ReadPoint(text, line, far);
-    if (point.ok() && !point->isZero(0)) returns.push_back(*point);
+    if (!point.ok()) return point.status();
+    if (!point->isZero(0)) returns.push_back(*point);
   }
+  if (!text.status().ok()) return text.status();
   return returns;
 }
 
@@ -139,7 +141,7 @@ void SkipLines(bytes::TextScanner& text, size_t count) {
 
 }  // namespace
 
-std::vector<uint64_t> FindPtxSetups(const bytes::ByteSource& file) {
+absl::StatusOr<std::vector<uint64_t>> FindPtxSetups(const bytes::ByteSource& file) {
   std::vector<uint64_t> begins;
   bytes::TextScanner text(file);
   while (true) {
@@ -151,6 +153,7 @@ std::vector<uint64_t> FindPtxSetups(const bytes::ByteSource& file) {
     begins.push_back(begin);
     SkipLines(text, kHeaderLines - 2 + *columns * *rows);
   }
+  if (!text.status().ok()) return text.status();
   if (begins.empty()) begins.push_back(0);
   begins.push_back(file.size());
   return begins;
@@ -167,6 +170,7 @@ absl::StatusOr<ImportedScan> ParsePtx(const bytes::ByteSource& file, const Impor
   absl::string_view line;
   for (size_t i = 0; i < count; ++i) {
     if (!text.NextLine(line)) {
+      if (!text.status().ok()) return text.status();
       return absl::InvalidArgumentError(
           absl::StrCat("PTX: truncated: ", i, " points where ", count,
                        " were announced; export or copy the file again"));
@@ -197,7 +201,9 @@ absl::StatusOr<ImportedScan> ParsePtx(const bytes::ByteSource& file, const Impor
   }
   std::optional<absl::StatusOr<GriddedScan>> gridded = std::move(points).ToScan();
   if (!gridded.has_value()) {
-    gridded = GridDirections(ReturnsFrom(file.Part(begin, file.size() - begin), count, limits));
+    const auto returns = ReturnsFrom(file.Part(begin, file.size() - begin), count, limits);
+    if (!returns.ok()) return returns.status();
+    gridded = GridDirections(*returns);
   }
   if (!gridded->ok()) return gridded->status();
   absl::StatusOr<ImportedScan> scan = FinishImport(**std::move(gridded), count, limits);

@@ -22,7 +22,8 @@ absl::StatusOr<ImportedScan> ParsePtx(const bytes::ByteSource& file, const Impor
 
 // Where the set-ups of a file begin, which lie one after the other, and where the last one ends. A
 // file of which not even the header can be read has one; ParsePtx() says what is wrong with it.
-std::vector<uint64_t> FindPtxSetups(const bytes::ByteSource& file);
+// DATA_LOSS: the file cannot be read on; so of ParsePtx().
+absl::StatusOr<std::vector<uint64_t>> FindPtxSetups(const bytes::ByteSource& file);
 
 }  // namespace vantage::sensor
 

@@ -113,7 +113,9 @@ absl::Status ScanFile::FindSetups() {
     if (names->empty()) return absl::InvalidArgumentError("E57: there is no scan in it");
     setups_ = *std::move(names);
   } else if (format_ == Format::kPtx) {
-    begins_ = FindPtxSetups(file_);
+    absl::StatusOr<std::vector<uint64_t>> begins = FindPtxSetups(file_);
+    if (!begins.ok()) return begins.status();
+    begins_ = *std::move(begins);
     setups_.resize(begins_.size() - 1);
   } else {
     setups_.resize(1);

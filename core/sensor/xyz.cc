@@ -65,6 +65,7 @@ absl::Status ReadXyz(const bytes::ByteSource& file, const ImportLimits& limits, 
     }
     if (absl::Status added = cloud.Add(*point, where); !added.ok()) return added;
   }
+  if (!text.status().ok()) return text.status();
   if (cloud.size() == 0) {
     return absl::InvalidArgumentError("no line begins with x, y and z; is this a file of points?");
   }

@@ -13,7 +13,7 @@ namespace vantage::sensor {
 // skipped. Columns are set apart by blanks, tabs, commas or semicolons; where there are semicolons,
 // a comma is a decimal point. Lines before the first point that are none are skipped (names of
 // columns, a number of points), and so are empty lines and those that begin with # or //.
-// INVALID_ARGUMENT names the line that is no point.
+// INVALID_ARGUMENT names the line that is no point. DATA_LOSS: the file cannot be read on.
 absl::Status ReadXyz(const bytes::ByteSource& file, const ImportLimits& limits, PointCloud& cloud);
 
 }  // namespace vantage::sensor

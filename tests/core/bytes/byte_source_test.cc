@@ -83,6 +83,11 @@ TEST_F(ByteSourceTest, WhatIsNoFileIsRefusedAndAFileThatShrinksIsNoticed) {
   std::filesystem::resize_file(path_, 5 << 20);
   EXPECT_TRUE(absl::IsDataLoss(file.View(8 << 20, 10).status()));
   EXPECT_TRUE(absl::IsDataLoss(file.All().status()));
+  TextScanner text(file);
+  absl::string_view line;
+  while (text.NextLine(line)) {
+  }
+  EXPECT_TRUE(absl::IsDataLoss(text.status())) << "no end of the text";
 }
 
 }  // namespace
