@@ -2,6 +2,9 @@
 
 #include <array>
 
+#include "absl/status/status.h"
+#include "absl/strings/str_cat.h"
+
 namespace vantage::bytes {
 namespace {
 
@@ -47,6 +50,15 @@ std::optional<size_t> PlyElement::FindScalar(absl::string_view property) const {
 
 std::optional<size_t> PlyElement::FindList(absl::string_view property) const {
   return FindLast(*this, property, true);
+}
+
+absl::StatusOr<std::array<size_t, 3>> PlyElement::FindPosition() const {
+  const std::optional<size_t> x = FindScalar("x");
+  const std::optional<size_t> y = FindScalar("y");
+  const std::optional<size_t> z = FindScalar("z");
+  if (x.has_value() && y.has_value() && z.has_value()) return std::array<size_t, 3>{*x, *y, *z};
+  return absl::InvalidArgumentError(
+      absl::StrCat("PLY element ", name, ": properties x, y and z are needed"));
 }
 
 }  // namespace vantage::bytes

@@ -2,12 +2,14 @@
 #ifndef VANTAGE_CORE_BYTES_PLY_H_
 #define VANTAGE_CORE_BYTES_PLY_H_
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
 
 namespace vantage::bytes {
@@ -33,6 +35,8 @@ struct PlyElement {
   // The index in `properties` of the one of this name; the last of several.
   std::optional<size_t> FindScalar(absl::string_view property) const;
   std::optional<size_t> FindList(absl::string_view property) const;
+  // Those of x, y and z. INVALID_ARGUMENT: there are not all of them.
+  absl::StatusOr<std::array<size_t, 3>> FindPosition() const;
 };
 
 }  // namespace vantage::bytes

@@ -1,6 +1,6 @@
 #include "core/sensor/ply_points.h"
 
-#include <optional>
+#include <array>
 
 #include "absl/strings/str_cat.h"
 #include "core/bytes/ply_reader.h"
@@ -15,14 +15,11 @@ absl::Status ReadVertices(bytes::PlyReader& reader, const bytes::PlyElement& ele
         absl::StrCat("PLY: ", element.count, " vertices are more than the limit of ",
                      limits.max_points, "; export the scan at a lower resolution"));
   }
-  const std::optional<size_t> x = element.FindScalar("x");
-  const std::optional<size_t> y = element.FindScalar("y");
-  const std::optional<size_t> z = element.FindScalar("z");
-  if (!x.has_value() || !y.has_value() || !z.has_value()) {
-    return absl::InvalidArgumentError("PLY element vertex: properties x, y and z are needed");
-  }
+  const absl::StatusOr<std::array<size_t, 3>> found = element.FindPosition();
+  if (!found.ok()) return found.status();
+  const std::array<size_t, 3> at = *found;
   return reader.ReadElement([&](uint64_t index, const bytes::PlyReader::Instance& instance) {
-    return cloud.Add({instance[*x][0], instance[*y][0], instance[*z][0]},
+    return cloud.Add({instance[at[0]][0], instance[at[1]][0], instance[at[2]][0]},
                      [&] { return absl::StrCat("PLY vertex ", index); });
   });
 }

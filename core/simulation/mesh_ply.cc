@@ -22,15 +22,12 @@ absl::Status ReadVertices(bytes::PlyReader& reader, const bytes::PlyElement& ele
     return absl::InvalidArgumentError(
         absl::StrCat("PLY: ", element.count, " vertices do not fit into a mesh"));
   }
-  const std::optional<size_t> x = element.FindScalar("x");
-  const std::optional<size_t> y = element.FindScalar("y");
-  const std::optional<size_t> z = element.FindScalar("z");
-  if (!x.has_value() || !y.has_value() || !z.has_value()) {
-    return absl::InvalidArgumentError("PLY element vertex: properties x, y and z are needed");
-  }
+  const absl::StatusOr<std::array<size_t, 3>> found = element.FindPosition();
+  if (!found.ok()) return found.status();
+  const std::array<size_t, 3> at = *found;
   return reader.ReadElement([&](uint64_t index, const bytes::PlyReader::Instance& instance) {
     const Eigen::Vector3f vertex =
-        Eigen::Vector3d(instance[*x][0], instance[*y][0], instance[*z][0]).cast<float>();
+        Eigen::Vector3d(instance[at[0]][0], instance[at[1]][0], instance[at[2]][0]).cast<float>();
     if (!vertex.allFinite()) {
       return absl::InvalidArgumentError(
           absl::StrCat("PLY vertex ", index, ": NaN or infinite coordinate"));
