@@ -281,13 +281,15 @@ absl::StatusOr<ImportedScan> ParseE57(const bytes::ByteSource& source, size_t nu
     grid = *found;
   }
   std::optional<absl::StatusOr<GriddedScan>> gridded;
+  std::optional<RangeImage> leaning;
   size_t far = 0;
   size_t duplicates = 0;
   if (grid.has_value()) {
     PointReader reader(setup, *fields, name, limits.unit);
     absl::StatusOr<KnownGrid> points = reader.Read(*file, *grid);
     if (!points.ok()) return points.status();
-    gridded = std::move(*points).ToScan();
+    gridded = points->ToScan();
+    leaning = points->leaning();
     far = reader.far();
     duplicates = reader.duplicates();
   }
@@ -295,7 +297,7 @@ absl::StatusOr<ImportedScan> ParseE57(const bytes::ByteSource& source, size_t nu
     PointReader reader(setup, *fields, name, limits.unit);
     const absl::StatusOr<std::vector<Eigen::Vector3f>> points = reader.Read(*file);
     if (!points.ok()) return points.status();
-    gridded = GridDirections(*points);
+    gridded = GridDirections(*points, leaning);
     far = reader.far();
     duplicates = reader.duplicates();
   }

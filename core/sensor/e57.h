@@ -23,7 +23,7 @@ absl::StatusOr<std::vector<std::string>> ListE57Setups(const bytes::ByteSource& 
 // record is invalid (cartesianInvalidState or sphericalInvalidState 1 or 2, whatever type the file
 // stores it as), at 0 0 0 or not finite has no return. Of several returns of a ray the first
 // counts. Set-ups without indices are sorted into a grid by the directions of their points (rules 2
-// and 3). Cartesian coordinates are taken where there are both kinds. Points are in the set-up's
+// and 4). Cartesian coordinates are taken where there are both kinds. Points are in the set-up's
 // frame, as the standard says.
 //
 // Reads the file piece by piece. INVALID_ARGUMENT: not the format it claims, cut off, no such

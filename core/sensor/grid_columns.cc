@@ -15,6 +15,10 @@ namespace {
 // Points of a line by which its angle is found, at most: their median is as good as that of all.
 constexpr size_t kKept = 1024;
 
+// Share of the returns that lie within half a step of their cell's direction where a grid is what
+// it says it is.
+constexpr double kAgreeing = 0.99;
+
 bool IsReturn(const Eigen::Vector3f& point) { return !point.isZero(0); }
 
 size_t StrideOf(size_t cells) { return (cells + kKept - 1) / kKept; }
@@ -122,13 +126,22 @@ void DropRowsBeyondThePoles(const std::vector<std::optional<double>>& known, Loo
   loose.elevation = std::move(elevation);
 }
 
-// The lines of a reading of the grid, or nothing when the directions do not agree with it.
-std::optional<LooseGrid> FitAxes(const Reading& grid, std::vector<std::optional<double>>& rows) {
+// The lines of a reading of the grid, without ranges.
+struct FittedAxes {
+  LooseGrid loose;
+  std::vector<std::optional<double>> rows;  // those that have a return
+  double agreeing = 0;  // share of the returns within half a step of their cell's direction
+};
+
+// Nothing when fewer than two columns or two rows have a return.
+std::optional<FittedAxes> FitAxes(const Reading& grid) {
+  FittedAxes fitted;
+  LooseGrid& loose = fitted.loose;
+  std::vector<std::optional<double>>& rows = fitted.rows;
   std::vector<std::optional<double>> columns(grid.columns.size());
   rows.resize(grid.rows.size());
   for (size_t i = 0; i < columns.size(); ++i) columns[i] = ColumnAzimuth(grid.columns[i]);
   for (size_t i = 0; i < rows.size(); ++i) rows[i] = RowElevation(grid.rows[i]);
-  LooseGrid loose;
   if (!CompleteLines(columns, true, loose.azimuth)) return std::nullopt;
   if (!CompleteLines(rows, false, loose.elevation)) return std::nullopt;
   for (double& azimuth : loose.azimuth) azimuth = WrapAngle(azimuth);
@@ -149,8 +162,8 @@ std::optional<LooseGrid> FitAxes(const Reading& grid, std::vector<std::optional<
       agreeing += across <= half_column && along <= half_row ? 1 : 0;
     }
   }
-  if (100 * agreeing < 99 * returns) return std::nullopt;
-  return loose;
+  fitted.agreeing = static_cast<double>(agreeing) / static_cast<double>(returns);
+  return fitted;
 }
 
 // [a * n + b] to [b * m + a], of m times n.
@@ -188,7 +201,7 @@ bool KnownGrid::Put(size_t column, size_t row, const Eigen::Vector3f& point) {
   return true;
 }
 
-std::optional<absl::StatusOr<GriddedScan>> KnownGrid::ToScan() && {
+std::optional<absl::StatusOr<GriddedScan>> KnownGrid::ToScan() {
   if (empty()) return std::nullopt;
   Reading as_put;
   for (size_t column = 0; column < columns_; ++column) {
@@ -201,16 +214,27 @@ std::optional<absl::StatusOr<GriddedScan>> KnownGrid::ToScan() && {
   }
   as_put.row_stride = row_stride_;
   const Reading turned{as_put.rows, as_put.columns, column_stride_, false};
+  std::optional<FittedAxes> best;
+  bool columns_first = true;
   for (const Reading& reading : {as_put, turned}) {
-    std::vector<std::optional<double>> known_rows;
-    std::optional<LooseGrid> loose = FitAxes(reading, known_rows);
-    if (!loose.has_value()) continue;
-    in_columns_ = {};
-    in_rows_ = {};
-    loose->range = reading.columns_first ? std::move(range_) : Transposed(range_, columns_, rows_);
-    range_ = {};
-    DropRowsBeyondThePoles(known_rows, *loose);
-    return AssembleGrid(*std::move(loose));
+    std::optional<FittedAxes> fitted = FitAxes(reading);
+    if (!fitted.has_value()) continue;
+    if (best.has_value() && best->agreeing >= fitted->agreeing) continue;
+    columns_first = reading.columns_first;
+    best = std::move(fitted);
+    if (best->agreeing >= kAgreeing) break;
+  }
+  in_columns_ = {};
+  in_rows_ = {};
+  if (!best.has_value()) return std::nullopt;
+  best->loose.range = columns_first ? std::move(range_) : Transposed(range_, columns_, rows_);
+  range_ = {};
+  DropRowsBeyondThePoles(best->rows, best->loose);
+  absl::StatusOr<GriddedScan> scan = AssembleGrid(std::move(best->loose));
+  if (best->agreeing >= kAgreeing) return scan;
+  if (scan.ok()) {
+    leaning_ = std::move(scan->image);
+    leaning_->range = {};
   }
   return std::nullopt;
 }
@@ -233,8 +257,8 @@ absl::StatusOr<GriddedScan> GridColumns(std::span<const Eigen::Vector3f> points,
     return absl::InvalidArgumentError(
         "points: no ray of the scan returned anything; there is nothing to model");
   }
-  if (auto scan = std::move(grid).ToScan(); scan.has_value()) return *std::move(scan);
-  return GridDirections(points);
+  if (auto scan = grid.ToScan(); scan.has_value()) return *std::move(scan);
+  return GridDirections(points, grid.leaning());
 }
 
 }  // namespace vantage::sensor

@@ -10,6 +10,7 @@
 
 #include "absl/status/statusor.h"
 #include "core/sensor/gridded_scan.h"
+#include "core/sensor/range_image.h"
 
 namespace vantage::sensor {
 
@@ -23,9 +24,12 @@ class KnownGrid {
   bool Put(size_t column, size_t row, const Eigen::Vector3f& point);
   bool empty() const { return returns_ == 0; }
 
-  // Rule 1 (gridded_scan.h); nothing where it does not apply, or no return was put. The grid is
-  // used up.
-  std::optional<absl::StatusOr<GriddedScan>> ToScan() &&;
+  // Rule 1 (gridded_scan.h); nothing where it does not apply, or no return was put. Once: the grid
+  // is used up.
+  std::optional<absl::StatusOr<GriddedScan>> ToScan();
+  // After that gave nothing: the lines of rule 3, as a range image without ranges, if there are
+  // any.
+  const std::optional<RangeImage>& leaning() const { return leaning_; }
 
  private:
   size_t columns_;
@@ -39,9 +43,10 @@ class KnownGrid {
   std::vector<Eigen::Vector3f> in_columns_;  // [column * kept_rows + row / row_stride]
   // [row * kept_columns + column / column_stride]; none where columns keep all.
   std::vector<Eigen::Vector3f> in_rows_;
+  std::optional<RangeImage> leaning_;
 };
 
-// Rule 1 (gridded_scan.h), else 2 or 3 of the returns.
+// Rule 1 (gridded_scan.h), else 2 to 4 of the returns.
 // INVALID_ARGUMENT: fewer than 2 columns or rows, or no return; says what was found.
 absl::StatusOr<GriddedScan> GridColumns(std::span<const Eigen::Vector3f> points, size_t columns,
                                         size_t rows);

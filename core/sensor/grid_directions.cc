@@ -1,15 +1,14 @@
 #include "core/sensor/grid_directions.h"
 
-#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <limits>
 #include <numeric>
 #include <optional>
 
 #include "absl/strings/str_cat.h"
 #include "core/sensor/loose_grid.h"
+#include "core/sensor/resampling.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::sensor {
@@ -18,7 +17,9 @@ namespace {
 constexpr double kWellConditioned = Radians(80);  // elevations whose azimuth can be trusted
 constexpr double kFinestGap = 2e-6;               // rad; what is closer is the same direction
 constexpr double kClusterRatio = 10;              // gaps between clusters over gaps inside
-constexpr size_t kFreeCell = std::numeric_limits<size_t>::max();
+// Of the returns, that may share a cell where lines lean: neighbours lean alike, so that few do. Of
+// directions that have nothing to do with their place in the grid a third would, and more.
+constexpr double kLostToLeaning = 0.1;
 
 // Begins after the widest gap of the circle, so that no cluster is cut; ascending.
 std::vector<double> UnrollAtWidestGap(std::vector<double> azimuths) {
@@ -76,25 +77,40 @@ std::vector<double> MergeClose(const std::vector<double>& middles) {
   return merged;
 }
 
-size_t Nearest(const std::vector<double>& rising, double value) {
-  const auto above = std::lower_bound(rising.begin(), rising.end(), value);
-  if (above == rising.begin()) return 0;
-  const auto i = static_cast<size_t>(above - rising.begin());
-  if (above == rising.end()) return i - 1;
-  return *above - value < value - rising[i - 1] ? i : i - 1;
-}
-
-// The azimuth within half a turn of the axis' middle, the nearest over the cut included.
-size_t NearestAround(const std::vector<double>& rising, double azimuth) {
-  const double middle = 0.5 * (rising.front() + rising.back());
-  const double unrolled = middle + WrapAngle(azimuth - middle);
-  const size_t i = Nearest(rising, unrolled);
-  const double direct = std::abs(rising[i] - unrolled);
-  const double over_front = std::abs(rising.front() + 2 * kPi - unrolled);
-  const double over_back = std::abs(unrolled + 2 * kPi - rising.back());
-  if (over_front < direct) return 0;
-  if (over_back < direct) return rising.size() - 1;
-  return i;
+// With more lines at both ends, as far as points lie beyond: half the grid's extent at most.
+RangeImage WithLinesFor(RangeImage lines, const std::vector<double>& azimuths,
+                        const std::vector<double>& elevations) {
+  const auto extend = [](std::vector<double>& axis, double step, double low, double high) {
+    const size_t most = axis.size() / 4;
+    std::vector<double> before;
+    while (before.size() < most) {
+      const double next = axis.front() - static_cast<double>(before.size() + 1) * step;
+      if (low > next + 0.5 * step) break;
+      before.push_back(next);
+    }
+    std::reverse(before.begin(), before.end());
+    const double last = axis.back();
+    for (size_t i = 1; i <= most && high > last + (static_cast<double>(i) - 0.5) * step; ++i) {
+      axis.push_back(last + static_cast<double>(i) * step);
+    }
+    axis.insert(axis.begin(), before.begin(), before.end());
+  };
+  const auto [low, high] = std::minmax_element(elevations.begin(), elevations.end());
+  extend(lines.elevation, lines.native_elevation_step, *low, *high);
+  std::erase_if(lines.elevation, [](double elevation) { return std::abs(elevation) > kPi / 2; });
+  if (lines.full_turn) return lines;
+  const double middle = 0.5 * (lines.azimuth.front() + lines.azimuth.back());
+  double first = lines.azimuth.front();
+  double last = lines.azimuth.back();
+  for (const double azimuth : azimuths) {
+    const double unrolled = middle + WrapAngle(azimuth - middle);
+    first = std::min(first, unrolled);
+    last = std::max(last, unrolled);
+  }
+  extend(lines.azimuth, lines.native_azimuth_step, first, last);
+  // A line on the other side of the circle may be one of these again.
+  while (lines.azimuth.back() - lines.azimuth.front() >= 2 * kPi) lines.azimuth.pop_back();
+  return lines;
 }
 
 // Rule 2; nothing when the points show no grid.
@@ -173,115 +189,42 @@ double MeanSpacing(const std::vector<double>& azimuths, const std::vector<double
   return std::sqrt(solid_angle / static_cast<double>(directions));
 }
 
-// The range along `direction` of the plane through `around`, or `own` where they make none.
-float RangeOfPlane(const Eigen::Vector3d& direction, const std::vector<Eigen::Vector3d>& around,
-                   float own) {
-  if (around.size() < 4) return own;
-  // A plane is a . x = 1; along a unit direction d its range is 1 / (a . d).
-  Eigen::Matrix3d normal_matrix = Eigen::Matrix3d::Zero();
-  Eigen::Vector3d right_side = Eigen::Vector3d::Zero();
-  for (const Eigen::Vector3d& p : around) {
-    normal_matrix += p * p.transpose();
-    right_side += p;
-  }
-  const Eigen::LDLT<Eigen::Matrix3d> solver(normal_matrix);
-  const Eigen::Vector3d a = solver.solve(right_side);
-  if (!a.allFinite()) return own;
-  for (const Eigen::Vector3d& p : around) {
-    const double inverse = a.dot(p) / p.norm();
-    if (!(inverse > 0)) return own;
-    if (std::abs(1 / inverse - p.norm()) > 0.01 + 0.01 * p.norm()) return own;
-  }
-  const double inverse = a.dot(direction);
-  if (!(inverse > 0)) return own;
-  const double range = 1 / inverse;
-  return std::abs(range - own) <= 0.1 * own ? static_cast<float>(range) : own;
-}
-
-// Rule 3.
-absl::StatusOr<GriddedScan> Resample(std::span<const Eigen::Vector3f> points,
-                                     const std::vector<double>& azimuths,
+// The lines of rule 4, as a range image without ranges.
+absl::StatusOr<RangeImage> EvenLines(size_t points, const std::vector<double>& azimuths,
                                      const std::vector<double>& elevations) {
   const double spacing = MeanSpacing(azimuths, elevations);
   const double wanted = 1.25 * spacing;
   const auto [low, high] = std::minmax_element(elevations.begin(), elevations.end());
   const std::vector<double> unrolled = UnrollAtWidestGap(azimuths);
   const double widest = unrolled.front() + 2 * kPi - unrolled.back();
-
-  GriddedScan result;
-  result.resampled = true;
-  RangeImage& image = result.image;
-  image.full_turn = widest <= 3 * wanted;
-  image.native_azimuth_step = spacing;
-  image.native_elevation_step = spacing;
-  const double span = image.full_turn ? 2 * kPi : unrolled.back() - unrolled.front();
-  const double first = image.full_turn ? -kPi : unrolled.front();
-  const auto lines = [wanted](double extent) {
+  RangeImage lines;
+  lines.full_turn = widest <= 3 * wanted;
+  lines.native_azimuth_step = spacing;
+  lines.native_elevation_step = spacing;
+  const double span = lines.full_turn ? 2 * kPi : unrolled.back() - unrolled.front();
+  const double first = lines.full_turn ? -kPi : unrolled.front();
+  const auto count = [wanted](double extent) {
     return std::clamp(std::ceil(extent / wanted), 0.0, 1e6);
   };
-  const double columns = lines(span);
-  const double rows = lines(*high - *low);
+  const double columns = count(span);
+  const double rows = count(*high - *low);
   // The lines are coarser than the points, so a grid far larger than them is mostly empty.
-  if (columns < 2 || rows < 2 ||
-      columns * rows > 16.0 * static_cast<double>(points.size()) + 4096) {
+  if (columns < 2 || rows < 2 || columns * rows > 16.0 * static_cast<double>(points) + 4096) {
     return absl::InvalidArgumentError(absl::StrCat(
-        "points: ", points.size(), " returns do not make a scan from one centre of projection at ",
+        "points: ", points, " returns do not make a scan from one centre of projection at ",
         "the origin; transform them into the scanner's frame"));
   }
-  for (double i = 0; i < columns; ++i) image.azimuth.push_back(first + span * (i + 0.5) / columns);
+  for (double i = 0; i < columns; ++i) lines.azimuth.push_back(first + span * (i + 0.5) / columns);
   for (double i = 0; i < rows; ++i) {
-    image.elevation.push_back(*low + (*high - *low) * (i + 0.5) / rows);
+    lines.elevation.push_back(*low + (*high - *low) * (i + 0.5) / rows);
   }
-  // The point nearest to each cell's direction; the first stored of equals.
-  std::vector<size_t> nearest(image.cells(), kFreeCell);
-  std::vector<double> nearest_cos(image.cells(), -2);
-  for (size_t i = 0; i < points.size(); ++i) {
-    const double offset = std::remainder(azimuths[i] - first - span / 2, 2 * kPi) + span / 2;
-    const auto column = static_cast<int>(std::clamp(offset / span * columns, 0.0, columns - 1));
-    const auto row =
-        static_cast<int>(std::clamp((elevations[i] - *low) / (*high - *low) * rows, 0.0, rows - 1));
-    const size_t cell = image.Index(column, row);
-    const double cos_angle =
-        points[i].cast<double>().normalized().dot(image.Direction(column, row));
-    if (nearest[cell] != kFreeCell) ++result.duplicates;
-    if (cos_angle > nearest_cos[cell]) {
-      nearest[cell] = i;
-      nearest_cos[cell] = cos_angle;
-    }
-  }
-  const auto at = [&](int column, int row) {
-    if (image.full_turn) column = (column + image.columns()) % image.columns();
-    if (column < 0 || column >= image.columns() || row < 0 || row >= image.rows()) return kFreeCell;
-    return nearest[image.Index(column, row)];
-  };
-  image.range.reserve(image.cells());
-  std::vector<Eigen::Vector3d> around;
-  for (int column = 0; column < image.columns(); ++column) {
-    for (int row = 0; row < image.rows(); ++row) {
-      if (const size_t own = at(column, row); own != kFreeCell) {
-        around.clear();
-        for (int dc = -1; dc <= 1; ++dc) {
-          for (int dr = -1; dr <= 1; ++dr) {
-            const size_t i = at(column + dc, row + dr);
-            if (i != kFreeCell) around.push_back(points[i].cast<double>());
-          }
-        }
-        image.range.push_back(
-            RangeOfPlane(image.Direction(column, row), around, points[own].norm()));
-        continue;
-      }
-      const auto holds = [&](int dc, int dr) { return at(column + dc, row + dr) != kFreeCell; };
-      const bool between = (holds(-1, 0) && holds(1, 0)) || (holds(0, -1) && holds(0, 1));
-      image.range.push_back(between ? RangeImage::kNoInformation : RangeImage::kNoReturn);
-    }
-  }
-  if (absl::Status valid = image.Validate(); !valid.ok()) return valid;
-  return result;
+  return lines;
 }
 
 }  // namespace
 
-absl::StatusOr<GriddedScan> GridDirections(std::span<const Eigen::Vector3f> points) {
+absl::StatusOr<GriddedScan> GridDirections(std::span<const Eigen::Vector3f> points,
+                                           const std::optional<RangeImage>& leaning) {
   std::vector<Eigen::Vector3f> returns;
   std::vector<double> azimuths;
   std::vector<double> elevations;
@@ -299,7 +242,17 @@ absl::StatusOr<GriddedScan> GridDirections(std::span<const Eigen::Vector3f> poin
   if (std::optional<absl::StatusOr<GriddedScan>> grid = FindGrid(returns, azimuths, elevations)) {
     return *std::move(grid);
   }
-  return Resample(returns, azimuths, elevations);
+  if (leaning.has_value()) {
+    GriddedScan scan = Resample(returns, WithLinesFor(*leaning, azimuths, elevations));
+    scan.leaning = true;
+    const bool keeps = scan.duplicates <= kLostToLeaning * static_cast<double>(returns.size());
+    if (keeps && scan.image.Validate().ok()) return scan;
+  }
+  const absl::StatusOr<RangeImage> lines = EvenLines(returns.size(), azimuths, elevations);
+  if (!lines.ok()) return lines.status();
+  GriddedScan scan = Resample(returns, *lines);
+  if (absl::Status valid = scan.image.Validate(); !valid.ok()) return valid;
+  return scan;
 }
 
 }  // namespace vantage::sensor

@@ -17,7 +17,7 @@ namespace vantage::sensor {
 // tell both. Lines without any return lie evenly between their neighbours, or go on by the median
 // step at the border (rows beyond the zenith or nadir are dropped). Columns may turn either way and
 // rows rise or fall. Applies when 99 % of the returns (of those that tell) lie within half a step
-// of their cell's direction; otherwise rule 2 or 3 is applied to the returns.
+// of their cell's direction; otherwise rules 2 to 4 are applied to the returns.
 //
 // Rule 2, grid found: sorted azimuths (of points below 80 degrees of elevation) and elevations fall
 // into clusters whose gaps are at least 10 times the gaps inside them; clusters are the columns and
@@ -25,21 +25,29 @@ namespace vantage::sensor {
 // within a tenth of the median step, a gap of a whole number of steps is filled with lines of no
 // return (as many as were found, at most).
 //
-// Rule 3, no grid (a tilted or irregular instrument): an even grid whose step is 1.25 times the
-// mean spacing of the directions. A cell holds the range, along the cell's own direction, of the
-// plane through the points in it and the cells around it where they agree to 1 cm + 1 % of the
-// range, else of the point nearest to its direction. An empty cell between two that hold a range
-// (left and right, or above and below) is no information, since only the resampling left it out.
+// Rule 3, grid known, its lines lean (an instrument that stands askew in the file's frame, axes
+// that are not square, a centre of projection that is a centimetre off): the lines of rule 1,
+// whatever returns lie beside them, and more at their ends where points lie beyond. Applies when at
+// most a tenth of the returns share a cell.
+//
+// Rule 4, no grid (an irregular instrument): even lines whose step is 1.25 times the mean spacing
+// of the directions.
+//
+// Rules 3 and 4: a cell holds the range, along the cell's own direction, of the plane through the
+// points in it and the cells around it where they agree to 1 cm + 1 % of the range, else of the
+// point nearest to its direction. An empty cell between two that hold a range (left and right, or
+// above and below) is no information, since only the resampling left it out.
 //
 // Rules 1 and 2: where several returns fall into one cell the first stored wins, a return wins over
 // none, and columns closer than a twentieth of the median step are one (a scanner that turned a
 // little further than once). All rules: the image is a full turn when no gap between columns
 // exceeds 3 median steps, and then begins at the first column after -180 degrees; otherwise it
-// begins after the widest gap. The native steps are the median steps (rule 3: the mean spacing).
+// begins after the widest gap. The native steps are the median steps (rule 4: the mean spacing).
 struct GriddedScan {
   RangeImage image;
   size_t duplicates = 0;   // returns whose cell an earlier one had taken
-  bool resampled = false;  // the directions formed no grid: cells are interpolated (rule 3)
+  bool resampled = false;  // the directions formed no grid: cells are interpolated (rules 3 and 4)
+  bool leaning = false;    // by rule 3
 };
 
 }  // namespace vantage::sensor

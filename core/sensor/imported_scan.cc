@@ -47,6 +47,7 @@ absl::StatusOr<ImportedScan> FinishImport(GriddedScan gridded, size_t points,
   scan.points = points;
   scan.duplicates = gridded.duplicates;
   scan.resampled = gridded.resampled;
+  scan.leaning = gridded.leaning;
   MaskScannerBody(limits.range_min, limits.blind_zone, scan.image);
   if (scan.image.SampleCount() == 0) {
     return absl::InvalidArgumentError(

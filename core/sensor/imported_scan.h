@@ -29,6 +29,7 @@ struct ImportedScan {
   bool loose = false;      // made of points without a grid or a station (point_cloud.h)
   double apart = 0;        // of loose points: share far before or behind others in their direction
   bool resampled = false;  // the directions formed no grid (gridded_scan.h): cells are interpolated
+  bool leaning = false;    // of these, the grid was known and leans
 };
 
 struct ImportLimits {

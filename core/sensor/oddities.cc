@@ -106,11 +106,13 @@ std::vector<std::string> Oddities(const ImportedScan& scan) {
   std::vector<std::string> oddities;
   if (auto unit = OtherUnit(scan)) oddities.push_back(*std::move(unit));
   if (auto frame = CameraFrame(scan)) oddities.push_back(*std::move(frame));
-  if (scan.resampled && scan.image.SampleCount() < scan.points && !scan.loose) {
+  if (scan.resampled && !scan.loose) {
     oddities.push_back(absl::StrFormat(
-        "its directions form no grid, so it was interpolated: %d of %d points are left; if it was "
-        "converted, export it again from the instrument's program",
-        scan.image.SampleCount(), scan.points));
+        "%s, so it was interpolated: %d returns are left, %d shared a cell with another%s",
+        scan.leaning ? "its lines lean" : "its directions form no grid", scan.image.SampleCount(),
+        scan.duplicates,
+        scan.leaning ? ""
+                     : "; if it was converted, export it again from the instrument's program"));
   }
   return oddities;
 }

@@ -29,7 +29,7 @@ class PointCloud {
   // INVALID_ARGUMENT: NaN or infinite. `where` names the point for people ("LAS point 12").
   absl::Status Add(const Eigen::Vector3d& point, absl::FunctionRef<std::string()> where);
 
-  // Sorts the points into a grid by their directions (gridded_scan.h, rules 2 and 3). What that
+  // Sorts the points into a grid by their directions (gridded_scan.h, rules 2 and 4). What that
   // loses: directions without a point count as rays without a return, also where the instrument did
   // not look or its program dropped what it saw; of points in one direction one is kept. The pose
   // is the station's place, turned as the points are.

@@ -199,11 +199,11 @@ absl::StatusOr<ImportedScan> ParsePtx(const bytes::ByteSource& file, const Impor
     return absl::InvalidArgumentError(
         "points: no ray of the scan returned anything; there is nothing to model");
   }
-  std::optional<absl::StatusOr<GriddedScan>> gridded = std::move(points).ToScan();
+  std::optional<absl::StatusOr<GriddedScan>> gridded = points.ToScan();
   if (!gridded.has_value()) {
     const auto returns = ReturnsFrom(file.Part(begin, file.size() - begin), count, limits);
     if (!returns.ok()) return returns.status();
-    gridded = GridDirections(*returns);
+    gridded = GridDirections(*returns, points.leaning());
   }
   if (!gridded->ok()) return gridded->status();
   absl::StatusOr<ImportedScan> scan = FinishImport(**std::move(gridded), count, limits);

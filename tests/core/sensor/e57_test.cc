@@ -286,7 +286,7 @@ std::string SharedFile(const std::string& name) {
 }
 
 // Its columns lean by one and a half steps from bottom to top, so that they share no azimuth: the
-// directions are resampled, as for any such instrument.
+// returns are interpolated along straight lines, and nearly all are left.
 TEST(RealE57Scan, APumpRoomIsRead) {
   const std::string path = SharedFile("pumpARowColumnIndexNoInvalidPoints.e57");
   if (!std::filesystem::exists(path)) {
@@ -297,7 +297,10 @@ TEST(RealE57Scan, APumpRoomIsRead) {
   EXPECT_EQ(scan->points, 155'201U);
   EXPECT_TRUE(scan->resampled);
   EXPECT_FALSE(scan->image.full_turn);
-  EXPECT_GT(scan->image.SampleCount(), 50'000U);
+  EXPECT_GT(scan->image.SampleCount(), 152'000U);
+  EXPECT_EQ(scan->image.columns(), 345);
+  EXPECT_NEAR(scan->image.rows(), 1074, 2);
+  EXPECT_NEAR(Degrees(scan->image.native_azimuth_step), 0.25, 0.005);
   EXPECT_FALSE(scan->T_world_scan.has_value());
   // As its sphericalBounds say.
   EXPECT_NEAR(scan->image.elevation.front(), -0.785, 0.005);

@@ -255,6 +255,73 @@ TEST_P(TiltedScanTest, IsResampledAlongTheNewRays) {
 
 INSTANTIATE_TEST_SUITE_P(Tilts, TiltedScanTest, testing::Values(0.02, 0.1, 0.5));
 
+// An instrument that stands askew by two steps: its columns and rows are still known.
+TEST(GridColumnsTest, LinesThatLeanKeepNearlyAllReturns) {
+  const Eigen::Matrix3d tilt =
+      Eigen::AngleAxisd(Radians(0.5), Eigen::Vector3d(2, 1, 0).normalized()).toRotationMatrix();
+  // Columns lie four times as far apart as rows: a grid of even steps would lose most returns.
+  std::vector<Eigen::Vector3f> points;
+  size_t count = 0;
+  for (size_t column = 0; column < 360; ++column) {
+    for (size_t row = 0; row < 480; ++row) {
+      if ((column >= 100 && column < 120) && (row > 200 && row < 300)) {  // an open window
+        points.emplace_back(0, 0, 0);
+        continue;
+      }
+      const Eigen::Vector3d d =
+          tilt * DirectionOf(-kPi + 0.01 + Radians(1.0) * static_cast<double>(column),
+                             Radians(-60 + 0.25 * static_cast<double>(row)));
+      points.push_back((RoomRange(d) * d).cast<float>());
+      ++count;
+    }
+  }
+  const absl::StatusOr<GriddedScan> scan = GridColumns(points, 360, 480);
+  ASSERT_TRUE(scan.ok()) << scan.status();
+  const RangeImage& image = scan->image;
+  EXPECT_TRUE(scan->resampled);
+  EXPECT_TRUE(image.full_turn);
+  EXPECT_EQ(image.columns(), 360);
+  EXPECT_NEAR(image.rows(), 480, 6);  // those that lean beyond the ends
+  EXPECT_NEAR(image.native_elevation_step, Radians(0.25), 1e-4);
+  EXPECT_GT(static_cast<double>(image.SampleCount()), 0.97 * static_cast<double>(count));
+  EXPECT_EQ(image.SampleCount() + scan->duplicates, count);
+  size_t exact = 0;
+  size_t window = 0;
+  for (int column = 0; column < image.columns(); ++column) {
+    for (int row = 0; row < image.rows(); ++row) {
+      const float range = image.at(column, row);
+      if (column > 103 && column < 116 && row > 206 && row < 294) {
+        window += RangeImage::IsRange(range) ? 0 : 1;
+      }
+      if (!RangeImage::IsRange(range)) continue;
+      const double truth = RoomRange(image.Direction(column, row));
+      exact += std::abs(range - truth) < 1e-3 ? 1 : 0;
+      ASSERT_NEAR(range, truth, 0.06 * truth);
+    }
+  }
+  EXPECT_GT(static_cast<double>(exact), 0.95 * static_cast<double>(image.SampleCount()));
+  EXPECT_EQ(window, 12u * 87u);
+}
+
+// Where a point lies in the grid says nothing of its direction: the lines mean nothing.
+TEST(GridColumnsTest, PointsInAnyOrderAreNoLinesThatLean) {
+  const Eigen::Matrix3d tilt = Eigen::AngleAxisd(0.1, Eigen::Vector3d::UnitX()).toRotationMatrix();
+  std::vector<Eigen::Vector3f> points;
+  for (const double a : Evenly(-kPi, Radians(2), 180)) {
+    for (const double e : Evenly(Radians(-50), Radians(2), 60)) {
+      const Eigen::Vector3d d = tilt * DirectionOf(a, e);
+      points.push_back((RoomRange(d) * d).cast<float>());
+    }
+  }
+  std::mt19937_64 random(5);
+  std::shuffle(points.begin(), points.end(), random);
+  const absl::StatusOr<GriddedScan> known = GridColumns(points, 180, 60);
+  const absl::StatusOr<GriddedScan> unknown = GridDirections(points);
+  ASSERT_TRUE(known.ok()) << known.status();
+  ASSERT_TRUE(unknown.ok()) << unknown.status();
+  EXPECT_EQ(known->image.range, unknown->image.range);
+}
+
 TEST(GridDirectionsTest, RefusesWhatIsNoScan) {
   EXPECT_EQ(GridDirections({}).status().code(), absl::StatusCode::kInvalidArgument);
   const std::vector<Eigen::Vector3f> line(50, Eigen::Vector3f(1, 0, 0));
