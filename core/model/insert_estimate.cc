@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/model/carve/carve_room.h"
+#include "core/model/carve/thin_layer.h"
 #include "core/model/view/brick_pages.h"
 #include "core/sensor/range_image.h"
 #include "core/sensor/scanner_model.h"
@@ -31,6 +32,7 @@ double Crossed(const Eigen::Vector3d& normal) {
 InsertSize::InsertSize(const sensor::Scan& scan, const ModelConfig& config) {
   const sensor::RangeImage& image = scan.image;
   cells_ = static_cast<double>(image.cells());
+  kept_cells_ = static_cast<double>(KeptCells(image));
   const double face = config.voxel_size * config.voxel_size;
   const auto stride = std::max(1, static_cast<int>(std::ceil(std::sqrt(cells_ / kLookedAt))));
   const double stands_for = static_cast<double>(stride) * stride;
@@ -95,7 +97,7 @@ int64_t InsertSize::PeakBytes() const {
 }
 
 int64_t InsertSize::KeptBytes() const {
-  return static_cast<int64_t>(kAnyScan + cells_ * kBytesOfCellKept +
+  return static_cast<int64_t>(kAnyScan + kept_cells_ * kBytesOfCellKept +
                               surface_ * kBytesOfSurfaceKept + boundary_ * kBytesOfBoundary +
                               pages_ * kBytesOfPage);
 }

@@ -24,9 +24,10 @@ class InsertSize {
 
  private:
   double cells_ = 0;
-  double surface_ = 0;   // voxels that hold surface, samples and what joins them
-  double boundary_ = 0;  // voxels where what was seen empty ends and there is no surface
-  double pages_ = 0;     // of what was seen empty, and around it
+  double kept_cells_ = 0;  // those that stay in memory
+  double surface_ = 0;     // voxels that hold surface, samples and what joins them
+  double boundary_ = 0;    // voxels where what was seen empty ends and there is no surface
+  double pages_ = 0;       // of what was seen empty, and around it
 };
 
 }  // namespace vantage::model

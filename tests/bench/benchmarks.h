@@ -45,6 +45,8 @@ Benchmark BenchHeading;
 Benchmark BenchPreview;
 // import.*: how fast scan files are read, and in how much memory; `full`: of 44 million cells.
 Benchmark BenchImport;
+// scan.*, scans200.*: what dense scans leave in memory; `full`: two hundred scans.
+Benchmark BenchLargeScans;
 // phantom.*: what is left of rooms that are only in mirrors, and openings lost for mirrors.
 Benchmark BenchPhantom;
 // plan.answered.*, plan.first_view.*: whether short budgets give a view, and how soon the first is

@@ -20,56 +20,10 @@
 #include "tests/bench/benchmarks.h"
 #include "tests/bench/figures.h"
 #include "tests/bench/scenes.h"
-#include "tests/support/e57_writer.h"
+#include "tests/support/scan_files.h"
 
 namespace vantage::bench {
 namespace {
-
-// As instruments write them: spherical, whole multiples of 0.1 mm and of a microradian.
-std::string E57Of(const sensor::RangeImage& image) {
-  std::vector<double> range, azimuth, elevation;
-  std::vector<int64_t> row, column;
-  for (int c = 0; c < image.columns(); ++c) {
-    for (int r = 0; r < image.rows(); ++r) {
-      if (!sensor::RangeImage::IsRange(image.at(c, r))) continue;
-      range.push_back(image.at(c, r));
-      azimuth.push_back(image.azimuth[static_cast<size_t>(c)]);
-      elevation.push_back(image.elevation[static_cast<size_t>(r)]);
-      row.push_back(r);
-      column.push_back(c);
-    }
-  }
-  const size_t records = range.size();
-  test_support::E57SetupFile setup{
-      absl::StrCat("<guid type=\"String\">scan</guid>",
-                   test_support::E57Bounds(0, image.rows() - 1, 0, image.columns() - 1)),
-      {test_support::E57Scaled("sphericalRange", 1e-4, 0, 0, 1'000'000, range),
-       test_support::E57Scaled("sphericalAzimuth", 1e-6, 0, -3'200'000, 3'200'000, azimuth),
-       test_support::E57Scaled("sphericalElevation", 1e-6, 0, -1'600'000, 1'600'000, elevation),
-       test_support::E57Integers("rowIndex", 0, image.rows() - 1, row),
-       test_support::E57Integers("columnIndex", 0, image.columns() - 1, column)},
-      records,
-      ""};
-  test_support::E57Options options;
-  options.packets = records / 4000 + 1;  // a packet has at most 64 KiB
-  return test_support::WriteE57({setup}, options);
-}
-
-std::string PtxOf(const sensor::RangeImage& image) {
-  std::string ptx =
-      absl::StrFormat("%d\n%d\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n",
-                      image.columns(), image.rows());
-  for (int c = 0; c < image.columns(); ++c) {
-    for (int r = 0; r < image.rows(); ++r) {
-      const float range = image.at(c, r);
-      const Eigen::Vector3d p = sensor::RangeImage::IsRange(range)
-                                    ? Eigen::Vector3d(range * image.Direction(c, r))
-                                    : Eigen::Vector3d(0, 0, 0);
-      absl::StrAppendFormat(&ptx, "%.6f %.6f %.6f 0.5\n", p.x(), p.y(), p.z());
-    }
-  }
-  return ptx;
-}
 
 double Seconds(const std::chrono::steady_clock::time_point& start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -121,7 +75,8 @@ void BenchImport(const BenchOptions& options, parallel::Parallel& parallel, Figu
     for (const char* format : {"e57", "ptx"}) {
       paths.push_back((folder / absl::StrCat("scan.", format)).string());
       std::ofstream(paths.back(), std::ios::binary)
-          << (format == std::string("e57") ? E57Of(image) : PtxOf(image));
+          << (format == std::string("e57") ? test_support::E57Of(image)
+                                           : test_support::PtxOf(image));
     }
   }
   for (const std::string& path : paths) {

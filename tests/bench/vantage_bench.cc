@@ -57,6 +57,8 @@ constexpr auto kGroups = std::to_array<Group>({
     {"import", "import.",
      "reading E57 and PTX, beside their bytes from the page cache; --full: 44 million cells", 1,
      BenchImport},
+    {"scans", "scan. scans200.", "memory that dense scans keep; --full: two hundred scans", 1,
+     BenchLargeScans},
     {"anytime",
      "plan.anytime.speedup. plan.anytime.worst_regret. plan.anytime.cpu_seconds. "
      "plan.anytime.dominates. plan.anytime.curve. plan.threads2.",

@@ -21,6 +21,8 @@ bool MeasureKills(int kills, bench::Figures& figures);
 bool MeasureLink(bench::Figures& figures);
 // upload.*: against a bare stream that syncs every 4 MiB.
 bool MeasureUpload(bench::Figures& figures);
+// scan.*: a scan of forty million samples by the command line, from its file to a plan.
+bool MeasureLargeScan(bench::Figures& figures);
 // damage.*: entries of a log that rot, files that go, and come back.
 bool MeasureDamage(bench::Figures& figures);
 // clock.*: a wall clock that jumps.

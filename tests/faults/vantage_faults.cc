@@ -33,6 +33,9 @@ int main(int argc, char** argv) {
   bool kept = true;
   if (figures.Wants("link.")) kept = vantage::faults::MeasureLink(figures) && kept;
   if (figures.Wants("upload.")) kept = vantage::faults::MeasureUpload(figures) && kept;
+  if (full && figures.Wants("scan.")) {
+    kept = vantage::faults::MeasureLargeScan(figures) && kept;
+  }
   if (figures.Wants("damage.")) kept = vantage::faults::MeasureDamage(figures) && kept;
   if (figures.Wants("clock.")) kept = vantage::faults::MeasureClock(figures) && kept;
   if (figures.Wants("restart."))

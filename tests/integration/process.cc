@@ -6,6 +6,7 @@
 #include <signal.h>
 #include <spawn.h>
 #include <sys/inotify.h>
+#include <sys/resource.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -15,6 +16,8 @@
 #include <filesystem>
 #include <fstream>
 #include <sstream>
+
+#include "absl/strings/str_cat.h"
 
 extern char** environ;  // NOLINT(readability-redundant-declaration)
 
@@ -41,9 +44,9 @@ pid_t Spawn(const std::vector<std::string>& arguments, int out, int error) {
   return failed == 0 ? pid : -1;
 }
 
-int WaitFor(pid_t pid) {
+int WaitFor(pid_t pid, rusage* usage = nullptr) {
   int status = 0;
-  while (waitpid(pid, &status, 0) < 0 && errno == EINTR) {
+  while (wait4(pid, &status, 0, usage) < 0 && errno == EINTR) {
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
@@ -92,7 +95,9 @@ Finished RunProgram(const std::vector<std::string>& arguments) {
   const int error = open(folder.File("error").c_str(), O_CREAT | O_WRONLY | O_CLOEXEC, 0600);
   const pid_t pid = Spawn(arguments, out, error);
   Finished finished;
-  if (pid > 0) finished.exit_code = WaitFor(pid);
+  rusage usage{};
+  if (pid > 0) finished.exit_code = WaitFor(pid, &usage);
+  finished.peak_megabytes = static_cast<double>(usage.ru_maxrss) * 1024 / 1e6;
   close(out);
   close(error);
   finished.out = Contents(folder.File("out"));
@@ -134,6 +139,16 @@ double ServerProcess::CpuSeconds() const {
   timespec used{};
   if (::clock_getcpuclockid(pid_, &clock) != 0 || ::clock_gettime(clock, &used) != 0) return 0;
   return static_cast<double>(used.tv_sec) + 1e-9 * static_cast<double>(used.tv_nsec);
+}
+
+double ServerProcess::PeakMegabytes() const {
+  std::ifstream status(absl::StrCat("/proc/", pid_, "/status"));
+  std::string word;
+  double kibibytes = 0;
+  while (status >> word) {
+    if (word == "VmHWM:" && status >> kibibytes) return kibibytes * 1024 / 1e6;
+  }
+  return 0;
 }
 
 void ServerProcess::Signal(int signal) const {

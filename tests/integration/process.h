@@ -14,6 +14,7 @@ struct Finished {
   int exit_code = -1;  // -1: killed by a signal
   std::string out;
   std::string error;
+  double peak_megabytes = 0;  // the most memory that it held; what started it had held counts, too
 };
 
 // Runs a program to its end. Arguments go to it as they are; no shell.
@@ -51,6 +52,9 @@ class ServerProcess {
 
   // Processor time of all its threads so far.
   double CpuSeconds() const;
+
+  // The most memory that it held so far, MB; 0 where the system does not say.
+  double PeakMegabytes() const;
 
   // Sends a signal that does not end it.
   void Signal(int signal) const;

@@ -13,6 +13,7 @@
 #include "core/model/carve/sky_rays.h"
 #include "core/model/carve/station.h"
 #include "core/model/carve/surface_points.h"
+#include "core/model/carve/thin_layer.h"
 #include "core/model/carve/voxel_visibility.h"
 #include "core/model/reflections/reflections.h"
 #include "core/model/scan/range_pyramid.h"
@@ -292,6 +293,7 @@ absl::StatusOr<std::unique_ptr<ScanLayer>> CarveWithin(int64_t memory_limit,
   AddSurfacePoints(config.voxel_size, parallel, room, *layer);
   if (room.spent()) return exhausted();
   ClearStation(config.voxel_size, *layer);
+  ThinLayer(parallel, *layer);
   for (const auto& [page, bricks] : layer->bricks.empty()) {
     layer->empty_voxels += static_cast<size_t>(Brick::kVoxels * bricks.Count());
   }

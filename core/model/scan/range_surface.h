@@ -83,6 +83,10 @@ class RangeSurface {
   // True when the four cells from (column, row) to the next column and row are one surface.
   bool QuadJoined(int column, int row) const { return (joined_[Index(column, row)] & 12) == 4; }
 
+  // With every so many columns and rows only. Two that are left are one surface where all between
+  // them were.
+  RangeSurface Thinned(int column_stride, int row_stride, parallel::Parallel& parallel) const;
+
   // How far space was seen to be empty along a direction (scanner frame, any length > 0), and why
   // no farther. Inside a joined quad the range is interpolated as a plane would give it (linearly
   // in 1 / range); elsewhere it is that of the nearest ray.
