@@ -11,12 +11,13 @@
 
 namespace vantage::model {
 
-// Rays that are closer than this are left out, rad: merging asks a layer why a voxel is unknown and
-// what it saw of other scans' mirrors, and previews, which have this step, answer as well. From 11
-// m on a voxel of 5 cm is smaller than that; its answer is then that of the ray beside it.
-inline constexpr double kLayerStep = sensor::Radians(0.25);
+// Rays are left out as long as the others are no farther apart than this, rad: merging asks a layer
+// why a voxel is unknown and what it saw of other scans' mirrors, and previews, whose rays are 0.25
+// to 0.32 degrees apart, answer as well. From 9 m on a voxel of 5 cm is smaller than that; its
+// answer is then that of the ray beside it.
+inline constexpr double kLayerStep = sensor::Radians(0.32);
 
-// Cells that a layer keeps of an image: those of a scan of kLayerStep at most, however dense it is.
+// Cells that a layer keeps of an image: those of a scan with about that step at most, however dense it is.
 size_t KeptCells(const sensor::RangeImage& image);
 
 // Leaves out rays of the range surface, so that its memory does not depend on how dense the scan
