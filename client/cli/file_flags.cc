@@ -32,6 +32,15 @@ void AddFileFlags(CLI::App& command, FileFlags& flags) {
       ->check(CLI::IsMember(names));
 }
 
+void AddAppearanceFlag(CLI::App& command, FileFlags& flags) {
+  command
+      .add_option("--with", flags.with,
+                  "What comes along besides ranges, for exports: intensity, colour or both; "
+                  "planning uses neither")
+      ->delimiter(',')
+      ->check(CLI::IsMember({"intensity", "colour"}));
+}
+
 std::optional<Eigen::Vector3d> StationOf(const FileFlags& flags) {
   if (flags.station.empty()) return std::nullopt;
   return Eigen::Vector3d(flags.station[0], flags.station[1], flags.station[2]);
@@ -40,6 +49,9 @@ std::optional<Eigen::Vector3d> StationOf(const FileFlags& flags) {
 sensor::ImportLimits LimitsOf(const FileFlags& flags) {
   sensor::ImportLimits limits;
   limits.unit = Units().at(flags.unit);
+  for (const std::string& kind : flags.with) {
+    (kind == "colour" ? limits.appearance.colour : limits.appearance.intensity) = true;
+  }
   return limits;
 }
 

@@ -13,11 +13,14 @@
 namespace vantage::cli {
 
 struct FileFlags {
-  std::vector<double> station;  // x, y, z, in the file's frame and unit; empty: not said
-  std::string unit = "m";       // of the file's coordinates
+  std::vector<double> station;    // x, y, z, in the file's frame and unit; empty: not said
+  std::string unit = "m";         // of the file's coordinates
+  std::vector<std::string> with;  // "intensity", "colour": what is to come along
 };
 
 void AddFileFlags(CLI::App& command, FileFlags& flags);
+// The flag for what is to come along.
+void AddAppearanceFlag(CLI::App& command, FileFlags& flags);
 std::optional<Eigen::Vector3d> StationOf(const FileFlags& flags);
 sensor::ImportLimits LimitsOf(const FileFlags& flags);
 

@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/command.h"
+#include "client/cli/reading_progress.h"
 #include "client/cli/scan_sending.h"
 #include "client/cli/terminal.h"
 #include "client/library/error.h"
@@ -171,13 +172,16 @@ class Follower {
     }
     // With one set-up the scan is called as the file, which then need not be read.
     if (whole.count(fs::path(file.path).stem().string()) > 0) return absl::OkStatus();
-    const auto opened = sensor::ScanFile::Open(file.path);
+    const ReadingProgress reading(fs::path(file.path).filename().string());
+    const auto opened = sensor::ScanFile::Open(file.path, {}, reading.Watch());
+    reading.Clear();
     if (!opened.ok()) return Refused(opened.status());
     absl::Status worst;
     for (size_t setup = 0; setup < opened->setups().size(); ++setup) {
       Sending sending;
       sending.name = NameOf(file.path, *opened, setup);
       sending.preview = preview;
+      sending.reading = reading;
       if (whole.count(sending.name) > 0 || (preview && previews.count(sending.name) > 0)) continue;
       const auto scan = Send(environment_, arguments_.flags, sending, *opened, setup);
       if (!scan.ok()) {

@@ -7,8 +7,8 @@
 #include "absl/strings/str_format.h"
 #include "client/cli/command.h"
 #include "client/cli/file_flags.h"
+#include "client/cli/reading_progress.h"
 #include "client/cli/table.h"
-#include "client/cli/terminal.h"
 #include "core/sensor/imported_scan.h"
 #include "core/sensor/scan_file.h"
 #include "core/sensor/scanner_model.h"
@@ -45,25 +45,31 @@ std::string Place(const sensor::ImportedScan& scan) {
   return absl::StrFormat("%.3f, %.3f, %.3f", at.x(), at.y(), at.z());
 }
 
+// What `scan push --with` brings along.
+std::string Besides(const sensor::AppearanceKinds& appearance) {
+  return absl::StrCat(appearance.intensity ? "intensity" : "",
+                      appearance.intensity && appearance.colour ? ", " : "",
+                      appearance.colour ? "colour" : "");
+}
+
 absl::StatusOr<ExitCode> RunFile(Environment&, const FileArguments& arguments) {
-  const auto file = sensor::ScanFile::Open(arguments.file, StationOf(arguments.flags));
+  const ReadingProgress reading(arguments.file);
+  const auto file =
+      sensor::ScanFile::Open(arguments.file, StationOf(arguments.flags), reading.Watch());
   if (!file.ok()) return file.status();
   Table table({">set-up", "name", "grid", ">step (deg)", ">returns", ">range (m)", "place (m)",
-               ">tilt (deg)"});
-  ProgressLine line;
+               ">tilt (deg)", "besides"});
   bool all = true;
   for (size_t i = 0; i < file->setups().size(); ++i) {
-    line.Show(absl::StrCat("reading set-up ", i + 1, " of ", file->setups().size()));
     const auto scan = file->Read(i, LimitsOf(arguments.flags));
+    reading.Clear();
     if (!scan.ok()) {
       // What is wrong with one says nothing of the others.
       if (file->setups().size() == 1) return scan.status();
-      line.Clear();
       PrintError(scan.status());
       all = false;
       continue;
     }
-    line.Clear();
     PrintOddities(absl::StrCat("set-up ", i + 1), *scan);
     const sensor::RangeImage& image = scan->image;
     table.Add({absl::StrCat(i + 1), file->setups()[i],
@@ -74,9 +80,8 @@ absl::StatusOr<ExitCode> RunFile(Environment&, const FileArguments& arguments) {
                absl::StrFormat("%d (%.0f %%)", image.SampleCount(),
                                100.0 * static_cast<double>(image.SampleCount()) /
                                    static_cast<double>(image.cells())),
-               Ranges(image), Place(*scan), Tilt(*scan)});
+               Ranges(image), Place(*scan), Tilt(*scan), Besides(scan->appearance)});
   }
-  line.Clear();
   std::fputs(table.ToString().c_str(), stdout);
   return all ? ExitCode::kOk : ExitCode::kRefused;
 }

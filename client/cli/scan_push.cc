@@ -1,9 +1,11 @@
+#include <filesystem>
 #include <optional>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "client/cli/command.h"
 #include "client/cli/file_flags.h"
+#include "client/cli/reading_progress.h"
 #include "client/cli/scan_sending.h"
 #include "client/library/error.h"
 
@@ -33,7 +35,9 @@ absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArg
   if (arguments.files.size() > 1 && of_one) return several("and there are several files");
   ExitCode code = ExitCode::kOk;
   for (const std::string& path : arguments.files) {
-    const auto file = sensor::ScanFile::Open(path, StationOf(arguments.file));
+    const ReadingProgress reading(std::filesystem::path(path).filename().string());
+    const auto file = sensor::ScanFile::Open(path, StationOf(arguments.file), reading.Watch());
+    reading.Clear();
     if (!file.ok()) return file.status();
     size_t first = 0;
     size_t end = file->setups().size();
@@ -52,6 +56,7 @@ absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArg
         sending.name = NameOf(path, *file, setup);
       }
       sending.limits = LimitsOf(arguments.file);
+      sending.reading = reading;
       sending.preview = arguments.preview;
       sending.replaces = arguments.replaces;
       sending.wait = !arguments.no_wait;
@@ -86,6 +91,7 @@ void AddScanPush(CLI::App& parent, Environment& environment) {
                         "Of a file with several set-ups this one, from 1 [all, in order]")
             ->check(CLI::Range(size_t{1}, size_t{1'000'000}));
         AddFileFlags(command, a.file);
+        AddAppearanceFlag(command, a.file);
         command.add_option("--name", a.name, "Name for people [the file's]");
         CLI::Option* preview =
             command.add_flag("--preview", a.preview,

@@ -9,6 +9,7 @@
 #include "absl/strings/str_format.h"
 #include "client/cli/file_flags.h"
 #include "client/cli/json.h"
+#include "client/cli/pace.h"
 #include "client/cli/report.h"
 #include "client/cli/target_file.h"
 #include "client/cli/terminal.h"
@@ -99,8 +100,21 @@ std::string NameOf(const std::string& path, const sensor::ScanFile& file, size_t
 absl::StatusOr<v1::Scan> Send(Environment& environment, const SendingFlags& flags,
                               const Sending& sending, const sensor::ScanFile& file, size_t setup) {
   auto scan = file.Read(setup, sending.limits);
+  sending.reading.Clear();
   if (!scan.ok()) return scan.status();
   const std::string& name = sending.name;
+  const auto lacks = [&](bool wanted, bool has, const char* what) {
+    return wanted && !has
+               ? client::WithFix(absl::InvalidArgumentError(absl::StrCat(
+                                     name, ": there is no ", what,
+                                     " in it to bring along; E57, PTX, LAS and PLY may have it")),
+                                 absl::StrCat("leave ", what, " out of --with"))
+               : absl::OkStatus();
+  };
+  const sensor::AppearanceKinds& wanted = sending.limits.appearance;
+  absl::Status there = lacks(wanted.intensity, scan->appearance.intensity, "intensity");
+  there.Update(lacks(wanted.colour, scan->appearance.colour, "colour"));
+  if (!there.ok()) return there;
   if (scan->far > 0) {
     std::fprintf(stderr, "%s: %zu points farther than 1 km are taken as rays without a return\n",
                  name.c_str(), scan->far);
@@ -138,15 +152,16 @@ absl::StatusOr<v1::Scan> Send(Environment& environment, const SendingFlags& flag
   }
 
   ProgressLine line;
+  Pace pace;
   client::Client& client = environment.client();
   const auto sent = client.Upload(
       client::SessionName(flags.session), *upload, scan->image,
       [&](const client::UploadProgress& p) {
         const double share = static_cast<double>(p.acknowledged_bytes) / p.total_bytes;
-        line.Show(
-            absl::StrFormat("%s %s %s of %s%s", name, Bar(share, 30), Bytes(p.acknowledged_bytes),
-                            Bytes(p.total_bytes),
-                            p.reconnects > 0 ? absl::StrFormat(", %d breaks", p.reconnects) : ""));
+        line.Show(absl::StrFormat(
+            "%s %s %s%s", name, Bar(share, 20),
+            pace.Of(static_cast<double>(p.acknowledged_bytes), static_cast<double>(p.total_bytes)),
+            p.reconnects > 0 ? absl::StrFormat(", %d breaks", p.reconnects) : ""));
       });
   if (!sent.ok()) return sent.status();
   if (!sending.wait) {

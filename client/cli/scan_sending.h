@@ -11,6 +11,7 @@
 #include "absl/status/statusor.h"
 #include "client/cli/command.h"
 #include "client/cli/pose_flags.h"
+#include "client/cli/reading_progress.h"
 #include "core/sensor/scan_file.h"
 #include "vantage/v1/scan.pb.h"
 
@@ -38,6 +39,7 @@ struct Sending {
                          // its name, if there is one
   bool wait = true;      // until it is merged or refused
   sensor::ImportLimits limits;
+  ReadingProgress reading{""};  // of its file, which shows until it is read
 };
 
 // Reads a set-up, sends it with a progress line, and returns the scan that it became.

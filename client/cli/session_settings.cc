@@ -7,6 +7,7 @@
 #include "absl/strings/strip.h"
 #include "client/cli/file.h"
 #include "client/cli/json.h"
+#include "client/cli/reading_progress.h"
 #include "client/library/geometry.h"
 #include "core/sensor/imported_scan.h"
 #include "core/sensor/scan_file.h"
@@ -71,9 +72,11 @@ absl::StatusOr<std::vector<std::string>> ApplySettings(const SessionSettings& se
     session.MergeFrom(given);
   }
   if (!settings.scanner_from.empty()) {
-    const auto file = sensor::ScanFile::Open(settings.scanner_from);
+    const ReadingProgress reading(settings.scanner_from);
+    const auto file = sensor::ScanFile::Open(settings.scanner_from, {}, reading.Watch());
     if (!file.ok()) return file.status();
     const auto scan = file->Read(0, sensor::ImportLimits());  // one instrument, in all of a file
+    reading.Clear();
     if (!scan.ok()) return scan.status();
     session.clear_scanner_models();
     *session.add_scanner_models() = client::ToProto(scan->scanner, "from-file");

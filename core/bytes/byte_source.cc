@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <utility>
 
 #include "absl/strings/str_cat.h"
 
@@ -28,6 +29,7 @@ struct ByteSource::OpenFile {
   const std::string path;
   std::string window;
   uint64_t window_begin = 0;
+  std::function<void(uint64_t)> reached;
 };
 
 absl::StatusOr<ByteSource> ByteSource::Open(const std::string& path) {
@@ -55,7 +57,12 @@ absl::Status ByteSource::OpenFile::Read(uint64_t begin, char* out, size_t size) 
     }
     have += static_cast<size_t>(count);
   }
+  if (reached) reached(begin + size);
   return absl::OkStatus();
+}
+
+void ByteSource::Watch(std::function<void(uint64_t)> reached) {
+  if (file_ != nullptr) file_->reached = std::move(reached);
 }
 
 ByteSource ByteSource::Part(uint64_t begin, uint64_t size) const {

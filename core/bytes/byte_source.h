@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -21,6 +22,10 @@ class ByteSource {
   ByteSource(const std::string& bytes) : ByteSource(absl::string_view(bytes)) {}  // NOLINT
   // Of a regular file, which stays open. Errors as the file system says.
   static absl::StatusOr<ByteSource> Open(const std::string& path);
+
+  // From now on calls `reached(position)` whenever a piece of the file was read, with the place in
+  // the whole file up to which; of copies, too. Nothing is called for memory.
+  void Watch(std::function<void(uint64_t)> reached);
 
   uint64_t size() const { return size_; }
   // `size` bytes from `begin` on, which must lie within size(), as a source.

@@ -113,6 +113,17 @@ absl::Status ReadBounds(const pugi::xml_node& element, const std::string& where,
   return absl::OkStatus();
 }
 
+// Limits that cannot be read do no harm: what they are for is not needed.
+std::optional<ValueLimits> ReadLimits(const pugi::xml_node& limits, const char* minimum,
+                                      const char* maximum) {
+  if (!limits.child(minimum) || !limits.child(maximum)) return std::nullopt;
+  ValueLimits read;
+  if (!ReadNumber(limits.child(minimum).text().get(), "", read.min).ok()) return std::nullopt;
+  if (!ReadNumber(limits.child(maximum).text().get(), "", read.max).ok()) return std::nullopt;
+  if (!(read.max > read.min)) return std::nullopt;
+  return read;
+}
+
 // How integers from `minimum` to `maximum` are stored: with as many bits as tell them apart.
 int BitsBetween(int64_t minimum, int64_t maximum) {
   return std::bit_width(static_cast<uint64_t>(maximum) - static_cast<uint64_t>(minimum));
@@ -141,6 +152,7 @@ absl::Status ReadField(const pugi::xml_node& element, const std::string& where, 
     }
     if (!read.ok()) return read;
     if (maximum < field.minimum) return Bad(at, "its maximum is below its minimum");
+    field.maximum = maximum;
     field.bits = BitsBetween(field.minimum, maximum);
   } else if (type == "String") {
     field.type = FieldType::kString;
@@ -209,6 +221,10 @@ absl::StatusOr<ScanSetup> ReadSetup(const pugi::xml_node& element, size_t number
   if (read.ok()) read = ReadBounds(element, where, setup);
   if (read.ok()) read = ReadPoints(element, where, file, setup);
   if (!read.ok()) return read;
+  setup.intensity_limits =
+      ReadLimits(element.child("intensityLimits"), "intensityMinimum", "intensityMaximum");
+  setup.colour_limits =
+      ReadLimits(element.child("colorLimits"), "colorRedMinimum", "colorRedMaximum");
   return setup;
 }
 

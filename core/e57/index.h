@@ -22,8 +22,10 @@ enum class FieldType { kInteger, kScaledInteger, kFloat, kDouble, kString };
 struct Field {
   std::string name;  // of the standard, e.g. "cartesianX", or of an extension, e.g. "nor:normalX"
   FieldType type = FieldType::kInteger;
-  // Of integers: the least, and the bits that one takes in the file. 0 bits: all are the least.
+  // Of integers: the least, the greatest, and the bits that one takes in the file. 0 bits: all are
+  // the least.
   int64_t minimum = 0;
+  int64_t maximum = 0;
   int bits = 0;
   // Of scaled integers: the value is the integer times `scale` plus `offset`.
   double scale = 1;
@@ -38,12 +40,22 @@ struct IndexBounds {
   int64_t column_max = 0;
 };
 
+// What values of a kind may be, inclusive.
+struct ValueLimits {
+  double min = 0;
+  double max = 1;
+};
+
 // One set-up: what an instrument scanned from one place.
 struct ScanSetup {
   std::string name;  // may be empty
   // From the frame of its points to that of the file (m); absent: none is stated.
   std::optional<Eigen::Isometry3d> T_file_setup;
   std::optional<IndexBounds> bounds;
+  // Of intensity and of each colour, in the units of their fields, as intensityLimits and
+  // colorLimits say; absent: none are stated, or nonsense.
+  std::optional<ValueLimits> intensity_limits;
+  std::optional<ValueLimits> colour_limits;
   std::vector<Field> fields;  // of a record, in the order in which they are stored
   uint64_t records = 0;
   uint64_t section_begin = 0;  // logical position of its records' section; meaningless without any

@@ -1,10 +1,12 @@
 #include "core/e57/writer.h"
 
 #include <algorithm>
+#include <numeric>
 #include <pugixml.hpp>
 #include <sstream>
 #include <utility>
 
+#include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/bytes/byte_order.h"
 #include "core/bytes/checksum.h"
@@ -18,21 +20,38 @@ constexpr uint64_t kPayload = kPageBytes - kChecksumBytes;
 constexpr uint64_t kFileStart = 48;
 constexpr uint64_t kSectionStart = 32;
 constexpr uint64_t kIndexBytes = 32;  // with one entry, the first packet
-// Range, azimuth and elevation as doubles, row and column as 32 bits: a multiple of 8 bits each, so
-// that no number lies in two packets.
-constexpr uint64_t kStreams = 5;
-constexpr uint64_t kRecordBytes = 3 * 8 + 2 * 4;
-constexpr uint64_t kPacketStart = 6 + 2 * kStreams;
-static_assert(kPacketStart % 4 == 0 && kRecordBytes % 4 == 0);
+// Bytes of each field of a record, in the order of the prototype: range, azimuth and elevation as
+// doubles, row and column as 32 bits, intensity as 16, colours as 8. Whole bytes, so that no number
+// lies in two packets.
+std::vector<uint64_t> StreamsOf(const SetupToWrite& setup) {
+  std::vector<uint64_t> bytes = {8, 8, 8, 4, 4};
+  if (setup.intensity) bytes.push_back(2);
+  if (setup.colour) bytes.insert(bytes.end(), 3, 1);
+  return bytes;
+}
+
+uint64_t RecordBytes(const SetupToWrite& setup) {
+  const std::vector<uint64_t> streams = StreamsOf(setup);
+  return std::accumulate(streams.begin(), streams.end(), uint64_t{0});
+}
+
 // A packet has at most 64 KiB, and so has a stream of it.
-constexpr uint64_t kMostRecords = 2000;
-static_assert(kPacketStart + kMostRecords * kRecordBytes <= 65536);
+constexpr uint64_t kMostRecords = 1700;
+constexpr uint64_t kMostRecordBytes = 3 * 8 + 2 * 4 + 2 + 3;
+static_assert(6 + 2 * 9 + kMostRecords * kMostRecordBytes + 3 <= 65536);
+
+// Of a packet of so many records: a whole number of four bytes.
+uint64_t PacketSize(const SetupToWrite& setup, uint64_t records) {
+  const uint64_t size = 6 + 2 * StreamsOf(setup).size() + records * RecordBytes(setup);
+  return (size + 3) / 4 * 4;
+}
 
 uint64_t Physical(uint64_t logical) { return logical / kPayload * kPageBytes + logical % kPayload; }
 
-uint64_t SectionSize(uint64_t records) {
-  const uint64_t packets = (records + kMostRecords - 1) / kMostRecords;
-  return kSectionStart + packets * kPacketStart + records * kRecordBytes + kIndexBytes;
+uint64_t SectionSize(const SetupToWrite& setup) {
+  const uint64_t last = setup.records % kMostRecords;
+  return kSectionStart + setup.records / kMostRecords * PacketSize(setup, kMostRecords) +
+         (last > 0 ? PacketSize(setup, last) : 0) + kIndexBytes;
 }
 
 pugi::xml_node Element(pugi::xml_node parent, const char* name, const char* type) {
@@ -59,6 +78,13 @@ pugi::xml_node Vector(pugi::xml_node parent, const char* name) {
   return vector;
 }
 
+// Of the prototype, from 0.
+void StoredInteger(pugi::xml_node prototype, const char* name, const char* maximum) {
+  pugi::xml_node field = Element(prototype, name, "Integer");
+  field.append_attribute("minimum") = "0";
+  field.append_attribute("maximum") = maximum;
+}
+
 void Describe(const SetupToWrite& setup, uint64_t section, pugi::xml_node scans) {
   pugi::xml_node scan = Element(scans, "vectorChild", "Structure");
   Text(scan, "guid", setup.guid);
@@ -70,6 +96,18 @@ void Describe(const SetupToWrite& setup, uint64_t section, pugi::xml_node scans)
   Integer(bounds, "columnMaximum", setup.columns - 1);
   Integer(bounds, "returnMinimum", 0);
   Integer(bounds, "returnMaximum", 0);
+  if (setup.intensity) {
+    pugi::xml_node limits = Element(scan, "intensityLimits", "Structure");
+    Integer(limits, "intensityMinimum", 0);
+    Integer(limits, "intensityMaximum", 65535);
+  }
+  if (setup.colour) {
+    pugi::xml_node limits = Element(scan, "colorLimits", "Structure");
+    for (const char* colour : {"Red", "Green", "Blue"}) {
+      Integer(limits, absl::StrCat("color", colour, "Minimum").c_str(), 0);
+      Integer(limits, absl::StrCat("color", colour, "Maximum").c_str(), 255);
+    }
+  }
   pugi::xml_node pose = Element(scan, "pose", "Structure");
   pugi::xml_node rotation = Element(pose, "rotation", "Structure");
   Number(rotation, "w", setup.R_file_setup.w());
@@ -88,9 +126,11 @@ void Describe(const SetupToWrite& setup, uint64_t section, pugi::xml_node scans)
     Element(prototype, name, "Float");
   }
   for (const char* name : {"rowIndex", "columnIndex"}) {
-    pugi::xml_node index = Element(prototype, name, "Integer");
-    index.append_attribute("minimum") = "0";
-    index.append_attribute("maximum") = "4294967295";
+    StoredInteger(prototype, name, "4294967295");
+  }
+  if (setup.intensity) StoredInteger(prototype, "intensity", "65535");
+  for (const char* name : {"colorRed", "colorGreen", "colorBlue"}) {
+    if (setup.colour) StoredInteger(prototype, name, "255");
   }
   Vector(points, "codecs");
 }
@@ -124,7 +164,7 @@ Writer::Writer(std::vector<SetupToWrite> setups, absl::string_view guid)
   uint64_t at = kFileStart;
   for (const SetupToWrite& setup : setups_) {
     sections_.push_back(at);
-    at += SectionSize(setup.records);
+    at += SectionSize(setup);
   }
   xml_begin_ = at;
   xml_ = DescriptionOf(setups_, sections_, guid);
@@ -145,7 +185,7 @@ std::string Writer::Begin() {
 
 void Writer::BeginSection() {
   const uint64_t begin = sections_[setup_];
-  const uint64_t size = SectionSize(setups_[setup_].records);
+  const uint64_t size = SectionSize(setups_[setup_]);
   bytes_.append("\x01\0\0\0\0\0\0\0", 8);  // a compressed vector
   bytes::AppendLittleEndian(size, bytes_);
   bytes::AppendLittleEndian(Physical(begin + kSectionStart), bytes_);
@@ -154,12 +194,14 @@ void Writer::BeginSection() {
 
 void Writer::FlushPacket() {
   if (packet_.empty()) return;
-  const uint64_t size = kPacketStart + packet_.size() * kRecordBytes;
+  const SetupToWrite& setup = setups_[setup_];
+  const size_t begin = bytes_.size();
+  const uint64_t size = PacketSize(setup, packet_.size());
+  const std::vector<uint64_t> streams = StreamsOf(setup);
   bytes_.append("\x01\0", 2);  // data
   bytes::AppendLittleEndian(static_cast<uint16_t>(size - 1), bytes_);
-  bytes::AppendLittleEndian(static_cast<uint16_t>(kStreams), bytes_);
-  for (size_t stream = 0; stream < kStreams; ++stream) {
-    const uint64_t each = stream < 3 ? 8 : 4;
+  bytes::AppendLittleEndian(static_cast<uint16_t>(streams.size()), bytes_);
+  for (const uint64_t each : streams) {
     bytes::AppendLittleEndian(static_cast<uint16_t>(each * packet_.size()), bytes_);
   }
   for (const SphericalRecord& r : packet_) bytes::AppendLittleEndian(r.range, bytes_);
@@ -167,6 +209,13 @@ void Writer::FlushPacket() {
   for (const SphericalRecord& r : packet_) bytes::AppendLittleEndian(r.elevation, bytes_);
   for (const SphericalRecord& r : packet_) bytes::AppendLittleEndian(r.row, bytes_);
   for (const SphericalRecord& r : packet_) bytes::AppendLittleEndian(r.column, bytes_);
+  if (setup.intensity) {
+    for (const SphericalRecord& r : packet_) bytes::AppendLittleEndian(r.intensity, bytes_);
+  }
+  for (size_t part = 0; setup.colour && part < 3; ++part) {
+    for (const SphericalRecord& r : packet_) bytes_.push_back(static_cast<char>(r.colour[part]));
+  }
+  bytes_.resize(begin + size, '\0');
   packet_.clear();
 }
 

@@ -4,6 +4,7 @@
 #define VANTAGE_CORE_E57_WRITER_H_
 
 #include <Eigen/Geometry>
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -23,7 +24,9 @@ struct SetupToWrite {
   Eigen::Vector3d t_file_setup = Eigen::Vector3d::Zero();  // m
   uint32_t columns = 0;                                    // of the grid
   uint32_t rows = 0;
-  uint64_t records = 0;  // at least 1
+  uint64_t records = 0;    // at least 1
+  bool intensity = false;  // its records have it; so below
+  bool colour = false;
 };
 
 // In the set-up's frame: z up.
@@ -33,6 +36,8 @@ struct SphericalRecord {
   double elevation = 0;  // rad, from the horizon up
   uint32_t column = 0;
   uint32_t row = 0;
+  uint16_t intensity = 0;           // of 65,535
+  std::array<uint8_t, 3> colour{};  // red, green, blue, of 255
 };
 
 // Not thread safe.

@@ -22,6 +22,7 @@ namespace {
 
 using FieldNames = std::array<absl::string_view, 3>;
 constexpr FieldNames kCartesian = {"cartesianX", "cartesianY", "cartesianZ"};
+constexpr FieldNames kColours = {"colorRed", "colorGreen", "colorBlue"};
 constexpr FieldNames kSpherical = {"sphericalRange", "sphericalAzimuth", "sphericalElevation"};
 
 std::string NameOf(const e57::ScanSetup& setup, size_t number) {
@@ -37,22 +38,25 @@ struct PointFields {
   std::optional<size_t> row;
   std::optional<size_t> column;
   std::optional<size_t> return_index;
+  std::optional<size_t> intensity;
+  std::optional<std::array<size_t, 3>> colour;
 
+  AppearanceKinds appearance() const { return {intensity.has_value(), colour.has_value()}; }
   bool gridded() const { return row.has_value() && column.has_value(); }
 };
 
 absl::StatusOr<PointFields> FindFields(const e57::ScanSetup& setup, const std::string& name) {
   PointFields fields;
-  const auto all = [&](const FieldNames& names) {
+  const auto all = [&](const FieldNames& names, std::array<size_t, 3>& places) {
     for (size_t i = 0; i < names.size(); ++i) {
       const std::optional<size_t> place = setup.FieldOf(names[i]);
       if (!place.has_value()) return false;
-      fields.coordinates[i] = *place;
+      places[i] = *place;
     }
     return true;
   };
-  if (!all(kCartesian)) {
-    if (!all(kSpherical)) {
+  if (!all(kCartesian, fields.coordinates)) {
+    if (!all(kSpherical, fields.coordinates)) {
       return absl::InvalidArgumentError(
           absl::StrCat(name,
                        ": its records have neither cartesian nor spherical coordinates; "
@@ -65,6 +69,8 @@ absl::StatusOr<PointFields> FindFields(const e57::ScanSetup& setup, const std::s
   fields.row = setup.FieldOf("rowIndex");
   fields.column = setup.FieldOf("columnIndex");
   fields.return_index = setup.FieldOf("returnIndex");
+  fields.intensity = setup.FieldOf("intensity");
+  if (std::array<size_t, 3> colours{}; all(kColours, colours)) fields.colour = colours;
   for (const std::optional<size_t>& place :
        {std::optional(fields.coordinates[0]), std::optional(fields.coordinates[1]),
         std::optional(fields.coordinates[2]), fields.invalid, fields.row, fields.column,
@@ -74,7 +80,28 @@ absl::StatusOr<PointFields> FindFields(const e57::ScanSetup& setup, const std::s
           name, ": its field ", setup.fields[*place].name, " is a text; export the file again"));
     }
   }
+  // A text tells no brightness.
+  const auto is_text = [&](size_t place) {
+    return setup.fields[place].type == e57::FieldType::kString;
+  };
+  if (fields.intensity.has_value() && is_text(*fields.intensity)) fields.intensity.reset();
+  if (fields.colour.has_value() &&
+      std::any_of(fields.colour->begin(), fields.colour->end(), is_text)) {
+    fields.colour.reset();
+  }
   return fields;
+}
+
+// What the values of a field may be: as the set-up says, else all that can be stored.
+e57::ValueLimits LimitsOf(const std::optional<e57::ValueLimits>& stated, const e57::Field& field) {
+  if (stated.has_value()) return *stated;
+  if (field.type != e57::FieldType::kInteger && field.type != e57::FieldType::kScaledInteger) {
+    return {};
+  }
+  const auto value = [&](int64_t stored) {
+    return static_cast<double>(stored) * field.scale + field.offset;
+  };
+  return {value(field.minimum), value(field.maximum)};
 }
 
 // Inclusive; empty while max < min.
@@ -145,9 +172,9 @@ Eigen::Vector3d FromSpherical(double range, double azimuth, double elevation) {
 // Puts the returns of a set-up where they belong.
 class PointReader {
  public:
-  // `unit`: m, of the coordinates.
-  PointReader(const e57::ScanSetup& setup, const PointFields& fields, std::string name, double unit)
-      : setup_(setup), spherical_(fields.spherical), name_(std::move(name)), far_(unit) {
+  PointReader(const e57::ScanSetup& setup, const PointFields& fields, std::string name,
+              const ImportLimits& limits)
+      : setup_(setup), spherical_(fields.spherical), name_(std::move(name)), far_(limits.unit) {
     places_.assign(fields.coordinates.begin(), fields.coordinates.end());
     const auto add = [&](const std::optional<size_t>& place) -> std::optional<size_t> {
       if (!place.has_value()) return std::nullopt;
@@ -159,6 +186,14 @@ class PointReader {
     if (fields.gridded()) {
       row_ = add(fields.row);
       column_ = add(fields.column);
+    }
+    if (limits.appearance.intensity && fields.intensity.has_value()) {
+      intensity_ = add(fields.intensity);
+      intensity_limits_ = LimitsOf(setup.intensity_limits, setup.fields[*fields.intensity]);
+    }
+    if (limits.appearance.colour && fields.colour.has_value()) {
+      for (size_t i = 0; i < 3; ++i) colour_[i] = *add((*fields.colour)[i]);
+      colour_limits_ = LimitsOf(setup.colour_limits, setup.fields[(*fields.colour)[0]]);
     }
   }
 
@@ -174,17 +209,21 @@ class PointReader {
   // Each in its cell.
   absl::StatusOr<KnownGrid> Read(e57::PagedBytes& file, const Grid& grid) {
     KnownGrid points(static_cast<size_t>(grid.columns.count()),
-                     static_cast<size_t>(grid.rows.count()));
+                     static_cast<size_t>(grid.rows.count()),
+                     intensity_.has_value() || colour_limits_.has_value());
+    uint32_t returns = 0;
     absl::Status read =
         ForEachReturn(file, [&](e57::RecordBlock block, size_t i, const Eigen::Vector3f& p) {
           const auto column = static_cast<size_t>(block[*column_][i] - grid.columns.min);
           const auto row = static_cast<size_t>(block[*row_][i] - grid.rows.min);
-          duplicates_ += points.Put(column, row, p) ? 0 : 1;
+          duplicates_ += points.Put(column, row, p, returns++) ? 0 : 1;
         });
     if (!read.ok()) return read;
     return points;
   }
 
+  // Of the returns, in the order in which they were read: what is wanted and there is.
+  Appearance TakeAppearance() { return std::move(appearance_); }
   size_t far() const { return far_.count(); }
   size_t duplicates() const { return duplicates_; }
 
@@ -198,7 +237,9 @@ class PointReader {
         e57::ReadRecords(file, setup_, places_, [&](e57::RecordBlock block) -> absl::Status {
           for (size_t i = 0; i < block[0].size(); ++i, ++record) {
             const std::optional<Eigen::Vector3f> point = Take(block, i, record);
-            if (point.has_value()) take(block, i, *point);
+            if (!point.has_value()) continue;
+            Look(block, i);
+            take(block, i, *point);
           }
           return absl::OkStatus();
         });
@@ -207,6 +248,22 @@ class PointReader {
     if (returns_ > 0) return absl::OkStatus();
     return absl::InvalidArgumentError(
         absl::StrCat(name_, ": none of its ", setup_.records, " records is a return"));
+  }
+
+  // Takes note of how a return looked.
+  void Look(e57::RecordBlock block, size_t i) {
+    const auto share = [](double value, const e57::ValueLimits& limits) {
+      return (value - limits.min) / (limits.max - limits.min);
+    };
+    if (intensity_.has_value()) {
+      appearance_.intensity.push_back(IntensityOf(share(block[*intensity_][i], intensity_limits_)));
+    }
+    if (colour_limits_.has_value()) {
+      Colour& colour = appearance_.colour.emplace_back();
+      for (size_t k = 0; k < 3; ++k) {
+        colour[k] = ColourOf(share(block[colour_[k]][i], *colour_limits_));
+      }
+    }
   }
 
   // The point of a record that is a return.
@@ -233,6 +290,11 @@ class PointReader {
   std::optional<size_t> return_index_;
   std::optional<size_t> row_;
   std::optional<size_t> column_;
+  std::optional<size_t> intensity_;
+  std::array<size_t, 3> colour_{};
+  e57::ValueLimits intensity_limits_;
+  std::optional<e57::ValueLimits> colour_limits_;  // where colour is wanted and there is some
+  Appearance appearance_;
   FarReturns far_;
   size_t returns_ = 0;
   size_t duplicates_ = 0;
@@ -282,29 +344,34 @@ absl::StatusOr<ImportedScan> ParseE57(const bytes::ByteSource& source, size_t nu
   }
   std::optional<absl::StatusOr<GriddedScan>> gridded;
   std::optional<RangeImage> leaning;
+  Appearance appearance;
   size_t far = 0;
   size_t duplicates = 0;
   if (grid.has_value()) {
-    PointReader reader(setup, *fields, name, limits.unit);
+    PointReader reader(setup, *fields, name, limits);
     absl::StatusOr<KnownGrid> points = reader.Read(*file, *grid);
     if (!points.ok()) return points.status();
     gridded = points->ToScan();
     leaning = points->leaning();
     far = reader.far();
     duplicates = reader.duplicates();
+    appearance = reader.TakeAppearance();
   }
   if (!gridded.has_value()) {  // the returns alone, by their directions
-    PointReader reader(setup, *fields, name, limits.unit);
+    PointReader reader(setup, *fields, name, limits);
     const absl::StatusOr<std::vector<Eigen::Vector3f>> points = reader.Read(*file);
     if (!points.ok()) return points.status();
     gridded = GridDirections(*points, leaning);
     far = reader.far();
     duplicates = reader.duplicates();
+    appearance = reader.TakeAppearance();
   }
   if (!gridded->ok()) return gridded->status();
   (*gridded)->duplicates += duplicates;
-  absl::StatusOr<ImportedScan> scan = FinishImport(**std::move(gridded), setup.records, limits);
+  absl::StatusOr<ImportedScan> scan =
+      FinishImport(**std::move(gridded), setup.records, limits, appearance);
   if (!scan.ok()) return scan.status();
+  scan->appearance = fields->appearance();
   scan->far = far;
   if (setup.T_file_setup.has_value() &&
       !setup.T_file_setup->isApprox(Eigen::Isometry3d::Identity(), 1e-12)) {

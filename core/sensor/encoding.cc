@@ -16,6 +16,10 @@ namespace {
 constexpr absl::string_view kMagic = "VRIM";
 constexpr uint16_t kVersion = 1;
 constexpr uint16_t kFullTurn = 1;
+constexpr uint16_t kIntensity = 2;
+constexpr uint16_t kColour = 4;
+constexpr size_t kIntensityPlanes = 2;  // of a byte a cell
+constexpr size_t kColourPlanes = 3;
 constexpr uint64_t kMaxLines = 1 << 18;  // columns or rows; bounds the memory of a decoder
 constexpr uint32_t kMaxUnits = 10'000'000;
 constexpr uint32_t kNoReturnCode = 0;
@@ -81,25 +85,36 @@ absl::Status NoHeader(size_t size) {
                    "); send an encoded range image, not a PTX or PCD file"));
 }
 
-absl::Status WrongSize(size_t size, uint64_t columns, uint64_t rows) {
-  return absl::InvalidArgumentError(absl::StrCat(
-      "range image: ", size, " bytes, but ", columns, " columns x ", rows, " rows take ",
-      EncodedSize(columns, rows), "; the data are truncated or padded: send them again"));
+size_t PlanesOf(const AppearanceKinds& appearance) {
+  return 4 + (appearance.intensity ? kIntensityPlanes : 0) +
+         (appearance.colour ? kColourPlanes : 0);
+}
+
+absl::Status WrongSize(size_t size, uint64_t columns, uint64_t rows,
+                       const AppearanceKinds& appearance) {
+  return absl::InvalidArgumentError(
+      absl::StrCat("range image: ", size, " bytes, but ", columns, " columns x ", rows,
+                   " rows take ", EncodedSize(columns, rows, appearance),
+                   "; the data are truncated or padded: send them again"));
 }
 
 }  // namespace
 
-size_t EncodedSize(size_t columns, size_t rows) {
-  return RangeImageDecoder::kHeaderBytes + 8 * rows + columns * (8 + 4 * rows);
+size_t EncodedSize(size_t columns, size_t rows, AppearanceKinds appearance) {
+  return RangeImageDecoder::kHeaderBytes + 8 * rows + columns * (8 + PlanesOf(appearance) * rows);
 }
 
 std::string EncodeRangeImage(const RangeImage& image) {
   const size_t rows = image.elevation.size();
   std::string out;
-  out.reserve(EncodedSize(image.azimuth.size(), rows));
+  const AppearanceKinds appearance = image.appearance.kinds();
+  out.reserve(EncodedSize(image.azimuth.size(), rows, appearance));
   out.append(kMagic.data(), kMagic.size());
   bytes::AppendLittleEndian(kVersion, out);
-  bytes::AppendLittleEndian(image.full_turn ? kFullTurn : uint16_t{0}, out);
+  bytes::AppendLittleEndian(static_cast<uint16_t>((image.full_turn ? kFullTurn : 0) |
+                                                  (appearance.intensity ? kIntensity : 0) |
+                                                  (appearance.colour ? kColour : 0)),
+                            out);
   bytes::AppendLittleEndian(static_cast<uint32_t>(image.azimuth.size()), out);
   bytes::AppendLittleEndian(static_cast<uint32_t>(rows), out);
   bytes::AppendLittleEndian(image.native_azimuth_step, out);
@@ -108,7 +123,9 @@ std::string EncodeRangeImage(const RangeImage& image) {
   for (size_t column = 0; column < image.azimuth.size(); ++column) {
     bytes::AppendLittleEndian(image.azimuth[column], out);
     const size_t planes = out.size();
-    out.resize(planes + 4 * rows);
+    out.resize(planes + PlanesOf(appearance) * rows);
+    const size_t intensities = planes + 4 * rows;
+    const size_t colours = intensities + (appearance.intensity ? kIntensityPlanes * rows : 0);
     int32_t before = 0;
     for (size_t row = 0; row < rows; ++row) {
       const float range = image.range[column * rows + row];
@@ -118,6 +135,15 @@ std::string EncodeRangeImage(const RangeImage& image) {
       } else if (const auto units = static_cast<int32_t>(Units(range)); units > 0) {
         code = kFirstDifferenceCode + ZigZag(units - before);
         before = units;
+        const size_t cell = column * rows + row;
+        if (appearance.intensity) {
+          const uint16_t value = image.appearance.intensity[cell];
+          out[intensities + row] = static_cast<char>(value);
+          out[intensities + rows + row] = static_cast<char>(value >> 8);
+        }
+        for (size_t part = 0; appearance.colour && part < kColourPlanes; ++part) {
+          out[colours + part * rows + row] = static_cast<char>(image.appearance.colour[cell][part]);
+        }
       }
       for (size_t plane = 0; plane < 4; ++plane) {
         out[planes + plane * rows + row] = static_cast<char>(code >> (8 * plane));
@@ -131,7 +157,7 @@ absl::Status RangeImageDecoder::Take(absl::string_view bytes) {
   while (status_.ok() && !bytes.empty()) {
     if (part_ == Part::kEnd) {
       taken_ += bytes.size();
-      status_ = WrongSize(taken_, announced_columns_, announced_rows_);
+      status_ = WrongSize(taken_, announced_columns_, announced_rows_, appearance_);
       break;
     }
     // A part that is complete in these bytes is read in place.
@@ -155,14 +181,14 @@ absl::StatusOr<RangeImageDecoder::Contents> RangeImageDecoder::Finish() {
   if (part_ == Part::kHeader) {
     status_ = NoHeader(taken_);
   } else if (part_ != Part::kEnd) {
-    status_ = WrongSize(taken_, announced_columns_, announced_rows_);
+    status_ = WrongSize(taken_, announced_columns_, announced_rows_, appearance_);
   } else if (absl::Status axes = image_.ValidateAxes(); !axes.ok()) {
     status_ = axes;
   } else if (samples_ == 0) {
     status_ = absl::InvalidArgumentError("range image: no cell holds a range");
   }
   if (!status_.ok()) return status_;
-  return Contents{image_.azimuth.size(), image_.elevation.size(), samples_};
+  return Contents{image_.azimuth.size(), image_.elevation.size(), samples_, appearance_};
 }
 
 absl::StatusOr<RangeImage> RangeImageDecoder::FinishImage() && {
@@ -179,7 +205,7 @@ absl::Status RangeImageDecoder::TakePart(absl::string_view bytes) {
         image_.elevation.push_back(bytes::LoadLittleEndian<double>(bytes.data() + 8 * row));
       }
       part_ = Part::kColumn;
-      part_bytes_ = 8 + 4 * announced_rows_;
+      part_bytes_ = 8 + PlanesOf(appearance_) * announced_rows_;
       codes_.resize(announced_rows_);
       return absl::OkStatus();
     case Part::kColumn:
@@ -198,10 +224,11 @@ absl::Status RangeImageDecoder::TakeHeader(absl::string_view bytes) {
                                                    " is not known; this build reads ", kVersion));
   }
   const auto flags = bytes::LoadLittleEndian<uint16_t>(bytes.data() + 6);
-  if ((flags & ~kFullTurn) != 0) {
+  if ((flags & ~(kFullTurn | kIntensity | kColour)) != 0) {
     return absl::InvalidArgumentError(
-        absl::StrCat("range image: flags ", flags, " are not known; only bit 0 may be set"));
+        absl::StrCat("range image: flags ", flags, " are not known; only bits 0 to 2 may be set"));
   }
+  appearance_ = {(flags & kIntensity) != 0, (flags & kColour) != 0};
   const uint64_t columns = bytes::LoadLittleEndian<uint32_t>(bytes.data() + 8);
   const uint64_t rows = bytes::LoadLittleEndian<uint32_t>(bytes.data() + 12);
   if (columns < 2 || rows < 2) {
@@ -231,7 +258,7 @@ absl::Status RangeImageDecoder::TakeHeader(absl::string_view bytes) {
 absl::Status RangeImageDecoder::TakeColumn(absl::string_view bytes) {
   GatherCodes(bytes.data() + 8, announced_rows_, codes_.data());
   float* cells = nullptr;
-  if (ranges_ == Ranges::kKeep) {
+  if (keep_ != Keep::kNothing) {
     image_.range.resize(image_.range.size() + announced_rows_);
     cells = &image_.range[image_.range.size() - announced_rows_];
   }
@@ -242,12 +269,49 @@ absl::Status RangeImageDecoder::TakeColumn(absl::string_view bytes) {
   }
   image_.azimuth.push_back(bytes::LoadLittleEndian<double>(bytes.data()));
   samples_ += *samples;
+  if (appearance_.any()) {
+    absl::Status taken = TakeAppearance(bytes.substr(8 + 4 * announced_rows_));
+    if (!taken.ok()) return taken;
+  }
   if (image_.azimuth.size() == announced_columns_) part_ = Part::kEnd;
   return absl::OkStatus();
 }
 
-absl::StatusOr<RangeImage> DecodeRangeImage(absl::string_view bytes, size_t max_cells) {
-  RangeImageDecoder decoder(max_cells, RangeImageDecoder::Ranges::kKeep);
+absl::Status RangeImageDecoder::TakeAppearance(absl::string_view bytes) {
+  const size_t rows = announced_rows_;
+  const auto plane = [&](size_t number) {
+    return reinterpret_cast<const uint8_t*>(bytes.data()) + number * rows;
+  };
+  const size_t planes = PlanesOf(appearance_) - 4;
+  for (size_t number = 0; number < planes; ++number) {
+    const uint8_t* values = plane(number);
+    for (size_t row = 0; row < rows; ++row) {
+      if (codes_[row] >= kFirstDifferenceCode || values[row] == 0) continue;
+      return absl::InvalidArgumentError(absl::StrCat("range image: column ",
+                                                     image_.azimuth.size() - 1, " row ", row,
+                                                     " has intensity or colour and no range"));
+    }
+  }
+  if (keep_ != Keep::kAll) return absl::OkStatus();
+  if (appearance_.intensity) {
+    for (size_t row = 0; row < rows; ++row) {
+      image_.appearance.intensity.push_back(
+          static_cast<uint16_t>(plane(0)[row] | plane(1)[row] << 8));
+    }
+  }
+  if (appearance_.colour) {
+    const size_t red = appearance_.intensity ? kIntensityPlanes : 0;
+    for (size_t row = 0; row < rows; ++row) {
+      image_.appearance.colour.push_back(
+          {plane(red)[row], plane(red + 1)[row], plane(red + 2)[row]});
+    }
+  }
+  return absl::OkStatus();
+}
+
+absl::StatusOr<RangeImage> DecodeRangeImage(absl::string_view bytes, size_t max_cells,
+                                            RangeImageDecoder::Keep keep) {
+  RangeImageDecoder decoder(max_cells, keep);
   decoder.Take(bytes).IgnoreError();  // the decoder keeps the error
   return std::move(decoder).FinishImage();
 }

@@ -118,11 +118,16 @@ void DropRowsBeyondThePoles(const std::vector<std::optional<double>>& known, Loo
   }
   if (kept.size() == rows) return;
   std::vector<float> range;
+  std::vector<uint32_t> source;
   range.reserve(loose.azimuth.size() * kept.size());
   for (size_t column = 0; column < loose.azimuth.size(); ++column) {
-    for (const size_t row : kept) range.push_back(loose.range[column * rows + row]);
+    for (const size_t row : kept) {
+      range.push_back(loose.range[column * rows + row]);
+      if (!loose.source.empty()) source.push_back(loose.source[column * rows + row]);
+    }
   }
   loose.range = std::move(range);
+  loose.source = std::move(source);
   loose.elevation = std::move(elevation);
 }
 
@@ -167,8 +172,10 @@ std::optional<FittedAxes> FitAxes(const Reading& grid) {
 }
 
 // [a * n + b] to [b * m + a], of m times n.
-std::vector<float> Transposed(const std::vector<float>& values, size_t m, size_t n) {
-  std::vector<float> transposed(values.size());
+template <typename Value>
+std::vector<Value> Transposed(const std::vector<Value>& values, size_t m, size_t n) {
+  std::vector<Value> transposed(values.size());
+  if (values.empty()) return transposed;
   for (size_t a = 0; a < m; ++a) {
     for (size_t b = 0; b < n; ++b) transposed[b * m + a] = values[a * n + b];
   }
@@ -177,7 +184,7 @@ std::vector<float> Transposed(const std::vector<float>& values, size_t m, size_t
 
 }  // namespace
 
-KnownGrid::KnownGrid(size_t columns, size_t rows)
+KnownGrid::KnownGrid(size_t columns, size_t rows, bool sources)
     : columns_(columns),
       rows_(rows),
       column_stride_(StrideOf(columns)),
@@ -186,13 +193,15 @@ KnownGrid::KnownGrid(size_t columns, size_t rows)
       kept_columns_(KeptOf(columns)),
       range_(columns * rows, RangeImage::kNoReturn),
       in_columns_(columns * kept_rows_, Eigen::Vector3f::Zero()) {
+  if (sources) source_.assign(columns * rows, GriddedScan::kNoSource);
   if (row_stride_ > 1) in_rows_.assign(rows * kept_columns_, Eigen::Vector3f::Zero());
 }
 
-bool KnownGrid::Put(size_t column, size_t row, const Eigen::Vector3f& point) {
+bool KnownGrid::Put(size_t column, size_t row, const Eigen::Vector3f& point, uint32_t number) {
   float& range = range_[column * rows_ + row];
   if (RangeImage::IsRange(range)) return false;
   range = point.norm();
+  if (!source_.empty()) source_[column * rows_ + row] = number;
   ++returns_;
   if (row % row_stride_ == 0) in_columns_[column * kept_rows_ + row / row_stride_] = point;
   if (!in_rows_.empty() && column % column_stride_ == 0) {
@@ -229,6 +238,8 @@ std::optional<absl::StatusOr<GriddedScan>> KnownGrid::ToScan() {
   if (!best.has_value()) return std::nullopt;
   best->loose.range = columns_first ? std::move(range_) : Transposed(range_, columns_, rows_);
   range_ = {};
+  best->loose.source = columns_first ? std::move(source_) : Transposed(source_, columns_, rows_);
+  source_ = {};
   DropRowsBeyondThePoles(best->rows, best->loose);
   absl::StatusOr<GriddedScan> scan = AssembleGrid(std::move(best->loose));
   if (best->agreeing >= kAgreeing) return scan;
@@ -246,11 +257,12 @@ absl::StatusOr<GriddedScan> GridColumns(std::span<const Eigen::Vector3f> points,
                                                    " columns x ", rows,
                                                    " rows; at least 2 x 2 are needed"));
   }
-  KnownGrid grid(columns, rows);
+  KnownGrid grid(columns, rows, true);
   for (size_t column = 0; column < columns; ++column) {
     for (size_t row = 0; row < rows; ++row) {
-      const Eigen::Vector3f& point = points[column * rows + row];
-      if (IsReturn(point)) grid.Put(column, row, point);
+      const size_t number = column * rows + row;
+      const Eigen::Vector3f& point = points[number];
+      if (IsReturn(point)) grid.Put(column, row, point, static_cast<uint32_t>(number));
     }
   }
   if (grid.empty()) {

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <vector>
@@ -18,10 +19,11 @@ namespace vantage::sensor {
 // thousand in each line the direction too: a grid of 40 million cells takes 0.35 GB.
 class KnownGrid {
  public:
-  KnownGrid(size_t columns, size_t rows);
+  // `sources`: whether the scan is to say which return each range is from.
+  KnownGrid(size_t columns, size_t rows, bool sources);
 
-  // A return. False where the cell has one: the first counts.
-  bool Put(size_t column, size_t row, const Eigen::Vector3f& point);
+  // A return, and its number. False where the cell has one: the first counts.
+  bool Put(size_t column, size_t row, const Eigen::Vector3f& point, uint32_t number);
   bool empty() const { return returns_ == 0; }
 
   // Rule 1 (gridded_scan.h); nothing where it does not apply, or no return was put. Once: the grid
@@ -40,6 +42,7 @@ class KnownGrid {
   size_t kept_columns_;   // points that a row keeps
   size_t returns_ = 0;
   std::vector<float> range_;                 // [column * rows + row]
+  std::vector<uint32_t> source_;             // likewise; empty where nobody asked
   std::vector<Eigen::Vector3f> in_columns_;  // [column * kept_rows + row / row_stride]
   // [row * kept_columns + column / column_stride]; none where columns keep all.
   std::vector<Eigen::Vector3f> in_rows_;

@@ -132,6 +132,7 @@ std::optional<absl::StatusOr<GriddedScan>> FindGrid(std::span<const Eigen::Vecto
   LooseGrid grid;
   grid.fill_missing_lines = true;
   grid.range.assign(columns.size() * rows.size(), RangeImage::kNoReturn);
+  grid.source.assign(grid.range.size(), GriddedScan::kNoSource);
   std::vector<std::vector<std::pair<double, double>>> column_azimuths(columns.size());
   std::vector<std::vector<std::pair<double, double>>> row_elevations(rows.size());
   size_t duplicates = 0;
@@ -144,6 +145,7 @@ std::optional<absl::StatusOr<GriddedScan>> FindGrid(std::span<const Eigen::Vecto
       continue;
     }
     cell = points[i].norm();
+    grid.source[column * rows.size() + row] = static_cast<uint32_t>(i);
     const double across = std::hypot(points[i].x(), points[i].y());
     const double from_middle = WrapAngle(azimuths[i] - columns[column]);
     if (across > 0) column_azimuths[column].emplace_back(from_middle, across);
@@ -221,24 +223,11 @@ absl::StatusOr<RangeImage> EvenLines(size_t points, const std::vector<double>& a
   return lines;
 }
 
-}  // namespace
-
-absl::StatusOr<GriddedScan> GridDirections(std::span<const Eigen::Vector3f> points,
-                                           const std::optional<RangeImage>& leaning) {
-  std::vector<Eigen::Vector3f> returns;
-  std::vector<double> azimuths;
-  std::vector<double> elevations;
-  returns.reserve(points.size());
-  for (const Eigen::Vector3f& p : points) {
-    if (p.isZero(0)) continue;
-    returns.push_back(p);
-    azimuths.push_back(AzimuthOf(p));
-    elevations.push_back(ElevationOf(p));
-  }
-  if (returns.size() < 4) {
-    return absl::InvalidArgumentError(absl::StrCat(
-        "points: ", returns.size(), " returns; a range image needs at least 2 x 2 cells"));
-  }
+// Rules 2 to 4.
+absl::StatusOr<GriddedScan> GridReturns(std::span<const Eigen::Vector3f> returns,
+                                        const std::vector<double>& azimuths,
+                                        const std::vector<double>& elevations,
+                                        const std::optional<RangeImage>& leaning) {
   if (std::optional<absl::StatusOr<GriddedScan>> grid = FindGrid(returns, azimuths, elevations)) {
     return *std::move(grid);
   }
@@ -252,6 +241,34 @@ absl::StatusOr<GriddedScan> GridDirections(std::span<const Eigen::Vector3f> poin
   if (!lines.ok()) return lines.status();
   GriddedScan scan = Resample(returns, *lines);
   if (absl::Status valid = scan.image.Validate(); !valid.ok()) return valid;
+  return scan;
+}
+
+}  // namespace
+
+absl::StatusOr<GriddedScan> GridDirections(std::span<const Eigen::Vector3f> points,
+                                           const std::optional<RangeImage>& leaning) {
+  std::vector<Eigen::Vector3f> returns;
+  std::vector<uint32_t> numbers;
+  std::vector<double> azimuths;
+  std::vector<double> elevations;
+  returns.reserve(points.size());
+  for (const Eigen::Vector3f& p : points) {
+    if (p.isZero(0)) continue;
+    returns.push_back(p);
+    numbers.push_back(static_cast<uint32_t>(&p - points.data()));
+    azimuths.push_back(AzimuthOf(p));
+    elevations.push_back(ElevationOf(p));
+  }
+  if (returns.size() < 4) {
+    return absl::InvalidArgumentError(absl::StrCat(
+        "points: ", returns.size(), " returns; a range image needs at least 2 x 2 cells"));
+  }
+  absl::StatusOr<GriddedScan> scan = GridReturns(returns, azimuths, elevations, leaning);
+  if (!scan.ok()) return scan;
+  for (uint32_t& source : scan->source) {
+    if (source != GriddedScan::kNoSource) source = numbers[source];
+  }
   return scan;
 }
 

@@ -3,6 +3,8 @@
 #define VANTAGE_CORE_SENSOR_GRIDDED_SCAN_H_
 
 #include <cstddef>
+#include <cstdint>
+#include <vector>
 
 #include "core/sensor/range_image.h"
 
@@ -45,6 +47,10 @@ namespace vantage::sensor {
 // begins after the widest gap. The native steps are the median steps (rule 4: the mean spacing).
 struct GriddedScan {
   RangeImage image;
+  // By cell: the number of the point that its range is from, in the order in which points were
+  // given, or kNoSource. Empty where nobody asked.
+  static constexpr uint32_t kNoSource = ~uint32_t{0};
+  std::vector<uint32_t> source;
   size_t duplicates = 0;   // returns whose cell an earlier one had taken
   bool resampled = false;  // the directions formed no grid: cells are interpolated (rules 3 and 4)
   bool leaning = false;    // by rule 3

@@ -1,7 +1,9 @@
 #include "core/sensor/imported_scan.h"
 
 #include <algorithm>
+#include <cstdint>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "core/sensor/scanner_body.h"
@@ -38,10 +40,25 @@ ScannerModel ModelOf(const RangeImage& image, double range_min) {
   return scanner;
 }
 
+// Of the points that the cells' ranges are from.
+void PutAppearance(const Appearance& appearance, const std::vector<uint32_t>& source,
+                   RangeImage& image) {
+  const auto put = [&](const auto& of_points, auto& of_cells) {
+    if (of_points.empty()) return;
+    of_cells.assign(image.cells(), {});
+    for (size_t cell = 0; cell < of_cells.size(); ++cell) {
+      if (RangeImage::IsRange(image.range[cell])) of_cells[cell] = of_points[source[cell]];
+    }
+  };
+  put(appearance.intensity, image.appearance.intensity);
+  put(appearance.colour, image.appearance.colour);
+}
+
 }  // namespace
 
 absl::StatusOr<ImportedScan> FinishImport(GriddedScan gridded, size_t points,
-                                          const ImportLimits& limits) {
+                                          const ImportLimits& limits,
+                                          const Appearance& appearance) {
   ImportedScan scan;
   scan.image = std::move(gridded.image);
   scan.points = points;
@@ -54,6 +71,7 @@ absl::StatusOr<ImportedScan> FinishImport(GriddedScan gridded, size_t points,
         absl::StrCat("points: every return is nearer than ", limits.range_min,
                      " m, where the scanner sees only itself; are the coordinates in metres?"));
   }
+  PutAppearance(appearance, gridded.source, scan.image);
   scan.scanner = ModelOf(scan.image, limits.range_min);
   return scan;
 }

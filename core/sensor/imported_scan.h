@@ -10,6 +10,7 @@
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/sensor/appearance.h"
 #include "core/sensor/gridded_scan.h"
 #include "core/sensor/range_image.h"
 #include "core/sensor/scanner_model.h"
@@ -29,7 +30,8 @@ struct ImportedScan {
   bool loose = false;      // made of points without a grid or a station (point_cloud.h)
   double apart = 0;        // of loose points: share far before or behind others in their direction
   bool resampled = false;  // the directions formed no grid (gridded_scan.h): cells are interpolated
-  bool leaning = false;    // of these, the grid was known and leans
+  AppearanceKinds appearance;  // that the file has of its points, wanted or not
+  bool leaning = false;        // of these, the grid was known and leans
 };
 
 struct ImportLimits {
@@ -41,6 +43,8 @@ struct ImportLimits {
   double blind_zone = Radians(30);
   // m, of the unit in which the file's coordinates are, whatever its format says.
   double unit = 1;
+  // What is read of how returns looked, where the file has it.
+  AppearanceKinds appearance;
 };
 
 // m; farther than any scanner model reaches.
@@ -68,9 +72,11 @@ class FarReturns {
   std::string first_;
 };
 
-// Masks the scanner's body and fits the scanner model.
+// Masks the scanner's body and fits the scanner model. `appearance`: of the points, by the numbers
+// that the grid's sources give.
 absl::StatusOr<ImportedScan> FinishImport(GriddedScan gridded, size_t points,
-                                          const ImportLimits& limits);
+                                          const ImportLimits& limits,
+                                          const Appearance& appearance = {});
 
 // The same for an image that is one already (encoding.h): it stays to the bit.
 ImportedScan ImportImage(RangeImage image, const ImportLimits& limits);

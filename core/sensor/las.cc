@@ -1,8 +1,11 @@
 #include "core/sensor/las.h"
 
 #include <algorithm>
+#include <array>
 #include <cstdint>
 #include <iterator>
+#include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
 #include "core/bytes/byte_order.h"
@@ -31,6 +34,9 @@ constexpr size_t kFlagsAt = 15;
 constexpr uint8_t kWithdrawn = 0x80;     // formats 0 to 5
 constexpr uint8_t kNewWithdrawn = 0x04;  // formats 6 and later
 constexpr uint8_t kFirstNewFormat = 6;
+constexpr size_t kIntensityAt = 12;
+// Where red, green and blue stand, two bytes each, in a record of each format; 0: it has none.
+constexpr size_t kColourAt[] = {0, 0, 20, 28, 0, 28, 0, 30, 30, 0, 30};
 
 struct LasHeader {
   uint64_t count = 0;
@@ -105,6 +111,20 @@ absl::StatusOr<LasHeader> ReadHeader(absl::string_view bytes, uint64_t size,
   return header;
 }
 
+// Colours have 16 bits; some programs fill the lower eight of them only.
+std::vector<Colour> ToBytes(const std::vector<std::array<uint16_t, 3>>& colours) {
+  uint16_t most = 0;
+  for (const auto& colour : colours) most = std::max({most, colour[0], colour[1], colour[2]});
+  const int shift = most > 255 ? 8 : 0;
+  std::vector<Colour> bytes;
+  bytes.reserve(colours.size());
+  for (const auto& colour : colours) {
+    Colour& out = bytes.emplace_back();
+    for (size_t i = 0; i < 3; ++i) out[i] = static_cast<uint8_t>(colour[i] >> shift);
+  }
+  return bytes;
+}
+
 }  // namespace
 
 absl::Status ReadLas(const bytes::ByteSource& source, const ImportLimits& limits,
@@ -117,6 +137,11 @@ absl::Status ReadLas(const bytes::ByteSource& source, const ImportLimits& limits
   if (!header.ok()) return header.status();
   const uint8_t withdrawn = header->format >= kFirstNewFormat ? kNewWithdrawn : kWithdrawn;
   cloud.Reserve(header->count);
+  const AppearanceKinds has = {true, kColourAt[header->format] != 0};
+  const AppearanceKinds wanted = {limits.appearance.intensity,
+                                  limits.appearance.colour && has.colour};
+  Appearance appearance;
+  std::vector<std::array<uint16_t, 3>> colours;
   for (uint64_t i = 0; i < header->count; ++i) {
     const auto read = file.View(header->points_at + i * header->record_bytes, header->record_bytes);
     if (!read.ok()) return read.status();
@@ -128,8 +153,18 @@ absl::Status ReadLas(const bytes::ByteSource& source, const ImportLimits& limits
     const Eigen::Vector3d point = steps * header->scale.array() + header->offset.array();
     absl::Status added = cloud.Add(point, [&] { return absl::StrCat("LAS point ", i); });
     if (!added.ok()) return added;
+    if (wanted.intensity) {
+      appearance.intensity.push_back(LoadLittleEndian<uint16_t>(record + kIntensityAt));
+    }
+    if (wanted.colour) {
+      const char* const at = record + kColourAt[header->format];
+      colours.push_back({LoadLittleEndian<uint16_t>(at), LoadLittleEndian<uint16_t>(at + 2),
+                         LoadLittleEndian<uint16_t>(at + 4)});
+    }
   }
   if (cloud.size() == 0) return Bad("all points are withdrawn");
+  appearance.colour = ToBytes(colours);
+  cloud.SetAppearance(has, std::move(appearance));
   return absl::OkStatus();
 }
 

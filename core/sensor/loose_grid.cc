@@ -186,6 +186,10 @@ absl::StatusOr<GriddedScan> AssembleGrid(LooseGrid grid) {
     const auto first = static_cast<std::ptrdiff_t>(*turn * rows.size());
     std::rotate(grid.range.begin(), grid.range.begin() + first, grid.range.end());
     image.range = std::move(grid.range);
+    if (!grid.source.empty()) {
+      std::rotate(grid.source.begin(), grid.source.begin() + first, grid.source.end());
+      result.source = std::move(grid.source);
+    }
     if (absl::Status valid = image.Validate(); !valid.ok()) return valid;
     return result;
   }
@@ -194,6 +198,7 @@ absl::StatusOr<GriddedScan> AssembleGrid(LooseGrid grid) {
   for (const Line& column : columns) {
     for (const Line& row : rows) {
       float cell = RangeImage::kNoReturn;
+      uint32_t source = GriddedScan::kNoSource;
       for (const size_t c : column.sources) {
         for (const size_t r : row.sources) {
           const float value = grid.range[c * stride + r];
@@ -205,10 +210,12 @@ absl::StatusOr<GriddedScan> AssembleGrid(LooseGrid grid) {
             ++result.duplicates;
           } else {
             cell = value;
+            if (!grid.source.empty()) source = grid.source[c * stride + r];
           }
         }
       }
       image.range.push_back(cell);
+      if (!grid.source.empty()) result.source.push_back(source);
     }
   }
   if (absl::Status valid = image.Validate(); !valid.ok()) return valid;

@@ -4,6 +4,7 @@
 #define VANTAGE_CORE_SENSOR_LOOSE_GRID_H_
 
 #include <Eigen/Core>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -32,6 +33,7 @@ struct LooseGrid {
   std::vector<double> azimuth;    // rad
   std::vector<double> elevation;  // rad
   std::vector<float> range;
+  std::vector<uint32_t> source;  // as GriddedScan's; may be empty
   bool fill_missing_lines = false;
 };
 

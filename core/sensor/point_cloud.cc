@@ -68,7 +68,8 @@ absl::StatusOr<ImportedScan> PointCloud::ToScan(const ImportLimits& limits) cons
   }
   absl::StatusOr<GriddedScan> gridded = GridDirections(points_);
   if (!gridded.ok()) return gridded.status();
-  absl::StatusOr<ImportedScan> scan = FinishImport(*std::move(gridded), points_.size(), limits);
+  absl::StatusOr<ImportedScan> scan =
+      FinishImport(*std::move(gridded), points_.size(), limits, appearance_);
   if (!scan.ok()) return scan.status();
   scan->apart =
       static_cast<double>(CountApart(scan->image, points_)) / static_cast<double>(points_.size());
@@ -79,6 +80,7 @@ absl::StatusOr<ImportedScan> PointCloud::ToScan(const ImportLimits& limits) cons
         "frame, and a file with the points of that station alone",
         100 * scan->apart, station_.x(), station_.y(), station_.z()));
   }
+  scan->appearance = has_;
   scan->far = far_.count();
   scan->loose = true;
   if (!station_.isZero(0)) {

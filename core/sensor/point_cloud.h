@@ -6,11 +6,13 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "core/sensor/appearance.h"
 #include "core/sensor/imported_scan.h"
 
 namespace vantage::sensor {
@@ -29,6 +31,13 @@ class PointCloud {
   // INVALID_ARGUMENT: NaN or infinite. `where` names the point for people ("LAS point 12").
   absl::Status Add(const Eigen::Vector3d& point, absl::FunctionRef<std::string()> where);
 
+  // What the file has of how the points looked, and of that, by point in the order in which they
+  // were added, what is wanted.
+  void SetAppearance(AppearanceKinds has, Appearance appearance) {
+    has_ = has;
+    appearance_ = std::move(appearance);
+  }
+
   // Sorts the points into a grid by their directions (gridded_scan.h, rules 2 and 4). What that
   // loses: directions without a point count as rays without a return, also where the instrument did
   // not look or its program dropped what it saw; of points in one direction one is kept. The pose
@@ -41,6 +50,8 @@ class PointCloud {
   Eigen::Vector3d station_;
   double unit_;                          // m
   std::vector<Eigen::Vector3f> points_;  // m, from the station; zero: too far
+  AppearanceKinds has_;
+  Appearance appearance_;
   FarReturns far_;
 };
 

@@ -98,8 +98,16 @@ absl::StatusOr<PtxHeader> ReadHeader(bytes::TextScanner& text, uint64_t size,
   return header;
 }
 
-absl::StatusOr<Eigen::Vector3f> ReadPoint(const bytes::TextScanner& text, absl::string_view line,
-                                          FarReturns& far) {
+// What a line says of a return.
+struct PtxPoint {
+  Eigen::Vector3f point = Eigen::Vector3f::Zero();  // zero: no return
+  AppearanceKinds has;
+  double intensity = 0;  // of the whole, [0, 1]
+  Colour colour{};
+};
+
+absl::StatusOr<PtxPoint> ReadPoint(const bytes::TextScanner& text, absl::string_view line,
+                                   FarReturns& far) {
   std::array<double, 7> values;
   const size_t count = bytes::ParseNumbers(line, values);
   if (count != 3 && count != 4 && count != 6 && count != 7) {
@@ -111,10 +119,43 @@ absl::StatusOr<Eigen::Vector3f> ReadPoint(const bytes::TextScanner& text, absl::
                                                    ": NaN or infinite coordinate; a ray without a "
                                                    "return is written as 0 0 0"));
   }
-  if (point.isZero()) return Eigen::Vector3f::Zero().eval();
-  return far.Near(point, [&] { return absl::StrCat("PTX line ", text.line_number()); })
-      .value_or(Eigen::Vector3f::Zero());
+  PtxPoint read;
+  if (point.isZero()) return read;
+  read.has = {count == 4 || count == 7, count >= 6};
+  read.intensity = read.has.intensity ? values[3] : 0;
+  for (size_t i = 0; i < 3 && read.has.colour; ++i) {
+    read.colour[i] = ColourOf(values[count - 3 + i] / 255);
+  }
+  read.point = far.Near(point, [&] { return absl::StrCat("PTX line ", text.line_number()); })
+                   .value_or(Eigen::Vector3f::Zero());
+  return read;
 }
+
+// Collects what is wanted of it.
+class PtxAppearance {
+ public:
+  explicit PtxAppearance(const AppearanceKinds& wanted) : wanted_(wanted) {}
+
+  void Add(const PtxPoint& point) {
+    has_.intensity = has_.intensity || point.has.intensity;
+    has_.colour = has_.colour || point.has.colour;
+    if (wanted_.intensity) appearance_.intensity.push_back(IntensityOf(point.intensity));
+    if (wanted_.colour) appearance_.colour.push_back(point.colour);
+  }
+  // That any point had.
+  const AppearanceKinds& has() const { return has_; }
+  // What is wanted and there is, by point in the order in which they were added.
+  Appearance Take() && {
+    if (!has_.intensity) appearance_.intensity = {};
+    if (!has_.colour) appearance_.colour = {};
+    return std::move(appearance_);
+  }
+
+ private:
+  AppearanceKinds wanted_;
+  AppearanceKinds has_;
+  Appearance appearance_;
+};
 
 // The returns of `count` lines that were read once.
 absl::StatusOr<std::vector<Eigen::Vector3f>> ReturnsFrom(const bytes::ByteSource& lines,
@@ -124,9 +165,9 @@ absl::StatusOr<std::vector<Eigen::Vector3f>> ReturnsFrom(const bytes::ByteSource
   std::vector<Eigen::Vector3f> returns;
   absl::string_view line;
   for (size_t i = 0; i < count && text.NextLine(line); ++i) {
-    const absl::StatusOr<Eigen::Vector3f> point = ReadPoint(text, line, far);
+    const absl::StatusOr<PtxPoint> point = ReadPoint(text, line, far);
     if (!point.ok()) return point.status();
-    if (!point->isZero(0)) returns.push_back(*point);
+    if (!point->point.isZero(0)) returns.push_back(point->point);
   }
   if (!text.status().ok()) return text.status();
   return returns;
@@ -165,7 +206,9 @@ absl::StatusOr<ImportedScan> ParsePtx(const bytes::ByteSource& file, const Impor
   if (!header.ok()) return header.status();
   const size_t count = header->columns * header->rows;
   const uint64_t begin = text.offset();
-  KnownGrid points(header->columns, header->rows);
+  KnownGrid points(header->columns, header->rows, limits.appearance.any());
+  PtxAppearance appearance(limits.appearance);
+  uint32_t returns = 0;
   FarReturns far(limits.unit);
   absl::string_view line;
   for (size_t i = 0; i < count; ++i) {
@@ -175,13 +218,15 @@ absl::StatusOr<ImportedScan> ParsePtx(const bytes::ByteSource& file, const Impor
           absl::StrCat("PTX: truncated: ", i, " points where ", count,
                        " were announced; export or copy the file again"));
     }
-    absl::StatusOr<Eigen::Vector3f> point = ReadPoint(text, line, far);
+    absl::StatusOr<PtxPoint> point = ReadPoint(text, line, far);
     if (!point.ok()) {
       if (text.offset() < file.size()) return point.status();
       return absl::InvalidArgumentError(
           absl::StrCat(point.status().message(), "; the file ends there (truncated?)"));
     }
-    if (!point->isZero(0)) points.Put(i / header->rows, i % header->rows, *point);
+    if (point->point.isZero(0)) continue;
+    appearance.Add(*point);
+    points.Put(i / header->rows, i % header->rows, point->point, returns++);
   }
   while (text.NextLine(line)) {
     if (absl::StripAsciiWhitespace(line).empty()) continue;
@@ -201,13 +246,16 @@ absl::StatusOr<ImportedScan> ParsePtx(const bytes::ByteSource& file, const Impor
   }
   std::optional<absl::StatusOr<GriddedScan>> gridded = points.ToScan();
   if (!gridded.has_value()) {
-    const auto returns = ReturnsFrom(file.Part(begin, file.size() - begin), count, limits);
-    if (!returns.ok()) return returns.status();
-    gridded = GridDirections(*returns, points.leaning());
+    const auto again = ReturnsFrom(file.Part(begin, file.size() - begin), count, limits);
+    if (!again.ok()) return again.status();
+    gridded = GridDirections(*again, points.leaning());
   }
   if (!gridded->ok()) return gridded->status();
-  absl::StatusOr<ImportedScan> scan = FinishImport(**std::move(gridded), count, limits);
+  const AppearanceKinds has = appearance.has();
+  absl::StatusOr<ImportedScan> scan =
+      FinishImport(**std::move(gridded), count, limits, std::move(appearance).Take());
   if (!scan.ok()) return scan.status();
+  scan->appearance = has;
   scan->far = far.count();
   if (!header->T_world_scan.isApprox(Eigen::Isometry3d::Identity(), 1e-12)) {
     scan->T_world_scan = header->T_world_scan;

@@ -60,6 +60,12 @@ absl::Status RangeImage::Validate() const {
     return absl::InvalidArgumentError(absl::StrCat("range image: ", range.size(), " ranges for ",
                                                    columns(), " x ", rows(), " cells"));
   }
+  for (const size_t size : {appearance.intensity.size(), appearance.colour.size()}) {
+    if (size != 0 && size != cells()) {
+      return absl::InvalidArgumentError(
+          absl::StrCat("range image: intensity or colour of ", size, " cells of ", cells()));
+    }
+  }
   size_t samples = 0;
   for (const float value : range) {
     if (!std::isfinite(value) || (value < 0 && value != kNoInformation)) {

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/status/status.h"
+#include "core/sensor/appearance.h"
 
 namespace vantage::sensor {
 
@@ -22,7 +23,9 @@ struct RangeImage {
   std::vector<double> azimuth;    // rad, one per column, strictly rising, spanning less than 2 pi
   std::vector<double> elevation;  // rad, one per row, strictly rising, within [-pi/2, pi/2]
   std::vector<float> range;       // m, column after column, bottom to top: [column * rows + row]
-  bool full_turn = true;          // the last column is followed by the first (azimuth wraps)
+  // As `range`, 0 where there is none; both are empty unless somebody asked for them.
+  Appearance appearance;
+  bool full_turn = true;  // the last column is followed by the first (azimuth wraps)
 
   // The steps the instrument measured with, rad; smaller than the grid's when the scan was thinned.
   double native_azimuth_step = 0;
@@ -46,8 +49,8 @@ struct RangeImage {
   // As Validate(), for everything but the ranges.
   absl::Status ValidateAxes() const;
 
-  // INVALID_ARGUMENT naming what is wrong: empty or unordered axes, a range vector of another size,
-  // NaN or infinite values, steps that are not positive, no cell with a range.
+  // INVALID_ARGUMENT naming what is wrong: empty or unordered axes, ranges or appearance of another
+  // size, NaN or infinite values, steps that are not positive, no cell with a range.
   absl::Status Validate() const;
 };
 

@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <utility>
 
@@ -98,10 +99,12 @@ GriddedScan Resample(std::span<const Eigen::Vector3f> returns, RangeImage lines)
             if (i != kFreeCell) around.push_back(returns[i].cast<double>());
           }
         }
+        result.source.push_back(static_cast<uint32_t>(own));
         image.range.push_back(
             RangeOfPlane(image.Direction(column, row), around, returns[own].norm()));
         continue;
       }
+      result.source.push_back(GriddedScan::kNoSource);
       const auto holds = [&](int dc, int dr) { return at(column + dc, row + dr) != kFreeCell; };
       const bool between = (holds(-1, 0) && holds(1, 0)) || (holds(0, -1) && holds(0, 1));
       image.range.push_back(between ? RangeImage::kNoInformation : RangeImage::kNoReturn);

@@ -19,9 +19,15 @@ namespace vantage::sensor {
 namespace {
 
 absl::StatusOr<ImportedScan> ParseImage(absl::string_view bytes, const ImportLimits& limits) {
-  absl::StatusOr<RangeImage> image = DecodeRangeImage(bytes, limits.max_points);
+  using Keep = RangeImageDecoder::Keep;
+  absl::StatusOr<RangeImage> image = DecodeRangeImage(bytes, limits.max_points, Keep::kAll);
   if (!image.ok()) return image.status();
-  return ImportImage(*std::move(image), limits);
+  const AppearanceKinds has = image->appearance.kinds();
+  if (!limits.appearance.intensity) image->appearance.intensity = {};
+  if (!limits.appearance.colour) image->appearance.colour = {};
+  ImportedScan scan = ImportImage(*std::move(image), limits);
+  scan.appearance = has;
+  return scan;
 }
 
 // What vendors' own formats are exported as, by their programs.
@@ -75,7 +81,8 @@ std::optional<ScanFile::Format> ScanFile::FormatOf(absl::string_view extension) 
 }
 
 absl::StatusOr<ScanFile> ScanFile::Open(const std::string& path,
-                                        const std::optional<Eigen::Vector3d>& station) {
+                                        const std::optional<Eigen::Vector3d>& station,
+                                        const Reached& reached) {
   const std::string extension =
       absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
   const std::optional<Format> format = FormatOf(extension);
@@ -96,6 +103,9 @@ absl::StatusOr<ScanFile> ScanFile::Open(const std::string& path,
   }
   absl::StatusOr<bytes::ByteSource> source = OpenFile(path);
   if (!source.ok()) return source.status();
+  if (reached) {
+    source->Watch([reached, size = source->size()](uint64_t position) { reached(position, size); });
+  }
   ScanFile file(path, *format, station, *std::move(source));
   if (*format == Format::kPcd || *format == Format::kPly || *format == Format::kRangeImage) {
     absl::StatusOr<std::string> bytes = file.file_.All();

@@ -8,6 +8,7 @@
 #include <Eigen/Core>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <utility>
@@ -30,8 +31,12 @@ class ScanFile {
   // NOT_FOUND and PERMISSION_DENIED as the file system says; UNIMPLEMENTED: another format, with
   // the export that works; INVALID_ARGUMENT: a station is missing, or is not to be given; otherwise
   // errors as of the format's own function.
+  // `reached` is called, from here on and by Read(), with how far the file was read, and its size.
+  // What is read twice begins again.
+  using Reached = std::function<void(uint64_t position, uint64_t size)>;
   static absl::StatusOr<ScanFile> Open(const std::string& path,
-                                       const std::optional<Eigen::Vector3d>& station = {});
+                                       const std::optional<Eigen::Vector3d>& station = {},
+                                       const Reached& reached = {});
 
   // The names that the file gives its set-ups, in its order; "" for one without.
   const std::vector<std::string>& setups() const { return setups_; }

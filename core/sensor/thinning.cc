@@ -38,7 +38,13 @@ RangeImage Thinned(const RangeImage& image, double step) {
   thin.range.reserve(columns.size() * rows.size());
   for (const int column : columns) {
     thin.azimuth.push_back(image.azimuth[static_cast<size_t>(column)]);
-    for (const int row : rows) thin.range.push_back(image.at(column, row));
+    for (const int row : rows) {
+      const size_t cell = image.Index(column, row);
+      thin.range.push_back(image.range[cell]);
+      const Appearance& all = image.appearance;
+      if (!all.intensity.empty()) thin.appearance.intensity.push_back(all.intensity[cell]);
+      if (!all.colour.empty()) thin.appearance.colour.push_back(all.colour[cell]);
+    }
   }
   for (const int row : rows) thin.elevation.push_back(image.elevation[static_cast<size_t>(row)]);
   // Where hardly anything came back, the few returns may all be left out.

@@ -99,8 +99,13 @@ absl::Status Export::ChooseScans(const v1::ExportModelRequest& request) {
     return absl::OkStatus();
   }
   int64_t samples = 0;
-  for (const v1::Scan& scan : scans_) samples += scan.sample_count();
-  total_size_ = static_cast<int64_t>(SamplesPlyHeader(samples).size()) + samples * kSamplePlyBytes;
+  for (const v1::Scan& scan : scans_) {
+    samples += scan.sample_count();
+    appearance_.intensity = appearance_.intensity || scan.intensity();
+    appearance_.colour = appearance_.colour || scan.colour();
+  }
+  total_size_ = static_cast<int64_t>(SamplesPlyHeader(samples, appearance_).size()) +
+                samples * SamplePlyBytes(appearance_);
   return absl::OkStatus();
 }
 
@@ -111,7 +116,7 @@ absl::StatusOr<std::string> Export::Next() {
     if (part == 0) {
       int64_t samples = 0;
       for (const v1::Scan& scan : scans_) samples += scan.sample_count();
-      return SamplesPlyHeader(samples);
+      return SamplesPlyHeader(samples, appearance_);
     }
     if (part > scans_.size()) return std::string();
     const v1::Scan& scan = scans_[part - 1];
@@ -119,7 +124,7 @@ absl::StatusOr<std::string> Export::Next() {
     if (!image.ok()) return image.status();
     // Poses are in the world frame already.
     return SamplesPlyBody(*image, conversion::ReadOwnPose(scan.pose(), Eigen::Vector3d::Zero()),
-                          static_cast<uint32_t>(part));
+                          static_cast<uint32_t>(part), appearance_);
   }
   if (part > 0) return std::string();
   std::string file;

@@ -47,7 +47,8 @@ class Export {
   std::string file_name_;
   int64_t total_size_ = 0;
   std::vector<v1::Scan> scans_;
-  std::optional<ScansE57> e57_;  // of them
+  sensor::AppearanceKinds appearance_;  // that any of them has
+  std::optional<ScansE57> e57_;         // of them
   std::string plan_;
   size_t part_ = 0;
   bool counted_ = false;  // it is counted among the session's exports

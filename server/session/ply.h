@@ -11,12 +11,13 @@
 
 namespace vantage::session {
 
-// Registered samples: x, y, z (double, m, world) and the number of the scan (uint).
-std::string SamplesPlyHeader(int64_t samples);
-inline constexpr int64_t kSamplePlyBytes = 3 * 8 + 4;
-// The samples of a scan, column after column. `T_world_scan` as registered.
+// Registered samples: x, y, z (double, m, world), the number of the scan (uint), and of what there
+// is to be: intensity (ushort, 0 to 65,535), red, green and blue (uchar).
+std::string SamplesPlyHeader(int64_t samples, const sensor::AppearanceKinds& appearance);
+int64_t SamplePlyBytes(const sensor::AppearanceKinds& appearance);
+// The samples of a scan, column after column; what it has not is 0. `T_world_scan` as registered.
 std::string SamplesPlyBody(const sensor::RangeImage& image, const Eigen::Isometry3d& T_world_scan,
-                           uint32_t scan);
+                           uint32_t scan, const sensor::AppearanceKinds& appearance);
 
 // The bounding rectangles of patches as quadrilaterals, with kind (as in SurfaceKind) and deficit
 // (samples) of each; four vertices (double, m, world) a patch.

@@ -184,7 +184,7 @@ absl::StatusOr<Scans::Withdrawn> Scans::Withdraw(const std::string& name, const 
 }
 
 absl::StatusOr<sensor::RangeImage> Scans::LoadImage(const std::string& name) const {
-  return session::LoadImage(context_, name);
+  return session::LoadImage(context_, name, "", sensor::RangeImageDecoder::Keep::kAll);
 }
 
 int Scans::Pending() const {

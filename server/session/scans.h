@@ -41,7 +41,7 @@ class Scans {
     std::vector<std::string> dependents;
   };
   absl::StatusOr<Withdrawn> Withdraw(const std::string& name, const RequestKey& key);
-  // Errors as of session::LoadImage().
+  // With intensity and colour, where it has them. Errors as of session::LoadImage().
   absl::StatusOr<sensor::RangeImage> LoadImage(const std::string& name) const;
 
   // Number of scans that were received and are neither merged nor refused.

@@ -32,6 +32,8 @@ e57::Writer WriterOf(const std::vector<v1::Scan>& scans) {
     setup.columns = static_cast<uint32_t>(scan.column_count());
     setup.rows = static_cast<uint32_t>(scan.row_count());
     setup.records = static_cast<uint64_t>(scan.sample_count());
+    setup.intensity = scan.intensity();
+    setup.colour = scan.colour();
     absl::StrAppend(&all, setup.guid);
   }
   return {std::move(setups), GuidOf(all)};
@@ -66,6 +68,9 @@ absl::StatusOr<std::string> ScansE57::Next() {
       record.row = static_cast<uint32_t>(cell_ % rows);
       record.azimuth = image_->azimuth[record.column];
       record.elevation = image_->elevation[record.row];
+      const sensor::Appearance& looks = image_->appearance;
+      if (!looks.intensity.empty()) record.intensity = looks.intensity[cell_];
+      if (!looks.colour.empty()) record.colour = looks.colour[cell_];
     }
     written_ += records.size();
     bytes = writer_.Add(records);

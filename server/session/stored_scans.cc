@@ -24,7 +24,8 @@ absl::StatusOr<Read> SayLost(const std::string& scan, absl::StatusOr<Read> read)
 }  // namespace
 
 absl::StatusOr<sensor::RangeImage> LoadImage(const SessionContext& context, const std::string& scan,
-                                             absl::string_view sha256) {
+                                             absl::string_view sha256,
+                                             sensor::RangeImageDecoder::Keep keep) {
   std::string blob;
   bool known = false;
   bool before = false;  // of the preview, which is of no use for long
@@ -48,7 +49,7 @@ absl::StatusOr<sensor::RangeImage> LoadImage(const SessionContext& context, cons
   bytes = SayLost(scan, std::move(bytes));
   if (!before) context.lost_scans().Note(scan, bytes.status());
   if (!bytes.ok()) return bytes.status();
-  return sensor::DecodeRangeImage(*bytes, context.dependencies().limits.scan_cells);
+  return sensor::DecodeRangeImage(*bytes, context.dependencies().limits.scan_cells, keep);
 }
 
 void FindLostScans(const SessionContext& context) {

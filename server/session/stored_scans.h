@@ -6,6 +6,7 @@
 
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
+#include "core/sensor/encoding.h"
 #include "core/sensor/range_image.h"
 #include "core/sensor/scan.h"
 #include "server/session/session_context.h"
@@ -17,8 +18,9 @@ namespace vantage::session {
 // (SCAN_ERASED). DATA_LOSS (SCAN_LOST): its data are lost or damaged, which the session's lost
 // scans say from then on. UNAVAILABLE: they cannot be read now, and it is unknown whether they are
 // intact. `sha256`: of the preview, where a scan waits to be merged in its place and that is meant.
-absl::StatusOr<sensor::RangeImage> LoadImage(const SessionContext& context, const std::string& scan,
-                                             absl::string_view sha256 = "");
+absl::StatusOr<sensor::RangeImage> LoadImage(
+    const SessionContext& context, const std::string& scan, absl::string_view sha256 = "",
+    sensor::RangeImageDecoder::Keep keep = sensor::RangeImageDecoder::Keep::kRanges);
 // The same with scanner and prior, in the form that the algorithms need.
 absl::StatusOr<sensor::Scan> LoadScan(const SessionContext& context, const v1::Scan& scan);
 

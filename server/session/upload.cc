@@ -188,8 +188,7 @@ absl::Status Upload::Sync() {
 }
 
 sensor::RangeImageDecoder Upload::Decoder() const {
-  return sensor::RangeImageDecoder(limits_.scan_cells,
-                                   sensor::RangeImageDecoder::Ranges::kOnlyCheck);
+  return sensor::RangeImageDecoder(limits_.scan_cells, sensor::RangeImageDecoder::Keep::kNothing);
 }
 
 int64_t Upload::Unsynced() const {
@@ -399,6 +398,7 @@ absl::StatusOr<Upload::Content> Upload::Inspect() {
   content.columns = image->columns;
   content.rows = image->rows;
   content.samples = image->samples;
+  content.appearance = image->appearance;
   content.encoded_size = Received();
   return content;
 }

@@ -85,6 +85,7 @@ class Upload {
     size_t columns = 0;
     size_t rows = 0;
     size_t samples = 0;
+    sensor::AppearanceKinds appearance;
     int64_t encoded_size = 0;
     std::string sha256;
   };

@@ -67,6 +67,8 @@ v1::Scan ReceivedScan(const v1::Upload& upload, const Upload::Content& content, 
   scan.set_column_count(static_cast<int32_t>(content.columns));
   scan.set_row_count(static_cast<int32_t>(content.rows));
   scan.set_sample_count(static_cast<int64_t>(content.samples));
+  scan.set_intensity(content.appearance.intensity);
+  scan.set_colour(content.appearance.colour);
   scan.set_encoded_size_bytes(content.encoded_size);
   scan.set_sha256(content.sha256);
   *scan.mutable_create_time() = conversion::WriteTime(now);

@@ -17,7 +17,8 @@ namespace vantage::model {
 // answer is then that of the ray beside it.
 inline constexpr double kLayerStep = sensor::Radians(0.32);
 
-// Cells that a layer keeps of an image: those of a scan with about that step at most, however dense it is.
+// Cells that a layer keeps of an image: those of a scan with about that step at most, however dense
+// it is.
 size_t KeptCells(const sensor::RangeImage& image);
 
 // Leaves out rays of the range surface, so that its memory does not depend on how dense the scan

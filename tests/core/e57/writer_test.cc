@@ -40,11 +40,15 @@ Made Write(const std::vector<uint64_t>& counts, uint32_t seed) {
     setup.columns = 70'000;
     setup.rows = 300;
     setup.records = counts[i];
+    setup.intensity = seed % 2 == 0 || i == 1;
+    setup.colour = seed % 3 == 0 || i == 1;
     std::vector<SphericalRecord> records(counts[i]);
     for (SphericalRecord& r : records) {
       r = {std::abs(uniform(random)) * 100, uniform(random) * 3, uniform(random),
            static_cast<uint32_t>(random() % setup.columns),
            static_cast<uint32_t>(random() % setup.rows)};
+      r.intensity = setup.intensity ? static_cast<uint16_t>(random()) : 0;
+      if (setup.colour) r.colour = {static_cast<uint8_t>(random()), 255, 7};
     }
     made.setups.push_back(setup);
     made.records.push_back(std::move(records));
@@ -72,7 +76,7 @@ T At(const std::string& bytes, size_t at) {
 
 TEST(E57Writer, ComesBackToTheBit) {
   for (const std::vector<uint64_t>& counts :
-       {std::vector<uint64_t>{1}, {1999}, {2000}, {2001, 1}, {5, 4000, 12'345}}) {
+       {std::vector<uint64_t>{1}, {1699}, {1700}, {1701, 1}, {5, 4000, 12'345}}) {
     const Made made = Write(counts, static_cast<uint32_t>(counts.size()));
     absl::StatusOr<PagedBytes> pages = PagedBytes::Open(made.file);
     ASSERT_TRUE(pages.ok()) << pages.status();
@@ -96,6 +100,21 @@ TEST(E57Writer, ComesBackToTheBit) {
         ASSERT_TRUE(setup.FieldOf(name).has_value()) << name;
         fields.push_back(*setup.FieldOf(name));
       }
+      const bool intensity = made.setups[i].intensity;
+      const bool colour = made.setups[i].colour;
+      ASSERT_EQ(setup.FieldOf("intensity").has_value(), intensity);
+      ASSERT_EQ(setup.FieldOf("colorGreen").has_value(), colour);
+      if (intensity) {
+        fields.push_back(*setup.FieldOf("intensity"));
+        ASSERT_TRUE(setup.intensity_limits.has_value());
+        EXPECT_EQ(setup.intensity_limits->max, 65535);
+      }
+      if (colour) {
+        fields.push_back(*setup.FieldOf("colorRed"));
+        fields.push_back(*setup.FieldOf("colorBlue"));
+        ASSERT_TRUE(setup.colour_limits.has_value());
+        EXPECT_EQ(setup.colour_limits->max, 255);
+      }
       size_t at = 0;
       const absl::Status read = ReadRecords(*pages, setup, fields, [&](RecordBlock block) {
         for (size_t k = 0; k < block[0].size(); ++k, ++at) {
@@ -105,6 +124,13 @@ TEST(E57Writer, ComesBackToTheBit) {
           EXPECT_EQ(block[2][k], r.elevation);
           EXPECT_EQ(block[3][k], r.row);
           EXPECT_EQ(block[4][k], r.column);
+          if (intensity) {
+            EXPECT_EQ(block[5][k], r.intensity);
+          }
+          if (colour) {
+            EXPECT_EQ(block[intensity ? 6 : 5][k], r.colour[0]);
+            EXPECT_EQ(block[intensity ? 7 : 6][k], r.colour[2]);
+          }
         }
         return absl::OkStatus();
       });

@@ -12,6 +12,7 @@ namespace vantage::sensor {
 namespace {
 
 constexpr size_t kMaxCells = 1'000'000;
+constexpr auto kAll = RangeImageDecoder::Keep::kAll;
 
 // A valid image with irregular axes, all three kinds of cell and extreme ranges.
 RangeImage RandomImage(uint64_t seed) {
@@ -38,6 +39,17 @@ RangeImage RandomImage(uint64_t seed) {
     image.range.push_back(range);
   }
   image.range[0] = 1000.0f;
+  const auto of_cells = [&](auto& values, const auto& make) {
+    if (random() % 2 == 0) return;
+    values.resize(image.cells());
+    for (size_t i = 0; i < values.size(); ++i) {
+      if (RangeImage::IsRange(image.range[i])) values[i] = make();
+    }
+  };
+  of_cells(image.appearance.intensity, [&] { return static_cast<uint16_t>(random()); });
+  of_cells(image.appearance.colour, [&] {
+    return Colour{static_cast<uint8_t>(random()), static_cast<uint8_t>(random()), 0};
+  });
   return image;
 }
 
@@ -47,9 +59,12 @@ TEST(EncodingTest, RoundTripsWithinHalfAUnit) {
     const RangeImage image = RandomImage(seed);
     ASSERT_TRUE(image.Validate().ok()) << image.Validate();
     const std::string bytes = EncodeRangeImage(image);
-    EXPECT_EQ(bytes.size(), EncodedSize(image.azimuth.size(), image.elevation.size()));
-    const absl::StatusOr<RangeImage> decoded = DecodeRangeImage(bytes, kMaxCells);
+    EXPECT_EQ(bytes.size(),
+              EncodedSize(image.azimuth.size(), image.elevation.size(), image.appearance.kinds()));
+    const absl::StatusOr<RangeImage> decoded = DecodeRangeImage(bytes, kMaxCells, kAll);
     ASSERT_TRUE(decoded.ok()) << decoded.status();
+    EXPECT_EQ(decoded->appearance.intensity, image.appearance.intensity);
+    EXPECT_EQ(decoded->appearance.colour, image.appearance.colour);
     EXPECT_EQ(decoded->azimuth, image.azimuth);
     EXPECT_EQ(decoded->elevation, image.elevation);
     EXPECT_EQ(decoded->full_turn, image.full_turn);
@@ -79,7 +94,7 @@ TEST(EncodingTest, WhateverDecodesEncodesToTheSameBytes) {
     for (uint64_t flips = 1 + random() % 3; flips > 0; --flips) {
       bytes[random() % bytes.size()] ^= static_cast<char>(1 << random() % 8);
     }
-    const absl::StatusOr<RangeImage> decoded = DecodeRangeImage(bytes, kMaxCells);
+    const absl::StatusOr<RangeImage> decoded = DecodeRangeImage(bytes, kMaxCells, kAll);
     if (!decoded.ok()) continue;
     ++decoded_mutants;
     ASSERT_TRUE(decoded->Validate().ok());
@@ -98,10 +113,10 @@ TEST(EncodingTest, PiecesCutAnywhereAreTheWhole) {
     if (spoilt == 0) bytes[random() % bytes.size()] ^= static_cast<char>(1 << random() % 8);
     if (spoilt == 1) bytes.resize(random() % bytes.size());
     if (spoilt == 2) bytes.append(random() % 5, 'x');
-    const absl::StatusOr<RangeImage> whole = DecodeRangeImage(bytes, kMaxCells);
+    const absl::StatusOr<RangeImage> whole = DecodeRangeImage(bytes, kMaxCells, kAll);
     wrong += whole.ok() ? 0 : 1;
-    RangeImageDecoder kept(kMaxCells, RangeImageDecoder::Ranges::kKeep);
-    RangeImageDecoder checked(kMaxCells, RangeImageDecoder::Ranges::kOnlyCheck);
+    RangeImageDecoder kept(kMaxCells, kAll);
+    RangeImageDecoder checked(kMaxCells, RangeImageDecoder::Keep::kNothing);
     for (size_t at = 0; at < bytes.size();) {
       const size_t size = std::min<size_t>(random() % 100, bytes.size() - at);
       const absl::Status taken = kept.Take(bytes.substr(at, size));
@@ -117,6 +132,7 @@ TEST(EncodingTest, PiecesCutAnywhereAreTheWhole) {
     EXPECT_EQ(contents->columns, whole->azimuth.size());
     EXPECT_EQ(contents->rows, whole->elevation.size());
     EXPECT_EQ(image->range, whole->range);
+    EXPECT_EQ(contents->appearance.colour, whole->appearance.kinds().colour);
     EXPECT_EQ(EncodeRangeImage(*image), bytes);
   }
   EXPECT_GT(wrong, 1000);
@@ -151,7 +167,9 @@ void Put(std::string& bytes, size_t offset, T value) {
 class BadEncodingTest : public testing::TestWithParam<BadBytes> {};
 
 TEST_P(BadEncodingTest, IsRefusedWithTheCause) {
-  std::string bytes = EncodeRangeImage(RandomImage(3));
+  RangeImage image = RandomImage(3);
+  image.appearance = {};
+  std::string bytes = EncodeRangeImage(image);
   GetParam().spoil(bytes);
   const absl::StatusOr<RangeImage> decoded = DecodeRangeImage(bytes, kMaxCells);
   EXPECT_EQ(decoded.status().code(), GetParam().code) << decoded.status();

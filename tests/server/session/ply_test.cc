@@ -11,7 +11,7 @@ namespace vantage::session {
 namespace {
 
 TEST(SessionPly, SamplesAreWrittenColumnAfterColumn) {
-  EXPECT_EQ(SamplesPlyHeader(12'345'678'901),
+  EXPECT_EQ(SamplesPlyHeader(12'345'678'901, {}),
             "ply\nformat binary_little_endian 1.0\ncomment registered samples, m, world frame\n"
             "comment x y z: as measured; scan: the number of the scan in this file, from 1\n"
             "element vertex 12345678901\nproperty double x\nproperty double y\nproperty double z\n"
@@ -28,8 +28,29 @@ TEST(SessionPly, SamplesAreWrittenColumnAfterColumn) {
     for (int axis = 0; axis < 3; ++axis) bytes::AppendLittleEndian(p[axis], expected);
     bytes::AppendLittleEndian(uint32_t{7}, expected);
   }
-  EXPECT_EQ(SamplesPlyBody(image, pose, 7), expected);
-  EXPECT_EQ(expected.size(), 2u * kSamplePlyBytes);
+  EXPECT_EQ(SamplesPlyBody(image, pose, 7, {}), expected);
+  EXPECT_EQ(expected.size(), static_cast<size_t>(2 * SamplePlyBytes({})));
+}
+
+TEST(SessionPly, SamplesHaveTheIntensityAndColourThatAnyScanHas) {
+  const std::string header = SamplesPlyHeader(1, {true, true});
+  EXPECT_NE(header.find("property uint scan\nproperty ushort intensity\nproperty uchar red\n"
+                        "property uchar green\nproperty uchar blue\nend_header\n"),
+            std::string::npos)
+      << header;
+  sensor::RangeImage image;
+  image.azimuth = {0, 0.1};
+  image.elevation = {0, 0.1};
+  image.range = {2, 0, 0, 0};
+  image.appearance.intensity = {0x1234, 0, 0, 0};
+  image.appearance.colour = {{1, 2, 3}, {}, {}, {}};
+  const Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+  const std::string all = SamplesPlyBody(image, pose, 7, {true, true});
+  EXPECT_EQ(all.substr(28), std::string("\x34\x12\x01\x02\x03"));
+  EXPECT_EQ(all.size(), static_cast<size_t>(SamplePlyBytes({true, true})));
+  image.appearance = {};
+  const std::string none = SamplesPlyBody(image, pose, 7, {false, true});
+  EXPECT_EQ(none.substr(28), std::string(3, '\0'));
 }
 
 void Set(double x, double y, double z, v1::Vector3& v) {
