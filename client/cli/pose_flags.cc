@@ -148,6 +148,11 @@ absl::StatusOr<std::optional<sensor::PosePrior>> PriorFrom(
   if (flags.levelled) prior->levelled_sigma = sensor::Radians(*flags.levelled);
   if (flags.sigma.size() == 2) prior->covariance = CovarianceOf(flags.sigma[0], flags.sigma[1]);
   if (flags.vendor_registered) prior->covariance = CovarianceOf(kVendorPosition, kVendorRotation);
+  if (flags.trusted && flags.sigma.empty()) {
+    return client::WithFix(
+        absl::InvalidArgumentError("--trusted does not say how good the pose is"),
+        "--sigma 0.002,0.01 of a control network (m, degrees), or --vendor-registered instead");
+  }
   prior->trusted = flags.trusted;
   return prior;
 }

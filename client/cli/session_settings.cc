@@ -38,7 +38,8 @@ void AddSettings(CLI::App& command, SessionSettings& s) {
   command.add_option("--accuracy", s.accuracy, "Required registration accuracy, m at 95 % [0.010]");
   command.add_option("--voxel", s.voxel, "Voxel size, m [0.05]; fixed at creation");
   command.add_option("--scanner-from", s.scanner_from,
-                     "Take the scanner's angles and steps from a scan file (PTX, PCD)");
+                     "Take the scanner's angles and steps from a scan file (E57, PTX, PCD)");
+  AddFileFlags(command, s.file);
   command.add_option("--preset", s.preset,
                      "Take the figures of an instrument, such as leica-rtc360; 'vantage scanner "
                      "presets' lists them");
@@ -73,9 +74,10 @@ absl::StatusOr<std::vector<std::string>> ApplySettings(const SessionSettings& se
   }
   if (!settings.scanner_from.empty()) {
     const ReadingProgress reading(settings.scanner_from);
-    const auto file = sensor::ScanFile::Open(settings.scanner_from, {}, reading.Watch());
+    const auto file =
+        sensor::ScanFile::Open(settings.scanner_from, StationOf(settings.file), reading.Watch());
     if (!file.ok()) return file.status();
-    const auto scan = file->Read(0, sensor::ImportLimits());  // one instrument, in all of a file
+    const auto scan = file->Read(0, LimitsOf(settings.file));  // one instrument, in all of a file
     reading.Clear();
     if (!scan.ok()) return scan.status();
     session.clear_scanner_models();

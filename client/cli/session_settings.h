@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "client/cli/file_flags.h"
 #include "vantage/v1/session.pb.h"
 
 namespace vantage::cli {
@@ -15,6 +16,7 @@ namespace vantage::cli {
 struct SessionSettings {
   std::string config;               // file, JSON form of a Session
   std::string scanner_from;         // scan file whose grid makes the scanner model
+  FileFlags file;                   // of that scan file
   std::string preset;               // instrument whose figures make the scanner model
   std::string setting;              // of the preset; empty: its usual one
   std::vector<std::string> set;     // PATH=VALUE

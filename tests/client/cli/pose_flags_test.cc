@@ -65,6 +65,15 @@ TEST(PoseFlags, SigmaBecomesACovariance) {
   EXPECT_TRUE((*prior)->trusted);
 }
 
+TEST(PoseFlags, ATrustedPoseSaysHowGoodItIs) {
+  PoseFlags flags;
+  flags.prior = {1, 2, 3, 90};
+  flags.trusted = true;
+  const absl::Status status = PriorFrom(flags, "any").status();
+  EXPECT_EQ(status.code(), absl::StatusCode::kInvalidArgument);
+  EXPECT_NE(status.message().find("--trusted"), std::string::npos) << status;
+}
+
 TEST(PoseFlags, NothingGivenIsNoPrior) {
   const auto prior = PriorFrom(PoseFlags(), "any");
   ASSERT_TRUE(prior.ok());
