@@ -139,6 +139,9 @@ RoomLimits EndedBetweenDoorways(const Openings& openings, size_t opening,
     const Eigen::Vector2d off = (other.centre - own.centre).head<2>();
     if (std::abs(off.dot(in)) > kInLine) continue;
     const double aside = off.dot(left);
+    // The same hole in the wall, told once more: from the other side, or with other space behind it
+    // where a leaf or what stands in the way divides the room.
+    if (std::abs(aside) < 0.5 * (own.width + other.width)) continue;
     double& side = aside > 0 ? ended.left : ended.right;
     side = std::min(side, std::max(least, 0.5 * std::abs(aside)));
   }

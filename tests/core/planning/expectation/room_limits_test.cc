@@ -141,6 +141,17 @@ TEST(EndedBetweenDoorwaysTest, ADoorwayKeepsItsOwnWidth) {
   EXPECT_GE(EndedBetweenDoorways(doors, 0, kMost).right, 0.45);
 }
 
+// A leaf divides what is behind a doorway, or a room behind it was entered: then it is found twice.
+TEST(EndedBetweenDoorwaysTest, ADoorwayThatIsFoundTwiceEndsNothing) {
+  Openings doors = DoorsInOneWall({0, 0.05});
+  EXPECT_EQ(EndedBetweenDoorways(doors, 0, kMost).right, kMost.right);
+  EXPECT_EQ(EndedBetweenDoorways(doors, 1, kMost).left, kMost.left);
+  doors.openings[1].centre = doors.openings[0].centre;
+  doors.openings[1].direction = -Eigen::Vector3d::UnitY();
+  EXPECT_EQ(EndedBetweenDoorways(doors, 0, kMost).right, kMost.right);
+  EXPECT_EQ(EndedBetweenDoorways(doors, 0, kMost).left, kMost.left);
+}
+
 TEST(EndedBetweenDoorwaysTest, OtherWallsStoreysWindowsAndTheSameRoomEndNothing) {
   const Openings doors = DoorsInOneWall({0, 3});
   const auto ends = [](const Openings& changed) {
