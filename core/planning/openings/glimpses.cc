@@ -118,8 +118,15 @@ bool IsDoorway(const Gap& gap, double voxel) {
          width <= kWidest;
 }
 
+// Gaps of one hole in a wall: their middles lie within half a width of each other, or within a whole
+// one where they run alike. A gap across what is seen through a doorway, from one of its jambs to a
+// thing in the room, is another.
 bool SamePlace(const Gap& a, const Gap& b) {
-  return (a.middle() - b.middle()).norm() <= std::max(a.columns(), b.columns());
+  constexpr double kAlike = 0.87;  // cosine of 30 degrees
+  const double apart = (a.middle() - b.middle()).norm();
+  const double width = std::max(a.columns(), b.columns());
+  return apart <= 0.5 * width ||
+         (apart <= width && std::abs(a.along().dot(b.along())) >= kAlike);
 }
 
 }  // namespace
