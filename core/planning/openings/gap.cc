@@ -20,6 +20,8 @@ constexpr double kOppositeJambs = -0.5;
 // Of what lies between the jambs, that must be known to be empty: through a doorway that is seen at
 // a grazing angle, no more is.
 constexpr double kSeenThrough = 0.25;
+// m to either side of the line between the jambs: both faces of a wall lie within.
+constexpr double kWithinTheWall = 0.1;
 // A jamb is wall when it goes on upwards to near the ceiling, where no furniture does. In metres
 // below the ceiling: the band that is looked at, and the share of its layers that must be measured.
 constexpr double kWallTop = 0.15;
@@ -120,6 +122,14 @@ bool GapFinder::Measured(uint32_t column, double over_floor) const {
   return state == model::VoxelState::kTrueSurface || state == model::VoxelState::kAbsorbed;
 }
 
+bool GapFinder::EndsInWall(const Eigen::Vector2d& end, const Eigen::Vector2d& outward) const {
+  constexpr int kWithin = 2;  // columns: jambs are no straighter than that
+  for (int i = 0; i <= kWithin; ++i) {
+    if (Solid((end + outward * i).array().round().cast<int>().matrix())) return true;
+  }
+  return false;
+}
+
 std::optional<double> GapFinder::LowestOver(uint32_t column) const {
   const double voxel = model_.voxel_size();
   for (double height = kSectionHigh; height < kHighest; height += voxel) {
@@ -216,8 +226,8 @@ bool GapFinder::FloorKnownNear(const Eigen::Vector2d& at) const {
   return false;
 }
 
-Narrow GapFinder::Measure(const NarrowPlace& narrow, const std::vector<int32_t>& squared,
-                          Gap& gap) const {
+Narrow GapFinder::Measure(const NarrowPlace& narrow, const std::vector<int32_t>& squared, Gap& gap,
+                          Seen seen) const {
   if (squared[narrow.cell] == kNoWall) return Narrow::kSpace;
   const auto jambs = Jambs(narrow.cell, squared[narrow.cell]);
   if (!jambs.has_value()) return Narrow::kSpace;
@@ -228,14 +238,26 @@ Narrow GapFinder::Measure(const NarrowPlace& narrow, const std::vector<int32_t>&
   if (width < kNarrowestGap) return Narrow::kCrack;
   if (width > kWidestGap) return Narrow::kSpace;
 
-  const std::vector<uint32_t> between = Between(gap.jamb, gap.other_jamb);
+  const Eigen::Vector2d along = (gap.other_jamb - gap.jamb).normalized();
+  const Eigen::Vector2d across(-along.y(), along.x());
   std::vector<uint32_t> open;
-  for (const uint32_t column : between) {
-    if (section_.State(column) == SectionState::kFree) open.push_back(column);
+  double share = 0;
+  const int reach = seen == Seen::kAlongAFace ? ColumnsIn(kWithinTheWall, voxel) : 0;
+  for (int i = 0; i <= 2 * reach && share < kSeenThrough; ++i) {
+    const Eigen::Vector2d off = across * (i % 2 == 0 ? i / 2 : -(i + 1) / 2);
+    // Before a wall all is free, also where the wall itself returned nothing.
+    if (i > 0 && !(EndsInWall(gap.jamb + off, -along) && EndsInWall(gap.other_jamb + off, along))) {
+      continue;
+    }
+    const std::vector<uint32_t> between = Between(gap.jamb + off, gap.other_jamb + off);
+    open.clear();
+    for (const uint32_t column : between) {
+      if (section_.State(column) == SectionState::kFree) open.push_back(column);
+    }
+    share =
+        static_cast<double>(open.size()) / static_cast<double>(std::max<size_t>(1, between.size()));
   }
-  if (static_cast<double>(open.size()) < kSeenThrough * static_cast<double>(between.size())) {
-    return Narrow::kSpace;
-  }
+  if (share < kSeenThrough) return Narrow::kSpace;
   // The middle half of what is open, where the frame stands least in the way.
   const auto from_middle = [&](uint32_t column) {
     return (section_.At(column).cast<double>() - gap.middle()).squaredNorm();
@@ -244,8 +266,6 @@ Narrow GapFinder::Measure(const NarrowPlace& narrow, const std::vector<int32_t>&
                    [&](uint32_t a, uint32_t b) { return from_middle(a) < from_middle(b); });
   open.resize(std::max<size_t>(1, open.size() / 2));
 
-  const Eigen::Vector2d along = (gap.other_jamb - gap.jamb).normalized();
-  const Eigen::Vector2d across(-along.y(), along.x());
   const std::optional<double> ceiling = CeilingAround(gap.middle());
   if (!ceiling.has_value() || !IsWall(gap.jamb, across, *ceiling) ||
       !IsWall(gap.other_jamb, across, *ceiling)) {

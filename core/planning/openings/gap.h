@@ -45,12 +45,18 @@ class GapFinder {
   GapFinder(const model::PlanningView& model, const FloorMap& floor, const StoreySection& section)
       : model_(model), floor_(floor), section_(section) {}
 
+  // How much of a gap has to be known to be empty: on the line between its jambs, or along either
+  // face of its wall, which is all that is seen of a doorway from along it.
+  enum class Seen { kBetweenJambs, kAlongAFace };
   // `squared`: the distance to the nearest wall by column. Sets `gap` where the place is one.
-  Narrow Measure(const NarrowPlace& narrow, const std::vector<int32_t>& squared, Gap& gap) const;
+  Narrow Measure(const NarrowPlace& narrow, const std::vector<int32_t>& squared, Gap& gap,
+                 Seen seen = Seen::kBetweenJambs) const;
 
  private:
   std::optional<std::pair<Eigen::Vector2i, Eigen::Vector2i>> Jambs(uint32_t cell,
                                                                    int32_t squared) const;
+  // True when there is wall where a line ends, or right behind.
+  bool EndsInWall(const Eigen::Vector2d& end, const Eigen::Vector2d& outward) const;
   std::vector<uint32_t> Between(const Eigen::Vector2d& a, const Eigen::Vector2d& b) const;
   // m over the floor of the lowest measured surface over the section; nothing where there is none.
   std::optional<double> LowestOver(uint32_t column) const;

@@ -118,15 +118,14 @@ bool IsDoorway(const Gap& gap, double voxel) {
          width <= kWidest;
 }
 
-// Gaps of one hole in a wall: their middles lie within half a width of each other, or within a whole
-// one where they run alike. A gap across what is seen through a doorway, from one of its jambs to a
-// thing in the room, is another.
+// Gaps of one hole in a wall: their middles lie within half a width of each other, or within a
+// whole one where they run alike. A gap across what is seen through a doorway, from one of its
+// jambs to a thing in the room, is another.
 bool SamePlace(const Gap& a, const Gap& b) {
   constexpr double kAlike = 0.87;  // cosine of 30 degrees
   const double apart = (a.middle() - b.middle()).norm();
   const double width = std::max(a.columns(), b.columns());
-  return apart <= 0.5 * width ||
-         (apart <= width && std::abs(a.along().dot(b.along())) >= kAlike);
+  return apart <= 0.5 * width || (apart <= width && std::abs(a.along().dot(b.along())) >= kAlike);
 }
 
 }  // namespace
@@ -148,7 +147,8 @@ std::optional<std::vector<Glimpse>> FindGlimpses(const GapFinder& finder,
     const std::optional<uint32_t> column = around.Column(narrow.cell);
     if (!column.has_value()) continue;
     Gap gap;
-    if (finder.Measure({*column, narrow.basin, narrow.other}, squared, gap) != Narrow::kGap ||
+    const NarrowPlace place{*column, narrow.basin, narrow.other};
+    if (finder.Measure(place, squared, gap, GapFinder::Seen::kAlongAFace) != Narrow::kGap ||
         !IsDoorway(gap, voxel)) {
       continue;
     }
