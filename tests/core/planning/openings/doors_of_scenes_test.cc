@@ -15,6 +15,7 @@
 #include "core/parallel/thread_pool.h"
 #include "core/planning/feasibility/floor_map.h"
 #include "core/planning/openings/openings.h"
+#include "core/sensor/presets.h"
 #include "core/simulation/scenes/furnished_flat.h"
 #include "core/simulation/scenes/office_storey.h"
 #include "core/simulation/scenes/scene.h"
@@ -150,6 +151,54 @@ TEST_P(DoorsOfScenesTest, AreFoundAndHardlyAnythingElse) {
   EXPECT_GE(figures.right_width, 0.95 * figures.found);
   EXPECT_LE(figures.worst_width, 1.5 * kWidthError);
 }
+
+// Doors of flats that were seen from along their walls by an instrument's steps, sent as previews.
+struct GrazedDoor {
+  const char* name;
+  uint64_t flat;
+  std::vector<Eigen::Vector3d> stations;
+  Eigen::Vector2d door;
+};
+void PrintTo(const GrazedDoor& grazed, std::ostream* out) { *out << grazed.name; }
+
+class GrazedDoorTest : public ::testing::TestWithParam<GrazedDoor> {};
+
+TEST_P(GrazedDoorTest, IsFound) {
+  const GrazedDoor& grazed = GetParam();
+  parallel::ThreadPool pool(2);
+  const simulation::Scene scene = simulation::FurnishedFlat(grazed.flat);
+  const simulation::SimulatedScanner tracer(scene.mesh);
+  const sensor::Preset instrument = sensor::FindPreset("leica-rtc360").value();
+  const sensor::ScannerModel scanner = instrument.At(instrument.Setting("").value());
+  auto model = model::PartialModel::Create({}).value();
+  for (size_t i = 0; i < grazed.stations.size(); ++i) {
+    Eigen::Isometry3d pose = Eigen::Isometry3d::Identity();
+    pose.translate(grazed.stations[i]);
+    pose.rotate(Eigen::AngleAxisd(0.7 * static_cast<double>(i), Eigen::Vector3d::UnitZ()));
+    sensor::Scan scan;
+    scan.scanner = scanner;
+    scan.image = tracer.Scan(scanner, pose, simulation::ScanFaults{}, 1000 * grazed.flat + i + 1,
+                             pool, sensor::Radians(0.25));
+    const std::string name = "scan" + std::to_string(i);
+    ASSERT_TRUE(model->Insert(name, scan, pose, pool).ok());
+  }
+  const auto view = model->Publish();
+  const Openings found = FindOpenings(*view, FloorMap::Find(*view, std::nullopt).value()).value();
+  const auto door = std::find_if(
+      scene.doorways.begin(), scene.doorways.end(),
+      [&](const auto& doorway) { return (doorway.middle - grazed.door).norm() < 0.1; });
+  ASSERT_NE(door, scene.doorways.end());
+  EXPECT_TRUE(std::any_of(found.openings.begin(), found.openings.end(), [&](const auto& opening) {
+    return opening.doorway() && Is(opening, *door);
+  }));
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Doors, GrazedDoorTest,
+    ::testing::Values(
+        // Of which no more is seen than the face of its wall, over a cabinet beside it.
+        GrazedDoor{"FaceOfTheWallAlone", 1, {{2.945, 5.032, 1.25}}, {6.74, 6.45}}),
+    [](const auto& test) { return std::string(test.param.name); });
 
 INSTANTIATE_TEST_SUITE_P(Steps, DoorsOfScenesTest,
                          ::testing::Values(DoorsAt{0.08, 0.6}, DoorsAt{0.25, 0.84},
