@@ -16,6 +16,7 @@ std::vector<int> LinesOf(int count, int stride, bool closed) {
 
 std::vector<double> AnglesOf(const AngularAxis& axis, const std::vector<int>& lines) {
   std::vector<double> angles;
+  angles.reserve(lines.size());
   for (const int line : lines) angles.push_back(axis.angles()[static_cast<size_t>(line)]);
   return angles;
 }
