@@ -191,6 +191,11 @@ double MeanSpacing(const std::vector<double>& azimuths, const std::vector<double
   return std::sqrt(solid_angle / static_cast<double>(directions));
 }
 
+// True of a grid with far more cells than there are points: a few of these do not make it huge.
+bool MostlyEmpty(double cells, size_t points) {
+  return cells > 16.0 * static_cast<double>(points) + 4096;
+}
+
 // The lines of rule 4, as a range image without ranges.
 absl::StatusOr<RangeImage> EvenLines(size_t points, const std::vector<double>& azimuths,
                                      const std::vector<double>& elevations) {
@@ -210,8 +215,7 @@ absl::StatusOr<RangeImage> EvenLines(size_t points, const std::vector<double>& a
   };
   const double columns = count(span);
   const double rows = count(*high - *low);
-  // The lines are coarser than the points, so a grid far larger than them is mostly empty.
-  if (columns < 2 || rows < 2 || columns * rows > 16.0 * static_cast<double>(points) + 4096) {
+  if (columns < 2 || rows < 2 || MostlyEmpty(columns * rows, points)) {
     return absl::InvalidArgumentError(absl::StrCat(
         "points: ", points, " returns do not make a scan from one centre of projection at ",
         "the origin; transform them into the scanner's frame"));
@@ -231,7 +235,7 @@ absl::StatusOr<GriddedScan> GridReturns(std::span<const Eigen::Vector3f> returns
   if (std::optional<absl::StatusOr<GriddedScan>> grid = FindGrid(returns, azimuths, elevations)) {
     return *std::move(grid);
   }
-  if (leaning.has_value()) {
+  if (leaning.has_value() && !MostlyEmpty(static_cast<double>(leaning->cells()), returns.size())) {
     GriddedScan scan = Resample(returns, WithLinesFor(*leaning, azimuths, elevations));
     scan.leaning = true;
     const bool keeps = scan.duplicates <= kLostToLeaning * static_cast<double>(returns.size());

@@ -13,7 +13,7 @@
 namespace vantage::sensor {
 namespace {
 
-constexpr size_t kFreeCell = std::numeric_limits<size_t>::max();
+constexpr uint32_t kFreeCell = std::numeric_limits<uint32_t>::max();
 
 // The range along `direction` of the plane through `around`, or `own` where they make none.
 float RangeOfPlane(const Eigen::Vector3d& direction, const std::vector<Eigen::Vector3d>& around,
@@ -68,18 +68,18 @@ GriddedScan Resample(std::span<const Eigen::Vector3f> returns, RangeImage lines)
   result.image = std::move(lines);
   RangeImage& image = result.image;
   // The point nearest to each cell's direction; the first stored of equals.
-  std::vector<size_t> nearest(image.cells(), kFreeCell);
-  std::vector<double> nearest_cos(image.cells(), -2);
+  std::vector<uint32_t> nearest(image.cells(), kFreeCell);
+  std::vector<float> off(image.cells(), std::numeric_limits<float>::infinity());  // squared
   for (size_t i = 0; i < returns.size(); ++i) {
     const auto column = static_cast<int>(NearestAround(image.azimuth, AzimuthOf(returns[i])));
     const auto row = static_cast<int>(Nearest(image.elevation, ElevationOf(returns[i])));
     const size_t cell = image.Index(column, row);
-    const double cos_angle =
-        returns[i].cast<double>().normalized().dot(image.Direction(column, row));
+    const auto here = static_cast<float>(
+        (returns[i].cast<double>().normalized() - image.Direction(column, row)).squaredNorm());
     if (nearest[cell] != kFreeCell) ++result.duplicates;
-    if (cos_angle > nearest_cos[cell]) {
-      nearest[cell] = i;
-      nearest_cos[cell] = cos_angle;
+    if (here < off[cell]) {
+      nearest[cell] = static_cast<uint32_t>(i);
+      off[cell] = here;
     }
   }
   const auto at = [&](int column, int row) {
@@ -91,15 +91,15 @@ GriddedScan Resample(std::span<const Eigen::Vector3f> returns, RangeImage lines)
   std::vector<Eigen::Vector3d> around;
   for (int column = 0; column < image.columns(); ++column) {
     for (int row = 0; row < image.rows(); ++row) {
-      if (const size_t own = at(column, row); own != kFreeCell) {
+      if (const uint32_t own = at(column, row); own != kFreeCell) {
         around.clear();
         for (int dc = -1; dc <= 1; ++dc) {
           for (int dr = -1; dr <= 1; ++dr) {
-            const size_t i = at(column + dc, row + dr);
+            const uint32_t i = at(column + dc, row + dr);
             if (i != kFreeCell) around.push_back(returns[i].cast<double>());
           }
         }
-        result.source.push_back(static_cast<uint32_t>(own));
+        result.source.push_back(own);
         image.range.push_back(
             RangeOfPlane(image.Direction(column, row), around, returns[own].norm()));
         continue;
