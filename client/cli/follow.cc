@@ -15,6 +15,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/command.h"
+#include "client/cli/file_flags.h"
 #include "client/cli/reading_progress.h"
 #include "client/cli/scan_sending.h"
 #include "client/cli/terminal.h"
@@ -32,6 +33,7 @@ constexpr double kLook = 1;
 struct FollowArguments {
   std::string folder;
   SendingFlags flags;
+  FileFlags file;
   double settle = 10;  // s
   bool preview = false;
   bool once = false;
@@ -181,6 +183,7 @@ class Follower {
       Sending sending;
       sending.name = NameOf(file.path, *opened, setup);
       sending.preview = preview;
+      sending.limits = LimitsOf(arguments_.file);
       sending.reading = reading;
       if (whole.count(sending.name) > 0 || (preview && previews.count(sending.name) > 0)) continue;
       const auto scan = Send(environment_, arguments_.flags, sending, *opened, setup);
@@ -227,6 +230,7 @@ void AddFollow(CLI::App& parent, Environment& environment) {
             ->required();
         command.add_option("SESSION", a.flags.session, "The job")->required();
         AddSendingFlags(command, a.flags);
+        AddAppearanceFlag(command, a.file);
         command.add_flag("--preview", a.preview,
                          "Send previews of all files first, the whole scans when none is left");
         command
