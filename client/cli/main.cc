@@ -1,10 +1,24 @@
 // vantage: the command line of the planner.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
+#include <iostream>
 
 #include "client/cli/command.h"
 
 namespace {
+
+// Ends the program as it is. Threads of gRPC 1.51 go on after the last call, and one of them that
+// met what static destructors had destroyed has crashed a command whose work was done. Sanitizers
+// look for leaks at an orderly end.
+int End(vantage::cli::ExitCode code) {
+#ifndef VANTAGE_SANITIZED
+  std::cout.flush();
+  std::fflush(nullptr);
+  std::_Exit(static_cast<int>(code));
+#endif
+  return static_cast<int>(code);
+}
 
 constexpr char kFooter[] =
     R"(A job from start to end:
@@ -114,7 +128,7 @@ int main(int argc, char** argv) {
     return code == 0 ? 0 : static_cast<int>(vantage::cli::ExitCode::kUsage);
   }
   const absl::StatusOr<vantage::cli::ExitCode> done = environment.action();
-  if (done.ok()) return static_cast<int>(*done);
+  if (done.ok()) return End(*done);
   vantage::cli::PrintError(done.status());
-  return static_cast<int>(vantage::cli::ExitCodeOf(done.status()));
+  return End(vantage::cli::ExitCodeOf(done.status()));
 }
