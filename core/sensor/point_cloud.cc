@@ -8,6 +8,7 @@
 #include "absl/strings/str_format.h"
 #include "core/sensor/grid_directions.h"
 #include "core/sensor/loose_grid.h"
+#include "core/sensor/resampling.h"
 
 namespace vantage::sensor {
 namespace {
@@ -23,24 +24,13 @@ constexpr double kApartShare = 0.25;  // of the range
 // (ImportedScan::apart).
 constexpr double kMostApart = 0.04;
 
-// The place of the line nearest to `angle`; lines rise.
-int NearestLine(const std::vector<double>& lines, double angle) {
-  const auto above = std::lower_bound(lines.begin(), lines.end(), angle);
-  if (above == lines.begin()) return 0;
-  const auto i = static_cast<int>(above - lines.begin());
-  if (above == lines.end()) return i - 1;
-  return *above - angle < angle - lines[static_cast<size_t>(i - 1)] ? i : i - 1;
-}
-
 // How many of the points lie far before or behind what the image shows in their direction.
 size_t CountApart(const RangeImage& image, const std::vector<Eigen::Vector3f>& points) {
-  const double middle = 0.5 * (image.azimuth.front() + image.azimuth.back());
   size_t apart = 0;
   for (const Eigen::Vector3f& point : points) {
     if (point.isZero(0)) continue;
-    const double azimuth = middle + WrapAngle(AzimuthOf(point) - middle);
-    const float shown = image.at(NearestLine(image.azimuth, azimuth),
-                                 NearestLine(image.elevation, ElevationOf(point)));
+    const float shown = image.at(static_cast<int>(NearestAround(image.azimuth, AzimuthOf(point))),
+                                 static_cast<int>(Nearest(image.elevation, ElevationOf(point))));
     if (!RangeImage::IsRange(shown)) continue;
     const double range = point.norm();
     const double farther = std::abs(range - static_cast<double>(shown));

@@ -25,14 +25,6 @@ size_t KeptLines(const std::vector<double>& lines) {
   return (lines.size() + static_cast<size_t>(stride) - 1) / static_cast<size_t>(stride);
 }
 
-size_t NearestLine(const std::vector<double>& lines, double angle) {
-  const auto above = std::lower_bound(lines.begin(), lines.end(), angle);
-  if (above == lines.begin()) return 0;
-  const auto i = static_cast<size_t>(above - lines.begin());
-  if (above == lines.end()) return i - 1;
-  return *above - angle < angle - lines[i - 1] ? i : i - 1;
-}
-
 // The cells of the thinned surface that stand for those that were asked: beside a border some are
 // of another surface and don't.
 std::vector<ScanCell> CellsFor(const std::vector<ScanCell>& asked, const RangeSurface& surface,
@@ -42,8 +34,8 @@ std::vector<ScanCell> CellsFor(const std::vector<ScanCell>& asked, const RangeSu
   for (const ScanCell& cell : asked) {
     const double azimuth = surface.azimuth().angles()[static_cast<size_t>(cell.column)];
     const double elevation = surface.elevation().angles()[static_cast<size_t>(cell.row)];
-    const ScanCell near{static_cast<int>(NearestLine(thinned.azimuth().angles(), azimuth)),
-                        static_cast<int>(NearestLine(thinned.elevation().angles(), elevation))};
+    const ScanCell near{thinned.azimuth().Locate(azimuth).nearest(),
+                        thinned.elevation().Locate(elevation).nearest()};
     if (!thinned.Returned(near.column, near.row)) continue;
     const float range = surface.at(cell.column, cell.row);
     if (std::abs(thinned.at(near.column, near.row) - range) > kSame * range) continue;

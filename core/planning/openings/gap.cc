@@ -20,7 +20,8 @@ constexpr double kOppositeJambs = -0.5;
 // Of what lies between the jambs, that must be known to be empty: through a doorway that is seen at
 // a grazing angle, no more is.
 constexpr double kSeenThrough = 0.25;
-// m to either side of the line between the jambs: both faces of a wall lie within.
+// m to either side of the line between the jambs in which the face of their wall is looked for:
+// from along it hardly more of the jambs is measured than their edges.
 constexpr double kWithinTheWall = 0.1;
 // A jamb is wall when it goes on upwards to near the ceiling, where no furniture does. In metres
 // below the ceiling: the band that is looked at, and the share of its layers that must be measured.
