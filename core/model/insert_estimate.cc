@@ -91,7 +91,7 @@ InsertSize::InsertSize(const sensor::Scan& scan, const ModelConfig& config) {
 }
 
 int64_t InsertSize::PeakBytes() const {
-  const double merging = cells_ * kBytesOfCellKept + surface_ * kBytesOfSurface +
+  const double merging = kept_cells_ * kBytesOfCellKept + surface_ * kBytesOfSurface +
                          boundary_ * kBytesOfBoundary + pages_ * kBytesOfPage;
   return static_cast<int64_t>(kAnyScan + std::max(cells_ * kBytesOfCell, merging));
 }

@@ -265,7 +265,8 @@ absl::StatusOr<std::unique_ptr<ScanLayer>> CarveWithin(int64_t memory_limit,
   CarveRoom room(memory_limit);
   const auto cells = static_cast<double>(scan.image.cells());
   if (static_cast<double>(memory_limit) < cells * kBytesOfCell) return exhausted();
-  (void)room.Take(static_cast<int64_t>(cells * kBytesOfCellKept));
+  (void)room.Take(
+      static_cast<int64_t>(static_cast<double>(KeptCells(scan.image)) * kBytesOfCellKept));
   // Density is computed from the steps the instrument measured with, not the grid's.
   sensor::ScannerModel scanner = scan.scanner;
   scanner.azimuth_step = scan.image.native_azimuth_step;

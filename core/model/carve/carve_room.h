@@ -30,7 +30,9 @@ class CarveRoom {
 // Bytes at the peak of inserting, of what is cut into parts as small as these; measured by
 // insert_estimate_test.
 //
-// Of a cell of the range image: its surface, while it is made; and of this, what stays.
+// Of a cell of the range image: its surface, while it is made; and of a cell that stays in the
+// layer (ThinLayer). All cells are there while voxels are carved, which take less then than when
+// they are merged.
 inline constexpr double kBytesOfCell = 15.5;
 inline constexpr double kBytesOfCellKept = 5.1;
 // Of a voxel with surface: sums in the layer, planes while it is merged, attributes.
