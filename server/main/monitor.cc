@@ -140,6 +140,8 @@ void AddGauges(const Monitored& m) {
         [&p = m.pool] { return static_cast<double>(p.load().running); });
   gauge("vantage_planning_slots", "Threads that compute at a time.",
         [&p = m.pool] { return static_cast<double>(p.slots()); });
+  gauge("vantage_log_lines_lost_total", "Lines of the log that nobody took in time.",
+        [&l = m.log] { return static_cast<double>(l.lost()); });
   gauge("process_resident_memory_bytes", "Resident memory.", ResidentBytes);
   gauge("process_cpu_seconds_total", "Processor time used.", ProcessorSeconds);
   gauge("process_open_fds", "Open files and connections.", OpenFiles);

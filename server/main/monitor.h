@@ -12,6 +12,7 @@
 #include "server/execution/task_pool.h"
 #include "server/session/session_registry.h"
 #include "server/telemetry/http_listener.h"
+#include "server/telemetry/log.h"
 #include "server/telemetry/metrics.h"
 
 namespace vantage::server {
@@ -22,6 +23,7 @@ struct Monitored {
   session::SessionRegistry& sessions;
   execution::PlanningPool& pool;
   execution::TaskPool& tasks;
+  const telemetry::Log& log;
   auth::AccessOptions access;
   std::string data_folder;             // empty: nothing is kept on disk
   std::function<std::string()> state;  // 'serving', or why not

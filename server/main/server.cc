@@ -144,7 +144,7 @@ absl::Status Server::ServeHttp() {
         "' is not loopback, and anyone could read the metrics: say --http-allow-remote"));
   }
   const Monitored monitored{
-      metrics_, *sessions_, pool_, tasks_, options_.access, options_.data_folder, [this] {
+      metrics_, *sessions_, pool_, tasks_, log_, options_.access, options_.data_folder, [this] {
         return std::string(state_.load());
       }};
   AddGauges(monitored);

@@ -1,7 +1,6 @@
 #include "server/telemetry/log.h"
 
 #include <cmath>
-#include <cstdio>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -62,12 +61,10 @@ LogField::LogField(absl::string_view key, bool value)
     : json_(absl::StrCat(Quoted(key), ":", value ? "true" : "false")) {}
 
 Log::Log(LogLevel level, Sink sink) : level_(level), sink_(std::move(sink)) {}
-
-Log::Sink Log::Stderr() {
-  return [](absl::string_view line) {
-    std::fprintf(stderr, "%.*s\n", static_cast<int>(line.size()), line.data());
-  };
-}
+Log::Log(LogLevel level, LogWriter& writer)
+    : level_(level),
+      writer_(&writer),
+      sink_([&writer](absl::string_view line) { writer.Write(line); }) {}
 
 void Log::Write(LogLevel level, absl::string_view message, std::initializer_list<LogField> fields) {
   if (!Enabled(level)) return;

@@ -10,6 +10,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/strings/string_view.h"
+#include "server/telemetry/log_writer.h"
 
 namespace vantage::telemetry {
 
@@ -40,9 +41,14 @@ class Log {
  public:
   using Sink = std::function<void(absl::string_view line)>;  // a line without its end
 
-  explicit Log(LogLevel level, Sink sink);
-  // To standard error.
-  static Sink Stderr();
+  // `sink` should not block: whoever works waits for it.
+  Log(LogLevel level, Sink sink);
+  // `writer` outlives this object.
+  Log(LogLevel level, LogWriter& writer);
+  // Writes nothing.
+  static Log Silent() {
+    return Log(LogLevel::kOff, [](absl::string_view) {});
+  }
 
   void Debug(absl::string_view message, std::initializer_list<LogField> fields = {}) {
     Write(LogLevel::kDebug, message, fields);
@@ -59,11 +65,14 @@ class Log {
   // A change that somebody made or tried to make.
   void Audit(std::initializer_list<LogField> fields) { Write(LogLevel::kAudit, "audit", fields); }
   bool Enabled(LogLevel level) const { return level >= level_; }
+  // Lines that nobody took in time.
+  int64_t lost() const { return writer_ == nullptr ? 0 : writer_->lost(); }
 
   void Write(LogLevel level, absl::string_view message, std::initializer_list<LogField> fields);
 
  private:
   const LogLevel level_;
+  const LogWriter* const writer_ = nullptr;
   std::mutex mutex_;
   const Sink sink_ ABSL_GUARDED_BY(mutex_);
 };

@@ -17,9 +17,9 @@ LISTING = b"/vantage.v1.SessionService/ListSessions"
 
 
 class Server:
-    """`files`: how many it may have open."""
+    """`files`: how many it may have open. `stderr`: a descriptor to log to, instead of a file."""
 
-    def __init__(self, binary, *flags, files=None):
+    def __init__(self, binary, *flags, files=None, stderr=None):
         self.folder = tempfile.mkdtemp(prefix="vantage-attack-")
         self.log_path = self.path("log")
         limit = None if files is None else (
@@ -29,7 +29,7 @@ class Server:
                 [binary, "--listen", "127.0.0.1:0", "--port-file", self.path("port"),
                  "--http", "127.0.0.1:0", "--http-port-file", self.path("http"), "--in-memory",
                  *(flag.replace("FOLDER", self.folder) for flag in flags)],
-                stdout=log, stderr=log, preexec_fn=limit)
+                stdout=log, stderr=log if stderr is None else stderr, preexec_fn=limit)
         self.port = self._port("port")
         self.http = self._port("http")
 

@@ -7,6 +7,7 @@ server kept its promise: it lives, says so over HTTP, answers a well-behaved cal
 nothing away.
 """
 import argparse
+import fcntl
 import functools
 import gzip
 import hashlib
@@ -461,6 +462,37 @@ class Attacks:
                         f"ended with {code} after {seconds:.1f} s",
                         set(sent) == {"OK"} and code == 0 and seconds < drain + 2)
 
+    def log_readers(self):
+        """Whoever reads the log stalls, and then dies."""
+        new = self.contract.new
+        drain = 2
+        read, write = os.pipe()
+        fcntl.fcntl(write, fcntl.F_SETPIPE_SZ, 4096)
+        with self.start("--calls-per-second", "0", "--drain-seconds", str(drain),
+                        stderr=write) as server, server.channel() as channel:
+            os.close(write)
+
+            def served(count):
+                codes = [ask(channel, "SessionService", "DeleteSession",
+                             new("DeleteSessionRequest", name=f"sessions/none-{number}"))[0]
+                         for number in range(count)]
+                return codes.count("NOT_FOUND")
+
+            stalled = served(3000)
+            lost = [line for line in server.get("/metrics")[1].splitlines()
+                    if line.startswith("vantage_log_lines_lost_total ")]
+            os.close(read)
+            gone = served(300)
+            begun = time.monotonic()
+            server.process.terminate()
+            code = server.process.wait(60)
+            seconds = time.monotonic() - begun
+            self.record("a log that nobody reads, then nobody can",
+                        f"{stalled} of 3000 and {gone} of 300 calls answered; "
+                        f"{' '.join(lost)}; SIGTERM ended it with {code} after {seconds:.1f} s",
+                        stalled == 3000 and gone == 300 and lost and code == 0
+                        and seconds < drain + 2)
+
     # ---- Connections ------------------------------------------------------------------------
 
     def connections(self):
@@ -632,7 +664,7 @@ class Attacks:
         import tempfile
         with tempfile.TemporaryDirectory(prefix="vantage-attack-") as self.folder:
             for part in (self.names_and_tokens, self.shares, self.uploads, self.failures, self.paths_and_counts, self.bombs,
-                         self.large_scans, self.names_used_again, self.shutdown,
+                         self.large_scans, self.names_used_again, self.shutdown, self.log_readers,
                          self.connections, self.few_files, self.slow_readers, self.malformed):
                 if not only or part.__name__.startswith(only):
                     part()
@@ -653,7 +685,7 @@ def main():
     parser.add_argument("--server", required=True, help="the vantaged to start")
     parser.add_argument("--contract", required=True, help="its descriptor set, vantage.v1.binpb")
     parser.add_argument("--only", default="", help="names_and_tokens, shares, uploads, paths_and_counts, "
-                        "bombs, large_scans, names_used_again, shutdown, connections, few_files, "
+                        "bombs, large_scans, names_used_again, shutdown, log_readers, connections, few_files, "
                         "slow_readers or malformed")
     parser.add_argument("--haproxy-cfg", help="attack it also as deployed: behind HAProxy with "
                         "this configuration")

@@ -132,8 +132,7 @@ const std::vector<Handle>& Handlers() {
 // blames nobody's programming.
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
   using namespace vantage;  // NOLINT: the entry point's name is not ours
-  static telemetry::Log& log =
-      *new telemetry::Log(telemetry::LogLevel::kOff, telemetry::Log::Stderr());
+  static telemetry::Log& log = *new telemetry::Log(telemetry::Log::Silent());
   static execution::Timer& timer = *new execution::Timer();
   static execution::PlanningPool& pool = *new execution::PlanningPool(1, 2);
   store::MemoryStore store(size_t{64} << 20);

@@ -230,7 +230,7 @@ TEST(Serving, LoopbackIsKnownByItsAddress) {
 
 TEST(Serving, OnlyLoopbackUnlessAskedForOutLoud) {
   store::MemoryStore store(1 << 20);
-  telemetry::Log log(telemetry::LogLevel::kOff, telemetry::Log::Stderr());
+  telemetry::Log log = telemetry::Log::Silent();
   ServerOptions options;
   options.listen = "0.0.0.0:0";
   const auto server = Server::Start(options, store, log);

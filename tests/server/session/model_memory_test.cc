@@ -24,7 +24,7 @@ namespace {
 
 class Residence : public testing::Test {
  protected:
-  Residence() : log_(telemetry::LogLevel::kOff, telemetry::Log::Stderr()) {
+  Residence() : log_(telemetry::Log::Silent()) {
     std::string name = testing::TempDir() + "/residence-XXXXXX";
     folder_ = mkdtemp(name.data());
     store_ = store::DiskStore::Open(folder_).value();

@@ -1,0 +1,145 @@
+// Readers of the log that stall, die or come back: work never waits, and what was lost is counted.
+#include "server/telemetry/log_writer.h"
+
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "absl/strings/match.h"
+#include "absl/strings/numbers.h"
+#include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
+
+namespace vantage::telemetry {
+namespace {
+
+double SecondsOf(const std::function<void()>& work) {
+  const auto started = std::chrono::steady_clock::now();
+  work();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - started).count();
+}
+
+class LogWriterTest : public testing::TestWithParam<bool> {
+ protected:
+  LogWriterTest() {
+    std::signal(SIGPIPE, SIG_IGN);
+    int ends[2];
+    // journald reads a socket, containers a pipe.
+    const int made = GetParam() ? socketpair(AF_UNIX, SOCK_STREAM, 0, ends) : pipe(ends);
+    EXPECT_EQ(made, 0);
+    read_ = ends[0];
+    write_ = ends[1];
+  }
+  ~LogWriterTest() override {
+    CloseReader();
+    close(write_);
+  }
+
+  void CloseReader() {
+    if (read_ >= 0) close(read_);
+    read_ = -1;
+  }
+
+  // All lines until nothing came for 0.3 s.
+  std::vector<std::string> ReadLines() const {
+    std::string text;
+    char bytes[65536];
+    fcntl(read_, F_SETFL, O_NONBLOCK);
+    auto last = std::chrono::steady_clock::now();
+    while (std::chrono::steady_clock::now() - last < std::chrono::milliseconds(300)) {
+      const ssize_t got = read(read_, bytes, sizeof bytes);
+      if (got > 0) {
+        text.append(bytes, static_cast<size_t>(got));
+        last = std::chrono::steady_clock::now();
+      } else {
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      }
+    }
+    std::vector<std::string> lines = absl::StrSplit(text, '\n');
+    EXPECT_EQ(lines.back(), "");
+    lines.pop_back();
+    return lines;
+  }
+
+  int read_ = -1;
+  int write_ = -1;
+};
+
+INSTANTIATE_TEST_SUITE_P(PipeAndSocket, LogWriterTest, testing::Bool());
+
+TEST_P(LogWriterTest, WhatIsWrittenIsReadInOrder) {
+  {
+    LogWriter writer(write_);
+    for (int i = 0; i < 300; ++i) writer.Write(absl::StrCat(i));
+    EXPECT_EQ(writer.lost(), 0);
+  }
+  const std::vector<std::string> lines = ReadLines();
+  ASSERT_EQ(lines.size(), 300);
+  for (int i = 0; i < 300; ++i) EXPECT_EQ(lines[i], absl::StrCat(i));
+}
+
+TEST_P(LogWriterTest, AReaderThatStallsStopsNobodyAndLosesWhatHasNoRoom) {
+  constexpr int kLines = 100'000;
+  const std::string filling(100, 'x');
+  LogWriter writer(write_, 1 << 20);
+  EXPECT_LT(SecondsOf([&] {
+              for (int i = 0; i < kLines; ++i) writer.Write(absl::StrCat(i, " ", filling));
+            }),
+            5);
+  EXPECT_GT(writer.lost(), 0);
+  EXPECT_LT(writer.lost(), kLines - 9'000);  // a mebibyte of them waits
+  // It goes on: lines come whole and in order, and the number of those that are missing.
+  int64_t said = 0;
+  int64_t whole = 0;
+  int64_t last = -1;
+  for (const std::string& line : ReadLines()) {
+    if (absl::StrContains(line, "log lines were lost")) {
+      int64_t count = 0;
+      ASSERT_TRUE(absl::SimpleAtoi(
+          line.substr(line.rfind(':') + 1, line.size() - line.rfind(':') - 2), &count))
+          << line;
+      said += count;
+    } else {
+      int64_t number = 0;
+      ASSERT_TRUE(absl::EndsWith(line, absl::StrCat(" ", filling))) << line;
+      ASSERT_TRUE(absl::SimpleAtoi(line.substr(0, line.find(' ')), &number)) << line;
+      EXPECT_GT(number, last);
+      last = number;
+      ++whole;
+    }
+  }
+  EXPECT_EQ(said, writer.lost());
+  EXPECT_EQ(whole + writer.lost(), kLines);
+}
+
+TEST_P(LogWriterTest, AReaderThatDiesEndsNothing) {
+  LogWriter writer(write_);
+  writer.Write("read by nobody");
+  CloseReader();
+  for (int i = 0; i < 1000; ++i) writer.Write("nor this");
+  const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (writer.lost() < 1000 && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  EXPECT_GE(writer.lost(), 1000);
+}
+
+TEST_P(LogWriterTest, TheEndDoesNotWaitForAReaderThatStalls) {
+  EXPECT_LT(SecondsOf([&] {
+              LogWriter writer(write_);
+              for (int i = 0; i < 30'000; ++i) writer.Write(std::string(100, 'x'));
+            }),
+            2);
+}
+
+}  // namespace
+}  // namespace vantage::telemetry
