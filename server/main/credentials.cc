@@ -15,7 +15,7 @@
 namespace vantage::server {
 namespace {
 
-// The interval at which certificates are checked for changes, s.
+// The interval at which gRPC looks at what TlsFiles has loaded, s.
 constexpr unsigned kReloadSeconds = 5;
 
 absl::Status Unprotected(const std::string& listen, absl::string_view lack) {
@@ -59,19 +59,21 @@ bool IsLoopback(const std::string& address) {
          });
 }
 
-absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeCredentials(
-    const auth::AccessOptions& access, const std::string& listen) {
+absl::StatusOr<Credentials> MakeCredentials(const auth::AccessOptions& access,
+                                            const std::string& listen) {
   if (absl::Status fit = CheckTogether(access, listen); !fit.ok()) return fit;
-  if (!access.encrypted()) return grpc::InsecureServerCredentials();
-  const absl::StatusOr<absl::Time> expires = auth::CheckTlsFiles(access);
-  if (!expires.ok()) return expires.status();
+  if (!access.encrypted()) return Credentials{grpc::InsecureServerCredentials(), nullptr};
+  absl::StatusOr<std::unique_ptr<auth::TlsFiles>> files = auth::TlsFiles::Open(access);
+  if (!files.ok()) return files.status();
   namespace tls = grpc::experimental;
-  auto files = access.tls_client_ca.empty()
-                   ? std::make_shared<tls::FileWatcherCertificateProvider>(
-                         access.tls_key, access.tls_cert, kReloadSeconds)
-                   : std::make_shared<tls::FileWatcherCertificateProvider>(
-                         access.tls_key, access.tls_cert, access.tls_client_ca, kReloadSeconds);
-  tls::TlsServerCredentialsOptions options(files);
+  const std::string key = (*files)->key_path();
+  const std::string certificate = (*files)->certificate_path();
+  auto watched =
+      access.tls_client_ca.empty()
+          ? std::make_shared<tls::FileWatcherCertificateProvider>(key, certificate, kReloadSeconds)
+          : std::make_shared<tls::FileWatcherCertificateProvider>(
+                key, certificate, (*files)->client_ca_path(), kReloadSeconds);
+  tls::TlsServerCredentialsOptions options(watched);
   options.watch_identity_key_cert_pairs();
   if (!access.tls_client_ca.empty()) {
     options.watch_root_certs();
@@ -79,7 +81,7 @@ absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeCredentials(
                                       ? GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY
                                       : GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
   }
-  return tls::TlsServerCredentials(options);
+  return Credentials{tls::TlsServerCredentials(options), *std::move(files)};
 }
 
 }  // namespace vantage::server

@@ -9,16 +9,23 @@
 
 #include "absl/status/statusor.h"
 #include "server/auth/access_options.h"
+#include "server/auth/tls_files.h"
 
 namespace vantage::server {
 
 // True for 127.0.0.0/8, [::1], localhost and unix sockets, with or without a port.
 bool IsLoopback(const std::string& address);
 
+struct Credentials {
+  std::shared_ptr<grpc::ServerCredentials> port;
+  // What the port reads, which outlives it; null: it is not encrypted.
+  std::unique_ptr<auth::TlsFiles> files;
+};
+
 // INVALID_ARGUMENT, which says what to do: options that contradict each other, unusable files, or
 // an address other than loopback that is not protected.
-absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> MakeCredentials(
-    const auth::AccessOptions& access, const std::string& listen);
+absl::StatusOr<Credentials> MakeCredentials(const auth::AccessOptions& access,
+                                            const std::string& listen);
 
 }  // namespace vantage::server
 

@@ -151,13 +151,16 @@ void AddGauges(const Monitored& m) {
     gauge("vantage_store_free_bytes", "Free space where the data are kept.",
           [folder = m.data_folder] { return FreeBytes(folder); });
   }
-  if (m.access.encrypted()) {
-    gauge("vantage_tls_certificate_expires_seconds",
-          "When the server's certificate on disk expires, since 1970; 0 when it cannot be used.",
-          [access = m.access] {
-            const absl::StatusOr<absl::Time> expires = auth::CheckTlsFiles(access);
-            return expires.ok() ? absl::ToDoubleSeconds(*expires - absl::UnixEpoch()) : 0.0;
-          });
+  if (m.tls_files != nullptr) {
+    gauge(
+        "vantage_tls_certificate_expires_seconds",
+        "When the server's certificate expires, since 1970; 0 when what is on disk cannot be used, "
+        "and what was loaded before stays.",
+        [files = m.tls_files] {
+          return files->fault().empty()
+                     ? absl::ToDoubleSeconds(files->expires() - absl::UnixEpoch())
+                     : 0.0;
+        });
   }
 }
 
@@ -176,7 +179,13 @@ std::map<std::string, telemetry::HttpListener::Page> MonitorPages(const Monitore
       {"/readyz",
        [m] {
          const std::string state = m.state();
-         return telemetry::HttpAnswer{state == "serving" ? 200 : 503, "text/plain", state + "\n"};
+         std::string text = state + "\n";
+         // Those who have the port still get through it, so that it stays in use.
+         if (m.tls_files != nullptr && !m.tls_files->fault().empty()) {
+           absl::StrAppend(&text, "certificates on disk are not used: ", m.tls_files->fault(),
+                           "\n");
+         }
+         return telemetry::HttpAnswer{state == "serving" ? 200 : 503, "text/plain", text};
        }},
       {"/",
        [m, started] {

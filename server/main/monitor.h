@@ -7,7 +7,7 @@
 #include <map>
 #include <string>
 
-#include "server/auth/access_options.h"
+#include "server/auth/tls_files.h"
 #include "server/execution/planning_pool.h"
 #include "server/execution/task_pool.h"
 #include "server/session/session_registry.h"
@@ -24,7 +24,7 @@ struct Monitored {
   execution::PlanningPool& pool;
   execution::TaskPool& tasks;
   const telemetry::Log& log;
-  auth::AccessOptions access;
+  const auth::TlsFiles* tls_files;     // null: the port is not encrypted
   std::string data_folder;             // empty: nothing is kept on disk
   std::function<std::string()> state;  // 'serving', or why not
 };

@@ -36,8 +36,7 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
                                                       store::Store& store, telemetry::Log& log,
                                                       session::Algorithms algorithms,
                                                       session::Journal::Clock clock) {
-  absl::StatusOr<std::shared_ptr<grpc::ServerCredentials>> credentials =
-      MakeCredentials(options.access, options.listen);
+  absl::StatusOr<Credentials> credentials = MakeCredentials(options.access, options.listen);
   if (!credentials.ok()) return credentials.status();
   std::unique_ptr<auth::CallersFile> callers;
   if (!options.access.callers_file.empty()) {
@@ -46,17 +45,20 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
     if (!opened.ok()) return absl::InvalidArgumentError(opened.status().message());
     callers = *std::move(opened);
   }
-  std::unique_ptr<Server> server(
-      new Server(options, store, log, std::move(callers), std::move(algorithms), std::move(clock)));
-  absl::Status serving = server->Serve(*credentials);
+  std::unique_ptr<Server> server(new Server(options, store, log, std::move(callers),
+                                            std::move(credentials->files), std::move(algorithms),
+                                            std::move(clock)));
+  absl::Status serving = server->Serve(credentials->port);
   if (!serving.ok()) return serving;
   return server;
 }
 
 Server::Server(const ServerOptions& options, store::Store& store, telemetry::Log& log,
-               std::unique_ptr<auth::CallersFile> callers, session::Algorithms algorithms,
+               std::unique_ptr<auth::CallersFile> callers,
+               std::unique_ptr<auth::TlsFiles> tls_files, session::Algorithms algorithms,
                session::Journal::Clock clock)
     : options_(options),
+      tls_files_(std::move(tls_files)),
       log_(log),
       store_(store, metrics_, log),
       clock_(std::move(clock), execution::SteadyTime,
@@ -144,7 +146,7 @@ absl::Status Server::ServeHttp() {
         "' is not loopback, and anyone could read the metrics: say --http-allow-remote"));
   }
   const Monitored monitored{
-      metrics_, *sessions_, pool_, tasks_, log_, options_.access, options_.data_folder, [this] {
+      metrics_, *sessions_, pool_, tasks_, log_, tls_files_.get(), options_.data_folder, [this] {
         return std::string(state_.load());
       }};
   AddGauges(monitored);
@@ -204,6 +206,7 @@ void Server::RefreshLater() {
     clock_.Now();  // so that a jump is noticed while nobody asks for the time
     tasks_.Post([this] {
       RefreshCallers();
+      RefreshTlsFiles();
       std::lock_guard<std::mutex> again(refresh_mutex_);
       if (refreshes_) RefreshLater();
     });
@@ -220,6 +223,18 @@ void Server::RefreshCallers() {
                {{"error", error}});
   }
   refresh_error_ = error;
+}
+
+void Server::RefreshTlsFiles() {
+  if (tls_files_ == nullptr) return;
+  const std::string before = tls_files_->fault();
+  const absl::StatusOr<bool> changed = tls_files_->Refresh();
+  const std::string fault = tls_files_->fault();
+  if (changed.ok() && *changed) log_.Info("the certificates were read again");
+  if (!fault.empty() && fault != before) {
+    log_.Error("the certificates on disk cannot be used; those loaded before stay",
+               {{"error", fault}});
+  }
 }
 
 void Server::Drain() {

@@ -14,6 +14,7 @@
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
+#include "server/auth/tls_files.h"
 #include "server/execution/planning_pool.h"
 #include "server/execution/steadied_clock.h"
 #include "server/execution/task_pool.h"
@@ -70,8 +71,10 @@ class Server {
   int http_port() const { return http_ == nullptr ? 0 : http_->port(); }
   session::SessionRegistry& sessions() { return *sessions_; }
 
-  // Reads the callers file again now, where there is one; it is looked at every 2 s anyway.
+  // Reads the callers file, and the certificates, again now, where there are any; they are looked
+  // at every 2 s anyway.
   void RefreshCallers();
+  void RefreshTlsFiles();
 
   // Stops in order: health says NOT_SERVING, new work is refused, plans end with their best answer,
   // streams are told where to resume, merges finish, the port closes. Idempotent.
@@ -79,8 +82,8 @@ class Server {
 
  private:
   Server(const ServerOptions& options, store::Store& store, telemetry::Log& log,
-         std::unique_ptr<auth::CallersFile> callers, session::Algorithms algorithms,
-         session::Journal::Clock clock);
+         std::unique_ptr<auth::CallersFile> callers, std::unique_ptr<auth::TlsFiles> tls_files,
+         session::Algorithms algorithms, session::Journal::Clock clock);
   absl::Status Serve(const std::shared_ptr<grpc::ServerCredentials>& credentials);
   void TellJump(absl::Duration by, bool followed);
   void SetServing(bool serving);
@@ -90,6 +93,7 @@ class Server {
   void RefreshLater() ABSL_EXCLUSIVE_LOCKS_REQUIRED(refresh_mutex_);
 
   const ServerOptions options_;
+  const std::unique_ptr<auth::TlsFiles> tls_files_;  // null: the port is not encrypted
   telemetry::Log& log_;
   bool drained_ = false;
   int port_ = 0;

@@ -368,7 +368,9 @@ int Serve(const Program& program, const sigset_t& signals) {
   int received = SIGHUP;
   while (received == SIGHUP) {
     sigwait(&signals, &received);
-    if (received == SIGHUP) (*server)->RefreshCallers();
+    if (received != SIGHUP) break;
+    (*server)->RefreshCallers();
+    (*server)->RefreshTlsFiles();
   }
   // Whatever is still under way by then is in the log, and goes on after the next start.
   std::thread([at = std::chrono::steady_clock::now() + program.server.drain_patience +

@@ -206,13 +206,13 @@ class ComposeTest(DeployTest):
         self.assertTrue(described["networks"]["inside"]["internal"])
         self.assertEqual(services["vantaged"]["networks"], ["inside"])
         self.assertNotIn("ports", services["vantaged"])
-        self.assertEqual(given["callers"], "/run/vantage/callers")
+        self.assertEqual(given["callers"], "/run/vantage/access/callers")
         for service in services.values():
             for volume in service["volumes"]:
                 source = volume.split(":")[0]
                 if source.startswith("./"):
                     # Made by the operator, or delivered.
-                    self.assertTrue(source in ("./callers", "./certs")
+                    self.assertTrue(source in ("./access", "./certs")
                                     or (self.FOLDER / source).is_file(), source)
                 else:
                     self.assertIn(source, described["volumes"])

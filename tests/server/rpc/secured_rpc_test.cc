@@ -4,11 +4,13 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <map>
 #include <mutex>
 #include <set>
+#include <thread>
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
@@ -629,7 +631,8 @@ TEST(Certificates, OrTokensWhereThatIsAllowed) {
   EXPECT_EQ(ReasonOf(ListSessions(secured.Encrypted(&office), Bearer("made up"))), "TOKEN_UNKNOWN");
 }
 
-// Replaced on disk, new connections see the new one; the server did not stop.
+// Replaced on disk, new connections see the new one; the server did not stop, nor did it take a new
+// certificate with the old key.
 TEST(Certificates, AreReadAgain) {
   SecuredServer secured;
   const std::string token = secured.AddToken("tablet museum read");
@@ -640,8 +643,14 @@ TEST(Certificates, AreReadAgain) {
   // Signed by another authority, which a client has to trust to get through.
   const fixture::TestAuthority next("next authority");
   const fixture::CertifiedKey own = next.Issue("server", "IP:127.0.0.1");
-  fixture::WriteTestFile(secured.File("key.pem"), own.key);
   fixture::WriteTestFile(secured.File("cert.pem"), own.certificate);
+  const auto both_seen = std::chrono::steady_clock::now() + std::chrono::seconds(8);
+  while (std::chrono::steady_clock::now() < both_seen) {
+    ASSERT_TRUE(ListSessions(secured.Encrypted(), Bearer(token)).status.ok());
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+  }
+  EXPECT_EQ(secured.Lines("the certificates on disk cannot be used").size(), 1);
+  fixture::WriteTestFile(secured.File("key.pem"), own.key);
   grpc::SslCredentialsOptions tls;
   tls.pem_root_certs = next.certificate();
   const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(60);
