@@ -109,6 +109,18 @@ int main(int argc, char** argv) {
   vantage::cli::AddStationList(station, environment);
   vantage::cli::AddStationDelete(station, environment);
 
+  CLI::App& upload = *app.add_subcommand(
+      "upload", "Scans that are being sent, or were not sent to their end: list, abort");
+  upload.require_subcommand(1)->fallthrough();
+  vantage::cli::AddUploadList(upload, environment);
+  vantage::cli::AddUploadAbort(upload, environment);
+
+  CLI::App& rejection =
+      *app.add_subcommand("rejection", "Places that were refused with 'reject': list, delete");
+  rejection.require_subcommand(1)->fallthrough();
+  vantage::cli::AddRejectionList(rejection, environment);
+  vantage::cli::AddRejectionDelete(rejection, environment);
+
   vantage::cli::AddPlan(app, environment);
   vantage::cli::AddEvaluate(app, environment);
   vantage::cli::AddReject(app, environment);

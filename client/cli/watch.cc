@@ -69,6 +69,9 @@ std::string Words(const v1::SessionEvent& event) {
       }
       return words;
     }
+    case v1::SessionEvent::kRejectionDeleted:
+      return absl::StrCat("place allowed again ",
+                          Text(event.rejection_deleted().rejection().position()));
     case v1::SessionEvent::kViewRejected:
       return absl::StrCat("place rejected ", Text(event.view_rejected().rejection().position()));
     case v1::SessionEvent::kScannerCreated:

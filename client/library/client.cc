@@ -71,6 +71,12 @@ absl::StatusOr<v1::CreateUploadResponse> Client::Call(v1::CreateUploadRequest re
 absl::StatusOr<v1::GetUploadResponse> Client::Call(v1::GetUploadRequest request) {
   return CallUnary(*wire_->scans, &v1::ScanService::Stub::GetUpload, *wire_, std::move(request));
 }
+absl::StatusOr<v1::AbortUploadResponse> Client::Call(v1::AbortUploadRequest request) {
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::AbortUpload, *wire_, std::move(request));
+}
+absl::StatusOr<v1::ListUploadsResponse> Client::Call(v1::ListUploadsRequest request) {
+  return CallUnary(*wire_->scans, &v1::ScanService::Stub::ListUploads, *wire_, std::move(request));
+}
 absl::StatusOr<v1::UploadPieceResponse> Client::Call(v1::UploadPieceRequest request) {
   return CallUnary(*wire_->scans, &v1::ScanService::Stub::UploadPiece, *wire_, std::move(request));
 }
@@ -107,6 +113,14 @@ absl::StatusOr<v1::EvaluateViewResponse> Client::Call(v1::EvaluateViewRequest re
 absl::StatusOr<v1::RejectViewResponse> Client::Call(v1::RejectViewRequest request) {
   return CallUnary(*wire_->plans, &v1::PlanService::Stub::RejectView, *wire_, std::move(request));
 }
+absl::StatusOr<v1::ListRejectionsResponse> Client::Call(v1::ListRejectionsRequest request) {
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::ListRejections, *wire_,
+                   std::move(request));
+}
+absl::StatusOr<v1::DeleteRejectionResponse> Client::Call(v1::DeleteRejectionRequest request) {
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::DeleteRejection, *wire_,
+                   std::move(request));
+}
 absl::StatusOr<v1::GetCoverageResponse> Client::Call(v1::GetCoverageRequest request) {
   return CallUnary(*wire_->model, &v1::ModelService::Stub::GetCoverage, *wire_, std::move(request));
 }
@@ -114,6 +128,9 @@ absl::StatusOr<v1::GetCoverageResponse> Client::Call(v1::GetCoverageRequest requ
 absl::StatusOr<v1::CreateScannerResponse> Client::Call(v1::CreateScannerRequest request) {
   return CallUnary(*wire_->fleet, &v1::FleetService::Stub::CreateScanner, *wire_,
                    std::move(request));
+}
+absl::StatusOr<v1::GetScannerResponse> Client::Call(v1::GetScannerRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::GetScanner, *wire_, std::move(request));
 }
 absl::StatusOr<v1::ListScannersResponse> Client::Call(v1::ListScannersRequest request) {
   return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ListScanners, *wire_,
@@ -128,6 +145,9 @@ absl::StatusOr<v1::RenewClaimResponse> Client::Call(v1::RenewClaimRequest reques
 absl::StatusOr<v1::ReleaseClaimResponse> Client::Call(v1::ReleaseClaimRequest request) {
   return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ReleaseClaim, *wire_,
                    std::move(request));
+}
+absl::StatusOr<v1::GetClaimResponse> Client::Call(v1::GetClaimRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::GetClaim, *wire_, std::move(request));
 }
 absl::StatusOr<v1::CreateStationResponse> Client::Call(v1::CreateStationRequest request) {
   return CallUnary(*wire_->fleet, &v1::FleetService::Stub::CreateStation, *wire_,

@@ -52,6 +52,8 @@ class Client {
   absl::StatusOr<v1::DeleteSessionResponse> Call(v1::DeleteSessionRequest request);
   absl::StatusOr<v1::CreateUploadResponse> Call(v1::CreateUploadRequest request);
   absl::StatusOr<v1::GetUploadResponse> Call(v1::GetUploadRequest request);
+  absl::StatusOr<v1::AbortUploadResponse> Call(v1::AbortUploadRequest request);
+  absl::StatusOr<v1::ListUploadsResponse> Call(v1::ListUploadsRequest request);
   absl::StatusOr<v1::UploadPieceResponse> Call(v1::UploadPieceRequest request);
   absl::StatusOr<v1::GetScanResponse> Call(v1::GetScanRequest request);
   absl::StatusOr<v1::ListScansResponse> Call(v1::ListScansRequest request);
@@ -64,12 +66,16 @@ class Client {
   absl::StatusOr<v1::ListPlansResponse> Call(v1::ListPlansRequest request);
   absl::StatusOr<v1::EvaluateViewResponse> Call(v1::EvaluateViewRequest request);
   absl::StatusOr<v1::RejectViewResponse> Call(v1::RejectViewRequest request);
+  absl::StatusOr<v1::ListRejectionsResponse> Call(v1::ListRejectionsRequest request);
+  absl::StatusOr<v1::DeleteRejectionResponse> Call(v1::DeleteRejectionRequest request);
   absl::StatusOr<v1::GetCoverageResponse> Call(v1::GetCoverageRequest request);
   absl::StatusOr<v1::CreateScannerResponse> Call(v1::CreateScannerRequest request);
+  absl::StatusOr<v1::GetScannerResponse> Call(v1::GetScannerRequest request);
   absl::StatusOr<v1::ListScannersResponse> Call(v1::ListScannersRequest request);
   absl::StatusOr<v1::ClaimViewResponse> Call(v1::ClaimViewRequest request);
   absl::StatusOr<v1::RenewClaimResponse> Call(v1::RenewClaimRequest request);
   absl::StatusOr<v1::ReleaseClaimResponse> Call(v1::ReleaseClaimRequest request);
+  absl::StatusOr<v1::GetClaimResponse> Call(v1::GetClaimRequest request);
   absl::StatusOr<v1::ListClaimsResponse> Call(v1::ListClaimsRequest request);
   absl::StatusOr<v1::CreateStationResponse> Call(v1::CreateStationRequest request);
   absl::StatusOr<v1::ListStationsResponse> Call(v1::ListStationsRequest request);

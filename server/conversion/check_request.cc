@@ -278,6 +278,29 @@ absl::Status CheckRequest(const v1::CreateStationRequest& request) {
   return violations.ToStatus();
 }
 
+absl::Status CheckRequest(const v1::ListUploadsRequest& request) {
+  constexpr int kMostStates = 16;
+  contract::Violations violations;
+  if (request.states_size() > kMostStates) {
+    violations.Add("states", absl::StrCat("names ", request.states_size(), ", at most 16"));
+  }
+  for (int i = 0; i < std::min(request.states_size(), kMostStates); ++i) {
+    if (!v1::UploadState_IsValid(request.states(i)) ||
+        request.states(i) == v1::UPLOAD_STATE_UNSPECIFIED) {
+      violations.Add(absl::StrCat("states[", i, "]"), "is no state of an upload");
+    }
+  }
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::AbortUploadRequest& request) {
+  return CheckRequestIdAlone(request.request_id());
+}
+
+absl::Status CheckRequest(const v1::DeleteRejectionRequest& request) {
+  return CheckRequestIdAlone(request.request_id());
+}
+
 absl::Status CheckRequest(const v1::DeleteStationRequest& request) {
   return CheckRequestIdAlone(request.request_id());
 }

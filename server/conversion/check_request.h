@@ -23,6 +23,8 @@ absl::Status CheckRequest(const v1::UpdateSessionRequest& request);
 absl::Status CheckRequest(const v1::DeleteSessionRequest& request);
 
 absl::Status CheckRequest(const v1::CreateUploadRequest& request, const contract::Limits& limits);
+absl::Status CheckRequest(const v1::ListUploadsRequest& request);
+absl::Status CheckRequest(const v1::AbortUploadRequest& request);
 absl::Status CheckRequest(const v1::AcceptScanRequest& request);
 absl::Status CheckRequest(const v1::SetScanPoseRequest& request);
 absl::Status CheckRequest(const v1::WithdrawScanRequest& request);
@@ -31,6 +33,7 @@ absl::Status CheckRequest(const v1::WithdrawScanRequest& request);
 absl::Status CheckRequest(const v1::CreatePlanRequest& request);
 absl::Status CheckRequest(const v1::EvaluateViewRequest& request);
 absl::Status CheckRequest(const v1::RejectViewRequest& request);
+absl::Status CheckRequest(const v1::DeleteRejectionRequest& request);
 
 // Also UNIMPLEMENTED (NOT_IN_THIS_RELEASE).
 absl::Status CheckRequest(const v1::ExportModelRequest& request);

@@ -61,6 +61,8 @@ class ScanServiceImpl final : public v1::ScanService::CallbackService {
   explicit ScanServiceImpl(const RpcDependencies& dependencies) : dependencies_(dependencies) {}
   VANTAGE_UNARY(CreateUpload)
   VANTAGE_UNARY(GetUpload)
+  VANTAGE_UNARY(ListUploads)
+  VANTAGE_UNARY(AbortUpload)
   VANTAGE_UNARY(UploadPiece)
   VANTAGE_UNARY(GetScan)
   VANTAGE_UNARY(ListScans)
@@ -92,6 +94,8 @@ class PlanServiceImpl final : public v1::PlanService::CallbackService {
   VANTAGE_UNARY(ListPlans)
   VANTAGE_UNARY(EvaluateView)
   VANTAGE_UNARY(RejectView)
+  VANTAGE_UNARY(ListRejections)
+  VANTAGE_UNARY(DeleteRejection)
   VANTAGE_STREAM(WatchPlan)
 
  private:
@@ -102,10 +106,12 @@ class FleetServiceImpl final : public v1::FleetService::CallbackService {
  public:
   explicit FleetServiceImpl(const RpcDependencies& dependencies) : dependencies_(dependencies) {}
   VANTAGE_UNARY(CreateScanner)
+  VANTAGE_UNARY(GetScanner)
   VANTAGE_UNARY(ListScanners)
   VANTAGE_UNARY(ClaimView)
   VANTAGE_UNARY(RenewClaim)
   VANTAGE_UNARY(ReleaseClaim)
+  VANTAGE_UNARY(GetClaim)
   VANTAGE_UNARY(ListClaims)
   VANTAGE_UNARY(CreateStation)
   VANTAGE_UNARY(GetStation)

@@ -133,6 +133,19 @@ absl::Status Claims::Release(const std::string& name, const RequestKey& key, con
   return End(name, fleet::ClaimEnd::kReleased, "", key, &asker);
 }
 
+absl::StatusOr<v1::GetClaimResponse> Claims::Get(const std::string& name) {
+  Expire();
+  absl::StatusOr<v1::GetClaimResponse> found = contract::ResourceNotFound(kClaimType, name);
+  journal_.Read([&](const SessionState& state) {
+    const auto it = state.claims.find(name);
+    if (it == state.claims.end()) return;
+    found.emplace();
+    *found->mutable_claim() = it->second.claim;
+    found->set_end_reason(it->second.end_reason);
+  });
+  return found;
+}
+
 absl::StatusOr<std::vector<v1::Claim>> Claims::List(absl::string_view after, size_t limit,
                                                     bool& more) {
   Expire();

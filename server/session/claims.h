@@ -45,6 +45,8 @@ class Claims {
   absl::StatusOr<v1::Claim> Renew(const std::string& name, absl::Duration ttl,
                                   const RequestKey& key, const Asker& asker = {});
   absl::Status Release(const std::string& name, const RequestKey& key, const Asker& asker = {});
+  // Any that was ever taken. NOT_FOUND.
+  absl::StatusOr<v1::GetClaimResponse> Get(const std::string& name);
   // The claims that are held, in pages as in Scans::List().
   absl::StatusOr<std::vector<v1::Claim>> List(absl::string_view after, size_t limit, bool& more);
 

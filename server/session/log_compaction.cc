@@ -46,6 +46,11 @@ void LogCompaction::Read(const storage::v1::LogEntry& entry) {
       candidates_.back().counts.set_rejection_count(1);
       return Remember(entry, name);
     }
+    case v1::SessionEvent::kRejectionDeleted: {
+      const std::string& name = event.rejection_deleted().rejection().name();
+      candidates_.push_back(CandidateOf(entry, true));
+      return Remember(entry, name);
+    }
     case v1::SessionEvent::kStationCreated: {
       const std::string& name = event.station_created().station().name();
       stations_[name] = candidates_.size();

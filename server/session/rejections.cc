@@ -41,4 +41,47 @@ absl::StatusOr<v1::Rejection> Rejections::Create(const v1::Rejection& wanted,
   return made;
 }
 
+absl::StatusOr<std::vector<v1::Rejection>> Rejections::List(absl::string_view after, size_t limit,
+                                                            bool& more) const {
+  std::vector<v1::Rejection> rejections;
+  // The last of the page before may have expired since, so its number is used.
+  int64_t last = 0;
+  if (!after.empty()) {
+    last = contract::NumberOf(after);
+    if (last <= 0) return contract::UnknownPageToken();
+  }
+  bool known = true;
+  more = false;
+  const absl::Time now = context_.journal().Now();
+  context_.journal().Read([&](const SessionState& state) {
+    known = static_cast<uint64_t>(last) <= state.rejection_count;
+    for (const v1::Rejection* rejection : state.RejectionsAt(conversion::WriteTime(now))) {
+      if (contract::NumberOf(rejection->name()) <= last) continue;
+      if (rejections.size() == limit) {
+        more = true;
+        return;
+      }
+      rejections.push_back(*rejection);
+    }
+  });
+  if (!known) return contract::UnknownPageToken();
+  return rejections;
+}
+
+absl::Status Rejections::Delete(const std::string& name, const RequestKey& key) {
+  return context_.journal()
+      .Execute(key,
+               [&](const SessionState& state) -> absl::StatusOr<Draft> {
+                 const absl::Time now = context_.journal().Now();
+                 for (const v1::Rejection* known : state.RejectionsAt(conversion::WriteTime(now))) {
+                   if (known->name() != name) continue;
+                   Draft draft;
+                   *draft.event.mutable_rejection_deleted()->mutable_rejection() = *known;
+                   return draft;
+                 }
+                 return contract::ResourceNotFound("vantage/Rejection", name);
+               })
+      .status();
+}
+
 }  // namespace vantage::session

@@ -50,6 +50,15 @@ absl::StatusOr<v1::Scanner> Scanners::Create(const v1::CreateScannerRequest& req
   return made;
 }
 
+absl::StatusOr<v1::Scanner> Scanners::Get(const std::string& name) const {
+  absl::StatusOr<v1::Scanner> scanner = contract::ResourceNotFound("vantage/Scanner", name);
+  context_.journal().Read([&](const SessionState& state) {
+    const auto it = state.scanners.find(name);
+    if (it != state.scanners.end()) scanner = it->second;
+  });
+  return scanner;
+}
+
 absl::StatusOr<std::vector<v1::Scanner>> Scanners::List(absl::string_view after, size_t limit,
                                                         bool& more) const {
   std::vector<v1::Scanner> scanners;

@@ -2,6 +2,7 @@
 #ifndef VANTAGE_SERVER_SESSION_SCANNERS_H_
 #define VANTAGE_SERVER_SESSION_SCANNERS_H_
 
+#include <string>
 #include <vector>
 
 #include "absl/status/statusor.h"
@@ -19,6 +20,8 @@ class Scanners {
   // Takes the request as it came: its scanner's message is what the log stores, and its id is
   // chosen here where it has none.
   absl::StatusOr<v1::Scanner> Create(const v1::CreateScannerRequest& request);
+  // NOT_FOUND.
+  absl::StatusOr<v1::Scanner> Get(const std::string& name) const;
   // In pages, as in Scans::List().
   absl::StatusOr<std::vector<v1::Scanner>> List(absl::string_view after, size_t limit,
                                                 bool& more) const;

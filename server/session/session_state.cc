@@ -224,6 +224,11 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       ++rejection_count;
       resource = event.view_rejected().rejection().name();
       break;
+    case v1::SessionEvent::kRejectionDeleted:
+      resource = event.rejection_deleted().rejection().name();
+      std::erase_if(rejections,
+                    [&](const v1::Rejection& rejection) { return rejection.name() == resource; });
+      break;
     case v1::SessionEvent::kScannerCreated: {
       const v1::Scanner& scanner = event.scanner_created().scanner();
       if (!scanners.emplace(scanner.name(), scanner).second) {

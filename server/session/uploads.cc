@@ -244,6 +244,64 @@ absl::StatusOr<v1::Upload> Uploads::Get(const std::string& name) {
   return Describe(name, FindOpen(name));
 }
 
+absl::StatusOr<std::vector<v1::Upload>> Uploads::List(const v1::ListUploadsRequest& request,
+                                                      absl::string_view after, size_t limit,
+                                                      bool& more) {
+  Expire();
+  // The last of the page before may be forgotten since, so its number is used.
+  int64_t last = 0;
+  if (!after.empty()) {
+    last = contract::NumberOf(after);
+    if (last <= 0) return contract::UnknownPageToken();
+  }
+  bool known = true;
+  std::map<int64_t, v1::Upload> in_order;
+  journal_.Read([&](const SessionState& state) {
+    known = static_cast<uint64_t>(last) <= state.upload_count;
+    for (const auto& [name, upload] : state.uploads) {
+      const int64_t number = contract::NumberOf(name);
+      if (number > last) in_order.emplace(number, upload);
+    }
+  });
+  if (!known) return contract::UnknownPageToken();
+  std::vector<v1::Upload> uploads;
+  more = false;
+  for (const auto& [number, logged] : in_order) {
+    // What is open has come farther than the log says.
+    const absl::StatusOr<v1::Upload> described = Describe(logged.name(), FindOpen(logged.name()));
+    const v1::Upload& upload = described.ok() ? *described : logged;
+    const auto& states = request.states();
+    if (!states.empty() &&
+        std::find(states.begin(), states.end(), upload.state()) == states.end()) {
+      continue;
+    }
+    if (uploads.size() == limit) {
+      more = true;
+      break;
+    }
+    uploads.push_back(upload);
+  }
+  return uploads;
+}
+
+absl::StatusOr<v1::Upload> Uploads::Abort(const std::string& name, const RequestKey& key) {
+  Expire();
+  if (const std::shared_ptr<Upload> open = FindOpen(name); open != nullptr) {
+    std::lock_guard<std::mutex> only_one(open->commit_mutex());
+    if (!open->let_go()) {
+      const absl::Status ended =
+          End(*open, v1::UPLOAD_STATE_ABORTED, "it was given up by its sender", key);
+      if (!ended.ok()) return ended;
+    }
+  }
+  absl::StatusOr<v1::Upload> ended = Describe(name, nullptr);
+  if (!ended.ok() || ended->state() != v1::UPLOAD_STATE_COMMITTED) return ended;
+  return contract::ErrorWithReason(
+      absl::StatusCode::kFailedPrecondition, "UPLOAD_ENDED",
+      absl::StrCat(name, " has become ", ended->scan(), "; withdraw that scan instead"),
+      {{"state", v1::UploadState_Name(ended->state())}, {"scan", ended->scan()}});
+}
+
 HeldUpload Uploads::Hold(const std::string& name) { return {*this, name, FindOpen(name)}; }
 
 absl::StatusOr<v1::Upload> Uploads::Add(const std::string& name, const v1::Piece* piece,
@@ -515,18 +573,24 @@ absl::Status Uploads::Commit(const std::shared_ptr<Upload>& upload) {
 }
 
 // Ends an upload that failed and returns the reason.
-absl::Status Uploads::Fail(Upload& upload, const absl::Status& why) {
-  upload.End(v1::UPLOAD_STATE_FAILED, std::string(why.message()), "");
+absl::Status Uploads::End(Upload& upload, v1::UploadState state, const std::string& why,
+                          const RequestKey& key) {
+  upload.End(state, why, "");
   const v1::Upload ended = upload.Describe();
   absl::StatusOr<std::string> logged =
-      journal_.Execute({}, [&](const SessionState&) -> absl::StatusOr<Draft> {
+      journal_.Execute(key, [&](const SessionState&) -> absl::StatusOr<Draft> {
         Draft draft;
         *draft.event.mutable_upload_ended()->mutable_upload() = ended;
         return draft;
       });
   if (!logged.ok()) return logged.status();
   LetGo(upload, ended.name());
-  return why;
+  return absl::OkStatus();
+}
+
+absl::Status Uploads::Fail(Upload& upload, const absl::Status& why) {
+  const absl::Status ended = End(upload, v1::UPLOAD_STATE_FAILED, std::string(why.message()), {});
+  return ended.ok() ? why : ended;
 }
 
 void Uploads::Expire() {

@@ -63,6 +63,13 @@ class Uploads {
   // or nothing for ten, give way to it.
   absl::StatusOr<v1::Upload> Create(const v1::CreateUploadRequest& request);
   absl::StatusOr<v1::Upload> Get(const std::string& name);
+  // Those that are open, became a scan or are still known to have ended without one, of the states
+  // that are asked for (none: of all), in pages as in Scans::List().
+  absl::StatusOr<std::vector<v1::Upload>> List(const v1::ListUploadsRequest& request,
+                                               absl::string_view after, size_t limit, bool& more);
+  // Ends one that is open; returns it as it ended, now or before. NOT_FOUND; FAILED_PRECONDITION
+  // (UPLOAD_ENDED): it has become a scan.
+  absl::StatusOr<v1::Upload> Abort(const std::string& name, const RequestKey& key);
   // A handle for sending pieces. Only its first call tells whether the upload exists.
   HeldUpload Hold(const std::string& name);
   // Takes a piece, a total, both or neither, and makes them durable.
@@ -109,6 +116,9 @@ class Uploads {
   absl::Status Commit(const std::shared_ptr<Upload>& upload);
   // Before the session's first scan, where it says where the model lies (session_origin.h).
   absl::Status PlaceOrigin(const v1::Upload& upload);
+  // Ends it and logs that; the caller holds its commit_mutex().
+  absl::Status End(Upload& upload, v1::UploadState state, const std::string& why,
+                   const RequestKey& key);
   absl::Status Fail(Upload& upload, const absl::Status& why);
 
   SessionContext& context_;

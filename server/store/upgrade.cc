@@ -237,6 +237,7 @@ void UpgradeEvent(v1::SessionEvent& event) {
     case v1::SessionEvent::kUploadCreated:
     case v1::SessionEvent::kUploadEnded:
     case v1::SessionEvent::kViewRejected:
+    case v1::SessionEvent::kRejectionDeleted:
     case v1::SessionEvent::kClaimTaken:
     case v1::SessionEvent::kClaimRenewed:
     case v1::SessionEvent::kStationCreated:

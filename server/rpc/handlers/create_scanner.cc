@@ -20,6 +20,18 @@ absl::StatusOr<v1::CreateScannerResponse> CreateScanner(const session::TenantSes
   return response;
 }
 
+absl::StatusOr<v1::GetScannerResponse> GetScanner(const session::TenantSessions& sessions,
+                                                  const v1::GetScannerRequest& request) {
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindParent(sessions, request.name(), "scanners", "name");
+  if (!session.ok()) return session.status();
+  absl::StatusOr<v1::Scanner> scanner = (*session)->scanners().Get(request.name());
+  if (!scanner.ok()) return scanner.status();
+  v1::GetScannerResponse response;
+  *response.mutable_scanner() = *std::move(scanner);
+  return response;
+}
+
 absl::StatusOr<v1::ListScannersResponse> ListScanners(const session::TenantSessions& sessions,
                                                       const v1::ListScannersRequest& request) {
   return ListOfSession<v1::ListScannersResponse>(

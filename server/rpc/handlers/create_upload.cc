@@ -34,4 +34,15 @@ absl::StatusOr<v1::GetUploadResponse> GetUpload(const session::TenantSessions& s
   return response;
 }
 
+absl::StatusOr<v1::ListUploadsResponse> ListUploads(const session::TenantSessions& sessions,
+                                                    const v1::ListUploadsRequest& request) {
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
+  return ListOfSession<v1::ListUploadsResponse>(
+      sessions, request, "uploads", 1000,
+      [&](session::Session& session, const std::string& after, size_t limit, bool& more) {
+        return session.uploads().List(request, after, limit, more);
+      },
+      [](v1::ListUploadsResponse& response) { return response.mutable_uploads(); });
+}
+
 }  // namespace vantage::rpc::handlers

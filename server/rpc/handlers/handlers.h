@@ -32,6 +32,10 @@ absl::StatusOr<v1::CreateUploadResponse> CreateUpload(const session::TenantSessi
                                                       const v1::CreateUploadRequest& request);
 absl::StatusOr<v1::GetUploadResponse> GetUpload(const session::TenantSessions& sessions,
                                                 const v1::GetUploadRequest& request);
+absl::StatusOr<v1::ListUploadsResponse> ListUploads(const session::TenantSessions& sessions,
+                                                    const v1::ListUploadsRequest& request);
+absl::StatusOr<v1::AbortUploadResponse> AbortUpload(const session::TenantSessions& sessions,
+                                                    const v1::AbortUploadRequest& request);
 absl::StatusOr<v1::UploadPieceResponse> UploadPiece(const session::TenantSessions& sessions,
                                                     const v1::UploadPieceRequest& request);
 absl::StatusOr<v1::GetScanResponse> GetScan(const session::TenantSessions& sessions,
@@ -56,6 +60,10 @@ absl::StatusOr<v1::CancelPlanResponse> CancelPlan(const session::TenantSessions&
                                                   const v1::CancelPlanRequest& request);
 absl::StatusOr<v1::RejectViewResponse> RejectView(const session::TenantSessions& sessions,
                                                   const v1::RejectViewRequest& request);
+absl::StatusOr<v1::ListRejectionsResponse> ListRejections(const session::TenantSessions& sessions,
+                                                          const v1::ListRejectionsRequest& request);
+absl::StatusOr<v1::DeleteRejectionResponse> DeleteRejection(
+    const session::TenantSessions& sessions, const v1::DeleteRejectionRequest& request);
 // Answers on the planning pool; `done` is called exactly once.
 void EvaluateView(const session::TenantSessions& sessions, const v1::EvaluateViewRequest& request,
                   std::function<void(absl::StatusOr<v1::EvaluateViewResponse>)> done);
@@ -67,6 +75,8 @@ absl::StatusOr<v1::GetCoverageResponse> GetCoverage(const session::TenantSession
 // The fleet.
 absl::StatusOr<v1::CreateScannerResponse> CreateScanner(const session::TenantSessions& sessions,
                                                         const v1::CreateScannerRequest& request);
+absl::StatusOr<v1::GetScannerResponse> GetScanner(const session::TenantSessions& sessions,
+                                                  const v1::GetScannerRequest& request);
 absl::StatusOr<v1::ListScannersResponse> ListScanners(const session::TenantSessions& sessions,
                                                       const v1::ListScannersRequest& request);
 // Answers on the planning pool; `done` is called exactly once.
@@ -76,6 +86,8 @@ absl::StatusOr<v1::RenewClaimResponse> RenewClaim(const session::TenantSessions&
                                                   const v1::RenewClaimRequest& request);
 absl::StatusOr<v1::ReleaseClaimResponse> ReleaseClaim(const session::TenantSessions& sessions,
                                                       const v1::ReleaseClaimRequest& request);
+absl::StatusOr<v1::GetClaimResponse> GetClaim(const session::TenantSessions& sessions,
+                                              const v1::GetClaimRequest& request);
 absl::StatusOr<v1::ListClaimsResponse> ListClaims(const session::TenantSessions& sessions,
                                                   const v1::ListClaimsRequest& request);
 // Answers on the planning pool; `done` is called exactly once.

@@ -4,6 +4,14 @@
 
 namespace vantage::rpc::handlers {
 
+absl::StatusOr<v1::GetClaimResponse> GetClaim(const session::TenantSessions& sessions,
+                                              const v1::GetClaimRequest& request) {
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindParent(sessions, request.name(), "claims", "name");
+  if (!session.ok()) return session.status();
+  return (*session)->claims().Get(request.name());
+}
+
 absl::StatusOr<v1::ListClaimsResponse> ListClaims(const session::TenantSessions& sessions,
                                                   const v1::ListClaimsRequest& request) {
   return ListOfSession<v1::ListClaimsResponse>(

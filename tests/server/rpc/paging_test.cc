@@ -48,7 +48,7 @@ class Paging : public testing::Test {
 
   std::vector<FilledList> Fill() {
     const std::string session = server_.OpenRoom("job");
-    std::vector<FilledList> lists(6);
+    std::vector<FilledList> lists(8);
     lists[0].prefix = "sessions";
     lists[0].names = {session, server_.OpenSession("b"), server_.OpenSession("a")};
     lists[0].page = [this](int size, const std::string& token) {
@@ -136,6 +136,34 @@ class Paging : public testing::Test {
       return PageOf<v1::ListStationsRequest, v1::ListStationsResponse>(
           request, size, token, *server_.fleet, &v1::FleetService::Stub::ListStations,
           [](const auto& response) { return response.stations(); });
+    };
+    lists[6].prefix = session + "/uploads";  // of the scans
+    for (int i = 1; i <= 3; ++i) {
+      lists[6].names.push_back(absl::StrCat(session, "/uploads/upload-", i));
+    }
+    lists[6].page = [this, session](int size, const std::string& token) {
+      v1::ListUploadsRequest request;
+      request.set_parent(session);
+      return PageOf<v1::ListUploadsRequest, v1::ListUploadsResponse>(
+          request, size, token, *server_.scans, &v1::ScanService::Stub::ListUploads,
+          [](const auto& response) { return response.uploads(); });
+    };
+    lists[7].prefix = session + "/rejections";
+    for (int i = 0; i < 3; ++i) {
+      grpc::ClientContext context;
+      v1::RejectViewRequest request;
+      request.set_parent(session);
+      request.mutable_position()->set_x(i);
+      v1::RejectViewResponse rejected;
+      EXPECT_TRUE(server_.plans->RejectView(&context, request, &rejected).ok());
+      lists[7].names.push_back(rejected.rejection().name());
+    }
+    lists[7].page = [this, session](int size, const std::string& token) {
+      v1::ListRejectionsRequest request;
+      request.set_parent(session);
+      return PageOf<v1::ListRejectionsRequest, v1::ListRejectionsResponse>(
+          request, size, token, *server_.plans, &v1::PlanService::Stub::ListRejections,
+          [](const auto& response) { return response.rejections(); });
     };
     return lists;
   }

@@ -334,6 +334,12 @@ class RandomSteps {
       case 5: {
         v1::Rejection& rejection = *event.mutable_view_rejected()->mutable_rejection();
         rejection.set_name(Named("rejection", ++rejections_));
+        if (Pick(4) == 0 && rejections_ > 3) {
+          // One of the last, which may have expired.
+          const std::string before = Named("rejection", --rejections_ - Pick(3));
+          event.mutable_rejection_deleted()->mutable_rejection()->set_name(before);
+          return event;
+        }
         if (Pick(500) != 0) {
           *rejection.mutable_expire_time() = conversion::WriteTime(now + absl::Seconds(Pick(300)));
         }

@@ -7,9 +7,11 @@
 #include <atomic>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "core/bytes/checksum.h"
 #include "server/contract/error.h"
+#include "server/contract/resource_names.h"
 #include "server/store/memory_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/script.h"
@@ -224,6 +226,69 @@ TEST_F(UploadsTest, RejectionsThatHaveExpiredGo) {
     ASSERT_EQ(state.rejections.size(), 1U);
     EXPECT_EQ(state.rejections[0].name(), held);
   });
+}
+
+// Its place and its bytes are free at once, whoever holds it hears of it, and asking again changes
+// nothing, after a restart either.
+TEST_F(UploadsTest, OneThatIsGivenUpMakesRoomAndStaysEnded) {
+  HeldUpload held = Begun();
+  ASSERT_TRUE(held.Sync().ok());
+  v1::AbortUploadRequest request;
+  request.set_name(name_);
+  request.set_request_id("once");
+  const RequestKey key = RequestKey::Of("once", "AbortUpload", request);
+  const v1::Upload ended = session_->uploads().Abort(name_, key).value();
+  EXPECT_EQ(ended.state(), v1::UPLOAD_STATE_ABORTED);
+  EXPECT_EQ(session_->uploads().OpenCount(), 0U);
+  EXPECT_EQ(contract::ReasonOf(Take(held, Cut(1, 1000, 500)).status()), "UPLOAD_ENDED");
+  for (const RequestKey& again : {key, RequestKey()}) {
+    EXPECT_EQ(session_->uploads().Abort(name_, again)->SerializeAsString(),
+              ended.SerializeAsString());
+  }
+  EXPECT_TRUE(
+      absl::IsNotFound(session_->uploads().Abort("sessions/job/uploads/none", {}).status()));
+  fixture::SessionHost next(store_, script_.Make(), {},
+                            [this] { return absl::FromUnixSeconds(now_.load()); });
+  ASSERT_TRUE(next.registry.LoadAll().ok());
+  EXPECT_EQ(next.registry.Find("job").value()->uploads().Get(name_)->state(),
+            v1::UPLOAD_STATE_ABORTED);
+}
+
+TEST_F(UploadsTest, OneThatHasBecomeAScanIsNotGivenUp) {
+  const v1::Piece all = Cut(0, 0, whole_.size());
+  const v1::UploadTotal total = Total();
+  ASSERT_EQ(session_->uploads().Add(name_, &all, &total)->state(), v1::UPLOAD_STATE_COMMITTED);
+  const absl::Status refused = session_->uploads().Abort(name_, {}).status();
+  EXPECT_EQ(contract::ReasonOf(refused), "UPLOAD_ENDED");
+  EXPECT_NE(refused.message().find("scan-1"), std::string::npos) << refused;
+}
+
+TEST_F(UploadsTest, AreListedInOrderByStateAndInPages) {
+  for (int i = 2; i <= 11; ++i) ASSERT_TRUE(session_->uploads().Create({}).ok());
+  ASSERT_TRUE(session_->uploads().Abort("sessions/job/uploads/upload-3", {}).ok());
+  ASSERT_TRUE(Begun().Sync().ok());
+  const auto names = [&](const v1::ListUploadsRequest& request, size_t page) {
+    std::vector<int64_t> numbers;
+    std::string after;
+    for (bool more = true; more;) {
+      for (const v1::Upload& upload :
+           std::vector<v1::Upload>(session_->uploads().List(request, after, page, more).value())) {
+        numbers.push_back(contract::NumberOf(upload.name()));
+        after = upload.name();
+        EXPECT_EQ(upload.next_offset(), upload.name() == name_ ? 1000 : 0);
+      }
+    }
+    return numbers;
+  };
+  v1::ListUploadsRequest request;
+  EXPECT_EQ(names(request, 4), (std::vector<int64_t>{1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11}));
+  request.add_states(v1::UPLOAD_STATE_OPEN);
+  EXPECT_EQ(names(request, 3), (std::vector<int64_t>{1, 2, 4, 5, 6, 7, 8, 9, 10, 11}));
+  request.set_states(0, v1::UPLOAD_STATE_ABORTED);
+  EXPECT_EQ(names(request, 3), (std::vector<int64_t>{3}));
+  bool more = false;
+  EXPECT_TRUE(absl::IsInvalidArgument(
+      session_->uploads().List(request, "sessions/job/uploads/upload-12", 3, more).status()));
 }
 
 }  // namespace
