@@ -6,9 +6,9 @@
 
 namespace vantage::server {
 
-// While this object lives, gRPC writes to `log`what it would
-// write to standard error, where a reader that stalls would hold gRPC's threads. One at a time:
-// gRPC has one place to write to in a process, and gives it no context.
+// While this object lives, gRPC writes to `log` what it would write to standard error, where a
+// reader that stalls would hold gRPC's threads. One at a time: gRPC has one place to write to in a
+// process, and gives it no context.
 class GrpcLog {
  public:
   explicit GrpcLog(telemetry::Log& log);

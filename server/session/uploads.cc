@@ -613,17 +613,10 @@ void Uploads::Expire() {
 
 void Uploads::EndIdle(const std::vector<std::shared_ptr<Upload>>& idle, const std::string& why) {
   for (const std::shared_ptr<Upload>& upload : idle) {
-    upload->End(v1::UPLOAD_STATE_EXPIRED, why, "");
-    const v1::Upload ended = upload->Describe();
-    absl::StatusOr<std::string> logged =
-        journal_.Execute({}, [&](const SessionState&) -> absl::StatusOr<Draft> {
-          Draft draft;
-          *draft.event.mutable_upload_ended()->mutable_upload() = ended;
-          return draft;
-        });
-    if (!logged.ok()) {
+    const absl::Status ended = End(*upload, v1::UPLOAD_STATE_EXPIRED, why, {});
+    if (!ended.ok()) {
       dependencies_.log.Error("could not log the end of an upload",
-                              {{"upload", ended.name()}, {"error", logged.status().ToString()}});
+                              {{"upload", upload->Describe().name()}, {"error", ended.ToString()}});
     }
   }
 }

@@ -116,7 +116,7 @@ class Uploads {
   absl::Status Commit(const std::shared_ptr<Upload>& upload);
   // Before the session's first scan, where it says where the model lies (session_origin.h).
   absl::Status PlaceOrigin(const v1::Upload& upload);
-  // Ends it and logs that; the caller holds its commit_mutex().
+  // Ends it and logs that. It was let go before, or the caller holds its commit_mutex().
   absl::Status End(Upload& upload, v1::UploadState state, const std::string& why,
                    const RequestKey& key);
   absl::Status Fail(Upload& upload, const absl::Status& why);
