@@ -45,6 +45,10 @@ struct LogWriter::Shared {
   absl::string_view WriteAll(absl::string_view bytes);
   bool Ends() {
     const std::lock_guard<std::mutex> lock(mutex);
+    return Late();
+  }
+  // Nobody waits for what is left any more.
+  bool Late() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex) {
     return ends && std::chrono::steady_clock::now() > end_by;
   }
 
@@ -89,7 +93,7 @@ void LogWriter::Shared::Run() {
     {
       std::unique_lock<std::mutex> lock(mutex);
       changed.wait(lock, [this] { return ends || !waiting.empty(); });
-      if (waiting.empty()) break;
+      if (waiting.empty() || Late()) break;
       do {
         lines += waiting.front();
         waiting.pop_front();
