@@ -13,7 +13,11 @@ import gzip
 import hashlib
 import json
 import os
+import shutil
+import socket
+import ssl
 import struct
+import subprocess
 import sys
 import threading
 import time
@@ -493,6 +497,49 @@ class Attacks:
                         stalled == 3000 and gone == 300 and lost and code == 0
                         and seconds < drain + 2)
 
+    def renewals(self):
+        """A new certificate is written, and its key only later: everybody still gets in."""
+        if self.start.func is not Server or not OPENSSL:
+            return  # HAProxy ends the encryption before the server
+        def path(name):
+            return os.path.join(self.folder, name)
+        for name in ("old", "new"):
+            subprocess.run([OPENSSL, "req", "-x509", "-newkey", "ec", "-pkeyopt",
+                            "ec_paramgen_curve:prime256v1", "-nodes", "-days", "2", "-subj",
+                            "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1", "-keyout",
+                            path(name + ".key"), "-out", path(name + ".pem")], check=True,
+                           stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        for kind in ("pem", "key"):
+            shutil.copy(path("old." + kind), path("server." + kind))
+        with self.start("--tls-cert", path("server.pem"), "--tls-key",
+                        path("server.key")) as server:
+            def lets_in(name):
+                context = ssl.SSLContext(ssl.PROTOCOL_TLS_CLIENT)
+                context.load_verify_locations(path(name + ".pem"))
+                context.set_alpn_protocols(["h2"])
+                try:
+                    with socket.create_connection(("127.0.0.1", server.port), 5) as link, \
+                            context.wrap_socket(link, server_hostname="127.0.0.1"):
+                        return True
+                except OSError:
+                    return False
+
+            def tries(seconds, name):
+                until, got = time.monotonic() + seconds, []
+                while time.monotonic() < until:
+                    got.append(lets_in(name))
+                    time.sleep(0.1)
+                return got
+            shutil.copy(path("new.pem"), path("server.pem"))
+            between = tries(12, "old")  # both look at the files every few seconds
+            said = "is not the key" in server.get("/readyz")[1]
+            shutil.copy(path("new.key"), path("server.key"))
+            after = tries(12, "new")
+            self.record("a certificate renewed without its key, then the key",
+                        f"{sum(between)} of {len(between)} got in between, /readyz said so: {said}; "
+                        f"then with the new one: {after[-1]}",
+                        all(between) and said and after[-1])
+
     # ---- Connections ------------------------------------------------------------------------
 
     def connections(self):
@@ -664,7 +711,7 @@ class Attacks:
         import tempfile
         with tempfile.TemporaryDirectory(prefix="vantage-attack-") as self.folder:
             for part in (self.names_and_tokens, self.shares, self.uploads, self.failures, self.paths_and_counts, self.bombs,
-                         self.large_scans, self.names_used_again, self.shutdown, self.log_readers,
+                         self.large_scans, self.names_used_again, self.shutdown, self.log_readers, self.renewals,
                          self.connections, self.few_files, self.slow_readers, self.malformed):
                 if not only or part.__name__.startswith(only):
                     part()
@@ -685,8 +732,8 @@ def main():
     parser.add_argument("--server", required=True, help="the vantaged to start")
     parser.add_argument("--contract", required=True, help="its descriptor set, vantage.v1.binpb")
     parser.add_argument("--only", default="", help="names_and_tokens, shares, uploads, paths_and_counts, "
-                        "bombs, large_scans, names_used_again, shutdown, log_readers, connections, few_files, "
-                        "slow_readers or malformed")
+                        "bombs, large_scans, names_used_again, shutdown, log_readers, renewals, connections, "
+                        "few_files, slow_readers or malformed")
     parser.add_argument("--haproxy-cfg", help="attack it also as deployed: behind HAProxy with "
                         "this configuration")
     parser.add_argument("--minutes", type=float, default=0, help="again and again for so long")
