@@ -90,12 +90,10 @@ absl::StatusOr<ExitCode> RunClaimList(Environment& environment,
   v1::ListClaimsRequest request;
   request.set_parent(client::SessionName(arguments.session));
   v1::ListClaimsResponse all;
-  do {
-    const auto page = environment.client().Call(request);
-    if (!page.ok()) return page.status();
-    all.mutable_claims()->MergeFrom(page->claims());
-    request.set_page_token(page->next_page_token());
-  } while (!request.page_token().empty());
+  const absl::Status listed = environment.client().CallForPages(
+      request,
+      [&](const v1::ListClaimsResponse& page) { all.mutable_claims()->MergeFrom(page.claims()); });
+  if (!listed.ok()) return listed;
   if (arguments.json) {
     std::fputs(ToJson(all).c_str(), stdout);
     return ExitCode::kOk;

@@ -19,12 +19,11 @@ absl::StatusOr<ExitCode> RunRejectionList(Environment& environment,
   v1::ListRejectionsRequest request;
   request.set_parent(client::SessionName(arguments.session));
   v1::ListRejectionsResponse all;
-  do {
-    const auto page = environment.client().Call(request);
-    if (!page.ok()) return page.status();
-    all.mutable_rejections()->MergeFrom(page->rejections());
-    request.set_page_token(page->next_page_token());
-  } while (!request.page_token().empty());
+  const absl::Status listed =
+      environment.client().CallForPages(request, [&](const v1::ListRejectionsResponse& page) {
+        all.mutable_rejections()->MergeFrom(page.rejections());
+      });
+  if (!listed.ok()) return listed;
   if (arguments.json) {
     std::fputs(ToJson(all).c_str(), stdout);
     return ExitCode::kOk;

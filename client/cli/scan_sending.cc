@@ -78,14 +78,11 @@ absl::StatusOr<std::vector<v1::Scan>> ScansOf(Environment& environment,
   v1::ListScansRequest request;
   request.set_parent(client::SessionName(session));
   std::vector<v1::Scan> scans;
-  do {
-    auto page = environment.client().Call(request);
-    if (!page.ok()) return page.status();
-    for (v1::Scan& scan : *page->mutable_scans()) {
-      scans.push_back(std::move(scan));
-    }
-    request.set_page_token(page->next_page_token());
-  } while (!request.page_token().empty());
+  const absl::Status listed =
+      environment.client().CallForPages(request, [&](v1::ListScansResponse page) {
+        for (v1::Scan& scan : *page.mutable_scans()) scans.push_back(std::move(scan));
+      });
+  if (!listed.ok()) return listed;
   return scans;
 }
 

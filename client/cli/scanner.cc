@@ -64,12 +64,11 @@ absl::StatusOr<ExitCode> RunScannerList(Environment& environment,
   v1::ListScannersRequest request;
   request.set_parent(client::SessionName(arguments.session));
   v1::ListScannersResponse all;
-  do {
-    const auto page = environment.client().Call(request);
-    if (!page.ok()) return page.status();
-    all.mutable_scanners()->MergeFrom(page->scanners());
-    request.set_page_token(page->next_page_token());
-  } while (!request.page_token().empty());
+  const absl::Status listed =
+      environment.client().CallForPages(request, [&](const v1::ListScannersResponse& page) {
+        all.mutable_scanners()->MergeFrom(page.scanners());
+      });
+  if (!listed.ok()) return listed;
   if (arguments.json) {
     std::fputs(ToJson(all).c_str(), stdout);
     return ExitCode::kOk;

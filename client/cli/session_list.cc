@@ -19,12 +19,11 @@ absl::StatusOr<ExitCode> RunSessionList(Environment& environment,
   Table table({"session", "name", ">merged", ">undecided", ">model", "last change"});
   v1::ListSessionsRequest request;
   v1::ListSessionsResponse all;
-  do {
-    const auto page = environment.client().Call(request);
-    if (!page.ok()) return page.status();
-    all.mutable_sessions()->MergeFrom(page->sessions());
-    request.set_page_token(page->next_page_token());
-  } while (!request.page_token().empty());
+  const absl::Status listed =
+      environment.client().CallForPages(request, [&](const v1::ListSessionsResponse& page) {
+        all.mutable_sessions()->MergeFrom(page.sessions());
+      });
+  if (!listed.ok()) return listed;
   if (arguments.json) {
     std::fputs(ToJson(all).c_str(), stdout);
     return ExitCode::kOk;

@@ -107,12 +107,11 @@ absl::StatusOr<ExitCode> RunStationList(Environment& environment,
   v1::ListStationsRequest request;
   request.set_parent(client::SessionName(arguments.session));
   v1::ListStationsResponse all;
-  do {
-    const auto page = environment.client().Call(request);
-    if (!page.ok()) return page.status();
-    all.mutable_stations()->MergeFrom(page->stations());
-    request.set_page_token(page->next_page_token());
-  } while (!request.page_token().empty());
+  const absl::Status listed =
+      environment.client().CallForPages(request, [&](const v1::ListStationsResponse& page) {
+        all.mutable_stations()->MergeFrom(page.stations());
+      });
+  if (!listed.ok()) return listed;
   if (arguments.json) {
     std::fputs(ToJson(all).c_str(), stdout);
     return ExitCode::kOk;

@@ -38,12 +38,11 @@ absl::StatusOr<ExitCode> RunUploadList(Environment& environment,
   request.set_parent(client::SessionName(arguments.session));
   if (!arguments.all) request.add_states(v1::UPLOAD_STATE_OPEN);
   v1::ListUploadsResponse all;
-  do {
-    const auto page = environment.client().Call(request);
-    if (!page.ok()) return page.status();
-    all.mutable_uploads()->MergeFrom(page->uploads());
-    request.set_page_token(page->next_page_token());
-  } while (!request.page_token().empty());
+  const absl::Status listed =
+      environment.client().CallForPages(request, [&](const v1::ListUploadsResponse& page) {
+        all.mutable_uploads()->MergeFrom(page.uploads());
+      });
+  if (!listed.ok()) return listed;
   if (arguments.json) {
     std::fputs(ToJson(all).c_str(), stdout);
     return ExitCode::kOk;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
@@ -80,6 +81,18 @@ class Client {
   absl::StatusOr<v1::CreateStationResponse> Call(v1::CreateStationRequest request);
   absl::StatusOr<v1::ListStationsResponse> Call(v1::ListStationsRequest request);
   absl::StatusOr<v1::DeleteStationResponse> Call(v1::DeleteStationRequest request);
+
+  // Asks for one page of a list after the other; `add` is called with each, in order.
+  template <typename Request, typename Add>
+  absl::Status CallForPages(Request request, const Add& add) {
+    do {
+      auto page = Call(request);
+      if (!page.ok()) return page.status();
+      request.set_page_token(page->next_page_token());
+      add(*std::move(page));
+    } while (!request.page_token().empty());
+    return absl::OkStatus();
+  }
 
   // Sends a range image as one scan. Returns the scan's name once the server says it is committed.
   // After a break of the link the upload is resumed where the server says; a link that is silent

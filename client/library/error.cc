@@ -51,6 +51,16 @@ std::string DefaultFix(const Explanation& e) {
   }
 }
 
+// What shows the resources that there are, where one of that name is not.
+std::string WhereToLook(absl::string_view name) {
+  if (absl::StrContains(name, "/plans/")) return "'vantage plan SESSION' makes a plan";
+  for (const char* kind : {"scan", "upload", "rejection", "scanner", "claim", "station"}) {
+    if (!absl::StrContains(name, absl::StrCat("/", kind, "s/"))) continue;
+    return absl::StrCat("'vantage ", kind, " list SESSION' shows the ", kind, "s there are");
+  }
+  return "'vantage session list' shows the sessions there are";
+}
+
 void ReadDetails(const google::rpc::Status& details, Explanation& e) {
   for (const google::protobuf::Any& any : details.details()) {
     google::rpc::BadRequest bad_request;
@@ -75,14 +85,7 @@ void ReadDetails(const google::rpc::Status& details, Explanation& e) {
       e.expected_piece = expected;
     } else if (any.UnpackTo(&resource)) {
       if (e.code == absl::StatusCode::kNotFound && e.fix.empty()) {
-        const std::string& name = resource.resource_name();
-        if (absl::StrContains(name, "/scans/")) {
-          e.fix = "'vantage scan list SESSION' shows the scans there are";
-        } else if (absl::StrContains(name, "/plans/")) {
-          e.fix = "'vantage plan SESSION' makes a plan";
-        } else {
-          e.fix = "'vantage session list' shows the sessions there are";
-        }
+        e.fix = WhereToLook(resource.resource_name());
       }
     }
   }

@@ -44,19 +44,14 @@ absl::StatusOr<v1::Rejection> Rejections::Create(const v1::Rejection& wanted,
 absl::StatusOr<std::vector<v1::Rejection>> Rejections::List(absl::string_view after, size_t limit,
                                                             bool& more) const {
   std::vector<v1::Rejection> rejections;
-  // The last of the page before may have expired since, so its number is used.
-  int64_t last = 0;
-  if (!after.empty()) {
-    last = contract::NumberOf(after);
-    if (last <= 0) return contract::UnknownPageToken();
-  }
-  bool known = true;
+  absl::StatusOr<int64_t> last = 0;
   more = false;
   const absl::Time now = context_.journal().Now();
   context_.journal().Read([&](const SessionState& state) {
-    known = static_cast<uint64_t>(last) <= state.rejection_count;
+    last = NumberAfter(after, state.rejection_count);
+    if (!last.ok()) return;
     for (const v1::Rejection* rejection : state.RejectionsAt(conversion::WriteTime(now))) {
-      if (contract::NumberOf(rejection->name()) <= last) continue;
+      if (contract::NumberOf(rejection->name()) <= *last) continue;
       if (rejections.size() == limit) {
         more = true;
         return;
@@ -64,7 +59,7 @@ absl::StatusOr<std::vector<v1::Rejection>> Rejections::List(absl::string_view af
       rejections.push_back(*rejection);
     }
   });
-  if (!known) return contract::UnknownPageToken();
+  if (!last.ok()) return last.status();
   return rejections;
 }
 

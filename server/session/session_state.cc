@@ -8,6 +8,7 @@
 #include "core/bytes/checksum.h"
 #include "core/fleet/claims.h"
 #include "server/contract/error.h"
+#include "server/contract/resource_names.h"
 #include "server/store/left_out.h"
 #include "server/store/store.h"
 
@@ -65,6 +66,13 @@ absl::StatusOr<size_t> PlaceAfter(const std::vector<std::string>& order, absl::s
   const auto it = std::find(order.begin(), order.end(), name);
   if (it == order.end()) return contract::UnknownPageToken();
   return static_cast<size_t>(it - order.begin()) + 1;
+}
+
+absl::StatusOr<int64_t> NumberAfter(absl::string_view name, uint64_t count) {
+  if (name.empty()) return 0;
+  const int64_t number = contract::NumberOf(name);
+  if (number <= 0 || static_cast<uint64_t>(number) > count) return contract::UnknownPageToken();
+  return number;
 }
 
 std::string EtagOf(const v1::Session& session) {

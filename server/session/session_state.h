@@ -126,6 +126,11 @@ struct SessionState {
 // session; a later release that deletes resources has to keep their names in it.
 absl::StatusOr<size_t> PlaceAfter(const std::vector<std::string>& order, absl::string_view name);
 
+// The same for resources that come and go and whose names the server numbers ('.../stations/
+// station-3'): the number after which a page begins, 0 for the first. INVALID_ARGUMENT naming
+// `page_token`: `name` has no number, or one above `count`, the last that was given.
+absl::StatusOr<int64_t> NumberAfter(absl::string_view name, uint64_t count);
+
 // Changes whenever a field that a client can set changes.
 std::string EtagOf(const v1::Session& session);
 

@@ -155,18 +155,13 @@ absl::StatusOr<v1::Station> Stations::Get(const std::string& name) const {
 absl::StatusOr<std::vector<v1::Station>> Stations::List(absl::string_view after, size_t limit,
                                                         bool& more) const {
   std::vector<v1::Station> stations;
-  // The last station of the page before may have ended since, so its number is used.
-  int64_t last = 0;
-  if (!after.empty()) {
-    last = contract::NumberOf(after);
-    if (last <= 0) return contract::UnknownPageToken();
-  }
-  bool known = true;
+  absl::StatusOr<int64_t> last = 0;
   more = false;
   journal_.Read([&](const SessionState& state) {
-    known = static_cast<uint64_t>(last) <= state.station_count;
+    last = NumberAfter(after, state.station_count);
+    if (!last.ok()) return;
     for (const std::string& name : state.station_order) {
-      if (contract::NumberOf(name) <= last) continue;
+      if (contract::NumberOf(name) <= *last) continue;
       if (stations.size() == limit) {
         more = true;
         return;
@@ -174,7 +169,7 @@ absl::StatusOr<std::vector<v1::Station>> Stations::List(absl::string_view after,
       stations.push_back(state.stations.at(name));
     }
   });
-  if (!known) return contract::UnknownPageToken();
+  if (!last.ok()) return last.status();
   return stations;
 }
 

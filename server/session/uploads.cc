@@ -248,22 +248,17 @@ absl::StatusOr<std::vector<v1::Upload>> Uploads::List(const v1::ListUploadsReque
                                                       absl::string_view after, size_t limit,
                                                       bool& more) {
   Expire();
-  // The last of the page before may be forgotten since, so its number is used.
-  int64_t last = 0;
-  if (!after.empty()) {
-    last = contract::NumberOf(after);
-    if (last <= 0) return contract::UnknownPageToken();
-  }
-  bool known = true;
+  absl::StatusOr<int64_t> last = 0;
   std::map<int64_t, v1::Upload> in_order;
   journal_.Read([&](const SessionState& state) {
-    known = static_cast<uint64_t>(last) <= state.upload_count;
+    last = NumberAfter(after, state.upload_count);
+    if (!last.ok()) return;
     for (const auto& [name, upload] : state.uploads) {
       const int64_t number = contract::NumberOf(name);
-      if (number > last) in_order.emplace(number, upload);
+      if (number > *last) in_order.emplace(number, upload);
     }
   });
-  if (!known) return contract::UnknownPageToken();
+  if (!last.ok()) return last.status();
   std::vector<v1::Upload> uploads;
   more = false;
   for (const auto& [number, logged] : in_order) {

@@ -6,6 +6,9 @@
 #include <grpcpp/support/status.h>
 #include <gtest/gtest.h>
 
+#include <string>
+#include <utility>
+
 #include "client/cli/command.h"
 
 namespace vantage::client {
@@ -98,13 +101,25 @@ TEST(Error, SaysWhoseTheViewIsAndWhichPieceIsNext) {
 }
 
 TEST(Error, NotFoundPointsToTheList) {
-  google::rpc::ResourceInfo resource;
-  resource.set_resource_name("sessions/nowhere");
-  const absl::Status status = FromRpc(
-      Failure(grpc::StatusCode::NOT_FOUND, "no such session", resource, Info("SESSION_NOT_FOUND")),
-      "here:1");
-  EXPECT_THAT(Explain(status).fix, HasSubstr("vantage session list"));
-  EXPECT_EQ(cli::ExitCodeOf(status), cli::ExitCode::kNotFound);
+  const std::pair<const char*, const char*> named[] = {
+      {"sessions/nowhere", "vantage session list"},
+      {"sessions/a/scans/b", "vantage scan list"},
+      {"sessions/a/scanners/b", "vantage scanner list"},
+      {"sessions/a/rejections/b", "vantage rejection list"},
+      {"sessions/a/uploads/b", "vantage upload list"},
+      {"sessions/a/stations/b", "vantage station list"},
+      {"sessions/a/claims/b", "vantage claim list"},
+      {"sessions/a/plans/b", "vantage plan"},
+  };
+  for (const auto& [name, fix] : named) {
+    google::rpc::ResourceInfo resource;
+    resource.set_resource_name(name);
+    const absl::Status status =
+        FromRpc(Failure(grpc::StatusCode::NOT_FOUND, "there is none", resource, Info("NOT_FOUND")),
+                "here:1");
+    EXPECT_THAT(Explain(status).fix, HasSubstr(fix)) << name;
+    EXPECT_EQ(cli::ExitCodeOf(status), cli::ExitCode::kNotFound);
+  }
 }
 
 TEST(Error, OurOwnKeepTheirFix) {

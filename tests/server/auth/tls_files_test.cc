@@ -94,9 +94,5 @@ TEST_F(TlsFilesTest, WhatCannotBeUsedLeavesWhatWasLoaded) {
   EXPECT_TRUE(Loaded(first_));
 }
 
-TEST_F(TlsFilesTest, AKeyIsOnNoDisk) {
-  EXPECT_THAT(files_->key_path(), HasSubstr("/proc/self/fd/"));
-}
-
 }  // namespace
 }  // namespace vantage::auth
