@@ -58,7 +58,8 @@ void AddExport(CLI::App& parent, Environment& environment) {
       "  vantage export flat --format surface-ply -o flat.ply\n"
       "  vantage export flat --format octomap-binary -o flat.bt\n"
       "  vantage export flat --format scans-ply --scan flat/s1 -o s1.ply\n"
-      "  vantage export flat --format scans-e57 -o flat.e57",
+      "  vantage export flat --format scans-e57 -o flat.e57\n"
+      "  vantage export flat --format archive -o flat.vantage",
       [](CLI::App& command, ExportArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command

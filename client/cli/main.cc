@@ -70,13 +70,15 @@ int main(int argc, char** argv) {
       ->check(CLI::PositiveNumber);
   app.fallthrough();
 
-  CLI::App& session = *app.add_subcommand("session", "Jobs: create, list, show, update, delete");
+  CLI::App& session =
+      *app.add_subcommand("session", "Jobs: create, list, show, update, delete, import");
   session.require_subcommand(1)->fallthrough();
   vantage::cli::AddSessionCreate(session, environment);
   vantage::cli::AddSessionList(session, environment);
   vantage::cli::AddSessionShow(session, environment);
   vantage::cli::AddSessionUpdate(session, environment);
   vantage::cli::AddSessionDelete(session, environment);
+  vantage::cli::AddSessionImport(session, environment);
 
   CLI::App& scan =
       *app.add_subcommand("scan", "Scans: push, list, show, accept, withdraw, set-pose");
@@ -88,10 +90,13 @@ int main(int argc, char** argv) {
   vantage::cli::AddScanWithdraw(scan, environment);
   vantage::cli::AddScanSetPose(scan, environment);
 
-  CLI::App& scanner = *app.add_subcommand("scanner", "The fleet's scanners: add, list");
+  CLI::App& scanner =
+      *app.add_subcommand("scanner", "The fleet's scanners: add, list, update, delete");
   scanner.require_subcommand(1)->fallthrough();
   vantage::cli::AddScannerAdd(scanner, environment);
   vantage::cli::AddScannerList(scanner, environment);
+  vantage::cli::AddScannerUpdate(scanner, environment);
+  vantage::cli::AddScannerDelete(scanner, environment);
   vantage::cli::AddScannerPresets(scanner, environment);
 
   CLI::App& claim =
@@ -120,6 +125,11 @@ int main(int argc, char** argv) {
   rejection.require_subcommand(1)->fallthrough();
   vantage::cli::AddRejectionList(rejection, environment);
   vantage::cli::AddRejectionDelete(rejection, environment);
+
+  CLI::App& plans = *app.add_subcommand("plans", "Plans that were made: list, delete");
+  plans.require_subcommand(1)->fallthrough();
+  vantage::cli::AddPlansList(plans, environment);
+  vantage::cli::AddPlansDelete(plans, environment);
 
   vantage::cli::AddPlan(app, environment);
   vantage::cli::AddEvaluate(app, environment);

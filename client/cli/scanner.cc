@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "absl/strings/str_cat.h"
@@ -11,6 +12,7 @@
 #include "client/cli/report.h"
 #include "client/cli/table.h"
 #include "client/library/duration.h"
+#include "client/library/error.h"
 #include "client/library/geometry.h"
 #include "client/library/resource_names.h"
 #include "core/sensor/presets.h"
@@ -18,7 +20,7 @@
 namespace vantage::cli {
 namespace {
 
-struct ScannerAddArguments {
+struct ScannerArguments {
   std::string session;
   std::string id;
   std::string model;
@@ -28,12 +30,9 @@ struct ScannerAddArguments {
   std::vector<std::vector<double>> reach;
 };
 
-absl::StatusOr<ExitCode> RunScannerAdd(Environment& environment,
-                                       const ScannerAddArguments& arguments) {
-  v1::CreateScannerRequest request;
-  request.set_parent(client::SessionName(arguments.session));
-  request.set_scanner_id(arguments.id);
-  v1::Scanner& scanner = *request.mutable_scanner();
+// What the options say of a scanner.
+v1::Scanner Described(const ScannerArguments& arguments) {
+  v1::Scanner scanner;
   scanner.set_scanner_model_id(arguments.model);
   scanner.set_operator_(arguments.operator_name);
   if (arguments.speed) scanner.set_speed_m_per_s(*arguments.speed);
@@ -45,12 +44,63 @@ absl::StatusOr<ExitCode> RunScannerAdd(Environment& environment,
     *added.mutable_min() = client::ToProto(Eigen::Vector3d(box[0], box[1], box[2]));
     *added.mutable_max() = client::ToProto(Eigen::Vector3d(box[3], box[4], box[5]));
   }
+  return scanner;
+}
+
+absl::StatusOr<ExitCode> RunScannerAdd(Environment& environment,
+                                       const ScannerArguments& arguments) {
+  v1::CreateScannerRequest request;
+  request.set_parent(client::SessionName(arguments.session));
+  request.set_scanner_id(arguments.id);
+  *request.mutable_scanner() = Described(arguments);
   const auto added = environment.client().Call(request);
   if (!added.ok()) return added.status();
   std::printf("%s joins, model %s, %.1f m/s, %.0f s a scan\n",
               client::IdOf(added->scanner().name()).c_str(),
               added->scanner().scanner_model_id().c_str(), added->scanner().speed_m_per_s(),
               client::SecondsOf(added->scanner().scan_duration()));
+  return ExitCode::kOk;
+}
+
+absl::StatusOr<ExitCode> RunScannerUpdate(Environment& environment,
+                                          const ScannerArguments& arguments) {
+  v1::UpdateScannerRequest request;
+  *request.mutable_scanner() = Described(arguments);
+  request.mutable_scanner()->set_name(client::ScannerName(arguments.session, arguments.id));
+  const std::pair<bool, const char*> given[] = {
+      {!arguments.model.empty(), "scanner_model_id"},
+      {!arguments.operator_name.empty(), "operator"},
+      {arguments.speed.has_value(), "speed_m_per_s"},
+      {arguments.scan_seconds.has_value(), "scan_duration"},
+      {!arguments.reach.empty(), "reach"}};
+  for (const auto& [is_given, field] : given) {
+    if (is_given) request.mutable_update_mask()->add_paths(field);
+  }
+  if (request.update_mask().paths().empty()) {
+    return client::WithFix(absl::InvalidArgumentError("nothing is to be changed"),
+                           "name --model, --operator, --speed, --seconds or --reach");
+  }
+  const auto updated = environment.client().Call(request);
+  if (!updated.ok()) return updated.status();
+  std::printf("%s: model %s, %.1f m/s, %.0f s a scan\n",
+              client::IdOf(updated->scanner().name()).c_str(),
+              updated->scanner().scanner_model_id().c_str(), updated->scanner().speed_m_per_s(),
+              client::SecondsOf(updated->scanner().scan_duration()));
+  return ExitCode::kOk;
+}
+
+struct ScannerDeleteArguments {
+  std::string session;
+  std::string id;
+};
+
+absl::StatusOr<ExitCode> RunScannerDelete(Environment& environment,
+                                          const ScannerDeleteArguments& arguments) {
+  v1::DeleteScannerRequest request;
+  request.set_name(client::ScannerName(arguments.session, arguments.id));
+  const auto deleted = environment.client().Call(request);
+  if (!deleted.ok()) return deleted.status();
+  std::printf("%s has left; its scans stay\n", client::IdOf(request.name()).c_str());
   return ExitCode::kOk;
 }
 
@@ -117,6 +167,19 @@ absl::StatusOr<ExitCode> RunScannerPresets(Environment&, const ScannerPresetsArg
   return ExitCode::kOk;
 }
 
+void AddDescription(CLI::App& command, ScannerArguments& a) {
+  command.add_option("--model", a.model, "Id of the scanner model [the session's first]");
+  command.add_option("--operator", a.operator_name, "Who works with it");
+  command.add_option("--speed", a.speed, "Walking speed, m/s [1]");
+  command.add_option("--seconds", a.scan_seconds, "To set up and scan, s [180]");
+  command
+      .add_option("--reach", a.reach,
+                  "x0,y0,z0,x1,y1,z1, m, world, repeatable: where it can go [everywhere]")
+      ->delimiter(',')
+      ->expected(6)
+      ->allow_extra_args(false);
+}
+
 }  // namespace
 
 void AddScannerPresets(CLI::App& parent, Environment& environment) {
@@ -127,26 +190,40 @@ void AddScannerPresets(CLI::App& parent, Environment& environment) {
 }
 
 void AddScannerAdd(CLI::App& parent, Environment& environment) {
-  AddCommand<ScannerAddArguments>(
+  AddCommand<ScannerArguments>(
       parent, environment, "add", "A scanner joins a job",
       "  vantage scanner add flat red --operator Ada\n"
       "  vantage scanner add flat blue --model handheld --speed 0.5 --seconds 60\n"
       "  vantage scanner add flat cellar --reach 0,0,-3,12,9,0",
-      [](CLI::App& command, ScannerAddArguments& a) {
+      [](CLI::App& command, ScannerArguments& a) {
         command.add_option("SESSION", a.session, "The job")->required();
         command.add_option("SCANNER", a.id, "Its id [chosen by the server]");
-        command.add_option("--model", a.model, "Id of the scanner model [the session's first]");
-        command.add_option("--operator", a.operator_name, "Who works with it");
-        command.add_option("--speed", a.speed, "Walking speed, m/s [1]");
-        command.add_option("--seconds", a.scan_seconds, "To set up and scan, s [180]");
-        command
-            .add_option("--reach", a.reach,
-                        "x0,y0,z0,x1,y1,z1, m, world, repeatable: where it can go [everywhere]")
-            ->delimiter(',')
-            ->expected(6)
-            ->allow_extra_args(false);
+        AddDescription(command, a);
       },
       RunScannerAdd);
+}
+
+void AddScannerUpdate(CLI::App& parent, Environment& environment) {
+  AddCommand<ScannerArguments>(
+      parent, environment, "update", "Change what is known of a scanner; the rest stays",
+      "  vantage scanner update flat red --operator Bob --seconds 90",
+      [](CLI::App& command, ScannerArguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        command.add_option("SCANNER", a.id, "The scanner")->required();
+        AddDescription(command, a);
+      },
+      RunScannerUpdate);
+}
+
+void AddScannerDelete(CLI::App& parent, Environment& environment) {
+  AddCommand<ScannerDeleteArguments>(
+      parent, environment, "delete", "A scanner leaves a job; its scans stay",
+      "  vantage scanner delete flat red",
+      [](CLI::App& command, ScannerDeleteArguments& a) {
+        command.add_option("SESSION", a.session, "The job")->required();
+        command.add_option("SCANNER", a.id, "The scanner")->required();
+      },
+      RunScannerDelete);
 }
 
 void AddScannerList(CLI::App& parent, Environment& environment) {

@@ -11,6 +11,7 @@ namespace vantage::cli {
 namespace {
 
 struct SessionListArguments {
+  std::string text;
   bool json = false;
 };
 
@@ -18,6 +19,7 @@ absl::StatusOr<ExitCode> RunSessionList(Environment& environment,
                                         const SessionListArguments& arguments) {
   Table table({"session", "name", ">merged", ">undecided", ">model", "last change"});
   v1::ListSessionsRequest request;
+  request.set_text(arguments.text);
   v1::ListSessionsResponse all;
   const absl::Status listed =
       environment.client().CallForPages(request, [&](const v1::ListSessionsResponse& page) {
@@ -35,7 +37,8 @@ absl::StatusOr<ExitCode> RunSessionList(Environment& environment,
                absl::StrCat(session.model_version()), Time(session.update_time())});
   }
   if (all.sessions().empty()) {
-    std::puts("no sessions; 'vantage session create' opens one");
+    std::puts(arguments.text.empty() ? "no sessions; 'vantage session create' opens one"
+                                     : "no session has that in its id or name");
   } else {
     std::fputs(table.ToString().c_str(), stdout);
   }
@@ -47,8 +50,9 @@ absl::StatusOr<ExitCode> RunSessionList(Environment& environment,
 void AddSessionList(CLI::App& parent, Environment& environment) {
   AddCommand<SessionListArguments>(
       parent, environment, "list", "List the jobs, oldest first",
-      "  vantage session list\n  vantage session list --json",
+      "  vantage session list\n  vantage session list --text flat --json",
       [](CLI::App& command, SessionListArguments& a) {
+        command.add_option("--text", a.text, "Only those with this in their id or name");
         command.add_flag("--json", a.json, "Print them as JSON");
       },
       RunSessionList);

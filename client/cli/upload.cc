@@ -15,7 +15,7 @@ struct UploadListArguments {
   bool json = false;
 };
 
-const char* Word(v1::UploadState state) {
+const char* UploadWord(v1::UploadState state) {
   switch (state) {
     case v1::UPLOAD_STATE_OPEN:
       return "open";
@@ -54,7 +54,7 @@ absl::StatusOr<ExitCode> RunUploadList(Environment& environment,
   Table table({"upload", "state", "arrived", "of", "scan", "since", "for people"});
   for (const v1::Upload& upload : all.uploads()) {
     const auto total = static_cast<double>(upload.total().encoded_size_bytes());
-    table.Add({client::IdOf(upload.name()), Word(upload.state()),
+    table.Add({client::IdOf(upload.name()), UploadWord(upload.state()),
                Bytes(static_cast<double>(upload.next_offset())),
                upload.has_total() ? Bytes(total) : "?", client::IdOf(upload.scan()),
                Time(upload.create_time()), upload.display_name()});
@@ -74,7 +74,7 @@ absl::StatusOr<ExitCode> RunUploadAbort(Environment& environment,
   const auto aborted = environment.client().Call(request);
   if (!aborted.ok()) return aborted.status();
   std::printf("%s is %s; what was sent of it is dropped\n", client::IdOf(request.name()).c_str(),
-              Word(aborted->upload().state()));
+              UploadWord(aborted->upload().state()));
   return ExitCode::kOk;
 }
 

@@ -77,6 +77,14 @@ std::string Words(const v1::SessionEvent& event) {
     case v1::SessionEvent::kScannerCreated:
       return absl::StrCat("scanner ", client::IdOf(event.scanner_created().scanner().name()),
                           " added");
+    case v1::SessionEvent::kScannerUpdated:
+      return absl::StrCat("scanner ", client::IdOf(event.scanner_updated().scanner().name()),
+                          " changed");
+    case v1::SessionEvent::kScannerDeleted:
+      return absl::StrCat("scanner ", client::IdOf(event.scanner_deleted().scanner().name()),
+                          " taken out");
+    case v1::SessionEvent::kPlanDeleted:
+      return absl::StrCat("plan ", client::IdOf(event.plan_deleted().plan()), " deleted");
     case v1::SessionEvent::kClaimTaken: {
       const v1::Claim& claim = event.claim_taken().claim();
       return absl::StrCat("claim ", client::IdOf(claim.name()), " taken by ",

@@ -1,8 +1,11 @@
 #include "client/library/client.h"
 
+#include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "client/library/backoff.h"
+#include "client/library/error.h"
 #include "client/library/wire.h"
+#include "core/bytes/checksum.h"
 
 namespace vantage::client {
 namespace {
@@ -101,6 +104,9 @@ absl::StatusOr<v1::CreatePlanResponse> Client::Call(v1::CreatePlanRequest reques
 absl::StatusOr<v1::CancelPlanResponse> Client::Call(v1::CancelPlanRequest request) {
   return CallUnary(*wire_->plans, &v1::PlanService::Stub::CancelPlan, *wire_, std::move(request));
 }
+absl::StatusOr<v1::DeletePlanResponse> Client::Call(v1::DeletePlanRequest request) {
+  return CallUnary(*wire_->plans, &v1::PlanService::Stub::DeletePlan, *wire_, std::move(request));
+}
 absl::StatusOr<v1::GetPlanResponse> Client::Call(v1::GetPlanRequest request) {
   return CallUnary(*wire_->plans, &v1::PlanService::Stub::GetPlan, *wire_, std::move(request));
 }
@@ -136,6 +142,14 @@ absl::StatusOr<v1::ListScannersResponse> Client::Call(v1::ListScannersRequest re
   return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ListScanners, *wire_,
                    std::move(request));
 }
+absl::StatusOr<v1::UpdateScannerResponse> Client::Call(v1::UpdateScannerRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::UpdateScanner, *wire_,
+                   std::move(request));
+}
+absl::StatusOr<v1::DeleteScannerResponse> Client::Call(v1::DeleteScannerRequest request) {
+  return CallUnary(*wire_->fleet, &v1::FleetService::Stub::DeleteScanner, *wire_,
+                   std::move(request));
+}
 absl::StatusOr<v1::ClaimViewResponse> Client::Call(v1::ClaimViewRequest request) {
   return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ClaimView, *wire_, std::move(request));
 }
@@ -163,6 +177,46 @@ absl::StatusOr<v1::DeleteStationResponse> Client::Call(v1::DeleteStationRequest 
 }
 absl::StatusOr<v1::ListClaimsResponse> Client::Call(v1::ListClaimsRequest request) {
   return CallUnary(*wire_->fleet, &v1::FleetService::Stub::ListClaims, *wire_, std::move(request));
+}
+
+absl::StatusOr<v1::Session> Client::Import(
+    const std::string& session_id, int64_t size,
+    absl::FunctionRef<absl::StatusOr<std::string>(int64_t offset)> read,
+    absl::FunctionRef<void(int64_t sent)> progress) {
+  // A server that was started anew has nothing of it: it is sent again, so often at most.
+  constexpr int kBeginnings = 5;
+  const std::string request_id = NewRequestId();
+  int begun = 0;
+  for (int64_t offset = 0; offset < size;) {
+    if (offset == 0 && ++begun > kBeginnings) break;
+    absl::StatusOr<std::string> bytes = read(offset);
+    if (!bytes.ok()) return bytes.status();
+    if (bytes->empty()) return absl::DataLossError("the archive ended before its end");
+    v1::ImportSessionRequest request;
+    request.set_request_id(request_id);
+    request.set_session_id(session_id);
+    request.set_offset(offset);
+    request.set_crc32c(bytes::Crc32c(*bytes));
+    *request.mutable_data() = *std::move(bytes);
+    const auto taken =
+        CallUnary(*wire_->sessions, &v1::SessionService::Stub::ImportSession, *wire_, request);
+    if (taken.ok()) {
+      if (taken->has_session()) return taken->session();
+      offset = taken->next_offset();
+      progress(offset);
+      continue;
+    }
+    const Explanation why = Explain(taken.status());
+    if (why.reason == "PIECE_DAMAGED" && ++begun <= kBeginnings) continue;
+    const auto next = why.metadata.find("next_offset");
+    if (why.reason != "IMPORT_GAP" || next == why.metadata.end() ||
+        !absl::SimpleAtoi(next->second, &offset)) {
+      return taken.status();
+    }
+  }
+  return WithFix(
+      absl::DataLossError("the archive was sent, and the server has no whole session of it"),
+      "export it again");
 }
 
 absl::StatusOr<Health> Client::CheckHealth(const std::string& service) {

@@ -63,6 +63,7 @@ class Client {
   absl::StatusOr<v1::WithdrawScanResponse> Call(v1::WithdrawScanRequest request);
   absl::StatusOr<v1::CreatePlanResponse> Call(v1::CreatePlanRequest request);
   absl::StatusOr<v1::CancelPlanResponse> Call(v1::CancelPlanRequest request);
+  absl::StatusOr<v1::DeletePlanResponse> Call(v1::DeletePlanRequest request);
   absl::StatusOr<v1::GetPlanResponse> Call(v1::GetPlanRequest request);
   absl::StatusOr<v1::ListPlansResponse> Call(v1::ListPlansRequest request);
   absl::StatusOr<v1::EvaluateViewResponse> Call(v1::EvaluateViewRequest request);
@@ -73,6 +74,8 @@ class Client {
   absl::StatusOr<v1::CreateScannerResponse> Call(v1::CreateScannerRequest request);
   absl::StatusOr<v1::GetScannerResponse> Call(v1::GetScannerRequest request);
   absl::StatusOr<v1::ListScannersResponse> Call(v1::ListScannersRequest request);
+  absl::StatusOr<v1::UpdateScannerResponse> Call(v1::UpdateScannerRequest request);
+  absl::StatusOr<v1::DeleteScannerResponse> Call(v1::DeleteScannerRequest request);
   absl::StatusOr<v1::ClaimViewResponse> Call(v1::ClaimViewRequest request);
   absl::StatusOr<v1::RenewClaimResponse> Call(v1::RenewClaimRequest request);
   absl::StatusOr<v1::ReleaseClaimResponse> Call(v1::ReleaseClaimRequest request);
@@ -130,6 +133,15 @@ class Client {
 
   // The whole export in memory; starts again after a break.
   absl::StatusOr<std::string> ExportBytes(const v1::ExportModelRequest& request);
+
+  // Sends an archive of `size` bytes, from which the server makes a session, under `session_id`
+  // where that is not empty. `read` gets an offset and gives the bytes from there on, as many as it
+  // likes up to 1 MiB; it may be asked for earlier ones again, since the server says where to go
+  // on. `progress` is called with how many bytes the server has.
+  absl::StatusOr<v1::Session> Import(
+      const std::string& session_id, int64_t size,
+      absl::FunctionRef<absl::StatusOr<std::string>(int64_t offset)> read,
+      absl::FunctionRef<void(int64_t sent)> progress);
 
   // grpc.health.v1; an empty service means the server as a whole.
   absl::StatusOr<Health> CheckHealth(const std::string& service);

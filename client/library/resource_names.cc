@@ -27,6 +27,7 @@ std::string ClaimName(absl::string_view given) { return ChildName(given, "claims
 std::string StationName(absl::string_view given) { return ChildName(given, "stations"); }
 std::string UploadName(absl::string_view given) { return ChildName(given, "uploads"); }
 std::string RejectionName(absl::string_view given) { return ChildName(given, "rejections"); }
+std::string PlanName(absl::string_view given) { return ChildName(given, "plans"); }
 
 std::string ScannerName(absl::string_view session, absl::string_view given) {
   return absl::StrContains(given, '/') ? std::string(given)

@@ -17,6 +17,7 @@ std::string ClaimName(absl::string_view given);
 std::string StationName(absl::string_view given);
 std::string UploadName(absl::string_view given);
 std::string RejectionName(absl::string_view given);
+std::string PlanName(absl::string_view given);
 // 'sessions/a/scanners/b' for 'b' and the full name, in session 'a' or 'sessions/a'.
 std::string ScannerName(absl::string_view session, absl::string_view given);
 // The session that a scan or plan belongs to.

@@ -105,12 +105,6 @@ absl::Status Retryable(absl::StatusCode code, absl::string_view reason, absl::st
   return status;
 }
 
-absl::Status NotInThisRelease(absl::string_view feature) {
-  return ErrorWithReason(absl::StatusCode::kUnimplemented, "NOT_IN_THIS_RELEASE",
-                         absl::StrCat(feature, " comes with a later release of this server"),
-                         {{"feature", std::string(feature)}});
-}
-
 std::string ReasonOf(const absl::Status& status) {
   const auto payload = status.GetPayload(absl::StrCat(kTypePrefix, "google.rpc.ErrorInfo"));
   google::rpc::ErrorInfo info;

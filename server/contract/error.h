@@ -49,9 +49,6 @@ absl::Status ResourceNotFound(absl::string_view type, absl::string_view name);
 absl::Status Retryable(absl::StatusCode code, absl::string_view reason, absl::string_view message,
                        absl::Duration retry_after);
 
-// UNIMPLEMENTED, with the stable reason NOT_IN_THIS_RELEASE and the feature's name.
-absl::Status NotInThisRelease(absl::string_view feature);
-
 // Attaches a detail, serialised, under its type URL.
 void AddDetail(absl::Status& status, const google::protobuf::Message& detail);
 

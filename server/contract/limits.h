@@ -18,6 +18,7 @@ struct Limits {
   size_t running_plans_per_session = 8;  // queued or running
   size_t plans_per_session = 10'000;
   size_t scanners_per_session = 64;
+  size_t scanners_ever = 1024;         // of a session, with those that were deleted
   size_t claims_per_session = 20'000;  // ever taken
   // Whose scans have not come: more than a day's. Each costs every plan a look at all cells.
   size_t stations_per_session = 128;
@@ -26,6 +27,7 @@ struct Limits {
   size_t snapshot_bytes = size_t{8} << 30;  // decompressed, of one that is loaded
   int64_t log_bytes_per_session = int64_t{256} << 20;  // beyond: nothing that adds to the session
   size_t exports_per_session = 4;                      // at a time
+  size_t imports = 8;                                  // at a time
   size_t evaluations = 32;                             // what-ifs of a session at a time
   int64_t encoded_scan_bytes = int64_t{512} << 20;
   size_t scan_cells = 100'000'000;

@@ -5,7 +5,9 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_join.h"
 #include "google/protobuf/util/field_mask_util.h"
+#include "google/protobuf/util/time_util.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
 #include "server/conversion/fleet_proto.h"
@@ -17,6 +19,7 @@ namespace {
 
 constexpr size_t kMaxUploadName = 200;
 constexpr size_t kMaxReason = 500;
+constexpr size_t kMaxFilterText = 200;
 constexpr int kMaxExportedScans = 1000;
 constexpr double kDefaultBudget = 1.0;  // s
 constexpr double kMinBudget = 0.01;
@@ -34,6 +37,21 @@ bool Updatable(const std::string& path) {
          std::any_of(std::begin(kUpdatable), std::end(kUpdatable), [&](const char* field) {
            return path == field || absl::StartsWith(path, absl::StrCat(field, "."));
          });
+}
+
+// A filter by states: enum values other than 0, by `known`, of a `kind` ("scan").
+absl::Status CheckStates(const google::protobuf::RepeatedField<int>& states, bool (*known)(int),
+                         absl::string_view kind) {
+  constexpr int kMost = 16;
+  contract::Violations violations;
+  if (states.size() > kMost) {
+    violations.Add("states", absl::StrCat("names ", states.size(), ", at most ", kMost));
+  }
+  for (int i = 0; i < std::min(states.size(), kMost); ++i) {
+    if (states[i] != 0 && known(states[i])) continue;
+    violations.Add(absl::StrCat("states[", i, "]"), absl::StrCat("is no state of a ", kind));
+  }
+  return violations.ToStatus();
 }
 
 absl::Status CheckRequestIdAlone(const std::string& request_id) {
@@ -126,6 +144,25 @@ absl::Status CheckRequest(const v1::DeleteSessionRequest& request) {
   return CheckRequestIdAlone(request.request_id());
 }
 
+absl::Status CheckRequest(const v1::ImportSessionRequest& request, const contract::Limits& limits) {
+  contract::Violations violations;
+  if (request.request_id().empty()) {
+    violations.Add("request_id", "is required: it is the name of the import");
+  }
+  CheckRequestId(request.request_id(), violations);
+  if (!request.session_id().empty() && !contract::IsValidId(request.session_id())) {
+    violations.Add("session_id", "must be 1 to 63 of [a-z0-9-], starting with a letter");
+  }
+  if (request.offset() < 0) {
+    violations.Add("offset", absl::StrCat("is ", request.offset(), ", must not be negative"));
+  }
+  if (request.data().empty() || static_cast<int64_t>(request.data().size()) > limits.piece_bytes) {
+    violations.Add("data", absl::StrCat("has ", request.data().size(), " bytes, must have 1 to ",
+                                        limits.piece_bytes));
+  }
+  return violations.ToStatus();
+}
+
 absl::Status CheckRequest(const v1::CreateUploadRequest& request, const contract::Limits& limits) {
   const v1::Upload& asked = request.upload();
   contract::Violations violations;
@@ -214,7 +251,6 @@ absl::Status CheckRequest(const v1::RejectViewRequest& request) {
 
 absl::Status CheckRequest(const v1::ExportModelRequest& request) {
   const v1::ExportFormat format = request.format();
-  if (format == v1::EXPORT_FORMAT_ARCHIVE) return contract::NotInThisRelease("session archive");
   if (!v1::ExportFormat_IsValid(format) || format == v1::EXPORT_FORMAT_UNSPECIFIED) {
     return contract::InvalidField("format", "must be one of the EXPORT_FORMAT values");
   }
@@ -278,19 +314,58 @@ absl::Status CheckRequest(const v1::CreateStationRequest& request) {
   return violations.ToStatus();
 }
 
-absl::Status CheckRequest(const v1::ListUploadsRequest& request) {
-  constexpr int kMostStates = 16;
+absl::Status CheckRequest(const v1::ListSessionsRequest& request) {
   contract::Violations violations;
-  if (request.states_size() > kMostStates) {
-    violations.Add("states", absl::StrCat("names ", request.states_size(), ", at most 16"));
-  }
-  for (int i = 0; i < std::min(request.states_size(), kMostStates); ++i) {
-    if (!v1::UploadState_IsValid(request.states(i)) ||
-        request.states(i) == v1::UPLOAD_STATE_UNSPECIFIED) {
-      violations.Add(absl::StrCat("states[", i, "]"), "is no state of an upload");
-    }
+  CheckText(request.text(), kMaxFilterText, "text", violations);
+  using Times = google::protobuf::util::TimeUtil;
+  const google::protobuf::Timestamp& after = request.updated_after();
+  if (after.seconds() < Times::kTimestampMinSeconds ||
+      after.seconds() > Times::kTimestampMaxSeconds || after.nanos() < 0 ||
+      after.nanos() > 999'999'999) {
+    violations.Add("updated_after", "must be a time from 0001-01-01 to 9999-12-31");
   }
   return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::ListScansRequest& request) {
+  return CheckStates(request.states(), v1::ScanState_IsValid, "scan");
+}
+
+absl::Status CheckRequest(const v1::ListPlansRequest& request) {
+  return CheckStates(request.states(), v1::PlanState_IsValid, "plan");
+}
+
+absl::Status CheckRequest(const v1::ListUploadsRequest& request) {
+  return CheckStates(request.states(), v1::UploadState_IsValid, "upload");
+}
+
+absl::Status CheckRequest(const v1::CancelPlanRequest& request) {
+  return CheckRequestIdAlone(request.request_id());
+}
+
+absl::Status CheckRequest(const v1::DeletePlanRequest& request) {
+  return CheckRequestIdAlone(request.request_id());
+}
+
+absl::Status CheckRequest(const v1::UpdateScannerRequest& request) {
+  constexpr const char* kFields[] = {"display_name", "scanner_model_id", "operator",
+                                     "reach",        "speed_m_per_s",    "scan_duration"};
+  contract::Violations violations;
+  CheckRequestId(request.request_id(), violations);
+  const google::protobuf::FieldMask& mask = request.update_mask();
+  if (mask.paths().empty()) violations.Add("update_mask", "must name at least one field");
+  for (const std::string& path : mask.paths()) {
+    if (std::find(std::begin(kFields), std::end(kFields), path) != std::end(kFields)) continue;
+    violations.Add("update_mask",
+                   absl::StrCat("'", path, "' is no field that can be updated; those are ",
+                                absl::StrJoin(kFields, ", ")));
+  }
+  CheckScanner(request.scanner(), "scanner", violations);
+  return violations.ToStatus();
+}
+
+absl::Status CheckRequest(const v1::DeleteScannerRequest& request) {
+  return CheckRequestIdAlone(request.request_id());
 }
 
 absl::Status CheckRequest(const v1::AbortUploadRequest& request) {

@@ -18,27 +18,35 @@
 namespace vantage::conversion {
 
 absl::Status CheckRequest(const v1::CreateSessionRequest& request);
+absl::Status CheckRequest(const v1::ListSessionsRequest& request);
 // The mask; the session that it makes is checked where the session before it is known.
 absl::Status CheckRequest(const v1::UpdateSessionRequest& request);
 absl::Status CheckRequest(const v1::DeleteSessionRequest& request);
+absl::Status CheckRequest(const v1::ImportSessionRequest& request, const contract::Limits& limits);
 
 absl::Status CheckRequest(const v1::CreateUploadRequest& request, const contract::Limits& limits);
 absl::Status CheckRequest(const v1::ListUploadsRequest& request);
 absl::Status CheckRequest(const v1::AbortUploadRequest& request);
+absl::Status CheckRequest(const v1::ListScansRequest& request);
 absl::Status CheckRequest(const v1::AcceptScanRequest& request);
 absl::Status CheckRequest(const v1::SetScanPoseRequest& request);
 absl::Status CheckRequest(const v1::WithdrawScanRequest& request);
 
 // The budget and the ranking; what overrides a session's configuration is checked together with it.
 absl::Status CheckRequest(const v1::CreatePlanRequest& request);
+absl::Status CheckRequest(const v1::CancelPlanRequest& request);
+absl::Status CheckRequest(const v1::DeletePlanRequest& request);
+absl::Status CheckRequest(const v1::ListPlansRequest& request);
 absl::Status CheckRequest(const v1::EvaluateViewRequest& request);
 absl::Status CheckRequest(const v1::RejectViewRequest& request);
 absl::Status CheckRequest(const v1::DeleteRejectionRequest& request);
 
-// Also UNIMPLEMENTED (NOT_IN_THIS_RELEASE).
 absl::Status CheckRequest(const v1::ExportModelRequest& request);
 
 absl::Status CheckRequest(const v1::CreateScannerRequest& request);
+// The mask and the fields that it names; the model is checked where the session is known.
+absl::Status CheckRequest(const v1::UpdateScannerRequest& request);
+absl::Status CheckRequest(const v1::DeleteScannerRequest& request);
 absl::Status CheckRequest(const v1::ClaimViewRequest& request);
 absl::Status CheckRequest(const v1::RenewClaimRequest& request);
 absl::Status CheckRequest(const v1::ReleaseClaimRequest& request);

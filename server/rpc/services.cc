@@ -50,6 +50,7 @@ class SessionServiceImpl final : public v1::SessionService::CallbackService {
   VANTAGE_UNARY(ListSessions)
   VANTAGE_UNARY(UpdateSession)
   VANTAGE_UNARY(DeleteSession)
+  VANTAGE_UNARY(ImportSession)
   VANTAGE_STREAM(WatchSession)
 
  private:
@@ -90,6 +91,7 @@ class PlanServiceImpl final : public v1::PlanService::CallbackService {
   explicit PlanServiceImpl(const RpcDependencies& dependencies) : dependencies_(dependencies) {}
   VANTAGE_UNARY(CreatePlan)
   VANTAGE_UNARY(CancelPlan)
+  VANTAGE_UNARY(DeletePlan)
   VANTAGE_UNARY(GetPlan)
   VANTAGE_UNARY(ListPlans)
   VANTAGE_UNARY(EvaluateView)
@@ -108,6 +110,8 @@ class FleetServiceImpl final : public v1::FleetService::CallbackService {
   VANTAGE_UNARY(CreateScanner)
   VANTAGE_UNARY(GetScanner)
   VANTAGE_UNARY(ListScanners)
+  VANTAGE_UNARY(UpdateScanner)
+  VANTAGE_UNARY(DeleteScanner)
   VANTAGE_UNARY(ClaimView)
   VANTAGE_UNARY(RenewClaim)
   VANTAGE_UNARY(ReleaseClaim)

@@ -147,7 +147,8 @@ absl::StatusOr<v1::GetClaimResponse> Claims::Get(const std::string& name) {
 }
 
 absl::StatusOr<std::vector<v1::Claim>> Claims::List(absl::string_view after, size_t limit,
-                                                    bool& more) {
+                                                    bool& more,
+                                                    const v1::ListClaimsRequest& filter) {
   Expire();
   const absl::Time now = journal_.Now();
   std::vector<v1::Claim> claims;
@@ -163,6 +164,7 @@ absl::StatusOr<std::vector<v1::Claim>> Claims::List(absl::string_view after, siz
       const v1::Claim& claim = state.claims.at(name).claim;
       if (conversion::ReadTime(claim.expire_time()) <= now || contract::NumberOf(name) <= last)
         continue;
+      if (!filter.scanner().empty() && claim.scanner() != filter.scanner()) continue;
       if (claims.size() == limit) {
         more = true;
         return;
@@ -315,6 +317,9 @@ absl::StatusOr<v1::Claim> Claims::TakeNow(const v1::ClaimViewRequest& request,
     v1::ClaimConflict refused;
     absl::StatusOr<std::string> name =
         journal_.Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
+          if (state.scanners.count(scanner.name()) == 0) {
+            return contract::ResourceNotFound("vantage/Scanner", scanner.name());
+          }
           if (state.held_claims != attempt->held) {
             again = true;  // claims were taken or ended while this one was evaluated
             return absl::AbortedError("");

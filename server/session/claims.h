@@ -48,7 +48,9 @@ class Claims {
   // Any that was ever taken. NOT_FOUND.
   absl::StatusOr<v1::GetClaimResponse> Get(const std::string& name);
   // The claims that are held, in pages as in Scans::List().
-  absl::StatusOr<std::vector<v1::Claim>> List(absl::string_view after, size_t limit, bool& more);
+  absl::StatusOr<std::vector<v1::Claim>> List(
+      absl::string_view after, size_t limit, bool& more,
+      const v1::ListClaimsRequest& filter = v1::ListClaimsRequest());
 
   // Logs the end of claims that have expired.
   void Expire();

@@ -24,6 +24,8 @@ const char* Extension(v1::ExportFormat format) {
       return "-scans.ply";
     case v1::EXPORT_FORMAT_SCANS_E57:
       return ".e57";
+    case v1::EXPORT_FORMAT_ARCHIVE:
+      return ".vantage";
     default:
       return "-surface.ply";
   }
@@ -49,6 +51,10 @@ absl::StatusOr<std::unique_ptr<Export>> Export::Create(std::shared_ptr<Session> 
                                absl::Seconds(5));
   }
   made->file_name_ = absl::StrCat(made->session_->id(), Extension(format));
+  if (format == v1::EXPORT_FORMAT_ARCHIVE) {
+    made->archive_.emplace(*made->session_);
+    return made;
+  }
   // Scans that are named need no model.
   const bool of_scans =
       format == v1::EXPORT_FORMAT_SCANS_PLY || format == v1::EXPORT_FORMAT_SCANS_E57;
@@ -111,6 +117,7 @@ absl::Status Export::ChooseScans(const v1::ExportModelRequest& request) {
 
 absl::StatusOr<std::string> Export::Next() {
   if (e57_.has_value()) return e57_->Next();
+  if (archive_.has_value()) return archive_->Next();
   const size_t part = part_++;
   if (format_ == v1::EXPORT_FORMAT_SCANS_PLY) {
     if (part == 0) {

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "server/session/archive_writer.h"
 #include "server/session/scans_e57.h"
 #include "server/session/session.h"
 #include "vantage/v1/model_service.pb.h"
@@ -19,7 +20,7 @@ namespace vantage::session {
 class Export {
  public:
   // Checks the request and fixes what is exported: later changes of the session have no effect.
-  // FAILED_PRECONDITION: nothing to export. UNIMPLEMENTED: an archive. RESOURCE_EXHAUSTED: too many
+  // FAILED_PRECONDITION: nothing to export. RESOURCE_EXHAUSTED: too many
   // exports of the session are under way.
   static absl::StatusOr<std::unique_ptr<Export>> Create(std::shared_ptr<Session> session,
                                                         const v1::ExportModelRequest& request);
@@ -49,6 +50,7 @@ class Export {
   std::vector<v1::Scan> scans_;
   sensor::AppearanceKinds appearance_;  // that any of them has
   std::optional<ScansE57> e57_;         // of them
+  std::optional<ArchiveWriter> archive_;
   std::string plan_;
   size_t part_ = 0;
   bool counted_ = false;  // it is counted among the session's exports

@@ -19,6 +19,20 @@ constexpr size_t kLoadBatch = 256;
 // Bytes that go at a time. Others write in between.
 constexpr int64_t kCompactedAtOnce = 4 << 20;
 
+// Null: it is not remembered, or has no id.
+const RequestRecord* FindRequest(const SessionState& state, const RequestKey& key) {
+  if (key.id.empty()) return nullptr;
+  const auto known = state.requests.find(key.id);
+  return known == state.requests.end() ? nullptr : &known->second;
+}
+
+absl::Status CheckSame(const RequestRecord& known, const RequestKey& key) {
+  if (known.method == key.method && known.fingerprint == key.fingerprint) return absl::OkStatus();
+  return contract::ErrorWithReason(absl::StatusCode::kAlreadyExists, "REQUEST_ID_REUSED",
+                                   absl::StrCat("request_id was used for another ", known.method,
+                                                "; use a new one for every intent"));
+}
+
 }  // namespace
 
 RequestKey RequestKey::Of(const std::string& id, const std::string& method,
@@ -69,17 +83,9 @@ absl::StatusOr<std::string> Journal::Execute(
     uint64_t sequence = 0;
     {
       std::lock_guard<std::mutex> lock(state_mutex_);
-      if (!key.id.empty()) {
-        const auto known = state_.requests.find(key.id);
-        if (known != state_.requests.end()) {
-          if (known->second.method == key.method && known->second.fingerprint == key.fingerprint) {
-            return known->second.resource;
-          }
-          return contract::ErrorWithReason(
-              absl::StatusCode::kAlreadyExists, "REQUEST_ID_REUSED",
-              absl::StrCat("request_id was used for another ", known->second.method,
-                           "; use a new one for every intent"));
-        }
+      if (const RequestRecord* known = FindRequest(state_, key); known != nullptr) {
+        if (absl::Status same = CheckSame(*known, key); !same.ok()) return same;
+        return known->resource;
       }
       draft = build(state_);
       if (!draft.ok()) return draft.status();
@@ -117,6 +123,17 @@ absl::StatusOr<std::string> Journal::Execute(
   }
   Wake();
   return resource;
+}
+
+bool Journal::Knows(const RequestKey& key) const {
+  std::lock_guard<std::mutex> lock(state_mutex_);
+  return FindRequest(state_, key) != nullptr;
+}
+
+absl::Status Journal::CheckRequest(const RequestKey& key) const {
+  std::lock_guard<std::mutex> lock(state_mutex_);
+  const RequestRecord* known = FindRequest(state_, key);
+  return known == nullptr ? absl::OkStatus() : CheckSame(*known, key);
 }
 
 bool Journal::DueForCompaction() {

@@ -72,6 +72,12 @@ class Journal {
       const RequestKey& key, absl::FunctionRef<absl::StatusOr<Draft>(const SessionState&)> build,
       absl::FunctionRef<void()> applied = [] {});
 
+  // Whether a request is remembered under this key's id; what was executed under it is another one
+  // where CheckRequest() fails.
+  bool Knows(const RequestKey& key) const;
+  // ALREADY_EXISTS (REQUEST_ID_REUSED): its id was used for another request.
+  absl::Status CheckRequest(const RequestKey& key) const;
+
   // Calls `read` with the state; it must be quick.
   void Read(absl::FunctionRef<void(const SessionState&)> read) const;
 

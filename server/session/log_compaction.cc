@@ -15,6 +15,7 @@ void AddTo(storage::v1::LeftOut& sum, const storage::v1::LeftOut& more) {
   sum.set_created_upload_count(sum.created_upload_count() + more.created_upload_count());
   sum.set_rejection_count(sum.rejection_count() + more.rejection_count());
   sum.set_created_station_count(sum.created_station_count() + more.created_station_count());
+  sum.set_created_plan_count(sum.created_plan_count() + more.created_plan_count());
 }
 
 }  // namespace
@@ -67,6 +68,33 @@ void LogCompaction::Read(const storage::v1::LogEntry& entry) {
       candidates_.push_back(CandidateOf(entry, deleted));
       return Remember(entry, name);
     }
+    case v1::SessionEvent::kPlanCreated:
+    case v1::SessionEvent::kPlanEnded: {
+      const bool created = event.has_plan_created();
+      const std::string& name =
+          created ? event.plan_created().plan().name() : event.plan_ended().plan().name();
+      plans_[name].push_back(candidates_.size());
+      candidates_.push_back(CandidateOf(entry, false));
+      if (created) candidates_.back().counts.set_created_plan_count(1);
+      return Remember(entry, name);
+    }
+    case v1::SessionEvent::kPlanDeleted: {
+      const std::string& name = event.plan_deleted().plan();
+      for (const size_t earlier : plans_[name]) candidates_[earlier].goes_with = event.sequence();
+      plans_.erase(name);
+      candidates_.push_back(CandidateOf(entry, true));
+      return Remember(entry, name);
+    }
+    case v1::SessionEvent::kScannerUpdated: {
+      const std::string& name = event.scanner_updated().scanner().name();
+      EndConfigured(name);
+      scanners_[name] = candidates_.size();
+      candidates_.push_back(CandidateOf(entry, false));
+      return Remember(entry, name);
+    }
+    case v1::SessionEvent::kScannerDeleted:
+      EndConfigured(event.scanner_deleted().scanner().name());
+      return Remember(entry, "");
     case v1::SessionEvent::kClaimRenewed: {
       const std::string& name = event.claim_renewed().claim().name();
       EndProlonged(name);
@@ -126,6 +154,13 @@ void LogCompaction::EndProlonged(const std::string& claim) {
   if (before == prolonged_.end()) return;
   Replace(candidates_[before->second]);
   prolonged_.erase(before);
+}
+
+void LogCompaction::EndConfigured(const std::string& scanner) {
+  const auto before = scanners_.find(scanner);
+  if (before == scanners_.end()) return;
+  Replace(candidates_[before->second]);
+  scanners_.erase(before);
 }
 
 std::vector<LogCompaction::Replacement> LogCompaction::Replacements() const {

@@ -20,10 +20,10 @@ namespace vantage::session {
 // the same way. An entry goes when it tells of
 // - an upload that ended without a scan and that the state has forgotten,
 // - a refused place that has expired, as the state has seen,
-// - a station that was deleted,
+// - a station or a plan that was deleted,
 // - a claim that was prolonged, where a later entry of that claim follows before any scan was
 //   merged (a merge looks at when claims expire),
-// - a configuration that a later one replaced.
+// - a configuration of the session or of a scanner that a later one replaced.
 // What counts of it (how many there were, a request that is still remembered) is kept in the entry
 // that stands for it.
 class LogCompaction {
@@ -68,13 +68,16 @@ class LogCompaction {
   void Remember(const storage::v1::LogEntry& entry, const std::string& resource);
   static void Replace(Candidate& candidate);
   void EndProlonged(const std::string& claim);
+  void EndConfigured(const std::string& scanner);
 
   std::unordered_set<std::string> uploads_;     // that the state knows
   std::unordered_set<std::string> rejections_;  // the same
   std::vector<Candidate> candidates_;
-  std::unordered_map<std::string, size_t> prolonged_;  // by claim: its last prolongation
-  std::unordered_map<std::string, size_t> stations_;   // by name: its creation
-  size_t configured_ = SIZE_MAX;                       // the last configuration
+  std::unordered_map<std::string, size_t> prolonged_;           // by claim: its last prolongation
+  std::unordered_map<std::string, size_t> stations_;            // by name: its creation
+  std::unordered_map<std::string, std::vector<size_t>> plans_;  // by name: its creation and end
+  std::unordered_map<std::string, size_t> scanners_;            // by name: its last change
+  size_t configured_ = SIZE_MAX;                                // the last configuration
   uint64_t last_ = 0;
   // The last SessionState::kRequests requests, by the sequence of their entries.
   std::unordered_map<uint64_t, RememberedRequest> requests_;

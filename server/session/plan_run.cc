@@ -77,10 +77,13 @@ void PlanRun::End(v1::Plan plan) {
   Notify();
 }
 
-void PlanRun::Stop(StopReason reason) {
+void PlanRun::Stop(StopReason reason, const RequestKey& by) {
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    if (stop_reason_ == StopReason::kNone) stop_reason_ = reason;
+    if (stop_reason_ == StopReason::kNone) {
+      stop_reason_ = reason;
+      cancelled_by_ = by;
+    }
     if (pool_ != nullptr) pool_->Hurry(job_);
   }
   (reason == StopReason::kDrain ? hurry_ : cancel_).request_stop();
@@ -89,6 +92,11 @@ void PlanRun::Stop(StopReason reason) {
 PlanRun::StopReason PlanRun::stop_reason() const {
   std::lock_guard<std::mutex> lock(mutex_);
   return stop_reason_;
+}
+
+RequestKey PlanRun::cancelled_by() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return cancelled_by_;
 }
 
 PlanRun::WatchId PlanRun::Watch(std::function<void()> call) {

@@ -43,9 +43,11 @@ class PlanRun {
   // The plan ended; `plan` is what was logged.
   void End(v1::Plan plan);
 
-  // Stops the plan; the first reason counts. A drain only asks it to end early.
-  void Stop(StopReason reason);
+  // Stops the plan; the first reason counts, with the request that gave it. A drain only asks it to
+  // end early.
+  void Stop(StopReason reason, const RequestKey& by = {});
   StopReason stop_reason() const;
+  RequestKey cancelled_by() const;
   std::stop_token cancelled() const { return cancel_.get_token(); }
   std::stop_token hurried() const { return hurry_.get_token(); }
 
@@ -64,6 +66,7 @@ class PlanRun {
   bool awaits_log_ ABSL_GUARDED_BY(mutex_) = false;
   bool ended_ ABSL_GUARDED_BY(mutex_) = false;
   StopReason stop_reason_ ABSL_GUARDED_BY(mutex_) = StopReason::kNone;
+  RequestKey cancelled_by_ ABSL_GUARDED_BY(mutex_);
   std::map<WatchId, std::shared_ptr<std::function<void()>>> watchers_ ABSL_GUARDED_BY(mutex_);
   WatchId next_watch_ ABSL_GUARDED_BY(mutex_) = 1;
   std::stop_source cancel_;

@@ -14,6 +14,7 @@
 #include "server/conversion/fleet_proto.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/list_filter.h"
 #include "server/store/upgrade.h"
 
 namespace vantage::session {
@@ -74,15 +75,14 @@ absl::StatusOr<v1::Plan> Plans::Create(const v1::CreatePlanRequest& request) {
                                      kRetryPlanAfter);
         }
         if (state.plan_order.size() >= dependencies_.limits.plans_per_session) {
-          return contract::ErrorWithReason(
-              absl::StatusCode::kResourceExhausted, "PLANS_FULL",
-              absl::StrCat("the session has ", state.plan_order.size(),
-                           " plans, the most it may; open another session"));
+          return contract::ErrorWithReason(absl::StatusCode::kResourceExhausted, "PLANS_FULL",
+                                           absl::StrCat("the session has ", state.plan_order.size(),
+                                                        " plans, the most it may; delete some"));
         }
         Draft draft;
         v1::Plan& plan = *draft.event.mutable_plan_created()->mutable_plan();
         plan.set_name(contract::ChildName(context_.id(), "plans",
-                                          absl::StrCat("plan-", state.plan_order.size() + 1)));
+                                          absl::StrCat("plan-", state.plan_count + 1)));
         plan.set_scanner_model_id(inputs->scanner_id);
         for (const std::string& scanner : inputs->scanners) plan.add_scanners(scanner);
         plan.set_ranking(asked.ranking() == v1::RANKING_UNSPECIFIED ? v1::RANKING_SCORE
@@ -153,34 +153,71 @@ absl::StatusOr<v1::PlanResult> Plans::GetFullResult(const std::string& name) con
   return result;
 }
 
-absl::StatusOr<std::vector<v1::Plan>> Plans::List(absl::string_view after, size_t limit,
-                                                  bool& more) const {
+absl::StatusOr<std::vector<v1::Plan>> Plans::List(absl::string_view after, size_t limit, bool& more,
+                                                  const v1::ListPlansRequest& filter) const {
   std::vector<std::string> names;
-  absl::StatusOr<size_t> begin = 0;
+  absl::StatusOr<int64_t> last = 0;
   journal_.Read([&](const SessionState& state) {
-    begin = PlaceAfter(state.plan_order, after);
-    if (!begin.ok()) return;
-    for (size_t i = *begin; i < state.plan_order.size() && names.size() < limit; ++i) {
-      names.push_back(state.plan_order[i]);
+    last = NumberAfter(after, state.plan_count);
+    if (!last.ok()) return;
+    for (const std::string& name : state.plan_order) {
+      if (contract::NumberOf(name) > *last) names.push_back(name);
     }
-    more = *begin + names.size() < state.plan_order.size();
   });
-  if (!begin.ok()) return begin.status();
+  if (!last.ok()) return last.status();
   std::vector<v1::Plan> plans;
+  more = false;
   for (const std::string& name : names) {
-    absl::StatusOr<v1::Plan> plan = Get(name);
-    if (plan.ok()) plans.push_back(*std::move(plan));
+    absl::StatusOr<v1::Plan> plan = Get(name);  // one that runs has come farther than the log says
+    if (!plan.ok() || !LetsThrough(filter.states(), plan->state())) continue;
+    if (plans.size() == limit) {
+      more = true;
+      break;
+    }
+    plans.push_back(*std::move(plan));
   }
   return plans;
 }
 
-absl::StatusOr<v1::Plan> Plans::Cancel(const std::string& name) {
+absl::StatusOr<v1::Plan> Plans::Cancel(const std::string& name, const RequestKey& key) {
+  if (absl::Status known = journal_.CheckRequest(key); !known.ok()) return known;
   if (const std::shared_ptr<PlanRun> run = FindRun(name)) {
-    run->Stop(PlanRun::StopReason::kCancelled);
+    run->Stop(PlanRun::StopReason::kCancelled, key);
     // It may wait for a problem that is being prepared.
     if (run->Describe().state() == v1::PLAN_STATE_QUEUED) preparation_.Stop();
   }
   return Get(name);
+}
+
+absl::Status Plans::Delete(const std::string& name, const RequestKey& key) {
+  std::string blob;
+  absl::Status deleted = journal_
+                             .Execute(key,
+                                      [&](const SessionState& state) -> absl::StatusOr<Draft> {
+                                        const auto it = state.plans.find(name);
+                                        if (it == state.plans.end()) {
+                                          return contract::ResourceNotFound(kPlanType, name);
+                                        }
+                                        if (FindRun(name) != nullptr) {
+                                          return contract::ErrorWithReason(
+                                              absl::StatusCode::kFailedPrecondition, "PLAN_RUNNING",
+                                              absl::StrCat(name, " is under way; cancel it first"));
+                                        }
+                                        blob = it->second.blob;
+                                        Draft draft;
+                                        draft.event.mutable_plan_deleted()->set_plan(name);
+                                        return draft;
+                                      })
+                             .status();
+  if (!deleted.ok() || blob.empty()) return deleted;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    const auto held = std::find(full_results_.begin(), full_results_.end(), blob);
+    if (held == full_results_.end()) return absl::OkStatus();  // it was released before
+    full_results_.erase(held);
+  }
+  context_.ReleaseOwnBlob(blob);
+  return absl::OkStatus();
 }
 
 std::shared_ptr<PlanRun> Plans::FindRun(const std::string& name) const {
@@ -382,8 +419,11 @@ void Plans::End(const std::shared_ptr<PlanRun>& run, v1::Plan plan,
     absl::StatusOr<std::string> kept = context_.PutOwnBlob(full->SerializeAsString());
     if (kept.ok()) blob = *kept;  // without room in the account only the basic view is kept
   }
+  // With the request that cancelled it, unless that came again after it was used for another.
+  const RequestKey cancelled_by = run->cancelled_by();
+  const RequestKey key = journal_.Knows(cancelled_by) ? RequestKey() : cancelled_by;
   absl::StatusOr<std::string> logged =
-      journal_.Execute({}, [&](const SessionState&) -> absl::StatusOr<Draft> {
+      journal_.Execute(key, [&](const SessionState&) -> absl::StatusOr<Draft> {
         if (context_.closed()) return absl::AbortedError("the session was deleted");
         Draft draft;
         *draft.event.mutable_plan_ended()->mutable_plan() = plan;

@@ -36,9 +36,14 @@ class Plans {
   // these were released.
   absl::StatusOr<v1::PlanResult> GetFullResult(const std::string& name) const;
   // In pages, as in Scans::List().
-  absl::StatusOr<std::vector<v1::Plan>> List(absl::string_view after, size_t limit,
-                                             bool& more) const;
-  absl::StatusOr<v1::Plan> Cancel(const std::string& name);
+  absl::StatusOr<std::vector<v1::Plan>> List(
+      absl::string_view after, size_t limit, bool& more,
+      const v1::ListPlansRequest& filter = v1::ListPlansRequest()) const;
+  // The request is remembered with the end of the plan; one that finds it ended has no effect, and
+  // needs not to be.
+  absl::StatusOr<v1::Plan> Cancel(const std::string& name, const RequestKey& key = {});
+  // FAILED_PRECONDITION (PLAN_RUNNING): it has not ended.
+  absl::Status Delete(const std::string& name, const RequestKey& key);
   // Null when it is not running.
   std::shared_ptr<PlanRun> FindRun(const std::string& name) const;
   // Runs on the planning pool; `done` is called exactly once, there or (on refusal) here.

@@ -20,6 +20,10 @@ class Scanners {
   // Takes the request as it came: its scanner's message is what the log stores, and its id is
   // chosen here where it has none.
   absl::StatusOr<v1::Scanner> Create(const v1::CreateScannerRequest& request);
+  // Takes the request as it came: its mask names fields of the message that the log stores.
+  absl::StatusOr<v1::Scanner> Update(const v1::UpdateScannerRequest& request);
+  // FAILED_PRECONDITION (SCANNER_IN_USE): a claim, a station or an upload is its own.
+  absl::Status Delete(const std::string& name, const RequestKey& key);
   // NOT_FOUND.
   absl::StatusOr<v1::Scanner> Get(const std::string& name) const;
   // In pages, as in Scans::List().

@@ -5,6 +5,7 @@
 #include "absl/strings/str_cat.h"
 #include "server/contract/error.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/list_filter.h"
 #include "server/session/stored_scans.h"
 
 namespace vantage::session {
@@ -50,17 +51,21 @@ absl::StatusOr<v1::Scan> Scans::Get(const std::string& name) const {
   return found;
 }
 
-absl::StatusOr<std::vector<v1::Scan>> Scans::List(absl::string_view after, size_t limit,
-                                                  bool& more) const {
+absl::StatusOr<std::vector<v1::Scan>> Scans::List(absl::string_view after, size_t limit, bool& more,
+                                                  const v1::ListScansRequest& filter) const {
   std::vector<v1::Scan> scans;
   absl::StatusOr<size_t> begin = 0;
   journal_.Read([&](const SessionState& state) {
     begin = PlaceAfter(state.scan_order, after);
     if (!begin.ok()) return;
-    for (size_t i = *begin; i < state.scan_order.size() && scans.size() < limit; ++i) {
-      scans.push_back(state.scans.at(state.scan_order[i]).scan);
+    more = false;
+    for (size_t i = *begin; i < state.scan_order.size() && !more; ++i) {
+      const v1::Scan& scan = state.scans.at(state.scan_order[i]).scan;
+      if (!LetsThrough(filter.states(), scan.state())) continue;
+      if (!filter.scanner().empty() && scan.scanner() != filter.scanner()) continue;
+      more = scans.size() == limit;
+      if (!more) scans.push_back(scan);
     }
-    more = *begin + scans.size() < state.scan_order.size();
   });
   if (!begin.ok()) return begin.status();
   for (v1::Scan& scan : scans) Complete(scan);

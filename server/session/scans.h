@@ -26,8 +26,9 @@ class Scans {
   // Created after the one of the name `after` (empty: all), at most `limit`; `more` says whether
   // others follow. So in the other lists. INVALID_ARGUMENT naming `page_token` where there has
   // never been one of that name.
-  absl::StatusOr<std::vector<v1::Scan>> List(absl::string_view after, size_t limit,
-                                             bool& more) const;
+  absl::StatusOr<std::vector<v1::Scan>> List(
+      absl::string_view after, size_t limit, bool& more,
+      const v1::ListScansRequest& filter = v1::ListScansRequest()) const;
   // Merges a doubtful or failed scan as it was aligned. FAILED_PRECONDITION (SCAN_STATE) for
   // others; so below.
   absl::StatusOr<v1::Scan> Accept(const std::string& name, const RequestKey& key);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "absl/strings/ascii.h"
+#include "absl/strings/match.h"
 #include "google/protobuf/util/field_mask_util.h"
 #include "server/contract/error.h"
 #include "server/contract/resource_names.h"
@@ -133,6 +135,20 @@ absl::Time Session::created() const {
   journal().Read(
       [&](const SessionState& state) { time = conversion::ReadTime(state.session.create_time()); });
   return time;
+}
+
+bool Session::Matches(const v1::ListSessionsRequest& filter) const {
+  bool matches = true;
+  journal().Read([&](const SessionState& state) {
+    const std::string text = absl::AsciiStrToLower(filter.text());
+    matches = absl::StrContains(id(), text) ||
+              absl::StrContains(absl::AsciiStrToLower(state.session.display_name()), text);
+    if (filter.has_updated_after()) {
+      matches = matches && conversion::ReadTime(state.session.update_time()) >
+                               conversion::ReadTime(filter.updated_after());
+    }
+  });
+  return matches;
 }
 
 v1::Session Session::Describe() const {

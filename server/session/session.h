@@ -59,6 +59,8 @@ class Session final : public SessionContext {
     return !other.has_value() || *other == tenant();
   }
   absl::Time created() const;
+  // Whether the filter of a list lets it through.
+  bool Matches(const v1::ListSessionsRequest& filter) const;
   v1::Session Describe() const;  // without its rejections
   v1::Session DescribeWithRejections() const;
   // Takes the request as it came: its mask names fields of the message that the log stores.

@@ -13,7 +13,7 @@ namespace vantage::session {
 namespace {
 
 constexpr char kSessionType[] = "vantage/Session";
-constexpr size_t kRememberedDeletions = 4096;
+constexpr char kImport[] = "ImportSession";
 constexpr absl::Duration kRetryAfterRestart = absl::Seconds(5);
 // Idle time before a model may be evicted for another one.
 constexpr absl::Duration kUnusedForAWhile = absl::Seconds(20);
@@ -28,6 +28,7 @@ SessionDependencies WithSeenTime(SessionDependencies dependencies) {
 SessionRegistry::SessionRegistry(const SessionDependencies& dependencies)
     : dependencies_(WithSeenTime(dependencies)),
       accounts_(dependencies.limits.tenant_bytes),
+      imports_(dependencies_),
       random_(std::random_device{}()) {}
 
 SessionRegistry::~SessionRegistry() = default;
@@ -68,12 +69,18 @@ absl::Status SessionRegistry::LoadAll() {
   for (const auto& [time, session] : loaded) {
     if (absl::Status resumed = session->Resume(); !resumed.ok()) return resumed;
   }
+  const absl::StatusOr<std::vector<store::DeletionRecord>> deletions =
+      dependencies_.store.Deletions();
+  if (!deletions.ok()) return deletions.status();
   std::lock_guard<std::mutex> lock(mutex_);
+  deletions_.assign(deletions->begin(), deletions->end());
   left_out_ = std::move(left_out);
   for (auto& [time, session] : loaded) {
     (*session).journal().Read([&, id = session->id()](const SessionState& state) {
       for (const auto& [request, record] : state.requests) {
-        if (record.method == "CreateSession") creations_[{state.tenant, request}] = id;
+        if (record.method == "CreateSession" || record.method == kImport) {
+          creations_[{state.tenant, request}] = id;
+        }
       }
     });
     if (draining_) session->BeginDrain();
@@ -113,6 +120,101 @@ std::string SessionRegistry::FreshId() {
   }
 }
 
+absl::Status SessionRegistry::CheckPlace(const std::string& tenant) const {
+  if (sessions_.size() >= dependencies_.limits.sessions) {
+    return contract::ErrorWithReason(absl::StatusCode::kResourceExhausted, "TOO_MANY_SESSIONS",
+                                     absl::StrCat("the server has ", sessions_.size(),
+                                                  " sessions, the most it may; delete some"));
+  }
+  const auto own =
+      static_cast<size_t>(std::count_if(sessions_.begin(), sessions_.end(), [&](const auto& entry) {
+        return entry.second->tenant() == tenant;
+      }));
+  // Nobody has more than what is left for all others.
+  if (tenant.empty() || own < dependencies_.limits.sessions - sessions_.size()) {
+    return absl::OkStatus();
+  }
+  return contract::ErrorWithReason(
+      absl::StatusCode::kResourceExhausted, "TOO_MANY_SESSIONS",
+      absl::StrCat("the tenant has ", own, " sessions of the ", dependencies_.limits.sessions,
+                   " that the server may have, and the rest is for others; delete some"));
+}
+
+absl::Status SessionRegistry::CheckFree(const std::string& id, const std::string& tenant) const {
+  if (sessions_.count(id) == 0 && left_out_.count(id) == 0) return absl::OkStatus();
+  return contract::ErrorWithReason(
+      absl::StatusCode::kAlreadyExists, "SESSION_EXISTS",
+      absl::StrCat(contract::NameOfSession(id), " exists",
+                   SaysDamaged(id, tenant)
+                       ? ", but it is damaged, and was left out when the server started"
+                       : "",
+                   "; choose another id"));
+}
+
+std::shared_ptr<Session> SessionRegistry::MadeBy(const std::string& request,
+                                                 const std::string& tenant) const {
+  const auto made = creations_.find({tenant, request});
+  if (request.empty() || made == creations_.end()) return nullptr;
+  const auto session = sessions_.find(made->second);
+  return session == sessions_.end() ? nullptr : session->second;
+}
+
+absl::StatusOr<v1::ImportSessionResponse> SessionRegistry::Import(
+    const v1::ImportSessionRequest& request, const std::string& tenant) {
+  v1::ImportSessionResponse response;
+  std::shared_ptr<Session> before;
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    before = MadeBy(request.request_id(), tenant);
+  }
+  if (before != nullptr) {
+    RequestKey key{request.request_id(), kImport, ""};  // its pieces are known no more
+    if (absl::Status same = before->journal().CheckRequest(key); !same.ok()) return same;
+    response.set_next_offset(request.offset() + static_cast<int64_t>(request.data().size()));
+    *response.mutable_session() = before->Describe();
+    return response;
+  }
+  const absl::StatusOr<Imports::Taken> taken = imports_.Take(request, tenant, accounts_.Of(tenant));
+  if (!taken.ok()) return taken.status();
+  response.set_next_offset(taken->next_offset);
+  if (taken->whole == nullptr) return response;
+  const absl::StatusOr<std::shared_ptr<Session>> made = Adopt(*taken->whole, tenant);
+  if (!made.ok()) return made.status();
+  *response.mutable_session() = (*made)->Describe();
+  return response;
+}
+
+// The session of an archive that has come.
+absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Adopt(SessionImport& import,
+                                                                const std::string& tenant) {
+  const std::string& id = import.id();
+  std::lock_guard<std::mutex> only_one(create_mutex_);
+  {
+    std::lock_guard<std::mutex> lock(mutex_);
+    if (absl::Status place = CheckPlace(tenant); !place.ok()) return place;
+    if (absl::Status free = CheckFree(id, tenant); !free.ok()) return free;
+  }
+  if (absl::Status put = import.PutLog(); !put.ok()) return put;
+  absl::StatusOr<std::shared_ptr<Session>> session = Session::Load(id, accounts_, dependencies_);
+  absl::Status resumed = session.status();
+  if (resumed.ok()) {
+    import.Keep();
+    resumed = (*session)->Resume();
+  }
+  if (!resumed.ok()) {
+    // Nothing of it stays: what was stored goes with the import.
+    dependencies_.store.Drop(id).IgnoreError();
+    return ArchiveDamaged(resumed.message());
+  }
+  dependencies_.log.Info("a session was imported", {{"session", id}});
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (draining_) (*session)->BeginDrain();
+  sessions_[id] = *session;
+  order_.push_back(id);
+  creations_[{tenant, import.request_id()}] = id;
+  return session;
+}
+
 absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
     const v1::CreateSessionRequest& request, const std::string& tenant) {
   const v1::Session session = conversion::Completed(request.session());
@@ -122,37 +224,11 @@ absl::StatusOr<std::shared_ptr<Session>> SessionRegistry::Create(
   std::shared_ptr<Session> before;
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    const auto repeated = creations_.find({tenant, key.id});
-    if (!key.id.empty() && repeated != creations_.end()) {
-      const auto it = sessions_.find(repeated->second);
-      if (it != sessions_.end()) before = it->second;
-    }
+    before = MadeBy(key.id, tenant);
     if (before == nullptr) {
-      if (sessions_.size() >= dependencies_.limits.sessions) {
-        return contract::ErrorWithReason(absl::StatusCode::kResourceExhausted, "TOO_MANY_SESSIONS",
-                                         absl::StrCat("the server has ", sessions_.size(),
-                                                      " sessions, the most it may; delete some"));
-      }
-      const auto own = static_cast<size_t>(
-          std::count_if(sessions_.begin(), sessions_.end(),
-                        [&](const auto& entry) { return entry.second->tenant() == tenant; }));
-      // Nobody has more than what is left for all others.
-      if (!tenant.empty() && own >= dependencies_.limits.sessions - sessions_.size()) {
-        return contract::ErrorWithReason(
-            absl::StatusCode::kResourceExhausted, "TOO_MANY_SESSIONS",
-            absl::StrCat("the tenant has ", own, " sessions of the ", dependencies_.limits.sessions,
-                         " that the server may have, and the rest is for others; delete some"));
-      }
+      if (absl::Status place = CheckPlace(tenant); !place.ok()) return place;
       if (id.empty()) id = FreshId();
-      if (sessions_.count(id) != 0 || left_out_.count(id) != 0) {
-        return contract::ErrorWithReason(
-            absl::StatusCode::kAlreadyExists, "SESSION_EXISTS",
-            absl::StrCat(contract::NameOfSession(id), " exists",
-                         SaysDamaged(id, tenant)
-                             ? ", but it is damaged, and was left out when the server started"
-                             : "",
-                         "; choose another id"));
-      }
+      if (absl::Status free = CheckFree(id, tenant); !free.ok()) return free;
     }
   }
   if (before != nullptr) {
@@ -207,8 +283,8 @@ const SessionRegistry::LeftOut* SessionRegistry::FindLeftOut(
 }
 
 std::vector<std::shared_ptr<Session>> SessionRegistry::List(
-    const SessionPlace& after, size_t limit, bool& more,
-    const std::optional<std::string>& tenant) const {
+    const SessionPlace& after, size_t limit, bool& more, const std::optional<std::string>& tenant,
+    const v1::ListSessionsRequest& filter) const {
   std::lock_guard<std::mutex> lock(mutex_);
   // When that session has been deleted (another one may have its id since), the sessions created
   // later follow.
@@ -225,7 +301,7 @@ std::vector<std::shared_ptr<Session>> SessionRegistry::List(
     }
     const bool before = gone && std::pair(session->created(), absl::string_view(id)) <=
                                     std::pair(after.created, absl::string_view(after.id));
-    if (before || !session->BelongsTo(tenant)) continue;
+    if (before || !session->BelongsTo(tenant) || !session->Matches(filter)) continue;
     if (out.size() < limit) {
       out.push_back(session);
     } else {
@@ -242,7 +318,7 @@ absl::Status SessionRegistry::Delete(const std::string& id, const std::string& r
   std::shared_ptr<Session> session;
   {
     std::lock_guard<std::mutex> lock(mutex_);
-    for (const Deletion& deletion : deletions_) {
+    for (const store::DeletionRecord& deletion : deletions_) {
       if (tenant.has_value() && deletion.tenant != *tenant) continue;
       if (!request_id.empty() && deletion.request == request_id) {
         if (deletion.session == id) return absl::OkStatus();
@@ -258,23 +334,32 @@ absl::Status SessionRegistry::Delete(const std::string& id, const std::string& r
     }
   }
   // The scans of one that was left out go at the next start, when it is known who needs them.
-  absl::Status erased = session != nullptr ? Erase(session) : dependencies_.store.Drop(id);
+  const store::DeletionRecord deletion{session != nullptr ? session->tenant() : tenant.value_or(""),
+                                       request_id, id};
+  const bool remembered = !request_id.empty();
+  absl::Status erased = session != nullptr ? Erase(session, remembered ? &deletion : nullptr)
+                                           : Drop(id, remembered ? &deletion : nullptr);
   if (!erased.ok()) return erased;
   std::lock_guard<std::mutex> lock(mutex_);
   left_out_.erase(id);
-  if (!request_id.empty()) {
-    deletions_.push_back(
-        {request_id, id, session != nullptr ? session->tenant() : tenant.value_or("")});
-    if (deletions_.size() > kRememberedDeletions) deletions_.pop_front();
+  if (remembered) {
+    deletions_.push_back(deletion);
+    if (deletions_.size() > store::Store::kRememberedDeletions) deletions_.pop_front();
   }
   return absl::OkStatus();
 }
 
+absl::Status SessionRegistry::Drop(const std::string& id, const store::DeletionRecord* deletion) {
+  return deletion == nullptr ? dependencies_.store.Drop(id)
+                             : dependencies_.store.DropByRequest(*deletion);
+}
+
 // The log is deleted first. If a crash leaves the rest behind, no log names it, and it is
 // collected.
-absl::Status SessionRegistry::Erase(const std::shared_ptr<Session>& session) {
+absl::Status SessionRegistry::Erase(const std::shared_ptr<Session>& session,
+                                    const store::DeletionRecord* deletion) {
   const std::string& id = session->id();
-  if (absl::Status dropped = dependencies_.store.Drop(id); !dropped.ok()) return dropped;
+  if (absl::Status dropped = Drop(id, deletion); !dropped.ok()) return dropped;
   session->Close();
   std::lock_guard<std::mutex> lock(mutex_);
   sessions_.erase(id);
@@ -297,6 +382,7 @@ Collected SessionRegistry::Collect() {
     dependencies_.log.Warning("the time that was seen could not be put down",
                               {{"error", put.ToString()}});
   }
+  imports_.Expire();
   std::map<std::string, absl::Duration> past;
   const auto sure = [&](const std::string& name) {
     const auto before = past_.find(name);
@@ -320,7 +406,7 @@ Collected SessionRegistry::Collect() {
       std::lock_guard<std::mutex> only_one(create_mutex_);
       const absl::StatusOr<std::shared_ptr<Session>> still = Find(session->id());
       if (!still.ok() || *still != session || session->LastUsed() >= unused_since) continue;
-      const absl::Status erased = Erase(session);
+      const absl::Status erased = Erase(session, nullptr);
       if (erased.ok()) {
         ++collected.sessions;
         dependencies_.log.Info("a session past its time was deleted", {{"session", session->id()}});

@@ -17,6 +17,7 @@
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/statusor.h"
+#include "server/session/imports.h"
 #include "server/session/session.h"
 
 namespace vantage::session {
@@ -57,13 +58,20 @@ class SessionRegistry {
   // RESOURCE_EXHAUSTED (QUOTA_EXCEEDED): the tenant has no room left.
   absl::StatusOr<std::shared_ptr<Session>> Create(const v1::CreateSessionRequest& request,
                                                   const std::string& tenant = "");
+  // Takes a piece of an archive; with the last one the session is there. Errors as of
+  // Imports::Take(), and ALREADY_EXISTS (SESSION_EXISTS), TOO_MANY_SESSIONS.
+  absl::StatusOr<v1::ImportSessionResponse> Import(const v1::ImportSessionRequest& request,
+                                                   const std::string& tenant = "");
   // By id. NOT_FOUND, also for sessions of other tenants. DATA_LOSS (SESSION_DAMAGED): it was left
   // out.
   absl::StatusOr<std::shared_ptr<Session>> Find(
       const std::string& id, const std::optional<std::string>& tenant = {}) const;
-  // Oldest first: those created after the one at `after`, of `tenant` where one is given.
-  std::vector<std::shared_ptr<Session>> List(const SessionPlace& after, size_t limit, bool& more,
-                                             const std::optional<std::string>& tenant = {}) const;
+  // Oldest first: those created after the one at `after`, of `tenant` where one is given, that
+  // `filter` lets through.
+  std::vector<std::shared_ptr<Session>> List(
+      const SessionPlace& after, size_t limit, bool& more,
+      const std::optional<std::string>& tenant = {},
+      const v1::ListSessionsRequest& filter = v1::ListSessionsRequest()) const;
   // `request_id`: a request that is sent again is answered as before; empty: it has none. Gives up
   // a session that was left out. NOT_FOUND, also for sessions of other tenants.
   absl::Status Delete(const std::string& id, const std::string& request_id = "",
@@ -112,13 +120,26 @@ class SessionRegistry {
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   const LeftOut* FindLeftOut(const std::string& id, const std::optional<std::string>& tenant) const
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  absl::Status Erase(const std::shared_ptr<Session>& session)
+  // Drops a log, remembering the deletion where one is given.
+  absl::Status Drop(const std::string& id, const store::DeletionRecord* deletion);
+  // `deletion`: that asks for it; null: nobody does, its time is over.
+  absl::Status Erase(const std::shared_ptr<Session>& session, const store::DeletionRecord* deletion)
       ABSL_EXCLUSIVE_LOCKS_REQUIRED(create_mutex_);
   absl::Status Sweep(const std::map<std::string, int>& blobs, const std::set<std::string>& spools);
   std::string FreshId() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // RESOURCE_EXHAUSTED (TOO_MANY_SESSIONS): there is no place for another one of the tenant.
+  absl::Status CheckPlace(const std::string& tenant) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // ALREADY_EXISTS (SESSION_EXISTS).
+  absl::Status CheckFree(const std::string& id, const std::string& tenant) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  // The session that a request made; null: there is none.
+  std::shared_ptr<Session> MadeBy(const std::string& request, const std::string& tenant) const
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::StatusOr<std::shared_ptr<Session>> Adopt(SessionImport& import, const std::string& tenant);
 
   const SessionDependencies dependencies_;
   TenantAccounts accounts_;
+  Imports imports_;
   std::mutex collect_mutex_;
   // What was found past its time, by name, and when first.
   std::map<std::string, absl::Duration> past_ ABSL_GUARDED_BY(collect_mutex_);
@@ -130,13 +151,8 @@ class SessionRegistry {
   std::map<std::string, LeftOut> left_out_ ABSL_GUARDED_BY(mutex_);  // by id
   // By tenant and request_id: session.
   std::map<std::pair<std::string, std::string>, std::string> creations_ ABSL_GUARDED_BY(mutex_);
-  // The last deletions, so that a repeated deletion has the same answer.
-  struct Deletion {
-    std::string request;
-    std::string session;
-    std::string tenant;
-  };
-  std::deque<Deletion> deletions_ ABSL_GUARDED_BY(mutex_);
+  // The last deletions, so that a repeated deletion has the same answer. The store has them, too.
+  std::deque<store::DeletionRecord> deletions_ ABSL_GUARDED_BY(mutex_);
   bool draining_ ABSL_GUARDED_BY(mutex_) = false;
   std::map<uint64_t, std::shared_ptr<std::function<void()>>> watchers_ ABSL_GUARDED_BY(mutex_);
   uint64_t next_watch_ ABSL_GUARDED_BY(mutex_) = 1;

@@ -213,6 +213,7 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       const v1::Plan& plan = event.plan_created().plan();
       plans[plan.name()] = {plan, ""};
       plan_order.push_back(plan.name());
+      ++plan_count;
       resource = plan.name();
       break;
     }
@@ -224,6 +225,13 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       resource = plan.name();
       break;
     }
+    case v1::SessionEvent::kPlanDeleted:
+      resource = event.plan_deleted().plan();
+      if (plans.erase(resource) == 0) {
+        return Misfit(event, absl::StrCat("unknown plan ", resource));
+      }
+      std::erase(plan_order, resource);
+      break;
     case v1::SessionEvent::kViewRejected:
       std::erase_if(rejections, [&](const v1::Rejection& rejection) {
         return rejection.has_expire_time() && Before(rejection.expire_time(), event.time());
@@ -246,6 +254,22 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       resource = scanner.name();
       break;
     }
+    case v1::SessionEvent::kScannerUpdated: {
+      const v1::Scanner& scanner = event.scanner_updated().scanner();
+      const auto it = scanners.find(scanner.name());
+      if (it == scanners.end()) {
+        return Misfit(event, absl::StrCat("unknown scanner ", scanner.name()));
+      }
+      it->second = scanner;
+      resource = scanner.name();
+      break;
+    }
+    case v1::SessionEvent::kScannerDeleted:
+      resource = event.scanner_deleted().scanner().name();
+      if (scanners.erase(resource) == 0) {
+        return Misfit(event, absl::StrCat("unknown scanner ", resource));
+      }
+      break;
     case v1::SessionEvent::kClaimTaken: {
       const v1::Claim& claim = event.claim_taken().claim();
       if (scanners.count(claim.scanner()) == 0) {
@@ -300,6 +324,7 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       upload_count += entry.left_out().created_upload_count();
       rejection_count += entry.left_out().rejection_count();
       station_count += entry.left_out().created_station_count();
+      plan_count += entry.left_out().created_plan_count();
       resource = entry.left_out().resource();
       break;
     case v1::SessionEvent::EVENT_NOT_SET:

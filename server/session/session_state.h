@@ -70,10 +70,10 @@ struct SessionState {
   std::map<std::string, v1::Upload> uploads;
   std::deque<std::string> ended_uploads;  // of those: oldest first
   std::map<std::string, PlanRecord> plans;
-  std::vector<std::string> plan_order;
+  std::vector<std::string> plan_order;    // of those, oldest first
   std::vector<v1::Rejection> rejections;  // without those that had expired when the last was made
   std::map<std::string, v1::Scanner> scanners;  // the fleet
-  std::vector<std::string> scanner_order;
+  std::vector<std::string> scanner_order;       // by creation, with those that were deleted
   std::map<std::string, ClaimRecord> claims;    // all claims ever made
   std::vector<std::string> held_claims;         // oldest first; also expired ones, until logged
   std::map<std::string, v1::Station> stations;  // whose scans have not come
@@ -88,6 +88,7 @@ struct SessionState {
   uint64_t upload_count = 0;     // ever created
   uint64_t rejection_count = 0;  // ever made
   uint64_t station_count = 0;    // ever created
+  uint64_t plan_count = 0;       // ever created
 
   // Applies the next entry. INTERNAL, naming the entry, when it does not fit the state before it;
   // FAILED_PRECONDITION when its format is newer than this server knows.
@@ -122,8 +123,8 @@ struct SessionState {
 
 // The index in an order of creation of the first resource after `name` (empty: the first of all).
 // Page tokens are such names: INVALID_ARGUMENT naming `page_token` for one that is not in the
-// order. Nothing ever leaves an order, so that a name marks the same place for the life of the
-// session; a later release that deletes resources has to keep their names in it.
+// order. Nothing ever leaves an order that is paged so, so that a name marks the same place for the
+// life of the session: those of what was deleted stay in it, and are not given again.
 absl::StatusOr<size_t> PlaceAfter(const std::vector<std::string>& order, absl::string_view name);
 
 // The same for resources that come and go and whose names the server numbers ('.../stations/

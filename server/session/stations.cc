@@ -112,6 +112,9 @@ absl::StatusOr<v1::Station> Stations::CreateNow(const v1::CreateStationRequest& 
   absl::StatusOr<std::string> name =
       journal_.Execute(key, [&](const SessionState& state) -> absl::StatusOr<Draft> {
         if (absl::Status room = context_.CheckLog(); !room.ok()) return room;
+        if (!station.scanner().empty() && state.scanners.count(station.scanner()) == 0) {
+          return contract::ResourceNotFound("vantage/Scanner", station.scanner());
+        }
         if (state.station_order.size() >= dependencies_.limits.stations_per_session) {
           return contract::ErrorWithReason(
               absl::StatusCode::kResourceExhausted, "STATIONS_FULL",
@@ -152,8 +155,9 @@ absl::StatusOr<v1::Station> Stations::Get(const std::string& name) const {
   return station;
 }
 
-absl::StatusOr<std::vector<v1::Station>> Stations::List(absl::string_view after, size_t limit,
-                                                        bool& more) const {
+absl::StatusOr<std::vector<v1::Station>> Stations::List(
+    absl::string_view after, size_t limit, bool& more,
+    const v1::ListStationsRequest& filter) const {
   std::vector<v1::Station> stations;
   absl::StatusOr<int64_t> last = 0;
   more = false;
@@ -161,12 +165,14 @@ absl::StatusOr<std::vector<v1::Station>> Stations::List(absl::string_view after,
     last = NumberAfter(after, state.station_count);
     if (!last.ok()) return;
     for (const std::string& name : state.station_order) {
+      const v1::Station& station = state.stations.at(name);
       if (contract::NumberOf(name) <= *last) continue;
+      if (!filter.scanner().empty() && station.scanner() != filter.scanner()) continue;
       if (stations.size() == limit) {
         more = true;
         return;
       }
-      stations.push_back(state.stations.at(name));
+      stations.push_back(station);
     }
   });
   if (!last.ok()) return last.status();

@@ -34,8 +34,9 @@ class Stations {
   // NOT_FOUND: there is none of that name, or it has ended; so below.
   absl::StatusOr<v1::Station> Get(const std::string& name) const;
   // In pages, as in Scans::List().
-  absl::StatusOr<std::vector<v1::Station>> List(absl::string_view after, size_t limit,
-                                                bool& more) const;
+  absl::StatusOr<std::vector<v1::Station>> List(
+      absl::string_view after, size_t limit, bool& more,
+      const v1::ListStationsRequest& filter = v1::ListStationsRequest()) const;
   absl::Status Delete(const std::string& name, const RequestKey& key);
 
   // After a restart: ends the stations whose scans were merged before the server could say so.

@@ -24,14 +24,17 @@ class TenantSessions {
   absl::StatusOr<std::shared_ptr<Session>> Create(const v1::CreateSessionRequest& request) const {
     return registry_.Create(request, tenant_.value_or(""));
   }
+  absl::StatusOr<v1::ImportSessionResponse> Import(const v1::ImportSessionRequest& request) const {
+    return registry_.Import(request, tenant_.value_or(""));
+  }
   // NOT_FOUND, with the same message, for sessions of other tenants and for sessions that do not
   // exist.
   absl::StatusOr<std::shared_ptr<Session>> Find(const std::string& id) const {
     return registry_.Find(id, tenant_);
   }
-  std::vector<std::shared_ptr<Session>> List(const SessionPlace& after, size_t limit,
-                                             bool& more) const {
-    return registry_.List(after, limit, more, tenant_);
+  std::vector<std::shared_ptr<Session>> List(const SessionPlace& after, size_t limit, bool& more,
+                                             const v1::ListSessionsRequest& filter) const {
+    return registry_.List(after, limit, more, tenant_, filter);
   }
   absl::Status Delete(const std::string& id, const std::string& request_id) const {
     return registry_.Delete(id, request_id, tenant_);

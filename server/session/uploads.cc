@@ -9,6 +9,7 @@
 #include "server/contract/resource_names.h"
 #include "server/conversion/from_proto.h"
 #include "server/conversion/to_proto.h"
+#include "server/session/list_filter.h"
 #include "server/session/session_origin.h"
 
 namespace vantage::session {
@@ -265,11 +266,7 @@ absl::StatusOr<std::vector<v1::Upload>> Uploads::List(const v1::ListUploadsReque
     // What is open has come farther than the log says.
     const absl::StatusOr<v1::Upload> described = Describe(logged.name(), FindOpen(logged.name()));
     const v1::Upload& upload = described.ok() ? *described : logged;
-    const auto& states = request.states();
-    if (!states.empty() &&
-        std::find(states.begin(), states.end(), upload.state()) == states.end()) {
-      continue;
-    }
+    if (!LetsThrough(request.states(), upload.state())) continue;
     if (uploads.size() == limit) {
       more = true;
       break;

@@ -70,7 +70,27 @@ absl::Status DiskStore::Compact(const std::string& session,
 
 absl::StatusOr<std::vector<std::string>> DiskStore::Sessions() const { return logs_->Sessions(); }
 
+absl::Status DiskStore::PutLog(const std::string& session, const std::string& spool) {
+  return logs_->PutLog(session, [&](LogDatabase::TakeEntry take) {
+    return spools_.Read(spool, [&](absl::string_view record) -> absl::Status {
+      storage::v1::LogEntry entry;
+      if (!entry.ParseFromArray(record.data(), static_cast<int>(record.size()))) {
+        return absl::DataLossError(absl::StrCat("an entry of ", session, " is damaged"));
+      }
+      return take(FirstSequence(entry.event()), entry.event().sequence(), record);
+    });
+  });
+}
+
 absl::Status DiskStore::Drop(const std::string& session) { return logs_->Drop(session); }
+
+absl::Status DiskStore::DropByRequest(const DeletionRecord& deletion) {
+  return logs_->DropByRequest(deletion);
+}
+
+absl::StatusOr<std::vector<DeletionRecord>> DiskStore::Deletions() const {
+  return logs_->Deletions();
+}
 
 absl::Status DiskStore::PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) {
   return logs_->PutSnapshot(session, snapshot);

@@ -79,8 +79,17 @@ absl::Status InstrumentedStore::Compact(const std::string& session,
 absl::StatusOr<std::vector<std::string>> InstrumentedStore::Sessions() const {
   return Instrumented(metrics_, log_, "sessions", [&] { return store_.Sessions(); });
 }
+absl::Status InstrumentedStore::PutLog(const std::string& session, const std::string& spool) {
+  return Instrumented(metrics_, log_, "put_log", [&] { return store_.PutLog(session, spool); });
+}
 absl::Status InstrumentedStore::Drop(const std::string& session) {
   return Instrumented(metrics_, log_, "drop", [&] { return store_.Drop(session); });
+}
+absl::Status InstrumentedStore::DropByRequest(const DeletionRecord& deletion) {
+  return Instrumented(metrics_, log_, "drop", [&] { return store_.DropByRequest(deletion); });
+}
+absl::StatusOr<std::vector<DeletionRecord>> InstrumentedStore::Deletions() const {
+  return Instrumented(metrics_, log_, "deletions", [&] { return store_.Deletions(); });
 }
 absl::Status InstrumentedStore::PutSnapshot(const std::string& session,
                                             const SnapshotRecord& snapshot) {

@@ -28,7 +28,10 @@ class InstrumentedStore final : public Store {
   absl::Status Compact(const std::string& session,
                        const std::vector<storage::v1::LogEntry>& entries) override;
   absl::StatusOr<std::vector<std::string>> Sessions() const override;
+  absl::Status PutLog(const std::string& session, const std::string& spool) override;
   absl::Status Drop(const std::string& session) override;
+  absl::Status DropByRequest(const DeletionRecord& deletion) override;
+  absl::StatusOr<std::vector<DeletionRecord>> Deletions() const override;
   absl::Status PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) override;
   absl::StatusOr<std::vector<SnapshotRecord>> Snapshots(const std::string& session) const override;
   absl::Status DropSnapshot(const std::string& session, uint64_t sequence) override;

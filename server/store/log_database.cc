@@ -94,6 +94,8 @@ constexpr char kCompact[] =
     "DELETE FROM log WHERE session = ?1 AND sequence >= ?2 AND sequence < ?3";
 constexpr char kPutStub[] =
     "UPDATE log SET crc32c = ?3, entry = ?4 WHERE session = ?1 AND sequence = ?2";
+constexpr char kPutEntry[] =
+    "INSERT INTO log (session, sequence, crc32c, entry) VALUES (?1, ?2, ?3, ?4)";
 constexpr char kReadBackwards[] =
     "SELECT sequence, crc32c, entry FROM log WHERE session = ?1 ORDER BY sequence DESC";
 constexpr char kRead[] =
@@ -131,7 +133,14 @@ constexpr char kAddTables[] =
     "DROP TRIGGER IF EXISTS begun_goes_with_log;"
     "CREATE TRIGGER IF NOT EXISTS begun_goes_with_last_entry AFTER DELETE ON log"
     " WHEN NOT EXISTS (SELECT 1 FROM log WHERE session = OLD.session) BEGIN"
-    " DELETE FROM begun WHERE session = OLD.session; END";
+    " DELETE FROM begun WHERE session = OLD.session; END;"
+    "CREATE TABLE IF NOT EXISTS deletion (number INTEGER PRIMARY KEY AUTOINCREMENT,"
+    " tenant TEXT NOT NULL, request TEXT NOT NULL, session TEXT NOT NULL)";
+constexpr char kRememberDeletion[] =
+    "INSERT INTO deletion (tenant, request, session) VALUES (?1, ?2, ?3)";
+constexpr char kForgetDeletions[] =
+    "DELETE FROM deletion WHERE number <= (SELECT max(number) FROM deletion) - ?1";
+constexpr char kDeletions[] = "SELECT tenant, request, session FROM deletion ORDER BY number";
 constexpr char kSeenTime[] = "SELECT milliseconds FROM seen";
 constexpr char kPutSeenTime[] =
     "INSERT OR REPLACE INTO seen (only_row, milliseconds) VALUES (1, ?1)";
@@ -234,7 +243,8 @@ absl::StatusOr<std::unique_ptr<LogDatabase>> LogDatabase::Open(const std::string
   if (status.ok()) status = writer->Run(kAddTables);
   for (const char* statement :
        {kAppend, kMayCompact, kCompact, kPutStub, kDrop, kPutSnapshot, kSnapshots, kDropSnapshot,
-        kBeginWork, kEndWork, kSeenTime, kPutSeenTime}) {
+        kBeginWork, kEndWork, kSeenTime, kPutSeenTime, kKnown, kPutEntry, kRememberDeletion,
+        kForgetDeletions, kDeletions}) {
     if (status.ok()) status = writer->Prepare(statement);
   }
   auto reader = std::make_unique<Connection>();
@@ -358,11 +368,7 @@ absl::Status LogDatabase::Compact(const std::string& session, const std::vector<
   for (const Stub& stub : stubs) {
     if (status.ok()) status = PutStub(session, stub);
   }
-  if (status.ok()) status = writer_->Run("COMMIT");
-  if (!status.ok() && sqlite3_get_autocommit(writer_->database) == 0) {
-    writer_->Run("ROLLBACK").IgnoreError();
-  }
-  return status;
+  return EndTransaction(std::move(status));
 }
 
 absl::Status LogDatabase::PutStub(const std::string& session, const Stub& stub) {
@@ -402,22 +408,106 @@ absl::StatusOr<std::vector<std::string>> LogDatabase::Sessions() const {
   return sessions;
 }
 
+absl::Status LogDatabase::PutLog(const std::string& session,
+                                 absl::FunctionRef<absl::Status(TakeEntry)> entries) {
+  std::lock_guard<std::mutex> lock(write_mutex_);
+  {
+    Use known(writer_->statements.at(kKnown));
+    known.Bind(1, absl::string_view(session));
+    if (known.Step() == SQLITE_ROW) {
+      return absl::AbortedError(absl::StrCat("session ", session, " has a log"));
+    }
+  }
+  absl::Status status = writer_->Run("BEGIN IMMEDIATE");
+  uint64_t next = 1;
+  bool stubs = false;
+  if (status.ok()) {
+    status = entries([&](uint64_t first, uint64_t last, absl::string_view entry) -> absl::Status {
+      if (first != next || last < first) {
+        return absl::AbortedError(
+            absl::StrCat("session ", session, ": entry ", next, " is missing"));
+      }
+      next = last + 1;
+      stubs = stubs || last > first;
+      Use put(writer_->statements.at(kPutEntry));
+      put.Bind(1, absl::string_view(session));
+      put.Bind(2, last);
+      put.Bind(3, uint64_t{bytes::Crc32c(entry)});
+      put.BindBytes(4, entry);
+      if (put.Step() == SQLITE_DONE) return absl::OkStatus();
+      return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
+    });
+  }
+  if (status.ok() && next == 1) {
+    status = absl::AbortedError(absl::StrCat("session ", session, ": there is no entry"));
+  }
+  // As in Compact(): a release that does not know them takes them for damage.
+  if (status.ok() && stubs) status = writer_->Run("PRAGMA user_version = 2");
+  return EndTransaction(std::move(status));
+}
+
+absl::Status LogDatabase::EndTransaction(absl::Status status) {
+  if (status.ok()) status = writer_->Run("COMMIT");
+  if (!status.ok() && sqlite3_get_autocommit(writer_->database) == 0) {
+    writer_->Run("ROLLBACK").IgnoreError();
+  }
+  return status;
+}
+
 absl::Status LogDatabase::Drop(const std::string& session) {
   std::lock_guard<std::mutex> lock(write_mutex_);
+  absl::Status dropped = DropLog(session);
+  if (dropped.ok()) EmptyWriteAheadLog();
+  return dropped;
+}
+
+absl::Status LogDatabase::DropByRequest(const DeletionRecord& deletion) {
+  std::lock_guard<std::mutex> lock(write_mutex_);
+  absl::Status status = writer_->Run("BEGIN IMMEDIATE");
+  if (status.ok()) status = DropLog(deletion.session);
+  if (status.ok()) status = Remember(deletion);
+  status = EndTransaction(std::move(status));
+  if (status.ok()) EmptyWriteAheadLog();
+  return status;
+}
+
+absl::Status LogDatabase::DropLog(const std::string& session) {
   Use drop(writer_->statements.at(kDrop));
   drop.Bind(1, absl::string_view(session));
   if (drop.Step() != SQLITE_DONE) {
     return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
   }
-  if (sqlite3_changes(writer_->database) == 0) {
-    return absl::NotFoundError(absl::StrCat("no log of ", session));
-  }
-  // The write-ahead log still has what was deleted. If it cannot be emptied now, it is emptied at
-  // the next start at the latest; the deletion stands.
+  if (sqlite3_changes(writer_->database) > 0) return absl::OkStatus();
+  return absl::NotFoundError(absl::StrCat("no log of ", session));
+}
+
+absl::Status LogDatabase::Remember(const DeletionRecord& deletion) {
+  Use remember(writer_->statements.at(kRememberDeletion));
+  remember.Bind(1, absl::string_view(deletion.tenant));
+  remember.Bind(2, absl::string_view(deletion.request));
+  remember.Bind(3, absl::string_view(deletion.session));
+  Use forget(writer_->statements.at(kForgetDeletions));
+  forget.Bind(1, uint64_t{Store::kRememberedDeletions});
+  if (remember.Step() == SQLITE_DONE && forget.Step() == SQLITE_DONE) return absl::OkStatus();
+  return DatabaseError(writer_->database, absl::StrCat("write to ", path_));
+}
+
+void LogDatabase::EmptyWriteAheadLog() {
   sqlite3_busy_timeout(writer_->database, kBusyBrieflyMilliseconds);
   writer_->Run("PRAGMA wal_checkpoint(TRUNCATE)").IgnoreError();
   sqlite3_busy_timeout(writer_->database, kBusyMilliseconds);
-  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<DeletionRecord>> LogDatabase::Deletions() const {
+  std::lock_guard<std::mutex> lock(write_mutex_);
+  Use read(writer_->statements.at(kDeletions));
+  std::vector<DeletionRecord> deletions;
+  int step = SQLITE_ROW;
+  while ((step = read.Step()) == SQLITE_ROW) {
+    deletions.push_back({read.Bytes(0), read.Bytes(1), read.Bytes(2)});
+  }
+  if (step != SQLITE_DONE) return DatabaseError(writer_->database, absl::StrCat("read ", path_));
+  return deletions;
 }
 
 absl::Status LogDatabase::PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) {

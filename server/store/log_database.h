@@ -8,6 +8,8 @@
 #include <string>
 #include <vector>
 
+#include "absl/base/thread_annotations.h"
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "absl/status/statusor.h"
 #include "absl/strings/string_view.h"
@@ -46,7 +48,16 @@ class LogDatabase {
   };
   absl::Status Compact(const std::string& session, const std::vector<Stub>& stubs);
   absl::StatusOr<std::vector<std::string>> Sessions() const;
+  // Takes an entry that stands for those from `first` to `last`, mostly one.
+  using TakeEntry =
+      absl::FunctionRef<absl::Status(uint64_t first, uint64_t last, absl::string_view entry)>;
+  // Writes what `entries` gives, in one step. ABORTED: the session has a log, or an entry that is
+  // given is not the next, or none is.
+  absl::Status PutLog(const std::string& session,
+                      absl::FunctionRef<absl::Status(TakeEntry)> entries);
   absl::Status Drop(const std::string& session);
+  absl::Status DropByRequest(const DeletionRecord& deletion);
+  absl::StatusOr<std::vector<DeletionRecord>> Deletions() const;
 
   absl::Status PutSnapshot(const std::string& session, const SnapshotRecord& snapshot);
   absl::StatusOr<std::vector<SnapshotRecord>> Snapshots(const std::string& session) const;
@@ -67,7 +78,15 @@ class LogDatabase {
   LogDatabase(std::string path, std::unique_ptr<Connection> writer,
               std::unique_ptr<Connection> reader);
 
-  absl::Status PutStub(const std::string& session, const Stub& stub);
+  absl::Status PutStub(const std::string& session, const Stub& stub)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
+  absl::Status DropLog(const std::string& session) ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
+  absl::Status Remember(const DeletionRecord& deletion) ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
+  // Ends a transaction that came to `status`: it counts as a whole or not at all.
+  absl::Status EndTransaction(absl::Status status) ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
+  // The write-ahead log still has what was deleted. If it cannot be emptied now, it is emptied at
+  // the next start at the latest; the deletion stands.
+  void EmptyWriteAheadLog() ABSL_EXCLUSIVE_LOCKS_REQUIRED(write_mutex_);
 
   const std::string path_;
   mutable std::mutex write_mutex_;

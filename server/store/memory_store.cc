@@ -99,8 +99,51 @@ absl::StatusOr<std::vector<std::string>> MemoryStore::Sessions() const {
   return names;
 }
 
+absl::Status MemoryStore::PutLog(const std::string& session, const std::string& spool) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (logs_.count(session) != 0) {
+    return absl::AbortedError(absl::StrCat("session ", session, " has a log"));
+  }
+  std::map<uint64_t, std::string> log;
+  size_t bytes = 0;
+  uint64_t next = 1;
+  const auto records = spools_.find(spool);
+  if (records != spools_.end()) {
+    for (const std::string& record : records->second) {
+      storage::v1::LogEntry entry;
+      if (!entry.ParseFromString(record) || FirstSequence(entry.event()) != next) break;
+      next = entry.event().sequence() + 1;
+      bytes += record.size();
+      log[entry.event().sequence()] = record;
+    }
+  }
+  if (log.empty() || log.size() != records->second.size()) {
+    return absl::AbortedError(absl::StrCat("session ", session, ": entry ", next, " is missing"));
+  }
+  if (absl::Status room = Reserve(bytes); !room.ok()) return room;
+  logs_[session] = std::move(log);
+  return absl::OkStatus();
+}
+
 absl::Status MemoryStore::Drop(const std::string& session) {
   std::lock_guard<std::mutex> lock(mutex_);
+  return DropLog(session);
+}
+
+absl::Status MemoryStore::DropByRequest(const DeletionRecord& deletion) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  if (absl::Status dropped = DropLog(deletion.session); !dropped.ok()) return dropped;
+  deletions_.push_back(deletion);
+  if (deletions_.size() > kRememberedDeletions) deletions_.pop_front();
+  return absl::OkStatus();
+}
+
+absl::StatusOr<std::vector<DeletionRecord>> MemoryStore::Deletions() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return std::vector<DeletionRecord>(deletions_.begin(), deletions_.end());
+}
+
+absl::Status MemoryStore::DropLog(const std::string& session) {
   const auto log = logs_.find(session);
   if (log == logs_.end()) return absl::NotFoundError(absl::StrCat("no log of ", session));
   for (const auto& [sequence, entry] : log->second) used_ -= entry.size();

@@ -2,6 +2,7 @@
 #ifndef VANTAGE_SERVER_STORE_MEMORY_STORE_H_
 #define VANTAGE_SERVER_STORE_MEMORY_STORE_H_
 
+#include <deque>
 #include <map>
 #include <mutex>
 #include <string>
@@ -24,7 +25,10 @@ class MemoryStore : public Store {
   absl::Status Compact(const std::string& session,
                        const std::vector<storage::v1::LogEntry>& entries) override;
   absl::StatusOr<std::vector<std::string>> Sessions() const override;
+  absl::Status PutLog(const std::string& session, const std::string& spool) override;
   absl::Status Drop(const std::string& session) override;
+  absl::Status DropByRequest(const DeletionRecord& deletion) override;
+  absl::StatusOr<std::vector<DeletionRecord>> Deletions() const override;
   absl::Status PutSnapshot(const std::string& session, const SnapshotRecord& snapshot) override;
   absl::StatusOr<std::vector<SnapshotRecord>> Snapshots(const std::string& session) const override;
   absl::Status DropSnapshot(const std::string& session, uint64_t sequence) override;
@@ -56,6 +60,7 @@ class MemoryStore : public Store {
   };
 
   absl::Status Reserve(size_t bytes) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  absl::Status DropLog(const std::string& session) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 
   const size_t capacity_;
   mutable std::mutex mutex_;
@@ -68,6 +73,7 @@ class MemoryStore : public Store {
   std::map<std::string, std::map<std::string, int>> begun_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, Blob> blobs_ ABSL_GUARDED_BY(mutex_);
   std::map<std::string, std::vector<std::string>> spools_ ABSL_GUARDED_BY(mutex_);
+  std::deque<DeletionRecord> deletions_ ABSL_GUARDED_BY(mutex_);
   absl::Duration seen_ ABSL_GUARDED_BY(mutex_);
 };
 

@@ -30,6 +30,13 @@ struct SnapshotRecord {
   std::string blob;                // SHA-256, 32 bytes
 };
 
+// The request that deleted a session.
+struct DeletionRecord {
+  std::string tenant;
+  std::string request;  // its id
+  std::string session;
+};
+
 // Thread safe. Errors of every method: RESOURCE_EXHAUSTED when there is no room (nothing was
 // changed), UNAVAILABLE when the medium fails, DATA_LOSS when what was kept is damaged.
 class Store {
@@ -50,8 +57,17 @@ class Store {
                                const std::vector<storage::v1::LogEntry>& entries) = 0;
   // Every session that has a log, sorted.
   virtual absl::StatusOr<std::vector<std::string>> Sessions() const = 0;
+  // Makes the log of a session that has none of the entries (serialised
+  // vantage.storage.v1.LogEntry) that a spool has, in order: all or none, durably. ABORTED: it has
+  // a log, or entries are missing.
+  virtual absl::Status PutLog(const std::string& session, const std::string& spool) = 0;
   // Forgets a session's log. NOT_FOUND. Blobs that nobody else holds go with ReleaseBlob.
   virtual absl::Status Drop(const std::string& session) = 0;
+  // The same, and remembers in the same step the request that asked for it.
+  virtual absl::Status DropByRequest(const DeletionRecord& deletion) = 0;
+  // The last deletions that were asked for, oldest first; so many are remembered.
+  static constexpr int kRememberedDeletions = 4096;
+  virtual absl::StatusOr<std::vector<DeletionRecord>> Deletions() const = 0;
 
   // Remembers a snapshot of a session that has a log (else NOT_FOUND), in place of one of the same
   // sequence number. Dropped with the session; its blob's holder is the caller.

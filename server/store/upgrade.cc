@@ -242,6 +242,9 @@ void UpgradeEvent(v1::SessionEvent& event) {
     case v1::SessionEvent::kClaimRenewed:
     case v1::SessionEvent::kStationCreated:
     case v1::SessionEvent::kStationEnded:
+    case v1::SessionEvent::kScannerUpdated:
+    case v1::SessionEvent::kScannerDeleted:
+    case v1::SessionEvent::kPlanDeleted:
     case v1::SessionEvent::kEventsLeftOut:
     case v1::SessionEvent::EVENT_NOT_SET:
       return;  // none of their fields has another type

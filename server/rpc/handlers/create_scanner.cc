@@ -20,6 +20,31 @@ absl::StatusOr<v1::CreateScannerResponse> CreateScanner(const session::TenantSes
   return response;
 }
 
+absl::StatusOr<v1::UpdateScannerResponse> UpdateScanner(const session::TenantSessions& sessions,
+                                                        const v1::UpdateScannerRequest& request) {
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindParent(sessions, request.scanner().name(), "scanners", "scanner.name");
+  if (!session.ok()) return session.status();
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
+  absl::StatusOr<v1::Scanner> scanner = (*session)->scanners().Update(request);
+  if (!scanner.ok()) return scanner.status();
+  v1::UpdateScannerResponse response;
+  *response.mutable_scanner() = *std::move(scanner);
+  return response;
+}
+
+absl::StatusOr<v1::DeleteScannerResponse> DeleteScanner(const session::TenantSessions& sessions,
+                                                        const v1::DeleteScannerRequest& request) {
+  absl::StatusOr<std::shared_ptr<session::Session>> session =
+      FindParent(sessions, request.name(), "scanners", "name");
+  if (!session.ok()) return session.status();
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
+  absl::Status deleted = (*session)->scanners().Delete(
+      request.name(), session::RequestKey::Of(request.request_id(), "DeleteScanner", request));
+  if (!deleted.ok()) return deleted;
+  return v1::DeleteScannerResponse();
+}
+
 absl::StatusOr<v1::GetScannerResponse> GetScanner(const session::TenantSessions& sessions,
                                                   const v1::GetScannerRequest& request) {
   absl::StatusOr<std::shared_ptr<session::Session>> session =

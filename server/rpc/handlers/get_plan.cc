@@ -5,6 +5,7 @@
 #include "absl/strings/numbers.h"
 #include "absl/strings/str_cat.h"
 #include "server/contract/error.h"
+#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -66,11 +67,12 @@ absl::StatusOr<v1::GetPlanResponse> GetPlan(const session::TenantSessions& sessi
 
 absl::StatusOr<v1::ListPlansResponse> ListPlans(const session::TenantSessions& sessions,
                                                 const v1::ListPlansRequest& request) {
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   // A plan in the basic view has up to 200 views of about 1 KiB: a page fits in one message.
   return ListOfSession<v1::ListPlansResponse>(
       sessions, request, "plans", 200,
-      [](session::Session& session, const std::string& after, size_t limit, bool& more) {
-        return session.plans().List(after, limit, more);
+      [&](session::Session& session, const std::string& after, size_t limit, bool& more) {
+        return session.plans().List(after, limit, more, request);
       },
       [](v1::ListPlansResponse& response) { return response.mutable_plans(); });
 }

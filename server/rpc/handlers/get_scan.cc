@@ -1,5 +1,6 @@
 #include <utility>
 
+#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -19,10 +20,11 @@ absl::StatusOr<v1::GetScanResponse> GetScan(const session::TenantSessions& sessi
 
 absl::StatusOr<v1::ListScansResponse> ListScans(const session::TenantSessions& sessions,
                                                 const v1::ListScansRequest& request) {
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   return ListOfSession<v1::ListScansResponse>(
       sessions, request, "scans", 1000,
-      [](session::Session& session, const std::string& after, size_t limit, bool& more) {
-        return session.scans().List(after, limit, more);
+      [&](session::Session& session, const std::string& after, size_t limit, bool& more) {
+        return session.scans().List(after, limit, more, request);
       },
       [](v1::ListScansResponse& response) { return response.mutable_scans(); });
 }

@@ -7,6 +7,7 @@
 #include "absl/strings/str_split.h"
 #include "absl/time/time.h"
 #include "server/contract/error.h"
+#include "server/conversion/check_request.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -37,6 +38,7 @@ absl::StatusOr<v1::GetSessionResponse> GetSession(const session::TenantSessions&
 
 absl::StatusOr<v1::ListSessionsResponse> ListSessions(const session::TenantSessions& sessions,
                                                       const v1::ListSessionsRequest& request) {
+  if (absl::Status valid = conversion::CheckRequest(request); !valid.ok()) return valid;
   absl::StatusOr<Page> page = ReadPage(request.page_size(), request.page_token(), "sessions", 50,
                                        1000, "page_size", "page_token");
   if (!page.ok()) return page.status();
@@ -47,7 +49,7 @@ absl::StatusOr<v1::ListSessionsResponse> ListSessions(const session::TenantSessi
   v1::ListSessionsResponse response;
   bool more = false;
   const std::vector<std::shared_ptr<session::Session>> listed =
-      sessions.List(after, page->limit, more);
+      sessions.List(after, page->limit, more, request);
   size_t bytes = 0;
   std::string last;
   for (const std::shared_ptr<session::Session>& session : listed) {

@@ -27,6 +27,9 @@ absl::StatusOr<v1::UpdateSessionResponse> UpdateSession(const session::TenantSes
 absl::StatusOr<v1::DeleteSessionResponse> DeleteSession(const session::TenantSessions& sessions,
                                                         const v1::DeleteSessionRequest& request);
 
+absl::StatusOr<v1::ImportSessionResponse> ImportSession(const session::TenantSessions& sessions,
+                                                        const v1::ImportSessionRequest& request);
+
 // Uploads and scans.
 absl::StatusOr<v1::CreateUploadResponse> CreateUpload(const session::TenantSessions& sessions,
                                                       const v1::CreateUploadRequest& request);
@@ -58,6 +61,8 @@ absl::StatusOr<v1::ListPlansResponse> ListPlans(const session::TenantSessions& s
                                                 const v1::ListPlansRequest& request);
 absl::StatusOr<v1::CancelPlanResponse> CancelPlan(const session::TenantSessions& sessions,
                                                   const v1::CancelPlanRequest& request);
+absl::StatusOr<v1::DeletePlanResponse> DeletePlan(const session::TenantSessions& sessions,
+                                                  const v1::DeletePlanRequest& request);
 absl::StatusOr<v1::RejectViewResponse> RejectView(const session::TenantSessions& sessions,
                                                   const v1::RejectViewRequest& request);
 absl::StatusOr<v1::ListRejectionsResponse> ListRejections(const session::TenantSessions& sessions,
@@ -79,6 +84,10 @@ absl::StatusOr<v1::GetScannerResponse> GetScanner(const session::TenantSessions&
                                                   const v1::GetScannerRequest& request);
 absl::StatusOr<v1::ListScannersResponse> ListScanners(const session::TenantSessions& sessions,
                                                       const v1::ListScannersRequest& request);
+absl::StatusOr<v1::UpdateScannerResponse> UpdateScanner(const session::TenantSessions& sessions,
+                                                        const v1::UpdateScannerRequest& request);
+absl::StatusOr<v1::DeleteScannerResponse> DeleteScanner(const session::TenantSessions& sessions,
+                                                        const v1::DeleteScannerRequest& request);
 // Answers on the planning pool; `done` is called exactly once.
 void ClaimView(const session::TenantSessions& sessions, const v1::ClaimViewRequest& request,
                std::function<void(absl::StatusOr<v1::ClaimViewResponse>)> done);

@@ -16,8 +16,8 @@ absl::StatusOr<v1::ListClaimsResponse> ListClaims(const session::TenantSessions&
                                                   const v1::ListClaimsRequest& request) {
   return ListOfSession<v1::ListClaimsResponse>(
       sessions, request, "claims", 1000,
-      [](session::Session& session, const std::string& after, size_t limit, bool& more) {
-        return session.claims().List(after, limit, more);
+      [&](session::Session& session, const std::string& after, size_t limit, bool& more) {
+        return session.claims().List(after, limit, more, request);
       },
       [](v1::ListClaimsResponse& response) { return response.mutable_claims(); });
 }

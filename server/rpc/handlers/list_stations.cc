@@ -8,8 +8,8 @@ absl::StatusOr<v1::ListStationsResponse> ListStations(const session::TenantSessi
                                                       const v1::ListStationsRequest& request) {
   return ListOfSession<v1::ListStationsResponse>(
       sessions, request, "stations", 1000,
-      [](session::Session& session, const std::string& after, size_t limit, bool& more) {
-        return session.stations().List(after, limit, more);
+      [&](session::Session& session, const std::string& after, size_t limit, bool& more) {
+        return session.stations().List(after, limit, more, request);
       },
       [](v1::ListStationsResponse& response) { return response.mutable_stations(); });
 }

@@ -42,7 +42,9 @@ class ModelRpc : public testing::Test {
       total = part.total_size_bytes();
     }
     grpc::Status status = stream->Finish();
-    EXPECT_EQ(total, static_cast<int64_t>(file.size()));
+    // That of an archive is not known before it is made.
+    const bool known = format != v1::EXPORT_FORMAT_ARCHIVE;
+    EXPECT_EQ(total, known ? static_cast<int64_t>(file.size()) : 0);
     return status;
   }
 };
@@ -216,10 +218,7 @@ TEST_F(ModelRpc, WhatCannotBeExportedSaysWhy) {
             "MODEL_EMPTY");
   EXPECT_EQ(Export(empty, v1::EXPORT_FORMAT_UNSPECIFIED, file).error_code(),
             grpc::StatusCode::INVALID_ARGUMENT);
-  const grpc::Status archive = Export(empty, v1::EXPORT_FORMAT_ARCHIVE, file);
-  EXPECT_EQ(archive.error_code(), grpc::StatusCode::UNIMPLEMENTED);
-  EXPECT_EQ(fixture::InfoOf(archive).reason(), "NOT_IN_THIS_RELEASE");
-  EXPECT_EQ(fixture::InfoOf(archive).metadata().at("feature"), "session archive");
+  EXPECT_TRUE(Export(empty, v1::EXPORT_FORMAT_ARCHIVE, file).ok()) << "an archive needs no model";
 }
 
 }  // namespace

@@ -370,5 +370,60 @@ TEST(PageTest, EndsWhereItWouldBeTooLarge) {
   EXPECT_EQ(response.scans_size(), 1);
 }
 
+TEST_F(Paging, AFilterLeavesOutWhatItDoesNotName) {
+  script_.EndPlans();
+  const std::string session = server_.OpenRoom("hall-north");
+  server_.OpenSession("office");
+  {
+    grpc::ClientContext context;
+    v1::CreateSessionRequest request;
+    request.set_session_id("b2");
+    request.mutable_session()->set_display_name("The Northern HALL, upstairs");
+    v1::CreateSessionResponse created;
+    ASSERT_TRUE(server_.sessions->CreateSession(&context, request, &created).ok());
+  }
+  const auto sessions = [&](v1::ListSessionsRequest request) {
+    std::vector<std::string> names;
+    do {
+      const ListedPage page = PageOf<v1::ListSessionsRequest, v1::ListSessionsResponse>(
+          request, 1, request.page_token(), *server_.sessions,
+          &v1::SessionService::Stub::ListSessions,
+          [](const auto& response) { return response.sessions(); });
+      EXPECT_TRUE(page.status.ok()) << page.status.error_message();
+      names.insert(names.end(), page.names.begin(), page.names.end());
+      request.set_page_token(page.next);
+    } while (!request.page_token().empty());
+    return names;
+  };
+  v1::ListSessionsRequest wanted;
+  wanted.set_text("HaLL");
+  EXPECT_THAT(sessions(wanted), ElementsAre(session, "sessions/b2"));
+  wanted.set_text("attic");
+  EXPECT_THAT(sessions(wanted), IsEmpty());
+  wanted.clear_text();
+  wanted.mutable_updated_after()->set_seconds(4'000'000'000);
+  EXPECT_THAT(sessions(wanted), IsEmpty());
+  wanted.mutable_updated_after()->set_seconds(1);
+  EXPECT_EQ(sessions(wanted).size(), 3U);
+
+  v1::ListScansRequest scans;
+  scans.set_parent(session);
+  const auto listed = [&] {
+    return PageOf<v1::ListScansRequest, v1::ListScansResponse>(
+        scans, 9, "", *server_.scans, &v1::ScanService::Stub::ListScans,
+        [](const auto& response) { return response.scans(); });
+  };
+  EXPECT_EQ(listed().names.size(), 1U);
+  scans.add_states(v1::SCAN_STATE_MERGED);
+  EXPECT_EQ(listed().names.size(), 1U);
+  scans.set_states(0, v1::SCAN_STATE_DOUBTFUL);
+  EXPECT_THAT(listed().names, IsEmpty());
+  scans.clear_states();
+  scans.set_scanner(session + "/scanners/red");
+  EXPECT_THAT(listed().names, IsEmpty());
+  scans.add_states(v1::SCAN_STATE_UNSPECIFIED);
+  EXPECT_THAT(fixture::ViolatedFields(listed().status), ElementsAre("states[0]"));
+}
+
 }  // namespace
 }  // namespace vantage::rpc

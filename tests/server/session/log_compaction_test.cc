@@ -62,6 +62,11 @@ std::string Whole(const SessionState& state) {
   for (const auto& [name, scanner] : state.scanners) {
     absl::StrAppend(&out, "\n", scanner.SerializeAsString());
   }
+  for (const std::string& name : state.scanner_order) absl::StrAppend(&out, "\n", name);
+  for (const std::string& name : state.plan_order) {
+    const PlanRecord& record = state.plans.at(name);
+    absl::StrAppend(&out, "\n", name, record.plan.SerializeAsString(), record.blob);
+  }
   for (const auto& [name, record] : state.claims) {
     absl::StrAppend(&out, "\n", name, record.claim.SerializeAsString(), record.caller,
                     record.end_reason);
@@ -79,7 +84,8 @@ std::string Whole(const SessionState& state) {
   }
   return absl::StrCat(out, "\n", state.last_sequence, " ", absl::FormatDuration(state.last_seen),
                       " ", state.last_resource, " ", state.model_version, " ", state.upload_count,
-                      " ", state.rejection_count, " ", state.station_count);
+                      " ", state.rejection_count, " ", state.station_count, " ", state.plan_count,
+                      " ", state.plans.size());
 }
 
 std::string Whole(const Journal& journal) {
@@ -297,6 +303,37 @@ TEST_F(LogCompactionTest, AClosedLogIsLeftAlone) {
   EXPECT_TRUE(LeftOut().empty());
 }
 
+TEST_F(LogCompactionTest, ADeletedPlanAndWhatAScannerWasBeforeGo) {
+  using Span = std::pair<uint64_t, uint64_t>;
+  v1::SessionEvent event;
+  event.mutable_scanner_created()->mutable_scanner()->set_name(Named("scanner", ++scanners_));
+  Do(event);  // 2
+  for (const char* by : {"a", "b", "c"}) {
+    v1::SessionEvent changed;
+    changed.mutable_scanner_updated()->mutable_scanner()->set_name(Named("scanner", 1));
+    changed.mutable_scanner_updated()->mutable_scanner()->set_operator_(by);
+    Do(changed);  // 3 to 5
+  }
+  for (const uint64_t number : {1, 2}) {
+    v1::SessionEvent created;
+    created.mutable_plan_created()->mutable_plan()->set_name(Named("plan", number));
+    Do(created);
+    v1::SessionEvent ended;
+    ended.mutable_plan_ended()->mutable_plan()->set_name(Named("plan", number));
+    Do(ended);  // 6 to 9
+  }
+  v1::SessionEvent deleted;
+  deleted.mutable_plan_deleted()->set_plan(Named("plan", 1));
+  Do(deleted);  // 10
+  DoOthers();
+  const std::string before = Whole(*journal_);
+  ASSERT_TRUE(journal_->Compact().ok());
+  EXPECT_THAT(LeftOut(), ElementsAre(Span(3, 4), Span(6, 7), Span(10, 10)));
+  EXPECT_EQ(Whole(*journal_), before);
+  Reopen();
+  EXPECT_EQ(Whole(*journal_), before);
+}
+
 // Steps at random, by name of what there is.
 class RandomSteps {
  public:
@@ -304,7 +341,7 @@ class RandomSteps {
 
   v1::SessionEvent Next(absl::Time now) {
     v1::SessionEvent event;
-    switch (Pick(12)) {
+    switch (Pick(16)) {
       case 0:
       case 1: {
         const std::string name = Named("upload", ++uploads_);
@@ -380,6 +417,29 @@ class RandomSteps {
         stations_.insert(name);
         return event;
       }
+      case 11: {
+        v1::Scanner& scanner = *event.mutable_scanner_updated()->mutable_scanner();
+        scanner.set_name(Scanner());
+        scanner.set_operator_(absl::StrCat(Pick(1'000)));
+        return event;
+      }
+      case 12: {
+        const std::string name = Named("plan", ++plan_count_);
+        event.mutable_plan_created()->mutable_plan()->set_name(name);
+        running_.insert(name);
+        return event;
+      }
+      case 13: {
+        if (running_.empty()) break;
+        const std::string name = Take(running_);
+        event.mutable_plan_ended()->mutable_plan()->set_name(name);
+        ended_plans_.insert(name);
+        return event;
+      }
+      case 14:
+        if (ended_plans_.empty()) break;
+        event.mutable_plan_deleted()->set_plan(Take(ended_plans_));
+        return event;
       default:
         if (stations_.empty()) break;
         event.mutable_station_ended()->mutable_station()->set_name(Take(stations_));
@@ -420,9 +480,12 @@ class RandomSteps {
   uint64_t rejections_ = 0;
   uint64_t claims_ = 0;
   uint64_t station_count_ = 0;
+  uint64_t plan_count_ = 0;
   uint64_t requests_ = 0;
   std::set<std::string> open_;
   std::set<std::string> stations_;
+  std::set<std::string> running_;
+  std::set<std::string> ended_plans_;
   std::map<std::string, v1::Claim> held_;
   std::vector<v1::Scan> scans_;
 };

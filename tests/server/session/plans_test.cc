@@ -102,6 +102,81 @@ TEST_F(SessionPlans, AvoidEveryRefusedPlaceAndTheSessionListsTheNewest) {
   EXPECT_EQ(listed.rejections(999).position().x(), 1099);
 }
 
+TEST_F(SessionPlans, ThatAreDeletedAreForgottenWithTheirDetails) {
+  std::vector<std::string> names;
+  for (uint64_t i = 0; i < 3; ++i) {
+    planning::Plan plan;  // unlike the others, so that it has details of its own
+    plan.rays = i;
+    names.push_back(MakePlan(plan));
+  }
+  ASSERT_TRUE(session_->plans().GetFullResult(names[1]).ok());
+  const size_t used = store_.used();
+  v1::DeletePlanRequest request;
+  request.set_name(names[1]);
+  const RequestKey key = RequestKey::Of("once", "DeletePlan", request);
+  ASSERT_TRUE(session_->plans().Delete(names[1], key).ok());
+  EXPECT_TRUE(session_->plans().Delete(names[1], key).ok()) << "the same request";
+  EXPECT_TRUE(absl::IsNotFound(session_->plans().Delete(names[1], {})));
+  EXPECT_TRUE(absl::IsNotFound(session_->plans().Get(names[1]).status()));
+  EXPECT_FALSE(session_->plans().GetFullResult(names[1]).ok());
+  EXPECT_LT(store_.used(), used) << "its details are released";
+  const auto listed = [](Session& session) {
+    std::vector<std::string> all;
+    std::string after;
+    for (bool more = true; more;) {
+      const std::vector<v1::Plan> page = session.plans().List(after, 1, more).value();
+      for (const v1::Plan& plan : page) all.push_back(after = plan.name());
+    }
+    return all;
+  };
+  EXPECT_THAT(listed(*session_), testing::ElementsAre(names[0], names[2]));
+  bool more = false;
+  EXPECT_EQ(session_->plans().List(names[1], 9, more)->front().name(), names[2])
+      << "a page goes on after one that was deleted";
+  // A number is never given again, also where the last was deleted.
+  ASSERT_TRUE(session_->plans().Delete(names[2], {}).ok());
+  EXPECT_EQ(MakePlan(), "sessions/job/plans/plan-4");
+  v1::ListPlansRequest failed;
+  failed.add_states(v1::PLAN_STATE_FAILED);
+  EXPECT_TRUE(session_->plans().List("", 9, more, failed)->empty());
+  failed.add_states(v1::PLAN_STATE_SUCCEEDED);
+  EXPECT_EQ(session_->plans().List("", 1, more, failed)->size(), 1U);
+  EXPECT_TRUE(more);
+
+  fixture::SessionHost next(store_, script_.Make());
+  ASSERT_TRUE(next.registry.LoadAll().ok());
+  EXPECT_THAT(listed(*next.registry.Find("job").value()),
+              testing::ElementsAre(names[0], "sessions/job/plans/plan-4"));
+}
+
+TEST_F(SessionPlans, ThatRunAreNotDeletedAndACancellationIsRemembered) {
+  std::latch begun(1);
+  std::latch go_on(1);
+  during_plan_ = [&] {
+    begun.count_down();
+    go_on.wait();
+  };
+  const std::string name = session_->plans().Create({}).value().name();
+  begun.wait();
+  EXPECT_EQ(contract::ReasonOf(session_->plans().Delete(name, {})), "PLAN_RUNNING");
+  v1::CancelPlanRequest request;
+  request.set_name(name);
+  const RequestKey key = RequestKey::Of("stop", "CancelPlan", request);
+  ASSERT_TRUE(session_->plans().Cancel(name, key).ok());
+  go_on.count_down();
+  ASSERT_TRUE(host_->registry.WaitUntilIdle(std::chrono::seconds(60)));
+  EXPECT_EQ(session_->plans().Get(name)->state(), v1::PLAN_STATE_CANCELLED);
+  EXPECT_TRUE(session_->journal().Knows(key));
+  EXPECT_TRUE(session_->plans().Cancel(name, key).ok()) << "the same request";
+  during_plan_ = [] {};
+  request.set_name(MakePlan());
+  EXPECT_EQ(
+      contract::ReasonOf(session_->plans()
+                             .Cancel(request.name(), RequestKey::Of("stop", "CancelPlan", request))
+                             .status()),
+      "REQUEST_ID_REUSED");
+}
+
 TEST_F(SessionPlans, ExpiredRejectionsCountForNothing) {
   constexpr int kMost = 10'000;
   for (int i = 0; i < kMost - 1; ++i) ASSERT_TRUE(Reject(i, 60).ok());

@@ -129,6 +129,23 @@ class ReplayedJob : public SessionReplayOnDisk {
   }
 };
 
+TEST_F(SessionReplayOnDisk, ADeletionThatIsAskedForAgainHasTheSameAnswer) {
+  fixture::Script script;
+  {
+    fixture::SessionHost first(*store_, script.Make());
+    fixture::OpenSession(first.registry, "job");
+    fixture::OpenSession(first.registry, "other");
+    ASSERT_TRUE(first.registry.Delete("job", "gone").ok());
+  }
+  Reopen();
+  fixture::SessionHost second(*store_, script.Make());
+  ASSERT_TRUE(second.registry.LoadAll().ok());
+  EXPECT_TRUE(second.registry.Delete("job", "gone").ok());
+  EXPECT_TRUE(absl::IsNotFound(second.registry.Delete("job", "again")));
+  EXPECT_EQ(contract::ReasonOf(second.registry.Delete("other", "gone")), "REQUEST_ID_REUSED");
+  EXPECT_TRUE(second.registry.Find("other").ok());
+}
+
 TEST_F(ReplayedJob, HasTheSameSession) {
   EXPECT_TRUE(MessageDifferencer::Equals(after_.session, before_.session))
       << after_.session.DebugString();

@@ -77,6 +77,41 @@ TEST_P(StoreTest, LogsAreOrderedAndFenced) {
   EXPECT_TRUE(store_->Sessions().value().empty());
 }
 
+TEST_P(StoreTest, ADeletionIsRememberedWithItsRequest) {
+  EXPECT_TRUE(store_->Deletions().value().empty());
+  EXPECT_TRUE(absl::IsNotFound(store_->DropByRequest({"museum", "r", "a"})));
+  EXPECT_TRUE(store_->Deletions().value().empty());
+  ASSERT_TRUE(store_->Append("a", NumberedEntry(1)).ok());
+  ASSERT_TRUE(store_->Append("b", NumberedEntry(1)).ok());
+  ASSERT_TRUE(store_->DropByRequest({"museum", "r", "a"}).ok());
+  ASSERT_TRUE(store_->DropByRequest({"", "s", "b"}).ok());
+  EXPECT_TRUE(store_->Sessions().value().empty());
+  const std::vector<DeletionRecord> known = store_->Deletions().value();
+  ASSERT_EQ(known.size(), 2U);
+  EXPECT_EQ(known[0].tenant, "museum");
+  EXPECT_EQ(known[0].request, "r");
+  EXPECT_EQ(known[0].session, "a");
+  EXPECT_EQ(known[1].session, "b");
+}
+
+TEST_P(StoreTest, ALogIsPutAsAWholeOrNotAtAll) {
+  const auto spool = [&](const std::string& name, const std::vector<uint64_t>& sequences) {
+    for (const uint64_t sequence : sequences) {
+      ASSERT_TRUE(store_->AppendSpool(name, NumberedEntry(sequence).SerializeAsString()).ok());
+    }
+  };
+  EXPECT_TRUE(absl::IsAborted(store_->PutLog("a", "nothing")));
+  spool("gap", {1, 2, 4});
+  EXPECT_TRUE(absl::IsAborted(store_->PutLog("a", "gap")));
+  EXPECT_TRUE(absl::IsNotFound(store_->Read("a", 0, 9).status()));
+  spool("whole", {1, 2, 3});
+  ASSERT_TRUE(store_->PutLog("a", "whole").ok());
+  EXPECT_EQ(store_->Read("a", 0, 9).value().size(), 3U);
+  EXPECT_TRUE(absl::IsAborted(store_->PutLog("a", "whole"))) << "it has a log";
+  EXPECT_TRUE(store_->Append("a", NumberedEntry(4)).ok());
+  EXPECT_EQ(store_->Sessions().value(), std::vector<std::string>{"a"});
+}
+
 TEST_P(StoreTest, SnapshotsGoWithTheirLog) {
   const std::string blob(32, 'b');
   EXPECT_TRUE(absl::IsNotFound(store_->PutSnapshot("a", {1, 1, blob})));
