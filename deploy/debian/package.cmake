@@ -16,6 +16,8 @@ set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS ON)
 set(CPACK_DEBIAN_SERVER_PACKAGE_NAME vantage-server)
 set(CPACK_DEBIAN_SERVER_PACKAGE_SECTION science)
 set(CPACK_DEBIAN_SERVER_PACKAGE_DEPENDS "adduser, init-system-helpers (>= 1.54~)")
+# Without a proxy the server is for its own machine, or for callers with certificates.
+set(CPACK_DEBIAN_SERVER_PACKAGE_RECOMMENDS "haproxy (>= 2.6)")
 set(CPACK_DEBIAN_SERVER_PACKAGE_SUGGESTS vantage-client)
 set(CPACK_COMPONENT_SERVER_DESCRIPTION "planner of scanner positions, the server
  Plans where the tripod of a laser scanner should stand next, from the scans made so far.

@@ -20,10 +20,17 @@ struct AccessOptions {
   // Metadata key in which a proxy that authenticates callers names their tenant. With a callers
   // file it counts only from callers whose tenant is '*'. Empty: it never counts.
   std::string tenant_metadata;
+  // Metadata keys in which a proxy on the same machine passes on the certificate that a client
+  // showed (forwarded.h) and the client's address. They count only in calls that came by a socket
+  // of the file system, which only the proxy may open. Empty: they never count.
+  std::string certificate_metadata;
+  std::string address_metadata;
   bool allow_insecure_remote = false;  // serve other machines even without any of the above
   double calls_per_second = 500;       // of one caller; 0: no limit
   double calls_at_once = 1000;         // of one caller, after a rest
 
+  // True when a proxy is trusted to say who its clients are.
+  bool proxied() const { return !certificate_metadata.empty() || !address_metadata.empty(); }
   bool encrypted() const { return !tls_cert.empty(); }
   // True when callers have to identify themselves.
   bool identified() const { return !callers_file.empty() || !tls_client_ca.empty(); }

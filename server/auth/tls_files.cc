@@ -18,20 +18,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/time/clock.h"
+#include "server/auth/openssl_owned.h"
 
 namespace vantage::auth {
 namespace {
-
-template <auto kFree>
-struct Freed {
-  template <typename T>
-  void operator()(T* it) const {
-    kFree(it);
-  }
-};
-using Bio = std::unique_ptr<BIO, Freed<BIO_free>>;
-using Certificate = std::unique_ptr<X509, Freed<X509_free>>;
-using Key = std::unique_ptr<EVP_PKEY, Freed<EVP_PKEY_free>>;
 
 absl::Status Wrong(const std::string& path, const char* what) {
   ERR_clear_error();
@@ -45,13 +35,13 @@ absl::StatusOr<std::string> ReadText(const std::string& path) {
   return text;
 }
 
-Bio Reading(const std::string& text) {
-  return Bio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
+OwnedBio Reading(const std::string& text) {
+  return OwnedBio(BIO_new_mem_buf(text.data(), static_cast<int>(text.size())));
 }
 
-absl::StatusOr<Certificate> ReadCertificate(const std::string& text, const std::string& path) {
-  const Bio bio = Reading(text);
-  Certificate read(PEM_read_bio_X509(bio.get(), nullptr, nullptr, nullptr));
+absl::StatusOr<OwnedCertificate> ReadCertificate(const std::string& text, const std::string& path) {
+  const OwnedBio bio = Reading(text);
+  OwnedCertificate read(PEM_read_bio_X509(bio.get(), nullptr, nullptr, nullptr));
   if (read == nullptr) return Wrong(path, "holds no certificate in PEM");
   return read;
 }
@@ -129,18 +119,19 @@ absl::StatusOr<TlsFiles::Texts> TlsFiles::Read() const {
 }
 
 absl::StatusOr<absl::Time> TlsFiles::Check(const Texts& texts) const {
-  const absl::StatusOr<Certificate> certificate =
+  const absl::StatusOr<OwnedCertificate> certificate =
       ReadCertificate(texts.certificate, options_.tls_cert);
   if (!certificate.ok()) return certificate.status();
-  const Bio bio = Reading(texts.key);
-  const Key key(PEM_read_bio_PrivateKey(bio.get(), nullptr, nullptr, nullptr));
+  const OwnedBio bio = Reading(texts.key);
+  const OwnedKey key(PEM_read_bio_PrivateKey(bio.get(), nullptr, nullptr, nullptr));
   if (key == nullptr) return Wrong(options_.tls_key, "holds no key in PEM without a passphrase");
   if (X509_check_private_key(certificate->get(), key.get()) != 1) {
     return Wrong(options_.tls_key, "is not the key of the certificate");
   }
   absl::StatusOr<absl::Time> expires = EndOf(**certificate, options_.tls_cert);
   if (!expires.ok() || options_.tls_client_ca.empty()) return expires;
-  const absl::StatusOr<Certificate> ca = ReadCertificate(texts.client_ca, options_.tls_client_ca);
+  const absl::StatusOr<OwnedCertificate> ca =
+      ReadCertificate(texts.client_ca, options_.tls_client_ca);
   if (!ca.ok()) return ca.status();
   const absl::StatusOr<absl::Time> ca_expires = EndOf(**ca, options_.tls_client_ca);
   if (!ca_expires.ok()) return ca_expires.status();

@@ -11,6 +11,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
 #include "server/auth/tls_files.h"
+#include "server/main/socket_file.h"
 
 namespace vantage::server {
 namespace {
@@ -25,7 +26,26 @@ absl::Status Unprotected(const std::string& listen, absl::string_view lack) {
       "--callers, or say --allow-insecure-remote"));
 }
 
-absl::Status CheckTogether(const auth::AccessOptions& access, const std::string& listen) {
+absl::Status CheckProxied(const auth::AccessOptions& access,
+                          const std::vector<std::string>& listen) {
+  if (!access.proxied()) return absl::OkStatus();
+  if (access.callers_file.empty()) {
+    return absl::InvalidArgumentError(
+        "--certificate-metadata and --address-metadata need --callers: whoever reached the proxy "
+        "could do everything");
+  }
+  if (std::all_of(listen.begin(), listen.end(),
+                  [](const std::string& address) { return SocketPath(address).empty(); })) {
+    return absl::InvalidArgumentError(
+        "--certificate-metadata and --address-metadata count only in calls by a socket: add "
+        "--listen unix:PATH for the proxy");
+  }
+  return absl::OkStatus();
+}
+
+absl::Status CheckTogether(const auth::AccessOptions& access,
+                           const std::vector<std::string>& listen) {
+  if (listen.empty()) return absl::InvalidArgumentError("--listen needs an address");
   if (access.tls_cert.empty() != access.tls_key.empty()) {
     return absl::InvalidArgumentError("--tls-cert and --tls-key need one another");
   }
@@ -38,9 +58,13 @@ absl::Status CheckTogether(const auth::AccessOptions& access, const std::string&
         "--tls-optional-client-certificates needs --tls-client-ca, and --callers to tell the "
         "others by their tokens");
   }
-  if (access.allow_insecure_remote || IsLoopback(listen)) return absl::OkStatus();
-  if (!access.encrypted()) return Unprotected(listen, "nothing would be encrypted");
-  if (!access.identified()) return Unprotected(listen, "anyone could call");
+  if (absl::Status fit = CheckProxied(access, listen); !fit.ok()) return fit;
+  if (access.allow_insecure_remote) return absl::OkStatus();
+  for (const std::string& address : listen) {
+    if (IsLoopback(address)) continue;
+    if (!access.encrypted()) return Unprotected(address, "nothing would be encrypted");
+    if (!access.identified()) return Unprotected(address, "anyone could call");
+  }
   return absl::OkStatus();
 }
 
@@ -60,9 +84,10 @@ bool IsLoopback(const std::string& address) {
 }
 
 absl::StatusOr<Credentials> MakeCredentials(const auth::AccessOptions& access,
-                                            const std::string& listen) {
+                                            const std::vector<std::string>& listen) {
   if (absl::Status fit = CheckTogether(access, listen); !fit.ok()) return fit;
-  if (!access.encrypted()) return Credentials{grpc::InsecureServerCredentials(), nullptr};
+  const std::shared_ptr<grpc::ServerCredentials> plain = grpc::InsecureServerCredentials();
+  if (!access.encrypted()) return Credentials{plain, plain, nullptr};
   absl::StatusOr<std::unique_ptr<auth::TlsFiles>> files = auth::TlsFiles::Open(access);
   if (!files.ok()) return files.status();
   namespace tls = grpc::experimental;
@@ -81,7 +106,7 @@ absl::StatusOr<Credentials> MakeCredentials(const auth::AccessOptions& access,
                                       ? GRPC_SSL_REQUEST_CLIENT_CERTIFICATE_AND_VERIFY
                                       : GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
   }
-  return Credentials{tls::TlsServerCredentials(options), *std::move(files)};
+  return Credentials{tls::TlsServerCredentials(options), plain, *std::move(files)};
 }
 
 }  // namespace vantage::server

@@ -1,4 +1,4 @@
-// The credentials that the port asks of connections.
+// The credentials that ports and sockets ask of connections.
 #ifndef VANTAGE_SERVER_MAIN_CREDENTIALS_H_
 #define VANTAGE_SERVER_MAIN_CREDENTIALS_H_
 
@@ -6,6 +6,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "server/auth/access_options.h"
@@ -17,15 +18,17 @@ namespace vantage::server {
 bool IsLoopback(const std::string& address);
 
 struct Credentials {
-  std::shared_ptr<grpc::ServerCredentials> port;
-  // What the port reads, which outlives it; null: it is not encrypted.
+  std::shared_ptr<grpc::ServerCredentials> ports;
+  // Sockets of the file system: their permissions protect them.
+  std::shared_ptr<grpc::ServerCredentials> sockets;
+  // What the ports read, which outlives them; null: they are not encrypted.
   std::unique_ptr<auth::TlsFiles> files;
 };
 
 // INVALID_ARGUMENT, which says what to do: options that contradict each other, unusable files, or
-// an address other than loopback that is not protected.
+// an address of `listen` that is neither loopback nor protected.
 absl::StatusOr<Credentials> MakeCredentials(const auth::AccessOptions& access,
-                                            const std::string& listen);
+                                            const std::vector<std::string>& listen);
 
 }  // namespace vantage::server
 

@@ -7,6 +7,7 @@
 #include <grpcpp/health_check_service_interface.h>
 
 #include <algorithm>
+#include <optional>
 #include <thread>
 #include <utility>
 
@@ -15,14 +16,17 @@
 #include "server/contract/error.h"
 #include "server/main/credentials.h"
 #include "server/main/monitor.h"
+#include "server/main/socket_file.h"
 
 namespace vantage::server {
 namespace {
 
 // Jobs begun at a time: they share the slots, so this only bounds stacks and snapshots in hand.
 constexpr int kMaxJobs = 16;
-// Room for a message's framing beyond its largest piece.
+// Of a call's headers.
 constexpr int kMaxHeaderBytes = 8 << 10;
+// Beyond them, where a proxy adds its client's certificate.
+constexpr int kMaxCertificateBytes = 8 << 10;
 constexpr std::chrono::seconds kCallersRefresh(2);
 constexpr std::chrono::seconds kLastMoment(1);
 
@@ -48,7 +52,7 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
   std::unique_ptr<Server> server(new Server(options, store, log, std::move(callers),
                                             std::move(credentials->files), std::move(algorithms),
                                             std::move(clock)));
-  absl::Status serving = server->Serve(credentials->port);
+  absl::Status serving = server->Serve(*credentials);
   if (!serving.ok()) return serving;
   return server;
 }
@@ -73,7 +77,47 @@ Server::Server(const ServerOptions& options, store::Store& store, telemetry::Log
       services_(std::make_unique<rpc::Services>(rpc::RpcDependencies{
           *sessions_, tasks_, timer_, log, authorizer_, metrics_, calls_, options.heartbeat})) {}
 
-absl::Status Server::Serve(const std::shared_ptr<grpc::ServerCredentials>& credentials) {
+// Binds the addresses and starts to take connections.
+absl::Status Server::Listen(grpc::ServerBuilder& builder, const Credentials& credentials) {
+  std::vector<int> ports(options_.listen.size(), 0);
+  std::vector<std::string> sockets;
+  for (size_t i = 0; i < ports.size(); ++i) {
+    const std::string path = SocketPath(options_.listen[i]);
+    if (!path.empty()) {
+      if (absl::Status free = CheckSocketFree(path); !free.ok()) return free;
+      sockets.push_back(path);
+    }
+    builder.AddListeningPort(options_.listen[i],
+                             path.empty() ? credentials.ports : credentials.sockets, &ports[i]);
+  }
+  {
+    std::optional<OwnerAlone> closed;
+    if (!sockets.empty()) closed.emplace();
+    server_ = builder.BuildAndStart();
+  }
+  // The first that gRPC could not bind; it tries none after that.
+  const auto failed = std::find(ports.begin(), ports.end(), 0);
+  if (server_ == nullptr || failed != ports.end()) {
+    const auto at = failed == ports.end() ? 0 : failed - ports.begin();
+    return absl::UnavailableError(
+        absl::StrCat("cannot listen on '", options_.listen[at], "': in use, or not an address"));
+  }
+  for (size_t i = 0; i < ports.size(); ++i) {
+    const std::string& asked = options_.listen[i];
+    if (!SocketPath(asked).empty()) {
+      addresses_.push_back(asked);
+      continue;
+    }
+    addresses_.push_back(absl::StrCat(asked.substr(0, asked.rfind(':')), ":", ports[i]));
+    if (port_ == 0) port_ = ports[i];
+  }
+  for (const std::string& path : sockets) {
+    if (absl::Status open = OpenSocketToGroup(path); !open.ok()) return open;
+  }
+  return absl::OkStatus();
+}
+
+absl::Status Server::Serve(const Credentials& credentials) {
   // Linked in so that reflection can describe the built-in health service.
   grpc::health::v1::HealthCheckRequest::descriptor();
   grpc::EnableDefaultHealthCheckService(true);
@@ -83,11 +127,12 @@ absl::Status Server::Serve(const std::shared_ptr<grpc::ServerCredentials>& crede
   if (!options_.access.identified()) grpc::channelz::experimental::InitChannelzService();
 
   grpc::ServerBuilder builder;
-  builder.AddListeningPort(options_.listen, credentials, &port_);
   services_->Register(builder);
   builder.SetMaxReceiveMessageSize(options_.limits.message_bytes);
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
-  builder.AddChannelArgument(GRPC_ARG_MAX_METADATA_SIZE, kMaxHeaderBytes);
+  builder.AddChannelArgument(
+      GRPC_ARG_MAX_METADATA_SIZE,
+      kMaxHeaderBytes + (options_.access.certificate_metadata.empty() ? 0 : kMaxCertificateBytes));
   builder.AddChannelArgument(GRPC_ARG_MAX_CONCURRENT_STREAMS, 256);
   // A connection that sends nothing is closed soon.
   builder.AddChannelArgument(GRPC_ARG_SERVER_HANDSHAKE_TIMEOUT_MS, 10'000);
@@ -106,11 +151,7 @@ absl::Status Server::Serve(const std::shared_ptr<grpc::ServerCredentials>& crede
     builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS, 3'600'000);
     builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_GRACE_MS, 60'000);
   }
-  server_ = builder.BuildAndStart();
-  if (server_ == nullptr || port_ == 0) {
-    return absl::UnavailableError(
-        absl::StrCat("cannot listen on '", options_.listen, "': in use, or not an address"));
-  }
+  if (absl::Status listening = Listen(builder, credentials); !listening.ok()) return listening;
   SetServing(false);
   memory_.OnShortage([this](const session::MemoryAccount::Shortage& shortage) {
     metrics_.CounterOf("vantage_memory_short_total", "Times that the memory did not suffice.")

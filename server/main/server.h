@@ -10,6 +10,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "absl/base/thread_annotations.h"
 #include "absl/status/status.h"
@@ -19,6 +20,7 @@
 #include "server/execution/steadied_clock.h"
 #include "server/execution/task_pool.h"
 #include "server/execution/timer.h"
+#include "server/main/credentials.h"
 #include "server/rpc/call/authorizer.h"
 #include "server/rpc/call/call_counts.h"
 #include "server/rpc/services.h"
@@ -32,7 +34,8 @@
 namespace vantage::server {
 
 struct ServerOptions {
-  std::string listen = "127.0.0.1:7464";  // port 0: one that is free
+  // HOST:PORT (port 0: one that is free) or unix:PATH, for owner and group of the server's process.
+  std::vector<std::string> listen = {"127.0.0.1:7464"};
   auth::AccessOptions access;
   // The address of metrics, health and the status page; empty: there are none. An address other
   // than loopback needs http_allow_remote.
@@ -56,7 +59,7 @@ class Server {
  public:
   // Starts serving: NOT_SERVING until every session that the store has is loaded, SERVING then.
   // INVALID_ARGUMENT: an address that is not loopback and not protected, or files of `access` that
-  // cannot be used. UNAVAILABLE: the address cannot be bound. `store` and `log` outlive the server.
+  // cannot be used. UNAVAILABLE: an address cannot be bound. `store` and `log` outlive the server.
   static absl::StatusOr<std::unique_ptr<Server>> Start(
       const ServerOptions& options, store::Store& store, telemetry::Log& log,
       session::Algorithms algorithms = session::Algorithms::Core(),
@@ -66,6 +69,9 @@ class Server {
   Server(const Server&) = delete;
   Server& operator=(const Server&) = delete;
 
+  // Where it listens, with the ports that it got.
+  const std::vector<std::string>& addresses() const { return addresses_; }
+  // Of the first address that has one; 0: it listens on sockets alone.
   int port() const { return port_; }
   // 0: no HTTP listener.
   int http_port() const { return http_ == nullptr ? 0 : http_->port(); }
@@ -84,7 +90,8 @@ class Server {
   Server(const ServerOptions& options, store::Store& store, telemetry::Log& log,
          std::unique_ptr<auth::CallersFile> callers, std::unique_ptr<auth::TlsFiles> tls_files,
          session::Algorithms algorithms, session::Journal::Clock clock);
-  absl::Status Serve(const std::shared_ptr<grpc::ServerCredentials>& credentials);
+  absl::Status Serve(const Credentials& credentials);
+  absl::Status Listen(grpc::ServerBuilder& builder, const Credentials& credentials);
   void TellJump(absl::Duration by, bool followed);
   void SetServing(bool serving);
   absl::Status ServeHttp();
@@ -93,9 +100,10 @@ class Server {
   void RefreshLater() ABSL_EXCLUSIVE_LOCKS_REQUIRED(refresh_mutex_);
 
   const ServerOptions options_;
-  const std::unique_ptr<auth::TlsFiles> tls_files_;  // null: the port is not encrypted
+  const std::unique_ptr<auth::TlsFiles> tls_files_;  // null: the ports are not encrypted
   telemetry::Log& log_;
   bool drained_ = false;
+  std::vector<std::string> addresses_;
   int port_ = 0;
   std::mutex collect_mutex_;  // held while it collects
   bool collects_ ABSL_GUARDED_BY(collect_mutex_) = false;

@@ -97,7 +97,10 @@ struct Program {
 void Declare(CLI::App& app, Program& program) {
   app.set_config("--config", "", "read options from a TOML file; flags override it");
   app.set_version_flag("--version", "vantaged " VANTAGE_VERSION);
-  app.add_option("--listen", program.server.listen, "address and port; port 0 takes a free one")
+  app.add_option("--listen", program.server.listen,
+                 "address and port, or unix:PATH, a socket for the server's user and group; port 0 "
+                 "takes a free one. May be given several times")
+      ->allow_extra_args(false)
       ->capture_default_str();
   app.add_option("--http", program.server.http_listen,
                  "address and port of metrics (/metrics), health (/healthz, /readyz) and a status "
@@ -106,7 +109,8 @@ void Declare(CLI::App& app, Program& program) {
                "serve them to other machines too, to whoever asks; they name no session, tenant or "
                "caller");
   app.add_option("--http-port-file", program.http_port_file, "write the port of HTTP here");
-  app.add_option("--port-file", program.port_file, "write the port here once serving");
+  app.add_option("--port-file", program.port_file,
+                 "write the port here once serving: that of the first address that has one");
   app.add_option("--threads", program.server.threads, "threads that compute; 0: one per core")
       ->check(CLI::Range(0, 256))
       ->capture_default_str();
@@ -191,14 +195,23 @@ void DeclareAccess(CLI::App& app, auth::AccessOptions& access) {
   app.add_option("--callers", access.callers_file,
                  "file of callers, one a line: NAME TENANT ROLES CREDENTIAL [EXPIRES]; "
                  "'vantaged token' makes lines. Read again when it changes, and on SIGHUP");
+  const auto metadata_key = [](const std::string& key) {
+    const bool plain =
+        key.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_.") == std::string::npos;
+    return plain ? "" : "must be of lower-case letters, digits, '-', '_' and '.'";
+  };
   app.add_option("--tenant-metadata", access.tenant_metadata,
                  "metadata key by which the proxy in front, which authenticates the callers, names "
                  "their tenant. With --callers it is heeded from callers of tenant '*' only")
-      ->check([](const std::string& key) {
-        const bool plain =
-            key.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_.") == std::string::npos;
-        return plain ? "" : "must be of lower-case letters, digits, '-', '_' and '.'";
-      });
+      ->check(metadata_key);
+  app.add_option("--certificate-metadata", access.certificate_metadata,
+                 "metadata key in which the proxy in front passes on the certificate that a client "
+                 "showed and it verified: DER in base64. Heeded in calls by unix:PATH only; needs "
+                 "--callers")
+      ->check(metadata_key);
+  app.add_option("--address-metadata", access.address_metadata,
+                 "metadata key in which it passes on the client's address, likewise")
+      ->check(metadata_key);
   app.add_option("--calls-per-second", access.calls_per_second,
                  "calls of one caller, in the long run; 0: as many as come")
       ->check(CLI::Range(0.0, 1e6))
@@ -353,8 +366,9 @@ int Serve(const Program& program, const sigset_t& signals) {
     std::fprintf(stderr, "vantaged: %s\n", std::string(server.status().message()).c_str());
     return absl::IsInvalidArgument(server.status()) ? kExitUsage : kExitFailed;
   }
-  const std::string host = program.server.listen.substr(0, program.server.listen.rfind(':'));
-  std::printf("vantaged %s listening on %s:%d\n", VANTAGE_VERSION, host.c_str(), (*server)->port());
+  for (const std::string& address : (*server)->addresses()) {
+    std::printf("vantaged %s listening on %s\n", VANTAGE_VERSION, address.c_str());
+  }
   std::fflush(stdout);
   if (!program.http_port_file.empty() &&
       !WritePortFile(program.http_port_file, (*server)->http_port())) {

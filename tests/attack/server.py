@@ -69,6 +69,14 @@ class Server:
         with open(self.log_path, errors="replace") as file:
             return file.read()
 
+    def processes(self):
+        """Those whose memory a flood might fill, by name."""
+        return {"server": self.process}
+
+    def flood_target(self):
+        """The port that strangers reach, and whose TLS it speaks."""
+        return self.port, None
+
     def alive(self):
         return self.process.poll() is None
 

@@ -29,12 +29,15 @@ except ImportError as missing:
     print(f"skipped: {missing}", file=sys.stderr)
     sys.exit(77)
 
+import floods
 from deployed import HAPROXY, OPENSSL, DeployedServer
 from http2 import (CONTINUATION, DATA, END_HEADERS, END_STREAM, GOAWAY, HEADERS, PING, RST_STREAM,
                    SETTINGS, call, frame, integer, literal, message)
 from range_image import room, send, sphere
 from server import Server
 
+# What a flood may cost as deployed: memory, and the time of a bystander's calls (p99).
+MOST_MB, MOST_MS = 200, 100
 KNOWN = ("more connections than files (CVE-2023-4785)",)
 HEALTH = b"/grpc.health.v1.Health/Check"
 
@@ -107,9 +110,9 @@ class Attacks:
 
     # ---- Bookkeeping ------------------------------------------------------------------------
 
-    def record(self, name, got, held, **figures):
+    def record(self, name, got, held, known=False, **figures):
         # What is known of gRPC 1.51, and stands in server/README.md with what keeps it away.
-        known = not held and name in KNOWN
+        known = not held and (known or name in KNOWN)
         row = {"attack": name, "got": got, "held": bool(held), "known": known, **figures}
         self.rows.append(row)
         extra = "  ".join(f"{key} {value}" for key, value in figures.items())
@@ -707,12 +710,38 @@ class Attacks:
         self.flood("bad base64 (CVE-2023-32732)", base64, 1)
         self.flood("invalid te and :scheme (CVE-2023-1428)", aborts, 1)
 
+    # ---- Floods beside a bystander ----------------------------------------------------------
+
+    def floods(self):
+        """Two connections for six seconds each, and what somebody at another address has of it."""
+        alone = self.start.func is Server
+        for kind, name in (("resets", "rapid resets (CVE-2023-44487)"),
+                           ("continuations", "headers without end in CONTINUATION"),
+                           ("unknown", "calls of a method that there is not"),
+                           ("settings", "SETTINGS")):
+            # As many calls as come, so that the limits are those in front.
+            with self.start("--calls-per-second", "0") as server:
+                port, ca = server.flood_target()
+                got = floods.run(kind, port, server.processes(), ca)
+                grown = {key: mb for key, mb in got.items() if key.endswith("_mb")}
+                well = self.well(server)
+                stopped = (f", ended after {got['stopped_after_s']} s" if got["stopped_after_s"]
+                           else "")
+                self.record(f"flood: {name}",
+                            f"{got['sent']} frames{stopped}; of {got['calls']} calls of a "
+                            f"bystander {got['failed']} failed",
+                            well and got["failed"] == 0 and got["p99_ms"] < MOST_MS
+                            and all(mb < MOST_MB for mb in grown.values()),
+                            known=alone and server.alive(), p50_ms=got["p50_ms"],
+                            p99_ms=got["p99_ms"], **grown)
+
     def run(self, only):
         import tempfile
         with tempfile.TemporaryDirectory(prefix="vantage-attack-") as self.folder:
             for part in (self.names_and_tokens, self.shares, self.uploads, self.failures, self.paths_and_counts, self.bombs,
                          self.large_scans, self.names_used_again, self.shutdown, self.log_readers, self.renewals,
-                         self.connections, self.few_files, self.slow_readers, self.malformed):
+                         self.connections, self.few_files, self.slow_readers, self.malformed,
+                         self.floods):
                 if not only or part.__name__.startswith(only):
                     part()
         return self.rows
@@ -733,7 +762,7 @@ def main():
     parser.add_argument("--contract", required=True, help="its descriptor set, vantage.v1.binpb")
     parser.add_argument("--only", default="", help="names_and_tokens, shares, uploads, paths_and_counts, "
                         "bombs, large_scans, names_used_again, shutdown, log_readers, renewals, connections, "
-                        "few_files, slow_readers or malformed")
+                        "few_files, slow_readers, malformed or floods")
     parser.add_argument("--haproxy-cfg", help="attack it also as deployed: behind HAProxy with "
                         "this configuration")
     parser.add_argument("--minutes", type=float, default=0, help="again and again for so long")

@@ -262,6 +262,13 @@ class KeepingTest(ContainerTest):
         self.assertGreater(len(ended.result.views), 0)
 
 
+def commands_of(heading):
+    """The commands that deploy/README.md shows under a heading, as a shell takes them."""
+    page = (ROOT / "deploy" / "README.md").read_text()
+    part, = re.findall(rf"^#+ {heading}$(.*?)(?=^#+ |\Z)", page, re.MULTILINE | re.DOTALL)
+    return [line.strip() for line in part.splitlines() if line.startswith("    ")]
+
+
 def planned_when_loaded(job):
     """The plan of a job that was just loaded: its model may still be on its way."""
     deadline = time.monotonic() + 60
@@ -325,11 +332,33 @@ class InstallTest(ContainerTest):
         shell("systemctl kill -s KILL vantaged; "
               "for i in $(seq 100); do vantage health 2>/dev/null && exit 0; sleep 0.2; done; "
               "exit 1")
+        self.check_proxy_under_systemd(shell)
         # A changed configuration outlives the package; the data outlive its configuration.
         shell("echo '# mine' >>/etc/vantage/vantaged.toml; apt-get -q remove -y vantage-server; "
               "grep -q mine /etc/vantage/vantaged.toml; test ! -e /usr/bin/vantaged")
         shell("dpkg --purge vantage-server; test ! -e /etc/vantage/vantaged.toml; "
               "test -s /var/lib/vantage/logs.sqlite")
+
+    def check_proxy_under_systemd(self, shell):
+        """Not started without a certificate; with one and callers, by the page's own commands."""
+        self.assertEqual(shell("systemctl is-enabled vantage-proxy; "
+                               "systemctl is-active vantage-proxy || true"), "enabled\ninactive")
+        commands = commands_of("Callers from elsewhere")
+        self.assertGreater(len(commands), 3)
+        shell("cd /root; openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:P-256 -nodes "
+              "-days 2 -subj /CN=localhost -addext subjectAltName=DNS:localhost "
+              "-keyout server.key -out server.pem; cp server.pem clients-authority.pem")
+        shell("cd /root; sudo() { \"$@\"; }\n" + "\n".join(commands))
+        self.assertEqual(shell("systemctl is-active vantage-proxy vantaged"), "active\nactive",
+                         shell("journalctl --no-pager -u vantage-proxy | tail -30"))
+        self.assertEqual(shell("stat -c '%U:%G %a' /run/vantage /run/vantage/vantaged.sock"),
+                         "vantage:vantage 750\nvantage:vantage 660")
+        # Through the proxy with the token that was made; whoever else is refused.
+        through = ("vantage --server localhost:7443 --tls-ca /root/server.pem --timeout 20 "
+                   "--token-file /root/tablet-7.token")
+        shell(f"for i in $(seq 50); do {through} session list && exit 0; sleep 0.2; done; exit 1")
+        shell("! setpriv --reuid=nobody --clear-groups vantaged --healthcheck "
+              "unix:/run/vantage/vantaged.sock")
 
     def test_cmake_installs_what_the_packages_hold(self):
         tree = ROOT / "build" / "release"

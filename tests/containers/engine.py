@@ -166,10 +166,10 @@ class ServerContainer(Container):
                 *(["--read-only-tmpfs=false"] if engine.name == "podman" else []))
 
     def address(self, patience=60):
-        """Where it listens since it was started last."""
+        """The port where it listens since it was started last."""
         deadline = time.monotonic() + patience
         while time.monotonic() < deadline:
-            found = re.findall(r"^vantaged \S+ listening on (\S+)$", self.logs(), re.MULTILINE)
+            found = re.findall(r"^vantaged \S+ listening on (\S+:\d+)$", self.logs(), re.MULTILINE)
             if len(found) >= self.starts:
                 return found[-1]
             if not self.running():

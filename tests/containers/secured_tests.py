@@ -1,4 +1,4 @@
-"""Encryption and callers, in the server itself and behind HAProxy as deploy/compose has it."""
+"""Encryption and callers, in the server itself and on a socket behind HAProxy as deployed."""
 
 import contextlib
 import hashlib
@@ -16,8 +16,8 @@ import urllib.request
 import grpc
 
 import job as jobs
-from engine import ROOT
 from harness import FIRST_SCAN, ContainerTest, house, open_house, say, state_of
+from proxy import HAPROXY, Proxy, socket_folder
 
 
 def setUpModule():
@@ -25,6 +25,9 @@ def setUpModule():
 
 
 MOUNTED = "/run/vantage"
+# What haproxy.cfg sends.
+PROXIED = ("--certificate-metadata", "x-client-certificate",
+           "--address-metadata", "x-forwarded-for")
 UNAUTHENTICATED = grpc.StatusCode.UNAUTHENTICATED
 
 
@@ -183,53 +186,38 @@ class ProxyTest(SecuredContainerTest):
 
     def setUp(self):
         super().setUp()
-        self.haproxy = shutil.which("haproxy", path=os.environ["PATH"] + ":/usr/sbin")
-        if not self.haproxy:
+        if not HAPROXY:
             self.skipTest("haproxy is not installed")
-        (self.folder / "proxy").mkdir()
-        (self.folder / "proxy" / "server.pem").write_bytes(
-            self.authority.read("server.pem") + self.authority.read("server.key"))
-        self.server = self.serve_secured("--http", "127.0.0.1:0")
+        if os.geteuid() != 0:
+            self.skipTest("only root can give the container's user a folder for its socket")
+        self.sockets = socket_folder(self.folder / "sockets")
+        self.authority.certify("office")
+        self.callers.lines["office"] = "office museum administer certificate:office\n"
+        self.callers.write()
+        self.server = self.serve(
+            house.engine.new_volume(), "--callers", f"{MOUNTED}/callers",
+            "--listen", "unix:/run/vantage-sockets/vantaged.sock", *PROXIED,
+            "--http", "127.0.0.1:0",
+            options=("-v", f"{self.folder}:{MOUNTED}:ro",
+                     "-v", f"{self.sockets}:/run/vantage-sockets:rw"))
         self.until_serving(self.server)
-        self.proxy = self.start_proxy()
+        self.start_proxy()
         self.credentials = self.authority.credentials()
         self.until_let_through()
 
     def start_proxy(self):
-        """Answers the address; sockets are handed down, so that ports are free for certain."""
-        sockets = []
-        for _ in range(2):
-            listener = socket.create_server(("127.0.0.1", 0), backlog=128)
-            self.addCleanup(listener.close)
-            sockets.append(listener)
-        log = open(self.folder / "haproxy.log", "wb")
-        self.addCleanup(log.close)
-        proxy = subprocess.Popen(
-            [self.haproxy, "-db", "-f", ROOT / "deploy" / "compose" / "haproxy.cfg"],
-            pass_fds=[listener.fileno() for listener in sockets], stdin=subprocess.DEVNULL,
-            stdout=log, stderr=log, env={
-                "PATH": os.environ["PATH"], "VANTAGE_CERTS": str(self.folder / "proxy"),
-                "VANTAGE_BIND": f"fd@{sockets[0].fileno()}",
-                "HAPROXY_METRICS": f"fd@{sockets[1].fileno()}",
-                "VANTAGE_SERVER": self.server.address(),
-                "VANTAGE_HTTP_PORT": str(self.server.http_port())})
-
-        def end():
-            proxy.terminate()
-            try:
-                proxy.wait(timeout=10)
-            except subprocess.TimeoutExpired:
-                proxy.kill()
-                proxy.wait()
-        self.addCleanup(end)
-        self.metrics = f"http://127.0.0.1:{sockets[1].getsockname()[1]}/metrics"
-        return f"127.0.0.1:{sockets[0].getsockname()[1]}"
+        started = Proxy(self.folder / f"proxy-{self.server.starts}",
+                        [self.authority.read("server.pem"), self.authority.read("server.key")],
+                        [self.authority.read("ca.pem")], self.sockets / "vantaged.sock",
+                        f"127.0.0.1:{self.server.http_port()}")
+        self.addCleanup(started.end)
+        self.started, self.proxy = started, started.address
 
     def until_let_through(self, wanted=True):
         deadline = time.monotonic() + 30
         while jobs.healthy(self.proxy, self.credentials) != wanted:
             self.assertLess(time.monotonic(), deadline,
-                            (self.folder / "haproxy.log").read_text()[:1500])
+                            self.started.log())
             time.sleep(0.05)
 
     def tls(self):
@@ -249,20 +237,31 @@ class ProxyTest(SecuredContainerTest):
         self.assertEqual(state_of(job.push(FIRST_SCAN)), "SCAN_STATE_MERGED")
         self.assertEqual(state_of(job.plan()), "PLAN_STATE_SUCCEEDED")
         self.assertRefused(UNAUTHENTICATED, self.job_of(None, self.proxy, self.credentials).get)
+        # By a certificate, until its line is taken out.
+        office = self.job_of(None, self.proxy, self.authority.credentials("office"))
+        self.assertEqual(office.get().name, "sessions/job")
+        self.callers.remove("office")
+        deadline = time.monotonic() + 30
+        with self.assertRaises(grpc.RpcError) as refused:
+            while time.monotonic() < deadline:
+                office.get()
+                time.sleep(0.1)
+        self.assertEqual(refused.exception.code(), UNAUTHENTICATED)
         # Only what is ours goes in.
         other = job.channel.unary_unary("/other.Service/Method", request_serializer=bytes,
                                         response_deserializer=bytes)
         self.assertRefused(grpc.StatusCode.UNIMPLEMENTED, lambda: other(b"", timeout=10))
-        pages = urllib.request.urlopen(self.metrics, timeout=10).read().decode()
+        pages = urllib.request.urlopen(f"http://{self.started.metrics}/metrics",
+                                       timeout=10).read().decode()
         self.assertRegex(pages, r'haproxy_server_status\{proxy="vantaged".*state="UP"\} 1')
-        # Killed, it is not sent calls; back again, it is. (Its port is another now, so the proxy
-        # is, too.)
+        # Killed, it is not sent calls; back again, it is, by the same socket. (Its HTTP port is
+        # another now, so the proxy is, too.)
         self.server.kill("KILL")
         self.server.wait()
         self.assertRefused(grpc.StatusCode.UNAVAILABLE, job.get)
         self.server.start()
         self.until_serving(self.server)
-        self.proxy = self.start_proxy()
+        self.start_proxy()
         self.until_let_through()
         self.assertEqual(len(self.job_of("tablet", self.proxy, self.credentials).scans()), 1)
 

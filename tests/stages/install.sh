@@ -14,7 +14,8 @@ declare -A packages=(
   [service]="libgrpc++-dev libprotobuf-dev protobuf-compiler protobuf-compiler-grpc
     libsqlite3-dev libmicrohttpd-dev libcairo2-dev fonts-dejavu-core"
   [study]="coinor-cbc" # the fewest positions, by integer programming
-  [test]="coinor-cbc python3-grpcio"
+  # HAProxy: who calls is known behind it.
+  [test]="coinor-cbc python3-grpcio haproxy openssl"
   [format]="git clang-format-14"
   [shell]="git shellcheck"
   [tidy]="git clang-14 clang-tidy-14 python3"

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/strip.h"
 #include "absl/time/clock.h"
+#include "server/auth/forwarded.h"
 #include "server/contract/error.h"
 
 namespace vantage::rpc {
@@ -61,6 +62,11 @@ std::string AddressOf(const std::string& peer) {
   return absl::StartsWith(peer, "ip") ? peer.substr(0, peer.rfind(':')) : peer;
 }
 
+// Whether it came by a socket of the file system, which only the proxy in front may open.
+bool ByProxy(const grpc::ServerContextBase& context) {
+  return absl::StartsWith(context.peer(), "unix:");
+}
+
 }  // namespace
 
 Authorizer::Authorizer(auth::AccessOptions options, std::unique_ptr<auth::CallersFile> callers)
@@ -99,6 +105,40 @@ absl::StatusOr<Authorizer::Identity> Authorizer::IdentifyOpenly(
   return identity;
 }
 
+// The client's address, without a port, where the proxy says it.
+std::optional<std::string> Authorizer::ForwardedAddress(
+    const grpc::ServerContextBase& context) const {
+  if (options_.address_metadata.empty() || !ByProxy(context)) return std::nullopt;
+  const absl::StatusOr<std::optional<std::string>> told =
+      OnlyValue(context, options_.address_metadata);
+  if (!told.ok() || !told->has_value()) return std::nullopt;
+  return auth::ClientAddress(**told);
+}
+
+// The names of the certificate that the client showed, here or to the proxy; nullopt: it showed
+// none.
+absl::StatusOr<std::optional<std::vector<std::string>>> Authorizer::CertificateNamesOf(
+    const grpc::ServerContextBase& context) const {
+  if (!options_.certificate_metadata.empty() && ByProxy(context)) {
+    const absl::StatusOr<std::optional<std::string>> passed_on =
+        OnlyValue(context, options_.certificate_metadata);
+    if (!passed_on.ok()) return passed_on.status();
+    if (!passed_on->has_value()) return std::nullopt;
+    absl::StatusOr<std::vector<std::string>> names = auth::CertificateNames(**passed_on);
+    if (!names.ok()) return names.status();
+    return *std::move(names);
+  }
+  const std::shared_ptr<const grpc::AuthContext> peer = context.auth_context();
+  if (!peer->IsPeerAuthenticated()) return std::nullopt;
+  std::vector<std::string> names;
+  for (const char* property : {GRPC_X509_SAN_PROPERTY_NAME, GRPC_X509_CN_PROPERTY_NAME}) {
+    for (const grpc::string_ref& name : peer->FindPropertyValues(property)) {
+      names.emplace_back(View(name));
+    }
+  }
+  return names;
+}
+
 // The line of the callers file that the call's credentials belong to.
 absl::StatusOr<auth::Caller> Authorizer::FindCaller(const grpc::ServerContextBase& context) const {
   const std::shared_ptr<const auth::CallerList> list = callers_->list();
@@ -114,17 +154,20 @@ absl::StatusOr<auth::Caller> Authorizer::FindCaller(const grpc::ServerContextBas
     if (known != nullptr) return *known;
     return Unauthenticated("TOKEN_UNKNOWN", "the token is none that this server knows");
   }
-  const std::shared_ptr<const grpc::AuthContext> peer = context.auth_context();
-  if (!peer->IsPeerAuthenticated()) {
+  const absl::StatusOr<std::optional<std::vector<std::string>>> names = CertificateNamesOf(context);
+  if (!names.ok()) {
+    return Unauthenticated("CERTIFICATE_INVALID",
+                           absl::StrCat("the proxy's header ", options_.certificate_metadata, ": ",
+                                        names.status().message()));
+  }
+  if (!names->has_value()) {
     return Unauthenticated("CREDENTIALS_MISSING",
                            "this server has to know who calls: send 'authorization: Bearer TOKEN'"
                            ", or connect with a certificate");
   }
-  for (const char* property : {GRPC_X509_SAN_PROPERTY_NAME, GRPC_X509_CN_PROPERTY_NAME}) {
-    for (const grpc::string_ref& name : peer->FindPropertyValues(property)) {
-      const auth::Caller* known = list->ByCertificate(std::string(View(name)));
-      if (known != nullptr) return *known;
-    }
+  for (const std::string& name : **names) {
+    const auth::Caller* known = list->ByCertificate(name);
+    if (known != nullptr) return *known;
   }
   return Unauthenticated("CERTIFICATE_UNKNOWN",
                          "the certificate is in order, but none of the callers that this server "
@@ -156,9 +199,11 @@ absl::StatusOr<Authorizer::Identity> Authorizer::Identify(
 Admission Authorizer::Admit(const RpcRule& rule, const grpc::ServerContextBase& context) {
   const auto now = std::chrono::steady_clock::now();
   Admission admission;
+  const std::optional<std::string> forwarded = ForwardedAddress(context);
+  admission.peer = forwarded.value_or(context.peer());
   absl::StatusOr<Identity> identity = Identify(context);
   if (!identity.ok()) {
-    admission.caller = AddressOf(context.peer());
+    admission.caller = forwarded.value_or(AddressOf(context.peer()));
     admission.status = identity.status();
     const absl::Duration wait = failures_.Take(admission.caller, now);
     if (wait > absl::ZeroDuration()) {

@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "absl/status/statusor.h"
 #include "server/auth/access_options.h"
@@ -21,6 +22,8 @@ namespace vantage::rpc {
 struct Admission {
   absl::Status status;  // OK: let in
   std::string caller;   // as the callers file names it, or its address; for logs and limits
+  // Where the call comes from: what gRPC says, or the address that a proxy passed on.
+  std::string peer;
   // The tenant whose sessions it may see; nullopt: all, where callers are not told apart.
   std::optional<std::string> tenant;
   std::string credential;  // Caller::credential; empty where callers are not told apart
@@ -34,7 +37,8 @@ class Authorizer {
   Authorizer(auth::AccessOptions options, std::unique_ptr<auth::CallersFile> callers);
 
   // UNAUTHENTICATED (CREDENTIALS_MISSING, TOKEN_UNKNOWN, TOKEN_EXPIRED, CERTIFICATE_UNKNOWN,
-  // TENANT_MISSING), RESOURCE_EXHAUSTED (RATE_LIMITED), PERMISSION_DENIED (ROLE_MISSING).
+  // CERTIFICATE_INVALID, TENANT_MISSING), RESOURCE_EXHAUSTED (RATE_LIMITED), PERMISSION_DENIED
+  // (ROLE_MISSING).
   Admission Admit(const RpcRule& rule, const grpc::ServerContextBase& context);
 
   // Checks again a call that was admitted, by what is known now. Streams ask for this, since they
@@ -56,6 +60,9 @@ class Authorizer {
   absl::StatusOr<Identity> Identify(const grpc::ServerContextBase& context) const;
   absl::StatusOr<Identity> IdentifyOpenly(const grpc::ServerContextBase& context) const;
   absl::StatusOr<auth::Caller> FindCaller(const grpc::ServerContextBase& context) const;
+  std::optional<std::string> ForwardedAddress(const grpc::ServerContextBase& context) const;
+  absl::StatusOr<std::optional<std::vector<std::string>>> CertificateNamesOf(
+      const grpc::ServerContextBase& context) const;
   absl::StatusOr<std::optional<std::string>> NamedTenant(
       const grpc::ServerContextBase& context) const;
 

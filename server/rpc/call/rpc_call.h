@@ -57,7 +57,6 @@ class RpcCall {
 
   const RpcDependencies dependencies_;
   const RpcRule& rule_;
-  const std::string peer_;
   const telemetry::TraceContext trace_;
   const telemetry::LogContext context_;
   bool counted_ = false;  // it has a place among the calls under way

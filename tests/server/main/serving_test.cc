@@ -232,7 +232,7 @@ TEST(Serving, OnlyLoopbackUnlessAskedForOutLoud) {
   store::MemoryStore store(1 << 20);
   telemetry::Log log = telemetry::Log::Silent();
   ServerOptions options;
-  options.listen = "0.0.0.0:0";
+  options.listen = {"0.0.0.0:0"};
   const auto server = Server::Start(options, store, log);
   EXPECT_TRUE(absl::IsInvalidArgument(server.status()));
 }

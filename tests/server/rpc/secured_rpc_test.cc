@@ -128,7 +128,7 @@ class SecuredServer {
   }
 
   void Start(server::ServerOptions options) {
-    options.listen = "127.0.0.1:0";
+    options.listen = {"127.0.0.1:0"};
     options.threads = 2;
     script_.EndPlans();
     auto server = server::Server::Start(options, store_, log_, script_.Make());

@@ -2,8 +2,10 @@
 #include "server/rpc/call/authorizer.h"
 
 #include <gmock/gmock.h>
+#include <grpc/grpc_security_constants.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <map>
@@ -11,8 +13,10 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "server/auth/forwarded.h"
 #include "server/contract/error.h"
 #include "tests/server/fixture/bare_server.h"
 #include "tests/server/fixture/certificates.h"
@@ -46,11 +50,15 @@ class Admissions : public ::testing::Test {
   }
 
   Admission Admit(const RpcRule& rule, const std::multimap<std::string, std::string>& metadata) {
+    return AdmitBy(server_, rule, metadata);
+  }
+  Admission AdmitBy(fixture::BareServer& server, const RpcRule& rule,
+                    const std::multimap<std::string, std::string>& metadata) {
     if (authorizer_ == nullptr) {
       authorizer_ = std::make_unique<Authorizer>(options_, std::move(file_));
     }
     Admission admission;
-    server_.Call(
+    server.Call(
         [&](grpc::ServerContextBase& context) {
           admission = authorizer_->Admit(rule, context);
           return grpc::Status::OK;
@@ -221,6 +229,123 @@ TEST_F(Admissions, AStreamIsLetInForAsLongAsItsCallerWouldBe) {
   EXPECT_EQ(say(elsewhere), "CREDENTIALS_WITHDRAWN");
   EXPECT_EQ(say(with_plan + "another bank read certificate:another\n"), "");
   EXPECT_EQ(say("another bank read certificate:another\n"), "CREDENTIALS_WITHDRAWN");
+}
+
+// Calls that a proxy passes on by a socket, beside those that come directly.
+class PassedOn : public Admissions {
+ protected:
+  PassedOn() {
+    options_.certificate_metadata = "x-client-certificate";
+    options_.address_metadata = "x-forwarded-for";
+    callers_ = "office museum read certificate:office.example\nlone museum read certificate:lone\n";
+    TellCallersApart();
+  }
+
+  Admission ByProxy(const std::multimap<std::string, std::string>& metadata) {
+    return AdmitBy(proxied_, kReading, metadata);
+  }
+  std::string Certificate(const std::string& name, const std::string& alternative = "") const {
+    return fixture::DerInBase64(authority_.Issue(name, alternative).certificate);
+  }
+
+ private:
+  const fixture::TestAuthority authority_{"clients"};
+  fixture::BareServer proxied_{
+      absl::StrCat("unix:", ::testing::TempDir(), "/passed-on-", getpid())};
+};
+
+TEST_F(PassedOn, ACertificateTellsWhoCalls) {
+  const Admission office =
+      ByProxy({{"x-client-certificate", Certificate("whoever", "DNS:x,DNS:office.example")}});
+  EXPECT_TRUE(office.status.ok()) << office.status;
+  EXPECT_EQ(office.caller, "office");
+  EXPECT_EQ(office.tenant, "museum");
+  EXPECT_EQ(ByProxy({{"x-client-certificate", Certificate("lone")}}).caller, "lone");
+  EXPECT_EQ(contract::ReasonOf(
+                ByProxy({{"x-client-certificate", Certificate("other", "DNS:other")}}).status),
+            "CERTIFICATE_UNKNOWN");
+  EXPECT_EQ(contract::ReasonOf(ByProxy({}).status), "CREDENTIALS_MISSING");
+}
+
+TEST_F(PassedOn, WhatIsNoCertificateIsRefusedAndNotQuoted) {
+  const std::string good = Certificate("lone");
+  for (const std::string& bad : {std::string("secret"), std::string("c2VjcmV0"), good.substr(4),
+                                 good.substr(0, good.size() - 8), good + "AAAA", std::string()}) {
+    const Admission admission = ByProxy({{"x-client-certificate", bad}});
+    EXPECT_TRUE(absl::IsUnauthenticated(admission.status)) << bad;
+    EXPECT_EQ(contract::ReasonOf(admission.status), "CERTIFICATE_INVALID") << bad;
+    EXPECT_THAT(std::string(admission.status.message()), HasSubstr("x-client-certificate"));
+    EXPECT_THAT(std::string(admission.status.message()), Not(HasSubstr("ecret")));
+  }
+  EXPECT_EQ(contract::ReasonOf(
+                ByProxy({{"x-client-certificate", good}, {"x-client-certificate", good}}).status),
+            "CERTIFICATE_INVALID");
+}
+
+TEST_F(PassedOn, OnlyTheProxyIsBelieved) {
+  const Admission forged = Admit(
+      kReading, {{"x-client-certificate", Certificate("lone")}, {"x-forwarded-for", "192.0.2.7"}});
+  EXPECT_EQ(contract::ReasonOf(forged.status), "CREDENTIALS_MISSING");
+  EXPECT_EQ(forged.caller, "ipv4:127.0.0.1");
+  EXPECT_THAT(forged.peer, testing::StartsWith("ipv4:127.0.0.1:"));
+}
+
+TEST_F(PassedOn, NothingIsBelievedUnlessAskedFor) {
+  options_.certificate_metadata.clear();
+  options_.address_metadata.clear();
+  const Admission admission =
+      ByProxy({{"x-client-certificate", Certificate("lone")}, {"x-forwarded-for", "192.0.2.7"}});
+  EXPECT_EQ(contract::ReasonOf(admission.status), "CREDENTIALS_MISSING");
+  EXPECT_THAT(admission.caller, testing::StartsWith("unix:"));
+}
+
+TEST_F(PassedOn, AnAddressThatFailsLocksNobodyElseOut) {
+  std::string reason;
+  for (int i = 0; i < 30; ++i) {
+    const Admission guess =
+        ByProxy({{"x-forwarded-for", "192.0.2.7"}, {"authorization", "Bearer guess"}});
+    EXPECT_EQ(guess.caller, "ipv4:192.0.2.7");
+    EXPECT_EQ(guess.peer, "ipv4:192.0.2.7");
+    reason = contract::ReasonOf(guess.status);
+  }
+  EXPECT_EQ(reason, "RATE_LIMITED");
+  EXPECT_EQ(contract::ReasonOf(ByProxy({{"x-forwarded-for", "2001:db8::7"}}).status),
+            "CREDENTIALS_MISSING");
+  EXPECT_EQ(contract::ReasonOf(ByProxy({{"x-forwarded-for", "no address"}}).status),
+            "CREDENTIALS_MISSING");
+}
+
+// By the proxy a certificate has the names that it has on a connection of its own.
+TEST_F(PassedOn, TheNamesOfACertificateAreThoseOfADirectConnection) {
+  const fixture::TestAuthority authority("both");
+  const fixture::CertifiedKey own = authority.Issue("server", "IP:127.0.0.1");
+  for (const char* alternative :
+       {"", "DNS:office.example", "email:office@museum.example,DNS:b.example,DNS:a.example",
+        "URI:spiffe://museum/office,IP:192.0.2.7,IP:2001:db8::7"}) {
+    const fixture::CertifiedKey client = authority.Issue("Caf\xc3\xa9 office", alternative);
+    grpc::SslServerCredentialsOptions asks(
+        GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+    asks.pem_root_certs = authority.certificate();
+    asks.pem_key_cert_pairs = {{own.key, own.certificate}};
+    grpc::SslCredentialsOptions shows;
+    shows.pem_root_certs = authority.certificate();
+    shows.pem_private_key = client.key;
+    shows.pem_cert_chain = client.certificate;
+    fixture::BareServer direct("127.0.0.1:0", grpc::SslServerCredentials(asks),
+                               grpc::SslCredentials(shows));
+    std::vector<std::string> names;
+    direct.Call([&](grpc::ServerContextBase& context) {
+      for (const char* property : {GRPC_X509_SAN_PROPERTY_NAME, GRPC_X509_CN_PROPERTY_NAME}) {
+        for (const grpc::string_ref& name : context.auth_context()->FindPropertyValues(property)) {
+          names.emplace_back(name.data(), name.size());
+        }
+      }
+      return grpc::Status::OK;
+    });
+    EXPECT_THAT(names, Not(testing::IsEmpty())) << alternative;
+    EXPECT_EQ(auth::CertificateNames(fixture::DerInBase64(client.certificate)).value(), names)
+        << alternative;
+  }
 }
 
 }  // namespace
