@@ -174,6 +174,26 @@ void Declare(CLI::App& app, Program& program) {
       ->configurable(false);
 }
 
+// Whose signed tokens name callers.
+void DeclareJwts(CLI::App& app, auth::JwtOptions& jwt) {
+  app.add_option("--jwt-keys", jwt.keys_file,
+                 "file of an identity provider's public keys, a JSON Web Key Set: callers may show "
+                 "its JWTs. Read again when it changes, and on SIGHUP");
+  app.add_option("--jwt-issuer", jwt.issuer, "with --jwt-keys: what a JWT's claim 'iss' must be");
+  app.add_option("--jwt-audience", jwt.audience,
+                 "with --jwt-keys: what must be in a JWT's claim 'aud', this server's name at the "
+                 "identity provider");
+  app.add_option("--jwt-tenant-claim", jwt.tenant_claim, "claim that names the caller's tenant")
+      ->capture_default_str();
+  app.add_option("--jwt-roles-claim", jwt.roles_claim,
+                 "claim that names the caller's roles (read, submit, plan, administer): an array, "
+                 "or a string with spaces between, as 'scope' is")
+      ->capture_default_str();
+  app.add_option("--jwt-role-prefix", jwt.role_prefix,
+                 "roles in that claim begin with this ('vantage:' for vantage:read); others don't "
+                 "count");
+}
+
 // Who may reach the server.
 void DeclareAccess(CLI::App& app, auth::AccessOptions& access) {
   app.add_flag(
@@ -191,6 +211,7 @@ void DeclareAccess(CLI::App& app, auth::AccessOptions& access) {
   app.add_option("--callers", access.callers_file,
                  "file of callers, one a line: NAME TENANT ROLES CREDENTIAL [EXPIRES]; "
                  "'vantaged token' makes lines. Read again when it changes, and on SIGHUP");
+  DeclareJwts(app, access.jwt);
   app.add_option("--tenant-metadata", access.tenant_metadata,
                  "metadata key by which the proxy in front, which authenticates the callers, names "
                  "their tenant. With --callers it is heeded from callers of tenant '*' only")
@@ -370,6 +391,7 @@ int Serve(const Program& program, const sigset_t& signals) {
     sigwait(&signals, &received);
     if (received != SIGHUP) break;
     (*server)->RefreshCallers();
+    (*server)->RefreshJwtKeys();
     (*server)->RefreshTlsFiles();
   }
   // Whatever is still under way by then is in the log, and goes on after the next start.
