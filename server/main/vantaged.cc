@@ -89,6 +89,7 @@ struct Program {
   int drain_seconds = 20;
   int keep_sessions_days = 0;
   int keep_withdrawn_days = 0;
+  int backups_keep_days = 0;
   int quota_mib = 0;
   int memory_mib = 0;
   int evict_minutes = 30;
@@ -136,6 +137,11 @@ void Declare(CLI::App& app, Program& program) {
   app.add_option("--keep-withdrawn-days", program.keep_withdrawn_days,
                  "erase the data of scans so many days after they were withdrawn, while a server "
                  "ran; 0: never")
+      ->check(CLI::Range(0, 36500))
+      ->capture_default_str();
+  app.add_option("--backups-keep-days", program.backups_keep_days,
+                 "how long you keep backups: whoever deletes a session is told when the last one "
+                 "that holds it is gone; 0: not known, nothing is said")
       ->check(CLI::Range(0, 36500))
       ->capture_default_str();
   app.add_option("--quota-mib", program.quota_mib,
@@ -444,6 +450,7 @@ int Main(int argc, char** argv) {
   if (program.keep_withdrawn_days > 0) {
     program.server.limits.keep_withdrawn_scans = absl::Hours(24) * program.keep_withdrawn_days;
   }
+  program.server.limits.keep_backups = absl::Hours(24) * program.backups_keep_days;
   program.server.drain_patience = std::chrono::seconds(program.drain_seconds);
 
   // A reader of our output that goes away ends no work.

@@ -236,8 +236,9 @@ std::vector<std::shared_ptr<Session>> SessionRegistry::List(
   return out;
 }
 
-absl::Status SessionRegistry::Delete(const std::string& id, const std::string& request_id,
-                                     const std::optional<std::string>& tenant) {
+absl::StatusOr<absl::Time> SessionRegistry::Delete(const std::string& id,
+                                                   const std::string& request_id,
+                                                   const std::optional<std::string>& tenant) {
   std::lock_guard<std::mutex> only_one(create_mutex_);
   std::shared_ptr<Session> session;
   {
@@ -245,7 +246,7 @@ absl::Status SessionRegistry::Delete(const std::string& id, const std::string& r
     for (const Deletion& deletion : deletions_) {
       if (tenant.has_value() && deletion.tenant != *tenant) continue;
       if (!request_id.empty() && deletion.request == request_id) {
-        if (deletion.session == id) return absl::OkStatus();
+        if (deletion.session == id) return deletion.time;
         return contract::ErrorWithReason(absl::StatusCode::kAlreadyExists, "REQUEST_ID_REUSED",
                                          "request_id was used for another DeleteSession");
       }
@@ -260,14 +261,15 @@ absl::Status SessionRegistry::Delete(const std::string& id, const std::string& r
   // The scans of one that was left out go at the next start, when it is known who needs them.
   absl::Status erased = session != nullptr ? Erase(session) : dependencies_.store.Drop(id);
   if (!erased.ok()) return erased;
+  const absl::Time time = dependencies_.clock();
   std::lock_guard<std::mutex> lock(mutex_);
   left_out_.erase(id);
   if (!request_id.empty()) {
     deletions_.push_back(
-        {request_id, id, session != nullptr ? session->tenant() : tenant.value_or("")});
+        {request_id, id, session != nullptr ? session->tenant() : tenant.value_or(""), time});
     if (deletions_.size() > kRememberedDeletions) deletions_.pop_front();
   }
-  return absl::OkStatus();
+  return time;
 }
 
 // The log is deleted first. If a crash leaves the rest behind, no log names it, and it is
@@ -330,8 +332,10 @@ Collected SessionRegistry::Collect() {
       }
       continue;
     }
-    const absl::StatusOr<int> erased =
-        session->scans().EraseWithdrawn(now - limits.keep_withdrawn_scans, sure);
+    const absl::StatusOr<int> erased = session->scans().EraseWithdrawn(
+        now - limits.keep_withdrawn_scans, sure, [&session](uint64_t sequence) {
+          return session->model().ReleaseSnapshotsBefore(sequence);
+        });
     if (erased.ok()) {
       collected.scans += *erased;
     } else {

@@ -65,9 +65,10 @@ class SessionRegistry {
   std::vector<std::shared_ptr<Session>> List(const SessionPlace& after, size_t limit, bool& more,
                                              const std::optional<std::string>& tenant = {}) const;
   // `request_id`: a request that is sent again is answered as before; empty: it has none. Gives up
-  // a session that was left out. NOT_FOUND, also for sessions of other tenants.
-  absl::Status Delete(const std::string& id, const std::string& request_id = "",
-                      const std::optional<std::string>& tenant = {});
+  // a session that was left out. Returns when it was deleted. NOT_FOUND, also for sessions of other
+  // tenants.
+  absl::StatusOr<absl::Time> Delete(const std::string& id, const std::string& request_id = "",
+                                    const std::optional<std::string>& tenant = {});
   // Removes uploads that were idle for too long, data of withdrawn scans, and sessions without
   // events; Limits has the times, which are of the time seen. Scans and sessions go at a later
   // call, `second_look` after the first that found them past their time. To be called regularly.
@@ -135,6 +136,7 @@ class SessionRegistry {
     std::string request;
     std::string session;
     std::string tenant;
+    absl::Time time;
   };
   std::deque<Deletion> deletions_ ABSL_GUARDED_BY(mutex_);
   bool draining_ ABSL_GUARDED_BY(mutex_) = false;

@@ -33,7 +33,8 @@ class TenantSessions {
                                              bool& more) const {
     return registry_.List(after, limit, more, tenant_);
   }
-  absl::Status Delete(const std::string& id, const std::string& request_id) const {
+  // Returns when it was deleted.
+  absl::StatusOr<absl::Time> Delete(const std::string& id, const std::string& request_id) const {
     return registry_.Delete(id, request_id, tenant_);
   }
   absl::Status CheckTakesWork() const { return registry_.CheckTakesWork(); }
