@@ -12,6 +12,7 @@
 #include <set>
 #include <string>
 #include <thread>
+#include <vector>
 
 #include "absl/strings/escaping.h"
 #include "absl/strings/str_cat.h"
@@ -286,7 +287,8 @@ TEST_F(SessionKeeping, DataOfWithdrawnScansGo) {
   const auto used_but_for_snapshots = [this] {
     int64_t bytes = registry().UsedBy("");
     for (const char* id : {"job", "other"}) {
-      for (const store::SnapshotRecord& snapshot : store_->Snapshots(id).value()) {
+      const std::vector<store::SnapshotRecord> listed = store_->Snapshots(id).value();
+      for (const store::SnapshotRecord& snapshot : listed) {
         bytes -= store_->BlobSize(snapshot.blob).value();
       }
     }
