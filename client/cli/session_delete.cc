@@ -1,6 +1,7 @@
 #include <cstdio>
 
 #include "client/cli/command.h"
+#include "client/cli/report.h"
 #include "client/library/resource_names.h"
 
 namespace vantage::cli {
@@ -17,6 +18,10 @@ absl::StatusOr<ExitCode> RunSessionDelete(Environment& environment,
   const auto deleted = environment.client().Call(request);
   if (!deleted.ok()) return deleted.status();
   std::printf("%s is deleted, with its scans and plans\n", client::IdOf(request.name()).c_str());
+  if (deleted->has_backups_forget_time()) {
+    std::printf("The last backup that may hold it is gone by %s\n",
+                Time(deleted->backups_forget_time()).c_str());
+  }
   return ExitCode::kOk;
 }
 

@@ -6,17 +6,29 @@
 
 namespace vantage::auth {
 
+// An identity provider whose signed tokens (JWT) name callers.
+struct JwtOptions {
+  // File of its keys (jwt_keys.h), read again when it changes. Empty: no JWTs are taken.
+  std::string keys_file;
+  std::string issuer;    // what the claim 'iss' must be
+  std::string audience;  // what must be in the claim 'aud': this server
+  std::string tenant_claim = "tenant";
+  std::string roles_claim = "roles";
+  std::string role_prefix;  // roles begin with it; other values of the claim don't count
+};
+
 struct AccessOptions {
   // PEM files, read again when they change. Empty: no encryption.
   std::string tls_cert;
   std::string tls_key;
   // Certificates of clients must be signed by one of these. Empty: clients are not asked for any.
   std::string tls_client_ca;
-  // Clients without a certificate pass the handshake; they then need a token of the callers file.
+  // Clients without a certificate pass the handshake; they then need a token.
   bool tls_optional_client_certificates = false;
-  // File of the known callers (callers.h), read again when it changes. Empty: callers are not told
-  // apart, except by tenant_metadata.
+  // File of the known callers (callers.h), read again when it changes. Empty, and no `jwt`: callers
+  // are not told apart, except by tenant_metadata.
   std::string callers_file;
+  JwtOptions jwt;
   // Metadata key in which a proxy that authenticates callers names their tenant. With a callers
   // file it counts only from callers whose tenant is '*'. Empty: it never counts.
   std::string tenant_metadata;
@@ -33,7 +45,9 @@ struct AccessOptions {
   bool proxied() const { return !certificate_metadata.empty() || !address_metadata.empty(); }
   bool encrypted() const { return !tls_cert.empty(); }
   // True when callers have to identify themselves.
-  bool identified() const { return !callers_file.empty() || !tls_client_ca.empty(); }
+  bool identified() const { return tells_callers_apart() || !tls_client_ca.empty(); }
+  // True when it is known who each of them is, and for whom.
+  bool tells_callers_apart() const { return !callers_file.empty() || !jwt.keys_file.empty(); }
 };
 
 }  // namespace vantage::auth

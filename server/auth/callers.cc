@@ -1,13 +1,10 @@
 #include "server/auth/callers.h"
 
 #include <openssl/rand.h>
-#include <sys/stat.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdlib>
-#include <fstream>
-#include <sstream>
 #include <utility>
 #include <vector>
 
@@ -18,21 +15,14 @@
 #include "absl/strings/str_split.h"
 #include "absl/strings/strip.h"
 #include "core/bytes/checksum.h"
+#include "server/auth/guarded_file.h"
+#include "server/auth/plain_name.h"
 
 namespace vantage::auth {
 namespace {
 
-constexpr size_t kMaxFile = 4 << 20;
-constexpr size_t kMaxName = 63;
 constexpr size_t kHashDigits = 64;
 constexpr char kTokenPrefix[] = "vantage_";
-
-bool IsPlain(absl::string_view name) {
-  return !name.empty() && name.size() <= kMaxName &&
-         std::all_of(name.begin(), name.end(), [](char c) {
-           return absl::ascii_isalnum(c) || c == '-' || c == '_' || c == '.' || c == '@';
-         });
-}
 
 absl::StatusOr<Roles> ParseRoles(absl::string_view text) {
   Roles roles;
@@ -56,13 +46,13 @@ absl::StatusOr<Caller> ParseCaller(const std::vector<absl::string_view>& words) 
   }
   Caller caller;
   caller.name = std::string(words[0]);
-  if (!IsPlain(words[0])) {
+  if (!IsPlainName(words[0])) {
     return absl::InvalidArgumentError("the name must be 1 to 63 of letters, digits and -_.@");
   }
   caller.names_tenant = words[1] == "*";
   if (!caller.names_tenant && words[1] != "-") {
     caller.tenant = std::string(words[1]);
-    if (!IsPlain(words[1])) {
+    if (!IsPlainName(words[1])) {
       return absl::InvalidArgumentError(
           "the tenant must be '*', '-', or 1 to 63 of letters, digits and -_.@");
     }
@@ -75,26 +65,6 @@ absl::StatusOr<Caller> ParseCaller(const std::vector<absl::string_view>& words) 
     return absl::InvalidArgumentError("the expiry must be as in 2027-01-31T00:00:00Z");
   }
   return caller;
-}
-
-absl::StatusOr<std::string> ReadWhole(const std::string& path) {
-  struct stat status {};
-  if (stat(path.c_str(), &status) != 0) {
-    return absl::NotFoundError(absl::StrCat("cannot find the callers file ", path));
-  }
-  if ((status.st_mode & (S_IWGRP | S_IWOTH)) != 0) {
-    return absl::PermissionDeniedError(
-        absl::StrCat("others can write the callers file ", path, ": chmod go-w it"));
-  }
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (!file.good()) return absl::NotFoundError(absl::StrCat("cannot read ", path));
-  std::string read = std::move(text).str();
-  if (read.size() > kMaxFile) {
-    return absl::InvalidArgumentError(absl::StrCat(path, " is larger than 4 MiB"));
-  }
-  return read;
 }
 
 }  // namespace
@@ -169,7 +139,7 @@ std::shared_ptr<const CallerList> CallersFile::list() const {
 
 absl::StatusOr<bool> CallersFile::Refresh() {
   std::lock_guard<std::mutex> refreshing(refresh_mutex_);
-  absl::StatusOr<std::string> text = ReadWhole(path_);
+  absl::StatusOr<std::string> text = ReadGuardedFile(path_, "callers file");
   if (!text.ok()) return text.status();
   if (list() != nullptr && *text == text_) return false;
   absl::StatusOr<CallerList> parsed = CallerList::Parse(*text);

@@ -21,8 +21,10 @@ struct Caller {
   bool names_tenant = false;  // a proxy, which names the tenant of each call itself
   Roles roles;
   absl::Time expires = absl::InfiniteFuture();
-  std::string
-      credential;  // for CallerList::ByCredential: the token's SHA-256 or a certificate's name
+  // For CallerList::ByCredential: the token's SHA-256 or a certificate's name. Where a JWT names
+  // the caller, the thumbprint of the key that vouches for it (JwtIssuer::HasKey).
+  std::string credential;
+  bool by_jwt = false;
 };
 
 // One caller a line, '#' begins a comment:

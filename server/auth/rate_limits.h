@@ -26,6 +26,9 @@ class RateLimits {
   // Takes one call from `key`'s bucket. Zero: the call may go on; else the time to wait.
   absl::Duration Take(const std::string& key, Time now);
 
+  // The same, but takes none.
+  absl::Duration Wait(const std::string& key, Time now) const;
+
   size_t keys() const;
 
  private:
@@ -34,6 +37,7 @@ class RateLimits {
     Time at;
   };
 
+  absl::Duration UntilOne(double left) const;
   double LeftAt(const Bucket& bucket, Time now) const;
   Bucket& BucketOf(const std::string& key, Time now) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
 

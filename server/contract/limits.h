@@ -40,6 +40,8 @@ struct Limits {
   absl::Duration keep_withdrawn_scans = absl::InfiniteDuration();
   // Neither goes before a second look, so much later, agrees.
   absl::Duration second_look = absl::Hours(1);
+  // How long the operator keeps a backup, which holds what is deleted meanwhile; zero: not known.
+  absl::Duration keep_backups = absl::ZeroDuration();
   // After this time without use a session's model leaves memory.
   absl::Duration evict_after = absl::InfiniteDuration();
   // Work (a scan's merge, the loading of a model) that brought the server to its end so often is

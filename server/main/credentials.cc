@@ -22,17 +22,32 @@ constexpr unsigned kReloadSeconds = 5;
 absl::Status Unprotected(const std::string& listen, absl::string_view lack) {
   return absl::InvalidArgumentError(absl::StrCat(
       "listen address '", listen, "' is not loopback, and ", lack,
-      ": use 127.0.0.1:PORT, protect it with --tls-cert, --tls-key and --tls-client-ca or "
-      "--callers, or say --allow-insecure-remote"));
+      ": use 127.0.0.1:PORT, protect it with --tls-cert, --tls-key and --tls-client-ca, "
+      "--callers or --jwt-keys, or say --allow-insecure-remote"));
+}
+
+// Without issuer and audience, every token that the provider ever signs for anybody's service would
+// be let in.
+absl::Status CheckJwtOptions(const auth::JwtOptions& jwt) {
+  if (jwt.keys_file.empty() && jwt.issuer.empty() && jwt.audience.empty()) return absl::OkStatus();
+  if (jwt.keys_file.empty() || jwt.issuer.empty() || jwt.audience.empty()) {
+    return absl::InvalidArgumentError(
+        "--jwt-keys, --jwt-issuer and --jwt-audience need one another: a JWT is taken only from "
+        "whom, and for whom, it is meant");
+  }
+  if (jwt.tenant_claim.empty() || jwt.roles_claim.empty()) {
+    return absl::InvalidArgumentError("--jwt-tenant-claim and --jwt-roles-claim must name a claim");
+  }
+  return absl::OkStatus();
 }
 
 absl::Status CheckProxied(const auth::AccessOptions& access,
                           const std::vector<std::string>& listen) {
   if (!access.proxied()) return absl::OkStatus();
-  if (access.callers_file.empty()) {
+  if (!access.tells_callers_apart()) {
     return absl::InvalidArgumentError(
-        "--certificate-metadata and --address-metadata need --callers: whoever reached the proxy "
-        "could do everything");
+        "--certificate-metadata and --address-metadata need --callers or --jwt-keys: whoever "
+        "reached the proxy could do everything");
   }
   if (std::all_of(listen.begin(), listen.end(),
                   [](const std::string& address) { return SocketPath(address).empty(); })) {
@@ -53,11 +68,12 @@ absl::Status CheckTogether(const auth::AccessOptions& access,
     return absl::InvalidArgumentError("--tls-client-ca needs --tls-cert and --tls-key");
   }
   if (access.tls_optional_client_certificates &&
-      (access.tls_client_ca.empty() || access.callers_file.empty())) {
+      (access.tls_client_ca.empty() || !access.tells_callers_apart())) {
     return absl::InvalidArgumentError(
-        "--tls-optional-client-certificates needs --tls-client-ca, and --callers to tell the "
-        "others by their tokens");
+        "--tls-optional-client-certificates needs --tls-client-ca, and --callers or --jwt-keys to "
+        "tell the others by their tokens");
   }
+  if (absl::Status jwt = CheckJwtOptions(access.jwt); !jwt.ok()) return jwt;
   if (absl::Status fit = CheckProxied(access, listen); !fit.ok()) return fit;
   if (access.allow_insecure_remote) return absl::OkStatus();
   for (const std::string& address : listen) {

@@ -49,16 +49,23 @@ absl::StatusOr<std::unique_ptr<Server>> Server::Start(const ServerOptions& optio
     if (!opened.ok()) return absl::InvalidArgumentError(opened.status().message());
     callers = *std::move(opened);
   }
+  std::unique_ptr<auth::JwtIssuer> jwts;
+  if (!options.access.jwt.keys_file.empty()) {
+    absl::StatusOr<std::unique_ptr<auth::JwtIssuer>> opened =
+        auth::JwtIssuer::Open(options.access.jwt);
+    if (!opened.ok()) return absl::InvalidArgumentError(opened.status().message());
+    jwts = *std::move(opened);
+  }
   std::unique_ptr<Server> server(new Server(options, store, log, std::move(callers),
-                                            std::move(credentials->files), std::move(algorithms),
-                                            std::move(clock)));
+                                            std::move(jwts), std::move(credentials->files),
+                                            std::move(algorithms), std::move(clock)));
   absl::Status serving = server->Serve(*credentials);
   if (!serving.ok()) return serving;
   return server;
 }
 
 Server::Server(const ServerOptions& options, store::Store& store, telemetry::Log& log,
-               std::unique_ptr<auth::CallersFile> callers,
+               std::unique_ptr<auth::CallersFile> callers, std::unique_ptr<auth::JwtIssuer> jwts,
                std::unique_ptr<auth::TlsFiles> tls_files, session::Algorithms algorithms,
                session::Journal::Clock clock)
     : options_(options),
@@ -67,7 +74,7 @@ Server::Server(const ServerOptions& options, store::Store& store, telemetry::Log
       store_(store, metrics_, log),
       clock_(std::move(clock), execution::SteadyTime,
              [this](absl::Duration by, bool followed) { TellJump(by, followed); }),
-      authorizer_(options.access, std::move(callers)),
+      authorizer_(options.access, std::move(callers), std::move(jwts)),
       memory_(options.memory_bytes),
       pool_(CoresOr(options.threads), kMaxJobs),
       tasks_(options.request_threads, options.queued_requests),
@@ -247,6 +254,7 @@ void Server::RefreshLater() {
     clock_.Now();  // so that a jump is noticed while nobody asks for the time
     tasks_.Post([this] {
       RefreshCallers();
+      RefreshJwtKeys();
       RefreshTlsFiles();
       std::lock_guard<std::mutex> again(refresh_mutex_);
       if (refreshes_) RefreshLater();
@@ -264,6 +272,17 @@ void Server::RefreshCallers() {
                {{"error", error}});
   }
   refresh_error_ = error;
+}
+
+void Server::RefreshJwtKeys() {
+  const absl::StatusOr<bool> changed = authorizer_.RefreshJwtKeys();
+  const std::string error = changed.ok() ? "" : changed.status().ToString();
+  std::lock_guard<std::mutex> lock(refresh_mutex_);
+  if (changed.ok() && *changed) log_.Info("the JWT keys were read again");
+  if (!error.empty() && error != jwt_refresh_error_) {
+    log_.Error("the JWT keys cannot be used; the keys known before stay", {{"error", error}});
+  }
+  jwt_refresh_error_ = error;
 }
 
 void Server::RefreshTlsFiles() {

@@ -77,9 +77,10 @@ class Server {
   int http_port() const { return http_ == nullptr ? 0 : http_->port(); }
   session::SessionRegistry& sessions() { return *sessions_; }
 
-  // Reads the callers file, and the certificates, again now, where there are any; they are looked
-  // at every 2 s anyway.
+  // Reads the callers file, the JWT keys, and the certificates, again now, where there are any;
+  // they are looked at every 2 s anyway.
   void RefreshCallers();
+  void RefreshJwtKeys();
   void RefreshTlsFiles();
 
   // Stops in order: health says NOT_SERVING, new work is refused, plans end with their best answer,
@@ -88,8 +89,9 @@ class Server {
 
  private:
   Server(const ServerOptions& options, store::Store& store, telemetry::Log& log,
-         std::unique_ptr<auth::CallersFile> callers, std::unique_ptr<auth::TlsFiles> tls_files,
-         session::Algorithms algorithms, session::Journal::Clock clock);
+         std::unique_ptr<auth::CallersFile> callers, std::unique_ptr<auth::JwtIssuer> jwts,
+         std::unique_ptr<auth::TlsFiles> tls_files, session::Algorithms algorithms,
+         session::Journal::Clock clock);
   absl::Status Serve(const Credentials& credentials);
   absl::Status Listen(grpc::ServerBuilder& builder, const Credentials& credentials);
   void TellJump(absl::Duration by, bool followed);
@@ -109,7 +111,9 @@ class Server {
   bool collects_ ABSL_GUARDED_BY(collect_mutex_) = false;
   std::mutex refresh_mutex_;
   bool refreshes_ ABSL_GUARDED_BY(refresh_mutex_) = false;
-  std::string refresh_error_ ABSL_GUARDED_BY(refresh_mutex_);  // already logged
+  // What is already logged.
+  std::string refresh_error_ ABSL_GUARDED_BY(refresh_mutex_);
+  std::string jwt_refresh_error_ ABSL_GUARDED_BY(refresh_mutex_);
   telemetry::Metrics metrics_;
   store::InstrumentedStore store_;
   rpc::CallCounts calls_;

@@ -89,6 +89,7 @@ struct Program {
   int drain_seconds = 20;
   int keep_sessions_days = 0;
   int keep_withdrawn_days = 0;
+  int backups_keep_days = 0;
   int quota_mib = 0;
   int memory_mib = 0;
   int evict_minutes = 30;
@@ -142,6 +143,11 @@ void Declare(CLI::App& app, Program& program) {
                  "ran; 0: never")
       ->check(CLI::Range(0, 36500))
       ->capture_default_str();
+  app.add_option("--backups-keep-days", program.backups_keep_days,
+                 "how long you keep backups: whoever deletes a session is told when the last one "
+                 "that holds it is gone; 0: not known, nothing is said")
+      ->check(CLI::Range(0, 36500))
+      ->capture_default_str();
   app.add_option("--quota-mib", program.quota_mib,
                  "what the sessions of one tenant may keep, MiB; 0: as much as there is room for")
       ->check(CLI::Range(0, 1 << 30))
@@ -178,6 +184,26 @@ void Declare(CLI::App& app, Program& program) {
       ->configurable(false);
 }
 
+// Whose signed tokens name callers.
+void DeclareJwts(CLI::App& app, auth::JwtOptions& jwt) {
+  app.add_option("--jwt-keys", jwt.keys_file,
+                 "file of an identity provider's public keys, a JSON Web Key Set: callers may show "
+                 "its JWTs. Read again when it changes, and on SIGHUP");
+  app.add_option("--jwt-issuer", jwt.issuer, "with --jwt-keys: what a JWT's claim 'iss' must be");
+  app.add_option("--jwt-audience", jwt.audience,
+                 "with --jwt-keys: what must be in a JWT's claim 'aud', this server's name at the "
+                 "identity provider");
+  app.add_option("--jwt-tenant-claim", jwt.tenant_claim, "claim that names the caller's tenant")
+      ->capture_default_str();
+  app.add_option("--jwt-roles-claim", jwt.roles_claim,
+                 "claim that names the caller's roles (read, submit, plan, administer): an array, "
+                 "or a string with spaces between, as 'scope' is")
+      ->capture_default_str();
+  app.add_option("--jwt-role-prefix", jwt.role_prefix,
+                 "roles in that claim begin with this ('vantage:' for vantage:read); others don't "
+                 "count");
+}
+
 // Who may reach the server.
 void DeclareAccess(CLI::App& app, auth::AccessOptions& access) {
   app.add_flag(
@@ -195,6 +221,7 @@ void DeclareAccess(CLI::App& app, auth::AccessOptions& access) {
   app.add_option("--callers", access.callers_file,
                  "file of callers, one a line: NAME TENANT ROLES CREDENTIAL [EXPIRES]; "
                  "'vantaged token' makes lines. Read again when it changes, and on SIGHUP");
+  DeclareJwts(app, access.jwt);
   const auto metadata_key = [](const std::string& key) {
     const bool plain =
         key.find_first_not_of("abcdefghijklmnopqrstuvwxyz0123456789-_.") == std::string::npos;
@@ -384,6 +411,7 @@ int Serve(const Program& program, const sigset_t& signals) {
     sigwait(&signals, &received);
     if (received != SIGHUP) break;
     (*server)->RefreshCallers();
+    (*server)->RefreshJwtKeys();
     (*server)->RefreshTlsFiles();
   }
   // Whatever is still under way by then is in the log, and goes on after the next start.
@@ -436,6 +464,7 @@ int Main(int argc, char** argv) {
   if (program.keep_withdrawn_days > 0) {
     program.server.limits.keep_withdrawn_scans = absl::Hours(24) * program.keep_withdrawn_days;
   }
+  program.server.limits.keep_backups = absl::Hours(24) * program.backups_keep_days;
   program.server.drain_patience = std::chrono::seconds(program.drain_seconds);
 
   // A reader of our output that goes away ends no work.

@@ -367,6 +367,53 @@ void ModelMemory::WriteSnapshot(parallel::Parallel& parallel) {
                                 {"seconds", SecondsSince(start)}});
 }
 
+bool ModelMemory::ReleaseSnapshotsBefore(uint64_t sequence) {
+  const auto any_before = [&] {
+    const std::vector<store::SnapshotRecord> listed = snapshots_.List();
+    return !listed.empty() && listed.back().sequence < sequence;  // the oldest is the last
+  };
+  if (!any_before()) return true;
+  const store::SnapshotRecord newest = snapshots_.List().front();
+  if (newest.sequence < sequence) {
+    const bool may_go =
+        newest.algorithm_version == model::kModelAlgorithmVersion && FollowsFromScans();
+    RenewSnapshot(sequence);
+    if (!may_go) return false;
+  }
+  snapshots_.DropBefore(sequence);
+  return !any_before();
+}
+
+// As far as is known: damage shows when a scan is read.
+bool ModelMemory::FollowsFromScans() const {
+  bool all = true;
+  context_.journal().Read([&](const SessionState& state) {
+    for (const auto& [name, record] : state.scans) {
+      if (record.in_model && context_.lost_scans().Has(name)) all = false;
+    }
+  });
+  return all;
+}
+
+void ModelMemory::RenewSnapshot(uint64_t sequence) {
+  if (context_.dependencies().limits.snapshots_per_session == 0) return;
+  const bool posted = context_.TryPost([this, sequence](parallel::Parallel& parallel) {
+    const absl::Status loaded = Load(parallel);
+    if (!loaded.ok()) {
+      context_.dependencies().log.Info(
+          "the model is not there to write a snapshot of; one is written when it is",
+          {{"session", context_.id()}, {"error", loaded.ToString()}});
+      return;
+    }
+    const std::vector<store::SnapshotRecord> listed = snapshots_.List();
+    if (!listed.empty() && listed.front().sequence >= sequence) return;
+    if (CheckWhole().ok()) WriteSnapshot(parallel);
+  });
+  if (!posted && !context_.closed()) {
+    context_.dependencies().log.Info("no room for a snapshot now", {{"session", context_.id()}});
+  }
+}
+
 // Newest first.
 void ModelMemory::LoadSnapshot(parallel::Parallel& parallel) {
   const SessionDependencies& dependencies = context_.dependencies();

@@ -92,6 +92,12 @@ class ModelMemory {
   void EndExport() { --exports_; }
   bool InUse() const { return evaluations_ > 0 || exports_ > 0; }
 
+  // Releases the snapshots of log entries before `sequence`, so that what was taken out of the
+  // model by then is in none; false: some are still there, and to be asked for again. Where none is
+  // left a new one is written in the background. Where the model could not be made from its scans
+  // as it is (the data of one are lost, or older algorithms made it), that comes first.
+  bool ReleaseSnapshotsBefore(uint64_t sequence);
+
   // The functions below must be called on the strand.
 
   // Loads the model that the log describes, from the newest usable snapshot and the scans after it;
@@ -130,6 +136,8 @@ class ModelMemory {
   absl::Status Rebuild(parallel::Parallel& parallel);
   void LoadSnapshot(parallel::Parallel& parallel);
   void WriteSnapshot(parallel::Parallel& parallel);
+  void RenewSnapshot(uint64_t sequence);
+  bool FollowsFromScans() const;
   void PostSnapshot(size_t changes);
 
   SessionContext& context_;

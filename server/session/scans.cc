@@ -1,5 +1,6 @@
 #include "server/session/scans.h"
 
+#include <algorithm>
 #include <utility>
 
 #include "absl/strings/str_cat.h"
@@ -199,20 +200,35 @@ int Scans::Pending() const {
 }
 
 absl::StatusOr<int> Scans::EraseWithdrawn(absl::Duration before,
-                                          absl::FunctionRef<bool(const std::string& scan)> sure) {
-  std::vector<std::string> past;
+                                          absl::FunctionRef<bool(const std::string& scan)> sure,
+                                          absl::FunctionRef<bool(uint64_t sequence)> release) {
+  std::vector<std::pair<std::string, uint64_t>> past;  // and when they left the model
+  uint64_t erased_until = 0;
   const auto is_past = [before](const ScanRecord& record) {
     return record.scan.state() == v1::SCAN_STATE_WITHDRAWN && !record.in_model &&
            !record.blob.empty() && record.withdrawn < before;
   };
   journal_.Read([&](const SessionState& state) {
     for (const std::string& name : state.scan_order) {
-      if (is_past(state.scans.at(name))) past.push_back(name);
+      const ScanRecord& record = state.scans.at(name);
+      if (is_past(record)) past.emplace_back(name, record.removed);
+      const bool is_erased = record.scan.state() == v1::SCAN_STATE_WITHDRAWN && record.blob.empty();
+      if (is_erased) erased_until = std::max(erased_until, record.removed);
     }
   });
+  // An earlier release left snapshots of what it erased.
+  if (erased_until > 0) release(erased_until);
   int count = 0;
-  for (const std::string& name : past) {
+  for (const auto& [past_name, removed] : past) {
+    const std::string& name = past_name;
     if (!sure(name)) continue;
+    // First the snapshots: what the log calls erased is nowhere any more, also after a crash here.
+    if (removed > 0 && !release(removed)) {
+      context_.dependencies().log.Info(
+          "a withdrawn scan is erased once there is a snapshot of the model without it",
+          {{"scan", name}});
+      continue;
+    }
     std::string blob;
     int64_t bytes = 0;
     const absl::StatusOr<std::string> logged =

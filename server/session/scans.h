@@ -3,6 +3,7 @@
 #ifndef VANTAGE_SERVER_SESSION_SCANS_H_
 #define VANTAGE_SERVER_SESSION_SCANS_H_
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -48,9 +49,11 @@ class Scans {
   // Number of scans that were received and are neither merged nor refused.
   int Pending() const;
   // Erases the data of scans that were withdrawn before that time, by the time seen, and for which
-  // `sure` says so. Returns how many.
+  // `sure` says so. Returns how many. `release` releases the snapshots of log entries before a
+  // number, which may hold their part of the model; while it says false, their scans stay.
   absl::StatusOr<int> EraseWithdrawn(absl::Duration before,
-                                     absl::FunctionRef<bool(const std::string& scan)> sure);
+                                     absl::FunctionRef<bool(const std::string& scan)> sure,
+                                     absl::FunctionRef<bool(uint64_t sequence)> release);
 
  private:
   // Adds what the log does not have.

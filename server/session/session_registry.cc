@@ -312,8 +312,9 @@ std::vector<std::shared_ptr<Session>> SessionRegistry::List(
   return out;
 }
 
-absl::Status SessionRegistry::Delete(const std::string& id, const std::string& request_id,
-                                     const std::optional<std::string>& tenant) {
+absl::StatusOr<absl::Time> SessionRegistry::Delete(const std::string& id,
+                                                   const std::string& request_id,
+                                                   const std::optional<std::string>& tenant) {
   std::lock_guard<std::mutex> only_one(create_mutex_);
   std::shared_ptr<Session> session;
   {
@@ -321,7 +322,7 @@ absl::Status SessionRegistry::Delete(const std::string& id, const std::string& r
     for (const store::DeletionRecord& deletion : deletions_) {
       if (tenant.has_value() && deletion.tenant != *tenant) continue;
       if (!request_id.empty() && deletion.request == request_id) {
-        if (deletion.session == id) return absl::OkStatus();
+        if (deletion.session == id) return deletion.time;
         return contract::ErrorWithReason(absl::StatusCode::kAlreadyExists, "REQUEST_ID_REUSED",
                                          "request_id was used for another DeleteSession");
       }
@@ -334,8 +335,9 @@ absl::Status SessionRegistry::Delete(const std::string& id, const std::string& r
     }
   }
   // The scans of one that was left out go at the next start, when it is known who needs them.
+  const absl::Time time = dependencies_.clock();
   const store::DeletionRecord deletion{session != nullptr ? session->tenant() : tenant.value_or(""),
-                                       request_id, id};
+                                       request_id, id, time};
   const bool remembered = !request_id.empty();
   absl::Status erased = session != nullptr ? Erase(session, remembered ? &deletion : nullptr)
                                            : Drop(id, remembered ? &deletion : nullptr);
@@ -346,7 +348,7 @@ absl::Status SessionRegistry::Delete(const std::string& id, const std::string& r
     deletions_.push_back(deletion);
     if (deletions_.size() > store::Store::kRememberedDeletions) deletions_.pop_front();
   }
-  return absl::OkStatus();
+  return time;
 }
 
 absl::Status SessionRegistry::Drop(const std::string& id, const store::DeletionRecord* deletion) {
@@ -416,8 +418,10 @@ Collected SessionRegistry::Collect() {
       }
       continue;
     }
-    const absl::StatusOr<int> erased =
-        session->scans().EraseWithdrawn(now - limits.keep_withdrawn_scans, sure);
+    const absl::StatusOr<int> erased = session->scans().EraseWithdrawn(
+        now - limits.keep_withdrawn_scans, sure, [&session](uint64_t sequence) {
+          return session->model().ReleaseSnapshotsBefore(sequence);
+        });
     if (erased.ok()) {
       collected.scans += *erased;
     } else {

@@ -73,9 +73,10 @@ class SessionRegistry {
       const std::optional<std::string>& tenant = {},
       const v1::ListSessionsRequest& filter = v1::ListSessionsRequest()) const;
   // `request_id`: a request that is sent again is answered as before; empty: it has none. Gives up
-  // a session that was left out. NOT_FOUND, also for sessions of other tenants.
-  absl::Status Delete(const std::string& id, const std::string& request_id = "",
-                      const std::optional<std::string>& tenant = {});
+  // a session that was left out. Returns when it was deleted. NOT_FOUND, also for sessions of other
+  // tenants.
+  absl::StatusOr<absl::Time> Delete(const std::string& id, const std::string& request_id = "",
+                                    const std::optional<std::string>& tenant = {});
   // Removes uploads that were idle for too long, data of withdrawn scans, and sessions without
   // events; Limits has the times, which are of the time seen. Scans and sessions go at a later
   // call, `second_look` after the first that found them past their time. To be called regularly.

@@ -205,6 +205,7 @@ absl::Status SessionState::Apply(const storage::v1::LogEntry& entry) {
       status = update_scan(event.scan_removed().scan());
       if (status.ok()) {
         scans[resource].in_model = false;
+        scans[resource].removed = entry.event().sequence();
         DropPreview(scans[resource]);
         model_version = event.scan_removed().model_version();
       }

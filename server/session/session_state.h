@@ -31,6 +31,9 @@ struct ScanRecord {
   uint64_t entered = 0;   // the version of the model that was the first with it in, if it is
   // When it was withdrawn, by the time that servers had seen pass.
   absl::Duration withdrawn;
+  // Of the entry that says that it was taken out of the model: snapshots of earlier ones may hold
+  // it. 0: it was never taken out.
+  uint64_t removed = 0;
   // Of its upload: its size, also when its data have been erased since, and its last pieces.
   int64_t received_bytes = 0;
   storage::v1::LastPieces last_pieces;

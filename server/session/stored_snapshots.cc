@@ -1,5 +1,6 @@
 #include "server/session/stored_snapshots.h"
 
+#include <algorithm>
 #include <utility>
 
 namespace vantage::session {
@@ -50,13 +51,28 @@ absl::Status StoredSnapshots::Add(const std::string& bytes, store::SnapshotRecor
 
 void StoredSnapshots::Drop(const store::SnapshotRecord& record) {
   std::lock_guard<std::mutex> lock(mutex_);
-  if (context_.closed() ||
-      !context_.dependencies().store.DropSnapshot(context_.id(), record.sequence).ok()) {
-    return;
-  }
-  std::erase_if(snapshots_,
-                [&](const store::SnapshotRecord& it) { return it.sequence == record.sequence; });
-  context_.ReleaseOwnBlob(record.blob);
+  const auto is_it = [&](const store::SnapshotRecord& it) { return it.blob == record.blob; };
+  // It may have been dropped since it was listed.
+  if (std::none_of(snapshots_.begin(), snapshots_.end(), is_it)) return;
+  DropWhere([&](const store::SnapshotRecord& it) { return it.sequence == record.sequence; });
+}
+
+void StoredSnapshots::DropBefore(uint64_t sequence) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  DropWhere([sequence](const store::SnapshotRecord& it) { return it.sequence < sequence; });
+}
+
+// The record goes first: a blob that a crash leaves behind has no holder, and is collected at the
+// next start.
+void StoredSnapshots::DropWhere(
+    absl::FunctionRef<bool(const store::SnapshotRecord& snapshot)> goes) {
+  if (context_.closed()) return;
+  std::erase_if(snapshots_, [&](const store::SnapshotRecord& it) {
+    if (!goes(it)) return false;
+    if (!context_.dependencies().store.DropSnapshot(context_.id(), it.sequence).ok()) return false;
+    context_.ReleaseOwnBlob(it.blob);
+    return true;
+  });
 }
 
 std::vector<std::string> StoredSnapshots::TakeBlobs() {

@@ -2,11 +2,13 @@
 #ifndef VANTAGE_SERVER_SESSION_STORED_SNAPSHOTS_H_
 #define VANTAGE_SERVER_SESSION_STORED_SNAPSHOTS_H_
 
+#include <cstdint>
 #include <mutex>
 #include <string>
 #include <vector>
 
 #include "absl/base/thread_annotations.h"
+#include "absl/functional/function_ref.h"
 #include "absl/status/status.h"
 #include "server/session/session_context.h"
 #include "server/store/store.h"
@@ -27,10 +29,15 @@ class StoredSnapshots {
   absl::Status Add(const std::string& bytes, store::SnapshotRecord record);
   // Releases a damaged snapshot, so that the next one is written.
   void Drop(const store::SnapshotRecord& record);
+  // Releases those of entries before `sequence`.
+  void DropBefore(uint64_t sequence);
   // The session is closed: all of them, which the caller releases.
   std::vector<std::string> TakeBlobs();
 
  private:
+  void DropWhere(absl::FunctionRef<bool(const store::SnapshotRecord& snapshot)> goes)
+      ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+
   SessionContext& context_;
   mutable std::mutex mutex_;  // held while they are written to the store
   std::vector<store::SnapshotRecord> snapshots_ ABSL_GUARDED_BY(mutex_);  // newest first

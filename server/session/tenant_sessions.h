@@ -36,7 +36,8 @@ class TenantSessions {
                                              const v1::ListSessionsRequest& filter) const {
     return registry_.List(after, limit, more, tenant_, filter);
   }
-  absl::Status Delete(const std::string& id, const std::string& request_id) const {
+  // Returns when it was deleted.
+  absl::StatusOr<absl::Time> Delete(const std::string& id, const std::string& request_id) const {
     return registry_.Delete(id, request_id, tenant_);
   }
   absl::Status CheckTakesWork() const { return registry_.CheckTakesWork(); }

@@ -135,12 +135,14 @@ constexpr char kAddTables[] =
     " WHEN NOT EXISTS (SELECT 1 FROM log WHERE session = OLD.session) BEGIN"
     " DELETE FROM begun WHERE session = OLD.session; END;"
     "CREATE TABLE IF NOT EXISTS deletion (number INTEGER PRIMARY KEY AUTOINCREMENT,"
-    " tenant TEXT NOT NULL, request TEXT NOT NULL, session TEXT NOT NULL)";
+    " tenant TEXT NOT NULL, request TEXT NOT NULL, session TEXT NOT NULL,"
+    " milliseconds INTEGER NOT NULL)";
 constexpr char kRememberDeletion[] =
-    "INSERT INTO deletion (tenant, request, session) VALUES (?1, ?2, ?3)";
+    "INSERT INTO deletion (tenant, request, session, milliseconds) VALUES (?1, ?2, ?3, ?4)";
 constexpr char kForgetDeletions[] =
     "DELETE FROM deletion WHERE number <= (SELECT max(number) FROM deletion) - ?1";
-constexpr char kDeletions[] = "SELECT tenant, request, session FROM deletion ORDER BY number";
+constexpr char kDeletions[] =
+    "SELECT tenant, request, session, milliseconds FROM deletion ORDER BY number";
 constexpr char kSeenTime[] = "SELECT milliseconds FROM seen";
 constexpr char kPutSeenTime[] =
     "INSERT OR REPLACE INTO seen (only_row, milliseconds) VALUES (1, ?1)";
@@ -486,6 +488,7 @@ absl::Status LogDatabase::Remember(const DeletionRecord& deletion) {
   remember.Bind(1, absl::string_view(deletion.tenant));
   remember.Bind(2, absl::string_view(deletion.request));
   remember.Bind(3, absl::string_view(deletion.session));
+  remember.Bind(4, static_cast<uint64_t>(absl::ToUnixMillis(deletion.time)));
   Use forget(writer_->statements.at(kForgetDeletions));
   forget.Bind(1, uint64_t{Store::kRememberedDeletions});
   if (remember.Step() == SQLITE_DONE && forget.Step() == SQLITE_DONE) return absl::OkStatus();
@@ -504,7 +507,8 @@ absl::StatusOr<std::vector<DeletionRecord>> LogDatabase::Deletions() const {
   std::vector<DeletionRecord> deletions;
   int step = SQLITE_ROW;
   while ((step = read.Step()) == SQLITE_ROW) {
-    deletions.push_back({read.Bytes(0), read.Bytes(1), read.Bytes(2)});
+    deletions.push_back({read.Bytes(0), read.Bytes(1), read.Bytes(2),
+                         absl::FromUnixMillis(static_cast<int64_t>(read.Number(3)))});
   }
   if (step != SQLITE_DONE) return DatabaseError(writer_->database, absl::StrCat("read ", path_));
   return deletions;

@@ -35,6 +35,7 @@ struct DeletionRecord {
   std::string tenant;
   std::string request;  // its id
   std::string session;
+  absl::Time time;  // by the wall clock
 };
 
 // Thread safe. Errors of every method: RESOURCE_EXHAUSTED when there is no room (nothing was

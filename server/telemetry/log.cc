@@ -72,7 +72,9 @@ void Log::Write(LogLevel level, absl::string_view message, std::initializer_list
       absl::StrFormat(R"({"time":"%s","level":"%s","message":%s)",
                       absl::FormatTime("%Y-%m-%dT%H:%M:%E6SZ", absl::Now(), absl::UTCTimeZone()),
                       Name(level), Quoted(message));
-  for (const LogField& field : fields) absl::StrAppend(&line, ",", field.json());
+  for (const LogField& field : fields) {
+    if (!field.json().empty()) absl::StrAppend(&line, ",", field.json());
+  }
   if (const LogContext trace = CurrentLogContext(); trace != nullptr) {
     absl::StrAppend(&line, ",\"trace_id\":", Quoted(*trace));
   }

@@ -20,6 +20,7 @@ enum class LogLevel { kDebug = 0, kInfo = 1, kWarning = 2, kError = 3, kAudit = 
 // A named value of a line. Numbers stay numbers.
 class LogField {
  public:
+  LogField() = default;  // none: the line goes without
   LogField(absl::string_view key, absl::string_view value);
   LogField(absl::string_view key, const char* value) : LogField(key, absl::string_view(value)) {}
   LogField(absl::string_view key, const std::string& value)

@@ -11,6 +11,7 @@ import fcntl
 import functools
 import gzip
 import hashlib
+import hmac
 import json
 import os
 import shutil
@@ -33,6 +34,7 @@ import floods
 from deployed import HAPROXY, OPENSSL, DeployedServer
 from http2 import (CONTINUATION, DATA, END_HEADERS, END_STREAM, GOAWAY, HEADERS, PING, RST_STREAM,
                    SETTINGS, call, frame, integer, literal, message)
+from identity_provider import IdentityProvider, base64url
 from range_image import room, send, sphere
 from server import Server
 
@@ -173,6 +175,59 @@ class Attacks:
             self.record(f"{guesses} guessed tokens", str(codes), "OK" not in codes and lines < 100,
                         log_lines=lines, cpu_s=round(server.cpu_seconds() - cpu, 2),
                         seconds=round(time.monotonic() - begun, 1))
+
+    def jwt(self):
+        """Tokens of an identity provider, genuine and not, and what a thousand forged ones cost."""
+        if not OPENSSL:
+            print("openssl is not installed: no JWTs are tried")
+            return
+        provider = IdentityProvider(self.folder, OPENSSL, "provider")
+        stranger = IdentityProvider(self.folder, OPENSSL, "stranger")
+        keys = os.path.join(self.folder, "jwt-keys")
+        with open(keys, "w") as file:
+            os.chmod(keys, 0o600)
+            file.write(provider.key_set())
+        good, forged = provider.token(), stranger.token()
+        unsigned = provider.text({"alg": "none", "kid": "k"}, provider.claims())
+        confused = provider.text({"alg": "HS256", "kid": "k"}, provider.claims())
+        mac = hmac.new(provider.public, confused.encode(), "sha256").digest()
+        tokens = {"good": good, "forged": forged, "unsigned": unsigned + ".",
+                  "its signature without alg": unsigned + "." + good.split(".")[2],
+                  "public key as secret": confused + "." + base64url(mac),
+                  "key of its own": stranger.token({"jku": "http://127.0.0.1/keys"}),
+                  "other kid": provider.token({"kid": "other"}),
+                  "critical": provider.token({"crit": ["exp"]}),
+                  "expired": provider.token(exp=int(time.time()) - 1),
+                  "not yet": provider.token(nbf=int(time.time()) + 600),
+                  "other audience": provider.token(aud="wiki"),
+                  "other issuer": provider.token(iss="https://evil.example"),
+                  "proxy": provider.token(tenant="*")}
+        request = self.contract.new("ListSessionsRequest")
+        with self.start("--jwt-keys", keys, "--jwt-issuer", "https://login.example",
+                        "--jwt-audience", "vantage") as server, server.channel() as channel:
+            def list_with(token):
+                return ask(channel, "SessionService", "ListSessions", request, token=token)[0]
+
+            got = {what: list_with(token) for what, token in tokens.items()}
+            let_in = [what for what, code in got.items() if code == "OK"]
+            self.record(f"{len(tokens)} JWTs", f"let in: {', '.join(let_in)}",
+                        let_in == ["good"] and set(got.values()) == {"OK", "UNAUTHENTICATED"})
+            forgeries = [forged[:-8] + base64url(i.to_bytes(6, "big")) for i in range(1000)]
+            codes, cpu, begun = {}, server.cpu_seconds(), time.monotonic()
+            for token in forgeries:
+                code = list_with(token)
+                codes[code] = codes.get(code, 0) + 1
+            cpu, took = server.cpu_seconds() - cpu, time.monotonic() - begun
+            # The same calls with what is no JWT at all: what the checks of signatures add.
+            without = server.cpu_seconds()
+            for i in range(1000):
+                list_with(f"guess-{i}")
+            without = server.cpu_seconds() - without
+            known = list_with(good)
+            self.record("1000 forged JWTs", f"{codes}; who was known before: {known}",
+                        "OK" not in codes and known == "OK" and good not in server.log(),
+                        cpu_s=round(cpu, 2), guesses_cpu_s=round(without, 2),
+                        seconds=round(took, 1))
 
     def claims(self, channel):
         """Within a tenant: a claim is whoever took it's, and its administrator's."""
@@ -738,7 +793,7 @@ class Attacks:
     def run(self, only):
         import tempfile
         with tempfile.TemporaryDirectory(prefix="vantage-attack-") as self.folder:
-            for part in (self.names_and_tokens, self.shares, self.uploads, self.failures, self.paths_and_counts, self.bombs,
+            for part in (self.names_and_tokens, self.jwt, self.shares, self.uploads, self.failures, self.paths_and_counts, self.bombs,
                          self.large_scans, self.names_used_again, self.shutdown, self.log_readers, self.renewals,
                          self.connections, self.few_files, self.slow_readers, self.malformed,
                          self.floods):
@@ -760,7 +815,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--server", required=True, help="the vantaged to start")
     parser.add_argument("--contract", required=True, help="its descriptor set, vantage.v1.binpb")
-    parser.add_argument("--only", default="", help="names_and_tokens, shares, uploads, paths_and_counts, "
+    parser.add_argument("--only", default="", help="names_and_tokens, jwt, shares, uploads, paths_and_counts, "
                         "bombs, large_scans, names_used_again, shutdown, log_readers, renewals, connections, "
                         "few_files, slow_readers, malformed or floods")
     parser.add_argument("--haproxy-cfg", help="attack it also as deployed: behind HAProxy with "

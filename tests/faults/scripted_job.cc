@@ -174,7 +174,7 @@ class Job {
   }
 
   absl::Status DeleteOther() {
-    absl::Status done = registry_.Delete(kOther);
+    absl::Status done = registry_.Delete(kOther).status();
     if (!done.ok() && !absl::IsNotFound(done)) return done;
     known_.deleted = true;
     told_(known_);

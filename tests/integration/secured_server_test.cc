@@ -7,8 +7,10 @@
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_split.h"
+#include "absl/time/clock.h"
 #include "tests/integration/process.h"
 #include "tests/server/fixture/certificates.h"
+#include "tests/server/fixture/jwt_signer.h"
 
 namespace vantage::integration {
 namespace {
@@ -106,6 +108,41 @@ TEST_F(SecuredServer, ReadsItsCallersAgainOnHangup) {
   EXPECT_EQ(code, 0);
 }
 
+// A token file is read for each call, so whoever renews the token only has to write it.
+TEST_F(SecuredServer, TakesAnIdentityProvidersTokensAndTheirRenewals) {
+  const fixture::JwtSigner signer("P-256", "k");
+  fixture::WriteTestFile(Path("keys.json"), signer.KeySet());
+  chmod(Path("keys.json").c_str(), 0600);
+  const ServerProcess server(
+      "", "127.0.0.1",
+      {"--jwt-keys", Path("keys.json"), "--jwt-issuer", "login", "--jwt-audience", "scans",
+       "--jwt-roles-claim", "scope", "--jwt-tenant-claim", "org", "--jwt-role-prefix",
+       "vantage:", "--backups-keep-days", "30"});
+  const auto write = [&](absl::Duration left) {
+    fixture::WriteTestFile(
+        Path("token"),
+        signer.Token(absl::StrCat(R"({"iss":"login","aud":"scans","sub":"anna","org":"museum",)",
+                                  R"("scope":"openid vantage:administer","exp":)",
+                                  absl::ToUnixSeconds(absl::Now() + left), "}")) +
+            "\n");
+  };
+  const auto run = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.begin(), {"--token-file", Path("token")});
+    return Vantage(server, arguments);
+  };
+  write(absl::Hours(1));
+  const Finished created = run({"session", "create", "job"});
+  EXPECT_EQ(created.exit_code, 0) << created.error;
+  write(-absl::Minutes(1));
+  const Finished expired = run({"session", "list"});
+  EXPECT_EQ(expired.exit_code, kRefused);
+  EXPECT_THAT(expired.error, HasSubstr("expired"));
+  write(absl::Hours(1));
+  const Finished deleted = run({"session", "delete", "job"});
+  EXPECT_EQ(deleted.exit_code, 0) << deleted.error;
+  EXPECT_THAT(deleted.out, HasSubstr("backup"));
+}
+
 TEST_F(SecuredServer, ATokenDoesNotTravelInTheClear) {
   fixture::WriteTestFile(Path("token"), "vantage_secret");
   const Finished refused = RunProgram({VANTAGE_BINARY, "--server", "192.0.2.1:7464", "--token-file",
@@ -128,6 +165,13 @@ TEST_F(SecuredServer, WhatDoesNotFitTogetherStopsTheStart) {
   const Finished bad = start({"--listen", "127.0.0.1:0", "--callers", Path("callers")});
   EXPECT_EQ(bad.exit_code, 2);
   EXPECT_THAT(bad.error, HasSubstr("line 1"));
+  const Finished anybodys = start({"--listen", "127.0.0.1:0", "--jwt-keys", Path("callers")});
+  EXPECT_EQ(anybodys.exit_code, 2);
+  EXPECT_THAT(anybodys.error, HasSubstr("--jwt-audience"));
+  const Finished no_keys = start({"--listen", "127.0.0.1:0", "--jwt-keys", Path("callers"),
+                                  "--jwt-issuer", "i", "--jwt-audience", "a"});
+  EXPECT_EQ(no_keys.exit_code, 2);
+  EXPECT_THAT(no_keys.error, HasSubstr("JSON Web Key Set"));
 }
 
 }  // namespace

@@ -11,6 +11,7 @@
 #include "absl/strings/strip.h"
 #include "absl/time/clock.h"
 #include "server/auth/forwarded.h"
+#include "server/auth/jwt.h"
 #include "server/contract/error.h"
 
 namespace vantage::rpc {
@@ -41,11 +42,25 @@ absl::Status Unauthenticated(absl::string_view reason, absl::string_view message
   return contract::ErrorWithReason(absl::StatusCode::kUnauthenticated, reason, message);
 }
 
-absl::Status CheckExpiry(const auth::Caller& caller) {
-  if (caller.expires > absl::Now()) return absl::OkStatus();
+absl::Status CheckExpiry(const std::string& name, absl::Time expires) {
+  if (expires > absl::Now()) return absl::OkStatus();
   return Unauthenticated("TOKEN_EXPIRED",
-                         absl::StrCat("the credential of '", caller.name, "' expired on ",
-                                      absl::FormatTime(caller.expires, absl::UTCTimeZone())));
+                         absl::StrCat("the credential of '", name, "' expired on ",
+                                      absl::FormatTime(expires, absl::UTCTimeZone())));
+}
+
+absl::Status Withdrawn(const std::string& name) {
+  return Unauthenticated("CREDENTIALS_WITHDRAWN",
+                         absl::StrCat("what '", name, "' showed is known no more"));
+}
+
+absl::Status JwtRefused(const absl::Status& why) {
+  if (absl::IsResourceExhausted(why)) {
+    return contract::Retryable(absl::StatusCode::kResourceExhausted, "RATE_LIMITED", why.message(),
+                               absl::Seconds(1));
+  }
+  return Unauthenticated(absl::IsUnauthenticated(why) ? "TOKEN_UNKNOWN" : "TOKEN_UNFIT",
+                         why.message());
 }
 
 absl::Status CheckRole(const RpcRule& rule, const std::string& name, const auth::Roles& roles) {
@@ -69,14 +84,20 @@ bool ByProxy(const grpc::ServerContextBase& context) {
 
 }  // namespace
 
-Authorizer::Authorizer(auth::AccessOptions options, std::unique_ptr<auth::CallersFile> callers)
+Authorizer::Authorizer(auth::AccessOptions options, std::unique_ptr<auth::CallersFile> callers,
+                       std::unique_ptr<auth::JwtIssuer> jwts)
     : options_(std::move(options)),
       callers_(std::move(callers)),
+      jwts_(std::move(jwts)),
       calls_(options_.calls_per_second, options_.calls_at_once),
       failures_(kFailuresPerSecond, kFailuresAtOnce) {}
 
 absl::StatusOr<bool> Authorizer::RefreshCallers() {
   return callers_ == nullptr ? absl::StatusOr<bool>(false) : callers_->Refresh();
+}
+
+absl::StatusOr<bool> Authorizer::RefreshJwtKeys() {
+  return jwts_ == nullptr ? absl::StatusOr<bool>(false) : jwts_->Refresh();
 }
 
 absl::StatusOr<std::optional<std::string>> Authorizer::NamedTenant(
@@ -90,7 +111,7 @@ absl::StatusOr<std::optional<std::string>> Authorizer::NamedTenant(
   return value;
 }
 
-// Authorization where there is no callers file.
+// Authorization where callers are not told apart.
 absl::StatusOr<Authorizer::Identity> Authorizer::IdentifyOpenly(
     const grpc::ServerContextBase& context) const {
   absl::StatusOr<std::optional<std::string>> named = NamedTenant(context);
@@ -139,9 +160,24 @@ absl::StatusOr<std::optional<std::vector<std::string>>> Authorizer::CertificateN
   return names;
 }
 
-// The line of the callers file that the call's credentials belong to.
+absl::StatusOr<auth::Caller> Authorizer::FindByToken(const auth::CallerList& list,
+                                                     absl::string_view token,
+                                                     const grpc::ServerContextBase& context) const {
+  if (const auth::Caller* known = list.ByToken(token); known != nullptr) return *known;
+  if (jwts_ == nullptr || !auth::HasFormOfJwt(token)) {
+    return Unauthenticated("TOKEN_UNKNOWN", "the token is none that this server knows");
+  }
+  absl::StatusOr<auth::Caller> caller =
+      jwts_->Check(token, ForwardedAddress(context).value_or(AddressOf(context.peer())),
+                   absl::Now(), std::chrono::steady_clock::now());
+  if (!caller.ok()) return JwtRefused(caller.status());
+  return caller;
+}
+
+// Whom the call's credentials belong to: a line of the callers file, or a JWT's subject.
 absl::StatusOr<auth::Caller> Authorizer::FindCaller(const grpc::ServerContextBase& context) const {
-  const std::shared_ptr<const auth::CallerList> list = callers_->list();
+  const std::shared_ptr<const auth::CallerList> list =
+      callers_ == nullptr ? std::make_shared<const auth::CallerList>() : callers_->list();
   const absl::StatusOr<std::optional<std::string>> header = OnlyValue(context, kAuthorization);
   if (!header.ok()) return Unauthenticated("TOKEN_UNKNOWN", header.status().message());
   if (header->has_value()) {
@@ -149,10 +185,7 @@ absl::StatusOr<auth::Caller> Authorizer::FindCaller(const grpc::ServerContextBas
     if (!absl::EqualsIgnoreCase(text.substr(0, kBearer.size()), kBearer)) {
       return Unauthenticated("TOKEN_UNKNOWN", "authorization must be 'Bearer TOKEN'");
     }
-    const auth::Caller* known =
-        list->ByToken(absl::StripAsciiWhitespace(text.substr(kBearer.size())));
-    if (known != nullptr) return *known;
-    return Unauthenticated("TOKEN_UNKNOWN", "the token is none that this server knows");
+    return FindByToken(*list, absl::StripAsciiWhitespace(text.substr(kBearer.size())), context);
   }
   const absl::StatusOr<std::optional<std::vector<std::string>>> names = CertificateNamesOf(context);
   if (!names.ok()) {
@@ -176,12 +209,13 @@ absl::StatusOr<auth::Caller> Authorizer::FindCaller(const grpc::ServerContextBas
 
 absl::StatusOr<Authorizer::Identity> Authorizer::Identify(
     const grpc::ServerContextBase& context) const {
-  if (callers_ == nullptr) return IdentifyOpenly(context);
+  if (callers_ == nullptr && jwts_ == nullptr) return IdentifyOpenly(context);
   const absl::StatusOr<auth::Caller> caller = FindCaller(context);
   if (!caller.ok()) return caller.status();
-  if (absl::Status valid = CheckExpiry(*caller); !valid.ok()) return valid;
+  if (absl::Status valid = CheckExpiry(caller->name, caller->expires); !valid.ok()) return valid;
   if (!caller->names_tenant) {
-    return Identity{caller->name, caller->tenant, caller->roles, caller->credential};
+    return Identity{caller->name,       caller->tenant, caller->roles,
+                    caller->credential, caller->by_jwt, caller->expires};
   }
   const absl::StatusOr<std::optional<std::string>> named = NamedTenant(context);
   if (!named.ok()) return named.status();
@@ -215,6 +249,8 @@ Admission Authorizer::Admit(const RpcRule& rule, const grpc::ServerContextBase& 
   admission.caller = identity->name;
   admission.tenant = std::move(identity->tenant);
   admission.credential = std::move(identity->credential);
+  admission.by_jwt = identity->by_jwt;
+  admission.expires = identity->expires;
   admission.administers = identity->roles.Allow(auth::Role::kAdminister);
   const absl::Duration wait = calls_.Take(admission.caller, now);
   if (wait > absl::ZeroDuration()) {
@@ -228,14 +264,18 @@ Admission Authorizer::Admit(const RpcRule& rule, const grpc::ServerContextBase& 
 }
 
 absl::Status Authorizer::StillLetsIn(const RpcRule& rule, const Admission& admission) const {
+  if (admission.by_jwt) {
+    // The roles are in the token, which does not change.
+    if (!jwts_->HasKey(admission.credential)) return Withdrawn(admission.caller);
+    return CheckExpiry(admission.caller, admission.expires);
+  }
   if (callers_ == nullptr || admission.credential.empty()) return absl::OkStatus();
   const std::shared_ptr<const auth::CallerList> list = callers_->list();
   const auth::Caller* caller = list->ByCredential(admission.credential);
   if (caller == nullptr || (!caller->names_tenant && caller->tenant != admission.tenant)) {
-    return Unauthenticated("CREDENTIALS_WITHDRAWN",
-                           absl::StrCat("what '", admission.caller, "' showed is known no more"));
+    return Withdrawn(admission.caller);
   }
-  if (absl::Status valid = CheckExpiry(*caller); !valid.ok()) return valid;
+  if (absl::Status valid = CheckExpiry(caller->name, caller->expires); !valid.ok()) return valid;
   return CheckRole(rule, caller->name, caller->roles);
 }
 

@@ -13,6 +13,7 @@
 #include "absl/status/statusor.h"
 #include "server/auth/access_options.h"
 #include "server/auth/callers.h"
+#include "server/auth/jwt_issuer.h"
 #include "server/auth/rate_limits.h"
 #include "server/rpc/call/rules.h"
 
@@ -21,23 +22,28 @@ namespace vantage::rpc {
 // The authorizer's decision about a call.
 struct Admission {
   absl::Status status;  // OK: let in
-  std::string caller;   // as the callers file names it, or its address; for logs and limits
+  // As the callers file names it, 'jwt:' and a JWT's subject, or its address; for logs and limits.
+  std::string caller;
   // Where the call comes from: what gRPC says, or the address that a proxy passed on.
   std::string peer;
   // The tenant whose sessions it may see; nullopt: all, where callers are not told apart.
   std::optional<std::string> tenant;
   std::string credential;  // Caller::credential; empty where callers are not told apart
+  bool by_jwt = false;     // Caller::by_jwt
+  absl::Time expires = absl::InfiniteFuture();  // of the JWT
   bool administers = false;
 };
 
 // Thread safe.
 class Authorizer {
  public:
-  // `callers`: null where the options have no callers file.
-  Authorizer(auth::AccessOptions options, std::unique_ptr<auth::CallersFile> callers);
+  // `callers`: null where the options have no callers file; `jwts`: where they have no JWT keys.
+  Authorizer(auth::AccessOptions options, std::unique_ptr<auth::CallersFile> callers,
+             std::unique_ptr<auth::JwtIssuer> jwts = nullptr);
 
-  // UNAUTHENTICATED (CREDENTIALS_MISSING, TOKEN_UNKNOWN, TOKEN_EXPIRED, CERTIFICATE_UNKNOWN,
-  // CERTIFICATE_INVALID, TENANT_MISSING), RESOURCE_EXHAUSTED (RATE_LIMITED), PERMISSION_DENIED
+  // UNAUTHENTICATED (CREDENTIALS_MISSING, TOKEN_UNKNOWN, TOKEN_EXPIRED, TOKEN_UNFIT,
+  // CERTIFICATE_UNKNOWN, CERTIFICATE_INVALID, TENANT_MISSING), RESOURCE_EXHAUSTED (RATE_LIMITED),
+  // PERMISSION_DENIED
   // (ROLE_MISSING).
   Admission Admit(const RpcRule& rule, const grpc::ServerContextBase& context);
 
@@ -49,6 +55,8 @@ class Authorizer {
   // Reads the callers file if it changed; true when it had. On an error the callers known before
   // stay.
   absl::StatusOr<bool> RefreshCallers();
+  // The same of the file of JWT keys.
+  absl::StatusOr<bool> RefreshJwtKeys();
 
  private:
   struct Identity {
@@ -56,6 +64,8 @@ class Authorizer {
     std::optional<std::string> tenant;
     auth::Roles roles;
     std::string credential;
+    bool by_jwt = false;
+    absl::Time expires = absl::InfiniteFuture();
   };
   absl::StatusOr<Identity> Identify(const grpc::ServerContextBase& context) const;
   absl::StatusOr<Identity> IdentifyOpenly(const grpc::ServerContextBase& context) const;
@@ -63,11 +73,14 @@ class Authorizer {
   std::optional<std::string> ForwardedAddress(const grpc::ServerContextBase& context) const;
   absl::StatusOr<std::optional<std::vector<std::string>>> CertificateNamesOf(
       const grpc::ServerContextBase& context) const;
+  absl::StatusOr<auth::Caller> FindByToken(const auth::CallerList& list, absl::string_view token,
+                                           const grpc::ServerContextBase& context) const;
   absl::StatusOr<std::optional<std::string>> NamedTenant(
       const grpc::ServerContextBase& context) const;
 
   const auth::AccessOptions options_;
   const std::unique_ptr<auth::CallersFile> callers_;
+  const std::unique_ptr<auth::JwtIssuer> jwts_;
   auth::RateLimits calls_;
   auth::RateLimits failures_;
 };

@@ -5,7 +5,9 @@
 #include "absl/strings/str_cat.h"
 #include "server/contract/error.h"
 #include "server/contract/whole_characters.h"
+#include "server/conversion/to_proto.h"
 #include "server/telemetry/metrics.h"
+#include "vantage/v1/session_service.pb.h"
 
 namespace vantage::rpc {
 namespace {
@@ -24,6 +26,14 @@ std::string TextIn(const Message& message, const char* field_name) {
   }
   return std::string(
       contract::WholeCharacters(message.GetReflection()->GetString(message, field), kMaxText));
+}
+
+// What the answer to a deletion says of backups, for the audit.
+std::string BackupsForget(const Message* made) {
+  const auto* deleted = dynamic_cast<const v1::DeleteSessionResponse*>(made);
+  if (deleted == nullptr || !deleted->has_backups_forget_time()) return "";
+  return absl::FormatTime(absl::RFC3339_sec, conversion::ReadTime(deleted->backups_forget_time()),
+                          absl::UTCTimeZone());
 }
 
 // The resource that a message names: its own name, that of the resource it holds, or its parent.
@@ -101,6 +111,7 @@ void RpcCall::Audit(const absl::Status& outcome, const Message* made) {
     request_id = request_id_;
   }
   const telemetry::ScopedLogContext scope(context_);
+  const std::string forget = BackupsForget(made);
   dependencies_.log.Audit({{"caller", admission_.caller},
                            {"tenant", admission_.tenant.value_or("")},
                            {"peer", admission_.peer},
@@ -108,7 +119,9 @@ void RpcCall::Audit(const absl::Status& outcome, const Message* made) {
                            {"resource", resource},
                            {"request_id", request_id},
                            {"code", absl::StatusCodeToString(outcome.code())},
-                           {"reason", contract::ReasonOf(outcome)}});
+                           {"reason", contract::ReasonOf(outcome)},
+                           forget.empty() ? telemetry::LogField()
+                                          : telemetry::LogField("backups_forget_time", forget)});
 }
 
 void RpcCall::Count(const grpc::Status& status, double seconds) const {

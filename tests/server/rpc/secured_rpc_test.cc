@@ -16,12 +16,14 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_replace.h"
 #include "absl/strings/str_split.h"
+#include "absl/time/clock.h"
 #include "google/protobuf/dynamic_message.h"
 #include "google/protobuf/util/json_util.h"
 #include "server/main/credentials.h"
 #include "server/rpc/call/rules.h"
 #include "tests/server/fixture/certificates.h"
 #include "tests/server/fixture/in_process.h"
+#include "tests/server/fixture/jwt_signer.h"
 
 namespace vantage::rpc {
 namespace {
@@ -111,6 +113,19 @@ class SecuredServer {
     WriteCallers();
     server::ServerOptions options;
     options.access.callers_file = File("callers");
+    return options;
+  }
+  void WriteJwtKeys(const std::string& set) const {
+    fixture::WriteTestFile(File("jwt-keys"), set);
+    chmod(File("jwt-keys").c_str(), 0600);
+  }
+  // Takes the JWTs of a signer's keys, as JwtClaims() makes them.
+  server::ServerOptions WithJwts(const std::string& set) const {
+    WriteJwtKeys(set);
+    server::ServerOptions options;
+    options.access.jwt.keys_file = File("jwt-keys");
+    options.access.jwt.issuer = "https://login.example";
+    options.access.jwt.audience = "vantage";
     return options;
   }
   // Adds a certificate for 127.0.0.1, by this authority.
@@ -573,6 +588,128 @@ TEST(Tokens, TheFileIsWatched) {
   }
 }
 
+// ---- JWTs --------------------------------------------------------------------------------------
+
+std::string JwtClaims(const std::string& subject, const std::string& tenant,
+                      const std::string& roles, absl::Duration left = absl::Hours(1)) {
+  return absl::StrCat(R"({"iss":"https://login.example","aud":"vantage","sub":")", subject,
+                      R"(","tenant":")", tenant, R"(","roles":")", roles, R"(","exp":)",
+                      absl::ToUnixSeconds(absl::Now() + left), "}");
+}
+
+TEST(Jwts, WrongOnesAreRefusedWithTheReasonAndNeverShown) {
+  SecuredServer secured;
+  const fixture::JwtSigner signer("P-256", "k");
+  const fixture::JwtSigner forger("P-256", "k");
+  secured.Start(secured.WithJwts(signer.KeySet()));
+  const auto channel = secured.Plain();
+  const std::string claims = JwtClaims("anna", "museum", "read");
+  const std::string good = signer.Token(claims);
+  EXPECT_TRUE(ListSessions(channel, Bearer(good)).status.ok());
+  const std::vector<std::pair<std::string, std::string>> wrong = {
+      {forger.Token(claims), "TOKEN_UNKNOWN"},
+      {good.substr(0, good.rfind('.') + 1), "TOKEN_UNKNOWN"},
+      {signer.Token(JwtClaims("anna", "museum", "read", -absl::Minutes(1))), "TOKEN_EXPIRED"},
+      {signer.Token(absl::StrReplaceAll(claims, {{"vantage", "wiki"}})), "TOKEN_UNFIT"},
+      {signer.Token(JwtClaims("anna", "*", "administer")), "TOKEN_UNFIT"},
+  };
+  for (const auto& [token, reason] : wrong) {
+    const Answer answer = ListSessions(channel, Bearer(token));
+    EXPECT_EQ(answer.status.error_code(), StatusCode::UNAUTHENTICATED) << reason;
+    EXPECT_EQ(ReasonOf(answer), reason);
+    EXPECT_THAT(answer.status.error_message(), Not(HasSubstr(token.substr(0, 20))));
+  }
+  const auto denied = OpenSession(channel, "job", Bearer(good));
+  EXPECT_EQ(denied.error_code(), StatusCode::PERMISSION_DENIED);
+  EXPECT_THAT(denied.error_message(), HasSubstr("'jwt:anna'"));
+  EXPECT_EQ(secured.Lines("call failed").size(), wrong.size() + 1);
+  for (const std::string& line : secured.Lines("{")) {
+    EXPECT_THAT(line, Not(HasSubstr(good.substr(0, 20))));
+  }
+}
+
+// A tenant's sessions are its own whoever vouches for its callers; a claim is its subject's, also
+// with a new token, and no name of the callers file can be such a subject.
+TEST(Jwts, NameTenantsAndCallersLikeTheCallersFile) {
+  SecuredServer secured;
+  const fixture::JwtSigner signer("Ed25519", "k");
+  const std::string tablet = secured.AddToken("anna museum submit,plan,read");
+  server::ServerOptions options = secured.WithJwts(signer.KeySet());
+  options.access.callers_file = secured.WithCallers().access.callers_file;
+  secured.Start(options);
+  const auto channel = secured.Plain();
+  const std::string anna = signer.Token(JwtClaims("anna", "museum", "submit plan read"));
+  ASSERT_TRUE(OpenSession(channel, "job", Bearer(anna)).ok());
+  EXPECT_THAT(SessionsSeen(channel, Bearer(tablet)), ElementsAre("sessions/job"));
+  const std::string stranger = signer.Token(JwtClaims("anna", "castle", "administer"));
+  EXPECT_THAT(SessionsSeen(channel, Bearer(stranger)), IsEmpty());
+
+  v1::CreateScannerRequest scanner;
+  scanner.set_parent("sessions/job");
+  scanner.set_scanner_id("one");
+  scanner.mutable_scanner();
+  ASSERT_TRUE(
+      Call(channel, Method("FleetService.CreateScanner"), scanner, Bearer(anna)).status.ok());
+  v1::ClaimViewRequest take;
+  take.set_parent("sessions/job");
+  take.set_scanner("sessions/job/scanners/one");
+  take.mutable_position()->set_z(1.5);
+  ASSERT_TRUE(Call(channel, Method("FleetService.ClaimView"), take, Bearer(anna)).status.ok());
+  v1::RenewClaimRequest renew;
+  renew.set_name("sessions/job/claims/claim-1");
+  const auto renew_as = [&](const std::string& token) {
+    return ReasonOf(Call(channel, Method("FleetService.RenewClaim"), renew, Bearer(token)));
+  };
+  EXPECT_EQ(renew_as(tablet), "CLAIM_OF_ANOTHER");
+  EXPECT_EQ(renew_as(signer.Token(JwtClaims("ben", "museum", "plan"))), "CLAIM_OF_ANOTHER");
+  EXPECT_EQ(renew_as(signer.Token(JwtClaims("anna", "museum", "plan", absl::Hours(2)))), "");
+  EXPECT_THAT(secured.Lines("\"method\":\"ClaimView\"")[0], HasSubstr("\"caller\":\"jwt:anna\""));
+}
+
+TEST(Jwts, AStreamEndsWithItsTokenOrItsKey) {
+  for (const bool key_leaves : {false, true}) {
+    SecuredServer secured;
+    const fixture::JwtSigner signer("P-384", "k");
+    const fixture::JwtSigner watchers("P-256", "watchers");
+    const std::string both = absl::StrCat("{\"keys\":[", signer.Jwk(), ",", watchers.Jwk(), "]}");
+    secured.Start(secured.WithJwts(both));
+    const auto channel = secured.Plain();
+    const Metadata owner = Bearer(signer.Token(JwtClaims("anna", "museum", "administer")));
+    ASSERT_TRUE(OpenSession(channel, "job", owner).ok());
+    const absl::Time end = absl::Now() + absl::Seconds(3);
+    grpc::ClientContext context;
+    for (const auto& [key, value] : Bearer(watchers.Token(
+             JwtClaims("ben", "museum", "read", key_leaves ? absl::Hours(1) : absl::Seconds(3))))) {
+      context.AddMetadata(key, value);
+    }
+    v1::WatchSessionRequest watch;
+    watch.set_name("sessions/job");
+    const auto stream = v1::SessionService::NewStub(channel)->WatchSession(&context, watch);
+    v1::WatchSessionResponse step;
+    ASSERT_TRUE(stream->Read(&step));
+    if (key_leaves) {
+      secured.WriteJwtKeys("nonsense");
+      secured.server().RefreshJwtKeys();
+      secured.server().RefreshJwtKeys();
+      EXPECT_EQ(secured.Lines("the JWT keys cannot be used").size(), 1U);
+      secured.WriteJwtKeys(signer.KeySet());
+      secured.server().RefreshJwtKeys();
+    } else {
+      absl::SleepFor(end - absl::Now());
+    }
+    v1::UpdateSessionRequest update;
+    update.mutable_session()->set_name("sessions/job");
+    update.mutable_session()->set_display_name("renamed");
+    update.mutable_update_mask()->add_paths("display_name");
+    ASSERT_TRUE(Call(channel, Method("SessionService.UpdateSession"), update, owner).status.ok());
+    EXPECT_FALSE(stream->Read(&step)) << step.DebugString();
+    const grpc::Status status = stream->Finish();
+    EXPECT_EQ(status.error_code(), StatusCode::UNAUTHENTICATED);
+    EXPECT_EQ(fixture::InfoOf(status).reason(),
+              key_leaves ? "CREDENTIALS_WITHDRAWN" : "TOKEN_EXPIRED");
+  }
+}
+
 // ---- Certificates ------------------------------------------------------------------------------
 
 TEST(Certificates, SayWhoCalls) {
@@ -777,6 +914,27 @@ TEST(AuditLog, HasALineForEveryMutationTriedAndNoneForReads) {
   }
 }
 
+// Who deletes is on record with what that leaves behind.
+TEST(AuditLog, SaysWhenBackupsForgetWhatWasDeleted) {
+  SecuredServer secured;
+  const std::string token = secured.AddToken("office museum administer");
+  server::ServerOptions options = secured.WithCallers();
+  options.limits.keep_backups = absl::Hours(24 * 90);
+  secured.Start(options);
+  const auto channel = secured.Plain();
+  ASSERT_TRUE(OpenSession(channel, "job", Bearer(token)).ok());
+  v1::DeleteSessionRequest request;
+  request.set_name("sessions/job");
+  const std::string day =
+      absl::FormatTime("%Y-%m-%d", absl::Now() + absl::Hours(24 * 90), absl::UTCTimeZone());
+  ASSERT_TRUE(
+      Call(channel, Method("SessionService.DeleteSession"), request, Bearer(token)).status.ok());
+  const std::vector<std::string> deleted = secured.Lines("\"method\":\"DeleteSession\"");
+  ASSERT_EQ(deleted.size(), 1U);
+  EXPECT_THAT(deleted[0], HasSubstr("\"backups_forget_time\":\"" + day));
+  EXPECT_THAT(secured.Lines("\"method\":\"CreateSession\"")[0], Not(HasSubstr("backups_forget")));
+}
+
 TEST(AuditLog, CutsLongNamesWhereACharacterEnds) {
   SecuredServer secured;
   const std::string token = secured.AddToken("tablet museum read,submit");
@@ -814,6 +972,15 @@ TEST(Addresses, OthersThanLoopbackNeedEncryptionAndCallers) {
   encrypted.access.callers_file = callers.access.callers_file;
   EXPECT_TRUE(server::MakeCredentials(encrypted.access, "0.0.0.0:7464").ok());
   encrypted.access.callers_file.clear();
+  encrypted.access.jwt = secured.WithJwts("").access.jwt;
+  EXPECT_TRUE(server::MakeCredentials(encrypted.access, "0.0.0.0:7464").ok());
+  for (std::string auth::JwtOptions::*needed :
+       {&auth::JwtOptions::keys_file, &auth::JwtOptions::issuer, &auth::JwtOptions::audience}) {
+    auth::AccessOptions lacking = encrypted.access;
+    (lacking.jwt.*needed).clear();
+    EXPECT_THAT(refusal(lacking), HasSubstr("--jwt-audience need one another"));
+  }
+  encrypted.access.jwt = {};
   encrypted.access.tls_client_ca = secured.File("ca.pem");
   EXPECT_TRUE(server::MakeCredentials(encrypted.access, "0.0.0.0:7464").ok());
   auth::AccessOptions out_loud;

@@ -6,6 +6,7 @@
 #include <set>
 #include <string>
 
+#include "absl/time/clock.h"
 #include "tests/server/fixture/in_process.h"
 #include "tests/server/fixture/room_scan.h"
 
@@ -279,6 +280,35 @@ TEST_F(SessionRpc, DeletedWithEverythingAndRepeatable) {
   v1::Session session;
   EXPECT_EQ(Get(name, session).error_code(), grpc::StatusCode::NOT_FOUND);
   EXPECT_EQ(server_.store().used(), 0U);
+}
+
+// Nothing is said of backups unless the server was told how long they are kept. Sent again, the
+// request gets the answer that it got before.
+TEST(DeleteSession, SaysWhenBackupsForget) {
+  for (const int days : {0, 90}) {
+    fixture::Script script;
+    server::ServerOptions options;
+    options.limits.keep_backups = absl::Hours(24) * days;
+    fixture::InProcess server(script.Make(), options);
+    v1::DeleteSessionRequest request;
+    request.set_name(server.OpenSession("job"));
+    request.set_request_id("delete-1");
+    v1::DeleteSessionResponse first;
+    const absl::Time before = absl::Now();
+    for (const bool again : {false, true}) {
+      grpc::ClientContext context;
+      v1::DeleteSessionResponse response;
+      ASSERT_TRUE(server.sessions->DeleteSession(&context, request, &response).ok());
+      EXPECT_EQ(response.has_backups_forget_time(), days > 0);
+      if (!again) first = response;
+      EXPECT_EQ(response.SerializeAsString(), first.SerializeAsString());
+    }
+    if (days == 0) continue;
+    const absl::Time deleted =
+        absl::FromUnixSeconds(first.backups_forget_time().seconds()) - absl::Hours(24 * 90);
+    EXPECT_GE(deleted, before - absl::Seconds(1));
+    EXPECT_LE(deleted, absl::Now());
+  }
 }
 
 // A watcher that comes back with the last number that it saw misses nothing and sees nothing twice,

@@ -126,7 +126,7 @@ TEST_F(DamagedSession, SaysSoToItsTenantAndCanBeGivenUp) {
   Start();
   // The damage is in the entry that names the tenant, so only who sees all sessions is told.
   EXPECT_TRUE(absl::IsNotFound(registry().Find("museum", "city").status()));
-  EXPECT_TRUE(absl::IsNotFound(registry().Delete("museum", "", "city")));
+  EXPECT_TRUE(absl::IsNotFound(registry().Delete("museum", "", "city").status()));
   const absl::Status damaged = registry().Find("museum").status();
   EXPECT_TRUE(absl::IsDataLoss(damaged)) << damaged;
   EXPECT_EQ(contract::ReasonOf(damaged), "SESSION_DAMAGED");
@@ -153,7 +153,7 @@ TEST_F(DamagedSession, SaysSoToItsTenantWhereItIsKnown) {
   Start();
   EXPECT_EQ(contract::ReasonOf(registry().Find("palace", "city").status()), "SESSION_DAMAGED");
   EXPECT_TRUE(absl::IsNotFound(registry().Find("palace", "village").status()));
-  EXPECT_TRUE(absl::IsNotFound(registry().Delete("palace", "", "village")));
+  EXPECT_TRUE(absl::IsNotFound(registry().Delete("palace", "", "village").status()));
   EXPECT_TRUE(registry().Delete("palace", "", "city").ok());
 }
 

@@ -2,6 +2,7 @@
 // to the snapshots.
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -111,7 +112,40 @@ class SessionSnapshots : public testing::Test {
     }
   }
 
+  // A server that erases withdrawn scans after a day, a week after they were; its models are only
+  // loaded when somebody needs them.
+  std::unique_ptr<fixture::SessionHost> AWeekLater() {
+    contract::Limits limits;
+    limits.keep_withdrawn_scans = absl::Hours(24);
+    limits.evict_after = absl::Hours(1);
+    Reopen();
+    now_ += absl::Hours(24 * 7);
+    auto host = std::make_unique<fixture::SessionHost>(*store_, script_.Make(), limits,
+                                                       [this] { return now_; });
+    EXPECT_TRUE(host->registry.LoadAll().ok());
+    EXPECT_TRUE(host->registry.WaitUntilIdle(std::chrono::seconds(60)));
+    now_ += absl::Hours(48);
+    return host;
+  }
+  // How many scans went when two looks agreed.
+  int Erased(fixture::SessionHost& host) {
+    EXPECT_EQ(host.registry.Collect().scans, 0);
+    now_ += contract::Limits().second_look;
+    const int erased = host.registry.Collect().scans;
+    EXPECT_TRUE(host.registry.WaitUntilIdle(std::chrono::seconds(60)));
+    return erased;
+  }
+  // Leaves the snapshot of before the withdrawal alone; its file.
+  std::string KeepTheOlderOnly() {
+    const auto known = store_->Snapshots("job").value();
+    EXPECT_EQ(known.size(), 2U);
+    EXPECT_TRUE(store_->DropSnapshot("job", known[0].sequence).ok());
+    EXPECT_TRUE(store_->ReleaseBlob(known[0].blob).ok());
+    return FileOf(known[1].blob);
+  }
+
   std::string folder_;
+  absl::Time now_ = fixture::FixtureTime();
   std::unique_ptr<store::DiskStore> store_;
   fixture::Script script_;
   std::string first_scan_;
@@ -221,6 +255,99 @@ TEST_F(SessionSnapshots, AFolderOfTheFirstReleaseIsLoaded) {
     EXPECT_EQ(before.view->stations().size(), 2U);
     EXPECT_EQ(store_->Snapshots("flat").value().size(), 1U);
   }
+}
+
+// ---- Erased scans ------------------------------------------------------------------------------
+
+TEST_F(SessionSnapshots, ThoseThatHoldAnErasedScanGoWithIt) {
+  const ModelSnapshot before = MakeJob();
+  const auto known = store_->Snapshots("job").value();
+  ASSERT_TRUE(std::filesystem::exists(FileOf(known[1].blob)));
+  {
+    const auto host = AWeekLater();
+    const int64_t used = host->registry.UsedBy("");
+    const int64_t snapshot = store_->BlobSize(known[1].blob).value();
+    EXPECT_EQ(Erased(*host), 1);
+    EXPECT_FALSE(std::filesystem::exists(FileOf(known[1].blob)));
+    EXPECT_TRUE(std::filesystem::exists(FileOf(known[0].blob)));
+    ASSERT_EQ(store_->Snapshots("job").value().size(), 1U);
+    EXPECT_LE(host->registry.UsedBy(""), used - snapshot);
+  }
+  DestroyScans();
+  ExpectSame(AfterRestart(), before);
+}
+
+TEST_F(SessionSnapshots, WhereAllHoldAnErasedScanANewOneIsWritten) {
+  const ModelSnapshot before = MakeJob();
+  const std::string file = KeepTheOlderOnly();
+  {
+    const auto host = AWeekLater();
+    ASSERT_TRUE(std::filesystem::exists(file));
+    EXPECT_EQ(Erased(*host), 1);
+    EXPECT_FALSE(std::filesystem::exists(file));
+    EXPECT_EQ(store_->Snapshots("job").value().size(), 1U);
+    ExpectSame(host->registry.Find("job").value()->model().Current(), before);
+  }
+  DestroyScans();
+  ExpectSame(AfterRestart(), before);
+}
+
+// What the model knows of a scan whose data are lost is in the snapshots only.
+TEST_F(SessionSnapshots, ThoseThatHoldALostScanGoOnceThereIsANewerOne) {
+  const ModelSnapshot before = MakeJob();
+  const std::string file = KeepTheOlderOnly();
+  for (const v1::SessionEvent& event : journal_) {
+    if (!event.has_scan_received() || event.scan_received().scan().name() != first_scan_) continue;
+    const auto entries = store_->Read("job", event.sequence() - 1, 1).value();
+    ASSERT_TRUE(std::filesystem::remove(FileOf(entries[0].blob()) + ".pieces") ||
+                std::filesystem::remove(FileOf(entries[0].blob())));
+  }
+  const auto host = AWeekLater();
+  EXPECT_EQ(Erased(*host), 0);
+  EXPECT_TRUE(std::filesystem::exists(file));
+  EXPECT_EQ(store_->Snapshots("job").value().size(), 2U);
+  EXPECT_EQ(host->registry.Collect().scans, 1);
+  EXPECT_FALSE(std::filesystem::exists(file));
+  EXPECT_EQ(store_->Snapshots("job").value().size(), 1U);
+  ExpectSame(host->registry.Find("job").value()->model().Current(), before);
+}
+
+// A crash after each step of an erasure: the snapshot is forgotten, its file is not yet removed, or
+// it is, and the log does not say yet that the scan is erased.
+TEST_F(SessionSnapshots, AnErasureThatACrashCutOffIsFinished) {
+  for (const bool file_removed : {false, true}) {
+    SCOPED_TRACE(file_removed);
+    store_.reset();
+    std::filesystem::remove_all(folder_);
+    Reopen();
+    const ModelSnapshot before = MakeJob();
+    const auto known = store_->Snapshots("job").value();
+    ASSERT_TRUE(store_->DropSnapshot("job", known[1].sequence).ok());
+    if (file_removed) {
+      ASSERT_TRUE(store_->ReleaseBlob(known[1].blob).ok());
+    }
+    {
+      const auto host = AWeekLater();
+      EXPECT_FALSE(std::filesystem::exists(FileOf(known[1].blob)));
+      EXPECT_EQ(Erased(*host), 1);
+    }
+    ExpectSame(AfterRestart(), before);
+  }
+}
+
+// As earlier releases left them, which erased scans and kept the snapshots.
+TEST_F(SessionSnapshots, ThoseThatHoldAScanErasedBeforeGoToo) {
+  MakeJob();
+  const auto known = store_->Snapshots("job").value();
+  const std::string bytes = store_->GetBlob(known[1].blob).value();
+  EXPECT_EQ(Erased(*AWeekLater()), 1);
+  ASSERT_TRUE(store_->PutBlob(bytes).ok());
+  ASSERT_TRUE(store_->PutSnapshot("job", known[1]).ok());
+  const auto host = AWeekLater();
+  ASSERT_TRUE(std::filesystem::exists(FileOf(known[1].blob)));
+  EXPECT_EQ(host->registry.Collect().scans, 0);
+  EXPECT_FALSE(std::filesystem::exists(FileOf(known[1].blob)));
+  EXPECT_EQ(store_->Snapshots("job").value().size(), 1U);
 }
 
 TEST_F(SessionSnapshots, DeletingTheSessionErasesThemAndItsScans) {

@@ -79,18 +79,20 @@ TEST_P(StoreTest, LogsAreOrderedAndFenced) {
 
 TEST_P(StoreTest, ADeletionIsRememberedWithItsRequest) {
   EXPECT_TRUE(store_->Deletions().value().empty());
-  EXPECT_TRUE(absl::IsNotFound(store_->DropByRequest({"museum", "r", "a"})));
+  EXPECT_TRUE(absl::IsNotFound(store_->DropByRequest({"museum", "r", "a", {}})));
   EXPECT_TRUE(store_->Deletions().value().empty());
   ASSERT_TRUE(store_->Append("a", NumberedEntry(1)).ok());
   ASSERT_TRUE(store_->Append("b", NumberedEntry(1)).ok());
-  ASSERT_TRUE(store_->DropByRequest({"museum", "r", "a"}).ok());
-  ASSERT_TRUE(store_->DropByRequest({"", "s", "b"}).ok());
+  const absl::Time time = absl::FromUnixSeconds(1'700'000'000);
+  ASSERT_TRUE(store_->DropByRequest({"museum", "r", "a", time}).ok());
+  ASSERT_TRUE(store_->DropByRequest({"", "s", "b", time}).ok());
   EXPECT_TRUE(store_->Sessions().value().empty());
   const std::vector<DeletionRecord> known = store_->Deletions().value();
   ASSERT_EQ(known.size(), 2U);
   EXPECT_EQ(known[0].tenant, "museum");
   EXPECT_EQ(known[0].request, "r");
   EXPECT_EQ(known[0].session, "a");
+  EXPECT_EQ(known[0].time, time);
   EXPECT_EQ(known[1].session, "b");
 }
 

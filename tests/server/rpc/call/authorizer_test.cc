@@ -16,10 +16,12 @@
 #include <vector>
 
 #include "absl/strings/str_cat.h"
+#include "absl/time/clock.h"
 #include "server/auth/forwarded.h"
 #include "server/contract/error.h"
 #include "tests/server/fixture/bare_server.h"
 #include "tests/server/fixture/certificates.h"
+#include "tests/server/fixture/jwt_signer.h"
 
 namespace vantage::rpc {
 namespace {
@@ -32,7 +34,10 @@ constexpr RpcRule kPlanning = RuleOf("CreatePlan");
 
 class Admissions : public ::testing::Test {
  protected:
-  ~Admissions() override { std::remove(Path().c_str()); }
+  ~Admissions() override {
+    std::remove(Path().c_str());
+    std::remove(KeysPath().c_str());
+  }
 
   // A token for a line of the callers file.
   std::string AddCaller(const std::string& name_tenant_roles, const std::string& expires = "") {
@@ -55,7 +60,7 @@ class Admissions : public ::testing::Test {
   Admission AdmitBy(fixture::BareServer& server, const RpcRule& rule,
                     const std::multimap<std::string, std::string>& metadata) {
     if (authorizer_ == nullptr) {
-      authorizer_ = std::make_unique<Authorizer>(options_, std::move(file_));
+      authorizer_ = std::make_unique<Authorizer>(options_, std::move(file_), std::move(issuer_));
     }
     Admission admission;
     server.Call(
@@ -77,6 +82,24 @@ class Admissions : public ::testing::Test {
     return contract::ReasonOf(admission.status);
   }
 
+  void WriteJwtKeys(const std::string& set) const {
+    fixture::WriteTestFile(KeysPath(), set);
+    chmod(KeysPath().c_str(), 0600);
+  }
+  void TakeJwts(const std::string& set) {
+    WriteJwtKeys(set);
+    options_.jwt.keys_file = KeysPath();
+    options_.jwt.issuer = "https://login.example";
+    options_.jwt.audience = "vantage";
+    issuer_ = auth::JwtIssuer::Open(options_.jwt).value();
+  }
+  // Claims of one who is good for so long, and may read.
+  static std::string Claims(const std::string& subject, absl::Duration left = absl::Hours(1)) {
+    return absl::StrCat(R"({"iss":"https://login.example","aud":["vantage"],"sub":")", subject,
+                        R"(","tenant":"museum","roles":["read"],"exp":)",
+                        absl::ToUnixSeconds(absl::Now() + left), "}");
+  }
+
   auth::AccessOptions options_;
   std::string callers_;
   std::unique_ptr<Authorizer> authorizer_;
@@ -86,8 +109,11 @@ class Admissions : public ::testing::Test {
     return absl::StrCat(::testing::TempDir(), "/admissions-",
                         ::testing::UnitTest::GetInstance()->current_test_info()->name());
   }
+  static std::string KeysPath() { return Path() + "-keys"; }
+
   fixture::BareServer server_;
   std::unique_ptr<auth::CallersFile> file_;
+  std::unique_ptr<auth::JwtIssuer> issuer_;
 };
 
 TEST_F(Admissions, WithoutCallersEverybodyMayDoEverything) {
@@ -346,7 +372,88 @@ TEST_F(PassedOn, TheNamesOfACertificateAreThoseOfADirectConnection) {
     EXPECT_EQ(auth::CertificateNames(fixture::DerInBase64(client.certificate)).value(), names)
         << alternative;
   }
-}
+
+  // ---- JWTs
+  // --------------------------------------------------------------------------------------
+
+  TEST_F(Admissions, AJwtNamesItsCallerBesideTheCallersFile) {
+    const fixture::JwtSigner signer("P-256", "k");
+    const std::string tablet = AddCaller("tablet bank read");
+    TellCallersApart();
+    TakeJwts(signer.KeySet());
+    const Admission anna = AdmitBearer(kReading, signer.Token(Claims("anna")));
+    EXPECT_TRUE(anna.status.ok()) << anna.status;
+    EXPECT_EQ(anna.caller, "jwt:anna");
+    EXPECT_EQ(anna.tenant, "museum");
+    EXPECT_FALSE(anna.credential.empty());  // callers are told apart
+    EXPECT_EQ(AdmitBearer(kReading, tablet).tenant, "bank");
+    // Renewed, she is the same.
+    EXPECT_EQ(AdmitBearer(kReading, signer.Token(Claims("anna", absl::Hours(2)))).caller,
+              "jwt:anna");
+    const Admission planning = AdmitBearer(kPlanning, signer.Token(Claims("anna")));
+    EXPECT_EQ(contract::ReasonOf(planning.status), "ROLE_MISSING");
+  }
+
+  TEST_F(Admissions, WithJwtKeysAloneCallersAreToldApartToo) {
+    const fixture::JwtSigner signer("Ed25519", "k");
+    TakeJwts(signer.KeySet());
+    EXPECT_EQ(Refusal({}), "CREDENTIALS_MISSING");
+    EXPECT_EQ(Refusal({{"authorization", "Bearer nonsense"}}), "TOKEN_UNKNOWN");
+    EXPECT_EQ(Refusal({{"authorization", "Bearer " + auth::MakeToken().token}}), "TOKEN_UNKNOWN");
+    EXPECT_TRUE(AdmitBearer(kReading, signer.Token(Claims("anna"))).status.ok());
+  }
+
+  TEST_F(Admissions, AJwtThatIsNotGoodIsToldWhatIsWrong) {
+    const fixture::JwtSigner signer("P-256", "k");
+    const fixture::JwtSigner forger("P-256", "k");
+    TakeJwts(signer.KeySet());
+    const auto reason = [&](const std::string& token) {
+      return Refusal({{"authorization", "Bearer " + token}});
+    };
+    EXPECT_EQ(reason(forger.Token(Claims("anna"))), "TOKEN_UNKNOWN");
+    EXPECT_EQ(reason("a.b.c"), "TOKEN_UNKNOWN");
+    EXPECT_EQ(reason(signer.Token(Claims("anna", -absl::Seconds(1)))), "TOKEN_EXPIRED");
+    EXPECT_EQ(reason(signer.Token("{}")), "TOKEN_UNFIT");
+  }
+
+  TEST_F(Admissions, ForgersOfAnAddressWaitAndWhoIsKnownDoesNot) {
+    const fixture::JwtSigner signer("P-256", "k");
+    const fixture::JwtSigner forger("P-256", "k");
+    TakeJwts(signer.KeySet());
+    const std::string anna = signer.Token(Claims("anna"));
+    EXPECT_TRUE(AdmitBearer(kReading, anna).status.ok());
+    int waits = 0;
+    for (int i = 0; i < 40; ++i) {
+      const Admission admission = AdmitBearer(kReading, forger.Token(Claims("anna")));
+      EXPECT_FALSE(admission.status.ok());
+      waits += contract::ReasonOf(admission.status) == "RATE_LIMITED" ? 1 : 0;
+    }
+    EXPECT_GE(waits, 10);
+    EXPECT_TRUE(AdmitBearer(kReading, anna).status.ok());
+  }
+
+  TEST_F(Admissions, AStreamEndsWithItsJwtOrItsKey) {
+    const fixture::JwtSigner signer("P-256", "k");
+    const fixture::JwtSigner next("P-256", "next");
+    TakeJwts(signer.KeySet());
+    const Admission long_one = AdmitBearer(kReading, signer.Token(Claims("anna")));
+    const Admission short_one =
+        AdmitBearer(kReading, signer.Token(Claims("anna", absl::Seconds(3))));
+    ASSERT_TRUE(short_one.status.ok()) << short_one.status;
+    const auto now = [&](const Admission& admission) {
+      return contract::ReasonOf(authorizer_->StillLetsIn(kReading, admission));
+    };
+    EXPECT_EQ(now(long_one), "");
+    absl::SleepFor(short_one.expires - absl::Now() + absl::Milliseconds(10));
+    EXPECT_EQ(now(short_one), "TOKEN_EXPIRED");
+    EXPECT_EQ(now(long_one), "");
+    WriteJwtKeys("nonsense");
+    EXPECT_FALSE(authorizer_->RefreshJwtKeys().ok());
+    EXPECT_EQ(now(long_one), "");
+    WriteJwtKeys(next.KeySet());
+    EXPECT_TRUE(authorizer_->RefreshJwtKeys().value());
+    EXPECT_EQ(now(long_one), "CREDENTIALS_WITHDRAWN");
+  }
 
 }  // namespace
 }  // namespace vantage::rpc
