@@ -23,8 +23,9 @@ namespace vantage::sensor {
 // The reader, for main() to hand to confinement::RunIfReader().
 confinement::Reader ScanFileReader();
 
-// As ScanFile, to the bit and to the word. Of what goes wrong with the reader itself the errors are
-// those of confinement::Child, with the file's name. It belongs to the thread that opened it.
+// As ScanFile, to the bit and, but for control characters, to the word. Of what goes wrong with the
+// reader itself the errors are those of confinement::Child, with the file's name. It belongs to the
+// thread that opened it.
 class ConfinedScanFile {
  public:
   static absl::StatusOr<ConfinedScanFile> Open(const std::string& path,

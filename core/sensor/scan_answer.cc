@@ -82,6 +82,10 @@ absl::Status CheckFixed(const Fixed& fixed, uint64_t max_bytes) {
   if (fixed.duplicates > fixed.points || fixed.far > fixed.points) {
     return Senseless("more of its points than there are");
   }
+  const auto is_zero = [](double value) { return value == 0 && !std::signbit(value); };
+  if ((fixed.flags & kPosed) == 0 && !std::all_of(fixed.pose.begin(), fixed.pose.end(), is_zero)) {
+    return Senseless("a pose that is not told");
+  }
   if (!(fixed.apart >= 0 && fixed.apart <= 1)) return Senseless("a share beyond the whole");
   for (const double figure : fixed.scanner) {
     if (!std::isfinite(figure)) return Senseless("a scanner without figures");

@@ -16,8 +16,8 @@ namespace vantage::simulation {
 // The reader, for main() to hand to confinement::RunIfReader().
 confinement::Reader MeshReader();
 
-// As ReadMeshPly(), to the bit and to the word. Of what goes wrong with the reader itself the
-// errors are those of confinement::Child, with the file's name.
+// As ReadMeshPly(), to the bit and, but for control characters, to the word. Of what goes wrong
+// with the reader itself the errors are those of confinement::Child, with the file's name.
 absl::StatusOr<TriangleMesh> ReadMeshConfined(const std::string& path,
                                               const confinement::AllowanceSettings& allowance);
 
