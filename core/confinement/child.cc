@@ -40,7 +40,7 @@ constexpr int kLook = kSanitized ? 20 : 100;
 // stopped both, s.
 constexpr double kLongestLook = 2;
 // Between the end of its answers and its own, s.
-constexpr double kGrace = 2;
+constexpr double kGrace = 1;
 constexpr int kPipeBytes = 1 << 20;
 
 // The same, by a number that is none of those a reader has.
@@ -271,6 +271,9 @@ absl::StatusOr<Child> Child::Start(const char* reader, int file, const Allowance
                                 Pointers(words).data(), Pointers(environment).data());
   posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
+  // From now on the reader's ends are open in the reader alone, so that its end is seen.
+  questions->readers = Descriptor();
+  answers->readers = Descriptor();
   if (error != 0) return CannotStart(error, "/proc/self/exe");
 
   Child child(std::make_unique<Process>(pid, std::move(questions->ours), std::move(answers->ours)),

@@ -1,6 +1,7 @@
 #include "core/confinement/confine.h"
 
 #include <fcntl.h>
+#include <linux/capability.h>
 #include <sched.h>
 #include <signal.h>
 #include <sys/prctl.h>
@@ -9,6 +10,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -52,6 +54,13 @@ void BeFirstToGo() {
   close(file);
 }
 
+// Those that root has, and those that the namespace has given.
+void GiveUpCapabilities() {
+  __user_cap_header_struct header = {_LINUX_CAPABILITY_VERSION_3, 0};
+  std::array<__user_cap_data_struct, 2> none{};
+  syscall(SYS_capset, &header, none.data());
+}
+
 // What there is no header of where the kernel's are older than the kernel.
 struct LandlockRules {
   uint64_t files = 0;     // since version 1
@@ -91,6 +100,7 @@ absl::Status Confine(const Bounds& bounds) {
   // Where the first is not to be had, none of the others is.
   unshare(CLONE_NEWUSER | CLONE_NEWNET | CLONE_NEWIPC | CLONE_NEWUTS | CLONE_NEWNS);
   LockLand();
+  GiveUpCapabilities();
   // After the namespaces, which set it anew.
   if (prctl(PR_SET_DUMPABLE, 0, 0, 0, 0) != 0) return Missing("no look from outside");
   for (const absl::Status& limited :

@@ -21,7 +21,7 @@ struct Bounds {
 //   outside (ptrace, /proc/PID/mem); bounds on processor time and, but for sanitizers, which need
 //   terabytes of it, on address space; the end of the parent is its own.
 // What comes on top, where machine and container allow it, so that a hole in one wall is not a
-// door: a user namespace without privileges, and in it networks and other resources of its own;
+// door: a user namespace, in it networks and other resources of its own, and no capabilities;
 // Landlock; no descriptors, files and processes by limits; to be the first to go where memory runs
 // out.
 absl::Status Confine(const Bounds& bounds);
