@@ -100,6 +100,7 @@ absl::Status Answer::EndOf(Frame frame) {
   if (frame == Frame::kUnconfined) {
     absl::StatusOr<std::string> why = ReadText(frame_left_);
     if (!why.ok()) return why.status();
+    if (why->empty()) return Senseless("a fault without a reason");
     fault_ = Fault::kUnconfined;
     return absl::FailedPreconditionError(*why);
   }

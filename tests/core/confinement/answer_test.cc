@@ -90,6 +90,7 @@ TEST(AnswerTest, WhatIsNoAnswerIsNone) {
   EXPECT_EQ(fault(Frame::kNoMemory, ""), Fault::kNoMemory);
   EXPECT_EQ(fault(Frame::kNoMemory, "x"), Fault::kSenseless);
   EXPECT_EQ(fault(Frame::kUnconfined, "why"), Fault::kUnconfined);
+  EXPECT_EQ(fault(Frame::kUnconfined, ""), Fault::kSenseless);
   EXPECT_EQ(fault(static_cast<Frame>(7), ""), Fault::kSenseless);
 }
 
