@@ -30,6 +30,18 @@ void AddFileFlags(CLI::App& command, FileFlags& flags) {
   for (const auto& [name, metres] : Units()) names.push_back(name);
   command.add_option("--unit", flags.unit, "Of the file's coordinates, and of --station [m]")
       ->check(CLI::IsMember(names));
+  AddReaderFlags(command, flags.reader);
+}
+
+void AddReaderFlags(CLI::App& command, confinement::AllowanceSettings& reader) {
+  command
+      .add_option(reader.memory_option, reader.memory_mb,
+                  "MB of memory that the process which reads a file may take [by the file's size]")
+      ->check(CLI::Range(1.0, 1e7));
+  command
+      .add_option(reader.seconds_option, reader.seconds,
+                  "Seconds of a processor, and twice as many in all [60, and two for each MB]")
+      ->check(CLI::Range(1.0, 1e7));
 }
 
 void AddAppearanceFlag(CLI::App& command, FileFlags& flags) {

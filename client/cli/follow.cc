@@ -175,7 +175,8 @@ class Follower {
     // With one set-up the scan is called as the file, which then need not be read.
     if (whole.count(fs::path(file.path).stem().string()) > 0) return absl::OkStatus();
     const ReadingProgress reading(fs::path(file.path).filename().string());
-    const auto opened = sensor::ScanFile::Open(file.path, {}, reading.Watch());
+    auto opened =
+        sensor::ConfinedScanFile::Open(file.path, {}, arguments_.file.reader, reading.Watch());
     reading.Clear();
     if (!opened.ok()) return Refused(opened.status());
     absl::Status worst;
@@ -231,6 +232,7 @@ void AddFollow(CLI::App& parent, Environment& environment) {
         command.add_option("SESSION", a.flags.session, "The job")->required();
         AddSendingFlags(command, a.flags);
         AddAppearanceFlag(command, a.file);
+        AddReaderFlags(command, a.file.reader);
         command.add_flag("--preview", a.preview,
                          "Send previews of all files first, the whole scans when none is left");
         command

@@ -5,6 +5,9 @@
 #include <iostream>
 
 #include "client/cli/command.h"
+#include "core/confinement/reader.h"
+#include "core/sensor/confined_scan_file.h"
+#include "core/simulation/confined_mesh.h"
 
 namespace {
 
@@ -41,6 +44,8 @@ Results go to standard output, progress and errors to standard error.)";
 }  // namespace
 
 int main(int argc, char** argv) {
+  vantage::confinement::RunIfReader(
+      argc, argv, {vantage::sensor::ScanFileReader(), vantage::simulation::MeshReader()});
   CLI::App app("vantage: where to put the laser scanner next.", "vantage");
   app.set_version_flag("--version", VANTAGE_VERSION);
   app.require_subcommand(1);

@@ -9,8 +9,8 @@
 #include "client/cli/file_flags.h"
 #include "client/cli/reading_progress.h"
 #include "client/cli/table.h"
+#include "core/sensor/confined_scan_file.h"
 #include "core/sensor/imported_scan.h"
-#include "core/sensor/scan_file.h"
 #include "core/sensor/scanner_model.h"
 
 namespace vantage::cli {
@@ -54,8 +54,8 @@ std::string Besides(const sensor::AppearanceKinds& appearance) {
 
 absl::StatusOr<ExitCode> RunFile(Environment&, const FileArguments& arguments) {
   const ReadingProgress reading(arguments.file);
-  const auto file =
-      sensor::ScanFile::Open(arguments.file, StationOf(arguments.flags), reading.Watch());
+  auto file = sensor::ConfinedScanFile::Open(arguments.file, StationOf(arguments.flags),
+                                             arguments.flags.reader, reading.Watch());
   if (!file.ok()) return file.status();
   Table table({">set-up", "name", "grid", ">step (deg)", ">returns", ">range (m)", "place (m)",
                ">tilt (deg)", "besides"});

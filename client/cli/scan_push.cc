@@ -36,7 +36,8 @@ absl::StatusOr<ExitCode> RunScanPush(Environment& environment, const ScanPushArg
   ExitCode code = ExitCode::kOk;
   for (const std::string& path : arguments.files) {
     const ReadingProgress reading(std::filesystem::path(path).filename().string());
-    const auto file = sensor::ScanFile::Open(path, StationOf(arguments.file), reading.Watch());
+    auto file = sensor::ConfinedScanFile::Open(path, StationOf(arguments.file),
+                                               arguments.file.reader, reading.Watch());
     reading.Clear();
     if (!file.ok()) return file.status();
     size_t first = 0;

@@ -86,7 +86,7 @@ absl::StatusOr<std::vector<v1::Scan>> ScansOf(Environment& environment,
   return scans;
 }
 
-std::string NameOf(const std::string& path, const sensor::ScanFile& file, size_t setup) {
+std::string NameOf(const std::string& path, const sensor::ConfinedScanFile& file, size_t setup) {
   std::string stem = std::filesystem::path(path).stem().string();
   const std::vector<std::string>& names = file.setups();
   if (names.size() == 1) return stem;
@@ -95,7 +95,8 @@ std::string NameOf(const std::string& path, const sensor::ScanFile& file, size_t
 }
 
 absl::StatusOr<v1::Scan> Send(Environment& environment, const SendingFlags& flags,
-                              const Sending& sending, const sensor::ScanFile& file, size_t setup) {
+                              const Sending& sending, sensor::ConfinedScanFile& file,
+                              size_t setup) {
   auto scan = file.Read(setup, sending.limits);
   sending.reading.Clear();
   if (!scan.ok()) return scan.status();

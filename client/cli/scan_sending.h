@@ -12,7 +12,7 @@
 #include "client/cli/command.h"
 #include "client/cli/pose_flags.h"
 #include "client/cli/reading_progress.h"
-#include "core/sensor/scan_file.h"
+#include "core/sensor/confined_scan_file.h"
 #include "vantage/v1/scan.pb.h"
 
 namespace vantage::cli {
@@ -44,11 +44,11 @@ struct Sending {
 
 // Reads a set-up, sends it with a progress line, and returns the scan that it became.
 absl::StatusOr<v1::Scan> Send(Environment& environment, const SendingFlags& flags,
-                              const Sending& sending, const sensor::ScanFile& file, size_t setup);
+                              const Sending& sending, sensor::ConfinedScanFile& file, size_t setup);
 
 // What a set-up is called where no name is given: as the file, if it has one set-up; else as the
 // file calls it, where no two are called the same.
-std::string NameOf(const std::string& path, const sensor::ScanFile& file, size_t setup);
+std::string NameOf(const std::string& path, const sensor::ConfinedScanFile& file, size_t setup);
 
 // All scans of the job, withdrawn ones included, oldest first.
 absl::StatusOr<std::vector<v1::Scan>> ScansOf(Environment& environment, const std::string& session);

@@ -9,8 +9,8 @@
 #include "client/cli/json.h"
 #include "client/cli/reading_progress.h"
 #include "client/library/geometry.h"
+#include "core/sensor/confined_scan_file.h"
 #include "core/sensor/imported_scan.h"
-#include "core/sensor/scan_file.h"
 
 namespace vantage::cli {
 namespace {
@@ -74,8 +74,8 @@ absl::StatusOr<std::vector<std::string>> ApplySettings(const SessionSettings& se
   }
   if (!settings.scanner_from.empty()) {
     const ReadingProgress reading(settings.scanner_from);
-    const auto file =
-        sensor::ScanFile::Open(settings.scanner_from, StationOf(settings.file), reading.Watch());
+    auto file = sensor::ConfinedScanFile::Open(settings.scanner_from, StationOf(settings.file),
+                                               settings.file.reader, reading.Watch());
     if (!file.ok()) return file.status();
     const auto scan = file->Read(0, LimitsOf(settings.file));  // one instrument, in all of a file
     reading.Clear();

@@ -10,6 +10,7 @@
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "client/cli/command.h"
+#include "client/cli/file_flags.h"
 #include "client/cli/report.h"
 #include "client/cli/simulate_fleet.h"
 #include "client/cli/table.h"
@@ -51,6 +52,7 @@ struct SimulateArguments {
   std::string scene = "flat";
   std::optional<double> area;
   std::string mesh;
+  confinement::AllowanceSettings reader;  // of the mesh
   std::vector<double> start;
   uint64_t seed = 1;
   simulated_job::JobOptions job;
@@ -175,7 +177,9 @@ absl::StatusOr<simulated_job::Site> ChooseSite(const SimulateArguments& argument
   if (arguments.start.size() == 3) {
     start.emplace(arguments.start[0], arguments.start[1], arguments.start[2]);
   }
-  if (!arguments.mesh.empty()) return simulated_job::MeshSite(arguments.mesh, start);
+  if (!arguments.mesh.empty()) {
+    return simulated_job::MeshSite(arguments.mesh, start, arguments.reader);
+  }
   const simulated_job::SceneKind kind = Scenes().at(arguments.scene);
   if (arguments.area && kind != simulated_job::SceneKind::kOffice) {
     return client::WithFix(
@@ -333,6 +337,7 @@ void DefineSimulate(CLI::App& command, SimulateArguments& a) {
   command.add_option("--area", a.area, "Of --scene office, m^2 [250]")
       ->check(CLI::Range(100.0, 5000.0));
   command.add_option("--mesh", a.mesh, "Triangle mesh instead, PLY, m, z up")->excludes(scene);
+  AddReaderFlags(command, a.reader);
   command.add_option("--start", a.start, "x,y,z of the first scan, m, in the scene's own frame")
       ->delimiter(',')
       ->expected(3)

@@ -6,7 +6,7 @@
 #include "absl/strings/str_format.h"
 #include "client/library/error.h"
 #include "core/parallel/parallel.h"
-#include "core/simulation/mesh_ply.h"
+#include "core/simulation/confined_mesh.h"
 #include "core/simulation/scenes/furnished_flat.h"
 #include "core/simulation/scenes/house.h"
 #include "core/simulation/scenes/office_storey.h"
@@ -145,9 +145,9 @@ absl::StatusOr<Site> GeneratedSite(SceneKind kind, uint64_t seed, double area,
   return site;
 }
 
-absl::StatusOr<Site> MeshSite(const std::string& path,
-                              const std::optional<Eigen::Vector3d>& start) {
-  auto mesh = simulation::ReadMeshPly(path);
+absl::StatusOr<Site> MeshSite(const std::string& path, const std::optional<Eigen::Vector3d>& start,
+                              const confinement::AllowanceSettings& allowance) {
+  auto mesh = simulation::ReadMeshConfined(path, allowance);
   if (!mesh.ok()) return mesh.status();
   const simulation::SimulatedScanner tracer(*mesh);
   const std::optional<Eigen::Vector3d> place = start ? start : FindStart(tracer, mesh->Bounds());

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "absl/status/statusor.h"
+#include "core/confinement/allowance.h"
 #include "core/simulation/scenes/scene.h"
 #include "core/simulation/triangle_mesh.h"
 
@@ -44,9 +45,11 @@ enum class SceneKind {
 absl::StatusOr<Site> GeneratedSite(SceneKind kind, uint64_t seed, double area,
                                    const std::optional<Eigen::Vector3d>& start);
 
-// A mesh from a PLY file. Without a start the most enclosed free place at 1.5 m over the lowest
-// floor is taken. INVALID_ARGUMENT: not a mesh, or the start is not free.
-absl::StatusOr<Site> MeshSite(const std::string& path, const std::optional<Eigen::Vector3d>& start);
+// A mesh from a PLY file, which is read in a process of its own (core/confinement). Without a start
+// the most enclosed free place at 1.5 m over the lowest floor is taken. INVALID_ARGUMENT: not a
+// mesh, or the start is not free.
+absl::StatusOr<Site> MeshSite(const std::string& path, const std::optional<Eigen::Vector3d>& start,
+                              const confinement::AllowanceSettings& allowance = {});
 
 }  // namespace vantage::simulated_job
 

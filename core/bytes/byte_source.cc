@@ -46,6 +46,12 @@ absl::StatusOr<ByteSource> ByteSource::Open(const std::string& path) {
   return ByteSource(std::move(file), static_cast<uint64_t>(found.st_size));
 }
 
+ByteSource ByteSource::Adopt(int descriptor, uint64_t size, const std::string& path) {
+  return ByteSource(std::make_shared<OpenFile>(descriptor, path), size);
+}
+
+int ByteSource::descriptor() const { return file_ == nullptr ? -1 : file_->descriptor; }
+
 absl::Status ByteSource::OpenFile::Read(uint64_t begin, char* out, size_t size) const {
   size_t have = 0;
   while (have < size) {

@@ -22,6 +22,12 @@ class ByteSource {
   ByteSource(const std::string& bytes) : ByteSource(absl::string_view(bytes)) {}  // NOLINT
   // Of a regular file, which stays open. Errors as the file system says.
   static absl::StatusOr<ByteSource> Open(const std::string& path);
+  // Of a regular file of `size` bytes that is open already, and becomes this source's. `path` names
+  // it in errors; the file system is not asked again.
+  static ByteSource Adopt(int descriptor, uint64_t size, const std::string& path);
+
+  // Of the file, which stays this source's; -1 for memory.
+  int descriptor() const;
 
   // From now on calls `reached(position)` whenever a piece of the file was read, with the place in
   // the whole file up to which; of copies, too. Nothing is called for memory.

@@ -30,6 +30,10 @@ absl::StatusOr<ImportedScan> ParseImage(absl::string_view bytes, const ImportLim
   return scan;
 }
 
+std::string ExtensionOf(const std::string& path) {
+  return absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
+}
+
 // What vendors' own formats are exported as, by their programs.
 absl::Status NotRead(const std::string& path, absl::string_view extension) {
   for (const absl::string_view vendor :
@@ -68,7 +72,8 @@ absl::StatusOr<bytes::ByteSource> OpenFile(const std::string& path) {
 
 }  // namespace
 
-std::optional<ScanFile::Format> ScanFile::FormatOf(absl::string_view extension) {
+absl::StatusOr<ScanFile::Format> ScanFile::FormatOf(const std::string& path) {
+  const std::string extension = ExtensionOf(path);
   constexpr std::pair<absl::string_view, Format> kFormats[] = {
       {".ptx", Format::kPtx},         {".pcd", Format::kPcd}, {".e57", Format::kE57},
       {".vrim", Format::kRangeImage}, {".las", Format::kLas}, {".ply", Format::kPly},
@@ -77,20 +82,25 @@ std::optional<ScanFile::Format> ScanFile::FormatOf(absl::string_view extension) 
   for (const auto& [ending, format] : kFormats) {
     if (extension == ending) return format;
   }
-  return std::nullopt;
+  return NotRead(path, extension);
 }
 
 absl::StatusOr<ScanFile> ScanFile::Open(const std::string& path,
                                         const std::optional<Eigen::Vector3d>& station,
                                         const Reached& reached) {
-  const std::string extension =
-      absl::AsciiStrToLower(std::filesystem::path(path).extension().string());
-  const std::optional<Format> format = FormatOf(extension);
-  if (!format.has_value()) return NotRead(path, extension);
+  absl::StatusOr<bytes::ByteSource> source = OpenSource(path, station);
+  if (!source.ok()) return source.status();
+  return OfSource(path, station, *std::move(source), reached);
+}
+
+absl::StatusOr<bytes::ByteSource> ScanFile::OpenSource(
+    const std::string& path, const std::optional<Eigen::Vector3d>& station) {
+  const absl::StatusOr<Format> format = FormatOf(path);
+  if (!format.ok()) return format.status();
   const bool needed = *format == Format::kLas || *format == Format::kPly || *format == Format::kXyz;
   if (needed && !station.has_value()) {
     return absl::InvalidArgumentError(absl::StrCat(
-        path, ": points in ", extension.substr(1),
+        path, ": points in ", ExtensionOf(path).substr(1),
         " do not say where they were seen from; give the place where the scanner stood, in the "
         "file's frame (--station x,y,z), or export the scan as structured E57 or PTX"));
   }
@@ -101,12 +111,18 @@ absl::StatusOr<ScanFile> ScanFile::Open(const std::string& path,
   if (station.has_value() && !station->allFinite()) {
     return absl::InvalidArgumentError(absl::StrCat(path, ": the station must be three numbers"));
   }
-  absl::StatusOr<bytes::ByteSource> source = OpenFile(path);
-  if (!source.ok()) return source.status();
+  return OpenFile(path);
+}
+
+absl::StatusOr<ScanFile> ScanFile::OfSource(const std::string& path,
+                                            const std::optional<Eigen::Vector3d>& station,
+                                            bytes::ByteSource source, const Reached& reached) {
+  const absl::StatusOr<Format> format = FormatOf(path);
+  if (!format.ok()) return format.status();
   if (reached) {
-    source->Watch([reached, size = source->size()](uint64_t position) { reached(position, size); });
+    source.Watch([reached, size = source.size()](uint64_t position) { reached(position, size); });
   }
-  ScanFile file(path, *format, station, *std::move(source));
+  ScanFile file(path, *format, station, std::move(source));
   if (*format == Format::kPcd || *format == Format::kPly || *format == Format::kRangeImage) {
     absl::StatusOr<std::string> bytes = file.file_.All();
     if (!bytes.ok()) return bytes.status();

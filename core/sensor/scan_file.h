@@ -37,6 +37,13 @@ class ScanFile {
   static absl::StatusOr<ScanFile> Open(const std::string& path,
                                        const std::optional<Eigen::Vector3d>& station = {},
                                        const Reached& reached = {});
+  // The two halves of Open(): what name and station say, and the file, of which nothing is read
+  // yet; and the rest, which parses it.
+  static absl::StatusOr<bytes::ByteSource> OpenSource(
+      const std::string& path, const std::optional<Eigen::Vector3d>& station);
+  static absl::StatusOr<ScanFile> OfSource(const std::string& path,
+                                           const std::optional<Eigen::Vector3d>& station,
+                                           bytes::ByteSource source, const Reached& reached = {});
 
   // The names that the file gives its set-ups, in its order; "" for one without.
   const std::vector<std::string>& setups() const { return setups_; }
@@ -45,7 +52,7 @@ class ScanFile {
 
  private:
   enum class Format { kPtx, kPcd, kE57, kRangeImage, kLas, kPly, kXyz };
-  static std::optional<Format> FormatOf(absl::string_view extension);
+  static absl::StatusOr<Format> FormatOf(const std::string& path);
 
   ScanFile(std::string path, Format format, std::optional<Eigen::Vector3d> station,
            bytes::ByteSource file)

@@ -112,6 +112,25 @@ TEST_F(FollowTest, AFileAtFaultIsSaidAndTheOthersAreSent) {
   EXPECT_THAT(Listed(), HasSubstr("good"));
 }
 
+// Its reader needs more memory than it may have, which ends it as a crash does.
+TEST_F(FollowTest, AFileWhoseReaderEndsIsSaidAndTheOthersAreSent) {
+  sensor::RangeImage large = fixture::NoisyRoom({3.0, 2.5, 1.4}, 1.0);
+  const size_t rows = large.elevation.size();
+  large.azimuth.resize(20'000);
+  for (size_t i = 0; i < large.azimuth.size(); ++i) {
+    large.azimuth[i] = -3.1 + 3e-4 * static_cast<double>(i);
+  }
+  large.range.assign(large.azimuth.size() * rows, 2.0F);
+  std::ofstream(In("large.vrim"), std::ios::binary) << sensor::EncodeRangeImage(large);
+  fs::last_write_time(In("large.vrim"), fs::file_time_type::clock::now() - std::chrono::minutes(5));
+  Export("good.vrim", {2.0, 1.5, 1.4}, 1);
+  const Finished done = Follow({"--settle", "0.5", "--reader-memory", "8"});
+  EXPECT_EQ(done.exit_code, 7) << done.error;
+  EXPECT_THAT(done.error, HasSubstr("large.vrim: its reader needs more than 8 MB of memory"));
+  EXPECT_THAT(done.error, HasSubstr("--reader-memory"));
+  EXPECT_THAT(Listed(), HasSubstr("good"));
+}
+
 TEST_F(FollowTest, AFolderOrJobThatIsNotThereIsSaid) {
   const Finished folder = Vantage(server_, {"follow", In("none"), "job", "--once"});
   EXPECT_EQ(folder.exit_code, 3);

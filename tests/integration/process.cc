@@ -11,6 +11,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <filesystem>
@@ -49,6 +50,31 @@ int WaitFor(pid_t pid, rusage* usage = nullptr) {
   while (wait4(pid, &status, 0, usage) < 0 && errno == EINTR) {
   }
   return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
+}
+
+// Resident memory of a process and of those that its main thread has started, MB.
+double TogetherMegabytes(pid_t pid) {
+  const std::string folder = absl::StrCat("/proc/", pid);
+  double pages = 0;
+  std::ifstream children(absl::StrCat(folder, "/task/", pid, "/children"));
+  for (std::string process = absl::StrCat(pid); !process.empty();) {
+    double all = 0;
+    double resident = 0;
+    std::ifstream("/proc/" + process + "/statm") >> all >> resident;
+    pages += resident;
+    if (!(children >> process)) process.clear();
+  }
+  return pages * static_cast<double>(sysconf(_SC_PAGESIZE)) / 1e6;
+}
+
+// Until it ends; the most that it and its children held at one time.
+double WatchMegabytes(pid_t pid) {
+  const int process = static_cast<int>(syscall(SYS_pidfd_open, pid, 0));
+  double most = 0;
+  pollfd end = {process, POLLIN, 0};
+  while (process >= 0 && poll(&end, 1, 10) == 0) most = std::max(most, TogetherMegabytes(pid));
+  close(process);
+  return most;
 }
 
 std::string Contents(const std::string& path) {
@@ -96,8 +122,9 @@ Finished RunProgram(const std::vector<std::string>& arguments) {
   const pid_t pid = Spawn(arguments, out, error);
   Finished finished;
   rusage usage{};
+  const double together = pid > 0 ? WatchMegabytes(pid) : 0;
   if (pid > 0) finished.exit_code = WaitFor(pid, &usage);
-  finished.peak_megabytes = static_cast<double>(usage.ru_maxrss) * 1024 / 1e6;
+  finished.peak_megabytes = std::max(together, static_cast<double>(usage.ru_maxrss) * 1024 / 1e6);
   close(out);
   close(error);
   finished.out = Contents(folder.File("out"));

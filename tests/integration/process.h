@@ -14,7 +14,9 @@ struct Finished {
   int exit_code = -1;  // -1: killed by a signal
   std::string out;
   std::string error;
-  double peak_megabytes = 0;  // the most memory that it held; what started it had held counts, too
+  // The most memory that it held, with the processes that it had started; what started it had held
+  // counts, too. Looked at every 10 ms.
+  double peak_megabytes = 0;
 };
 
 // Runs a program to its end. Arguments go to it as they are; no shell.

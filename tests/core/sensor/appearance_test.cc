@@ -21,6 +21,7 @@
 #include "core/sensor/scan_file.h"
 #include "core/sensor/thinning.h"
 #include "tests/core/sensor/analytic_room.h"
+#include "tests/core/sensor/read_both_ways.h"
 #include "tests/support/e57_writer.h"
 
 namespace vantage::sensor {
@@ -168,10 +169,11 @@ absl::StatusOr<ImportedScan> ReadLooks(const std::string& name, const std::strin
   const std::string path = (folder / name).string();
   std::ofstream(path, std::ios::binary) << bytes;
   const bool loose = !name.ends_with("e57") && !name.ends_with("ptx");
-  const auto file = ScanFile::Open(
-      path, loose ? std::optional(Eigen::Vector3d(0, 0, 0)) : std::optional<Eigen::Vector3d>());
   absl::StatusOr<ImportedScan> scan =
-      file.ok() ? file->Read(0, limits) : absl::StatusOr<ImportedScan>(file.status());
+      ReadBothWays(
+          path, loose ? std::optional(Eigen::Vector3d(0, 0, 0)) : std::optional<Eigen::Vector3d>(),
+          limits)
+          .front();
   std::filesystem::remove_all(folder);
   return scan;
 }

@@ -22,6 +22,7 @@
 #include "core/sensor/las.h"
 #include "core/sensor/scan_file.h"
 #include "tests/core/sensor/analytic_room.h"
+#include "tests/core/sensor/read_both_ways.h"
 
 namespace vantage::sensor {
 namespace {
@@ -106,9 +107,7 @@ class PointFiles : public ::testing::Test {
                                     const std::optional<Eigen::Vector3d>& station = kStation) {
     const std::string path = (folder_ / name).string();
     std::ofstream(path, std::ios::binary) << bytes;
-    const auto file = ScanFile::Open(path, station);
-    if (!file.ok()) return file.status();
-    return file->Read(0, {});
+    return ReadBothWays(path, station).front();
   }
   const std::filesystem::path folder_ =
       std::filesystem::temp_directory_path() / absl::StrFormat("point_cloud_test_%d", getpid());
