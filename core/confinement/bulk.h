@@ -45,8 +45,7 @@ absl::Status HearVector(HearBytes hear, size_t count, std::vector<T>& values) {
     const size_t begin = values.size();
     const size_t piece = std::min(kPiece, count - begin);
     values.resize(begin + piece);
-    const absl::Status heard =
-        hear(reinterpret_cast<char*>(values.data() + begin), piece * sizeof(T));
+    absl::Status heard = hear(reinterpret_cast<char*>(values.data() + begin), piece * sizeof(T));
     if (!heard.ok()) return heard;
   }
   return absl::OkStatus();

@@ -88,6 +88,7 @@ std::vector<std::string> Environment() {
 
 std::vector<char*> Pointers(std::vector<std::string>& strings) {
   std::vector<char*> pointers;
+  pointers.reserve(strings.size() + 1);
   for (std::string& string : strings) pointers.push_back(string.data());
   pointers.push_back(nullptr);
   return pointers;
@@ -285,7 +286,7 @@ absl::StatusOr<Child> Child::Start(const char* reader, int file, const Allowance
 absl::Status Child::AwaitReady() {
   Answer answer([this](char* to, size_t size) { return process_->Receive(to, size, allowance_); },
                 {}, 0);
-  const absl::Status ready = answer.ReadReady();
+  absl::Status ready = answer.ReadReady();
   if (ready.ok()) return ready;
   if (answer.fault() == Answer::Fault::kUnconfined) {
     process_ = nullptr;

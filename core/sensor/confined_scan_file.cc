@@ -133,8 +133,9 @@ absl::StatusOr<std::vector<std::string>> ConfinedScanFile::Start() {
   const absl::Status asked = Ask(Packed(opening) + path_, [&](confinement::Answer& answer) {
     auto heard =
         HearSetups([&](char* to, size_t size) { return answer.Read(to, size); }, answer.left());
-    if (heard.ok()) setups = *std::move(heard);
-    return heard.status();
+    if (!heard.ok()) return heard.status();
+    setups = *std::move(heard);
+    return absl::OkStatus();
   });
   if (!asked.ok()) return asked;
   return setups;
@@ -144,7 +145,7 @@ absl::Status ConfinedScanFile::Ask(const std::string& question, confinement::Chi
   const auto reached = [&](uint64_t position) {
     if (reached_) reached_(std::min(position, source_.size()), source_.size());
   };
-  const absl::Status asked = reader_->Ask(question, reached, take);
+  absl::Status asked = reader_->Ask(question, reached, take);
   // The reader's own words name the file already.
   if (asked.ok() || absl::StartsWith(asked.message(), path_)) return asked;
   return {asked.code(), absl::StrCat(path_, ": ", asked.message())};

@@ -59,7 +59,7 @@ std::optional<std::string> DecodeBase64Url(absl::string_view text) {
 }
 
 json ParseJsonObject(absl::string_view text) {
-  const json none(json::value_t::discarded);
+  json none(json::value_t::discarded);
   // That reader takes a NUL for the end of the text, and would not see what follows.
   if (absl::StrContains(text, '\0')) return none;
   StrictSax strict;

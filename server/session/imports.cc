@@ -92,7 +92,7 @@ absl::StatusOr<Imports::Taken> Imports::Take(const v1::ImportSessionRequest& req
   const Key key{tenant, request.request_id()};
   const absl::StatusOr<std::shared_ptr<Import>> found = Find(request, key, account);
   if (!found.ok()) return found.status();
-  const std::shared_ptr<Import> import = *found;
+  const std::shared_ptr<Import>& import = *found;
   Taken taken;
   absl::Status status;
   {

@@ -959,7 +959,7 @@ TEST(Addresses, OthersThanLoopbackNeedEncryptionAndCallers) {
   secured.AddToken("tablet museum read");
   server::ServerOptions callers = secured.WithCallers();
   const auto refusal = [](const auth::AccessOptions& access) {
-    return std::string(server::MakeCredentials(access, "0.0.0.0:7464").status().message());
+    return std::string(server::MakeCredentials(access, {"0.0.0.0:7464"}).status().message());
   };
   EXPECT_THAT(refusal({}), HasSubstr("nothing would be encrypted"));
   EXPECT_THAT(refusal(callers.access), HasSubstr("nothing would be encrypted"));
@@ -970,10 +970,10 @@ TEST(Addresses, OthersThanLoopbackNeedEncryptionAndCallers) {
   EXPECT_THAT(refusal(encrypted.access), HasSubstr("anyone could call"));
   encrypted.access.tenant_metadata.clear();
   encrypted.access.callers_file = callers.access.callers_file;
-  EXPECT_TRUE(server::MakeCredentials(encrypted.access, "0.0.0.0:7464").ok());
+  EXPECT_TRUE(server::MakeCredentials(encrypted.access, {"0.0.0.0:7464"}).ok());
   encrypted.access.callers_file.clear();
   encrypted.access.jwt = secured.WithJwts("").access.jwt;
-  EXPECT_TRUE(server::MakeCredentials(encrypted.access, "0.0.0.0:7464").ok());
+  EXPECT_TRUE(server::MakeCredentials(encrypted.access, {"0.0.0.0:7464"}).ok());
   for (std::string auth::JwtOptions::*needed :
        {&auth::JwtOptions::keys_file, &auth::JwtOptions::issuer, &auth::JwtOptions::audience}) {
     auth::AccessOptions lacking = encrypted.access;
@@ -982,10 +982,10 @@ TEST(Addresses, OthersThanLoopbackNeedEncryptionAndCallers) {
   }
   encrypted.access.jwt = {};
   encrypted.access.tls_client_ca = secured.File("ca.pem");
-  EXPECT_TRUE(server::MakeCredentials(encrypted.access, "0.0.0.0:7464").ok());
+  EXPECT_TRUE(server::MakeCredentials(encrypted.access, {"0.0.0.0:7464"}).ok());
   auth::AccessOptions out_loud;
   out_loud.allow_insecure_remote = true;
-  EXPECT_TRUE(server::MakeCredentials(out_loud, "0.0.0.0:7464").ok());
+  EXPECT_TRUE(server::MakeCredentials(out_loud, {"0.0.0.0:7464"}).ok());
 }
 
 TEST(Addresses, FilesThatCannotServeAreNamedAtTheStart) {
@@ -995,7 +995,7 @@ TEST(Addresses, FilesThatCannotServeAreNamedAtTheStart) {
   const auto refusal = [&](const std::string& file, const std::string& text) {
     secured.Encrypt(options, true);
     fixture::WriteTestFile(secured.File(file), text);
-    const absl::Status status = server::MakeCredentials(options.access, "127.0.0.1:0").status();
+    const absl::Status status = server::MakeCredentials(options.access, {"127.0.0.1:0"}).status();
     EXPECT_TRUE(absl::IsInvalidArgument(status)) << status;
     return std::string(status.message());
   };
@@ -1009,10 +1009,10 @@ TEST(Addresses, FilesThatCannotServeAreNamedAtTheStart) {
   fixture::WriteTestFile(secured.File("ca.pem"), secured.authority().certificate());
   fixture::WriteTestFile(secured.File("cert.pem"), late.certificate);
   EXPECT_THAT(
-      std::string(server::MakeCredentials(options.access, "127.0.0.1:0").status().message()),
+      std::string(server::MakeCredentials(options.access, {"127.0.0.1:0"}).status().message()),
       HasSubstr("cert.pem has expired"));
   options.access.tls_key.clear();
-  EXPECT_FALSE(server::MakeCredentials(options.access, "127.0.0.1:0").ok());
+  EXPECT_FALSE(server::MakeCredentials(options.access, {"127.0.0.1:0"}).ok());
 }
 
 }  // namespace

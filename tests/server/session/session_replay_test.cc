@@ -141,8 +141,9 @@ TEST_F(SessionReplayOnDisk, ADeletionThatIsAskedForAgainHasTheSameAnswer) {
   fixture::SessionHost second(*store_, script.Make());
   ASSERT_TRUE(second.registry.LoadAll().ok());
   EXPECT_TRUE(second.registry.Delete("job", "gone").ok());
-  EXPECT_TRUE(absl::IsNotFound(second.registry.Delete("job", "again")));
-  EXPECT_EQ(contract::ReasonOf(second.registry.Delete("other", "gone")), "REQUEST_ID_REUSED");
+  EXPECT_TRUE(absl::IsNotFound(second.registry.Delete("job", "again").status()));
+  EXPECT_EQ(contract::ReasonOf(second.registry.Delete("other", "gone").status()),
+            "REQUEST_ID_REUSED");
   EXPECT_TRUE(second.registry.Find("other").ok());
 }
 

@@ -372,88 +372,86 @@ TEST_F(PassedOn, TheNamesOfACertificateAreThoseOfADirectConnection) {
     EXPECT_EQ(auth::CertificateNames(fixture::DerInBase64(client.certificate)).value(), names)
         << alternative;
   }
+}
 
-  // ---- JWTs
-  // --------------------------------------------------------------------------------------
+// ---- JWTs --------------------------------------------------------------------------------------
 
-  TEST_F(Admissions, AJwtNamesItsCallerBesideTheCallersFile) {
-    const fixture::JwtSigner signer("P-256", "k");
-    const std::string tablet = AddCaller("tablet bank read");
-    TellCallersApart();
-    TakeJwts(signer.KeySet());
-    const Admission anna = AdmitBearer(kReading, signer.Token(Claims("anna")));
-    EXPECT_TRUE(anna.status.ok()) << anna.status;
-    EXPECT_EQ(anna.caller, "jwt:anna");
-    EXPECT_EQ(anna.tenant, "museum");
-    EXPECT_FALSE(anna.credential.empty());  // callers are told apart
-    EXPECT_EQ(AdmitBearer(kReading, tablet).tenant, "bank");
-    // Renewed, she is the same.
-    EXPECT_EQ(AdmitBearer(kReading, signer.Token(Claims("anna", absl::Hours(2)))).caller,
-              "jwt:anna");
-    const Admission planning = AdmitBearer(kPlanning, signer.Token(Claims("anna")));
-    EXPECT_EQ(contract::ReasonOf(planning.status), "ROLE_MISSING");
+TEST_F(Admissions, AJwtNamesItsCallerBesideTheCallersFile) {
+  const fixture::JwtSigner signer("P-256", "k");
+  const std::string tablet = AddCaller("tablet bank read");
+  TellCallersApart();
+  TakeJwts(signer.KeySet());
+  const Admission anna = AdmitBearer(kReading, signer.Token(Claims("anna")));
+  EXPECT_TRUE(anna.status.ok()) << anna.status;
+  EXPECT_EQ(anna.caller, "jwt:anna");
+  EXPECT_EQ(anna.tenant, "museum");
+  EXPECT_FALSE(anna.credential.empty());  // callers are told apart
+  EXPECT_EQ(AdmitBearer(kReading, tablet).tenant, "bank");
+  // Renewed, she is the same.
+  EXPECT_EQ(AdmitBearer(kReading, signer.Token(Claims("anna", absl::Hours(2)))).caller, "jwt:anna");
+  const Admission planning = AdmitBearer(kPlanning, signer.Token(Claims("anna")));
+  EXPECT_EQ(contract::ReasonOf(planning.status), "ROLE_MISSING");
+}
+
+TEST_F(Admissions, WithJwtKeysAloneCallersAreToldApartToo) {
+  const fixture::JwtSigner signer("Ed25519", "k");
+  TakeJwts(signer.KeySet());
+  EXPECT_EQ(Refusal({}), "CREDENTIALS_MISSING");
+  EXPECT_EQ(Refusal({{"authorization", "Bearer nonsense"}}), "TOKEN_UNKNOWN");
+  EXPECT_EQ(Refusal({{"authorization", "Bearer " + auth::MakeToken().token}}), "TOKEN_UNKNOWN");
+  EXPECT_TRUE(AdmitBearer(kReading, signer.Token(Claims("anna"))).status.ok());
+}
+
+TEST_F(Admissions, AJwtThatIsNotGoodIsToldWhatIsWrong) {
+  const fixture::JwtSigner signer("P-256", "k");
+  const fixture::JwtSigner forger("P-256", "k");
+  TakeJwts(signer.KeySet());
+  const auto reason = [&](const std::string& token) {
+    return Refusal({{"authorization", "Bearer " + token}});
+  };
+  EXPECT_EQ(reason(forger.Token(Claims("anna"))), "TOKEN_UNKNOWN");
+  EXPECT_EQ(reason("a.b.c"), "TOKEN_UNKNOWN");
+  EXPECT_EQ(reason(signer.Token(Claims("anna", -absl::Seconds(1)))), "TOKEN_EXPIRED");
+  EXPECT_EQ(reason(signer.Token("{}")), "TOKEN_UNFIT");
+}
+
+TEST_F(Admissions, ForgersOfAnAddressWaitAndWhoIsKnownDoesNot) {
+  const fixture::JwtSigner signer("P-256", "k");
+  const fixture::JwtSigner forger("P-256", "k");
+  TakeJwts(signer.KeySet());
+  const std::string anna = signer.Token(Claims("anna"));
+  EXPECT_TRUE(AdmitBearer(kReading, anna).status.ok());
+  int waits = 0;
+  for (int i = 0; i < 40; ++i) {
+    const Admission admission = AdmitBearer(kReading, forger.Token(Claims("anna")));
+    EXPECT_FALSE(admission.status.ok());
+    waits += contract::ReasonOf(admission.status) == "RATE_LIMITED" ? 1 : 0;
   }
+  EXPECT_GE(waits, 10);
+  EXPECT_TRUE(AdmitBearer(kReading, anna).status.ok());
+}
 
-  TEST_F(Admissions, WithJwtKeysAloneCallersAreToldApartToo) {
-    const fixture::JwtSigner signer("Ed25519", "k");
-    TakeJwts(signer.KeySet());
-    EXPECT_EQ(Refusal({}), "CREDENTIALS_MISSING");
-    EXPECT_EQ(Refusal({{"authorization", "Bearer nonsense"}}), "TOKEN_UNKNOWN");
-    EXPECT_EQ(Refusal({{"authorization", "Bearer " + auth::MakeToken().token}}), "TOKEN_UNKNOWN");
-    EXPECT_TRUE(AdmitBearer(kReading, signer.Token(Claims("anna"))).status.ok());
-  }
-
-  TEST_F(Admissions, AJwtThatIsNotGoodIsToldWhatIsWrong) {
-    const fixture::JwtSigner signer("P-256", "k");
-    const fixture::JwtSigner forger("P-256", "k");
-    TakeJwts(signer.KeySet());
-    const auto reason = [&](const std::string& token) {
-      return Refusal({{"authorization", "Bearer " + token}});
-    };
-    EXPECT_EQ(reason(forger.Token(Claims("anna"))), "TOKEN_UNKNOWN");
-    EXPECT_EQ(reason("a.b.c"), "TOKEN_UNKNOWN");
-    EXPECT_EQ(reason(signer.Token(Claims("anna", -absl::Seconds(1)))), "TOKEN_EXPIRED");
-    EXPECT_EQ(reason(signer.Token("{}")), "TOKEN_UNFIT");
-  }
-
-  TEST_F(Admissions, ForgersOfAnAddressWaitAndWhoIsKnownDoesNot) {
-    const fixture::JwtSigner signer("P-256", "k");
-    const fixture::JwtSigner forger("P-256", "k");
-    TakeJwts(signer.KeySet());
-    const std::string anna = signer.Token(Claims("anna"));
-    EXPECT_TRUE(AdmitBearer(kReading, anna).status.ok());
-    int waits = 0;
-    for (int i = 0; i < 40; ++i) {
-      const Admission admission = AdmitBearer(kReading, forger.Token(Claims("anna")));
-      EXPECT_FALSE(admission.status.ok());
-      waits += contract::ReasonOf(admission.status) == "RATE_LIMITED" ? 1 : 0;
-    }
-    EXPECT_GE(waits, 10);
-    EXPECT_TRUE(AdmitBearer(kReading, anna).status.ok());
-  }
-
-  TEST_F(Admissions, AStreamEndsWithItsJwtOrItsKey) {
-    const fixture::JwtSigner signer("P-256", "k");
-    const fixture::JwtSigner next("P-256", "next");
-    TakeJwts(signer.KeySet());
-    const Admission long_one = AdmitBearer(kReading, signer.Token(Claims("anna")));
-    const Admission short_one =
-        AdmitBearer(kReading, signer.Token(Claims("anna", absl::Seconds(3))));
-    ASSERT_TRUE(short_one.status.ok()) << short_one.status;
-    const auto now = [&](const Admission& admission) {
-      return contract::ReasonOf(authorizer_->StillLetsIn(kReading, admission));
-    };
-    EXPECT_EQ(now(long_one), "");
-    absl::SleepFor(short_one.expires - absl::Now() + absl::Milliseconds(10));
-    EXPECT_EQ(now(short_one), "TOKEN_EXPIRED");
-    EXPECT_EQ(now(long_one), "");
-    WriteJwtKeys("nonsense");
-    EXPECT_FALSE(authorizer_->RefreshJwtKeys().ok());
-    EXPECT_EQ(now(long_one), "");
-    WriteJwtKeys(next.KeySet());
-    EXPECT_TRUE(authorizer_->RefreshJwtKeys().value());
-    EXPECT_EQ(now(long_one), "CREDENTIALS_WITHDRAWN");
-  }
+TEST_F(Admissions, AStreamEndsWithItsJwtOrItsKey) {
+  const fixture::JwtSigner signer("P-256", "k");
+  const fixture::JwtSigner next("P-256", "next");
+  TakeJwts(signer.KeySet());
+  const Admission long_one = AdmitBearer(kReading, signer.Token(Claims("anna")));
+  const Admission short_one = AdmitBearer(kReading, signer.Token(Claims("anna", absl::Seconds(3))));
+  ASSERT_TRUE(short_one.status.ok()) << short_one.status;
+  const auto now = [&](const Admission& admission) {
+    return contract::ReasonOf(authorizer_->StillLetsIn(kReading, admission));
+  };
+  EXPECT_EQ(now(long_one), "");
+  absl::SleepFor(short_one.expires - absl::Now() + absl::Milliseconds(10));
+  EXPECT_EQ(now(short_one), "TOKEN_EXPIRED");
+  EXPECT_EQ(now(long_one), "");
+  WriteJwtKeys("nonsense");
+  EXPECT_FALSE(authorizer_->RefreshJwtKeys().ok());
+  EXPECT_EQ(now(long_one), "");
+  WriteJwtKeys(next.KeySet());
+  EXPECT_TRUE(authorizer_->RefreshJwtKeys().value());
+  EXPECT_EQ(now(long_one), "CREDENTIALS_WITHDRAWN");
+}
 
 }  // namespace
 }  // namespace vantage::rpc
