@@ -34,7 +34,7 @@ void Check(absl::string_view frames, Hear hear, Say say) {
       [](uint64_t) {}, kMaxBytes);
   const auto heard = hear(
       [&](char* to, size_t size) {
-        const absl::Status read = answer.Read(to, size);
+        absl::Status read = answer.Read(to, size);
         if (read.ok()) parts.append(to, size);
         return read;
       },

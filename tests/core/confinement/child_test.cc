@@ -53,7 +53,7 @@ class ChildTest : public testing::Test {
   absl::Status Ask(const std::string& deed, size_t size = 3) {
     absl::StatusOr<Child> child = Started();
     if (!child.ok()) return child.status();
-    const absl::Status asked = Ask(*child, deed, size);
+    absl::Status asked = Ask(*child, deed, size);
     alive_ = child->alive();
     return asked;
   }

@@ -230,7 +230,7 @@ int Without(const std::string& call) {
   const absl::Status asked =
       !child.ok() ? child.status() : child->Ask("surroundings", {}, [](Answer& answer) {
         char text[29];
-        const absl::Status read = answer.Read(text, sizeof(text));
+        absl::Status read = answer.Read(text, sizeof(text));
         if (read.ok()) std::printf("%.29s", text);
         return read;
       });

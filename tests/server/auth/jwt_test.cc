@@ -37,7 +37,7 @@ constexpr char kClaims[] =
     R"("roles":["plan","read"],"exp":1800000100})";
 
 std::string With(const std::string& old, const std::string& instead) {
-  const std::string changed = absl::StrReplaceAll(kClaims, {{old, instead}});
+  std::string changed = absl::StrReplaceAll(kClaims, {{old, instead}});
   EXPECT_NE(changed, kClaims) << old;
   return changed;
 }

@@ -141,8 +141,9 @@ TEST_F(ScannersTest, OneThatIsInUseStays) {
   station.mutable_station()->set_scanner(kRed);
   station.mutable_station()->mutable_position()->set_x(2);
   std::promise<absl::StatusOr<v1::CreateStationResponse>> answer;
-  session_->stations().Create(
-      station, [&](absl::StatusOr<v1::CreateStationResponse> made) { answer.set_value(made); });
+  session_->stations().Create(station, [&](const absl::StatusOr<v1::CreateStationResponse>& made) {
+    answer.set_value(made);
+  });
   const std::string waits = answer.get_future().get()->station().name();
   EXPECT_THAT(Delete(kRed).message(), HasSubstr(waits));
   v1::ListStationsRequest of_red;
