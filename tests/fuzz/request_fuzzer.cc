@@ -164,8 +164,9 @@ extern "C" int LLVMFuzzerTestOneInput(const uint8_t* data, size_t size) {
     const std::string bytes(reinterpret_cast<const char*>(data) + at + 3, length);  // NOLINT: bytes
     const absl::Status answer = handle(sessions, bytes);
     if (absl::IsInternal(answer) || absl::IsUnknown(answer) || absl::IsDataLoss(answer)) {
-      // A damaged piece is its sender's.
-      if (contract::ReasonOf(answer) != "PIECE_DAMAGED") std::abort();
+      // A damaged piece or archive is its sender's.
+      const std::string reason = contract::ReasonOf(answer);
+      if (reason != "PIECE_DAMAGED" && reason != "ARCHIVE_DAMAGED") std::abort();
     }
     at += 3 + length;
   }

@@ -146,8 +146,12 @@ TEST_F(BadInputTest, TheSameIdTwice) {
   ExpectRefused({"session", "create", "Not A Name"}, 5, "session_id");
 }
 
-TEST_F(BadInputTest, WhatALaterReleaseBrings) {
-  ExpectRefused({"export", "job", "--format", "archive", "-o", folder_.File("x.zip")}, 8, "");
+TEST_F(BadInputTest, AnArchiveThatIsNone) {
+  ExpectRefused({"session", "import", folder_.File("nothing")}, 3, "cannot be read");
+  ExpectRefused({"session", "import", Write("empty", "")}, 5, "is empty");
+  ExpectRefused({"session", "import", Write("noise", std::string(5000, 'n')), "--as", "noise"}, 1,
+                "the archive is damaged");
+  ExpectRefused({"session", "show", "noise"}, 3, "sessions/noise");
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// GetCoverage, ExportModel, and what a later release brings.
+// GetCoverage and ExportModel.
 #include <gtest/gtest.h>
 #include <octomap/OcTree.h>
 
