@@ -18,6 +18,7 @@
 #include "absl/strings/str_cat.h"
 #include "core/bytes/checksum.h"
 #include "server/auth/jose_text.h"
+#include "server/auth/openssl_owned.h"
 
 namespace vantage::auth {
 namespace {
@@ -31,19 +32,12 @@ constexpr size_t kMaxKeys = 64;
 constexpr size_t kMaxKeyId = 256;
 constexpr size_t kEd25519Bytes = 32;
 
-template <auto kFree>
-struct FreedKeyPart {
-  template <typename T>
-  void operator()(T* it) const {
-    kFree(it);
-  }
-};
-using Number = std::unique_ptr<BIGNUM, FreedKeyPart<BN_free>>;
-using ParamBuilder = std::unique_ptr<OSSL_PARAM_BLD, FreedKeyPart<OSSL_PARAM_BLD_free>>;
-using Params = std::unique_ptr<OSSL_PARAM, FreedKeyPart<OSSL_PARAM_free>>;
-using KeyContext = std::unique_ptr<EVP_PKEY_CTX, FreedKeyPart<EVP_PKEY_CTX_free>>;
-using DigestContext = std::unique_ptr<EVP_MD_CTX, FreedKeyPart<EVP_MD_CTX_free>>;
-using EcSignature = std::unique_ptr<ECDSA_SIG, FreedKeyPart<ECDSA_SIG_free>>;
+using Number = std::unique_ptr<BIGNUM, FreedBy<BN_free>>;
+using ParamBuilder = std::unique_ptr<OSSL_PARAM_BLD, FreedBy<OSSL_PARAM_BLD_free>>;
+using Params = std::unique_ptr<OSSL_PARAM, FreedBy<OSSL_PARAM_free>>;
+using KeyContext = std::unique_ptr<EVP_PKEY_CTX, FreedBy<EVP_PKEY_CTX_free>>;
+using DigestContext = std::unique_ptr<EVP_MD_CTX, FreedBy<EVP_MD_CTX_free>>;
+using EcSignature = std::unique_ptr<ECDSA_SIG, FreedBy<ECDSA_SIG_free>>;
 using PublicKey = std::shared_ptr<EVP_PKEY>;
 
 // What a kind of key can sign with; the first is meant where the key doesn't say.

@@ -104,8 +104,6 @@ absl::Status SessionImport::Begin(const storage::v1::ArchiveHeader& header) {
   return absl::OkStatus();
 }
 
-absl::Status SessionImport::Reserve(int64_t bytes) { return account_.Reserve(bytes); }
-
 absl::Status SessionImport::BeginBlob(const storage::v1::ArchiveBlob& blob) {
   const contract::Limits& limits = dependencies_.limits;
   if (blob.sha256().size() != 32 || blob.size_bytes() < 1) {
@@ -124,14 +122,14 @@ absl::Status SessionImport::BeginBlob(const storage::v1::ArchiveBlob& blob) {
       upload.mutable_total()->set_encoded_size_bytes(blob.size_bytes());
       upload.mutable_total()->set_sha256(blob.sha256());
       if (absl::Status fits = CheckTotal(upload.total(), "scan", limits); !fits.ok()) return fits;
-      if (absl::Status room = Reserve(blob.size_bytes()); !room.ok()) return room;
+      if (absl::Status room = account_.Reserve(blob.size_bytes()); !room.ok()) return room;
       scan_ = std::make_unique<Upload>(upload, dependencies_.store, limits, nullptr, 0,
                                        dependencies_.seen->Now());
       break;
     }
     case storage::v1::ARCHIVE_BLOB_KIND_PLAN:
       if (blob.size_bytes() > kMaxPlanBytes) return ArchiveDamaged("a plan that is too large");
-      if (absl::Status room = Reserve(blob.size_bytes()); !room.ok()) return room;
+      if (absl::Status room = account_.Reserve(blob.size_bytes()); !room.ok()) return room;
       plan_.clear();
       break;
     default:

@@ -64,7 +64,6 @@ class SessionImport {
   absl::Status EndPlan();
   absl::Status AddEntry(storage::v1::LogEntry& entry);
   absl::Status End();
-  absl::Status Reserve(int64_t bytes);
   std::string LogSpool() const;
 
   const Asked asked_;
