@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "google/protobuf/util/message_differencer.h"
+#include "server/contract/error.h"
 #include "server/store/disk_store.h"
 #include "tests/server/fixture/room_scan.h"
 #include "tests/server/fixture/script.h"
