@@ -483,6 +483,13 @@ std::string PlanReport(const v1::Plan& plan) {
                         r.model_version(), r.feasible_viewcell_count(), r.deficient_area_m2(),
                         r.optimality_gap() * 100, r.confidence() * 100,
                         r.complete() ? ", complete" : "", r.ray_count(), r.seed());
+  if (r.surface_cube_voxels() > 1) {
+    absl::StrAppendFormat(
+        &out,
+        "surface was planned for in cubes of %d voxels, since there is so much of "
+        "it: scores and gains are of one voxel in each\n",
+        r.surface_cube_voxels());
+  }
   absl::StrAppend(&out, "seconds: ", StagesLine(r), "\n");
   return out;
 }

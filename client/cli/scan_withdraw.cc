@@ -22,6 +22,13 @@ absl::StatusOr<ExitCode> RunScanWithdraw(Environment& environment,
     std::printf("  %s had been aligned with its help; 'vantage scan set-pose' aligns it again\n",
                 client::IdOf(name).c_str());
   }
+  if (withdrawn->has_erase_time()) {
+    std::printf("  its data are erased from %s on\n", Time(withdrawn->erase_time()).c_str());
+  }
+  if (withdrawn->has_backups_forget_time()) {
+    std::printf("  the last backup that may hold them is gone about %s\n",
+                Time(withdrawn->backups_forget_time()).c_str());
+  }
   return ExitCode::kOk;
 }
 

@@ -1,12 +1,11 @@
 #include "core/fleet/claims.h"
 
 #include <algorithm>
-#include <cmath>
-#include <numbers>
 
 #include "absl/strings/str_cat.h"
 #include "absl/strings/str_format.h"
 #include "core/fleet/horizontal_distance.h"
+#include "core/fleet/same_sector.h"
 
 namespace vantage::fleet {
 
@@ -115,10 +114,7 @@ const ViewClaim* Claims::FulfilledBy(absl::string_view scanner, const Eigen::Vec
     if (!scanner.empty() && claim.scanner != scanner) continue;
     const double apart = HorizontalDistance(claim.position, position);
     if (apart > rules.arrival_tolerance) continue;
-    if (claim.heading.has_value() && heading.has_value()) {
-      const double turned = std::remainder(*heading - *claim.heading, 2 * std::numbers::pi);
-      if (std::abs(turned) > claim.span / 4) continue;
-    }
+    if (!ShowsSameSector(claim.heading, heading, claim.span)) continue;
     if (nearest == nullptr || apart < HorizontalDistance(nearest->position, position))
       nearest = &claim;
   }

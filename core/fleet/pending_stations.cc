@@ -6,6 +6,7 @@
 #include "absl/status/status.h"
 #include "core/fleet/pending_surface.h"
 #include "core/fleet/remaining_gain.h"
+#include "core/fleet/same_sector.h"
 #include "core/planning/problem/planning_problem.h"
 #include "core/planning/scoring/gain_cells.h"
 #include "core/planning/scoring/headings.h"
@@ -14,7 +15,8 @@
 namespace vantage::fleet {
 
 std::optional<size_t> StationOfScan(std::span<const PendingStation> pending,
-                                    absl::string_view scanner, const Eigen::Vector3d& position) {
+                                    absl::string_view scanner, const Eigen::Vector3d& position,
+                                    std::optional<double> heading) {
   constexpr double kFarthest = 1.0;      // m, horizontally
   constexpr double kHalfAStorey = 1.25;  // m, of the lowest
   std::optional<size_t> nearest;
@@ -25,6 +27,7 @@ std::optional<size_t> StationOfScan(std::span<const PendingStation> pending,
     const Eigen::Vector3d off = position - station.position;
     const double apart = off.head<2>().norm();
     if (std::abs(off.z()) > kHalfAStorey || apart > kFarthest) continue;
+    if (!ShowsSameSector(station.heading, heading, station.span)) continue;
     if (nearest.has_value() && apart >= least) continue;
     nearest = i;
     least = apart;
@@ -52,18 +55,11 @@ absl::StatusOr<StationForecast> ForecastStation(
   uint64_t rays = 0;
   RemainingGain remaining(scoring.cells());
   remaining.TakeAll(before, problem.scene(), model.voxel_size(), budget, rays);
-  StationForecast forecast;
-  const planning::CellArrays gains = planning::GainCells(remaining.left(), problem.patches());
-  const planning::Sector sector(scanner, heading);
-  std::vector<float> by_cell(gains.size());
-  const planning::ViewScore score = scoring.scorer().ScoreCells(position, gains, budget, by_cell);
-  forecast.model_gain =
-      sector.everything() ? score.score : planning::KeepSector(sector, position, gains, by_cell);
-
   PendingSurface surface(problem, problem.overlap());
   std::vector<double> by_heading;
   const planning::Headings& headings = scoring.scorer().headings();
-  if (!headings.all_around() && !heading.has_value()) {
+  const bool chosen = !headings.all_around() && !heading.has_value();
+  if (chosen) {
     std::vector<float> scores(remaining.left().size());
     scoring.scorer().ScoreCells(position, remaining.left(), budget, scores);
     by_heading = planning::SumByHeading(headings, position, remaining.left(), scores);
@@ -71,6 +67,15 @@ absl::StatusOr<StationForecast> ForecastStation(
   const auto judged =
       surface.Judge(position, remaining, config.registration, budget, rays, by_heading, heading);
   if (!judged.has_value()) return absl::InternalError("a check without a budget ended early");
+
+  StationForecast forecast;
+  const planning::CellArrays gains = planning::GainCells(remaining.left(), problem.patches());
+  const planning::Sector sector(scanner,
+                                chosen ? std::optional(headings.Angle(judged->heading)) : heading);
+  std::vector<float> by_cell(gains.size());
+  const planning::ViewScore score = scoring.scorer().ScoreCells(position, gains, budget, by_cell);
+  forecast.model_gain =
+      sector.everything() ? score.score : planning::KeepSector(sector, position, gains, by_cell);
   forecast.registers = judged->verdict.registered();
   forecast.waits = !judged->waits_for.empty();
   if (!forecast.registers) {

@@ -22,13 +22,18 @@ namespace vantage::fleet {
 struct PendingStation {
   std::string scanner;                                 // that made the scan; empty: not known
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // m
+  std::optional<double> heading = {};  // rad, of a scanner that sees a sector, where it is known
+  double span = 0;                     // rad, of that sector; counts only with a heading
 };
 
 // The nearest of `pending`, the earliest if equal, that a scan of `scanner` from `position` (m) can
 // be of: at most a metre away horizontally, since people point at a place on a picture, and within
-// half a storey of its height; and not another scanner's. Nothing when there is none.
+// half a storey of its height; not another scanner's; and of a sector only when the scan, which has
+// `heading` (rad, of the scanner's +x), shows three quarters of it: who turns on the spot makes
+// several stations at one place. Nothing when there is none.
 std::optional<size_t> StationOfScan(std::span<const PendingStation> pending,
-                                    absl::string_view scanner, const Eigen::Vector3d& position);
+                                    absl::string_view scanner, const Eigen::Vector3d& position,
+                                    std::optional<double> heading = std::nullopt);
 
 // How likely a scan is not to come into the model, by what is predicted of its registration.
 inline constexpr double kLossWhereItRegisters = 0.05;  // the files are lost, the place was another
@@ -45,7 +50,9 @@ struct StationForecast {
 };
 
 // `before` are the views that count as scanned. The place need not be feasible: somebody has stood
-// there. INVALID_ARGUMENT: configuration, scanner, position (m, model frame) or heading (rad).
+// there. Of a scanner that sees a sector the gain is that of the sector which faces `heading`
+// (rad); without one, of the heading that a plan would choose there, since no scan shows more than
+// one. INVALID_ARGUMENT: configuration, scanner, position (m, model frame) or heading (rad).
 // RESOURCE_EXHAUSTED: as planning::MakePlan().
 absl::StatusOr<StationForecast> ForecastStation(
     const model::PlanningView& model, const sensor::ScannerModel& scanner,

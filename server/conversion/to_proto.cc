@@ -473,6 +473,7 @@ v1::PlanResult WritePlanResult(const planning::Plan& plan, const v1::PlanningCon
   }
   out.set_feasible_viewcell_count(static_cast<int64_t>(plan.feasible_cells));
   out.set_deficient_voxel_count(static_cast<int64_t>(plan.deficient_cells));
+  out.set_surface_cube_voxels(plan.surface_cube);
   out.set_deficient_area_m2(plan.deficient_area);
   out.set_ray_count(plan.rays);
   out.set_seed(plan.seed);

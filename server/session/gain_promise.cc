@@ -4,11 +4,31 @@
 #include <cmath>
 
 #include "core/fleet/claims.h"
+#include "core/fleet/same_sector.h"
 #include "core/planning/openings/measure_coverage.h"
+#include "core/sensor/scanner_model.h"
+#include "server/conversion/fleet_proto.h"
 #include "server/conversion/from_proto.h"
+#include "server/conversion/to_proto.h"
 
 namespace vantage::session {
 namespace {
+
+// rad, that a plan's scanner sees.
+double SpanOf(const v1::Plan& plan, const v1::Session& session) {
+  const v1::ScannerModel* model = conversion::FindModel(plan.scanner_model_id(), session);
+  if (model == nullptr && session.scanner_models_size() > 0) model = &session.scanner_models(0);
+  return model != nullptr && model->has_azimuth_span_rad() ? model->azimuth_span_rad()
+                                                           : 2 * sensor::kPi;
+}
+
+// Views have a heading where the scanner sees a sector.
+bool Faces(const v1::RankedView& view, const v1::Pose& pose, double span) {
+  if (!view.has_heading_rad()) return true;
+  const Eigen::Vector3d front =
+      conversion::ReadOwnPose(pose, Eigen::Vector3d::Zero()).linear().col(0);
+  return fleet::ShowsSameSector(view.heading_rad(), std::atan2(front.y(), front.x()), span);
+}
 
 bool IsThere(const v1::RankedView& view, const v1::Vector3& place) {
   // As for claims: how far people set up from where they were sent.
@@ -32,9 +52,13 @@ std::optional<v1::GainPromise> PromiseOf(const SessionState& state, const v1::Sc
     const v1::Plan& plan = state.plans.at(*name).plan;
     if (!plan.has_result()) continue;
     if (plan.result().model_version() < state.model_version) return std::nullopt;
+    const double span = SpanOf(plan, state.session);
     for (int i = 0; i < plan.result().views_size(); ++i) {
       const v1::RankedView& view = plan.result().views(i);
-      if (!GainIsKnown(view) || !IsThere(view, scan.pose().translation())) continue;
+      if (!GainIsKnown(view) || !IsThere(view, scan.pose().translation()) ||
+          !Faces(view, scan.pose(), span)) {
+        continue;
+      }
       v1::GainPromise promise;
       promise.set_plan(*name);
       promise.set_view_index(i);

@@ -12,9 +12,9 @@
 
 namespace vantage::session {
 
-// The promise of the newest plan for the state's model that has a view at the scan's place and
-// knows what it gains. Nothing where there is none: what a plan for an earlier model promised,
-// other scans may have brought.
+// The promise of the newest plan for the state's model that has a view at the scan's place, facing
+// alike where the scanner sees a sector, and knows what it gains. Nothing where there is none: what
+// a plan for an earlier model promised, other scans may have brought.
 std::optional<v1::GainPromise> PromiseOf(const SessionState& state, const v1::Scan& scan);
 
 // What came to density from one model to the next, as the session requires it now, m2. `before` is

@@ -1,6 +1,7 @@
 #include "server/session/stations.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -204,12 +205,17 @@ std::string Stations::OfScan(const SessionState& state, const v1::Scan& scan) co
   std::vector<fleet::PendingStation> pending;
   for (const std::string& name : state.station_order) {
     const v1::Station& station = state.stations.at(name);
-    pending.push_back(
-        {station.scanner(), conversion::ReadOwnVector(station.position()) - context_.origin()});
+    const fleet::PledgedView view =
+        conversion::ReadStation(station, state.scanners, state.session, context_.origin());
+    // Where the scanner turns all around, its heading says nothing.
+    const bool sector = !view.model.TurnsAllAround();
+    pending.push_back({station.scanner(), view.position, sector ? view.heading : std::nullopt,
+                       view.model.azimuth_span});
   }
-  const std::optional<size_t> of =
-      fleet::StationOfScan(pending, scan.scanner(),
-                           conversion::ReadOwnPose(scan.pose(), context_.origin()).translation());
+  const Eigen::Isometry3d T_model_scan = conversion::ReadOwnPose(scan.pose(), context_.origin());
+  const Eigen::Vector3d front = T_model_scan.linear().col(0);
+  const std::optional<size_t> of = fleet::StationOfScan(
+      pending, scan.scanner(), T_model_scan.translation(), std::atan2(front.y(), front.x()));
   return of.has_value() ? state.station_order[*of] : "";
 }
 

@@ -38,27 +38,40 @@ absl::StatusOr<std::string> OpenSession(client::Client& client, const std::strin
   return opened->session().name();
 }
 
+// The scan's name, once all of it is stored.
+absl::StatusOr<std::string> SendScan(client::Client& client, const std::string& session,
+                                     const sensor::RangeImage& image,
+                                     const sensor::PosePrior& prior) {
+  v1::Upload upload;
+  *upload.mutable_prior() = client::ToProto(prior);
+  return client.Upload(session, upload, image, [](const client::UploadProgress&) {});
+}
+
+// Until the plan ended.
+absl::StatusOr<v1::Plan> PlanNow(client::Client& client, const std::string& session,
+                                 double budget) {
+  v1::CreatePlanRequest create;
+  create.set_parent(session);
+  const auto whole = static_cast<int64_t>(budget);
+  create.mutable_plan()->mutable_time_budget()->set_seconds(whole);
+  create.mutable_plan()->mutable_time_budget()->set_nanos(
+      static_cast<int32_t>((budget - static_cast<double>(whole)) * 1e9));
+  const auto created = client.Call(create);
+  if (!created.ok()) return created.status();
+  return client.WatchPlan(created->plan().name(), [](const v1::Plan&) {});
+}
+
 // One scan and the plan after it.
 absl::Status RunCycle(client::Client& client, int job, const LoadPlan& load,
                       const std::string& session, const sensor::RangeImage& image,
                       const sensor::PosePrior& prior, LoadLog& log) {
-  v1::Upload upload;
-  *upload.mutable_prior() = client::ToProto(prior);
-  const auto scan = client.Upload(session, upload, image, [](const client::UploadProgress&) {});
+  const auto scan = SendScan(client, session, image, prior);
   if (!scan.ok()) return scan.status();
   const auto stored = Clock::now();
   const auto decided = client.WaitForScan(*scan, [](const v1::Scan&) {});
   if (!decided.ok()) return decided.status();
   log.Decided(decided->state() == v1::SCAN_STATE_MERGED);
-  v1::CreatePlanRequest create;
-  create.set_parent(session);
-  const auto whole = static_cast<int64_t>(load.budget);
-  create.mutable_plan()->mutable_time_budget()->set_seconds(whole);
-  create.mutable_plan()->mutable_time_budget()->set_nanos(
-      static_cast<int32_t>((load.budget - static_cast<double>(whole)) * 1e9));
-  const auto created = client.Call(create);
-  if (!created.ok()) return created.status();
-  const auto plan = client.WatchPlan(created->plan().name(), [](const v1::Plan&) {});
+  const auto plan = PlanNow(client, session, load.budget);
   if (!plan.ok()) return plan.status();
   log.Cycle(job, SecondsSince(stored),
             SecondsBetween(plan->start_time(), plan->end_time()) - load.budget,
@@ -73,6 +86,12 @@ void LoadLog::Cycle(int job, double seconds_to_plan, double over_budget, double 
   to_plan_.push_back(seconds_to_plan);
   over_budget_.push_back(over_budget);
   rays_[job] += rays;
+}
+void LoadLog::Quiet(double seconds_to_start, double seconds_to_end, double rays) {
+  std::lock_guard<std::mutex> lock(mutex_);
+  quiet_to_start_.push_back(seconds_to_start);
+  quiet_to_end_.push_back(seconds_to_end);
+  quiet_rays_.push_back(rays);
 }
 void LoadLog::Decided(bool merged) {
   std::lock_guard<std::mutex> lock(mutex_);
@@ -112,6 +131,18 @@ std::map<int, double> LoadLog::rays() const {
   std::lock_guard<std::mutex> lock(mutex_);
   return rays_;
 }
+std::vector<double> LoadLog::quiet_to_start() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return quiet_to_start_;
+}
+std::vector<double> LoadLog::quiet_to_end() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return quiet_to_end_;
+}
+std::vector<double> LoadLog::quiet_rays() const {
+  std::lock_guard<std::mutex> lock(mutex_);
+  return quiet_rays_;
+}
 std::map<std::string, int> LoadLog::errors() const {
   std::lock_guard<std::mutex> lock(mutex_);
   return errors_;
@@ -121,6 +152,7 @@ void RunLoadJob(int job, const LoadPlan& plan, const std::vector<sensor::Scan>& 
                 const std::atomic<bool>& stop, LoadLog& log) {
   client::ClientOptions options;
   options.server = plan.server;
+  options.token_file = plan.token_file;
   client::Client client(options);
   std::string session;
   int session_count = 0;
@@ -152,10 +184,38 @@ void RunLoadJob(int job, const LoadPlan& plan, const std::vector<sensor::Scan>& 
   }
 }
 
+void RunQuietTenant(const std::string& id, const LoadPlan& plan, const sensor::Scan& first,
+                    const std::atomic<bool>& stop, LoadLog& log) {
+  client::ClientOptions options;
+  options.server = plan.server;
+  options.token_file = plan.token_file;
+  client::Client client(options);
+  const auto session = OpenSession(client, id);
+  const auto scan = session.ok() ? SendScan(client, *session, first.image, *first.prior) : session;
+  const absl::Status merged =
+      scan.ok() ? client.WaitForScan(*scan, [](const v1::Scan&) {}).status() : scan.status();
+  if (!merged.ok()) {
+    log.Error(merged);
+    return;
+  }
+  while (!stop) {
+    const auto begun = Clock::now();
+    const auto ended = PlanNow(client, *session, plan.budget);
+    if (ended.ok()) {
+      log.Quiet(SecondsBetween(ended->create_time(), ended->start_time()), SecondsSince(begun),
+                static_cast<double>(ended->result().ray_count()));
+    } else {
+      log.Error(ended.status());
+    }
+    SleepUntil(begun + std::chrono::seconds(5), stop);
+  }
+}
+
 void RunProber(const LoadPlan& plan, const std::vector<std::string>& sessions,
                const std::atomic<bool>& stop, LoadLog& log) {
   client::ClientOptions options;
   options.server = plan.server;
+  options.token_file = plan.token_file;
   options.attempts = 1;
   client::Client client(options);
   for (size_t i = 0; !stop; ++i) {

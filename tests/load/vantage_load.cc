@@ -16,6 +16,7 @@
 
 #include "absl/strings/match.h"
 #include "absl/strings/str_cat.h"
+#include "absl/strings/str_split.h"
 #include "client/library/client.h"
 #include "tests/bench/figures.h"
 #include "tests/integration/process.h"
@@ -28,12 +29,27 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 constexpr size_t kScans = 8;  // of a job, before its next session
+constexpr int kAloneSeconds = 30;
 
 int PortIn(const std::string& file) {
   std::ifstream in(file);
   int port = 0;
   in >> port;
   return port;
+}
+
+// Appends a caller of that name and tenant to the callers file, and writes its token.
+bool AddCaller(const std::string& name, const std::string& callers, const std::string& token) {
+  const integration::Finished made = integration::RunProgram(
+      {VANTAGED_BINARY, "token", name, name, "submit,plan,read", "--days", "1"});
+  const std::vector<std::string> lines = absl::StrSplit(made.out, '\n');
+  if (made.exit_code != 0 || lines.size() < 2) {
+    std::cerr << "no token: " << made.error;
+    return false;
+  }
+  std::ofstream(token) << lines[0] << "\n";
+  std::ofstream(callers, std::ios::app) << lines[1] << "\n";
+  return true;
 }
 
 double Largest(const std::vector<double>& values) {
@@ -52,19 +68,28 @@ double SpreadOf(const std::map<int, double>& rays) {
 
 int Run(double minutes, int sessions, int jobs, const std::string& out) {
   const integration::ScratchFolder scratch;
+  // All jobs are of one tenant, and one who asks for little is another.
+  const std::string callers = scratch.File("callers");
+  const std::string busy = scratch.File("busy-token");
+  const std::string quiet = scratch.File("quiet-token");
+  if (!AddCaller("busy", callers, busy) || !AddCaller("quiet", callers, quiet)) return 1;
   integration::ServerProcess server(
       scratch.File("data"), "127.0.0.1",
       {"--http", "127.0.0.1:0", "--http-port-file", scratch.File("http"), "--evict-minutes", "1",
-       "--calls-per-second", "0", "--log-level", "warning"});
+       "--calls-per-second", "0", "--callers", callers, "--log-level", "warning"});
   if (server.address().empty()) return 1;
   const int http = PortIn(scratch.File("http"));
   LoadPlan plan;
   plan.server = server.address();
+  plan.token_file = busy;
+  LoadPlan quiet_plan = plan;
+  quiet_plan.token_file = quiet;
 
   std::cout << "making scans\n";
   const std::vector<sensor::Scan> scans = MakeLoadScans(kScans);
   client::ClientOptions options;
   options.server = plan.server;
+  options.token_file = plan.token_file;
   client::Client client(options);
   std::vector<std::string> names;
   for (int i = 0; i < sessions; ++i) {
@@ -81,12 +106,22 @@ int Run(double minutes, int sessions, int jobs, const std::string& out) {
   std::cout << sessions << " sessions open, " << jobs << " jobs for " << minutes << " minutes\n";
   LoadLog log;
   std::atomic<bool> stop{false};
+  // Before the others begin: what the quiet tenant's plans are where nobody else asks for anything.
+  LoadLog alone;
+  {
+    std::thread thread([&] { RunQuietTenant("alone", quiet_plan, scans.front(), stop, alone); });
+    std::this_thread::sleep_for(std::chrono::seconds(kAloneSeconds));
+    stop = true;
+    thread.join();
+    stop = false;
+  }
   std::vector<std::thread> threads;
-  threads.reserve(static_cast<size_t>(jobs) + 1);
+  threads.reserve(static_cast<size_t>(jobs) + 2);
   for (int job = 0; job < jobs; ++job) {
     threads.emplace_back([&, job] { RunLoadJob(job, plan, scans, stop, log); });
   }
   threads.emplace_back([&] { RunProber(plan, names, stop, log); });
+  threads.emplace_back([&] { RunQuietTenant("quiet", quiet_plan, scans.front(), stop, log); });
   const auto end = Clock::now() + std::chrono::duration_cast<Clock::duration>(
                                       std::chrono::duration<double>(60 * minutes));
   std::vector<double> memory;  // MB, every 10 s
@@ -129,6 +164,14 @@ int Run(double minutes, int sessions, int jobs, const std::string& out) {
   }
   if (!log.rays().empty()) {
     add("load.shares.spread", SpreadOf(log.rays()), "of the mean job's rays", "0.15");
+  }
+  if (!log.quiet_to_end().empty() && !alone.quiet_to_end().empty()) {
+    add("load.quiet.start.p99", bench::Percentile(log.quiet_to_start(), 0.99), "s", "0.5");
+    add("load.quiet.end.p99", bench::Percentile(log.quiet_to_end(), 0.99), "s", "");
+    add("load.quiet.end.p99.alone", bench::Percentile(alone.quiet_to_end(), 0.99), "s", "");
+    add("load.quiet.share",
+        bench::Percentile(log.quiet_rays(), 0.5) / bench::Percentile(alone.quiet_rays(), 0.5),
+        "of the rays of its plans when alone", "0.5");
   }
   if (memory.size() >= 2) {
     add("load.memory.half_time", memory[memory.size() / 2], "MB", "");

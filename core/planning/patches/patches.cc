@@ -3,99 +3,20 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cmath>
 #include <optional>
 #include <span>
 #include <utility>
 
-#include "absl/container/flat_hash_map.h"
 #include "absl/status/status.h"
-#include "core/model/view/brick_key.h"
-#include "core/model/view/brick_mask.h"
-#include "core/planning/patches/skyline.h"
-#include "core/planning/patches/space_behind.h"
-#include "core/visibility/surface_walk.h"
+#include "core/planning/patches/cell_table.h"
+#include "core/planning/patches/collect_deficient.h"
 
 namespace vantage::planning {
 namespace {
 
 constexpr uint32_t kCellsBetweenPolls = 8192;
 constexpr uint32_t kMembersBetweenPolls = 1024;  // each looks up its 26 neighbours
-
-// A map from a voxel to its deficient cell, by bricks, since each cell looks up 26 neighbours.
-// Cells come in the model's order: those of a brick side by side, by place in it.
-class CellTable {
- public:
-  // Nothing when cancelled on the way.
-  static std::optional<CellTable> Of(const DeficientCells& cells,
-                                     const parallel::Cancellation& cancelled) {
-    CellTable table;
-    uint64_t last = ~uint64_t{0};
-    for (uint32_t i = 0; i < cells.size(); ++i) {
-      if (i % kCellsBetweenPolls == 0 && cancelled.Requested()) return std::nullopt;
-      const model::VoxelIndex voxel = cells.Voxel(i);
-      const uint64_t key = model::KeyOf(model::Brick::Of(voxel));
-      if (key != last) {
-        table.slot_.emplace(key, static_cast<uint32_t>(table.bricks_.size()));
-        table.bricks_.emplace_back().first.fill(i);
-        last = key;
-      }
-      BrickCells& brick = table.bricks_.back();
-      const int local = model::Brick::LocalOf(voxel);
-      brick.mask.Set(local);
-      for (size_t w = static_cast<size_t>(local / 64) + 1; w < brick.first.size(); ++w) {
-        brick.first[w] = i + 1;
-      }
-    }
-    return table;
-  }
-
-  template <typename Fn>
-  void ForEachNeighbour(const model::VoxelIndex& v, Fn&& fn) const {
-    // They lie in its own brick and up to seven others, each of which is looked up at most once.
-    std::array<const BrickCells*, 8> beside{};
-    std::array<bool, 8> looked_up{};
-    const model::VoxelIndex own = model::Brick::Of(v);
-    for (int dz = -1; dz <= 1; ++dz) {
-      for (int dy = -1; dy <= 1; ++dy) {
-        for (int dx = -1; dx <= 1; ++dx) {
-          if (dx == 0 && dy == 0 && dz == 0) continue;
-          const model::VoxelIndex to = v + model::VoxelIndex(dx, dy, dz);
-          const model::VoxelIndex at = model::Brick::Of(to);
-          const auto which = static_cast<size_t>((at.x() != own.x()) + 2 * (at.y() != own.y()) +
-                                                 4 * (at.z() != own.z()));
-          if (!looked_up[which]) {
-            looked_up[which] = true;
-            const auto it = slot_.find(model::KeyOf(at));
-            if (it != slot_.end()) beside[which] = &bricks_[it->second];
-          }
-          if (beside[which] == nullptr) continue;
-          const int local = model::Brick::LocalOf(to);
-          if (beside[which]->mask.Has(local)) fn(beside[which]->CellAt(local));
-        }
-      }
-    }
-  }
-
- private:
-  struct BrickCells {
-    model::BrickMask mask;
-    std::array<uint32_t, model::Brick::kSide> first;  // the first cell in or after each word
-
-    // Of a voxel in the mask.
-    uint32_t CellAt(int local) const {
-      const auto w = static_cast<size_t>(local / 64);
-      const uint64_t below = (uint64_t{1} << (local % 64)) - 1;
-      return first[w] + static_cast<uint32_t>(std::popcount(mask.word[w] & below));
-    }
-  };
-
-  CellTable() = default;
-  absl::flat_hash_map<model::BrickKey, uint32_t> slot_;
-  std::vector<BrickCells> bricks_;
-};
 
 // The deficit of a patch, each sample by what it counts.
 double ImportanceOf(const Patch& patch, const DeficientCells& cells, const PlanningConfig& config) {
@@ -109,7 +30,7 @@ double ImportanceOf(const Patch& patch, const DeficientCells& cells, const Plann
 }
 
 // Centre, normal, rectangle and sums of cells [begin, end).
-Patch Describe(const DeficientCells& cells, uint32_t begin, uint32_t end, double voxel,
+Patch Describe(const DeficientCells& cells, uint32_t begin, uint32_t end, double edge,
                const PlanningConfig& config) {
   Patch patch;
   patch.kind = cells.Kind(begin);
@@ -148,8 +69,8 @@ Patch Describe(const DeficientCells& cells, uint32_t begin, uint32_t end, double
     const Eigen::Vector3d d = cells.Position(i).cast<double>() - mean;
     extent.extend(Eigen::Vector2d(d.dot(patch.axis_u), d.dot(axis_v)));
   }
-  extent.min().array() -= voxel / 2;  // cells have a width
-  extent.max().array() += voxel / 2;
+  extent.min().array() -= edge / 2;  // cells have a width
+  extent.max().array() += edge / 2;
   const Eigen::Vector2d middle = extent.center();
   patch.centre = mean + middle.x() * patch.axis_u + middle.y() * axis_v;
   patch.length_u = extent.sizes().x();
@@ -162,53 +83,16 @@ Patch Describe(const DeficientCells& cells, uint32_t begin, uint32_t end, double
   return patch;
 }
 
-// Every deficient voxel, in the model's order, with the dropouts that its rays had. False when
-// cancelled on the way.
-bool CollectDeficient(const model::PlanningView& model, const PlanningConfig& config,
-                      const parallel::Cancellation& cancelled, DeficientCells::Builder& deficient,
-                      std::vector<Eigen::Vector3f>& all_dropouts) {
-  const auto enough = [&](const model::VoxelIndex& v, model::VoxelState state,
-                          const model::SurfaceVoxel& surface, double density) {
-    // Rays went into a hole and none came back, so no depth behind it counts.
-    const bool opening =
-        state == model::VoxelState::kFalseOcclusion || state == model::VoxelState::kFalseImage;
-    if (config.unknown_depth <= 0 || !opening) return static_cast<float>(density);
-    const double depth = DepthBehind(model, v, surface.normal, config.unknown_depth);
-    return static_cast<float>(DensityWorthHaving(density, depth));
-  };
-  std::optional<Skyline> skyline = Skyline::Of(model, cancelled);
-  if (!skyline) return false;
-  return visibility::WalkSurface(
-      model, cancelled,
-      [&](const model::VoxelIndex& v, model::VoxelState state, const model::SurfaceVoxel& surface) {
-        if (surface.given_up || !(surface.area > 0)) return;
-        const std::optional<Requirement> required = config.RequiredAt(model.Centre(v));
-        if (!required.has_value()) return;
-        if (surface.density >= static_cast<float>(required->density)) return;
-        const bool measured = state == model::VoxelState::kTrueSurface;
-        if (!measured && skyline->InSky(v, surface.normal)) return;
-        const std::span<const model::Dropout> dropouts = model.Dropouts(v);
-        deficient.Add(
-            {v, model::KindOf(state), surface.centroid, surface.normal, surface.area,
-             model::IsFalseSurface(state) ? 0.0f : surface.density,
-             1 + static_cast<float>(surface.spread) / 256, static_cast<float>(required->density),
-             enough(v, state, surface, required->density),
-             static_cast<float>(SuccessProbability(surface.missed)),
-             static_cast<float>(required->worth), measured ? SkylineSines() : skyline->Around(v),
-             static_cast<uint32_t>(all_dropouts.size()), static_cast<uint32_t>(dropouts.size())});
-        for (const model::Dropout& dropout : dropouts) all_dropouts.push_back(dropout.from);
-      });
-}
-
-// Grows patches over the deficient cells.
+// Grows patches over the deficient cells. Table: CellTable, or CoarseCellTable.
+template <typename Table>
 class PatchGrowth {
  public:
-  PatchGrowth(const DeficientCells& deficient, const CellTable& table, double voxel,
+  PatchGrowth(const DeficientCells& deficient, const Table& table, double edge,
               const PatchTolerance& tolerance)
       : deficient_(deficient),
         table_(table),
         cos_angle_(static_cast<float>(std::cos(tolerance.angle))),
-        max_offset_(static_cast<float>(tolerance.offset * voxel)),
+        max_offset_(static_cast<float>(tolerance.offset * edge)),
         taken_(deficient.size(), 0) {}
 
   bool Taken(uint32_t cell) const { return taken_[cell] != 0; }
@@ -260,11 +144,38 @@ class PatchGrowth {
   }
 
   const DeficientCells& deficient_;
-  const CellTable& table_;
+  const Table& table_;
   const float cos_angle_;
   const float max_offset_;
   std::vector<uint8_t> taken_;
 };
+
+// The cells, patch by patch, and where each patch ends.
+struct Groups {
+  std::vector<uint32_t> order;
+  std::vector<uint32_t> ends;
+};
+
+// Nothing when cancelled on the way, or when `table` is nothing for that reason. `edge`: m, of what
+// a cell stands for.
+template <typename Table>
+std::optional<Groups> Grow(const DeficientCells& deficient, const std::optional<Table>& table,
+                           double edge, const PatchTolerance& tolerance,
+                           const parallel::Cancellation& cancelled) {
+  if (!table.has_value()) return std::nullopt;
+  PatchGrowth growth(deficient, *table, edge, tolerance);
+  Groups groups;
+  groups.order.reserve(deficient.size());
+  for (uint32_t seed = 0; seed < deficient.size(); ++seed) {
+    if (seed % kMembersBetweenPolls == 0 && cancelled.Requested()) return std::nullopt;
+    if (growth.Taken(seed)) continue;
+    const auto members = growth.From(seed, cancelled);
+    if (!members.has_value()) return std::nullopt;
+    groups.order.insert(groups.order.end(), members->begin(), members->end());
+    groups.ends.push_back(static_cast<uint32_t>(groups.order.size()));
+  }
+  return groups;
+}
 
 }  // namespace
 
@@ -276,31 +187,28 @@ absl::StatusOr<PatchSet> ExtractPatches(const model::PlanningView& model,
                                         const parallel::Cancellation& cancelled) {
   const absl::Status stopped = absl::CancelledError("extract patches");
   PatchSet set;
-  DeficientCells::Builder builder(model.voxel_size());
-  if (!CollectDeficient(model, config, cancelled, builder, set.dropouts)) return stopped;
-  DeficientCells deficient = std::move(builder).Build();
-  const auto table = CellTable::Of(deficient, cancelled);
-  if (!table.has_value()) return stopped;
-  PatchGrowth growth(deficient, *table, model.voxel_size(), tolerance);
-  std::vector<uint32_t> order;  // the cells, patch by patch
-  order.reserve(deficient.size());
-  std::vector<uint32_t> ends;  // of the patches
-  for (uint32_t seed = 0; seed < deficient.size(); ++seed) {
-    if (seed % kMembersBetweenPolls == 0 && cancelled.Requested()) return stopped;
-    if (growth.Taken(seed)) continue;
-    const auto members = growth.From(seed, cancelled);
-    if (!members.has_value()) return stopped;
-    order.insert(order.end(), members->begin(), members->end());
-    ends.push_back(static_cast<uint32_t>(order.size()));
-  }
-  deficient.Reorder(order);
+  const std::optional<int> shift = CubeShiftOf(model, config, cancelled);
+  if (!shift.has_value()) return stopped;
+  set.cube = 1 << *shift;
+  auto collected = CollectDeficient(model, config, *shift, set.dropouts, cancelled);
+  if (!collected.has_value()) return stopped;
+  DeficientCells deficient = *std::move(collected);
+  const double edge = set.cube * model.voxel_size();
+  std::optional<Groups> groups =
+      *shift == 0
+          ? Grow<CellTable>(deficient, CellTable::Of(deficient, cancelled), edge, tolerance,
+                            cancelled)
+          : Grow<CoarseCellTable>(deficient, CoarseCellTable::Of(deficient, *shift, cancelled),
+                                  edge, tolerance, cancelled);
+  if (!groups.has_value()) return stopped;
+  deficient.Reorder(groups->order);
   set.cells = std::move(deficient);
   std::vector<Patch> patches;
-  patches.reserve(ends.size());
+  patches.reserve(groups->ends.size());
   uint32_t begin = 0;
-  for (const uint32_t end : ends) {
+  for (const uint32_t end : groups->ends) {
     if (patches.size() % kMembersBetweenPolls == 0 && cancelled.Requested()) return stopped;
-    patches.push_back(Describe(set.cells, begin, end, model.voxel_size(), config));
+    patches.push_back(Describe(set.cells, begin, end, edge, config));
     set.area += patches.back().area;
     begin = end;
   }

@@ -19,7 +19,7 @@ namespace vantage::planning {
 // How far a patch may stray from its plane.
 struct PatchTolerance {
   double angle = 0.35;   // rad, of a cell's normal from the plane's
-  double offset = 0.75;  // voxels, of a cell's position from the plane
+  double offset = 0.75;  // edges of what a cell stands for, of its position from the plane
 };
 
 struct PatchSet {
@@ -27,10 +27,14 @@ struct PatchSet {
   CopyOnWriteVector<Patch> patches;       // before ranking: in the order of their first cells
   std::vector<Eigen::Vector3f> dropouts;  // m, model frame
   double area = 0;                        // m^2, of all cells
+  // Voxels, the edge of the cube that a cell stands for: 1, or 2, 4 or 8 where there are more
+  // deficient voxels than PlanningConfig::max_cells (algorithm.md section 7B, 'Large sites').
+  int cube = 1;
 };
 
-// B. Each deficient voxel is in exactly one patch; a patch is connected (26 neighbours), of one
-// kind, and planar within the tolerance. CANCELLED when that was requested on the way.
+// B. Each deficient voxel is in exactly one patch, by itself or by the cell that stands for it; a
+// patch is connected (26 neighbours), of one kind, and planar within the tolerance. CANCELLED when
+// that was requested on the way.
 absl::StatusOr<PatchSet> ExtractPatches(const model::PlanningView& model,
                                         const PlanningConfig& config,
                                         const PatchTolerance& tolerance = {},

@@ -79,6 +79,7 @@ struct Plan {
   double required_density = 0;         // D that the figures refer to
   size_t feasible_cells = 0;
   size_t deficient_cells = 0;
+  int surface_cube = 1;       // PatchSet::cube
   double deficient_area = 0;  // m^2
   uint64_t rays = 0;          // work done by evaluation and checks
   std::array<double, kPlanStages> seconds{};

@@ -78,6 +78,10 @@ struct PlanningConfig {
   double min_patch_area = 0.02;  // m^2, smaller patches don't keep a job open
   double confidence = 0.95;      // of all bounds together, (0, 1)
   EvaluationOrder order = EvaluationOrder::kAnytime;
+  // Deficient voxels that are planned for one by one, > 0. Of more, a cell stands for those of a
+  // cube of 2, 4 or 8 voxels, so that about so many cells are left: a storey of 1,000 m2 in voxels
+  // of 5 cm has a million, a hall of 6,000 m2 sixteen.
+  uint64_t max_cells = uint64_t{1} << 21;
   // Memory of a plan besides its model, bytes. Plans that may need more are refused before they
   // begin.
   uint64_t memory_limit = uint64_t{8} << 30;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <optional>
 
 #include "absl/strings/str_format.h"
+#include "core/planning/patches/collect_deficient.h"
 #include "core/planning/patches/patches.h"
 #include "core/planning/scoring/patch_tree.h"
 #include "core/sensor/scanner_model.h"
@@ -33,6 +33,9 @@ constexpr double kMeasuredCell = 36;
 // Per deficient cell: its share of patches, of which a ninth is as large as a cell in scans that
 // graze the floor.
 constexpr double kPatchShare = sizeof(Patch) / 9.0;
+// Per cell that stands for a cube, more: areas differ, so it has less in common with others, and a
+// sixth are patches of their own.
+constexpr double kCubeCell = 20 + sizeof(Patch) / 6.0 - kPatchShare;
 // Per deficient cell: the scorer's arrays (twelve numbers, the cell, where dropouts begin).
 constexpr double kScorerCell = 13 * sizeof(float) + 0.5;
 // Per deficient cell, while views are evaluated: the same cells by model gain (three of the
@@ -51,8 +54,6 @@ constexpr double kAnyPlan = 4 << 20;
 
 PlanningSize::PlanningSize(const model::PlanningView& model, const PlanningConfig& config) {
   if (model.bounds().empty()) return;
-  const bool everywhere = config.regions.empty() && !config.region_of_interest.has_value();
-  const auto required = static_cast<float>(config.required_density);
   constexpr float kUp = 0.8F;  // cosine: floor is within 30 degrees of level, and beside walls
   double level = 0;
   model.ForEachSurface(
@@ -60,17 +61,18 @@ PlanningSize::PlanningSize(const model::PlanningView& model, const PlanningConfi
         ++surface_;
         const bool measured = state == model::VoxelState::kTrueSurface;
         level += measured && surface.normal.z() > kUp ? 1 : 0;
-        if (surface.given_up) return;
-        float wanted = required;
-        if (!everywhere) {
-          const std::optional<Requirement> here = config.RequiredAt(model.Centre(v));
-          if (!here.has_value()) return;
-          wanted = static_cast<float>(here->density);
-        }
-        if (surface.density >= wanted) return;
+        if (!Lacking(config, model, v, surface).has_value()) return;
         ++deficient_;
         measured_ += measured ? 1 : 0;
       });
+  const auto voxels = static_cast<size_t>(deficient_);
+  const int shift = CubeShift(voxels, config.max_cells);
+  if (shift > 0) {
+    const double left = CellsOfCubes(voxels, shift) / deficient_;
+    deficient_ *= left;
+    measured_ *= left;
+    cubes_ = deficient_;
+  }
   const model::VoxelIndex size = model.bounds().max - model.bounds().min;
   columns_ = size.head<2>().cast<double>().prod();
   // Floor is assumed in the blind cones of stations.
@@ -92,9 +94,9 @@ PlanningSize::PlanningSize(const model::PlanningView& model, const PlanningConfi
 uint64_t PlanningSize::Bytes(double views) const {
   const double kept = columns_ * kColumn + floor_ * kFloor + viewcells_ * kViewcell;
   const double finding = floor_ * (kFindingFloor - kFloor);
-  const double planning = views * kView +
-                          deficient_ * (kCell + kPatchShare + kScorerCell + kEvaluatedCell) +
-                          measured_ * kMeasuredCell + surface_ * kFaces + tables_;
+  const double planning =
+      views * kView + deficient_ * (kCell + kPatchShare + kScorerCell + kEvaluatedCell) +
+      cubes_ * kCubeCell + measured_ * kMeasuredCell + surface_ * kFaces + tables_;
   return static_cast<uint64_t>(kAnyPlan + kept + std::max(finding, planning));
 }
 

@@ -234,6 +234,7 @@ Plan BeginPlan(const PlanningProblem& problem) {
   plan.coverage = problem.coverage();
   plan.storeys = problem.feasible().floor().storeys().DescribeAll(problem.config().storeys);
   plan.deficient_cells = problem.patches().cells.size();
+  plan.surface_cube = problem.patches().cube;
   plan.deficient_area = problem.patches().area;
   plan.patches = problem.patches().patches;
   plan.seconds = problem.seconds();

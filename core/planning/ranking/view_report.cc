@@ -166,6 +166,7 @@ Plan ViewReport::Interim(const Plan& base, const Evaluation& evaluation) const {
   plan.confidence = base.confidence;
   plan.feasible_cells = base.feasible_cells;
   plan.deficient_cells = base.deficient_cells;
+  plan.surface_cube = base.surface_cube;
   plan.deficient_area = base.deficient_area;
   plan.seconds = base.seconds;
   plan.rays = evaluation.rays;

@@ -1,6 +1,8 @@
 #include <utility>
 
+#include "absl/time/time.h"
 #include "server/conversion/check_request.h"
+#include "server/conversion/to_proto.h"
 #include "server/rpc/handlers/handlers.h"
 #include "server/rpc/handlers/lookup.h"
 
@@ -18,6 +20,14 @@ absl::StatusOr<v1::WithdrawScanResponse> WithdrawScan(const session::TenantSessi
   v1::WithdrawScanResponse response;
   *response.mutable_scan() = std::move(withdrawn->scan);
   for (std::string& scan : withdrawn->dependents) response.add_dependent_scans(std::move(scan));
+  const contract::Limits& limits = sessions.limits();
+  if (limits.keep_withdrawn_scans == absl::InfiniteDuration()) return response;
+  const absl::Time erased =
+      conversion::ReadTime(response.scan().update_time()) + limits.keep_withdrawn_scans;
+  *response.mutable_erase_time() = conversion::WriteTime(erased);
+  if (limits.keep_backups > absl::ZeroDuration()) {
+    *response.mutable_backups_forget_time() = conversion::WriteTime(erased + limits.keep_backups);
+  }
   return response;
 }
 

@@ -387,6 +387,29 @@ TEST_F(ScanRpc, APoseMaySetAndAScanBeWithdrawn) {
             grpc::StatusCode::FAILED_PRECONDITION);
 }
 
+// Who withdraws a scan hears when its data go, here and from backups, where the server knows.
+TEST(WithdrawnScan, SaysWhenItsDataGo) {
+  for (const bool erases : {false, true}) {
+    fixture::Script script;
+    server::ServerOptions options;
+    options.limits.keep_backups = absl::Hours(24 * 90);
+    if (erases) options.limits.keep_withdrawn_scans = absl::Hours(24 * 2);
+    fixture::InProcess server(script.Make(), options);
+    const std::string session = server.OpenRoom("job");
+    v1::WithdrawScanRequest request;
+    request.set_name(session + "/scans/scan-1");
+    v1::WithdrawScanResponse response;
+    grpc::ClientContext context;
+    ASSERT_TRUE(server.scans->WithdrawScan(&context, request, &response).ok());
+    ASSERT_EQ(response.has_erase_time(), erases);
+    ASSERT_EQ(response.has_backups_forget_time(), erases);
+    if (!erases) continue;
+    const int64_t withdrawn = response.scan().update_time().seconds();
+    EXPECT_EQ(response.erase_time().seconds() - withdrawn, 2 * 24 * 3600);
+    EXPECT_EQ(response.backups_forget_time().seconds() - withdrawn, 92 * 24 * 3600);
+  }
+}
+
 // Withdrawn while it is being aligned, a scan never gets into the model.
 TEST_F(ScanRpc, WithdrawnWhileAligningItNeverMerges) {
   const std::string session = server_.OpenRoom("job");

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <memory>
 #include <string>
 #include <vector>
@@ -88,6 +89,26 @@ TEST_F(PromiseTest, AViewWhoseGainIsNotKnownPromisesNothingRatherThanZero) {
   EXPECT_EQ(PromiseOf(state_, ScanAt(0, 0, 1.5))->plan(), older);
   state_.plan_order.erase(state_.plan_order.begin());
   EXPECT_FALSE(PromiseOf(state_, ScanAt(0, 0, 1.5)).has_value());
+}
+
+// Of a scanner that sees a sector a scan that faces elsewhere was not what the view is for.
+TEST_F(PromiseTest, IsThatOfTheSectorThatTheScanShows) {
+  v1::ScannerModel& model = *state_.session.add_scanner_models();
+  model.set_id("front");
+  model.set_azimuth_span_rad(2);
+  v1::Plan& plan = state_.plans[AddPlan(3, {0})].plan;
+  plan.set_scanner_model_id("front");
+  plan.mutable_result()->mutable_views(0)->set_heading_rad(3);
+  const auto facing = [](double heading) {
+    v1::Scan scan = ScanAt(0, 0, 1.5);
+    scan.mutable_pose()->mutable_rotation()->set_w(std::cos(heading / 2));
+    scan.mutable_pose()->mutable_rotation()->set_z(std::sin(heading / 2));
+    return scan;
+  };
+  EXPECT_TRUE(PromiseOf(state_, facing(3)).has_value());
+  EXPECT_TRUE(PromiseOf(state_, facing(-3)).has_value()) << "across the half turn";
+  EXPECT_FALSE(PromiseOf(state_, facing(2.4)).has_value());
+  EXPECT_FALSE(PromiseOf(state_, facing(0)).has_value());
 }
 
 // Another scan may have brought what was promised then.

@@ -139,6 +139,25 @@ TEST_F(StationsTest, ItIsNotAnotherScannersScan) {
   EXPECT_THAT(Pending(), testing::IsEmpty());
 }
 
+// The room's scans face +x.
+TEST_F(StationsTest, AScanThatFacesElsewhereIsNotThatOfItsSector) {
+  v1::CreateSessionRequest create;
+  create.set_session_id("front");
+  create.mutable_session()->mutable_model_config()->set_voxel_size_m(0.1);
+  create.mutable_session()->add_scanner_models()->set_azimuth_span_rad(2);
+  session_ = host_->registry.Create(create, "").value();
+  Scan(0, 0);
+  v1::CreateStationRequest away = Request(2, 1);
+  away.mutable_station()->set_heading_rad(3);
+  const std::string behind = Create(away).value().name();
+  Scan(2, 1);
+  EXPECT_THAT(Pending(), testing::ElementsAre(behind));
+  away.mutable_station()->set_heading_rad(0.3);
+  Create(away).value();
+  Scan(2.05, 1);
+  EXPECT_THAT(Pending(), testing::ElementsAre(behind));
+}
+
 TEST_F(StationsTest, PlansAndCoverageKnowIt) {
   Scan(0, 0);
   EXPECT_FALSE(Plan().result().has_joint());
