@@ -1,5 +1,5 @@
 // Whether a scan shows what a view was to show, where the scanner sees a sector (algorithm.md
-// section 11, 'Claims').
+// section 11).
 #ifndef VANTAGE_CORE_FLEET_SAME_SECTOR_H_
 #define VANTAGE_CORE_FLEET_SAME_SECTOR_H_
 

@@ -10,7 +10,6 @@
 
 #include "core/model/view/voxel.h"
 #include "core/planning/patches/cell_table.h"
-#include "core/planning/patches/patches.h"
 #include "core/planning/patches/skyline.h"
 #include "core/planning/patches/space_behind.h"
 #include "core/visibility/surface_walk.h"
@@ -163,6 +162,8 @@ std::optional<Requirement> Lacking(const PlanningConfig& config, const model::Pl
   }
   return required;
 }
+
+double SuccessProbability(int missed) { return 2.0 / (2 + missed); }
 
 double CellsOfCubes(size_t deficient, int shift) {
   // A plane has a quarter of the cubes in edges twice as long, but a cube that several surfaces

@@ -41,6 +41,11 @@ std::optional<DeficientCells> CollectDeficient(const model::PlanningView& model,
                                                std::vector<Eigen::Vector3f>& dropouts,
                                                const parallel::Cancellation& cancelled);
 
+// The success probability of algorithm.md section 4, 'What never comes', after `failures` attempts
+// that failed: 1 / (2 + f), normalised to 1 for no attempt. Successes do not matter, since surface
+// that was measured is not deficient.
+double SuccessProbability(int missed);
+
 }  // namespace vantage::planning
 
 #endif  // VANTAGE_CORE_PLANNING_PATCHES_COLLECT_DEFICIENT_H_

@@ -179,8 +179,6 @@ std::optional<Groups> Grow(const DeficientCells& deficient, const std::optional<
 
 }  // namespace
 
-double SuccessProbability(int missed) { return 2.0 / (2 + missed); }
-
 absl::StatusOr<PatchSet> ExtractPatches(const model::PlanningView& model,
                                         const PlanningConfig& config,
                                         const PatchTolerance& tolerance,

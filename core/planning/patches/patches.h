@@ -28,7 +28,7 @@ struct PatchSet {
   std::vector<Eigen::Vector3f> dropouts;  // m, model frame
   double area = 0;                        // m^2, of all cells
   // Voxels, the edge of the cube that a cell stands for: 1, or 2, 4 or 8 where there are more
-  // deficient voxels than PlanningConfig::max_cells (algorithm.md section 7B, 'Large sites').
+  // deficient voxels than PlanningConfig::max_cells (algorithm.md section 7B).
   int cube = 1;
 };
 
@@ -44,11 +44,6 @@ absl::StatusOr<PatchSet> ExtractPatches(const model::PlanningView& model,
 // them. CANCELLED when that was requested on the way.
 absl::StatusOr<PatchSet> RankPatches(const PlanningConfig& config, PatchSet set,
                                      const parallel::Cancellation& cancelled = {});
-
-// The success probability of algorithm.md section 4, 'What never comes', after `failures` attempts
-// that failed: 1 / (2 + f), normalised to 1 for no attempt. Successes do not matter, since surface
-// that was measured is not deficient.
-double SuccessProbability(int missed);
 
 }  // namespace vantage::planning
 

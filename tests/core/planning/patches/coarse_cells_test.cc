@@ -1,5 +1,5 @@
 // Where there are too many deficient voxels, a cell stands for those of a cube (algorithm.md
-// section 7B, 'Large sites').
+// section 7B).
 #include <gtest/gtest.h>
 
 #include <algorithm>

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/planning/patches/collect_deficient.h"
 #include "tests/support/closed_form_view.h"
 
 namespace vantage::planning {
