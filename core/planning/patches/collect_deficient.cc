@@ -35,20 +35,20 @@ class CellMaker {
                      float density) {
     const std::span<const model::Dropout> dropouts = model_.Dropouts(v);
     const bool measured = state == model::VoxelState::kTrueSurface;
-    const DeficientCell cell{v,
-                             model::KindOf(state),
-                             surface.centroid,
-                             surface.normal,
-                             area,
-                             density,
-                             1 + static_cast<float>(surface.spread) / 256,
-                             static_cast<float>(required.density),
-                             Enough(v, state, surface, required.density),
-                             static_cast<float>(SuccessProbability(surface.missed)),
-                             static_cast<float>(required.worth),
-                             measured ? SkylineSines() : skyline_.Around(v),
-                             static_cast<uint32_t>(dropouts_.size()),
-                             static_cast<uint32_t>(dropouts.size())};
+    DeficientCell cell{v,
+                       model::KindOf(state),
+                       surface.centroid,
+                       surface.normal,
+                       area,
+                       density,
+                       1 + static_cast<float>(surface.spread) / 256,
+                       static_cast<float>(required.density),
+                       Enough(v, state, surface, required.density),
+                       static_cast<float>(SuccessProbability(surface.missed)),
+                       static_cast<float>(required.worth),
+                       measured ? SkylineSines() : skyline_.Around(v),
+                       static_cast<uint32_t>(dropouts_.size()),
+                       static_cast<uint32_t>(dropouts.size())};
     for (const model::Dropout& dropout : dropouts) dropouts_.push_back(dropout.from);
     return cell;
   }
