@@ -166,6 +166,7 @@ int Run(double minutes, int sessions, int jobs, const std::string& out) {
     add("load.shares.spread", SpreadOf(log.rays()), "of the mean job's rays", "0.15");
   }
   if (!log.quiet_to_end().empty() && !alone.quiet_to_end().empty()) {
+    add("load.quiet.start.p50", bench::Percentile(log.quiet_to_start(), 0.5), "s", "");
     add("load.quiet.start.p99", bench::Percentile(log.quiet_to_start(), 0.99), "s", "0.5");
     add("load.quiet.end.p99", bench::Percentile(log.quiet_to_end(), 0.99), "s", "");
     add("load.quiet.end.p99.alone", bench::Percentile(alone.quiet_to_end(), 0.99), "s", "");
