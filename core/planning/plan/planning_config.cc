@@ -60,6 +60,7 @@ absl::Status PlanningConfig::Validate(const sensor::ScannerModel& scanner) const
   require(candidates >= 1 && candidates <= 1000, "candidates must be in [1, 1000]");
   require(max_checked >= candidates && max_checked <= 100000,
           "max_checked must be at least candidates, and at most 100000");
+  require(max_cells > 0, "max_cells must be positive");
   require(terminate_below >= 0 && std::isfinite(terminate_below),
           "terminate_below must be at least 0 m2");
   require(min_patch_area >= 0 && std::isfinite(min_patch_area),

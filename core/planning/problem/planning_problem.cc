@@ -27,7 +27,7 @@ bool SameSurface(const PlanningConfig& a, const PlanningConfig& b) {
     return x->min() == y->min() && x->max() == y->max();
   };
   return a.required_density == b.required_density && a.unknown_depth == b.unknown_depth &&
-         a.weights == b.weights && a.regions == b.regions &&
+         a.weights == b.weights && a.regions == b.regions && a.max_cells == b.max_cells &&
          same_region(a.region_of_interest, b.region_of_interest);
 }
 

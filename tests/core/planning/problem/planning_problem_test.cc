@@ -75,6 +75,12 @@ TEST_F(PlanningProblemTest, FromAPreviousOneItIsTheSameAsFromScratch) {
     ExpectSame(*Prepare(previous.get()), *Prepare());
   }
   {
+    SCOPED_TRACE("cubes");
+    config_.max_cells = 1000;
+    ExpectSame(*Prepare(previous.get()), *Prepare());
+    config_.max_cells = PlanningConfig().max_cells;
+  }
+  {
     SCOPED_TRACE("what surface is worth");
     config_.weights = {1, 0, 2, 0.5};
     config_.unknown_depth = 0;
