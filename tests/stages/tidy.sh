@@ -6,4 +6,4 @@ quietly configure-tidy cmake --preset tidy -DVANTAGE_UNITY=OFF -DCMAKE_DISABLE_P
 # The headers that are generated are those of the build.
 "$stages/build.sh" release vantage_proto
 readarray -t files < <(our_files '*.cc')
-"$stages/coverage.py" --most 250 "$@" "${files[@]}" | "$stages/tidy.py"
+"$stages/coverage.py" --most 120 "$@" "${files[@]}" | "$stages/tidy.py"
