@@ -115,6 +115,10 @@ int Run(double minutes, int sessions, int jobs, const std::string& out) {
     thread.join();
     stop = false;
   }
+  if (alone.quiet_to_end().empty()) {
+    std::cerr << "a tenant alone on the server got no plan\n";
+    return 1;
+  }
   std::vector<std::thread> threads;
   threads.reserve(static_cast<size_t>(jobs) + 2);
   for (int job = 0; job < jobs; ++job) {
@@ -165,7 +169,7 @@ int Run(double minutes, int sessions, int jobs, const std::string& out) {
   if (!log.rays().empty()) {
     add("load.shares.spread", SpreadOf(log.rays()), "of the mean job's rays", "0.15");
   }
-  if (!log.quiet_to_end().empty() && !alone.quiet_to_end().empty()) {
+  if (!log.quiet_to_end().empty()) {
     add("load.quiet.start.p50", bench::Percentile(log.quiet_to_start(), 0.5), "s", "");
     add("load.quiet.start.p99", bench::Percentile(log.quiet_to_start(), 0.99), "s", "0.5");
     add("load.quiet.end.p99", bench::Percentile(log.quiet_to_end(), 0.99), "s", "");
