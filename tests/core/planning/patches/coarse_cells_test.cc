@@ -138,7 +138,8 @@ TEST_P(CoarseCellsTest, ViewsScoreAboutTheSame) {
   double off = 0;
   for (size_t i = 0; i < exact.size(); ++i) off += std::abs(about[i] - exact[i]);
   off /= static_cast<double>(exact.size()) * exact[best_fine];
-  // Half a per cent at each edge, of a room with a thousandth of the surface that is planned for so.
+  // Half a per cent at each edge, of a room with a thousandth of the surface that is planned for
+  // so.
   EXPECT_LT(off, 0.01);
   EXPECT_GT(exact[best_coarse], 0.98 * exact[best_fine]);
 }
