@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "core/fleet/horizontal_distance.h"
+#include "core/planning/budget_shares.h"
 
 namespace vantage::fleet {
 namespace {
@@ -294,6 +295,8 @@ std::vector<JointChoice::Entry> JointChoice::StaleTop(const parallel::Budget& re
 }
 
 std::optional<ChosenView> JointChoice::Next(double apart) {
+  // The scanners before it may have taken the time; nobody is left without an answer for that.
+  if (listed_.empty()) budget_ = planning::WithTimeToAnswer(budget_);
   Fill(apart);
   // The remaining share is for checks and, with one scanner, for further views.
   const parallel::Budget refining = Share(0.8);

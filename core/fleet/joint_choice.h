@@ -67,8 +67,9 @@ class JointChoice {
               const parallel::Budget& budget, parallel::Parallel& parallel);
 
   // The best view for a scanner that has none, by what is known when most of this choice's budget
-  // is spent. Nothing when there is none, or no time to check that it registers. `apart`: least
-  // distance from the views that were returned before, m.
+  // is spent; each scanner has a quarter of a second from when its turn begins. Nothing when there
+  // is none, or no time to check that it registers. `apart`: least distance from the views that
+  // were returned before, m.
   std::optional<ChosenView> Next(double apart);
   // Assigns the view to its scanner; other views then count for what it leaves. False when the
   // budget ended.
@@ -137,7 +138,7 @@ class JointChoice {
   RemainingGain& remaining_;
   const FleetRanking ranking_;
   const planning::PlanningConfig& config_;
-  const parallel::Budget& budget_;
+  parallel::Budget budget_;
   parallel::Parallel& parallel_;
   std::vector<Eigen::Vector3d> taken_;   // tripods that stand or will stand there
   const size_t given_;                   // the first of taken_, which were not chosen here

@@ -240,9 +240,14 @@ class JointPlanner {
         const std::vector<double> worth = Worth(of, nullptr);
         const double share =
             rounds / (static_cast<double>(classes_.size() - of) * rounds + (1 - rounds));
-        mine.evaluation = planning::EvaluateViews(
-            mine.problem->scoring().scorer(), mine.problem->feasible(), cells, First().grid(),
-            Options(true, worth), Fresh(budget_, share, rays_), parallel_, show);
+        const auto evaluate = [&](const parallel::Budget& part) {
+          return planning::EvaluateViews(mine.problem->scoring().scorer(), mine.problem->feasible(),
+                                         cells, First().grid(), Options(true, worth), part,
+                                         parallel_, show);
+        };
+        const parallel::Budget part = Fresh(budget_, share, rays_);
+        mine.evaluation = evaluate(part);
+        if (!mine.evaluation.any()) mine.evaluation = evaluate(planning::LeastEvaluation(part));
       }
       rays_ += mine.evaluation.rays;
       any = any || mine.evaluation.any();
@@ -283,8 +288,10 @@ class JointPlanner {
     return options;
   }
 
-  // Views that were not scored exactly are raced again on what is left to gain.
+  // Views that were not scored exactly are raced again on what is left to gain; where the time is
+  // over, a little, since the gains of before say nothing about it.
   void EvaluateAgain(JointChoice& choice, size_t rounds_left) {
+    const bool over = budget_.Expired();
     for (ScannerClass& mine : classes_) {
       if (mine.evaluation.complete || remaining_->left().size() == 0) continue;
       const parallel::Budget part =
@@ -293,7 +300,8 @@ class JointPlanner {
           Worth(static_cast<size_t>(&mine - classes_.data()), &choice);
       const planning::Evaluation anew = planning::EvaluateViews(
           mine.problem->scoring().scorer(), mine.problem->feasible(), remaining_->left(),
-          Options(false, worth), part, parallel_, [](const planning::Evaluation&) {});
+          Options(false, worth), over ? planning::LeastEvaluation(part) : part, parallel_,
+          [](const planning::Evaluation&) {});
       choice.AddRays(anew.rays);
       mine.gains->Merge(anew);
     }

@@ -4,7 +4,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <atomic>
+#include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <set>
 #include <string>
@@ -488,11 +491,26 @@ TEST_F(JointPlanTest, WhatSamplesTellDoesWhenTheWorkLimitIsReached) {
   EXPECT_EQ(Make(model, RequestFor(2), budget).plan.views.size(), 2u);
 }
 
+// A clock by which every look at it takes two milliseconds, as on a slow machine: what a plan
+// does after its budget is then the same in each run.
+parallel::Budget::Clock::time_point SlowClock() {
+  static std::atomic<int64_t> looks{0};
+  return parallel::Budget::Clock::time_point(std::chrono::milliseconds(2 * ++looks));
+}
+
 TEST_F(JointPlanTest, AnswersWithoutAnyTimeUnlessItIsCancelled) {
   const model::PlanningView model = test_support::BuildView(Room(3));
-  const JointPlan joint = Make(model, RequestFor(2), parallel::Budget::Seconds(-1));
-  EXPECT_EQ(joint.plan.outcome, planning::PlanOutcome::kViews) << joint.plan.message;
-  EXPECT_EQ(joint.plan.views.size(), 2u);
+  parallel::Budget none;
+  none.now = &SlowClock;
+  none.deadline = SlowClock();
+  for (const size_t scanners : {1, 2, 3}) {
+    const JointPlan joint = Make(model, RequestFor(scanners), none);
+    EXPECT_EQ(joint.plan.outcome, planning::PlanOutcome::kViews) << joint.plan.message;
+    ASSERT_EQ(joint.assignments.size(), scanners);
+    for (const Assignment& assignment : joint.assignments) {
+      EXPECT_TRUE(assignment.view.has_value()) << scanners << ": " << assignment.reason;
+    }
+  }
   std::stop_source stop;
   stop.request_stop();
   parallel::Budget budget = parallel::Budget::Unlimited();
