@@ -56,7 +56,8 @@ struct PlanningPool::Owner {
   double used = 0;        // s of processor time, raised to the least used when it wakes
   double least_used = 0;  // s over weight: what a share of it that wakes starts from
   int active = 0;         // shares that are
-  int running_plans = 0;  // begun, not ended
+  int running = 0;        // jobs begun, not ended
+  int running_plans = 0;  // plans of them
 };
 
 class PlanningPool::Share {
@@ -162,14 +163,15 @@ thread_local void* current_worker = nullptr;
 
 PlanningPool::PlanningPool(int slots, int max_jobs, std::chrono::milliseconds turn)
     : slots_(std::max(1, slots)),
-      jobs_(static_cast<size_t>(std::max(2, max_jobs) + std::max(1, slots) - 1)),
-      max_plans_(std::max(1, std::max(2, max_jobs) * 3 / 4)),
+      max_jobs_(std::max(2, max_jobs)),
+      max_plans_(std::max(1, max_jobs_ * 3 / 4)),
       turns_(static_cast<size_t>(std::max(1, slots / 2))),
       turn_(turn),
       free_slots_(std::max(1, slots)),
       nobodys_turns_(std::make_shared<Turns>()) {
   std::lock_guard<std::mutex> lock(mutex_);
-  for (int i = 0; i < std::max(2, max_jobs); ++i) threads_.emplace_back([this] { RunJobs(); });
+  idle_threads_ = max_jobs_ + 1;
+  for (int i = 0; i < idle_threads_; ++i) threads_.emplace_back([this] { RunJobs(); });
   for (int i = 1; i < slots_; ++i) threads_.emplace_back([this] { Help(); });
 }
 
@@ -305,23 +307,27 @@ void PlanningPool::Hurry(uint64_t job) {
 }
 
 bool PlanningPool::HasPlace(const Queued& entry) const {
-  return entry.priority != JobPriority::kPlan || running_plans_ < max_plans_ ||
-         entry.share->owner->running_plans == 0;
+  const Owner& owner = *entry.share->owner;
+  // Plans beyond those of all leave as many places as ever for what is no plan.
+  const int taken = running_ - std::max(0, running_plans_ - max_plans_);
+  switch (entry.priority) {
+    case JobPriority::kInteractive:
+      return true;
+    case JobPriority::kModel:
+      // Of nobody's sessions each would be an owner without any.
+      return taken < max_jobs_ || (!owner.one_share && owner.running == 0);
+    case JobPriority::kPlan:
+      return (taken < max_jobs_ && running_plans_ < max_plans_) || owner.running_plans == 0;
+  }
+  return true;
 }
 
-// A plan that has a place beyond those of all may find no thread for it.
-void PlanningPool::AddThreadFor(const Queued& entry) {
-  if (entry.priority != JobPriority::kPlan || running_plans_ < max_plans_ || !HasPlace(entry))
-    return;
-  const auto ready = std::count_if(queue_.begin(), queue_.end(),
-                                   [this](const Queued& queued) { return HasPlace(queued); });
-  if (ready > idle_threads_) AddThread();
-}
-
-void PlanningPool::AddThread() {
-  if (stopping_ || threads_.size() >= kMostThreads) return;
+// One thread more than jobs that have begun, so that somebody sees what may begin.
+void PlanningPool::KeepOneIdle() {
+  if (idle_threads_ > 0 || stopping_ || threads_.size() >= kMostThreads) return;
   try {
     threads_.emplace_back([this] { RunJobs(); });
+    ++idle_threads_;
   } catch (const std::system_error&) {
     // The system has none left: who needs it waits until another job ends.
   }
@@ -337,7 +343,7 @@ uint64_t PlanningPool::Submit(std::shared_ptr<Share> share, JobPriority priority
     Activate(*share);
     queue_.push_back({std::move(share), priority, std::move(job), telemetry::CurrentLogContext(),
                       number, seconds});
-    AddThreadFor(queue_.back());
+    KeepOneIdle();
   }
   queue_changed_.notify_one();
   return number;
@@ -439,7 +445,6 @@ void PlanningPool::RunJobs() {
   std::unique_lock<std::mutex> lock(mutex_);
   while (true) {
     size_t index = kNone;
-    ++idle_threads_;
     while (!stopping_ && (index = BestQueued()) == kNone) {
       const Clock::time_point turn = NextTurn();
       if (turn == Clock::time_point::max()) {
@@ -448,8 +453,9 @@ void PlanningPool::RunJobs() {
         queue_changed_.wait_until(lock, turn);
       }
     }
-    --idle_threads_;
     if (stopping_) return;
+    --idle_threads_;
+    KeepOneIdle();
     Queued entry = std::move(queue_[index]);
     queue_.erase(queue_.begin() + static_cast<std::ptrdiff_t>(index));
     // This may have been the thread that knew when the next plan has its turn.
@@ -461,13 +467,10 @@ void PlanningPool::RunJobs() {
       entry.share->owner->turns->ends.push_back(turn);
       entry.share->turn_end = turn;
       ++running_plans_;
-      // As many threads as ever are left for what is no plan.
-      if (threads_.size() < jobs_ + static_cast<size_t>(std::max(0, running_plans_ - max_plans_))) {
-        AddThread();
-      }
       ++entry.share->owner->running_plans;
     }
     ++running_;
+    ++entry.share->owner->running;
     worker.share = entry.share;
     worker.priority = entry.priority;
     begun_.push_back(&worker);
@@ -495,6 +498,8 @@ void PlanningPool::RunJobs() {
       if (entry.share->turn_end == turn) entry.share->turn_end = Clock::time_point::min();
     }
     --running_;
+    --entry.share->owner->running;
+    ++idle_threads_;
     Schedule();
     queue_changed_.notify_one();
   }

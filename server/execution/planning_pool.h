@@ -38,9 +38,10 @@ class PlanningPool {
   class Share;
 
   // `slots` >= 1 bodies run at a time. At most `max_jobs` (>= 2) jobs are begun at a time, plans
-  // being at most three quarters of them; further ones wait in order of share and priority. An
-  // owner without a plan under way has a place beyond that, so that long plans of others, which go
-  // on beside it in their share, never keep it waiting.
+  // being at most three quarters of them; further ones wait in order of share and priority. A plan
+  // of an owner without one under way has a place beyond that, and so have the first job of an
+  // owner who has none and what is interactive: long work of others, which goes on beside it in its
+  // share, never keeps it waiting.
   //
   // Plans take turns, so that each has the processors that it was planned for instead of a sliver
   // of them: of an owner's plans, and of those of all sessions that are nobody's, one for two slots
@@ -110,8 +111,7 @@ class PlanningPool {
   bool HasPlace(const Queued& entry) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   bool HasTurn(const Queued& entry) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Clock::time_point NextTurn() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void AddThread() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
-  void AddThreadFor(const Queued& entry) ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  void KeepOneIdle() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   double CreditOf(const Share& share, JobPriority priority) const;
   template <typename A, typename B>
   bool Precedes(const A& a, const B& b) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
@@ -121,7 +121,7 @@ class PlanningPool {
   bool SliceOver(Worker& worker, bool leave_when_contended);
 
   const int slots_;
-  const size_t jobs_;  // threads at first, those that help with loops included
+  const int max_jobs_;
   const int max_plans_;
   const size_t turns_;  // at a time, of those who take turns
   const std::chrono::milliseconds turn_;
@@ -135,7 +135,7 @@ class PlanningPool {
   int free_slots_ ABSL_GUARDED_BY(mutex_);
   int running_ ABSL_GUARDED_BY(mutex_) = 0;
   int running_plans_ ABSL_GUARDED_BY(mutex_) = 0;
-  int idle_threads_ ABSL_GUARDED_BY(mutex_) = 0;   // that wait for a job
+  int idle_threads_ ABSL_GUARDED_BY(mutex_) = 0;   // that wait for a job, or soon will
   double least_used_ ABSL_GUARDED_BY(mutex_) = 0;  // s: what an owner that wakes starts from
   std::map<std::string, std::weak_ptr<Owner>> owners_ ABSL_GUARDED_BY(mutex_);  // by name
   const std::shared_ptr<Turns> nobodys_turns_;

@@ -275,6 +275,38 @@ TEST(PlanningPool, LongPlansOfOneTenantKeepNobodyElseWaiting) {
   greedy.ended = true;
 }
 
+// Merges of many sessions take every place there is; who has none under way, and what is short,
+// does not wait for one of them to end.
+TEST(PlanningPool, MergesOfOneTenantKeepNobodyElseWaiting) {
+  std::atomic<bool> ended{false};
+  std::atomic<int> merging{0};
+  PlanningPool pool(2, 8);
+  const auto merge = [&](parallel::Parallel& parallel) {
+    ++merging;
+    while (!ended) parallel.For(4, [](size_t) { std::this_thread::yield(); });
+  };
+  std::vector<std::shared_ptr<PlanningPool::Share>> busy;
+  for (int i = 0; i < 20; ++i) {
+    busy.push_back(pool.NewShare(1.0, "busy"));
+    pool.Submit(busy.back(), JobPriority::kModel, merge);
+  }
+  while (merging < 8) std::this_thread::yield();
+  const auto runs = [&](const std::shared_ptr<PlanningPool::Share>& share, JobPriority priority) {
+    auto done = std::make_shared<std::promise<void>>();
+    pool.Submit(share, priority, [done](parallel::Parallel&) { done->set_value(); });
+    return done->get_future().wait_for(std::chrono::seconds(20)) == std::future_status::ready;
+  };
+  for (const char* quiet : {"a", "b", ""}) {
+    const auto share = pool.NewShare(1.0, quiet);
+    EXPECT_TRUE(runs(share, JobPriority::kPlan)) << quiet;
+    EXPECT_TRUE(*quiet == 0 || runs(share, JobPriority::kModel)) << quiet;
+  }
+  EXPECT_TRUE(runs(busy.front(), JobPriority::kInteractive));
+  // The places are as many as ever for those who have them all.
+  EXPECT_EQ(merging, 8);
+  ended = true;
+}
+
 // Of sessions that are nobody's as of one tenant's, while another's begins at once.
 TEST(PlanningPool, PlansTakeTurns) {
   for (const char* owner : {"", "one"}) {
