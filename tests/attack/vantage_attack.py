@@ -38,8 +38,8 @@ from identity_provider import IdentityProvider, base64url
 from range_image import room, send, sphere
 from server import Server
 
-# What a flood may cost as deployed: memory, and the time of a bystander's calls (p99).
-MOST_MB, MOST_MS = 200, 100
+# What a flood may cost as deployed: memory, the time of a bystander's calls (p99), processor time.
+MOST_MB, MOST_MS, MOST_CPU_S = 200, 100, 1
 KNOWN = ("more connections than files (CVE-2023-4785)",)
 HEALTH = b"/grpc.health.v1.Health/Check"
 
@@ -689,8 +689,11 @@ class Attacks:
 
     # ---- Malformed HTTP/2 -------------------------------------------------------------------
 
-    def flood(self, name, make, limit_cpu, wait=4):
-        """Sends what `make(link)` sends: what processor time it costs, and whether all is well."""
+    def flood(self, name, make, known=False, wait=4):
+        """Sends what `make(link)` sends: what processor time it costs, and whether all is well.
+        Behind HAProxy it costs the server next to nothing; what some cost a server alone is known
+        of gRPC 1.51 (server/README.md)."""
+        alone = self.start.func is Server
         with self.start() as server:
             cpu, begun = server.cpu_seconds(), time.monotonic()
             link = server.link()
@@ -702,7 +705,8 @@ class Attacks:
             spent = server.cpu_seconds() - cpu if server.alive() else float("nan")
             got = sent + ("; connection closed" if link.closed else "; connection stays")
             self.record(name, got if server.alive() else "THE SERVER ENDED",
-                        well and spent <= limit_cpu, cpu_s=round(spent, 2),
+                        well and spent <= MOST_CPU_S, known=known and alone and well,
+                        cpu_s=round(spent, 2),
                         answer_s=round(answer, 2), seconds=round(time.monotonic() - begun, 1))
             link.close()
 
@@ -757,16 +761,14 @@ class Attacks:
                 link.send(frame(HEADERS, END_HEADERS, 2 * stream + 1, block))
             return "te, :scheme and grpclb_client_stats before more than 8 KiB"
 
-        # What a flood may cost the server is what is known of gRPC 1.51, see server/README.md:
-        # these bounds tell when it gets worse.
-        self.flood("header flood (CVE-2023-33953)", continuation, 6, wait=8)
-        self.flood("padded HPACK integer (CVE-2023-33953)", zeros, 6)
-        self.flood("rapid reset (CVE-2023-44487)", resets, 12)
-        self.flood("ping flood", pings, 3)
-        self.flood("settings flood", settings, 3)
-        self.flood("noise", nonsense, 1)
-        self.flood("bad base64 (CVE-2023-32732)", base64, 1)
-        self.flood("invalid te and :scheme (CVE-2023-1428)", aborts, 1)
+        self.flood("header flood (CVE-2023-33953)", continuation, known=True, wait=8)
+        self.flood("padded HPACK integer (CVE-2023-33953)", zeros, known=True)
+        self.flood("rapid reset (CVE-2023-44487)", resets, known=True)
+        self.flood("ping flood", pings)
+        self.flood("settings flood", settings)
+        self.flood("noise", nonsense)
+        self.flood("bad base64 (CVE-2023-32732)", base64)
+        self.flood("invalid te and :scheme (CVE-2023-1428)", aborts)
 
     # ---- Floods beside a bystander ----------------------------------------------------------
 
