@@ -18,6 +18,11 @@ namespace vantage::execution {
 namespace {
 
 constexpr std::chrono::milliseconds kSlice(2);
+// s of processor time that an owner who wakes may be behind who has had least: what jobs of others
+// take to come to a boundary (0.25 s of a merge on a slow machine). Plans hand their slot on every
+// 2 ms, so that a short one would otherwise wait for such jobs again and again, and be over before
+// that evens out. Nobody gains by it twice: it is used up like all time.
+constexpr double kHeadStart = 0.25;
 // Threads, however many owners have a plan under way; those without a slot only wait.
 constexpr size_t kMostThreads = 256;
 constexpr size_t kNone = std::numeric_limits<size_t>::max();
@@ -218,7 +223,7 @@ PlanningPool::Load PlanningPool::load() const {
 void PlanningPool::Activate(Share& share) {
   if (share.active++ > 0) return;
   Owner& owner = *share.owner;
-  if (owner.active++ == 0) owner.used = std::max(owner.used, least_used_);
+  if (owner.active++ == 0) owner.used = std::max(owner.used, least_used_ - kHeadStart);
   share.used = std::max(share.used, owner.least_used);
 }
 
@@ -534,7 +539,7 @@ void PlanningPool::Help() {
 }
 
 // True when the worker's slice is over and a session that has had less time wants its slot.
-bool PlanningPool::SliceOver(Worker& worker, bool leave_when_contended) {
+bool PlanningPool::SliceOver(Worker& worker, bool helps) {
   if (Clock::now() - worker.slice_start < kSlice) return false;
   std::lock_guard<std::mutex> lock(mutex_);
   Charge(worker);
@@ -546,7 +551,8 @@ bool PlanningPool::SliceOver(Worker& worker, bool leave_when_contended) {
                              (waiting->share == own.share && waiting->priority < own.priority))) {
     return true;
   }
-  if (!leave_when_contended) return false;
+  // A job leaves its slot to such a loop where a helper is there to take it; a helper itself would.
+  if (!helps && idle_helpers_.empty()) return false;
   const Loop* loop = BestLoop();
   return loop != nullptr && Precedes(*loop, own);
 }

@@ -34,7 +34,8 @@ class PlanningPool {
  public:
   using Job = std::function<void(parallel::Parallel&)>;
   // The processor time that a session has used. Owners (tenants) get equal time while they have
-  // work, and so do the sessions of an owner by their weights; who is idle gains no credit.
+  // work, and so do the sessions of an owner by their weights; who is idle gains no credit, but for
+  // a quarter of a second of an owner's, so that the boundaries of others' work cost it nothing.
   class Share;
 
   // `slots` >= 1 bodies run at a time. At most `max_jobs` (>= 2) jobs are begun at a time, plans
@@ -118,7 +119,7 @@ class PlanningPool {
   void For(const std::shared_ptr<Share>& share, JobPriority priority, size_t count,
            absl::FunctionRef<void(size_t)> body);
   void Yield(Worker& worker);
-  bool SliceOver(Worker& worker, bool leave_when_contended);
+  bool SliceOver(Worker& worker, bool helps);
 
   const int slots_;
   const int max_jobs_;
