@@ -74,7 +74,9 @@ class PlanningPool::Share {
   double used = 0;     // s of processor time over weight, raised to the least used when it wakes
   double seconds = 0;  // s of processor time
   int active = 0;      // workers and queued jobs
-  Clock::time_point turn_end = Clock::time_point::min();  // of its plan that began last
+  // Of its plan that began last: when its turn ends, and when it should have ended.
+  Clock::time_point turn_end = Clock::time_point::min();
+  Clock::time_point due = Clock::time_point::max();
 };
 
 // A thread of the pool, with or without a slot. Guarded by the pool's mutex except where said.
@@ -227,11 +229,16 @@ void PlanningPool::Activate(Share& share) {
   share.used = std::max(share.used, owner.least_used);
 }
 
-// Processor seconds by which work goes before what would be due: what a turn can take.
+// Processor seconds by which work goes before what would be due: what a turn can take; and as much
+// again of a plan that should have ended and has little left to do, since it would pay back its
+// turn before that, behind everybody else's work.
 double PlanningPool::CreditOf(const Share& share, JobPriority priority) const {
-  const bool has = priority == JobPriority::kInteractive ||
-                   (priority == JobPriority::kPlan && Clock::now() < share.turn_end);
-  return has ? slots_ * std::chrono::duration<double>(turn_).count() : 0;
+  const double turn = slots_ * std::chrono::duration<double>(turn_).count();
+  if (priority == JobPriority::kInteractive) return turn;
+  if (priority != JobPriority::kPlan) return 0;
+  const Clock::time_point now = Clock::now();
+  if (now >= share.due) return 2 * turn;
+  return now < share.turn_end ? turn : 0;
 }
 
 // Whether the first (a worker, a loop or a queued job) has had less: of owners, else of the shares
@@ -443,6 +450,14 @@ void PlanningPool::Release(Worker& worker) {
   worker.granted = false;
 }
 
+PlanningPool::Clock::time_point PlanningPool::DueAt(double seconds) {
+  // Plans without a budget of time are never due.
+  if (!(seconds > 0)) return Clock::time_point::max();
+  constexpr double kLongest = 1e6;
+  return Clock::now() + std::chrono::duration_cast<Clock::duration>(
+                            std::chrono::duration<double>(std::min(seconds, kLongest)));
+}
+
 void PlanningPool::RunJobs() {
   YieldToShortTasks();
   Worker worker;
@@ -471,6 +486,7 @@ void PlanningPool::RunJobs() {
       std::erase_if(entry.share->owner->turns->ends, [](auto end) { return end <= Clock::now(); });
       entry.share->owner->turns->ends.push_back(turn);
       entry.share->turn_end = turn;
+      entry.share->due = DueAt(entry.seconds);
       ++running_plans_;
       ++entry.share->owner->running_plans;
     }
@@ -500,7 +516,10 @@ void PlanningPool::RunJobs() {
       --running_plans_;
       --entry.share->owner->running_plans;
       entry.share->owner->turns->Drop(turn);
-      if (entry.share->turn_end == turn) entry.share->turn_end = Clock::time_point::min();
+      if (entry.share->turn_end == turn) {
+        entry.share->turn_end = Clock::time_point::min();
+        entry.share->due = Clock::time_point::max();
+      }
     }
     --running_;
     --entry.share->owner->running;

@@ -49,7 +49,7 @@ class PlanningPool {
   // is begun, and the next when that has ended or has run for `turn`; a long plan then goes on
   // beside it. Meanwhile it goes before what others of them do (merges), on credit: no turn begins
   // while one is under way that has had less. Interactive work, which is short, has the same
-  // credit.
+  // credit, and a plan that is over its time twice as much.
   PlanningPool(int slots, int max_jobs, std::chrono::milliseconds turn = kTurn);
   // Waits for the jobs that have begun; drops those that have not.
   ~PlanningPool();
@@ -113,6 +113,7 @@ class PlanningPool {
   bool HasTurn(const Queued& entry) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   Clock::time_point NextTurn() const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
   void KeepOneIdle() ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);
+  static Clock::time_point DueAt(double seconds);
   double CreditOf(const Share& share, JobPriority priority) const;
   template <typename A, typename B>
   bool Precedes(const A& a, const B& b) const ABSL_EXCLUSIVE_LOCKS_REQUIRED(mutex_);

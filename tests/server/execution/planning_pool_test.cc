@@ -399,6 +399,32 @@ TEST(PlanningPool, APlanInItsTurnGoesBeforeMergesOfThoseItTakesTurnsWith) {
   }
 }
 
+// A plan that is over its time ends before merges that go on; it has its turn to pay back later.
+TEST(PlanningPool, APlanThatIsOverItsTimeIsFinished) {
+  std::atomic<int> merging{0};
+  std::atomic<int> planning{0};
+  std::atomic<int> merged_meanwhile{0};
+  std::latch done(2);
+  PlanningPool pool(1, 8, std::chrono::milliseconds(150));
+  pool.Submit(pool.NewShare(), JobPriority::kModel, [&](parallel::Parallel& parallel) {
+    Work(parallel, 400, merging);
+    done.count_down();
+  });
+  while (merging < 20) std::this_thread::yield();
+  constexpr double kMeant = 0.1;  // s
+  pool.Submit(
+      pool.NewShare(), JobPriority::kPlan,
+      [&](parallel::Parallel& parallel) {
+        const int before = merging;
+        Work(parallel, 250, planning);
+        merged_meanwhile = merging - before;
+        done.count_down();
+      },
+      kMeant);
+  done.wait();
+  EXPECT_LT(merged_meanwhile, 40);
+}
+
 // Who plans again and again keeps no merge waiting.
 TEST(PlanningPool, NoTurnBeginsWhileAMergeIsUnderWayThatHasHadLess) {
   std::atomic<int> planned{0};
